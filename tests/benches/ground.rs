@@ -1,4 +1,4 @@
-//! What the ground costs a wheel: a terrain query, the discs of a wheel, the stresses of soft soil.
+//! Cost of ground contact for a wheel: a terrain query, the discs of a wheel, the stresses of soft soil.
 #![allow(missing_docs, clippy::disallowed_methods)]
 use linkwork_collision::relief::Wheel;
 use linkwork_environment::height_field::HeightField;
@@ -10,7 +10,7 @@ use linkwork_spatial::Vec3;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// The least of several repeats, in ns per call; `f` is given the call's number.
+/// Returns the shortest of several repeats, in ns per call; `f` gets the call's number.
 fn best(calls: u32, mut f: impl FnMut(f64) -> f64) -> f64 {
     let mut least = f64::INFINITY;
     for _ in 0..10 {

@@ -1,5 +1,5 @@
-//! What missions ask of the runtime: guards where nothing fires, moves between plans of the rover, loading of
-//! many parts. One command for all benches: tests/benches/run.
+//! Benchmarks of the runtime for missions: guards that do not fire, transitions between phases of the rover, loading of many parts. One command runs
+//! all benches: tests/benches/run.
 #![allow(missing_docs, clippy::disallowed_methods, clippy::unwrap_used)]
 #[path = "../common/mod.rs"]
 mod common;
@@ -54,7 +54,7 @@ impl Model for Plain {
 pub struct Watched {
     p: K,
 }
-/// ẋ = k, watched.
+/// ẋ = k, with a guard.
 #[model("bench.watched")]
 impl Model for Watched {
     type Params = K;
@@ -75,7 +75,7 @@ impl Model for Watched {
     }
 }
 
-/// Median of seven.
+/// Returns the median of seven runs.
 fn median(mut run: impl FnMut() -> f64) -> f64 {
     let mut all: Vec<f64> = (0..7).map(|_| run()).collect();
     all.sort_by(f64::total_cmp);
@@ -110,7 +110,7 @@ fn guards() {
     );
 }
 
-/// The rover of sims/rover_traverse in ten phases, each like the file.
+/// The rover of sims/rover_traverse in ten phases, each equal to the file.
 fn moves() {
     let file = linkwork_tests::root().join("sims/rover_traverse/sim.ron");
     let text = std::fs::read_to_string(file).unwrap();
@@ -130,7 +130,7 @@ fn moves() {
             times.push(begin.elapsed().as_secs_f64());
         }
     }
-    // The step to the instant of the transition lies in it: two evaluations of RK4 and the search.
+    // The time includes the step to the instant of the transition: two evaluations of RK4 and the search.
     times.sort_by(f64::total_cmp);
     println!(
         "moves: {} transitions of the rover, with the step to them: median {:.0} µs, most {:.0} µs (target 100)",
@@ -173,7 +173,7 @@ fn loading() {
     }
 }
 
-/// An arm of twelve joints with a motor each: a step of the stiff method, and how many evaluations it is worth.
+/// An arm of twelve joints with a motor each: time of a step of the stiff method, and the equivalent number of evaluations.
 fn stiff() {
     const JOINTS: usize = 12;
     let (mut bodies, mut parts) = (String::new(), String::new());
@@ -219,7 +219,7 @@ fn stiff() {
     );
 }
 
-/// All, or those that are named: `cargo bench --bench missions -- stiff`.
+/// Runs all benches, or the named ones: `cargo bench --bench missions -- stiff`.
 fn main() {
     let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     let all: [(&str, fn()); 4] =

@@ -1,4 +1,4 @@
-//! The rover of `sims/rover_traverse` without log and viewer: time per step, x real time, and where it goes.
+//! The rover of `sims/rover_traverse` without log and viewer: time per step, ratio to real time, and its profile.
 //!
 //! `cargo bench -p linkwork-tests --bench rover (-- seconds)`
 #![allow(missing_docs, clippy::disallowed_methods)]
@@ -8,7 +8,7 @@ use std::time::Instant;
 #[path = "../common/mod.rs"]
 mod common;
 
-/// Simulated seconds of one chunk; the best chunk counts, since the machine is shared.
+/// Simulated seconds of one chunk; the best chunk counts, because the machine is shared.
 const CHUNK: u64 = 2;
 
 fn measure(name: &str, sim: &mut Simulation, until: u64) -> Result<(), String> {

@@ -1,7 +1,7 @@
-//! Spacecraft beside Basilisk, wired its usual way, in the same run: J2 orbit with attitude, fields of degree 20 and 70 that turn, three reaction wheels
-//! with control, a hub with a chain of sixteen hinged plates; all by Runge–Kutta 4, without logs. A campaign of the
-//! wheels. A thousand craft in one simulation. An entry: how far rows of 1 s are from the converged path. Peers:
-//! `tests/benches/peers/install.sh --basilisk`; one command for all benches: tests/benches/run.
+//! Compares spacecraft with Basilisk, connected in its usual way, in the same run: J2 orbit with attitude, rotating gravity fields of degree 20 and
+//! 70, three reaction wheels with control, a hub with a chain of sixteen hinged plates; all with Runge–Kutta 4, without logs. Also a campaign of the
+//! wheels, a thousand spacecraft in one simulation, and an entry: the error of samples of 1 s compared with the converged path. Peers:
+//! `tests/benches/peers/install.sh --basilisk`. One command runs all benches: tests/benches/run.
 #![allow(missing_docs, clippy::disallowed_methods, clippy::unwrap_used)]
 #[path = "../common/mod.rs"]
 mod common;
@@ -26,13 +26,13 @@ fn orbit() -> String {
     )
 }
 
-/// The file of the field GGM03S among the reference data, which `LINKWORK_FIELD` tells the peer.
+/// The file of the gravity field GGM03S in the reference data, which `LINKWORK_FIELD` passes to the peer.
 fn field_file() -> Option<String> {
     let file = linkwork_tests::root().join("../shared/reference/gravity/basilisk_GGM03S.txt");
     Some(file.canonicalize().ok()?.to_str()?.to_string())
 }
 
-/// The craft in a field of this degree and order that turns with the Earth.
+/// The spacecraft in a field of this degree and order that rotates with the Earth.
 fn field(file: &str, degree: usize) -> String {
     format!(
         "Simulation(until: \"10 h\", step: \"10 s\", integrator: \"rk4\", bodies: {{ {CRAFT} }}, gravity: \"Field\",
@@ -43,7 +43,7 @@ fn field(file: &str, degree: usize) -> String {
 }
 
 fn wheels() -> String {
-    // Wheels of 50 N m s at 6000 rpm, turning at 100 rad/s; K = 3.5, P = 30 about each axis.
+    // Wheels of 50 N m s at 6000 rpm, rotating at 100 rad/s; K = 3.5, P = 30 about each axis.
     let (mut nodes, mut parts, mut wires) = (String::new(), String::new(), String::new());
     for (k, turn) in ["[0, \"90 deg\", 0]", "[\"-90 deg\", 0, 0]", "[0, 0, 0]"].iter().enumerate() {
         nodes += &format!("\"wheel{k}\": (rotation: (rpy: {turn})),");
@@ -71,7 +71,7 @@ fn chain() -> String {
     let mut bodies = CRAFT.to_string();
     let mut parts = String::new();
     for k in 0..16 {
-        // A plate one metre long: its hinge at one end, its mass in the middle.
+        // A plate one metre long: its hinge at one end, its centre of mass in the middle.
         let (parent, at) = match k {
             0 => (
                 "craft".to_string(),
@@ -95,7 +95,7 @@ fn chain() -> String {
     )
 }
 
-/// Four plates, each on a side of the hub by a hinge with a spring.
+/// Four plates, each attached to a side of the hub by a hinge with a spring.
 fn panels() -> String {
     let mut bodies = CRAFT.to_string();
     let mut parts = String::new();
@@ -118,8 +118,8 @@ fn panels() -> String {
     )
 }
 
-/// A capsule with tables of drag and of lift over the Mach number, Apollo guidance at 2 Hz and a turning planet's air, from
-/// the entry interface on.
+/// A capsule with tables of drag and lift over the Mach number, Apollo guidance at 2 Hz and the air of a rotating planet, from the entry interface
+/// on.
 fn guided_entry() -> String {
     "Simulation(until: \"200 s\", step: \"100 ms\", integrator: \"rk4\", gravity: \"Field\",
         bodies: { \"capsule\": (parent: \"world\", hinge: Free, mass: 3150, inertia: [5600, 4900, 4700],
@@ -158,7 +158,7 @@ fn entry(settings: &str) -> String {
     )
 }
 
-/// Places (m) every ten seconds, and microseconds a row.
+/// Returns positions (m) every ten seconds, and microseconds per sample.
 fn flown(settings: &str) -> (Vec<[f64; 3]>, f64) {
     let mut sim = common::scene(&entry(settings), &[]).unwrap();
     let rows = sim.fork();
@@ -169,7 +169,7 @@ fn flown(settings: &str) -> (Vec<[f64; 3]>, f64) {
     (places.collect(), measure(&rows, 140))
 }
 
-/// Rows of 1 s beside the converged path, and Basilisk's.
+/// Compares samples of 1 s with the converged path, and with Basilisk's.
 fn entries() {
     let (converged, _) = flown(
         "step: \"250 ms\", integrator: \"verner_87\", accuracy: (relative: 1e-13, absolute: 1e-10)",
@@ -199,7 +199,7 @@ fn entries() {
     println!("entry, Basilisk: {theirs} m with steps of 1 s; ours ends at {:?}", converged[15]);
 }
 
-/// Microseconds a step, the median of five runs.
+/// Returns microseconds per step, the median of five runs.
 fn measure(sim: &Simulation, steps: u32) -> f64 {
     median(|| {
         let mut run = sim.fork();
@@ -219,7 +219,7 @@ fn peer(name: &str) -> Option<String> {
     text.lines().find_map(|l| Some(l.strip_prefix(name)?.split_whitespace().next()?.to_string()))
 }
 
-/// A campaign of the three wheels with control: its runs begin with different masses and keep the craft's motion.
+/// A campaign of the three wheels with control: its runs start with different masses and the same spacecraft motion.
 struct Wheels {
     folder: tempfile::TempDir,
     library: Library,
@@ -249,14 +249,14 @@ impl Wheels {
         Wheels { folder, library, campaign, runs, made: 0 }
     }
 
-    /// Seconds that reading and compiling each run takes.
+    /// Returns the seconds for reading and compiling each run.
     fn loading(&self) -> f64 {
         seconds(|| {
             (0..self.runs).for_each(|run| drop(black_box(self.campaign.load(run, &self.library))))
         })
     }
 
-    /// Seconds that the runs take as simulations, one after another: stepped to their ends, without a campaign.
+    /// Returns the seconds for the runs as simulations, one after another: stepped to their ends, without a campaign.
     fn stepping(&self) -> f64 {
         let sims = (0..self.runs).map(|run| {
             let ready = self.campaign.load(run, &self.library).unwrap();
@@ -266,7 +266,7 @@ impl Wheels {
         seconds(|| sims.iter_mut().for_each(|(until, sim)| sim.run_until(*until).unwrap()))
     }
 
-    /// Seconds that the whole campaign takes into a new folder, with tables and report or without.
+    /// Returns the seconds for the whole campaign into a new folder, with or without tables and report.
     fn whole(&mut self, threads: usize, write: bool) -> f64 {
         self.made += 1;
         let own = self.folder.path().join(self.made.to_string());
@@ -281,8 +281,8 @@ impl Wheels {
     }
 }
 
-/// What a campaign costs: sixteen short runs (6000 steps each) beside Basilisk, and 64 of an hour (36 000 steps each),
-/// whose share of what is not stepping, and whose two threads, are those of campaigns that take their time.
+/// Cost of a campaign: sixteen short runs (6000 steps each) compared with Basilisk, and 64 runs of an hour (36 000 steps each), whose overhead and
+/// two-thread speed-up are those of long campaigns.
 fn campaign() {
     let mut short = Wheels::new(16, "600 s");
     let one = median(|| short.whole(1, false));
@@ -294,7 +294,7 @@ fn campaign() {
         100.0 * median(|| short.loading()) / one,
         peer("campaign").unwrap_or_else(|| "not installed".into())
     );
-    // In turn, and the least of each: other work on the machine only adds.
+    // Alternate, and take the shortest of each, because other work on the machine only adds time.
     let mut long = Wheels::new(64, "1 h");
     let rounds: Vec<[f64; 3]> =
         (0..7).map(|_| [long.stepping(), long.whole(1, true), long.whole(2, true)]).collect();
@@ -314,14 +314,14 @@ fn seconds(f: impl FnOnce()) -> f64 {
     begin.elapsed().as_secs_f64()
 }
 
-/// Of five.
+/// Returns the median of five runs.
 fn median(mut of: impl FnMut() -> f64) -> f64 {
     let mut all: Vec<f64> = (0..5).map(|_| of()).collect();
     all.sort_by(f64::total_cmp);
     all[2]
 }
 
-/// Craft on a ring, each a body of its own with attitude around the Earth with J2.
+/// Spacecraft on a ring, each a separate body with attitude around the Earth with J2.
 fn ring(count: usize) -> String {
     let one = |k: usize| {
         let (s, c) = (std::f64::consts::TAU * k as f64 / count as f64).sin_cos();
@@ -337,7 +337,7 @@ fn ring(count: usize) -> String {
     orbit().replace(CRAFT, &(0..count).map(one).collect::<String>())
 }
 
-/// The same craft as assemblies of a body and five models with wires among them and to the mechanism.
+/// The same spacecraft as assemblies of a body and five models with connections among them and to the mechanism.
 fn assemblies(count: usize) -> String {
     const PARTS: &str = "parts: {
         \"Motion\": (model: \"sensors.motion\", bind: { \"mount\": \"node:hub\" }),
@@ -368,7 +368,7 @@ fn assemblies(count: usize) -> String {
     orbit().replace(CRAFT, "").replace("parts: {", &format!("parts: {{ {craft}"))
 }
 
-/// What it takes to read and make craft that are assemblies with wires: as many times as long for four times as many.
+/// Time to read and create spacecraft that are assemblies with connections: four times as many must take four times as long.
 fn wired() {
     let made = |count: usize| {
         let text = assemblies(count);
@@ -381,7 +381,7 @@ fn wired() {
     );
 }
 
-/// A thousand craft in one simulation beside one: a craft and step, and what it takes to make it.
+/// Compares a thousand spacecraft in one simulation with a single one: time per spacecraft and step, and time to create it.
 fn constellation() {
     const COUNT: usize = 1000;
     let alone = measure(&common::scene(&ring(1), &[]).unwrap(), 20_000);

@@ -1,7 +1,7 @@
-//! What saving the rover of `sims/rover_traverse` costs: a checkpoint taken, written without waiting for the disk,
-//! read and taken back; and what a row of a watcher on the socket costs the thread of the run.
+//! Cost of saving the rover of `sims/rover_traverse`: a checkpoint taken, written without waiting for the disk, read and restored; and the cost of a
+//! sample for a live client on the socket, in the thread of the run.
 //!
-//! `cargo bench -p linkwork-tests --bench trust`; whole runs with a watcher: tests/benches/watcher.
+//! `cargo bench -p linkwork-tests --bench trust`; whole runs with a client: tests/benches/watcher.
 #![allow(missing_docs, clippy::disallowed_methods, clippy::unwrap_used)]
 use linkwork_live::{Ask, Client, Live, Said, Server, Ticket, VERSION};
 use linkwork_runner::{Runner, Watch};
@@ -31,8 +31,8 @@ impl Watch for Nothing {
     fn tick(&mut self, _: &Simulation) {}
 }
 
-/// What part of its time the thread of a run spends on a watcher of every number of the rover who wants 100 rows a second of
-/// the wall.
+/// Measures the fraction of its time that the thread of a run spends on a client that requests all signals of the rover at 100 samples per second of
+/// wall time.
 fn watched(sim: Simulation) {
     let mut runner = Runner::new(sim, Nothing);
     let mut live = Live::new(Server::start("127.0.0.1:0", "traverse").unwrap());
@@ -53,7 +53,7 @@ fn watched(sim: Simulation) {
         }
         rows
     });
-    // As a run does it: some milliseconds of steps, then whoever asks is attended.
+    // As in a run: some milliseconds of steps, then pending requests are served.
     let (mut numbers, mut spent, mut began) = (0, Duration::ZERO, None);
     let begin = Instant::now();
     while begin.elapsed() < Duration::from_secs(8) {

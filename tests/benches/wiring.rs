@@ -1,7 +1,7 @@
-//! Wiring overhead: chains of gain, integrator and hold; a six-wheel drive; compile time; checkpoint.
+//! Overhead of connections: chains of gain, integrator and hold; a six-wheel drive; compile time; checkpoint.
 //!
-//! With LINKWORK_PEERS=<folder of tests/benches/peers/install.sh --drake> the same systems run in
-//! Drake and the table has their ratio. One command for all benches: tests/benches/run.
+//! If `LINKWORK_PEERS` is the folder of `tests/benches/peers/install.sh --drake`, the same systems run in Drake and the table has the ratio. One
+//! command runs all benches: tests/benches/run.
 #![allow(missing_docs, clippy::disallowed_methods, clippy::unwrap_used)]
 #[path = "wiring/drive.rs"]
 mod drive;
@@ -122,7 +122,7 @@ fn chain(n: usize, integrator: linkwork_runtime::Integrator) -> Spec {
     spec
 }
 
-/// The least of several repeats, in ns per call.
+/// Returns the shortest of several repeats, in ns per call.
 fn best(repeats: usize, calls: usize, mut f: impl FnMut()) -> f64 {
     let mut least = f64::INFINITY;
     for _ in 0..repeats {
@@ -182,7 +182,7 @@ fn main() {
     ] {
         for (n, target) in [(100, 6.0), (1000, 8.0)] {
             let plan = Arc::new(compile(&chain(n, integrator), &catalogue, &files).unwrap());
-            // Operations evaluated per step: outputs, derivatives, updates, stages counted each.
+            // Operations evaluated per step: outputs, derivatives, updates; stages count separately.
             let stages = if integrator == linkwork_runtime::Integrator::Rk4 { 3 } else { 0 };
             let ops = plan.ops.len() + n / 3 + n / 3 + stages * (plan.stage_ops.len() + n / 3);
             let mut sim = Simulation::new(plan);

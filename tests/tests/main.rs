@@ -1,4 +1,4 @@
-//! Whole machines and simulations: one program, a folder for each field.
+//! Tests of complete mechanisms and simulations: one program, with a folder for each field.
 #![allow(non_snake_case, clippy::unwrap_used)]
 
 #[path = "../common/mod.rs"]

@@ -225,6 +225,8 @@ mod tests {
         let there = orbit.at(100.0 * 86_400.0);
         assert!((later.at(0.0) - there).norm() < 1.0, "{}", (later.at(0.0) - there).norm());
         let e = SolarOrbit { epoch: Some("soon".into()), ..mars }.orbit(&j2000).err().unwrap();
-        assert!(e.message.contains("`soon` is no epoch") && e.param.as_deref() == Some("orbit"));
+        assert!(
+            e.message.contains("`soon` is not an epoch") && e.param.as_deref() == Some("orbit")
+        );
     }
 }

@@ -208,7 +208,7 @@ fn mistakes_in_loops_have_places_and_remedies() {
         ),
         (
             "a: \"rod\", b: \"rocker\", hinge: Chain(Pin([0, 1, 0]), Slider([1, 0, 0]))",
-            &["has a slider behind a turn", "+sim.ron:13:2\n"],
+            &["has a slider after a rotation", "+sim.ron:13:2\n"],
         ),
     ] {
         faults(&loops(fields), expected);
@@ -245,11 +245,11 @@ fn mistakes_in_couplings_have_places_and_remedies() {
         ("constant: 1", &["coupling `Arm/c` has no `terms`"]),
         (
             "terms: { \"crank\": 0, \"rod\": 0 }",
-            &["coupling `Arm/c` has no term that is not zero", "+sim.ron:13:2\n"],
+            &["coupling `Arm/c` has no nonzero term", "+sim.ron:13:2\n"],
         ),
         (
             "terms: { \"crank\": 1, \"crank[0]\": 1 }",
-            &["subhinge 0 of `Arm/crank` comes twice", "+sim.ron:13:2\n", "+add the factors up"],
+            &["subhinge 0 of `Arm/crank` appears twice", "+sim.ron:13:2\n", "+add the factors"],
         ),
         (
             "terms: { \"crank[1]\": 1 }",

@@ -297,7 +297,7 @@ fn bindings_and_parents() {
     refused(
         &rover("bodies: { \"a\": (parent: \"b\"), \"b\": (parent: \"a\") }"),
         &[
-            "error: bodies form a ring: Rover/a -> Rover/b -> Rover/a\n  --> sim.ron:3:25\n  help: hang one of them on `world`",
+            "error: bodies form a cycle: Rover/a -> Rover/b -> Rover/a\n  --> sim.ron:3:25\n  help: hang one of them on `world`",
         ],
     );
 }

@@ -24,7 +24,7 @@ fn run(bencher: Bencher, mut s: Scene, poses: Vec<Pose>, margin: f64) {
     });
 }
 
-/// Twenty boxes in four layers, each a little turned and sunk.
+/// Twenty boxes in four layers, each slightly rotated and overlapping with its neighbours.
 fn pile(ground: Shape) -> (Scene, Vec<Pose>) {
     let mut r = Random(11);
     let mut shapes = vec![ground];
@@ -58,7 +58,7 @@ fn twenty_boxes_in_a_pile_on_a_mesh(bencher: Bencher) {
 fn two(bencher: Bencher, a: Shape, b: Shape, X: Pose) {
     let mut s = scene(&[a, b]);
     let mut poses = vec![Pose::identity(), X];
-    // To half a millimetre of overlap.
+    // Adjust to half a millimetre of overlap.
     let points = s.contacts(1.0, &poses);
     let c = deepest(&points).unwrap();
     poses[1].position -= c.normal * (c.gap + 5e-4);
@@ -98,7 +98,7 @@ fn lying_cylinder_on_box(bencher: Bencher) {
     );
 }
 
-/// Waves of 2 cm.
+/// A height field with waves of 2 cm.
 fn waves() -> Shape {
     let n = 101;
     let heights = (0..n * n)
@@ -127,7 +127,7 @@ fn box_on_terrain(bencher: Bencher) {
     two(bencher, waves(), Shape::Box { half }, lying(0.105));
 }
 
-/// The six wheels of a rover on waves, at places where each sinks in by 50 µm; argument: margin in mm. An item is a wheel.
+/// The six wheels of a rover on waves, at positions where each penetrates by 50 µm; the argument is the margin in mm. An item is a wheel.
 #[divan::bench(args = [1, 10])]
 fn wheels_on_waves(bencher: Bencher, margin_mm: u32) {
     let (wheels, n, d) = (6, 81, 0.1);

@@ -1,11 +1,11 @@
-//! Along which normal two convex cores are farthest apart, or least deep in each other.
+//! Separating axis of two convex cores: the normal of largest distance, or of smallest penetration depth.
 //!
 //! ```text
-//! candidates: normals of faces of A, of B, products of edges     (complete for points, segments, polytopes that overlap)
-//! apart:      the nearest points by Gilbert, Johnson and Keerthi on A − B
+//! candidates: normals of faces of A, of B, products of edges     (complete for points, segments, overlapping polytopes)
+//! separated:  the nearest points by Gilbert, Johnson and Keerthi on A − B
 //! overlap:    of a cylinder or an ellipsoid: expanding polytopes (parry)
 //! ```
-//! A face goes before an edge, and A before B, when they differ by less than [`BIAS`]: what rests on a face stays there.
+//! If the separations differ by less than [`BIAS`], a face takes precedence over an edge, and A over B, so that a resting contact keeps its face.
 
 use crate::convert::{from_parry, magnitudes, to_parry};
 use crate::core::{Core, Placed, Poly};
@@ -15,37 +15,37 @@ use parry3d_f64::query::epa::EPA;
 use parry3d_f64::query::gjk::{CsoPoint, VoronoiSimplex};
 use parry3d_f64::shape::SupportMap;
 
-/// In sizes of the pair.
+/// Relative to the size of the pair.
 pub(crate) const BIAS: f64 = 1e-5;
-/// More products of edges than this are not tried; expanding polytopes find them.
+/// Maximum number of edge products; with more, expanding polytopes are used.
 const PRODUCTS: usize = 600;
 
-/// Where a normal comes from.
+/// Origin of a normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Source {
-    /// A face of either.
+    /// A face of one of the cores.
     Face,
-    /// Edges, or something round.
+    /// Edges, or a curved surface.
     Other,
 }
 
-/// A normal from A to B and the distance along it.
+/// A unit normal from A to B and the separation along it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Axis {
-    /// Unit, from A to B.
+    /// Unit vector from A to B.
     pub n: Vec3,
-    /// m.
+    /// Separation, m.
     pub sep: f64,
-    /// Where it comes from.
+    /// Origin of the normal.
     pub source: Source,
 }
 
-/// Whether an overlap is told by the candidates alone.
+/// Returns true if the candidates alone determine the penetration depth.
 pub(crate) fn complete(a: &Core, b: &Core) -> bool {
     !round(a) && !round(b) && few(a, b)
 }
 
-/// Whether a core is curved.
+/// Returns true if a core is curved.
 pub(crate) fn round(c: &Core) -> bool {
     matches!(c, Core::Cylinder { .. } | Core::Ellipsoid { .. })
 }
@@ -54,7 +54,7 @@ fn few(a: &Core, b: &Core) -> bool {
     a.edges().len() * b.edges().len() <= PRODUCTS
 }
 
-/// The best of the candidates; `None` when one of them shows more than `limit` between the cores.
+/// Returns the best candidate; `None` when one of them shows a separation above `limit`.
 pub(crate) fn best(a: &Placed, b: &Placed, limit: f64, bias: f64) -> Option<Axis> {
     if let (Core::Poly(Poly { half: Some(ha), .. }), Core::Poly(Poly { half: Some(hb), .. })) =
         (a.core, b.core)
@@ -112,7 +112,7 @@ pub(crate) fn best(a: &Placed, b: &Placed, limit: f64, bias: f64) -> Option<Axis
     Some(best)
 }
 
-/// Normals of faces with the plane's height along them.
+/// Visits the normals of faces with the plane's offset along them.
 fn faces(c: &Placed, visit: &mut impl FnMut(Vec3, f64)) {
     match c.core {
         Core::Poly(p) => {
@@ -131,13 +131,13 @@ fn faces(c: &Placed, visit: &mut impl FnMut(Vec3, f64)) {
     }
 }
 
-/// A unit vector along v; z where v has no direction.
+/// Returns a unit vector along v; z if v has no direction.
 pub(crate) fn direction(v: &Vec3) -> Vec3 {
     let length = v.norm();
     if length > 1e-300 { v / length } else { Vec3::z() }
 }
 
-/// The fifteen axes of two boxes.
+/// Tests the fifteen axes of two boxes.
 fn boxes(a: &Placed, b: &Placed, ha: &Vec3, hb: &Vec3, limit: f64, bias: f64) -> Option<Axis> {
     let C = a.R.tr_mul(&b.R);
     let t = a.R.tr_mul(&(b.p - a.p));
@@ -200,17 +200,17 @@ fn boxes(a: &Placed, b: &Placed, ha: &Vec3, hb: &Vec3, limit: f64, bias: f64) ->
     Some(Axis { n, sep, source })
 }
 
-/// What the iteration on A − B finds.
+/// Result of the iteration on A − B.
 pub(crate) enum Nearest {
-    /// More than the limit between them.
+    /// The separation is above the limit.
     Far,
     /// Points on A and B, the unit normal between them, the distance.
     Apart(Vec3, Vec3, Vec3, f64),
-    /// They overlap or touch; the best normal met on the way.
+    /// They overlap or touch; the best normal found during the iteration.
     Overlap(Vec3),
 }
 
-/// Nearest points of two cores.
+/// Returns the nearest points of two cores.
 pub(crate) fn nearest(
     a: &Placed,
     b: &Placed,
@@ -247,7 +247,7 @@ pub(crate) fn nearest(
         if simplex.dimension() == 3 && lower <= 0.0 {
             return Nearest::Overlap(normal);
         }
-        // A flat tetrahedron may seem to hold the origin: what separates knows better.
+        // A flat tetrahedron may seem to contain the origin, so the separation of the last normal decides.
         if simplex.dimension() == 3 || !(next.norm() < dist) {
             break;
         }
@@ -264,7 +264,7 @@ pub(crate) fn nearest(
     Nearest::Apart(points.0, points.1, n, dist)
 }
 
-/// A core in the pair's frame, for parry.
+/// A core in the pair's frame, as a support map for parry.
 struct Shim<'a>(Placed<'a>);
 
 impl SupportMap for Shim<'_> {
@@ -273,7 +273,7 @@ impl SupportMap for Shim<'_> {
     }
 }
 
-/// The least depth of overlapping cores: normal and distance (negative). The simplex is that of [`nearest`].
+/// Returns the smallest penetration depth of overlapping cores: normal and distance (negative). The simplex is that of [`nearest`].
 pub(crate) fn depth(
     a: &Placed,
     b: &Placed,

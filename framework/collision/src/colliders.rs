@@ -1,4 +1,4 @@
-//! The colliders of a mechanism: checked, in the order of their names, constant.
+//! The colliders of a mechanism: checked, sorted by name, constant.
 
 use crate::covered;
 use crate::discs::Discs;
@@ -12,19 +12,19 @@ use linkwork_multibody::spatial::Pose;
 use linkwork_multibody::{BodyId, Multibody};
 use std::sync::Arc;
 
-/// A collider of one [`Colliders`]: its place in the order of names.
+/// Handle of a collider of one [`Colliders`]: its index in the order of names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ColliderId(pub(crate) u32);
 
 impl ColliderId {
-    /// Position in the order of names.
+    /// Returns its index in the order of names.
     #[must_use]
     pub fn index(self) -> usize {
         self.0 as usize
     }
 }
 
-/// All that was given, and its geometry: what [`Colliders::rebuild`] starts from.
+/// All specifications and their geometry, from which [`Colliders::rebuild`] starts.
 #[derive(Debug)]
 struct Book {
     specs: Vec<ColliderSpec>,
@@ -32,10 +32,10 @@ struct Book {
     rules: Rules,
 }
 
-/// A collider ready for queries.
+/// A collider that is ready for queries.
 #[derive(Debug)]
 pub(crate) struct Item {
-    /// Its place in the book.
+    /// Its index in the book.
     pub spec: usize,
     /// Its body.
     pub body: Option<BodyId>,
@@ -43,20 +43,20 @@ pub(crate) struct Item {
     pub pose: Pose,
     /// Padding, m.
     pub padding: f64,
-    /// Discs that touch instead of the fine shape.
+    /// Discs that replace the fine shape in contact.
     pub discs: Option<Discs>,
-    /// The others of its rigid piece that it meets or overlaps, and that may cover its faces.
+    /// Other colliders of its rigid piece that touch or overlap it and may cover its faces.
     pub fellows: Vec<u32>,
     solids: [Option<Arc<Solid>>; 2],
 }
 
 impl Item {
-    /// Whether this detail has a shape of its own that is coarser.
+    /// Returns true if this detail has a separate coarse shape.
     pub(crate) fn is_coarse(&self, detail: Detail) -> bool {
         detail == Detail::Coarse && self.solids[1].is_some()
     }
 
-    /// The geometry of a detail.
+    /// Returns the geometry of a detail.
     pub(crate) fn solid(&self, detail: Detail) -> Option<&Solid> {
         let [fine, coarse] = &self.solids;
         match detail {
@@ -66,31 +66,31 @@ impl Item {
     }
 }
 
-/// The colliders of a mechanism. They never change; a run keeps visibility and surface velocities outside ([`Hiding`], [`SurfaceVelocities`]).
+/// The colliders of a mechanism. They never change; visibility and surface velocities are kept by the run ([`Hiding`], [`SurfaceVelocities`]).
 #[derive(Debug)]
 pub struct Colliders {
     book: Arc<Book>,
     pub(crate) items: Vec<Item>,
     pub(crate) meets: Vec<bool>,
-    /// Of each pair the law, from 1 on.
+    /// For each pair the index of its law, from 1 on.
     laws: Vec<u16>,
     resists: bool,
 }
 
-/// What [`Colliders::rebuild`] gives.
+/// Result of [`Colliders::rebuild`].
 #[derive(Debug)]
 pub struct Rebuilt {
-    /// The colliders of the bodies that are there.
+    /// The colliders of the existing bodies.
     pub colliders: Colliders,
-    /// Names of colliders whose body is not there. They come back when it does.
+    /// Names of colliders whose body does not exist now. They return when their body does.
     pub dropped: Vec<String>,
 }
 
 impl Colliders {
-    /// Checks everything and builds hulls, trees of triangles and the table of pairs: O(n²) in the colliders.
+    /// Checks everything and builds hulls, triangle trees and the table of pairs. O(n²) in the number of colliders.
     ///
     /// # Errors
-    /// All that is wrong with the colliders and the rules, at once.
+    /// All faults of the colliders and the rules at once.
     pub fn new(
         specs: Vec<ColliderSpec>,
         rules: Rules,
@@ -114,10 +114,10 @@ impl Colliders {
         Ok(Self::assemble(Arc::new(Book { specs, solids, rules }), multibody))
     }
 
-    /// These and one more. The geometry of these is shared, not built again.
+    /// Returns a copy with one more collider. The geometry of the existing ones is shared, not built again.
     ///
     /// # Errors
-    /// All that is wrong with it.
+    /// All faults of the new collider.
     pub fn with(&self, more: ColliderSpec, multibody: &Multibody) -> Result<Self, CollisionError> {
         let mut specs = self.book.specs.clone();
         let at = specs.partition_point(|s| s.name <= more.name);
@@ -167,8 +167,8 @@ impl Colliders {
         Self { book, items, meets, laws, resists }
     }
 
-    /// The same colliders and rules on another mechanism, by name: after bodies were attached or detached. Geometry is shared, not
-    /// built again. Colliders of bodies that are not there are left out and named; they are kept for the next time.
+    /// Returns the same colliders and rules for another mechanism, matched by name, for example after bodies were attached or detached. Geometry is
+    /// shared, not built again. Colliders of missing bodies are omitted and listed; they are kept for the next call.
     #[must_use]
     pub fn rebuild(&self, multibody: &Multibody) -> Rebuilt {
         let gone = |s: &&ColliderSpec| s.body != WORLD && multibody.body(&s.body).is_none();
@@ -176,45 +176,45 @@ impl Colliders {
         Rebuilt { colliders: Self::assemble(self.book.clone(), multibody), dropped }
     }
 
-    /// How many there are.
+    /// Returns the number of colliders.
     #[must_use]
     pub fn len(&self) -> usize {
         self.items.len()
     }
 
-    /// True when there are none.
+    /// Returns true if there are no colliders.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.items.is_empty()
     }
 
-    /// All identifiers, in the order of names.
+    /// Returns all handles, in the order of names.
     pub fn ids(&self) -> impl ExactSizeIterator<Item = ColliderId> + use<> {
         (0..self.items.len() as u32).map(ColliderId)
     }
 
-    /// The collider of that name. O(log n); do it before stepping.
+    /// Returns the collider with the given name. O(log n); call it at set-up.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<ColliderId> {
         let at = self.items.binary_search_by(|i| self.book.specs[i.spec].name.as_str().cmp(name));
         at.ok().map(|i| ColliderId(i as u32))
     }
 
-    /// What was given for a collider.
+    /// Returns the specification of a collider.
     #[must_use]
     #[track_caller]
     pub fn spec(&self, id: ColliderId) -> &ColliderSpec {
         &self.book.specs[self.items[id.index()].spec]
     }
 
-    /// The body of a collider; `None` for the world.
+    /// Returns the body of a collider; `None` for the world.
     #[must_use]
     #[track_caller]
     pub fn body(&self, id: ColliderId) -> Option<BodyId> {
         self.items[id.index()].body
     }
 
-    /// The distance of a collider's farthest point from its body's origin, at most, m; 0 where it has none (a half space).
+    /// Returns an upper bound for the distance of a collider's points from its body's origin, m; 0 for an unbounded collider (a half space).
     #[must_use]
     #[track_caller]
     pub fn extent(&self, id: ColliderId) -> f64 {
@@ -227,20 +227,20 @@ impl Colliders {
         item.solids.iter().flatten().map(of).fold(0.0, f64::max)
     }
 
-    /// The rules of who meets whom, as given.
+    /// Returns the collision rules as given.
     #[must_use]
     pub fn rules(&self) -> &Rules {
         &self.book.rules
     }
 
-    /// Whether the rules let a pair meet. What is hidden is another matter.
+    /// Returns true if the rules include a pair. Visibility is not considered.
     #[must_use]
     #[track_caller]
     pub fn meet(&self, a: ColliderId, b: ColliderId) -> bool {
         self.meets[a.index() * self.items.len() + b.index()]
     }
 
-    /// Pairs that do not meet for the one reason that a hinge joins their bodies, each once. O(n²): do it before stepping.
+    /// Returns the pairs that are excluded only because a hinge joins their bodies, each once. O(n²); call it at set-up.
     #[must_use]
     pub fn parted_by_hinges(&self, multibody: &Multibody) -> Vec<(ColliderId, ColliderId)> {
         let specs: Vec<&ColliderSpec> = self.ids().map(|i| self.spec(i)).collect();
@@ -255,7 +255,7 @@ impl Colliders {
         rows.map(|(i, j)| (ColliderId(i as u32), ColliderId(j as u32))).collect()
     }
 
-    /// Which of [`Rules::laws`] counts for a pair.
+    /// Returns the index in [`Rules::laws`] of the law for a pair.
     #[must_use]
     #[track_caller]
     pub fn law(&self, a: ColliderId, b: ColliderId) -> Option<usize> {
@@ -265,13 +265,13 @@ impl Colliders {
         usize::from(self.laws[a.index() * self.items.len() + b.index()]).checked_sub(1)
     }
 
-    /// Whether any pair resists rolling or spinning.
+    /// Returns true if any pair has rolling or spinning friction.
     #[must_use]
     pub fn resists(&self) -> bool {
         self.resists
     }
 
-    /// Resistance of a pair to rolling and spinning.
+    /// Returns the rolling and spinning friction of a pair.
     #[must_use]
     #[track_caller]
     pub fn resistance(&self, a: ColliderId, b: ColliderId) -> Resistance {
@@ -284,20 +284,20 @@ impl Colliders {
         }
     }
 
-    /// Returns the velocities of surfaces over their bodies when a run begins, as the specifications say.
+    /// Returns the surface velocities relative to the bodies at the beginning of a run, from the specifications.
     #[must_use]
     pub fn surface_velocities(&self) -> SurfaceVelocities {
         SurfaceVelocities { of: self.ids().map(|i| self.spec(i).surface_velocity).collect() }
     }
 
-    /// What is hidden when a run begins, as the specifications say.
+    /// Returns the visibility at the beginning of a run, from the specifications.
     #[must_use]
     pub fn hiding(&self) -> Hiding {
         let hidden = |i| self.spec(i).hidden == Visibility::Hidden;
         Hiding { hidden: self.ids().map(hidden).collect() }
     }
 
-    /// What is hidden, carried over from `old` colliders by name; those that are new are as their specification says.
+    /// Returns the visibility carried over from `old` colliders by name; new colliders have the visibility of their specification.
     #[must_use]
     pub fn carry_hiding(&self, old: &Colliders, hiding: &Hiding) -> Hiding {
         let mut new = self.hiding();
@@ -310,7 +310,7 @@ impl Colliders {
     }
 }
 
-/// The geometry of a collider, fine and coarse; what is wrong with it goes to `faults`.
+/// Builds the fine and coarse geometry of a collider; adds faults of its shapes to `faults`.
 fn build(s: &ColliderSpec, faults: &mut Vec<ColliderFault>) -> [Option<Arc<Solid>>; 2] {
     let mut one = |which: &'static str, shape| match Solid::new(shape) {
         Ok(solid) => Some(Arc::new(solid)),
@@ -323,7 +323,7 @@ fn build(s: &ColliderSpec, faults: &mut Vec<ColliderFault>) -> [Option<Arc<Solid
     [one("fine", &s.fine), s.coarse.as_ref().and_then(|shape| one("coarse", shape))]
 }
 
-/// Faults of the specifications beside their shapes.
+/// Checks everything in the specifications except the shapes.
 fn check(specs: &[ColliderSpec], multibody: &Multibody) -> Vec<ColliderFault> {
     let mut faults = Vec::new();
     for (i, s) in specs.iter().enumerate() {

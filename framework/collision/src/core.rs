@@ -1,15 +1,15 @@
-//! Convex cores: a point, a segment, a cylinder, an ellipsoid, a polytope. A shape is a core and a radius around it.
+//! Convex cores: point, segment, cylinder, ellipsoid, polytope. A shape is a core with a radius around it.
 //!
 //! ```text
 //! h(d) = max over x in the core of d · x        support
 //! sep(n) = −h_B(−n) − h_A(n)                    along a unit normal n from A to B
-//! distance = max over n of sep(n)               also when it is negative: the least depth
+//! distance = max over n of sep(n)               for overlap it is negative: the smallest penetration depth
 //! ellipsoid with H = diag(half axes):           h(d) = |H d|, at the point H² d / |H d|
 //! ```
 
 use linkwork_multibody::spatial::{Mat3, Pose, Vec3};
 
-/// Mixes two names to one. The same names give the same number in every run.
+/// Combines two feature names into one. The result is the same in every run.
 #[inline]
 pub(crate) fn mix(a: u64, b: u64) -> u64 {
     let mut z = a.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ b.wrapping_add(0x2545_f491_4f6c_dd1d);
@@ -18,7 +18,7 @@ pub(crate) fn mix(a: u64, b: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// The name of the edge between two corners.
+/// Returns the name of the edge between two corners.
 #[inline]
 pub(crate) fn edge_name(a: u64, b: u64) -> u64 {
     mix(a.min(b) + 1, a.max(b) + 1)
@@ -29,9 +29,9 @@ pub(crate) fn edge_name(a: u64, b: u64) -> u64 {
 pub(crate) struct Face {
     /// Outward normal, unit.
     pub n: Vec3,
-    /// First of its corners in `ring`.
+    /// Index of its first corner in `ring`.
     pub start: u32,
-    /// How many corners.
+    /// Number of its corners.
     pub len: u32,
 }
 
@@ -42,20 +42,20 @@ pub(crate) struct Poly {
     pub vertices: Vec<Vec3>,
     /// Names of the corners.
     pub names: Vec<u64>,
-    /// Faces that push. A triangle has one.
+    /// Faces with contact on their outside. A triangle has one.
     pub faces: Vec<Face>,
-    /// Corners of the faces, counter-clockwise from outside.
+    /// Corners of all faces, counter-clockwise seen from outside.
     pub ring: Vec<u32>,
-    /// Directions of edges, each once, unit.
+    /// Unit directions of edges, each once.
     pub edges: Vec<Vec3>,
-    /// Half edges when it is a box.
+    /// Half edges if the polytope is a box.
     pub half: Option<Vec3>,
-    /// Half the least distance of a face and the corner farthest behind it, m; zero for a triangle.
+    /// Half the smallest distance between a face and the corner farthest behind it, m; zero for a triangle.
     pub thick: f64,
 }
 
 impl Poly {
-    /// A box.
+    /// Creates a box.
     pub(crate) fn cuboid(half: Vec3) -> Self {
         let mut p = Self { half: Some(half), thick: half.min(), ..Self::default() };
         for i in 0..8u64 {
@@ -82,7 +82,7 @@ impl Poly {
         p
     }
 
-    /// With the memory of a triangle, and none of its corners yet: see [`set_triangle`](Self::set_triangle).
+    /// Reserves memory for a triangle; [`set_triangle`](Self::set_triangle) sets its corners.
     pub(crate) fn of_triangle() -> Self {
         Self {
             vertices: Vec::with_capacity(3),
@@ -94,7 +94,7 @@ impl Poly {
         }
     }
 
-    /// Makes this the triangle of these corners and names, with unit normal `n`.
+    /// Sets the corners, names and unit normal `n` of the triangle.
     pub(crate) fn set_triangle(&mut self, v: &[Vec3; 3], names: &[u64; 3], n: Vec3) {
         for list in [&mut self.vertices, &mut self.edges] {
             list.clear();
@@ -109,7 +109,7 @@ impl Poly {
         self.ring.extend([0, 1, 2]);
     }
 
-    /// Corners of a face: indices.
+    /// Returns the corner indices of a face.
     pub(crate) fn ring_of(&self, face: &Face) -> &[u32] {
         &self.ring[face.start as usize..(face.start + face.len) as usize]
     }
@@ -120,25 +120,25 @@ impl Poly {
 pub(crate) enum Core {
     /// The origin.
     Point,
-    /// From −h to h on the z axis.
+    /// The segment from −h to h on the z axis.
     Segment { h: f64 },
-    /// Radius r about the z axis, from −h to h.
+    /// The cylinder of radius r about the z axis, from −h to h.
     Cylinder { r: f64, h: f64 },
-    /// Half axes along x, y, z.
+    /// The ellipsoid with half axes along x, y, z.
     Ellipsoid { half: Vec3 },
     /// A polytope.
     Poly(Poly),
 }
 
 impl Core {
-    /// The point farthest along d.
+    /// Returns the support point: the point farthest along d.
     #[inline]
     pub(crate) fn support(&self, d: &Vec3) -> Vec3 {
         match self {
             Core::Point => Vec3::zeros(),
             Core::Segment { h } => Vec3::new(0.0, 0.0, h.copysign(d.z)),
             Core::Cylinder { r, h } => {
-                // d is near unit length: squares neither overflow nor matter where they underflow.
+                // d has nearly unit length, so squares cannot overflow, and underflow has no effect.
                 let s = (d.x * d.x + d.y * d.y).sqrt();
                 let (x, y) = if s > 0.0 { (d.x / s, d.y / s) } else { (1.0, 0.0) };
                 Vec3::new(r * x, r * y, h.copysign(d.z))
@@ -157,7 +157,7 @@ impl Core {
         }
     }
 
-    /// Least and greatest d · x, d of any length.
+    /// Returns the smallest and largest d · x; d may have any length.
     #[inline]
     fn range(&self, d: &Vec3) -> (f64, f64) {
         match self {
@@ -187,7 +187,7 @@ impl Core {
         }
     }
 
-    /// Half of its least extent, m; between a face and what is behind it for a polytope.
+    /// Returns half of its smallest extent, m; for a polytope, between a face and the corners behind it.
     pub(crate) fn least_half(&self) -> f64 {
         match self {
             Core::Point | Core::Segment { .. } => 0.0,
@@ -197,22 +197,22 @@ impl Core {
         }
     }
 
-    /// By how much lowest points along two directions may differ for each radian between them, when they lie on a smooth part, m.
+    /// Returns an upper bound for the change of the support distance per radian of the direction on a smooth part, m.
     pub(crate) fn radius(&self) -> f64 {
         match self {
             Core::Cylinder { r, .. } => *r,
-            // The greatest radius of curvature: at the end of the shortest axis, along the longest.
+            // The largest radius of curvature is at the end of the shortest axis, along the longest axis.
             Core::Ellipsoid { half } => half.max() * half.max() / half.min(),
             _ => 0.0,
         }
     }
 
-    /// Whether it is a triangle, which has no inside.
+    /// Returns true for a triangle, which has no interior.
     pub(crate) fn is_triangle(&self) -> bool {
         matches!(self, Core::Poly(p) if p.faces.len() == 1)
     }
 
-    /// Directions of straight edges.
+    /// Returns the directions of straight edges.
     pub(crate) fn edges(&self) -> &[Vec3] {
         const Z: [Vec3; 1] = [Vec3::new(0.0, 0.0, 1.0)];
         match self {
@@ -223,7 +223,7 @@ impl Core {
     }
 }
 
-/// The point of an ellipsoid farthest along d.
+/// Returns the support point of an ellipsoid along d.
 #[inline]
 fn ellipsoid_support(half: &Vec3, d: &Vec3) -> Vec3 {
     let w = half.component_mul(d);
@@ -231,47 +231,47 @@ fn ellipsoid_support(half: &Vec3, d: &Vec3) -> Vec3 {
     if length > 0.0 { half.component_mul(&w) / length } else { Vec3::new(half.x, 0.0, 0.0) }
 }
 
-/// Returns the distance of a point q from an ellipsoid, m; negative inside. The error is of second order in that distance.
+/// Returns the approximate distance of a point q from an ellipsoid, m; negative inside. The error is of second order in the distance.
 pub(crate) fn over_ellipsoid(half: &Vec3, q: &Vec3) -> f64 {
     let scaled = q.component_div(half);
     let (f, slope) = (scaled.norm(), scaled.component_div(half).norm());
     if slope > 0.0 { (f - 1.0) * f / slope } else { -half.min() }
 }
 
-/// How far x is beyond −h … h. A comparison each, without the checks of `clamp`.
+/// Returns the excess of x beyond −h … h. Uses one comparison per side, without the checks of `clamp`.
 #[inline(always)]
 pub(crate) fn beyond(x: f64, h: f64) -> f64 {
     let held = if x > h { h } else { x };
     x - if held < -h { -h } else { held }
 }
 
-/// A core at a place.
+/// A core at a pose.
 #[derive(Clone, Copy)]
 pub(crate) struct Placed<'a> {
-    /// What.
+    /// The core.
     pub core: &'a Core,
-    /// Core to frame of the pair.
+    /// Rotation from the core's frame to the frame of the pair.
     pub R: Mat3,
-    /// The core's origin, m.
+    /// Position of the core's origin, m.
     pub p: Vec3,
 }
 
 impl<'a> Placed<'a> {
-    /// At the origin.
+    /// Returns a core at the origin.
     pub(crate) fn here(core: &'a Core) -> Self {
         Self { core, R: Mat3::identity(), p: Vec3::zeros() }
     }
 
-    /// At a pose.
+    /// Returns a core at a pose.
     pub(crate) fn at(core: &'a Core, X: &Pose) -> Self {
         Self { core, R: X.rotation.to_rotation_matrix().into_inner(), p: X.position }
     }
 
-    /// The point farthest along d.
+    /// Returns the support point along d.
     #[inline]
     pub(crate) fn support(&self, d: &Vec3) -> Vec3 {
         if let Core::Cylinder { r, h } = self.core {
-            // Only the axis matters, unless d is nearly along it: then w would lose its digits.
+            // Only the axis matters, unless d is nearly parallel to it: then w would suffer from cancellation.
             let z = self.R.column(2);
             let along = z.dot(d);
             let w = d - z * along;
@@ -283,7 +283,8 @@ impl<'a> Placed<'a> {
         self.R * self.core.support(&self.R.tr_mul(d)) + self.p
     }
 
-    /// From a point to the core, of any length: to the nearest point of a cylinder, a segment or a box, else to the origin. Zero within a cylinder or a box.
+    /// Returns a vector of any length from a point to the core: to the nearest point of a cylinder, segment or box, otherwise to the origin. Zero
+    /// inside a cylinder or box.
     #[inline(always)]
     pub(crate) fn toward(&self, from: &Vec3) -> Vec3 {
         let q = self.R.tr_mul(&(from - self.p));
@@ -303,7 +304,7 @@ impl<'a> Placed<'a> {
         -(self.R * out)
     }
 
-    /// How fast the point farthest along d moves when d moves by `step`: zero at corners.
+    /// Returns the change of the support point when d changes by `step`; zero at corners.
     #[inline]
     pub(crate) fn support_rate(&self, d: &Vec3, step: &Vec3) -> Vec3 {
         let r = match self.core {
@@ -324,7 +325,7 @@ impl<'a> Placed<'a> {
         self.R * Vec3::new(-y * across, x * across, 0.0)
     }
 
-    /// Least and greatest d · x.
+    /// Returns the smallest and largest d · x.
     #[inline(always)]
     pub(crate) fn range(&self, d: &Vec3) -> (f64, f64) {
         let at = self.p.dot(d);
@@ -339,10 +340,10 @@ impl<'a> Placed<'a> {
     }
 }
 
-/// A corner of a polygon, and the edge from it to the next.
+/// A corner of a polygon, and the edge to the next corner.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Corner {
-    /// Place, m.
+    /// Position, m.
     pub p: Vec3,
     /// Name of the corner.
     pub name: u64,
@@ -350,13 +351,13 @@ pub(crate) struct Corner {
     pub edge: u64,
 }
 
-/// A flat end counts as facing along n while sin of the angle is below this.
+/// A flat end counts as facing n if the sine of the angle is below this.
 const FACING: f64 = 0.2;
-/// Below this the eight points on a rim are fixed on the body, above they turn with the tilt.
+/// Below this tilt the eight points on a rim are fixed on the body; above, they rotate with the tilt.
 const LEVEL: f64 = 1e-4;
 
 impl Placed<'_> {
-    /// Whether a flat part of its surface lies across n.
+    /// Returns true if the surface has a flat part perpendicular to n.
     pub(crate) fn lies_flat(&self, n: &Vec3) -> bool {
         let d = self.R.tr_mul(n);
         match self.core {
@@ -369,7 +370,7 @@ impl Placed<'_> {
         }
     }
 
-    /// The part of the surface that faces along n: its corners into `out`. Returns its normal when it is a face.
+    /// Writes the corners of the surface part that faces n to `out`. Returns its normal if it is a face.
     pub(crate) fn facing(&self, n: &Vec3, out: &mut Vec<Corner>) -> Option<Vec3> {
         out.clear();
         let d = self.R.tr_mul(n);
@@ -401,7 +402,7 @@ fn push_line(out: &mut Vec<Corner>, ends: &[Vec3; 2], names: [u64; 2]) {
     out.extend((0..2).map(|i| Corner { p: ends[i], name: names[i], edge }));
 }
 
-/// An end (eight points of its rim), a line on the side, or the farthest point of a rim.
+/// Returns an end (eight points of its rim), a line on the side, or the farthest point of a rim.
 fn facing_cylinder(r: f64, h: f64, d: &Vec3, out: &mut Vec<Corner>) -> Option<Vec3> {
     let s = (d.x * d.x + d.y * d.y).sqrt();
     let (x, y) = if s > LEVEL { (d.x / s, d.y / s) } else { (1.0, 0.0) };
@@ -427,7 +428,7 @@ fn facing_cylinder(r: f64, h: f64, d: &Vec3, out: &mut Vec<Corner>) -> Option<Ve
     None
 }
 
-/// The face whose normal is nearest to d.
+/// Returns the face whose normal is nearest to d.
 fn facing_poly(p: &Poly, d: &Vec3, out: &mut Vec<Corner>) -> Option<Vec3> {
     let (mut best, mut near) = (p.faces.first()?, f64::NEG_INFINITY);
     for f in &p.faces {

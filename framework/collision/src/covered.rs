@@ -1,15 +1,15 @@
-//! Faces of a collider that other colliders of the same rigid piece cover: the piece has no surface there.
+//! Faces of a collider that other colliders of the same rigid piece cover. The piece has no surface there.
 //!
-//! Flush boxes that make up the ground, or several shapes of one body, are one solid to what slides over them. Where two of them
-//! meet, each has a face that ends at the other. A contact point on that face has a normal along the common surface, and would stop
-//! a box that slides over the seam.
+//! Several flush boxes that form the ground, or several shapes of one body, must act as one solid for an object that slides over them. At a seam,
+//! each of two boxes has a face that touches the other. A contact point on such a face has a normal along the common surface and would stop a sliding
+//! box.
 //!
 //! ```text
-//! p on the face, n outwards, e and s small parts of the pair's size
-//! covered:   p + e n lies in another shape of the piece, and so does q + e n for each q of the face at the distance s from p
+//! p on the face, n outwards; e and s are small fractions of the pair's size
+//! covered:   p + e n lies in another shape of the piece, and q + e n also does for each q of the face at the distance s from p
 //! ```
-//! The points q matter where a wall is placed on a larger block: at the foot of the wall the top of the block is covered, but it is exposed next to it.
-//! Only convex shapes and half spaces cover, and only convex shapes are covered: triangles of a mesh know their neighbours.
+//! The points q matter where a wall stands on a larger block: the top of the block is covered under the wall but exposed next to it. Only convex
+//! shapes and half spaces can cover, and only convex shapes can be covered, because the triangles of a mesh have neighbour information.
 
 use crate::colliders::{Colliders, Item};
 use crate::core::{Core, Placed, over_ellipsoid};
@@ -21,18 +21,18 @@ use crate::solid::{Kind, Solid};
 use linkwork_multibody::Multibody;
 use linkwork_multibody::spatial::{Pose, Vec3};
 
-/// Distance from a contact point at which its face is tested, as a part of the size of the pair.
+/// Distance from a contact point at which its face is tested, relative to the size of the pair.
 const ASIDE: f64 = 1e-2;
-/// How far outside the face another shape must be there: cracks up to this are closed.
+/// Distance outside the face at which another shape is tested; narrower gaps count as closed.
 const OUTSIDE: f64 = 1e-3;
-/// What counts as on a surface.
+/// Tolerance for a point on a surface.
 const ON: f64 = 1e-6;
 
 /// Returns, for each collider, the others of its rigid piece whose bounding boxes overlap with its own. O(n²) in the colliders.
 pub(crate) fn fellows(items: &[Item], multibody: &Multibody) -> Vec<Vec<u32>> {
     let world = multibody.bodies().len();
     let group = groups(multibody);
-    // Poses in the frame of the piece: parents come first.
+    // Compute poses in the frame of the piece; parents come first.
     let mut in_piece = vec![Pose::identity(); world + 1];
     for (i, body) in multibody.bodies().iter().enumerate() {
         if body.v().is_empty() {
@@ -61,7 +61,7 @@ pub(crate) fn fellows(items: &[Item], multibody: &Multibody) -> Vec<Vec<u32>> {
     (0..items.len()).map(near).collect()
 }
 
-/// Returns the distance of a point from a solid at a pose, less its padding, m; negative inside. The value for a polytope is a lower bound.
+/// Returns the distance of a point from a solid at a pose, minus its padding, m; negative inside. For a polytope it is a lower bound.
 fn gap(solid: &Solid, X: &Pose, padding: f64, p: &Vec3) -> f64 {
     let q = X.rotation.inverse() * (p - X.position);
     let bare = match &solid.kind {
@@ -87,7 +87,7 @@ fn gap(solid: &Solid, X: &Pose, padding: f64, p: &Vec3) -> f64 {
 }
 
 impl Colliders {
-    /// Takes the contact points of a pair out, from `from` on, at which the face of one of the two is covered.
+    /// Removes the contact points of a pair, from `from` on, at which the face of one of the two is covered.
     pub(crate) fn uncover(
         &self,
         [a, b]: [&Seen; 2],

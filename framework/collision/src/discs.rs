@@ -1,16 +1,15 @@
-//! A cylinder as thin discs across its length, for what rolls.
+//! A cylinder as a row of thin discs, for rolling contact.
 //!
-//! A cylinder on a face touches along a line, of which contact knows the ends; on an edge it touches at the ends of the stretch
-//! that they share while both are parallel, and at one point as soon as they are not. What sums a force over such points jumps. A
-//! disc touches a face, an edge or a corner at one place, which moves without jumps while the disc rolls over them; each disc of
-//! a wheel is asked for itself.
+//! A cylinder on a face has a contact line, represented by its two ends. On an edge it has the ends of the common segment while both are parallel,
+//! and a single point otherwise. A force that is summed over such points is discontinuous. A thin disc touches a face, an edge or a corner at one
+//! point, which moves continuously while the disc rolls over them. The contact of each disc of a wheel is computed separately.
 //! ```text
-//! n        from the nearest points of the other and a disc of half the radius, which do not overlap; and of the candidates (axis.rs)
-//! polish   the greatest separation near each, sep(n); the greater of both                        (polish.rs)
-//! point    the disc's point farthest along −n
+//! n        from the nearest points of the other core and a disc of half the radius, which do not overlap; and from the candidates (axis.rs)
+//! polish   the local maximum of sep(n) near each; the larger of both                          (polish.rs)
+//! point    the support point of the disc along −n
 //! ```
-//! On a height field a disc meets the smooth surface through the heights ([`relief`](crate::relief)), as the models of wheels do.
-//! Where an end of the cylinder faces the other (it lies on its side), and on meshes, discs touch as cylinders do.
+//! On a height field a disc touches the smooth surface through the heights ([`relief`](crate::relief)), as the wheel models do. Where an end of the
+//! cylinder faces the other shape (the cylinder lies on its side), and on meshes, discs have the contact of a cylinder.
 
 use crate::axis::{self, Nearest, Source};
 use crate::core::{Core, Placed, mix};
@@ -23,29 +22,29 @@ use crate::solid::{Kind, Solid};
 use crate::surface::Surface;
 use linkwork_multibody::spatial::{Pose, Vec3};
 
-/// Half of a disc's thickness in radii.
+/// Half of a disc's thickness, relative to its radius.
 const THIN: f64 = 1e-3;
-/// An end faces the other above this cosine.
+/// An end faces the other shape if the cosine is above this.
 const ENDS: f64 = 0.98;
-/// On a ground the disc lies on its side when its axle is as upright as this, sine of the elevation.
+/// On the ground the disc lies on its side if the sine of the elevation of its axle is above this.
 const UPRIGHT: f64 = 0.9;
 
 /// The discs of one cylinder.
 #[derive(Debug)]
 pub(crate) struct Discs {
-    /// One of them about its own middle.
+    /// One disc about its centre.
     solid: Solid,
-    /// m.
+    /// Radius, m.
     radius: f64,
-    /// The same with half the radius.
+    /// A disc of half the radius.
     inner: Core,
-    /// Where their middles are on the cylinder's axis, m.
+    /// Positions of the discs' centres on the cylinder's axis, m.
     places: Vec<f64>,
-    /// Points of one disc nearer than this are one, m.
+    /// Contact points of one disc that are closer than this are merged, m.
     near: f64,
 }
 
-/// Which of a pair is a cylinder of discs.
+/// Selects which collider of a pair is the cylinder with discs.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Rolls {
     First,
@@ -53,7 +52,7 @@ pub(crate) enum Rolls {
 }
 
 impl Discs {
-    /// `count` discs, the first and last at the ends; `None` when the shape is no cylinder, or there is not one disc.
+    /// Creates `count` discs, with the first and last at the ends; `None` when the shape is not a cylinder or the count is zero.
     pub(crate) fn new(shape: &Shape, count: u32) -> Option<Self> {
         let Shape::Cylinder { radius, half_length } = *shape else { return None };
         let half = THIN * radius;
@@ -68,12 +67,12 @@ impl Discs {
         Some(Self { solid, radius, inner, places, near: 3.0 * half })
     }
 
-    /// Where the discs are on the cylinder's axis, m.
+    /// Returns the positions of the discs on the cylinder's axis, m.
     pub(crate) fn places(&self) -> &[f64] {
         &self.places
     }
 
-    /// Contact points of the disc at `z` on its axis and another solid, as [`pair`] gives them; `X_AB` is that of the whole pair.
+    /// Computes the contact points of the disc at `z` on its axis and another solid, as [`pair`] does; `X_AB` is the pose of the whole pair.
     pub(crate) fn touch(
         &self,
         (other, which, z): (&Solid, Rolls, f64),
@@ -83,7 +82,7 @@ impl Discs {
     ) {
         let along = Pose::translation(0.0, 0.0, z);
         let X_disc = match which {
-            // The disc in the frame of the other.
+            // Pose of the disc in the frame of the other solid.
             Rolls::First => X_AB.inverse() * along,
             Rolls::Second => *X_AB * along,
         };
@@ -134,8 +133,8 @@ impl Discs {
         self.join(&mut room.points);
     }
 
-    /// Points of the disc at `X_disc` on a ground, in its frame and with it as the first; false where the disc lies on its side. Of patches that share
-    /// a depth each is told with its part.
+    /// Computes the contact points of the disc at `X_disc` on a ground, in the ground's frame and with it as the first collider. Returns false if the
+    /// disc lies on its side. Patches with the same depth are weighted by their share.
     fn on_ground(&self, ground: &impl Relief, X_disc: &Pose, ask: &Ask, room: &mut Room) -> bool {
         let axle = X_disc.rotation * Vec3::z();
         if axle.z.abs() > UPRIGHT {
@@ -161,7 +160,7 @@ impl Discs {
         true
     }
 
-    /// Makes one point of those at both sides of a disc that has hardly any thickness.
+    /// Merges the points on both sides of a disc, which is almost infinitely thin.
     fn join(&self, points: &mut Vec<Point>) {
         let mut kept = 0;
         for i in 0..points.len() {
@@ -183,17 +182,17 @@ impl Discs {
     }
 }
 
-/// What a disc and a core have.
+/// Contact of a disc and a core.
 enum Found {
-    /// More than the limit between them.
+    /// The separation is above the limit.
     Far,
     /// One point.
     At(Point),
-    /// The disc's end faces the other.
+    /// The disc's end faces the other core.
     Flat,
 }
 
-/// The deepest point of a disc `b` in a core `a`.
+/// Returns the deepest point of a disc `b` in a core `a`.
 fn deepest(
     a: &Placed,
     b: &Placed,

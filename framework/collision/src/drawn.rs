@@ -1,28 +1,28 @@
-//! Shapes as a viewer draws them: surfaces of triangles, and boxes of bodies that have no shape.
+//! Shapes for viewers: triangle surfaces, and boxes for bodies without a shape.
 
 use crate::error::ShapeFault;
 use crate::shape::Shape;
 use crate::solid::hull_surface;
 use linkwork_multibody::spatial::{MassProperties, Pose, Vec3, quat};
 
-/// Corners (m, in the frame of the shape), and triangles, counter-clockwise seen from outside.
+/// Corners (m, in the frame of the shape) and triangles, counter-clockwise seen from outside.
 pub type Triangles = (Vec<Vec3>, Vec<[u32; 3]>);
 
-/// Edge of the piece of a half space that is drawn, m.
+/// Edge of the drawn part of a half space, m.
 const PIECE: f64 = 40.0;
 
-/// Points of a height field along an edge that are drawn at most.
+/// Maximum number of points along an edge of a drawn height field.
 const NODES: usize = 512;
 
-/// Edge of the box of a point mass, m.
+/// Edge of the cube that represents a point mass, m.
 const POINT: f64 = 0.1;
 
-/// The surface of a shape that is drawn by triangles: hull, mesh, height field (thinned where it is large, with its holes),
-/// and a piece of a half space. `None` for those that a viewer has itself: ball, ellipsoid, box, capsule, cylinder, and balls and cubes
-/// of clouds and voxel maps.
+/// Returns the surface of a shape that is drawn as triangles: hull, mesh, height field (coarsened if it is large, with its holes), and a part of a
+/// half space. Returns `None` for shapes that a viewer draws itself: sphere, ellipsoid, box, capsule, cylinder, and the spheres and cubes of clouds
+/// and voxel maps.
 ///
 /// # Errors
-/// [`ShapeFault`]: the points of a hull do not span a volume.
+/// [`ShapeFault`] if the points of a hull do not span a volume.
 pub fn drawn_surface(shape: &Shape) -> Result<Option<Triangles>, ShapeFault> {
     Ok(Some(match shape {
         Shape::ConvexHull { points } => hull_surface(points)?,
@@ -39,7 +39,7 @@ pub fn drawn_surface(shape: &Shape) -> Result<Option<Triangles>, ShapeFault> {
     }))
 }
 
-/// A plane z = 0 about the origin as it is drawn; edges along x and y in m, 0 for one without end.
+/// Returns the drawn part of a plane z = 0 about the origin; `edges` along x and y in m, 0 for an unbounded plane.
 pub fn drawn_plane(edges: [f64; 2]) -> Triangles {
     rectangle(edges.map(|e| if e > 0.0 { e } else { PIECE }))
 }
@@ -50,7 +50,7 @@ fn rectangle([x, y]: [f64; 2]) -> Triangles {
     (corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]])
 }
 
-/// Cut as the collision has it, without the triangles that have a corner where there is no ground.
+/// Returns a height field with the triangulation of the collision queries, without triangles that have a corner without data.
 fn field([x, y]: [usize; 2], spacing: [f64; 2], heights: &[f64]) -> Triangles {
     let kept = |n: usize| {
         let mut k: Vec<usize> = (0..n).step_by(n.div_ceil(NODES).max(1)).collect();
@@ -71,20 +71,20 @@ fn field([x, y]: [usize; 2], spacing: [f64; 2], heights: &[f64]) -> Triangles {
         .flat_map(|p| [[p, p + 1, p + w + 1], [p, p + w + 1, p + w]])
         .filter(there)
         .collect();
-    // A viewer takes no NaN, also where no triangle has it.
+    // Viewers do not accept NaN, even in points that no triangle uses.
     for p in corners.iter_mut().filter(|p| !p.z.is_finite()) {
         p.z = 0.0;
     }
     (corners, faces)
 }
 
-/// For a body without a shape: the solid box of even density that has its mass and inertia, with its place in the frame of
-/// the body; `None` for a body without mass. Flat boxes keep a fiftieth of their longest edge, a point mass becomes a cube.
+/// Returns, for a body without a shape, the solid box of uniform density that has its mass and inertia, with its pose in the body's frame; `None` for
+/// a body without mass. Each edge is at least a fiftieth of the longest one; a point mass becomes a cube.
 pub fn box_of_inertia(mass: &MassProperties) -> Option<(Pose, Shape)> {
     if !(mass.mass > 0.0) {
         return None;
     }
-    // About principal axes m (b² + c²) / 12 = I_a for edges a, b, c.
+    // For edges a, b, c the principal moments are I_a = m (b² + c²) / 12.
     let principal = mass.inertia_com.symmetric_eigen();
     let moments = principal.eigenvalues;
     let squares = moments.map(|m| 6.0 / mass.mass * (moments.sum() - 2.0 * m));
@@ -115,7 +115,7 @@ mod tests {
             let [p, q, s] = f.map(|k| points[k as usize]);
             assert!((q - p).cross(&(s - p)).z > 0.0, "{f:?} looks down");
         }
-        // A large one is thinned, and keeps its corners.
+        // A large field is coarsened and keeps its corners.
         let n = 3000;
         let (points, faces) = field([n, 2], [1.0, 1.0], &vec![0.0; 2 * n]);
         assert!(faces.len() < 2 * 2 * NODES);
@@ -128,13 +128,13 @@ mod tests {
         let mut heights = [0.5; 9];
         heights[0] = f64::NAN;
         let (points, faces) = field([3, 3], [1.0, 1.0], &heights);
-        // Two of the eight triangles have the first corner.
+        // Two of the eight triangles use the first corner.
         assert_eq!(faces.len(), 6);
         assert!(faces.iter().flatten().all(|k| *k != 0));
         assert!(points.iter().all(|p| p.z.is_finite()));
     }
 
-    /// Edges 0.3, 0.5, 0.9 m and 7 kg, turned and moved: the box is found again by its own mass and inertia.
+    /// Edges 0.3, 0.5, 0.9 m and 7 kg, rotated and displaced: the box is recovered from its mass and inertia.
     #[test]
     fn the_box_of_an_inertia_has_that_inertia() {
         let edges = Vec3::new(0.3, 0.5, 0.9);
@@ -152,7 +152,7 @@ mod tests {
         let own = moments_of(&(2.0 * half));
         let found = axes * Mat3::from_diagonal(&own) * axes.transpose();
         assert!((found - inertia).norm() < 1e-12, "{found}");
-        // A point mass is seen, and nothing of a body without mass.
+        // A point mass is drawn, a body without mass is not.
         let point = MassProperties::new(1.0, Vec3::x(), Mat3::zeros());
         let (_, shape) = box_of_inertia(&point).unwrap();
         assert_eq!(shape, Shape::Box { half: Vec3::repeat(0.05) });

@@ -1,14 +1,14 @@
-//! The contact of two cores that no face tells: the point that a normal was found from, two where edges lie side by side.
+//! Contact of two cores without a contact face: the point that determined the normal, or two points where edges are parallel.
 
 use crate::axis::{Axis, BIAS};
 use crate::core::{Core, Corner, Placed, edge_name};
 use crate::manifold::{OF_A, OF_B, Point, Room, corner, crossing};
 use linkwork_multibody::spatial::Vec3;
 
-/// Sine of the angle below which edges are side by side.
+/// Sine of the angle below which edges count as parallel.
 const PARALLEL: f64 = 1e-3;
 
-/// One or two corners that are farthest along n; how many there are in all.
+/// Returns one or two corners that are farthest along n, and their total number.
 fn extreme(c: &Placed, n: &Vec3, room: f64) -> ([Corner; 2], usize) {
     let d = c.R.tr_mul(n);
     let none = Corner { p: Vec3::zeros(), name: 0, edge: 0 };
@@ -49,7 +49,7 @@ fn extreme(c: &Placed, n: &Vec3, room: f64) -> ([Corner; 2], usize) {
     (found, count)
 }
 
-/// The point that the normal was found from; two where edges lie side by side.
+/// Returns the point that determined the normal, or two points where edges are parallel.
 pub(crate) fn deepest(
     a: &Placed,
     b: &Placed,
@@ -87,7 +87,7 @@ pub(crate) fn deepest(
     room.points.push(Point { pa, pb, n, gap: sep, name });
 }
 
-/// Ends of the stretch that two parallel edges share.
+/// Returns the ends of the common segment of two parallel edges.
 fn side_by_side(ea: &[Corner; 2], eb: &[Corner; 2], n: &Vec3, size: f64, room: &mut Room) -> bool {
     let (u, v) = (ea[1].p - ea[0].p, eb[1].p - eb[0].p);
     let length = u.norm();
@@ -112,7 +112,7 @@ fn side_by_side(ea: &[Corner; 2], eb: &[Corner; 2], n: &Vec3, size: f64, room: &
     true
 }
 
-/// Parameters of the nearest points of two edges.
+/// Returns the parameters of the nearest points of two edges.
 pub(crate) fn lines(ea: &[Corner; 2], eb: &[Corner; 2]) -> (f64, f64) {
     let (u, v, w) = (ea[1].p - ea[0].p, eb[1].p - eb[0].p, ea[0].p - eb[0].p);
     let (uu, uv, vv, uw, vw) = (u.dot(&u), u.dot(&v), v.dot(&v), u.dot(&w), v.dot(&w));

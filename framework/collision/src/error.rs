@@ -1,24 +1,24 @@
-//! What can be wrong with colliders: place, fact, remedy, all at once.
+//! Faults of colliders, with place, fact and remedy, all at once.
 
 use thiserror::Error;
 
-/// What is wrong with a shape. It is printed behind the name of its collider.
+/// A fault of a shape. It is printed after the name of its collider.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum ShapeFault {
-    /// A size that is zero, negative, infinite or NaN.
+    /// A dimension that is zero, negative, infinite or NaN.
     #[error("{what} is {value}\n  help: it must be finite and greater than 0")]
     Size {
-        /// Which size.
+        /// Name of the dimension.
         what: &'static str,
         /// Its value.
         value: f64,
     },
-    /// A point with a NaN or an infinity.
-    #[error("{what} {index} has a NaN or an infinity\n  help: give finite numbers")]
+    /// A point with NaN or infinity.
+    #[error("{what} {index} contains NaN or infinity\n  help: give finite numbers")]
     NotFinite {
         /// Vertex, point or height.
         what: &'static str,
-        /// Which.
+        /// Its index.
         index: usize,
     },
     /// A hull without volume.
@@ -27,20 +27,22 @@ pub enum ShapeFault {
          span a volume, or a mesh"
     )]
     Flat {
-        /// How many points there are.
+        /// Number of points.
         count: usize,
     },
     /// A mesh without triangles.
     #[error("the mesh has no triangles\n  help: give at least one")]
     Empty,
-    /// A triangle that names a corner that does not exist.
-    #[error("triangle {triangle} names vertex {index} of {count}\n  help: indices count from 0")]
+    /// A triangle that refers to a vertex that does not exist.
+    #[error(
+        "triangle {triangle} refers to vertex {index}, but there are {count} vertices\n  help: indices count from 0"
+    )]
     Index {
-        /// Which triangle.
+        /// Index of the triangle.
         triangle: usize,
-        /// The index.
+        /// Index of the vertex.
         index: u32,
-        /// How many vertices there are.
+        /// Number of vertices.
         count: usize,
     },
     /// A triangle without area.
@@ -48,10 +50,10 @@ pub enum ShapeFault {
         "triangle {triangle} has no area\n  help: remove it, or give three corners that are not on one line"
     )]
     NoArea {
-        /// Which triangle.
+        /// Index of the triangle.
         triangle: usize,
     },
-    /// A height field whose sizes do not fit.
+    /// A height field whose dimensions do not match its data.
     #[error(
         "the height field has {x} by {y} points and {heights} heights\n  help: it needs at least 2 by 2 points, a height \
          for each, and fewer than 2^31 of them"
@@ -61,53 +63,53 @@ pub enum ShapeFault {
         x: usize,
         /// Points along y.
         y: usize,
-        /// Heights given.
+        /// Number of heights.
         heights: usize,
     },
     /// A point of a cloud with a negative radius.
     #[error("point {index} has a radius of {radius}\n  help: give 0 or more, in m")]
     Radius {
-        /// Which point.
+        /// Index of the point.
         index: usize,
         /// Its radius, m.
         radius: f64,
     },
-    /// More points than there is room for.
+    /// More points than the model reserves.
     #[error(
-        "the cloud has {count} points, there is room for {most}\n  help: give fewer, or more `room` when the model is made"
+        "the cloud has {count} points, but the model reserves {most}\n  help: use fewer points, or increase `room` in the model"
     )]
     Points {
-        /// How many there are, or would have room.
+        /// Number of points, or requested room.
         count: usize,
-        /// How many there may be.
+        /// Maximum number.
         most: usize,
     },
-    /// A voxel map of no cells, or of too many.
+    /// A voxel map without cells, or with too many.
     #[error(
         "the voxel map has {cells:?} cells along x, y, z\n  help: give at least one along each, and at most {most} in all"
     )]
     Voxels {
         /// Along x, y, z.
         cells: [usize; 3],
-        /// How many there may be in all.
+        /// Maximum total number.
         most: usize,
     },
-    /// A cell that the voxel map has not.
+    /// A cell outside the voxel map.
     #[error(
-        "cell {index} of the list is {cell:?}, the voxel map has {cells:?} along x, y, z\n  help: indices count from 0"
+        "cell {index} of the list is {cell:?}, but the voxel map has {cells:?} cells along x, y, z\n  help: indices count from 0"
     )]
     Outside {
-        /// Place in the list.
+        /// Index in the list.
         index: usize,
         /// Its indices along x, y, z.
         cell: [u32; 3],
         /// Cells along x, y, z.
         cells: [usize; 3],
     },
-    /// Points for what is no point cloud, cells for what is no voxel map.
-    #[error("this collider is no {wanted}\n  help: give it that shape when the model is made")]
+    /// Points for a collider that is not a point cloud, or cells for a collider that is not a voxel map.
+    #[error("this collider is not a {wanted}\n  help: give it that shape in the model")]
     Kind {
-        /// What it would have to be.
+        /// Required kind of shape.
         wanted: &'static str,
     },
 }
@@ -115,14 +117,14 @@ pub enum ShapeFault {
 /// One fault.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ColliderFault {
-    /// A shape that cannot be.
+    /// A shape that is not valid.
     #[error("collider `{collider}`, {which} shape: {fault}")]
     Shape {
         /// The collider.
         collider: String,
         /// "fine" or "coarse".
         which: &'static str,
-        /// What is wrong.
+        /// The fault.
         fault: ShapeFault,
     },
     /// A collider on a body that does not exist.
@@ -130,17 +132,17 @@ pub enum ColliderFault {
     UnknownBody {
         /// The collider.
         collider: String,
-        /// The body it names.
+        /// Name of the body.
         body: String,
-        /// The nearest existing name.
+        /// The most similar existing name.
         suggestion: Option<String>,
     },
-    /// Several colliders of one name.
-    #[error("collider `{name}` is defined {count} times\n  help: give each its own name")]
+    /// Several colliders with the same name.
+    #[error("collider `{name}` is defined {count} times\n  help: rename the others")]
     Duplicate {
         /// The name.
         name: String,
-        /// How often it occurs.
+        /// Number of occurrences.
         count: usize,
     },
     /// A number out of its range.
@@ -153,74 +155,71 @@ pub enum ColliderFault {
         /// Its value.
         value: f64,
     },
-    /// Discs of what is no cylinder.
+    /// Discs for a shape that is not a cylinder.
     #[error(
-        "collider `{collider}`: discs are those of a cylinder\n  help: take a cylinder, or leave `discs` out"
+        "collider `{collider}`: only cylinders can have discs\n  help: use a cylinder, or remove `discs`"
     )]
     Discs {
         /// The collider.
         collider: String,
     },
-    /// A pose with a NaN, an infinity, or a rotation that is not of unit length.
+    /// A pose with NaN or infinity, or a rotation that is not of unit length.
     #[error(
-        "collider `{collider}`: its pose is not a pose\n  help: give finite numbers and a unit quaternion"
+        "collider `{collider}`: the pose is invalid\n  help: give finite numbers and a unit quaternion"
     )]
     Pose {
         /// The collider.
         collider: String,
     },
-    /// A law about a material that no collider has.
-    #[error(
-        "law of pairs {index}: no collider is of the material `{name}`{}",
-        material(suggestion)
-    )]
+    /// A pair law for a material that no collider has.
+    #[error("pair law {index}: no collider has the material `{name}`{}", material(suggestion))]
     UnknownMaterial {
-        /// Which law.
+        /// Index of the law.
         index: usize,
         /// The name.
         name: String,
-        /// The nearest existing name.
+        /// The most similar existing name.
         suggestion: Option<String>,
     },
     /// A number of a law out of its range.
-    #[error("law of pairs {index}: {what} is {value}\n  help: it must be finite and ≥ 0")]
+    #[error("pair law {index}: {what} is {value}\n  help: it must be finite and ≥ 0")]
     LawNumber {
-        /// Which law.
+        /// Index of the law.
         index: usize,
         /// Friction or restitution.
         what: &'static str,
         /// Its value.
         value: f64,
     },
-    /// A rule about something that does not exist.
+    /// A rule that refers to a name that does not exist.
     #[error("rule {list} {index}: no collider or body `{name}`{}", suggest(suggestion))]
     UnknownName {
-        /// Which list of the rules.
+        /// Name of the rule list.
         list: &'static str,
-        /// Which entry.
+        /// Index of the entry.
         index: usize,
         /// The name.
         name: String,
-        /// The nearest existing name.
+        /// The most similar existing name.
         suggestion: Option<String>,
     },
 }
 
 fn material(name: &Option<String>) -> String {
     name.as_ref().map_or_else(
-        || "\n  help: write `material` of the colliders that it is about".to_string(),
+        || "\n  help: set `material` of the colliders for which the law is intended".to_string(),
         |n| format!("\n  help: did you mean `{n}`?"),
     )
 }
 
 fn suggest(name: &Option<String>) -> String {
     name.as_ref().map_or_else(
-        || "\n  help: give the name of one that exists, or `world`".to_string(),
+        || "\n  help: give an existing name, or `world`".to_string(),
         |n| format!("\n  help: did you mean `{n}`?"),
     )
 }
 
-/// Everything that is wrong with a set of colliders.
+/// All faults of a set of colliders.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CollisionError {
     /// The faults, in the order of the colliders, then of the rules; at least one.

@@ -1,43 +1,45 @@
-//! Collision geometry of a multibody: which points of which bodies touch or nearly touch, where, along which normal, how deep.
-//! Home of parry.
+//! Collision geometry of a multibody system: contact points of bodies that touch or nearly touch, with normals and depths. This is the only crate
+//! that depends on parry.
 //!
-//! [`Colliders`] are shapes on bodies, checked and constant. A query is a pure function of the poses of the bodies: no result of
-//! an earlier one is kept, so that a run that is resumed gives the same bits. [`Scratch`] is memory and nothing else.
+//! [`Colliders`] are shapes on bodies, checked and constant. A query is a pure function of the poses of the bodies. No result of an earlier query is
+//! used, so a resumed run is bit-identical. [`Scratch`] contains only memory.
 //!
 //! ```text
-//! boxes around the shapes, sorted along the axis on which they are spread most      query.rs
-//! pairs that the rules let through                                                  colliders.rs, rules.rs
+//! bounding boxes, sorted along the axis on which they are spread most                query.rs
+//! pairs that the rules include                                                      colliders.rs, rules.rs
 //! contact points of a pair, in the frame of one of the two                          pairs.rs, manifold.rs, edges.rs, axis.rs
-//! of a surface: one triangle after the other                                        triangle/mod.rs
-//! of a cylinder that rolls: one disc after the other                                discs.rs
-//! of such a disc and a height field: the smooth surface through the heights         relief/discs.rs
-//! of a point cloud, a voxel map: one ball or cell after the other                   pieces/mod.rs
-//! for each direction the corners of an outline, eight at most, with names           thin.rs
-//! without those on faces that other shapes of the same body cover                   covered.rs
+//! surfaces: each triangle                                                           triangle/mod.rs
+//! rolling cylinders: each disc                                                      discs.rs
+//! a disc on a height field: the smooth surface through the heights                  relief/discs.rs
+//! point clouds and voxel maps: each sphere or cell                                  pieces/mod.rs
+//! reduction to at most eight named corners of an outline for each direction         thin.rs
+//! removal of points on faces that other shapes of the same body cover               covered.rs
 //! ```
-//! Yes or no, and distances, with settings that change between questions: [`Probe`], which makes contact points only of what overlaps:
+//! [`Probe`] answers collision checks and distances with settings that may change between queries. It computes contact points only for overlapping
+//! pairs:
 //! ```text
 //! nearest points of two cores                                                       near/mod.rs
-//! segments, boxes, cylinders: closed forms, and guesses that are proven              near/lines.rs, near/cylinders.rs
-//! any two: the iteration of Gilbert, Johnson and Keerthi                             near/walk.rs
+//! segments, boxes, cylinders: closed forms, and guesses that are verified            near/lines.rs, near/cylinders.rs
+//! all other pairs: the iteration of Gilbert, Johnson and Keerthi                    near/walk.rs
 //! ```
 //!
-//! What is exact and what is not:
-//! * Distances that `Probe` tells of cores that are apart by more than 1e-6 of the smaller's size are proven by their normals to 2e-12 m, of a cylinder with
-//!   a box, a hull or another cylinder to 5e-10 m (measured on shapes of 0.01 to 4 m); nearest points lie in their shapes.
-//! * Gaps and normals of convex pairs that are apart are exact to rounding. The depth of an overlap may be told too large by up to 1e-5 of the size of the
-//!   smaller shape: a face goes before an edge, and the first collider's before the second's, so that what rests does not change its mind.
-//!   Pairs are solved in relative poses: far from the origin only the digits are lost that the positions themselves have not.
-//! * While faces lie on each other within 1e-4 rad, the smallest gap may lack up to 1e-5 of the size of the smaller shape (a corner that sticks
-//!   out over an edge, the rim between eight points): else points would come and go with every tremor.
-//! * Where surfaces are convex in parts only (meshes, height fields), an overlap is resolved triangle by triangle, outwards, along a normal that the neighbours
-//!   permit; over a convex edge that is one of least depth near the triangle's own normal.
-//! * A cylinder on an edge touches along a stretch, told by its ends, while both are parallel within 1e-3 rad, and else at one point: forces that are
-//!   summed over points jump. With `discs` it touches as discs across its length, each at one place that moves without jumps.
-//! * Point clouds and voxel maps are the union of their balls and cells: distances are those of the nearest, depths those of the deepest single one.
-//! * Capsules within 1e-3 rad of parallel touch along a line, told by its two ends.
+//! Accuracy:
+//! * Distances of `Probe` between cores that are separated by more than 1e-6 of the smaller core's size are verified by their normals to 2e-12 m; for
+//!   a cylinder with a box, a hull or another cylinder to 5e-10 m (measured on shapes of 0.01 to 4 m). Nearest points lie in their shapes.
+//! * Gaps and normals of separated convex pairs are exact up to round-off. The depth of an overlap may be overestimated by up to 1e-5 of the size of
+//!   the smaller shape, because a face takes precedence over an edge, and the first collider's over the second's, so that a resting contact does not
+//!   switch. Pairs are solved in relative poses, so accuracy far from the origin is limited only by the resolution of the positions themselves.
+//! * While faces are parallel within 1e-4 rad, the smallest gap may be missed by up to 1e-5 of the size of the smaller shape (a corner that protrudes
+//!   over an edge, the rim between eight points). Otherwise points would appear and disappear with every small motion.
+//! * Surfaces that are convex only in parts (meshes, height fields) are resolved triangle by triangle, outwards, along a normal that the neighbours
+//!   permit. Over a convex edge this is a normal of smallest depth near the triangle's own normal.
+//! * A cylinder on an edge has a contact segment, represented by its ends, while both are parallel within 1e-3 rad, and otherwise a single point, so
+//!   forces that are summed over points are discontinuous. With `discs` it has the contact of several discs, each with one point that moves
+//!   continuously.
+//! * Point clouds and voxel maps are the union of their spheres and cells. Distances are the smallest, depths the largest of a single sphere or cell.
+//! * Capsules that are parallel within 1e-3 rad have a contact line, represented by its two ends.
 //!
-//! The output is in the order of the colliders' names, whatever the order in which they were given.
+//! The output is in the order of the colliders' names and does not depend on the order in which they were given.
 //!
 //! ```
 //! use linkwork_collision::*;

@@ -1,14 +1,14 @@
-//! Several contact points of two convex cores.
+//! Contact manifold: several contact points of two convex cores.
 //!
 //! ```text
 //! the normal n, from A to B                       (axis.rs)
-//! a face of one lies nearly across n:  the part of the other that faces it, clipped by planes through the face's edges;
-//!                                      each corner p left has the distance (p − face) · m, m the face's normal
-//! the deepest is not among them:       the pair of points that n was found from
-//! two edges side by side:              the ends of the stretch that they share
+//! a face of one is nearly perpendicular to n:  the facing part of the other, clipped by planes through the face's edges;
+//!                                      each remaining corner p has the distance (p − face) · m, m the face's normal
+//! the deepest is not among them:       the pair of points that determined n
+//! two parallel edges:                  the ends of the common segment
 //! ```
-//! A point is named by the corners and edges that make it, so it keeps its name while they do. A corner counts as inside a plane while it is less than [`SLACK`]
-//! outside, so that edges that lie on each other do not cut each other's ends off.
+//! A point is named by the corners and edges that form it, so it keeps its name while they do. A corner counts as inside a plane if it is less than
+//! [`SLACK`] outside, so that coincident edges do not cut each other's ends off.
 
 use crate::axis::{self, Axis, BIAS, Nearest, Source};
 use crate::core::{Core, Corner, Placed, Poly, edge_name, mix};
@@ -19,30 +19,31 @@ use linkwork_multibody::spatial::{Pose, Quat, Vec3};
 use parry3d_f64::query::epa::EPA;
 use parry3d_f64::query::gjk::VoronoiSimplex;
 
-/// In sizes of the pair.
+/// Relative to the size of the pair.
 pub(crate) const SLACK: f64 = 1e-4;
-/// A face counts as lying across n above this cosine.
+/// A face counts as perpendicular to n if the cosine is above this.
 const ACROSS: f64 = 0.985;
-/// What counts as equal, in sizes of the pair.
+/// Tolerance for equality, relative to the size of the pair.
 pub(crate) const EQUAL: f64 = 1e-9;
 
 /// A contact point of two cores, in the frame of the pair.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Point {
-    /// On A, m.
+    /// Position on A, m.
     pub pa: Vec3,
-    /// On B, m.
+    /// Position on B, m.
     pub pb: Vec3,
-    /// Unit, from A to B.
+    /// Unit normal from A to B.
     pub n: Vec3,
-    /// m.
+    /// Gap, m.
     pub gap: f64,
-    /// Name.
+    /// Name of the point.
     pub name: u64,
 }
 
 impl Point {
-    /// A point in the frame of the second, told in that of the first, with the roles of both exchanged; `X_AB` is that of the second in the first.
+    /// Converts a point from the frame of the second core to the frame of the first, with both roles exchanged; `X_AB` is the pose of the second core
+    /// in the frame of the first.
     pub(crate) fn swapped(&self, X_AB: &Pose) -> Self {
         Self {
             pa: X_AB.transform_point(&self.pb),
@@ -53,7 +54,7 @@ impl Point {
     }
 }
 
-/// Memory for one pair at a time.
+/// Work memory for one pair at a time.
 pub(crate) struct Room {
     fa: Vec<Corner>,
     fb: Vec<Corner>,
@@ -71,13 +72,13 @@ pub(crate) struct Room {
     pub kept: Vec<Point>,
     /// A triangle.
     pub triangle: Core,
-    /// Another.
+    /// A second triangle.
     pub second: Core,
-    /// How far behind a triangle of a mesh a core still belongs to it, m.
+    /// Largest distance, m, behind a triangle of a mesh at which a core still belongs to it.
     pub behind: f64,
-    /// Numbers of triangles.
+    /// Indices of triangles.
     pub list: Vec<u32>,
-    /// More of them.
+    /// More indices of triangles.
     pub others: Vec<u32>,
 }
 
@@ -87,23 +88,23 @@ impl Default for Room {
     }
 }
 
-/// The greatest of what is looked at: how large memory has to be.
+/// Maximum sizes of the geometry, which determine the memory.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Most {
     /// Corners of a face.
     pub corners: usize,
     /// Triangles of a surface.
     pub triangles: usize,
-    /// Whether the depth of an overlap may have to be searched for.
+    /// Whether the penetration depth may have to be searched for.
     pub searched: bool,
 }
 
 impl Room {
-    /// For faces and surfaces of this size. [`Want::Least`](crate::pairs::Want::Least) takes no more, whatever it meets.
+    /// Reserves memory for faces and surfaces of this size. [`Want::Least`](crate::pairs::Want::Least) never needs more.
     pub fn new(most: &Most) -> Self {
         let corners = most.corners.max(64);
         let triangles = most.triangles.max(256);
-        // A plane adds one corner to what it clips, and with slack perhaps another.
+        // Each clipping plane adds one corner, and because of the slack sometimes another.
         let cut = 4 * corners;
         let mut room = Self {
             fa: Vec::with_capacity(corners),
@@ -128,8 +129,8 @@ impl Room {
         room
     }
 
-    /// Gives the search for the least depth its memory, which grows with the faces that its steps (100 at most) make and doubles when it is full. Of all
-    /// pairs those take most that are turned about nearly the same axis; the fullest of 53 000 overlaps of many kinds fits into what these leave.
+    /// Reserves the memory of the penetration-depth search. It grows with the faces that its steps (at most 100) create, and doubles when it is full.
+    /// Pairs with nearly the same axis need most. The largest of 53 000 overlaps of many kinds fits into what these need.
     fn reserve_depth(&mut self) {
         let (axle, disc) = (Core::Segment { h: 1.0 }, Core::Cylinder { r: 1.0, h: 0.05 });
         let a = Placed::here(&axle);
@@ -146,7 +147,7 @@ impl Room {
         }
     }
 
-    /// Leaves the deepest of the points alone, the first of several.
+    /// Keeps only the deepest point, the first of several.
     pub fn deepest_alone(&mut self) {
         let low = least(&self.points);
         if let Some(best) = self.points.iter().find(|p| p.gap <= low).copied() {
@@ -156,21 +157,21 @@ impl Room {
     }
 }
 
-/// Which of the two a name belongs to.
+/// Owner of a name.
 pub(crate) const OF_A: u64 = 1;
 pub(crate) const OF_B: u64 = 2;
 
-/// The name of a corner of one on the other.
+/// Returns the name of a corner of one core on the other.
 pub(crate) fn corner(owner: u64, name: u64) -> u64 {
     mix(owner, name)
 }
 
-/// The name of the point where two edges cross.
+/// Returns the name of the point where two edges cross.
 pub(crate) fn crossing(edge_a: u64, edge_b: u64) -> u64 {
     mix(3, mix(edge_a, edge_b))
 }
 
-/// Appends the contact points of two cores with at most `limit` between them.
+/// Appends the contact points of two cores with a separation of at most `limit`.
 pub(crate) fn convex(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut Room) {
     let Some(mut axis) = axis::best(a, b, limit, BIAS * size) else { return };
     let from = room.points.len();
@@ -209,7 +210,7 @@ pub(crate) fn convex(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut R
     settle(a, b, &axis, ends, limit, size, room);
 }
 
-/// Appends the points along an axis that is settled; `ends` are the nearest points when the axis was found from them.
+/// Appends the points along a final axis; `ends` are the nearest points if the axis was found from them.
 pub(crate) fn settle(
     a: &Placed,
     b: &Placed,
@@ -222,7 +223,8 @@ pub(crate) fn settle(
     let from = room.points.len();
     across(a, b, axis, limit, size, room);
     keep_shallower(&mut room.points, from, axis, EQUAL * size);
-    // A corner that is behind a face's plane but not behind the face is another's. A round end is more than eight corners: what is between them is its own.
+    // A corner that is behind a face's plane but not behind the face belongs to another face. A round end has more than eight corners; the points
+    // between them belong to the end.
     let cylinder = matches!(b.core, Core::Cylinder { .. });
     let round = || cylinder && b.R.column(2).dot(&axis.n).abs() > 1.0 - 1e-12;
     let beside = a.core.is_triangle() && axis.source == Source::Face && !round();
@@ -231,7 +233,7 @@ pub(crate) fn settle(
     }
 }
 
-/// Normal, distance and nearest points of cores for which the candidates do not suffice; `None` when they are too far apart.
+/// Returns normal, distance and nearest points of cores for which the candidates do not suffice; `None` when they are too far apart.
 fn refine(
     a: &Placed,
     b: &Placed,
@@ -259,7 +261,8 @@ fn refine(
     Some((n, sep, None))
 }
 
-/// Whether a face of A lies along an axis with a point of B so far within its border that no other direction is less deep: see [`well_inside`].
+/// Returns true if a face of A is perpendicular to an axis and a point of B is so far within its border that no other direction has a smaller depth:
+/// see [`well_inside`].
 pub(crate) fn inset(a: &Placed, axis: &Axis, p: &Vec3, size: f64, room: &mut Room) -> bool {
     let depth = -10.0 * axis.sep;
     let face = a.facing(&axis.n, &mut room.fa);
@@ -274,8 +277,8 @@ pub(crate) fn inset(a: &Placed, axis: &Axis, p: &Vec3, size: f64, room: &mut Roo
         })
 }
 
-/// Whether no other direction can be less deep. With depth δ below a face, at least ρ from its border, a normal turned by θ has
-/// sep ≤ −δ cos θ − ρ sin θ, which beats −δ only when tan(θ/2) > ρ/δ: never, unless it is the back of something thinner than δ.
+/// Returns true if no other direction can have a smaller depth. With depth δ below a face, and at least ρ from its border, a normal rotated by θ has
+/// sep ≤ −δ cos θ − ρ sin θ. This exceeds −δ only for tan(θ/2) > ρ/δ, which never occurs unless the face is the back of something thinner than δ.
 fn well_inside(axis: &Axis, points: &[Point], room: &Room, size: f64) -> bool {
     let Some(p) = points.iter().find(|p| p.gap <= least(points)) else { return false };
     let inset = |face: &[Corner], foot: &Vec3| {
@@ -290,8 +293,8 @@ fn well_inside(axis: &Axis, points: &[Point], room: &Room, size: f64) -> bool {
     0.1 * size > depth && (on(&room.fa, &p.pa) || on(&room.fb, &p.pb))
 }
 
-/// Whether some points show the distance `sep`. Where flat parts of both lie on each other, a corner that sticks out over the edge may be deeper by
-/// [`BIAS`], and eight points on a rim stand for all of it: what rests would else gain and lose a point with every tremor.
+/// Returns true if some points show the distance `sep`. Where flat parts of both touch, a corner that protrudes over the edge may be deeper by
+/// [`BIAS`], and eight points represent a whole rim. Otherwise a resting contact would gain and lose a point with every small motion.
 fn enough(a: &Placed, b: &Placed, axis: &Axis, size: f64, points: &[Point]) -> bool {
     let along = points.iter().filter(|p| p.n.dot(&axis.n) > 1.0 - 5e-9);
     let missing = along.fold(f64::INFINITY, |m, p| if p.gap < m { p.gap } else { m }) - axis.sep;
@@ -299,12 +302,12 @@ fn enough(a: &Placed, b: &Placed, axis: &Axis, size: f64, points: &[Point]) -> b
         || (missing <= BIAS * size && a.lies_flat(&axis.n) && b.lies_flat(&-axis.n))
 }
 
-/// The smallest distance of some points.
+/// Returns the smallest distance of some points.
 pub(crate) fn least(points: &[Point]) -> f64 {
     points.iter().fold(f64::INFINITY, |m, p| if p.gap < m { p.gap } else { m })
 }
 
-/// Removes points deeper than the pair is, behind the first `from`; of another normal also those that are as deep.
+/// Removes points after the first `from` that are deeper than the pair; if their normal differs, also those that are equally deep.
 fn keep_shallower(points: &mut Vec<Point>, from: usize, axis: &Axis, equal: f64) {
     let same = |p: &Point| p.n.dot(&axis.n) > 1.0 - 5e-9;
     let mut kept = from;
@@ -318,7 +321,7 @@ fn keep_shallower(points: &mut Vec<Point>, from: usize, axis: &Axis, equal: f64)
     points.truncate(kept);
 }
 
-/// Points by clipping, when a face of either lies across the normal.
+/// Computes points by clipping if a face of one core is perpendicular to the normal.
 pub(crate) fn across(a: &Placed, b: &Placed, axis: &Axis, limit: f64, size: f64, room: &mut Room) {
     let ma = a.facing(&axis.n, &mut room.fa);
     let mb = b.facing(&-axis.n, &mut room.fb);
@@ -344,7 +347,7 @@ pub(crate) fn across(a: &Placed, b: &Placed, axis: &Axis, limit: f64, size: f64,
     }
 }
 
-/// Appends what of a core lies over a triangle, along the triangle's normal.
+/// Appends the part of a core above a triangle, along the triangle's normal.
 pub(crate) fn over_triangle(
     t: &Facet,
     sides: &[Vec3; 3],
@@ -380,7 +383,7 @@ pub(crate) fn over_triangle(
     }
 }
 
-/// What of a line lies over a triangle, `sides` pointing away from its edges: two ends, or one where they are within the slack of each other.
+/// Appends the part of a line above a triangle; `sides` point away from its edges. Two ends, or one if they are within the slack of each other.
 fn on_line(
     t: &Facet,
     sides: &[Vec3; 3],
@@ -395,12 +398,12 @@ fn on_line(
         }
         let Some(inner) = (0..2).find(|i| heights[*i] <= 0.0) else { return [None; 2] };
         let outer = 1 - inner;
-        // An end that is on the plane within the slack stands for the crossing next to it.
+        // An end that is on the plane within the slack replaces the crossing next to it.
         if heights[inner] > -2.0 * slack {
             ends[outer] = ends[inner];
             continue;
         }
-        // On the plane itself, not on that which slack gives.
+        // Intersect with the plane itself, not with the plane displaced by the slack.
         let s = (heights[inner] + slack) / (heights[inner] - heights[outer]);
         let edge = edge_name(t.names[k], t.names[(k + 1) % 3]);
         ends[outer] =
@@ -409,12 +412,12 @@ fn on_line(
     [Some(ends[0]), Some(ends[1]).filter(|e| e.1 != ends[0].1)]
 }
 
-/// A corner while it is clipped.
+/// A corner during clipping.
 #[derive(Clone, Copy)]
 struct Cut {
     p: Vec3,
     name: u64,
-    /// The edge to the next corner: name, and the plane that made it.
+    /// The edge to the next corner: its name, and the plane that made it.
     edge: u64,
     plane: usize,
 }
@@ -455,14 +458,14 @@ fn clip(
                 next.push(c);
             }
             if (hc <= 0.0) != (hd <= 0.0) {
-                // A corner that is on the plane within the slack stands for the crossing next to it.
+                // A corner that is on the plane within the slack replaces the crossing next to it.
                 if hc.min(hd) > -2.0 * slack {
                     if let (true, Some(last)) = (hc <= 0.0, next.last_mut()) {
                         (last.edge, last.plane) = (start.edge, k);
                     }
                     continue;
                 }
-                // On the plane itself, not on that which slack gives.
+                // Intersect with the plane itself, not with the plane displaced by the slack.
                 let t = ((hc + slack) / (hc - hd)).clamp(0.0, 1.0);
                 let name = if c.plane == OWN {
                     if first { crossing(start.edge, c.edge) } else { crossing(c.edge, start.edge) }
@@ -486,7 +489,7 @@ fn clip(
 mod tests {
     use super::*;
 
-    /// Places of the axes of two cores relative to each other, from the same to any, and small ones, at which what is round takes most steps.
+    /// Relative poses of two axes, from equal to arbitrary, including small angles, at which curved cores need most steps.
     #[test]
     fn the_depth_of_no_overlap_takes_more_memory() {
         let mut room = Room::new(&Most { searched: true, ..Most::default() });

@@ -1,7 +1,7 @@
 //! Contact points of two solids of any kind, in the frame of the first.
 //!
-//! Balls and capsules with each other, balls with cylinders and half spaces with everything have closed forms; the rest is `manifold.rs`.
-//! Surfaces take one triangle after the other (`triangle/mod.rs`).
+//! Spheres and capsules with each other, spheres with cylinders, and half spaces with all shapes have closed forms; all other pairs use
+//! `manifold.rs`. For surfaces each triangle is a separate pair (`triangle/mod.rs`).
 
 use crate::axis::direction;
 use crate::core::{Core, Corner, Placed, mix};
@@ -14,29 +14,29 @@ use crate::surface::Surface;
 use crate::triangle::{Tile, one_triangle};
 use linkwork_multibody::spatial::{Pose, Vec3};
 
-/// What a pair is asked.
+/// Parameters of a query for one pair.
 #[derive(Clone, Copy)]
 pub(crate) struct Ask {
-    /// Greatest gap, padding taken off, m.
+    /// Largest gap, after subtraction of the padding, m.
     pub margin: f64,
     /// Padding of the first and the second, m.
     pub padding: [f64; 2],
-    /// Tolerances are parts of this, m.
+    /// Length to which tolerances are relative, m.
     pub size: f64,
-    /// What of many pieces.
+    /// Required points of solids with many pieces.
     pub want: Want,
 }
 
-/// Which points of a solid of many pieces are wanted.
+/// Required points of a solid with many pieces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Want {
-    /// Those of all pieces.
+    /// The points of all pieces.
     All,
-    /// The deepest.
+    /// Only the deepest point.
     Least,
 }
 
-/// Fills `room.points` with the contact points of `a` at the origin and `b` at `X_AB`, with their radii and padding taken into account.
+/// Computes the contact points of `a` at the origin and `b` at `X_AB` into `room.points`, including their radii and padding.
 pub(crate) fn pair(a: &Solid, b: &Solid, X_AB: &Pose, ask: &Ask, room: &mut Room) {
     room.points.clear();
     let round = |s: &Solid| if let Kind::Convex { round, .. } = &s.kind { *round } else { 0.0 };
@@ -44,7 +44,7 @@ pub(crate) fn pair(a: &Solid, b: &Solid, X_AB: &Pose, ask: &Ask, room: &mut Room
     room.behind = thick[0] + thick[1];
     let limit = ask.margin + room.behind;
     if rank(&a.kind) > rank(&b.kind) {
-        // The simpler kind of the two is A in what follows.
+        // Exchange the two so that A is the simpler kind.
         let X_BA = X_AB.inverse();
         cores(b, a, &X_BA, limit, ask, room);
         room.points.iter_mut().for_each(|p| *p = p.swapped(X_AB));
@@ -58,7 +58,7 @@ pub(crate) fn pair(a: &Solid, b: &Solid, X_AB: &Pose, ask: &Ask, room: &mut Room
     }
 }
 
-/// Half spaces first, then surfaces, convex solids, and solids of pieces.
+/// Returns the order of the kinds: half spaces, surfaces, convex solids, solids of pieces.
 fn rank(kind: &Kind) -> u8 {
     match kind {
         Kind::HalfSpace => 0,
@@ -104,7 +104,7 @@ fn cores(a: &Solid, b: &Solid, X_AB: &Pose, limit: f64, ask: &Ask, room: &mut Ro
             with_other(s.bounds(), p, X_AB, (limit, size, want), room, one);
         }
         (Kind::Convex { core, .. }, Kind::Pieces(p)) => {
-            // In the frame of the pieces, and back.
+            // Compute in the frame of the pieces and transform back.
             let X_BA = X_AB.inverse();
             with_core(&Placed::at(core, &X_BA), p, limit, size, want, room);
             for p in &mut room.points {
@@ -119,7 +119,7 @@ fn cores(a: &Solid, b: &Solid, X_AB: &Pose, limit: f64, ask: &Ask, room: &mut Ro
     }
 }
 
-/// Whether two cores come within `limit` (not negative). Where rounding decides, their contact points do.
+/// Returns true if two cores come within `limit` (not negative). If round-off prevents a decision, their contact points decide.
 pub(crate) fn close(
     a: &Placed,
     b: &Placed,
@@ -138,7 +138,7 @@ pub(crate) fn close(
     touch
 }
 
-/// Appends the points of two cores.
+/// Appends the contact points of two cores.
 pub(crate) fn two_cores(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut Room) {
     if !closed_form(a, b, limit, size, room) {
         convex(a, b, limit, size, room);
@@ -150,7 +150,7 @@ fn push_plane(pb: Vec3, name: u64, room: &mut Room) {
     room.points.push(Point { pa, pb, n: Vec3::z(), gap: pb.z, name });
 }
 
-/// The half space z ≤ 0 under a core: the corners that face down, and the lowest point if it is none of them.
+/// Appends the points of the half space z ≤ 0 and a core: the corners that face down, and the lowest point if it is not one of them.
 fn half_space(b: &Placed, limit: f64, size: f64, room: &mut Room) {
     let down = -Vec3::z();
     let lowest = b.support(&down);
@@ -176,7 +176,7 @@ fn half_space(b: &Placed, limit: f64, size: f64, room: &mut Room) {
     }
 }
 
-/// Points, segments, and a point with a cylinder. False when the pair is none of these.
+/// Appends the points of point, segment and cylinder pairs with a closed form. Returns false for all other pairs.
 fn closed_form(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut Room) -> bool {
     let name = |a: u64, b: u64| mix(4, mix(a, b));
     let mut push = |pa: Vec3, pb: Vec3, instead: Vec3, name: u64| {
@@ -215,13 +215,13 @@ fn closed_form(a: &Placed, b: &Placed, limit: f64, size: f64, room: &mut Room) -
     true
 }
 
-/// The point of a segment nearest to p, and a direction across the segment.
+/// Returns the point of a segment nearest to p, and a direction perpendicular to the segment.
 fn on_segment(s: &Placed, h: f64, p: &Vec3) -> (Vec3, Vec3) {
     let z = s.R.column(2).into_owned();
     (s.p + z * z.dot(&(p - s.p)).clamp(-h, h), s.R.column(0).into_owned())
 }
 
-/// The point of a cylinder's surface nearest to p, the normal there, and the distance, negative inside.
+/// Returns the point of a cylinder's surface nearest to p, the normal there, and the distance, negative inside.
 pub(crate) fn on_cylinder(c: &Placed, r: f64, h: f64, p: &Vec3) -> (Vec3, Vec3, f64) {
     let q = c.R.tr_mul(&(p - c.p));
     let s = (q.x * q.x + q.y * q.y).sqrt();
@@ -240,7 +240,7 @@ pub(crate) fn on_cylinder(c: &Placed, r: f64, h: f64, p: &Vec3) -> (Vec3, Vec3, 
     (p - n * gap, n, gap)
 }
 
-/// One point, or two where the segments are side by side.
+/// Appends one point, or two where the segments are parallel.
 fn segments(
     a: &Placed,
     ha: f64,
@@ -271,14 +271,14 @@ fn segments(
     push(ea[0].p + (ea[1].p - ea[0].p) * s, eb[0].p + (eb[1].p - eb[0].p) * t, instead, mix(5, 2));
 }
 
-/// Of the deepest point alone no more is kept: a question about it takes the memory of one triangle, however many there are.
+/// If only the deepest point is required, keeps no other, so that the query needs memory for one triangle only.
 fn keep_wanted(want: Want, room: &mut Room) {
     if want == Want::Least {
         room.deepest_alone();
     }
 }
 
-/// A surface and a core.
+/// Appends the points of a surface and a core.
 pub(crate) fn surface(
     s: &Surface,
     b: &Placed,
@@ -309,7 +309,8 @@ pub(crate) fn surface(
     }
 }
 
-/// Whether a direction from near some corners to the core shows more than `limit` between them. Most of what is not beyond a triangle's plane is.
+/// Returns true if the direction from the nearest part of some corners to the core proves a separation above `limit`. This rejects most triangles
+/// that their plane does not reject.
 #[inline(always)]
 fn far<const N: usize>(v: &[Vec3; N], b: &Placed, limit: f64) -> bool {
     let (mut lo, mut hi) = (v[0], v[0]);
@@ -321,7 +322,7 @@ fn far<const N: usize>(v: &[Vec3; N], b: &Placed, limit: f64) -> bool {
     b.range(&n).0 - top > f64::max(limit * n.norm(), 0.0)
 }
 
-/// What is far under the terrain: its lowest point against the triangle above it.
+/// Appends the contact of a core far below the terrain: its lowest point against the triangle above it.
 fn sunk(s: &Surface, b: &Placed, limit: f64, room: &mut Room) {
     let low = b.support(&-Vec3::z());
     let mut list = std::mem::take(&mut room.list);
@@ -341,7 +342,7 @@ fn sunk(s: &Surface, b: &Placed, limit: f64, room: &mut Room) {
     room.list = list;
 }
 
-/// Two surfaces: every triangle of the second as a thin solid.
+/// Appends the points of two surfaces; every triangle of the second is treated as a thin solid.
 fn surfaces(
     s: &Surface,
     t: &Surface,

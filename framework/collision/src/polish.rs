@@ -1,25 +1,25 @@
-//! The last digits of a normal where something round takes part: the greatest separation near a normal that is nearly right.
+//! Refines a nearly exact normal of curved cores to full accuracy: the local maximum of the separation.
 //!
 //! ```text
 //! sep(n) = n · (p_B(n) − p_A(n)),   p the support points;   every n gives a lower bound of the distance
-//! two corners or rims:    n free, gradient p_B − p_A across n:               Newton
-//! an edge or an axis e:   n(φ) across e, sep'(φ) = n'(φ) · (p_B − p_A):      Newton between bounds, else bisection
+//! two corners or rims:    n free, gradient p_B − p_A perpendicular to n:     Newton
+//! an edge or an axis e:   n(φ) perpendicular to e, sep'(φ) = n'(φ) · (p_B − p_A):  Newton between bounds, otherwise bisection
 //! ```
-//! All are tried; the greatest is the distance, so that nothing has to be decided.
+//! All methods are tried, and the largest separation is the distance, so no case distinction is needed.
 
 use crate::core::Placed;
 use linkwork_multibody::spatial::Vec3;
 
-/// Edges are tried while the sine of their angle to the plane across n is below this.
+/// Edges are tried if the sine of their angle to the plane perpendicular to n is below this.
 const NEAR: f64 = 0.05;
-/// How far n may turn about an edge, rad.
+/// Largest rotation of n about an edge, rad.
 const TURN: f64 = 0.1;
 
 fn between(a: &Placed, b: &Placed, n: &Vec3) -> Vec3 {
     b.support(&-n) - a.support(n)
 }
 
-/// A normal from A to B near `n`, and the separation along it, at least that of `n`.
+/// Returns a normal from A to B near `n`, and the separation along it, which is at least that of `n`.
 pub(crate) fn polish(a: &Placed, b: &Placed, n: &Vec3) -> (Vec3, f64) {
     let value = |n: &Vec3| n.dot(&between(a, b, n));
     let mut best = (*n, value(n));
@@ -43,14 +43,14 @@ pub(crate) fn polish(a: &Placed, b: &Placed, n: &Vec3) -> (Vec3, f64) {
     best
 }
 
-/// Two vectors across n.
+/// Returns two vectors perpendicular to n.
 fn basis(n: &Vec3) -> (Vec3, Vec3) {
     let t = if n.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() };
     let t = (t - n * n.dot(&t)).normalize();
     (t, n.cross(&t))
 }
 
-/// p_B − p_A turns by this when n moves by `step`.
+/// Returns the change of p_B − p_A when n changes by `step`.
 fn between_rate(a: &Placed, b: &Placed, n: &Vec3, step: &Vec3) -> Vec3 {
     b.support_rate(&-n, &-step) - a.support_rate(n, step)
 }
@@ -71,7 +71,7 @@ fn free(a: &Placed, b: &Placed, start: &Vec3) -> Option<Vec3> {
             return None;
         }
         n = (n + t * s + u * r).normalize();
-        // The next step would be the square of this.
+        // The next step would be of the order of the square of this.
         if step < 1e-9 {
             break;
         }
@@ -82,7 +82,7 @@ fn free(a: &Placed, b: &Placed, start: &Vec3) -> Option<Vec3> {
 fn about(a: &Placed, b: &Placed, start: &Vec3, e: &Vec3) -> Option<Vec3> {
     let n0 = (start - e * e.dot(start)).normalize();
     let side = e.cross(&n0);
-    // n, n' and sep'.
+    // Computes n, n' and sep'.
     let slope = |phi: f64| {
         let (sin, cos) = phi.sin_cos();
         let (n, turned) = (n0 * cos + side * sin, side * cos - n0 * sin);
@@ -94,11 +94,11 @@ fn about(a: &Placed, b: &Placed, start: &Vec3, e: &Vec3) -> Option<Vec3> {
     if !(flo > 0.0 && fhi < 0.0) {
         return None;
     }
-    // Rounding of the places themselves; sep is off by the square of it.
+    // Round-off of the positions; it affects sep only in second order.
     let end = 1e-15 * (flo - fhi);
     let mut phi = 0.0;
     let mut best = n0;
-    // Where support points tie, sep has a kink at a normal that the candidates have; no need to find it again.
+    // Where two support points tie, sep has a kink. Its normal is among the candidates, so it need not be found again.
     for _ in 0..12 {
         let (n, turned, f, sep) = slope(phi);
         best = n;
@@ -114,7 +114,7 @@ fn about(a: &Placed, b: &Placed, start: &Vec3, e: &Vec3) -> Option<Vec3> {
         let next = phi - f / curve;
         let within = next > lo && next < hi;
         if within && (next - phi).abs() < 1e-12 {
-            // Quadratic from here: the next place is right to the last digit.
+            // Convergence is quadratic here, so the next value is exact up to round-off.
             best = slope(next).0;
             break;
         }

@@ -11,7 +11,7 @@ use crate::thin::thin;
 use linkwork_multibody::BodyId;
 use linkwork_multibody::spatial::{Pose, Vec3};
 
-/// Which colliders take part: the part of a run's state that belongs to collision.
+/// Visibility of the colliders: the part of a run's state that belongs to collision.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Hiding {
     pub(crate) hidden: Vec<bool>,
@@ -24,7 +24,7 @@ impl Hiding {
         self.hidden[id.index()] = visibility == Visibility::Hidden;
     }
 
-    /// Whether a collider is hidden.
+    /// Returns true if a collider is hidden.
     #[must_use]
     #[track_caller]
     pub fn of(&self, id: ColliderId) -> Visibility {
@@ -32,59 +32,59 @@ impl Hiding {
     }
 }
 
-/// Velocities of surfaces over their bodies: the part of a run's state that belongs to belts and tracks.
+/// Surface velocities relative to the bodies: the part of a run's state for belts and tracks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceVelocities {
     pub(crate) of: Vec<Vec3>,
 }
 
 impl SurfaceVelocities {
-    /// Sets the velocity of the surface of a collider, m/s, axes of its body.
+    /// Sets the surface velocity of a collider, m/s, axes of its body.
     #[track_caller]
     pub fn set(&mut self, id: ColliderId, velocity: Vec3) {
         self.of[id.index()] = velocity;
     }
 
-    /// Returns the velocity of the surface of a collider, m/s, axes of its body.
+    /// Returns the surface velocity of a collider, m/s, axes of its body.
     #[must_use]
     #[track_caller]
     pub fn of(&self, id: ColliderId) -> Vec3 {
         self.of[id.index()]
     }
 
-    /// Returns whether the surface of any collider moves over its body. Costs a look at each collider.
+    /// Returns true if the surface of any collider moves relative to its body. O(colliders).
     #[must_use]
     pub fn any(&self) -> bool {
         self.of.iter().any(|v| *v != Vec3::zeros())
     }
 }
 
-/// What is asked for.
+/// Parameters of a query.
 #[derive(Clone, Copy, Debug)]
 pub struct Query<'a> {
     /// Points with at most this gap are reported, m; may be negative, must be finite.
     pub margin: f64,
     /// Fine or coarse shapes.
     pub detail: Detail,
-    /// What is hidden; `None`: what the specifications hide.
+    /// Visibility; `None`: as in the specifications.
     pub hiding: Option<&'a Hiding>,
-    /// How far each collider may come (m, not negative, by identifier): pairs are looked at from that much farther, each from its own.
-    /// Empty: nothing moves.
+    /// How far each collider may move (m, not negative, by handle). Pairs are tested from this additional distance, separately for each collider.
+    /// Empty: no motion.
     pub reach: &'a [f64],
 }
 
 impl Query<'_> {
-    /// Fine shapes, and a margin in m.
+    /// Creates a query for fine shapes with a margin in m.
     #[must_use]
     pub fn margin(margin: f64) -> Self {
         Self { margin, detail: Detail::Fine, hiding: None, reach: &[] }
     }
 }
 
-/// A point at which two bodies touch or nearly touch.
+/// A contact point at which two bodies touch or nearly touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactPoint {
-    /// The first collider: the smaller identifier.
+    /// The first collider; it has the smaller handle.
     pub a: ColliderId,
     /// The second.
     pub b: ColliderId,
@@ -94,41 +94,41 @@ pub struct ContactPoint {
     pub body_b: Option<BodyId>,
     /// Midway between the two surfaces, world, m.
     pub point: Vec3,
-    /// From a to b, world, unit.
+    /// Unit normal from a to b, world.
     pub normal: Vec3,
-    /// Distance of the surfaces along the normal, m; negative when they overlap. Its rate is normal · (v_b − v_a) at the point.
+    /// Distance of the surfaces along the normal, m; negative for overlap. Its rate is normal · (v_b − v_a) at the point.
     pub gap: f64,
-    /// A name of the point within its pair: made of the corners and edges that meet, the same from step to step while they do.
+    /// Name of the point within its pair. It is made of the corners and edges in contact, and stays the same from step to step while they do.
     pub feature: u64,
-    /// Coefficient of Coulomb friction of the pair.
+    /// Coulomb friction coefficient of the pair.
     pub friction: f64,
-    /// Coefficient of restitution of the pair.
+    /// Restitution coefficient of the pair.
     pub restitution: f64,
 }
 
 /// The nearest points of two colliders.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distance {
-    /// m; negative when they overlap: the least motion that would part them.
+    /// Distance, m; for overlap the negative length of the shortest translation that separates them.
     pub distance: f64,
-    /// On the first, world, m.
+    /// Point on the first collider, world, m.
     pub point_a: Vec3,
-    /// On the second, world, m.
+    /// Point on the second collider, world, m.
     pub point_b: Vec3,
 }
 
-/// The nearest pair of all.
+/// The closest of all pairs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
     /// The first collider.
     pub a: ColliderId,
     /// The second.
     pub b: ColliderId,
-    /// How near they are.
+    /// Their distance.
     pub distance: Distance,
 }
 
-/// A collider at its place for this query.
+/// A collider at its pose for this query.
 #[derive(Clone, Copy)]
 pub(crate) struct Seen {
     pub pose: Pose,
@@ -138,7 +138,7 @@ pub(crate) struct Seen {
     reach: f64,
 }
 
-/// Memory of queries. Nothing in it outlives a query, so it may be shared by runs and thrown away.
+/// Memory of queries. No content is used by later queries, so several runs may share it, and it may be discarded.
 pub struct Scratch {
     seen: Vec<Seen>,
     order: Vec<(f64, u32)>,
@@ -147,7 +147,7 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// Memory for some colliders. It grows when that is not enough.
+    /// Reserves memory for the given colliders. It grows when necessary.
     #[must_use]
     pub fn new(colliders: &Colliders) -> Self {
         let n = colliders.len();
@@ -160,7 +160,7 @@ impl Scratch {
     }
 }
 
-/// The box around a solid at a pose, thicker by `grow`.
+/// Returns the box around a solid at a pose, enlarged by `grow`.
 pub(crate) fn around(solid: &Solid, X: &Pose, grow: f64) -> (Vec3, Vec3) {
     let far = f64::INFINITY;
     let finite = solid.lo.iter().chain(solid.hi.iter()).all(|x| x.is_finite());
@@ -180,11 +180,11 @@ fn overlap(a: &Seen, b: &Seen) -> bool {
 }
 
 impl Colliders {
-    /// All contact points with at most `query.margin` (and `query.reach` of both) between the surfaces, into `out` (emptied first), by pair and then by feature.
-    /// `poses` gives `X_WB` of a body, and the world's own (the identity, as a rule) for `None`.
+    /// Writes all contact points with a gap of at most `query.margin` (plus `query.reach` of both) to `out`, which is cleared first, sorted by pair
+    /// and then by feature. `poses` returns `X_WB` of a body, and the pose of the world (usually the identity) for `None`.
     ///
-    /// A pure function of the poses. Allocates nothing once `scratch` and `out` have their size. A pair of which a pose is not finite
-    /// gives no points.
+    /// The result is a pure function of the poses. No allocation occurs once `scratch` and `out` have reached their size. A pair with a pose that is
+    /// not finite has no points.
     pub fn contacts(
         &self,
         scratch: &mut Scratch,
@@ -214,7 +214,7 @@ impl Colliders {
         }
     }
 
-    /// Places of all that is shown.
+    /// Computes the poses of all shown colliders.
     fn look(&self, scratch: &mut Scratch, query: &Query, poses: &impl Fn(Option<BodyId>) -> Pose) {
         scratch.seen.clear();
         for id in self.ids() {
@@ -235,7 +235,7 @@ impl Colliders {
         }
     }
 
-    /// Pairs whose boxes overlap and that the rules let through, in order.
+    /// Collects the pairs whose boxes overlap and that the rules include, in order.
     fn sweep(&self, scratch: &mut Scratch) {
         let Scratch { seen, order, pairs, .. } = scratch;
         let axis = widest(seen);
@@ -258,7 +258,7 @@ impl Colliders {
         pairs.sort_unstable();
     }
 
-    /// Points of a pair in the frame of the first, few; of a cylinder that is discs, those of each disc.
+    /// Computes the points of a pair in the frame of the first, reduced to few; for a cylinder with discs, the points of each disc.
     fn touch(&self, a: &Seen, b: &Seen, detail: Detail, margin: f64, room: &mut Room) {
         let size = self.size(a.id, b.id, detail);
         let of = |s: &Seen| self.items[s.id as usize].discs.as_ref();
@@ -287,7 +287,7 @@ impl Colliders {
         room.gathered = std::mem::replace(&mut room.points, all);
     }
 
-    /// Points of a pair in the frame of the first.
+    /// Computes the points of a pair in the frame of the first.
     fn points(
         &self,
         a: &Seen,
@@ -303,7 +303,7 @@ impl Colliders {
         pair(sa, sb, &relative(a, b), &ask, room);
     }
 
-    /// The length that tolerances of a pair are parts of: that of the smaller, m.
+    /// Returns the length to which tolerances of a pair are relative: the size of the smaller solid, m.
     fn size(&self, i: u32, j: u32, detail: Detail) -> f64 {
         let of = |i: u32| self.items[i as usize].solid(detail).map_or(1.0, |s| s.size);
         of(i).min(of(j))
@@ -348,8 +348,8 @@ impl Colliders {
         }));
     }
 
-    /// The nearest points of two colliders, whatever the rules and however far apart; `None` when there are none (two half spaces,
-    /// a pose that is not finite). Surfaces are asked with growing margins, so that far from one it costs as much as all its triangles.
+    /// Returns the nearest points of two colliders, regardless of the rules and of their distance; `None` when there are none (two half spaces, a
+    /// pose that is not finite). Surfaces are queried with increasing margins, so a query far from one costs as much as all of its triangles.
     #[track_caller]
     pub fn distance(
         &self,
@@ -394,7 +394,7 @@ impl Colliders {
         }
     }
 
-    /// The nearest of all pairs that the rules let meet; `query.margin` is how far to look, and may be infinite.
+    /// Returns the closest of all pairs that the rules include within `query.margin`, which may be infinite.
     pub fn closest(
         &self,
         scratch: &mut Scratch,
@@ -404,8 +404,8 @@ impl Colliders {
         self.nearest_of(scratch, query, &poses, |a, b| self.meet(a, b))
     }
 
-    /// The nearest pair of colliders of two bodies, whatever the rules; `None` stands for the world. `query.margin` is how far to
-    /// look, and may be infinite.
+    /// Returns the closest pair of colliders of two bodies, regardless of the rules; `None` is the world. `query.margin` is the search distance and
+    /// may be infinite.
     pub fn distance_of_bodies(
         &self,
         scratch: &mut Scratch,
@@ -448,19 +448,19 @@ impl Colliders {
     }
 }
 
-/// `X_AB`.
+/// Returns `X_AB`.
 fn relative(a: &Seen, b: &Seen) -> Pose {
     let back = a.pose.rotation.inverse();
     Pose::new(back * b.pose.rotation, back * (b.pose.position - a.pose.position))
 }
 
-/// At least this is between two boxes, m.
+/// Returns a lower bound for the distance of two boxes, m.
 fn apart(a: &Seen, b: &Seen) -> f64 {
     let gap = |k: usize| f64::max(0.0, f64::max(a.lo[k] - b.hi[k], b.lo[k] - a.hi[k]));
     Vec3::new(gap(0), gap(1), gap(2)).norm()
 }
 
-/// The axis along which finite boxes are spread most.
+/// Returns the axis along which finite boxes are spread most.
 fn widest(seen: &[Seen]) -> usize {
     let (mut sum, mut square, mut count) = (Vec3::zeros(), Vec3::zeros(), 0.0);
     let origin = seen.iter().map(|s| s.pose.position).next().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The first surface along a ray. Padding does not count: a ray sees the shape itself.
+//! First surface along a ray. Padding has no effect: a ray hits the shape itself.
 
 use crate::colliders::{ColliderId, Colliders};
 use crate::core::{Core, Poly};
@@ -15,30 +15,30 @@ use std::ops::ControlFlow;
 /// A ray in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where it begins, m.
+    /// Origin, m.
     pub origin: Vec3,
-    /// Where it goes; any length but zero.
+    /// Direction; any length except zero.
     pub direction: Vec3,
-    /// How far to look, m.
+    /// Maximum distance, m.
     pub max: f64,
 }
 
-/// What a ray meets.
+/// Result of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayHit {
     /// The collider.
     pub collider: ColliderId,
     /// Its body; `None` is the world.
     pub body: Option<BodyId>,
-    /// From the origin, m; 0 when the ray begins inside.
+    /// Distance from the origin, m; 0 when the ray begins inside.
     pub distance: f64,
-    /// Of the surface, against the ray, world, unit. Against the ray's direction when it begins inside.
+    /// Unit normal of the surface, against the ray, world. Opposite to the ray's direction when the ray begins inside.
     pub normal: Vec3,
 }
 
 impl Colliders {
-    /// The first collider along a ray of those that are shown and that `filter` wants; of equals the first by name. `None` too for
-    /// a ray without a direction or with a NaN. `query.margin` does not count. O(n).
+    /// Returns the first collider along a ray among the shown colliders that `filter` accepts; at equal distance the first by name. Returns `None`
+    /// also for a ray without a direction or with NaN. `query.margin` has no effect. O(n).
     pub fn cast_ray(
         &self,
         ray: &Ray,
@@ -74,7 +74,7 @@ impl Colliders {
     }
 }
 
-/// One shape in its own frame, ready for many rays, without bodies and names.
+/// One shape in its own frame, prepared for many rays, without bodies and names.
 #[derive(Debug)]
 pub struct Target(Solid);
 
@@ -82,27 +82,27 @@ impl Target {
     /// Prepares a shape: the hull of points, the tree of a mesh.
     ///
     /// # Errors
-    /// Everything that is wrong with the shape.
+    /// All faults of the shape.
     pub fn new(shape: &Shape) -> Result<Self, Vec<ShapeFault>> {
         Solid::new(shape).map(Self)
     }
 
-    /// The box around it, its own frame, m; infinite for what has no end.
+    /// Returns the box around it in its own frame, m; infinite for an unbounded shape.
     #[must_use]
     pub fn bounds(&self) -> (Vec3, Vec3) {
         (self.0.lo, self.0.hi)
     }
 
-    /// Distance (m) along a ray in the shape's frame, at most `max`, and the unit normal against the ray there; `direction` is of
-    /// unit length. Distance 0 and the normal `-direction` when the ray begins inside a solid; surfaces (meshes, height fields)
-    /// have no inside and are met from both sides.
+    /// Returns the distance (m) along a ray in the shape's frame, at most `max`, and the unit normal against the ray there; `direction` must have
+    /// unit length. When the ray begins inside a solid, the distance is 0 and the normal is `-direction`. Surfaces (meshes, height fields) have no
+    /// inside and are hit from both sides.
     #[must_use]
     pub fn cast(&self, origin: &Vec3, direction: &Vec3, max: f64) -> Option<(f64, Vec3)> {
         cast(&self.0, origin, direction, max).filter(|(t, _)| *t <= max)
     }
 }
 
-/// Distance and normal in the shape's frame; d is of unit length.
+/// Returns distance and normal in the shape's frame; d must have unit length.
 fn cast(solid: &Solid, o: &Vec3, d: &Vec3, max: f64) -> Option<(f64, Vec3)> {
     match &solid.kind {
         Kind::HalfSpace => interval(o, d, &mut [(Vec3::z(), 0.0)].into_iter()),
@@ -116,7 +116,7 @@ fn cast(solid: &Solid, o: &Vec3, d: &Vec3, max: f64) -> Option<(f64, Vec3)> {
     }
 }
 
-/// The first of the pieces; a ball of no radius is not met.
+/// Returns the first of the pieces; a sphere with zero radius is not hit.
 fn pieces(p: &Pieces, o: &Vec3, d: &Vec3, max: f64) -> Option<(f64, Vec3)> {
     let mut best: Option<(f64, Vec3)> = None;
     let longest = Cell::new(max);
@@ -148,12 +148,12 @@ fn planes(p: &Poly) -> impl Iterator<Item = (Vec3, f64)> + '_ {
     p.faces.iter().map(|f| (f.n, f.n.dot(&p.vertices[p.ring[f.start as usize] as usize])))
 }
 
-/// A ray that begins inside.
+/// Returns the hit of a ray that begins inside.
 fn inside(d: &Vec3) -> Option<(f64, Vec3)> {
     Some((0.0, -d))
 }
 
-/// The solid behind all planes n · x ≤ c.
+/// Intersects a ray with the solid behind all planes n · x ≤ c.
 fn interval(
     o: &Vec3,
     d: &Vec3,
@@ -193,7 +193,7 @@ fn sphere(o: &Vec3, d: &Vec3, r: f64, centre: &Vec3) -> Option<(f64, Vec3)> {
     (off <= r * r && t >= 0.0).then(|| (t, (p + d * t) / r))
 }
 
-/// A unit ball in coordinates that are divided by the half axes; the distance along the ray stays.
+/// Intersects a unit sphere in coordinates divided by the half axes; the distance along the ray does not change.
 fn ellipsoid(o: &Vec3, d: &Vec3, half: &Vec3) -> Option<(f64, Vec3)> {
     let (p, e) = (o.component_div(half), d.component_div(half));
     if p.norm() < 1.0 {
@@ -205,7 +205,7 @@ fn ellipsoid(o: &Vec3, d: &Vec3, half: &Vec3) -> Option<(f64, Vec3)> {
     (off <= 1.0 && t >= 0.0).then(|| (t, (p + e * t).component_div(half).normalize()))
 }
 
-/// Where a ray is within r of the z axis: first and last distance.
+/// Returns the interval in which a ray is within r of the z axis: first and last distance.
 fn tube(o: &Vec3, d: &Vec3, r: f64) -> Option<(f64, f64)> {
     let (a, b, c) = (d.x * d.x + d.y * d.y, o.x * d.x + o.y * d.y, o.x * o.x + o.y * o.y - r * r);
     if a < 1e-24 {

@@ -1,5 +1,5 @@
-//! Which pairs of colliders meet: groups, bodies joined by hinges and loops, lists of names, machines whose bodies do not
-//! meet one another.
+//! Collision rules: which pairs of colliders are checked. They depend on groups, on bodies joined by hinges and loops, on lists of names, and on sets
+//! of bodies that are not checked against each other.
 
 use crate::error::ColliderFault;
 use crate::shape::{ColliderSpec, Neighbours, OnTerrain, PairLaw, Rules};
@@ -9,16 +9,16 @@ use linkwork_multibody::names::nearest;
 /// The name of the world.
 pub(crate) const WORLD: &str = "world";
 
-/// The collider that a runtime adds for the ground. It is on the world and still meets bodies that a hinge joins to the
-/// world; rules may name it before it is there. So is its material called.
+/// The collider that a runtime adds for the ground, and the name of its material. It is on the world, but is still checked against bodies that a
+/// hinge joins to the world. Rules may refer to it before it exists.
 pub const TERRAIN: &str = "terrain";
 
-/// The names of each entry.
+/// Returns the names of each entry.
 fn names<E: AsRef<[String]>>(entries: &[E]) -> Vec<Vec<&str>> {
     entries.iter().map(|e| e.as_ref().iter().map(String::as_str).collect()).collect()
 }
 
-/// Names in the rules that nothing has.
+/// Returns faults for names in the rules that do not exist.
 pub(crate) fn unknown(
     rules: &Rules,
     specs: &[ColliderSpec],
@@ -49,7 +49,7 @@ pub(crate) fn unknown(
     faults
 }
 
-/// Laws of pairs that name a material that nothing has, or have a number that is none.
+/// Returns faults for pair laws with an unknown material or an invalid number.
 pub(crate) fn laws(rules: &Rules, specs: &[ColliderSpec]) -> Vec<ColliderFault> {
     let named = || specs.iter().filter_map(|s| s.material_name.as_deref()).chain([TERRAIN]);
     let mut faults = Vec::new();
@@ -73,7 +73,7 @@ pub(crate) fn laws(rules: &Rules, specs: &[ColliderSpec]) -> Vec<ColliderFault> 
     faults
 }
 
-/// For each pair of colliders, row after row, which law counts, from 1 on; 0: none. Empty without laws.
+/// Returns, for each pair of colliders, row after row, the index of its law, from 1 on; 0: none. Empty without laws.
 pub(crate) fn law_table(rules: &Rules, specs: &[&ColliderSpec]) -> Vec<u16> {
     if rules.laws.is_empty() {
         return Vec::new();
@@ -90,13 +90,13 @@ pub(crate) fn law_table(rules: &Rules, specs: &[&ColliderSpec]) -> Vec<u16> {
     specs.iter().flat_map(|a| specs.iter().map(move |b| law(a, b))).collect()
 }
 
-/// Bodies welded together count as one: for each body (the world last) the first of its group.
+/// Returns the rigid groups: for each body (the world last) the first body of the group that is welded together.
 #[must_use]
 pub fn groups(multibody: &Multibody) -> Vec<usize> {
     groups_with(multibody, &[])
 }
 
-/// Returns [`groups`], where the bodies named in `welded` count as welded to their parents, too.
+/// Like [`groups`], but bodies named in `welded` also count as welded to their parents.
 fn groups_with(multibody: &Multibody, welded: &[String]) -> Vec<usize> {
     let world = multibody.bodies().len();
     let mut group: Vec<usize> = (0..=world).collect();
@@ -108,7 +108,7 @@ fn groups_with(multibody: &Multibody, welded: &[String]) -> Vec<usize> {
     group
 }
 
-/// Pairs of [`groups`] that a hinge of fewer than six degrees of freedom joins.
+/// Returns the pairs of [`groups`] that a hinge with fewer than six degrees of freedom joins.
 #[must_use]
 pub fn neighbours(multibody: &Multibody) -> Vec<(usize, usize)> {
     joined(multibody, &groups(multibody))
@@ -121,7 +121,7 @@ fn joined(multibody: &Multibody, group: &[usize]) -> Vec<(usize, usize)> {
     joined.map(|(i, b)| (group[i], group[b.parent().map_or(world, |p| p.index())])).collect()
 }
 
-/// Returns, for each pair of colliders, row after row, whether it would meet if no hinge joined their bodies.
+/// Returns, for each pair of colliders, row after row, whether it would be checked if no hinge joined their bodies.
 pub(crate) fn without_hinges(
     rules: &Rules,
     specs: &[&ColliderSpec],
@@ -132,7 +132,7 @@ pub(crate) fn without_hinges(
     table(&open, specs, bodies, multibody)
 }
 
-/// For each pair of colliders, row after row, whether it meets.
+/// Returns, for each pair of colliders, row after row, whether it is checked.
 pub(crate) fn table(
     rules: &Rules,
     specs: &[&ColliderSpec],
@@ -147,7 +147,7 @@ pub(crate) fn table(
     let mut joined = joined(multibody, &group);
     let loops = rules.joined.iter().filter_map(|[a, b]| Some((group[place(a)?], group[place(b)?])));
     joined.extend(loops);
-    // The machines that each collider belongs to.
+    // The `apart` lists to which each collider belongs.
     let apart: Vec<Vec<usize>> = (specs.iter())
         .map(|s| {
             let of = rules.apart.iter().enumerate().filter(|(_, bodies)| bodies.contains(&s.body));

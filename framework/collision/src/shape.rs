@@ -1,4 +1,4 @@
-//! What a user says about a collider: shape, place, material, groups.
+//! User data of a collider: shape, pose, material, groups.
 
 use linkwork_multibody::spatial::{Pose, Vec3};
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 /// A shape in its own frame C.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// A ball about the origin.
+    /// A sphere about the origin.
     Sphere {
         /// Radius, m.
         radius: f64,
@@ -16,11 +16,11 @@ pub enum Shape {
         /// Half of each edge, m.
         half: Vec3,
     },
-    /// All points within `radius` of a segment on the z axis.
+    /// A capsule: all points within `radius` of a segment on the z axis.
     Capsule {
         /// Radius, m.
         radius: f64,
-        /// Half of the segment, without the caps, m.
+        /// Half length of the segment, without the caps, m.
         half_length: f64,
     },
     /// An ellipsoid about the origin, its axes along x, y, z.
@@ -42,77 +42,77 @@ pub enum Shape {
         /// Points, m; those inside the hull are ignored.
         points: Vec<Vec3>,
     },
-    /// A surface of triangles, counter-clockwise seen from outside. Only the outside pushes: what
-    /// passes through entirely is no longer seen. Two meshes, or a mesh and a height field, meet triangle by triangle: near the
-    /// surface that is exact, deep in each other it is a way out and not the shortest. A hull is faster and better where it fits.
+    /// A triangle mesh, counter-clockwise seen from outside. Only its outside collides: a body that has passed through it completely is not detected.
+    /// Two meshes, or a mesh and a height field, collide triangle by triangle. This is exact near the surface; for deep penetration the direction of
+    /// separation is valid but not the shortest. A convex hull is faster and more robust where it fits.
     Mesh {
-        /// Corners, m. Corners at exactly one place are one corner.
+        /// Corners, m. Corners at exactly the same position are merged.
         vertices: Vec<Vec3>,
         /// Indices of corners.
         triangles: Vec<[u32; 3]>,
     },
-    /// Terrain: heights over a grid that is centred on the origin, solid below without end. Each
-    /// cell is cut from its corner of low x and y to that of high x and y.
+    /// Terrain: heights over a grid that is centred on the origin, solid below without limit. Each cell is cut from its corner of low x and y to that
+    /// of high x and y.
     HeightField {
         /// Points along x, at least 2.
         x: usize,
         /// Points along y, at least 2.
         y: usize,
-        /// Distance of neighbouring points along x and y, m.
+        /// Spacing of points along x and y, m.
         spacing: [f64; 2],
-        /// Heights (z), `x` numbers for the row of lowest y, then the next row, m; NaN where there is no ground: the
-        /// triangles that such a point is a corner of are holes.
+        /// Heights (z), m: `x` numbers for the row of lowest y, then the next row. NaN where there is no ground; triangles with such a corner are
+        /// holes.
         heights: Arc<[f64]>,
     },
-    /// Balls about points, as a sensor saw them. [`Probe::set_points`](crate::Probe::set_points) replaces them at run time.
+    /// Spheres around points, from sensor data. [`Probe::set_points`](crate::Probe::set_points) replaces them at run time.
     PointCloud {
         /// x, y, z, radius of each, m; the radius may be 0.
         points: Vec<[f64; 4]>,
-        /// For so many there is room at run time; for those given in any case.
+        /// Capacity at run time; at least the number of given points.
         room: usize,
     },
-    /// The occupied cells of a grid of cubes that begins at the origin and goes along +x, +y, +z.
-    /// [`Probe::set_cells`](crate::Probe::set_cells) changes them at run time.
+    /// The occupied cells of a grid of cubes that begins at the origin and extends along +x, +y, +z. [`Probe::set_cells`](crate::Probe::set_cells)
+    /// changes them at run time.
     VoxelMap {
         /// Cells along x, y, z.
         cells: [usize; 3],
         /// Edge of a cell, m.
         edge: f64,
-        /// Indices along x, y, z of those that are occupied.
+        /// Indices along x, y, z of the occupied cells.
         occupied: Vec<[u32; 3]>,
     },
 }
 
-/// What a cell of a [`Shape::VoxelMap`] is.
+/// State of a cell of a [`Shape::VoxelMap`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Occupancy {
-    /// It meets nothing.
+    /// The cell is empty.
     #[default]
     Free,
-    /// It is a solid cube.
+    /// The cell is a solid cube.
     Occupied,
 }
 
-/// A shape as it is shown: with the geometry of what collides, or as a mesh file that only a viewer reads.
+/// A visual shape: a collision geometry, or a mesh file that only a viewer reads.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Seen {
     /// A geometry.
     Shape(Shape),
     /// A mesh file.
     File {
-        /// Its path, as found.
+        /// Its path, resolved.
         file: String,
-        /// Factors to m along x, y, z.
+        /// Scale factors to m along x, y, z.
         scale: Vec3,
     },
 }
 
-/// How a surface rubs and bounces.
+/// Friction and restitution of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
-    /// Coefficient of Coulomb friction; that of a pair is the geometric mean.
+    /// Coulomb friction coefficient; a pair uses the geometric mean.
     pub friction: f64,
-    /// Coefficient of restitution; that of a pair is the larger.
+    /// Restitution coefficient; a pair uses the larger one.
     pub restitution: f64,
 }
 
@@ -122,36 +122,36 @@ impl Default for Material {
     }
 }
 
-/// Resistance of a surface to rolling and to spinning on the spot. That of a pair is the larger of the two.
+/// Rolling and spinning friction of a surface. A pair uses the larger of the two values.
 ///
 /// ```text
-/// |m_t| ≤ rolling · N      moment across the normal, against the relative rotation (N m)
-/// |m_n| ≤ spinning · N     moment about the normal
+/// |m_t| ≤ rolling · N      tangential moment, against the relative rotation (N m)
+/// |m_n| ≤ spinning · N     moment about the normal, against the relative rotation
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Resistance {
     /// Coefficient of rolling friction, m: the offset of the normal force ahead of the contact point.
     pub rolling: f64,
-    /// Coefficient of spinning friction, m; 2/3 μ r of a flat circular patch of radius r that presses evenly.
+    /// Coefficient of spinning friction, m; 2/3 μ r for a flat circular patch of radius r with uniform pressure.
     pub spinning: f64,
 }
 
-/// What two materials do to each other, where that is not what the numbers of their surfaces say.
+/// Contact parameters for a pair of materials, which override those of the surfaces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PairLaw {
-    /// Names of the materials ([`ColliderSpec::material_name`]); they may be one.
+    /// Names of the two materials ([`ColliderSpec::material_name`]); they may be equal.
     pub materials: [String; 2],
-    /// Coefficient of friction between them; `None`: the geometric mean of the surfaces'.
+    /// Friction coefficient of the pair; `None`: the geometric mean of the surfaces.
     pub friction: Option<f64>,
-    /// Coefficient of restitution between them; `None`: the larger of the surfaces'.
+    /// Restitution coefficient of the pair; `None`: the larger value of the surfaces.
     pub restitution: Option<f64>,
-    /// Coefficient of rolling friction between them, m; `None`: the larger of the surfaces'.
+    /// Rolling friction coefficient of the pair, m; `None`: the larger value of the surfaces.
     pub rolling: Option<f64>,
-    /// Coefficient of spinning friction between them, m; `None`: the larger of the surfaces'.
+    /// Spinning friction coefficient of the pair, m; `None`: the larger value of the surfaces.
     pub spinning: Option<f64>,
 }
 
-/// A material that differs from place to place: a function of the point in the shape's frame C (m).
+/// A material that varies with position: a function of the point in the shape's frame C (m).
 #[derive(Clone)]
 pub struct Varies(pub Arc<dyn Fn(&Vec3) -> Material + Send + Sync>);
 
@@ -167,77 +167,77 @@ impl PartialEq for Varies {
     }
 }
 
-/// Whether a collider takes part when a run begins.
+/// Visibility of a collider at the beginning of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Visibility {
-    /// It takes part.
+    /// The collider is checked.
     #[default]
     Shown,
-    /// It does not, until it is shown: [`Hiding`](crate::Hiding).
+    /// The collider is not checked until it is shown: [`Hiding`](crate::Hiding).
     Hidden,
 }
 
-/// Whether a collider meets the terrain that a runtime adds ([`TERRAIN`](crate::TERRAIN)).
+/// Whether a collider is checked against the terrain that a runtime adds ([`TERRAIN`](crate::TERRAIN)).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OnTerrain {
-    /// It does, as any other collider of the world.
+    /// It is checked, like all other colliders of the world.
     #[default]
     Collide,
-    /// It does not: something else carries it there, as a model of wheel and ground does.
+    /// It is not checked, because another model computes its contact with the ground, such as a wheel–soil model.
     Pass,
 }
 
-/// Which of the two geometries of a collider a query uses.
+/// The geometry of a collider that a query uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Detail {
     /// The fine shape.
     #[default]
     Fine,
-    /// The coarse shape where there is one, else the fine one.
+    /// The coarse shape where there is one, otherwise the fine one.
     Coarse,
 }
 
-/// One collider. The public fields are checked by [`Colliders::new`](crate::Colliders::new).
+/// Specification of one collider. [`Colliders::new`](crate::Colliders::new) checks its public fields.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColliderSpec {
-    /// A name of its own.
+    /// Its unique name.
     pub name: String,
     /// The body that carries it, or `world`.
     pub body: String,
-    /// `X_BC`: the shape's frame in the body.
+    /// `X_BC`, the pose of the shape's frame in the body.
     pub pose: Pose,
     /// The shape.
     pub fine: Shape,
-    /// A simpler shape in the same frame, for queries that ask for it.
+    /// A simpler shape in the same frame, for queries with coarse shapes.
     pub coarse: Option<Shape>,
-    /// Groups that it is a member of, one bit each.
+    /// Groups to which it belongs, one bit each.
     pub groups: u128,
-    /// Groups that it meets. A pair meets when each is in a group that the other meets.
+    /// Groups with which it collides. A pair is checked if each is in a group with which the other collides.
     pub collides_with: u128,
-    /// Whether it meets the terrain.
+    /// Whether it is checked against the terrain.
     pub terrain: OnTerrain,
-    /// The shape is taken to be this much thicker all around, m. Rays see it without.
+    /// Padding: the shape counts as this much thicker all around, m. Rays ignore it.
     pub padding: f64,
-    /// Above 0: a cylinder's fine shape touches as so many thin discs across its length, one point of each, the first and the last at
-    /// its ends. Forces on what rolls are then continuous over faces, edges and corners; between two discs nothing touches.
+    /// If above 0, a cylinder's fine shape has the contact of this number of thin discs across its length, with one point each; the first and last
+    /// are at its ends. Forces on rolling bodies are then continuous over faces, edges and corners. There is no contact between two discs.
     pub discs: u32,
-    /// Whether it takes part when a run begins.
+    /// Visibility at the beginning of a run.
     pub hidden: Visibility,
-    /// How it rubs and bounces.
+    /// Friction and restitution.
     pub material: Material,
-    /// How it resists rolling and spinning; nothing by default.
+    /// Rolling and spinning friction; zero by default.
     pub resistance: Resistance,
-    /// Velocity of the surface relative to the body, m/s, axes of the body: a belt or a track. Only its part along the surface
-    /// acts, at each contact point.
+    /// Surface velocity relative to the body, m/s, axes of the body, for example of a belt or a track. Only its tangential part acts, at each contact
+    /// point.
     pub surface_velocity: Vec3,
-    /// What its material is called, for [`Rules::laws`].
+    /// Name of its material, for [`Rules::laws`].
     pub material_name: Option<String>,
-    /// How it rubs and bounces where that differs from place to place; goes before `material`.
+    /// Friction and restitution that vary with position; takes precedence over `material`.
     pub varies: Option<Varies>,
 }
 
 impl ColliderSpec {
-    /// A shape at a body's origin, in group 0, meeting all.
+    /// Creates a collider at a body's origin, in group 0, that collides with all groups.
     #[must_use]
     pub fn new(name: impl Into<String>, body: impl Into<String>, fine: Shape) -> Self {
         Self {
@@ -260,7 +260,7 @@ impl ColliderSpec {
         }
     }
 
-    /// At another place: `X_BC`.
+    /// Sets its pose `X_BC`.
     #[must_use]
     pub fn at(mut self, X_BC: Pose) -> Self {
         self.pose = X_BC;
@@ -268,32 +268,32 @@ impl ColliderSpec {
     }
 }
 
-/// What happens between colliders of bodies that a hinge or a loop joins.
+/// Rule for colliders of bodies that a hinge or a loop joins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Neighbours {
-    /// They do not meet, except where [`Rules::collide`] lists them.
+    /// They are not checked against each other, except pairs in [`Rules::collide`].
     #[default]
     Pass,
-    /// They meet.
+    /// They are checked against each other.
     Collide,
 }
 
-/// Which pairs meet. Names are those of colliders or of bodies (`world` included); a body's name
-/// stands for all its colliders, and a collider's name goes before a body's.
+/// Collision rules. Names are those of colliders or of bodies (including `world`). A body's name represents all of its colliders; a collider's name
+/// takes precedence over a body's.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rules {
-    /// Bodies joined by a hinge of fewer than six degrees of freedom, or by a loop.
+    /// Rule for bodies joined by a loop, or by a hinge with fewer than six degrees of freedom.
     pub neighbours: Neighbours,
-    /// Bodies that count as welded to their parents although their hinge has a coordinate that never moves.
+    /// Bodies that count as welded to their parents although their hinge has a coordinate, because it never moves.
     pub welded: Vec<String>,
-    /// Pairs of bodies that a loop joins: neighbours as if by a hinge.
+    /// Pairs of bodies that a loop joins; they are neighbours as if joined by a hinge.
     pub joined: Vec<[String; 2]>,
-    /// Pairs that do not meet.
+    /// Pairs that are not checked.
     pub ignore: Vec<[String; 2]>,
-    /// Lists of bodies: no body of a list meets another of the same list.
+    /// Lists of bodies: no body of a list is checked against another of the same list.
     pub apart: Vec<Vec<String>>,
-    /// Pairs that meet though they are neighbours or in one list of `apart`; `ignore` goes before.
+    /// Pairs that are checked although they are neighbours or in the same list of `apart`; `ignore` takes precedence.
     pub collide: Vec<[String; 2]>,
-    /// What pairs of materials do to each other; the first that fits counts.
+    /// Contact parameters for pairs of materials; the first matching entry applies.
     pub laws: Vec<PairLaw>,
 }

@@ -1,4 +1,4 @@
-//! From the user's shape to what queries use: a convex core with a radius, a half space, or a surface; or all that is wrong.
+//! Converts a user's shape to the geometry of queries: a convex core with a radius, a half space, or a surface. Reports all faults at once.
 
 use crate::axis::complete;
 use crate::convert::{from_parry, to_parry};
@@ -14,18 +14,18 @@ use parry3d_f64::shape::ConvexPolyhedron;
 /// The kinds of geometry.
 #[derive(Debug)]
 pub(crate) enum Kind {
-    /// A convex core; the solid is all within `round` of it.
+    /// A convex core; the solid contains all points within `round` of it.
     Convex { core: Core, round: f64 },
-    /// z ≤ 0.
+    /// The half space z ≤ 0.
     HalfSpace,
     /// Triangles.
     Surface(Surface),
-    /// Balls or cells.
+    /// Spheres or cells.
     Pieces(Pieces),
 }
 
 impl Most {
-    /// Of these solids.
+    /// Returns the maximum sizes of some solids.
     pub(crate) fn of<'a>(solids: impl Iterator<Item = &'a Solid>) -> Self {
         let mut most = Self::default();
         for solid in solids {
@@ -35,7 +35,7 @@ impl Most {
                         let longest = p.faces.iter().map(|f| f.len as usize).max();
                         most.corners = most.corners.max(longest.unwrap_or(0));
                     }
-                    // Of two others no product of edges is greater than that of the one with most with itself.
+                    // The number of edge products of two different solids is not larger than that of the larger one with itself.
                     most.searched |= !complete(core, core);
                 }
                 Kind::Surface(s) => most.triangles = most.triangles.max(s.count()),
@@ -46,21 +46,21 @@ impl Most {
     }
 }
 
-/// A shape ready for queries.
+/// A shape prepared for queries.
 #[derive(Debug)]
 pub(crate) struct Solid {
     /// Its geometry.
     pub kind: Kind,
-    /// Least corner of the box around it, its own frame, m; infinite for what has no end.
+    /// Lower corner of its bounding box in its own frame, m; infinite for an unbounded shape.
     pub lo: Vec3,
-    /// Greatest corner.
+    /// Upper corner of the bounding box, m.
     pub hi: Vec3,
-    /// A length for tolerances: the largest extent of a core, m.
+    /// Length for tolerances: the largest extent of a core, m.
     pub size: f64,
 }
 
 impl Solid {
-    /// Builds, or reports everything that is wrong.
+    /// Builds the geometry, or returns all faults.
     pub(crate) fn new(shape: &Shape) -> Result<Self, Vec<ShapeFault>> {
         let faults = sizes(shape);
         if !faults.is_empty() {
@@ -125,7 +125,7 @@ impl Solid {
     }
 }
 
-/// Faults of single numbers.
+/// Returns the faults of single numbers.
 fn sizes(shape: &Shape) -> Vec<ShapeFault> {
     let named: Vec<(&'static str, f64)> = match shape {
         Shape::Sphere { radius } => vec![("radius", *radius)],
@@ -151,11 +151,10 @@ fn sizes(shape: &Shape) -> Vec<ShapeFault> {
         .collect()
 }
 
-/// The surface of the convex hull of points, to be drawn: corners, and triangles that are
-/// counter-clockwise seen from outside.
+/// Returns the surface of the convex hull of points for drawing: corners, and triangles that are counter-clockwise seen from outside.
 ///
 /// # Errors
-/// [`ShapeFault`]: a number is missing, or the points do not span a volume.
+/// [`ShapeFault`] for a number that is not finite, or points that do not span a volume.
 pub fn hull_surface(points: &[Vec3]) -> Result<(Vec<Vec3>, Vec<[u32; 3]>), ShapeFault> {
     let poly = hull(points)?;
     let fan = |ring: &[u32]| {
@@ -166,7 +165,7 @@ pub fn hull_surface(points: &[Vec3]) -> Result<(Vec<Vec3>, Vec<[u32; 3]>), Shape
     Ok((poly.vertices, triangles))
 }
 
-/// The hull of points, its faces merged where they are flat. The order of the points leaves no trace.
+/// Computes the hull of points and merges coplanar faces. The result does not depend on the order of the points.
 fn hull(points: &[Vec3]) -> Result<Poly, ShapeFault> {
     if let Some(index) = points.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
         return Err(ShapeFault::NotFinite { what: "point", index });
@@ -212,14 +211,14 @@ fn hull(points: &[Vec3]) -> Result<Poly, ShapeFault> {
     Ok(poly)
 }
 
-/// Unit normal of a ring of corners (Newell): all of them count, not only the first three.
+/// Returns the unit normal of a ring of corners (Newell's method, which uses all corners).
 fn normal(ring: impl Iterator<Item = Vec3> + Clone) -> Vec3 {
     let first = ring.clone().next().unwrap_or_default();
     let next = ring.clone().skip(1).chain(std::iter::once(first));
     ring.zip(next).map(|(a, b)| (a - first).cross(&(b - first))).sum::<Vec3>().normalize()
 }
 
-/// True when points span a volume, with a margin for rounding.
+/// Returns true if points span a volume, with a margin for round-off.
 fn spans(points: &[Vec3]) -> bool {
     let Some(a) = points.first() else { return false };
     let farthest = |measure: &dyn Fn(&Vec3) -> f64| {

@@ -1,8 +1,8 @@
-//! Surfaces of triangles: meshes with their neighbours and a tree, height fields by counting.
+//! Triangle surfaces: meshes with neighbour information and a tree, height fields with direct indexing.
 //!
-//! A triangle has a unit normal n, and at each edge k a direction t_k in its plane, away from it. A normal that leans over the
-//! edge is legal as far as that of the neighbour leans: n · t_k ≤ lean_k, 0 where the surface is flat or hollow.
-//! A facet is a triangle without its neighbours: most queries need no more.
+//! A triangle has a unit normal n, and at each edge k a direction t_k in its plane, pointing outwards. A contact normal that leans over the edge is
+//! admissible as far as the neighbour's normal leans: n · t_k ≤ lean_k, with 0 where the surface is flat or concave. A facet is a triangle without
+//! its neighbours, which is sufficient for most queries.
 
 use crate::convert::{bounds, to_parry};
 use crate::core::Poly;
@@ -15,10 +15,10 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// How much more a normal may lean, sine: what lies on a face trembles.
+/// Additional lean of an admissible normal, sine, because a resting body moves slightly.
 pub(crate) const LEAN: f64 = 1e-4;
 
-/// A triangle by itself.
+/// A triangle without neighbour information.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Facet {
     /// Corners, m.
@@ -30,14 +30,14 @@ pub(crate) struct Facet {
 }
 
 impl Facet {
-    /// In its plane, across the edge from corner k, away from the triangle, unit.
+    /// Returns the unit vector in its plane, perpendicular to the edge from corner k, pointing outwards.
     #[inline]
     pub(crate) fn across(&self, k: usize) -> Vec3 {
         (self.v[(k + 1) % 3] - self.v[k]).cross(&self.n).normalize()
     }
 
-    /// Whether a contact normal belongs to this triangle or to its convex edges; `lean` tells how far a normal may lean over the edge from corner k
-    /// to the next: sine.
+    /// Returns true if a contact normal belongs to this triangle or to its convex edges. `lean` returns how far a normal may lean over the edge from
+    /// corner k to the next (sine).
     pub(crate) fn admits(&self, n: &Vec3, lean: impl Fn(usize, &Vec3) -> f64) -> bool {
         n.dot(&self.n) > -LEAN
             && (0..3).all(|k| {
@@ -47,7 +47,7 @@ impl Facet {
             })
     }
 
-    /// Fills a polytope with it.
+    /// Writes it to a polytope.
     pub(crate) fn write(&self, poly: &mut Poly) {
         poly.set_triangle(&self.v, &self.names, self.n);
     }
@@ -57,7 +57,7 @@ fn normal(v: &[Vec3; 3]) -> Vec3 {
     (v[1] - v[0]).cross(&(v[2] - v[0])).normalize()
 }
 
-/// How far normals lean over an edge: towards the neighbour's normal where the edge is convex, to the horizon at a border.
+/// Returns how far normals may lean over an edge: up to the neighbour's normal at a convex edge, up to the horizon at a border.
 fn lean(n: &Vec3, across: &Vec3, neighbour: Option<Vec3>) -> f64 {
     match neighbour {
         None => 1.0,
@@ -67,17 +67,17 @@ fn lean(n: &Vec3, across: &Vec3, neighbour: Option<Vec3>) -> f64 {
     }
 }
 
-/// Triangles of either kind.
+/// A mesh or a height field.
 #[derive(Debug)]
 pub(crate) enum Surface {
-    /// By index.
+    /// Triangles with indices.
     Mesh(Triangles),
-    /// By place.
+    /// Triangles of a grid.
     Grid(Grid),
 }
 
 impl Surface {
-    /// Box around it; a height field goes down without end.
+    /// Returns the bounding box; a height field is unbounded below.
     pub(crate) fn bounds(&self) -> (Vec3, Vec3) {
         match self {
             Self::Mesh(m) => (m.lo, m.hi),
@@ -88,7 +88,7 @@ impl Surface {
         }
     }
 
-    /// Largest extent, m.
+    /// Returns the largest extent, m.
     pub(crate) fn size(&self) -> f64 {
         match self {
             Self::Mesh(m) => (m.hi - m.lo).max(),
@@ -96,12 +96,12 @@ impl Surface {
         }
     }
 
-    /// Whether what is below is solid without end.
+    /// Returns true if the space below is solid without limit.
     pub(crate) fn is_terrain(&self) -> bool {
         matches!(self, Self::Grid(_))
     }
 
-    /// How many triangles there are, holes counted.
+    /// Returns the number of triangles, including holes.
     pub(crate) fn count(&self) -> usize {
         match self {
             Self::Mesh(m) => m.triangles.len(),
@@ -109,7 +109,7 @@ impl Surface {
         }
     }
 
-    /// All vertices.
+    /// Returns all vertices.
     pub(crate) fn vertices(&self) -> impl Iterator<Item = (u64, Vec3)> + '_ {
         let (mesh, grid) = match self {
             Self::Mesh(m) => (Some(m), None),
@@ -122,7 +122,7 @@ impl Surface {
         of_mesh.chain(of_grid).filter(|(_, v)| !v.z.is_nan()).map(|(i, v)| (i as u64, v))
     }
 
-    /// The triangles that a box may meet, as numbers into `out`, ascending. Allocates nothing once `out` has its size.
+    /// Writes the indices of triangles that a box may overlap to `out`, ascending. No allocation occurs once `out` has reached its size.
     pub(crate) fn near(&self, lo: &Vec3, hi: &Vec3, out: &mut Vec<u32>) {
         out.clear();
         match self {
@@ -136,8 +136,8 @@ impl Surface {
         }
     }
 
-    /// Those of the triangles that a box may meet for which `keep` says so, given their normal, of any length, and their corners; of a height field
-    /// `far` is asked before, given the corners of a cell.
+    /// Like [`near`](Self::near), but only for triangles that `keep` accepts by their normal, of any length, and their corners. On a height field,
+    /// `far` may reject a cell by its corners first.
     pub(crate) fn near_if(
         &self,
         lo: &Vec3,
@@ -155,7 +155,7 @@ impl Surface {
         }
     }
 
-    /// A triangle by number.
+    /// Returns a triangle by index.
     pub(crate) fn facet(&self, i: u32) -> Facet {
         match self {
             Self::Mesh(m) => m.facet(i as usize),
@@ -163,7 +163,7 @@ impl Surface {
         }
     }
 
-    /// How far a normal may lean over the edge from corner k to the next, whose direction [`Facet::across`] is given: sine.
+    /// Returns how far a normal may lean over the edge from corner k to the next (sine); `across` is the result of [`Facet::across`].
     pub(crate) fn lean(&self, i: u32, t: &Facet, k: usize, across: &Vec3) -> f64 {
         match self {
             Self::Mesh(m) => m.lean[i as usize][k],
@@ -171,7 +171,7 @@ impl Surface {
         }
     }
 
-    /// The first point of a ray on it: distance and normal against the ray.
+    /// Returns the first hit of a ray: distance and normal against the ray.
     pub(crate) fn cast(&self, origin: &Vec3, direction: &Vec3, max: f64) -> Option<(f64, Vec3)> {
         let hit = match self {
             Self::Mesh(m) => {
@@ -190,7 +190,7 @@ impl Surface {
     }
 }
 
-/// Where a ray meets a triangle, from either side.
+/// Returns the distance at which a ray hits a triangle, from either side.
 fn meet(origin: &Vec3, direction: &Vec3, v: &[Vec3; 3]) -> Option<f64> {
     let (e1, e2) = (v[1] - v[0], v[2] - v[0]);
     let h = direction.cross(&e2);
@@ -207,7 +207,7 @@ fn meet(origin: &Vec3, direction: &Vec3, v: &[Vec3; 3]) -> Option<f64> {
     inside.then_some(t)
 }
 
-/// A mesh.
+/// A triangle mesh.
 #[derive(Debug)]
 pub(crate) struct Triangles {
     vertices: Vec<Vec3>,
@@ -220,7 +220,7 @@ pub(crate) struct Triangles {
 }
 
 impl Triangles {
-    /// Checks and builds; corners at one place become one.
+    /// Checks and builds; merges corners at the same position.
     pub(crate) fn new(given: &[Vec3], triangles: &[[u32; 3]]) -> Result<Self, Vec<ShapeFault>> {
         let mut faults = Vec::new();
         let bad = |v: &Vec3| !v.iter().all(|x| x.is_finite());
@@ -303,7 +303,7 @@ impl Triangles {
     }
 }
 
-/// Cells along a side of the blocks whose greatest height is known.
+/// Cells along a side of the blocks whose largest height is stored.
 const BLOCK: usize = 8;
 
 /// A height field.
@@ -315,10 +315,10 @@ pub(crate) struct Grid {
     heights: Arc<[f64]>,
     far: [f64; 2],
     top: f64,
-    /// Greatest height of each block of cells, rows of `blocks` numbers.
+    /// Largest height of each block of cells, in rows of `blocks` numbers.
     tops: Vec<f64>,
     blocks: usize,
-    /// The smooth surface through its points, for what rolls.
+    /// The smooth surface through its points, for rolling discs.
     lattice: Lattice,
 }
 
@@ -368,7 +368,7 @@ impl Grid {
         Ok(Self { x, y, spacing, heights: heights.clone(), far, top, tops, blocks, lattice })
     }
 
-    /// The rows of some cells whose blocks have a point as high as `floor`.
+    /// Returns the rows of some cells whose blocks have a point as high as `floor`.
     fn high_rows(
         &self,
         columns: &Range<usize>,
@@ -385,7 +385,7 @@ impl Grid {
             .flat_map(move |b| (b * BLOCK).max(rows.start)..((b + 1) * BLOCK).min(rows.end))
     }
 
-    /// Those of the columns of a row of cells, in pieces, that are in a block with a point as high as `floor`.
+    /// Returns the parts of the columns of a row of cells that are in a block with a point as high as `floor`.
     fn high(
         &self,
         columns: &Range<usize>,
@@ -405,7 +405,7 @@ impl Grid {
         Vec3::new(at(i, 0), at(j, 1), self.heights[j * self.x + i])
     }
 
-    /// Corners of the lower right (0) or upper left (1) half of a cell, as columns and rows.
+    /// Returns the corners of the lower right (0) or upper left (1) half of a cell, as columns and rows.
     fn corners(i: usize, j: usize, half: usize) -> [(usize, usize); 3] {
         if half == 0 {
             [(i, j), (i + 1, j), (i + 1, j + 1)]
@@ -414,11 +414,11 @@ impl Grid {
         }
     }
 
-    /// Normal of a half cell, when there is one.
+    /// Returns the normal of a half cell, or `None` without data.
     fn normal(&self, i: Option<usize>, j: Option<usize>, half: usize) -> Option<Vec3> {
         let (i, j) = (i.filter(|i| *i < self.x - 1)?, j.filter(|j| *j < self.y - 1)?);
         let n = normal(&Self::corners(i, j, half).map(|(i, j)| self.point(i, j)));
-        // Beside a hole is a border.
+        // A cell next to a hole counts as a border.
         (!n.z.is_nan()).then_some(n)
     }
 
@@ -434,7 +434,7 @@ impl Grid {
         Facet { v, names: at.map(|(i, j)| (j * self.x + i) as u64), n: normal(&v) }
     }
 
-    /// Normal of the triangle across the edge from corner k, when there is one.
+    /// Returns the normal of the triangle across the edge from corner k, or `None`.
     fn neighbour(&self, number: usize, k: usize) -> Option<Vec3> {
         let (i, j, half) = self.place(number);
         match (half, k) {
@@ -447,7 +447,7 @@ impl Grid {
         }
     }
 
-    /// Cells from–to along an axis that an interval covers.
+    /// Returns the range of cells along an axis that an interval covers.
     fn cells(&self, axis: usize, lo: f64, hi: f64) -> Range<usize> {
         let count = [self.x, self.y][axis] - 1;
         let at = |v: f64| (v + self.far[axis]) / self.spacing[axis];
@@ -474,7 +474,7 @@ impl Grid {
         }
     }
 
-    /// As [`Grid::near`], with normals from slopes: (−∂z/∂x, −∂z/∂y, 1).
+    /// Like [`Grid::near`], with normals from slopes: (−∂z/∂x, −∂z/∂y, 1).
     fn near_if(
         &self,
         lo: &Vec3,
@@ -506,7 +506,7 @@ impl Grid {
                 }
                 let number = 2 * (j * (self.x - 1) + i) as u32;
                 let n = Vec3::new((z00 - z10) * per_x, (z10 - z11) * per_y, 1.0);
-                // A hole has no slope.
+                // A hole has no slope (NaN).
                 if !(n.x + n.y).is_nan() && most.max(z10) >= floor && keep(&n, &[v[0], v[1], v[2]])
                 {
                     out.push(number);
@@ -520,7 +520,7 @@ impl Grid {
         }
     }
 
-    /// Walks the cells under a ray.
+    /// Traverses the cells below a ray.
     fn cast(&self, origin: &Vec3, direction: &Vec3, max: f64) -> Option<(u32, f64)> {
         let (mut from, mut to) = (0.0, max.min(1e12));
         for k in 0..2 {
@@ -539,7 +539,7 @@ impl Grid {
         let mut t = from;
         while t <= to {
             let at = origin + direction * t;
-            // To the next line of the grid, and a little over it.
+            // Step to the next grid line, and slightly beyond it.
             let mut next = to;
             for k in 0..2 {
                 if direction[k] != 0.0 {

@@ -1,24 +1,24 @@
-//! Many contact points of a pair to few: names made unique, and for each direction the corners of an outline, eight at most.
+//! Reduces the contact points of a pair: names are made unique, and for each direction at most eight corners of an outline are kept.
 //!
-//! Two rectangles have no more corners in common, so boxes stand on all of theirs. On fewer a body would tip about the corner that was left out, until that
-//! one is deeper and another is: it would rock without end.
+//! The overlap of two rectangles has at most eight corners, so a box keeps all of its corners. With fewer points a body would tip about the missing
+//! corner until this corner is deeper and another one is removed, and it would rock endlessly.
 //!
-//! The choice follows corners and edges, not the last digits of their places: what is equal within a tolerance goes by name.
+//! The selection follows corners and edges, not the round-off of their positions: points that are equal within a tolerance are ordered by name.
 
 use crate::core::mix;
 use crate::manifold::Point;
 use linkwork_multibody::spatial::Vec3;
 
-/// Points for each direction: as many are never thinned, and more than the other never left.
+/// Points for each direction: `FEW` or fewer points are never reduced, and at most `MOST` remain.
 const FEW: usize = 4;
 const MOST: usize = 8;
 
-/// More points than this, as a box deep in fine terrain has, are first reduced to the farthest ones in so many directions: removing them one by one
-/// takes time that grows with the square of their number.
+/// More points than this, which occur for a box deep in fine terrain, are first reduced to the farthest ones in `DIRECTIONS` directions, because
+/// removing points one by one takes quadratic time.
 const MANY: usize = 64;
 const DIRECTIONS: usize = 32;
 
-/// Names are made unique, and points that share a normal are thinned to an outline.
+/// Makes names unique, and reduces points with a common normal to an outline.
 pub(crate) fn thin(points: &mut Vec<Point>, size: f64) {
     points.sort_unstable_by(|p, q| p.name.cmp(&q.name).then(p.gap.total_cmp(&q.gap)));
     same_names(points);
@@ -40,7 +40,8 @@ pub(crate) fn thin(points: &mut Vec<Point>, size: f64) {
     }
 }
 
-/// Of points of one name and one normal the first stays; those with other normals get names of their own. Sorted by name.
+/// Keeps the first of several points with the same name and normal; points with the same name and other normals get new names. The points must be
+/// sorted by name.
 fn same_names(points: &mut Vec<Point>) {
     let (mut kept, mut group) = (0, 0);
     let mut name = None;
@@ -60,8 +61,8 @@ fn same_names(points: &mut Vec<Point>) {
     points.sort_unstable_by_key(|p| p.name);
 }
 
-/// Moves the points to keep to the front: the corners of the outline seen along n, and one of the deepest. What adds least to the outline goes first; what is
-/// equal within a thousandth goes by name, so that small motions change nothing.
+/// Moves the points to keep to the front: the corners of the outline seen along n, and one of the deepest. The point that adds least to the outline
+/// is removed first; points that are equal within a thousandth are ordered by name, so that small motions do not change the selection.
 fn outline(points: &mut [Point], n: &Vec3, size: f64) -> usize {
     let mut count = points.len();
     if count <= 2 {
@@ -71,7 +72,7 @@ fn outline(points: &mut [Point], n: &Vec3, size: f64) -> usize {
     let deep = |p: &Point| p.gap <= low.gap + 1e-5 * size && p.n.dot(&low.n) > 1.0 - 5e-9;
     let mid = points.iter().map(|p| p.pb).sum::<Vec3>() / count as f64;
     let far = points.iter().map(|p| (p.pb - mid).norm_squared()).fold(0.0, f64::max);
-    // Whatever their order: of points on a line no three span anything.
+    // Independent of the order: no three points on a line span an area.
     let flat = |p: &[Point]| (p[1].pb - p[0].pb).cross(&(p[2].pb - p[0].pb)).norm() <= 1e-3 * far;
     if points.windows(3).all(flat) {
         return line(points, &mid, deep);
@@ -83,7 +84,7 @@ fn outline(points: &mut [Point], n: &Vec3, size: f64) -> usize {
     e[n.iamin()] = 1.0;
     let x = n.cross(&e);
     let y = n.cross(&x);
-    // Grows with the angle around the middle. What is in the middle has none.
+    // Increases with the angle around the centre; a point in the centre has no angle.
     let around = |p: &Point| {
         let d = p.pb - mid;
         let (x, y) = (d.dot(&x), d.dot(&y));
@@ -116,8 +117,8 @@ fn outline(points: &mut [Point], n: &Vec3, size: f64) -> usize {
     count
 }
 
-/// Moves the points that lie farthest in directions of the plane of x and y to the front, and one of the deepest; returns how many there are. Points that are
-/// equally far within a thousandth go by name.
+/// Moves the points that are farthest in directions of the plane of x and y to the front, and one of the deepest; returns their number. Points that
+/// are equally far within a thousandth are ordered by name.
 fn farthest(
     points: &mut [Point],
     [x, y]: [&Vec3; 2],
@@ -151,7 +152,7 @@ fn farthest(
     front
 }
 
-/// Of points on a line: its ends, and one of the deepest when they are not among those.
+/// Returns, for points on a line, its ends, and one of the deepest when it is not one of them.
 fn line(points: &mut [Point], mid: &Vec3, deep: impl Fn(&Point) -> bool) -> usize {
     points.sort_unstable_by_key(|p| p.name);
     let farthest = |points: &[Point], from: &Vec3| {
@@ -170,7 +171,7 @@ fn line(points: &mut [Point], mid: &Vec3, deep: impl Fn(&Point) -> bool) -> usiz
     3
 }
 
-/// The point with the smallest distance.
+/// Returns the point with the smallest distance.
 fn lowest(points: &[Point]) -> Option<Point> {
     points.iter().min_by(|p, q| p.gap.total_cmp(&q.gap)).copied()
 }
@@ -179,7 +180,8 @@ fn lowest(points: &[Point]) -> Option<Point> {
 mod tests {
     use super::*;
 
-    /// A plate of 2 m by 1 m deep in ground of 2.5 cm: 3321 points. Its corners stay, and one of the deepest, in whatever order the points come.
+    /// A plate of 2 m by 1 m deep in terrain with 2.5 cm resolution has 3321 points. Its corners and one of the deepest points remain, independent of
+    /// the order of the points.
     #[test]
     fn a_plate_deep_in_fine_ground_stands_on_its_corners() {
         let n = Vec3::z();

@@ -1,4 +1,4 @@
-//! Shapes of one rigid piece side by side are one solid: no contact points on faces between them.
+//! Adjacent shapes of one rigid piece form one solid: faces between them have no contact points.
 
 use crate::support::*;
 use linkwork_collision::multibody::spatial::{Pose, Quat, Vec3};
@@ -10,7 +10,7 @@ fn boxed(name: &str, body: &str, half: [f64; 3], at: [f64; 3]) -> ColliderSpec {
         .at(Pose::translation(at[0], at[1], at[2]))
 }
 
-/// Contact points of a box of 0.2 m with the middle of its foot at a place, turned about the vertical, on a floor that is given.
+/// Returns the contact points of a box of 0.2 m on a given floor, with the middle of its bottom face at `foot`, rotated about the vertical.
 fn points(floor: Vec<ColliderSpec>, foot: Vec3, turn: f64) -> Vec<ContactPoint> {
     let mut specs = floor;
     specs.push(boxed("box", "a00", [0.1, 0.1, 0.1], [0.0; 3]));
@@ -27,7 +27,7 @@ fn tiles() -> Vec<ColliderSpec> {
     vec![tile(-0.5), tile(0.5)]
 }
 
-/// Wherever a box is over the seam, sunk in a little, all normals are vertical; one box for the floor gives the same depth.
+/// A box anywhere over the seam, slightly sunk in, has only vertical normals; a single box as floor gives the same depth.
 #[test]
 fn a_seam_between_two_boxes_has_no_points() {
     for turn in [0.0, 0.3, std::f64::consts::FRAC_PI_4] {
@@ -43,7 +43,7 @@ fn a_seam_between_two_boxes_has_no_points() {
     }
 }
 
-/// Tiles that are bodies of their own, welded to the world, are one piece, too; tiles that move are not.
+/// Tiles that are separate bodies welded to the world form one piece, too; moving tiles do not.
 #[test]
 fn welded_bodies_are_one_piece_and_bodies_on_hinges_are_not() {
     let side = |hinge: Hinge| {
@@ -75,21 +75,21 @@ fn welded_bodies_are_one_piece_and_bodies_on_hinges_are_not() {
     assert!(side(Hinge::pin(Vec3::z())) > 0);
 }
 
-/// A wall keeps its face: where it stands on the floor, where the floor goes on under it, and where it begins below the floor's top.
+/// A wall keeps its face: where it stands on the floor, where the floor continues under it, and where it begins below the floor's top.
 #[test]
 fn a_wall_on_a_floor_and_the_floor_at_its_foot_stay() {
     for bottom in [0.0, -0.05] {
         let mut floor = vec![boxed("floor", "world", [1.0, 1.0, 0.1], [0.0, 0.0, -0.1])];
         let half = (0.5 - bottom) / 2.0;
         floor.push(boxed("wall", "world", [0.1, 1.0, half], [0.3, 0.0, bottom + half]));
-        // Pressed against the wall and the floor by the slop of contact.
+        // Pressed against the wall and the floor by the contact slop.
         let on = points(floor, Vec3::new(0.1001, 0.0, -1e-4), 0.0);
         let count = |n: Vec3| on.iter().filter(|c| c.normal.dot(&n).abs() > 0.999).count();
         assert_eq!((count(Vec3::z()), count(Vec3::x())), (4, 4), "{bottom}: {on:#?}");
     }
 }
 
-/// A step up of a millimetre is a step; a crack of a twentieth of a millimetre is none.
+/// A step of a millimetre counts as a step; a crack of a twentieth of a millimetre does not.
 #[test]
 fn a_step_stays_and_a_crack_does_not_stop_a_box() {
     let with = |gap: f64, step: f64| {
@@ -104,7 +104,7 @@ fn a_step_stays_and_a_crack_does_not_stop_a_box() {
     assert_eq!(with(5e-5, 0.0), 0);
 }
 
-/// The box that slides may be of several shapes, too, and overlapping shapes leave their outline.
+/// The sliding box may consist of several shapes, too, and overlapping shapes keep only their outline.
 #[test]
 fn shapes_that_overlap_in_a_body_touch_with_their_outline() {
     let specs = vec![

@@ -1,4 +1,4 @@
-//! A cylinder of discs on faces, over edges and corners: its contact is that of its discs, and moves without jumps.
+//! A cylinder of discs on faces, edges and corners: its contact is that of its discs, and changes continuously.
 
 use crate::support::*;
 use linkwork_collision::multibody::spatial::{Pose, Quat, Vec3};
@@ -29,7 +29,7 @@ impl Rig {
     fn block() -> Shape {
         Shape::Box { half: Vec3::new(1.0, 1.0, 0.5) }
     }
-    /// Contact points with the hub at a place, the axle along y but for a turn about z and a lean about x.
+    /// Returns the contact points with the hub at a position, and the axle along y up to a rotation about z and a lean about x.
     fn at(&mut self, hub: Vec3, turn: f64, lean: f64) -> Vec<ContactPoint> {
         let axle = Quat::from_axis_angle(&Vec3::x_axis(), -std::f64::consts::FRAC_PI_2);
         let tilt = Quat::from_axis_angle(&Vec3::z_axis(), turn)
@@ -84,7 +84,7 @@ fn load(points: &[ContactPoint], hub: &Vec3) -> [f64; 7] {
     [depth, force.x, force.y, force.z, moment.x, moment.y, moment.z]
 }
 
-/// The hub at which the wheel comes to a depth below the plane through the origin with a normal.
+/// Returns the hub position at which the wheel has a given depth below the plane through the origin with normal `n`.
 fn touching(n: Vec3, turn: f64, lean: f64, depth: f64) -> f64 {
     let axle = Quat::from_axis_angle(&Vec3::z_axis(), turn)
         * Quat::from_axis_angle(&Vec3::x_axis(), lean)
@@ -93,7 +93,7 @@ fn touching(n: Vec3, turn: f64, lean: f64, depth: f64) -> f64 {
     R * (1.0 - along * along).sqrt() + HALF * along - depth
 }
 
-/// Greatest change of the load within one step of a hair's breadth, m.
+/// Returns the largest change of the load within one tiny step, m.
 fn jump(rig: &mut Rig, from: Vec3, to: Vec3, turn: f64, lean: f64) -> f64 {
     const HAIR: f64 = 5e-5;
     let steps = ((to - from).norm() / HAIR).ceil() as u32;
@@ -126,7 +126,7 @@ fn loads_change_no_faster_than_the_wheel_moves() {
         let mut rig = Rig::new(DISCS, block);
         let mut worst = 0.0_f64;
         for (turn, lean) in [(0.0, 0.0), (5e-4, 0.0), (2e-3, 0.0), (0.05, 0.003), (0.4, -0.004)] {
-            // Over the edge on the level of the top, 3 mm deep, and against the wall up to it.
+            // Over the edge at the level of the top, 3 mm deep, and against the wall up to it.
             let [up, out] = [Vec3::z(), Vec3::x()].map(|n| touching(n, turn, lean, 0.003));
             for (from, to) in [
                 (Vec3::new(-0.3, 0.0, up), Vec3::new(0.3, 0.0, up)),
@@ -137,7 +137,7 @@ fn loads_change_no_faster_than_the_wheel_moves() {
                 worst = worst.max(now);
             }
         }
-        // Measured: 0.77. A whole cylinder jumps by the depth of one of its two ends: 60.
+        // Measured: 0.77. A solid cylinder jumps by the depth of one of its two ends: 60.
         assert!(worst < 1.0, "{worst}");
     }
 }
@@ -148,7 +148,7 @@ fn only_cylinders_have_discs() {
     spec.discs = 3;
     let error = Colliders::new(vec![spec], Rules::default(), &free_bodies(1)).err().unwrap();
     assert_eq!(error.faults, [ColliderFault::Discs { collider: "it".into() }]);
-    assert!(error.to_string().contains("take a cylinder"), "{error}");
+    assert!(error.to_string().contains("use a cylinder"), "{error}");
 }
 
 #[test]
@@ -176,7 +176,7 @@ fn rolling_ground() -> Shape {
     Shape::HeightField { x, y, spacing: [0.12; 2], heights: heights.into() }
 }
 
-/// A wheel on that ground, named so that the ground comes first or second.
+/// A wheel on this ground, named so that the ground comes first or second.
 fn on_ground(ground: &str, discs: u32) -> Rig {
     let mut wheel =
         ColliderSpec::new("wheel", "a00", Shape::Cylinder { radius: R, half_length: HALF });
@@ -187,7 +187,7 @@ fn on_ground(ground: &str, discs: u32) -> Rig {
     Rig { scratch: Scratch::new(&colliders), colliders, out: Vec::new() }
 }
 
-/// Where the hub stands so that the deepest point is 3 mm in the ground, over x, y.
+/// Returns the hub position over x, y at which the deepest point is 3 mm in the ground.
 fn standing(rig: &mut Rig, x: f64, y: f64) -> (Vec3, Vec<ContactPoint>) {
     let (mut low, mut high) = (0.5, 1.2);
     for _ in 0..60 {
@@ -210,7 +210,7 @@ fn on_a_height_field_discs_meet_the_smooth_surface_without_jumps() {
         let (hub, points) = standing(&mut rig, x, 0.013);
         assert!(!points.is_empty() && points.len() <= DISCS as usize, "{}", points.len());
         for p in &points {
-            // On the rim: as far from the hub, across the axle, as a radius.
+            // On the rim: the distance from the hub, perpendicular to the axle, equals the radius.
             let axle = (Quat::from_axis_angle(&Vec3::z_axis(), 0.1)
                 * Quat::from_axis_angle(&Vec3::x_axis(), 0.02))
                 * Vec3::y();
@@ -231,7 +231,7 @@ fn on_a_height_field_discs_meet_the_smooth_surface_without_jumps() {
         "a millimetre on, normals turn by {:.4} rad, gaps change by {:.2e} m",
         turns[0], turns[1]
     );
-    // Between the flat triangles of the same grid normals turn by 0.08 rad at once.
+    // Between the flat triangles of the same grid, normals jump by 0.08 rad.
     assert!(turns[0] < 5e-3 && turns[1] < 1e-4, "{turns:?}");
 }
 
@@ -264,7 +264,7 @@ fn the_ground_may_come_first_or_second_and_gaps_are_told_within_the_margin() {
                 assert!((p.gap - q.gap).abs() < 1e-12 && (p.normal + q.normal).norm() < 1e-12);
                 assert!((p.point - q.point).norm() < 1e-12);
             }
-            // What touches is told with any margin, and the same.
+            // Touching points are found with any margin, and are the same.
             let touching = poses(&mut first, 0.0);
             let near: Vec<_> = a.iter().filter(|p| p.gap <= 0.0).collect();
             assert_eq!(touching.len(), near.len(), "{lift}: {touching:?} {near:?}");

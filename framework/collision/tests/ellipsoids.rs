@@ -1,4 +1,5 @@
-//! Ellipsoids: distances next to MuJoCo, contact with planes, faces and terrain next to the support function, rays next to the equation.
+//! Ellipsoids: distances compared with MuJoCo, contact with planes, faces and terrain compared with the support function, rays compared with the
+//! equation.
 use crate::support::*;
 use linkwork_collision::multibody::spatial::nalgebra::Quaternion;
 use linkwork_collision::multibody::spatial::{Pose, Quat, Vec3};
@@ -63,7 +64,7 @@ fn distances_are_those_of_mujoco() {
     println!("worst distance {:.1e} m, worst point {:.1e} m", worst[0], worst[1]);
 }
 
-/// On a plane, the face of a box, a flat mesh and flat terrain the ellipsoid touches at one point, which the support function gives.
+/// On a plane, a box face, a flat mesh and flat terrain the ellipsoid touches at one point, which the support function gives.
 #[test]
 fn flat_ground_of_every_kind_is_touched_at_one_point() {
     let mut r = Random(41);
@@ -102,7 +103,7 @@ fn flat_ground_of_every_kind_is_touched_at_one_point() {
     }
 }
 
-/// The point that a ray meets is on the surface |H⁻¹ x| = 1, no earlier point of the ray is inside, and the normal is its gradient.
+/// The point hit by a ray is on the surface |H⁻¹ x| = 1, earlier points of the ray are outside, and the normal is the gradient.
 #[test]
 fn rays_meet_the_surface() {
     let mut r = Random(43);

@@ -1,4 +1,4 @@
-//! Several contact points for a pair: how many, where, and that they keep their names while what rests jiggles.
+//! Several contact points per pair: their number and positions, and that their features persist while a resting body trembles.
 
 use crate::support::*;
 use linkwork_collision::multibody::spatial::{Pose, Quat, Vec3};
@@ -21,7 +21,7 @@ fn terrain(wave: f64) -> Shape {
     Shape::HeightField { x, y, spacing: [0.2, 0.15], heights }
 }
 
-/// Things that lie or stand, the shape on top at the pose, how many points.
+/// Lying or standing bodies, with the upper shape at the pose, and the expected number of points.
 fn resting() -> Vec<(&'static str, Shape, Shape, Pose, usize)> {
     let lying = Quat::from_euler_angles(0.0, std::f64::consts::FRAC_PI_2, 0.0);
     let slab = Shape::Box { half: Vec3::new(1.0, 1.2, 0.1) };
@@ -146,7 +146,7 @@ fn points_on_surfaces_are_spread_and_point_up() {
     }
 }
 
-/// A ball that rolls over flat and hollow edges feels the surface and not the edges.
+/// A sphere that rolls over flat and concave edges contacts the surface and not the edges.
 #[test]
 fn internal_edges_are_not_felt() {
     let mut s = scene(&[terrain(0.0), Shape::Sphere { radius: 0.3 }]);
@@ -162,7 +162,7 @@ fn internal_edges_are_not_felt() {
     }
 }
 
-/// On waves: the gap of a ball is the distance to the nearest triangle, by brute force over a fine set of points.
+/// On waves: the gap of a sphere is the distance to the nearest triangle, by brute force over a fine set of points.
 #[test]
 fn balls_on_waves_are_as_far_as_the_nearest_point() {
     let shape = terrain(0.08);
@@ -203,7 +203,7 @@ fn balls_on_waves_are_as_far_as_the_nearest_point() {
     }
 }
 
-/// Deep under terrain there is still a way up.
+/// A body deep under terrain is pushed up.
 #[test]
 fn what_is_under_terrain_is_pushed_up() {
     for shape in convex_shapes() {
@@ -214,7 +214,7 @@ fn what_is_under_terrain_is_pushed_up() {
     }
 }
 
-/// A tilted wheel: on its rim with the lowest point exact; and it has points on both sides of that.
+/// A tilted wheel touches with its rim at the exact lowest point, and has points on both sides of it.
 #[test]
 fn a_tilted_cylinder_touches_at_its_lowest_point() {
     let mut s = scene(&[Shape::HalfSpace, upright(0.3, 0.1)]);
@@ -227,7 +227,7 @@ fn a_tilted_cylinder_touches_at_its_lowest_point() {
     }
 }
 
-/// Boxes at random places and turns on each other, on a mesh and on terrain: names stay while they tremble.
+/// Boxes at random poses on each other, on a mesh and on terrain: features persist while they tremble.
 #[test]
 fn names_stay_at_random_places() {
     let mut r = Random(41);
@@ -255,13 +255,14 @@ fn names_stay_at_random_places() {
     }
 }
 
-/// Three by three heights, all zero but the middle row or the middle one.
+/// Three by three heights, all zero except the middle row or the middle one.
 fn roof(top: f64, peak: bool) -> Shape {
     let heights = (0..9).map(|k| if k == 4 || (!peak && k % 3 == 1) { top } else { 0.0 }).collect();
     Shape::HeightField { x: 3, y: 3, spacing: [1.0, 1.0], heights }
 }
 
-/// A wheel over the ridge of a roof, its axis along it or turned: the distance of the ridge and the axis, less the radius; then over the slope.
+/// A wheel over the ridge of a roof, with its axis parallel or rotated: the gap is the distance of ridge and axis minus the radius; then over the
+/// slope.
 #[test]
 fn a_wheel_on_a_ridge_is_as_far_as_the_ridge() {
     let (r, top) = (0.2, 0.08);
@@ -280,7 +281,7 @@ fn a_wheel_on_a_ridge_is_as_far_as_the_ridge() {
         let place = on_ridge + n * (r + gap);
         let X = Pose::new(turned * lying, place);
         let axis = X.transform_vector(&Vec3::z());
-        // Beyond the normals of a side it is the side that is nearest: its plane, under the lowest point of the wheel.
+        // Beyond the normals the slope is nearest: its plane, under the lowest point of the wheel.
         let side = lean.abs() > slope;
         let expected = if side {
             let m = Vec3::new(slope.sin().copysign(lean), 0.0, slope.cos());
@@ -300,7 +301,7 @@ fn a_wheel_on_a_ridge_is_as_far_as_the_ridge() {
     }
 }
 
-/// A peak under the end of an upright cylinder, also where it is between the rim and the eight points that stand for it; and under a wheel.
+/// A peak under the end of an upright cylinder, also between the rim and the eight points that represent it; and under a wheel.
 #[test]
 fn a_peak_is_found_wherever_it_is_under_a_cylinder() {
     let (r, h, top) = (0.3, 0.1, 0.25);
@@ -325,7 +326,7 @@ fn a_peak_is_found_wherever_it_is_under_a_cylinder() {
     }
 }
 
-/// Wheels that lie, stand or lean on waves: names stay while they tremble, but where a point passes the margin or a corner just then.
+/// Wheels that lie, stand or lean on waves: features persist while they tremble, except where a point passes the margin or a corner.
 #[test]
 fn names_stay_on_waves() {
     let mut r = Random(43);

@@ -4,7 +4,7 @@ use crate::support::*;
 use linkwork_collision::multibody::spatial::{Motion, Pose, Quat, Vec3};
 use linkwork_collision::*;
 
-/// All ordered pairs of shapes, random poses at a distance where they touch or nearly do.
+/// Calls `f` for all ordered pairs of shapes, at random poses near contact.
 fn each_pair(
     shapes: &[Shape],
     per_pair: usize,
@@ -99,8 +99,8 @@ fn r_support(shape: &Shape, d: &Vec3) -> f64 {
     }
 }
 
-/// Duality: the distance is the greatest separation over all normals, so no normal may show more, and that which is reported
-/// shows it. A foreign check of every convex pair, apart or overlapping.
+/// Duality: the distance is the largest separation over all normals, so every normal shows at most this, and the reported one shows it. An
+/// independent check of every convex pair, separate or overlapping.
 #[test]
 fn no_normal_separates_convex_pairs_more_than_their_distance() {
     let shapes = convex_shapes();
@@ -127,11 +127,11 @@ fn no_normal_separates_convex_pairs_more_than_their_distance() {
             sep(&c.normal)
         );
         let error = (sep(&c.normal) - d.distance).abs();
-        // Thinning takes one of several that are equally deep within 1e-5 of the size.
+        // Thinning keeps one of several points that are equally deep within 1e-5 of the size.
         assert!((-1e-12..6e-6).contains(&(c.gap - d.distance)), "{c:?} {d:?} {points:#?} {X:?}");
         worst = worst.max(error);
         assert!(error < 1e-12, "{} {c:?} {d:?}", sep(&c.normal));
-        // Overlapping, a face goes before an edge that is less deep by 1e-5 of the size.
+        // In overlap, a face has priority over an edge that is less deep by 1e-5 of the size.
         let room = if d.distance > 0.0 { 1e-9 } else { 1e-5 };
         for scale in [1.0, 1e-1, 1e-2, 1e-3, 1e-5] {
             for _ in 0..50 {
@@ -208,7 +208,7 @@ fn the_rate_of_the_gap_is_the_normal_times_the_relative_velocity() {
             list.iter().find(|p| p.feature == c.feature).map(|p| (p.gap, p.normal))
         };
         let (Some(before), Some(after)) = (same(&before), same(&after)) else { return };
-        // A triangle knows nothing of the solid behind it: deep in a mesh normals are a way out, not the nearest one.
+        // A triangle is independent of the solid behind it: deep in a mesh its normals lead out, but not to the nearest point.
         let mesh = matches!(a, Shape::Mesh { .. }) || matches!(b, Shape::Mesh { .. });
         if mesh && c.gap < -0.01 {
             return;
@@ -240,7 +240,7 @@ fn deep_and_coincident_starts_have_a_defined_answer() {
                 let X = Pose::new(Quat::identity(), p);
                 let mut s = scene(&[a.clone(), b.clone()]);
                 let points = s.contacts(0.01, &[Pose::identity(), X]);
-                // A mesh is a surface: what floats inside without meeting it may be free.
+                // A mesh is a surface, so a body inside that does not touch it may be free.
                 assert!(both_meshes || !points.is_empty(), "{a:?} {b:?} {p:?}");
                 assert!(both_meshes || deepest(&points).unwrap().gap < 0.0, "{a:?} {b:?}");
             }

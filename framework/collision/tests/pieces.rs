@@ -1,4 +1,5 @@
-//! Point clouds and voxel maps against the same balls and cubes as colliders of their own: no contact is missed, distances are those of the nearest.
+//! Point clouds and voxel maps compared with the same spheres and cubes as separate colliders: every contact is found, and distances are those of the
+//! nearest.
 
 use crate::support::Random;
 use linkwork_collision::multibody::spatial::{Pose, Vec3};
@@ -43,7 +44,7 @@ fn pieces(name: &str, shape: &Shape) -> Vec<ColliderSpec> {
     }
 }
 
-/// Whatever a robot is made of, and what a scene has.
+/// Shapes of robots and scenes.
 fn others(rng: &mut Random) -> Vec<(&'static str, Shape)> {
     let hull = (0..20).map(|_| rng.unit() * 0.1).collect();
     let (a, b) = (0.2, 0.15);
@@ -83,12 +84,12 @@ fn scene(many: &Shape, other: &Shape) -> (Colliders, [BodyId; 2]) {
     (colliders, ["many", "other"].map(|n| multibody.body(n).unwrap()))
 }
 
-/// The least distance of the pieces, one by one.
+/// Returns the smallest distance of the pieces, one by one.
 fn brute(probe: &mut Probe, colliders: &Colliders, one: ColliderId) -> f64 {
     let all = colliders.find("all").unwrap();
     let pieces = colliders.ids().filter(|id| *id != all && *id != one);
     let each = pieces.filter_map(|id| probe.distance(colliders, id, one, f64::INFINITY));
-    // A mesh does not see what is inside it.
+    // A mesh does not detect bodies inside it.
     each.map(|d| d.distance).fold(f64::INFINITY, f64::min)
 }
 
@@ -108,14 +109,14 @@ fn answers_are_those_of_the_pieces_one_by_one() {
             for id in colliders.ids().filter(|id| *id != all) {
                 probe.set_meet(all, id, id == one);
             }
-            // The pair alone: hits of the pieces are found by their distances.
+            // Only this pair: hits of the pieces follow from their distances.
             for id in colliders.ids().filter(|id| ![all, one].contains(id)) {
                 probe.set_visibility(id, Visibility::Hidden);
             }
             let (mut hits, mut worst, mut found) = (0, 0.0_f64, Vec::new());
             for k in 0..120 {
                 let poses = [rng.pose(2.0), rng.pose(if k < 60 { 1.0 } else { 0.4 })];
-                // In the map's frame the other is anywhere in and about the grid.
+                // In the map's frame the other body is anywhere in and around the grid.
                 let at = poses[0] * Pose::translation(0.25, 0.2, 0.1) * poses[1];
                 let place = |b: Option<BodyId>| if b == Some(body) { poses[0] } else { at };
                 probe.place(&colliders, place);
@@ -125,7 +126,7 @@ fn answers_are_those_of_the_pieces_one_by_one() {
                     assert!(low == f64::INFINITY && probe.first_hit(&colliders).is_none());
                     continue;
                 };
-                // Cylinders that overlap are solved by expanding polytopes: their depth depends on the frame a little.
+                // Overlapping cylinders are solved by expanding polytopes, whose depth depends slightly on the frame.
                 worst = worst.max((d.distance - low).abs());
                 let between = d.point_b - d.point_a;
                 assert!((between.norm() - d.distance.abs()).abs() < 1e-9, "{name}");
@@ -137,8 +138,7 @@ fn answers_are_those_of_the_pieces_one_by_one() {
                 hits += found.len();
                 let closest = probe.closest(&colliders, f64::INFINITY).unwrap();
                 assert!((closest.distance.distance - d.distance).abs() < 1e-12);
-                // Padding is taken off, and turns a near miss into a hit.
-                // (a mesh belongs to more that is behind it then).
+                // Padding is subtracted, and turns a near miss into a hit (except for a mesh, which then has more behind it).
                 if low > 1e-6 && low < 0.3 && !["mesh", "terrain"].contains(&name) {
                     probe.set_padding(one, 0.5 * low);
                     probe.set_padding(all, 0.5 * low * 1.000_001);
@@ -209,7 +209,7 @@ fn two_of_them_meet_as_their_pieces_do() {
     }
 }
 
-/// Where numbers are exact, what touches is a hit: faces on faces, on every side of a block's border.
+/// Where numbers are exact, touching counts as a hit: faces on faces, on every side of a block's border.
 #[test]
 fn cells_that_touch_are_hits() {
     let edge = 0.25;
@@ -272,7 +272,7 @@ fn contacts_and_rays_see_the_pieces() {
             };
             let (whole, single) = (gaps(true), gaps(false));
             assert!(points.iter().all(|c| c.a == one || c.b == one));
-            // A point of the whole is one of a piece; eight at most are told for each direction.
+            // Each point of the whole belongs to a piece; at most eight are returned for each direction.
             assert_eq!(whole.is_empty(), single.is_empty());
             if let (Some(a), Some(b)) = (whole.first(), single.first()) {
                 assert!((a - b).abs() < 1e-9, "{a} {b}");
@@ -354,7 +354,7 @@ fn what_changes_at_run_time_is_seen_and_undone() {
         hits += expected.0.len();
     }
     assert!(hits > 20);
-    // Refusals change nothing.
+    // Errors change nothing.
     let before = live.count(cloud);
     let many = vec![[0.0; 4]; 61];
     assert_eq!(
@@ -396,7 +396,7 @@ fn what_changes_at_run_time_is_seen_and_undone() {
     assert!(cloud(usize::MAX).contains("room"));
 }
 
-/// Clouds of every size about the borders of a tree's leaves, with points that coincide and points of no size.
+/// Clouds of all sizes around the border of a tree's leaves, with coincident points and points of zero size.
 #[test]
 fn small_clouds_have_the_distance_of_their_nearest_ball() {
     let mut builder = Builder::new();

@@ -1,4 +1,4 @@
-//! Yes or no agrees with the distance, within 1e-9 of a size: a contact is never missed. Distances are proven by their normals.
+//! The boolean query agrees with the distance within 1e-9 of a size, so contacts are never missed. Normals prove the distances.
 
 use crate::support;
 
@@ -74,7 +74,7 @@ fn support(shape: &Shape, d: &Vec3) -> f64 {
     }
 }
 
-/// How far a point is outside a shape, at least: of a hull by many directions.
+/// Returns a lower bound of the distance of a point from a shape; for a hull with many directions.
 fn outside(shape: &Shape, x: &Vec3, rng: &mut Random) -> f64 {
     match shape {
         Shape::Sphere { radius } => x.norm() - radius,
@@ -92,7 +92,7 @@ fn outside(shape: &Shape, x: &Vec3, rng: &mut Random) -> f64 {
     }
 }
 
-/// Duality proves a distance from both sides: the ends lie in the shapes, and the normal between them leaves as much room.
+/// Duality proves a distance from both sides: the ends are in the shapes, and the normal between them leaves the same separation.
 #[test]
 fn distances_are_proven_from_both_sides() {
     let mut rng = Random(29);
@@ -118,7 +118,8 @@ fn distances_are_proven_from_both_sides() {
     }
     let multibody = builder.build().unwrap();
     let body = multibody.body("a");
-    // Of distances and of their ends: what the iteration finds of a cylinder with edges or another cylinder, and all else.
+    // Errors of distances and of their ends: for pairs of a cylinder with a shape with edges or another cylinder, which are iterative, and for all
+    // others.
     let mut worst = [[0.0_f64; 2]; 2];
     let limits = [[5e-10, 2e-9], [2e-12, 2e-12]];
     let mut least = usize::MAX;
@@ -135,7 +136,7 @@ fn distances_are_proven_from_both_sides() {
             let (worst, limits) = (&mut worst[usize::from(closed)], limits[usize::from(closed)]);
             let mut apart = 0;
             for k in 0..200 {
-                // A third each: anyhow; axes along each other's but for a hair, down to none; nearly touching.
+                // A third each: random; axes almost parallel, down to exactly; nearly touching.
                 let (far, X) = (rng.vec() * 3.0, rng.pose(0.7));
                 let small = 10f64.powi(-(k % 20));
                 let turn = match k % 3 {
@@ -149,7 +150,7 @@ fn distances_are_proven_from_both_sides() {
                 };
                 let mut Y = Pose::new(X.rotation * turn, X.position + rng.vec());
                 if k % 3 == 2 {
-                    // As far along the line of centres as it takes to be about 1e-4 apart.
+                    // Along the line of centres until they are about 1e-4 apart.
                     let n = (Y.position - X.position).normalize();
                     let back = |X: &Pose, n: Vec3| X.rotation.inverse() * n;
                     let reach = support(a, &back(&X, n)) + support(b, &back(&Y, -n));
@@ -178,7 +179,7 @@ fn distances_are_proven_from_both_sides() {
                     worst[1] = worst[1].max(outside(shape, &x, &mut rng));
                     assert!(worst[1] < limits[1], "{i} {j} {k}: {worst:?} {x:?} {d:?}");
                 }
-                // Padding takes off what it is, and the other way round is the same.
+                // Padding is subtracted, and the pair is symmetric.
                 probe.set_padding(ia, 0.3);
                 let padded = probe.distance(&colliders, ia, ib, f64::INFINITY).unwrap();
                 probe.set_padding(ia, 0.0);
@@ -201,7 +202,8 @@ fn distances_are_proven_from_both_sides() {
     assert!(least > 20, "{least}");
 }
 
-/// Every question is the first of a probe of its own: memory is there at set-up, whatever is met. Surfaces of many triangles, a face of many corners, deep overlaps.
+/// Every query is the first of a separate probe: memory is complete at set-up, whatever the shapes. Surfaces of many triangles, a face of many
+/// corners, deep overlaps.
 #[test]
 fn no_question_allocates() {
     let mut rng = Random(17);
@@ -215,7 +217,7 @@ fn no_question_allocates() {
     let n = 300;
     let rim = (0..n).map(|k| f64::from(k) * std::f64::consts::TAU / f64::from(n));
     let disc = rim.flat_map(|t| [0.0, 0.3].map(|z| Vec3::new(0.6 * t.cos(), 0.6 * t.sin(), z)));
-    // A pleated sheet, most of whose triangles reach through anything that lies on it.
+    // A pleated sheet; most of its triangles pass through anything that lies on it.
     let w = 14;
     let at = |i: u32| {
         let x = |k: u32| f64::from(k) / 6.5 - 1.0;
@@ -251,7 +253,7 @@ fn no_question_allocates() {
             let colliders = Colliders::new(specs, Rules::default(), &bodies).unwrap();
             let [ia, ib] = ["a", "b"].map(|n| colliders.find(n).unwrap());
             let surface = |s: &Shape| matches!(s, Shape::Mesh { .. } | Shape::HeightField { .. });
-            // Every triangle of one against all of the other takes its time.
+            // Comparing every triangle of one with all of the other is slow.
             let both = surface(a) && surface(b);
             for k in 0..if both { 2 } else { 8 } {
                 let poses = match k {

@@ -1,4 +1,4 @@
-//! What cannot be is refused, all at once, with the place and the remedy.
+//! Invalid input is rejected, with all faults at once, their location and remedy.
 
 use crate::support::*;
 use linkwork_collision::multibody::spatial::{Pose, Vec3};
@@ -126,15 +126,15 @@ fn all_mistakes_are_reported_at_once_with_a_remedy_each() {
         "coarse shape: radius is -1",
         "rule joined 0",
         "rule apart 0",
-        "no collider is of the material `steal`",
+        "no collider has the material `steal`",
         "did you mean `steel`?",
-        "law of pairs 0: friction is NaN",
+        "pair law 0: friction is NaN",
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }
 }
 
-/// Corners at one place are one corner, so a soup of triangles has no border inside.
+/// Coincident corners count as one, so a triangle soup does not have inner borders.
 #[test]
 fn a_soup_of_triangles_is_a_surface() {
     let Shape::Mesh { vertices, triangles } = box_mesh(Vec3::new(1.0, 1.0, 0.1)) else { panic!() };

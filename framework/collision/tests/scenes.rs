@@ -1,4 +1,4 @@
-//! Many colliders: broad phase against brute force, order, rules, hiding, detail, rebuilding, rays, no memory taken.
+//! Many colliders: broad phase compared with brute force, order, rules, hiding, detail, rebuilding, rays, no allocation.
 
 use crate::support::*;
 use linkwork_collision::multibody::spatial::{Pose, Vec3};
@@ -61,7 +61,7 @@ fn the_broad_phase_finds_what_brute_force_finds() {
     }
 }
 
-/// Two colliders on one body, one on another, and the world: bodies are as near as their nearest colliders.
+/// Two colliders on one body, one on another, and the world: the distance of bodies is that of their nearest colliders.
 #[test]
 fn bodies_are_as_near_as_their_nearest_colliders() {
     let bodies = free_bodies(2);
@@ -111,7 +111,7 @@ fn order_of_giving_and_old_scratch_leave_no_trace() {
     assert_eq!(first, run(specs, true));
 }
 
-/// A base that floats, an arm of two links on it, a hand welded to the second, a finger on the hand, a box that flies.
+/// A floating base, an arm of two links on it, a hand welded to the second, a finger on the hand, and a free box.
 fn arm(with_box: bool) -> Multibody {
     let mut b = Builder::new();
     b.body(BodySpec::new("base", "world").hinge(Hinge::free()));
@@ -151,7 +151,7 @@ fn neighbours_pass_unless_asked() {
     let pair = |a: &str, b: &str| [a.to_string(), b.to_string()];
     let make = |rules: Rules| meeting(&Colliders::new(arm_specs(), rules, &arm(true)).unwrap());
     let plain = make(Rules::default());
-    // Free hinges join nothing; the hand is welded to the lower arm, so the finger is its neighbour and the upper arm the hand's.
+    // Free hinges do not make neighbours. The hand is welded to the lower arm, so the finger is its neighbour and the upper arm the hand's.
     assert_eq!(
         plain,
         [
@@ -181,7 +181,7 @@ fn neighbours_pass_unless_asked() {
     assert_eq!(without.len(), plain.len() - 2);
     let looped = make(Rules { joined: vec![pair("finger", "base")], ..Rules::default() });
     assert!(!looped.contains(&"base-finger".into()) && looped.len() == plain.len() - 1);
-    // A machine of which only the base meets the box, and one exception.
+    // A machine of which only the base collides with the box, and one exception.
     let bodies = |all: &[&str]| all.iter().map(|b| (*b).to_string()).collect::<Vec<_>>();
     let apart =
         vec![bodies(&["base", "upper", "lower", "hand", "finger"]), bodies(&["hand", "box"])];
@@ -253,7 +253,7 @@ fn hiding_detail_and_materials_are_heeded() {
     assert!((fine[0].friction - 0.6).abs() < 1e-12 && (fine[0].restitution - 0.3).abs() < 1e-12);
 }
 
-/// A pose that is not a number takes its body out, and nothing else.
+/// A pose with NaN removes its body, and nothing else.
 #[test]
 fn poses_that_are_not_numbers_give_no_points() {
     let mut s = scene(&[Shape::HalfSpace, cube(0.1), cube(0.1)]);
@@ -332,7 +332,7 @@ fn rays_stop_at_the_first_surface() {
                 hit.normal.dot(&d) <= 1e-12 && (hit.normal.norm() - 1.0).abs() < 1e-9,
                 "{shape:?} {hit:?}"
             );
-            // A tiny ball at the hit touches; one before it does not. One-sided and flat shapes from behind are left out.
+            // A tiny sphere at the hit touches; one before it does not. One-sided and flat shapes from behind are left out.
             let mut gap = |p: Vec3| s.distance(&[X, Pose::new(X.rotation, p)]).map(|d| d.distance);
             let surface = matches!(shape, Shape::Mesh { .. } | Shape::HeightField { .. });
             if let Some(touch) = gap(end) {
@@ -368,7 +368,7 @@ fn ray_from_below(X: &Pose, origin: &Vec3, shape: &Shape) -> bool {
     matches!(shape, Shape::HeightField { .. }) && X.inverse().transform_point(origin).z < 0.1
 }
 
-/// Two of three balls in a row move: pairs are looked at from as far as both of their own may come.
+/// Two of three spheres in a row move: pairs are checked up to the sum of their own reaches.
 #[test]
 fn reach_is_each_colliders_own() {
     let bodies = free_bodies(3);

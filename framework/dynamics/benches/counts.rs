@@ -1,15 +1,15 @@
-//! Instructions per call beside Pinocchio's, counted by callgrind: the same on a loaded machine.
+//! Instructions per call compared with Pinocchio, counted by callgrind. The counts do not depend on the load of the machine.
 //!
 //! `LINKWORK_PINOCCHIO_BENCH_V3=path cargo bench --profile counts --bench counts
 //! -p linkwork-dynamics [-- words]`; the path is the program that `tests/benches/peers/install.sh`
-//! builds for x86-64-v3, the instructions that Linkwork is built for too; words choose mechanisms
+//! builds for x86-64-v3, the instruction set for which Linkwork is also built; words select mechanisms
 //! by part of their name. Needs `valgrind`.
 //!
-//! This program runs itself and the peer under callgrind, as `callgrind/mod.rs` says. Where the peer
-//! has variants, the one with the fewest instructions counts.
+//! This program runs itself and the other library under callgrind, as `callgrind/mod.rs` describes. If the other library has several variants of an
+//! algorithm, the one with the fewest instructions is used.
 //!
-//! An instruction is not a nanosecond: wide vector instructions, divisions and cache misses take
-//! longer than others. So the counts stand beside the times, and take no part in the targets.
+//! Instruction counts are not proportional to time: wide vector instructions, divisions and cache misses take longer than other instructions.
+//! Therefore the counts are printed next to the times and are not part of the targets.
 #![allow(non_snake_case)]
 
 #[path = "../tests/support/mod.rs"]
@@ -24,7 +24,7 @@ use callgrind::{CALLS, CHILD, Counts, callgrind};
 use linkwork_dynamics::*;
 use std::path::{Path, PathBuf};
 
-/// The child.
+/// The counted child process.
 struct Counted;
 
 impl Run for Counted {

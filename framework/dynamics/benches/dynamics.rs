@@ -1,10 +1,8 @@
-//! Nanoseconds per call beside Pinocchio's, in one run.
+//! Nanoseconds per call compared with Pinocchio, in one run.
 //!
-//! `LINKWORK_PINOCCHIO_BENCH=path cargo bench -p linkwork-dynamics [-- words]`; the path is the
-//! program that `tests/benches/peers/install.sh` builds; words choose mechanisms by part of their
-//! name, `--markdown` prints the grids of the README as well. Without the path only our own times are
-//! printed. Each figure is the best of 15 repeats over
-//! 64 random states; both sides run the same loop, poses or kinematics included.
+//! `LINKWORK_PINOCCHIO_BENCH=path cargo bench -p linkwork-dynamics [-- words]`: the path is the program that `tests/benches/peers/install.sh` builds;
+//! words select mechanisms by part of their name; `--markdown` also prints the tables of the README. Without the path only our own times are printed.
+//! Each number is the best of 15 repetitions over 64 random states. Both sides run the same loop, including poses or kinematics.
 #![allow(non_snake_case)]
 
 #[path = "../tests/support/mod.rs"]
@@ -19,10 +17,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 const REPEATS: usize = 15;
-/// Seconds of one repeat.
+/// Duration of one repetition, s.
 const SLICE: f64 = 0.01;
 
-/// Algorithms, what they may cost beside the peer, and what a state of a batch may.
+/// Algorithms, with their target relative to the other library, and the target for a state of a batch.
 const TARGETS: [(&str, f64); 10] = [
     ("kinematics", 0.6),
     ("inverse", 0.65),
@@ -37,7 +35,7 @@ const TARGETS: [(&str, f64); 10] = [
 ];
 const BATCH: f64 = 0.12;
 
-/// One cell: mechanism, algorithm, nanoseconds alone and a state of a batch, the peer's.
+/// One result: mechanism, algorithm, nanoseconds for a single state and for a state of a batch, and those of the other library.
 struct Cell {
     mechanism: &'static str,
     key: &'static str,
@@ -56,14 +54,14 @@ impl Run for Times {
     }
 }
 
-/// Nanoseconds of a call, one state a call.
+/// Returns nanoseconds per call, with one state per call.
 fn ours(tree: &Tree) -> BTreeMap<&'static str, f64> {
     let mut times = Times::default();
     algorithms::ours(tree, &mut times);
     times.0
 }
 
-/// Nanoseconds of a state, a batch a call.
+/// Returns nanoseconds per state, with one batch per call.
 fn batch<L: Lane>(tree: &Tree) -> BTreeMap<&'static str, f64> {
     let mut times = Times::default();
     algorithms::batch::<L>(tree, &mut times);
@@ -100,7 +98,7 @@ fn main() {
     }
     if std::env::args().any(|a| a == "--markdown") {
         grid(&cells, "one state, ns (× peer)", |c| c.ns, |c| c.target);
-        grid(&cells, "a state of a batch, ns (× peer)", |c| c.batch, |_| BATCH);
+        grid(&cells, "state of a batch, ns (× peer)", |c| c.batch, |_| BATCH);
     }
 }
 
@@ -118,12 +116,11 @@ fn report_misses(cells: &[Cell]) {
             }
         }
     }
-    println!("cells beyond their target: {} of {}", missed.len(), 2 * cells.len());
+    println!("cells above their target: {} of {}", missed.len(), 2 * cells.len());
     missed.iter().for_each(|m| println!("  {m}"));
 }
 
-/// A Markdown table: a row for each algorithm, a column for each mechanism; what misses its target is
-/// in bold.
+/// Prints a Markdown table with a row for each algorithm and a column for each mechanism; numbers that miss their target are bold.
 fn grid(cells: &[Cell], title: &str, ns: impl Fn(&Cell) -> f64, target: impl Fn(&Cell) -> f64) {
     let mut names: Vec<&str> = cells.iter().map(|c| c.mechanism).collect();
     names.dedup();
@@ -145,7 +142,7 @@ fn grid(cells: &[Cell], title: &str, ns: impl Fn(&Cell) -> f64, target: impl Fn(
 }
 
 fn table(name: &'static str, tree: &Tree, peer: Option<&Path>, cells: &mut Vec<Cell>) {
-    // Ours on both sides of the peer: the clock of a busy machine drifts.
+    // Measure ours before and after the other library, because the clock speed of a busy machine drifts.
     let before = ours(tree);
     let theirs = peer.map(|p| run_peer(p, tree)).unwrap_or_default();
     let after = ours(tree);
@@ -182,7 +179,7 @@ fn best_ns(mut call: impl FnMut(usize)) -> f64 {
     1e9 * (0..REPEATS).map(|_| pass(loops)).fold(f64::INFINITY, f64::min)
 }
 
-/// Runs the peer on the same mechanism, written to a temporary file.
+/// Runs the other library on the same mechanism, which is written to a temporary file.
 fn run_peer(program: &Path, tree: &Tree) -> BTreeMap<String, f64> {
     let path = std::env::temp_dir().join(format!("linkwork_peer_{}.txt", std::process::id()));
     std::fs::write(&path, algorithms::joints(tree.multibody())).expect("temporary file");

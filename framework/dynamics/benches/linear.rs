@@ -1,9 +1,8 @@
-//! What grows how with the length of a chain: forward dynamics by articulated bodies, the same by a
-//! dense mass matrix and its Cholesky factors, and operator expressions.
+//! Growth of the cost with the length of a chain: forward dynamics by articulated bodies, by a dense mass matrix and its Cholesky factors, and by
+//! operator expressions.
 //!
-//! `cargo bench --profile counts -p linkwork-dynamics --bench linear [-- --write]`. Prints times,
-//! instructions (when valgrind is there) and link visits, and the exponent of their growth between
-//! the two longest chains; with `--write` draws `framework/dynamics/benches/linear.svg` too.
+//! `cargo bench --profile counts -p linkwork-dynamics --bench linear [-- --write]`. Prints times, instructions (if valgrind is installed) and link
+//! visits, and the exponent of their growth between the two longest chains. With `--write` it also draws `framework/dynamics/benches/linear.svg`.
 #![allow(non_snake_case)]
 
 #[path = "../tests/support/mod.rs"]
@@ -24,7 +23,7 @@ use std::collections::BTreeMap;
 use std::hint::black_box;
 
 const LENGTHS: [usize; 10] = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512];
-/// Repeats, of which the best counts, and seconds of one.
+/// Number of repetitions, of which the best is used, and the duration of one, s.
 const REPEATS: usize = 7;
 const SLICE: f64 = 0.004;
 
@@ -58,7 +57,7 @@ fn main() {
     }
 }
 
-/// Points of each name.
+/// Points of each curve.
 type Curves = BTreeMap<&'static str, Vec<(f64, f64)>>;
 
 fn measure(one: impl Fn(usize) -> BTreeMap<&'static str, f64>) -> Curves {
@@ -88,7 +87,7 @@ fn table(what: &str, curves: &Curves) {
     }
 }
 
-/// One panel with all curves, and how what grows as n and as n³ would rise.
+/// Returns one panel with all curves and reference lines for growth as n and as n³.
 fn panel(title: &str, curves: &Curves, low: f64) -> Panel {
     let color = |name: &str| match name {
         FORWARD => "#0b6e4f",
@@ -103,7 +102,7 @@ fn panel(title: &str, curves: &Curves, low: f64) -> Panel {
     Panel { title: title.into(), curves: curves.collect(), low }
 }
 
-/// Gives each algorithm of a chain by name.
+/// Runs each algorithm on a chain, by name.
 fn chain(n: usize, mut run: impl FnMut(&'static str, &mut dyn FnMut(usize))) {
     let mbs = mechanisms::chain(n);
     let tree = Tree::new(&mbs);
@@ -125,10 +124,13 @@ fn chain(n: usize, mut run: impl FnMut(&'static str, &mut dyn FnMut(usize))) {
         forward_dynamics(&tree, &mut ws, &q, &v, &mut tau, &mut vdot).expect("regular");
         black_box(&vdot);
     });
-    // Longer chains lose digits in the dense solution.
+    // For longer chains the dense solution loses accuracy.
     let size = out.amax();
     let off = out.iter().zip(&vdot).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    assert!(n > 32 || off <= 1e-7 * size, "{n} links: the two ways differ by {off:e} of {size:e}");
+    assert!(
+        n > 32 || off <= 1e-7 * size,
+        "{n} links: the two methods differ by {off:e} of {size:e}"
+    );
     for (name, operator) in expressions(&tree, &ws) {
         let mut scratch = operator.scratch().expect("sound");
         run(name, &mut |_| {

@@ -1,7 +1,7 @@
-//! Articulated inertias without forces: what M⁻¹, compliance and derivatives are made of.
+//! Articulated-body inertias without forces, used for M⁻¹, compliance and derivatives.
 //!
-//! Tips to base, each degree of freedom as a link of its own (a link of several is a chain at one
-//! place, which gives the same):
+//! The sweep goes from tips to base. Each degree of freedom is treated as a separate link; a link with several is a chain at one point, which gives
+//! the same result:
 //! ```text
 //! P(k) = M(k) + Σ_j φ(k,j) P⁺(j) φ*(k,j)                  about each link's own origin
 //! free        U = P S, D = S · U + armature, G = U D⁻¹, P⁺ = P − G Uᵀ
@@ -37,7 +37,7 @@ impl<L: Lane> Spatial<L> {
         self.M = self.M.add(&b.M);
     }
 
-    /// φ P φ*, `l` from the parent's origin:
+    /// Returns φ P φ*, with `l` from the parent's origin:
     /// ```text
     /// H' = H + l~ M,   I' = I + l~ Gᵀ + (l~ Gᵀ)ᵀ  with G = H + ½ l~ M
     /// ```
@@ -68,7 +68,7 @@ impl<L: Lane> Spatial<L> {
         }
     }
 
-    /// P − G Uᵀ, where G is a multiple of U.
+    /// Computes P − G Uᵀ, where G is a multiple of U.
     #[inline(always)]
     pub fn downdate(&mut self, G: V6<L>, U: V6<L>) {
         self.I = self.I.sub_outer(G.n, U.n);
@@ -81,7 +81,7 @@ impl<L: Lane> Spatial<L> {
     }
 }
 
-/// Fills `sweeps` (S and G about the roots' origins) and `D_inv` at the poses in `w`.
+/// Computes `sweeps` (S and G about the roots' origins) and `D_inv` at the poses in `w`.
 pub(crate) fn factor<L: Lane>(tree: &Tree, w: &mut Work<L>) -> Result<(), DynamicsError> {
     roots(&tree.links, &w.kin, &mut w.r);
     inertias(tree, w);
@@ -91,7 +91,7 @@ pub(crate) fn factor<L: Lane>(tree: &Tree, w: &mut Work<L>) -> Result<(), Dynami
     }
 }
 
-/// S, and in `composite` the inertia of each link about its own origin, by block of dofs.
+/// Computes S, and writes the inertia of each link about its own origin to `composite`, by block of dofs.
 fn inertias<L: Lane>(tree: &Tree, w: &mut Work<L>) {
     for (b, C) in w.composite.iter_mut().enumerate() {
         let at = b * L::PACK;
@@ -107,7 +107,7 @@ fn inertias<L: Lane>(tree: &Tree, w: &mut Work<L>) {
     }
 }
 
-/// Returns the outermost link whose free hinge has no inertia to move.
+/// Returns the outermost link whose free hinge moves no inertia.
 fn gather<L: Lane>(tree: &Tree, w: &mut Work<L>) -> Option<usize> {
     for (k, link) in tree.links.iter().enumerate().rev() {
         let (kin, r) = (&w.kin[k + 1], w.r[k + 1]);
@@ -157,7 +157,7 @@ fn gather<L: Lane>(tree: &Tree, w: &mut Work<L>) -> Option<usize> {
     None
 }
 
-/// P S and S · P S for dof `j` of a link.
+/// Returns P S and S · P S for dof `j` of a link.
 #[inline(always)]
 pub(crate) fn column<L: Lane>(
     kind: Kind,
@@ -192,11 +192,11 @@ pub(crate) fn column<L: Lane>(
     }
 }
 
-/// `x` (nv) becomes M⁻¹ x over the free coordinates; zero at prescribed ones. After [`factor`].
+/// Replaces `x` (nv) by M⁻¹ x over the free coordinates; zero at prescribed ones. Call [`factor`] first.
 pub(crate) fn solve<L: Lane>(tree: &Tree, w: &mut Work<L>, x: &mut [L]) {
     let dofs = &tree.dofs;
     for run in dofs.runs.iter().rev() {
-        // What branches outboard have left, if there are any.
+        // Load what outboard branches have accumulated, if there are any.
         let level = dofs.level[run.start] as usize;
         let leaf = dofs.end[run.start] as usize == run.end;
         let mut z = if leaf { V6::default() } else { w.sweep[level] };

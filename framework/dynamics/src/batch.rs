@@ -1,6 +1,6 @@
-//! Many states of one mechanism side by side: structure of arrays over a lane.
+//! Many states of one mechanism side by side: structure of arrays in SIMD lanes.
 //!
-//! Lane j of every number belongs to state j. Eight lanes pay up to about 20 bodies, four beyond.
+//! Lane j of every number belongs to state j. Eight lanes are faster for up to about 20 bodies, four lanes for more.
 
 use crate::composite::roots;
 use crate::error::DynamicsError;
@@ -16,24 +16,23 @@ use crate::{centroidal, composite, forward, inverse, inverse_mass, jacobian};
 use linkwork_multibody::NodeId;
 use linkwork_spatial::{Force, Vec3};
 
-/// Working memory for `L::WIDTH` states at once. Same algorithms, same conventions as the
-/// functions on a [`Workspace`](crate::Workspace). Of a mechanism with flexible bodies the states are run one
-/// after another.
+/// Work memory for `L::WIDTH` states at once. Algorithms and conventions are those of the functions on a [`Workspace`](crate::Workspace). The states
+/// of a mechanism with flexible bodies are computed one after another.
 #[derive(Clone, Debug)]
 pub struct Batch<L: Lane> {
     work: Work<L>,
-    /// With flexible bodies: the states one by one.
+    /// Separate workspaces for the states of a mechanism with flexible bodies.
     lanes: Option<Box<Lanes>>,
 }
 
 impl<L: Lane> Batch<L> {
-    /// Memory for `tree`; it must be used with no other.
+    /// Creates the memory for `tree`; use it only with this tree.
     #[must_use]
     pub fn new(tree: &Tree) -> Self {
         Self { work: Work::new(tree), lanes: Lanes::new::<L>(tree) }
     }
 
-    /// Sets the acceleration of free fall (m/s², world axes) for every body and state.
+    /// Sets the acceleration of gravity (m/s², world axes) for all bodies and states.
     pub fn set_uniform_gravity(&mut self, g: Vec3) {
         if let Some(lanes) = &mut self.lanes {
             lanes.each.iter_mut().for_each(|ws| ws.work.gravity = v3(&g));
@@ -41,7 +40,7 @@ impl<L: Lane> Batch<L> {
         self.work.gravity = V3::splat(&V3 { x: g.x, y: g.y, z: g.z });
     }
 
-    /// Forgets all external forces and gravity.
+    /// Removes all external forces and gravity.
     pub fn clear_forces(&mut self) {
         if let Some(lanes) = &mut self.lanes {
             lanes.each.iter_mut().for_each(Workspace::clear_forces);
@@ -49,8 +48,8 @@ impl<L: Lane> Batch<L> {
         self.work.clear_forces();
     }
 
-    /// Adds a wrench on a node in each state: moment about the node's origin (N m), force (N),
-    /// world axes, x y z. After [`Batch::kinematics`] of the same states.
+    /// Adds a wrench on a node in each state: moment about the node's origin (N m), force (N), world axes, x y z. Call [`Batch::kinematics`] for the
+    /// same states first.
     pub fn add_wrench_at_node(&mut self, tree: &Tree, node: NodeId, moment: [L; 3], force: [L; 3]) {
         if let Some(lanes) = &mut self.lanes {
             for (l, ws) in lanes.each.iter_mut().enumerate() {
@@ -65,7 +64,7 @@ impl<L: Lane> Batch<L> {
         self.work.f_ext[slot] = self.work.f_ext[slot] + wrench.to_parent(r);
     }
 
-    /// Position of a node in the world in each state, m.
+    /// Returns the position of a node in the world in each state, m.
     #[must_use]
     pub fn node_position(&self, tree: &Tree, node: NodeId) -> [L; 3] {
         if let Some(lanes) = &self.lanes {
@@ -75,7 +74,7 @@ impl<L: Lane> Batch<L> {
         [p.x, p.y, p.z]
     }
 
-    /// Velocity of a node's origin in each state: angular (rad/s), linear (m/s), world axes.
+    /// Returns the velocity of a node's origin in each state: angular (rad/s), linear (m/s), world axes.
     #[must_use]
     pub fn node_velocity(&self, tree: &Tree, node: NodeId) -> ([L; 3], [L; 3]) {
         if let Some(lanes) = &self.lanes {
@@ -86,13 +85,13 @@ impl<L: Lane> Batch<L> {
         ([V.n.x, V.n.y, V.n.z], [V.f.x, V.f.y, V.f.z])
     }
 
-    /// Link's origin to node's, world axes.
+    /// Returns the vector from the link's origin to the node's, world axes.
     fn arm(&self, tree: &Tree, node: NodeId) -> V3<L> {
         let at = tree.node(node);
         self.work.kin[at.slot as usize].R.mul(V3::splat(&v3(&at.p)))
     }
 
-    /// As [`kinematics`](crate::kinematics()).
+    /// Like [`kinematics`](crate::kinematics()).
     pub fn kinematics(&mut self, tree: &Tree, q: &[L], v: &[L]) {
         check(q.len(), tree.nq(), "q");
         check(v.len(), tree.nv(), "v");
@@ -102,7 +101,7 @@ impl<L: Lane> Batch<L> {
         }
     }
 
-    /// As [`poses`](crate::poses).
+    /// Like [`poses`](crate::poses).
     pub fn poses(&mut self, tree: &Tree, q: &[L]) {
         check(q.len(), tree.nq(), "q");
         match &mut self.lanes {
@@ -111,10 +110,10 @@ impl<L: Lane> Batch<L> {
         }
     }
 
-    /// As [`forward_dynamics`](crate::forward_dynamics).
+    /// Like [`forward_dynamics`](crate::forward_dynamics).
     ///
     /// # Errors
-    /// [`DynamicsError::Singular`] if any state is.
+    /// [`DynamicsError::Singular`] if the dynamics of any state is singular.
     pub fn forward_dynamics(
         &mut self,
         tree: &Tree,
@@ -129,10 +128,10 @@ impl<L: Lane> Batch<L> {
         self.forward_dynamics_given_kinematics(tree, tau, vdot)
     }
 
-    /// As [`forward_dynamics_given_kinematics`](crate::forward_dynamics_given_kinematics).
+    /// Like [`forward_dynamics_given_kinematics`](crate::forward_dynamics_given_kinematics).
     ///
     /// # Errors
-    /// [`DynamicsError::Singular`] if any state is.
+    /// [`DynamicsError::Singular`] if the dynamics of any state is singular.
     pub fn forward_dynamics_given_kinematics(
         &mut self,
         tree: &Tree,
@@ -149,7 +148,7 @@ impl<L: Lane> Batch<L> {
         }
     }
 
-    /// As [`inverse_dynamics`](crate::inverse_dynamics).
+    /// Like [`inverse_dynamics`](crate::inverse_dynamics).
     pub fn inverse_dynamics(&mut self, tree: &Tree, q: &[L], v: &[L], vdot: &[L], tau: &mut [L]) {
         check(tau.len(), tree.nv(), "tau");
         check(vdot.len(), tree.nv(), "vdot");
@@ -162,7 +161,7 @@ impl<L: Lane> Batch<L> {
         }
     }
 
-    /// As [`mass_matrix`](crate::mass_matrix), at the last kinematics or poses.
+    /// Like [`mass_matrix`](crate::mass_matrix), at the last kinematics or poses.
     pub fn mass_matrix(&mut self, tree: &Tree, out: &mut [L]) {
         check(out.len(), tree.nv() * tree.nv(), "mass matrix");
         match &mut self.lanes {
@@ -171,10 +170,10 @@ impl<L: Lane> Batch<L> {
         }
     }
 
-    /// As [`inverse_mass_matrix`](crate::inverse_mass_matrix), at the last kinematics or poses.
+    /// Like [`inverse_mass_matrix`](crate::inverse_mass_matrix), at the last kinematics or poses.
     ///
     /// # Errors
-    /// [`DynamicsError::Singular`] if any state is.
+    /// [`DynamicsError::Singular`] if the dynamics of any state is singular.
     pub fn inverse_mass_matrix(&mut self, tree: &Tree, out: &mut [L]) -> Result<(), DynamicsError> {
         check(out.len(), tree.nv() * tree.nv(), "inverse mass matrix");
         match &mut self.lanes {
@@ -183,7 +182,7 @@ impl<L: Lane> Batch<L> {
         }
     }
 
-    /// As [`node_jacobian`](crate::node_jacobian), at the last kinematics or poses.
+    /// Like [`node_jacobian`](crate::node_jacobian), at the last kinematics or poses.
     pub fn node_jacobian(&self, tree: &Tree, node: NodeId, out: &mut [L]) {
         check(out.len(), 6 * tree.nv(), "Jacobian");
         let Some(lanes) = &self.lanes else {
@@ -197,7 +196,7 @@ impl<L: Lane> Batch<L> {
         }
     }
 
-    /// As [`node_jacobian_at`](crate::node_jacobian_at): moves only the links inboard of the node.
+    /// Like [`node_jacobian_at`](crate::node_jacobian_at): computes only the links inboard of the node.
     pub fn node_jacobian_at(&mut self, tree: &Tree, q: &[L], node: NodeId, out: &mut [L]) {
         check(q.len(), tree.nq(), "q");
         if self.lanes.is_some() {
@@ -207,7 +206,7 @@ impl<L: Lane> Batch<L> {
         self.node_jacobian(tree, node, out);
     }
 
-    /// As [`centroidal_matrix`](crate::centroidal_matrix), at the last kinematics or poses.
+    /// Like [`centroidal_matrix`](crate::centroidal_matrix), at the last kinematics or poses.
     pub fn centroidal_matrix(&mut self, tree: &Tree, out: &mut [L]) {
         check(out.len(), 6 * tree.nv(), "centroidal matrix");
         match &mut self.lanes {
@@ -218,10 +217,10 @@ impl<L: Lane> Batch<L> {
 }
 
 impl<L: Lane> Compliance<L> {
-    /// As [`Compliance::compute`], for the states of a batch.
+    /// Like [`Compliance::compute`], for the states of a batch.
     ///
     /// # Errors
-    /// [`DynamicsError::Singular`] if any state is.
+    /// [`DynamicsError::Singular`] if the dynamics of any state is singular.
     pub fn compute_batch(
         &mut self,
         tree: &Tree,
@@ -239,10 +238,10 @@ impl<L: Lane> Compliance<L> {
 }
 
 impl<L: Lane> Derivatives<L> {
-    /// As [`Derivatives::inverse_dynamics`], for the states of a batch.
+    /// Like [`Derivatives::inverse_dynamics`], for the states of a batch.
     ///
     /// # Panics
-    /// If a body is flexible: [`Tree::check_rigid`] asks first.
+    /// If a body is flexible; use [`Tree::check_rigid`] to check.
     pub fn inverse_dynamics_batch(
         &mut self,
         tree: &Tree,
@@ -264,10 +263,10 @@ impl<L: Lane> Derivatives<L> {
         self.copy(n, dtau_dq, dtau_dv);
     }
 
-    /// As [`Derivatives::forward_dynamics`], for the states of a batch.
+    /// Like [`Derivatives::forward_dynamics`], for the states of a batch.
     ///
     /// # Errors
-    /// [`DynamicsError::Singular`] if any state is.
+    /// [`DynamicsError::Singular`] if the dynamics of any state is singular.
     pub fn forward_dynamics_batch(
         &mut self,
         tree: &Tree,

@@ -1,5 +1,4 @@
-//! Momentum as a function of rates: the centroidal matrix, its bias, the Jacobian of the centre of
-//! mass.
+//! Momentum as a function of rates: the centroidal momentum matrix, its bias, and the Jacobian of the centre of mass.
 //!
 //! ```text
 //! A_i = φ(c, root) C(i) S_i       h = A β: momentum about the centre of mass c
@@ -16,10 +15,9 @@ use crate::tree::Tree;
 use crate::work::{Work, Workspace};
 use linkwork_spatial::Force;
 
-/// The centroidal momentum matrix (6 × nv, row after row): rates to momentum about the centre of
-/// mass of all moving bodies, angular (kg m²/s), then linear (kg m/s), world axes. Rotor spin
-/// (armature) is not part of it. After [`kinematics`](crate::kinematics()) or
-/// [`poses`](crate::poses).
+/// Computes the centroidal momentum matrix (6 × nv, row after row). It maps rates to the momentum about the centre of mass of all moving bodies,
+/// angular (kg m²/s), then linear (kg m/s), world axes. The spin of rotors (armature) is not included. Call [`kinematics`](crate::kinematics()) or
+/// [`poses`](crate::poses) first.
 pub fn centroidal_matrix(tree: &Tree, ws: &mut Workspace, out: &mut [f64]) {
     check(out.len(), 6 * tree.nv(), "centroidal matrix");
     match tree.flexible.as_deref() {
@@ -34,7 +32,7 @@ pub(crate) fn matrix<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
     let c = center_from_root(tree, w);
     for (b, F) in w.F.blocks.iter().enumerate() {
         let at = b * L::PACK;
-        // First root's origin to that of the root that carries the link.
+        // Vector from the first root's origin to the origin of the root that carries the link.
         let links = &tree.dofs.link[at..at + L::PACK];
         let root = |i: usize| w.kin[tree.links[links[i] as usize - 1].root as usize].p - w.kin[1].p;
         let l = if tree.one_root {
@@ -51,8 +49,8 @@ pub(crate) fn matrix<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
     }
 }
 
-/// The Jacobian of the centre of mass (3 × nv, row after row): rates to its velocity, world axes.
-/// After [`kinematics`](crate::kinematics()) or [`poses`](crate::poses). Zero without mass.
+/// Computes the Jacobian of the centre of mass (3 × nv, row after row), which maps rates to its velocity, world axes. Call
+/// [`kinematics`](crate::kinematics()) or [`poses`](crate::poses) first. Zero without mass.
 pub fn com_jacobian(tree: &Tree, ws: &mut Workspace, out: &mut [f64]) {
     let nv = tree.nv();
     check(out.len(), 3 * nv, "Jacobian of the centre of mass");
@@ -68,9 +66,8 @@ pub fn com_jacobian(tree: &Tree, ws: &mut Workspace, out: &mut [f64]) {
     }
 }
 
-/// Ȧ β: the rate of change of momentum about the centre of mass with every β̇ = 0, as the external
-/// wrench that it would take: moment (N m) and force (N), world axes. After
-/// [`kinematics`](crate::kinematics()).
+/// Returns Ȧ β, the rate of change of momentum about the centre of mass with β̇ = 0, as the external wrench that would cause it: moment (N m) and
+/// force (N), world axes. Call [`kinematics`](crate::kinematics()) first.
 #[must_use]
 pub fn centroidal_bias(tree: &Tree, ws: &Workspace) -> Force {
     let mut total: V6<f64> = V6::default();

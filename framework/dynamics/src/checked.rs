@@ -1,15 +1,14 @@
-//! The algorithms with their inputs checked first: for numbers that come from outside.
+//! The algorithms with checks of their inputs, for numbers from outside of the program.
 //!
-//! The kernels themselves assert lengths and let NaN through, since in a loop both are settled once.
-//! These refuse wrong lengths, NaN, infinities and quaternions without a direction with an
-//! [`InputError`], which the Python package shows with the same words.
+//! The kernels only assert lengths and do not check for NaN, because in a simulation loop both need to be checked only once. The functions here
+//! reject wrong lengths, NaN, infinities and quaternions of length zero with an [`InputError`]. The Python package shows the same message.
 
 use crate::error::{DynamicsError, InputError};
 use crate::tree::Tree;
 use crate::work::Workspace;
 use linkwork_multibody::SubhingeKind;
 
-/// Refuses a slice of another length than `want`, and numbers that are not finite.
+/// Checks that a slice has `want` numbers and that all are finite.
 ///
 /// # Errors
 /// [`InputError::Length`], [`InputError::NotFinite`].
@@ -18,7 +17,7 @@ pub fn numbers(what: &str, values: &[f64], want: usize) -> Result<(), InputError
     finite(what, values)
 }
 
-/// Refuses another length than `want`.
+/// Checks that a length is `want`.
 ///
 /// # Errors
 /// [`InputError::Length`].
@@ -26,7 +25,7 @@ pub fn length(what: &str, got: usize, want: usize) -> Result<(), InputError> {
     if got == want { Ok(()) } else { Err(InputError::Length { what: what.into(), got, want }) }
 }
 
-/// Refuses numbers that are not finite.
+/// Checks that all numbers are finite.
 ///
 /// # Errors
 /// [`InputError::NotFinite`].
@@ -39,11 +38,10 @@ pub fn finite(what: &str, values: &[f64]) -> Result<(), InputError> {
     }
 }
 
-/// Refuses a configuration of the wrong length, with numbers that are not finite, or with a
-/// quaternion of length zero.
+/// Checks that a configuration has the right length, finite numbers, and no quaternion of length zero.
 ///
 /// # Errors
-/// Every variant of [`InputError`] but [`InputError::Dynamics`].
+/// All variants of [`InputError`] except [`InputError::Dynamics`].
 pub fn configuration(tree: &Tree, q: &[f64]) -> Result<(), InputError> {
     numbers("q", q, tree.nq())?;
     for (_, s) in tree.multibody().subhinges() {
@@ -58,10 +56,10 @@ pub fn configuration(tree: &Tree, q: &[f64]) -> Result<(), InputError> {
     Ok(())
 }
 
-/// [`kinematics`](crate::kinematics()) of checked numbers.
+/// [`kinematics`](crate::kinematics()) with checked inputs.
 ///
 /// # Errors
-/// [`InputError`] for what is wrong with `q` or `v`.
+/// [`InputError`] for invalid `q` or `v`.
 pub fn kinematics(tree: &Tree, ws: &mut Workspace, q: &[f64], v: &[f64]) -> Result<(), InputError> {
     configuration(tree, q)?;
     numbers("v", v, tree.nv())?;
@@ -69,11 +67,11 @@ pub fn kinematics(tree: &Tree, ws: &mut Workspace, q: &[f64], v: &[f64]) -> Resu
     Ok(())
 }
 
-/// [`forward_dynamics`](crate::forward_dynamics) of checked numbers. At prescribed coordinates
-/// `vdot` is read, at free ones `tau`: both must be finite everywhere.
+/// [`forward_dynamics`](crate::forward_dynamics) with checked inputs. `vdot` is read at prescribed coordinates and `tau` at free ones, but both must
+/// be finite everywhere.
 ///
 /// # Errors
-/// [`InputError`] for what is wrong with an input, or for a free subhinge with nothing to move.
+/// [`InputError`] for an invalid input, or for a free subhinge that moves no inertia.
 pub fn forward_dynamics(
     tree: &Tree,
     ws: &mut Workspace,
@@ -88,10 +86,10 @@ pub fn forward_dynamics(
     Ok(crate::forward_dynamics_given_kinematics(tree, ws, tau, vdot)?)
 }
 
-/// [`inverse_dynamics`](crate::inverse_dynamics) of checked numbers.
+/// [`inverse_dynamics`](crate::inverse_dynamics) with checked inputs.
 ///
 /// # Errors
-/// [`InputError`] for what is wrong with an input.
+/// [`InputError`] for an invalid input.
 pub fn inverse_dynamics(
     tree: &Tree,
     ws: &mut Workspace,
@@ -110,7 +108,7 @@ pub fn inverse_dynamics(
 /// [`mass_matrix`](crate::mass_matrix) at a checked configuration.
 ///
 /// # Errors
-/// [`InputError`] for what is wrong with an input.
+/// [`InputError`] for an invalid input.
 pub fn mass_matrix(
     tree: &Tree,
     ws: &mut Workspace,
@@ -127,7 +125,7 @@ pub fn mass_matrix(
 /// [`inverse_mass_matrix`](crate::inverse_mass_matrix) at a checked configuration.
 ///
 /// # Errors
-/// [`InputError`] for what is wrong with an input, or for a free subhinge with nothing to move.
+/// [`InputError`] for an invalid input, or for a free subhinge that moves no inertia.
 pub fn inverse_mass_matrix(
     tree: &Tree,
     ws: &mut Workspace,

@@ -1,9 +1,8 @@
-//! Spatial columns of a matrix side by side, and the products of rows with them.
+//! Spatial columns of a matrix in SIMD blocks, and the products of rows with them.
 //!
-//! A [`Columns`] holds one spatial vector for each degree of freedom, all about one point (the
-//! origin of the root link) and in world axes, so that none has to be shifted when a row meets it.
-//! They are stored by component in blocks of [`Lane::PACK`]: one product of a row with a block is six
-//! multiply-adds, whatever the block holds.
+//! A [`Columns`] holds one spatial vector for each degree of freedom, all about one point (the origin of the root link) and in world axes, so that no
+//! vector has to be shifted for a product with a row. They are stored by component in blocks of [`Lane::PACK`]: a product of a row with a block takes
+//! six multiply-adds for any block width.
 
 use crate::dofs::Dofs;
 use crate::lane::Lane;
@@ -15,7 +14,7 @@ pub(crate) struct Columns<L: Lane> {
     pub blocks: Vec<V6<L::Block>>,
 }
 
-/// Blocks that hold the columns of a range, whole blocks at both ends.
+/// Returns the blocks that contain the columns of a range, with whole blocks at both ends.
 #[inline(always)]
 pub(crate) fn blocks<L: Lane>(columns: &Range<usize>) -> Range<usize> {
     columns.start / L::PACK..columns.end.div_ceil(L::PACK)
@@ -39,7 +38,7 @@ impl<L: Lane> Columns<L> {
 }
 
 impl<L: Lane> V3<L> {
-    /// The same vector beside each number of a block.
+    /// Returns the vector repeated for each number of a block.
     #[inline(always)]
     pub fn block(&self) -> V3<L::Block> {
         V3::new(self.x.block(), self.y.block(), self.z.block())
@@ -47,13 +46,13 @@ impl<L: Lane> V3<L> {
 }
 
 impl<L: Lane> V6<L> {
-    /// The same pair beside each number of a block.
+    /// Returns the pair repeated for each number of a block.
     #[inline(always)]
     pub fn block(&self) -> V6<L::Block> {
         V6 { n: self.n.block(), f: self.f.block() }
     }
 
-    /// n · n' + f · f', in two sums side by side: three products deep, not six.
+    /// Returns n · n' + f · f', computed as two independent sums, so that the dependency chain has three products instead of six.
     #[inline(always)]
     pub fn dot(&self, b: &Self) -> L {
         let angular = self.n.x.fma(b.n.x, self.n.y.fma(b.n.y, self.n.z * b.n.z));
@@ -61,7 +60,7 @@ impl<L: Lane> V6<L> {
         angular + linear
     }
 
-    /// `x − self · b`, as deep as [`V6::dot`].
+    /// Returns `x − self · b`, with the same dependency chain as [`V6::dot`].
     #[inline(always)]
     pub fn dot_from(&self, b: &Self, x: L) -> L {
         let angular = self.n.x.fnma(b.n.x, self.n.y.fnma(b.n.y, self.n.z.fnma(b.n.z, x)));
@@ -69,13 +68,13 @@ impl<L: Lane> V6<L> {
         angular - linear
     }
 
-    /// `self * s`.
+    /// Returns `self * s`.
     #[inline(always)]
     pub fn scaled(self, s: L) -> Self {
         Self { n: self.n.scale(s), f: self.f.scale(s) }
     }
 
-    /// `self * s + b`.
+    /// Returns `self * s + b`.
     #[inline(always)]
     pub fn scale_add(self, s: L, b: Self) -> Self {
         Self { n: self.n.scale_add(s, b.n), f: self.f.scale_add(s, b.f) }
@@ -83,7 +82,7 @@ impl<L: Lane> V6<L> {
 }
 
 impl<B: Lane> V6<B> {
-    /// Number `i` of a block.
+    /// Returns number `i` of a block.
     #[inline(always)]
     pub fn lane<L: Lane<Block = B>>(&self, i: usize) -> V6<L> {
         let v = |v: &V3<B>| V3::new(L::get(&v.x, i), L::get(&v.y, i), L::get(&v.z, i));
@@ -91,14 +90,14 @@ impl<B: Lane> V6<B> {
     }
 }
 
-/// A quantity by block of dofs that is summed inward, as its N numbers.
+/// A quantity by block of dofs that is summed inward, as N numbers.
 pub(crate) trait Summed<B, const N: usize> {
     fn numbers(&self) -> [&B; N];
     fn numbers_mut(&mut self) -> [&mut B; N];
 }
 
-/// Adds that of each dof to that of its parent, tips to base; to one of the same link, which has none
-/// of its own, it is copied.
+/// Adds the value of each dof to that of its parent, from tips to base. Within a link the value is copied, because only the last dof of a link has
+/// its own value.
 #[inline(always)]
 pub(crate) fn sum_inward<L: Lane, T: Summed<L::Block, N>, const N: usize>(
     dofs: &Dofs,
@@ -117,7 +116,7 @@ pub(crate) fn sum_inward<L: Lane, T: Summed<L::Block, N>, const N: usize>(
     }
 }
 
-/// Writes a block into a dense row at block `b`; places beyond the row's end are dropped.
+/// Writes a block into a dense row at block `b`; positions beyond the row's end are dropped.
 #[inline(always)]
 pub(crate) fn store<L: Lane>(row: &mut [L], b: usize, x: L::Block) {
     let at = b * L::PACK;
@@ -130,7 +129,7 @@ pub(crate) fn store<L: Lane>(row: &mut [L], b: usize, x: L::Block) {
     }
 }
 
-/// A block of a dense row; places beyond the row's end are zero.
+/// Reads a block of a dense row; positions beyond the row's end are zero.
 #[inline(always)]
 pub(crate) fn load<L: Lane>(row: &[L], b: usize) -> L::Block {
     let at = b * L::PACK;

@@ -3,14 +3,14 @@
 //! ```text
 //! Λ⁻¹ = B* Ω B,   Ω = ψ* H* D⁻¹ H ψ
 //! ```
-//! evaluated from the middle: for each node the six columns Hψ B of unit wrenches go from the node
-//! to the base, and two nodes meet on the part of the way that they share:
+//! It is evaluated from the middle: for each node the six columns Hψ B of unit wrenches propagate from the node to the base, and two nodes are
+//! combined on the part of the path that they share:
 //! ```text
 //! ε_i = S_i · z,   z⁺ = z − G ε_i                 along the path of a node
 //! Λ⁻¹(x, y) = Σ ε_i(x) D_i⁻¹ ε_i(y)               over dofs inboard of both
 //! ```
-//! A prescribed dof has D⁻¹ = 0 and G = 0, which is right. Cost: the articulated inertias, and for
-//! each node twelve multiply-adds by six for each dof of its path.
+//! A prescribed dof has D⁻¹ = 0 and G = 0, which is correct. Cost: the articulated-body inertias, and for each node twelve multiply-adds by six for
+//! each dof of its path.
 
 use crate::articulated::factor;
 use crate::error::DynamicsError;
@@ -22,30 +22,30 @@ use crate::tree::Tree;
 use crate::work::{Work, Workspace};
 use linkwork_multibody::NodeId;
 
-/// The compliance of a set of nodes: made once, computed at any configuration.
+/// The compliance of a set of nodes: created once, evaluated at any configuration.
 #[derive(Clone, Debug)]
 pub struct Compliance<L: Lane = f64> {
     nodes: Vec<NodeId>,
-    /// Dofs from the node to the base, one node after another.
+    /// Dofs from each node to the base, one node after another.
     path: Vec<u32>,
-    /// Where each node's path starts; one more at the end.
+    /// Start of each node's path, and the end of the last one.
     start: Vec<usize>,
     /// ε of each dof of each path: six numbers in whole blocks.
     eps: Vec<L::Block>,
 }
 
-/// Blocks for the six columns of a node.
+/// Returns the number of blocks for the six columns of a node.
 const fn blocks<L: Lane>() -> usize {
     6_usize.div_ceil(L::PACK)
 }
 
 impl<L: Lane> Compliance<L> {
-    /// For these nodes of `tree`, in this order; a node may come twice. O(nodes × depth).
+    /// Creates the compliance of these nodes of `tree`, in this order; a node may occur twice. O(nodes × depth).
     #[must_use]
     pub fn new(tree: &Tree, nodes: &[NodeId]) -> Self {
         let (mut path, mut start) = (Vec::new(), vec![0]);
         for n in nodes {
-            // With flexible bodies there is no such path, and none is needed.
+            // Trees with flexible bodies have no such path and do not need one.
             let slot = tree.node(*n).slot as usize;
             let mut slot = if tree.is_flexible() { 0 } else { slot };
             while slot != 0 {
@@ -59,7 +59,7 @@ impl<L: Lane> Compliance<L> {
         Self { nodes: nodes.to_vec(), path, start, eps }
     }
 
-    /// Numbers in a row of the matrix: six a node.
+    /// Returns the number of rows of the matrix: six per node.
     #[must_use]
     pub fn size(&self) -> usize {
         6 * self.nodes.len()
@@ -88,7 +88,7 @@ impl<L: Lane> Compliance<L> {
         Ok(())
     }
 
-    /// ε of the six unit wrenches on a node, about its origin, world axes.
+    /// Computes ε of the six unit wrenches on a node, about its origin, world axes.
     fn unit_wrenches(&mut self, tree: &Tree, w: &Work<L>, n: usize) {
         let at = tree.node(self.nodes[n]);
         let slot = at.slot as usize;
@@ -126,11 +126,11 @@ impl<L: Lane> Compliance<L> {
         }
     }
 
-    /// The six by six block of nodes x and y, and its mirror image.
+    /// Computes the six by six block of nodes x and y, and its mirror image.
     fn meet(&self, w: &Work<L>, (x, y): (usize, usize), out: &mut [L], size: usize) {
         let (px, py) = (self.path(x), self.path(y));
         let mut sum = [[L::Block::default(); 6]; 6];
-        // From the base outward, as long as both go the same way.
+        // Sum from the base outward along the common part of both paths.
         let common = px.iter().rev().zip(py.iter().rev()).take_while(|(a, b)| a == b).count();
         for back in 1..=common {
             let i = px[px.len() - back] as usize;
@@ -162,13 +162,12 @@ impl<L: Lane> Compliance<L> {
 }
 
 impl Compliance {
-    /// Λ⁻¹ (size × size, row after row, symmetric): the acceleration [α; a] of each node, world axes
-    /// at its origin, for unit wrenches [moment; force] on each node, at the last
-    /// [`kinematics`](crate::kinematics()) or [`poses`](crate::poses). Prescribed coordinates stay
-    /// as they are.
+    /// Computes Λ⁻¹ (size × size, row after row, symmetric): the acceleration [α; a] of each node, world axes at its origin, for unit wrenches
+    /// [moment; force] on each node, at the last [`kinematics`](crate::kinematics()) or [`poses`](crate::poses). Prescribed coordinates do not
+    /// accelerate.
     ///
     /// # Errors
-    /// [`DynamicsError::Singular`] if a free subhinge has nothing to move.
+    /// [`DynamicsError::Singular`] if a free subhinge moves no inertia.
     pub fn compute(
         &mut self,
         tree: &Tree,

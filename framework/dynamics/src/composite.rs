@@ -1,12 +1,12 @@
-//! Composite bodies: the mass matrix.
+//! Composite rigid bodies: the mass matrix.
 //!
 //! ```text
-//! C(k) = M(k) + Σ_j C(j)                           all about the root's origin: nothing is shifted
+//! C(k) = M(k) + Σ_j C(j)                           all about the root's origin, so no shifts are needed
 //! F = C S                                          S: a column of H*
 //! M_ij = S_i · F_j                                 for j outboard of i
 //! ```
-//! The root's origin is that of the link that hangs on the base: near the machine wherever the
-//! machine is, and one point for all its links, so that a row meets its columns without a shift.
+//! The root's origin is the origin of the link that hangs on the base. It is near the machine wherever the machine is, and it is one point for all
+//! links of the root, so that a row and a column can be multiplied without a shift.
 
 use crate::columns::{Summed, sum_inward};
 use crate::kinematics::check;
@@ -15,10 +15,8 @@ use crate::linear::{S3, V3, V6};
 use crate::tree::{Kind, Link, Tree};
 use crate::work::{Composite, Kin, Work, Workspace};
 
-/// The mass matrix (nv × nv, row after row, symmetric) at the last
-/// [`kinematics`](crate::kinematics()) or [`poses`](crate::poses), armature included. Composite
-/// rigid bodies: about 85 multiply-adds a link, and six an entry of the upper triangle that is not
-/// zero.
+/// Computes the mass matrix (nv × nv, row after row, symmetric) at the last [`kinematics`](crate::kinematics()) or [`poses`](crate::poses), including
+/// armature. Composite rigid-body algorithm: about 85 multiply-adds per link, and six per nonzero entry of the upper triangle.
 pub fn mass_matrix(tree: &Tree, ws: &mut Workspace, out: &mut [f64]) {
     check(out.len(), tree.nv() * tree.nv(), "mass matrix");
     match tree.flexible.as_deref() {
@@ -27,8 +25,7 @@ pub fn mass_matrix(tree: &Tree, ws: &mut Workspace, out: &mut [f64]) {
     }
 }
 
-/// Inertia and first moment of a link about its own origin, world axes. A link with one dof has no J_xy, unless its
-/// inertia was changed.
+/// Returns inertia and first moment of a link about its own origin, world axes. A link with one dof has no J_xy, unless its inertia was changed.
 #[inline(always)]
 pub(crate) fn world_inertia<L: Lane>(link: &Link, kin: &Kin<L>) -> (S3<L>, V3<L>) {
     let J = S3::splat(&link.J);
@@ -40,7 +37,7 @@ pub(crate) fn world_inertia<L: Lane>(link: &Link, kin: &Kin<L>) -> (S3<L>, V3<L>
 }
 
 impl<L: Lane> Composite<L> {
-    /// φ C φ*, `l` from the new origin to the present one; g = h + ½ m l:
+    /// Returns φ C φ*, with `l` from the new origin to the present one; g = h + ½ m l:
     /// ```text
     /// h' = h + m l,   J' = J + 2 (l·g) 1 − g lᵀ − l gᵀ
     /// ```
@@ -55,7 +52,7 @@ impl<L: Lane> Composite<L> {
         }
     }
 
-    /// C V.
+    /// Returns C V.
     #[inline(always)]
     pub fn apply(&self, V: V6<L>) -> V6<L> {
         V6 {
@@ -65,7 +62,7 @@ impl<L: Lane> Composite<L> {
     }
 }
 
-/// Root's origin to each link's, world axes.
+/// Computes the vectors from the root's origin to each link's, world axes.
 #[inline(always)]
 pub(crate) fn roots<L: Lane>(links: &[Link], kin: &[Kin<L>], r: &mut [V3<L>]) {
     let n = links.len();
@@ -78,7 +75,7 @@ pub(crate) fn roots<L: Lane>(links: &[Link], kin: &[Kin<L>], r: &mut [V3<L>]) {
     }
 }
 
-/// The columns of H* of a link in order, about the point from which the link's origin lies at `r`.
+/// Calls a function for the columns of H* of a link in order, about the point from which the link's origin lies at `r`.
 #[inline(always)]
 pub(crate) fn each_axis<L: Lane>(
     link: &Link,
@@ -106,7 +103,7 @@ pub(crate) fn each_axis<L: Lane>(
     }
 }
 
-/// Composite inertias about the roots' origins by dof, the axes S, and the columns F = C S.
+/// Computes composite inertias about the roots' origins by dof, the axes S, and the columns F = C S.
 pub(crate) fn composites<L: Lane>(tree: &Tree, w: &mut Work<L>) {
     roots(&tree.links, &w.kin, &mut w.r);
     let dofs = &tree.dofs;
@@ -161,7 +158,7 @@ pub(crate) fn matrix<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
         for (F, to) in F.iter().zip(places.chunks_exact_mut(L::PACK)) {
             L::store(S.dot(F), to);
         }
-        // The last block may reach beyond the row.
+        // The last block may extend beyond the row.
         if let (Some(F), false) = (F.get(places.len() / L::PACK), rest.is_empty()) {
             let x = S.dot(F);
             for (j, to) in rest.iter_mut().enumerate() {
@@ -177,7 +174,7 @@ pub(crate) fn matrix<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
     if dofs.dense { L::mirror(n, out) } else { mirror_related(&dofs.end[..n], out) }
 }
 
-/// Copies what is outboard of each dof to below the diagonal, where little is.
+/// Copies the entries outboard of each dof to below the diagonal; used when there are few of them.
 fn mirror_related<L: Lane>(end: &[u32], out: &mut [L]) {
     let n = end.len();
     for (i, end) in end.iter().enumerate() {

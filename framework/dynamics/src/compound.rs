@@ -1,19 +1,19 @@
-//! Compound bodies: all that is locked onto one link, taken as a whole.
+//! Compound bodies: all bodies that are locked onto one link, as one rigid body.
 //!
-//! The sweeps see links and never the bodies that a link is made of. What acts on bodies one by one, gravity by place,
-//! Coriolis' forces and changes of inertia, acts on a link through sums that are made once:
+//! The sweeps use links, not the bodies of which a link consists. Effects on single bodies, which are position-dependent gravity, Coriolis forces and
+//! changes of inertia, act on a link through precomputed sums:
 //! ```text
 //! m, h, J     mass, first moment, inertia about the link's origin            (in `Link`)
 //! K           Σ of the bodies' inertias, each about its own centre of mass
 //! T           Σ m_b d_b d_bᵀ of the bodies as points, d_b from the common centre of mass c
 //!
-//! gravity by place: four points of mass m/4 at c + L s_i,   T/m = L Lᵀ,   s_i = (1,1,1), (1,−1,−1), (−1,1,−1), (−1,−1,1)
+//! position-dependent gravity: four points of mass m/4 at c + L s_i,   T/m = L Lᵀ,   s_i = (1,1,1), (1,−1,−1), (−1,1,−1), (−1,−1,1)
 //! ```
-//! Since Σ s_i = 0 and Σ s_i s_iᵀ = 4·1, the four points have the mass, the centre and the second moments of the bodies as
-//! points. In a field that changes by its own size over a distance ℓ, the force on them is that on the bodies but for
-//! terms of the order (d/ℓ)³, and the moment about c, which the gradient of the field gives, but for d/ℓ of itself; d is
-//! the distance of the farthest body. This is done where d is below [`NEAR`] ℓ, which leaves 3e-14 of the force and 3e-5 of
-//! that moment; elsewhere each body is asked for.
+//! Because Σ s_i = 0 and Σ s_i s_iᵀ = 4·1, the four points have the mass, the centre and the second moments of the bodies as points. Consider a field
+//! that changes by its own magnitude over a distance ℓ, and let d be the distance of the farthest body. The force on the four points equals the force
+//! on the bodies up to terms of the order (d/ℓ)³. The moment about c, which results from the gradient of the field, is exact up to a relative error
+//! of d/ℓ. The four points are used if d is below [`NEAR`] ℓ, with errors of 3e-14 of the force and 3e-5 of that moment; otherwise gravity is
+//! evaluated at each body.
 
 use crate::linear::{M3, S3, V3};
 use crate::query::v3;
@@ -22,9 +22,9 @@ use linkwork_multibody::{BodyId, Coordinate, Multibody};
 use linkwork_spatial::{Mat3, RigidInertia};
 use std::ops::Range;
 
-/// The farthest body that still is a part of the whole, over the distance on which the field changes.
+/// Largest distance of a body from the centre of mass, relative to the distance over which the field changes.
 pub(crate) const NEAR: f64 = 3e-5;
-/// So many bodies with mass are asked for one by one: four points would cost no less.
+/// Up to this number of bodies with mass, gravity is evaluated at each body, because four points would not cost less.
 const FEW: u32 = 4;
 
 /// Sums over bodies about a link's origin, link axes.
@@ -36,7 +36,7 @@ struct Sum {
     points: Mat3,
     /// Distance of the farthest centre of mass from the origin.
     reach: f64,
-    /// Bodies with mass.
+    /// Number of bodies with mass.
     bodies: u32,
 }
 
@@ -54,23 +54,23 @@ impl Sum {
     }
 }
 
-/// What a link is as one body.
+/// The mass properties of a link as one body.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Compound {
     /// Its centre of mass, link axes.
     pub com: V3<f64>,
     /// J_c, about the centre of mass, link axes.
     pub J: S3<f64>,
-    /// 1/m and J_c⁻¹, zero where there is no such thing.
+    /// 1/m and J_c⁻¹; zero where they do not exist.
     pub m_inv: f64,
     pub J_inv: S3<f64>,
-    /// Only one body of it has mass.
+    /// True if only one of its bodies has mass.
     pub single: bool,
-    /// Of it what the bodies have as themselves.
+    /// Sum of the bodies' inertias about their own centres of mass.
     pub K: S3<f64>,
     /// The four points, link axes.
     pub points: [V3<f64>; 4],
-    /// No body is farther from the centre of mass; infinite: each is asked for.
+    /// Largest distance of a body from the centre of mass; infinite if gravity is evaluated at each body.
     pub reach: f64,
 }
 
@@ -100,15 +100,15 @@ impl Compound {
 }
 
 impl Compound {
-    /// It has mass, and inertia about every axis.
+    /// Returns true if it has mass, and inertia about every axis.
     pub fn solid(&self) -> bool {
         self.J_inv.xx > 0.0
     }
 }
 
-/// Lower triangular L with L Lᵀ = `T`, which may be singular: bodies in a plane, a line or a point.
+/// Returns the lower triangular L with L Lᵀ = `T`, which may be singular for bodies in a plane, on a line or at a point.
 fn root(T: &S3<f64>) -> M3<f64> {
-    // Below this it is rounding.
+    // Pivots below this are round-off.
     let least = 1e-14 * (T.xx + T.yy + T.zz);
     let pivot = |d: f64| if d > least { d.sqrt() } else { 0.0 };
     let over = |x: f64, p: f64| if p > 0.0 { x / p } else { 0.0 };
@@ -120,21 +120,21 @@ fn root(T: &S3<f64>) -> M3<f64> {
     M3 { x: V3 { x: a, y: b, z: c }, y: V3 { x: 0.0, y: d, z: e }, z: V3 { x: 0.0, y: 0.0, z: f } }
 }
 
-/// The bodies of each link, and what they are together.
+/// The bodies of each link, and their sums.
 #[derive(Clone, Debug)]
 pub(crate) struct Compounds {
-    /// Bodies by slot; of each slot those whose inertia varies last, both in canonical order.
+    /// Bodies by slot; within a slot, those with variable inertia come last, both in canonical order.
     order: Vec<BodyId>,
     from: Vec<u32>,
-    /// Where in `order` those of each slot begin that vary.
+    /// Index in `order` of the first body with variable inertia of each slot.
     varying: Vec<u32>,
-    /// Sum over those of each link that do not.
+    /// Sum over the bodies of each link with constant inertia.
     fixed: Vec<Sum>,
     of_link: Vec<Compound>,
 }
 
 impl Compounds {
-    /// Nothing varies. Slots beyond `links` are not those of links.
+    /// Creates the sums; all inertias are constant. Slots above `links` do not belong to links.
     pub fn new(links: usize, bodies: &[OnLink], mbs: &Multibody) -> Self {
         let mut order: Vec<BodyId> = mbs.body_ids().collect();
         order.sort_by_key(|b| bodies[b.index()].slot);
@@ -149,17 +149,17 @@ impl Compounds {
         out
     }
 
-    /// As one body.
+    /// Returns a link as one body.
     pub fn get(&self, slot: usize) -> &Compound {
         &self.of_link[slot - 1]
     }
 
-    /// Of all links.
+    /// Returns all links as one body each.
     pub fn all(&self) -> &[Compound] {
         &self.of_link
     }
 
-    /// Bodies that move with a slot.
+    /// Returns the bodies that move with a slot.
     pub fn bodies(&self, slot: usize) -> impl Iterator<Item = BodyId> + '_ {
         self.of(self.from[slot]..self.from[slot + 1])
     }
@@ -168,7 +168,7 @@ impl Compounds {
         self.order[places.start as usize..places.end as usize].iter().copied()
     }
 
-    /// Says which bodies' inertias are set again and again: the others of their links are added up once.
+    /// Selects the bodies whose inertias change repeatedly; the other bodies of their links are summed once.
     pub fn vary(&mut self, which: &[BodyId], bodies: &[OnLink], mbs: &Multibody) {
         let varies = |b: &BodyId| which.contains(b);
         for slot in 0..self.from.len() - 1 {
@@ -182,7 +182,7 @@ impl Compounds {
         }
     }
 
-    /// Adds a link up from all its bodies.
+    /// Sums a link from all its bodies.
     fn add_up(&mut self, slot: usize, bodies: &[OnLink], mbs: &Multibody) -> RigidInertia {
         let mut sum = Sum::default();
         for b in self.of(self.from[slot]..self.varying[slot]) {
@@ -192,7 +192,7 @@ impl Compounds {
         self.whole(slot, bodies, mbs)
     }
 
-    /// From the sum of those that do not vary and from those that do.
+    /// Sums a link from the constant sum and the variable bodies.
     fn whole(&mut self, slot: usize, bodies: &[OnLink], mbs: &Multibody) -> RigidInertia {
         let mut sum = self.fixed[slot - 1].clone();
         for b in self.of(self.varying[slot]..self.from[slot + 1]) {
@@ -202,7 +202,7 @@ impl Compounds {
         sum.inertia
     }
 
-    /// After a change of a body's inertia: that of all that moves with it, about the link's origin, link axes.
+    /// Updates the sums after a change of a body's inertia. Returns the inertia of everything that moves with it, about the link's origin, link axes.
     pub fn changed(
         &mut self,
         body: BodyId,
@@ -219,14 +219,14 @@ impl Compounds {
 }
 
 impl Link {
-    /// Takes on the inertia of all that moves with it.
+    /// Sets the inertia of everything that moves with this link.
     pub fn put(&mut self, sum: &RigidInertia, whole: &Compound) {
         (self.m, self.h) = (sum.mass(), v3(&sum.h()));
         self.J = s3(&sum.inertia());
         self.alone(whole);
     }
 
-    /// Whether it moves by itself alone.
+    /// Determines whether the link is an isolated free body.
     pub fn alone(&mut self, whole: &Compound) {
         let free = self.kind == Kind::Free && self.coordinate == Coordinate::Free;
         self.lone = free && self.parent == 0 && self.leaf && whole.solid();
@@ -255,8 +255,7 @@ mod tests {
         sum
     }
 
-    /// Mass, centre and second moments of the four points are those of the bodies, in space, in a plane, on a line, in
-    /// a point.
+    /// Mass, centre and second moments of the four points equal those of the bodies, for bodies in space, in a plane, on a line and at a point.
     #[test]
     fn four_points_have_the_moments_of_the_bodies() {
         for (seed, flat) in [(1, 3), (2, 2), (3, 1), (4, 0)] {
@@ -267,7 +266,7 @@ mod tests {
             let first: Vec3 = c.points.iter().map(|p| point(p) * m).sum();
             let second: Mat3 = c.points.iter().map(|p| point(p) * point(p).transpose() * m).sum();
             assert!((first - sum.inertia.h()).norm() < 1e-13, "{flat}: {first}");
-            // Pivots of rounding count as none.
+            // Pivots at round-off level count as zero.
             assert!((second - sum.points).norm() < 1e-6 * sum.points.norm().max(1.0), "{flat}");
             if flat == 3 {
                 assert!((second - sum.points).norm() < 1e-13 * sum.points.norm());

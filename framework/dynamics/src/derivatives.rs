@@ -1,8 +1,7 @@
 //! Analytic derivatives of inverse and forward dynamics.
 //!
-//! Everything about the root's origin O, in world axes. With v and a the velocity and spatial
-//! acceleration of a link at O (gravity in a as −g at the base), λ the link inboard, S fixed in its
-//! own link:
+//! All quantities are about the root's origin O, in world axes. v and a are the velocity and spatial acceleration of a link at O (a includes gravity
+//! as −g at the base), λ is the link inboard, and S is fixed in its own link:
 //! ```text
 //! Ψ̇ = v_λ × S,  Ψ̈ = a_λ × S + v_λ × Ψ̇,  W = Ψ̇ + v × S
 //! p = C v,  f = C a + v ×* p − f_ext                      summed outboard, as are C and B
@@ -13,12 +12,11 @@
 //! ∂τ_j/∂β_i = t_j · S_i + u_j · W_i
 //! ∂τ_i/∂β_j = S_i · (2B S_j + C W_j)
 //! ```
-//! The form is that of Singh, Russell and Wensing (2022); that 2B has only twelve numbers, and that
-//! they add up over bodies, follows from writing it out at one point.
+//! The form is that of Singh, Russell and Wensing (2022). Writing it out at one point shows that 2B has only twelve numbers, and that they can be
+//! summed over bodies.
 //!
-//! Derivatives by q are along β: of the configuration moved by
-//! [`integrate`](linkwork_multibody::Multibody::integrate), so square matrices for balls and free
-//! hinges too. External wrenches count as fixed in their bodies.
+//! Derivatives with respect to q are along β, that is, of the configuration moved by [`integrate`](linkwork_multibody::Multibody::integrate). The
+//! matrices are therefore square for balls and free hinges, too. External wrenches are fixed in their bodies.
 
 use crate::columns::{Columns, Summed, blocks, store, sum_inward};
 use crate::composite::{each_axis, roots};
@@ -29,16 +27,16 @@ use crate::tree::Tree;
 use crate::work::{Composite, Work, Workspace};
 use std::ops::Sub;
 
-/// Memory for the derivatives of one mechanism: made once.
+/// Memory for the derivatives of one mechanism; create it once.
 #[derive(Clone, Debug)]
 pub struct Derivatives<L: Lane = f64> {
-    /// Of each link about its root; 0 is the base.
+    /// Motion of each link about its root; 0 is the base.
     motion: Vec<Moving<L>>,
     outboard: Vec<Outboard<L::Block>>,
     psi: Columns<L>,
     psi_dot: Columns<L>,
     W: Columns<L>,
-    /// What meets S_i from outboard, for q and β.
+    /// Columns that are multiplied with S_i from outboard, for q and β.
     by_q: Columns<L>,
     by_v: Columns<L>,
     u: Columns<L>,
@@ -47,13 +45,13 @@ pub struct Derivatives<L: Lane = f64> {
     lower: Vec<[L::Block; 2]>,
     /// Row i: ∂τ_i/∂q, then ∂τ_i/∂β, in whole blocks.
     pub(crate) rows: Vec<L::Block>,
-    /// For the forward derivatives.
+    /// Memory for the forward derivatives.
     pub(crate) bias: Vec<L>,
     pub(crate) column: Vec<[L::Block; 2]>,
     pub(crate) sweep: Vec<[V6<L::Block>; 2]>,
 }
 
-/// Velocity and spatial acceleration of a link and of the one inboard, and the external force.
+/// Velocity and spatial acceleration of a link and of the link inboard, and the external force.
 #[derive(Clone, Copy, Debug, Default)]
 struct Moving<L> {
     v: V6<L>,
@@ -63,7 +61,7 @@ struct Moving<L> {
     f_ext: V6<L>,
 }
 
-/// What is summed outboard of a dof.
+/// Quantities that are summed outboard of a dof.
 #[derive(Clone, Copy, Debug, Default)]
 struct Outboard<B> {
     C: Composite<B>,
@@ -73,7 +71,7 @@ struct Outboard<B> {
 }
 
 impl<L: Lane> Derivatives<L> {
-    /// For `tree`; O(nv²) numbers.
+    /// Creates the memory for `tree`; O(nv²) numbers.
     #[must_use]
     pub fn new(tree: &Tree) -> Self {
         let (n, links) = (tree.nv(), tree.links.len() + 1);
@@ -97,7 +95,7 @@ impl<L: Lane> Derivatives<L> {
         }
     }
 
-    /// Fills `rows` from the state in `w`, of which `roots` has been found.
+    /// Computes `rows` from the state in `w`, for which `roots` must have been computed.
     pub(crate) fn run(&mut self, tree: &Tree, w: &mut Work<L>, v: &[L], vdot: &[L]) {
         self.motions(tree, w, v, vdot);
         self.each(tree, w);
@@ -110,7 +108,7 @@ impl<L: Lane> Derivatives<L> {
         self.transpose(tree);
     }
 
-    /// v and a of every link.
+    /// Computes v and a of every link.
     fn motions(&mut self, tree: &Tree, w: &Work<L>, v: &[L], vdot: &[L]) {
         for (k, link) in tree.links.iter().enumerate() {
             let (v_inboard, a_inboard) = match link.parent {
@@ -134,7 +132,7 @@ impl<L: Lane> Derivatives<L> {
         }
     }
 
-    /// S, Ψ̇, Ψ̈ and W of every dof; C, B, F and f of each link alone; by block of dofs.
+    /// Computes S, Ψ̇, Ψ̈ and W of every dof, and C, B, F and f of each link alone, by block of dofs.
     fn each(&mut self, tree: &Tree, w: &mut Work<L>) {
         for (b, out) in self.outboard.iter_mut().enumerate() {
             let at = b * L::PACK;
@@ -160,12 +158,12 @@ impl<L: Lane> Derivatives<L> {
             let (a, ext) = (pair(|m| &m.a), pair(|m| &m.f_ext));
             let p = C.apply(v);
             let f = C.apply(a) + v.cross_force(p);
-            // What stands here for the other dofs of a link is overwritten by its last one.
+            // Values for the other dofs of a link are overwritten by those of its last one.
             *out = Outboard { C, B: coriolis(&C, v), F: p.f, f: f - ext };
         }
     }
 
-    /// Columns that meet the rows.
+    /// Computes the columns that are multiplied with the rows.
     fn products(&mut self, w: &Work<L>) {
         for (b, out) in self.outboard.iter().enumerate() {
             let (S, psi) = (w.S.blocks[b], self.psi.blocks[b]);
@@ -179,7 +177,7 @@ impl<L: Lane> Derivatives<L> {
         }
     }
 
-    /// Row i against the dofs outboard.
+    /// Multiplies row i with the columns of the dofs outboard.
     #[inline(always)]
     fn meet(&mut self, tree: &Tree, w: &Work<L>, i: usize) {
         let (S, psi) = (w.S.get(i).block(), self.psi.get(i).n.block());
@@ -205,7 +203,7 @@ impl<L: Lane> Derivatives<L> {
         (q[end], v[end]) = (q[end] * keep, v[end] * keep);
     }
 
-    /// The axes of one link turn together: its force term is taken back.
+    /// The axes of one link rotate together, so its force term is removed.
     fn within_links(&mut self, tree: &Tree, w: &Work<L>) {
         let width = tree.nv().div_ceil(L::PACK);
         for link in tree.links.iter().filter(|l| l.kind.nv() > 1) {
@@ -223,7 +221,7 @@ impl<L: Lane> Derivatives<L> {
         }
     }
 
-    /// Brings what is below the diagonal to its rows; zero where dofs do not meet.
+    /// Transposes the entries below the diagonal into their rows; zero for unrelated dofs.
     fn transpose(&mut self, tree: &Tree) {
         let width = tree.nv().div_ceil(L::PACK);
         let zero = L::default();
@@ -248,7 +246,7 @@ impl<L: Lane> Derivatives<L> {
         }
     }
 
-    /// The force that dof i carries: of everything outboard, about the root.
+    /// Returns the force that dof i carries: of everything outboard, about the root.
     pub(crate) fn force(&self, i: usize) -> V6<L> {
         self.outboard[i / L::PACK].f.lane(i % L::PACK)
     }
@@ -270,14 +268,12 @@ impl<L: Lane> Derivatives<L> {
 }
 
 impl Derivatives {
-    /// ∂τ/∂q and ∂τ/∂β of [`inverse_dynamics`](crate::inverse_dynamics) (nv × nv each, row after
-    /// row: row τ, column coordinate) at the state of the last [`kinematics`](crate::kinematics()),
-    /// whose rates are `v`, for accelerations `vdot`, with the external wrenches and uniform gravity
-    /// of the workspace. ∂τ/∂β̇ is the mass matrix. About 30 multiply-adds for each pair of
-    /// coordinates of which one is inboard of the other.
+    /// Computes ∂τ/∂q and ∂τ/∂β of [`inverse_dynamics`](crate::inverse_dynamics) (nv × nv each, row after row: row τ, column coordinate) at the state
+    /// of the last [`kinematics`](crate::kinematics()) with the rates `v`, for accelerations `vdot`, with the external wrenches and uniform gravity
+    /// of the workspace. ∂τ/∂β̇ is the mass matrix. About 30 multiply-adds for each pair of coordinates of which one is inboard of the other.
     ///
     /// # Panics
-    /// If a body is flexible: [`Tree::check_rigid`] asks first.
+    /// If a body is flexible; use [`Tree::check_rigid`] to check.
     pub fn inverse_dynamics(
         &mut self,
         tree: &Tree,
@@ -300,17 +296,17 @@ impl Derivatives {
     }
 }
 
-/// Velocity and spatial acceleration of the base at the origin of a root, gravity included.
+/// Returns velocity and spatial acceleration of the base at the origin of a root, including gravity.
 #[inline(always)]
 fn at_root<L: Lane>(w: &Work<L>, slot: usize) -> (V6<L>, V6<L>) {
     let (base, l) = (&w.kin[0], w.kin[slot].l);
     let V = base.V.to_child(l);
-    // Classical at the base's origin, so spatial there less ω × v; then to the root's origin.
+    // Convert the classical acceleration at the base's origin to the spatial one by subtracting ω × v, then shift to the root's origin.
     let a = base.A.f - w.gravity - base.V.n.cross(base.V.f);
     (V, V6 { n: base.A.n, f: base.A.n.cross_add(l, a) })
 }
 
-/// B₁₁ of a body about O at velocity v.
+/// Returns B₁₁ of a body about O at velocity v.
 #[inline(always)]
 fn coriolis<B: Lane>(C: &Composite<B>, v: V6<B>) -> M3<B> {
     let S3 { xx, xy, xz, yy, yz, zz } = C.J;
@@ -334,12 +330,12 @@ impl<L: Lane> Sub for V6<L> {
 }
 
 impl<L: Lane> V6<L> {
-    /// v × m for motions: how a motion fixed in a body that moves with v changes.
+    /// Returns v × m, the rate of change of a motion vector that is fixed in a body moving with v.
     #[inline(always)]
     fn cross_motion(self, m: Self) -> Self {
         Self { n: self.n.cross(m.n), f: self.n.cross_add(m.f, self.f.cross(m.n)) }
     }
-    /// v ×* f: how a force fixed in a body that moves with v changes.
+    /// Returns v ×* f, the rate of change of a force vector that is fixed in a body moving with v.
     #[inline(always)]
     fn cross_force(self, f: Self) -> Self {
         Self { n: self.n.cross_add(f.n, self.f.cross(f.f)), f: self.n.cross(f.f) }

@@ -1,9 +1,8 @@
-//! A mechanism column by column: each degree of freedom as if it were a link of its own.
+//! A mechanism by columns: each degree of freedom as if it were a separate link.
 //!
-//! Matrices have a column for each degree of freedom, and what is not recursive can be computed
-//! for a block of columns at once. So the constants lie by component here, and a link of several
-//! dof is a chain of dofs at one place, whose last carries the inertia. With a the axis of a dof in
-//! its link's axes (angular, linear), about a point from which the link's origin lies at r:
+//! Matrices have a column for each degree of freedom, and everything that is not recursive can be computed for a block of columns at once. Therefore
+//! the constants are stored by component, and a link with several dofs is a chain of dofs at one point, of which the last carries the inertia. Let a
+//! be the axis of a dof in its link's axes (angular, linear), and r the position of the link's origin relative to the reference point:
 //! ```text
 //! S = [σ; r × σ + R a_v],  σ = R a_ω            a column of H*
 //! ```
@@ -15,7 +14,7 @@ use crate::work::Kin;
 use linkwork_multibody::Coordinate;
 use std::ops::Range;
 
-/// Blocks are never wider than this.
+/// Maximum width of a block.
 pub(crate) const WIDEST: usize = 4;
 
 /// One constant of [`WIDEST`] dofs.
@@ -33,7 +32,7 @@ pub(crate) struct Block {
     J: [Wide; 6],
 }
 
-/// What a block of columns needs.
+/// Features that the computation of a block of columns needs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Needs {
     /// Some dof is not a pin.
@@ -49,24 +48,24 @@ pub(crate) struct Needs {
 pub(crate) struct Dofs {
     /// Slot of the link.
     pub link: Vec<u32>,
-    /// One more than the dof inboard; 0 at the base.
+    /// Index of the dof inboard plus one; 0 at the base.
     pub parent: Vec<u32>,
-    /// One past the last dof outboard.
+    /// Index after the last dof outboard.
     pub end: Vec<u32>,
     pub armature: Vec<f64>,
-    /// Its acceleration is given.
+    /// Its acceleration is prescribed.
     pub prescribed: Vec<bool>,
-    /// It shares the memory of what its parent passes outward: no sibling comes after it.
+    /// True if no sibling follows, so the dof may reuse the memory of the data that its parent passes outward.
     pub last_child: Vec<bool>,
-    /// Which memory that is: 0 at the base.
+    /// Index of that memory: 0 at the base.
     pub level: Vec<u32>,
-    /// Most pairs of dofs meet: matrices are mirrored whole.
+    /// Most pairs of dofs are related, so matrices are mirrored as a whole.
     pub dense: bool,
-    /// Maximal runs of dofs each of which has one child at most: they are swept together.
+    /// Maximal runs of dofs that have at most one child each; they are swept together.
     pub runs: Vec<Range<usize>>,
-    /// For each block of columns: the rows that it meets, inboard and outboard, as runs.
+    /// For each block of columns: the related rows, inboard and outboard, as runs.
     pub meets: Vec<Vec<Range<usize>>>,
-    /// Of the last block outboard of each dof: one for columns outboard, zero beyond.
+    /// Mask of the last block outboard of each dof: one for columns outboard, zero otherwise.
     keep: Vec<Wide>,
     blocks: Vec<Block>,
 }
@@ -125,14 +124,14 @@ impl Dofs {
             last[k + 1] = (i + 1) as u32;
         }
         d.follow(nv);
-        // Padding stands on the last link, massless and without an axis.
+        // Padding uses the last link, without mass and without an axis.
         let fill = d.link.get(nv.wrapping_sub(1)).copied().unwrap_or(0);
         d.link[nv..].fill(fill);
         d
     }
 
-    /// Another inertia of a link. From then on its block takes xy terms, whether there is one or not, so that
-    /// the same inertias give the same bits whatever was there before.
+    /// Sets the inertia of a link. From then on its block always computes xy terms, so that equal inertias give bit-identical results, regardless of
+    /// earlier values.
     pub fn set_inertia(&mut self, link: &Link) {
         let i = link.v as usize + link.kind.nv() - 1;
         if let Some(block) = self.blocks.get_mut(i / WIDEST) {
@@ -151,8 +150,8 @@ impl Dofs {
         b.J.iter_mut().zip(J).for_each(|(to, x)| to[lane] = x);
     }
 
-    /// What units ask for, of a tree with flexible bodies: nothing here follows its structure. A modal dof has the
-    /// first station of its body for a link.
+    /// Returns the part that the units of a tree with flexible bodies need; nothing here follows the structure of the tree. The link of a modal dof
+    /// is the first station of its body.
     pub fn flat(links: &[Link], modal: &[(Range<usize>, u32)], nv: usize) -> Self {
         let padded = nv.next_multiple_of(WIDEST);
         let mut d = Self {
@@ -173,7 +172,7 @@ impl Dofs {
         d
     }
 
-    /// Finds the runs, and which rows meet which columns.
+    /// Determines the runs, and which rows are related to which columns.
     fn follow(&mut self, nv: usize) {
         let mut children = vec![0; nv];
         for p in self.parent[..nv].iter().filter(|p| **p > 0) {
@@ -189,7 +188,8 @@ impl Dofs {
         }
         let pairs: usize = (0..nv).map(|i| self.end[i] as usize - i - 1).sum();
         self.dense = 3 * pairs > nv * nv.saturating_sub(1);
-        // Each block meets what its dofs carry and, inboard, runs up to where they leave them: no dof is looked at twice for a block.
+        // Each block is related to the dofs that its dofs carry and, inboard, to runs up to the point where they branch off, so no dof is visited
+        // twice for a block.
         let mut run_of = vec![0; nv];
         for (k, run) in self.runs.iter().enumerate() {
             run_of[run.clone()].fill(k);
@@ -200,7 +200,7 @@ impl Dofs {
             for c in start..(start + WIDEST).min(nv) {
                 met.push(c..self.end[c] as usize);
                 let mut inboard = self.parent[c] as usize;
-                // What is inboard of a dof of this block is there already.
+                // The dofs inboard of a dof of this block are already included.
                 while inboard > 0 && inboard <= start {
                     let first = self.runs[run_of[inboard - 1]].start;
                     met.push(first..inboard);
@@ -219,24 +219,24 @@ impl Dofs {
         }
     }
 
-    /// Memories needed for what is passed outward, one for each level.
+    /// Returns the number of memories for data that are passed outward, one for each level.
     pub fn levels(&self) -> usize {
         self.level.iter().max().map_or(0, |l| *l as usize + 1)
     }
 
-    /// Ones and zeros that keep what is outboard of dof `i` in the last block of its row.
+    /// Returns ones and zeros that select the dofs outboard of dof `i` in the last block of its row.
     #[inline(always)]
     pub fn keep<L: Lane>(&self, i: usize) -> L::Block {
         if L::PACK == 1 { L::splat(1.0).block() } else { L::constants(&self.keep[i], 0) }
     }
 
-    /// The constants of the columns from `at` on.
+    /// Returns the constants of the columns from `at` on.
     #[inline(always)]
     pub fn block(&self, at: usize) -> &Block {
         &self.blocks[at / WIDEST]
     }
 
-    /// One vector of the links of a block of dofs.
+    /// Gathers one vector of the links of a block of dofs.
     #[inline(always)]
     pub fn of_links<L: Lane, T>(
         &self,
@@ -249,7 +249,7 @@ impl Dofs {
         V3::new(L::collect(|i| x(i).x), L::collect(|i| x(i).y), L::collect(|i| x(i).z))
     }
 
-    /// Rotations of the links of a block of dofs.
+    /// Gathers the rotations of the links of a block of dofs.
     #[inline(always)]
     pub fn rotations<L: Lane>(&self, kin: &[Kin<L>], at: usize) -> M3<L::Block> {
         M3 {
@@ -266,8 +266,8 @@ fn three<L: Lane>(x: &[Wide; 3], at: usize) -> V3<L::Block> {
 }
 
 impl Block {
-    /// Mass, first moment and inertia of the links about their origins, world axes; `None` if no
-    /// dof here carries mass. `at` is the first dof.
+    /// Returns mass, first moment and inertia of the links about their origins, world axes; `None` if no dof here carries mass. `at` is the first
+    /// dof.
     #[inline(always)]
     pub fn inertia<L: Lane>(
         &self,
@@ -286,7 +286,7 @@ impl Block {
         Some((L::constants(&self.m, at), R.mul(three::<L>(&self.h, at)), world))
     }
 
-    /// A block of columns of H*, from the links' rotations and places `r`.
+    /// Computes a block of columns of H* from the links' rotations and positions `r`.
     #[inline(always)]
     pub fn axes<L: Lane>(&self, at: usize, R: &M3<L::Block>, r: V3<L::Block>) -> V6<L::Block> {
         if !self.needs.other_axes {
@@ -301,7 +301,7 @@ impl Block {
 mod tests {
     use super::*;
 
-    /// Forests of dofs in depth-first order, from a chain to all on the base.
+    /// Forests of dofs in depth-first order, from a chain to all dofs on the base.
     #[test]
     fn a_block_meets_what_is_inboard_and_outboard_of_its_dofs() {
         let mut seed = 7_u64;
@@ -312,7 +312,7 @@ mod tests {
         for case in 0..200 {
             let nv = 1 + draw(40);
             let mut dofs = Dofs::default();
-            // The dofs inboard of the last one, the base at the bottom.
+            // The dofs inboard of the last one, with the base at the bottom.
             let mut path = vec![0_u32];
             for i in 0..nv {
                 let up = if case % 4 == 0 { 0 } else { draw(path.len().min(1 + case % 4)) };

@@ -1,9 +1,8 @@
-//! Many states of one mechanism at once: lanes and threads.
+//! Many states of one mechanism at once, in SIMD lanes and threads.
 //!
-//! States lie one after another in plain arrays (state 0's numbers, state 1's, …), as a table with a
-//! row for each. They are dealt to threads in equal runs, and each thread works on as many as a
-//! lane holds. Every state gets the bits that it would get alone in the same lane, whatever the
-//! number of threads.
+//! States are stored one after another in flat arrays (all numbers of state 0, then of state 1, …), like a table with one row per state. They are
+//! divided among the threads in equal parts, and each thread processes as many states at once as a lane holds. The result of every state is
+//! bit-identical to the result of the state alone in the same lane width, for any number of threads.
 
 use crate::error::DynamicsError;
 use crate::lane::Lane;
@@ -15,7 +14,7 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use wide::{f64x4, f64x8};
 
-/// The algorithms on tables of states. Memory is made at first use of each algorithm and kept.
+/// The algorithms on tables of states. The memory of each algorithm is allocated at its first use and kept.
 #[derive(Debug)]
 pub struct Ensemble {
     tree: Arc<Tree>,
@@ -29,7 +28,7 @@ enum Workers {
     Eight(Vec<Worker<f64x8>>),
 }
 
-/// One thread's memory.
+/// Memory of one thread.
 #[derive(Debug)]
 struct Worker<L: Lane> {
     batch: Batch<L>,
@@ -39,19 +38,19 @@ struct Worker<L: Lane> {
     outputs: Vec<Vec<L>>,
 }
 
-/// Up to this many links eight lanes pay where the processor was told to have them.
+/// Maximum number of links for which eight lanes are used, if the program is compiled for a processor that has them.
 const EIGHT_LANES: usize = 20;
 
-/// What one call does to one batch: inputs and outputs by number.
+/// The computation on one batch: inputs and outputs by index.
 type Step<'a, L> = &'a (
         dyn Fn(&Tree, &mut Worker<L>, &[Vec<L>], &mut [Vec<L>]) -> Result<(), DynamicsError> + Sync
     );
 
 impl Ensemble {
-    /// For `tree`, on `threads` threads (0: as many as there are processors).
+    /// Creates an ensemble for `tree` on `threads` threads (0: one per processor).
     ///
     /// # Panics
-    /// If the system refuses to make threads.
+    /// If the operating system cannot create threads.
     #[must_use]
     pub fn new(tree: Arc<Tree>, threads: usize) -> Self {
         let pool = (threads != 1).then(|| {
@@ -68,7 +67,7 @@ impl Ensemble {
         Self { tree, workers, pool }
     }
 
-    /// Sets the acceleration of free fall (m/s², world axes) for every state.
+    /// Sets the acceleration of gravity (m/s², world axes) for all states.
     pub fn set_uniform_gravity(&mut self, g: Vec3) {
         match &mut self.workers {
             Workers::Four(w) => w.iter_mut().for_each(|w| w.batch.set_uniform_gravity(g)),
@@ -76,9 +75,8 @@ impl Ensemble {
         }
     }
 
-    /// Runs a step over all states. `inputs` and `outputs` are tables of `count` rows each; rows of
-    /// outputs as long as β are read first, so that what is given here and found there may be one
-    /// table.
+    /// Runs a step over all states. `inputs` and `outputs` are tables of `count` rows each. Rows of outputs with the length of β are also read first,
+    /// because a table may contain both given and computed values.
     fn run(
         &mut self,
         count: usize,
@@ -92,7 +90,7 @@ impl Ensemble {
         {
             assert!(
                 count == 0 || table.is_multiple_of(count),
-                "table {i} has {table} numbers, which is no multiple of {count} states"
+                "table {i} has {table} numbers, which is not a multiple of {count} states"
             );
         }
         let (tree, pool) = (&*self.tree, self.pool.as_ref());
@@ -103,7 +101,7 @@ impl Ensemble {
     }
 }
 
-/// Gives each worker its run of states.
+/// Assigns a part of the states to each worker.
 fn deal<L: Lane>(
     tree: &Tree,
     pool: Option<&rayon::ThreadPool>,
@@ -116,7 +114,7 @@ fn deal<L: Lane>(
     if count == 0 {
         return Ok(());
     }
-    // Whole batches, as evenly as they go.
+    // Divide into whole batches, as evenly as possible.
     let each = count.div_ceil(L::WIDTH).div_ceil(workers.len()) * L::WIDTH;
     let mut rest: Vec<&mut [f64]> = outputs.iter_mut().map(|t| &mut **t).collect();
     let mut jobs = Vec::new();
@@ -140,7 +138,7 @@ fn deal<L: Lane>(
             worker.run(tree, n, &given, &mut mine, step)
         };
     match pool {
-        // The first error in the order of states, whichever thread was first.
+        // Returns the first error in the order of states, regardless of which thread was first.
         Some(pool) => {
             pool.install(|| jobs.into_par_iter().map(job).collect::<Vec<_>>()).into_iter().collect()
         }
@@ -159,8 +157,7 @@ impl<L: Lane> Worker<L> {
         }
     }
 
-    /// States `0..count` of these tables, a lane's width at a time; the last batch repeats its last
-    /// state to be full.
+    /// Processes states `0..count` of these tables, one lane width at a time. The last batch is filled by repeating its last state.
     fn run(
         &mut self,
         tree: &Tree,
@@ -180,7 +177,7 @@ impl<L: Lane> Worker<L> {
                 pack(to, from, count, state);
             }
             for (to, from) in outs.iter_mut().zip(&*outputs) {
-                // Forces and accelerations are given or found; matrices are only found.
+                // Tables of forces and accelerations contain given and computed values; matrices contain only computed values.
                 if from.len() / count == tree.nv() {
                     pack(to, from, count, state);
                 } else {
@@ -207,7 +204,7 @@ impl<L: Lane> Worker<L> {
     }
 }
 
-/// Some rows of a table side by side.
+/// Packs some rows of a table side by side.
 fn pack<L: Lane>(to: &mut Vec<L>, from: &[f64], count: usize, state: impl Fn(usize) -> usize) {
     let width = from.len() / count;
     to.resize(width, L::default());
@@ -216,7 +213,7 @@ fn pack<L: Lane>(to: &mut Vec<L>, from: &[f64], count: usize, state: impl Fn(usi
     }
 }
 
-/// Writes a step for both lane widths.
+/// Instantiates a step for both lane widths.
 macro_rules! both {
     ($self:ident, $count:expr, [$($input:expr),*], [$($output:expr),*], $step:expr) => {
         $self.run($count, &[$($input),*], &mut [$($output),*], &$step, &$step)
@@ -228,14 +225,13 @@ impl Ensemble {
         q.len().checked_div(self.tree.nq()).unwrap_or(0)
     }
 
-    /// As [`forward_dynamics`](crate::forward_dynamics) for each row: `q` (n × nq), the others
-    /// (n × nv).
+    /// Like [`forward_dynamics`](crate::forward_dynamics), for each row: `q` (n × nq), all others (n × nv).
     ///
     /// # Errors
-    /// [`DynamicsError::Singular`] if any state is.
+    /// [`DynamicsError::Singular`] if the dynamics of any state is singular.
     ///
     /// # Panics
-    /// If tables differ in their number of rows; so do the others.
+    /// If the tables differ in their number of rows. This also applies to all other functions here.
     pub fn forward_dynamics(
         &mut self,
         q: &[f64],
@@ -249,7 +245,7 @@ impl Ensemble {
         })
     }
 
-    /// As [`inverse_dynamics`](crate::inverse_dynamics) for each row.
+    /// Like [`inverse_dynamics`](crate::inverse_dynamics), for each row.
     pub fn inverse_dynamics(&mut self, q: &[f64], v: &[f64], vdot: &[f64], tau: &mut [f64]) {
         let run = both!(self, self.count(q), [q, v, vdot], [tau], |tree, w, i, o| {
             w.batch.inverse_dynamics(tree, &i[0], &i[1], &i[2], &mut o[0]);
@@ -258,7 +254,7 @@ impl Ensemble {
         debug_assert!(run.is_ok());
     }
 
-    /// As [`mass_matrix`](crate::mass_matrix) for each row: `out` (n × nv·nv).
+    /// Like [`mass_matrix`](crate::mass_matrix), for each row: `out` (n × nv·nv).
     pub fn mass_matrix(&mut self, q: &[f64], out: &mut [f64]) {
         let run = both!(self, self.count(q), [q], [out], |tree, w, i, o| {
             w.batch.poses(tree, &i[0]);
@@ -268,10 +264,10 @@ impl Ensemble {
         debug_assert!(run.is_ok());
     }
 
-    /// As [`inverse_mass_matrix`](crate::inverse_mass_matrix) for each row: `out` (n × nv·nv).
+    /// Like [`inverse_mass_matrix`](crate::inverse_mass_matrix), for each row: `out` (n × nv·nv).
     ///
     /// # Errors
-    /// [`DynamicsError::Singular`] if any state is.
+    /// [`DynamicsError::Singular`] if the dynamics of any state is singular.
     pub fn inverse_mass_matrix(&mut self, q: &[f64], out: &mut [f64]) -> Result<(), DynamicsError> {
         both!(self, self.count(q), [q], [out], |tree, w, i, o| {
             w.batch.poses(tree, &i[0]);
@@ -279,7 +275,7 @@ impl Ensemble {
         })
     }
 
-    /// Position (3, m) of a node for each row, world axes: `out` (n × 3).
+    /// Computes the position (3, m) of a node for each row, world axes: `out` (n × 3).
     pub fn node_position(&mut self, q: &[f64], node: NodeId, out: &mut [f64]) {
         let run = both!(self, self.count(q), [q], [out], |tree, w, i, o| {
             w.batch.poses(tree, &i[0]);
@@ -289,7 +285,7 @@ impl Ensemble {
         debug_assert!(run.is_ok());
     }
 
-    /// As [`node_jacobian`](crate::node_jacobian) for each row: `out` (n × 6·nv).
+    /// Like [`node_jacobian`](crate::node_jacobian), for each row: `out` (n × 6·nv).
     pub fn node_jacobian(&mut self, q: &[f64], node: NodeId, out: &mut [f64]) {
         let run = both!(self, self.count(q), [q], [out], |tree, w, i, o| {
             w.batch.node_jacobian_at(tree, &i[0], node, &mut o[0]);
@@ -298,7 +294,7 @@ impl Ensemble {
         debug_assert!(run.is_ok());
     }
 
-    /// As [`centroidal_matrix`](crate::centroidal_matrix) for each row: `out` (n × 6·nv).
+    /// Like [`centroidal_matrix`](crate::centroidal_matrix), for each row: `out` (n × 6·nv).
     pub fn centroidal_matrix(&mut self, q: &[f64], out: &mut [f64]) {
         let run = both!(self, self.count(q), [q], [out], |tree, w, i, o| {
             w.batch.poses(tree, &i[0]);
@@ -308,10 +304,10 @@ impl Ensemble {
         debug_assert!(run.is_ok());
     }
 
-    /// As [`Compliance::compute`] for each row: `out` (n × size²).
+    /// Like [`Compliance::compute`], for each row: `out` (n × size²).
     ///
     /// # Errors
-    /// [`DynamicsError::Singular`] if any state is.
+    /// [`DynamicsError::Singular`] if the dynamics of any state is singular.
     pub fn compliance(
         &mut self,
         q: &[f64],
@@ -329,10 +325,10 @@ impl Ensemble {
         })
     }
 
-    /// As [`Derivatives::inverse_dynamics`] for each row: `dtau_dq`, `dtau_dv` (n × nv·nv).
+    /// Like [`Derivatives::inverse_dynamics`], for each row: `dtau_dq`, `dtau_dv` (n × nv·nv).
     ///
     /// # Panics
-    /// If a body is flexible: [`Tree::check_rigid`] asks first.
+    /// If a body is flexible; use [`Tree::check_rigid`] to check.
     pub fn inverse_dynamics_derivatives(
         &mut self,
         q: &[f64],
@@ -352,10 +348,10 @@ impl Ensemble {
         debug_assert!(run.is_ok());
     }
 
-    /// As [`Derivatives::forward_dynamics`] for each row.
+    /// Like [`Derivatives::forward_dynamics`], for each row.
     ///
     /// # Errors
-    /// [`DynamicsError::Singular`] if any state is.
+    /// [`DynamicsError::Singular`] if the dynamics of any state is singular.
     pub fn forward_dynamics_derivatives(
         &mut self,
         q: &[f64],

@@ -1,25 +1,25 @@
-//! What can go wrong in an algorithm.
+//! Errors of the algorithms.
 
 use thiserror::Error;
 
-/// Why an algorithm has no answer.
+/// Reason why an algorithm has no result.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum DynamicsError {
-    /// A free subhinge moves nothing that has inertia (or the state is not finite).
+    /// A free subhinge moves no inertia (or the state is not finite).
     #[error(
         "body `{body}`, coordinate {v}: no inertia to move, or a state that is not finite\n  \
          help: give it or a body outboard of it mass, or the subhinge an armature, or prescribe it"
     )]
     Singular {
-        /// The body whose hinge it is.
+        /// The body of the hinge.
         body: String,
-        /// First place in β of the subhinge.
+        /// First index in β of the subhinge.
         v: usize,
     },
-    /// An algorithm that is only for rigid bodies.
+    /// An algorithm that supports only rigid bodies.
     #[error(
-        "{what}: body `{body}` is flexible, and this is only for rigid mechanisms\n  help: leave its modes \
-         out, or use the dynamics, Jacobians and matrices that take flexible bodies"
+        "{what} supports only rigid mechanisms, but body `{body}` is flexible\n  help: leave its modes \
+         out, or use the dynamics, Jacobians and matrices that support flexible bodies"
     )]
     Flexible {
         /// The first flexible body.
@@ -29,7 +29,7 @@ pub enum DynamicsError {
     },
 }
 
-/// What is wrong with numbers that were given.
+/// A fault of given numbers.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum InputError {
     /// Too few or too many numbers.
@@ -37,9 +37,9 @@ pub enum InputError {
     Length {
         /// The input.
         what: String,
-        /// Numbers given.
+        /// Length of the input.
         got: usize,
-        /// Numbers wanted.
+        /// Required length.
         want: usize,
     },
     /// A number that is NaN or infinite.
@@ -47,20 +47,20 @@ pub enum InputError {
     NotFinite {
         /// The input.
         what: String,
-        /// Which of its numbers, from 0.
+        /// Index of the number, from 0.
         place: usize,
         /// The number.
         value: f64,
     },
-    /// A quaternion without a direction.
+    /// A quaternion of length zero.
     #[error(
-        "`q`: the quaternion at {place} has no length\n  help: give x y z w with w = 1 for no turn"
+        "`q`: the quaternion at index {place} has length zero\n  help: give x y z w, with w = 1 for no rotation"
     )]
     ZeroQuaternion {
-        /// Place in q of its first number.
+        /// Index in q of its first number.
         place: usize,
     },
-    /// The numbers are sound, the mechanism is not.
+    /// The numbers are valid, but the mechanism has no solution.
     #[error(transparent)]
     Dynamics(DynamicsError),
 }

@@ -1,7 +1,7 @@
-//! External forces: wrenches on nodes, forces at centres of mass, gravity, Coriolis' forces of axes that turn.
+//! External forces: wrenches on nodes, forces at centres of mass, gravity, and Coriolis forces of rotating axes.
 //!
-//! Forces are kept in world axes about each link's own origin, so distances from the world's
-//! origin never enter. Add them after [`kinematics`](crate::kinematics()) of the same state.
+//! Forces are stored in world axes about each link's own origin, so distances from the world's origin do not matter. Add them after
+//! [`kinematics`](crate::kinematics()) for the same state.
 
 use crate::compound::NEAR;
 use crate::linear::{V3, V6};
@@ -12,7 +12,7 @@ use linkwork_multibody::{BodyId, NodeId};
 use linkwork_spatial::{Force, Motion, RigidInertia, Vec3};
 
 impl Workspace {
-    /// Forgets all external forces and gravity.
+    /// Removes all external forces and gravity.
     pub fn clear_forces(&mut self) {
         self.work.clear_forces();
     }
@@ -29,8 +29,7 @@ impl Workspace {
         self.add(at, &at.p, wrench);
     }
 
-    /// Adds a force (N, world axes) through the centre of mass of a body. On a flexible body it acts on the body frame:
-    /// it does not bend it.
+    /// Adds a force (N, world axes) through the centre of mass of a body. On a flexible body it acts on the body frame and does not bend the body.
     pub fn add_force_at_com(&mut self, tree: &Tree, body: BodyId, force: Vec3) {
         let com = match tree.flexible.as_deref() {
             None => tree.multibody().get(body).inertia().com(),
@@ -42,16 +41,16 @@ impl Workspace {
         self.add_at(tree.body(body), &com, Force::new(Vec3::zeros(), force));
     }
 
-    /// Gravity that depends on place: `field` gives the acceleration of free fall (m/s², world
-    /// axes) at the centre of mass of each body that has mass (m, world axes), and at each station of a flexible one.
+    /// Adds position-dependent gravity: `field` returns the acceleration of gravity (m/s², world axes) at the centre of mass of each body with mass
+    /// (m, world axes), and at each station of a flexible body.
     pub fn apply_gravity(&mut self, tree: &Tree, field: &mut impl FnMut(&Vec3) -> Vec3) {
         self.apply_smooth_gravity(tree, &|_| 0.0, field);
     }
 
-    /// The same where the field is smooth: `scale` says of a place over which distance (m) it changes by about its own
-    /// size, 0 where that is not known. Bodies that are locked together, more than four of them and within 3e-5 of that
-    /// distance, are asked for at four points that have their mass, centre and second moments: the sum of their forces is
-    /// the same to 3e-14, and what the gradient of the field turns them with to 3e-5. O(links) then, not O(bodies).
+    /// Like [`apply_gravity`](Self::apply_gravity), for a smooth field: `scale` returns the distance (m) over which the field changes by about its
+    /// own magnitude at a position, or 0 if that is unknown. If more than four bodies are locked together and lie within 3e-5 of that distance, the
+    /// field is evaluated at only four points that have their mass, centre and second moments. The total force has a relative error of 3e-14, the
+    /// gravity-gradient moment one of 3e-5. The cost is then O(links) instead of O(bodies).
     pub fn apply_smooth_gravity(
         &mut self,
         tree: &Tree,
@@ -89,7 +88,7 @@ impl Workspace {
         }
     }
 
-    /// Gravity on one body.
+    /// Applies gravity to one body.
     fn pull(&mut self, tree: &Tree, id: BodyId, field: &mut impl FnMut(&Vec3) -> Vec3) {
         let inertia = tree.multibody().get(id).inertia();
         if inertia.mass() > 0.0 {
@@ -100,16 +99,16 @@ impl Workspace {
         }
     }
 
-    /// Adds Coriolis' forces on every body when the world's axes turn at `omega` (rad/s, world axes, constant) in
-    /// inertial space, after [`kinematics`](crate::kinematics()). The centrifugal part is one of place, and belongs to
-    /// the field of gravity: a body's own extent gives it the moment −ω × I ω, which is added here.
+    /// Adds Coriolis forces on every body when the world's axes rotate at `omega` (rad/s, world axes, constant) in inertial space. Call
+    /// [`kinematics`](crate::kinematics()) first. The centrifugal force depends on position and belongs to the gravity field, except for the moment
+    /// −ω × I ω due to the extent of a body, which is added here.
     /// ```text
     /// force at the centre of mass    −2 m ω × v
     /// moment about it                −2 ∫ r × (ω × (u × r)) dm − ∫ r × (ω × (ω × r)) dm
     ///                              = 2 u × S ω − ω × I ω          S = ½ tr(I) 1 − I,  u: spin of the body
     /// ```
-    /// Links are bodies here, with I in the last term that of their own bodies, since the field has what their distances
-    /// from each other give; so are stations of flexible bodies, with the mass and inertia of their own. O(links).
+    /// Links are treated as bodies. I in the last term is the sum of the bodies' own inertias, because the field includes the effect of the distances
+    /// between them. Stations of flexible bodies are treated in the same way, with their own mass and inertia. O(links).
     pub fn apply_coriolis(&mut self, tree: &Tree, omega: &Vec3) {
         let turning = v3(omega);
         for (k, link) in tree.links.iter().enumerate().filter(|(_, l)| l.m > 0.0) {
@@ -134,25 +133,25 @@ impl Workspace {
         crate::flexible::apply_coriolis(flex, &mut self.work, omega);
     }
 
-    /// Adds the same acceleration of free fall (m/s², world axes) for every body: free of cost.
+    /// Adds a uniform acceleration of gravity (m/s², world axes) for all bodies. It has no computational cost.
     pub fn apply_uniform_gravity(&mut self, g: Vec3) {
         self.work.gravity = self.work.gravity + V3 { x: g.x, y: g.y, z: g.z };
     }
 
-    /// Returns the power of all external forces that were added (W), uniform gravity not counted. After
-    /// [`kinematics`](crate::kinematics()) of the same state. Forces on the modes of flexible bodies are not counted.
+    /// Returns the power of all external forces that were added (W), without uniform gravity. Call [`kinematics`](crate::kinematics()) for the same
+    /// state first. Forces on the modes of flexible bodies are not included.
     #[must_use]
     pub fn external_power(&self) -> f64 {
         let links = self.work.kin.iter().zip(&self.work.f_ext).skip(1);
         links.map(|(kin, f)| kin.V.n.dot(f.n) + kin.V.f.dot(f.f)).sum()
     }
 
-    /// A force through the point `offset` of a frame on a link (frame axes), with a moment.
+    /// Adds a wrench at the point `offset` of a frame on a link (frame axes).
     fn add_at(&mut self, at: &OnLink, offset: &Vec3, wrench: Force) {
         self.add(at, &(at.p + at.R * offset), wrench);
     }
 
-    /// The same through a point of the link (link axes).
+    /// Adds a wrench at a point of the link (link axes).
     #[inline]
     fn add(&mut self, at: &OnLink, point: &Vec3, wrench: Force) {
         let slot = at.slot as usize;
@@ -162,8 +161,8 @@ impl Workspace {
     }
 }
 
-/// Coriolis' force (N) at the centre of mass of a body and its moment about that (N m), world axes; inertia about the
-/// body's origin, and velocity of that, in world axes.
+/// Returns the Coriolis force (N) at the centre of mass of a body and its moment about that point (N m), world axes. The inertia is about the body's
+/// origin and the velocity is that of the origin, both in world axes.
 pub(crate) fn coriolis(inertia: &RigidInertia, V: &Motion, omega: &Vec3) -> Force {
     let v = V.linear + V.angular.cross(&inertia.com());
     let I = inertia.inertia_com();

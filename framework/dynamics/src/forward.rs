@@ -1,7 +1,6 @@
-//! Mixed articulated-body dynamics: one gather, one scatter.
+//! Mixed forward dynamics with articulated bodies: one gather sweep, one scatter sweep.
 //!
-//! Tips to base, with the bias acceleration A of [`kinematics`](mod@crate::kinematics) already
-//! inside the rigid force, so that no term P a appears:
+//! From tips to base. The bias acceleration A of [`kinematics`](mod@crate::kinematics) is included in the rigid force, so that no term P a appears:
 //! ```text
 //! P(k) = M(k) + Σ_j φ(k,j) P⁺(j) φ*(k,j)
 //! z(k) = M(k) A(k) + b(k) − f_ext(k) + Σ_j φ(k,j) z⁺(j)
@@ -30,8 +29,7 @@ use crate::work::{Art, Kin, Multi, One, Work, Workspace};
 use linkwork_multibody::Coordinate;
 use std::ops::{Deref, DerefMut};
 
-/// [`kinematics`], then [`forward_dynamics_given_kinematics`]. External forces in the workspace
-/// must have been added at this same `q`.
+/// Calls [`kinematics`], then [`forward_dynamics_given_kinematics`]. External forces in the workspace must have been added for the same `q`.
 ///
 /// # Errors
 /// [`DynamicsError::Singular`].
@@ -47,17 +45,13 @@ pub fn forward_dynamics(
     forward_dynamics_given_kinematics(tree, ws, tau, vdot)
 }
 
-/// Accelerations from forces, at the state of the last [`kinematics`], with the external forces
-/// and gravity of the workspace.
+/// Computes accelerations from forces at the state of the last [`kinematics`], with the external forces and gravity of the workspace.
 ///
-/// `tau` and `vdot` (nv each) are both read and written: at free coordinates `tau` is given and
-/// `vdot` found; at prescribed ones `vdot` is given and `tau` found. Units follow the subhinge:
-/// N m and rad/s², or N and m/s². About 255
-/// multiply-adds a one-dof link.
+/// `tau` and `vdot` (nv each) are both read and written. At free coordinates `tau` is read and `vdot` written; at prescribed ones `vdot` is read and
+/// `tau` written. Units follow the subhinge: N m and rad/s², or N and m/s². About 255 multiply-adds per one-dof link.
 ///
 /// # Errors
-/// [`DynamicsError::Singular`] if a free subhinge has nothing to move; `tau`, `vdot` are then
-/// meaningless.
+/// [`DynamicsError::Singular`] if a free subhinge moves no inertia; `tau` and `vdot` are then undefined.
 pub fn forward_dynamics_given_kinematics(
     tree: &Tree,
     ws: &mut Workspace,
@@ -89,7 +83,7 @@ pub(crate) fn run<L: Lane>(
     Ok(())
 }
 
-/// The rigid link alone: M and M A + b − f_ext, the gravity g as a force at its centre of mass.
+/// Returns M and M A + b − f_ext of the rigid link alone, with gravity g as a force at its centre of mass.
 #[inline(always)]
 pub(crate) fn rigid<L: Lane>(
     link: &Link,
@@ -101,7 +95,7 @@ pub(crate) fn rigid<L: Lane>(
     (J, h, rigid_mass(m, h, J, kin, f_ext, g))
 }
 
-/// M A + b − f_ext of a mass with its inertia and first moment in world axes.
+/// Returns M A + b − f_ext of a mass with its inertia and first moment in world axes.
 #[inline(always)]
 pub(crate) fn rigid_mass<L: Lane>(
     m: L,
@@ -117,7 +111,7 @@ pub(crate) fn rigid_mass<L: Lane>(
     V6 { n, f }
 }
 
-/// Returns the outermost link whose free hinge has no inertia to move.
+/// Returns the outermost link whose free hinge moves no inertia.
 fn gather<L: Lane>(tree: &Tree, w: &mut Work<L>, tau: &[L], vdot: &mut [L]) -> Option<usize> {
     let links = &tree.links[..];
     let n = links.len();
@@ -182,7 +176,7 @@ fn gather<L: Lane>(tree: &Tree, w: &mut Work<L>, tau: &[L], vdot: &mut [L]) -> O
     None
 }
 
-/// One-dof hinge: P becomes P⁺, z becomes z⁺.
+/// Eliminates a one-dof hinge: P becomes P⁺, z becomes z⁺.
 #[inline(always)]
 fn eliminate<L: Lane>(
     link: &Link,
@@ -211,7 +205,7 @@ fn eliminate<L: Lane>(
     D.all_positive()
 }
 
-/// Ball hinge: H* = [R; 0], so D is the block I itself, in world axes.
+/// Eliminates a ball hinge: H* = [R; 0], so D is the block I itself, in world axes.
 fn ball<L: Lane>(
     link: &Link,
     kin: &Kin<L>,
@@ -239,7 +233,7 @@ fn ball<L: Lane>(
     ok
 }
 
-/// Free hinge: H* = diag(R, R), so D is P itself, P⁺ = 0, and the parent feels only T.
+/// Eliminates a free hinge: H* = diag(R, R), so D is P itself, P⁺ = 0, and only T acts on the parent.
 fn free<L: Lane>(
     link: &Link,
     kin: &Kin<L>,
@@ -257,7 +251,7 @@ fn free<L: Lane>(
     }
     let T = V6 { n: kin.R.mul(V3::read(tau)), f: kin.R.mul(V3::read(&tau[3..])) };
     let (rn, rf) = (T.n - P.z.n, T.f - P.z.f);
-    // Schur complement of the translational block: S = I − H M⁻¹ Hᵀ.
+    // Use the Schur complement of the translational block: S = I − H M⁻¹ Hᵀ.
     let (M_inv, ok_M) = P.M.inverse();
     let HM = P.H.mat(&M_inv.columns());
     let (S_inv, ok_S) = P.I.sub_product(&HM, &P.H.transpose()).inverse();
@@ -268,7 +262,7 @@ fn free<L: Lane>(
     ok_M && ok_S
 }
 
-/// Bodies of which each is by itself.
+/// Computes a mechanism that consists only of isolated free bodies.
 fn apart<L: Lane>(tree: &Tree, w: &mut Work<L>, tau: &[L], vdot: &mut [L]) {
     let n = tree.links.len();
     let bodies = &tree.compounds.all()[..n];
@@ -280,11 +274,11 @@ fn apart<L: Lane>(tree: &Tree, w: &mut Work<L>, tau: &[L], vdot: &mut [L]) {
     }
 }
 
-/// A body by itself, in its own axes about its centre of mass c, where its inertia is constant:
+/// Computes an isolated free body in its own axes about its centre of mass c, where its inertia is constant:
 /// ```text
 /// ω̇ = J_c⁻¹ (n_c − ω × J_c ω),   v̇ = f/m + g − ω̇ × c − ω × (ω × c)
 /// ```
-/// less the bias A, which on a world at rest is [0; ω × v]. Gives that, world axes; in the body's it is β̇.
+/// Subtracts the bias A, which is [0; ω × v] in a world at rest. Returns the result in world axes; in the body's axes it is β̇.
 #[inline(always)]
 fn lone<L: Lane>(
     body: &Compound,
@@ -346,7 +340,7 @@ fn scatter<L: Lane>(links: &[Link], w: &mut Work<L>, tau: &mut [L], vdot: &mut [
     }
 }
 
-/// The scatter at a ball or free hinge.
+/// Performs the scatter step at a ball or free hinge.
 fn several<L: Lane>(
     link: &Link,
     kin: &Kin<L>,
@@ -391,7 +385,7 @@ impl<L: Lane> Art<L> {
         self.z = self.z + b.z;
     }
 
-    /// φ P φ* and φ z, `l` from the parent's origin.
+    /// Returns φ P φ* and φ z, with `l` from the parent's origin.
     #[inline(always)]
     fn shifted(&self, l: V3<L>) -> Self {
         Self { P: self.P.shifted(l), z: self.z.to_parent(l) }

@@ -3,10 +3,9 @@
 //! ```text
 //! ∂β̇/∂q = −M⁻¹ ∂τ/∂q,   ∂β̇/∂β = −M⁻¹ ∂τ/∂β,   ∂β̇/∂τ = M⁻¹        at β̇ = forward dynamics
 //! ```
-//! The acceleration is M⁻¹ of what the forces have over those of β̇ = 0. A block of columns of ∂τ
-//! has numbers only in the rows inboard and outboard of it: where these are few they are multiplied
-//! with columns of M⁻¹; else M⁻¹ is applied by its two sweeps, which take 24 multiply-adds a
-//! number whatever nv.
+//! The acceleration is M⁻¹ times the difference of the given forces and those for β̇ = 0. A block of columns of ∂τ is nonzero only in the rows
+//! inboard and outboard of it. If these are few, they are multiplied with columns of M⁻¹. Otherwise M⁻¹ is applied by its two sweeps, which take 24
+//! multiply-adds per number for any nv.
 
 use crate::derivatives::Derivatives;
 use crate::dofs::WIDEST;
@@ -17,17 +16,16 @@ use crate::tree::Tree;
 use crate::work::{Work, Workspace};
 use crate::{articulated, inverse, inverse_mass};
 
-/// Up to this many rows a block, on average, columns of M⁻¹ are cheaper than sweeps.
+/// Average number of rows per block up to which columns of M⁻¹ are faster than sweeps.
 const FEW: usize = 24;
 
 impl Derivatives {
-    /// ∂β̇/∂q, ∂β̇/∂β and ∂β̇/∂τ (nv × nv each, row after row) of
-    /// [`forward_dynamics`](crate::forward_dynamics) at the state of the last
-    /// [`kinematics`](crate::kinematics()), whose rates are `v`. `tau` and `vdot` are read and
-    /// written as there. Rows of prescribed coordinates are zero: their accelerations are given.
+    /// Computes ∂β̇/∂q, ∂β̇/∂β and ∂β̇/∂τ (nv × nv each, row after row) of [`forward_dynamics`](crate::forward_dynamics) at the state of the last
+    /// [`kinematics`](crate::kinematics()) with the rates `v`. `tau` and `vdot` are read and written as in that function. Rows of prescribed
+    /// coordinates are zero, because their accelerations are given.
     ///
     /// # Errors
-    /// [`DynamicsError::Singular`] if a free subhinge has nothing to move, [`DynamicsError::Flexible`].
+    /// [`DynamicsError::Singular`] if a free subhinge moves no inertia; [`DynamicsError::Flexible`].
     pub fn forward_dynamics(
         &mut self,
         tree: &Tree,
@@ -44,7 +42,7 @@ impl Derivatives {
     }
 }
 
-/// Where the derivatives of forward dynamics go: nv × nv each, row after row.
+/// Output matrices of the derivatives of forward dynamics: nv × nv each, row after row.
 #[derive(Debug)]
 pub struct ForwardDerivatives<'a, L = f64> {
     /// ∂β̇/∂q, along β.
@@ -85,7 +83,7 @@ impl<L: Lane> Derivatives<L> {
         Ok(())
     }
 
-    /// β̇ at free coordinates, with the articulated inertias of the last factorisation.
+    /// Computes β̇ at free coordinates with the articulated-body inertias of the last factorization.
     fn accelerations(&mut self, tree: &Tree, w: &mut Work<L>, tau: &[L], vdot: &mut [L]) {
         let fixed = &tree.dofs.prescribed;
         for (x, _) in vdot.iter_mut().zip(fixed).filter(|(_, fixed)| !**fixed) {
@@ -103,7 +101,7 @@ impl<L: Lane> Derivatives<L> {
         self.bias = rest;
     }
 
-    /// τ at prescribed coordinates, from the forces summed for the derivatives.
+    /// Computes τ at prescribed coordinates from the forces summed for the derivatives.
     fn prescribed_forces(&self, tree: &Tree, w: &Work<L>, tau: &mut [L], vdot: &[L]) {
         let dofs = &tree.dofs;
         for i in (0..tree.nv()).filter(|i| dofs.prescribed[*i]) {
@@ -112,7 +110,7 @@ impl<L: Lane> Derivatives<L> {
         }
     }
 
-    /// rows ← −M⁻¹ rows: the numbers of a block of columns, four rows of M⁻¹ at a time.
+    /// Computes rows ← −M⁻¹ rows for a block of columns, four rows of M⁻¹ at a time.
     fn multiply(&mut self, tree: &Tree, inverse: &[L]) {
         let n = tree.nv();
         let width = n.div_ceil(L::PACK);
@@ -123,7 +121,7 @@ impl<L: Lane> Derivatives<L> {
                 self.column[k] = [row[b], row[width + b]];
             }
             for i in (0..n).step_by(4) {
-                // Beyond the last row the last one is computed again.
+                // Rows beyond the last one repeat the last one.
                 let at = |r: usize| (i + r).min(n - 1);
                 let row = |r: usize| &inverse[at(r) * n..][..n];
                 let four = [row(0), row(1), row(2), row(3)];
@@ -147,7 +145,7 @@ impl<L: Lane> Derivatives<L> {
         }
     }
 
-    /// rows ← −M⁻¹ rows by sweeps: of ∂τ/∂q and ∂τ/∂β side by side, along the runs of the tree.
+    /// Computes rows ← −M⁻¹ rows by sweeps, for ∂τ/∂q and ∂τ/∂β together, along the runs of the tree.
     fn sweep(&mut self, tree: &Tree, w: &Work<L>) {
         for b in 0..tree.nv().div_ceil(L::PACK) {
             self.gather(tree, w, b);
@@ -155,7 +153,7 @@ impl<L: Lane> Derivatives<L> {
         }
     }
 
-    /// rows ← D⁻¹ [1 − HψK] rows, for block `b` of both.
+    /// Computes rows ← D⁻¹ [1 − HψK] rows, for block `b` of both.
     fn gather(&mut self, tree: &Tree, w: &Work<L>, b: usize) {
         let dofs = &tree.dofs;
         let width = tree.nv().div_ceil(L::PACK);
@@ -183,7 +181,7 @@ impl<L: Lane> Derivatives<L> {
         }
     }
 
-    /// rows ← −[1 − HψK]* rows, for block `b` of both.
+    /// Computes rows ← −[1 − HψK]* rows, for block `b` of both.
     fn scatter(&mut self, tree: &Tree, w: &Work<L>, b: usize) {
         let dofs = &tree.dofs;
         let width = tree.nv().div_ceil(L::PACK);

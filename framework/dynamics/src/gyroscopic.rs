@@ -1,12 +1,12 @@
-//! Free rotation over an explicit step, by the implicit midpoint rule.
+//! Free rotation over an explicit step with the implicit midpoint rule.
 //!
 //! ```text
 //! explicit Euler       J Δω = −h ω × J ω                       ½ ω·J ω grows in every step
-//! implicit midpoint    J Δω = −h ω̄ × J ω̄,   ω̄ = ω + Δω/2      keeps ½ ω·J ω and |J ω| to rounding
+//! implicit midpoint    J Δω = −h ω̄ × J ω̄,   ω̄ = ω + Δω/2      conserves ½ ω·J ω and |J ω| up to round-off
 //! moment               ω × J ω − ω̄ × J ω̄                      added to the first, it gives the second
 //! ```
-//! Both invariants are quadratic, and the midpoint rule keeps quadratic invariants. The moment is a couple, so the centre of
-//! mass is not affected. It vanishes for rotation about a principal axis.
+//! Both invariants are quadratic, and the midpoint rule conserves quadratic invariants. The moment is a couple, so it does not affect the centre of
+//! mass. It vanishes for rotation about a principal axis.
 
 use crate::linear::{S3, V3};
 use crate::tree::Tree;
@@ -14,31 +14,31 @@ use crate::work::Workspace;
 use linkwork_multibody::BodyId;
 use linkwork_spatial::{Force, Vec3};
 
-/// Angle of a step (rad) below which the explicit step is kept, because it gains less than 1e-12 of the energy.
+/// Angle of a step (rad) below which the explicit step is used, because its energy error is below 1e-12.
 const SMALL: f64 = 1e-6;
-/// Steps of Newton's method. A step of 0.1 rad takes three.
+/// Maximum number of Newton steps. A step of 0.1 rad needs three.
 const STEPS: usize = 12;
 
 impl Workspace {
-    /// The sum of the external wrenches on the link that carries a body: moment about the link's origin (N m) and force
-    /// (N), world axes, gravity of [`Workspace::apply_uniform_gravity`] left out.
+    /// Returns the sum of the external wrenches on the link that carries a body: moment about the link's origin (N m) and force (N), world axes,
+    /// without gravity of [`Workspace::apply_uniform_gravity`].
     #[must_use]
     pub fn link_wrench(&self, tree: &Tree, body: BodyId) -> Force {
         let w = &self.work.f_ext[tree.body(body).slot as usize];
         Force::new(Vec3::new(w.n.x, w.n.y, w.n.z), Vec3::new(w.f.x, w.f.y, w.f.z))
     }
 
-    /// Replaces what [`Workspace::link_wrench`] returns.
+    /// Replaces the wrench that [`Workspace::link_wrench`] returns.
     pub fn set_link_wrench(&mut self, tree: &Tree, body: BodyId, wrench: Force) {
         let w = &mut self.work.f_ext[tree.body(body).slot as usize];
         w.n = V3::new(wrench.moment.x, wrench.moment.y, wrench.moment.z);
         w.f = V3::new(wrench.force.x, wrench.force.y, wrench.force.z);
     }
 
-    /// Adds a moment to a body, so that an explicit Euler step of `h` s of its free rotation becomes a step of the implicit
-    /// midpoint rule. After [`kinematics`](crate::kinematics()), for bodies with a [`Tree::lone_com`]. Returns the angular
-    /// acceleration of the free rotation by that rule (rad/s², world axes); `None`, and no moment, for a body that hardly
-    /// rotates, and when the rule has no solution near the present rate.
+    /// Adds a moment to a body, so that an explicit Euler step of `h` s of its free rotation becomes a step of the implicit midpoint rule. Call
+    /// [`kinematics`](crate::kinematics()) first; the body must have a [`Tree::lone_com`]. Returns the angular acceleration of the free rotation by
+    /// that rule (rad/s², world axes). Returns `None` and adds no moment for a body that hardly rotates, and when the rule has no solution near the
+    /// present rate.
     pub fn add_midpoint_moment(&mut self, tree: &Tree, body: BodyId, h: f64) -> Option<Vec3> {
         let slot = tree.body(body).slot as usize;
         let kin = &self.work.kin[slot];
@@ -52,9 +52,8 @@ impl Workspace {
 }
 
 impl Tree {
-    /// Centre of mass of a body with all that is locked to it, in the axes of its hinge and from the hinge's origin (m),
-    /// when the hinge is free and hangs on the world, and nothing that moves hangs on the body. `None` in mechanisms with
-    /// flexible bodies.
+    /// Returns the centre of mass of a body with everything that is locked to it, relative to the origin and in the axes of its hinge (m), if the
+    /// hinge is free and hangs on the world, and no moving body hangs on the body. `None` in mechanisms with flexible bodies.
     #[must_use]
     pub fn lone_com(&self, body: BodyId) -> Option<Vec3> {
         let slot = self.body(body).slot as usize;
@@ -65,8 +64,8 @@ impl Tree {
     }
 }
 
-/// The moment for the inertia `J` about the centre of mass and the rate `w`, and the change of that, all in the axes of the
-/// body.
+/// Returns the moment for the inertia `J` about the centre of mass and the rate `w`, and the resulting change of angular acceleration, all in the
+/// axes of the body.
 fn midpoint_moment(J: &S3<f64>, w: V3<f64>, h: f64) -> Option<(V3<f64>, V3<f64>)> {
     if !(h * h * w.dot(w) > SMALL * SMALL) {
         return None;
@@ -80,7 +79,7 @@ fn midpoint_moment(J: &S3<f64>, w: V3<f64>, h: f64) -> Option<(V3<f64>, V3<f64>)
         let L = J.mul(mid);
         let turn = mid.cross(L);
         let off = turn.scale_add(h, J.mul(change));
-        // Columns of the derivative of `off`.
+        // Compute the columns of the Jacobian of `off`.
         let [a, b, c] = axes.map(|e| {
             let Je = J.mul(e);
             (e.cross(L) + mid.cross(Je)).scale_add(0.5 * h, Je)
@@ -106,7 +105,7 @@ fn midpoint_moment(J: &S3<f64>, w: V3<f64>, h: f64) -> Option<(V3<f64>, V3<f64>)
 mod tests {
     use super::*;
 
-    /// Energy and the size of the angular momentum stay over a step of 0.3 rad; the explicit step changes both.
+    /// Energy and the magnitude of the angular momentum are conserved over a step of 0.3 rad; the explicit step changes both.
     #[test]
     fn the_moment_keeps_energy_and_momentum() {
         let J = S3 { xx: 0.2, xy: 0.01, xz: -0.02, yy: 0.5, yz: 0.03, zz: 0.6 };

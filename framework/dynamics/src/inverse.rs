@@ -1,7 +1,7 @@
 //! Inverse dynamics (Newton–Euler): one scatter of accelerations, one gather of forces.
 //!
 //! ```text
-//! α(k) = φ*(p,k) α(p) + H*(k) β̇(k)             less bias, which kinematics has carried
+//! α(k) = φ*(p,k) α(p) + H*(k) β̇(k)             less bias, which kinematics has computed
 //! f(k) = Σ_j φ(k,j) f(j) + M(k) (α + A) + b(k) − f_ext(k)
 //! T(k) = H(k) f(k) + armature β̇
 //! ```
@@ -12,8 +12,7 @@ use crate::linear::{S3, V3, V6};
 use crate::tree::{Kind, Link, Tree};
 use crate::work::{Work, Workspace};
 
-/// [`kinematics`], then [`inverse_dynamics_given_kinematics`]. External forces in the workspace
-/// must have been added at this same `q`.
+/// Calls [`kinematics`], then [`inverse_dynamics_given_kinematics`]. External forces in the workspace must have been added for the same `q`.
 pub fn inverse_dynamics(
     tree: &Tree,
     ws: &mut Workspace,
@@ -26,11 +25,9 @@ pub fn inverse_dynamics(
     inverse_dynamics_given_kinematics(tree, ws, vdot, tau);
 }
 
-/// Forces `tau` (nv) that produce the accelerations `vdot` (nv) at the state of the last
-/// [`kinematics`], with the external forces and gravity of the workspace; prescribed and free
-/// coordinates alike. Springs and dampers of modes are inside: `tau` of a modal coordinate is what
-/// acts from outside. About 110
-/// multiply-adds a one-dof link.
+/// Computes forces `tau` (nv) that produce the accelerations `vdot` (nv) at the state of the last [`kinematics`], with the external forces and
+/// gravity of the workspace, for prescribed and free coordinates alike. Springs and dampers of modes are internal: `tau` of a modal coordinate is the
+/// external force. About 110 multiply-adds per one-dof link.
 pub fn inverse_dynamics_given_kinematics(
     tree: &Tree,
     ws: &mut Workspace,
@@ -68,7 +65,7 @@ pub(crate) fn run<L: Lane>(links: &[Link], w: &mut Work<L>, vdot: &[L], tau: &mu
         acc[k + 1] = a;
         let (m, J, h) = (L::splat(link.m), S3::splat(&link.J), kin.R.mul(V3::splat(&link.h)));
         let (alpha, lin) = (a.n + kin.A.n, a.f + kin.A.f - w.gravity);
-        // The moment of a rotating body is cheapest in its own axes.
+        // The moment of a rotating body costs least in its own axes.
         let (wl, al) = (kin.R.tmul(kin.V.n), kin.R.tmul(alpha));
         let body = wl.cross_add(J.mul(wl), J.mul(al));
         let ext = &w.f_ext[k + 1];

@@ -3,9 +3,8 @@
 //! ```text
 //! M⁻¹ = [1 − HψK]* D⁻¹ [1 − HψK]
 //! ```
-//! Both factors are sweeps of [`articulated`](crate::articulated) over columns of unit forces, a
-//! block of columns at once. Tips to base a column only exists inboard of its own dof; base to
-//! tips only the upper triangle is followed.
+//! Both factors are sweeps of [`articulated`](crate::articulated) over columns of unit forces, one block of columns at a time. In the sweep from tips
+//! to base a column is nonzero only inboard of its own dof; in the sweep from base to tips only the upper triangle is computed.
 
 use crate::articulated::{factor, solve};
 use crate::columns::{blocks, load, store};
@@ -16,13 +15,12 @@ use crate::linear::{V3, V6};
 use crate::tree::Tree;
 use crate::work::{Work, Workspace};
 
-/// M⁻¹ (nv × nv, row after row, symmetric) at the last [`kinematics`](crate::kinematics()) or
-/// [`poses`](crate::poses), armature included: accelerations of the free coordinates for unit
-/// forces. Rows and columns of prescribed coordinates are zero, and their accelerations count as
-/// zero. About 24 multiply-adds an entry of the upper triangle.
+/// Computes M⁻¹ (nv × nv, row after row, symmetric) at the last [`kinematics`](crate::kinematics()) or [`poses`](crate::poses), including armature:
+/// accelerations of the free coordinates for unit forces. Rows and columns of prescribed coordinates are zero, because their accelerations count as
+/// zero. About 24 multiply-adds per entry of the upper triangle.
 ///
 /// # Errors
-/// [`DynamicsError::Singular`] if a free subhinge has nothing to move.
+/// [`DynamicsError::Singular`] if a free subhinge moves no inertia.
 pub fn inverse_mass_matrix(
     tree: &Tree,
     ws: &mut Workspace,
@@ -35,10 +33,10 @@ pub fn inverse_mass_matrix(
     }
 }
 
-/// `x` (nv) becomes M⁻¹ x, as [`inverse_mass_matrix`] defines it, in O(nv).
+/// Replaces `x` (nv) by M⁻¹ x, with M⁻¹ as in [`inverse_mass_matrix`], in O(nv).
 ///
 /// # Errors
-/// [`DynamicsError::Singular`] if a free subhinge has nothing to move.
+/// [`DynamicsError::Singular`] if a free subhinge moves no inertia.
 pub fn apply_inverse_mass(
     tree: &Tree,
     ws: &mut Workspace,
@@ -53,15 +51,15 @@ pub fn apply_inverse_mass(
     Ok(())
 }
 
-/// The diagonal of M⁻¹ (nv), as [`inverse_mass_matrix`] defines it, in O(nv) for rigid bodies: what each free coordinate accelerates by for
-/// a unit force on it.
+/// Computes the diagonal of M⁻¹ (nv), as in [`inverse_mass_matrix`], in O(nv) for rigid bodies: the acceleration of each free coordinate for a unit
+/// force on it.
 ///
 /// ```text
 /// (M⁻¹)ᵢᵢ = Dᵢ⁻¹ + Gᵢ* Υₚ Gᵢ,    Υᵢ = (1 − Sᵢ Gᵢ*) Υₚ (1 − Gᵢ Sᵢ*) + Sᵢ Dᵢ⁻¹ Sᵢ*,    p: the dof inboard of i
 /// ```
 ///
 /// # Errors
-/// [`DynamicsError::Singular`] if a free subhinge has nothing to move.
+/// [`DynamicsError::Singular`] if a free subhinge moves no inertia.
 pub fn inverse_mass_diagonal(
     tree: &Tree,
     ws: &mut Workspace,
@@ -80,14 +78,14 @@ pub fn inverse_mass_diagonal(
     }
     let w = &mut ws.work;
     factor(tree, w)?;
-    // Υ of each link, as the motion that six unit wrenches give it; the roots do not move.
+    // Represent Υ of each link by the motions for six unit wrenches; the roots do not move.
     let mut of_links: Vec<[V6<f64>; 6]> = vec![[V6::default(); 6]; tree.links.len() + 1];
     for (k, link) in tree.links.iter().enumerate() {
         let mut columns = of_links[link.parent as usize];
         let first = link.v as usize;
         for i in first..first + link.kind.nv() {
             let ((S, G), D_inv) = (w.sweeps[i], w.D_inv[i]);
-            // Υ G, of which Υ is symmetric.
+            // Compute Υ G; Υ is symmetric.
             let along = columns.map(|c| c.n.dot(G.n) + c.f.dot(G.f));
             let compliance = sum(along.iter().zip(numbers(G)).map(|(a, g)| a * g)) + D_inv;
             out[i] = if D_inv == 0.0 { 0.0 } else { compliance };
@@ -110,7 +108,7 @@ fn sum(terms: impl Iterator<Item = f64>) -> f64 {
     terms.fold(0.0, |sum, term| sum + term)
 }
 
-/// The six numbers of a spatial vector.
+/// Returns the six numbers of a spatial vector.
 fn numbers(v: V6<f64>) -> [f64; 6] {
     [v.n.x, v.n.y, v.n.z, v.f.x, v.f.y, v.f.z]
 }
@@ -134,8 +132,7 @@ pub(crate) fn matrix<L: Lane>(
     Ok(())
 }
 
-/// Rows of D⁻¹ [1 − HψK], for the columns outboard of their dofs. Along a run of dofs without
-/// branches a block of columns stays in registers.
+/// Computes rows of D⁻¹ [1 − HψK] for the columns outboard of their dofs. Along a run of dofs without branches a block of columns stays in registers.
 fn gather<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
     let (dofs, n) = (&tree.dofs, tree.nv());
     let one = L::splat(1.0).block();
@@ -144,12 +141,12 @@ fn gather<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
         let range = blocks::<L>(&(run.start..dofs.end[run.start] as usize));
         let last = range.end - 1;
         for (b, stored) in range.clone().zip(&mut w.F.blocks[range]) {
-            // Columns of other branches stay out.
+            // Exclude columns of other branches.
             let keep = if b == last { dofs.keep::<L>(run.start) } else { one };
             let mut F = stored.scaled(keep);
             let others = stored.scaled(one - keep);
             let sweeps = w.sweeps[run.clone()].iter().zip(&w.D_inv[run.clone()]);
-            // Columns exist inboard of their own dof.
+            // Columns are nonzero only inboard of their own dof.
             let active = run.len().min((b + 1) * L::PACK - run.start);
             for (i, ((S, G), D_inv)) in run.clone().zip(sweeps).take(active).rev() {
                 let unit = if b == i / L::PACK { L::unit(i) } else { L::Block::default() };
@@ -162,7 +159,7 @@ fn gather<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
     }
 }
 
-/// Rows of M⁻¹ from the diagonal on, along the same runs.
+/// Computes rows of M⁻¹ from the diagonal on, along the same runs.
 fn scatter<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
     let (dofs, n) = (&tree.dofs, tree.nv());
     let width = n.div_ceil(L::PACK);
@@ -173,7 +170,7 @@ fn scatter<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
             p => Some(dofs.level[p as usize - 1] as usize),
         };
         let here = dofs.level[run.start] as usize;
-        // Nothing is outboard of a run that ends its branch.
+        // Nothing is outboard of a run at the end of a branch.
         let leaf = own == run.end;
         for i in run.clone() {
             out[i * n + own..(i + 1) * n].fill(L::default());

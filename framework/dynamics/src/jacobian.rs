@@ -1,13 +1,13 @@
-//! Node Jacobians: the matrix, its rate, its products with rates and wrenches.
+//! Node Jacobians: the matrix, its rate, and its products with rates and wrenches.
 //!
-//! For each degree of freedom i on the path from the base to the node, d the vector from its link's
-//! origin to the node's, c its axis in world axes:
+//! For each degree of freedom i on the path from the base to the node: d is the vector from its link's origin to the node's, c its axis in world
+//! axes:
 //! ```text
-//! turning   J_i = [c; c × d]    J̇_i = [ω × c; (ω × c) × d + c × ḋ]     ω of the link, ḋ = v_N − v
+//! rotation  J_i = [c; c × d]    J̇_i = [ω × c; (ω × c) × d + c × ḋ]     ω of the link, ḋ = v_N − v
 //! sliding   J_i = [0; c]        J̇_i = [0; ω × c]
 //! screw     both, the second times the pitch
 //! ```
-//! Everything relative to the root's origin, so that distance from the world's never enters.
+//! All vectors are relative to the root's origin, so the distance from the world's origin does not matter.
 
 use crate::composite::each_axis;
 use crate::flexible;
@@ -20,14 +20,14 @@ use crate::work::{Work, Workspace};
 use linkwork_multibody::{BodyId, NodeId};
 use linkwork_spatial::{Force, Motion};
 
-/// The Jacobian of a node (6 × nv, row after row): rates to its velocity [ω; v] at its origin in
-/// world axes. After [`kinematics`](crate::kinematics()) or [`poses`](crate::poses). O(nv).
+/// Computes the Jacobian of a node (6 × nv, row after row), which maps rates to its velocity [ω; v] at its origin in world axes. Call
+/// [`kinematics`](crate::kinematics()) or [`poses`](crate::poses) first. O(nv).
 pub fn node_jacobian(tree: &Tree, ws: &Workspace, node: NodeId, out: &mut [f64]) {
     check(out.len(), 6 * tree.nv(), "Jacobian");
     frame_jacobian(tree, ws, tree.node(node), out);
 }
 
-/// As [`node_jacobian`], of any frame on a link.
+/// Like [`node_jacobian`], for any frame on a link.
 pub(crate) fn frame_jacobian(tree: &Tree, ws: &Workspace, at: &OnLink, out: &mut [f64]) {
     let nv = tree.nv();
     out.fill(0.0);
@@ -37,7 +37,7 @@ pub(crate) fn frame_jacobian(tree: &Tree, ws: &Workspace, at: &OnLink, out: &mut
     }
 }
 
-/// As [`node_jacobian`], of a body's own origin.
+/// Like [`node_jacobian`], for a body's own origin.
 pub fn body_jacobian(tree: &Tree, ws: &Workspace, body: BodyId, out: &mut [f64]) {
     check(out.len(), 6 * tree.nv(), "Jacobian");
     out.fill(0.0);
@@ -45,7 +45,7 @@ pub fn body_jacobian(tree: &Tree, ws: &Workspace, body: BodyId, out: &mut [f64])
     each_column(tree, &ws.work, tree.body(body), |i, J| put(out, nv, i, J));
 }
 
-/// Each entry of a node's Jacobian that is not zero, with its place, for any tree.
+/// Visits each nonzero entry of a node's Jacobian with its index, for any tree.
 pub(crate) fn each_entry(
     tree: &Tree,
     w: &Work<f64>,
@@ -65,13 +65,13 @@ pub(crate) fn matrix<L: Lane>(tree: &Tree, w: &Work<L>, node: NodeId, out: &mut 
     columns(tree, w, tree.node(node), |i, J, _| put(out, nv, i, J));
 }
 
-/// A frame's slot, and the vector from the slot's origin to it.
+/// Returns a frame's slot, and the vector from the slot's origin to it.
 fn arm(w: &Work<f64>, at: &OnLink) -> (usize, V3<f64>) {
     let slot = at.slot as usize;
     (slot, w.kin[slot].R.mul(v3(&at.p)))
 }
 
-/// Each column of a frame's Jacobian, for any tree.
+/// Visits each column of a frame's Jacobian, for any tree.
 #[inline(always)]
 fn each_column(tree: &Tree, w: &Work<f64>, at: &OnLink, mut each: impl FnMut(usize, V6<f64>)) {
     match tree.flexible.as_deref() {
@@ -83,20 +83,19 @@ fn each_column(tree: &Tree, w: &Work<f64>, at: &OnLink, mut each: impl FnMut(usi
     }
 }
 
-/// As [`node_jacobian`], from `q` (nq): moves only the links between the base and the node, so
-/// that the workspace's other poses stay old. O(path).
+/// Like [`node_jacobian`], from `q` (nq): computes only the links between the base and the node, so the other poses in the workspace are not updated.
+/// O(path).
 pub fn node_jacobian_at(tree: &Tree, ws: &mut Workspace, q: &[f64], node: NodeId, out: &mut [f64]) {
     check(q.len(), tree.nq(), "q");
     if tree.is_flexible() {
-        // All of them: stations move together.
+        // Compute all poses, because stations move together.
         poses(tree, ws, q);
     }
     path_poses(tree, &mut ws.work, q, node);
     node_jacobian(tree, ws, node, out);
 }
 
-/// The rate of the Jacobian (6 × nv): d/dt of [`node_jacobian`]. After
-/// [`kinematics`](crate::kinematics()). O(nv).
+/// Computes the rate of the Jacobian (6 × nv), d/dt of [`node_jacobian`]. Call [`kinematics`](crate::kinematics()) first. O(nv).
 pub fn node_jacobian_rate(tree: &Tree, ws: &Workspace, node: NodeId, out: &mut [f64]) {
     let nv = tree.nv();
     check(out.len(), 6 * nv, "Jacobian rate");
@@ -117,7 +116,7 @@ pub fn node_jacobian_rate(tree: &Tree, ws: &Workspace, node: NodeId, out: &mut [
     });
 }
 
-/// J v for any rates (nv): the velocity that a node would have, world axes. O(path).
+/// Returns J v for any rates (nv): the velocity that the node would have, world axes. O(path).
 #[must_use]
 pub fn node_jacobian_product(tree: &Tree, ws: &Workspace, node: NodeId, v: &[f64]) -> Motion {
     check(v.len(), tree.nv(), "v");
@@ -126,8 +125,7 @@ pub fn node_jacobian_product(tree: &Tree, ws: &Workspace, node: NodeId, v: &[f64
     Motion::new(vec3(&sum.n), vec3(&sum.f))
 }
 
-/// Jᵀ f: the generalised forces (nv) that equal a wrench on a node (moment about its origin, force;
-/// world axes). O(nv).
+/// Computes Jᵀ f, the generalized forces (nv) equivalent to a wrench on a node (moment about its origin, force; world axes). O(nv).
 pub fn node_jacobian_transpose_product(
     tree: &Tree,
     ws: &Workspace,
@@ -148,8 +146,7 @@ fn put<L: Lane>(out: &mut [L], nv: usize, i: usize, J: V6<L>) {
     }
 }
 
-/// Gives each column of the Jacobian of a frame, from the tip: dof, column, and (slot of its link,
-/// vector d).
+/// Visits each column of the Jacobian of a frame, from the tip: dof, column, and (slot of its link, vector d).
 #[inline(always)]
 fn columns<L: Lane>(
     tree: &Tree,
@@ -162,7 +159,7 @@ fn columns<L: Lane>(
     while slot != 0 {
         let (link, kin) = (&tree.links[slot - 1], &w.kin[slot]);
         let mut i = link.v as usize;
-        // Seen from the node, the link's origin lies at −d.
+        // Relative to the node, the link's origin lies at −d.
         each_axis(link, kin, -d, |J| {
             each(i, J, (slot, d));
             i += 1;

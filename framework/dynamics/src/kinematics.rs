@@ -1,17 +1,16 @@
-//! Kinematics: one scatter, world-oriented axes at each link's own origin.
+//! Kinematics: one scatter sweep, in world axes at each link's own origin.
 //!
 //! With p the parent of k, l from O_p to O_k, and u the velocity of O_k in the parent's axes:
 //! ```text
 //! V(k) = φ*(p,k) V(p) + H*(k) β(k)
-//! A(k) = φ*(p,k) A(p) + a(k)                  bias: what is left with every β̇ = 0
+//! A(k) = φ*(p,k) A(p) + a(k)                  bias: acceleration with every β̇ = 0
 //! pin     a = [ω_p × hβ;  ω_p × (ω_p × l)]
 //! slider  a = [0;         ω_p × (ω_p × l) + 2 ω_p × hβ]
 //! screw   a = [ω_p × hβ;  ω_p × (ω_p × l) + 2 ω_p × s hβ]                s: pitch
 //! ball    a = [ω_p × Rω;  ω_p × (ω_p × l)]
 //! free    a = [ω_p × Rω;  ω_p × (ω_p × l) + 2 ω_p × Rv + Rω × Rv]
 //! ```
-//! Carrying the bias outward here costs one shift; it saves the product P a at each link of the
-//! articulated-body gather.
+//! Propagating the bias outward costs one shift here; it saves the product P a at each link of the articulated-body gather.
 
 use crate::lane::Lane;
 use crate::linear::{M3, V3, V6};
@@ -19,10 +18,10 @@ use crate::tree::{Kind, Link, Tree};
 use crate::work::{Kin, Work, Workspace};
 use linkwork_multibody::NodeId;
 
-/// Poses, velocities and bias accelerations of all links from `q` (nq) and `v` (nv, β).
+/// Computes poses, velocities and bias accelerations of all links from `q` (nq) and `v` (nv, β).
 ///
-/// Everything that the workspace answers, and the `…_given_kinematics` algorithms, use the result.
-/// About 75 multiply-adds a one-dof link. Panics if a length is wrong.
+/// All queries of the workspace, and the `…_given_kinematics` algorithms, use the result. About 75 multiply-adds per one-dof link. Panics if a length
+/// is wrong.
 pub fn kinematics(tree: &Tree, ws: &mut Workspace, q: &[f64], v: &[f64]) {
     check(q.len(), tree.nq(), "q");
     check(v.len(), tree.nv(), "v");
@@ -32,8 +31,8 @@ pub fn kinematics(tree: &Tree, ws: &mut Workspace, q: &[f64], v: &[f64]) {
     }
 }
 
-/// Poses of all links from `q` (nq) alone: enough for [`mass_matrix`](crate::mass_matrix), poses and centres of
-/// mass. Velocities and accelerations in the workspace stay those of an earlier call.
+/// Computes only the poses of all links from `q` (nq), which is sufficient for [`mass_matrix`](crate::mass_matrix), poses and centres of mass.
+/// Velocities and accelerations in the workspace remain those of an earlier call.
 pub fn poses(tree: &Tree, ws: &mut Workspace, q: &[f64]) {
     check(q.len(), tree.nq(), "q");
     match tree.flexible.as_deref() {
@@ -72,14 +71,14 @@ pub(crate) fn sweep<L: Lane, const RATES: bool>(tree: &Tree, work: &mut Work<L>,
     }
 }
 
-/// The poses of the links from the base to a node. O(path).
+/// Computes the poses of the links from the base to a node. O(path).
 pub(crate) fn path_poses<L: Lane>(tree: &Tree, work: &mut Work<L>, q: &[L], node: NodeId) {
     for at in tree.path_to(node, &mut work.path)..work.path.len() {
         link_pose(tree, work, work.path[at] as usize, q);
     }
 }
 
-/// The pose of one link, from that of its parent.
+/// Computes the pose of one link from the pose of its parent.
 fn link_pose<L: Lane>(tree: &Tree, work: &mut Work<L>, k: usize, q: &[L]) {
     let link = &tree.links[k];
     let turn = match link.kind {
@@ -102,7 +101,7 @@ fn step<L: Lane, const RATES: bool>(
     across::<L, RATES>(&done[link.parent as usize], &mut rest[0], link, turn, q, v);
 }
 
-/// A link on the world, which is at rest: what [`across`] gives, with its bits.
+/// Computes a link on the world, which is at rest. The result is bit-identical to that of [`across`].
 #[inline(always)]
 fn floating<L: Lane, const RATES: bool>(link: &Link, out: &mut Kin<L>, q: &[L], v: &[L]) {
     let q = &q[link.q as usize..];
@@ -117,7 +116,7 @@ fn floating<L: Lane, const RATES: bool>(link: &Link, out: &mut Kin<L>, q: &[L], 
     }
 }
 
-/// From a parent to a link.
+/// Computes a link from its parent.
 #[inline(always)]
 pub(crate) fn across<L: Lane, const RATES: bool>(
     p: &Kin<L>,
@@ -129,7 +128,7 @@ pub(crate) fn across<L: Lane, const RATES: bool>(
 ) {
     let q = &q[link.q as usize..];
     let v = if RATES { &v[link.v as usize..] } else { &[][..] };
-    // Every link is fixed to its parent but for what its kind adds.
+    // Every link has a fixed pose on its parent, to which its kind adds a motion.
     let R0 = p.R.mat(&M3::splat(&link.R));
     let l0 = p.R.mul(V3::splat(&link.l));
     match link.kind {
@@ -181,8 +180,7 @@ pub(crate) fn across<L: Lane, const RATES: bool>(
     out.p = p.p + out.l;
 }
 
-/// Sine and cosine of every turning link's angle, block by block: `all` are the links and their
-/// places in q, in whole blocks.
+/// Computes sine and cosine of every rotating link's angle, block by block. `all` contains the links and their indices in q, in whole blocks.
 #[inline(always)]
 fn turns<L: Lane>(all: &[(u32, u32)], out: &mut [(L, L)], q: &[L]) {
     for some in all.chunks_exact(L::PACK) {
@@ -194,13 +192,13 @@ fn turns<L: Lane>(all: &[(u32, u32)], out: &mut [(L, L)], q: &[L]) {
     }
 }
 
-/// `R Rz` of a turn given by sine and cosine.
+/// Returns `R Rz` for a rotation given by sine and cosine.
 #[inline(always)]
 fn turn_z<L: Lane>(R: &M3<L>, (s, c): (L, L)) -> M3<L> {
     M3 { x: R.x.scale_add(c, R.y.scale(s)), y: R.y.scale_add(c, R.x.scale(-s)), z: R.z }
 }
 
-/// Velocity and bias for relative rates in world axes, of a hinge whose axes the parent carries.
+/// Computes velocity and bias for relative rates in world axes, for a hinge whose axes are fixed in the parent.
 #[inline(always)]
 fn rates<L: Lane>(p: &Kin<L>, out: &mut Kin<L>, rate: V3<L>, slide: V3<L>) {
     let l = out.l;

@@ -1,9 +1,9 @@
-//! The scalar of the kernels: one state (`f64`) or a structure-of-arrays batch (`f64x4`, `f64x8`).
+//! Scalar type of the kernels: one state (`f64`) or a structure-of-arrays batch (`f64x4`, `f64x8`).
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use wide::{f64x4, f64x8};
 
-/// A number, or several that are computed side by side.
+/// One number, or several in SIMD lanes.
 pub trait Lane:
     Copy
     + Default
@@ -17,44 +17,44 @@ pub trait Lane:
     + Sync
     + 'static
 {
-    /// States side by side.
+    /// Number of states in one value.
     const WIDTH: usize;
-    /// The same number in every lane.
+    /// Returns a value with the same number in every lane.
     fn splat(x: f64) -> Self;
-    /// `self * a + b`, fused where the target has it.
+    /// Returns `self * a + b`, fused if the target supports it.
     fn fma(self, a: Self, b: Self) -> Self;
-    /// `self * a - b`, fused where the target has it.
+    /// Returns `self * a - b`, fused if the target supports it.
     fn fms(self, a: Self, b: Self) -> Self;
-    /// `b - self * a`, fused where the target has it.
+    /// Returns `b - self * a`, fused if the target supports it.
     fn fnma(self, a: Self, b: Self) -> Self;
-    /// State `i`'s number from `x(i)`.
+    /// Returns the value with the number `x(i)` for state `i`.
     fn gather(x: impl Fn(usize) -> f64) -> Self;
-    /// The number of state `i`.
+    /// Returns the number of state `i`.
     fn state(&self, i: usize) -> f64;
-    /// Sine and cosine, rad.
+    /// Returns sine and cosine; argument in rad.
     fn sin_cos(self) -> (Self, Self);
-    /// True when every lane is above zero (so not NaN).
+    /// Returns true when every lane is above zero (and therefore not NaN).
     fn all_positive(self) -> bool;
 
-    /// [`Lane::PACK`] numbers of one row of a matrix side by side: what one instruction works on.
+    /// [`Lane::PACK`] numbers of one row of a matrix, on which one instruction operates.
     type Block: Lane;
-    /// Numbers in a block: four for `f64`, one where states already lie side by side.
+    /// Number of numbers in a block: four for `f64`, one where a value already holds several states.
     const PACK: usize;
-    /// The same number everywhere in a block.
+    /// Returns a block with the same number everywhere.
     fn block(self) -> Self::Block;
-    /// Number `i` of a block.
+    /// Returns number `i` of a block.
     fn get(block: &Self::Block, i: usize) -> Self;
     /// Writes number `i` of a block.
     fn set(block: &mut Self::Block, i: usize, x: Self);
-    /// The first [`Lane::PACK`] numbers of a slice.
+    /// Loads the first [`Lane::PACK`] numbers of a slice.
     fn load(from: &[Self]) -> Self::Block;
-    /// Writes a block to the first [`Lane::PACK`] places of a slice.
+    /// Writes a block to the first [`Lane::PACK`] entries of a slice.
     fn store(block: Self::Block, to: &mut [Self]);
-    /// A block of `x(0)`, `x(1)`, ….
+    /// Returns a block of `x(0)`, `x(1)`, ….
     fn collect(x: impl Fn(usize) -> Self) -> Self::Block;
-    /// The constants of a block of columns that starts at column `at`, out of those of four.
+    /// Returns the constants of a block of columns that starts at column `at`, from those of four columns.
     fn constants(from: &[f64; 4], at: usize) -> Self::Block;
-    /// One at column `i`'s place in its block, zero elsewhere.
+    /// Returns a block with one at the position of column `i`, zero elsewhere.
     #[inline(always)]
     fn unit(i: usize) -> Self::Block {
         const UNITS: [[f64; 4]; 4] = [
@@ -69,7 +69,7 @@ pub trait Lane:
     fn mirror(n: usize, a: &mut [Self]);
 }
 
-/// [`Lane::mirror`] entry by entry, for the rows from `start` on.
+/// Performs [`Lane::mirror`] entry by entry, for the rows from `start` on.
 #[inline(always)]
 fn mirror_rows<T: Copy>(n: usize, start: usize, a: &mut [T]) {
     for i in start..n {
@@ -107,7 +107,7 @@ impl Lane for f64 {
     }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        // Not so for NaN.
+        // The comparison is false for NaN.
         if self.abs() < REDUCIBLE { sin_cos_reduced(self) } else { f64::sin_cos(self) }
     }
     #[inline(always)]
@@ -145,7 +145,7 @@ impl Lane for f64 {
     fn constants(from: &[f64; 4], _: usize) -> f64x4 {
         f64x4::new(*from)
     }
-    /// In tiles of four by four.
+    /// Processes tiles of four by four.
     #[inline]
     fn mirror(n: usize, a: &mut [f64]) {
         let whole = n - n % 4;
@@ -251,12 +251,11 @@ macro_rules! wide_lane {
 wide_lane!(f64x4, 4);
 wide_lane!(f64x8, 8);
 
-/// Beyond this the reduction below loses digits, and the standard library is asked, rad.
+/// Above this value the reduction below loses accuracy, and the standard library is used, rad.
 const REDUCIBLE: f64 = 1e5;
 
-/// Sine and cosine for |x| < [`REDUCIBLE`], by arithmetic alone, so that every lane gets the bits
-/// that one number gets. Largest difference from the standard library: see the test. Reduction by
-/// π/2 in three parts (Cody and Waite), then the minimax polynomials published with fdlibm (Sun,
+/// Computes sine and cosine for |x| < [`REDUCIBLE`] with arithmetic only, so that every lane has the same bits as a single number. The test states
+/// the largest difference from the standard library. Reduction by π/2 in three parts (Cody and Waite), then the minimax polynomials of fdlibm (Sun,
 /// 1993) on ±π/4.
 #[inline(always)]
 fn sin_cos_reduced<L: Lane>(x: L) -> (L, L) {
@@ -280,8 +279,8 @@ fn sin_cos_reduced<L: Lane>(x: L) -> (L, L) {
     let k = z.fma(k, c(-1.388_888_888_887_411e-3));
     let k = z.fma(k, c(4.166_666_666_666_66e-2));
     let k = (z * z).fma(k, z.fnma(c(0.5), c(1.0)));
-    // Quarter turns modulo four, in {−2 … 2}: sin = a s + b cos, cos = a cos − b s, where a is 1
-    // at 0 and −1 at ±2, b is ±1 at ±1, and the products are exact.
+    // Quarter turns modulo four, in {−2 … 2}: sin = a s + b cos, cos = a cos − b s, where a is 1 at 0 and −1 at ±2, b is ±1 at ±1, and the products
+    // are exact.
     let r = (n * c(0.25) + magic - magic).fnma(c(4.0), n);
     let w = r * r;
     let odd = w.fnma(w, w * c(4.0)) * c(1.0 / 3.0);
@@ -304,7 +303,7 @@ mod tests {
             assert!(e.is_finite());
             worst = worst.max(e);
         }
-        // Measured 2.2e-16.
+        // The measured value is 2.2e-16.
         assert!(worst < 4e-16, "{worst:e}");
         for x in [1e5, -3e7, 1e300] {
             assert_eq!(Lane::sin_cos(x), x.sin_cos());

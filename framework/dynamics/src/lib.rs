@@ -1,8 +1,7 @@
-//! Scatter and gather sweeps: kinematics, inverse and forward dynamics, matrices, derivatives; on
-//! them frames, operators, topology, inverse kinematics, ensembles.
+//! Scatter and gather sweeps: kinematics, inverse and forward dynamics, matrices and derivatives. Based on these: frames, operators, topology,
+//! inverse kinematics, ensembles.
 //!
-//! A [`Tree`] is a mechanism laid out for the kernels; a [`Workspace`] is their memory. The
-//! pattern of one integrator stage:
+//! A [`Tree`] is a mechanism prepared for the kernels; a [`Workspace`] is their memory. The sequence of calls for one integrator stage is:
 //! ```text
 //! kinematics(&tree, &mut ws, q, v);              poses and velocities
 //! ws.clear_forces();                             then read nodes, compute wrenches
@@ -11,9 +10,8 @@
 //! forward_dynamics_given_kinematics(&tree, &mut ws, tau, vdot)?;
 //! ws.node_acceleration(&tree, node);             accelerometers
 //! ```
-//! Frames: world-oriented axes at each link's own origin, so the dynamics does not lose digits far
-//! from the world's origin. Nothing here allocates after set-up (except to name a body in an
-//! error), looks anything up by name or depends on the order in which bodies were added.
+//! Frames are in world axes at each link's own origin, so the dynamics does not lose accuracy far from the world's origin. After set-up no function
+//! allocates (except to name a body in an error) or looks up names, and results do not depend on the order in which bodies were added.
 //! ```
 //! use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge};
 //! use linkwork_dynamics::spatial::{MassProperties, Mat3, Vec3};

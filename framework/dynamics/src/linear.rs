@@ -1,4 +1,4 @@
-//! Small vectors and matrices over a lane: three numbers, nine, and six for a symmetric one.
+//! Small vectors and matrices of lanes: three numbers, nine, and six for a symmetric matrix.
 
 use crate::lane::Lane;
 use std::ops::{Add, Neg, Sub};
@@ -11,7 +11,7 @@ pub(crate) struct V3<L> {
     pub z: L,
 }
 
-/// A matrix by columns.
+/// A matrix, stored by columns.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct M3<L> {
     pub x: V3<L>,
@@ -174,7 +174,7 @@ impl<L: Lane> M3<L> {
         let o = L::splat(0.0);
         Self { x: V3::new(o, a.z, -a.y), y: V3::new(-a.z, o, a.x), z: V3::new(a.y, -a.x, o) }
     }
-    /// The rotation of a quaternion [x y z w] of any length but zero.
+    /// Returns the rotation matrix of a quaternion [x y z w] of any length except zero.
     #[inline(always)]
     pub fn from_quat(q: &[L]) -> Self {
         let (x, y, z, w) = (q[0], q[1], q[2], q[3]);
@@ -289,7 +289,7 @@ impl<L: Lane> S3<L> {
             zz: a.z.fma(x.z, b.z.fma(y.z, c.z * z.z)),
         }
     }
-    /// `R self Rᵀ` for a matrix whose xy entry is zero; 15 multiplications fewer:
+    /// Returns `R self Rᵀ` for a matrix whose xy entry is zero, with 15 fewer multiplications:
     /// ```text
     /// J_W = J_xx 1 + (J_yy − J_xx) y yᵀ + z uᵀ + u zᵀ,  u = J_xz x + J_yz y + ½ (J_zz − J_xx) z
     /// ```
@@ -300,7 +300,7 @@ impl<L: Lane> S3<L> {
         let y = R.y.scale(self.xx - self.yy);
         S3::diagonal(self.xx).sub_outer(y, R.y).add_sym_outer(R.z, u)
     }
-    /// The inverse of a positive definite matrix, and whether it is one.
+    /// Returns the inverse of a positive definite matrix, and whether the matrix is positive definite.
     #[inline(always)]
     pub fn inverse(&self) -> (Self, bool) {
         let cx = self.yy.fms(self.zz, self.yz * self.yz);
@@ -323,12 +323,12 @@ impl<L: Lane> S3<L> {
 }
 
 impl<L: Lane> V6<L> {
-    /// φ* : the motion seen at a point displaced by `l`.
+    /// Applies φ*: the motion at a point displaced by `l`.
     #[inline(always)]
     pub fn to_child(self, l: V3<L>) -> Self {
         Self { n: self.n, f: self.n.cross_add(l, self.f) }
     }
-    /// φ : the force about a point from which the present one lies at `l`.
+    /// Applies φ: the force about a point from which the present point lies at `l`.
     #[inline(always)]
     pub fn to_parent(self, l: V3<L>) -> Self {
         Self { n: l.cross_add(self.f, self.n), f: self.f }

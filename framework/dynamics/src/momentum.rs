@@ -1,7 +1,6 @@
 //! Momentum, kinetic and potential energy, centre of mass, subtree inertia.
 //!
-//! Sums over links, each relative to the first link, so that distance from the world's origin
-//! cancels.
+//! The sums over links are relative to the first link, so the distance from the world's origin cancels.
 
 use crate::composite::world_inertia;
 use crate::kinematics::check;
@@ -13,9 +12,8 @@ use crate::work::{Work, Workspace};
 use linkwork_multibody::BodyId;
 use linkwork_spatial::{Force, RigidInertia, Vec3};
 
-/// Momentum about the centre of mass of all moving bodies: angular (kg m²/s) in `moment`, linear
-/// (kg m/s) in `force`; world axes. After [`kinematics`](crate::kinematics()). Rotor spin relative to its
-/// body (armature) is not part of it.
+/// Returns the momentum about the centre of mass of all moving bodies: angular (kg m²/s) in `moment`, linear (kg m/s) in `force`; world axes. Call
+/// [`kinematics`](crate::kinematics()) first. The spin of rotors relative to their bodies (armature) is not included.
 #[must_use]
 pub fn momentum(tree: &Tree, ws: &Workspace) -> Force {
     let Some(first) = ws.work.kin.get(1) else { return Force::zero() };
@@ -23,7 +21,7 @@ pub fn momentum(tree: &Tree, ws: &Workspace) -> Force {
         let c = vec3(&center_from_root(tree, &ws.work));
         return crate::flexible::momentum(tree, flex, &ws.work).shift_to_parent(&-c);
     }
-    // Everything relative to the first link, so that distance from the world's origin cancels.
+    // Compute relative to the first link, so that the distance from the world's origin cancels.
     let origin = vec3(&first.p);
     let mut total = Force::zero();
     let mut moment = Vec3::zeros();
@@ -41,8 +39,7 @@ pub fn momentum(tree: &Tree, ws: &Workspace) -> Force {
     total.shift_to_parent(&-c)
 }
 
-/// Kinetic energy, J, rotors (½ armature β²) included: ½ βᵀ M β. `v` as given to
-/// [`kinematics`](crate::kinematics()).
+/// Returns the kinetic energy ½ βᵀ M β, J, including rotors (½ armature β²). `v` must be the rates given to [`kinematics`](crate::kinematics()).
 #[must_use]
 pub fn kinetic_energy(tree: &Tree, ws: &Workspace, v: &[f64]) -> f64 {
     check(v.len(), tree.nv(), "v");
@@ -63,7 +60,7 @@ pub fn kinetic_energy(tree: &Tree, ws: &Workspace, v: &[f64]) -> f64 {
     0.5 * twice
 }
 
-/// Centre of mass of all moving bodies in the world, m.
+/// Returns the centre of mass of all moving bodies in the world, m.
 #[must_use]
 pub fn center_of_mass(tree: &Tree, ws: &Workspace) -> Vec3 {
     ws.work
@@ -72,7 +69,7 @@ pub fn center_of_mass(tree: &Tree, ws: &Workspace) -> Vec3 {
         .map_or_else(Vec3::zeros, |first| vec3(&first.p) + vec3(&center_from_root(tree, &ws.work)))
 }
 
-/// The same from the first root's origin.
+/// Returns the centre of mass relative to the first root's origin.
 pub(crate) fn center_from_root<L: Lane>(tree: &Tree, w: &Work<L>) -> V3<L> {
     let mut moment = V3::default();
     if let Some(flex) = tree.flexible.as_deref() {
@@ -87,14 +84,14 @@ pub(crate) fn center_from_root<L: Lane>(tree: &Tree, w: &Work<L>) -> V3<L> {
     if m > 0.0 { moment.scale(L::splat(1.0 / m)) } else { V3::default() }
 }
 
-/// Velocity of that centre of mass, m/s, world axes.
+/// Returns the velocity of the centre of mass of all moving bodies, m/s, world axes.
 #[must_use]
 pub fn com_velocity(tree: &Tree, ws: &Workspace) -> Vec3 {
     let mass = tree.total_mass();
     if mass > 0.0 { momentum(tree, ws).force / mass } else { Vec3::zeros() }
 }
 
-/// Acceleration of that centre of mass, m/s², world axes. After forward or inverse dynamics.
+/// Returns the acceleration of the centre of mass of all moving bodies, m/s², world axes. Call forward or inverse dynamics first.
 #[must_use]
 pub fn com_acceleration(tree: &Tree, ws: &Workspace) -> Vec3 {
     if let Some(flex) = tree.flexible.as_deref() {
@@ -109,8 +106,8 @@ pub fn com_acceleration(tree: &Tree, ws: &Workspace) -> Vec3 {
     if tree.total_mass() > 0.0 { sum / tree.total_mass() } else { sum }
 }
 
-/// Inertia of a body and everything outboard of it at the present configuration, as one rigid
-/// body: about the body's origin, world axes. O(bodies outboard).
+/// Returns the inertia of a body and everything outboard of it at the present configuration, as one rigid body: about the body's origin, world axes.
+/// O(bodies outboard).
 #[must_use]
 pub fn subtree_inertia(tree: &Tree, ws: &Workspace, body: BodyId) -> RigidInertia {
     let position = |b: BodyId| {
@@ -131,8 +128,8 @@ pub fn subtree_inertia(tree: &Tree, ws: &Workspace, body: BodyId) -> RigidInerti
     sum
 }
 
-/// Potential energy of all moving bodies in the uniform gravity of the workspace, J: zero at the
-/// world's origin. After [`kinematics`](crate::kinematics()) or [`poses`](crate::poses).
+/// Returns the potential energy of all moving bodies in the uniform gravity of the workspace, J: zero at the world's origin. Call
+/// [`kinematics`](crate::kinematics()) or [`poses`](crate::poses) first.
 #[must_use]
 pub fn potential_energy(tree: &Tree, ws: &Workspace) -> f64 {
     -tree.total_mass() * vec3(&ws.work.gravity).dot(&center_of_mass(tree, ws))

@@ -1,12 +1,12 @@
-//! A step of motion with the covariance of its errors, for estimators.
+//! One step of motion with the covariance of its errors, for estimators.
 //!
 //! ```text
 //! midpoint   q½ = q ⊕ ½h β,  β½ = β + ½h a(q, β, τ);   q⁺ = q ⊕ h β½,  β⁺ = β + h a(q½, β½, τ)
 //! errors     x = [δq; δβ], δq along β:  x⁺ = F x + noise,   P⁺ = F P Fᵀ + Q
 //! noise      τ + w, w white with the densities s:  S = M⁻¹ diag(s) M⁻¹,   Q = [h³/3 S, h²/2 S; h²/2 S, h S]
 //! ```
-//! F is the exact derivative of the midpoint step, from the analytic derivatives of forward dynamics and of ⊕. The step is of second order in h;
-//! Q is to the lowest order of each of its blocks, exact where M is constant. Rows and columns of prescribed coordinates stay without noise.
+//! F is the exact derivative of the midpoint step, from the analytic derivatives of forward dynamics and of ⊕. The step is of second order in h. Each
+//! block of Q is accurate to its lowest order in h, and exact where M is constant. Rows and columns of prescribed coordinates have no noise.
 
 use crate::derivatives::Derivatives;
 use crate::error::DynamicsError;
@@ -16,7 +16,7 @@ use crate::tree::Tree;
 use crate::work::Workspace;
 use linkwork_spatial::Vec3;
 
-/// A state and how well it is known.
+/// A state and the covariance of its errors.
 #[derive(Debug)]
 pub struct Known<'a> {
     /// Coordinates (nq).
@@ -27,14 +27,14 @@ pub struct Known<'a> {
     pub covariance: &'a mut [f64],
 }
 
-/// What drives a step.
+/// Forces and parameters of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct Drive<'a> {
     /// Forces at the coordinates (nv), constant over the step.
     pub tau: &'a [f64],
-    /// Accelerations of prescribed coordinates (nv); not read at others.
+    /// Accelerations of prescribed coordinates (nv); the others are not read.
     pub vdot: &'a [f64],
-    /// Spectral densities of white noise of the forces (nv), (N m)² s and N² s; not negative.
+    /// Spectral densities of white force noise (nv), (N m)² s and N² s; not negative.
     pub density: &'a [f64],
     /// Uniform gravity, m/s².
     pub gravity: Vec3,
@@ -60,9 +60,9 @@ pub struct Prediction {
     q: Vec<f64>,
     v: Vec<f64>,
     moved: Vec<f64>,
-    /// Derivatives of ⊕ at both displacements: by q, by the displacement.
+    /// Derivatives of ⊕ at both displacements, with respect to q and to the displacement.
     plus: [[Vec<f64>; 2]; 2],
-    /// Blocks of the half step's F but for its first column, which is that of ⊕ and ½h ∂a/∂q; and of F.
+    /// Blocks of the half step's F without its first column, which consists of the derivative of ⊕ and ½h ∂a/∂q; and blocks of F.
     half: [Vec<f64>; 2],
     F: Vec<f64>,
     FP: Vec<f64>,
@@ -70,7 +70,7 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// For `tree`; O(nv²) numbers.
+    /// Creates the memory for `tree`; O(nv²) numbers.
     #[must_use]
     pub fn new(tree: &Tree) -> Self {
         let (n, m) = (tree.nv(), tree.nv() * tree.nv());
@@ -92,10 +92,10 @@ impl Prediction {
         }
     }
 
-    /// One step of a state and its covariance. O(nv³). After a refusal nothing was changed.
+    /// Advances a state and its covariance by one step. O(nv³). After an error nothing has changed.
     ///
     /// # Errors
-    /// [`DynamicsError::Singular`] if a free subhinge has nothing to move, [`DynamicsError::Flexible`].
+    /// [`DynamicsError::Singular`] if a free subhinge moves no inertia; [`DynamicsError::Flexible`].
     ///
     /// # Panics
     /// If a length is wrong.
@@ -131,7 +131,7 @@ impl Prediction {
         Ok(())
     }
 
-    /// Acceleration and its derivatives at the state held, as those of the first or second evaluation.
+    /// Computes the acceleration and its derivatives at the current state, as those of the first or second evaluation.
     fn accelerate(
         &mut self,
         tree: &Tree,
@@ -150,7 +150,7 @@ impl Prediction {
         derivatives.forward_dynamics(tree, ws, v, tau, vdot, out)
     }
 
-    /// q held = `from` ⊕ h β held, with the derivatives of ⊕.
+    /// Computes the current q = `from` ⊕ h β with the current β, and the derivatives of ⊕.
     fn displace(&mut self, tree: &Tree, from: &[f64], h: f64, which: usize) {
         for (d, v) in self.moved.iter_mut().zip(&self.v) {
             *d = h * v;
@@ -161,7 +161,7 @@ impl Prediction {
         mechanism.integrate_derivatives(&self.moved, by_q, by_dv);
     }
 
-    /// F, from the derivatives of both evaluations.
+    /// Computes F from the derivatives of both evaluations.
     fn chain(&mut self, n: usize, h: f64) {
         let [first, second] = &self.slopes;
         let [[at_q, at_d], [to_q, to_d]] = &self.plus;
@@ -192,7 +192,7 @@ impl Prediction {
         }
     }
 
-    /// P ← F P Fᵀ + Q, symmetric to the bit.
+    /// Computes P ← F P Fᵀ + Q, exactly symmetric.
     fn spread(&mut self, n: usize, h: f64, density: &[f64], P: &mut [f64]) {
         let w = 2 * n;
         self.FP.fill(0.0);
@@ -226,14 +226,14 @@ impl Prediction {
         }
     }
 
-    /// F of the last step (2 nv × 2 nv, row after row): how errors before it become errors after it.
+    /// Returns F of the last step (2 nv × 2 nv, row after row), which maps errors before the step to errors after it.
     #[must_use]
     pub fn transition(&self) -> &[f64] {
         &self.F
     }
 }
 
-/// A block of rows of 2n numbers += factor a b, with a and b n × n.
+/// Adds factor · a b to a block in rows of 2n numbers, with a and b n × n.
 fn add_product(n: usize, factor: f64, a: &[f64], b: &[f64], out: &mut [f64]) {
     for i in 0..n {
         let row = &mut out[2 * n * i..][..n];

@@ -1,4 +1,4 @@
-//! What the workspace answers about bodies and nodes. All in world axes.
+//! Queries of the workspace for bodies and nodes. All results are in world axes.
 
 use crate::linear::{M3, V3, V6};
 use crate::tree::{OnLink, Tree, m3};
@@ -7,85 +7,83 @@ use linkwork_multibody::{BodyId, NodeId};
 use linkwork_spatial::{Force, Mat3, Motion, Pose, Vec3, quat};
 
 impl Workspace {
-    /// `X_WB`: where a body is. After [`kinematics`](crate::kinematics()).
+    /// Returns `X_WB`, the pose of a body. Call [`kinematics`](crate::kinematics()) first.
     #[must_use]
     pub fn body_pose(&self, tree: &Tree, body: BodyId) -> Pose {
         self.pose(tree.body(body))
     }
 
-    /// `X_WN`: where a node is. After [`kinematics`](crate::kinematics()).
+    /// Returns `X_WN`, the pose of a node. Call [`kinematics`](crate::kinematics()) first.
     #[must_use]
     pub fn node_pose(&self, tree: &Tree, node: NodeId) -> Pose {
         self.pose(tree.node(node))
     }
 
-    /// `R_WB` of a body as a matrix: cheaper than the pose.
+    /// Returns `R_WB` of a body as a matrix, which costs less than the pose.
     #[must_use]
     pub fn body_rotation(&self, tree: &Tree, body: BodyId) -> Mat3 {
         let at = tree.body(body);
         mat3(&self.work.kin[at.slot as usize].R) * at.R
     }
 
-    /// `R_WN` of a node as a matrix: cheaper than the pose.
+    /// Returns `R_WN` of a node as a matrix, which costs less than the pose.
     #[must_use]
     pub fn node_rotation(&self, tree: &Tree, node: NodeId) -> Mat3 {
         let at = tree.node(node);
         mat3(&self.work.kin[at.slot as usize].R) * at.R
     }
 
-    /// `R_WB` of a body as a matrix, and where its origin is, m: cheaper than the pose.
+    /// Returns `R_WB` of a body as a matrix, and the position of its origin, m, which costs less than the pose.
     #[must_use]
     pub fn body_frame(&self, tree: &Tree, body: BodyId) -> (Mat3, Vec3) {
         self.frame(tree.body(body))
     }
 
-    /// `R_WN` of a node as a matrix, and where its origin is, m: cheaper than the pose.
+    /// Returns `R_WN` of a node as a matrix, and the position of its origin, m, which costs less than the pose.
     #[must_use]
     pub fn node_frame(&self, tree: &Tree, node: NodeId) -> (Mat3, Vec3) {
         self.frame(tree.node(node))
     }
 
-    /// Velocity of a body at its origin, world axes. After [`kinematics`](crate::kinematics()).
+    /// Returns the velocity of a body at its origin, world axes. Call [`kinematics`](crate::kinematics()) first.
     #[must_use]
     pub fn body_velocity(&self, tree: &Tree, body: BodyId) -> Motion {
         self.velocity(tree.body(body))
     }
 
-    /// Velocity of a node at its origin, world axes. After [`kinematics`](crate::kinematics()).
+    /// Returns the velocity of a node at its origin, world axes. Call [`kinematics`](crate::kinematics()) first.
     #[must_use]
     pub fn node_velocity(&self, tree: &Tree, node: NodeId) -> Motion {
         self.velocity(tree.node(node))
     }
 
-    /// Pose `X_WB` and velocity of a body at its origin, world axes: cheaper than one after the other.
+    /// Returns the pose `X_WB` and the velocity of a body at its origin, world axes, which costs less than two calls.
     #[must_use]
     pub fn body_state(&self, tree: &Tree, body: BodyId) -> (Pose, Motion) {
         self.state(tree.body(body))
     }
 
-    /// Pose `X_WN` and velocity of a node at its origin, world axes: cheaper than one after the other.
+    /// Returns the pose `X_WN` and the velocity of a node at its origin, world axes, which costs less than two calls.
     #[must_use]
     pub fn node_state(&self, tree: &Tree, node: NodeId) -> (Pose, Motion) {
         self.state(tree.node(node))
     }
 
-    /// Acceleration of a body: angular (rad/s²), and d²/dt² of its origin's position (m/s²); world
-    /// axes. Gravity counts only through the motion it causes: a body at rest reads zero.
-    /// After forward or inverse dynamics.
+    /// Returns the acceleration of a body: angular (rad/s²), and d²/dt² of its origin's position (m/s²); world axes. Gravity is not part of it: the
+    /// acceleration of a body at rest is zero. Call forward or inverse dynamics first.
     #[must_use]
     pub fn body_acceleration(&self, tree: &Tree, body: BodyId) -> Motion {
         self.acceleration(tree.body(body))
     }
 
-    /// Acceleration of a node: as [`Workspace::body_acceleration`], at the node's origin.
+    /// Returns the acceleration of a node: like [`Workspace::body_acceleration`], at the node's origin.
     #[must_use]
     pub fn node_acceleration(&self, tree: &Tree, node: NodeId) -> Motion {
         self.acceleration(tree.node(node))
     }
 
-    /// Sum of the external wrenches on a body and on everything welded to it, moment about the
-    /// body's origin (N m) and force (N), world axes; gravity of [`Workspace::apply_uniform_gravity`]
-    /// is not among them. Zero for what is welded to the world, and for what bends.
+    /// Returns the sum of the external wrenches on a body and on everything welded to it: moment about the body's origin (N m) and force (N), world
+    /// axes. Gravity of [`Workspace::apply_uniform_gravity`] is not included. Zero for bodies that are welded to the world, and for flexible bodies.
     #[must_use]
     pub fn external_wrench(&self, tree: &Tree, body: BodyId) -> Force {
         let at = tree.body(body);
@@ -99,21 +97,21 @@ impl Workspace {
         Force::new(moment - arm.cross(&force), force)
     }
 
-    /// Uniform acceleration of free fall that was added (m/s², world axes).
+    /// Returns the uniform acceleration of gravity that was added (m/s², world axes).
     #[must_use]
     pub fn uniform_gravity(&self) -> Vec3 {
         vec3(&self.work.gravity)
     }
 
-    /// Acceleration that a node would have with every β̇ = 0: the J̇β of a Jacobian. World axes,
-    /// classical. After [`kinematics`](crate::kinematics()).
+    /// Returns the acceleration that a node would have with every β̇ = 0, which is J̇β of its Jacobian. World axes, classical acceleration. Call
+    /// [`kinematics`](crate::kinematics()) first.
     #[must_use]
     pub fn node_bias_acceleration(&self, tree: &Tree, node: NodeId) -> Motion {
         let at = tree.node(node);
         self.point_acceleration(at, self.work.kin[at.slot as usize].A)
     }
 
-    /// Centre of mass of one body in the world, m (its origin if it has no mass).
+    /// Returns the centre of mass of one body in the world, m (its origin if it has no mass).
     #[must_use]
     pub fn body_com(&self, tree: &Tree, body: BodyId) -> Vec3 {
         if let Some(flex) = tree.flexible.as_deref() {
@@ -123,7 +121,7 @@ impl Workspace {
         self.rigid_point(tree, body, &tree.multibody().get(body).inertia().com())
     }
 
-    /// Where a point of a body that does not bend is (m, world), from its place on the body (m).
+    /// Returns the position of a point of a rigid body (m, world) from its position on the body (m).
     pub(crate) fn rigid_point(&self, tree: &Tree, body: BodyId, p: &Vec3) -> Vec3 {
         let at = tree.body(body);
         let c = at.p + at.R * p;
@@ -162,7 +160,7 @@ impl Workspace {
         self.point_acceleration(at, self.work.kin[slot].A + self.work.acc[slot])
     }
 
-    /// a + α × r + ω × (ω × r).
+    /// Computes a + α × r + ω × (ω × r).
     fn point_acceleration(&self, at: &OnLink, A: V6<f64>) -> Motion {
         let kin = &self.work.kin[at.slot as usize];
         let r = kin.R.mul(v3(&at.p));

@@ -1,4 +1,4 @@
-//! The regressor of inverse dynamics: τ is linear in the bodies' inertial parameters.
+//! Regressor of inverse dynamics: τ is linear in the bodies' inertial parameters.
 //!
 //! ```text
 //! τ = Y(q, β, β̇) π + armature β̇,    π of a body: m, h_x h_y h_z, I_xx I_xy I_xz I_yy I_yz I_zz
@@ -10,7 +10,7 @@
 //! F = m a + α × h + ω × (ω × h)
 //! N = h × a + I α + ω × I ω
 //! ```
-//! and each of the ten columns goes to the dofs inboard.
+//! Each of the ten columns is propagated to the dofs inboard.
 
 use crate::kinematics::check;
 use crate::linear::{V3, V6};
@@ -19,10 +19,10 @@ use crate::tree::Tree;
 use crate::work::Workspace;
 use linkwork_spatial::{Mat3, RigidInertia, Vec3};
 
-/// Inertial parameters of a body in the regressor's order.
+/// Number of inertial parameters of a body.
 pub const PARAMETERS: usize = 10;
 
-/// The parameters π of one body: m, h (3), I about the body's origin (xx, xy, xz, yy, yz, zz).
+/// Returns the parameters π of one body: m, h (3), I about the body's origin (xx, xy, xz, yy, yz, zz).
 #[must_use]
 pub fn inertial_parameters(inertia: &RigidInertia) -> [f64; PARAMETERS] {
     let (h, I) = (inertia.h(), inertia.inertia());
@@ -40,13 +40,12 @@ pub fn inertial_parameters(inertia: &RigidInertia) -> [f64; PARAMETERS] {
     ]
 }
 
-/// Y (nv × 10 · bodies, row after row; bodies in canonical order) at the state and accelerations of
-/// the last [`inverse_dynamics`](crate::inverse_dynamics) or
-/// [`forward_dynamics`](crate::forward_dynamics), with the uniform gravity of the workspace; other
-/// external wrenches are no part of it. O(bodies × depth).
+/// Computes Y (nv × 10 · bodies, row after row; bodies in canonical order) at the state and accelerations of the last
+/// [`inverse_dynamics`](crate::inverse_dynamics) or [`forward_dynamics`](crate::forward_dynamics), with the uniform gravity of the workspace. Other
+/// external wrenches are not included. O(bodies × depth).
 ///
 /// # Panics
-/// If a body is flexible: [`Tree::check_rigid`] asks first.
+/// If a body is flexible; use [`Tree::check_rigid`] to check.
 pub fn regressor(tree: &Tree, ws: &Workspace, out: &mut [f64]) {
     tree.assert_rigid("regressor");
     let bodies = tree.multibody().bodies().len();
@@ -73,7 +72,7 @@ pub fn regressor(tree: &Tree, ws: &Workspace, out: &mut [f64]) {
     }
 }
 
-/// Moment and force about the body's origin for a unit of each parameter, body axes.
+/// Returns moment and force about the body's origin for a unit of each parameter, body axes.
 fn wrenches(w: &Vec3, alpha: &Vec3, a: &Vec3) -> [(Vec3, Vec3); PARAMETERS] {
     let mut out = [(Vec3::zeros(), Vec3::zeros()); PARAMETERS];
     out[0].1 = *a;
@@ -90,7 +89,7 @@ fn wrenches(w: &Vec3, alpha: &Vec3, a: &Vec3) -> [(Vec3, Vec3); PARAMETERS] {
     out
 }
 
-/// The generalised force of a wrench about a link's origin at each dof inboard.
+/// Computes the generalized force of a wrench about a link's origin at each dof inboard.
 fn inward(
     tree: &Tree,
     ws: &Workspace,

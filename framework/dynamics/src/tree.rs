@@ -1,8 +1,7 @@
-//! A mechanism as the kernels want it: flat arrays of moving links.
+//! A mechanism in the form that the kernels use: flat arrays of moving links.
 //!
-//! A *link* is one subhinge that moves with what is welded outboard of it. One-dof subhinges are
-//! turned so that their axis is local z, and about z so that the link's inertia has no xy term.
-//! Slot 0 of the work arrays is the world.
+//! A *link* is one moving subhinge with everything that is welded outboard of it. The frames of one-dof subhinges are rotated so that their axis is
+//! local z, and about z so that the link's inertia has no xy term. Slot 0 of the work arrays is the world.
 
 use crate::compound::Compounds;
 use crate::dofs::Dofs;
@@ -15,7 +14,7 @@ use linkwork_multibody::{BodyId, Coordinate, Multibody, NodeId, SubhingeKind};
 use linkwork_spatial::{Mat3, Pose, Quat, RigidInertia, Vec3};
 use std::sync::Arc;
 
-/// How a link moves relative to its parent.
+/// Kind of motion of a link relative to its parent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Pin,
@@ -26,7 +25,7 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
-    /// Degrees of freedom.
+    /// Returns the number of degrees of freedom.
     pub fn nv(self) -> usize {
         match self {
             Kind::Pin | Kind::Slider | Kind::Screw => 1,
@@ -43,33 +42,34 @@ pub(crate) struct Link {
     pub coordinate: Coordinate,
     /// Slot of the parent; 0 is the world.
     pub parent: u32,
-    /// Slot of the link inboard that hangs on the world.
+    /// Slot of the inboard link that hangs on the world.
     pub root: u32,
     pub q: u32,
     pub v: u32,
-    /// One past the last degree of freedom outboard.
+    /// Index after the last degree of freedom outboard.
     pub v_end: u32,
-    /// Place among links with several dof.
+    /// Index among links with several dof.
     pub multi: u32,
-    /// The first of its siblings to gather (the last in order): it writes, the others add.
+    /// True for the first of its siblings in the gather sweep (the last in order): it writes, the others add.
     pub gathers_first: bool,
     pub leaf: bool,
-    /// Its hinge is [`Kind::Free`] and begins where the world does.
+    /// Its hinge is [`Kind::Free`] and starts at the world's frame.
     pub on_world: bool,
-    /// Nothing hangs on it, its hinge is free in all ways and begins anywhere in the world, and it is [solid](crate::compound::Compound::solid).
+    /// It has no children, its hinge is free in all six directions and hangs on the world at any frame, and it is
+    /// [solid](crate::compound::Compound::solid).
     pub lone: bool,
-    /// Rotor inertia as the coordinate feels it.
+    /// Reflected inertia of the rotor at the coordinate.
     pub armature: f64,
-    /// Screws: m/rad.
+    /// Pitch of a screw, m/rad.
     pub pitch: f64,
-    /// Parent link to this link at q = 0.
+    /// Pose in the parent link at q = 0.
     pub R: M3<f64>,
     pub l: V3<f64>,
     /// Mass, first moment and inertia about the link's origin, link axes.
     pub m: f64,
     pub h: V3<f64>,
     pub J: S3<f64>,
-    /// The body whose hinge this is.
+    /// The body whose hinge contains this link.
     pub body: u32,
 }
 
@@ -78,24 +78,24 @@ pub(crate) struct Link {
 pub(crate) struct OnLink {
     /// Slot of the link; 0 is the world.
     pub slot: u32,
-    /// The frame in the link.
+    /// Pose of the frame in the link.
     pub R: Mat3,
     pub p: Vec3,
 }
 
-/// The kernels' view of a [`Multibody`]: constants only, shared by any number of workspaces.
+/// A [`Multibody`] prepared for the kernels: constants only, shared by any number of workspaces.
 #[derive(Clone, Debug)]
 pub struct Tree {
     pub(crate) links: Vec<Link>,
     pub(crate) bodies: Vec<OnLink>,
-    /// What is locked onto each link, taken as a whole.
+    /// The bodies that are locked onto each link, as one body.
     pub(crate) compounds: Compounds,
     pub(crate) nodes: Vec<OnLink>,
     /// Frames A and B of each loop.
     pub(crate) anchors: Vec<[OnLink; 2]>,
     pub(crate) multi: usize,
     pub(crate) dofs: Dofs,
-    /// Links that turn about their z, with their places in q; the last repeats to fill a block.
+    /// Links that rotate about their z axis, with their indices in q; the last one is repeated to fill a block.
     turns: Vec<(u32, u32)>,
     turning: usize,
     /// Every link is [`Link::lone`].
@@ -103,13 +103,13 @@ pub struct Tree {
     /// All links are outboard of the first.
     pub(crate) one_root: bool,
     pub(crate) multibody: Arc<Multibody>,
-    /// What bends; then links are only to be swept in `Flexible::order`.
+    /// Flexible bodies; if there are any, links must be processed in the order of `Flexible::order`.
     pub(crate) flexible: Option<Box<Flexible>>,
     moving_mass: f64,
 }
 
 impl Tree {
-    /// Lays a mechanism out for the kernels. O(bodies).
+    /// Prepares a mechanism for the kernels. O(bodies).
     #[must_use]
     pub fn new(multibody: &Multibody) -> Self {
         let mut build = Layout::default();
@@ -121,43 +121,42 @@ impl Tree {
         tree
     }
 
-    /// The mechanism that this was made from.
+    /// Returns the mechanism from which this tree was created.
     #[must_use]
     pub fn multibody(&self) -> &Multibody {
         &self.multibody
     }
 
-    /// Numbers in q.
+    /// Returns the number of coordinates in q.
     #[must_use]
     pub fn nq(&self) -> usize {
         self.multibody.nq()
     }
 
-    /// Degrees of freedom.
+    /// Returns the number of degrees of freedom.
     #[must_use]
     pub fn nv(&self) -> usize {
         self.multibody.nv()
     }
 
-    /// Mass of all bodies that can move, kg: those welded to the world do not count.
+    /// Returns the mass of all bodies that can move, kg, without bodies that are welded to the world.
     #[must_use]
     pub fn total_mass(&self) -> f64 {
         self.moving_mass
     }
 
-    /// Says which bodies' inertias [`Tree::set_inertia`] changes again and again: the others that move with them are
-    /// added up here, once. O(bodies).
+    /// Selects the bodies whose inertias [`Tree::set_inertia`] changes repeatedly: the other bodies that move with them are summed here, once.
+    /// O(bodies).
     pub fn vary(&mut self, bodies: &[BodyId]) {
         self.compounds.vary(bodies, &self.bodies, &self.multibody);
     }
 
-    /// Another inertia for a body, about its origin, body axes. What moves with one link is added up anew, in the order
-    /// of the bodies and those that vary last ([`Tree::vary`]), so the result depends on the present inertias alone.
-    /// O(bodies that vary) for one of those, else O(bodies that move with it). Allocates at the first call, when the
-    /// tree was made of a mechanism that others share.
+    /// Sets the inertia of a body, about its origin, body axes. The inertias of everything that moves with its link are summed again, in the order of
+    /// the bodies with the variable ones last ([`Tree::vary`]), so the result depends only on the present inertias. O(variable bodies) for a variable
+    /// body, otherwise O(bodies that move with it). Allocates in the first call if the mechanism of the tree is shared.
     ///
     /// # Errors
-    /// [`DynamicsError::Flexible`] when the body moves with a station of a flexible one.
+    /// [`DynamicsError::Flexible`] when the body moves with a station of a flexible body.
     pub fn set_inertia(
         &mut self,
         body: BodyId,
@@ -179,25 +178,25 @@ impl Tree {
         Ok(())
     }
 
-    /// Places in the work arrays: the world, links, stations of flexible bodies.
+    /// Returns the number of slots in the work arrays: the world, links, stations of flexible bodies.
     pub(crate) fn slots(&self) -> usize {
         1 + self.links.len() + self.flexible.as_deref().map_or(0, |f| f.stations.len())
     }
 
-    /// Bodies that move with stations of flexible ones.
+    /// Returns the bodies that move with stations of flexible bodies.
     pub(crate) fn bodies_on_stations(&self) -> impl Iterator<Item = BodyId> + '_ {
         let on_station = |b: &BodyId| self.bodies[b.index()].slot as usize > self.links.len();
         self.multibody.body_ids().filter(on_station)
     }
 
-    /// Links that turn about their z, with their places in q, in whole blocks of a lane.
+    /// Returns the links that rotate about their z axis, with their indices in q, in whole blocks of a lane.
     #[inline(always)]
     pub(crate) fn turns<L: Lane>(&self) -> &[(u32, u32)] {
         &self.turns[..self.turning.next_multiple_of(L::PACK)]
     }
 
-    /// Writes the links from the base to a node to the end of `path`, which has room for all; gives where they begin. In
-    /// a tree with stations, through which paths may lead, there are none. O(path).
+    /// Writes the links from the base to a node to the end of `path`, which has room for all; returns the index of the first. Returns an empty path
+    /// for a tree with stations, because paths may lead through them. O(path).
     pub(crate) fn path_to(&self, n: NodeId, path: &mut [u32]) -> usize {
         let mut at = path.len();
         let mut slot = if self.flexible.is_some() { 0 } else { self.node(n).slot };
@@ -209,7 +208,7 @@ impl Tree {
         at
     }
 
-    /// What is said of a link with nothing to move.
+    /// Returns the error for a link that moves no inertia.
     #[cold]
     pub(crate) fn singular(&self, k: usize) -> DynamicsError {
         let body = self.multibody.bodies()[self.links[k].body as usize].name().to_owned();
@@ -242,7 +241,7 @@ struct Draft {
 #[derive(Default)]
 struct Layout {
     drafts: Vec<Draft>,
-    /// Per body: what carries it, and `X_LB`.
+    /// For each body: what carries it, and `X_LB`.
     bodies: Vec<(Hang, Pose)>,
     flexible: FlexibleLayout,
 }
@@ -250,7 +249,7 @@ struct Layout {
 impl Layout {
     fn body(&mut self, mbs: &Multibody, id: BodyId) {
         let body = mbs.get(id);
-        // The frame that the next subhinge starts from, in what carries it.
+        // Frame from which the next subhinge starts, relative to what carries it.
         let (mut slot, mut X_LJ) = self.hang(mbs, body.parent(), &body.hinge_in_parent());
         for s in body.subhinges() {
             let kind = match s.subhinge.kind {
@@ -293,7 +292,7 @@ impl Layout {
         self.flexible.body(mbs, id, slot);
     }
 
-    /// What carries a frame on a body, and the frame there.
+    /// Returns what carries a frame on a body, and the frame relative to that.
     fn hang(&mut self, mbs: &Multibody, on: Option<BodyId>, X: &Pose) -> (Hang, Pose) {
         let Some(on) = on else { return (Hang::Link(0), Pose::identity() * *X) };
         self.flexible.place(mbs, on, X).unwrap_or_else(|| {
@@ -302,7 +301,7 @@ impl Layout {
         })
     }
 
-    /// Turns one-dof links about their own z until J_xy = 0; what hangs on them turns back.
+    /// Rotates one-dof links about their own z until J_xy = 0, and rotates their children back.
     fn remove_xy(&mut self) {
         let mut turns = vec![Pose::identity()];
         for d in &mut self.drafts {
@@ -344,10 +343,10 @@ impl Layout {
         for (k, d) in self.drafts.iter().enumerate() {
             last_child[slot(d.parent)] = k + 1;
         }
-        // Depth-first order: what hangs on a link is contiguous in β.
+        // In depth-first order the links outboard of a link are contiguous in β.
         let mut v_end: Vec<usize> = self.drafts.iter().map(|d| d.v + d.kind.nv()).collect();
         for k in (0..n).rev() {
-            // The link next inboard, through any stations.
+            // Find the next link inboard, through any stations.
             let mut at = slot(self.drafts[k].parent);
             while at > n {
                 at = inboard(at);
@@ -361,7 +360,7 @@ impl Layout {
         for (k, d) in self.drafts.iter().enumerate() {
             let mut J = s3(&d.inertia.inertia());
             if d.kind.nv() == 1 {
-                // Turned away but for rounding.
+                // The frame was rotated about the joint axis so that this product of inertia vanishes; remove the round-off.
                 J.xy = 0.0;
             }
             links.push(Link {
@@ -432,7 +431,7 @@ impl Layout {
     }
 }
 
-/// The shortest rotation that takes z to the unit vector `axis`.
+/// Returns the shortest rotation from z to the unit vector `axis`.
 fn z_to(axis: &Vec3) -> Quat {
     Quat::rotation_between(&Vec3::z(), axis)
         .unwrap_or_else(|| Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI))

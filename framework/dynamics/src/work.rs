@@ -1,4 +1,4 @@
-//! What the sweeps write: one struct a link and sweep, allocated once.
+//! Work arrays of the sweeps: one struct per link and sweep, allocated once.
 
 use crate::articulated::Spatial;
 use crate::columns::Columns;
@@ -16,22 +16,22 @@ pub(crate) struct Kin<L> {
     pub R: M3<L>,
     /// Parent's origin to the link's.
     pub l: V3<L>,
-    /// World origin to the link's: for answers only, never in the dynamics.
+    /// Vector from the world's origin to the link's: used only for queries, never in the dynamics.
     pub p: V3<L>,
     /// Velocity of the link at its origin.
     pub V: V6<L>,
-    /// Bias acceleration: what the link would do with every β̇ = 0.
+    /// Bias acceleration: the acceleration with every β̇ = 0.
     pub A: V6<L>,
 }
 
-/// Articulated inertia  and force z about the link's origin, world axes.
+/// Articulated-body inertia P and force z about the link's origin, world axes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Art<L> {
     pub P: Spatial<L>,
     pub z: V6<L>,
 }
 
-/// What the gather leaves for the scatter at a one-dof hinge.
+/// Data from the gather sweep for the scatter sweep at a one-dof hinge.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct One<L> {
     /// Free: G = P H* D⁻¹. Prescribed: U = P H*.
@@ -40,7 +40,7 @@ pub(crate) struct One<L> {
     pub nu: L,
 }
 
-/// The same at a hinge of several dof.
+/// Data from the gather sweep for the scatter sweep at a hinge with several dofs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Multi<L> {
     /// Free ball: D⁻¹ [I, H].
@@ -64,7 +64,7 @@ pub(crate) struct Composite<L> {
 #[derive(Clone, Debug)]
 pub(crate) struct Work<L: Lane> {
     pub kin: Vec<Kin<L>>,
-    /// Sine and cosine of the angle of each link that turns about its z.
+    /// Sine and cosine of the angle of each link that rotates about its z axis.
     pub turns: Vec<(L, L)>,
     pub art: Vec<Art<L>>,
     pub one: Vec<One<L>>,
@@ -75,28 +75,28 @@ pub(crate) struct Work<L: Lane> {
     pub force: Vec<V6<L>>,
     /// By block of dofs.
     pub composite: Vec<Composite<L::Block>>,
-    /// Root's origin to the link's, world axes.
+    /// Vector from the root's origin to the link's, world axes.
     pub r: Vec<V3<L>>,
     /// H* about the roots' origins.
     pub S: Columns<L>,
     /// C H* about the roots' origins.
     pub F: Columns<L>,
-    /// Articulated inertia that outboard links pass to each link, about its own origin.
+    /// Articulated-body inertia that outboard links propagate to each link, about its own origin.
     pub inertia: Vec<Spatial<L>>,
     /// S, and G = P S D⁻¹ (zero at prescribed dofs), about the roots' origins.
     pub sweeps: Vec<(V6<L>, V6<L>)>,
     pub D_inv: Vec<L>,
-    /// Forces or accelerations that go along the tree, by level.
+    /// Forces or accelerations that propagate along the tree, by level.
     pub sweep: Vec<V6<L>>,
-    /// Accelerations that go outward, in blocks of columns, one row a level of the tree.
+    /// Accelerations that propagate outward, in blocks of columns, one row per level of the tree.
     pub outward: Vec<V6<L::Block>>,
-    /// The frame that the roots hang on is not the world, or is not at rest.
+    /// True if the frame on which the roots hang is not the world, or is not at rest.
     pub base_moves: bool,
     /// Uniform gravity, world axes.
     pub gravity: V3<L>,
     /// Modes of flexible bodies; empty for rigid trees.
     pub bend: Bend,
-    /// Links on the way to a node.
+    /// Links on the path to a node.
     pub path: Vec<u32>,
 }
 
@@ -136,24 +136,23 @@ impl<L: Lane> Work<L> {
     }
 }
 
-/// The working memory of the algorithms for one tree, in double precision: poses, velocities,
-/// external forces, accelerations. Made once; no algorithm allocates.
+/// Work memory of the algorithms for one tree, in double precision: poses, velocities, external forces, accelerations. Create it once; no algorithm
+/// allocates.
 #[derive(Clone, Debug)]
 pub struct Workspace {
     pub(crate) work: Work<f64>,
 }
 
 impl Workspace {
-    /// Memory for `tree`; it must be used with no other.
+    /// Creates the memory for `tree`; use it only with this tree.
     #[must_use]
     pub fn new(tree: &Tree) -> Self {
         Self { work: Work::new(tree) }
     }
 
-    /// Puts the frame that the mechanism's roots hang on somewhere else and lets it move: pose,
-    /// velocity and acceleration (of its origin, in the axes in which the pose is given). For a
-    /// [`Subgraph`](linkwork_multibody::Subgraph): those of its base body in the whole, so that the
-    /// part moves as it does there. At first it is the world, at rest. Before `kinematics`.
+    /// Sets pose, velocity and acceleration (of its origin, in the axes in which the pose is given) of the frame on which the mechanism's roots hang.
+    /// For a [`Subgraph`](linkwork_multibody::Subgraph) use the motion of its base body in the whole mechanism, so that the subgraph moves as it does
+    /// there. Initially the frame is the world, at rest. Call it before `kinematics`.
     pub fn set_base(&mut self, pose: &Pose, velocity: &Motion, acceleration: &Motion) {
         let R = pose.rotation.to_rotation_matrix();
         let R = R.matrix();

@@ -1,4 +1,4 @@
-//! No algorithm allocates after set-up (rule 9 of ARCHITECTURE.md): counted by the global allocator.
+//! Algorithms do not allocate after set-up (rule 9 of ARCHITECTURE.md); the global allocator counts.
 
 use crate::support::{Shape, random_tree};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge};

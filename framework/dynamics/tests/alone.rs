@@ -1,13 +1,13 @@
-//! Bodies of which each is by itself, in closed form about their centres of mass, against inverse dynamics, the mass matrix and
-//! the sweep over a tree.
+//! Free-floating bodies, solved in closed form about their centres of mass, compared with inverse dynamics, the mass matrix and the recursion over a
+//! tree.
 
 use crate::support::{Rng, close, solve};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
 use linkwork_dynamics::spatial::{Force, MassProperties, Motion, Pose, RigidInertia, Vec3};
 use linkwork_dynamics::*;
 
-/// Three craft on free hinges, the first where the world begins and the others anywhere, the last with a body locked to it;
-/// with `chain` also an arm of two pins.
+/// Three vehicles on free hinges, the first at the start of the mechanism and the others anywhere, the last with a body locked to it. With `chain`
+/// also an arm of two pins.
 fn craft(seed: u64, chain: bool) -> Multibody {
     let mut r = Rng(seed);
     let mut b = Builder::new();
@@ -46,7 +46,7 @@ fn case(mbs: &Multibody, seed: u64) -> Case {
 }
 
 impl Case {
-    /// Kinematics and forces.
+    /// Computes kinematics and sets forces.
     fn load(&mut self) {
         kinematics(&self.tree, &mut self.ws, &self.q, &self.v);
         self.ws.clear_forces();
@@ -85,9 +85,8 @@ fn they_move_as_inverse_dynamics_and_the_mass_matrix_say() {
     }
 }
 
-/// The same bodies beside a chain, where the sweep goes over all links, have the same accelerations to the last bit, and what
-/// the workspace says of bodies and nodes is what it says after the sweep over a tree: there each craft carries a prescribed
-/// body without mass.
+/// With an additional chain, which makes the recursion visit all links, the accelerations of the same bodies are bit-identical. Queries of bodies and
+/// nodes agree with the recursion over a tree, in which each vehicle carries a prescribed massless body.
 #[test]
 fn they_move_as_in_a_sweep_over_a_tree() {
     for seed in 0..20 {
@@ -147,7 +146,7 @@ fn they_move_as_in_a_sweep_over_a_tree() {
             close(x.as_flattened(), y.as_flattened(), 1e-12, &format!("seed {seed}, {name}"));
         }
     }
-    // With a chain beside them each is still by itself.
+    // The vehicles still count as isolated next to a chain.
     let (lone, beside) = (craft(5, false), craft(5, true));
     let (mut x, mut y) = (case(&lone, 1), case(&beside, 1));
     let [from, to] = [&lone, &beside].map(|m| m.get(m.body("a").unwrap()).clone());
@@ -158,7 +157,7 @@ fn they_move_as_in_a_sweep_over_a_tree() {
     assert_eq!(x.forward()[from.v()], y.forward()[to.v()]);
 }
 
-/// On a frame that is somewhere else and moves, as a part of a whole is on its base body.
+/// On a frame that is elsewhere and moves, as a part of a mechanism on its base body.
 #[test]
 fn they_hang_on_a_base_that_moves() {
     for seed in 0..20 {
@@ -187,7 +186,7 @@ fn they_hang_on_a_base_that_moves() {
     }
 }
 
-/// A body that loses its inertia is refused by name, and one that has it again moves on as before.
+/// A body that loses its inertia is named in the error; with inertia again, it moves as before.
 #[test]
 fn changes_of_mass_are_followed() {
     let mbs = craft(3, false);

@@ -1,4 +1,4 @@
-//! Analytic wall: Euler's equations, a screw, a slider, distance from the origin.
+//! Analytic tests: Euler's equations, a screw, a slider, distance from the origin.
 //! Whole motions are in `closed_forms.rs`.
 
 use crate::support::{Rng, Shape, close, random_tree, relative_error};
@@ -102,7 +102,7 @@ fn distance_from_the_world_origin_does_not_matter() {
         let near = run(0.0);
         for far in [1e3, 1e6, 1.5e11] {
             let e = relative_error(&run(far), &near);
-            // Measured 0: the world position takes no part.
+            // Measured 0, because the world position has no influence.
             assert!(e <= 1e-9, "seed {seed}, {far} m: {e:e}");
         }
     }

@@ -1,4 +1,4 @@
-//! Calibration: what measurements tell, inertial parameters, frames.
+//! Calibration: identifiable parameters, inertial parameters, frames.
 
 use linkwork_dynamics::calibration::*;
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
@@ -18,7 +18,7 @@ impl Rng {
     fn vec3(&mut self, size: f64) -> Vec3 {
         Vec3::from_fn(|_, _| self.within(-size, size))
     }
-    /// Mean 0, variance 1, by twelve numbers.
+    /// Returns a random number with mean 0 and variance 1, as a sum of twelve numbers.
     fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.within(0.0, 1.0)).sum::<f64>() - 6.0
     }
@@ -35,7 +35,7 @@ fn mass(rng: &mut Rng) -> MassProperties {
     MassProperties::new(rng.within(0.8, 2.5), rng.vec3(0.1), inertia)
 }
 
-/// A chain of hinges without symmetry; `slider` is one that slides.
+/// A chain of hinges without symmetry; `slider` is the index of one sliding hinge.
 fn chain(n: usize, slider: Option<usize>, seed: u64) -> Builder {
     let mut rng = Rng(seed);
     let mut builder = Builder::new();
@@ -68,7 +68,7 @@ fn parameters(mbs: &Multibody) -> Vec<f64> {
     mbs.bodies().iter().flat_map(|b| inertial_parameters(b.inertia())).collect()
 }
 
-/// States with the forces that inverse dynamics of the true mechanism says.
+/// Returns states with the forces from inverse dynamics of the true mechanism.
 fn states(mbs: &Multibody, from: u64, count: u64) -> Vec<[Vec<f64>; 4]> {
     let tree = Tree::new(mbs);
     let mut ws = Workspace::new(&tree);
@@ -83,7 +83,7 @@ fn states(mbs: &Multibody, from: u64, count: u64) -> Vec<[Vec<f64>; 4]> {
         .collect()
 }
 
-/// A pendulum about y: its moment about the axis and two first moments, each by itself; nothing of the rest.
+/// A pendulum about y identifies its moment about the axis and two first moments, each independently, and nothing else.
 #[test]
 fn a_pendulum_tells_three_numbers() {
     let mut builder = Builder::new();
@@ -96,12 +96,12 @@ fn a_pendulum_tells_three_numbers() {
     assert_eq!(told.base, [1, 3, 7]);
     assert_eq!(told.alone(), [1, 3, 7]);
     assert_eq!(told.without_influence(), [0, 2, 4, 5, 6, 8, 9]);
-    // Without gravity the moment alone.
+    // Without gravity, only the moment is identifiable.
     let W = structural_regressor(&Tree::new(&mbs), Vec3::zeros(), 1).unwrap();
     assert_eq!(Identifiable::of(&W, 1e-8).base, [7]);
 }
 
-/// Two links in a plane, by hand: I₁ + m₂ l², h₁ₓ + m₂ l, h₁z; I₂, h₂ₓ, h₂z. In the order of columns m₂ is not in the base.
+/// Two links in a plane, computed by hand: I₁ + m₂ l², h₁ₓ + m₂ l, h₁z; I₂, h₂ₓ, h₂z. In the order of columns, m₂ is not a base parameter.
 #[test]
 fn a_double_pendulum_tells_six_combinations() {
     let (mut builder, mut rng, l) = (Builder::new(), Rng(2), 0.7);
@@ -118,7 +118,8 @@ fn a_double_pendulum_tells_six_combinations() {
     assert!(W.clone().svd(false, false).rank(1e-8 * W.norm()) == 6);
 }
 
-/// Exact data of a mechanism with other masses: its forces anywhere else are predicted, its base parameters found, its armature left as it is.
+/// Exact data of a mechanism with other masses: the fit predicts its forces at any other state, finds its base parameters and leaves its armature
+/// unchanged.
 #[test]
 fn exact_data_give_the_forces_of_any_other_motion() {
     for (n, slider, seed) in [(3, None, 5), (4, Some(1), 6), (6, None, 7)] {
@@ -137,7 +138,7 @@ fn exact_data_give_the_forces_of_any_other_motion() {
         for (k, base) in found.fit.base.iter().enumerate() {
             assert!((base - true_base[k]).abs() < 1e-8, "{n} {k}: {base} {}", true_base[k]);
         }
-        // The parameters as a whole are not the real ones, but do the same.
+        // The individual parameters differ from the real ones but give the same forces.
         let mut ws = Workspace::new(&tree);
         ws.apply_uniform_gravity(gravity());
         let mut Y = vec![0.0; n * 10 * n];
@@ -152,7 +153,7 @@ fn exact_data_give_the_forces_of_any_other_motion() {
                 assert!((tau[i] + change - measured[i]).abs() < 1e-8, "{n} dof {i}");
             }
         }
-        // Nearest to the prior: what no measurement tells stays as it is.
+        // Nearest to the prior: unidentifiable parameters stay unchanged.
         for j in found.fit.identifiable.without_influence() {
             assert!((found.fit.parameters[j] - nominal_p[j]).abs() < 1e-12);
         }
@@ -168,7 +169,7 @@ fn exact_data_give_the_forces_of_any_other_motion() {
     }
 }
 
-/// Noise of known size: the errors of base parameters are as large as their deviations say.
+/// With noise of known size, the errors of base parameters agree with their standard deviations.
 #[test]
 fn deviations_are_those_of_the_errors() {
     let builder = chain(3, None, 11);
@@ -217,7 +218,8 @@ fn places(mbs: &Multibody, from: u64, count: u64, attitude: bool) -> Vec<Placed>
         .collect()
 }
 
-/// With whole poses 4 numbers for each pin, 2 for each slider and 6 can be told (Everett and Hollerbach count the same); with positions 3 fewer. The corrected mechanism is where the
+/// Whole poses identify 4 numbers for each pin, 2 for each slider, plus 6 (as Everett and Hollerbach count); positions identify 3 fewer. The
+/// corrected mechanism agrees with the real one at configurations that were not measured.
 /// real one is at configurations that were not measured.
 #[test]
 fn frames_are_found_from_places_of_the_tip() {
@@ -284,7 +286,7 @@ fn what_cannot_be_told_or_is_no_number_is_refused() {
     assert!(fit(&W, &[0.0; 2], &[0.0], 1e-8).unwrap_err().to_string().contains("`y` has 2"));
 }
 
-/// Nothing that moves, nothing at all: no parameter is told, and nothing panics.
+/// With fixed mechanisms or empty ones, no parameter is identifiable, and nothing panics.
 #[test]
 fn mechanisms_that_tell_nothing_answer() {
     let mut welded = Builder::new();

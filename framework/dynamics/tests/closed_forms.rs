@@ -1,7 +1,7 @@
 //! Closed forms: double pendulum, tops, free rotation by elliptic functions, screws.
 //!
-//! What is algebraic is compared at once. Motions are integrated by the solver floor's RK4, with a
-//! step whose error lies below the tolerance, and compared with the closed form at the end.
+//! Algebraic results are compared directly. Motions are integrated with the solver layer's RK4, with a step whose error is below the tolerance, and
+//! compared with the closed form at the end.
 
 use crate::support::{Rng, close};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
@@ -10,7 +10,7 @@ use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
 use linkwork_dynamics::*;
 use linkwork_integrate::{Field, Integrator, Method};
 
-/// A mechanism and the memory to run it.
+/// A mechanism and its workspace.
 struct System {
     mbs: Multibody,
     tree: Tree,
@@ -30,7 +30,7 @@ impl System {
         Self { mbs, tree, ws, gravity }
     }
 
-    /// v̇; `tau` is given on free coordinates and comes out on prescribed ones, as `vdot` vice versa.
+    /// Computes v̇. `tau` is an input on free coordinates and an output on prescribed ones; `vdot` vice versa.
     fn forward(&mut self, q: &[f64], v: &[f64], tau: &mut [f64], vdot: &mut [f64]) {
         self.ws.clear_forces();
         self.ws.apply_uniform_gravity(self.gravity);
@@ -75,7 +75,7 @@ fn turn(axis: Vec3, angle: f64) -> Mat3 {
     matrix(Quat::from_axis_angle(&Unit::new_normalize(axis), angle))
 }
 
-/// The attitude in a state whose quaternion [x y z w] begins at `at`.
+/// Returns the attitude in a state whose quaternion [x y z w] starts at `at`.
 fn attitude(q: &[f64], at: usize) -> Mat3 {
     matrix(Quat::from_quaternion(Quaternion::new(q[at + 3], q[at], q[at + 1], q[at + 2])))
 }
@@ -102,7 +102,7 @@ fn double_pendulum_of_rigid_bodies() {
     let mut r = Rng(41);
     for _ in 0..30 {
         let [m1, m2, c1, c2, a, g] = [(); 6].map(|()| size(&mut r));
-        // All of the inertia is there; only the moment about y takes part.
+        // The bodies have a full inertia matrix, but only the moment about y matters.
         let (I1, I2) = (r.mass().inertia_com, r.mass().inertia_com);
         let (J1, J2) = (I1[(1, 1)], I2[(1, 1)]);
         let body = |name: &str, parent: &str, at: f64, m, c: f64, I| {
@@ -164,7 +164,7 @@ fn a_free_symmetric_top_precesses_about_its_angular_momentum() {
         let (R0, kappa) = (matrix(R0), (1.0 - J3 / J) * w0.dot(&e));
         let L = R0 * I * w0;
         let R = turn(L, L.norm() * time / J) * R0 * turn(e, kappa * time);
-        // Measured over all motions of this file: 3e-13, mostly rounding.
+        // Measured over all motions of this file: 3e-13, mostly round-off.
         close(&v[..3], (turn(e, -kappa * time) * w0).as_slice(), 1e-12, "rates");
         close(attitude(&q, at).as_slice(), R.as_slice(), 1e-12, "attitude");
     }
@@ -235,7 +235,7 @@ struct FreeRotation {
 }
 
 impl FreeRotation {
-    /// `delta` chooses where between the separatrix (0) and pure spin about axis 3 (1) it is.
+    /// `delta` selects a motion between the separatrix (0) and pure spin about axis 3 (1).
     fn new(I: [f64; 3], L: f64, delta: f64, u0: f64, signs: [f64; 2]) -> Self {
         // 2E between L²/I2 and L²/I3.
         let E2 = L * L * ((1.0 - delta) / I[1] + delta / I[2]);
@@ -346,12 +346,12 @@ fn the_elliptic_functions_of_this_test_are_right() {
 #[test]
 fn an_asymmetric_body_rotates_freely_by_elliptic_functions() {
     let (time, mut r) = (4.0, Rng(17));
-    // ω3 about the smallest and about the largest moment; near the separatrix and far from it.
+    // ω3 about the smallest and about the largest moment, near the separatrix and far from it.
     for I in [[0.9, 0.7, 0.4], [0.4, 0.7, 0.9]] {
         for (delta, signs) in [(0.05, [1.0, 1.0]), (0.4, [-1.0, 1.0]), (0.8, [1.0, -1.0])] {
             let exact = FreeRotation::new(I, 1.1, delta, 0.6, signs);
             assert!(exact.m > 0.0 && exact.m < 1.0, "modulus {}", exact.m);
-            // Principal axes askew in the body, any attitude; all in axes of the body B.
+            // Principal axes are rotated in the body, any attitude; all in axes of the body B.
             let X = matrix(r.quat());
             let J = X * Mat3::from_diagonal(&Vec3::from_column_slice(&I)) * X.transpose();
             let mass = MassProperties::new(2.2, Vec3::zeros(), (J + J.transpose()) * 0.5);
@@ -396,7 +396,7 @@ impl Nut {
         System::new([BodySpec::new("nut", "world").hinge(hinge).mass(self.mass)], self.g)
     }
 
-    /// N = a·I a + m |a × c|² + m s² + A: constant, so no velocity enters.
+    /// N = a·I a + m |a × c|² + m s² + A is constant, so the velocity has no influence.
     fn inertia(&self) -> f64 {
         let (m, c) = (self.mass.mass, self.mass.com);
         let across = self.axis.cross(&c).norm_squared();
@@ -406,7 +406,7 @@ impl Nut {
             + self.A
     }
 
-    /// m g · (s a + a × r): what gravity does, r = turn(a, q) c.
+    /// m g · (s a + a × r) with r = turn(a, q) c: the effect of gravity.
     fn weight(&self, q: f64) -> f64 {
         let arm = self.axis.cross(&(turn(self.axis, q) * self.mass.com));
         self.mass.mass * self.g.dot(&(self.axis * self.s + arm))

@@ -1,4 +1,4 @@
-//! Inverse kinematics of mechanisms with closures: loops and couplings of their own, and others that are given, stay closed; what cannot be says so.
+//! Inverse kinematics of mechanisms with closures: their own loops and couplings, and given closures, stay closed; infeasible goals are reported.
 
 use crate::support::Rng;
 use linkwork_dynamics::inverse_kinematics::{Closure, Place, Pointing, Progress};
@@ -21,7 +21,7 @@ fn mass() -> MassProperties {
     MassProperties::new(1.0, Vec3::zeros(), Mat3::identity() * 0.01)
 }
 
-/// Crank a, coupler b, follower c, ground d, with a loop of the mechanism's own; a point on the coupler.
+/// Crank a, coupler b, follower c, ground d, closed by a loop of the mechanism; a point on the coupler.
 fn four_bar([a, b, c, d]: [f64; 4], crank: Hinge) -> Multibody {
     let (mut m, pin) = (Builder::new(), || Hinge::pin(Vec3::z()));
     m.body(BodySpec::new("crank", "world").hinge(crank).mass(mass()));
@@ -37,7 +37,7 @@ fn closure(name: &str, a: (&str, Pose), b: (&str, Pose), hinge: Hinge) -> LoopCl
     LoopClosure { name: name.into(), body_a, frame_a: a.1, body_b, frame_b: b.1, hinge }
 }
 
-/// The coupler's point on one branch (±1), from the closed form of Freudenstein.
+/// Returns the coupler's point on one branch (±1), from Freudenstein's closed form.
 fn point([a, b, c, d]: [f64; 4], theta: f64, branch: f64) -> Vec3 {
     let e = Vec3::new(d - a * theta.cos(), -a * theta.sin(), 0.0);
     let l = e.norm();
@@ -46,7 +46,7 @@ fn point([a, b, c, d]: [f64; 4], theta: f64, branch: f64) -> Vec3 {
     Vec3::new(a * theta.cos(), a * theta.sin(), 0.0) + R * Vec3::new(0.5 * b, 0.2, 0.0)
 }
 
-/// Greatest error of all constraints by the kernels of dynamics, rad or m.
+/// Returns the largest error of all constraints, from the dynamics kernels, rad or m.
 fn errors(tree: &Tree, q: &[f64], motions: &[LoopMotion]) -> f64 {
     let (units, mut ws) = (Units::new(tree, |_| ConstraintMethod::Augment), Workspace::new(tree));
     let mut uw = UnitsWork::new(tree, &units);
@@ -76,7 +76,7 @@ fn a_point_of_a_four_bar_is_reached_with_its_loop_closed() {
     for i in 0..40 {
         let theta = 0.1 + 0.15 * f64::from(i);
         let goal = point(LINKS, theta, if i % 2 == 0 { 1.0 } else { -1.0 });
-        // From anywhere, closed or not.
+        // Start from any configuration, closed or not.
         let mut q = mbs.random_q(i as u64);
         ik.solve(&tree, &[Target::new(node, Goal::position(goal))], &mut q).unwrap();
         assert!((node_at(&tree, &q, "point") - goal).norm() <= 1.1e-9);
@@ -87,7 +87,7 @@ fn a_point_of_a_four_bar_is_reached_with_its_loop_closed() {
     }
 }
 
-/// The least distance over all cranks' angles and both branches, by the closed form, narrowed down thrice.
+/// Returns the smallest distance over all crank angles and both branches, from the closed form, refined three times.
 fn least_distance(links: [f64; 4], goal: &Vec3) -> f64 {
     let far = |t: f64, branch: f64| (point(links, t, branch) - goal).norm();
     let mut best = f64::INFINITY;
@@ -138,11 +138,11 @@ fn a_loop_that_cannot_close_is_an_error_with_the_least_gap() {
         panic!("{error}")
     };
     assert_eq!(closure, "loop `bar`");
-    // All links in a line.
+    // All links are in line.
     assert!((residual.position - 0.2).abs() < 1e-9, "{residual:?}");
     assert_eq!((&nearest.q, ik.open().unwrap().1), (&q, *residual));
     assert!(error.to_string().starts_with("loop `bar` does not close"), "{error}");
-    // Rates at a kept crank cannot keep what only it could.
+    // With a kept crank, the closure cannot be satisfied at these rates.
     let mbs = four_bar(LINKS, Hinge::pin(Vec3::z()).limits(Limits::position(0.5, 0.5)));
     let tree = Tree::new(&mbs);
     let mut ik = InverseKinematics::new(&tree);
@@ -206,7 +206,7 @@ fn loops_of_all_hinges_close_and_not_the_wrong_way_round() {
             let Ok(found) = found else { continue };
             let error = errors(&tree, &q, &motions);
             assert!(error <= 3e-9, "{name}, {seed}: {error:e}");
-            // The same way round, by the frames themselves.
+            // The frames have the right orientation; checks the frames directly.
             let mut ws = Workspace::new(&tree);
             poses(&tree, &mut ws, &q);
             let l = &mbs.loops()[0];
@@ -224,7 +224,7 @@ fn loops_of_all_hinges_close_and_not_the_wrong_way_round() {
                 assert!((R - turn).norm() < 1e-8);
             }
             (met, steps) = (met + 1, steps + found.iterations);
-            // The Jacobian is that of the errors: from nearby the end is quadratic.
+            // The Jacobian is that of the errors, so convergence near the solution is quadratic.
             let mut next: Vec<f64> =
                 q.iter().zip(mbs.random_v(seed)).map(|(q, v)| q + 1e-3 * v).collect();
             if next.iter().all(|x| x.abs() < 2.9) {
@@ -241,7 +241,7 @@ fn coordinate(body: &str) -> HingeCoordinate {
     HingeCoordinate { body: body.into(), subhinge: 0 }
 }
 
-/// A planar arm of three pins of which the last two mimic the first: a curve.
+/// A planar arm of three pins whose last two mimic the first: the tip moves on a curve.
 #[test]
 fn couplings_hold_and_the_nearest_keeps_them() {
     let mut m = Builder::new();
@@ -275,7 +275,7 @@ fn couplings_hold_and_the_nearest_keeps_them() {
         assert!(errors(&tree, &q, &[]) <= 1.1e-9);
         assert!((node_at(&tree, &q, "tip") - goal.position.unwrap()).norm() < 1.1e-9);
     }
-    // Beyond reach: the nearest place of the curve.
+    // Out of reach: the result is the nearest point of the curve.
     let goal = Vec3::new(1.0, 1.5, 0.0);
     let mut q = vec![0.0; 3];
     ik.solve(&tree, &[Target::new(tip, Goal::position(goal))], &mut q).unwrap_err();
@@ -292,18 +292,18 @@ fn couplings_hold_and_the_nearest_keeps_them() {
     }
     let got = (node_at(&tree, &q, "tip") - goal).norm();
     assert!((got - far(middle)).abs() < 1e-9, "{got} {}", far(middle));
-    // Two that contradict each other name one of them.
+    // If two couplings contradict each other, the error names one of them.
     m.coupling(Coupling::mimic("wrong", coordinate("b1"), coordinate("b0"), 0.8, 0.5));
     let mbs = m.build().unwrap();
     let tree = Tree::new(&mbs);
     let error = InverseKinematics::new(&tree).solve(&tree, &[], &mut [0.0; 3]).unwrap_err();
     let InverseKinematicsError::Open { closure, residual, .. } = error else { panic!("{error}") };
     assert!(["coupling `one`", "coupling `wrong`"].contains(&closure.as_str()), "{closure}");
-    // Half of the contradiction each.
+    // Each has half of the contradiction.
     assert!((residual.orientation - 0.2).abs() < 1e-6, "{residual:?}");
 }
 
-/// Given closures are what loops of the mechanism are, and targets of other kinds beside them are met.
+/// Given closures behave like loops of the mechanism, and other targets are reached in addition.
 #[test]
 fn given_closures_are_kept_before_targets() {
     let mut m = Builder::new();
@@ -328,7 +328,7 @@ fn given_closures_are_kept_before_targets() {
     m.node("right", "r5", at(0.05));
     let mbs = m.build().unwrap();
     let (tree, [left, right]) = (Tree::new(&mbs), ["left", "right"].map(|n| mbs.node(n).unwrap()));
-    // Hands that can be so: bent towards each other.
+    // A feasible configuration of the hands: bent towards each other.
     let place = |b: &str| mbs.get(mbs.body(b).unwrap()).q().start;
     let mut hands = vec![0.0; mbs.nq()];
     for (side, s) in [("l", 1.0), ("r", -1.0)] {
@@ -351,7 +351,7 @@ fn given_closures_are_kept_before_targets() {
     };
     let (mut met, mut nearest) = (0, 0);
     for seed in 0..12 {
-        // Every third place is far away.
+        // Every third position is far away.
         let far = if seed % 3 == 0 { 3.0 } else { 0.0 };
         let near = Vec3::new(far - 0.03, 0.0, 0.02);
         let goal = Goal::position(X_l.position + near)
@@ -369,7 +369,7 @@ fn given_closures_are_kept_before_targets() {
         assert!(which == Closure::Given(0) && r.position <= 1e-9 && r.orientation <= 1e-9);
     }
     assert_eq!((met, nearest), (8, 4));
-    // Nothing is allocated with as many reserved, rounds and errors of closures among it; the same in portions.
+    // Does not allocate with this number reserved, including rounds and errors of closures; the same applies to portions.
     let mut q = vec![0.1; mbs.nq()];
     let targets = [Target::new(left, Goal::position(Vec3::new(3.0, 0.0, 0.4)))];
     ik.effort.restarts = 3;
@@ -390,7 +390,7 @@ fn given_closures_are_kept_before_targets() {
         (once, q, ik.residuals()),
         (again.advance(&tree, 0, &mut p), p.clone(), again.residuals())
     );
-    // Said of closures as of targets.
+    // Errors of closures are like those of targets.
     let nothing = Target::new(right, Goal::NOTHING);
     let told = ik.begin_closed(&tree, &targets, &[nothing], &p).unwrap_err().to_string();
     assert!(told.starts_with("closure 0: neither"), "{told}");
@@ -407,7 +407,7 @@ fn rates_keep_loops_closed() {
         let goal = Goal::position(point(LINKS, theta, 1.0));
         ik.effort.position_tolerance = 1e-12;
         ik.solve(&tree, &[Target::new(node, goal)], &mut q).unwrap();
-        // The point can only move along its curve: the best of a wanted velocity is its part along it.
+        // The point can only move along its curve, so the best velocity is the component along it.
         let h = 1e-6;
         let along = (point(LINKS, theta + h, 1.0) - point(LINKS, theta - h, 1.0)) / (2.0 * h);
         let want = Vec3::new(0.3, -0.2, 0.0);
@@ -423,7 +423,7 @@ fn rates_keep_loops_closed() {
         mbs.integrate(&q, &dv, &mut next);
         assert!(errors(&tree, &next, &[]) < 1e-9, "{:e}", errors(&tree, &next, &[]));
     }
-    // A crank that is prescribed takes the others along; one that is stuck stops it.
+    // A prescribed crank moves the others; a blocked one stops them.
     let mbs = four_bar(LINKS, Hinge::pin(Vec3::z()).prescribed());
     let tree = Tree::new(&mbs);
     let mut ik = InverseKinematics::new(&tree);

@@ -1,12 +1,12 @@
-//! Bodies that are locked together, taken as a whole, against the sweep of each of them.
+//! Bodies that are locked together, treated as one, compared with the recursion over each of them.
 
 use crate::support::{Rng, close};
 use linkwork_dynamics::multibody::{BodyId, BodySpec, Builder, Hinge, Multibody};
 use linkwork_dynamics::spatial::{Force, RigidInertia, Vec3};
 use linkwork_dynamics::*;
 
-/// A craft that floats and an arm on a pin, with nine and six bodies fixed to them, some of them to each other. `fixed`
-/// makes the hinges of these.
+/// A floating vehicle and an arm on a pin, with nine and six bodies fixed to them, some of them to each other. `fixed` creates the hinges of these
+/// bodies.
 fn rig(seed: u64, fixed: impl Fn(&mut Rng) -> Hinge) -> Multibody {
     let mut r = Rng(seed);
     let mut b = Builder::new();
@@ -29,7 +29,7 @@ fn rig(seed: u64, fixed: impl Fn(&mut Rng) -> Hinge) -> Multibody {
     b.build().unwrap()
 }
 
-/// With the bodies locked, and with each on a pin that is prescribed and at rest.
+/// With the bodies locked, and with each on a prescribed pin at rest.
 fn both(seed: u64) -> [Multibody; 2] {
     let axis = |r: &mut Rng| r.vec3();
     [
@@ -69,7 +69,7 @@ fn moving(mbs: &Multibody, seed: u64, height: f64, drift: f64) -> Moving {
 const GM: f64 = 4e12;
 const OMEGA: [f64; 3] = [3e-3, -2e-3, 5e-3];
 
-/// Around the origin, with the centrifugal part of axes that turn.
+/// A field around the origin, including the centrifugal part of rotating axes.
 fn field(p: &Vec3) -> Vec3 {
     let omega = Vec3::from(OMEGA);
     -p * (GM / p.norm().powi(3)) - omega.cross(&omega.cross(p))
@@ -79,7 +79,7 @@ fn scale(p: &Vec3) -> f64 {
     0.5 * p.norm()
 }
 
-/// Accelerations of craft and arm, and of every body, when gravity, Coriolis' forces and wrenches act.
+/// Returns accelerations of vehicle and arm, and of every body, under gravity, Coriolis forces and wrenches.
 fn accelerations(m: &mut Moving, smooth: bool) -> (Vec<f64>, Vec<f64>) {
     let nv = m.tree.nv();
     let (mut tau, mut vdot) = (vec![0.0; nv], vec![0.0; nv]);
@@ -123,7 +123,7 @@ fn wrench(m: &mut Moving, scale: f64) -> [Force; 2] {
     ["craft", "craft_arm"].map(|n| m.ws.external_wrench(&m.tree, mbs.body(n).unwrap()))
 }
 
-/// Where the field changes within the size of the craft, and where nobody knows, each body is asked for.
+/// If the field varies within the size of the vehicle, or its scale is unknown, gravity is evaluated at each body.
 #[test]
 fn only_small_things_are_asked_for_as_a_whole() {
     let [locked, _] = both(3);
@@ -144,8 +144,8 @@ fn only_small_things_are_asked_for_as_a_whole() {
     }
 }
 
-/// Work of gravity is what the potential energy of all bodies as points loses, the turning of the craft in the gradient
-/// of the field too: it does nothing but turn here.
+/// The work of gravity equals the loss of potential energy of all bodies as points, including the rotation of the vehicle due to the gradient of the
+/// field, which is the only motion here.
 #[test]
 fn gravity_of_a_whole_is_the_gradient_of_the_energy_of_its_bodies() {
     for seed in 0..10 {
@@ -161,7 +161,7 @@ fn gravity_of_a_whole_is_the_gradient_of_the_energy_of_its_bodies() {
             let (F, V) = (m.ws.external_wrench(&m.tree, b), m.ws.body_velocity(&m.tree, b));
             power += F.moment.dot(&V.angular) + F.force.dot(&V.linear);
         }
-        // Σ m μ v·∇(1/r), by the velocity of each body's own centre of mass.
+        // Σ m μ v·∇(1/r), with the velocity of each body's own centre of mass.
         let mut want = 0.0;
         for b in mbs.body_ids() {
             let (V, R) = (m.ws.body_velocity(&m.tree, b), m.ws.body_rotation(&m.tree, b));
@@ -169,13 +169,13 @@ fn gravity_of_a_whole_is_the_gradient_of_the_energy_of_its_bodies() {
             let v = V.linear + V.angular.cross(&(R * inertia.com()));
             want += inertia.mass() * pull(&m.ws.body_com(&m.tree, b)).dot(&v);
         }
-        // Of this the gradient of the field makes 1e-3; four points are not the bodies to the next order.
+        // The gradient of the field contributes 1e-3 of this; the four points differ from the bodies in the next order.
         assert!((power - want).abs() < 5e-10 * want.abs(), "seed {seed}: {power} {want}");
         assert!(m.v.iter().any(|v| *v != 0.0));
     }
 }
 
-/// What a change of mass makes is what a mechanism with that mass is, whatever was set before; bodies that vary or not.
+/// After any change of mass, the result equals that of a mechanism with this mass, independent of earlier values and of which bodies vary.
 #[test]
 fn changes_of_mass_leave_no_trace() {
     for seed in 0..10 {

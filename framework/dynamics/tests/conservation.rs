@@ -1,4 +1,4 @@
-//! Conservation and gradient wall: energy, momentum, gravity, the power of Coriolis forces.
+//! Conservation and gradient tests: energy, momentum, gravity, the power of Coriolis forces.
 
 use crate::support::{Rng, Shape, close, random_tree};
 use linkwork_dynamics::multibody::Multibody;
@@ -11,7 +11,7 @@ fn floating(seed: u64) -> Multibody {
     random_tree(seed, Shape { bodies: 7, floating: true, prescribed: false, armature: false })
 }
 
-/// One classical Runge–Kutta step on the lanes of q and v.
+/// Makes one classical Runge–Kutta step on the elements of q and v.
 fn rk4(tree: &Tree, ws: &mut Workspace, q: &mut [f64], v: &mut [f64], h: f64) {
     let (mbs, nv) = (tree.multibody(), v.len());
     let (q0, v0) = (q.to_vec(), v.to_vec());
@@ -74,7 +74,7 @@ fn momentum_of_a_floating_tree_does_not_change() {
         let tree = Tree::new(&mbs);
         let mut ws = Workspace::new(&tree);
         let (q, v) = (mbs.random_q(seed), mbs.random_v(seed));
-        // Internal forces only: everywhere but at the free base.
+        // Internal forces only: everywhere except at the free base.
         let mut tau = Rng(seed + 3).vec(tree.nv());
         tau[..6].fill(0.0);
         let mut vdot = vec![0.0; tree.nv()];

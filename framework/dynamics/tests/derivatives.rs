@@ -1,5 +1,5 @@
-//! Derivatives of inverse and forward dynamics: against central differences on random trees with
-//! every kind of hinge, identities, far from the origin. (Foreign values: `reference.rs`.)
+//! Derivatives of inverse and forward dynamics: compared with central differences on random trees with every kind of hinge, identities, far from the
+//! origin. (`reference.rs` compares with external values.)
 
 use crate::support::{Rng, Shape, close, random_tree};
 use linkwork_dynamics::multibody::Multibody;
@@ -90,14 +90,14 @@ impl Case {
     }
 }
 
-/// Truncation and rounding of central differences at 1e-6; measured 2e-8.
+/// Truncation and round-off of central differences at 1e-6; measured 2e-8.
 const DIFFERENCE: f64 = 2e-7;
 
 /// Differences relative to the largest entry, or to one where all are small.
 #[track_caller]
 fn near(a: &DMatrix<f64>, b: &DMatrix<f64>, tol: f64, what: &str) {
     let scale = b.amax().max(1.0);
-    // Not so for NaN.
+    // This comparison also fails for NaN.
     let ok = (a - b).iter().all(|x| x.abs() <= tol * scale);
     assert!(ok, "{what}: {:e} of {scale:e}", (a - b).amax());
 }
@@ -139,7 +139,7 @@ fn forward_dynamics_by_differences() {
             .forward_dynamics(&c.tree, &mut ws, &c.v, &mut found, &mut vdot, out)
             .unwrap();
         close(&vdot, &c.forward(&c.q, &c.v, &tau, &given), 1e-11, "the acceleration itself");
-        // At prescribed coordinates the force is found, at free ones it stays.
+        // At prescribed coordinates the force is computed, at free ones it is constant.
         let forces = c.inverse(&c.q, &c.v, &vdot);
         close(&found, &forces, 1e-10, &format!("seed {seed}, forces"));
         for (i, _) in c.mbs().prescribed().iter().enumerate().filter(|(_, fixed)| !**fixed) {
@@ -161,7 +161,7 @@ fn forward_dynamics_by_differences() {
 
 #[test]
 fn sweeps_and_dense_products_agree() {
-    // More coordinates than are multiplied densely.
+    // More coordinates than the dense product supports.
     for seed in 0..6 {
         let c = case(seed, 25, seed % 3 == 2);
         let n = c.nv();

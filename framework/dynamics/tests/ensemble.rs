@@ -1,4 +1,4 @@
-//! Tables of states give what single states give, with the same bits for any number of threads.
+//! Tables of states give the same results as single states, bit-identical for any number of threads.
 
 use crate::support::{Shape, close, random_tree};
 use linkwork_dynamics::multibody::Multibody;
@@ -16,7 +16,7 @@ fn table(count: u64, row: impl Fn(u64) -> Vec<f64>) -> Vec<f64> {
 
 const G: [f64; 3] = [0.5, -0.2, -9.8];
 
-/// Every algorithm's tables, one after another.
+/// Returns the tables of every algorithm, one after another.
 fn all(e: &mut Ensemble, mbs: &Multibody, count: u64) -> Vec<Vec<f64>> {
     e.set_uniform_gravity(Vec3::from(G));
     let (n, N) = (mbs.nv(), count as usize);
@@ -46,7 +46,7 @@ fn all(e: &mut Ensemble, mbs: &Multibody, count: u64) -> Vec<Vec<f64>> {
     vec![inverse, dq, dv, tau, vdot, M, X, p, J, A, L, aq, av, at]
 }
 
-/// The same, state by state.
+/// Returns the same results state by state.
 fn alone(mbs: &Multibody, count: u64) -> Vec<Vec<f64>> {
     let tree = Tree::new(mbs);
     let (mut ws, mut d) = (Workspace::new(&tree), Derivatives::new(&tree));
@@ -119,7 +119,7 @@ fn a_singular_state_is_reported() {
 }
 
 #[test]
-#[should_panic(expected = "no multiple of 3 states")]
+#[should_panic(expected = "not a multiple of 3 states")]
 fn tables_of_different_lengths_are_refused() {
     let mbs = mechanism(2, 3);
     let mut e = Ensemble::new(Arc::new(Tree::new(&mbs)), 1);

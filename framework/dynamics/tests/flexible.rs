@@ -1,5 +1,5 @@
-//! Flexible bodies in every tree algorithm: random trees with random modes, non-orthogonal, with shortening,
-//! stiffness and damping; each algorithm against another or against differences.
+//! Flexible bodies in every tree algorithm: random trees with random non-orthogonal modes, with shortening, stiffness and damping. Compares each
+//! algorithm with another, or with differences.
 
 use crate::support::{Rng, Shape, close, random_tree, solve};
 use linkwork_dynamics::multibody::modes::{Attachment, Modes, Shortening, Station};
@@ -10,7 +10,7 @@ use linkwork_dynamics::*;
 
 const G: Vec3 = Vec3::new(0.4, -1.3, -9.0);
 
-/// Modes that no beam has: any independent ones will do.
+/// Random independent modes; they need not belong to a beam.
 fn random_modes(r: &mut Rng) -> Modes {
     let n = 1 + r.below(3);
     let gram = |r: &mut Rng, size: f64| -> Vec<f64> {
@@ -59,7 +59,7 @@ fn shape(seed: u64) -> Shape {
     Shape { bodies: 7, floating, prescribed: seed % 3 == 1, armature: seed % 5 > 1 }
 }
 
-/// A tree with its state, gravity, a base that moves and a wrench on every node.
+/// A tree with its state, gravity, a moving base and a wrench on every node.
 struct Case {
     tree: Tree,
     ws: Workspace,
@@ -81,7 +81,7 @@ impl Case {
         case
     }
 
-    /// The same without a moving base, gravity or wrenches.
+    /// The case without a moving base, gravity or wrenches.
     fn plain(seed: u64) -> Self {
         let mbs = flexible(seed, shape(seed));
         let tree = Tree::new(&mbs);
@@ -106,7 +106,7 @@ impl Case {
         tau
     }
 
-    /// Something at times ±h along the motion with constant β, over 2 h.
+    /// Computes the rate of a quantity by differences at times ±h along the motion with constant β.
     fn rate(&mut self, mut f: impl FnMut(&Tree, &mut Workspace) -> Vec<f64>) -> Vec<f64> {
         let h = 1e-5;
         let mut at = |t: f64| {
@@ -147,7 +147,7 @@ fn velocities_and_biases_are_rates_of_poses_and_velocities() {
             let A = c.ws.node_bias_acceleration(&c.tree, n);
             let rate = c.rate(|t, ws| six(&ws.node_velocity(t, n)));
             close(&rate, &six(&A), 1e-6, &format!("seed {seed}, bias"));
-            // Set-up poses are the same.
+            // Set-up poses are equal.
             let node = c.tree.multibody().get_node(n);
             let poses = c.tree.multibody().body_poses(&c.q);
             let body = c.ws.body_pose(&c.tree, node.body()).position;
@@ -310,7 +310,7 @@ fn momentum_its_matrix_and_its_rate_agree() {
         close(&v, u.as_slice(), 1e-7, &format!("seed {seed}, com velocity"));
         let rate = c.rate(|t, ws| pair(momentum(t, ws)));
         close(&rate, &bias, 1e-6, &format!("seed {seed}, bias"));
-        // Body by body: masses and their centres make up the whole.
+        // Body by body: masses and their centres add up to the total.
         let mbs = c.tree.multibody();
         let (mut m, mut sum) = (0.0, Vec3::zeros());
         for b in mbs.body_ids().filter(|b| mbs.get(*b).parent().is_none()) {
@@ -352,7 +352,7 @@ fn forces_at_rest_are_gradients_of_potential_and_elastic_energy() {
             })
             .collect();
         close(&gradient, &tau, 1e-8, &format!("seed {seed}"));
-        // The same gravity as a field, station by station, and as a force on each.
+        // The same gravity as a field, evaluated at each station, and as a force on each.
         kinematics(&c.tree, &mut c.ws, &c.q, &c.v);
         c.ws.clear_forces();
         c.ws.apply_gravity(&c.tree, &mut |_| G);
@@ -394,7 +394,7 @@ fn sliced(seed: u64) -> (Multibody, Multibody) {
     let mut b = Builder::from(&rigid);
     let mut r = Rng(seed + 1);
     for body in b.bodies_mut() {
-        // The body's own mass on one station somewhere.
+        // The body's own mass on one station at a random pose.
         let X = r.pose();
         let I = body.mass.validate().unwrap();
         let R = X.rotation.to_rotation_matrix().into_inner();
@@ -495,7 +495,7 @@ fn batches_and_ensembles_give_the_same_bits() {
         Compliance::new(&tree, &[node]).compute(&tree, &mut ws, &mut l).unwrap();
         assert_eq!(l, row(&L, 36));
     }
-    // A batch with forces of its own in each state.
+    // A batch with separate forces in each state.
     let mut b = Batch::<f64x4>::new(&tree);
     let pack = |t: &[f64], n: usize| -> Vec<f64x4> {
         (0..n).map(|i| f64x4::from([0, 1, 2, 3].map(|s| t[s * n + i]))).collect()
@@ -546,7 +546,7 @@ fn inverse_kinematics_moves_hinges_and_leaves_modes() {
     }
 }
 
-/// A loop between the world and a body beyond bodies that bend, or on one: closed at the bent configuration that q says, by the kernels of dynamics.
+/// A loop between the world and a body beyond or on flexible bodies: closed at the deflected configuration of q, as the dynamics kernels confirm.
 #[test]
 fn inverse_kinematics_closes_loops_through_bent_bodies_and_refuses_to_bend_them() {
     let (mut bent, mut closed) = (0, 0);
@@ -595,7 +595,7 @@ fn inverse_kinematics_closes_loops_through_bent_bodies_and_refuses_to_bend_them(
         for b in mbs.bodies() {
             assert_eq!(q[b.modes_q()], c.q[b.modes_q()], "modes stay");
         }
-        // On the way to the loop there is one that is bent; to move its modes is refused by name.
+        // The path to the loop contains a flexible body; moving its modes is an error that names it.
         let on_path =
             |b: multibody::BodyId| mbs.on_path(b, mbs.body(mbs.get(node.body()).name()).unwrap());
         bent += usize::from(mbs.body_ids().any(|b| mbs.get(b).modes().is_some() && on_path(b)));
@@ -634,7 +634,7 @@ fn what_is_only_for_rigid_mechanisms_says_so() {
 
 #[test]
 fn a_mode_with_nothing_to_move_behind_a_prescribed_hinge_or_a_free_one_is_named() {
-    // Two masses whose one mode is a rigid turn, on a pin that turns the same way.
+    // Two masses whose single mode is a rigid rotation, on a pin with the same rotation.
     let at = |x: f64| Station {
         pose: Pose::translation(x, 0.0, 0.0),
         mass: MassProperties::new(1.0, Vec3::zeros(), linkwork_dynamics::spatial::Mat3::zeros()),

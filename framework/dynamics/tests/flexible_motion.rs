@@ -1,4 +1,4 @@
-//! Flexible bodies in motion and at rest against closed forms and a published manoeuvre; energy and momentum.
+//! Flexible bodies in motion and at rest, compared with closed forms and a published manoeuvre; energy and momentum.
 
 use crate::support;
 
@@ -44,7 +44,7 @@ fn a_cantilever_has_the_frequencies_of_euler_and_bernoulli() {
     let (zero, mut M, mut K) = (vec![0.0; n], vec![0.0; n * n], vec![0.0; n * n]);
     poses(&tree, &mut ws, &zero);
     mass_matrix(&tree, &mut ws, &mut M);
-    // K column by column, from what holds a deflected beam still.
+    // K column by column, from the forces that keep a deflected beam at rest.
     for j in 0..n {
         let mut q = zero.clone();
         q[j] = 1e-3;
@@ -77,21 +77,21 @@ fn a_force_at_the_tip_deflects_as_the_handbook_says() {
     ws.add_wrench_at_node(&tree, mbs.node("tip").unwrap(), Force::new(Vec3::zeros(), F));
     let mut tau = vec![0.0; 16];
     inverse_dynamics_given_kinematics(&tree, &mut ws, &zero, &mut tau);
-    // −T is what deflects; K η = −T.
+    // −T is the deflecting force; K η = −T.
     let K = mbs.bodies()[0].modes().unwrap().stiffness.clone();
     let eta: Vec<f64> = tau.iter().zip(&K).map(|(t, k)| -t / k).collect();
     poses(&tree, &mut ws, &eta);
     let p = ws.node_pose(&tree, mbs.node("tip").unwrap()).position;
     let of = |F: f64, I: f64| F * 1000.0 / (3.0 * 7e10 * I);
     let want = [of(F.y, 2e-7), of(F.z, 5e-7)];
-    // Measured 7.9e-5: what eight modes leave out.
+    // Measured 7.9e-5: the contribution of modes beyond the eighth.
     close(&[p.y, p.z], &want, 1e-4, "tip");
-    // Deflection shortens: −½ ∫ w'² = −(3/5) w²/L of a tip load.
+    // Deflection shortens the beam: −½ ∫ w'² = −(3/5) w²/L of a tip load.
     let shorter = 0.6 * (want[0] * want[0] + want[1] * want[1]) / 10.0;
     close(&[p.x - 10.0], &[-shorter], 2e-3, "shortening");
 }
 
-/// Deflection of the tip (behind, in the turning frame) every 0.1 s of the manoeuvre.
+/// Returns the deflection of the tip (backwards, in the rotating frame) every 0.1 s of the manoeuvre.
 fn spin_up(modes: Modes) -> Vec<f64> {
     let mut b = Builder::new();
     b.body(BodySpec::new("beam", "world").hinge(Hinge::pin(Vec3::z()).prescribed()).modes(modes));
@@ -142,15 +142,15 @@ fn a_beam_that_spins_up_lags_and_comes_back_as_kane_showed() {
         .iter()
         .fold(0.0, |m: f64, y| if y.is_nan() { f64::INFINITY } else { m.max(y.abs()) });
     assert!(rest < 0.006, "{rest}");
-    // Without shortening the same beam gives way: 6 rad/s is above its first frequency, 3.8 rad/s.
+    // Without shortening the same beam becomes unstable: 6 rad/s is above its first frequency, 3.8 rad/s.
     let mut soft = modes;
     soft.stations.iter_mut().for_each(|s| s.shortening = None);
     let soft = spin_up(soft);
     assert!(soft.last().unwrap().abs() > 10.0, "{soft:?}");
 }
 
-/// λ of a cantilever that turns at γ about its root (both times √(ρ A L⁴ / E I)), out of the plane of turning:
-/// w'''' − ½ γ² ((1 − x²) w')' = λ² w by power series, w = w' = 0 at the root, w'' = w''' = 0 at the tip.
+/// Returns λ of a cantilever that rotates at γ about its root (both times √(ρ A L⁴ / E I)), out of the plane of rotation: w'''' − ½ γ² ((1 − x²) w')'
+/// = λ² w by power series, w = w' = 0 at the root, w'' = w''' = 0 at the tip.
 fn turning_beam(gamma: f64) -> f64 {
     let determinant = |lambda: f64| {
         let tip = |start: usize| {
@@ -181,7 +181,7 @@ fn turning_beam(gamma: f64) -> f64 {
 
 #[test]
 fn a_turning_beam_stiffens_as_the_differential_equation_says() {
-    // Without turning: the cantilever's own.
+    // Without rotation: λ of the cantilever.
     assert!((turning_beam(1e-6) - 1.875_104_f64.powi(2)).abs() < 1e-5);
     let (beam, n) = (kane(), 6);
     let unit = (14_000.0_f64 / (1.2 * 1e4)).sqrt();
@@ -213,7 +213,7 @@ fn a_turning_beam_stiffens_as_the_differential_equation_says() {
         let half = L.solve_lower_triangular(&DMatrix::from_row_slice(n, n, &K)).unwrap();
         let A = L.solve_lower_triangular(&half.transpose()).unwrap();
         let least = A.symmetric_eigenvalues().min().sqrt() / unit;
-        // In the plane, what centrifugal force does on the deflection itself comes off: λ² − γ².
+        // In the plane, subtract the effect of the centrifugal force on the deflection itself: λ² − γ².
         let flap = turning_beam(gamma);
         let want = if out_of_plane { flap } else { (flap * flap - gamma * gamma).sqrt() };
         // Measured at most 6e-5.
@@ -258,7 +258,7 @@ fn satellite() -> Multibody {
     b.build().unwrap()
 }
 
-/// A moderate start: modes within some centimetres.
+/// Returns a moderate initial state: deflections of some centimetres.
 fn start(mbs: &Multibody) -> (Vec<f64>, Vec<f64>) {
     let (mut q, mut v) = (mbs.random_q(8), mbs.random_v(8));
     for b in mbs.bodies() {
@@ -268,8 +268,7 @@ fn start(mbs: &Multibody) -> (Vec<f64>, Vec<f64>) {
     (q, v)
 }
 
-/// One classical Runge–Kutta step on the lanes of q and v.
-/// The classical Runge–Kutta method.
+/// Returns an integrator with the classical Runge–Kutta method.
 fn classical(n: usize) -> Integrator {
     Integrator::new(Method::by_name("rk4").unwrap(), n)
 }
@@ -335,7 +334,7 @@ fn momentum_of_a_flexible_satellite_stays() {
 
 #[test]
 fn a_stiff_satellite_moves_as_a_rigid_one() {
-    // Stiffer by s: deflections, and what they change, fall as 1/s.
+    // With s times the stiffness, deflections and their effects decrease as 1/s.
     let rigid = {
         let mut b = Builder::from(&satellite());
         for body in b.bodies_mut() {
@@ -393,7 +392,7 @@ fn a_stiff_satellite_moves_as_a_rigid_one() {
             .collect();
         let mut vdot = vec![0.0; mbs.nv()];
         for _ in 0..4 {
-            // Modes held still (η̈ = 0): hinge accelerations of the rigid problem, then η = K⁻¹ of what is left.
+            // Modes at rest (η̈ = 0): hinge accelerations of the rigid problem, then η = K⁻¹ of the remaining force.
             let hinge: Vec<usize> =
                 (0..mbs.nv()).filter(|i| !modal.iter().any(|(_, m)| m == i)).collect();
             let (mut M, mut bias) = (vec![0.0; mbs.nv().pow(2)], vec![0.0; mbs.nv()]);

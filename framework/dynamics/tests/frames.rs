@@ -1,4 +1,4 @@
-//! Frames: against the kernels, differences in time and closed forms; what is computed and when.
+//! Frames: compared with the kernels, time differences and closed forms; also which quantities are computed and when.
 
 use crate::support::{Rng, Shape, random_tree};
 use linkwork_dynamics::frames::MechanismId;
@@ -46,7 +46,7 @@ fn seen_from_the_world_nodes_are_where_the_kernels_say() {
         let mut ws = Workspace::new(&kernel);
         let (q, v, vdot) = (mbs.random_q(seed), mbs.random_v(seed), mbs.random_v(seed + 1));
         let mut r = Rng(seed);
-        // On a moving base, too.
+        // Also on a moving base.
         let (X, V, A) = (r.pose(), motion(&mut r), motion(&mut r));
         ws.set_base(&X, &V, &A);
         inverse_dynamics(&kernel, &mut ws, &q, &v, &vdot, &mut vec![0.0; mbs.nv()]);
@@ -88,7 +88,7 @@ fn rates_are_differences_in_time_for_any_pair_in_any_axes() {
         let pair = frames.pair(tool, camera).unwrap();
         let other = frames.pair_in(tool, camera, world).unwrap();
         let turn = frames.pair(world, tool).unwrap();
-        // The state at t, to second order in t; the table turns uniformly in its own axes.
+        // The state at t, to second order in t; the table rotates uniformly about its own axes.
         let set = |frames: &mut Frames, t: f64| {
             let (mut qt, nv) = (q.clone(), mbs.nv());
             let dq: Vec<f64> = (0..nv).map(|i| v[i] * t + 0.5 * vdot[i] * t * t).collect();
@@ -101,8 +101,8 @@ fn rates_are_differences_in_time_for_any_pair_in_any_axes() {
             let X = Pose::new(R, X0.position + u * t);
             frames.set_moving(table, X, Motion::new(R * w, u), Motion::zero()).unwrap();
         };
-        // Free subhinges: β is constant in turning axes, so q(t) above is only right to first order;
-        // velocity comes from differences of poses at t → 0, acceleration from those of velocity.
+        // Free subhinges: β is constant in rotating axes, so q(t) above is accurate only to first order. Velocity is compared with differences of
+        // poses at t → 0, acceleration with differences of velocities.
         let h = 1e-5;
         set(&mut frames, h);
         let (X1, V1) = (frames.pose(pair), frames.velocity(pair));
@@ -118,7 +118,7 @@ fn rates_are_differences_in_time_for_any_pair_in_any_axes() {
         near_motion(&A, &a, 1e-8, &what);
         worst.0 = worst.0.max((V.linear - p_dot).norm());
         worst.1 = worst.1.max((A.linear - a.linear).norm());
-        // In the world's axes: the same, turned.
+        // In the world's axes: the same, rotated.
         let R = frames.pose(turn).rotation;
         near(&frames.position(other), &(R * X.position), 1e-14, &what);
         near_motion(&frames.velocity(other), &V.rotate(&R), 1e-14, &what);
@@ -169,8 +169,7 @@ fn frames_seen_both_ways_and_through_a_third_agree() {
 
 #[test]
 fn a_point_at_rest_circles_for_an_observer_on_a_turntable() {
-    // Seen from a table turning at w about z: v = −w z × p, a = w² (−p): the Coriolis term −2 w z × v
-    // outweighs the centrifugal one.
+    // In a table rotating at w about z: v = −w z × p, a = w² (−p). The Coriolis term −2 w z × v outweighs the centrifugal one.
     let mut frames = Frames::new();
     let world = frames.world();
     let table = frames.add_moving("table", world, Pose::identity()).unwrap();
@@ -187,7 +186,7 @@ fn a_point_at_rest_circles_for_an_observer_on_a_turntable() {
     near(&V.angular, &(-Vec3::z() * w), 1e-15, "ω");
     let inward = Vec3::new(-p.x, -p.y, 0.0) * (w * w);
     near(&frames.acceleration(pair).linear, &inward, 1e-15, "a");
-    // A puck that slides outward along the table's x at s: in the world 2 w s sideways, −w² r inward.
+    // A puck that slides outward along the table's x at speed s has, in the world, the acceleration 2 w s sideways and w² r inward.
     let (s, r) = (0.4, 1.3);
     let puck = frames.add_moving("puck", table, Pose::identity()).unwrap();
     let slide = Motion::new(Vec3::zeros(), Vec3::x() * s);
@@ -198,7 +197,7 @@ fn a_point_at_rest_circles_for_an_observer_on_a_turntable() {
     near(&frames.velocity(seen).linear, &Vec3::new(s, w * r, 0.0), 1e-15, "velocity, table's axes");
 }
 
-/// Sun, planet (turning, on its way), site, and a mechanism on the site.
+/// Sun, planet (rotating and moving), site, and a mechanism on the site.
 fn planet(seed: u64, mbs: &Multibody, distance: f64) -> (Frames, MechanismId) {
     let mut frames = Frames::new();
     let mut r = Rng(seed);
@@ -228,9 +227,9 @@ fn frames_of_one_rover_keep_their_digits_at_any_distance() {
             let p = frames.position(pair);
             (p, frames.velocity(pair), frames.acceleration(pair))
         };
-        // Not nearly: exactly the same.
+        // Bit-identical, not only approximately equal.
         assert_eq!(answer(0.0), answer(1.5e11), "seed {seed}");
-        // Seen from the site, too.
+        // Also in the site's frame.
         let (mut frames, m) = planet(seed, &mbs, 1.5e11);
         let (site, wheel) = (frames.named("site").unwrap(), frames.node_named(m, "n08").unwrap());
         let kernel = Tree::new(&mbs);
@@ -266,14 +265,14 @@ fn only_what_is_asked_and_out_of_date_is_computed() {
     frames.set_v(m, &mbs.random_v(1)).unwrap();
     frames.set_vdot(m, &mbs.random_v(2)).unwrap();
     assert_eq!(counted(&frames), ([0; 3], [0; 3]), "setting only marks");
-    // A question touches the path between the frames, and the levels that it needs.
+    // A query computes only the path between the frames, and the derivatives that it needs.
     frames.pose(pair);
     assert_eq!(counted(&frames), ([path, 0, 0], [1, 0, 0]));
     frames.velocity(pair);
     assert_eq!(counted(&frames), ([path, path, 0], [1, 1, 0]));
     frames.acceleration(pair);
     assert_eq!(counted(&frames), ([path; 3], [1; 3]));
-    // Again, in any order, and when the same numbers are set: nothing.
+    // Repeating it in any order, or setting the same numbers, computes nothing.
     frames.set_q(m, &mbs.random_q(1)).unwrap();
     frames.set_v(m, &mbs.random_v(1)).unwrap();
     for _ in 0..3 {
@@ -282,14 +281,14 @@ fn only_what_is_asked_and_out_of_date_is_computed() {
         frames.velocity(pair);
     }
     assert_eq!(counted(&frames), ([path; 3], [1; 3]), "a repeated question");
-    // Other rates: no configuration term.
+    // With other rates, configuration terms are not recomputed.
     frames.set_v(m, &mbs.random_v(5)).unwrap();
     frames.velocity(pair);
     assert_eq!(counted(&frames), ([path, 2 * path, path], [1, 2, 1]));
     frames.set_vdot(m, &mbs.random_v(6)).unwrap();
     frames.acceleration(pair);
     assert_eq!(counted(&frames), ([path, 2 * path, 2 * path], [1, 2, 2]));
-    // A change beside the path computes nothing for this pair.
+    // A change outside the path computes nothing for this pair.
     let mut q = mbs.random_q(1);
     let mut nudge = |wanted: bool| {
         let found = mbs.subhinges().find(|(b, s)| on_path(*b) == wanted && !s.v.is_empty());
@@ -303,11 +302,11 @@ fn only_what_is_asked_and_out_of_date_is_computed() {
     frames.set_q(m, &nudge(false)).unwrap();
     frames.acceleration(pair);
     assert_eq!(counted(&frames), ([path, 2 * path, 2 * path], [1, 2, 2]));
-    // A change of one hinge on the path computes that hinge, and the way along the path.
+    // A change of one hinge on the path computes that hinge, and the product along the path.
     frames.set_q(m, &nudge(true)).unwrap();
     frames.pose(pair);
     assert_eq!(counted(&frames), ([path + 1, 2 * path, 2 * path], [2, 2, 2]));
-    // A second pair over hinges that are up to date computes no hinge.
+    // A second pair over hinges that are up to date does not compute any hinge.
     let before = frames.counts().edges;
     let (c, d) = (ids(&frames, "n05"), frames.body(m, body_b).unwrap());
     let second = frames.pair(c, d).unwrap();

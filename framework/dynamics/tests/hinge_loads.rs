@@ -1,4 +1,4 @@
-//! Loads of hinges: sums over the bodies outboard, efforts of forward dynamics, closed forms, and that asking leaves no trace.
+//! Hinge loads: sums over the outboard bodies, efforts of forward dynamics, closed forms; queries do not change the workspace.
 
 use crate::support::{Rng, Shape, close, random_tree};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Coordinate, Hinge};
@@ -9,7 +9,7 @@ fn load(loads: &HingeLoads, tree: &Tree, ws: &Workspace, body: &str) -> Force {
     loads.load(tree, ws, tree.multibody().body(body).unwrap())
 }
 
-/// Newton's and Euler's laws for each body outboard of a hinge by themselves, from poses, velocities and accelerations.
+/// Newton–Euler equations for each body outboard of a hinge, from poses, velocities and accelerations.
 #[test]
 fn a_load_is_the_sum_over_the_bodies_outboard() {
     let mut count = 0;
@@ -39,7 +39,7 @@ fn a_load_is_the_sum_over_the_bodies_outboard() {
         let mut loads = HingeLoads::new(&tree);
         loads.begin(&ws);
         loads.find(&tree, &mut ws, &vdot);
-        // Inverse of forward: measured 1e-12 at worst.
+        // Inverse of forward dynamics: measured at most 1e-12.
         close(loads.efforts(), &tau, 1e-11, &format!("seed {seed}, efforts"));
         for (b, a) in mbs.body_ids().zip(&before) {
             assert_eq!(ws.body_acceleration(&tree, b), *a, "seed {seed}: a trace is left");
@@ -72,7 +72,7 @@ fn a_load_is_the_sum_over_the_bodies_outboard() {
             let want = [back * force, back * moment].map(|x| [x.x, x.y, x.z]).concat();
             let size = force.norm() + moment.norm() + 100.0;
             let error = got.iter().zip(&want).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            // Measured 2e-12 at worst.
+            // Measured at most 2e-12.
             assert!(error < 1e-10 * size, "seed {seed} {body:?}: {got:?} {want:?}");
             count += 1;
         }
@@ -80,7 +80,7 @@ fn a_load_is_the_sum_over_the_bodies_outboard() {
     assert!(count > 300);
 }
 
-/// A mass m at the end of a massless arm of length r on a driven pin: m ω² r inwards, m r α across, and the torque m r² α.
+/// A mass m at the end of a massless arm of length r on a driven pin: m ω² r inwards, m r α tangentially, and the torque m r² α.
 #[test]
 fn a_spinning_arm_pulls_with_m_omega_squared_r() {
     let (m, r, w, alpha) = (2.0, 0.7, 3.0, 1.3);
@@ -104,7 +104,7 @@ fn a_spinning_arm_pulls_with_m_omega_squared_r() {
     assert!((loads.efforts()[0] - m * r * r * alpha).abs() < 1e-11);
 }
 
-/// A cantilever of two bars on locked joints, written as pins that never move: at the wall (m₁ + m₂) g and the moment of both weights.
+/// A cantilever of two bars on locked joints, written as fixed pins: the wall carries (m₁ + m₂) g and the moment of both weights.
 #[test]
 fn a_static_beam_carries_its_weight() {
     let (m, l, g) = ([3.0, 2.0], 0.8, 9.81);

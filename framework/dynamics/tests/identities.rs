@@ -1,4 +1,4 @@
-//! Identity wall: two ways to the same numbers, on random trees with every kind of hinge.
+//! Identity tests: two algorithms for the same numbers, on random trees with every kind of hinge.
 
 use crate::support::{Rng, Shape, close, random_tree, relative_error, solve};
 use linkwork_dynamics::spatial::{Force, RigidInertia, Vec3};
@@ -43,7 +43,7 @@ fn inverse_inverts_forward_and_both_agree_with_the_mass_matrix() {
         forward_dynamics_given_kinematics(&c.tree, &mut c.ws, &mut tau, &mut vdot).unwrap();
         assert_eq!(given, tau, "seed {seed}: tau is only read at free coordinates");
         inverse_dynamics_given_kinematics(&c.tree, &mut c.ws, &vdot, &mut back);
-        // Measured 1e-12 at worst: large forces cancel in some of these chains.
+        // Measured at most 1e-12, because large forces cancel in some of these chains.
         close(&back, &tau, 1e-11, &format!("seed {seed}, inverse of forward"));
 
         // M β̇ + C = τ, solved densely.
@@ -210,7 +210,7 @@ fn velocities_and_accelerations_are_derivatives_of_poses() {
     }
 }
 
-/// As `close`, for numbers around one or much smaller.
+/// Like `close`, for numbers around one or much smaller.
 #[track_caller]
 fn near(a: &[f64], b: &[f64], tol: f64, what: &str) {
     let worst = a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);

@@ -1,4 +1,4 @@
-//! Inverse kinematics: robots reach what they can reach, limits hold, loops close, refusals say why.
+//! Inverse kinematics: robots reach feasible goals, limits hold, loops close, errors state the reason.
 
 use crate::support::{Rng, Shape, random_tree, robot};
 use linkwork_dynamics::multibody::{
@@ -15,7 +15,7 @@ fn pose_of(tree: &Tree, q: &[f64], node: NodeId) -> Pose {
     ws.node_pose(tree, node)
 }
 
-/// The same robot with limits on every coordinate that has one number.
+/// Returns the robot with limits on every one-dof coordinate.
 fn limited(mbs: &Multibody, limits: Limits) -> Multibody {
     let mut b = Builder::from(mbs);
     for s in b.bodies_mut().iter_mut().flat_map(|b| &mut b.hinge.subhinges) {
@@ -26,7 +26,7 @@ fn limited(mbs: &Multibody, limits: Limits) -> Multibody {
     b.build().unwrap()
 }
 
-/// q moved by up to `size` in every coordinate, and put within ± `limit`.
+/// Returns q moved by up to `size` in every coordinate, clamped to ± `limit`.
 fn moved(mbs: &Multibody, q: &[f64], size: f64, limit: f64, r: &mut Rng) -> Vec<f64> {
     let dv: Vec<f64> = r.vec(mbs.nv()).iter().map(|x| x * size).collect();
     let mut out = q.to_vec();
@@ -48,7 +48,7 @@ fn reference_robots_reach_what_can_be_reached_within_limits() {
         for seed in 0..60 {
             let mut r = Rng(seed);
             let goal = moved(&mbs, &mbs.neutral_q(), 2.5, 2.6, &mut r);
-            // One foot by position and one by pose; an arm has one tool.
+            // One foot has a position target and one a pose target; an arm has one tool.
             let targets: Vec<Target> = mbs
                 .node_ids()
                 .enumerate()
@@ -87,7 +87,7 @@ fn reference_robots_reach_what_can_be_reached_within_limits() {
 
 #[test]
 fn starts_anywhere_lead_there_almost_always() {
-    // One start in two ends in a corner of the limits; with 64 others, 899 of 900 were met.
+    // Half of the single starts end in a corner of the limits; with 64 others, 899 of 900 succeeded.
     for name in ["ur5", "iiwa7", "solo12_ff"] {
         let Some(robot) = robot(name) else { return };
         let mbs = limited(robot.tree.multibody(), Limits::position(-2.6, 2.6));
@@ -163,7 +163,7 @@ fn out_of_reach_says_how_far_and_gives_the_nearest() {
     let goal = Vec3::new(0.0, 3.0, 0.0);
     let error = ik.solve(&tree, &[Target::new(tip, Goal::position(goal))], &mut q).unwrap_err();
     let InverseKinematicsError::Unreachable { nearest, .. } = &error else { panic!("{error}") };
-    // The elbow is as straight as it may be, and the tip points at the goal.
+    // The elbow is as straight as its limit permits, and the tip points at the goal.
     let reach = (0.7_f64.powi(2) + 0.45_f64.powi(2) + 2.0 * 0.7 * 0.45 * 0.3_f64.cos()).sqrt();
     assert!((nearest.residuals[0].position - (3.0 - reach)).abs() < 1e-7, "{error}");
     assert_eq!((nearest.at_limit.as_slice(), nearest.q[1]), (&[1][..], 0.3));
@@ -174,14 +174,13 @@ fn out_of_reach_says_how_far_and_gives_the_nearest() {
     assert!(text.contains("body `lower`, coordinate 1, is at its limit"), "{text}");
     assert_eq!(ik.residuals(), nearest.residuals);
     assert_eq!(ik.at_limit(&q).collect::<Vec<_>>(), [1]);
-    // Out of the plane as well, and turned: both units.
+    // Also out of the plane, and rotated: both units.
     let X = Pose::new(Quat::from_scaled_axis(Vec3::x()), Vec3::new(0.5, 0.5, 0.2));
     let text = ik.solve(&tree, &[Target::new(tip, Goal::pose(X))], &mut q).unwrap_err().to_string();
     assert!(text.contains(" m and ") && text.contains(" rad from its target"), "{text}");
 }
 
-/// A four-bar: crank a, coupler b, follower c, ground d; the coupler's end and the follower's are to
-/// coincide.
+/// A four-bar: crank a, coupler b, follower c, ground d. The ends of coupler and follower must coincide.
 #[test]
 fn a_four_bar_closes_as_its_closed_form_says() {
     let (a, b, c, d) = (0.3, 0.8, 0.6, 0.7);
@@ -201,7 +200,7 @@ fn a_four_bar_closes_as_its_closed_form_says() {
     let at = |name: &str| mbs.get(mbs.body(name).unwrap()).q().start;
     let (crank, coupler, follower) = (at("crank"), at("coupler"), at("follower"));
     ik.effort.position_tolerance = 1e-13;
-    // The open branch: the joint lies left of the line from the crank's end to the ground.
+    // The open branch: the joint is left of the line from the crank's end to the ground.
     let mut q = mbs.neutral_q();
     (q[coupler], q[follower]) = (0.5, 1.5);
     for i in 0..72 {
@@ -209,14 +208,14 @@ fn a_four_bar_closes_as_its_closed_form_says() {
         let theta = q[crank];
         ik.solve(&tree, &[closed], &mut q).unwrap();
         assert_eq!(q[crank], theta, "prescribed coordinates stay");
-        // Freudenstein: with e from the crank's end to the ground pivot.
+        // Freudenstein's equation, with e from the crank's end to the ground pivot.
         let e = Vec3::new(d - a * theta.cos(), -a * theta.sin(), 0.0);
         let l = e.norm();
         let beta = e.y.atan2(e.x) + ((b * b + l * l - c * c) / (2.0 * b * l)).acos();
         let p = Vec3::new(a * theta.cos() + b * beta.cos(), a * theta.sin() + b * beta.sin(), 0.0);
         let X = pose_of(&tree, &q, joint);
         assert!((X.position - p).norm() <= 1e-8, "crank at {theta}: {:?} {p:?}", X.position);
-        // Rates that keep it closed, against differences.
+        // Compare the rates that keep it closed with differences.
         let mut v = vec![0.0; 3];
         let v_of = |name: &str| mbs.get(mbs.body(name).unwrap()).v().start;
         v[v_of("crank")] = 0.7;
@@ -257,7 +256,7 @@ fn random_trees_meet_poses_relative_to_each_other_with_coordinates_kept() {
                 Goal::orientation(pose_of(&tree, &goal, mbs.node("n04").unwrap()).rotation),
             ),
         ];
-        // Everything that is kept is where it has to be already.
+        // All kept coordinates already have their required values.
         let kept = mbs.get(mbs.body("b03").unwrap()).v();
         ik.keep(kept.clone());
         let mask = mbs.prescribed();
@@ -307,12 +306,12 @@ fn rates_are_least_squares_of_least_norm_within_limits() {
         let got = ws.node_velocity(&tree, node);
         assert!(((got.linear - V.linear).norm() - missing.position).abs() <= 1e-12);
         assert!(((got.angular - V.angular).norm() - missing.orientation).abs() <= 1e-12);
-        // Against a dense pseudo-inverse.
+        // Compare with a dense pseudo-inverse.
         let mut J = vec![0.0; 6 * nv];
         node_jacobian(&tree, &ws, node, &mut J);
         let J = DMatrix::from_row_slice(6, nv, &J);
         let b = DVector::from_iterator(6, V.angular.iter().chain(V.linear.iter()).copied());
-        // The gradient vanishes, and v is J^T y for some y: the least of all minimisers.
+        // The gradient vanishes, and v is J^T y for some y: the minimum-norm minimiser.
         let eigen = (&J * J.transpose()).symmetric_eigen();
         let most = eigen.eigenvalues.max();
         let small = |x: &f64| *x > 1e-14 * most && *x < 1e-5 * most;
@@ -327,7 +326,7 @@ fn rates_are_least_squares_of_least_norm_within_limits() {
         let U = &eigen.eigenvectors;
         let y = U * DMatrix::from_diagonal(&inverse) * U.transpose() * (&J * &x);
         let beside = (&x - J.transpose() * y).norm();
-        // Rounding of JᵀJ + δ 1 is 1e-8 in directions that move nothing.
+        // The round-off of JᵀJ + δ 1 is 1e-8 in directions that move nothing.
         assert!(beside <= 1e-7 * (1.0 + x.norm()), "seed {seed}: {beside:e}");
 
         // With rate limits: no feasible neighbour is better.
@@ -414,7 +413,7 @@ fn mistakes_are_refused() {
     assert!(ik.rates(&tree, &[still.weights(-1.0, 1.0)], &q, &mut v).is_err());
     let fast = RateTarget::new(tip, Motion::new(Vec3::zeros(), Vec3::x() * f64::NAN));
     assert!(ik.rates(&tree, &[fast], &q, &mut v).is_err());
-    // No coordinate may move: not reached, and said so.
+    // If no coordinate may move, the result reports that the goal is not reached.
     ik.keep(0..2);
     let error = ik.solve(&tree, &[Target::new(tip, Goal::position(p))], &mut q).unwrap_err();
     assert!(matches!(error, InverseKinematicsError::Unreachable { .. }));
@@ -508,7 +507,7 @@ fn improvements_stay_on_the_targets_and_end_at_a_minimum() {
         assert!((improved.cost - after).abs() < 1e-12 && after <= before, "seed {seed}");
         let X = pose_of(&tree, &q, node);
         assert!((X.position - target.goal.position.unwrap()).norm() <= 1e-9, "seed {seed}");
-        // What is left of the gradient lies in the rows of J.
+        // The remaining gradient is in the row space of J.
         let mut ws = Workspace::new(&tree);
         poses(&tree, &mut ws, &q);
         let mut J = vec![0.0; 6 * nv];
@@ -527,7 +526,7 @@ fn improvements_stay_on_the_targets_and_end_at_a_minimum() {
     assert!(compared >= 10, "{compared} seeds were compared");
 }
 
-/// What is left after one step is of third order in how far the start is: a half of the way leaves an eighth. Steps of Gauss and Newton leave a quarter.
+/// The error after one step is of third order in the initial distance: half the distance leaves an eighth. Gauss–Newton steps would leave a quarter.
 #[test]
 fn a_step_to_poses_in_the_world_is_of_third_order() {
     let turns = [

@@ -71,7 +71,7 @@ fn the_inverse_is_that_of_the_free_block() {
         let mut c = Case::new(&mbs, seed);
         let (M, X, n) = (c.mass(), c.inverse(), c.nv());
         let fixed = mbs.prescribed();
-        // Rows and columns of prescribed coordinates out of M, ones in their place.
+        // Remove rows and columns of prescribed coordinates from M, and put ones in their place.
         let mut free = M.clone();
         for i in (0..n).filter(|i| fixed[*i]) {
             free.row_mut(i).fill(0.0);
@@ -277,7 +277,7 @@ fn other_algorithms_on_a_subgraph_are_blocks_of_the_whole() {
         let arm = mbs.ancestors(leaf).find(|b| mbs.subtree(*b).len() > 2).unwrap();
         let (sub, n) = (mbs.subtree_graph(arm), mbs.nv());
         let Some(base) = sub.base.filter(|_| !sub.v.is_empty()) else { continue };
-        // In the whole everything else is prescribed, for the compliance.
+        // In the whole mechanism everything else is prescribed, for the compliance.
         let mut held = mbs.clone();
         for b in mbs.body_ids().filter(|b| !sub.bodies.contains(b)) {
             held = held.with_coordinate(b, multibody::Coordinate::Prescribed);
@@ -334,7 +334,7 @@ fn other_algorithms_on_a_subgraph_are_blocks_of_the_whole() {
 
 #[test]
 fn a_base_may_move() {
-    // A mechanism on a turning base feels what it feels with the turn as a prescribed hinge.
+    // On a rotating base, a mechanism has the same forces as with the rotation as a prescribed hinge.
     use multibody::{BodySpec, Builder, Hinge};
     let arm = |hinge: Hinge| {
         let mut r = Rng(5);

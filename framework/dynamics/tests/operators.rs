@@ -1,4 +1,4 @@
-//! Operators as values: identities against dense algebra and the kernels, cost, refusals.
+//! Operators as values: identities compared with dense algebra and the kernels, cost, errors.
 
 use crate::support::{Rng, Shape, close, random_tree};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
@@ -47,7 +47,7 @@ fn same(a: &DMatrix<f64>, b: &DMatrix<f64>, tol: f64, what: &str) {
     close(a.as_slice(), b.as_slice(), tol, what);
 }
 
-/// The rows and columns that `keep` has.
+/// Returns the rows and columns in `keep`.
 fn pick(M: &DMatrix<f64>, keep: &[usize]) -> DMatrix<f64> {
     M.select_rows(keep).select_columns(keep)
 }
@@ -70,13 +70,13 @@ fn the_mass_matrix_its_factors_and_its_inverse_agree_with_dense_algebra() {
 
         let W = &I - &H * &psi * &K;
         let inverse = W.t() * D.inverse().unwrap() * &W;
-        // Of the sum of products, so that a large M and a small inverse weigh alike.
+        // Relative to the sum of products, so that a large M and a small inverse have equal weight.
         let dense = inverse.dense().unwrap();
         let unit = (M.abs() * dense.abs()).max();
         let error = (&M * &dense - DMatrix::identity(c.mbs.nv(), c.mbs.nv())).abs().max();
         assert!(error <= 1e-13 * unit, "seed {seed}: M times its inverse is off by {error:e}");
 
-        // Recognised as a whole, each to the other and back.
+        // Each is recognised as the inverse of the other.
         let found = newton.inverse().unwrap();
         assert_eq!(found.to_string(), "(I − H ψ K)* D⁻¹ (I − H ψ K)");
         same(&found.dense().unwrap(), &dense, 0.0, &what("inverse of HφMφ*H* + J"));
@@ -114,7 +114,7 @@ fn each_operator_and_its_transposed_and_its_inverse_are_what_they_say() {
         for op in &all {
             let (A, At) = (op.dense().unwrap(), op.t().dense().unwrap());
             same(&At, &A.transpose(), 1e-14, &format!("seed {seed}: ({op})*"));
-            // A product with a vector, and with the transposed from the left.
+            // Products with a vector, and of the transpose with a vector.
             let mut r = Rng(seed + 9);
             let (x, y) = (r.vec(A.ncols()), r.vec(A.nrows()));
             let Ax = op.apply(&x).unwrap();
@@ -198,7 +198,7 @@ fn omega_gives_the_compliance_of_the_nodes_and_upsilon_is_its_diagonal() {
         let B = ops.B(&nodes);
         let J = B.t() * ops.jacobian();
         assert_eq!(J.to_string(), "B* φ* H*");
-        // The Jacobian against the kernel's velocities.
+        // Compare the Jacobian with the kernel's velocities.
         let mut want = Vec::new();
         for n in &nodes {
             let V = c.ws.node_velocity(&c.tree, *n);
@@ -219,7 +219,7 @@ fn omega_gives_the_compliance_of_the_nodes_and_upsilon_is_its_diagonal() {
         let free: Vec<usize> = (0..mask.len()).filter(|i| !mask[*i]).collect();
         let J = J.dense().unwrap().select_columns(&free);
         let solved = pick(&M, &free).cholesky().unwrap().solve(&J.transpose());
-        // The dense reference loses digits by its condition; the recursion does not.
+        // The dense reference loses digits due to its condition number; the recursion does not.
         same(&lambda, &(&J * solved), 1e-12, &format!("seed {seed}, J M⁻¹ Jᵀ"));
         let inner = (&J.transpose(), ops.mass_inverse().dense().unwrap());
         let same_inverse = &J * pick(&inner.1, &free) * inner.0;
@@ -324,7 +324,7 @@ fn work_is_linear_in_the_number_of_links_and_allocates_nothing() {
             scratch.link_visits() / 2
         })
     };
-    // As many visits to a link as there are symbols in the expression; M⁻¹ has 2·3 + 1.
+    // The number of visits to a link equals the number of symbols in the expression; M⁻¹ has 2·3 + 1.
     for n in [1, 10, 100, 400] {
         assert_eq!(work(n), [6, 7, 5, 1, 1].map(|symbols| symbols * n as u64));
     }
@@ -358,11 +358,11 @@ fn mistakes_are_refused_with_both_operands() {
     let (n, nv) = (6 * ops.links(), ops.nv());
     let want = format!(
         "cannot multiply `H*` (6·links = {n} × nv = {nv}) by `M` (6·links = {n} × 6·links = {n}): \
-         nv = {nv} meets 6·links = {n}\n  help: "
+         nv = {nv} does not match 6·links = {n}\n  help: "
     );
     assert!(text.starts_with(&want), "{text}");
     assert!(matches!(H.t().try_mul(&M), Err(OperatorError::Multiply { .. })));
-    // The first mistake is reported, whatever is done afterwards.
+    // The first error is reported, independent of later operations.
     let later = (ops.identity() - 2.0 * wrong.t()) * other.D();
     assert_eq!(error(&later), error(&wrong));
     assert_eq!(later.apply(&[1.0]).unwrap_err(), error(&wrong));
@@ -373,8 +373,8 @@ fn mistakes_are_refused_with_both_operands() {
     assert!(matches!(error(&(&M + &D)), OperatorError::Add { .. }));
     assert!(matches!(error(&(&H - ops.identity())), OperatorError::Add { .. }));
     let text = error(&(&H * other.phi())).to_string();
-    assert!(text.contains("`H` and `φ` are of different systems"), "{text}");
-    // Another moment of the same system is another system.
+    assert!(text.contains("`H` and `φ` belong to different systems"), "{text}");
+    // A snapshot of the same system at another time is another system.
     let again = Operators::new(&a.tree, &a.ws).unwrap();
     assert!(matches!(error(&(&H * again.phi())), OperatorError::Systems { .. }));
     assert!(matches!(error(&(&H * f64::NAN)), OperatorError::NotFinite { .. }));
@@ -386,7 +386,7 @@ fn mistakes_are_refused_with_both_operands() {
     assert!(matches!(error(&(&two + &next)), OperatorError::Add { .. }), "other nodes");
 
     let text = phi.apply(&[1.0, 2.0]).unwrap_err().to_string();
-    assert!(text.contains("has 2 numbers, not") && text.contains("six numbers"), "{text}");
+    assert!(text.contains("has 2 numbers, expected") && text.contains("six numbers"), "{text}");
     let mut x = vec![1.0; nv];
     x[0] = f64::NAN;
     assert!(matches!(D.apply(&x), Err(OperatorError::NotFinite { .. })));
@@ -420,10 +420,10 @@ fn links_without_inertia_name_their_body() {
         let error = Operators::new(&c.tree, &c.ws).unwrap_err();
         assert_eq!(error, DynamicsError::Singular { body: "hand".into(), v: 1 });
     }
-    // Two pins on one axis: D of the inner one is nothing but rounding.
+    // Two pins on one axis: D of the inner one is only round-off.
     let c = arm(Hinge::universal(Vec3::new(1.0, 0.2, 0.3), Vec3::new(1.0, 0.2, 0.3)), solid);
     assert!(Operators::new(&c.tree, &c.ws).is_err());
-    // A link between two subhinges has no mass, so M has no inverse, but D has.
+    // A link between two subhinges is massless, so M is singular, but D is not.
     let c = arm(Hinge::universal(Vec3::x(), Vec3::y()), solid);
     let ops = Operators::new(&c.tree, &c.ws).unwrap();
     let text = ops.M().inverse().unwrap_err().to_string();

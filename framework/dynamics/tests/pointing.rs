@@ -1,4 +1,4 @@
-//! Inverse kinematics of parts of a pose: axes, cones, planes, lines, a look at a point.
+//! Inverse kinematics of parts of a pose: axes, cones, planes, lines, pointing at a point.
 
 use linkwork_dynamics::inverse_kinematics::{Place, Pointing, Towards};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, NodeId};
@@ -44,7 +44,7 @@ fn pose_of(tree: &Tree, q: &[f64], node: NodeId) -> Pose {
     ws.node_pose(tree, node)
 }
 
-/// The angle between the tip's axis and where it should point, and the error of its place, by geometry alone.
+/// Returns the angle between the tip's axis and its required direction, and the position error, from geometry alone.
 fn off(tree: &Tree, q: &[f64], t: &Target) -> (f64, f64) {
     let base = t.relative_to.map_or(Pose::identity(), |n| pose_of(tree, q, n));
     let X = base.inverse() * pose_of(tree, q, t.node);
@@ -73,7 +73,7 @@ fn parts_of_a_pose_are_met_and_the_rest_is_free() {
     let cases = 40;
     for seed in 0..cases {
         let mut rng = Rng(1000 + seed);
-        // What some configuration does, so that it can be met.
+        // The goal is the pose of some configuration, so it is feasible.
         let there: Vec<f64> = (0..6).map(|_| rng.within(-2.0, 2.0)).collect();
         for (kind, count) in count.iter_mut().enumerate() {
             let base = if seed % 2 == 0 { None } else { Some(side) };
@@ -111,10 +111,10 @@ fn parts_of_a_pose_are_met_and_the_rest_is_free() {
             let found =
                 ik.solve(&tree, &[target], &mut q).unwrap_or_else(|e| panic!("{kind} {seed}: {e}"));
             let (turn, place) = off(&tree, &q, &target);
-            // (An angle of vectors is told to 1e-9 by its sine and no better.)
+            // (An angle between vectors has a precision of 1e-9 from its sine.)
             assert!(turn < 3e-9 && place < 1e-9, "{kind} {seed}: {turn:.1e} {place:.1e}");
             *count += found.kinematics;
-            // Less is asked than a pose: what is free is not forced back to it.
+            // The target has fewer components than a pose, and free components are not forced back.
             if kind != 1 && kind != 3 {
                 let same = q.iter().zip(&there).all(|(a, b)| (a - b).abs() < 1e-4);
                 assert!(!same, "{kind} {seed}");
@@ -123,7 +123,7 @@ fn parts_of_a_pose_are_met_and_the_rest_is_free() {
     }
     let mean = count.map(|c| c as f64 / cases as f64);
     println!("kinematics a target: {mean:?}");
-    // Steps of second order: a wrong Jacobian takes many more, or never arrives.
+    // Steps converge quadratically; with a wrong Jacobian they take many more, or never converge.
     assert!(mean.iter().all(|m| *m < 16.0), "{mean:?}");
 }
 
@@ -138,12 +138,12 @@ fn within_its_cone_an_axis_may_stay() {
     let target = Target::new(tip, Goal::pointing(Pointing::along(Vec3::z(), near).within(0.25)));
     ik.solve(&tree, &[target], &mut q).unwrap();
     assert_eq!(q, q0, "it is there already");
-    // Outside it comes to the edge of the cone, and no farther in.
+    // From outside, it comes to the edge of the cone, and no farther.
     let target = Target::new(tip, Goal::pointing(Pointing::along(Vec3::z(), near).within(0.1)));
     ik.solve(&tree, &[target], &mut q).unwrap();
     let angle = (pose_of(&tree, &q, tip).rotation * Vec3::z()).angle(&near);
     assert!((angle - 0.1).abs() < 1e-8, "{angle}");
-    // Against its direction there is a way, too.
+    // A start in the opposite direction converges, too.
     let mut q = q0;
     let away = Pointing::along(Vec3::z(), -(X.rotation * Vec3::z()));
     ik.solve(&tree, &[Target::new(tip, Goal::pointing(away))], &mut q).unwrap();

@@ -1,4 +1,4 @@
-//! Steps with covariance: against differences of the step, closed forms, a cloud of states, and the motion itself.
+//! Steps with covariance: compared with differences of the step, closed forms, a set of sample states, and the motion itself.
 
 use crate::support::{Rng, Shape, random_tree};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
@@ -38,7 +38,7 @@ impl Case {
         let state = Known { q, v, covariance: P };
         self.prediction.step(&self.tree, &mut self.ws, state, drive).unwrap();
     }
-    /// Where a state goes in a step.
+    /// Returns the state after a step.
     fn goes(&mut self, q: &[f64], v: &[f64], step: f64) -> (Vec<f64>, Vec<f64>) {
         let (mut q, mut v, mut P) = (q.to_vec(), v.to_vec(), vec![0.0; 4 * self.nv() * self.nv()]);
         self.step(&mut q, &mut v, &mut P, step);
@@ -99,7 +99,7 @@ fn the_transition_is_the_derivative_of_the_step() {
 
 #[test]
 fn a_turn_may_be_of_any_size() {
-    // ⊕ alone, on balls and free hinges, up to a whole turn.
+    // ⊕ alone, on balls and free hinges, up to a full revolution.
     for (seed, size) in [(0, 0.1), (2, 1.0), (4, 6.0)] {
         let mbs = random_tree(seed + 900, shape(5, true));
         let (n, e) = (mbs.nv(), 1e-6);
@@ -216,7 +216,7 @@ fn covariance_is_that_of_a_cloud_of_states_and_of_the_product_written_out() {
     let P = DMatrix::from_row_slice(2 * n, 2 * n, &P);
     assert!((&P - &product).amax() < 1e-12 * P.amax());
     assert_eq!(P, P.transpose());
-    // A state at each end of each axis of the start's ellipsoid: their squares add up to the covariance.
+    // A state at each end of each axis of the initial ellipsoid: their squared deviations add up to the covariance.
     let mut cloud = DMatrix::zeros(2 * n, 2 * n);
     for k in 0..2 * n {
         for sign in [1.0, -1.0] {
@@ -247,7 +247,7 @@ fn what_is_known_exactly_stays_so_and_a_refusal_changes_nothing() {
     let mut P = vec![0.0; 4 * mbs.nv() * mbs.nv()];
     c.step(&mut q, &mut v, &mut P, 0.01);
     assert!(P.iter().all(|x| *x == 0.0));
-    // A hinge that carries nothing.
+    // A hinge without load.
     let mut b = Builder::new();
     b.body(BodySpec::new("ghost", "world").hinge(Hinge::pin(Vec3::x())));
     let mbs = b.build().unwrap();

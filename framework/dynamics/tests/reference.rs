@@ -1,4 +1,4 @@
-//! Foreign reference: every quantity that we have against Pinocchio 4.1, five robots × 20 states.
+//! External reference: compares every available quantity with Pinocchio 4.1, five robots × 20 states.
 
 use crate::support;
 
@@ -9,7 +9,7 @@ use linkwork_dynamics::*;
 use serde_json::Value;
 use support::{Robot, close, nums, robot};
 
-/// Relative to the largest entry. Measured 9e-15 at worst.
+/// Relative to the largest entry. Measured at most 9e-15.
 const TOL: f64 = 1e-13;
 /// A dense solve with the compliance: measured 1e-12.
 const TOL_HELD: f64 = 1e-10;
@@ -83,7 +83,7 @@ fn state(r: &Robot, ws: &mut Workspace, s: &Value, place: &str) {
         close(&pair_m(&V), &nums(&x["v_lwa"]), TOL, &at("frame velocity"));
         let A = ws.node_acceleration(tree, n);
         close(&pair_m(&A), &nums(&x["ac_lwa"]), TOL, &at("frame acceleration"));
-        // In the frame's axes; the acceleration there is Featherstone's, less ω × v.
+        // In the frame's axes. Pinocchio's acceleration there is Featherstone's spatial acceleration, which differs by ω × v.
         let local = |m: Motion| pair_m(&m.rotate(&X.rotation.inverse()));
         close(&local(V), &nums(&x["v_local"]), TOL, &at("frame velocity, own axes"));
         let spatial = Motion::new(A.angular, A.linear - V.angular.cross(&V.linear));
@@ -108,7 +108,7 @@ fn matrices(r: &Robot, ws: &mut Workspace, s: &Value, place: &str) {
     let node = |f: &Value| tree.multibody().node(f["name"].as_str().unwrap()).expect("node");
     let mut J = vec![0.0; 6 * nv];
     node_jacobian(tree, ws, node(&frames[0]), &mut J);
-    // Theirs: linear rows first.
+    // Pinocchio has the linear rows first.
     let swapped = [&J[3 * nv..], &J[..3 * nv]].concat();
     close(&swapped, &r.columns(&s["J_lwa_frame0"]), TOL, &at("Jacobian"));
     let R = ws.node_pose(tree, node(&frames[0])).rotation.inverse();
@@ -145,7 +145,7 @@ fn matrices(r: &Robot, ws: &mut Workspace, s: &Value, place: &str) {
     let n = dim * nodes.len();
     let rotate = |k: usize| ws.node_rotation(tree, nodes[k]);
     let block = |x: usize, bx: usize, y: usize, by: usize| {
-        // Ours has the angular part first.
+        // Linkwork has the angular part first.
         let (i, j) = (6 * x + 3 * (1 - bx), 6 * y + 3 * (1 - by));
         let B = Mat3::from_fn(|a, b| out[(i + a) * size + j + b]);
         rotate(x).transpose() * B * rotate(y)
@@ -166,7 +166,7 @@ fn matrices(r: &Robot, ws: &mut Workspace, s: &Value, place: &str) {
     held_frames(r, ws, s, place, &nodes, &full);
 }
 
-/// The same frames held by forces: what they would do without, the forces, the accelerations with.
+/// The same frames held by forces: accelerations without the forces, the forces, accelerations with them.
 fn held_frames(
     r: &Robot,
     loaded: &Workspace,
@@ -181,7 +181,7 @@ fn held_frames(
     let mut ws = loaded.clone();
     ws.clear_forces();
     ws.apply_uniform_gravity(Vec3::from_column_slice(&nums(&r.json["gravity"])));
-    // Theirs is the classical acceleration of a held point, but Featherstone's of a held frame.
+    // Pinocchio gives the classical acceleration of a held point, but the spatial acceleration of a held frame.
     let in_frames = |ws: &Workspace, a: &dyn Fn(&Workspace, NodeId) -> Motion| -> Vec<f64> {
         let local = |n: &NodeId| {
             let R = ws.node_pose(tree, *n).rotation.inverse();
@@ -213,7 +213,7 @@ fn held_frames(
     close(&vdot, &r.v(&s["kkt_ddq"]), TOL_HELD, &at("accelerations with held frames"));
 }
 
-/// The first states carry derivatives, without external forces.
+/// The first states have derivatives, without external forces.
 fn derivatives(r: &Robot, loaded: &Workspace, s: &Value, place: &str) {
     let (Some(rq), Some(aq)) = (s.get("drnea_dq"), s.get("daba_dq")) else { return };
     let (tree, nv) = (&r.tree, r.tree.nv());

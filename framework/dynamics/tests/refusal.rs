@@ -1,4 +1,4 @@
-//! Refusal wall: what the algorithms say to a mechanism or a slice that cannot work.
+//! Error tests: invalid mechanisms and slices.
 
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Vec3};
@@ -27,7 +27,7 @@ fn a_free_hinge_with_nothing_to_move_names_its_body() {
         let error = run(&arm(hinge.clone(), none)).unwrap_err();
         assert_eq!(error, DynamicsError::Singular { body: "hand".into(), v: 1 });
         assert!(error.to_string().contains("help: give it"), "{error}");
-        // Prescribed, it may be massless.
+        // A prescribed hinge may carry a massless link.
         run(&arm(hinge.clone().prescribed(), none)).unwrap();
         if hinge != Hinge::free() {
             run(&arm(hinge.armature(0.1), none)).unwrap();
@@ -98,7 +98,7 @@ fn checked_algorithms_say_what_is_wrong() {
     checked::inverse_dynamics(&tree, &mut ws, &q, &v, &a, &mut tau).unwrap();
     assert!(checked::inverse_dynamics(&tree, &mut ws, &q, &v, &a[1..], &mut tau).is_err());
 
-    // Sound numbers, an impossible mechanism.
+    // Valid numbers, but an impossible mechanism.
     let ghost = Tree::new(&arm(Hinge::pin(Vec3::x()), MassProperties::massless()));
     let mut ws = Workspace::new(&ghost);
     let error = checked::inverse_mass_matrix(&ghost, &mut ws, &[0.1, 0.2], &mut [0.0; 4]);

@@ -1,4 +1,4 @@
-//! Foreign reference: Rocky 8 as its makers published it, against plain homogeneous transforms.
+//! External reference: Rocky 8 as published by its makers, compared with plain homogeneous transforms.
 
 use crate::support::{Rng, close, mat3, reference_text, vec3};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Coordinate, Hinge, Multibody};
@@ -21,7 +21,7 @@ fn parent(b: &Value) -> &str {
     }
 }
 
-/// A vector that may be left out.
+/// Reads an optional vector.
 fn offset(v: &Value) -> Vec3 {
     if v.is_null() { Vec3::zeros() } else { vec3(v) }
 }
@@ -46,7 +46,7 @@ fn build(bodies: &BTreeMap<String, Value>) -> Multibody {
                 .hinge_in_body(position("bodyToJoint"))
                 .hinge(hinge)
                 .mass(
-                    // The wheels' 0.33 kg m² about the axle holds the reflected rotor inertia.
+                    // The wheels' 0.33 kg m² about the axle includes the reflected rotor inertia.
                     MassProperties::new(m, vec3(&b["bodyToCM"]), mat3(&b["cmInertia"]))
                         .with_check(InertiaCheck::PositiveMoments),
                 ),
@@ -157,7 +157,7 @@ fn drives_with_prescribed_steering() {
     let mut back = vec![0.0; 22];
     inverse_dynamics_given_kinematics(&tree, &mut ws, &vdot, &mut back);
     close(&back, &tau, 1e-11, "forces");
-    // Unlocking a hinge is an edit of the structure, and only of that.
+    // Unlocking a hinge changes the structure and nothing else.
     let steer = mbs.body("SteerRockerSideLeft").unwrap();
     let edited = mbs.clone().with_coordinate(steer, Coordinate::Free);
     assert_eq!(edited.prescribed().iter().filter(|p| **p).count(), 5);

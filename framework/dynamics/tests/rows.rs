@@ -1,4 +1,4 @@
-//! Rows over units without loops against dense algebra: W = J M⁻¹ J*, and what forces do to rows.
+//! Rows over units without loops, compared with dense algebra: W = J M⁻¹ J*, and the effect of forces on rows.
 
 use crate::support::{Rng, Shape, close, random_tree};
 use linkwork_dynamics::multibody::BodyId;
@@ -6,7 +6,7 @@ use linkwork_dynamics::spatial::nalgebra::DMatrix;
 use linkwork_dynamics::units::{ConstraintMethod, RowSet, Units, UnitsWork};
 use linkwork_dynamics::*;
 
-/// A random tree after a gather, with the accelerations and forces of the whole.
+/// A random tree after a gather, with all accelerations and forces.
 struct Case {
     tree: Tree,
     ws: Workspace,
@@ -38,7 +38,7 @@ fn case(seed: u64) -> Case {
     Case { tree, ws, units, uw, vdot, inverse }
 }
 
-/// W of all groups, `width` rows each, and that both ways to a block give the same.
+/// Returns W of all groups, `width` rows each, and checks that both computations of a block agree.
 fn compliance(rows: &RowSet, width: usize) -> Vec<f64> {
     let n = rows.groups().len();
     let mut W = vec![0.0; n * width * n * width];
@@ -59,7 +59,7 @@ fn compliance(rows: &RowSet, width: usize) -> Vec<f64> {
     W
 }
 
-/// A row on each coordinate measures it: W is M⁻¹, and the forces alone give the accelerations.
+/// A row on each coordinate measures it: W equals M⁻¹, and the forces alone give the accelerations.
 #[test]
 fn rows_on_coordinates_give_the_inverse_of_the_mass_matrix() {
     for seed in 0..60 {
@@ -94,7 +94,7 @@ fn rows_at_points_give_their_compliance() {
             let here = mbs.node_ids().nth(i).unwrap();
             let point = c.ws.node_pose(&c.tree, here).position;
             let directions = [r.vec3(), r.vec3(), r.vec3()];
-            // Every third on the body before, at the same place.
+            // Every third is on the previous body, at the same point.
             let other: Option<BodyId> = (i > 0 && i % 3 == 0).then(|| mbs.nodes()[i - 1].body());
             let bodies = (other, Some(node.body()));
             rows.add_point(&c.tree, &c.units, &c.ws, &c.uw, bodies, &point, &directions);

@@ -1,4 +1,4 @@
-//! Topology at run time: nothing moves by an edit, momentum is accounted for, mistakes change nothing.
+//! Topology at run time: an edit does not move anything, momentum is balanced, errors change nothing.
 
 use crate::support::{Rng, Shape, random_tree};
 use linkwork_dynamics::multibody::{
@@ -40,7 +40,7 @@ fn gap(a: &Motion, b: &Motion) -> f64 {
     (a.angular - b.angular).norm().max((a.linear - b.linear).norm())
 }
 
-/// Poses and velocities of bodies of `a` are those of `b`; NaN fails.
+/// Checks that poses and velocities of bodies of `a` equal those of `b`; fails for NaN.
 #[track_caller]
 fn kept(a: &Seen, b: &Seen, tol: f64, what: &str) {
     for (name, (X, V, _)) in a {
@@ -84,7 +84,7 @@ fn detaching_keeps_every_pose_velocity_momentum_and_energy() {
             energy_kept(&report, 1e-12, &what);
             assert_eq!(size(&report.impulse), 0.0);
             assert_eq!(e.multibody().bodies().len(), 8);
-            // Onto another body: the free hinge is between moving frames.
+            // Onto another body: the free hinge is then between moving frames.
             let other = if body == "b00" { "world" } else { "b00" };
             let report = e.detach(body, other).unwrap();
             kept(&seen(&e), &before, 1e-13, &what);
@@ -109,7 +109,7 @@ fn a_detached_body_is_reattached_by_its_own_hinge_without_a_jolt() {
             };
             let report = e.attach(body, &spec.parent, spec.hinge.clone(), &frames).unwrap();
             let what = format!("seed {seed}, {body}: {:?}", spec.hinge.subhinges);
-            // Accelerations too: it is the same mechanism again.
+            // Accelerations are equal too, because the mechanism is the same again.
             let after = seen(&e);
             kept(&after, &before, 1e-11, &what);
             momentum_kept(&report, 1e-12, &what);
@@ -134,7 +134,7 @@ fn floating(seed: u64) -> Multibody {
         SubhingeKind::Ball,
     ]);
     b.bodies_mut().iter_mut().find(|b| b.name == "b02").unwrap().hinge = chain;
-    // No subtree floats by itself.
+    // All subtrees are connected to the floating base.
     for body in b.bodies_mut().iter_mut().skip(1) {
         if body.hinge == Hinge::free() {
             body.hinge = Hinge::screw(r.vec3(), 0.3);
@@ -164,7 +164,7 @@ fn a_free_tree_turned_round_is_the_same_mechanism() {
                 let error = gap(A, want) / (1.0 + want.linear.norm() + want.angular.norm());
                 assert!(error <= 1e-9, "{what}: acceleration of {name} is off by {error:e}");
             }
-            // Back again: the hinges are what they were.
+            // Reversing back restores the hinges.
             e.reroot("b00").unwrap();
             for name in ["b01", "b04", "b06"] {
                 let (a, b) = (mbs.body(name).unwrap(), e.multibody().body(name).unwrap());
@@ -182,7 +182,7 @@ fn a_driven_free_subhinge_inside_a_chain_turns_round_too() {
     for seed in 0..10 {
         let mut b = Builder::from(&floating(seed));
         let mut r = Rng(seed + 2);
-        // Prescribed: with a free one in the middle, nothing would hold the pin before it.
+        // Prescribed, because with a free hinge in the middle nothing would constrain the pin before it.
         let pin = SubhingeKind::Pin { axis: r.vec3() };
         let hinge = Hinge::chain([pin, SubhingeKind::Free, pin]);
         for body in b.bodies_mut().iter_mut().filter(|b| b.parent == "b00") {
@@ -244,7 +244,7 @@ fn a_catch_in_flight_keeps_momentum_and_loses_least() {
                 let error = (X.position - before[name].0.position).norm();
                 assert!(error <= 1e-12, "{what}: {name} moved by {error:e}");
             }
-            // The energy lost is that of the change of velocity: no work, no less could be lost.
+            // The energy lost equals the energy of the change of velocity: the hinge does no work, and the loss is the smallest possible.
             let lost = report.energy_before - report.energy_after;
             let change = distance(e.multibody(), &after, &before);
             let error = (lost - change).abs() / report.energy_before;
@@ -256,7 +256,7 @@ fn a_catch_in_flight_keeps_momentum_and_loses_least() {
                 let other = distance(e.multibody(), &bodies(e.multibody(), e.q(), &v), &before);
                 assert!(other > change, "{what}: other rates would have changed less");
             }
-            // What the hinge gave is what the caught tree has more.
+            // The momentum given by the hinge equals the gain of the caught tree.
             let part = |s: &Seen| {
                 let mut sum = Force::zero();
                 for (name, (X, V, _)) in s.iter().filter(|(n, _)| n.starts_with("other/")) {
@@ -278,7 +278,7 @@ fn ball_of(mass: f64, inertia: f64, com: Vec3) -> MassProperties {
 
 #[test]
 fn impacts_have_their_closed_forms() {
-    // Two bodies that meet and stick: v = (m1 v1 + m2 v2) / (m1 + m2).
+    // Two bodies collide and stick: v = (m1 v1 + m2 v2) / (m1 + m2).
     let mut b = Builder::new();
     b.body(BodySpec::new("a", "world").hinge(Hinge::free()).mass(ball_of(2.0, 0.1, Vec3::zeros())));
     b.body(BodySpec::new("b", "world").hinge(Hinge::free()).mass(ball_of(3.0, 0.2, Vec3::zeros())));
@@ -310,7 +310,7 @@ fn impacts_have_their_closed_forms() {
     let report = e.attach("rod", "world", Hinge::pin(Vec3::z()), &end).unwrap();
     let omega = (I * spin + m * speed * half) / (I + m * half * half);
     assert!((e.v()[0] - omega).abs() <= 1e-14, "{} {omega}", e.v()[0]);
-    // The world takes the difference; the moment about the pin is kept.
+    // The world receives the difference; the moment about the pin is conserved.
     let difference = report.momentum_after.force - report.momentum_before.force;
     assert!((difference - report.impulse.force).norm() <= 1e-14);
     assert!((difference - Vec3::y() * (m * (omega * half - speed))).norm() <= 1e-14);
@@ -347,7 +347,7 @@ fn prescribed_and_geared_hinges_take_part_as_they_can() {
     assert_eq!(given(&e), before, "prescribed rates stay");
     momentum_kept(&report, 1e-12, "motors are inside");
     assert!(report.energy_after < report.energy_before);
-    // A hinge that goes takes the energy of its rotor along.
+    // A removed hinge takes the energy of its rotor with it.
     let geared = mbs.subhinges().find(|(_, s)| s.subhinge.armature > 0.0 && s.v.len() == 1);
     let (body, s) = geared.unwrap();
     let mut e = edit(&mbs, 3);
@@ -374,7 +374,7 @@ fn books_are_kept_through_a_detach_a_flight_and_a_catch() {
     let mut now = mbs.clone();
     let total = |mbs: &Multibody, q: &[f64], v: &[f64]| {
         let mut e = Edit::new(mbs, q, v).unwrap();
-        // An edit that changes nothing states the books about the first body; move to the origin.
+        // An edit without effect gives momentum about the first body; shift it to the origin.
         let r = e.reroot("b00").unwrap();
         r.momentum_before.shift_to_parent(&r.point)
     };
@@ -490,7 +490,7 @@ fn mechanisms_come_and_go_and_places_are_told() {
     assert!(size(&(report.momentum_after - report.momentum_before)) > 1e-3, "it brought momentum");
     let after = seen(&e);
     kept(&before, &after, 1e-14, "what was there");
-    // It hangs on b02 and moves with it.
+    // Its parent is b02, and it moves with it.
     let tree_b = Tree::new(&b);
     let mut ws = Workspace::new(&tree_b);
     let (on, V, _) = &after["b02"];
@@ -504,7 +504,7 @@ fn mechanisms_come_and_go_and_places_are_told() {
         assert!(gap(V, &ws.body_velocity(&tree_b, id)) < 1e-12);
     }
     assert!(e.multibody().node("arm/n03").is_some());
-    // Delete part of it, detach another, and see where the first mechanism's numbers went.
+    // Delete part of it, detach another, and check the new indices of the first mechanism's numbers.
     e.delete("arm/b00").unwrap();
     assert!(e.multibody().bodies().iter().all(|b| !b.name().starts_with("arm/")));
     e.detach("b05", "world").unwrap();
@@ -563,7 +563,9 @@ fn mistakes_are_refused_and_change_nothing() {
 
     let text = e.delete("b99").unwrap_err().to_string();
     assert!(text.starts_with("delete: no body `b99`"), "{text}");
-    assert!(e.detach("world", "b00").unwrap_err().to_string().contains("the world stays"));
+    assert!(
+        e.detach("world", "b00").unwrap_err().to_string().contains("the world cannot be edited")
+    );
     assert!(matches!(e.detach("b00", "nowhere"), Err(TopologyError::Unknown { .. })));
     assert!(matches!(e.attach("b00", "x", pin(), &here), Err(TopologyError::Unknown { .. })));
     assert!(matches!(e.reroot("x"), Err(TopologyError::Unknown { .. })));
@@ -592,7 +594,7 @@ fn mistakes_are_refused_and_change_nothing() {
     let limits = Hinge::ball().limits(Limits::position(0.0, 1.0));
     assert!(matches!(e.attach("b05", "b00", limits, &here), Err(TopologyError::Build(_))));
 
-    // A pin that would have to jump, by how far; and a tree that is bolted down.
+    // A pin that would have to jump, with the distance; and a tree fixed to the world.
     let onto_parent = |X| Placement::Frames { hinge_in_parent: X, hinge_in_body: Pose::identity() };
     let away = onto_parent(Pose::translation(50.0, 0.0, 0.0));
     let error = e.attach("b05", "b00", pin(), &away).unwrap_err();
@@ -614,7 +616,7 @@ fn mistakes_are_refused_and_change_nothing() {
     f.detach(root, "world").unwrap();
     f.reroot(root).unwrap();
 
-    // Nothing to move: the impact has no answer.
+    // Nothing can move, so the impact cannot be solved.
     let dust = BodySpec::new("dust", "world")
         .hinge(Hinge::pin(Vec3::x()))
         .mass(MassProperties::massless());

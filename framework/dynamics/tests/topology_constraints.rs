@@ -1,4 +1,4 @@
-//! Edits and moves of mechanisms with loops and couplings: nothing is dropped without a word.
+//! Edits and motion of mechanisms with loops and couplings: constraints are never dropped silently.
 
 use linkwork_dynamics::multibody::{
     BodySpec, Builder, Coupling, Hinge, HingeCoordinate, LoopClosure, Multibody,
@@ -73,7 +73,7 @@ fn loops_and_couplings_stay_where_their_bodies_do_and_others_are_told() {
     let done = e.finish();
     assert_eq!(names(&done.multibody), ["rod"]);
     assert_eq!(done.dropped, ["sum"]);
-    // A second machine brings its own along, under its own names.
+    // A second machine brings its own constraints, with its own names.
     let mut e = open();
     let (q, v) = (mbs.neutral_q(), vec![0.0; mbs.nv()]);
     e.add_mechanism("b/", &mbs, (&q, &v), "world", Pose::identity()).unwrap();
@@ -93,7 +93,7 @@ fn an_impact_through_constraints_is_refused_and_changes_nothing() {
     assert!(turned.unwrap_err().to_string().contains("coupling `sum`"));
 }
 
-/// Momentum about the origin and linear, of all bodies.
+/// Returns momentum about the origin, angular and linear, of all bodies.
 fn momentum(mbs: &Multibody, q: &[f64], v: &[f64]) -> [Vec3; 2] {
     let tree = Tree::new(mbs);
     let mut ws = Workspace::new(&tree);
@@ -134,10 +134,10 @@ fn a_state_goes_over_with_poses_motion_and_momentum() {
     for k in 0..2 {
         assert!((h0[k] - h1[k]).norm() <= 1e-13 * h0[k].norm(), "{k}: {} {}", h0[k], h1[k]);
     }
-    // What did not change is the same to the bit.
+    // Unchanged parts are bit-identical.
     let left = (old.get(old.body("left").unwrap()), free.get(free.body("left").unwrap()));
     assert_eq!(q[left.0.q()], away.q[left.1.q()]);
-    // And back: the weld is reached exactly where it was left, with an impact that keeps momentum.
+    // Back again: the weld is closed exactly at the former pose, with an impact that conserves momentum.
     let mut spun = away.v.clone();
     let tool = free.get(free.body("tool").unwrap());
     spun[tool.v()].iter_mut().for_each(|v| *v += 0.3);
@@ -150,7 +150,7 @@ fn a_state_goes_over_with_poses_motion_and_momentum() {
     }
     let report = back.report.unwrap();
     assert!(report.energy_after < report.energy_before);
-    // From elsewhere the weld cannot be reached: that is said, with how far it is.
+    // From another configuration the weld cannot be closed; the error states the distance.
     let mut moved = away.q.clone();
     moved[tool.q().start] += 0.5;
     let far = carry(&free, (&moved, &away.v), &old, (&old.neutral_q(), &vec![0.0; old.nv()]));

@@ -1,33 +1,34 @@
-//! Bounded least squares: shares of jets, forces of feet, anything that has an end on either side.
+//! Bounded least squares, for example for thruster allocation or contact forces.
 //!
 //! ```text
 //! min ½ sᵀ N s − rᵀ s,  lower ≤ s ≤ upper          N = BᵀWB + ε, r = BᵀW w
 //! ```
-//! Up to 64 numbers by an active set: the numbers between their ends are solved for together (Cholesky), the others keep their ends. A number that would
-//! leave its ends stops there; when all between are solved, the one at an end that wants to leave it the most is let go. The cost falls in each iteration, and it ends at the
-//! minimum after few more iterations than numbers end between; each costs n² and a sixth of the cube of the numbers between.
+//! For up to 64 unknowns an active-set method is used. Unknowns between their bounds are solved for together (Cholesky); the others stay at their
+//! bounds. An unknown that would leave its bounds stops there. When all free unknowns are solved, the bounded unknown with the steepest descent away
+//! from its bound is freed. The cost decreases in each iteration. The number of iterations is slightly above the number of unknowns that end between
+//! their bounds. Each iteration costs n² operations plus one sixth of the cube of the number of free unknowns.
 //! Source: Björck, *Numerical Methods for Least Squares Problems*, SIAM 1996, 5.2.3.
 //!
-//! More numbers by projected Gauss–Seidel, which needs no memory: each number in turn goes to where its own slope is zero, or to its end. Cost: n² for each sweep, and many where N
-//! has small eigenvalues.
+//! For more unknowns projected Gauss–Seidel is used, which needs no memory: each unknown in turn moves to the minimum along it or to its bound. A
+//! sweep costs n² operations, and many sweeps are needed if N has small eigenvalues.
 
-/// When [`bounded`] ends.
+/// Stopping criteria of [`bounded`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sweeps {
-    /// Iterations, or sweeps, at the most.
+    /// Maximum number of iterations or sweeps.
     pub most: usize,
-    /// It ends when no number alone would move by more.
+    /// The method ends when no unknown would move by more than this on its own.
     pub settled: f64,
 }
 
-/// A pivot counts as no less than this part of the diagonal.
+/// Smallest pivot, relative to the diagonal entry.
 const PIVOT_MIN: f64 = 1e-13;
 
-/// Moves `s` to the minimum between `lower` and `upper`, from where it is; returns the iterations, or sweeps, that it took. `normal`: N (n × n, row after
-/// row), symmetric and positive semidefinite with a positive diagonal. `right`: r. Where numbers that are none come in, numbers that are none come out.
+/// Moves `s` from its current value to the minimum between `lower` and `upper`, and returns the number of iterations or sweeps. `normal` is N (n × n,
+/// row after row), symmetric and positive semidefinite with a positive diagonal; `right` is r. NaN in the inputs gives NaN in the result.
 ///
 /// # Panics
-/// When lengths do not agree.
+/// If the lengths do not agree.
 pub fn bounded(
     normal: &[f64],
     right: &[f64],
@@ -68,7 +69,7 @@ fn gauss_seidel(
     sweeps.most
 }
 
-/// Of at most N numbers; NN: its square.
+/// Active-set method for at most N unknowns; NN is the square of N.
 fn active_set<const N: usize, const NN: usize>(
     normal: &[f64],
     right: &[f64],
@@ -80,7 +81,7 @@ fn active_set<const N: usize, const NN: usize>(
     let (mut factor, mut slope, mut move_by) = ([0.0; NN], [0.0; N], [0.0; N]);
     s.iter_mut().for_each(|s| *s = s.clamp(lower, upper));
     for iteration in 1..=sweeps.most {
-        // Each number's slope, and how far it would move alone: the farthest between the ends, and the farthest at one.
+        // Gradient of each unknown, and how far it would move on its own: find the largest among the free ones, and among those at a bound.
         let (mut inside, mut chosen) = (0.0_f64, (0.0, None));
         for k in 0..n {
             let row = &normal[k * n..(k + 1) * n];
@@ -102,7 +103,7 @@ fn active_set<const N: usize, const NN: usize>(
         let chosen = if inside <= sweeps.settled { chosen.1 } else { None };
         let is_free = |k: usize| (lower < s[k] && s[k] < upper) || chosen == Some(k);
         solve(normal, &slope[..n], is_free, &mut factor, &mut move_by[..n]);
-        // As far as the first end.
+        // Step to the first bound that is reached.
         let (mut part, mut first) = (1.0, None);
         for k in (0..n).filter(|k| is_free(*k) && move_by[*k] != 0.0) {
             let end = if move_by[k] < 0.0 { lower } else { upper };
@@ -118,7 +119,7 @@ fn active_set<const N: usize, const NN: usize>(
             moved |= next != s[k];
             s[k] = next;
         }
-        // As near as numbers of this length come.
+        // No unknown moved, so round-off prevents further progress.
         if !moved {
             return iteration;
         }
@@ -139,7 +140,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sum[0] + sum[2]) + (sum[1] + sum[3]) + rest
 }
 
-/// Moves −N⁻¹ slope of the free numbers, 0 of the others. `factor`: L of N = L Lᵀ, rows of free numbers only, with zeros in the columns of the others.
+/// Computes the step −N⁻¹ gradient for the free unknowns, 0 for the others. `factor` is L of N = L Lᵀ, with rows for free unknowns only and zeros in
+/// the columns of the others.
 fn solve(
     normal: &[f64],
     slope: &[f64],
@@ -186,7 +188,7 @@ mod tests {
         bounded(normal, right, ends, &ITERATIONS, s)
     }
 
-    /// Greatest move that a number alone would make: zero at a minimum (Karush, Kuhn and Tucker).
+    /// Returns the largest move that an unknown would make on its own: zero at a minimum (Karush, Kuhn and Tucker).
     fn unsettled(normal: &[f64], right: &[f64], [lower, upper]: [f64; 2], s: &[f64]) -> f64 {
         let n = s.len();
         let alone = |k: usize| {
@@ -196,7 +198,7 @@ mod tests {
         (0..n).map(alone).fold(0.0, f64::max)
     }
 
-    /// Without ends in the way it solves N s = r.
+    /// Without active bounds the method solves N s = r.
     #[test]
     fn far_from_its_ends_it_solves_the_system() {
         let right = [1.0, -2.0, 0.3];
@@ -209,7 +211,7 @@ mod tests {
         }
     }
 
-    /// At an end the slope pushes against it; between them it is zero (Karush, Kuhn and Tucker), so that no neighbour costs less.
+    /// At a bound the gradient points outward; between bounds it is zero (Karush, Kuhn and Tucker). No neighbouring point has a lower cost.
     #[test]
     fn at_an_end_the_slope_pushes_against_it() {
         let right = [6.0, -4.0, 0.3];
@@ -232,7 +234,8 @@ mod tests {
         }
     }
 
-    /// Of any size, of full rank, with a small ε and of rank 6 without one; from any start it ends at the minimum, in about as many iterations as there are numbers.
+    /// Problems of all sizes: full rank, with a small ε, and of rank 6 without it. From any start the method ends at the minimum, in about as many
+    /// iterations as there are unknowns.
     #[test]
     fn every_minimum_is_one() {
         let mut seed = 5_u64;
@@ -269,7 +272,7 @@ mod tests {
         assert!(longest < 100, "{longest}");
     }
 
-    /// Numbers that do not know of each other end each for itself, whatever the others do.
+    /// Without couplings each unknown ends at its own minimum.
     #[test]
     fn without_couplings_each_ends_for_itself() {
         let mut normal = [0.0; 25];
@@ -284,7 +287,7 @@ mod tests {
         }
     }
 
-    /// More numbers than the active set takes: the same minimum by sweeps.
+    /// More unknowns than the active-set method supports: the sweeps find the same minimum.
     #[test]
     fn many_numbers_end_at_the_minimum_by_sweeps() {
         let n = 80;

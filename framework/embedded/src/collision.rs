@@ -1,7 +1,7 @@
-//! The colliders of a model: on bodies, on objects, in the world; and which of them meet while an object is held.
+//! The colliders of a model (on bodies, on objects, in the world), and which of them are checked against each other while an object is held.
 //!
-//! Objects are free bodies beside the mechanism, so that the rules of `framework/collision` serve them by name. What is held counts as welded to
-//! the tip that holds it: it does not meet what is welded to that, nor what a hinge joins to that.
+//! Objects are free bodies next to the mechanism, so the rules of `framework/collision` apply to them by name. A held object counts as welded to the
+//! tip that holds it: it is not checked against bodies that are welded to the tip, nor against bodies that a hinge joins to these.
 
 use crate::error::{ModelError, ModelFault};
 use crate::linkage::{Link, Linkage, objects};
@@ -25,16 +25,17 @@ pub(crate) enum Carrier {
 #[derive(Debug)]
 pub(crate) struct Scene {
     pub colliders: Colliders,
-    /// By body of the mechanism with objects: what it is in the model.
+    /// Model counterpart of each body of the mechanism with objects.
     pub bodies: Vec<Carrier>,
-    /// By collider.
+    /// Carrier of each collider.
     pub carriers: Vec<Carrier>,
-    /// For each part, for each collider: whether what the part's tip holds meets it; and whether what a hinge joins to that does.
+    /// For each part and each collider: whether an object that the part's tip holds is checked against the collider, and whether a body that a hinge
+    /// joins to the object is.
     pub meets_held: Vec<Vec<[bool; 2]>>,
-    /// Bodies that a hinge joins pass each other.
+    /// True if bodies that a hinge joins are not checked against each other.
     pub pass: bool,
     bounds: Vec<(f64, f64)>,
-    /// By body: the one inward, and how far its origin may be from that one's, m.
+    /// For each body, its parent and the largest distance between both origins, m.
     steps: Vec<(Option<BodyId>, f64)>,
     nv: usize,
 }
@@ -74,7 +75,7 @@ impl Scene {
                 };
                 let pair = (group[tip], group[other]);
                 let near = joined.iter().any(|j| *j == pair || (j.1, j.0) == pair);
-                // What a hinge joins to a held object is the tip's neighbour.
+                // A body that a hinge joins to a held object is a neighbour of the tip.
                 [pair.0 != pair.1 && !(near && pass), pair.0 != pair.1 || !pass]
             };
             carriers.iter().map(meets).collect()
@@ -86,7 +87,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Refuses padding with which two touch wherever the robot is.
+    /// Returns an error if two padded colliders would touch at every configuration.
     fn never_free(&self) -> Result<(), ModelError> {
         let all = &self.colliders;
         let mut faults = Vec::new();
@@ -110,8 +111,8 @@ impl Scene {
         if faults.is_empty() { Ok(()) } else { Err(ModelError { faults }) }
     }
 
-    /// Greatest distance that two colliders may have at any configuration, at most, m; infinite where nothing bounds it. `far`: of the farthest
-    /// point of each from its body's origin.
+    /// Returns an upper bound for the distance of two colliders over all configurations, m; infinite if there is none. `far` contains the distances
+    /// of each collider's farthest point from its body's origin.
     pub fn apart(&self, a: ColliderId, b: ColliderId, far: [f64; 2]) -> f64 {
         let ends = [a, b].map(|i| match self.carriers[i.index()] {
             _ if self.endless(i) => None,
@@ -121,7 +122,7 @@ impl Scene {
         });
         let [Some(mut x), Some(mut y)] = ends else { return f64::INFINITY };
         let mut way = far[0] + far[1];
-        // Bodies come after those that carry them: the later one steps inward.
+        // Bodies come after their parents, so step from the later body to its parent.
         while x != y {
             let last = if x > y { &mut x } else { &mut y };
             let Some(body) = *last else { break };
@@ -132,33 +133,34 @@ impl Scene {
         way
     }
 
-    /// Whether a collider has no end.
+    /// Returns true if a collider is unbounded.
     pub fn endless(&self, id: ColliderId) -> bool {
         let spec = self.colliders.spec(id);
         let endless = |s: &Shape| matches!(s, Shape::HalfSpace | Shape::HeightField { .. });
         endless(&spec.fine) || spec.coarse.as_ref().is_some_and(endless)
     }
 
-    /// How far points of a body, at most `far` (m) from its origin, may come while the coordinates change by `dv`, m.
+    /// Returns an upper bound for the distance, m, that points of a body move while the coordinates change by `dv`; `far` (m) is the largest distance
+    /// of the points from the body's origin.
     pub fn motion(&self, body: BodyId, far: f64, dv: &[f64]) -> f64 {
         let row = &self.bounds[body.index() * self.nv..(body.index() + 1) * self.nv];
         let moving = row.iter().zip(dv).filter(|(_, d)| **d != 0.0);
-        // What is only carried along does not turn, however far it reaches.
+        // A body that is only translated does not rotate, so the distance of its points does not matter, even if it is infinite.
         let of = |factor: f64| if factor > 0.0 { factor * far } else { 0.0 };
         moving.map(|((factor, more), d)| (of(*factor) + more) * d.abs()).sum()
     }
 }
 
-/// For each body, for each dof: what multiplies and what is added to the distance of the farthest point from the body's
-/// origin to bound how far that point comes for a unit of the dof (bodies × nv pairs). A slider and a dof that does not carry the body multiply
-/// it by 0. Infinite where limits say nothing.
+/// For each body and each degree of freedom, returns a factor and a summand: factor · (distance of the farthest point from the body's origin) +
+/// summand bounds the motion of that point per unit of the degree of freedom (bodies × nv pairs). The factor is 0 for a slider and for a degree of
+/// freedom that does not carry the body. Values are infinite where no limit exists.
 fn bounds(mbs: &Multibody) -> Vec<(f64, f64)> {
     use linkwork_multibody::SubhingeKind as Kind;
     let nv = mbs.nv();
     let mut out = vec![(0.0, 0.0); mbs.bodies().len() * nv];
     for body in mbs.body_ids() {
         let row = &mut out[body.index() * nv..(body.index() + 1) * nv];
-        // From the body inward: how far its origin may be from the frame at hand.
+        // Go from the body inward and sum the largest distance of its origin from the current frame.
         let mut reach = 0.0;
         for b in mbs.ancestors(body) {
             let b = mbs.get(b);
@@ -178,7 +180,7 @@ fn bounds(mbs: &Multibody) -> Vec<(f64, f64)> {
                     }
                     Kind::Ball => row[s.v.clone()].fill((1.0, reach)),
                     Kind::Free => {
-                        // Along a screw the origin goes no farther than the linear part says.
+                        // On a screw the origin moves only by the linear part.
                         row[s.v.start..s.v.start + 3].fill((1.0, reach));
                         row[s.v.start + 3..s.v.end].fill((0.0, 1.0));
                         reach = f64::INFINITY;
@@ -192,7 +194,7 @@ fn bounds(mbs: &Multibody) -> Vec<(f64, f64)> {
     out
 }
 
-/// For each body the one inward, and how far its origin may be from that one's, m.
+/// Returns for each body its parent and the largest distance between both origins, m.
 fn steps(mbs: &Multibody) -> Vec<(Option<BodyId>, f64)> {
     use linkwork_multibody::SubhingeKind as Kind;
     let of = |id: BodyId| {
@@ -213,20 +215,20 @@ fn steps(mbs: &Multibody) -> Vec<(Option<BodyId>, f64)> {
     mbs.body_ids().map(of).collect()
 }
 
-/// The body of an object that has this name.
+/// Returns the body of an object by name.
 fn linked(linkages: &[Option<Linkage>], name: &str) -> Carrier {
     let mut all = linkages.iter().enumerate();
     let found = all.find_map(|(o, l)| Some((o, l.as_ref()?.multibody().body(name)?)));
     found.map_or(Carrier::World, |(o, b)| Carrier::Linked(o, b))
 }
 
-/// A pose as a rotation matrix and a place.
+/// Converts a pose to a rotation matrix and a position.
 pub(crate) fn matrix(X: &Pose) -> (Mat3, Vec3) {
     (X.rotation.to_rotation_matrix().into_inner(), X.position)
 }
 
 impl Carrier {
-    /// Where in the world what carries a collider is: rotation matrix, and place of the origin, m.
+    /// Returns the frame in the world of what carries a collider: rotation matrix, and position of the origin, m.
     pub fn frame(
         self,
         body: impl Fn(BodyId) -> (Mat3, Vec3),
@@ -241,7 +243,7 @@ impl Carrier {
         }
     }
 
-    /// The object, and how the body of it that carries hangs on it.
+    /// Returns the object that carries the collider, and how the collider's body is connected to it.
     pub fn object(self, linkages: &[Option<Linkage>]) -> Option<(usize, Link)> {
         match self {
             Self::World | Self::Body(_) => None,

@@ -1,23 +1,23 @@
-//! What can go wrong: with a model, in words and all at once; with a call, as a value of fixed size.
+//! Errors: of a model, as text and all at once; of a call, as a value of fixed size.
 
 use linkwork_collision::ShapeFault;
 use thiserror::Error;
 
-/// Everything that is wrong with a model.
+/// All faults of a model.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{}", .faults.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
 pub struct ModelError {
-    /// Each fault.
+    /// The faults.
     pub faults: Vec<ModelFault>,
 }
 
-/// One mistake in what a model was made of.
+/// One fault in the description of a model.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ModelFault {
-    /// A file or its text.
+    /// A file cannot be read or its text is invalid.
     #[error("{text}")]
     File {
-        /// Place, fact and remedy.
+        /// Position in the file, fact and remedy.
         text: String,
     },
     /// The mechanism cannot be built.
@@ -26,20 +26,20 @@ pub enum ModelFault {
         /// Fact and remedy.
         text: String,
     },
-    /// A name that nothing has.
-    #[error("{place} names the {kind} `{name}`, which is not there\n  help: {help}")]
+    /// A name that does not exist.
+    #[error("{place} refers to the {kind} `{name}`, which does not exist\n  help: {help}")]
     Unknown {
-        /// Who names it.
+        /// What refers to it.
         place: String,
         /// `body`, `joint`, `part`.
         kind: &'static str,
         /// The name.
         name: String,
-        /// The nearest name, or what to do.
+        /// The most similar name, or a remedy.
         help: String,
     },
-    /// Two parts or two objects of one name.
-    #[error("there are two {kind}s `{name}`\n  help: give each its own name")]
+    /// Two parts or two objects have the same name.
+    #[error("there are two {kind}s with the name `{name}`\n  help: rename one of them")]
     Twice {
         /// `part` or `object`.
         kind: &'static str,
@@ -48,7 +48,7 @@ pub enum ModelFault {
     },
     /// The base of a chain does not lie between its tip and the world.
     #[error(
-        "part `{part}`: `{base}` is not on the way from `{tip}` to the world\n  help: name a body \
+        "part `{part}`: `{base}` is not between `{tip}` and the world\n  help: name a body \
          that carries the tip, or `world`"
     )]
     NoPath {
@@ -59,36 +59,36 @@ pub enum ModelFault {
         /// Its tip.
         tip: String,
     },
-    /// A part of no bodies.
+    /// A part without bodies.
     #[error("part `{part}` has no bodies\n  help: name a chain, or at least one body")]
     Empty {
         /// The part.
         part: String,
     },
-    /// Something of the mechanism that the embedded model would have to leave out.
-    #[error("{what} is not part of an embedded model\n  help: {help}")]
+    /// A feature of the mechanism that the embedded model does not support.
+    #[error("an embedded model does not support {what}\n  help: {help}")]
     Refused {
-        /// What.
+        /// The feature.
         what: String,
-        /// What to do.
+        /// The remedy.
         help: &'static str,
     },
-    /// Padding with which two shapes touch at every configuration.
+    /// Two padded shapes would touch at every configuration.
     #[error(
-        "shapes `{name}` and `{other}` are never more than {most:.4} m apart, and are padded by {all:.4} m: they touch at every configuration\n  \
-         help: less padding, or a rule by which they do not meet"
+        "shapes `{name}` and `{other}` are at most {most:.4} m apart, but their padding is {all:.4} m in total: they touch at every configuration\n  \
+         help: reduce the padding, or add a rule that excludes this pair"
     )]
     Padding {
         /// One shape.
         name: String,
         /// The other.
         other: String,
-        /// Padding of both, m.
+        /// Total padding of both, m.
         all: f64,
-        /// How far apart they are at the most, m.
+        /// Their largest possible distance, m.
         most: f64,
     },
-    /// Mass properties that no body has.
+    /// Mass properties that no rigid body can have.
     #[error("object `{object}`: {text}")]
     Inertia {
         /// The object.
@@ -98,22 +98,22 @@ pub enum ModelFault {
     },
 }
 
-/// What inverse kinematics of the whole keeps closed.
+/// A closed loop or a coupling that whole-body inverse kinematics keeps closed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Closure {
-    /// Two hands on an object, by its place among the objects.
+    /// Two hands that hold one object.
     Hands {
-        /// The object.
+        /// Index of the object.
         object: usize,
     },
-    /// A loop of the mechanism, by its place among [`Multibody::loops`](linkwork_multibody::Multibody::loops).
+    /// A loop of the mechanism.
     Loop {
-        /// Its place.
+        /// Index among [`Multibody::loops`](linkwork_multibody::Multibody::loops).
         index: usize,
     },
-    /// A coupling of the mechanism, by its place among [`Multibody::couplings`](linkwork_multibody::Multibody::couplings).
+    /// A coupling of the mechanism.
     Coupling {
-        /// Its place.
+        /// Index among [`Multibody::couplings`](linkwork_multibody::Multibody::couplings).
         index: usize,
     },
 }
@@ -128,36 +128,36 @@ impl std::fmt::Display for Closure {
     }
 }
 
-/// Why a call did nothing. `Copy`, without memory of its own; the words are made when it is shown.
+/// Error of a call. It is `Copy` and does not allocate; its text is formatted only when it is displayed.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum RobotError {
-    /// A handle of another model.
-    #[error("this handle is of another model\n  help: ask this robot's model for it by name")]
+    /// A handle that belongs to another model.
+    #[error("this handle belongs to another model\n  help: get it by name from this robot's model")]
     ForeignHandle,
-    /// A part without a tip.
+    /// A part that is not a chain.
     #[error(
-        "part {part} is no chain: its bodies do not follow one another\n  help: make it of a base \
+        "part {part} is not a chain: its bodies do not follow one another\n  help: define it by a base \
          and a tip"
     )]
     NotAChain {
-        /// Its place among the parts.
+        /// Index of the part.
         part: usize,
     },
-    /// A search is to go on, and none was begun.
-    #[error("part {part} has no search to go on with\n  help: begin one with `reach`")]
+    /// A search that was not begun cannot be continued.
+    #[error("part {part} has no search to continue\n  help: begin one with `reach`")]
     NoSearch {
-        /// Its place among the parts.
+        /// Index of the part.
         part: usize,
     },
-    /// A chain whose inverse kinematics has no closed form that is known here.
+    /// A chain without a supported closed form of its inverse kinematics.
     #[error(
-        "part {part} has no closed form: {why}\n  help: six or seven hinges are solved when the last or first three axes meet in a point (and two \
-         neighbours of the others meet or are parallel) or three in the middle are parallel; `reach` takes any chain"
+        "part {part} has no closed form: {why}\n  help: chains of six or seven hinges have one if the last or first three axes intersect in a point (and two \
+         neighbours of the others intersect or are parallel) or three axes in the middle are parallel; `reach` works for every chain"
     )]
     NoClosedForm {
-        /// Its place among the parts.
+        /// Index of the part.
         part: usize,
-        /// What it lacks.
+        /// The missing condition.
         why: &'static str,
     },
     /// A NaN or an infinity.
@@ -165,177 +165,177 @@ pub enum RobotError {
     NotFinite {
         /// The argument.
         what: &'static str,
-        /// Place in it.
+        /// Index in it.
         index: usize,
-        /// What it is.
+        /// The value.
         value: f64,
     },
-    /// A quaternion without a direction, such as zeros for a free body.
+    /// A quaternion of length zero, such as zeros for a free body.
     #[error(
-        "`{what}`: the quaternion at {index} has no length\n  help: give x y z w with w = 1 for no turn"
+        "`{what}`: the quaternion at index {index} has length zero\n  help: give x y z w, with w = 1 for no rotation"
     )]
     ZeroQuaternion {
         /// The argument.
         what: &'static str,
-        /// Place of its first number.
+        /// Index of its first number.
         index: usize,
     },
-    /// A number out of its range.
+    /// A number outside its permitted range.
     #[error("`{what}` is {value}\n  help: {help}")]
     OutOfRange {
         /// The argument.
         what: &'static str,
-        /// What it is.
+        /// The value.
         value: f64,
-        /// What it has to be.
+        /// The permitted range.
         help: &'static str,
     },
     /// An argument of the wrong length.
-    #[error("`{what}` has {got} numbers, not {wanted}\n  help: give {wanted}")]
+    #[error("`{what}` has {got} numbers, expected {wanted}\n  help: give {wanted}")]
     Length {
         /// The argument.
         what: &'static str,
         /// Its length.
         got: usize,
-        /// What it has to be.
+        /// The expected length.
         wanted: usize,
     },
-    /// The start of inverse kinematics lies outside the limits.
+    /// The start of inverse kinematics is outside the limits.
     #[error(
         "coordinate {dof} starts at {value}, outside its limits {lower} … {upper}\n  help: start \
          within limits (`Robot::clamp` moves q there)"
     )]
     OutsideLimits {
-        /// Place in β.
+        /// Index in β.
         dof: usize,
-        /// Where it is.
+        /// Its value.
         value: f64,
         /// Its lower limit.
         lower: f64,
         /// Its upper limit.
         upper: f64,
     },
-    /// Targets or memory that were not asked for at set-up.
-    #[error("{wanted} {what}, room was reserved for {room}\n  help: reserve more at set-up")]
+    /// More items than were reserved at set-up.
+    #[error("{wanted} {what}, but memory is reserved for {room}\n  help: reserve more at set-up")]
     NoRoom {
-        /// What.
+        /// The kind of items.
         what: &'static str,
-        /// How many were given.
+        /// The number given.
         wanted: usize,
-        /// For how many there is room.
+        /// The number reserved.
         room: usize,
     },
-    /// The object is in a hand already.
+    /// A hand already holds the object.
     #[error(
-        "object {object} is held already\n  help: let it go first, or grasp it as the second hand"
+        "object {object} is already held\n  help: release it first, or grasp it with a second hand"
     )]
     Held {
-        /// Its place among the objects.
+        /// Index of the object.
         object: usize,
     },
-    /// The object is in no hand.
+    /// No hand holds the object.
     #[error("object {object} is not held\n  help: grasp it first")]
     NotHeld {
-        /// Its place among the objects.
+        /// Index of the object.
         object: usize,
     },
-    /// The object is attached to another one.
+    /// The object is attached to another object.
     #[error(
-        "object {object} is attached to object {on}\n  help: take it off first (`detach`), or take that one"
+        "object {object} is attached to object {on}\n  help: detach it first (`detach`), or grasp the other object"
     )]
     Attached {
-        /// Its place among the objects.
+        /// Index of the object.
         object: usize,
-        /// The other's.
+        /// Index of the other object.
         on: usize,
     },
-    /// The object is attached to nothing.
-    #[error("object {object} is attached to nothing\n  help: attach it first")]
+    /// The object is not attached to another object.
+    #[error("object {object} is not attached to another object\n  help: attach it first")]
     NotAttached {
-        /// Its place among the objects.
+        /// Index of the object.
         object: usize,
     },
     /// The object is rigid.
     #[error(
-        "object {object} has no joints\n  help: give it bodies of its own in `ModelSpec::linkages`"
+        "object {object} has no joints\n  help: add bodies that hang on it to `ModelSpec::linkages`"
     )]
     NoJoints {
-        /// Its place among the objects.
+        /// Index of the object.
         object: usize,
     },
-    /// The hand holds nothing.
-    #[error("part {part} holds nothing\n  help: grasp something first")]
+    /// The hand does not hold the object.
+    #[error("part {part} holds nothing\n  help: grasp an object first")]
     EmptyHand {
-        /// Its place among the parts.
+        /// Index of the part.
         part: usize,
     },
-    /// The hand already holds this object.
-    #[error("part {part} holds an object already\n  help: let that go first")]
+    /// The hand already holds an object.
+    #[error("part {part} already holds an object\n  help: release it first")]
     HandFull {
-        /// Its place among the parts.
+        /// Index of the part.
         part: usize,
     },
-    /// The hand is not where the grasp of the object says.
+    /// The second hand is not at the pose that its grasp requires.
     #[error(
-        "the second hand, part {part}, is {position} m and {orientation} rad from its grasp\n  \
-         help: bring it there first, or grasp as it is (`Grasp::here`)"
+        "the second hand, part {part}, is {position} m and {orientation} rad away from the pose that its grasp requires\n  \
+         help: move it there first, or grasp at the current pose (`Grasp::Here`)"
     )]
     LoopOpen {
         /// The second hand.
         part: usize,
-        /// m.
+        /// Distance, m.
         position: f64,
-        /// rad.
+        /// Angle, rad.
         orientation: f64,
     },
-    /// A call that knows nothing of a loop or a coupling of the mechanism, or of two hands on an object, and would open it.
+    /// A call that does not support loops, couplings or two hands on an object, and would open one.
     #[error(
-        "{what} knows nothing of {closure}\n  help: `WholeBodyIk` keeps it closed; where it does not count, leave it out of the \
-         model, or let one hand go"
+        "{what} does not support {closure}\n  help: use `WholeBodyIk`, which keeps it closed; or remove it from the \
+         model, or release one hand"
     )]
     OpensClosure {
         /// The call.
         what: &'static str,
-        /// What it would open.
+        /// The closure that it would open.
         closure: Closure,
     },
-    /// No configuration within limits closes a closure, whatever becomes of the goals.
+    /// No configuration within limits closes a closure, independent of the goals.
     #[error(
-        "{closure} does not close: {position:.3e} m and {orientation:.3e} rad are left\n  help: q is where it is least open; check \
-         what it closes, let more of the robot move, or let go with one hand"
+        "{closure} cannot be closed: the residual is {position:.3e} m and {orientation:.3e} rad\n  help: q is the configuration with the smallest residual; check \
+         the closure, let more degrees of freedom move, or release one hand"
     )]
     DoesNotClose {
-        /// Which.
+        /// The closure.
         closure: Closure,
-        /// m.
+        /// Residual distance, m.
         position: f64,
-        /// rad.
+        /// Residual angle, rad.
         orientation: f64,
     },
-    /// Padding with which two colliders touch at every configuration.
+    /// Two padded colliders would touch at every configuration.
     #[error(
-        "colliders {a} and {b} are never more than {most} m apart, and would be padded by {padding} m: they would touch at every configuration\n  help: \
-         less padding, or `look_at` to let them pass"
+        "colliders {a} and {b} are at most {most} m apart, but their padding would be {padding} m in total: they would touch at every configuration\n  help: \
+         reduce the padding, or exclude the pair with `look_at`"
     )]
     NeverFree {
         /// One collider.
         a: usize,
         /// The other.
         b: usize,
-        /// Padding of both, m.
+        /// Total padding of both, m.
         padding: f64,
-        /// How far apart they are at the most, m.
+        /// Their largest possible distance, m.
         most: f64,
     },
-    /// Points or cells that a collider cannot have.
+    /// Points or cells that are not valid for a collider.
     #[error(transparent)]
     Shape(#[from] ShapeFault),
-    /// Equations without a solution.
+    /// Equations without a unique solution.
     #[error("{what} has no solution here\n  help: {help}")]
     Singular {
-        /// What.
+        /// The quantity to be computed.
         what: &'static str,
-        /// What to do.
+        /// The remedy.
         help: &'static str,
     },
 }

@@ -1,44 +1,51 @@
-//! The robot model that autonomy software embeds: parts by name, kinematics, inverse kinematics,
-//! collisions, what the hands hold, forces, motions in time.
+//! Robot model for embedding in autonomy software: named parts, kinematics, inverse kinematics, collisions, held objects, forces, and trajectories.
 //!
 //! ```text
-//! RobotModel   what never changes: bodies, parts, objects             shared: Arc, Sync
-//! Robot        one instance: its q, what it holds, all its memory     Send; a clone is independent
+//! RobotModel   constant data: bodies, parts, objects                  shared: Arc, Sync
+//! Robot        one instance: its q, held objects, all memory          Send; a clone is independent
 //! ```
-//! Names are looked up once, at the model; the handles ([`Part`], [`Object`]) are `Copy`. After [`Robot::new`]
-//! no call allocates, errors included (lists that are too short for an answer apart, and a `Transfer` whose profile fails by round-off, which formats a text in rsruckig), and none depends on what the instance did before: the same
-//! inputs give the same bits. There is no clock, no thread and no log inside.
+//! Names are looked up once, in the model; the handles ([`Part`], [`Object`]) are `Copy`. No call allocates after [`Robot::new`], including calls
+//! that return errors. The two exceptions are lists that are too short for a result, and a `Transfer` whose profile fails by round-off, because
+//! rsruckig then formats a text. No call depends on earlier calls of the instance: equal inputs give bit-identical results. There is no clock, no
+//! thread and no log inside.
 //!
-//! Files with masses that no body has are read; `RobotModel::doubtful` warns of them, with link and numbers (`Unphysical::Refused` refuses them).
+//! Files with mass properties that no rigid body can have are read; `RobotModel::doubtful` returns warnings with link and numbers (with
+//! `Unphysical::Refused` such files are errors).
 //!
-//! Objects that hands hold are rigid, or have joints of their own ([`ModelSpec::linkages`]): pliers, a drawer, a door. They may be attached to each other ([`Robot::attach`]): a battery to its driver, a key to its lock. Obstacles are shapes, or what sensors see while the
-//! robot works: point clouds and voxel maps ([`Robot::set_points`], [`Robot::set_cells`]). What loops of two hands, or of a key in a lock, leave is [`Robot::closure`]. A [`Planner`] finds free ways between configurations.
+//! Held objects are rigid or have joints ([`ModelSpec::linkages`]), such as pliers, a drawer or a door. Objects may be attached to each other
+//! ([`Robot::attach`]), such as a battery to its driver or a key to its lock. Obstacles are shapes or sensor data that change while the robot works:
+//! point clouds and voxel maps ([`Robot::set_points`], [`Robot::set_cells`]). [`Robot::closure`] returns the mobility of loops, such as two hands on
+//! an object or a key in a lock. A [`Planner`] finds collision-free paths between configurations.
 //!
-//! [`Robot::inverse_kinematics`] searches for a configuration of any chain; arms of six or seven hinges whose axes admit it are solved in closed form, all solutions at once
-//! ([`RobotModel::closed_form`], [`Robot::inverse_kinematics_all`]). [`WholeBodyIk`] searches for one in which several tips are where they are to be at once, in the world or in
-//! each other's hands, with what carries them; what two hands hold stays closed, and so do the mechanism's own loops and couplings ([`Closures`]).
-//! [`Effort::worst_case_steps`] says after how much work a search has ended at the latest.
+//! [`Robot::inverse_kinematics`] solves the inverse kinematics of a chain numerically. Arms with six or seven hinges whose axes admit it are solved in closed
+//! form, with all solutions at once ([`RobotModel::closed_form`], [`Robot::inverse_kinematics_all`]). [`WholeBodyIk`] solves for several tips at once, with goals
+//! in the world or relative to each other, and moves the bodies that carry them. Objects in two hands stay in both hands, and the mechanism's own
+//! loops and couplings stay closed ([`Closures`]). [`Effort::worst_case_steps`] returns an upper bound of the work of a search.
 //!
-//! A way gets its times by [`Timing`]: as fast as limits of rate, acceleration and effort allow, what is held counted. [`Transfer`] goes from any state to any
-//! other within limits of jerk. [`RateControl`] and [`WholeBody`] give rates and forces for objectives in order of priority, away from limits and singular
-//! configurations, with contacts that press and do not slip; [`TaskSpace`] operational space and impedance; [`support_polygon`] where a robot stands firm.
+//! [`Timing`] time-parameterizes a path: minimum time within limits of rate, acceleration and effort, including held objects. [`Transfer`] plans a
+//! jerk-limited motion between any two states. [`RateControl`] and [`WholeBody`] compute rates and forces for tasks in order of priority, avoid
+//! limits and singular configurations, and keep contacts pressed and free of slip. [`TaskSpace`] provides operational space and impedance control.
+//! [`support_polygon`] computes where a robot stands stably.
 //!
-//! Angular part first, world axes, SI and radians throughout. Columns are the degrees of freedom of
-//! the mechanism in canonical order ([`RobotModel::coordinate`] finds a joint's), or those of a part in the same order.
+//! Angular part first, world axes, SI units and radians throughout. Columns are the degrees of freedom of the mechanism in canonical order
+//! ([`RobotModel::coordinate`] returns a joint's), or those of a part in the same order.
 //!
 //! # Speed
-//! Beside its peers in the same run, on an AMD EPYC; all rows, other days and definitions: `framework/embedded/BENCHES.md` (`tests/benches/robots`).
+//! Measured against other libraries in the same run, on an AMD EPYC. All rows, other days and definitions: `framework/embedded/BENCHES.md`
+//! (`tests/benches/robots`).
 //!
-//! | what | ours | of the peer's time | asked for |
+//! | quantity | Linkwork | fraction of the other library's time | target |
 //! |---|---|---|---|
-//! | inverse kinematics from anywhere to 1e-9 (ur5; iiwa7), median; p99 | 8.1; 8.6 µs, all met, 17.2 and 15.0 kinematics a target | Pinocchio: 0.30; 0.56, p99 0.23; 0.44 | 0.6, 99.99 %, 25 |
-//! | the same from near by (ur5; iiwa7), median | 2.3; 2.7 µs | Pinocchio: 0.54; 0.59 | 0.6, 99.9 % |
-//! | a target out of reach, answered with the nearest | 0.2 to 0.4 ms | – | 1 ms |
-//! | yes or no of collisions (one arm of 111 pairs; two of 278), no answer wrong | 1.9; 2.2 µs | coal's tree: 0.30; 0.32 | 0.4 |
+//! | inverse kinematics from a random start to 1e-9 (ur5; iiwa7), median; p99 | 8.1; 8.6 µs, all goals met, 17.2 and 15.0 kinematics evaluations for each goal | Pinocchio: 0.30; 0.56, p99 0.23; 0.44 | 0.6, 99.99 %, 25 |
+//! | inverse kinematics from a nearby start (ur5; iiwa7), median | 2.3; 2.7 µs | Pinocchio: 0.54; 0.59 | 0.6, 99.9 % |
+//! | inverse kinematics of a goal out of reach, with the nearest configuration as result | 0.2 to 0.4 ms | – | 1 ms |
+//! | collision check (one arm with 111 pairs; two arms with 278), no result wrong | 1.9; 2.2 µs | coal's tree: 0.30; 0.32 | 0.4 |
 //! | all distances | 12; 32 µs | coal: 0.36; 0.36 | 0.4 |
-//! | grasp and ungrasp with filters; forces of 18 dofs with a load; balance of two arms | 0.94; 0.54; 0.88 µs | – | 60; 1.5; 10 µs |
-//! | Python: inverse, forward dynamics, mass matrix, kinematics of an arm of seven axes, one call | 0.7 to 1.2 µs | pin: 0.76, 0.62, 0.98, 0.67 | 1 |
-//! | Python: a step of a humanoid with contact | 12 µs | MuJoCo: 0.94 | 1 |
+//! | grasp and release with collision filters; inverse dynamics of 18 dofs with a load; load sharing of two arms | 0.94; 0.54; 0.88 µs | – | 60; 1.5;
+//! 10 µs |
+//! | Python: inverse, forward dynamics, mass matrix, kinematics of an arm of seven axes, for one call | 0.7 to 1.2 µs | pin: 0.76, 0.62, 0.98, 0.67 |
+//! 1 |
+//! | Python: one step of a humanoid with contact | 12 µs | MuJoCo: 0.94 | 1 |
 //! | Python: many states in two threads | | pin in a loop: 0.09; MuJoCo's rollout: 0.16 | 0.2; 0.5 |
 //!
 //! # An example
@@ -62,8 +69,8 @@
 //! let mut spec = ModelSpec::from_description(&read_text(text, &options)?)?;
 //! spec.parts.push(PartSpec::chain("arm", "base", "tool"));
 //! let model = RobotModel::new(&spec)?; // shared, constant
-//! let arm = model.part("arm").ok_or("no arm")?; // names once
-//! let mut robot = Robot::new(&model); // memory of its own
+//! let arm = model.part("arm").ok_or("no arm")?; // look up names once
+//! let mut robot = Robot::new(&model); // its own memory
 //!
 //! let mut q = [0.1, 0.5];
 //! let goal = Goal::position(Vec3::new(0.5, 0.0, 0.3));

@@ -1,5 +1,5 @@
-//! What hangs on objects by hinges: the model's side. Each object with such bodies has a tree of its own, whose root is the object on a free hinge
-//! that stays at its origin: the frame it hangs on is where the object is.
+//! Bodies that hang on objects by hinges, the constant part. Each object with such bodies has its own tree. Its root is the object on a free hinge
+//! that stays at zero, and the base of the tree is placed at the object.
 
 use crate::error::{ModelError, ModelFault};
 use crate::model::{ModelSpec, ObjectSpec};
@@ -8,7 +8,7 @@ use linkwork_dynamics::Tree;
 use linkwork_multibody::names::suggest;
 use linkwork_multibody::{BodyId, BodySpec, Builder, Hinge, Multibody};
 
-/// Degrees of freedom, and numbers of q, of the root.
+/// Degrees of freedom, and number of coordinates, of the root.
 pub(crate) const ROOT_V: usize = 6;
 pub(crate) const ROOT_Q: usize = 7;
 
@@ -16,21 +16,21 @@ pub(crate) const ROOT_Q: usize = 7;
 #[derive(Debug)]
 pub(crate) struct Linkage {
     pub tree: Tree,
-    /// How each hangs on the object.
+    /// How each body is connected to the object.
     pub links: Vec<Link>,
-    /// For each body the first of those that it is welded to; and pairs of these that a hinge joins.
+    /// For each body the first body of the group that is welded to it, and pairs of such groups that a hinge joins.
     pub group: Vec<usize>,
     pub joined: Vec<(usize, usize)>,
 }
 
-/// How a body of an object hangs on it.
+/// Connection of a body to its object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Link {
-    /// It is the object, or welded to it.
+    /// It is the object itself, or welded to it.
     Welded,
-    /// A hinge joins it to that.
+    /// It is connected to the object's rigid group by one hinge.
     Joined,
-    /// It is farther out.
+    /// It is connected by more than one hinge.
     Beyond,
 }
 
@@ -55,7 +55,7 @@ impl Linkage {
     }
 }
 
-/// Objects as free bodies with what hangs on them, beside a mechanism or alone.
+/// Adds objects as free bodies, with the bodies that hang on them, to a builder.
 pub(crate) fn objects(mut builder: Builder, spec: &ModelSpec) -> Builder {
     for o in &spec.objects {
         builder.body(BodySpec::new(&o.name, "world").hinge(Hinge::free()).mass(o.mass));
@@ -66,17 +66,17 @@ pub(crate) fn objects(mut builder: Builder, spec: &ModelSpec) -> Builder {
     builder
 }
 
-/// The linkage of each object, where it has one.
+/// Builds the linkage of each object that has one.
 pub(crate) fn linkages(spec: &ModelSpec) -> Result<Vec<Option<Linkage>>, ModelError> {
     let mut faults = Vec::new();
-    let help = "leave it out: an object is a tree of rigid bodies";
+    let help = "remove it: an object is a tree of rigid bodies";
     let loops = spec.linkages.loops().iter().map(|l| format!("loop `{}`", l.name));
     let couplings = spec.linkages.couplings().iter().map(|c| format!("coupling `{}`", c.name));
     let bent = spec.linkages.bodies().iter().filter(|b| b.modes.is_some());
     let bent = bent.map(|b| format!("the flexibility of body `{}`", b.name));
     let all = loops.chain(couplings).chain(bent);
     faults.extend(all.map(|what| ModelFault::Refused { what, help }));
-    // The object that carries each.
+    // The object that carries each body.
     let mut owner: Vec<Option<usize>> = vec![None; spec.linkages.bodies().len()];
     for (k, b) in spec.linkages.bodies().iter().enumerate() {
         let mut at = b.parent.as_str();

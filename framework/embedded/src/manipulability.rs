@@ -1,7 +1,7 @@
-//! Manipulability of a chain: its measure with gradient, and its ellipsoids.
+//! Manipulability of a chain: measure, gradient and ellipsoids.
 //!
-//! J: rows chosen, the angular ones times a length L, so that all are in m/s (with L = 1 m numbers
-//! are those of the plain Jacobian). u: a unit direction.
+//! J contains the selected rows; angular rows are multiplied by a length L, so that all are in m/s (L = 1 m leaves the numbers of the Jacobian
+//! unchanged). u is a unit direction.
 //! ```text
 //! w = √det(J Jᵀ)                                           fewer columns than rows: √det(Jᵀ J)
 //! ∂w/∂q_k = w tr(J⁺ ∂J/∂q_k) = w Σ_j y_j · ∂J_j/∂q_k       y = (J⁺)ᵀ
@@ -13,39 +13,37 @@
 use linkwork_spatial::Vec3;
 use linkwork_spatial::nalgebra::{Cholesky, Matrix6, Vector6};
 
-/// Which rows of the Jacobian count.
+/// Selected rows of the Jacobian.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rows {
-    /// All six, angular ones times a length in m.
+    /// All six rows; angular rows are multiplied by a length.
     All {
-        /// What 1 rad counts, m.
+        /// The length, m.
         length: f64,
     },
-    /// The three linear ones.
+    /// The three linear rows.
     Linear,
-    /// The three angular ones.
+    /// The three angular rows.
     Angular,
 }
 
-/// How well a tip moves and pushes at one configuration.
+/// Manipulability of a tip at one configuration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Manipulability {
-    /// The measure: product of the singular values. 0 at a singular configuration.
+    /// The measure: product of the singular values; 0 at a singular configuration.
     pub w: f64,
-    /// Singular values, greatest first; three for three rows (the rest are zero). One below 1e-7 of the
-    /// greatest is zero to the digits that there are, and is told as zero.
+    /// Singular values, largest first; three for three rows (the rest are zero). A value below 1e-7 of the largest is at round-off level and is
+    /// returned as zero.
     pub singular_values: [f64; 6],
-    /// Half axes' directions in the same order: columns over the rows chosen (angular first where
-    /// there are six).
+    /// Directions of the half axes in the same order: columns over the selected rows (angular first if there are six).
     pub axes: Matrix6<f64>,
     rows: usize,
     A: Matrix6<f64>,
 }
 
 impl Manipulability {
-    /// Of a Jacobian with `n` columns (6 × n, row after row). Fills `gradient` (n) when one is given;
-    /// it is zero where the measure is: there it has none. `first` gives for each column the first
-    /// of the same subhinge.
+    /// Evaluates a Jacobian with `n` columns (6 × n, row after row). Fills `gradient` (n) if it is given; the gradient is set to zero where the
+    /// measure is zero, because it does not exist there. `first` contains for each column the first column of the same subhinge.
     pub(crate) fn new(
         J: &[f64],
         first: &[usize],
@@ -80,8 +78,8 @@ impl Manipulability {
         it
     }
 
-    /// The greatest speed of the tip along a direction (over the rows chosen; its length does not
-    /// matter) for rates with |q̇| = 1; 0 along a direction in which it cannot move.
+    /// Returns the largest speed of the tip along a direction (over the selected rows; its length has no effect) for rates with |q̇| = 1; 0 along a
+    /// direction in which it cannot move.
     #[must_use]
     pub fn velocity(&self, direction: &[f64]) -> f64 {
         let Some(u) = self.unit(direction) else { return 0.0 };
@@ -95,8 +93,8 @@ impl Manipulability {
         if sum.is_finite() { sum.sqrt().recip() } else { 0.0 }
     }
 
-    /// The greatest force of the tip along a direction for forces of the joints with |τ| = 1; infinite
-    /// along a direction in which the linkage itself holds.
+    /// Returns the largest force of the tip along a direction for joint forces with |τ| = 1; infinite along a direction in which the structure itself
+    /// carries the force.
     #[must_use]
     pub fn force(&self, direction: &[f64]) -> f64 {
         let Some(u) = self.unit(direction) else { return 0.0 };
@@ -111,7 +109,7 @@ impl Manipulability {
         (direction.len() == self.rows && norm > 0.0 && norm.is_finite()).then(|| u / norm)
     }
 
-    /// See the head of the file. O(n²).
+    /// Computes the gradient; the documentation of this file has the equations. O(n²).
     fn gradient(
         &self,
         J: &[f64],
@@ -126,7 +124,7 @@ impl Manipulability {
         if self.w == 0.0 {
             return;
         }
-        // (J Jᵀ)⁺ on the directions that the columns span: of rank `rank`.
+        // Compute (J Jᵀ)⁺ on the range of J, which has dimension `rank`.
         let mut pseudo = Matrix6::zeros();
         match Cholesky::new(padded(&self.A, self.rows)).filter(|_| rank == self.rows) {
             Some(c) => pseudo = c.inverse(),
@@ -161,7 +159,7 @@ impl Manipulability {
     }
 }
 
-/// With ones on the diagonal below the rows that count.
+/// Returns a copy with ones on the diagonal below the selected rows.
 fn padded(A: &Matrix6<f64>, count: usize) -> Matrix6<f64> {
     let mut out = *A;
     for i in count..6 {
@@ -170,9 +168,9 @@ fn padded(A: &Matrix6<f64>, count: usize) -> Matrix6<f64> {
     out
 }
 
-/// Singular values of J, greatest first, and their directions.
+/// Returns the singular values of J, largest first, and their directions.
 fn spectrum(A: &Matrix6<f64>, count: usize) -> ([f64; 6], Matrix6<f64>) {
-    // Of no numbers the eigenvalues are looked for without end.
+    // The eigenvalue iteration does not end for NaN.
     if A.iter().any(|a| !a.is_finite()) {
         return ([f64::NAN; 6], Matrix6::repeat(f64::NAN));
     }

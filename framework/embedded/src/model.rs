@@ -1,4 +1,4 @@
-//! The model: constant, checked, shared.
+//! The robot model: constant, checked and shared.
 
 use crate::collision::{Carrier, Scene};
 use crate::error::{Closure, ModelError, ModelFault, RobotError};
@@ -20,49 +20,50 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 
-/// What a model is made of. [`RobotModel::new`] checks it.
+/// Description of a robot model. [`RobotModel::new`] checks it and builds the model.
 #[derive(Clone, Debug, Default)]
 pub struct ModelSpec {
-    /// Bodies and hinges. Loops and couplings are refused, unless `closures` keeps them.
+    /// Bodies and hinges. Loops and couplings are errors unless `closures` is [`Closures::Kept`].
     pub mechanism: Builder,
-    /// What becomes of its loops and couplings.
+    /// Handling of the mechanism's loops and couplings.
     pub closures: Closures,
     /// Parts by name.
     pub parts: Vec<PartSpec>,
     /// Objects that hands may hold.
     pub objects: Vec<ObjectSpec>,
-    /// Bodies that hang on objects by hinges: the parent of each is an object's name or another's of these. Loops and couplings are refused.
+    /// Bodies that hang on objects by hinges. The parent of each is an object or another of these bodies, by name. Loops and couplings are errors.
     pub linkages: Builder,
-    /// Shapes on bodies, on objects and their bodies (by name) and in the world.
+    /// Shapes on bodies, on objects and their bodies (by name), and in the world.
     pub colliders: Vec<ColliderSpec>,
-    /// Which of them meet; what a hand holds is told apart from it by itself.
+    /// Which shapes are checked against each other. Pairs of a hand and the object that it holds are excluded automatically.
     pub rules: Rules,
-    /// Names of joints, and what they move.
+    /// Names of joints and the hinge coordinates that they move.
     pub joints: BTreeMap<String, HingeCoordinate>,
-    /// What the files say beside this and nobody uses: one line each.
+    /// Content of the files that the model does not use, one line each.
     pub unused: Vec<String>,
-    /// Mass properties of the files that no body has and that were read all the same ([`Unphysical::Read`](linkwork_formats::Unphysical::Read)): a line
-    /// each, with link and numbers.
+    /// Mass properties in the files that no rigid body can have but that were read all the same
+    /// ([`Unphysical::Read`](linkwork_formats::Unphysical::Read)), one line each, with link and numbers.
     pub doubtful: Vec<String>,
 }
 
-/// What becomes of loops and couplings of the mechanism, such as joints that mimic others.
+/// Handling of loops and couplings of the mechanism, such as joints that mimic others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Closures {
-    /// The model is refused.
+    /// A model with loops or couplings is an error.
     #[default]
     Refused,
-    /// [`WholeBodyIk`](crate::WholeBodyIk) keeps them closed, of whatever hinges. Kinematics, collisions, masses and forces are those of the tree at the q given: forces of a motion
-    /// that keeps them closed, as if every coordinate had a motor of its own. What would open them is refused ([`RobotError::OpensClosure`]): searches, rates and ways of a chain that takes
-    /// part in them, ways between configurations, objectives, operational space, predictions, timings and transfers.
+    /// [`WholeBodyIk`](crate::WholeBodyIk) keeps them closed, for all kinds of hinges. Kinematics, collisions, masses and forces are those of the tree
+    /// at the given q. The forces are those of a motion that keeps the closures closed, as if every coordinate had its own motor. Functions that
+    /// would open a closure return [`RobotError::OpensClosure`]: searches, rates and paths of a chain that takes part in one, paths between
+    /// configurations, tasks, operational space, predictions, time parameterizations and transfers.
     Kept,
 }
 
 impl ModelSpec {
-    /// The mechanism of a description, with its joints' names.
+    /// Reads the mechanism of a description and the names of its joints.
     ///
     /// # Errors
-    /// A description with loops or couplings: the embedded model is a tree.
+    /// A description with loops or couplings, because the embedded model is a tree.
     pub fn from_description(d: &Description) -> Result<Self, ModelError> {
         let mut faults = Vec::new();
         let help = "remove it from the description, or keep it (`ModelSpec::with_closures`, `lw_builder_keep_closures`)";
@@ -78,7 +79,7 @@ impl ModelSpec {
         Ok(Self::of(d))
     }
 
-    /// As [`from_description`](Self::from_description), with the loops and couplings of the description [kept](Closures::Kept).
+    /// Like [`from_description`](Self::from_description), but [keeps](Closures::Kept) the loops and couplings of the description.
     #[must_use]
     pub fn with_closures(d: &Description) -> Self {
         let mut spec = Self { closures: Closures::Kept, ..Self::of(d) };
@@ -92,7 +93,7 @@ impl ModelSpec {
     }
 
     fn of(d: &Description) -> Self {
-        // By the joints themselves: looking each up by its name would take the square of their number.
+        // Iterate over the joints: a look-up by name for each would take quadratic time.
         let joints = d.joints.iter().filter(|j| j.count == 1).map(|j| {
             (j.name.clone(), HingeCoordinate { body: j.body.clone(), subhinge: j.subhinge })
         });
@@ -105,21 +106,21 @@ impl ModelSpec {
         }
     }
 
-    /// Adds the [collision shapes](colliders_of) of a description, and its pairs of bodies that do not meet.
+    /// Adds the [collision shapes](colliders_of) of a description, and its pairs of bodies that are not checked for collisions.
     ///
     /// # Errors
-    /// Shapes that a collider cannot be.
+    /// Shapes that are not supported as colliders.
     pub fn shapes(mut self, d: &Description) -> Result<Self, ModelError> {
         self.colliders.extend(colliders_of(d)?);
         self.rules.ignore.extend(d.exclusions.iter().cloned());
         Ok(self)
     }
 
-    /// Adds the groups of an SRDF file as parts: one chain each, or the bodies of its links, joints
-    /// and chains. Its pairs without collision are added to the rules, what else the file says to `unused`.
+    /// Adds the groups of an SRDF file as parts. A part is one chain, or the bodies of the group's links, joints and chains. The file's disabled
+    /// pairs are added to the rules; all other content of the file is listed in `unused`.
     ///
     /// # Errors
-    /// Joints or links that the mechanism has not.
+    /// Joints or links that the mechanism does not have.
     pub fn groups(mut self, srdf: &Srdf, d: &Description) -> Result<Self, ModelError> {
         let mut faults = Vec::new();
         let parents: BTreeMap<&str, &str> =
@@ -153,8 +154,8 @@ impl ModelSpec {
                 }
             }
             if bodies.is_empty() {
-                // A group of groups: its members are parts of their own.
-                self.unused.push(format!("SRDF: group `{}` has no links of its own", g.name));
+                // A group that contains only groups: its members are separate parts.
+                self.unused.push(format!("SRDF: group `{}` has no links and is not used", g.name));
                 continue;
             }
             self.parts.push(PartSpec::Bodies { name: g.name.clone(), bodies });
@@ -165,12 +166,12 @@ impl ModelSpec {
     }
 }
 
-/// An object that a hand may hold: rigid, unless [`ModelSpec::linkages`] has bodies that hang on it.
+/// An object that a hand may hold. It is rigid unless bodies in [`ModelSpec::linkages`] hang on it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ObjectSpec {
     /// Its name.
     pub name: String,
-    /// Mass properties in its own axes; without those of bodies that hang on it.
+    /// Mass properties in the object's axes, without the bodies that hang on it.
     pub mass: MassProperties,
 }
 
@@ -179,30 +180,30 @@ pub struct ObjectSpec {
 pub struct Object(pub(crate) u32);
 
 impl Object {
-    /// Its place among the model's objects.
+    /// Returns its index in the model's list of objects.
     #[must_use]
     pub fn index(self) -> usize {
         self.0 as usize
     }
 }
 
-/// What never changes about a robot: mechanism, parts, objects. Shared by any number of [`Robot`](crate::Robot)s.
+/// The constant data of a robot: mechanism, parts and objects. Any number of [`Robot`](crate::Robot)s can share it.
 #[derive(Debug)]
 pub struct RobotModel {
     pub(crate) tree: Tree,
     pub(crate) parts: Vec<Resolved>,
-    /// In the whole: the tip of each part that is a chain.
+    /// Node in the whole mechanism at the tip of each part that is a chain.
     pub(crate) tips: Vec<Option<NodeId>>,
-    /// The bases of those whose base moves.
+    /// Nodes at the bases of chains whose base is a body.
     pub(crate) bases: Vec<Option<NodeId>>,
-    /// Loops and couplings, with the degrees of freedom that take part.
+    /// Loops and couplings, with the degrees of freedom that they constrain.
     closures: Vec<(Closure, Vec<usize>)>,
     pub(crate) objects: Vec<(String, RigidInertia)>,
-    /// For each object: what hangs on it.
+    /// For each object, the bodies that hang on it.
     pub(crate) linkages: Vec<Option<Linkage>>,
-    /// For each number of β with one number of q: its place there, and its limits.
+    /// For each entry of β that has exactly one entry of q: the index of that entry, and its limits.
     pub(crate) limits: Vec<Option<(usize, Limits)>>,
-    /// Where each quaternion begins in q.
+    /// Index in q of the first number of each quaternion.
     attitudes: Vec<usize>,
     pub(crate) scene: Scene,
     joints: BTreeMap<String, (usize, usize)>,
@@ -211,7 +212,7 @@ pub struct RobotModel {
 }
 
 impl RobotModel {
-    /// Rejects configurations, row after row: numbers as [`numbers`] does, and quaternions without a direction.
+    /// Checks configurations, row after row. Returns an error for numbers that [`numbers`] rejects and for quaternions of length zero.
     pub(crate) fn configurations(
         &self,
         what: &'static str,
@@ -229,14 +230,14 @@ impl RobotModel {
         Ok(())
     }
 
-    /// Checks everything. O(parts · bodies).
+    /// Checks the description and builds the model. O(parts · bodies).
     ///
     /// # Errors
-    /// All that is wrong, at once.
+    /// All faults of the description at once.
     pub fn new(spec: &ModelSpec) -> Result<Arc<Self>, ModelError> {
         let mut faults = Vec::new();
         if spec.closures == Closures::Refused {
-            let help = "leave it out, or keep it with `Closures::Kept`, which says for what";
+            let help = "remove it, or keep it with `Closures::Kept`, whose documentation lists what then works";
             let names = spec.mechanism.loops().iter().map(|l| format!("loop `{}`", l.name));
             let couplings = spec.mechanism.couplings().iter();
             let names = names.chain(couplings.map(|c| format!("coupling `{}`", c.name)));
@@ -279,7 +280,7 @@ impl RobotModel {
         let faults: Vec<ModelFault> = moves
             .map(|l| ModelFault::Refused {
                 what: format!("the motion across loop `{}`", l.closure.name),
-                help: "make the loop of a hinge without prescribed motion, and without gaps",
+                help: "use a loop hinge without prescribed motion and without clearance",
             })
             .collect();
         if !faults.is_empty() {
@@ -320,11 +321,11 @@ impl RobotModel {
         }))
     }
 
-    /// A robot from a URDF (MJCF, SDF) file with its collision shapes, its loops and couplings kept; parts from the groups of an SRDF
-    /// file, where one is given. Look at [`doubtful`](Self::doubtful) and [`unused`](Self::unused) afterwards.
+    /// Loads a robot from a URDF, MJCF or SDF file with its collision shapes, and keeps its loops and couplings. The groups of an SRDF file become
+    /// parts. Check [`doubtful`](Self::doubtful) and [`unused`](Self::unused) afterwards.
     ///
     /// # Errors
-    /// All that is wrong with the files and the parts; shapes that [cannot collide](colliders_of).
+    /// All faults of the files and the parts at once; shapes that [are not supported as colliders](colliders_of).
     pub fn load(
         robot: impl AsRef<Path>,
         groups: Option<&Path>,
@@ -340,36 +341,36 @@ impl RobotModel {
         Self::new(&spec)
     }
 
-    /// The mechanism.
+    /// Returns the mechanism.
     #[must_use]
     pub fn multibody(&self) -> &Multibody {
         self.tree.multibody()
     }
 
-    /// Numbers of q.
+    /// Returns the number of coordinates in q.
     #[must_use]
     pub fn nq(&self) -> usize {
         self.tree.nq()
     }
 
-    /// Degrees of freedom.
+    /// Returns the number of degrees of freedom.
     #[must_use]
     pub fn nv(&self) -> usize {
         self.tree.nv()
     }
 
-    /// The part of that name.
+    /// Returns the part with the given name.
     #[must_use]
     pub fn part(&self, name: &str) -> Option<Part> {
         self.parts.iter().position(|p| p.name == name).map(|i| Part(i as u32))
     }
 
-    /// All parts with their names, in the order in which they were given.
+    /// Returns all parts with their names, in the order of the description.
     pub fn parts(&self) -> impl ExactSizeIterator<Item = (Part, &str)> {
         self.parts.iter().enumerate().map(|(i, p)| (Part(i as u32), p.name.as_str()))
     }
 
-    /// The bodies of a part, inboard ones first.
+    /// Returns the bodies of a part, from base to tip.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`].
@@ -377,7 +378,7 @@ impl RobotModel {
         self.parts.get(part.index()).map(|p| &p.bodies[..]).ok_or(RobotError::ForeignHandle)
     }
 
-    /// Places in β of the degrees of freedom of a chain: the columns of its Jacobian.
+    /// Returns the indices in β of a chain's degrees of freedom, which are the columns of its Jacobian.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`].
@@ -385,55 +386,56 @@ impl RobotModel {
         self.chain(part).map(|c| &c.v[..])
     }
 
-    /// The object of that name.
+    /// Returns the object with the given name.
     #[must_use]
     pub fn object(&self, name: &str) -> Option<Object> {
         self.objects.iter().position(|o| o.0 == name).map(|i| Object(i as u32))
     }
 
-    /// All objects with their names, in the order in which they were given.
+    /// Returns all objects with their names, in the order of the description.
     pub fn objects(&self) -> impl ExactSizeIterator<Item = (Object, &str)> {
         self.objects.iter().enumerate().map(|(i, o)| (Object(i as u32), o.0.as_str()))
     }
 
-    /// The bodies of an object with joints: the object itself on a free hinge, of which no call makes use, and what hangs on it. `None` for a rigid one.
+    /// Returns the bodies of an object with joints, or `None` for a rigid object. The first body is the object itself on a free hinge, which no
+    /// function uses.
     #[must_use]
     pub fn object_multibody(&self, object: Object) -> Option<&Multibody> {
         Some(self.linkages.get(object.index())?.as_ref()?.multibody())
     }
 
-    /// A body of an object with joints, by name.
+    /// Returns a body of an object with joints, by name.
     #[must_use]
     pub fn object_body(&self, object: Object, name: &str) -> Option<BodyId> {
         self.object_multibody(object)?.body(name)
     }
 
-    /// The collider of that name.
+    /// Returns the collider with the given name.
     #[must_use]
     pub fn collider(&self, name: &str) -> Option<ColliderId> {
         self.scene.colliders.find(name)
     }
 
-    /// All colliders with their names, in the order of names.
+    /// Returns all colliders with their names, sorted by name.
     pub fn colliders(&self) -> impl ExactSizeIterator<Item = (ColliderId, &str)> {
         self.scene.colliders.ids().map(|i| (i, self.scene.colliders.spec(i).name.as_str()))
     }
 
-    /// The name of a collider.
+    /// Returns the name of a collider.
     #[must_use]
     #[track_caller]
     pub fn collider_name(&self, id: ColliderId) -> &str {
         &self.scene.colliders.spec(id).name
     }
 
-    /// What a collider was made of.
+    /// Returns the description of a collider.
     #[must_use]
     #[track_caller]
     pub fn collider_spec(&self, id: ColliderId) -> &ColliderSpec {
         self.scene.colliders.spec(id)
     }
 
-    /// The colliders on the bodies of a part, in the order of names.
+    /// Returns the colliders on the bodies of a part, sorted by name.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`].
@@ -445,7 +447,7 @@ impl RobotModel {
         Ok(self.carried(|c| matches!(c, Carrier::Body(b) if bodies.contains(&b))))
     }
 
-    /// The colliders of an object, those on its bodies among them, in the order of names.
+    /// Returns the colliders of an object, including those on bodies that hang on it, sorted by name.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`].
@@ -466,20 +468,20 @@ impl RobotModel {
         all.filter(move |i| by(self.scene.carriers[i.index()]))
     }
 
-    /// Places in q and β of a joint with one coordinate, by the name that the file gives it.
+    /// Returns the indices in q and β of a joint with one coordinate, by the joint's name in the file.
     #[must_use]
     pub fn coordinate(&self, joint: &str) -> Option<(usize, usize)> {
         self.joints.get(joint).copied()
     }
 
-    /// What the files say and the model does not use, one line each.
+    /// Returns the content of the files that the model does not use, one line each.
     #[must_use]
     pub fn unused(&self) -> &[String] {
         &self.unused
     }
 
-    /// Mass properties of the files that no body has and that were read all the same: warnings, one line each, with link and numbers.
-    /// [`Unphysical::Refused`](linkwork_formats::Unphysical::Refused) refuses them instead.
+    /// Returns warnings about mass properties in the files that no rigid body can have but that were read all the same, one line each, with link and
+    /// numbers. With [`Unphysical::Refused`](linkwork_formats::Unphysical::Refused) such files are errors.
     #[must_use]
     pub fn doubtful(&self) -> &[String] {
         &self.doubtful
@@ -490,7 +492,7 @@ impl RobotModel {
         found.chain.as_ref().ok_or(RobotError::NotAChain { part: part.index() })
     }
 
-    /// Refuses what moves a chain that takes part in a loop or a coupling.
+    /// Returns an error if a chain takes part in a loop or a coupling.
     pub(crate) fn opens(&self, chain: &Chain, what: &'static str) -> Result<(), RobotError> {
         let mut all = self.closures.iter();
         match all.find(|(_, dofs)| dofs.iter().any(|d| chain.v.contains(d))) {
@@ -499,7 +501,7 @@ impl RobotModel {
         }
     }
 
-    /// Refuses what knows of no loops and couplings, where there are some.
+    /// Returns an error if the model has loops or couplings. For functions that do not support them.
     pub(crate) fn open_tree(&self, what: &'static str) -> Result<(), RobotError> {
         match self.closures.first() {
             Some((closure, _)) => Err(RobotError::OpensClosure { what, closure: *closure }),
@@ -507,9 +509,9 @@ impl RobotModel {
         }
     }
 
-    /// Refuses straight ways that open a loop or a coupling. What is coupled at both ends is coupled between them.
+    /// Returns an error if a straight path opens a loop or a coupling. Linear couplings that are satisfied at both ends are satisfied between them.
     pub(crate) fn opens_between(&self, qa: &[f64], qb: &[f64]) -> Result<(), RobotError> {
-        let what = "a straight way";
+        let what = "a straight path";
         let multibody = self.multibody();
         for (closure, dofs) in &self.closures {
             if let Closure::Coupling { index } = *closure {
@@ -533,26 +535,25 @@ impl RobotModel {
         Ok(())
     }
 
-    /// The tip of a chain in the whole mechanism.
+    /// Returns the node at the tip of a chain in the whole mechanism.
     pub(crate) fn tip(&self, part: Part) -> Result<NodeId, RobotError> {
         let tip = self.tips.get(part.index()).ok_or(RobotError::ForeignHandle)?;
         tip.ok_or(RobotError::NotAChain { part: part.index() })
     }
 }
 
-/// The collision shapes of a description as colliders, by their own names where they have one that is free, else
-/// `body/number` (from 0). A mesh file collides as its convex hull, which misses no contact of the mesh.
+/// Converts the collision shapes of a description to colliders. A collider has the name of its shape if that is unique, otherwise `body/number` (from
+/// 0). A mesh file collides as its convex hull, which encloses the mesh, so no contact is missed.
 ///
 /// # Errors
-/// Shapes that a collider cannot be: meshes of other formats and those that are not found, planes with an end. All at once;
-/// none is left out in silence.
+/// All shapes that are not supported, at once: meshes in other formats, missing mesh files, and bounded planes. No shape is skipped silently.
 pub fn colliders_of(d: &Description) -> Result<Vec<ColliderSpec>, ModelError> {
     let (mut out, mut faults) = (Vec::<ColliderSpec>::new(), Vec::new());
     let classes = d.collision_classes();
     if classes.meets.len() > 128 {
         faults.push(ModelFault::Refused {
             what: format!("bit masks of {} kinds of collision shapes", classes.meets.len()),
-            help: "128 kinds are the most; give shapes that meet the same ones the same masks",
+            help: "at most 128 are supported; give shapes that collide with the same shapes the same masks",
         });
     }
     let bits = |all: &[usize]| all.iter().filter(|k| **k < 128).fold(0_u128, |sum, k| sum | 1 << k);
@@ -579,14 +580,14 @@ pub fn colliders_of(d: &Description) -> Result<Vec<ColliderSpec>, ModelError> {
             }
             Err(why) => faults.push(ModelFault::Refused {
                 what: format!("collision shape `{name}`: {why}"),
-                help: "give that body solids (or a mesh of your own) as colliders instead",
+                help: "give that body primitive shapes or your own mesh as colliders",
             }),
         }
     }
     if faults.is_empty() { Ok(out) } else { Err(ModelError { faults }) }
 }
 
-/// A shape of a file as one that collides, or why it cannot.
+/// Converts a shape of a file to a collision shape, or returns the reason why it cannot be one.
 fn solid(g: &Geometry) -> Result<Shape, String> {
     Ok(match *g {
         Geometry::Box { size } => Shape::Box { half: 0.5 * Vec3::from(size) },
@@ -611,7 +612,7 @@ fn solid(g: &Geometry) -> Result<Shape, String> {
     })
 }
 
-/// Loops and couplings, and the degrees of freedom that take part: of a loop those that lie between its ends.
+/// Collects loops and couplings with the degrees of freedom that they constrain. For a loop these are the ones between its ends.
 fn closures_of(multibody: &Multibody) -> Vec<(Closure, Vec<usize>)> {
     let loops = multibody.loops().iter().enumerate().map(|(index, l)| {
         let path = |end: Option<BodyId>| -> Vec<BodyId> {
@@ -637,7 +638,7 @@ fn base_name(part: &str) -> String {
     format!("base of part {part}")
 }
 
-/// The mechanism with nodes at the tip of every chain, and at its base where that is a body.
+/// Adds nodes to the mechanism at the tip of every chain, and at its base where that is a body.
 fn with_tips(
     mechanism: &Builder,
     bare: &Multibody,

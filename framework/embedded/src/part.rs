@@ -1,8 +1,7 @@
-//! Parts: arms, legs, necks, grippers, bases by name.
+//! Parts: named arms, legs, necks, grippers and bases.
 //!
-//! A part is a chain from a base (not included) to a tip, or a set of bodies. A set whose bodies follow
-//! one another is a chain, too. A chain is a mechanism of its own, so that its kinematics costs
-//! what its own joints cost.
+//! A part is a chain from a base (not included) to a tip, or a set of bodies. A set whose bodies follow one another is also a chain. Each chain has
+//! its own mechanism, so its kinematics costs only the work of its own joints.
 
 use crate::error::{ModelFault, RobotError};
 use linkwork_dynamics::Tree;
@@ -11,19 +10,19 @@ use linkwork_multibody::{BodyId, Builder, Limits, Multibody, NodeId};
 use linkwork_spatial::Pose;
 use serde::{Deserialize, Serialize};
 
-/// A part as its author names it.
+/// Description of a part.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PartSpec {
     /// The bodies after `base` up to `tip`.
     Chain {
-        /// Its name: `left`, `neck`, `front_leg`.
+        /// Its name, for example `left`, `neck`, `front_leg`.
         name: String,
         /// The body that carries it, or `world`.
         base: String,
         /// Its last body: the frame that inverse kinematics moves.
         tip: String,
     },
-    /// Some bodies: a gripper, a platform.
+    /// A set of bodies, for example a gripper or a platform.
     Bodies {
         /// Its name.
         name: String,
@@ -33,20 +32,20 @@ pub enum PartSpec {
 }
 
 impl PartSpec {
-    /// A chain from a base (or `world`) to a tip.
+    /// Describes a chain from a base (or `world`) to a tip.
     #[must_use]
     pub fn chain(name: &str, base: &str, tip: &str) -> Self {
         Self::Chain { name: name.into(), base: base.into(), tip: tip.into() }
     }
 
-    /// Some bodies.
+    /// Describes a set of bodies.
     #[must_use]
     pub fn bodies(name: &str, bodies: &[&str]) -> Self {
         let bodies = bodies.iter().map(|b| (*b).to_owned()).collect();
         Self::Bodies { name: name.into(), bodies }
     }
 
-    /// Its name.
+    /// Returns its name.
     #[must_use]
     pub fn name(&self) -> &str {
         match self {
@@ -55,19 +54,19 @@ impl PartSpec {
     }
 }
 
-/// A part of one [`RobotModel`](crate::RobotModel).
+/// Handle of a part of one [`RobotModel`](crate::RobotModel).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Part(pub(crate) u32);
 
 impl Part {
-    /// Its place among the model's parts.
+    /// Returns its index in the model's list of parts.
     #[must_use]
     pub fn index(self) -> usize {
         self.0 as usize
     }
 }
 
-/// A part, resolved.
+/// A part, with its names resolved.
 #[derive(Debug)]
 pub(crate) struct Resolved {
     pub name: String,
@@ -75,31 +74,31 @@ pub(crate) struct Resolved {
     pub chain: Option<Chain>,
 }
 
-/// A chain as a mechanism of its own; its world is the frame of the base.
+/// A chain as a separate mechanism whose world is the frame of the base.
 #[derive(Debug)]
 pub(crate) struct Chain {
     pub tree: Tree,
-    /// The tip in `tree`, and in the whole.
+    /// The tip in `tree`, and its body in the whole mechanism.
     pub tip: NodeId,
     pub tip_body: BodyId,
-    /// Places in the whole's q and β.
+    /// Indices in the whole robot's q and β.
     pub q: Vec<usize>,
     pub v: Vec<usize>,
-    /// For each number of β: its place in the chain's q when it has one number, and its limits.
+    /// For each entry of β that has exactly one entry of q: the index of that entry in the chain's q, and its limits.
     pub limits: Vec<Option<(usize, Limits)>>,
-    /// For each number of β: the first of the same subhinge (columns of one ball or free hinge turn together).
+    /// For each entry of β: the first entry of the same subhinge (the columns of a ball or free hinge rotate together).
     pub first: Vec<usize>,
-    /// From the world to the base; nothing when the base does not move.
+    /// The bodies from the world to the base; `None` when the base does not move.
     pub carrier: Option<Carrier>,
-    /// Where the base is when it does not move.
+    /// Pose of the base when it does not move.
     pub fixed: Pose,
 }
 
 impl Chain {
-    /// Whether the chain's numbers of a whole q are within their limits.
+    /// Checks that the chain's coordinates in the whole q are within their limits.
     ///
     /// # Errors
-    /// [`RobotError::OutsideLimits`], of the first that is not.
+    /// [`RobotError::OutsideLimits`] for the first coordinate that is not.
     pub fn within_limits(&self, q: &[f64]) -> Result<(), RobotError> {
         for (dof, limit) in self.v.iter().zip(&self.limits) {
             let Some((at, limits)) = limit else { continue };
@@ -113,7 +112,7 @@ impl Chain {
     }
 }
 
-/// The way from the world to the base of a chain.
+/// The bodies from the world to the base of a chain.
 #[derive(Debug)]
 pub(crate) struct Carrier {
     pub tree: Tree,
@@ -121,7 +120,7 @@ pub(crate) struct Carrier {
     pub q: Vec<usize>,
 }
 
-/// Resolves a part, or adds what is wrong.
+/// Resolves the names of a part, or adds faults.
 pub(crate) fn resolve(
     mbs: &Multibody,
     spec: &PartSpec,

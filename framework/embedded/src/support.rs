@@ -1,15 +1,15 @@
-//! The support polygon: where the centre of mass may be above feet on level ground.
+//! The support polygon: the region above which the centre of mass must be for a robot to stand on level ground.
 //!
 //! ```text
-//! hull of the touching points in the plane, counter-clockwise (Andrew's monotone chain, 1979)
+//! hull of the contact points in the plane, counter-clockwise (Andrew's monotone chain, 1979)
 //! margin = min over edges of the distance to the inside, negative outside
 //! ```
 
-/// Corners (x, y, m) of the hull of `points`, counter-clockwise, into `hull`, which has room for one more than there are points; returns how many corners there are: two for points on
-/// a line, one for points that are all the same, none for none. Points that are no numbers count as none.
+/// Writes the corners (x, y, m) of the convex hull of `points` into `hull`, counter-clockwise, and returns their number: two for points on a line,
+/// one for coincident points, zero for none. `hull` needs room for one more than the number of points. Points with NaN or infinity are ignored.
 ///
 /// # Panics
-/// When there is too little room.
+/// If `hull` is too short.
 pub fn support_polygon(points: &mut [[f64; 2]], hull: &mut [[f64; 2]]) -> usize {
     points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     let good = || points.iter().filter(|p| p[0].is_finite() && p[1].is_finite());
@@ -26,7 +26,7 @@ pub fn support_polygon(points: &mut [[f64; 2]], hull: &mut [[f64; 2]]) -> usize 
             n += 1;
         }
     }
-    // Back over the upper side.
+    // Return along the upper side.
     let low = n;
     for p in good().rev().skip(1) {
         while n > low && turn(hull[n - 2], hull[n - 1], *p) <= 0.0 {
@@ -37,12 +37,12 @@ pub fn support_polygon(points: &mut [[f64; 2]], hull: &mut [[f64; 2]]) -> usize 
             n += 1;
         }
     }
-    // It ends where it began.
+    // The last corner equals the first.
     if n > 1 && hull[0] == hull[n - 1] { n - 1 } else { n }
 }
 
-/// How far a place (x, y, m) is inside a polygon with corners counter-clockwise: the distance to its nearest edge, m, negative outside. On a line or a point it
-/// is minus the distance; of no corner minus infinity.
+/// Returns the distance of a point (x, y, m) from the nearest edge of a polygon with counter-clockwise corners, m; negative outside. For a line or a
+/// point the result is the negative distance; for an empty polygon it is minus infinity.
 #[must_use]
 pub fn support_margin(hull: &[[f64; 2]], p: [f64; 2]) -> f64 {
     let mut inside = hull.len() >= 3;

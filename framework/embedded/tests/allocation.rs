@@ -1,11 +1,11 @@
-//! No call of a robot allocates after set-up, errors included.
+//! Calls of a robot do not allocate after set-up, errors included.
 
 use crate::support::*;
 use linkwork_embedded::spatial::Pose;
 use linkwork_embedded::*;
 use std::hint::black_box;
 
-/// The two-armed robot with things to hold, a tool with a jaw, and shapes.
+/// The two-armed robot with objects, a tool with a jaw, and shapes.
 fn trimmers(mass: spatial::MassProperties) -> Option<std::sync::Arc<RobotModel>> {
     let json = reference("robodarts/dual_ur5_collisions.json")?;
     let d = formats::read_file(file("robodarts/dual_ur5.urdf"), &options()).unwrap();
@@ -19,7 +19,7 @@ fn trimmers(mass: spatial::MassProperties) -> Option<std::sync::Arc<RobotModel>>
     Some(RobotModel::new(&spec).unwrap())
 }
 
-/// Every public call of a robot, and of what lends memory to it, is measured by one of the tests of memory: a new one has to come in here.
+/// Every public call of a robot, and of types that lend it memory, must be measured by one of the memory tests. Add new calls here.
 #[test]
 fn every_public_call_is_measured() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -29,7 +29,7 @@ fn every_public_call_is_measured() {
         .filter_map(|f| Some(f.ok()?.path()).filter(|p| p.extension().is_some_and(|e| e == "rs")))
         .map(read)
         .collect();
-    // What stands in blocks that are measured, to the line that looks at the count.
+    // The code of measured blocks, up to the line that reads the count.
     let measured: String = tests
         .split("allocation_counter::measure(")
         .skip(1)
@@ -58,7 +58,7 @@ fn every_public_call_is_measured() {
     let missing: Vec<&String> = calls
         .iter()
         .filter(|c| !measured.contains(&format!(".{c}(")))
-        // The model and the numbers of a memory are read from it.
+        // The model and the numbers of a workspace are read from it.
         .filter(|c| !["model", "mul", "fork"].contains(&c.as_str()))
         .collect();
     assert!(missing.is_empty(), "no test of memory calls {missing:?}");
@@ -70,7 +70,7 @@ fn no_call_allocates_after_set_up() {
     let Some(model) = dual(vec![ObjectSpec { name: "beam".into(), mass }]) else { return };
     let (beam, right) = (model.object("beam").unwrap(), model.part("right").unwrap());
     let [left, gripper] = ["left", "left_gripper"].map(|p| model.part(p).unwrap());
-    // A clone has memory of its own from the beginning.
+    // A clone has separate memory from the start.
     let first = Robot::new(&model);
     let mut robot = first.clone();
     let mut space = TaskSpace::new(&robot, &[left, right]).unwrap();
@@ -135,7 +135,7 @@ fn no_call_allocates_after_set_up() {
         robot.grasp(left, beam, Grasp::Here).unwrap();
         robot.grasp(right, beam, Grasp::Here).unwrap();
         black_box(robot.grasp(right, beam, Grasp::Here).unwrap_err());
-        // Two tips, and both hands on the beam: met, nearest, open, refused.
+        // Two tips, and both hands on the beam: reached, nearest, open, error.
         for p in [far, near] {
             let goal = Goal::position(spatial::Vec3::new(p, 0.4, 1.1));
             let goals = [
@@ -219,7 +219,7 @@ fn no_call_allocates_after_set_up() {
     assert_eq!(counted.count_total, 0, "{counted:?}");
 }
 
-/// Every call that may say no, saying no.
+/// Calls every function that can return an error in a way that returns one.
 #[test]
 fn no_error_allocates() {
     let mass = spatial::MassProperties::new(2.0, spatial::Vec3::zeros(), spatial::Mat3::identity());
@@ -282,7 +282,7 @@ fn no_error_allocates() {
     let state = MotionState { q: &nan, v: &v.clone(), vdot: &v.clone() };
     let mut own = vec![0.0; nv];
     let told = std::cell::Cell::new(0);
-    // A `no` has no memory of its own, and its words are made when it is shown.
+    // Errors do not allocate; their text is made when it is displayed.
     let no = |e: RobotError| {
         told.set(told.get() + 1);
         black_box(e);
@@ -376,7 +376,7 @@ fn no_error_allocates() {
         no(robot.clear_cells(ids[0]).unwrap_err());
         no(robot.cell(ids[0], [0; 3]).unwrap_err());
         no(robot.count(ids[0]).unwrap_err());
-        // Tools with memory of their own.
+        // Tools with separate memory.
         no(space.inertia(&mut robot, &mut own[..1]).unwrap_err());
         no(space.forces(&mut robot, &v, &own[..1], None, &mut out).unwrap_err());
         no(space.impedance(&mut robot, &v, &[soft], None, &mut out).unwrap_err());

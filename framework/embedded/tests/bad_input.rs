@@ -1,4 +1,4 @@
-//! What cannot be is told, by type and with a remedy; where something is possible all the same, with the best that is.
+//! Invalid input returns an error with its type and a remedy. If a best approximation exists, it is returned as well.
 
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
 use linkwork_embedded::spatial::{Force, MassProperties, Mat3, Pose, Vec3};
@@ -14,7 +14,7 @@ fn body(name: &str, parent: &str, hinge: Hinge, at: [f64; 3]) -> BodySpec {
         .mass(mass)
 }
 
-/// Two arms of three joints side by side, a plate that each may hold, and a table under them.
+/// Two parallel arms of three joints, a plate that each may hold, and a table below.
 fn spec() -> ModelSpec {
     let mut mechanism = Builder::new();
     for (side, y) in [("left", 0.3), ("right", -0.3)] {
@@ -49,7 +49,7 @@ fn model() -> Arc<RobotModel> {
     RobotModel::new(&spec()).unwrap()
 }
 
-/// Every error says what to do.
+/// Every error has a remedy.
 #[track_caller]
 fn told<T: std::fmt::Debug>(asked: Result<T, RobotError>) -> RobotError {
     let e = asked.unwrap_err();
@@ -126,7 +126,7 @@ fn padding_with_which_all_touch_always() {
     assert!(pair.contains(&a) && pair.contains(&b) && padding == 0.91, "{e}");
     assert!((most - 0.9).abs() < 1e-12, "{most}");
     assert_eq!(all(&mut robot), before, "nothing has changed");
-    // A little less, and there are places without a touch as far as lengths tell; more where the pairs may pass.
+    // Slightly less padding is accepted, because by their lengths the links can be far enough apart; even more if the pairs may pass.
     robot.pad(hand, 0.89).unwrap();
     robot.pad(hand, 0.0).unwrap();
     for other in ["left upper", "right hand", "table", "plate"] {
@@ -134,7 +134,7 @@ fn padding_with_which_all_touch_always() {
     }
     robot.pad(hand, 30.0).unwrap();
     robot.pad(hand, 0.0).unwrap();
-    // Padding of two counts together, and so does that of the model.
+    // The paddings of both colliders add up, including those of the model.
     robot.look_at(hand, upper, None).unwrap();
     robot.pad(upper, 0.5).unwrap();
     assert!(matches!(told(robot.pad(hand, 0.41)), RobotError::NeverFree { .. }));
@@ -145,7 +145,7 @@ fn padding_with_which_all_touch_always() {
     let e = RobotModel::new(&wrong).err().unwrap();
     let [ModelFault::Padding { name, other, .. }] = &e.faults[..] else { panic!("{e}") };
     assert_eq!([name.as_str(), other], ["left hand", "left upper"]);
-    assert!(e.to_string().contains("help: less padding"), "{e}");
+    assert!(e.to_string().contains("help: reduce the padding"), "{e}");
 }
 
 #[test]
@@ -170,13 +170,13 @@ fn targets_that_are_no_numbers_and_starts_outside_of_limits() {
         matches!(e, RobotError::OutsideLimits { dof: 1, value, lower, upper } if value == 2.5 && lower == -2.0 && upper == 2.0),
         "{e}"
     );
-    // As the remedy says.
+    // Follow the remedy.
     robot.clamp(&mut q).unwrap();
     robot.inverse_kinematics(left, &goal, Frame::World, &effort, &mut q).unwrap();
     assert!(matches!(told(robot.set_q(&[f64::NAN; 6])), RobotError::NotFinite { index: 0, .. }));
 }
 
-/// Loads that no joint can carry, and grips that no friction holds: the answer says by how much, and gives what is best.
+/// Loads that no joint can carry, and grips that friction cannot hold: the result states the shortfall and returns the best approximation.
 #[test]
 fn what_is_not_feasible_comes_with_the_best_that_is() {
     let model = model();
@@ -190,11 +190,11 @@ fn what_is_not_feasible_comes_with_the_best_that_is() {
     robot.gravity_forces(&mut alone).unwrap();
     let mut tau = alone;
     let shared = robot.balance(plate, Balance::Effort, &mut tau).unwrap();
-    // 300 kg: far more than joints of 20 N m do, and less far than with one hand.
+    // 300 kg needs far more than the joints' 20 N m, but far less than with one hand.
     let share = |tau: &[f64; 6]| tau.iter().map(|t| t.abs() / 20.0).fold(0.0, f64::max);
     assert!(shared.largest_share > 10.0 && share(&alone) > shared.largest_share, "{shared:?}");
     assert!((share(&tau) - shared.largest_share).abs() < 1e-12 * shared.largest_share);
-    // Palms that may press with 10 N do not hold it by friction.
+    // Palms that may press with only 10 N do not hold it by friction.
     let half = Force::new(Vec3::zeros(), Vec3::z() * (150.0 * 9.81));
     let friction = [1.0, -1.0].map(|y| Friction {
         normal: Vec3::y() * -y,
@@ -211,7 +211,8 @@ fn what_is_not_feasible_comes_with_the_best_that_is() {
     assert!(robot.grip(plate, &[half; 2], &strong).unwrap().shortfall < held.shortfall);
 }
 
-/// Zeros are a configuration of an arm, and not of a body that moves freely: its quaternion has no length. Poses were NaN, and nothing collided.
+/// All zeros is a valid configuration of an arm, but not of a floating body, because its quaternion has length zero. Before this check, poses were
+/// NaN and collisions were never found.
 #[test]
 fn a_quaternion_of_zeros_is_rejected_wherever_a_configuration_is_read() {
     let mut mechanism = Builder::new();
@@ -238,5 +239,5 @@ fn a_quaternion_of_zeros_is_rejected_wherever_a_configuration_is_read() {
     let of_all = RobotError::ZeroQuaternion { what: "q of all", index: 11 };
     assert_eq!(robot.collides_all(&table, &mut out).unwrap_err(), of_all);
     assert_eq!(out, [false; 2]);
-    assert!(none(3).to_string().contains("give x y z w with w = 1"));
+    assert!(none(3).to_string().contains("give x y z w, with w = 1"));
 }

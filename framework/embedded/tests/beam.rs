@@ -1,10 +1,10 @@
-//! The beam of the reference in two hands: from each of its poses to each other, the loop closed.
+//! The reference beam in two hands, moved from each of its poses to each other with the loop closed.
 
 use crate::support::*;
 use linkwork_embedded::spatial::{MassProperties, Mat3, Vec3};
 use linkwork_embedded::*;
 
-/// Held in one pose of the reference, sought from the configuration of another: met, and the right hand is where it was on the beam.
+/// Searches one pose of the reference from the configuration of another: reached, and the right hand is at its place on the beam.
 #[test]
 fn a_beam_goes_from_each_of_its_poses_to_each_other() {
     let Some(json) = reference("robodarts/dual_ur5_beam.json") else { return };
@@ -32,13 +32,13 @@ fn a_beam_goes_from_each_of_its_poses_to_each_other() {
             let goals = [TipGoal::new(hands[0], goal)];
             let answer = search.solve(&robot, &goals, &Effort::default(), &mut q).unwrap();
             assert_eq!(answer.outcome, Outcome::Met, "{i} from {j}: {answer:?}");
-            // By the kinematics of another robot, which holds nothing.
+            // Use the kinematics of another robot, which holds nothing.
             let mut bare = Robot::new(&model);
             bare.set_q(&q).unwrap();
             let tips = hands.map(|h| bare.tip_pose(h).unwrap());
             for (what, tip, X) in [("goal", &tips[0], &in_beam[0]), ("loop", &tips[1], &in_beam[1])]
             {
-                // The loop is closed onto the beam where the left hand has it.
+                // The loop is closed onto the beam at its pose in the left hand.
                 let wanted = match what {
                     "goal" => X_beam * *X,
                     _ => tips[0] * in_beam[0].inverse() * *X,

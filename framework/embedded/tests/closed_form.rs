@@ -1,4 +1,4 @@
-//! All solutions of arms with a closed form: complete, exact, within limits; refusals.
+//! All solutions of arms with a closed form: complete, exact, within limits; errors.
 
 use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
@@ -7,7 +7,7 @@ use linkwork_embedded::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
-/// An arm of hinges given by axis and point with all angles zero, and by its tip there.
+/// An arm of hinges given by axis and point at zero angles, and by its tip in that configuration.
 fn arm(axes: &[(Vec3, Vec3)], tip: Vec3, limits: Limits) -> Arc<RobotModel> {
     let mut b = Builder::new();
     let (mut parent, mut last) = ("world".to_owned(), Vec3::zeros());
@@ -32,8 +32,8 @@ fn v(x: f64, y: f64, z: f64) -> Vec3 {
 
 const TURN: Limits = Limits { lower: -PI, upper: PI, ..Limits::NONE };
 
-/// One arm for each kind, and each kind from its other end. Dimensions: PUMA 560 (Corke, Armstrong 1994), KUKA-like with an offset
-/// at the shoulder, Franka Panda with its last hinge left out; the others are made up so that nothing but what their kind asks is special.
+/// One arm for each kind, and each kind reversed. Dimensions: PUMA 560 (Corke, Armstrong 1994), KUKA-like with an offset at the shoulder, Franka
+/// Panda without its last hinge. The others are arbitrary, so that they have only the special geometry of their kind.
 fn kinds() -> Vec<(&'static str, &'static str, Arc<RobotModel>)> {
     let wrist = |w: Vec3| [(v(1.0, 0.2, 0.3), w), (v(0.1, 1.0, -0.2), w), (v(0.7, 0.1, 0.8), w)];
     let odd = [(v(0.1, 0.2, 1.0), v(0.0, 0.0, 0.1)), (v(0.9, 0.3, 0.1), v(0.1, 0.2, 0.4))];
@@ -89,7 +89,7 @@ fn kinds() -> Vec<(&'static str, &'static str, Arc<RobotModel>)> {
     .to_vec()
 }
 
-/// Seven hinges of a Franka Panda (its makers' table of Denavit-Hartenberg numbers), zero angles.
+/// Seven hinges of a Franka Panda (from its maker's table of Denavit-Hartenberg parameters), zero angles.
 fn panda() -> Arc<RobotModel> {
     let axes = [
         (Vec3::z(), v(0.0, 0.0, 0.333)),
@@ -126,14 +126,14 @@ impl Case {
         out.chunks(q.len()).take(n).map(<[f64]>::to_vec).collect()
     }
 
-    /// By the bodies' own poses and not by the solver's.
+    /// Computes the tip from the poses of the bodies, independently of the solver.
     fn tip(&self, q: &[f64]) -> Pose {
         let all = self.model.multibody().body_poses(q);
         all[self.model.bodies(self.part).unwrap().last().unwrap().index()]
     }
 }
 
-/// Greatest difference of angles, whole turns apart.
+/// Returns the largest difference of angles, modulo whole turns.
 fn turned_apart(a: &[f64], b: &[f64]) -> f64 {
     let d = a.iter().zip(b).map(|(a, b)| {
         let turns = (a - b) / (2.0 * PI);
@@ -177,7 +177,7 @@ fn difference_squared(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
 }
 
-/// The search knows nothing of closed forms: wherever it arrives from many starts is among the solutions, and it finds each of them.
+/// The search does not use closed forms. Every result from many starts is one of the closed-form solutions, and every solution is found.
 #[test]
 fn a_search_from_many_starts_finds_the_same_set() {
     for (name, _, model) in kinds() {
@@ -233,7 +233,7 @@ fn arms_of_the_reference_are_solved_at_every_pose_of_theirs() {
             total += found.len();
         }
         println!("{name}: {total} solutions of {count} poses");
-        // Of a UR5, whose hinges turn twice round, four or eight; limits of the iiwa leave fewer.
+        // Four or eight solutions for a UR5, whose hinges rotate by two full turns; the limits of the iiwa leave fewer.
         assert!(count >= 200 && (!eight || total >= 4 * count), "{name}: {total} of {count}");
     }
 }
@@ -242,7 +242,7 @@ fn arms_of_the_reference_are_solved_at_every_pose_of_theirs() {
 fn seven_hinges_with_one_held_at_its_value() {
     let model = panda();
     let dofs = model.dofs(model.part("arm").unwrap()).unwrap().to_vec();
-    // The last is held when nobody says: its other six have a shoulder that meets in a point, and 5 and 6 meet.
+    // By default the last hinge is fixed: the other six have a shoulder whose axes meet in a point, and axes 5 and 6 meet.
     let mut case = Case::new(model.clone(), None);
     assert_eq!(case.closed.held(), Some(dofs[6]));
     let mut rng = Rng(5);
@@ -257,11 +257,11 @@ fn seven_hinges_with_one_held_at_its_value() {
         }
     }
     let e = model.closed_form(case.part, Some(dofs[0])).unwrap_err();
-    assert!(e.to_string().contains("neither meet nor are parallel"), "{e}");
+    assert!(e.to_string().contains("do not intersect, and are not parallel"), "{e}");
     assert!(matches!(model.closed_form(case.part, Some(99)), Err(RobotError::NoClosedForm { .. })));
 }
 
-/// Shoulder above the first axis, elbow straight, wrist straight: an angle of which nothing depends stays as it is.
+/// Shoulder above the first axis, elbow straight, wrist straight: an angle that does not influence the pose stays unchanged.
 #[test]
 fn singular_poses_are_met_and_free_angles_stay() {
     let (_, _, model) = kinds().into_iter().find(|k| k.0 == "PUMA 560").unwrap();
@@ -304,21 +304,21 @@ fn limits_choose_the_copy_that_lies_within_and_near() {
     let near: Vec<f64> = q.iter().map(|x| x + 2.0 * PI).collect();
     assert!(difference(&wide.all(&X, &near)[0], &near) < 1e-9);
     assert!(difference(&wide.all(&X, &q)[0], &q) < 1e-9);
-    // A turn further up is out of limits: the copy within.
+    // The solution is a full turn outside the limits; its copy within is returned.
     let mut narrow = Case::new(axes(Limits::position(-1.2, 1.2)), None);
     let within = narrow.all(&X, &q);
     assert_eq!(within.len(), 1);
     assert!(difference(&within[0], &q) < 1e-9);
     let mut none = Case::new(axes(Limits::position(-0.2, 0.2)), None);
     assert_eq!(none.all(&X, &[0.0; 6]).len(), 0);
-    // Without limits at all.
+    // Without limits.
     let mut free = Case::new(axes(Limits::NONE), None);
     assert_eq!(free.all(&X, &q).len(), 8);
     // Out of reach.
     assert_eq!(free.all(&Pose::translation(3.0, 0.0, 0.0), &q).len(), 0);
 }
 
-/// A carrier that has moved: the goal is of the world, or of the base.
+/// The base has moved; the goal is given in the world, or in the base.
 #[test]
 fn what_carries_the_arm_counts() {
     let mut b = Builder::new();
@@ -366,7 +366,8 @@ fn what_has_no_closed_form_and_what_is_no_goal_is_refused() {
         (v(s.sin(), (2.0 * s).cos(), 0.5), v(0.1 * s, (3.0 * s).sin(), 0.2 * s))
     };
     let axes: Vec<_> = (0..8).map(odd).collect();
-    for (n, why) in [(6, "neither meet"), (7, "neither meet"), (5, "six nor seven"), (8, "six nor")]
+    for (n, why) in
+        [(6, "do not intersect"), (7, "do not intersect"), (5, "six nor seven"), (8, "six nor")]
     {
         let model = arm(&axes[..n], v(1.0, 1.0, 1.0), TURN);
         let e = model.closed_form(model.part("arm").unwrap(), None).unwrap_err();
@@ -405,7 +406,7 @@ fn what_has_no_closed_form_and_what_is_no_goal_is_refused() {
         .inverse_kinematics_all(&seven.closed, &goal, Frame::World, &outside, &mut out)
         .unwrap_err();
     assert!(matches!(e, RobotError::OutsideLimits { value: 4.0, .. }), "{e}");
-    // A form of another robot.
+    // A closed form of another robot.
     let e = seven
         .robot
         .inverse_kinematics_all(&case.closed, &goal, Frame::World, &[0.0; 7], &mut out)

@@ -1,4 +1,4 @@
-//! Collisions of a robot: every answer of the reference, what changes at run time, filters that follow, paths.
+//! Collisions of a robot: every result of the reference, changes at run time, filters that follow held objects, paths.
 
 use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
@@ -23,7 +23,7 @@ fn a_scene_of_an_arm_is_told_right_five_thousand_times() {
         wrong += usize::from(robot.collides(&q).unwrap() != (expected == '1'));
     }
     assert_eq!(wrong, 0);
-    // The pairs are those that the reference looked at.
+    // The pairs that the reference checked.
     let pairs = json["pairs"].as_array().unwrap();
     assert_eq!(looked_at(&model, &robot), pairs.len());
     for p in pairs.iter().map(names) {
@@ -108,7 +108,7 @@ fn two_arms_fine_padded_and_coarse_are_told_right_pair_by_pair() {
     }
     println!("{distances} least distances within {worst:.1e} m");
     assert!(distances > 50 && worst < 2e-6, "{distances} {worst}");
-    // Settings went back to what they were: so do the answers, to the bit.
+    // After the settings are restored, the results are bit-identical again.
     let (mut a, mut b) = (fresh, robot);
     for state in json["states"].as_array().unwrap().iter().take(50) {
         let q = to_q(&model, &at, &numbers(&state["q"]));
@@ -142,7 +142,7 @@ fn single_pairs_have_the_distances_of_the_reference() {
         let [a, b] = ["a", "b"].map(|n| model.collider(n).unwrap());
         let q = model.multibody().neutral_q();
         let Some(golden) = case["distance"].as_f64() else {
-            // Surfaces that cut each other have no depth there: yes or no is what counts.
+            // Surfaces that intersect do not have a depth there, so only the boolean result counts.
             assert_eq!(robot.collides(&q).unwrap(), case["overlap"].as_bool().unwrap());
             skipped += 1;
             continue;
@@ -210,7 +210,7 @@ fn filters_follow_what_is_held() {
     let mut dropped: Vec<String> = free.iter().filter(|n| !held.contains(n)).cloned().collect();
     dropped.sort();
     assert_eq!(dropped, names(&expect["dropped"]));
-    // Distances up and on the cradle.
+    // Distances above and on the cradle.
     let mut apart = Vec::new();
     for (key, q) in [("up", "q_up"), ("on_cradle", "q_on")] {
         let q = to_q(&model, &at, &numbers(&expect[q]));
@@ -218,7 +218,7 @@ fn filters_follow_what_is_held() {
         let d = robot.distance(&q, handset, cradle).unwrap().unwrap().distance;
         let theirs = number(golden, "handset_to_cradle");
         assert!((d - theirs).abs() < 1e-8 * theirs, "{key} {d}");
-        // Of all that is not the cradle: how near the nearest is, and what it is.
+        // Distance and name of the nearest collider other than the cradle.
         robot.distances(&q, f64::INFINITY, &mut apart).unwrap();
         let others =
             apart.iter().filter(|c| [c.a, c.b].contains(&handset) && ![c.a, c.b].contains(&cradle));
@@ -234,7 +234,7 @@ fn filters_follow_what_is_held() {
         assert_eq!(ours, theirs, "{key}");
         assert!(!robot.hits_of(&q, handset));
     }
-    // On its cradle it would touch with 1 cm around it, until that pair is allowed to.
+    // On its cradle it would touch with 1 cm of padding, until this pair is allowed.
     let on = to_q(&model, &at, &numbers(&expect["q_on"]));
     robot.pad(handset, 0.01).unwrap();
     assert!(robot.hits_of(&on, handset));
@@ -250,7 +250,7 @@ fn filters_follow_what_is_held() {
     assert_eq!(met(&other), free, "another instance has noticed nothing");
 }
 
-/// What two hands hold may be allowed to touch each other: that pair alone is let off.
+/// Contact between two held objects can be allowed; only this pair is ignored.
 #[test]
 fn two_held_objects_may_be_allowed_to_touch() {
     let mut mechanism = Builder::new();
@@ -297,7 +297,7 @@ fn two_held_objects_may_be_allowed_to_touch() {
     assert!(!robot.looks_at(id("bolt"), id("nut")).unwrap());
     assert_eq!(hits(&mut robot, 0.06), []);
     assert!(!robot.collides(&[0.0, 0.06, 0.0, -0.06]).unwrap());
-    // All else is looked at: the nut meets the hand that holds the bolt, the bolt that which holds the nut, and both the wall.
+    // All other pairs are checked: the nut hits the hand that holds the bolt, the bolt the hand that holds the nut, and both hit the wall.
     let mut crossed = hits(&mut robot, 0.18);
     let sorted = |a: &str, b: &str| (id(a).min(id(b)), id(a).max(id(b)));
     crossed.sort();
@@ -308,7 +308,7 @@ fn two_held_objects_may_be_allowed_to_touch() {
     let near = hits(&mut robot, 0.15);
     assert!(near.contains(&sorted("bolt", "wall")) && near.contains(&sorted("nut", "wall")));
     robot.pad(id("wall"), 0.0).unwrap();
-    // It outlasts a new grasp, until it is taken back; another instance never knew of it.
+    // The permission persists through a new grasp until it is revoked; other instances do not have it.
     robot.ungrasp(nut).unwrap();
     robot.grasp(right, nut, Grasp::Here).unwrap();
     assert!(!robot.looks_at(id("bolt"), id("nut")).unwrap());
@@ -360,11 +360,11 @@ fn a_path_jumps_over_nothing() {
         let Path::Hit { at, .. } = path else { panic!("{plate}: {path:?}") };
         assert!(robot.collides(&[0.05 + 2.9 * at]).unwrap());
         assert!((0.05 + 2.9 * at - plate).abs() < 0.05);
-        // Short of the plate the way is proven free; the first touch is where geometry says, about.
+        // Before the plate the path is proven free; the first contact is approximately where geometry predicts it.
         let short = robot.path_free(&[-1.0], &[plate - 0.03], 1e-4).unwrap();
         assert_eq!(short, Path::Free, "{plate}");
         assert_eq!(robot.path_free(&[plate + 0.03], &[2.9], 1e-4).unwrap(), Path::Free);
-        // In portions the answer is the same, bit for bit.
+        // In portions the result is bit-identical.
         for ends in [(swing(0), swing(11)), ([-1.0], [plate - 0.03])] {
             let (mut progress, mut portions) = (PathProgress::default(), 0);
             let told = loop {
@@ -459,7 +459,7 @@ fn questions_allocate_nothing() {
     assert_eq!(counted.count_total, 0, "{counted:?}");
 }
 
-/// An arm of one turning joint with the shapes that a URDF can say; a group file.
+/// An arm of one revolute joint with all shape types of URDF, and an SRDF file.
 const SHAPES: &str = r#"<robot name="r"><link name="base">
     <collision><geometry><box size="0.2 0.4 0.6"/></geometry></collision></link>
   <link name="rod"><collision name="tube"><origin xyz="1 0 0"/><geometry><cylinder radius="0.1" length="0.8"/></geometry></collision>
@@ -479,7 +479,7 @@ fn shapes_of_a_file_collide_and_its_pairs_do_not() {
     assert_eq!(names, ["base/0", "rod/1", "tool/0", "tube"]);
     let mut robot = Robot::new(&model);
     let q = model.multibody().neutral_q();
-    // Base and tool are no neighbours: a ball at the centre of the box.
+    // Base and tool are not neighbours: a sphere at the centre of the box.
     let [base, tool, tube] = ["base/0", "tool/0", "tube"].map(|n| model.collider(n).unwrap());
     assert_eq!(robot.first_hit(&q).unwrap(), Some((base, tool)));
     let gap = robot.distance(&q, base, tube).unwrap().unwrap().distance;
@@ -505,7 +505,7 @@ fn shapes_of_a_file_collide_and_its_pairs_do_not() {
     assert!(text.contains("basis") && text.contains("base"), "{text}");
 }
 
-/// A file with its group file, a mesh, and a joint that mimics another.
+/// Loads a URDF with its SRDF, a mesh, and a joint that mimics another.
 #[test]
 fn a_robot_is_loaded_with_its_shapes_and_couplings() {
     let folder = std::env::temp_dir().join(format!("linkwork_robot_{}", std::process::id()));

@@ -1,4 +1,4 @@
-//! Control of chains: rates in order of priority within guards, impedance; momentum and composite inertias with what is held.
+//! Control of chains: rates by priority within limits, impedance; momentum and composite inertias including held objects.
 
 use crate::support::{Rng, difference};
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
@@ -6,7 +6,7 @@ use linkwork_embedded::spatial::{Force, MassProperties, Mat3, Motion, Pose, Quat
 use linkwork_embedded::*;
 use std::sync::Arc;
 
-/// Seven hinges without symmetry on a base that turns, and a cup.
+/// Seven hinges without symmetry on a rotating base, and a cup.
 fn arm() -> Arc<RobotModel> {
     let (mut mechanism, mut rng) = (Builder::new(), Rng(17));
     for k in 0..7 {
@@ -54,11 +54,11 @@ fn a_tip_moves_as_asked_and_what_is_left_moves_the_elbow() {
     control.solve(&mut robot, &[first], &NO_GUARD, &mut v, &mut left).unwrap();
     let asked = [0.1, -0.2, 0.15, 0.05, 0.1, -0.08];
     assert!(difference(&twist_of(&mut robot, arm, &v), &asked) < 1e-9 && left[0] < 1e-9);
-    // Alone and within limits it is what the least rates are (another solver).
+    // Alone and within limits, the result equals the minimum-norm rates (from another solver).
     let mut least = [0.0; 7];
     robot.rates(arm, &motion, &mut least).unwrap();
     assert!(difference(&v, &least) < 1e-6, "{v:?} {least:?}");
-    // The elbow goes as far along as the tip allows.
+    // The elbow moves along as far as the tip allows.
     let up = Motion::new(Vec3::zeros(), Vec3::new(0.0, 0.0, 0.03));
     let second = Objective::new(5, tip(elbow, up, Rows::Linear));
     control.solve(&mut robot, &[second, first], &NO_GUARD, &mut v, &mut left).unwrap();
@@ -67,14 +67,14 @@ fn a_tip_moves_as_asked_and_what_is_left_moves_the_elbow() {
     let after = twist_of(&mut robot, elbow, &v);
     let off = |x: &[f64; 6]| x[3].hypot(x[4]).hypot(x[5] - 0.03);
     assert!(off(&after) < off(&before) - 1e-5 && (left[1] - off(&after)).abs() < 1e-9);
-    // In the other order the elbow gets all of it.
+    // In the other order, the elbow gets its full task.
     let [first, second] = [Objective { level: 9, ..first }, second];
     control.solve(&mut robot, &[first, second], &NO_GUARD, &mut v, &mut left).unwrap();
     assert!(off(&twist_of(&mut robot, elbow, &v)) < 1e-9);
 }
 
-/// A tip is pulled away for four seconds: no coordinate leaves its limits, no rate exceeds its own, and the guarded manipulability stays above its least; without the
-/// guards both fall below.
+/// A tip is pulled away for four seconds: all coordinates stay within their limits, rates within theirs, and the guarded manipulability above its
+/// minimum. Without the guards both are violated.
 #[test]
 fn limits_and_singular_configurations_are_kept_away_from() {
     let model = arm();
@@ -143,14 +143,14 @@ fn bad_guards_and_wishes_are_refused() {
         say(&mut robot, &[objective], &Guards { manipulable: &nan, ..NO_GUARD }, &mut left)
             .contains("NaN")
     );
-    // Outside its limits a coordinate comes back, whatever is asked.
+    // A coordinate outside its limits returns, independent of the task.
     let mut q = Q;
     q[2] = 2.7;
     robot.set_q(&q).unwrap();
     let far = Objective::new(0, Aim::Posture(&[1.0; 7]));
     control.solve(&mut robot, &[far], &NO_GUARD, &mut v, &mut left).unwrap();
     assert!((v[2] + 2.0).abs() < 1e-9, "{v:?}: −0.2/0.1 s");
-    // However far it is, at its full rate; below as above.
+    // At any distance, it returns at its full rate; below the limits as above.
     for (q2, back) in [(2.9, -3.0), (40.0, -3.0), (-40.0, 3.0)] {
         q[2] = q2;
         robot.set_q(&q).unwrap();
@@ -159,7 +159,7 @@ fn bad_guards_and_wishes_are_refused() {
     }
 }
 
-/// What is felt at the tip: at rest, forces of the spring alone; their work is that of its energy; the tip's acceleration is Λ⁻¹ (K e + D ė).
+/// Impedance at the tip: at rest only the spring forces, whose work equals the change of the spring's energy; the tip accelerates by Λ⁻¹ (K e + D ė).
 #[test]
 fn a_tip_is_the_spring_that_it_was_told_to_be() {
     let model = arm();
@@ -181,7 +181,7 @@ fn a_tip_is_the_spring_that_it_was_told_to_be() {
     spring.stiffness = [20.0, 15.0, 25.0, 400.0, 300.0, 500.0];
     let (mut tau, mut g, rest) = (vec![0.0; nv], vec![0.0; nv], vec![0.0; nv]);
     let mut at_rest = |robot: &mut Robot, spring: &Impedance| {
-        // J̇ v and the inertia do not count at rest, as far as the tip does not accelerate: what a wrench K e from outside would balance.
+        // At rest, J̇ v and the inertia have no influence if the tip does not accelerate: the forces balance an external wrench K e.
         space.impedance(robot, &rest, &[*spring], None, &mut tau).unwrap();
         tau.clone()
     };
@@ -195,7 +195,7 @@ fn a_tip_is_the_spring_that_it_was_told_to_be() {
     let mut pushed = vec![0.0; nv];
     robot.held_still(&[Push::new(part, moment, force)], &mut pushed).unwrap();
     assert!(difference(&told, &pushed) < 1e-9, "τ = g + Jᵀ K e");
-    // Of the translation: minus the gradient of its energy.
+    // The translational force is minus the gradient of the energy.
     let soft = Impedance { stiffness: [0.0, 0.0, 0.0, 400.0, 300.0, 500.0], ..spring };
     let told = at_rest(&mut robot, &soft);
     let energy = |robot: &mut Robot, q: &[f64]| {
@@ -241,7 +241,8 @@ fn a_tip_is_the_spring_that_it_was_told_to_be() {
     ));
 }
 
-/// Momentum is the matrix times rates, and the mass times the velocity of the centre of mass; a composite inertia of all is the mass matrix seen from the root.
+/// Momentum equals the matrix times rates, and the mass times the velocity of the centre of mass. The composite inertia of all bodies equals the mass
+/// matrix at the root.
 #[test]
 fn momentum_and_composites_count_what_is_held() {
     let model = arm();
@@ -271,7 +272,7 @@ fn momentum_and_composites_count_what_is_held() {
     assert!(((places[1] - places[0]) * (mass / 2e-6) - h.force).norm() < 1e-7);
     let whole = robot.composite_inertia(body);
     assert!((whole.mass() - alone.mass() - 0.8).abs() < 1e-12);
-    // A turn of the hinge of l2 alone: ½ aᵀ I a is ½ M₂₂ (the parent stands still).
+    // Only the hinge of l2 rotates: ½ aᵀ I a is ½ M₂₂ (the parent is at rest).
     let mut M = vec![0.0; nv * nv];
     robot.mass_matrix(&mut M).unwrap();
     let part = model.part("elbow").unwrap();

@@ -1,4 +1,4 @@
-//! What is held, feed-forward, two hands on one object, operational space: against the reference and by identities.
+//! Held objects, feed-forward, two hands on one object, operational space: compared with the reference and checked by identities.
 
 use crate::support::*;
 use linkwork_embedded::dynamics::{
@@ -22,7 +22,7 @@ fn vec3(v: &Value) -> Vec3 {
     Vec3::from_column_slice(&numbers(v))
 }
 
-/// Relative to the greatest number expected.
+/// Returns the difference relative to the largest expected number.
 fn relative(ours: &[f64], theirs: &[f64]) -> f64 {
     difference(ours, theirs) / theirs.iter().fold(1.0, |m: f64, x| m.max(x.abs()))
 }
@@ -106,7 +106,7 @@ fn golden_numbers_of_a_load_and_of_the_operational_space() {
     assert!(difference(&tau, &loaded) < 1e-8, "{tau:?}");
 }
 
-/// The dual robot with a beam-like load welded to the left hand by the mechanism itself.
+/// The dual robot with a beam-like load welded to the left hand in the mechanism itself.
 fn welded(load: &ObjectSpec, X: Pose) -> (Arc<RobotModel>, Tree) {
     let model = dual(vec![load.clone()]).unwrap();
     let mut b = Builder::from(model.multibody());
@@ -143,11 +143,11 @@ fn a_held_object_moves_as_if_it_were_welded_on() {
         ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
         inverse_dynamics(&tree, &mut ws, &q, &v, &vdot, &mut theirs);
         assert!(relative(&ours, &theirs) < 1e-12, "{}", relative(&ours, &theirs));
-        // The object is where the hand has it.
+        // The object is at its pose in the hand.
         let body = mbs.body("load").unwrap();
         let (p, R) = apart(&robot.object_pose(load).unwrap(), &ws.body_pose(&tree, body));
         assert!(p < 1e-12 && R < 1e-10);
-        // Compliance of the tip against dense algebra with the welded mechanism's mass matrix.
+        // Compare the compliance of the tip with dense algebra on the welded mechanism's mass matrix.
         poses(&tree, &mut ws, &q);
         mass_matrix(&tree, &mut ws, &mut M);
         let mut held = vec![0.0; nv * nv];
@@ -186,7 +186,7 @@ fn pushes_are_what_the_joints_feel() {
     let at = Vec3::new(0.02, -0.05, 0.2);
     let push = Push::new(left, Vec3::new(1.0, 2.0, 3.0), Vec3::new(10.0, -20.0, 30.0)).at(at);
     robot.held_still(&[push], &mut pushed).unwrap();
-    // The power of the push on the motion of its point, dof by dof.
+    // The power of the force on the motion of its point, dof by dof.
     let arm = robot.tip_pose(left).unwrap().rotation * at;
     for i in 0..nv {
         let w = Vec3::new(J[i], J[nv + i], J[2 * nv + i]);
@@ -196,7 +196,7 @@ fn pushes_are_what_the_joints_feel() {
     }
 }
 
-/// J̇ v is how a tip's velocity changes while no rate does; C + g are the forces for that. Of a machine that floats.
+/// J̇ v is the rate of change of a tip's velocity at constant rates; C + g are the corresponding forces. Tested on a floating robot.
 #[test]
 fn a_bias_is_the_acceleration_at_rates_that_stay() {
     let mut b = Builder::new();
@@ -327,7 +327,7 @@ fn two_hands_share_squeeze_and_are_told_apart_as_the_reference_says() {
                 worst[4] = worst[4].max(relative(&numbers_of(&told.net), &numbers(&golden["net"])));
             }
         }
-        // Which hand took it first does not matter.
+        // The result does not depend on which hand took it first.
         for (a, b) in [(0, 2), (1, 3)] {
             worst[5] = worst[5].max(relative(&shared[a], &shared[b]));
         }
@@ -364,14 +364,14 @@ fn both_hands_have_their_operational_space_and_tasks_their_forces() {
         let (mut tau, a) = (vec![0.0; nv], numbers(&golden["acceleration"]));
         one.forces(&mut robot, &vec![0.0; nv], &a, None, &mut tau).unwrap();
         worst = worst.max(relative(&tau, &to_v(&model, &at, &numbers(&golden["tau"]))));
-        // What those forces do at rest is what the reference says.
+        // At rest, these forces cause the acceleration of the reference.
         let mut vdot = vec![0.0; nv];
         ws.clear_forces();
         ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
         tau = to_v(&model, &at, &numbers(&golden["tau"]));
         forward_dynamics(&tree, &mut ws, &q, &vec![0.0; nv], &mut tau, &mut vdot).unwrap();
         worst = worst.max(relative(&vdot, &to_v(&model, &at, &numbers(&golden["vdot"]))));
-        // In motion, with a rest that must not be seen at the tip: forward dynamics gives the acceleration.
+        // In motion, with a null-space task that must not influence the tip, forward dynamics gives the acceleration.
         let (v, rest) = (model.multibody().random_v(3), model.multibody().random_v(4));
         one.forces(&mut robot, &v, &a, Some(&rest), &mut tau).unwrap();
         ws.clear_forces();
@@ -402,7 +402,7 @@ fn a_thousand_grasps_leave_every_bit_as_it_was() {
     let at = places(&model, &names(&json["dof"]));
     let q = to_q(&model, &at, &numbers(&json["cases"][0]["q"]));
     let mut robot = Robot::new(&model);
-    // Padding, and what may touch what, beside the rules.
+    // Padding, and allowed contacts in addition to the rules.
     let id = |name: &str| model.collider(name).unwrap();
     let [wood, palm, table] = ["wood", "left_hand", "table"].map(id);
     for (which, padding) in [(wood, 0.004), (palm, 0.01)] {
@@ -418,7 +418,7 @@ fn a_thousand_grasps_leave_every_bit_as_it_was() {
         robot.gravity_forces(&mut out).unwrap();
         let mut space = TaskSpace::new(robot, &hands).unwrap();
         out.extend_from_slice(space.compliance(robot).unwrap());
-        // Who meets whom, and how far apart all pairs are, whether they meet or not, with their padding.
+        // Which pairs collide, and the distances of all pairs including padding.
         for a in &ids {
             for b in ids.iter().filter(|b| *b > a) {
                 out.push(f64::from(u8::from(robot.looks_at(*a, *b).unwrap())));
@@ -455,10 +455,10 @@ fn a_thousand_grasps_leave_every_bit_as_it_was() {
         robot.ungrasp(beam).unwrap();
         assert_eq!(robot.object_pose(beam).unwrap(), there, "it stays in the world");
     }
-    // The object stays in the world where it was let go: back to where it was, all is as it was.
+    // The object stays in the world where it was released; when it returns, everything is unchanged.
     robot.put(beam, there).unwrap();
     assert_eq!(all(&mut robot), before);
-    // An instance made before has noticed nothing, nor has one made from the model now.
+    // Neither an earlier instance nor a new one from the model is affected.
     let mut old = before_set;
     old.set_q(&q).unwrap();
     assert_eq!(all(&mut old), before);
@@ -489,7 +489,7 @@ fn hands_refuse_what_cannot_be() {
     assert_eq!(robot.grasp(left, beam, Grasp::Here), Err(RobotError::Held { object: 0 }));
     let open = robot.grasp(right, beam, Grasp::At(X[1])).unwrap_err();
     assert!(matches!(open, RobotError::LoopOpen { part: 1, .. }), "{open}");
-    assert!(open.to_string().contains("help: bring it there first"));
+    assert!(open.to_string().contains("help: move it there first"));
     assert_eq!(robot.squeeze(beam, 20.0, &mut tau), Err(RobotError::EmptyHand { part: 0 }));
     assert_eq!(robot.update_grasp(right, beam, X[1]), Err(RobotError::EmptyHand { part: 1 }));
     assert_eq!(robot.release(right, beam), Err(RobotError::EmptyHand { part: 1 }));
@@ -501,7 +501,7 @@ fn hands_refuse_what_cannot_be() {
     tau[3] = f64::NAN;
     let nan = robot.balance(beam, Balance::Equal, &mut tau).unwrap_err();
     assert!(matches!(nan, RobotError::NotFinite { index: 3, .. }));
-    // A neck of two joints has no inertia in six directions.
+    // A neck of two joints does not have inertia in six directions.
     robot.ungrasp(beam).unwrap();
     let neck = model.part("neck").unwrap();
     let mut space = TaskSpace::new(&robot, &[neck]).unwrap();
@@ -534,7 +534,7 @@ fn a_prediction_knows_what_is_held_and_leaves_the_robot_where_it_is() {
     let held = go(&mut robot, 1e-3);
     assert_eq!(robot.q(), q);
     assert!(difference(&empty.1, &held.1) > 1e-4, "what is held weighs something");
-    // The acceleration of a short step takes the forces that drove it: inverse dynamics knows the same load.
+    // The acceleration of a short step needs the forces that drove it: inverse dynamics includes the same load.
     let (start, mut forces) = (model.multibody().random_v(4), vec![0.0; nv]);
     let short = go(&mut robot, 1e-6);
     let a: Vec<f64> = short.1.iter().zip(&start).map(|(b, a)| (b - a) / 1e-6).collect();
@@ -542,7 +542,7 @@ fn a_prediction_knows_what_is_held_and_leaves_the_robot_where_it_is() {
     assert!(relative(&forces, &tau) < 2e-3, "{}", relative(&forces, &tau));
     robot.ungrasp(beam).unwrap();
     assert_eq!(go(&mut robot, 1e-3), empty);
-    // Mistakes change nothing.
+    // Errors change nothing.
     let (mut at, mut v, mut P) = (q.clone(), vec![0.0; nv], vec![0.0; 4 * nv * nv]);
     let bad = vec![-1.0; nv];
     for (density, step) in [(&bad, 1e-3), (&density, -1.0), (&density, f64::NAN)] {

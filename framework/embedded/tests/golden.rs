@@ -1,5 +1,5 @@
-//! Numbers that the design wrote down, to the digits it gives: two hands on a beam, and what moves and squeezes a load; and that no file of the
-//! reference is left unread.
+//! Compares with numbers of the design documents, to their printed digits: two hands on a beam, and the moving and squeezing parts of a load. Also
+//! checks that every file of the reference is used.
 
 use crate::support::*;
 use linkwork_embedded::spatial::{Force, MassProperties, Mat3, Pose, Quat, Vec3, quat};
@@ -24,7 +24,7 @@ fn a_beam_in_two_hands_costs_what_was_written_down() {
     let arms = ["left", "right"].map(|a| names(&json["arms"][a]["joints"])).concat();
     let arms = places(&model, &arms);
     let effort = to_v(&model, &at, &numbers(&json["effort"]));
-    // Σ τ² and the greatest share of effort, over the joints of both arms.
+    // Σ τ² and the largest share of effort, over the joints of both arms.
     let of = |tau: &[f64]| {
         let squares: f64 = arms.iter().map(|(_, v)| tau[*v] * tau[*v]).sum();
         let shares = arms.iter().map(|(_, v)| tau[*v].abs() / effort[*v]);
@@ -49,7 +49,7 @@ fn a_beam_in_two_hands_costs_what_was_written_down() {
     let effort = robot.balance(beam, Balance::Effort, &mut tau).unwrap();
     near(effort.largest_share, 0.2574, 4);
     near(of(&tau).1, 0.2574, 4);
-    // The least that any closed loop permits: no balance may say less.
+    // The minimum for any closed loop; no balance may be below it.
     assert!(effort.largest_share > 0.2373);
     near(case["balance"]["least_largest_share"].as_f64().unwrap(), 0.2373, 4);
 
@@ -73,7 +73,7 @@ fn a_beam_in_two_hands_costs_what_was_written_down() {
     }
 }
 
-/// The cell of the benchmarks' definitions: the arm of COL-1 among its shapes, with its configurations written down.
+/// The benchmark cell equals the scene: the arm of COL-1 among its shapes, with its stored configurations.
 #[test]
 fn the_cell_of_the_benchmarks_is_that_of_the_scene() {
     let Some(cell) = reference("robodarts/bench/cell.json") else { return };
@@ -96,7 +96,7 @@ fn the_cell_of_the_benchmarks_is_that_of_the_scene() {
     }
 }
 
-/// The chains that the peer of inverse kinematics reads are those of the robots: limits, and poses of the tip anywhere.
+/// The chains that the benchmark peer reads for inverse kinematics equal those of the robots: limits, and tip poses anywhere.
 #[test]
 fn the_chains_of_the_benchmarks_are_those_of_the_robots() {
     for (name, base, tip) in

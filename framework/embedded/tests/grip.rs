@@ -1,11 +1,11 @@
-//! Two hands that hold by friction alone: closed forms, optimality, what cannot be held, refusals.
+//! Two hands that hold only by friction: closed forms, optimality, infeasible loads, errors.
 
 use crate::support::Rng;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge};
 use linkwork_embedded::spatial::{Force, MassProperties, Mat3, Pose, Quat, Vec3};
 use linkwork_embedded::*;
 
-/// Two palms on sliders, and a box that they hold, 0.2 m wide; each tip is turned by its own `turn`.
+/// Two palms on sliders and the box between them, 0.2 m wide; each tip is rotated by its own `turn`.
 fn palms(turn: [Quat; 2]) -> (Robot, Object) {
     let mut b = Builder::new();
     for (name, x) in [("left", -0.1), ("right", 0.1)] {
@@ -42,7 +42,7 @@ fn push(f: [f64; 3]) -> Force {
     Force::new(Vec3::zeros(), f.into())
 }
 
-/// The scaled wrench, from the definition alone: normal part, and the norm of the rest.
+/// The scaled wrench from its definition: normal part, and the norm of the rest.
 fn scaled(f: &Force, grip: &Friction, turn: &Quat) -> [f64; 4] {
     let n = (turn * grip.normal).normalize();
     let across = |v: &Vec3| (v - n * n.dot(v)).norm();
@@ -60,7 +60,7 @@ fn missing(f: &Force, grip: &Friction, turn: &Quat) -> f64 {
     ((a * a + b * b + c * c).sqrt() - p).max(p - grip.most)
 }
 
-/// Squared distance of two wrenches in units of friction.
+/// Squared distance of two wrenches, scaled by friction.
 fn distance(a: &Force, b: &Force, grip: &Friction, turn: &Quat) -> f64 {
     let d = Force::new(a.moment - b.moment, a.force - b.force);
     scaled(&d, grip, turn).iter().map(|x| x * x).sum()
@@ -86,7 +86,7 @@ fn palms_press_a_box_as_hard_as_its_weight_asks() {
             assert!((w.force.x * sign - press).abs() < 2e-6 * press, "{mu}: {} {press}", w.force.x);
             assert!((w.force.z - weight / 2.0).abs() < 1e-5 && w.moment.norm() < 1e-6);
         }
-        // Pressed more than enough: as it was, to the bit.
+        // Pressed more than necessary: the wrenches are returned bit-identical.
         let firm = [1.0, -1.0].map(|s| push([s * 1.01 * press, 0.0, weight / 2.0]));
         assert_eq!(
             robot.grip(object, &firm, &grips).unwrap(),
@@ -95,7 +95,7 @@ fn palms_press_a_box_as_hard_as_its_weight_asks() {
     }
 }
 
-/// With a limit below what friction asks both are wider by half of the difference.
+/// If the limit is below the required pressure, both wrenches are off by half of the difference.
 #[test]
 fn what_cannot_be_held_is_told_with_what_is_missing() {
     let (mut robot, object) = palms(straight());
@@ -106,13 +106,13 @@ fn what_cannot_be_held_is_told_with_what_is_missing() {
     let told = robot.grip(object, &wanted, &grips).unwrap();
     assert!((told.shortfall - 0.25 * press).abs() < 1e-6 * press, "{} {press}", told.shortfall);
     assert!((told.wrenches[0].force.x - 0.75 * press).abs() < 1e-5 * press);
-    // Palms that both press upward hold nothing sideways.
+    // Palms that both press upward cannot hold sideways.
     let up = [hold(Vec3::z(), mu, 0.02, f64::INFINITY); 2];
     let told = robot.grip(object, &[push([0.0, 0.0, -weight / 2.0]); 2], &up).unwrap();
     assert!(told.shortfall > 0.0, "{told:?}");
 }
 
-/// Wherever the hands press and whatever is wanted: no slip, the same net wrench, and nothing that holds is nearer.
+/// For any press and load: no slip, the same net wrench, and no feasible wrenches are nearer.
 #[test]
 fn wrenches_hold_keep_the_net_wrench_and_none_is_nearer() {
     let mut rng = Rng(11);

@@ -1,4 +1,4 @@
-//! Parts by name, their kinematics and manipulability, against the reference and by differences.
+//! Parts by name, their kinematics and manipulability, compared with the reference and with finite differences.
 
 use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge};
@@ -6,7 +6,7 @@ use linkwork_embedded::spatial::{Pose, Vec3};
 use linkwork_embedded::*;
 use serde_json::Value;
 
-/// Everything that the reference says about the arms of a robot.
+/// Checks everything that the reference contains about the arms of a robot.
 fn check(model: &std::sync::Arc<RobotModel>, json: &Value, worst: &mut [f64; 5]) {
     let at = places(model, &names(&json["dof"]));
     let mut robot = Robot::new(model);
@@ -32,7 +32,7 @@ fn check(model: &std::sync::Arc<RobotModel>, json: &Value, worst: &mut [f64; 5])
                 .map(|(r, v)| J[r * nv + v])
                 .collect();
             worst[1] = worst[1].max(difference(&ours, &theirs));
-            // The chain's own columns are those of the whole.
+            // The chain's columns equal the same columns of the whole Jacobian.
             let dofs = model.dofs(part).unwrap();
             let mut own = vec![0.0; 6 * dofs.len()];
             robot.jacobian(part, &mut own).unwrap();
@@ -99,12 +99,12 @@ fn golden_numbers_of_the_single_arm() {
     assert!(difference(&g, &golden) < 1e-9, "{g:?}");
     let linear = robot.manipulability(arm, Rows::Linear, None).unwrap();
     assert!((linear.w - 0.13904487755451).abs() < 1e-13, "{}", linear.w);
-    // A length scale multiplies the three angular rows: the measure by its cube.
+    // A length scale multiplies the three angular rows, so manipulability scales with its cube.
     let scaled = robot.manipulability(arm, Rows::All { length: 0.5 }, None).unwrap();
     assert!((scaled.w - m.w / 8.0).abs() < 1e-14);
 }
 
-/// A chain with hinges of every kind that carry each other.
+/// A chain with hinges of every kind in series.
 fn zoo() -> Builder {
     let hinges = [
         Hinge::pin(Vec3::new(0.2, 1.0, -0.3)),
@@ -130,7 +130,7 @@ fn zoo() -> Builder {
 
 #[test]
 fn gradients_of_manipulability_are_differences_for_every_hinge() {
-    // All hinges; and a chain with fewer columns than rows.
+    // All hinges; also a chain with fewer columns than rows.
     for (base, tip) in [("world", "b5"), ("b0", "b5"), ("b2", "b4"), ("world", "b1")] {
         let spec = ModelSpec {
             mechanism: zoo(),
@@ -189,7 +189,7 @@ fn ellipsoids_bound_what_rates_and_torques_do() {
             assert!((m.force(&u) * m.singular_values[i] - 1.0).abs() < 1e-9);
         }
         let u = [rng.unit(), rng.unit(), rng.unit()];
-        // Power: a force along u meets the speed along u, and neither is more than the axes allow.
+        // Power: a force along u times the speed along u is at most the product of the axes.
         assert!(m.velocity(&u) * m.force(&u) <= 1.0 + 1e-12);
         assert!(m.velocity(&u) >= m.singular_values[2] - 1e-12);
         assert!(m.velocity(&u) <= m.singular_values[0] + 1e-12);
@@ -226,9 +226,12 @@ fn mistakes_are_told_with_place_and_remedy() {
         PartSpec::bodies("none", &[]),
     ]));
     let text = error.unwrap_err().to_string();
-    for needle in
-        ["two parts `arm`", "`b3` is not on the way from `b1`", "body `b9`", "part `none` has no"]
-    {
+    for needle in [
+        "two parts with the name `arm`",
+        "`b3` is not between `b1`",
+        "body `b9`",
+        "part `none` has no",
+    ] {
         assert!(text.contains(needle), "{needle}: {text}");
     }
     let model = RobotModel::new(&spec(vec![
@@ -252,7 +255,7 @@ fn mistakes_are_told_with_place_and_remedy() {
     assert!(refused.to_string().contains("help: a length is positive"));
     let other = RobotModel::new(&spec(vec![])).unwrap();
     assert_eq!(Robot::new(&other).tip_pose(gripper), Err(RobotError::ForeignHandle));
-    // Loops are not passed over in silence.
+    // Loops are not silently ignored.
     let mut looped = spec(vec![]);
     let closure = multibody::LoopClosure {
         name: "ring".into(),
@@ -264,7 +267,7 @@ fn mistakes_are_told_with_place_and_remedy() {
     };
     looped.mechanism.loop_closure(closure);
     let text = RobotModel::new(&looped).unwrap_err().to_string();
-    assert!(text.contains("loop `ring` is not part of an embedded model"), "{text}");
+    assert!(text.contains("an embedded model does not support loop `ring`"), "{text}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Objects with joints: trimmers of the reference, a chain of three links; against the same mechanism with the object as part of the robot.
+//! Objects with joints: trimmers of the reference, a chain of three links. Compares with the same mechanism in which the object is part of the robot.
 
 use crate::support;
 
@@ -9,7 +9,7 @@ use linkwork_embedded::*;
 use std::sync::Arc;
 use support::*;
 
-/// An arm of four joints with two hands at its end, one welded to the other.
+/// An arm of four joints with two hands at its end, welded to each other.
 fn arm(rng: &mut Rng) -> Builder {
     let mut b = Builder::new();
     let mut parent = "world";
@@ -24,7 +24,7 @@ fn arm(rng: &mut Rng) -> Builder {
     b
 }
 
-/// Bodies on an object: a pin, then a slider on it and a screw on that, and a body welded to the pin's.
+/// Bodies on an object: a pin, a slider on it and a screw on that, and a body welded to the pin's body.
 fn links(rng: &mut Rng, root: &str) -> Vec<BodySpec> {
     let one = |name: &str, parent: &str, hinge: Hinge, rng: &mut Rng| {
         let body = BodySpec::new(name, parent).hinge(hinge).hinge_in_parent(place(rng));
@@ -38,7 +38,7 @@ fn links(rng: &mut Rng, root: &str) -> Vec<BodySpec> {
     ]
 }
 
-/// The model with the object apart, and the mechanism with it welded to the hand at `X`.
+/// The model with a separate object, and the mechanism with the object welded to the hand at `X`.
 fn both(X: Pose) -> (Arc<RobotModel>, Multibody) {
     let mut rng = Rng(4);
     let mechanism = arm(&mut rng);
@@ -64,7 +64,7 @@ fn both(X: Pose) -> (Arc<RobotModel>, Multibody) {
     (RobotModel::new(&spec).unwrap(), whole.build().unwrap())
 }
 
-/// For each dof of the whole: that of the robot, or beyond them of the object's joints.
+/// For each dof of the whole mechanism, the index in the robot, or after those in the object's joints.
 fn order(model: &RobotModel, whole: &Multibody) -> Vec<usize> {
     let tool = model.object("tool").unwrap();
     let own = model.object_multibody(tool).unwrap();
@@ -92,7 +92,7 @@ fn forces_are_those_of_the_whole() {
     for k in 0..20 {
         let mut numbers = |_| (0..nv + n).map(|_| rng.within(-1.0, 1.0)).collect::<Vec<f64>>();
         let [q, v, vdot] = [0, 1, 2].map(&mut numbers);
-        // One number of q for each dof here.
+        // Each dof has one number in q here.
         let merged = |x: &[f64]| order.iter().map(|i| x[*i]).collect::<Vec<f64>>();
         robot.set_q(&q[..nv]).unwrap();
         robot.set_object_q(tool, &q[nv..]).unwrap();
@@ -107,7 +107,7 @@ fn forces_are_those_of_the_whole() {
         let (rv, ra) = ((&v[..nv], &vdot[..nv]), (&v[nv..], &vdot[nv..]));
         robot.feed_forward_with_object(rv, tool, ra, &[], &mut tau, &mut forces).unwrap();
         worst = worst.max(difference(&merged(&[&tau[..], &forces].concat()), &theirs));
-        // Its joints at rest: as any other call has it.
+        // With its joints at rest, all calls give the same result.
         let still = [&v[..nv], &[0.0; 3]].concat();
         let rest = [&vdot[..nv], &[0.0; 3]].concat();
         inverse_dynamics(&tree, &mut ws, &merged(&q), &merged(&still), &merged(&rest), &mut theirs);
@@ -129,7 +129,7 @@ fn forces_are_those_of_the_whole() {
                 worst = worst.max((ours - whole_M[i * size + j]).abs());
             }
         }
-        // Where its bodies are.
+        // Poses of its bodies.
         for b in whole.bodies().iter() {
             if let Some(id) = model.object_body(tool, b.name()) {
                 let X = ws.body_pose(&tree, whole.body(b.name()).unwrap());
@@ -183,7 +183,7 @@ fn a_thousand_grasps_leave_no_trace() {
     assert_eq!(bits(&mut robot), bits(&mut with_brick));
     robot.ungrasp(brick).unwrap();
     assert_eq!(bits(&mut robot), bits(&mut fresh.clone()));
-    // Its joints stay as they were put, and so does it.
+    // Its joints and its pose stay as set.
     assert_eq!(robot.object_q(tool).unwrap()[1..], [0.1, -0.3]);
     assert_eq!(robot.object_q(brick).unwrap(), [0.0; 0]);
 }
@@ -221,7 +221,7 @@ fn trimmers_weigh_what_the_reference_says() {
     robot.set_q(&to_q(&model, &places, &numbers(&expect["q"]))).unwrap();
     let bare = robot.center_of_mass();
     robot.grasp(left, tool, Grasp::At(pose(&numbers(&pin["a_in_tip"])))).unwrap();
-    // Over the wire with open jaws, its own centre of mass where it is said to be.
+    // Over the wire with open jaws, with its centre of mass as specified.
     robot.set_object_q(tool, &[0.5]).unwrap();
     let whole = robot.center_of_mass();
     let own = (whole.1 * whole.0 - bare.1 * bare.0) / (whole.0 - bare.0);
@@ -232,7 +232,7 @@ fn trimmers_weigh_what_the_reference_says() {
     let jaw = tip.transform_point(&Vec3::new(p[0], p[1], p[2] + lever));
     let there = Vec3::from_column_slice(&numbers(&expect["jaw_at"]));
     assert!((jaw - there).norm() < 1e-9, "{jaw} {there}");
-    // An object's joints are where they are found to be, beyond their limits too: an estimate may be.
+    // An object's joints may be set beyond their limits, because they may be estimates.
     let handle = model.object_body(tool, "handle_b").unwrap();
     let [beyond, shut] = [limits[1] + 0.05, 0.0].map(|angle| {
         robot.set_object_q(tool, &[angle]).unwrap();
@@ -241,14 +241,14 @@ fn trimmers_weigh_what_the_reference_says() {
     });
     let opened = (shut.rotation.inverse() * beyond.rotation).scaled_axis();
     assert!((opened - Vec3::y() * 0.95).norm() < 1e-12, "{opened}");
-    // What the fingers press the handle with stays in the hand: the pin feels it, and through it the blade.
+    // The force of the fingers on the handle is internal to the hand: it acts on the pin, and through it on the blade.
     let number = |k: &str| expect[k].as_f64().unwrap();
     robot.set_object_q(tool, &[0.0]).unwrap();
     let X_b = robot.object_body_pose(tool, handle).unwrap();
     let mut J = [0.0; 6];
     robot.object_jacobian(tool, handle, &mut J).unwrap();
     let [w, v] = [0, 3].map(|k| Vec3::new(J[k], J[k + 1], J[k + 2]));
-    // Of a force across the handle, so far along it from the pin.
+    // Moment of a force perpendicular to the handle at this distance from the pin.
     let at_pin = |z: f64, force: f64| {
         let r = X_b.rotation * Vec3::new(0.0, 0.0, z);
         (v + w.cross(&r)).dot(&(X_b.rotation * Vec3::x() * force))
@@ -257,7 +257,7 @@ fn trimmers_weigh_what_the_reference_says() {
     assert!((grip - number("pin_torque_of_grip")).abs() < 1e-12, "{grip}");
     let blade = at_pin(lever, number("force_at_blade"));
     assert!((blade - grip).abs() < 1e-10, "{blade}");
-    // The finger presses on the handle and back on the hand that carries it: one point, no torque of the arm.
+    // The finger presses on the handle and back on the hand that carries it: at one point, so the arm torques are zero.
     let [mut gripping, mut still] = [vec![0.0; model.nv()], vec![0.0; model.nv()]];
     let on_handle = X_b.transform_point(&Vec3::new(0.0, 0.0, -number("handle_lever")));
     let p = robot.tip_pose(left).unwrap().inverse().transform_point(&on_handle);
@@ -290,14 +290,14 @@ fn trimmers_weigh_what_the_reference_says() {
         assert!(off < 1e-8, "{key}: {off:e}");
         let pin = expect[format!("pin_gravity_{key}")].as_f64().unwrap();
         assert!((at_pin[0] - pin).abs() < 1e-8 * pin.abs(), "{key}: {} {pin}", at_pin[0]);
-        // The same as any other call has it.
+        // Equal to the result of any other call.
         let mut still = vec![0.0; nv];
         robot.gravity_forces(&mut still).unwrap();
         assert_eq!(still, tau);
     }
 }
 
-/// A hand with pliers: the jaw is told apart from the hand alone, its end meets the forearm; all meets all again when they are let go.
+/// A hand with pliers: the jaw ignores only the hand, its end hits the forearm; all pairs are checked again after release.
 #[test]
 fn filters_follow_and_bodies_collide_where_they_are() {
     let mut mechanism = Builder::new();
@@ -361,12 +361,12 @@ fn filters_follow_and_bodies_collide_where_they_are() {
     assert_eq!(met(&robot, "bolt"), ["end", "upper", "wall"]);
     robot.ungrasp(bolt).unwrap();
     robot.put(bolt, at(4.0)).unwrap();
-    // The end where geometry says: hand at 1 m, pliers at 1.1, jaw at 1.3, end at 1.5.
+    // The end is where geometry predicts it: hand at 1 m, pliers at 1.1, jaw at 1.3, end at 1.5.
     let q = [0.0; 3];
     let far = robot.distance(&q, id("end"), id("wall")).unwrap().unwrap();
     assert!((far.distance - (6.6 - 0.06)).abs() < 1e-12, "{far:?}");
     assert!(!robot.collides(&q).unwrap());
-    // Folded back twice: 1.3 − 0.2 − 0.1 = the hand's ball is at 1.05.
+    // Folded back twice: 1.3 − 0.2 − 0.1 = 1.0; the hand's sphere is at 1.05.
     robot.set_object_q(pliers, &[3.1, 0.0]).unwrap();
     let hit = robot.first_hit(&q).unwrap();
     assert_eq!(
@@ -375,7 +375,7 @@ fn filters_follow_and_bodies_collide_where_they_are() {
         "at {:?}",
         robot.distance(&q, id("end"), id("hand"))
     );
-    // On the way they go with the hand, their joints at rest: the end meets a bolt that the arm swings by.
+    // Along the path they move with the hand, with their joints at rest: the end hits a bolt next to the arm's swing.
     robot.set_object_q(pliers, &[0.0, 0.0]).unwrap();
     robot.put(bolt, Pose::translation(0.0, 1.6, 0.0)).unwrap();
     let path = robot.path_free(&[0.0; 3], &[3.0, 0.0, 0.0], 1e-3).unwrap();
@@ -384,7 +384,7 @@ fn filters_follow_and_bodies_collide_where_they_are() {
     assert!((3.0 * part - 1.57).abs() < 0.1, "{part}");
     robot.put(bolt, Pose::translation(0.0, 1.7, 0.0)).unwrap();
     assert_eq!(robot.path_free(&[0.0; 3], &[3.0, 0.0, 0.0], 1e-3).unwrap(), Path::Free);
-    // The hand alone turns: how far the end is from the hand counts, not how far the pliers are.
+    // Only the hand rotates: the distance from the end to the hand matters, not the distance of the pliers.
     let (sin, cos) = 0.15_f64.sin_cos();
     robot.put(bolt, Pose::translation(1.0 + 0.6 * cos, 0.6 * sin, 0.0)).unwrap();
     let path = robot.path_free(&[0.0; 3], &[0.0, 0.0, 2.0], 1e-3).unwrap();
@@ -392,7 +392,7 @@ fn filters_follow_and_bodies_collide_where_they_are() {
     robot.ungrasp(pliers).unwrap();
     assert_eq!(all.map(|n| met(&robot, n)), before);
     assert_eq!(all.map(|n| met(&free, n)), before, "another instance has noticed nothing");
-    // They stay where they were let go, and follow no arm.
+    // They stay where they were released, and follow no arm.
     let there = robot.object_body_pose(pliers, model.object_body(pliers, "end").unwrap()).unwrap();
     robot.set_q(&[1.0; 3]).unwrap();
     assert_eq!(
@@ -401,7 +401,7 @@ fn filters_follow_and_bodies_collide_where_they_are() {
     );
 }
 
-/// Two instances of one model at work in two threads say what each says alone, to the bit.
+/// Two instances of one model in two threads give results bit-identical with those of a single thread.
 #[test]
 fn instances_in_threads_know_nothing_of_each_other() {
     let (model, _) = both(Pose::identity());

@@ -1,4 +1,4 @@
-//! What is built of a long chain takes memory in proportion to its length: four times the bodies, four times the memory, and not sixteen.
+//! Memory of long chains is proportional to their length: four times the bodies need four times the memory, not sixteen times.
 
 use linkwork_embedded::dynamics::{Tree, Workspace};
 use linkwork_embedded::formats::{ReadOptions, Root, read_text};
@@ -34,7 +34,7 @@ fn urdf(n: usize) -> String {
     text + "</robot>"
 }
 
-/// Bytes and blocks that a thing of `n` and of `4 n` takes.
+/// Compares bytes and blocks for sizes `n` and `4 n`.
 fn grows(what: &str, n: usize, make: impl Fn(usize)) {
     let [(bytes, blocks), (more, many)] = [n, 4 * n].map(|n| {
         let counted = allocation_counter::measure(|| make(n));
@@ -42,7 +42,7 @@ fn grows(what: &str, n: usize, make: impl Fn(usize)) {
     });
     let (bytes, blocks) = (more / bytes, many / blocks);
     println!("{what}, {n} to {}: {bytes:.2} times the bytes, {blocks:.2} times the blocks", 4 * n);
-    // Lists that double as they grow, and paths of trees, are what may be over four.
+    // Lists that grow by doubling, and tree paths, may exceed a factor of four.
     assert!(bytes < 5.0 && blocks < 5.0, "{what}: {bytes} {blocks}");
 }
 

@@ -1,4 +1,4 @@
-//! Collisions at many configurations, and what is said of several colliders at once.
+//! Collisions at many configurations, and calls for several colliders at once.
 
 use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge};
@@ -6,7 +6,7 @@ use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Vec3};
 use linkwork_embedded::*;
 use std::sync::Arc;
 
-/// The arm among its shapes, 4999 configurations and what is known of them.
+/// The arm among its shapes, 4999 configurations and their known results.
 fn scene_of_an_arm() -> Option<(Arc<RobotModel>, Vec<f64>, Vec<bool>)> {
     let json = reference("robodarts/col1_scene.json")?;
     let chain = PartSpec::chain("arm", "lbr_iiwa_link_0", "lbr_iiwa_link_7");
@@ -26,7 +26,7 @@ fn scene_of_an_arm() -> Option<(Arc<RobotModel>, Vec<f64>, Vec<bool>)> {
 fn many_are_told_as_one_by_one_in_threads() {
     let Some((model, q, expected)) = scene_of_an_arm() else { return };
     let mut robot = Robot::new(&model);
-    // Far away, then held in the hand.
+    // First far away, then held in the hand.
     let bar = model.object("bar").unwrap();
     robot.put(bar, Pose::translation(0.0, 0.0, 50.0)).unwrap();
     let mut out = vec![true; 4999];
@@ -38,7 +38,7 @@ fn many_are_told_as_one_by_one_in_threads() {
     assert!(one_by_one != expected, "the bar hits more");
     robot.collides_all(&q, &mut out).unwrap();
     assert_eq!(out, one_by_one);
-    // Runs need not be equal, and there may be more robots than rows.
+    // Runs may have different lengths, and there may be more robots than rows.
     for (threads, rows) in [(1, 4999), (3, 4999), (4, 6), (5, 3), (3, 0)] {
         let mut robots = vec![robot.clone(); threads];
         let mut out: Vec<bool> = one_by_one[..rows].iter().map(|hit| !hit).collect();
@@ -95,7 +95,7 @@ fn colliders_of_parts_and_objects_are_padded_and_coarse_together() {
     assert!(own == wanted && own.len() > 5, "{own:?}");
     let held: Vec<ColliderId> = model.colliders_of_object(bar).unwrap().collect();
     assert_eq!(held, [model.collider("bar").unwrap()]);
-    // Two thicknesses, one of each, are between two of the part; one between it and the scene.
+    // Between two colliders of the part, both paddings count; between the part and the scene only one.
     let mut robot = Robot::new(&model);
     let q = model.multibody().neutral_q();
     let scene = model.colliders().map(|c| c.0).find(|c| !own.contains(c) && !held.contains(c));
@@ -107,11 +107,11 @@ fn colliders_of_parts_and_objects_are_padded_and_coarse_together() {
     let after = [gap(&mut robot, first, last), gap(&mut robot, first, scene)];
     assert!((before[0] - after[0] - 0.02).abs() < 1e-9, "{before:?} {after:?}");
     assert!((before[1] - after[1] - 0.01).abs() < 1e-9, "{before:?} {after:?}");
-    // So thick that neighbours of neighbours always touch: none of them has changed.
+    // With this padding, second neighbours always touch, so it is rejected and all stay unchanged.
     let no = robot.pad_all(&own, 5.0).unwrap_err();
     assert!(matches!(no, RobotError::NeverFree { .. }), "{no}");
     assert_eq!(gap(&mut robot, first, last), after[0]);
-    // A pair of which each alone may be so thick, and not both.
+    // A pair in which each alone may have this padding, but not both.
     let most = (1..400).map(|k| f64::from(k) * 0.01);
     let fits = |p: f64, ids: &[ColliderId]| Robot::new(&model).pad_all(ids, p).is_ok();
     let alone = most.clone().take_while(|p| own.iter().all(|id| fits(*p, &[*id]))).last().unwrap();
@@ -145,7 +145,7 @@ fn one_collider_may_be_coarse() {
     assert!(hits(&mut robot).is_empty());
     robot.set_detail_of(near, Detail::Coarse).unwrap();
     assert_eq!(hits(&mut robot), [(cube.min(near), cube.max(near))]);
-    // Without a coarse shape: as it was. A clone has the same.
+    // Without a coarse shape nothing changes. A clone has the same setting.
     robot.set_detail_of(cube, Detail::Coarse).unwrap();
     assert_eq!(hits(&mut robot.clone()).len(), 1);
     robot.set_detail(Detail::Coarse);

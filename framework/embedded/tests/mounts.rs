@@ -1,4 +1,5 @@
-//! Objects attached to objects: they go with them, load what these load, and meet neither them nor their neighbours; taken off they leave no trace.
+//! Objects attached to objects: they move with them, add to their load, and ignore collisions with them and their neighbours; after detaching,
+//! everything is as before.
 
 use crate::support::*;
 
@@ -9,15 +10,15 @@ use linkwork_embedded::spatial::{Pose, Vec3};
 use linkwork_embedded::*;
 use std::sync::Arc;
 
-/// Where things are: the tool in the hand, the brick on the tool's blade, the chip on the brick.
+/// Poses: the tool in the hand, the brick on the tool's blade, the chip on the brick.
 struct Places {
     tool: Pose,
     brick: Pose,
     chip: Pose,
 }
 
-/// An arm of three joints; a tool with a blade on a pin and a slide on that; a brick and a chip. And the mechanism in which the tool is welded to the
-/// hand, the brick to the blade and the chip to the brick.
+/// An arm of three joints; a tool with a blade on a pin and a slider on the blade; a brick and a chip. Also the mechanism in which the tool is welded
+/// to the hand, the brick to the blade and the chip to the brick.
 fn both() -> (Arc<RobotModel>, Multibody, Places) {
     let mut rng = Rng(11);
     let at = Places { tool: place(&mut rng), brick: place(&mut rng), chip: place(&mut rng) };
@@ -80,7 +81,7 @@ fn things(model: &RobotModel) -> Things {
     Things { arm: model.part("arm").unwrap(), chip, brick, tool, blade }
 }
 
-/// All that an answer could show of what was attached once, as bits.
+/// All results that could depend on earlier attachments, as bits.
 fn traces(robot: &mut Robot, model: &RobotModel) -> Vec<u64> {
     let (nv, q) = (model.nv(), robot.q().to_vec());
     let (v, mut tau, mut M) = (vec![0.3; nv], vec![0.0; nv], vec![0.0; nv * nv]);
@@ -102,7 +103,7 @@ fn what_is_attached_goes_along_and_loads_what_it_is_attached_to() {
     let tree = Tree::new(&whole);
     let mut robot = Robot::new(&model);
     let mut rng = Rng(5);
-    // In an order in which each is attached to what is attached later.
+    // Attach in an order in which each object's carrier is attached later.
     robot.attach(chip, brick, None, Grasp::At(at.chip)).unwrap();
     robot.attach(brick, tool, Some(blade), Grasp::At(at.brick)).unwrap();
     robot.grasp(arm, tool, Grasp::At(at.tool)).unwrap();
@@ -110,12 +111,12 @@ fn what_is_attached_goes_along_and_loads_what_it_is_attached_to() {
     assert_eq!(robot.mount(brick).unwrap(), Some(mount));
     let nv = model.nv();
     for k in 0..20 {
-        // The arm's three, then the tool's two: as in the whole.
+        // The arm's three, then the tool's two, as in the whole mechanism.
         let mut numbers = |_| (0..5).map(|_| rng.within(-1.0, 1.0)).collect::<Vec<f64>>();
         let [q, v, vdot] = [0, 1, 2].map(&mut numbers);
         robot.set_q(&q[..nv]).unwrap();
         robot.set_object_q(tool, &q[nv..]).unwrap();
-        // A clone has its own of everything.
+        // A clone has separate copies of everything.
         let mut robot = if k % 2 == 0 { robot.clone() } else { robot.clone().clone() };
         let mut ws = Workspace::new(&tree);
         ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
@@ -136,7 +137,7 @@ fn what_is_attached_goes_along_and_loads_what_it_is_attached_to() {
         mass_matrix(&tree, &mut ws, &mut M_whole);
         assert!(difference(&M, &M_whole) < 1e-12, "{k}");
     }
-    // Another pose of the tool in the hand takes all of them along.
+    // A new pose of the tool in the hand moves all of them.
     let before = robot.object_pose(chip).unwrap();
     let moved = at.tool * Pose::translation(0.0, 0.1, 0.0);
     let X_WT = robot.tip_pose(arm).unwrap();
@@ -172,7 +173,7 @@ fn what_was_attached_leaves_no_trace() {
     robot.ungrasp(tool).unwrap();
     robot.put(tool, Pose::translation(-0.4, -0.5, 0.6)).unwrap();
     assert_eq!(traces(&mut robot, &model), bare);
-    // Taken off it stays where it is, and an object on an object in the world goes with it as well.
+    // A detached object stays where it is, and an object on an object in the world moves with it.
     robot.attach(brick, tool, Some(blade), Grasp::Here).unwrap();
     let there = robot.object_pose(brick).unwrap();
     assert!(apart(&there, &Pose::translation(-0.4, 0.5, 0.6)).0 < 1e-15);
@@ -184,7 +185,7 @@ fn what_was_attached_leaves_no_trace() {
     assert_eq!(robot.object_pose(brick).unwrap(), gone);
 }
 
-/// Which pairs are looked at: those of one piece are not, nor what a hinge joins to it; the rest is as it was.
+/// Checked pairs: parts of one rigid piece are ignored, and so are bodies that a hinge joins to it; other pairs are unchanged.
 #[test]
 fn what_is_attached_does_not_meet_what_carries_it() {
     let (model, _, at) = both();
@@ -208,7 +209,7 @@ fn what_is_attached_does_not_meet_what_carries_it() {
         assert!(now.iter().all(|p| free.contains(p)), "{now:?}");
         free.iter().filter(|p| !now.contains(p)).cloned().collect::<Vec<_>>()
     };
-    // On the blade: that, and tool and slide that hinges join to it. The chip on the brick: the same, and the brick.
+    // On the blade: ignores the blade, and tool and slider, which hinges join to it. The chip on the brick ignores the same, and the brick.
     robot.attach(brick, tool, Some(blade), Grasp::At(at.brick)).unwrap();
     assert_eq!(gone(pairs(&robot)), ["tool brick", "blade brick", "slide brick"]);
     robot.attach(chip, brick, None, Grasp::At(at.chip)).unwrap();
@@ -222,12 +223,12 @@ fn what_is_attached_does_not_meet_what_carries_it() {
         "brick chip",
     ];
     assert_eq!(gone(pairs(&robot)), all);
-    // In the hand: the tool is of one piece with it; the blade and what is on that are joined to it, and farther from the arm.
+    // In the hand: the tool is rigid with it; the blade and the objects on it are joined to it, and farther from the arm.
     robot.grasp(arm, tool, Grasp::At(at.tool)).unwrap();
     let held = gone(pairs(&robot));
     let more: Vec<&String> = held.iter().filter(|p| !all.contains(&p.as_str())).collect();
     assert_eq!(more, ["a2 tool", "hand tool", "hand blade", "hand brick", "hand chip"]);
-    // Whatever the order.
+    // The order does not matter.
     let mut other = Robot::new(&model);
     other.grasp(arm, tool, Grasp::At(at.tool)).unwrap();
     other.attach(chip, brick, None, Grasp::At(at.chip)).unwrap();
@@ -240,7 +241,7 @@ fn what_is_attached_does_not_meet_what_carries_it() {
     assert!(gone(pairs(&robot)).is_empty());
 }
 
-/// Distances and swept ways are those of the object put where it is, and of one held directly.
+/// Distances and swept paths equal those of the object placed there, and those of one held directly.
 #[test]
 fn collisions_are_where_it_is() {
     let (model, _, at) = both();
@@ -260,7 +261,7 @@ fn collisions_are_where_it_is() {
             .map(|r| r.distance(&q, id("chip"), id("a1")).unwrap().unwrap().distance);
         assert!((ours - theirs).abs() < 1e-14, "{ours} {theirs}");
     }
-    // Along a way it is found by the ball in the world exactly where it is when the hand holds the chip itself.
+    // Along a path, the sphere in the world finds it exactly as if the hand held the chip directly.
     let (qa, qb, middle) = ([0.0; 3], [1.2, 0.0, 0.0], [0.6, 0.0, 0.0]);
     robot.set_q(&middle).unwrap();
     let X_TC = robot.tip_pose(arm).unwrap().inverse() * robot.object_pose(chip).unwrap();
@@ -299,7 +300,7 @@ fn mistakes_are_typed_and_change_nothing() {
     let circle = robot.attach(tool, chip, None, here).unwrap_err();
     assert!(matches!(circle, RobotError::OutOfRange { .. }), "{circle}");
     let itself = robot.attach(tool, tool, Some(blade), here).unwrap_err();
-    assert!(itself.to_string().contains("does not carry"), "{itself}");
+    assert!(itself.to_string().contains("not attached to it"), "{itself}");
     let none = RobotError::NotAttached { object: tool.index() };
     assert_eq!(robot.detach(tool), Err(none));
     robot.detach(brick).unwrap();

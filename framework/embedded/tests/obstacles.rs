@@ -1,4 +1,4 @@
-//! Point clouds and voxel maps as obstacles of a robot: by the same queries, filters, padding, hiding and hands as other shapes; no allocation.
+//! Point clouds and voxel maps as obstacles of a robot: the same queries, filters, padding, hiding and grasps as for other shapes; no allocation.
 
 use crate::support::Rng;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
@@ -9,7 +9,7 @@ use std::sync::Arc;
 const CELLS: [usize; 3] = [24, 24, 16];
 const EDGE: f64 = 0.05;
 
-/// Cells and points as obstacles of their own, beside the map and the cloud that hold the same.
+/// Cells and points as separate obstacles, in addition to the map and the cloud with the same content.
 struct Seen {
     points: Vec<[f64; 4]>,
     cells: Vec<[u32; 3]>,
@@ -30,12 +30,12 @@ impl Seen {
     }
 }
 
-/// Where the map is: its corner, turned.
+/// Pose of the map's corner, rotated.
 fn map_pose() -> Pose {
     Pose::new(Quat::from_scaled_axis(Vec3::new(0.1, -0.2, 0.4)), Vec3::new(-0.7, -0.4, -0.2))
 }
 
-/// An arm of three links, an object, a cloud and a map, and with `single` their balls and cells as colliders.
+/// An arm of three links, an object, a cloud and a map; with `single`, their spheres and cells as colliders.
 fn arm(single: Option<&Seen>) -> Arc<RobotModel> {
     let mut mechanism = Builder::new();
     let limits = Limits::position(-3.0, 3.0);
@@ -83,7 +83,7 @@ fn arm(single: Option<&Seen>) -> Arc<RobotModel> {
     RobotModel::new(&spec).unwrap()
 }
 
-/// An instance whose object lies far away.
+/// Returns an instance whose object is far away.
 fn robot(model: &Arc<RobotModel>) -> Robot {
     let mut robot = Robot::new(model);
     robot.put(model.object("thing").unwrap(), Pose::translation(0.0, 0.0, 5.0)).unwrap();
@@ -100,7 +100,7 @@ fn see(robot: &mut Robot, seen: &Seen) {
     robot.set_cells(map, &seen.cells, Occupancy::Occupied).unwrap();
 }
 
-/// Which of the robot's own colliders touch what, with all balls and all cells under one name each.
+/// Returns which of the robot's own colliders touch which others, with one name for all spheres and one for all cells.
 fn touching(robot: &mut Robot, q: &[f64]) -> Vec<(String, String)> {
     let model = robot.model().clone();
     let mut out = Vec::new();
@@ -136,7 +136,7 @@ fn they_are_met_as_their_balls_and_cells_would_be() {
         for robot in [&mut live, &mut brute] {
             let object = robot.model().object("thing").unwrap();
             match k {
-                // Held from here on; with padding; the cloud hidden; the map not looked at by one link.
+                // From here on it is held; with padding; the cloud is hidden; one link ignores the map.
                 100 => {
                     robot.grasp(part, object, Grasp::At(Pose::translation(0.3, 0.0, 0.1))).unwrap()
                 }
@@ -177,7 +177,7 @@ fn they_are_met_as_their_balls_and_cells_would_be() {
                     assert_eq!(s, t);
                     paths[1] += 1;
                 }
-                // Balls around whole clouds are larger than those around their balls; nothing else differs.
+                // Bounding spheres of whole clouds are larger than those of their spheres; all other results are equal.
                 (Path::Undecided { .. }, Path::Undecided { .. }) => {}
                 (a, b) => panic!("{k}: {a:?} {b:?}"),
             }
@@ -207,7 +207,7 @@ fn what_one_instance_sees_is_its_own_and_goes_with_clones() {
         assert!(!before.collides(&q).unwrap());
     }
     assert!(hits > 10);
-    // What is freed is forgotten: as if it had never been.
+    // Freed points leave no trace.
     twin.set_points(cloud, &[]).unwrap();
     twin.set_cells(map, &seen.cells, Occupancy::Free).unwrap();
     robot.set_points(cloud, &[]).unwrap();
@@ -231,7 +231,7 @@ fn what_one_instance_sees_is_its_own_and_goes_with_clones() {
     assert!(matches!(robot.count(three), Err(RobotError::Shape(_))));
 }
 
-/// A cloud on an object is carried: it is met where the hand brings it, and on the way there.
+/// A cloud on an object moves with it: the hand meets it at its new place, and on the path there.
 #[test]
 fn a_cloud_on_an_object_goes_with_the_hand() {
     let mut mechanism = Builder::new();
@@ -261,7 +261,7 @@ fn a_cloud_on_an_object_goes_with_the_hand() {
     let path = robot.path_free(&[0.0], &[3.0], 1e-3).unwrap();
     let Path::Hit { at, .. } = path else { panic!("{path:?}") };
     assert!((3.0 * at - 1.57).abs() < 0.1);
-    // A swing between two instants at which nothing touches: a point of no size against a thin wall.
+    // A swing between two instants without contact: a point of zero size against a thin wall.
     robot.set_points(cloud, &[[0.3, 0.0, 0.0, 0.0]]).unwrap();
     assert!(matches!(robot.path_free(&[0.0], &[3.0], 1e-4).unwrap(), Path::Hit { .. }));
     robot.set_points(cloud, &[[0.2, 0.0, 0.0, 0.0]]).unwrap();

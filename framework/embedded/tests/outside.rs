@@ -1,4 +1,4 @@
-//! Controls that begin where a coordinate is outside its limits: it comes back, or they say which fault it is.
+//! Controllers that start with a coordinate outside its limits: it returns, or an error states the fault.
 
 use crate::support::{Rng, difference};
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
@@ -6,10 +6,10 @@ use linkwork_embedded::spatial::{MassProperties, Mat3, Motion, Pose, Vec3};
 use linkwork_embedded::*;
 use std::sync::Arc;
 
-/// Half of the way between the limits of each pin, rad.
+/// Half of the range of each pin, rad.
 const MOST: f64 = 1.5;
 
-/// Six pins without symmetry; each has a limit of its rate.
+/// Six pins without symmetry, each with a rate limit.
 fn arm() -> Arc<RobotModel> {
     let (mut mechanism, mut rng) = (Builder::new(), Rng(23));
     for k in 0..6 {
@@ -30,7 +30,7 @@ fn arm() -> Arc<RobotModel> {
 /// Two coordinates beyond their upper and lower limits, the others inside.
 const OUTSIDE: [f64; 6] = [1.7, 0.4, -1.9, 0.8, -0.3, 0.5];
 
-/// Rates bring them back within their own limits while a tip is pulled on; what was inside never leaves, and what came back stays.
+/// Rates bring them back within their limits while a tip is pulled: coordinates inside never leave, and those that returned stay.
 #[test]
 fn rates_from_outside_the_limits_lead_back_inside() {
     let model = arm();
@@ -44,7 +44,7 @@ fn rates_from_outside_the_limits_lead_back_inside() {
             robot.set_q(&q).unwrap();
             let tip =
                 Aim::Tip { part, motion: Motion::new(Vec3::zeros(), pull), rows: Rows::Linear };
-            // What is wished for would drive both farther out.
+            // The task would drive both farther out.
             let out = [1.0, 0.0, -1.0, 0.0, 0.0, 0.0];
             let objectives = [Objective::new(0, Aim::Posture(&out)), Objective::new(1, tip)];
             control.solve(&mut robot, &objectives, &guards, &mut v, &mut left).unwrap();
@@ -54,18 +54,18 @@ fn rates_from_outside_the_limits_lead_back_inside() {
                 assert!(v.abs() <= 2.0 + 1e-9, "{step}: {v}");
                 let farther = beyond(next) - beyond(*q);
                 assert!(farther <= 1e-9, "{step}: from {q} to {next}");
-                // At its full rate, or so that it is inside after the horizon.
+                // At its full rate, or such that it is inside after the horizon.
                 let asked = (beyond(*q) / guards.horizon).min(2.0) * dt;
                 assert!(-farther >= asked - 1e-9, "{step}: from {q} to {next}");
                 *q = next;
             }
         }
-        // A fifth of what is left a step: nothing of it after 300.
+        // The distance decreases by a fifth per step, so it is gone after 300.
         assert!(q.iter().all(|q| q.abs() <= MOST + 1e-9), "{q:?}");
     }
 }
 
-/// Forces know no limits of coordinates: from outside they are as from inside, exact, and an objective for the way back leads there.
+/// Forces do not depend on coordinate limits: outside they are exact as inside, and a task towards the limits leads back.
 #[test]
 fn forces_from_outside_the_limits_lead_back_inside() {
     let model = arm();
@@ -75,7 +75,7 @@ fn forces_from_outside_the_limits_lead_back_inside() {
     let (mut q, mut v, dt) = (OUTSIDE, [0.0; 6], 2e-3);
     for step in 0..2000 {
         robot.set_q(&q).unwrap();
-        // Critically damped, to the nearest that is inside by a little.
+        // Critically damped, to the nearest point slightly inside.
         let back: Vec<f64> =
             (q.iter().zip(&v)).map(|(q, v)| 25.0 * (q.clamp(-1.4, 1.4) - q) - 10.0 * v).collect();
         let objective = [Objective::new(0, Aim::Posture(&back))];
@@ -84,7 +84,7 @@ fn forces_from_outside_the_limits_lead_back_inside() {
         let told = body.solve(&mut robot, &v, &[], &objective, &effort, out).unwrap();
         assert_eq!(told.unbalanced, 0.0, "{step}");
         assert!(told.shortfall < 1e-9 && difference(&vdot, &back) < 1e-6, "{step} {told:?}");
-        // Inverse dynamics, which knows nothing of the search, needs the same forces for it.
+        // Inverse dynamics, which is independent of the search, needs the same forces.
         let mut exact = [0.0; 6];
         robot.feed_forward(&v, &vdot, &[], &mut exact).unwrap();
         assert!(difference(&exact, &tau) < 1e-8, "{step}");

@@ -1,4 +1,4 @@
-//! Least squares in order of priority, within bounds.
+//! Least squares by priority, within bounds.
 
 use crate::support;
 
@@ -17,7 +17,7 @@ fn square(A: &[f64], x: &[f64], b: &[f64]) -> f64 {
     times(A, x).iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
 }
 
-/// Against projected Gauss and Seidel, which is another method: boxes around full-rank problems.
+/// Compares with projected Gauss–Seidel, an independent method: boxes around full-rank problems.
 #[test]
 fn within_a_box_it_is_what_another_method_finds() {
     let mut rng = Rng(3);
@@ -50,8 +50,8 @@ fn within_a_box_it_is_what_another_method_finds() {
     assert!(active > 100, "{active} bounds were active");
 }
 
-/// Every level is as good as it can be without harm to those before: no small change within the bounds that keeps their residuals makes it better. Rank-deficient levels,
-/// levels that contradict each other, bounds that are active.
+/// Every level is optimal given the levels before: a small change within the bounds that keeps their residuals does not improve it. Includes
+/// rank-deficient levels, contradicting levels and active bounds.
 #[test]
 fn later_levels_take_nothing_from_earlier_ones() {
     let mut rng = Rng(7);
@@ -63,7 +63,7 @@ fn later_levels_take_nothing_from_earlier_ones() {
             .iter()
             .map(|rows| {
                 let mut A = random(&mut rng, n * rows);
-                // The last row twice another: a rank less.
+                // The last row is twice another, so the rank is one less.
                 if case % 2 == 0 {
                     for i in 0..n {
                         A[n * (rows - 1) + i] = 2.0 * A[i];
@@ -88,16 +88,16 @@ fn later_levels_take_nothing_from_earlier_ones() {
             active += usize::from(over > -1e-9);
         }
         for (k, (A, b)) in levels.iter().enumerate() {
-            // What a level reached stays.
+            // The residual of each level is preserved.
             assert!((square(A, &x, b).sqrt() - found[k]).abs() < 1e-8, "case {case} level {k}");
         }
-        // Random changes, made to keep the residuals of all levels before, cost more at each level.
+        // Random changes that keep the residuals of all previous levels cost more at each level.
         for (k, (A, b)) in levels.iter().enumerate() {
             let before: Vec<&[f64]> =
                 levels[..k].iter().flat_map(|l| l.0.chunks_exact(n)).collect();
             for _ in 0..200 {
                 let mut d = random(&mut rng, n);
-                // Twice Gram and Schmidt against an orthonormal basis of the rows before.
+                // Apply Gram–Schmidt twice against an orthonormal basis of the previous rows.
                 let mut basis: Vec<Vec<f64>> = Vec::new();
                 for row in &before {
                     let mut v = row.to_vec();
@@ -129,7 +129,7 @@ fn later_levels_take_nothing_from_earlier_ones() {
     assert!(contradicting > 20 && active > 60, "{contradicting} {active}");
 }
 
-/// By hand: x + y = 2 with x ≤ 0.5, then x = y, then the least.
+/// Computed by hand: x + y = 2 with x ≤ 0.5, then x = y, then the minimum norm.
 #[test]
 fn a_small_problem_by_hand() {
     let mut problem = Priorities::new(3, 2, 2);
@@ -140,7 +140,7 @@ fn a_small_problem_by_hand() {
     let x = problem.x();
     assert!(support::difference(x, &[0.5, 1.5, 0.0]) < 1e-8, "{x:?}");
     assert!((met.residual - 1.0).abs() < 1e-8 && met.free == 1);
-    // Nothing is left of x and y: an objective for another x changes nothing; z is free.
+    // x and y are determined: a task for another x changes nothing; z is free.
     problem.level(&[1.0, 0.0, 0.0, 0.0, 0.0, 2.0], &[-3.0, 8.0]).unwrap();
     assert!(support::difference(problem.x(), &[0.5, 1.5, 4.0]) < 1e-8, "{:?}", problem.x());
     // Bounds that contradict each other.
@@ -161,7 +161,7 @@ fn the_same_bits_without_allocation() {
             problem.begin();
             problem.bound(&c, 0.01);
             problem.level(&A, &b).unwrap();
-            // Rows that were there before leave nothing less free.
+            // Rows that already exist do not reduce the freedom.
             assert_eq!(problem.level(&A[5..], &b[..2]).unwrap().free, 2);
             kept.copy_from_slice(problem.x());
             // No x makes zero less than −1.

@@ -1,4 +1,4 @@
-//! Inverse kinematics of parts: success, limits, bounds, preferences, refusals.
+//! Inverse kinematics of parts: success, limits, bounds, null-space objectives, errors.
 
 use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
@@ -17,7 +17,7 @@ fn arm_of(json: &Value, name: &str) -> (Arc<RobotModel>, Part) {
     (model, arm)
 }
 
-/// How far q is from the goal, by the bodies' own poses and not by the solver.
+/// Returns the distance of q from the goal, from the bodies' poses, independently of the solver.
 fn off(model: &RobotModel, json: &Value, q: &[f64], X: &Pose) -> (f64, f64) {
     let all = model.multibody().body_poses(q);
     let at = |k: &str| all[model.multibody().body(json[k].as_str().unwrap()).unwrap().index()];
@@ -62,7 +62,7 @@ fn targets_of_the_reference_are_met_within_limits_and_few_evaluations() {
     }
 }
 
-/// Rows of the reference are those of its seeds: another sampler would be another benchmark.
+/// Rows of the reference agree with their seeds, because another sampler would be another benchmark.
 #[test]
 fn rows_of_the_benchmarks_are_those_of_their_seeds() {
     for (name, near) in [("ur5", 20_261_122_401), ("iiwa7", 20_261_122_402)] {
@@ -79,7 +79,7 @@ fn rows_of_the_benchmarks_are_those_of_their_seeds() {
             let (target, start) = (draw(&mut rng), draw(&mut rng));
             assert!(difference(&row[..n], &target) < 1e-12, "{name} far {k}");
             assert!(difference(&row[n..2 * n], &start) < 1e-12, "{name} far {k}");
-            // The pose is that of the tip there; the file's numbers are exact to 1e-10.
+            // The pose equals the tip's; the file's numbers are exact to 1e-10.
             let (p, R) = off(&model, &json, &target, &pose(&row[2 * n..]));
             assert!(p < 1e-10 && R < 1e-10, "{name} far {k}: {p:e} {R:e}");
         }
@@ -114,8 +114,8 @@ fn out_of_reach_is_answered_with_the_nearest() {
                 .inverse_kinematics(arm, &goal, Frame::Base, &Effort::default(), &mut q)
                 .unwrap();
             assert_eq!(answer.outcome, Outcome::Nearest);
-            // Lengths tell that no start will do: a quarter of them is looked at (some 640 evaluations otherwise), and with four times as many, which is all of the usual
-            // ones, the nearest is hardly nearer.
+            // Link lengths prove that every start fails, so only a quarter of the starts is used (otherwise some 640 evaluations). With four times as
+            // many, the usual number, the result is hardly nearer.
             assert!(answer.kinematics < 350, "{}", answer.kinematics);
             let whole = Effort { restarts: 4 * Effort::default().restarts, ..Effort::default() };
             let mut other = vec![0.0; model.nq()];
@@ -124,7 +124,7 @@ fn out_of_reach_is_answered_with_the_nearest() {
             let [few, all] = [&answer, &all]
                 .map(|a| a.residual.position.powi(2) + a.residual.orientation.powi(2));
             costs.push([few, all]);
-            // The residual is that of q, and no less than geometry says.
+            // The residual belongs to q, and is at least the geometric distance.
             let (p, R) = off(&model, &json, &q, &X);
             assert!((p - answer.residual.position).abs() < 1e-9, "{p}");
             assert!((R - answer.residual.orientation).abs() < 1e-7, "{R}");
@@ -174,7 +174,7 @@ fn portions_and_other_work_leave_no_trace() {
         while answer.outcome == Outcome::Unfinished {
             assert!(answer.kinematics <= 3 * portions, "the bound holds");
             assert!(within(&json, &b));
-            // Other calls in between.
+            // Other calls between two portions do not matter.
             cut.tip_pose(arm).unwrap();
             let twist = spatial::Motion::new(Vec3::x(), Vec3::y());
             cut.rates(arm, &twist, &mut vec![0.0; n]).unwrap();
@@ -209,13 +209,13 @@ fn centring_finds_the_least_of_the_known_minima() {
         let (p, R) = off(&model, &json, &q, &X);
         assert!(p < 2e-9 && R < 2e-9 && within(&json, &q), "{p:e} {R:e}");
         assert!((best.cost - cost).abs() < 1e-12);
-        // Of one row the reference has missed a better minimum, which the lines above check.
+        // In one row the reference missed a better minimum, which the lines above check.
         assert!(cost <= 1.001 * least, "{cost} against {least}");
     }
 }
 
-/// Each start ends in a minimum that the reference has met, or in one that it has not: its list is that of its own starts. The first kind is known
-/// by its cost; of the other it is shown that the cost rises along the one motion that keeps the pose, both ways as far as limits leave them.
+/// Each start ends in a minimum of the reference or in another one, because its list comes from its own starts. The first kind is recognized by its
+/// cost. For the other kind, the cost must rise in both directions along the single motion that keeps the pose, as far as limits permit.
 #[test]
 fn centring_from_one_start_ends_in_a_minimum() {
     let Some(json) = reference("robodarts/ik_iiwa7.json") else { return };
@@ -242,7 +242,7 @@ fn centring_from_one_start_ends_in_a_minimum() {
             let best = robot
                 .inverse_kinematics_best(arm, &goal, Frame::Base, &prefer, &effort, &mut q)
                 .unwrap();
-            // Not every start leads to the goal.
+            // Some starts do not reach the goal.
             if best.outcome != Outcome::Met {
                 continue;
             }
@@ -281,7 +281,7 @@ fn centring_from_one_start_ends_in_a_minimum() {
     assert!(runs >= 180 && listed >= 140, "{listed} of {runs}");
 }
 
-/// Of all that meet the goal the nearest to where the search began: along the one motion that keeps the pose the distance rises both ways.
+/// The result is the solution nearest to the start: along the single motion that keeps the pose, the distance increases in both directions.
 #[test]
 fn the_nearest_to_the_start_is_found() {
     let Some(json) = reference("robodarts/ik_iiwa7.json") else { return };
@@ -342,7 +342,7 @@ fn manipulability_rises_along_the_null_space() {
         let goal = Goal::pose(pose(&x[2 * n..]));
         let mut plain = x[n..2 * n].to_vec();
         robot.inverse_kinematics(arm, &goal, Frame::Base, &Effort::default(), &mut plain).unwrap();
-        // From a solution on: the first start is met at once, and improved.
+        // Start from a solution: the first start reaches it immediately and improves it.
         let mut liked = plain.clone();
         let best = robot
             .inverse_kinematics_best(
@@ -362,7 +362,7 @@ fn manipulability_rises_along_the_null_space() {
         let (before, after) = (w(&plain), w(&liked));
         assert!((best.cost + after.ln()).abs() < 1e-9);
         assert!(after >= before * (1.0 - 1e-9), "{before} {after}");
-        // A minimum: nothing of the gradient is left along the null space, or a limit holds.
+        // A minimum: the gradient along the null space is zero, or a limit is active.
         robot.set_q(&liked).unwrap();
         let (mut g, mut J) = (vec![0.0; n], vec![0.0; 6 * n]);
         robot.manipulability(arm, rows, Some(&mut g)).unwrap();
@@ -409,7 +409,7 @@ fn a_part_moves_alone_and_its_goal_may_be_in_the_world() {
     robot.set_q(&q).unwrap();
     let (p, R) = apart(&robot.tip_pose(left).unwrap(), &there);
     assert!(p < 2e-9 && R < 2e-9);
-    // Position alone; two joints of a neck meet a direction only in part, and say so.
+    // Only the position; two neck joints reach a direction only partly, and the result reports this.
     let answer = robot
         .inverse_kinematics(
             left,
@@ -471,7 +471,7 @@ fn mistakes_are_refused_and_q_is_left_alone() {
     );
 }
 
-/// A tip at a place with one axis given, in the world and in the base of its chain; the turn about the axis is free, so that limits leave more.
+/// A tip at a position with one given axis, in the world and in the base of its chain; rotation about the axis is free, so that limits permit more.
 #[test]
 fn an_axis_in_place_of_an_attitude() {
     let Some(model) = dual(vec![]) else { return };

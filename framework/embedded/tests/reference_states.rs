@@ -1,5 +1,5 @@
-//! What the reference says of whole robots at random states: mass, its centre, inertia, limits, torques of a wrench, trimmers in a
-//! hand; and of two hands on a beam: what is left to them.
+//! Compares whole robots at random states with the reference: mass, centre, inertia, limits, torques of a wrench, trimmers in a hand; and the
+//! remaining freedom of two hands on a beam.
 
 use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Hinge};
@@ -18,7 +18,7 @@ fn mass_of(v: &Value) -> MassProperties {
     MassProperties::new(v["mass"].as_f64().unwrap(), vec3(&v["com"]), inertia)
 }
 
-/// Both robots of the reference with the trimmers as an object, the name of the arm that holds loads, and what is said of them.
+/// Both robots of the reference with the trimmers as an object, the name of the arm that carries loads, and the expected values.
 fn robots() -> Vec<(Arc<RobotModel>, &'static str, Value)> {
     let Some(dual) = reference("robodarts/dual_ur5_kinematics.json") else { return Vec::new() };
     let mobile = reference("robodarts/mobile_iiwa_kinematics.json").unwrap();
@@ -42,7 +42,7 @@ fn robots() -> Vec<(Arc<RobotModel>, &'static str, Value)> {
     made.into()
 }
 
-/// Mass, centre and inertia about it of all that moves: what the first bodies that move carry, added up.
+/// Mass, centre and inertia about it of all moving bodies: the composite bodies of the first moving bodies, added up.
 fn whole(model: &RobotModel, robot: &mut Robot) -> (f64, Vec3, Mat3) {
     let mbs = model.multibody();
     let carried = |id: multibody::BodyId| {
@@ -63,7 +63,7 @@ fn whole(model: &RobotModel, robot: &mut Robot) -> (f64, Vec3, Mat3) {
         }
         let I = robot.composite_inertia(id);
         let p = robot.body_pose(id).position;
-        // From the body's origin to the world's.
+        // Shift from the body's origin to the world's.
         let cross = |x: &Vec3| x.cross_matrix();
         about += I.inertia()
             - cross(&p) * cross(&I.h())
@@ -94,7 +94,7 @@ fn mass_center_inertia_and_torques_are_those_of_the_reference() {
             let theirs = rows(&state["inertia_about_com"]);
             let mut theirs = Mat3::from_row_slice(&theirs);
             if let Some(link) = model.multibody().body("lbr_iiwa_link_0") {
-                // The file gives this link an inertia and no mass: the reference has it, we leave it out and tell.
+                // The file gives this link inertia but zero mass: the reference includes it; Linkwork leaves it out and reports this.
                 let R = robot.body_pose(link).rotation.to_rotation_matrix().into_inner();
                 let own = Mat3::from_diagonal(&Vec3::new(0.05, 0.06, 0.03));
                 theirs -= R * own * R.transpose();
@@ -122,8 +122,7 @@ fn mass_center_inertia_and_torques_are_those_of_the_reference() {
     }
 }
 
-/// Degrees of freedom, and all mass with that of what does not move: as the reference's table has it, to its digits, and as the file's own
-/// numbers add up.
+/// Degrees of freedom, and total mass including fixed bodies: as in the reference's table, to its digits, and as the sum of the file's own numbers.
 #[test]
 fn whole_robots_have_their_nominal_masses() {
     let nominal = [("dual_ur5", 18, 106.988), ("mobile_iiwa", 12, 138.5)];
@@ -148,7 +147,7 @@ fn limits_are_those_of_the_reference() {
         for (k, (_, v)) in at.iter().enumerate() {
             let (_, s) = mbs.subhinges().find(|(_, s)| s.v.contains(v)).unwrap();
             let limits = &s.subhinge.limits;
-            // What turns without end has no numbers, or some that no state of the reference is beyond.
+            // A joint without limits has no values, or values that every state of the reference is within.
             if limits.lower.is_finite() {
                 assert_eq!((limits.lower, limits.upper), (lower[k], upper[k]), "{k}");
             }
@@ -190,7 +189,7 @@ fn trimmers_in_a_hand_weigh_what_the_reference_says() {
     }
 }
 
-/// Fingers that press the handles with one force each way press nothing into the arm, exactly: they cancel where they are added up.
+/// Two fingers that press the handles with equal and opposite forces cause exactly zero arm torques, because the forces cancel in the sum.
 #[test]
 fn what_a_grip_presses_is_not_felt_by_the_arm() {
     let Some((model, hand, json)) = robots().into_iter().next() else { return };
@@ -208,7 +207,7 @@ fn what_a_grip_presses_is_not_felt_by_the_arm() {
         };
         robot.held_still(&[press(1.0), press(-1.0)], &mut gripping).unwrap();
         assert_eq!(still, gripping);
-        // One finger alone is felt.
+        // A single finger causes arm torques.
         robot.held_still(&[press(1.0)], &mut gripping).unwrap();
         assert!(difference(&still, &gripping) > 1.0);
     }
@@ -230,7 +229,7 @@ fn two_hands_on_a_beam_leave_what_the_reference_says() {
         let theirs = to_v(&model, &at, &numbers(&case["gravity_robot_alone"]));
         let size = theirs.iter().fold(1.0, |m: f64, x| m.max(x.abs()));
         assert!(difference(&tau, &theirs) < 1e-9 * size);
-        // Rows of the closure: how the hand on the right moves against the beam in that on the left, at the right tip.
+        // Rows of the closure: motion of the right hand relative to the beam in the left hand, at the right tip.
         let mut J = [vec![0.0; 6 * nv], vec![0.0; 6 * nv]];
         for (h, J) in hands.iter().zip(&mut J) {
             robot.whole_jacobian(*h, J).unwrap();

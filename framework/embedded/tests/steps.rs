@@ -1,8 +1,8 @@
-//! The six tasks of the reference, step by step: after every step what the step did not change is the same to the bit, another instance has
-//! noticed nothing, and when all is let go the robot is what it was.
+//! The six tasks of the reference, step by step. After every step, everything that the step should not change is bit-identical, other instances are
+//! unaffected, and after all objects are released the robot is as before.
 //!
-//! Each step names what it changes. Everything else that a robot can be asked is compared: its numbers, and for each part pose, Jacobian, forces at
-//! rest and in motion, inertia; for each object who holds it, where it is, its joints, and which shapes it meets; and hits and distances.
+//! Each step names its changes. All other queries of a robot are compared: its numbers; for each part pose, Jacobian, forces at rest and in motion,
+//! inertia; for each object its holder, pose, joints, and the shapes it touches; and hits and distances.
 
 use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Hinge, Limits};
@@ -12,7 +12,7 @@ use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// All answers by name, as bits.
+/// All results by name, as bits.
 type Answers = BTreeMap<String, Vec<u64>>;
 
 fn bits(x: &[f64]) -> Vec<u64> {
@@ -23,7 +23,7 @@ fn bits_of(X: &Pose) -> Vec<u64> {
     bits(&[X.position.as_slice(), X.rotation.coords.as_slice()].concat())
 }
 
-/// Everything that a robot can be asked. It is asked of a copy: the robot itself is left alone.
+/// Makes all queries of a robot on a copy, so that the robot is unchanged.
 fn answers(robot: &Robot) -> Answers {
     let model = robot.model().clone();
     let (mut r, nv) = (robot.clone(), model.nv());
@@ -53,7 +53,7 @@ fn answers(robot: &Robot) -> Answers {
         r.jacobian(part, &mut J).unwrap();
         out.insert(format!("{name}: Jacobian"), bits(&J));
     }
-    // Joints of no part, such as fingers, by their bodies.
+    // Joints outside all parts, such as fingers, by their bodies.
     for body in model.multibody().bodies().iter().filter(|b| left.contains(&b.v().start)) {
         let both: Vec<f64> = body.v().flat_map(|i| [rest[i], moving[i]]).collect();
         out.insert(format!("{}: forces", body.name()), bits(&both));
@@ -97,19 +97,19 @@ fn on_object(model: &RobotModel, id: ColliderId) -> bool {
     model.object(&model.collider_spec(id).body).is_some()
 }
 
-/// A task under way.
+/// A running task.
 struct Scene {
     json: Value,
     model: Arc<RobotModel>,
     places: Vec<(usize, usize)>,
     robot: Robot,
-    /// Where it stood before the first step, and what it was there.
+    /// The state before the first step, and its results.
     start: Vec<f64>,
     first: Answers,
 }
 
 impl Scene {
-    /// The task begins at its configuration `q`, the joints of the parts `moving` at zero.
+    /// Starts the task at its configuration `q`, with the joints of the parts `moving` at zero.
     fn new(
         name: &str,
         q: &str,
@@ -163,8 +163,8 @@ impl Scene {
         self.model.collider(name).unwrap()
     }
 
-    /// One step, which changes what it names (the beginning of a name counts for all that begin so) and nothing else. Behind `~` is what it may
-    /// leave: the last bits of a place that is told from elsewhere now.
+    /// Makes one step, which changes the named results (a prefix stands for all names that start with it) and nothing else. Names after `~` may
+    /// change by round-off, because a pose is now computed from another body.
     fn step(&mut self, what: &str, changes: &[&str], step: impl FnOnce(&mut Robot)) {
         let before = answers(&self.robot);
         let twin = self.robot.clone();
@@ -181,7 +181,7 @@ impl Scene {
         }
     }
 
-    /// Everything was let go: beside where the objects are, all is what it was before the first step.
+    /// Checks, after everything was released, that all results except the poses of the objects are as before the first step.
     fn ends(mut self, objects: &[&str]) {
         for name in objects {
             self.robot.put(self.object(name), Pose::identity()).unwrap();
@@ -203,7 +203,7 @@ fn number(v: &Value, key: &str) -> f64 {
     v[key].as_f64().unwrap()
 }
 
-/// What moves with the left arm alone, its fingers among it, and not what is in its hand.
+/// Results that change when only the left arm moves, including its fingers but not the object in its hand.
 const LEFT_MOVES: [&str; 4] = ["q", "left:", "left_finger", "robot and world: distances"];
 
 #[test]
@@ -229,7 +229,7 @@ fn key_and_door() {
         let p = numbers(&b["door"]["shape_centre"]);
         let leaf = ColliderSpec::new("leaf", "door", Shape::Box { half });
         spec.colliders.push(leaf.at(Pose::translation(p[0], p[1], p[2])));
-        // A key goes into its lock.
+        // A key is inserted into its lock.
         spec.rules.ignore.push(["key".into(), "leaf".into()]);
     }) else {
         return;
@@ -252,12 +252,12 @@ fn key_and_door() {
     };
     let X = pose(&numbers(&s.json["bodies"]["key"]["pose_in_tip"]));
     let [grasp, turned, opened] = ["q_grasp", "q_turned", "q_opened"].map(|k| s.q(k));
-    // The key lies where it lies until it is taken.
+    // The key stays in place until it is grasped.
     let approach = ["q", "arm:", "finger", "robot and world: distances", "key: distances"];
     s.step("approach", &approach, |r| r.set_q(&grasp).unwrap());
     let load = ["arm: forces", "arm: inertia", "key:"];
     s.step("key on the tip", &load, |r| r.grasp(arm, key, Grasp::At(X)).unwrap());
-    // Closed onto the lock, and asked what that leaves and what the lock feels: nothing changes.
+    // Close the loop onto the lock, and query the remaining freedom and the forces on the lock: nothing changes.
     s.step("insert", &[], |r| {
         for free in [theta(0.0, 1.0), theta(1.0, 1.0)].map(|t| t.map(|t| t > 0.5)) {
             let onto = Closing::Onto { hand: arm, object: frame, body: lock, free: &free };
@@ -277,7 +277,7 @@ fn key_and_door() {
         r.set_q(&turned).unwrap();
         r.set_object_q(frame, &theta(0.0, 0.5 * std::f64::consts::PI)).unwrap();
     });
-    // The shape of the door hangs on an object: what robot and world are from it stands with theirs.
+    // The shape of the door belongs to an object, so its distances are listed with those of robot and world.
     s.step("open", &moves, |r| {
         r.set_q(&opened).unwrap();
         let door = -30.0_f64.to_radians();
@@ -346,14 +346,14 @@ fn drill_hole() {
     let X_battery = pose(&numbers(&bodies["battery"]["pose_in_driver"]));
     let better = pose(&numbers(&s.json["expect"]["estimator_pose_in_tip"]));
     let q = s.q("q");
-    // Both lie in the world, where the arm moves.
+    // Both are in the world, where the arm moves.
     let far = ["driver: distances", "battery: distances"];
     s.step("reach", &[&LEFT_MOVES[..], &far].concat(), |r| r.set_q(&q).unwrap());
     let load = ["left: forces", "left: inertia"];
     // Distances of a pair of two objects count for the battery, whose name comes first.
     let takes = [&load[..], &["driver:", "battery: distances"]].concat();
     s.step("grasp the driver", &takes, |r| r.grasp(left, driver, Grasp::At(X)).unwrap());
-    // One piece with the driver from now on: their pair is not looked at.
+    // From now on it is rigid with the driver, so their pair is ignored.
     let takes = [&load[..], &["battery:", "driver: pairs"]].concat();
     s.step("attach the battery", &takes, |r| {
         r.attach(battery, driver, None, Grasp::At(X_battery)).unwrap()
@@ -365,7 +365,7 @@ fn drill_hole() {
         r.manipulability(left, Rows::Linear, None).unwrap();
     });
     let moved = |o: &str| ["hands", "place", "distances"].map(|k| format!("{o}: {k}"));
-    // The battery goes with the driver, where it is in that stays.
+    // The battery moves with the driver, and keeps its place in it.
     let names = [moved("driver"), moved("battery")].concat();
     let names = names.iter().map(String::as_str).filter(|n| *n != "battery: hands");
     let names: Vec<&str> = load.iter().copied().chain(names).collect();
@@ -389,7 +389,7 @@ fn change_tyre() {
         for k in 0..n["count"].as_u64().unwrap() {
             spec.objects.push(thing(&format!("nut {k}"), number(n, "mass"), &[0.0; 3], &[1e-6; 3]));
         }
-        // The hub turns on the axle.
+        // The hub rotates on the axle.
         spec.objects.push(thing("axle", 10.0, &[0.0; 3], &[0.1; 3]));
         let steel = MassProperties::new(4.0, Vec3::zeros(), Mat3::identity() * 0.01);
         spec.linkages.body(BodySpec::new("hub", "axle").hinge(Hinge::pin(Vec3::z())).mass(steel));
@@ -406,7 +406,7 @@ fn change_tyre() {
     s.step("reach", &reach, |r| r.set_q(&q).unwrap());
     let load = ["left: forces", "left: inertia", "tyre:"];
     s.step("left hand", &load, |r| r.grasp(left, tyre, Grasp::At(X[0])).unwrap());
-    // The second hand carries nothing in the tree: a closed loop, and pairs that are not looked at.
+    // The second hand does not carry anything in the tree: it closes a loop and adds ignored pairs.
     let closes = ["tyre: hands", "tyre: pairs", "tyre: distances"];
     s.step("right hand", &closes, |r| r.grasp(right, tyre, Grasp::At(X[1])).unwrap());
     s.step("carry, press", &[], |r| {
@@ -440,7 +440,7 @@ fn change_tyre() {
     let nuts: Vec<String> = (0..5).map(|k| format!("nut {k}")).collect();
     let all: Vec<&str> =
         ["tyre", "axle"].into_iter().chain(nuts.iter().map(String::as_str)).collect();
-    // All that hangs on the hub turns with it, and comes off again.
+    // Everything attached to the hub rotates with it, and is detached again.
     let turned: Vec<String> = (all.iter().filter(|o| **o != "axle"))
         .map(|o| format!("{o}: place"))
         .chain(["axle: joints".into(), "tyre: distances".into()])
@@ -477,7 +477,7 @@ fn cut_wire() {
         let shape = Shape::Capsule { radius, half_length };
         let at = Pose::translation(p[0], p[1], p[2]);
         spec.colliders.push(ColliderSpec::new("wire", "world", shape).at(at));
-        // Clamped as one, it is two once it is cut: objects with the mass of so much copper.
+        // Clamped as one object; after the cut it is two objects, each with the mass of its piece of copper.
         let half_length = 0.5 * half_length;
         let mass = 8960.0 * std::f64::consts::PI * radius * radius * 2.0 * half_length;
         let across = mass * half_length * half_length / 3.0;
@@ -503,7 +503,7 @@ fn cut_wire() {
     let begin = answers(&s.robot);
     s.first = begin;
     let load = ["left: forces", "left: inertia"];
-    // Pairs and distances of the second handle, which hangs on the object, stand with those of robot and world.
+    // Pairs and distances of the second handle, which belongs to the object, are listed with those of robot and world.
     let takes = ["handle_a:", "robot and world: pairs", "robot and world: distances"];
     let takes = [&load[..], &takes].concat();
     s.step("grasp handle a", &takes, |r| r.grasp(left, tool, Grasp::At(X)).unwrap());
@@ -532,7 +532,7 @@ fn cut_wire() {
             r.put(half, Pose::translation(p[0], p[1], p[2] + side * quarter)).unwrap();
         }
     });
-    // The lower one drops and lies on the table; the other hand takes the upper one, which weighs something.
+    // The lower piece drops onto the table; the other hand grasps the upper one, which has mass.
     let drops = ["wire near: place", "wire near: distances", "handle_a: distances"];
     let drops = [&drops[..], &["wire far: distances"]].concat();
     let lying = spatial::Quat::from_scaled_axis(Vec3::x() * std::f64::consts::FRAC_PI_2);
@@ -540,7 +540,7 @@ fn cut_wire() {
     let held_at = Vec3::new(p[0], p[1], p[2] + quarter);
     s.step("the near end drops", &drops, |r| r.put(halves[0], on_table).unwrap());
     let right = s.part("right");
-    // Where it is comes from the hand from now on, which rounds it: distances change in their last bits, too.
+    // Its pose now follows from the hand, with round-off, so distances change by round-off too.
     let takes = ["right: forces", "right: inertia", "wire far:", "handle_a: distances"];
     s.step("the far end is taken", &takes, |r| r.grasp(right, halves[1], Grasp::Here).unwrap());
     let there = s.robot.object_pose(halves[1]).unwrap().position;
@@ -562,7 +562,7 @@ fn cut_wire() {
 #[test]
 fn push_button() {
     let Some(mut s) = Scene::new("push_button", "q_touch", &["left"], |b, spec| {
-        // A button on its slider in a panel whose face is 10 mm behind that of the button.
+        // A button on its slider in a panel whose face is 10 mm behind the button's face.
         let (button, half) = (&b["button"], Vec3::new(0.01, 0.01, 0.01));
         let limits = numbers(&button["limits"]);
         let hinge = Hinge::slider(Vec3::from_column_slice(&numbers(&button["axis"])))
@@ -583,7 +583,7 @@ fn push_button() {
     let face = Vec3::from_column_slice(&numbers(&s.json["bodies"]["button"]["face"]));
     let travel = number(&s.json["bodies"]["button"], "travel");
     let [button, plate, finger] = ["button", "panel", "left_finger_a"].map(|c| s.collider(c));
-    // One finger points: closed to the middle of the hand, beside the other.
+    // One finger points: closed to the middle of the hand, next to the other.
     let at_finger = s.model.coordinate("left_finger_a_joint").unwrap().0;
     let [touch, press] = ["q_touch", "q_press"].map(|k| {
         let mut q = s.q(k);
@@ -602,7 +602,7 @@ fn push_button() {
         let ahead = spatial::Motion::new(Vec3::zeros(), Vec3::x());
         r.rates(left, &ahead, &mut v).unwrap();
     });
-    // From 50 mm before it, by as much as is free and no more, until nothing is: `clearance` guards.
+    // From 50 mm in front of it, move by the free distance until it is zero; `clearance` guards.
     let X = s.robot.tip_pose(left).unwrap();
     let before = |x: f64| Pose::new(X.rotation, X.position - Vec3::x() * x);
     let to = |r: &mut Robot, X: Pose| {
@@ -632,11 +632,11 @@ fn push_button() {
             q = to(r, before(0.05 - way));
         }
     });
-    // The end of the finger is where the tip is: what was free at first is what it went.
+    // The end of the finger coincides with the tip, so the travel equals the initial free distance.
     assert!((way - 0.05).abs() < 1e-9, "{way}");
     assert!((s.robot.tip_pose(left).unwrap().position - face).norm() < 1e-9);
     assert_eq!(s.robot.q(), touch, "its face, and the way back to it from there is none");
-    // Pressed without leave it hits the button, and nothing else.
+    // Without permission, pressing hits the button and nothing else.
     let hits = |r: &Robot, q: &[f64]| {
         let mut out = Vec::new();
         r.clone().hits(q, &mut out).unwrap();
@@ -659,7 +659,7 @@ fn push_button() {
         assert_eq!(hits(&s.robot, &press), []);
         assert!(!s.robot.clone().collides(&press).unwrap());
     }
-    // 10 mm too deep it is in the panel, and so is the other finger.
+    // At 10 mm too deep it is in the panel, and so is the other finger.
     let other = s.collider("left_finger_b");
     let too_deep = to(&mut s.robot.clone(), before(-travel - 0.01));
     let both = [pair(finger, plate), pair(other, plate)];

@@ -1,4 +1,4 @@
-//! The tasks of the reference, as far as they are kinematics, loads and forces of an embedded model.
+//! The tasks of the reference, as far as they concern kinematics, loads and forces of an embedded model.
 
 use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Hinge, Limits};
@@ -7,7 +7,7 @@ use linkwork_embedded::*;
 use serde_json::Value;
 use std::sync::Arc;
 
-/// One task: what it says, and the robot for it.
+/// One task: its expected values and its robot.
 struct Task {
     json: Value,
     model: Arc<RobotModel>,
@@ -15,14 +15,14 @@ struct Task {
 }
 
 impl Task {
-    /// The task's robot, with the objects of the task and what hangs on them.
+    /// Creates the task's robot, with its objects and everything attached to them.
     fn new(name: &str, change: impl Fn(&Value, &mut ModelSpec)) -> Option<Self> {
         let json = reference("robodarts/tasks.json")?["tasks"][name].clone();
         let at = format!("robodarts/{}", json["robot"].as_str()?);
         let d = formats::read_file(file(&at), &options()).unwrap();
         let mut spec = ModelSpec::from_description(&d).unwrap();
         if json["robot"] == "mobile_iiwa.urdf" {
-            // The base counts: the arm's chain begins at the world.
+            // The base moves, so the arm's chain starts at the world.
             spec.parts = vec![PartSpec::chain("arm", "world", "tcp")];
         } else {
             let srdf = formats::read_srdf(DUAL, &formats::ReadOptions::default()).unwrap();
@@ -44,7 +44,7 @@ impl Task {
         to_q(&self.model, &self.places, &numbers(self.expect(key)))
     }
 
-    /// Forces against the expectation, relative to the greatest of them.
+    /// Compares forces with the expected ones, relative to the largest.
     fn forces(&self, key: &str, tau: &[f64]) {
         let theirs = to_v(&self.model, &self.places, &numbers(self.expect(key)));
         let most = theirs.iter().fold(1.0, |m: f64, x| m.max(x.abs()));
@@ -56,7 +56,7 @@ impl Task {
         self.expect(key).as_f64().unwrap()
     }
 
-    /// A number against the expectation, relative to it.
+    /// Compares a number with the expected one, relative to it.
     fn near(&self, key: &str, ours: f64) {
         let theirs = self.number(key);
         assert!((ours - theirs).abs() < 1e-8 * theirs.abs(), "{key}: {ours} {theirs}");
@@ -75,7 +75,7 @@ fn mass(body: &Value) -> f64 {
     body["mass"].as_f64().unwrap()
 }
 
-/// A goal is met by our own inverse kinematics, within 1e-9, from 0.3 (rad, m) off a configuration in each coordinate of the part.
+/// Checks that inverse kinematics reaches a goal within 1e-9, starting 0.3 (rad, m) away in each coordinate of the part.
 fn meets(robot: &mut Robot, part: Part, X: &Pose, near: &[f64]) {
     let mut q = near.to_vec();
     let model = robot.model().clone();
@@ -95,7 +95,7 @@ fn meets(robot: &mut Robot, part: Part, X: &Pose, near: &[f64]) {
     robot.set_q(&before).unwrap();
 }
 
-/// Velocities of a point of a body of an object, for a unit of the rate of each of its joints: [ω; v].
+/// Returns velocities of a point of an object's body, for a unit rate of each of its joints: [ω; v].
 fn columns(robot: &mut Robot, object: Object, body: &str, p: &Vec3) -> Vec<[Vec3; 2]> {
     let body = robot.model().object_body(object, body).unwrap();
     let n = robot.object_q(object).unwrap().len();
@@ -109,13 +109,13 @@ fn columns(robot: &mut Robot, object: Object, body: &str, p: &Vec3) -> Vec<[Vec3
     (0..n).map(column).collect()
 }
 
-/// The place of a joint of an object among its degrees of freedom.
+/// Returns the index of an object's joint among its degrees of freedom.
 fn joint(model: &RobotModel, object: Object, body: &str) -> usize {
     let multibody = model.object_multibody(object).unwrap();
     multibody.get(multibody.body(body).unwrap()).v().start - 6
 }
 
-/// A body with joints that stands in the world: what hangs on it has its mass from the task.
+/// A body with joints that is fixed in the world. The objects on it get their mass from the task.
 fn stand(name: &str) -> ObjectSpec {
     object(name, 10.0, &[0.0; 3], &[0.1; 3])
 }
@@ -159,7 +159,7 @@ fn drill_hole() {
     robot.attach(battery, driver, None, Grasp::At(X_battery)).unwrap();
     robot.gravity_forces(&mut tau).unwrap();
     task.forces("gravity_driver_and_battery", &tau);
-    // Thrust along the bit and the reaction, at the bit's point.
+    // Thrust along the bit and the reaction torque, at the bit's tip.
     let p_bit = X_driver
         .transform_point(&Vec3::from_column_slice(&numbers(&bodies["driver"]["bit_in_driver"])));
     let X = robot.tip_pose(left).unwrap();
@@ -171,7 +171,7 @@ fn drill_hole() {
     assert!((force - axis * task.number("thrust")).norm() < 1e-8);
     robot.held_still(&[Push::new(left, moment, force).at(p_bit)], &mut tau).unwrap();
     task.forces("feed_forward_drilling", &tau);
-    // The estimator moves the driver in the hand, and the battery with it.
+    // The estimator moves the driver in the hand, and with it the battery.
     robot.update_grasp(left, driver, X_estimate).unwrap();
     robot.gravity_forces(&mut tau).unwrap();
     task.forces("gravity_after_estimate", &tau);
@@ -183,12 +183,12 @@ fn drill_hole() {
     untouched.set_q(&task.q("q")).unwrap();
     untouched.gravity_forces(&mut tau).unwrap();
     assert_eq!(tau, bare, "another instance has noticed nothing");
-    // How well the tip moves along the bit without turning, and pushes along it.
+    // Manipulability of the tip along the bit without rotation, and force capability along it.
     let m = robot.manipulability(left, Rows::All { length: 1.0 }, None).unwrap();
     let along = [0.0, 0.0, 0.0, axis.x, axis.y, axis.z];
     task.near("velocity_manipulability_along_bit", m.velocity(&along));
     task.near("force_manipulability_along_bit", m.force(&along));
-    // What the chuck feels of the hole: against the turn of the bit, by the whole of the reaction.
+    // The hole acts on the chuck with the full reaction torque, against the rotation of the bit.
     assert!((moment + axis * task.number("reaction_torque")).norm() < 1e-8, "{moment}");
 }
 
@@ -197,7 +197,7 @@ fn change_tyre() {
     let Some(task) = Task::new("change_tyre", |b, spec| {
         let tyre = object("tyre", mass(&b["tyre"]), &[0.0; 3], &numbers(&b["tyre"]["inertia"]));
         spec.objects = vec![tyre, stand("axle")];
-        // The hub turns on the axle; its studs on a circle, the first below.
+        // The hub rotates on the axle; its studs are on a circle, the first at the bottom.
         let nuts = &b["nuts"];
         let hinge = Hinge::pin(Vec3::z());
         let steel = MassProperties::new(4.0, Vec3::zeros(), Mat3::identity() * 0.01);
@@ -253,7 +253,7 @@ fn change_tyre() {
     let closure = robot.closure(Closing::Hands(tyre)).unwrap();
     let theirs = ["closure_rows", "closure_rank", "arms_mobility"].map(count);
     assert_eq!([closure.rows, closure.rank, closure.mobility], theirs);
-    // The least squeeze of a friction grip, from hands that each carry half of the weight and do not press.
+    // The least squeeze of a friction grip, starting from hands that each carry half of the weight and do not press.
     let force = task.number("least_squeeze_force_per_hand");
     let half = Force::new(Vec3::zeros(), Vec3::z() * (0.5 * mass(tyre_body) * 9.81));
     let towards = |from: Part, to: Part, robot: &mut Robot| {
@@ -274,7 +274,7 @@ fn change_tyre() {
     // Hands that may press by a newton less cannot hold it.
     let weak = robot.grip(tyre, &[half; 2], &friction(force - 1.0)).unwrap();
     assert!(weak.shortfall > 0.1, "{weak:?}");
-    // What holds is returned as it is, to the bit: the least force lies between two that differ by 2e-8 of it.
+    // A feasible grip is returned bit-identical: the least force lies between two values that differ by 2e-8 of it.
     for (share, holds) in [(1.0 + 1e-8, true), (1.0 - 1e-8, false)] {
         let mut given = [half; 2];
         for (w, (line, tip)) in given.iter_mut().zip(lines.iter().zip(&tips)) {
@@ -295,11 +295,11 @@ fn change_tyre() {
     robot.gravity_forces(&mut tau).unwrap();
     task.forces("gravity_after_mounting", &tau);
     assert_eq!(tau, bare, "bit for bit");
-    // Mounted: where the hub is, which stands with its studs about its axis.
+    // Mounted: at the hub, which has its studs about its axis.
     let axle = model.object("axle").unwrap();
     let hub = pose(&numbers(&task.json["bodies"]["hub"]["pose"]));
     robot.put(axle, hub).unwrap();
-    // Welded to the hub, where both hands have left it.
+    // Welded to the hub, where both hands released it.
     let on_hub = model.object_body(axle, "hub").unwrap();
     robot.attach(tyre, axle, Some(on_hub), Grasp::Here).unwrap();
     let X = robot.mount(tyre).unwrap().unwrap().pose;
@@ -314,7 +314,7 @@ fn change_tyre() {
     for ((k, p), &nut) in theirs.iter().enumerate().zip(&nuts) {
         let stud = model.object_body(axle, &format!("stud {k}")).unwrap();
         let there = robot.object_body_pose(axle, stud).unwrap();
-        // The hand brings it there, and leaves it to the hub.
+        // The hand brings it there, and releases it to the hub.
         let tip = robot.tip_pose(left).unwrap();
         robot.grasp(left, nut, Grasp::At(tip.inverse() * there)).unwrap();
         robot.ungrasp(nut).unwrap();
@@ -324,7 +324,7 @@ fn change_tyre() {
     }
     robot.gravity_forces(&mut tau).unwrap();
     assert_eq!(tau, bare, "bit for bit: nothing is held any more");
-    // Tyre and nuts turn with the hub, which takes what its pin has of friction to be turned: 0.4 N m.
+    // Tyre and nuts rotate with the hub, against the friction of its pin: 0.4 N m.
     let on: Vec<(Object, Pose)> =
         (nuts.iter().chain([&tyre])).map(|o| (*o, robot.object_pose(*o).unwrap())).collect();
     let angle = 0.7;
@@ -419,7 +419,7 @@ fn key_and_door() {
     }
     robot.set_q(&task.q("q_grasp")).unwrap();
     robot.grasp(arm, key, Grasp::At(X)).unwrap();
-    // The key in the lock closes six rows: the lock turns, and the door once it is free.
+    // The key in the lock closes six rows: the lock rotates, and so does the door once it is free.
     let lock = model.object_body(frame, "lock").unwrap();
     let [at_door, at_lock] = ["door", "lock"].map(|b| joint(&model, frame, b));
     let kept = [0, 1].map(|k| k == at_lock);
@@ -431,7 +431,7 @@ fn key_and_door() {
         let mobility = task.expect(key).as_u64().unwrap() as usize;
         assert_eq!(closure, ClosureRank { rows: 6, rank: 6, mobility }, "{key}");
     }
-    // The loop stays closed: the key stands in the lock as it was put in, turned and with the door opened.
+    // The loop stays closed: the key keeps its pose in the lock, rotated and with the door opened.
     let in_lock = |robot: &mut Robot| {
         let X_lock = robot.object_body_pose(frame, lock).unwrap();
         X_lock.inverse() * robot.object_pose(key).unwrap()
@@ -447,7 +447,7 @@ fn key_and_door() {
         let (p, R) = apart(&in_lock(&mut robot), &as_put);
         assert!(p < 1e-10 && R < 1e-10, "{q}: {p:e} {R:e}");
     }
-    // What balances the friction of the lock while it turns: a moment about its axis.
+    // A moment about its axis balances the friction of the lock while it rotates.
     theta[at_door] = 0.0;
     robot.set_q(&task.q("q_turned")).unwrap();
     robot.set_object_q(frame, &theta).unwrap();
@@ -457,7 +457,7 @@ fn key_and_door() {
     let turn = Push::new(arm, w * (friction / w.norm_squared()), Vec3::zeros());
     robot.held_still(&[turn], &mut tau).unwrap();
     task.forces("feed_forward_turning", &tau);
-    // Closer and friction of the door while it opens: the least force at the tip, across the way to the pin.
+    // Closer and friction of the door while it opens: the least force at the tip, perpendicular to the line to the pin.
     theta[at_door] = -30.0_f64.to_radians();
     robot.set_q(&task.q("q_opened")).unwrap();
     robot.set_object_q(frame, &theta).unwrap();
@@ -470,7 +470,7 @@ fn key_and_door() {
     task.near("force_norm", force.norm());
     robot.held_still(&[Push::new(arm, Vec3::zeros(), force)], &mut tau).unwrap();
     task.forces("feed_forward_opening", &tau);
-    // The key stays in the lock, and the arm is bare.
+    // The key stays in the lock, and the arm is free.
     robot.ungrasp(key).unwrap();
     robot.gravity_forces(&mut tau).unwrap();
     task.forces("after_ungrasp_gravity", &tau);
@@ -479,7 +479,7 @@ fn key_and_door() {
     let mut theirs = vec![0.0; model.nv()];
     bare.gravity_forces(&mut theirs).unwrap();
     assert_eq!(tau, theirs, "bit for bit");
-    // Left in the lock: wherever arm, door and lock go then, the key stays in it.
+    // Left in the lock: however arm, door and lock move afterwards, the key stays in it.
     robot.attach(key, frame, Some(lock), Grasp::Here).unwrap();
     robot.set_q(&task.q("q_grasp")).unwrap();
     robot.set_object_q(frame, &[0.0; 2]).unwrap();
@@ -514,7 +514,7 @@ fn push_button() {
         meets(&mut robot, left, &at(pose), &task.q("q_touch"));
     }
     let of = |k: &str| b[k].as_f64().unwrap();
-    // With the tip on the face the button goes along: how far it is in, and the spring's force there, on its way in with friction.
+    // With the tip on the face the button moves along: its depth, and the spring's force with friction on the way in.
     let axis = vec3(&b["axis"]);
     let pressed = |x: f64, robot: &mut Robot| {
         let mut q = task.q("q_touch");
@@ -541,7 +541,7 @@ fn push_button() {
     let mut tau = vec![0.0; model.nv()];
     robot.held_still(&[Push::new(left, Vec3::zeros(), along * stop)], &mut tau).unwrap();
     task.forces("feed_forward_press", &tau);
-    // 2 mm on: the least step of the joints.
+    // 2 mm further: the smallest step of the joints.
     robot.set_q(&task.q("q_touch")).unwrap();
     let mut v = vec![0.0; model.nv()];
     let step = Motion::new(Vec3::zeros(), axis * 0.002);

@@ -1,4 +1,4 @@
-//! Ways in time: closed forms, limits held and used everywhere, what is impossible.
+//! Time parameterization of paths: closed forms, limits that hold and are used everywhere, infeasible paths.
 
 use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
@@ -16,7 +16,7 @@ fn slider(axis: Vec3) -> Arc<RobotModel> {
     RobotModel::new(&ModelSpec { mechanism, ..ModelSpec::default() }).unwrap()
 }
 
-/// Three links that no symmetry makes simple, with limits of their rates and torques.
+/// Three links without simplifying symmetry, with limits of their rates and torques.
 fn arm() -> Arc<RobotModel> {
     let mut mechanism = Builder::new();
     let mut colliders = Vec::new();
@@ -73,7 +73,7 @@ fn a_slider_takes_the_time_of_the_closed_forms() {
     let (d, a, v) = (1.5, 3.0_f64, 1.1);
     near(plan(&flat, &[0.2, 0.2 + d], &limits(&flat, none, a, none)), 2.0 * (d / a).sqrt());
     near(plan(&flat, &[0.2, 0.2 - d], &limits(&flat, none, none, a * MASS)), 2.0 * (d / a).sqrt());
-    // The ramps end between two places of the grid: a little slower than they could be.
+    // The ramps end between two grid points, so the motion is slightly slower than the optimum.
     let trapezoid = plan(&flat, &[0.2, 0.2 + d], &limits(&flat, v, a, none));
     assert!((0.0..1e-4).contains(&(trapezoid / (d / v + v / a) - 1.0)), "{trapezoid}");
     let force = 25.0;
@@ -81,14 +81,15 @@ fn a_slider_takes_the_time_of_the_closed_forms() {
     let known = (2.0 * d * (1.0 / rise + 1.0 / fall)).sqrt();
     let lift = plan(&up, &[0.0, d], &limits(&up, none, none, force));
     assert!((0.0..1e-4).contains(&(lift / known - 1.0)), "{lift} {known}");
-    // With a stop at each corner it is the sum of the pieces.
+    // With a stop at each corner, the duration is the sum of those of the pieces.
     let there = plan(&flat, &[0.0, 1.0, 0.4], &limits(&flat, none, a, none));
     let known = 2.0 * (1.0 / a).sqrt() + 2.0 * (0.6 / a).sqrt();
     assert!((0.0..1e-5).contains(&(there / known - 1.0)), "{there} {known}");
     assert_eq!(plan(&flat, &[0.3, 0.3], &limits(&flat, v, a, none)), 0.0);
 }
 
-/// The greatest share of a limit along a timed way at evenly spaced times; at how many of the times no share is above 0.99; how far q is from what its rates say.
+/// Returns the largest ratio to a limit along a timed path at evenly spaced times, the number of times at which all ratios are below 0.99, and the
+/// error of q compared with its integrated rates.
 fn shares(
     robot: &mut Robot,
     timing: &mut Timing,
@@ -127,7 +128,7 @@ fn shares(
 
 const WAY: [[f64; 3]; 4] = [[0.1, 0.3, -0.4], [0.9, -0.5, 0.3], [1.2, 0.4, 1.1], [0.2, 1.2, 0.7]];
 
-/// Every limit holds at ten thousand times that no grid has, and at each of them one of them is all but reached: no way is faster by much.
+/// Every limit holds at ten thousand times between grid points, and at each of them one limit is almost reached, so a faster path is hardly possible.
 #[test]
 fn limits_hold_everywhere_and_one_of_them_is_always_reached() {
     let model = arm();
@@ -146,13 +147,14 @@ fn limits_hold_everywhere_and_one_of_them_is_always_reached() {
             "round {round} held {held}: {took:.4} s, at most {most}, slack at {slack:.4} of the times, rates off by {off:.1e}"
         );
         assert!(most <= 1.0 + 1e-9, "{most}");
-        // Where one limit takes over from another, within a section. Measured: 0.006 at the most.
+        // Largest slack where one limit takes over from another within a section. Measured: at most 0.006.
         assert!(slack < 0.01, "{slack}");
         assert!(off < 1e-4, "{off}");
     }
 }
 
-/// More sections come nearer to the least time, from above; narrower limits take longer; limits of acceleration and rate times k² and k take 1/k of the time.
+/// With more sections the time approaches the minimum from above; narrower limits take longer; acceleration and rate limits times k² and k take 1/k
+/// of the time.
 #[test]
 fn times_scale_as_they_must() {
     let model = arm();
@@ -173,7 +175,7 @@ fn times_scale_as_they_must() {
     let times = [75, 150, 300, 600, 1200].map(|n| plan(&with_effort, n));
     println!("{times:?}");
     assert!(times[4] > one, "forces are limits, too");
-    // From above, in proportion to a section's length: differences halve.
+    // The error from above is proportional to a section's length, so differences halve.
     let steps: Vec<f64> = times.windows(2).map(|t| t[0] - t[1]).collect();
     assert!(
         steps[3] > 0.0 && steps[3] < 0.65 * steps[2] && steps[2] < 0.65 * steps[1],
@@ -182,7 +184,7 @@ fn times_scale_as_they_must() {
     assert!(times[3] / times[4] < 1.004);
 }
 
-/// A rounded corner stays within its distance of the way, has no jump in its rates, and is told free or not as samples tell.
+/// A rounded corner stays within its distance of the path, has continuous rates, and is reported free as samples confirm.
 #[test]
 fn rounded_corners_stay_near_and_are_proven_free() {
     let model = arm();
@@ -232,7 +234,8 @@ fn rounded_corners_stay_near_and_are_proven_free() {
     }
 }
 
-/// A load that a joint cannot lift: where, and by how much all limits fall short, which planning again with so much more shows.
+/// A load that a joint cannot lift: the result gives the position and the factor by which limits fall short, and planning with limits enlarged by
+/// this factor succeeds.
 #[test]
 fn what_is_impossible_is_told_with_what_would_do() {
     let model = slider(Vec3::z());
@@ -241,7 +244,7 @@ fn what_is_impossible_is_told_with_what_would_do() {
     let weak = limits(&model, 1.0, 10.0, 0.8 * MASS * 9.81);
     let told = timing.plan(&mut robot, &[0.0, 1.0], &weak, 0.0).unwrap();
     let Timed::Infeasible { part, share } = told else { panic!("{told:?}") };
-    // At rest at the end it has to be held there.
+    // At rest at the end the load must still be supported.
     assert!(part > 0.98 && (share - 1.25).abs() < 1e-9, "{part} {share}");
     assert_eq!(timing.duration(), 0.0);
 
@@ -297,7 +300,7 @@ fn the_same_bits_no_allocation_and_no_trace() {
     let mut fresh = Robot::new(&model);
     fresh.set_q(&own).unwrap();
     assert_eq!(tip, fresh.tip_pose(model.part("arm").unwrap()).unwrap());
-    // Another instance and other memory: the same.
+    // Another instance with other memory gives the same result.
     let mut other = Timing::new(&fresh, 4, 200).unwrap();
     assert_eq!(duration(other.plan(&mut fresh, &way, &limits, 0.1).unwrap()), durations[0]);
 }
@@ -323,15 +326,15 @@ fn bad_input_is_refused() {
     assert!(say(&two, &good, -0.1).contains("round"));
     let mut bad = good.clone();
     bad.rate[1] = 0.0;
-    assert!(say(&two, &bad, 0.0).contains("above zero"));
+    assert!(say(&two, &bad, 0.0).contains("must be positive"));
     bad.rate[1] = f64::NAN;
-    assert!(say(&two, &bad, 0.0).contains("above zero"));
+    assert!(say(&two, &bad, 0.0).contains("must be positive"));
     bad.rate.pop();
     assert!(say(&two, &bad, 0.0).contains("numbers"));
     let free = MotionLimits::of(&model);
     let none = MotionLimits { rate: free.jerk.clone(), effort: free.jerk.clone(), ..free };
     assert!(say(&two, &none, 0.0).contains("speed"));
-    // A body that floats stays where it is.
+    // A floating body stays where it is.
     let mut mechanism = Builder::new();
     let mass = MassProperties::new(1.0, Vec3::zeros(), Mat3::identity());
     mechanism.body(BodySpec::new("b", "world").hinge(Hinge::free()).mass(mass));

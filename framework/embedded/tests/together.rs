@@ -1,4 +1,5 @@
-//! Inverse kinematics of the whole: several tips, a shared waist, tips seen from tips, what two hands hold; against the floor below and forward kinematics.
+//! Whole-body inverse kinematics: several tips, a shared waist, tips relative to tips, objects in two hands. Compares with the dynamics layer and
+//! forward kinematics.
 
 use crate::support::*;
 use linkwork_embedded::dynamics::{InverseKinematics, Target, Tree};
@@ -70,7 +71,7 @@ fn two_arms_with_one_waist_reach_two_poses_as_the_floor_below_does() {
     let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
     let mut robot = Robot::new(&model);
     let mut search = WholeBodyIk::new(&robot, 2);
-    // The floor below, on the same mechanism with tips as nodes.
+    // The dynamics layer's solver, on the same mechanism with tips as nodes.
     let mbs = model.multibody();
     let tree = Tree::new(mbs);
     let nodes = ["tip of part left", "tip of part right"].map(|n| mbs.node(n).unwrap());
@@ -124,7 +125,7 @@ fn a_hand_is_moved_as_the_other_sees_it() {
         let (p, R) = apart(&(Y[0].inverse() * Y[1]), &apart_wanted);
         assert!(p <= 2e-9 && R <= 2e-9, "{p:e} {R:e}");
         assert!((Y[0].position - X[0].position).norm() <= 2e-9);
-        // With the head, which may have to stay short of it.
+        // Includes the head, which may not reach its goal.
         let answer = search.solve(&robot, &goals, &Effort::default(), &mut q).unwrap();
         let Y = tips(&mut robot, &q, &[left, right, neck]);
         let look = (Y[1].position - Y[2].position).normalize();
@@ -136,7 +137,7 @@ fn a_hand_is_moved_as_the_other_sees_it() {
             search.residuals().iter().all(|r| r.position <= 1e-9 && r.orientation <= 1e-9)
         );
     }
-    // Kept degrees of freedom stay; a goal in the base moves with what carries it.
+    // Kept degrees of freedom stay; a goal in the base moves with its carrier.
     search.keep(&waist).unwrap();
     let start = inside(&model, 3);
     robot.set_q(&start).unwrap();
@@ -152,7 +153,7 @@ fn a_hand_is_moved_as_the_other_sees_it() {
     assert!(waist.iter().all(|d| q[*d] == start[*d]));
     let right_arm = model.dofs(right).unwrap();
     assert!(right_arm.iter().all(|d| q[*d] == start[*d]), "nothing asked it to move");
-    // The same by the chain alone.
+    // Compare with the chain alone.
     let mut alone = start.clone();
     robot.inverse_kinematics(left, &near, Frame::Base, &Effort::default(), &mut alone).unwrap();
     robot.set_q(&alone).unwrap();
@@ -161,7 +162,7 @@ fn a_hand_is_moved_as_the_other_sees_it() {
         &near_pose(&near),
     );
     assert!(p <= 2e-9 && R <= 2e-9);
-    // And seen from a hand that stands still.
+    // Also relative to a hand at rest.
     let seen = tips(&mut robot, &start, &[right])[0].inverse() * X;
     let mut alone = start.iter().map(|x| x * 0.97).collect::<Vec<f64>>();
     for d in waist.iter().chain(right_arm) {
@@ -178,7 +179,7 @@ fn near_pose(goal: &Goal) -> Pose {
     Pose::new(goal.orientation.unwrap(), goal.position.unwrap())
 }
 
-/// Both hands on a box, and how they are apart: the right as the left sees it.
+/// Both hands on a box, and the pose of the right hand in the left.
 fn held(model: &Arc<RobotModel>) -> (Robot, Pose) {
     let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
     let mut robot = Robot::new(model);
@@ -210,7 +211,7 @@ fn what_two_hands_hold_stays_held() {
     let (mut met, mut nearest) = (0, 0);
     for k in 0..24 {
         let a = f64::from(k) * 0.26;
-        // Every third out of reach.
+        // Every third goal is out of reach.
         let far = if k % 3 == 2 { 1.6 } else { 0.08 };
         let shift = Vec3::new(far * a.cos(), far * a.sin(), 0.3 * far);
         let goal = Goal::pose(Pose::new(X.rotation, X.position + shift));
@@ -231,7 +232,7 @@ fn what_two_hands_hold_stays_held() {
             _ => {
                 nearest += 1;
                 assert!((p - answer.residual.position).abs() < 1e-12);
-                // A minimum among what is closed: no small motion that keeps both hands closed is nearer.
+                // A minimum among closed configurations: a small motion that keeps both hands closed does not come nearer.
                 let cost = |q: &[f64], robot: &mut Robot| {
                     let (p, R) = apart(&tips(robot, q, &[left])[0], &near_pose(&goal));
                     p * p + R * R
@@ -257,7 +258,7 @@ fn what_two_hands_hold_stays_held() {
     }
     println!("{met} met, {nearest} nearest");
     assert!(met >= 12 && nearest >= 8, "{met} {nearest}");
-    // An estimator moves the grasp: the search knows.
+    // An estimator changes the grasp, and the search uses the new one.
     let object = model.object("box").unwrap();
     let hold = robot.hold(object).unwrap().unwrap();
     robot.set_q(&home).unwrap();
@@ -279,7 +280,7 @@ fn a_grasp_that_cannot_close_is_told_with_the_least_gap() {
     search.keep(&all).unwrap();
     let wrist = *model.dofs(right).unwrap().last().unwrap();
     search.release(&[wrist]).unwrap();
-    // The left arm elsewhere: only the wrist may turn, the gap stays.
+    // The left arm is elsewhere: only the wrist may rotate, so the gap stays.
     let shoulder = model.dofs(left).unwrap()[0];
     q[shoulder] += 0.2;
     let before = q.clone();
@@ -288,14 +289,14 @@ fn a_grasp_that_cannot_close_is_told_with_the_least_gap() {
         panic!("{error}")
     };
     assert_eq!(closure, Closure::Hands { object: 0 });
-    assert!(error.to_string().starts_with("the grasp of object 0 by two hands does not close"));
+    assert!(error.to_string().starts_with("the grasp of object 0 by two hands cannot be closed"));
     let X = tips(&mut robot, &q, &[left, right]);
     let (p, R) = apart(&(X[0].inverse() * X[1]), &grasp);
     assert!(
         (p - position).abs() < 1e-9 && (R - orientation).abs() < 1e-7,
         "{p} {position} {R} {orientation}"
     );
-    // Least over the wrist.
+    // Minimum over the wrist.
     let off = |x: f64, robot: &mut Robot| {
         let mut q = before.clone();
         q[wrist] = x;
@@ -329,7 +330,7 @@ fn the_same_whatever_was_before_and_in_portions() {
         let mut whole = robot.clone();
         loop {
             let answer = fresh.resume(3, &mut b).unwrap();
-            // Other calls in between; a clone goes on as this one.
+            // Other calls between portions; a clone continues like the original.
             whole.tip_pose(right).unwrap();
             fresh = fresh.clone();
             if answer.outcome != Outcome::Unfinished {
@@ -414,7 +415,7 @@ fn mistakes_are_refused_and_q_is_left_alone() {
     let room = refuse(&[ok, ok], &home);
     assert_eq!(room, RobotError::NoRoom { what: "goals", wanted: 2, room: 1 });
     let itself = refuse(&[ok.seen_from(Frame::Tip(left))], &home).to_string();
-    assert!(itself.contains("tip seen from itself"), "{itself}");
+    assert!(itself.contains("tip relative to itself"), "{itself}");
     assert!(matches!(refuse(&[TipGoal { part: ends, ..ok }], &home), RobotError::NotAChain { .. }));
     assert!(matches!(
         refuse(&[ok.seen_from(Frame::Tip(ends))], &home),
@@ -436,14 +437,15 @@ fn mistakes_are_refused_and_q_is_left_alone() {
     let mut robot = robot;
     let none = Prefer { centred: 0.0, ..Prefer::centred() };
     assert!(search.best(&mut robot, &[ok], &none, &normal, &mut q).is_err());
-    // One chain alone: a frame that moves with it.
+    // A single chain: a frame that moves with it.
     let trunk = model.part("trunk").unwrap();
     let told =
         robot.inverse_kinematics(trunk, &ok.goal, Frame::Tip(left), &normal, &mut q).unwrap_err();
     assert!(told.to_string().contains("moves with the chain"), "{told}");
 }
 
-/// Efforts of all sizes, tolerances that nothing meets, goals within reach and out of it, of one chain and of the whole: none takes more than was said.
+/// Efforts of all sizes, tolerances that cannot be met, goals within and out of reach, for one chain and for the whole robot: the number of steps
+/// never exceeds the stated maximum.
 #[test]
 fn no_search_takes_more_steps_than_the_worst_case() {
     let model = torso();
@@ -466,7 +468,7 @@ fn no_search_takes_more_steps_than_the_worst_case() {
         let most = effort.worst_case_steps(&goal);
         assert!(answer.kinematics <= most, "{k}: {} of {most}", answer.kinematics);
         share[0] = share[0].max(answer.kinematics as f64 / most as f64);
-        // The whole, with nothing held and with the box.
+        // The whole robot, with empty hands and with the box.
         let goals = [TipGoal::new(left, goal), TipGoal::new(right, Goal::pose(X[1]))];
         for (robot, goals) in [(&free, &goals[..]), (&robot, &goals[..1])] {
             let mut q = start.clone();
@@ -481,14 +483,14 @@ fn no_search_takes_more_steps_than_the_worst_case() {
     }
     println!("shares of the worst case: {share:?}");
     assert!(share[0] > 0.1, "a bound that says something: {share:?}");
-    // Numbers that no computer counts to are no overflow.
+    // Huge numbers must not overflow.
     let endless = Effort { steps: usize::MAX, restarts: usize::MAX, ..Effort::default() };
     assert_eq!(endless.worst_case_steps(&Goal::position(Vec3::x())), usize::MAX);
     let default = Effort::default().worst_case_steps(&Goal::pose(Pose::identity()));
     assert!(default < 30_000, "{default}");
 }
 
-/// An arm whose last pin mimics two others, so that its hand stays level, on a turning base, beside an arm of its own; and a lever of four bars.
+/// An arm whose last pin mimics two others, so that its hand stays level, on a rotating base, next to an independent arm; and a four-bar lever.
 const LEVEL: &str = r#"<robot name="level"><link name="floor"/>{links}
   <joint name="turn" type="revolute"><parent link="floor"/><child link="turner"/><axis xyz="0 0 1"/>{limit}</joint>
   <joint name="lift" type="revolute"><parent link="turner"/><child link="upper"/><axis xyz="0 1 0"/>{limit}</joint>
@@ -547,22 +549,24 @@ fn joints_that_mimic_others_stay_coupled() {
             assert!((Y.position - X.position).norm() <= 1.1e-9);
         }
         assert_eq!(search.closures().next().unwrap().0, Closure::Coupling { index: 0 });
-        // Out of reach: the nearest is coupled.
+        // Out of reach: the nearest solution satisfies the coupling.
         let far = [TipGoal::new(arm, Goal::position(Vec3::new(2.0, 0.3, 0.4)))];
         let answer = search.solve(&robot, &far, &Effort::default(), &mut q).unwrap();
         assert!(answer.outcome == Outcome::Nearest && coupled(&q) <= 1.1e-9);
-        // Stretched: the hand is 0.9 m from the axis of the base, at most.
+        // Fully stretched, the hand is 0.9 m from the axis of the base.
         assert!((answer.residual.position - (Vec3::new(2.0, 0.3, 0.4).norm() - 0.9)).abs() < 1e-9);
     }
-    // The arm alone would open it; the other moves alone, to the same bits as where nothing is coupled.
+    // The arm alone would open it. The other arm moves alone, bit-identical with a robot without couplings.
     let mut q = model.multibody().neutral_q();
     q[wrist] = 0.2;
     let goal = Goal::position(Vec3::new(0.3, 0.3, -0.2));
     let told =
         robot.inverse_kinematics(arm, &goal, Frame::World, &Effort::default(), &mut q).unwrap_err();
     let opens = |what| RobotError::OpensClosure { what, closure: Closure::Coupling { index: 0 } };
-    assert_eq!(told, opens("a search of one chain"));
-    assert!(told.to_string().contains("a search of one chain knows nothing of coupling 0"));
+    assert_eq!(told, opens("inverse kinematics of one chain"));
+    assert!(
+        told.to_string().contains("inverse kinematics of one chain does not support coupling 0")
+    );
     let mut free = ModelSpec { closures: Closures::Refused, ..spec.clone() };
     free.mechanism.couplings_mut().clear();
     let free = RobotModel::new(&free).unwrap();
@@ -575,41 +579,47 @@ fn joints_that_mimic_others_stay_coupled() {
     let b =
         tree.inverse_kinematics(part, &goal, Frame::World, &Effort::default(), &mut same).unwrap();
     assert_eq!((a, &alone), (b, &same));
-    // What else would open it says so; kinematics and forces are the tree's.
+    // Other calls that would open it return an error; kinematics and forces are those of the tree.
     let nv = model.nv();
     let zero = vec![0.0; nv];
     let twist = spatial::Motion::zero();
     assert_eq!(
         robot.rates(arm, &twist, &mut zero.clone()).unwrap_err(),
-        opens("a rate of one tip")
+        opens("joint rates for one tip")
     );
-    assert_eq!(Planner::new(&robot, arm, 50).unwrap_err(), opens("a planned way"));
+    assert_eq!(Planner::new(&robot, arm, 50).unwrap_err(), opens("path planning"));
     assert!(Planner::new(&robot, other, 50).is_ok());
     assert_eq!(TaskSpace::new(&robot, &[arm]).unwrap_err(), opens("operational space"));
-    assert_eq!(Timing::new(&robot, 4, 10).map(|_| ()).unwrap_err(), opens("a timed way"));
+    assert_eq!(
+        Timing::new(&robot, 4, 10).map(|_| ()).unwrap_err(),
+        opens("time parameterization of a path")
+    );
     let mut control = RateControl::new(&robot, 1, 0);
     let guards = Guards { horizon: 0.1, manipulable: &[] };
     let objective = [Objective::new(0, Aim::Posture(&zero))];
     let told = control.solve(&mut robot, &objective, &guards, &mut zero.clone(), &mut [0.0]);
-    assert_eq!(told.unwrap_err(), opens("a control of rates"));
+    assert_eq!(told.unwrap_err(), opens("rate control"));
     let mut body = WholeBody::new(&robot, 0, 1);
     let out = (&mut zero.clone()[..], &mut zero.clone()[..], &mut [][..]);
     let told = body.solve(&mut robot, &zero, &[], &objective, &zero, out);
-    assert_eq!(told.unwrap_err(), opens("a control of forces"));
+    assert_eq!(told.unwrap_err(), opens("whole-body control"));
     let mut memory = Predictor::new(&robot);
     let (mut p, mut v, mut P) = (q.clone(), zero.clone(), vec![0.0; 4 * nv * nv]);
     let state = dynamics::Known { q: &mut p, v: &mut v, covariance: &mut P };
     let told = robot.predict(&mut memory, state, &zero, &[], 1e-3);
-    assert_eq!(told.unwrap_err(), opens("a prediction"));
+    assert_eq!(told.unwrap_err(), opens("prediction"));
     let mut transfer = Transfer::new(&robot);
     let still = MotionState { q: &q, v: &zero, vdot: &zero };
     let limits = MotionLimits::of(&model).acceleration(1.0).jerk(1.0);
-    assert_eq!(transfer.plan(&still, &still, &limits).unwrap_err(), opens("a transfer"));
+    assert_eq!(
+        transfer.plan(&still, &still, &limits).unwrap_err(),
+        opens("a jerk-limited transfer")
+    );
     let mut next = q.clone();
     (next[bend], next[wrist]) = (0.5, -0.3);
     assert_eq!(robot.path_free(&q, &next, 1e-3).unwrap(), Path::Free);
     next[wrist] = 0.0;
-    assert_eq!(robot.path_free(&q, &next, 1e-3).unwrap_err(), opens("a straight way"));
+    assert_eq!(robot.path_free(&q, &next, 1e-3).unwrap_err(), opens("a straight path"));
     let (mut tau, mut other_tau) = (zero.clone(), zero.clone());
     robot.set_q(&q).unwrap();
     tree.set_q(&q).unwrap();
@@ -673,8 +683,8 @@ fn loops_of_the_mechanism_stay_closed() {
         .inverse_kinematics(lever, &goal, Frame::World, &Effort::default(), &mut q)
         .unwrap_err();
     let closure = Closure::Loop { index: 0 };
-    assert_eq!(told, RobotError::OpensClosure { what: "a search of one chain", closure });
-    // What the whole loop stands on moves alone, and straight.
+    assert_eq!(told, RobotError::OpensClosure { what: "inverse kinematics of one chain", closure });
+    // The base of the whole loop moves alone, and straight.
     let ahead = Goal::pointing(Pointing::along(Vec3::x(), Vec3::new(0.6, 0.8, 0.0)));
     assert_eq!(
         robot
@@ -688,7 +698,7 @@ fn loops_of_the_mechanism_stay_closed() {
     let mut open = q.clone();
     open[model.multibody().hinge("rocker").unwrap().start] = 0.3;
     assert!(matches!(robot.path_free(&q, &open, 1e-3), Err(RobotError::OpensClosure { .. })));
-    // A loop that is moved by who knows whom is refused.
+    // A loop with a prescribed motion is rejected.
     let mut moved = spec.clone();
     moved.mechanism.loops_mut()[0].hinge = Hinge::pin(Vec3::y()).prescribed();
     let told = RobotModel::new(&moved).unwrap_err().to_string();

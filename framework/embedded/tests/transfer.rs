@@ -1,4 +1,4 @@
-//! From state to state with limits of rate, acceleration and jerk.
+//! Motions between two states with limits of rate, acceleration and jerk.
 
 use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
@@ -6,7 +6,7 @@ use linkwork_embedded::spatial::{MassProperties, Mat3, Vec3};
 use linkwork_embedded::*;
 use std::sync::Arc;
 
-/// Sliders side by side, with these limits of their places.
+/// Parallel sliders with these position limits.
 fn sliders(n: usize, limit: f64) -> Arc<RobotModel> {
     let mut mechanism = Builder::new();
     let mass = MassProperties::new(1.0, Vec3::zeros(), Mat3::identity());
@@ -30,15 +30,15 @@ fn duration(told: Transferred) -> f64 {
     }
 }
 
-/// The double S of a move from rest to rest, by hand.
+/// The double-S profile of a move from rest to rest, computed by hand.
 fn double_s(d: f64, v: f64, a: f64, j: f64) -> f64 {
-    // Whether the greatest acceleration and rate are reached.
+    // Whether the acceleration and rate limits are reached.
     let a = if v * j < a * a { (v * j).sqrt() } else { a };
     let ramp = v / a + a / j;
     if d >= v * ramp {
         return d / v + ramp;
     }
-    // No time at the greatest rate; at the greatest acceleration, or not.
+    // Does not move at the rate limit; reaches the acceleration limit or not.
     if d >= 2.0 * a * a * a / (j * j) {
         return a / j + ((a / j) * (a / j) + 4.0 * d / a).sqrt();
     }
@@ -67,7 +67,7 @@ fn from_rest_to_rest_it_is_the_double_s() {
     assert!(kinds.iter().all(|k| *k > 0), "{kinds:?}");
 }
 
-/// Three thousand random pairs of states: both ends met, cubics without jumps, limits kept, everything together.
+/// Three thousand random pairs of states: both ends reached, cubics without jumps, limits satisfied, all coordinates synchronized.
 #[test]
 fn between_random_states_limits_are_kept_and_ends_are_met() {
     const N: usize = 3;
@@ -87,7 +87,7 @@ fn between_random_states_limits_are_kept_and_ends_are_met() {
             let a: Vec<f64> = (0..N)
                 .map(|k| inside * limits.acceleration[k] * random.within(-1.0, 1.0))
                 .collect();
-            // So much less rate that the acceleration can still be taken back.
+            // Reduce the rate so that the acceleration can still be brought to zero.
             let v: Vec<f64> = (0..N)
                 .map(|k| {
                     let room = limits.rate[k] - a[k] * a[k] / (2.0 * limits.jerk[k]);
@@ -117,7 +117,7 @@ fn between_random_states_limits_are_kept_and_ends_are_met() {
             } else {
                 let h = took / TIMES as f64;
                 for k in 0..N {
-                    // Between the rows of a cubic: the mean of the rates, within what jerk makes of it.
+                    // Between the rows of a cubic: the mean of the rates, within the effect of the jerk.
                     let mean = (q[k] - last.0[k]) / h - 0.5 * (v[k] + last.1[k]);
                     jumps = jumps.max(mean.abs() / (limits.jerk[k] * h * h / 4.0 + 1e-7));
                     let jerk = (w[k] - last.2[k]) / h / limits.jerk[k];
@@ -138,7 +138,7 @@ fn between_random_states_limits_are_kept_and_ends_are_met() {
     assert!(jumps <= 1.0, "{jumps}");
 }
 
-/// What stands outside its limits at the start comes inside, and stays there.
+/// Coordinates outside their limits at the start come inside, and stay there.
 #[test]
 fn a_start_outside_limits_is_brought_inside() {
     let model = sliders(1, 1e3);
@@ -165,7 +165,7 @@ fn one_that_swings_too_far_is_told_and_bad_input_is_refused() {
     let mut transfer = Transfer::new(&robot);
     let good = limits(&model, 2.0, 2.0, 5.0);
     let zero = [0.0; 2];
-    // It comes to rest 1 m and more further on.
+    // It comes to rest 1 m further or more.
     let from = MotionState { q: &[0.5, 0.0], v: &[1.9, 0.0], vdot: &zero };
     let to = MotionState { q: &[0.6, 0.0], v: &zero, vdot: &zero };
     let told = transfer.plan(&from, &to, &good).unwrap();
@@ -191,11 +191,11 @@ fn one_that_swings_too_far_is_told_and_bad_input_is_refused() {
     let tight = MotionState { v: &[1.9, 0.0], vdot: &[-1.9, 0.0], ..rest };
     assert!(say(&tight, &good).contains("rate at the end"));
     let endless = MotionLimits::of(&model);
-    assert!(say(&MotionState { q: &[0.1, 0.5], ..rest }, &endless).contains("what moves"));
+    assert!(say(&MotionState { q: &[0.1, 0.5], ..rest }, &endless).contains("a moving coordinate"));
     let mut none = good.clone();
     none.jerk[0] = 0.0;
-    assert!(say(&tight, &none).contains("above zero"));
-    // What does not move needs no limits, and takes no time.
+    assert!(say(&tight, &none).contains("must be positive"));
+    // Coordinates that do not move need no limits and no time.
     assert_eq!(duration(transfer.plan(&rest, &rest, &endless).unwrap()), 0.0);
 }
 
@@ -206,7 +206,7 @@ fn the_same_bits_without_allocation() {
     let limits = limits(&model, 1.0, 2.0, 9.0);
     let a = MotionState { q: &[0.0, 1.0, -2.0], v: &[0.2, -0.4, 0.0], vdot: &[0.0, 0.5, 0.1] };
     let b = MotionState { q: &[2.0, 0.7, 1.0], v: &[0.0, 0.1, -0.3], vdot: &[0.2, 0.0, 0.0] };
-    // The first call of the crate may make room.
+    // The first call may allocate.
     duration(transfer.plan(&a, &b, &limits).unwrap());
     let (mut q, mut v, mut w) = ([0.0; 3], [0.0; 3], [0.0; 3]);
     let mut kept = Vec::with_capacity(20);

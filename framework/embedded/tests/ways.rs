@@ -1,4 +1,4 @@
-//! Free ways from one configuration to another.
+//! Collision-free paths from one configuration to another.
 
 use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
@@ -6,8 +6,8 @@ use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Vec3};
 use linkwork_embedded::*;
 use std::sync::Arc;
 
-/// An arm of two links in a plane, 0.5 m each, a wall across its way with a gate of this height about y = 0, and a finger
-/// beside it that the arm does not move.
+/// An arm of two links in a plane, 0.5 m each, a wall across its path with a gate of this height about y = 0, and an adjacent finger that the arm
+/// does not move.
 fn arm(gate: f64) -> Arc<RobotModel> {
     let mut mechanism = Builder::new();
     let mass = MassProperties::new(1.0, Vec3::zeros(), Mat3::identity());
@@ -58,7 +58,7 @@ fn a_way_is_free_and_the_same_each_time() {
         assert!(way.len() > 2 && way[0] == start && way[way.len() - 1] == goal);
         for pair in way.windows(2) {
             assert_eq!(robot.path_free(&pair[0], &pair[1], 1e-3).unwrap(), Path::Free);
-            // By samples, too, which is another question.
+            // Check with samples, too, as an independent test.
             for k in 0..=200 {
                 let x = f64::from(k) / 200.0;
                 let q: Vec<f64> =
@@ -70,7 +70,7 @@ fn a_way_is_free_and_the_same_each_time() {
     }
     assert_eq!(ways[0], ways[3], "to the bit");
     assert!(ways[0] != ways[1]);
-    // Nothing is in the way: straight on.
+    // The straight path is free.
     let near: Vec<f64> = start.iter().map(|x| x * 1.01).collect();
     assert_eq!(
         planner.plan(&mut robot, &start, &near, &Search::default()).unwrap(),
@@ -98,7 +98,7 @@ fn a_search_in_portions_finds_the_same_to_the_bit() {
         assert!(portions > 1, "{portions} portions say nothing");
         assert_eq!(told, PlanOutcome::Found);
         assert!(whole.path().eq(cut.path()), "seed {seed}");
-        // Nothing is left to go on with.
+        // There is no search to continue.
         assert_eq!(cut.resume(&mut other, 1).unwrap(), PlanOutcome::NotFound);
     }
 }
@@ -122,7 +122,7 @@ fn searches_allocate_nothing() {
 
 #[test]
 fn what_cannot_be_is_told() {
-    // The gate is shut: the arm, which reaches everywhere, stays on its side; the work is bounded.
+    // The gate is closed: the arm, which can reach everywhere, stays on its side, and the work is bounded.
     let model = arm(0.0);
     let (arm_part, [start, goal]) = (model.part("arm").unwrap(), ends(&model));
     let mut robot = Robot::new(&model);
@@ -150,19 +150,19 @@ fn what_cannot_be_is_told() {
     };
     let mut off = goal.clone();
     off[finger] = 0.1;
-    assert!(plan(&start, &off, &search).contains("does not move"));
+    assert!(plan(&start, &off, &search).contains("does not belong to the part"));
     off[finger] = f64::NAN;
     assert!(plan(&start, &off, &search).contains("NaN"));
     let mut far = goal.clone();
     far[upper] = 3.5;
     assert!(plan(&start, &far, &search).contains("outside its limits"));
     assert!(plan(&start[1..], &goal, &search).contains("numbers"));
-    assert!(plan(&start, &goal, &Search { step: 0.0, ..search }).contains("above zero"));
-    assert!(plan(&start, &goal, &Search { least: 0.0, ..search }).contains("part of the way"));
+    assert!(plan(&start, &goal, &Search { step: 0.0, ..search }).contains("must be positive"));
+    assert!(plan(&start, &goal, &Search { least: 0.0, ..search }).contains("fraction of the path"));
     assert!(Planner::new(&Robot::new(&model), arm_part, 1).is_err());
 }
 
-/// The two-armed robot among itself: from one free configuration of the reference to another.
+/// Self-collision of the two-armed robot: from one free configuration of the reference to another.
 #[test]
 fn an_arm_of_two_finds_its_way() {
     let Some(json) = reference("robodarts/dual_ur5_collisions.json") else { return };
@@ -180,7 +180,7 @@ fn an_arm_of_two_finds_its_way() {
     for pair in free.windows(2).take(6) {
         let mut goal = pair[0].clone();
         for dof in model.dofs(left).unwrap() {
-            // One number of q for each degree of freedom here.
+            // Each degree of freedom has one number in q here.
             goal[*dof] = pair[1][*dof];
         }
         if robot.collides(&goal).unwrap() {
@@ -201,7 +201,7 @@ fn an_arm_of_two_finds_its_way() {
     assert!(found >= 3 && corners >= 1, "{found} {corners}");
 }
 
-/// A way that would leave one of two hands behind is refused; what carries both hands is not.
+/// A path that would leave one of two hands behind is rejected; motion of the common carrier of both hands is allowed.
 #[test]
 fn nothing_tears_an_object_from_a_hand() {
     let mut spec = ModelSpec::default();
@@ -228,13 +228,13 @@ fn nothing_tears_an_object_from_a_hand() {
     };
     let mut planner = Planner::new(&robot, right, 100).unwrap();
     robot.grasp(left, bar, Grasp::Here).unwrap();
-    // One hand holds it: the other arm goes where it will.
+    // With one hand on the object, the other arm is free to move.
     robot.path_free(&q, &turned("right"), 1e-2).unwrap();
     robot.grasp(right, bar, Grasp::Here).unwrap();
     let closure = Closure::Hands { object: 0 };
-    let opens = RobotError::OpensClosure { what: "a straight way", closure };
+    let opens = RobotError::OpensClosure { what: "a straight path", closure };
     assert!(
-        opens.to_string().contains("the grasp of object 0 by two hands\n  help: `WholeBodyIk`")
+        opens.to_string().contains("the grasp of object 0 by two hands\n  help: use `WholeBodyIk`")
     );
     assert_eq!(robot.path_free(&q, &turned("right"), 1e-2), Err(opens));
     let told = planner.plan(&mut robot, &q, &turned("right"), &Search::default());

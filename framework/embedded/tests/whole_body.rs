@@ -11,7 +11,7 @@ const LEGS: [(&str, f64, f64); 4] =
 /// Points of the feet in the axes of the shanks.
 const FOOT: [f64; 3] = [0.01, 0.0, -0.28];
 
-/// A trunk that floats and four legs of three hinges each, without symmetry.
+/// A floating trunk and four legs of three hinges each, without symmetry.
 fn quadruped() -> Arc<RobotModel> {
     let mut mechanism = Builder::new();
     let solid = |mass: f64, com: Vec3, size: f64| {
@@ -38,7 +38,7 @@ fn quadruped() -> Arc<RobotModel> {
     RobotModel::new(&ModelSpec { mechanism, parts, ..ModelSpec::default() }).unwrap()
 }
 
-/// Places in β of the trunk (which nothing drives), and efforts of all.
+/// Indices in β of the trunk (which is not actuated), and efforts of all.
 fn efforts(model: &RobotModel, most: f64) -> (std::ops::Range<usize>, Vec<f64>) {
     let trunk = model.multibody().body("trunk").unwrap();
     let (_, s) = model.multibody().subhinges().find(|(b, _)| *b == trunk).unwrap();
@@ -47,7 +47,7 @@ fn efforts(model: &RobotModel, most: f64) -> (std::ops::Range<usize>, Vec<f64>) 
     (s.v.clone(), effort)
 }
 
-/// Bent knees, a trunk that leans a little.
+/// Bent knees, and a slightly tilted trunk.
 fn crouched(model: &RobotModel) -> Vec<f64> {
     let mut q = model.multibody().neutral_q();
     for (_, s) in model.multibody().subhinges().filter(|(_, s)| s.v.len() == 1) {
@@ -99,7 +99,7 @@ fn solve(
     Found { told, tau, vdot, forces }
 }
 
-/// The equations of motion by inverse dynamics, which knows nothing of the search: with these forces the forces of the joints are those told.
+/// Checks the equations of motion with inverse dynamics, which is independent of the search: it gives the same joint forces.
 fn keeps_the_equations(robot: &mut Robot, v: &[f64], touches: &[Touch], found: &Found) -> f64 {
     let pushes: Vec<Push> = (touches.iter().zip(&found.forces))
         .map(|(t, f)| Push::new(t.part, Vec3::zeros(), -*f).at(t.at))
@@ -119,7 +119,7 @@ fn acceleration(
 ) -> Vec3 {
     let h = 1e-4;
     let mut at = |t: f64| {
-        // β of a free hinge turns with the body: half a step of the rates at its middle.
+        // β of a free hinge is in rotating axes: use half a step of the rates at its middle.
         let d: Vec<f64> = v.iter().zip(vdot).map(|(v, a)| t * v + 0.5 * t * t * a).collect();
         let mut to = q.to_vec();
         robot.model().clone().multibody().integrate(q, &d, &mut to);
@@ -150,7 +150,8 @@ fn a_standing_robot_carries_its_weight() {
     assert!(keeps_the_equations(&mut robot, &v, &touches, &found) < 1e-7);
 }
 
-/// In motion: contacts stay where they are, the centre of mass goes where it is asked to, by second differences of places; forces are within their pyramids.
+/// In motion: contacts stay in place and the centre of mass accelerates as requested, by second differences of positions; forces are within their
+/// pyramids.
 #[test]
 fn contacts_hold_while_it_moves_and_wishes_come_in_order() {
     let model = quadruped();
@@ -159,7 +160,7 @@ fn contacts_hold_while_it_moves_and_wishes_come_in_order() {
     robot.set_q(&q).unwrap();
     let (_, effort) = efforts(&model, 300.0);
     let touches = touches(&model, 0.7);
-    // Rates under which the feet stand still: the least change of random ones.
+    // Rates at which the feet are at rest: the smallest change of random ones.
     let mut problem = Priorities::new(nv, 12, 0);
     problem.begin();
     let (mut A, mut J) = (Vec::new(), vec![0.0; 6 * nv]);
@@ -202,14 +203,14 @@ fn contacts_hold_while_it_moves_and_wishes_come_in_order() {
     for f in &found.forces {
         assert!(f.x.hypot(f.y) <= 0.7 * f.z + 1e-9, "{f}");
     }
-    // Asked the other way round, the posture is nearer and the centre of mass is not met.
+    // With reversed priorities, the posture is nearer and the centre of mass misses its goal.
     let turned = [Objective::new(0, Aim::Posture(&posture)), Objective::new(1, Aim::Center(asked))];
     let other = solve(&mut robot, &v, &touches, &turned, &effort);
     let far = |f: &Found| f.vdot.iter().zip(&posture).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
     assert!(far(&other) < 0.99 * far(&found));
     let c = acceleration(&mut robot, &q, &v, &other.vdot, |r| r.center_of_mass().1);
     assert!((c - asked).norm() > 0.1);
-    // A tip, seen from the second differences again; its foot lets go.
+    // A tip, again from second differences; its foot is off the ground.
     let part = touches[1].part;
     let motion = Motion::new(Vec3::new(0.5, -1.0, 2.0), Vec3::new(1.0, 0.3, 2.0));
     let objectives = [Objective::new(0, Aim::Tip { part, motion, rows: Rows::Linear })];
@@ -219,7 +220,7 @@ fn contacts_hold_while_it_moves_and_wishes_come_in_order() {
     assert!((a - motion.linear).norm() < 1e-5, "{a}");
 }
 
-/// What friction cannot give is not promised: the centre of mass accelerates as far as the pyramid allows.
+/// The result respects friction: the centre of mass accelerates as far as the pyramid allows.
 #[test]
 fn friction_bounds_what_is_asked() {
     let model = quadruped();
@@ -245,7 +246,7 @@ fn friction_bounds_what_is_asked() {
     assert!(keeps_the_equations(&mut robot, &v, &touches, &found) < 1e-6);
 }
 
-/// Joints that are too weak, and one foot that cannot carry it all: said, with the best there is.
+/// Joints that are too weak, and one foot that cannot carry the whole robot: reported, with the best possible result.
 #[test]
 fn what_cannot_be_is_told() {
     let model = quadruped();
@@ -254,7 +255,8 @@ fn what_cannot_be_is_told() {
     let (v, still, all) = (vec![0.0; model.nv()], vec![0.0; model.nv()], touches(&model, 0.6));
     let objectives = [Objective::new(0, Aim::Posture(&still))];
     let (_, weak) = efforts(&model, 2.0);
-    // Contacts alone are asked for: the rest may fall, so that nothing is missing; with the feet on the ground and the trunk asked to stay the joints tire.
+    // If only contacts are requested, the rest may fall and nothing is missing. With the feet on the ground and a task to keep the trunk in place,
+    // the joints saturate.
     let found = solve(&mut robot, &v, &all, &objectives, &weak);
     let most = |f: &Found, e: &[f64]| {
         f.tau.iter().zip(e).filter(|x| *x.1 > 0.0).map(|(t, e)| t.abs() / e).fold(0.0, f64::max)
@@ -262,18 +264,19 @@ fn what_cannot_be_is_told() {
     assert!(most(&found, &weak) <= 1.0 + found.told.shortfall + 1e-9);
     assert!(keeps_the_equations(&mut robot, &v, &all, &found) < 1e-6);
     assert!(difference(&found.vdot, &still) > 0.1, "2 N m do not carry it");
-    // Feet pressed no harder than 1 N: the trunk falls, and says so by its acceleration.
+    // With at most 1 N on each foot the trunk falls, as its acceleration shows.
     let soft: Vec<Touch> = all.iter().map(|t| Touch { most: 1.0, ..*t }).collect();
     let (_, strong) = efforts(&model, 500.0);
     let found = solve(&mut robot, &v, &soft, &objectives, &strong);
     let greatest = found.forces.iter().map(|f| f.z).fold(0.0, f64::max);
     assert!(greatest <= (1.0 + found.told.shortfall) * (1.0 + 1e-9), "{greatest} {:?}", found.told);
-    // A trunk whose hinge is held by nothing and no foot: it falls freely.
+    // A trunk on a free hinge without feet on the ground falls freely.
     let none = solve(&mut robot, &v, &[], &[], &strong);
     assert!(none.told.unbalanced < 1e-8);
     let c = acceleration(&mut robot, &crouched(&model), &v, &none.vdot, |r| r.center_of_mass().1);
     assert!((c - Vec3::z() * -9.81).norm() < 1e-5, "{c}");
-    // Two touches of one foot that pull in different directions of a rigid body are consistent; one whose normal is down cannot lift: it is no floor.
+    // Two contacts of one foot that pull in different directions of a rigid body are consistent. A contact whose normal points down cannot lift, so
+    // it is not a support.
     let bad = [Touch { normal: Vec3::z() * 2.0, ..all[0] }];
     let mut whole = WholeBody::new(&robot, 1, 1);
     let nv = model.nv();
@@ -327,14 +330,14 @@ fn the_same_bits_without_allocation() {
     assert!(f.force.norm() > 0.0);
 }
 
-/// Corners by hand, a circle, lines and points; the margin by brute force.
+/// Corners computed by hand, a circle, lines and points; the margin by brute force.
 #[test]
 fn the_support_polygon_holds_all_points() {
     let mut hull = [[0.0; 2]; 200];
     let mut points = [[0.0, 0.0], [2.0, 0.1], [1.0, 0.5], [1.9, 1.2], [0.1, 1.0], [1.0, 0.05]];
     let n = support_polygon(&mut points, &mut hull);
     assert_eq!(hull[..n], [[0.0, 0.0], [2.0, 0.1], [1.9, 1.2], [0.1, 1.0]]);
-    // A unit square, a point 0.2 inside of one edge, and outside of a corner.
+    // A unit square, a point 0.2 inside an edge, and a point outside a corner.
     let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     assert!((support_margin(&square, [0.5, 0.2]) - 0.2).abs() < 1e-15);
     assert!((support_margin(&square, [1.3, 1.4]) + 0.5).abs() < 1e-15);
@@ -346,7 +349,7 @@ fn the_support_polygon_holds_all_points() {
         let polygon = &hull[..n];
         assert!(points.iter().all(|p| support_margin(polygon, *p) > -1e-12));
         let p = [rng.within(-0.3, 0.3), rng.within(-0.2, 0.2)];
-        // Directions all around: the support function of the hull, by points alone.
+        // Directions all around: the support function of the hull, from points alone.
         let margin = (0..20_000)
             .map(|k| {
                 let (s, c) = (f64::from(k) * std::f64::consts::TAU / 20_000.0).sin_cos();

@@ -1,12 +1,12 @@
-//! Nearest points of the pairs of the reference: those that it gives where they are unique, else points of both surfaces that are apart by what
-//! is told. Surfaces are computed here from the definition of each shape, and know nothing of the search.
+//! Nearest points of the pairs of the reference: equal where they are unique, otherwise points of both surfaces at the reported distance. The
+//! surfaces are computed here from the definition of each shape, independently of the search.
 
 use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge};
 use linkwork_embedded::spatial::{Pose, Vec3};
 use linkwork_embedded::*;
 
-/// From a point to a triangle.
+/// Returns the distance from a point to a triangle.
 fn to_triangle(p: &Vec3, t: &[Vec3; 3]) -> f64 {
     let n = (t[1] - t[0]).cross(&(t[2] - t[0])).normalize();
     let inside = (0..3).all(|i| (t[(i + 1) % 3] - t[i]).cross(&(p - t[i])).dot(&n) >= 0.0);
@@ -20,7 +20,7 @@ fn to_triangle(p: &Vec3, t: &[Vec3; 3]) -> f64 {
     (0..3).map(edge).fold(f64::INFINITY, f64::min)
 }
 
-/// Triangles of three points with all others on one side: those of a hull, whose larger faces are covered by several.
+/// Returns triangles of three points with all other points on one side: those of a hull, whose larger faces are covered by several.
 fn faces(points: &[Vec3]) -> Vec<[Vec3; 3]> {
     let mut out = Vec::new();
     for i in 0..points.len() {
@@ -42,9 +42,9 @@ fn faces(points: &[Vec3]) -> Vec<[Vec3; 3]> {
     out
 }
 
-/// How far a point, in a shape's axes, is from its surface.
+/// Returns the distance of a point, in a shape's axes, from its surface.
 fn from_surface(shape: &Shape, p: &Vec3) -> f64 {
-    // Signed, of a box of so many directions given how far beyond each of its faces the point is.
+    // Signed distance from a box, given the distance beyond each of its faces.
     let beyond = |d: &[f64]| {
         let out = d.iter().map(|d| d.max(0.0).powi(2)).sum::<f64>().sqrt();
         out + d.iter().fold(f64::NEG_INFINITY, |m, d| m.max(*d)).min(0.0)
@@ -124,7 +124,7 @@ fn nearest_points_are_those_of_the_reference_where_they_are_unique() {
             assert!(off < 1e-9, "{k} {kinds:?}: {off:e} from the surface of {}", kinds[i]);
         }
         all += 1;
-        // A ball has one nearest point, capsules and hulls in general position too; of boxes and cylinders an edge or a face may be as near.
+        // A sphere has one nearest point, capsules and hulls in general position too; boxes and cylinders may have a whole nearest edge or face.
         if kinds.iter().all(|k| ["sphere", "capsule", "hull"].contains(k)) {
             let theirs =
                 ["point_a", "point_b"].map(|k| Vec3::from_column_slice(&numbers(&case[k])));

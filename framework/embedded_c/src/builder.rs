@@ -1,4 +1,4 @@
-//! What a model is made of: a file, parts, objects, shapes. Every mistake is told in the builder's message.
+//! Building a model from a file, parts, objects and shapes. Every fault is described in the builder's message.
 
 use crate::edge::{self, LwPose, Out, alone, text, value};
 use crate::model::LwModel;
@@ -15,7 +15,7 @@ use std::ffi::c_char;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
-/// The roots of the file hang on the world as the format says (URDF: welded).
+/// The roots of the file are connected to the world as its format defines (URDF: welded).
 pub const LW_ROOT_AS_WRITTEN: u32 = 0;
 /// The roots of the file are welded to the world.
 pub const LW_ROOT_FIXED: u32 = 1;
@@ -25,11 +25,12 @@ pub const LW_ROOT_FREE: u32 = 2;
 pub const LW_ROOT_PLANAR: u32 = 3;
 const ROOTS: [Root; 4] = [Root::AsWritten, Root::Fixed, Root::Free, Root::Planar];
 
-/// Inertias that no body has are read: moments that break the triangle inequality as they are, those below zero as 0, those without a mass not at all. `lw_model_doubtful` tells them.
+/// Inertias that no rigid body can have are read: moments that violate the triangle inequality unchanged, negative moments as 0, and inertias without
+/// mass are ignored. `lw_model_doubtful` lists them.
 pub const LW_INERTIA_WARN: u32 = 0;
-/// Inertias that no body has are refused.
+/// Inertias that no rigid body can have are errors.
 pub const LW_INERTIA_PHYSICAL: u32 = 1;
-/// Principal moments need only not be negative, for published data that break the triangle inequality; others are refused.
+/// Principal moments may violate the triangle inequality, as in some published data, but must not be negative.
 pub const LW_INERTIA_POSITIVE_MOMENTS: u32 = 2;
 const CHECKS: [(InertiaCheck, Unphysical); 3] = [
     (InertiaCheck::Physical, Unphysical::Read),
@@ -37,15 +38,15 @@ const CHECKS: [(InertiaCheck, Unphysical); 3] = [
     (InertiaCheck::PositiveMoments, Unphysical::Refused),
 ];
 
-/// A ball about the origin: `size` = radius, unused, unused.
+/// A sphere about the origin: `size` = radius, unused, unused.
 pub const LW_SHAPE_SPHERE: u32 = 0;
 /// A box about the origin: `size` = half of its edges along x, y, z.
 pub const LW_SHAPE_BOX: u32 = 1;
-/// All within a radius of a segment on the z axis: `size` = radius, half of the segment, unused.
+/// A capsule along the z axis: `size` = radius, half of the length of its axis, unused.
 pub const LW_SHAPE_CAPSULE: u32 = 2;
-/// A cylinder about the z axis: `size` = radius, half of its length, unused.
+/// A cylinder along the z axis: `size` = radius, half of its length, unused.
 pub const LW_SHAPE_CYLINDER: u32 = 3;
-/// All points with z <= 0: `size` unused.
+/// The half space z <= 0: `size` is unused.
 pub const LW_SHAPE_HALF_SPACE: u32 = 4;
 /// An ellipsoid about the origin: `size` = half of its axes along x, y, z.
 pub const LW_SHAPE_ELLIPSOID: u32 = 5;
@@ -56,7 +57,7 @@ pub const LW_SHAPE_ELLIPSOID: u32 = 5;
 pub struct LwShape {
     /// One of `LW_SHAPE_...`.
     pub kind: u32,
-    /// Lengths, m, as the kind says; those that are not used are zero.
+    /// Dimensions, m, as defined by the kind; unused ones are zero.
     pub size: [f64; 3],
 }
 
@@ -75,7 +76,7 @@ impl LwShape {
         match unused.iter().all(|x| *x == 0.0) {
             true => Ok(shape),
             false => Err(Fault::Model(format!(
-                "shape {} does not use all of `size`: {:?}\n  help: leave zero what it does not use",
+                "shape {} does not use all of `size`: {:?}\n  help: set the unused numbers to zero",
                 self.kind, self.size
             ))),
         }
@@ -84,13 +85,13 @@ impl LwShape {
 
 #[derive(Default)]
 pub(crate) struct Draft {
-    /// `closures` of it stands before the robot is read.
+    /// Its `closures` must be set before the robot is read.
     pub spec: ModelSpec,
     options: ReadOptions,
     description: Option<Description>,
 }
 
-/// What a model is made of, while it is put together. For one thread at a time.
+/// A model under construction. Use it from one thread at a time.
 pub struct LwBuilder {
     draft: Mutex<Draft>,
     message: Mutex<Message>,
@@ -105,7 +106,7 @@ impl LwBuilder {
 impl Draft {
     fn options(&self, root: u32, inertia: u32) -> Result<ReadOptions, Fault> {
         if self.description.is_some() {
-            let text = "this builder has its robot already\n  help: make a builder for each robot";
+            let text = "this builder already has a robot\n  help: use one builder for each robot";
             return Err(Fault::Model(text.into()));
         }
         let (what, help) = ("root", "one of LW_ROOT_..");
@@ -117,7 +118,7 @@ impl Draft {
         Ok(ReadOptions { root, inertia, unphysical, ..self.options.clone() })
     }
 
-    /// Parts and shapes that were given before stay.
+    /// Adds a robot; parts and shapes that were added before remain.
     fn robot(&mut self, d: Description) -> Result<(), Fault> {
         if let Some(body) = self.spec.mechanism.bodies().first() {
             let text = format!(
@@ -138,19 +139,18 @@ impl Draft {
         Ok(())
     }
 
-    /// What the robot's file says.
+    /// Returns the description that was read from the robot's file.
     fn file(&self) -> Result<&Description, Fault> {
-        let text =
-            "this builder has no file of a robot yet\n  help: call lw_builder_robot_file before";
+        let text = "this builder has no robot file yet\n  help: call lw_builder_robot_file first";
         self.description.as_ref().ok_or_else(|| Fault::Model(text.into()))
     }
 
-    /// That there is a mechanism.
+    /// Checks that there is a mechanism.
     fn whole(&self) -> Result<(), Fault> {
         if self.description.is_some() || !self.spec.mechanism.bodies().is_empty() {
             return Ok(());
         }
-        let text = "this builder has no robot yet\n  help: call lw_builder_robot_file or lw_builder_body before";
+        let text = "this builder has no robot yet\n  help: call lw_builder_robot_file or lw_builder_body first";
         Err(Fault::Model(text.into()))
     }
 
@@ -160,7 +160,7 @@ impl Draft {
     }
 
     /// # Safety
-    /// The promises at the head of the crate.
+    /// The conditions in the crate documentation apply.
     pub unsafe fn collider(
         &mut self,
         name: *const c_char,
@@ -168,7 +168,7 @@ impl Draft {
         at: *const LwPose,
         shape: Shape,
     ) -> Result<(), Fault> {
-        // SAFETY: the caller's promises.
+        // SAFETY: guaranteed by the caller.
         let (name, carrier) = unsafe { (text("name", name)?, text("carrier", carrier)?) };
         let mut spec = ColliderSpec::new(name, carrier, shape);
         if !at.is_null() {
@@ -184,13 +184,13 @@ fn model(e: impl ToString) -> Fault {
     Fault::Model(e.to_string())
 }
 
-/// A builder of nothing yet, into `out`; free it with `lw_builder_free`.
+/// Creates an empty builder and writes it to `out`; free it with `lw_builder_free`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_new(out: *mut *mut LwBuilder) -> LwStatus {
     let new = LwBuilder { draft: Mutex::default(), message: Mutex::new(Message::new()) };
     match Out::new("out", out) {
         Ok(out) => {
-            // SAFETY: the caller's promises.
+            // SAFETY: guaranteed by the caller.
             unsafe { out.set(Box::into_raw(Box::new(new))) };
             LwStatus::Ok
         }
@@ -198,16 +198,15 @@ pub unsafe extern "C" fn lw_builder_new(out: *mut *mut LwBuilder) -> LwStatus {
     }
 }
 
-/// Frees a builder; NULL is none. Models that it made stay.
+/// Frees a builder; NULL has no effect. Models that it made remain valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_free(builder: *mut LwBuilder) {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { edge::free(builder) }
 }
 
-/// The message of the last call with this builder that failed: place, fact and remedy; empty when none did. Copies it with its zero into
-/// `buffer` of `room` bytes, and for how many there must be room into `wanted` (NULL: not asked for).
-/// `LW_STATUS_LENGTH` when it is cut.
+/// Copies the message of the last failed call with this builder, with its terminating zero, into `buffer` of `room` bytes: place, fact and remedy;
+/// empty when no call failed. Writes the required size to `wanted` (may be NULL). Returns `LW_STATUS_LENGTH` when the message is cut.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_message(
     builder: *const LwBuilder,
@@ -215,17 +214,17 @@ pub unsafe extern "C" fn lw_builder_message(
     room: usize,
     wanted: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { edge::message(builder, |b| &b.message, buffer, room, wanted) }
 }
 
-/// A folder that holds packages, for `package://name/..` in files that are read afterwards.
+/// Adds a folder with packages, for `package://name/..` in files that are read afterwards.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_packages(
     builder: *mut LwBuilder,
     folder: *const c_char,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             d.options.package_paths.push(PathBuf::from(text("folder", folder)?));
@@ -234,12 +233,13 @@ pub unsafe extern "C" fn lw_builder_packages(
     }
 }
 
-/// Before the robot is read: its loops and couplings, such as joints that mimic others, are kept. `lw_whole_body_ik_solve` and `lw_whole_body_ik_best` keep them closed. Kinematics, collisions,
-/// masses and forces are those of the tree at the q given, as if every coordinate had a motor of its own. What would open them is `LW_STATUS_DOES_NOT_CLOSE`: searches, rates and ways of a
-/// chain that takes part in them, ways between configurations, objectives, operational space, predictions, timings and transfers.
+/// Keeps the loops and couplings of the robot, such as joints that mimic others. Call it before the robot is read. `lw_whole_body_ik_solve` and
+/// `lw_whole_body_ik_best` keep them closed. Kinematics, collisions, masses and forces are those of the tree at the given q, as if every coordinate had
+/// its own motor. Functions that would open a loop return `LW_STATUS_DOES_NOT_CLOSE`: searches, rates and paths of a chain that takes part in one,
+/// paths between configurations, tasks, operational space, predictions, time parameterizations and transfers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_keep_closures(builder: *mut LwBuilder) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             if d.description.is_some() {
@@ -252,8 +252,8 @@ pub unsafe extern "C" fn lw_builder_keep_closures(builder: *mut LwBuilder) -> Lw
     }
 }
 
-/// The robot, from a URDF, MJCF or SDF file. `root`: one of `LW_ROOT_...`; `inertia`: one of `LW_INERTIA_...`. Loops and couplings, such as
-/// joints that mimic others, are refused, but after `lw_builder_keep_closures`. Shapes are read by `lw_builder_file_shapes`.
+/// Reads the robot from a URDF, MJCF or SDF file. `root`: one of `LW_ROOT_...`; `inertia`: one of `LW_INERTIA_...`. Loops and couplings, such as
+/// joints that mimic others, are errors unless `lw_builder_keep_closures` was called. Call `lw_builder_file_shapes` to add the shapes of the file.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_robot_file(
     builder: *mut LwBuilder,
@@ -261,7 +261,7 @@ pub unsafe extern "C" fn lw_builder_robot_file(
     root: u32,
     inertia: u32,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let options = d.options(root, inertia)?;
@@ -270,7 +270,7 @@ pub unsafe extern "C" fn lw_builder_robot_file(
     }
 }
 
-/// As `lw_builder_robot_file`, from the text of such a file.
+/// Like `lw_builder_robot_file`, but reads the text of such a file.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_robot_text(
     builder: *mut LwBuilder,
@@ -278,7 +278,7 @@ pub unsafe extern "C" fn lw_builder_robot_text(
     root: u32,
     inertia: u32,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let options = d.options(root, inertia)?;
@@ -287,13 +287,13 @@ pub unsafe extern "C" fn lw_builder_robot_text(
     }
 }
 
-/// Parts and pairs that do not collide, from an SRDF file: each group is a part. After the robot.
+/// Adds parts and disabled pairs of collisions from an SRDF file; each group is a part. Call it after the robot is read.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_groups_file(
     builder: *mut LwBuilder,
     path: *const c_char,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             d.groups(&read_srdf_file(text("path", path)?).map_err(model)?)
@@ -301,13 +301,13 @@ pub unsafe extern "C" fn lw_builder_groups_file(
     }
 }
 
-/// As `lw_builder_groups_file`, from the text of such a file.
+/// Like `lw_builder_groups_file`, but reads the text of such a file.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_groups_text(
     builder: *mut LwBuilder,
     xml: *const c_char,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             d.groups(&read_srdf(text("xml", xml)?, &d.options).map_err(model)?)
@@ -315,11 +315,12 @@ pub unsafe extern "C" fn lw_builder_groups_text(
     }
 }
 
-/// The collision shapes of the robot's file, as colliders with their names, or `body/number`. After the robot. Shapes that a collider
-/// cannot be (meshes that are neither STL nor OBJ, ellipsoids) are refused: give such bodies shapes by `lw_builder_shape`, `lw_builder_hull` or `lw_builder_mesh`.
+/// Adds the collision shapes of the robot's file as colliders with their names, or `body/number`. Call it after the robot is read. Shapes that are
+/// not supported as colliders (meshes that are neither STL nor OBJ, ellipsoids) are errors: give such bodies shapes with `lw_builder_shape`,
+/// `lw_builder_hull` or `lw_builder_mesh`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_file_shapes(builder: *mut LwBuilder) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             d.spec = d.spec.clone().shapes(d.file()?)?;
@@ -328,7 +329,7 @@ pub unsafe extern "C" fn lw_builder_file_shapes(builder: *mut LwBuilder) -> LwSt
     }
 }
 
-/// A part: the chain of bodies after `base` (a body, or "world") up to `tip`.
+/// Adds a part: the chain of bodies after `base` (a body, or "world") up to `tip`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_chain(
     builder: *mut LwBuilder,
@@ -336,7 +337,7 @@ pub unsafe extern "C" fn lw_builder_chain(
     base: *const c_char,
     tip: *const c_char,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let (name, base) = (text("name", name)?, text("base", base)?);
@@ -346,8 +347,8 @@ pub unsafe extern "C" fn lw_builder_chain(
     }
 }
 
-/// An object that hands may hold, rigid unless bodies hang on it (`lw_builder_object_body`): mass (kg), centre of mass (3 numbers, m) and inertia about it (9 numbers, row after row, kg m^2), in the
-/// object's axes.
+/// Adds an object that hands may hold. It is rigid unless bodies hang on it (`lw_builder_object_body`). Mass (kg), centre of mass (3 numbers, m) and
+/// inertia about it (9 numbers, row after row, kg m^2) are in the object's axes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_object(
     builder: *mut LwBuilder,
@@ -356,7 +357,7 @@ pub unsafe extern "C" fn lw_builder_object(
     center: *const f64,
     inertia: *const f64,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let name = text("name", name)?.to_owned();
@@ -367,7 +368,8 @@ pub unsafe extern "C" fn lw_builder_object(
     }
 }
 
-/// A shape for collisions, `at` (NULL: at the origin) in the frame of `carrier`: a body, an object or a body that hangs on one, or "world".
+/// Adds a collision shape at the pose `at` (NULL: at the origin) in the frame of `carrier`: a body, an object, a body that hangs on an object, or
+/// "world".
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_shape(
     builder: *mut LwBuilder,
@@ -376,7 +378,7 @@ pub unsafe extern "C" fn lw_builder_shape(
     at: *const LwPose,
     shape: *const LwShape,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             d.collider(name, carrier, at, value("shape", shape)?.checked()?)
@@ -384,8 +386,8 @@ pub unsafe extern "C" fn lw_builder_shape(
     }
 }
 
-/// A cloud of points, each a ball of its own radius, as a sensor sees them: none at first, with room for `room` of them. They are given by
-/// `lw_robot_set_points`. `at` and `carrier` as of `lw_builder_shape`.
+/// Adds a point cloud for sensor data. Each point is a sphere with its own radius. It is empty at first and has memory for `room` points, which
+/// `lw_robot_set_points` sets. `at` and `carrier` as in `lw_builder_shape`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_point_cloud(
     builder: *mut LwBuilder,
@@ -394,7 +396,7 @@ pub unsafe extern "C" fn lw_builder_point_cloud(
     at: *const LwPose,
     room: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let shape = Shape::PointCloud { points: Vec::new(), room };
@@ -403,8 +405,8 @@ pub unsafe extern "C" fn lw_builder_point_cloud(
     }
 }
 
-/// A voxel map: `cells` (3 numbers) cubes along x, y, z from the origin of its frame, with the edge `edge` (m), all free at first.
-/// `lw_robot_set_cells` changes them. `at` and `carrier` as of `lw_builder_shape`.
+/// Adds a voxel map: `cells` (3 numbers) cubes along x, y, z from the origin of its frame, with edge length `edge` (m). All cells are free at first;
+/// `lw_robot_set_cells` changes them. `at` and `carrier` as in `lw_builder_shape`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_voxel_map(
     builder: *mut LwBuilder,
@@ -414,7 +416,7 @@ pub unsafe extern "C" fn lw_builder_voxel_map(
     cells: *const u32,
     edge: f64,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let cells = value("cells", cells.cast::<[u32; 3]>())?.map(|n| n as usize);
@@ -424,13 +426,14 @@ pub unsafe extern "C" fn lw_builder_voxel_map(
     }
 }
 
-/// Checks everything and makes the model, into `out`; free it with `lw_model_free`. The builder stays, and may make others. All mistakes are in the message.
+/// Checks everything, makes the model and writes it to `out`; free it with `lw_model_free`. The builder can be used again. The message lists all
+/// faults.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_model(
     builder: *mut LwBuilder,
     out: *mut *mut LwModel,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let out = Out::new("out", out)?;

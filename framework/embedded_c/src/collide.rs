@@ -1,4 +1,4 @@
-//! Collisions at any configuration; the robot's own q does not matter.
+//! Collision queries at any configuration. The robot's own q has no effect.
 
 use crate::edge::{Out, alone, list, numbers, numbers_mut, value};
 use crate::robot::{Instance, LwRobot};
@@ -6,26 +6,26 @@ use crate::status::{Fault, LwStatus};
 use linkwork_embedded::{Closest, ColliderId, Detail, Distance, Occupancy, RobotError, Visibility};
 use std::mem::MaybeUninit;
 
-/// The shapes of colliders themselves.
+/// Use the fine shapes of colliders.
 pub const LW_DETAIL_FINE: u32 = 0;
-/// Their coarse shapes, where they have one.
+/// Use the coarse shapes of colliders that have one.
 pub const LW_DETAIL_COARSE: u32 = 1;
 
-/// How near two colliders are.
+/// Distance of two colliders.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwClosest {
-    /// m, padding counted; negative when they overlap.
+    /// Distance, m, including padding; negative for overlap.
     pub distance: f64,
-    /// On the first, world, m.
+    /// Closest point on the first collider, world, m.
     pub point_a: [f64; 3],
-    /// On the second, world, m.
+    /// Closest point on the second collider, world, m.
     pub point_b: [f64; 3],
     /// The first collider.
     pub a: u32,
     /// The second collider.
     pub b: u32,
-    /// Whether there is such a pair; else the rest is zero.
+    /// True if there is such a pair; otherwise all other fields are zero.
     pub found: bool,
 }
 
@@ -55,9 +55,9 @@ impl From<&Closest> for LwClosest {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LwPair {
-    /// The first.
+    /// The first collider.
     pub a: u32,
-    /// The second.
+    /// The second collider.
     pub b: u32,
 }
 
@@ -74,8 +74,8 @@ impl Instance {
     }
 }
 
-/// Whether two colliders that meet touch or overlap at `q` (`n` = nq), padding counted, into `out`; what hands hold goes with them. A pair that touches into
-/// `pair` (NULL: not asked for), where there is one.
+/// Writes to `out` whether two colliders of a checked pair touch or overlap at `q` (`n` = nq), including padding. Held objects move with the hands.
+/// If there is a pair that touches, writes it to `pair` (may be NULL).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_collides(
     robot: *mut LwRobot,
@@ -84,7 +84,7 @@ pub unsafe extern "C" fn lw_robot_collides(
     out: *mut bool,
     pair: *mut LwPair,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -100,8 +100,8 @@ pub unsafe extern "C" fn lw_robot_collides(
     }
 }
 
-/// Whether two colliders that meet touch or overlap at each of many configurations, `q` (`n` = rows · nq numbers, row after row), into `out` (`rows`): each answer is that of
-/// `lw_robot_collides`. Other threads may take part of the rows with clones of the robot.
+/// Writes to `out` (`rows` values) whether checked colliders touch or overlap at each of many configurations, `q` (`n` = rows · nq numbers, row after
+/// row). Each result equals that of `lw_robot_collides`. Other threads may process part of the rows with clones of the robot.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_collides_all(
     robot: *mut LwRobot,
@@ -110,12 +110,12 @@ pub unsafe extern "C" fn lw_robot_collides_all(
     out: *mut bool,
     rows: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let nq = r.model().nq();
             let q = numbers("q", q, n, rows.saturating_mul(nq))?;
-            // What C has there may be no bool yet: it is written and not read.
+            // The memory of a C program may not contain valid bools yet, so it is only written.
             let out = numbers_mut("out", out.cast::<MaybeUninit<bool>>(), rows, rows)?;
             if let Some(index) = q.iter().position(|x| !x.is_finite()) {
                 return Err(RobotError::NotFinite { what: "q", index, value: q[index] }.into());
@@ -128,7 +128,7 @@ pub unsafe extern "C" fn lw_robot_collides_all(
     }
 }
 
-/// The nearest pair of colliders that meet at `q` (`n` = nq), within `limit` (m, may be infinite), into `out`.
+/// Writes the closest checked pair of colliders at `q` (`n` = nq) within `limit` (m, may be infinite) to `out`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_clearance(
     robot: *mut LwRobot,
@@ -137,7 +137,7 @@ pub unsafe extern "C" fn lw_robot_clearance(
     limit: f64,
     out: *mut LwClosest,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -149,8 +149,8 @@ pub unsafe extern "C" fn lw_robot_clearance(
     }
 }
 
-/// The distance of two colliders at `q` (`n` = nq), whether they meet, and are shown, or not, with the nearest points, into `out`; padding counted. Not `found` where one is a cloud or a map with nothing in it, or
-/// both have no end.
+/// Writes the distance of two colliders at `q` (`n` = nq) with the closest points to `out`, including padding. It does not matter whether the pair is
+/// checked or shown. `found` is false when one of them is an empty cloud or map, or both are unbounded.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_distance(
     robot: *mut LwRobot,
@@ -160,7 +160,7 @@ pub unsafe extern "C" fn lw_robot_distance(
     b: u32,
     out: *mut LwClosest,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -173,8 +173,9 @@ pub unsafe extern "C" fn lw_robot_distance(
     }
 }
 
-/// The distances of all pairs that are looked at and within `limit` (m, may be infinite) at `q` (`n` = nq), in the order of colliders, into `out`, and how many there are into `count`. Where they are more
-/// than `room`, `LW_STATUS_NO_ROOM`, and `count` alone is written. Takes memory until that of pairs has its size.
+/// Writes the distances of all checked pairs within `limit` (m, may be infinite) at `q` (`n` = nq) to `out`, sorted by colliders, and their number to
+/// `count`. If there are more than `room`, returns `LW_STATUS_NO_ROOM` and writes only `count`. Allocates until the internal list of pairs has
+/// reached its size.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_distances(
     robot: *mut LwRobot,
@@ -185,7 +186,7 @@ pub unsafe extern "C" fn lw_robot_distances(
     room: usize,
     count: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let count = Out::new("count", count)?;
@@ -197,8 +198,9 @@ pub unsafe extern "C" fn lw_robot_distances(
     }
 }
 
-/// All pairs that touch or overlap at `q` (`n` = nq), into `pairs`, and how many there are into `count`; padding counted. Where they are more than `room`, `LW_STATUS_NO_ROOM`, and `count`
-/// alone is written. Takes memory until that of pairs has its size. Whether there is any, `lw_robot_collides` tells sooner.
+/// Writes all pairs that touch or overlap at `q` (`n` = nq), including padding, to `pairs`, and their number to `count`. If there are more than
+/// `room`, returns `LW_STATUS_NO_ROOM` and writes only `count`. Allocates until the internal list of pairs has reached its size. `lw_robot_collides`
+/// is faster if you only need to know whether there is a collision.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_hits(
     robot: *mut LwRobot,
@@ -208,7 +210,7 @@ pub unsafe extern "C" fn lw_robot_hits(
     room: usize,
     count: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let count = Out::new("count", count)?;
@@ -220,10 +222,10 @@ pub unsafe extern "C" fn lw_robot_hits(
     }
 }
 
-/// Which shapes all questions of collisions take from now on: one of `LW_DETAIL_..`; the fine ones at first.
+/// Selects the shapes for all later collision queries: one of `LW_DETAIL_..`; default: fine.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_set_detail(robot: *mut LwRobot, detail: u32) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             r.robot.set_detail(shapes(detail)?);
@@ -232,14 +234,14 @@ pub unsafe extern "C" fn lw_robot_set_detail(robot: *mut LwRobot, detail: u32) -
     }
 }
 
-/// As `lw_robot_set_detail`, of one collider.
+/// Like `lw_robot_set_detail`, for one collider.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_set_detail_of(
     robot: *mut LwRobot,
     collider: u32,
     detail: u32,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let id = r.collider(collider)?;
@@ -259,7 +261,7 @@ fn shapes(detail: u32) -> Result<Detail, Fault> {
     }
 }
 
-/// Whether a pair is looked at now when both are shown, into `out`.
+/// Writes to `out` whether a pair is checked for collisions while both colliders are shown.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_looks_at(
     robot: *mut LwRobot,
@@ -267,7 +269,7 @@ pub unsafe extern "C" fn lw_robot_looks_at(
     b: u32,
     out: *mut bool,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -278,14 +280,14 @@ pub unsafe extern "C" fn lw_robot_looks_at(
     }
 }
 
-/// Thickness around a collider from now on, m.
+/// Sets the padding around a collider, m.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_pad(
     robot: *mut LwRobot,
     collider: u32,
     padding: f64,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let id = r.collider(collider)?;
@@ -294,8 +296,8 @@ pub unsafe extern "C" fn lw_robot_pad(
     }
 }
 
-/// As `lw_robot_pad`, of `n` colliders at once: those of a part (`lw_model_part_colliders`) or of an object. All of them, or on a mistake none.
-/// Takes memory for more names than there are colliders.
+/// Like `lw_robot_pad`, for `n` colliders at once, for example those of a part (`lw_model_part_colliders`) or of an object. After an error no padding
+/// has changed. Allocates if there are more names than colliders.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_pad_all(
     robot: *mut LwRobot,
@@ -303,7 +305,7 @@ pub unsafe extern "C" fn lw_robot_pad_all(
     n: usize,
     padding: f64,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let given = numbers("colliders", colliders, n, n)?;
@@ -317,24 +319,24 @@ pub unsafe extern "C" fn lw_robot_pad_all(
     }
 }
 
-/// Hides a collider from now on; `lw_robot_show` shows it again.
+/// Hides a collider, so that it is not checked; `lw_robot_show` shows it again.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_hide(robot: *mut LwRobot, collider: u32) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { visible(robot, collider, Visibility::Hidden) }
 }
 
-/// Shows a collider from now on.
+/// Shows a hidden collider again.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_show(robot: *mut LwRobot, collider: u32) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { visible(robot, collider, Visibility::Shown) }
 }
 
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 unsafe fn visible(robot: *mut LwRobot, collider: u32, visibility: Visibility) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let id = r.collider(collider)?;
@@ -343,31 +345,31 @@ unsafe fn visible(robot: *mut LwRobot, collider: u32, visibility: Visibility) ->
     }
 }
 
-/// A pair is looked at from now on, whatever the rules and hands say.
+/// Enables the collision check of a pair, regardless of the rules and of held objects.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_look_at(robot: *mut LwRobot, a: u32, b: u32) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { look(robot, a, b, Some(true)) }
 }
 
-/// A pair is not looked at from now on, whatever the rules and hands say: the two may touch.
+/// Disables the collision check of a pair, regardless of the rules and of held objects, so that the two may touch.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_allow(robot: *mut LwRobot, a: u32, b: u32) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { look(robot, a, b, Some(false)) }
 }
 
-/// A pair is left to the rules and hands again.
+/// Removes the override of a pair, so that the rules and held objects decide again.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_by_rule(robot: *mut LwRobot, a: u32, b: u32) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { look(robot, a, b, None) }
 }
 
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 unsafe fn look(robot: *mut LwRobot, a: u32, b: u32, look: Option<bool>) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (a, b) = (r.collider(a)?, r.collider(b)?);
@@ -376,8 +378,8 @@ unsafe fn look(robot: *mut LwRobot, a: u32, b: u32, look: Option<bool>) -> LwSta
     }
 }
 
-/// Other points of a cloud instead of those that it has: x, y, z, radius (m) of each of the `n`, one after the other, in the collider's frame. On a failure
-/// those of before stay.
+/// Replaces the points of a cloud: x, y, z, radius (m) of each of the `n` points, one after the other, in the collider's frame. After an error the
+/// points have not changed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_set_points(
     robot: *mut LwRobot,
@@ -385,7 +387,7 @@ pub unsafe extern "C" fn lw_robot_set_points(
     points: *const f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let id = r.collider(collider)?;
@@ -395,7 +397,8 @@ pub unsafe extern "C" fn lw_robot_set_points(
     }
 }
 
-/// Makes cells of a voxel map occupied: indices along x, y, z from 0 of each of the `n`, one after the other. On a failure nothing has changed.
+/// Sets cells of a voxel map to occupied: indices along x, y, z from 0 of each of the `n` cells, one after the other. After an error nothing has
+/// changed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_set_cells(
     robot: *mut LwRobot,
@@ -403,11 +406,11 @@ pub unsafe extern "C" fn lw_robot_set_cells(
     cells: *const u32,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { change(robot, collider, cells, n, Occupancy::Occupied) }
 }
 
-/// Makes cells of a voxel map free: as `lw_robot_set_cells`.
+/// Sets cells of a voxel map to free; arguments as in `lw_robot_set_cells`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_free_cells(
     robot: *mut LwRobot,
@@ -415,12 +418,12 @@ pub unsafe extern "C" fn lw_robot_free_cells(
     cells: *const u32,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { change(robot, collider, cells, n, Occupancy::Free) }
 }
 
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 unsafe fn change(
     robot: *mut LwRobot,
     collider: u32,
@@ -428,7 +431,7 @@ unsafe fn change(
     n: usize,
     to: Occupancy,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let id = r.collider(collider)?;
@@ -438,10 +441,10 @@ unsafe fn change(
     }
 }
 
-/// Makes all cells of a voxel map free.
+/// Sets all cells of a voxel map to free.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_clear_cells(robot: *mut LwRobot, collider: u32) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let id = r.collider(collider)?;
@@ -450,7 +453,7 @@ pub unsafe extern "C" fn lw_robot_clear_cells(robot: *mut LwRobot, collider: u32
     }
 }
 
-/// Whether a cell of a voxel map (3 indices along x, y, z from 0) is occupied now, into `out`.
+/// Writes to `out` whether a cell of a voxel map (3 indices along x, y, z from 0) is occupied.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_cell(
     robot: *mut LwRobot,
@@ -458,7 +461,7 @@ pub unsafe extern "C" fn lw_robot_cell(
     cell: *const u32,
     out: *mut bool,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (out, id) = (Out::new("out", out)?, r.collider(collider)?);
@@ -469,14 +472,14 @@ pub unsafe extern "C" fn lw_robot_cell(
     }
 }
 
-/// How many points a cloud has now, or occupied cells a voxel map, into `count`.
+/// Writes the number of points of a cloud, or of occupied cells of a voxel map, to `count`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_count(
     robot: *mut LwRobot,
     collider: u32,
     count: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (count, id) = (Out::new("count", count)?, r.collider(collider)?);

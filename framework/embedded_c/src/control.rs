@@ -1,4 +1,4 @@
-//! Rates and forces for several objectives in order of priority.
+//! Rate control and whole-body control: rates and forces for several tasks in order of priority.
 
 use crate::edge::{self, Out, alone, disjoint, motion, numbers, numbers_mut, value, vec3};
 use crate::robot::{Instance, LwRobot};
@@ -11,76 +11,78 @@ use linkwork_embedded::{
     support_polygon,
 };
 
-/// The tip of a chain moves, in the world.
+/// Task: motion of the tip of a chain, in the world.
 pub const LW_WISH_TIP: u32 = 0;
-/// The centre of mass of all that moves, with what is held, moves.
+/// Task: motion of the centre of mass of all moving bodies, including held objects.
 pub const LW_WISH_CENTER: u32 = 1;
-/// All degrees of freedom move.
+/// Task: motion of all degrees of freedom.
 pub const LW_WISH_POSTURE: u32 = 2;
 
-/// One thing that is asked, of rates (`lw_rate_control_solve`) or of accelerations (`lw_whole_body_solve`). What its kind does not use is not read.
+/// One task: desired rates (`lw_rate_control_solve`) or desired accelerations (`lw_whole_body_solve`). Fields that its kind does not use are not
+/// read.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwObjective {
     /// One of `LW_WISH_..`.
     pub kind: u32,
-    /// Lower ones come first; those of one level are met together, in the sense of least squares.
+    /// Priority level. Lower levels come first; tasks of the same level are met together in the least-squares sense.
     pub level: u32,
-    /// What it counts within its level; above zero.
+    /// Weight within its level; above zero.
     pub weight: f64,
-    /// Of a tip and of the centre of mass: angular (rad/s or rad/s^2), then linear (m/s or m/s^2), world axes; of a tip at its origin, of the centre the linear ones alone.
+    /// Tip and centre of mass: desired angular (rad/s or rad/s^2), then linear motion (m/s or m/s^2), world axes; at the tip's origin. The centre of
+    /// mass uses only the linear part.
     pub motion: [f64; 6],
-    /// Of a tip: what 1 rad counts, m, where all rows count.
+    /// Tip: length that scales angular rows, m, if all rows are selected.
     pub length: f64,
-    /// Of a tip: the chain.
+    /// Tip: the chain.
     pub part: u32,
-    /// Of a tip: which rows count, one of `LW_ROWS_..`.
+    /// Tip: selected rows, one of `LW_ROWS_..`.
     pub rows: u32,
-    /// Of a posture: rates or accelerations of all degrees of freedom.
+    /// Posture: rates or accelerations of all degrees of freedom.
     pub posture: *const f64,
-    /// How many numbers the posture has: nv.
+    /// Posture: number of values, nv.
     pub posture_count: usize,
 }
 
-/// A chain whose manipulability is not to fall below a number.
+/// A chain whose manipulability must not fall below a limit.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwGuard {
-    /// The least w (`lw_robot_manipulability` of all six rows with length 1 m).
+    /// Smallest permitted w (`lw_robot_manipulability` of all six rows with length 1 m).
     pub least: f64,
     /// The chain.
     pub part: u32,
 }
 
-/// A point of a tip that presses on something and does not slip.
+/// A contact point of a tip that presses on a surface and does not slip.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwTouch {
-    /// Where, in the tip's frame, m.
+    /// Point of application in the tip's frame, m.
     pub at: [f64; 3],
-    /// Normal of what it touches, towards the robot, of length 1, world axes.
+    /// Normal of the surface, towards the robot, of length 1, world axes.
     pub normal: [f64; 3],
     /// Friction coefficient, above zero.
     pub friction: f64,
-    /// Greatest normal force, N, above zero; infinite for none.
+    /// Largest normal force, N, above zero; infinite for no limit.
     pub most: f64,
-    /// The chain whose tip touches.
+    /// The chain whose tip is in contact.
     pub part: u32,
 }
 
-/// How far a whole body could do what it was asked. All zero: it could.
+/// Residuals of a whole-body solution. All zero: all requirements are met.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwBalanced {
-    /// What contacts cannot carry: root of the sum of squares of forces at degrees of freedom that nothing drives, N m and N.
+    /// Forces that the contacts cannot provide: Euclidean norm of the residual forces at degrees of freedom without an actuator, N m and N.
     pub unbalanced: f64,
-    /// Accelerations of what should stand still, m/s^2: contacts that contradict each other.
+    /// Residual acceleration of contact points, m/s^2; not zero if contacts contradict each other.
     pub slipping: f64,
-    /// By which share all limits of effort and of normal forces would have to be larger.
+    /// Fraction by which all effort and normal force limits would have to be larger.
     pub shortfall: f64,
 }
 
-/// Memory of rates for objectives. For robots of one model, and one call at a time.
+/// Memory of a rate controller. Use it for robots of one model, with one call at a time.
 pub struct LwRateControl(Tool<Rates>);
 
 struct Rates {
@@ -91,7 +93,7 @@ struct Rates {
     residuals: Vec<f64>,
 }
 
-/// Memory of forces for objectives with contacts. For robots of one model, and one call at a time.
+/// Memory of a whole-body controller. Use it for robots of one model, with one call at a time.
 pub struct LwWholeBody(Tool<Body>);
 
 struct Body {
@@ -102,7 +104,7 @@ struct Body {
     forces: Vec<Vec3>,
 }
 
-/// Wishes of a call. Their postures are the caller's memory: the list is filled anew before it is read.
+/// Tasks of a call. Postures refer to the caller's memory, so the list is filled again before each use.
 struct Wishes {
     all: Vec<Objective<'static>>,
     room: usize,
@@ -114,7 +116,7 @@ impl Wishes {
     }
 
     /// # Safety
-    /// The promises at the head of the crate.
+    /// The conditions in the crate documentation apply.
     unsafe fn take(
         &mut self,
         r: &Instance,
@@ -125,10 +127,10 @@ impl Wishes {
         self.all.clear();
         let room = self.room;
         if count > room {
-            return Err(RobotError::NoRoom { what: "objectives", wanted: count, room }.into());
+            return Err(RobotError::NoRoom { what: "tasks", wanted: count, room }.into());
         }
         for k in 0..count {
-            // SAFETY: the caller has `count` of them; one by one, since none of them may be there.
+            // SAFETY: the caller has `count` of them; they are read one by one, because `count` may be zero.
             let w = unsafe { value("objectives", p.wrapping_add(k)) }?;
             let aim = match w.kind {
                 LW_WISH_TIP => {
@@ -142,7 +144,7 @@ impl Wishes {
                 LW_WISH_POSTURE => {
                     let (what, nv) = ("posture", r.model().nv());
                     disjoint(&[(what, w.posture, w.posture_count)], written)?;
-                    // SAFETY: the caller has it for the time of the call.
+                    // SAFETY: the caller provides the array for the duration of the call.
                     Aim::Posture(unsafe { numbers(what, w.posture, w.posture_count, nv) }?)
                 }
                 value => {
@@ -161,7 +163,8 @@ impl Wishes {
     }
 }
 
-/// Memory of `lw_rate_control_solve` with room for so many objectives and guarded chains (1024 each at most), into `out`; free it with `lw_rate_control_free`. It serves every robot of the same model.
+/// Creates the memory of `lw_rate_control_solve` for up to `objectives` tasks and `chains` guarded chains (at most 1024 each) and writes it to `out`;
+/// free it with `lw_rate_control_free`. It works with every robot of the same model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_rate_control_new(
     robot: *mut LwRobot,
@@ -169,7 +172,7 @@ pub unsafe extern "C" fn lw_rate_control_new(
     guards: usize,
     out: *mut *mut LwRateControl,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -188,18 +191,18 @@ pub unsafe extern "C" fn lw_rate_control_new(
     }
 }
 
-/// Frees it; NULL is none.
+/// Frees the memory; NULL has no effect.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_rate_control_free(control: *mut LwRateControl) {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { edge::free(control) }
 }
 
-/// Rates, into `v` (`n` = nv), at the robot's q: within limits of rate, as near to each objective as those of lower levels allow, and of all such rates the least. A limit of a coordinate may be reached in
-/// the time `horizon` (s, above zero: a few periods of the control) at the earliest; so may the least manipulability of each of the `guard_count` chains in `guards`: towards a singular
-/// configuration a chain slows down. What is missing, |J v - asked| with weights, into `residuals`, a number for each level in their order (`levels`: how many different ones there are; NULL
-/// and 0: not asked for). A coordinate outside its limits comes back as fast as it may.
-/// `LW_STATUS_SINGULAR` when guards contradict each other.
+/// Computes rates `v` (`n` = nv) at the robot's q: within rate limits, as near to each task as the tasks of lower levels allow, and the smallest of
+/// all such rates. Within `horizon` (s, above zero; use a few control periods) a limit of a coordinate, or the smallest manipulability of each of the
+/// `guard_count` chains in `guards`, may at most just be reached, so a chain slows down towards a singular configuration. Writes the weighted
+/// residual |J v - desired| of each level, in order, to `residuals` (`levels`: number of different levels; NULL and 0: not written). A coordinate
+/// outside its limits returns as fast as its rate limit allows. Returns `LW_STATUS_SINGULAR` when guards contradict each other.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_rate_control_solve(
     robot: *mut LwRobot,
@@ -214,7 +217,7 @@ pub unsafe extern "C" fn lw_rate_control_solve(
     residuals: *mut f64,
     levels: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let mut control = lend("control", control, |c| &c.0, r)?;
@@ -247,7 +250,8 @@ pub unsafe extern "C" fn lw_rate_control_solve(
     }
 }
 
-/// Memory of `lw_whole_body_solve` with room for so many touching points and objectives (1024 each at most), into `out`; free it with `lw_whole_body_free`. It serves every robot of the same model.
+/// Creates the memory of `lw_whole_body_solve` for up to `touches` contact points and `objectives` tasks (at most 1024 each) and writes it to `out`; free
+/// it with `lw_whole_body_free`. It works with every robot of the same model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_whole_body_new(
     robot: *mut LwRobot,
@@ -255,7 +259,7 @@ pub unsafe extern "C" fn lw_whole_body_new(
     objectives: usize,
     out: *mut *mut LwWholeBody,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -274,16 +278,17 @@ pub unsafe extern "C" fn lw_whole_body_new(
     }
 }
 
-/// Frees it; NULL is none.
+/// Frees the memory; NULL has no effect.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_whole_body_free(body: *mut LwWholeBody) {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { edge::free(body) }
 }
 
-/// Forces into `tau`, accelerations into `vdot`, at the robot's q and rates `v`, and forces on the robot at the `touch_count` touching points into `forces` (3 numbers each, world axes, N):
-/// first the balance of what nothing drives, then contacts that do not slip, then limits, then the objectives (accelerations) by levels, at last the least effort. `effort`: limits of force, N m
-/// and N; zero where nothing drives, infinite for none. `v`, `effort`, `tau`, `vdot`: `n` = nv each. What could not be done is an answer, in `out`, with the best motion there is.
+/// Computes forces `tau` and accelerations `vdot` at the robot's q and rates `v`, and forces on the robot at the `touch_count` contact points,
+/// `forces` (3 numbers each, world axes, N). Priorities are: balance of the degrees of freedom without an actuator, contacts that do not slip,
+/// limits, the tasks (accelerations) by levels, and minimum effort. `effort`: effort limits, N m and N; zero for no actuator, infinite for no limit.
+/// `v`, `effort`, `tau`, `vdot`: `n` = nv each. Requirements that cannot be met are not an error: `out` contains the residuals of the best solution.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_whole_body_solve(
     robot: *mut LwRobot,
@@ -300,7 +305,7 @@ pub unsafe extern "C" fn lw_whole_body_solve(
     forces: *mut f64,
     out: *mut LwBalanced,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -344,9 +349,9 @@ pub unsafe extern "C" fn lw_whole_body_solve(
     }
 }
 
-/// Where the centre of mass may be above `n` touching points (2 numbers each: x, y, m, in a level plane): the corners of their hull, counter-clockwise, into `hull` (room for n + 1 of them), and how
-/// many there are into `count`: two for points on a line, one for points that are all the same. `points` are put in order meanwhile; those that are no numbers count as none.
-/// No handle has a message of it.
+/// Computes the support polygon of `n` contact points (2 numbers each: x, y, m, in a level plane), above which the centre of mass must be. Writes the
+/// corners of their convex hull, counter-clockwise, to `hull` (room for n + 1), and their number to `count`: two for points on a line, one for
+/// coincident points. Sorts `points`; points with NaN or infinity are ignored. There is no handle and no message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_support_polygon(
     points: *mut f64,
@@ -356,7 +361,7 @@ pub unsafe extern "C" fn lw_support_polygon(
     count: *mut usize,
 ) -> LwStatus {
     edge::plain(|| {
-        // SAFETY: the caller's promises.
+        // SAFETY: guaranteed by the caller.
         unsafe {
             let count = Out::new("count", count)?;
             let [all, corners] = [n, room].map(|n| n.saturating_mul(2));
@@ -373,8 +378,8 @@ pub unsafe extern "C" fn lw_support_polygon(
     })
 }
 
-/// How far a place `p` (2 numbers: x, y, m) is inside a polygon with `n` corners (2 numbers each, counter-clockwise), into `margin`: the distance to its nearest edge, m, negative outside. Of
-/// no corner it is minus infinity. No handle has a message of it.
+/// Writes the distance of a point `p` (2 numbers: x, y, m) from the nearest edge of a polygon with `n` corners (2 numbers each, counter-clockwise) to
+/// `margin`, m; negative outside, minus infinity without corners. There is no handle and no message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_support_margin(
     hull: *const f64,
@@ -383,7 +388,7 @@ pub unsafe extern "C" fn lw_support_margin(
     margin: *mut f64,
 ) -> LwStatus {
     edge::plain(|| {
-        // SAFETY: the caller's promises.
+        // SAFETY: guaranteed by the caller.
         unsafe {
             let margin = Out::new("margin", margin)?;
             let hull = numbers("hull", hull.cast::<[f64; 2]>(), n, n)?;

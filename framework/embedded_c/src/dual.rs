@@ -1,4 +1,4 @@
-//! Two hands on one object: who holds it, loads shared, squeezed, and held by friction.
+//! Two hands on one object: current hold, load sharing, squeezing, and grasp by friction.
 
 use crate::edge::{LwPose, Out, alone, numbers_mut, value, vec3};
 use crate::robot::LwRobot;
@@ -6,18 +6,18 @@ use crate::status::{Fault, LwStatus};
 use linkwork_embedded::spatial::Force;
 use linkwork_embedded::{Balance, Friction, HandWeights};
 
-/// The sum of squares of the forces is made small.
+/// Minimize the sum of squares of the forces.
 pub const LW_BALANCE_EQUAL: u32 = 0;
-/// The sum of squares of the forces as shares of the limits of effort is made small.
+/// Minimize the sum of squares of the forces divided by the effort limits.
 pub const LW_BALANCE_EFFORT: u32 = 1;
 
 /// A moment and a force.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwWrench {
-    /// World axes, N m.
+    /// Moment, world axes, N m.
     pub moment: [f64; 3],
-    /// World axes, N.
+    /// Force, world axes, N.
     pub force: [f64; 3],
 }
 
@@ -33,82 +33,83 @@ impl LwWrench {
     }
 }
 
-/// Who holds an object.
+/// The hands that hold an object.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwHold {
-    /// How many hands do: 0, 1 or 2. What is beyond is zero.
+    /// Number of hands: 0, 1 or 2. Unused entries are zero.
     pub count: u32,
-    /// The hand that carries it in the mechanism, then the second: parts.
+    /// The hand that carries it in the mechanism, then the second hand, as parts.
     pub hands: [u32; 2],
-    /// Where the object is in the frames of their tips.
+    /// Pose of the object in the frames of the hands' tips.
     pub at: [LwPose; 2],
 }
 
-/// How two hands share a load.
+/// Result of load sharing between two hands.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwShared {
-    /// What the second hand does to the object, about its own tip.
+    /// Wrench of the second hand on the object, about this hand's tip.
     pub second: LwWrench,
-    /// The sum that was made small.
+    /// The minimized sum.
     pub cost: f64,
-    /// The greatest |tau| / limit over the joints of both chains that have a limit of effort; above 1 they cannot do it.
+    /// The largest |tau| / limit over all joints of both chains that have an effort limit. Above 1 the joints cannot exert these forces.
     pub largest_share: f64,
 }
 
-/// What two hands do to an object, told apart: first hand, then second, each about its own tip.
+/// Wrenches of two hands on an object, separated: first hand, then second hand, each about its own tip.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwHandWrenches {
-    /// What moves the object.
+    /// The part that moves the object.
     pub moving: [LwWrench; 2],
-    /// What only squeezes it.
+    /// The part that only squeezes it.
     pub squeezing: [LwWrench; 2],
-    /// The sum, about the object's origin.
+    /// Net wrench, about the object's origin.
     pub net: LwWrench,
 }
 
-/// What a hand can hold by friction: a patch that is pressed evenly.
+/// Friction contact of a hand: a patch with uniform pressure.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwFriction {
-    /// Where it presses the object to, in the tip's axes; of any length but zero.
+    /// Direction in which the hand presses on the object, in the tip's axes; any length except zero.
     pub normal: [f64; 3],
     /// Coefficient of friction, above zero.
     pub coefficient: f64,
-    /// Radius of the patch that touches, m, above zero.
+    /// Radius of the contact patch, m, above zero.
     pub radius: f64,
-    /// Greatest normal force, N, above zero; infinite for none.
+    /// Largest normal force, N, above zero; infinite for no limit.
     pub most: f64,
 }
 
-/// What two hands do so that neither slips.
+/// Wrenches of two hands under which neither slips.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwGripped {
-    /// On the object: first hand, then second, each about its own tip.
+    /// Wrenches on the object: first hand, then second hand, each about its own tip.
     pub wrenches: [LwWrench; 2],
-    /// 0 when both hold. Else no wrenches do: the least force by which cones and limits would have to be wider, N; the wrenches are those that would hold then.
+    /// 0 if neither hand slips. Otherwise no such wrenches exist, and this is the smallest force, N, by which cones and limits would have to be
+    /// enlarged; `wrenches` are those for the enlarged cones.
     pub shortfall: f64,
 }
 
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 unsafe fn both(p: *const LwWrench) -> Result<[Force; 2], Fault> {
     // SAFETY: the caller has two of them.
     let [a, b] = unsafe { value("wrenches", p.cast::<[LwWrench; 2]>()) }?;
     Ok([a.checked()?, b.checked()?])
 }
 
-/// Who holds an object, into `out`; nobody is an answer.
+/// Writes the hands that hold an object to `out`; none is not an error.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_hold(
     robot: *mut LwRobot,
     object: u32,
     out: *mut LwHold,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (out, object) = (Out::new("out", out)?, r.object(object)?);
@@ -127,9 +128,10 @@ pub unsafe extern "C" fn lw_robot_hold(
     }
 }
 
-/// Shares the load of an object between the two hands that hold it, at the robot's q: `tau` (`n` = nv; in: forces with the object on the first hand, as `lw_robot_feed_forward` gives
-/// them; out: forces of both hands for the same motion; only those of the two chains change). `balance`: one of `LW_BALANCE_..`. The shares may pull as well as press:
-/// `lw_robot_grip` knows friction. `LW_STATUS_NOT_HELD`, `LW_STATUS_EMPTY_HAND` without two hands; `LW_STATUS_OUT_OF_RANGE` where a joint has no limit of effort to take a share of.
+/// Shares the load of an object between the two hands that hold it, at the robot's q. `tau` (`n` = nv) contains forces with the object on the first
+/// hand on input, as `lw_robot_feed_forward` computes them, and forces of both hands for the same motion on output; only those of the two chains
+/// change. `balance`: one of `LW_BALANCE_..`. Hands may pull as well as press; `lw_robot_grip` considers friction. Returns `LW_STATUS_NOT_HELD` or
+/// `LW_STATUS_EMPTY_HAND` without two hands; `LW_STATUS_OUT_OF_RANGE` when `LW_BALANCE_EFFORT` needs the effort limit of a joint that has none.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_balance(
     robot: *mut LwRobot,
@@ -139,7 +141,7 @@ pub unsafe extern "C" fn lw_robot_balance(
     n: usize,
     out: *mut LwShared,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (out, object) = (Out::new("out", out)?, r.object(object)?);
@@ -160,8 +162,9 @@ pub unsafe extern "C" fn lw_robot_balance(
     }
 }
 
-/// Adds to `tau` (`n` = nv) what presses the two hands of an object towards each other with `force` (N) along the line between their tips, at the robot's q; the object feels no net wrench.
-/// What both do to it into `wrenches` (2: first hand, then second, each about its tip). `LW_STATUS_SINGULAR` when both tips are at one place.
+/// Adds to `tau` (`n` = nv) forces that press the two hands of an object towards each other with `force` (N) along the line between their tips, at
+/// the robot's q. The net wrench on the object is zero. Writes the wrenches of both hands on the object to `wrenches` (2: first hand, then second
+/// hand, each about its tip). Returns `LW_STATUS_SINGULAR` when both tips are at the same point.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_squeeze(
     robot: *mut LwRobot,
@@ -171,7 +174,7 @@ pub unsafe extern "C" fn lw_robot_squeeze(
     n: usize,
     wrenches: *mut LwWrench,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("wrenches", wrenches.cast::<[LwWrench; 2]>())?;
@@ -183,7 +186,8 @@ pub unsafe extern "C" fn lw_robot_squeeze(
     }
 }
 
-/// Adds to `tau` (`n` = nv) the forces with which the two hands of an object exert `wrenches` on it (2: first hand, then second, each about its tip), at the robot's q.
+/// Adds to `tau` (`n` = nv) the forces with which the two hands of an object exert `wrenches` on it (2: first hand, then second hand, each about its
+/// tip), at the robot's q.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_add_hand_wrenches(
     robot: *mut LwRobot,
@@ -192,7 +196,7 @@ pub unsafe extern "C" fn lw_robot_add_hand_wrenches(
     tau: *mut f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (wrenches, object) = (both(wrenches)?, r.object(object)?);
@@ -202,8 +206,9 @@ pub unsafe extern "C" fn lw_robot_add_hand_wrenches(
     }
 }
 
-/// Tells the wrenches of two hands on an object (2: first hand, then second, each about its tip) apart into `out`: what moves it, of least weighted sum of squares, and what only squeezes
-/// it. `weights` (3 numbers, above zero): of the first hand, of the second, and of 1 N m against 1 N (1/m^2).
+/// Separates the wrenches of two hands on an object (2: first hand, then second hand, each about its tip) into the part that moves it, with the
+/// smallest weighted sum of squares, and the part that only squeezes it; writes both to `out`. `weights` (3 numbers, above zero): first hand, second
+/// hand, and 1 N m relative to 1 N (1/m^2).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_split_hand_wrenches(
     robot: *mut LwRobot,
@@ -212,7 +217,7 @@ pub unsafe extern "C" fn lw_robot_split_hand_wrenches(
     weights: *const f64,
     out: *mut LwHandWrenches,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (out, object) = (Out::new("out", out)?, r.object(object)?);
@@ -230,8 +235,8 @@ pub unsafe extern "C" fn lw_robot_split_hand_wrenches(
     }
 }
 
-/// Wrenches of two hands on an object under which neither slips, into `out`: those nearest to `wrenches` (2: first hand, then second, each about its tip) with the same net wrench, at the
-/// robot's q. `friction` (2): what each hand can hold.
+/// Computes wrenches of two hands on an object under which neither slips, at the robot's q, and writes them to `out`. They are the nearest to
+/// `wrenches` (2: first hand, then second hand, each about its tip) with the same net wrench. `friction` (2): the contact of each hand.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_grip(
     robot: *mut LwRobot,
@@ -240,7 +245,7 @@ pub unsafe extern "C" fn lw_robot_grip(
     friction: *const LwFriction,
     out: *mut LwGripped,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (out, object) = (Out::new("out", out)?, r.object(object)?);

@@ -1,4 +1,4 @@
-//! The edge: pointers and lengths become slices and values, or a fault; what panics ends here.
+//! Boundary to C: converts pointers and lengths to slices and values, or returns a fault. Panics are caught here.
 
 use crate::status::{Fault, LwStatus, Message};
 use linkwork_embedded::spatial::nalgebra::Quaternion;
@@ -8,13 +8,13 @@ use std::ffi::{CStr, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, PoisonError, TryLockError};
 
-/// A pose: where a frame is in another.
+/// A pose of a frame in another frame.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwPose {
-    /// x, y, z, m.
+    /// Position x, y, z, m.
     pub position: [f64; 3],
-    /// x, y, z, w; of length 1 within 1e-6.
+    /// Quaternion x, y, z, w; of length 1 within 1e-6.
     pub quaternion: [f64; 4],
 }
 
@@ -32,20 +32,20 @@ impl LwPose {
     }
 }
 
-/// A vector of finite numbers.
+/// Converts a vector of finite numbers.
 pub(crate) fn vec3(what: &'static str, x: &[f64; 3]) -> Result<Vec3, Fault> {
     finite(what, x)?;
     Ok(Vec3::from(*x))
 }
 
-/// Angular part, then linear part.
+/// Converts six finite numbers: angular part, then linear part.
 pub(crate) fn motion(what: &'static str, x: &[f64; 6]) -> Result<Motion, Fault> {
     finite(what, x)?;
     let [a, b, c, d, e, f] = *x;
     Ok(Motion::new(Vec3::new(a, b, c), Vec3::new(d, e, f)))
 }
 
-/// x, y, z, w of length 1 within 1e-6.
+/// Converts a quaternion x, y, z, w of length 1 within 1e-6.
 pub(crate) fn rotation(x: &[f64; 4]) -> Result<Quat, Fault> {
     finite("quaternion", x)?;
     let q = Quaternion::new(x[3], x[0], x[1], x[2]);
@@ -53,11 +53,11 @@ pub(crate) fn rotation(x: &[f64; 4]) -> Result<Quat, Fault> {
     if (value - 1.0).abs() < 1e-6 {
         return Ok(Quat::from_quaternion(q));
     }
-    let help = "a rotation is a quaternion of length 1";
+    let help = "give a quaternion of length 1";
     Err(RobotError::OutOfRange { what: "length of the quaternion", value, help }.into())
 }
 
-/// Refuses NaN and infinities.
+/// Rejects NaN and infinity.
 pub(crate) fn finite(what: &'static str, x: &[f64]) -> Result<(), Fault> {
     match x.iter().position(|x| !x.is_finite()) {
         Some(index) => Err(RobotError::NotFinite { what, index, value: x[index] }.into()),
@@ -65,7 +65,7 @@ pub(crate) fn finite(what: &'static str, x: &[f64]) -> Result<(), Fault> {
     }
 }
 
-/// The part of a model at a place.
+/// Returns the part of a model by index.
 pub(crate) fn part(model: &RobotModel, index: u32) -> Result<Part, Fault> {
     let found = model.parts().nth(index as usize).map(|p| p.0);
     Ok(found.ok_or(RobotError::ForeignHandle)?)
@@ -76,10 +76,10 @@ pub(crate) fn object(model: &RobotModel, index: u32) -> Result<Object, Fault> {
     Ok(found.ok_or(RobotError::ForeignHandle)?)
 }
 
-/// Runs a call on what a handle shares among threads.
+/// Runs a call on data that several threads may share.
 ///
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 pub(crate) unsafe fn shared<H>(
     handle: *const H,
     message: impl Fn(&H) -> &Mutex<Message>,
@@ -89,7 +89,7 @@ pub(crate) unsafe fn shared<H>(
     let Some(handle) = (unsafe { handle.as_ref() }) else { return LwStatus::Null };
     let done = catch_unwind(AssertUnwindSafe(|| work(handle)));
     let Err(fault) = done.unwrap_or(Err(Fault::Panicked)) else { return LwStatus::Ok };
-    // Who asks how long a text is has made no mistake: the message of another thread's failure stays.
+    // A request for the length of a text is not an error, so the message of another thread's failure must remain.
     if !matches!(fault, Fault::TextLength { room: 0, .. }) {
         let mut message = message(handle).lock().unwrap_or_else(PoisonError::into_inner);
         message.say(&fault);
@@ -97,10 +97,10 @@ pub(crate) unsafe fn shared<H>(
     fault.status()
 }
 
-/// Runs a call on what one thread at a time may change. What panicked once is not touched again.
+/// Runs a call on data that only one thread at a time may change. After a panic the data are not used again.
 ///
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 pub(crate) unsafe fn alone<H, T>(
     handle: *const H,
     parts: impl Fn(&H) -> (&Mutex<T>, &Mutex<Message>),
@@ -121,7 +121,7 @@ pub(crate) unsafe fn alone<H, T>(
     fault.status()
 }
 
-/// Runs a call without a handle: its code is all that is told.
+/// Runs a call without a handle, which returns only a code.
 pub(crate) fn plain(work: impl FnOnce() -> Result<(), Fault>) -> LwStatus {
     match catch_unwind(AssertUnwindSafe(work)).unwrap_or(Err(Fault::Panicked)) {
         Ok(()) => LwStatus::Ok,
@@ -129,15 +129,15 @@ pub(crate) fn plain(work: impl FnOnce() -> Result<(), Fault>) -> LwStatus {
     }
 }
 
-/// Frees a handle; NULL is none.
+/// Frees a handle; NULL has no effect.
 ///
 /// # Safety
-/// The promises at the head of the crate; nobody uses the handle any more.
+/// The conditions in the crate documentation apply; the handle is not used any more.
 pub(crate) unsafe fn free<H>(handle: *mut H) {
     if !handle.is_null() {
-        // SAFETY: it came from `Box::into_raw` in this library, and is given back once.
+        // SAFETY: the pointer came from `Box::into_raw` in this library and is freed once.
         let handle = unsafe { Box::from_raw(handle) };
-        // Nothing that is freed panics; if it did, it would not go further.
+        // Dropping these types does not panic; if it did, the panic must not reach C.
         let _ = catch_unwind(AssertUnwindSafe(|| drop(handle)));
     }
 }
@@ -153,14 +153,14 @@ fn array<T>(what: &'static str, p: *const T, got: usize, wanted: usize) -> Resul
     if got != wanted {
         return Err(RobotError::Length { what, got, wanted }.into());
     }
-    // NULL stands for no numbers.
+    // NULL is allowed for an empty array.
     if got == 0 { Ok(()) } else { reachable(what, p) }
 }
 
-/// Numbers to read; NULL is allowed for none.
+/// Returns numbers to read; NULL is allowed for an empty array.
 ///
 /// # Safety
-/// The promises at the head of the crate. `wanted` fits into memory.
+/// The conditions in the crate documentation apply. `wanted` numbers fit into memory.
 pub(crate) unsafe fn numbers<'a, T>(
     what: &'static str,
     p: *const T,
@@ -171,14 +171,14 @@ pub(crate) unsafe fn numbers<'a, T>(
     if got == 0 {
         return Ok(&[]);
     }
-    // SAFETY: neither NULL nor misaligned, of the length that this library has itself.
+    // SAFETY: neither NULL nor misaligned, and the length was checked against the length that this library expects.
     Ok(unsafe { std::slice::from_raw_parts(p, got) })
 }
 
-/// Numbers to write; NULL is allowed for none. Memory of a C program holds some number or other before, if only by chance.
+/// Returns numbers to write; NULL is allowed for an empty array. Every bit pattern in the memory of a C program is a valid number.
 ///
 /// # Safety
-/// The promises at the head of the crate. `wanted` fits into memory.
+/// The conditions in the crate documentation apply. `wanted` numbers fit into memory.
 pub(crate) unsafe fn numbers_mut<'a, T>(
     what: &'static str,
     p: *mut T,
@@ -189,14 +189,14 @@ pub(crate) unsafe fn numbers_mut<'a, T>(
     if got == 0 {
         return Ok(&mut []);
     }
-    // SAFETY: neither NULL nor misaligned, of the length that this library has itself.
+    // SAFETY: neither NULL nor misaligned, and the length was checked against the length that this library expects.
     Ok(unsafe { std::slice::from_raw_parts_mut(p, got) })
 }
 
-/// Answers with a list where there is room for it, and with how many there are.
+/// Writes a list if there is room for it, and its length in any case.
 ///
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 pub(crate) unsafe fn list<T>(
     what: &'static str,
     from: impl ExactSizeIterator<Item = T>,
@@ -207,12 +207,12 @@ pub(crate) unsafe fn list<T>(
     if wanted <= room {
         to.iter_mut().zip(from).for_each(|(to, from)| *to = from);
     }
-    // SAFETY: the caller's promises; the slices are in use no more.
+    // SAFETY: guaranteed by the caller; the slices are not used any more.
     unsafe { count.set(wanted) };
     if wanted <= room { Ok(()) } else { Err(RobotError::NoRoom { what, wanted, room }.into()) }
 }
 
-/// Refuses memory to read that overlaps memory to write.
+/// Rejects memory to read that overlaps memory to write.
 pub(crate) fn apart(
     (what, p, n): (&'static str, *const f64, usize),
     (other, o, m): (&'static str, *mut f64, usize),
@@ -223,7 +223,7 @@ pub(crate) fn apart(
     if clear { Ok(()) } else { Err(Fault::Overlap(what, other)) }
 }
 
-/// Refuses memory to write that overlaps memory to read, or other memory to write.
+/// Rejects memory to write that overlaps memory to read or other memory to write.
 pub(crate) fn disjoint(
     read: &[(&'static str, *const f64, usize)],
     written: &[(&'static str, *mut f64, usize)],
@@ -239,49 +239,49 @@ pub(crate) fn disjoint(
     Ok(())
 }
 
-/// A value to read.
+/// Reads a value.
 ///
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 pub(crate) unsafe fn value<T: Copy>(what: &'static str, p: *const T) -> Result<T, Fault> {
     reachable(what, p)?;
-    // SAFETY: neither NULL nor misaligned; all values of the types read are legal (numbers).
+    // SAFETY: neither NULL nor misaligned; every bit pattern is valid for the types that are read (numbers).
     Ok(unsafe { p.read() })
 }
 
-/// Memory for an answer.
+/// Memory for a result.
 pub(crate) struct Out<T>(*mut T);
 
 impl<T> Out<T> {
-    /// Looked at before anything is done.
+    /// Checks the pointer before any work is done.
     pub fn new(what: &'static str, p: *mut T) -> Result<Self, Fault> {
         reachable(what, p.cast_const())?;
         Ok(Self(p))
     }
 
     /// # Safety
-    /// The promises at the head of the crate; no slice of the call is in use any more.
+    /// The conditions in the crate documentation apply; no slice of the call is used any more.
     pub unsafe fn set(self, value: T) {
         // SAFETY: neither NULL nor misaligned.
         unsafe { self.0.write(value) }
     }
 }
 
-/// A text that ends with a zero.
+/// Reads a text that ends with a zero.
 ///
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 pub(crate) unsafe fn text<'a>(what: &'static str, p: *const c_char) -> Result<&'a str, Fault> {
     reachable(what, p)?;
-    // SAFETY: not NULL, and ends with a zero.
+    // SAFETY: not NULL, and the text ends with a zero.
     unsafe { CStr::from_ptr(p) }.to_str().map_err(|_| Fault::Text(what))
 }
 
-/// Writes a text and its zero into memory of `room` bytes, cut between two characters when it is too long; and into `wanted`, unless
-/// that is NULL, for how many bytes there must be room.
+/// Writes a text and its terminating zero into memory of `room` bytes, cut between two characters when it is too long. Writes the required number of
+/// bytes to `wanted` unless that is NULL.
 ///
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 pub(crate) unsafe fn write_text(
     words: &str,
     buffer: *mut c_char,
@@ -296,24 +296,24 @@ pub(crate) unsafe fn write_text(
         while !words.is_char_boundary(cut) {
             cut -= 1;
         }
-        // SAFETY: `cut` and a zero fit into `room` bytes, which the caller has; no text of this library lies there.
+        // SAFETY: `cut` bytes and a zero fit into `room` bytes, which the caller has; no text of this library overlaps them.
         unsafe {
             buffer.copy_from_nonoverlapping(words.as_ptr().cast(), cut);
             buffer.add(cut).write(0);
         }
     }
     if let Some(wanted) = wanted {
-        // SAFETY: no slice is in use.
+        // SAFETY: no slice is used any more.
         unsafe { wanted.set(count) };
     }
     let what = "buffer";
     if count <= room { Ok(()) } else { Err(Fault::TextLength { what, wanted: count, room }) }
 }
 
-/// Copies the message of a handle; see [`write_text`]. The message stays as it is.
+/// Copies the message of a handle; see [`write_text`]. The message does not change.
 ///
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 pub(crate) unsafe fn message<H>(
     handle: *const H,
     message: impl Fn(&H) -> &Mutex<Message>,
@@ -325,7 +325,7 @@ pub(crate) unsafe fn message<H>(
     let Some(handle) = (unsafe { handle.as_ref() }) else { return LwStatus::Null };
     let done = catch_unwind(AssertUnwindSafe(|| {
         let message = message(handle).lock().unwrap_or_else(PoisonError::into_inner);
-        // SAFETY: the caller's promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { write_text(message.text(), buffer, room, wanted) }
     }));
     match done.unwrap_or(Err(Fault::Panicked)) {

@@ -1,4 +1,4 @@
-//! What hands hold.
+//! Objects in the hands.
 
 use crate::edge::{LwPose, Out, alone, apart, numbers, numbers_mut, value};
 use crate::model::object_sizes;
@@ -7,26 +7,26 @@ use crate::status::{Fault, LwStatus};
 use linkwork_embedded::multibody::BodyId;
 use linkwork_embedded::{Closing, ClosureRank, Grasp, Object, RobotError};
 
-/// The pose that is given, or where the object is now for NULL.
+/// Returns the given pose, or the object's current pose for NULL.
 ///
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 unsafe fn grasp(at: *const LwPose) -> Result<Grasp, Fault> {
     if at.is_null() {
         return Ok(Grasp::Here);
     }
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     Ok(Grasp::At(unsafe { value("at", at) }?.checked()?))
 }
 
-/// Where an object is in the world: in the hand, where it is attached, or where it was put or let go last.
+/// Writes the pose of an object in the world: in the hand, on its carrier, or where it was placed or released last.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_object_pose(
     robot: *mut LwRobot,
     object: u32,
     out: *mut LwPose,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (out, object) = (Out::new("out", out)?, r.object(object)?);
@@ -36,14 +36,14 @@ pub unsafe extern "C" fn lw_robot_object_pose(
     }
 }
 
-/// Puts an object that nobody holds somewhere in the world.
+/// Moves an object that no hand holds to a pose in the world.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_put(
     robot: *mut LwRobot,
     object: u32,
     at: *const LwPose,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (object, at) = (r.object(object)?, value("at", at)?.checked()?);
@@ -52,8 +52,8 @@ pub unsafe extern "C" fn lw_robot_put(
     }
 }
 
-/// Takes an object with a hand (a chain: its tip), at a pose in the tip's frame, or where it is now (NULL). A second hand closes a loop, and has to
-/// be where its grasp says within 1e-6 m and rad.
+/// Grasps an object with a hand (the tip of a chain), at a pose in the tip's frame, or at its current pose (NULL). A second hand closes a loop and
+/// must be within 1e-6 m and rad of the pose that its grasp requires.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_grasp(
     robot: *mut LwRobot,
@@ -61,7 +61,7 @@ pub unsafe extern "C" fn lw_robot_grasp(
     object: u32,
     at: *const LwPose,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (hand, object) = (r.part(hand)?, r.object(object)?);
@@ -70,7 +70,7 @@ pub unsafe extern "C" fn lw_robot_grasp(
     }
 }
 
-/// Another pose of a held object in the tip's frame of a hand that holds it, as an estimator found it.
+/// Changes the pose of a held object in the tip's frame of a hand that holds it, for example to the value of an estimator.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_update_grasp(
     robot: *mut LwRobot,
@@ -78,7 +78,7 @@ pub unsafe extern "C" fn lw_robot_update_grasp(
     object: u32,
     at: *const LwPose,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (hand, object) = (r.part(hand)?, r.object(object)?);
@@ -88,10 +88,10 @@ pub unsafe extern "C" fn lw_robot_update_grasp(
     }
 }
 
-/// One hand lets go of an object: it stays in the other hand, or where it is in the world.
+/// Releases an object from one hand. It stays in the other hand, or keeps its pose in the world.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_release(robot: *mut LwRobot, hand: u32, object: u32) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (hand, object) = (r.part(hand)?, r.object(object)?);
@@ -100,10 +100,10 @@ pub unsafe extern "C" fn lw_robot_release(robot: *mut LwRobot, hand: u32, object
     }
 }
 
-/// All hands let go of an object: it stays where it is in the world.
+/// Releases an object from all hands. It keeps its pose in the world.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_ungrasp(robot: *mut LwRobot, object: u32) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let object = r.object(object)?;
@@ -112,11 +112,12 @@ pub unsafe extern "C" fn lw_robot_ungrasp(robot: *mut LwRobot, object: u32) -> L
     }
 }
 
-/// Of `lw_robot_attach`: the object itself carries, none of its bodies.
+/// Argument of `lw_robot_attach`: the object itself carries, not one of the bodies that hang on it.
 pub const LW_ITSELF: u32 = u32::MAX;
 
-/// Attaches an object that no hand holds to another one: a battery to its driver, a wheel to its hub. `body`: the body of that one that carries it, or `LW_ITSELF`. `at`: its pose in the frame
-/// of what carries it, or where it is now (NULL). It then goes with that, and the hand that holds that carries both.
+/// Attaches an object that no hand holds to another object, such as a battery to its driver or a wheel to its hub. `body`: the body of the other
+/// object that carries it, or `LW_ITSELF`. `at`: its pose in the frame of the carrier, or its current pose (NULL). It then moves with the carrier,
+/// and a hand that holds the carrier carries both.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_attach(
     robot: *mut LwRobot,
@@ -125,7 +126,7 @@ pub unsafe extern "C" fn lw_robot_attach(
     body: u32,
     at: *const LwPose,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (object, on) = (r.object(object)?, r.object(on)?);
@@ -138,10 +139,10 @@ pub unsafe extern "C" fn lw_robot_attach(
     }
 }
 
-/// Takes an object off what it is attached to: it stays where it is in the world.
+/// Detaches an object. It keeps its pose in the world.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_detach(robot: *mut LwRobot, object: u32) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let object = r.object(object)?;
@@ -150,7 +151,7 @@ pub unsafe extern "C" fn lw_robot_detach(robot: *mut LwRobot, object: u32) -> Lw
     }
 }
 
-/// Coordinates of the joints of an object into `q` (`n`: how many it has), in the order of its bodies: depth first, siblings by name.
+/// Writes the coordinates of an object's joints to `q` (`n`: their number), in the order of its bodies: depth first, siblings by name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_object_q(
     robot: *mut LwRobot,
@@ -158,7 +159,7 @@ pub unsafe extern "C" fn lw_robot_object_q(
     q: *mut f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let object = r.object(object)?;
@@ -169,7 +170,7 @@ pub unsafe extern "C" fn lw_robot_object_q(
     }
 }
 
-/// Other coordinates of the joints of an object, held or not: `q` (`n`: how many it has). The load of the hand that carries it follows.
+/// Sets the coordinates of an object's joints, whether it is held or not: `q` (`n`: their number). Updates the load of the hand that carries it.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_set_object_q(
     robot: *mut LwRobot,
@@ -177,7 +178,7 @@ pub unsafe extern "C" fn lw_robot_set_object_q(
     q: *const f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let object = r.object(object)?;
@@ -187,8 +188,8 @@ pub unsafe extern "C" fn lw_robot_set_object_q(
     }
 }
 
-/// As `lw_robot_feed_forward` (`v`, `vdot`, `tau`: `n` = nv each) while the joints of a held object move: `rates` and `accelerations` of theirs, and into `forces` what they take
-/// (`m` each: how many it has). Joints of other objects stand still.
+/// Like `lw_robot_feed_forward` (`v`, `vdot`, `tau`: `n` = nv each), while the joints of a held object move with `rates` and `accelerations`. Writes
+/// the forces at these joints to `forces` (`m` each: the object's degrees of freedom). Joints of other objects do not move.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_feed_forward_with_object(
     robot: *mut LwRobot,
@@ -204,7 +205,7 @@ pub unsafe extern "C" fn lw_robot_feed_forward_with_object(
     tau: *mut f64,
     forces: *mut f64,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             for (what, p, len) in [
@@ -231,15 +232,15 @@ pub unsafe extern "C" fn lw_robot_feed_forward_with_object(
     }
 }
 
-/// What a closed loop leaves.
+/// Rank and mobility of a closed loop.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LwClosure {
-    /// Rows of the loop's equations.
+    /// Number of equations of the loop.
     pub rows: u32,
-    /// How many of them are independent here.
+    /// Number of independent equations in this configuration.
     pub rank: u32,
-    /// Degrees of freedom that are left to the chains and joints of the loop.
+    /// Remaining degrees of freedom of the chains and joints in the loop.
     pub mobility: u32,
 }
 
@@ -250,20 +251,20 @@ impl From<ClosureRank> for LwClosure {
     }
 }
 
-/// A body that hangs on an object.
+/// Returns a body that hangs on an object, by index.
 fn body(r: &Instance, object: Object, body: u32) -> Result<BodyId, RobotError> {
     let bodies = r.model().object_multibody(object).ok_or(RobotError::ForeignHandle)?;
     bodies.body_ids().nth(body as usize).ok_or(RobotError::ForeignHandle)
 }
 
-/// What the loop of two hands on an object leaves at the robot's q.
+/// Computes rank and mobility of the loop of two hands on an object at the robot's q.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_closure(
     robot: *mut LwRobot,
     object: u32,
     out: *mut LwClosure,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (out, object) = (Out::new("out", out)?, r.object(object)?);
@@ -273,8 +274,9 @@ pub unsafe extern "C" fn lw_robot_closure(
     }
 }
 
-/// What is left when a hand, with what it holds, is welded to a body of an object (`lw_model_object_body`) as both stand: a key in a lock. `free` (n: the object's degrees of
-/// freedom): which of its joints may move, 0 for those that stand.
+/// Computes rank and mobility of the loop that a hand closes if it, or the object in it, is welded to a body of an object (`lw_model_object_body`) in
+/// the current configuration, such as a key in a lock. `free` (n: the object's degrees of freedom): 1 for joints of the object that may move, 0 for
+/// fixed ones.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_closure_onto(
     robot: *mut LwRobot,
@@ -285,7 +287,7 @@ pub unsafe extern "C" fn lw_robot_closure_onto(
     n: usize,
     out: *mut LwClosure,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (out, hand, object) = (Out::new("out", out)?, r.part(hand)?, r.object(object)?);
@@ -301,8 +303,8 @@ pub unsafe extern "C" fn lw_robot_closure_onto(
     }
 }
 
-/// The Jacobian of a body of an object (6 rows of its m degrees of freedom, row after row; `n` = 6 m): rates of the object's joints to the angular, then linear velocity of the body relative
-/// to where the object is held or stands, at the body's origin, world axes.
+/// Writes the Jacobian of a body of an object (6 rows of its m degrees of freedom, row after row; `n` = 6 m). It maps rates of the object's joints to
+/// the angular, then linear velocity of the body relative to the object's base, at the body's origin, world axes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_object_jacobian(
     robot: *mut LwRobot,
@@ -311,7 +313,7 @@ pub unsafe extern "C" fn lw_robot_object_jacobian(
     J: *mut f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let object = r.object(object)?;
@@ -322,7 +324,7 @@ pub unsafe extern "C" fn lw_robot_object_jacobian(
     }
 }
 
-/// Where a body that hangs on an object (`lw_model_object_body`) is in the world.
+/// Writes the pose in the world of a body that hangs on an object (`lw_model_object_body`).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_object_body_pose(
     robot: *mut LwRobot,
@@ -330,7 +332,7 @@ pub unsafe extern "C" fn lw_robot_object_body_pose(
     body: u32,
     out: *mut LwPose,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (out, object) = (Out::new("out", out)?, r.object(object)?);
@@ -341,8 +343,8 @@ pub unsafe extern "C" fn lw_robot_object_body_pose(
     }
 }
 
-/// The mass matrix at the robot's q with the m joints of an object that it holds in the last rows and columns, into `M` (nv + m rows of nv + m, row after row; `n` = their product). Joints of
-/// other objects stand still.
+/// Writes the mass matrix at the robot's q, with the m joints of an object that it holds in the last rows and columns, to `M` (nv + m rows of nv + m,
+/// row after row; `n` = (nv + m)^2). Joints of other objects do not move.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_mass_matrix_with_object(
     robot: *mut LwRobot,
@@ -350,7 +352,7 @@ pub unsafe extern "C" fn lw_robot_mass_matrix_with_object(
     M: *mut f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let object = r.object(object)?;

@@ -1,32 +1,31 @@
-//! The embedded robot model ([`linkwork_embedded`]) for C: `include/linkwork/robot.h`, made of this crate by cbindgen;
-//! `include/linkwork/robot.hpp` is a wrapper of it for C++. `README.md` has the rules for those who call.
+//! C interface of the embedded robot model ([`linkwork_embedded`]). cbindgen generates `include/linkwork/robot.h` from this crate;
+//! `include/linkwork/robot.hpp` is a C++ wrapper. `README.md` contains the rules for callers.
 //!
 //! ```text
-//! edge      pointers and lengths → slices and values, or a fault; panics end here
+//! edge      pointers and lengths → slices and values, or a fault; catches panics
 //! status    faults → codes and messages
 //! builder   files, parts, objects, shapes       → LwBuilder
-//! model     what never changes, names            → LwModel
+//! model     constant data, names                 → LwModel
 //! robot     q, kinematics, forces, masses        → LwRobot
 //! reach     inverse kinematics
-//! together  the same of several tips at once
+//! together  whole-body inverse kinematics
 //! task      manipulability, rates of a tip, operational space
-//! control   rates and forces for objectives in order of priority
-//! hold      what hands hold
+//! control   rates and forces for tasks in order of priority
+//! hold      objects in the hands
 //! dual      two hands on one object
 //! mass      momentum, composite inertias, predictions
 //! shape     hulls, meshes, terrain, coarse shapes
 //! collide   collisions
-//! path      free paths and ways
-//! timing    times of ways, transfers
-//! priorities  solvers of plain numbers
-//! tool      handles that lend memory to calls of a robot
+//! path      collision checks of paths, path planning
+//! timing    time parameterization, transfers
+//! priorities  least-squares solvers without a robot
+//! tool      handles that provide memory for calls of a robot
 //! ```
-//! Every function may be called with any argument that keeps these promises, which no library can check; they are the
-//! safety condition of every `unsafe fn` here:
-//! a handle comes from this library and is not yet freed; a pointer that is not NULL and has a length beside it
-//! (or a type of its own) points to that much memory, readable (`const`) or writable for the time of the call; a text ends with a zero.
+//! Every function may be called with any arguments that meet the following conditions, which no library can check. They are the safety conditions of
+//! every `unsafe fn` in this crate: a handle comes from this library and is not yet freed; a pointer that is not NULL and has a length next to it (or
+//! a type of fixed size) points to that much memory, readable (`const`) or writable for the duration of the call; a text ends with a zero.
 #![allow(non_snake_case)]
-// The promises above hold for all functions alike.
+// The conditions above apply to all functions.
 #![allow(clippy::missing_safety_doc)]
 
 mod builder;
@@ -70,7 +69,7 @@ pub use task::*;
 pub use timing::*;
 pub use together::*;
 
-/// Handles go from thread to thread, and a model is used by several at once: the compiler says whether they may.
+/// Handles may move between threads, and several threads may use a model at once: check this at compile time.
 const _: fn() = || {
     fn send<T: Send>() {}
     fn sync<T: Sync>() {}

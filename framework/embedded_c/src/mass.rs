@@ -1,4 +1,4 @@
-//! Momentum, composite inertias, forces of rates, predictions of estimators.
+//! Momentum, composite inertias, bias forces, state prediction for estimators.
 
 use crate::edge::{self, Out, alone, disjoint, numbers, numbers_mut};
 use crate::robot::LwRobot;
@@ -11,25 +11,26 @@ use linkwork_embedded::{Known, Predictor, RobotError};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwInertia {
-    /// kg.
+    /// Mass, kg.
     pub mass: f64,
     /// From the origin to the centre of mass, m.
     pub center: [f64; 3],
-    /// About the origin (not about the centre), row after row, kg m^2.
+    /// Inertia about the origin (not about the centre of mass), row after row, kg m^2.
     pub inertia: [f64; 9],
 }
 
-/// Memory of predictions. For robots of one model, and one call at a time.
+/// Memory of state prediction. Use it for robots of one model, with one call at a time.
 pub struct LwPredictor(Tool<Predictor>);
 
-/// The composite inertia of a body at the robot's q, into `out`: that of all that it carries and itself, with what is held, as if they were one; about the body's origin, world axes.
+/// Writes the composite inertia of a body at the robot's q to `out`: the inertia of the body, everything that it carries, and held objects, as one
+/// rigid body; about the body's origin, world axes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_composite_inertia(
     robot: *mut LwRobot,
     body: u32,
     out: *mut LwInertia,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -46,7 +47,8 @@ pub unsafe extern "C" fn lw_robot_composite_inertia(
     }
 }
 
-/// Momentum about the centre of mass at the robot's q and rates `v` (`n` = nv), with what is held, into `out` (6 numbers: angular, kg m^2/s, then linear, kg m/s; world axes).
+/// Writes the momentum about the centre of mass at the robot's q and rates `v` (`n` = nv), including held objects, to `out` (6 numbers: angular, kg
+/// m^2/s, then linear, kg m/s; world axes).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_momentum(
     robot: *mut LwRobot,
@@ -54,7 +56,7 @@ pub unsafe extern "C" fn lw_robot_momentum(
     n: usize,
     out: *mut f64,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out.cast::<[f64; 6]>())?;
@@ -66,15 +68,15 @@ pub unsafe extern "C" fn lw_robot_momentum(
     }
 }
 
-/// The centroidal momentum matrix at the robot's q, with what is held, into `A` (6 rows of nv, row after row; `n` = 6 nv): rates to what `lw_robot_momentum` gives. Its last three rows,
-/// divided by the mass of `lw_robot_center_of_mass`, are the Jacobian of the centre of mass.
+/// Writes the centroidal momentum matrix at the robot's q, including held objects, to `A` (6 rows of nv, row after row; `n` = 6 nv). It maps rates to
+/// the result of `lw_robot_momentum`. Its last three rows, divided by the mass of `lw_robot_center_of_mass`, are the Jacobian of the centre of mass.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_centroidal_matrix(
     robot: *mut LwRobot,
     A: *mut f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let A = numbers_mut("A", A, n, 6 * r.model().nv())?;
@@ -83,8 +85,9 @@ pub unsafe extern "C" fn lw_robot_centroidal_matrix(
     }
 }
 
-/// Forces of rates and gravity, into `tau`, at the robot's q and rates `v` (`n` = nv each), with what is held: what is left of the equations of motion without accelerations. Accelerations that the
-/// tips of `count` chains (at most as many as the model has parts) have while no rate changes into `tips` (6 numbers each: angular, rad/s^2, then linear, m/s^2, of the tip's origin, world axes).
+/// Writes the bias forces (velocity terms and gravity, without accelerations) at the robot's q and rates `v` to `tau` (`n` = nv each), including held
+/// objects. Writes the tip accelerations of `count` chains (at most as many as the model has parts) at constant rates to `tips` (6 numbers each:
+/// angular, rad/s^2, then linear, m/s^2, of the tip's origin, world axes).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_bias(
     robot: *mut LwRobot,
@@ -95,7 +98,7 @@ pub unsafe extern "C" fn lw_robot_bias(
     tau: *mut f64,
     tips: *mut f64,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let room = r.model().parts().len();
@@ -123,13 +126,13 @@ pub unsafe extern "C" fn lw_robot_bias(
     }
 }
 
-/// Memory of `lw_predictor_step`, into `out`; free it with `lw_predictor_free`. It serves every robot of the same model.
+/// Creates the memory of `lw_predictor_step` and writes it to `out`; free it with `lw_predictor_free`. It works with every robot of the same model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_predictor_new(
     robot: *mut LwRobot,
     out: *mut *mut LwPredictor,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -140,16 +143,17 @@ pub unsafe extern "C" fn lw_predictor_new(
     }
 }
 
-/// Frees it; NULL is none.
+/// Frees the memory; NULL has no effect.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_predictor_free(predictor: *mut LwPredictor) {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { edge::free(predictor) }
 }
 
-/// A state of an estimator goes on by `step` seconds, in place: `q` (`nq`), rates `v` (`nv`) and the `covariance` of their errors (2 nv rows of 2 nv, row after row: errors of q along v, then
-/// those of v), under the forces `tau` (`nv`) and white noise of these with the spectral densities `density` (`nv`; (N m)^2 s and N^2 s; not negative), with what is held and the robot's
-/// gravity. By the midpoint rule, of second order. The robot's own q does not matter. `LW_STATUS_SINGULAR` where a joint has nothing to move.
+/// Predicts the state of an estimator over `step` seconds, in place: `q` (`nq`), rates `v` (`nv`) and the `covariance` of their errors (2 nv rows of
+/// 2 nv, row after row: errors of q along v, then errors of v). It moves under the forces `tau` (`nv`), white force noise with the spectral densities
+/// `density` (`nv`; (N m)^2 s and N^2 s; not negative), held objects and the robot's gravity. The midpoint rule of second order is used. The robot's
+/// own q has no effect. Returns `LW_STATUS_SINGULAR` where a joint moves no mass.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_predictor_step(
     robot: *mut LwRobot,
@@ -163,7 +167,7 @@ pub unsafe extern "C" fn lw_predictor_step(
     density: *const f64,
     step: f64,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let mut memory = lend("predictor", predictor, |p| &p.0, r)?;
@@ -182,7 +186,8 @@ pub unsafe extern "C" fn lw_predictor_step(
     }
 }
 
-/// How errors before the last step became errors after it, into `F` (2 nv rows of 2 nv, row after row; `n` = 4 nv nv): zero before the first one.
+/// Writes the transition matrix of the last step to `F` (2 nv rows of 2 nv, row after row; `n` = 4 nv nv), which maps errors before the step to
+/// errors after it; zero before the first step.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_predictor_transition(
     robot: *mut LwRobot,
@@ -190,7 +195,7 @@ pub unsafe extern "C" fn lw_predictor_transition(
     F: *mut f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let memory = lend("predictor", predictor, |p| &p.0, r)?;

@@ -1,4 +1,4 @@
-//! Mechanisms without a file: bodies on hinges, of the robot or on objects; limits.
+//! Mechanisms without a file: bodies on hinges, of the robot or on objects, and limits.
 
 use crate::builder::{Draft, LwBuilder};
 use crate::edge::{LwPose, alone, text, value};
@@ -7,38 +7,38 @@ use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, HingeCoordinate, Li
 use linkwork_embedded::spatial::{MassProperties, Mat3, Vec3};
 use std::ffi::c_char;
 
-/// The body does not move on its parent.
+/// The body is welded to its parent.
 pub const LW_HINGE_LOCKED: u32 = 0;
-/// It turns about `axis`: 1 number of q, rad.
+/// Rotation about `axis`: 1 number of q, rad.
 pub const LW_HINGE_PIN: u32 = 1;
-/// It slides along `axis`: 1 number of q, m.
+/// Translation along `axis`: 1 number of q, m.
 pub const LW_HINGE_SLIDER: u32 = 2;
-/// It turns about `axis` and advances along it by `pitch`: 1 number of q, rad.
+/// Rotation about `axis` with an advance along it of `pitch`: 1 number of q, rad.
 pub const LW_HINGE_SCREW: u32 = 3;
-/// It slides along `axis` and turns about it: 2 numbers of q, m and rad.
+/// Translation along `axis` and rotation about it: 2 numbers of q, m and rad.
 pub const LW_HINGE_CYLINDRICAL: u32 = 4;
-/// It turns about `axis`, then about `second`, which moves with it: 2 numbers of q, rad.
+/// Rotation about `axis`, then about `second`, which moves with the body: 2 numbers of q, rad.
 pub const LW_HINGE_UNIVERSAL: u32 = 5;
-/// It turns about the moving x, y and z axes: 3 numbers of q, rad.
+/// Rotation about the moving x, y and z axes: 3 numbers of q, rad.
 pub const LW_HINGE_GIMBAL: u32 = 6;
-/// It slides along x and y, then turns about z: 3 numbers of q, m and rad.
+/// Translation along x and y, then rotation about z: 3 numbers of q, m and rad.
 pub const LW_HINGE_PLANAR: u32 = 7;
 /// Any rotation: 4 numbers of q, a quaternion x y z w, and 3 degrees of freedom.
 pub const LW_HINGE_BALL: u32 = 8;
 /// Any motion: 7 numbers of q, position and quaternion, and 6 degrees of freedom.
 pub const LW_HINGE_FREE: u32 = 9;
 
-/// How a body moves on its parent. What does not count is zero.
+/// Hinge between a body and its parent. Unused fields must be zero.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwHinge {
     /// One of `LW_HINGE_...`.
     pub kind: u32,
-    /// Of a pin, slider, screw, cylindrical or universal hinge, of any length but zero, in the hinge's frame.
+    /// Axis of a pin, slider, screw, cylindrical or universal hinge, of any length except zero, in the hinge's frame.
     pub axis: [f64; 3],
-    /// The second axis of a universal hinge, of any length but zero.
+    /// The second axis of a universal hinge, of any length except zero.
     pub second: [f64; 3],
-    /// Of a screw: its advance, m/rad.
+    /// Pitch of a screw, m/rad.
     pub pitch: f64,
 }
 
@@ -67,7 +67,7 @@ impl LwHinge {
         match unused.iter().find(|u| !u.1) {
             None => Ok(hinge),
             Some((what, _)) => Err(Fault::Model(format!(
-                "hinge {} does not use `{what}`\n  help: leave zero what it does not use",
+                "hinge {} does not use `{what}`\n  help: set the unused fields to zero",
                 self.kind
             ))),
         }
@@ -75,13 +75,13 @@ impl LwHinge {
 }
 
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 pub(crate) unsafe fn mass_of(
     mass: f64,
     center: *const f64,
     inertia: *const f64,
 ) -> Result<MassProperties, Fault> {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     let (center, inertia) = unsafe {
         (value("center", center.cast::<[f64; 3]>())?, value("inertia", inertia.cast::<[f64; 9]>())?)
     };
@@ -89,13 +89,13 @@ pub(crate) unsafe fn mass_of(
 }
 
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 unsafe fn body_of(
     (name, parent): (*const c_char, *const c_char),
     (hinge, at): (*const LwHinge, *const LwPose),
     (mass, center, inertia): (f64, *const f64, *const f64),
 ) -> Result<BodySpec, Fault> {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         let hinge = match hinge.is_null() {
             true => Hinge::locked(),
@@ -112,13 +112,13 @@ unsafe fn body_of(
 }
 
 impl Draft {
-    /// A body of the robot; a hinge of one degree of freedom is a joint of its name.
+    /// Adds a body of the robot. A hinge with one degree of freedom is a joint with the body's name.
     fn body(&mut self, body: BodySpec) -> Result<(), Fault> {
         if body.hinge.nv() == 1 {
             let to = HingeCoordinate { body: body.name.clone(), subhinge: 0 };
             if let Some(other) = self.spec.joints.get(&body.name) {
                 let text = format!(
-                    "body `{}` has the name of a joint, which moves body `{}`\n  help: give it another name",
+                    "the name of body `{}` is already the name of a joint, which moves body `{}`\n  help: rename the body",
                     body.name, other.body
                 );
                 return Err(Fault::Model(text));
@@ -138,15 +138,16 @@ impl Draft {
         let spec = &mut self.spec;
         let found = all(&mut spec.mechanism).or_else(|| all(&mut spec.linkages));
         found.ok_or_else(|| {
-            let help = "add the body before, by `lw_builder_robot_file`, `lw_builder_body` or `lw_builder_object_body`";
+            let help = "add the body first, with `lw_builder_robot_file`, `lw_builder_body` or `lw_builder_object_body`";
             Fault::Unknown(format!("there is no body `{name}`\n  help: {help}"))
         })
     }
 }
 
-/// A body of the robot, on `parent` (a body, or "world") by `hinge` (NULL: welded) at `at` in the parent's frame (NULL: at its origin), where the body's own origin is. Mass properties as of `lw_builder_object`; mass,
-/// centre and inertia of zero: a frame. With bodies a robot needs no file; after a file they are added to its bodies. A hinge of one degree of freedom is found by `lw_model_joint` under the
-/// body's name, any by `lw_model_hinge`.
+/// Adds a body of the robot, connected to `parent` (a body, or "world") by `hinge` (NULL: welded) at the pose `at` in the parent's frame (NULL: at
+/// its origin). The hinge is at the body's origin. Mass properties as in `lw_builder_object`; a body with zero mass, centre and inertia is a frame.
+/// With such bodies a robot needs no file; after a file they are added to its bodies. A hinge with one degree of freedom is found with
+/// `lw_model_joint` under the body's name, every hinge with `lw_model_hinge`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_body(
     builder: *mut LwBuilder,
@@ -158,7 +159,7 @@ pub unsafe extern "C" fn lw_builder_body(
     center: *const f64,
     inertia: *const f64,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             d.body(body_of((name, parent), (hinge, at), (mass, center, inertia))?)
@@ -166,8 +167,9 @@ pub unsafe extern "C" fn lw_builder_body(
     }
 }
 
-/// A body that hangs on an object, or on another such body (`parent`), by `hinge` (NULL: welded) at `at` in the parent's frame (NULL: at its origin), where the body's own origin is. Mass properties as of
-/// `lw_builder_object`. `lw_model_object_hinge` tells where its numbers are.
+/// Adds a body that hangs on an object, or on another such body (`parent`), by `hinge` (NULL: welded) at the pose `at` in the parent's frame (NULL:
+/// at its origin). The hinge is at the body's origin. Mass properties as in `lw_builder_object`. `lw_model_object_hinge` returns the indices of its
+/// coordinates.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_object_body(
     builder: *mut LwBuilder,
@@ -179,7 +181,7 @@ pub unsafe extern "C" fn lw_builder_object_body(
     center: *const f64,
     inertia: *const f64,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let body = body_of((name, parent), (hinge, at), (mass, center, inertia))?;
@@ -189,8 +191,8 @@ pub unsafe extern "C" fn lw_builder_object_body(
     }
 }
 
-/// Limits of the hinge of a body that was added before, of each of its pins, sliders and screws: least and greatest coordinate, rad or m; greatest rate, rad/s or m/s; greatest effort, N m or N. Infinite where there
-/// is none. Takes the place of those of the file.
+/// Sets the limits of each pin, slider and screw in the hinge of a body that was added before: smallest and largest coordinate, rad or m; largest
+/// rate, rad/s or m/s; largest effort, N m or N. Infinite for no limit. They replace limits of the file.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_limits(
     builder: *mut LwBuilder,
@@ -200,7 +202,7 @@ pub unsafe extern "C" fn lw_builder_limits(
     rate: f64,
     effort: f64,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             d.limits(text("body", body)?, Limits { lower, upper, rate, effort })

@@ -1,4 +1,4 @@
-//! What never changes about a robot, and its names.
+//! Constant data of a robot, and its names.
 
 use crate::edge::{self, Out, list, numbers_mut, shared, text, write_text};
 use crate::status::{Fault, LwStatus, Message};
@@ -6,8 +6,8 @@ use linkwork_embedded::{ColliderId, Object, RobotError, RobotModel};
 use std::ffi::c_char;
 use std::sync::{Arc, Mutex};
 
-/// What never changes about a robot. Any number of threads may use it at once; the message is that of the last call of
-/// any of them that failed (`lw_model_clone` gives a thread a message of its own).
+/// Constant data of a robot. Any number of threads may use it at once. The message is that of the last failed call of any of them; `lw_model_clone`
+/// gives a thread a handle with its own message.
 pub struct LwModel {
     pub(crate) model: Arc<RobotModel>,
     message: Mutex<Message>,
@@ -23,10 +23,10 @@ impl LwModel {
     }
 }
 
-/// The same model by another handle with a message of its own, into `out`. O(1).
+/// Writes another handle of the same model, with its own message, to `out`. O(1).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_clone(model: *const LwModel, out: *mut *mut LwModel) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             Out::new("out", out)?.set(LwModel::give(m.model.clone()));
@@ -35,14 +35,14 @@ pub unsafe extern "C" fn lw_model_clone(model: *const LwModel, out: *mut *mut Lw
     }
 }
 
-/// Frees this handle of a model; NULL is none. Robots of the model stay.
+/// Frees this handle of a model; NULL has no effect. Robots of the model remain valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_free(model: *mut LwModel) {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { edge::free(model) }
 }
 
-/// As `lw_builder_message`, of a model.
+/// Like `lw_builder_message`, for a model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_message(
     model: *const LwModel,
@@ -50,11 +50,11 @@ pub unsafe extern "C" fn lw_model_message(
     room: usize,
     wanted: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { edge::message(model, LwModel::message, buffer, room, wanted) }
 }
 
-/// What the files say and the model does not use, one line each: as `lw_builder_message`.
+/// Copies the content of the files that the model does not use, one line each, like `lw_builder_message`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_unused(
     model: *const LwModel,
@@ -62,7 +62,7 @@ pub unsafe extern "C" fn lw_model_unused(
     room: usize,
     wanted: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             write_text(&m.model.unused().join("\n"), buffer, room, wanted)
@@ -70,7 +70,8 @@ pub unsafe extern "C" fn lw_model_unused(
     }
 }
 
-/// Warnings: mass properties of the robot's file that no body has and that were read all the same (`LW_INERTIA_WARN`), one line each with link and numbers; empty when there are none: as `lw_builder_message`.
+/// Copies warnings about mass properties in the robot's file that no rigid body can have but that were read all the same (`LW_INERTIA_WARN`), one
+/// line each with link and numbers, like `lw_builder_message`; empty when there are none.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_doubtful(
     model: *const LwModel,
@@ -78,7 +79,7 @@ pub unsafe extern "C" fn lw_model_doubtful(
     room: usize,
     wanted: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             write_text(&m.model.doubtful().join("\n"), buffer, room, wanted)
@@ -86,14 +87,14 @@ pub unsafe extern "C" fn lw_model_doubtful(
     }
 }
 
-/// Numbers of q into `nq`, degrees of freedom into `nv`.
+/// Writes the number of coordinates to `nq` and the number of degrees of freedom to `nv`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_sizes(
     model: *const LwModel,
     nq: *mut usize,
     nv: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             let (nq, nv) = (Out::new("nq", nq)?, Out::new("nv", nv)?);
@@ -104,24 +105,24 @@ pub unsafe extern "C" fn lw_model_sizes(
     }
 }
 
-/// A name that is not there, with those that are (or the number of them).
+/// Describes a name that does not exist, with the existing names or their number.
 fn unknown<'a>(kind: &str, name: &str, all: impl ExactSizeIterator<Item = &'a str>) -> Fault {
     let help = match all.len() {
-        0 => "there is none".to_owned(),
-        n if n > 40 => format!("correct the name: it is none of the {n} that there are"),
+        0 => "the model has none".to_owned(),
+        n if n > 40 => format!("correct the name; the model has {n} others"),
         _ => format!("one of: {}", all.collect::<Vec<_>>().join(", ")),
     };
     Fault::Unknown(format!("there is no {kind} `{name}`\n  help: {help}"))
 }
 
-/// The part of that name, into `out`: its place among the parts, from 0.
+/// Writes the index of the part with this name, from 0, to `out`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_part(
     model: *const LwModel,
     name: *const c_char,
     out: *mut u32,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             let (out, name) = (Out::new("out", out)?, text("name", name)?);
@@ -133,14 +134,14 @@ pub unsafe extern "C" fn lw_model_part(
     }
 }
 
-/// The object of that name, into `out`: its place among the objects, from 0.
+/// Writes the index of the object with this name, from 0, to `out`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_object(
     model: *const LwModel,
     name: *const c_char,
     out: *mut u32,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             let (out, name) = (Out::new("out", out)?, text("name", name)?);
@@ -152,7 +153,7 @@ pub unsafe extern "C" fn lw_model_object(
     }
 }
 
-/// How many coordinates and rates the joints of an object have (the root apart): none when it is rigid.
+/// Returns the numbers of coordinates and rates of an object's joints, without the root: zero for a rigid object.
 pub(crate) fn object_sizes(m: &RobotModel, object: Object) -> Result<(usize, usize), Fault> {
     let Some(bodies) = m.object_multibody(object) else { return Ok((0, 0)) };
     let root = bodies.body_ids().next().ok_or(RobotError::ForeignHandle)?;
@@ -160,7 +161,7 @@ pub(crate) fn object_sizes(m: &RobotModel, object: Object) -> Result<(usize, usi
     Ok((bodies.nq() - root.q().len(), bodies.nv() - root.v().len()))
 }
 
-/// How many coordinates the joints of an object have, into `nq`, and degrees of freedom, into `nv`: 0 when it is rigid.
+/// Writes the number of coordinates of an object's joints to `nq` and their number of degrees of freedom to `nv`; 0 for a rigid object.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_object_sizes(
     model: *const LwModel,
@@ -168,7 +169,7 @@ pub unsafe extern "C" fn lw_model_object_sizes(
     nq: *mut usize,
     nv: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             let (nq, nv) = (Out::new("nq", nq)?, Out::new("nv", nv)?);
@@ -180,7 +181,7 @@ pub unsafe extern "C" fn lw_model_object_sizes(
     }
 }
 
-/// The body of that name among those that hang on an object by hinges, and the object itself, into `out`.
+/// Writes the index of the body with this name among the object itself and the bodies that hang on it to `out`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_object_body(
     model: *const LwModel,
@@ -188,7 +189,7 @@ pub unsafe extern "C" fn lw_model_object_body(
     name: *const c_char,
     out: *mut u32,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             let (out, name) = (Out::new("out", out)?, text("name", name)?);
@@ -203,14 +204,14 @@ pub unsafe extern "C" fn lw_model_object_body(
     }
 }
 
-/// The body of that name, into `out`: its place among the bodies, from 0.
+/// Writes the index of the body with this name, from 0, to `out`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_body(
     model: *const LwModel,
     name: *const c_char,
     out: *mut u32,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             let (out, name) = (Out::new("out", out)?, text("name", name)?);
@@ -222,14 +223,14 @@ pub unsafe extern "C" fn lw_model_body(
     }
 }
 
-/// The collider of that name, into `out`: its place in the order of names, from 0.
+/// Writes the index of the collider with this name, from 0 in alphabetical order, to `out`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_collider(
     model: *const LwModel,
     name: *const c_char,
     out: *mut u32,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             let (out, name) = (Out::new("out", out)?, text("name", name)?);
@@ -241,7 +242,7 @@ pub unsafe extern "C" fn lw_model_collider(
     }
 }
 
-/// The name of a collider: as `lw_builder_message`.
+/// Copies the name of a collider, like `lw_builder_message`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_collider_name(
     model: *const LwModel,
@@ -250,7 +251,7 @@ pub unsafe extern "C" fn lw_model_collider_name(
     room: usize,
     wanted: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             let found = m.model.colliders().nth(collider as usize);
@@ -259,7 +260,8 @@ pub unsafe extern "C" fn lw_model_collider_name(
     }
 }
 
-/// The places in q and among the degrees of freedom of a joint with one coordinate, by the name that the file gives it, or of a body of `lw_builder_body` by its name.
+/// Writes the indices in q and among the degrees of freedom of a joint with one coordinate, by its name in the file, or by the name of a body of
+/// `lw_builder_body`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_joint(
     model: *const LwModel,
@@ -267,14 +269,13 @@ pub unsafe extern "C" fn lw_model_joint(
     in_q: *mut usize,
     in_v: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             let (in_q, in_v) = (Out::new("in_q", in_q)?, Out::new("in_v", in_v)?);
             let name = text("name", name)?;
             let none = || {
-                let help =
-                    "name a joint of the file, or a body that was added, with one coordinate";
+                let help = "give the name of a joint of the file, or of an added body, that has one coordinate";
                 Fault::Unknown(format!(
                     "there is no joint `{name}` with one coordinate\n  help: {help}"
                 ))
@@ -287,7 +288,8 @@ pub unsafe extern "C" fn lw_model_joint(
     }
 }
 
-/// Where the hinge of a body has its numbers: the first in q into `in_q` and how many into `q_count`, among the degrees of freedom into `in_v` and `v_count`. A welded one has none.
+/// Writes the indices of a body's hinge: first index and number in q (`in_q`, `q_count`) and among the degrees of freedom (`in_v`, `v_count`). The
+/// numbers are zero for a welded body.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_hinge(
     model: *const LwModel,
@@ -297,7 +299,7 @@ pub unsafe extern "C" fn lw_model_hinge(
     in_v: *mut usize,
     v_count: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             let (in_q, q_count) = (Out::new("in_q", in_q)?, Out::new("q_count", q_count)?);
@@ -313,7 +315,8 @@ pub unsafe extern "C" fn lw_model_hinge(
     }
 }
 
-/// As `lw_model_hinge`, of a body that hangs on an object (`lw_model_object_body`): the places are those among the numbers of that object's joints. The object itself has none.
+/// Like `lw_model_hinge`, for a body that hangs on an object (`lw_model_object_body`). The indices refer to the joints of that object. The object
+/// itself has none.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_object_hinge(
     model: *const LwModel,
@@ -324,7 +327,7 @@ pub unsafe extern "C" fn lw_model_object_hinge(
     in_v: *mut usize,
     v_count: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             let (in_q, q_count) = (Out::new("in_q", in_q)?, Out::new("q_count", q_count)?);
@@ -333,7 +336,7 @@ pub unsafe extern "C" fn lw_model_object_hinge(
             let all = bodies.map_or(&[][..], |m| m.bodies());
             let (root, b) = (all.first(), all.get(body as usize));
             let (root, b) = root.zip(b).ok_or(RobotError::ForeignHandle)?;
-            // The root comes first, and its numbers are no joint's.
+            // The root comes first, and its coordinates do not belong to a joint.
             let own = body != 0;
             in_q.set(b.q().start.saturating_sub(root.q().len()));
             q_count.set(if own { b.q().len() } else { 0 });
@@ -344,14 +347,14 @@ pub unsafe extern "C" fn lw_model_object_hinge(
     }
 }
 
-/// How many degrees of freedom a chain has, into `count`: the columns of its Jacobian.
+/// Writes the number of degrees of freedom of a chain, which is the number of columns of its Jacobian, to `count`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_part_size(
     model: *const LwModel,
     part: u32,
     count: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             let count = Out::new("count", count)?;
@@ -361,7 +364,7 @@ pub unsafe extern "C" fn lw_model_part_size(
     }
 }
 
-/// The places of a chain's degrees of freedom among all, into `dofs` of length `n` (`lw_model_part_size`).
+/// Writes the indices of a chain's degrees of freedom among all to `dofs` of length `n` (`lw_model_part_size`).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_part_dofs(
     model: *const LwModel,
@@ -369,7 +372,7 @@ pub unsafe extern "C" fn lw_model_part_dofs(
     dofs: *mut usize,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             let all = m.model.dofs(edge::part(&m.model, part)?)?;
@@ -379,7 +382,8 @@ pub unsafe extern "C" fn lw_model_part_dofs(
     }
 }
 
-/// The colliders on the bodies of a part, in the order of names, into `out`, and how many there are into `count`. Where they are more than `room`, `LW_STATUS_NO_ROOM`, and `count` alone is written.
+/// Writes the colliders on the bodies of a part, sorted by name, to `out`, and their number to `count`. If there are more than `room`, returns
+/// `LW_STATUS_NO_ROOM` and writes only `count`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_part_colliders(
     model: *const LwModel,
@@ -388,7 +392,7 @@ pub unsafe extern "C" fn lw_model_part_colliders(
     room: usize,
     count: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             let all = m.model.colliders_of_part(edge::part(&m.model, part)?)?;
@@ -397,7 +401,7 @@ pub unsafe extern "C" fn lw_model_part_colliders(
     }
 }
 
-/// As `lw_model_part_colliders`, of an object, those on its bodies among them.
+/// Like `lw_model_part_colliders`, for an object, including colliders on bodies that hang on it.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_object_colliders(
     model: *const LwModel,
@@ -406,7 +410,7 @@ pub unsafe extern "C" fn lw_model_object_colliders(
     room: usize,
     count: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             let all = m.model.colliders_of_object(edge::object(&m.model, object)?)?;
@@ -416,7 +420,7 @@ pub unsafe extern "C" fn lw_model_object_colliders(
 }
 
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 unsafe fn colliders(
     all: impl Iterator<Item = ColliderId>,
     out: *mut u32,
@@ -424,14 +428,14 @@ unsafe fn colliders(
     count: *mut usize,
 ) -> Result<(), Fault> {
     let all: Vec<u32> = all.map(|id| id.index() as u32).collect();
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         let (count, out) = (Out::new("count", count)?, numbers_mut("out", out, room, room)?);
         list("colliders", all.into_iter(), out, count)
     }
 }
 
-/// Limits of the degrees of freedom with one coordinate, rad or m, into `lower` and `upper` (`n` = nv each); infinite where there is none.
+/// Writes the limits of the degrees of freedom with one coordinate, rad or m, to `lower` and `upper` (`n` = nv each); infinite for no limit.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_limits(
     model: *const LwModel,
@@ -439,7 +443,7 @@ pub unsafe extern "C" fn lw_model_limits(
     upper: *mut f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         shared(model, LwModel::message, |m| {
             edge::apart(("lower", lower.cast_const(), n), ("upper", upper, n))?;

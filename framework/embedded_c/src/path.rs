@@ -1,4 +1,4 @@
-//! Free paths between configurations, and ways that a search finds.
+//! Collision checks of paths between configurations, and path planning.
 
 use crate::collide::LwPair;
 use crate::edge::{self, Out, alone, numbers, numbers_mut, value};
@@ -7,29 +7,29 @@ use crate::status::{Fault, LwStatus};
 use crate::tool::{MANY, Tool, lend, room};
 use linkwork_embedded::{Path, PathProgress, PlanOutcome, Planner, RobotError, Search};
 
-/// Whether a path is free.
+/// Result of a collision check of a path.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LwPathOutcome {
-    /// Proven free from end to end.
+    /// The whole path is proven free.
     Free,
     /// Two colliders touch.
     Hit,
-    /// Nothing touches where it was looked, and pieces as short as allowed could not be proven free.
+    /// No collision was found, but some pieces of the minimum length could not be proven free.
     Undecided,
-    /// The pieces asked for were used up; `lw_robot_path_free_on` goes on.
+    /// The requested number of pieces was checked; `lw_robot_path_free_on` continues.
     Unfinished,
 }
 
-/// What is told of a path.
+/// Result of a collision check of a path, with its position.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwPath {
-    /// Which part of the way, from 0 at its start to 1: where two touch, or the first piece that is undecided; else 0.
+    /// Position on the path, from 0 at its start to 1 at its end, where two colliders touch, or of the first undecided piece; otherwise 0.
     pub at: f64,
-    /// Two that touch there; else zero.
+    /// The two colliders that touch there; otherwise zero.
     pub pair: LwPair,
-    /// What came of it.
+    /// The result.
     pub outcome: LwPathOutcome,
 }
 
@@ -46,7 +46,7 @@ impl From<Option<Path>> for LwPath {
     }
 }
 
-/// A path that is looked at in portions.
+/// A path that is checked in several calls.
 pub(crate) struct Swept {
     ends: [Vec<f64>; 2],
     least: f64,
@@ -71,41 +71,41 @@ impl Instance {
     }
 }
 
-/// How to look for a way.
+/// Settings of path planning.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwSearch {
-    /// Of the random places: the same seed gives the same way.
+    /// Seed of the random samples. The same seed gives the same path.
     pub seed: u64,
-    /// Longest piece, as the greatest change of one coordinate, rad or m; above zero.
+    /// Longest piece, as the largest change of one coordinate, rad or m; above zero.
     pub step: f64,
-    /// Pieces of a piece that are not cut again, as of `lw_robot_path_free`.
+    /// Fraction of a piece that is not halved again, as in `lw_robot_path_free`.
     pub least: f64,
 }
 
-/// How a search for a way ended.
+/// Result of path planning.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LwPlanOutcome {
-    /// `lw_planner_path` gives it: free from end to end.
+    /// A path was found that is free from end to end; `lw_planner_path` returns it.
     Found,
-    /// The start touches something.
+    /// The start is in collision.
     BlockedStart,
-    /// The goal touches something.
+    /// The goal is in collision.
     BlockedGoal,
-    /// The room was used up. There may be a way, or none.
+    /// The memory was used up. A path may or may not exist.
     NotFound,
-    /// The places asked for were used up; `lw_planner_resume` goes on.
+    /// The requested number of samples was used; `lw_planner_resume` continues.
     Unfinished,
 }
 
-/// What is told of a way.
+/// Result of path planning, with the size of the path.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LwPlan {
-    /// How many configurations it has, both ends counted; 0 when none was found.
+    /// Number of configurations, including both ends; 0 when no path was found.
     pub rows: usize,
-    /// Two that touch at a blocked end; else zero.
+    /// The two colliders that touch at a blocked end; otherwise zero.
     pub pair: LwPair,
     /// How the search ended.
     pub outcome: LwPlanOutcome,
@@ -125,11 +125,12 @@ impl LwPlan {
     }
 }
 
-/// Memory of searches for ways of one chain. For robots of one model, and one call at a time.
+/// Memory of path planning for one chain. Use it for robots of one model, with one call at a time.
 pub struct LwPlanner(Tool<Planner>);
 
-/// Whether the way from `qa` to `qb` (`n` = nq each) touches nothing, all coordinates moving in proportion, into `out`: proven, not sampled; what hands hold goes with them. Pieces shorter than
-/// `least` (a part of the way, 1e-9 to 1; 1e-3 is usual) are not cut again. At most so many `pieces` are looked at (SIZE_MAX: all). The robot's own q does not matter.
+/// Checks whether the path from `qa` to `qb` (`n` = nq each) is free of collisions while all coordinates move in proportion, and writes the result to
+/// `out`. The result is proven, not sampled. Held objects move with the hands. Pieces shorter than `least` (a fraction of the path, 1e-9 to 1;
+/// usually 1e-3) are not halved again. Checks at most `pieces` pieces (SIZE_MAX: all). The robot's own q has no effect. Returns
 /// `LW_STATUS_OUT_OF_RANGE` also for an end beyond the limits of a slider.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_path_free(
@@ -141,13 +142,13 @@ pub unsafe extern "C" fn lw_robot_path_free(
     pieces: usize,
     out: *mut LwPath,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
             let nq = r.model().nq();
             let (qa, qb) = (numbers("qa", qa, n, nq)?, numbers("qb", qb, n, nq)?);
-            // No pieces: the arguments alone are checked.
+            // With zero pieces the call only checks the arguments.
             let mut progress = PathProgress::default();
             r.robot.path_free_on(qa, qb, least, &mut progress, 0)?;
             let [a, b] = &mut r.swept.ends;
@@ -160,15 +161,15 @@ pub unsafe extern "C" fn lw_robot_path_free(
     }
 }
 
-/// Goes on with the path of the last `lw_robot_path_free` that was left unfinished, for so many pieces, with the robot as it was then. Portions do not change the answer.
-/// `LW_STATUS_NO_SEARCH` when there is none.
+/// Continues the check of the last `lw_robot_path_free` that is unfinished, for up to `pieces` pieces. The robot must hold the same objects. The
+/// result does not depend on the number of calls. Returns `LW_STATUS_NO_SEARCH` when there is no unfinished check.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_path_free_on(
     robot: *mut LwRobot,
     pieces: usize,
     out: *mut LwPath,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -178,8 +179,8 @@ pub unsafe extern "C" fn lw_robot_path_free_on(
     }
 }
 
-/// Memory of searches for ways of a chain of pins, sliders and screws, with room for so many configurations (2 to 1048576) in each of two trees, into `out`; free it with `lw_planner_free`.
-/// It serves every robot of the same model.
+/// Creates the memory of path planning for a chain of pins, sliders and screws, with room for `configurations` (2 to 1048576) in each of two trees,
+/// and writes it to `out`; free it with `lw_planner_free`. It works with every robot of the same model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_planner_new(
     robot: *mut LwRobot,
@@ -187,7 +188,7 @@ pub unsafe extern "C" fn lw_planner_new(
     configurations: usize,
     out: *mut *mut LwPlanner,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (out, part) = (Out::new("out", out)?, r.part(part)?);
@@ -199,16 +200,17 @@ pub unsafe extern "C" fn lw_planner_new(
     }
 }
 
-/// Frees it; NULL is none.
+/// Frees the memory; NULL has no effect.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_planner_free(planner: *mut LwPlanner) {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { edge::free(planner) }
 }
 
-/// Looks for a free way of the chain from `start` to `goal` (`n` = nq each, within limits; they differ in the chain's coordinates alone) with at most so many random `places` in this call
-/// (SIZE_MAX: until it ends), into `out`. `search`: NULL for seed 1, steps of 0.5 and pieces down to 1e-3. What hands hold goes with them; the robot's own q does not matter. *Not found*
-/// is an answer, not an error.
+/// Searches for a collision-free path of the chain from `start` to `goal` (`n` = nq each, within limits; they may differ only in the chain's
+/// coordinates) with at most `places` random samples in this call (SIZE_MAX: no limit), and writes the result to `out`. `search`: NULL for seed 1,
+/// steps of 0.5 and pieces down to 1e-3. Held objects move with the hands; the robot's own q has no effect. If no path is found, this is a result,
+/// not an error.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_planner_plan(
     robot: *mut LwRobot,
@@ -220,7 +222,7 @@ pub unsafe extern "C" fn lw_planner_plan(
     places: usize,
     out: *mut LwPlan,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -242,7 +244,8 @@ pub unsafe extern "C" fn lw_planner_plan(
     }
 }
 
-/// Goes on with an unfinished search for at most so many random places, with the robot as it was at its begin. Portions do not change what is found.
+/// Continues an unfinished search with at most `places` random samples. The robot must hold the same objects as at the beginning. The result does not
+/// depend on the number of calls.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_planner_resume(
     robot: *mut LwRobot,
@@ -250,7 +253,7 @@ pub unsafe extern "C" fn lw_planner_resume(
     places: usize,
     out: *mut LwPlan,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -262,8 +265,8 @@ pub unsafe extern "C" fn lw_planner_resume(
     }
 }
 
-/// The way that was found last, into `way`: configurations (nq numbers each) from the start to the goal, one after the other, between which all coordinates move in proportion; `n`: nq times the
-/// `rows` of `LwPlan`.
+/// Writes the path that was found last to `way`: configurations (nq numbers each) from the start to the goal, one after the other, between which all
+/// coordinates move in proportion. `n`: nq times the `rows` of `LwPlan`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_planner_path(
     robot: *mut LwRobot,
@@ -271,7 +274,7 @@ pub unsafe extern "C" fn lw_planner_path(
     way: *mut f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let planner = lend("planner", planner, |p| &p.0, r)?;
@@ -285,7 +288,7 @@ pub unsafe extern "C" fn lw_planner_path(
     }
 }
 
-/// A path as the robot tells it, where there is one.
+/// Converts the robot's result for a path.
 pub(crate) fn told(path: Result<Path, RobotError>) -> Result<LwPath, Fault> {
     Ok(Some(path?).into())
 }

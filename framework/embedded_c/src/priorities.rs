@@ -1,4 +1,4 @@
-//! Solvers of plain numbers, without a robot: least squares in order of priority within bounds, and between two ends.
+//! Least-squares solvers without a robot: prioritized with bounds, and with lower and upper limits.
 
 use crate::edge::{self, Out, alone, disjoint, finite, numbers, numbers_mut};
 use crate::status::{Fault, LwStatus, Message};
@@ -6,7 +6,8 @@ use crate::tool::{FEW, room};
 use linkwork_embedded::{Priorities, RobotError, Sweeps, bounded};
 use std::sync::Mutex;
 
-/// A problem of least squares in order of priority: unknowns x with bounds c x <= d, and levels A x = b, of which each takes nothing from those before. For one thread at a time.
+/// A prioritized least-squares problem: unknowns x with bounds c x <= d, and levels A x = b. A level never degrades the levels before it. Use it from
+/// one thread at a time.
 pub struct LwPriorities {
     inner: Mutex<Problem>,
     message: Mutex<Message>,
@@ -26,7 +27,8 @@ impl LwPriorities {
     }
 }
 
-/// A problem of `n` unknowns with room for so many `rows` in one level and so many `bounds` (1024 each at most), into `out`; free it with `lw_priorities_free`. No later call allocates.
+/// Creates a problem of `n` unknowns with up to `rows` rows in one level and up to `bounds` bounds (at most 1024 each) and writes it to `out`; free
+/// it with `lw_priorities_free`. Later calls do not allocate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_priorities_new(
     n: usize,
@@ -43,20 +45,20 @@ pub unsafe extern "C" fn lw_priorities_new(
         solver.begin();
         let inner = Mutex::new(Problem { solver, n, rows, bounds, given: 0 });
         let new = LwPriorities { inner, message: Mutex::new(Message::new()) };
-        // SAFETY: the caller's promises.
+        // SAFETY: guaranteed by the caller.
         unsafe { out.set(Box::into_raw(Box::new(new))) };
         Ok(())
     })
 }
 
-/// Frees it; NULL is none.
+/// Frees the problem; NULL has no effect.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_priorities_free(problem: *mut LwPriorities) {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { edge::free(problem) }
 }
 
-/// As `lw_builder_message`, of a problem.
+/// Like `lw_builder_message`, for a problem.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_priorities_message(
     problem: *const LwPriorities,
@@ -64,14 +66,14 @@ pub unsafe extern "C" fn lw_priorities_message(
     room: usize,
     wanted: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { edge::message(problem, |p| &p.message, buffer, room, wanted) }
 }
 
-/// Begins anew: no bounds, no levels, x = 0.
+/// Starts a new problem: no bounds, no levels, x = 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_priorities_begin(problem: *mut LwPriorities) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(problem, LwPriorities::parts, |p| {
             p.solver.begin();
@@ -81,7 +83,7 @@ pub unsafe extern "C" fn lw_priorities_begin(problem: *mut LwPriorities) -> LwSt
     }
 }
 
-/// A bound c x <= `most` (infinite: none) that all levels afterwards keep: `c` has `n` numbers. Give bounds before the first level.
+/// Adds the bound c x <= `most` (infinite: no bound) for all later levels; `c` has `n` numbers. Add bounds before the first level.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_priorities_bound(
     problem: *mut LwPriorities,
@@ -89,7 +91,7 @@ pub unsafe extern "C" fn lw_priorities_bound(
     n: usize,
     most: f64,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(problem, LwPriorities::parts, |p| {
             let c = numbers("c", c, n, p.n)?;
@@ -108,8 +110,9 @@ pub unsafe extern "C" fn lw_priorities_bound(
     }
 }
 
-/// The next level: `A` (`rows` times n numbers, row after row) and `b` (`rows`), met in the sense of least squares as far as bounds and the levels before leave it. How far it is from being met, |A x - b|, into `residual`, and
-/// how many directions of x are left for levels afterwards into `left` (NULL: not asked for). `LW_STATUS_SINGULAR` when bounds contradict each other or what levels before have settled: begin anew.
+/// Adds and solves the next level: `A` (`rows` times n numbers, row after row) and `b` (`rows`), in the least-squares sense within the bounds and
+/// without degrading earlier levels. Writes the residual |A x - b| to `residual`, and the number of directions of x that remain for later levels to
+/// `left` (may be NULL). Returns `LW_STATUS_SINGULAR` when bounds contradict each other or earlier levels; start a new problem then.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_priorities_level(
     problem: *mut LwPriorities,
@@ -119,7 +122,7 @@ pub unsafe extern "C" fn lw_priorities_level(
     residual: *mut f64,
     left: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(problem, LwPriorities::parts, |p| {
             let residual =
@@ -131,7 +134,7 @@ pub unsafe extern "C" fn lw_priorities_level(
             let (A, b) = (numbers("A", A, rows * p.n, rows * p.n)?, numbers("b", b, rows, rows)?);
             finite("A", A)?;
             finite("b", b)?;
-            let help = "begin anew with bounds that can be kept together";
+            let help = "start a new problem with bounds that do not contradict each other";
             let none = RobotError::Singular { what: "a level within its bounds", help };
             let met = p.solver.level(A, b).map_err(|_| none)?;
             if let Some(residual) = residual {
@@ -145,14 +148,14 @@ pub unsafe extern "C" fn lw_priorities_level(
     }
 }
 
-/// The unknowns that meet all levels until now as well as can be, into `x` (`n`).
+/// Writes the solution of all levels so far to `x` (`n`).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_priorities_x(
     problem: *mut LwPriorities,
     x: *mut f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(problem, LwPriorities::parts, |p| {
             numbers_mut("x", x, n, p.n)?.copy_from_slice(p.solver.x());
@@ -161,8 +164,10 @@ pub unsafe extern "C" fn lw_priorities_x(
     }
 }
 
-/// Moves `s` (`n` numbers) to the minimum of s N s / 2 - r s between `lower` and `upper`, from where it is: `normal` is N (n rows of n, row after row, symmetric with a positive diagonal), `right` r
-/// (`n`). It ends after `most` iterations of an active set (sweeps, above 64 numbers), or when no number alone would move by more than `settled`; how many it took into `sweeps` (NULL: not asked for). Cost of each: n^2. No handle has a message of it.
+/// Moves `s` (`n` numbers) from its current value to the minimum of s N s / 2 - r s between `lower` and `upper`. `normal` is N (n rows of n, row
+/// after row, symmetric with a positive diagonal), `right` is r (`n`). Ends after `most` iterations of an active-set method (sweeps, for more than 64
+/// numbers), or when no number would move by more than `settled` on its own. Writes the number of iterations to `sweeps` (may be NULL). Each costs
+/// n^2. There is no handle and no message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_bounded(
     normal: *const f64,
@@ -176,7 +181,7 @@ pub unsafe extern "C" fn lw_bounded(
     sweeps: *mut usize,
 ) -> LwStatus {
     edge::plain(|| {
-        // SAFETY: the caller's promises.
+        // SAFETY: guaranteed by the caller.
         unsafe {
             let sweeps = if sweeps.is_null() { None } else { Some(Out::new("sweeps", sweeps)?) };
             let size = n.saturating_mul(n);
@@ -188,11 +193,11 @@ pub unsafe extern "C" fn lw_bounded(
                 finite(what, x)?;
             }
             if lower.is_nan() || upper.is_nan() || lower > upper {
-                let (what, help) = ("lower", "an end that is not above the other");
+                let (what, help) = ("lower", "a lower limit that is not above the upper limit");
                 return Err(Fault::from(RobotError::OutOfRange { what, value: lower, help }));
             }
             if let Some(value) = (0..n).map(|k| normal[n * k + k]).find(|x| *x <= 0.0) {
-                let (what, help) = ("diagonal of `normal`", "above zero");
+                let (what, help) = ("diagonal of `normal`", "give numbers above zero");
                 return Err(RobotError::OutOfRange { what, value, help }.into());
             }
             let took = bounded(normal, right, [lower, upper], &Sweeps { most, settled }, s);

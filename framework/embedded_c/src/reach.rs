@@ -1,4 +1,4 @@
-//! Inverse kinematics: a search, and all solutions of arms with a closed form.
+//! Inverse kinematics: numerical search, and all solutions of arms with a closed form.
 
 use crate::edge::{LwPose, Out, alone, apart, numbers, numbers_mut, rotation, value, vec3};
 use crate::robot::LwRobot;
@@ -9,38 +9,38 @@ use linkwork_embedded::{
     RobotError, RobotModel, Towards,
 };
 
-/// The position of the goal counts.
+/// The goal has a position.
 pub const LW_GOAL_POSITION: u32 = 1;
-/// The orientation of the goal counts.
+/// The goal has an orientation.
 pub const LW_GOAL_ORIENTATION: u32 = 2;
 /// The goal is in the frame of the chain's base instead of the world.
 pub const LW_GOAL_IN_BASE: u32 = 4;
-/// Of the position only the plane through it with the normal `direction` counts.
+/// The position must lie in the plane through the given position with the normal `direction`.
 pub const LW_GOAL_PLANE: u32 = 8;
-/// Of the position only the line through it along `direction` counts.
+/// The position must lie on the line through the given position along `direction`.
 pub const LW_GOAL_LINE: u32 = 16;
-/// In place of an orientation `axis` points along the direction `towards`: all that welding and drilling ask for.
+/// Instead of an orientation, `axis` points along the direction `towards`, for example for welding and drilling.
 pub const LW_GOAL_AXIS: u32 = 32;
-/// In place of an orientation `axis` looks at the point `towards`.
+/// Instead of an orientation, `axis` points at the point `towards`.
 pub const LW_GOAL_LOOK_AT: u32 = 64;
 
-/// Where a tip is to be. What does not count is not read.
+/// Goal of a tip. Fields that are not selected in `parts` are not read.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwGoal {
-    /// Where.
+    /// Position and orientation.
     pub pose: LwPose,
-    /// What 1 m and 1 rad count in the sum of squares; positive.
+    /// Weights of 1 m and 1 rad in the sum of squares; positive.
     pub weights: [f64; 2],
     /// A sum of `LW_GOAL_...`.
     pub parts: u32,
     /// Normal of a plane or direction of a line, of length 1, in the frame of the pose.
     pub direction: [f64; 3],
-    /// The axis that points somewhere, of length 1, in the tip's frame. The turn about it is free.
+    /// The pointing axis, of length 1, in the tip's frame. The rotation about it is free.
     pub axis: [f64; 3],
-    /// To where: a direction of length 1, or a point, m, in the frame of the pose.
+    /// Its target: a direction of length 1, or a point, m, in the frame of the pose.
     pub towards: [f64; 3],
-    /// Half of the angle of the cone about it within which any direction will do, rad, 0 to pi; 0: the direction itself.
+    /// Half of the opening angle of the cone about the target in which every direction is accepted, rad, 0 to pi; 0: only the target itself.
     pub within: f64,
 }
 
@@ -84,45 +84,46 @@ impl LwGoal {
     }
 }
 
-/// When inverse kinematics is content, and how long it tries: in work, never in time.
+/// Tolerances and limits of the work of inverse kinematics. The work is counted, not timed.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwEffort {
-    /// Greatest error of position, m, and of orientation, rad.
+    /// Largest errors of position, m, and of orientation, rad.
     pub tolerances: [f64; 2],
-    /// Steps from one start.
+    /// Maximum number of steps from one start.
     pub steps: usize,
-    /// Starts elsewhere, the same ones each time; a quarter of them for the nearest to a position that is out of reach by the lengths of links.
+    /// Number of additional starts, the same for each search. A quarter of them is used for a position that is out of reach because of the link
+    /// lengths.
     pub restarts: usize,
-    /// Evaluations of the kinematics in one call, at most.
+    /// Maximum number of kinematics evaluations in one call.
     pub kinematics: usize,
 }
 
-/// How a search ended.
+/// Result of a search.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LwOutcome {
     /// The goal is met within the tolerances.
     Met,
-    /// No start led there: this is the nearest of all.
+    /// No start led to the goal. This is the nearest configuration of all starts.
     Nearest,
-    /// The effort was used up; `lw_robot_resume_inverse_kinematics` goes on.
+    /// The limit of evaluations was reached; `lw_robot_resume_inverse_kinematics` continues.
     Unfinished,
 }
 
-/// What inverse kinematics answers beside q.
+/// Result of inverse kinematics, in addition to q.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwAnswer {
-    /// How far the tip is from the goal, m; not defined when unfinished.
+    /// Residual distance of the tip from its goal, m; undefined when unfinished.
     pub position: f64,
-    /// The same, rad.
+    /// Residual angle, rad; undefined when unfinished.
     pub orientation: f64,
-    /// Evaluations of the kinematics since the search began.
+    /// Kinematics evaluations since the search began.
     pub kinematics: usize,
-    /// Which start led there; 0 is the given one.
+    /// Index of the start that led there; 0 is the given start.
     pub restart: usize,
-    /// How it ended.
+    /// How the search ended.
     pub outcome: LwOutcome,
 }
 
@@ -148,21 +149,22 @@ impl From<Outcome> for LwOutcome {
     }
 }
 
-/// What is liked among configurations that meet a goal, and how hard to look: the least of `centred` / 2 times the sum of ((q - middle) / (upper - lower))^2, and `near` / 2 times that of ((q - given) / (upper - lower))^2, less `manipulable` times ln w.
+/// Secondary cost of configurations that meet a goal, and the amount of search. The cost is `centred` / 2 times the sum of ((q - middle) / (upper -
+/// lower))^2, plus `near` / 2 times the sum of ((q - given) / (upper - lower))^2, minus `manipulable` times ln w.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwPrefer {
-    /// What distance from the middle of the limits counts; not negative.
+    /// Weight of the distance from the middle of the limits; not negative.
     pub centred: f64,
-    /// What distance from the configuration that the search is given counts; not negative.
+    /// Weight of the distance from the configuration that the search is given; not negative.
     pub near: f64,
-    /// What ln w counts (`lw_robot_manipulability`); not negative, and one of the three above zero.
+    /// Weight of ln w (`lw_robot_manipulability`); not negative. One of the three weights must be above zero.
     pub manipulable: f64,
-    /// What 1 rad counts in w, m; above zero.
+    /// Length that scales angular rows in w, m; above zero.
     pub length: f64,
-    /// Starts: the given one and others, the same ones each time; at least one is made.
+    /// Number of starts: the given one and others, the same for each search; at least one is made.
     pub starts: usize,
-    /// Evaluations of the kinematics to improve each solution, at most; 400 is usual.
+    /// Maximum number of kinematics evaluations for the improvement of each solution; usually 400.
     pub steps: usize,
 }
 
@@ -173,17 +175,17 @@ impl From<LwPrefer> for Prefer {
     }
 }
 
-/// The best of several solutions.
+/// Result of a search with a secondary cost.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwBest {
-    /// What was made small; infinite when the goal is not met.
+    /// The minimized cost; infinite when the goal is not met.
     pub cost: f64,
-    /// Starts that led to the goal.
+    /// Number of starts that led to the goal.
     pub solutions: usize,
-    /// Evaluations of the kinematics in all.
+    /// Total number of kinematics evaluations.
     pub kinematics: usize,
-    /// Met, or nearest when no start led there.
+    /// `LW_OUTCOME_MET`, or `LW_OUTCOME_NEAREST` when no start led to the goal.
     pub outcome: LwOutcome,
 }
 
@@ -194,23 +196,24 @@ impl From<Best> for LwBest {
     }
 }
 
-/// The effort that is given, or the default for NULL.
+/// Returns the given effort, or the default for NULL.
 ///
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 pub(crate) unsafe fn effort_of(effort: *const LwEffort) -> Result<Effort, Fault> {
     if effort.is_null() {
         return Ok(Effort::default());
     }
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     let LwEffort { tolerances, steps, restarts, kinematics } = unsafe { value("effort", effort) }?;
     Ok(Effort { tolerances, steps, restarts, kinematics })
 }
 
-/// The closed forms of all parts, prepared with the robot: one for each hinge that may be held, after one for the hinge that is chosen.
+/// The closed forms of all parts, prepared with the robot. Each part has one for the automatic choice of the locked hinge, followed by one for each
+/// hinge that may be locked.
 pub(crate) struct Closed(Vec<Vec<Prepared>>);
 
-/// A place in β, and the form with it held.
+/// Index in β of the locked hinge, and the closed form.
 type Prepared = (Option<usize>, Result<ClosedForm, RobotError>);
 
 impl Closed {
@@ -227,20 +230,20 @@ impl Closed {
     fn form(&self, part: Part, held: i64) -> Result<&ClosedForm, RobotError> {
         let all = self.0.get(part.index()).ok_or(RobotError::ForeignHandle)?;
         let wanted = (held != -1).then(|| usize::try_from(held).unwrap_or(usize::MAX));
-        let why = "the hinge to be held is none of seven of its own";
+        let why = "the hinge to be locked does not belong to a seven-axis part";
         let found = all.iter().find(|(held, _)| *held == wanted);
         let (_, form) = found.ok_or(RobotError::NoClosedForm { part: part.index(), why })?;
         form.as_ref().map_err(|e| *e)
     }
 }
 
-/// The effort that `lw_robot_inverse_kinematics` takes for NULL: 1e-9 m and rad, 100 steps from each of 65 starts, no other bound.
+/// Writes the effort that `lw_robot_inverse_kinematics` uses for NULL: 1e-9 m and rad, 100 steps from each of 65 starts, no other limit.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_effort_default(out: *mut LwEffort) -> LwStatus {
     let Effort { tolerances, steps, restarts, kinematics } = Effort::default();
     match Out::new("out", out) {
         Ok(out) => {
-            // SAFETY: the caller's promises.
+            // SAFETY: guaranteed by the caller.
             unsafe { out.set(LwEffort { tolerances, steps, restarts, kinematics }) };
             LwStatus::Ok
         }
@@ -248,8 +251,9 @@ pub unsafe extern "C" fn lw_effort_default(out: *mut LwEffort) -> LwStatus {
     }
 }
 
-/// Moves the chain's numbers in `q` (`n` = nq; in: where to start, within limits; out: the solution, or the nearest configuration) until its tip meets the goal, within
-/// limits. The robot's own q does not change. *Not reached* is an answer, not an error. `effort`: NULL for the default.
+/// Searches for coordinates of a chain within limits for which its tip meets the goal. `q` (`n` = nq) is the start, within limits, on input, and the
+/// solution or the nearest configuration on output; only the chain's coordinates change. The robot's own q does not change. If the goal cannot be
+/// met, this is a result, not an error. `effort`: NULL for the default.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_inverse_kinematics(
     robot: *mut LwRobot,
@@ -260,7 +264,7 @@ pub unsafe extern "C" fn lw_robot_inverse_kinematics(
     n: usize,
     answer: *mut LwAnswer,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let answer = Out::new("answer", answer)?;
@@ -274,8 +278,9 @@ pub unsafe extern "C" fn lw_robot_inverse_kinematics(
     }
 }
 
-/// As `lw_robot_inverse_kinematics`, from several starts, each improved among the configurations that meet the goal, into `best`. `restarts` of the effort does not count; its `kinematics` bounds all
-/// evaluations together. When no start leads there, `q` is the nearest of the last of them.
+/// Like `lw_robot_inverse_kinematics`, but from several starts, and each solution is improved among the configurations that meet the goal; the result is written
+/// to `best`. `restarts` of the effort has no effect; its `kinematics` bounds the sum of all evaluations. If no start leads to the goal, `q` is the
+/// nearest configuration of the last start.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_inverse_kinematics_best(
     robot: *mut LwRobot,
@@ -287,7 +292,7 @@ pub unsafe extern "C" fn lw_robot_inverse_kinematics_best(
     n: usize,
     best: *mut LwBest,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let best = Out::new("best", best)?;
@@ -301,7 +306,8 @@ pub unsafe extern "C" fn lw_robot_inverse_kinematics_best(
     }
 }
 
-/// Goes on with the last search of a chain for so many evaluations of its kinematics. The same steps are taken in whatever portions.
+/// Continues the last search of a chain for up to `kinematics` evaluations of its kinematics. The result does not depend on how the evaluations are
+/// divided into calls.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_resume_inverse_kinematics(
     robot: *mut LwRobot,
@@ -311,7 +317,7 @@ pub unsafe extern "C" fn lw_robot_resume_inverse_kinematics(
     n: usize,
     answer: *mut LwAnswer,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (answer, part) = (Out::new("answer", answer)?, r.part(part)?);
@@ -322,9 +328,10 @@ pub unsafe extern "C" fn lw_robot_resume_inverse_kinematics(
     }
 }
 
-/// All configurations within limits that bring the tip of an arm of six or seven hinges with a closed form to a pose, into `solutions` (`rows` times `n` = nq
-/// numbers; 8 rows are always enough), those nearest to `q` (`n`) first, and how many there are into `count`: none is an answer, not an error. `q` says where
-/// what carries the arm is, and of whole turns which are meant. `held`: the place in β of that hinge of seven which stays as it is in `q`; -1: the library chooses it.
+/// Computes all configurations within limits that bring the tip of an arm with six or seven hinges and a closed form to a pose. Writes them to
+/// `solutions` (`rows` times `n` = nq numbers; 8 rows are always sufficient), sorted by distance from `q` (`n`), and their number to `count`; zero is
+/// a result, not an error. `q` gives the configuration of the bodies that carry the arm, and the revolution of each angle. `held`: index in β of the
+/// hinge of a seven-axis arm that keeps its value in `q`; -1: automatic.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_inverse_kinematics_all(
     robot: *mut LwRobot,
@@ -337,7 +344,7 @@ pub unsafe extern "C" fn lw_robot_inverse_kinematics_all(
     rows: usize,
     count: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let count = Out::new("count", count)?;

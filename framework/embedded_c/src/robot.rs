@@ -1,4 +1,4 @@
-//! One robot: its configuration, kinematics, forces, masses.
+//! One robot: its configuration, kinematics, forces and masses.
 
 use crate::edge::{self, LwPose, Out, alone, apart, numbers, numbers_mut, value, vec3};
 use crate::model::LwModel;
@@ -13,21 +13,21 @@ use std::sync::{Mutex, PoisonError};
 /// A robot, with the memory of its calls.
 pub(crate) struct Instance {
     pub robot: Robot,
-    /// What the tips push, as the last call gave it.
+    /// Wrenches that the tips exert, from the last call.
     pub pushes: Vec<Push>,
-    /// Chains that the last call named, and how their tips move.
+    /// Chains of the last call, and the motions of their tips.
     pub asked: Vec<Part>,
     pub moved: Vec<Motion>,
     /// Closed forms of the parts.
     pub closed: Closed,
-    /// The path that is looked at in portions.
+    /// The path that is checked in several calls.
     pub swept: Swept,
-    /// Which joints of an object may move, as the last call said.
+    /// Which joints of an object may move, from the last call.
     pub free: Vec<bool>,
     /// Pairs of colliders of the last call.
     pub near: Vec<Closest>,
     pub hits: Vec<(ColliderId, ColliderId)>,
-    /// Colliders that the last call named.
+    /// Colliders of the last call.
     pub padded: Vec<ColliderId>,
 }
 
@@ -67,8 +67,8 @@ impl Instance {
     }
 }
 
-/// One instance of a model, with all the memory that its calls take. For one thread at a time: a call that meets another one answers `LW_STATUS_BUSY`.
-/// Several robots of one model know nothing of each other.
+/// One instance of a model, with all memory of its calls. Use it from one thread at a time: a call that finds another one in progress returns
+/// `LW_STATUS_BUSY`. Robots of one model are independent.
 pub struct LwRobot {
     inner: Mutex<Instance>,
     message: Mutex<Message>,
@@ -82,14 +82,14 @@ impl LwRobot {
     fn give(robot: Robot) -> *mut Self {
         let (inner, message) = (Mutex::new(Instance::new(robot)), Mutex::new(Message::new()));
         let new = Self { inner, message };
-        // A lock may take memory at its first use on some systems.
+        // On some systems a lock allocates at its first use, so use it once here.
         drop(new.inner.lock().unwrap_or_else(PoisonError::into_inner));
         drop(new.message.lock().unwrap_or_else(PoisonError::into_inner));
         Box::into_raw(Box::new(new))
     }
 }
 
-/// A wrench that the tip of a part exerts on something.
+/// A wrench that the tip of a part exerts on its surroundings.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwPush {
@@ -97,16 +97,17 @@ pub struct LwPush {
     pub moment: [f64; 3],
     /// Force, world axes, N.
     pub force: [f64; 3],
-    /// Where, in the tip's frame, m.
+    /// Point of application in the tip's frame, m.
     pub at: [f64; 3],
     /// The part, a chain.
     pub part: u32,
 }
 
-/// A robot of a model at its neutral configuration, into `out`; free it with `lw_robot_free`. All memory of later calls is taken here.
+/// Creates a robot of a model at its neutral configuration and writes it to `out`; free it with `lw_robot_free`. Allocates the memory of all later
+/// calls.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_new(model: *const LwModel, out: *mut *mut LwRobot) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         edge::shared(model, LwModel::message, |m| {
             Out::new("out", out)?.set(LwRobot::give(Robot::new(&m.model)));
@@ -115,10 +116,10 @@ pub unsafe extern "C" fn lw_robot_new(model: *const LwModel, out: *mut *mut LwRo
     }
 }
 
-/// A robot of its own with the same configuration, held objects and settings, into `out`.
+/// Creates an independent robot with the same configuration, held objects and settings, and writes it to `out`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_clone(robot: *const LwRobot, out: *mut *mut LwRobot) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             Out::new("out", out)?.set(LwRobot::give(r.robot.clone()));
@@ -127,14 +128,14 @@ pub unsafe extern "C" fn lw_robot_clone(robot: *const LwRobot, out: *mut *mut Lw
     }
 }
 
-/// Frees a robot; NULL is none.
+/// Frees a robot; NULL has no effect.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_free(robot: *mut LwRobot) {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { edge::free(robot) }
 }
 
-/// As `lw_builder_message`, of a robot. May be called while another thread is in a call with the robot.
+/// Like `lw_builder_message`, for a robot. May be called while another thread is in a call with the robot.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_message(
     robot: *const LwRobot,
@@ -142,14 +143,14 @@ pub unsafe extern "C" fn lw_robot_message(
     room: usize,
     wanted: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { edge::message(robot, |r| &r.message, buffer, room, wanted) }
 }
 
-/// The configuration, into `q` (`n` = nq).
+/// Writes the configuration to `q` (`n` = nq).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_q(robot: *mut LwRobot, q: *mut f64, n: usize) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             numbers_mut("q", q, n, r.model().nq())?.copy_from_slice(r.robot.q());
@@ -158,10 +159,10 @@ pub unsafe extern "C" fn lw_robot_q(robot: *mut LwRobot, q: *mut f64, n: usize) 
     }
 }
 
-/// Another configuration `q` (`n` = nq), within limits or not.
+/// Sets the configuration to `q` (`n` = nq). Limits are not checked.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_set_q(robot: *mut LwRobot, q: *const f64, n: usize) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let q = numbers("q", q, n, r.model().nq())?;
@@ -170,10 +171,10 @@ pub unsafe extern "C" fn lw_robot_set_q(robot: *mut LwRobot, q: *const f64, n: u
     }
 }
 
-/// The nearest to `q` (`n` = nq) that is within all limits, in place.
+/// Moves `q` (`n` = nq) to the nearest configuration within all limits, in place.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_clamp(robot: *mut LwRobot, q: *mut f64, n: usize) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let q = numbers_mut("q", q, n, r.model().nq())?;
@@ -182,10 +183,10 @@ pub unsafe extern "C" fn lw_robot_clamp(robot: *mut LwRobot, q: *mut f64, n: usi
     }
 }
 
-/// The acceleration of free fall (3 numbers), world axes, m/s^2; 9.81 down z at first.
+/// Sets the acceleration of gravity (3 numbers), world axes, m/s^2. Default: 9.81 m/s^2 along -z.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_set_gravity(robot: *mut LwRobot, g: *const f64) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let g = value("g", g.cast::<[f64; 3]>())?;
@@ -194,14 +195,14 @@ pub unsafe extern "C" fn lw_robot_set_gravity(robot: *mut LwRobot, g: *const f64
     }
 }
 
-/// Where the tip of a chain is in the world at the robot's q. Moves the bodies from the world to the tip and no others.
+/// Writes the pose of the tip of a chain in the world at the robot's q. Computes only the bodies between the world and the tip.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_tip_pose(
     robot: *mut LwRobot,
     part: u32,
     out: *mut LwPose,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (out, part) = (Out::new("out", out)?, r.part(part)?);
@@ -211,14 +212,14 @@ pub unsafe extern "C" fn lw_robot_tip_pose(
     }
 }
 
-/// Where a body is in the world at the robot's q.
+/// Writes the pose of a body in the world at the robot's q.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_body_pose(
     robot: *mut LwRobot,
     body: u32,
     out: *mut LwPose,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -229,7 +230,7 @@ pub unsafe extern "C" fn lw_robot_body_pose(
     }
 }
 
-/// The Jacobian of a chain at the robot's q, into `J` (6 rows of its m degrees of freedom, row after row; `n` = 6 m): rates to the
+/// Writes the Jacobian of a chain at the robot's q to `J` (6 rows of its m degrees of freedom, row after row; `n` = 6 m). It maps rates to the
 /// velocity of its tip relative to its base, angular rows (rad/s) first, at the tip's origin, world axes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_jacobian(
@@ -238,7 +239,7 @@ pub unsafe extern "C" fn lw_robot_jacobian(
     J: *mut f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let part = r.part(part)?;
@@ -248,7 +249,8 @@ pub unsafe extern "C" fn lw_robot_jacobian(
     }
 }
 
-/// The Jacobian of a chain's tip in the whole mechanism, into `J` (6 rows of nv; `n` = 6 nv): what carries the chain counts, too.
+/// Writes the Jacobian of a chain's tip over the whole mechanism to `J` (6 rows of nv; `n` = 6 nv). It includes the degrees of freedom that carry the
+/// chain.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_whole_jacobian(
     robot: *mut LwRobot,
@@ -256,7 +258,7 @@ pub unsafe extern "C" fn lw_robot_whole_jacobian(
     J: *mut f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let part = r.part(part)?;
@@ -266,8 +268,8 @@ pub unsafe extern "C" fn lw_robot_whole_jacobian(
     }
 }
 
-/// Forces, into `tau` (`n` = nv; N m or N), for rates `v` and accelerations `vdot` (`n` = nv each) at the robot's q, with what is held, while tips push: at most as many `pushes` as the
-/// model has parts.
+/// Computes forces `tau` (`n` = nv; N m or N) for rates `v` and accelerations `vdot` (`n` = nv each) at the robot's q, including held objects, while
+/// the tips exert wrenches. The number of `pushes` is at most the number of parts.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_feed_forward(
     robot: *mut LwRobot,
@@ -278,7 +280,7 @@ pub unsafe extern "C" fn lw_robot_feed_forward(
     push_count: usize,
     tau: *mut f64,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             apart(("v", v, n), ("tau", tau, n))?;
@@ -292,7 +294,8 @@ pub unsafe extern "C" fn lw_robot_feed_forward(
     }
 }
 
-/// Forces, into `tau` (`n` = nv), that hold the robot's q still, with what is held, while tips push: as `lw_robot_feed_forward`.
+/// Computes forces `tau` (`n` = nv) that hold the robot's q at rest, including held objects, while the tips exert wrenches: as in
+/// `lw_robot_feed_forward`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_held_still(
     robot: *mut LwRobot,
@@ -301,7 +304,7 @@ pub unsafe extern "C" fn lw_robot_held_still(
     tau: *mut f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             take_pushes(r, pushes, push_count)?;
@@ -314,7 +317,7 @@ pub unsafe extern "C" fn lw_robot_held_still(
 /// Copies pushes into the robot's memory.
 ///
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 pub(crate) unsafe fn take_pushes(
     r: &mut Instance,
     p: *const LwPush,
@@ -326,7 +329,7 @@ pub(crate) unsafe fn take_pushes(
     }
     r.pushes.clear();
     for k in 0..count {
-        // SAFETY: the caller has `count` of them; one by one, since none of them may be there.
+        // SAFETY: the caller has `count` of them; they are read one by one, because `count` may be zero.
         let p = unsafe { value("pushes", p.wrapping_add(k)) }?;
         let wrench = Force::new(vec3("moment", &p.moment)?, vec3("force", &p.force)?);
         r.pushes.push(Push { part: r.part(p.part)?, wrench, at: vec3("at", &p.at)? });
@@ -334,14 +337,14 @@ pub(crate) unsafe fn take_pushes(
     Ok(())
 }
 
-/// The mass matrix at the robot's q with what is held, into `M` (nv rows of nv, row after row; `n` = nv nv).
+/// Writes the mass matrix at the robot's q, including held objects, to `M` (nv rows of nv, row after row; `n` = nv nv).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_mass_matrix(
     robot: *mut LwRobot,
     M: *mut f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let nv = r.model().nv();
@@ -351,14 +354,15 @@ pub unsafe extern "C" fn lw_robot_mass_matrix(
     }
 }
 
-/// The mass of all that moves with what is held, kg, into `mass` (NULL: not asked for), and its centre at the robot's q, world, m, into `center` (3 numbers).
+/// Writes the mass of all moving bodies, including held objects, kg, to `mass` (may be NULL), and their centre of mass at the robot's q, world, m, to
+/// `center` (3 numbers).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_center_of_mass(
     robot: *mut LwRobot,
     mass: *mut f64,
     center: *mut f64,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let center = Out::new("center", center.cast::<[f64; 3]>())?;
@@ -385,10 +389,10 @@ mod tests {
         let spec = ModelSpec { mechanism: Builder::new(), ..ModelSpec::default() };
         let robot = LwRobot::give(Robot::new(&RobotModel::new(&spec).unwrap()));
         let mut text = [0; 400];
-        // SAFETY: a handle of this library, freed at the end; memory of its own for the message.
+        // SAFETY: a handle of this library, freed at the end; the message has its own memory.
         unsafe {
             let held = alone(robot, LwRobot::parts, |_| {
-                // Another call with the same handle meanwhile.
+                // Make another call with the same handle meanwhile.
                 let busy = std::thread::scope(|s| {
                     let address = robot.expose_provenance();
                     let call = move || {
@@ -407,7 +411,7 @@ mod tests {
             let told = lw_robot_message(robot, text.as_mut_ptr(), text.len(), std::ptr::null_mut());
             assert_eq!(told, LwStatus::Ok);
             let text = std::ffi::CStr::from_ptr(text.as_ptr()).to_str().unwrap();
-            assert!(text.contains("mistake in the library"), "{text}");
+            assert!(text.contains("bug in the library"), "{text}");
             lw_robot_free(robot);
         }
     }

@@ -1,4 +1,4 @@
-//! Rules of collisions: which pairs meet.
+//! Collision rules: which pairs are checked.
 
 use crate::builder::LwBuilder;
 use crate::edge::{alone, numbers, text};
@@ -6,26 +6,26 @@ use crate::status::{Fault, LwStatus};
 use linkwork_embedded::Neighbours;
 use std::ffi::c_char;
 
-/// Bodies that a hinge joins pass each other, except for pairs of `lw_builder_collide`: so it is at first.
+/// Bodies that a hinge joins are not checked against each other, except for pairs of `lw_builder_collide`. This is the default.
 pub const LW_NEIGHBOURS_PASS: u32 = 0;
-/// They collide.
+/// Bodies that a hinge joins are checked against each other.
 pub const LW_NEIGHBOURS_COLLIDE: u32 = 1;
 
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 unsafe fn pair(a: *const c_char, b: *const c_char) -> Result<[String; 2], Fault> {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { Ok([text("a", a)?.to_owned(), text("b", b)?.to_owned()]) }
 }
 
-/// Two that do not collide: each the name of a collider or of a body, which stands for all its colliders.
+/// Excludes a pair from collision checks. Each is the name of a collider, or of a body for all its colliders.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_ignore(
     builder: *mut LwBuilder,
     a: *const c_char,
     b: *const c_char,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             d.spec.rules.ignore.push(pair(a, b)?);
@@ -34,14 +34,15 @@ pub unsafe extern "C" fn lw_builder_ignore(
     }
 }
 
-/// Two that collide though a hinge joins them or they are of one group of `lw_builder_apart`, as of `lw_builder_ignore`, which goes before.
+/// Includes a pair in collision checks although a hinge joins them or they are in the same group of `lw_builder_apart`. `lw_builder_ignore` takes
+/// precedence. Names as there.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_collide(
     builder: *mut LwBuilder,
     a: *const c_char,
     b: *const c_char,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             d.spec.rules.collide.push(pair(a, b)?);
@@ -50,14 +51,14 @@ pub unsafe extern "C" fn lw_builder_collide(
     }
 }
 
-/// A group of `n` bodies, by name, of which none collides with another.
+/// Adds a group of `n` bodies, by name, that are not checked against each other.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_apart(
     builder: *mut LwBuilder,
     bodies: *const *const c_char,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let mut group = Vec::new();
@@ -70,13 +71,13 @@ pub unsafe extern "C" fn lw_builder_apart(
     }
 }
 
-/// What happens between bodies that a hinge of fewer than six degrees of freedom joins: one of `LW_NEIGHBOURS_...`.
+/// Selects the rule for bodies that a hinge with fewer than six degrees of freedom joins: one of `LW_NEIGHBOURS_...`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_neighbours(
     builder: *mut LwBuilder,
     neighbours: u32,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             d.spec.rules.neighbours = match neighbours {

@@ -1,4 +1,4 @@
-//! Shapes of many points: hulls, meshes, terrain; and coarse shapes.
+//! Shapes with many points: hulls, meshes, terrain; and coarse shapes.
 
 use crate::builder::{Draft, LwBuilder, LwShape};
 use crate::edge::{LwPose, alone, numbers, text, value};
@@ -8,7 +8,7 @@ use linkwork_embedded::spatial::Vec3;
 use std::ffi::c_char;
 
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 unsafe fn points(what: &'static str, p: *const f64, n: usize) -> Result<Vec<Vec3>, Fault> {
     // SAFETY: the caller has 3 `n` numbers.
     let all = unsafe { numbers(what, p.cast::<[f64; 3]>(), n, n) }?;
@@ -16,11 +16,12 @@ unsafe fn points(what: &'static str, p: *const f64, n: usize) -> Result<Vec<Vec3
 }
 
 impl Draft {
-    /// The collider of a name gets a coarse shape beside its own.
+    /// Adds a coarse shape to a collider, by name.
     fn coarse(&mut self, name: &str, shape: Shape) -> Result<(), Fault> {
         let found = self.spec.colliders.iter_mut().find(|c| c.name == name);
         let none = || {
-            let help = "add the collider before, by `lw_builder_shape` or `lw_builder_file_shapes`";
+            let help =
+                "add the collider first, with `lw_builder_shape` or `lw_builder_file_shapes`";
             Fault::Unknown(format!("there is no collider `{name}`\n  help: {help}"))
         };
         found.ok_or_else(none)?.coarse = Some(shape);
@@ -28,7 +29,7 @@ impl Draft {
     }
 }
 
-/// The convex hull of `n` points (3 numbers each, m) that are not all in one plane. `at` and `carrier` as of `lw_builder_shape`.
+/// Adds the convex hull of `n` points (3 numbers each, m) that are not all in one plane. `at` and `carrier` as in `lw_builder_shape`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_hull(
     builder: *mut LwBuilder,
@@ -38,7 +39,7 @@ pub unsafe extern "C" fn lw_builder_hull(
     points: *const f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let points = self::points("points", points, n)?;
@@ -48,7 +49,7 @@ pub unsafe extern "C" fn lw_builder_hull(
 }
 
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 unsafe fn mesh(
     (vertices, vertex_count): (*const f64, usize),
     (triangles, triangle_count): (*const u32, usize),
@@ -62,8 +63,9 @@ unsafe fn mesh(
     }
 }
 
-/// A surface of triangles: `vertex_count` corners (3 numbers each, m), and `triangle_count` triangles (3 indices of corners each, from 0, counter-clockwise seen from outside). Only its outside pushes; a
-/// hull is faster and better where it fits. Every robot takes 8 bytes for each triangle of the largest. `at` and `carrier` as of `lw_builder_shape`.
+/// Adds a triangle mesh: `vertex_count` corners (3 numbers each, m), and `triangle_count` triangles (3 indices of corners each, from 0,
+/// counter-clockwise seen from outside). Only its outside collides. A convex hull is faster and more robust where it fits. Every robot uses 8 bytes
+/// for each triangle of the largest mesh. `at` and `carrier` as in `lw_builder_shape`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_mesh(
     builder: *mut LwBuilder,
@@ -75,7 +77,7 @@ pub unsafe extern "C" fn lw_builder_mesh(
     triangles: *const u32,
     triangle_count: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let shape = mesh((vertices, vertex_count), (triangles, triangle_count))?;
@@ -84,8 +86,9 @@ pub unsafe extern "C" fn lw_builder_mesh(
     }
 }
 
-/// Terrain: heights (z, m) of `x` by `y` points (at least 2 each) on a grid that is centred on the origin, `spacing` (2 numbers, m) apart along x and y, solid below without end. `heights`: `n` = x y numbers, the row
-/// of lowest y first; NaN where there is no ground. Memory as of `lw_builder_mesh`. `at` and `carrier` as of `lw_builder_shape`.
+/// Adds terrain: heights (z, m) of `x` by `y` points (at least 2 each) on a grid that is centred on the origin, `spacing` (2 numbers, m) apart along
+/// x and y. It is solid below, without limit. `heights`: `n` = x y numbers, the row of lowest y first; NaN where there is no ground. Memory as in
+/// `lw_builder_mesh`. `at` and `carrier` as in `lw_builder_shape`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_height_field(
     builder: *mut LwBuilder,
@@ -98,7 +101,7 @@ pub unsafe extern "C" fn lw_builder_height_field(
     heights: *const f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let spacing = value("spacing", spacing.cast::<[f64; 2]>())?;
@@ -108,14 +111,15 @@ pub unsafe extern "C" fn lw_builder_height_field(
     }
 }
 
-/// Gives the collider of a name, added before, a coarse shape in the same frame, for `LW_DETAIL_COARSE`: simpler, and around its own.
+/// Adds a coarse shape to a collider that was added before, by name, in the same frame, for `LW_DETAIL_COARSE`. It should be simpler than the fine
+/// shape and enclose it.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_coarse(
     builder: *mut LwBuilder,
     name: *const c_char,
     shape: *const LwShape,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let (name, shape) = (text("name", name)?, value("shape", shape)?.checked()?);
@@ -124,7 +128,7 @@ pub unsafe extern "C" fn lw_builder_coarse(
     }
 }
 
-/// As `lw_builder_coarse`, with the convex hull of `n` points (3 numbers each, m) as the coarse shape.
+/// Like `lw_builder_coarse`, with the convex hull of `n` points (3 numbers each, m) as the coarse shape.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_coarse_hull(
     builder: *mut LwBuilder,
@@ -132,7 +136,7 @@ pub unsafe extern "C" fn lw_builder_coarse_hull(
     points: *const f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let (name, points) = (text("name", name)?, self::points("points", points, n)?);
@@ -141,7 +145,7 @@ pub unsafe extern "C" fn lw_builder_coarse_hull(
     }
 }
 
-/// As `lw_builder_coarse`, with a surface of triangles as the coarse shape: as of `lw_builder_mesh`.
+/// Like `lw_builder_coarse`, with a triangle mesh as the coarse shape, as in `lw_builder_mesh`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_coarse_mesh(
     builder: *mut LwBuilder,
@@ -151,7 +155,7 @@ pub unsafe extern "C" fn lw_builder_coarse_mesh(
     triangles: *const u32,
     triangle_count: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let shape = mesh((vertices, vertex_count), (triangles, triangle_count))?;
@@ -160,8 +164,9 @@ pub unsafe extern "C" fn lw_builder_coarse_mesh(
     }
 }
 
-/// As `lw_builder_coarse`, with cubes as the coarse shape: a grid of `cells` (3 numbers) of them along x, y, z from the origin of the frame, with the edge `edge` (m), of which `n` are occupied: `occupied` has three
-/// indices of each, from 0. They stay as they are: `lw_robot_set_cells` changes a collider's own shape.
+/// Like `lw_builder_coarse`, with cubes as the coarse shape: a grid of `cells` (3 numbers) cubes along x, y, z from the origin of the frame, with
+/// edge length `edge` (m), of which `n` are occupied; `occupied` has three indices of each, from 0. They do not change: `lw_robot_set_cells` changes
+/// only a collider's fine shape.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_coarse_voxel_map(
     builder: *mut LwBuilder,
@@ -171,7 +176,7 @@ pub unsafe extern "C" fn lw_builder_coarse_voxel_map(
     occupied: *const u32,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let cells = value("cells", cells.cast::<[u32; 3]>())?.map(|n| n as usize);

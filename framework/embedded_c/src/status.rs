@@ -1,15 +1,14 @@
-//! Codes, and the faults that they stand for.
+//! Status codes, and the faults that they represent.
 
 use linkwork_embedded::{ModelError, RobotError, ShapeFault};
 use std::ffi::{CStr, c_char};
 use std::fmt;
 
-/// What came of a call. Everything but `LW_STATUS_OK` means that nothing was changed or written, except where a
-/// function says otherwise.
+/// Result of a call. After every code except `LW_STATUS_OK` nothing has been changed or written, unless a function's documentation says otherwise.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LwStatus {
-    /// Done.
+    /// The call succeeded.
     Ok,
     /// A pointer is NULL.
     Null,
@@ -19,51 +18,51 @@ pub enum LwStatus {
     Overlap,
     /// A text is not UTF-8.
     Text,
-    /// An array, or memory for a text, has another length than it must have.
+    /// An array, or memory for a text, does not have the required length.
     Length,
     /// A number is NaN or infinite.
     NotFinite,
     /// A number is outside its range.
     OutOfRange,
-    /// Nothing has this name.
+    /// The name does not exist.
     Unknown,
-    /// A part, object, body or collider that this model has not.
+    /// The part, object, body or collider does not belong to this model.
     Foreign,
-    /// The part is no chain.
+    /// The part is not a chain.
     NotAChain,
-    /// A search, a path or a motion is asked for that was not begun.
+    /// There is no search, path or motion to continue or to read.
     NoSearch,
     /// The inverse kinematics of the chain has no closed form.
     NoClosedForm,
     /// The start of inverse kinematics is outside the limits.
     OutsideLimits,
-    /// More than room was reserved for.
+    /// More items than were reserved.
     NoRoom,
-    /// The object is held already, or attached to another one.
+    /// A hand already holds the object, or it is attached to another one.
     Held,
-    /// The object is not held, or attached to nothing.
+    /// No hand holds the object, or it is not attached to another one.
     NotHeld,
-    /// The hand holds nothing, or not this object.
+    /// The hand does not hold this object.
     EmptyHand,
-    /// The hand holds this object already.
+    /// The hand already holds an object.
     HandFull,
-    /// The second hand is not where its grasp says.
+    /// The second hand is not at the pose that its grasp requires.
     LoopOpen,
-    /// No configuration within limits closes what two hands hold, a loop or a coupling; or a call would open one.
+    /// No configuration within limits closes the loop of two hands, a loop or a coupling of the mechanism; or a call would open one.
     DoesNotClose,
-    /// Equations have no solution.
+    /// Equations have no unique solution.
     Singular,
-    /// Files, parts, objects or shapes make no model.
+    /// Files, parts, objects or shapes do not form a valid model.
     Model,
-    /// Another thread is in a call with this handle. The handle's message stays as it is.
+    /// Another thread is in a call with this handle. The handle's message does not change.
     Busy,
-    /// A mistake in this library: a call with this handle panicked. A robot or builder answers nothing else from then on.
+    /// A bug in this library: a call with this handle panicked. All later calls with this robot or builder return this code.
     Panicked,
 }
 
-/// All codes with their words.
+/// All codes with their texts.
 const WORDS: [(LwStatus, &CStr); 25] = [
-    (LwStatus::Ok, c"done"),
+    (LwStatus::Ok, c"success"),
     (LwStatus::Null, c"a pointer is NULL"),
     (LwStatus::Misaligned, c"a pointer is not aligned to its type"),
     (LwStatus::Overlap, c"memory to read and memory to write overlap"),
@@ -73,64 +72,64 @@ const WORDS: [(LwStatus, &CStr); 25] = [
     (LwStatus::OutOfRange, c"a number is outside its range"),
     (LwStatus::Unknown, c"nothing has this name"),
     (LwStatus::Foreign, c"the model has no such part, object, body or collider"),
-    (LwStatus::NotAChain, c"the part is no chain"),
-    (LwStatus::NoSearch, c"no search, path or motion was begun"),
+    (LwStatus::NotAChain, c"the part is not a chain"),
+    (LwStatus::NoSearch, c"no search, path or motion to continue or to read"),
     (LwStatus::NoClosedForm, c"the chain's inverse kinematics has no closed form"),
     (LwStatus::OutsideLimits, c"the start is outside the limits"),
-    (LwStatus::NoRoom, c"more than room was reserved for"),
-    (LwStatus::Held, c"the object is held already, or attached to another one"),
-    (LwStatus::NotHeld, c"the object is not held, or attached to nothing"),
+    (LwStatus::NoRoom, c"more items than were reserved"),
+    (LwStatus::Held, c"a hand already holds the object, or it is attached to another one"),
+    (LwStatus::NotHeld, c"no hand holds the object, or it is not attached to another one"),
     (LwStatus::EmptyHand, c"the hand does not hold this object"),
-    (LwStatus::HandFull, c"the hand holds this object already"),
-    (LwStatus::LoopOpen, c"the second hand is not where its grasp says"),
+    (LwStatus::HandFull, c"the hand already holds an object"),
+    (LwStatus::LoopOpen, c"the second hand is not at the pose that its grasp requires"),
     (
         LwStatus::DoesNotClose,
-        c"what two hands hold, a loop or a coupling does not close, or would be opened",
+        c"a loop of two hands, a loop or a coupling cannot be closed, or would be opened",
     ),
-    (LwStatus::Singular, c"equations have no solution"),
-    (LwStatus::Model, c"files, parts, objects or shapes make no model"),
+    (LwStatus::Singular, c"equations have no unique solution"),
+    (LwStatus::Model, c"files, parts, objects or shapes do not form a valid model"),
     (LwStatus::Busy, c"another thread is in a call with this handle"),
-    (LwStatus::Panicked, c"a mistake in the library: make a new handle"),
+    (LwStatus::Panicked, c"a bug in the library: make a new handle"),
 ];
 
-/// The words of a code, for ever: do not free them. Any number may be asked for; "unknown code" where it is none.
+/// Returns the text of a code; do not free it. Returns "unknown code" for a number that is not a code.
 #[unsafe(no_mangle)]
 pub extern "C" fn lw_status_text(code: i32) -> *const c_char {
     let found = WORDS.iter().find(|(status, _)| *status as i32 == code);
     found.map_or(c"unknown code", |(_, words)| words).as_ptr()
 }
 
-/// The version of this library, as `major.minor.patch`, for ever: do not free it.
+/// Returns the version of this library as `major.minor.patch`; do not free it.
 #[unsafe(no_mangle)]
 pub extern "C" fn lw_version() -> *const c_char {
     concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
 }
 
-/// Why a call did nothing.
+/// Reason why a call failed.
 #[derive(Debug)]
 pub(crate) enum Fault {
-    /// Of the robot. Without memory of its own.
+    /// Fault of the robot model. Does not allocate.
     Robot(RobotError),
-    /// Of a pointer: its name.
+    /// Fault of a pointer, with its name.
     Null(&'static str),
     Misaligned(&'static str),
     Overlap(&'static str, &'static str),
     Text(&'static str),
-    /// Which text, its bytes with the zero at the end, and for how many there is room.
+    /// Name of the text, its size in bytes with the terminating zero, and the available size.
     TextLength {
         what: &'static str,
         wanted: usize,
         room: usize,
     },
-    /// A number that stands for nothing: which argument, what it is, what it may be.
+    /// A number that is not one of the permitted values: argument, value, permitted values.
     Choice {
         what: &'static str,
         value: u32,
         help: &'static str,
     },
-    /// The call that has to come before.
+    /// The call that must come first.
     NotBegun(&'static str),
-    /// At set-up: in words.
+    /// Faults at set-up, as text.
     Unknown(String),
     Model(String),
     Busy,
@@ -202,25 +201,25 @@ impl fmt::Display for Fault {
             Self::Robot(e) => e.fmt(f),
             Self::Null(what) => write!(f, "`{what}` is NULL\n  help: give an address"),
             Self::Misaligned(what) => {
-                write!(f, "`{what}` is not aligned\n  help: give the address of a value of its type")
+                write!(f, "`{what}` is not aligned\n  help: give the address of a value of the right type")
             }
             Self::Overlap(a, b) => {
-                write!(f, "`{a}` and `{b}` overlap\n  help: give each memory of its own")
+                write!(f, "`{a}` and `{b}` overlap\n  help: use separate memory")
             }
             Self::Text(what) => write!(f, "`{what}` is not UTF-8\n  help: encode it in UTF-8"),
             Self::TextLength { what, wanted, room } => {
-                write!(f, "`{what}` takes {wanted} bytes, not {room}\n  help: give room for {wanted}")
+                write!(f, "`{what}` needs {wanted} bytes, got {room}\n  help: provide {wanted} bytes")
             }
             Self::Choice { what, value, help } => {
                 write!(f, "`{what}` is {value}\n  help: give {help}")
             }
             Self::NotBegun(call) => {
-                write!(f, "there is nothing to go on with\n  help: call `{call}` before")
+                write!(f, "there is nothing to continue or to read\n  help: call `{call}` first")
             }
             Self::Unknown(text) | Self::Model(text) => f.write_str(text),
             Self::Busy => f.write_str("another thread is in a call with this handle"),
             Self::Panicked => f.write_str(
-                "a call with this handle panicked, which is a mistake in the library\n  help: make a new handle, and \
+                "a call with this handle panicked, which is a bug in the library\n  help: make a new handle, and \
                  report the line that was printed",
             ),
         }
@@ -232,7 +231,7 @@ impl fmt::Display for Fault {
 pub(crate) struct Message(String);
 
 impl Message {
-    /// Room for any message of a call that does not allocate.
+    /// Capacity for any message of a call that does not allocate.
     const ROOM: usize = 2048;
 
     pub fn new() -> Self {
@@ -243,7 +242,7 @@ impl Message {
         &self.0
     }
 
-    /// Words of set-up may be long, and allocate; others are shorter than the room.
+    /// Messages of set-up may be long and allocate; all others fit into the capacity.
     pub fn say(&mut self, fault: &Fault) {
         use fmt::Write;
         self.0.clear();
@@ -274,7 +273,7 @@ mod tests {
 
     #[test]
     fn the_longest_message_of_a_robot_fits() {
-        // Numbers are written with all their zeros.
+        // Numbers are printed with all their digits.
         let (tiny, great) = (-f64::MIN_POSITIVE * (1.0 - f64::EPSILON), f64::MIN);
         let far = RobotError::OutsideLimits { dof: 1 << 60, value: tiny, lower: tiny, upper: tiny };
         let open = RobotError::LoopOpen { part: 1 << 60, position: great, orientation: tiny };

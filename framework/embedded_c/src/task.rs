@@ -1,4 +1,4 @@
-//! How tips move and push: manipulability, rates of one tip, operational space.
+//! Control of tips: manipulability, rates of one tip, operational space.
 
 use crate::edge::{self, LwPose, Out, alone, disjoint, motion, numbers, numbers_mut, value};
 use crate::robot::LwRobot;
@@ -6,7 +6,7 @@ use crate::status::{Fault, LwStatus};
 use crate::tool::{Tool, lend};
 use linkwork_embedded::{Impedance, RobotError, Rows, TaskSpace};
 
-/// All six rows of a Jacobian; the angular ones times a length.
+/// All six rows of a Jacobian; the angular rows are multiplied by a length.
 pub const LW_ROWS_ALL: u32 = 0;
 /// The three linear rows.
 pub const LW_ROWS_LINEAR: u32 = 1;
@@ -22,33 +22,34 @@ pub(crate) fn rows(rows: u32, length: f64) -> Result<Rows, Fault> {
     }
 }
 
-/// How well a tip moves and pushes at one configuration. For rates of length 1 the tip's speed along a unit vector u is at most
-/// 1 / sqrt(sum of (a_k . u / s_k)^2); for forces of the joints of length 1 its force is at most 1 / sqrt(sum of (a_k . u)^2 s_k^2), with the axes a_k and singular values s_k.
+/// Manipulability of a tip at one configuration. For joint rates of length 1 the tip's speed along a unit vector u is at most 1 / sqrt(sum of (a_k .
+/// u / s_k)^2). For joint forces of length 1 its force is at most 1 / sqrt(sum of (a_k . u)^2 s_k^2). Here a_k are the axes and s_k the singular
+/// values.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwManipulability {
     /// The product of the singular values; 0 at a singular configuration.
     pub w: f64,
-    /// Greatest first; for three rows the last three are zero.
+    /// Singular values, largest first; for three rows the last three are zero.
     pub singular_values: [f64; 6],
-    /// Six rows of six, row after row: column k is the axis of singular value k over the rows chosen, angular ones first where there are six.
-    /// For three rows only the upper left 3 by 3 is used.
+    /// Six rows of six, row after row. Column k is the axis of singular value k over the selected rows, angular ones first if there are six. For
+    /// three rows only the upper left 3 by 3 block is used.
     pub axes: [f64; 36],
 }
 
-/// A spring and a damper between a tip and where it should be.
+/// Impedance of a tip: a spring and a damper between the tip and its desired motion.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwImpedance {
-    /// Where the tip should be, in the world.
+    /// Desired pose of the tip in the world.
     pub pose: LwPose,
-    /// How it should move there: angular (rad/s), linear (m/s), at its origin, world axes.
+    /// Desired twist of the tip: angular (rad/s), linear (m/s), at its origin, world axes.
     pub twist: [f64; 6],
-    /// And accelerate, rad/s^2 and m/s^2.
+    /// Desired acceleration of the tip, rad/s^2 and m/s^2.
     pub acceleration: [f64; 6],
-    /// About world x, y, z (N m/rad), along x, y, z (N/m); not negative.
+    /// Stiffness about world x, y, z (N m/rad), then along x, y, z (N/m); not negative.
     pub stiffness: [f64; 6],
-    /// About and along the same (N m s/rad, N s/m); not negative.
+    /// Damping in the same order (N m s/rad, N s/m); not negative.
     pub damping: [f64; 6],
 }
 
@@ -64,7 +65,7 @@ impl LwImpedance {
     }
 }
 
-/// The operational space of some tips, with its memory. For robots of one model, and one call at a time.
+/// Operational space of some tips, with its memory. Use it for robots of one model, with one call at a time.
 pub struct LwTaskSpace(Tool<Space>);
 
 struct Space {
@@ -73,14 +74,14 @@ struct Space {
     springs: Vec<Impedance>,
 }
 
-/// Where the base of a chain is in the world at the robot's q: the frame of goals with `LW_GOAL_IN_BASE`.
+/// Writes the pose of the base of a chain in the world at the robot's q. It is the frame of goals with `LW_GOAL_IN_BASE`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_base_pose(
     robot: *mut LwRobot,
     part: u32,
     out: *mut LwPose,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (out, part) = (Out::new("out", out)?, r.part(part)?);
@@ -90,8 +91,9 @@ pub unsafe extern "C" fn lw_robot_base_pose(
     }
 }
 
-/// Manipulability of a chain at the robot's q, into `out`. `rows`: one of `LW_ROWS_..`; `length`: what 1 rad counts, m, where all six count (else it is not read). Its gradient over the
-/// chain's degrees of freedom into `gradient` (`n`: `lw_model_part_size`; NULL and 0: not asked for); zero where the measure is zero.
+/// Writes the manipulability of a chain at the robot's q to `out`. `rows`: one of `LW_ROWS_..`; `length`: length that scales angular rows, m, if all
+/// six are selected (otherwise it is not read). Writes its gradient over the chain's degrees of freedom to `gradient` (`n`: `lw_model_part_size`;
+/// NULL and 0: not written); zero where the measure is zero.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_manipulability(
     robot: *mut LwRobot,
@@ -102,7 +104,7 @@ pub unsafe extern "C" fn lw_robot_manipulability(
     gradient: *mut f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (out, part) = (Out::new("out", out)?, r.part(part)?);
@@ -122,9 +124,10 @@ pub unsafe extern "C" fn lw_robot_manipulability(
     }
 }
 
-/// Rates of a chain at the robot's q, into its places of `v` (`n` = nv; the others stay), for which its tip moves as nearly as it can by `twist` (6 numbers: angular, rad/s, then
-/// linear, m/s; at the tip's origin, world axes, seen from the chain's base): of all such rates the least, within limits of rate, and not outward at a limit of a coordinate. What is missing
-/// into `missing` (2 numbers, rad/s and m/s; NULL: not asked for). For several objectives, and guards, see `lw_rate_control_solve`.
+/// Computes rates of a chain at the robot's q for which its tip moves with `twist` as closely as possible, and writes them to the chain's entries of
+/// `v` (`n` = nv; the others do not change). `twist` has 6 numbers: angular, rad/s, then linear, m/s; at the tip's origin, world axes, relative to
+/// the chain's base. Of all such rates the smallest are chosen, within rate limits, and not outward at a limit of a coordinate. Writes the residual
+/// to `missing` (2 numbers, rad/s and m/s; may be NULL). For several tasks, and guards, use `lw_rate_control_solve`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_rates(
     robot: *mut LwRobot,
@@ -134,7 +137,7 @@ pub unsafe extern "C" fn lw_robot_rates(
     n: usize,
     missing: *mut f64,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let part = r.part(part)?;
@@ -152,8 +155,9 @@ pub unsafe extern "C" fn lw_robot_rates(
     }
 }
 
-/// The operational space of the tips of chains (`count` of them, at least one), in this order, into `out`; free it with `lw_task_space_free`. It serves every robot of the same model. Its rows are
-/// six for each tip: angular, then linear, of the tip's origin, world axes.
+/// Creates the operational space of the tips of chains (`count` of them, at least one), in this order, and writes it to `out`; free it with
+/// `lw_task_space_free`. It works with every robot of the same model. It has six rows for each tip: angular, then linear, of the tip's origin, world
+/// axes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_task_space_new(
     robot: *mut LwRobot,
@@ -161,7 +165,7 @@ pub unsafe extern "C" fn lw_task_space_new(
     count: usize,
     out: *mut *mut LwTaskSpace,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -176,15 +180,15 @@ pub unsafe extern "C" fn lw_task_space_new(
     }
 }
 
-/// Frees an operational space; NULL is none.
+/// Frees an operational space; NULL has no effect.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_task_space_free(space: *mut LwTaskSpace) {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { edge::free(space) }
 }
 
-/// The inverse of the task inertia at the robot's q with what is held, into `out` (rows times rows, row after row; `n` = their product): accelerations of the tips for unit wrenches on
-/// them. `LW_STATUS_SINGULAR` when a coordinate has nothing to move.
+/// Writes the inverse of the task inertia at the robot's q, including held objects, to `out` (rows times rows, row after row; `n` = their product):
+/// accelerations of the tips for unit wrenches on them. Returns `LW_STATUS_SINGULAR` when a coordinate moves no mass.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_task_space_compliance(
     robot: *mut LwRobot,
@@ -192,7 +196,7 @@ pub unsafe extern "C" fn lw_task_space_compliance(
     out: *mut f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let mut space = lend("space", space, |s| &s.0, r)?;
@@ -204,7 +208,8 @@ pub unsafe extern "C" fn lw_task_space_compliance(
     }
 }
 
-/// The task inertia at the robot's q with what is held, into `out` as of `lw_task_space_compliance`: kg m^2 and kg. `LW_STATUS_SINGULAR` also where the tips cannot move independently.
+/// Writes the task inertia at the robot's q, including held objects, to `out` as in `lw_task_space_compliance`: kg m^2 and kg. Returns
+/// `LW_STATUS_SINGULAR` also where the tips cannot move independently.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_task_space_inertia(
     robot: *mut LwRobot,
@@ -212,7 +217,7 @@ pub unsafe extern "C" fn lw_task_space_inertia(
     out: *mut f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let mut space = lend("space", space, |s| &s.0, r)?;
@@ -223,8 +228,9 @@ pub unsafe extern "C" fn lw_task_space_inertia(
     }
 }
 
-/// Forces, into `tau` (`n` = nv), at the robot's q and rates `v` (`n`) that give the tips the accelerations `a` (`rows` numbers: six for each tip, rad/s^2 and m/s^2), gravity and what is
-/// held counted, while `rest` (`n`; NULL: none) acts as far as it moves no tip. `LW_STATUS_SINGULAR` where the tips cannot move independently.
+/// Computes forces `tau` (`n` = nv) at the robot's q and rates `v` (`n`) that give the tips the accelerations `a` (`rows` numbers: six for each tip,
+/// rad/s^2 and m/s^2), including gravity and held objects. The forces `rest` (`n`; may be NULL) are added in the null space, where they do not
+/// accelerate any tip. Returns `LW_STATUS_SINGULAR` where the tips cannot move independently.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_task_space_forces(
     robot: *mut LwRobot,
@@ -236,7 +242,7 @@ pub unsafe extern "C" fn lw_task_space_forces(
     rest: *const f64,
     tau: *mut f64,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let mut space = lend("space", space, |s| &s.0, r)?;
@@ -253,8 +259,9 @@ pub unsafe extern "C" fn lw_task_space_forces(
     }
 }
 
-/// Forces, into `tau` (`n` = nv), at the robot's q and rates `v` (`n`) that make each tip a spring and damper to where it should be: `count` springs, one for each tip in the order of the parts.
-/// `rest` and `LW_STATUS_SINGULAR` as of `lw_task_space_forces`. The inertia that is felt is that of the tips: no force is measured.
+/// Computes forces `tau` (`n` = nv) at the robot's q and rates `v` (`n`) that give each tip an impedance: `count` springs, one for each tip in the
+/// order of the parts. `rest` and `LW_STATUS_SINGULAR` as in `lw_task_space_forces`. Because no force is measured, the apparent inertia is that of
+/// the tips.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_task_space_impedance(
     robot: *mut LwRobot,
@@ -266,7 +273,7 @@ pub unsafe extern "C" fn lw_task_space_impedance(
     rest: *const f64,
     tau: *mut f64,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let mut space = lend("space", space, |s| &s.0, r)?;

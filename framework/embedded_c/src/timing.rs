@@ -1,4 +1,4 @@
-//! Motions in time: a way within limits of rate, acceleration and effort; a transfer between two states within limits of jerk.
+//! Trajectories: time parameterization of a path within limits of rate, acceleration and effort, and jerk-limited transfers between two states.
 
 use crate::edge::{self, Out, alone, disjoint, numbers, numbers_mut, value};
 use crate::path::{LwPath, told};
@@ -9,67 +9,67 @@ use linkwork_embedded::{
     MotionLimits, MotionState, RobotError, Timed, Timing, Transfer, Transferred,
 };
 
-/// Limits of a motion: a number for each degree of freedom, above zero, infinite for none. All arrays have the same length.
+/// Limits of a motion: one number for each degree of freedom, above zero, infinite for no limit. All arrays have the same length.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwMotionLimits {
-    /// rad/s or m/s; NULL: those of the model.
+    /// Rate limits, rad/s or m/s; NULL: those of the model.
     pub rate: *const f64,
-    /// rad/s^2 or m/s^2; NULL: none.
+    /// Acceleration limits, rad/s^2 or m/s^2; NULL: no limits.
     pub acceleration: *const f64,
-    /// rad/s^3 or m/s^3; NULL: none.
+    /// Jerk limits, rad/s^3 or m/s^3; NULL: no limits.
     pub jerk: *const f64,
-    /// N m or N; NULL: those of the model. Where all are infinite no dynamics is computed.
+    /// Effort limits, N m or N; NULL: those of the model. If all are infinite, no dynamics is computed.
     pub effort: *const f64,
-    /// nv.
+    /// Length of the arrays, nv.
     pub n: usize,
 }
 
-/// Where a robot is, and how it moves.
+/// State of a robot: configuration and motion.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwMotionState {
     /// Configuration.
     pub q: *const f64,
-    /// nq.
+    /// Length of `q`, nq.
     pub nq: usize,
     /// Rates; NULL: at rest.
     pub v: *const f64,
-    /// Accelerations; NULL: none.
+    /// Accelerations; NULL: zero.
     pub vdot: *const f64,
-    /// nv.
+    /// Length of `v` and `vdot`, nv.
     pub nv: usize,
 }
 
-/// What a timing ends with.
+/// Result of a time parameterization.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwTimed {
-    /// s.
+    /// Duration of the motion, s.
     pub duration: f64,
-    /// When no motion keeps the limits: where on the way it becomes impossible, as a part of its length (`lw_timing_place`).
+    /// If no motion keeps the limits: position on the path where they cannot be kept, as a fraction of its length (`lw_timing_place`).
     pub part: f64,
-    /// Then: the least number by which all limits of acceleration and effort would have to be multiplied.
+    /// If no motion keeps the limits: smallest factor for all limits of acceleration and effort with which a motion exists.
     pub share: f64,
-    /// Whether a motion keeps the limits. What does not apply is zero.
+    /// True if a motion keeps the limits. Fields that do not apply are zero.
     pub found: bool,
 }
 
-/// What a transfer ends with.
+/// Result of planning a transfer.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwTransferred {
-    /// s.
+    /// Duration of the motion, s.
     pub duration: f64,
-    /// When it leaves the limits of a coordinate: how far it comes, rad or m.
+    /// If the motion leaves the position limits of a coordinate: its extreme value, rad or m.
     pub value: f64,
-    /// Then: the place of that coordinate among the degrees of freedom.
+    /// If the motion leaves the position limits of a coordinate: index of that coordinate among the degrees of freedom.
     pub dof: usize,
-    /// Whether all coordinates stay within their limits. What does not apply is zero.
+    /// True if all coordinates stay within their limits. Fields that do not apply are zero.
     pub within_limits: bool,
 }
 
-/// Limits of a call, and those that stand for NULL.
+/// Limits of a call, and the limits that NULL stands for.
 struct Limits {
     own: MotionLimits,
     asked: MotionLimits,
@@ -83,7 +83,7 @@ impl Limits {
     }
 
     /// # Safety
-    /// The promises at the head of the crate.
+    /// The conditions in the crate documentation apply.
     unsafe fn take(&mut self, p: *const LwMotionLimits) -> Result<(), Fault> {
         let nv = self.rest.len();
         let MotionLimits { rate, acceleration, jerk, effort } = &mut self.asked;
@@ -94,7 +94,7 @@ impl Limits {
         if p.is_null() {
             return Ok(());
         }
-        // SAFETY: the caller's promises.
+        // SAFETY: guaranteed by the caller.
         let from = unsafe { value("limits", p) }?;
         for (what, from, to) in [
             ("rate", from.rate, rate),
@@ -111,7 +111,7 @@ impl Limits {
     }
 
     /// # Safety
-    /// The promises at the head of the crate.
+    /// The conditions in the crate documentation apply.
     unsafe fn state<'a>(
         &'a self,
         what: &'static str,
@@ -119,7 +119,7 @@ impl Limits {
         nq: usize,
     ) -> Result<MotionState<'a>, Fault> {
         let nv = self.rest.len();
-        // SAFETY: the caller's promises.
+        // SAFETY: guaranteed by the caller.
         unsafe {
             let LwMotionState { q, nq: n, v, vdot, nv: m } = value(what, p)?;
             let rest = &self.rest[..];
@@ -130,13 +130,13 @@ impl Limits {
     }
 }
 
-/// Memory of timings. For robots of one model, and one call at a time.
+/// Memory of time parameterizations. Use it for robots of one model, with one call at a time.
 pub struct LwTiming(Tool<(Timing, Limits)>);
 
-/// Memory of transfers. For robots of one model, and one call at a time.
+/// Memory of transfers. Use it for robots of one model, with one call at a time.
 pub struct LwTransfer(Tool<(Transfer, Limits)>);
 
-/// Nothing was planned.
+/// Converts the error of a missing motion to a fault that names the call that must come first.
 fn begun(call: &'static str) -> impl Fn(RobotError) -> Fault {
     move |e| match e {
         RobotError::NoSearch { .. } => Fault::NotBegun(call),
@@ -144,8 +144,9 @@ fn begun(call: &'static str) -> impl Fn(RobotError) -> Fault {
     }
 }
 
-/// Memory of `lw_timing_plan` for ways of so many configurations (at least 2) in so many sections (at least 8 for each, 1048576 at most; twenty are few, a hundred are many), into `out`; free it with
-/// `lw_timing_free`. It serves every robot of the same model.
+/// Creates the memory of `lw_timing_plan` for paths of up to `configurations` configurations (at least 2) in up to `sections` sections (at least 8
+/// for each configuration, at most 1048576; 20 are coarse, 100 are fine) and writes it to `out`; free it with `lw_timing_free`. It works with every
+/// robot of the same model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_timing_new(
     robot: *mut LwRobot,
@@ -153,7 +154,7 @@ pub unsafe extern "C" fn lw_timing_new(
     sections: usize,
     out: *mut *mut LwTiming,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -166,17 +167,18 @@ pub unsafe extern "C" fn lw_timing_new(
     }
 }
 
-/// Frees it; NULL is none.
+/// Frees the memory; NULL has no effect.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_timing_free(timing: *mut LwTiming) {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { edge::free(timing) }
 }
 
-/// Times a way from rest to rest as fast as limits allow, into `out`: whole configurations (nq numbers each) one after the other in `way` (`n` numbers), as `lw_planner_path` gives them. Where `round` is
-/// zero the motion stands still at each corner; else corners are rounded so that no point is farther than `round` from the way (root of the sum of squares of coordinates, rad and m): then
-/// ask `lw_timing_path_free`. `limits`: NULL for those of the model; limits of jerk do not count. With what is held; the robot's own q does not matter. *No motion keeps the limits* is an answer,
-/// not an error. A call that fails may forget the way that was timed before.
+/// Computes the fastest motion along a path from rest to rest within limits, and writes the result to `out`. `way` (`n` numbers) contains whole
+/// configurations (nq numbers each) one after the other, as `lw_planner_path` writes them. With `round` = 0 the motion stops at each corner. Otherwise
+/// corners are rounded so that no point is farther than `round` from the path (Euclidean distance of coordinates, rad and m); call
+/// `lw_timing_path_free` afterwards. `limits`: NULL for those of the model; jerk limits are not considered. Held objects are included; the robot's
+/// own q has no effect. If no motion keeps the limits, this is a result, not an error. A call that fails may discard the previous motion.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_timing_plan(
     robot: *mut LwRobot,
@@ -187,7 +189,7 @@ pub unsafe extern "C" fn lw_timing_plan(
     round: f64,
     out: *mut LwTimed,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -211,8 +213,8 @@ pub unsafe extern "C" fn lw_timing_plan(
     }
 }
 
-/// Configuration into `q` (`nq`), rates into `v` and accelerations into `vdot` (`nv` each) at a time, s, of the way that was timed last: before its beginning and after its end it stands still.
-/// `LW_STATUS_NO_SEARCH` when there is none.
+/// Writes the configuration to `q` (`nq`), rates to `v` and accelerations to `vdot` (`nv` each) of the last motion at a time, s. Before its beginning
+/// and after its end the robot is at rest. Returns `LW_STATUS_NO_SEARCH` when there is no motion.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_timing_at(
     robot: *mut LwRobot,
@@ -224,7 +226,7 @@ pub unsafe extern "C" fn lw_timing_at(
     vdot: *mut f64,
     nv: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let mut timing = lend("timing", timing, |t| &t.0, r)?;
@@ -238,7 +240,7 @@ pub unsafe extern "C" fn lw_timing_at(
     }
 }
 
-/// The configuration, into `q` (`n` = nq), at a part (0 to 1) of the length of the way that was given last.
+/// Writes the configuration at a fraction (0 to 1) of the length of the last path to `q` (`n` = nq).
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_timing_place(
     robot: *mut LwRobot,
@@ -247,7 +249,7 @@ pub unsafe extern "C" fn lw_timing_place(
     q: *mut f64,
     n: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let mut timing = lend("timing", timing, |t| &t.0, r)?;
@@ -257,7 +259,8 @@ pub unsafe extern "C" fn lw_timing_place(
     }
 }
 
-/// Whether the way that was given last touches nothing, with its corners as they are rounded, into `out`: as `lw_robot_path_free`, whose `least` counts for each piece; never unfinished.
+/// Checks the last path, with its corners as they are rounded, for collisions and writes the result to `out`, as `lw_robot_path_free` does; `least`
+/// is a fraction of each piece, and the result is never unfinished.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_timing_path_free(
     robot: *mut LwRobot,
@@ -265,7 +268,7 @@ pub unsafe extern "C" fn lw_timing_path_free(
     least: f64,
     out: *mut LwPath,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -276,13 +279,13 @@ pub unsafe extern "C" fn lw_timing_path_free(
     }
 }
 
-/// Memory of `lw_transfer_plan`, into `out`; free it with `lw_transfer_free`. It serves every robot of the same model.
+/// Creates the memory of `lw_transfer_plan` and writes it to `out`; free it with `lw_transfer_free`. It works with every robot of the same model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_transfer_new(
     robot: *mut LwRobot,
     out: *mut *mut LwTransfer,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -293,16 +296,17 @@ pub unsafe extern "C" fn lw_transfer_new(
     }
 }
 
-/// Frees it; NULL is none.
+/// Frees the memory; NULL has no effect.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_transfer_free(transfer: *mut LwTransfer) {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { edge::free(transfer) }
 }
 
-/// The fastest motion between two states within limits of rate, acceleration and jerk, all coordinates arriving together, into `out`; limits of effort do not count, and nothing is asked of
-/// colliders. Every coordinate that moves needs limits of rate, acceleration and jerk; those of ball and free hinges have to be the same at both ends, and at rest.
-/// `LW_STATUS_SINGULAR` where the search fails by round-off (the one failure that allocates): then, too, the motion of before is gone.
+/// Computes the fastest motion between two states within limits of rate, acceleration and jerk, with all coordinates arriving at the same time, and
+/// writes the result to `out`. Effort limits are not considered, and collisions are not checked. Every coordinate that moves needs limits of rate,
+/// acceleration and jerk; those of ball and free hinges must be equal at both ends and at rest. Returns `LW_STATUS_SINGULAR` where the search fails
+/// by round-off (the only failure that allocates); the previous motion is then discarded, too.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_transfer_plan(
     robot: *mut LwRobot,
@@ -312,7 +316,7 @@ pub unsafe extern "C" fn lw_transfer_plan(
     limits: *const LwMotionLimits,
     out: *mut LwTransferred,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
@@ -335,8 +339,8 @@ pub unsafe extern "C" fn lw_transfer_plan(
     }
 }
 
-/// Configuration into `q` (`nq`), rates into `v` and accelerations into `vdot` (`nv` each) at a time, s, of the transfer that was planned last: after its end the rates there go on.
-/// `LW_STATUS_NO_SEARCH` when there is none.
+/// Writes the configuration to `q` (`nq`), rates to `v` and accelerations to `vdot` (`nv` each) of the last transfer at a time, s. After its end the
+/// rates there stay constant. Returns `LW_STATUS_NO_SEARCH` when there is no transfer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_transfer_at(
     robot: *mut LwRobot,
@@ -348,7 +352,7 @@ pub unsafe extern "C" fn lw_transfer_at(
     vdot: *mut f64,
     nv: usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let transfer = lend("transfer", transfer, |t| &t.0, r)?;

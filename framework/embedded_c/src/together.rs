@@ -1,4 +1,4 @@
-//! Inverse kinematics of the whole: several tips at once, what two hands hold stays held.
+//! Whole-body inverse kinematics: several tips at once; objects in two hands stay in both hands.
 
 use crate::edge::{self, Out, alone, disjoint, numbers_mut, plain, value};
 use crate::reach::{LwAnswer, LwBest, LwEffort, LwGoal, LwOutcome, LwPrefer, effort_of};
@@ -7,35 +7,35 @@ use crate::status::{Fault, LwStatus};
 use crate::tool::{FEW, Tool, lend, room};
 use linkwork_embedded::{Answer, Frame, Part, Prefer, RobotError, TipGoal, WholeBodyIk};
 
-/// In `LwTipGoal.seen_from`: in the world, or in the chain's base with `LW_GOAL_IN_BASE`.
+/// In `LwTipGoal.seen_from`: the goal is in the world, or in the chain's base with `LW_GOAL_IN_BASE`.
 pub const LW_NO_PART: u32 = u32::MAX;
 
-/// Where the tip of a chain is to be, beside others.
+/// Goal of the tip of a chain, one of several.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwTipGoal {
-    /// What is asked of its tip.
+    /// The goal of its tip.
     pub goal: LwGoal,
     /// The chain.
     pub part: u32,
-    /// The chain at whose tip the goal is seen, wherever it goes; `LW_NO_PART`: none.
+    /// The chain relative to whose tip the goal is given, even if that tip moves; `LW_NO_PART`: none.
     pub seen_from: u32,
 }
 
-/// A search of the whole, with its memory. For robots of one model, and one call at a time.
+/// Solver for whole-body inverse kinematics, with its memory. Use it for robots of one model, with one call at a time.
 pub struct LwWholeBodyIk(Tool<Whole>);
 
 struct Whole {
     search: WholeBodyIk,
     goals: Vec<TipGoal>,
     room: usize,
-    /// Goals of the search that was begun.
+    /// Number of goals of the search in progress.
     begun: usize,
 }
 
 impl Whole {
     /// # Safety
-    /// The promises at the head of the crate.
+    /// The conditions in the crate documentation apply.
     unsafe fn take(&mut self, r: &Instance, p: *const LwTipGoal, n: usize) -> Result<(), Fault> {
         self.goals.clear();
         let room = self.room;
@@ -43,7 +43,7 @@ impl Whole {
             return Err(RobotError::NoRoom { what: "goals", wanted: n, room }.into());
         }
         for k in 0..n {
-            // SAFETY: the caller has `n` of them; one by one, since none of them may be there.
+            // SAFETY: the caller has `n` of them; they are read one by one, because `n` may be zero.
             let g = unsafe { value("goals", p.wrapping_add(k)) }?;
             let (goal, mut frame) = g.goal.checked()?;
             if g.seen_from != LW_NO_PART {
@@ -58,10 +58,10 @@ impl Whole {
         Ok(())
     }
 
-    /// What came of a portion; what does not close is told, too.
+    /// Writes the result of a call, also when closures cannot be closed.
     ///
     /// # Safety
-    /// The promises at the head of the crate.
+    /// The conditions in the crate documentation apply.
     unsafe fn tell(
         &self,
         told: Result<Answer, RobotError>,
@@ -73,7 +73,7 @@ impl Whole {
                 for (to, r) in residuals.chunks_exact_mut(2).zip(self.search.residuals()) {
                     to.copy_from_slice(&[r.position, r.orientation]);
                 }
-                // SAFETY: the caller's promises.
+                // SAFETY: guaranteed by the caller.
                 unsafe { out.set(answer.into()) };
                 return Ok(());
             }
@@ -100,14 +100,15 @@ impl Whole {
     }
 }
 
-/// Memory of `lw_whole_body_ik_solve` with room for so many goals (1024 at most) and two hands on every object, into `out`; free it with `lw_whole_body_ik_free`. It serves every robot of the same model.
+/// Creates the memory of `lw_whole_body_ik_solve` for up to `goals` goals (at most 1024) and two hands on every object and writes it to `out`; free it
+/// with `lw_whole_body_ik_free`. It works with every robot of the same model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_whole_body_ik_new(
     robot: *mut LwRobot,
     goals: usize,
     out: *mut *mut LwWholeBodyIk,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (out, room) = (Out::new("out", out)?, room("goals", goals, FEW)?);
@@ -119,21 +120,21 @@ pub unsafe extern "C" fn lw_whole_body_ik_new(
     }
 }
 
-/// Frees it; NULL is none.
+/// Frees the memory; NULL has no effect.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_whole_body_ik_free(search: *mut LwWholeBodyIk) {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe { edge::free(search) }
 }
 
-/// Keeps the hinges of a part's bodies where they are in searches from now on. A search that was begun ends.
+/// Keeps the hinges of a part's bodies at their values in later searches. Ends a search in progress.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_whole_body_ik_keep(
     robot: *mut LwRobot,
     search: *mut LwWholeBodyIk,
     part: u32,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let mut whole = lend("search", search, |s| &s.0, r)?;
@@ -142,14 +143,14 @@ pub unsafe extern "C" fn lw_whole_body_ik_keep(
     }
 }
 
-/// Lets them move again.
+/// Lets the hinges of a part's bodies move again.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_whole_body_ik_release(
     robot: *mut LwRobot,
     search: *mut LwWholeBodyIk,
     part: u32,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let mut whole = lend("search", search, |s| &s.0, r)?;
@@ -158,10 +159,12 @@ pub unsafe extern "C" fn lw_whole_body_ik_release(
     }
 }
 
-/// Moves `q` (`n` = nq; in: where to start, within limits; out: the solution, or the nearest configuration) until every tip meets its goal, within limits, with all that carries them. What two
-/// hands of the robot hold now is held in the answer, and loops and couplings are closed; without goals it closes what is open. `effort`: NULL for the default. Of `answer` position and
-/// orientation are the greatest of all goals; those of each, m and rad, go into `residuals` (`m` = 2 `goal_count`; NULL and 0: not asked for).
-/// `LW_STATUS_DOES_NOT_CLOSE` where nothing closes all: `q` is then where it is least open, position and orientation of `answer` are how far.
+/// Searches for a configuration within limits in which every tip meets its goal; all bodies that carry the tips may move. `q` (`n` = nq) is the
+/// start, within limits, on input, and the solution or the nearest configuration on output. Objects in two hands of the robot are in both hands in
+/// the result, and loops and couplings are closed; without goals the search only closes what is open. `effort`: NULL for the default. Position and
+/// orientation of `answer` are the largest residuals of all goals; those of each goal, m and rad, are written to `residuals` (`m` = 2 `goal_count`;
+/// NULL and 0: not written). Returns `LW_STATUS_DOES_NOT_CLOSE` if no configuration closes everything: `q` is then the configuration with the
+/// smallest closure error, which position and orientation of `answer` contain.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_whole_body_ik_solve(
     robot: *mut LwRobot,
@@ -175,7 +178,7 @@ pub unsafe extern "C" fn lw_whole_body_ik_solve(
     m: usize,
     answer: *mut LwAnswer,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let answer = Out::new("answer", answer)?;
@@ -196,7 +199,8 @@ pub unsafe extern "C" fn lw_whole_body_ik_solve(
     }
 }
 
-/// Goes on with the search for so many evaluations of the kinematics. The same steps are taken in whatever portions. Answers as `lw_whole_body_ik_solve`.
+/// Continues the search for up to `kinematics` evaluations of the kinematics. The result does not depend on how the evaluations are divided into
+/// calls. Results are written as in `lw_whole_body_ik_solve`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_whole_body_ik_resume(
     robot: *mut LwRobot,
@@ -208,7 +212,7 @@ pub unsafe extern "C" fn lw_whole_body_ik_resume(
     m: usize,
     answer: *mut LwAnswer,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let answer = Out::new("answer", answer)?;
@@ -224,8 +228,9 @@ pub unsafe extern "C" fn lw_whole_body_ik_resume(
     }
 }
 
-/// As `lw_whole_body_ik_solve`, from several starts, each improved among the configurations that meet all goals with everything closed, into `best`: near the middle of the limits of all that
-/// moves, and far from singular configurations of the goals' chains. `restarts` of the effort does not count; its `kinematics` bounds all evaluations together. The robot's own q does not change.
+/// Like `lw_whole_body_ik_solve`, but from several starts, and each solution is improved among the configurations that meet all goals with everything
+/// closed: near the middle of the limits of all that moves, and far from singular configurations of the goals' chains. Writes the result to `best`.
+/// `restarts` of the effort has no effect; its `kinematics` bounds the sum of all evaluations. The robot's own q does not change.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_whole_body_ik_best(
     robot: *mut LwRobot,
@@ -238,7 +243,7 @@ pub unsafe extern "C" fn lw_whole_body_ik_best(
     n: usize,
     best: *mut LwBest,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let best = Out::new("best", best)?;
@@ -254,7 +259,8 @@ pub unsafe extern "C" fn lw_whole_body_ik_best(
     }
 }
 
-/// Evaluations of the kinematics after which `lw_whole_body_ik_solve` has ended for these goals at the latest, whatever the start, the goals' numbers and what hands hold, into `steps`; SIZE_MAX for more.
+/// Writes an upper bound for the kinematics evaluations of `lw_whole_body_ik_solve` with these goals to `steps`, for every start, all values of the
+/// goals and everything that the hands may hold; SIZE_MAX if it is larger.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_whole_body_ik_worst_case_steps(
     robot: *mut LwRobot,
@@ -264,7 +270,7 @@ pub unsafe extern "C" fn lw_whole_body_ik_worst_case_steps(
     effort: *const LwEffort,
     steps: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let steps = Out::new("steps", steps)?;
@@ -276,15 +282,15 @@ pub unsafe extern "C" fn lw_whole_body_ik_worst_case_steps(
     }
 }
 
-/// Evaluations of the kinematics after which `lw_robot_inverse_kinematics` has ended for such a goal at the latest, whatever the chain, the start and the goal's numbers, into `steps`; SIZE_MAX for more.
-/// What a caller in real time counts on; most searches take a hundredth of it. `effort`: NULL for the default.
+/// Writes an upper bound for the kinematics evaluations of `lw_robot_inverse_kinematics` with such a goal to `steps`, for every chain, every start and all values
+/// of the goal; SIZE_MAX if it is larger. Real-time callers can rely on it; most searches take one hundredth of it. `effort`: NULL for the default.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_effort_worst_case_steps(
     effort: *const LwEffort,
     goal: *const LwGoal,
     steps: *mut usize,
 ) -> LwStatus {
-    // SAFETY: the caller's promises.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         plain(|| {
             let steps = Out::new("steps", steps)?;

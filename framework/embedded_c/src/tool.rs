@@ -1,4 +1,4 @@
-//! Memory of calls that a robot does not have from the beginning: made at set-up with the room asked for, lent to one call at a time.
+//! Memory for calls that a robot does not have from the beginning: created at set-up with the requested capacity, and used by one call at a time.
 
 use crate::robot::Instance;
 use crate::status::Fault;
@@ -14,16 +14,16 @@ pub(crate) struct Tool<T> {
 impl<T> Tool<T> {
     pub fn new(r: &Instance, inner: T) -> Self {
         let inner = Mutex::new(inner);
-        // A lock may take memory at its first use on some systems.
+        // On some systems a lock allocates at its first use, so use it once here.
         drop(inner.lock().unwrap_or_else(PoisonError::into_inner));
         Self { inner, model: r.robot.model().clone() }
     }
 }
 
-/// Lends the memory behind a handle to a call with a robot of the same model. What panicked once is not touched again.
+/// Returns the memory behind a handle to a call with a robot of the same model. After a panic the memory is not used again.
 ///
 /// # Safety
-/// The promises at the head of the crate.
+/// The conditions in the crate documentation apply.
 pub(crate) unsafe fn lend<'a, H: 'a, T>(
     what: &'static str,
     handle: *const H,
@@ -42,21 +42,17 @@ pub(crate) unsafe fn lend<'a, H: 'a, T>(
     }
 }
 
-/// Wishes, guards and touches at the most.
+/// Maximum number of tasks, guards and contact points.
 pub(crate) const FEW: usize = 1 << 10;
-/// Configurations and sections at the most.
+/// Maximum number of configurations and sections.
 pub(crate) const MANY: usize = 1 << 20;
 
-/// Refuses room that no program asks for on purpose: memory that is not there would end it.
+/// Rejects capacities that no program requests intentionally, because a failed allocation would abort the program.
 pub(crate) fn room(what: &'static str, asked: usize, most: usize) -> Result<usize, Fault> {
     if asked <= most {
         return Ok(asked);
     }
-    let help = if most == FEW {
-        "reserve room for 1024 at most"
-    } else {
-        "reserve room for 1048576 at most"
-    };
+    let help = if most == FEW { "reserve at most 1024" } else { "reserve at most 1048576" };
     Err(RobotError::OutOfRange { what, value: asked as f64, help }.into())
 }
 
@@ -77,7 +73,7 @@ mod tests {
         let (own, other) = (instance(), instance());
         let tool = Tool::new(&own, 7);
         let ask = |r: &Instance| {
-            // SAFETY: the tool lives longer than what is lent.
+            // SAFETY: the tool lives longer than the borrowed memory.
             let mut lent = unsafe { lend("tool", &tool, |t| t, r) }?;
             *lent += 1;
             Ok::<i32, Fault>(*lent)

@@ -1,10 +1,11 @@
-//! What cannot be is told by a code, a message and a remedy, takes no memory and changes nothing; where something is possible all the same, the best comes with it.
+//! Invalid input returns a code, a message and a remedy, does not allocate and changes nothing. If a best approximation exists, it is returned as
+//! well.
 
 use crate::support::*;
 use linkwork_robot::*;
 use std::ptr::{null, null_mut};
 
-/// A call that has to be refused without memory, and what its message has to say.
+/// Checks that a call fails without allocation, and that its message contains `needle`.
 #[track_caller]
 fn no(two: &Two, wanted: LwStatus, needle: &str, call: impl FnOnce() -> LwStatus) {
     let mut status = LwStatus::Panicked;
@@ -18,7 +19,7 @@ fn no(two: &Two, wanted: LwStatus, needle: &str, call: impl FnOnce() -> LwStatus
 fn what_cannot_be_is_told() {
     let mut two = Two::new();
     let pose = |x: f64| LwPose { position: [x, 0.3, 0.4], quaternion: [0.0, 0.0, 0.0, 1.0] };
-    // SAFETY: handles of the library, arrays of the lengths given.
+    // SAFETY: valid handles of the library, arrays of the lengths given.
     unsafe {
         let (r, m) = (two.r, two.m);
         let mut part = 0;
@@ -36,14 +37,14 @@ fn what_cannot_be_is_told() {
         assert_eq!(lw_robot_grasp(r, LEFT, BEAM, null()), LwStatus::Ok);
         no(&two, LwStatus::Held, "object 0", || lw_robot_grasp(r, LEFT, BEAM, null()));
         no(&two, LwStatus::EmptyHand, "part 1", || lw_robot_release(r, RIGHT, BEAM));
-        no(&two, LwStatus::LoopOpen, "from its grasp", || {
+        no(&two, LwStatus::LoopOpen, "that its grasp requires", || {
             lw_robot_grasp(r, RIGHT, BEAM, &pose(3.0))
         });
         let mut hold = std::mem::zeroed::<LwHold>();
         assert_eq!(lw_robot_hold(r, BEAM, &mut hold), LwStatus::Ok);
         assert_eq!(hold.count, 1, "nothing has changed");
         assert_eq!(lw_robot_ungrasp(r, BEAM), LwStatus::Ok);
-        // Targets that are no numbers, starts outside of limits.
+        // Targets that are not finite, starts outside the limits.
         let mut answer = std::mem::zeroed::<LwAnswer>();
         let goal = LwGoal {
             pose: pose(f64::NAN),
@@ -66,7 +67,7 @@ fn what_cannot_be_is_told() {
             lw_robot_inverse_kinematics(r, LEFT, &goal, null(), p, 13, &mut answer)
         });
         assert_eq!(q[1], 2.9);
-        // Padding with which all touch always.
+        // Padding with which all colliders always touch.
         let mut palm = 0;
         assert_eq!(lw_model_collider(m, c"left_palm".as_ptr(), &mut palm), LwStatus::Ok);
         let mut before = std::mem::zeroed::<LwClosest>();
@@ -79,7 +80,7 @@ fn what_cannot_be_is_told() {
         assert_eq!(near(&mut after), LwStatus::Ok);
         assert_eq!(before.distance.to_bits(), after.distance.to_bits());
     }
-    // A load that no joint can carry, and a grip that no friction holds.
+    // A load that no joint can carry, and a grip that friction cannot hold.
     two.take_beam();
     // SAFETY: as above.
     unsafe {

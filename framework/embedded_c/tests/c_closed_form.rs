@@ -1,4 +1,4 @@
-//! Closed forms through the interface of C: what Rust says, to the bit; mistakes are codes.
+//! Closed forms through the C interface: results bit-identical with Rust, errors as codes.
 
 use linkwork_embedded::formats::{ReadOptions, Root, read_text};
 use linkwork_embedded::spatial::{Pose, Quat, Vec3};
@@ -8,7 +8,7 @@ use std::ffi::{CStr, CString};
 use std::fmt::Write;
 use std::ptr::null_mut;
 
-/// Hinges one after the other: axis, and offset from the one before.
+/// A chain of hinges: axis, and offset from the previous one.
 fn urdf(hinges: &[(&str, &str)]) -> CString {
     let mut text = String::from("<robot name='r'><link name='link0'/>");
     for (i, (axis, offset)) in hinges.iter().enumerate() {
@@ -28,7 +28,7 @@ const ELBOW: (&str, &str) = ("0 1 0", "0.4 0 0");
 
 unsafe fn robot_of(text: &CStr, tip: &CStr) -> *mut LwRobot {
     let (mut b, mut m, mut r) = (null_mut(), null_mut(), null_mut());
-    // SAFETY: handles of the library, texts with a zero.
+    // SAFETY: valid handles of the library, zero-terminated texts.
     unsafe {
         assert_eq!(lw_builder_new(&mut b), LwStatus::Ok);
         assert_eq!(lw_builder_robot_text(b, text.as_ptr(), LW_ROOT_FIXED, 0), LwStatus::Ok);
@@ -62,7 +62,7 @@ fn all_solutions_in_c_are_those_in_rust() {
     let six = [&SHOULDER[..], &[ELBOW], &WRIST].concat();
     let seven = [&SHOULDER[..], &[("0 0 1", "0 0 0"), ("0 1 0", "0.02 0 0.4")], &WRIST].concat();
     let q4 = Quat::from_euler_angles(0.4, -0.3, 0.9).coords;
-    // Of what is given in C the length is made 1.
+    // The C interface normalizes quaternions.
     let turn = Quat::from_quaternion(q4.into());
     let at = Vec3::new(0.35, 0.2, 0.5);
     let goal = Goal::pose(Pose::new(turn, at));
@@ -81,7 +81,7 @@ fn all_solutions_in_c_are_those_in_rust() {
         assert!(wanted.len() >= 2 * n, "{}", wanted.len());
         let mut out = vec![0.0; 8 * n];
         let mut count = 0;
-        // SAFETY: handles of the library, arrays of the lengths that are given.
+        // SAFETY: valid handles of the library, arrays of the lengths given.
         unsafe {
             let r = robot_of(&text, tip);
             let mut ask = |held: i64, goal: &LwGoal, q: &[f64], rows: usize| {
@@ -121,7 +121,7 @@ fn all_solutions_in_c_are_those_in_rust() {
             wanted.iter().map(|x| x.to_bits()).collect::<Vec<_>>()
         );
     }
-    // Two hinges have none.
+    // Two hinges do not have a closed form.
     // SAFETY: as above.
     unsafe {
         let r = robot_of(&urdf(&SHOULDER), c"link2");

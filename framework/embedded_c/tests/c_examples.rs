@@ -1,4 +1,4 @@
-//! The examples in C and C++ say what the same robot says in Rust, and are built by one command.
+//! The examples in C and C++ print the same results as Rust for the same robot, and are built by one command.
 
 use linkwork_embedded::formats::{ReadOptions, Root, read_file, read_srdf_file};
 use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Vec3};
@@ -11,8 +11,8 @@ fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// What both examples say, C's and C++'s, built by the command of the README (`examples/build`) with the archive that cargo made beside the test;
-/// `None` when there is no compiler, which is a failure where `CI` is set.
+/// Returns the output of the C and C++ examples, built with the command of the README (`examples/build`) and the archive that cargo made next to the
+/// test. `None` if there is no compiler, which is a failure if `CI` is set.
 fn examples() -> Option<[String; 2]> {
     for compiler in ["cc", "c++"] {
         if Command::new(compiler).arg("--version").output().is_err() {
@@ -29,7 +29,7 @@ fn examples() -> Option<[String; 2]> {
     Some(built(&mut build, scratch.path()))
 }
 
-/// Runs the build; what the programs say.
+/// Runs the build, and returns the output of the programs.
 fn built(build: &mut Command, to: &std::path::Path) -> [String; 2] {
     let build = build.arg(to).env("CFLAGS", "-Werror").env_remove("CC").env_remove("CXX");
     let out = build.output().unwrap();
@@ -37,7 +37,7 @@ fn built(build: &mut Command, to: &std::path::Path) -> [String; 2] {
     ["arm_c.txt", "arm_cpp.txt"].map(|f| std::fs::read_to_string(to.join(f)).unwrap())
 }
 
-/// What the examples ask, asked in Rust.
+/// Computes in Rust what the examples print.
 fn expected() -> String {
     use std::fmt::Write;
     let examples = folder().join("examples");
@@ -114,7 +114,7 @@ fn expected() -> String {
     out
 }
 
-/// The same words, and the same numbers to the bit.
+/// Checks that words are equal and numbers bit-identical.
 fn same(ours: &str, expected: &str) {
     let lines = (ours.lines().count(), expected.lines().count());
     assert_eq!(lines.0, lines.1, "\n{ours}\n{expected}");
@@ -134,7 +134,7 @@ fn same(ours: &str, expected: &str) {
 fn the_c_example_says_what_rust_says() {
     let Some([out, _]) = examples() else { return };
     same(&out, &expected());
-    // By closed form: a cup of 0.4 kg on arms of 0.5 m and 0.45 m + 0.1 m.
+    // Closed form: a cup of 0.4 kg on arms of 0.5 m and 0.45 m + 0.1 m.
     let row = |what: &str| -> Vec<f64> {
         let line = out.lines().find_map(|l| l.strip_prefix(&format!("{what} "))).unwrap();
         line.split(' ').map(|x| x.parse().unwrap()).collect()

@@ -1,4 +1,4 @@
-//! Two hands on one object, masses and predictions through the interface of C: what Rust says, to the bit; no memory is taken; mistakes are codes.
+//! Two hands on one object, masses and predictions through the C interface: results bit-identical with Rust, no allocation, errors as codes.
 
 use crate::support::*;
 use linkwork_embedded::spatial::{Force, Motion, Pose, Vec3};
@@ -17,7 +17,7 @@ fn wrenches() -> [Force; 2] {
 #[test]
 fn loads_shared_squeezed_and_gripped() {
     let mut two = Two::new();
-    // SAFETY: handles of the library, arrays of the lengths given; so in all tests below.
+    // SAFETY: valid handles of the library, arrays of the lengths given; so in all tests below.
     unsafe {
         let r = two.r;
         let mut hold = std::mem::zeroed::<LwHold>();
@@ -126,7 +126,7 @@ fn loads_shared_squeezed_and_gripped() {
             lw_robot_grip(r, BEAM, w, f, null_mut()),
         ]);
         assert_eq!(tau, kept, "nothing was written");
-        // One hand alone has nothing to share.
+        // A single hand cannot share a load.
         assert_eq!(lw_robot_release(r, RIGHT, BEAM), LwStatus::Ok);
         quiet(|| lw_robot_hold(r, BEAM, &mut hold));
         assert_eq!((hold.count, hold.hands), (1, [LEFT, 0]));
@@ -157,7 +157,7 @@ fn momentum_and_composite_inertias() {
         quiet(|| lw_robot_centroidal_matrix(r, A.as_mut_ptr(), 78));
         two.robot.centroidal_matrix(&mut theirs).unwrap();
         same(&A, &theirs);
-        // Its last rows over the mass are the Jacobian of the centre of mass: by differences of that.
+        // Its last rows divided by the mass are the Jacobian of the centre of mass; checks them by differences.
         let (mut mass, mut centers) = (0.0, [[0.0; 3]; 2]);
         let h = 1e-6;
         for (side, at) in [h, -h].into_iter().zip(&mut centers) {

@@ -1,4 +1,4 @@
-//! The interface as C sees it: the header is that of the functions, mistakes are codes with messages, and nothing is allocated after set-up.
+//! The C interface: the header matches the functions, errors are codes with messages, and calls after set-up do not allocate.
 
 use linkwork_embedded::spatial::{Pose, Quat, nalgebra};
 use linkwork_robot::*;
@@ -6,7 +6,7 @@ use std::ffi::{CStr, CString, c_char};
 use std::path::{Path, PathBuf};
 use std::ptr::{null, null_mut};
 
-/// A goal of which nothing counts.
+/// A goal without any components.
 const NOWHERE: LwGoal = LwGoal {
     pose: LwPose { position: [0.0; 3], quaternion: [0.0; 4] },
     weights: [1.0; 2],
@@ -79,12 +79,12 @@ fn c(text: &str) -> CString {
     CString::new(text).unwrap()
 }
 
-/// A text of the library.
+/// Returns a text of the library.
 fn said(call: impl Fn(*mut c_char, usize, *mut usize) -> LwStatus) -> String {
     let mut wanted = 0;
     assert_eq!(call(null_mut(), 0, &mut wanted), LwStatus::Length);
     let mut short = vec![7; wanted];
-    // One byte less: the beginning, with a zero, and no byte beyond.
+    // With one byte less, the call writes the beginning, a zero, and nothing beyond.
     if wanted > 1 {
         assert_eq!(call(short.as_mut_ptr(), wanted - 1, null_mut()), LwStatus::Length);
         assert_eq!((short[wanted - 2], short[wanted - 1]), (0, 7));
@@ -94,7 +94,7 @@ fn said(call: impl Fn(*mut c_char, usize, *mut usize) -> LwStatus) -> String {
     unsafe { CStr::from_ptr(short.as_ptr()) }.to_str().unwrap().to_owned()
 }
 
-/// Handles of the example's robot with a cup, freed at the end.
+/// Handles of the example's robot with a cup, freed when dropped.
 struct Scene {
     builder: *mut LwBuilder,
     model: *mut LwModel,
@@ -107,7 +107,7 @@ impl Scene {
         let file = |name: &str| c(folder().join("examples").join(name).to_str().unwrap());
         let (zero, inertia) = ([0.0; 3], [2e-3, 0.0, 0.0, 0.0, 2e-3, 0.0, 0.0, 0.0, 1e-3]);
         let can = LwShape { kind: LW_SHAPE_SPHERE, size: [0.05, 0.0, 0.0] };
-        // SAFETY: handles of the library, texts with a zero, arrays of the lengths that are asked for.
+        // SAFETY: valid handles of the library, zero-terminated texts, arrays of the required lengths.
         unsafe {
             let ok = LwStatus::Ok;
             assert_eq!(lw_builder_new(&mut s.builder), ok);
@@ -163,7 +163,7 @@ fn null_is_a_code_wherever_it_is_given() {
     let goal = LwGoal { pose, weights: [1.0; 2], parts: LW_GOAL_POSITION, ..NOWHERE };
     let shape = LwShape { kind: 0, size: [1.0, 0.0, 0.0] };
     let a = c("arm");
-    // SAFETY: what is not NULL is right.
+    // SAFETY: every pointer that is not NULL is valid.
     let codes = unsafe {
         lw_builder_free(null_mut());
         lw_model_free(null_mut());
@@ -291,17 +291,17 @@ fn mistakes_are_codes_with_messages() {
         let text = s.robot_says();
         needles.iter().for_each(|n| assert!(text.contains(n), "{n}: {text}"));
     };
-    // SAFETY: handles of the library; arrays have the lengths given, or the call refuses the length before it reads; addresses that are not aligned
-    // are of memory that is there.
+    // SAFETY: handles of the library; arrays have the lengths given, or the call rejects the length before it reads; unaligned addresses point to
+    // existing memory.
     unsafe {
         use LwStatus::*;
-        robot(lw_robot_set_q(r, p, 2), Length, &["`q` has 2 numbers, not 3", "help"]);
+        robot(lw_robot_set_q(r, p, 2), Length, &["`q` has 2 numbers, expected 3", "help"]);
         robot(lw_robot_set_q(r, p, usize::MAX), Length, &["`q`"]);
         robot(lw_robot_set_q(r, nan.as_ptr(), 3), NotFinite, &["number 1 of `q` is NaN"]);
         let odd = p.cast::<u8>().add(3).cast::<f64>();
         robot(lw_robot_set_q(r, odd, 3), Misaligned, &["`q` is not aligned"]);
         robot(lw_robot_q(r, odd, 3), Misaligned, &["`q`"]);
-        robot(lw_robot_jacobian(r, 0, p, 17), Length, &["`J` has 17 numbers, not 18"]);
+        robot(lw_robot_jacobian(r, 0, p, 17), Length, &["`J` has 17 numbers, expected 18"]);
         robot(lw_robot_jacobian(r, 1, p, 18), Foreign, &["handle"]);
         robot(lw_robot_mass_matrix(r, p, 3), Length, &["`M`"]);
         robot(lw_robot_set_gravity(r, nan.as_ptr()), NotFinite, &["`g`"]);
@@ -316,7 +316,7 @@ fn mistakes_are_codes_with_messages() {
             lw_robot_inverse_kinematics(r, 0, g, e, p, 3, a)
         };
         let (a, default) = (&raw mut answer, null());
-        robot(reach(&goal(0, 1.0), default, a), OutOfRange, &["ask for a position"]);
+        robot(reach(&goal(0, 1.0), default, a), OutOfRange, &["give a position"]);
         robot(reach(&goal(128, 1.0), default, a), OutOfRange, &["`parts` is 128", "LW_GOAL_"]);
         robot(reach(&goal(LW_GOAL_ORIENTATION, 1.0), default, a), OutOfRange, &["quaternion", "2"]);
         robot(reach(&goal(LW_GOAL_POSITION, 0.0), default, a), OutOfRange, &["weight"]);
@@ -365,11 +365,11 @@ fn mistakes_are_codes_with_messages() {
             needles.iter().for_each(|n| assert!(text.contains(n), "{n}: {text}"));
         };
         let text = c"<robot/>".as_ptr();
-        builder(lw_builder_robot_text(b, text, 0, 0), Model, &["has its robot already"]);
+        builder(lw_builder_robot_text(b, text, 0, 0), Model, &["already has a robot"]);
         let kind = |kind, size| LwShape { kind, size };
         let shape = |s: LwShape| lw_builder_shape(b, name, c"world".as_ptr(), null(), &s);
         builder(shape(kind(9, [1.0; 3])), OutOfRange, &["`kind` is 9", "LW_SHAPE_"]);
-        builder(shape(kind(LW_SHAPE_SPHERE, [1.0; 3])), Model, &["leave zero"]);
+        builder(shape(kind(LW_SHAPE_SPHERE, [1.0; 3])), Model, &["to zero"]);
         let (mut other, mut made) = (null_mut(), null_mut());
         assert_eq!(lw_builder_new(&mut other), Ok);
         assert_eq!(lw_builder_file_shapes(other), Model);
@@ -380,20 +380,20 @@ fn mistakes_are_codes_with_messages() {
         let says = said(|b, n, w| lw_builder_message(other, b, n, w));
         assert!(says.contains("no robot yet") && made.is_null(), "{says}");
         lw_builder_free(other);
-        // All mistakes at once, when the model is made.
+        // The model build reports all errors at once.
         assert_eq!(lw_builder_chain(b, c"leg".as_ptr(), c"base".as_ptr(), c"foot".as_ptr()), Ok);
         assert_eq!(lw_builder_chain(b, c"arm".as_ptr(), c"base".as_ptr(), c"hand".as_ptr()), Ok);
-        let needles = ["part `leg` names the body `foot`", "two parts `arm`"];
+        let needles = ["part `leg` refers to the body `foot`", "two parts with the name `arm`"];
         builder(lw_builder_model(b, &mut made), Model, &needles);
     }
 }
 
-/// What a Rust robot says goes through the interface unchanged, and what it was given comes back.
+/// Results of a Rust robot pass through the interface unchanged, and settings are returned as given.
 #[test]
 fn names_settings_and_handles_go_through() {
     let s = Scene::new();
     let (r, m) = (s.robot, s.model);
-    // SAFETY: handles of the library, texts with a zero, arrays of the lengths given.
+    // SAFETY: valid handles of the library, zero-terminated texts, arrays of the lengths given.
     unsafe {
         let version = CStr::from_ptr(lw_version()).to_str().unwrap();
         assert_eq!(version, env!("CARGO_PKG_VERSION"));
@@ -410,7 +410,7 @@ fn names_settings_and_handles_go_through() {
         let (mut lower, mut upper) = ([0.0; 3], [0.0; 3]);
         let told = lw_model_limits(m, lower.as_mut_ptr(), upper.as_mut_ptr(), 3);
         assert_eq!((told, lower, upper), (LwStatus::Ok, [-3.0, -1.0, -2.5], [3.0, 2.0, 2.5]));
-        // Tip and body of the hand are one frame; a clone is a robot of its own.
+        // Tip and body of the hand are one frame; a clone is a separate robot.
         let mut q = [5.0, 0.2, 0.4];
         assert_eq!(lw_robot_clamp(r, q.as_mut_ptr(), 3), LwStatus::Ok);
         assert_eq!(q, [3.0, 0.2, 0.4]);
@@ -434,7 +434,7 @@ fn names_settings_and_handles_go_through() {
         let X = Pose::new(quat(&a), a.position.into()) * Pose::new(quat(&at), at.position.into());
         assert!(near(&held.position, X.position.as_slice()));
         assert!(near(&held.quaternion, X.rotation.coords.as_slice()));
-        // Settings: the can in the palm is found when it is told to be looked at, and not when it is hidden.
+        // Settings: the can in the palm is found when its pair is checked, and not when it is hidden.
         let (mut can, mut palm, mut hit) = (9, 9, false);
         assert_eq!(lw_model_collider(m, c"can".as_ptr(), &mut can), LwStatus::Ok);
         assert_eq!(lw_model_collider(m, c"palm".as_ptr(), &mut palm), LwStatus::Ok);
@@ -461,7 +461,7 @@ fn names_settings_and_handles_go_through() {
         assert_eq!(lw_robot_release(other, part, 0), LwStatus::Ok);
         asked(true, Some((can, palm)));
         lw_robot_free(other);
-        // A clone of a model outlives it, and has a message of its own.
+        // A clone of a model outlives it, and has a separate message.
         let mut twin = null_mut();
         assert_eq!(lw_model_clone(m, &mut twin), LwStatus::Ok);
         assert_eq!(lw_model_part(twin, c"leg".as_ptr(), &mut part), LwStatus::Unknown);
@@ -482,14 +482,14 @@ fn no_call_allocates_after_set_up() {
     let (mut q, mut x, mut out, mut hit) = ([0.1; 3], [0.0; 18], pose, false);
     let mut text = [0; 300];
     let [mut a, mut b, mut c, mut d] = [0; 4];
-    // SAFETY: handles of the library; arrays have the lengths given; what is written is written by the calls.
+    // SAFETY: handles of the library; arrays have the lengths given; the calls write all outputs.
     unsafe {
         let mut answer = std::mem::zeroed::<LwAnswer>();
         let mut closest = std::mem::zeroed::<LwClosest>();
         let p = x.as_mut_ptr();
         let far = LwGoal { pose: LwPose { position: [9.0; 3], ..pose }, ..goal };
         let v = [0.1; 3];
-        // The memory of contact points takes its size, as the documentation says.
+        // The memory of contact points is allocated here, as documented.
         assert_eq!(lw_robot_clearance(r, q.as_ptr(), 3, 9.0, &mut closest), LwStatus::Ok);
         let mut codes = [LwStatus::Panicked; 25];
         let counted = allocation_counter::measure(|| {

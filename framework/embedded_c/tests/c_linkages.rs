@@ -1,4 +1,4 @@
-//! Objects with joints through the interface of C: what Rust says, to the bit; mistakes are codes.
+//! Objects with joints through the C interface: results bit-identical with Rust, errors as codes.
 
 use linkwork_embedded::formats::{ReadOptions, Root, read_text};
 use linkwork_embedded::multibody::{BodySpec, Hinge};
@@ -46,7 +46,7 @@ fn pliers_in_c_are_those_in_rust() {
     let (mut b, mut m, mut r) = (null_mut(), null_mut(), null_mut());
     let hinge_at = LwPose { position: [0.0, 0.0, 0.1], quaternion: [0.0, 0.0, 0.0, 1.0] };
     let grasp_at = LwPose { position: [0.1, 0.0, 0.0], ..hinge_at };
-    // SAFETY: handles of the library, texts with a zero, arrays of the lengths that are given.
+    // SAFETY: valid handles of the library, zero-terminated texts, arrays of the required lengths.
     unsafe {
         assert_eq!(lw_builder_new(&mut b), ok);
         assert_eq!(lw_builder_robot_text(b, ROBOT.as_ptr(), LW_ROOT_FIXED, 0), ok);

@@ -1,4 +1,4 @@
-//! Mechanisms without a file, rules of collisions, coarse shapes and warnings through the interface of C: what Rust says, to the bit; mistakes are codes.
+//! Mechanisms without a file, collision rules, coarse shapes and warnings through the C interface: results bit-identical with Rust, errors as codes.
 
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, HingeCoordinate, Limits};
 use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Vec3};
@@ -39,13 +39,13 @@ fn hinges() -> Vec<(LwHinge, Hinge)> {
     ]
 }
 
-/// Freed at the end.
+/// A builder that is freed when dropped.
 struct Own(*mut LwBuilder);
 
 impl Own {
     fn new() -> Self {
         let mut b = null_mut();
-        // SAFETY: a place for a handle.
+        // SAFETY: valid memory for a handle.
         assert_eq!(unsafe { lw_builder_new(&mut b) }, OK);
         Self(b)
     }
@@ -54,7 +54,7 @@ impl Own {
         let [name, parent] = [name, parent].map(|t| CString::new(t).unwrap());
         let at = LwPose { position: [0.0, 0.0, up], quaternion: [0.0, 0.0, 0.0, 1.0] };
         let (c, i) = (CENTER.as_ptr(), INERTIA.as_ptr());
-        // SAFETY: a handle of the library, texts with a zero, arrays of the lengths that are asked for; so below.
+        // SAFETY: a valid handle of the library, zero-terminated texts, arrays of the required lengths; so below.
         unsafe { lw_builder_body(self.0, name.as_ptr(), parent.as_ptr(), hinge, &at, 0.4, c, i) }
     }
 
@@ -154,7 +154,7 @@ fn a_mechanism_of_every_hinge_needs_no_file() {
     spec.joints = [1, 2, 3].map(joint).into();
     let model: Arc<RobotModel> = RobotModel::new(&spec).unwrap();
     let (nq, nv) = (model.nq(), model.nv());
-    // SAFETY: handles of the library, texts with a zero, arrays of the lengths that are asked for.
+    // SAFETY: valid handles of the library, zero-terminated texts, arrays of the required lengths.
     unsafe {
         let name = |k: usize| CString::new(format!("b{k}")).unwrap();
         assert_eq!(lw_builder_limits(own.0, name(1).as_ptr(), -1.0, 2.0, 3.0, 4.0), OK);
@@ -185,7 +185,7 @@ fn a_mechanism_of_every_hinge_needs_no_file() {
         assert_eq!(lw_model_limits(made.model, l, u, nv), OK);
         assert_eq!((lower[0], upper[0]), (-1.0, 2.0));
         assert!(lower[1..].iter().all(|x| *x == -FREE) && upper[1..].iter().all(|x| *x == FREE));
-        // Configuration, masses and forces to the bit.
+        // Configuration, masses and forces are bit-identical.
         let q = model.multibody().random_q(7);
         let mut robot = Robot::new(&model);
         robot.set_q(&q).unwrap();
@@ -242,7 +242,7 @@ fn mistakes_in_mechanisms_are_told() {
     };
     assert_eq!(file, LwStatus::Model);
     assert!(own.says().contains("read the file first"), "{}", own.says());
-    // What the model refuses: an axis without length, limits that are the wrong way round.
+    // Errors of the model: a zero axis, and limits in the wrong order.
     let bent = Own::new();
     assert_eq!(bent.body("a", "world", &hinge(LW_HINGE_PIN, [0.0; 3]), 0.0), OK);
     // SAFETY: as above.
@@ -318,7 +318,7 @@ fn objects_have_every_hinge() {
         assert_eq!(told, [0; 4], "the object itself has no joint");
         let none = lw_model_object_hinge(made.model, 0, 99, &mut 0, &mut 0, &mut 0, &mut 0);
         assert_eq!(none, LwStatus::Foreign);
-        // Colliders in the order of names: of the arm, of a body of the toy, of the toy.
+        // Colliders by name: one of the arm, one of a body of the toy, one of the toy.
         let (mut ids, mut count) = ([9; 3], 9);
         let p = ids.as_mut_ptr();
         assert_eq!(lw_model_object_colliders(made.model, 0, p, 3, &mut count), OK);
@@ -328,7 +328,7 @@ fn objects_have_every_hinge() {
     }
 }
 
-/// Three bodies in a row, each on a slider of the one before, with a ball each that overlaps both others.
+/// Three bodies in a row, each on a slider on the previous one, with one sphere each; each sphere overlaps both others.
 fn row() -> Own {
     let own = Own::new();
     let slide = hinge(LW_HINGE_SLIDER, [1.0, 0.0, 0.0]);
@@ -343,7 +343,7 @@ fn row() -> Own {
 
 #[test]
 fn rules_of_groups_and_of_neighbours() {
-    // q: how far each is from the one before. Apart: a from b, b from c, a from c by their sum.
+    // q: distances between neighbours. Apart: a from b, b from c, and a from c by their sum.
     let (all_apart, b_on_a, c_on_a) = ([0.0, 1.0, 1.0], [0.0, 0.0, 1.0], [0.0, 1.0, -1.0]);
     let asked = |own: &Own, want: [bool; 2]| {
         let made = own.robot();
@@ -376,7 +376,7 @@ fn rules_of_groups_and_of_neighbours() {
 
 #[test]
 fn meshes_and_voxels_are_coarse_shapes() {
-    // A tetrahedron about a ball of 0.05, and a block of cubes about another.
+    // A tetrahedron around a sphere of 0.05, and a block of cubes around another.
     let corners = [[0.3, 0.3, 0.3], [0.3, -0.3, -0.3], [-0.3, 0.3, -0.3], [-0.3, -0.3, 0.3]];
     let triangles: [[u32; 3]; 4] = [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]];
     let own = Own::new();
@@ -386,7 +386,7 @@ fn meshes_and_voxels_are_coarse_shapes() {
     own.ball(c"stone", c"world", [0.0; 3], 0.05);
     own.ball(c"pillar", c"world", [2.0, 0.0, 0.0], 0.05);
     let cells: [u32; 3] = [3, 1, 1];
-    // Of three cubes along x the first and the last: from 2.0 to 2.2 and from 2.4 to 2.6, where the tip's way leads.
+    // Of three cubes along x, the first and the last are occupied: from 2.0 to 2.2 and from 2.4 to 2.6, on the tip's path.
     let occupied: [[u32; 3]; 2] = [[0, 0, 0], [2, 0, 0]];
     // SAFETY: as above.
     unsafe {
@@ -395,14 +395,14 @@ fn meshes_and_voxels_are_coarse_shapes() {
         let some = occupied.as_ptr().cast();
         let name = c"pillar".as_ptr();
         assert_eq!(lw_builder_coarse_voxel_map(own.0, name, cells.as_ptr(), 0.2, some, 2), OK);
-        // The probe hangs on the world: they are neighbours.
+        // The probe's parent is the world, so they are neighbours.
         assert_eq!(lw_builder_neighbours(own.0, LW_NEIGHBOURS_COLLIDE), OK);
         let made = own.robot();
         let at = [0.28, 1.0, 2.0, 2.3, 2.5];
         let hits = || at.map(|x| made.collides(&[x]));
         assert_eq!(hits(), [false, false, true, false, false], "their own shapes");
         assert_eq!(lw_robot_set_detail(made.robot, LW_DETAIL_COARSE), OK);
-        // (An edge of the mesh crosses the way at 0.3.)
+        // (An edge of the mesh crosses the path at 0.3.)
         assert_eq!(hits(), [true, false, true, false, true], "the coarse ones");
     }
 }

@@ -1,10 +1,11 @@
-//! No call of a robot takes memory after set-up, mistakes included: those that no other test measures, and a look at whether all are measured somewhere.
+//! Calls of a robot do not allocate after set-up, errors included. This file tests the calls that other tests do not measure, and checks that every
+//! call is measured somewhere.
 
 use crate::support::*;
 use linkwork_robot::*;
 use std::ptr::null_mut;
 
-/// Codes of calls that together take no memory.
+/// Returns the codes of calls that together do not allocate.
 #[track_caller]
 fn codes<const N: usize>(calls: impl FnOnce() -> [LwStatus; N]) -> [LwStatus; N] {
     let mut codes = [LwStatus::Panicked; N];
@@ -17,7 +18,7 @@ fn codes<const N: usize>(calls: impl FnOnce() -> [LwStatus; N]) -> [LwStatus; N]
 fn calls_and_mistakes_take_no_memory() {
     let mut two = Two::new();
     two.take_beam();
-    // SAFETY: handles of the library, arrays of the lengths given; so below.
+    // SAFETY: valid handles of the library, arrays of the lengths given; so below.
     unsafe {
         let (r, m) = (two.r, two.m);
         let id = |name: &std::ffi::CStr| {
@@ -29,7 +30,7 @@ fn calls_and_mistakes_take_no_memory() {
         let mut near = std::mem::zeroed::<LwClosest>();
         let mut all = vec![near; 64];
         let (mut count, q) = (0, Q.as_ptr());
-        // Contact points and lists take their size at the first call, as the documentation says.
+        // Contact points and lists are allocated at the first call, as documented.
         let few = |all: *mut LwClosest, n| lw_robot_distances(r, q, 13, 9.0, all, 64, n);
         assert_eq!(few(all.as_mut_ptr(), &mut count), LwStatus::Ok);
         assert_eq!(lw_robot_distance(r, q, 13, palm, fore, &mut near), LwStatus::Ok);
@@ -73,7 +74,7 @@ fn calls_and_mistakes_take_no_memory() {
         assert_eq!(told, [LwStatus::Ok; 13]);
         assert_eq!((own, left.rows), ([0.3], 6));
         jaw[0] = f64::NAN;
-        // A thing of which there is none, and no numbers: the first of each call.
+        // An index that does not exist, and NaN: the first error of each call.
         let (far, nan, mut lost) = (99, [f64::NAN; 13], [f64::NAN; 13]);
         let (n, t) = (nan.as_ptr(), tau.as_mut_ptr());
         let mut pose = std::mem::zeroed::<LwPose>();
@@ -156,7 +157,7 @@ fn calls_and_mistakes_take_no_memory() {
     }
 }
 
-/// Each function that takes a robot is measured by a test: a new one has to come in.
+/// Every function that takes a robot must be measured by a test. Add new ones here.
 #[test]
 fn all_calls_of_robots_are_measured() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -166,7 +167,7 @@ fn all_calls_of_robots_are_measured() {
         files.map(|p| std::fs::read_to_string(p).unwrap()).collect()
     };
     let tests = read("tests");
-    // What stands in the brackets of a call that measures.
+    // The arguments of the measuring calls.
     let mut measured = String::new();
     for key in ["quiet(", "settled(", "measure(", "codes(", "no("] {
         for (at, _) in tests.match_indices(key) {
@@ -187,7 +188,7 @@ fn all_calls_of_robots_are_measured() {
         .filter_map(|rest| rest.split('(').next())
         .collect();
     assert!(calls.len() > 60, "{calls:?}");
-    // Made and freed; and asked by a closure of its test that is measured.
+    // These create or free robots, or are measured through a closure of their test.
     let apart = ["lw_robot_free", "lw_robot_clone", "lw_robot_inverse_kinematics_all"];
     let missing: Vec<&&str> = calls
         .iter()

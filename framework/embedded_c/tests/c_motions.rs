@@ -1,12 +1,12 @@
-//! Free paths, ways, their times, transfers, distances and shapes through the interface of C: what Rust says, to the bit; mistakes are codes. No memory is
-//! taken but where the documentation says so.
+//! Collision-free paths, their timing, transfers, distances and shapes through the C interface: results bit-identical with Rust, errors as codes.
+//! Calls allocate only where the documentation says so.
 
 use crate::support::*;
 use linkwork_embedded::*;
 use linkwork_robot::*;
 use std::ptr::{null, null_mut};
 
-/// The left arm turned to the other side of the post.
+/// The left arm on the other side of the post.
 fn far() -> [f64; 13] {
     let mut q = Q;
     q[1] = -0.6;
@@ -21,7 +21,7 @@ fn path(p: &LwPath) -> (LwPathOutcome, u64, LwPair) {
 fn paths_are_swept() {
     let mut two = Two::new();
     let goal = far();
-    // SAFETY: handles of the library, arrays of the lengths given; so in all tests below.
+    // SAFETY: valid handles of the library, arrays of the lengths given; so in all tests below.
     unsafe {
         let r = two.r;
         let mut told = std::mem::zeroed::<LwPath>();
@@ -99,7 +99,7 @@ fn ways_and_their_times() {
         let mut way = vec![0.0; 13 * told.rows];
         quiet(|| lw_planner_path(r, p, way.as_mut_ptr(), 13 * told.rows));
         same(&way, &wanted);
-        // In portions; and by the default search.
+        // In portions, and with the default search.
         quiet(|| lw_planner_plan(r, p, a, b, 13, &how, 0, o));
         assert_eq!((told.outcome, told.rows), (LwPlanOutcome::Unfinished, 0));
         loop {
@@ -117,7 +117,7 @@ fn ways_and_their_times() {
         let mut other = vec![0.0; n];
         quiet(|| lw_planner_path(r, p, other.as_mut_ptr(), n));
         same(&other, &planner.path().flatten().copied().collect::<Vec<_>>());
-        // An end in the post.
+        // One end is in the post.
         let mut blocked = Q;
         two.robot.set_q(&Q).unwrap();
         let PlanOutcome::BlockedGoal { pair } = (0..60)
@@ -140,7 +140,7 @@ fn ways_and_their_times() {
         };
         two.refused(ask(&goal[1..], &how, o), LwStatus::Length, "`start`");
         two.refused(ask(&[f64::NAN; 13], &how, o), LwStatus::NotFinite, "`goal`");
-        two.refused(ask(&[0.0; 13], &how, o), LwStatus::OutOfRange, "does not move");
+        two.refused(ask(&[0.0; 13], &how, o), LwStatus::OutOfRange, "does not belong to the part");
         let mut beyond = goal;
         beyond[1] = 3.0;
         two.refused(ask(&beyond, &how, o), LwStatus::OutsideLimits, "coordinate 1");
@@ -173,7 +173,7 @@ fn ways_and_their_times() {
     }
 }
 
-/// The times of a way.
+/// Checks the timing of a path.
 unsafe fn timed(two: &mut Two, way: &[f64]) {
     let (rows, n) = (way.len() / 13, way.len());
     let mut timing = Timing::new(&two.robot, rows, 40 * rows).unwrap();
@@ -221,7 +221,7 @@ unsafe fn timed(two: &mut Two, way: &[f64]) {
             assert_eq!(path(&path_told), path(&Some(rust).into()));
             assert_ne!(path_told.outcome, LwPathOutcome::Unfinished);
         }
-        // Limits of effort that do not hold the arms: an answer.
+        // Effort limits that cannot support the arms give a result.
         let weak = [1.0; 13];
         let none_hold = LwMotionLimits { effort: weak.as_ptr(), ..limits };
         quiet(|| lw_timing_plan(r, t, w, n, &none_hold, 0.0, o));
@@ -231,7 +231,7 @@ unsafe fn timed(two: &mut Two, way: &[f64]) {
         let Timed::Infeasible { part, share } = rust else { panic!("{rust:?}") };
         assert!(!told.found && told.duration == 0.0);
         assert_eq!(bits(&[told.part, told.share]), bits(&[part, share]));
-        // The model's limits alone.
+        // Only the model's limits.
         quiet(|| lw_timing_plan(r, t, w, n, null(), 0.0, o));
         let rust = timing.plan(&mut two.robot, way, &MotionLimits::of(&two.model), 0.0).unwrap();
         assert_eq!(rust, Timed::Found { duration: told.duration });
@@ -342,11 +342,11 @@ fn transfers_within_limits_of_jerk() {
         two.refused(ask(state(&Q[1..], null(), null()), l), LwStatus::Length, "`q`");
         two.refused(ask(LwMotionState { nv: 12, ..from }, l), LwStatus::Length, "`v`");
         two.refused(ask(state(&[f64::NAN; 13], null(), null()), l), LwStatus::NotFinite, "`q`");
-        // The model has no limits of acceleration and jerk.
-        two.refused(ask(from, null()), LwStatus::OutOfRange, "of what moves");
+        // The model does not have limits of acceleration and jerk.
+        two.refused(ask(from, null()), LwStatus::OutOfRange, "of a moving coordinate");
         let zero = LwMotionLimits { jerk: rest.as_ptr(), ..limits };
         two.refused(ask(from, &zero), LwStatus::OutOfRange, "jerk");
-        // Limits of the call before do not stay.
+        // Limits of the previous call are not kept.
         let smooth = LwMotionLimits { jerk: null(), ..limits };
         two.refused(ask(from, &smooth), LwStatus::OutOfRange, "jerk of what moves");
         let at = |time, n| lw_transfer_at(r, t, time, a, 13, b, c, n);
@@ -374,7 +374,7 @@ fn transfers_within_limits_of_jerk() {
     }
 }
 
-/// A distance of Rust as C tells it.
+/// Returns a Rust distance in its C form.
 fn near(c: &Closest) -> LwClosest {
     LwClosest {
         distance: c.distance.distance,
@@ -401,7 +401,7 @@ fn distances_and_shapes() {
         let (mut pairs, mut rust, mut hits) = (vec![LwPair { a: 9, b: 9 }; 40], vec![], vec![]);
         let p = pairs.as_mut_ptr();
         let mut seen = Vec::new();
-        // The post is hit in the second; coarse shapes are nearer.
+        // The post is hit in the second configuration; coarse shapes are nearer.
         let mut beside = Q;
         beside[1] = -0.2;
         for (code, detail) in [(LW_DETAIL_FINE, Detail::Fine), (LW_DETAIL_COARSE, Detail::Coarse)] {
@@ -421,12 +421,12 @@ fn distances_and_shapes() {
                 two.robot.hits(&q, &mut hits).unwrap();
                 assert_eq!(count, hits.len());
                 hits.iter().zip(&pairs).for_each(|(rust, c)| assert_eq!(LwPair::from(*rust), *c));
-                // Once its memory is there it takes no more.
+                // After the first call, further ones do not allocate.
                 quiet(|| lw_robot_hits(r, a, 13, p, 40, n));
             }
         }
         assert!(!hits.is_empty(), "nothing touches");
-        // A map of nothing is nowhere; what is hidden is somewhere.
+        // An empty map has no position; a hidden collider still has one.
         let to = |id| lw_robot_distance(r, Q.as_ptr(), 13, place(palm), place(id), o);
         assert_eq!((to(map), (*o).found), (LwStatus::Ok, false));
         assert_eq!(lw_robot_hide(r, place(post)), LwStatus::Ok);
@@ -435,7 +435,7 @@ fn distances_and_shapes() {
         seen.sort_unstable();
         seen.dedup();
         assert_eq!(seen.len(), 4, "each shape counts");
-        // Too little room: how much is wanted, and nothing else.
+        // Too little memory: returns the required size and nothing else.
         let (q, wanted) = (beside.as_ptr(), hits.len());
         let kept = pairs.clone();
         two.refused(lw_robot_hits(r, q, 13, p, wanted - 1, n), LwStatus::NoRoom, "pairs");
@@ -444,7 +444,7 @@ fn distances_and_shapes() {
         assert!(count > 2);
         let many = count;
         assert_eq!(lw_robot_distances(r, q, 13, 9.0, x, many, n), LwStatus::Ok);
-        // Pairs that are looked at; the post and the hand by word.
+        // Checked pairs; the pair of the post and the hand, with its setting.
         let mut looks = false;
         quiet(|| lw_robot_looks_at(r, place(palm), place(post), &mut looks));
         assert_eq!(looks, two.robot.looks_at(palm, post).unwrap());
@@ -499,7 +499,7 @@ fn distances_and_shapes() {
     }
 }
 
-/// What shapes of many points refuse, while they are given or when the model is made.
+/// Errors of shapes with many points, when given or when the model is built.
 #[test]
 fn shapes_that_are_none_are_refused() {
     const BOX: LwShape = LwShape { kind: LW_SHAPE_BOX, size: [1.0; 3] };
@@ -546,7 +546,7 @@ fn shapes_that_are_none_are_refused() {
         assert!(text(b).contains("no collider `shape`"), "{}", text(b));
         assert_eq!(lw_builder_coarse_hull(b, name, corners, 4), LwStatus::Unknown);
         lw_builder_free(b);
-        // When the model is made.
+        // When the model is built.
         let (flat, wrong) = ([[0.0; 3]; 4], [[0_u32, 1, 9]]);
         for (k, needle) in
             ["lie in one plane", "vertex 9 of 4", "at least 2 by 2"].iter().enumerate()

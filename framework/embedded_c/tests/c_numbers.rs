@@ -1,4 +1,4 @@
-//! Solvers of plain numbers through the interface of C: what Rust says, to the bit; no memory is taken; mistakes are codes.
+//! Numeric solvers through the C interface: results bit-identical with Rust, no allocation, errors as codes.
 
 use crate::support::{all_null, quiet, same};
 use linkwork_embedded::{Priorities, Sweeps, bounded};
@@ -23,14 +23,14 @@ fn says(p: *const LwPriorities) -> String {
 #[test]
 fn levels_within_bounds() {
     let mut rust = Priorities::new(3, 3, 2);
-    // SAFETY: handles of the library, arrays of the lengths given; so below.
+    // SAFETY: valid handles of the library, arrays of the lengths given; so below.
     unsafe {
         let (mut p, mut none) = (null_mut(), null_mut());
         assert_eq!(lw_priorities_new(3, 3, 2, &mut p), LwStatus::Ok);
         let (mut x, mut residual, mut left) = ([0.0; 3], 9.0, 9);
         let (a, b, q) = (A.as_ptr(), B.as_ptr(), x.as_mut_ptr());
         let (r, l) = (&raw mut residual, &raw mut left);
-        // The second time as the first.
+        // The second call gives the same result as the first.
         for _ in 0..2 {
             rust.begin();
             quiet(|| lw_priorities_begin(p));
@@ -60,13 +60,13 @@ fn levels_within_bounds() {
         refused(lw_priorities_level(p, a, nan.as_ptr(), 2, r, l), LwStatus::NotFinite, "`b`");
         refused(lw_priorities_x(p, q, 2), LwStatus::Length, "`x`");
         assert_eq!(lw_priorities_new(3, 3, 1 << 11, &mut none), LwStatus::OutOfRange);
-        // x at 2 or above, and at 1 or below.
+        // x at least 2, and at most 1.
         quiet(|| lw_priorities_begin(p));
         let unit = [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]];
         quiet(|| lw_priorities_bound(p, unit[0].as_ptr(), 3, 1.0));
         quiet(|| lw_priorities_bound(p, unit[1].as_ptr(), 3, -2.0));
         refused(lw_priorities_bound(p, c, 3, 1.0), LwStatus::NoRoom, "3 bounds");
-        refused(lw_priorities_level(p, a, b, 2, r, l), LwStatus::Singular, "begin anew");
+        refused(lw_priorities_level(p, a, b, 2, r, l), LwStatus::Singular, "start a new problem");
         all_null(&[
             lw_priorities_new(3, 3, 1, null_mut()),
             lw_priorities_begin(null_mut()),

@@ -1,4 +1,4 @@
-//! Point clouds and voxel maps through the interface of C: what is set is met, what is freed is not, mistakes are codes.
+//! Point clouds and voxel maps through the C interface: obstacles are hit after they are set and not after they are freed; errors are codes.
 
 use crate::support::quiet;
 use linkwork_robot::*;
@@ -14,7 +14,7 @@ fn what_sensors_see_is_met() {
     let ok = LwStatus::Ok;
     let (mut b, mut m, mut r) = (null_mut(), null_mut(), null_mut());
     let (mut cloud, mut map, mut rod) = (9, 9, 9);
-    // SAFETY: handles of the library, texts with a zero, arrays of the lengths that are given.
+    // SAFETY: valid handles of the library, zero-terminated texts, arrays of the required lengths.
     unsafe {
         assert_eq!(lw_builder_new(&mut b), ok);
         assert_eq!(lw_builder_robot_text(b, ROBOT.as_ptr(), LW_ROOT_FIXED, 0), ok);
@@ -30,7 +30,7 @@ fn what_sensors_see_is_met() {
             assert_eq!(lw_model_collider(m, name.as_ptr(), id), ok);
         }
         assert_eq!(lw_robot_new(m, &mut r), ok);
-        // What hangs on the world is its neighbour.
+        // Its parent is the world, so it is the world's neighbour.
         assert_eq!(lw_robot_look_at(r, rod, cloud), ok);
         assert_eq!(lw_robot_look_at(r, rod, map), ok);
         let hit = |q: f64| {
@@ -39,7 +39,7 @@ fn what_sensors_see_is_met() {
             out.then_some((pair.a, pair.b))
         };
         assert_eq!(hit(0.0), None);
-        // A ball beside the rod: 0.8 along, 0.06 off its axis, radius 0.02.
+        // A sphere next to the rod: 0.8 along, 0.06 off its axis, radius 0.02.
         let points = [[5.0, 5.0, 5.0, 0.1], [0.8, 0.06, 0.0, 0.02]];
         quiet(|| lw_robot_set_points(r, cloud, points.as_ptr().cast(), 2));
         assert_eq!(hit(0.0), Some((cloud.min(rod), cloud.max(rod))));
@@ -47,7 +47,7 @@ fn what_sensors_see_is_met() {
         let mut near = std::mem::zeroed::<LwClosest>();
         assert_eq!(lw_robot_clearance(r, &0.0, 1, 1.0, &mut near), ok);
         assert!(near.found && (near.distance + 0.01).abs() < 1e-12, "{near:?}");
-        // Mistakes: nothing changes.
+        // Errors change nothing.
         let many = [[0.0; 4]; 3];
         let nan = [0.0, 0.0, f64::NAN, 0.0];
         let negative = [0.0, 0.0, 0.0, -1.0];
@@ -61,7 +61,7 @@ fn what_sensors_see_is_met() {
         assert!(hit(0.0).is_some());
         assert_eq!(points(null(), 0), ok);
         assert_eq!(hit(0.0), None);
-        // A cell over the rod's end when it has turned by 0.5.
+        // A cell at the rod's end after a rotation of 0.5.
         let over = [(0.8 * f64::cos(0.5) / 0.1) as u32, (0.8 * f64::sin(0.5) / 0.1) as u32, 1];
         let cells = [over, [19, 19, 0]];
         assert_eq!(lw_robot_set_cells(r, map, cells.as_ptr().cast(), 2), ok);

@@ -1,5 +1,5 @@
-//! Tips of a robot with two arms through the interface of C: manipulability, rates, parts of a pose as goals, operational space, objectives in order of
-//! priority. What Rust says, to the bit; no memory is taken; mistakes are codes.
+//! Tips of a robot with two arms through the C interface: manipulability, rates, parts of a pose as goals, operational space, tasks by priority.
+//! Results are bit-identical with Rust, calls do not allocate, and errors are codes.
 
 use crate::support::*;
 use linkwork_embedded::spatial::{Pose, Vec3};
@@ -32,7 +32,7 @@ const NO_WISH: LwObjective = LwObjective {
 #[test]
 fn manipulability_and_rates() {
     let mut two = Two::new();
-    // SAFETY: handles of the library, arrays of the lengths given; so in all tests below.
+    // SAFETY: valid handles of the library, arrays of the lengths given; so in all tests below.
     unsafe {
         let mut told = std::mem::zeroed::<LwManipulability>();
         let (mut mine, mut theirs) = ([9.0; 6], [9.0; 6]);
@@ -53,7 +53,7 @@ fn manipulability_and_rates() {
             quiet(|| lw_robot_manipulability(two.r, RIGHT, code, 0.4, &mut told, null_mut(), 0));
             same(&[told.w], &[rust.w]);
             if let Rows::All { .. } = rows {
-                // As the documentation says.
+                // As documented.
                 let u = [0.3, 0.1, -0.2, 0.5, 0.6, -0.4];
                 let length: f64 = u.iter().map(|x| x * x).sum::<f64>().sqrt();
                 let along = |k: usize| -> f64 {
@@ -263,7 +263,7 @@ fn parts_of_a_pose_and_preferences() {
     }
 }
 
-/// Reaches with memory of its own.
+/// Inverse kinematics with separate memory.
 fn ask_of(two: &Two, goal: &LwGoal) -> LwStatus {
     let mut q = Q;
     // SAFETY: as above.
@@ -322,7 +322,7 @@ fn operational_space() {
         }
         let kept = tau;
         let forces = |n, rows, t| lw_task_space_forces(r, s, v, n, x, rows, null(), t);
-        two.refused(forces(13, 11, t), LwStatus::Length, "`a` has 11 numbers, not 12");
+        two.refused(forces(13, 11, t), LwStatus::Length, "`a` has 11 numbers, expected 12");
         two.refused(forces(12, 12, t), LwStatus::Length, "`v`");
         two.refused(forces(13, 12, x.cast_mut()), LwStatus::Overlap, "`a` and `tau`");
         two.refused(forces(13, 12, v.cast_mut().add(1)), LwStatus::Overlap, "`v` and `tau`");
@@ -375,7 +375,7 @@ fn operational_space() {
         // A robot of another model, even of the same kind.
         let other = Two::new();
         other.refused(lw_task_space_inertia(other.r, s, p, 144), LwStatus::Foreign, "");
-        // A clone is of this one.
+        // A clone belongs to this model.
         let mut twin = null_mut();
         assert_eq!(lw_robot_clone(r, &mut twin), LwStatus::Ok);
         assert_eq!(lw_task_space_inertia(twin, s, p, 144), LwStatus::Ok);
@@ -387,7 +387,7 @@ fn operational_space() {
     }
 }
 
-/// One tip named twice cannot move in two ways: it has no task inertia.
+/// A tip that is named twice cannot move independently, so it does not have a task inertia.
 #[test]
 fn tips_that_cannot_move_independently_are_told() {
     let two = Two::new();
@@ -441,7 +441,7 @@ fn rates_for_wishes_within_guards() {
         control.solve(&mut two.robot, &rust, &guards, &mut wanted, &mut theirs).unwrap();
         same(&v, &wanted);
         same(&left, &theirs);
-        // Fewer objectives, no guard, nothing asked for beside.
+        // Fewer tasks, no limits, no optional outputs.
         quiet(|| lw_rate_control_solve(r, c, x, 2, 0.05, null(), 0, p, 13, null_mut(), 0));
         let free = Guards { horizon: 0.05, manipulable: &[] };
         control.solve(&mut two.robot, &rust[..2], &free, &mut wanted, &mut theirs).unwrap();
@@ -500,7 +500,7 @@ fn rates_for_wishes_within_guards() {
             lw_rate_control_solve(null_mut(), c, x, 3, 0.05, &guard, 1, p, 13, l, 3),
         ]);
         assert_eq!(v, kept, "nothing was written");
-        // Far outside its limits, which its rate cannot bring back.
+        // Far outside its limits, so that its rate cannot bring it back.
         let mut far = Q;
         far[3] = 9.0;
         two.go(&far);
@@ -575,7 +575,7 @@ fn forces_for_wishes_with_contacts() {
         );
         two.refused(with(LwTouch { at: [f64::NAN; 3], ..in_c }), LwStatus::NotFinite, "`at`");
         two.refused(with(LwTouch { friction: 0.0, ..in_c }), LwStatus::OutOfRange, "friction");
-        two.refused(with(LwTouch { most: 0.0, ..in_c }), LwStatus::OutOfRange, "greatest force");
+        two.refused(with(LwTouch { most: 0.0, ..in_c }), LwStatus::OutOfRange, "largest force");
         two.refused(with(LwTouch { part: 5, ..in_c }), LwStatus::Foreign, "");
         let over = lw_whole_body_solve(r, b, v, e, 13, &in_c, 1, w, 2, t, t, p, o);
         two.refused(over, LwStatus::Overlap, "`tau` and `vdot`");

@@ -1,4 +1,4 @@
-//! Several tips of a robot with two arms at once through the interface of C: what Rust says, to the bit; no memory is taken; mistakes are codes.
+//! Several tips of a robot with two arms at once through the C interface: results bit-identical with Rust, no allocation, errors as codes.
 
 use crate::support::*;
 use linkwork_embedded::spatial::{Pose, Quat};
@@ -16,14 +16,14 @@ const NOWHERE: LwGoal = LwGoal {
     within: 0.0,
 };
 
-/// Both tips at once, one seen from the other, what both hands hold, the best, portions, bounds; and what is refused.
+/// Both tips at once, one relative to the other, objects in both hands, null-space objectives, portions, bounds, and errors.
 #[test]
 fn several_tips_at_once() {
     let mut two = Two::new();
     let r = two.r;
     let effort = LwEffort { tolerances: [1e-9; 2], steps: 100, restarts: 8, kinematics: 9000 };
     let own = Effort { tolerances: [1e-9; 2], steps: 100, restarts: 8, kinematics: 9000 };
-    // SAFETY: handles of the library, arrays of the lengths given.
+    // SAFETY: valid handles of the library, arrays of the lengths given.
     unsafe {
         let mut s = null_mut();
         assert_eq!(lw_whole_body_ik_new(r, 2, &mut s), LwStatus::Ok);
@@ -31,7 +31,7 @@ fn several_tips_at_once() {
         let mut answer = std::mem::zeroed::<LwAnswer>();
         let mut best = std::mem::zeroed::<LwBest>();
         two.go(&Q);
-        // As C reads them: of length 1.
+        // Normalized, as in C.
         let unit = |X: Pose| Pose::new(Quat::new_normalize(*X.rotation.quaternion()), X.position);
         let near = |X: Pose| unit(Pose::new(X.rotation, X.position * 0.97));
         let X = [two.left, two.right].map(|p| near(two.robot.tip_pose(p).unwrap()));
@@ -71,7 +71,7 @@ fn several_tips_at_once() {
             let residuals: Vec<f64> =
                 search.residuals().iter().flat_map(|r| [r.position, r.orientation]).collect();
             assert_eq!(bits(&left), bits(&residuals));
-            // In portions, from a start of no evaluation.
+            // In portions, starting with zero evaluations.
             let mut q = Q;
             let p = q.as_mut_ptr();
             let none = LwEffort { kinematics: 0, ..effort };
@@ -93,7 +93,7 @@ fn several_tips_at_once() {
             quiet(|| lw_whole_body_ik_worst_case_steps(r, s, g, 2, &effort, &mut steps));
             assert_eq!(steps, search.worst_case_steps(&rust, &own));
         }
-        // The torso, which is no part, and the left arm alone stay when the right one is kept; then it moves again.
+        // If the right arm is kept, the torso, which is not a part, and the left arm stay; afterwards they move again.
         let (goal, rust) = (cases[1].0, cases[1].2);
         quiet(|| lw_whole_body_ik_keep(r, s, RIGHT));
         let mut q = Q;
@@ -108,7 +108,7 @@ fn several_tips_at_once() {
         assert!(two.model.dofs(two.right).unwrap().iter().all(|d| q[*d] == Q[*d]));
         quiet(|| lw_whole_body_ik_release(r, s, RIGHT));
         search.release(two.model.dofs(two.right).unwrap()).unwrap();
-        // Both hands on the beam: the nearest keeps them there; with all kept but one wrist nothing does.
+        // Both hands on the beam: the nearest solution keeps them there; if everything except one wrist is kept, nothing can.
         for hand in [LEFT, RIGHT] {
             assert_eq!(lw_robot_grasp(r, hand, two.beam.index() as u32, null()), LwStatus::Ok);
         }
@@ -135,7 +135,7 @@ fn several_tips_at_once() {
             lw_whole_body_ik_solve(r, s, null(), 0, &effort, p, 13, null_mut(), 0, &mut answer);
         two.refused(open, LwStatus::DoesNotClose, "the grasp of object 0 by two hands");
         assert!(answer.position > 0.01 && answer.outcome == LwOutcome::Nearest, "{answer:?}");
-        // What is refused writes nothing.
+        // A rejected call does not write anything.
         q = opened;
         let (goals, mut left) = ([cases[0].0, cases[0].1], [9.0; 4]);
         let p = q.as_mut_ptr();
@@ -147,13 +147,13 @@ fn several_tips_at_once() {
         two.refused(ask(&goals, 12, 4), LwStatus::Length, "`q`");
         two.refused(ask(&goals, 13, 3), LwStatus::Length, "`residuals`");
         let itself = LwTipGoal { seen_from: RIGHT, ..goals[1] };
-        two.refused(ask(&[itself], 13, 2), LwStatus::OutOfRange, "tip seen from itself");
+        two.refused(ask(&[itself], 13, 2), LwStatus::OutOfRange, "tip relative to itself");
         let lost = LwTipGoal { seen_from: 9, ..goals[1] };
         two.refused(ask(&[lost], 13, 2), LwStatus::Foreign, "");
         let two_frames = LwTipGoal { seen_from: RIGHT, ..cases[1].0 };
         two.refused(ask(&[two_frames], 13, 2), LwStatus::OutOfRange, "LW_NO_PART");
         let nothing = LwTipGoal { goal: NOWHERE, ..goals[0] };
-        two.refused(ask(&[nothing], 13, 2), LwStatus::OutOfRange, "ask for a position");
+        two.refused(ask(&[nothing], 13, 2), LwStatus::OutOfRange, "give a position");
         two.refused(lw_whole_body_ik_keep(r, s, 9), LwStatus::Foreign, "");
         let over = lw_whole_body_ik_resume(r, s, 9, p, 13, p.add(12), 4, &mut answer);
         two.refused(over, LwStatus::Overlap, "`q` and `residuals`");
@@ -198,7 +198,7 @@ const LEVEL: &str = r#"<robot name="level"><link name="floor"/>{links}
     <mimic joint="bend" multiplier="-1" offset="0.2"/></joint>
 </robot>"#;
 
-/// Joints that mimic others are refused with the remedy, or kept coupled: to the bit as in Rust.
+/// Joints that mimic others are rejected with the remedy, or kept coupled, bit-identical with Rust.
 #[test]
 fn joints_that_mimic_others_are_kept_coupled_when_asked() {
     let link = |n| {
@@ -216,7 +216,7 @@ fn joints_that_mimic_others_are_kept_coupled_when_asked() {
     let rust = Robot::new(&model);
     let mut search = WholeBodyIk::new(&rust, 1);
     let text = std::ffi::CString::new(text).unwrap();
-    // SAFETY: handles of the library, arrays of the lengths given.
+    // SAFETY: valid handles of the library, arrays of the lengths given.
     unsafe {
         let (mut b, mut m, mut r, mut s) = (null_mut(), null_mut(), null_mut(), null_mut());
         assert_eq!(lw_builder_new(&mut b), LwStatus::Ok);

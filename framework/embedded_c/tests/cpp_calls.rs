@@ -1,4 +1,4 @@
-//! The calls of robot.hpp: each says what that of robot.h says, and none is missing.
+//! The calls of robot.hpp: each returns the result of its function in robot.h, and none is missing.
 
 use crate::support::*;
 use linkwork_robot::*;
@@ -27,7 +27,7 @@ fn calls_of_cpp_say_what_those_of_c_say() {
         call.arg(folder().join("include")).arg(folder().join("tests/calls.cpp"));
         call
     };
-    // With the spans of the standard library, too.
+    // Also with the spans of the standard library.
     let later = compiler("-std=c++20").arg("-fsyntax-only").output().unwrap();
     assert!(later.status.success(), "{}", String::from_utf8_lossy(&later.stderr));
     let built = compiler("-std=c++17")
@@ -39,10 +39,10 @@ fn calls_of_cpp_say_what_those_of_c_say() {
     assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
     let ran = Command::new(&program).arg(&file).output().unwrap();
     assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
-    // The shapes are those that were meant.
+    // The overloads are the intended ones.
     let two = Two::new();
     let mut wanted = Vec::new();
-    // SAFETY: handles of the library, arrays of the lengths given.
+    // SAFETY: valid handles of the library, arrays of the lengths given.
     unsafe {
         let mut all = vec![std::mem::zeroed::<LwClosest>(); 40];
         for detail in [LW_DETAIL_FINE, LW_DETAIL_COARSE] {
@@ -62,7 +62,7 @@ fn calls_of_cpp_say_what_those_of_c_say() {
     assert!(wanted.len() > 4, "{wanted:?}");
 }
 
-/// Names of the functions in a text.
+/// Returns the names of the functions in a text.
 fn names(text: &str) -> Vec<&str> {
     let mut all: Vec<&str> = text
         .match_indices("lw_")
@@ -82,12 +82,12 @@ fn names(text: &str) -> Vec<&str> {
 fn every_function_has_a_wrapper_and_tests() {
     let read = |path: PathBuf| std::fs::read_to_string(path).unwrap();
     let header = read(folder().join("include/linkwork/robot.h"));
-    // Declarations, not what comments name.
+    // Only declarations, not names in comments.
     let code: Vec<&str> = header.lines().filter(|l| !l.trim_start().starts_with("//")).collect();
     let code = code.join("\n");
     let functions = names(&code);
     assert!(functions.len() > 100, "{}", functions.len());
-    // What the page names is there.
+    // Everything that the README names exists.
     let page = read(folder().join("README.md"));
     let named = names(&page);
     assert!(named.len() > 60, "{}", named.len());
@@ -103,9 +103,9 @@ fn every_function_has_a_wrapper_and_tests() {
     }
     let tested = names(&tests);
     for f in functions {
-        // The version is a text that needs no wrapper.
+        // The version is a text that does not need a wrapper.
         assert!(f == "lw_version" || wrapped.contains(&f), "{f} has no wrapper in robot.hpp");
-        // The words of codes are tested where they are.
+        // Texts of codes are tested elsewhere.
         assert!(tested.contains(&f) || f == "lw_status_text", "{f} has no test");
     }
 }

@@ -1,9 +1,7 @@
-//! What a fixed RK4 step costs beside its evaluations, against the hand-written loop that the
-//! simulator had before (`Peer`), for 1, 13 and 100 lanes; and the other methods' overhead.
-//! `cargo bench -p linkwork-integrate --bench step`
+//! Cost of a fixed RK4 step in addition to its evaluations, compared with the hand-written loop that the simulator had before (`Peer`), for 1, 13 and
+//! 100 lanes; and the overhead of the other methods. Run with `cargo bench -p linkwork-integrate --bench step`.
 //!
-//! Least time of a step with its four calls of ẋ = −x, ns, on a 2-core Xeon with AVX2, loaded
-//! (November 2026):
+//! Shortest time of a step with its four calls of ẋ = −x, ns, on a loaded 2-core Xeon with AVX2 (November 2026):
 //!
 //! ```text
 //! lanes    peer   table
@@ -11,14 +9,14 @@
 //!    13    39–46   44–47
 //!   100    121     115–119
 //! ```
-//! The table's step also keeps what dense output needs and refuses what is not finite. It has
-//! no projection here, like the peer; one that may move x costs a copy more.
+//! The table's step also stores the data for dense output and checks that all numbers are finite. It does not project here, like the peer; a
+//! projection that may move x costs one more copy.
 #![allow(missing_docs)]
 use divan::{Bencher, black_box};
 use linkwork_integrate::{Control, Integrator, Limits, Memory, Method, Norm, System, Tolerances};
 use std::convert::Infallible;
 
-/// The former integrator: one loop for each axpy.
+/// The previous integrator: one loop for each axpy.
 struct Peer {
     stage: Vec<f64>,
     k: Vec<f64>,
@@ -67,7 +65,7 @@ fn add(x: &mut [f64], a: f64, k: &[f64]) {
     }
 }
 
-/// ẋ = −x: next to nothing, so that the overhead shows.
+/// ẋ = −x: almost free, so that the overhead is visible.
 #[inline(never)]
 fn decay(x: &[f64], xdot: &mut [f64]) {
     for (d, x) in xdot.iter_mut().zip(x) {

@@ -1,4 +1,4 @@
-//! Steps of chosen size: error norm, controller, first step.
+//! Adaptive steps: error norm, controller, first step.
 //!
 //! ```text
 //! q      = norm of the error estimate over the tolerances; accepted when q ≤ 1
@@ -14,19 +14,18 @@ use crate::system::System;
 use crate::tolerances::{Norm, Tolerances};
 use crate::work::Attempt;
 
-/// What an adaptive method remembers from step to step: plain data, kept by the caller inside its
-/// own state, so that a copy of the state is a complete checkpoint.
+/// State of the step size controller between steps. It is plain data that the caller keeps in its own state, so that a copy of the state is a
+/// complete checkpoint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Memory {
-    /// The step that the controller proposes, s; 0 when there was none yet. Not the last step
-    /// where that was cut.
+    /// The step that the controller proposes, s; 0 before the first step. If the last step was cut, this is not its length.
     pub next: f64,
     /// Error norm of the last step that was not cut.
     pub error: f64,
 }
 
 impl Memory {
-    /// Before the first step, and after a jump of the state.
+    /// Value before the first step, and after a jump of the state.
     pub const START: Memory = Memory { next: 0.0, error: ERROR_FLOOR };
 }
 
@@ -39,11 +38,11 @@ impl Default for Memory {
 /// Bounds of the step size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Least step that a rejection may ask for, s. Never less than 16 roundings of t.
+    /// Smallest step after a rejection, s. It is never less than 16 times the round-off of t.
     pub step_min: f64,
     /// Largest step, s.
     pub step_max: f64,
-    /// Rejections in a row that are allowed.
+    /// Maximum number of consecutive rejections.
     pub rejections_max: u32,
 }
 
@@ -53,7 +52,7 @@ impl Default for Limits {
     }
 }
 
-/// The settings of adaptive steps, checked.
+/// Checked settings of adaptive steps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Control {
     tolerances: Tolerances,
@@ -61,35 +60,35 @@ pub struct Control {
     limits: Limits,
     /// Order of the error estimate, plus one.
     k: f64,
-    /// Least sizes of lanes in differences.
+    /// Minimum sizes of lanes in finite differences.
     sizes: Vec<f64>,
 }
 
-/// A step that was taken.
+/// An accepted step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accepted {
-    /// Its length, s; the same bits as the caller's bound where it ended there.
+    /// Its length, s. If it ended at the caller's bound, bit-identical with the bound.
     pub h: f64,
     /// Whether it ended at the caller's bound.
     pub end: bool,
     /// Its error norm, at most 1.
     pub error: f64,
-    /// Attempts that were rejected before it.
+    /// Number of attempts that were rejected before it.
     pub rejections: u32,
 }
 
 const SAFETY: f64 = 0.9;
 const SHRINK_MAX: f64 = 0.2;
 const GROW_MAX: f64 = 5.0;
-/// Least error norm that the controller remembers.
+/// Smallest error norm that the controller stores.
 const ERROR_FLOOR: f64 = 1e-4;
-/// After a step that was not finite.
+/// Factor of the step size after a step that was not finite.
 const SHRINK_BAD: f64 = 0.25;
-/// A step this close below the bound is stretched to it.
+/// A step that ends this close below the bound is extended to it.
 const STRETCH: f64 = 1.01;
 
 impl Control {
-    /// Settings for `method`.
+    /// Creates the settings for `method`.
     ///
     /// # Errors
     /// [`Setup::NoErrorEstimate`], [`Setup::Steps`].
@@ -113,12 +112,12 @@ impl Control {
         Ok(Control { tolerances, norm, limits, k, sizes })
     }
 
-    /// The tolerances.
+    /// Returns the tolerances.
     pub fn tolerances(&self) -> &Tolerances {
         &self.tolerances
     }
 
-    /// Factor of the step after one that was accepted with error q.
+    /// Returns the factor of the step size after an accepted step with error q.
     fn growth(&self, q: f64, q_old: f64, after_rejection: bool) -> f64 {
         let beta = 0.2 / self.k;
         let alpha = 1.0 / self.k - 0.75 * beta;
@@ -129,7 +128,7 @@ impl Control {
         (SAFETY * q.powf(-alpha) * q_old.powf(beta)).clamp(SHRINK_MAX, most)
     }
 
-    /// Factor of the step after one that was rejected with error q > 1, or NaN.
+    /// Returns the factor of the step size after a rejected step with error q > 1, or NaN.
     fn shrink(&self, q: f64) -> f64 {
         if !q.is_finite() {
             return SHRINK_BAD;
@@ -139,20 +138,20 @@ impl Control {
 }
 
 impl Integrator {
-    /// One accepted step from `t`, of a size that the error allows and at most `h_max` (s, above
-    /// zero): it ends exactly there when it comes near. `x` is moved and projected; rejected
-    /// attempts and failures leave `x` and `memory` as they were. `k1` = f(t, x) when the caller has it.
+    /// Makes one accepted step from `t`, with a size according to the error and at most `h_max` (s, above zero). A step that comes close to `h_max`
+    /// ends exactly there. `x` is moved and projected. Rejected attempts and failures leave `x` and `memory` unchanged. Pass `k1` = f(t, x) if you
+    /// have it.
     ///
-    /// A step that was cut to `h_max` leaves `memory` as it was: the proposal stays that of the
-    /// last free step, and rows or samples leave no trace in later steps.
+    /// A step that was cut to `h_max` leaves `memory` unchanged: the proposal remains that from the last step that was not cut. Log samples therefore
+    /// do not influence later steps.
     ///
     /// # Errors
-    /// [`Failure::System`], [`Failure::Start`], [`Failure::StepTooSmall`], [`Failure::Rejections`];
-    /// [`Failure::NotFinite`] when the projection makes x so.
+    /// [`Failure::System`], [`Failure::Start`], [`Failure::StepTooSmall`], [`Failure::Rejections`]; [`Failure::NotFinite`] if the projection makes x
+    /// infinite or NaN.
     ///
     /// # Panics
-    /// When `control` is for another number of lanes or a method of another order, `x` or `k1`
-    /// has not n lanes, or `h_max` is not above zero and finite.
+    /// If `control` is for another number of lanes or a method of another order, if the length of `x` or `k1` is not n, or if `h_max` is not above
+    /// zero and finite.
     pub fn advance<S: System>(
         &mut self,
         system: &mut S,
@@ -211,7 +210,7 @@ impl Integrator {
         }
     }
 
-    /// An attempt and its error norm, NaN when it is not finite; the worst lane where q > 1.
+    /// Makes an attempt. Returns its error norm (NaN if it is not finite), and the worst lane if q > 1.
     fn try_step<S: System>(
         &mut self,
         system: &mut S,
@@ -234,8 +233,8 @@ impl Integrator {
         Ok((q, control.tolerances.worst(&work.error, &work.x0, &work.x1)))
     }
 
-    /// A first step from the sizes of x, f and the change of f over a small step (Hairer,
-    /// Nørsett, Wanner I, section II.4); f is evaluated once, at most `h_max` ahead.
+    /// Chooses the first step from the sizes of x, f and the change of f over a small step (Hairer, Nørsett, Wanner I, section II.4). Evaluates f
+    /// once, at most `h_max` ahead.
     fn first_step<S: System>(
         &mut self,
         system: &mut S,

@@ -1,9 +1,9 @@
-//! Sums over stages, one pass over the lanes: out = x + h Σⱼ wⱼ kⱼ.
+//! Sums over stages in one pass over the lanes: out = x + h Σⱼ wⱼ kⱼ.
 //!
-//! Weights that are zero are left out when an integrator is made. The number of weights is a
-//! constant of the inner loop, so that it is unrolled and the loop over lanes is vectorised.
+//! Zero weights are removed when an integrator is created. The number of weights is a compile-time constant of the inner loop, so that the compiler
+//! unrolls it and vectorises the loop over lanes.
 
-/// a b + c, rounded once where the processor that the program is compiled for can.
+/// Computes a b + c, with one rounding if the target processor supports it.
 #[inline(always)]
 fn fma(a: f64, b: f64, c: f64) -> f64 {
     if cfg!(any(target_feature = "fma", target_arch = "aarch64")) {
@@ -13,17 +13,17 @@ fn fma(a: f64, b: f64, c: f64) -> f64 {
     }
 }
 
-/// The weights of a sum that are not zero, and the stages that they belong to.
+/// The nonzero weights of a sum, and their stages.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Row {
     /// Weights, none zero.
     pub weights: Vec<f64>,
-    /// Stage of each.
+    /// Stage of each weight.
     pub stages: Vec<usize>,
 }
 
 impl Row {
-    /// Leaves out zeros.
+    /// Removes zeros.
     pub fn new(weights: &[f64]) -> Self {
         let kept = weights.iter().enumerate().filter(|(_, w)| **w != 0.0);
         let (stages, weights): (Vec<_>, Vec<_>) = kept.unzip();
@@ -36,33 +36,33 @@ impl Row {
     }
 }
 
-/// Most weights that are not zero in any sum.
+/// Maximum number of nonzero weights in any sum.
 pub(crate) const WIDTH_MAX: usize = 16;
 
-/// The stages of a step: the first where it lies, the others in one vector.
+/// The stages of a step: a reference to the first, and the others in one vector.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stages<'a> {
     /// The first, of n lanes.
     pub first: &'a [f64],
-    /// All, one after the other, each of n lanes; the first of them is not read.
+    /// All stages one after the other, n lanes each; the first of them is not read.
     pub all: &'a [f64],
 }
 
 impl<'a> Stages<'a> {
-    /// All of them in one vector.
+    /// Refers to stages that are all in one vector.
     pub fn new(all: &'a [f64], n: usize) -> Self {
         Stages { first: &all[..n], all }
     }
 
-    /// Stage j of n lanes.
+    /// Returns stage j of n lanes.
     #[inline(always)]
     fn get(&self, j: usize, n: usize) -> &'a [f64] {
         if j == 0 { &self.first[..n] } else { &self.all[j * n..][..n] }
     }
 }
 
-/// out = x + h Σⱼ wⱼ kⱼ. Returns whether all of `out` is finite; a single weight is looked at only
-/// when CHECKED, because that pass is as short as the look.
+/// Computes out = x + h Σⱼ wⱼ kⱼ. Returns whether all of `out` is finite. A single weight is checked only if CHECKED, because the check would take as
+/// long as the sum.
 #[inline(always)]
 pub(crate) fn combine<const CHECKED: bool>(
     out: &mut [f64],
@@ -77,8 +77,8 @@ pub(crate) fn combine<const CHECKED: bool>(
     }
 }
 
-/// out = x + a k. Returns whether all of it is finite, true unless CHECKED.
-#[inline(never)] // its parameters are known to be apart
+/// Computes out = x + a k. Returns whether all of it is finite; always true unless CHECKED.
+#[inline(never)] // its parameters are known not to overlap
 pub(crate) fn axpy<const CHECKED: bool>(out: &mut [f64], x: &[f64], a: f64, k: &[f64]) -> bool {
     let mut bad = 0;
     for ((out, x), k) in out.iter_mut().zip(x).zip(k) {
@@ -90,7 +90,7 @@ pub(crate) fn axpy<const CHECKED: bool>(out: &mut [f64], x: &[f64], a: f64, k: &
     bad == 0
 }
 
-/// The same over plain slices, of any width, always looked at.
+/// Computes the sum over plain slices, of any width, always checked.
 pub(crate) fn sum(
     out: &mut [f64],
     x: &[f64],
@@ -114,7 +114,7 @@ pub(crate) fn sum(
     by_width!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16)
 }
 
-/// One function for each width, whose parameters are known to be apart.
+/// One function for each width, with parameters that are known not to overlap.
 #[inline(never)]
 fn fused<const N: usize>(
     out: &mut [f64],
@@ -145,9 +145,9 @@ fn fused<const N: usize>(
     bad == 0
 }
 
-/// The end of a step from the caller's x, four stages in one pass: x₁ into `x`, what x was into
-/// `x0`; the bits of [`combine`].
-#[inline(never)] // its parameters are known to be apart
+/// Computes the end of a step from the caller's x, four stages in one pass: writes x₁ to `x`, and the previous x to `x0`. Bit-identical with
+/// [`combine`].
+#[inline(never)] // its parameters are known not to overlap
 pub(crate) fn four(
     x: &mut [f64],
     x0: &mut [f64],
@@ -169,7 +169,7 @@ pub(crate) fn four(
     }
 }
 
-/// out = h Σⱼ wⱼ kⱼ.
+/// Computes out = h Σⱼ wⱼ kⱼ.
 #[inline]
 pub(crate) fn weigh(out: &mut [f64], h: f64, row: &Row, k: &[f64]) {
     let n = out.len();
@@ -182,7 +182,7 @@ pub(crate) fn weigh(out: &mut [f64], h: f64, row: &Row, k: &[f64]) {
     }
 }
 
-/// The same as [`sum`] for one lane, with the same bits.
+/// Computes [`sum`] for one lane, bit-identical.
 pub(crate) fn lane(
     x: f64,
     h: f64,
@@ -199,20 +199,20 @@ pub(crate) fn lane(
     }
 }
 
-/// Zero where v is finite, else not: v − v is +0 or NaN. Two vector instructions in a loop.
+/// Returns zero if v is finite, otherwise not zero: v − v is +0 or NaN. Two vector instructions in a loop.
 #[inline(always)]
-#[allow(clippy::eq_op)] // the test of finiteness that costs least
+#[allow(clippy::eq_op)] // the cheapest test of finiteness
 fn trace(v: f64) -> u64 {
     (v - v).to_bits()
 }
 
-/// Whether every lane is finite.
+/// Returns whether every lane is finite.
 #[inline]
 pub(crate) fn finite(x: &[f64]) -> bool {
     x.iter().fold(0, |bad, v| bad | trace(*v)) == 0
 }
 
-/// The first lane that is not finite.
+/// Returns the first lane that is not finite.
 pub(crate) fn first_bad(x: &[f64]) -> Option<usize> {
     x.iter().position(|v| !v.is_finite())
 }
@@ -221,14 +221,14 @@ pub(crate) fn first_bad(x: &[f64]) -> Option<usize> {
 mod tests {
     use super::*;
 
-    /// Every width against the plain double loop, and the single lane to the bit.
+    /// Compares every width with the plain double loop; the single lane must be bit-identical.
     #[test]
     fn sums_of_all_widths() {
         let (n, stages) = (7, 19);
         let k: Vec<f64> = (0..n * stages).map(|i| ((i * i + 3) as f64).sin()).collect();
         let x: Vec<f64> = (0..n).map(|i| (i as f64 + 0.3).cos()).collect();
         for width in 0..=WIDTH_MAX {
-            // Every stage but two in fourteen, up to the width.
+            // Use every stage but two in fourteen, up to the width.
             let mut weights = vec![0.0; stages];
             for j in (0..stages).filter(|j| j % 7 != 5).take(width) {
                 weights[j] = 0.3 + (j as f64).sin();
@@ -240,7 +240,7 @@ mod tests {
             for i in 0..n {
                 let plain: f64 = (0..stages).map(|j| weights[j] * k[j * n + i]).sum();
                 assert!((out[i] - x[i] - 0.7 * plain).abs() < 1e-14, "width {width} lane {i}");
-                // What dense output calls; one weight alone is fused with x in `combine`.
+                // Dense output calls `sum`; a single weight is fused with x in `combine`.
                 assert!(sum(&mut out, &x, 0.7, &row.weights, &row.stages, Stages::new(&k, n)));
                 let single = lane(x[i], 0.7, &row.weights, &row.stages, &k, n, i);
                 assert_eq!(single.to_bits(), out[i].to_bits(), "width {width} lane {i}");

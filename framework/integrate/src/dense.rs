@@ -1,31 +1,31 @@
-//! The solution within the last step.
+//! Dense output: the solution within the last step.
 //!
 //! ```text
 //! x(t + θh) = x₀ + h Σ bᵢ(θ) kᵢ + β(θ) defect      θ in [0, 1]
 //! defect    = x₁ − (x₀ + h Σ bᵢ(1) kᵢ)             rounding, and what the projection moved
 //! β         = θ² (3 − 2θ), or θ for methods of order 1
 //! ```
-//! A projection moves x by no more than the step's own error, so the defect costs no order; with
-//! it the ends are x₀ and x₁ to the bit, and neighbouring steps join.
+//! A projection moves x by no more than the step's own error, so the defect does not reduce the order. It makes both ends bit-identical with x₀ and
+//! x₁, and neighbouring steps continuous.
 use crate::combine::{Stages, WIDTH_MAX, lane, sum};
 use crate::work::Work;
 
 /// Highest degree of an interpolant.
 const DEGREE_MAX: usize = 7;
 
-/// bᵢ(θ) = Σₚ βᵢₚ C(P,p) θᵖ (1−θ)^(P−p) of the stages that have one.
+/// bᵢ(θ) = Σₚ βᵢₚ C(P,p) θᵖ (1−θ)^(P−p) of the stages that contribute.
 #[derive(Clone, Debug)]
 pub(crate) struct Polynomials {
     /// Stages.
     pub stages: Vec<usize>,
-    /// Their βᵢₚ, P of them for each stage.
+    /// Their βᵢₚ, P values for each stage.
     beta: Vec<f64>,
     /// C(P,p), p from 1 to P.
     binomials: Vec<f64>,
 }
 
 impl Polynomials {
-    /// Leaves out the stages without a part.
+    /// Removes stages that do not contribute.
     pub fn new<'a>(rows: impl Iterator<Item = &'a [f64]>) -> Self {
         let kept: Vec<_> = rows.enumerate().filter(|(_, row)| !row.is_empty()).collect();
         let degree = kept.first().map_or(0, |(_, row)| row.len());
@@ -39,7 +39,7 @@ impl Polynomials {
         }
     }
 
-    /// bᵢ(θ) of each stage in `stages`.
+    /// Returns bᵢ(θ) of each stage in `stages`.
     pub fn weights(&self, theta: f64) -> [f64; WIDTH_MAX] {
         let degree = self.binomials.len();
         let mut weights = [0.0; WIDTH_MAX];
@@ -64,7 +64,7 @@ impl Polynomials {
     }
 }
 
-/// The solution within the last accepted step; borrowed from the integrator.
+/// The solution within the last accepted step, borrowed from the integrator.
 #[derive(Clone, Copy, Debug)]
 pub struct Dense<'a> {
     pub(crate) work: &'a Work,
@@ -77,20 +77,20 @@ pub struct Dense<'a> {
 }
 
 impl Dense<'_> {
-    /// Time at the start of the step, s.
+    /// Returns the time at the start of the step, s.
     pub fn t(&self) -> f64 {
         self.t
     }
 
-    /// Length of the step, s.
+    /// Returns the length of the step, s.
     pub fn h(&self) -> f64 {
         self.h
     }
 
-    /// The state at t + θh, θ in [0, 1]; x₀ and x₁ to the bit at the ends. It is not projected.
+    /// Computes the state at t + θh, θ in [0, 1]. At the ends it is bit-identical with x₀ and x₁. It is not projected.
     ///
     /// # Panics
-    /// When θ is outside [0, 1] or `out` has not n lanes.
+    /// If θ is outside [0, 1], or the length of `out` is not n.
     pub fn at(&self, theta: f64, out: &mut [f64]) {
         check(theta);
         let Work { x0, x1, k, defect, .. } = self.work;
@@ -110,10 +110,10 @@ impl Dense<'_> {
         }
     }
 
-    /// One lane at t + θh, with the same bits as [`Dense::at`].
+    /// Returns one lane at t + θh, bit-identical with [`Dense::at`].
     ///
     /// # Panics
-    /// When θ is outside [0, 1] or there is no such lane.
+    /// If θ is outside [0, 1], or the lane does not exist.
     pub fn lane(&self, theta: f64, i: usize) -> f64 {
         check(theta);
         let Work { x0, x1, k, defect, .. } = self.work;
@@ -129,7 +129,7 @@ impl Dense<'_> {
         value + self.blend(theta) * defect[i]
     }
 
-    /// β(θ).
+    /// Returns β(θ).
     fn blend(&self, theta: f64) -> f64 {
         if self.straight { theta } else { theta * theta * (3.0 - 2.0 * theta) }
     }

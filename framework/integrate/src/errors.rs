@@ -1,57 +1,57 @@
-//! What is refused: settings at the door, and steps that cannot be taken.
+//! Errors: invalid settings, and steps that failed.
 
-/// Settings that cannot work; all bad lanes are named at once.
+/// Invalid settings. Every invalid lane is listed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Setup {
-    /// Absolute tolerances are above zero (infinity: a lane that does not count).
+    /// Absolute tolerances must be above zero. Infinity excludes a lane from the error norm.
     #[error(
         "absolute tolerance of lanes {lanes:?}: must be above zero; infinity leaves a lane out"
     )]
     Absolute {
-        /// The lanes.
+        /// Numbers of the lanes.
         lanes: Vec<usize>,
     },
-    /// Relative tolerances are at least zero and finite.
+    /// Relative tolerances must be at least zero and finite.
     #[error("relative tolerance of lanes {lanes:?}: must be at least zero and finite")]
     Relative {
-        /// The lanes.
+        /// Numbers of the lanes.
         lanes: Vec<usize>,
     },
-    /// One absolute and one relative tolerance for each lane.
+    /// The numbers of absolute and relative tolerances differ.
     #[error("{abs} absolute and {rel} relative tolerances: give one of each for every lane")]
     Lengths {
         /// Number of absolute tolerances.
         abs: usize,
-        /// Number of relative ones.
+        /// Number of relative tolerances.
         rel: usize,
     },
-    /// The method has no error estimate.
+    /// The method lacks an error estimate.
     #[error(
-        "`{method}` has no error estimate: step it at a fixed size, or choose one of {choices}"
+        "`{method}` does not have an error estimate: use a fixed step size, or choose one of {choices}"
     )]
     NoErrorEstimate {
         /// Name of the method.
         method: &'static str,
-        /// Names of methods with one.
+        /// Names of methods with an error estimate.
         choices: String,
     },
-    /// Bounds of the step size in s: 0 ≤ least ≤ largest, first ≥ 0.
-    #[error("steps from {min} s to {max} s: need 0 <= least <= largest, and no NaN")]
+    /// The bounds of the step size must satisfy 0 ≤ min ≤ max, in s.
+    #[error("steps from {min} s to {max} s: they must satisfy 0 <= least <= largest, without NaN")]
     Steps {
-        /// Least step, s.
+        /// Smallest step, s.
         min: f64,
         /// Largest step, s.
         max: f64,
     },
 }
 
-/// A step that could not be taken. The state that the caller handed in is untouched, bit for bit.
+/// A step failed. The caller's state is bit-identical with its value before.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Failure<E> {
-    /// The system refused.
+    /// The system returned an error.
     #[error("{0}")]
     System(E),
-    /// State or derivative is not finite at the start of the step: no step size helps.
+    /// State or derivative is not finite at the start of the step, so a smaller step size does not help.
     #[error("at t = {t} s: lane {lane} or its derivative is not finite before the step")]
     Start {
         /// Time, s.
@@ -59,11 +59,11 @@ pub enum Failure<E> {
         /// First such lane.
         lane: usize,
     },
-    /// Dense output was asked for, and there is no accepted step.
-    #[error("dense output: no step was accepted since the integrator was made or last failed")]
+    /// Dense output was requested, but there is no accepted step.
+    #[error("dense output: no step was accepted since the integrator was created or last failed")]
     NoStep,
-    /// A stage or the end of a step of fixed size is not finite.
-    #[error("at t = {t} s: a step of {h} s makes lane {lane} infinite or NaN; step less")]
+    /// A stage or the end of a fixed-size step is not finite.
+    #[error("at t = {t} s: a step of {h} s makes lane {lane} infinite or NaN; use a smaller step")]
     NotFinite {
         /// Time at the start, s.
         t: f64,
@@ -72,7 +72,7 @@ pub enum Failure<E> {
         /// First such lane.
         lane: usize,
     },
-    /// The error asks for less than the least step.
+    /// The error requires a step below the minimum.
     #[error(
         "at t = {t} s: lane {lane} has {error} times its tolerance in a step of {h} s, \
          and the least step is {least} s; loosen the lane's tolerance, or use a stiff method"
@@ -80,27 +80,27 @@ pub enum Failure<E> {
     StepTooSmall {
         /// Time at the start, s.
         t: f64,
-        /// The step that was rejected, s.
+        /// The rejected step, s.
         h: f64,
-        /// Least step, s.
+        /// Smallest step, s.
         least: f64,
         /// Lane with the largest error.
         lane: usize,
-        /// Its error over its tolerance; NaN where the lane was not finite.
+        /// Its error divided by its tolerance; NaN if the lane was not finite.
         error: f64,
     },
-    /// Too many rejections in a row.
+    /// Too many consecutive rejections.
     #[error(
         "at t = {t} s: {rejections} steps rejected in a row, the last of {h} s for lane {lane}"
     )]
     Rejections {
         /// Time at the start, s.
         t: f64,
-        /// The last step tried, s.
+        /// The last attempted step, s.
         h: f64,
         /// Lane with the largest error.
         lane: usize,
-        /// How many.
+        /// Number of rejections.
         rejections: u32,
     },
 }

@@ -1,7 +1,7 @@
-//! Where a guard reaches its threshold within a step: sampling, dips between samples, bracketing.
+//! Locates the time within a step at which a guard reaches its threshold: sampling, dips between samples, bracketing.
 //!
-//! A guard is a number g(θ) along the step, θ in [0, 1]. Its threshold is zero, and zero itself belongs to the side on which the
-//! guard has *reached* its threshold, so that a value that comes to rest exactly there counts:
+//! A guard is a number g(θ) along the step, θ in [0, 1]. Its threshold is zero. Zero itself belongs to the side on which the guard has *reached* its
+//! threshold, so that a value that comes to rest exactly there counts:
 //!
 //! | direction | before | reached |
 //! |---|---|---|
@@ -9,37 +9,34 @@
 //! | falling | g > 0 | g ≤ 0 |
 //! | either | both g > 0 and g ≤ 0: every change between them counts, as for the event indicators of FMI 2.0.4 and 3.0.2 |
 //!
-//! The caller keeps the side on which a guard was seen last ([`Side`], one plain value for each guard). [`Side::Unknown`] is the
-//! side of a guard that has just fired: its value at the start of the step is round-off about zero and says nothing, so the side
-//! is read shortly after the start ([`EARLY`]).
+//! The caller stores the last observed side of each guard ([`Side`], one plain value). [`Side::Unknown`] is the side of a guard that has just fired:
+//! its value at the start of the step is round-off around zero and does not indicate a side, so the side is read shortly after the start ([`EARLY`]).
 //!
-//! 1. g at a few samples. A change of sides between two neighbours brackets a crossing.
-//! 2. Between two neighbours on one side: when a parabola through them and a third sample has an
-//!    extremum towards zero there, the extremum is sought. If it lies beyond zero, there are two
-//!    crossings. What two crossings less than the time tolerance apart enclose is a touch.
-//! 3. A bracket is narrowed to the time tolerance by ITP (Oliveira, Takahashi: An enhancement of
-//!    the bisection method average performance preserving minmax optimality. ACM Transactions on
-//!    Mathematical Software 47 (2020) 5:1–24): never more than one evaluation above bisection.
+//! 1. Evaluate g at a few samples. A change of side between two neighbours brackets a crossing.
+//! 2. If a parabola through two neighbours on one side and a third sample has an extremum towards zero between the two, search for this extremum. If
+//! it lies beyond zero, there are two crossings. Two crossings that are closer than the time tolerance count as a touch.
+//! 3. Narrow a bracket to the time tolerance with ITP (Oliveira, Takahashi: An enhancement of the bisection method average performance preserving
+//! minmax optimality. ACM Transactions on Mathematical Software 47 (2020) 5:1–24), which never needs more than one evaluation more than bisection.
 //!
 //! Excursions that lie wholly between samples and do not bend the parabola are not detected.
 
-/// Which way a guard crosses zero.
+/// Direction in which a guard crosses zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// From below to above.
     Rising,
     /// From above to below.
     Falling,
-    /// Both count.
+    /// Both directions.
     Either,
 }
 
-/// The side of its threshold on which a guard was seen last.
+/// Last observed side of a guard, relative to its threshold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Side {
     /// Below: g < 0 for a rising guard, else g ≤ 0.
     Below,
-    /// It has just fired: the side is read shortly after the start of the step.
+    /// The guard has just fired: its side is read shortly after the start of the step.
     #[default]
     Unknown,
     /// Above: g ≥ 0 for a rising guard, else g > 0.
@@ -47,7 +44,7 @@ pub enum Side {
 }
 
 impl Side {
-    /// The side of a value; zero is where a guard of this direction has reached its threshold.
+    /// Returns the side of a value. Zero counts as reached in this direction.
     #[inline]
     pub fn of(value: f64, direction: Direction) -> Side {
         let above = value > 0.0 || (value == 0.0 && direction == Direction::Rising);
@@ -55,28 +52,28 @@ impl Side {
     }
 }
 
-/// What is sought, and how closely.
+/// Settings of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
-    /// Crossings that count.
+    /// Direction of the crossings that count.
     pub direction: Direction,
     /// Length of the step, s, above zero.
     pub h: f64,
-    /// How late a crossing may be located, s.
+    /// Largest delay in locating a crossing, s.
     pub tolerance: f64,
-    /// Samples inside the step, 1 to [`SAMPLES_MAX`].
+    /// Number of samples inside the step, 1 to [`SAMPLES_MAX`].
     pub samples: usize,
 }
 
-/// Most samples inside a step.
+/// Maximum number of samples inside a step.
 pub const SAMPLES_MAX: usize = 15;
 
-/// Where the side of a guard is read after it has fired, as parts of the step: a ball that bounces leaves the ground, and is back
-/// before the middle of a long step.
+/// Times at which the side of a guard is read after it has fired, as fractions of the step. They are early because a bouncing ball leaves the ground,
+/// and may be back before the middle of a long step.
 pub const EARLY: [f64; 4] = [1.0 / 1_048_576.0, 1.0 / 16_384.0, 1.0 / 256.0, 1.0 / 16.0];
 
 impl Search {
-    /// Three samples, 1 ns.
+    /// Returns a search with three samples and a tolerance of 1 ns.
     pub fn new(direction: Direction, h: f64) -> Self {
         Search { direction, h, tolerance: 1e-9, samples: 3 }
     }
@@ -85,30 +82,30 @@ impl Search {
 /// A crossing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// Where the guard is on its new side, and was not yet at most the tolerance earlier.
+    /// Position at which the guard is on its new side, but was not yet there at most the tolerance earlier.
     pub theta: f64,
-    /// The guard there.
+    /// Value of the guard there.
     pub value: f64,
     /// Rising or falling.
     pub direction: Direction,
 }
 
-/// What a search found.
+/// Result of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
     /// The first crossing that counts.
     pub crossing: Option<Crossing>,
-    /// The side to remember: at the crossing, or at the end of the step.
+    /// The side to store: at the crossing, or at the end of the step.
     pub side: Side,
 }
 
-/// Why a search stopped.
+/// Reason why a search failed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SearchError<E> {
-    /// The guard's own refusal.
+    /// Error of the guard.
     #[error("{0}")]
     Guard(E),
-    /// A guard that is not a number has no side.
+    /// The guard is NaN, so it is on neither side.
     #[error("the guard is NaN at {theta} of the step")]
     NotANumber {
         /// θ.
@@ -116,26 +113,25 @@ pub enum SearchError<E> {
     },
 }
 
-/// A place and the guard there.
+/// A position and the value of the guard there.
 #[derive(Clone, Copy, Debug)]
 struct Point {
     theta: f64,
     value: f64,
 }
 
-/// The first crossing within a step.
+/// Returns the first crossing within a step.
 ///
-/// `ends` are g at θ = 0 and 1; `guard` is called inside only, in an order that depends on
-/// nothing but its values. `side` is what the last search left, or [`Side::Unknown`]. A guard that
-/// is on the other side of zero at θ = 0 than `side` has jumped, and crosses there.
+/// `ends` are g at θ = 0 and 1. `guard` is called only inside, in an order that depends only on its values. `side` is the result of the last search,
+/// or [`Side::Unknown`]. If the guard at θ = 0 is on the other side of zero than `side`, it has jumped and crosses there.
 ///
-/// Cost where nothing is near zero: `samples` calls of `guard`, and the four of [`EARLY`] when the side is unknown.
+/// Cost if the guard is never near zero: `samples` calls of `guard`, and the four of [`EARLY`] if the side is unknown.
 ///
 /// # Errors
 /// [`SearchError::Guard`], [`SearchError::NotANumber`].
 ///
 /// # Panics
-/// When the number of samples, the step or the tolerance is out of range.
+/// If the number of samples, the step or the tolerance is out of range.
 pub fn first_crossing<E>(
     mut guard: impl FnMut(f64) -> Result<f64, E>,
     ends: [f64; 2],
@@ -149,7 +145,7 @@ pub fn first_crossing<E>(
     let (points, count) = sample(&mut g, ends, search.samples, unknown)?;
     let points = &points[..count];
     let of = |p: Point| Side::of(p.value, search.direction);
-    // The result for a crossing that began on side `from`, when it counts.
+    // The result for a crossing that began on side `from`, if it counts.
     let at = |p: Point, from: Side| -> Option<Found> {
         let way = if from == Side::Below { Direction::Rising } else { Direction::Falling };
         let crossing = Crossing { theta: p.theta, value: p.value, direction: way };
@@ -163,13 +159,13 @@ pub fn first_crossing<E>(
     {
         return Ok(found);
     }
-    // After an event the value at the start is round-off.
+    // After an event, the value at the start is round-off.
     let first = usize::from(unknown);
     side = of(points[first]);
     for i in first + 1..count {
         let (last, to) = (points[i - 1], points[i]);
         let now = of(to);
-        // A sample that meets zero itself, with the old side around it.
+        // A sample exactly at zero, with the old side on both sides of it.
         if now != side
             && to.value == 0.0
             && to.theta < 1.0
@@ -185,7 +181,7 @@ pub fn first_crossing<E>(
         } else if let Some(dip) =
             beyond(&mut g, &points[first..], i - first, (side, search.direction), width)?
         {
-            // Two crossings: away and back.
+            // Two crossings: there and back.
             let away = narrow(&mut g, last, dip, (side, search.direction), width)?;
             if let Some(found) = at(away, side) {
                 return Ok(found);
@@ -201,10 +197,10 @@ pub fn first_crossing<E>(
     Ok(Found { crossing: None, side })
 }
 
-/// Places of one search: both ends, samples between, and the early ones.
+/// Number of positions of one search: both ends, samples between, and the early ones.
 const PLACES: usize = SAMPLES_MAX + 2 + EARLY.len();
 
-/// The guard at both ends, early where the side is unknown, and evenly between; the number of places.
+/// Evaluates the guard at both ends, early if the side is unknown, and evenly between. Returns the number of positions.
 fn sample<E>(
     g: &mut impl FnMut(f64) -> Result<Point, SearchError<E>>,
     ends: [f64; 2],
@@ -228,7 +224,7 @@ fn point<E>(theta: f64, value: f64) -> Result<Point, SearchError<E>> {
     if value.is_nan() { Err(SearchError::NotANumber { theta }) } else { Ok(Point { theta, value }) }
 }
 
-/// The end of a bracket that is on the new side, once the bracket is at most `width`; it begins on the side that is given.
+/// Narrows a bracket that begins on the given side until it is at most `width`. Returns its end on the new side.
 fn narrow<E>(
     g: &mut impl FnMut(f64) -> Result<Point, SearchError<E>>,
     from: Point,
@@ -236,12 +232,12 @@ fn narrow<E>(
     (side, direction): (Side, Direction),
     width: f64,
 ) -> Result<Point, SearchError<E>> {
-    // y is below zero at a and above at b, but for zero itself, whose side the direction says.
+    // y is below zero at a and above at b, except zero itself, whose side depends on the direction.
     let sign = if side == Side::Below { 1.0 } else { -1.0 };
     let (mut a, mut b, mut end) = (from.theta, to.theta, to);
     let (mut ya, mut yb) = (sign * from.value, sign * to.value);
     let slack = 0.2 / (b - a);
-    // Half the width times 2 to the number of bisections that are left, and one.
+    // Half the width times 2 to the power of the remaining bisections, plus one.
     let mut radius = 0.5 * width;
     while radius < b - a {
         radius *= 2.0;
@@ -258,7 +254,7 @@ fn narrow<E>(
         if Side::of(p.value, direction) == side {
             (a, ya) = (x, y);
         } else {
-            // Zero itself may go on back to where a value came to rest on it.
+            // If the value is exactly zero, move back to where it came to rest there.
             (b, yb, end) = (x, y, p);
         }
         radius *= 0.5;
@@ -266,7 +262,7 @@ fn narrow<E>(
     Ok(end)
 }
 
-/// Interpolate, truncate towards the middle, project into the radius that bisection would allow.
+/// Computes the ITP point: interpolate, truncate towards the middle, project into the radius that bisection would allow.
 fn itp(a: f64, b: f64, ya: f64, yb: f64, radius: f64, slack: f64) -> f64 {
     let (half, chord) = (a + 0.5 * (b - a), (yb * a - ya * b) / (yb - ya));
     if !chord.is_finite() {
@@ -278,8 +274,7 @@ fn itp(a: f64, b: f64, ya: f64, yb: f64, radius: f64, slack: f64) -> f64 {
     if (truncated - half).abs() <= reach { truncated } else { half - reach.copysign(gap) }
 }
 
-/// A point beyond zero between samples i − 1 and i, which are on one side; none when the guard
-/// does not reach zero there or only touches it.
+/// Returns a point beyond zero between samples i − 1 and i, which are on one side; `None` if the guard does not reach zero there, or only touches it.
 fn beyond<E>(
     g: &mut impl FnMut(f64) -> Result<Point, SearchError<E>>,
     points: &[Point],
@@ -290,7 +285,7 @@ fn beyond<E>(
     let sign = if side == Side::Above { 1.0 } else { -1.0 };
     let (mut a, mut c) = (points[i - 1], points[i]);
     let ends = (sign * a.value).min(sign * c.value);
-    // The extremum of a parabola through a third sample, when it is inside and well below the ends.
+    // The extremum of a parabola through a third sample, if it is inside and clearly below the ends.
     let guess = |three: [Point; 3]| {
         let x = vertex(three, sign).filter(|x| a.theta < *x && *x < c.theta)?;
         (lowest(three, sign, x) < 0.5 * ends).then_some(x)
@@ -303,7 +298,7 @@ fn beyond<E>(
         (None, None) => return Ok(None),
     };
     let mut low = g(start)?;
-    // a, low, c bracket the extremum; their parabola says whether to look further.
+    // a, low, c bracket the extremum; their parabola decides whether to search further.
     for step in 0..DIP_STEPS_MAX {
         let depth = sign * low.value;
         if depth < 0.0 {
@@ -330,11 +325,11 @@ fn beyond<E>(
     Ok(None)
 }
 
-/// Most evaluations that go into one dip.
+/// Maximum number of evaluations for one dip.
 const DIP_STEPS_MAX: usize = 30;
 
-/// Whether a dip beyond zero is still beyond it half the tolerance before or after; else its two
-/// crossings are less than the tolerance apart, and it is a touch.
+/// Returns whether a dip beyond zero is still beyond it half the tolerance before or after. Otherwise its two crossings are closer than the
+/// tolerance, and it is a touch.
 fn wide<E>(
     g: &mut impl FnMut(f64) -> Result<Point, SearchError<E>>,
     dip: Point,
@@ -349,7 +344,7 @@ fn wide<E>(
     Ok(Side::of(after.value, direction) != side)
 }
 
-/// Where the parabola through three points has its extremum, when that is towards zero.
+/// Returns the extremum of the parabola through three points, if it is towards zero.
 fn vertex([a, b, c]: [Point; 3], sign: f64) -> Option<f64> {
     let (slope, next) = (chord(a, b), chord(b, c));
     let bend = (next - slope) / (c.theta - a.theta);
@@ -357,7 +352,7 @@ fn vertex([a, b, c]: [Point; 3], sign: f64) -> Option<f64> {
     (sign * bend > 0.0 && x.is_finite()).then_some(x)
 }
 
-/// sign · the parabola through three points at x.
+/// Returns sign · the parabola through three points at x.
 fn lowest([a, b, c]: [Point; 3], sign: f64, x: f64) -> f64 {
     let (slope, next) = (chord(a, b), chord(b, c));
     let bend = (next - slope) / (c.theta - a.theta);

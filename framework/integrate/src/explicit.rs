@@ -1,4 +1,4 @@
-//! One attempt of an explicit Runge–Kutta step, from its table.
+//! One attempt of an explicit Runge–Kutta step, driven by its table.
 use crate::combine::{Row, Stages, axpy, combine, first_bad, four};
 use crate::method::Explicit;
 use crate::system::System;
@@ -26,7 +26,7 @@ impl Rows {
         }
     }
 
-    /// From `x0` with k₁ in the first row of `k` to `x1`, all stages in `k`.
+    /// Makes an attempt from `x0`, with k₁ in the first row of `k`, to `x1`. All stages are in `k`.
     #[inline]
     pub fn attempt<S: System>(
         &self,
@@ -41,8 +41,8 @@ impl Rows {
         })
     }
 
-    /// The same from the caller's x and k₁, which end up in `work`; `x` is x₁ then, and as it
-    /// was when the system refuses or a stage is bad. Nothing is copied that is read soon after.
+    /// Makes the same attempt from the caller's x and k₁, which are moved to `work`. Afterwards `x` is x₁; if the system returns an error or a stage
+    /// is not finite, `x` is unchanged. Avoids copies of data that is read soon after.
     #[inline]
     pub fn attempt_from<S: System>(
         &self,
@@ -67,8 +67,7 @@ impl Rows {
         Ok(end)
     }
 
-    /// All stages after the first; x and k₁ from the caller, or in `work`. With CHECKED the system
-    /// sees finite stages only.
+    /// Computes all stages after the first. x and k₁ are the caller's, or in `work`. With CHECKED the system receives only finite stages.
     #[inline(always)]
     fn stages<S: System, const CHECKED: bool>(
         &self,
@@ -91,14 +90,14 @@ impl Rows {
         Ok(Attempt::Finite)
     }
 
-    /// x₁ again, where the step did not leave it.
+    /// Recomputes x₁ if the step did not store it.
     pub fn recall_end(&self, work: &mut Work, h: f64) {
         if self.chain.is_some() {
             self.end(work, h);
         }
     }
 
-    /// x₁ from all stages.
+    /// Computes x₁ from all stages.
     fn end(&self, work: &mut Work, h: f64) -> Attempt {
         let Work { x0, x1, stage, k, .. } = work;
         if self.table.first_same_as_last {
@@ -109,7 +108,7 @@ impl Rows {
         Attempt::Finite
     }
 
-    /// The stages that only the dense output needs; a lane that is not finite is returned.
+    /// Computes the stages that only dense output needs. Returns a lane that is not finite, if any.
     pub fn extra_stages<S: System>(
         &self,
         system: &mut S,
@@ -133,8 +132,8 @@ impl Rows {
     }
 }
 
-/// Four stages of which each follows from the one before alone, as in the classical method: the
-/// tables are read once, and each stage is one pass over the lanes.
+/// Four stages, each of which depends only on the previous one, as in the classical method. The coefficients are read once, and each stage is one
+/// pass over the lanes.
 #[derive(Clone, Copy, Debug)]
 struct Chain {
     a: [f64; 3],
@@ -143,7 +142,7 @@ struct Chain {
 }
 
 impl Chain {
-    /// The chain of a table, when it is one.
+    /// Returns the chain of a table, if it is one.
     fn of(table: &Explicit) -> Option<Self> {
         let &[b1, b2, b3, b4] = table.b else { return None };
         let link = |i: usize| {
@@ -156,7 +155,7 @@ impl Chain {
         plain.then_some(Chain { a, b: [b1, b2, b3, b4], c })
     }
 
-    /// As [`Rows::attempt_from`], with its bits.
+    /// Makes an attempt as [`Rows::attempt_from`], bit-identical.
     #[inline]
     fn attempt<S: System>(
         &self,

@@ -1,4 +1,4 @@
-//! The integrator: a method with its storage; steps of fixed size; what is known after a step.
+//! The integrator: a method with its workspace, fixed-size steps, and queries about the last step.
 use crate::combine::{Stages, finite, first_bad, sum, weigh};
 use crate::dense::{Dense, Polynomials};
 use crate::errors::Failure;
@@ -8,9 +8,8 @@ use crate::rosenbrock::Stiff;
 use crate::system::System;
 use crate::work::{Attempt, Work};
 
-/// A method with its storage for n lanes. It holds nothing that outlives a step but the dense
-/// output and f at the end of the last one: what a simulation must save is in its own state and
-/// in [`crate::Memory`].
+/// A method with its workspace for n lanes. From a step it keeps only the dense output and f at its end. The state that a simulation must save is in
+/// its own state and in [`crate::Memory`].
 #[derive(Clone, Debug)]
 pub struct Integrator {
     method: Method,
@@ -33,21 +32,19 @@ enum Engine {
 struct Last {
     t: f64,
     h: f64,
-    /// The last stage is f at the end: the projection left x as it was.
+    /// Whether the last stage is f at the end because the projection left x unchanged.
     slope_known: bool,
-    /// x₁ was copied after the projection; else it follows from the stages.
+    /// Whether x₁ was copied after the projection; otherwise it follows from the stages.
     end_kept: bool,
-    /// Extra stages and defect are there.
+    /// Whether extra stages and defect are computed.
     dense_ready: bool,
 }
 
 impl Integrator {
-    /// For n lanes. Memory: n times the stages of the method, n² more for stiff ones; nothing is
-    /// allocated later.
+    /// Creates an integrator for n lanes. Memory: n times the stages of the method, plus n² for stiff methods. Later calls do not allocate.
     ///
     /// # Panics
-    /// When a table has more than 16 weights that are not zero in a row, or an interpolant of
-    /// more than degree 7.
+    /// If a table has more than 16 nonzero weights in a row, or an interpolant of degree above 7.
     pub fn new(method: Method, n: usize) -> Self {
         let (engine, polynomials, stages) = match method {
             Method::Explicit(table) => {
@@ -66,24 +63,24 @@ impl Integrator {
         Integrator { method, n, engine, polynomials, work: Work::new(n, stages), last: None }
     }
 
-    /// The method.
+    /// Returns the method.
     pub fn method(&self) -> Method {
         self.method
     }
 
-    /// Number of lanes.
+    /// Returns the number of lanes.
     pub fn lanes(&self) -> usize {
         self.n
     }
 
-    /// One step of `h` (s, either sign) from `t`: `x` is moved, projected, and left as it was
-    /// when anything fails. `k1` = f(t, x) when the caller has it; it must be just that.
+    /// Makes one step of `h` (s, either sign) from `t`. `x` is moved and projected; after a failure it is unchanged. Pass `k1` = f(t, x) if you have
+    /// it; it must be exactly this value.
     ///
     /// # Errors
     /// [`Failure::System`], [`Failure::Start`], [`Failure::NotFinite`].
     ///
     /// # Panics
-    /// When `x` or `k1` has not n lanes.
+    /// If the length of `x` or `k1` is not n.
     pub fn step_fixed<S: System>(
         &mut self,
         system: &mut S,
@@ -110,34 +107,32 @@ impl Integrator {
         }
     }
 
-    /// The fault of a step that is not finite: of its start, or of its size.
+    /// Returns the failure of a step that is not finite, due to its start or to its size.
     #[cold]
     fn not_finite<E>(&self, t: f64, h: f64, lane: usize) -> Failure<E> {
         self.start_fault(t).unwrap_or(Failure::NotFinite { t, h, lane })
     }
 
-    /// Gives x back as it was at the start.
+    /// Restores x to its value at the start.
     #[cold]
     fn undo<E>(&self, x: &mut [f64], failure: Failure<E>) -> Failure<E> {
         x.copy_from_slice(&self.work.x0);
         failure
     }
 
-    /// f at the end of the last step, where the method has it: the last stage is there, and the
-    /// projection did not move x. It is f at time t + h; hand it to the next step as `k1`.
+    /// Returns f at the end of the last step, if the last stage computed it and the projection did not move x. It is f at time t + h; pass it to the
+    /// next step as `k1`.
     pub fn end_derivatives(&self) -> Option<&[f64]> {
         let (Engine::Explicit(rows), Some(last)) = (&self.engine, &self.last) else { return None };
         let at = (rows.table.stages - 1) * self.n;
         last.slope_known.then(|| &self.work.k[at..at + self.n])
     }
 
-    /// The solution within the last accepted step. The first call after a step may evaluate
-    /// `system` for more stages (RK4 one, Verner 8(7) four, the others none), so the system must
-    /// be as it was during the step.
+    /// Returns the solution within the last accepted step. The first call after a step may evaluate `system` for more stages (RK4 one, Verner 8(7)
+    /// four, the others none), so the system must be in the same condition as during the step.
     ///
     /// # Errors
-    /// [`Failure::NoStep`] when no step was taken or the last one failed; [`Failure::System`] and
-    /// [`Failure::NotFinite`] of the extra stages.
+    /// [`Failure::NoStep`] if no step was made or the last one failed; [`Failure::System`] and [`Failure::NotFinite`] of the extra stages.
     pub fn dense<S: System>(&mut self, system: &mut S) -> Result<Dense<'_>, Failure<S::Error>> {
         let Some(last) = self.last else { return Err(Failure::NoStep) };
         let Last { t, h, .. } = last;
@@ -154,15 +149,14 @@ impl Integrator {
         })
     }
 
-    /// The last accepted step once more, from its start t, with another length h: into `x`, projected. Up to an event, its stages
-    /// see nothing of what lies behind the event; the dense output of a step across it does. It is the last step from here on.
+    /// Repeats the last accepted step from its start t with another length h, into `x`, projected. If the step ends at an event, its stages do not
+    /// include anything after the event, whereas the dense output of a step across the event does. The repeated step becomes the last step.
     ///
     /// # Errors
-    /// [`Failure::NoStep`] when no step was taken or the last one failed; [`Failure::System`], [`Failure::Start`],
-    /// [`Failure::NotFinite`].
+    /// [`Failure::NoStep`] if no step was made or the last one failed; [`Failure::System`], [`Failure::Start`], [`Failure::NotFinite`].
     ///
     /// # Panics
-    /// When `x` has not n lanes.
+    /// If the length of `x` is not n.
     pub fn again<S: System>(
         &mut self,
         system: &mut S,
@@ -178,14 +172,13 @@ impl Integrator {
         }
     }
 
-    /// Like [`Integrator::again`], for a system whose derivatives depend on the length of the step: the derivatives at the start are
-    /// evaluated again.
+    /// Like [`Integrator::again`], for a system whose derivatives depend on the length of the step: evaluates the derivatives at the start again.
     ///
     /// # Errors
     /// As [`Integrator::again`].
     ///
     /// # Panics
-    /// When `x` has not n lanes.
+    /// If the length of `x` is not n.
     pub fn again_anew<S: System>(
         &mut self,
         system: &mut S,
@@ -227,7 +220,7 @@ impl Integrator {
         Ok(())
     }
 
-    /// What the stages are multiplied by.
+    /// Returns the factor of the stages.
     fn scale(&self, h: f64) -> f64 {
         match self.engine {
             Engine::Rosenbrock(_) => 1.0,
@@ -235,8 +228,7 @@ impl Integrator {
         }
     }
 
-    /// Takes x and k₁ in; from here on the last step is forgotten. `sizes` are the least sizes of
-    /// lanes in differences, where they are known.
+    /// Stores x and k₁, and forgets the last step. `sizes` are the minimum sizes of lanes in finite differences, if known.
     #[inline]
     pub(crate) fn begin<S: System>(
         &mut self,
@@ -260,7 +252,7 @@ impl Integrator {
         Ok(())
     }
 
-    /// f at the start.
+    /// Returns f at the start.
     pub(crate) fn first(&self) -> &[f64] {
         match &self.engine {
             Engine::Rosenbrock(stiff) => &stiff.f0,
@@ -268,14 +260,14 @@ impl Integrator {
         }
     }
 
-    /// The fault when x or f at the start is not finite.
+    /// Returns the failure if x or f at the start is not finite.
     #[cold]
     pub(crate) fn start_fault<E>(&self, t: f64) -> Option<Failure<E>> {
         let lane = first_bad(&self.work.x0).or_else(|| first_bad(self.first()))?;
         Some(Failure::Start { t, lane })
     }
 
-    /// Tries a step of h from what [`Integrator::begin`] took in; may be repeated with another h.
+    /// Attempts a step of h from the start stored by [`Integrator::begin`]. It may be repeated with another h.
     #[inline]
     pub(crate) fn attempt<S: System>(
         &mut self,
@@ -292,7 +284,7 @@ impl Integrator {
         .map_err(Failure::System)
     }
 
-    /// f(t + h, x + h f) − f into `work.error`, for the first step; false when x + h f is not finite.
+    /// Computes f(t + h, x + h f) − f into `work.error`, for the first step. Returns false if x + h f is not finite.
     pub(crate) fn probe<S: System>(
         &mut self,
         system: &mut S,
@@ -317,7 +309,7 @@ impl Integrator {
         Ok(true)
     }
 
-    /// The error estimate of the attempt, into `work.error`.
+    /// Computes the error estimate of the attempt, into `work.error`.
     pub(crate) fn estimate(&mut self, h: f64) {
         let scale = self.scale(h);
         let row = match &self.engine {
@@ -328,7 +320,7 @@ impl Integrator {
         weigh(&mut self.work.error, scale, row, &self.work.k);
     }
 
-    /// Hands the end of the attempt to the caller, projected.
+    /// Returns the end of the attempt to the caller, projected.
     pub(crate) fn accept<S: System>(
         &mut self,
         system: &mut S,
@@ -340,7 +332,7 @@ impl Integrator {
         self.settle(system, t, h, x)
     }
 
-    /// Projects `x`, which is x₁, and remembers the step; gives `x` back as it was on a fault.
+    /// Projects `x`, which is x₁, and stores the step. Restores `x` after a failure.
     #[inline]
     fn settle<S: System>(
         &mut self,
@@ -355,7 +347,7 @@ impl Integrator {
         }
         let same_as_last =
             matches!(&self.engine, Engine::Explicit(rows) if rows.table.first_same_as_last);
-        // Only a last stage at the end asks whether the projection moved x.
+        // Only methods with a last stage at the end need to check whether the projection moved x.
         let slope_known = same_as_last && same_bits(x, &self.work.x1);
         if projects {
             self.work.x1.copy_from_slice(x);
@@ -373,7 +365,7 @@ fn same_bits(a: &[f64], b: &[f64]) -> bool {
     a.iter().zip(b).fold(0, |moved, (a, b)| moved | (a.to_bits() ^ b.to_bits())) == 0
 }
 
-/// Velocities by h f, then the system moves its positions along them.
+/// Advances velocities by h f; then the system moves its positions along them.
 fn semi_implicit_euler<S: System>(
     system: &mut S,
     work: &mut Work,

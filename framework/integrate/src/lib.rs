@@ -1,13 +1,13 @@
-//! Integrators over flat states: a method is a table, the drivers are written once over it.
+//! Integrators for flat states. Each method is a table of coefficients, shared by common drivers.
 //!
-//! * [`Integrator::step_fixed`] takes a step of a given size;
-//! * [`Integrator::advance`] takes one accepted step of a size that it chooses, cut so as to end
-//!   where the caller asks; what it must remember is [`Memory`], plain data of the caller;
-//! * [`Integrator::dense`] is the solution within the last accepted step, [`Integrator::again`] that step with another length;
-//! * [`events::first_crossing`] finds where a guard reaches its threshold, zero.
+//! * [`Integrator::step_fixed`] makes a step of a given size.
+//! * [`Integrator::advance`] makes one accepted step of a size that it chooses, cut to end where the caller requests. Its state between steps is
+//!   [`Memory`], plain data of the caller.
+//! * [`Integrator::dense`] returns the solution within the last accepted step, and [`Integrator::again`] repeats this step with another length.
+//! * [`events::first_crossing`] locates the time at which a guard reaches its threshold, zero.
 //!
-//! The system is seen through [`System`]: slices of f64, time in seconds. Nothing is allocated
-//! after [`Integrator::new`]; the same input gives the same bits.
+//! The system implements [`System`]: slices of f64, time in seconds. A *lane* is one number of the state. [`Integrator::new`] makes all allocations.
+//! The same input gives bit-identical results.
 //! ```
 //! use linkwork_integrate::{Failure, Integrator, Method, System};
 //!

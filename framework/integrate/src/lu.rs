@@ -1,22 +1,22 @@
-//! Dense LU with partial pivoting, in place, row by row in memory.
+//! Dense LU factorization with partial pivoting, in place, row by row in memory.
 
-/// P A = L U of an n × n matrix, with the storage of both.
+/// P A = L U of an n × n matrix, with the memory of both.
 #[derive(Clone, Debug)]
 pub(crate) struct Lu {
     n: usize,
-    /// A before, L (unit diagonal left out) and U after, row by row.
+    /// A before factoring; afterwards L (without its unit diagonal) and U, row by row.
     pub a: Vec<f64>,
-    /// Row that was swapped into place k at step k.
+    /// Row that was swapped to index k in step k.
     swaps: Vec<usize>,
 }
 
 impl Lu {
-    /// Storage for n × n.
+    /// Allocates memory for n × n.
     pub fn new(n: usize) -> Self {
         Lu { n, a: vec![0.0; n * n], swaps: vec![0; n] }
     }
 
-    /// Factors `a` in place: 2/3 n³ flops. False when a pivot is zero or not finite.
+    /// Factors `a` in place: 2/3 n³ flops. Returns false if a pivot is zero or not finite.
     pub fn factor(&mut self) -> bool {
         let n = self.n;
         for k in 0..n {
@@ -97,7 +97,7 @@ mod tests {
         }
     }
 
-    /// A zero on the diagonal needs the pivot; a rank of one is refused, and so is NaN.
+    /// A zero on the diagonal needs pivoting. A matrix of rank one fails, and so does NaN.
     #[test]
     fn pivots_and_refusals() {
         let mut lu = Lu::new(2);

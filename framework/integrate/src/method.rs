@@ -1,4 +1,4 @@
-//! What a method is: its coefficients and orders, as plain data, and the list of all methods.
+//! Methods: coefficients and orders as plain data, and the list of all methods.
 use crate::coefficients;
 
 /// A method of integration.
@@ -8,11 +8,11 @@ pub enum Method {
     Explicit(&'static Explicit),
     /// Rosenbrock, for stiff systems.
     Rosenbrock(&'static Rosenbrock),
-    /// Velocities first, then positions along the new velocities; order 1.
+    /// Advances velocities first, then positions along the new velocities; order 1.
     SemiImplicitEuler,
 }
 
-/// Every method.
+/// All methods.
 pub const METHODS: [Method; 7] = [
     Method::Explicit(&coefficients::euler::EULER),
     Method::SemiImplicitEuler,
@@ -23,7 +23,7 @@ pub const METHODS: [Method; 7] = [
     Method::Rosenbrock(&coefficients::rodas4p::RODAS_4P),
 ];
 
-/// An explicit Runge–Kutta method with s stages and e more for its dense output.
+/// An explicit Runge–Kutta method with s stages, and e more stages for its dense output.
 ///
 /// ```text
 /// kᵢ = f(t + cᵢ h, x + h Σⱼ aᵢⱼ kⱼ)      i = 1 … s + e,  j < i
@@ -41,7 +41,7 @@ pub struct Explicit {
     pub error_order: u32,
     /// Order q of the dense output: its error within a step is O(h^(q+1)).
     pub dense_order: u32,
-    /// s, the stages that every step evaluates, the first of which the caller may have.
+    /// s, the number of stages that every step evaluates. The caller may already have the first.
     pub stages: usize,
     /// Rows of aᵢⱼ for i = 1 … s + e; row i has at most i − 1 entries.
     pub a: &'static [&'static [f64]],
@@ -49,15 +49,15 @@ pub struct Explicit {
     pub b: &'static [f64],
     /// s + e nodes.
     pub c: &'static [f64],
-    /// s weights of the error estimate; none without one.
+    /// s weights of the error estimate; empty if the method does not have one.
     pub error: &'static [f64],
     /// Whether the last of the s stages is f at the end of the step.
     pub first_same_as_last: bool,
-    /// βᵢₚ, s + e rows, p from 1 to P, so that the last of a row is bᵢ; none for a stage without a part.
+    /// βᵢₚ, s + e rows, p from 1 to P, so that the last value of a row is bᵢ; empty for a stage that does not contribute.
     pub dense: &'static [&'static [f64]],
 }
 
-/// A Rosenbrock method in the variables u = Σ γᵢⱼ kⱼ h, which need no product with the Jacobian.
+/// A Rosenbrock method in the variables u = Σ γᵢⱼ kⱼ h, which avoid products with the Jacobian.
 ///
 /// ```text
 /// W = 1/(γh) − J                                          J = ∂f/∂x at (t, x)
@@ -94,12 +94,12 @@ pub struct Rosenbrock {
 }
 
 impl Method {
-    /// The method of a name in a file; none when no method has it.
+    /// Returns the method with this name in files; `None` if the name is unknown.
     pub fn by_name(name: &str) -> Option<Method> {
         METHODS.into_iter().find(|m| m.name() == name)
     }
 
-    /// Name in files.
+    /// Returns the name in files.
     pub fn name(&self) -> &'static str {
         match self {
             Method::Explicit(table) => table.name,
@@ -108,7 +108,7 @@ impl Method {
         }
     }
 
-    /// Order p of the step: the local error is O(hᵖ⁺¹).
+    /// Returns the order p of the step: the local error is O(hᵖ⁺¹).
     pub fn order(&self) -> u32 {
         match self {
             Method::Explicit(table) => table.order,
@@ -117,7 +117,7 @@ impl Method {
         }
     }
 
-    /// Order of the error estimate; 0 for a method that cannot be adaptive.
+    /// Returns the order of the error estimate; 0 for a method that cannot be adaptive.
     pub fn error_order(&self) -> u32 {
         match self {
             Method::Explicit(table) => table.error_order,
@@ -126,7 +126,7 @@ impl Method {
         }
     }
 
-    /// Order q of the dense output: its error within a step is O(h^(q+1)).
+    /// Returns the order q of the dense output: its error within a step is O(h^(q+1)).
     pub fn dense_order(&self) -> u32 {
         match self {
             Method::Explicit(table) => table.dense_order,
@@ -152,7 +152,7 @@ mod tests {
         assert!(Method::by_name("ode45").is_none());
     }
 
-    /// Lengths agree, so that no index can fail later.
+    /// The lengths of the tables agree, so that no index can fail later.
     #[test]
     fn tables_have_their_shapes() {
         for method in METHODS {

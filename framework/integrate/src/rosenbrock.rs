@@ -1,11 +1,11 @@
-//! One attempt of a Rosenbrock step: Jacobian, one LU, s solutions.
+//! One attempt of a Rosenbrock step: Jacobian, one LU factorization, s solutions.
 use crate::combine::{Row, Stages, combine, finite, first_bad};
 use crate::lu::Lu;
 use crate::method::Rosenbrock;
 use crate::system::{At, System};
 use crate::work::{Attempt, Work};
 
-/// Table and storage of a Rosenbrock method.
+/// Table and workspace of a Rosenbrock method.
 #[derive(Clone, Debug)]
 pub(crate) struct Stiff {
     table: &'static Rosenbrock,
@@ -15,15 +15,15 @@ pub(crate) struct Stiff {
     pub error: Row,
     /// f at the start.
     pub f0: Vec<f64>,
-    /// Least size of each lane in differences.
+    /// Minimum size of each lane in finite differences.
     sizes: Vec<f64>,
-    /// Increments of the lanes in differences.
+    /// Increments of the lanes in finite differences.
     steps: Vec<f64>,
     /// ∂f/∂t at the start.
     slope: Vec<f64>,
     /// ∂f/∂x at the start, row by row.
     jacobian: Vec<f64>,
-    /// Whether `slope` and `jacobian` belong to this start.
+    /// Whether `slope` and `jacobian` belong to the present start.
     fresh: bool,
     lu: Lu,
 }
@@ -46,7 +46,7 @@ impl Stiff {
         }
     }
 
-    /// A new start: nothing is known of it; `sizes` are the least sizes of lanes.
+    /// Begins at a new start with unknown derivatives; `sizes` are the minimum sizes of lanes.
     pub fn begin(&mut self, sizes: Option<&[f64]>) -> &mut [f64] {
         self.fresh = false;
         match sizes {
@@ -56,7 +56,7 @@ impl Stiff {
         &mut self.f0
     }
 
-    /// From `x0` and `f0` to `x1`, the uᵢ in `k`.
+    /// Makes an attempt from `x0` and `f0` to `x1`, with the uᵢ in `k`.
     pub fn attempt<S: System>(
         &mut self,
         system: &mut S,
@@ -69,14 +69,14 @@ impl Stiff {
             let n = work.x0.len();
             let row = first_bad(&self.jacobian).map(|at| at / n);
             if let Some(lane) = first_bad(&self.slope).or(row) {
-                // A shorter attempt looks less far ahead.
+                // The Jacobian was evaluated with increments; a shorter attempt uses smaller ones.
                 return Ok(Attempt::Bad { lane });
             }
             self.fresh = true;
         }
         let n = work.x0.len();
         if !self.factor(h) {
-            // Singular: a shorter step is nearer to the identity.
+            // Singular: with a shorter step, the matrix is closer to a multiple of the identity.
             return Ok(Attempt::Bad { lane: 0 });
         }
         for i in 0..self.a.len() {
@@ -89,7 +89,7 @@ impl Stiff {
                 }
                 system.derivatives(t + self.table.alpha[i] * h, stage, rhs)?;
                 if !finite(rhs) {
-                    // Here, because the solution spreads it over all lanes.
+                    // Check here, because the solution spreads a bad number over all lanes.
                     return Ok(Attempt::bad(rhs));
                 }
             }
@@ -108,7 +108,7 @@ impl Stiff {
         Ok(Attempt::Finite)
     }
 
-    /// W = 1/(γh) − J.
+    /// Factors W = 1/(γh) − J.
     fn factor(&mut self, h: f64) -> bool {
         let n = self.f0.len();
         for (w, j) in self.lu.a.iter_mut().zip(&self.jacobian) {
@@ -119,7 +119,7 @@ impl Stiff {
         self.lu.factor()
     }
 
-    /// ∂f/∂x and ∂f/∂t, from the system or by differences.
+    /// Computes ∂f/∂x and ∂f/∂t, from the system or by finite differences.
     fn linearise<S: System>(
         &mut self,
         system: &mut S,
@@ -144,7 +144,7 @@ impl Stiff {
         Ok(())
     }
 
-    /// ∂f/∂x by one-sided differences, n evaluations.
+    /// Computes ∂f/∂x by one-sided differences, n evaluations.
     fn differences<S: System>(
         &mut self,
         system: &mut S,
@@ -167,12 +167,11 @@ impl Stiff {
     }
 }
 
-/// Least size of a lane of which nothing is known (RODAS of Hairer has √ε √1e-5, too).
+/// Minimum size of a lane without further information (RODAS of Hairer has √ε √1e-5, too).
 pub(crate) const SIZE: f64 = 3e-3;
 
-/// The increment of a difference: √ε of the lane's size, which is the largest of its value, its
-/// change in a step and `least`; towards where the lane is going, so that a lane which may not
-/// leave its range does not; exactly representable.
+/// Returns the increment of a finite difference: √ε times the lane's size, which is the largest of its value, its change in a step and `least`. It
+/// points in the direction of the lane's motion, so that a lane does not leave its valid range. It is exactly representable.
 fn increment(x: f64, change: f64, least: f64) -> f64 {
     let change = if change.is_finite() { change } else { 0.0 };
     let size = x.abs().max(change.abs()).max(least);
@@ -180,15 +179,15 @@ fn increment(x: f64, change: f64, least: f64) -> f64 {
     (x + step) - x
 }
 
-/// The increment of the difference in time: √ε of t or h, within a tenth of the step. Its rounding
-/// error is ε f / increment, and is multiplied by h.
+/// Returns the increment of the finite difference in time: √ε times t or h, at most a tenth of the step. The round-off error ε f / increment is
+/// multiplied by h.
 fn look_ahead(t: f64, h: f64) -> f64 {
     let most = (f64::EPSILON.sqrt() * t.abs().max(h.abs())).min(0.1 * h.abs());
     let step = most.max(4.0 * f64::EPSILON * t.abs()).copysign(h);
     (t + step) - t
 }
 
-/// The interpolant of each uᵢ in Bernstein form: (m + h₁)/3, (2m + h₁ + h₂)/3, m.
+/// Returns the interpolant of each uᵢ in Bernstein form: (m + h₁)/3, (2m + h₁ + h₂)/3, m.
 pub(crate) fn bezier(table: &Rosenbrock) -> Vec<[f64; 3]> {
     let [h1, h2] = table.dense;
     let row = |i: usize| {

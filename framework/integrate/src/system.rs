@@ -1,39 +1,38 @@
-//! What an integrator sees of the system that it moves.
+//! Interface of the systems that an integrator advances.
 use std::ops::Range;
 
 /// A system of ordinary differential equations over a flat state.
 ///
-/// All methods get slices of the same length n. Time is in s; each lane has its own unit.
+/// All functions get slices of the same length n. Time is in s; each lane has its own unit.
 pub trait System {
-    /// What the system itself may refuse; passed through by every driver.
+    /// Error of the system. Every driver passes it through.
     type Error;
 
-    /// ẋ = f(t, x). Writes every lane of `xdot`, in the lane's unit per second.
+    /// Computes ẋ = f(t, x). Must write every lane of `xdot`, in the lane's unit per second.
     ///
-    /// `x` may be a stage and so need not lie on the manifold exactly (a quaternion that is
-    /// not quite of unit length). In adaptive steps it is always finite; in a step of fixed size
-    /// a stage may follow from an infinite or NaN derivative of the stage before, and the step
-    /// is refused at its end.
+    /// `x` may be a stage, so it need not lie on the manifold exactly (a quaternion may have a length slightly different from one). In adaptive steps
+    /// it is always finite. In a fixed-size step, a stage may result from an infinite or NaN derivative of the previous stage; the step then fails at
+    /// its end.
     ///
     /// # Errors
-    /// Whatever the system refuses.
+    /// Any error of the system.
     fn derivatives(&mut self, t: f64, x: &[f64], xdot: &mut [f64]) -> Result<(), Self::Error>;
 
-    /// After a step: brings `x` at time `t` back onto its manifold (unit quaternions, closed
-    /// loops). A projection moves x by no more than the method's own error. Default: nothing.
+    /// Projects `x` at time `t` back onto its manifold after a step (unit quaternions, closed loops). A projection must not move x by more than the
+    /// method's own error. Default: does nothing.
     ///
     /// # Errors
-    /// Whatever the system refuses.
+    /// Any error of the system.
     fn project(&mut self, _t: f64, _x: &mut [f64]) -> Result<(), Self::Error> {
         Ok(())
     }
 
-    /// Removes from `change`, a small change of the state `x` at time `t`, the part that [`System::project`] would remove. Adaptive methods
-    /// ask for their error estimates, so that an error which the projection at the end of the step removes does not shorten the step.
-    /// Default: nothing, which is right unless such errors are much larger than those that stay.
+    /// Removes from `change`, a small change of the state `x` at time `t`, the part that [`System::project`] would remove. Adaptive methods apply it
+    /// to their error estimates, so that an error which the projection removes anyway does not shorten the step. Default: does nothing, which is
+    /// right unless such errors are much larger than the remaining ones.
     ///
     /// # Errors
-    /// Whatever the system refuses.
+    /// Any error of the system.
     fn project_change(
         &mut self,
         _t: f64,
@@ -43,45 +42,42 @@ pub trait System {
         Ok(())
     }
 
-    /// Whether [`System::project`] may move anything. Where it cannot, it is not called, and the
-    /// copy that the dense output needs of the end of a step is left until it is asked for.
-    /// Default: true.
+    /// Returns whether [`System::project`] may move anything. If false, it is never called, and the copy of the end of a step for dense output is
+    /// deferred until needed. Default: true.
     fn projects(&self) -> bool {
         true
     }
 
-    /// The lanes that [`System::retract`] moves: positions. Only semi-implicit Euler asks.
-    /// Default: none, which makes that method the explicit one.
+    /// Returns the lanes that [`System::retract`] moves: positions. Only semi-implicit Euler uses this. Default: empty, which makes that method the
+    /// explicit one.
     fn positions(&self) -> &[Range<usize>] {
         &[]
     }
 
-    /// Moves the lanes of [`System::positions`], and only those, by `h` (s) along the
-    /// velocities that stand in `x`; those are at the end of the step already. Lanes with a
-    /// rule of their own (quaternions) move by it; the others, filters of position say, may
-    /// add `h` times their lane of `xdot`, which is f at the start of the step.
+    /// Moves the lanes of [`System::positions`], and only those, by `h` (s) along the velocities in `x`, which are already those at the end of the
+    /// step. Lanes with a special rule (quaternions) follow it. Other lanes, for example filters of positions, may add `h` times their lane of
+    /// `xdot`, which is f at the start of the step.
     ///
     /// # Errors
-    /// Whatever the system refuses.
+    /// Any error of the system.
     fn retract(&mut self, _x: &mut [f64], _xdot: &[f64], _h: f64) -> Result<(), Self::Error> {
         Ok(())
     }
 
-    /// ∂f/∂x at (t, x), n × n, row by row: `out[i n + j]` = ∂fᵢ/∂xⱼ. Returns whether it was
-    /// written; default: no, and finite differences take its place (n calls of
-    /// [`System::derivatives`]). Only stiff methods ask, once for each step.
+    /// Computes ∂f/∂x at (t, x), n × n, row by row: `out[i n + j]` = ∂fᵢ/∂xⱼ. Returns whether it was written. Default: false, so that finite
+    /// differences are used (n calls of [`System::derivatives`]). Only stiff methods call this, once per step.
     ///
     /// # Errors
-    /// Whatever the system refuses.
+    /// Any error of the system.
     fn jacobian(&mut self, _t: f64, _at: &At<'_>, _out: &mut [f64]) -> Result<bool, Self::Error> {
         Ok(false)
     }
 
-    /// ∂f/∂t at (t, x). Returns whether it was written; default: no, and a finite difference
-    /// takes its place (one call). Only stiff methods ask, once for each step.
+    /// Computes ∂f/∂t at (t, x). Returns whether it was written. Default: false, so that a finite difference is used (one call). Only stiff methods
+    /// call this, once per step.
     ///
     /// # Errors
-    /// Whatever the system refuses.
+    /// Any error of the system.
     fn time_derivative(
         &mut self,
         _t: f64,
@@ -92,18 +88,18 @@ pub trait System {
     }
 }
 
-/// Where a Jacobian is asked for: n lanes each.
+/// State at which a Jacobian is computed: n lanes each.
 #[derive(Clone, Copy, Debug)]
 pub struct At<'a> {
     /// The state.
     pub x: &'a [f64],
     /// f(t, x), in the lane's unit per second.
     pub f: &'a [f64],
-    /// Increments that fit the lanes in differences: small beside their size, towards where they are going.
+    /// Suitable increments of the lanes in finite differences: small relative to their size, in the direction of their motion.
     pub steps: &'a [f64],
 }
 
-/// A right side alone, without a manifold: ẋ = f(t, x) as a function that writes ẋ.
+/// A system without a manifold: ẋ = f(t, x) as a function that writes ẋ.
 #[derive(Clone, Copy, Debug)]
 pub struct Field<F>(pub F);
 

@@ -1,4 +1,4 @@
-//! Tolerances of each lane, and the number that they make of an error.
+//! Tolerances of each lane, and the error norm.
 use crate::errors::Setup;
 
 /// Absolute and relative tolerance of each lane.
@@ -10,23 +10,22 @@ use crate::errors::Setup;
 pub struct Tolerances {
     abs: Vec<f64>,
     rel: Vec<f64>,
-    /// Lanes that count: absolute tolerance finite.
+    /// Number of lanes that count: those with a finite absolute tolerance.
     counted: f64,
 }
 
-/// How the qᵢ of all lanes become one number; a step is accepted when it is at most 1.
+/// Norm that combines the qᵢ of all lanes. A step is accepted if the norm is at most 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Norm {
     /// √(mean of qᵢ²) over the lanes that count.
     #[default]
     Rms,
-    /// The largest qᵢ: no lane above its tolerance, however many others are still.
+    /// The largest qᵢ: keeps every lane within its tolerance, however many other lanes are at rest.
     Max,
 }
 
 impl Tolerances {
-    /// One absolute (in the lane's unit; infinity leaves the lane out) and one relative tolerance
-    /// for each lane.
+    /// Creates tolerances from one absolute (in the lane's unit; infinity excludes the lane) and one relative tolerance for each lane.
     ///
     /// # Errors
     /// [`Setup::Lengths`], [`Setup::Absolute`], [`Setup::Relative`].
@@ -49,7 +48,7 @@ impl Tolerances {
         Ok(Tolerances { abs, rel, counted })
     }
 
-    /// The same for all of n lanes.
+    /// Creates the same tolerances for all of n lanes.
     ///
     /// # Errors
     /// As [`Tolerances::new`].
@@ -57,36 +56,36 @@ impl Tolerances {
         Tolerances::new(vec![abs; n], vec![rel; n])
     }
 
-    /// Number of lanes.
+    /// Returns the number of lanes.
     pub fn lanes(&self) -> usize {
         self.abs.len()
     }
 
-    /// Where the absolute tolerance takes over from the relative one, which is how small a lane
-    /// matters; at most `most`.
+    /// Returns the size of each lane at which the absolute tolerance equals the relative one, at most `most`. Smaller values of the lane do not
+    /// matter.
     pub(crate) fn sizes(&self, most: f64) -> Vec<f64> {
         let size = |(abs, rel): (&f64, &f64)| (abs / rel.max(1e-6)).min(most);
         self.abs.iter().zip(&self.rel).map(size).collect()
     }
 
-    /// qᵢ.
+    /// Returns qᵢ.
     #[inline]
     fn ratio(&self, i: usize, error: f64, x0: f64, x1: f64) -> f64 {
         error.abs() / (self.abs[i] + self.rel[i] * x0.abs().max(x1.abs()))
     }
 
-    /// The norm of an error; NaN when a lane is.
+    /// Returns the norm of an error; NaN if any lane is NaN.
     pub(crate) fn norm(&self, norm: Norm, error: &[f64], x0: &[f64], x1: &[f64]) -> f64 {
         let lanes = error.iter().zip(x0).zip(x1).enumerate();
         let ratios = lanes.map(|(i, ((e, x0), x1))| self.ratio(i, *e, *x0, *x1));
         match norm {
             Norm::Rms => (ratios.map(|q| q * q).sum::<f64>() / self.counted).sqrt(),
-            // NaN stays once it is there.
+            // NaN is kept once it occurs.
             Norm::Max => ratios.fold(0.0, |max, q| if q > max || q.is_nan() { q } else { max }),
         }
     }
 
-    /// The lane with the largest qᵢ, and it; the first NaN is the largest of all.
+    /// Returns the lane with the largest qᵢ, and its value. The first NaN counts as the largest.
     pub(crate) fn worst(&self, error: &[f64], x0: &[f64], x1: &[f64]) -> (usize, f64) {
         let mut worst = (0, 0.0);
         for i in 0..error.len() {
@@ -106,7 +105,7 @@ impl Tolerances {
 mod tests {
     use super::*;
 
-    /// NaN in any lane is the norm, whatever the other lanes are.
+    /// The norm is NaN if any lane is NaN.
     #[test]
     fn nan_is_the_largest_error() {
         let tolerances = Tolerances::uniform(3, 1.0, 0.5).unwrap();

@@ -1,4 +1,4 @@
-//! Nothing is allocated after set-up: fixed and adaptive steps, dense output, events, rejections.
+//! Calls after set-up do not allocate: fixed and adaptive steps, dense output, events, rejections.
 use crate::common::{Ode, control, coupled, coupled_solution};
 use linkwork_integrate::events::{Direction, Search, Side, first_crossing};
 use linkwork_integrate::{Integrator, METHODS, Memory};
@@ -25,7 +25,7 @@ fn adaptive_steps_and_events_do_not_allocate() {
     for method in METHODS.into_iter().filter(|m| m.error_order() > 0) {
         let settings = control(method, 2, 1e-8, 1e-8);
         let mut integrator = Integrator::new(method, 2);
-        // A first step far too long: rejections, too.
+        // The first step is far too long, so it includes rejections.
         let (mut x, mut memory) = (coupled_solution(0.0), Memory { next: 3.0, error: 1.0 });
         let (mut t, mut rejections, mut found) = (0.0, 0, 0);
         let info = allocation_counter::measure(|| {
@@ -44,7 +44,7 @@ fn adaptive_steps_and_events_do_not_allocate() {
             }
         });
         assert_eq!(info.count_total, 0, "{}", method.name());
-        // x falls through 0.4 on the way down and comes back: 1/(1/1.3 + 1 + sin t) = 0.4.
+        // x falls through 0.4 and rises again: 1/(1/1.3 + 1 + sin t) = 0.4.
         assert!(rejections > 0 && found == 2, "{}: {rejections} {found}", method.name());
     }
 }

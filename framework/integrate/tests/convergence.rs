@@ -3,7 +3,7 @@ use crate::common::{Ode, control, coupled, coupled_solution, distance, fixed, la
 use linkwork_integrate::{Integrator, METHODS, Memory, Method, System};
 use std::convert::Infallible;
 
-/// Steps for which the error is far from rounding and in the asymptotic range.
+/// Numbers of steps for which the error is far from round-off and in the asymptotic range.
 fn steps(method: &Method) -> [u32; 3] {
     match method.order() {
         1 => [400, 800, 1600],
@@ -72,8 +72,7 @@ fn every_dense_output_has_its_order() {
     }
 }
 
-/// A free top: Euler's equations and a quaternion (w, x, y, z; x, y, z; body rates last), made
-/// unit after every step.
+/// A free top: Euler's equations and a quaternion (w, x, y, z; x, y, z; body rates last), normalized after every step.
 struct FreeTop;
 
 impl System for FreeTop {
@@ -97,7 +96,7 @@ impl System for FreeTop {
 
 const INERTIA: [f64; 3] = [1.3, 2.1, 2.9];
 
-/// Angular momentum in space, which a free top keeps.
+/// Angular momentum in space, which a free top conserves.
 fn momentum(x: &[f64]) -> [f64; 3] {
     let l = [INERTIA[0] * x[4], INERTIA[1] * x[5], INERTIA[2] * x[6]];
     let cross = |a: [f64; 3], b: [f64; 3]| {
@@ -109,7 +108,7 @@ fn momentum(x: &[f64]) -> [f64; 3] {
     std::array::from_fn(|i| l[i] + 2.0 * (x[0] * once[i] + twice[i]))
 }
 
-/// The projection onto unit quaternions costs no method its order: angular momentum in space.
+/// The projection onto unit quaternions does not reduce the order of any method; checks angular momentum in space.
 #[test]
 fn attitude_keeps_the_order_under_projection() {
     for method in METHODS.into_iter().filter(|m| m.order() > 1) {
@@ -128,8 +127,7 @@ fn attitude_keeps_the_order_under_projection() {
     }
 }
 
-/// A hundredth of the tolerance makes less than a fifth of the error, which stays within 100
-/// times the tolerance.
+/// A hundredth of the tolerance gives less than a fifth of the error, which stays within 100 times the tolerance.
 #[test]
 fn errors_follow_the_tolerance() {
     for method in METHODS.into_iter().filter(|m| m.error_order() > 0) {

@@ -1,4 +1,4 @@
-//! Dense output: ends to the bit, neighbours join, single lanes, projections, slopes.
+//! Dense output: bit-identical ends, continuity between steps, single lanes, projections, derivatives.
 use crate::common;
 use common::{Ode, coupled, coupled_solution, distance};
 use linkwork_integrate::{Failure, Integrator, METHODS, System};
@@ -25,7 +25,7 @@ fn ends_are_exact_and_single_lanes_have_the_bits_of_all() {
             let lanes = [dense.lane(theta, 0), dense.lane(theta, 1)];
             assert_eq!(out.map(f64::to_bits), lanes.map(f64::to_bits), "{}", method.name());
         }
-        // No jump at the ends.
+        // Continuous at the ends.
         dense.at(1e-13, &mut out);
         assert!(distance(&out, &x0) < 1e-12, "{}", method.name());
         dense.at(1.0 - 1e-13, &mut out);
@@ -33,7 +33,7 @@ fn ends_are_exact_and_single_lanes_have_the_bits_of_all() {
     }
 }
 
-/// With another length it is the step of that length from the same start to the bit, after its dense output, too.
+/// Repeating a step with another length is bit-identical with a step of that length from the same start, also after dense output.
 #[test]
 fn a_step_again_has_the_bits_of_a_step_of_that_length() {
     for method in METHODS {
@@ -54,7 +54,7 @@ fn a_step_again_has_the_bits_of_a_step_of_that_length() {
     }
 }
 
-/// A pendulum in the plane as a unit vector and a rate; the projection makes the vector unit.
+/// A planar pendulum as a unit vector and a rate; the projection normalizes the vector.
 struct OnCircle;
 
 impl System for OnCircle {
@@ -73,7 +73,7 @@ impl System for OnCircle {
     }
 }
 
-/// What a projection moves is spread over the step: the ends stay exact, and the order stays.
+/// The displacement of a projection is distributed over the step: the ends stay exact, and the order is kept.
 #[test]
 fn projections_join_and_keep_the_order() {
     for method in METHODS.into_iter().filter(|m| m.order() > 1) {
@@ -88,7 +88,7 @@ fn projections_join_and_keep_the_order() {
             assert_eq!(out, x, "{}", method.name());
             dense.at(1.0 - 1e-13, &mut out);
             assert!(distance(&out, &x) < 1e-12, "{}", method.name());
-            // Against many small steps.
+            // Compare with many small steps.
             let mut exact = [0.6, -0.8, 1.3];
             let steps = 400;
             common::fixed(
@@ -106,12 +106,12 @@ fn projections_join_and_keep_the_order() {
         let (a, b) = (miss(0.1), miss(0.05));
         let rate = (a / b).log2();
         println!("{}: {a:.1e} {b:.1e}, order {rate:.2}", method.name());
-        // Measured within 0.5; some come out better.
+        // Measured within 0.5; some are better.
         assert!(rate > q + 0.4 && rate < q + 2.6, "{}: {a:e} {b:e} {rate}", method.name());
     }
 }
 
-/// Hermite-like interpolants have the slopes of f at both ends.
+/// Hermite-like interpolants have the derivatives f at both ends.
 #[test]
 fn slopes_at_the_ends_are_f() {
     for method in METHODS.into_iter().filter(|m| m.order() > 1) {
@@ -128,14 +128,14 @@ fn slopes_at_the_ends_are_f() {
         for i in 0..2 {
             let start = (dense.lane(e, i) - dense.lane(0.0, i)) / (e * h);
             let end = (dense.lane(1.0, i) - dense.lane(1.0 - e, i)) / (e * h);
-            // The step's own error is 1e-9 at most here; the difference quotients', 1e-7.
+            // The step's own error is at most 1e-9 here, and that of the difference quotients 1e-7.
             assert!((start - first[i]).abs() < 1e-5, "{}: {start} {}", method.name(), first[i]);
             assert!((end - last[i]).abs() < 1e-5, "{}: {end} {}", method.name(), last[i]);
         }
     }
 }
 
-/// Where nothing is projected the end is not copied, but found again with its bits.
+/// Without a projection the end is not copied but recomputed, bit-identical.
 #[test]
 fn ends_are_exact_without_a_projection() {
     struct Free;
@@ -164,7 +164,7 @@ fn ends_are_exact_without_a_projection() {
     }
 }
 
-/// A projection's push is spread with no slope at the ends.
+/// The displacement of a projection is distributed with zero derivative at the ends.
 #[test]
 fn projections_leave_the_slopes_at_the_ends() {
     struct Pushed;

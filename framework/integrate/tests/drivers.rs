@@ -1,4 +1,4 @@
-//! What the drivers promise: cuts and rejections leave no trace, faults leave x as it was, refusals say what to do.
+//! Guarantees of the drivers: cuts and rejections have no influence on later steps, failures leave x unchanged, errors state the remedy.
 use crate::common::{Ode, control, coupled, coupled_solution, through};
 use linkwork_integrate::{
     Control, Failure, Integrator, Limits, METHODS, Memory, Method, Norm, Setup, System, Tolerances,
@@ -12,7 +12,7 @@ fn named(name: &str) -> Method {
     Method::by_name(name).unwrap()
 }
 
-/// Rows every 0.01 s cut nearly every step; the proposal is as it would be without them.
+/// Samples every 0.01 s cut nearly every step; the proposal is the same as without them.
 #[test]
 fn a_cut_step_leaves_the_proposal_alone() {
     for method in adaptive() {
@@ -37,7 +37,7 @@ fn a_cut_step_leaves_the_proposal_alone() {
             assert_eq!(memory, before, "{}", method.name());
             t += h;
         }
-        // The next free step takes up where the last free one left off.
+        // The next free step continues where the last free one stopped.
         let proposal = memory.next;
         let step = integrator
             .advance(&mut Ode(coupled), &settings, t, 1e3, &mut x, None, &mut memory)
@@ -46,7 +46,7 @@ fn a_cut_step_leaves_the_proposal_alone() {
     }
 }
 
-/// The same rows in one run, and in two with everything but State thrown away between: same bits.
+/// The same samples in one run, and in two with everything except the state discarded in between: bit-identical.
 #[test]
 fn runs_in_pieces_have_the_bits_of_runs_in_one() {
     for method in adaptive() {
@@ -69,8 +69,7 @@ fn runs_in_pieces_have_the_bits_of_runs_in_one() {
     }
 }
 
-/// A bump at t = 1.5 that the first attempt cannot pass: what remains is what a run would have
-/// that asked for the accepted step at once.
+/// A bump at t = 1.5 at which the first attempt fails: the result equals that of a run that requests the accepted step immediately.
 #[test]
 fn a_rejected_step_leaves_no_trace() {
     let bump = |t: f64, x: &[f64], d: &mut [f64]| {
@@ -85,21 +84,21 @@ fn a_rejected_step_leaves_no_trace() {
             .unwrap();
         assert!(step.rejections > 0 && !step.end, "{}: {step:?}", method.name());
         let mut direct = [0.7];
-        // The accepted size, asked for by a bound that is not reached by stretching.
+        // The accepted size, requested by a bound that stretching does not reach.
         let mut asked = Memory { next: step.h, ..start };
         let again = Integrator::new(method, 1)
             .advance(&mut Ode(bump), &settings, 1.4, 10.0, &mut direct, None, &mut asked)
             .unwrap();
         assert_eq!((again.rejections, again.h), (0, step.h), "{}", method.name());
         if method.name() != "rodas-4p" {
-            // Rosenbrock's differences are taken with the size of the first attempt.
+            // Rosenbrock's differences use the size of the first attempt.
             assert_eq!(x[0].to_bits(), direct[0].to_bits(), "{}", method.name());
         }
         assert!((x[0] - direct[0]).abs() < 1e-9, "{}", method.name());
     }
 }
 
-/// f at the end of a step has the bits of an evaluation there, and is withheld when it has not.
+/// f at the end of a step is bit-identical with an evaluation there; otherwise it is not returned.
 #[test]
 fn the_last_stage_is_the_next_first() {
     struct Pushed(bool);
@@ -133,7 +132,7 @@ fn the_last_stage_is_the_next_first() {
     }
 }
 
-/// k₁ handed in or asked for: same bits, one evaluation less.
+/// k₁ passed in or computed: bit-identical, with one evaluation less.
 #[test]
 fn first_stages_from_the_caller_are_used() {
     for method in METHODS {
@@ -157,7 +156,7 @@ fn first_stages_from_the_caller_are_used() {
     }
 }
 
-/// Refuses, or gives NaN, from the nth call on.
+/// Returns an error, or NaN, from the nth call on.
 struct Brittle {
     left: u32,
     refuse: bool,
@@ -229,14 +228,14 @@ fn faults_of_the_system_pass_through_and_leave_x_alone() {
 #[test]
 fn what_is_not_finite_is_refused_with_its_lane() {
     for method in METHODS {
-        // k₁ itself.
+        // k₁ is not finite.
         let mut x = [1.0, 2.0, 3.0];
         let mut integrator = Integrator::new(method, 3);
         let mut system = Brittle { left: 0, refuse: false };
         let fault = integrator.step_fixed(&mut system, 4.0, 0.1, &mut x, None).unwrap_err();
         assert_eq!(fault, Failure::Start { t: 4.0, lane: 1 }, "{}", method.name());
         assert_eq!(x, [1.0, 2.0, 3.0]);
-        // x itself.
+        // x is not finite.
         let mut x = [1.0, 2.0, f64::INFINITY];
         let fault = integrator.step_fixed(
             &mut Ode(|_: f64, _: &[f64], d: &mut [f64]| d.fill(0.0)),
@@ -247,7 +246,7 @@ fn what_is_not_finite_is_refused_with_its_lane() {
         );
         assert_eq!(fault.unwrap_err(), Failure::Start { t: 4.0, lane: 2 }, "{}", method.name());
     }
-    // Adaptive steps, the first and later ones.
+    // Adaptive steps, first and later ones.
     for method in adaptive() {
         for memory in [Memory::START, Memory { next: 0.1, error: 0.5 }] {
             let settings = control(method, 3, 1e-6, 1e-6);
@@ -268,7 +267,7 @@ fn what_is_not_finite_is_refused_with_its_lane() {
         let mut integrator = Integrator::new(named(name), 3);
         let fault = integrator.step_fixed(&mut system, 4.0, 0.1, &mut x, None).unwrap_err();
         assert_eq!(x, [1.0, 2.0, 3.0], "{name}");
-        // With the first stage given, which takes the shorter way.
+        // With the first stage given, which uses the shorter code path.
         let mut system = Brittle { left: 0, refuse: false };
         let again = integrator.step_fixed(&mut system, 4.0, 0.1, &mut x, Some(&[-1.0, -2.0, -3.0]));
         assert!(matches!(again.unwrap_err(), Failure::NotFinite { .. }), "{name}");
@@ -277,7 +276,7 @@ fn what_is_not_finite_is_refused_with_its_lane() {
     }
 }
 
-/// ẋ = 1/(1 − t) beyond t = 1: NaN. Steps shrink towards 1 and stop with a typed error.
+/// ẋ = 1/(1 − t), NaN beyond t = 1. Steps shrink towards 1 and stop with a typed error.
 #[test]
 fn a_wall_of_nan_is_approached_and_named() {
     let wall = |t: f64, x: &[f64], d: &mut [f64]| {
@@ -307,7 +306,7 @@ fn a_wall_of_nan_is_approached_and_named() {
     }
 }
 
-/// A pole at t = 1: the error names the lane that has it and says what to do.
+/// A pole at t = 1: the error names its lane and the remedy.
 #[test]
 fn the_smallest_step_names_the_worst_lane() {
     let limits = Limits { step_min: 1e-6, ..Limits::default() };
@@ -374,7 +373,7 @@ fn bad_settings_are_refused_all_lanes_at_once() {
     assert_eq!(fault, Failure::NoStep);
 }
 
-/// A lane with infinite absolute tolerance does not count, and does not dilute the mean.
+/// A lane with infinite absolute tolerance does not count, also not in the mean.
 #[test]
 fn lanes_are_left_out_by_infinity() {
     let method = named("dormand-prince-54");

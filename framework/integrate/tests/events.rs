@@ -1,4 +1,4 @@
-//! Location of events: crossings, directions, double crossings, touches, arming, refusals.
+//! Location of events: crossings, directions, double crossings, touches, arming, errors.
 use linkwork_integrate::events::{Direction, Found, Search, SearchError, Side, first_crossing};
 use std::convert::Infallible;
 
@@ -14,7 +14,7 @@ fn search(g: impl Fn(f64) -> f64, side: Side, direction: Direction, h: f64) -> (
     (found, calls)
 }
 
-/// θ of the crossing.
+/// Returns θ of the crossing.
 fn theta(g: impl Fn(f64) -> f64, direction: Direction, h: f64) -> Option<f64> {
     let side = Side::of(g(0.0), direction);
     search(g, side, direction, h).0.crossing.map(|c| c.theta)
@@ -37,7 +37,7 @@ fn a_crossing_is_located_within_a_nanosecond_and_on_its_far_side() {
                 let (found, calls) = search(g, Side::Below, Direction::Rising, h);
                 let crossing =
                     found.crossing.unwrap_or_else(|| panic!("shape {n} root {root} h {h}"));
-                // Rounding of a root near 1 in θ, in an hour's step: 1e-12 s.
+                // Round-off of a root near 1 in θ, in a step of an hour: 1e-12 s.
                 let late = (crossing.theta - root) * h;
                 assert!(
                     (-1e-12..1e-9 + 1e-12).contains(&late),
@@ -45,7 +45,7 @@ fn a_crossing_is_located_within_a_nanosecond_and_on_its_far_side() {
                 );
                 assert!(crossing.value >= 0.0 && crossing.direction == Direction::Rising);
                 assert_eq!(found.side, Side::Above);
-                // Bisection of the bracket would take log₂(h/4 / 1 ns); ITP one more; looks at dips before it.
+                // Bisection of the bracket would take log₂(h/4 / 1 ns) evaluations; ITP one more; dips are checked before it.
                 let bound = 3.0 + (0.25 * h / 1e-9).max(1.0).log2().ceil().min(50.0) + 5.0;
                 assert!(
                     f64::from(calls) <= bound,
@@ -56,7 +56,7 @@ fn a_crossing_is_located_within_a_nanosecond_and_on_its_far_side() {
     }
 }
 
-/// On smooth guards the chord does most of the work: a step of 0.25 s needs 26 bisections.
+/// On smooth guards the secant does most of the work: a step of 0.25 s needs 26 bisections.
 #[test]
 fn smooth_guards_take_few_evaluations() {
     let (found, calls) = search(|x| (3.0 * x).sin() - 0.7, Side::Below, Direction::Rising, 0.25);
@@ -84,13 +84,13 @@ fn directions_count() {
     assert_eq!(theta(hump, Direction::Either, 1.0).unwrap(), rise, "the first of both");
 }
 
-/// Away and back between two samples, down to dips of a millionth of the guard's size.
+/// Two crossings between two samples, down to dips of a millionth of the guard's size.
 #[test]
 fn double_crossings_between_samples_are_seen() {
     for depth in [2e-3, 1e-4, 1e-6] {
         for middle in [0.06, 0.19, 0.31, 0.5, 0.62, 0.93] {
             for sign in [1.0, -1.0] {
-                // Not a parabola: a fourth power and a cubic added.
+                // Not a parabola: with a cubic and a quartic term.
                 let g = |x: f64| {
                     let d: f64 = x - middle;
                     sign * (d * d * (1.0 + 0.4 * d + d * d) - depth)
@@ -115,7 +115,7 @@ fn a_touch_is_not_a_crossing() {
         for sign in [1.0, -1.0] {
             let square = |x: f64| sign * (x - middle) * (x - middle);
             assert_eq!(theta(square, Direction::Either, 1.0), None, "square at {middle}");
-            // Rounding makes this one a little negative; the dip is far below a nanosecond.
+            // Round-off makes this one slightly negative; the dip is far below a nanosecond.
             let expanded = |x: f64| sign * (x * x - 2.0 * middle * x + middle * middle + 1e-18 * x);
             let found = theta(expanded, Direction::Either, 1e-3);
             assert_eq!(found, None, "expanded at {middle}");
@@ -135,7 +135,7 @@ fn dips_shorter_than_the_tolerance_are_touches() {
 
 #[test]
 fn a_guard_that_has_fired_is_armed_when_it_has_left() {
-    // Leaves zero upwards: a ball that has just bounced. Round-off of either sign at the start says nothing.
+    // Leaves zero upwards, like a ball that has just bounced. The sign of the round-off at the start does not matter.
     for off in [0.0, 1e-17, -1e-17] {
         let (found, _) = search(|x| x + off, Side::Unknown, Direction::Either, 1.0);
         assert_eq!(found, Found { crossing: None, side: Side::Above });
@@ -168,12 +168,12 @@ fn what_comes_to_rest_on_zero_has_reached_it() {
                 theta(g, direction, 1.0).unwrap_or_else(|| panic!("{direction:?} at {end}"));
             assert!((found - end).abs() < 2e-9, "{direction:?} at {end}: {found}");
         }
-        // An indicator of FMI that rises to zero has not passed it.
+        // An indicator of FMI that increases to zero has not crossed it.
         assert_eq!(theta(rising, Direction::Either, 1.0), None);
     }
 }
 
-/// A crossing that falls on the seam of two steps is found once, in the first.
+/// A crossing at the boundary of two steps is found once, in the first.
 #[test]
 fn a_crossing_on_a_seam_is_found_once() {
     let (first, _) = search(|x| x - 1.0, Side::Below, Direction::Rising, 1.0);

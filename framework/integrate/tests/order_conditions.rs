@@ -1,14 +1,14 @@
-//! Order conditions of every table, by rooted trees up to the order of the method.
+//! Order conditions of every table, with rooted trees up to the order of the method.
 //!
 //! ```text
 //! Σᵢ bᵢ Φᵢ(τ) = 1/γ(τ)      Φᵢ([τ₁ … τₘ]) = Πₗ Σⱼ aᵢⱼ Φⱼ(τₗ)      γ(τ) = |τ| Π γ(τₗ)
 //! Σᵢ bᵢ(θ) Φᵢ(τ) = θ^|τ| / γ(τ)            for the dense output
 //! ```
-//! Hairer, Nørsett, Wanner I, section II.2; for Rosenbrock methods II, section IV.7: a vertex with
-//! one branch has α + γ in place of a, others α.
+//! The conditions are from Hairer, Nørsett, Wanner I, section II.2, and for Rosenbrock methods from II, section IV.7: a vertex with one branch has α
+//! + γ in place of a, others α.
 use linkwork_integrate::{Explicit, METHODS, Method, Rosenbrock};
 
-/// A rooted tree: the trees on its root, by their place in the list.
+/// A rooted tree: the subtrees on its root, by index in the list.
 struct Tree {
     order: usize,
     branches: Vec<usize>,
@@ -29,7 +29,7 @@ fn trees(order_max: usize) -> Vec<Tree> {
     all
 }
 
-/// Multisets of trees with so many vertices in all, places descending.
+/// Multisets of trees with a given total number of vertices, indices descending.
 fn choose(
     all: &[Tree],
     below: usize,
@@ -80,7 +80,7 @@ fn square(rows: &[&[f64]], n: usize) -> Vec<Vec<f64>> {
     rows.iter().map(full).collect()
 }
 
-/// bᵢ(θ) from the Bernstein form.
+/// Returns bᵢ(θ) from the Bernstein form.
 fn polynomials(rows: &[Vec<f64>], theta: f64) -> Vec<f64> {
     let degree = rows[0].len() as i32;
     let basis = |p: i32| {
@@ -114,7 +114,7 @@ fn steps_satisfy_their_order_and_no_more() {
         let met = violation(&all, &phi, t.b, 1.0, t.order);
         let next = violation(&all, &phi, t.b, 1.0, t.order + 1);
         println!("{}: order {} to {met:.1e}, next {next:.1e}", t.name, t.order);
-        // Measured 6e-13 at most (Verner, whose entries are up to 123), and at least 4e-7 for the next.
+        // Measured at most 6e-13 (Verner, whose entries are up to 123), and at least 4e-7 for the next order.
         assert!(met < 2e-12, "{}: violated by {met:e}", t.name);
         assert!(next > 1e-7, "{}: the order is higher than said", t.name);
         for (i, row) in a.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Foreign and analytic references: conserved energy, Arenstorf's orbit, stiff problems, another library.
+//! External and analytic references: conserved energy, Arenstorf's orbit, stiff problems, another library.
 use crate::common::{Ode, control, distance, fixed, largest, through};
 use linkwork_integrate::{
     At, Control, Integrator, Limits, METHODS, Memory, Method, Norm, System, Tolerances,
@@ -24,7 +24,7 @@ fn periapsis(e: f64) -> [f64; 4] {
     [1.0 - e, 0.0, 0.0, ((1.0 + e) / (1.0 - e)).sqrt()]
 }
 
-/// A hundred revolutions at e = 0.6: energy and angular momentum kept, the start found again.
+/// A hundred revolutions at e = 0.6: energy and angular momentum conserved, and the start reached again.
 #[test]
 fn orbits_keep_their_energy() {
     let method = named("verner-87");
@@ -44,8 +44,7 @@ fn orbits_keep_their_energy() {
     assert!(drift < 3e-11 && momentum.abs() < 1e-11 && miss < 1e-7);
 }
 
-/// The energy of a fixed-step harmonic oscillator falls at the order of the method plus one (odd
-/// orders) or two: measured over one revolution.
+/// The energy of a fixed-step harmonic oscillator decreases with the order of the method plus one (odd orders) or two, measured over one revolution.
 #[test]
 fn oscillators_lose_energy_at_the_method_s_order() {
     let spring = |_: f64, x: &[f64], d: &mut [f64]| (d[0], d[1]) = (x[1], -x[0]);
@@ -63,7 +62,7 @@ fn oscillators_lose_energy_at_the_method_s_order() {
     }
 }
 
-/// Semi-implicit Euler's energy error stays where explicit Euler's grows without bound.
+/// Semi-implicit Euler's energy error is bounded, explicit Euler's grows without limit.
 #[test]
 fn semi_implicit_euler_bounds_the_energy() {
     struct Spring;
@@ -77,7 +76,7 @@ fn semi_implicit_euler_bounds_the_energy() {
             &[0..1, 1..2]
         }
         fn retract(&mut self, x: &mut [f64], xdot: &[f64], h: f64) -> Result<(), Infallible> {
-            // Lane 0 is a position; lane 1 a filter of it, which moves by its own derivative.
+            // Lane 0 is a position; lane 1 a filter of it, which moves with its own derivative.
             x[0] += h * x[2];
             x[1] += h * xdot[1];
             Ok(())
@@ -137,8 +136,7 @@ fn arenstorf_closes() {
     }
 }
 
-/// Prothero and Robinson's problem: slow solution, stiffness λ. An L-stable method follows it
-/// with steps that know nothing of λ.
+/// Prothero and Robinson's problem: slow solution, stiffness λ. An L-stable method follows it with steps that do not depend on λ.
 #[test]
 fn stiffness_does_not_shorten_steps() {
     let method = named("rodas-4p");
@@ -159,8 +157,7 @@ fn stiffness_does_not_shorten_steps() {
     }
     // Measured 87, 19, 9 steps.
     assert!(steps.iter().all(|n| *n < 150), "{steps:?}");
-    // One step a million times the time constant: what is fast is gone at once (A-stable alone
-    // would leave ±1 of it).
+    // One step a million times the time constant: the fast component vanishes at once (an A-stable method would leave ±1 of it).
     let mut fast = Ode(|_: f64, x: &[f64], d: &mut [f64]| d[0] = -1e6 * x[0]);
     let mut x = [1.0];
     Integrator::new(method, 1).step_fixed(&mut fast, 0.0, 1.0, &mut x, None).unwrap();
@@ -229,7 +226,7 @@ fn van_der_pol_at_a_million() {
     let error = distance(&x, &reference);
     println!("ε = 1e-6: error {error:.1e}, {count:?}");
     assert!(error < 1e-5 && count.steps < 5000, "{x:?} {count:?}");
-    // Less stiff ones agree with themselves at a tighter tolerance.
+    // Compare less stiff problems with the result at a tighter tolerance.
     for eps in [1e-3, 1e-4, 1e-5] {
         let ((loose, _), (tight, _)) = (run(eps, 1e-6), run(eps, 1e-9));
         let error = distance(&loose, &tight);

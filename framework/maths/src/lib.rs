@@ -1,9 +1,9 @@
 //! Deterministic sin, cos, exp, pow and similar functions: bit-identical results on every machine.
 //!
-//! `f64::sin` of Rust calls the function `sin` of the system's C library. glibc has several of it and takes one by the
-//! processor on which the program runs, and other versions of glibc have others: runs differ in their last bits from
-//! machine to machine. This crate defines the functions of that name in the program itself, by the crate `libm` (a
-//! translation of musl's). The linker takes them for every call, of whatever crate, and the C library's are not asked.
+//! Rust's `f64::sin` calls the function `sin` of the system's C library. glibc has several versions of it and selects one for the processor, and
+//! different glibc versions differ, so that results differ in round-off from machine to machine. This crate defines the functions with these names in
+//! the program itself, using the crate `libm` (a translation of musl's). The linker uses them for calls from all crates instead of those in the C
+//! library.
 //!
 //! Programs that contain `linkwork-runtime` use these functions without calling them by path. A shared library must be linked with
 //! `-Bsymbolic`; otherwise its calls are bound to the C library of the process that loads it.
@@ -17,12 +17,12 @@
 //! assert_eq!(1.0_f64.sin().to_bits(), 0x3fea_ed54_8f09_0cee);
 //! ```
 
-/// Functions of C, by their names, of doubles.
+/// Defines C functions of doubles with these names.
 #[cfg(target_os = "linux")]
 macro_rules! functions {
     ($($name:ident($($x:ident),+)),* $(,)?) => {$(
-        /// The function of C of this name.
-        // SAFETY: it has the signature and the meaning that C gives to this name.
+        /// The C function of this name.
+        // SAFETY: it has the signature and the meaning that C requires for this name.
         #[unsafe(no_mangle)]
         pub extern "C" fn $name($($x: f64),+) -> f64 {
             libm::$name($($x),+)
@@ -30,12 +30,12 @@ macro_rules! functions {
     )*};
 }
 
-/// The same of floats.
+/// Defines C functions of floats with these names.
 #[cfg(target_os = "linux")]
 macro_rules! functions_of_floats {
     ($($name:ident($($x:ident),+)),* $(,)?) => {$(
-        /// The function of C of this name.
-        // SAFETY: it has the signature and the meaning that C gives to this name.
+        /// The C function of this name.
+        // SAFETY: it has the signature and the meaning that C requires for this name.
         #[unsafe(no_mangle)]
         pub extern "C" fn $name($($x: f32),+) -> f32 {
             libm::$name($($x),+)
@@ -55,16 +55,16 @@ functions_of_floats! {
     expm1f(x), logf(x), log2f(x), log10f(x), log1pf(x), powf(x, y), cbrtf(x), hypotf(x, y),
 }
 
-/// Sine and cosine, which compilers make of calls of both.
+/// Sine and cosine. Compilers generate calls of it when both are needed.
 ///
 /// # Safety
-/// `sin` and `cos` may be written to.
-// SAFETY: it has the signature and the meaning that glibc gives to this name.
+/// The pointers `sin` and `cos` must be valid for writing.
+// SAFETY: it has the signature and the meaning that glibc requires for this name.
 #[cfg(target_os = "linux")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sincos(x: f64, sin: *mut f64, cos: *mut f64) {
     let (s, c) = libm::sincos(x);
-    // SAFETY: the caller says that both may be written to.
+    // SAFETY: the caller guarantees that both are valid for writing.
     unsafe {
         *sin = s;
         *cos = c;
@@ -74,13 +74,13 @@ pub unsafe extern "C" fn sincos(x: f64, sin: *mut f64, cos: *mut f64) {
 /// Sine and cosine of a float.
 ///
 /// # Safety
-/// `sin` and `cos` may be written to.
-// SAFETY: it has the signature and the meaning that glibc gives to this name.
+/// The pointers `sin` and `cos` must be valid for writing.
+// SAFETY: it has the signature and the meaning that glibc requires for this name.
 #[cfg(target_os = "linux")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sincosf(x: f32, sin: *mut f32, cos: *mut f32) {
     let (s, c) = libm::sincosf(x);
-    // SAFETY: the caller says that both may be written to.
+    // SAFETY: the caller guarantees that both are valid for writing.
     unsafe {
         *sin = s;
         *cos = c;
@@ -89,7 +89,7 @@ pub unsafe extern "C" fn sincosf(x: f32, sin: *mut f32, cos: *mut f32) {
 
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
-    /// What `f64` calls is this crate's, to the last bit, over many numbers; and what `sin_cos` is made of is sine and cosine.
+    /// Calls through `f64` reach this crate's functions: results are bit-identical for many numbers, and `sin_cos` gives sine and cosine.
     #[test]
     fn the_functions_of_numbers_are_these() {
         let bits = |x: f64| x.to_bits();

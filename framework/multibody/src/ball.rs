@@ -11,15 +11,15 @@
 use linkwork_spatial::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// Limits of a ball hinge, rad; ∞: not limited.
+/// Limits of a ball hinge, rad; ∞ means not limited.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BallLimits {
-    /// Greatest angle of the whole rotation.
+    /// Largest angle of the whole rotation.
     pub angle: f64,
-    /// Greatest angle between the z axes of the two sides of the hinge.
+    /// Largest angle between the z axes of the two sides of the hinge.
     pub cone: f64,
-    /// Greatest rotation about z, either way.
+    /// Largest rotation about z, in either direction.
     pub twist: f64,
 }
 
@@ -29,21 +29,21 @@ impl Default for BallLimits {
     }
 }
 
-/// Sine or length below which a direction is not defined.
+/// Sine or length below which a direction is undefined.
 const FLAT: f64 = 1e-9;
 
 impl BallLimits {
     /// No limit.
     pub const NONE: Self = Self { angle: f64::INFINITY, cone: f64::INFINITY, twist: f64::INFINITY };
 
-    /// Whether each is above 0 and nothing is NaN.
+    /// Returns whether every limit is above 0 and none is NaN.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.angle > 0.0 && self.cone > 0.0 && self.twist > 0.0
     }
 
-    /// What is left to each limit at the quaternion `q` (x, y, z, w), rad, and the direction d with which it grows: d · ω of the
-    /// rates in the axes of the body's side. `None` without a limit or a direction.
+    /// Returns the margin to each limit at the quaternion `q` (x, y, z, w), rad, and the direction d that gives its rate d · ω, with ω in the axes of
+    /// the body's side. `None` if the limit or the direction does not exist.
     #[must_use]
     pub fn left(&self, q: &[f64]) -> [Option<(f64, Vec3)>; 3] {
         let sign = if q[3] < 0.0 { -1.0 } else { 1.0 };
@@ -76,7 +76,7 @@ mod tests {
     use super::*;
     use linkwork_spatial::Quat;
 
-    /// The directions are the gradients: by central differences, at rotations in all directions.
+    /// The directions are the gradients of the angles. Compares them with central differences at rotations in all directions.
     #[test]
     fn directions_are_gradients() {
         let limits = BallLimits { angle: 3.0, cone: 2.5, twist: 3.0 };

@@ -1,4 +1,4 @@
-//! From parts in any order to a mechanism in canonical order.
+//! Builder: takes parts in any order and makes a mechanism in canonical order.
 
 use crate::checks::{check_hinge, check_loop_hinge, check_names, check_numbers};
 use crate::constraint::{Anchor, Coupled, Loop, rows};
@@ -13,12 +13,12 @@ use linkwork_spatial::{MassProperties, Pose, RigidInertia};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A body as its author describes it.
+/// Description of a body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BodySpec {
-    /// Its name, any string; by habit a path such as `Rover.Wheels.Wheel1/wheel`.
+    /// Name, any string; by convention a path such as `Rover.Wheels.Wheel1/wheel`.
     pub name: String,
-    /// `world` or the name of the body that it hangs on.
+    /// `world`, or the name of the parent body.
     pub parent: String,
     /// `X_PJ`: the hinge frame in the parent body.
     #[serde(default)]
@@ -26,19 +26,19 @@ pub struct BodySpec {
     /// `X_BJ`: the hinge frame in this body.
     #[serde(default)]
     pub hinge_in_body: Pose,
-    /// What moves.
+    /// Hinge to the parent: the motion that it allows.
     #[serde(default)]
     pub hinge: Hinge,
     /// Mass properties in body axes.
     #[serde(default)]
     pub mass: MassProperties,
-    /// How it bends; then `mass` is what does not: rigid mass on the body frame.
+    /// Modes of a flexible body. If given, `mass` is only the part that does not bend: rigid mass fixed to the body frame.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub modes: Option<Modes>,
 }
 
 impl BodySpec {
-    /// A massless body welded to its parent's frame; the other methods change that.
+    /// Returns a massless body welded to its parent's frame. The other methods change these defaults.
     #[must_use]
     pub fn new(name: impl Into<String>, parent: impl Into<String>) -> Self {
         Self {
@@ -52,35 +52,35 @@ impl BodySpec {
         }
     }
 
-    /// Where the hinge frame is on the parent (`X_PJ`).
+    /// Sets the hinge frame on the parent (`X_PJ`).
     #[must_use]
     pub fn hinge_in_parent(mut self, X_PJ: Pose) -> Self {
         self.hinge_in_parent = X_PJ;
         self
     }
 
-    /// Where the hinge frame is on this body (`X_BJ`).
+    /// Sets the hinge frame on this body (`X_BJ`).
     #[must_use]
     pub fn hinge_in_body(mut self, X_BJ: Pose) -> Self {
         self.hinge_in_body = X_BJ;
         self
     }
 
-    /// What moves.
+    /// Sets the hinge.
     #[must_use]
     pub fn hinge(mut self, hinge: Hinge) -> Self {
         self.hinge = hinge;
         self
     }
 
-    /// Mass properties in body axes.
+    /// Sets the mass properties, in body axes.
     #[must_use]
     pub fn mass(mut self, mass: MassProperties) -> Self {
         self.mass = mass;
         self
     }
 
-    /// How it bends.
+    /// Sets the modes, which makes the body flexible.
     #[must_use]
     pub fn modes(mut self, modes: Modes) -> Self {
         self.modes = Some(modes);
@@ -88,7 +88,7 @@ impl BodySpec {
     }
 }
 
-/// A node: a named frame on a body, where forces act and sensors sit.
+/// Description of a node: a named frame on a body, where forces act and sensors are mounted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NodeSpec {
     /// Its name.
@@ -109,13 +109,13 @@ pub struct Builder {
     loops: Vec<LoopClosure>,
     #[serde(default)]
     couplings: Vec<Coupling>,
-    /// Loops with gaps, by name.
+    /// Names of the loops with gaps.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     gaps: BTreeSet<String>,
 }
 
 impl Builder {
-    /// No parts yet.
+    /// Returns a builder without parts.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
@@ -144,8 +144,7 @@ impl Builder {
         self
     }
 
-    /// Gives each row of a loop a gap: a loop motion that says how far apart it holds the ends, rad or m. A loop that is
-    /// not there has none.
+    /// Gives each equation of a loop a gap: a loop motion that sets the offset between the two ends, rad or m. An unknown loop name is ignored.
     pub fn gaps(&mut self, name: impl Into<String>) -> &mut Self {
         self.gaps.insert(name.into());
         self
@@ -157,54 +156,54 @@ impl Builder {
         self
     }
 
-    /// The loop closures so far, in the order of adding.
+    /// Returns the loop closures in the order they were added.
     #[must_use]
     pub fn loops(&self) -> &[LoopClosure] {
         &self.loops
     }
 
-    /// The loop closures so far, to be changed.
+    /// Returns mutable access to the loop closures.
     pub fn loops_mut(&mut self) -> &mut Vec<LoopClosure> {
         &mut self.loops
     }
 
-    /// The couplings so far, in the order of adding.
+    /// Returns the couplings in the order they were added.
     #[must_use]
     pub fn couplings(&self) -> &[Coupling] {
         &self.couplings
     }
 
-    /// The couplings so far, to be changed.
+    /// Returns mutable access to the couplings.
     pub fn couplings_mut(&mut self) -> &mut Vec<Coupling> {
         &mut self.couplings
     }
 
-    /// The bodies so far, in the order of adding.
+    /// Returns the bodies in the order they were added.
     #[must_use]
     pub fn bodies(&self) -> &[BodySpec] {
         &self.bodies
     }
 
-    /// The bodies so far, to be changed.
+    /// Returns mutable access to the bodies.
     pub fn bodies_mut(&mut self) -> &mut Vec<BodySpec> {
         &mut self.bodies
     }
 
-    /// The nodes so far, in the order of adding.
+    /// Returns the nodes in the order they were added.
     #[must_use]
     pub fn nodes(&self) -> &[NodeSpec] {
         &self.nodes
     }
 
-    /// The nodes so far, to be changed.
+    /// Returns mutable access to the nodes.
     pub fn nodes_mut(&mut self) -> &mut Vec<NodeSpec> {
         &mut self.nodes
     }
 
-    /// The mechanism in canonical order. O(n log n).
+    /// Builds the mechanism in canonical order. O(n log n).
     ///
     /// # Errors
-    /// Every [`MechanismFault`] of every part.
+    /// All [`MechanismFault`]s of all parts.
     pub fn build(&self) -> Result<Multibody, BuildError> {
         let mut faults = Vec::new();
         let names: BTreeMap<&str, usize> =
@@ -322,9 +321,9 @@ impl Builder {
         faults.append(&mut more);
     }
 
-    /// Reports each ring once, from its first body by name.
+    /// Reports each cycle of bodies once, starting at the body whose name is first.
     fn check_cycles(&self, names: &BTreeMap<&str, usize>, faults: &mut Vec<MechanismFault>) {
-        // Which walk first came through a body; 0 is none.
+        // The number of the walk that first visited each body; 0 if none.
         let mut walk = vec![0; self.bodies.len()];
         for (n, &start) in names.values().enumerate() {
             let (mut path, mut at) = (Vec::new(), Some(start));
@@ -334,7 +333,7 @@ impl Builder {
                 let parent = self.bodies[i].parent.as_str();
                 at = names.get(parent).copied().filter(|_| parent != "world");
             }
-            // A walk that meets its own trail has found a ring; another's has been reported.
+            // A walk that meets its own path has found a cycle. If it meets the path of another walk, the cycle was already reported.
             if let Some(first) = at.and_then(|i| path.iter().position(|&j| j == i)) {
                 let ring = path[first..].iter().chain([&path[first]]);
                 faults.push(MechanismFault::Cycle {
@@ -344,7 +343,7 @@ impl Builder {
         }
     }
 
-    /// Depth first, parents first, siblings by name; nodes by body, then name.
+    /// Puts bodies in depth-first order, parents first and siblings by name; puts nodes in order of their bodies, then by name.
     fn order(&self, inertias: &[RigidInertia]) -> Multibody {
         let mut children: BTreeMap<&str, BTreeMap<&str, usize>> = BTreeMap::new();
         for (i, b) in self.bodies.iter().enumerate() {
@@ -413,7 +412,7 @@ impl Builder {
         Multibody::assemble(parts, nq, nv, motions)
     }
 
-    /// Loops and couplings by name, and how many prescribed subhinges and gaps the loops have.
+    /// Returns loops and couplings by name, and the number of prescribed subhinges and gaps of the loops.
     fn constraints(
         &self,
         bodies: &[Body],
@@ -461,7 +460,7 @@ impl Builder {
 }
 
 impl From<&Multibody> for Builder {
-    /// The same parts, to be changed and built again.
+    /// Returns a builder with the same parts, so that you can change them and build again.
     fn from(mbs: &Multibody) -> Self {
         let mut builder = Builder::new();
         for b in mbs.body_ids() {
@@ -487,7 +486,7 @@ fn normalised(mut s: crate::Subhinge) -> crate::Subhinge {
     | SubhingeKind::Slider { axis }
     | SubhingeKind::Screw { axis, .. } = &mut s.kind
     {
-        // A unit vector keeps its digits, so that a mechanism taken apart and built again is the same.
+        // Keep the digits of a unit vector, so that a mechanism that is taken apart and built again stays identical.
         if (axis.norm_squared() - 1.0).abs() > 8.0 * f64::EPSILON {
             *axis = axis.normalize();
         }

@@ -1,4 +1,4 @@
-//! What a description's names, numbers and hinges must satisfy.
+//! Checks of names, numbers and hinges in the description of a mechanism.
 
 use crate::error::MechanismFault;
 use crate::{BallLimits, BodySpec, Friction, Hinge, Spring, Stop, Subhinge, SubhingeKind};
@@ -33,7 +33,7 @@ pub(crate) fn check_numbers(b: &BodySpec, faults: &mut Vec<MechanismFault>) {
     check_hinge(&format!("body `{}`", b.name), &b.hinge, faults);
 }
 
-/// `what` carries the hinge.
+/// Checks a hinge. `what` names its owner in messages.
 pub(crate) fn check_hinge(what: &str, hinge: &Hinge, faults: &mut Vec<MechanismFault>) {
     let body = || what.to_owned();
     for (i, s) in hinge.subhinges.iter().enumerate() {
@@ -62,7 +62,7 @@ pub(crate) fn check_hinge(what: &str, hinge: &Hinge, faults: &mut Vec<MechanismF
     }
 }
 
-/// Damping, friction and stop of a subhinge.
+/// Checks damping, friction and stop of a subhinge.
 fn check_forces(what: &str, subhinge: usize, s: &Subhinge, faults: &mut Vec<MechanismFault>) {
     let body = || what.to_owned();
     let barred = matches!(s.kind, SubhingeKind::Free | SubhingeKind::Locked);
@@ -113,7 +113,7 @@ fn check_forces(what: &str, subhinge: usize, s: &Subhinge, faults: &mut Vec<Mech
     }
 }
 
-/// What no force acts on: the hinge of a loop.
+/// Checks the hinge of a loop, on which no damping, friction, spring or stop may act.
 pub(crate) fn check_loop_hinge(what: &str, hinge: &Hinge, faults: &mut Vec<MechanismFault>) {
     for (subhinge, s) in hinge.subhinges.iter().enumerate() {
         let soft = matches!(s.stop, Stop::Soft { .. });

@@ -1,7 +1,7 @@
 //! Constraints: hinges that close loops, and linear relations between hinge coordinates.
 //!
-//! A loop closure is a hinge between two frames that the tree does not connect: what it permits is
-//! left free, the rest is a row each. With p from A's origin to B's, vectors a fixed in A and b in B:
+//! A loop closure is a hinge between two frames that the tree does not connect. Motions that it permits stay free; each other motion gives one scalar
+//! equation. With p from A's origin to B's, and vectors a fixed in A and b in B:
 //! ```text
 //! slide    n · p − Σ c u = 0              along a direction n fixed in A; u are prescribed sliders
 //! across   a · b − cos = 0                two directions keep their angle
@@ -9,20 +9,20 @@
 //! screw    n · p − pitch · angle = 0
 //! coupling Σ cᵢ qᵢ − c₀ = 0
 //! ```
-//! A loop with gaps ([`Builder::gaps`](crate::Builder::gaps)) has a g of its own for each row, and d = g in place of d = 0: its ends are
-//! held apart by what the caller says.
+//! In a loop with gaps ([`Builder::gaps`](crate::Builder::gaps)), each equation d = 0 becomes d = g with its own g, which the caller sets: the offset
+//! between the ends.
 
 use crate::{BodyId, Coordinate, Hinge, Limits, SubhingeKind};
 use linkwork_spatial::{Mat3, Pose, Vec3};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// One coordinate: a one-dof subhinge of a body's hinge.
+/// A coordinate: a one-dof subhinge of a body's hinge.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct HingeCoordinate {
     /// The body.
     pub body: String,
-    /// Which subhinge, from the parent's side.
+    /// Index of the subhinge, counted from the parent's side.
     pub subhinge: usize,
 }
 
@@ -35,7 +35,7 @@ pub struct Term {
     pub factor: f64,
 }
 
-/// Σ cᵢ qᵢ = c₀.
+/// A linear relation between coordinates: Σ cᵢ qᵢ = c₀.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Coupling {
     /// Its name.
@@ -47,7 +47,7 @@ pub struct Coupling {
 }
 
 impl Coupling {
-    /// q_a = ratio q_b + offset, written q_a − ratio q_b = offset.
+    /// Returns q_a = ratio q_b + offset, written as q_a − ratio q_b = offset.
     #[must_use]
     pub fn mimic(
         name: impl Into<String>,
@@ -61,15 +61,14 @@ impl Coupling {
         Self { name: name.into(), terms, constant: offset }
     }
 
-    /// q_a + q_b = 0: a rover's differential between its rockers.
+    /// Returns q_a + q_b = 0, for example the differential between the rockers of a rover.
     #[must_use]
     pub fn differential(name: impl Into<String>, a: HingeCoordinate, b: HingeCoordinate) -> Self {
         Self::mimic(name, a, b, -1.0, 0.0)
     }
 }
 
-/// A hinge between two frames that the tree does not have: frame B moves relative to frame A as
-/// the hinge permits.
+/// A hinge between two frames that the tree does not connect: frame B moves relative to frame A as the hinge permits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LoopClosure {
     /// Its name.
@@ -84,7 +83,7 @@ pub struct LoopClosure {
     /// Frame B in its body.
     #[serde(default)]
     pub frame_b: Pose,
-    /// What it permits. Prescribed sliders and pins move as [`LoopMotion`] says.
+    /// Motions that it permits. Prescribed sliders and pins move according to [`LoopMotion`].
     pub hinge: Hinge,
 }
 
@@ -95,7 +94,7 @@ pub enum LoopRow {
     Slide {
         /// n, fixed in A.
         axis: Vec3,
-        /// Prescribed sliders: place among the mechanism's loop motions, and c = n · its axis.
+        /// Prescribed sliders: index into the mechanism's loop motions, and c = n · slider axis.
         motions: Vec<(usize, f64)>,
     },
     /// a · b − cosine = 0.
@@ -104,23 +103,23 @@ pub enum LoopRow {
         a: Vec3,
         /// Fixed in B.
         b: Vec3,
-        /// Of the angle between them.
+        /// Cosine of the angle between them.
         cosine: f64,
     },
-    /// angle − u = 0: turn of `reference` in A to `reference` in B about `axis`.
+    /// angle − u = 0. The angle is the rotation from `reference` in A to `reference` in B about `axis`.
     Turn {
-        /// The same in A and B.
+        /// Axis, the same in A and B.
         axis: Vec3,
-        /// Across the axis.
+        /// A direction perpendicular to the axis.
         reference: Vec3,
-        /// Place of u among the mechanism's loop motions.
+        /// Index of u in the mechanism's loop motions.
         motion: usize,
     },
     /// n · p − pitch · angle = 0.
     Screw {
-        /// The same in A and B.
+        /// Axis, the same in A and B.
         axis: Vec3,
-        /// Across the axis.
+        /// A direction perpendicular to the axis.
         reference: Vec3,
         /// Advance, m/rad.
         pitch: f64,
@@ -139,41 +138,41 @@ pub struct Anchor {
 /// A loop closure of a [`Multibody`](crate::Multibody).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Loop {
-    /// As it was described.
+    /// Its description.
     pub closure: LoopClosure,
     /// Frame A.
     pub a: Anchor,
     /// Frame B.
     pub b: Anchor,
-    /// What it demands, six at most.
+    /// Its scalar equations, at most six.
     pub rows: Vec<LoopRow>,
-    /// Where its prescribed subhinges stand among the loop motions.
+    /// Range of its prescribed subhinges in the loop motions.
     pub motions: std::ops::Range<usize>,
-    /// Where the gaps of its rows stand among the loop motions, one for each row; empty without gaps.
+    /// Range of its gaps in the loop motions, one per row; empty without gaps.
     pub gaps: std::ops::Range<usize>,
 }
 
 /// A coupling of a [`Multibody`](crate::Multibody).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Coupled {
-    /// As it was described.
+    /// Its description.
     pub coupling: Coupling,
-    /// Place in q, place in β, factor.
+    /// Terms: index in q, index in β, factor.
     pub terms: Vec<(usize, usize, f64)>,
     /// Bodies of the coordinates, in the order of the terms.
     pub bodies: Vec<BodyId>,
 }
 
-/// A constraint: loops come first, then couplings, each kind by name.
+/// Identifies a constraint: loops come first, then couplings, each kind by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub enum ConstraintId {
-    /// Place among [`Multibody::loops`](crate::Multibody::loops).
+    /// Index into [`Multibody::loops`](crate::Multibody::loops).
     Loop(u32),
-    /// Place among [`Multibody::couplings`](crate::Multibody::couplings).
+    /// Index into [`Multibody::couplings`](crate::Multibody::couplings).
     Coupling(u32),
 }
 
-/// The motion across a prescribed subhinge of a loop, or the gap of a row.
+/// Motion of a prescribed subhinge of a loop, or the gap of a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LoopMotion {
     /// u, rad or m.
@@ -184,31 +183,31 @@ pub struct LoopMotion {
     pub acceleration: f64,
 }
 
-/// Why a hinge cannot close a loop.
+/// Reason why a hinge cannot close a loop.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum LoopFault {
-    /// It permits everything.
+    /// The hinge permits every motion.
     #[error("permits every motion, so it closes nothing\n  help: leave the loop out")]
     Nothing,
-    /// Sliders behind a turn.
+    /// Sliders after a rotation.
     #[error(
-        "has a slider behind a turn\n  help: put the sliders first, or give one half of the hinge a \
-         body of its own"
+        "has a slider after a rotation\n  help: put the sliders first, or put half of the \
+         hinge on a separate body"
     )]
     Order,
-    /// Two axes that permit one motion.
+    /// Two axes permit the same motion.
     #[error("has axes that permit the same motion twice\n  help: leave one out")]
     Parallel,
-    /// A prescribed subhinge that has no single row.
+    /// A prescribed subhinge does not correspond to a single equation.
     #[error(
-        "prescribes more than sliders and one pin\n  help: prescribe a tree's hinge instead, or lock \
+        "may prescribe only sliders and one pin\n  help: prescribe a tree's hinge instead, or lock \
          the subhinge"
     )]
     Prescribed,
-    /// A screw among other subhinges.
-    #[error("has a screw beside other subhinges\n  help: let a screw stand alone")]
+    /// A screw together with other subhinges.
+    #[error("combines a screw with other subhinges\n  help: use the screw alone")]
     Screw,
-    /// Inertia or limits that a loop's hinge has no coordinate for.
+    /// Inertia or limits on the hinge of a loop. They need a coordinate, which such a hinge lacks.
     #[error(
         "has armature or limits, which only hinges of the tree can have\n  help: make this hinge a \
          tree's hinge and close the loop elsewhere"
@@ -216,7 +215,7 @@ pub enum LoopFault {
     Extras,
 }
 
-/// The rows of a hinge; prescribed subhinges get places from `first` on.
+/// Returns the equations of a hinge. Loop motions of prescribed subhinges get indices from `first` on.
 pub(crate) fn rows(hinge: &Hinge, first: usize) -> Result<Vec<LoopRow>, LoopFault> {
     let plain = |s: &crate::Subhinge| s.armature == 0.0 && s.limits == Limits::NONE;
     if !hinge.subhinges.iter().all(plain) {
@@ -258,7 +257,7 @@ fn is_screw(k: &SubhingeKind) -> bool {
     matches!(k, SubhingeKind::Screw { .. })
 }
 
-/// Two unit vectors across a unit vector and each other.
+/// Returns two unit vectors that are perpendicular to `n` and to each other.
 fn across(n: &Vec3) -> [Vec3; 2] {
     let least = n.iamin();
     let mut e = Vec3::zeros();
@@ -278,7 +277,7 @@ fn screw(axis: Vec3, pitch: f64) -> Vec<LoopRow> {
 
 type Axis = (Vec3, Option<usize>);
 
-/// Rows across the free sliders; the prescribed ones move them.
+/// Returns the equations perpendicular to the free sliders; prescribed sliders shift them.
 fn translations(sliders: &[Axis]) -> Result<Vec<LoopRow>, LoopFault> {
     let of = |k: usize| sliders.get(k).map_or_else(Vec3::zeros, |s| s.0);
     let volume = match sliders.len() {

@@ -12,7 +12,7 @@ use linkwork_spatial::nalgebra::{Matrix6, Quaternion};
 use linkwork_spatial::{Quat, Vec3, skew, turned};
 
 impl Multibody {
-    /// The configuration with all angles and displacements zero.
+    /// Returns the configuration with all angles and displacements zero.
     #[must_use]
     pub fn neutral_q(&self) -> Vec<f64> {
         let mut q = vec![0.0; self.nq()];
@@ -24,8 +24,7 @@ impl Multibody {
         q
     }
 
-    /// A configuration without zeros, the same for the same seed: angles and displacements in
-    /// ±(0.1 … 1), attitudes anywhere.
+    /// Returns a random configuration without zeros, the same for the same seed: angles and displacements ±(0.1 … 1), any attitude.
     #[must_use]
     pub fn random_q(&self, seed: u64) -> Vec<f64> {
         let mut q = self.random(seed, self.nq());
@@ -33,8 +32,8 @@ impl Multibody {
         q
     }
 
-    /// A configuration within the limits, the same for the same seed: evenly between two limits, up to 1 (rad or m) from
-    /// a single one; without limits as [`Multibody::random_q`].
+    /// Returns a random configuration within the limits, the same for the same seed: uniform between two limits, at most 1 (rad or m) from a single
+    /// limit, and as in [`Multibody::random_q`] without limits.
     #[must_use]
     pub fn random_q_within_limits(&self, seed: u64) -> Vec<f64> {
         let (mut q, mut state) = (self.random_q(seed), seed ^ 0x9e37_79b9);
@@ -54,7 +53,7 @@ impl Multibody {
         q
     }
 
-    /// Rates (or forces) without zeros, ±(0.1 … 1), the same for the same seed.
+    /// Returns random rates (or forces) without zeros, ±(0.1 … 1), the same for the same seed.
     #[must_use]
     pub fn random_v(&self, seed: u64) -> Vec<f64> {
         self.random(seed ^ 0x5bd1_e995, self.nv())
@@ -71,7 +70,7 @@ impl Multibody {
             .collect()
     }
 
-    /// Brings each quaternion in q back to unit length; a zero one becomes the identity.
+    /// Normalizes each quaternion in q to unit length; a zero quaternion becomes the identity.
     pub fn normalize(&self, q: &mut [f64]) {
         self.check(q.len(), self.nq(), "q");
         for (_, s) in self.subhinges() {
@@ -82,7 +81,7 @@ impl Multibody {
         }
     }
 
-    /// `out` = q moved by `dv` = β h (rad, m): exact for constant body rates.
+    /// Computes `out` = q moved by `dv` = β h (rad, m). Exact for constant body rates.
     pub fn integrate(&self, q: &[f64], dv: &[f64], out: &mut [f64]) {
         self.check(q.len(), self.nq(), "q");
         self.check(dv.len(), self.nv(), "dv");
@@ -108,8 +107,8 @@ impl Multibody {
         }
     }
 
-    /// Derivatives of [`integrate`](Self::integrate), along β (nv × nv each, row after row): from q moved by δ and by dv + ε the result is moved by
-    /// `by_q` δ + `by_dv` ε, to first order. The same at every q. Blocks of the subhinges:
+    /// Computes the derivatives of [`integrate`](Self::integrate) along β (nv × nv each, row by row). If q moves by δ and dv changes by ε, the result
+    /// moves by `by_q` δ + `by_dv` ε, to first order. They do not depend on q. Blocks of the subhinges:
     /// ```text
     /// by_q = Ad(exp(−d)) = Σ (−ad d)ᵏ/k!      by_dv = Σ (−ad d)ᵏ/(k + 1)!      ad [ω; v] = [ω~ 0; v~ ω~]
     /// ```
@@ -129,7 +128,7 @@ impl Multibody {
                 SubhingeKind::Free => (adjoint(&vec3(d), &vec3(&d[3..])), 6),
                 _ => continue,
             };
-            // Terms fall as |d|ᵏ/k!, and |d| is a turn or a way of one step.
+            // Terms fall as |d|ᵏ/k!, where |d| is the rotation or displacement of one step.
             let (mut term, mut sums) = (Matrix6::identity(), [Matrix6::identity(); 2]);
             for k in 1..=TERMS {
                 term = -ad * term / f64::from(k);
@@ -149,7 +148,7 @@ impl Multibody {
         }
     }
 
-    /// `dv` such that `integrate(from, dv)` is `to` (rad, m); rotations by the short way.
+    /// Computes `dv` such that `integrate(from, dv)` gives `to` (rad, m). Rotations take the shorter direction.
     pub fn difference(&self, from: &[f64], to: &[f64], dv: &mut [f64]) {
         self.check(from.len(), self.nq(), "from");
         self.check(to.len(), self.nq(), "to");
@@ -178,8 +177,8 @@ impl Multibody {
         }
     }
 
-    /// `out` = dq/dt lane by lane at rates `v`: for integrators that treat q as plain numbers
-    /// (call [`Multibody::normalize`] after each step).
+    /// Computes `out` = dq/dt element by element at rates `v`, for integrators that treat q as plain numbers (call [`Multibody::normalize`] after
+    /// each step).
     /// ```text
     /// quaternion: q̇ = ½ q ⊗ [ω, 0]      free position: ṗ = R v
     /// ```
@@ -212,9 +211,8 @@ impl Multibody {
         }
     }
 
-    /// One flag per number of q, one per number of β: `true` where it is no number by itself. Those of a rotation have a
-    /// unit length together; those on the path of a loop, and the terms of a coupling, meet its equation together, but
-    /// for those that are prescribed. O(bodies × loops).
+    /// Returns one flag per element of q and one per element of β: `true` if the element is not independent of the others. The elements of a rotation
+    /// share a unit length. Those on the path of a loop, and the terms of a coupling, share its equation, except prescribed ones. O(bodies × loops).
     #[must_use]
     pub fn held_together(&self) -> (Vec<bool>, Vec<bool>) {
         let (mut q, mut v) = (vec![false; self.nq()], vec![false; self.nv()]);
@@ -235,7 +233,7 @@ impl Multibody {
                         v[s.v.clone()].fill(true);
                     }
                 }
-                // Where the last common body bends, its two frames move.
+                // The two frames of the loop move relative to each other where the last common body bends.
                 let last = ia && ib && !self.bends_further(id, (a, b));
                 if ia != ib || last {
                     q[body.modes_q()].fill(true);
@@ -254,13 +252,13 @@ impl Multibody {
         (q, v)
     }
 
-    /// Whether both ends hang on a body outboard of this one, that is inboard of both.
+    /// Returns whether both ends are outboard of a body that is itself outboard of `body`.
     fn bends_further(&self, body: BodyId, ends: (Option<BodyId>, Option<BodyId>)) -> bool {
         let (Some(a), Some(b)) = ends else { return false };
         self.subtree(body).skip(1).any(|c| self.on_path(c, a) && self.on_path(c, b))
     }
 
-    /// The places in q and β of all modal coordinates.
+    /// Returns the indices in q and β of all modal coordinates.
     fn modal(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.bodies().iter().flat_map(|b| b.modes_q().zip(b.modes_v()))
     }
@@ -281,7 +279,7 @@ fn wrong(got: usize, want: usize, what: &str) -> ! {
     panic!("{what} has {got} numbers, the mechanism has {want}");
 }
 
-/// The next number from 0 to 1, 1 excluded (splitmix64).
+/// Returns the next number in 0 … 1, 1 excluded (splitmix64).
 pub fn uniform(state: &mut u64) -> f64 {
     (splitmix(state) >> 11) as f64 / (1u64 << 53) as f64
 }
@@ -300,13 +298,13 @@ fn vec3(s: &[f64]) -> Vec3 {
     Vec3::new(s[0], s[1], s[2])
 }
 
-/// The first four, which are there.
+/// Returns the first four elements, which must exist.
 #[inline(always)]
 fn four(s: &[f64]) -> &[f64; 4] {
     s.first_chunk().unwrap_or(&[0.0; 4])
 }
 
-/// A unit quaternion from [x y z w], brought to unit length.
+/// Returns the unit quaternion of [x y z w], normalized.
 pub(crate) fn quaternion(s: &[f64]) -> Quat {
     let raw = Quaternion::new(s[3], s[0], s[1], s[2]);
     Quat::try_new(raw, 0.0).unwrap_or_else(Quat::identity)
@@ -316,7 +314,7 @@ fn write(q: &Quat, out: &mut [f64]) {
     out.copy_from_slice(&[q.i, q.j, q.k, q.w]);
 }
 
-/// ½ q ⊗ [ω, 0] on the lanes as they are: linear in q, so a drifting norm stays harmless.
+/// Computes ½ q ⊗ [ω, 0] without normalization. It is linear in q, so drift of the norm is harmless.
 #[inline(always)]
 fn quat_dot(q: &[f64; 4], w: &Vec3) -> [f64; 4] {
     let (u, s) = (vec3(q), q[3]);
@@ -325,8 +323,8 @@ fn quat_dot(q: &[f64; 4], w: &Vec3) -> [f64; 4] {
 }
 
 impl Multibody {
-    /// The free hinges whose coordinates are free and that are a body's whole hinge: with their
-    /// place in v. Their velocities have axes that turn with the body.
+    /// Returns bodies whose hinge is one free subhinge with free coordinates, with the index in v. Their velocities are in axes that rotate with the
+    /// body.
     pub fn turning(&self) -> impl Iterator<Item = (BodyId, usize)> + '_ {
         self.body_ids().filter_map(|body| match self.get(body).subhinges() {
             [s] if s.subhinge.kind == SubhingeKind::Free
@@ -338,14 +336,14 @@ impl Multibody {
         })
     }
 
-    /// Positions of semi-implicit Euler, `out` = q after `h` s with the velocities `v` that are already those at
-    /// the end; `dv` is work space. Velocities of free hinges were stepped as v + h (a − ω × v) in axes that turn,
-    /// by which the speed of what tumbles would grow by ω²h/2 in each second. They become
+    /// Computes the positions of semi-implicit Euler: `out` = q after `h` s with the velocities `v` of the end of the step. `dv` is workspace.
+    /// Velocities of free hinges were stepped as v + h (a − ω × v) in rotating axes, which alone would increase the speed of a tumbling body by ω²h/2
+    /// per second. They become
     /// ```text
     /// w = (1 − h ω~)⁻¹ v = (v + u × v + u (u·v)) / (1 + u²)      u = h ω: in the axes at the start
     /// p⁺ = p + h R w,   v = exp(−h ω) w
     /// ```
-    /// so that free flight with a constant rate is straight and as fast as before; where the rate changes it is so to first order.
+    /// so that free flight at a constant angular rate is straight and keeps its speed. At a changing rate this holds to first order.
     pub fn step_positions(
         &self,
         q: &[f64],
@@ -365,13 +363,12 @@ impl Multibody {
     }
 }
 
-/// The linear part (m) that a displacement with the turn `w` (rad) needs so that the origin of a free hinge
-/// goes by `d` (m), both in the axes at its start: V⁻¹ d, with
+/// Returns the linear part (m) of a displacement with rotation `w` (rad) that moves the origin of a free hinge by `d` (m), both in the axes at its
+/// start: V⁻¹ d, where
 /// ```text
 /// V⁻¹ = 1 − ½ ω~ + (1 − ½θ cot ½θ)/θ² ω~²
 /// ```
-/// A turn of a whole revolution has no such part; from 6 rad on that of the turn without its last factor is
-/// given.
+/// A rotation by a full revolution has no such part. The function returns, from 6 rad on, the linear part of the same rotation without the last term.
 #[must_use]
 pub fn straight(w: &Vec3, d: &Vec3) -> Vec3 {
     let t2 = w.norm_squared();
@@ -386,10 +383,10 @@ pub fn straight(w: &Vec3, d: &Vec3) -> Vec3 {
     d - w.cross(d) * 0.5 + w.cross(&w.cross(d)) * c
 }
 
-/// Terms of a series of exp at most: enough to rounding for arguments up to 10.
+/// Maximum number of terms of an exp series: accurate to round-off for arguments up to 10.
 const TERMS: u32 = 60;
 
-/// ad of [ω; v].
+/// Returns ad of [ω; v].
 fn adjoint(w: &Vec3, v: &Vec3) -> Matrix6<f64> {
     let mut ad = Matrix6::zeros();
     ad.fixed_view_mut::<3, 3>(0, 0).copy_from(&skew(w));
@@ -398,12 +395,12 @@ fn adjoint(w: &Vec3, v: &Vec3) -> Matrix6<f64> {
     ad
 }
 
-/// V with exp([ω; v]) = (exp ω, V v):  1 + (1−cos θ)/θ² ω~ + (θ−sin θ)/θ³ ω~².
+/// Returns V with exp([ω; v]) = (exp ω, V v):  1 + (1−cos θ)/θ² ω~ + (θ−sin θ)/θ³ ω~².
 fn v_matrix(w: &Vec3) -> linkwork_spatial::Mat3 {
     let (t2, W) = (w.norm_squared(), skew(w));
     let t = t2.sqrt();
     let (a, b) = if t < 1e-2 {
-        // Series: the closed forms lose digits to cancellation here; the next term is < 1e-17.
+        // Use the series here, because the closed forms lose digits to cancellation; the next term is < 1e-17.
         (
             0.5 - t2 / 24.0 * (1.0 - t2 / 30.0 * (1.0 - t2 / 56.0)),
             1.0 / 6.0 - t2 / 120.0 * (1.0 - t2 / 42.0 * (1.0 - t2 / 72.0)),

@@ -1,4 +1,4 @@
-//! What can be wrong with a mechanism's description: place, fact, remedy, all at once.
+//! Faults of a mechanism's description. Each names the location, the fact and the remedy; all are reported at once.
 
 use crate::constraint::LoopFault;
 use crate::modes::{AttachmentFault, ModesFault};
@@ -8,7 +8,7 @@ use thiserror::Error;
 /// One fault in a description.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum MechanismFault {
-    /// A body hangs on a body that does not exist.
+    /// The parent of a body does not exist.
     #[error("body `{body}`: no parent `{parent}`{}", suggest(suggestion))]
     UnknownParent {
         /// The body.
@@ -18,7 +18,7 @@ pub enum MechanismFault {
         /// The nearest existing name.
         suggestion: Option<String>,
     },
-    /// A node sits on a body that does not exist.
+    /// The body of a node does not exist.
     #[error("node `{node}`: no body `{body}`{}", suggest(suggestion))]
     UnknownBody {
         /// The node.
@@ -28,7 +28,7 @@ pub enum MechanismFault {
         /// The nearest existing name.
         suggestion: Option<String>,
     },
-    /// Two bodies, nodes, loops or couplings have one name.
+    /// Two bodies, nodes, loops or couplings share a name.
     #[error("{what} `{name}` is defined {count} times\n  help: give each its own name")]
     Duplicate {
         /// "body", "node", "loop" or "coupling".
@@ -46,14 +46,14 @@ pub enum MechanismFault {
         /// The name.
         name: String,
     },
-    /// Bodies that hang on each other in a ring.
+    /// Bodies are each other's parents in a cycle.
     #[error(
-        "bodies form a ring: {}\n  help: hang one of them on `world` and close the loop with a \
+        "bodies form a cycle: {}\n  help: hang one of them on `world` and close the loop with a \
          constraint",
         path.join(" -> ")
     )]
     Cycle {
-        /// Body, its parent, its parent's parent, … and the first again.
+        /// Body, its parent, its parent's parent, … and the first body again.
         path: Vec<String>,
     },
     /// An axis without a direction.
@@ -61,113 +61,113 @@ pub enum MechanismFault {
         "{body}, subhinge {subhinge}: axis has no direction\n  help: give a non-zero, finite vector"
     )]
     BadAxis {
-        /// What carries the hinge: ``body `NAME` `` or ``loop `NAME` ``.
+        /// Owner of the hinge: ``body `NAME` `` or ``loop `NAME` ``.
         body: String,
-        /// Which link of the chain, from the parent's side.
+        /// Index of the subhinge, counted from the parent's side.
         subhinge: usize,
     },
-    /// A rotor inertia that is impossible or out of place.
+    /// A rotor inertia is invalid or not allowed here.
     #[error(
         "{body}, subhinge {subhinge}: armature {armature} is not usable\n  help: it must be \
          finite and ≥ 0, and 0 on a free or locked subhinge"
     )]
     BadArmature {
-        /// What carries the hinge: ``body `NAME` `` or ``loop `NAME` ``.
+        /// Owner of the hinge: ``body `NAME` `` or ``loop `NAME` ``.
         body: String,
-        /// Which link of the chain.
+        /// Index of the subhinge.
         subhinge: usize,
         /// The value, kg m² or kg.
         armature: f64,
     },
-    /// A gear ratio that turns nothing.
+    /// A gear ratio is zero or not finite.
     #[error(
         "{body}, subhinge {subhinge}: gear ratio {gear} is not usable\n  help: it must be \
          finite and not 0"
     )]
     BadGear {
-        /// What carries the hinge: ``body `NAME` `` or ``loop `NAME` ``.
+        /// Owner of the hinge: ``body `NAME` `` or ``loop `NAME` ``.
         body: String,
-        /// Which link of the chain.
+        /// Index of the subhinge.
         subhinge: usize,
         /// The value.
         gear: f64,
     },
-    /// Limits that nothing can keep, or on a subhinge that has no single coordinate.
+    /// Limits are contradictory, or the subhinge does not have a single coordinate.
     #[error(
         "{body}, subhinge {subhinge}: limits {limits:?} are not usable\n  help: they need \
          lower ≤ upper, rate ≥ 0, effort ≥ 0, and belong on pins, sliders and screws"
     )]
     BadLimits {
-        /// What carries the hinge: ``body `NAME` `` or ``loop `NAME` ``.
+        /// Owner of the hinge: ``body `NAME` `` or ``loop `NAME` ``.
         body: String,
-        /// Which link of the chain.
+        /// Index of the subhinge.
         subhinge: usize,
         /// The values.
         limits: crate::Limits,
     },
-    /// Viscous damping that is impossible or out of place.
+    /// Viscous damping is invalid or not allowed here.
     #[error(
         "{body}, subhinge {subhinge}: damping {damping} is not usable\n  help: it must be finite \
          and ≥ 0, and 0 on a free or locked subhinge"
     )]
     BadDamping {
-        /// What carries the hinge: ``body `NAME` `` or ``loop `NAME` ``.
+        /// Owner of the hinge: ``body `NAME` `` or ``loop `NAME` ``.
         body: String,
-        /// Which link of the chain.
+        /// Index of the subhinge.
         subhinge: usize,
         /// The value, N m s/rad or N s/m.
         damping: f64,
     },
-    /// Dry friction that is impossible or out of place.
+    /// Dry friction is invalid or not allowed here.
     #[error(
         "{body}, subhinge {subhinge}: friction {friction:?} is not usable\n  help: force and rate \
          must be finite and ≥ 0, and friction belongs on pins, sliders and screws"
     )]
     BadFriction {
-        /// What carries the hinge: ``body `NAME` `` or ``loop `NAME` ``.
+        /// Owner of the hinge: ``body `NAME` `` or ``loop `NAME` ``.
         body: String,
-        /// Which link of the chain.
+        /// Index of the subhinge.
         subhinge: usize,
         /// The values.
         friction: crate::Friction,
     },
-    /// A stop that is impossible or out of place.
+    /// A stop is invalid or not allowed here.
     #[error(
         "{body}, subhinge {subhinge}: stop {stop:?} is not usable\n  help: stiffness must be > 0 \
          and damping ≥ 0, both finite, and stops belong on pins, sliders and screws"
     )]
     BadStop {
-        /// What carries the hinge: ``body `NAME` `` or ``loop `NAME` ``.
+        /// Owner of the hinge: ``body `NAME` `` or ``loop `NAME` ``.
         body: String,
-        /// Which link of the chain.
+        /// Index of the subhinge.
         subhinge: usize,
         /// The values.
         stop: crate::Stop,
     },
-    /// A spring, a limit of a ball or a restitution that is impossible or out of place.
+    /// A spring, a ball limit or a restitution is invalid or not allowed here.
     #[error("{body}, subhinge {subhinge}: {what} is not usable\n  help: {wanted}")]
     BadDrive {
-        /// What carries the hinge: ``body `NAME` `` or ``loop `NAME` ``.
+        /// Owner of the hinge: ``body `NAME` `` or ``loop `NAME` ``.
         body: String,
-        /// Which link of the chain.
+        /// Index of the subhinge.
         subhinge: usize,
-        /// What is wrong.
+        /// The invalid item.
         what: &'static str,
-        /// What it must be.
+        /// Requirement.
         wanted: &'static str,
     },
-    /// Damping, friction, a spring or a stop on the hinge of a loop.
+    /// The hinge of a loop has damping, friction, a spring or a stop.
     #[error(
         "{body}, subhinge {subhinge}: damping, friction, springs and stops do not act on the hinge of a \
          loop\n  help: write them on hinges of bodies"
     )]
     NotOnLoop {
-        /// What carries the hinge: ``loop `NAME` ``.
+        /// Owner of the hinge: ``loop `NAME` ``.
         body: String,
-        /// Which link of the chain.
+        /// Index of the subhinge.
         subhinge: usize,
     },
-    /// A constraint on a body that does not exist.
+    /// The body of a constraint does not exist.
     #[error("{what}: no body `{body}`{}", suggest(suggestion))]
     UnknownEnd {
         /// The constraint.
@@ -177,7 +177,7 @@ pub enum MechanismFault {
         /// The nearest existing name.
         suggestion: Option<String>,
     },
-    /// Both ends of a loop on one body.
+    /// Both ends of a loop are on one body.
     #[error("loop `{name}`: both ends are on `{body}`\n  help: a loop joins two bodies")]
     LoopOnItself {
         /// The loop.
@@ -185,23 +185,21 @@ pub enum MechanismFault {
         /// The body.
         body: String,
     },
-    /// A hinge that cannot close a loop.
+    /// The hinge of a loop cannot close it.
     #[error("loop `{name}`: its hinge {error}")]
     Loop {
         /// The loop.
         name: String,
-        /// Why.
+        /// Reason.
         error: LoopFault,
     },
-    /// A coupling of nothing.
-    #[error(
-        "coupling `{name}` has no term that is not zero\n  help: give it a coordinate and a factor"
-    )]
+    /// A coupling without terms.
+    #[error("coupling `{name}` has no nonzero term\n  help: give it a coordinate and a factor")]
     EmptyCoupling {
         /// The coupling.
         name: String,
     },
-    /// A coupling of what is not a single coordinate.
+    /// A term of a coupling is not a single coordinate.
     #[error(
         "coupling `{name}`: body `{body}` has no one-dof subhinge {subhinge}\n  help: couple pins, \
          sliders and screws; subhinges count from 0 at the parent's side"
@@ -214,9 +212,9 @@ pub enum MechanismFault {
         /// The subhinge it names.
         subhinge: usize,
     },
-    /// One coordinate in two terms.
+    /// A coordinate appears in two terms.
     #[error(
-        "coupling `{name}`: subhinge {subhinge} of `{body}` comes twice\n  help: add the factors up"
+        "coupling `{name}`: subhinge {subhinge} of `{body}` appears twice\n  help: add the factors"
     )]
     CoordinateTwice {
         /// The coupling.
@@ -226,36 +224,36 @@ pub enum MechanismFault {
         /// The subhinge.
         subhinge: usize,
     },
-    /// A pose or pitch with a NaN or infinity.
+    /// A pose or pitch contains NaN or infinity.
     #[error("{place}: a number is NaN or infinite\n  help: give finite numbers")]
     NotFinite {
-        /// Where.
+        /// Location.
         place: String,
     },
-    /// Modes that no body has.
+    /// Invalid modes of a flexible body.
     #[error("body `{body}`, modes: {error}")]
     Modes {
         /// The body.
         body: String,
-        /// What is wrong.
+        /// Fault.
         error: ModesFault,
     },
-    /// Nothing carries a frame that hangs on a flexible body.
+    /// No station carries a frame on a flexible body.
     #[error("{place} on flexible body `{body}`: {error}")]
     Attachment {
-        /// The body or node that hangs.
+        /// The attached body or node.
         place: String,
         /// The flexible body.
         body: String,
-        /// Why.
+        /// Reason.
         error: AttachmentFault,
     },
-    /// Mass properties of a body that cannot exist.
+    /// Invalid mass properties of a body.
     #[error("body `{body}`: {error}")]
     Inertia {
         /// The body.
         body: String,
-        /// What is wrong and by how much.
+        /// Faults and their sizes.
         error: InertiaError,
     },
 }
@@ -264,10 +262,10 @@ fn suggest(name: &Option<String>) -> String {
     name.as_ref().map_or_else(String::new, |n| format!("\n  help: did you mean `{n}`?"))
 }
 
-/// Everything that is wrong with a description.
+/// All faults of a description.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BuildError {
-    /// The faults, in the order bodies and nodes were added; at least one.
+    /// Faults, in the order in which bodies and nodes were added; at least one.
     pub faults: Vec<MechanismFault>,
 }
 

@@ -6,18 +6,17 @@ use linkwork_spatial::nalgebra::Unit;
 use linkwork_spatial::{Pose, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// Who decides the motion of a subhinge.
+/// Whether the motion of a subhinge is computed or given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Coordinate {
-    /// Its force is given; dynamics finds its acceleration.
+    /// The force is given; dynamics computes the acceleration.
     #[default]
     Free,
-    /// Its acceleration is given; dynamics finds its force.
+    /// The acceleration is given; dynamics computes the force.
     Prescribed,
 }
 
-/// The motion that one subhinge allows. Axes are in the hinge frame, need not be unit length,
-/// and are normalised at build.
+/// The motion that one subhinge allows. Axes are in the hinge frame. They need not have unit length, because building the mechanism normalizes them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum SubhingeKind {
     /// Rotation about an axis, rad.
@@ -30,23 +29,23 @@ pub enum SubhingeKind {
         /// Direction of positive displacement.
         axis: Vec3,
     },
-    /// Rotation about an axis with advance along it.
+    /// Rotation about an axis combined with translation along it.
     Screw {
         /// Axis of positive rotation.
         axis: Vec3,
-        /// Advance, m/rad.
+        /// Translation per rotation, m/rad.
         pitch: f64,
     },
     /// Any rotation: quaternion and body rates.
     Ball,
     /// Any motion.
     Free,
-    /// None: the child is welded to the parent.
+    /// No motion: the child is welded to the parent.
     Locked,
 }
 
 impl SubhingeKind {
-    /// Numbers of q.
+    /// Returns the number of elements in q.
     #[must_use]
     pub fn nq(&self) -> usize {
         match self {
@@ -57,7 +56,7 @@ impl SubhingeKind {
         }
     }
 
-    /// Degrees of freedom.
+    /// Returns the number of degrees of freedom.
     #[must_use]
     pub fn nv(&self) -> usize {
         match self {
@@ -68,8 +67,8 @@ impl SubhingeKind {
         }
     }
 
-    /// The pose across the subhinge (of its child side in its parent side) at its numbers of q.
-    /// The axis must be of unit length, as it is in a [`Multibody`](crate::Multibody).
+    /// Returns the pose of the subhinge's child side in its parent side at the elements `q`. The axis must have unit length, as it has in a
+    /// [`Multibody`](crate::Multibody).
     #[must_use]
     pub fn pose(&self, q: &[f64]) -> Pose {
         let turn = |axis: &Vec3| Quat::from_axis_angle(&Unit::new_unchecked(*axis), q[0]);
@@ -83,7 +82,7 @@ impl SubhingeKind {
         }
     }
 
-    /// The axis of a one-dof subhinge, as given.
+    /// Returns the axis of a one-dof subhinge, as given.
     #[must_use]
     pub fn axis(&self) -> Option<Vec3> {
         match self {
@@ -93,18 +92,18 @@ impl SubhingeKind {
     }
 }
 
-/// What a one-dof subhinge may do. The kernels of dynamics do not enforce it: inverse kinematics stays
-/// within `lower … upper`, a simulation stops there (see [`Stop`]), models of motors read the rest.
+/// Limits of a one-dof subhinge. The dynamics kernels do not enforce them. Inverse kinematics stays within `lower … upper`, a simulation stops there
+/// (see [`Stop`]), and motor models read the others.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Limits {
-    /// Least coordinate, rad or m; −∞ when there is none.
+    /// Smallest coordinate, rad or m; −∞ if unlimited.
     pub lower: f64,
-    /// Greatest coordinate, rad or m; ∞ when there is none.
+    /// Largest coordinate, rad or m; ∞ if unlimited.
     pub upper: f64,
-    /// Greatest speed, rad/s or m/s; ∞ when there is none.
+    /// Largest speed, rad/s or m/s; ∞ if unlimited.
     pub rate: f64,
-    /// Greatest force, N m or N; ∞ when there is none.
+    /// Largest force, N m or N; ∞ if unlimited.
     pub effort: f64,
 }
 
@@ -115,7 +114,7 @@ impl Default for Limits {
 }
 
 impl Limits {
-    /// No limit at all.
+    /// No limits.
     pub const NONE: Self = Self {
         lower: f64::NEG_INFINITY,
         upper: f64::INFINITY,
@@ -123,33 +122,33 @@ impl Limits {
         effort: f64::INFINITY,
     };
 
-    /// Limits of the coordinate alone, rad or m.
+    /// Returns limits on the coordinate only, rad or m.
     #[must_use]
     pub fn position(lower: f64, upper: f64) -> Self {
         Self { lower, upper, ..Self::NONE }
     }
 
-    /// True when `lower ≤ upper`, speed and force are not negative, and nothing is NaN.
+    /// Returns whether `lower ≤ upper`, rate and effort are not negative, and nothing is NaN.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.lower <= self.upper && self.rate >= 0.0 && self.effort >= 0.0
     }
 }
 
-/// What a simulation does at `lower` and `upper` of a one-dof subhinge, where it is integrated. Where it
-/// is stepped with contact, limits are rows of the contact problem and this is not used.
+/// Force at `lower` and `upper` of a one-dof subhinge in a simulation that integrates the hinge. If the simulation steps the hinge together with
+/// contact, the limits are rows of the contact problem and this force is unused.
 ///
 /// ```text
 /// F = max(0, k p (1 + min(1, c ṗ)))      p > 0: how far past the limit; inwards, never outwards
 /// ```
-/// Hunt and Crossley's law, with its loss held to once the spring's force, so that a fast impact is no
-/// stiffer than a slow one. A coordinate leaves its stop no faster than 1/c, where the step can follow.
+/// This is Hunt and Crossley's law with the damping force limited to the spring force, so that a fast impact is at most twice as stiff as a slow one.
+/// The coordinate leaves its stop at a speed of at most 1/c, provided that the step resolves the impact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Stop {
-    /// A soft stop whose stiffness follows from the inertia behind the coordinate and the step.
+    /// A soft stop; its stiffness follows from the inertia at the coordinate and the step size.
     #[default]
     Usual,
-    /// Nothing: the coordinate may pass.
+    /// No stop: the coordinate may exceed its limit.
     Off,
     /// A soft stop.
     Soft {
@@ -169,10 +168,10 @@ pub enum Stop {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Friction {
-    /// Greatest force, N m or N.
+    /// Largest force, N m or N.
     pub force: f64,
-    /// Speed over which the smooth form rises, rad/s or m/s. A coordinate that should stick creeps at
-    /// less than this. 0: there is no smooth form, and friction acts only together with contact.
+    /// Speed scale of the smooth form, rad/s or m/s. A coordinate that should stick creeps more slowly than this. 0: no smooth form; friction acts
+    /// only in steps with contact.
     pub rate: f64,
 }
 
@@ -181,13 +180,13 @@ impl Friction {
     pub const NONE: Self = Self { force: 0.0, rate: 0.0 };
 }
 
-/// A spring at a hinge: τ = −k (q − rest); of a ball −k θ about the axis of the whole rotation θ.
+/// Spring at a hinge: τ = −k (q − rest). On a ball: −k θ about the axis of the whole rotation θ.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Spring {
     /// k: N m/rad or N/m.
     pub stiffness: f64,
-    /// Coordinate without force, rad or m; 0 of a ball.
+    /// Coordinate at which the force is zero, rad or m; 0 for a ball.
     pub rest: f64,
 }
 
@@ -196,42 +195,42 @@ impl Spring {
     pub const NONE: Self = Self { stiffness: 0.0, rest: 0.0 };
 }
 
-/// One link of the chain.
+/// One subhinge of a hinge.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Subhinge {
-    /// What it allows.
+    /// The motion that it allows.
     pub kind: SubhingeKind,
     /// Free or prescribed.
     #[serde(default)]
     pub coordinate: Coordinate,
-    /// Rotor inertia at the rotor: kg m² (pin, screw, each ball rate), kg (slider). What reaches
-    /// the coordinate is [`Subhinge::reflected_inertia`]. Not for free subhinges.
+    /// Inertia of the rotor itself: kg m² (pin, screw, each ball rate), kg (slider). The coordinate feels [`Subhinge::reflected_inertia`]. Not for
+    /// free subhinges.
     #[serde(default)]
     pub armature: f64,
-    /// Turns of the rotor per turn of the hinge (any sign, not 0).
+    /// Rotor revolutions per hinge revolution (any sign, not 0).
     #[serde(default = "unity")]
     pub gear: f64,
-    /// Limits; only for one-dof subhinges.
+    /// Limits; only on one-dof subhinges.
     #[serde(default)]
     pub limits: Limits,
-    /// What happens at the limits of the coordinate.
+    /// Behaviour at the limits of the coordinate.
     #[serde(default)]
     pub stop: Stop,
-    /// Viscous damping d, N m s/rad (pin, screw, each ball rate) or N s/m (slider): τ = −d q̇. Not for
-    /// free subhinges. A simulation adds it; the kernels of dynamics and their derivatives do not know it.
+    /// Viscous damping d, N m s/rad (pin, screw, each ball rate) or N s/m (slider): τ = −d q̇. Not for free subhinges. A simulation adds this force;
+    /// the dynamics kernels and their derivatives do not include it.
     #[serde(default)]
     pub damping: f64,
-    /// Dry friction; only for one-dof subhinges. As with damping, the kernels do not know it.
+    /// Dry friction; only on one-dof subhinges. The dynamics kernels do not include it.
     #[serde(default)]
     pub friction: Friction,
-    /// Spring; not on free subhinges. As with damping, the kernels do not know it.
+    /// Spring; not on free subhinges. The dynamics kernels do not include it.
     #[serde(default)]
     pub spring: Spring,
     /// Limits of a ball.
     #[serde(default)]
     pub ball: BallLimits,
-    /// Coefficient of restitution at the limits: the rate after an impact over that before. `None`: 0 with contact, and that of the
-    /// stop without.
+    /// Coefficient of restitution at the limits: rate after an impact divided by the rate before. `None`: 0 in steps with contact, otherwise as the
+    /// stop's damping gives.
     #[serde(default)]
     pub restitution: Option<f64>,
 }
@@ -241,7 +240,7 @@ fn unity() -> f64 {
 }
 
 impl Subhinge {
-    /// `gear² · armature`: what the rotor adds to the diagonal of the mass matrix, kg m² or kg.
+    /// Returns the reflected inertia `gear² · armature`, which the rotor adds to the diagonal of the mass matrix, kg m² or kg.
     #[must_use]
     pub fn reflected_inertia(&self) -> f64 {
         self.gear * self.gear * self.armature
@@ -280,67 +279,67 @@ impl Default for Hinge {
 }
 
 impl Hinge {
-    /// A chain of subhinges, parent's side first.
+    /// Returns a hinge of several subhinges, parent's side first.
     #[must_use]
     pub fn chain(kinds: impl IntoIterator<Item = SubhingeKind>) -> Self {
         Self { subhinges: kinds.into_iter().map(Subhinge::from).collect() }
     }
 
-    /// Rotation about an axis.
+    /// Returns a pin: rotation about an axis.
     #[must_use]
     pub fn pin(axis: Vec3) -> Self {
         Self::chain([SubhingeKind::Pin { axis }])
     }
 
-    /// Translation along an axis.
+    /// Returns a slider: translation along an axis.
     #[must_use]
     pub fn slider(axis: Vec3) -> Self {
         Self::chain([SubhingeKind::Slider { axis }])
     }
 
-    /// Rotation about an axis with `pitch` m/rad of advance.
+    /// Returns a screw: rotation about an axis with `pitch` m/rad of translation.
     #[must_use]
     pub fn screw(axis: Vec3, pitch: f64) -> Self {
         Self::chain([SubhingeKind::Screw { axis, pitch }])
     }
 
-    /// Any rotation.
+    /// Returns a ball: any rotation.
     #[must_use]
     pub fn ball() -> Self {
         Self::chain([SubhingeKind::Ball])
     }
 
-    /// Any motion.
+    /// Returns a free hinge: any motion.
     #[must_use]
     pub fn free() -> Self {
         Self::chain([SubhingeKind::Free])
     }
 
-    /// No motion.
+    /// Returns a locked hinge: no motion.
     #[must_use]
     pub fn locked() -> Self {
         Self { subhinges: Vec::new() }
     }
 
-    /// Two crossing pins.
+    /// Returns a universal joint: two intersecting pins.
     #[must_use]
     pub fn universal(first: Vec3, second: Vec3) -> Self {
         Self::chain([SubhingeKind::Pin { axis: first }, SubhingeKind::Pin { axis: second }])
     }
 
-    /// A pin and a slider on one axis.
+    /// Returns a cylindrical joint: a pin and a slider on one axis.
     #[must_use]
     pub fn cylindrical(axis: Vec3) -> Self {
         Self::chain([SubhingeKind::Slider { axis }, SubhingeKind::Pin { axis }])
     }
 
-    /// Three pins about the moving x, y and z axes.
+    /// Returns a gimbal: three pins about the moving x, y and z axes.
     #[must_use]
     pub fn gimbal() -> Self {
         Self::chain([Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| SubhingeKind::Pin { axis }))
     }
 
-    /// Motion in the xy plane of the hinge frame: slides along x and y, then turns about z.
+    /// Returns a planar joint: sliders along x and y of the hinge frame, then a pin about z.
     #[must_use]
     pub fn planar() -> Self {
         Self::chain([
@@ -350,7 +349,7 @@ impl Hinge {
         ])
     }
 
-    /// Every subhinge prescribed.
+    /// Returns the hinge with every subhinge prescribed.
     #[must_use]
     pub fn prescribed(mut self) -> Self {
         for s in &mut self.subhinges {
@@ -359,7 +358,7 @@ impl Hinge {
         self
     }
 
-    /// The same rotor inertia on every subhinge (see [`Subhinge::armature`]).
+    /// Sets the same rotor inertia on every subhinge (see [`Subhinge::armature`]).
     #[must_use]
     pub fn armature(mut self, armature: f64) -> Self {
         for s in &mut self.subhinges {
@@ -368,7 +367,7 @@ impl Hinge {
         self
     }
 
-    /// The same gear ratio on every subhinge (see [`Subhinge::gear`]).
+    /// Sets the same gear ratio on every subhinge (see [`Subhinge::gear`]).
     #[must_use]
     pub fn gear(mut self, gear: f64) -> Self {
         for s in &mut self.subhinges {
@@ -377,7 +376,7 @@ impl Hinge {
         self
     }
 
-    /// The same limits on every subhinge (see [`Limits`]).
+    /// Sets the same limits on every subhinge (see [`Limits`]).
     #[must_use]
     pub fn limits(mut self, limits: Limits) -> Self {
         for s in &mut self.subhinges {
@@ -386,7 +385,7 @@ impl Hinge {
         self
     }
 
-    /// The same stops on every subhinge (see [`Stop`]).
+    /// Sets the same stops on every subhinge (see [`Stop`]).
     #[must_use]
     pub fn stop(mut self, stop: Stop) -> Self {
         for s in &mut self.subhinges {
@@ -395,7 +394,7 @@ impl Hinge {
         self
     }
 
-    /// The same viscous damping on every subhinge (see [`Subhinge::damping`]).
+    /// Sets the same viscous damping on every subhinge (see [`Subhinge::damping`]).
     #[must_use]
     pub fn damping(mut self, damping: f64) -> Self {
         for s in &mut self.subhinges {
@@ -404,7 +403,7 @@ impl Hinge {
         self
     }
 
-    /// The same dry friction on every subhinge (see [`Friction`]).
+    /// Sets the same dry friction on every subhinge (see [`Friction`]).
     #[must_use]
     pub fn friction(mut self, friction: Friction) -> Self {
         for s in &mut self.subhinges {
@@ -413,13 +412,13 @@ impl Hinge {
         self
     }
 
-    /// Numbers of q.
+    /// Returns the number of elements in q.
     #[must_use]
     pub fn nq(&self) -> usize {
         self.subhinges.iter().map(|s| s.kind.nq()).sum()
     }
 
-    /// Degrees of freedom.
+    /// Returns the number of degrees of freedom.
     #[must_use]
     pub fn nv(&self) -> usize {
         self.subhinges.iter().map(|s| s.kind.nv()).sum()

@@ -1,8 +1,8 @@
-//! Indices of bodies and nodes: made only by the mechanism that holds them.
+//! Indices of bodies and nodes. Only a mechanism creates them, for its own bodies and nodes.
 
 use serde::Serialize;
 
-/// A body of one [`Multibody`](crate::Multibody): its place in canonical order.
+/// A body of one [`Multibody`](crate::Multibody): its index in canonical order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct BodyId(pub(crate) u32);
 
@@ -11,7 +11,7 @@ pub struct BodyId(pub(crate) u32);
 pub struct NodeId(pub(crate) u32);
 
 impl BodyId {
-    /// Position in the canonical order of bodies.
+    /// Returns the index in the canonical order of bodies.
     #[must_use]
     pub fn index(self) -> usize {
         self.0 as usize
@@ -19,7 +19,7 @@ impl BodyId {
 }
 
 impl NodeId {
-    /// Position in the canonical order of nodes.
+    /// Returns the index in the canonical order of nodes.
     #[must_use]
     pub fn index(self) -> usize {
         self.0 as usize

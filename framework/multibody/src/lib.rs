@@ -1,8 +1,7 @@
 //! The structure of a mechanism: bodies, hinges made of subhinges, nodes, constraints.
 //!
-//! A [`Builder`] takes parts in any order and reports every fault at once; [`Builder::build`]
-//! returns an immutable [`Multibody`] whose arrays are in canonical order (depth first, parents
-//! before children, siblings by name), so the order of adding leaves no trace.
+//! A [`Builder`] takes parts in any order and reports all faults at once. [`Builder::build`] returns an immutable [`Multibody`] whose arrays are in
+//! canonical order (depth first, parents before children, siblings by name), so the result does not depend on the order of adding.
 //!
 //! | subhinge | q | β (rates) |
 //! |---|---|---|
@@ -11,10 +10,10 @@
 //! | ball | unit quaternion [x y z w], child to parent axes | ω of the child in the parent, child axes |
 //! | free | position of the child hinge frame in the parent hinge frame (3, m), quaternion [x y z w] | ω (3), v (3) of the child hinge frame, both in child axes |
 //!
-//! "Child axes" are those of the hinge frame on the child: the body's own axes unless the body
-//! places its hinge frame elsewhere ([`BodySpec::hinge_in_body`]).
+//! "Child axes" are the axes of the hinge frame on the child. They equal the body's own axes unless the body sets its hinge frame elsewhere
+//! ([`BodySpec::hinge_in_body`]).
 //!
-//! A flexible body ([`modes`]) has its modal coordinates η and their rates directly after its hinge's.
+//! In q and β, the modal coordinates η and rates of a flexible body ([`modes`]) follow directly after the elements of its hinge.
 //! ```
 //! use linkwork_multibody::spatial::{MassProperties, Mat3, Pose, Vec3};
 //! use linkwork_multibody::{BodySpec, Builder, Hinge};

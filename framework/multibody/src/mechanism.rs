@@ -1,4 +1,4 @@
-//! The immutable mechanism and what can be asked of it.
+//! The immutable mechanism and its queries.
 
 use crate::constraint::{ConstraintId, Coupled, Loop};
 use crate::modes::Modes;
@@ -8,18 +8,18 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// A subhinge and its places in q and β.
+/// A subhinge and its ranges in q and β.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SubhingeRange {
-    /// The subhinge; its axis is of unit length.
+    /// The subhinge; its axis has unit length.
     pub subhinge: Subhinge,
-    /// Its numbers in q.
+    /// Range in q.
     pub q: Range<usize>,
-    /// Its numbers in β (and in forces and accelerations).
+    /// Range in β (and in forces and accelerations).
     pub v: Range<usize>,
 }
 
-/// A body in its mechanism.
+/// A body of a mechanism.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Body {
     pub(crate) name: String,
@@ -41,68 +41,67 @@ pub struct Body {
 }
 
 impl Body {
-    /// Its name.
+    /// Returns the name.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The body that it hangs on; `None` for the world.
+    /// Returns the parent body; `None` for the world.
     #[must_use]
     pub fn parent(&self) -> Option<BodyId> {
         self.parent
     }
 
-    /// `X_PJ`: the hinge frame in the parent body.
+    /// Returns `X_PJ`: the hinge frame in the parent body.
     #[must_use]
     pub fn hinge_in_parent(&self) -> Pose {
         self.hinge_in_parent
     }
 
-    /// `X_BJ`: the hinge frame in this body.
+    /// Returns `X_BJ`: the hinge frame in this body.
     #[must_use]
     pub fn hinge_in_body(&self) -> Pose {
         self.hinge_in_body
     }
 
-    /// How it bends; `None` for a rigid body.
+    /// Returns the modes; `None` for a rigid body.
     #[must_use]
     pub fn modes(&self) -> Option<&Modes> {
         self.modes.as_ref()
     }
 
-    /// The modal coordinates' numbers in q, directly after the hinge's; empty for a rigid body.
+    /// Returns the range of the modal coordinates in q, directly after the hinge's; empty for a rigid body.
     #[must_use]
     pub fn modes_q(&self) -> Range<usize> {
         self.modes_q.clone()
     }
 
-    /// The modal rates' numbers in β, directly after the hinge's; empty for a rigid body.
+    /// Returns the range of the modal rates in β, directly after the hinge's; empty for a rigid body.
     #[must_use]
     pub fn modes_v(&self) -> Range<usize> {
         self.modes_v.clone()
     }
 
-    /// Inertia about the body origin, body axes. Of a flexible body: of what does not bend.
+    /// Returns the inertia about the body origin, in body axes. For a flexible body: of the rigid part only.
     #[must_use]
     pub fn inertia(&self) -> &RigidInertia {
         &self.inertia
     }
 
-    /// Mass properties as they were given: about the centre of mass, body axes. Of a flexible body: of
-    /// what does not bend.
+    /// Returns the mass properties as given: about the centre of mass, in body axes. For a flexible body: of the rigid part only.
     #[must_use]
     pub fn mass_properties(&self) -> &MassProperties {
         &self.mass
     }
 
-    /// The hinge's chain, parent's side first, with places in q and β.
+    /// Returns the subhinges with their ranges in q and β, parent's side first.
     #[must_use]
     pub fn subhinges(&self) -> &[SubhingeRange] {
         &self.subhinges
     }
 
-    /// Whether its hinge permits any pose and any motion, and dynamics finds which.
+    /// Returns whether the hinge permits any motion and dynamics computes all of it.
     #[must_use]
     pub fn is_free(&self) -> bool {
         let free = |s: &SubhingeRange| {
@@ -111,13 +110,13 @@ impl Body {
         self.subhinges.iter().any(free)
     }
 
-    /// The hinge's numbers in q.
+    /// Returns the range of the hinge in q.
     #[must_use]
     pub fn q(&self) -> Range<usize> {
         self.q.clone()
     }
 
-    /// The hinge's numbers in β.
+    /// Returns the range of the hinge in β.
     #[must_use]
     pub fn v(&self) -> Range<usize> {
         self.v.clone()
@@ -133,26 +132,26 @@ pub struct Node {
 }
 
 impl Node {
-    /// Its name.
+    /// Returns the name.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The body that carries it.
+    /// Returns the body that carries the node.
     #[must_use]
     pub fn body(&self) -> BodyId {
         self.body
     }
 
-    /// `X_BN`: the node frame in the body.
+    /// Returns `X_BN`: the node frame in the body.
     #[must_use]
     pub fn pose(&self) -> Pose {
         self.pose
     }
 }
 
-/// What a mechanism is made of, in canonical order.
+/// The parts of a mechanism, in canonical order.
 pub(crate) struct Parts {
     pub bodies: Vec<Body>,
     pub index: BTreeMap<String, BodyId>,
@@ -162,7 +161,7 @@ pub(crate) struct Parts {
     pub couplings: Vec<Coupled>,
 }
 
-/// A mechanism: bodies, hinges, nodes, constraints. It never changes.
+/// A mechanism: bodies, hinges, nodes, constraints. Its structure never changes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Multibody {
     bodies: Vec<Body>,
@@ -182,25 +181,25 @@ impl Multibody {
         Self { bodies, body_index: index, nodes, node_index, loops, couplings, nq, nv, motions }
     }
 
-    /// Hinges that close loops, by name.
+    /// Returns the hinges that close loops, by name.
     #[must_use]
     pub fn loops(&self) -> &[Loop] {
         &self.loops
     }
 
-    /// Relations between coordinates, by name.
+    /// Returns the relations between coordinates, by name.
     #[must_use]
     pub fn couplings(&self) -> &[Coupled] {
         &self.couplings
     }
 
-    /// Every constraint: loops, then couplings, each kind by name.
+    /// Returns every constraint: loops, then couplings, each kind by name.
     pub fn constraints(&self) -> impl Iterator<Item = ConstraintId> + use<> {
         let loops = (0..self.loops.len() as u32).map(ConstraintId::Loop);
         loops.chain((0..self.couplings.len() as u32).map(ConstraintId::Coupling))
     }
 
-    /// Scalar equations of a constraint.
+    /// Returns the number of scalar equations of a constraint.
     #[must_use]
     pub fn rows(&self, constraint: ConstraintId) -> usize {
         match constraint {
@@ -209,7 +208,7 @@ impl Multibody {
         }
     }
 
-    /// The name of a constraint.
+    /// Returns the name of a constraint.
     #[must_use]
     pub fn constraint_name(&self, constraint: ConstraintId) -> &str {
         match constraint {
@@ -218,59 +217,59 @@ impl Multibody {
         }
     }
 
-    /// The constraint of that name, loops before couplings.
+    /// Returns the constraint with this name; a loop has priority over a coupling.
     #[must_use]
     pub fn constraint(&self, name: &str) -> Option<ConstraintId> {
         self.constraints().find(|c| self.constraint_name(*c) == name)
     }
 
-    /// Prescribed subhinges of all loops and gaps of their rows: how many loop motions the caller gives.
+    /// Returns the number of loop motions that the caller gives: prescribed subhinges of all loops, and gaps of their rows.
     #[must_use]
     pub fn motions(&self) -> usize {
         self.motions
     }
 
-    /// All bodies in canonical order: depth first, parents first, siblings by name.
+    /// Returns all bodies in canonical order: depth first, parents first, siblings by name.
     #[must_use]
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
 
-    /// All nodes, by body, then by name.
+    /// Returns all nodes, by body, then by name.
     #[must_use]
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
     }
 
-    /// The identifiers of all bodies, in canonical order.
+    /// Returns the identifiers of all bodies, in canonical order.
     pub fn body_ids(&self) -> impl ExactSizeIterator<Item = BodyId> + use<> {
         (0..self.bodies.len() as u32).map(BodyId)
     }
 
-    /// The identifiers of all nodes.
+    /// Returns the identifiers of all nodes.
     pub fn node_ids(&self) -> impl ExactSizeIterator<Item = NodeId> + use<> {
         (0..self.nodes.len() as u32).map(NodeId)
     }
 
-    /// The body of that name. O(log n); do it before stepping.
+    /// Returns the body with this name. O(log n); look it up before stepping.
     #[must_use]
     pub fn body(&self, name: &str) -> Option<BodyId> {
         self.body_index.get(name).copied()
     }
 
-    /// The node of that name. O(log n); do it before stepping.
+    /// Returns the node with this name. O(log n); look it up before stepping.
     #[must_use]
     pub fn node(&self, name: &str) -> Option<NodeId> {
         self.node_index.get(name).copied()
     }
 
-    /// The places in β of the hinge that carries the body of that name.
+    /// Returns the range in β of the hinge of the body with this name.
     #[must_use]
     pub fn hinge(&self, body: &str) -> Option<Range<usize>> {
         self.body(body).map(|b| self.get(b).v())
     }
 
-    /// Another inertia for a body, about its origin, body axes: propellant was spent, a sample taken.
+    /// Replaces the inertia of a body, about its origin, in body axes: for spent propellant or a collected sample.
     pub fn set_inertia(&mut self, body: BodyId, inertia: RigidInertia) {
         let body = &mut self.bodies[body.index()];
         body.inertia = inertia;
@@ -278,47 +277,47 @@ impl Multibody {
         body.mass.inertia_com = inertia.inertia_com();
     }
 
-    /// A body by identifier.
+    /// Returns a body.
     #[must_use]
     pub fn get(&self, body: BodyId) -> &Body {
         &self.bodies[body.index()]
     }
 
-    /// A node by identifier.
+    /// Returns a node.
     #[must_use]
     pub fn get_node(&self, node: NodeId) -> &Node {
         &self.nodes[node.index()]
     }
 
-    /// Numbers in q.
+    /// Returns the number of elements in q.
     #[must_use]
     pub fn nq(&self) -> usize {
         self.nq
     }
 
-    /// Degrees of freedom: numbers in β.
+    /// Returns the number of degrees of freedom: elements in β.
     #[must_use]
     pub fn nv(&self) -> usize {
         self.nv
     }
 
-    /// The body itself, its parent, and so on to the body that hangs on the world.
+    /// Iterates from the body itself over its parent and so on, up to the body that is attached to the world.
     pub fn ancestors(&self, body: BodyId) -> impl Iterator<Item = BodyId> + '_ {
         std::iter::successors(Some(body), |b| self.get(*b).parent)
     }
 
-    /// The body and everything outboard of it: a contiguous piece of the canonical order.
+    /// Iterates over the body and all bodies outboard of it, which are contiguous in canonical order.
     pub fn subtree(&self, body: BodyId) -> impl ExactSizeIterator<Item = BodyId> + use<> {
         (body.0..self.get(body).subtree_end).map(BodyId)
     }
 
-    /// True when `a` is on the path from the world to `b`, both ends included. O(1).
+    /// Returns whether `a` is on the path from the world to `b`, both ends included. O(1).
     #[must_use]
     pub fn on_path(&self, a: BodyId, b: BodyId) -> bool {
         a <= b && b.0 < self.get(a).subtree_end
     }
 
-    /// Every subhinge of every body in order, with its body.
+    /// Iterates over every subhinge of every body in order, with its body.
     pub fn subhinges(&self) -> impl Iterator<Item = (BodyId, &SubhingeRange)> {
         self.bodies
             .iter()
@@ -326,7 +325,7 @@ impl Multibody {
             .flat_map(|(i, b)| b.subhinges.iter().map(move |s| (BodyId(i as u32), s)))
     }
 
-    /// One flag per degree of freedom: `true` where the motion is prescribed.
+    /// Returns one flag per degree of freedom: `true` if its motion is prescribed.
     #[must_use]
     pub fn prescribed(&self) -> Vec<bool> {
         let mut mask = vec![false; self.nv];
@@ -336,7 +335,7 @@ impl Multibody {
         mask
     }
 
-    /// The same mechanism with all subhinges of one body free or prescribed.
+    /// Returns the mechanism with all subhinges of one body free or prescribed.
     #[must_use]
     pub fn with_coordinate(mut self, body: BodyId, coordinate: Coordinate) -> Self {
         for s in &mut self.bodies[body.index()].subhinges {
@@ -347,14 +346,14 @@ impl Multibody {
         self
     }
 
-    /// Sum of all masses, kg.
+    /// Returns the total mass, kg.
     #[must_use]
     pub fn total_mass(&self) -> f64 {
         let of = |b: &Body| b.inertia.mass() + b.modes.as_ref().map_or(0.0, Modes::mass);
         self.bodies.iter().map(of).sum()
     }
 
-    /// True when some body bends.
+    /// Returns whether any body is flexible.
     #[must_use]
     pub fn is_flexible(&self) -> bool {
         self.bodies.iter().any(|b| b.modes.is_some())
@@ -362,7 +361,7 @@ impl Multibody {
 }
 
 impl Multibody {
-    /// A body as its author would describe it.
+    /// Returns the description of a body, as for a [`Builder`](crate::Builder).
     #[must_use]
     pub fn spec(&self, body: BodyId) -> BodySpec {
         let b = self.get(body);
@@ -379,8 +378,7 @@ impl Multibody {
         }
     }
 
-    /// `X_WB` of every body in canonical order at a configuration, without a workspace: for set-up.
-    /// O(bodies), allocates.
+    /// Computes `X_WB` of every body in canonical order at a configuration, without a workspace. For set-up: O(bodies), allocates.
     #[must_use]
     pub fn body_poses(&self, q: &[f64]) -> Vec<Pose> {
         let mut poses: Vec<Pose> = Vec::with_capacity(self.bodies().len());
@@ -395,7 +393,7 @@ impl Multibody {
         poses
     }
 
-    /// Where a frame that hangs on a body is in the body frame: where it was put, but for deflection.
+    /// Returns the pose in the body frame of a frame that is attached to a body, including deflection.
     fn carried(&self, on: Option<BodyId>, X: &Pose, q: &[f64]) -> Pose {
         let body = on.map(|b| self.get(b));
         let modes = body.and_then(|b| b.modes.as_ref().map(|m| (m, &q[b.modes_q.clone()])));

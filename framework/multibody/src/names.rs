@@ -1,7 +1,7 @@
-//! Misspelt names: the nearest of those there are, and what a message says about them.
+//! Misspelt names: finds the nearest known name and makes the suggestion for a message.
 
-/// The name that a misspelt one is most like, if one is alike enough to be meant. Of names with dots the last part counts
-/// a third; two letters changed about, or one wrong, are enough in a name of three letters or more.
+/// Returns the known name most similar to a misspelt one, if it is similar enough. In names with dots, the last part counts for a third. One wrong
+/// letter or two swapped letters are similar enough in a name of three letters or more.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     known
         .into_iter()
@@ -18,17 +18,18 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .map(|(_, _, k)| k)
 }
 
-/// The nearest of some names as a question.
+/// Returns the nearest name as a question.
 pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     nearest(name, known).map(|k| format!("did you mean `{k}`?"))
 }
 
-/// The nearest of some names as a question, or all of few. `kind` is what they are names of, as one word.
+/// Returns the nearest name as a question. If none is near, returns the list of up to 12 known names, or a hint to define it. `kind` is one word for
+/// what is named.
 pub fn suggest<'a>(name: &str, kind: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let known: Vec<&str> = known.into_iter().collect();
     match did_you_mean(name, known.iter().copied()) {
         Some(question) => question,
-        None if known.is_empty() => format!("there is no {kind} at all"),
+        None if known.is_empty() => format!("no {kind} exists"),
         None if known.len() <= 12 => format!("one of: {}", known.join(", ")),
         None => format!("define the {kind}, or correct the name"),
     }
@@ -57,8 +58,8 @@ mod tests {
         assert_eq!(nearest("x", []), None);
     }
 
-    /// Of equally near names the first in the alphabet, whatever the order they come in; a slip comes before what is
-    /// alike in sum only.
+    /// Among equally near names, the alphabetically first is returned, independent of their order. A single typing error has priority over general
+    /// similarity.
     #[test]
     fn the_order_of_names_does_not_count() {
         assert_eq!(nearest("rnu", ["rn_unit", "run"]), Some("run"));
@@ -70,7 +71,7 @@ mod tests {
     fn few_names_are_listed() {
         assert_eq!(suggest("lnik", "link", ["link", "foot"]), "did you mean `link`?");
         assert_eq!(suggest("xyz", "link", ["hand", "foot"]), "one of: hand, foot");
-        assert_eq!(suggest("xyz", "link", []), "there is no link at all");
+        assert_eq!(suggest("xyz", "link", []), "no link exists");
         let many: Vec<String> = (0..13).map(|k| format!("part{k}")).collect();
         let many = many.iter().map(String::as_str);
         assert_eq!(suggest("xyz", "link", many), "define the link, or correct the name");

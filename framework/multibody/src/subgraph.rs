@@ -1,53 +1,53 @@
-//! Subgraphs: some of the bodies of a mechanism as a mechanism of its own.
+//! Subgraphs: a subset of the bodies of a mechanism as a separate mechanism.
 //!
-//! The bodies chosen must hang on one common frame: the world, or one body that is not chosen (the
-//! *base*). In the new mechanism that frame is `world`. Names stay; bodies outboard of the chosen
-//! ones that were not chosen are left out, with their mass; so are constraints with an end outside.
+//! The chosen bodies must be attached to one common frame: the world, or one body that is not chosen (the *base*). In the new mechanism this frame is
+//! `world`. Names stay. Bodies outboard of the chosen ones that were not chosen are left out, with their mass, and so are constraints with an end
+//! outside.
 
 use crate::{BodyId, Builder, Multibody};
 use thiserror::Error;
 
-/// Why bodies do not make a subgraph.
+/// Reason why bodies do not make a subgraph.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum SubgraphError {
     /// No body was chosen.
-    #[error("a subgraph of no bodies\n  help: name at least one")]
+    #[error("the subgraph has no bodies\n  help: name at least one")]
     Empty,
-    /// The chosen bodies hang on more than one frame.
+    /// The chosen bodies are attached to more than one frame.
     #[error(
-        "the bodies hang on different frames: {}\n  help: add the bodies between them, or take \
+        "the bodies are attached to different frames: {}\n  help: add the bodies between them, or take \
          several subgraphs",
         bases.join(", ")
     )]
     SeveralBases {
-        /// The frames, `world` or names of bodies, each once.
+        /// The frames: `world` or names of bodies, each once.
         bases: Vec<String>,
     },
 }
 
-/// Some bodies of a mechanism as a mechanism of its own, and how the two correspond.
+/// A subset of the bodies of a mechanism as a separate mechanism, and the mapping between the two.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subgraph {
-    /// The mechanism of the chosen bodies; its `world` is the frame of `base`.
+    /// The mechanism of the chosen bodies. Its `world` is the frame of `base`.
     pub multibody: Multibody,
-    /// The body of the whole that carries them; `None` for the world.
+    /// The body of the original mechanism that carries them; `None` for the world.
     pub base: Option<BodyId>,
-    /// For each body of the part: that of the whole.
+    /// Original body of each body of the subgraph.
     pub bodies: Vec<BodyId>,
-    /// For each number of the part's q: its place in the whole's.
+    /// Index in the original q of each element of the subgraph's q.
     pub q: Vec<usize>,
-    /// For each number of the part's β: its place in the whole's.
+    /// Index in the original β of each element of the subgraph's β.
     pub v: Vec<usize>,
 }
 
 impl Subgraph {
-    /// The part's numbers out of the whole's: `places` is [`Subgraph::q`] or [`Subgraph::v`].
+    /// Picks the subgraph's elements out of the original ones: `places` is [`Subgraph::q`] or [`Subgraph::v`].
     #[must_use]
     pub fn gather(places: &[usize], whole: &[f64]) -> Vec<f64> {
         places.iter().map(|i| whole[*i]).collect()
     }
 
-    /// The part's numbers back into the whole's.
+    /// Writes the subgraph's elements back into the original ones.
     pub fn scatter(places: &[usize], part: &[f64], whole: &mut [f64]) {
         for (i, x) in places.iter().zip(part) {
             whole[*i] = *x;
@@ -56,10 +56,10 @@ impl Subgraph {
 }
 
 impl Multibody {
-    /// The chosen bodies as a mechanism of their own (any order, repeats do no harm).
+    /// Returns the chosen bodies as a separate mechanism. Order and repeats do not matter.
     ///
     /// # Errors
-    /// [`SubgraphError`] if there are none, or if they hang on more than one frame.
+    /// [`SubgraphError`] if there are none, or if they are attached to more than one frame.
     pub fn subgraph(&self, bodies: &[BodyId]) -> Result<Subgraph, SubgraphError> {
         let mut chosen: Vec<BodyId> = bodies.to_vec();
         chosen.sort();
@@ -121,7 +121,7 @@ impl Multibody {
         Ok(Subgraph { multibody, base, bodies: order, q, v })
     }
 
-    /// A body and everything outboard of it as a mechanism of its own.
+    /// Returns a body and all bodies outboard of it as a separate mechanism.
     #[must_use]
     pub fn subtree_graph(&self, body: BodyId) -> Subgraph {
         let bodies: Vec<BodyId> = self.subtree(body).collect();
@@ -129,7 +129,7 @@ impl Multibody {
         part
     }
 
-    /// The bodies on the way from a body to the world, the body itself included: a single chain.
+    /// Returns the bodies on the path from a body to the world, including the body itself: a single chain.
     #[must_use]
     pub fn path_graph(&self, body: BodyId) -> Subgraph {
         let bodies: Vec<BodyId> = self.ancestors(body).collect();

@@ -1,4 +1,4 @@
-//! Modes of flexible bodies: generators against closed forms and tables, places, refusals.
+//! Modes of flexible bodies: generators compared with closed forms and tables, attachments, errors.
 
 use linkwork_multibody::modes::{
     Attachment, Beam, BeamModes, Carrier, Ends, GeneratorFault, Modes, ModesFault, Plate, Station,
@@ -22,7 +22,7 @@ fn beam(ends: Ends) -> Beam {
     }
 }
 
-/// ω of each mode from the modes' own K and M.
+/// Returns ω of each mode from the modes' own K and M.
 fn omegas(modes: &Modes) -> Vec<f64> {
     let n = modes.count();
     let K = DMatrix::from_row_slice(n, n, &modes.stiffness_matrix());
@@ -60,7 +60,7 @@ fn beam_frequencies_are_those_of_euler_and_bernoulli() {
             let w = omegas(&b.modes(count).unwrap());
             for (w, root) in w.iter().zip(roots) {
                 let want = (root / b.length).powi(2) * (b.young * I / (b.density * b.area)).sqrt();
-                // Measured at most 1.4e-3: rotary inertia, which lowers them.
+                // Measured at most 1.4e-3, because rotary inertia lowers the frequencies.
                 near(*w, want, 2e-3, &format!("{ends:?}"));
                 assert!(*w < want * (1.0 + 1e-6), "{ends:?}: {w} above {want}");
             }
@@ -130,8 +130,8 @@ fn plate_frequencies_are_those_of_the_tables() {
     let strip = Plate { width: 0.02, poisson: 0.3, attach: vec![], ..plate };
     let w = omegas(&strip.modes(1).unwrap())[0];
     let beam = (1.875_104_f64 / 0.8).powi(2) * (7e10_f64 * 4e-6 / 12.0 / 2700.0).sqrt();
-    // Measured 7.3e-3 above: polynomials see little of the short zone in which the clamped edge keeps
-    // the strip from curling; without curling at all it would be 48e-3.
+    // Measured 7.3e-3 above: polynomials hardly resolve the short zone in which the clamped edge prevents the strip from curling. Without any curling
+    // it would be 48e-3.
     near(w, beam, 1e-2, "strip");
 }
 
@@ -144,7 +144,7 @@ fn static_deflection_of_many_modes_is_that_of_the_handbook() {
     let deflection: f64 =
         (0..8).map(|i| tip.translation[i].y.powi(2) * F / modes.stiffness[i]).sum();
     let want = F * b.length.powi(3) / (3.0 * b.young * b.I_z);
-    // What eight modes leave out: Σ 12/(βL)⁴ from the ninth on, 7.9e-5; measured that.
+    // Contribution of the modes beyond the eighth: Σ 12/(βL)⁴ from the ninth on, 7.9e-5; this value was measured.
     let left: f64 =
         (9..200).map(|k| 12.0 / ((f64::from(k) - 0.5) * std::f64::consts::PI).powi(4)).sum();
     near(deflection, want * (1.0 - left), 1e-6, "FL³/3EI");
@@ -156,7 +156,7 @@ fn frames_on_a_beam_follow_its_shape() {
     let count = BeamModes { bending_y: 2, bending_z: 2, twist: 1, stretch: 1 };
     let all = b.modes(count).unwrap();
     let mut measured = [0.0_f64; 3];
-    // Every station, found again by its neighbours.
+    // Interpolate every station from its neighbours.
     for i in 2..all.stations.len() - 2 {
         let mut fewer = all.clone();
         let want = fewer.stations.remove(i);
@@ -179,13 +179,13 @@ fn frames_on_a_beam_follow_its_shape() {
     for (worst, most) in measured.iter().zip([1e-5, 1e-4, 1e-4]) {
         assert!(*worst < most, "{measured:?}");
     }
-    // An offset turns with its cross-section.
+    // An offset rotates with its cross-section.
     let at = Pose::translation(1.234, 0.1, -0.2);
     let Carrier::Between { pose, .. } = all.place(&at).unwrap() else { panic!("between") };
     assert!((pose.position - Vec3::new(0.0, 0.1, -0.2)).norm() < 1e-15);
 }
 
-/// A point mass and a disc on a massless rod, by hand.
+/// A point mass and a disc on a massless rod, computed by hand.
 fn by_hand() -> Modes {
     let disc =
         MassProperties::new(1.5, Vec3::zeros(), Mat3::from_diagonal(&Vec3::new(0.02, 0.01, 0.01)));
@@ -243,7 +243,7 @@ fn coordinates_come_after_the_hinges_and_move_like_numbers() {
     mbs.qdot(&q, &dv, &mut rate);
     assert_eq!(rate[1..3], dv[1..3]);
     assert_eq!(mbs.neutral_q(), [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
-    // Poses follow the station: the hand is glued to the disc.
+    // Poses follow the station: the hand is fixed to the disc.
     let poses = mbs.body_poses(&[0.0, 0.2, -0.1, 0.0, 0.0, 0.0, 1.0]);
     let R = linkwork_multibody::spatial::Quat::from_scaled_axis(Vec3::new(0.0, 0.1, 0.26));
     let want = Vec3::new(1.0, 0.2 - 0.01, -0.1) + R * Vec3::new(0.0, 0.005, 0.0);
@@ -258,7 +258,7 @@ fn taken_apart_written_and_built_again_nothing_changes() {
     let text = serde_json::to_string(&by_hand()).unwrap();
     assert_eq!(serde_json::from_str::<Modes>(&text).unwrap(), by_hand());
     assert!(serde_json::from_str::<Modes>(&text.replace("damping", "dampening")).is_err());
-    // Of a rigid body nothing new is written, and old text is read.
+    // A rigid body is written without modes, and old text is still read.
     let rigid = serde_json::to_string(&BodySpec::new("a", "world")).unwrap();
     assert!(!rigid.contains("modes"));
     let part = mbs.subgraph(&[mbs.body("arm").unwrap()]).unwrap();
@@ -312,7 +312,7 @@ fn modes_that_no_body_has_are_refused_with_the_remedy() {
         m.stations[0].pose.position.y = 0.1;
     });
     said(&off, &["station 0 is not on the x axis"]);
-    // All at once.
+    // All faults at once.
     let all = faults(|m| {
         m.stiffness = vec![1.0];
         m.stations[1].mass.mass = -1.0;
@@ -362,6 +362,6 @@ fn generators_refuse_what_is_no_beam_or_plate() {
     assert!(faults.contains(&GeneratorFault::OffPlate { at: [2.0, 0.0] }));
     let none = Modes::default().validate().unwrap_err();
     assert_eq!(none, [ModesFault::NoStations]);
-    // No modes at all, with mass: a rigid body in slices.
+    // Without modes but with mass: a rigid body in slices.
     beam(Ends::ClampedFree).modes(BeamModes::default()).unwrap().validate().unwrap();
 }

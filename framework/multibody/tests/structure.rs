@@ -1,4 +1,4 @@
-//! Structure: canonical order, queries, and what a faulty description is told.
+//! Structure: canonical order, queries, and errors of invalid descriptions.
 
 use linkwork_multibody::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
 use linkwork_multibody::{
@@ -95,7 +95,7 @@ fn integrate_and_difference_are_inverse_and_agree_with_qdot() {
             let slope = (plus[i] - minus[i]) / (2.0 * h);
             assert!((slope - qdot[i]).abs() < 1e-9, "seed {seed}, lane {i}: {slope} {}", qdot[i]);
         }
-        // Small motions come back to the last digits too: the series of the SE(3) exponential.
+        // Small motions are recovered to round-off too: tests the series of the SE(3) exponential.
         let small: Vec<f64> = dv.iter().map(|x| 1e-3 * x).collect();
         m.integrate(&q, &small, &mut to);
         m.difference(&q, &to, &mut back);
@@ -132,7 +132,7 @@ fn all_faults_are_reported_together_with_the_remedy() {
         "body `wheel`: no parent `chasis`\n  help: did you mean `chassis`?",
         "body `wheel`: largest principal moment 0.5",
         "body `twin` is defined 2 times",
-        "bodies form a ring: a -> c -> b -> a",
+        "bodies form a cycle: a -> c -> b -> a",
         "body `arm`, subhinge 0: axis has no direction",
         "body `leg`, subhinge 0: armature 1",
         "body name `world` is not usable",
@@ -262,7 +262,7 @@ fn damping_friction_and_stops_that_cannot_be_are_refused() {
     assert!(error.contains("loop `l`, subhinge 0: damping"), "{error}");
 }
 
-/// The numbers that a rotation, a coupling and a loop tie to others, by the names of their bodies: of q, of β.
+/// Checks the elements of q and of β that a rotation, a coupling or a loop ties to others, by the names of their bodies.
 #[test]
 fn what_is_held_together_is_told() {
     let mut b = Builder::new();
@@ -271,7 +271,7 @@ fn what_is_held_together_is_told() {
     }
     let at = |body: &str| HingeCoordinate { body: body.into(), subhinge: 0 };
     b.coupling(Coupling::differential("differential", at("rocker_r"), at("rocker_l")));
-    // From wheel to wheel, over the rockers: wheel_l is prescribed, and stays where it is put.
+    // From wheel to wheel, over the rockers: wheel_l is prescribed and therefore independent.
     b.loop_closure(LoopClosure {
         name: "axle".into(),
         body_a: "wheel_r".into(),

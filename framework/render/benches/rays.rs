@@ -1,12 +1,12 @@
-//! Rays a second on ground like that of the rover's traverse: 100 m × 100 m at 0.1 m with relief and 300 rocks in the heights, a
-//! mast camera 2 m above it, on one thread and on two.
+//! Ray rate on terrain like that of the rover's traverse: 100 m × 100 m at 0.1 m resolution with relief and 300 rocks in the heights. The mast camera
+//! is 2 m above it. One thread and two threads are measured.
 //!
-//! Printed: millions of rays a second, of the fastest of several frames; on one thread by the time that it worked, on two by the wall
-//! clock, which other work on the machine slows. `primary` is depth and masks, a ray a pixel;
-//! `image` has a shadow ray and a texture too; `lone` are the same primary rays one by one, without the bounds of tiles.
+//! Prints millions of rays per second, of the fastest of several frames. On one thread the CPU time of the thread is used, on two threads the wall
+//! clock, which other programs on the machine slow down. `primary` computes depth and masks with one ray per pixel. `image` adds a shadow ray and a
+//! texture. `lone` casts the primary rays one by one, without the bounds of tiles.
 //!
-//! Measured on a virtual machine with two cores of an Intel Xeon at 2.7 GHz, other programs running: primary 4.8 to 5.8 on one thread and up to
-//! 8.4 on two, image 1.0 to 1.2 on one, lone 1.9 to 2.4. The goal of the project is 20 on two.
+//! Measured on a virtual machine with two cores of an Intel Xeon at 2.7 GHz, while other programs were running: primary 4.8 to 5.8 on one thread and
+//! up to 8.4 on two, image 1.0 to 1.2 on one, lone 1.9 to 2.4. The target of the project is 20 on two threads.
 #![allow(clippy::disallowed_methods, clippy::unwrap_used, missing_docs, non_snake_case)]
 
 use linkwork_render::collision::Shape;
@@ -51,14 +51,14 @@ fn ground() -> HeightMap {
         .unwrap()
 }
 
-/// Seconds: of this thread's own work where Linux tells them (so that what else runs does not count), else of the wall clock.
+/// Returns the CPU time of this thread, s, where Linux reports it, so that other programs do not affect it; otherwise the wall-clock time.
 fn worked(since: Instant) -> f64 {
     let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
     let own = told.and_then(|t| t.split(' ').next()?.parse::<f64>().ok());
     own.map_or_else(|| since.elapsed().as_secs_f64(), |ns| ns * 1e-9)
 }
 
-/// Millions a second: the best of several, by the wall clock or by what this thread worked.
+/// Returns the rate in millions per second: the best of several, by wall-clock time or by the CPU time of this thread.
 fn rate(rays: usize, threads: usize, mut f: impl FnMut()) -> f64 {
     let start = Instant::now();
     let now = || if threads == 1 { worked(start) } else { start.elapsed().as_secs_f64() };
@@ -77,7 +77,7 @@ fn main() {
     let eye = Vec3::new(-12.0, 3.0, map.height(-12.0, 3.0).unwrap() + 2.0);
     let mut scene = Scene::new(Light::default());
     scene.set_ground(Arc::new(map), Look::soil()).unwrap();
-    // The rover's deck, mast and wheels in front of the lens.
+    // Add the rover's deck, mast and wheels in front of the lens.
     for k in 0..6 {
         let at = eye + Vec3::new(0.8 * f64::from(k % 3) - 0.6, 1.2 * f64::from(k / 3) - 0.6, -1.7);
         let X = Pose::new(Quat::from_scaled_axis(Vec3::x() * 1.57), at);

@@ -1,9 +1,9 @@
-//! Rocks, a pole and a ball on rolling ground, as a stereo pair of cameras sees them.
+//! Renders rocks, a pole and a sphere on hilly terrain as a stereo pair of cameras sees them.
 //! ```text
 //! cargo run --release -p linkwork-render --example look -- FOLDER
 //! ```
-//! Writes `left.png` and `right.png` (12 bits grey, with noise), `colour.png` (8 bits), `objects.png` (masks), and `depth.png` of the stereo
-//! matching (near is light; black: none found), and says how far it is off.
+//! Writes `left.png` and `right.png` (12 bits grey, with noise), `colour.png` (8 bits), `objects.png` (masks), and `depth.png` of the stereo matching
+//! (bright is near; black: no depth found), and prints the error of the depth.
 #![allow(non_snake_case)]
 
 use linkwork_render::collision::Shape;
@@ -13,10 +13,10 @@ use linkwork_render::*;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Pixels, and the distance of the two cameras, m.
+/// Image size in pixels, and the distance of the two cameras, m.
 const SIZE: [usize; 2] = [640, 480];
 const BASELINE: f64 = 0.2;
-/// What is shown as black in the picture of depths, m.
+/// Depth that is shown as black, m.
 const FARTHEST: f64 = 20.0;
 
 fn scene() -> Result<Scene, RenderError> {
@@ -70,7 +70,7 @@ fn scene() -> Result<Scene, RenderError> {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let folder = std::env::args().nth(1).ok_or("say in which folder the pictures go")?;
+    let folder = std::env::args().nth(1).ok_or("give the folder for the images")?;
     let folder = Path::new(&folder);
     let scene = scene()?;
     let z = Vec3::new(0.0, 1.0, -0.22).normalize();
@@ -108,7 +108,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if let Some(median) = off.get(off.len() / 2) {
         let share = 100.0 * off.len() as f64 / depth.len() as f64;
         println!(
-            "{share:.0} % of the pixels have a depth; half of them are off by less than {:.2} %",
+            "{share:.0} % of the pixels have a depth; half of them have an error of less than {:.2} %",
             100.0 * median
         );
     }

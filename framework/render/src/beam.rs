@@ -1,7 +1,7 @@
-//! Bounds of the rays of neighbouring pixels: what none of them can meet is left out once, not by each.
+//! Bounds of the rays of neighbouring pixels, so that geometry that none of them can hit is excluded once for all of them.
 //! ```text
 //! a ray of the beam is at o + t d,  o_lo ≤ o ≤ o_hi,  d_lo ≤ d ≤ d_hi by components, t ≥ 0
-//! a box may be met when for some t on every axis   o_lo + t d_lo ≤ b_hi  and  o_hi + t d_hi ≥ b_lo
+//! a box may be hit when for some t on every axis   o_lo + t d_lo ≤ b_hi  and  o_hi + t d_hi ≥ b_lo
 //! ```
 
 use linkwork_spatial::Vec3;
@@ -14,7 +14,7 @@ pub(crate) struct Beam {
 }
 
 impl Beam {
-    /// Around rays; `None` without any.
+    /// Returns the bounds of rays; `None` without any.
     pub(crate) fn around(rays: impl Iterator<Item = (Vec3, Vec3)>) -> Option<Beam> {
         rays.fold(None, |beam: Option<Beam>, (o, d)| {
             let b = beam.unwrap_or(Beam { o: [o, o], d: [d, d] });
@@ -23,7 +23,7 @@ impl Beam {
         })
     }
 
-    /// The corner of a horizontal square that each ray meets first: bit 0 in x, bit 1 in y; `None` when rays differ.
+    /// Returns the corner of a horizontal square that each ray reaches first: bit 0 in x, bit 1 in y; `None` when rays differ.
     pub(crate) fn near(&self) -> Option<usize> {
         let sign = |k: usize| match (self.d[0][k] < 0.0, self.d[1][k] < 0.0) {
             (a, b) if a == b => Some(usize::from(a)),
@@ -32,10 +32,10 @@ impl Beam {
         Some(sign(0)? | sign(1)? << 1)
     }
 
-    /// Whether some ray of the beam may meet a box. Never wrongly no.
+    /// Returns true if some ray of the beam may hit a box. The result is conservative.
     pub(crate) fn meets(&self, lo: &Vec3, hi: &Vec3) -> bool {
         let (mut from, mut to) = (0.0f64, f64::INFINITY);
-        // t c ≤ w, with room for rounding.
+        // c ≤ w, with a margin for round-off.
         let mut limit = |c: f64, w: f64| {
             let w = w + 1e-9 * (1.0 + w.abs());
             if c > 0.0 {

@@ -1,10 +1,10 @@
-//! A camera: a lens with pixels, its rays computed once, and what it sees of a scene.
+//! A camera: a lens with pixels, whose rays are computed once, and the images that it takes of a scene.
 //! ```text
-//! tiles     8 × 8 pixels; what no ray of a tile can meet is left out for the tile (`beam`)
+//! tiles     8 × 8 pixels; geometry that no ray of a tile can hit is excluded for the tile (`beam`)
 //! threads   take rows of tiles in turn; each pixel is a pure function of scene, camera and pose
-//! shadows   a ray to the Sun from each hit, begun 1e-6 (1 + distance) off the surface
+//! shadows   a ray to the Sun from each hit, started 1e-6 (1 + distance) off the surface
 //! ```
-//! Depth, range, normal and masks are those of the ray through the middle of a pixel; radiance is the mean of n × n rays.
+//! Depth, range, normal and masks are computed for the ray through the centre of a pixel; radiance is the mean of n × n rays.
 
 use crate::beam::Beam;
 use crate::error::RenderError;
@@ -17,7 +17,7 @@ use std::sync::{Mutex, PoisonError};
 /// Edge of a tile, pixels.
 const TILE: usize = 8;
 
-/// Most rays of a camera: its table of them takes 56 bytes each, a frame some 110 bytes a pixel.
+/// Maximum number of rays of a camera: the table of rays takes 56 bytes each, a frame about 110 bytes per pixel.
 const RAYS_MAX: u128 = 1 << 23;
 
 /// A camera.
@@ -27,44 +27,44 @@ pub struct Camera {
     width: usize,
     height: usize,
     samples: usize,
-    /// Rays through the middles of pixels, row by row.
+    /// Rays through the centres of pixels, row by row.
     middles: Vec<Option<LensRay>>,
-    /// When a pixel has several: those, pixel by pixel.
+    /// The rays of all samples, pixel by pixel, when a pixel has several.
     fine: Vec<Option<LensRay>>,
 }
 
-/// What is computed for a pixel.
+/// Quantities to be computed for each pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Want {
     /// Depth, range, masks.
     Depth,
-    /// Normals too.
+    /// Also normals.
     Geometry,
-    /// Radiance too.
+    /// Also radiance.
     Radiance,
 }
 
-/// What a camera saw. Arrays are row by row from the top, one entry a pixel.
+/// Result of a camera. Arrays are row by row from the top, with one entry per pixel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {
-    /// Pixels in a row.
+    /// Number of columns.
     pub width: usize,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
-    /// Along the axis from the centre of projection, m; ∞ where nothing is.
+    /// Depth along the optical axis from the centre of projection, m; ∞ without a hit.
     pub depth: Vec<f64>,
-    /// Along the ray from where it begins, m; ∞ where nothing is.
+    /// Distance along the ray from its origin, m; ∞ without a hit.
     pub range: Vec<f64>,
-    /// Unit normals against the rays, W; zero where nothing is; empty when only depth is wanted.
+    /// Unit normals against the rays, W; zero without a hit; empty when only depth is computed.
     pub normals: Vec<[f32; 3]>,
-    /// Numbers of objects: 0 nothing, 1 the ground, others [`ObjectId::in_mask`](crate::ObjectId::in_mask).
+    /// Object numbers: 0 nothing, 1 the ground, others [`ObjectId::in_mask`](crate::ObjectId::in_mask).
     pub objects: Vec<u16>,
     /// Semantic classes, [`Look::class`](crate::Look::class); 0 nothing.
     pub classes: Vec<u16>,
-    /// Radiance, W/(m² sr); empty unless wanted. Zero where the lens has no ray.
+    /// Radiance, W/(m² sr); empty unless requested. Zero where the lens has no ray.
     pub radiance: Vec<[f32; 3]>,
-    /// The camera is in something solid or below the ground; what it then sees is what its rays meet, from inside: distance 0 in a
-    /// solid, the underside of the ground below it.
+    /// True if the camera is inside a solid or below the ground. Its rays then hit from inside: at distance 0 in a solid, and at the underside of the
+    /// ground below it.
     pub inside: bool,
 }
 
@@ -79,10 +79,10 @@ struct Pixel {
 }
 
 impl Camera {
-    /// With `width` by `height` pixels, and `samples` by `samples` rays in each for its radiance.
+    /// Creates a camera with `width` by `height` pixels, and `samples` by `samples` rays in each pixel for its radiance.
     ///
     /// # Errors
-    /// A lens that is none, an image without pixels, one with too many.
+    /// An invalid lens, an image without pixels, an image with too many rays.
     pub fn new(
         lens: Lens,
         width: usize,
@@ -115,22 +115,22 @@ impl Camera {
         Ok(Self { lens, width, height, samples, middles, fine })
     }
 
-    /// Its lens.
+    /// Returns the lens.
     #[must_use]
     pub fn lens(&self) -> &Lens {
         &self.lens
     }
 
-    /// Pixels in a row, and rows.
+    /// Returns the numbers of columns and rows.
     #[must_use]
     pub fn size(&self) -> [usize; 2] {
         [self.width, self.height]
     }
 
-    /// What it sees from a pose (`X_WC`), computed by `threads` threads (at least one): the same bits for any number of them.
+    /// Renders the scene from a pose (`X_WC`) with `threads` threads (at least one). The result is bit-identical for any number of threads.
     ///
     /// # Errors
-    /// What is no pose; light that cannot be; a scene that is not settled.
+    /// An invalid pose, invalid light, or a scene that is not settled.
     pub fn look(
         &self,
         scene: &Scene,
@@ -193,7 +193,7 @@ impl Camera {
         }
     }
 
-    /// One tile: its pixels from `x`, `y` on, in a band of rows that begins at `y`.
+    /// Renders one tile: its pixels from `x`, `y` on, in a band of rows that begins at `y`.
     fn tile(
         &self,
         scene: &Scene,
@@ -269,7 +269,7 @@ impl Camera {
     }
 }
 
-/// Radiance along a ray that has met something or the sky.
+/// Returns the radiance along a ray that has hit an object or the sky.
 fn radiance(scene: &Scene, o: &Vec3, d: &Vec3, hit: Option<Hit>) -> Rgb {
     let Some(hit) = hit else { return scene.light().sky(d) };
     let Some(look) = scene.look(hit.object) else { return [0.0; 3] };

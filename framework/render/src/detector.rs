@@ -1,11 +1,11 @@
-//! From radiance to numbers: exposure, photons, noise, gain, bits.
+//! Detector: converts radiance to digital numbers, with exposure, photon noise, read noise, gain and quantization.
 //! ```text
-//! N̄ = S L t + D t                electrons that are expected: sensitivity, radiance, exposure, dark current
+//! N̄ = S L t + D t                expected electrons: sensitivity, radiance, exposure, dark current
 //! N ~ Poisson(N̄), at most the well; N + σ_r n,  n ~ N(0, 1)
 //! DN = clamp(round((N + noise)/g + offset), 0, 2^bits − 1)
 //! ```
-//! Poisson numbers are exact below 30 electrons (inversion), above they are rounded normal ones of the same mean and variance. Each
-//! number is a pure function of (key, frame, pixel, channel), so that neither threads nor the order of pixels matter.
+//! Poisson samples are exact below 30 electrons (inversion); above, they are rounded normal samples with the same mean and variance. Each sample is a
+//! pure function of (key, frame, pixel, channel), so the result does not depend on threads or the order of pixels.
 
 use crate::camera::Frame;
 use crate::error::{RenderError, number};
@@ -13,52 +13,52 @@ use crate::light::luminance;
 use linkwork_runtime::noise;
 use serde::{Deserialize, Serialize};
 
-/// What the pixels tell apart.
+/// Colour channels of the pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channels {
-    /// One number: the luminance of Rec. 709, 0.2126 R + 0.7152 G + 0.0722 B.
+    /// One channel: the luminance of Rec. 709, 0.2126 R + 0.7152 G + 0.0722 B.
     Mono,
-    /// Red, green, blue, each in every pixel.
+    /// Three channels in every pixel: red, green, blue.
     Rgb,
 }
 
 /// A detector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detector {
-    /// One number a pixel or three.
+    /// One channel or three.
     pub channels: Channels,
-    /// Bits of a number: 8 to 16.
+    /// Bits of a digital number: 8 to 16.
     pub bits: u32,
     /// Exposure t, s.
     pub exposure: f64,
     /// Sensitivity S, electrons per second and W/(m² sr).
     pub sensitivity: f64,
-    /// Gain g, electrons per number.
+    /// Gain g, electrons per digital number.
     pub gain: f64,
-    /// Number of darkness.
+    /// Digital number of a dark pixel.
     pub offset: f64,
-    /// Electrons that a pixel holds.
+    /// Full well capacity of a pixel, electrons.
     pub well: f64,
-    /// Standard deviation of reading σ_r, electrons.
+    /// Standard deviation of the read noise σ_r, electrons.
     pub read_noise: f64,
     /// Dark current D, electrons per second.
     pub dark_current: f64,
-    /// Whether there is noise at all.
+    /// Whether noise is simulated.
     pub noise: Noise,
 }
 
 /// Noise of a detector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Noise {
-    /// Every number is the expected one.
+    /// No noise: every number is the expected value.
     Off,
-    /// Photons and reading.
+    /// Photon noise and read noise.
     On,
 }
 
 impl Default for Detector {
-    /// 12 bits mono; a well of 50 000 electrons that 130 W/(m² sr) fill in 10 ms, about what white sends that faces the Sun of
-    /// [`Light::default`](crate::Light).
+    /// 12 bits mono, with a full well of 50 000 electrons, which 130 W/(m² sr) fill in 10 ms. This is about the radiance of a white surface that
+    /// faces the Sun of [`Light::default`](crate::Light).
     fn default() -> Self {
         Self {
             channels: Channels::Mono,
@@ -75,26 +75,26 @@ impl Default for Detector {
     }
 }
 
-/// Numbers of a detector, row by row from the top, the channels of a pixel together.
+/// Digital numbers of a detector, row by row from the top, with the channels of a pixel together.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Image {
-    /// Pixels in a row.
+    /// Number of columns.
     pub width: usize,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
-    /// Numbers of a pixel: 1 or 3.
+    /// Channels per pixel: 1 or 3.
     pub channels: usize,
-    /// Bits of a number.
+    /// Bits of a digital number.
     pub bits: u32,
-    /// The numbers.
+    /// The digital numbers.
     pub data: Vec<u16>,
 }
 
 impl Detector {
-    /// Refuses what is no detector.
+    /// Checks the parameters of the detector.
     ///
     /// # Errors
-    /// Bits that there are not, a negative or infinite number.
+    /// A number of bits that is not supported, a negative or infinite number.
     pub fn check(&self) -> Result<(), RenderError> {
         let positive = "it must be positive";
         number(
@@ -112,20 +112,20 @@ impl Detector {
             ("read noise (electrons)", self.read_noise),
             ("dark current (electrons per second)", self.dark_current),
         ] {
-            number(what, v, |v| v >= 0.0, "it must be from 0 up")?;
+            number(what, v, |v| v >= 0.0, "it must not be negative")?;
         }
         Ok(())
     }
 
-    /// The image of a frame that has radiance. `key` and `count` (the number of the frame) choose the noise.
+    /// Computes the image of a frame with radiance. `key` and `count` (the index of the frame) select the noise.
     ///
     /// # Errors
-    /// What is no detector; a frame without radiance.
+    /// Invalid detector parameters, or a frame without radiance.
     pub fn read(&self, frame: &Frame, key: u64, count: u64) -> Result<Image, RenderError> {
         self.check()?;
         if frame.radiance.len() != frame.width * frame.height {
             let (what, help) =
-                ("number of pixels with radiance", "ask the camera for `Want::Radiance`");
+                ("number of pixels with radiance", "render the frame with `Want::Radiance`");
             return Err(RenderError::Number { what, value: frame.radiance.len() as f64, help });
         }
         let channels = match self.channels {
@@ -158,7 +158,7 @@ impl Detector {
             Noise::Off => mean.min(self.well),
             Noise::On => {
                 let caught = poisson(mean, key, count, lane).min(self.well);
-                // A key of its own, so that photons and reading do not know of each other.
+                // Use a separate key, so that photon noise and read noise are independent.
                 caught + self.read_noise * noise::normal(!key, count, lane)
             }
         };
@@ -167,7 +167,7 @@ impl Detector {
     }
 }
 
-/// A Poisson number.
+/// Returns a Poisson sample.
 fn poisson(mean: f64, key: u64, count: u64, lane: u32) -> f64 {
     const FEW: f64 = 30.0;
     if mean >= FEW {

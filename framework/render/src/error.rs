@@ -1,92 +1,90 @@
-//! What a scene, a camera or a lidar refuses: the fact and the remedy.
+//! Errors of scenes, cameras and lidars, with fact and remedy.
 
 use linkwork_collision::ShapeFault;
 use linkwork_collision::relief::GridFault;
 use thiserror::Error;
 
-/// Why something cannot be rendered.
+/// Reason why something cannot be rendered.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum RenderError {
-    /// A grid of heights that is none.
+    /// An invalid grid of heights.
     #[error(transparent)]
     Surface(#[from] GridFault),
-    /// A number that makes no sense.
+    /// A number outside its permitted range.
     #[error("{what} is {value}\n  help: {help}")]
     Number {
-        /// Which number.
+        /// Name of the number.
         what: &'static str,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// Permitted range.
         help: &'static str,
     },
     /// A pose with a NaN, an infinity, or a rotation that is not of unit length.
-    #[error(
-        "the pose of `{what}` is not a pose\n  help: give finite numbers and a unit quaternion"
-    )]
+    #[error("the pose of `{what}` is invalid\n  help: give finite numbers and a unit quaternion")]
     Pose {
-        /// Whose.
+        /// The object or camera.
         what: String,
     },
-    /// A shape that cannot be.
+    /// An invalid shape.
     #[error("object `{object}`: {fault}")]
     Shape {
         /// The object.
         object: String,
-        /// The first of its faults.
+        /// The first fault of the shape.
         fault: ShapeFault,
     },
-    /// More objects than a mask has numbers for.
+    /// More objects than a mask can number.
     #[error(
-        "object `{object}` is one too many: a mask has numbers for {max} objects\n  help: leave some out"
+        "object `{object}` exceeds the limit of {max} objects in a mask\n  help: remove some objects"
     )]
     Objects {
         /// The object.
         object: String,
-        /// How many a scene may have.
+        /// Maximum number of objects in a scene.
         max: usize,
     },
-    /// Objects were added or moved, and the scene was not told that this was all.
+    /// Objects were added or moved, but the scene was not settled.
     #[error(
-        "the scene has objects that were added or moved\n  help: call `settle` when all are where they belong"
+        "the scene has objects that were added or moved\n  help: call `settle` after the last change"
     )]
     Unsettled,
     /// An image without pixels.
-    #[error("an image of {width} by {height} pixels is empty\n  help: write at least 1 by 1")]
+    #[error("an image of {width} by {height} pixels is empty\n  help: use at least 1 by 1")]
     Empty {
-        /// Pixels in a row.
+        /// Number of columns.
         width: usize,
-        /// Rows.
+        /// Number of rows.
         height: usize,
     },
     /// An image that would take too much memory.
-    #[error("{width} by {height} pixels with {samples} by {samples} rays each are {} million rays\n  help: at most {} million: take a smaller image or fewer rays a pixel", rays / 1_000_000, max / 1_000_000)]
+    #[error("{width} by {height} pixels with {samples} by {samples} rays each are {} million rays\n  help: the limit is {} million: use a smaller image or fewer rays per pixel", rays / 1_000_000, max / 1_000_000)]
     TooLarge {
-        /// Pixels in a row.
+        /// Number of columns.
         width: usize,
-        /// Rows.
+        /// Number of rows.
         height: usize,
         /// Rays along an edge of a pixel.
         samples: usize,
-        /// All rays.
+        /// Total number of rays.
         rays: u128,
         /// The limit.
         max: u128,
     },
-    /// Vectors of a camera model that do not span an image.
-    #[error("the camera model has no image: {fact}\n  help: {help}")]
+    /// Vectors of a camera model that do not define an image.
+    #[error("the camera model is invalid: {fact}\n  help: {help}")]
     Lens {
-        /// What is wrong.
+        /// The fault.
         fact: String,
-        /// What to do.
+        /// The remedy.
         help: &'static str,
     },
-    /// Two images that are no stereo pair.
+    /// Two images that do not form a stereo pair.
     #[error(
-        "the images are no stereo pair: {fact}\n  help: take both with the same lens and size, one beside the other"
+        "the images are not a stereo pair: {fact}\n  help: take both with the same lens and size, from positions next to each other"
     )]
     Pair {
-        /// What does not fit.
+        /// The difference.
         fact: String,
     },
     /// A file that cannot be written.
@@ -94,12 +92,12 @@ pub enum RenderError {
     File {
         /// Its path.
         file: String,
-        /// What the system says.
+        /// The error of the operating system.
         fact: String,
     },
 }
 
-/// `Ok` when the value is finite and passes a test.
+/// Returns `Ok` when the value is finite and passes a test.
 pub(crate) fn number(
     what: &'static str,
     value: f64,

@@ -1,13 +1,13 @@
-//! A grid of heights as a ray meets it: two triangles a cell, and a tree of least and greatest heights above the cells.
+//! Intersection of rays with a grid of heights: two triangles per cell, and a tree of minimum and maximum heights above the cells.
 //! ```text
-//! cell     cut from its corner of low x and y to that of high x and y, as collision cuts a height field
+//! cell     cut from its corner of low x and y to that of high x and y, like a height field in collision queries
 //! gap      g(t) = z(t) − h(x(t), y(t)): linear in t over one triangle; a change of its sign is a hit, t = −a/b
 //! block    4 × 4 cells are a leaf of the tree; each level above joins 2 × 2
 //! ```
-//! The heights met are those of the triangles, exact to rounding. A surface that is smooth between nodes lies within
-//! |h''| s²/8 of them (s: distance of nodes). The normal is that of the heights' central differences, linear between
-//! nodes, so that edges of cells do not show; it is turned against the ray. Both sides are seen. Cells with a node
-//! without data (NaN) are holes. Cost of a ray: O(log n) where it passes high above the ground, O(n^½) cells where it grazes it.
+//! Rays hit the triangles exactly, up to round-off. A smooth surface differs from the triangles by at most |h''| s²/8 (s: node spacing). The normal
+//! is interpolated linearly from central differences at the nodes, so that edges of cells are not visible; it points against the ray. Both sides are
+//! visible. Cells with a node without data (NaN) are holes. A ray costs O(log n) if it passes high above the ground, and O(n^½) cells if it grazes
+//! it.
 
 use crate::beam::Beam;
 use crate::error::RenderError;
@@ -26,7 +26,7 @@ pub struct HeightMap {
     nx: usize,
     ny: usize,
     heights: Vec<f32>,
-    /// From the leaves up; the last has one node.
+    /// Levels from the leaves upwards; the last has one node.
     levels: Vec<Level>,
 }
 
@@ -34,19 +34,19 @@ pub struct HeightMap {
 struct Level {
     nx: usize,
     ny: usize,
-    /// Edge of a node, cells.
+    /// Edge length of a node, cells.
     edge: usize,
-    /// Least and greatest height; (∞, −∞) where there is no data.
+    /// Minimum and maximum height; (∞, −∞) without data.
     range: Vec<[f32; 2]>,
 }
 
-/// Inverse of a component of a direction that counts as none.
+/// Inverse of a direction component that counts as zero.
 const PARALLEL: f64 = 1e200;
 
 /// A node of the tree: level, column, row.
 type Node = (u8, u32, u32);
 
-/// A node with its box, a little wider than its cells: where a beam's rays may meet the ground.
+/// A node with its box, slightly larger than its cells, in which the rays of a beam may hit the ground.
 #[derive(Clone, Copy)]
 pub(crate) struct Region {
     node: Node,
@@ -54,7 +54,7 @@ pub(crate) struct Region {
     hi: Vec3,
 }
 
-/// A ray in the frame of the map, with what its traversal needs.
+/// A ray in the frame of the map, with precomputed data for its traversal.
 pub(crate) struct Line {
     o: Vec3,
     d: Vec3,
@@ -65,7 +65,7 @@ pub(crate) struct Line {
 impl Line {
     #[inline]
     pub(crate) fn new(o: &Vec3, d: &Vec3) -> Self {
-        // A zero would make 0 · ∞ of the slabs; so small a number stands for it without changing where the ray goes.
+        // A zero would give 0 · ∞ in the slab test, so it is replaced by a number that is too small to change the ray.
         let invert = |v: f64| {
             if v.abs() * PARALLEL < 1.0 { PARALLEL.copysign(v) } else { 1.0 / v }
         };
@@ -74,7 +74,7 @@ impl Line {
         Line { o: *o, d: *d, inv, near }
     }
 
-    /// When a ray is over a box, and whether it comes as low as it there.
+    /// Returns the interval in which a ray is above a box and low enough to reach it.
     #[inline]
     fn span(&self, lo: &Vec3, hi: &Vec3, max: f64) -> Option<[f64; 2]> {
         let slab = |k: usize| {
@@ -85,17 +85,17 @@ impl Line {
         let from = if x0 > y0 { x0 } else { y0 };
         let to = if x1 < y1 { x1 } else { y1 };
         let (from, to) = (if from > 0.0 { from } else { 0.0 }, if to < max { to } else { max });
-        // A little longer: neighbours overlap, and rounding leaves no crack between them.
+        // Extend the interval slightly, so that neighbours overlap and round-off leaves no crack between them.
         let slack = 1e-9 * (1.0 + to.abs());
         let (from, to) = (from - slack, to + slack);
-        // A box without data is told by its order: least above greatest.
+        // A box without data has its minimum above its maximum.
         let there = lo.z <= hi.z && from <= to && z0 <= to && z1 >= from;
         there.then_some([if from > 0.0 { from } else { 0.0 }, to])
     }
 }
 
 impl HeightMap {
-    /// The heights of a surface, as a terrain shows them. The tree takes two thirds of a byte a cell.
+    /// Creates a map from the heights of a surface, such as a terrain returns. The tree takes two thirds of a byte per cell.
     ///
     /// # Errors
     /// [`RenderError::Surface`].
@@ -119,7 +119,7 @@ impl HeightMap {
                     let row = b * self.nx;
                     &self.heights[row + i * LEAF..=row + ((i + 1) * LEAF).min(cx)]
                 });
-                // NaN is neither less nor more.
+                // Comparisons with NaN are false, so missing data are ignored.
                 range.push(all.fold([f32::INFINITY, f32::NEG_INFINITY], |[lo, hi], &h| {
                     [if h < lo { h } else { lo }, if h > hi { h } else { hi }]
                 }));
@@ -141,7 +141,7 @@ impl HeightMap {
         levels
     }
 
-    /// Least and greatest corner of the box around it, m; the least above the greatest when there is no data at all.
+    /// Returns the lower and upper corners of the bounding box, m; the lower is above the upper when there are no data.
     #[must_use]
     pub fn bounds(&self) -> (Vec3, Vec3) {
         let far = |k: usize, n: usize| self.origin[k] + (n - 1) as f64 * self.spacing[k];
@@ -152,13 +152,13 @@ impl HeightMap {
         )
     }
 
-    /// Height at x, y (m) of the triangles that rays meet; `None` off the map and in a hole.
+    /// Returns the height at x, y (m) of the triangles that rays hit; `None` outside the map and in a hole.
     #[must_use]
     pub fn height(&self, x: f64, y: f64) -> Option<f64> {
         let g = [x, y];
         let g = [0, 1].map(|k| (g[k] - self.origin[k]) * self.inverse[k]);
         let (cx, cy) = (self.nx - 1, self.ny - 1);
-        // Written so that NaN is off the map.
+        // The comparison is negated so that NaN counts as outside.
         if !(g[0] >= 0.0 && g[1] >= 0.0 && g[0] <= cx as f64 && g[1] <= cy as f64) {
             return None;
         }
@@ -179,7 +179,7 @@ impl HeightMap {
         [a[0], a[1], b[0], b[1]].map(f64::from)
     }
 
-    /// Unit normal of the smoothed ground at x, y on the map, upwards.
+    /// Returns the unit normal of the smoothed ground at x, y on the map, upwards.
     pub(crate) fn normal(&self, x: f64, y: f64) -> Vec3 {
         let g = [(x - self.origin[0]) * self.inverse[0], (y - self.origin[1]) * self.inverse[1]];
         let i = (g[0].max(0.0) as usize).min(self.nx - 2);
@@ -195,7 +195,7 @@ impl HeightMap {
         Vec3::new(-mix(0), -mix(1), 1.0).normalize()
     }
 
-    /// Gradients at the corners of a cell, where all nodes around have data.
+    /// Returns the gradients at the corners of a cell if all surrounding nodes have data.
     #[inline]
     fn inner_slopes(&self, i: usize, j: usize) -> Option<[[f64; 2]; 4]> {
         if i == 0 || j == 0 || i + 2 >= self.nx || j + 2 >= self.ny {
@@ -217,7 +217,7 @@ impl HeightMap {
         all.as_flattened().iter().sum::<f64>().is_finite().then_some(all)
     }
 
-    /// Gradient at a node by central differences; towards the side that has data where the other has none.
+    /// Returns the gradient at a node by central differences, or by a one-sided difference if one neighbour has no data.
     fn slope(&self, [i, j]: [usize; 2]) -> [f64; 2] {
         let h = |i: usize, j: usize| f64::from(self.heights[j * self.nx + i]);
         let here = h(i, j);
@@ -235,13 +235,13 @@ impl HeightMap {
         [pick(left, right, self.inverse[0]), pick(down, up, self.inverse[1])]
     }
 
-    /// The node of the tree that holds all others.
+    /// Returns the root node of the tree.
     pub(crate) fn root(&self) -> Region {
         self.region((self.levels.len() as u8 - 1, 0, 0))
     }
 
-    /// Where the first hit is, m along the unit direction, between 0 and `max`. The regions are looked into in turn: each ray must
-    /// meet them in that order, as those of [`HeightMap::regions`] are met by all rays of their beam.
+    /// Returns the distance of the first hit, m along the unit direction, between 0 and `max`. The regions are searched in the given order, in which
+    /// every ray must reach them; [`HeightMap::regions`] returns such an order for all rays of a beam.
     #[inline]
     pub(crate) fn cast(&self, line: &Line, regions: &[Region], max: f64) -> Option<f64> {
         regions.iter().find_map(|r| {
@@ -255,14 +255,14 @@ impl HeightMap {
         })
     }
 
-    /// Box of a node; least above greatest height where there is no data.
+    /// Returns the box of a node; its minimum height is above its maximum without data.
     #[inline]
     fn region(&self, node: Node) -> Region {
         let (level, i, j) = node;
         let l = &self.levels[level as usize];
         let [bottom, top] = l.range[j as usize * l.nx + i as usize];
         let cells = [self.nx - 1, self.ny - 1];
-        // The last node of a row ends with the map. A little wider, so that a ray in a side is over both nodes beside it.
+        // The last node of a row ends with the map. The box is slightly enlarged, so that a ray in the face between two nodes is in both.
         let edge = |k: usize, n: u32, room: f64| {
             let at = (n as usize * l.edge).min(cells[k]) as f64 + room;
             self.origin[k] + at * self.spacing[k]
@@ -276,7 +276,7 @@ impl HeightMap {
     }
 
     fn descend(&self, line: &Line, start: Node, max: f64) -> Option<f64> {
-        // A level leaves three nodes behind at most, and a map of 2^32 nodes has 15 levels.
+        // At most three nodes per level remain on the stack, and a map of 2^32 nodes has 15 levels.
         let mut stack = [(0u8, 0u32, 0u32); 48];
         stack[0] = start;
         let mut left = 1;
@@ -293,7 +293,7 @@ impl HeightMap {
                 continue;
             }
             let below = &self.levels[level as usize - 1];
-            // The nearest child last, so that it is taken first.
+            // Push the nearest child last, so that it is searched first.
             for c in [3, 2, 1, 0] {
                 let c = c ^ line.near;
                 let (ci, cj) = (2 * i + (c & 1) as u32, 2 * j + (c >> 1) as u32);
@@ -306,7 +306,7 @@ impl HeightMap {
         None
     }
 
-    /// From cell to cell of a leaf.
+    /// Traverses the cells of a leaf.
     fn leaf(&self, line: &Line, bi: usize, bj: usize, from: f64, to: f64) -> Option<f64> {
         let cells = [self.nx - 1, self.ny - 1];
         let block = [bi, bj];
@@ -319,7 +319,7 @@ impl HeightMap {
             cell[k] = (p.max(0.0) as usize).clamp(low[k], high[k]);
             step[k] = if line.d[k] < 0.0 { -1 } else { 1 };
             let edge = cell[k] + usize::from(line.d[k] >= 0.0);
-            // A ray that stays in its row meets no next line.
+            // A ray parallel to its row never reaches the next grid line.
             next[k] = match line.inv[k].abs() < PARALLEL {
                 true => (self.origin[k] + edge as f64 * self.spacing[k] - line.o[k]) * line.inv[k],
                 false => f64::INFINITY,
@@ -343,13 +343,13 @@ impl HeightMap {
         }
     }
 
-    /// The first change of sign of the gap over one cell.
+    /// Returns the first sign change of the gap over one cell.
     #[inline]
     fn cell(&self, line: &Line, [i, j]: [usize; 2], from: f64, to: f64) -> Option<f64> {
         let [h00, h10, h01, h11] = self.corners(i, j);
         let slack = 1e-9 * (1.0 + to.abs());
         let (from, to) = ((from - slack).max(0.0), to + slack);
-        // One instruction each; of a NaN the hole is told below.
+        // These comparisons compile to one instruction each; a hole (NaN) is detected below.
         let high = |a: f64, b: f64| if a > b { a } else { b };
         let low = |a: f64, b: f64| if a < b { a } else { b };
         let (za, zb) = (line.o.z + line.d.z * from, line.o.z + line.d.z * to);
@@ -358,11 +358,11 @@ impl HeightMap {
         if above || below || (h00 + h10 + h01 + h11).is_nan() {
             return None;
         }
-        // Coordinates of the cell, 0 to 1, as lines in t.
+        // Cell coordinates, 0 to 1, as linear functions of t.
         let u0 = (line.o.x - self.origin[0]) * self.inverse[0] - i as f64;
         let v0 = (line.o.y - self.origin[1]) * self.inverse[1] - j as f64;
         let (du, dv) = (line.d.x * self.inverse[0], line.d.y * self.inverse[1]);
-        // Gap a + b t over the triangle of high u, and over that of high v.
+        // Gap a + b t over the triangle of high u, and over the triangle of high v.
         let right = [
             line.o.z - (h00 + u0 * (h10 - h00) + v0 * (h11 - h10)),
             line.d.z - (du * (h10 - h00) + dv * (h11 - h10)),
@@ -387,12 +387,12 @@ impl HeightMap {
         root(first, from, middle + slack).or_else(|| root(second, middle - slack, to))
     }
 
-    /// Regions that hold all that the rays of a beam may meet, in the order in which each of them meets them; the root when the
-    /// beam's rays do not agree on an order.
+    /// Collects regions that contain everything that the rays of a beam may hit, in the order in which each ray reaches them. Returns the root if the
+    /// order differs between the rays.
     pub(crate) fn regions(&self, beam: &Beam, out: &mut Vec<Region>, left: &mut Vec<Region>) {
         out.clear();
         let Some(near) = beam.near() else { return out.push(self.root()) };
-        /// So many are enough: each ray looks at them in turn. Those that are met last stay coarse: few rays come to them.
+        /// Limit of the number of regions, because each ray tests them one by one. Regions at the end remain coarse, since few rays reach them.
         const MANY: usize = 32;
         left.clear();
         left.push(self.root());
@@ -403,7 +403,7 @@ impl HeightMap {
                 continue;
             }
             let below = &self.levels[level as usize - 1];
-            // The nearest child last, so that it is taken first.
+            // Push the nearest child last, so that it is searched first.
             for c in [3, 2, 1, 0] {
                 let c = c ^ near;
                 let child = (level - 1, 2 * i + (c & 1) as u32, 2 * j + (c >> 1) as u32);

@@ -1,34 +1,34 @@
-//! From pixels to rays and back: pinhole with Brown's distortion, CAHV, CAHVOR, CAHVORE.
+//! Lens models: map pixels to rays and back. Pinhole with Brown's distortion, CAHV, CAHVOR, CAHVORE.
 //! ```text
-//! pixel    x to the right, y down; (0, 0) is the middle of the first pixel
-//! Brown    axes of the camera: x right, y down, z along the axis;  a = X/Z, b = Y/Z, ρ = a² + b²
+//! pixel    x to the right, y down; (0, 0) is the centre of the first pixel
+//! Brown    axes of the camera: x right, y down, z along the optical axis;  a = X/Z, b = Y/Z, ρ = a² + b²
 //!          q = 1 + k₁ρ + k₂ρ² + k₃ρ³
 //!          x = f_x (a q + 2p₁ab + p₂(ρ + 2a²)) + c_x     y = f_y (b q + p₁(ρ + 2b²) + 2p₂ab) + c_y
 //! CAHV     x = (P − C)·H / (P − C)·A,  y = (P − C)·V / (P − C)·A
-//! CAHVOR   ζ = (P − C)·O,  λ = P − C − ζO,  τ = |λ|²/ζ²;  CAHV of  C + ζO + (1 + r₀ + r₁τ + r₂τ²) λ
+//! CAHVOR   ζ = (P − C)·O,  λ = P − C − ζO,  τ = |λ|²/ζ²;  CAHV applied to  C + ζO + (1 + r₀ + r₁τ + r₂τ²) λ
 //! CAHVORE  the centre moves along O with the angle θ of the ray:  s(θ) = (θ/sin θ − 1)(e₀ + e₁θ² + e₂θ⁴)
-//!          χ = tan(Lθ)/L, θ for L = 0, sin(Lθ)/L for L < 0;  CAHV of  C + |λ|/χ O + (1 + r₀ + r₁χ² + r₂χ⁴) λ
+//!          χ = tan(Lθ)/L, θ for L = 0, sin(Lθ)/L for L < 0;  CAHV applied to  C + |λ|/χ O + (1 + r₀ + r₁χ² + r₂χ⁴) λ
 //! ```
-//! Brown, "Close-range camera calibration", Photogrammetric Engineering 37(8), 1971, in the order of coefficients that OpenCV has.
-//! The C… models are those of JPL's library cmod, whose numbers they give (`tests/lenses.rs`); L is 1 for its perspective type, 0 for its
-//! fisheye type, and the parameter of its general type. Gennery, "Generalized camera calibration including fish-eye lenses", IJCV 68, 2006.
-//! All vectors of the C… models are in one frame, the camera's C, which need not be aligned with the lens. A model holds where its
-//! polynomial grows; a point beyond, or behind the camera, has no pixel, and a pixel beyond no ray.
+//! Brown, "Close-range camera calibration", Photogrammetric Engineering 37(8), 1971; the coefficients have the order of OpenCV. The CAHV family
+//! follows JPL's library cmod and reproduces its numbers (`tests/lenses.rs`). L is 1 for its perspective type, 0 for its fisheye type, and the
+//! parameter of its general type. Gennery, "Generalized camera calibration including fish-eye lenses", IJCV 68, 2006. All vectors of these models are
+//! in one frame, the camera's frame C, which need not be aligned with the lens. A model is valid where its polynomial increases; a point beyond this
+//! range or behind the camera has no pixel, and a pixel beyond it has no ray.
 
 use crate::error::{RenderError, number};
 use linkwork_spatial::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// Newton's method stops at this change, and has failed after so many steps.
+/// Newton's method ends at this change, and fails after this number of steps.
 const CLOSE: f64 = 1e-15;
 const STEPS: usize = 50;
 
-/// The ray of a pixel, in the camera's frame C.
+/// Ray of a pixel, in the camera's frame C.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LensRay {
-    /// Where it begins, m.
+    /// Origin, m.
     pub origin: Vec3,
-    /// Where it goes, unit.
+    /// Unit direction.
     pub direction: Vec3,
 }
 
@@ -37,7 +37,7 @@ pub struct LensRay {
 pub struct Brown {
     /// Focal lengths f_x, f_y.
     pub focal: [f64; 2],
-    /// Where the axis meets the image: c_x, c_y.
+    /// Principal point c_x, c_y.
     pub centre: [f64; 2],
     /// Radial k₁, k₂, k₃.
     pub radial: [f64; 3],
@@ -45,12 +45,12 @@ pub struct Brown {
     pub tangential: [f64; 2],
 }
 
-/// The vectors C, A, H, V.
+/// The CAHV model: the vectors C, A, H, V.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cahv {
     /// Centre of projection, m.
     pub c: Vec3,
-    /// Unit vector across the image plane.
+    /// Unit vector perpendicular to the image plane.
     pub a: Vec3,
     /// Horizontal vector, pixels.
     pub h: Vec3,
@@ -58,7 +58,7 @@ pub struct Cahv {
     pub v: Vec3,
 }
 
-/// CAHV with radial distortion about O.
+/// The CAHVOR model: CAHV with radial distortion about O.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cahvor {
     /// C, A, H, V.
@@ -69,10 +69,10 @@ pub struct Cahvor {
     pub r: [f64; 3],
 }
 
-/// CAHVOR of any linearity, with an entrance pupil that moves.
+/// The CAHVORE model: CAHVOR with a moving entrance pupil and any linearity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cahvore {
-    /// The rest.
+    /// The CAHVOR part.
     pub cahvor: Cahvor,
     /// e₀, e₁, e₂, m.
     pub e: [f64; 3],
@@ -81,27 +81,27 @@ pub struct Cahvore {
 }
 
 impl Default for Lens {
-    /// One pixel that looks a radian wide.
+    /// One pixel with a field of view of 1 rad.
     fn default() -> Self {
         Lens::Brown(Brown::ideal(1, 1, 1.0))
     }
 }
 
-/// A model of a lens.
+/// A lens model.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Lens {
     /// Pinhole with Brown's distortion.
     Brown(Brown),
-    /// Linear.
+    /// CAHV, without distortion.
     Cahv(Cahv),
-    /// With radial distortion.
+    /// CAHVOR, with radial distortion.
     Cahvor(Cahvor),
-    /// With a moving pupil.
+    /// CAHVORE, with a moving entrance pupil.
     Cahvore(Cahvore),
 }
 
 impl Brown {
-    /// Without distortion: `width` by `height` pixels, square, an angle of view across the width (rad, less than π).
+    /// Creates a pinhole without distortion: `width` by `height` square pixels, with the field of view `view` across the width (rad, less than π).
     #[must_use]
     pub fn ideal(width: usize, height: usize, view: f64) -> Self {
         let f = 0.5 * width as f64 / (0.5 * view).tan();
@@ -109,7 +109,7 @@ impl Brown {
         Self { focal: [f, f], centre, radial: [0.0; 3], tangential: [0.0; 2] }
     }
 
-    /// Distorted coordinates and their derivatives by a and b.
+    /// Returns distorted coordinates and their derivatives with respect to a and b.
     fn distort(&self, a: f64, b: f64) -> ([f64; 2], [[f64; 2]; 2]) {
         let ([k1, k2, k3], [p1, p2]) = (self.radial, self.tangential);
         let rho = a * a + b * b;
@@ -127,7 +127,7 @@ impl Brown {
         (at, by)
     }
 
-    /// Whether a point is within the fold: the determinant stays positive on the way from the axis to it.
+    /// Returns true if the distortion is invertible up to a point: its Jacobian determinant stays positive from the axis to the point.
     fn holds(&self, a: f64, b: f64) -> bool {
         const PIECES: usize = 16;
         (1..=PIECES).all(|k| {
@@ -182,7 +182,7 @@ impl Cahv {
         (depth > 0.0).then(|| [p.dot(&self.h) / depth, p.dot(&self.v) / depth])
     }
 
-    /// Along the undistorted ray of a pixel, with a component of 1 along A.
+    /// Returns the undistorted ray of a pixel, scaled to a component of 1 along A.
     fn line(&self, [x, y]: [f64; 2]) -> Vec3 {
         let (f, g) = (self.v - self.a * y, self.h - self.a * x);
         let line = f.cross(&g);
@@ -213,7 +213,7 @@ impl Cahvor {
         Some(LensRay { origin: self.cahv.c, direction })
     }
 
-    /// The undistorted ray along O and across it.
+    /// Splits the undistorted ray into its parts along O and perpendicular to O.
     fn split(&self, pixel: [f64; 2]) -> Option<(f64, Vec3)> {
         let line = self.cahv.line(pixel);
         let zeta = line.dot(&self.o);
@@ -221,7 +221,7 @@ impl Cahvor {
     }
 }
 
-/// 1 + r₀ + r₁χ² + r₂χ⁴, while χ times it grows with χ up to there.
+/// Returns 1 + r₀ + r₁χ² + r₂χ⁴ if χ times it increases with χ up to there.
 fn grown(r: &[f64; 3], chi: f64) -> Option<f64> {
     const PIECES: usize = 16;
     let grows = (1..=PIECES).all(|k| {
@@ -233,7 +233,7 @@ fn grown(r: &[f64; 3], chi: f64) -> Option<f64> {
     grows.then_some(1.0 + r[0] + s * (r[1] + s * r[2]))
 }
 
-/// χ of which χ (1 + r₀ + r₁χ² + r₂χ⁴) is given.
+/// Returns χ for a given value of χ (1 + r₀ + r₁χ² + r₂χ⁴).
 fn shrunk(r: &[f64; 3], given: f64) -> Option<f64> {
     let mut chi = given;
     for _ in 0..STEPS {
@@ -249,7 +249,7 @@ fn shrunk(r: &[f64; 3], given: f64) -> Option<f64> {
 }
 
 impl Cahvore {
-    /// (e₀ + e₁θ² + e₂θ⁴) and its derivative.
+    /// Returns e₀ + e₁θ² + e₂θ⁴ and its derivative.
     fn pupil(&self, theta: f64) -> [f64; 2] {
         let (e, s) = (&self.e, theta * theta);
         [e[0] + s * (e[1] + s * e[2]), theta * (2.0 * e[1] + s * 4.0 * e[2])]
@@ -285,7 +285,7 @@ impl Cahvore {
         if size < 1e-12 * p.norm() {
             return if zeta > 0.0 { cahv.image(o) } else { None };
         }
-        // The ray through the point from the pupil that belongs to its own angle:
+        // Solve for the ray through the point from the pupil position that belongs to its own angle:
         // (ζ − s) sin θ = |λ| cos θ,  s sin θ = (θ − sin θ) e(θ).
         let mut theta = size.atan2(zeta);
         let mut close = false;
@@ -324,11 +324,11 @@ impl Cahvore {
     }
 }
 
-/// A linearity closer to 0 is 0.
+/// A smaller linearity counts as 0.
 const SMALL: f64 = 1e-15;
 
 impl Lens {
-    /// The ray of a pixel; `None` where the model has none.
+    /// Returns the ray of a pixel; `None` where the model is not valid.
     #[must_use]
     pub fn ray(&self, pixel: [f64; 2]) -> Option<LensRay> {
         let ray = match self {
@@ -340,7 +340,7 @@ impl Lens {
         ray.filter(|r| r.origin.iter().chain(r.direction.iter()).all(|v| v.is_finite()))
     }
 
-    /// The pixel of a point in the camera's frame C, m; `None` behind the camera and where the model does not hold.
+    /// Returns the pixel of a point in the camera's frame C, m; `None` behind the camera and where the model is not valid.
     #[must_use]
     pub fn project(&self, p_C: &Vec3) -> Option<[f64; 2]> {
         let at = match self {
@@ -352,7 +352,7 @@ impl Lens {
         at.filter(|p| p.iter().all(|v| v.is_finite()))
     }
 
-    /// Centre of projection and the unit axis along which depth counts, both in C.
+    /// Returns the centre of projection and the unit axis along which depth is measured, both in C.
     #[must_use]
     pub fn axis(&self) -> (Vec3, Vec3) {
         match self {
@@ -363,10 +363,10 @@ impl Lens {
         }
     }
 
-    /// Refuses what is no lens.
+    /// Checks the parameters of the model.
     ///
     /// # Errors
-    /// Numbers that are not finite, axes that are no unit vectors, vectors that span no image.
+    /// Numbers that are not finite, axes that are not unit vectors, vectors that do not define an image.
     pub fn check(&self) -> Result<(), RenderError> {
         let vectors = |m: &Cahv, o: Option<&Vec3>, rest: &[f64]| {
             let all = m.c.iter().chain(m.a.iter()).chain(m.h.iter()).chain(m.v.iter());
@@ -384,7 +384,7 @@ impl Lens {
                 let fact = "A, H and V are in one plane, or left-handed".to_string();
                 return Err(RenderError::Lens {
                     fact,
-                    help: "A · (H × V) is positive: x to the right, y down",
+                    help: "choose them so that A · (H × V) is positive: x to the right, y down",
                 });
             }
             Ok(())

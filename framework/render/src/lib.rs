@@ -1,19 +1,19 @@
-//! Cameras and lidar on the processor: rays against shapes and terrain, lenses, detectors, stereo.
+//! Cameras and lidar on the CPU: ray casting of shapes and terrain, lenses, detectors, stereo.
 //!
-//! A [`Scene`] holds ground ([`HeightMap`]), objects (the one [`Shape`](linkwork_collision::Shape) type) and [`Light`]; a [`Camera`] looks at
-//! it from a pose and gives a [`Frame`] (depth, range, normals, masks, radiance), of which a [`Detector`] makes an [`Image`]. All are pure
-//! functions: the same bits for any number of threads.
+//! A [`Scene`] contains ground ([`HeightMap`]), objects (the common [`Shape`](linkwork_collision::Shape) type) and [`Light`]. A [`Camera`] renders it
+//! from a pose to a [`Frame`] (depth, range, normals, masks, radiance), which a [`Detector`] converts to an [`Image`]. All are pure functions:
+//! results are bit-identical for any number of threads.
 //!
 //! ```text
 //! shapes and their rays     linkwork_collision::Target     height_map.rs   terrain
-//! what is where             scene.rs                       beam.rs         what a tile of pixels may meet
+//! scene objects             scene.rs                       beam.rs         bounds of a tile of pixels
 //! light and albedo          light.rs                       lens.rs         pixels and rays
 //! frames                    camera.rs                      detector.rs     electrons and numbers
 //! files                     picture.rs     lidar.rs        beams and echoes
-//! depth from two images     stereo.rs     sight.rs         what a camera of a simulation shows
+//! depth from two images     stereo.rs     sight.rs         last image of a simulated camera
 //! bodies of a simulation    surroundings.rs
 //! ```
-//! What is left out: light from surface to surface, soft shadows, glare, motion blur, rolling shutters, defocus.
+//! Not simulated: light that surfaces reflect onto each other, soft shadows, glare, motion blur, rolling shutters, defocus.
 //!
 //! ```
 //! use linkwork_render::*;

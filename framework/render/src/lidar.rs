@@ -1,11 +1,11 @@
-//! Lidar: directions, ranges, and what of them comes back.
+//! Lidar: beam directions, ranges and echoes.
 //! ```text
-//! echo     e = ρ |n·d| (R/r)²        ρ albedo (luminance), r range; R: reach on white that faces the beam
-//! found    e ≥ 1, r within the limits, and not dropped (probability p)
-//! reading  r + σ n,  n ~ N(0, 1), to the next multiple of the resolution
+//! echo     e = ρ |n·d| (R/r)²        ρ albedo (luminance), r range; R: range limit for a white surface that faces the beam
+//! detected e ≥ 1, r within the limits, and not dropped (probability p)
+//! reading  r + σ n,  n ~ N(0, 1), rounded to the resolution
 //! ```
-//! The sensor's frame: x forward, y left, z up. All beams of a scan are of one instant and without width. Noise is a pure function of (key,
-//! scan, beam). A single beam is a time-of-flight sensor.
+//! The sensor's frame has x forward, y left, z up. All beams of a scan have the same time and zero width. Noise is a pure function of (key, scan,
+//! beam). A time-of-flight sensor is a lidar with a single beam.
 
 use crate::error::{RenderError, number};
 use crate::light::luminance;
@@ -13,7 +13,7 @@ use crate::scene::{FAR, Scene, check_pose};
 use linkwork_runtime::noise;
 use linkwork_spatial::{Pose, Vec3};
 
-/// Most beams of a scan.
+/// Maximum number of beams of a scan.
 const BEAMS_MAX: usize = 4_000_000;
 
 /// A lidar.
@@ -21,47 +21,47 @@ const BEAMS_MAX: usize = 4_000_000;
 pub struct Lidar {
     /// Unit directions, sensor's frame.
     pub beams: Vec<Vec3>,
-    /// Least and greatest range that is told, m.
+    /// Smallest and largest range that is measured, m.
     pub limits: [f64; 2],
-    /// Range at which a white surface that faces the beam is just found (R), m.
+    /// Maximum range R at which a white surface that faces the beam is detected, m.
     pub reach: f64,
-    /// Standard deviation of a range, m.
+    /// Standard deviation of the range noise, m.
     pub sigma: f64,
-    /// Step of the numbers, m; 0: none.
+    /// Quantization step of ranges, m; 0: no quantization.
     pub resolution: f64,
     /// Probability that an echo is lost.
     pub drop_out: f64,
 }
 
-/// What one beam brings.
+/// Result of one beam.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Echo {
     /// Measured range, m; ∞ without an echo.
     pub range: f64,
     /// Strength e of the echo; 0 without one.
     pub strength: f64,
-    /// What was met, as in a mask; 0 without an echo.
+    /// Object that was hit, numbered as in a mask; 0 without an echo.
     pub object: u16,
 }
 
 /// No echo.
 const NONE: Echo = Echo { range: f64::INFINITY, strength: 0.0, object: 0 };
 
-/// Directions of a spinning head: for each azimuth (rad, from x towards y) all elevations (rad, up).
+/// Returns the directions of a spinning head: all elevations (rad, upwards) for each azimuth (rad, from x towards y).
 #[must_use]
 pub fn spinning(azimuths: &[f64], elevations: &[f64]) -> Vec<Vec3> {
     let one = |a: f64, e: f64| Vec3::new(a.cos() * e.cos(), a.sin() * e.cos(), e.sin());
     azimuths.iter().flat_map(|a| elevations.iter().map(move |e| one(*a, *e))).collect()
 }
 
-/// The middles of `count` equal parts of the angle between `from` and `to` (rad): of a whole turn none comes twice.
+/// Returns the centres of `count` equal parts of the angle from `from` to `to` (rad), so that no direction of a full revolution occurs twice.
 #[must_use]
 pub fn middles(from: f64, to: f64, count: usize) -> Vec<f64> {
     (0..count).map(|k| from + (to - from) * (k as f64 + 0.5) / count as f64).collect()
 }
 
-/// Directions of a flash: the pixels of a flat image of `width` by `height`, square, row by row from the top left, with an angle of view
-/// (rad, less than π) across the width.
+/// Returns the directions of a flash lidar: the pixels of a flat image of `width` by `height` square pixels, row by row from the top left, with the
+/// field of view `view` (rad, less than π) across the width.
 #[must_use]
 pub fn flash(width: usize, height: usize, view: f64) -> Vec<Vec3> {
     let f = 0.5 * width as f64 / (0.5 * view).tan();
@@ -73,10 +73,10 @@ pub fn flash(width: usize, height: usize, view: f64) -> Vec<Vec3> {
 }
 
 impl Lidar {
-    /// Refuses what is no lidar.
+    /// Checks the parameters of the lidar.
     ///
     /// # Errors
-    /// No beams or too many, directions that are none, numbers out of their ranges.
+    /// No beams or too many, directions that are not unit vectors, numbers out of range.
     pub fn check(&self) -> Result<(), RenderError> {
         let many = |n: f64| (1.0..=BEAMS_MAX as f64).contains(&n);
         number("number of beams", self.beams.len() as f64, many, "take 1 to 4 million")?;
@@ -90,16 +90,16 @@ impl Lidar {
         };
         self.beams.iter().try_for_each(unit)?;
         let [near, far] = self.limits;
-        number("least range (m)", near, |v| v >= 0.0, "it must be from 0 up")?;
+        number("smallest range (m)", near, |v| v >= 0.0, "it must not be negative")?;
         number(
             "greatest range (m)",
             far,
             |v| v > near && v <= FAR,
-            "it must be above the least range, and at most 1e7",
+            "it must be above the smallest range, and at most 1e7",
         )?;
         number("reach (m)", self.reach, |v| v > 0.0, "it must be positive")?;
-        number("standard deviation (m)", self.sigma, |v| v >= 0.0, "it must be from 0 up")?;
-        number("resolution (m)", self.resolution, |v| v >= 0.0, "it must be from 0 up")?;
+        number("standard deviation (m)", self.sigma, |v| v >= 0.0, "it must not be negative")?;
+        number("resolution (m)", self.resolution, |v| v >= 0.0, "it must not be negative")?;
         number(
             "probability of a drop-out",
             self.drop_out,
@@ -108,10 +108,10 @@ impl Lidar {
         )
     }
 
-    /// A scan from a pose (`X_WS`), one echo a beam; `out` is overwritten. `key` and `count` (the number of the scan) choose the noise.
+    /// Computes a scan from a pose (`X_WS`) with one echo per beam; `out` is overwritten. `key` and `count` (the index of the scan) select the noise.
     ///
     /// # Errors
-    /// What is no pose; a scene that is not settled. The lidar itself is checked by [`Lidar::check`].
+    /// An invalid pose, or a scene that is not settled. Call [`Lidar::check`] to check the lidar itself.
     pub fn scan(
         &self,
         scene: &Scene,
@@ -127,7 +127,7 @@ impl Lidar {
         Ok(())
     }
 
-    /// The echo of beam `k` of that scan by itself: the same bits.
+    /// Computes only the echo of beam `k` of that scan, bit-identical to the scan.
     #[must_use]
     pub fn echo(&self, scene: &Scene, X_WS: &Pose, key: u64, count: u64, k: usize) -> Echo {
         let d = X_WS.transform_vector(&self.beams[k]);

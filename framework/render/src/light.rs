@@ -1,11 +1,11 @@
-//! Light and matter: the Sun, the sky, and how surfaces give light back.
+//! Light and materials: the Sun, the sky, and reflection by surfaces.
 //! ```text
-//! L = ρ/π (E_s max(0, n·s) V + E_d ½ (1 + n_z))        Lambert; V = 0 in the shadow of anything, else 1
+//! L = ρ/π (E_s max(0, n·s) V + E_d ½ (1 + n_z))        Lambert; V = 0 in a shadow, otherwise 1
 //! ρ = ρ₀ (1 + c w(p/ℓ))                                 w: value noise of three octaves, −1 to 1
 //! sky    L = L_h + (L_z − L_h) d_z  above the horizon, L_h below it
 //! ```
-//! Radiance L in W/(m² sr), irradiance E in W/m², for red, green and blue each. Light that surfaces throw on each other
-//! is left out, but for E_d, the same everywhere. The Sun is a point: shadows are hard.
+//! Radiance L is in W/(m² sr), irradiance E in W/m², each for red, green and blue. Light that surfaces reflect onto each other is not simulated; E_d
+//! is the same everywhere. The Sun is a point source, so shadows are hard.
 
 use crate::error::{RenderError, number};
 use crate::scene::check_direction;
@@ -15,7 +15,7 @@ use linkwork_spatial::Vec3;
 /// Red, green, blue.
 pub type Rgb = [f64; 3];
 
-/// Luminance of Rec. 709.
+/// Returns the luminance of Rec. 709.
 pub(crate) fn luminance([r, g, b]: Rgb) -> f64 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
@@ -36,8 +36,8 @@ pub struct Light {
 }
 
 impl Default for Light {
-    /// A high Sun at Mars' mean distance (590 W/m², 1361 W/m² over 1.52² in round numbers) under a clear dusty sky, whose shares are a
-    /// choice of ours.
+    /// A high Sun at the mean distance of Mars (590 W/m², about 1361 W/m² / 1.52²) under a clear dusty sky. The division between Sun and sky is an
+    /// assumption.
     fn default() -> Self {
         Self {
             sun: Vec3::new(0.5, 0.3, 0.8).normalize(),
@@ -50,10 +50,10 @@ impl Default for Light {
 }
 
 impl Light {
-    /// Refuses what is no light.
+    /// Checks the values of the light.
     ///
     /// # Errors
-    /// A direction that is no unit vector, an irradiance or radiance below 0.
+    /// A direction that is not a unit vector, a negative irradiance or radiance.
     pub fn check(&self) -> Result<(), RenderError> {
         check_direction("direction of the Sun", &self.sun)?;
         for (what, rgb) in [
@@ -62,19 +62,20 @@ impl Light {
             ("radiance of the horizon", self.horizon),
             ("radiance of the zenith", self.zenith),
         ] {
-            rgb.iter().try_for_each(|v| number(what, *v, |v| v >= 0.0, "it must be from 0 up"))?;
+            rgb.iter()
+                .try_for_each(|v| number(what, *v, |v| v >= 0.0, "it must not be negative"))?;
         }
         Ok(())
     }
 
-    /// Radiance of the sky along a unit direction, W/(m² sr). The Sun's disc is not in it.
+    /// Returns the radiance of the sky along a unit direction, W/(m² sr), without the Sun's disc.
     #[must_use]
     pub fn sky(&self, d: &Vec3) -> Rgb {
         let up = d.z.max(0.0);
         std::array::from_fn(|k| self.horizon[k] + (self.zenith[k] - self.horizon[k]) * up)
     }
 
-    /// Radiance of a surface with a unit normal that is lit or shaded, W/(m² sr).
+    /// Returns the radiance of a lit or shaded surface with a unit normal, W/(m² sr).
     #[must_use]
     pub fn reflected(&self, albedo: &Rgb, normal: &Vec3, lit: bool) -> Rgb {
         let sun = if lit { normal.dot(&self.sun).max(0.0) } else { 0.0 };
@@ -86,33 +87,33 @@ impl Light {
     }
 }
 
-/// How a surface looks.
+/// Optical properties of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
-    /// Part of the light that comes back, 0 to 1.
+    /// Reflected fraction of the light, 0 to 1.
     pub albedo: Rgb,
-    /// Contrast of its texture c, 0 to 1.
+    /// Texture contrast c, 0 to 1.
     pub contrast: f64,
-    /// Length of its coarsest texture ℓ, m; the others have a half and a quarter.
+    /// Length scale of the coarsest texture octave ℓ, m; the others have a half and a quarter of it.
     pub grain: f64,
-    /// Its number in a semantic mask.
+    /// Class number in a semantic mask.
     pub class: u16,
 }
 
 impl Look {
-    /// One albedo everywhere, class 0.
+    /// Creates a uniform surface of class 0.
     #[must_use]
     pub fn plain(albedo: Rgb) -> Self {
         Self { albedo, contrast: 0.0, grain: 1.0, class: 0 }
     }
 
-    /// Regolith of Mars as a mottled red brown; the numbers are a choice of ours.
+    /// Creates a mottled red-brown surface that resembles regolith of Mars. The numbers are an assumption.
     #[must_use]
     pub fn soil() -> Self {
         Self { albedo: [0.30, 0.19, 0.12], contrast: 0.35, grain: 0.15, class: 1 }
     }
 
-    /// Refuses what no surface has.
+    /// Checks the values of the surface.
     pub(crate) fn check(&self) -> Result<(), RenderError> {
         let share = |v: f64| (0.0..=1.0).contains(&v);
         for a in self.albedo {
@@ -122,7 +123,7 @@ impl Look {
         number("grain of a texture (m)", self.grain, |v| v > 0.0, "it must be positive")
     }
 
-    /// Albedo at a point of the surface's own frame, m.
+    /// Returns the albedo at a point of the surface's own frame, m.
     #[must_use]
     pub fn albedo_at(&self, p: &Vec3) -> Rgb {
         if self.contrast == 0.0 {
@@ -135,7 +136,7 @@ impl Look {
     }
 }
 
-/// Random values at whole numbers, between them a C¹ cubic; −1 to 1.
+/// Returns value noise from −1 to 1: random values at integer points, interpolated by a C¹ cubic.
 fn value_noise(p: &Vec3) -> f64 {
     let cell = p.map(f64::floor);
     let f = (p - cell).map(|t| t * t * (3.0 - 2.0 * t));

@@ -1,4 +1,4 @@
-//! Images as PNG files: numbers of 8 bits as they are, of more bits in 16, shifted so that white is white.
+//! Images as PNG files. 8-bit numbers are written unchanged; numbers with more bits are written with 16 bits and scaled so that full scale is white.
 
 use crate::detector::Image;
 use crate::error::RenderError;
@@ -6,13 +6,13 @@ use std::io::Write;
 use std::path::Path;
 
 impl Image {
-    /// Writes it as PNG, grey or RGB.
+    /// Writes the image as PNG, grey or RGB.
     ///
     /// # Errors
-    /// What the encoder or the writer says, as text.
+    /// The error of the encoder or the writer, as text.
     pub fn png(&self, to: impl Write) -> Result<(), String> {
         if !(8..=16).contains(&self.bits) {
-            return Err(format!("numbers of {} bits: 8 to 16 can be written", self.bits));
+            return Err(format!("numbers of {} bits are not supported: use 8 to 16", self.bits));
         }
         let size = |n: usize| u32::try_from(n).map_err(|e| e.to_string());
         let mut encoder = png::Encoder::new(to, size(self.width)?, size(self.height)?);
@@ -32,13 +32,13 @@ impl Image {
         writer.finish().map_err(|e| e.to_string())
     }
 
-    /// A number of `bits` bits in 16: shifted, the upper bits again below.
+    /// Expands a number of `bits` bits to 16: shifted, with the upper bits repeated below.
     fn wide(&self, v: u16) -> u16 {
         let shift = 16 - self.bits;
         v << shift | v.checked_shr(self.bits - shift).unwrap_or(0)
     }
 
-    /// The same in a file.
+    /// Writes the image to a PNG file.
     ///
     /// # Errors
     /// [`RenderError::File`].

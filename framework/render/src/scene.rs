@@ -1,9 +1,9 @@
-//! What rays meet: ground, shapes at poses, and the light on them.
+//! Scene: ground, objects at poses, and light.
 //! ```text
-//! objects    boxes around them in W, in a tree that is split at the middle of the widest spread of their centres
-//! a ray      ground first, then the tree with what is left of its length, then what has no end
+//! objects    bounding boxes in W, in a tree that is split at the median along the axis in which their centres spread most
+//! a ray      ground first, then the tree with the remaining length, then unbounded objects
 //! ```
-//! Of things at one distance the ground goes before objects, and objects in the order in which they were added.
+//! At equal distance, the ground takes precedence over objects, and objects in the order in which they were added.
 
 use crate::beam::Beam;
 use crate::error::{RenderError, number};
@@ -13,18 +13,18 @@ use linkwork_collision::{Shape, Target};
 use linkwork_spatial::{Pose, Vec3};
 use std::sync::Arc;
 
-/// No ray is followed farther, m.
+/// Maximum length of a ray, m.
 pub const FAR: f64 = 1e7;
 
-/// A geometry that objects may share.
+/// A geometry that several objects may share.
 pub type Form = Arc<Target>;
 
-/// An object of a scene, by its number: in masks 0 is nothing, 1 the ground, and the k-th object k + 2.
+/// Handle of an object of a scene. In masks 0 is nothing, 1 the ground, and the k-th object is k + 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ObjectId(usize);
 
 impl ObjectId {
-    /// Its number in a mask.
+    /// Returns its number in a mask.
     #[must_use]
     pub fn in_mask(self) -> u16 {
         (self.0 + 2) as u16
@@ -42,26 +42,26 @@ struct Object {
     form: Form,
     look: Look,
     X_WO: Pose,
-    /// World to object.
+    /// Pose of the world in the object's frame.
     X_OW: Pose,
     lo: Vec3,
     hi: Vec3,
 }
 
-/// What a ray meets.
+/// Result of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// From the ray's origin, m.
+    /// Distance from the ray's origin, m.
     pub distance: f64,
-    /// Against the ray, W, unit. Of the ground: smoothed over its cells.
+    /// Unit normal against the ray, W. On the ground it is smoothed over the cells.
     pub normal: Vec3,
     /// [`GROUND`], or [`ObjectId::in_mask`].
     pub object: u16,
-    /// The ray begins inside a solid: the distance is 0.
+    /// True if the ray begins inside a solid; the distance is then 0.
     pub inside: bool,
 }
 
-/// A node of the tree over objects: a leaf names objects, others two nodes.
+/// A node of the tree over objects: a leaf refers to objects, other nodes to two nodes.
 struct Branch {
     lo: Vec3,
     hi: Vec3,
@@ -73,22 +73,22 @@ enum Fork {
     Two(usize, usize),
 }
 
-/// Objects in a leaf.
+/// Maximum number of objects in a leaf.
 const LEAF: usize = 2;
 
-/// Ground, objects, light. W is the frame of all: z up, as of a site.
+/// Ground, objects and light. W is the common frame, with z up, such as that of a site.
 #[derive(Default)]
 pub struct Scene {
     ground: Option<(Arc<HeightMap>, Look)>,
     objects: Vec<Object>,
     tree: Vec<Branch>,
-    /// Objects without an end.
+    /// Unbounded objects.
     endless: Vec<u32>,
     stale: bool,
     light: Light,
 }
 
-/// What the rays of a beam may meet: made once for neighbouring pixels.
+/// The geometry that the rays of a beam may hit, computed once for neighbouring pixels.
 #[derive(Default)]
 pub(crate) struct Candidates {
     regions: Vec<Region>,
@@ -98,37 +98,37 @@ pub(crate) struct Candidates {
 }
 
 impl Scene {
-    /// Nothing but light.
+    /// Creates a scene that contains only light.
     #[must_use]
     pub fn new(light: Light) -> Self {
         Self { light, ..Self::default() }
     }
 
-    /// The light.
+    /// Returns the light.
     #[must_use]
     pub fn light(&self) -> &Light {
         &self.light
     }
 
-    /// Other light: the Sun has moved.
+    /// Sets the light, for example when the Sun has moved.
     pub fn set_light(&mut self, light: Light) {
         self.light = light;
     }
 
-    /// The ground; it replaces an earlier one. Its texture is over x and y.
+    /// Sets the ground and replaces an earlier one. Its texture is a function of x and y.
     ///
     /// # Errors
-    /// An albedo or texture that cannot be.
+    /// An invalid albedo or texture.
     pub fn set_ground(&mut self, map: Arc<HeightMap>, look: Look) -> Result<(), RenderError> {
         look.check()?;
         self.ground = Some((map, look));
         Ok(())
     }
 
-    /// Adds an object: its shape, and where the shape's frame is in W.
+    /// Adds an object with its shape and the pose of the shape's frame in W.
     ///
     /// # Errors
-    /// A shape, pose or albedo that cannot be; more objects than a mask has numbers for.
+    /// An invalid shape, pose or albedo; more objects than a mask can number.
     pub fn add(
         &mut self,
         name: &str,
@@ -143,10 +143,10 @@ impl Scene {
         self.add_form(name, Arc::new(form), look, X_WO)
     }
 
-    /// Adds an object whose geometry is shared with others.
+    /// Adds an object whose geometry is shared with other objects.
     ///
     /// # Errors
-    /// As of [`Scene::add`].
+    /// Like [`Scene::add`].
     pub fn add_form(
         &mut self,
         name: &str,
@@ -178,10 +178,10 @@ impl Scene {
         }
     }
 
-    /// Moves an object of this scene. [`Scene::settle`] before rays are cast.
+    /// Moves an object of this scene. Call [`Scene::settle`] before casting rays.
     ///
     /// # Errors
-    /// What is no pose.
+    /// An invalid pose.
     pub fn set_pose(&mut self, id: ObjectId, X_WO: Pose) -> Result<(), RenderError> {
         let object = &mut self.objects[id.0];
         check_pose(&object.name, &X_WO)?;
@@ -200,14 +200,14 @@ impl Scene {
     /// Moves all objects, in the order in which they were added.
     ///
     /// # Errors
-    /// What is no pose.
+    /// An invalid pose.
     pub fn move_all(&mut self, poses: impl Iterator<Item = Pose>) -> Result<(), RenderError> {
         poses.enumerate().take(self.objects.len()).try_for_each(|(k, X_WO)| {
             if self.objects[k].X_WO == X_WO { Ok(()) } else { self.set_pose(ObjectId(k), X_WO) }
         })
     }
 
-    /// Name of an object, by its number in a mask.
+    /// Returns the name of an object by its number in a mask.
     #[must_use]
     pub fn name(&self, object: u16) -> Option<&str> {
         match object {
@@ -216,7 +216,7 @@ impl Scene {
         }
     }
 
-    /// Semantic class, by the number in a mask; 0 for nothing.
+    /// Returns the semantic class by the number in a mask; 0 for nothing.
     #[must_use]
     pub fn class(&self, object: u16) -> u16 {
         self.look(object).map_or(0, |l| l.class)
@@ -229,7 +229,7 @@ impl Scene {
         }
     }
 
-    /// A point of W in the frame in which an object's texture is written.
+    /// Transforms a point of W to the frame in which an object's texture is defined.
     pub(crate) fn local(&self, object: u16, p_W: &Vec3) -> Vec3 {
         match (object as usize).checked_sub(2).and_then(|k| self.objects.get(k)) {
             Some(o) => o.X_OW.transform_point(p_W),
@@ -237,7 +237,7 @@ impl Scene {
         }
     }
 
-    /// Puts objects that moved into the tree. O(n log n); nothing when none did.
+    /// Updates the tree with objects that were added or moved. O(n log n); has no effect when none were.
     pub fn settle(&mut self) {
         if !self.stale {
             return;
@@ -280,16 +280,15 @@ impl Scene {
         at
     }
 
-    /// The first thing along a ray from `origin` along the unit vector `direction`, both in W, within `max` (m, at most [`FAR`]).
-    /// `None` too for a ray with a NaN. Objects
-    /// that were added or moved after the last [`Scene::settle`] may be missed.
+    /// Returns the first hit along a ray from `origin` along the unit vector `direction`, both in W, within `max` (m, at most [`FAR`]). Returns
+    /// `None` also for a ray with NaN. Objects that were added or moved after the last [`Scene::settle`] may be missed.
     #[must_use]
     pub fn cast(&self, origin: &Vec3, direction: &Vec3, max: f64) -> Option<Hit> {
         let hit = self.first(origin, direction, max)?;
         Some(self.with_normal(hit, origin, direction))
     }
 
-    /// The same without the normal where the ground is hit.
+    /// Like [`Scene::cast`], but without the normal if the ground is hit.
     fn first(&self, origin: &Vec3, direction: &Vec3, max: f64) -> Option<Hit> {
         let finite = origin.iter().chain(direction.iter()).all(|v| v.is_finite());
         if !finite || !(max >= 0.0) {
@@ -326,13 +325,13 @@ impl Scene {
         best
     }
 
-    /// Refuses light that cannot be, and objects that are not in the tree.
+    /// Checks the light, and that all objects are in the tree.
     pub(crate) fn check(&self) -> Result<(), RenderError> {
         self.light.check()?;
         if self.stale { Err(RenderError::Unsettled) } else { Ok(()) }
     }
 
-    /// Whether anything stands on a ray: for shadows.
+    /// Returns true if a ray is blocked; used for shadows.
     #[must_use]
     pub fn blocked(&self, origin: &Vec3, direction: &Vec3, max: f64) -> bool {
         self.first(origin, direction, max).is_some()
@@ -344,7 +343,7 @@ impl Scene {
         let (o, d) = (object.X_OW.transform_point(o), object.X_OW.transform_vector(d));
         let number = ObjectId(k as usize).in_mask();
         let Some((distance, n)) = object.form.cast(&o, &d, limit) else { return };
-        // Whatever the order in which the tree is walked, of two at one distance the first added is met.
+        // At equal distance choose the object that was added first, independent of the order in which the tree is traversed.
         if best
             .is_none_or(|b| distance < b.distance || (distance == b.distance && number < b.object))
         {
@@ -353,7 +352,7 @@ impl Scene {
         }
     }
 
-    /// What rays of a beam may meet.
+    /// Collects the geometry that the rays of a beam may hit.
     pub(crate) fn candidates(&self, beam: &Beam, out: &mut Candidates) {
         if let Some((map, _)) = &self.ground {
             map.regions(beam, &mut out.regions, &mut out.left);
@@ -372,7 +371,7 @@ impl Scene {
         out.objects.sort_unstable();
     }
 
-    /// As [`Scene::cast`], among candidates, and without the normal where the ground is hit: [`Scene::with_normal`].
+    /// Like [`Scene::cast`] among candidates, but without the normal if the ground is hit; see [`Scene::with_normal`].
     #[inline]
     pub(crate) fn cast_among(&self, among: &Candidates, o: &Vec3, d: &Vec3) -> Option<Hit> {
         let mut best = self.ground.as_ref().and_then(|(map, _)| {
@@ -382,7 +381,7 @@ impl Scene {
         best
     }
 
-    /// A hit with its normal, that of the ground too.
+    /// Adds the normal to a hit on the ground.
     #[inline]
     pub(crate) fn with_normal(&self, hit: Hit, o: &Vec3, d: &Vec3) -> Hit {
         match &self.ground {
@@ -395,7 +394,7 @@ impl Scene {
         }
     }
 
-    /// Whether a point (W) is in something solid: an object, or below the ground.
+    /// Returns true if a point (W) is inside a solid object or below the ground.
     #[must_use]
     pub fn is_inside(&self, p_W: &Vec3) -> bool {
         let below = self.ground.as_ref().and_then(|(map, _)| map.height(p_W.x, p_W.y));
@@ -407,24 +406,24 @@ impl Scene {
     }
 }
 
-/// Its normal comes later, when it is asked for.
+/// Returns a hit on the ground; its normal is computed only on request.
 fn ground_hit(distance: f64) -> Hit {
     Hit { distance, normal: Vec3::zeros(), object: GROUND, inside: false }
 }
 
-/// Whether a ray passes a box within a length. What lies exactly in a face (0 · ∞) counts as through.
+/// Returns true if a ray passes a box within a length. A ray that lies exactly in a face (0 · ∞) counts as passing.
 fn through(lo: &Vec3, hi: &Vec3, o: &Vec3, inverse: &Vec3, max: f64) -> bool {
     let (mut from, mut to) = (0.0f64, max);
     for k in 0..3 {
         let (a, b) = ((lo[k] - o[k]) * inverse[k], (hi[k] - o[k]) * inverse[k]);
-        // `max` and `min` pass over a NaN.
+        // `max` and `min` ignore NaN.
         from = from.max(a.min(b));
         to = to.min(a.max(b));
     }
     from <= to
 }
 
-/// Refuses what is no pose.
+/// Checks that a pose is finite and its quaternion has unit length.
 pub(crate) fn check_pose(what: &str, X: &Pose) -> Result<(), RenderError> {
     let length = X.rotation.coords.norm();
     match X.is_finite() && (length - 1.0).abs() < 1e-6 {
@@ -433,7 +432,7 @@ pub(crate) fn check_pose(what: &str, X: &Pose) -> Result<(), RenderError> {
     }
 }
 
-/// Refuses a direction that is none.
+/// Checks that a direction is a unit vector.
 pub(crate) fn check_direction(what: &'static str, v: &Vec3) -> Result<(), RenderError> {
     number(what, v.norm(), |n| (n - 1.0).abs() < 1e-6, "it must be a unit vector")
 }

@@ -1,4 +1,4 @@
-//! What a camera of a simulation shows those who read it, and the shapes of bodies as it sees them.
+//! The last image of a simulated camera for its readers, and the shapes of bodies for rendering.
 
 use crate::detector::Image;
 use crate::error::RenderError;
@@ -9,24 +9,24 @@ use linkwork_spatial::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// The last thing that a camera saw. Arrays are row by row from the top, one entry a pixel.
+/// The last image of a camera. Arrays are row by row from the top, with one entry per pixel.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Picture {
-    /// How many it has taken; 0: none yet, and all arrays are empty.
+    /// Number of images taken so far; 0: none yet, and all arrays are empty.
     pub number: u64,
     /// Simulated time of the exposure, s.
     pub time: f64,
-    /// Where the camera was, X_WC: x to the right, y down, z along its axis.
+    /// Pose of the camera, X_WC: x to the right, y down, z along the optical axis.
     pub pose: Pose,
     /// Its lens.
     pub lens: Lens,
-    /// Pixels in a row.
+    /// Number of columns.
     pub width: usize,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
-    /// Along the ray of each pixel, m; NaN where nothing is found.
+    /// Distance along the ray of each pixel, m; NaN without a measurement.
     pub range: Vec<f32>,
-    /// Numbers of the objects, as in [`Frame::objects`](crate::Frame::objects); empty for a camera that does not know them.
+    /// Object numbers, as in [`Frame::objects`](crate::Frame::objects); empty for a camera without masks.
     pub objects: Vec<u16>,
     /// The image.
     pub image: Image,
@@ -37,12 +37,12 @@ impl Shows for Picture {
 }
 
 impl Picture {
-    /// Points in W of the pixels that have a range, row by row.
+    /// Returns the points in W of the pixels that have a range, row by row.
     pub fn points(&self) -> impl Iterator<Item = Vec3> + '_ {
         self.points_from(self.pose)
     }
 
-    /// The same for a camera that is taken to have been elsewhere, X_WC.
+    /// Like [`points`](Self::points), for an assumed pose X_WC of the camera.
     pub fn points_from(&self, X_WC: Pose) -> impl Iterator<Item = Vec3> + '_ {
         self.range.iter().enumerate().filter(|(_, range)| range.is_finite()).filter_map(
             move |(k, range)| {
@@ -55,7 +55,7 @@ impl Picture {
     }
 }
 
-/// The geometry of what a body shows, meshes read from their files.
+/// Returns the geometry of a visual, with meshes read from their files.
 ///
 /// # Errors
 /// A mesh that cannot be read, with its file.

@@ -1,33 +1,33 @@
-//! Two images beside each other, and depth from them.
+//! Depth from two images of a stereo pair.
 //! ```text
 //! census     for each pixel 9 × 7 − 1 bits: which neighbours are darker than it
-//! cost       C(x, y, d): bits that differ between left (x, y) and right (x − d, y), summed over a window
-//! disparity  d of the least cost; refined by the parabola through it and both neighbours
-//! kept       when the right image agrees within a pixel, and no other d that is not a neighbour costs less than the least times 1 + u
+//! cost       C(x, y, d): number of different bits between left (x, y) and right (x − d, y), summed over a window
+//! disparity  d of the smallest cost; refined by the parabola through it and both neighbours
+//! accepted   when the right image agrees within a pixel, and every d that is not a neighbour costs at least 1 + u times the smallest
 //! depth      Z = f B/d;  σ_Z = Z² σ_d/(f B)
 //! ```
-//! Zabih & Woodfill, "Non-parametric local transforms for computing visual correspondence", ECCV 1994. The images are rectified:
-//! the right camera stands `baseline` along the left one's x, with the same pinhole lens without distortion.
+//! Zabih & Woodfill, "Non-parametric local transforms for computing visual correspondence", ECCV 1994. The images are rectified: the right camera is
+//! displaced by `baseline` along the left camera's x axis and has the same pinhole lens without distortion.
 
 use crate::detector::Image;
 use crate::error::{RenderError, number};
 use crate::lens::{Brown, Lens};
 use linkwork_spatial::Pose;
 
-/// Half sizes of the neighbourhood of the census.
+/// Half sizes of the neighbourhood of the census transform.
 const CENSUS: [usize; 2] = [4, 3];
 
-/// Most bytes that the costs of a pair may take.
+/// Maximum memory for the costs of a pair, bytes.
 const BYTES_MAX: u128 = 1 << 30;
 
-/// How a pair is matched.
+/// Parameters of stereo matching.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Matcher {
-    /// Disparities looked at: 0 to one less than this, pixels.
+    /// Number of disparities that are tested: 0 to one less than this, pixels.
     pub disparities: usize,
     /// Half the edge of the window, pixels.
     pub half_window: usize,
-    /// How much better than any other place the best has to be (u), as a share of its cost.
+    /// Required margin u of the best disparity over all others, as a fraction of its cost.
     pub uniqueness: f64,
 }
 
@@ -40,22 +40,22 @@ impl Default for Matcher {
 /// Disparities, row by row from the top; NaN where none was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Disparities {
-    /// Pixels in a row.
+    /// Number of columns.
     pub width: usize,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
     /// Left column minus right column, pixels.
     pub data: Vec<f32>,
 }
 
-/// Where the right camera of a pair stands: `baseline` (m) along the left one's x.
+/// Returns the pose of the right camera of a pair: `baseline` (m) along the left camera's x axis.
 #[must_use]
 pub fn right_of(X_WC: &Pose, baseline: f64) -> Pose {
     *X_WC * Pose::translation(baseline, 0.0, 0.0)
 }
 
 impl Disparities {
-    /// Depth along the axis, m; ∞ where no disparity was found or it is 0.
+    /// Computes depth along the optical axis, m; ∞ where no disparity was found or it is 0.
     ///
     /// # Errors
     /// A lens with distortion, a baseline that is not positive.
@@ -64,7 +64,7 @@ impl Disparities {
         let Lens::Brown(Brown { focal, radial: [0.0, 0.0, 0.0], tangential: [0.0, 0.0], .. }) =
             lens
         else {
-            let fact = "depth follows from disparity by a pinhole without distortion only".into();
+            let fact = "depth from disparity requires a pinhole lens without distortion".into();
             return Err(RenderError::Pair { fact });
         };
         let depth =
@@ -74,10 +74,10 @@ impl Disparities {
 }
 
 impl Matcher {
-    /// Disparities of a pair of grey images, seen from the left.
+    /// Computes the disparities of a pair of grey images, in the left image.
     ///
     /// # Errors
-    /// Images that do not fit together or are not grey; more disparities than the images are wide; what would take over 1 GiB.
+    /// Images that differ in size or bits or are not grey; more disparities than columns; costs that would take more than 1 GiB.
     pub fn match_pair(&self, left: &Image, right: &Image) -> Result<Disparities, RenderError> {
         let (width, height) = (left.width, left.height);
         let fault = |fact: String| Err(RenderError::Pair { fact });
@@ -91,14 +91,14 @@ impl Matcher {
             return fault("an image has colours".into());
         }
         if left.data.len() != width * height || right.data.len() != width * height {
-            return fault("an image has not as many numbers as pixels".into());
+            return fault("an image does not have one number per pixel".into());
         }
         let most = width as f64;
         number(
             "number of disparities",
             self.disparities as f64,
             |d| d >= 3.0 && d <= most,
-            "write 3 to the width of the images",
+            "use a value from 3 to the width of the images",
         )?;
         number(
             "half window (pixels)",
@@ -106,7 +106,7 @@ impl Matcher {
             |w| (1.0..=15.0).contains(&w),
             "write 1 to 15",
         )?;
-        number("uniqueness", self.uniqueness, |u| u >= 0.0, "it must be from 0 up")?;
+        number("uniqueness", self.uniqueness, |u| u >= 0.0, "it must not be negative")?;
         let bytes = 2 * self.disparities as u128 * left.data.len() as u128;
         if bytes > BYTES_MAX {
             return fault(format!(
@@ -119,14 +119,14 @@ impl Matcher {
         Ok(Disparities { width, height, data: self.choose(&costs, width, height) })
     }
 
-    /// Costs in windows, one image for each disparity; the greatest where a window leaves an image.
+    /// Computes the costs in windows, one image for each disparity; the largest value where a window extends beyond an image.
     fn costs(&self, left: &[u64], right: &[u64], width: usize, height: usize) -> Vec<u16> {
         let w = self.half_window;
         let (mx, my) = (CENSUS[0] + w, CENSUS[1] + w);
         let mut costs = vec![u16::MAX; self.disparities * width * height];
         let mut sums = vec![0u32; (width + 1) * (height + 1)];
         for (d, image) in costs.chunks_mut(width * height).enumerate() {
-            // Sums over rectangles from the corner.
+            // Compute sums over rectangles from the corner (summed-area table).
             for y in 0..height {
                 let mut row = 0;
                 for x in 0..width {
@@ -159,7 +159,7 @@ impl Matcher {
         for (p, out) in out.iter_mut().enumerate() {
             let (x, d) = (p % width, best(&|d| cost(p, d)));
             let least = cost(p, d);
-            // At an end there is no parabola: the true place may be beyond.
+            // At an end of the disparity range there is no parabola, because the minimum may lie outside.
             if least == u16::MAX
                 || d == 0
                 || d + 1 == self.disparities
@@ -185,7 +185,7 @@ impl Matcher {
     }
 }
 
-/// Bits of darker neighbours; those beyond the border count as not darker.
+/// Computes the bits of darker neighbours; neighbours beyond the border count as not darker.
 fn census(image: &Image) -> Vec<u64> {
     let (width, height) = (image.width, image.height);
     let [rx, ry] = CENSUS;

@@ -1,4 +1,4 @@
-//! What cameras, lidars and solar panels of a simulation see: the ground, and the bodies where they are.
+//! The scene that cameras, lidars and solar panels of a simulation see: the ground, and the bodies at their poses.
 use crate::{HeightMap, Light, Look, RenderError, Scene, shape_of};
 use linkwork_runtime::prelude::*;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -6,15 +6,15 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// The ground and the shapes of bodies.
 pub struct Surroundings {
     sees: Scenery,
-    /// Work space: the shapes where they were last.
+    /// Work space: the shapes at their last poses.
     scene: Mutex<Scene>,
 }
 
 impl Surroundings {
-    /// Of the ground, if there is one, and the bodies, in their order.
+    /// Creates a scene of the ground, if there is one, and the bodies, in their order.
     ///
     /// # Errors
-    /// What cannot be seen, at the parameters `terrain`, `albedo` (of the ground) and `sees`.
+    /// Objects that cannot be rendered, reported at the parameters `terrain`, `albedo` (of the ground) and `sees`.
     pub fn new(
         terrain: Option<&Handle<dyn Terrain>>,
         ground: Look,
@@ -36,13 +36,14 @@ impl Surroundings {
         Ok(Self { sees, scene: Mutex::new(scene) })
     }
 
-    /// The ports that bring where the bodies are.
+    /// Returns the ports that receive the poses of the bodies.
     #[must_use]
     pub fn ports(&self) -> Vec<PortSpec> {
         self.sees.ports()
     }
 
-    /// The scene with the bodies where the lanes of those ports say; `None` for what is no pose. It is locked while it is looked at.
+    /// Returns the scene with the bodies at the poses in `bodies`, the values of these ports; `None` for an invalid pose. The scene is locked while
+    /// the result exists.
     pub fn now(&self, bodies: &[f64]) -> Option<MutexGuard<'_, Scene>> {
         let mut scene = self.scene.lock().unwrap_or_else(PoisonError::into_inner);
         scene.move_all(self.sees.poses(bodies)).ok()?;

@@ -1,4 +1,4 @@
-//! Spheres, planes, cylinders and shadows against their closed forms; threads; what is refused.
+//! Spheres, planes, cylinders and shadows compared with closed forms; threads; errors.
 
 use linkwork_render::collision::Shape;
 use linkwork_render::spatial::{Pose, Quat, Vec3, quat};
@@ -20,7 +20,7 @@ fn camera(view: f64) -> Camera {
     Camera::new(Lens::Brown(Brown::ideal(321, 241, view)), 321, 241, 1).unwrap()
 }
 
-/// A camera at a place of W that looks at another, y of its image down.
+/// A camera at a position in W that points at another, with y of its image down.
 fn looking(from: Vec3, at: Vec3) -> Pose {
     let z = (at - from).normalize();
     let x = z.cross(&Vec3::z()).normalize();
@@ -36,7 +36,7 @@ fn seen(shape: &Shape, X_WO: Pose, X_WC: &Pose, camera: &Camera) -> Frame {
     camera.look(&scene, X_WC, Want::Radiance, 1).unwrap()
 }
 
-/// Where hits of a row begin and end, in pixels, each found by bisection of rays through the lens.
+/// Returns where hits of a row begin and end, in pixels, by bisection of rays through the lens.
 fn edges(shape: &Shape, X_WO: Pose, X_WC: &Pose, lens: &Lens, row: f64, middle: f64) -> [f64; 2] {
     let mut scene = Scene::new(Light::default());
     scene.add("it", shape, Look::plain([0.5; 3]), X_WO).unwrap();
@@ -66,7 +66,7 @@ fn a_sphere_has_its_silhouette_and_its_depth() {
     let at = Pose::translation(centre.x, centre.y, centre.z);
     let f = 160.5 / 0.5f64.tan();
     let row = 120.0 + f * centre.y / centre.z;
-    // The plane of the row holds x of the camera and n = (0, y, z)/|·|: a ray (a, y/z, 1).
+    // The plane of the row contains x of the camera and n = (0, y, z)/|·|: a ray (a, y/z, 1).
     let n = Vec3::new(0.0, centre.y, centre.z).normalize();
     let (along, across) = (n.dot(&centre), centre.x);
     let d = along.hypot(across);
@@ -114,7 +114,7 @@ fn a_cylinder_has_its_silhouette() {
     assert!((0..2).all(|k| (got[k] - want[k]).abs() < 1e-6), "{got:?} {want:?}");
 }
 
-/// Radiance of a pixel on an edge is the mean by the area covered.
+/// The radiance of a pixel on an edge is the mean over the area covered.
 #[test]
 fn an_edge_is_covered_by_parts_of_a_pixel() {
     let fine = Camera::new(Lens::Brown(Brown::ideal(41, 31, 0.2)), 41, 31, 8).unwrap();
@@ -156,7 +156,7 @@ fn a_plane_has_its_depth_near_and_far() {
     }
 }
 
-/// The shadow of a pole points away from the Sun and is as long as the Sun is low.
+/// The shadow of a pole points away from the Sun, with the length that the Sun's elevation gives.
 #[test]
 fn a_pole_and_a_ball_throw_their_shadows_where_the_sun_says() {
     let (azimuth, elevation) = (0.6f64, 0.5f64);
@@ -200,7 +200,7 @@ fn a_pole_and_a_ball_throw_their_shadows_where_the_sun_says() {
         let p = away * (0.5 * length) + side * (off * r);
         assert_eq!(dark(p.x, p.y), off.abs() < 1.0, "{off}");
     }
-    // The ball's is an ellipse about where its centre's shadow falls.
+    // The sphere's shadow is an ellipse about the shadow point of its centre.
     let foot = ball - sun * (ball.z / sun.z);
     for (along, across, want) in
         [(0.99, 0.0, true), (1.01, 0.0, false), (0.0, 0.99, true), (0.0, -1.01, false)]
@@ -208,7 +208,7 @@ fn a_pole_and_a_ball_throw_their_shadows_where_the_sun_says() {
         let p = foot + away * (along * 0.8 / elevation.sin()) + side * (across * 0.8);
         assert_eq!(dark(p.x, p.y), want, "{along} {across}");
     }
-    // The image shows it: lit ground has Lambert's radiance, dark ground none.
+    // The image agrees: lit ground has Lambert's radiance, shadowed ground zero.
     let X_WC = looking(Vec3::new(-3.0, -9.0, 4.0), Vec3::new(-3.0, 0.0, 0.0));
     let camera = camera(1.2);
     let frame = camera.look(&scene, &X_WC, Want::Radiance, 2).unwrap();
@@ -261,7 +261,7 @@ fn any_number_of_threads_gives_the_same_bits_and_so_does_each_ray_alone() {
         assert_eq!(one, camera.look(&scene, &X_WC, Want::Radiance, threads).unwrap(), "{threads}");
     }
     assert!(!one.inside);
-    // What is wanted changes nothing of what is told.
+    // The requested outputs do not influence each other.
     let depth = camera.look(&scene, &X_WC, Want::Depth, 2).unwrap();
     assert!(depth.normals.is_empty() && depth.radiance.is_empty());
     assert!(depth.depth == one.depth && depth.range == one.range && depth.objects == one.objects);
@@ -271,7 +271,7 @@ fn any_number_of_threads_gives_the_same_bits_and_so_does_each_ray_alone() {
     let image = detector.read(&one, 7, 3).unwrap();
     assert_eq!(image, detector.read(&one, 7, 3).unwrap());
     assert_ne!(image.data, detector.read(&one, 7, 4).unwrap().data);
-    // Tiles leave nothing out: each ray alone, through the whole scene.
+    // Tiles are complete: compare with each ray alone, through the whole scene.
     let R = X_WC.rotation.to_rotation_matrix();
     let (mut ground, mut things) = (0, 0);
     for (k, object) in one.objects.iter().enumerate() {
@@ -329,7 +329,7 @@ fn what_cannot_be_rendered_is_refused_with_the_reason() {
         text(scene.add("d", &ball, Look::plain([1.5; 3]), Pose::identity()).unwrap_err())
             .contains("albedo")
     );
-    // A refused object leaves no trace; one that was added is refused until the scene is settled.
+    // A rejected object leaves no trace; one that was added is rejected until the scene is settled.
     let far = scene.add("far", &ball, plain, Pose::translation(0.0, 0.0, -50.0)).unwrap();
     scene.settle();
     scene.set_pose(far, Pose::translation(0.0, 0.0, -60.0)).unwrap();

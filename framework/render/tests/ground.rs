@@ -1,4 +1,4 @@
-//! Height maps against all their triangles, against the collision floor (parry), and against paths that are hard on grids.
+//! Height maps compared with all their triangles and with the collision layer (parry), and with paths that are difficult for grids.
 
 use linkwork_render::collision::{Shape, Target};
 use linkwork_render::spatial::{Pose, Quat, Vec3};
@@ -37,7 +37,7 @@ fn scene(heights: Vec<f32>) -> Scene {
     scene
 }
 
-/// The nearest hit of all triangles (Möller–Trumbore), and whether it is within 1e-7 of an edge in any of them.
+/// Returns the nearest hit of all triangles (Möller–Trumbore), and whether it is within 1e-7 of an edge in any of them.
 fn brute(heights: &[f32], o: &Vec3, d: &Vec3) -> Option<f64> {
     let at = |i: usize, j: usize| {
         let xy = [i, j];
@@ -117,7 +117,7 @@ fn rays_along_the_lines_of_the_grid_and_straight_down_find_no_crack() {
     let mut random = Random(11);
     let scene = scene(heights(&mut random));
     let half = [0, 1].map(|k| 0.5 * (N[k] - 1) as f64 * SPACING[k]);
-    // Down on nodes, edges and diagonals, of the whole closed map.
+    // Downwards onto nodes, edges and diagonals, over the whole closed map.
     for j in 0..=4 * (N[1] - 1) {
         for i in 0..=4 * (N[0] - 1) {
             let p = [i as f64 / 4.0 * SPACING[0] - half[0], j as f64 / 4.0 * SPACING[1] - half[1]];
@@ -126,7 +126,7 @@ fn rays_along_the_lines_of_the_grid_and_straight_down_find_no_crack() {
             assert!(hit.is_some(), "{p:?}");
         }
     }
-    // Above every line, through the ground at a known place: from above to below there is always a hit.
+    // From above every line to below the ground: such a ray always hits.
     for k in 0..2000 {
         let line = (k % (N[0] - 2) + 1) as f64 * SPACING[0] - half[0];
         let (a, b) = (random.between(-5.5, 5.5), random.between(-5.5, 5.5));
@@ -158,7 +158,7 @@ fn the_collision_floor_meets_the_same_ground() {
     }
 }
 
-/// The tree over objects against each object alone, meshes by parry among them.
+/// Compares the tree over objects with each object alone, including meshes with parry.
 #[test]
 fn the_tree_of_objects_gives_the_nearest_of_them() {
     let mut random = Random(31);

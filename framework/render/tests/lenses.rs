@@ -1,4 +1,4 @@
-//! Lenses: projection and ray are inverses, the models agree where they must, and numbers that were computed elsewhere.
+//! Lenses: projection and ray are inverses, models agree where they must, and values computed elsewhere.
 
 use linkwork_render::spatial::Vec3;
 use linkwork_render::{Brown, Cahv, Cahvor, Cahvore, Lens};
@@ -12,7 +12,7 @@ fn brown() -> Brown {
     }
 }
 
-/// A C… camera that looks along none of its frame's axes.
+/// A C… camera whose optical axis is none of its frame's axes.
 fn cahvore(linearity: f64, r: [f64; 3], e: [f64; 3]) -> Cahvore {
     let cahv = Cahv {
         c: Vec3::new(0.8, 0.55, -1.9),
@@ -37,7 +37,7 @@ fn points() -> [Vec3; 4] {
     ]
 }
 
-/// OpenCV 5.0, `projectPoints` with the same numbers.
+/// Compares with OpenCV 5.0, `projectPoints` with the same numbers.
 #[test]
 fn brown_is_that_of_opencv() {
     let lens = Lens::Brown(brown());
@@ -52,8 +52,7 @@ fn brown_is_that_of_opencv() {
     }
 }
 
-/// The same equations in 40 digits by bisection over the angle. The library cmod of JPL, through cycahvore 0.0.1a0, gives the
-/// same numbers to 1e-12.
+/// The same equations in 40 digits by bisection over the angle. JPL's library cmod, through cycahvore 0.0.1a0, gives the same numbers to 1e-12.
 #[test]
 fn cahvor_and_cahvore_are_those_of_forty_digits() {
     let near = |lens: Lens, want: [[f64; 2]; 4]| {
@@ -152,7 +151,7 @@ fn each_model_holds_the_simpler_one() {
     }
 }
 
-/// An equidistant fisheye sees angles as distances, also past 80°.
+/// An equidistant fisheye maps angles to distances, also beyond 80°.
 #[test]
 fn a_fisheye_is_linear_in_the_angle() {
     let cahv = Cahv {
@@ -178,7 +177,7 @@ fn what_is_behind_or_beyond_the_fold_has_no_pixel() {
     let lens = Lens::Brown(brown());
     assert!(lens.project(&Vec3::new(0.1, 0.1, -1.0)).is_none());
     assert!(lens.project(&Vec3::new(0.1, f64::NAN, 1.0)).is_none());
-    // k₁ < 0 turns the image back at ρ = 1/(3 · 0.3): a point beyond would fall on a pixel that others have.
+    // With k₁ < 0 the image folds back at ρ = 1/(3 · 0.3): a point beyond would fall on a pixel that is already used.
     let folds = Lens::Brown(Brown { radial: [-0.3, 0.0, 0.0], tangential: [0.0; 2], ..brown() });
     assert!(folds.project(&Vec3::new(1.0, 0.0, 1.0)).is_some());
     assert!(folds.project(&Vec3::new(1.1, 0.0, 1.0)).is_none());

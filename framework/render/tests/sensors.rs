@@ -1,4 +1,4 @@
-//! Detectors, lidar and stereo: statistics of their noise, closed forms, what is refused.
+//! Detectors, lidar and stereo: statistics of their noise, closed forms, errors.
 
 use linkwork_render::collision::Shape;
 use linkwork_render::lidar::{Echo, Lidar, flash, middles, spinning};
@@ -6,7 +6,7 @@ use linkwork_render::spatial::{Pose, Quat, Vec3};
 use linkwork_render::stereo::{Matcher, right_of};
 use linkwork_render::*;
 
-/// A frame of one radiance everywhere.
+/// A frame of uniform radiance.
 fn grey(level: f32, n: usize) -> Frame {
     Frame { width: n, height: n, radiance: vec![[level; 3]; n * n], ..Frame::default() }
 }
@@ -34,7 +34,7 @@ fn photons_and_reading_have_their_variances() {
         };
         let electrons = (d.sensitivity * f64::from(level) + d.dark_current) * exposure;
         let [mean, variance] = moments(&d.read(&grey(level, n), 5, 0).unwrap());
-        // Rounding adds 1/12; four standard errors of mean and variance.
+        // Quantization adds 1/12; four standard errors of mean and variance.
         let want = (electrons + d.read_noise.powi(2)) / d.gain.powi(2) + 1.0 / 12.0;
         let count = (n * n) as f64;
         let off = mean - d.offset - electrons / d.gain;
@@ -44,7 +44,7 @@ fn photons_and_reading_have_their_variances() {
             "{level}: {variance} {want}"
         );
     }
-    // Without noise, exact; beyond the well, white; an exposure of half the time has half the number.
+    // Without noise, exact; beyond full well, saturated; half the exposure time gives half the number.
     let quiet = Detector { noise: Noise::Off, dark_current: 0.0, ..Detector::default() };
     let one = |d: &Detector, level: f32| d.read(&grey(level, 1), 0, 0).unwrap().data[0];
     assert_eq!(one(&quiet, 130.0), 4095);
@@ -141,7 +141,7 @@ fn ranges_to_a_floor_and_a_wall_are_exact() {
         }
     }
     assert!(floor > 500 && wall > 500, "{floor} {wall}");
-    // A reach too short for the wall: ρ cos (R/r)² = 1 at R = 10/√0.8.
+    // A range limit too short for the wall: ρ cos (R/r)² = 1 at R = 10/√0.8.
     let ahead = |reach: f64| {
         let l = Lidar { reach, ..lidar(vec![Vec3::x()]) };
         scan(&l, &scene, &Pose::translation(0.0, 0.0, 1.0), 0)[0].range
@@ -160,7 +160,7 @@ fn a_lidars_noise_has_its_spread_its_steps_and_its_losses() {
     assert_ne!(echoes, scan(&noisy, &scene, &X, 5));
     let found: Vec<f64> = echoes.iter().map(|e| e.range).filter(|r| r.is_finite()).collect();
     let n = found.len() as f64;
-    // Four standard errors of a share, a mean and a variance.
+    // Four standard errors of a fraction, a mean and a variance.
     assert!((n / 20_000.0 - 0.8).abs() < 4.0 * (0.16f64 / 20_000.0).sqrt(), "{n}");
     let mean = found.iter().sum::<f64>() / n;
     let variance = found.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / n;
@@ -206,13 +206,13 @@ fn what_is_no_lidar_and_no_pair_is_refused() {
     let colour = Image { channels: 3, data: vec![0; 3 * 4800], ..image(80, 60) };
     refused(m.match_pair(&colour, &colour.clone()), "colours");
     refused(m.match_pair(&Image { data: vec![0; 3], ..image(80, 60) }, &image(80, 60)), "numbers");
-    // Stripes that come back every six pixels match in many places: in none for sure.
+    // Stripes with a period of six pixels match in many places, so none is certain.
     let stripes = |x: usize| if x % 6 < 3 { 900 } else { 200 };
     let data: Vec<u16> = (0..80 * 60).map(|p| stripes(p % 80)).collect();
     let striped = Image { data, ..image(80, 60) };
     let found = m.match_pair(&striped, &striped).unwrap();
     assert!(found.data.iter().all(|d| d.is_nan()), "{:?}", found.data.iter().find(|d| !d.is_nan()));
-    // Images without anything in them match nowhere.
+    // Uniform images do not match anywhere.
     let blank = m.match_pair(&image(80, 60), &image(80, 60)).unwrap();
     assert!(blank.data.iter().all(|d| d.is_nan()));
     let e = blank
@@ -220,14 +220,14 @@ fn what_is_no_lidar_and_no_pair_is_refused() {
     assert!(e.unwrap_err().to_string().contains("distortion"));
 }
 
-/// Depth of a textured wall from noisy images at several distances: RMS error in depth over pixels.
+/// Returns the RMS depth error over pixels of a textured wall, from noisy images at a distance.
 fn error_at(distance: f64) -> (f64, f64, f64) {
     let (width, height, baseline) = (320, 120, 0.3);
     let lens = Lens::Brown(Brown::ideal(width, height, 0.8));
     let camera = Camera::new(lens, width, height, 3).unwrap();
     let sun = Vec3::new(0.3, 0.2, -1.0).normalize();
     let mut scene = Scene::new(Light { sun, ..Light::default() });
-    // Texture of the same size in pixels at each distance, on a wall that is turned, so that all parts of a pixel occur.
+    // The texture has the same size in pixels at each distance, on a rotated wall, so that all subpixel positions occur.
     let look = Look { contrast: 0.9, grain: 0.035 * distance, ..Look::plain([0.4; 3]) };
     let X = Pose::new(Quat::from_scaled_axis(Vec3::y() * 0.2), Vec3::new(0.0, 0.0, distance + 0.5));
     let wall = Shape::Box { half: Vec3::new(5.0 * distance, 5.0 * distance, 0.5) };
@@ -244,7 +244,7 @@ fn error_at(distance: f64) -> (f64, f64, f64) {
     let (mut n, mut square, mut pixels) = (0.0, 0.0, 0.0);
     for (k, z) in depth.iter().enumerate().filter(|(_, z)| z.is_finite()) {
         let truth = frames[0].depth[k];
-        // The middle of the image, where the wall is near its nominal distance; mismatches are counted apart.
+        // The middle of the image, where the wall is near its nominal distance; mismatches are counted separately.
         let off = f64::from(found.data[k]) - focal[0] * baseline / truth;
         if (k % width).abs_diff(width / 2) < 60 && off.abs() < 1.0 {
             n += 1.0;
@@ -262,7 +262,7 @@ fn the_error_of_stereo_grows_with_the_square_of_distance() {
         println!("{z:4} m: RMS {depth:.4} m, {pixels:.3} pixels, {:.0} % of pixels", 100.0 * share);
         assert!(*share > 0.7 && *pixels < 0.3, "{z}: {pixels} {share}");
     }
-    // Slope of log error on log distance, least squares.
+    // Slope of log error over log distance, by least squares.
     let points: Vec<[f64; 2]> = all.iter().map(|(z, e)| [f64::ln(*z), e.0.ln()]).collect();
     let mean = |k: usize| points.iter().map(|p| p[k]).sum::<f64>() / points.len() as f64;
     let (mx, my) = (mean(0), mean(1));

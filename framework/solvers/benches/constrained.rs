@@ -1,14 +1,14 @@
-//! Accelerations of mechanisms with closed loops beside Pinocchio's, in one run.
+//! Compares accelerations of mechanisms with closed loops with Pinocchio, in one run.
 //!
-//! `LINKWORK_PINOCCHIO_CONSTRAINED=path cargo bench -p linkwork-solvers --bench constrained
-//! [-- words] [--way=CE] [--write]`; the path is the program that `tests/benches/peers/install.sh`
-//! builds; words choose mechanisms by part of their name; `--way` times one way only (for profiles);
-//! `--variants` prints what each algorithm and parameter of the peer did;
-//! `--write` draws `framework/solvers/benches/loops.svg`.
-//! Both sides start from (q, β, T), kinematics included, and go round the same closed states. The
-//! peer's accelerations must agree with ours to 1e-8 or its time does not count; of its algorithms
-//! and proximal parameters the fastest counts. The column `loose` is beside the fastest that agrees
-//! to 1e-6.
+//! `LINKWORK_PINOCCHIO_CONSTRAINED=path cargo bench -p linkwork-solvers --bench constrained [-- words] [--way=CE] [--write]`
+//!
+//! The path is the program that `tests/benches/peers/install.sh` builds. Words select mechanisms by part of their name. `--way` times only one
+//! constraint method (for profiles). `--variants` prints the result of each algorithm and parameter of Pinocchio. `--write` draws
+//! `framework/solvers/benches/loops.svg`.
+//!
+//! Both sides start from (q, β, T), kinematics included, and cycle through the same closed states. Pinocchio's accelerations must agree with
+//! Linkwork's to 1e-8, otherwise its time is rejected. The fastest of its algorithms and proximal parameters is used. The column `loose` compares
+//! with the fastest that agrees to 1e-6.
 #![allow(non_snake_case)]
 
 #[path = "../../dynamics/tests/support/mod.rs"]
@@ -34,19 +34,19 @@ use std::hint::black_box;
 use std::path::{Path, PathBuf};
 
 const REPEATS: usize = 9;
-/// Seconds of one repeat.
+/// Duration of one repeat, s.
 const SLICE: f64 = 0.005;
 const TARGET: f64 = 0.75;
-/// Relative difference of accelerations up to which the peer counts as right, and nearly right.
+/// Relative difference of accelerations up to which Pinocchio's result is accepted, and accepted as loose.
 const RIGHT: f64 = 1e-8;
 const LOOSE: f64 = 1e-6;
 
 type Choice = fn(ConstraintId) -> ConstraintMethod;
 
-/// How each loop is treated; `None` is the fully augmented solver.
+/// Constraint method of each loop; `None` is the fully augmented solver.
 type Way = Option<Choice>;
 
-/// Ours: tree-augmented, embedded, every second loop embedded, what the rule says, fully augmented.
+/// Linkwork's methods: tree-augmented, embedded, every second loop embedded, automatic choice, fully augmented.
 const WAYS: [(&str, Way); 5] = [
     ("TA", Some(|_| ConstraintMethod::Augment)),
     ("CE", Some(|_| ConstraintMethod::Embed)),
@@ -61,13 +61,13 @@ const WAYS: [(&str, Way); 5] = [
     ("FA", None),
 ];
 
-/// The fastest of the peer that is right.
+/// The fastest accepted run of Pinocchio.
 struct Peer {
     name: String,
     mu: String,
     off: f64,
     ns: f64,
-    /// The fastest that agrees to [`LOOSE`].
+    /// Time of the fastest run that agrees to [`LOOSE`].
     loose: f64,
 }
 
@@ -119,7 +119,7 @@ fn main() {
     }
 }
 
-/// Times of one mechanism, ns: ours in the order of [`WAYS`], and the peer's.
+/// Times of one mechanism, ns: Linkwork in the order of [`WAYS`], and Pinocchio.
 struct Measured {
     name: String,
     ns: Vec<f64>,
@@ -127,14 +127,14 @@ struct Measured {
 }
 
 impl Measured {
-    /// The best of ours beside the peer.
+    /// Returns Linkwork's best time divided by Pinocchio's.
     fn ratio(&self) -> Option<f64> {
         let best = self.ns.iter().copied().fold(f64::INFINITY, f64::min);
         self.peer.map(|p| best / p)
     }
 }
 
-/// Where the ways cross: over the number of loops, and over their size.
+/// Returns plots of time over the number of loops and over their size, which show where the methods cross.
 fn panels(all: &[Measured]) -> Vec<Panel> {
     let colors = ["#3066be", "#0b6e4f", "#e09f3e", "#7b2d8b", "#c1292e"];
     let names = ["TA", "CE", "TA+CE", "FA", "Pinocchio's fastest"];
@@ -142,7 +142,7 @@ fn panels(all: &[Measured]) -> Vec<Panel> {
         let curve = |k: usize| {
             let point = |(n, name): &(f64, String)| {
                 let m = all.iter().find(|m| m.name == *name)?;
-                // Auto has no curve: it is one of the others.
+                // Auto is always one of the others, so it does not have its own curve.
                 let ns = if k < 4 { Some(m.ns[[0, 1, 2, 4][k]]) } else { m.peer };
                 ns.map(|ns| (*n, 1e-3 * ns))
             };
@@ -173,7 +173,7 @@ fn row(case: &Case, peer: Option<&Path>) -> Measured {
     let answers: Vec<Vec<Vec<f64>>> =
         WAYS.iter().map(|(_, way)| accelerations(&tree, &states, *way)).collect();
     let own = answers[1..].iter().map(|a| difference(a, &answers[0])).fold(0.0, f64::max);
-    // Ours and the peer's in turn, twice: the clock of a busy machine drifts.
+    // Alternate between Linkwork and Pinocchio, twice, because the clock rate of a busy machine drifts.
     let only = std::env::args().find_map(|a| a.strip_prefix("--way=").map(str::to_owned));
     let timed = |name: &str, way: Way| match &only {
         Some(only) if only != name => f64::INFINITY,
@@ -222,7 +222,7 @@ fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 
 type Solve<'t> = Box<dyn FnMut(&State, &mut [f64], &mut [f64]) + 't>;
 
-/// Gives forces and takes accelerations of a state, kinematics included.
+/// Returns a function from the forces of a state to its accelerations, kinematics included.
 fn solver(tree: &Tree, way: Way) -> Solve<'_> {
     let mut ws = Workspace::new(tree);
     ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
@@ -254,7 +254,7 @@ fn accelerations(tree: &Tree, states: &[State], way: Way) -> Vec<Vec<f64>> {
     states.iter().map(one).collect()
 }
 
-/// Independent rows, the fewest of all states.
+/// Returns the smallest number of independent rows over all states.
 fn rank(tree: &Tree, states: &[State]) -> usize {
     let mut ws = Workspace::new(tree);
     let mut solver = ConstrainedSolver::new(tree, |_| ConstraintMethod::Augment);
@@ -266,7 +266,7 @@ fn rank(tree: &Tree, states: &[State]) -> usize {
     states.iter().map(one).min().unwrap_or(0)
 }
 
-/// Nanoseconds of a call: the best of several repeats, each over all states as often as fits.
+/// Returns the time of a call in nanoseconds: the best of several repeats, each over all states as often as fits.
 #[allow(clippy::disallowed_methods)] // A benchmark reads the clock.
 fn time(tree: &Tree, states: &[State], way: Way) -> f64 {
     let mut solve = solver(tree, way);
@@ -286,7 +286,7 @@ fn time(tree: &Tree, states: &[State], way: Way) -> f64 {
     1e9 * (0..REPEATS).map(|_| pass(loops)).fold(f64::INFINITY, f64::min)
 }
 
-/// The fastest way of the peer that agrees; `None`, and a printed line, if none does.
+/// Returns Pinocchio's fastest run that agrees. If none agrees, prints a line and returns `None`.
 fn run_peer(program: &Path, text: &str) -> Option<Peer> {
     let path = std::env::temp_dir().join(format!("linkwork_loops_{}.txt", std::process::id()));
     std::fs::write(&path, text).expect("temporary file");

@@ -1,7 +1,7 @@
 //! Time of contact problems: `cargo bench -p linkwork-solvers --bench contact`.
 //!
-//! Warm: the solution of a problem is the start for one whose free motion of each degree of freedom
-//! differs at random by up to 0.1 % of what the impulses did to it. Cold: from nothing.
+//! Warm: the solver starts from the solution of a similar problem, in which the free velocity of each degree of freedom differs at random by up to
+//! 0.1 % of the change that the impulses caused. Cold: the solver starts from zero.
 #![allow(clippy::unwrap_used)]
 
 #[path = "../tests/support/mod.rs"]
@@ -15,7 +15,7 @@ fn main() {
     divan::main();
 }
 
-/// A problem near `case`, and the impulses of `case`.
+/// Returns a problem similar to `case`, and the impulses of `case`.
 fn moved(case: Case) -> (Case, Vec<[f64; 4]>) {
     let (lambda, report) = case.solve(Method::Auto, 1e-11);
     assert!(report.converged);
@@ -48,7 +48,7 @@ fn run(bencher: Bencher, case: &Case, start: &[[f64; 4]], method: Method) {
 
 const METHODS: [Method; 3] = [Method::Auto, Method::GaussSeidel, Method::Newton];
 
-/// 11 contacts on 27 degrees of freedom, all touched; seeds of the rows.
+/// 11 contacts on 27 degrees of freedom, all touching; the arguments seed the rows.
 #[divan::bench(args = [1, 2, 3])]
 fn humanoid_warm(bencher: Bencher, seed: u64) {
     let (case, start) = moved(humanoid(seed));
@@ -62,21 +62,21 @@ fn pile_at_rest_warm(bencher: Bencher, method: Method) {
     run(bencher, &case, &start, method);
 }
 
-/// The same, pushed, so that some contacts slide and some open.
+/// The same pile, pushed so that some contacts slide and some open.
 #[divan::bench(args = METHODS)]
 fn pile_pushed_warm(bencher: Bencher, method: Method) {
     let (case, start) = moved(pile(0.02));
     run(bencher, &case, &start, method);
 }
 
-/// From nothing.
+/// Cold start.
 #[divan::bench(args = METHODS)]
 fn pile_pushed_cold(bencher: Bencher, method: Method) {
     let case = pile(0.02);
     run(bencher, &case, &[[0.0; 4]; 60], method);
 }
 
-/// One sweep with its preparation and measure: what warm starts cost at least.
+/// One sweep with its preparation and residual: the minimum cost of a warm start.
 #[divan::bench]
 fn pile_one_sweep(bencher: Bencher) {
     let case = pile(0.02);

@@ -1,10 +1,10 @@
-//! IFToMM's A02 with 40 four-bars in a row, 10 s at 1 ms, beside Exudyn in the same run.
+//! Compares IFToMM's benchmark A02 with 40 four-bars in a row, 10 s at 1 ms, with Exudyn in the same run.
 //!
-//! `LINKWORK_EXUDYN_PYTHON=path cargo bench -p linkwork-solvers --bench four_bars`; the path is that of
-//! the Python of `tests/benches/peers/install.sh --exudyn`. Bars of 1 m and 1 kg, cranks upright at the
-//! start, 1 m/s at the first tip. Ours: classical Runge–Kutta over the tree of cranks and couplers,
-//! rows of two where a coupler meets the next crank, then positions and rates projected each step.
-//! Whenever all bars lie in one line the mechanism is singular, and energy shows what that costs.
+//! `LINKWORK_EXUDYN_PYTHON=path cargo bench -p linkwork-solvers --bench four_bars`
+//!
+//! The path is the Python of `tests/benches/peers/install.sh --exudyn`. Bars have 1 m and 1 kg, cranks are upright at the start, and the first tip
+//! moves at 1 m/s. Linkwork uses classical Runge–Kutta over the tree of cranks and couplers, two rows where a coupler meets the next crank, and
+//! projection of positions and rates in each step. The mechanism is singular whenever all bars lie in one line; the energy shows the resulting error.
 #![allow(non_snake_case)]
 
 use linkwork_dynamics::multibody::{
@@ -19,7 +19,7 @@ const LOOPS: usize = 40;
 const END: f64 = 10.0;
 const STEP: f64 = 1e-3;
 
-/// Cranks and couplers turn about −y: angles from x towards z.
+/// Cranks and couplers rotate about −y: angles from x towards z.
 fn mechanism() -> Multibody {
     let mut b = Builder::new();
     let rod = Mat3::from_diagonal(&Vec3::new(0.0, 1.0 / 12.0, 1.0 / 12.0));
@@ -44,7 +44,7 @@ fn mechanism() -> Multibody {
             frame_a: Pose::translation(1.0, 0.0, 0.0),
             body_b: format!("coupler{i:02}"),
             frame_b: Pose::translation(1.0, 0.0, 0.0),
-            // In the plane only: the tree keeps the rest.
+            // Constrains only the motion in the plane, because the tree already constrains the rest.
             hinge: Hinge::chain([SubhingeKind::Slider { axis: Vec3::y() }, SubhingeKind::Ball]),
         });
     }
@@ -71,7 +71,7 @@ fn ours(h: f64) -> Run {
     let mut x = vec![0.0; 2 * n];
     let right = std::f64::consts::FRAC_PI_2;
     for b in mbs.bodies() {
-        // Cranks at 90°, couplers at −90° to them; both turn with 1 rad/s, opposite ways.
+        // Cranks at 90°, couplers at −90° to them; both rotate at 1 rad/s in opposite directions.
         let sign = if b.name().starts_with("crank") { 1.0 } else { -1.0 };
         (x[b.q().start], x[n + b.v().start]) = (sign * right, -sign);
     }

@@ -1,9 +1,10 @@
-//! Heaps of 10 to 1000 boxes beside MuJoCo's, in one run: time a step and a contact, so that growth is visible.
+//! Compares heaps of 10 to 1000 boxes with MuJoCo in one run. Prints time per step and per contact, so that growth is visible.
 //!
-//! `tests/benches/scale [numbers]`, or `LINKWORK_MUJOCO_STEPS=path cargo bench -p linkwork-solvers --bench scale [-- 50 200]`;
-//! the path is the program that `tests/benches/peers/install.sh --mujoco` builds. Both sides have the same boxes, friction
-//! (0.8), start and step (2 ms). Times are the best of three runs here and of five there, over fall and rest; `half` is
-//! the second half alone, `worst` the longest single step. `sinks` is the greatest penetration in the second half.
+//! `tests/benches/scale [numbers]`, or `LINKWORK_MUJOCO_STEPS=path cargo bench -p linkwork-solvers --bench scale [-- 50 200]`
+//!
+//! The path is the program that `tests/benches/peers/install.sh --mujoco` builds. Both sides have the same boxes, friction (0.8), start and step (2
+//! ms). Times are the best of three runs of Linkwork and five of MuJoCo, over fall and rest. `half` is the second half alone, `worst` the longest
+//! single step, `sinks` the largest penetration in the second half.
 #![allow(non_snake_case)]
 
 #[path = "../../dynamics/tests/support/mod.rs"]

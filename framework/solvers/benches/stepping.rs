@@ -1,11 +1,11 @@
-//! Steps of mechanisms in contact beside MuJoCo's, in one run: the same mechanism, shapes, friction,
-//! state and step on both sides.
+//! Compares steps of mechanisms in contact with MuJoCo in one run: same mechanism, shapes, friction, state and step on both sides.
 //!
-//! `LINKWORK_MUJOCO_STEPS=path cargo bench -p linkwork-solvers --bench stepping [-- words]`; the path is
-//! the program that `tests/benches/peers/install.sh --mujoco` builds; words choose scenes by part of
-//! their name. Beside the steps per second: contacts and greatest penetration in the second half, the
-//! change of mechanical energy, how far a body moves in the last tenth, and the error of the coupling.
-//! Last come the size and time of one contact problem on chains of more and more links (`problem`).
+//! `LINKWORK_MUJOCO_STEPS=path cargo bench -p linkwork-solvers --bench stepping [-- words]`
+//!
+//! The path is the program that `tests/benches/peers/install.sh --mujoco` builds. Words select scenes by part of their name. In addition to steps per
+//! second, the table has contacts and largest penetration in the second half, the change of mechanical energy, the motion of a body in the last
+//! tenth, and the error of the coupling. The last table has the size and time of one contact problem on chains with increasing numbers of links
+//! (`problem`).
 #![allow(non_snake_case)]
 
 #[path = "../../dynamics/tests/support/mod.rs"]
@@ -76,7 +76,7 @@ fn main() {
     }
 }
 
-/// The default tolerance, a tenth and a thousandth of it.
+/// Returns the default tolerance, a tenth and a thousandth of it.
 fn settings() -> [(&'static str, ContactSettings); 3] {
     let with = |part: f64| {
         let mut s = ContactSettings::default();
@@ -104,11 +104,11 @@ fn print_row(name: &str, f: &Figures, ratio: Option<f64>) {
     );
 }
 
-/// Contacts of the problems.
+/// Number of contacts of the problems.
 const TOUCHES: usize = 4;
 
-/// Four contacts on chains of more and more links, at the base and at the tip: the rows and the time
-/// of the complementarity problem alone, then of the whole step without collision.
+/// Solves four contacts on chains with increasing numbers of links, at the base and at the tip. Prints the rows and the time of the complementarity
+/// problem alone, then the time of the whole step without collision.
 fn problems() {
     println!(
         "\n{TOUCHES} contacts on a chain {:>5} {:>6} {:>6} {:>12} {:>10} {:>12}",

@@ -1,8 +1,6 @@
-//! The IFToMM benchmark problems over their full times: a table of energy drift, wall time and error, with
-//! the reference behind each error.
+//! The IFToMM benchmark problems over their full durations. Prints a table of energy drift, wall time and error, with the reference of each error.
 //!
-//! Run with `cargo run --release -p linkwork-solvers --example iftomm`;
-//! words behind `--` choose problems whose names hold one of them.
+//! Run with `cargo run --release -p linkwork-solvers --example iftomm`. Words after `--` select problems whose names contain one of them.
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, non_snake_case)]
 
 #[path = "../tests/benchmark_problems/mod.rs"]
@@ -18,10 +16,10 @@ use benchmark_problems::{
 use std::f64::consts::FRAC_PI_2;
 use std::time::Instant;
 
-/// What stands behind an error, and the error.
+/// Reference of an error, and the error.
 type Error<'a> = (&'a str, &'a dyn Fn(&mut Run) -> f64);
 
-/// Rows of the table, one for each reference. Energy drift is the greatest over a hundred samples.
+/// Prints rows of the table, one for each reference. Energy drift is the largest over a hundred samples.
 fn row(name: &str, with: With, (end, h): (f64, f64), mut run: Run, errors: &[Error]) {
     let mut words = std::env::args().skip(1).peekable();
     if words.peek().is_some() && !words.any(|w| name.contains(&w)) {
@@ -78,7 +76,7 @@ fn a02_rows() {
     };
     for (windows, end, want, _) in FOUR_BARS {
         for with in ALL {
-            // One aggregate of all uprights and couplers is dense: cubic in its size.
+            // The single aggregate of all uprights and couplers is dense, so its cost is cubic in its size.
             if with == With::Embedded && windows > 10 {
                 continue;
             }
@@ -110,7 +108,7 @@ fn a03_rows() {
             let at = |name: &str| r.q()[mbs.get(mbs.body(name).unwrap()).q().start];
             apart(&ANDREWS.map(at), &ANDREWS_END)
         };
-        // A torque and a spring do work here: the energy column is theirs.
+        // A torque and a spring do work here, so the energy column shows their work.
         let errors: [Error; 1] = [("angles, published by Hairer and Wanner", &angles)];
         row("A03 Andrews", with, (0.03, 1e-5), Run::new(a03(), with), &errors);
     }
@@ -134,7 +132,7 @@ fn a05_rows() {
             ("s, angle and rate, Lagrange's equations", &own),
             ("the same, Exudyn 1.13 (kinematic tree, RK44)", &foreign),
         ];
-        // Dampers take energy out: the energy column is theirs.
+        // Dampers remove energy, so the energy column shows their work.
         row("A05 governor", with, (10.0, 1e-4), Run::new(a05(), with), &errors);
     }
 }

@@ -1,20 +1,20 @@
-//! Compliant contact: forces of penetration and of bristles, for integrators that see smooth forces.
+//! Compliant contact: penetration and bristle forces, for integrators that need smooth forces.
 //!
-//! The laws are those of [`contact_law`](crate::contact_law). For each contact point, δ its depth and n the normal from a to b:
+//! [`contact_law`](crate::contact_law) has the equations. Each contact point has the depth δ and the normal n from a to b:
 //! ```text
 //! f = k δᵖ (1 + d δ̇), never pulling                                 N = Σ f,  c = Σ f p / N
 //! ```
-//! For each pair of colliders one bristle z (m, across the mean normal) and one turn θ (rad) about it,
-//! with v the slip velocity at c, ω the spin, ρ the radius of gyration of the pressure:
+//! Each pair of colliders has one bristle z (m, perpendicular to the mean normal) and one rotation θ (rad) about the normal. v is the slip velocity
+//! at c, ω the spin, ρ the radius of gyration of the pressure:
 //! ```text
 //! |z|² and v·z of the law: |z|² + ρ² θ²  and  v·z + ρ² ω θ;  z_max = μ N / k_t
 //! r = min(c, 1/τ),  ż = v − r z,  θ̇ = ω − r θ               τ: fast slip is followed no faster
 //! F = −k_t z − d_t ż,  T = −ρ² (k_t θ + d_t θ̇),  scaled down to the cone √(|F|² + T²/ρ²) ≤ μ N
 //! ```
-//! Where colliders resist rolling and spinning, a moment −N (μ_r ω_t / √(ω_t² + ε²) + μ_s ω_n / √(ω_n² + ε²)) acts, smooth at rest:
-//! what should come to rest slows down exponentially below ε = 0.05 rad/s. A surface that moves over its body adds its velocity to v.
+//! Colliders with rolling or spinning resistance also have a moment −N (μ_r ω_t / √(ω_t² + ε²) + μ_s ω_n / √(ω_n² + ε²)), smooth at rest: below ε =
+//! 0.05 rad/s, a rotation that should stop decays exponentially. The velocity of a surface that moves over its body is added to v.
 //!
-//! What of z is along n, after n has turned, relaxes. Without contact bristles relax. Forces are continuous where depth and normals are.
+//! If the normal turns, the component of z along n relaxes. Bristles without contact relax too. Forces are continuous where depth and normals are.
 
 use crate::contact_law::{RELAX, gives_way, normal_force};
 use linkwork_collision::{
@@ -26,28 +26,28 @@ use linkwork_spatial::{Force, Motion, Pose, Vec3};
 use std::sync::Arc;
 use thiserror::Error;
 
-/// ε: relative rotation over which rolling and spinning friction rise, rad/s.
+/// ε: scale of relative rotation at which rolling and spinning friction saturate, rad/s.
 const RISES: f64 = 0.05;
 
-/// Numbers of state for each pair.
+/// Number of states per pair.
 pub const BRISTLE: usize = 4;
 
-/// Constants of compliant contact; friction is the colliders'.
+/// Constants of compliant contact, except friction, which belongs to the colliders.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CompliantSettings {
-    /// k: force of one contact point at 1 m to the exponent, N/mᵖ.
+    /// k: force of one contact point per metre of depth to the power p, N/mᵖ.
     pub stiffness: f64,
     /// p: 1.5 for balls, 1 for faces.
     pub exponent: f64,
     /// d: s/m. The coefficient of restitution is about 1 − ⅔ d v (times p/1.5) at impact speed v.
     pub damping: f64,
-    /// k_t: bristles of a pair, N/m.
+    /// k_t: bristle stiffness of a pair, N/m.
     pub bristle_stiffness: f64,
-    /// d_t: N s/m.
+    /// d_t: bristle damping of a pair, N s/m.
     pub bristle_damping: f64,
-    /// Shortest time in which bristles follow a slip, s: keep the step below twice this.
+    /// Shortest relaxation time of bristles under slip, s. Keep the step below twice this.
     pub relaxation: f64,
-    /// Radius of a contact at a single point, m: it resists spin.
+    /// Radius of a single-point contact, m, which gives its resistance to spin.
     pub radius: f64,
 }
 
@@ -65,21 +65,21 @@ impl Default for CompliantSettings {
     }
 }
 
-/// A constant that makes no sense.
+/// An invalid constant.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("compliant contact: `{name}` is {value}\n  help: give a finite number, {wanted}")]
 pub struct CompliantError {
-    /// The constant.
+    /// Name of the constant.
     pub name: &'static str,
     /// Its value.
     pub value: f64,
-    /// What it must be.
+    /// Requirement.
     pub wanted: &'static str,
 }
 
 impl CompliantSettings {
     /// # Errors
-    /// The first constant that makes no sense.
+    /// The first invalid constant.
     pub fn check(&self) -> Result<(), CompliantError> {
         let all = [
             ("stiffness", self.stiffness, self.stiffness > 0.0, "above 0"),
@@ -97,12 +97,12 @@ impl CompliantSettings {
     }
 }
 
-/// Constants of all pairs, and of those that have a law of their own.
+/// Constants of all pairs, and of the pairs with their own contact law.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CompliantLaws {
-    /// Of pairs without a law.
+    /// Constants of pairs without a law.
     pub usual: CompliantSettings,
-    /// Of each of [`Rules::laws`](linkwork_collision::Rules::laws); where there are fewer, the usual ones.
+    /// Constants of each of [`Rules::laws`](linkwork_collision::Rules::laws); missing ones use the default.
     pub of_laws: Vec<CompliantSettings>,
 }
 
@@ -114,36 +114,35 @@ impl From<CompliantSettings> for CompliantLaws {
 
 impl CompliantLaws {
     /// # Errors
-    /// The first constant that makes no sense.
+    /// The first invalid constant.
     pub fn check(&self) -> Result<(), CompliantError> {
         self.of_laws.iter().chain([&self.usual]).try_for_each(CompliantSettings::check)
     }
 }
 
-/// What a pair of colliders does to each other.
+/// Load between two colliders.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairLoad {
-    /// Body of the first; `None` is the world.
+    /// Body of the first collider; `None` is the world.
     pub body_a: Option<BodyId>,
-    /// Body of the second, on which the force acts.
+    /// Body of the second collider, on which the force acts.
     pub body_b: Option<BodyId>,
     /// Force on b, normal and friction, world, N.
     pub force: Vec3,
-    /// Where it acts, world, m.
+    /// Point where the force acts, world, m.
     pub point: Vec3,
     /// Sum of the normal forces, N.
     pub pressure: f64,
-    /// Power that surfaces which move over their bodies give to both bodies and to heat, W. Only compliant contact counts it; else 0.
+    /// Power that surfaces moving over their bodies give to both bodies and to heat, W. Only compliant contact computes it; otherwise 0.
     pub surface_power: f64,
 }
 
-/// Forces of compliant contact for one mechanism. It holds memory, no state: bristles are the
-/// caller's, [`BRISTLE`] numbers a pair.
+/// Forces of compliant contact for one mechanism. It has workspace but no state: the caller keeps the bristles, [`BRISTLE`] numbers per pair.
 pub struct CompliantContact {
-    /// Velocities of surfaces over their bodies; they may be changed between calls.
+    /// Velocities of surfaces relative to their bodies. You may change them between calls.
     pub surfaces: SurfaceVelocities,
     colliders: Arc<Colliders>,
-    /// Pairs that may meet, ascending, with their constants.
+    /// Pairs that can collide, ascending, with their constants.
     pairs: Vec<((u32, u32), CompliantSettings)>,
     scratch: Scratch,
     points: Vec<ContactPoint>,
@@ -161,7 +160,7 @@ struct Patch {
 }
 
 impl CompliantContact {
-    /// For colliders that may meet.
+    /// Creates the workspace for colliders.
     ///
     /// # Errors
     /// [`CompliantError`].
@@ -184,27 +183,26 @@ impl CompliantContact {
         })
     }
 
-    /// Numbers of state that some colliders need.
+    /// Returns the number of states that the colliders need.
     #[must_use]
     pub fn states(colliders: &Colliders) -> usize {
         BRISTLE * pairs(colliders).count()
     }
 
-    /// Contact points of the last call.
+    /// Returns the contact points of the last call.
     #[must_use]
     pub fn points(&self) -> &[ContactPoint] {
         &self.points
     }
 
-    /// Loads of the last call: of each pair that presses.
+    /// Returns the loads of the last call, one for each pair in contact.
     #[must_use]
     pub fn loads(&self) -> &[PairLoad] {
         &self.loads
     }
 
-    /// Adds the forces at the state of the last [`kinematics`](linkwork_dynamics::kinematics()) to the
-    /// workspace; `bristles` is the state (m, m, m, rad a pair; world axes), `rates` takes its
-    /// derivative.
+    /// Adds the forces at the state of the last [`kinematics`](linkwork_dynamics::kinematics()) to the workspace. `bristles` is the state (m, m, m,
+    /// rad per pair; world axes). Writes its derivative to `rates`.
     pub fn apply(&mut self, tree: &Tree, ws: &mut Workspace, bristles: &[f64], rates: &mut [f64]) {
         let poses = |b: Option<BodyId>| b.map_or_else(Pose::identity, |b| ws.body_pose(tree, b));
         let query = Query::margin(0.0);
@@ -221,7 +219,7 @@ impl CompliantContact {
             }
             let touching = &self.points[from..at];
             if touching.is_empty() && state.iter().all(|x| *x == 0.0) {
-                // Most pairs of many machines are far apart. The sign is that of a relaxing bristle.
+                // Most pairs of many machines are far apart. The rate has the sign of a relaxing bristle.
                 rate.iter_mut().zip(state).for_each(|(rate, x)| *rate = -x);
                 continue;
             }
@@ -235,7 +233,7 @@ impl CompliantContact {
     }
 }
 
-/// Resistance of a pair of surfaces to rolling and spinning, and their own motion.
+/// Rolling and spinning resistance of a pair of surfaces, and their own motion.
 #[derive(Default)]
 struct Surfaces {
     resistance: Resistance,
@@ -266,7 +264,7 @@ impl Surfaces {
         out
     }
 
-    /// Moment on b against relative rotation `w` under the normal force N n.
+    /// Returns the moment on b against the relative rotation `w` under the normal force N n.
     fn moment(&self, w: &Vec3, n: &Vec3, N: f64) -> Vec3 {
         let Resistance { rolling, spinning } = self.resistance;
         let about = n.dot(w);
@@ -277,7 +275,7 @@ impl Surfaces {
     }
 }
 
-/// The pairs of colliders that may meet, ascending.
+/// Returns the pairs of colliders that can collide, ascending.
 fn pairs(colliders: &Colliders) -> impl Iterator<Item = (ColliderId, ColliderId)> + '_ {
     let ids = colliders.ids();
     ids.flat_map(move |a| {
@@ -296,7 +294,7 @@ fn velocity(tree: &Tree, ws: &Workspace, body: Option<BodyId>, at: &Vec3) -> Mot
     )
 }
 
-/// Moment and force on body b at a point, the opposite on body a.
+/// Applies a moment and a force to body b at a point, and the opposite to body a.
 fn apply(tree: &Tree, ws: &mut Workspace, p: &ContactPoint, at: &Vec3, w: Force) {
     for (body, sign) in [(p.body_a, -1.0), (p.body_b, 1.0)] {
         let Some(body) = body else { continue };
@@ -306,7 +304,7 @@ fn apply(tree: &Tree, ws: &mut Workspace, p: &ContactPoint, at: &Vec3, w: Force)
     }
 }
 
-/// Forces of one pair; returns the rates of its bristle, and its load where it presses.
+/// Computes the forces of one pair. Returns the rates of its bristle, and its load if it is in contact.
 fn press(
     k: &CompliantSettings,
     extra: &Surfaces,
@@ -365,7 +363,7 @@ fn press(
     let toward = if bent > 0.0 { (v.dot(&z) + rho2 * w * theta) / bent } else { 0.0 };
     let pull = gives_way(bent, toward, limit / k.bristle_stiffness).min(1.0 / k.relaxation);
     let (z_dot, theta_dot) = (v - z * pull, w - theta * pull);
-    // As the normal turns (over an edge), the deflection is kept across it.
+    // As the normal turns (over an edge), keep the deflection perpendicular to it.
     let follows = z_dot - off / RELAX;
     let mut F = -(z * k.bristle_stiffness + z_dot * k.bristle_damping);
     let mut T = -rho2 * (k.bristle_stiffness * theta + k.bristle_damping * theta_dot);

@@ -6,7 +6,7 @@
 //! W λ = −(J β̇_f + J̇ β + 2 ζ ω ḋ + ω² d)     Baumgarte's terms, where asked for
 //! y = E* λ, scatter                        accelerations of the whole
 //! ```
-//! A row that repeats others carries no force; what contradicts them is reported, not hidden.
+//! Redundant rows carry zero force. A contradiction between rows is an error.
 
 use crate::shared::Shared;
 use crate::skyline::Skyline;
@@ -15,16 +15,16 @@ use linkwork_dynamics::{DynamicsError, Tree, Workspace, kinematics};
 use linkwork_multibody::{ConstraintId, LoopMotion};
 use thiserror::Error;
 
-/// [Independence](ConstrainedSolver::independence) below which branches of motion may cross near a configuration.
+/// If the [independence](ConstrainedSolver::independence) is below this, branches of motion may cross near a configuration.
 pub const NEAR: f64 = 0.1;
 
-/// What holds drift of rows down while integrating.
+/// Method against drift of the rows during integration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Stabilisation {
-    /// Nothing: project after steps.
+    /// None: project after each step.
     #[default]
     None,
-    /// d̈ + 2 ζ ω ḋ + ω² d = 0 in place of d̈ = 0; for rows, not for embedded loops.
+    /// d̈ + 2 ζ ω ḋ + ω² d = 0 instead of d̈ = 0. Applies to rows, not to embedded loops.
     Baumgarte {
         /// ω, rad/s.
         frequency: f64,
@@ -33,60 +33,60 @@ pub enum Stabilisation {
     },
 }
 
-/// What a solution was like.
+/// Properties of a solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Report {
-    /// Rows of augmented constraints.
+    /// Number of rows of augmented constraints.
     pub rows: usize,
-    /// Of them, independent ones.
+    /// Number of independent rows among them.
     pub rank: usize,
-    /// Greatest |d| over augmented rows, rad or m.
+    /// Largest |d| over augmented rows, rad or m.
     pub error: f64,
-    /// Greatest |ḋ| over augmented rows, per second.
+    /// Largest |ḋ| over augmented rows, per second.
     pub rate: f64,
-    /// How far repeated rows contradict the others, rad/s² or m/s²; rounding when they are sound.
+    /// Contradiction between redundant rows and the others, rad/s² or m/s²; round-off if they are consistent.
     pub contradiction: f64,
 }
 
-/// Why there is no solution.
+/// Reason why no solution exists.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum SolverError {
-    /// Of the tree itself.
+    /// Error of the tree dynamics.
     #[error(transparent)]
     Dynamics(#[from] DynamicsError),
-    /// Constraints that cannot hold together at this state.
+    /// Constraints contradict each other at this state.
     #[error(
-        "{}: contradict what else constrains the mechanism, by {contradiction:.3e} (rad/s² or \
+        "{}: contradict the other constraints of the mechanism by {contradiction:.3e} (rad/s² or \
          m/s²)\n  help: remove a constraint, free a prescribed hinge, or start from a configuration \
          that closes all loops",
         .constraints.join(", ")
     )]
     Contradiction {
-        /// The constraints with rows that the others rule out, as ``loop `NAME` ``.
+        /// The constraints whose rows contradict the others, as ``loop `NAME` ``.
         constraints: Vec<String>,
-        /// By how much.
+        /// Size of the contradiction.
         contradiction: f64,
     },
-    /// Numbers that are not finite.
+    /// Accelerations are not finite.
     #[error(
         "the accelerations are not finite\n  help: check the state, forces and loop motions given"
     )]
     NotFinite,
 }
 
-/// A constraint that repeats others at a state.
+/// A constraint that is redundant at a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Redundant {
-    /// Which.
+    /// The constraint.
     pub constraint: ConstraintId,
-    /// How many of its rows the others imply.
+    /// Number of its rows that the others imply.
     pub rows: usize,
-    /// How far they contradict the others, as [`Report::contradiction`].
+    /// Contradiction with the others, as in [`Report::contradiction`].
     pub contradiction: f64,
 }
 
 impl Redundant {
-    /// Counts one more row that was left out.
+    /// Adds one more row that was left out.
     pub(crate) fn add(list: &mut Vec<Self>, constraint: ConstraintId, by: f64) {
         match list.iter_mut().find(|r| r.constraint == constraint) {
             Some(r) => {
@@ -98,7 +98,7 @@ impl Redundant {
     }
 }
 
-/// What is said when constraints contradict each other by more than they may.
+/// Returns the error if constraints contradict each other by more than the limit.
 pub(crate) fn contradicted(
     tree: &Tree,
     redundant: &[Redundant],
@@ -112,13 +112,13 @@ pub(crate) fn contradicted(
     SolverError::Contradiction { constraints, contradiction }
 }
 
-/// ``loop `NAME` `` or ``coupling `NAME` ``.
+/// Returns ``loop `NAME` `` or ``coupling `NAME` ``.
 pub(crate) fn named(tree: &Tree, c: ConstraintId) -> String {
     let kind = if matches!(c, ConstraintId::Loop(_)) { "loop" } else { "coupling" };
     format!("{kind} `{}`", tree.multibody().constraint_name(c))
 }
 
-/// A solver for one mechanism: structure and memory. Nothing is allocated while solving.
+/// Solver for one mechanism: structure and workspace. Solving does not allocate.
 #[derive(Clone, Debug)]
 pub struct ConstrainedSolver {
     units: Units,
@@ -126,33 +126,33 @@ pub struct ConstrainedSolver {
     rows: RowSet,
     /// Augmented constraints in elimination order.
     order: Vec<ConstraintId>,
-    /// Pairs of groups that meet.
+    /// Pairs of groups that share unknowns.
     meets: Vec<(u32, u32)>,
     shared: Shared,
     W: Skyline,
-    /// By group.
+    /// Constraint forces by group.
     lambda: Vec<[f64; WIDTH]>,
     y: Vec<f64>,
     /// λ by constraint in the order of [`Multibody::constraints`](linkwork_multibody::Multibody::constraints).
     forces: Vec<f64>,
-    /// Whether those of embedded constraints are still to be found, from the accelerations in `v`.
+    /// Whether the forces of embedded constraints are still to be computed from the accelerations in `v`.
     pending: bool,
-    /// Whether members of embedded loops are prescribed: their forces are needed at once.
+    /// Whether members of embedded loops are prescribed, so that their forces are needed immediately.
     prescribed: bool,
     place: Vec<usize>,
     v: Vec<f64>,
-    /// Where some constraints are embedded: all of them as rows, for projections where rank drops.
+    /// Solver with all constraints as rows, for projections where the rank drops. Only if some constraints are embedded.
     near: Option<Box<ConstrainedSolver>>,
     still: Vec<f64>,
     quiet: Vec<LoopMotion>,
     /// Baumgarte's constants.
     pub stabilisation: Stabilisation,
-    /// Contradictions above this, rad/s² or m/s², are errors.
+    /// Contradictions above this are errors, rad/s² or m/s².
     pub contradiction_max: f64,
 }
 
 impl ConstrainedSolver {
-    /// For a tree, each constraint of its mechanism treated as `constraint_method` says.
+    /// Creates a solver for a tree, with the constraint method `constraint_method` for each constraint.
     #[must_use]
     pub fn new(tree: &Tree, constraint_method: impl Fn(ConstraintId) -> ConstraintMethod) -> Self {
         Self::of(tree, Units::new(tree, constraint_method))
@@ -215,13 +215,13 @@ impl ConstrainedSolver {
         }
     }
 
-    /// Which constraints are embedded and which are rows.
+    /// Returns which constraints are embedded and which are rows.
     #[must_use]
     pub fn units(&self) -> &Units {
         &self.units
     }
 
-    /// [`kinematics`], then [`ConstrainedSolver::forward_given_kinematics`].
+    /// Calls [`kinematics`], then [`ConstrainedSolver::forward_given_kinematics`].
     ///
     /// # Errors
     /// [`SolverError`].
@@ -238,11 +238,9 @@ impl ConstrainedSolver {
         self.forward_given_kinematics(tree, ws, (q, v), motions, tau, vdot)
     }
 
-    /// Accelerations from forces at the state (q, β) of the last
-    /// [`kinematics`], with the external forces and gravity of the workspace. `tau`, `vdot` as in
-    /// [`forward_dynamics_given_kinematics`](linkwork_dynamics::forward_dynamics_given_kinematics());
-    /// `motions` are those of prescribed subhinges of loops. Linear in the links, cubic in the rows that
-    /// meet.
+    /// Computes accelerations from forces at the state (q, β) of the last [`kinematics`], with the external forces and gravity of the workspace.
+    /// `tau` and `vdot` are as in [`forward_dynamics_given_kinematics`](linkwork_dynamics::forward_dynamics_given_kinematics()); `motions` are the
+    /// motions of prescribed subhinges of loops. The cost is linear in the links, and cubic in the rows that share unknowns.
     ///
     /// # Errors
     /// [`SolverError`].
@@ -284,7 +282,7 @@ impl ConstrainedSolver {
         if vdot.iter().all(|x| x.is_finite()) { Ok(report) } else { Err(SolverError::NotFinite) }
     }
 
-    /// Forces of embedded constraints at the last solution, where they were not asked for yet.
+    /// Computes the forces of embedded constraints at the last solution, if that was deferred.
     fn settle(&mut self, tree: &Tree, tau: &mut [f64]) {
         if std::mem::take(&mut self.pending) {
             let (place, forces, loops) =
@@ -341,8 +339,8 @@ impl ConstrainedSolver {
         }
     }
 
-    /// Changes of coordinates or rates that close everything to first order, and the greatest error
-    /// before. `step` holds β at the start, or zeros.
+    /// Computes the changes of coordinates or rates that satisfy all constraints to first order, and the largest error before. `step` contains β at
+    /// the start, or zeros.
     pub(crate) fn correct(
         &mut self,
         tree: &Tree,
@@ -352,7 +350,7 @@ impl ConstrainedSolver {
         q: &[f64],
         step: &mut [f64],
     ) -> Result<f64, SolverError> {
-        // What follows overwrites what the forces are found from. No member is prescribed here.
+        // The following code overwrites the data from which the forces are computed, so compute them first. No member is prescribed here.
         self.settle(tree, &mut []);
         self.v.copy_from_slice(step);
         step.fill(0.0);
@@ -371,7 +369,7 @@ impl ConstrainedSolver {
             self.quiet.iter_mut().for_each(|m| m.rate = 0.0);
         }
         if worst > 0.0 {
-            // What closing the aggregates does to the other rows: their rates at that velocity.
+            // Closing the aggregates changes the other rows: compute their rates at that velocity.
             self.v.iter_mut().zip(&*step).for_each(|(v, d)| *v += d);
             kinematics(tree, ws, q, &self.v);
         }
@@ -398,7 +396,7 @@ impl ConstrainedSolver {
         Ok(worst)
     }
 
-    /// W from the rows, and its factor.
+    /// Computes W from the rows, and its factor.
     fn factor(&mut self) {
         self.shared.update(&self.rows, &self.meets);
         for ((g, h), runs) in self.meets.iter().zip(self.shared.pairs()) {
@@ -408,7 +406,7 @@ impl ConstrainedSolver {
         self.W.factor(|g| rows[g].gross);
     }
 
-    /// y = E* λ.
+    /// Computes y = E* λ.
     fn pull(&mut self) {
         self.y.fill(0.0);
         for (g, lambda) in self.lambda.iter().enumerate() {
@@ -416,10 +414,9 @@ impl ConstrainedSolver {
         }
     }
 
-    /// Forces of a constraint at the last solution, one a row (N or N m): each acts along its row's
-    /// wrench on body B and against it on body A; a coupling's acts on its coordinates by its
-    /// factors. Repeated rows show zero; see [`Report::rank`]. Those of embedded loops are found when
-    /// they are first asked for after a solution.
+    /// Returns the forces of a constraint at the last solution, one per row (N or N m). Each acts along its row's wrench on body B and in the
+    /// opposite direction on body A; a coupling's force acts on its coordinates with its factors. Redundant rows have zero force; see
+    /// [`Report::rank`]. Forces of embedded loops are computed on the first query after a solution.
     #[must_use]
     pub fn forces(&mut self, tree: &Tree, constraint: ConstraintId) -> &[f64] {
         self.settle(tree, &mut []);
@@ -430,32 +427,32 @@ impl ConstrainedSolver {
 }
 
 impl ConstrainedSolver {
-    /// How independent the rows of the constraints are at the last solution or projection: 1 and less, 0 where their rank drops, as in a
-    /// parallelogram whose links are in line. Near such a configuration it is about the angle (rad) that is left to it.
+    /// Returns the independence of the constraint rows at the last solution or projection: at most 1, and 0 where their rank drops, as in a
+    /// parallelogram whose links are in line. Near such a configuration it is about the remaining angle to it (rad).
     #[must_use]
     pub fn independence(&self) -> f64 {
         let rows = if self.order.is_empty() { 1.0 } else { self.W.weakest.sqrt() };
         self.uw.weakest().min(rows)
     }
 
-    /// Takes the solver out that has all constraints as rows, where there is one and the rank nearly drops.
+    /// Takes out the solver that has all constraints as rows, if it exists and the rank nearly drops.
     pub(crate) fn take_near(&mut self) -> Option<Box<Self>> {
         if self.independence() < NEAR { self.near.take() } else { None }
     }
 
-    /// Takes that solver out where the rank of the embedded constraints nearly drops at the last gather. Dependent coordinates are chosen anew at
-    /// every state, which makes differences of accelerations, as stiff methods take them, inexact there; a solution by rows has no such choice.
+    /// Takes out that solver if the rank of the embedded constraints nearly dropped at the last gather. Dependent coordinates are chosen anew at
+    /// every state, which makes the finite differences of stiff methods inexact there. A solution by rows does not have this choice.
     fn take_embedded_near(&mut self) -> Option<Box<Self>> {
         if self.uw.weakest() < NEAR { self.near.take() } else { None }
     }
 
-    /// Puts it back.
+    /// Puts the solver back.
     pub(crate) fn put_near(&mut self, near: Box<Self>) {
         self.near = Some(near);
     }
 
-    /// Adds the forces of all loops at the last solution to the external forces of the workspace, which has to be at the state of that
-    /// solution. Couplings act within hinges: theirs are not among them.
+    /// Adds the forces of all loops at the last solution to the external forces of the workspace, which must be at the state of that solution. Forces
+    /// of couplings are not included, because they act within hinges.
     pub fn add_loop_forces(&mut self, tree: &Tree, ws: &mut Workspace, motions: &[LoopMotion]) {
         self.settle(tree, &mut []);
         let mbs = tree.multibody();
@@ -466,9 +463,8 @@ impl ConstrainedSolver {
         }
     }
 
-    /// Constraints of which rows repeated others at the last solution, by constraint. Of rows that
-    /// depend on each other the later ones in the order of elimination are named, of embedded loops those
-    /// that were not chosen as pivots: which of the group it is, is not unique. Allocates.
+    /// Returns the constraints with redundant rows at the last solution, by constraint. Which row of a dependent group counts as redundant is not
+    /// unique: for augmented constraints it is the last one in elimination order, for embedded loops one that was not chosen as a pivot. Allocates.
     #[must_use]
     pub fn redundant(&self, tree: &Tree) -> Vec<Redundant> {
         let mut out = Vec::new();
@@ -486,7 +482,7 @@ impl ConstrainedSolver {
         out
     }
 
-    /// Calls `f` with d (rad or m) and ḋ of each row of a loop in turn, at the last kinematics; `which` is the loop's place among
+    /// Calls `f` with d (rad or m) and ḋ of each row of a loop, at the last kinematics. `which` is the index of the loop in
     /// [`Multibody::loops`](linkwork_multibody::Multibody::loops).
     pub fn loop_errors(
         &mut self,
@@ -500,7 +496,7 @@ impl ConstrainedSolver {
         self.units.loop_errors(tree, ws, &mut self.uw, which, motions, f);
     }
 
-    /// Greatest |d| of a constraint's rows, rad or m, at the last kinematics; `q` is that state's.
+    /// Returns the largest |d| of a constraint's rows, rad or m, at the last kinematics; `q` belongs to that state.
     #[must_use]
     pub fn error(
         &self,
@@ -514,7 +510,7 @@ impl ConstrainedSolver {
     }
 }
 
-/// Place among all constraints.
+/// Returns the index among all constraints.
 pub(crate) fn index(c: ConstraintId, loops: usize) -> usize {
     match c {
         ConstraintId::Loop(i) => i as usize,
@@ -522,13 +518,12 @@ pub(crate) fn index(c: ConstraintId, loops: usize) -> usize {
     }
 }
 
-/// The greater one; NaN wins.
+/// Returns the larger value; NaN has priority.
 pub(crate) fn greater(a: f64, b: f64) -> f64 {
     if a >= b || a.is_nan() { a } else { b }
 }
 
-/// Neighbours close together: breadth first from constraints that meet few, reversed
-/// (Cuthill–McKee).
+/// Returns an order that keeps neighbours together: breadth first from constraints with few neighbours, then reversed (Cuthill–McKee).
 fn elimination_order(tree: &Tree, units: &Units) -> Vec<ConstraintId> {
     let all = units.augmented();
     let n = all.len();

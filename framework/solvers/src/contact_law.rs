@@ -1,28 +1,28 @@
-//! The law of compliant contact: normal forces of Hunt and Crossley, and friction of elasto-plastic bristles. Bodies, wheels and the friction of
-//! shafts use the same functions.
+//! Equations of compliant contact: normal forces of Hunt and Crossley, and friction of elasto-plastic bristles. Bodies, wheels and shaft friction
+//! share these functions.
 //! ```text
 //! normal     f = k δᵖ (1 + d δ̇)₊                                        δ: depth, m
 //! bristle    ż = v − c z,  c = α (v·ẑ)₊/max(|z|, z_max) + (|z| − z_max)₊/(|z| T)
 //!            α = 0 below |z| = 0.9 z_max, 1 above z_max, a cubic between;  T = 10 ms
 //! friction   F = −k_t z − d_t v, cut to the limit μ f;  z_max = μ f/k_t
 //! ```
-//! z (m, or rad on a shaft) is the deflection of the contact and v the velocity of slip. Below nine tenths of its limit a bristle only bends, so that what
-//! is parked does not creep. One that is longer than its limit, because the load fell, relaxes.
+//! z (m, or rad on a shaft) is the deflection of the contact and v the slip velocity. Below nine tenths of its limit a bristle is elastic, so that a
+//! parked vehicle does not creep. A bristle beyond its limit, because the load decreased, relaxes.
 //! Source: Hunt and Crossley (1975); Dupont, Hayward, Armstrong and Altpeter (2002).
 
-/// Part of the greatest deflection up to which bristles only bend.
+/// Fraction of the largest deflection up to which bristles are elastic.
 pub const BREAKAWAY: f64 = 0.9;
-/// Time in which bristles relax without contact, and beyond their limit, s.
+/// Time constant with which bristles relax without contact, and beyond their limit, s.
 pub const RELAX: f64 = 0.01;
 
-/// Hunt and Crossley's normal force (N) at a depth (m, positive) that grows by `closing` (m/s): stiffness k (N/mᵖ), exponent p, damping d (s/m).
-/// Never pulls.
+/// Computes Hunt and Crossley's normal force (N) at a depth (m, positive) that grows by `closing` (m/s): stiffness k (N/mᵖ), exponent p, damping d
+/// (s/m). The force is never attractive.
 #[inline]
 pub fn normal_force(stiffness: f64, exponent: f64, damping: f64, depth: f64, closing: f64) -> f64 {
     elastic(stiffness, exponent, depth) * (1.0 + damping * closing).max(0.0)
 }
 
-/// Its elastic part k δᵖ, N.
+/// Computes the elastic part k δᵖ of the normal force, N.
 #[inline]
 pub fn elastic(stiffness: f64, exponent: f64, depth: f64) -> f64 {
     stiffness
@@ -33,7 +33,7 @@ pub fn elastic(stiffness: f64, exponent: f64, depth: f64) -> f64 {
         }
 }
 
-/// Share α of the motion that slides: 0 while the bristle of the length `size` is elastic, 1 at its limit `longest`.
+/// Returns the sliding fraction α of the motion: 0 while a bristle of length `size` is elastic, 1 at its limit `longest`.
 #[inline]
 pub fn plastic_share(size: f64, longest: f64) -> f64 {
     let start = BREAKAWAY * longest;
@@ -47,7 +47,8 @@ pub fn plastic_share(size: f64, longest: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Rate c (1/s) at which a bristle gives way: it has the length `size`, is bent further by `toward` (v·ẑ, per second), and `longest` is its limit.
+/// Returns the relaxation rate c (1/s) of a bristle of length `size` with limit `longest`, which is deflected further at the rate `toward` (v·ẑ, per
+/// second).
 #[inline]
 pub fn gives_way(size: f64, toward: f64, longest: f64) -> f64 {
     let mut out = 0.0;
@@ -68,17 +69,17 @@ mod tests {
     fn a_bristle_that_is_dragged_ends_at_its_limit_and_one_that_is_held_stays() {
         let longest = 1e-3;
         for v in [1e-3, 0.1, -0.5_f64] {
-            // Over forty times its limit: what is left of the way to it falls by e for each.
+            // Slip over forty times the limit: the distance to the limit decays by a factor of e per limit length.
             let (mut z, dt) = (0.0_f64, 1e-3 * longest / v.abs());
             for _ in 0..40_000 {
                 z += dt * (v - gives_way(z.abs(), v * z.signum(), longest) * z);
             }
             assert!((z.abs() / longest - 1.0).abs() < 1e-9 && z * v > 0.0, "{v}: {z}");
         }
-        // Below nine tenths it only bends: to and fro leaves nothing.
+        // Below nine tenths it is elastic: a cycle leaves no deflection.
         let z = 0.89 * longest;
         assert_eq!(gives_way(z, 1.0, longest), 0.0);
-        // Back is free at any length up to the limit.
+        // Return motion is elastic at any length up to the limit.
         assert_eq!(gives_way(longest, -1.0, longest), 0.0);
     }
 
@@ -89,7 +90,7 @@ mod tests {
             z -= 1e-5 * gives_way(z, 0.0, longest) * z;
         }
         assert!((z / longest - 1.0).abs() < 1e-3, "{z}");
-        // Without a limit it goes to nothing.
+        // With a limit of zero, the deflection decays to zero.
         assert!((gives_way(1.0, 0.0, 0.0) - 1.0 / RELAX).abs() < 1e-12);
     }
 

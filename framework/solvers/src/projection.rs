@@ -1,21 +1,20 @@
-//! Consistent positions and velocities: back onto the constraints.
+//! Projection of positions and velocities onto the constraints.
 //!
-//! Embedded loops are closed aggregate by aggregate, their dependent coordinates alone; rows by the
-//! least motion in the metric of the mass matrix:
+//! Embedded loops are closed aggregate by aggregate, with only their dependent coordinates. Rows are closed with the smallest motion in the metric of
+//! the mass matrix:
 //! ```text
 //! Γ_d Δθ_d = −d                             aggregates
 //! W λ = −d,   Δ = M⁻¹ J* λ                   rows;   q ← q ⊕ Δ until |d| is small (Newton)
 //! W λ = −ḋ,   β ← β + M⁻¹ J* λ               once: rates are linear
 //! ```
-//! A step that makes the error larger is halved; where no step helps, the loops cannot be closed
-//! from here, and the error says by how much.
+//! A step that increases the error is halved. If no step reduces the error, the loops cannot be closed from here, and the error message states the
+//! residual.
 //!
-//! Where the rank of the rows drops, as in a parallelogram whose links are in line, two branches of motion cross: d = θ₁ θ₂ + …, with
-//! the distances θ₁, θ₂ from both. The curve d = ε ≠ 0 does not cross: it bends from one branch to the other where θ ≈ √ε. An error
-//! that is left would therefore lead an accurate integrator to the other branch, and much smaller steps before that. So loops are closed
-//! to tolerance · i² there, i being the independence of the rows (about θ), and to round-off at the end. All constraints are treated
-//! as rows there. Closing embedded loops by their dependent coordinates alone would turn errors across a branch, which are large there,
-//! into errors along it.
+//! Where the rank of the rows drops, as in a parallelogram whose links are in line, two branches of motion cross: d = θ₁ θ₂ + …, with the distances
+//! θ₁, θ₂ from both. The curve d = ε ≠ 0 does not cross: it bends from one branch to the other where θ ≈ √ε. A residual error would therefore lead an
+//! accurate integrator to the other branch, with much smaller steps before that. So loops are closed to tolerance · i² there, where i is the
+//! independence of the rows (about θ), and finally to round-off. There, all constraints are treated as rows, because closing embedded loops by their
+//! dependent coordinates alone would turn the large errors across a branch into errors along it.
 
 use crate::constrained::{ConstrainedSolver, NEAR, SolverError, named};
 use linkwork_dynamics::units::Level;
@@ -23,33 +22,33 @@ use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_multibody::{ConstraintId, LoopMotion};
 use thiserror::Error;
 
-/// A loop counts as closed below this many tolerances where no step reduces its error.
+/// If no step reduces the error of a loop, it counts as closed below this multiple of the tolerance.
 const STUCK: f64 = 100.0;
 
-/// How far closing went.
+/// Result of closing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Closing {
-    /// Newton steps taken.
+    /// Number of Newton steps.
     pub steps: usize,
-    /// Greatest error before, rad or m.
+    /// Largest error before, rad or m.
     pub before: f64,
-    /// Greatest error left, rad or m.
+    /// Largest error after, rad or m.
     pub error: f64,
 }
 
-/// Why a configuration could not be found.
+/// Reason why no configuration was found.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ProjectionError {
-    /// Newton's method stopped short.
+    /// Newton's method did not converge.
     #[error(
-        "{constraint} does not close: an error of {:.3e} (rad or m) is left after {} steps\n  help: \
+        "{constraint} does not close: an error of {:.3e} (rad or m) remains after {} steps\n  help: \
          start nearer to a closed configuration, or check lengths, frames and prescribed hinges",
         closing.error, closing.steps
     )]
     Open {
-        /// The constraint with the greatest error, as ``loop `NAME` ``.
+        /// The constraint with the largest error, as ``loop `NAME` ``.
         constraint: String,
-        /// What was reached.
+        /// The last result.
         closing: Closing,
     },
     /// The constraints could not be evaluated.
@@ -57,12 +56,12 @@ pub enum ProjectionError {
     Solver(#[from] SolverError),
 }
 
-/// Memory of projections for one mechanism.
+/// Workspace of projections for one mechanism.
 #[derive(Clone, Debug)]
 pub struct Projector {
-    /// Errors below this are closed, rad or m.
+    /// Tolerance of the error, rad or m.
     pub tolerance: f64,
-    /// Most Newton steps.
+    /// Maximum number of Newton steps.
     pub steps_max: usize,
     step: Vec<f64>,
     next: Vec<f64>,
@@ -72,7 +71,7 @@ pub struct Projector {
 }
 
 impl Projector {
-    /// For a tree: closed to 1e-12 in 50 steps at most.
+    /// Creates a projector for a tree, with a tolerance of 1e-12 and at most 50 steps.
     #[must_use]
     pub fn new(tree: &Tree) -> Self {
         let (nq, nv) = (tree.nq(), tree.nv());
@@ -87,10 +86,10 @@ impl Projector {
         }
     }
 
-    /// Moves q until every loop closes. Prescribed coordinates stay.
+    /// Moves q until every loop closes. Prescribed coordinates stay unchanged.
     ///
     /// # Errors
-    /// [`ProjectionError`]; q then holds the best that was found.
+    /// [`ProjectionError`]; q is then the best configuration that was found.
     pub fn positions(
         &mut self,
         tree: &Tree,
@@ -108,11 +107,11 @@ impl Projector {
         let mut closing = Closing { steps: 0, before: error, error };
         let mut scale = 1.0;
         while !(closing.error <= self.target(solver)) {
-            // Round-off: no step reduces an error that the tolerance permits.
+            // Only round-off is left: no step reduces an error that the tolerance permits.
             if scale < 1.0 && closing.error <= self.tolerance {
                 break;
             }
-            // Where links are nearly in line a row is left out, and what it lacks is of second order.
+            // Where links are nearly in line, a row is left out, and its error is of second order.
             let stuck = closing.steps == self.steps_max || scale < 1e-3;
             if stuck && closing.error <= STUCK * self.tolerance {
                 break;
@@ -139,14 +138,13 @@ impl Projector {
         Ok(closing)
     }
 
-    /// The error (rad or m) to close to with the rows of the last Newton step.
+    /// Returns the target error (rad or m) with the rows of the last Newton step.
     fn target(&self, solver: &ConstrainedSolver) -> f64 {
         let i = solver.independence();
         self.tolerance * if i < NEAR { i * i } else { 1.0 }
     }
 
-    /// Moves β onto the constraints at q. Prescribed rates stay. Returns the greatest |ḋ| before, per
-    /// second.
+    /// Moves β onto the constraints at q. Prescribed rates stay unchanged. Returns the largest |ḋ| before, per second.
     ///
     /// # Errors
     /// [`ProjectionError::Solver`].
@@ -203,7 +201,7 @@ impl Projector {
 }
 
 impl ConstrainedSolver {
-    /// Rates are exact in one pass, unless rows act on what an embedded loop has moved.
+    /// One pass makes rates exact, unless rows act on coordinates that an embedded loop has moved.
     fn passes(&self) -> usize {
         match (self.units().embedded().is_empty(), self.units().augmented().is_empty()) {
             (false, false) => 2,
@@ -212,7 +210,7 @@ impl ConstrainedSolver {
         }
     }
 
-    /// The constraint that is farthest from closed at q.
+    /// Returns the constraint with the largest error at q.
     fn worst(&self, tree: &Tree, ws: &mut Workspace, motions: &[LoopMotion], q: &[f64]) -> String {
         kinematics(tree, ws, q, &vec![0.0; tree.nv()]);
         let error = |c: &ConstraintId| self.error(tree, ws, *c, motions, q);
@@ -220,7 +218,7 @@ impl ConstrainedSolver {
         worst.map_or_else(String::new, |c| named(tree, c))
     }
 
-    /// The Newton step of the positions and the greatest error before it.
+    /// Computes the Newton step of the positions, and the largest error before it.
     fn newton(
         &mut self,
         tree: &Tree,

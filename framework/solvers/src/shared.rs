@@ -1,21 +1,20 @@
-//! Which entries of E two groups of rows share, found once and kept while the pattern stays.
+//! Finds the entries of E that two groups of rows share, and caches them while the pattern stays the same.
 
 use linkwork_dynamics::units::{RowSet, Run};
 
-/// What pairs of groups that meet share: the same from state to state, unless embedded loops change
-/// their mobility.
+/// Shared entries of pairs of groups: the same at every state, unless embedded loops change their mobility.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Shared {
-    /// Rates by which it was found.
+    /// Pattern from which it was computed.
     start: Vec<u32>,
     dof: Vec<u32>,
     runs: Vec<Run>,
-    /// Where the runs of each pair start; one more number than pairs.
+    /// First run of each pair; one more number than pairs.
     ends: Vec<usize>,
 }
 
 impl Shared {
-    /// For the rows as they are now; `meets` are always the same pairs.
+    /// Updates the entries for the present rows; `meets` are always the same pairs.
     pub fn update(&mut self, rows: &RowSet, meets: &[(u32, u32)]) {
         if self.start == rows.start() && self.dof == rows.dof() {
             return;
@@ -33,7 +32,7 @@ impl Shared {
         }
     }
 
-    /// Of each pair, in their order.
+    /// Returns the shared runs of each pair, in order.
     pub fn pairs(&self) -> impl Iterator<Item = &[Run]> {
         self.ends.windows(2).map(|end| &self.runs[end[0]..end[1]])
     }

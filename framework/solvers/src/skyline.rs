@@ -1,5 +1,4 @@
-//! L D Lᵀ of a positive semidefinite matrix within its envelope, in blocks of four rows, with
-//! dependent rows left out.
+//! L D Lᵀ factorization of a positive semidefinite matrix within its envelope, in blocks of four rows, with dependent rows left out.
 //!
 //! ```text
 //! C_gh = (W_gh − Σ C_gk L_hk*) L_hh⁻*,   L_gh = C_gh D_h⁻¹          left to right in block row g
@@ -7,14 +6,13 @@
 //! d_k ≤ RANK · size_k: row k repeats earlier rows; x_k = 0          or ≤ RANK² · greatest size
 //! x_g ← L_gg⁻¹ (x_g − Σ L_gk x_k),   x_g ← L_gg⁻* (D_g⁻¹ x_g − Σ L_kg* x_k)
 //! ```
-//! A semidefinite matrix needs no pivoting for this: where d_k vanishes, what is left of its row
-//! vanishes too. Each block row is stored from its first block that is not zero; a block is its four
-//! columns, the rows side by side; on the diagonal stands the inverse. Groups of fewer rows are filled up with zeros.
+//! A semidefinite matrix does not need pivoting here, because where d_k vanishes, the rest of its row vanishes too. Each block row is stored from its
+//! first nonzero block. A block is stored as four columns; the diagonal has the inverse. Groups with fewer rows are padded with zeros.
 
 use linkwork_dynamics::units::WIDTH;
 use wide::f64x4;
 
-/// A pivot that has lost all but this part of its row's size stands for a dependent row.
+/// A row counts as dependent if its pivot is at most this fraction of its size.
 pub(crate) const RANK: f64 = 1e-11;
 
 /// Columns of a block.
@@ -22,9 +20,9 @@ pub(crate) type Block = [f64x4; WIDTH];
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Skyline {
-    /// Rows of each group.
+    /// Number of rows of each group.
     rows: Vec<usize>,
-    /// First block of each block row, and where its blocks start.
+    /// First block of each block row, and index of its first block.
     first: Vec<usize>,
     start: Vec<usize>,
     a: Vec<Block>,
@@ -34,15 +32,15 @@ pub(crate) struct Skyline {
     behind: Vec<Block>,
     /// D⁻¹; zero for rows left out.
     d_inv: Vec<[f64; WIDTH]>,
-    /// What rows left out lacked at the last solution.
+    /// Residual of the rows left out at the last solution.
     lack: Vec<[f64; WIDTH]>,
     pub rank: usize,
-    /// The least part of its size that is left of a row which was kept.
+    /// Smallest ratio of pivot to size among the rows that were kept.
     pub weakest: f64,
 }
 
 impl Skyline {
-    /// With the rows of each group and the first group that it meets.
+    /// Creates the envelope from the number of rows of each group and the first group with which it shares unknowns.
     pub fn new(rows: Vec<usize>, first: Vec<usize>) -> Self {
         let mut start = vec![0];
         for (g, f) in first.iter().enumerate() {
@@ -61,8 +59,7 @@ impl Skyline {
         self.a[self.start[g] + h - self.first[g]] = columns;
     }
 
-    /// Factors in place. `size(g)` are at least the diagonal of W, and more where W itself is what is
-    /// left of larger terms that cancel.
+    /// Factors in place. `size(g)` is at least the diagonal of W, and larger if W itself is the remainder of larger terms that cancel.
     pub fn factor(&mut self, size: impl Fn(usize) -> [f64; WIDTH]) {
         self.rank = 0;
         self.weakest = 1.0;
@@ -120,19 +117,19 @@ impl Skyline {
         }
     }
 
-    /// Rows of a group.
+    /// Returns the number of rows of a group.
     pub fn rows(&self, g: usize) -> usize {
         self.rows[g]
     }
 
-    /// What each row of a group that was left out lacked at the last solution.
+    /// Returns the residual of each row of a group that was left out, at the last solution.
     pub fn left_out(&self, g: usize) -> impl Iterator<Item = f64> + '_ {
         let rows = self.d_inv[g].iter().zip(&self.lack[g]).take(self.rows[g]);
         rows.filter(|(d_inv, _)| **d_inv == 0.0).map(|(_, lack)| *lack)
     }
 
-    /// x ← W⁻¹ x over the rows that were kept; zero at the others. Returns how far the right side
-    /// of a row left out is from what the kept rows imply.
+    /// Computes x ← W⁻¹ x over the rows that were kept; zero at the others. Returns the largest difference between the right side of a row left out
+    /// and the value that the kept rows imply.
     pub fn solve(&mut self, x: &mut [[f64; WIDTH]]) -> f64 {
         let n = self.first.len();
         let mut contradiction: f64 = 0.0;
@@ -178,14 +175,14 @@ const UNIT: [[f64; WIDTH]; WIDTH] =
 const BELOW: [[f64; WIDTH]; WIDTH] =
     [[0.0, 1.0, 1.0, 1.0], [0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0], [0.0; WIDTH]];
 
-/// A t of a block by columns.
+/// Computes A t for a block stored by columns.
 #[inline(always)]
 fn times(A: &Block, t: f64x4) -> f64x4 {
     let t = t.as_array().map(f64x4::splat);
     A[1].mul_add(t[1], A[0] * t[0]) + A[3].mul_add(t[3], A[2] * t[2])
 }
 
-/// S − C L*.
+/// Computes S − C L*.
 #[inline(always)]
 fn subtract(S: &mut Block, C: &Block, L: &Block) {
     for (C, L) in C.iter().zip(L) {

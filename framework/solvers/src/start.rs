@@ -1,58 +1,58 @@
-//! A consistent start: coordinates and rates that close all loops and couplings and keep what is given.
+//! Consistent initial state: coordinates and rates that satisfy all loops and couplings and keep given values.
 //!
 //! ```text
 //! d(q) = 0          q ← q ⊕ Δ,  G Δ = −d       Newton's method over the coordinates that may move
 //! ḋ(q, β) = 0       β ← β + Δ,  G Δ = −ḋ       once: rates are linear
 //! Δ                 the least one: Σ Δ² over rad and m alike
 //! ```
-//! All constraints are rows here and masses do not enter, so that the start is the same for every [`ConstraintMethod`]. Kept coordinates
-//! have no column in G. Where no other coordinate says on which branch the machine is, it is followed from the neutral configuration
-//! in small steps, closed at each. Else Newton's method begins at the given configuration.
+//! All constraints are rows here and masses have no influence, so that the initial state is the same for every [`ConstraintMethod`]. Kept coordinates are
+//! left out of G. If only kept coordinates determine the branch of the mechanism, it is followed from the neutral configuration in small steps,
+//! closed at each step. Otherwise Newton's method starts at the given configuration.
 use crate::constrained::{ConstrainedSolver, greater, named};
 use linkwork_dynamics::units::ConstraintMethod;
 use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_multibody::{ConstraintId, LoopMotion};
 
-/// Coordinates and rates of a start that are kept, each by its place among the rates.
+/// Coordinates and rates of the initial state that are kept, by index in the rates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Kept {
-    /// Coordinates that keep their values. Those of a free or ball hinge are kept by its rates: rotation, then position.
+    /// Coordinates that keep their values. Coordinates of a free or ball hinge are indexed by its rates: rotation, then position.
     pub positions: Vec<bool>,
     /// Rates that keep their values.
     pub rates: Vec<bool>,
 }
 
-/// A start that cannot be closed with what is kept.
+/// The initial state cannot be closed with the kept values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StartError {
-    /// The constraint with the greatest error, as ``loop `NAME` ``, and which it is.
+    /// The constraint with the largest error, as ``loop `NAME` ``, and its identifier.
     pub constraint: (String, ConstraintId),
-    /// Whether rates are at fault, and not positions.
+    /// Whether rates are at fault instead of positions.
     pub rates: bool,
-    /// Error that is left with what is kept: rad or m, or per second.
+    /// Remaining error with the kept values: rad or m, or per second.
     pub left: f64,
-    /// The nearest closed values, with nothing kept: coordinates, or rates. `None` where there are none near either.
+    /// The nearest closed values if nothing is kept: coordinates, or rates. `None` if these do not exist either.
     pub nearest: Option<Vec<f64>>,
 }
 
-/// Errors below this are closed, rad or m, and per second relative to the rates.
+/// Errors below this count as closed, rad or m, and per second relative to the rates.
 const CLOSED: f64 = 1e-12;
-/// Most Newton steps.
+/// Maximum number of Newton steps.
 const STEPS: usize = 50;
-/// Longest step of a coordinate from the neutral configuration to a kept one, rad or m, and most of such steps.
+/// Longest step of a coordinate from the neutral configuration to a kept one, rad or m, and maximum number of such steps.
 const PIECE: f64 = 0.1;
 const PIECES: usize = 300;
-/// Kept values that are this near to closed ones (rad, m, and relative of rates) are rounded: they move by that.
+/// Kept values within this distance of closed ones (rad, m, or relative for rates) count as rounded, and are moved.
 pub const ROUNDED: f64 = 1e-3;
 
-/// Closes a start: moves q (nq) and then β (nv) onto all loops and couplings. What `kept` names, and prescribed coordinates and rates,
-/// keep their values; values that are kept and miss by no more than [`ROUNDED`] are taken for rounded and move, too.
+/// Closes an initial state: moves q (nq) and then β (nv) onto all loops and couplings. Values in `kept`, and prescribed coordinates and rates, stay
+/// unchanged. Exception: kept values that miss by at most [`ROUNDED`] count as rounded and are moved, too.
 ///
-/// Cubic in the rows that meet, and once the kinematics for each rate in a Newton step; nothing but the errors is evaluated where the
-/// start is closed.
+/// The cost is cubic in the rows that share unknowns, plus one kinematics for each rate in a Newton step. If the state is already closed, only the
+/// errors are evaluated.
 ///
 /// # Errors
-/// [`StartError`]; q and β are then as they were given.
+/// [`StartError`]; q and β then have their original values.
 pub fn close_start(
     tree: &Tree,
     motions: &[LoopMotion],
@@ -90,11 +90,11 @@ struct Start<'a> {
     solver: ConstrainedSolver,
 }
 
-/// Rows of G, each with the range of its columns that are not zero.
+/// Rows of G, each with the range of its nonzero columns.
 type Matrix = Vec<(Vec<f64>, [usize; 2])>;
 
 impl Start<'_> {
-    /// d and ḋ of all rows.
+    /// Computes d and ḋ of all rows.
     fn errors(&mut self, q: &[f64], v: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let Start { tree, motions, ws, solver } = self;
         kinematics(tree, ws, q, v);
@@ -113,7 +113,7 @@ impl Start<'_> {
         (d, rate)
     }
 
-    /// G at q: the columns of what is not held.
+    /// Computes G at q: the columns of coordinates that are not held.
     fn matrix(&mut self, q: &[f64], held: &[bool]) -> Matrix {
         let mut unit = vec![0.0; held.len()];
         let (_, still) = self.errors(q, &unit);
@@ -133,7 +133,7 @@ impl Start<'_> {
         rows
     }
 
-    /// Newton's method over what is not held; the error that is left.
+    /// Runs Newton's method over coordinates that are not held. Returns the remaining error.
     fn newton(&mut self, held: &[bool], q: &mut [f64]) -> f64 {
         let still = vec![0.0; held.len()];
         let mut trial = q.to_vec();
@@ -163,12 +163,12 @@ impl Start<'_> {
         error
     }
 
-    /// Follows the machine from the neutral configuration to the held values, closed at each step; returns whether it got there.
+    /// Follows the mechanism from the neutral configuration to the held values, closed at each step. Returns whether it arrived.
     fn follow(&mut self, held: &[bool], q: &mut [f64]) -> bool {
         let mbs = self.tree.multibody();
         let mut to = vec![0.0; held.len()];
         let mut at = q.to_vec();
-        // The held ones at neutral, the others where they are given.
+        // Held coordinates start at neutral, the others at their given values.
         mbs.difference(q, &mbs.neutral_q(), &mut to);
         to.iter_mut().zip(held).filter(|(_, held)| !**held).for_each(|(x, _)| *x = 0.0);
         mbs.integrate(q, &to, &mut at);
@@ -188,7 +188,7 @@ impl Start<'_> {
                 return false;
             }
         }
-        // Held coordinates to their own bits.
+        // Restore the exact values of held coordinates.
         let mut off = vec![0.0; held.len()];
         mbs.difference(&at, q, &mut off);
         off.iter_mut().zip(held).filter(|(_, held)| !**held).for_each(|(x, _)| *x = 0.0);
@@ -209,7 +209,7 @@ impl Start<'_> {
         if left <= CLOSED {
             return Ok(());
         }
-        // Where nothing says on which side the others are, they come from the neutral configuration.
+        // If the branch of the other coordinates is not determined, follow from the neutral configuration.
         let mut off = still;
         let mbs = self.tree.multibody();
         mbs.difference(&mbs.neutral_q(), q, &mut off);
@@ -251,7 +251,7 @@ impl Start<'_> {
         let scale = v.iter().fold(1.0, |m, x| greater(m, x.abs()));
         let close = |start: &mut Self, held: &[bool], v: &mut [f64]| -> f64 {
             let mut left = greatest(&start.errors(q, v).1);
-            // Twice: the second removes round-off.
+            // The second iteration removes round-off.
             for _ in 0..2 {
                 if left <= CLOSED * scale {
                     break;
@@ -282,7 +282,7 @@ impl Start<'_> {
         Err(StartError { constraint, rates: true, left, nearest: closes.then_some(near) })
     }
 
-    /// The constraint with the greatest error, of positions or of rates.
+    /// Returns the constraint with the largest error, of positions or of rates.
     fn worst(&mut self, q: &[f64], v: &[f64], rates: bool) -> (String, ConstraintId) {
         let (d, rate) = self.errors(q, v);
         let all = if rates { rate } else { d };
@@ -300,17 +300,17 @@ impl Start<'_> {
     }
 }
 
-/// The greatest magnitude; NaN wins.
+/// Returns the largest magnitude; NaN has priority.
 fn greatest(all: &[f64]) -> f64 {
     all.iter().fold(0.0, |m, x| greater(m, x.abs()))
 }
 
-/// The greatest motion of what is held.
+/// Returns the largest motion of the held coordinates.
 fn most(moved: &[f64], held: &[bool]) -> f64 {
     moved.iter().zip(held).filter(|(_, held)| **held).fold(0.0, |m, (x, _)| greater(m, x.abs()))
 }
 
-/// The least x with G x = b in all rows that are independent: rows are made orthogonal to each other, the largest first.
+/// Returns the smallest x with G x = b in all independent rows. Makes rows orthogonal to each other, the largest first.
 fn least(mut rows: Matrix, mut b: Vec<f64>) -> Vec<f64> {
     let n = rows.first().map_or(0, |(row, _)| row.len());
     let mut x = vec![0.0; n];
@@ -362,7 +362,7 @@ mod tests {
         rows.iter().map(of).collect()
     }
 
-    /// Two rows and one that is their sum: the least solution is Gᵀ (G Gᵀ)⁻¹ b, by hand.
+    /// Two rows and a third that is their sum: the least solution is Gᵀ (G Gᵀ)⁻¹ b, computed by hand.
     #[test]
     fn the_least_solution_is_found_with_rows_that_repeat_others() {
         let rows: [&[f64]; 3] = [&[2.0, -1.0, 0.0], &[0.0, 1.0, 3.0], &[2.0, 0.0, 3.0]];

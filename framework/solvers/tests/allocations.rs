@@ -1,5 +1,4 @@
-//! Nothing is allocated while stepping: constrained accelerations, projections and contact after the
-//! first steps.
+//! Stepping does not allocate: constrained accelerations, projections, and contact after the first steps.
 
 use crate::scene::{Scene, solid_box, turned};
 use allocation_counter::{AllocationInfo, measure};
@@ -13,14 +12,14 @@ fn none(what: &str, info: &AllocationInfo) {
     assert_eq!(info.count_total, 0, "{what}: {info:?}");
 }
 
-/// The counter counts.
+/// The allocation counter works.
 #[test]
 #[should_panic(expected = "what allocates")]
 fn an_allocation_is_seen() {
     none("what allocates", &measure(|| drop(std::hint::black_box(vec![1.0; 3]))));
 }
 
-/// Two four-bars in series on a free base, and where they close.
+/// Two four-bars in series on a free base, and a closed configuration.
 fn mechanism() -> (Multibody, Vec<f64>) {
     let mut b = Builder::new();
     let J = Mat3::from_diagonal(&Vec3::new(0.02, 0.03, 0.04));
@@ -68,7 +67,7 @@ fn constrained_accelerations_and_projections() {
         let (mut q, mut v) = (start.clone(), mbs.random_v(4));
         let (mut tau, mut vdot) = (mbs.random_v(5), vec![0.0; mbs.nv()]);
         let mut step = || {
-            // Away from where the loops close, by a little more each time.
+            // Move away from the closed configuration, a little farther each time.
             q[8] += 1e-3;
             let moved = close.positions(&tree, &mut ws, &mut solver, &[], &mut q).unwrap();
             assert!(moved.steps > 0);
@@ -94,7 +93,7 @@ fn constrained_accelerations_and_projections() {
     }
 }
 
-/// Boxes that slide, tumble and come to rest on each other; counted once as many contacts were seen.
+/// Boxes that slide, tumble and come to rest on each other; counted after a step with as many contacts.
 #[test]
 fn contact_steps() {
     let half = Vec3::new(0.1, 0.12, 0.08);

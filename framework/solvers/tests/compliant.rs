@@ -1,5 +1,5 @@
-//! Compliant contact: elastic bounces keep energy, damped ones lose it as Hunt and Crossley say,
-//! bristles hold what is parked and let slide what is pushed.
+//! Compliant contact: elastic bounces conserve energy, damped ones lose it as in Hunt and Crossley's law, bristles hold parked bodies and let pushed
+//! ones slide.
 
 use crate::scene::{Run, Scene, solid_ball, solid_box, turned};
 use linkwork_collision::{Colliders, Material, Resistance, Shape};
@@ -62,7 +62,7 @@ fn ball(height: f64, friction: f64) -> Scene {
     s
 }
 
-/// Without damping and friction a ball comes back to its height, bounce after bounce.
+/// Without damping and friction a ball returns to its height at every bounce.
 #[test]
 fn elastic_bounces_keep_energy() {
     let settings = CompliantSettings {
@@ -128,12 +128,12 @@ fn bristles_hold() {
         let speed = s.run.v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         assert!(speed < 1e-9, "creeps at {speed:e}");
         let bend = 2.0 * 9.81 * f64::sin(angle) / settings.bristle_stiffness;
-        // Before the weight is on them bristles slip a little.
+        // Bristles slip slightly before the weight loads them.
         assert!(x.abs() < 2.0 * bend, "{x} {bend}");
     }
 }
 
-/// A sliding box stops at v²/2μg, and a spinning one stops too.
+/// A sliding box stops after v²/2μg, and a spinning one stops too.
 #[test]
 fn bristles_slide_and_spin() {
     let half = Vec3::new(0.2, 0.2, 0.05);
@@ -159,7 +159,7 @@ fn bristles_slide_and_spin() {
     assert!(s.run.v.iter().all(|v| v.abs() < 1e-6), "{:?}", s.run.v);
 }
 
-/// Rolling and spinning friction as of impulses: 5/7 g μ_r / r, and I ω / (μ_s m g).
+/// Rolling and spinning friction as in the impulse-based solver: 5/7 g μ_r / r, and I ω / (μ_s m g).
 #[test]
 fn a_ball_rolls_and_spins_to_rest() {
     let (mu, r, g) = (0.004, 0.1, 9.81);
@@ -179,7 +179,7 @@ fn a_ball_rolls_and_spins_to_rest() {
     assert!(w < 1e-3, "{w}");
     let mut s = start(Resistance { rolling: 0.0, spinning: mu }, [0.0, 0.0, 9.0, 0.0, 0.0, 0.0]);
     (0..1000).for_each(|_| s.step(2e-4));
-    // The radius of the contact, 1 mm, resists by 0.8 · 1 mm · N as well.
+    // The radius of the contact, 1 mm, adds a resistance of 0.8 · 1 mm · N.
     let want = 9.0 - 0.2 * (mu + 0.8e-3) * g / (0.4 * r * r);
     assert!((s.run.v[2] - want).abs() < 0.05, "{} {want}", s.run.v[2]);
 }

@@ -1,5 +1,5 @@
-//! The default tolerance of contact: what it leaves is small beside what the step leaves, on motions that slide,
-//! spin, roll and push, whose ends do not hang on the last digit.
+//! The default tolerance of contact: its error is small compared with that of the step, on motions that slide, spin, roll and push, whose ends are
+//! not sensitive to round-off.
 
 use crate::scene::{Scene, solid_ball, solid_box};
 use linkwork_collision::{Material, Shape};
@@ -18,7 +18,7 @@ fn spinning(s: &mut Scene) {
     s.body("one", solid_box(2.0, half), Shape::Box { half }, rough(0.3), at, rates);
 }
 
-/// A box on a box: both slide, each at its own pace.
+/// A box on a box: both slide at different speeds.
 fn riding(s: &mut Scene) {
     let (low, high) = (Vec3::new(0.5, 0.2, 0.05), Vec3::new(0.1, 0.1, 0.1));
     s.ground(rough(0.2));
@@ -49,7 +49,7 @@ fn pushing(s: &mut Scene) {
     }
 }
 
-/// Where it is after a second.
+/// Returns the position after one second.
 fn end(scene: fn(&mut Scene), tolerance: f64, h: f64) -> Vec3 {
     let mut s = Scene::default();
     s.settings.solver.tolerance = tolerance;
@@ -61,9 +61,9 @@ fn end(scene: fn(&mut Scene), tolerance: f64, h: f64) -> Vec3 {
     run.pose("one").position
 }
 
-/// Distance to the converged end (step 0.1 ms, exact) of a step of 1 ms: exact, and with the default tolerance.
-/// MuJoCo 4.0 at 1 ms is 101 mm (spinning) and 81 mm (rolling) away with pyramidal cones, its default, and 10 mm
-/// and 1.2 mm with elliptic ones: `tests/benches/peers/mujoco_accuracy.py`.
+/// Compares the distance to the converged end (step 0.1 ms, exact) of a step of 1 ms: exact, and with the default tolerance. The errors of MuJoCo 4.0
+/// at 1 ms are 101 mm (spinning) and 81 mm (rolling) with pyramidal cones, its default, and 10 mm and 1.2 mm with elliptic ones:
+/// `tests/benches/peers/mujoco_accuracy.py`.
 #[test]
 fn the_default_tolerance_costs_little_beside_the_step() {
     let default = ContactSettings::default().solver.tolerance;
@@ -78,8 +78,8 @@ fn the_default_tolerance_costs_little_beside_the_step() {
     }
 }
 
-/// Slip u = v + ω × r, on the ground, goes at 7/2 μ g along itself; then the ball rolls. Its own spin makes no
-/// difference to how fast it goes, although its velocity has axes that turn with it.
+/// The slip u = v + ω × r on the ground decreases at 7/2 μ g along its direction; then the ball rolls. The spin does not influence the speed,
+/// although the velocity is in axes that rotate with the ball.
 #[test]
 fn a_fast_ball_slips_and_rolls_as_in_the_book() {
     let (v, slip, friction) = (Vec3::new(3.0, 1.0, 0.0), Vec3::new(5.0, 1.0, 0.0), 0.25 * 9.81);
@@ -96,7 +96,7 @@ fn a_fast_ball_slips_and_rolls_as_in_the_book() {
     assert!(fine < 1e-3 && (coarse / fine - 2.0).abs() < 0.1, "{coarse:e} {fine:e}");
 }
 
-/// In flight linear momentum is kept to rounding, however the body tumbles.
+/// In free flight linear momentum is conserved to round-off for any tumbling.
 #[test]
 fn what_tumbles_flies_straight() {
     let half = Vec3::new(0.2, 0.1, 0.05);

@@ -1,4 +1,4 @@
-//! Contact solvers against each other and against energy: identity and conservation.
+//! Contact solvers compared with each other and with energy: identities and conservation.
 
 use crate::support::*;
 use linkwork_solvers::contact::{Cone, Contact, Method, Settings};
@@ -55,8 +55,8 @@ fn every_large_problem_is_solved_by_newton_to_1e_10() {
     }
 }
 
-/// Sides of the linear system: dofs alone (more rows) and rows alone (more dofs) are both used above;
-/// here the velocities of a problem do not change when degrees of freedom that nothing touches are added.
+/// The linear system has a dof side (for more rows) and a row side (for more dofs); both are used above. Here the velocities of a problem must not
+/// change if degrees of freedom that nothing touches are added.
 #[test]
 fn both_sides_of_the_linear_system_give_one_answer() {
     for seed in 0..5 {
@@ -117,7 +117,7 @@ fn lemke_tends_to_the_circular_cone_with_more_directions() {
     assert!(many < few / 8.0 && many < 1e-2, "{few:e} {many:e}");
 }
 
-/// ½ λᵀ W λ + bᵀ λ: what the impulses add to the kinetic energy.
+/// Returns ½ λᵀ W λ + bᵀ λ, the kinetic energy that the impulses add.
 fn energy(case: &Case, lambda: &[[f64; 4]]) -> f64 {
     let y = case.pulled(lambda);
     let work: f64 = lambda.iter().flatten().zip(case.b.iter().flatten()).map(|(l, b)| l * b).sum();
@@ -137,8 +137,8 @@ fn impulses_never_add_energy() {
     }
 }
 
-/// Newton's restitution is in b: b_n = (1 + e) v⁻_n. One contact, e ≤ 1, no friction or an impact
-/// without slip: λᵀ (v⁺ + v⁻) / 2 ≤ 0. (Several contacts with friction can gain energy with Newton's rule.)
+/// Newton's restitution is included in b: b_n = (1 + e) v⁻_n. With one contact, e ≤ 1, and no friction or an impact without slip, λᵀ (v⁺ + v⁻) / 2 ≤
+/// 0. (Several contacts with friction can gain energy with Newton's rule.)
 #[test]
 fn a_bounce_never_gains_energy() {
     let mut rng = Random(77);
@@ -170,7 +170,7 @@ fn a_bounce_never_gains_energy() {
     }
 }
 
-/// A warm start at the solution costs nothing, one nearby less than one from nothing.
+/// A warm start at the solution takes no iterations, and a nearby one fewer than a cold start.
 #[test]
 fn warm_starts_are_used() {
     let case = pile(0.02);
@@ -189,7 +189,7 @@ fn warm_starts_are_used() {
     assert!(warm.converged && 3 * warm.iterations < cold, "{} {cold}", warm.iterations);
 }
 
-/// With sweeps at least, a start within the tolerance comes nearer, call after call.
+/// With a minimum number of sweeps, a start within the tolerance improves from call to call.
 #[test]
 fn sweeps_at_least_bring_a_good_start_nearer() {
     let case = pile(0.0);
@@ -206,8 +206,7 @@ fn sweeps_at_least_bring_a_good_start_nearer() {
     }
 }
 
-/// However many sweeps are wanted at least, the answer is what the last of them left: it has the residual
-/// that is told, and every impulse is in its cone.
+/// For any minimum number of sweeps, the result is that of the last sweep: it has the reported residual, and every impulse is in its cone.
 #[test]
 fn an_answer_is_what_a_sweep_left() {
     let case = pile(0.02);
@@ -224,7 +223,7 @@ fn an_answer_is_what_a_sweep_left() {
     }
 }
 
-/// Directions take fewer sweeps than plain ones (a relaxation that is hardly one turns them off).
+/// Conjugate directions need fewer sweeps than plain ones (a relaxation slightly different from one disables them).
 #[test]
 fn conjugate_directions_save_sweeps() {
     let case = pile(0.02);
@@ -260,7 +259,7 @@ fn over_relaxation_ends_at_the_same_velocities() {
     }
 }
 
-/// Without sweeps and steps only Lemke is left to `Auto`.
+/// If sweeps and steps are zero, `Auto` uses Lemke.
 #[test]
 fn auto_falls_back_on_lemke() {
     let case = random(4, 24, 10, 8, |rng, g| match g % 2 {

@@ -1,4 +1,4 @@
-//! Contact solvers against answers from mechanics, and against enumeration of all cases.
+//! Contact solvers compared with analytical solutions, and with enumeration of all cases.
 
 use crate::support::*;
 use linkwork_solvers::contact::{Cone, Contact, Method, Settings};
@@ -28,7 +28,7 @@ fn a_point_sticks_slides_or_leaves() {
         // Stick: |vt| below μ |vn|. The impulse is −m v.
         let (l, _) = point(m, [0.3, -0.4, -2.0], 0.3).solve(method, 1e-12);
         near(&l[0], &[m * 2.0, -m * 0.3, m * 0.4, 0.0], 1e-12);
-        // Slide: λt = −μ λn along vt, which shrinks and keeps its direction.
+        // Slide: λt = −μ λn along vt, which decreases and keeps its direction.
         let case = point(m, [3.0, -4.0, -2.0], 0.3);
         let (l, _) = case.solve(method, 1e-12);
         near(&l[0], &[2.0 * m, -0.6 * m * 0.6, 0.6 * m * 0.8, 0.0], 1e-12);
@@ -36,7 +36,7 @@ fn a_point_sticks_slides_or_leaves() {
         // Leave.
         let (l, _) = point(m, [3.0, -4.0, 0.2], 0.3).solve(method, 1e-12);
         assert_eq!(l[0], [0.0; 4]);
-        // No friction at all.
+        // No friction.
         let (l, _) = point(m, [3.0, -4.0, -2.0], 0.0).solve(method, 1e-12);
         near(&l[0], &[2.0 * m, 0.0, 0.0, 0.0], 1e-12);
     }
@@ -87,7 +87,7 @@ fn a_wedge_holds_with_both_planes() {
     }
 }
 
-/// A box on four corners, and on eight: λ is not unique, but its sum is m g h, and the box stays.
+/// A box on four corners, and on eight: λ is not unique, but its sum is m g h, and the box stays at rest.
 #[test]
 fn a_box_on_many_points_rests() {
     let (mass, step) = (2.3, 1e-3);
@@ -123,7 +123,7 @@ fn a_box_on_many_points_rests() {
 fn rod(angle: f64, friction: f64, tip: [f64; 2]) -> Case {
     let (s, c) = angle.sin_cos();
     let inertia = (1.0f64 / 3.0).sqrt();
-    // Dofs x, z, turn; the tip is at (−c, −s) from the centre: v_tip = v + ω (s, −c).
+    // Dofs x, z, rotation; the tip is at (−c, −s) from the centre: v_tip = v + ω (s, −c).
     let mut case = Case::new(3);
     let entries = [
         (0, [0.0, 1.0, 0.0, 0.0]),
@@ -134,8 +134,8 @@ fn rod(angle: f64, friction: f64, tip: [f64; 2]) -> Case {
     case
 }
 
-/// Painlevé: Wnn − μ Wnt < 0 while sliding. There is an answer for an approaching tip, it obeys the
-/// law, and a separating tip is left alone though another answer exists.
+/// Painlevé: Wnn − μ Wnt < 0 while sliding. For an approaching tip a solution exists and obeys the law. A separating tip gets zero impulse, although
+/// another solution exists.
 #[test]
 fn painleve_rod_ends() {
     for friction in [0.5, 1.4, 3.0, 50.0] {
@@ -157,7 +157,7 @@ fn painleve_rod_ends() {
     }
 }
 
-/// Dry friction: sticks within its bound, else brakes with all of it.
+/// Dry friction: sticks within its bound, otherwise brakes with its full bound.
 #[test]
 fn a_dry_row_sticks_or_brakes() {
     for method in [Method::Auto, Method::GaussSeidel, Method::Newton, Method::Lemke] {
@@ -175,8 +175,8 @@ fn a_dry_row_sticks_or_brakes() {
     }
 }
 
-/// A chain of point masses with equal velocities demanded of neighbours, each demand written twice and once
-/// more as a sum: the velocity after is the mean.
+/// A chain of point masses with constraints of equal velocity between neighbours, each written twice and once more as a sum: the velocity after is
+/// the mean.
 #[test]
 fn redundant_equalities_are_no_trouble() {
     let masses = [1.0, 2.5, 0.7, 4.0];
@@ -188,7 +188,7 @@ fn redundant_equalities_are_no_trouble() {
         let mut case = Case::new(4);
         for k in 0..3 {
             let d = before[k] - before[k + 1];
-            // Two rows that say the same, in one group.
+            // Two identical rows in one group.
             let (a, b) = (s(k), -s(k + 1));
             case.add(
                 Cone::Equality { rows: 2 },
@@ -222,7 +222,7 @@ fn compliance_takes_its_share() {
         assert!(report.converged, "{method:?} {report:?}");
         near(&[l[0][0]], &[2.0 / (2.25 + 0.75)], 1e-12);
     }
-    // The same compliance as a degree of freedom of its own, with friction.
+    // The same compliance as a separate degree of freedom, with friction.
     let soft = {
         let mut c = random(9, 12, 4, 9, coulomb);
         c.r = vec![[0.3, 0.2, 0.2, 0.0]; 4];
@@ -271,8 +271,8 @@ fn a_spinning_disc_is_braked_by_its_normal_force() {
     }
 }
 
-/// Up to three contacts in the plane (one tangent): every combination of leave, stick, slide left and
-/// slide right is tried as a linear system, and what the solver finds must be among those that obey the law.
+/// Up to three contacts in the plane (one tangent): solves every combination of leave, stick, slide left and slide right as a linear system. The
+/// solver's result must be among those that obey the law.
 #[test]
 fn enumeration_of_all_cases_contains_the_answer() {
     for seed in 0..60 {
@@ -297,7 +297,7 @@ fn enumeration_of_all_cases_contains_the_answer() {
     }
 }
 
-/// Velocities after of every combination that obeys the law.
+/// Returns the velocities after, for every combination that obeys the law.
 fn enumerate(case: &Case) -> Vec<Vec<f64>> {
     let groups = case.cones.len();
     let unit = |g: usize, k: usize| {
@@ -347,7 +347,7 @@ fn enumerate(case: &Case) -> Vec<Vec<f64>> {
     found
 }
 
-/// Solution of [A | b], or nothing when A is singular.
+/// Returns the solution of [A | b], or `None` if A is singular.
 fn gauss(mut A: Vec<Vec<f64>>) -> Option<Vec<f64>> {
     let n = A.len();
     for k in 0..n {
@@ -366,7 +366,7 @@ fn gauss(mut A: Vec<Vec<f64>>) -> Option<Vec<f64>> {
     Some((0..n).map(|k| A[k][n] / A[k][k]).collect())
 }
 
-/// Bound of what is left when the limit is short: the report says so.
+/// If the iteration limit is too small, the report states it.
 #[test]
 fn a_short_limit_is_reported() {
     let case = pile(0.02);

@@ -1,4 +1,4 @@
-//! What the contact solvers refuse, and what they do with problems that have no solution.
+//! Errors of the contact solvers, and their results for problems without solution.
 
 use crate::support::*;
 use linkwork_solvers::contact::*;
@@ -11,7 +11,7 @@ fn refused(case: &Case) -> ContactError {
     Problem::new(factor, &case.cones, &case.b, &case.r).unwrap_err()
 }
 
-/// A good problem, spoilt by `spoil`.
+/// A valid problem, made invalid by `spoil`.
 fn spoilt(spoil: impl FnOnce(&mut Case)) -> ContactError {
     let mut case = random(1, 10, 5, 6, mixed);
     case.r = vec![[0.1; 4]; 5];
@@ -95,7 +95,7 @@ fn settings_and_impulses_are_checked() {
     let error = try_with(Settings { directions: 2, ..good }, 5);
     assert!(matches!(error, ContactError::Setting { what: "directions", .. }));
     assert!(matches!(try_with(good, 4), ContactError::Length { what: "lambda", .. }));
-    // Impulses that are not finite count as none given; those outside a cone are brought into it.
+    // Impulses that are not finite are replaced by zero; those outside a cone are projected onto it.
     for method in METHODS {
         let mut l = vec![[f64::NAN, -3.0, f64::INFINITY, 1e9]; 5];
         l[2] = [-7.0, 1.0, 2.0, 3.0];
@@ -114,7 +114,7 @@ fn nothing_to_do_is_done() {
         assert!(l.is_empty() && report.converged && report.measure.residual == 0.0);
         let (_, report) = Case::new(0).solve(method, 1e-9);
         assert!(report.converged);
-        // Rows that nothing can move: no impulse where none is needed, and no claim where it is.
+        // Rows that nothing can move: zero impulse if none is needed, and not reported as converged otherwise.
         let mut case = Case::new(2);
         case.add(Cone::Coulomb { friction: 0.5 }, &[], [1.0, 2.0, 0.0, 0.0]);
         case.add(Cone::Equality { rows: 2 }, &[(0, [0.0; 4])], [0.0; 4]);
@@ -127,8 +127,8 @@ fn nothing_to_do_is_done() {
     }
 }
 
-/// Three rows that demand different velocities of one mass: no solution. The velocity after lies between
-/// the demands, the impulses are finite, and the residual says how bad it is.
+/// Three rows demand different velocities of one mass, so a solution does not exist. The velocity after is between the demands, the impulses are
+/// finite, and the residual states the error.
 #[test]
 fn inconsistent_equalities_get_a_compromise_and_are_reported() {
     let mut case = Case::new(1);
@@ -143,14 +143,14 @@ fn inconsistent_equalities_get_a_compromise_and_are_reported() {
         let (l, report) = case.solve(method, 1e-9);
         assert!(!report.converged, "{method:?} {report:?}");
         let y = case.pulled(&l)[0];
-        // Least squares is 3; the residual that is left is 3 of 6.
+        // The least squares solution is 3; the remaining residual is 3 of 6.
         assert!((y - 3.0).abs() < 1e-3, "{method:?}: {y}");
         assert!((report.measure.residual - 0.5).abs() < 1e-3, "{method:?} {report:?}");
         assert!(l.iter().flatten().all(|x| x.abs() < 1e8), "{method:?} {l:?}");
     }
 }
 
-/// The start has the least largest error, 2.5 of 6; the answer is least squares all the same.
+/// The start has the smallest maximum error, 2.5 of 6, but the result is still least squares.
 #[test]
 fn inconsistent_equalities_do_not_stay_where_they_began() {
     let mut case = Case::new(1);
@@ -166,7 +166,7 @@ fn inconsistent_equalities_do_not_stay_where_they_began() {
     assert!((y - 3.0).abs() < 1e-3, "{y}");
 }
 
-/// Two walls that approach each other with a mass between them, and a jammed crowd: no solution.
+/// Two walls that approach each other with a mass between them, and a jammed group of bodies: no solution exists.
 #[test]
 fn impossible_contacts_end_and_are_reported() {
     let mut squeeze = Case::new(1);
@@ -182,7 +182,7 @@ fn impossible_contacts_end_and_are_reported() {
             let report = Contact::new(settings).solve(&case.problem(), &mut l).unwrap();
             assert!(!report.converged && report.measure.residual > 1e-3, "{method:?} {report:?}");
             assert!(l.iter().flatten().all(|x| x.is_finite()));
-            // What is reported is about the impulses that are returned.
+            // The report describes the returned impulses.
             let only = Settings { method: Method::GaussSeidel, sweeps: 0, ..Settings::default() };
             let again = Contact::new(only).solve(&case.problem(), &mut l.clone()).unwrap();
             let (a, b) = (report.measure.residual, again.measure.residual);
@@ -232,7 +232,7 @@ fn huge_and_tiny_numbers_scale_or_are_refused() {
     }
 }
 
-/// Numbers of every size and sign, many without a solution: an answer or a typed error, always finite.
+/// Numbers of every size and sign, many without a solution: the result is a solution or a typed error, always finite.
 #[test]
 fn anything_finite_ends_with_finite_impulses() {
     let mut rng = Random(11);

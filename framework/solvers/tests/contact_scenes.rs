@@ -1,4 +1,4 @@
-//! Non-smooth contact against what is known of it: stopping distances, bounces, stacks, cradles.
+//! Non-smooth contact compared with known results: stopping distances, bounces, stacks, cradles.
 
 use crate::scene::{Scene, solid_ball, solid_box, turned};
 use linkwork_collision::{Material, Shape};
@@ -13,7 +13,7 @@ fn bouncy(restitution: f64) -> Material {
     Material { friction: 0.0, restitution }
 }
 
-/// v²/2μg on the flat, first order in h: halving the step halves the error.
+/// v²/2μg on a plane, first order in h: halving the step halves the error.
 #[test]
 fn a_sliding_block_stops_where_it_should() {
     let (v0, mu, half) = (3.0, 0.3, Vec3::new(0.2, 0.1, 0.05));
@@ -42,7 +42,7 @@ fn a_sliding_block_stops_where_it_should() {
     assert!((coarse / fine - 2.0).abs() < 0.2, "{coarse} {fine}");
 }
 
-/// A ball dropped from z₀ comes up to e² z₀, time after time.
+/// A ball dropped from z₀ bounces to e² z₀, again and again.
 #[test]
 fn a_ball_bounces() {
     let (e, r, drop) = (0.8, 0.1, 1.0);
@@ -95,15 +95,15 @@ fn newtons_cradle() {
     }
 }
 
-/// Ten boxes for a minute: nothing slides, tilts or sinks.
+/// Ten boxes for a minute: none slides, tilts or sinks.
 #[test]
 fn ten_boxes_stay_stacked() {
     stack(ContactSettings::default().solver.tolerance, [1e-6, 1e-5]);
     stack(1e-10, [1e-9, 1e-10]);
 }
 
-/// Solved to a tolerance; by how much the energy may exceed that at the start, and that of the step
-/// before (J of 98). Measured: 1.6e-6 in a step at the default, which falls with the tolerance.
+/// Solves to a tolerance; the limits are the excess of energy over the start, and over the previous step (J of 98). Measured: 1.6e-6 in a step at the
+/// default, decreasing with the tolerance.
 fn stack(tolerance: f64, [more, most]: [f64; 2]) {
     let half = Vec3::new(0.1, 0.1, 0.1);
     let mut s = Scene::default();
@@ -122,7 +122,7 @@ fn stack(tolerance: f64, [more, most]: [f64; 2]) {
         assert!(report.converged, "step {k}: {report:?}");
         worst = worst.max(report.measure.complementarity);
         let now = run.energy();
-        // Penetration that is worked off lifts boxes by what they had sunk.
+        // Correction of penetration lifts boxes by the distance that they had sunk.
         assert!(now <= start + more, "step {k}: energy grew: {start} to {now}");
         grown = grown.max(now - energy);
         energy = now;
@@ -145,7 +145,7 @@ fn stack(tolerance: f64, [more, most]: [f64; 2]) {
 fn slopes_hold_and_let_go() {
     let (mu, half) = (0.5, Vec3::new(0.2, 0.1, 0.05));
     for (angle, slides) in [(0.4, false), (0.55, true)] {
-        // Tilt gravity rather than the ground.
+        // Tilt gravity instead of the ground.
         let gravity = turned(Vec3::y(), -angle) * Vec3::new(0.0, 0.0, -9.81);
         let mut s = Scene { gravity, ..Scene::default() };
         let at = Pose::translation(0.0, 0.0, half.z);
@@ -161,7 +161,7 @@ fn slopes_hold_and_let_go() {
     }
 }
 
-/// The bits do not depend on a restart, if the impulses of the last step come along.
+/// Results are bit-identical after a restart if the impulses of the last step are restored.
 #[test]
 fn restarts_change_nothing() {
     let half = Vec3::new(0.1, 0.1, 0.1);
@@ -191,7 +191,7 @@ fn restarts_change_nothing() {
     assert_eq!(whole.v, second.v);
 }
 
-/// A top that spins upright on its tip sleeps; slower than the critical spin it falls over.
+/// A top that spins upright on its tip is stable ("sleeps"); below the critical spin it falls over.
 #[test]
 fn a_top_sleeps_above_its_critical_spin() {
     // Ball tip of radius r at the bottom, centre of mass at height l above the tip's centre.
@@ -219,8 +219,7 @@ fn a_top_sleeps_above_its_critical_spin() {
         }
         worst
     };
-    // On a smooth plane the tip is free to slide, which lowers the critical spin: l takes the
-    // place of the lever about the centre of mass alone.
+    // On a smooth plane the tip can slide, which lowers the critical spin: l replaces the lever about the centre of mass.
     let smooth = 2.0 * f64::sqrt(m * 9.81 * l * J) / Jz;
     assert!(smooth < critical);
     let (fast, slow) = (tilt_after(1.3 * smooth), tilt_after(0.7 * smooth));
@@ -228,7 +227,7 @@ fn a_top_sleeps_above_its_critical_spin() {
     assert!(slow > 0.5, "slow top stays at {slow}");
 }
 
-/// An arch of wedges stands by friction and normal forces alone; without friction it falls.
+/// An arch of wedges is stable with friction and normal forces only; without friction it falls.
 #[test]
 fn an_arch_stands_by_friction() {
     let (blocks, inner, outer, depth) = (9, 1.0, 1.35, 0.3);
@@ -273,8 +272,8 @@ fn an_arch_stands_by_friction() {
     assert!(falls < -0.2, "the arch stands without friction: {falls}");
 }
 
-/// A rod whose tip covers 2 cm in a step, twenty times the margin: it is stopped at the ground, but for
-/// what its turning bends the way in a step, r (ω h)² / 2 = 0.4 mm.
+/// A rod whose tip covers 2 cm in a step, twenty times the margin, stops at the ground, up to the curvature of its path in a step, r (ω h)² / 2 = 0.4
+/// mm.
 #[test]
 fn a_fast_tip_does_not_go_through_the_ground() {
     let half = Vec3::new(0.5, 0.02, 0.02);
@@ -300,8 +299,8 @@ fn a_fast_tip_does_not_go_through_the_ground() {
     assert!(hit && deep < 5e-4, "{deep:e}");
 }
 
-/// Slabs laid turned on others: up to eight corners in common. Standing on four of them, well spread, all
-/// of these rocked (and 25 of 1500 such places; on all corners none).
+/// Rotated slabs on others share up to eight corners. With only four well-spread corners all of these rocked (and 25 of 1500 such poses); with all
+/// corners none does.
 #[test]
 fn slabs_rest_on_all_corners_they_share() {
     let half = Vec3::new(0.2, 0.2, 0.05);

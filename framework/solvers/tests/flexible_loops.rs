@@ -1,5 +1,5 @@
-//! Closed loops through flexible bodies: what the solver says against node accelerations and against the plain tree with
-//! the constraint forces as wrenches; a truss of beams at rest.
+//! Closed loops through flexible bodies: the solver's results compared with node accelerations, and with the plain tree with the constraint forces as
+//! wrenches; a truss of beams at rest.
 
 use crate::dynamics_support::{Rng, Shape, close, random_tree};
 use linkwork_dynamics::multibody::modes::{Attachment, Beam, BeamModes, Modes, Station};
@@ -85,7 +85,7 @@ fn loops_through_flexible_bodies_hold_and_their_forces_do_the_same_on_the_tree()
         let tree = Tree::new(&mbs);
         let (nv, mut ws) = (mbs.nv(), Workspace::new(&tree));
         let mut v = mbs.random_v(seed);
-        // Embedding is asked for; ways with modes on them become rows.
+        // Embedding is requested, but paths with modes become rows.
         let mut solver = ConstrainedSolver::new(&tree, |_| ConstraintMethod::Embed);
         assert!(!solver.units().augmented().is_empty());
         Projector::new(&tree).rates(&tree, &mut ws, &mut solver, &[], &q, &mut v).unwrap();
@@ -150,7 +150,7 @@ fn a_contact_on_a_flexible_body_moves_with_the_nearest_station() {
         let zero = vec![0.0; nv];
         units.gather(&tree, &mut ws, &mut uw, &zero, &zero, &[]).unwrap();
         for id in mbs.body_ids().filter(|b| mbs.get(*b).modes().is_some()) {
-            // At each station of the body a node would be: its velocity and compliance.
+            // A node could be at each station of the body: checks its velocity and compliance.
             for s in &mbs.get(id).modes().unwrap().stations {
                 let mut b = Builder::from(&mbs);
                 b.node("at", mbs.get(id).name(), s.pose);
@@ -181,7 +181,7 @@ fn a_contact_on_a_flexible_body_moves_with_the_nearest_station() {
 
 #[test]
 fn a_truss_of_two_beams_carries_its_load() {
-    // Two rods between pins on the world and a common tip: stretch alone, F/2 cos φ each.
+    // Two rods between pins on the world and a common tip: only stretch, F/2 cos φ each.
     let beam = Beam::tube(1.0, 0.02, 0.018, 7e10, 0.3, 2700.0);
     let count = BeamModes { stretch: 8, ..BeamModes::default() };
     let mut b = Builder::new();
@@ -222,7 +222,7 @@ fn a_truss_of_two_beams_carries_its_load() {
     let mut q = vec![0.0; mbs.nq()];
     mbs.bodies().iter().for_each(|b| q[b.modes_q()].copy_from_slice(&eta));
     let longer: f64 = eta.iter().zip(&last.translation).map(|(x, t)| x * t.x).sum();
-    // Turn both so that the tips meet again: 1.0 cos 1 = (1 + longer) cos(1 + turn).
+    // Rotate both so that the tips meet again: 1.0 cos 1 = (1 + longer) cos(1 + turn).
     let turn = (1.0_f64.cos() / (1.0 + longer)).acos() - 1.0;
     (q[mbs.bodies()[0].q().start], q[mbs.bodies()[1].q().start]) = (turn, -turn);
     let v = vec![0.0; nv];
@@ -234,7 +234,7 @@ fn a_truss_of_two_beams_carries_its_load() {
         .forward_given_kinematics(&tree, &mut ws, (&q, &v), &[], &mut tau, &mut vdot)
         .unwrap();
     assert!(report.error < 1e-12, "{report:?}");
-    // In balance to first order in the stretch (4e-5): the accelerations of an unloaded start are 1e5 times greater.
+    // In equilibrium to first order in the stretch (4e-5): the accelerations of an unloaded start are 1e5 times larger.
     let greatest = |a: &[f64]| {
         a.iter().fold(0.0, |m: f64, x| if x.is_nan() { f64::INFINITY } else { m.max(x.abs()) })
     };
@@ -249,7 +249,7 @@ fn a_truss_of_two_beams_carries_its_load() {
         .unwrap();
     assert!(held < 1e-4 * greatest(&vdot), "{held} of {}", greatest(&vdot));
     let length = F / (2.0 * 1.0_f64.sin()) / (beam.young * beam.area);
-    // What eight modes leave out of N L / E A: Σ 2/(π² (k − ½)²) from the ninth on, 2.5 %.
+    // The modes from the ninth on would contribute Σ 2/(π² (k − ½)²) = 2.5 % of N L / E A.
     assert!((longer / length - 0.9747).abs() < 1e-3, "{}", longer / length);
     let mut free = vec![0.0; nv];
     forward_dynamics(&tree, &mut ws, &still, &v, &mut tau, &mut free).unwrap();

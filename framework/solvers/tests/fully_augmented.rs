@@ -1,5 +1,4 @@
-//! The fully augmented solver beside every constraint method of the constrained one: accelerations and
-//! constraint forces of random mechanisms.
+//! The fully augmented solver compared with every constraint method of the constrained one: accelerations and constraint forces of random mechanisms.
 
 use crate::dynamics_support::{Rng, Shape, close, random_tree};
 use crate::mechanisms::{Case, SHAPES, case, driven};
@@ -44,7 +43,7 @@ fn both(id: ConstraintId) -> ConstraintMethod {
     }
 }
 
-/// To 1e-9 of the greatest entry or of 1, where loops leave no motion.
+/// Compares to 1e-9 of the largest entry, or of 1 if loops permit no motion.
 #[track_caller]
 fn near(a: &[f64], b: &[f64], what: &str) {
     let scale = b.iter().fold(1.0_f64, |s, x| s.max(x.abs()));
@@ -53,7 +52,7 @@ fn near(a: &[f64], b: &[f64], what: &str) {
     }
 }
 
-/// Every constraint method against the fully augmented form; returns how many were comparable.
+/// Compares every constraint method with the fully augmented form. Returns the number of comparable cases.
 fn compare(make: fn(u64, Shape, usize) -> Case, seeds: u64) -> (usize, usize) {
     let (mut compared, mut forces_compared) = (0, 0);
     for seed in 0..seeds {
@@ -97,7 +96,7 @@ fn every_solver_agrees_with_driven_loops() {
     assert!(compared > 40 && forces > 100, "only {compared}, {forces}");
 }
 
-/// Rates that break the constraints: every term of the rows' second derivatives counts.
+/// Rates that violate the constraints, so that every term of the rows' second derivatives matters.
 #[test]
 fn states_off_the_constraints_agree() {
     let mut compared = 0;
@@ -119,7 +118,7 @@ fn states_off_the_constraints_agree() {
     assert!(compared > 30, "only {compared}");
 }
 
-/// Without loops: the articulated-body algorithm, prescribed hinges and rotors included.
+/// Without loops: compares with the articulated-body algorithm, including prescribed hinges and rotors.
 #[test]
 fn trees_agree_with_the_sweeps() {
     for seed in 0..40 {
@@ -164,7 +163,7 @@ fn trees_agree_with_the_sweeps() {
     }
 }
 
-/// Chains of which every other subhinge has a rotor: torques of the plain ones load the rotors.
+/// Chains with a rotor on every other subhinge: torques of the others load the rotors.
 #[test]
 fn rotors_beside_plain_coordinates() {
     for seed in 0..20 {
@@ -185,7 +184,7 @@ fn rotors_beside_plain_coordinates() {
     }
 }
 
-/// Baumgarte's terms are the same ones, on loops and couplings.
+/// Baumgarte's terms agree, on loops and couplings.
 #[test]
 fn stabilised_alike() {
     for seed in [2, 3, 7] {
@@ -236,8 +235,7 @@ fn four_bar(closing: Hinge) -> Multibody {
     b.build().unwrap()
 }
 
-/// A planar four-bar linkage closed by a pin in space: three of five rows repeat; the accelerations
-/// are those of the closure in the plane.
+/// A planar four-bar linkage closed by a spatial pin: three of five rows are redundant, and the accelerations agree with the closure in the plane.
 #[test]
 fn repeated_rows_are_named_and_harmless() {
     let half = std::f64::consts::FRAC_PI_2;

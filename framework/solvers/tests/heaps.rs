@@ -1,5 +1,5 @@
-//! Heaps and walls of many free boxes, whose contacts are solved in batches: statics, energy at rest, the order of the file,
-//! and reports where the solver does not converge.
+//! Heaps and walls of many free boxes, whose contacts are solved in batches: statics, energy at rest, order in the file, and reports if the solver
+//! does not converge.
 
 use crate::scene::{Run, Scene, solid_box, turned};
 use linkwork_collision::{Material, Shape};
@@ -37,7 +37,7 @@ fn support(run: &Run) -> f64 {
         .sum()
 }
 
-/// 36 bricks, one island of more than 200 contacts: the ground carries m g, nothing moves, and energy neither grows nor is lost.
+/// 36 bricks, one island of more than 200 contacts: the ground carries m g, nothing moves, and energy is conserved.
 #[test]
 fn a_wall_stands_still_for_ten_seconds() {
     let mut run = wall(8, |_| 2.0).run();
@@ -62,12 +62,12 @@ fn a_wall_stands_still_for_ten_seconds() {
         end - start
     );
     assert_eq!(short, 0);
-    // Measured 2.9e-11 J, −4.3e-6 J of 700 J, 1.0e-7 m and 2.2e-6 of the weight: what the tolerance leaves.
+    // Measured 2.9e-11 J, −4.3e-6 J of 700 J, 1.0e-7 m and 2.2e-6 of the weight, all due to the tolerance.
     assert!(fastest < 3e-10 && (-5e-5..1e-7).contains(&(end - start)) && moved < 1e-6);
     assert!(off < 2e-5, "{off:e}");
 }
 
-/// The same boxes in another order of the file, and with the colliders in another order: the same bits.
+/// The same boxes in another order of the file, and with the colliders in another order, give bit-identical results.
 #[test]
 fn the_order_of_a_heap_changes_no_bit() {
     let ends = [0, 1, 2].map(|turn| {
@@ -112,7 +112,7 @@ fn the_order_of_a_heap_changes_no_bit() {
     assert_eq!(ends[0], ends[2]);
 }
 
-/// Bricks of 1 kg under one of 10 t: the ground carries all of it, or the step reports that it was not solved.
+/// Bricks of 1 kg under one of 10 t: the ground carries the whole weight, or the step reports that it was not solved.
 #[test]
 fn masses_of_one_to_ten_thousand_in_one_island_are_solved_or_reported() {
     let mut run = wall(7, |level| if level == 6 { 1e4 } else { 1.0 }).run();
@@ -130,7 +130,7 @@ fn masses_of_one_to_ten_thousand_in_one_island_are_solved_or_reported() {
     assert!(solved > 50 && off < 1e-3, "{solved} {off:e}");
 }
 
-/// Two sweeps do not solve a wall that starts without impulses, and the step reports what is left.
+/// Two sweeps cannot solve a wall that starts without impulses, and the step reports the residual.
 #[test]
 fn a_wall_beyond_the_limit_of_sweeps_is_reported() {
     let mut s = wall(7, |_| 2.0);

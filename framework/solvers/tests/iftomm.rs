@@ -1,6 +1,5 @@
-//! The IFToMM benchmark problems against closed forms, published values, independent equations and another
-//! program's results; over shorter times than the library's where those take long (the example `iftomm`
-//! runs the full ones).
+//! The IFToMM benchmark problems compared with closed forms, published values, independent equations and another program's results. Durations are
+//! shorter than the library's where those take long (the example `iftomm` runs the full ones).
 
 use crate::benchmark_problems::references::{
     BRICARD, BRICARD_NORM, BRICARD_NORM_PUBLISHED, BRICARD_SURE, FOUR_BARS, FOUR_BARS_PUBLISHED,
@@ -36,8 +35,7 @@ fn a01_simple_pendulum() {
     }
 }
 
-/// Two windows for 10 s, ten for 10 s and forty for 1.5 s, through the singular positions: against one
-/// pendulum and against Exudyn.
+/// Two windows for 10 s, ten for 10 s and forty for 1.5 s, through the singular positions: compared with one pendulum and with Exudyn.
 #[test]
 fn a02_four_bars() {
     for (windows, with) in [
@@ -63,8 +61,7 @@ fn a02_four_bars() {
     }
 }
 
-/// Two windows beside the series that Exudyn publishes: it comes to us by the second order, and its limit
-/// is ours.
+/// Two windows compared with the series that Exudyn publishes: it converges with second order, and its limit agrees with ours.
 #[test]
 fn a02_as_published() {
     let mut run = Run::new(a02(2), With::Rows);
@@ -101,8 +98,7 @@ fn a03_andrews_squeezer() {
     }
 }
 
-/// One of five rows repeats the others; 10 s beside Exudyn, through the nearly singular places at 5 and
-/// 10 s, and energy conserved.
+/// One of five rows is redundant; 10 s compared with Exudyn, through the nearly singular configurations at 5 and 10 s, and energy is conserved.
 #[test]
 fn a04_bricard() {
     for with in ALL {
@@ -121,7 +117,7 @@ fn a04_bricard() {
         let (lost, contradiction) = (run.lost, run.contradiction);
         println!("A04 {with:?}: {worst:e} m, {drift:e} J, {lost} {contradiction:e}");
         assert!(drift < 1e-9, "{with:?}: {drift:e}");
-        // Measured 2.1e-6: stages of a step do not close the loop exactly.
+        // Measured 2.1e-6, because the stages of a step do not close the loop exactly.
         assert!(contradiction < 1e-5, "{with:?}: {contradiction:e}");
         if with != With::Embedded {
             assert_eq!(lost, 1, "{with:?}");
@@ -129,14 +125,14 @@ fn a04_bricard() {
     }
 }
 
-/// The number by which Exudyn's own tests know this mechanism.
+/// The number with which Exudyn's own tests check this mechanism.
 #[test]
 fn a04_as_published() {
     for with in ALL {
         let mut run = Run::new(a04(), with);
         let before = run.coordinates();
         run.to(1.0, 1e-3);
-        // Frames of our rods are parallel at first, so that only the change of Euler parameters is left.
+        // Frames of our rods are parallel at the start, so that only the change of Euler parameters remains.
         let ours = {
             let after = run.coordinates();
             before.iter().zip(&after).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
@@ -170,7 +166,7 @@ fn a05_flyball_governor() {
     }
 }
 
-/// Our equations of the symmetric motion, which the example takes as reference, for all the 10 s.
+/// Our equations of the symmetric motion, which the example uses as reference, for the full 10 s.
 #[test]
 fn a05_equations() {
     for (t, want) in GOVERNOR {

@@ -1,6 +1,5 @@
-//! Impacts with restitution: chains, symmetric impacts, energy. The cases are public reports of other simulators:
-//! dimforge/rapier #630 (cradle of five), moorepants/learn-multibody-dynamics #110 (row of boxes),
-//! newton-physics/newton #1137 (a box dropped flat).
+//! Impacts with restitution: chains, symmetric impacts, energy. The cases are public issue reports of other simulators: dimforge/rapier #630 (cradle
+//! of five), moorepants/learn-multibody-dynamics #110 (row of boxes), newton-physics/newton #1137 (a box dropped flat).
 
 use crate::scene::{Run, Scene, solid_ball, solid_box, turned};
 use linkwork_collision::{ColliderSpec, Material, Shape};
@@ -14,7 +13,7 @@ fn material(restitution: f64, friction: f64) -> Material {
     Material { friction, restitution }
 }
 
-/// Balls of 50 mm on rods of 1 m that touch when they hang, the first of them raised by 30 degrees.
+/// Balls of 50 mm on rods of 1 m that touch when hanging; the first ones are raised by 30 degrees.
 fn cradle(raised: usize, method: Method) -> Run {
     let r = 0.05;
     let mut s = Scene::default();
@@ -38,7 +37,7 @@ fn cradle(raised: usize, method: Method) -> Run {
     run
 }
 
-/// As many balls leave as come, the others stay, and the energy stays: first half swing, and 10 s.
+/// As many balls leave as arrive, the others stay, and energy is conserved: in the first half swing, and over 10 s.
 #[test]
 fn a_cradle_passes_on_what_comes() {
     for raised in [1, 2] {
@@ -77,7 +76,7 @@ fn run_energy_at(run: &mut Run, q: [f64; 5]) -> f64 {
     energy
 }
 
-/// With Lemke's method, which finds no answer to some problems, the energy was 2.11 times that at the start.
+/// With Lemke's method, which fails for some problems, the energy had grown to 2.11 times the initial energy.
 #[test]
 fn a_cradle_keeps_its_energy_with_every_method() {
     for method in [Method::GaussSeidel, Method::Newton, Method::Lemke] {
@@ -118,7 +117,7 @@ fn a_row_of_boxes_passes_on_its_speed() {
     }
 }
 
-/// What falls flat comes up flat, as fast as restitution says: e v0 less g times the time since.
+/// A body that falls flat bounces flat, with the speed from restitution: e v0 minus g times the time since.
 #[test]
 fn what_falls_flat_comes_up_flat() {
     let (half, g) = (Vec3::new(0.1, 0.1, 0.1), 9.81_f64);
@@ -155,7 +154,7 @@ fn what_falls_flat_comes_up_flat() {
     }
 }
 
-/// A ball that does not lose energy at impacts and has no friction comes up as high after a minute, at any step.
+/// A ball without losses at impacts and without friction bounces equally high after a minute, with any step.
 #[test]
 fn a_ball_that_loses_nothing_comes_up_again() {
     for h in [5e-4, 2e-3, 5e-3] {
@@ -172,12 +171,12 @@ fn a_ball_that_loses_nothing_comes_up_again() {
                 top = top.max(run.pose("ball").position.z - 0.1);
             }
         }
-        // It has met the ground 66 times. Measured: 0.99999 to 1.00006 m.
+        // It has hit the ground 66 times. Measured: 0.99999 to 1.00006 m.
         assert!((top - 1.0).abs() < 2e-3 + 2.0 * 9.81 * h * h, "{h}: {top}");
     }
 }
 
-/// Bodies that tumble into each other with friction and restitution, without gravity: no step makes energy.
+/// Bodies that tumble into each other with friction and restitution, without gravity: energy does not increase in any step.
 #[test]
 fn no_impact_makes_energy() {
     for (e, mu) in [(1.0, 0.0), (1.0, 0.3), (0.9, 1.0), (0.5, 0.6)] {
@@ -250,8 +249,8 @@ fn a_stack_that_bounces_comes_to_rest() {
     }
 }
 
-/// A nut that turns over in free flight keeps its rotational energy and its momentum, with its origin on the centre of
-/// mass and beside it; before, an explicit step gained several per cent in a minute.
+/// A nut that flips in free flight conserves its rotational energy and momentum, with its origin at the centre of mass or elsewhere. Before, an
+/// explicit step gained several per cent per minute.
 #[test]
 fn a_tumbling_nut_keeps_its_energy() {
     let J = Mat3::from_diagonal(&Vec3::new(2e-4, 3e-4, 4.5e-4));

@@ -1,4 +1,4 @@
-//! Constraint islands: found by what touches, solved by themselves, the same bits whatever else there is and in any order.
+//! Constraint islands: found from contacts, solved separately, bit-identical independent of other bodies and of order.
 
 use crate::scene::{Run, Scene, solid_box, turned};
 use linkwork_collision::{ColliderSpec, Material, Shape};
@@ -8,7 +8,7 @@ use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Vec3};
 const ROUGH: Material = Material { friction: 0.6, restitution: 0.0 };
 const HALF: Vec3 = Vec3::new(0.1, 0.12, 0.08);
 
-/// Eight boxes that fall on a heap at x; the names begin with `name`.
+/// Eight boxes that fall on a heap at x; their names start with `name`.
 fn heap(s: &mut Scene, name: &str, x: f64, order: impl Iterator<Item = u32>) {
     for i in order {
         let f = f64::from(i);
@@ -37,7 +37,7 @@ fn an_island_moves_as_if_it_were_alone() {
         s.ground(ROUGH);
         heap(&mut s, "a", 0.0, 0..8);
         if both {
-            // Faster than the first heap: the accuracy of one must not depend on the speed of another.
+            // Faster than the first heap, because the accuracy of one must not depend on the speed of the other.
             heap(&mut s, "b", 40.0, 0..8);
             s.start[8].2 = [3.0, 1.0, 2.0, 5.0, 0.0, 4.0];
         }
@@ -77,12 +77,12 @@ fn the_order_of_the_file_changes_no_bit() {
     assert_eq!(ends[0], ends[2]);
 }
 
-/// Boxes apart are islands each, a touching pair is one, and a coupling joins what nothing else does.
+/// Separate boxes are separate islands, a touching pair is one, and a coupling joins otherwise separate ones.
 #[test]
 fn islands_are_what_rows_connect() {
     let count = |gap: f64, coupled: bool| {
         let mut s = Scene::default();
-        // Sliders hang on the world, as the ground does.
+        // Sliders have the world as parent, as the ground has.
         s.rules.neighbours = linkwork_collision::Neighbours::Collide;
         s.ground(ROUGH);
         for k in 0..3 {
@@ -113,7 +113,7 @@ fn islands_are_what_rows_connect() {
     assert_eq!(count(0.1, true), 4);
 }
 
-/// A heap that becomes one island of more degrees of freedom than a dense matrix may have is solved to 1e-6.
+/// A heap that becomes one island with more degrees of freedom than a dense matrix may have is solved to 1e-6.
 #[test]
 fn a_large_island_is_solved_to_what_is_asked() {
     let mut s = Scene::default();

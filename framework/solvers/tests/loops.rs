@@ -1,5 +1,4 @@
-//! Closed loops: every constraint method against every other, against the balance of forces, against
-//! finite differences.
+//! Closed loops: every constraint method compared with every other, with force balance, and with finite differences.
 
 use crate::dynamics_support::{Rng, close};
 use crate::mechanisms::{Case, SHAPES, case, looped};
@@ -66,7 +65,7 @@ fn constraint_methods_agree() {
     assert!(compared > 40, "only {compared} mechanisms could be compared");
 }
 
-/// Constraint forces as wrenches on bodies balance the inverse dynamics of the tree.
+/// Constraint forces applied as wrenches on bodies balance the inverse dynamics of the tree.
 #[test]
 fn forces_balance() {
     for seed in 0..40 {
@@ -91,7 +90,7 @@ fn forces_balance() {
                 }
             }
             let mut got = vec![0.0; c.mbs.nv()];
-            // The workspace still holds the forces that were added at this same state.
+            // The workspace still contains the forces that were added at this state.
             inverse_dynamics(&c.tree, &mut ws, &c.q, &c.v, &vdot, &mut got);
             close(&got, &want, 1e-9, &format!("seed {seed}, {name}"));
         }
@@ -111,7 +110,7 @@ fn apply_loop(c: &Case, l: &Loop, lambda: &[f64], ws: &mut Workspace) {
     }
 }
 
-/// Σ λ times each row's wrench about B's origin, from the rows' definitions.
+/// Returns Σ λ times each row's wrench about B's origin, from the rows' definitions.
 fn wrench(l: &Loop, A: &Pose, B: &Pose, lambda: &[f64]) -> Force {
     let mut out = Force::new(Vec3::zeros(), Vec3::zeros());
     for (row, x) in l.rows.iter().zip(lambda) {
@@ -130,8 +129,7 @@ fn wrench(l: &Loop, A: &Pose, B: &Pose, lambda: &[f64]) -> Force {
     out
 }
 
-/// A row's rate is the derivative of its error; its bias and what the forces give are that of its
-/// rate.
+/// A row's rate is the derivative of its error; its bias plus the effect of the forces is the derivative of its rate.
 #[test]
 fn rows_are_derivatives() {
     for seed in 0..30 {
@@ -178,7 +176,7 @@ fn rows_are_derivatives() {
     }
 }
 
-/// Loops keep closing: the error after a small step of second order is of third order.
+/// Loops stay closed: the error after a small step of second order is of third order.
 #[test]
 fn motion_stays_on_the_constraints() {
     let mut seen = 0;
@@ -207,7 +205,7 @@ fn motion_stays_on_the_constraints() {
     assert!(seen > 10);
 }
 
-/// Rates come onto the constraints under each constraint method, rows on members of embedded loops included.
+/// Rates are projected onto the constraints with each method, including rows on members of embedded loops.
 #[test]
 fn rates_are_closed() {
     for seed in 0..40 {
@@ -237,7 +235,7 @@ fn rates_are_closed() {
     }
 }
 
-/// From a start that is off, every constraint method finds a closed configuration, at second order.
+/// From an open start, every method finds a closed configuration, with second-order convergence.
 #[test]
 fn open_loops_are_closed() {
     let mut closed = 0;
@@ -321,8 +319,7 @@ fn prescribed_loop_hinges_drive() {
     close(&answers[0], &answers[1], 1e-10, "both constraint_methods");
 }
 
-/// A loop that closes by an inelastic impact: rates jump onto the constraints, and what is lost is the
-/// energy of the jump itself (Carnot).
+/// A loop that closes by an inelastic impact: rates jump onto the constraints, and the energy lost equals the energy of the jump (Carnot).
 #[test]
 fn loops_close_by_inelastic_impacts() {
     let mut lost = 0.0_f64;
@@ -350,9 +347,8 @@ fn loops_close_by_inelastic_impacts() {
     assert!(lost > 0.1, "{lost}");
 }
 
-/// A solver that comes from another mobility of an embedded loop gives the bits of a new one: cranks
-/// and coupler in one line have two independent rates, else one. A coupling through the loop is a
-/// row, and so is what it shares with itself.
+/// A solver whose embedded loop had another mobility gives results bit-identical with a new one: cranks and coupler in one line have two independent
+/// rates, otherwise one. A coupling through the loop is a row, and so are the entries that it shares with itself.
 #[test]
 fn mobility_may_change_from_state_to_state() {
     let mut b = Builder::new();

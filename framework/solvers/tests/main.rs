@@ -1,5 +1,5 @@
-//! What the crate promises, seen from outside: one program, a module for each subject.
-// Benches take one or the other of the two `support`: each has its own random numbers.
+//! Tests of the public interface: one program, with a module for each subject.
+// Benches use one of the two `support` modules; each has its own random numbers.
 #![allow(clippy::duplicate_mod, non_snake_case, clippy::unwrap_used)]
 
 mod allocations;

@@ -1,5 +1,4 @@
-//! Bad input to solvers of constrained motion: a typed error or a reported behaviour, never a panic or a
-//! silent NaN.
+//! Invalid input to solvers of constrained motion: a typed error or a reported behaviour, never a panic or a silent NaN.
 
 use linkwork_dynamics::multibody::{
     BodySpec, Builder, Coordinate, Coupling, Hinge, HingeCoordinate, LoopClosure, LoopMotion,
@@ -35,7 +34,7 @@ struct Answer {
     vdot: Vec<f64>,
     report: Report,
     redundant: Vec<(String, usize)>,
-    /// The greatest contradiction among them.
+    /// The largest contradiction among them.
     worst: f64,
 }
 
@@ -50,7 +49,7 @@ fn names(tree: &Tree, redundant: &[Redundant]) -> Vec<(String, usize)> {
     redundant.iter().map(|r| (name(r), r.rows)).collect()
 }
 
-/// Every way to solve it: as rows, embedded, fully augmented (where it has that form).
+/// Solves it with every method: as rows, embedded, fully augmented (if it has that form).
 fn solve(mbs: &Multibody, input: &Input) -> Vec<(&'static str, Outcome)> {
     let tree = Tree::new(mbs);
     let mut out = Vec::new();
@@ -83,7 +82,7 @@ fn solve(mbs: &Multibody, input: &Input) -> Vec<(&'static str, Outcome)> {
         if let Ok(a) = o {
             assert!(a.vdot.iter().all(|x| x.is_finite()), "{name}: {a:?}");
             assert!(!a.report.contradiction.is_nan(), "{name}: {a:?}");
-            // What is said of each constraint is what is said of all.
+            // The reports of the constraints agree with the report of the whole.
             assert_eq!(a.worst, a.report.contradiction, "{name}: {a:?}");
         }
     }
@@ -155,7 +154,7 @@ fn a_loop_given_twice_is_harmless() {
     }
 }
 
-/// Two prescribed cranks of one degree of freedom: reported, or refused by name with the size.
+/// Two prescribed cranks with one degree of freedom: reported, or rejected with name and size.
 #[test]
 fn prescribed_hinges_against_a_loop() {
     let mbs = four_bar(in_plane(), [solid(); 3]).build().unwrap();
@@ -186,7 +185,7 @@ fn prescribed_hinges_against_a_loop() {
             let text = error.to_string();
             assert!(text.starts_with("loop `close`") && text.contains("\n  help: "), "{text}");
         }
-        // The same motion as the loop demands is none.
+        // If the prescribed motion agrees with the loop, there is no contradiction.
         let mut input = Input::at(&OPEN, &[0.0; 3]);
         input.contradiction_max = 1e-9;
         for (name, o) in solve(&mbs, &input) {
@@ -212,7 +211,7 @@ fn couplings_of_prescribed_coordinates() {
         for (name, o) in solve(&mbs, &input) {
             let a = o.unwrap();
             assert_eq!(a.redundant, [("gear".to_owned(), 1)], "{name}");
-            // Embedded rows are scaled by their greatest coefficient, here 2.
+            // Embedded rows are scaled by their largest coefficient, here 2.
             let scale = if name == "embedded" { 0.5 } else { 1.0 };
             let by = a.report.contradiction;
             assert!((by - lack).abs() < 1e-12 || (by - scale * lack).abs() < 1e-12, "{name}: {by}");
@@ -222,7 +221,7 @@ fn couplings_of_prescribed_coordinates() {
     }
 }
 
-/// Both ends on one link, on the world, or where nothing moves at all.
+/// Both ends on one link, on the world, or where nothing can move.
 #[test]
 fn loops_that_hold_nothing() {
     let mut b = Builder::new();
@@ -238,7 +237,7 @@ fn loops_that_hold_nothing() {
         assert_eq!(a.redundant, want, "{name}");
         assert!(a.report.contradiction < 1e-12, "{name}: {a:?}");
     }
-    // With an offset they cannot close; dynamics has no row to say so, positions do.
+    // With an offset they cannot close. Dynamics has no row to detect this, but positions report it.
     b.loops_mut()[1].frame_b = unit * unit;
     let mbs = b.build().unwrap();
     let tree = Tree::new(&mbs);
@@ -251,7 +250,7 @@ fn loops_that_hold_nothing() {
         assert_eq!(constraint, "loop `ground`");
         assert!((closing.error - 1.0).abs() < 1e-9);
     }
-    // Nothing moves.
+    // Nothing can move.
     let mut b = Builder::new();
     b.body(BodySpec::new("post", "world").mass(solid()));
     b.loop_closure(closure("ground", "world", "post", Hinge::ball()));
@@ -275,7 +274,7 @@ fn loops_of_a_body_with_itself_are_refused() {
     }
 }
 
-/// A massless coupler moves with the rest of its aggregate; by itself it has nothing to move.
+/// A massless coupler moves with the rest of its aggregate; as rows it has no inertia.
 #[test]
 fn massless_members() {
     let none = MassProperties::massless();
@@ -288,7 +287,7 @@ fn massless_members() {
                     let a = o.unwrap();
                     assert!(a.vdot.iter().any(|x| x.abs() > 0.1), "{a:?}");
                 }
-                // A massless link inboard of a solid one is no trouble for sweeps over a tree.
+                // A massless link inboard of a solid one is allowed in recursions over a tree.
                 ("rows", Ok(a)) => assert!(masses[2].mass > 0.0, "{a:?}"),
                 ("rows", Err(e)) => {
                     let SolverError::Dynamics(DynamicsError::Singular { body, .. }) = &e else {
@@ -302,7 +301,7 @@ fn massless_members() {
         let error = FullyAugmentedSolver::new(&Tree::new(&mbs)).unwrap_err();
         assert!(matches!(error, FullyAugmentedError::Inertia { .. }), "{error}");
     }
-    // All massless: nothing anywhere.
+    // All links are massless.
     let mbs = four_bar(in_plane(), [none; 3]).build().unwrap();
     for (name, o) in solve(&mbs, &Input::at(&OPEN, &TURNING)) {
         let e = o.unwrap_err();
@@ -310,7 +309,7 @@ fn massless_members() {
     }
 }
 
-/// A strut without mass in a loop of more dofs than `Auto` embeds by itself: it embeds, since rows cannot do it; with mass the rows agree.
+/// A massless strut in a loop with more dofs than `Auto` embeds by default: it is embedded, since rows cannot solve it; with mass the rows agree.
 #[test]
 fn auto_embeds_a_massless_strut_in_a_large_loop() {
     let chain = |strut: MassProperties| {
@@ -342,7 +341,7 @@ fn auto_embeds_a_massless_strut_in_a_large_loop() {
     assert!(answer(&none, ConstraintMethod::Augment).is_err());
     let auto = answer(&none, ConstraintMethod::Auto).unwrap();
     assert_eq!(auto, answer(&none, ConstraintMethod::Embed).unwrap());
-    // A strut of next to no mass, as rows: the same within what its mass does.
+    // A strut with almost no mass, as rows: agrees within the effect of its mass.
     let light = MassProperties::new(1e-7, Vec3::new(0.2, 0.0, 0.0), Mat3::identity() * 1e-8);
     let rows = answer(&chain(light), ConstraintMethod::Augment).unwrap();
     let by_rule = answer(&chain(light), ConstraintMethod::Auto).unwrap();
@@ -352,7 +351,7 @@ fn auto_embeds_a_massless_strut_in_a_large_loop() {
     }
 }
 
-/// Links that are too short: the error names the loop, says what is left, and q stays finite.
+/// Links that are too short: the error names the loop and states the residual, and q stays finite.
 #[test]
 fn a_loop_that_cannot_close() {
     let mut b = four_bar(in_plane(), [solid(); 3]);
@@ -366,7 +365,7 @@ fn a_loop_that_cannot_close() {
             Projector::new(&tree).positions(&tree, &mut ws, &mut solver, &[], &mut q).unwrap_err();
         let ProjectionError::Open { constraint, closing } = &e else { panic!("{t:?}: {e}") };
         assert_eq!(constraint, "loop `close`");
-        // Nine metres, three of links.
+        // Nine metres apart, with links of three metres in total.
         assert!(closing.error > 5.9 && closing.error < 9.0, "{t:?}: {closing:?}");
         assert!(q.iter().all(|x| x.is_finite()), "{t:?}: {q:?}");
         let text = e.to_string();
@@ -374,7 +373,7 @@ fn a_loop_that_cannot_close() {
     }
 }
 
-/// From anywhere: full Newton steps overshoot, halved ones come through.
+/// From any start: full Newton steps overshoot, halved ones converge.
 #[test]
 fn far_starts_close_by_shorter_steps() {
     let tree = Tree::new(&four_bar(in_plane(), [solid(); 3]).build().unwrap());
@@ -391,7 +390,7 @@ fn far_starts_close_by_shorter_steps() {
     }
 }
 
-/// Not a number or infinite, anywhere: an error from every solver.
+/// NaN or infinity anywhere is an error in every solver.
 #[test]
 fn numbers_that_are_none() {
     let mut drive = Hinge::planar();
@@ -421,7 +420,7 @@ fn numbers_that_are_none() {
                 _ => input.motions[0].rate = bad,
             }
             for (name, o) in solve(&mbs, &input) {
-                // The rate of a loop motion enters only what is reported and stabilised.
+                // The rate of a loop motion only affects reports and stabilisation.
                 if place == 7 {
                     continue;
                 }
@@ -443,7 +442,7 @@ fn numbers_that_are_none() {
     }
 }
 
-/// Stretched out flat, where a parallelogram can leave its branch: finite, and the lost row is told.
+/// In line, where a parallelogram can change its branch: results are finite, and the lost row is reported.
 #[test]
 fn singular_positions_have_an_answer() {
     let mbs = four_bar(in_plane(), [solid(); 3]).build().unwrap();

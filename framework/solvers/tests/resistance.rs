@@ -1,4 +1,4 @@
-//! Rolling and spinning friction, and surfaces that move over their bodies, against closed forms.
+//! Rolling and spinning friction, and surfaces that move over their bodies, compared with closed forms.
 
 use crate::scene::{Run, Scene, solid_ball, solid_box, turned};
 use linkwork_collision::{ColliderSpec, Material, PairLaw, Resistance, Shape};
@@ -24,7 +24,7 @@ fn ball(resistance: Resistance, rates: [f64; 6], method: Method) -> Run {
     s.run()
 }
 
-/// World velocity of a body's origin: rates have the axes of the body.
+/// Returns the world velocity of a body's origin; rates are in the axes of the body.
 fn velocity(run: &mut Run, body: &str) -> Vec3 {
     let X = run.pose(body);
     let v = run.rates(body);
@@ -61,7 +61,7 @@ fn a_rolling_ball_slows_down_by_five_sevenths() {
     }
 }
 
-/// Without resistance a ball rolls on.
+/// Without resistance a ball continues to roll.
 #[test]
 fn without_resistance_nothing_slows_down() {
     let mut run = ball(Resistance::default(), [0.0, 5.0, 0.0, 0.5, 0.0, 0.0], Method::Auto);
@@ -82,13 +82,13 @@ fn a_spinning_ball_stops_in_its_time() {
     let w = run.rates("ball")[2];
     assert!((w - w0 * (1.0 - 1.0 / stop)).abs() < 1e-6 * w0, "{w}");
     let moment = run.stepper.moments()[0] / 1e-3;
-    // On the ground, the second of the pair.
+    // The moment acts on the ground, the second body of the pair.
     assert!((moment.z - mu * 2.0 * G).abs() < 1e-6, "{moment:?}");
     steps(&mut run, ((stop - 1.0) / 1e-3) as usize + 3);
     assert!(run.rates("ball")[2].abs() < 1e-9);
 }
 
-/// On a slope a ball stays while tan α < μ_r / r; above, a = 5/7 g (sin α − μ_r/r cos α).
+/// On a slope a ball stays at rest while tan α < μ_r / r; above, a = 5/7 g (sin α − μ_r/r cos α).
 #[test]
 fn on_a_slope_a_ball_stays_or_rolls() {
     let mu = 0.01;
@@ -108,7 +108,7 @@ fn on_a_slope_a_ball_stays_or_rolls() {
     }
 }
 
-/// Two balls roll on a plank that lies on the ground: several contacts share an island, and their pair has a law.
+/// Two balls roll on a plank that lies on the ground: several contacts share an island, and their pair has a contact law, which has priority.
 #[test]
 fn a_law_of_a_pair_goes_before_the_surfaces() {
     let mut s = Scene::default();
@@ -137,7 +137,7 @@ fn a_law_of_a_pair_goes_before_the_surfaces() {
     }
 }
 
-/// A box put on a belt slides for v / (μ g), then moves with it; the belt turns with its body.
+/// A box placed on a belt slides for v / (μ g), then moves with it; the belt rotates with its body.
 #[test]
 fn a_box_on_a_belt_reaches_its_speed() {
     let (speed, mu, half) = (1.2, 0.4, Vec3::new(0.1, 0.1, 0.05));
@@ -145,7 +145,7 @@ fn a_box_on_a_belt_reaches_its_speed() {
     let mut s = Scene::default();
     let mut belt = ColliderSpec::new("belt", "world", Shape::HalfSpace);
     belt.material = Material { friction: mu, restitution: 0.0 };
-    // The part along the normal does nothing.
+    // The component along the normal has no effect.
     belt.surface_velocity = turned(Vec3::z(), turn) * Vec3::new(speed, 0.0, 3.0);
     s.colliders.push(belt);
     let at = Pose::translation(0.0, 0.0, half.z);
@@ -166,7 +166,7 @@ fn a_box_on_a_belt_reaches_its_speed() {
     assert!((way - want).abs() < 2e-3, "{way} {want}");
 }
 
-/// Action and reaction: a belt on a cart that may roll pushes the cart back; momentum is kept.
+/// Action and reaction: a belt on a cart that can roll pushes the cart back; momentum is conserved.
 #[test]
 fn a_belt_pushes_its_cart_back() {
     let half = Vec3::new(0.5, 0.2, 0.05);

@@ -1,5 +1,5 @@
-//! Vehicles that roll: statics of a rocker-bogie against a published table, circles against closed forms, symmetry, edges of the
-//! ground, refusals.
+//! Rolling vehicles: statics of a rocker-bogie compared with a published table, circles compared with closed forms, symmetry, edges of the ground,
+//! errors.
 
 use linkwork_dynamics::multibody::{
     BodyId, BodySpec, Builder, Coupling, Hinge, HingeCoordinate, Multibody, Term,
@@ -10,7 +10,7 @@ use linkwork_solvers::{Rolling, RollingError, RollingReport, Traction, Vehicle, 
 
 const RADIUS: f64 = 0.25;
 const WHEELS: [&str; 6] = ["lf", "rf", "lm", "rm", "lr", "rr"];
-/// Places of the six wheels of a published Curiosity model, x forward, y left (m).
+/// Positions of the six wheels of a published Curiosity model, x forward, y left (m).
 const PLACES: [[f64; 2]; 6] = [
     [1.095, 1.063],
     [1.095, -1.063],
@@ -40,7 +40,7 @@ fn coordinate(body: &str) -> HingeCoordinate {
     HingeCoordinate { body: body.into(), subhinge: 0 }
 }
 
-/// Six wheels on rockers and bogies, whose masses are nothing beside that of the chassis.
+/// Six wheels on rockers and bogies, whose masses are negligible compared with the chassis.
 fn rover() -> Multibody {
     let mut b = Builder::new();
     b.body(BodySpec::new("chassis", "world").hinge(Hinge::free()).mass(mass(900.0, 200.0)));
@@ -56,7 +56,7 @@ fn rover() -> Multibody {
                 true => (format!("rocker_{side}"), rocker),
                 false => (format!("bogie_{side}"), bogie),
             };
-            // Those in the middle do not steer.
+            // The middle wheels do not steer.
             let mut wheel = pin(name, &carrier, hub, on);
             if !(2..4).contains(&k) {
                 let yoke = format!("yoke_{name}");
@@ -82,7 +82,7 @@ struct Drive {
     v: Vec<f64>,
     report: RollingReport,
     gravity: Vec3,
-    /// Of each wheel; none where it rolls.
+    /// Traction of each wheel; empty for pure rolling.
     tractions: Vec<Traction>,
 }
 
@@ -111,7 +111,7 @@ impl Drive {
         Drive { mb, tree, ws, rolling, q, v, report, gravity: GRAVITY, tractions }
     }
 
-    /// A rover at a place and heading.
+    /// A rover at a position and heading.
     fn rover(at: [f64; 2], heading: f64) -> Self {
         let mut d = Drive::new(rover(), &WHEELS, &JOINTS);
         let rotation = Quat::from_axis_angle(&Vec3::z_axis(), heading);
@@ -161,7 +161,7 @@ impl Drive {
         Ok(())
     }
 
-    /// Generalised forces that hold it still.
+    /// Returns the generalised forces that keep it at rest.
     fn hold(&mut self) -> Vec<f64> {
         let zeros = vec![0.0; self.mb.nv()];
         let mut hold = zeros.clone();
@@ -190,8 +190,8 @@ fn hills(x: f64, y: f64) -> (f64, Vec3) {
     (height, Vec3::new(-dx, -dy, 1.0).normalize())
 }
 
-/// Loads of a rocker-bogie on slopes, computed by hand for proportional traction (planar statics, mass of the chassis alone, its
-/// centre 0.75 m over the ground): slope (deg, uphill positive), normal forces of front, middle and rear pair as shares of weight.
+/// Loads of a rocker-bogie on slopes, computed by hand for proportional traction (planar statics, only the mass of the chassis, its centre 0.75 m
+/// over the ground): slope (deg, uphill positive), normal forces of front, middle and rear pair as fractions of the weight.
 const STATICS: [(f64, [f64; 3]); 7] = [
     (0.0, [0.3303, 0.3885, 0.2812]),
     (10.0, [0.2936, 0.3278, 0.3634]),
@@ -224,7 +224,7 @@ fn loads_on_slopes_are_those_of_statics() {
     }
 }
 
-/// Steering and wheel rates for a circle of the radius `r` (m), to the left, at the speed `u` (m/s) of the centre.
+/// Sets steering and wheel rates for a circle of radius `r` (m), to the left, at the speed `u` (m/s) of the centre.
 fn on_a_circle(d: &mut Drive, r: f64, u: f64) {
     for (k, name) in WHEELS.iter().enumerate() {
         let [x, y] = PLACES[k];
@@ -240,7 +240,7 @@ fn on_a_circle(d: &mut Drive, r: f64, u: f64) {
 
 #[test]
 fn it_drives_the_circle_of_its_steering() {
-    // The middle wheels stand at −0.089 m and do not steer, so they slide a little: the circle is that of least squares.
+    // The middle wheels are at −0.089 m and do not steer, so they slide slightly: the result is the least squares circle.
     let mut d = Drive::rover([0.0, 0.0], 0.0);
     let mut ground = plane(0.0);
     on_a_circle(&mut d, 6.0, 0.2);
@@ -255,7 +255,7 @@ fn it_drives_the_circle_of_its_steering() {
     let closed = Vec3::new(6.0 * 1.0_f64.sin(), 6.0 * (1.0 - 1.0_f64.cos()), CHASSIS);
     assert!((p - closed).norm() < 0.03, "{p:?}");
     assert!(d.report.slide > 1e-5 && d.report.slide < 5e-3, "{}", d.report.slide);
-    // Halving the step changes nothing: a constant twist is followed exactly.
+    // Halving the step changes nothing, because a constant twist is followed exactly.
     let mut fine = Drive::rover([0.0, 0.0], 0.0);
     on_a_circle(&mut fine, 6.0, 0.2);
     fine.settle(&mut ground);
@@ -280,11 +280,10 @@ fn straight_on_a_slope_it_goes_as_far_as_its_wheels_turn() {
         d.step(0.02, &mut ground).unwrap();
     }
     let way = d.pose("chassis").position - from;
-    // Wheels turn against the slope as seen from the chassis, which does not turn: 10 s at 0.2 m/s.
-    // Measured 1.2e-9 m.
+    // Relative to the chassis, wheels rotate against the slope; the chassis itself does not rotate: 10 s at 0.2 m/s. Measured 1.2e-9 m.
     assert!((way.norm() - 2.0).abs() < 5e-9, "{}", way.norm());
     assert!((way.z - way.norm() * slope.sin()).abs() < 5e-9 && way.y.abs() < 1e-9);
-    // What the search for the footing leaves.
+    // The residual of the search for the footing.
     assert!(d.report.slide < 1e-8, "{}", d.report.slide);
 }
 
@@ -302,7 +301,7 @@ fn on_hills_wheels_stay_on_the_ground_and_loads_carry_the_weight() {
         assert!((sum - 900.0 * 3.71).abs() < 1e-6 * sum, "{sum}");
     }
     assert!(worst < 1e-8, "{worst}");
-    // The differential carries what one side has more than the other.
+    // The differential carries the load difference of the two sides.
     assert!(d.rolling.coupling_forces()[0].abs() > 1.0);
     let (l, r) = (*d.angle("rocker_l"), *d.angle("rocker_r"));
     assert!((l + r).abs() < 1e-10 && l.abs() > 1e-3, "{l} {r}");
@@ -317,7 +316,7 @@ fn stones(x: f64, y: f64) -> (f64, Vec3) {
     (height + size * a.sin() * b.cos(), Vec3::new(-dx, -dy, 1.0).normalize())
 }
 
-/// Where a rim comes near the ground in several places it is met everywhere, at a bounded cost.
+/// If a rim is near the ground in several places, none of them penetrates, at a bounded cost.
 #[test]
 fn on_stones_no_part_of_a_rim_is_in_the_ground() {
     let looked = std::cell::Cell::new(0_u32);
@@ -355,7 +354,7 @@ fn on_stones_no_part_of_a_rim_is_in_the_ground() {
     assert!(each < 40.0, "{each} points of the ground for a wheel and step");
 }
 
-/// Rates are those of the positions: the difference of two settled poses over a short step.
+/// Rates are the derivatives of positions: compares with the difference of two settled poses over a short step.
 #[test]
 fn rates_are_derivatives_of_positions() {
     let mut d = Drive::rover([0.3, -0.2], 0.6);
@@ -431,7 +430,7 @@ fn four_wheels_on_a_rigid_body_stand_on_those_that_touch() {
         }
         assert!(lowest.abs() < 1e-6, "{lowest}");
     }
-    // Skid steering turns it to the left, and its wheels slide.
+    // Skid steering rotates it to the left, and its wheels slide.
     assert!(d.report.slide > 0.01 && d.pose("chassis").rotation.euler_angles().2 > 0.3);
 }
 
@@ -441,7 +440,7 @@ fn with_traction_all_forces_balance_on_hills() {
     let mut ground = |x: f64, y: f64| Some(hills(x, y));
     on_a_circle(&mut d, 8.0, 0.2);
     d.settle(&mut ground);
-    // Every wheel has a traction of its own, in every direction.
+    // Every wheel has a separate traction, in every direction.
     let traction = |k: usize| {
         let k = k as f64;
         let force = Vec3::new(20.0 - 9.0 * k, 5.0 * k - 12.0, 2.0);
@@ -483,10 +482,10 @@ fn with_traction_all_forces_balance_on_hills() {
             // Of 3339 N.
             assert!((sum - hold[lane]).abs() < 1e-6, "{step} lane {lane}: {sum} {}", hold[lane]);
         }
-        // The first step takes it into the ground.
+        // The first step sinks it into the ground.
         assert!(d.report.gap < 1e-8, "{}", d.report.gap);
     }
-    // It stands as deep as its tractions say.
+    // Its depth agrees with its tractions.
     for (k, name) in WHEELS.iter().enumerate() {
         let pose = d.pose(name);
         let gap = footing(&mut ground, &pose, RADIUS).unwrap().gap;
@@ -513,7 +512,7 @@ fn up_a_slope_it_slips_by_what_its_weight_asks() {
     let way = (d.pose("chassis").position - from).norm();
     let slip = 900.0 * 3.71 * slope.sin() / (6.0 * resistance[0]);
     assert!((way - 2.0 * (0.2 - slip)).abs() < 5e-9, "{way} {slip}");
-    // Across the slope its weight takes it down sideways, and turns it, since its wheels do not stand about its centre of mass.
+    // Across the slope, its weight moves it sideways, and rotates it, since its wheels are not centred about its centre of mass.
     let mut d = Drive::rover([0.0, 0.0], std::f64::consts::FRAC_PI_2);
     d.settle(&mut ground);
     d.tractions = vec![Traction { resistance, limit: [1e9; 2], ..Traction::default() }; 6];
@@ -565,7 +564,7 @@ fn what_the_ground_does_not_hold_is_refused() {
     assert!(
         matches!(&told, RollingError::Slides { root, speed } if root == "chassis" && *speed > 1.0)
     );
-    assert!(told.to_string().contains("do not get from the ground what holds it"), "{told}");
+    assert!(told.to_string().contains("the traction of its wheels is not sufficient"), "{told}");
 }
 
 #[test]
@@ -597,12 +596,12 @@ fn what_cannot_roll_is_refused() {
     let few = told(&mb, vehicle(&mb, &WHEELS[..5], &JOINTS));
     assert!(few.contains("5 wheels and 1 couplings do not determine"), "{few}");
     let left = told(&mb, vehicle(&mb, &WHEELS, &JOINTS[..3]));
-    assert!(left.contains("nothing says how the hinge of `bogie_r` moves"), "{left}");
+    assert!(left.contains("the motion of the hinge of `bogie_r` is undetermined"), "{left}");
     let root = told(&mb, Vehicle { root: mb.body("rocker_l").unwrap(), ..good.clone() });
     assert!(root.contains("`rocker_l` has no free hinge"), "{root}");
     let joint = told(&mb, vehicle(&mb, &WHEELS, &["rocker_l", "rocker_r", "bogie_l", "lm"]));
     assert!(joint.contains("the hinge of `lm` cannot adapt"), "{joint}");
-    // Off the map, by name and place; a hole under one wheel is the same.
+    // Off the map: the error has name and position; a hole under one wheel gives the same.
     let mut d = Drive::rover([0.0, 0.0], 0.0);
     let mut edge = |x: f64, _: f64| (x < 1.2).then_some((0.0, Vec3::z()));
     let e = d.rolling.settle(&d.tree, &mut d.ws, &mut edge, &mut d.q).unwrap_err();

@@ -1,10 +1,9 @@
-//! A six-wheeled rover, both sides alike, against a vertical face: how much friction each wheel needs.
+//! A six-wheeled rover with equal sides at a vertical face: the friction that each wheel needs.
 //!
-//! Geometry of a published Curiosity model, radius 0.25 m, face 0.3 m high, centre of mass 0.1 m behind the
-//! middle. The quasi-static balance with all wheels slipping (`framework/solvers/tests/planar_rover/mod.rs`)
-//! wants 0.705 at the front, 0.746 in the middle and 0.904 at the rear for a rover whose mass is all in
-//! the chassis. Here bogie and wheels have some, and the wheel meets the face until its hub is as
-//! high as the edge, so the greatest value of the way counts.
+//! Geometry of a published Curiosity model, radius 0.25 m, face 0.3 m high, centre of mass 0.1 m behind the middle. The quasi-static balance with all
+//! wheels slipping (`framework/solvers/tests/planar_rover/mod.rs`) requires 0.705 at the front, 0.746 in the middle and 0.904 at the rear if the
+//! whole mass is in the chassis. Here bogie and wheels have mass too, and the wheel touches the face until its hub is as high as the edge, so the
+//! largest value on the way up counts.
 
 use crate::planar_rover::{HUBS, PIVOT, R, Rover, V2, heights};
 use crate::scene::{Run, Scene, turned};
@@ -14,25 +13,25 @@ use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Vec3};
 
 const NAMES: [&str; 3] = ["front", "middle", "rear"];
 const STEP: f64 = 0.3;
-/// Required friction of the massless suspension.
+/// Required friction with a massless suspension.
 const KNOWN: [f64; 3] = [0.705, 0.746, 0.904];
 
-/// Heavy in pitch, which statics does not see: wheels stay on the face (see the last test).
+/// A large pitch inertia, which does not influence statics: wheels stay on the face (see the last test).
 const STEADY: Rover = Rover {
     frame: (400.0, 400.0),
     com: V2::new(-0.1, 0.75),
     bogie: (4.0, 30.0),
     wheel: (2.0, 0.1),
 };
-/// The same masses nearer their centres: wheels hop.
+/// The same masses closer to their centres: wheels hop.
 const HOPPING: Rover = Rover { frame: (400.0, 80.0), bogie: (4.0, 1.0), ..STEADY };
 
-/// Where the wheels are at first.
+/// Initial positions of the wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Ground {
-    /// All on one level; only the wheel meets the face, which is that of a bar between it and the next.
+    /// All on one level; only the wheel touches the face, which belongs to a bar between it and the next.
     Bar,
-    /// Those before the wheel have climbed the step.
+    /// The wheels in front of it have climbed the step.
     Step,
 }
 
@@ -43,12 +42,12 @@ impl Ground {
     }
 }
 
-/// How the rover is driven.
+/// State of the driven rover.
 #[derive(Clone, Copy)]
 struct Drive {
-    /// From the wheel to the face, m.
+    /// Distance from the wheel to the face, m.
     gap: f64,
-    /// Of the wheels, rad/s.
+    /// Rate of the wheels, rad/s.
     rate: f64,
     h: f64,
 }
@@ -125,7 +124,7 @@ impl Attempt {
         Self { run, wheel, drive }
     }
 
-    /// Whether the wheel comes up within the time in which it would roll this far, m.
+    /// Returns whether the wheel climbs within the time in which it would roll this distance, m.
     fn climbs(&mut self, way: f64) -> bool {
         let steps = (way / (R * self.drive.rate * self.drive.h)) as usize;
         for _ in 0..steps {
@@ -137,7 +136,7 @@ impl Attempt {
         false
     }
 
-    /// Still at the face with all friction used, after a failed climb: standing, or hanging.
+    /// Checks that it is still at the face with full friction after a failed climb: standing, or hanging.
     fn stays_at_the_face(&mut self, rover: &Rover, mu: f64, ground: Ground) {
         let (_, [back, up]) = self.forces();
         assert!((up / back - mu).abs() < 1e-4, "{mu}: {up} of {back} N");
@@ -150,7 +149,7 @@ impl Attempt {
         }
     }
 
-    /// At rest on the ground, and all forces are those of the balance.
+    /// Checks that it is at rest on the ground, with the forces of the balance.
     fn stands(&mut self, mu: f64, start: [f64; 3], want: [f64; 4]) {
         let (run, name) = (&mut self.run, NAMES[self.wheel]);
         let z = NAMES.map(|w| run.pose(w).position.z);
@@ -167,8 +166,8 @@ impl Attempt {
         }
     }
 
-    /// Where the face asks for more friction higher up, the wheel may leave the ground and yet not come
-    /// up: it swings, undamped as sliding friction is constant, about the height that asks for just `mu`.
+    /// If the face requires more friction higher up, the wheel may leave the ground without climbing: it oscillates about the height that requires
+    /// exactly `mu`, undamped because sliding friction is constant.
     fn hangs(&mut self, rover: &Rover, mu: f64) {
         let (mut low, mut high, name) = (f64::MAX, 0.0_f64, NAMES[self.wheel]);
         let mut z = [0.0; 3];
@@ -185,7 +184,7 @@ impl Attempt {
         assert!((asked - mu).abs() < 2e-4, "{name}: {asked} {mu}");
     }
 
-    /// Vertical forces on the wheels from below, and the face's on the wheel (back, up), N.
+    /// Returns the vertical forces on the wheels from below, and the face's force on the wheel (back, up), N.
     fn forces(&self) -> ([f64; 3], [f64; 2]) {
         let colliders = self.run.stepper.colliders();
         let id = |name: &str| colliders.find(name).unwrap().index() as u32;
@@ -205,7 +204,7 @@ impl Attempt {
     }
 }
 
-/// The balance by hand gives the known values of a massless suspension.
+/// The balance computed by hand gives the known values of a massless suspension.
 #[test]
 fn the_balance_gives_the_known_values() {
     let massless = Rover { bogie: (0.0, 0.0), wheel: (0.0, 0.0), ..STEADY };
@@ -219,8 +218,8 @@ fn the_balance_gives_the_known_values() {
     }
 }
 
-/// Four fifths of the known friction: the rover stands with that wheel at the face. Six fifths: it climbs.
-/// Driven at 0.15 m/s, where the blow at the face helps.
+/// With four fifths of the known friction, the rover stalls with that wheel at the face; with six fifths it climbs. It is driven at 0.15 m/s, where
+/// the impact at the face helps.
 #[test]
 fn each_wheel_stalls_with_too_little_friction_and_climbs_with_enough() {
     for (wheel, known) in KNOWN.into_iter().enumerate() {
@@ -232,10 +231,9 @@ fn each_wheel_stalls_with_too_little_friction_and_climbs_with_enough() {
     }
 }
 
-/// Driven slowly, each wheel climbs at the friction of the balance. Measured by bisection, and required:
-/// all on one level front 0.7012 (0.7024), middle 0.7449 (0.7454), rear 0.9199 (0.9219); with the wheels
-/// before it on the step middle 0.7434 (0.7442), rear 0.8434 (0.8450). The little that is missing is
-/// speed: at 0.15 m/s the blow leaves 0.687, 0.736 and 0.874.
+/// Driven slowly, each wheel climbs at the friction of the balance. Measured by bisection, and required: all on one level front 0.7012 (0.7024),
+/// middle 0.7449 (0.7454), rear 0.9199 (0.9219); with the wheels in front of it on the step middle 0.7434 (0.7442), rear 0.8434 (0.8450). The small
+/// difference is due to speed: at 0.15 m/s the impact reduces it to 0.687, 0.736 and 0.874.
 #[test]
 fn slowly_driven_wheels_climb_at_the_friction_of_the_balance() {
     for (ground, wheel) in
@@ -250,12 +248,11 @@ fn slowly_driven_wheels_climb_at_the_friction_of_the_balance() {
     }
 }
 
-/// Why the same rover with less inertia in pitch needs more. Friction on the face turns the nose up, and
-/// that moves the hub into the face: when it does so more than the normal force moves it away, the face's
-/// force adds to itself (a negative compliance; Painlevé). The wheel may then climb, or fall freely: a
-/// blow decides, and off the face nothing brings it back while its free acceleration points away. Front
-/// and middle hop up to the friction at which that ends (measured 0.838 of 0.841, 0.929 of 0.934); the
-/// rear's compliance is positive, and it climbs as the balance says (measured 0.9207 of 0.9219).
+/// Explains why the same rover with less pitch inertia needs more friction. Friction on the face pitches the nose up, which moves the hub into the
+/// face. If this exceeds the effect of the normal force, the face's force amplifies itself (a negative compliance; Painlevé). The wheel may then
+/// climb, or fall freely: an impact decides, and off the face it does not return while its free acceleration points away. Front and middle wheels hop
+/// up to the friction at which this ends (measured 0.838 of 0.841, 0.929 of 0.934). The rear wheel's compliance is positive, and it climbs as the
+/// balance predicts (measured 0.9207 of 0.9219).
 #[test]
 fn wheels_of_a_light_rover_hop() {
     for wheel in [0, 1] {
@@ -285,7 +282,7 @@ fn wheels_of_a_light_rover_hop() {
     }
 }
 
-/// The whole rover goes up one step, wheel after wheel, hopping or not.
+/// The whole rover climbs one step, wheel after wheel, hopping or not.
 #[test]
 fn the_rover_climbs_a_step_when_friction_suffices() {
     for rover in [&STEADY, &HOPPING] {
@@ -296,7 +293,7 @@ fn the_rover_climbs_a_step_when_friction_suffices() {
             }
             NAMES.map(|w| a.run.pose(w).position.z > STEP + 0.9 * R)
         };
-        // Four fifths of what the front wheel needs, six fifths, and six fifths of what the rear needs.
+        // Four fifths of the friction of the front wheel, six fifths, and six fifths of that of the rear wheel.
         assert_eq!(climb(0.8 * KNOWN[0]), [false; 3]);
         assert!(climb(1.2 * KNOWN[0])[0]);
         assert_eq!(climb(1.2 * KNOWN[2]), [true; 3]);

@@ -3,20 +3,18 @@
 use crate::{Force, Mat3, Motion, Quat, Vec3, skew};
 use serde::{Deserialize, Serialize};
 
-/// Which bodies are refused.
+/// How strictly mass properties are checked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum InertiaCheck {
-    /// A set of point masses must exist that has this inertia: each principal moment is at most
-    /// the sum of the other two.
+    /// A set of point masses with this inertia must exist: each principal moment is at most the sum of the other two.
     #[default]
     Physical,
-    /// Principal moments need only be ≥ 0. For published data in which a gear motor's reflected
-    /// rotor inertia is lumped into the wheel; prefer an armature on the subhinge.
+    /// Principal moments need only be ≥ 0. Use this for published data in which the reflected rotor inertia of a gear motor is lumped into the wheel;
+    /// an armature on the subhinge is better.
     PositiveMoments,
 }
 
-/// Mass, centre of mass and inertia as a data sheet gives them. Every value can be written down;
-/// [`MassProperties::validate`] says whether such a body can exist.
+/// Mass, centre of mass and inertia as in a data sheet. Any values can be stored; [`MassProperties::validate`] checks whether such a body can exist.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MassProperties {
     /// Mass, kg. Zero is allowed for a body that only carries frames.
@@ -25,7 +23,7 @@ pub struct MassProperties {
     pub com: Vec3,
     /// Inertia about the centre of mass, body axes, kg m². Off-diagonal terms are −∫xy dm.
     pub inertia_com: Mat3,
-    /// How strictly to check.
+    /// Which check to apply.
     #[serde(default)]
     pub check: InertiaCheck,
 }
@@ -36,16 +34,16 @@ impl Default for MassProperties {
     }
 }
 
-/// One thing wrong with a set of mass properties.
+/// A fault of mass properties.
 #[derive(Clone, Debug, PartialEq)]
 pub enum InertiaFault {
     /// A number is NaN or infinite.
     NotFinite,
     /// The mass, kg, is below zero.
     NegativeMass(f64),
-    /// No mass, but a moment of inertia of this size, kg m².
+    /// The mass is zero, but a moment of inertia has this value, kg m².
     MasslessButInertia(f64),
-    /// No mass, but a first moment of this size, kg m.
+    /// The mass is zero, but the first moment has this value, kg m.
     MasslessButMoment(f64),
     /// The inertia matrix is not symmetric; the largest difference, kg m².
     NotSymmetric(f64),
@@ -55,7 +53,7 @@ pub enum InertiaFault {
     Triangle {
         /// Principal moments in rising order, kg m².
         moments: [f64; 3],
-        /// By how much, kg m².
+        /// Excess, kg m².
         excess: f64,
     },
 }
@@ -87,7 +85,7 @@ impl std::fmt::Display for InertiaFault {
     }
 }
 
-/// Why mass properties were refused: all the reasons.
+/// Reasons why mass properties are invalid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InertiaError {
     /// The faults, at least one.
@@ -106,28 +104,28 @@ impl std::fmt::Display for InertiaError {
 impl std::error::Error for InertiaError {}
 
 impl MassProperties {
-    /// A body without mass: it only carries frames.
+    /// Returns a body without mass, which only carries frames.
     #[must_use]
     pub fn massless() -> Self {
         Self::new(0.0, Vec3::zeros(), Mat3::zeros())
     }
 
-    /// Mass (kg), centre of mass (body frame, m), inertia about it (body axes, kg m²).
+    /// Returns mass properties from mass (kg), centre of mass (body frame, m) and inertia about it (body axes, kg m²).
     #[must_use]
     pub fn new(mass: f64, com: Vec3, inertia_com: Mat3) -> Self {
         Self { mass, com, inertia_com, check: InertiaCheck::Physical }
     }
 
-    /// The same numbers, checked as `check` says.
+    /// Returns the same values with another check.
     #[must_use]
     pub fn with_check(self, check: InertiaCheck) -> Self {
         Self { check, ..self }
     }
 
-    /// The inertia about the body origin.
+    /// Computes the inertia about the body origin.
     ///
     /// # Errors
-    /// Every fault found, each with its size. Tolerance: 1e-9 of the largest entry.
+    /// All faults found, each with its size. The tolerance is 1e-9 of the largest entry.
     pub fn validate(&self) -> Result<RigidInertia, InertiaError> {
         let faults = self.faults();
         if !faults.is_empty() {
@@ -151,7 +149,7 @@ impl MassProperties {
         }
         let mut faults = Vec::new();
         let scale = I.abs().max();
-        // Numbers whose sums are none any more, and on which eigenvalues are looked for without end.
+        // Reject numbers whose sums overflow, because the search for eigenvalues would never end.
         if !(2.0 * scale + self.mass.abs() * self.com.norm_squared()).is_finite() {
             return vec![InertiaFault::NotFinite];
         }
@@ -178,11 +176,11 @@ impl MassProperties {
     }
 }
 
-/// The inertia of a rigid body about the origin of the axes it is given in:
+/// Inertia of a rigid body about the origin of the axes in which it is given:
 /// ```text
 /// M = [[J, m c~], [−m c~, m 1]]      h = m c
 /// ```
-/// Made by [`MassProperties::validate`], so it always belongs to a possible body.
+/// [`MassProperties::validate`] creates it, so it always belongs to a possible body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct RigidInertia {
     mass: f64,
@@ -191,7 +189,7 @@ pub struct RigidInertia {
 }
 
 impl RigidInertia {
-    /// From mass (kg), centre of mass (m) and inertia about it (kg m²).
+    /// Returns the inertia from mass (kg), centre of mass (m) and inertia about it (kg m²).
     ///
     /// # Errors
     /// As [`MassProperties::validate`].
@@ -199,8 +197,8 @@ impl RigidInertia {
         MassProperties::new(mass, com, inertia_com).validate()
     }
 
-    /// From mass (kg), first moment (kg m) and inertia matrix (kg m²; its upper half is read), both about
-    /// the origin: what adds up over the pieces of a body. Allocates nothing when they are possible.
+    /// Returns the inertia from mass (kg), first moment (kg m) and inertia matrix (kg m²; only its upper half is read), both about the origin. These
+    /// quantities add up over the pieces of a body. Allocates nothing if they are valid.
     ///
     /// # Errors
     /// As [`MassProperties::validate`]; the tolerance is 1e-9 of the largest entry about the origin.
@@ -208,8 +206,8 @@ impl RigidInertia {
         let inertia = Mat3::from_fn(|i, j| inertia[(i.min(j), i.max(j))]);
         let body = Self { mass, h, inertia };
         let J = body.inertia_com();
-        // ∫ r rᵀ dm about the centre of mass: no direction has a negative part of it exactly when the
-        // principal moments are not negative and obey the triangle inequality.
+        // The second moment ∫ r rᵀ dm about the centre of mass is positive semidefinite exactly when the principal moments are not negative and obey
+        // the triangle inequality.
         let half = 0.5 * J.trace();
         let tolerance = 1e-9 * (inertia.abs().max() + f64::MIN_POSITIVE);
         let S = Mat3::from_diagonal_element(half + tolerance) - J;
@@ -220,7 +218,7 @@ impl RigidInertia {
             return Ok(body);
         }
         let as_given = MassProperties::new(mass, body.com(), J).validate();
-        // What the test above does not let pass is told by the exact one, or by the mass.
+        // The test above failed, so the exact test or the mass gives the fault.
         match as_given {
             Err(error) => Err(error),
             Ok(_) if mass > 0.0 => Ok(body),
@@ -228,45 +226,44 @@ impl RigidInertia {
         }
     }
 
-    /// No mass.
+    /// Returns zero inertia.
     #[must_use]
     pub fn zero() -> Self {
         Self::default()
     }
 
-    /// Mass, kg.
+    /// Returns the mass, kg.
     #[must_use]
     pub fn mass(&self) -> f64 {
         self.mass
     }
 
-    /// First moment m c about the origin, kg m.
+    /// Returns the first moment m c about the origin, kg m.
     #[must_use]
     pub fn h(&self) -> Vec3 {
         self.h
     }
 
-    /// Inertia matrix about the origin, kg m².
+    /// Returns the inertia matrix about the origin, kg m².
     #[must_use]
     pub fn inertia(&self) -> Mat3 {
         self.inertia
     }
 
-    /// Centre of mass from the origin, m; zero for a body without mass.
+    /// Returns the centre of mass from the origin, m; zero for a body without mass.
     #[must_use]
     pub fn com(&self) -> Vec3 {
         if self.mass > 0.0 { self.h / self.mass } else { Vec3::zeros() }
     }
 
-    /// Inertia about the centre of mass, kg m².
+    /// Returns the inertia about the centre of mass, kg m².
     #[must_use]
     pub fn inertia_com(&self) -> Mat3 {
         let C = skew(&self.com());
         self.inertia + C * C * self.mass
     }
 
-    /// The same body about an origin displaced so that the old origin lies at `l` (m, same axes)
-    /// from the new one: φ M φ*.
+    /// Returns the inertia of the same body about a new origin, from which the old origin lies at `l` (m, same axes): φ M φ*.
     #[must_use]
     pub fn shift_to_parent(&self, l: &Vec3) -> Self {
         let (L, C) = (skew(l), skew(&self.h));
@@ -277,19 +274,19 @@ impl RigidInertia {
         }
     }
 
-    /// The same body in other axes: `R_AB` takes the present axes B to A.
+    /// Returns the inertia in other axes: `R_AB` takes the present axes B to A.
     #[must_use]
     pub fn rotate(&self, R_AB: &Quat) -> Self {
         self.rotate_by(R_AB.to_rotation_matrix().matrix())
     }
 
-    /// The same body in other axes, by a rotation matrix.
+    /// Returns the inertia in other axes, by a rotation matrix.
     #[must_use]
     pub fn rotate_by(&self, R: &Mat3) -> Self {
         Self { mass: self.mass, h: R * self.h, inertia: R * self.inertia * R.transpose() }
     }
 
-    /// Momentum about the origin (kg m²/s, kg m/s) at velocity `V`: M V.
+    /// Computes the momentum about the origin (kg m²/s, kg m/s) at velocity `V`: M V.
     #[must_use]
     pub fn apply(&self, V: &Motion) -> Force {
         Force {
@@ -301,7 +298,7 @@ impl RigidInertia {
 
 impl std::ops::Add for RigidInertia {
     type Output = Self;
-    /// Two bodies joined; both about the same origin and in the same axes.
+    /// Returns the inertia of two joined bodies; both about the same origin and in the same axes.
     fn add(self, o: Self) -> Self {
         Self { mass: self.mass + o.mass, h: self.h + o.h, inertia: self.inertia + o.inertia }
     }

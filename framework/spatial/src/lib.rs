@@ -1,4 +1,4 @@
-//! Spatial algebra: motion, force, phi, pose and rigid inertia; nalgebra's home.
+//! Spatial algebra: motion, force, phi, pose and rigid inertia; the only crate that depends on nalgebra directly.
 //!
 //! Spatial vectors are pairs, angular part first (Jain). Motion and force are different types,
 //! so a force cannot be propagated as if it were a velocity:
@@ -38,17 +38,17 @@ pub type Mat3 = nalgebra::Matrix3<f64>;
 /// A rotation as a unit quaternion; `R_AB` takes coordinates in B to coordinates in A.
 pub type Quat = nalgebra::UnitQuaternion<f64>;
 
-/// The rotation of an orthonormal, right-handed matrix, which is not checked. In closed form: NaN gives NaN. nalgebra's own
-/// `from_matrix` looks for the nearest rotation step by step, and in NaN without end.
+/// Returns the rotation of an orthonormal, right-handed matrix, without checking it. It is a closed form, so NaN gives NaN. nalgebra's own
+/// `from_matrix` iterates to find the nearest rotation, and never ends for NaN.
 #[inline]
 #[must_use]
 pub fn quat(R: &Mat3) -> Quat {
     Quat::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(*R))
 }
 
-/// Returns the moment J(r)⁻ᵀ g of a potential U(r) of a rotation vector r (rad, shorter than π), whose gradient g = ∂U/∂r is given: the power
-/// of this moment at the angular velocity ω is U̇, since ṙ = J(r)⁻¹ ω. All are in the axes against which r turns. The gradient itself is the
-/// moment only where it lies along r; with stiffnesses that differ by axis it would make energy.
+/// Returns the moment J(r)⁻ᵀ g of a potential U(r) of a rotation vector r (rad, shorter than π) with gradient g = ∂U/∂r. The power of this moment at
+/// the angular velocity ω is U̇, since ṙ = J(r)⁻¹ ω. All vectors are in the axes relative to which r rotates. The gradient equals the moment only
+/// where it is parallel to r; with stiffnesses that differ by axis, using it directly would create energy.
 /// ```text
 /// J(r)⁻ᵀ = 1 + [r]×/2 + (1 − (θ/2) cot(θ/2)) [r]×²/θ²,  θ = |r|
 /// ```
@@ -56,7 +56,7 @@ pub fn quat(R: &Mat3) -> Quat {
 pub fn moment_of_gradient(r: &Vec3, gradient: &Vec3) -> Vec3 {
     let theta2 = r.norm_squared();
     let theta = theta2.sqrt();
-    // (1 − (θ/2) cot(θ/2)) / θ², by its series near zero.
+    // (1 − (θ/2) cot(θ/2)) / θ², computed from its series near zero.
     let c = if theta < 1e-3 {
         1.0 / 12.0 + theta2 / 720.0
     } else {
@@ -65,7 +65,7 @@ pub fn moment_of_gradient(r: &Vec3, gradient: &Vec3) -> Vec3 {
     gradient + r.cross(gradient) * 0.5 + r.cross(&r.cross(gradient)) * c
 }
 
-/// A vector turned by a quaternion [x y z w] of any length; one of no length turns nothing. Without a square root.
+/// Rotates a vector by a quaternion [x y z w] of any length, without a square root. A zero quaternion leaves the vector unchanged.
 #[inline(always)]
 #[must_use]
 pub fn turned(q: &[f64; 4], a: &Vec3) -> Vec3 {
@@ -76,7 +76,7 @@ pub fn turned(q: &[f64; 4], a: &Vec3) -> Vec3 {
     a + t * w + u.cross(&t)
 }
 
-/// The cross-product matrix: `skew(a) * b = a × b`.
+/// Returns the cross-product matrix: `skew(a) * b = a × b`.
 #[inline(always)]
 #[must_use]
 pub fn skew(a: &Vec3) -> Mat3 {

@@ -4,7 +4,7 @@ use crate::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 use std::ops::Mul;
 
-/// `X_AB`: where frame B is in frame A. `p_AP = X_AB.transform_point(p_BP)`.
+/// `X_AB`: pose of frame B in frame A. `p_AP = X_AB.transform_point(p_BP)`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// `R_AB`: coordinates in B to coordinates in A.
@@ -20,53 +20,53 @@ impl Default for Pose {
 }
 
 impl Pose {
-    /// The same frame.
+    /// Returns the identity.
     #[must_use]
     pub fn identity() -> Self {
         Self { rotation: Quat::identity(), position: Vec3::zeros() }
     }
 
-    /// A pose from its parts.
+    /// Returns a pose from its parts.
     #[inline(always)]
     #[must_use]
     pub fn new(rotation: Quat, position: Vec3) -> Self {
         Self { rotation, position }
     }
 
-    /// A pure displacement, m.
+    /// Returns a translation, m.
     #[must_use]
     pub fn translation(x: f64, y: f64, z: f64) -> Self {
         Self { rotation: Quat::identity(), position: Vec3::new(x, y, z) }
     }
 
-    /// A pure rotation.
+    /// Returns a rotation.
     #[must_use]
     pub fn rotation(rotation: Quat) -> Self {
         Self { rotation, position: Vec3::zeros() }
     }
 
-    /// `X_BA` from `X_AB`.
+    /// Returns `X_BA` from `X_AB`.
     #[must_use]
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.inverse();
         Self { rotation, position: -(rotation * self.position) }
     }
 
-    /// A point given in B, expressed in A, m.
+    /// Transforms a point from B to A, m.
     #[inline(always)]
     #[must_use]
     pub fn transform_point(&self, p_BP: &Vec3) -> Vec3 {
         self.rotation * p_BP + self.position
     }
 
-    /// A free vector given in B, expressed in A.
+    /// Rotates a free vector from B to A.
     #[inline(always)]
     #[must_use]
     pub fn transform_vector(&self, v_B: &Vec3) -> Vec3 {
         self.rotation * v_B
     }
 
-    /// True when every number is finite.
+    /// Returns whether every number is finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         self.position.iter().chain(self.rotation.coords.iter()).all(|x| x.is_finite())
@@ -75,7 +75,7 @@ impl Pose {
 
 impl Mul for Pose {
     type Output = Pose;
-    /// `X_AC = X_AB * X_BC`.
+    /// Returns `X_AC = X_AB * X_BC`.
     #[inline(always)]
     fn mul(self, o: Pose) -> Pose {
         Pose {

@@ -23,34 +23,34 @@ pub struct Force {
 }
 
 impl Motion {
-    /// A motion from its parts, both in the same axes.
+    /// Returns a motion from its parts, both in the same axes.
     #[inline(always)]
     #[must_use]
     pub fn new(angular: Vec3, linear: Vec3) -> Self {
         Self { angular, linear }
     }
 
-    /// No motion.
+    /// Returns zero motion.
     #[must_use]
     pub fn zero() -> Self {
         Self::default()
     }
 
-    /// φ*(p,k) V: the same rigid motion seen at a point displaced by `l` (same axes, m).
+    /// Computes φ*(p,k) V: the same rigid motion at a point displaced by `l` (same axes, m).
     #[inline(always)]
     #[must_use]
     pub fn shift_to_child(&self, l: &Vec3) -> Self {
         Self { angular: self.angular, linear: self.linear + self.angular.cross(l) }
     }
 
-    /// The motion with both parts turned by `R_AB`: coordinates in B to coordinates in A.
+    /// Rotates both parts by `R_AB`: coordinates in B to coordinates in A.
     #[inline(always)]
     #[must_use]
     pub fn rotate(&self, R_AB: &Quat) -> Self {
         Self { angular: R_AB * self.angular, linear: R_AB * self.linear }
     }
 
-    /// Power of a force on this velocity, W; both about the same point and in the same axes.
+    /// Returns the power of a force at this velocity, W; both about the same point and in the same axes.
     #[inline(always)]
     #[must_use]
     pub fn dot(&self, f: &Force) -> f64 {
@@ -59,27 +59,27 @@ impl Motion {
 }
 
 impl Force {
-    /// A force from its parts, both in the same axes.
+    /// Returns a force from its parts, both in the same axes.
     #[inline(always)]
     #[must_use]
     pub fn new(moment: Vec3, force: Vec3) -> Self {
         Self { moment, force }
     }
 
-    /// No force.
+    /// Returns zero force.
     #[must_use]
     pub fn zero() -> Self {
         Self::default()
     }
 
-    /// φ(p,k) f: the same wrench about the parent's origin, `l` (m, same axes) from parent to child.
+    /// Computes φ(p,k) f: the same wrench about the parent's origin, with `l` (m, same axes) from parent to child.
     #[inline(always)]
     #[must_use]
     pub fn shift_to_parent(&self, l: &Vec3) -> Self {
         Self { moment: self.moment + l.cross(&self.force), force: self.force }
     }
 
-    /// The force with both parts turned by `R_AB`: coordinates in B to coordinates in A.
+    /// Rotates both parts by `R_AB`: coordinates in B to coordinates in A.
     #[inline(always)]
     #[must_use]
     pub fn rotate(&self, R_AB: &Quat) -> Self {

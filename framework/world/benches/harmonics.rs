@@ -1,4 +1,4 @@
-//! Spherical harmonics. Targets: 20 × 20 in 2 µs, 70 × 70 in 8 µs on one core of a server of 2023.
+//! Spherical harmonics. Targets: 20 × 20 in 2 µs, 70 × 70 in 8 µs on one core of a 2023 server.
 //!   cargo bench -p linkwork-world --bench harmonics
 use divan::{Bencher, black_box};
 use linkwork_world::gravity::{Coefficients, Harmonics, point_mass};
@@ -9,8 +9,7 @@ fn main() {
     divan::main();
 }
 
-/// A field of full size with numbers as large as the Earth's by Kaula's rule; the values do not
-/// matter to the time.
+/// Returns a field of full size with coefficients as large as the Earth's by Kaula's rule. The values do not influence the time.
 fn field(degree: usize) -> Harmonics {
     let mut c = Coefficients::new(3.986004415e14, 6378136.3, degree, degree).expect("a field");
     for n in 2..=degree {

@@ -1,4 +1,4 @@
-//! What one look at the world costs: rotation, ephemeris, air, shadow, polyhedron, two bodies.
+//! Cost of one query of each environment model: rotation, ephemeris, air, shadow, polyhedron, two bodies.
 //!   cargo bench -p linkwork-world --bench world
 use divan::{Bencher, black_box};
 use linkwork_world::atmosphere::*;

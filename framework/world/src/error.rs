@@ -1,43 +1,43 @@
-//! What can be wrong with what is given to this crate: place, fact, remedy.
+//! Errors of this crate: location, fact, remedy.
 
 use thiserror::Error;
 
-/// Anything that is refused. The message says the fact, and after `help:` the remedy.
+/// An error of this crate. The message has the fact, and the remedy after `help:`.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum WorldError {
-    /// A number outside the range in which it means something.
+    /// A number is outside its valid range.
     #[error("`{what}` is {value}\n  help: {help}")]
     Number {
-        /// Which number, with its unit.
+        /// The number, with its unit.
         what: &'static str,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// Requirement.
         help: &'static str,
     },
-    /// A line of a file that cannot be read.
+    /// A line of a file cannot be read.
     #[error("{file}:{line}: {fact}\n  help: {help}")]
     Line {
         /// Name of the file, as the caller gave it.
         file: String,
-        /// Line, from 1; 0 where the file as a whole is meant.
+        /// Line, from 1; 0 for the whole file.
         line: usize,
-        /// What is there.
+        /// Actual content.
         fact: String,
-        /// What should be there.
+        /// Expected content.
         help: &'static str,
     },
-    /// An epoch that is not one.
+    /// A text is not a valid epoch.
     #[error(
-        "`{text}` is no epoch: {fact}\n  help: write `2012-08-06 05:17:57 UTC` (or TAI, TT, TDB, GPST)"
+        "`{text}` is not an epoch: {fact}\n  help: write `2012-08-06 05:17:57 UTC` (or TAI, TT, TDB, GPST)"
     )]
     Epoch {
         /// The text.
         text: String,
-        /// What is wrong.
+        /// Fault.
         fact: String,
     },
-    /// A position so near to the centre of an ellipsoid that its latitude means nothing.
+    /// A position is so close to the centre of an ellipsoid that its latitude is undefined.
     #[error(
         "a point {radius:.3} m from the centre of the ellipsoid has no geodetic latitude\n  help: stay at \
          least {limit:.3} m away, where normals of the ellipsoid do not cross"
@@ -45,10 +45,10 @@ pub enum WorldError {
     NearCentre {
         /// Distance from the centre, m.
         radius: f64,
-        /// Least distance, m.
+        /// Minimum distance, m.
         limit: f64,
     },
-    /// Position and velocity that span no orbital plane.
+    /// Position and velocity do not span an orbital plane.
     #[error(
         "position {position:?} m and velocity {velocity:?} m/s are parallel or zero: there is no \
          orbital plane\n  help: an orbital frame needs both, and an angle between them"
@@ -59,47 +59,47 @@ pub enum WorldError {
         /// Velocity, m/s.
         velocity: [f64; 3],
     },
-    /// A degree or order that a set of coefficients has not.
+    /// A degree or order exceeds those of a set of coefficients.
     #[error("{what} {asked} is more than {max}\n  help: {help}")]
     Degree {
         /// Degree or order.
         what: &'static str,
-        /// What was asked for.
+        /// Requested value.
         asked: usize,
-        /// What there is.
+        /// Available value.
         max: usize,
-        /// What to do.
+        /// Remedy.
         help: &'static str,
     },
-    /// A body or a time that an ephemeris does not cover.
+    /// An ephemeris does not cover a body or a time.
     #[error("{fact}\n  help: {help}")]
     Uncovered {
-        /// Which body, which time, and what there is.
+        /// The body, the time, and what is available.
         fact: String,
-        /// What to do.
+        /// Remedy.
         help: &'static str,
     },
-    /// Tables of a climate that do not make one.
+    /// Invalid tables of a climate.
     #[error("{fact}\n  help: {help}")]
     Climate {
-        /// What is wrong.
+        /// Fault.
         fact: String,
-        /// What to do.
+        /// Remedy.
         help: &'static str,
     },
-    /// A mesh that is no closed surface.
+    /// A mesh is not a closed surface.
     #[error("{place}: {fact}\n  help: {help}")]
     Mesh {
         /// Vertex, face, edge, or line of the file.
         place: String,
-        /// What is wrong.
+        /// Fault.
         fact: String,
-        /// What to do.
+        /// Remedy.
         help: &'static str,
     },
 }
 
-/// Refuses NaN, infinity, and what `good` refuses.
+/// Returns an error for NaN, infinity, and values for which `good` is false.
 pub(crate) fn number(
     what: &'static str,
     value: f64,

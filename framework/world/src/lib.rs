@@ -1,13 +1,13 @@
-//! Planets and what surrounds them: shape, rotation, time, gravity, air, light, and where the others are.
+//! Planetary environment: shape, rotation, time, gravity, atmosphere, light, and ephemerides.
 //!
-//! Pure functions and constant data. SI and radians; frames as in `framework/NOTATION.md`: `p_AB` from A to B
-//! in A, `R_AB` takes coordinates in B to coordinates in A. Frames of this crate:
+//! This crate has pure functions and constant data. Units are SI and radians. Frames are as in `framework/NOTATION.md`: `p_AB` points from A to B in
+//! A, and `R_AB` takes coordinates in B to coordinates in A. Frames of this crate:
 //! ```text
 //! I    inertial, axes of the ICRF (GCRS about the Earth), origin at the planet's centre
 //! P    fixed to the planet: z along its axis of rotation, x through its prime meridian
 //! E    at a site on P: x east, y north, z up (along the normal of the ellipsoid)
 //! ```
-//! A lander beside a rock on Mars, and what moves it:
+//! Example: a lander next to a rock on Mars, and the forces on it:
 //! ```
 //! use linkwork_world::atmosphere::mars_simple;
 //! use linkwork_world::gravity::{Coefficients, Harmonics};

@@ -1,4 +1,4 @@
-//! Atmospheres: golden tables, hydrostatics, files, winds, gusts, refusals.
+//! Atmospheres: golden tables, hydrostatics, files, winds, gusts, errors.
 
 use crate::support::*;
 use linkwork_world::atmosphere::*;
@@ -6,9 +6,9 @@ use linkwork_world::planet::{Epoch, Geodetic};
 use linkwork_world::spatial::Vec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// EDL.md c and quick_golden.json, us76. These integrate with 20 m trapezoids, of which the one that begins at
-/// 100 km, where M steps from 28.96 to 28.01, counts half of the step twice: 5e-5 of density above. The same
-/// program with smaller steps goes to other numbers, and those are ours (next test).
+/// EDL.md c and quick_golden.json, us76. The reference integrates with 20 m trapezoids. The one that begins at 100 km, where M steps from 28.96 to
+/// 28.01, counts half of the step twice, an error of 5e-5 of the density above. With smaller steps the same program converges to our numbers (next
+/// test).
 #[test]
 fn us76_gives_the_golden_numbers() {
     let air = Us76::new();
@@ -47,8 +47,7 @@ fn us76_gives_the_golden_numbers() {
     }
 }
 
-/// The golden program, a trapezoidal rule in Python, run with steps of 2 m and 1 m and extrapolated; without
-/// hydrogen, which is 3e-7 at 150 km.
+/// The golden program, a trapezoidal rule in Python, run with steps of 2 m and 1 m and extrapolated; without hydrogen, which is 3e-7 at 150 km.
 #[test]
 fn us76_is_what_finer_steps_go_to() {
     let air = Us76::new();
@@ -57,7 +56,7 @@ fn us76_is_what_finer_steps_go_to() {
     relative(air.at(120e3).density, golden, 1e-8, "120 km");
     let golden = limit(2.0756103311046663e-09, 2.0756153863629003e-09);
     relative(air.at(150e3).density, golden, 4e-7, "150 km");
-    // The table prints four digits.
+    // The table has four digits.
     for (km, printed) in [
         (120.0, 2.222e-8),
         (200.0, 2.541e-10),
@@ -69,8 +68,8 @@ fn us76_is_what_finer_steps_go_to() {
     }
 }
 
-/// dp/dz = −ρ g everywhere below 100 km, where all gases share one scale height; above, diffusion holds each
-/// gas up by itself and the flows of oxygen and helium leave some per cent.
+/// dp/dz = −ρ g below 100 km, where all gases share one scale height. Above, each gas is in diffusive equilibrium, and the transport of oxygen and
+/// helium causes differences of some per cent.
 #[test]
 fn us76_is_hydrostatic() {
     let air = Us76::new();
@@ -89,8 +88,8 @@ fn us76_is_hydrostatic() {
     }
 }
 
-/// Hot and cold days: the temperature is that of the standard and the offset, the pressure that of a polytropic layer
-/// (p₀ (T₀/(T₀ + L H))^(g₀M₀/(R*L))), in balance and without steps as far as 1000 km.
+/// Hot and cold days: the temperature is the standard one plus the offset, the pressure that of a polytropic layer (p₀ (T₀/(T₀ + L H))^(g₀M₀/(R*L))),
+/// in balance and continuous up to 1000 km.
 #[test]
 fn us76_of_a_hot_day_is_hydrostatic() {
     let standard = Us76::new();
@@ -146,7 +145,7 @@ fn us76_has_no_steps() {
     near(geopotential_altitude(86e3), 84852.0, 0.1, "86 km are 84.852 geopotential");
 }
 
-/// Basilisk's csv prints six digits over geopotential altitude; read as geometric it is 4 % off at 85 km.
+/// Basilisk's csv has six digits over geopotential altitude; read as geometric it is 4 % off at 85 km.
 #[test]
 fn basilisks_table_is_in_geopotential_altitude() {
     let Some(text) = reference("atmosphere/basilisk_USStandardAtmosphere1976.csv") else { return };
@@ -159,10 +158,10 @@ fn basilisks_table_is_in_geopotential_altitude() {
         let z = geometric_altitude(-5000.0 + 500.0 * f64::from(k));
         let (a, b) = (table.at(z), air.at(z));
         relative(a.density, b.density, 1e-5, &format!("ρ at {z}"));
-        // Above 80 km the csv tells T_M, not T.
+        // Above 80 km the csv contains T_M instead of T.
         relative(a.temperature, b.temperature, if z < 80e3 { 1e-5 } else { 1e-3 }, "T");
         relative(a.pressure, b.pressure, 3e-5, "p");
-        // Between the entries ln ρ is nearly straight.
+        // Between the entries ln ρ is nearly linear.
         relative(table.at(z + 250.0).density, air.at(z + 250.0).density, 2e-4, "between");
     }
     let wrong = read(&Layout { kind: AltitudeKind::Geometric, ..Layout::BASILISK_US76 });
@@ -175,7 +174,7 @@ fn gram_tables_are_read() {
     let Some(mars) = reference("atmosphere/basilisk_MarsGRAMNominal.txt") else { return };
     let earth =
         Table::read("e", &earth, &Layout::EARTH_GRAM, Outside::Continue, Gas::EARTH).unwrap();
-    // Its rows fall.
+    // Its rows are in decreasing order.
     assert_eq!(earth.range(), (0.0, 200_000.0));
     relative(earth.at(199_500.0).density, 4.2750e-10, 1e-12, "second row");
     near(earth.at(500.0).temperature, 298.52, 1e-9, "last row but one");
@@ -187,13 +186,13 @@ fn gram_tables_are_read() {
     near(air.temperature, 214.2, 1e-9, "T");
     relative(air.sound_speed, (1.29f64 * 188.92 * 214.2).sqrt(), 1e-12, "a");
     relative(air.pressure, 1.223e-2 * 188.92 * 214.2, 1e-12, "p");
-    // Beyond the end: as in the last half kilometre.
+    // Beyond the end, with the slope of the last half kilometre.
     let fall = mars.at(200_000.0).density / mars.at(199_500.0).density;
     relative(mars.at(200_500.0).density / mars.at(200_000.0).density, fall, 1e-12, "goes on");
     near(mars.at(300_000.0).temperature, 168.9, 1e-9, "T stays");
 }
 
-/// East and north winds of both programs, in rows that rise and that fall.
+/// East and north winds of both programs, in rows with increasing and decreasing altitude.
 #[test]
 fn winds_of_mars_gram_and_earth_gram_are_read() {
     let Some(mars) = reference("atmosphere/basilisk_MarsGRAMNominal.txt") else { return };
@@ -224,13 +223,13 @@ fn wrong_tables_are_refused() {
         Table::read("air.csv", text, &layout, Outside::Clamp, Gas::EARTH).unwrap_err().to_string()
     };
     let cases = [
-        ("h,T\n1,2\n", "air.csv:1: there is no column `rho`; there are h, T"),
-        ("h,rho,T\n0,1.2,288\n", "air.csv:0: 1 rows\n  help: a table needs two at least"),
-        ("h,rho,T\n0,1.2,288\n1,x,287\n", "air.csv:3: `x` in column `rho` is no number"),
-        ("h,rho,T\n0,1.2,288\n1,1.1\n", "air.csv:3: `` in column `T` is no number"),
+        ("h,T\n1,2\n", "air.csv:1: column `rho` is missing; found h, T"),
+        ("h,rho,T\n0,1.2,288\n", "air.csv:0: 1 rows\n  help: a table needs at least two"),
+        ("h,rho,T\n0,1.2,288\n1,x,287\n", "air.csv:3: `x` in column `rho` is not a number"),
+        ("h,rho,T\n0,1.2,288\n1,1.1\n", "air.csv:3: `` in column `T` is not a number"),
         ("h,rho,T\n0,1.2,288\n1,-1.1,280\n", "air.csv:3: altitude 1 m, density -1.1"),
         ("h,rho,T\n0,1.2,288\n2,1.1,280\n\n1,1,280\n", "air.csv:5: altitude 1 m beside 2 m"),
-        ("", "there is no column `h`"),
+        ("", "column `h` is missing"),
     ];
     for (text, expected) in cases {
         let message = fault(text);
@@ -258,7 +257,7 @@ fn simple_models() {
     near(dynamic_pressure(10.0, &air), 60.0, 1e-12, "q");
 }
 
-/// EDL.md c and quick_golden.json, msis: NRL's own Fortran in single precision, to whose 1e-6 it is told.
+/// EDL.md c and quick_golden.json, msis: NRL's own Fortran in single precision, to its precision of 1e-6.
 #[test]
 fn msis_gives_the_golden_numbers() {
     let epoch = Epoch::parse("2012-08-06 05:17:00 UTC").unwrap();
@@ -285,8 +284,8 @@ fn msis_gives_the_golden_numbers() {
     }
 }
 
-/// Without steps from the ground up: at seams density bends, but does not jump by more than the model's own
-/// simplifications make it (variations of temperature left out below 123 km and 72.5 km).
+/// Continuous from the ground up: at seams the density has kinks, but it jumps only as much as the model's own simplifications cause (temperature
+/// variations are left out below 123 km and 72.5 km).
 #[test]
 fn msis_has_no_steps_and_refuses() {
     let epoch = Epoch::parse("2001-01-15 18:00:00 UTC").unwrap();
@@ -305,7 +304,7 @@ fn msis_has_no_steps_and_refuses() {
         let h = 5e3 * f64::from(k);
         assert!(rho(h) < rho(h - 5e3), "density rises at {h}");
     }
-    // Quiet and disturbed by a history that is steady: the two ways of telling activity agree to some per cent.
+    // Quiet, and disturbed with a steady history: both forms of activity agree within some per cent.
     let told = |m: Magnetic| SpaceWeather { magnetic: m, ..weather };
     let daily = at(4e5, &told(Magnetic::Daily(15.0))).unwrap().density;
     let steady = at(4e5, &told(Magnetic::History([15.0; 6]))).unwrap().density;
@@ -352,14 +351,14 @@ fn five(random: &mut Random) -> [f64; 5] {
     std::array::from_fn(|_| random.normal())
 }
 
-/// EDL.md c: L 533.4, V 150, τ 0.5: R_u 0.86883, R_v 0.80775. The answers to impulses of noise give the
-/// correlation without a statistic: R(τ) = Σ over past steps.
+/// EDL.md c: L 533.4, V 150, τ 0.5: R_u 0.86883, R_v 0.80775. Impulse responses to the noise give the correlation without sampling: R(τ) = Σ over
+/// past steps.
 #[test]
 fn gusts_have_the_correlation_of_dryden() {
     let t = Turbulence { length: Vec3::from_element(533.4), sigma: Vec3::from_element(1.0) };
     let dt = 0.02;
     let zero = DrydenState::default();
-    // Answer of each of the five noises, over 60 s.
+    // Response to each of the five noises, over 60 s.
     let answers: Vec<Vec<Vec3>> = (0..5)
         .map(|k| {
             let mut noise = [0.0; 5];
@@ -395,7 +394,7 @@ fn gusts_have_the_correlation_of_dryden() {
     near(answers[0][0].x, 0.10576183169385131, 1e-15, "σ√(1 − e^(−2VΔ/L))");
 }
 
-/// Two half steps and one whole have the same law: transition and covariance, also where series are used.
+/// Two half steps and one whole step have the same distribution: transition and covariance, also where series are used.
 #[test]
 fn gusts_do_not_care_about_the_step() {
     let t = Turbulence { length: Vec3::new(300.0, 500.0, 120.0), sigma: Vec3::new(1.1, 2.0, 0.7) };
@@ -432,7 +431,7 @@ fn gusts_do_not_care_about_the_step() {
     }
 }
 
-/// A long record has the deviations asked for, from its first step on.
+/// A long record has the specified standard deviations, from its first step on.
 #[test]
 fn a_record_of_gusts_has_its_deviation() {
     let t = Turbulence { length: Vec3::new(300.0, 500.0, 120.0), sigma: Vec3::new(1.1, 2.0, 0.7) };
@@ -484,7 +483,7 @@ fn turbulence_of_mil_f_8785c() {
     assert!(Turbulence::mil_f_8785c(10.0, -1.0, 1.0).unwrap_err().to_string().contains("20 ft"));
 }
 
-/// Table III of the US Standard Atmosphere 1976 at 0 and 11 km, which prints five digits; the handbook's 14.8 µPa s of carbon dioxide at 20 °C.
+/// Table III of the US Standard Atmosphere 1976 at 0 and 11 km, which has five digits; the handbook's 14.8 µPa s of carbon dioxide at 20 °C.
 #[test]
 fn viscosity_is_that_of_the_tables() {
     relative(Sutherland::EARTH.at(288.15), 1.7894e-5, 3e-5, "air at 288.15 K");

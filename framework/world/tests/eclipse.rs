@@ -25,12 +25,12 @@ fn shadow_gives_the_golden_numbers() {
     assert_eq!(cases.len(), 6);
     for case in cases {
         let r = vec3(&case["r_m"]);
-        // The reference takes angles from arc cosines, which cost it some 1e-10.
+        // The reference computes angles with arc cosines, with an error of some 1e-10.
         near(seen(r.x, r.y, r.z), number(&case["visible_fraction"]), 1e-9, &format!("{r:?}"));
     }
 }
 
-/// From light to umbra and back ν falls and rises without steps, from 1 to 0; the edges have the signs.
+/// From sunlight to umbra and back ν decreases and increases continuously between 1 and 0; the edge functions have the right signs.
 #[test]
 fn the_penumbra_is_smooth_and_its_edges_are_told() {
     let mut last = 1.0;
@@ -49,7 +49,7 @@ fn the_penumbra_is_smooth_and_its_edges_are_told() {
     assert_eq!(crossed, [true, true]);
 }
 
-/// Beyond the tip of the umbra, 1.38e9 m, there is a ring around the planet.
+/// Beyond the tip of the umbra, 1.38e9 m, the eclipse is annular.
 #[test]
 fn far_behind_there_is_a_ring() {
     let r = Vec3::new(-3e9, 0.0, 0.0);
@@ -62,7 +62,7 @@ fn far_behind_there_is_a_ring() {
     assert_eq!(seen(-1e3, 0.0, 0.0), 0.0, "inside the planet, night side");
 }
 
-/// The overlap of two discs by counting a fine grid of points.
+/// Computes the overlap of two discs by counting points of a fine grid.
 #[test]
 fn the_overlap_is_an_area() {
     for (a, b, c) in [(0.00465, 0.004, 0.006), (0.00465, 0.5, 0.502), (1.0, 1.5, 1.2)] {
@@ -90,7 +90,7 @@ fn sunlight_presses_as_golden() {
     let f = plate(PRESSURE_AU, 4.0, &n, &Vec3::x(), 0.3, 0.2);
     near3(&f, &Vec3::new(-2.2374781585018852e-5, -4.48781253029662e-6, 0.0), 1e-19, "plate");
     assert_eq!(plate(1.0, 4.0, &-n, &Vec3::x(), 0.3, 0.2), Vec3::zeros());
-    // A mirror turns all of the light, a black plate stops it.
+    // A mirror reflects all of the light, a black plate absorbs it.
     let mirror = plate(1.0, 2.0, &Vec3::x(), &Vec3::x(), 1.0, 0.0);
     near3(&mirror, &Vec3::new(-4.0, 0.0, 0.0), 1e-15, "mirror");
     let black = plate(1.0, 2.0, &n, &Vec3::x(), 0.0, 0.0);
@@ -100,7 +100,7 @@ fn sunlight_presses_as_golden() {
     near(pressure(2.0 * AU), PRESSURE_AU / 4.0, 1e-20, "inverse square");
 }
 
-/// A Lambert ball from afar, in closed form: e = (2/3) a (R/r)² (sin α + (π − α) cos α)/π at the phase angle α.
+/// A Lambertian sphere from far away, in closed form: e = (2/3) a (R/r)² (sin α + (π − α) cos α)/π at the phase angle α.
 #[test]
 fn from_afar_a_planet_shines_by_its_phase() {
     let r = Vec3::new(1.2e12, -0.5e12, 0.7e12);
@@ -117,8 +117,8 @@ fn from_afar_a_planet_shines_by_its_phase() {
     }
 }
 
-/// Heat comes evenly from all of the disc: its vector is emissivity/4 (R/r)², whatever the height. Low over the noon the
-/// ground is a bright plane that fills half of the sky: e → albedo.
+/// Heat is uniform over the disc: its vector is emissivity/4 (R/r)² at any height. At low altitude at noon the ground is a bright plane that fills
+/// half of the sky: e → albedo.
 #[test]
 fn heat_and_noon_have_closed_forms() {
     for h in [1e3, 4e5, 2e7] {
@@ -130,7 +130,7 @@ fn heat_and_noon_have_closed_forms() {
     let noon = planet_light(&(Vec3::x() * (R + 10.0)), &Vec3::x(), R, 0.4, 0.0);
     near(noon.x, 0.4, 2e-3, "noon");
     near(noon.y.hypot(noon.z), 0.0, 1e-12, "noon, sideways");
-    // At midnight near the ground there is no light; within the planet there is none.
+    // At midnight near the ground the light is zero, and inside the planet too.
     near(
         planet_light(&(Vec3::x() * -(R + 1e5)), &Vec3::x(), R, 0.4, 0.0).norm(),
         0.0,
@@ -140,7 +140,7 @@ fn heat_and_noon_have_closed_forms() {
     near(planet_light(&(Vec3::x() * 1e6), &Vec3::x(), R, 0.4, 1.0).norm(), 0.0, 0.0, "inside");
 }
 
-/// The sum over rings beside a fine sum over the ground itself, at a height where neither closed form holds.
+/// Compares the sum over rings with a fine sum over the ground, at a height where neither closed form is valid.
 #[test]
 fn light_is_that_of_the_ground_piece_by_piece() {
     let (r, sun) = (Vec3::new(5.1e6, -4.2e6, 3.3e6), Vec3::new(0.9, 0.1, -0.5).normalize());

@@ -25,7 +25,7 @@ fn errors_against_de440_are_as_told() {
     assert!((15.0..75.0).contains(&arcsec(&moon_low(d), &moon_de)));
 }
 
-/// λ = 282.9400° + M + 6892″ sin M + 72″ sin 2M, M = 357.5256° + 35999.049° T (EDL.md a), in the equator of J2000, m.
+/// Returns λ = 282.9400° + M + 6892″ sin M + 72″ sin 2M, M = 357.5256° + 35999.049° T (EDL.md a), in the equator of J2000, m.
 fn printed_sun(days: f64) -> Vec3 {
     let T = days / 36525.0;
     let M = (357.5256 + 35999.049 * T).to_radians();
@@ -36,7 +36,7 @@ fn printed_sun(days: f64) -> Vec3 {
     Vec3::new(c, s * tilt.cos(), s * tilt.sin()) * r
 }
 
-/// quick_golden.json, ephemeris: what the same models give in other programs, and DE440.
+/// quick_golden.json, ephemeris: results of the same models in other programs, and DE440.
 #[test]
 fn golden_positions() {
     let Some(golden) = golden() else { return };
@@ -46,7 +46,7 @@ fn golden_positions() {
         let n = |key: &str| number(&case[key]);
         let d = (n("tdb_days_past_J2000"), 0.0);
         let s = sun(d).unwrap();
-        // Some microseconds apart: the reference adds days to a Julian date in one number.
+        // Some microseconds of difference, because the reference adds days to a Julian date in one number.
         near3(&s.position, &vec3(&case["erfa_epv00_sun_wrt_earth_m"]), 1.0, "epv00");
         let m = moon(d);
         near3(&m.position, &vec3(&case["erfa_moon98_m"]), 0.02, "moon98");
@@ -54,7 +54,7 @@ fn golden_positions() {
         near((s.position - de).norm(), n("erfa_epv00_error_m"), 1.0, "epv00 and DE440");
         let moon_de = vec3(&case["de440_moon_wrt_earth_m"]);
         near((m.position - moon_de).norm(), n("erfa_moon98_error_m"), 0.02, "moon98 and DE440");
-        // Montenbruck and Gill as printed: without the motion of the perihelion, 0.3225° T, that ours has.
+        // Montenbruck and Gill as printed: without the motion of the perihelion, 0.3225° T, which ours includes.
         let printed = printed_sun(d.0);
         near3(&printed, &vec3(&case["low_sun_m"]), 1.0, "the Sun as printed");
         near(arcsec(&printed, &de), n("low_sun_error_arcsec"), 1e-4, "the Sun as printed, error");
@@ -83,8 +83,7 @@ fn golden_positions() {
     }
 }
 
-/// SOFA's `plan94`, another theory, for the planets without golden numbers: both claim some 10″ to 100″,
-/// Saturn on an ellipse 600″.
+/// SOFA's `plan94`, another theory, for the planets without golden numbers: both have errors of some 10″ to 100″, and Saturn on an ellipse 600″.
 #[test]
 fn ellipses_agree_with_plan94() {
     for (k, body, tolerance) in [
@@ -114,7 +113,7 @@ fn ellipses_agree_with_plan94() {
 fn velocities_are_rates_of_positions() {
     let bodies = [
         (Body::Sun, Body::Earth, 1e-7),
-        // `moon98` leaves precession out of its velocity: 3 mm/s.
+        // `moon98` neglects precession in its velocity: 3 mm/s.
         (Body::Moon, Body::Earth, 4e-6),
         (Body::Moon, Body::Sun, 1e-6),
         (Body::Mars, Body::Earth, 3e-4),
@@ -138,13 +137,13 @@ fn the_way_back_is_minus_the_way() {
         near3(&x.position, &-y.position, 0.0, "position");
         near3(&x.velocity, &-y.velocity, 0.0, "velocity");
     }
-    assert!(planet(Body::Moon, d).unwrap_err().to_string().contains("take `earth`, `moon`"));
+    assert!(planet(Body::Moon, d).unwrap_err().to_string().contains("use `earth`, `moon`"));
     let late = earth((40_000.0, 0.0)).unwrap_err().to_string();
     assert!(late.contains("1900 to 2100"), "{late}");
     assert!(Analytic.state(Body::Mars, Body::Earth, (f64::NAN, 0.0)).is_err());
 }
 
-/// Against its source, within its intervals, at their seams, at both ends.
+/// Compares with its source, within its intervals, at their boundaries, at both ends.
 #[test]
 fn a_sampled_ephemeris_is_its_source() {
     let epoch = Epoch::parse("2012-08-06 05:17:57 UTC").unwrap();
@@ -216,7 +215,7 @@ fn earth_at(et: f64) -> PointMotion {
     earth((0.0, et / 86400.0)).unwrap()
 }
 
-/// The Earth, 1.2 % of the Moon's way on the other side of the barycentre: made up, to have a tree.
+/// The Earth, opposite to the Moon at 1.2 % of its distance from the barycentre: artificial, to have a tree.
 fn earth_of_barycentre(et: f64) -> PointMotion {
     let m = moon_at(et);
     PointMotion { position: m.position * -0.012, velocity: m.velocity * -0.012 }
@@ -260,7 +259,7 @@ fn kernels_are_read_in_both_byte_orders_and_types() {
         }
         let e = |target, origin, et| spk.between(target, origin, et).unwrap_err().to_string();
         let late = e(399, 10, start - 1.0);
-        assert!(late.contains("no way between bodies 399 and 10 at 2012-05-11T"), "{late}");
+        assert!(late.contains("does not connect bodies 399 and 10 at 2012-05-11T"), "{late}");
         assert!(late.contains("from 2012-05-11T") && late.contains(" to 2012-05-31T"), "{late}");
         for (target, origin) in [(499, 10), (10, 499)] {
             let e = e(target, origin, start);
@@ -295,8 +294,8 @@ fn damaged_kernels_are_refused() {
     assert!(fault(&with(1024 + 24 + 24, &17i32.to_le_bytes())).contains("no segment of a type"));
     assert!(fault(&with(1024 + 24 + 32, &(-7i32).to_le_bytes())).contains("an address is -7"));
     let count = good.len() - 8;
-    assert!(fault(&with(count, &3f64.to_le_bytes())).contains("do not fill it"));
-    // Nothing of it panics, wherever it is cut or bent.
+    assert!(fault(&with(count, &3f64.to_le_bytes())).contains("do not match its length"));
+    // Truncated or modified files never panic.
     let mut random = Random(3);
     for _ in 0..2000 {
         let mut data = good.clone();
@@ -306,7 +305,7 @@ fn damaged_kernels_are_refused() {
     }
 }
 
-/// Pieces that follow one another are one span; a gap ends it. A ring, which no kernel has, ends too.
+/// Consecutive pieces form one interval; a gap ends it. A cycle, which real kernels do not have, ends too.
 #[test]
 fn a_kernel_tells_its_span_through_all_pieces_of_the_way() {
     let (day, start) = (86_400.0, 1e8);
@@ -338,7 +337,7 @@ fn a_kernel_tells_its_span_through_all_pieces_of_the_way() {
     assert!(spk.between(7, 399, start + 6.0 * day).is_err());
 }
 
-/// Where a source ends no sample is taken beyond it, and what holds to the end is no less good there.
+/// If a source ends, samples are not taken beyond its end, and the accuracy there is the same.
 #[test]
 fn a_table_takes_no_sample_beyond_its_span() {
     struct Short(Epoch, f64);
@@ -379,11 +378,11 @@ fn what_series_and_ellipses_do_not_hold_for_is_refused_with_their_span() {
     for (body, t, words) in [
         (Body::Sun, 1.0 + 1e-4, "from 1900 to 2100, not at 2100-01-05T"),
         (Body::Earth, -1.0 - 1e-4, "from 1900 to 2100"),
-        (Body::Mars, 0.5 + 1e-4, "Mars's ellipse hold from 1800 to 2050, not at 2050-01-04T"),
+        (Body::Mars, 0.5 + 1e-4, "Mars's ellipse are valid from 1800 to 2050, not at 2050-01-04T"),
     ] {
         let origin = if body == Body::Earth { Body::Sun } else { Body::Earth };
         let e = Analytic.state(body, origin, century(t)).unwrap_err().to_string();
-        assert!(e.contains(words) && e.contains("take a kernel"), "{e}");
+        assert!(e.contains(words) && e.contains("use a kernel"), "{e}");
     }
     let years = |body| {
         let span = Analytic.span(body, Body::Earth, (0.0, 0.0)).unwrap();

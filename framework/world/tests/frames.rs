@@ -1,4 +1,4 @@
-//! Sites on a turning planet, frames that move, frames of orbits.
+//! Sites on a rotating planet, moving frames, frames of orbits.
 
 use crate::support::*;
 use linkwork_world::planet::*;
@@ -8,8 +8,7 @@ fn matrix(R: &Quat) -> Mat3 {
     *R.to_rotation_matrix().matrix()
 }
 
-/// A site on Mars, 3.4e6 m from the centre, years after J2000: a metre beside it stays a metre, and what is
-/// parked moves with the ground.
+/// A site on Mars, 3.4e6 m from the centre, years after J2000: a distance of a metre is preserved, and a parked vehicle moves with the ground.
 #[test]
 fn a_site_keeps_micrometres() {
     let epoch = Epoch::parse("2012-08-06 05:17:57 UTC").unwrap();
@@ -27,7 +26,7 @@ fn a_site_keeps_micrometres() {
         near3(&back.position, &rock.position, 2e-9, "position there and back");
         near3(&back.velocity, &rock.velocity, 2e-13, "velocity there and back");
     }
-    // The path of the rock in inertial axes has the velocity that is told.
+    // The path of the rock in inertial axes has the reported velocity.
     let parked = PointMotion { position: rock.position, velocity: Vec3::zeros() };
     let at = |t: f64| site.motion(&rotation.at(t)).to_outer(&parked);
     let (t, h) = (4321.0, 1.0);
@@ -36,8 +35,8 @@ fn a_site_keeps_micrometres() {
         / (12.0 * h);
     near3(&difference, &at(t).velocity, 1e-8, "velocity of the ground");
     assert!((at(t).velocity.norm() - 240.0).abs() < 1.0, "{:?}", at(t).velocity);
-    // It moves smoothly, without steps from large angles: second differences at times that f64 has exactly.
-    // Measured 9e-9 m, of which 1e-9 is the path's own bend; with a rounded product of rate and time 3e-7.
+    // It moves smoothly, without steps from large angles: second differences at times that are exact in f64. Measured 9e-9 m, of which 1e-9 is the
+    // curvature of the path; with a rounded product of rate and time 3e-7.
     let h = f64::from(2.0f32.powi(-12));
     let mut worst: f64 = 0.0;
     for k in 0..400 {
@@ -94,7 +93,7 @@ fn frames_compose_as_their_motions_say() {
     let round = ab.then(&ab.inverse());
     near3(&round.velocity.linear, &Vec3::zeros(), 1e-14, "there and back");
     near3(&round.velocity.angular, &Vec3::zeros(), 1e-14, "there and back");
-    // Against a path: both frames move uniformly for a moment.
+    // Compare with a path: both frames move uniformly for a moment.
     let moved = |f: &FrameMotion, h: f64| {
         Pose::new(
             Quat::from_scaled_axis(f.velocity.angular * h) * f.pose.rotation,
@@ -107,8 +106,7 @@ fn frames_compose_as_their_motions_say() {
     near3(&difference, &ab.to_outer(&bc.to_outer(&q)).velocity, 1e-6, "by differences");
 }
 
-/// A free particle moves straight in inertial axes; the same path in turning axes has the apparent
-/// acceleration.
+/// A free particle moves straight in inertial axes; the same path in rotating axes has the apparent acceleration.
 #[test]
 fn apparent_acceleration_is_that_of_a_straight_path() {
     let omega = Vec3::new(0.1, -0.2, 0.5);
@@ -123,7 +121,7 @@ fn apparent_acceleration_is_that_of_a_straight_path() {
     near3(&apparent, &acceleration, 1e-6, "−2 ω × v − ω × (ω × p)");
 }
 
-/// RTN, LVLH, VNC of an eccentric, perturbed orbit: axes where they belong, ω against differences.
+/// RTN, LVLH, VNC of an eccentric, perturbed orbit: checks the axes, and compares ω with differences.
 #[test]
 fn orbital_frames_turn_as_they_say() {
     let (r, v) = (Vec3::new(7e6, -2e6, 1e6), Vec3::new(1500.0, 6500.0, 3900.0));
@@ -171,7 +169,7 @@ fn orbital_frames_turn_as_they_say() {
     assert!(orbital_frame(OrbitalAxes::Vnc, &Vec3::new(f64::NAN, 1.0, 0.0), &v, &kepler).is_err());
 }
 
-/// JEOD's run 2: the attitude that a pitch of −11.6° from LVLH gives, and the rate (jeod_run2.json).
+/// JEOD's run 2: the attitude with a pitch of −11.6° from LVLH, and the rate (jeod_run2.json).
 #[test]
 fn lvlh_of_jeod() {
     let Some(text) = reference("orbit/jeod_run2.json") else { return };
@@ -190,7 +188,7 @@ fn lvlh_of_jeod() {
     near3(&omega, &vec3(&all["initial_omega_run2"]), 1e-15, "rate");
 }
 
-/// A body that flies straight in inertial axes, seen from a site: its path there has the apparent acceleration.
+/// A body that moves straight in inertial axes, seen from a site, has the apparent acceleration.
 #[test]
 fn a_straight_path_seen_from_a_site() {
     let fixed = rotation::FixedRate::about_z(0.7, 7.088e-5).unwrap();

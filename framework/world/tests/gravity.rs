@@ -24,8 +24,8 @@ fn random_field(degree: usize, order: usize, seed: u64) -> Coefficients {
     field
 }
 
-/// V by associated Legendre functions with their factor cosᵐφ, in latitude and longitude: nothing in
-/// common with the code under test but the definition.
+/// Computes V by associated Legendre functions with their factor cosᵐφ, in latitude and longitude, which shares only the definition with the code
+/// under test.
 fn potential_by_angles(field: &Coefficients, p: &Vec3) -> f64 {
     let (r, phi) = (p.norm(), (p.z / p.norm()).asin());
     let lambda = p.y.atan2(p.x);
@@ -114,7 +114,7 @@ fn the_gradient_is_symmetric_and_free_of_trace() {
     }
 }
 
-/// At a pole, and next to it, and as the limit of what is around it.
+/// At a pole, next to it, and as the limit of its neighbourhood.
 #[test]
 fn the_poles_are_places_like_others() {
     let field = Harmonics::new(&random_field(70, 70, 5));
@@ -132,7 +132,7 @@ fn the_poles_are_places_like_others() {
     }
 }
 
-/// Rotating coefficients of order m by an angle about z is rotating the field.
+/// Rotating the coefficients of order m by an angle about z rotates the field.
 #[test]
 fn turning_the_coefficients_turns_the_field() {
     let field = random_field(17, 17, 6);
@@ -192,8 +192,7 @@ fn closed_forms_agree_with_harmonics() {
     near(Coefficients::zonal(mu, R, &j).unwrap().j(2), j[0], 1e-18, "J2");
 }
 
-/// Energy in turning axes (Jacobi's integral) of an orbit in a random field, Runge–Kutta 4: its drift
-/// falls by 2⁴ or more when the step is halved.
+/// Energy in rotating axes (Jacobi's integral) of an orbit in a random field, Runge–Kutta 4: its drift decreases by 2⁴ or more if the step is halved.
 #[test]
 fn energy_is_kept_at_the_order_of_the_integrator() {
     let field = Harmonics::new(&random_field(12, 12, 12));
@@ -226,8 +225,7 @@ fn third_body_is_exact_where_differences_are_not() {
     assert!((plain - exact).norm() > 10.0 * (a - exact).norm(), "and less exact");
 }
 
-/// quick_golden.json, gravity_gradient.
-/// Each is the slope of its acceleration, symmetric, and without a trace, as that of a harmonic field.
+/// quick_golden.json, gravity_gradient. Each is the derivative of its acceleration, symmetric, and has zero trace, like that of a harmonic field.
 #[test]
 fn gradients_for_variational_equations_are_slopes() {
     let mu = 4e14;
@@ -250,7 +248,7 @@ fn gradients_for_variational_equations_are_slopes() {
                 let mut e = Vec3::zeros();
                 e[k] = h;
                 let d = |s: f64| a(&(p + e * s)) - a(&(p - e * s));
-                // Of the fourth order.
+                // Fourth order.
                 (d(1.0) * 8.0 - d(2.0)) / (12.0 * h)
             };
             let size = g.norm();
@@ -266,7 +264,7 @@ fn gradients_for_variational_equations_are_slopes() {
             assert!(g.trace().abs() < 1e-13 * size, "{name} at {p}");
         }
     }
-    // The zonal one beside the series.
+    // Compare the zonal one with the series.
     let field = Harmonics::new(&Coefficients::zonal(mu, R, &j).unwrap());
     let p = Vec3::new(4e6, 3e6, -5e6);
     let (a, b) = (zonal_gradient(mu, R, &j, &p), field.full(&p).gradient);
@@ -279,7 +277,7 @@ fn torque_of_the_gradient() {
     let p = Vec3::new(3e6, -5e6, 4e6);
     let golden = Vec3::new(-0.0005239084965177083, -0.0004907625748529336, -0.00022052184617788614);
     near3(&torque(398600441800000.0, &I, &p), &golden, 1e-18, "torque");
-    // The same from forces on six masses with this inertia, here of a gradient that is constant.
+    // The same torque from forces on six masses with this inertia, here with a constant gradient.
     let H = point_mass_gradient(398600441800000.0, &p);
     let second = Mat3::identity() * (I.trace() / 2.0) - I;
     let moment = |j: usize, k: usize| (0..3).map(|i| second[(j, i)] * H[(k, i)]).sum::<f64>();

@@ -1,4 +1,4 @@
-//! Coefficient files: what they hold, and what is said about wrong ones.
+//! Coefficient files: their content, and errors of invalid ones.
 
 use crate::support::*;
 use linkwork_world::gravity::*;
@@ -8,7 +8,7 @@ fn fault(format: Format, text: &str) -> String {
     read(format, "field", text, Keep::All).unwrap_err().to_string()
 }
 
-/// Sizes and numbers as the files print them.
+/// Sizes and values as printed in the files.
 #[test]
 fn reference_files_are_read() {
     type Case = (Format, &'static str, f64, f64, usize, usize, usize, f64, f64);
@@ -83,7 +83,7 @@ fn reference_files_are_read() {
     }
 }
 
-/// Every coefficient of every file, read a second time by columns: degree, order, C̄, S̄.
+/// Every coefficient of every file, read independently by columns: degree, order, C̄, S̄.
 #[test]
 fn every_coefficient_is_where_it_belongs() {
     let gmat = |line: &str| {
@@ -196,11 +196,11 @@ fn wrong_gmat_files_are_refused() {
     let rows = "RECOEF    2  0   -4.84000000000000e-04\nRECOEF    2  1   -2.00000000000000e-10-1.50000000000000e-09\n\
         RECOEF    2  2    2.43000000000000e-06-1.40000000000000e-06\n";
     let cases = [
-        (format!("{head}{rows}"), "field:0: there is no END\n  help: the file was cut"),
+        (format!("{head}{rows}"), "field:0: there is no END\n  help: the file was truncated"),
         (format!("{rows}END"), "field:1: RECOEF before POTFIELD"),
         ("END".to_string(), "there is no POTFIELD"),
         (format!("{head}{head}{rows}END"), "field:2: a second POTFIELD; the first is on line 1"),
-        (format!("{head}{rows}{rows}END"), "field:5: degree 2, order 0 is on line 2 already"),
+        (format!("{head}{rows}{rows}END"), "field:5: degree 2, order 0 is already on line 2"),
         (format!("{head}WHAT\nEND"), "field:2: `WHAT` is no keyword"),
         (
             format!("{head}RECOEF    3  0   -4.8e-04\nEND"),
@@ -237,7 +237,7 @@ fn wrong_lists_are_refused() {
         (head.replace("1, 0.0, 0.0", "2, 0.0, 0.0"), "normalisation is 2"),
         (head.replace("0.0, 0.0", "10.0, 0.0"), "reference longitude is 10.0, not 0"),
         (format!("{head}2,0,1e-3\n"), "field:2: 3 numbers, not 4 or 6"),
-        (format!("{head}2.5,0,1e-3,0\n"), "field:2: degree is `2.5`, which is no whole number"),
+        (format!("{head}2.5,0,1e-3,0\n"), "field:2: degree is `2.5`, which is not an integer"),
         (format!("{head}0,0,0.5,0\n"), "C of degree 0 is 0.5, not 1"),
         (format!("{head}2,0,1e-3,0\n"), "degree 2, the last, has 1 of its 3 orders"),
     ];
@@ -249,7 +249,7 @@ fn wrong_lists_are_refused() {
     assert!(metres.contains("larger than Jupiter's") && metres.contains("Basilisk"), "{metres}");
 }
 
-/// What is zero may be left out: a field with zonal terms alone has order 0. A cut list is refused all the same.
+/// Zeros may be omitted: a field with only zonal terms has order 0. A truncated list is still rejected.
 #[test]
 fn icgem_files_may_have_zonal_terms_alone() {
     let head = "earth_gravity_constant 4.0e14\nradius 6.4e6\nmax_degree 4\nend_of_head\n";
@@ -269,7 +269,7 @@ fn icgem_files_may_have_zonal_terms_alone() {
 fn wrong_icgem_files_are_refused() {
     let head = "earth_gravity_constant 4.0e14\nradius 6.4e6\nmax_degree 2\nend_of_head\n";
     let cases = [
-        ("radius 6.4e6\n".to_string(), "there is no `end_of_head`"),
+        ("radius 6.4e6\n".to_string(), "`end_of_head` is missing"),
         (head.replace("radius 6.4e6\n", ""), "field:3: the header has no `radius`"),
         (head.replace("max_degree 2\n", ""), "the header has no `max_degree`"),
         (format!("norm half\n{head}"), "field:1: norm is `half`"),
@@ -277,7 +277,7 @@ fn wrong_icgem_files_are_refused() {
             format!("{head}gfct 2 0 1e-3 0 0 0 20050101\n"),
             "field:5: `gfct`: the field changes with time",
         ),
-        (format!("{head}abc 2 0\n"), "field:5: `abc 2 0` is no line of a list"),
+        (format!("{head}abc 2 0\n"), "field:5: `abc 2 0` is not a line of a list"),
         (
             head.replace("max_degree 2", "max_degree 2190"),
             "the field has degree 2190\n  help: keep at most 360",
@@ -289,7 +289,7 @@ fn wrong_icgem_files_are_refused() {
     }
 }
 
-/// Whatever a file holds, it is read or refused, but nothing panics.
+/// Any content is read or rejected, but never panics.
 #[test]
 fn bent_files_do_no_harm() {
     let gmat = "COMMENT   1\nPOTFIELD  2  2  0 4.00000000000000e+14 6.40000000000000e+06 1.00000000000000e+00\n\
@@ -327,10 +327,10 @@ fn bent_files_do_no_harm() {
     }
     let huge = icgem.replace("max_degree 2", "max_degree 18446744073709551615");
     let message = read(Format::Icgem, "huge", &huge, Keep::Degree(2)).unwrap_err().to_string();
-    assert!(message.contains("no field is as large"), "{message}");
+    assert!(message.contains("fields of this size do not exist"), "{message}");
 }
 
-/// A header that lies about its normalisation, both ways.
+/// A header that states the wrong normalisation, in both directions.
 #[test]
 fn wrong_normalisation_is_noticed() {
     let Some(text) = reference("gravity/gmat_JGM3.cof") else { return };
@@ -340,7 +340,7 @@ fn wrong_normalisation_is_noticed() {
     );
     assert_ne!(lie, text);
     let message = fault(Format::Gmat, &lie);
-    assert!(message.contains("said to be not normalised"), "{message}");
+    assert!(message.contains("the header states no normalisation"), "{message}");
     let field = read(Format::Gmat, "", &text, Keep::Degree(20)).unwrap();
     let mut bare =
         "radius 6378136.3\nearth_gravity_constant 3.986e14\nmax_degree 20\nend_of_head\n"
@@ -352,7 +352,7 @@ fn wrong_normalisation_is_noticed() {
         }
     }
     let message = fault(Format::Icgem, &bare);
-    assert!(message.contains("said to be normalised, but"), "{message}");
+    assert!(message.contains("the header states normalisation, but"), "{message}");
     let honest = bare.replace("end_of_head", "norm unnormalized\nend_of_head");
     let again = read(Format::Icgem, "", &honest, Keep::All).unwrap();
     relative(again.get(20, 20).0, field.get(20, 20).0, 1e-14, "there and back");

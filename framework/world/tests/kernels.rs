@@ -1,9 +1,9 @@
-//! SPK kernels of spacecraft and small bodies, as CSPICE reads them.
+//! SPK kernels of spacecraft and small bodies, compared with CSPICE.
 use crate::support::*;
 use linkwork_world::ephemeris::Spk;
 use linkwork_world::spatial::Vec3;
 
-/// States and difference lines as CSPICE N0067 reads them (`data/spk/make.py`): body, TDB second, position (km) and velocity (km/s).
+/// States and difference lines from CSPICE N0067 (`data/spk/make.py`): body, TDB second, position (km) and velocity (km/s).
 #[test]
 fn states_and_difference_lines_are_read_as_by_cspice() {
     let bytes =
@@ -364,7 +364,7 @@ fn states_and_difference_lines_are_read_as_by_cspice() {
     for et in [0.0, 250.0, 600.0, 1000.5, 1800.0] {
         assert_eq!(spk.between(-160, 399, et).unwrap(), spk.between(-170, 399, et).unwrap());
     }
-    // Nothing of it panics, wherever it is bent.
+    // Modified files never panic.
     let mut random = Random(5);
     for _ in 0..3000 {
         let mut data = bytes.clone();

@@ -1,11 +1,11 @@
-//! Magnetic field: golden numbers, dipole, no sources, refusals.
+//! Magnetic field: golden numbers, dipole, zero divergence and curl, errors.
 
 use crate::support::*;
 use linkwork_world::magnetic::*;
 use linkwork_world::planet::{Ellipsoid, Epoch, Geodetic};
 use linkwork_world::spatial::Vec3;
 
-/// North, east, down, nT.
+/// Returns north, east, down, nT.
 fn ned(epoch: &str, lat: f64, lon: f64, h: f64) -> Vec3 {
     let field = Igrf::v14().at(&Epoch::parse(epoch).unwrap()).unwrap();
     let place = Geodetic::from_degrees(lat, lon, h);
@@ -13,8 +13,8 @@ fn ned(epoch: &str, lat: f64, lon: f64, h: f64) -> Vec3 {
     Vec3::new(b.y, b.x, -b.z) * 1e9
 }
 
-/// EDL.md j and quick_golden.json (ppigrf): measured 2e-4 nT at the years of the table, where ppigrf's polar radius has metres alone, and 0.006 nT between them, where it counts days
-/// and IAGA's program counts years of 365 or 366.
+/// EDL.md j and quick_golden.json (ppigrf): measured 2e-4 nT at the years of the table, because ppigrf rounds the polar radius to metres, and 0.006
+/// nT between them, where it counts days and IAGA's program counts years of 365 or 366.
 #[test]
 fn igrf_gives_the_golden_numbers() {
     let a = ned("2020-01-01 00:00:00 UTC", 0.0, 0.0, 4e5);
@@ -30,7 +30,7 @@ fn igrf_gives_the_golden_numbers() {
     }
 }
 
-/// quick_golden.json, tilted_dipole; and the reference field far away.
+/// quick_golden.json, tilted_dipole; also the reference field far away.
 #[test]
 fn far_away_it_is_a_dipole() {
     let m = Vec3::new(-1.4509e-6, 4.6525e-6, -2.94048e-5);
@@ -66,7 +66,7 @@ fn the_field_has_no_sources_and_no_currents() {
     }
 }
 
-/// Of degree 1 it is the dipole; the coefficients of 2020 are those of `far_away_it_is_a_dipole`.
+/// Truncated to degree 1 it is the dipole; the coefficients of 2020 are those of `far_away_it_is_a_dipole`.
 #[test]
 fn a_field_is_cut_at_a_degree() {
     let epoch = Epoch::parse("2020-01-01 00:00:00 UTC").unwrap();
@@ -90,7 +90,7 @@ fn years_and_tables_are_checked() {
     assert_eq!(igrf.range(), (1900.0, 2030.0));
     let late = igrf.at(&Epoch::parse("2031-01-01 00:00:00 UTC").unwrap()).unwrap_err().to_string();
     assert!(late.contains("year of a magnetic field"), "{late}");
-    // Continuous where the rate takes over, and moving after it.
+    // Continuous where the rate begins, and changing after it.
     let b = |d: &str| ned(d, 30.0, 40.0, 0.0);
     let (before, after) = (b("2024-12-31 23:59:00 UTC"), b("2025-01-01 00:01:00 UTC"));
     near3(&before, &after, 1e-3, "no step");

@@ -1,5 +1,5 @@
-//! NASA's check case 6 (NESC, TM-2015-218675): a sphere dropped from 30000 ft on a turning ellipsoid, with drag.
-//! Gravity, ellipsoid, rotation and US76 together against two of NASA's simulators.
+//! NASA's check case 6 (NESC, TM-2015-218675): a sphere dropped from 30000 ft on a rotating ellipsoid, with drag. Compares the combination of
+//! gravity, ellipsoid, rotation and US76 with two of NASA's simulators.
 
 use crate::support::*;
 use linkwork_world::atmosphere::{Us76, mach};
@@ -30,7 +30,7 @@ fn a_sphere_dropped_on_the_ellipsoid() {
     let vector = |row: &[f64], name: &str| {
         Vec3::from_fn(|k, _| row[column(&format!("{name}_{}", ["X", "Y", "Z"][k]))])
     };
-    // The workbook's rate, not the usual one.
+    // The workbook's rate, which differs from the usual one.
     let turn = FixedRate::about_z(0.0, 0.004178073_f64.to_radians()).unwrap();
     let rotation = Rotation::Fixed(turn);
     let (earth, air) = (Ellipsoid::wgs84(), Us76::new());
@@ -72,7 +72,7 @@ fn a_sphere_dropped_on_the_ellipsoid() {
         near(place.longitude.to_degrees(), row[column("longitude_deg")], 1e-6, &what("longitude"));
         let g = gravity.norm() / FOOT;
         relative(g, row[column("localGravity_ft_s2")], 1e-6, &what("gravity"));
-        // Simulator 04 tabulates its air: some 1e-5 of temperature, pressure, and speed of sound.
+        // Simulator 04 tabulates its air, with errors of some 1e-5 of temperature, pressure, and speed of sound.
         let t_rankine = air.temperature * 1.8;
         relative(t_rankine, row[column("ambientTemperature_dgR")], 2e-5, &what("T"));
         relative(air.sound_speed / FOOT, row[column("speedOfSound_ft_s")], 2e-5, &what("a"));

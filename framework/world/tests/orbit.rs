@@ -1,4 +1,4 @@
-//! A low orbit with all forces at once, against `flight/orbit_full_force.json`: what the parts give together.
+//! A low orbit with all forces combined, compared with `flight/orbit_full_force.json`.
 
 use crate::support::*;
 use linkwork_world::atmosphere::Exponential;
@@ -17,11 +17,11 @@ struct Case {
     air: Exponential,
     sc: Value,
     inputs: Value,
-    /// Sun and Moon from the Earth.
+    /// Sun and Moon relative to the Earth.
     bodies: Box<dyn Fn(f64) -> (Vec3, Vec3)>,
 }
 
-/// Gravity, Sun, Moon, light, drag.
+/// Gravity, Sun, Moon, radiation pressure, drag.
 fn forces(c: &Case, t: f64, r: &Vec3, v: &Vec3) -> ([Vec3; 5], f64) {
     let n = |key: &str| number(&c.inputs[key]);
     let sc = |key: &str| number(&c.sc[key]);
@@ -30,7 +30,7 @@ fn forces(c: &Case, t: f64, r: &Vec3, v: &Vec3) -> ([Vec3; 5], f64) {
     let (sun, moon) = (c.bodies)(t);
     let light = visible_fraction(r, &sun, n("R_earth_shadow"), n("R_sun"));
     let srp = cannonball(&(sun - r), sc("A_srp") / sc("mass"), sc("Cr"), light);
-    // The air turns about the pole; precession is none of its business.
+    // The air rotates about the pole; precession is neglected.
     let pole = spin.R_IP * Vec3::z();
     let wind = (pole * n("omega")).cross(r);
     let u = v - wind;
@@ -79,7 +79,7 @@ fn check(c: &Case, variant: &Value, tolerances: [f64; 5]) {
         let golden = vec3(&variant["accelerations_at_t0"][name]);
         near3(&parts[k], &golden, tolerances[k] * golden.norm(), name);
     }
-    // Six hours, Runge–Kutta 4 with 5 s; light at the outputs.
+    // Six hours, Runge–Kutta 4 with 5 s; compare sunlight at the outputs.
     let lit = numbers(&variant["sunlit_fraction_at_outputs"]);
     let f = |t: f64, r: &Vec3, v: &Vec3| forces(c, t, r, v).0.iter().sum::<Vec3>();
     let (mut r, mut v, h) = (r, v, 5.0);
@@ -102,7 +102,7 @@ fn check(c: &Case, variant: &Value, tolerances: [f64; 5]) {
     assert!(worst < 0.05, "{worst} m");
 }
 
-/// Variant A: all in closed form. Accelerations to the reference's rounding.
+/// Variant A: all in closed form. Accelerations agree to the reference's round-off.
 #[test]
 fn with_a_simple_earth_sun_and_moon() {
     let Some((inputs, all, field)) = load() else { return };
@@ -126,8 +126,8 @@ fn with_a_simple_earth_sun_and_moon() {
     check(&c, variant, [1e-14; 5]);
 }
 
-/// FLIGHT.md: over 17480 s at 7000 km, 20 × 20, steps of 10 s are as good about a turning planet as about one
-/// that stands still, because the rotation is taken at every stage: 0.05 m.
+/// FLIGHT.md: over 17480 s at 7000 km, 20 × 20, steps of 10 s have the same accuracy about a rotating planet as about a fixed one, because the
+/// rotation is evaluated at every stage: 0.05 m.
 #[test]
 fn a_turning_planet_costs_no_accuracy() {
     let Some((_, _, field)) = load() else { return };
@@ -157,7 +157,7 @@ fn a_turning_planet_costs_no_accuracy() {
     assert!((places[0] - places[1]).norm() > 100.0, "rotation matters");
 }
 
-/// Variant B: IAU 2006/2000A, Sun and Moon of SOFA.
+/// Variant B: IAU 2006/2000A, Sun and Moon from SOFA.
 #[test]
 fn with_the_real_earth_sun_and_moon() {
     let Some((inputs, all, field)) = load() else { return };
@@ -165,7 +165,7 @@ fn with_the_real_earth_sun_and_moon() {
     let epoch = Epoch::parse("2012-08-06 00:00:00 UTC").unwrap();
     let p = EarthParameters { dut1: number(&variant["dut1"]), ..EarthParameters::default() };
     let earth = Earth::new(&epoch, p, 21600.0).unwrap();
-    // The file gives the series TT, which ask for TDB: 1.6 ms, of which the Sun moves 50 m, the Moon 2 m.
+    // The reference evaluates the series with TT instead of TDB: 1.6 ms, in which the Sun moves 50 m, the Moon 2 m.
     let tdb = epoch.tdb_days();
     near3(&sun(tdb).unwrap().position, &vec3(&variant["sun_at_t0"]), 60.0, "Sun of TDB");
     near3(&moon(tdb).position, &vec3(&variant["moon_at_t0"]), 2.0, "Moon of TDB");
@@ -200,7 +200,7 @@ fn two_line_elements_move_as_the_published_table_says() {
         ),
     ] {
         let state = satellite.state(&satellite.epoch.plus(minutes * 60.0)).unwrap();
-        // Microseconds of the printed epoch are 5 mm of the path.
+        // The microseconds of the printed epoch correspond to 5 mm of the path.
         assert!((state.position / 1e3 - Vec3::from(r)).norm() < 1e-5, "{}", state.position);
         assert!((state.velocity / 1e3 - Vec3::from(v)).norm() < 1e-8, "{}", state.velocity);
     }

@@ -26,7 +26,7 @@ fn geodetic_and_back_keeps_nanometres() {
                 2 => -FRAC_PI_2 + 10f64.powf(random.between(-16.0, -2.0)),
                 _ => 10f64.powf(random.between(-16.0, -2.0)),
             };
-            // Down to half the radius, up to a hundred of them.
+            // Down to half the radius, and up to a hundred radii.
             let a = e.equatorial_radius();
             let altitude = match k % 3 {
                 0 => random.between(-100.0, 100.0),
@@ -72,7 +72,7 @@ fn places_with_closed_forms() {
     near(m, n, 1e-8, "M = N at a pole");
 }
 
-/// Against SOFA's own conversion, another algorithm (Fukushima 2006): 1000 places.
+/// Compares 1000 positions with SOFA's own conversion, another algorithm (Fukushima 2006).
 #[test]
 fn sofa_agrees_about_wgs84() {
     let e = Ellipsoid::wgs84();
@@ -171,7 +171,7 @@ fn epochs_are_read_and_scales_converted() {
     near(Epoch::utc(2020, 7, 2, 0, 0, 0.0).unwrap().decimal_year(), 2020.5, 1e-12, "half a year");
     assert_eq!(Epoch::utc(2012, 12, 31, 0, 0, 1.5).unwrap().utc_day_and_second(), (366, 1.5));
     assert_eq!(e.to_string(), "2007-04-05T12:00:00 UTC");
-    // Over a leap second: 2016-12-31 23:59:60.
+    // Across a leap second: 2016-12-31 23:59:60.
     let (a, b) = (Epoch::parse("2016-12-31 23:59:59 UTC"), Epoch::parse("2017-01-01 00:00:00 UTC"));
     near(b.unwrap().since(&a.unwrap()), 2.0, 1e-9, "the leap second counts");
 }
@@ -190,7 +190,7 @@ fn tdb_agrees_with_sofa() {
 fn wrong_epochs_are_refused() {
     for text in ["yesterday", "2012-13-06 05:17:57 UTC", "2012-02-30 00:00:00 UTC", ""] {
         let message = Epoch::parse(text).unwrap_err().to_string();
-        assert!(message.contains(&format!("`{text}` is no epoch")), "{message}");
+        assert!(message.contains(&format!("`{text}` is not an epoch")), "{message}");
         assert!(message.contains("help: write `2012-08-06 05:17:57 UTC`"), "{message}");
     }
     assert!(Epoch::utc(2012, 2, 30, 0, 0, 0.0).is_err());
@@ -258,7 +258,7 @@ fn the_earth_of_sofas_example() {
     }
 }
 
-/// Between the entries of its table, at its ends, before and behind it.
+/// Between the entries of its table, at its ends, before and after it.
 #[test]
 fn the_table_of_the_earth_is_as_good_as_its_series() {
     let epoch = Epoch::parse("2012-08-06 05:17:57 UTC").unwrap();
@@ -314,7 +314,7 @@ fn a_leap_second_is_a_second() {
     let after = Epoch::parse("2009-01-01 00:00:10 UTC").unwrap();
     assert_eq!(after.since(&before), 21.0);
     assert_eq!(before.plus(21.0), after);
-    // The second itself is the last of the old year.
+    // The leap second itself is the last second of the old year.
     for (t, leap) in [(-40.0, 33.0), (0.0, 33.0), (10.9, 33.0), (11.0, 34.0), (50.0, 34.0)] {
         assert_eq!(before.plus(t).tt_minus_utc(), leap + 32.184, "{t}");
     }
@@ -355,24 +355,24 @@ fn tables_of_the_earths_orientation_are_read() {
         (first.to_string(), last.since(&first)),
         ("2008-12-28T00:00:00 UTC".into(), 6.0 * 86400.0 + 1.0)
     );
-    // Bulletin B where there is one.
+    // Uses bulletin B where available.
     let p = table.at(&Epoch::utc(2009, 1, 1, 0, 0, 0.0).unwrap());
     near(p.dut1, 0.407158, 1e-12, "UT1 − UTC after the leap second");
     near(p.pole[0] / ARCSEC, -0.01702, 1e-12, "x");
     near(p.pole[1] / ARCSEC, 0.14624, 1e-12, "y");
     near(p.celestial_pole_offsets[0] / ARCSEC, -0.122e-3, 1e-15, "dX");
     near(p.celestial_pole_offsets[1] / ARCSEC, -0.334e-3, 1e-15, "dY");
-    // The day got longer by what the IERS says of it, 0.85 to 1.1 ms.
+    // The excess length of day agrees with the IERS, 0.85 to 1.1 ms.
     near(p.excess_of_day, 1.08e-3, 0.1e-3, "excess of the day");
     let p = table.at(&Epoch::utc(2008, 12, 31, 23, 59, 59.0).unwrap());
     near(p.dut1, -0.59284, 5e-6, "UT1 − UTC before the leap second");
-    // Without bulletin B it is A.
+    // Without bulletin B, bulletin A is used.
     let a: String = FINALS.lines().map(|l| format!("{}\n", l[..134].trim_end())).collect();
     let p =
         EarthOrientation::read("a", &a).unwrap().at(&Epoch::utc(2009, 1, 1, 0, 0, 0.0).unwrap());
     near(p.dut1, 0.4071598, 1e-12, "bulletin A");
     near(p.celestial_pole_offsets[1] / ARCSEC, -0.199e-3, 1e-15, "dY of bulletin A");
-    // A prediction without dX and dY keeps the last ones; days without numbers end it.
+    // A prediction without dX and dY keeps the last ones; days without numbers end the table.
     let blank = format!("{}\n", &FINALS.lines().last().unwrap()[..95])
         .replace("9 1 3 54834", "9 1 4 54835");
     let open = format!("{FINALS}{blank} 9 1 5 54836.00\n 9 1 6 54837.00\n");
@@ -397,7 +397,7 @@ fn tables_of_the_earths_orientation_are_read() {
     }
 }
 
-/// Over a leap second, between midnights and at them.
+/// Across a leap second, between midnights and at them.
 #[test]
 fn the_earth_follows_its_table() {
     let table = EarthOrientation::read("finals2000A.all", FINALS).unwrap();
@@ -413,12 +413,12 @@ fn the_earth_follows_its_table() {
         let by_omega = spin.omega_I.cross_matrix() * matrix(&spin.R_IP);
         let w = spin.omega_I.norm();
         near33(&rate, &by_omega, w * w * w * h * h / 5.0 + 3e-17, "Ṙ = ω × R");
-        // The planet's own pole lies a third of a second of arc from the axis: here the pole's daily motion in the Earth is seen, 1e-13 rad/s.
+        // The planet's own pole is a third of an arc second from the axis, so the pole's daily motion in the Earth is visible here, 1e-13 rad/s.
         let pole = |t: f64| earth.at(t).R_IP * Vec3::z();
         let rate = (pole(t + h) - pole(t - h)) / (2.0 * h);
         near3(&spin.omega_I.cross(&pole(t)), &rate, 2e-15, "ṗ = ω × p");
     }
-    // One set of numbers is off by what UT1 and the pole do in the meantime: 3 ms are 1.4 m.
+    // A single set of numbers deviates by the change of UT1 and the pole in the meantime: 3 ms are 1.4 m.
     let still = Earth::new(&epoch, table.at(&epoch), 4.0 * 86400.0).unwrap();
     let off = earth.at(345600.0).R_IP.angle_to(&still.at(345600.0).R_IP) * 6.378e6;
     assert!((0.05..3.0).contains(&off), "{off} m");
@@ -433,8 +433,11 @@ fn tables_that_do_not_fit_are_refused() {
             "{said}"
         );
     };
-    refused("", "no table of the Earth's orientation");
-    refused("1962 1 1 37665 -0.0127 0.2130 0.0326338\n", "no table of the Earth's orientation");
+    refused("", "not a supported format of Earth orientation tables");
+    refused(
+        "1962 1 1 37665 -0.0127 0.2130 0.0326338\n",
+        "not a supported format of Earth orientation tables",
+    );
     refused(&FINALS.replace(" .4071580", "  .407x80"), "eop.txt:5: UT1 − UTC, s, is `.407x80`");
     refused(
         &FINALS.replace("54832.00", "54833.00"),
@@ -443,7 +446,7 @@ fn tables_that_do_not_fit_are_refused() {
     refused(FINALS.lines().next().unwrap(), "less than two days");
     refused(&CELESTRAK.replace(",DX,", ",DZ,"), "no column `DX`");
     refused(&CELESTRAK.replace("0.381123", "381.123"), "eop.txt:3: y of the pole, ″, is `381.123`");
-    refused(&C04.replace("53758.00", "53757.50"), "no midnight");
+    refused(&C04.replace("53758.00", "53757.50"), "not a midnight");
     let table = EarthOrientation::read("finals2000A.all", FINALS).unwrap();
     for (epoch, span) in [("2008-12-27 00:00:00 UTC", 0.0), ("2008-12-29 00:00:00 UTC", 1e6)] {
         let said =
@@ -482,7 +485,7 @@ fn angular_velocity_is_the_rate_of_the_rotation() {
             );
         }
     }
-    // The pole's own motion, precession and nutation, is some 1e-12 rad/s: seen apart, over hours.
+    // The pole's own motion, precession and nutation, is some 1e-12 rad/s: checked separately, over hours.
     let pole = |t: f64| kinds[3].at(t).R_IP * Vec3::z();
     for t in [7e3, 4e4] {
         let omega = kinds[3].at(t).omega_I;
@@ -510,8 +513,8 @@ fn mars_and_the_moon_of_the_iau() {
     let d = 4601.2211458333;
     let R = matrix(&IauRotation::mars((d, 0.0)).at(0.0).R_IP.inverse());
     let row = Vec3::new(-0.7706060457790, 0.2786166465923, 0.5731832921942);
-    // Of 1.6e6 degrees the last binary digit is 4e-12 rad. Forty digits give (−0.77060604577956, 0.27861664659130,
-    // 0.57318329219388): the golden row is 1.1e-12 off, ours 2.6e-12.
+    // For 1.6e6 degrees the last binary digit is 4e-12 rad. Forty digits give (−0.77060604577956, 0.27861664659130, 0.57318329219388): the error of
+    // the golden row is 1.1e-12, ours 2.6e-12.
     near3(&R.row(0).transpose(), &row, 4e-12, "Mars, row 1");
     let exact = Vec3::new(-0.77060604577956, 0.2786166465912998, 0.5731832921938752);
     near3(&R.row(0).transpose(), &exact, 3e-12, "Mars, row 1, exact");
@@ -524,10 +527,10 @@ fn mars_and_the_moon_of_the_iau() {
             (IauRotation::mars((d, 0.0)).at(0.0), "icrf_to_iau_mars"),
             (IauRotation::moon((d, 0.0)).at(0.0), "icrf_to_iau_moon"),
         ] {
-            // Multiples of 350° in degrees: 3e-12 of rounding on both sides.
+            // Multiples of 350° in degrees: 3e-12 of round-off on both sides.
             near33(&matrix(&spin.R_IP.inverse()), &mat3(&case[key]), 8e-12, key);
         }
-        // The same day as an epoch two thousand days earlier, and time.
+        // The same day, with an epoch two thousand days earlier plus time.
         for (a, b) in [
             (
                 IauRotation::moon((d, 0.0)).at(0.0),

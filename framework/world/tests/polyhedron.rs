@@ -1,4 +1,4 @@
-//! Polyhedra: golden numbers, gradients, far field, inside and outside, meshes that are none.
+//! Polyhedra: golden numbers, gradients, far field, inside and outside, invalid meshes.
 
 use crate::support::*;
 use linkwork_world::gravity::point_mass;
@@ -95,8 +95,8 @@ fn far_away_it_is_a_point_at_the_centroid() {
     assert!(d < 1e-4 && d > 1e-6, "the rest is of second order: {d:e}");
 }
 
-/// A cube far away is a point to (size/distance)⁴ (its moments of degree 2 and 3 pull as those of a sphere), and a tetrahedron is not: its closed form
-/// and its series agree where one takes over from the other, and the series has the derivatives that it says it has.
+/// A distant cube acts as a point to (size/distance)⁴ (its moments of degree 2 and 3 equal those of a sphere), but a tetrahedron does not: its closed
+/// form and its series agree at the switch-over distance, and the series has consistent derivatives.
 #[test]
 fn far_away_moments_take_the_place_of_the_closed_form() {
     let cube = from_obj("cube.obj", CUBE, 1.0, 1.0).unwrap();
@@ -112,13 +112,13 @@ fn far_away_moments_take_the_place_of_the_closed_form() {
     for along in [Vec3::new(1.0, 2.0, 3.0), Vec3::new(-3.0, 1.0, 0.5), Vec3::new(0.0, -1.0, 2.0)] {
         let at = |k: f64| body.centroid() + along.normalize() * (k * size);
         let (near_by, far) = (body.gravity(&at(149.999_999)), body.gravity(&at(150.000_001)));
-        // What changes on the way is taken off.
+        // Subtract the change over the step.
         let step = near_by.gradient * (at(150.000_001) - at(149.999_999));
         let change = far.acceleration - near_by.acceleration - step;
         let (a, H) = (far.acceleration.norm(), far.gradient.norm());
         assert!(change.norm() < 2e-9 * a, "{:e}", change.norm() / a);
         near33(&far.gradient, &near_by.gradient, 1e-7 * H, "∂a/∂x");
-        // Nearer both hold to their size over the distance to the fourth; a point would be 1e-4 off.
+        // Closer, both are accurate to (size/distance)⁴; a point would be 1e-4 off.
         let p = at(200.0);
         let g = body.gravity(&p);
         let slopes = gradient(|p| body.gravity(p).potential, &p, 1.0);
@@ -172,8 +172,11 @@ fn meshes_that_do_not_close_are_refused() {
 fn wrong_obj_lines_are_refused_with_their_number() {
     let fault = |t: &str| from_obj("rock.obj", t, 1.0, 1.0).unwrap_err().to_string();
     assert!(fault("v 1 2\n").contains("rock.obj:1: a vertex without three numbers"));
-    assert!(fault("v 0 0 0\nf 1 2 3\n").contains("rock.obj:2: `2` names no vertex of the 1 above"));
+    assert!(
+        fault("v 0 0 0\nf 1 2 3\n")
+            .contains("rock.obj:2: `2` does not refer to one of the 1 vertices above")
+    );
     assert!(fault("v 0 0 0\nf 1 1\n").contains("rock.obj:2: fewer than three corners"));
-    assert!(fault("v 0 0 0\nf 1 x 1\n").contains("`x` is no corner"));
-    assert!(fault("f 0 0 0\n").contains("names no vertex"));
+    assert!(fault("v 0 0 0\nf 1 x 1\n").contains("`x` is not a corner"));
+    assert!(fault("f 0 0 0\n").contains("does not refer to one of"));
 }

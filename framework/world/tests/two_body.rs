@@ -1,4 +1,4 @@
-//! Two bodies: foreign trajectories, elements, conservation; Clohessy–Wiltshire.
+//! Two bodies: external trajectories, elements, conservation; Clohessy–Wiltshire.
 
 use crate::support::*;
 use linkwork_world::orbit::*;
@@ -48,7 +48,7 @@ fn orekit_for_a_day() {
     assert!(worst < 0.05, "{worst} m");
 }
 
-/// All conics: energy, angular momentum and Runge's vector stay, there is a way back, and two steps are one.
+/// All conics: energy, angular momentum and Runge's vector are conserved, propagation is reversible, and two steps equal one.
 #[test]
 fn every_conic_keeps_what_two_bodies_keep() {
     let mut random = Random(11);
@@ -71,7 +71,7 @@ fn every_conic_keeps_what_two_bodies_keep() {
             (v.norm_squared() / 2.0 - MU / r.norm(), h, v.cross(&h) / MU - r / r.norm())
         };
         let ((E0, h0, e0), (E1, h1, e1)) = (keeps(&start), keeps(&out));
-        // The far end of a narrow ellipse or a fast hyperbola magnifies rounding: measured 1e-10.
+        // The far end of a narrow ellipse or a fast hyperbola amplifies round-off: measured 1e-10.
         near(E1, E0, 1e-9 * MU / r.norm(), &format!("energy, {k}"));
         near3(&h1, &h0, 1e-9 * h0.norm(), &format!("angular momentum, {k}"));
         near3(&e1, &e0, 1e-9, &format!("Runge's vector, {k}"));
@@ -83,7 +83,7 @@ fn every_conic_keeps_what_two_bodies_keep() {
     }
 }
 
-/// Short times: the acceleration is −μ r/r³, seen by differences; long ones: whole turns change nothing.
+/// Short times: the acceleration, by differences, is −μ r/r³. Long times: whole revolutions change nothing.
 #[test]
 fn it_is_newtons_equation() {
     for speed in [5e3, 7.8e3, 1.1e4, 1.5e4] {
@@ -194,7 +194,7 @@ fn clohessy_wiltshire_gives_the_golden_numbers() {
     near3(&rate, &cw.acceleration(&cw.after(&start, t)), 1e-10, "equations");
 }
 
-/// `formation_cw.json`: the linear and the true relative motion, and a rendezvous of two impulses.
+/// `formation_cw.json`: the linear and the true relative motion, and a rendezvous with two impulses.
 #[test]
 fn formation_against_two_bodies() {
     let Some(text) = reference("flight/formation_cw.json") else { return };
@@ -222,7 +222,7 @@ fn formation_against_two_bodies() {
         let (chief, deputy) =
             (propagate(mu, &chief0, t).unwrap(), propagate(mu, &deputy0, t).unwrap());
         let truth = frame(&chief).to_inner(&deputy);
-        // The reference is good to 1.4e-5 m.
+        // The reference is accurate to 1.4e-5 m.
         near3(&truth.position, &Vec3::from_column_slice(&row[7..10]), 5e-5, "true");
         near3(&truth.velocity, &Vec3::from_column_slice(&row[10..13]), 5e-8, "true velocity");
         let place = numbers(&inertial[k]);
@@ -241,6 +241,6 @@ fn formation_against_two_bodies() {
         cw.velocity_to_reach(&start.position, &Vec3::zeros(), half)
             .unwrap_err()
             .to_string()
-            .contains("half a turn")
+            .contains("half a period")
     );
 }

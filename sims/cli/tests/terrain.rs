@@ -97,7 +97,7 @@ fn what_is_no_map_is_refused_with_the_remedy_and_leaves_nothing() {
             vec!["convert", "a.asc", "b.tiles", "--tile", "5"],
             vec!["tiles of 5 cells", "16 to 1024"],
         ),
-        (vec!["resample", "a.asc", "b.asc", "--to-spacing", "0"], vec!["distance of nodes is 0 m"]),
+        (vec!["resample", "a.asc", "b.asc", "--to-spacing", "0"], vec!["node spacing is 0 m"]),
         (vec!["make", "b.tif", "yard.ron"], vec!["sead", "did you mean `seed`?", "yard.ron:2:"]),
         (vec!["make", "b.tif", "--set", "seed"], vec!["write NAME=VALUE"]),
         (vec!["make", "b.tif", "--set", "size=[1, 2"], vec!["size=[1, 2"]),

@@ -80,7 +80,7 @@ def test_a_plate_hangs_on_a_hinge():
 def test_what_cannot_be_is_refused():
     for wrong, fact in [
         (lambda: beam(bending_z=1, ends="glued"), 'ends` is "glued"'),
-        (lambda: beam(bending_z=500), "modes of one kind are wanted"),
+        (lambda: beam(bending_z=500), "modes of one kind requested"),
         (lambda: beam(bending_z=1, damping_ratio=-1), "`damping_ratio` is -1"),
         (lambda: lw.Modes.beam(-1, young=1, shear=1, density=1, area=1, I_y=1, I_z=1, J=np.nan, bending_y=1), "`length` is -1"),
         (lambda: lw.Modes.plate(1, 1, 0.01, young=7e10, poisson=0.6, density=2700, count=1), "`poisson` is 0.6"),

@@ -95,8 +95,8 @@ def test_moves_with_limits_of_jerk():
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda r: r.time_parameterize(WAY, acceleration=0.0), "above zero"),
-        (lambda r: r.time_parameterize(WAY, acceleration=[1.0, math.nan, 1.0]), "above zero"),
+        (lambda r: r.time_parameterize(WAY, acceleration=0.0), "must be positive"),
+        (lambda r: r.time_parameterize(WAY, acceleration=[1.0, math.nan, 1.0]), "must be positive"),
         (lambda r: r.time_parameterize(WAY, acceleration=[1.0, 1.0]), "acceleration"),
         (lambda r: r.time_parameterize(WAY, acceleration="fast"), "acceleration"),
         (lambda r: r.time_parameterize(WAY[:, :2], acceleration=1.0), "shape"),
@@ -106,7 +106,7 @@ def test_moves_with_limits_of_jerk():
         (lambda r: r.time_parameterize(WAY, rate=math.inf, effort=math.inf), "speed"),
         (lambda r: r.time_parameterize(WAY, acceleration=1.0).at(math.nan), "nan|NaN"),
         (lambda r: r.time_parameterize(WAY, acceleration=1.0).at(np.zeros((2, 2))), "shape"),
-        (lambda r: r.transfer([0, 0, 0.1], acceleration=1.0, jerk=-1.0), "above zero"),
+        (lambda r: r.transfer([0, 0, 0.1], acceleration=1.0, jerk=-1.0), "must be positive"),
         (lambda r: r.transfer([0, 0], acceleration=1.0, jerk=1.0), "2"),
         (lambda r: r.prioritized_joint_rates([{"leg": [0, 0, 0]}]), "leg"),
         (lambda r: r.prioritized_joint_rates([{"arm": [0, 0]}]), "shape"),

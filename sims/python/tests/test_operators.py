@@ -105,7 +105,7 @@ def test_mistakes_name_both_operands():
         o.M * o.H
     with pytest.raises(lw.LinkworkError, match=r"cannot add `H` .* and `M`"):
         o.H + o.M
-    with pytest.raises(lw.LinkworkError, match=r"`H φ`.* has \d+ numbers, not"):
+    with pytest.raises(lw.LinkworkError, match=r"`H φ`.* has \d+ numbers, expected"):
         o.H * o.Phi * v
     with pytest.raises(lw.LinkworkError, match=r"cannot multiply an array .* by `H`"):
         v * o.H

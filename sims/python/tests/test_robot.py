@@ -268,7 +268,7 @@ def test_two_tips_at_once_in_the_world_and_as_one_sees_the_other():
     for wrong, words in [
         ({"targets": {"leg": near}}, "no part `leg`"),
         ({"targets": {"left": [1, 2]}}, "shape"),
-        ({"targets": [lw.Target("left", near, relative_to="left")]}, "seen from itself"),
+        ({"targets": [lw.Target("left", near, relative_to="left")]}, "relative to itself"),
         ({"targets": [lw.Target("left", near, relative_to="right")], "in_base": ["left"]}, "from its base and from a tip"),
         ({"keep": ["leg"]}, "no part `leg`"),
         ({"q": np.full(m.nq, 9.0)}, "limits"),
@@ -305,7 +305,7 @@ def test_what_two_hands_hold_stays_held_while_it_is_moved():
     off[robot.dofs("left")[0]] += 0.1
     search = robot.begin_inverse_kinematics_together({}, q=off, keep=["left", "right"])
     assert search.advance(10**6) and search.outcome == "open"
-    with pytest.raises(lw.LinkworkError, match="the grasp of object 0 by two hands does not close") as e:
+    with pytest.raises(lw.LinkworkError, match="the grasp of object 0 by two hands cannot be closed") as e:
         search.solution()
     assert e.value.residual == search.residual and search.residual[0] > 0.01 and (e.value.q == search.q).all()
     X, Y = tips(robot, search.q)
@@ -332,7 +332,7 @@ def test_a_robot_keeps_what_is_coupled():
         robot.inverse_kinematics_together({"arm": [3, 0, 0]})
     assert abs(e.value.q[2] + e.value.q[3] - 0.2) < 2e-9
     for refused in (lambda: robot.inverse_kinematics("arm", at), lambda: robot.plan("arm", q, q), lambda: robot.joint_rates("arm", np.zeros(6))):
-        with pytest.raises(lw.LinkworkError, match="knows nothing of coupling 0"):
+        with pytest.raises(lw.LinkworkError, match="does not support coupling 0"):
             refused()
     assert robot.inverse_kinematics("turn", axis=[1, 0, 0], along=[1, 1, 0])[0] == pytest.approx(np.pi / 4)
 

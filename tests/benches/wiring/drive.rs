@@ -1,4 +1,4 @@
-//! Six wheels, each with rate controller, DC motor, wheel load and sampled encoder; one command: 25 models.
+//! Six wheels, each with rate controller, DC motor, wheel load and sampled encoder, and one command: 25 models.
 use crate::{end, part};
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::*;
@@ -11,7 +11,7 @@ pub struct Rate {
 }
 #[derive(Ports, Clone, Copy)]
 pub struct Loop {
-    /// Wanted rate.
+    /// Commanded rate.
     #[port("rad/s")]
     pub wanted: f64,
     /// Measured rate.
@@ -110,7 +110,7 @@ impl Model for Wheel {
     }
 }
 pub struct Encoder {}
-/// The rate of the sample before.
+/// The rate of the previous sample.
 #[model("drive.encoder")]
 impl Model for Encoder {
     type Inputs = Rate;

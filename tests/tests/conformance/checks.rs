@@ -1,10 +1,10 @@
-//! What every model keeps. Each check returns its findings, so that it can be shown to fail.
+//! Rules that every model must keep. Each check returns its findings, so that a test can show that it fails.
 use super::rig::Rig;
 use super::sample::{self, PATH, build, filled, params, params_for, with};
 use allocation_counter::measure;
 use linkwork_runtime::{Entry, Files, ParamSpec, PortKind, PortSpec, Services, Unit, Value};
 
-/// Documentation of the model, its ports, states and parameters.
+/// Checks the documentation of the model, its ports, states and parameters.
 pub fn documented(entry: &Entry) -> Vec<String> {
     let d = &entry.description;
     let mut found = Vec::new();
@@ -23,7 +23,7 @@ pub fn documented(entry: &Entry) -> Vec<String> {
     found
 }
 
-/// Units can be read; numbers have one.
+/// Checks that units are valid, and that every number has one.
 pub fn units(entry: &Entry) -> Vec<String> {
     let name = &entry.description.name;
     let mut found = Vec::new();
@@ -32,7 +32,7 @@ pub fn units(entry: &Entry) -> Vec<String> {
         if plain && s.unit.is_empty() {
             found.push(format!("`{name}`: port `{}` has no unit: write \"1\" for none", s.name));
         }
-        // Composite kinds have the units of their parts.
+        // Composite kinds have the units of their elements.
         if !s.unit.is_empty()
             && let Err(e) = Unit::parse(&s.unit)
         {
@@ -47,8 +47,8 @@ pub fn units(entry: &Entry) -> Vec<String> {
     found
 }
 
-/// No variable twice: inputs and outputs share the paths `<part>.<port>`, and `<part>.state.<name>` is a state's, which a
-/// port `state` of several numbers would hide.
+/// Checks that variables are unique: inputs and outputs share the paths `<part>.<port>`, and `<part>.state.<name>` is a state, which a port `state`
+/// of several numbers would hide.
 pub fn names(entry: &Entry) -> Vec<String> {
     let described = entry.describe(&params(entry).into(), &Files::default());
     let d = described.as_ref().unwrap_or(&entry.description);
@@ -65,7 +65,7 @@ pub fn names(entry: &Entry) -> Vec<String> {
         .collect()
 }
 
-/// Builds from defaults and made-up values.
+/// Checks that the model builds from defaults and made-up values.
 pub fn builds(entry: &Entry, services: &Services) -> Vec<String> {
     match build(entry, &params(entry), services) {
         Ok(_) => Vec::new(),
@@ -76,10 +76,10 @@ pub fn builds(entry: &Entry, services: &Services) -> Vec<String> {
     }
 }
 
-/// Models that compute a picture at a sample: by several threads, and each takes memory.
+/// Models that render an image at a sample: they use several threads, each of which allocates.
 const PICTURES: [&str; 1] = ["sensors.camera"];
 
-/// Bits: run twice, evaluated twice, resumed in a new instance; finite; nothing allocated.
+/// Checks that results are bit-identical when run twice, evaluated twice, and resumed in a new instance; also finite values, and no allocation.
 pub fn runs(entry: &Entry, services: &Services) -> Vec<String> {
     const TICKS: usize = 200;
     const HALF: usize = 97;
@@ -118,7 +118,7 @@ pub fn runs(entry: &Entry, services: &Services) -> Vec<String> {
     found
 }
 
-/// Ends of ranges are taken (by models), the next number outside is refused by name.
+/// Checks that models accept the ends of ranges, and that the next number outside is rejected by name.
 pub fn ranges(entry: &Entry, services: &Services) -> Vec<String> {
     let name = &entry.description.name;
     let mut found = Vec::new();
@@ -179,7 +179,7 @@ fn all_ports(entry: &Entry) -> Vec<&PortSpec> {
     d.all_inputs().chain(d.all_outputs()).chain(states).collect()
 }
 
-/// Parameters and those inside them, by path.
+/// Returns parameters and those inside them, by path.
 fn all_params<'s>(specs: &'s [ParamSpec], above: &[&'s str]) -> Vec<(Vec<&'s str>, &'s ParamSpec)> {
     let mut all = Vec::new();
     for s in specs {
@@ -193,7 +193,7 @@ fn all_params<'s>(specs: &'s [ParamSpec], above: &[&'s str]) -> Vec<(Vec<&'s str
     all
 }
 
-/// All checks of a model; of a service, those that need no file.
+/// Runs all checks of a model; for a service, those that do not need a file.
 pub fn all(entry: &Entry, services: &Services) -> Vec<String> {
     let mut found = [documented(entry), units(entry), names(entry)].concat();
     if entry.service_kind().is_none() {

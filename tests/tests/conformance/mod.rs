@@ -1,4 +1,4 @@
-//! Every model of every library keeps the rules of a model: one generated suite.
+//! One generated suite checks the rules of models on every model of every library.
 mod checks;
 mod rig;
 mod sample;
@@ -60,7 +60,7 @@ fn each_check_can_fail() {
     }
 }
 
-/// What the message about a loop advises makes it compile.
+/// The remedy in the message about an algebraic loop makes it compile.
 #[test]
 fn the_remedy_for_a_loop_exists() {
     use linkwork_runtime::{

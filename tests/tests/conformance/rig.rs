@@ -1,4 +1,4 @@
-//! One model on a test bench: its own lanes, inputs that move smoothly, Euler steps of 1 ms.
+//! A model on a test bench: separate signals, smoothly varying inputs, Euler steps of 1 ms.
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{
     Block, Description, Evaluation, Lane, Now, PortKind, PortSpec, Prototype, Wiring, noise,
@@ -8,7 +8,7 @@ use linkwork_runtime::{
 const PERIOD: u64 = 20;
 const STEP: f64 = 1e-3;
 
-/// A model, wired to lanes of its own.
+/// A model, connected to separate signals.
 pub struct Rig {
     block: Box<dyn Block>,
     description: Description,
@@ -22,11 +22,11 @@ pub struct Rig {
     /// Values of the guards at the last tick.
     guards: Vec<f64>,
     values: Vec<f64>,
-    /// Evaluate everything this many times: more than once changes nothing in a pure model.
+    /// Number of evaluations of everything per tick; more than one must not change a pure model.
     pub repeats: usize,
 }
 
-/// What a checkpoint holds of it.
+/// The part of a checkpoint that belongs to the model.
 pub struct Saved {
     tick: u64,
     lanes: [Vec<f64>; 4],
@@ -38,7 +38,7 @@ fn lanes(specs: &[PortSpec]) -> usize {
 }
 
 impl Rig {
-    /// Sampled every 20 ms when it has updates, else continuous.
+    /// Creates the bench: sampled every 20 ms if the model has updates, otherwise continuous.
     pub fn new(prototype: &dyn Prototype) -> Rig {
         let description = prototype.description().clone();
         let (nu, nud) = (lanes(&description.inputs), lanes(&description.feedthrough_inputs));
@@ -76,7 +76,7 @@ impl Rig {
         rig
     }
 
-    /// One tick: inputs, outputs, update, step.
+    /// Makes one tick: inputs, outputs, update, step.
     pub fn step(&mut self) {
         let t = STEP * self.tick as f64;
         let evaluation = Evaluation::Tick;
@@ -118,7 +118,7 @@ impl Rig {
         self.tick += 1;
     }
 
-    /// Guards that changed their sign since the last tick fire.
+    /// Fires guards that changed their sign since the last tick.
     fn events(&mut self, now: &Now) {
         let (x, d, sig) = (&self.x, &self.d, &self.sig);
         for _ in 0..self.repeats {
@@ -136,7 +136,7 @@ impl Rig {
         }
     }
 
-    /// Steps, and the hash of all bits after each.
+    /// Makes steps, and returns the hash of all bits after each.
     pub fn trace(&mut self, ticks: usize) -> Vec<u64> {
         (0..ticks)
             .map(|_| {
@@ -153,7 +153,7 @@ impl Rig {
         noise::hash(bytes)
     }
 
-    /// The first lane that is no finite number.
+    /// Returns the first signal that is not finite.
     pub fn bad(&self) -> Option<String> {
         let named = |specs: Vec<&PortSpec>, values: &[f64]| {
             let names: Vec<String> = specs
@@ -169,7 +169,7 @@ impl Rig {
             .or_else(|| named(d.all_outputs().collect(), &self.sig[self.outputs..]))
     }
 
-    /// Everything that changes.
+    /// Saves everything that changes.
     pub fn save(&self) -> Saved {
         Saved {
             tick: self.tick,
@@ -178,7 +178,7 @@ impl Rig {
         }
     }
 
-    /// Takes it back.
+    /// Restores it.
     pub fn load(&mut self, s: &Saved) {
         self.tick = s.tick;
         [self.x, self.d, self.sig, self.guards] = s.lanes.clone();
@@ -186,10 +186,10 @@ impl Rig {
     }
 }
 
-/// Quantities that are never negative, by unit.
+/// Units of quantities that are never negative.
 const POSITIVE: [&str; 8] = ["K", "Pa", "kg", "kg/m^3", "J", "W", "F", "ohm"];
 
-/// An input at time t: smooth, different on every lane, and consistent (rates are derivatives).
+/// Sets an input at time t: smooth, different for every signal, and consistent (rates are derivatives).
 fn move_input(spec: &PortSpec, at: usize, t: f64, out: &mut [f64]) {
     let wave = |k: usize| {
         let (w, phase) = (2.0 + 0.7 * ((at + k) % 7) as f64, 0.9 * (at + k) as f64 + 0.4);

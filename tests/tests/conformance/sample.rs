@@ -1,10 +1,10 @@
-//! Parameters for a model that nobody configured: defaults, and made-up values for required ones.
+//! Parameters for an unconfigured model: defaults, and made-up values for required ones.
 use linkwork_runtime::{Entry, Fault, Located, ParamSpec, Prototype, ReadCx, Services, Value};
 
-/// Path under which the model under test is built.
+/// Path at which the model under test is built.
 pub const PATH: &str = "bench.part";
 
-/// Required parameters that only make sense together, where a made-up value would be refused.
+/// Required parameters that are only valid in combination, for which a made-up value would be rejected.
 fn written(model: &str, param: &str) -> Option<Value> {
     let list = |v: &[f64]| Value::List(v.iter().map(|x| Value::Number(*x).into()).collect());
     let pairs = |v: &[[f64; 2]]| Value::List(v.iter().map(|p| list(p).into()).collect());
@@ -115,7 +115,7 @@ fn written(model: &str, param: &str) -> Option<Value> {
     }
 }
 
-/// A value of a kind with every number `x`; `None` for a service.
+/// Returns a value of a kind with every number equal to `x`; `None` for a service.
 pub fn filled(kind: &str, fields: &[ParamSpec], x: f64) -> Option<Value> {
     if kind.starts_with("path of a") {
         return None;
@@ -143,7 +143,7 @@ pub fn filled(kind: &str, fields: &[ParamSpec], x: f64) -> Option<Value> {
     })
 }
 
-/// 1, or the middle of the range, or an end of it.
+/// Returns 1, or the middle of the range, or an end of it.
 fn number(spec: &ParamSpec) -> f64 {
     match spec.range {
         None => 1.0,
@@ -168,7 +168,7 @@ fn map(specs: &[ParamSpec]) -> Value {
     )
 }
 
-/// The parameters of a model: required ones only.
+/// Returns the parameters of a model: only required ones.
 pub fn params(entry: &Entry) -> Value {
     let d = &entry.description;
     let Value::Map(mut entries) = map(&d.params) else { return Value::Null };
@@ -192,7 +192,7 @@ pub fn params(entry: &Entry) -> Value {
     Value::Map(entries)
 }
 
-/// The same for a check of one parameter, with what that one is refused without.
+/// Returns the parameters for a check of one parameter, including those without which it would be rejected.
 pub fn params_for(entry: &Entry, param: &str) -> Value {
     match (&*entry.description.name, param) {
         ("flight.magnetic_field", "dipole_radius") => {
@@ -204,7 +204,7 @@ pub fn params_for(entry: &Entry, param: &str) -> Value {
     }
 }
 
-/// The same with one more, which may be inside nested structs.
+/// Returns the parameters with one more, which may be inside nested structs.
 pub fn with(base: &Value, path: &[&str], value: Value) -> Value {
     let Value::Map(entries) = base else { return base.clone() };
     let mut entries = entries.clone();

@@ -1,4 +1,4 @@
-//! Models that break one rule each: every check must see its own.
+//! Models that break one rule each, so that every check must detect its own.
 use linkwork_runtime::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -23,7 +23,7 @@ pub struct Clash {
     /// .
     #[port]
     pub u: f64,
-    /// A unit that nobody knows.
+    /// Has an unknown unit.
     #[port("furlong")]
     pub far: f64,
 }
@@ -47,7 +47,7 @@ pub struct Inner {
     pub pair: [f64; 2],
 }
 
-/// Right in every way.
+/// Keeps all rules.
 pub struct Good {
     p: Ranged,
 }
@@ -79,7 +79,7 @@ impl Model for Impure {
     }
 }
 
-/// A store that does not save all it holds.
+/// A store that does not save everything it contains.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Leaky {
     kept: f64,
@@ -104,9 +104,9 @@ impl Model for Forgetful {
     }
 }
 
-/// Allocates.
+/// A model that allocates.
 pub struct Greedy {}
-/// Makes a list at every call.
+/// Allocates a list in every call.
 #[model("toy.greedy")]
 impl Model for Greedy {
     type FeedthroughInputs = In;
@@ -116,7 +116,7 @@ impl Model for Greedy {
     }
 }
 
-/// Badly labelled, and divides by zero.
+/// Badly documented, and divides by zero.
 pub struct Sloppy {}
 /// .
 #[model("toy.sloppy")]
@@ -128,11 +128,11 @@ impl Model for Sloppy {
     }
 }
 
-/// Refuses what its range allows.
+/// A model that rejects values of its range.
 pub struct Fussy {
     p: Ranged,
 }
-/// Refuses the end of its range.
+/// Rejects the end of its range.
 #[model("toy.fussy")]
 impl Model for Fussy {
     type Params = Ranged;

@@ -1,4 +1,4 @@
-//! Small services for models that ask: level soil, uniform gravity, thin air, a still sun, a place on a small Earth.
+//! Small services for models that need them: level soil, uniform gravity, thin air, a fixed sun, a position on a small Earth.
 use linkwork_environment::world::{Centre, PlanetWorld, SiteParams, WorldParams};
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{ServiceObject, Services};
@@ -55,7 +55,7 @@ impl Sun for Still {
     }
 }
 
-/// One of each kind.
+/// Returns one service of each kind.
 pub fn services() -> Services {
     let soil = Soil {
         n: 1.1,

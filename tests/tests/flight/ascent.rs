@@ -1,4 +1,4 @@
-//! Launch to orbit: two stages beside a trajectory that an independent program computed (DOP853, relative 1e-12).
+//! Launch to orbit: compares two stages with a trajectory from an independent program (DOP853, relative 1e-12).
 use linkwork_environment::planet_air::{StandardAtmosphere, Us76Params};
 use linkwork_environment::world::PlanetWorld;
 use linkwork_runtime::Files;
@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::common;
 use common::{Worst, get, num, reference, row, rows, seconds, vec3, velocity};
 
-/// The air of the file: the standard to 86 km, from there an exponential with the speed of sound of 86 km.
+/// The reference's atmosphere: the standard to 86 km, then an exponential with the speed of sound of 86 km.
 struct CutStandard {
     standard: StandardAtmosphere,
     world: PlanetWorld,
@@ -35,7 +35,7 @@ impl Atmosphere for CutStandard {
     }
 }
 
-/// US76 to 86 km and an exponential above, as the reference has it.
+/// US76 to 86 km and an exponential above, as in the reference.
 #[service("test.cut_standard", Atmosphere)]
 impl Service for CutStandard {
     type Params = Us76Params;
@@ -49,7 +49,7 @@ impl Service for CutStandard {
     }
 }
 
-/// The file's flight in the axes of its launch site, with the air of the service `air`.
+/// Returns the reference's flight in the axes of its launch site, with the atmosphere of the service `air`.
 fn flight(all: &Value, air: &str) -> String {
     let (planet, input, phases) = (&all["planet"], &all["inputs"], &all["phases"]["times"]);
     let of = |v: &Value, name: &str| num(&v[name]);
@@ -88,7 +88,7 @@ fn flight(all: &Value, air: &str) -> String {
             of(stage, "thrust_vac")
         )
     };
-    // The file's later rows are at no tick: a phase begins at each, so that the run stops there.
+    // Later rows of the reference are not at ticks. A phase begins at each, so that the run stops there.
     let at: Vec<f64> =
         rows(&all["rows"]).iter().map(|r| r[0]).filter(|t| *t > of(phases, "ignition2")).collect();
     let end = of(phases, "burnout2");
@@ -171,15 +171,15 @@ fn flight(all: &Value, air: &str) -> String {
     )
 }
 
-/// Greatest errors over the rows, and the last position.
+/// Largest errors over the rows, and the last position.
 struct Flown {
-    /// m, m/s.
+    /// Position, m, and velocity, m/s.
     position: Worst,
     velocity: Worst,
     /// Geodetic latitude and longitude, deg; height, m.
     place: [Worst; 2],
     height: Worst,
-    /// Through the air: m/s, Mach number, and dynamic pressure over that of the file.
+    /// Relative to the air: m/s, Mach number, and dynamic pressure divided by that of the reference.
     air: [Worst; 3],
     last: Vec3,
 }
@@ -252,7 +252,7 @@ fn fly(all: &Value, air: &str) -> Flown {
 fn two_stages_with_a_gravity_turn() {
     let Some(all) = reference("two_stage_ascent.json") else { return };
     let f = fly(&all, "test.cut_standard");
-    // The file asks for 1 m and is itself right to 5e-4 m.
+    // The reference requires 1 m and has an error of 5e-4 m.
     f.position.below(2e-3, "ascent, position, m");
     f.velocity.below(1e-5, "ascent, velocity, m/s");
     f.place[0].below(1e-8, "ascent, geodetic latitude, deg");
@@ -261,17 +261,17 @@ fn two_stages_with_a_gravity_turn() {
     f.air[0].below(1e-5, "ascent, speed through the air, m/s");
     f.air[1].below(1e-6, "ascent, Mach number");
     f.air[2].below(1e-6, "ascent, dynamic pressure, relative");
-    // The README tells how high it goes.
+    // The README states the altitude reached.
     let top = num(&all["rows"].as_array().unwrap().last().unwrap()[10]);
     assert!((top / 1e3 - 797.0).abs() < 0.5, "{top}");
-    // Real air above 86 km, which the file has as an exponential.
+    // Real air above 86 km, which is an exponential in the reference.
     let thin = fly(&all, "environment.us76").last;
     let worth = (thin - f.last).norm();
     println!("the air above 86 km is worth {worth:.3} m");
     assert!((worth - 0.137).abs() < 5e-3, "{worth} m");
 }
 
-/// What `sims/ascent` does, phase by phase, as its README tells.
+/// Checks the phases of `sims/ascent` against its README.
 #[test]
 fn a_launcher_reaches_its_orbit_phase_by_phase() {
     let mut sim = common::repository("ascent/sim.ron", &[]).unwrap();
@@ -306,21 +306,21 @@ fn a_launcher_reaches_its_orbit_phase_by_phase() {
                 let tilt = look(&sim, "Orbit.inclination").to_degrees();
                 let left = look(&sim, "Tank2.propellant");
                 println!("{low} m by {high} m, {tilt} deg, {left} kg left");
-                // 200 km by 200 km is wanted.
+                // The target is 200 km by 200 km.
                 assert!((low / 1e3 - 194.9).abs() < 0.2 && (high / 1e3 - 205.1).abs() < 0.2);
                 assert!((tilt - 28.343).abs() < 2e-3 && (left - 4880.0).abs() < 20.0);
-                // Downwards at the cutoff, which is what the ten kilometres between the apses are.
+                // Descending at the cutoff, which explains the ten kilometres between the apses.
                 let sinks = -row[2] * row[3].to_radians().sin();
                 println!("{sinks} m/s downwards");
                 assert!((sinks - 6.0).abs() < 0.05, "{sinks}");
-                // Cut off at the energy, to the picosecond: the semi-major axis is that of the orbit.
+                // Cut off at the target energy, to the picosecond, so the semi-major axis is exact.
                 assert!((0.5 * (low + high) - 200e3).abs() < 0.01, "{low} {high}");
             }
         }
     }
-    // Time, height, inertial speed, angle of the path.
+    // Time, height, inertial speed, flight path angle.
     let want = [
-        // As of the first row, 0.1 s.
+        // First row, at 0.1 s.
         ("programme", [0.1, -4.80, 409.05, 0.058]),
         ("gravity_turn", [22.0, -3.66, 435.6, 14.58]),
         ("staging", [136.61, 66.89, 2664.3, 30.28]),
@@ -339,13 +339,13 @@ fn a_launcher_reaches_its_orbit_phase_by_phase() {
     assert!((pressure / 39.0e3 - 1.0).abs() < 0.01);
 }
 
-/// From a path as steep as that of the reference: the run goes on into the phase that says so.
+/// With a path as steep as the reference, the propellant is exhausted, and the run enters the phase that reports this.
 #[test]
 fn a_launcher_that_runs_dry_says_so() {
     let mut sim = common::repository("ascent/sim.ron", &["kick=4.3 deg"]).unwrap();
     sim.run_until(seconds(600.0)).unwrap();
     assert_eq!(sim.phase(), "dry");
-    // What is missing along the way to the speed of a circle of 200 km at the end of the propellant, m/s: by energy.
+    // The velocity missing for a circular orbit of 200 km when the propellant is exhausted, m/s, from the energy.
     let (mu, wanted) = (3.986_004_418e14, 6_578_137.0);
     let mut sim_again = common::repository("ascent/sim.ron", &["kick=4.3 deg"]).unwrap();
     while sim_again.phase() != "dry" {

@@ -1,8 +1,8 @@
-//! `sims/balloon`: a super-pressure balloon on Mars floats, comes down and rises again.
+//! `sims/balloon`: a super-pressure balloon on Mars floats, descends and rises again.
 
 use crate::common::{repository, seconds};
 
-/// Height (m) at which the air that the file names has this density: p = 699 e^(−0.00009 h), R = 192.1, T in two lines.
+/// Returns the height (m) at which the file's atmosphere has this density: p = 699 e^(−0.00009 h), R = 192.1, T in two linear pieces.
 fn height_of(density: f64) -> f64 {
     let warm = |h: f64| if h < 7000.0 { 242.15 - 9.98e-4 * h } else { 249.75 - 2.22e-3 * h };
     let at = |h: f64| 699.0 * (-9e-5 * h).exp() / (192.1 * warm(h));
@@ -36,7 +36,7 @@ fn a_balloon_floats_where_it_displaces_its_mass_and_comes_down_and_rises() {
     }
     let phases: Vec<&str> = told.iter().map(|t| t.0.as_str()).collect();
     assert_eq!(phases, ["ascent", "float", "venting", "descent", "dropping", "ascent_again"]);
-    // Whole mass over the volume: envelope, gondola, ballast and gas.
+    // Total mass over the volume: envelope, gondola, ballast and gas.
     let gas = sim.get("Balloon.gas").unwrap();
     let (first, then) =
         (height_of((18.0 + 9.0 + 3.0 + 3.6) / 3700.0), height_of((27.0 + gas) / 3700.0));
@@ -47,7 +47,7 @@ fn a_balloon_floats_where_it_displaces_its_mass_and_comes_down_and_rises() {
     assert!(sim.get("Ballast.propellant").unwrap() == 0.0);
     let east = sim.get("Ground.offset.x").unwrap();
     assert!((east / 1e3 - 259.0).abs() < 0.5, "{east}");
-    // As the README tells: s and m of each phase.
+    // As in the README: s and m of each phase.
     let want = [
         (0.0, 500.0),
         (1277.3, 5922.7),

@@ -1,28 +1,28 @@
-//! `sims/capsule_landing`: a capsule comes down on land, on parachutes that fill in stages and on airbags with vents.
+//! `sims/capsule_landing`: a capsule lands on ground with parachutes that open in stages and airbags with vents.
 
 use crate::common::{get, repository, seconds};
 use linkwork_runtime::Simulation;
 
-/// Cabin; the main parachutes, kg.
+/// Mass of the cabin; mass of the main parachutes, kg.
 const CABIN: f64 = 5600.0;
 const MAIN: f64 = 410.0;
 
-/// The beginning of a phase: its name, s, height of the centre of mass (m).
+/// Start of a phase: its name, s, height of the centre of mass (m).
 type Told = Vec<(String, f64, f64)>;
 
-/// What a landing did.
+/// Results of a landing.
 #[derive(Default, Debug)]
 struct Landing {
     told: Told,
-    /// Greatest tension of the drogue's riser, and of that of the main parachutes, N.
+    /// Largest tension of the drogue's riser and of the main parachutes' riser, N.
     pulls: [f64; 2],
-    /// Greatest force of the ground, N, and its sum over time, N s.
+    /// Largest force of the ground, N, and its integral over time, N s.
     force: f64,
     impulse: f64,
-    /// Velocity down at the first touch, and where the base touches, m/s; 0: never.
+    /// Downward velocity at the first touch, and when the base touches, m/s; 0: never.
     touch: f64,
     base: f64,
-    /// Greatest velocity upwards after the first touch, m/s.
+    /// Largest upward velocity after the first touch, m/s.
     up: f64,
 }
 
@@ -30,7 +30,7 @@ fn number(sim: &Simulation, name: &str) -> f64 {
     sim.get(name).unwrap_or(0.0)
 }
 
-/// Comes down, and goes on for `after` s.
+/// Runs the landing, and continues for `after` s.
 fn land(sim: &mut Simulation, after: f64) -> Landing {
     let mut l = Landing::default();
     let (mut last, mut end) = ((0.0, 0.0), f64::INFINITY);
@@ -44,7 +44,7 @@ fn land(sim: &mut Simulation, after: f64) -> Landing {
         for (pull, name) in l.pulls.iter_mut().zip(["DrogueRiser.tension", "MainRiser.tension"]) {
             *pull = pull.max(number(sim, name));
         }
-        // By trapezia.
+        // Trapezoidal rule.
         l.impulse += 0.5 * (t - last.0) * (load + last.1);
         l.force = l.force.max(load);
         last = (t, load);
@@ -67,7 +67,7 @@ fn land(sim: &mut Simulation, after: f64) -> Landing {
 fn a_capsule_comes_down_on_its_airbags() {
     let mut sim = repository("capsule_landing/sim.ron", &[]).unwrap();
     let l = land(&mut sim, 7.0);
-    // (phase, s, m), as the README tells.
+    // (phase, s, m), as in the README.
     let want = [
         ("fall", 0.02, 7497.2),
         ("mortar", 0.5, 7430.0),
@@ -91,17 +91,17 @@ fn a_capsule_comes_down_on_its_airbags() {
         assert!((found / 1e3 / kn - 1.0).abs() < 0.01, "{found} N for {kn} kN");
     }
     assert!((l.touch - 8.69).abs() < 0.02 && (l.base - 3.39).abs() < 0.05, "{l:?}");
-    // It does not come back up, and lies on its base.
+    // It does not bounce up, and lies on its base.
     let tilt = number(&sim, "Upright.tilt").to_degrees();
     assert!(l.up < 1.5 && tilt < 3.0, "{} m/s, {tilt} deg", l.up);
     assert!(get(&sim, "capsule.velocity").norm() < 1e-3);
-    // What the ground gave is what the cabin had and what it weighs.
+    // The impulse of the ground equals the cabin's momentum plus its weight over time.
     let weight = CABIN * 9.79 * 7.0;
     let share = l.impulse / (CABIN * l.touch + weight);
     assert!((share - 1.0).abs() < 0.015, "{share}");
 }
 
-/// In still air it sinks as its parachutes let it; bags that never vent throw it back as fast as it came, and it falls over.
+/// In still air its parachutes determine the descent rate. Airbags without venting throw it back with the impact speed, and it falls over.
 #[test]
 fn without_vents_it_bounces() {
     let set = ["wind=0", "wind_20ft=0", "Gusts.sigma_high=0", "vent=1e7"];
@@ -109,7 +109,7 @@ fn without_vents_it_bounces() {
     while sim.phase() != "touchdown" {
         sim.step_event().unwrap();
     }
-    // All hang on the parachutes: weight is their drag and the little of the cabin.
+    // Everything hangs on the parachutes: the weight equals their drag plus the small drag of the cabin.
     let density = 2.0 * number(&sim, "Main.drag")
         / (number(&sim, "Main.drag_area") * number(&sim, "Main.airspeed").powi(2));
     assert!((density / 1.0824 - 1.0).abs() < 1e-3, "{density} kg/m3: of US76 at 1271 m");
@@ -118,7 +118,7 @@ fn without_vents_it_bounces() {
     let down = -get(&sim, "capsule.velocity").z;
     assert!((down / sink - 1.0).abs() < 0.01, "{down} m/s for {sink}");
     let l = land(&mut sim, 1.0);
-    // Gas that stays is a spring: what is lost is the pull of the parachutes, gone at the touch, and the air's.
+    // Gas that stays acts as a spring; the only losses are the parachutes' pull, which ends at the touch, and the air's drag.
     assert!((l.up / l.touch - 1.0).abs() < 0.03, "{l:?}");
     assert!(l.force > 9e5, "{l:?}");
     sim.run_until(seconds(sim.time().ceil() as u64 as f64 + 9.0)).unwrap();

@@ -1,16 +1,17 @@
-//! Inputs that were wrong once, with the right answers: conserved momentum, ends of tanks, springs and airbags, first samples, starts.
+//! Inputs that once gave wrong results, with the right ones: conserved momentum, empty tanks, ends of springs and airbags, first samples, initial
+//! states.
 use crate::common;
 use common::{get, metrics_of, rotation, scene, seconds, velocity};
 use linkwork_runtime::Simulation;
 use linkwork_spatial::Vec3;
 
-/// The metrics of a simulation that has to run.
+/// Returns the metrics of a simulation that must run.
 fn metrics(text: &str) -> impl Fn(&str) -> f64 + use<> {
     let all = metrics_of(text).unwrap_or_else(|e| panic!("{e}"));
     move |name| all[name]
 }
 
-/// What a simulation says that cannot be loaded or ends with an error.
+/// Checks the message of a simulation that cannot be loaded or ends with an error.
 fn refused(text: &str, parts: &[&str]) {
     let told = metrics_of(text).err().unwrap_or_else(|| panic!("it runs: {parts:?}"));
     for part in parts {
@@ -18,7 +19,8 @@ fn refused(text: &str, parts: &[&str]) {
     }
 }
 
-/// A craft of 100 kg with a tank of 110 kg on its axis and one of `second` kg 2 m beside it, and a line between them whose valve closes at 35 s.
+/// A spacecraft of 100 kg with a tank of 110 kg on its axis and one of `second` kg at a distance of 2 m, and a line between them whose valve closes
+/// at 35 s.
 fn line(second: f64, turning: f64) -> String {
     format!(
         r#"Simulation(
@@ -37,7 +39,8 @@ fn line(second: f64, turning: f64) -> String {
     )
 }
 
-/// Momentum (N s), angular momentum about the origin of W (N m s) and common centre of mass (m) of the craft with its tanks, while nothing flows.
+/// Returns momentum (N s), angular momentum about the origin of W (N m s) and the common centre of mass (m) of the spacecraft with its tanks, without
+/// flow.
 fn balance(sim: &Simulation) -> (Vec3, Vec3, Vec3) {
     let (r, v, R) = (get(sim, "craft.position"), velocity(sim, "craft"), rotation(sim, "craft"));
     let omega = R * get(sim, "craft.angular");
@@ -63,8 +66,8 @@ fn balance(sim: &Simulation) -> (Vec3, Vec3, Vec3) {
     (p, h, centre / mass)
 }
 
-/// Propellant that goes through a line from one tank to another changes neither momentum nor angular momentum of the vehicle beyond 0.2 N m s (68 without
-/// the line's force), and its centre of mass moves on in a straight line.
+/// Propellant that flows through a line from one tank to another changes neither momentum nor angular momentum of the vehicle by more than 0.2 N m s
+/// (68 without the line's force), and its centre of mass moves on a straight line.
 #[test]
 fn what_flows_between_tanks_keeps_momentum_and_centre_of_mass() {
     for turning in [0.0, 1.0] {
@@ -83,19 +86,19 @@ fn what_flows_between_tanks_keeps_momentum_and_centre_of_mass() {
         let drift = c - (c0 + p0 / 211.0 * 40.0);
         assert!(drift.norm() < 1e-3, "{drift}");
         if turning == 0.0 {
-            // The vehicle moves the other way.
+            // The vehicle moves in the opposite direction.
             let back = -2.0 * moved / 211.0;
             let at = get(&sim, "craft.position").x;
             assert!((at - back).abs() < 2e-3, "{at} {back}");
         } else {
-            // Slower, as the moment of inertia about the common centre grows: 68 N m s and the spin of the parts.
+            // Slower, because the moment of inertia about the common centre increases: 68 N m s and the spin of the parts.
             let spin = get(&sim, "craft.angular").z;
             assert!(spin < 0.5, "{spin}");
         }
     }
 }
 
-/// An empty tank can be filled, and nothing is lost on the way.
+/// An empty tank can be filled without loss of propellant.
 #[test]
 fn an_empty_tank_is_filled() {
     let mut sim = scene(&line(0.0, 0.0), &[]).unwrap();
@@ -106,7 +109,7 @@ fn an_empty_tank_is_filled() {
     assert_eq!(sim.get("B.outlet.available").ok(), Some(1.0));
 }
 
-/// A tank that is used up while it fills another one gives all that it had, and no more.
+/// A tank that becomes empty while filling another one gives exactly its content.
 #[test]
 fn a_tank_that_runs_dry_in_a_line_gives_what_it_had() {
     let text = line(1.0, 1.0).replace("\"propellant\": 110", "\"propellant\": 30");
@@ -117,11 +120,11 @@ fn a_tank_that_runs_dry_in_a_line_gives_what_it_had() {
     assert_eq!(left, [0.0, 0.0]);
     assert!((sim.get("B.propellant").unwrap() - 31.0).abs() < 1e-9);
     let (p, h, _) = balance(&sim);
-    // The flow ends at once, and its momentum comes back within some tenths of a second.
+    // The flow stops at once, and its momentum returns within some tenths of a second.
     assert!((p - p0).norm() < 1e-6 && (h - h0).norm() < 1e-2 * h0.norm(), "{p} {p0} {h} {h0}");
 }
 
-/// A bag that cannot stop its lander says so: without a hull the lander would go through the ground.
+/// An airbag that cannot stop its lander reports this, because without a hull the lander would pass through the ground.
 #[test]
 fn an_airbag_that_is_pressed_flat_is_reported() {
     let run = |speed: f64| {
@@ -150,7 +153,7 @@ fn an_airbag_that_is_pressed_flat_is_reported() {
     assert!(lowest > 0.0 && told.is_empty(), "{lowest} {told:?}");
 }
 
-/// At and after its arrival a descent has no force; one whose arrival is over from the start warns.
+/// At and after its arrival time a descent commands zero force; if the arrival is already over at the start, it warns.
 #[test]
 fn a_descent_ends_at_its_arrival() {
     let text = |arrival: f64| {
@@ -172,7 +175,7 @@ fn a_descent_ends_at_its_arrival() {
     let mut sim = scene(&text(20.0), &[]).unwrap();
     sim.run_until(seconds(19.95)).unwrap();
     assert!(sim.get("V.thrust").unwrap() > 100.0);
-    // No sample more: it falls from the instant of the arrival on.
+    // Without further samples it falls from the arrival on.
     sim.run_until(seconds(20.0)).unwrap();
     let v0 = velocity(&sim, "c");
     sim.run_until(seconds(20.05)).unwrap();
@@ -183,7 +186,7 @@ fn a_descent_ends_at_its_arrival() {
     assert!(told.iter().any(|m| m.contains("`arrival` is 0 s")), "{told:?}");
 }
 
-/// Springs that cannot push as they are written are refused.
+/// Springs that cannot push with their parameters are rejected.
 #[test]
 fn springs_begin_within_their_stroke() {
     let text = |model: &str, length: &str, x: f64| {
@@ -198,12 +201,12 @@ fn springs_begin_within_their_stroke() {
     };
     refused(&text("separation_spring", "stroke", -0.1), &["0.100000 m behind", "stroke of 0.1 m"]);
     refused(&text("kickoff_spring", "length", 0.0), &["ends coincide", "no direction"]);
-    // ½ k s² goes into the body: √(k/m) s.
+    // ½ k s² is transferred to the body: √(k/m) s.
     assert!((metrics(&text("separation_spring", "stroke", 0.0))("speed") - 1.0).abs() < 1e-6);
     assert!((metrics(&text("kickoff_spring", "length", 0.01))("speed") - 0.9).abs() < 1e-6);
 }
 
-/// A rover that rolls without slip on a circle of half a metre: the monitor of its drive reads none.
+/// A rover that rolls without slip on a circle of half a metre: its drive monitor reports zero slip.
 #[test]
 fn a_curve_without_slip_is_no_slip() {
     let get = metrics(
@@ -223,7 +226,7 @@ fn a_curve_without_slip_is_no_slip() {
     assert!(get("slip") < 1e-4 && get("slipping") == 0.0, "{}", get("slip"));
 }
 
-/// The gas over the propellant begins with what the tank has, which is written once.
+/// The gas over the propellant starts with the tank's content, which is written only once.
 #[test]
 fn a_tank_that_blows_down_begins_with_what_it_has() {
     let text = |more: &str| {
@@ -250,7 +253,7 @@ fn a_tank_that_blows_down_begins_with_what_it_has() {
     refused(&text(", \"propellant\": 50"), &["`B` has no parameter `propellant`"]);
 }
 
-/// Above 80 000 ft MIL-F-8785C has no gusts, and neither has a craft in orbit.
+/// Above 80 000 ft MIL-F-8785C does not define gusts, so they are zero, also for a spacecraft in orbit.
 #[test]
 fn gusts_end_with_their_specification() {
     let text = |height: f64, more: &str| {
@@ -278,7 +281,7 @@ fn gusts_end_with_their_specification() {
     assert!(told.iter().any(|m| m.contains("gusts of MIL-F-8785C end at 24384 m")), "{told:?}");
 }
 
-/// 4500 J go into honeycomb of 8 and 20 kN, but for what the strut gives back: F²/2k of the last stage.
+/// Honeycomb of 8 and 20 kN absorbs 4500 J, except the energy that the strut returns: F²/2k of the last stage.
 #[test]
 fn honeycomb_takes_the_energy_of_the_landing() {
     let text = |first: u32, second: u32| {
@@ -298,7 +301,7 @@ fn honeycomb_takes_the_energy_of_the_landing() {
     refused(&text(20_000, 8000), &["the softer one crushes first"]);
 }
 
-/// An inertial unit has its bias and its scale error in its first sample as in all others; each axis has its own.
+/// An inertial unit has its bias and scale error in the first sample as in all others; each axis has separate values.
 #[test]
 fn an_inertial_unit_begins_as_it_continues() {
     let get = metrics(
@@ -328,7 +331,7 @@ fn an_inertial_unit_begins_as_it_continues() {
     assert!(off[0] != off[1] && off[1] != off[2], "{off:?}");
 }
 
-/// A converter reads nothing where nothing flows, and needs its range.
+/// A converter reads zero at zero current, and needs its range.
 #[test]
 fn a_converter_of_current_knows_zero_and_its_range() {
     let text = |value: u32, params: &str| {
@@ -352,7 +355,7 @@ fn a_converter_of_current_knows_zero_and_its_range() {
     refused(&text(1, r#""bits": 12"#), &["`A.bits`", "`range` is not written", "20 A"]);
 }
 
-/// Parameters that no wheel and no instrument has are errors at load, each with its place.
+/// Physically impossible parameters of wheels and instruments are errors at load, each with its location.
 #[test]
 fn negative_friction_and_noise_are_refused() {
     refused(
@@ -375,7 +378,7 @@ fn negative_friction_and_noise_are_refused() {
     );
 }
 
-/// A start by orbital elements: after a whole turn the craft is back, and `flight.orbit` has the elements that were written.
+/// Initial state from orbital elements: after one revolution the spacecraft is back, and `flight.orbit` outputs the given elements.
 #[test]
 fn a_craft_starts_by_its_elements() {
     // The period of Kepler's third law.
@@ -407,13 +410,13 @@ fn a_craft_starts_by_its_elements() {
     let v = velocity(&sim, "craft");
     sim.run_until(seconds(period)).unwrap();
     assert!((get(&sim, "craft.position") - start).norm() < 1e-5 * v.norm());
-    // A body at rest over the ground has the velocity of the ground.
+    // A body at rest on the ground has the velocity of the ground.
     let dated = "world: (body: \"earth\", epoch: \"2024-06-21 00:00:00 UTC\"),";
     let place = "geodetic: (latitude: \"45 deg\", longitude: \"10 deg\", height: \"500 km\")";
     let sim = scene(&text(dated, place), &[]).unwrap();
     let (r, v) = (get(&sim, "craft.position"), velocity(&sim, "craft"));
     assert!((v.norm() - 7.292_115e-5 * r.xy().norm()).abs() < 0.2, "{v}");
-    // Mistakes have a place and a remedy.
+    // Errors have a location and a remedy.
     for (world, initial, part) in [
         (
             earth,
@@ -430,7 +433,7 @@ fn a_craft_starts_by_its_elements() {
     }
 }
 
-/// Terrain, legs and bags take z of W for up. With W inertial at the centre of the Earth they were accepted, and met a ground through its centre.
+/// Terrain, legs and airbags use z of W as up. With W inertial at the centre of the Earth they were accepted and touched a plane through its centre.
 #[test]
 fn ground_along_z_of_an_inertial_world_is_refused() {
     let space = |part: &str| {
@@ -447,7 +450,7 @@ fn ground_along_z_of_an_inertial_world_is_refused() {
     }
 }
 
-/// `semi_major_axis: 7000` was taken for 7 km without a word; an orbit through the Earth is a warning too, one around it and an ascent are none.
+/// `semi_major_axis: 7000` was silently taken as 7 km. An orbit through the Earth is a warning too; one around it and an ascent are not.
 #[test]
 fn an_orbit_through_the_central_body_is_a_warning() {
     let told = |initial: &str| {
@@ -469,7 +472,7 @@ fn an_orbit_through_the_central_body_is_a_warning() {
         "{}",
         orbit("7000", 0.001, "0 deg")
     );
-    // The pericentre of a (1 − e) = 6300 km lies 57 km below the pole.
+    // The pericentre a (1 − e) = 6300 km is 57 km below the pole.
     let through = orbit("\"9000 km\"", 0.3, "180 deg");
     assert!(through.contains("pericentre is 6300 km"), "{through}");
     for fine in [orbit("\"9000 km\"", 0.29, "180 deg"), orbit("\"-9000 km\"", 1.8, "0 deg")] {

@@ -1,6 +1,6 @@
-//! NASA's check cases without a trajectory at hand (3, 4, 5, 7 to 10), beside a second integration written here,
-//! once a second: the fall in axes that turn with the Earth, RK4; the brick's attitude by Euler's equations, the
-//! sphere's in closed form. Gravity, height over the ellipsoid and the troposphere of US76 are written out here too.
+//! NASA's check cases without a published trajectory (3, 4, 5, 7 to 10), compared once per second with a second integration written here: the fall in
+//! Earth-fixed axes with RK4, the brick's attitude by Euler's equations, the sphere's in closed form. Gravity, height over the ellipsoid and the
+//! troposphere of US76 are also implemented here.
 use linkwork_runtime::Simulation;
 use linkwork_spatial::nalgebra::{Quaternion, Vector3};
 use linkwork_spatial::{Quat, Vec3};
@@ -15,13 +15,13 @@ const MU: f64 = 3.986004418e14;
 /// NESC_Initial_Conditions_Atmos.csv: 0.004178073 deg/s.
 const EARTH_RATE: f64 = 7.292_113_023_867_704e-5;
 
-/// An Earth of the cases.
+/// Earth model of the cases.
 struct Earth {
     radius: f64,
     flattening: f64,
     j2: f64,
     rate: f64,
-    /// Wind to the east (m/s) over the ground: at the height 0, and more for each metre.
+    /// Wind to the east (m/s) relative to the ground: at height 0, and increase per metre.
     wind: (f64, f64),
 }
 
@@ -39,7 +39,7 @@ impl Earth {
         let radius = 20_902_255.199 * FOOT;
         Earth { radius, flattening: 0.0, j2: 0.0, rate, wind: (0.0, 0.0) }
     }
-    /// Height along the normal of the ellipsoid, m: φ by fixed point from tan φ = (z + e² N sin φ)/p.
+    /// Returns the height along the normal of the ellipsoid, m: φ by fixed-point iteration of tan φ = (z + e² N sin φ)/p.
     fn height(&self, r: &Vec3) -> f64 {
         let e2 = self.flattening * (2.0 - self.flattening);
         let p = r.x.hypot(r.y);
@@ -51,7 +51,7 @@ impl Earth {
         let (sin, cos) = phi.sin_cos();
         p * cos + r.z * sin - self.radius * (1.0 - e2 * sin * sin).sqrt()
     }
-    /// −μ r/r³ and J2.
+    /// Returns −μ r/r³ plus J2.
     fn gravity(&self, r: &Vec3) -> Vec3 {
         let d = r.norm();
         let (s, k) = ((r.z / d).powi(2), 1.5 * self.j2 * (self.radius / d).powi(2));
@@ -67,7 +67,7 @@ impl Earth {
         let w = self.rate;
         Vec3::new(2.0 * w * v.y + w * w * r.x, -2.0 * w * v.x + w * w * r.y, 0.0)
     }
-    /// Of US76 below 11 km: T = 288.15 − 6.5 H/km, H = r₀ h/(r₀ + h), p = p₀ (T/T₀)^{g₀ M/(R L)}.
+    /// Density of US76 below 11 km: T = 288.15 − 6.5 H/km, H = r₀ h/(r₀ + h), p = p₀ (T/T₀)^{g₀ M/(R L)}.
     fn density(&self, height: f64) -> f64 {
         assert!(height < 11_000.0, "{height} m is above the troposphere");
         let potential = 6_356_766.0 * height / (6_356_766.0 + height);
@@ -78,14 +78,14 @@ impl Earth {
     fn turned(&self, t: f64) -> Quat {
         Quat::from_axis_angle(&Vector3::z_axis(), self.rate * t)
     }
-    /// Position and velocity in W of what has r and v in the Earth's axes at t.
+    /// Converts position r and velocity v in the Earth's axes at t to W.
     fn inertial(&self, t: f64, r: &Vec3, v: &Vec3) -> (Vec3, Vec3) {
         let turn = self.turned(t);
         (turn * r, turn * (v + Vec3::z().cross(r) * self.rate))
     }
 }
 
-/// A step of RK4.
+/// Makes a step of RK4.
 fn rk4<const N: usize>(y: [f64; N], h: f64, f: impl Fn(&[f64; N]) -> [f64; N]) -> [f64; N] {
     let along = |k: &[f64; N], c: f64| -> [f64; N] { std::array::from_fn(|i| y[i] + c * h * k[i]) };
     let a = f(&y);
@@ -95,8 +95,8 @@ fn rk4<const N: usize>(y: [f64; N], h: f64, f: impl Fn(&[f64; N]) -> [f64; N]) -
     std::array::from_fn(|i| y[i] + h / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]))
 }
 
-/// Position and velocity in W, once a second, of the cannonball that leaves `r` with `v` over the ground, both
-/// in the Earth's axes, which are those of W at first.
+/// Returns position and velocity in W, once per second, of the cannonball that leaves `r` with `v` relative to the ground, both in the Earth's axes,
+/// which initially coincide with W.
 fn cannonball(earth: &Earth, r: Vec3, v: Vec3) -> Vec<(Vec3, Vec3)> {
     let area = 0.1963495 * FOOT * FOOT;
     let slope = |y: &[f64; 6]| {
@@ -120,8 +120,8 @@ fn cannonball(earth: &Earth, r: Vec3, v: Vec3) -> Vec<(Vec3, Vec3)> {
     along
 }
 
-/// The simulation beside the second integration, each second. Gives the height (m) and the velocity over the
-/// ground (m/s: to the east, and along the Earth's axis) of the *simulation* at the end.
+/// Compares the simulation with the second integration every second. Returns the height (m) and the velocity over the ground (m/s: to the east, and
+/// along the Earth's axis) of the *simulation* at the end.
 fn compare(
     number: u8,
     earth: &Earth,
@@ -137,7 +137,7 @@ fn compare(
         sim.run_until(seconds(t)).unwrap();
         p.take((get(&sim, &format!("{body}.position")) - want_r).norm());
         v.take((velocity(&sim, body) - want_v).norm());
-        // A sphere keeps its inertial rates: it turns about an axis that is fixed in it.
+        // A sphere keeps its inertial rates: it rotates about an axis that is fixed in it.
         let want_q = start * Quat::from_scaled_axis(rates * t);
         q.take(rotation(&sim, body).angle_to(&want_q).to_degrees());
         w.take((get(&sim, &format!("{body}.angular")) - rates).norm());
@@ -153,12 +153,12 @@ fn compare(
     (earth.height(&r), Vec3::new(east.dot(&v), v.z, 0.0))
 }
 
-/// Body axes are north, east, down at the place of the start.
+/// Body axes are north, east, down at the initial position.
 fn north_east_down() -> Quat {
     Quat::from_axis_angle(&Vector3::y_axis(), -std::f64::consts::FRAC_PI_2)
 }
 
-/// The fall from 30000 ft without air: ½ g t², g between 9.76 and 9.83 m/s² on both Earths, less the turning.
+/// The fall from 30000 ft without air: ½ g t², with g between 9.76 and 9.83 m/s² on both Earths, minus the effect of rotation.
 fn fell(number: u8, height: f64) {
     let fall = 30_000.0 * FOOT - height;
     println!("case {number}: fell {fall:.1} m");
@@ -174,7 +174,7 @@ fn nesc_4_and_5_over_a_round_earth() {
         let (height, over_ground) =
             compare(number, &earth, r, Vec3::zeros(), (north_east_down(), rates));
         fell(number, height);
-        // To the east by the turning of the Earth only.
+        // Only the rotation of the Earth moves it to the east.
         assert!((over_ground.x.abs() > 0.1) == (number == 5), "case {number}: {over_ground} m/s");
     }
 }
@@ -204,12 +204,12 @@ fn nesc_9_and_10_shot_to_the_east_and_to_the_north() {
     let north = (Vec3::x() + Vec3::z()) * speed;
     let (up_10, v_10) = compare(10, &earth, r, north, (ned, Vec3::x() * earth.rate));
     println!("cases 9, 10: {up_9:.1}, {up_10:.1} m high, {v_9:?}, {v_10:?} m/s");
-    // Higher to the east: the Earth's rotation helps (Eötvös), 2 ω v = 0.044 m/s² for 30 s; 20 m by ½ a t².
+    // Higher when fired to the east, because the Earth's rotation helps (Eötvös), 2 ω v = 0.044 m/s² for 30 s; 20 m by ½ a t².
     assert!((3000.0..4748.0).contains(&up_10) && (10.0..20.0).contains(&(up_9 - up_10)));
     assert!(v_9.x > 180.0 && v_9.y.abs() < 1e-9 && v_10.y > 180.0 && v_10.x.abs() < 2.0);
 }
 
-/// What the brick does at an instant: position, velocity and attitude in W, rates in its own axes.
+/// State of the brick: position, velocity and attitude in W, rates in its own axes.
 struct Brick {
     position: Vec3,
     velocity: Vec3,
@@ -217,15 +217,14 @@ struct Brick {
     rates: Vec3,
 }
 
-/// The falling brick once a second, with damping (C_lp, C_mq, C_nr, 1/rad) of ω − `air_rate`; by RK4 of 1 ms,
-/// right to 1e-10 deg.
+/// Returns the falling brick once per second, with damping (C_lp, C_mq, C_nr, 1/rad) of ω − `air_rate`; RK4 with 1 ms, accurate to 1e-10 deg.
 fn brick(earth: &Earth, air_rate: Vec3, damping: f64) -> Vec<Brick> {
     let inertia = Vec3::new(0.00189422, 0.006211019, 0.007194665) * SLUG_FOOT2;
     let (area, span, chord) = (0.22222 * FOOT * FOOT, 0.33333 * FOOT, 0.66667 * FOOT);
     let arms = Vec3::new(span, chord, span);
     let quat = |y: &[f64; 13]| Quat::from_quaternion(Quaternion::new(y[9], y[6], y[7], y[8]));
     let slope = |y: &[f64; 13]| {
-        // Translation in axes that turn with the Earth, attitude in inertial ones.
+        // Translation in Earth-fixed axes, attitude in inertial ones.
         let (r, v) = (Vec3::new(y[0], y[1], y[2]), Vec3::new(y[3], y[4], y[5]));
         let (q, w) = (quat(y), Vec3::new(y[10], y[11], y[12]));
         let a = earth.gravity(&r) + earth.apparent(&r, &v);
@@ -256,8 +255,8 @@ fn brick(earth: &Earth, air_rate: Vec3, damping: f64) -> Vec<Brick> {
     along
 }
 
-/// The simulation beside the second integration, each second. FLIGHT.md asks 1e-6 deg of case 2, of which
-/// JSBSim's best has 4e-4 deg.
+/// Compares the simulation with the second integration every second. FLIGHT.md requires 1e-6 deg for case 2; the best agreement of JSBSim is 4e-4
+/// deg.
 fn beside(what: &str, sim: &mut Simulation, along: &[Brick]) {
     let [mut p, mut v, mut q, mut w] = [Worst(0.0); 4];
     for (k, want) in along.iter().enumerate() {
@@ -279,12 +278,12 @@ fn nesc_2_a_tumbling_brick_beside_the_converged_attitude() {
     beside("case 2", &mut sim, &brick(&Earth::wgs84(), Vec3::zeros(), 0.0));
 }
 
-/// Both conventions: damping of the rates against the turning Earth, and of inertial ones.
+/// Both conventions: damping of the rates relative to the rotating Earth, and of inertial rates.
 #[test]
 fn nesc_3_a_tumbling_brick_with_damping() {
     let mut ends = Vec::new();
     let turning = format!("air_rate=[0, 0, {EARTH_RATE:?}]");
-    // The file as it stands damps against the turning air.
+    // The file damps relative to the rotating air.
     for (air_rate, set) in [
         (EARTH_RATE, vec![]),
         (EARTH_RATE, vec![turning.as_str()]),
@@ -293,25 +292,25 @@ fn nesc_3_a_tumbling_brick_with_damping() {
         let mut sim = common::repository("nesc/case_03.ron", &set).unwrap();
         let want = brick(&Earth::wgs84(), Vec3::z() * air_rate, -1.0);
         beside(&format!("case 3, {set:?}"), &mut sim, &want);
-        // Damping has taken a part of the rate of 37 deg/s.
+        // Damping has reduced the rate of 37 deg/s.
         let rate = get(&sim, "brick.angular").norm().to_degrees();
         assert!(rate < 0.9 * 37.0, "{rate} deg/s");
         ends.push(rotation(&sim, "brick"));
     }
-    // FLIGHT.md: for that reason simulators 05 and 04 are 0.09 deg apart in Euler angles; as one turn 0.099.
+    // FLIGHT.md: for this reason simulators 05 and 04 differ by 0.09 deg in Euler angles; as one rotation 0.099.
     let apart = ends[0].angle_to(&ends[2]).to_degrees();
     println!("the two conventions: {apart:.4} deg");
     assert!((apart - 0.099).abs() < 0.0005, "{apart}");
 }
 
-/// The initial states of all ten files are those of the workbook: place, velocity, attitude and inertial rates, computed from its own columns. Its
+/// The initial states of all ten files agree with the workbook: position, velocity, attitude and inertial rates, computed from its columns. Its
 /// altitude of the bricks is 0; they are dropped from 30000 ft, as in the trajectory of case 2 that came with it.
 #[test]
 fn initial_states_are_those_of_the_workbook() {
     let name = "nesc/NESC_Initial_Conditions_Atmos.csv";
     let Some(text) = common::reference_text(name) else { return };
     let rows: Vec<Vec<&str>> = text.lines().map(|l| l.split(',').collect()).collect();
-    // The first row of that label at or below the one with that heading, in the column of the case: four of labels stand before case 1.
+    // The first row with this label at or below the one with that heading, in the column of the case: four columns of labels precede case 1.
     let cell = |heading: &str, label: &str, case: usize| -> f64 {
         let from = rows.iter().position(|r| r[0].starts_with(heading)).unwrap();
         let row = rows[from..].iter().find(|r| r[1] == label).unwrap();
@@ -321,13 +320,13 @@ fn initial_states_are_those_of_the_workbook() {
         let brick = case == 2 || case == 3;
         let body = if brick { "brick" } else { "Cannonball/body" };
         let sim = common::repository(&format!("nesc/case_{case:02}.ron"), &[]).unwrap();
-        // The row in rad/s stands below that in deg/s, which has fewer digits.
+        // The row in rad/s is below the row in deg/s, which has fewer digits.
         let rate = rows.iter().filter(|r| r[1] == "Earth rotation rate").nth(1).unwrap()[3 + case];
         let rate: f64 = rate.parse().unwrap();
         let of = |label: &str| cell("ECEF Geodetic", label, case);
         assert!(of("Latitude") == 0.0 && of("Longitude") == 0.0, "case {case}");
         let height = if brick { 30_000.0 } else { of("Altitude MSL") };
-        // In feet its WGS 84 is 0.204 m larger than the 6378137 m that define it and that the simulators fly over.
+        // In feet its WGS 84 is 0.204 m larger than the defining 6378137 m, which the simulators use.
         let radius = match cell("Re", "Equatorial radius", case) {
             20_925_646.995_08 => 6_378_137.0,
             round => round * FOOT,

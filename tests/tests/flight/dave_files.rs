@@ -1,12 +1,12 @@
-//! The DAVE-ML files of NASA's check cases (NASA/TM-2015-218675), read as NASA publishes them: inertia, propulsion, aerodynamics.
+//! The DAVE-ML files of NASA's check cases (NASA/TM-2015-218675), read as published: inertia, propulsion, aerodynamics.
 use crate::common::{in_folder, reference_text, seconds};
 use linkwork_runtime::Simulation;
 
-/// Kilograms of a slug, and kg m² of a slug ft².
+/// Kilograms per slug, and kg m² per slug ft².
 const SLUG: f64 = 14.593_902_937_206_364;
 const SLUG_FOOT2: f64 = SLUG * 0.3048 * 0.3048;
 
-/// A simulation whose parts read a file of NASA, after a tenth of a second; `None` without the reference data.
+/// Returns a simulation whose parts read a NASA file, after a tenth of a second; `None` without the reference data.
 fn with(file: &str, scene: &str) -> Option<Simulation> {
     let text = reference_text(&format!("nesc/{file}"))?;
     let dir = tempfile::tempdir().unwrap();
@@ -18,7 +18,7 @@ fn with(file: &str, scene: &str) -> Option<Simulation> {
     Some(sim)
 }
 
-/// A model of a file with constants at its inputs: each output near what is wanted, to 1e-9 of it.
+/// Checks a model of a file with constant inputs: each output must agree with the expected value to 1e-9 relative.
 fn gives(file: &str, inputs: &[(&str, f64)], wanted: &[(&str, f64)]) {
     let constants = inputs.iter().map(|(name, x)| {
         format!("\"C{name}\": (model: \"basics.constant\", params: {{ \"value\": {x} }}),")
@@ -53,7 +53,7 @@ fn inertia_and_propulsion_of_nasas_files_have_the_numbers_of_the_report() {
     let brick =
         [("XMASS", 0.155_404_754 * SLUG), ("XIYY", 0.006_211_019 * SLUG_FOOT2), ("DXCG", 0.0)];
     gives("brick_inertia.dml", &[], &brick);
-    // Half of the first stage's propellant is burnt: means of full and empty; then the second stage alone, a quarter of its propellant left.
+    // Half of the first stage's propellant is burnt: means of full and empty; then the second stage alone, with a quarter of its propellant left.
     let rocket = "two-stage_package/twostage_inertia.dml";
     let half = [("stagedFlag", 0.0), ("stg1fuelUsed", 90_000.0), ("stg2fuelUsed", 0.0)];
     gives(rocket, &half, &[("stg1fuelFrac", 0.5), ("XIXX", 252_000.0)]);
@@ -69,7 +69,7 @@ fn inertia_and_propulsion_of_nasas_files_have_the_numbers_of_the_report() {
     gives(engine, &[("stg1firing", 0.0), ("stg2firing", 0.0)], &[("thrust", 0.0), ("mdot", 0.0)]);
 }
 
-/// The ball's drag coefficient is 0.1 on a circle of half a foot of diameter.
+/// The sphere's drag coefficient is 0.1 on a circle with a diameter of half a foot.
 #[test]
 fn aerodynamics_of_nasas_files_act_on_a_body() {
     for file in ["cannonball_aero.dml", "brick_aero.dml", "two-stage_package/twostage_aero.dml"] {

@@ -1,4 +1,4 @@
-//! Entry, parachute and powered descent beside what independent programs computed (DOP853 at 1e-12 relative; a conic solver).
+//! Entry, parachute and powered descent compared with results of independent programs (DOP853 at 1e-12 relative; a conic solver).
 use linkwork_flight::guidance::convex::{Descent, Node, plan};
 use linkwork_flight::parachute::inflation::{terminal_speed, wrist_modes};
 use linkwork_spatial::nalgebra::{Matrix3, Quaternion, Rotation3, Vector3};
@@ -14,7 +14,7 @@ fn pairs(x: &Value, y: &Value, scale: f64) -> String {
     format!("[{}]", rows.map(|(a, b)| list(&[a, b * scale])).collect::<Vec<_>>().join(", "))
 }
 
-/// Gravity and air of the Mars of the files; the table of the air is written into `folder`.
+/// Gravity and air of the reference's Mars; writes the table of the air into `folder`.
 fn mars(all: &Value, folder: &std::path::Path) -> String {
     let p = &all["planet"];
     let rows: Vec<Vec<f64>> =
@@ -44,7 +44,7 @@ fn mars(all: &Value, folder: &std::path::Path) -> String {
 
 const TIGHT: &str = "step: \"250 ms\", integrator: \"dormand_prince_54\", accuracy: (relative: 1e-12, absolute: 1e-10), until: \"400 s\"";
 
-/// The entry of `mars_entry_3dof.json` with these settings.
+/// Returns the entry of `mars_entry_3dof.json` with these settings.
 fn entry(all: &Value, folder: &std::path::Path, settings: &str) -> String {
     let (input, aero, bank) = (&all["inputs"], &all["aero"], &all["bank"]);
     let (radius, omega) = (num(&all["planet"]["R_ref"]), num(&all["planet"]["omega"]));
@@ -80,8 +80,8 @@ fn entry(all: &Value, folder: &std::path::Path, settings: &str) -> String {
     )
 }
 
-/// Goes on to `until` (s); returns what heats meanwhile (J/m²) by Sutton and Graves alone, k √(ρ/r_n) V³, by Simpson's rule. At each
-/// of its points the flux of the model is that, bounded by the energy of the gas: q_c/√(1 + (q_c/q_f)²), q_f = ρ V³/2.
+/// Continues to `until` (s). Returns the heat load (J/m²) in that time by Sutton and Graves alone, k √(ρ/r_n) V³, by Simpson's rule. At each of its
+/// points the model's flux must be this flux bounded by the energy of the gas: q_c/√(1 + (q_c/q_f)²), q_f = ρ V³/2.
 fn without_bound(sim: &mut Simulation, until: f64) -> f64 {
     let flux = |sim: &Simulation| {
         let number = |name: &str| sim.get(&format!("Aero.{name}")).unwrap();
@@ -146,12 +146,12 @@ fn mars_entry_with_three_degrees_of_freedom() {
             speed.take((v - vec3(&end[3..])).norm());
         }
     }
-    // The file asks for 0.1 m and 1e-3 m/s, and is itself right to 6e-5 m.
+    // The reference requires 0.1 m and 1e-3 m/s, and has an error of 6e-5 m.
     height.below(2e-3, "3 dof, height, m");
     across.below(2e-3, "3 dof, over the ground, m");
     speed.below(1e-4, "3 dof, speed, m/s");
     mach.below(1e-6, "3 dof, Mach number");
-    // The reference takes Sutton and Graves's flux at every height, and so does this sum; the model bounds it by the energy of thin air.
+    // The reference uses Sutton and Graves's flux at every height, and so does this sum; the model bounds it by the energy of thin air.
     heat.below(0.05, "3 dof, heat load of Sutton and Graves, J/cm²");
     let bounded = sim.get("Aero.heat_load").unwrap();
     assert!(bounded < load && load - bounded < 13e4, "{bounded} {load} J/m²");
@@ -159,13 +159,13 @@ fn mars_entry_with_three_degrees_of_freedom() {
     azimuth.below(1e-6, "3 dof, azimuth, deg");
     density.below(1e-6, "3 dof, density, relative");
     last.below(2e-3, "3 dof, place at the end in the planet's axes, m");
-    // Faster than the last Mach number of the table at first: clamped, which is a remark at the start, and seen when it comes in.
+    // At first faster than the last Mach number of the table: clamped, which is a warning at the start and an event when it enters the table.
     assert_eq!(sim.get("Aero.outside").unwrap(), 1.0);
     assert!(sim.take_notices().is_empty());
 }
 
-/// Rows of 1 s, as others step: tables, bank profile and winds have corners within them, at which the integrator of order 8
-/// is 2.8 mm off with the same accuracy.
+/// Steps of 1 s, as other programs use: tables, bank profile and winds have kinks within them, at which the integrator of order 8 has an error of 2.8
+/// mm at the same accuracy.
 #[test]
 fn an_entry_in_steps_of_a_second_is_within_a_millimetre() {
     let Some(all) = reference("mars_entry_3dof.json") else { return };
@@ -255,10 +255,10 @@ fn mars_entry_with_six_degrees_of_freedom() {
         speed.take((sim.get("Aero.airspeed").unwrap() - want[15]).abs());
         mach.take((sim.get("Aero.mach").unwrap() - want[16]).abs());
         let felt = sim.get("Aero.force").unwrap() / mass;
-        // The file divides by standard gravity.
+        // The reference divides by standard gravity.
         g.take((felt / 9.80665 - want[19]).abs());
     }
-    // The file asks for 0.05 m and 1e-4 of the quaternion.
+    // The reference requires 0.05 m and 1e-4 of the quaternion.
     r.below(1e-3, "6 dof, position, m");
     v.below(1e-4, "6 dof, velocity, m/s");
     q.below(1e-5, "6 dof, attitude, rad");
@@ -268,7 +268,7 @@ fn mars_entry_with_six_degrees_of_freedom() {
     height.below(1e-3, "6 dof, height, m");
     speed.below(1e-4, "6 dof, speed through the air, m/s");
     mach.below(1e-6, "6 dof, Mach number");
-    // The reference point of a shell behind its nose, a centre of mass beside the axis.
+    // The reference point of a shell behind its nose, with a centre of mass off the axis.
     assert!(Matrix3::from_fn(|a, b| i[a][b]).determinant() > 0.0);
 }
 
@@ -281,7 +281,7 @@ fn a_parachute_opens_behind_a_payload() {
     let s = &rows[0];
     let i: Vec<Vec<f64>> = load["I"].as_array().unwrap().iter().map(row).collect();
     let inertia = list(&[i[0][0], i[1][1], i[2][2], i[0][1], i[0][2], i[1][2]]);
-    // One gas constant, so that the speed of sound is that of the file.
+    // One gas constant, so that the speed of sound equals the reference's.
     let sound = num(&input["sound"]);
     let text = format!(
         r#"Simulation(
@@ -349,17 +349,17 @@ fn a_parachute_opens_behind_a_payload() {
         extension.take((sim.get("Riser.extension").unwrap() - want[20]).abs());
         tension.take((sim.get("Riser.tension").unwrap() - want[21]).abs());
     }
-    // The file asks for 0.02 m, and is itself right to 3e-5 m and 7e-5 m/s.
+    // The reference requires 0.02 m, and has errors of 3e-5 m and 7e-5 m/s.
     r.below(1e-3, "parachute, positions, m");
     v.below(1e-3, "parachute, velocities, m/s");
     q.below(1e-5, "parachute, attitude, rad");
     w.below(1e-5, "parachute, rates, rad/s");
     extension.below(1e-4, "parachute, length of the riser, m");
-    // 62 kN/m and 900 N s/m times what the lengths and their rates are off by.
+    // 62 kN/m and 900 N s/m times the errors of the lengths and their rates.
     tension.below(10.0, "parachute, tension of the riser, N");
     let changes = all["number_of_slack_taut_events"].as_f64().unwrap();
     assert_eq!(sim.get("Riser.changes").unwrap(), changes);
-    // √(2 m g/(ρ C_D S)) of payload and canopy where the payload is at the end; it still slows down.
+    // √(2 m g/(ρ C_D S)) of payload and canopy at the payload's final position; it still decelerates.
     let areas = num(&chute["CD0"]) * num(&chute["S0"]) + num(&load["CDS"]);
     let height = get(&sim, "payload.position").z;
     let density = num(&input["rho0"]) * (-height / num(&input["H"])).exp();
@@ -370,8 +370,7 @@ fn a_parachute_opens_behind_a_payload() {
     let sinks = -velocity(&sim, "payload").z;
     println!("sinks at {sinks} m/s, without changes it would at {terminal} m/s");
     assert!((sinks / terminal - 1.0).abs() < 0.03, "{sinks} {terminal}");
-    // Times of the changes: the run stops after every event. The peak is told of the integrator's own steps,
-    // "about 0.1 % low at most".
+    // Times of the changes: the run stops after every event. The reference takes the peak from the integrator's own steps, "about 0.1 % low at most".
     let mut sim = common::scene(&text, &[]).unwrap();
     let mut found = Vec::new();
     let (mut changes, mut peak) = (0.0, (0.0, 0.0));
@@ -431,7 +430,7 @@ const ECOS_PLACES: [(usize, [f64; 3]); 3] = [
     (150, [223.07167888770948, 84.36319293525438, 105.07908076783896]),
 ];
 
-/// Every constraint of the file's formulation, at every node.
+/// Checks every constraint of the reference's formulation at every node.
 fn keeps_its_constraints(d: &Descent, p: &[Node]) {
     let flow = 1.0 / (d.specific_impulse * 9.80665 * d.cant.cos());
     let [low, high] = d.throttle.map(|t| t * d.thrust * d.cant.cos());
@@ -459,9 +458,8 @@ fn keeps_its_constraints(d: &Descent, p: &[Node]) {
     }
 }
 
-/// The file's solver left a gap ‖u‖ < s of up to 5e-3 m/s², which costs propellant: 0.04 kg around the best time, where the
-/// file asks for 0.1 kg, and 0.66 kg of 267 far from it. Ours is never above it and keeps every constraint, and a third
-/// solver finds ours.
+/// The reference's solver left a gap ‖u‖ < s of up to 5e-3 m/s², which costs propellant: 0.04 kg around the best time, where the reference requires
+/// 0.1 kg, and 0.66 kg of 267 far from it. Our solution never needs more and satisfies every constraint, and a third solver confirms it.
 #[test]
 fn fuel_optimal_powered_descent() {
     let Some(all) = reference("gfold_socp.json") else { return };
@@ -490,7 +488,7 @@ fn fuel_optimal_powered_descent() {
     }
     third.below(1e-4, "fuel beside ECOS, kg");
 
-    // At whole seconds the best time is the file's.
+    // At whole seconds the best time agrees with the reference.
     let best = num(&all["best_tf_at_1s"]);
     let fuel = |time: f64| planned(time, 100).0;
     assert!(fuel(best) < fuel(best - 1.0) && fuel(best) < fuel(best + 1.0));
@@ -503,15 +501,14 @@ fn fuel_optimal_powered_descent() {
         let n = &p[(want[0] / best * 200.0).round() as usize];
         beside.take((n.position - vec3(&want[1..4])).norm());
         speeds.take((n.velocity - vec3(&want[4..7])).norm());
-        // Where both are at the limit of the throttle, and where theirs is still between the limits.
+        // Where both are at the throttle limit, and where the reference's solution is still between the limits.
         let full = [9.75, 19.5].iter().all(|t| *t != want[0]);
         let thrust = if full { &mut thrusts[0] } else { &mut thrusts[1] };
         thrust.take((n.thrust - vec3(&want[7..10])).norm());
         masses.take((n.mass - want[10]).abs());
     }
-    // The file says 0.5 m, as of a solution that is right to 0.003 kg; its own is 0.014 kg above ours, which a third
-    // solver finds too (below). The optimum is flat: that is 4.4 m in the middle, 0.36 m/s, and another thrust where
-    // the throttle is about to change over.
+    // The reference states 0.5 m, for a solution accurate to 0.003 kg; its own is 0.014 kg above ours, which a third solver confirms (below). The
+    // optimum is flat: this corresponds to 4.4 m in the middle, 0.36 m/s, and a different thrust where the throttle is about to switch.
     beside.below(4.5, "position beside the file's, m");
     speeds.below(0.4, "velocity beside the file's, m/s");
     thrusts[0].below(0.1, "full thrust over mass beside the file's, m/s²");
@@ -523,8 +520,8 @@ fn fuel_optimal_powered_descent() {
     third.below(0.5, "position beside ECOS, m");
 }
 
-/// The two modes in which a payload swings under a canopy that stands: EDL.md e, `inflation::wrist_modes`. The simulation is
-/// begun in each mode alone; small as it is (1e-4 rad), it comes back after the period of the closed form.
+/// The two modes in which a payload swings under a fixed canopy: EDL.md e, `inflation::wrist_modes`. The simulation starts in each mode separately.
+/// At the small amplitude of 1e-4 rad, it returns after the period of the closed form.
 #[test]
 fn a_payload_on_a_riser_swings_in_its_two_modes() {
     let (mass, inertia, arm, length, gravity, stiffness) = (2850.0, 4600.0, 1.6, 50.0, 3.71, 1e6);
@@ -575,8 +572,8 @@ fn a_payload_on_a_riser_swings_in_its_two_modes() {
     }
 }
 
-/// `flight.convex_descent` in a simulation of Mars that turns, W the place of the landing: the plan is of flat ground and uniform
-/// gravity, the feedback takes the rest, and another instance goes on from the middle to the same bits.
+/// `flight.convex_descent` in a simulation of rotating Mars, with W at the landing site: the plan assumes flat ground and uniform gravity, and
+/// feedback corrects the difference. Another instance continues from the middle, bit-identical.
 #[test]
 fn a_convex_plan_is_flown_over_a_planet_that_turns() {
     let text = r#"Simulation(
@@ -617,6 +614,6 @@ fn a_convex_plan_is_flown_over_a_planet_that_turns() {
     }
     assert_eq!(sim.hash(), other.hash());
     let (place, speed) = (get(&sim, "lander.position"), velocity(&sim, "lander"));
-    // Measured: 9 cm, 0.28 m/s, of which most is the second of held force.
+    // Measured: 9 cm, 0.28 m/s, mostly due to the last second of held force.
     assert!(place.norm() < 0.3 && (speed + Vec3::z() * 0.5).norm() < 0.5, "{place} {speed}");
 }

@@ -1,4 +1,4 @@
-//! The entry of `sims/mars_edl`: a capsule that trims beside its axis, and knows what its navigation tells.
+//! The entry of `sims/mars_edl`: a capsule that trims off its axis and is guided by its navigation.
 use linkwork_runtime::Simulation;
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Quat, Vec3};
@@ -9,7 +9,7 @@ const AIM: [f64; 3] = [0.996781, -0.0033254, -0.0800987];
 use crate::common;
 use common::{Worst, get, rotation, seconds, velocity};
 
-/// Errors of place (m), velocity (m/s) and attitude (rad) that navigation makes, W: of the inertial unit's node.
+/// Errors of position (m), velocity (m/s) and attitude (rad) of navigation, W: at the inertial unit's node.
 fn errors(sim: &Simulation) -> [Vec3; 3] {
     let turned = rotation(sim, "stage");
     let arm = Vec3::z() * -0.6;
@@ -24,7 +24,7 @@ fn errors(sim: &Simulation) -> [Vec3; 3] {
     ]
 }
 
-/// From the target to the place where range control is to end, east and north (m), as the file has them.
+/// From the target to the position where range control ends, east and north (m), as in the file.
 fn aim() -> Vec3 {
     let target = Vec3::new(0.996_778_878, 0.0, -0.080_198_924).normalize();
     let aim = Vec3::new(AIM[0], AIM[1], AIM[2]).normalize();
@@ -32,7 +32,7 @@ fn aim() -> Vec3 {
     Vec3::new(aim.dot(&east), aim.dot(&target.cross(&east)), 0.0) * 3_391_690.0
 }
 
-/// Errors in the deviations that the filter tells; it has no state for the scale of an instrument.
+/// Returns the errors divided by the filter's standard deviations; the filter does not estimate the scale factor of an instrument.
 #[test]
 fn a_capsule_is_guided_by_its_navigation_to_where_its_parachute_opens() {
     let mut sim =
@@ -58,7 +58,7 @@ fn a_capsule_is_guided_by_its_navigation_to_where_its_parachute_opens() {
         if number(&sim, "Aero.dynamic_pressure") > 500.0 {
             trim.take((number(&sim, "Aero.alpha").to_degrees() + 16.0).abs());
             slip.take(number(&sim, "Aero.beta").to_degrees().abs());
-            // Between reversals, of which the slewing of the command takes up to ten seconds.
+            // Between reversals, for which slewing of the command takes up to ten seconds.
             let slewing = number(&sim, "Bank.error").abs() > 0.3;
             bank.take(if slewing { 0.0 } else { number(&sim, "Bank.error").abs() });
         }
@@ -69,7 +69,7 @@ fn a_capsule_is_guided_by_its_navigation_to_where_its_parachute_opens() {
     tilt.below(4.0, "error of the attitude, deviations");
     trim.below(0.35, "angle of attack from its trim of −16°, deg");
     slip.below(1.0, "sideslip, deg");
-    // From where range control is to end; the axes of the target, which is 14 km off, are those of W to a few mrad.
+    // From the position where range control ends; the axes of the target, 14 km away, agree with W to a few mrad.
     let miss = (get(&sim, "Ground.offset") - aim()).xy();
     let told = miss + errors(&sim)[0].xy();
     println!(

@@ -1,4 +1,4 @@
-//! Sun and Moon of a simulation by an SPK kernel that the test writes.
+//! Sun and Moon of a simulation from an SPK kernel that the test writes.
 use super::kernel::{Segment, kernel};
 use crate::common::{self, get, scene, seconds};
 use linkwork_spatial::Vec3;
@@ -8,7 +8,7 @@ use linkwork_world::planet::{AU, Epoch, MU_EARTH, MU_MOON, MU_SUN, PointMotion};
 
 const MU: f64 = 3.986004415e14;
 const RADIUS: f64 = 6_378_136.3;
-/// Where the bodies of this kernel are from its barycentre, m: no ephemeris has them there.
+/// Positions of the bodies relative to the kernel's barycentre, m, chosen to differ from every ephemeris.
 const SUN: Vec3 = Vec3::new(0.6e11, -1.2e11, 0.4e11);
 const MOON: Vec3 = Vec3::new(3.0e8, 2.0e8, -1.0e8);
 const EARTH: Vec3 = Vec3::new(-4e6, 1e6, 2e6);
@@ -17,7 +17,7 @@ fn moon(t: f64) -> Vec3 {
     MOON + Vec3::new(-500.0, 700.0, 100.0) * t
 }
 
-/// Coefficients in Basilisk's layout: a point, or lopsided to degree 2.
+/// Coefficients in Basilisk's layout: a point mass, or an asymmetric field of degree 2.
 fn coefficients(mu: f64, radius: f64, lopsided: bool) -> String {
     let (c20, c21, c22) = if lopsided { (-9e-5, 4e-6, 3.5e-5) } else { (0.0, 0.0, 0.0) };
     let s22 = -0.4 * c22;
@@ -26,9 +26,9 @@ fn coefficients(mu: f64, radius: f64, lopsided: bool) -> String {
     )
 }
 
-/// Past the Moon, whose field has degree 2 and turns with it, with the Earth as the other centre: the flight that is integrated about the
-/// Earth is the one about the Moon. The kernel has the two on Kepler's ellipse, which is what both equations of motion take them for, near J2000, where
-/// its seconds tell nanometres: in 2027 a double of them is 0.1 µs, 0.1 mm of the Moon's way.
+/// A flight past the Moon, whose rotating field has degree 2, with the Earth as the other central body: integration about the Earth gives the same
+/// flight as about the Moon. The kernel moves both on Kepler's ellipse, as both equations of motion assume, near J2000, where its seconds resolve
+/// nanometres: in 2027 a double resolves only 0.1 µs, in which the Moon moves 0.1 mm.
 #[test]
 fn a_flight_past_the_moon_is_the_same_about_the_earth_and_about_the_moon() {
     let epoch = "2000-01-02 00:00:00 TDB";
@@ -50,7 +50,7 @@ fn a_flight_past_the_moon_is_the_same_about_the_earth_and_about_the_moon() {
     let file = |name: &str| format!("{:?}", folder.path().join(name).display().to_string());
     std::fs::write(folder.path().join("earth.txt"), coefficients(MU_EARTH, RADIUS, false)).unwrap();
     std::fs::write(folder.path().join("moon.txt"), coefficients(MU_MOON, 1.738e6, true)).unwrap();
-    // 40 000 km from the Moon, to within 14 000 km of its centre.
+    // 40 000 km from the Moon, passing within 14 000 km of its centre.
     let from_moon = PointMotion {
         position: Vec3::new(3.4e7, -2.0e7, 4.0e6),
         velocity: Vec3::new(-1180.0, 1500.0, -60.0),
@@ -105,7 +105,7 @@ fn a_flight_past_the_moon_is_the_same_about_the_earth_and_about_the_moon() {
     );
     assert!(nearest > 1e7 && nearest < 2e7 && shape > 1.0);
     worst.below(2e-6, "position, m");
-    // What is no centre here is refused.
+    // A body that cannot be a central body here is rejected.
     let twice = text_with_fields(&format!("{field}, {field}"), &file("earth.txt"), epoch);
     for (text, fact) in [
         (twice, "a field of `moon`, which is no third body here, or has one"),
@@ -136,7 +136,7 @@ fn text_with_fields(fields: &str, file: &str, epoch: &str) -> String {
     )
 }
 
-/// A kernel of ten days from the epoch on, of which the Moon has the first six.
+/// Writes a kernel of ten days from the epoch on; the Moon is covered only in the first six.
 fn write(folder: &tempfile::TempDir, epoch: &str, with_moon: bool) {
     let (days, part) = Epoch::parse(epoch).unwrap().tdb_days();
     let start = days * 86_400.0 + part * 86_400.0;
@@ -181,8 +181,8 @@ fn text(folder: &tempfile::TempDir, epoch: &str) -> String {
     )
 }
 
-/// Past a Moon that is where no series has it, for its six days: one of the table, five of the kernel itself. The orbit is that of
-/// Cowell's equation with the same pulls, by another integrator.
+/// Past a Moon at an artificial position for its six days: one from the table, five from the kernel itself. The orbit agrees with Cowell's equation
+/// with the same attraction, from another integrator.
 #[test]
 fn a_kernel_moves_sun_and_moon_and_the_run_stops_where_it_ends() {
     let epoch = "2150-03-01 12:00:00 UTC";
@@ -210,7 +210,7 @@ fn a_kernel_moves_sun_and_moon_and_the_run_stops_where_it_ends() {
     println!("{off:.1e} m apart; {near:.3e} m from the Moon");
     assert!(off < 1e-3, "{off}");
     let told = sim.run_until(seconds(8e5)).unwrap_err().to_string();
-    // Six days end within a row of 1000 s.
+    // Six days end within a step of 1000 s.
     assert_eq!(sim.time(), 518_000.0, "{told}");
     for part in [
         "`Gravity`: the kernel `",
@@ -236,7 +236,7 @@ fn the_sun_stands_where_the_kernel_has_it_and_what_it_has_not_is_refused() {
         assert!((s.direction - want.normalize()).norm() < 1e-12, "{t}: {}", s.direction);
         assert!((s.distance_au / (want.norm() / AU) - 1.0).abs() < 1e-12);
     }
-    // Ten days, of which the Moon has six.
+    // Ten days; the Moon has six of them.
     assert!(sun.failure(863_999.0).is_none() && sun.failure(864_001.0).is_some());
     let refused = |text: &str, parts: &[&str]| {
         let told = scene(text, &[]).err().unwrap();
@@ -252,7 +252,7 @@ fn the_sun_stands_where_the_kernel_has_it_and_what_it_has_not_is_refused() {
             "`Sun`: the Moon may hide the Sun",
             "shadows: []",
             "at the epoch 2012-09-06T00:00:00",
-            "no way between bodies 301 and 399",
+            "does not connect bodies 301 and 399",
             "to 2012-08-12T00:00:00",
             "covers this time",
         ],
@@ -261,7 +261,7 @@ fn the_sun_stands_where_the_kernel_has_it_and_what_it_has_not_is_refused() {
     refused(&other, &["`Gravity.third_bodies`", "no body 4; it has 0, 3, 10, 301, 399", "de440"]);
     write(&folder, epoch, false);
     refused(&text, &["`Gravity.third_bodies`", "no body 301; it has 0, 3, 10, 399"]);
-    // A simulation without a Sun does not need the Moon in the kernel.
+    // A simulation without a Sun does not need the Sun in the kernel.
     let dark = text.replace("[\"sun\", \"moon\"]", "[\"sun\"]");
     refused(&dark, &["`Sun`: the Moon may hide the Sun", "shadows: []"]);
     let (from, to) =

@@ -1,19 +1,19 @@
-//! `sims/lunar_landing`: down to the turning Moon, beside what is dangerous there, and standing.
+//! `sims/lunar_landing`: descent to the rotating Moon, avoidance of hazards, and the final stand.
 
 use crate::common::{get, repository, rotation, seconds};
 use linkwork_runtime::Simulation;
 use linkwork_spatial::Vec3;
 
-/// Of the Moon: m³/s², rad/s (IAU 2009), m at the site; the site's latitude, rad.
+/// Moon: m³/s², rad/s (IAU 2009), m at the site; the site's latitude, rad.
 const MU: f64 = 4.9028e12;
 const RATE: f64 = 2.661_699_5e-6;
 const RADIUS: f64 = 1_735_400.0;
 const LATITUDE: f64 = 0.352_382;
 
-/// Phases as they begin: name, s, height over the sphere of the site (m), speed over the ground (m/s).
+/// Start of a phase: name, s, height over the sphere of the site (m), speed over the ground (m/s).
 type Told = Vec<(String, f64, f64, f64)>;
 
-/// Flies until `end` (s): the phases, and the greatest thrust and force of a leg, N.
+/// Flies until `end` (s). Returns the phases, and the largest thrust and leg force, N.
 fn fly(sim: &mut Simulation, end: f64) -> (Told, f64, f64) {
     let (mut told, mut thrust, mut force) = (Told::new(), 0.0_f64, 0.0_f64);
     while sim.before(seconds(end)) {
@@ -34,7 +34,7 @@ fn tilt(sim: &Simulation) -> f64 {
     (rotation(sim, "lander") * Vec3::z()).z.acos()
 }
 
-/// Slope (rad) and roughness (m) of what the map says of its place, and how far (m) from there the lander is.
+/// Returns slope (rad) and roughness (m) of the map at the chosen position, and the lander's distance (m) from there.
 fn chosen(sim: &Simulation) -> (f64, f64, f64) {
     let number = |name: &str| sim.get(name).unwrap();
     let off = (get(sim, "lander.position") - get(sim, "Map.place")).xy().norm();
@@ -53,7 +53,7 @@ fn chosen(sim: &Simulation) -> (f64, f64, f64) {
 fn a_lander_comes_down_on_the_moon_and_stays() {
     let mut sim = repository("lunar_landing/sim.ron", &[]).unwrap();
     let (told, thrust, force) = fly(&mut sim, 700.0);
-    // (phase, s, m, m/s) as the README tells.
+    // (phase, s, m, m/s) as in the README.
     let want = [
         ("braking", 0.0, 15_000.0, 1670.0),
         ("approach", 438.0, 2406.0, 136.8),
@@ -84,7 +84,7 @@ fn a_lander_comes_down_on_the_moon_and_stays() {
     let (mass, g) = (1450.0 + left, MU / RADIUS.powi(2) - (RATE * LATITUDE.cos()).powi(2) * RADIUS);
     let crushed = |k: u32| sim.get(&format!("Leg{k}.crushed")).unwrap();
     let taken: f64 = (1..=4).map(|k| sim.get(&format!("Leg{k}.taken")).unwrap()).sum();
-    // What the honeycomb took is the energy of the fall, from where the engine was cut to where it stands.
+    // The honeycomb absorbed the energy of the fall, from engine cutoff to the final stand.
     let fallen = 0.5 * mass * told[5].3.powi(2) + mass * g * (told[5].2 - told[6].2);
     println!("honeycomb {} m, {taken} J of {fallen} J", crushed(1));
     // The rest went into struts and friction.
@@ -94,11 +94,11 @@ fn a_lander_comes_down_on_the_moon_and_stays() {
     let carried: f64 = (1..=4).map(|k| sim.get(&format!("Leg{k}.load.force.z")).unwrap()).sum();
     println!("drift {drift:e} m/s, carried {carried} N of {}", mass * g);
     assert!(drift < 1e-6 && (carried / (mass * g) - 1.0).abs() < 1e-4);
-    // It stands as the slope of its place says, and a decimetre of honeycomb and ground over 4.8 m more.
+    // Its tilt follows the slope of its position, plus a decimetre of honeycomb and ground over 4.8 m.
     assert!(tilt(&sim) < slope + 0.05, "{} {slope}", tilt(&sim));
 }
 
-/// Without a choice it goes to the middle of the site, which is not safe: that is told, and it stands there as it is.
+/// Without hazard avoidance it lands in the middle of the site, which is unsafe: this is reported, and it stands there.
 #[test]
 fn without_the_divert_it_stands_where_it_is_dangerous() {
     let mut sim = repository("lunar_landing/sim.ron", &["reach=0.01"]).unwrap();
@@ -107,12 +107,12 @@ fn without_the_divert_it_stands_where_it_is_dangerous() {
     let (slope, rough, off) = chosen(&sim);
     assert!(get(&sim, "Map.place").xy().norm() < 1e-9);
     assert!((slope.to_degrees() - 16.6).abs() < 0.05 && (rough - 1.0).abs() < 0.1, "{rough}");
-    // It slides down from where it touches, and hangs on a boulder.
+    // It slides downhill from the touchdown point, and stops at a boulder.
     let lean = tilt(&sim).to_degrees();
     assert!((lean - 32.0).abs() < 0.5 && (off - 1.9).abs() < 0.05, "{lean} {off}");
 }
 
-/// Where nothing is safe, here because the map itself is rougher than what is allowed, it goes to the least danger, by a phase of its own.
+/// If no position is safe, here because the map itself is rougher than allowed, a separate phase goes to the least dangerous position.
 #[test]
 fn where_no_place_is_safe_the_least_danger_is_taken_and_told() {
     let mut sim =

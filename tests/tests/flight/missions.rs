@@ -1,5 +1,4 @@
-//! Simulations whose machine changes on the way: what is kept, what is booked, and that no cut leaves a
-//! trace.
+//! Simulations whose mechanism changes during the run: preserved state, momentum balance, and bit-identical continuation from checkpoints.
 use linkwork_assembly::{Options, load_text};
 use linkwork_runtime::{Checkpoint, Files, Simulation, Stop};
 use linkwork_spatial::Vec3;
@@ -63,7 +62,7 @@ fn a_stack_separates_twice_and_loses_nothing() {
         sim.step_event().unwrap();
         if sim.phase() != phase {
             let after = books(&sim);
-            // Less than one step of 10 ms lies between the two. Measured 1e-16 and 7e-15.
+            // Less than one step of 10 ms is between the two. Measured 1e-16 and 7e-15.
             assert!(far(before.0, after.0) < 1e-12, "{before:?} {after:?}");
             assert!(far(before.1, after.1) < 1e-12, "{before:?} {after:?}");
             let report = sim.take_moves();
@@ -78,13 +77,13 @@ fn a_stack_separates_twice_and_loses_nothing() {
     println!("p {:e}, L {:e}", far(start.0, end.0), far(start.1, end.1));
     // 20 s of tumbling and two springs; measured 1e-14 both.
     assert!(far(start.0, end.0) < 1e-12 && far(start.1, end.1) < 1e-12, "{start:?} {end:?}");
-    // Springs of ½ k s² = 40 J and 5 J, all of it in the motion of the bodies.
+    // Springs of ½ k s² = 40 J and 5 J; all of it goes into the motion of the bodies.
     let gained = end.2 - start.2;
     println!("energy {gained} J");
     assert!((gained - 45.0).abs() < 1e-6, "{gained}");
 }
 
-/// Every mistake of the last phase is found when the file is loaded.
+/// Every error in the last phase is found when the file is loaded.
 #[test]
 fn a_mistake_in_the_last_phase_is_found_at_load() {
     let file = linkwork_tests::root().join("sims/staging/sim.ron");
@@ -139,7 +138,7 @@ fn a_mistake_in_the_last_phase_is_found_at_load() {
         for part in parts {
             assert!(report.contains(part), "{to}: {part} is missing in\n{report}");
         }
-        // Each mistake once, though it is in two phases.
+        // Each error appears once, although it is in two phases.
         assert_eq!(report.matches("error:").count().max(1), 1, "{report}");
     }
 }
@@ -182,7 +181,7 @@ fn split_equals_straight_across_phases_and_in_a_fresh_process() {
         }
         if (random >> 40) % 16 == 0 {
             let checkpoint = sim.checkpoint("").unwrap();
-            // What a fresh process has: the file, and the bytes.
+            // A fresh process has only the file and the bytes of the checkpoint.
             let (mut next, bytes) = (fresh(), checkpoint);
             next.restore(&bytes).unwrap();
             sim = next;
@@ -193,7 +192,7 @@ fn split_equals_straight_across_phases_and_in_a_fresh_process() {
     assert_eq!(sim.hash(), straight.hash());
 }
 
-/// The resolved text, which logs and checkpoints carry, is the same simulation.
+/// The resolved text, which is part of logs and checkpoints, gives the same simulation.
 #[test]
 fn a_simulation_with_phases_comes_back_from_its_resolved_text() {
     let catalogue = common::catalogue();
@@ -213,7 +212,7 @@ fn a_simulation_with_phases_comes_back_from_its_resolved_text() {
     assert_eq!(resolved, again);
 }
 
-/// Momentum (N m s, W) of the craft of `sims/attitude` with its wheels, whose inertias the body lacks.
+/// Returns the momentum (N m s, W) of the spacecraft of `sims/attitude` with its wheels, whose inertias the body does not include.
 fn momentum_with_wheels(sim: &Simulation) -> Vec3 {
     let (c, s) = ((2.0_f64 / 3.0).sqrt(), (1.0_f64 / 3.0).sqrt());
     let axes = [[c, 0.0, s], [0.0, c, s], [-c, 0.0, s], [0.0, -c, s]];
@@ -225,7 +224,7 @@ fn momentum_with_wheels(sim: &Simulation) -> Vec3 {
 
 #[test]
 fn four_wheels_turn_a_craft_and_keep_its_momentum() {
-    // Without torques from outside the sum stays, whatever wheels, friction and software do.
+    // Without external torques the sum is constant, independent of wheels, friction and software.
     let free = ["coils=0", "disturbance=[0, 0, 0]"];
     let mut sim = common::repository("attitude/sim.ron", &free).unwrap();
     let start = momentum_with_wheels(&sim);
@@ -236,10 +235,10 @@ fn four_wheels_turn_a_craft_and_keep_its_momentum() {
     }
     assert!(sim.get("Wheel1.speed").unwrap().abs() < 628.0);
     kept.below(1e-9, "attitude, momentum of craft and wheels, relative");
-    // With them it changes by the integral of the torques: a dipole holds for a second, so the rule of midpoints.
+    // With them it changes by the integral of the torques: a dipole is held for a second, so the midpoint rule applies.
     let mut sim = common::repository("attitude/sim.ron", &[]).unwrap();
     let (start, mut sum) = (momentum_with_wheels(&sim), Vec3::zeros());
-    // As the README tells: rpm of the wheels, and the angle that stays while they turn fast.
+    // As in the README: rpm of the wheels, and the steady angle while they spin fast.
     let wheels = |sim: &Simulation| {
         [1, 2, 3, 4]
             .map(|k| sim.get(&format!("Wheel{k}.speed")).unwrap() * 30.0 / std::f64::consts::PI)
@@ -250,7 +249,7 @@ fn four_wheels_turn_a_craft_and_keep_its_momentum() {
     let mut fast = 0.0;
     for k in 0..600 {
         if k == 300 {
-            // The target turns at 300 s.
+            // The target attitude changes at 300 s.
             sim.run_until(seconds(299.9)).unwrap();
             fast = sim.get("Software.Pointing.error").unwrap().to_degrees() * 3600.0;
         }
@@ -265,7 +264,7 @@ fn four_wheels_turn_a_craft_and_keep_its_momentum() {
     assert!(change.norm() > 1.0 && (change - sum).norm() < 1e-4 * change.norm(), "{change} {sum}");
     println!("{fast} arcsec at 299.9 s");
     assert!((fast - 122.3).abs() < 0.5, "{fast}");
-    // The coils are at their limit, and are no more; then the wheels are empty.
+    // The coils are at their limit until the wheels are desaturated.
     let mut limited = 0.0;
     for k in 601..=4000 {
         sim.run_until(seconds(f64::from(k))).unwrap();
@@ -276,7 +275,7 @@ fn four_wheels_turn_a_craft_and_keep_its_momentum() {
     println!("at the limit until {limited} s; wheels at 4000 s {:?} rpm", wheels(&sim));
     assert!((limited - 1273.0).abs() < 2.0, "{limited}");
     assert!(wheels(&sim).iter().all(|w| w.abs() < 50.0), "{:?}", wheels(&sim));
-    // After an orbit it points as its README says, by its estimate and in truth.
+    // After an orbit it points as its README states, by its estimate and in truth.
     sim.run_until(seconds(6000.0)).unwrap();
     let (estimate, truth) =
         (sim.get("Software.Pointing.error").unwrap(), rotation(&sim, "craft").angle());
@@ -291,16 +290,16 @@ fn four_wheels_turn_a_craft_and_keep_its_momentum() {
     assert!((bias + 1.01).abs() < 0.05, "{bias}");
 }
 
-/// Ground on a grid of 25 cm is made sooner.
+/// Ground on a grid of 25 cm is built faster.
 const COARSE: [&str; 1] = ["Rover.Environment.spacing=0.25"];
 
-/// A wheel's upward force, N; none before there are wheels.
+/// Returns a wheel's upward force, N; none before the wheels exist.
 fn wheel_force(sim: &Simulation, k: usize) -> f64 {
     let contact = format!("Rover.Hardware.Wheels.Wheel{k}.SurfaceContact.contact_force.z");
     sim.get(&contact).unwrap_or(0.0)
 }
 
-/// Vertical part of what the bridles of `sims/mars_edl` carry, N, when they are out.
+/// Returns the vertical part of the force in the bridles of `sims/mars_edl`, N, when they are out.
 fn held(sim: &Simulation) -> f64 {
     let corner = [[0.6_f64, 0.45], [0.6, -0.45], [-0.75, 0.0]];
     let one = |k: usize| {
@@ -311,8 +310,8 @@ fn held(sim: &Simulation) -> f64 {
     (1..=3).map(one).sum()
 }
 
-/// Errors of what the lander of `sims/mars_edl` takes for its height, velocity, place and attitude, each over the standard
-/// deviation that its filter tells, at a row.
+/// Returns the errors of the lander's navigation in `sims/mars_edl` for height, velocity, position and attitude, each divided by the filter's
+/// standard deviation, at a sample.
 fn navigated(sim: &Simulation) -> [f64; 4] {
     let deviation = |name: &str| get(sim, &format!("Navigation.{name}_deviation"));
     let [off, rates, tilt] = off(sim);
@@ -320,13 +319,13 @@ fn navigated(sim: &Simulation) -> [f64; 4] {
     // The unit is 0.6 m below the node of the stage.
     let high = (rotation(sim, "stage") * Vec3::z()).z * 0.6;
     let height = sim.get("Navigation.height").unwrap() - sim.get("Ground.height").unwrap() + high;
-    // Far from the site its z is not up.
+    // Far from the site its z is not vertical.
     let height = if sim.get("Radar.found[0]").is_ok() { height.abs() / p.z } else { 0.0 };
     let most = |off: Vec3, of: Vec3| off.component_div(&of).amax();
     [height, most(rates, v), most(off, p), most(tilt, a)]
 }
 
-/// Errors of place (m), velocity (m/s) and attitude (rad) of the inertial unit that navigation makes, W.
+/// Errors of position (m), velocity (m/s) and attitude (rad) of the inertial unit's navigation, W.
 fn off(sim: &Simulation) -> [Vec3; 3] {
     let (turned, arm) = (rotation(sim, "stage"), Vec3::z() * -0.6);
     let moved = turned * get(sim, "stage.angular").cross(&arm);
@@ -337,7 +336,7 @@ fn off(sim: &Simulation) -> [Vec3; 3] {
     ]
 }
 
-/// Errors that navigation makes, beside the deviations that it tells.
+/// Returns the errors of navigation, with its standard deviations.
 fn errors(sim: &Simulation) -> String {
     let told = |name: &str| get(sim, &format!("Navigation.{name}_deviation"));
     let row = |v: Vec3| format!("({:.2}, {:.2}, {:.2})", v.x, v.y, v.z);
@@ -353,7 +352,7 @@ fn errors(sim: &Simulation) -> String {
     )
 }
 
-/// The beginning of a phase of `sims/mars_edl`: its name, s, height (m) and speed (m/s) of the stage.
+/// Start of a phase of `sims/mars_edl`: its name, s, height (m) and speed (m/s) of the stage.
 type Told = (String, f64, f64, f64);
 
 /// A run at an instant.
@@ -420,15 +419,15 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
             let at = cuts.remove(0);
             snapshots.push(Snapshot::of(&sim));
             if at == 971.5 {
-                // Vertical pulls of the bridles carry what hangs, 902 kg.
+                // The vertical forces of the bridles carry the suspended 902 kg.
                 let weight = 902.0 * weight_of_a_kilogram();
                 println!("held {} N of {weight}", held(&sim));
-                // The stage follows an estimate that is never still.
+                // The stage follows a noisy estimate.
                 assert!((held(&sim) / weight - 1.0).abs() < 0.01);
                 assert!((1..=6).all(|k| wheel_force(&sim, k) == 0.0));
             }
         }
-        // At rows of the filter's own, which has 20 in each second and more.
+        // At the filter's own samples, of which there are at least 20 per second.
         let since = sim.time() * 20.0;
         if sim.get("Navigation.height").is_ok() && (since - since.round()).abs() < 1e-6 {
             off_place = sim.get("Descent.off").unwrap_or(0.0);
@@ -445,7 +444,7 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     for (phase, t, height, speed) in &told {
         println!("{phase:<16} {:9.2} s {height:12.2} m {speed:9.3} m/s", t - entry);
     }
-    // (phase, s after the entry interface, km, m/s) as the README tells.
+    // (phase, s after the entry interface, km, m/s) as in the README.
     let want = [
         ("cruise", -599.5, 1850.0, 5125.0),
         ("approach", -598.6, 1847.0, 5126.0),
@@ -477,15 +476,14 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
         hangs.to_degrees(),
         leans.0.to_degrees()
     );
-    // Parachute and stage pull and push on a body that turns: it hangs along the riser, and carries what hangs upright.
-    // As the README tells.
+    // Parachute and stage pull and push on a rotating body: it hangs along the riser, and carries the suspended load upright. As in the README.
     let (riser, upright) = (hangs.to_degrees(), leans.0.to_degrees());
     assert!((riser - 0.81).abs() < 0.01 && (upright - 0.37).abs() < 0.01, "{riser} {upright}");
     let (when, velocity) = touched.unwrap();
     println!("first wheel at {:.2} s, {velocity}", when - entry);
     assert!((when - entry - 372.93).abs() < 0.05, "{}", when - entry);
     assert!((velocity.z + 0.75).abs() < 0.05 && velocity.xy().norm() < 0.1, "{velocity}");
-    // Over all rows of 375 s: 1.6, 2.6, 1.9 and 3.9.
+    // Over all samples of 375 s: 1.6, 2.6, 1.9 and 3.9.
     let [height, speed, place, tilt] = wrong;
     height.below(3.0, "error of the height, deviations");
     speed.below(3.5, "error of the velocity, deviations");
@@ -493,9 +491,9 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     tilt.below(4.0, "error of the attitude, deviations");
     println!("path {path}° at the entry; shield {shield} m, shell {shell} m off at least");
     assert!((path + 15.5).abs() < 0.1, "{path}");
-    // Once 2 m and 1 m off, what is thrown off comes no nearer.
+    // After initial distances of 2 m and 1 m, jettisoned parts never come nearer.
     assert!((2.0..2.3).contains(&shield) && (1.0..2.0).contains(&shell), "{shield} {shell}");
-    // The bodies of the rover, without mast and harness, get hinges of their own.
+    // The bodies of the rover, without mast and harness, get separate hinges.
     let moves = sim.take_moves();
     assert_eq!(moves.len(), 10);
     let crane = moves.iter().find(|m| m.1.contains("→ `sky_crane`")).unwrap();
@@ -503,7 +501,7 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     assert_eq!(hinges.split(", ").count(), 15, "{hinges}");
     books_are_kept(&moves);
     snapshots.push(Snapshot::of(&sim));
-    // From the beginning of any phase, and from between, a new instance goes on to the bits of the next.
+    // From the start of any phase, and from instants in between, a new instance continues bit-identical to the next.
     let mut again = common::repository("mars_edl/sim.ron", &COARSE).unwrap();
     for pair in snapshots.windows(2) {
         again.restore(&pair[0].kept).unwrap();
@@ -512,12 +510,12 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
         }
         assert_eq!(again.hash(), pair[1].hash, "from {} s, {}", pair[0].time, pair[0].phase);
     }
-    // In its own coordinates it comes down where it wants to; on Mars, where its navigation is wrong by.
+    // In its estimated coordinates it lands at the target; on Mars it is off by the error of its navigation.
     let landed = get(&sim, "Rover.Hardware.Chassis/chassis.position");
-    // The middle of its ground is where the divert leads.
+    // The divert leads to the middle of its ground.
     println!("lands at {landed}");
     assert!(off_place < 0.3 && landed.xy().norm() < 2.0, "{off_place} m, {landed}");
-    // It stands, and drives to where it was told to; meanwhile the stage comes down.
+    // It stands, and drives to the commanded position; meanwhile the stage falls.
     let (mut away, mut fallen) = (0.0, 0.0);
     while sim.before(seconds(1050.0))
         && !sim.get("Rover.NavigationSoftware.Follower.done").is_ok_and(|d| d > 0.5)
@@ -536,7 +534,7 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     let weight = 902.0 * weight_of_a_kilogram();
     println!("carried {carried} N of {weight}, at {place}");
     assert!((carried / weight - 1.0).abs() < 2e-4, "{carried}");
-    // Where it stands it stays, in the axes of the site, which turns with Mars.
+    // After landing it stays in place, in the axes of the site, which rotates with Mars.
     let from = sim.time();
     let place = get(&sim, "Rover.Hardware.Chassis/chassis.position");
     sim.run_until(seconds(from + 10.0)).unwrap();
@@ -545,7 +543,7 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     assert!(moved.norm() / 10.0 < 1e-6, "{moved}");
 }
 
-/// Whatever was let go of: momentum, and angular momentum about the point that is told, are after it what they were before.
+/// Every separation conserves momentum, and angular momentum about the reported point.
 fn books_are_kept(moves: &[(f64, String, linkwork_runtime::MoveReport)]) {
     let vector = |text: &str| {
         let inner = text.split_once('(').unwrap().1.split_once(')').unwrap();
@@ -553,7 +551,7 @@ fn books_are_kept(moves: &[(f64, String, linkwork_runtime::MoveReport)]) {
         (Vec3::from_column_slice(&row), inner.1.to_string())
     };
     let mut parted = 0;
-    // What leaves the simulation takes its own with it.
+    // Parts that leave the simulation take their momentum with them.
     let all = |m: &&(f64, String, linkwork_runtime::MoveReport)| {
         !m.2.notes.iter().any(|n| n.starts_with("gone"))
     };
@@ -575,7 +573,7 @@ fn books_are_kept(moves: &[(f64, String, linkwork_runtime::MoveReport)]) {
     assert_eq!(parted, 3);
 }
 
-/// Weight of a kilogram where the rover of `sims/mars_edl` lands, N: zonal gravity less the centrifugal force.
+/// Weight of a kilogram at the landing site of the rover of `sims/mars_edl`, N: zonal gravity minus the centrifugal force.
 fn weight_of_a_kilogram() -> f64 {
     let (mu, a, j2, rate) =
         (4.282_837_362e13_f64, 3_396_190.0_f64, 1.960_45e-3_f64, 7.088_218_1e-5_f64);

@@ -1,4 +1,4 @@
-//! Flight: orbits, entries, landings, ascents and rendezvous beside what independent programs computed.
+//! Flight: orbits, entries, landings, ascents and rendezvous compared with results of independent programs.
 
 mod ascent;
 mod asteroid;

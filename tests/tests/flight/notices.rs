@@ -1,9 +1,9 @@
-//! What a run tells on the way and goes on: commands that do nothing, air beyond its data, a foot beside the map, a separation of
-//! what is gone.
+//! Warnings of a run that continues: commands without effect, air beyond its data, a foot outside the map, separation of bodies that are already
+//! apart.
 use crate::common::{get, scene, seconds};
 use linkwork_runtime::Simulation;
 
-/// Time, message and remedy of what was told since this was asked last.
+/// Returns time, message and remedy of the warnings since the last call.
 fn told(sim: &mut Simulation) -> Vec<(f64, String)> {
     let one = |(t, fault): linkwork_runtime::Notice| {
         (t, format!("{} | {}", fault.message, fault.help.unwrap_or_default()))
@@ -19,7 +19,7 @@ fn has(told: &[(f64, String)], time: f64, parts: &[&str]) {
     }
 }
 
-/// The command is a sine: it rises through ½ at 5/6 s, and again ten seconds later, and again.
+/// The command is a sine: it rises through ½ at 5/6 s, and every ten seconds after that.
 #[test]
 fn a_canopy_that_is_commanded_again_tells_so_once_and_stays_open() {
     let text = r#"Simulation(
@@ -49,7 +49,7 @@ fn a_canopy_that_is_commanded_again_tells_so_once_and_stays_open() {
     assert!(told(&mut sim).is_empty());
 }
 
-/// Faster than the last Mach number of its table when it opens: told at that instant.
+/// Faster than the last Mach number of its table when it opens: reported at that instant.
 #[test]
 fn a_canopy_beyond_its_table_tells_so_or_stops_the_run() {
     let text = |outside: &str| {
@@ -76,7 +76,7 @@ fn a_canopy_beyond_its_table_tells_so_or_stops_the_run() {
     assert!(e.help.unwrap().contains("extend the rows") && told(&mut sim).is_empty());
 }
 
-/// A satellite through the end of the standard atmosphere: 1000 km at 28.4 s. It is told at the first row behind.
+/// A satellite leaves the standard atmosphere at 1000 km at 28.4 s. This is reported at the next sample.
 #[test]
 fn air_beyond_its_data_is_told_once_or_stops_the_run() {
     let text = |outside: &str| {
@@ -106,7 +106,7 @@ fn air_beyond_its_data_is_told_once_or_stops_the_run() {
             &["`Air`: its data reach from -5 to 1000 km, not to 1000.", "`Drag` asks", "`outside`"],
         );
     }
-    // Going on, where that is what was asked for, is nothing to tell.
+    // With `continue`, continuing is expected, so nothing is reported.
     let mut sim = scene(&text("\"outside\": continue"), &[]).unwrap();
     sim.run_until(seconds(100.0)).unwrap();
     assert!(told(&mut sim).is_empty());
@@ -116,7 +116,7 @@ fn air_beyond_its_data_is_told_once_or_stops_the_run() {
     assert!(e.to_string().contains("not to 1000.") && get(&sim, "craft.position").norm() < 7.4e6);
 }
 
-/// A lander that comes down beside its map: where a foot is lower than the nearest edge, which is at 0.
+/// A lander that comes down at the edge of its map: a foot is lower than the nearest edge, which is at 0.
 #[test]
 fn a_foot_beside_the_map_is_told() {
     let text = |x: f64| {
@@ -140,7 +140,7 @@ fn a_foot_beside_the_map_is_told() {
     let mut sim = scene(&text(40.0), &[]).unwrap();
     sim.run_until(seconds(2.0)).unwrap();
     assert!(told(&mut sim).is_empty() && sim.get("One.crushed").unwrap() > 0.0);
-    // One foot beyond 50 m. It passes the height of the edge at 2 = t + 0.8 t².
+    // One foot is beyond 50 m. It passes the height of the edge at 2 = t + 0.8 t².
     let mut sim = scene(&text(49.0), &[]).unwrap();
     // Until it tips over its other feet, back onto the map.
     sim.run_until(seconds(1.3)).unwrap();
@@ -158,7 +158,7 @@ fn a_foot_beside_the_map_is_told() {
     assert!(sim.get("One.crushed").unwrap() == 0.0 && sim.get("Two.crushed").unwrap() > 0.0);
 }
 
-/// A phase whose spring finds its bodies apart already says so when it begins; one that finds them together says nothing.
+/// A phase whose spring finds its bodies already apart reports this at its start; if they are together, nothing is reported.
 #[test]
 fn a_separation_of_what_is_gone_is_told() {
     let text = |speed: f64| {

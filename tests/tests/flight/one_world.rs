@@ -1,15 +1,15 @@
-//! One world in a simulation: what its parts take from it, in simulations with known answers.
+//! One world per simulation: its use by parts, in simulations with known results.
 use crate::common;
 use common::metrics_of;
 
-/// The metrics of a simulation that has to run.
+/// Returns the metrics of a simulation that must run.
 fn metrics(text: &str) -> impl Fn(&str) -> f64 + use<> {
     let all = metrics_of(text).unwrap_or_else(|e| panic!("{e}"));
     move |name| all[name]
 }
 
-/// On the Earth at 45° north an ideal gyroscope at rest measures 10.6°/h about the vertical, 2.95° in 1000 s; neither the estimator of the pose
-/// nor odometry with that gyroscope takes it for a turn of the rover.
+/// On the Earth at 45° north an ideal gyroscope at rest measures 10.6°/h about the vertical, 2.95° in 1000 s. Neither the pose estimator nor odometry
+/// with this gyroscope interprets it as rotation of the rover.
 #[test]
 fn navigation_at_rest_does_not_turn_with_the_planet() {
     let get = metrics(NAVIGATION);
@@ -33,7 +33,8 @@ const NAVIGATION: &str = r#"Simulation(
     metrics: { "heading": (of: "Est.heading", take: "last"), "deviation": (of: "Est.deviation.z", take: "last"), "odometry": (of: "Odometry.heading", take: "last") },
 )"#;
 
-/// Of 1361 W/m² at 1 AU a panel near the Earth has all by day, less 7000 km of way, and nothing in the shadow; there is no air in space that would take some.
+/// A panel near the Earth gets the full 1361 W/m² of 1 AU in sunlight, corrected for the 7000 km distance, and nothing in the shadow. Air in space
+/// does not attenuate it.
 #[test]
 fn a_panel_in_orbit_has_the_whole_sun_or_the_shadow() {
     let get = metrics(ORBIT);
@@ -57,11 +58,11 @@ const ORBIT: &str = r#"Simulation(
     metrics: { "day": (of: "Day.power", take: "last", unit: "W"), "night": (of: "Night.power", take: "max", unit: "W") },
 )"#;
 
-/// At the mean distance of Mars 586 W/m² are left; a Sun that has set lights no panel, whichever way it faces.
+/// At the mean distance of Mars the irradiance is 586 W/m²; after sunset panels in any orientation get nothing.
 #[test]
 fn a_panel_on_the_ground_has_the_sun_of_its_planet_by_day_alone() {
     let get = metrics(GROUND);
-    // The radius of Mars nearer than its centre.
+    // The surface of Mars is closer than its centre by its radius.
     let d = 1.523_710_34 - 3_396_191.0 / linkwork_runtime::AU;
     assert!((get("lit") - 1361.0 / (d * d)).abs() < 1e-3, "{}", get("lit"));
     assert_eq!(get("dark"), 0.0);
@@ -80,7 +81,7 @@ const GROUND: &str = r#"Simulation(
     metrics: { "lit": (of: "Lit.power", take: "last", unit: "W"), "dark": (of: "Dark.power", take: "max", unit: "W") },
 )"#;
 
-/// At ∛(μ/ω²), 20 427.6 km around Mars, a craft keeps its place over the ground.
+/// At ∛(μ/ω²), 20 427.6 km from the centre of Mars, a spacecraft is fixed over the ground.
 #[test]
 fn in_a_stationary_orbit_the_ground_stands_still() {
     let omega = 350.891_982_26_f64.to_radians() / 86_400.0;
@@ -106,8 +107,8 @@ const STATIONARY: &str = r#"Simulation(
     metrics: { "speed": (of: "Ground.speed", take: "max"), "inclination": (of: "Orbit.inclination", take: "last"), "latitude": (of: "Ground.latitude", take: "max") },
 )"#;
 
-/// Inclinations count from the planet's own equator: of the orbit with the normal (1, 0, −1)/√2 around the pole of Mars, right ascension 317.68°, declination
-/// 52.89° (IAU), 104.4°; the craft comes as far from the equator as that says.
+/// Inclinations are relative to the planet's own equator: an orbit with the normal (1, 0, −1)/√2 around the pole of Mars, right ascension 317.68°,
+/// declination 52.89° (IAU), has 104.4°, and the spacecraft reaches the corresponding latitude.
 #[test]
 fn an_inclination_counts_from_the_equator_of_the_body() {
     let get = metrics(INCLINED);

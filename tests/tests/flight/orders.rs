@@ -1,10 +1,10 @@
-//! Every integrator has its order on whole machines: a free top, a double pendulum, an entry, a rover's
-//! suspension; and the stiff one takes a motor whose current settles within a fraction of the step.
+//! Every integrator has its order on complete mechanisms: a free top, a double pendulum, an entry, a rover's suspension. The stiff one integrates a
+//! motor whose current settles within a fraction of the step.
 use linkwork_runtime::{Integrator, Role, Seconds, Simulation};
 
 use crate::common;
 
-/// The machine at the end, with one step from row to row.
+/// Returns the final state, with one step per sample.
 fn end(text: &str, method: &str, step: f64, until: f64) -> Vec<f64> {
     let settings = format!(
         "{text} gravity: \"{}\", integrator: \"{method}\", accuracy: \"fixed\", step: {step}, until: {until})",
@@ -22,7 +22,7 @@ fn states(sim: &Simulation) -> Vec<f64> {
     of_state.map(|(path, _)| sim.get(path).unwrap()).collect()
 }
 
-/// The orders seen between two steps for each method beside those that it has.
+/// Compares the measured orders between two steps with the nominal ones, for each method.
 fn orders(what: &str, text: &str, until: f64, steps: &[(&str, f64, f64)]) {
     let reference = end(text, "verner_87", steps[0].1 / 64.0, until);
     for &(method, step, order) in steps {
@@ -35,7 +35,7 @@ fn orders(what: &str, text: &str, until: f64, steps: &[(&str, f64, f64)]) {
         let seen = (coarse / fine).log2();
         println!("{what}: {method} at {step} s: {coarse:.2e}, {fine:.2e}, order {seen:.2}");
         assert!(fine < coarse && seen > order - 0.4, "{what}: {method}: {seen}, {coarse} {fine}");
-        // More than its own order would be an error that the test does not see.
+        // An order far above the nominal one would mean that the test does not measure the error.
         assert!(seen < order + 2.5, "{what}: {method}: {seen}, {coarse} {fine}");
     }
 }
@@ -74,7 +74,7 @@ fn on_a_double_pendulum() {
 
 #[test]
 fn on_an_entry() {
-    // The capsule of sims/ballistic_entry with a slow tumble, through its peak of drag at 85 s.
+    // The capsule of sims/ballistic_entry with a slow tumble, through its peak drag at 85 s.
     let text = r#"Simulation(parts: { "Capsule": (assembly: "flight/capsule.ron",
         params: { "position": [3521190, 0, 0], "velocity": [-1764.732, 7046.389, 0] }) },"#;
     let steps = [
@@ -88,8 +88,8 @@ fn on_an_entry() {
     orders("entry", text, 100.0, &steps);
 }
 
-/// Sun and Moon pull, drag brakes, and the light goes and comes in every revolution: its edges are events, and a step ends at
-/// each. Behind an edge the covered part of the Sun grows as the way to 3/2, which steps of a minute follow to 0.2 mm in six hours.
+/// Sun and Moon attract, drag decelerates, and sunlight is interrupted in every revolution: shadow edges are events, and a step ends at each. After
+/// an edge the covered fraction of the Sun grows with the distance to the power 3/2, which steps of a minute follow to 0.2 mm in six hours.
 #[test]
 fn on_an_orbit_with_eclipses_and_third_bodies() {
     let end = |method: &str, step: f64| {
@@ -118,7 +118,7 @@ fn on_an_orbit_with_eclipses_and_third_bodies() {
 
 #[test]
 fn on_the_suspension_of_a_rover() {
-    // Chassis on springs, rockers joined by the differential, bogies with friction: the rover's own numbers.
+    // Chassis on springs, rockers joined by the differential, bogies with friction: the rover's own parameters.
     let text = r#"Simulation(bodies: {
         "chassis": (parent: "world", hinge: Chain(Slider([0, 0, 1]), Pin([1, 0, 0]), Pin([0, 1, 0])), mass: 708, inertia: Box([1.9, 1.5, 0.6]), initial: (coordinates: [0.1, 0.1, -0.15], rates: [0, 0.2, 0.3])),
         "rocker_left": (parent: "chassis", at: (position: [0.214, 0.604, 0.1254]), hinge: Pin([0, 1, 0]), mass: 25, com: [0.06, 0.25, -0.1], inertia: Box([1.6, 0.1, 0.3]), initial: (angle: 0.15)),
@@ -146,8 +146,8 @@ fn on_the_suspension_of_a_rover() {
     orders("suspension", text, 1.6, &steps);
 }
 
-/// L = 0.1 mH, R = 0.6 Ω: the current settles in 0.17 ms. At a step of 1 ms the stiff method is within
-/// the error of its order of the truth, and no explicit one survives.
+/// L = 0.1 mH, R = 0.6 Ω: the current settles in 0.17 ms. At a step of 1 ms the stiff method is accurate within the error of its order, and all
+/// explicit ones are unstable.
 #[test]
 fn a_motor_with_a_tenth_of_a_millihenry_runs_at_a_millisecond() {
     let text = r#"Simulation(
@@ -186,7 +186,7 @@ fn a_motor_with_a_tenth_of_a_millihenry_runs_at_a_millisecond() {
         (w / omega - 1.0).abs() < 1e-6 && (i / current - 1.0).abs() < 1e-6,
         "{w} {omega} {i} {current}"
     );
-    // 1 ms · R/L = 6 lies outside of every explicit method's stability.
+    // 1 ms · R/L = 6 is outside every explicit method's stability region.
     for method in ["rk4", "bogacki_shampine_32"] {
         let error = run(method, "\"fixed\"").unwrap_err();
         assert!(error.contains("Motor") || error.contains("wheel"), "{error}");

@@ -1,9 +1,9 @@
-//! Parting and docking as whole simulations: what pyrotechnic devices tip off, what a soft capture keeps and takes.
+//! Separation and docking as complete simulations: tip-off by pyrotechnic devices, momentum and energy of a soft capture.
 use crate::common::{get, rotation, scene, seconds, velocity};
 use linkwork_runtime::Simulation;
 use linkwork_spatial::{Mat3, Vec3};
 
-/// Momentum, and angular momentum about the origin of W, of free bodies with principal inertias about their origins.
+/// Returns momentum, and angular momentum about the origin of W, of free bodies with principal inertias about their origins.
 fn momentum(sim: &Simulation, bodies: &[(&str, f64, Vec3)]) -> (Vec3, Vec3) {
     let (mut linear, mut angular) = (Vec3::zeros(), Vec3::zeros());
     for (body, mass, inertia) in bodies {
@@ -39,7 +39,8 @@ fn unequal_devices_tip_off_what_they_push() {
     sim.run_until(seconds(0.01)).unwrap();
     let after = momentum(&sim, &bodies);
     assert!((after.0 - before.0).norm() < 1e-12 && (after.1 - before.1).norm() < 1e-12);
-    // r × J about the load's centre: −0.2 · 4 + 0.2 · 3 N m s about x, but for what both turn in 3 ms: 5 mrad of the load, whose arms are 0.2 m.
+    // r × J about the load's centre: −0.2 · 4 + 0.2 · 3 N m s about x, except for the rotation of both in 3 ms: 5 mrad of the load, whose arms are
+    // 0.2 m.
     let (v, w) = (velocity(&sim, "load").z, get(&sim, "load.angular").x);
     println!("{v} m/s, {w} rad/s");
     assert!((v - 0.7).abs() < 1e-5, "{v}");
@@ -48,8 +49,8 @@ fn unequal_devices_tip_off_what_they_push() {
     assert_eq!(sim.get("R.spent").unwrap(), 1.0);
 }
 
-/// A chaser of 500 kg drifts into the port of a target at 5 cm/s, aside and turned: latches catch, dampers bring it to rest, and the
-/// pair goes on with its momentum; what the motion has lost is what the dampers have taken.
+/// A chaser of 500 kg drifts into a target's port at 5 cm/s, offset and rotated: latches catch, dampers bring it to rest, and the pair continues with
+/// its momentum. The lost energy equals that absorbed by the dampers.
 #[test]
 fn a_soft_capture_keeps_the_momentum_and_takes_the_energy() {
     let text = r#"Simulation(
@@ -88,7 +89,7 @@ fn a_soft_capture_keeps_the_momentum_and_takes_the_energy() {
     while sim.get("Capture.caught").unwrap() == 0.0 {
         sim.step_event().unwrap();
     }
-    // The springs are as long as the ports are apart when the latches catch: what they hold then is taken, too.
+    // The springs' length equals the distance of the ports when the latches catch, so their initial energy is absorbed, too.
     let port = |body: &str, y: f64| {
         get(&sim, &format!("{body}.position")) + rotation(&sim, body) * Vec3::new(0.0, y, 0.0)
     };

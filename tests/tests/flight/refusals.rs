@@ -1,5 +1,5 @@
-//! Bad input of flights: a tank with less than nothing in it, guidance without a solution, an epoch that runs out of
-//! its tables. What is wrong is told, and the flight goes on by its fallback or ends in order.
+//! Invalid input of flights: a tank with negative content, guidance without a solution, an epoch beyond its tables. The error is reported, and the
+//! flight continues with its fallback or ends in order.
 use linkwork_spatial::Vec3;
 
 use crate::common::{get, scene, seconds, velocity};
@@ -21,7 +21,7 @@ fn a_tank_with_negative_propellant_is_refused() {
     assert!(scene(&text.replace("-1 kg", "1 kg"), &[]).is_ok());
 }
 
-/// An engine without a tank had propellant without end. It does not load; nor does one whose tank gives it propellant and loses none.
+/// An engine without a tank used to have unlimited propellant. It does not load; nor does one whose tank gives it propellant without losing any.
 #[test]
 fn an_engine_without_a_tank_does_not_load() {
     let text = r#"Simulation(
@@ -54,7 +54,7 @@ fn an_engine_without_a_tank_does_not_load() {
     assert!((used * 300.0 * 9.80665 / 400.0 - 1.0).abs() < 1e-9, "{used}");
 }
 
-/// Gravity that is refused is the one mistake: not also that the craft, and the radar beside it, find none.
+/// Invalid gravity is the only error: the spacecraft, and the radar next to it, do not additionally report it as missing.
 #[test]
 fn what_is_refused_is_not_said_to_be_missing_too() {
     let text = r#"Simulation(
@@ -69,7 +69,7 @@ fn what_is_refused_is_not_said_to_be_missing_too() {
     let told = scene(text, &[]).err().unwrap();
     assert!(told.contains("`Gravity.radius` = "), "{told}");
     assert!(!told.contains("gravity service"), "{told}");
-    // One that is not there at all is.
+    // If it is really missing, this is reported.
     let whole = text.replace("-6378137", "6378137");
     assert!(scene(&whole, &[]).is_ok());
     for text in [text, &whole] {
@@ -79,8 +79,8 @@ fn what_is_refused_is_not_said_to_be_missing_too() {
     }
 }
 
-/// Below its glide slope `flight.convex_descent` has no plan: that is an output, which the log has, and is told at the start; the
-/// quadratic law brings the lander down at the end of `times`.
+/// Below its glide slope `flight.convex_descent` does not find a plan: this is an output, recorded in the log, and reported at the start. The
+/// quadratic law lands the vehicle at the end of `times`.
 #[test]
 fn a_convex_descent_without_a_plan_says_so_and_comes_down() {
     let text = |start: &str| {
@@ -122,9 +122,8 @@ fn a_convex_descent_without_a_plan_says_so_and_comes_down() {
     assert!(place.norm() < 1.0 && (speed + Vec3::z() * 0.5).norm() < 1.0, "{place} {speed}");
 }
 
-/// `flight.linear_tangent` for a stage that is as fast as its orbit, or becomes so by a push that nobody told it of:
-/// `Guidance.lost`, an output that the log has. Without a solution from the start it does not push; else the last
-/// steering, sin θ = A + B t, goes on.
+/// `flight.linear_tangent` for a stage at orbital speed, or brought there by an unknown push: `Guidance.lost`, an output recorded in the log. Without
+/// a solution from the start it does not thrust; otherwise it continues with the last steering, sin θ = A + B t.
 #[test]
 fn an_ascent_without_a_solution_says_so_and_holds_its_steering() {
     let text = |speed: f64, push: f64| {
@@ -170,9 +169,8 @@ fn an_ascent_without_a_solution_says_so_and_holds_its_steering() {
     assert!(slopes.iter().all(|b| (b - slopes[0]).abs() < 1e-12), "{slopes:?}");
 }
 
-/// SOFA's series of the Earth ends in 2100, J2000 + 36525 days: a run that goes on beyond is stopped at the last row
-/// before, with numbers that hold; the message names service, span, epoch and remedy. One that is to go on until then is refused at
-/// its start, one that may end before is not.
+/// SOFA's series of the Earth ends in 2100, J2000 + 36525 days. A run that continues beyond stops at the last sample before, with valid numbers; the
+/// message names service, interval, epoch and remedy. A run that must last until then is rejected at its start, one that may end earlier is not.
 #[test]
 fn a_run_beyond_the_years_of_the_ephemeris_stops_and_says_so() {
     use linkwork_runner::{Ended, Goal, Pause, Runner, Watch};
@@ -199,7 +197,7 @@ fn a_run_beyond_the_years_of_the_ephemeris_stops_and_says_so() {
     let late = || scene(&text("2099-12-25 00:00:00 UTC"), &[]).unwrap();
     let mut sim = late();
     let told = sim.run_until(seconds(1e6)).unwrap_err().to_string();
-    // Noon of 1 January 2100 TDB is 7.5 days behind the start, 69 s of TT − UTC earlier.
+    // Noon of 1 January 2100 TDB is 7.5 days after the start, 69 s of TT − UTC earlier.
     let end = 7.5 * 86_400.0 - 69.184;
     assert!(sim.time() <= end && sim.time() > end - 100.0, "{told}");
     assert!(get(&sim, "craft.position").norm() < 5e7 && sim.check().is_ok());
@@ -227,15 +225,15 @@ fn a_run_beyond_the_years_of_the_ephemeris_stops_and_says_so() {
     for part in [
         "`Gravity.third_bodies`",
         "at the epoch 2100-06-25T00:00:00",
-        "hold from 1900 to 2100, not at 2100-06-25",
+        "are valid from 1900 to 2100, not at 2100-06-25",
         "kernel",
     ] {
         assert!(told.contains(part), "{part}: {told}");
     }
 }
 
-/// `slosh: apart` of a tank takes the mass that swings out of it: where no part takes it up it is gone, which the plan tells with place
-/// and remedy; wired, or settled, there is nothing to tell.
+/// `slosh: apart` of a tank excludes the sloshing mass: if no other part includes it, it is lost, which the check of the file reports with location
+/// and remedy. If it is connected, or settled, nothing is reported.
 #[test]
 fn a_tank_whose_swinging_mass_nobody_takes_is_told() {
     let text = |slosh: &str, swing: &str, wires: &str| {
@@ -266,7 +264,7 @@ fn a_tank_whose_swinging_mass_nobody_takes_is_told() {
     let swing = r#""Slosh": (model: "flight.slosh", bind: { "swing": "node:swing", "x": "hinge:swing[0]", "y": "hinge:swing[1]" }),"#;
     let wires = r#""Press.y -> Slosh.acceleration", "Tank.swinging -> Slosh.swinging", "Tank.swing_height -> Slosh.swing_height", "Tank.swing_stiffness -> Slosh.swing_stiffness""#;
     assert!(told(&text("apart", swing, wires)).is_empty());
-    // Through a delay, too.
+    // Also through a delay.
     let wires = wires.replacen(
         r#""Tank.swinging -> Slosh.swinging""#,
         r#"(wire: "Tank.swinging -> Slosh.swinging", delay: 1)"#,

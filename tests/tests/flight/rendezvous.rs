@@ -1,4 +1,4 @@
-//! Two craft in one orbit: `sims/formation` and `sims/docking`.
+//! Two spacecraft in one orbit: `sims/formation` and `sims/docking`.
 use linkwork_runtime::Simulation;
 use linkwork_spatial::Vec3;
 use linkwork_world::orbit::propagate;
@@ -6,10 +6,10 @@ use linkwork_world::planet::PointMotion;
 
 use crate::common::{get, repository, rotation, seconds, velocity};
 
-/// Of the Earth, m³/s², as the files have it.
+/// μ of the Earth, m³/s², as in the files.
 const MU: f64 = 3.986_004_418e14;
 
-/// Position and velocity of a craft from another, in the other's axes: radial, along the motion, normal.
+/// Returns position and velocity of a spacecraft relative to another, in the other's axes: radial, along the motion, normal.
 fn beside(sim: &Simulation, chief: &str, deputy: &str) -> (Vec3, Vec3) {
     let place = |body: &str| get(sim, &format!("{body}.position"));
     let (r, v) = (place(chief), velocity(sim, chief));
@@ -25,7 +25,7 @@ fn beside(sim: &Simulation, chief: &str, deputy: &str) -> (Vec3, Vec3) {
 fn a_deputy_comes_to_its_place_and_is_held_there() {
     let mut sim = repository("formation/sim.ron", &[]).unwrap();
     let (start, drift) = beside(&sim, "chief", "deputy");
-    // As the file says in words: 200 m above, 1500 m behind, 80 m to the side.
+    // As the file describes: 200 m above, 1500 m behind, 80 m to the side.
     assert!((start - Vec3::new(200.0, -1500.0, 80.0)).norm() < 1e-6, "{start}");
     assert!((drift - Vec3::new(0.15, -0.5, -0.1)).norm() < 1e-6, "{drift}");
     sim.run_until(seconds(1944.0)).unwrap();
@@ -33,7 +33,7 @@ fn a_deputy_comes_to_its_place_and_is_held_there() {
     let taken = sim.get("Transfer.dv").unwrap();
     let (there, _) = beside(&sim, "chief", "deputy");
     println!("{} m off, {taken} m/s", (there - place).norm());
-    // Nothing is done in the last minute, and nothing under 2 cm/s.
+    // No pulses in the last minute, and none below 2 cm/s.
     assert!(
         ((there - place).norm() - 0.096).abs() < 5e-4 && (taken - 1.040).abs() < 2e-3,
         "{there} {taken}"
@@ -78,21 +78,21 @@ fn a_chaser_is_captured_and_what_it_brings_is_booked() {
     println!("captured at {t} s; {before_slope} s and {down} s by the closed form");
     assert!((t - before_slope - down).abs() < 0.5);
     assert!(sim.phase() == "captured" && (t - 389.26).abs() < 0.05);
-    // The jets hold its attitude, in pulses of 1 N s.
+    // The jets control its attitude with pulses of 1 N s.
     println!("{spent:?} m/s spent, across");
     assert!((spent.0 - 1.892).abs() < 5e-3 && (spent.1 - 6.96e-3).abs() < 5e-5, "{spent:?}");
     println!("turned by {} deg at most", turned.to_degrees());
     assert!((turned.to_degrees() - 0.514).abs() < 5e-3, "{turned}");
     let (row, (r, v), before_target) = before.unwrap();
     assert!((r - contact).norm() < 0.1 && (v - Vec3::y() * 0.05).norm() < 2e-3, "{r} {v}");
-    // The target falls freely to the capture; what it gains there is its share of the impact.
+    // The target is in free fall until the capture; its velocity change is its share of the impact.
     let fallen = propagate(MU, &before_target, t - row).unwrap().velocity;
     let jump = velocity(&sim, "target") - fallen;
     let (brought, met) = (500.0, 2000.0);
     let wanted = v.norm() * brought / (met + brought);
     let ahead = rotation(&sim, "target") * v.normalize();
     println!("the target gains {} m/s, its share is {wanted} m/s", jump.norm());
-    // Between the last row and the capture a jet may give a pulse of 2 mm/s more.
+    // Between the last sample and the capture a jet may add a pulse of 2 mm/s.
     assert!((jump - ahead * wanted).norm() < 0.05 * wanted, "{jump} {ahead}");
     let report = sim.take_moves();
     assert!(report.iter().any(|(_, _, r)| r.notes.iter().any(|n| n.contains("momentum"))));
@@ -121,18 +121,18 @@ fn too_fast_near_the_target_it_backs_away() {
     let (end, rest) = beside(&sim, "target", "chaser");
     println!("abort at {t} s, nearest {nearest} m, at the end {end}");
     assert!((t - 180.86).abs() < 0.05 && (nearest - 6.17).abs() < 0.05);
-    // Single pulses of 2 mm/s hold it there.
+    // Single pulses of 2 mm/s keep it there.
     assert!((end + Vec3::y() * 200.0).norm() < 0.05 && rest.norm() < 4e-3, "{end} {rest}");
 }
 
-/// The last metres with what they do to the target: the plumes of the braking jets push it on by their impulse, then latches, springs and
-/// dampers take the energy that two bodies of 500 kg and 2 t bring, and they are locked without an impact.
+/// The last metres and their effect on the target: the plumes of the braking jets transfer their impulse to it; then latches, springs and dampers
+/// absorb the relative energy of two bodies of 500 kg and 2 t, and they are locked without an impact.
 #[test]
 fn plumes_push_the_target_and_a_soft_capture_takes_what_is_left() {
     let mut sim = repository("docking/soft_capture.ron", &[]).unwrap();
     let place = get(&sim, "target.position");
     let free = PointMotion { position: place, velocity: velocity(&sim, "target") };
-    // Radial and along the motion, N, at an instant; impulses from stop to stop.
+    // Radial and along-track force, N, at an instant; impulses from stop to stop.
     let along = |sim: &Simulation| {
         let load = get(sim, "Plume1.load.force") + get(sim, "Plume2.load.force");
         let (x, v) = (get(sim, "target.position").normalize(), velocity(sim, "target"));
@@ -154,7 +154,7 @@ fn plumes_push_the_target_and_a_soft_capture_takes_what_is_left() {
     }
     let (row, (r, v), (place_of_target, target)) = before.unwrap();
     let fallen = propagate(MU, &free, row).unwrap();
-    // Clohessy and Wiltshire: what is pushed along the motion drifts up and falls back.
+    // Clohessy–Wiltshire: a body pushed along the motion drifts up and falls back.
     let n = (MU / free.position.norm().powi(3)).sqrt();
     let up = fallen.position.normalize();
     let normal = fallen.position.cross(&fallen.velocity).normalize();
@@ -173,7 +173,7 @@ fn plumes_push_the_target_and_a_soft_capture_takes_what_is_left() {
     assert!((pushed / by_pulses - 1.0).abs() < 1e-3, "{pushed} {by_pulses}");
     assert!(most > 0.1 && most < 10.0, "two jets of 5 N at most: {most}");
     assert_eq!(sim.phase(), "soft_capture");
-    // The springs are as long as the ports are apart when the latches catch: what they hold then is taken, too.
+    // The springs' length equals the distance of the ports when the latches catch, so their initial energy is absorbed, too.
     let port = |sim: &Simulation, body: &str, y: f64| {
         get(sim, &format!("{body}.position")) + rotation(sim, body) * Vec3::new(0.0, y, 0.0)
     };
@@ -181,7 +181,7 @@ fn plumes_push_the_target_and_a_soft_capture_takes_what_is_left() {
         rotation(sim, "target").inverse() * (port(sim, "chaser", 1.0) - port(sim, "target", -1.5))
     };
     assert!((apart(&sim).norm() - 0.02).abs() < 1e-9, "{}", apart(&sim));
-    // Of the springs, of the motion about the common centre, and of the turning.
+    // Energy of the springs, of the motion about the common centre, and of the rotation.
     let energy = |sim: &Simulation| {
         let turn = rotation(sim, "target").angle_to(&rotation(sim, "chaser"));
         let place = apart(sim);
@@ -210,7 +210,7 @@ fn plumes_push_the_target_and_a_soft_capture_takes_what_is_left() {
     let (t, given) = (sim.time(), brought - left);
     println!("{force} N, {taken} J of {given} J, locked at {t} s, {}", sim.phase());
     assert!((taken / given - 1.0).abs() < 5e-3, "{taken} {given}");
-    // Springs of 200 and 400 N/m over 2 cm, dampers at the speed that is left.
+    // Springs of 200 and 400 N/m over 2 cm, dampers at the remaining speed.
     assert!(force > 2.0 && force < 8.0 + 560.0 * met.norm(), "{force}");
     let moves = sim.take_moves();
     let books = moves.iter().flat_map(|m| &m.2.notes).find(|n| n.contains("energy")).unwrap();

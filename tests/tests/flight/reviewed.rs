@@ -1,4 +1,4 @@
-//! Faults that reviews of the models of flight found, in simulations (`tests/hunt/reviews.md`).
+//! Faults in flight models that reviews found, tested in simulations (`tests/hunt/reviews.md`).
 use crate::common::{metrics_of, scene, seconds};
 
 /// Mass (kg), length (m), stiffness (N/m) and damping (N s/m) of a load on a line, and the force (N) that pulls it at a time (s).
@@ -7,7 +7,7 @@ fn pull(t: f64) -> f64 {
     if (2.0..2.05).contains(&t) { -50.0 } else { 50.0 }
 }
 
-/// Distance and speed of the load at a time (s) by the law itself, T = max(0, k δ + c δ̇) where δ > 0, with steps of 10 µs of RK4.
+/// Integrates distance and speed of the load to a time (s) by the equation T = max(0, k δ + c δ̇) where δ > 0, with RK4 steps of 10 µs.
 fn by_the_law(end: f64) -> [f64; 2] {
     let (m, length, k, c) = LOAD;
     let rate = |t: f64, [x, v]: [f64; 2]| {
@@ -17,7 +17,7 @@ fn by_the_law(end: f64) -> [f64; 2] {
     let h = 1e-5;
     let mut y = [length, 0.0];
     for n in 0..(end / h).round() as u32 {
-        // Times within a step, so that no stage sees the force of the next one.
+        // Times within a step, so that each stage uses the force of this step.
         let t = f64::from(n) * h + 1e-9;
         let at = |a: [f64; 2], b: [f64; 2], s: f64| [a[0] + s * b[0], a[1] + s * b[1]];
         let a = rate(t, y);
@@ -29,9 +29,9 @@ fn by_the_law(end: f64) -> [f64; 2] {
     y
 }
 
-/// A line that is longer than without tension goes slack where its ends approach each other fast, since its damper would push. When the load
-/// is pulled away again before the line has been shorter, the line holds it. It stayed slack, and the load flew off. A line that began at
-/// exactly its own length, as this one does, never became taut.
+/// A stretched line goes slack if its ends approach each other quickly, since its damper would push. If the load is pulled away again before the line
+/// gets shorter than its natural length, the line must hold it. It used to stay slack, and the load flew off. A line that started exactly at its
+/// natural length, as this one does, never became taut.
 #[test]
 fn a_line_that_went_slack_while_it_was_stretched_holds_again() {
     let lines = [
@@ -59,7 +59,7 @@ fn a_line_that_went_slack_while_it_was_stretched_holds_again() {
             let [x, v] = by_the_law(t);
             let of = |name: &str| sim.get(&format!("Line.{name}")).unwrap();
             let (place, speed) = (LOAD.1 + of("extension"), of("rate"));
-            // Measured: 2e-5 m, 2e-4 m/s (the fixed step of the law).
+            // Measured: 2e-5 m, 2e-4 m/s (the fixed step of the reference integration).
             assert!((place - x).abs() < 2e-4, "{line} at {t}: {place} {x}");
             assert!((speed - v).abs() < 2e-3, "{line} at {t}: {speed} {v}");
         }
@@ -68,7 +68,7 @@ fn a_line_that_went_slack_while_it_was_stretched_holds_again() {
     }
 }
 
-/// The flow is outside the tables from the start to the end, and the output says so. It said so from when the flow came in.
+/// The flow is outside the tables from the start to the end, and the output must state it. It used to do so only after the flow had entered them.
 #[test]
 fn a_flow_that_begins_outside_its_tables_has_been_outside() {
     let text = |start: f64| {
@@ -97,7 +97,7 @@ fn a_flow_that_begins_outside_its_tables_has_been_outside() {
     }
 }
 
-/// A condition on the apocentre does not hold on a hyperbola, and holds where the apocentre of an ellipse has come down to it.
+/// A condition on the apocentre does not hold on a hyperbola, and holds once the apocentre of an ellipse has decreased to it.
 #[test]
 fn a_run_ends_when_the_apocentre_has_come_down() {
     // 11.2 km/s is a hyperbola here: v² = 2 μ/r at 10.845 km/s.

@@ -1,4 +1,4 @@
-//! W as a site of a planet that turns: the same flight as in inertial axes, what falls, what swings, what stands.
+//! W as a site of a rotating planet: the same flight as in inertial axes, falling, swinging and resting bodies.
 use linkwork_runtime::Simulation;
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
@@ -9,7 +9,7 @@ use linkwork_world::planet::{self as world, Ellipsoid, Geodetic, PointMotion, Ro
 use crate::common;
 use common::{Worst, get, rotation, scene, seconds, velocity};
 
-/// Of Mars, rad/s.
+/// Rotation rate of Mars, rad/s.
 const RATE: f64 = 7.088_218_1e-5;
 const MU: f64 = 4.282_837e13;
 const LATITUDE: f64 = 0.6;
@@ -30,7 +30,7 @@ fn quat(q: &Quat) -> String {
     format!("[{:?}, {:?}, {:?}, {:?}]", c.x, c.y, c.z, c.w)
 }
 
-/// A craft of two bodies, lopsided, tumbling and swinging, in wind.
+/// An asymmetric vehicle of two bodies, tumbling and swinging, in wind.
 fn craft(site: bool, boom: bool, p: &Vec3, v: &Vec3, R: &Quat, angular: &Vec3) -> Simulation {
     let planet = planet(site);
     let beam = r#""boom": (parent: "craft", modes: Beam(length: 20, diameter: "30 cm", inner: "29 cm", young: "70 GPa", poisson: 0.33, density: 2700, damping_ratio: 0.01, count: 1)),"#;
@@ -81,8 +81,8 @@ fn the_same_flight_in_inertial_axes_and_from_a_site() {
     let seen = m.to_outer(&start);
     let R = m.pose.rotation * attitude;
     let inertial = spin + R.inverse() * m.velocity.angular;
-    // Rigid, and with a boom that bends: in thicker air that one tumbles without rule, where what rounding makes grows a hundredfold from
-    // 30 s to 70 s, and tells nothing.
+    // Rigid, and with a flexible boom. In thicker air the flexible one tumbles chaotically: round-off grows a hundredfold from 30 s to 70 s, so a
+    // comparison there is meaningless.
     for (boom, tens) in [(false, 20), (true, 3)] {
         let mut here = craft(true, boom, &start.position, &start.velocity, &attitude, &spin);
         let mut there = craft(false, boom, &seen.position, &seen.velocity, &R, &inertial);
@@ -115,13 +115,13 @@ fn the_same_flight_in_inertial_axes_and_from_a_site() {
     }
 }
 
-/// Gravity with the centrifugal part on a round Mars at a latitude, m/s²: east, north, up.
+/// Returns gravity with the centrifugal part on a spherical Mars at a latitude, m/s²: east, north, up.
 fn plumb(latitude: f64) -> Vec3 {
     let (radius, (s, c)) = (3_396_190.0, latitude.sin_cos());
     Vec3::z() * (-MU / (radius * radius)) + Vec3::new(0.0, -s, c) * (RATE * RATE * radius * c)
 }
 
-/// Angular velocity of Mars there.
+/// Returns the angular velocity of Mars there.
 fn turning(latitude: f64) -> Vec3 {
     Vec3::new(0.0, latitude.cos(), latitude.sin()) * RATE
 }
@@ -141,8 +141,8 @@ fn at_rest(latitude: f64, body: &str, more: &str) -> String {
     )
 }
 
-/// A flight of `craft` (2000 kg) with these `parts`, in inertial axes and from a site of a planet: how far apart places and
-/// velocities are at most, as parts of the way flown and of the first speed.
+/// Flies a vehicle (2000 kg) with these `parts` in inertial axes and from a site of a planet. Returns the largest differences of positions and
+/// velocities, relative to the distance flown and to the initial speed.
 fn apart(
     (body, ellipsoid): (&str, Ellipsoid),
     (place, start): (Geodetic, PointMotion),
@@ -236,8 +236,8 @@ fn a_canopy_brakes_alike_in_inertial_axes_and_from_a_site() {
     };
     let parts = over_mars(canopy, "");
     let (way, speed) = apart(("mars", Ellipsoid::mars()), (LANDING, start), 60, &parts);
-    // The growth of the apparent mass takes differences of the density over 1 ms of way, in inertial axes between
-    // coordinates that are known to 5e-10 m. Measured 1.6e-9 and 2.7e-9.
+    // The growth of the apparent mass uses differences of the density over 1 ms of motion, in inertial axes between coordinates with a precision of
+    // 5e-10 m. Measured 1.6e-9 and 2.7e-9.
     way.below(1e-8, "canopy, place over way");
     speed.below(1e-8, "canopy, velocity over speed");
 }
@@ -287,12 +287,12 @@ fn what_falls_comes_down_in_the_east() {
         let (t, p) = last;
         let want = -turning(latitude).cross(&plumb(latitude)).x * t.powi(3) / 3.0;
         println!("{latitude}: {:.6} m east after {t:.2} s, {want:.6} m", p.x);
-        // What is left out is (ω t)² and h/r, 6e-5 of it.
+        // Neglected are (ω t)² and h/r, 6e-5 of it.
         assert!(want > 0.01 && (p.x / want - 1.0).abs() < 1e-4, "{} {want}", p.x);
     }
 }
 
-/// Direction (rad, from x to y) in which a bob swings over whole periods from now.
+/// Returns the direction (rad, from x to y) in which a pendulum swings over whole periods from now.
 fn plane(sim: &mut Simulation, period: f64) -> f64 {
     let start = sim.time();
     let n = 200;
@@ -319,7 +319,7 @@ fn rotation_of_ball(sim: &Simulation) -> Quat {
 #[test]
 fn the_plane_of_a_pendulum_turns_with_the_sine_of_the_latitude() {
     for latitude in [0.9, -0.5] {
-        // 20 m long, a mass almost without extent, released at rest 0.2 m aside.
+        // 20 m long, an almost point-like mass, released at rest 0.2 m aside.
         let body = "\"bob\": (parent: \"world\", at: (position: [0, 0, 20]), hinge: Ball, mass: 5, com: [0, 0, -20], inertia: [1e-6, 1e-6, 1e-6], initial: (rotation: (rpy: [0.008, -0.006, 0])))";
         let more = "step: \"50 ms\", integrator: \"verner_87\", until: \"4000 s\"";
         let mut sim = scene(&at_rest(latitude, body, more), &[]).unwrap();
@@ -329,7 +329,7 @@ fn the_plane_of_a_pendulum_turns_with_the_sine_of_the_latitude() {
         let periods = (1500.0 / period).round();
         sim.run_until(seconds((periods * period * 1e4).round() / 1e4)).unwrap();
         let second = plane(&mut sim, period);
-        // About the plumb line, which is 0.13° off the vertical of a sphere: there is the rate ω · ĝ.
+        // About the plumb line, which is 0.13° off the vertical of a sphere, the rate is ω · ĝ.
         let want = turning(latitude).dot(&g) / g.norm() * periods * period;
         println!("{latitude}: turned by {:.6}, {want:.6} rad", second - first);
         assert!(want.abs() > 0.04 && ((second - first) / want - 1.0).abs() < 5e-4);
@@ -341,14 +341,14 @@ fn a_box_stays_where_it_stands() {
     let body = r#""box": (parent: "world", hinge: Free, mass: 900, inertia: Box([2, 1.5, 1]), initial: (position: [3000, -2000, 0.5]),
         shapes: [(shape: Box([2, 1.5, 1]), collide: (friction: 0.6))])"#;
     let more = r#"colliders: { "ground": (on: "world", shape: HalfSpace) }, contact: (), step: "5 ms", integrator: "semi_implicit_euler", until: "200 s""#;
-    // An instrument that stands on the ground feels the planet turn and the ground push.
+    // An instrument at rest on the ground measures the planet's rotation and the support force.
     let imu = "parts: { \"IMU\": (model: \"sensors.imu\", rate: \"10 Hz\", params: { \"grade\": ideal }, bind: { \"mount\": \"node:box\" }),";
     let scenery = at_rest(-0.8, body, more).replacen("parts: {", imu, 1);
     let mut sim = scene(&scenery, &[]).unwrap();
     sim.run_until(seconds(20.0)).unwrap();
     let rate = get(&sim, "IMU.rate") - turning(-0.8);
     let force = get(&sim, "IMU.force") + plumb(-0.8);
-    // 3.6 km off the origin the plumb line leans by a thousandth.
+    // 3.6 km from the origin the plumb line leans by a thousandth.
     println!("{:e} rad/s, {:e} m/s^2 off", rate.norm(), force.norm());
     assert!(rate.norm() < 1e-7 && force.norm() < 5e-3, "{rate} {force}");
     // The sum of the contact forces is its weight.
@@ -361,10 +361,10 @@ fn a_box_stays_where_it_stands() {
     let drift = (get(&sim, "box.position") - start).norm() / 100.0;
     let depth = sim.get("Mechanism.contact.penetration").unwrap();
     println!("drift {drift:e} m/s, {depth:e} m deep");
-    // The ground is level with the ellipsoid, and the plumb line leans by 0.13°: it would slide without friction.
+    // The ground is level with the ellipsoid, and the plumb line leans by 0.13°, so it would slide without friction.
     assert!(drift < 1e-9 && sim.get("Mechanism.contact.points").unwrap() == 4.0);
     assert!((start.xy() - Vec3::new(3000.0, -2000.0, 0.0).xy()).norm() < 1e-3, "{start}");
-    // Cut anywhere it goes on to the same bits.
+    // Interrupted anywhere, it continues bit-identical.
     let mut again = scene(&scenery, &[]).unwrap();
     for t in [7.3, 7.305, 61.0] {
         again.run_until(seconds(t)).unwrap();
@@ -384,7 +384,7 @@ fn a_world_that_contradicts_itself_or_its_parts_is_refused() {
         "until: \"1 s\"",
     );
     assert!(scene(&text, &[]).is_ok());
-    // Stated again by an assembly: the same is allowed, another is an error at both places.
+    // Repeated by an assembly: the same world is allowed, a different one is an error at both locations.
     let world = &text[text.find("world: (body").unwrap()..text.find("    parts: {").unwrap()];
     let with = |world: &str| {
         let inner = format!("parts: {{ \"Place\": ({world} parts: {{}}),");
@@ -409,7 +409,7 @@ fn a_world_that_contradicts_itself_or_its_parts_is_refused() {
     assert!(e.contains("Coriolis") && e.contains("turning: false"), "{e}");
     let level = uniform.replacen("longitude: 0.7", "longitude: 0.7, turning: false", 1);
     assert!(scene(&level, &[]).is_ok());
-    // The Sun and third bodies have their places among the stars.
+    // Sun and third bodies are placed in inertial space.
     let sun = "parts: { \"Sun\": (model: \"environment.ephemeris_sun\"),";
     let dated = text.replacen(
         "body: \"mars\"",
@@ -418,7 +418,7 @@ fn a_world_that_contradicts_itself_or_its_parts_is_refused() {
     );
     let e = scene(&dated.replacen("parts: {", sun, 1), &[]).err().unwrap();
     assert!(e.contains("pole among the stars") && e.contains("turns: iau"), "{e}");
-    // What was a parameter of each service is stated once.
+    // Former parameters of each service are now stated once.
     let old = text.replacen(
         "(model: \"environment.point_mass_gravity\")",
         "(model: \"environment.point_mass_gravity\", params: { \"mu\": 4e13 })",
@@ -429,7 +429,7 @@ fn a_world_that_contradicts_itself_or_its_parts_is_refused() {
         e.contains("no parameter `mu`") && e.contains("write `world: (body: .., mu: ..)`"),
         "{e}"
     );
-    // A wheel has a radius, too: the name alone does not mean the world.
+    // A wheel has a radius, too, so the name alone does not refer to the world.
     let wheel = text.replacen(
         "parts: {",
         "parts: { \"Stop\": (model: \"basics.saturation\", params: { \"lower\": 0, \"upper\": 1, \"radius\": 0.1 }),",
@@ -437,14 +437,14 @@ fn a_world_that_contradicts_itself_or_its_parts_is_refused() {
     );
     let e = scene(&wheel, &[]).err().unwrap();
     assert!(e.contains("no parameter `radius`") && !e.contains("world: ("), "{e}");
-    // A phase has the world of the others.
+    // A phase has the same world as the others.
     let phases = text.replacen("until:", "start: \"a\", phases: { \"a\": (to: {\"b\": \"time > 0.5 s\"}), \"b\": (world: (body: \"moon\")) }, until:", 1);
     let e = scene(&phases, &[]).err().unwrap();
     assert!(e.contains("`world` cannot change during a run"), "{e}");
-    // Without gravity nothing would feel the turning.
+    // Without gravity the rotation would have no effect.
     let e = scene(&text.replacen("until:", "gravity: \"none\", until:", 1), &[]).err().unwrap();
     assert!(e.contains("leave `gravity` out"), "{e}");
-    // A model whose equations are those of inertial axes.
+    // A model whose equations are valid only in inertial axes.
     let part = "parts: { \"Drift\": (model: \"test.inertial_only\"),";
     let own = vec![Entry::model::<InertialOnly>()];
     let e = common::scene_with(own, &text.replacen("parts: {", part, 1)).err().unwrap();
@@ -454,7 +454,7 @@ fn a_world_that_contradicts_itself_or_its_parts_is_refused() {
     );
 }
 
-/// Something that is right in inertial axes alone.
+/// A model that is valid only in inertial axes.
 struct InertialOnly;
 
 /// Nothing.

@@ -1,4 +1,4 @@
-//! Spacecraft over a site of a planet that turns: wheels, gyros, stars, sunlight, coils and orbits are those of inertial axes.
+//! Spacecraft over a site of a rotating planet: wheels, gyros, star trackers, sunlight, coils and orbits behave as in inertial axes.
 use linkwork_runtime::Simulation;
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Quat, Vec3};
@@ -7,7 +7,7 @@ use linkwork_world::planet::{Ellipsoid, Geodetic, PointMotion, Rotation, Site};
 
 use crate::common::{Worst, get, list, rotation, scene, seconds, velocity};
 
-/// Of a planet with the pull and the size of Mars that turns once in 52 minutes, so that what is forgotten shows, rad/s.
+/// Rotation rate of a planet with the gravity and size of Mars that rotates once in 52 minutes, so that omissions are visible, rad/s.
 const RATE: f64 = 2e-3;
 const MU: f64 = 4.282_837e13;
 const RADIUS: f64 = 3_396_190.0;
@@ -30,7 +30,7 @@ fn planet(from: From) -> String {
     format!("(body: \"mars\", mu: {MU:?}, turns: \"fixed\", rate: {RATE:?}, angle: 0.3, {here})")
 }
 
-/// What W is.
+/// Kind of W.
 #[derive(Clone, Copy, PartialEq)]
 enum From {
     Site,
@@ -59,7 +59,7 @@ struct Start {
 }
 
 impl Start {
-    /// The `initial` of a body, as W sees it.
+    /// Returns the `initial` of a body, in W.
     fn initial(&self, from: From) -> String {
         let (mut point, mut R, mut rate) = (self.point, self.attitude, self.rate);
         if from == From::Site {
@@ -78,7 +78,7 @@ impl Start {
     }
 }
 
-/// An orbit 400 km high that goes into the shadow after some 9 minutes.
+/// An orbit 400 km high that enters the shadow after some 9 minutes.
 fn start() -> Start {
     let r = Vec3::new(RADIUS + 4e5, 0.0, 0.0);
     let speed = (MU / r.norm()).sqrt();
@@ -89,7 +89,7 @@ fn start() -> Start {
     }
 }
 
-/// Gravity, and a Sun that stands still among the stars: behind where the orbit leads, and aside.
+/// Gravity, and a Sun fixed in inertial space: ahead beyond the orbit, and to the side.
 fn environment(from: From) -> String {
     let mut sun = Vec3::new(-0.1, -0.8, -0.5).normalize();
     if from == From::Site {
@@ -97,7 +97,7 @@ fn environment(from: From) -> String {
     }
     let place = match from {
         From::Site => {
-            // The azimuth counts from north; the heading turns x from east towards north.
+            // The azimuth is measured from north; the heading rotates x from east towards north.
             let east = Vec3::new(HEADING.cos(), -HEADING.sin(), 0.0);
             let azimuth = sun.dot(&east).atan2(sun.dot(&Vec3::z().cross(&east)));
             format!("\"azimuth\": {azimuth:?}, \"elevation\": {:?}", sun.z.asin())
@@ -110,16 +110,16 @@ fn environment(from: From) -> String {
     )
 }
 
-/// Who turns the craft.
+/// Control of the spacecraft's attitude.
 #[derive(Clone, Copy, PartialEq)]
 enum Control {
-    /// Nobody: wheels and gyro run as they are.
+    /// None: wheels and gyro run freely.
     None,
     /// Gyros, star tracker and filter, pointing, wheels, coils.
     Pointing,
 }
 
-/// A lopsided craft with wheels, a control moment gyro, coils, panels in the light, gyros and a star tracker.
+/// An asymmetric spacecraft with wheels, a control moment gyro, coils, panels in sunlight, gyros and a star tracker.
 fn craft(from: From, control: Control) -> Simulation {
     let axes = [Vec3::new(0.8, 0.0, 0.6), Vec3::new(-0.6, 0.64, 0.48), Vec3::new(0.0, -0.6, 0.8)];
     let (mut nodes, mut wheels, mut wires) = (String::new(), String::new(), String::new());
@@ -201,7 +201,7 @@ fn craft(from: From, control: Control) -> Simulation {
     scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// A body flown from a site and in inertial axes, at the same time.
+/// A body flown from a site and in inertial axes at the same time.
 #[derive(Clone, Copy)]
 struct Apart {
     place: Worst,
@@ -230,7 +230,7 @@ impl Apart {
     }
 }
 
-/// Flies both, and holds what instruments and actuators tell against each other.
+/// Flies both, and compares the outputs of instruments and actuators.
 fn same(control: Control) -> Apart {
     let (mut here, mut there) = (craft(From::Site, control), craft(From::Inertial, control));
     let mut apart = Apart::none();
@@ -258,7 +258,7 @@ fn same(control: Control) -> Apart {
         arm.take(differ("arm.angle"));
         light |= number(&there, "Light.visible") == 1.0;
         dark |= number(&there, "Light.visible") == 0.0;
-        // In W the tracker tells where the craft stands in W, by its noise of 4e-5 and 2e-4 rad.
+        // The tracker measures the attitude in W, with its noise of 4e-5 and 2e-4 rad.
         let W = quat(&here, "Stars.in_world").angle_to(&rotation(&here, "craft"));
         assert!(W < 1.5e-3 && quat(&there, "Stars.in_world") == quat(&there, "Stars.attitude"));
     }
@@ -276,7 +276,7 @@ fn same(control: Control) -> Apart {
 #[test]
 fn wheels_gyros_and_light_turn_a_craft_alike_in_inertial_axes_and_from_a_site() {
     let apart = same(Control::None);
-    // An error of the attitude grows with that of the rates.
+    // An attitude error grows with the error of the rates.
     apart.place.below(1e-5, "tumbling, position, m");
     apart.speed.below(1e-7, "tumbling, velocity, m/s");
     apart.turn.below(1e-7, "tumbling, attitude, rad");
@@ -292,7 +292,7 @@ fn a_craft_points_by_its_stars_and_wheels_alike_in_inertial_axes_and_from_a_site
     apart.rate.below(1e-10, "pointing, rates, rad/s");
 }
 
-/// A chief, and a deputy 200 m behind it that a law moves.
+/// A chief, and a deputy 200 m behind it that a guidance law moves.
 fn rendezvous(from: From, law: &str) -> Simulation {
     let chief = start();
     let mut deputy = start();
@@ -324,7 +324,7 @@ fn rendezvous(from: From, law: &str) -> Simulation {
 
 #[test]
 fn rendezvous_go_alike_in_inertial_axes_and_from_a_site() {
-    // The glideslope ends before its place, where it has no direction any more.
+    // The glideslope ends before its goal, where its direction is undefined.
     let laws = [
         r#"model: "flight.station_keeping", params: { "place": [10, -30, 5], "mass": 100, "frequency": 0.02, "force_max": 5 }"#,
         r#"model: "flight.glideslope", params: { "place": [0, -20, 0], "mass": 100, "end_speed": 0.05, "slope": 0.01, "force_max": 10 }"#,
@@ -346,8 +346,8 @@ fn rendezvous_go_alike_in_inertial_axes_and_from_a_site() {
         }
         assert!(between(&there) < 0.6 * far, "it comes nearer: {far} {}", between(&there));
         println!("{law}");
-        // Positions are integrated to 1e-12 of 4e6 m, and known in inertial axes to 5e-10 m at each step. What the transfer asks for
-        // at a sample is held in W for a second, in which the site turns by 2 mrad; measured 5 cm.
+        // Positions are integrated to 1e-12 of 4e6 m, with a precision of 5e-10 m in inertial axes at each step. The command of the transfer is held
+        // in W for a second, in which the site rotates by 2 mrad; measured 5 cm.
         apart.place.below(3e-5 * held, "deputy, position, m");
         apart.speed.below(3e-7 * held, "deputy, velocity, m/s");
         force.below(1e-5 * held, "force, N");

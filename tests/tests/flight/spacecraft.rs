@@ -1,5 +1,4 @@
-//! Spacecraft beside trajectories that an independent program computed (DOP853): wheels and slosh, a stack that
-//! separates twice, a guided descent.
+//! Spacecraft compared with trajectories from an independent program (DOP853): wheels and slosh, a stack that separates twice, a guided descent.
 use linkwork_flight::guidance::powered_descent::{Target, quadratic, quadratic_coefficients};
 use linkwork_runtime::Simulation;
 use linkwork_spatial::nalgebra::Quaternion;
@@ -28,7 +27,7 @@ fn tight(until: f64) -> String {
     )
 }
 
-/// A rotation among the outputs of a part.
+/// Reads a rotation from the outputs of a part.
 fn rotation_of(sim: &Simulation, name: &str) -> Quat {
     let [w, x, y, z] = ["w", "x", "y", "z"].map(|c| sim.get(&format!("{name}.{c}")).unwrap());
     Quat::from_quaternion(Quaternion::new(w, x, y, z))
@@ -48,7 +47,7 @@ fn slosh_scene(input: &Value) -> String {
     let mut nodes = format!("\"thrust\": (position: {}), ", list(&row(&input["thrust"]["point"])));
     for (k, wheel) in input["wheels"].as_array().unwrap().iter().enumerate() {
         let (g, inertia) = (vec3(&row(&wheel["g"])), num(&wheel["Js"]));
-        // The file's hub has the wheels locked; here each is a state of its own.
+        // The reference's hub has the wheels locked; here each is a separate state.
         body_inertia -= g * g.transpose() * inertia;
         let q = Quat::rotation_between(&Vec3::z(), &g).unwrap();
         nodes += &format!("\"w{k}\": (rotation: (quat: {})), ", list(&[q.i, q.j, q.k, q.w]));
@@ -107,8 +106,8 @@ fn slosh_scene(input: &Value) -> String {
     )
 }
 
-/// Momentum, angular momentum about W's origin and energy of the same, by the file's model in words: its hub has
-/// the wheels locked, pendulums are particles.
+/// Momentum, angular momentum about W's origin and energy by the model described in the reference: its hub has the wheels locked, and pendulums are
+/// particles.
 fn slosh_books(sim: &Simulation, input: &Value) -> (Vec3, Vec3, f64) {
     let number = |name: String| sim.get(&name).unwrap();
     let (R, r, v, w) = (
@@ -166,7 +165,7 @@ fn wheels_and_slosh_under_thrust() {
         momentum.take((p - vec3(&want[21..])).norm());
         angular.take((h - vec3(&want[24..])).norm() / h.norm());
     }
-    // The file asks for 1e-6 and is itself right to 2e-10.
+    // The reference requires 1e-6 and has an error of 2e-10.
     r.below(1e-6, "slosh and wheels, position, m");
     q.below(1e-7, "slosh and wheels, attitude, rad");
     v.below(1e-7, "slosh and wheels, velocity, m/s");
@@ -177,7 +176,7 @@ fn wheels_and_slosh_under_thrust() {
     angular.below(1e-10, "slosh and wheels, angular momentum about W's origin, relative");
 }
 
-/// `check_values`: without thrust, wheel torques and damping, what P, H and the energy drift by in the file's own program.
+/// `check_values`: without thrust, wheel torques and damping, the drift of P, H and energy in the reference's own program.
 #[test]
 fn wheels_and_slosh_left_alone_keep_their_books() {
     let Some(all) = reference("slosh_wheels.json") else { return };
@@ -270,7 +269,7 @@ fn a_stack_of_three_comes_apart() {
     );
     let mut sim = common::scene(&text, &[]).unwrap();
     let [mut r, mut v, mut q, mut w, mut momentum, mut angular] = [Worst(0.0); 6];
-    // P, and H about the common centre of mass: the same in both rows.
+    // P, and H about the common centre of mass, are equal in both rows.
     let books = rows(&all["momentum"]);
     let table = rows(&all["rows"]);
     assert!(table.len() == 13 && books.len() == 2);
@@ -279,7 +278,7 @@ fn a_stack_of_three_comes_apart() {
         let (mut p, mut h, mut first, mut mass) =
             (Vec3::zeros(), Vec3::zeros(), Vec3::zeros(), 0.0);
         for (k, name) in ["A", "B", "C"].iter().enumerate() {
-            // Attached or free, as a sensor on the body has it.
+            // Attached or free, as a sensor on the body measures it.
             let at = 1 + 13 * k;
             let place = get(&sim, &format!("Motion{name}.position"));
             let turned = rotation_of(&sim, &format!("Motion{name}.attitude"));
@@ -303,12 +302,12 @@ fn a_stack_of_three_comes_apart() {
     }
     momentum.below(1e-9, "three bodies, momentum, kg m/s");
     angular.below(1e-9, "three bodies, angular momentum about the common centre, kg m²/s");
-    // The file asks for 1e-6.
+    // The reference requires 1e-6.
     r.below(1e-8, "three bodies, positions, m");
     v.below(1e-8, "three bodies, velocities, m/s");
     q.below(1e-8, "three bodies, attitudes, rad");
     w.below(1e-8, "three bodies, rates, rad/s");
-    // When each spring lets go, in the order of the file.
+    // Times at which the springs release, in the order of the reference.
     let mut sim = common::scene(&text, &[]).unwrap();
     let mut found: Vec<(String, f64)> = Vec::new();
     while sim.before(seconds(num(&sequence["t_end"]))) {
@@ -377,7 +376,7 @@ fn a_descent_guided_by_a_quadratic_with_limits_lag_and_sampling() {
     let flown = rows(&all["flown"]["rows"]);
     let vector = |name: &str| list(&row(&input[name]));
     let mass = num(&input["mass0"]);
-    // Half of it is propellant in a tank without size.
+    // Half of it is propellant in a tank of zero size.
     let (dry, drag) = (0.5 * mass, &input["drag"]);
     let text = format!(
         r#"Simulation(
@@ -423,14 +422,14 @@ fn a_descent_guided_by_a_quadratic_with_limits_lag_and_sampling() {
         m.take((dry + sim.get("Tank.propellant").unwrap() - want[7]).abs());
         f.take((sim.get("Engines.thrust").unwrap() - vec3(&want[8..]).norm()).abs());
     }
-    // The file asks for 1e-4 m.
+    // The reference requires 1e-4 m.
     r.below(1e-4, "guided descent, position, m");
     v.below(1e-4, "guided descent, velocity, m/s");
     m.below(1e-4, "guided descent, mass, kg");
     f.below(0.1, "guided descent, thrust, N");
 }
 
-/// `continuous`: without limits, drag and lag the law flies a polynomial, by which ln m = ln m₀ − ∫ |a − g| dt/(I_sp g₀).
+/// `continuous`: without limits, drag and lag the guidance flies a polynomial, from which ln m = ln m₀ − ∫ |a − g| dt/(I_sp g₀).
 #[test]
 fn a_descent_guided_at_every_instant_is_the_polynomial() {
     let Some(all) = reference("powered_descent_quadratic.json") else { return };
@@ -467,7 +466,7 @@ fn a_descent_guided_at_every_instant_is_the_polynomial() {
         r.take((place - vec3(&want[1..])).norm());
         v.take((speed - vec3(&want[4..])).norm());
         m.take((mass - want[7]).abs());
-        // Guided from the file's row the acceleration is the polynomial's.
+        // Starting from the reference's row, the acceleration is the polynomial's.
         if end - t > 1.0 {
             let a = quadratic(&vec3(&want[1..]), &vec3(&want[4..]), &target, end - t);
             again.take((a - acceleration(t)).norm());

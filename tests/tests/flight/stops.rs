@@ -1,4 +1,4 @@
-//! `outside: stop` of the aerodynamic models and of the canopy: the run ends where the flow leaves their tables, in order and with words.
+//! `outside: stop` of the aerodynamic models and of the canopy: the run ends in order, with a message, where the flow leaves their tables.
 use crate::common::{scene, seconds};
 use linkwork_runtime::Simulation;
 
@@ -31,7 +31,7 @@ fn text(
     )
 }
 
-/// Model, its parameters with an end at Mach 1 or at 0.51 rad, node, and what it says of it.
+/// Returns a model, its parameters with an end at Mach 1 or at 0.51 rad, the node, and the message.
 fn models() -> Vec<(&'static str, String, &'static str, &'static str)> {
     let dave = format!("\"model\": (name: \"cone.dml\", text: {DAVE:?})");
     let of = |name, params: &str, bind, says| (name, params.to_string(), bind, says);
@@ -77,11 +77,11 @@ fn finite(sim: &Simulation) -> bool {
     s.x.iter().chain(&s.sig).chain(&s.d).all(|v| v.is_finite())
 }
 
-/// At the instant of the end itself, between two rows, by the part's path; the run that is clamped tells the same fact and goes on.
+/// Stops exactly at the end of the tables, between two samples, and names the part's path; a clamped run reports the same fact and continues.
 #[test]
 fn where_its_tables_end_each_model_stops_the_run_with_words_or_tells_them() {
     for (model, params, bind, says) in models() {
-        // The cone has an end at Mach 1, too.
+        // The cone's table ends at Mach 1, too.
         let start = if model == "sphere_cone" { (300.0, 90.0) } else { START };
         let mut stopped = scene(&text(model, &params, "stop", start, bind), &[]).unwrap();
         stopped.check().unwrap();
@@ -91,7 +91,7 @@ fn where_its_tables_end_each_model_stops_the_run_with_words_or_tells_them() {
         assert!(e.help.as_ref().unwrap().contains("or write `outside: clamp`"), "{e}");
         assert!(finite(&stopped), "{model}: what a step tried beyond is a number");
         assert_eq!(stopped.get("Aero.state.outside").unwrap(), 0.0);
-        // Sound goes at √(1.29 · 188.92 · 210) m/s or so: the flow says where it is.
+        // The speed of sound is about √(1.29 · 188.92 · 210) m/s; the flow's output gives the exact value.
         let at = match model {
             "sphere_cone" => 2.55,
             _ => {
@@ -101,7 +101,7 @@ fn where_its_tables_end_each_model_stops_the_run_with_words_or_tells_them() {
         };
         assert!((e.time - at).abs() < 1e-6 && (e.time * 10.0).fract() > 0.0, "{e}");
         assert!(stopped.take_notices().is_empty());
-        // Cut on the way it stops at the same bits.
+        // Resumed from a checkpoint it stops bit-identical.
         let mut cut = scene(&text(model, &params, "stop", start, bind), &[]).unwrap();
         cut.run_until(seconds(0.3)).unwrap();
         let saved = cut.checkpoint("").unwrap();
@@ -109,7 +109,7 @@ fn where_its_tables_end_each_model_stops_the_run_with_words_or_tells_them() {
         rest.restore(&saved).unwrap();
         assert_eq!(rest.run_until(seconds(5.0)).unwrap_err(), e);
         assert_eq!((rest.state(), rest.hash()), (stopped.state(), stopped.hash()));
-        // Clamped it goes on behind the same instant.
+        // Clamped it continues beyond the same instant.
         let mut clamped = scene(&text(model, &params, "clamp", start, bind), &[]).unwrap();
         clamped.run_until(seconds(5.0)).unwrap();
         let told = clamped.take_notices();
@@ -123,7 +123,7 @@ fn where_its_tables_end_each_model_stops_the_run_with_words_or_tells_them() {
 #[test]
 fn a_start_beyond_the_tables_is_refused_with_the_same_words() {
     for (model, params, bind, _) in models() {
-        // The canopy meets the air from the start when it is not packed away whole; the cone begins 30 deg aside.
+        // An open canopy is in the flow from the start; the cone starts at an angle of 30 deg.
         let params = match model {
             "canopy" => format!("{params}, \"packed\": 0.2"),
             "sphere_cone" => params.replace("0.51, \"bluntness\"", "0.05, \"bluntness\""),
@@ -143,7 +143,7 @@ fn a_start_beyond_the_tables_is_refused_with_the_same_words() {
         };
         assert!(e.time == 0.0 && e.message.contains(words), "{e}");
         assert_eq!(sim.step().unwrap_err(), e);
-        // Clamped, it is a remark at the start and the run goes on.
+        // Clamped, it is a warning at the start and the run continues.
         let mut sim = scene(&text("clamp"), &[]).unwrap();
         let told = sim.startup_warnings();
         assert!(told.iter().any(|fault| fault.message == e.message), "{told:?} {e}");

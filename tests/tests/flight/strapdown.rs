@@ -1,10 +1,10 @@
-//! Strapdown navigation by the increments of `sensors.imu_increments`: a body that tumbles freely cones and sculls, and attitude
-//! and velocity of its unit come back as the corrections of two samples say.
+//! Strapdown navigation with the increments of `sensors.imu_increments`: a freely tumbling body causes coning and sculling, and attitude and velocity
+//! are recovered with the two-sample corrections.
 use crate::common::{get, rotation, scene, seconds, velocity};
 use linkwork_runtime::Simulation;
 use linkwork_spatial::{Quat, Vec3};
 
-/// A tumbling body with a unit 0.4 m off its mass centre, and what the unit gives, held at its own rate.
+/// A tumbling body with a unit 0.4 m off its centre of mass, and the unit's output, held at its own rate.
 fn tumbling(rate: u32) -> Simulation {
     let names = ["angle.x", "angle.y", "angle.z", "velocity.x", "velocity.y", "velocity.z"];
     let holds: Vec<String> = (0..6)
@@ -37,7 +37,7 @@ fn truth(sim: &Simulation) -> (Quat, Vec3) {
     (R, v + omega.cross(&(R * Vec3::new(0.3, -0.2, 0.2))))
 }
 
-/// Errors after 20 s of attitude (rad) and velocity (m/s), without and with the corrections.
+/// Returns the errors of attitude (rad) and velocity (m/s) after 20 s, without and with the corrections.
 fn drift(rate: u32) -> [[f64; 2]; 2] {
     let mut sim = tumbling(rate);
     let (q0, v0) = truth(&sim);
@@ -78,7 +78,7 @@ fn increments_bring_back_attitude_and_velocity_of_a_body_that_tumbles() {
     println!("50 Hz: {slow:?}, 100 Hz: {fast:?}");
     let [plain, corrected] = slow;
     assert!(corrected[0] < 1e-3 * plain[0] && corrected[1] < 2e-3 * plain[1]);
-    // Without corrections the attitude is of second order and the velocity of first; with them of fourth and third.
+    // Without corrections attitude is of second order and velocity of first; with them of fourth and third.
     for (k, j, least, most) in
         [(0, 0, 3.5, 4.5), (0, 1, 1.8, 2.2), (1, 0, 12.0, 20.0), (1, 1, 7.0, 9.0)]
     {

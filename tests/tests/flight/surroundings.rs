@@ -1,4 +1,4 @@
-//! What surrounds a spacecraft, in simulations beside closed forms.
+//! The environment of a spacecraft, in simulations compared with closed forms.
 use linkwork_spatial::Vec3;
 
 use crate::common;
@@ -16,7 +16,7 @@ fn a_long_craft_librates_about_the_vertical_with_the_period_of_the_closed_form()
         (a, g) = (0.5 * (a + g), (a * g).sqrt());
     }
     let period = 4.0 * std::f64::consts::FRAC_PI_2 / (a * k.sqrt());
-    // A run stops at rows: each quarter is two hundred of them.
+    // A run stops at samples: each quarter period is two hundred of them.
     let step = (0.25e9 * period / 200.0).round() * 1e-9;
     let text = format!(
         r#"Simulation(
@@ -47,8 +47,8 @@ fn a_long_craft_librates_about_the_vertical_with_the_period_of_the_closed_form()
     }
 }
 
-/// IGRF-14 at (60° N, 30° W, 500 km) on 2025-01-01 (EDL.md j, ppigrf: north 11941.127, east −2695.961, down 40152.011 nT), as a craft
-/// has it in inertial axes and at a site there; and how a dipole is beside it.
+/// IGRF-14 at (60° N, 30° W, 500 km) on 2025-01-01 (EDL.md j, ppigrf: north 11941.127, east −2695.961, down 40152.011 nT), for a spacecraft in
+/// inertial axes and from a site there; also compared with a dipole.
 #[test]
 fn a_craft_is_in_the_reference_field_alike_in_inertial_axes_and_from_a_site() {
     use linkwork_world::planet::{Ellipsoid, Geodetic};

@@ -1,8 +1,8 @@
-//! Thrusters in simulations: every pulse is seen, and held pulses do to a body what pulses do.
+//! Thrusters in simulations: no pulse is missed, and held pulses have the same effect on a body as real pulses.
 
 use crate::common::{scene, seconds};
 
-/// The command crosses one half where it is exactly that at some steps: each pulse is to be seen, whole.
+/// The command equals exactly one half at some steps, where it crosses; each pulse must be detected completely.
 #[test]
 fn a_thruster_sees_every_pulse_whatever_the_step() {
     for step in ["0.5 ms", "1 ms", "2 ms"] {
@@ -21,7 +21,7 @@ fn a_thruster_sees_every_pulse_whatever_the_step() {
         );
         let mut sim = scene(&text, &[]).unwrap();
         sim.run_until(seconds(4.0)).unwrap();
-        // Open from 1/12 s to 5/12 s of each second, 50 ms later; the last has not quite faded.
+        // Open from 1/12 s to 5/12 s of each second, 50 ms later; the last pulse has not quite decayed.
         let (w, rise, fall) = (1.0 / 3.0_f64, 0.04_f64, 0.08_f64);
         let reached = 1.0 - (-w / rise).exp();
         let left = fall * reached * (-(1.0 - 5.0 / 12.0 - 0.05) / fall).exp();
@@ -33,8 +33,8 @@ fn a_thruster_sees_every_pulse_whatever_the_step() {
     }
 }
 
-/// What slides and what turns is pushed by the same samples, by pulses with ramps and by their mean forces. When the last ramp
-/// has gone, both have been given the same and move alike; the pulses came later by dead time and ramp.
+/// A sliding and a rotating body are pushed by the same samples, as pulses with ramps and as mean forces. After the last ramp, both have the same
+/// impulse and speed; the pulses came later by dead time and ramp.
 #[test]
 fn held_pulses_do_what_pulses_do() {
     let body = |name: &str, hinge: &str| {
@@ -70,14 +70,14 @@ fn held_pulses_do_what_pulses_do() {
         )"#
     );
     let mut sim = scene(&text, &[]).unwrap();
-    // Half a second after the last sample that was on.
+    // Half a second after the last sample with thrust.
     sim.run_until(seconds(8.2)).unwrap();
     let number = |name: &str| sim.get(name).unwrap();
     let (pulses, held) = (number("Pulses1.impulse"), number("Held1.impulse"));
     println!("{} pulses, {pulses} N s; held {held} N s", number("Pulses1.pulses"));
     assert!(pulses > 15.0 && number("Pulses1.force") < 1e-15);
     assert!((held / pulses - 1.0).abs() < 1e-12);
-    // Impulse over mass along the slider; over the inertia about the pin, times the arm of the jet.
+    // Impulse over mass along the slider; impulse times the jet's arm over the inertia about the pin.
     let (sine, cosine) = 20f64.to_radians().sin_cos();
     let slid = held * cosine / 20.0;
     let turned = held * (0.3 * sine + 1.5 * cosine) / 6.0;
@@ -88,7 +88,7 @@ fn held_pulses_do_what_pulses_do() {
             .map(|k| (number(&format!("{name}{k}.{rate}")), number(&format!("{name}{k}.{place}"))));
         println!("{name}: {a:?}, {b:?}, {want}");
         assert!((a.0 / want - 1.0).abs() < 1e-10 && (b.0 / want - 1.0).abs() < 1e-10, "{name}");
-        // Each pulse 30 ms later: so far ahead is what was pushed by mean forces.
+        // Each pulse acts 30 ms later, so the body pushed by mean forces is ahead by this time.
         assert!(((b.1 - a.1) / (want * 0.03) - 1.0).abs() < 1e-8, "{name}");
     }
 }

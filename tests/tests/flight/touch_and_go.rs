@@ -1,4 +1,4 @@
-//! A touch and go at an asteroid beside the trajectory that an independent program computed (DOP853).
+//! A touch and go at an asteroid compared with a trajectory from an independent program (DOP853).
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::{Quat, Vec3};
 use linkwork_world::gravity::polyhedron::Polyhedron;
@@ -6,10 +6,10 @@ use linkwork_world::gravity::polyhedron::Polyhedron;
 use crate::common;
 use common::{Worst, get, list, num, reference, row, rows, seconds, vec3, velocity};
 
-/// The springy foot and the engine of the touch and go, as its file gives them.
+/// The sprung foot and the engine of the touch and go, as in the reference.
 #[derive(Params, Clone, Debug)]
 struct TouchParams {
-    /// A point of the face, asteroid's axes.
+    /// A point of the surface facet, asteroid's axes.
     centroid: Vec3,
     /// Its normal, unit, asteroid's axes.
     normal: Vec3,
@@ -18,46 +18,46 @@ struct TouchParams {
     rate: f64,
     /// Stiffness, N/m, and damping, N s/m.
     spring: [f64; 2],
-    /// Thrust, N; delay after the first contact, s; how long, s.
+    /// Thrust, N; delay after the first contact, s; duration, s.
     engine: [f64; 3],
 }
-/// The craft.
+/// Inputs of the foot and engine.
 #[derive(Ports, Clone, Copy, Debug)]
 struct TouchIn {
-    /// Its centre.
+    /// State of the spacecraft's centre.
     #[port(bind = "craft")]
     craft: NodeState,
 }
-/// What acts on it.
+/// Outputs of the foot and engine.
 #[derive(Ports, Clone, Copy, Debug)]
 struct TouchOut {
-    /// On the craft.
+    /// Load on the spacecraft.
     #[port(bind = "craft")]
     load: Wrench,
 }
-/// Where it is in its sequence.
+/// State of the sequence.
 #[derive(State, Clone, Copy, Debug)]
 struct Touched {
-    /// Time of the first contact; none yet: below 0.
+    /// Time of the first contact; negative before.
     #[port("s")]
     contact: f64,
     /// Time of the release.
     #[port("s")]
     release: f64,
-    /// The foot is in the ground.
+    /// Whether the foot is in the ground.
     #[port]
     presses: bool,
-    /// The engine burns.
+    /// Whether the engine burns.
     #[port]
     burns: bool,
 }
-/// What ends one part of the sequence and begins the next.
+/// Guards that end one part of the sequence and start the next.
 #[derive(Ports, Clone, Copy, Debug)]
 struct TouchGuards {
-    /// Height over the face.
+    /// Height over the surface facet.
     #[port("m", falling)]
     height: f64,
-    /// Force of the foot while it presses.
+    /// Force of the foot in contact.
     #[port("N", falling)]
     force: f64,
     /// Time to ignition.
@@ -71,7 +71,7 @@ struct Touch {
     p: TouchParams,
 }
 impl Touch {
-    /// Normal in W, height over the face (m), speed away from it (m/s), at time t.
+    /// Returns the normal in W, height over the facet (m) and speed away from it (m/s) at time t.
     fn face(&self, t: f64, craft: &NodeState) -> (Vec3, f64, f64) {
         let p = &self.p;
         let R = Quat::from_axis_angle(&Vec3::z_axis(), p.rate * t);
@@ -83,7 +83,7 @@ impl Touch {
         -self.p.spring[0] * height - self.p.spring[1] * speed
     }
 }
-/// A springy foot against a plane that turns, and an engine that lifts off after the first contact.
+/// A sprung foot against a rotating plane, and an engine that lifts off after the first contact.
 #[model("test.touch_and_go")]
 impl Model for Touch {
     type Params = TouchParams;
@@ -121,7 +121,7 @@ impl Model for Touch {
     }
 }
 
-/// The file's axes turn with the asteroid; here the asteroid turns in W.
+/// The reference's axes rotate with the asteroid; here the asteroid rotates in W.
 #[test]
 fn a_touch_and_go_at_an_asteroid_that_turns() {
     let Some(all) = reference("asteroid_touch_and_go.json") else { return };
@@ -168,7 +168,7 @@ fn a_touch_and_go_at_an_asteroid_that_turns() {
     let mut sim = common::scene_with(touch, &text).unwrap();
     let [mut r, mut v, mut height, mut potential] = [Worst(0.0); 4];
     let (centroid, normal) = (vec3(&row(&contact["centroid"])), vec3(&row(&contact["normal"])));
-    // With the file's G; the same polyhedron as the simulation's.
+    // With the reference's G; the polyhedron is the simulation's.
     let shape = Polyhedron::new(
         rows(&body["vertices_m"]).iter().map(|v| vec3(v)).collect(),
         &faces.iter().map(|f| [0, 1, 2].map(|k| f[k] as u32)).collect::<Vec<_>>(),
@@ -185,12 +185,12 @@ fn a_touch_and_go_at_an_asteroid_that_turns() {
         let relative = velocity(&sim, "craft") - Vec3::z().cross(&position) * rate;
         v.take((back * relative - vec3(&want[4..])).norm());
     }
-    // The file is good to 6e-10 m.
+    // The reference is accurate to 6e-10 m.
     r.below(1e-7, "touch and go, position, m");
     v.below(1e-9, "touch and go, velocity, m/s");
     height.below(1e-7, "touch and go, height over the face, m");
     potential.below(1e-9, "touch and go, potential, relative");
-    // The speed away from the face at both events, at which the run stops.
+    // The speed away from the facet at both events, at which the run stops.
     let touch = vec![Entry::model::<Touch>()];
     let mut sim = common::scene_with(touch, &text).unwrap();
     for (event, name) in all["events"].as_array().unwrap().iter().zip(["contact", "release"]) {

@@ -1,4 +1,4 @@
-//! Orbits and falls against trajectories that others computed: JEOD, Orekit, NASA's check cases.
+//! Orbits and falls compared with trajectories from other programs: JEOD, Orekit, NASA's check cases.
 use linkwork_environment::gravity::{FieldFormat, HarmonicsParams, SphericalHarmonics, Third};
 use linkwork_environment::world::{Centre, PlanetWorld, Turning, WorldParams};
 use linkwork_runtime::prelude::{Gravity, Service};
@@ -13,7 +13,7 @@ use common::{Worst, num, reference_text, seconds};
 const FOOT: f64 = 0.3048;
 /// NESC_Initial_Conditions_Atmos.csv: 0.004178073 deg/s.
 const WORKBOOK_RATE: f64 = 7.292_113_023_867_704e-5;
-/// The rate of the simulators: 1528.10982905 ft/s over 20955646.325 ft.
+/// The simulators' rate: 1528.10982905 ft/s over 20955646.325 ft.
 const SIMULATOR_RATE: f64 = 7.292_115e-5;
 
 /// Motion of a free body: position, rotation, velocity and angular velocity in W.
@@ -21,7 +21,7 @@ struct Body {
     position: Vec3,
     R_WB: Quat,
     velocity: Vec3,
-    /// Body axes, rad/s.
+    /// Angular velocity, body axes, rad/s.
     angular: Vec3,
 }
 
@@ -52,13 +52,13 @@ fn jeod_run_2_with_attitude() {
     let (start, end) = (&all["run"]["scenario"]["orbit"], &all["run"]["final_state"]);
     let mut sim = common::repository("earth_orbit/sim.ron", &TWO_BODIES).unwrap();
     let b = body(&sim, "craft");
-    // The file of the repository is this scenario.
+    // The repository's file is this scenario.
     assert!((b.position - vec3(&start["pos_m"])).norm() < 1e-9);
     assert!((b.velocity - vec3(&start["vel_mps"])).norm() < 1e-11);
     assert!((b.angular - vec3(&all["initial_omega_run2"])).norm() < 1e-15);
     sim.run_until(seconds(28_800.0)).unwrap();
     let b = body(&sim, "craft");
-    // JEOD's own steps; an independent DOP853 is 1.1e-5 m and 1.4e-11° from it; so is this.
+    // JEOD's own steps; an independent DOP853 differs from it by 1.1e-5 m and 1.4e-11°, and so does this.
     Worst((b.position - vec3(&end["pos_m"])).norm()).below(2e-5, "position after 8 h, m");
     Worst((b.velocity - vec3(&end["vel_mps"])).norm()).below(2e-8, "velocity after 8 h, m/s");
     let rate = (b.angular - vec3(&end["omega_body_rad_s"])).norm();
@@ -73,7 +73,7 @@ fn jeod_run_2_with_attitude() {
     turned.below(1e-9, "attitude after 8 h, deg");
 }
 
-/// FLIGHT.md: Open Space Toolkit's scenario 001-a. Orekit and GMAT are 0.024 m from each other.
+/// FLIGHT.md: Open Space Toolkit's scenario 001-a. Orekit and GMAT differ by 0.024 m.
 #[test]
 fn orekit_and_gmat_for_a_day() {
     // FLIGHT.md allows 0.05 m from Orekit.
@@ -81,7 +81,7 @@ fn orekit_and_gmat_for_a_day() {
     a_day_beside("orbit/ostk-001-a-gmat.csv", 1000.0, [0.03, 3e-5]);
 }
 
-/// Greatest distance (m) and difference of velocity (m/s) of the two-body orbit from the rows of a file, whose unit is `unit` m.
+/// Returns the largest distance (m) and velocity difference (m/s) of the two-body orbit from the rows of a file with unit `unit` m.
 fn a_day_beside(path: &str, unit: f64, limits: [f64; 2]) {
     let Some(text) = reference_text(path) else { return };
     let rows: Vec<Vec<f64>> = text
@@ -99,7 +99,7 @@ fn a_day_beside(path: &str, unit: f64, limits: [f64; 2]) {
     for row in &rows {
         sim.run_until(seconds(row[0].round())).unwrap();
         let now = body(&sim, "craft");
-        // GMAT's rows are up to some µs off whole seconds.
+        // GMAT's rows deviate by up to some µs from whole seconds.
         let late = row[0] - row[0].round();
         assert!(late.abs() < 1e-4, "{}", row[0]);
         let pull = now.position * (-3.986004415e14 / now.position.norm().powi(3));
@@ -111,7 +111,7 @@ fn a_day_beside(path: &str, unit: f64, limits: [f64; 2]) {
     fast.below(limits[1], &format!("from {path} over a day, m/s"));
 }
 
-/// What each force of `sims/earth_orbit` does in 8 h, and that RK4 finds the same.
+/// Checks the effect of each force of `sims/earth_orbit` over 8 h, and that RK4 gives the same result.
 #[test]
 fn each_force_moves_the_craft_as_far_as_it_should() {
     let end = |set: &[&str]| {
@@ -123,10 +123,10 @@ fn each_force_moves_the_craft_as_far_as_it_should() {
     let (all, drag, density) = end(&[]);
     println!("after 8 h at {all:?} m, drag {drag} N, density {density:e} kg/m³");
     assert!((1e-13..1e-11).contains(&density) && drag > 0.0);
-    // Where it ends, m, as the README tells.
+    // Final position, m, as in the README.
     let told = Vec3::new(-1_255_270.0, -6_089_400.0, 2_657_000.0);
     assert!((all - told).amax() < 5.0, "{all:?}");
-    // m, as the README tells.
+    // In m, as in the README.
     for (what, set, want) in [
         ("Sun and Moon", ["third_bodies=[]"].as_slice(), 26.0),
         ("drag", &["drag_area=0"], 206.0),
@@ -153,7 +153,7 @@ fn each_force_moves_the_craft_as_far_as_it_should() {
     assert!((1e-3..20.0).contains(&moved), "0.1 s of UT1: {moved} m");
     let rk4 = ["integrator=rk4", "accuracy=fixed", "step=5 s"];
     Worst((end(&rk4).0 - all).norm()).below(0.01, "RK4 at 5 s, all forces, m");
-    // The greatest drag on the way, at rows of the file's own step.
+    // The largest drag, at samples of the file's own step.
     let mut sim = common::repository("earth_orbit/sim.ron", &[]).unwrap();
     let mut greatest = 0.0_f64;
     while sim.before(seconds(28_800.0)) {
@@ -164,7 +164,7 @@ fn each_force_moves_the_craft_as_far_as_it_should() {
     assert!((greatest - 0.132).abs() < 5e-4, "{greatest}");
 }
 
-/// Position (m) at 17480 s of a circular orbit of 7000 km in a field of 20 × 20.
+/// Returns the position (m) at 17480 s of a circular orbit of 7000 km in a field of 20 × 20.
 fn after_three_turns(turns: &str, angular: &str, integrator: &[&str]) -> Vec3 {
     let angle = if turns == "iau" { "" } else { "angle: 0, " };
     let turns = format!(
@@ -178,7 +178,7 @@ fn after_three_turns(turns: &str, angular: &str, integrator: &[&str]) -> Vec3 {
     body(&sim, "craft").position
 }
 
-/// The rotation is evaluated at every stage: a turning planet costs RK4 no accuracy.
+/// The rotation is evaluated at every stage, so a rotating planet does not reduce RK4's accuracy.
 #[test]
 fn rk4_at_ten_seconds_around_a_turning_planet() {
     let rk4 = ["integrator=rk4", "accuracy=fixed", "step=10 s"];
@@ -190,10 +190,10 @@ fn rk4_at_ten_seconds_around_a_turning_planet() {
         ends[k] = converged;
         Worst(errors[k]).below(0.05, &format!("RK4 at 10 s, planet {turns}, m"));
     }
-    // A body that turns once an orbit flies the same way.
+    // A body that rotates once per orbit follows the same trajectory.
     let turns = after_three_turns("still", "angular=[0, -0.00107800761, 0]", &rk4);
     Worst(((turns - ends[0]).norm() - errors[0]).abs()).below(1e-4, "by its turning, m");
-    // The turning matters, by kilometres; it adds nothing to the error.
+    // The rotation matters by kilometres, but does not add to the error.
     assert!((ends[0] - ends[1]).norm() > 1e3 && (ends[1] - ends[2]).norm() > 1.0, "{ends:?}");
     assert!(
         errors[1] < 1.5 * errors[0] + 0.005 && errors[2] < 1.5 * errors[0] + 0.005,
@@ -201,8 +201,8 @@ fn rk4_at_ten_seconds_around_a_turning_planet() {
     );
 }
 
-/// Each acceleration of `flight/orbit_full_force.json`, computed there in Python with ERFA: the field of
-/// 20 × 20 on two Earths, the Sun's and the Moon's tides.
+/// Each acceleration of `flight/orbit_full_force.json`, computed there in Python with ERFA: the field of 20 × 20 on two Earths, the attraction of Sun
+/// and Moon.
 #[test]
 fn accelerations_of_the_full_force_model() {
     let Some(text) = reference_text("flight/orbit_full_force.json") else { return };
@@ -233,9 +233,8 @@ fn accelerations_of_the_full_force_model() {
     let b = WorldParams { turns: Some(Turning::Iau), epoch, dut1: 0.4078, ..own };
     let b = SphericalHarmonics::build(params(b, vec![Third::Sun, Third::Moon]), &files).unwrap();
     Worst(relative(b.field(0.0, r), "variant_B", "gravity")).below(1e-12, "B, field, relative");
-    // The file takes TT for TDB, 1.6 ms apart: the Moon moves 1.6 m in that, 4e-9 of its distance. And DE440's μ of
-    // the Sun is 1.7e-10 from the file's. At the file's instant, with the file's μ, the rest is the sampling of
-    // the ephemeris.
+    // The reference uses TT as TDB, a difference of 1.6 ms, in which the Moon moves 1.6 m, 4e-9 of its distance. DE440's μ of the Sun also differs by
+    // 1.7e-10 from the reference's. At the reference's instant, with its μ, the remaining error is the sampling of the ephemeris.
     let thirds: Vec<Vec3> = b.thirds(0.0, r).collect();
     Worst(relative(thirds[0], "variant_B", "sun")).below(3e-10, "B, Sun, relative");
     Worst(relative(thirds[1], "variant_B", "moon")).below(4e-9, "B, Moon, relative");
@@ -249,7 +248,7 @@ fn accelerations_of_the_full_force_model() {
     assert!((b.acceleration(0.0, r) - sum).norm() < 1e-14);
 }
 
-/// Six hours of all forces, against an independent DOP853 of the same model (right to 1.8 mm).
+/// Six hours of all forces, compared with an independent DOP853 of the same model (accurate to 1.8 mm).
 #[test]
 fn full_force_for_six_hours() {
     let Some(text) = reference_text("flight/orbit_full_force.json") else { return };
@@ -277,7 +276,7 @@ fn full_force_for_six_hours() {
             sim.time()
         );
     }
-    // FLIGHT.md allows 0.05 m; the file is right to 1.8 mm.
+    // FLIGHT.md allows 0.05 m; the reference is accurate to 1.8 mm.
     position.below(2e-3, "all forces, position over 6 h, m");
     velocity.below(2e-6, "all forces, velocity over 6 h, m/s");
 }
@@ -304,7 +303,7 @@ impl Case {
     }
 }
 
-/// Roll, pitch, yaw (rad) of the body from north-east-down at its place; the Earth has `turned` (rad).
+/// Returns roll, pitch, yaw (rad) of the body from north-east-down at its position, after the Earth has rotated by `turned` (rad).
 fn euler(b: &Body, turned: f64) -> (Geodetic, Vec3) {
     let turn = Quat::from_axis_angle(&linkwork_spatial::nalgebra::Vector3::z_axis(), turned);
     let place = Ellipsoid::wgs84().geodetic(&(turn.inverse() * b.position)).unwrap();
@@ -313,25 +312,25 @@ fn euler(b: &Body, turned: f64) -> (Geodetic, Vec3) {
         let e = R_BE * axis;
         Vec3::new(e.y, e.x, -e.z)
     });
-    // Columns are the body's axes in north-east-down; yaw, pitch, roll in turn.
+    // Columns are the body's axes in north-east-down; yaw, pitch, roll in this order.
     let (roll, pitch, yaw) = (y.z.atan2(z.z), (-x.z).asin(), x.y.atan2(x.x));
     (place, Vec3::new(roll, pitch, yaw))
 }
 
-/// A difference of angles, deg.
+/// Returns a difference of angles, deg.
 fn degrees_apart(a: f64, b: f64) -> f64 {
     ((a - b + 180.0).rem_euclid(360.0) - 180.0).abs()
 }
 
-/// Runs a case beside simulators 04 and 05; of two, the median is the mean. Twice: with the Earth's rate of the
-/// workbook, as the file is, and with that of the simulators, by which the rest is seen. `limits` of the
-/// second: position (ft), velocity (ft/s), Euler angles (deg), rates (deg/s).
+/// Compares a case with simulators 04 and 05 (of two, the median is the mean) in two runs: with the workbook's rate of the Earth, as in the file, and
+/// with the simulators' rate, which isolates the other differences. `limits` of the second run: position (ft), velocity (ft/s), Euler angles (deg),
+/// rates (deg/s).
 fn check_case(number: u8, name: &str, path: &str, [rate, speed]: [&str; 2], limits: [f64; 4]) {
     let folder = format!("nesc/Atmos_0{number}_{name}/Atmos_0{number}_sim");
     let Some(a) = Case::read(&format!("{folder}_04.csv")) else { return };
     let Some(b) = Case::read(&format!("{folder}_05_10hz.csv")) else { return };
     assert!(a.rows.len() == 301 && b.rows.len() == 301);
-    // FLIGHT.md: 0.02 ft, 0.002 ft/s, 1e-3°. The two rates are 1e-11 rad/s × 2e7 ft = 4.1e-4 ft/s apart.
+    // FLIGHT.md: 0.02 ft, 0.002 ft/s, 1e-3°. The two rates differ by 1e-11 rad/s × 2e7 ft = 4.1e-4 ft/s.
     beside(number, path, (WORKBOOK_RATE, &[]), (&a, &b), [0.02, 0.002, 1e-3, 1e-3]);
     let rate = format!("{rate}={SIMULATOR_RATE:?}");
     let speed = format!("{speed}=[0, {:?}, 0]", SIMULATOR_RATE * 6_387_281.0);
@@ -351,7 +350,7 @@ fn beside(
     let [mut p, mut v, mut e, mut w, mut h] = [Worst(0.0); 5];
     for k in 0..301 {
         let t = a.get(k, "time");
-        // Simulator 05 prints some of its times a microsecond off: 0.0015 ft of the way.
+        // Simulator 05 prints some of its times with an error of a microsecond: 0.0015 ft of the path.
         assert!((t - b.get(k, "time")).abs() < 2e-6);
         sim.run_until(seconds(t)).unwrap();
         let mid = |name: &str, ends| (a.vec(k, name, ends) + b.vec(k, name, ends)) * 0.5;

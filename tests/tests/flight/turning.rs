@@ -1,10 +1,11 @@
-//! What turns flies as what does not: the velocity of a free body is integrated in axes that do not turn with it.
+//! A rotating vehicle follows the same trajectory as a non-rotating one: the velocity of a free body is integrated in axes that do not rotate with
+//! it.
 use crate::common;
 use common::{get, scene, seconds};
 use linkwork_runtime::Simulation;
 use linkwork_spatial::Vec3;
 
-/// A craft in an orbit about the oblate Earth; it turns by `spin` rad/s.
+/// A spacecraft in an orbit about the oblate Earth that rotates at `spin` rad/s.
 fn craft(spin: f64, integrator: &str, phases: &str) -> Simulation {
     let text = format!(
         r#"Simulation(until: "1 h", step: "10 s", {integrator}, {phases}
@@ -23,13 +24,13 @@ const RK4: &str = r#"integrator: "rk4""#;
 const ADAPTIVE: &str =
     r#"integrator: "dormand_prince_54", accuracy: (relative: 1e-11, absolute: 1e-9)"#;
 
-/// Where it is at last, and how fast it goes along its own axes.
+/// Returns its final position, and its velocity along its own axes.
 fn flown(mut sim: Simulation) -> (Vec3, Vec3) {
     sim.run_until(seconds(3600.0)).unwrap();
     (get(&sim, "craft.position"), get(&sim, "craft.velocity"))
 }
 
-/// By 0.4 rad in each step: the stages of the method are the same, so that only rounding differs.
+/// It rotates by 0.4 rad in each step. The stages of the method are the same, so the results differ only by round-off.
 #[test]
 fn a_craft_that_turns_keeps_its_orbit() {
     let between =
@@ -41,13 +42,13 @@ fn a_craft_that_turns_keeps_its_orbit() {
         let apart = (still.0 - turning.0).norm();
         assert!(apart < limit, "{apart} m apart, {integrator} {phases}");
         assert!((still.0 - Vec3::new(7e6, 0.0, 0.0)).norm() > 1e6, "it has flown");
-        // Both are as fast; the one that turns has it in other axes.
+        // Both have the same speed; the rotating one has its velocity in other axes.
         assert!((still.1.norm() - turning.1.norm()).abs() < 1e-6 * limit.max(1e-3) * 1e3);
         assert!((still.1 - turning.1).norm() > 100.0);
     }
 }
 
-/// A velocity that is pinned stays what it is, in the body's axes.
+/// A prescribed velocity stays constant in the body's axes.
 #[test]
 fn a_velocity_that_is_pinned_stays() {
     let mut sim = craft(0.01, RK4, "");
@@ -56,7 +57,7 @@ fn a_velocity_that_is_pinned_stays() {
     }
     sim.run_until(seconds(100.0)).unwrap();
     assert_eq!(get(&sim, "craft.velocity"), Vec3::new(3.0, 6000.0, 4500.0));
-    // It goes round: along x as far as it is fast there, and on a circle beside it.
+    // It moves on a circle: the prescribed component along x, and the other perpendicular to it.
     let way = get(&sim, "craft.position") - Vec3::new(7e6, 0.0, 0.0);
     assert!((way.x - 300.0).abs() < 1e-6, "{way:?}");
     let (turn, w) = (1.0_f64, 0.01);

@@ -1,11 +1,11 @@
-//! Variants of simulations: an orbit raised and turned by a plan of burns, a gravity turn down to the Moon.
+//! Variants of simulations: an orbit raised and inclined by planned burns, a gravity turn down to the Moon.
 use crate::common::{get, repository, seconds, velocity};
 
-/// Of the Earth, m³/s², as the file has it; standard gravity, m/s².
+/// μ of the Earth, m³/s², as in the file; standard gravity, m/s².
 const MU: f64 = 3.986_004_418e14;
 const G0: f64 = 9.80665;
 
-/// Two burns of Hohmann and one of 2°, against impulses: apses and plane are met, and what the engine's length costs is little.
+/// Two Hohmann burns and one of 2°, compared with impulses: apses and plane are reached, and the losses due to the finite burn time are small.
 #[test]
 fn a_plan_of_burns_raises_an_orbit_and_turns_it() {
     let mut sim = repository("earth_orbit/burns.ron", &[]).unwrap();
@@ -47,7 +47,7 @@ fn a_plan_of_burns_raises_an_orbit_and_turns_it() {
     assert!((inclination - 53.6).abs() < 0.005, "{inclination}");
 }
 
-/// The closed form of a gravity turn from ignition on: constant force over weight, and the speed that is left.
+/// The closed form of a gravity turn from ignition on: constant force over weight, and the remaining speed.
 #[test]
 fn a_gravity_turn_comes_down_upright_on_the_moon() {
     let mut sim = repository("lunar_landing/gravity_turn.ron", &[]).unwrap();
@@ -71,7 +71,7 @@ fn a_gravity_turn_comes_down_upright_on_the_moon() {
     let upright = -slow[2].to_degrees();
     let most = held.iter().fold(0.0_f64, |most, n| most.max((n / held[0] - 1.0).abs()));
     println!("lit at {lit:?}, slow at {slow:?}, {upright} deg; N {} to {most:e}", held[0]);
-    // N at ignition: 0.8 of 4.5 kN on a tonne; g of the place.
+    // Force at ignition, N: 0.8 of 4.5 kN on a tonne; local g.
     let g = 4.9028e12 / (1_735_400.0 + lit[0]).powi(2);
     assert!((held[0] / (0.8 * 4500.0 / (1000.0 * g)) - 1.0).abs() < 0.02, "{}", held[0]);
     assert!(most < 0.01 && held.len() > 1000, "{most}");
@@ -79,7 +79,7 @@ fn a_gravity_turn_comes_down_upright_on_the_moon() {
     let left = number(&sim, "Tank.propellant");
     let spent = 287.0 * G0 * (1000.0 / (800.0 + left)).ln();
     println!("{left} kg left, {spent} m/s spent, lit at {} m/s", lit[1]);
-    // What is braked and what gravity takes meanwhile: V + g t, t from the mean deceleration.
+    // The speed that is braked plus the gravity loss: V + g t, with t from the mean deceleration.
     assert!(spent > lit[1] && spent < 2.5 * lit[1]);
     let down = velocity(&sim, "lander");
     assert!((down.z + 1.5).abs() < 0.02 && down.xy().norm() < 0.05, "{down}");
@@ -89,8 +89,8 @@ fn a_gravity_turn_comes_down_upright_on_the_moon() {
     assert!(crushed > 0.05 && crushed < 0.26 && speed < 1e-6, "{crushed} {speed}");
 }
 
-/// EDL.md g: a pulse of two jets changes the rate by M t/J, and in the limit cycle the craft drifts across the deadband between two of
-/// them, one way with one rate and back with the rest of that change.
+/// EDL.md g: a pulse of two jets changes the rate by M t/J. In the limit cycle the spacecraft drifts across the deadband between two pulses, one way
+/// with one rate and back with the rest of this change.
 #[test]
 fn jets_on_the_lines_of_a_phase_plane_fall_into_their_limit_cycle() {
     let mut sim = repository("attitude/jets.ron", &[]).unwrap();
@@ -112,7 +112,7 @@ fn jets_on_the_lines_of_a_phase_plane_fall_into_their_limit_cycle() {
     // Two jets of 1 N for 50 ms each time.
     assert!((spent / pulses - 2.0 * pulse).abs() < 1e-9, "{spent} {pulses}");
     assert!(((high - low) / bit - 1.0).abs() < 0.02 && low < 0.0 && high > 0.0, "{low} {high}");
-    // It turns where θ + 5 s ω meets the deadband: earlier on the side to which it goes faster.
+    // It reverses where θ + 5 s ω reaches the deadband: earlier on the side towards which it moves faster.
     let slower = high.min(-low);
     assert!((wide / (deadband - 5.0 * slower) - 1.0).abs() < 0.01, "{wide}");
     let across = 2.0 * deadband - 5.0 * (high - low);
@@ -121,8 +121,8 @@ fn jets_on_the_lines_of_a_phase_plane_fall_into_their_limit_cycle() {
     assert!((pulses / by_rates - 1.0).abs() < 0.02, "{pulses} {by_rates}");
 }
 
-/// Thrust and flow are p/p₀ of those at the start, p = p₀ V₀/(V₀ + x/ρ) after x kg: ẋ (V₀ + x/ρ) = c V₀, so that it is dry at
-/// (x + x²/(2 ρ V₀))/c; what it gains is that of the rocket equation, along the axis that spins.
+/// Thrust and flow are p/p₀ times their initial values, p = p₀ V₀/(V₀ + x/ρ) after x kg: ẋ (V₀ + x/ρ) = c V₀, so the tank is empty at (x + x²/(2 ρ
+/// V₀))/c. The velocity gain is that of the rocket equation, along the spin axis.
 #[test]
 fn a_tank_that_blows_down_is_dry_when_the_closed_form_says() {
     let mut sim = repository("attitude/blow_down.ron", &[]).unwrap();
@@ -144,12 +144,13 @@ fn a_tank_that_blows_down_is_dry_when_the_closed_form_says() {
     );
     assert!((dry / want - 1.0).abs() < 1e-6, "{dry} {want}");
     assert!((pressure / (24.0 * ullage / (ullage + 40.0 / density)) - 1.0).abs() < 1e-9);
-    // Without the spin the engine beside the axis would turn it over; the cone costs next to nothing.
+    // Without spin the off-axis engine would tip it over; the coning loss is negligible.
     assert!(v.z < gained && v.z > 0.999 * gained && v.xy().norm() < 0.02 * gained, "{v}");
 }
 
-/// A cube head on in fast molecules that leave diffusely: C_D = 2 + 1/S² + √π/S √(T_w/T) of the face ahead, 1/(√π S) of each of the four
-/// along the stream, S = V √(M/2RT); in a turn it comes down by 2 π C_D A ρ a²/m, in a day by more than sixteen times that, since the air grows denser.
+/// A cube with a face normal to a flow of fast molecules with diffuse reflection: C_D = 2 + 1/S² + √π/S √(T_w/T) for the front face, 1/(√π S) for
+/// each of the four side faces, S = V √(M/2RT). Per revolution it descends by 2 π C_D A ρ a²/m, and per day by more than sixteen times that, since
+/// the density increases.
 #[test]
 fn a_cube_in_low_orbit_is_braked_as_free_molecules_do() {
     let mut sim = repository("earth_orbit/panels.ron", &[]).unwrap();
@@ -178,6 +179,6 @@ fn a_cube_in_low_orbit_is_braked_as_free_molecules_do() {
     sim.run_until(seconds(86_400.0)).unwrap();
     let (down, turned) = (radius - axis(&sim), number(&sim, "Panels.alpha_total").to_degrees());
     println!("{down} m in a day, {turned} deg off the stream");
-    // Sixteen turns, and denser air below: 2 % a kilometre.
+    // Sixteen revolutions, and denser air below: 2 % per kilometre.
     assert!(down > 15.9 * lost && down < 17.5 * lost && turned < 5.0, "{down} {turned}");
 }

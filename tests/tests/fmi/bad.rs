@@ -1,4 +1,4 @@
-//! Bad units: refused at load with place, fact and remedy, or an orderly end of the run.
+//! Invalid FMUs: rejected at load with location, fact and remedy, or an orderly end of the run.
 use super::support::{
     Bench, Model, TOKEN, binary, compiler, description, library, pack, platform, seconds,
 };
@@ -8,7 +8,7 @@ const PART: &str = r#"Simulation(
     step: "10 ms", until: "1 s",
 )"#;
 
-/// The report of a load names the line of the part, the fact and a remedy.
+/// Checks that the report of a load names the line of the part, the fact and a remedy.
 fn refused(bench: &Bench, text: &str, phrases: &[&str]) {
     match bench.sim(text) {
         Ok(_) => panic!("taken, but should say {phrases:?}"),
@@ -60,15 +60,15 @@ fn units_for_another_platform_or_kind() {
     refused(&bench, PART, &["another platform", "plan9", &platform(2)]);
     pack(&file, &[("modelDescription.xml", text.as_bytes()), (&binary(2), b"no library")]);
     refused(&bench, PART, &["cannot be loaded"]);
-    // The library of the other version: its functions have other names.
+    // The library of the other version, whose functions have other names.
     let other = library(bench.dir.path(), 3, Model::Spring);
     pack(&file, &[("modelDescription.xml", text.as_bytes()), (&binary(2), &other)]);
     refused(&bench, PART, &["no function `fmi2Instantiate`"]);
-    // Only equations.
+    // Only model exchange.
     let equations: String = text.lines().filter(|l| !l.contains("<CoSim")).collect();
     pack(&file, &[("modelDescription.xml", equations.as_bytes()), (&binary(2), &code)]);
     refused(&bench, PART, &["no unit for co-simulation", "fmi.model_exchange"]);
-    // A description that was changed after the library was made.
+    // A description that was changed after the library was built.
     let changed = text.replace(TOKEN, "{another}");
     pack(&file, &[("modelDescription.xml", changed.as_bytes()), (&binary(2), &code)]);
     refused(&bench, PART, &["cannot be instantiated", "the guid is of another model"]);
@@ -110,7 +110,7 @@ fn start_values_that_cannot_be() {
     refused(&bench, &typo, &["no parameter `fil`"]);
 }
 
-/// What goes wrong on the way ends the run with time, path, what the unit says, and a remedy.
+/// An error during the run ends it with time, path, the FMU's message, and a remedy.
 #[test]
 fn units_that_fail_on_the_way() {
     if !compiler() {
@@ -141,7 +141,7 @@ fn units_that_fail_on_the_way() {
             ("me", 3, vec!["Spring", "NaN"]),
             ("me", 5, vec!["`Spring`", "fatal"]),
         ];
-        // In 2.0 a unit of equations is asked after each step, in 3.0 a stepping one answers.
+        // In 2.0 a model-exchange FMU is asked after each step, in 3.0 a co-simulation FMU returns it.
         cases.push((
             if version == 2 { "me" } else { "cs" },
             6,
@@ -155,14 +155,14 @@ fn units_that_fail_on_the_way() {
                 assert!(told.contains(phrase), "FMI {version} {kind} {fault}: {phrase:?}\n{told}");
             }
             assert!((0.04..0.09).contains(&error.time), "FMI {version} {kind} {fault}: {told}");
-            // The unit is not called again.
+            // The FMU is not called again.
             let again = run.run_until(seconds(1.0)).unwrap_err().to_string();
             assert!(again.contains("Spring"), "{again}");
         }
     }
 }
 
-/// A communication step that the unit cannot take.
+/// A communication step that the FMU does not support.
 #[test]
 fn a_rate_that_the_unit_cannot_take() {
     if !compiler() {

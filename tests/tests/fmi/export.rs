@@ -1,4 +1,4 @@
-//! Simulations as units: exported, imported again, equal to themselves.
+//! Simulations as FMUs: exported and imported again, they give the same results.
 use super::support::{Bench, Model, compiler, run};
 use linkwork_fmi::{Export, export, find_library};
 use linkwork_runner::{Library, Ready};
@@ -28,7 +28,7 @@ fn what(inputs: &[&str], outputs: &[&str]) -> Export {
     }
 }
 
-/// The ball of the repository, by way of an archive, gives the same bits at every row.
+/// The ball of the repository, exported and imported, gives bit-identical samples.
 #[test]
 fn an_exported_simulation_is_itself() {
     let bench = Bench::new();
@@ -56,11 +56,11 @@ fn an_exported_simulation_is_itself() {
     assert!(native.get("Ball.impacts").unwrap() > 5.0);
 }
 
-/// Inputs arrive, and the unit's state is its checkpoint: a run of the importer may be cut.
+/// Inputs arrive, and the FMU's state is its checkpoint, so a run of the importer may be interrupted.
 #[test]
 fn inputs_arrive_and_state_is_saved() {
     let bench = Bench::new();
-    // A controller with samples of its own, whose command nothing drives.
+    // A controller with its own samples, whose command is not connected.
     let inner = r#"Simulation(
     parts: {
         "Control": (model: "control.rate_controller", rate: "50 Hz", params: { "kp": 2, "ki": 5, "limit": 10 }),
@@ -94,7 +94,7 @@ fn inputs_arrive_and_state_is_saved() {
         assert_eq!(a, b, "at {t} s");
     }
     assert!(outer.get("Unit.Motor_y").unwrap().abs() > 0.1);
-    // Cut and resumed.
+    // Interrupted and resumed.
     let end = outer.hash();
     let mut first = bench.sim(text).unwrap();
     run(&mut first, 0.37);
@@ -104,7 +104,7 @@ fn inputs_arrive_and_state_is_saved() {
     run(&mut second, 1.0);
     assert_eq!(second.get("Unit.Motor_y").unwrap(), outer.get("Unit.Motor_y").unwrap());
     assert_eq!(second.hash(), end);
-    // Communication steps between the rows of the inner simulation.
+    // Communication steps between the samples of the inner simulation.
     let odd = text
         .replace("rate: \"10 ms\"", "rate: \"7 ms\"")
         .replace("step: \"10 ms\"", "step: \"7 ms\"");
@@ -112,7 +112,7 @@ fn inputs_arrive_and_state_is_saved() {
     assert!(told.contains("no multiple of the unit's own step 0.005 s"), "{told}");
 }
 
-/// `sims/fmu`: the arm and its unit differ by the delay of a held command, half a communication step.
+/// `sims/fmu`: the arm and its FMU differ by the delay of a held command, half a communication step.
 #[test]
 fn the_example_does_what_its_readme_says() {
     let bench = Bench::new();
@@ -156,7 +156,7 @@ fn what_cannot_be_exported_is_refused() {
     refused(lost, &["`nowhere.so` cannot be read", "--library"]);
     let missing = find_library("no-such-package").unwrap_err();
     assert!(missing.help.unwrap().contains("cargo build --release -p no-such-package"));
-    // A unit cannot carry the files of its parts.
+    // An FMU cannot contain the files of its parts.
     if compiler() {
         bench.unit("spring.fmu", 3, Model::Spring, |t| t);
         let text = r#"Simulation(

@@ -1,5 +1,5 @@
-//! Foreign units, both versions and both kinds, compiled from C here: equal to the native model,
-//! cut anywhere without a trace, refused in words when they are bad.
+//! FMUs of both versions and both kinds, compiled from C here: equal to the native model, bit-identical after interruptions, rejected with a message
+//! if invalid.
 mod bad;
 mod export;
 mod saves;
@@ -9,7 +9,7 @@ use support::{Bench, Model, compiler, run};
 
 const VERSIONS: [u8; 2] = [2, 3];
 
-/// The spring from parts of `basics`, with the force of `Force`, and the unit beside it.
+/// The spring made of parts from `basics`, with the force of `Force`, and the FMU next to it.
 fn spring(unit: &str, step: &str, wires: &str) -> String {
     format!(
         r#"Simulation(
@@ -33,8 +33,8 @@ fn spring(unit: &str, step: &str, wires: &str) -> String {
     )
 }
 
-/// As equations a unit is part of the whole: the same method in the same steps gives the native
-/// model but for the rounding of sums in another order.
+/// With model exchange the FMU is part of the whole system: the same method with the same steps gives the native model up to round-off from a
+/// different order of summation.
 #[test]
 fn a_spring_as_equations_is_the_native_spring() {
     if !compiler() {
@@ -65,8 +65,7 @@ fn a_spring_as_equations_is_the_native_spring() {
     }
 }
 
-/// A unit with a solver of its own sees its input held over a communication step: the error is of
-/// first order in it.
+/// An FMU with its own solver gets its input held over a communication step, so the error is of first order in this step.
 #[test]
 fn co_simulation_comes_nearer_with_the_communication_step() {
     if !compiler() {
@@ -94,7 +93,7 @@ fn co_simulation_comes_nearer_with_the_communication_step() {
             assert!((ratio - 2.0).abs() < 0.1, "{errors:?}");
         }
         assert!(errors[3] < 1e-3, "{errors:?}");
-        // Without inputs only the unit's own solver is left: fourth order with 10 ms / 4.
+        // Without inputs only the FMU's own solver has an error: fourth order with 10 ms / 4.
         let alone =
             r#"model: "fmi.co_simulation", rate: "10 ms", params: { "file": "spring.fmu" }"#;
         let mut sim = bench.sim(&spring(alone, "10 ms", "")).unwrap();
@@ -120,8 +119,7 @@ fn ball(unit: &str, more: &str) -> String {
     )
 }
 
-/// Impacts are the unit's event indicator, located like those of the native ball; a lamp goes on at a
-/// time event between two rows.
+/// Impacts are the FMU's event indicator, located like those of the native ball; a lamp switches on at a time event between two samples.
 #[test]
 fn a_ball_bounces_like_the_native_one() {
     if !compiler() {
@@ -151,7 +149,7 @@ fn a_ball_bounces_like_the_native_one() {
         assert!(worst < 1e-10, "{worst}");
         assert!((lamp.unwrap() - 0.26).abs() < 1e-11, "{lamp:?}");
 
-        // With its own solver: the same at the communication points.
+        // With its own solver: equal at the communication points.
         let text = ball(
             r#"model: "fmi.co_simulation", rate: "50 ms", params: { "file": "ball.fmu" }"#,
             "",
@@ -164,8 +162,8 @@ fn a_ball_bounces_like_the_native_one() {
     }
 }
 
-/// A co-simulation unit with event mode stops at its impacts, which it leaves to event mode: without it the ball would fall through
-/// the floor. Its whole number is set in event mode, outside of which the unit rejects it.
+/// A co-simulation FMU with event mode stops at its impacts, which it handles in event mode; otherwise the ball would fall through the floor. Its
+/// integer is set in event mode, outside of which the FMU rejects it.
 #[test]
 fn co_simulation_stops_at_the_events_of_a_unit() {
     if !compiler() {
@@ -192,7 +190,7 @@ fn co_simulation_stops_at_the_events_of_a_unit() {
     }
 }
 
-/// An input that is a whole number reaches a unit of equations at an event.
+/// An integer input reaches a model-exchange FMU at an event.
 #[test]
 fn a_whole_number_acts_at_an_event() {
     if !compiler() {
@@ -219,8 +217,8 @@ fn a_whole_number_acts_at_an_event() {
     }
 }
 
-/// An input that acts at events and is another at the start than the unit has: one event brings it, and the states that the unit has
-/// after it are those of the run. The ball falls at 1 m/s where the floor is 2 m above it: it is put on the floor and bounces once.
+/// An input that acts at events starts with another value than the FMU's: one event transfers it, and the FMU's states after the event are those of
+/// the run. The ball falls at 1 m/s where the floor is 2 m above it: it is put on the floor and bounces once.
 #[test]
 fn an_event_at_the_start_keeps_the_states_of_the_unit() {
     if !compiler() {
@@ -247,7 +245,7 @@ fn an_event_at_the_start_keeps_the_states_of_the_unit() {
     }
 }
 
-/// Arrays are lanes; numbers cross in SI whatever unit the file has, states too.
+/// Arrays are expanded into signals; values are exchanged in SI whatever unit the file has, states too.
 #[test]
 fn arrays_are_lanes_and_units_are_converted() {
     if !compiler() {
@@ -276,12 +274,12 @@ fn arrays_are_lanes_and_units_are_converted() {
     let (a, b) = (sim.get("A.x").unwrap(), sim.get("B.x").unwrap());
     assert!((a - b).abs() < 1e-14 && a < 0.5, "{a} {b}");
     assert_eq!(sim.get("A.both[1]").unwrap(), sim.get("A.v").unwrap());
-    // The raw number is a thousand times that.
+    // The raw number is a thousand times larger.
     assert!((sim.get("B.both[0]").unwrap() - 1e3 * b).abs() < 1e-11);
 }
 
-/// The unit of a difference has no offset: FMI 2.0.4, 2.2.3 and FMI 3.0.2, 2.2.4 (`relativeQuantity`), asked for in FMPy issue 865.
-/// v and the stiffness are differences of temperatures, x and the damping are temperatures.
+/// The unit of a difference does not have an offset: FMI 2.0.4, 2.2.3 and FMI 3.0.2, 2.2.4 (`relativeQuantity`), requested in FMPy issue 865. v and
+/// the stiffness are temperature differences, x and the damping are temperatures.
 #[test]
 fn differences_of_temperatures_have_no_offset() {
     if !compiler() {

@@ -1,4 +1,4 @@
-//! Units in forks, snapshots and checkpoints; units that cannot be copied.
+//! FMUs in forks, snapshots and checkpoints; FMUs that cannot be copied.
 use super::support::{Bench, Model, compiler, run, seconds};
 use linkwork_runtime::{Checkpoint, Simulation, Snapshot};
 
@@ -44,7 +44,7 @@ fn cut(bench: &Bench, text: &str, what: &str) {
     let mut straight = bench.sim(text).unwrap();
     run(&mut straight, 1.0);
     let end = straight.hash();
-    // A checkpoint through its file, into a new process's worth of objects: after events too.
+    // A checkpoint through its file into new objects, as in a new process; also after events.
     let mut first = bench.sim(text).unwrap();
     let mut cuts = 0;
     while first.time() < 0.95 {
@@ -60,7 +60,7 @@ fn cut(bench: &Bench, text: &str, what: &str) {
         }
         cuts += 1;
     }
-    // Forks and snapshots; what runs beside leaves no trace.
+    // Forks and snapshots; parallel runs do not influence each other.
     let mut origin = bench.sim(text).unwrap();
     run(&mut origin, 0.43);
     let mut snapshot = Snapshot::default();
@@ -72,7 +72,7 @@ fn cut(bench: &Bench, text: &str, what: &str) {
     origin.load_from(&snapshot).unwrap();
     run(&mut origin, 1.0);
     assert_eq!(origin.hash(), end, "{what}: snapshot");
-    // A fork of the first instant, before anything was asked of the unit.
+    // A fork at the first instant, before any query of the FMU.
     let mut fork = bench.sim(text).unwrap().fork();
     run(&mut fork, 1.0);
     assert_eq!(fork.hash(), end, "{what}: fork of the start");
@@ -100,7 +100,7 @@ fn a_unit_that_cannot_save_refuses_with_its_path() {
             run(&mut whole, 0.5);
             bench.unit("spring.fmu", version, Model::Spring, without(attribute));
             let mut sim = bench.sim(&text(kind, "spring.fmu")).unwrap();
-            // It runs.
+            // The simulation runs.
             run(&mut sim, 0.3);
             let told = |e: String| {
                 assert!(e.contains("`Unit`") && e.contains(attribute), "{e}");
@@ -112,7 +112,7 @@ fn a_unit_that_cannot_save_refuses_with_its_path() {
             told(sim.load_from(&snapshot).unwrap_err().to_string());
             let mut fork: Simulation = sim.fork();
             told(fork.run_until(seconds(0.5)).unwrap_err().to_string());
-            // None of it has touched the run.
+            // None of this has influenced the run.
             run(&mut sim, 0.5);
             assert_eq!(sim.get("Unit.x").unwrap(), whole.get("Unit.x").unwrap());
         }
@@ -158,7 +158,7 @@ fn a_checkpoint_of_another_unit_is_refused() {
     bench.unit("spring.fmu", 3, Model::Spring, |t| t.replace("start=\"4\"", "start=\"5\""));
     let told = bench.sim(&text).unwrap().restore(&saved).unwrap_err().to_string();
     assert!(told.contains("files"), "{told}");
-    // Bytes that are no state of the unit.
+    // Bytes that are not a state of the FMU.
     bench.unit("spring.fmu", 3, Model::Spring, |t| t);
     let mut damaged = saved.clone();
     for bytes in damaged.stores.values_mut() {

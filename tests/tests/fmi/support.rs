@@ -1,4 +1,4 @@
-//! Units for tests, compiled from C here and now, and simulations that hold them.
+//! FMUs for tests, compiled from C at run time, and simulations that contain them.
 use linkwork_assembly::{Options, load_file};
 use linkwork_runtime::{Catalogue, Files, Seconds, Simulation};
 use std::path::{Path, PathBuf};
@@ -13,16 +13,15 @@ pub enum Model {
     Ball = 2,
 }
 
-/// The token that the C code is compiled with.
+/// The token with which the C code is compiled.
 pub const TOKEN: &str = "{8c4e810f-3df3-4a00-8276-176fa3c9f9e0}";
 
-/// A folder with units and a simulation.
+/// A folder with FMUs and a simulation.
 pub struct Bench {
     pub dir: TempDir,
 }
 
-/// True when there is a C compiler. Without one the test is skipped, and says so; where CI is set
-/// that is a failure.
+/// Returns whether there is a C compiler. Without one the test is skipped, with a message; if CI is set this is a failure.
 pub fn compiler() -> bool {
     let there = Command::new("cc").arg("--version").output().is_ok_and(|o| o.status.success());
     if !there {
@@ -32,7 +31,7 @@ pub fn compiler() -> bool {
     there
 }
 
-/// The model description of a unit.
+/// Returns the model description of an FMU.
 pub fn description(version: u8, model: Model) -> String {
     let (id, token) = ("unit", TOKEN);
     let spring = model == Model::Spring;
@@ -69,7 +68,7 @@ pub fn description(version: u8, model: Model) -> String {
         <Unit name=\"s\"><BaseUnit s=\"1\"/></Unit><Unit name=\"kg\"><BaseUnit kg=\"1\"/></Unit>\
         <Unit name=\"m/s\"><BaseUnit m=\"1\" s=\"-1\"/></Unit><Unit name=\"m/s2\"><BaseUnit m=\"1\" s=\"-2\"/></Unit>\
         <Unit name=\"N\"><BaseUnit kg=\"1\" m=\"1\" s=\"-2\"/></Unit></UnitDefinitions>";
-    // State, parameters and inputs have start values; outputs that are no states are computed.
+    // States, parameters and inputs have start values; other outputs are computed.
     let exact = |name: &str, causality: &str| match (name, causality) {
         ("x" | "v" | "h", _) => " initial=\"exact\"",
         _ => "",
@@ -91,7 +90,7 @@ pub fn description(version: u8, model: Model) -> String {
                 exact(name, causality)
             );
         }
-        // Indices from 1: derivatives come after the reals.
+        // Indices start at 1: derivatives follow the reals.
         let (dx, dv) = (reals.len() + 1, reals.len() + 2);
         for (name, vr, of) in [("der(x)", 3, 1), ("der(v)", 4, 2)] {
             v += &format!(
@@ -107,7 +106,7 @@ pub fn description(version: u8, model: Model) -> String {
             );
         }
         let outputs = if spring {
-            // x and v see no input; a sees the force (index 6).
+            // x and v do not depend on inputs; a depends on the force (index 6).
             "<Unknown index=\"1\" dependencies=\"\"/><Unknown index=\"2\" dependencies=\"\"/>\
              <Unknown index=\"7\" dependencies=\"1 2 6\"/>"
         } else {
@@ -182,7 +181,7 @@ pub fn binary(version: u8) -> String {
     format!("binaries/{}/unit{}", platform(version), std::env::consts::DLL_SUFFIX)
 }
 
-/// Compiles the C code; with more macros.
+/// Compiles the C code, with additional macros.
 pub fn library(dir: &Path, version: u8, model: Model) -> Vec<u8> {
     let c = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/fmi/c");
     let out = dir.join(format!("unit{version}{}.so", model as u8));
@@ -214,7 +213,7 @@ impl Bench {
         self.dir.path().join(name)
     }
 
-    /// A unit, with its description changed.
+    /// Writes an FMU with an edited description.
     pub fn unit(&self, name: &str, version: u8, model: Model, edit: impl Fn(String) -> String) {
         let (text, code) =
             (edit(description(version, model)), library(self.dir.path(), version, model));
@@ -223,7 +222,7 @@ impl Bench {
         pack(&self.path(name), &entries);
     }
 
-    /// A simulation of a text.
+    /// Loads a simulation from a text.
     pub fn sim(&self, text: &str) -> Result<Simulation, String> {
         let file = self.path("sim.ron");
         std::fs::write(&file, text).unwrap();

@@ -11,7 +11,7 @@ const CASES: &[Case] = &[
         wires: ["M.attitude -> P.attitude", "M.rate -> P.rate", "Zero.y -> P.target.x", "Zero.y -> P.target.y", "Zero.y -> P.target.z", "One.y -> P.target.w"],
         gravity: "none", step: "10 ms", until: "0.1 s",
         metrics: { "error": (of: "P.error", unit: "deg"), "torque": (of: "P.torque.z") }"#,
-        // 160 degrees are left, forwards.
+        // 160 degrees remain, forwards.
         want: &[("error", 160.0, 1e-6), ("torque", 1.4, 1e9)],
     },
     Case {
@@ -43,7 +43,7 @@ const CASES: &[Case] = &[
         parts: { "A": (model: "sensors.motion", bind: { "mount": "node:a" }), "B": (model: "sensors.motion", bind: { "mount": "node:b" }), "C": (model: "sensors.motion", bind: { "mount": "node:c" }),
             "P": (model: "sensors.pose", rate: "10 Hz", bind: { "mount": "node:c" }), "Q": (model: "sensors.pose", rate: "10 Hz", bind: { "mount": "node:b" }) },
         step: "100 ms", until: "1 s",
-        // yaw 45, pitch 90, roll 30: as yaw 15 and pitch 90.
+        // yaw 45, pitch 90, roll 30: equal to yaw 15 and pitch 90.
         metrics: { "aw": (of: "A.attitude.w"), "ay": (of: "A.attitude.y"), "bw": (of: "B.attitude.w"), "bx": (of: "B.attitude.x"), "by": (of: "B.attitude.y"), "bz": (of: "B.attitude.z"), "c": (of: "P.heading", unit: "deg"), "tilt": (of: "Q.tilt", unit: "deg"), "finite": (when: "abs(Q.heading) < 7 rad") }"#,
         want: &[
             ("aw", 0.701_057_4, 1e-6),
@@ -64,7 +64,7 @@ const CASES: &[Case] = &[
             "C": (model: "control.rate_controller", rate: "10 Hz", params: { "kp": 0.5, "ki": 1, "limit": 5 }) },
         wires: ["T.y -> C.target", "Zero.y -> C.rate"], step: "0.1 s", until: "120 s",
         metrics: { "full": (of: "C.volts", at: "time >= 99 s"), "soon": (of: "C.volts", at: "time >= 111 s"), "least": (of: "C.volts", take: "min"), "most": (of: "C.volts", take: "max") }"#,
-        // At most 5 V + 5 V of the integral part are to be undone, at 1 V/s, less the proportional part.
+        // At most 5 V + 5 V of the integral part must be undone, at 1 V/s, minus the proportional part.
         want: &[
             ("full", 5.0, 1e-9),
             ("soon", -5.0, 0.7),
@@ -86,7 +86,7 @@ const CASES: &[Case] = &[
         text: r#"bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [0.01, 0.01, 0.01], nodes: { "w": () }) },
         parts: { "W": (model: "flight.reaction_wheel", params: { "inertia": 0.0016 }, bind: { "wheel": "node:a/w" }), "S": (model: "power.ideal_supply", params: { "voltage": 28 }), "T": (model: "basics.step", params: { "time": 10, "before": 0.1, "after": 0 }) },
         wires: ["T.y -> W.torque"], connect: [("W.supply", "S.terminal")], gravity: "none", step: "0.1 s", until: "20 s",
-        // Inertia of the body without the wheel's: the page says whether the body has it.
+        // Inertia of the body without the wheel's: the documentation states whether the body includes it.
         metrics: { "body": (of: "a.angular.z"), "momentum": (of: "W.momentum") }"#,
         want: &[("body", -100.0, 1e-6), ("momentum", 1.0, 1e-9)],
     },
@@ -119,7 +119,7 @@ const CASES: &[Case] = &[
             "S": (model: "power.ideal_supply", params: { "voltage": 28 }), "T": (model: "flight.magnetic_torquer", params: { "dipole_max": 5 }, bind: { "body": "node:a" }) },
         wires: ["B.y -> T.field.x", "Zero.y -> T.field.y", "Zero.y -> T.field.z", "D.y -> T.dipole.x", "Zero.y -> T.dipole.y", "Zero.y -> T.dipole.z"], connect: [("T.supply", "S.terminal")],
         gravity: "none", step: "10 ms", until: "1 s",
-        // The dipole (5 A m2, cut off) points along y of W: m x B = -z.
+        // The dipole (5 A m2, saturated) points along y of W: m x B = -z.
         metrics: { "x": (of: "a.angular.x"), "z": (of: "a.angular.z"), "given": (of: "T.given.x") }"#,
         want: &[("x", 0.0, 1e-12), ("z", -1.5e-4, 1e-8), ("given", 5.0, 0.0)],
     },
@@ -139,7 +139,7 @@ const CASES: &[Case] = &[
             "T": (model: "basics.constant", params: { "value": 0.3 }), "Zero": (model: "basics.constant", params: { "value": 0 }),
             "D": (model: "control.wheel_distribution", params: { "axes": [[0.57735026919, 0.57735026919, 0.57735026919], [-0.57735026919, 0.57735026919, 0.57735026919], [-0.57735026919, -0.57735026919, 0.57735026919], [0.57735026919, -0.57735026919, 0.57735026919]] }) },
         wires: ["T.y -> D.torque.x", "Zero.y -> D.torque.y", "Zero.y -> D.torque.z"], step: "0.1 s", until: "1 s",
-        // The torque on the body is against that on the wheels.
+        // The torque on the body is opposite to that on the wheels.
         metrics: { "one": (of: "D.torques[0]"), "two": (of: "D.torques[1]"), "five": (of: "D.torques[4]") }"#,
         want: &[("one", -0.129_903_8, 1e-7), ("two", 0.129_903_8, 1e-7), ("five", 0.0, 0.0)],
     },

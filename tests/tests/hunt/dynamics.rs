@@ -95,7 +95,7 @@ const CASES: &[Case] = &[
         text: r#"bodies: { "top": (parent: "world", hinge: Free, mass: 1, inertia: [0.04, 0.04, 0.06], initial: (angular: [1, 0, 3])) },
         gravity: "none", step: "1 ms", until: "4 s",
         metrics: { "x": (of: "top.angular.x"), "y": (of: "top.angular.y"), "z": (of: "top.angular.z") }"#,
-        // The transverse rate turns at (I_z - I_x) / I_x w_z = 1.5 rad/s.
+        // The transverse rate rotates at (I_z - I_x) / I_x w_z = 1.5 rad/s.
         want: &[("x", 0.960_170_286_65, 1e-9), ("y", -0.279_415_498_2, 1e-9), ("z", 3.0, 1e-12)],
     },
     Case {

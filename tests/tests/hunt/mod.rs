@@ -1,5 +1,5 @@
-//! Public reports about other tools, tried on this one: each a small input with a right answer from a closed form, a published number
-//! or a reference program. What they are, what came out first and what comes out now is in `tests/hunt`.
+//! Public bug reports about other tools, tried on this one. Each is a small input with a known result from a closed form, a published number or a
+//! reference program. `tests/hunt` lists the reports, with the first and the present results.
 
 mod attitude;
 mod dynamics;
@@ -11,21 +11,21 @@ mod sensors;
 
 use crate::common::metrics_of;
 
-/// One report: the inside of a `Simulation(..)`, and of its metrics (name, right value, tolerance).
+/// One report: the content of a `Simulation(..)`, and its metrics (name, expected value, tolerance).
 struct Case {
     report: &'static str,
     text: &'static str,
     want: &'static [(&'static str, f64, f64)],
 }
 
-/// An input that must be refused, and a part of the message.
+/// An input that must be rejected, and a part of the message.
 struct Refused {
     report: &'static str,
     text: &'static str,
     says: &'static str,
 }
 
-/// Gravity of level ground, and the wheels of a small car whose rear wheels are not steered.
+/// Gravity of level ground, and the wheels of a small car whose rear wheels do not steer.
 const WORDS: [(&str, &str); 2] = [
     (
         "EARTH",
@@ -42,7 +42,7 @@ fn whole(text: &str) -> String {
     format!("Simulation(\n{inside},\n)\n")
 }
 
-/// All metrics of all cases; what is wrong, in one message.
+/// Checks all metrics of all cases, and reports all deviations in one message.
 fn hold(cases: &[Case]) {
     let mut wrong = Vec::new();
     for case in cases {
@@ -65,7 +65,7 @@ fn hold(cases: &[Case]) {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// All of them are refused, with their messages.
+/// Checks that all are rejected with their messages.
 fn refuse(cases: &[Refused]) {
     for case in cases {
         match metrics_of(&whole(case.text)) {

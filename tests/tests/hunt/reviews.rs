@@ -1,5 +1,5 @@
-//! `tests/hunt/reviews.md` has every model of the catalogue in one line, and nothing else: a new model is reviewed by somebody who did not
-//! write it before its name is added there.
+//! `tests/hunt/reviews.md` lists every model of the catalogue in one line, and nothing else. Somebody who did not write a new model must review it
+//! before its name is added there.
 use linkwork_runtime::Catalogue;
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ fn names(cell: &str) -> Vec<String> {
     cell.split(';').flat_map(group).collect()
 }
 
-/// How many times each model is in the table.
+/// Returns how often each model is in the table.
 fn reviewed(text: &str) -> BTreeMap<String, usize> {
     let mut found = BTreeMap::new();
     for line in text.lines().filter(|l| l.starts_with("| `")) {
@@ -47,7 +47,7 @@ fn every_model_of_the_catalogue_is_reviewed() {
     );
 }
 
-/// The check is shown a table that lacks a model, has one twice and has one that does not exist.
+/// Tests the check with a table that lacks a model, has one twice and has one that does not exist.
 #[test]
 fn names_of_a_row_are_read() {
     let row = "| `flight`: line, riser; `power`: heat_source | a | b | c | d |\n| `flight`: line | a | b | c | d |";

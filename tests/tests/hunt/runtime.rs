@@ -62,8 +62,7 @@ fn runtime() {
     hold(CASES);
 }
 
-/// llnl/units #293, scopehal-apps #401, smarthomej #99, followthemoney PR 380, precice PR 805: units and decimal commas that are read as
-/// something else.
+/// llnl/units #293, scopehal-apps #401, smarthomej #99, followthemoney PR 380, precice PR 805: units and decimal commas that could be misread.
 #[test]
 fn units_that_are_read_as_something_else() {
     for value in [
@@ -91,7 +90,7 @@ fn units_that_are_read_as_something_else() {
     }
 }
 
-/// MuJoCo's own rule is that bodies on joints of the world meet it; here they do not, which is a warning.
+/// In MuJoCo, bodies on joints of the world collide with it; here they do not, which gives a warning.
 #[test]
 fn a_mass_on_a_slider_that_falls_through_the_floor_is_a_warning() {
     let scene = |contact: &str| {
@@ -120,7 +119,7 @@ fn a_mass_on_a_slider_that_falls_through_the_floor_is_a_warning() {
     let (told, z) = scene(r#"collide: [["mass", "floor"]]"#);
     assert!(told.is_empty() && (z + 0.9).abs() < 2e-4, "{told:?} {z}");
     assert!(scene(r#"ignore: [["mass", "floor"]]"#).0.is_empty());
-    // What meets in another phase is meant to pass in the first.
+    // Bodies that collide in another phase may intentionally pass in the first.
     let phases = r#"start: "held", phases: { "held": (to: { "free": "time > 0.5 s" }), "free": (bodies: { "mass": (hinge: Free) }) }"#;
     assert!(scene(&format!("), {phases}, view: (")).0.is_empty());
 }

@@ -180,7 +180,7 @@ fn what_cannot_roll_is_refused_with_place_and_remedy() {
     let text = ROVER.replace("\"motion\": \"$motion\", \"imu_rate\"", "\"imu_rate\"");
     let e = common::scene(&text, &[]).err().unwrap();
     assert!(
-        e.contains("nothing says how the hinge of") && e.contains("prescribe its motion"),
+        e.contains("is undetermined without forces") && e.contains("prescribe its motion"),
         "{e}"
     );
     let e = told(&["Rover.differential=spring"]);

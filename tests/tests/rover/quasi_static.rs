@@ -156,5 +156,5 @@ fn what_cannot_be_is_told() {
     // Too steep for the soil: it ends, and says why.
     let mut sim = scene("slope_slip", &[&QUASI_STATIC[..], &["slope=33 deg"]].concat());
     let e = sim.run_until(Seconds::from_decimal(40.0).unwrap()).unwrap_err().to_string();
-    assert!(e.contains("do not get from the ground what holds it"), "{e}");
+    assert!(e.contains("the traction of its wheels is not sufficient"), "{e}");
 }

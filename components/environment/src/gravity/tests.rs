@@ -263,7 +263,7 @@ fn mistakes_have_place_fact_and_remedy() {
     let (fact, _, _) = told(&params(), FIELD.rsplit_once("3, 3").unwrap().0);
     assert!(fact.contains("has 3 of its 4 orders"), "{fact}");
     let (fact, help, _) = told(&HarmonicsParams { degree: 4, ..params() }, FIELD);
-    assert!(fact.contains("degree 3, not 4") && help.contains("ask for less"), "{fact}");
+    assert!(fact.contains("degree 3, not 4") && help.contains("use a lower degree"), "{fact}");
     let (fact, _, param) = told(&HarmonicsParams { order: Some(4), ..params() }, FIELD);
     assert!(fact.contains("order 4") && param == "order", "{fact}");
     let (fact, _, _) = told(&HarmonicsParams { file: "none.txt".into(), ..params() }, FIELD);

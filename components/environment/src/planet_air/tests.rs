@@ -211,8 +211,8 @@ fn the_air_of_a_day_is_that_of_the_model_times_a_factor_by_height() {
         assert_eq!(rest(&a), rest(&b));
     }
     for (wrong, fact) in [
-        (vec![layer(0.0, -0.1)], "a factor that is none"),
-        (vec![layer(0.0, f64::NAN)], "a factor that is none"),
+        (vec![layer(0.0, -0.1)], "an invalid factor"),
+        (vec![layer(0.0, f64::NAN)], "an invalid factor"),
         (vec![layer(5.0, 1.0), layer(5.0, 1.0)], "altitude 5 m after 5 m"),
     ] {
         let e = of(wrong).err().unwrap();

@@ -1,21 +1,21 @@
-//! The nearest points of a cylinder and a box or another cylinder, guessed by where they may lie and proven by their normal.
+//! Nearest points of a cylinder and a box or another cylinder: guessed from the possible locations and verified by their normal.
 //!
 //! ```text
-//! on the side   the axis and the other, where the nearest point of the axis is none of its ends: less the radius
-//! on an end     the other's lowest point over it, where that is over the disc: always right
-//! on a rim      x(θ) on the circle, e(θ) the way from there to the other: e·x' = 0 by secants, proven by sep(e/|e|) = |e|
+//! on the side   the nearest point of the axis is not one of its ends: distance minus the radius
+//! on an end     the other's lowest point above it, if that is above the disc: always exact
+//! on a rim      x(θ) on the circle, e(θ) the vector from there to the other: e·x' = 0 by secants, verified by sep(e/|e|) = |e|
 //! ```
-//! What is none of these, or not proven, is left to the walk.
+//! All other cases, and guesses that are not verified, are solved by the GJK iteration.
 
 use super::{Gap, PROOF, exact, lines, proof};
 use crate::axis::direction;
 use crate::core::{Core, Placed, Poly};
 use linkwork_multibody::spatial::Vec3;
 
-/// Secants at most: five are many, and a kink takes some more.
+/// Maximum number of secant steps: five are usual, a kink needs more.
 const MOST: usize = 30;
 
-/// From the cylinder `a` of radius r and half height h; `None` where no guess is proven.
+/// Computes the gap from the cylinder `a` with radius r and half height h; `None` if no guess is verified.
 pub(super) fn from_cylinder(a: &Placed, r: f64, h: f64, b: &Placed, size: f64) -> Option<Gap> {
     if !exact(b.core) {
         return None;
@@ -30,7 +30,7 @@ pub(super) fn from_cylinder(a: &Placed, r: f64, h: f64, b: &Placed, size: f64) -
     if !(axis.d > r) {
         return None;
     }
-    // Between the ends the way is across the axis.
+    // Between the ends the gap vector is perpendicular to the axis.
     let up = z.dot(&axis.way);
     if along.abs() < h && up.abs() < 0.5 * axis.d {
         let n = direction(&(axis.way - z * up));
@@ -43,7 +43,7 @@ pub(super) fn from_cylinder(a: &Placed, r: f64, h: f64, b: &Placed, size: f64) -
     on_end(a, r, h, &top, b).or_else(|| on_rim(a, r, h, &top, b, &axis, size))
 }
 
-/// Where the other's lowest point is over the disc.
+/// Case of the other's lowest point above the disc.
 fn on_end(a: &Placed, r: f64, h: f64, top: &Vec3, b: &Placed) -> Option<Gap> {
     let low = b.support(&-top);
     let from = low - a.p;
@@ -53,7 +53,7 @@ fn on_end(a: &Placed, r: f64, h: f64, top: &Vec3, b: &Placed) -> Option<Gap> {
     over.then(|| Gap { pa: low - top * height, way: top * height, d: height })
 }
 
-/// Where the nearest point is on the rim.
+/// Case of the nearest point on the rim.
 fn on_rim(
     a: &Placed,
     r: f64,
@@ -64,25 +64,25 @@ fn on_rim(
     size: f64,
 ) -> Option<Gap> {
     let centre = a.p + top * h;
-    // From the middle of the end toward the other: θ = 0.
+    // From the centre of the end towards the other core: θ = 0.
     let out = axis.pa + axis.way - centre;
     let across = out - top * top.dot(&out);
     let length = across.norm();
     if !(length > 1e-9 * r) {
         return None;
     }
-    // Across once more: where it was short it had lost digits.
+    // Orthogonalize again, because a short vector has lost digits.
     let x = across / length;
     let x = (x - top * top.dot(&x)).normalize();
     let y = top.cross(&x);
-    // The place, the way from there, and what is to be zero.
+    // The position, the gap vector, and the function whose zero is searched for.
     let at = |(c, s): (f64, f64)| {
         let p = centre + (x * c + y * s) * r;
         let e = b.toward(&p);
         (p, e, e.dot(&(y * c - x * s)))
     };
     let (p, e, f) = at((1.0, 0.0));
-    // Where the disc is nearest to what is nearest to the last place.
+    // Start where the disc is nearest to the point that is nearest to the last position.
     let to = p + e - centre;
     let mut turn = (y.dot(&to) / x.dot(&to)).atan();
     let (mut old, mut before) = ((0.0, f), (0.0, f));
@@ -94,7 +94,8 @@ fn on_rim(
         if f.abs() <= 1e-15 * (way.norm() + r) {
             break;
         }
-        // The other end stays where the sign changes between both, and counts half when it stays twice: the slope may have a kink.
+        // Illinois rule: keep the other end while the sign changes between both, and halve its value when it is kept twice, because the derivative
+        // may have a kink.
         if f * before.1 < 0.0 {
             old = before;
         } else if f * old.1 < 0.0 {

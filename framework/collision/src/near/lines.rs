@@ -1,21 +1,21 @@
-//! The point of a segment nearest to another segment, a box, a cylinder.
+//! The point of a segment that is nearest to another segment, a box or a cylinder.
 //!
 //! ```text
-//! segment          x(t) = p + t u, |t| ≤ h, u unit, in the axes of the other
-//! f(t) = ½ e·e     e(t) the way from the nearest point of a box or a cylinder to x(t): convex, f' = e·u grows with t
-//! box              f' a line between any two of the six places where a coordinate meets a face: Newton's steps end on the right one
-//! cylinder         f' curved where the segment passes beside it: Newton's steps between bounds
+//! segment          x(t) = p + t u, |t| ≤ h, u unit vector, in the axes of the other core
+//! f(t) = ½ e·e     e(t) the vector from the nearest point of a box or a cylinder to x(t): convex, f' = e·u increases with t
+//! box              f' is piecewise linear with six breaks, where a coordinate reaches a face: Newton's method ends on the right piece
+//! cylinder         f' is curved where the segment passes beside it: Newton's method between bounds
 //! ```
-//! f is flat at its least, so that an error of t shows in the distance by its square.
+//! f is flat at its minimum, so an error of t affects the distance only in second order.
 
 use super::Gap;
 use crate::core::{Placed, beyond};
 use linkwork_multibody::spatial::Vec3;
 
-/// Steps at most: a handful are many, and bisection takes sixty.
+/// Maximum number of steps: a handful is usual, bisection needs sixty.
 const MOST: usize = 100;
 
-/// The least of five: an end of one with the other, or the common perpendicular where it meets both.
+/// Returns the smallest of five distances: each of the four ends with the other segment, and the common perpendicular if it meets both.
 pub(super) fn segments(a: &Placed, ha: f64, b: &Placed, hb: f64) -> Gap {
     let (u, v): (Vec3, Vec3) = (a.R.column(2).into_owned(), b.R.column(2).into_owned());
     let r = b.p - a.p;
@@ -33,7 +33,7 @@ pub(super) fn segments(a: &Placed, ha: f64, b: &Placed, hb: f64) -> Gap {
     for s in [-ha, ha] {
         offer(s, (uv * s - rv).clamp(-hb, hb));
     }
-    // By the cross product, which keeps its digits where the two are nearly parallel.
+    // The cross product is accurate where the two segments are nearly parallel.
     let n = u.cross(&v);
     let square = n.norm_squared();
     let (s, t) = (r.cross(&v).dot(&n), r.cross(&u).dot(&n));
@@ -44,7 +44,7 @@ pub(super) fn segments(a: &Placed, ha: f64, b: &Placed, hb: f64) -> Gap {
     Gap::new(a.p + u * s, r + v * t - u * s)
 }
 
-/// From a segment to a box.
+/// Computes the gap from a segment to a box.
 pub(super) fn segment_box(a: &Placed, h: f64, b: &Placed, half: &Vec3) -> Gap {
     let z: Vec3 = a.R.column(2).into_owned();
     let (p, u) = (b.R.tr_mul(&(a.p - b.p)), b.R.tr_mul(&z));
@@ -53,11 +53,11 @@ pub(super) fn segment_box(a: &Placed, h: f64, b: &Placed, half: &Vec3) -> Gap {
         let x = p + u * t;
         Vec3::new(beyond(x.x, half.x), beyond(x.y, half.y), beyond(x.z, half.z))
     };
-    // Places that were looked at, f' < 0 and f' > 0 there; at first none.
+    // Bounds with f' < 0 and f' > 0; none at first.
     let (mut lo, mut hi) = (-2.0 * h, 2.0 * h);
     let mut t = (-p.dot(&u)).clamp(-h, h);
     let mut e = outside(t);
-    // Newton's steps go from line to line of f' and end on the right one; between the bounds in any case.
+    // Newton steps move from piece to piece of f' and end on the right one; they are always kept between the bounds.
     for _ in 0..MOST {
         let f = e.dot(&u);
         let part = |i: usize| if e[i] != 0.0 { squares[i] } else { 0.0 };
@@ -82,11 +82,11 @@ pub(super) fn segment_box(a: &Placed, h: f64, b: &Placed, half: &Vec3) -> Gap {
     Gap::new(a.p + z * t, -(b.R * e))
 }
 
-/// From a segment to a cylinder of radius r and half height `height`.
+/// Computes the gap from a segment to a cylinder with radius r and half height `height`.
 pub(super) fn segment_cylinder(a: &Placed, h: f64, b: &Placed, r: f64, height: f64) -> Gap {
     let z: Vec3 = a.R.column(2).into_owned();
     let (p, u) = (b.R.tr_mul(&(a.p - b.p)), b.R.tr_mul(&z));
-    // The way from the nearest point of the cylinder, f' and f''.
+    // The vector from the nearest point of the cylinder, f' and f''.
     let at = |t: f64| {
         let x = p + u * t;
         let s = (x.x * x.x + x.y * x.y).sqrt();
@@ -94,7 +94,7 @@ pub(super) fn segment_cylinder(a: &Placed, h: f64, b: &Placed, r: f64, height: f
         let e = Vec3::new(x.x * part, x.y * part, beyond(x.z, height));
         let across = x.x * u.y - x.y * u.x;
         let turn = across * across;
-        // Beside: ρ'² + (1 − r/s) × what of u goes around; above: u_z².
+        // Beside the cylinder: ρ'² + (1 − r/s) × the square of the tangential part of u; above it: u_z².
         let beside = if s > r {
             let out = x.x * u.x + x.y * u.y;
             (out * out + part * turn) / (s * s)
@@ -111,7 +111,7 @@ pub(super) fn segment_cylinder(a: &Placed, h: f64, b: &Placed, r: f64, height: f
     } else if last.1 <= 0.0 {
         hi
     } else {
-        // Where a line through both ends' slopes is zero.
+        // Start at the zero of the line through the derivatives at both ends.
         let mut t = lo + (hi - lo) * (first.1 / (first.1 - last.1));
         for _ in 0..MOST {
             let (e, f, curve) = at(t);
@@ -129,7 +129,7 @@ pub(super) fn segment_cylinder(a: &Placed, h: f64, b: &Placed, r: f64, height: f
                 continue;
             }
             t = next;
-            // A step this small gains f²/f'' of e², and the next the square of that.
+            // A step this small changes e² by f²/f'', and the next one by the square of that.
             if f * f <= 1e-12 * curve * e.norm_squared() {
                 break;
             }

@@ -1,15 +1,15 @@
-//! How far two convex cores are apart that do not overlap, with nearest points: closed forms where there are some, else the iteration
-//! of Gilbert, Johnson and Keerthi (`walk.rs`).
+//! Distance of two convex cores that do not overlap, with nearest points. Closed forms are used where they exist, otherwise the iteration of Gilbert,
+//! Johnson and Keerthi (`walk.rs`).
 //!
 //! ```text
 //! a point with a point, segment, cylinder, box       the nearest point
 //! two segments, a segment and a box                  lines.rs
 //! a segment and a cylinder                           lines.rs, Newton's steps between bounds
-//! a cylinder and a box or a cylinder                 cylinders.rs, where a guess is proven
-//! the rest                                           walk.rs, until the normal proves the distance
+//! a cylinder and a box or a cylinder                 cylinders.rs, if a guess is verified
+//! all others                                         walk.rs, until the normal verifies the distance
 //! ```
-//! Where neither says enough (cores overlap, nearly touch, or the proof fails), the caller asks for contact points, whose normal has
-//! more care taken of it.
+//! If the result is not certain (cores overlap or nearly touch, or the verification fails), the caller computes contact points, whose normal is
+//! determined more carefully.
 
 mod cylinders;
 mod lines;
@@ -19,7 +19,7 @@ use crate::core::{Core, Placed, Poly};
 use crate::polish::polish;
 use linkwork_multibody::spatial::Vec3;
 
-/// Nearest points: on A (m), the way from there to B (m), and its length (m).
+/// Nearest points: on A (m), the vector from there to B (m), and its length (m).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gap {
     pub pa: Vec3,
@@ -32,31 +32,32 @@ impl Gap {
         Self { pa, way, d: way.norm() }
     }
 
-    /// The same between B and A.
+    /// Returns the gap from B to A.
     fn back(self) -> Self {
         Self { pa: self.pa + self.way, way: -self.way, d: self.d }
     }
 }
 
-/// What is known of two cores.
+/// Result for two cores.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Near {
-    /// More than the limit is between them.
+    /// The separation is above the limit.
     Far,
-    /// Nearest points, exact to rounding.
+    /// Nearest points, exact up to round-off.
     Apart(Gap),
-    /// They overlap, or are so near that rounding decides.
+    /// They overlap, or are so close that round-off decides.
     Unsure,
 }
 
-/// In sizes of the pair: nearer cores are left to their contact points.
+/// Relative to the size of the pair: closer cores are left to the contact point computation.
 const NEARLY: f64 = 1e-6;
-/// In sizes of the pair: how far the distance and what the normal proves of it may differ.
+/// Relative to the size of the pair: largest difference between the distance and the value that its normal proves.
 const PROOF: f64 = 1e-12;
-/// The same after a second walk: only of cylinders.
+/// Like [`PROOF`], after a second iteration; only for cylinders.
 const ENOUGH: f64 = 3e-9;
 
-/// Nearest points of two cores within `limit` (m). `start` is about the way from A to B, of any length; `size` a length of the smaller one.
+/// Computes the nearest points of two cores within `limit` (m). `start` is roughly the direction from A to B, of any length; `size` is a length of
+/// the smaller core.
 pub(crate) fn near(a: &Placed, b: &Placed, limit: f64, start: &Vec3, size: f64) -> Near {
     let gap = match closed(a, b).or_else(|| guessed(a, b, size)) {
         Some(gap) => gap,
@@ -70,7 +71,7 @@ pub(crate) fn near(a: &Placed, b: &Placed, limit: f64, start: &Vec3, size: f64) 
             _ => return Near::Unsure,
         },
     };
-    // What overlaps may be less far than any limit.
+    // Overlapping cores are within every limit.
     match gap.d {
         d if !(d > NEARLY * size) => Near::Unsure,
         d if d > limit => Near::Far,
@@ -78,7 +79,8 @@ pub(crate) fn near(a: &Placed, b: &Placed, limit: f64, start: &Vec3, size: f64) 
     }
 }
 
-/// Once more from the normal with its last digits, and what it proves: round sides give corners so near each other that their simplex has lost digits.
+/// Refines the normal to full accuracy and evaluates the distance that it proves. Curved sides give support points so close to each other that their
+/// simplex is ill-conditioned.
 #[cold]
 fn again(a: &Placed, b: &Placed, gap: Gap) -> (Gap, f64) {
     let (n, sep) = polish(a, b, &(gap.way / gap.d));
@@ -89,12 +91,12 @@ fn again(a: &Placed, b: &Placed, gap: Gap) -> (Gap, f64) {
     (gap, sep.max(proof(a, b, &(gap.way / gap.d))))
 }
 
-/// The distance that a normal from A to B proves, m.
+/// Returns the distance that a normal from A to B proves, m.
 fn proof(a: &Placed, b: &Placed, n: &Vec3) -> f64 {
     b.range(n).0 - a.range(n).1
 }
 
-/// Whether two cores come within `limit` (m, not negative); `None` where rounding decides. `start` as in [`near`].
+/// Returns whether two cores come within `limit` (m, not negative); `None` if round-off decides. `start` as in [`near`].
 pub(crate) fn within(a: &Placed, b: &Placed, limit: f64, start: &Vec3) -> Option<bool> {
     if let Some(gap) = closed(a, b) {
         return Some(gap.d <= limit);
@@ -107,7 +109,7 @@ pub(crate) fn within(a: &Placed, b: &Placed, limit: f64, start: &Vec3) -> Option
     }
 }
 
-/// The closed forms; `None` when the pair has none.
+/// Computes the closed forms; `None` when the pair has none.
 #[inline]
 fn closed(a: &Placed, b: &Placed) -> Option<Gap> {
     Some(match (a.core, b.core) {
@@ -130,7 +132,7 @@ fn closed(a: &Placed, b: &Placed) -> Option<Gap> {
     })
 }
 
-/// A cylinder with a box or another cylinder.
+/// Computes the gap of a cylinder with a box or another cylinder.
 fn guessed(a: &Placed, b: &Placed, size: f64) -> Option<Gap> {
     let from = |a: &Placed, b: &Placed| match a.core {
         Core::Cylinder { r, h } => cylinders::from_cylinder(a, *r, *h, b, size),
@@ -139,7 +141,7 @@ fn guessed(a: &Placed, b: &Placed, size: f64) -> Option<Gap> {
     from(a, b).or_else(|| from(b, a).map(Gap::back))
 }
 
-/// Whether [`Placed::toward`] ends at the core's nearest point.
+/// Returns true if [`Placed::toward`] ends at the core's nearest point.
 pub(crate) fn exact(core: &Core) -> bool {
     !matches!(core, Core::Ellipsoid { .. } | Core::Poly(Poly { half: None, .. }))
 }

@@ -1,33 +1,33 @@
-//! Nearest points of any two cores: Gilbert, Johnson and Keerthi's iteration on A − B.
+//! Nearest points of any two cores by the iteration of Gilbert, Johnson and Keerthi (GJK) on A − B.
 //!
 //! ```text
-//! v      the point of a simplex in A − B nearest to the origin     |v| is no less than the distance
-//! w      the corner of A − B farthest along −v                      v·w / |v| is no more
+//! v      the point of a simplex in A − B nearest to the origin     |v| is an upper bound of the distance
+//! w      the support point of A − B along −v                        v·w / |v| is a lower bound
 //! ```
-//! Each w joins the simplex, of which only the corners that v lies between stay. With flat sides it ends at a corner that the simplex has
-//! already: exact but for rounding. With round ones both bounds come together.
+//! Each w joins the simplex; only the corners around v are kept. With flat sides the iteration ends at a corner that is already in the simplex, and
+//! the result is exact up to round-off. With curved sides both bounds converge.
 
 use super::Gap;
 use crate::core::{Core, Placed, Poly};
 use linkwork_multibody::spatial::Vec3;
 
-/// How the iteration ended.
+/// Result of the iteration.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum End {
-    /// More than the limit between them.
+    /// The separation is above the limit.
     Far,
-    /// Not more than what was enough to know.
+    /// The distance is not above `enough`.
     Within,
     /// Nearest points, and the distance that their normal proves, m.
     Apart(Gap, f64),
-    /// Rounding decides.
+    /// Round-off prevents a decision.
     Lost,
 }
 
-/// A core with its axes in the frame of the pair, as support points want them.
+/// A core with its axes in the frame of the pair, prepared for support points.
 enum Form<'a> {
     Point,
-    /// Half of it.
+    /// Half of the segment.
     Segment(Vec3),
     /// Half edges.
     Box([Vec3; 3]),
@@ -52,7 +52,7 @@ impl<'a> Form<'a> {
         }
     }
 
-    /// The point farthest along d, of any length, from the core's origin.
+    /// Returns the support point along d, of any length, relative to the core's origin.
     #[inline(always)]
     fn support(&self, d: &Vec3) -> Vec3 {
         let signed = |c: &Vec3| c * 1f64.copysign(c.dot(d));
@@ -65,7 +65,7 @@ impl<'a> Form<'a> {
                 let mut w = d - z * along;
                 let mut s = w.norm_squared();
                 if s < 1e-4 * d.norm_squared() {
-                    // Across the axis again: d is nearly along it, and w had lost its digits.
+                    // Orthogonalize to the axis again, because d is nearly parallel to it and w suffers from cancellation.
                     w -= z * z.dot(&w);
                     s = w.norm_squared();
                 }
@@ -88,7 +88,7 @@ impl<'a> Form<'a> {
     }
 }
 
-/// A corner of A − B and the point of A that it comes from.
+/// A corner of A − B and the point of A that it belongs to.
 #[derive(Clone, Copy)]
 struct Corner {
     w: Vec3,
@@ -96,7 +96,7 @@ struct Corner {
 }
 
 impl Corner {
-    /// The farthest along d, about the origin of A.
+    /// Returns the support point along d, relative to the origin of A.
     #[inline(always)]
     fn along(d: &Vec3, fa: &Form, fb: &Form, apart: &Vec3) -> Self {
         let a = fa.support(d);
@@ -104,17 +104,17 @@ impl Corner {
     }
 }
 
-/// Up to four corners with the weights of v.
+/// Up to four corners, with the weights of v.
 struct Simplex {
     c: [Corner; 4],
     u: [f64; 4],
     n: usize,
 }
 
-/// Steps at most; a dozen is many.
+/// Maximum number of steps; a dozen is already high.
 const MOST: usize = 64;
 
-/// Nearest points of two cores. It ends early with more than `limit` between them, and with `enough` or less.
+/// Computes the nearest points of two cores. Ends early when the separation exceeds `limit`, or when it is at most `enough`.
 pub(super) fn walk(a: &Placed, b: &Placed, limit: f64, enough: f64, start: &Vec3) -> End {
     let (fa, fb) = (Form::of(a), Form::of(b));
     let apart = b.p - a.p;
@@ -128,7 +128,7 @@ pub(super) fn walk(a: &Placed, b: &Placed, limit: f64, enough: f64, start: &Vec3
     for _ in 0..MOST {
         let d = square.sqrt();
         if d <= 1e-14 * scale || d <= enough {
-            // By the weights: of a narrow triangle v has fewer digits.
+            // Computed with the weights, because v has fewer accurate digits for a narrow triangle.
             let within = s.point().norm() <= enough.max(1e-13 * scale);
             return if within { End::Within } else { End::Lost };
         }
@@ -146,7 +146,7 @@ pub(super) fn walk(a: &Placed, b: &Placed, limit: f64, enough: f64, start: &Vec3
         s.c[s.n] = new;
         s.n += 1;
         let Some(next) = s.nearest() else {
-            // The origin lies in a tetrahedron; a flat one may seem to hold it.
+            // The origin is in a tetrahedron; a flat one may only seem to contain it.
             return if separate { End::Lost } else { End::Within };
         };
         let less = next.norm_squared();
@@ -161,7 +161,7 @@ pub(super) fn walk(a: &Placed, b: &Placed, limit: f64, enough: f64, start: &Vec3
     }
     s.weigh(&v);
     let pa = (1..s.n).fold(s.c[0].a * s.u[0], |p, i| p + s.c[i].a * s.u[i]);
-    // By the weights, so that the ends are between corners.
+    // Computed with the weights, so that the end points lie between corners.
     End::Apart(Gap::new(a.p + pa, -s.point()), bound)
 }
 
@@ -175,7 +175,8 @@ impl Simplex {
         self.n = N;
     }
 
-    /// Its point nearest to the origin, keeping the corners around that one; `None` when it holds the origin. The corner that came last is the last.
+    /// Returns its point nearest to the origin and keeps the corners around it; `None` when it contains the origin. The newest corner must be the
+    /// last.
     fn nearest(&mut self) -> Option<Vec3> {
         match self.n {
             2 => Some(self.of_line([0, 1])),
@@ -184,12 +185,12 @@ impl Simplex {
         }
     }
 
-    /// Its point with the weights: no nearer to the origin than A − B is.
+    /// Returns the point given by the weights, which is not closer to the origin than A − B.
     fn point(&self) -> Vec3 {
         (1..self.n).fold(self.c[0].w * self.u[0], |p, i| p + self.c[i].w * self.u[i])
     }
 
-    /// The weights of its point v once more where there are three: from v, which a narrow triangle takes fewer digits.
+    /// Recomputes the weights of v for three corners relative to v, which is more accurate for a narrow triangle.
     fn weigh(&mut self, v: &Vec3) {
         if self.n == 3 {
             let [p, q, r, _] = self.c.map(|c| c.w - v);
@@ -217,7 +218,7 @@ impl Simplex {
         }
     }
 
-    /// By the regions of a triangle's corners, edges and face (Ericson).
+    /// Tests the regions of a triangle's corners, edges and face (Ericson).
     fn of_triangle(&mut self, [i, j, k]: [usize; 3]) -> Vec3 {
         let (a, b, c) = (self.c[i].w, self.c[j].w, self.c[k].w);
         let (ab, ac) = (b - a, c - a);
@@ -254,7 +255,7 @@ impl Simplex {
         n * (a.dot(&n) / square)
     }
 
-    /// The faces at the last corner, from outside which the origin is seen: it lies beyond the first face by no means.
+    /// Tests the faces at the last corner. The origin cannot be outside the first face.
     fn of_tetrahedron(&mut self) -> Option<Vec3> {
         let [a, b, c, d] = self.c.map(|c| c.w);
         let outside = |p: &Vec3, q: &Vec3, other: &Vec3| {

@@ -1,15 +1,15 @@
-//! Balls in a tree of boxes: halves of halves along the longest side, laid out like a heap. Filled anew without new memory.
+//! Spheres in a tree of boxes, halved along the longest side and stored as an implicit binary heap. It can be rebuilt without new memory.
 
 use super::Piece;
 use crate::error::ShapeFault;
 use linkwork_multibody::spatial::Vec3;
 use std::ops::ControlFlow;
 
-/// At most so many balls in a box that is not cut again.
+/// Maximum number of spheres in a leaf.
 const LEAF: usize = 8;
-/// More points than this are refused.
+/// Maximum number of points.
 pub(crate) const MOST: usize = 1 << 26;
-/// Boxes that wait while a tree of any size is walked.
+/// Stack size for traversing a tree of any size.
 const DEPTH: usize = 64;
 
 #[derive(Clone, Copy, Debug)]
@@ -19,17 +19,17 @@ struct Ball {
     index: u32,
 }
 
-/// Balls about points.
+/// Spheres around points.
 #[derive(Debug)]
 pub(crate) struct Balls {
     balls: Vec<Ball>,
-    /// Corners of the boxes, those of node k above those of 2k + 1 and 2k + 2.
+    /// Corners of the boxes; the children of node k are 2k + 1 and 2k + 2.
     boxes: Vec<(Vec3, Vec3)>,
     room: usize,
 }
 
 impl Clone for Balls {
-    /// With room for as many.
+    /// Keeps the same capacity.
     fn clone(&self) -> Self {
         let mut new = Self::empty(self.room);
         new.balls.extend_from_slice(&self.balls);
@@ -38,13 +38,13 @@ impl Clone for Balls {
     }
 }
 
-/// Boxes of a tree of so many balls.
+/// Returns the number of boxes in a tree of spheres.
 fn nodes(count: usize) -> usize {
     let leaves = count.div_ceil(LEAF).next_power_of_two();
     2 * leaves - 1
 }
 
-/// A point that a ball cannot have: where it is, and why.
+/// Returns the fault of the first invalid point.
 fn wrong(points: &[[f64; 4]]) -> Option<ShapeFault> {
     let bad = |p: &[f64; 4]| !(p.iter().all(|x| x.is_finite()) && p[3] >= 0.0);
     let index = points.iter().position(bad)?;
@@ -61,7 +61,7 @@ impl Balls {
         Self { balls, boxes, room }
     }
 
-    /// x, y, z, radius of each, m; with room for so many at least.
+    /// Creates spheres from x, y, z, radius of each, m, with a capacity of at least `room`.
     pub fn new(points: &[[f64; 4]], room: usize) -> Result<Self, Vec<ShapeFault>> {
         let room = room.max(points.len());
         if room > MOST {
@@ -72,7 +72,7 @@ impl Balls {
         Ok(new)
     }
 
-    /// Others instead; on a fault nothing has changed. O(n log n), no allocation.
+    /// Replaces the spheres; after an error nothing has changed. O(n log n), no allocation.
     pub fn fill(&mut self, points: &[[f64; 4]]) -> Result<(), ShapeFault> {
         if points.len() > self.room {
             return Err(ShapeFault::Points { count: points.len(), most: self.room });
@@ -98,7 +98,7 @@ impl Balls {
         self.balls.len()
     }
 
-    /// The largest radius, m.
+    /// Returns the largest radius, m.
     pub fn largest(&self) -> f64 {
         self.balls.iter().map(|b| b.radius).fold(0.0, f64::max)
     }
@@ -107,7 +107,7 @@ impl Balls {
         self.boxes.first().copied().unwrap_or_default()
     }
 
-    /// The half that is nearer to the middle of the box first.
+    /// Visits spheres near a box; the half that is nearer to the centre of the box comes first.
     pub fn visit(
         &self,
         lo: &Vec3,
@@ -150,7 +150,7 @@ impl Balls {
     }
 }
 
-/// The boxes of a node and all below it; balls change their places.
+/// Computes the boxes of a node and all nodes below it; reorders the spheres.
 fn cut(balls: &mut [Ball], node: usize, boxes: &mut [(Vec3, Vec3)]) {
     let none = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
     let (lo, hi) = balls.iter().fold(none, |(lo, hi), b| {

@@ -1,4 +1,4 @@
-//! Cells of a grid, occupied or free: a bit each, in blocks of 4 × 4 × 4.
+//! Cells of a grid, occupied or free, with one bit each in blocks of 4 × 4 × 4.
 
 use super::Piece;
 use crate::core::{Core, Poly};
@@ -7,14 +7,14 @@ use crate::shape::Occupancy;
 use linkwork_multibody::spatial::Vec3;
 use std::ops::{ControlFlow, Range};
 
-/// More cells than this are refused.
+/// Maximum number of cells.
 pub(crate) const MOST: usize = 1 << 31;
-/// Along an edge of a block.
+/// Cells along an edge of a block.
 const SIDE: usize = 4;
-/// Rounding of a place divided by the edge, in cells.
+/// Round-off of a position divided by the edge, in cells.
 const SLACK: f64 = 1e-6;
 
-/// Occupied cells; that of the lowest indices has a corner at the origin.
+/// A voxel grid; the cell with the lowest indices has a corner at the origin.
 #[derive(Clone, Debug)]
 pub(crate) struct Cells {
     n: [usize; 3],
@@ -26,7 +26,7 @@ pub(crate) struct Cells {
 }
 
 impl Cells {
-    /// So many along x, y, z, all free but those that are listed.
+    /// Creates a grid with `n` cells along x, y, z, of which the listed ones are occupied.
     pub fn new(n: [usize; 3], edge: f64, occupied: &[[u32; 3]]) -> Result<Self, Vec<ShapeFault>> {
         let mut faults = Vec::new();
         if !(edge > 0.0 && edge.is_finite()) {
@@ -47,7 +47,7 @@ impl Cells {
         Ok(new)
     }
 
-    /// Makes cells occupied or free; on a fault nothing has changed. O(cells), no allocation.
+    /// Sets cells to occupied or free; after an error nothing has changed. O(cells), no allocation.
     pub fn set(&mut self, cells: &[[u32; 3]], to: Occupancy) -> Result<(), ShapeFault> {
         if let Some(index) = cells.iter().position(|c| self.place(*c).is_none()) {
             return Err(ShapeFault::Outside { index, cell: cells[index], cells: self.n });
@@ -64,20 +64,20 @@ impl Cells {
         Ok(())
     }
 
-    /// Makes all cells free.
+    /// Sets all cells to free.
     pub fn clear(&mut self) {
         self.bits.fill(0);
         self.count = 0;
     }
 
-    /// What a cell is; `None` for one outside.
+    /// Returns the state of a cell; `None` for one outside.
     pub fn get(&self, cell: [u32; 3]) -> Option<Occupancy> {
         let (word, bit) = self.place(cell)?;
         let occupied = self.bits[word] >> bit & 1 == 1;
         Some(if occupied { Occupancy::Occupied } else { Occupancy::Free })
     }
 
-    /// Cells along x, y, z.
+    /// Returns the number of cells along x, y, z.
     pub fn n(&self) -> [usize; 3] {
         self.n
     }
@@ -108,10 +108,10 @@ impl Cells {
         (Vec3::zeros(), Vec3::from(self.n.map(|n| n as f64 * self.edge)))
     }
 
-    /// Indices of cells that an interval meets or touches along one axis.
+    /// Returns the indices of cells that an interval overlaps or touches along one axis.
     fn range(&self, axis: usize, lo: f64, hi: f64) -> Range<usize> {
         let n = self.n[axis] as f64;
-        // Casts saturate: NaN is 0.
+        // Casts saturate, and NaN becomes 0.
         let first = (lo / self.edge - SLACK).floor().clamp(0.0, n) as usize;
         let end = ((hi / self.edge + SLACK).floor() + 1.0).clamp(0.0, n) as usize;
         first..end

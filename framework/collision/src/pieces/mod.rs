@@ -1,11 +1,11 @@
-//! Solids of many pieces, as sensors give them: a cloud of balls, the occupied cells of a voxel map. Each piece is a convex core with a radius.
+//! Solids of many pieces from sensor data: a point cloud with radii, or the occupied cells of a voxel map. Each piece is a convex core with a radius.
 //!
 //! ```text
-//! boxes around groups of pieces that are within reach      balls.rs, cells.rs
-//! a box and the other core: one direction that shows more than the limit between them ends it
-//! a piece and the other: as any two solids                  pairs.rs
+//! boxes around groups of pieces within range               balls.rs, cells.rs
+//! a box and the other core: one direction with a separation above the limit rejects the group
+//! a piece and the other solid: like any two solids         pairs.rs
 //! ```
-//! The solid is the union of its pieces: a distance is that of the nearest piece, the depth of an overlap that of the deepest single piece.
+//! The solid is the union of its pieces: its distance is the smallest distance of a piece, its penetration depth the largest depth of a single piece.
 
 mod balls;
 mod cells;
@@ -22,21 +22,21 @@ use crate::solid::Kind;
 use linkwork_multibody::spatial::{Mat3, Pose, Vec3};
 use std::ops::ControlFlow;
 
-/// A ball, or a cell.
+/// A sphere or a cell.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece {
     /// Its centre, m.
     pub centre: Vec3,
     /// Radius around the core, m: zero for a cell.
     pub round: f64,
-    /// Which.
+    /// Name of the piece.
     pub name: u64,
 }
 
 /// The pieces of a solid.
 #[derive(Clone, Debug)]
 pub(crate) enum Pieces {
-    /// Balls about points.
+    /// Spheres around points.
     Balls(Balls),
     /// Occupied cells of a grid.
     Cells(Cells),
@@ -45,7 +45,7 @@ pub(crate) enum Pieces {
 const POINT: Core = Core::Point;
 
 impl Pieces {
-    /// The box around all of them, and for cells around the grid, m; of no size when there are none.
+    /// Returns the box around all pieces, or around the grid of cells, m; empty without pieces.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         match self {
             Self::Balls(b) => b.bounds(),
@@ -53,7 +53,7 @@ impl Pieces {
         }
     }
 
-    /// A length for tolerances, m.
+    /// Returns a length for tolerances, m.
     pub fn size(&self) -> f64 {
         match self {
             Self::Balls(b) => {
@@ -65,7 +65,7 @@ impl Pieces {
         }
     }
 
-    /// How many there are.
+    /// Returns the number of pieces.
     pub fn count(&self) -> usize {
         match self {
             Self::Balls(b) => b.len(),
@@ -73,7 +73,7 @@ impl Pieces {
         }
     }
 
-    /// The core that all of them have.
+    /// Returns the core of all pieces.
     pub fn core(&self) -> &Core {
         match self {
             Self::Balls(_) => &POINT,
@@ -81,7 +81,7 @@ impl Pieces {
         }
     }
 
-    /// The greatest distance of a point of a core from its centre, and of the nearest point of its surface.
+    /// Returns the largest and the smallest distance of a core's surface from its centre.
     fn reach(&self) -> (f64, f64) {
         match self {
             Self::Balls(_) => (0.0, 0.0),
@@ -89,7 +89,7 @@ impl Pieces {
         }
     }
 
-    /// Those that a box may meet, group by group; `far` is asked first, given the corners of the box around a group.
+    /// Visits the pieces that a box may overlap, group by group; `far` may reject a group by the corners of its box.
     pub fn visit(
         &self,
         lo: &Vec3,
@@ -104,12 +104,12 @@ impl Pieces {
     }
 }
 
-/// What is added to limits while groups are left out: rounding of places as far away as these, m.
+/// Returns a margin for limits when groups are rejected: the round-off of positions of this size, m.
 pub(crate) fn slack(a: &Vec3, b: &Vec3) -> f64 {
     1e-12 * (a.amax() + b.amax())
 }
 
-/// The box around a core, thicker by `limit`.
+/// Returns the box around a core, enlarged by `limit`.
 pub(crate) fn around(b: &Placed, limit: f64) -> (Vec3, Vec3) {
     let reach = |i: usize, sign: f64| {
         let d = Vec3::ith(i, sign);
@@ -119,14 +119,14 @@ pub(crate) fn around(b: &Placed, limit: f64) -> (Vec3, Vec3) {
     (corner(-1.0), corner(1.0))
 }
 
-/// Whether a direction from near a box to the core shows more than `limit` between them.
+/// Returns true if the direction from the nearest part of a box to the core proves a separation above `limit`.
 pub(crate) fn beyond(lo: &Vec3, hi: &Vec3, b: &Placed, limit: f64) -> bool {
     let n = b.toward(&b.p.sup(lo).inf(hi));
     let top = (lo + hi).dot(&n) / 2.0 + n.abs().dot(&(hi - lo)) / 2.0;
     b.range(&n).0 - top > limit * n.norm()
 }
 
-/// Whether pieces come within `limit` (not negative) of a core, given in their frame.
+/// Returns true if pieces come within `limit` (not negative) of a core, which is given in their frame.
 pub(crate) fn near_core(
     pieces: &Pieces,
     b: &Placed,
@@ -154,7 +154,7 @@ pub(crate) fn near_core(
                     return ControlFlow::Continue(());
                 }
             }
-            // About the piece's centre: no digits are lost far away.
+            // Compute relative to the piece's centre, to avoid cancellation far from the origin.
             let a = Placed::here(pieces.core());
             let b = Placed { p: b.p - piece.centre, ..*b };
             match close(&a, &b, limit, &toward, size, room) {
@@ -166,8 +166,8 @@ pub(crate) fn near_core(
     found.is_break()
 }
 
-/// Whether two solids come within `limit` (not negative), one or both of which are pieces, `b` at `X_AB`; `None` when it takes their contact
-/// points to know.
+/// Returns whether two solids, at least one of which has pieces, come within `limit` (not negative), with `b` at `X_AB`; `None` when their contact
+/// points must decide.
 pub(crate) fn near(
     a: &Kind,
     b: &Kind,
@@ -193,7 +193,7 @@ pub(crate) fn near(
     }
 }
 
-/// Each of `b` against all of `a`.
+/// Tests each piece of `b` against all of `a`.
 fn near_pieces(
     a: &Pieces,
     b: &Pieces,
@@ -213,7 +213,7 @@ fn near_pieces(
     b.visit(&lo, &hi, |_, _| false, each).is_break()
 }
 
-/// The box, in the frame of B, around a box in that of A that is thicker by `limit`, and by what rounding may take.
+/// Returns the box, in the frame of B, around a box in the frame of A that is enlarged by `limit` and by a margin for round-off.
 pub(crate) fn within((lo, hi): (Vec3, Vec3), (R, p): (&Mat3, &Vec3), limit: f64) -> (Vec3, Vec3) {
     let (centre, half) = ((lo + hi) / 2.0, (hi - lo) / 2.0);
     let (centre, half) = (R.tr_mul(&(centre - p)), R.abs().tr_mul(&half));
@@ -221,7 +221,7 @@ pub(crate) fn within((lo, hi): (Vec3, Vec3), (R, p): (&Mat3, &Vec3), limit: f64)
     (centre - half.add_scalar(room), centre + half.add_scalar(room))
 }
 
-/// The pose of B in A as a matrix.
+/// Returns the pose of B in A as a matrix.
 pub(crate) fn matrix(X: &Pose) -> (Mat3, Vec3) {
     (X.rotation.to_rotation_matrix().into_inner(), X.position)
 }

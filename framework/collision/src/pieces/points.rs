@@ -1,4 +1,4 @@
-//! Contact points of pieces with any other solid, all of them or the deepest alone.
+//! Contact points of pieces with any other solid, either all or only the deepest.
 
 use super::{Piece, Pieces, around, beyond, exact, matrix, slack, within};
 use crate::core::{Placed, mix};
@@ -8,12 +8,12 @@ use linkwork_multibody::spatial::{Pose, Vec3};
 use std::cell::Cell;
 use std::ops::ControlFlow;
 
-/// One question to many pieces: how near they have to be, m, which shrinks with what is found when the deepest alone is wanted.
+/// A query over many pieces. The required distance, m, shrinks to the smallest gap found when only the deepest point is required.
 struct Search {
     limit: Cell<f64>,
     size: f64,
     want: Want,
-    /// Points from here on are of this question.
+    /// Index of the first point of this query.
     first: usize,
 }
 
@@ -22,12 +22,12 @@ impl Search {
         Self { limit: Cell::new(limit), size, want, first }
     }
 
-    /// For groups, which are left out while what is between them and the other is more.
+    /// Returns the limit at which groups of pieces are rejected.
     fn cull(&self, slack: f64) -> f64 {
         self.limit.get().max(0.0) * (1.0 + 1e-12) + slack
     }
 
-    /// Takes the radius of a piece, which is the second, off its points from `from` on, names them, and keeps what is wanted.
+    /// Subtracts the radius of a piece, which is the second solid, from its points from `from` on, names them, and keeps the required ones.
     fn take(&self, from: usize, piece: &Piece, room: &mut Room) {
         for p in &mut room.points[from..] {
             p.pb -= p.n * piece.round;
@@ -46,7 +46,7 @@ impl Search {
     }
 }
 
-/// Appends the points of a core, at a place in their frame, with pieces: the core is A.
+/// Appends the points of a core, in the frame of the pieces, with pieces. The core is A.
 pub(crate) fn with_core(
     a: &Placed,
     b: &Pieces,
@@ -65,7 +65,7 @@ pub(crate) fn with_core(
     let each = |piece: &Piece| {
         let cull = search.cull(slack) + piece.round;
         if !(closest && a.toward(&piece.centre).norm() > outer + cull) {
-            // About the piece's centre: no digits are lost far away.
+            // Compute relative to the piece's centre, to avoid cancellation far from the origin.
             let from = room.points.len();
             let moved = Placed { p: a.p - piece.centre, ..*a };
             let limit = search.limit.get() + piece.round;
@@ -80,7 +80,7 @@ pub(crate) fn with_core(
     let _ = b.visit(&lo, &hi, far, each);
 }
 
-/// Points of two solids of pieces, in the frame of A, `b` at `X_AB`.
+/// Appends the points of two solids of pieces, in the frame of A, with `b` at `X_AB`.
 pub(crate) fn with_pieces(
     a: &Pieces,
     b: &Pieces,
@@ -97,7 +97,7 @@ pub(crate) fn with_pieces(
         let from = room.points.len();
         let other = Placed { core: b.core(), R, p: R * piece.centre + p };
         with_core(&other, a, search.limit.get() + piece.round, size, want, room);
-        // The core was the first; here it is the second.
+        // The core was the first solid; here it is the second.
         for p in &mut room.points[from..] {
             (p.pa, p.pb, p.n) = (p.pb, p.pa, -p.n);
         }
@@ -107,8 +107,8 @@ pub(crate) fn with_pieces(
     let _ = b.visit(&lo, &hi, |_, _| false, each);
 }
 
-/// Points of pieces with a solid that is neither convex nor pieces: `one` appends those of the solid, which is A, and a core.
-/// `bounds` is the box around the solid, its own frame.
+/// Appends the points of pieces with a solid that is neither convex nor made of pieces. `one` appends the points of that solid, which is A, and a
+/// core. `bounds` is the box around the solid in its own frame.
 pub(crate) fn with_other(
     bounds: (Vec3, Vec3),
     b: &Pieces,
@@ -121,7 +121,7 @@ pub(crate) fn with_other(
     let (R, p) = matrix(X_AB);
     let clamped = |v: Vec3| v.map(|x| x.clamp(-1e12, 1e12));
     let (lo, hi) = within((clamped(bounds.0), clamped(bounds.1)), (&R, &p), limit);
-    // What is told of one piece must not depend on those before it.
+    // The points of one piece must not depend on the pieces before it.
     let mut kept = std::mem::take(&mut room.kept);
     kept.clear();
     let behind = room.behind;
@@ -129,7 +129,7 @@ pub(crate) fn with_other(
         room.points.clear();
         room.behind = behind + piece.round;
         let core = Placed { core: b.core(), R, p: R * piece.centre + p };
-        // What is behind a triangle is told by its place in front or behind, not by its distance: the limit shrinks no further.
+        // A core behind a triangle is detected by its position, not by its distance, so the limit must not shrink below this.
         let limit = (search.limit.get() + piece.round).max(room.behind);
         one(&core, limit, size, room);
         std::mem::swap(&mut room.points, &mut kept);

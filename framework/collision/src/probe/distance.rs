@@ -1,4 +1,4 @@
-//! How far colliders are apart: one pair, the nearest, all.
+//! Distances of colliders: one pair, the closest pair, all pairs.
 
 use super::{Probe, Whereabouts, before, solid};
 use crate::colliders::{ColliderId, Colliders};
@@ -11,8 +11,8 @@ use crate::solid::{Kind, Solid};
 use linkwork_multibody::spatial::{Pose, Vec3, quat};
 
 impl Probe {
-    /// The nearest of all pairs that are looked at, padding counted, up to `limit` (m, may be infinite); negative when they
-    /// overlap. After [`place`](Self::place).
+    /// Returns the closest of all checked pairs up to `limit` (m, may be infinite), including padding; negative for overlap. Call
+    /// [`place`](Self::place) first.
     pub fn closest(&mut self, colliders: &Colliders, limit: f64) -> Option<Closest> {
         self.look(limit);
         self.measure();
@@ -34,8 +34,8 @@ impl Probe {
         best
     }
 
-    /// The distances of all pairs that are looked at and within `limit` (m, may be infinite), by identifiers, into `out` (emptied first):
-    /// padding counted, negative where they overlap. After [`place`](Self::place).
+    /// Writes the distances of all checked pairs within `limit` (m, may be infinite) to `out`, which is cleared first, sorted by handles. They
+    /// include padding and are negative for overlap. Call [`place`](Self::place) first.
     pub fn distances(&mut self, colliders: &Colliders, limit: f64, out: &mut Vec<Closest>) {
         out.clear();
         self.look(limit);
@@ -47,8 +47,8 @@ impl Probe {
         }
     }
 
-    /// The distance of two colliders, padding counted, whatever the pairs; `None` when there is none within `limit`.
-    /// After [`place`](Self::place).
+    /// Returns the distance of two colliders, including padding, whether the pair is checked or not; `None` when it is above `limit`. Call
+    /// [`place`](Self::place) first.
     #[track_caller]
     pub fn distance(
         &mut self,
@@ -64,7 +64,7 @@ impl Probe {
         self.between(colliders, a.index(), b.index(), limit)
     }
 
-    /// Nearest points within `limit`.
+    /// Returns the nearest points within `limit`.
     pub(super) fn between(
         &mut self,
         colliders: &Colliders,
@@ -104,17 +104,18 @@ impl Probe {
     }
 }
 
-/// What the nearest points of two cores tell of a distance.
+/// Result of the nearest points of two cores.
 enum Apart {
     /// Nearest points.
     By(Distance),
-    /// More than the limit.
+    /// The separation is above the limit.
     Far,
-    /// The cores overlap or nearly touch: their contact points tell.
+    /// The cores overlap or nearly touch, so their contact points must be computed.
     NotTold,
 }
 
-/// The distance of two convex solids whose cores are apart: contact points need not be made. Both in axes of the world, about the origin of the first.
+/// Computes the distance of two convex solids with separated cores, without contact points. Both are in world axes, relative to the origin of the
+/// first.
 fn apart(
     (a, b): (&Solid, &Solid),
     (pa, pb): (&Whereabouts, &Whereabouts),

@@ -1,4 +1,4 @@
-//! What sensors see: points of clouds and cells of maps, changed between questions without building anything.
+//! Obstacles from sensor data: points of clouds and cells of maps that change between queries without rebuilding.
 
 use super::{Probe, ball};
 use crate::colliders::{ColliderId, Colliders};
@@ -8,11 +8,11 @@ use crate::shape::Occupancy;
 use crate::solid::{Kind, Solid};
 
 impl Probe {
-    /// Other points of a [`Shape::PointCloud`](crate::Shape::PointCloud), its fine shape: x, y, z, radius of each, m, in its frame. O(n log n),
-    /// no allocation.
+    /// Replaces the points of a [`Shape::PointCloud`](crate::Shape::PointCloud), which is a fine shape: x, y, z, radius of each, m, in its frame. O(n
+    /// log n), no allocation.
     ///
     /// # Errors
-    /// [`ShapeFault::Kind`], [`ShapeFault::Points`] for more than there is room for, [`ShapeFault::NotFinite`], [`ShapeFault::Radius`]; then
+    /// [`ShapeFault::Kind`], [`ShapeFault::Points`] for more points than reserved, [`ShapeFault::NotFinite`], [`ShapeFault::Radius`]. After an error
     /// nothing has changed.
     pub fn set_points(
         &mut self,
@@ -26,10 +26,10 @@ impl Probe {
         })
     }
 
-    /// Makes cells of a [`Shape::VoxelMap`](crate::Shape::VoxelMap), its fine shape, occupied or free. O(cells), no allocation.
+    /// Sets cells of a [`Shape::VoxelMap`](crate::Shape::VoxelMap), which is a fine shape, to occupied or free. O(cells), no allocation.
     ///
     /// # Errors
-    /// [`ShapeFault::Kind`], [`ShapeFault::Outside`]; then nothing has changed.
+    /// [`ShapeFault::Kind`], [`ShapeFault::Outside`]. After an error nothing has changed.
     pub fn set_cells(
         &mut self,
         colliders: &Colliders,
@@ -43,7 +43,7 @@ impl Probe {
         })
     }
 
-    /// Makes all cells of a voxel map free.
+    /// Sets all cells of a voxel map to free.
     ///
     /// # Errors
     /// [`ShapeFault::Kind`].
@@ -57,7 +57,7 @@ impl Probe {
         })
     }
 
-    /// What a cell of a voxel map is now.
+    /// Returns the state of a cell of a voxel map.
     ///
     /// # Errors
     /// [`ShapeFault::Kind`], [`ShapeFault::Outside`].
@@ -70,7 +70,7 @@ impl Probe {
         map.get(cell).ok_or(ShapeFault::Outside { index: 0, cell, cells: map.n() })
     }
 
-    /// How many points of a point cloud, or occupied cells of a voxel map, there are now; `None` for any other shape.
+    /// Returns the number of points of a point cloud, or of occupied cells of a voxel map; `None` for any other shape.
     #[must_use]
     #[track_caller]
     pub fn count(&self, id: ColliderId) -> Option<usize> {
@@ -80,7 +80,7 @@ impl Probe {
         }
     }
 
-    /// Changes the pieces of a collider, and what is known of its size.
+    /// Changes the pieces of a collider and updates its stored size.
     #[track_caller]
     fn change(
         &mut self,

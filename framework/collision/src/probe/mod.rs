@@ -1,13 +1,13 @@
-//! Yes or no, and how far: what planners ask thousands of times, with padding, hiding, detail and pairs that change between
-//! questions without building anything.
+//! Collision checks and distances for planners, which make thousands of queries. Padding, visibility, detail and pairs can change between queries
+//! without rebuilding.
 //!
 //! ```text
-//! a ball around each shape                                  most pairs end here
-//! the ball of one against the box, cylinder or segment of the other
-//! nearest points of the cores, until one direction shows enough between them
+//! bounding spheres                                          reject most pairs
+//! the sphere of one against the box, cylinder or segment of the other
+//! nearest points of the cores, until one direction proves a sufficient separation
 //! ```
-//! An answer depends on the poses and settings alone. The order in which pairs are looked at does too: those whose balls
-//! overlap most go first, since a hit among them ends a question.
+//! A result depends only on the poses and settings. So does the order in which pairs are tested: pairs whose spheres overlap most come first, because
+//! a hit ends the query.
 
 mod distance;
 mod live;
@@ -24,7 +24,7 @@ use linkwork_multibody::BodyId;
 use linkwork_multibody::spatial::{Mat3, Pose, Vec3};
 use std::cmp::Ordering;
 
-/// A collider at its place.
+/// A collider at its pose.
 #[derive(Clone, Copy)]
 struct Whereabouts {
     R: Mat3,
@@ -37,32 +37,32 @@ impl Whereabouts {
     const NONE: f64 = f64::NEG_INFINITY;
 }
 
-/// Settings and memory of questions to one [`Colliders`]. After [`Probe::new`] no question allocates anything, the caller's lists apart.
-/// Memory: 8 bytes for each triangle of the largest mesh or height field, and 0.5 MB where there are cylinders or hulls of many edges.
+/// Settings and memory for queries of one [`Colliders`]. After [`Probe::new`] no query allocates, except in the caller's lists. Memory: 8 bytes for
+/// each triangle of the largest mesh or height field, and 0.5 MB if there are cylinders or hulls with many edges.
 pub struct Probe {
-    /// Which shape of each.
+    /// The selected shape of each collider.
     detail: Vec<Detail>,
     padding: Vec<f64>,
     hidden: Vec<bool>,
-    /// Row after row, both halves.
+    /// Whether each pair is checked, row after row, both halves.
     meets: Vec<bool>,
-    /// How far each may come, m: for swept questions.
+    /// How far each collider may move, m, for queries about a motion.
     reach: Vec<f64>,
-    /// Point clouds and voxel maps as they are now: the fine shapes of these colliders.
+    /// Current point clouds and voxel maps: the fine shapes of these colliders.
     live: Vec<Option<Box<Solid>>>,
-    /// Balls in the colliders' frames, fine and coarse.
+    /// Bounding spheres in the colliders' frames, fine and coarse.
     balls: Vec<[(Vec3, f64); 2]>,
-    /// All pairs that are looked at, also row after row, and whether that is up to date.
+    /// All checked pairs, also as a table row after row; `stale` marks that they must be updated.
     pairs: Vec<(u32, u32)>,
     looked: Vec<bool>,
     stale: bool,
-    /// `X_BC` of each.
+    /// `X_BC` of each collider.
     frames: Vec<(Mat3, Vec3)>,
     places: Vec<Whereabouts>,
-    /// Middles of balls x, y, z and bounds, for questions about all of them at once, and the answers for one.
+    /// Centres x, y, z and radii of the spheres, for SIMD queries over all of them, and their results.
     lanes: [Vec<f64>; 4],
     close: Vec<bool>,
-    /// Pairs whose balls are near; by how much of the smaller they are apart, where that was asked for.
+    /// Pairs whose spheres are near, with the distance of the spheres relative to the smaller one where it was computed.
     near: Vec<(f64, (u32, u32))>,
     room: Room,
 }
@@ -74,7 +74,7 @@ impl std::fmt::Debug for Probe {
 }
 
 impl Probe {
-    /// With the padding, hiding and pairs of `colliders`; it must be used with no other.
+    /// Creates a probe with the padding, visibility and pairs of `colliders`. Use it only with these colliders.
     #[must_use]
     pub fn new(colliders: &Colliders) -> Self {
         let n = colliders.len();
@@ -125,7 +125,7 @@ impl Probe {
         probe
     }
 
-    /// Another instance with the same settings, and memory of its own.
+    /// Creates another instance with the same settings and its own memory.
     #[must_use]
     pub fn fork(&self, colliders: &Colliders) -> Self {
         let mut new = Self::new(colliders);
@@ -143,8 +143,8 @@ impl Probe {
         new
     }
 
-    /// The distance of a collider's farthest point from its body's origin, at most, m, padding counted, as it is now; 0 where it has none (a half
-    /// space).
+    /// Returns an upper bound for the distance of a collider's points from its body's origin, m, including the current padding; 0 for an unbounded
+    /// collider (a half space).
     #[must_use]
     #[track_caller]
     pub fn extent(&self, colliders: &Colliders, id: ColliderId) -> f64 {
@@ -156,20 +156,20 @@ impl Probe {
         self.balls[id.index()].iter().map(far).fold(0.0, f64::max)
     }
 
-    /// The fine or the coarse shape of a collider from now on; where it has no coarse one, its fine shape.
+    /// Selects the fine or the coarse shape of a collider. A collider without a coarse shape uses its fine shape.
     #[track_caller]
     pub fn set_detail(&mut self, id: ColliderId, detail: Detail) {
         self.detail[id.index()] = detail;
     }
 
-    /// Thickness around a shape, m, instead of what its specification says. Panics when it is negative or not finite.
+    /// Sets the padding around a shape, m, and overrides its specification. Panics when it is negative or not finite.
     #[track_caller]
     pub fn set_padding(&mut self, id: ColliderId, padding: f64) {
         assert!(padding >= 0.0 && padding.is_finite(), "a padding of {padding} m");
         self.padding[id.index()] = padding;
     }
 
-    /// Thickness around a shape as it is now, m.
+    /// Returns the current padding around a shape, m.
     #[must_use]
     #[track_caller]
     pub fn padding(&self, id: ColliderId) -> f64 {
@@ -183,7 +183,7 @@ impl Probe {
         self.stale = true;
     }
 
-    /// Whether a pair is looked at, whatever the rules said.
+    /// Sets whether a pair is checked, regardless of the rules.
     #[track_caller]
     pub fn set_meet(&mut self, a: ColliderId, b: ColliderId, meet: bool) {
         let n = self.places.len();
@@ -193,32 +193,31 @@ impl Probe {
         self.stale = true;
     }
 
-    /// Whether a pair is looked at when both are shown.
+    /// Returns true if a pair is checked while both colliders are shown.
     #[must_use]
     #[track_caller]
     pub fn meet(&self, a: ColliderId, b: ColliderId) -> bool {
         self.meets[a.index() * self.places.len() + b.index()]
     }
 
-    /// How far a collider may come beyond its padding, m: for questions about a motion.
+    /// Sets how far a collider may move beyond its padding, m, for queries about a motion.
     #[track_caller]
     pub fn set_reach(&mut self, id: ColliderId, reach: f64) {
         self.reach[id.index()] = reach;
     }
 
-    /// All pairs that are looked at, by identifiers.
+    /// Returns all checked pairs, sorted by handles.
     pub fn pairs(&mut self) -> impl ExactSizeIterator<Item = (ColliderId, ColliderId)> + '_ {
         self.refresh();
         self.pairs.iter().map(|(i, j)| (ColliderId(*i), ColliderId(*j)))
     }
 
-    /// Puts all colliders where the bodies are: `X_WB`, the world's own for `None`. A collider with a pose that is not finite
-    /// meets nothing.
+    /// Moves all colliders to the poses `X_WB` of the bodies; `None` is the world. A collider with a pose that is not finite collides with nothing.
     pub fn place(&mut self, colliders: &Colliders, poses: impl Fn(Option<BodyId>) -> Pose) {
         self.place_frames(colliders, |body| matrix(&poses(body)));
     }
 
-    /// As [`place`](Self::place), with poses as rotation matrices and places of origins, m.
+    /// Like [`place`](Self::place), with poses as rotation matrices and positions of origins, m.
     pub fn place_frames(
         &mut self,
         colliders: &Colliders,
@@ -236,12 +235,12 @@ impl Probe {
         }
     }
 
-    /// A pair that touches or overlaps, padding counted, or `None`. The same poses and settings give the same pair.
-    /// After [`place`](Self::place).
+    /// Returns a pair that touches or overlaps, including padding, or `None`. The same poses and settings give the same pair. Call
+    /// [`place`](Self::place) first.
     pub fn first_hit(&mut self, colliders: &Colliders) -> Option<(ColliderId, ColliderId)> {
         self.look(0.0);
         self.measure();
-        // The deepest balls first: most hits are found there, and often at once, before the rest is in order.
+        // Test the pair with the deepest spheres first: most hits are found there, before the other pairs are sorted.
         let least = (0..self.near.len()).min_by(|i, j| before(&self.near[*i], &self.near[*j]));
         if let Some(least) = least {
             self.near.swap(0, least);
@@ -258,7 +257,7 @@ impl Probe {
         None
     }
 
-    /// All pairs that touch or overlap, by identifiers, into `out` (emptied first). After [`place`](Self::place).
+    /// Writes all pairs that touch or overlap to `out`, which is cleared first, sorted by handles. Call [`place`](Self::place) first.
     pub fn hits(&mut self, colliders: &Colliders, out: &mut Vec<(ColliderId, ColliderId)>) {
         out.clear();
         self.look(0.0);
@@ -270,7 +269,7 @@ impl Probe {
         }
     }
 
-    /// Pairs of shown colliders that meet.
+    /// Updates the list of checked pairs of shown colliders.
     fn refresh(&mut self) {
         if !std::mem::take(&mut self.stale) {
             return;
@@ -288,7 +287,7 @@ impl Probe {
         }
     }
 
-    /// Pairs whose balls are within `limit`, in their order.
+    /// Collects the pairs whose spheres are within `limit`, in their order.
     fn look(&mut self, limit: f64) {
         self.refresh();
         self.near.clear();
@@ -306,7 +305,7 @@ impl Probe {
             for (close, (((x, y), z), r)) in close.iter_mut().zip(rest) {
                 let (x, y, z, reach) = (x - x0, y - y0, z - z0, reach + r);
                 let square = x * x + y * y + z * z;
-                // Rounding of the squares. What is nowhere has a reach below zero, or none.
+                // The factor covers the round-off of the squares. Colliders without a valid pose have a negative reach or NaN.
                 *close = (reach >= 0.0) & (square <= reach * reach * (1.0 + 1e-14));
             }
             let looked = &self.looked[i * n + from..(i + 1) * n];
@@ -318,7 +317,8 @@ impl Probe {
         }
     }
 
-    /// How far the balls of near pairs are apart, as part of the smaller one. A ball deep in another, as that about a floor, tells nothing.
+    /// Computes how far the spheres of near pairs are apart, relative to the smaller one. A sphere deep inside another, such as that around a floor,
+    /// has no significance.
     fn measure(&mut self) {
         for at in 0..self.near.len() {
             let (i, j) = self.near[at].1;
@@ -329,7 +329,7 @@ impl Probe {
         }
     }
 
-    /// At least this is between two colliders, m; infinite for what is nowhere.
+    /// Returns a lower bound for the distance of two colliders, m; infinite for colliders without a valid pose.
     fn balls_apart(&self, a: usize, b: usize) -> f64 {
         let (pa, pb) = (&self.places[a], &self.places[b]);
         let thick = self.thick(a) + self.thick(b);
@@ -340,7 +340,7 @@ impl Probe {
         self.padding[i] + self.reach[i]
     }
 
-    /// Whether two colliders touch.
+    /// Returns true if two colliders touch.
     fn touch(&mut self, colliders: &Colliders, i: usize, j: usize) -> bool {
         let of = |k: usize| solid(&self.live, colliders, k, self.detail[k]);
         let (Some(a), Some(b)) = (of(i), of(j)) else { return false };
@@ -362,7 +362,7 @@ impl Probe {
             return self.between(colliders, i, j, 0.0).is_some_and(|d| d.distance <= 0.0);
         };
         let size = a.size.min(b.size);
-        // Both in axes of the world, about the origin of the first: no digits are lost far away.
+        // Both are in world axes, relative to the origin of the first, to avoid cancellation far from the origin.
         let a = Placed { core: ca, R: pa.R, p: Vec3::zeros() };
         let b = Placed { core: cb, R: pb.R, p: pb.p - pa.p };
         let limit = thick + ra + rb;
@@ -376,12 +376,12 @@ impl Probe {
     }
 }
 
-/// The order in which near pairs are looked at.
+/// Returns the order in which near pairs are tested.
 fn before(a: &(f64, (u32, u32)), b: &(f64, (u32, u32))) -> Ordering {
     a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
 }
 
-/// The geometry of a collider as it is now.
+/// Returns the current geometry of a collider.
 fn solid<'a>(
     live: &'a [Option<Box<Solid>>],
     colliders: &'a Colliders,
@@ -395,7 +395,8 @@ fn solid<'a>(
     }
 }
 
-/// A ball around a solid in its frame: centre and radius, infinite for what has no end; of no radius for what has no pieces.
+/// Returns a bounding sphere of a solid in its frame: centre and radius, which is infinite for an unbounded solid and zero for a solid without
+/// pieces.
 fn ball(solid: &Solid) -> (Vec3, f64) {
     let finite = solid.lo.iter().chain(solid.hi.iter()).all(|x| x.is_finite());
     if !finite {
@@ -415,6 +416,6 @@ fn ball(solid: &Solid) -> (Vec3, f64) {
         }
         _ => (solid.hi - solid.lo).norm() / 2.0,
     };
-    // Rounding of a centre and a norm.
+    // The factor covers the round-off of a centre and a norm.
     (centre, radius * (1.0 + 1e-12))
 }

@@ -1,58 +1,57 @@
-//! Where a wheel touches a height field: patches on the rims of a few discs across its width.
+//! Contact of a wheel with a height field: patches on the rims of a few discs across its width.
 //! ```text
 //! profile     ζ(s): the ground in the plane of a disc, s along e₁, ζ along e₂, from the disc's centre
 //!             e₂: W's z made perpendicular to the axle;  e₁ = axle × e₂
 //! distance    D² = s² + ζ²,  d = r − D;   patches: local maxima of d, E = s + ζ ζ' = 0 from − to +
 //! depth       δ = d cos λ,  normal  n = −cos λ (s e₁ + ζ e₂)/D + axle sin λ
 //! ```
-//! λ is the slope of the ground across the disc. The profile is made of cubics through the heights and slopes of nine
-//! posts over the whole diameter and of one more at each patch; a piece whose control points lie below the
-//! rim is skipped, the others are searched by arithmetic. Nothing is followed from step to step.
+//! λ is the slope of the ground across the disc. The profile consists of cubics through the heights and slopes of nine posts over the whole diameter
+//! and one additional post at each patch. A piece whose control points lie below the rim is skipped; the others are searched with a fixed sequence of
+//! operations. No state is carried from step to step.
 //!
-//! Depth is a distance to the profile, so a wall counts by how far the wheel was driven into it, not by its height. A patch next
-//! to a deeper one counts by what it stands out above the saddle between them, and both share what is below
-//! the saddle; so patches come and go with no weight. The floor and a step face, with air between them, count in full each.
-//! Depth changes by 3 times the motion at most on ground of slopes up to 3, by 10 times at the edges of steeper
-//! faces (the tests hold this), where a cubic over a quarter of the radius is not yet the ground. Where a deep contact
-//! has two minima of nearly one depth, as soil has at an edge along the heading, its direction may turn at once by part of
-//! their difference. Ground between discs (a third of the width) and features much narrower than the distance of posts
-//! (a quarter of the radius) are met late. Where the hub itself is in the ground, it is one patch, as deep as the
+//! Depth is the distance to the profile, so a wall contributes by how far the wheel was driven into it, not by its height. A patch next to a deeper
+//! one contributes by its height above the saddle between them, and both share what is below the saddle. Patches therefore appear and disappear with
+//! zero weight. A floor and the face of a step, with air between them, both contribute fully. Depth changes by at most 3 times the motion on ground
+//! with slopes up to 3, and by at most 10 times at the edges of steeper faces (tests verify this), where a cubic over a quarter of the radius does
+//! not yet follow the ground. Where a deep contact has two minima of nearly equal depth, as soil has at an edge along the heading, its direction may
+//! jump by a part of their difference. Ground between discs (a third of the width), and features much narrower than the post spacing (a quarter of
+//! the radius), are detected late. If the hub itself is in the ground, there is one patch, as deep as the radius, along the normal over the hub.
 //! radius, along the normal over the hub.
 
 use super::Relief;
 use super::profile::{NO_POST, PLACES, POSTS, POSTS_MAX, Peaks, Post, Profile, RIM};
 use linkwork_multibody::spatial::Vec3;
 
-/// Discs across the width.
+/// Number of discs across the width.
 pub const DISCS: usize = 3;
-/// Most patches of a disc.
+/// Maximum number of patches of a disc.
 pub const PATCHES: usize = 4;
 
-/// Clearance within which ground is looked at closely, as a fraction of the radius.
+/// Clearance within which the ground is evaluated in detail, as a fraction of the radius.
 const NEAR: f64 = 0.2;
-/// Clearance below which a saddle parts two patches altogether, as a fraction of the radius.
+/// Clearance below which a saddle separates two patches completely, as a fraction of the radius.
 const APART: f64 = 0.05;
-/// Distance below which two posts are one, as a fraction of the radius.
+/// Distance below which two posts are merged, as a fraction of the radius.
 const SAME: f64 = 1e-3;
-/// Errors of the profile, over the radius, at which a second round begins and counts in full.
+/// Errors of the profile, relative to the radius, at which a second round begins and at which it has full weight.
 const OFF: [f64; 2] = [4e-4, 4e-3];
-/// Least component of a ground normal in the disc's plane and up: walls have a slope of 50.
+/// Smallest component of a ground normal in the disc's plane and upwards: walls have a slope of 50.
 const UP_MIN: f64 = 0.02;
 
-/// One patch of a disc against the ground; W frame.
+/// One contact patch of a disc with the ground; W frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Patch {
-    /// Penetration along the normal, m; positive, but where a margin was asked for.
+    /// Penetration along the normal, m; positive, unless a margin was given.
     pub depth: f64,
-    /// Share with which it counts beside the other patches, 0 to 1.
+    /// Weight of the patch among the other patches, 0 to 1.
     pub share: f64,
-    /// Ground normal, unit.
+    /// Unit normal of the ground.
     pub normal: Vec3,
     /// The rim point, m.
     pub point: Vec3,
 }
 
-/// Patches of one disc, from behind to ahead.
+/// Patches of one disc, from rear to front.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiscContact {
     patches: [Patch; PATCHES],
@@ -71,25 +70,25 @@ impl DiscContact {
         count: 0,
     };
 
-    /// The patches, in which the disc is in the ground, or within the margin.
+    /// Returns the patches in which the disc is in the ground or within the margin.
     #[inline]
     pub fn patches(&self) -> &[Patch] {
         &self.patches[..self.count]
     }
 
-    /// Depth of all patches together, m: the size of the press; 0 without contact.
+    /// Returns the resultant depth of all patches, m: the length of [`press`](Self::press); 0 without contact.
     #[inline]
     pub fn depth(&self) -> f64 {
         self.press().norm()
     }
 
-    /// Sum of depth times share times normal, m: what a linear spring would feel.
+    /// Returns the sum of depth times weight times normal, m, which is proportional to the force of a linear spring.
     #[inline]
     pub fn press(&self) -> Vec3 {
         self.patches().iter().fold(Vec3::zeros(), |a, p| a + p.normal * (p.depth * p.share))
     }
 
-    /// With a patch more; one at the place of the last (nearer than `same`, m) is the same, found on both sides of a post, and each has its share.
+    /// Adds a patch. A patch within `same` (m) of the last one was found on both sides of a post; the two are merged and their weights added.
     #[inline]
     fn add(&mut self, patch: Patch, same: f64) {
         match self.patches[..self.count].last_mut() {
@@ -107,7 +106,7 @@ impl DiscContact {
     }
 }
 
-/// A wheel by radius and width, m.
+/// A wheel with its radius and width, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wheel {
     /// Radius, m.
@@ -117,9 +116,9 @@ pub struct Wheel {
 }
 
 impl Wheel {
-    /// Contacts of the discs of a wheel at `centre` (m) with the unit `axle`, from right to left. `ground` gives
-    /// height (m) and unit normal at x, y, or `None` off the map (nothing is touched there). Cost: nine ground queries a disc
-    /// and one more for each patch that is in or near the ground.
+    /// Computes the contacts of the discs of a wheel at `centre` (m) with the unit `axle`, from right to left. `ground` returns height (m) and unit
+    /// normal at x, y, or `None` outside the map (no contact there). Cost: nine ground queries per disc, and one more for each patch that is in or
+    /// near the ground.
     pub fn discs(
         &self,
         centre: Vec3,
@@ -127,12 +126,12 @@ impl Wheel {
         ground: &(impl Relief + ?Sized),
     ) -> [DiscContact; DISCS] {
         let Some([e1, e2]) = in_plane(&axle) else { return [DiscContact::NONE; DISCS] };
-        // Discs at the middles of equal strips.
+        // Place the discs at the centres of equal strips.
         let discs: [Plane; DISCS] = std::array::from_fn(|i| {
             let across = (i as f64 - 0.5 * (DISCS - 1) as f64) * self.width / DISCS as f64;
             Plane { r: self.radius, c: centre + axle * across, e1, e2, axle, margin: 0.0 }
         });
-        // The posts of all of them in one call.
+        // Evaluate the posts of all discs in one call.
         let (mut at, mut relief) = ([[0.0; 2]; DISCS * POSTS], [[0.0; 3]; DISCS * POSTS]);
         for (k, at) in at.iter_mut().enumerate() {
             let (disc, k) = (&discs[k / POSTS], k % POSTS);
@@ -152,7 +151,7 @@ impl Wheel {
     }
 }
 
-/// Directions e₁ and e₂ in the plane across a unit `axle`; `None` where it is upright.
+/// Returns the directions e₁ and e₂ in the plane perpendicular to a unit `axle`; `None` if it is vertical.
 #[inline]
 fn in_plane(axle: &Vec3) -> Option<[Vec3; 2]> {
     let up = Vec3::z() - axle * axle.z;
@@ -161,21 +160,21 @@ fn in_plane(axle: &Vec3) -> Option<[Vec3; 2]> {
     (length >= 1e-3).then(|| [axle.cross(&e2), e2])
 }
 
-/// One disc that meets the ground within a margin.
+/// One disc that detects the ground within a margin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disc {
     /// Radius, m.
     pub radius: f64,
-    /// Middle, m.
+    /// Centre, m.
     pub centre: Vec3,
-    /// Unit vector across it.
+    /// Unit normal of the disc.
     pub axle: Vec3,
-    /// Ground so near is told as a patch of negative depth, m; not negative.
+    /// Distance up to which ground is reported as a patch of negative depth, m; not negative.
     pub margin: f64,
 }
 
 impl Disc {
-    /// Its patches; none where it lies on its side. Cost: nine ground queries, and one more for each patch in or near the ground.
+    /// Computes its patches; none if it lies on its side. Cost: nine ground queries, and one more for each patch in or near the ground.
     pub fn contact(&self, ground: &(impl Relief + ?Sized)) -> DiscContact {
         let mut contact = DiscContact::NONE;
         let Some([e1, e2]) = in_plane(&self.axle) else { return contact };
@@ -205,7 +204,7 @@ struct Plane {
 }
 
 impl Plane {
-    /// Adds the patches to `out`. `profile`: that of the first posts; `rough` is work space.
+    /// Adds the patches to `out`. `profile` contains the first posts; `rough` is work memory.
     fn contact(
         &self,
         profile: &mut Profile,
@@ -220,7 +219,7 @@ impl Plane {
             out.push(self.patch(up, &middle, self.r, 1.0));
             return;
         }
-        // A second round only where the first found the profile to be off.
+        // Do a second round only where the first found the profile to be inaccurate.
         let mut urgency = 1.0;
         let mut pieces = 0..POSTS - 1;
         let near = (NEAR * self.r).max(2.0 * self.margin);
@@ -237,7 +236,7 @@ impl Plane {
             }
             let (mut off, mut at) = (0.0_f64, 0);
             for p in rough.found() {
-                // A peak that has only just come, or come near, does not change the profile at once.
+                // A new or barely near peak has a small weight, so that the profile changes continuously.
                 let weight = urgency * (2.0 * p.share * (p.d / near + 1.0)).min(1.0);
                 let mut relief = [[f64::NAN; 3]];
                 ground.relief(&[self.place(p.at.s, p.at.z)], &mut relief);
@@ -246,7 +245,7 @@ impl Plane {
                     at = profile.insert(&p.at, &exact, weight, SAME * self.r);
                 }
             }
-            // The pieces beside the only peak are all that has changed, and no other has one.
+            // Only the pieces next to the only peak have changed, and no other piece has a peak.
             pieces = match rough.count {
                 1 => at.saturating_sub(1)..(at + 1).min(profile.count - 1),
                 _ => 0..profile.count - 1,
@@ -267,7 +266,7 @@ impl Plane {
         }
     }
 
-    /// The first posts, by the ground there; whether any has ground.
+    /// Computes the first posts from the ground there. Returns whether any of them has ground.
     #[inline]
     fn posts(&self, profile: &mut Profile, first: &[[f64; 3]]) -> bool {
         let mut usual = true;
@@ -292,26 +291,26 @@ impl Plane {
                     *post = found;
                     any = true;
                 }
-                // The edge of the map is a cliff.
+                // Beyond the edge of the map the ground drops like a cliff.
                 None => *post = Post { s, z: -10.0 * self.r, slope: 0.0, side: 0.0 },
             }
         }
         any
     }
 
-    /// x, y under s, ζ.
+    /// Returns x, y below s, ζ.
     #[inline(always)]
     fn place(&self, s: f64, z: f64) -> [f64; 2] {
         [self.c.x + self.e1.x * s + self.e2.x * z, self.c.y + self.e1.y * s + self.e2.y * z]
     }
 
-    /// The ground of this plane near s, ζ, by height and slopes at x, y there.
+    /// Returns the ground in this plane near s, ζ from the height and slopes at x, y there.
     #[inline(always)]
     fn post(&self, s: f64, z: f64, [h, sx, sy]: &[f64; 3]) -> Option<Post> {
         if h.is_nan() {
             return None;
         }
-        // n (−h_x, −h_y, 1) with the length of the last.
+        // n is (−h_x, −h_y, 1) with the length of the last component.
         let n = Vec3::new(-sx, -sy, 1.0);
         let (up, size) = (n.dot(&self.e2), n.norm_squared());
         let steep = up < 0.0 || up * up < UP_MIN * UP_MIN * size;
@@ -321,7 +320,7 @@ impl Plane {
         Some(Post { s, z: z + (h - q) * up, slope, side })
     }
 
-    /// The patch that pushes along `inward` (unit, in the plane), `d` (m) deep.
+    /// Returns the patch with the direction `inward` (unit vector in the plane) and the depth `d` (m).
     #[inline]
     fn patch(&self, inward: Vec3, at: &Post, d: f64, share: f64) -> Patch {
         let side = at.side / (1.0 + at.slope * at.slope).sqrt();

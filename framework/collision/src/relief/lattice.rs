@@ -1,21 +1,20 @@
-//! Heights on a regular grid as a smooth surface: cubic convolution (Catmull-Rom) between nodes.
+//! Heights on a regular grid as a smooth surface: cubic convolution (Catmull–Rom) between nodes.
 //! ```text
 //! h(x, y) = Σ_j Σ_i w_j(v) w_i(u) h_ij      over 4 × 4 nodes
 //! w(t) = ½ [−t + 2t² − t³,  2 − 5t² + 3t³,  t + 4t² − 3t³,  −t² + t³]
 //! n ∝ (−∂h/∂x, −∂h/∂y, 1)
 //! ```
-//! The surface passes through the nodes and its normal is the exact gradient and continuous, so what rolls
-//! feels no edge between cells; quadratic ground is reproduced exactly. At the border a ghost row
-//! continues the slope. Where a node of the 4 × 4 block has no data the cell falls back to the bilinear
-//! surface of its own four nodes; where one of those has none there is no ground. O(1).
+//! The surface passes through the nodes. Its normal is the exact gradient and continuous, so a rolling wheel does not feel edges between cells;
+//! quadratic ground is reproduced exactly. At the border a ghost row extrapolates the slope. If a node of the 4 × 4 block has no data, the cell uses
+//! bilinear interpolation of its own four nodes; if one of those has no data, there is no ground. O(1).
 
 use linkwork_multibody::spatial::Vec3;
 use wide::f64x4;
 
-/// Why a grid of heights is none.
+/// Faults of a grid of heights.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum GridFault {
-    /// Without cells.
+    /// The grid has no cells.
     #[error("a grid of {nx} by {ny} heights has no cell\n  help: it needs at least 2 by 2")]
     NoCell {
         /// Nodes along x.
@@ -28,21 +27,21 @@ pub enum GridFault {
         "{got} heights for {nx} by {ny} nodes\n  help: give one for each node, NaN where there is no data"
     )]
     Count {
-        /// Heights given.
+        /// Number of heights.
         got: usize,
         /// Nodes along x.
         nx: usize,
         /// Nodes along y.
         ny: usize,
     },
-    /// The distance of nodes, or the place of the first one.
+    /// An invalid node spacing or position of the first node.
     #[error("{what} is {value} m\n  help: it must be {wanted}")]
     Number {
-        /// Which number.
+        /// Name of the number.
         what: &'static str,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// Permitted range.
         wanted: &'static str,
     },
     /// An infinite height.
@@ -50,40 +49,40 @@ pub enum GridFault {
         "height {index} is infinite\n  help: give finite heights, or NaN where there is no data"
     )]
     Infinite {
-        /// Its place.
+        /// Its index.
         index: usize,
     },
 }
 
-/// Where the nodes of a grid are; x east, y north.
+/// Positions of the nodes of a grid; x east, y north.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lattice {
     origin: [f64; 2],
     spacing: [f64; 2],
-    /// North-east node, m: derived.
+    /// North-east node, m (derived).
     end: [f64; 2],
-    /// Inverse of the spacing, 1/m: derived.
+    /// Inverse of the spacing, 1/m (derived).
     inverse: [f64; 2],
-    /// Column and row of the last cell: derived.
+    /// Column and row of the last cell (derived).
     last: [i32; 2],
     nx: usize,
     ny: usize,
 }
 
-/// A cell, and where in it a point is.
+/// A cell, and the position of a point in it.
 #[derive(Clone, Copy, Debug)]
 pub struct Inside {
     /// Column of the south-west node of the cell.
     pub i: usize,
-    /// Its row.
+    /// Row of the south-west node of the cell.
     pub j: usize,
-    /// From there, in cells.
+    /// Position relative to this node, in cells.
     u: f64,
     v: f64,
 }
 
 impl Lattice {
-    /// A grid with its south-west node at `origin` (m), nodes `spacing` apart (m), `nx` by `ny` nodes.
+    /// Creates a grid of `nx` by `ny` nodes with its south-west node at `origin` (m) and the node spacing `spacing` (m).
     ///
     /// # Errors
     /// Fewer than 2 by 2 nodes, a spacing that is not positive, numbers that are not finite.
@@ -99,7 +98,7 @@ impl Lattice {
         Ok(Lattice { origin, spacing, end: origin, inverse, last, nx, ny }.moved(origin))
     }
 
-    /// The same nodes with the south-west one at `origin` (m).
+    /// Returns the same grid with the south-west node at `origin` (m).
     pub fn moved(mut self, origin: [f64; 2]) -> Lattice {
         self.origin = origin;
         let [.., x1, y1] = self.bounds();
@@ -107,50 +106,50 @@ impl Lattice {
         self
     }
 
-    /// The same nodes with the middle of the map at x = y = 0.
+    /// Returns the same grid with its centre at x = y = 0.
     pub fn centred(self) -> Lattice {
         let [x0, y0, x1, y1] = self.bounds();
         self.moved([-0.5 * (x1 - x0), -0.5 * (y1 - y0)])
     }
 
-    /// x, y of the south-west node, m.
+    /// Returns x, y of the south-west node, m.
     pub fn origin(&self) -> [f64; 2] {
         self.origin
     }
 
-    /// Distance of nodes along x and y, m.
+    /// Returns the node spacing along x and y, m.
     pub fn spacing(&self) -> [f64; 2] {
         self.spacing
     }
 
-    /// Nodes along x and y.
+    /// Returns the numbers of nodes along x and y.
     pub fn size(&self) -> [usize; 2] {
         [self.nx, self.ny]
     }
 
-    /// x_min, y_min, x_max, y_max, m.
+    /// Returns x_min, y_min, x_max, y_max, m.
     pub fn bounds(&self) -> [f64; 4] {
         let [x, y] = self.origin;
         let (w, h) = ((self.nx - 1) as f64, (self.ny - 1) as f64);
         [x, y, x + w * self.spacing[0], y + h * self.spacing[1]]
     }
 
-    /// The cell under x, y (m); `None` off the map.
+    /// Returns the cell at x, y (m); `None` outside the map.
     #[inline]
     pub fn cell(&self, x: f64, y: f64) -> Option<Inside> {
         let ([x0, y0], [x1, y1]) = (self.origin, self.end);
-        // Written so that NaN is off the map.
+        // The comparison is negated so that NaN counts as outside.
         if !(x >= x0 && y >= y0 && x <= x1 && y <= y1) {
             return None;
         }
         let (gx, gy) = ((x - x0) * self.inverse[0], (y - y0) * self.inverse[1]);
-        // By way of i32, which the processor converts at once both ways.
+        // Convert through i32, for which the processor has direct conversions.
         let (i, j) = ((gx as i32).min(self.last[0]), (gy as i32).min(self.last[1]));
         let (u, v) = (gx - f64::from(i), gy - f64::from(j));
         Some(Inside { i: i as usize, j: j as usize, u, v })
     }
 
-    /// Height (m) and unit normal in a cell; `None` where there is no data. `four` and `node` as for `relief`.
+    /// Returns height (m) and unit normal in a cell; `None` without data. `four` and `node` as in `relief`.
     #[inline]
     pub fn surface(
         &self,
@@ -163,9 +162,9 @@ impl Lattice {
         (!h.is_nan()).then(|| (h, Vec3::new(-sx * scale, -sy * scale, scale)))
     }
 
-    /// Height (m), ∂h/∂x and ∂h/∂y in a cell; NaN where there is no data. `four` gives the heights of four nodes of
-    /// row `j` from column `i` on, `node` that of one: both are asked for the nodes `i − 1` to `i + 2` of the rows `j − 1` to `j + 2`
-    /// of the cell, as far as the grid has them.
+    /// Returns height (m), ∂h/∂x and ∂h/∂y in a cell; NaN without data. `four` returns the heights of four nodes of row `j` from column `i` on,
+    /// `node` returns that of one. They are called for the nodes `i − 1` to `i + 2` of the rows `j − 1` to `j + 2` of the cell, as far as the grid
+    /// contains them.
     #[inline]
     pub fn relief(
         &self,
@@ -177,7 +176,7 @@ impl Lattice {
         let (wv, dv) = weights(v);
         let (mut h, mut hu, mut hv) = (0.0, 0.0, 0.0);
         if i > 0 && j > 0 && i + 2 < self.nx && j + 2 < self.ny {
-            // Columns side by side: one vector operation each.
+            // Process the columns side by side, each in one vector operation.
             let (wv, dv) = (wv.as_array(), dv.as_array());
             let (mut value, mut slope) = (f64x4::ZERO, f64x4::ZERO);
             for k in 0..4 {
@@ -209,7 +208,7 @@ impl Lattice {
         [h, hu * self.inverse[0], hv * self.inverse[1]]
     }
 
-    /// A node's height, continued linearly by one row beyond the border.
+    /// Returns a node's height, extrapolated linearly by one row beyond the border.
     fn ghost(&self, i: isize, j: isize, node: &impl Fn(usize, usize) -> f64) -> f64 {
         let (nx, ny) = (self.nx as isize, self.ny as isize);
         let at = |a: isize, b: isize| self.ghost(a, b, node);
@@ -227,7 +226,7 @@ impl Lattice {
     }
 }
 
-/// Whether nodes may lie so: cells, positive distances, finite numbers; the first that is wrong.
+/// Checks the grid: number of cells, positive spacings, finite numbers. Returns the first fault.
 fn check(origin: [f64; 2], spacing: [f64; 2], nx: usize, ny: usize) -> Result<(), GridFault> {
     if nx < 2 || ny < 2 {
         return Err(GridFault::NoCell { nx, ny });
@@ -235,18 +234,18 @@ fn check(origin: [f64; 2], spacing: [f64; 2], nx: usize, ny: usize) -> Result<()
     for k in 0..2 {
         let (spacing, origin) = (spacing[k], origin[k]);
         if !(spacing > 0.0 && spacing.is_finite()) {
-            let (what, wanted) = ("the distance of nodes", "positive and finite");
+            let (what, wanted) = ("the node spacing", "positive and finite");
             return Err(GridFault::Number { what, value: spacing, wanted });
         }
         if !origin.is_finite() {
-            let (what, wanted) = ("the place of the first node", "finite");
+            let (what, wanted) = ("the position of the first node", "finite");
             return Err(GridFault::Number { what, value: origin, wanted });
         }
     }
     Ok(())
 }
 
-/// Weights of the four nodes and their derivatives.
+/// Returns the weights of the four nodes and their derivatives.
 #[inline(always)]
 fn weights(t: f64) -> (f64x4, f64x4) {
     /// Coefficients of the cubics, by power.

@@ -1,18 +1,18 @@
-//! The ground under a disc of a wheel as a curve in its plane, and where it comes nearest to the centre.
+//! The ground below a disc of a wheel as a curve in its plane, and the points where it is nearest to the centre.
 //! ```text
 //! profile   cubics through heights and slopes of posts, s along the disc, ζ up, from its centre
 //! peaks     local maxima of d = r − √(s² + ζ²):  E = s + ζ ζ' = 0 from − to +;  E' = 1 + ζ'² + ζ ζ''
 //! ```
-//! A piece whose control points lie below the rim is skipped; one on which E' is positive has one maximum at most, found by two of
-//! Newton's steps from where the chord of E is zero; any other is looked at in parts. All of it is continuous in the posts.
+//! A piece whose control points lie below the rim is skipped. A piece on which E' is positive has at most one maximum, found by two Newton steps from
+//! the zero of the chord of E. All other pieces are divided into parts. The result is continuous in the posts.
 
 use wide::f64x4;
 
-/// Posts of the profile.
+/// Number of posts of the profile.
 pub(crate) const POSTS: usize = 9;
-/// Their places over the radius.
+/// Their positions, relative to the radius.
 pub(crate) const PLACES: [f64; POSTS] = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0];
-/// √(1 − place²): height of the rim over the radius.
+/// √(1 − position²): height of the rim, relative to the radius.
 pub(crate) const RIM: [f64; POSTS] = [
     0.0,
     0.661_437_827_766_147_7,
@@ -24,18 +24,18 @@ pub(crate) const RIM: [f64; POSTS] = [
     0.661_437_827_766_147_7,
     0.0,
 ];
-/// Most local maxima of d that are followed, those without contact among them.
+/// Maximum number of local maxima of d that are tracked, including those without contact.
 const PEAKS: usize = 6;
-/// Posts with those at peaks.
+/// Maximum number of posts, including those at peaks.
 pub(crate) const POSTS_MAX: usize = POSTS + 2 * PEAKS;
-/// Parts of a piece in which the sign of E is looked at.
+/// Number of parts of a piece in which the sign of E is tested.
 const PARTS: usize = 4;
-/// Steps of Newton's method.
+/// Number of Newton steps.
 const NEWTON: usize = 2;
-/// Slope that a piece may have at its end whatever its rise: more only in proportion to the rise.
+/// Slope that a piece may always have at its end; a larger one is limited in proportion to the rise of the piece.
 const SLOPE_FREE: f64 = 1.0;
 
-/// The profile of the ground at one place: s, ζ, dζ/ds, and the ground's slope along the axle.
+/// The profile of the ground at one position: s, ζ, dζ/ds, and the ground's slope along the axle.
 #[derive(Clone, Copy)]
 pub(crate) struct Post {
     pub s: f64,
@@ -46,33 +46,33 @@ pub(crate) struct Post {
 
 pub(crate) const NO_POST: Post = Post { s: 0.0, z: 0.0, slope: 0.0, side: 0.0 };
 
-/// The profile: posts by growing s.
+/// The profile: posts sorted by s.
 pub(crate) struct Profile {
     pub posts: [Post; POSTS_MAX],
     pub count: usize,
 }
 
-/// A local maximum of d, with what it counts.
+/// A local maximum of d, with its weight.
 #[derive(Clone, Copy)]
 pub(crate) struct Peak {
     pub at: Post,
     pub d: f64,
     pub share: f64,
-    /// Least d between this and the next.
+    /// Smallest d between this maximum and the next.
     pub saddle: f64,
 }
 
-/// Local maxima by growing s.
+/// Local maxima sorted by s.
 pub(crate) struct Peaks {
     pub peaks: [Peak; PEAKS],
     pub count: usize,
-    /// Radius and clearance within which maxima are kept, m.
+    /// Radius, and clearance within which maxima are kept, m.
     pub r: f64,
     pub margin: f64,
 }
 
 impl Peaks {
-    /// None yet.
+    /// Creates an empty list.
     #[inline]
     pub fn new(r: f64) -> Peaks {
         let none = Peak { at: NO_POST, d: 0.0, share: 0.0, saddle: 0.0 };
@@ -83,7 +83,7 @@ impl Peaks {
         &self.peaks[..self.count]
     }
 
-    /// A maximum at u of a piece; what is far from the ground, or ground seen from inside, is none.
+    /// Adds a maximum at u of a piece, unless it is far from the ground or the ground is seen from inside.
     #[inline]
     fn push(&mut self, piece: &Piece, u: f64) {
         let at = piece.at(u);
@@ -95,7 +95,7 @@ impl Peaks {
         }
     }
 
-    /// The ground between the last maximum and the next falls to d.
+    /// Records that d falls to this value between the last maximum and the next.
     #[inline]
     fn saddle(&mut self, d: f64) {
         if let Some(last) = self.count.checked_sub(1) {
@@ -103,7 +103,7 @@ impl Peaks {
         }
     }
 
-    /// A part of a piece from (u, E) to (u, E): a maximum or a saddle where E changes its sign.
+    /// Processes a part of a piece from (u, E) to (u, E): a change of sign of E is a maximum or a saddle.
     #[inline(always)]
     fn step(&mut self, piece: &Piece, from: (f64, f64), to: (f64, f64)) {
         if (from.1 < 0.0) == (to.1 < 0.0) {
@@ -132,15 +132,15 @@ impl Peaks {
         }
     }
 
-    /// Peaks joined by saddles, the highest first: each group keeps what stands out above the saddle, and what
-    /// is below it is shared in proportion. The order of equal saddles does not matter.
+    /// Joins peaks by saddles, the highest first: each group keeps what is above the saddle, and what is below it is shared in proportion. The order
+    /// of equal saddles has no effect.
     #[inline]
     fn share(&mut self) {
         let (n, margin) = (self.count, self.margin);
         if n < 2 {
             return;
         }
-        // Groups are runs of peaks; total of the group of each peak.
+        // Groups are consecutive peaks; `total` is the total of the group of each peak.
         let mut total: [f64; PEAKS] = std::array::from_fn(|k| self.peaks[k].d + margin);
         let mut group: [usize; PEAKS] = std::array::from_fn(|k| k);
         let mut open: [f64; PEAKS] = std::array::from_fn(|k| {
@@ -177,8 +177,8 @@ impl Peaks {
 }
 
 impl Profile {
-    /// A post between others, at the place of a peak: `weight` of the exact one, the rest what the profile had there. Gives its
-    /// index, or that of a post already there.
+    /// Inserts a post between others, at the position of a peak: `weight` times the exact one, plus the rest of the profile there. Returns its index,
+    /// or that of an existing post.
     #[inline]
     pub fn insert(&mut self, had: &Post, exact: &Post, weight: f64, same: f64) -> usize {
         let mix = |a: f64, b: f64| a + weight * (b - a);
@@ -205,8 +205,8 @@ impl Profile {
         k
     }
 
-    /// The maxima of d above −margin on the pieces between the first posts, with their shares: as `peaks` finds them, side by side
-    /// as far as most pieces need it.
+    /// Finds the maxima of d above −margin on the pieces between the first posts, with their weights. The result equals that of `peaks`, but the part
+    /// that most pieces need is vectorized.
     #[inline]
     pub fn first_peaks(&self, out: &mut Peaks) {
         const N: usize = POSTS - 1;
@@ -255,7 +255,7 @@ impl Profile {
         out.share();
     }
 
-    /// The maxima of d above −margin on some pieces, with their shares.
+    /// Finds the maxima of d above −margin on some pieces, with their weights.
     #[inline]
     pub fn peaks(&self, pieces: std::ops::Range<usize>, out: &mut Peaks) {
         let mut before = None;
@@ -265,7 +265,7 @@ impl Profile {
         out.share();
     }
 
-    /// The maxima of d on one piece; E at the end of the piece before, none after one that is skipped. Gives that of this one.
+    /// Finds the maxima of d on one piece. `before` is E at the end of the previous piece, `None` after a skipped one. Returns that of this piece.
     #[inline]
     fn search(&self, k: usize, before: Option<f64>, out: &mut Peaks) -> Option<f64> {
         let piece = Piece::of(&self.posts[k], &self.posts[k + 1]);
@@ -305,7 +305,7 @@ impl Profile {
     }
 }
 
-/// A cubic between two posts, u from 0 to 1.
+/// A cubic between two posts, with u from 0 to 1.
 struct Piece {
     s: f64,
     length: f64,
@@ -324,7 +324,7 @@ impl Piece {
     fn of(a: &Post, b: &Post) -> Piece {
         let length = b.s - a.s;
         let rise = b.z - a.z;
-        // Steeper ends than the rise has use for would make ground that is not there.
+        // End slopes that are too steep for the rise would create ground that does not exist.
         let most = (3.0 * rise.abs()).max(SLOPE_FREE * length);
         let (m0, m1) =
             ((a.slope * length).clamp(-most, most), (b.slope * length).clamp(-most, most));
@@ -339,7 +339,7 @@ impl Piece {
         }
     }
 
-    /// Whether no point is within `reach` (m) of the centre: the control points are below that circle.
+    /// Returns true if no point is within `reach` (m) of the centre, because all control points are below that circle.
     #[inline(always)]
     fn below(&self, reach: f64) -> bool {
         let top = self.c[0].max(self.control[0]).max(self.control[1]).max(self.z_end);
@@ -348,7 +348,7 @@ impl Piece {
         top < 0.0 && top * top + near * near > reach * reach
     }
 
-    /// Whether E grows over the piece: E' = 1 + ζ'² + ζ ζ'' is positive.
+    /// Returns true if E increases over the piece: E' = 1 + ζ'² + ζ ζ'' is positive.
     #[inline(always)]
     fn turns_once(&self) -> bool {
         let [c0, _, c2, c3] = self.c;
@@ -358,7 +358,7 @@ impl Piece {
         bend * size < self.length * self.length
     }
 
-    /// ζ and ζ'.
+    /// Returns ζ and ζ'.
     #[inline(always)]
     fn height(&self, u: f64) -> (f64, f64) {
         let [c0, c1, c2, c3] = self.c;
@@ -367,14 +367,14 @@ impl Piece {
         (z, slope)
     }
 
-    /// E = s + ζ ζ'.
+    /// Returns E = s + ζ ζ'.
     #[inline(always)]
     fn error(&self, u: f64) -> f64 {
         let (z, slope) = self.height(u);
         z.mul_add(slope, u.mul_add(self.length, self.s))
     }
 
-    /// A step of Newton's method from u, kept in the piece.
+    /// Performs a Newton step from u, kept within the piece.
     #[inline(always)]
     fn newton(&self, u: f64) -> f64 {
         let (z, slope) = self.height(u);

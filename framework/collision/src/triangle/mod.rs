@@ -1,16 +1,16 @@
-//! One triangle of a surface and a convex core, in the surface's frame.
+//! Contact of one triangle of a surface with a convex core, in the surface's frame.
 //!
-//! With the triangle's normal m, its edges k with directions t_k in the plane, away from it, and the core's point p that is deepest along m:
+//! Notation: m is the triangle's normal, t_k are the outward directions at its edges k in the plane, p is the core's point that is deepest along m.
 //! ```text
-//! p over the triangle:                       m is the normal; what faces the triangle, clipped by planes through its edges
-//! p beyond edges over which normals cannot lean (flat, hollow), or lean less than it would take:
-//!                                            what lies over the triangle, along m, if there is anything; the rest is the neighbours'
-//! p beyond edges that are convex:            the normal n(φ) = m cos φ + t_k sin φ of greatest separation, or that of a corner     ridge.rs
-//! anything deeper than a tenth of the core that is not shown to be apart:                                                           general
+//! p over the triangle:                       m is the normal; the part that faces the triangle, clipped by planes through its edges
+//! p beyond edges over which normals cannot lean (flat, concave), or not far enough:
+//!                                            the part over the triangle, along m, if there is any; the rest belongs to the neighbours
+//! p beyond convex edges:                     the normal n(φ) = m cos φ + t_k sin φ of largest separation, or that of a corner      ridge.rs
+//! overlap deeper than a tenth of the core that is not proven separate:                                                              general
 //! ```
-//! The general way knows nothing of neighbours: nearest points by iteration on A − B, polished; a normal that a neighbour forbids (it would come from
-//! an edge inside a flat or hollow part) is replaced by the triangle's own. The others give what it gives:
-//! `framework/collision/src/triangle/tests.rs::short_ways_agree_with_the_general_one`.
+//! The general method does not use the neighbours: it computes nearest points by iteration on A − B and refines them. A normal that a neighbour
+//! forbids, because it comes from an edge inside a flat or concave part, is replaced by the triangle's normal. The other methods give the same
+//! results: `framework/collision/src/triangle/tests.rs::short_ways_agree_with_the_general_one`.
 
 mod ridge;
 #[cfg(test)]
@@ -24,11 +24,11 @@ use crate::surface::{Facet, LEAN, Surface};
 use linkwork_multibody::spatial::Vec3;
 use ridge::{apart, ridge};
 
-/// Overlaps that are deeper than this part of the core's least half extent go the general way.
+/// Overlaps deeper than this fraction of the core's smallest half extent use the general method.
 const SHALLOW: f64 = 0.1;
-/// Overlaps over edges that are more convex than this, sine, go the general way.
+/// Overlaps over edges that are more convex than this (sine) use the general method.
 const GENTLE: f64 = 0.3;
-/// What overlaps less, in sizes of the pair, may as well touch.
+/// Overlaps below this, relative to the size of the pair, count as touching.
 const TOUCH: f64 = 1e-5;
 
 /// A triangle of a surface.
@@ -36,7 +36,7 @@ const TOUCH: f64 = 1e-5;
 pub(crate) struct Tile<'s> {
     /// The surface.
     pub surface: &'s Surface,
-    /// Its number.
+    /// Its index.
     pub number: u32,
     /// Its corners and its normal.
     pub facet: Facet,
@@ -68,7 +68,7 @@ pub(crate) fn one_triangle(t: &Tile, b: &Placed, limit: f64, size: f64, room: &m
     }
 }
 
-/// The ways that need no iteration on A − B; `None` when it takes one.
+/// Tries the methods without iteration on A − B; `None` when an iteration is needed.
 fn short(t: &Tile, b: &Placed, limit: f64, size: f64, room: &mut Room) -> Option<()> {
     let f = &t.facet;
     let low = b.support(&-f.n);
@@ -76,7 +76,7 @@ fn short(t: &Tile, b: &Placed, limit: f64, size: f64, room: &mut Room) -> Option
     if sep > limit {
         return Some(());
     }
-    // Far behind the plane, but beside the triangle.
+    // The core is far behind the plane, but may be outside the border of the triangle.
     let free = -sep > SHALLOW * b.core.least_half();
     if free && !apart(f, b)? {
         return None;
@@ -85,7 +85,7 @@ fn short(t: &Tile, b: &Placed, limit: f64, size: f64, room: &mut Room) -> Option
     let out = [0, 1, 2].map(|k| (low - f.v[k]).dot(&sides[k]));
     let slack = SLACK * size;
     let convex_edge = |k: usize| t.lean(k, &sides[k]) > LEAN;
-    // A normal that leans by φ over an edge is less deep only when tan(φ/2) > inset/depth; over two edges it may lean more than over one.
+    // A normal that leans by φ over an edge has a smaller depth only for tan(φ/2) > inset/depth; over two edges it may lean more than over one.
     let near = |k: usize| match -out[k] {
         inset if inset < 0.0 => out[k] < slack && convex_edge(k),
         inset => inset < -sep && inset < -2.0 * sep * t.lean(k, &sides[k]),
@@ -103,7 +103,7 @@ fn short(t: &Tile, b: &Placed, limit: f64, size: f64, room: &mut Room) -> Option
         if axis.sep > limit {
             return Some(());
         }
-        // Over sharp edges several directions may be nearly as deep.
+        // Over sharp edges several directions may have nearly the same depth.
         if axis.sep < 0.0 && (0..3).any(|k| t.lean(k, &sides[k]) > GENTLE) {
             return None;
         }
@@ -125,8 +125,8 @@ fn short(t: &Tile, b: &Placed, limit: f64, size: f64, room: &mut Room) -> Option
     Some(())
 }
 
-/// Whether points behind the plane show that the core passes through the triangle, and not beside it: one of them, or one between two, is
-/// farther than `touch` behind it and inside its border; or all are so near the plane that it does not matter.
+/// Returns true if points behind the plane show that the core passes through the triangle and not outside its border: one of them, or one between two, is
+/// farther than `touch` behind it and inside its border. Also true if all are so close to the plane that the difference does not matter.
 fn through(f: &Facet, sides: &[Vec3; 3], points: &[Point], touch: f64) -> bool {
     let inside =
         |p: &Vec3, gap: f64| -gap > touch && (0..3).all(|k| (f.v[k] - p).dot(&sides[k]) > touch);
@@ -137,7 +137,7 @@ fn through(f: &Facet, sides: &[Vec3; 3], points: &[Point], touch: f64) -> bool {
         })
 }
 
-/// Whether the neighbours permit the normal of the deepest point, or there is none. Points with others go.
+/// Returns true if the neighbours permit the normal of the deepest point, or if there is none. Removes points with other normals.
 fn legal(t: &Tile, room: &mut Room, from: usize) -> bool {
     let deepest = room.points[from..].iter().min_by(|p, q| p.gap.total_cmp(&q.gap)).copied();
     let legal = deepest.is_none_or(|p| t.admits(&p.n));
@@ -156,7 +156,7 @@ fn keep(room: &mut Room, from: usize, legal: impl Fn(&Point) -> bool) {
     room.points.truncate(kept);
 }
 
-/// Runs `work` with the triangle as a core.
+/// Calls `work` with the triangle as a core.
 fn with_poly(f: &Facet, room: &mut Room, work: impl FnOnce(&Placed, &mut Room)) {
     let Core::Poly(mut poly) = std::mem::replace(&mut room.triangle, Core::Point) else { return };
     f.write(&mut poly);
@@ -165,7 +165,7 @@ fn with_poly(f: &Facet, room: &mut Room, work: impl FnOnce(&Placed, &mut Room)) 
     room.triangle = core;
 }
 
-/// By the nearest points or the least depth of triangle and core, whatever the neighbours are; then by what they permit.
+/// Computes the nearest points or the penetration depth of triangle and core without the neighbours, then applies what the neighbours permit.
 fn general(t: &Tile, b: &Placed, limit: f64, size: f64, room: &mut Room) {
     let n = t.facet.n;
     let (low, high) = b.range(&n);
@@ -180,7 +180,7 @@ fn general(t: &Tile, b: &Placed, limit: f64, size: f64, room: &mut Room) {
         if legal(t, room, from) {
             return;
         }
-        // What does not meet the triangle itself is not below it either.
+        // A core that does not touch the triangle itself is not below it either.
         let floor = if depth > -TOUCH * size { 0.0 } else { f64::NEG_INFINITY };
         let own = Axis { n, sep: low - plane, source: Source::Face };
         across(a, b, &own, limit, size, room);
@@ -188,7 +188,7 @@ fn general(t: &Tile, b: &Placed, limit: f64, size: f64, room: &mut Room) {
     });
 }
 
-/// A point and a triangle: the nearest point of the face, else of an edge.
+/// Computes the contact of a point and a triangle: the nearest point of the face, otherwise of an edge.
 fn point_on(t: &Tile, p: &Vec3, limit: f64, size: f64, room: &mut Room) {
     let f = &t.facet;
     let height = (p - f.v[0]).dot(&f.n);

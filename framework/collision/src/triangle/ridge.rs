@@ -1,13 +1,14 @@
-//! The normal of greatest separation between a triangle and a core whose deepest point lies beyond a convex edge.
+//! Normal of largest separation between a triangle and a core whose deepest point lies beyond a convex edge.
 //!
 //! ```text
-//! over edge k:    n(φ) = m cos φ + t_k sin φ,  0 ≤ φ ≤ as far as a normal may lean
+//! over edge k:    n(φ) = m cos φ + t_k sin φ,  0 ≤ φ ≤ the largest admissible lean
 //!                 sep(φ) = n · (p(n) − v_k),   sep'(φ) = n' · (p(n) − v_k),   sep'' = −sep + n' · ∂p/∂φ,   p the core's lowest point along n
-//!                 sep' > 0 at the far end:     the neighbour's
-//!                 a line of the core and the edge cross where n is across both: sep' jumps;  else Newton between bounds
+//!                 sep' > 0 at the far end:     belongs to the neighbour
+//!                 a line of the core and the edge cross where n is perpendicular to both: sep' jumps;  otherwise Newton between bounds
 //! over a corner:  the core's nearest point to it
 //! ```
-//! Where the point of contact lies on the edge, no other normal shows more: for any unit n, sep(n) ≤ n · (p − v) with p − v along n(φ), when they are apart.
+//! If the contact point lies on the edge, no other normal has a larger separation: for any unit n, sep(n) ≤ n · (p − v), with p − v along n(φ), when
+//! they are separated.
 
 use super::{LEAN, Tile};
 use crate::axis::{Axis, Source};
@@ -17,8 +18,8 @@ use crate::pairs::on_cylinder;
 use crate::surface::Facet;
 use linkwork_multibody::spatial::Vec3;
 
-/// The best legal normal over the edges and corners that the core's lowest point is `beyond`, by `out`, when there is one. The point is `sep` over the plane.
-/// `None`: not known.
+/// Returns the best admissible normal over the edges and corners that the core's lowest point is `beyond`, by `out`, if there is one. The point is
+/// `sep` above the plane. `None`: undecided.
 pub(super) fn ridge(
     t: &Tile,
     b: &Placed,
@@ -40,7 +41,7 @@ pub(super) fn ridge(
         }
         let lean = t.lean(k, &sides[k]);
         if lean * b.core.radius() <= 0.5 * slack && lean <= 0.5 * LEAN {
-            // Beyond a flat or hollow edge and below it: its corners may belong to convex edges.
+            // Beyond a flat or concave edge and below it: its corners may belong to convex edges.
             if sep < -slack {
                 matches!(b.core, Core::Cylinder { .. }).then_some(())?;
             }
@@ -84,7 +85,7 @@ pub(super) fn ridge(
     Some(best)
 }
 
-/// A segment over edge k, apart; `None` when its nearest point of the triangle is elsewhere.
+/// Returns the normal of a separate segment over edge k; `None` when its nearest point of the triangle is elsewhere.
 fn segment(f: &Facet, k: usize, b: &Placed, h: f64) -> Option<(Vec3, f64)> {
     let z = b.R.column(2).into_owned();
     let end = |p: Vec3| Corner { p, name: 0, edge: 0 };
@@ -97,13 +98,13 @@ fn segment(f: &Facet, k: usize, b: &Placed, h: f64) -> Option<(Vec3, f64)> {
     (sep > 1e-9 * h && lower(f, b, &n) >= sep - 1e-13 * h).then_some((n, sep))
 }
 
-/// What a normal shows between a triangle and a core: no more than their distance.
+/// Returns the separation of a triangle and a core along a normal, which is a lower bound of their distance.
 fn lower(f: &Facet, b: &Placed, n: &Vec3) -> f64 {
     let top = f.v.iter().fold(f64::NEG_INFINITY, |m, v| m.max(v.dot(n)));
     b.range(n).0 - top
 }
 
-/// Whether a triangle and a core are shown to be apart. `None`: not known.
+/// Returns whether a triangle and a core are proven separate. `None`: undecided.
 pub(super) fn apart(f: &Facet, b: &Placed) -> Option<bool> {
     let Core::Cylinder { r, h } = *b.core else { return None };
     let mut p = b.p;
@@ -120,7 +121,7 @@ pub(super) fn apart(f: &Facet, b: &Placed) -> Option<bool> {
     None
 }
 
-/// The point of a triangle nearest to p.
+/// Returns the point of a triangle nearest to p.
 fn nearest(f: &Facet, p: &Vec3) -> Vec3 {
     let mut best: Option<(Vec3, f64)> = None;
     for k in 0..3 {
@@ -154,12 +155,12 @@ struct Slope {
 }
 
 impl Wheel {
-    /// At n(φ), with the lower end that at `end` (±1) of the axis.
+    /// Evaluates sep and its derivatives at n(φ), with the lower end at `end` (±1) of the axis.
     fn slope(&self, (m, t, v): (&Vec3, &Vec3, &Vec3), (sin, cos): (f64, f64), end: f64) -> Slope {
         let (n, turned) = (m * cos + t * sin, t * cos - m * sin);
         let w = n - self.z * self.z.dot(&n);
         let l = w.norm();
-        // Along the axis there is no lowest point: NaN makes the search give up.
+        // Along the axis there is no unique lowest point: NaN makes the search fail.
         let u = if l > 1e-4 { w / l } else { Vec3::repeat(f64::NAN) };
         let p = self.c + self.z * (self.h * end) - u * self.r;
         let d = p - v;
@@ -169,8 +170,8 @@ impl Wheel {
         Slope { n, p, sep, first: turned.dot(&d), second }
     }
 
-    /// The normal of greatest separation over an edge at v that leans by `lean` at most, when it is not beyond that; `first` and `sep`
-    /// are those of m. `None`: not known.
+    /// Returns the normal of largest separation over an edge at v that leans by at most `lean`, if it is not beyond that; `first` and `sep` are those
+    /// of m. `None`: undecided.
     fn over_edge(
         &self,
         m: &Vec3,
@@ -188,13 +189,13 @@ impl Wheel {
         let ends = [end((0.0, 1.0)), end(far)];
         let last = self.slope(frame, far, ends[1]);
         if !(last.first <= 0.0) {
-            // While they overlap sep' may grow again, but no faster than they overlap.
+            // While they overlap sep' may increase again, but not faster than the overlap.
             let sure = last.sep >= 0.0 || last.first > -4.0 * sep * sin;
             return sure.then_some(None);
         }
         let (mut lo, mut hi, mut side) = ((0.0, first), (far.0.atan2(far.1), last.first), ends[1]);
         if ends[0] != ends[1] {
-            // Here n is across the axis: a line on the side is lowest.
+            // Here n is perpendicular to the axis: a line on the side is lowest.
             let (x, y) = (t.dot(&self.z), -m.dot(&self.z));
             let turn = if y < 0.0 { (-y).atan2(-x) } else { y.atan2(x) };
             let at = turn.sin_cos();
@@ -220,7 +221,7 @@ impl Wheel {
             let next = phi - s.first / s.second;
             let step = (next - phi).abs();
             if step < 1e-8 {
-                // Quadratic from here: the next place is right to the last digit.
+                // Convergence is quadratic here, so the next value is exact up to round-off.
                 return Some(Some(self.slope(frame, next.sin_cos(), side)));
             }
             phi = if next > lo.0 && next < hi.0 { next } else { 0.5 * (lo.0 + hi.0) };

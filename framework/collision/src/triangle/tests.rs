@@ -165,7 +165,7 @@ fn short_ways_agree_with_the_general_one() {
         surface(c.surface, &c.core, (c.limit, c.size, Want::All), room);
         cases += 1;
         let (Some(p), Some(q)) = (deepest(&room.points), deepest(&theirs)) else {
-            // Where the general way has nothing, what is under the terrain is pushed up as a whole.
+            // If the general method has no contacts, a shape under the terrain is pushed up as a whole.
             assert!(theirs.is_empty() && room.points.iter().all(|p| p.gap < 0.0), "{c:?}");
             return;
         };
@@ -219,7 +219,7 @@ fn points_over_triangles_are_those_of_the_general_way() {
             let within = |p: &Point, all: &[Point]| {
                 all.iter().any(|q| (p.gap - q.gap).abs() < 1e-9 && (p.pb - q.pb).norm() < 1e-9)
             };
-            // What is behind the plane by less than this may as well touch: the general way leaves it out when nothing is deeper.
+            // Points behind the plane by less than this may count as touching: the general method leaves them out if none is deeper.
             let slight = |p: &Point| (-TOUCH * c.size..0.0).contains(&p.gap);
             compared += ours.len();
             assert!(ours.iter().all(|p| within(p, &theirs) || slight(p)), "{ours:?} {theirs:?}");
@@ -265,7 +265,7 @@ fn a_field_with_holes_gives_the_triangles_that_a_box_meets() {
         if near.is_empty() { none += 1 } else { some += 1 }
     }
     assert!(some > 500 && none > 200, "{some} {none}");
-    // A triangle beside a hole has a border there; a ray through a hole meets nothing.
+    // A triangle next to a hole has a border there; a ray through a hole meets nothing.
     let (mut borders, mut through) = (0, 0);
     for i in 0..count as u32 {
         let t = s.facet(i);

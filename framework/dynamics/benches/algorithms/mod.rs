@@ -1,5 +1,4 @@
-//! What the benchmarks run: every algorithm by name, on one state or on a batch, and the mechanism
-//! as the peer reads it.
+//! The algorithms that the benchmarks run, by name, on one state or on a batch; and the description of the mechanism for the other library.
 
 use linkwork_dynamics::multibody::{Multibody, NodeId};
 use linkwork_dynamics::spatial::Vec3;
@@ -7,12 +6,12 @@ use linkwork_dynamics::*;
 use std::fmt::Write as _;
 use std::hint::black_box;
 
-/// States that the calls go round.
+/// Number of states over which the calls cycle.
 pub const STATES: usize = 64;
 
-/// Takes one algorithm after another.
+/// Runs one algorithm after another.
 pub trait Run {
-    /// An algorithm's name, and a call on a state by its number.
+    /// Runs an algorithm by name; `call` takes the index of a state.
     fn run(&mut self, key: &'static str, call: impl FnMut(usize));
 }
 
@@ -20,7 +19,7 @@ fn states(one: impl Fn(u64) -> Vec<f64>) -> Vec<Vec<f64>> {
     (0..STATES as u64).map(one).collect()
 }
 
-/// The nodes of the feet, in order.
+/// Returns the nodes of the feet, in order.
 fn feet(mbs: &Multibody) -> Vec<NodeId> {
     mbs.node_ids().collect()
 }
@@ -157,7 +156,7 @@ pub fn batch<L: Lane>(tree: &Tree, run: &mut impl Run) {
     }
 }
 
-/// One line a joint, as `tests/benches/peers/pinocchio_bench.cpp` says.
+/// Writes one line per joint, in the format of `tests/benches/peers/pinocchio_bench.cpp`.
 pub fn joints(mbs: &Multibody) -> String {
     let mut text = String::new();
     for b in mbs.bodies() {

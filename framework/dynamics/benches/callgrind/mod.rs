@@ -1,33 +1,32 @@
-//! Counting instructions: a program runs itself, or a peer, under callgrind.
+//! Instruction counts: a program runs itself, or the other library's benchmark, under callgrind.
 //!
-//! Both call each algorithm [`CALLS`] times to warm up, then as often inside a function `counted`;
-//! callgrind collects only in there, and dumps its sum after each. The loop and the indirect call in
-//! it, some ten instructions, are counted too.
+//! Both call each algorithm [`CALLS`] times to warm up, and then the same number of times inside a function `counted`. Callgrind collects only inside
+//! this function and dumps its sum after each algorithm. The loop and its indirect call, about ten instructions, are included.
 //!
-//! Callgrind counts each byte that `rep stosb` fills as an instruction. So the C library is told to
-//! fill and copy by vector instructions, as it does below two thousand bytes anyway.
+//! Callgrind counts each byte that `rep stosb` fills as one instruction. Therefore the C library is configured to fill and copy with vector
+//! instructions, which it does below two thousand bytes anyway.
 //!
-//! valgrind 3.19 does not know the short form of `vmovq` between two registers. The profile `counts`
-//! keeps it out of what sets mechanisms up; should a kernel contain it, the error says so.
+//! Valgrind 3.19 does not support the short form of `vmovq` between two registers. The profile `counts` avoids it in the code that builds mechanisms.
+//! If a kernel contains it, the error message reports it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Calls that are counted.
+/// Number of counted calls.
 pub const CALLS: usize = 16;
 
-/// The word that makes a program the one that is counted.
+/// Argument that makes a program the counted child process.
 pub const CHILD: &str = "--child";
 
-/// Filling and copying without string instructions, whatever the length.
+/// Settings that make the C library fill and copy without string instructions, for all lengths.
 const NO_REP: &str = "glibc.cpu.x86_rep_stosb_threshold=1000000000:\
                       glibc.cpu.x86_rep_movsb_threshold=1000000000";
 
-/// Counts by name, or why there are none.
+/// Counts by name, or the reason why there are none.
 pub type Counts = Result<BTreeMap<String, f64>, String>;
 
-/// Whether valgrind is here; else a line that says what is skipped.
+/// Returns true if valgrind runs; otherwise prints what is skipped.
 pub fn is_here() -> bool {
     let found = Command::new("valgrind").arg("--version").output();
     if let Err(e) = &found {
@@ -36,32 +35,31 @@ pub fn is_here() -> bool {
     found.is_ok()
 }
 
-/// In the child: warms up, lets itself be counted and prints the name.
+/// In the child process: warms up, runs the counted calls and prints the name.
 pub fn run(key: &str, call: &mut dyn FnMut(usize)) {
     count(call);
     println!("{key}");
 }
 
-/// Callgrind dumps what it collected at each return.
+/// Callgrind dumps its sum at each return of this function.
 #[inline(never)]
 fn count(call: &mut dyn FnMut(usize)) {
     (0..CALLS).for_each(&mut *call);
     counted(call);
 }
 
-/// What callgrind collects.
+/// Callgrind collects only inside this function.
 #[inline(never)]
 fn counted(call: &mut dyn FnMut(usize)) {
     (0..CALLS).for_each(call);
 }
 
-/// A file of this process.
+/// Returns the path of a temporary file of this process.
 pub fn temporary(what: &str) -> PathBuf {
     std::env::temp_dir().join(format!("linkwork_counts_{}_{what}.txt", std::process::id()))
 }
 
-/// Runs a program under callgrind: instructions per call for each name that it prints, the fewest
-/// where a name comes again.
+/// Runs a program under callgrind. Returns the instructions per call for each name that it prints, the smallest value if a name occurs again.
 pub fn callgrind(program: &Path, args: &[&str]) -> Counts {
     let path = temporary("callgrind");
     let out = Command::new("valgrind")

@@ -1,11 +1,10 @@
-//! The mechanisms of the benchmarks. Their nodes are the feet (or hands) that carry Jacobians and
-//! compliance, at their bodies' origins.
+//! The mechanisms of the benchmarks. Their nodes are the feet (or hands) for Jacobians and compliance, at the origins of their bodies.
 
 use crate::support;
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Vec3};
 
-/// Name and mechanism.
+/// Returns names and mechanisms.
 pub fn all() -> Vec<(&'static str, Multibody)> {
     let mut all = Vec::new();
     for (name, feet) in [
@@ -27,7 +26,7 @@ pub fn all() -> Vec<(&'static str, Multibody)> {
     all
 }
 
-/// The same robot with one node at the origin of each of these bodies and no other.
+/// Returns the same robot with one node at the origin of each of these bodies and no other nodes.
 fn with_feet(mbs: &Multibody, feet: &[&str]) -> Multibody {
     let mut b = Builder::from(mbs);
     b.nodes_mut().clear();
@@ -37,7 +36,7 @@ fn with_feet(mbs: &Multibody, feet: &[&str]) -> Multibody {
     b.build().unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// n links, each 2 kg, diag(3, 2, 1) kg m², 1 m, pins about y.
+/// A chain of n links with pins about y; each link has 2 kg, diag(3, 2, 1) kg m² and 1 m.
 pub fn chain(n: usize) -> Multibody {
     let mut b = Builder::new();
     let inertia = Mat3::from_diagonal(&Vec3::new(3.0, 2.0, 1.0));
@@ -55,7 +54,7 @@ pub fn chain(n: usize) -> Multibody {
     b.build().expect("chain")
 }
 
-/// A tree in which every link carries two, pins about x, y and z in turn; nodes at two tips.
+/// A binary tree with pins about x, y and z in turn, and nodes at two tips.
 fn binary_tree(depth: u32) -> Multibody {
     let mut b = Builder::new();
     let inertia = Mat3::from_diagonal(&Vec3::new(0.02, 0.03, 0.04));
@@ -76,7 +75,7 @@ fn binary_tree(depth: u32) -> Multibody {
     b.build().expect("tree")
 }
 
-/// Adds a link: name, parent, hinge frame in the parent, axis (none: free), mass.
+/// Adds a link: name, parent, hinge frame in the parent, axis (`None`: free hinge), mass.
 fn part(b: &mut Builder, name: &str, parent: &str, p: [f64; 3], axis: Option<Vec3>, m: f64) {
     let inertia = Mat3::from_diagonal(&Vec3::new(0.02 * m, 0.03 * m, 0.04 * m));
     b.body(
@@ -87,7 +86,7 @@ fn part(b: &mut Builder, name: &str, parent: &str, p: [f64; 3], axis: Option<Vec
     );
 }
 
-/// 37 dof: free pelvis, two legs of six, waist of three, two arms of seven, head of two.
+/// A humanoid with 37 dof: free pelvis, two legs with six, waist with three, two arms with seven, head with two.
 pub fn humanoid() -> Multibody {
     let mut b = Builder::new();
     let (x, y, z) = (Some(Vec3::x()), Some(Vec3::y()), Some(Vec3::z()));

@@ -1,12 +1,12 @@
-//! A picture of curves on two logarithmic axes, panels side by side, as SVG text.
+//! A plot of curves on two logarithmic axes, with panels side by side, as SVG text.
 
 use std::fmt::Write as _;
 
 /// One curve.
 pub struct Curve {
-    /// Its name, the same in each panel that has it.
+    /// Its name, equal in each panel that contains it.
     pub name: String,
-    /// As CSS writes it.
+    /// Colour in CSS notation.
     pub color: String,
     /// Points, both coordinates positive.
     pub points: Vec<(f64, f64)>,
@@ -14,20 +14,20 @@ pub struct Curve {
 
 /// One panel.
 pub struct Panel {
-    /// What is drawn, with its unit.
+    /// Quantity that is plotted, with its unit.
     pub title: String,
     /// The curves.
     pub curves: Vec<Curve>,
-    /// Where the dashed lines that rise as x and as x³ begin, at the left.
+    /// Start value, at the left, of the dashed lines that grow as x and as x³.
     pub low: f64,
 }
 
 const WIDTH: f64 = 340.0;
 const HEIGHT: f64 = 300.0;
-/// Left, right, top and bottom of the drawing inside its panel.
+/// Left, right, top and bottom of the plot inside its panel.
 const BOX: [f64; 4] = [62.0, 326.0, 34.0, 256.0];
 
-/// All panels, and one legend below them.
+/// Returns all panels with one legend below them.
 pub fn svg(x_name: &str, panels: &[Panel]) -> String {
     let (width, height) = (WIDTH * panels.len() as f64, HEIGHT + 60.0);
     let mut s = format!(
@@ -107,7 +107,7 @@ fn draw(s: &mut String, x_name: &str, panel: &Panel) {
         ),
     );
     for power in [1, 3] {
-        // From the left or the bottom to the right or the top.
+        // Lines start at the left or bottom border and end at the right or top border.
         let x_of = |y: f64| (y / panel.low).powf(1.0 / f64::from(power));
         let y_of = |x: f64| panel.low * x.powi(power);
         let start = if panel.low < y_start { (x_of(y_start), y_start) } else { (1.0, panel.low) };
@@ -129,7 +129,7 @@ fn draw(s: &mut String, x_name: &str, panel: &Panel) {
     }
 }
 
-/// 10 to a power, in full while it is short.
+/// Returns the label of a power of 10, written in full while it is short.
 fn label(power: i32) -> String {
     let digits = ["⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"];
     match power {

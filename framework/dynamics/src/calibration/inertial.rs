@@ -1,4 +1,4 @@
-//! Inertial parameters from measured motion and forces.
+//! Identification of inertial parameters from measured motion and forces.
 //!
 //! ```text
 //! τ − armature β̈ = Y(q, β, β̇) π          π: ten numbers of each body
@@ -19,24 +19,25 @@ pub struct InertialData<'a> {
     tree: &'a Tree,
     ws: Workspace,
     prior: Vec<f64>,
-    /// Rows of Y, and what they are to give.
+    /// Rows of Y, and their right-hand sides.
     rows: Vec<f64>,
     right: Vec<f64>,
     Y: Vec<f64>,
     tau: Vec<f64>,
 }
 
-/// Inertial parameters that explain measurements.
+/// Inertial parameters that explain the measurements.
 #[derive(Clone, Debug)]
 pub struct InertialFit {
-    /// The numbers; `parameters` are ten of each body in canonical order ([`inertial_parameters`]).
+    /// The fit; its `parameters` are ten numbers of each body in canonical order ([`inertial_parameters`]).
     pub fit: Fit,
-    /// Inertias of the bodies; `None` where the numbers are those of no body (of which part cannot be told by measurements, as a rule).
+    /// Inertias of the bodies; `None` if no rigid body can have the identified numbers, usually because the measurements do not determine all of
+    /// them.
     pub inertias: Vec<Option<RigidInertia>>,
 }
 
 impl<'a> InertialData<'a> {
-    /// No data yet, of a mechanism under this uniform gravity, m/s², world axes. Its own inertial parameters are the prior.
+    /// Starts an empty data set for a mechanism in uniform gravity, m/s², world axes. The mechanism's own inertial parameters are the prior.
     ///
     /// # Errors
     /// [`CalibrationError::Mechanism`] for flexible bodies.
@@ -52,7 +53,7 @@ impl<'a> InertialData<'a> {
         Ok(Self { tree, ws, prior, rows, right, Y, tau: vec![0.0; tree.nv()] })
     }
 
-    /// One state: q (nq), rates, accelerations and forces (nv).
+    /// Adds one state: q (nq), rates, accelerations and forces (nv).
     ///
     /// # Errors
     /// [`CalibrationError::Length`], [`CalibrationError::NotFinite`].
@@ -73,20 +74,21 @@ impl<'a> InertialData<'a> {
         self.rows.extend_from_slice(&self.Y);
         let width = self.prior.len();
         for (i, row) in self.Y.chunks_exact(width.max(1)).enumerate() {
-            // What inverse dynamics has beside Y π: the armature.
+            // Subtract the part of inverse dynamics that is not in Y π: the armature.
             let known: f64 = row.iter().zip(&self.prior).map(|(y, p)| y * p).sum();
             self.right.push(tau[i] - (self.tau[i] - known));
         }
         Ok(())
     }
 
-    /// The rows of all data: (nv · states) × (10 · bodies).
+    /// Returns the rows of all data: (nv · states) × (10 · bodies).
     #[must_use]
     pub fn regressor(&self) -> DMatrix<f64> {
         DMatrix::from_row_slice(self.right.len(), self.prior.len(), &self.rows)
     }
 
-    /// The parameters that explain the data, nearest to those of the mechanism; `tolerance` as of [`Identifiable::of`](super::Identifiable::of): 1e-8 suits exact data, more noise more.
+    /// Returns the parameters that explain the data and are nearest to those of the mechanism. `tolerance` as in
+    /// [`Identifiable::of`](super::Identifiable::of): 1e-8 for exact data, larger for noisy data.
     ///
     /// # Errors
     /// [`CalibrationError::TooFew`].
@@ -102,7 +104,7 @@ impl<'a> InertialData<'a> {
 }
 
 impl InertialFit {
-    /// Bodies whose numbers are those of no body.
+    /// Returns the bodies whose identified numbers are not physical.
     #[must_use]
     pub fn unphysical(&self, tree: &Tree) -> Vec<BodyId> {
         let ids = tree.multibody().body_ids().zip(&self.inertias);
@@ -110,8 +112,8 @@ impl InertialFit {
     }
 }
 
-/// The regressor at many random states, the same ones for a seed: what any motion at all could tell of the inertial parameters, by
-/// [`Identifiable::of`](super::Identifiable::of) with a tolerance of 1e-8.
+/// Returns the regressor at many random states, which are the same for equal seeds. With [`Identifiable::of`](super::Identifiable::of) and a
+/// tolerance of 1e-8 it shows which inertial parameters any motion can identify.
 ///
 /// # Errors
 /// [`CalibrationError::Mechanism`] for flexible bodies.
@@ -122,7 +124,7 @@ pub fn structural_regressor(
 ) -> Result<DMatrix<f64>, CalibrationError> {
     let mut data = InertialData::new(tree, gravity)?;
     let mbs = tree.multibody();
-    // Three times as many rows as parameters.
+    // Use three times as many rows as parameters.
     let states = 3 * data.prior.len() / tree.nv().max(1) + 3;
     let zero = vec![0.0; tree.nv()];
     for k in 0..states as u64 {

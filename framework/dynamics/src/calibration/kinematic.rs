@@ -1,56 +1,58 @@
-//! Frames of hinges and of a tip from places of the tip that were measured.
+//! Kinematic calibration: frames of hinges and of a tip from measured tip poses.
 //!
 //! ```text
-//! of each body on the way to the tip      X_PJ ← X_PJ exp(δ),   of the tip itself      X_BN ← X_BN exp(δ)          δ: turn and shift, six numbers
-//! turn about e of a frame at p_F          tip moves by [e; e × (p_N − p_F)]
-//! shift along e                           [0; e]                                          e: axes of the frame, seen in the world
-//! e(q) = [ℓ log(R_measured Rᵀ); p_measured − p] = W δ,       Gauss and Newton
+//! for each body between base and tip      X_PJ ← X_PJ exp(δ),   for the tip itself     X_BN ← X_BN exp(δ)          δ: rotation and translation, six numbers
+//! rotation about e of a frame at p_F      tip moves by [e; e × (p_N − p_F)]
+//! translation along e                     [0; e]                                          e: axes of the frame, in world axes
+//! e(q) = [ℓ log(R_measured Rᵀ); p_measured − p] = W δ,       Gauss–Newton
 //! ```
-//! Most of these numbers can only be told together (a shift along a hinge's axis and that of the next frame, an offset of an angle and a turn of the frame about it):
-//! [`Identifiable`] says which; what cannot be told stays as near as it can to what the mechanism says.
+//! Most of these numbers can only be identified in combination (a translation along a hinge's axis and that of the next frame, an angle offset and a
+//! rotation of the frame about the axis). [`Identifiable`] returns which. Numbers that cannot be identified stay as near as possible to those of the
+//! mechanism.
 
 use super::{CalibrationError, Fit, Identifiable, fit, length};
 use linkwork_multibody::{Builder, Multibody, NodeId};
 use linkwork_spatial::nalgebra::DMatrix;
 use linkwork_spatial::{Pose, Quat, Vec3};
 
-/// Where a tip was seen.
+/// A measured pose of the tip.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placed {
-    /// The configuration (nq) that encoders told.
+    /// The configuration (nq) from the encoders.
     pub q: Vec<f64>,
-    /// Its place in the world, m.
+    /// Its position in the world, m.
     pub position: Vec3,
-    /// Its attitude, where that was measured.
+    /// Its attitude, if it was measured.
     pub attitude: Option<Quat>,
 }
 
-/// Frames that explain measurements.
+/// Frames that explain the measurements.
 #[derive(Clone, Debug)]
 pub struct KinematicFit {
     /// The mechanism with its corrected frames.
     pub mechanism: Builder,
-    /// For each body on the way, from the base outward, and last the tip (`None`): its name and the correction of its frame, [turn; shift], rad and m, axes of the frame.
+    /// For each body between base and tip, from the base outwards, and last for the tip (`None`): its name and the correction of its frame,
+    /// [rotation; translation], rad and m, axes of the frame.
     pub corrections: Vec<(Option<String>, [f64; 6])>,
-    /// What the measurements can tell of all these numbers, in that order, at the end.
+    /// Identifiability of these numbers from the measurements, in the same order, at the solution.
     pub identifiable: Identifiable,
-    /// Root of the mean of squares of the errors, m (1 rad counts as `length`): before and after.
+    /// RMS of the residuals, m (1 rad is multiplied by `length`): before and after.
     pub residuals: [f64; 2],
-    /// Deviations of the base parameters, from the residual.
+    /// Standard deviations of the base parameters, computed from the residual.
     pub deviations: Vec<f64>,
-    /// Steps that it took.
+    /// Number of steps.
     pub steps: usize,
 }
 
-/// Steps at the most, and what ends them.
+/// Maximum number of steps, and the change at which the iteration ends.
 const STEPS: usize = 30;
 const SETTLED: f64 = 1e-11;
 
-/// Frames of the bodies between the world and a node, and of the node, from places of the node. 1 rad of attitude counts as `length`, m; `tolerance` as of
-/// [`Identifiable::of`]: 1e-8 for exact data, 1e-4 or more where places carry noise.
+/// Estimates the frames of the bodies between the world and a node, and the frame of the node, from measured poses of the node. 1 rad of attitude is
+/// weighted as `length`, m. `tolerance` as in [`Identifiable::of`]: 1e-8 for exact data, 1e-4 or more for noisy poses.
 ///
 /// # Errors
-/// [`CalibrationError`]: lengths, NaN, too few places, an iteration that does not end.
+/// [`CalibrationError`] for wrong lengths, NaN, too few poses, or an iteration that does not converge.
 pub fn calibrate_kinematics(
     mechanism: &Multibody,
     node: NodeId,
@@ -100,7 +102,7 @@ pub fn calibrate_kinematics(
             if let Some(frame) = frame {
                 *frame = *frame * X;
             }
-            // Small corrections add up; the frames themselves are composed exactly.
+            // The small corrections are added; the frames themselves are composed exactly.
             total[k].iter_mut().zip(d).for_each(|(t, d)| *t += d);
         }
         if !change.is_finite() {
@@ -113,7 +115,7 @@ pub fn calibrate_kinematics(
         }
     }
     let diverged = CalibrationError::Diverged { steps: STEPS, change };
-    // With noise the last digits of what is poorly told go on changing.
+    // With noise, poorly identified parameters keep changing at round-off level.
     let (found, steps): (Fit, usize) = last.filter(|_| change < 1e-6).ok_or(diverged)?;
     let names = way.into_iter().map(Some).chain([None]);
     Ok(KinematicFit {
@@ -126,7 +128,7 @@ pub fn calibrate_kinematics(
     })
 }
 
-/// W and the errors at all places.
+/// Computes W and the errors of all poses.
 fn rows(
     mechanism: &Multibody,
     node: &str,
@@ -141,7 +143,7 @@ fn rows(
     for place in places {
         let poses = mechanism.body_poses(&place.q);
         let X = poses[tip.body().index()] * tip.pose();
-        // Where each frame is, before its hinge moves.
+        // Compute the pose of each frame before the motion of its hinge.
         let frames = way.iter().map(|name| {
             let body = mechanism.body(name).map(|b| mechanism.get(b));
             body.map_or(Pose::identity(), |b| {

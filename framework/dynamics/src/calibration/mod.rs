@@ -1,13 +1,14 @@
-//! Calibration: what of a mechanism's parameters measurements can tell, and their values.
+//! Calibration: which parameters of a mechanism the measurements identify, and their values.
 //!
 //! ```text
 //! y = W π + noise            W: rows of measurements, columns of parameters
-//! W = W_b C                  W_b: columns that are independent of those before them;  C = [1 K], in the order of the columns
-//! β = C π                    base parameters: all that y can tell of π
-//! β̂ = argmin |W_b β − y|     deviations: σ² (W_bᵀ W_b)⁻¹,  σ² = |W_b β̂ − y|²/(rows − rank)
-//! π̂ = π₀ + Cᵀ (C Cᵀ)⁻¹ (β̂ − C π₀)       of all parameters that explain y as well, those nearest to a prior π₀
+//! W = W_b C                  W_b: columns that are linearly independent of the columns before them;  C = [1 K], in the order of the columns
+//! β = C π                    base parameters: all that y identifies of π
+//! β̂ = argmin |W_b β − y|     covariance: σ² (W_bᵀ W_b)⁻¹,  σ² = |W_b β̂ − y|²/(rows − rank)
+//! π̂ = π₀ + Cᵀ (C Cᵀ)⁻¹ (β̂ − C π₀)       among all parameters that explain y equally well, the nearest to a prior π₀
 //! ```
-//! Base parameters after Gautier, Journal of Robotic Systems 8 (1991), "Numerical calculation of the base inertial parameters of robots". Not for the loop of a simulation: every call allocates.
+//! Base parameters follow Gautier, Journal of Robotic Systems 8 (1991), "Numerical calculation of the base inertial parameters of robots". Every call
+//! allocates, so do not use this in a simulation loop.
 
 mod inertial;
 mod kinematic;
@@ -18,67 +19,69 @@ pub use kinematic::{KinematicFit, Placed, calibrate_kinematics};
 use linkwork_spatial::nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
-/// Why there is no calibration.
+/// Reason why a calibration failed.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum CalibrationError {
-    /// Lengths that do not agree.
-    #[error("`{what}` has {got} numbers, not {want}\n  help: give {want}")]
+    /// Inconsistent lengths.
+    #[error("`{what}` has {got} numbers, expected {want}\n  help: give {want}")]
     Length {
         /// The argument.
         what: &'static str,
         /// Its length.
         got: usize,
-        /// What it has to be.
+        /// Required length.
         want: usize,
     },
-    /// NaN or infinite.
+    /// A number that is NaN or infinite.
     #[error("number {place} of `{what}` is {value}\n  help: give finite numbers")]
     NotFinite {
         /// The argument.
         what: &'static str,
-        /// Place in it.
+        /// Index in it.
         place: usize,
-        /// What it is.
+        /// The value.
         value: f64,
     },
-    /// Fewer measurements than what they could tell.
+    /// Fewer measurements than identifiable parameters.
     #[error(
-        "{rows} measured numbers are too few for {rank} parameters\n  help: measure more, in other states"
+        "{rows} measured numbers are not enough for {rank} parameters\n  help: measure more states"
     )]
     TooFew {
-        /// Rows.
+        /// Number of rows.
         rows: usize,
         /// Rank.
         rank: usize,
     },
-    /// A name that nothing has, or a mechanism that it is not for.
+    /// A name that does not exist, or a mechanism that is not supported.
     #[error("{0}")]
     Mechanism(String),
-    /// The iteration of a kinematic calibration went nowhere.
+    /// The iteration of a kinematic calibration did not converge.
     #[error(
         "after {steps} steps the frames still change by {change:.1e}\n  help: check units, quaternions and the node; give better first frames"
     )]
     Diverged {
-        /// Steps.
+        /// Number of steps.
         steps: usize,
-        /// m and rad.
+        /// Change of the last step, m and rad.
         change: f64,
     },
 }
 
-/// What measurements can tell of parameters.
+/// Parameters that measurements identify.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identifiable {
-    /// Columns that are independent of those before them, in order: as many as the rank.
+    /// Columns that are linearly independent of the columns before them, in order; their number is the rank.
     pub base: Vec<usize>,
-    /// C (rank × parameters): each base parameter as a combination of parameters; 1 at its own.
+    /// C (rank × parameters): each base parameter as a combination of parameters, with coefficient 1 for its own.
     pub combinations: DMatrix<f64>,
-    /// Greatest over least singular value of the base columns, each scaled to length 1: above 1e3 or so noise counts for much.
+    /// Ratio of the largest to the smallest singular value of the base columns, each scaled to length 1. Above about 1e3, noise strongly affects the
+    /// result.
     pub condition: f64,
 }
 
 impl Identifiable {
-    /// Of W (rows × parameters); a column counts as dependent when what is left of it beside those before is below `tolerance` of it.
+    /// Analyses W (rows × parameters). A column counts as dependent when its component orthogonal to the columns before it is below `tolerance` times
+    /// its length.
     #[must_use]
     pub fn of(W: &DMatrix<f64>, tolerance: f64) -> Self {
         let (rows, n) = W.shape();
@@ -98,7 +101,7 @@ impl Identifiable {
                 }
             }
             let length = left.norm();
-            // A column that is nothing beside the others is round-off.
+            // A column that is negligible compared with the others contains only round-off.
             if length > tolerance * own.norm() && own.norm() > 1e-13 * greatest {
                 base.push(j);
                 along.push(length);
@@ -116,12 +119,12 @@ impl Identifiable {
         }
         for (j, along) in K.into_iter().enumerate() {
             let Some(mut x) = along else { continue };
-            // R x = Qᵀ w.
+            // Solve R x = Qᵀ w.
             for i in (0..x.len()).rev() {
                 let more: f64 = (i + 1..x.len()).map(|k| R[k][i] * x[k]).sum();
                 x[i] = (x[i] - more) / R[i][i];
             }
-            // Round-off beside the column, and beside the others: no part of it.
+            // Coefficients at round-off level of the column, or of the other columns, are set to zero.
             let least = (1e-9 * W.column(j).norm()).max(1e-13 * greatest);
             for (i, x) in x.into_iter().enumerate() {
                 if x.abs() * W.column(base[i]).norm() > least {
@@ -143,20 +146,20 @@ impl Identifiable {
         Self { base, combinations, condition }
     }
 
-    /// How many combinations measurements tell.
+    /// Returns the number of identifiable combinations.
     #[must_use]
     pub fn rank(&self) -> usize {
         self.base.len()
     }
 
-    /// Parameters that have no influence on what is measured.
+    /// Returns the parameters that have no influence on the measurements.
     #[must_use]
     pub fn without_influence(&self) -> Vec<usize> {
         let n = self.combinations.ncols();
         (0..n).filter(|j| self.combinations.column(*j).iter().all(|x| *x == 0.0)).collect()
     }
 
-    /// Parameters that measurements tell by themselves, not only in combination with others.
+    /// Returns the parameters that are identified individually, not only in combination with others.
     #[must_use]
     pub fn alone(&self) -> Vec<usize> {
         let others = |i: usize| self.combinations.row(i).iter().filter(|x| **x != 0.0).count();
@@ -164,26 +167,26 @@ impl Identifiable {
     }
 }
 
-/// Parameters that explain measurements.
+/// Parameters that explain the measurements.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    /// What the measurements can tell.
+    /// The identifiable parameters.
     pub identifiable: Identifiable,
-    /// β̂ (rank), and a standard deviation of each.
+    /// β̂ (rank).
     pub base: Vec<f64>,
-    /// Of β̂, from the residual.
+    /// Standard deviations of β̂, computed from the residual.
     pub deviations: Vec<f64>,
-    /// π̂: of the parameters that explain the measurements as well, those nearest to the prior.
+    /// π̂: among the parameters that explain the measurements equally well, the nearest to the prior.
     pub parameters: Vec<f64>,
-    /// Root of the mean of squares of W π̂ − y.
+    /// RMS of the residuals W π̂ − y.
     pub residual: f64,
 }
 
-/// Fits parameters: W (rows × parameters), y (rows), a prior π₀ (parameters), and the `tolerance` of [`Identifiable::of`]. Rows of different units or
-/// precision are scaled by who gives them.
+/// Fits parameters: W (rows × parameters), y (rows), a prior π₀ (parameters), and the `tolerance` of [`Identifiable::of`]. The caller must scale rows
+/// with different units or precision.
 ///
 /// # Errors
-/// [`CalibrationError`]: lengths, NaN, and no more rows than their rank.
+/// [`CalibrationError`] for wrong lengths, NaN, and when the number of rows does not exceed their rank.
 pub fn fit(
     W: &DMatrix<f64>,
     y: &[f64],
@@ -201,7 +204,7 @@ pub fn fit(
         return Err(CalibrationError::TooFew { rows, rank });
     }
     if rank == 0 {
-        // Nothing is told.
+        // Nothing is identifiable.
         let square: f64 = y.iter().map(|y| y * y).sum();
         let residual = (square / rows as f64).sqrt();
         let (base, deviations) = (Vec::new(), Vec::new());
@@ -212,14 +215,14 @@ pub fn fit(
     let prior = DVector::from_column_slice(prior);
     let begin = C * &prior;
     let own = DMatrix::from_fn(rows, rank, |i, k| W[(i, identifiable.base[k])]);
-    // The change from the prior, in columns of length 1.
+    // Solve for the change from the prior, with columns scaled to length 1.
     let norms: Vec<f64> = own.column_iter().map(|c| c.norm()).collect();
     let scaled = DMatrix::from_fn(rows, rank, |i, k| own[(i, k)] / norms[k]);
     let y = DVector::from_column_slice(y);
     let qr = scaled.qr();
     let (Q, R) = (qr.q(), qr.r());
     let mut change = Q.transpose() * (&y - &own * &begin);
-    // The columns are independent: R has no zero on its diagonal.
+    // The columns are independent, so the diagonal of R has no zero.
     let solved = R.solve_upper_triangular_mut(&mut change);
     debug_assert!(solved, "independent columns");
     change.iter_mut().zip(&norms).for_each(|(x, n)| *x /= n);
@@ -229,7 +232,7 @@ pub fn fit(
     let mut inverse = DMatrix::identity(rank, rank);
     R.solve_upper_triangular_mut(&mut inverse);
     let deviations = inverse.row_iter().zip(&norms).map(|(r, n)| sigma * r.norm() / n).collect();
-    // Cᵀ (C Cᵀ)⁻¹ by the triangle of Cᵀ = Q R: Q R⁻ᵀ.
+    // Apply Cᵀ (C Cᵀ)⁻¹ with the factors of Cᵀ = Q R: Q R⁻ᵀ.
     let qr = C.transpose().qr();
     let mut along = change;
     let solved = qr.r().tr_solve_upper_triangular_mut(&mut along);
@@ -244,7 +247,7 @@ pub fn fit(
     })
 }
 
-/// Refuses another length, NaN and infinities.
+/// Checks the number of values and rejects NaN and infinity.
 fn length(what: &'static str, x: &[f64], want: usize) -> Result<(), CalibrationError> {
     if x.len() != want {
         return Err(CalibrationError::Length { what, got: x.len(), want });

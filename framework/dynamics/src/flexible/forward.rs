@@ -1,5 +1,5 @@
-//! Forward dynamics, M⁻¹ and compliance of a tree with flexible bodies, by its units: links, and the modes of each
-//! body as one. Linear in the bodies, cubic in the modes of a body.
+//! Forward dynamics, M⁻¹ and compliance of a tree with flexible bodies. The tree consists of units: links, and the modes of each body as one unit.
+//! The cost is linear in the number of bodies and cubic in the modes of a body.
 //!
 //! ```text
 //! M⁻¹ x:      ε = x − S · z,   z⁺ = z + G ε  inward;   y = D^{−1/2} ε;   the impulse of y outward
@@ -18,7 +18,7 @@ use crate::work::{Work, Workspace};
 use linkwork_multibody::NodeId;
 
 impl Flexible {
-    /// Inertia and force of a station with all that hangs on it, about its own origin.
+    /// Returns inertia and force of a station with everything that hangs on it, about its own origin.
     pub fn loaded(&self, slot: usize, w: &Work<f64>, uw: &UnitsWork) -> (Spatial<f64>, V6<f64>) {
         let at = self.station(slot).map(|s| &self.stations[s]);
         let (m, h, J) = at.map(|s| (s.m, s.h, s.J)).unwrap_or_default();
@@ -31,7 +31,7 @@ impl Flexible {
     }
 }
 
-/// Runs with the units and their memory.
+/// Calls a function with the units and their memory.
 fn with_units(
     tree: &Tree,
     ws: &mut Workspace,
@@ -44,7 +44,7 @@ fn with_units(
     done
 }
 
-/// As the rigid one: T at free coordinates and β̇ at prescribed ones are read, the others written.
+/// Like the rigid version: reads T at free coordinates and β̇ at prescribed ones, and writes the others.
 pub(crate) fn forward_dynamics(
     tree: &Tree,
     ws: &mut Workspace,
@@ -85,14 +85,14 @@ struct Solve<'a> {
 }
 
 impl Solve<'_> {
-    /// x becomes M⁻¹ x over the free degrees of freedom; zero at prescribed ones.
+    /// Replaces x by M⁻¹ x over the free degrees of freedom; zero at prescribed ones.
     fn run(&mut self, x: &mut [f64]) {
         self.units.pull_forces(self.tree, self.uw, x, self.y);
         self.units.impulse(self.tree, self.uw, self.y, x);
     }
 }
 
-/// `x` becomes M⁻¹ x over the free degrees of freedom; zero at prescribed ones.
+/// Replaces `x` by M⁻¹ x over the free degrees of freedom; zero at prescribed ones.
 pub(crate) fn apply_inverse_mass(
     tree: &Tree,
     ws: &mut Workspace,
@@ -101,7 +101,7 @@ pub(crate) fn apply_inverse_mass(
     factor(tree, ws, |_, solve| solve.run(x))
 }
 
-/// M⁻¹, nv × nv.
+/// Computes M⁻¹, nv × nv.
 pub(crate) fn inverse_mass_matrix(
     tree: &Tree,
     ws: &mut Workspace,
@@ -114,7 +114,7 @@ pub(crate) fn inverse_mass_matrix(
             row[i] = 1.0;
             solve.run(row);
         }
-        // Rounding differs between a row and its column.
+        // Round-off differs between a row and its column, so symmetrize.
         for i in 0..nv {
             for j in 0..i {
                 let x = 0.5 * (out[i * nv + j] + out[j * nv + i]);
@@ -124,7 +124,7 @@ pub(crate) fn inverse_mass_matrix(
     })
 }
 
-/// J M⁻¹ Jᵀ of some nodes: accelerations for unit wrenches, in their order.
+/// Computes J M⁻¹ Jᵀ of some nodes: accelerations for unit wrenches, in their order.
 pub(crate) fn compliance(
     tree: &Tree,
     flex: &Flexible,
@@ -156,7 +156,7 @@ pub(crate) fn compliance(
     done
 }
 
-/// The six rows of a node's Jacobian, dof by dof.
+/// Computes the six rows of a node's Jacobian, dof by dof.
 fn each_row(
     tree: &Tree,
     flex: &Flexible,

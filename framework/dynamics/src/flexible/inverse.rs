@@ -4,7 +4,7 @@
 //! station s of link b      α(s) = φ*(b,s) α(b) + Ψ η̈
 //!                          T(η) = Σ_s Ψ*(s) f(s) + K η + C η̇          f(b) += Σ_s φ(b,s) f(s)
 //! ```
-//! Links, and the force of each mass, as in `inverse.rs`.
+//! Links, and the force of each mass, are treated as in `inverse.rs`.
 
 use super::{Flexible, Step};
 use crate::error::DynamicsError;
@@ -12,7 +12,7 @@ use crate::linear::{M3, S3, V3, V6};
 use crate::tree::{Kind, Tree};
 use crate::work::{Kin, Work};
 
-/// T for given accelerations; leaves accelerations less bias, and forces, in the workspace.
+/// Computes T for given accelerations; leaves accelerations less bias, and forces, in the workspace.
 pub(crate) fn inverse_dynamics(
     tree: &Tree,
     flex: &Flexible,
@@ -35,7 +35,7 @@ pub(crate) fn inverse_dynamics(
     }
 }
 
-/// Accelerations less bias of all slots.
+/// Computes accelerations less bias of all slots.
 pub(super) fn accelerations(tree: &Tree, flex: &Flexible, w: &mut Work<f64>, vdot: &[f64]) {
     for step in &flex.order {
         match *step {
@@ -65,7 +65,7 @@ pub(super) fn accelerations(tree: &Tree, flex: &Flexible, w: &mut Work<f64>, vdo
     }
 }
 
-/// What moves a mass as it moves, less gravity and external forces, about the slot's origin.
+/// Returns the inertial force of a mass less gravity and external forces, about the slot's origin.
 fn mass_force(w: &Work<f64>, slot: usize, m: f64, h: V3<f64>, J: S3<f64>) -> V6<f64> {
     let (kin, acc, ext) = (&w.kin[slot], &w.acc[slot], &w.f_ext[slot]);
     let h = kin.R.mul(h);
@@ -78,7 +78,7 @@ fn mass_force(w: &Work<f64>, slot: usize, m: f64, h: V3<f64>, J: S3<f64>) -> V6<
     }
 }
 
-/// Forces of all slots to the hinges and modes.
+/// Gathers the forces of all slots at the hinges and modes.
 pub(super) fn gather(tree: &Tree, flex: &Flexible, w: &mut Work<f64>, tau: &mut [f64]) {
     for step in flex.order.iter().rev() {
         match *step {
@@ -110,7 +110,7 @@ pub(super) fn gather(tree: &Tree, flex: &Flexible, w: &mut Work<f64>, tau: &mut 
 }
 
 impl Tree {
-    /// Mass, first moment and inertia of a slot about its origin, in its axes.
+    /// Returns mass, first moment and inertia of a slot about its origin, in its axes.
     pub(crate) fn mass_at(&self, flex: &Flexible, slot: usize) -> (f64, V3<f64>, S3<f64>) {
         match flex.station(slot) {
             Some(s) => {
@@ -124,14 +124,14 @@ impl Tree {
         }
     }
 
-    /// Links and sets of modes, parents first.
+    /// Returns links and sets of modes, parents first.
     pub(crate) fn steps(&self) -> impl Iterator<Item = Step> + '_ {
         let flex = self.flexible.as_deref();
         let links = if flex.is_none() { self.links.len() } else { 0 };
         flex.into_iter().flat_map(|f| f.order.iter().copied()).chain((0..links).map(Step::Link))
     }
 
-    /// The slot inboard of a slot, in any tree.
+    /// Returns the slot inboard of a slot, in any tree.
     pub(crate) fn inboard_of(&self, slot: usize) -> usize {
         match self.flexible.as_deref() {
             Some(flex) => self.inboard(flex, slot),
@@ -139,7 +139,7 @@ impl Tree {
         }
     }
 
-    /// The body whose hinge, or whose station, a slot is.
+    /// Returns the body to whose hinge or station a slot belongs.
     pub(crate) fn body_of(&self, slot: usize) -> usize {
         let station = self.flexible.as_deref().and_then(|f| Some((f, f.station(slot)?)));
         match station {
@@ -148,14 +148,14 @@ impl Tree {
         }
     }
 
-    /// What is said of a slot with nothing to move.
+    /// Returns the error for a slot that moves no inertia.
     #[cold]
     pub(crate) fn singular_at(&self, slot: usize, v: usize) -> DynamicsError {
         let body = self.multibody.bodies()[self.body_of(slot)].name().to_owned();
         DynamicsError::Singular { body, v }
     }
 
-    /// The slot inboard of a link's or station's; 0 is the world.
+    /// Returns the slot inboard of the slot of a link or station; 0 is the world.
     pub(crate) fn inboard(&self, flex: &Flexible, slot: usize) -> usize {
         match flex.station(slot) {
             Some(s) => flex.sets[flex.stations[s].set as usize].base as usize,
@@ -163,7 +163,7 @@ impl Tree {
         }
     }
 
-    /// Mass, first moment and inertia of a slot about its origin, world axes.
+    /// Returns mass, first moment and inertia of a slot about its origin, world axes.
     pub(crate) fn world_mass(
         &self,
         flex: &Flexible,
@@ -176,7 +176,7 @@ impl Tree {
     }
 }
 
-/// Degrees of freedom that turn or slide a link, and its armature once for each.
+/// Calls a function for each degree of freedom of a link with armature.
 pub(super) fn armature(tree: &Tree, mut each: impl FnMut(usize, f64)) {
     for link in &tree.links {
         if link.armature > 0.0 && link.kind != Kind::Free {

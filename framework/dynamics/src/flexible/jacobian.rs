@@ -1,6 +1,6 @@
-//! Columns of node Jacobians and their rates, with modes on the way.
+//! Columns of node Jacobians and their rates, including modes.
 //!
-//! For a station s of a link b, d from the station's origin to the node's, ω_b of the link:
+//! For a station s of a link b: d is the vector from the station's origin to the node's, ω_b the angular velocity of the link:
 //! ```text
 //! J = [σ; u + σ × d],  [σ; u] a column of Ψ
 //! J̇ = [σ̇; u̇ + σ̇ × d + σ × ḋ],   σ̇ = ω_b × σ + Ψ̇,  u̇ = ω_b × u + Ψ̇,  ḋ = v_N − v_s
@@ -12,8 +12,8 @@ use crate::linear::{V3, V6};
 use crate::tree::Tree;
 use crate::work::Work;
 
-/// Each degree of freedom inboard of a slot, from the tip: its place, its column at a point `d` from the slot's origin,
-/// what moved it (the slot of the link, or of the station), and the vector from that slot's origin to the point.
+/// Visits each degree of freedom inboard of a slot, from the tip, with its index, its column at a point `d` from the slot's origin, the slot that it
+/// moves (of the link or of the station), and the vector from that slot's origin to the point.
 #[inline(always)]
 pub(crate) fn columns(
     tree: &Tree,
@@ -46,7 +46,7 @@ pub(crate) fn columns(
     }
 }
 
-/// Each column of the rate of a Jacobian, at a point `d` from the origin of a slot.
+/// Computes each column of the rate of a Jacobian, at a point `d` from the origin of a slot.
 pub(crate) fn jacobian_rate(
     tree: &Tree,
     flex: &Flexible,
@@ -58,7 +58,7 @@ pub(crate) fn jacobian_rate(
     let v = w.kin[slot].V.to_child(d).f;
     columns(tree, flex, w, slot, d, |i, J, slot, d| {
         let V = w.kin[slot].V;
-        // The column at the slot's own origin.
+        // Convert to the column at the slot's own origin.
         let S = V6 { n: J.n, f: J.f - J.n.cross(d) };
         let (w_axes, S_dot) = match flex.station(slot) {
             Some(s) => {

@@ -1,10 +1,10 @@
-//! Kinematics of a tree with flexible bodies: links as ever, then for each station s of a link b
+//! Kinematics of a tree with flexible bodies. Links are computed as in a rigid tree, then each station s of a link b:
 //!
 //! ```text
 //! l = R_b p(η)            V = φ*(b,s) V_b + Ψ η̇
 //! A = φ*(b,s) A_b + [ω_b × σ;  ω_b × (ω_b × l) + 2 ω_b × u] + Ψ̇ η̇,     [σ; u] = Ψ η̇
 //! ```
-//! all in world axes; and K η + C η̇ of each body.
+//! All quantities are in world axes. K η + C η̇ of each body is computed, too.
 
 use super::shape::Turn;
 use super::{Bend, Flexible, Set, StationAt, Step};
@@ -46,7 +46,7 @@ pub(crate) fn sweep<const RATES: bool>(
     }
 }
 
-/// Keeps η and η̇, and what the springs and dampers of the modes take.
+/// Stores η and η̇, and the forces of the springs and dampers of the modes.
 fn elastic<const RATES: bool>(set: &Set, bend: &mut Bend, q: &[f64], v: &[f64]) {
     let (n, at) = (set.n, set.v);
     bend.eta[at..at + n].copy_from_slice(&q[set.q..set.q + n]);

@@ -1,6 +1,6 @@
-//! Batches of a tree with flexible bodies: one workspace for each state, one state after another.
+//! Batches of a tree with flexible bodies: one workspace for each state, computed one after another.
 //!
-//! Right, not fast: the kernels of modes know one number at a time.
+//! This is correct but not fast, because the kernels of modes are not vectorized.
 
 use crate::error::DynamicsError;
 use crate::lane::Lane;
@@ -16,7 +16,7 @@ pub(crate) struct Lanes {
 }
 
 impl Lanes {
-    /// `None` for a rigid tree.
+    /// Creates the workspaces; `None` for a rigid tree.
     pub fn new<L: Lane>(tree: &Tree) -> Option<Box<Self>> {
         tree.is_flexible().then(|| {
             let each = vec![Workspace::new(tree); L::WIDTH];
@@ -24,7 +24,7 @@ impl Lanes {
         })
     }
 
-    /// Runs one algorithm on each state; outputs are read too. Stops at the first error.
+    /// Runs one algorithm on each state; outputs are also read. Stops at the first error.
     pub fn run<L: Lane, const I: usize, const O: usize>(
         &mut self,
         inputs: [&[L]; I],
@@ -51,7 +51,7 @@ impl Lanes {
         Ok(())
     }
 
-    /// The same for what cannot fail.
+    /// Like [`run`](Self::run), for algorithms that cannot fail.
     pub fn always<L: Lane, const I: usize, const O: usize>(
         &mut self,
         inputs: [&[L]; I],
@@ -65,7 +65,7 @@ impl Lanes {
         debug_assert!(done.is_ok());
     }
 
-    /// Three numbers of each state.
+    /// Returns three numbers of each state.
     pub fn three<L: Lane>(&self, f: impl Fn(&Workspace) -> linkwork_spatial::Vec3) -> [L; 3] {
         std::array::from_fn(|i| L::gather(|l| f(&self.each[l])[i]))
     }

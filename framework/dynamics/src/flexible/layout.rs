@@ -1,4 +1,4 @@
-//! From modes to sets and stations in link axes. Only stations with mass, and those that carry something, become slots.
+//! Converts modes to sets and stations in link axes. Only stations with mass, and stations that carry something, become slots.
 
 use super::{Flexible, Set, StationAt, Step};
 use crate::linear::S3;
@@ -8,17 +8,17 @@ use linkwork_multibody::modes::{Carrier, Modes, Station};
 use linkwork_multibody::{BodyId, Multibody};
 use linkwork_spatial::{Pose, RigidInertia, Vec3};
 
-/// What a frame hangs on while the tree is laid out.
+/// What carries a frame while the tree is laid out.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Hang {
-    /// A slot: 0 is the world.
+    /// A slot; 0 is the world.
     Link(usize),
     /// A station, counted over all bodies.
     Station(usize),
 }
 
 impl Hang {
-    /// How far its axes were turned while the tree was laid out; stations never are.
+    /// Returns how far its axes were rotated while the tree was laid out; stations are never rotated.
     pub fn of(self, turns: &[Pose]) -> Pose {
         match self {
             Hang::Link(k) => turns[k],
@@ -31,11 +31,11 @@ impl Hang {
 #[derive(Default)]
 pub(crate) struct FlexibleLayout {
     order: Vec<Step>,
-    /// Body, its set, and where its stations are.
+    /// Body, and what carries it.
     sets: Vec<(usize, Hang)>,
-    /// Set, station, and which of the body's own stations it is.
+    /// Set, station, and its index among the body's stations.
     stations: Vec<(usize, Station, Option<usize>)>,
-    /// What is welded to each station.
+    /// Inertias that are welded to stations.
     welded: Vec<(usize, RigidInertia)>,
 }
 
@@ -44,7 +44,7 @@ impl FlexibleLayout {
         self.order.push(Step::Link(k));
     }
 
-    /// The modes of a body whose frame is carried by `base`.
+    /// Adds the modes of a body whose frame is carried by `base`.
     pub fn body(&mut self, mbs: &Multibody, id: BodyId, base: Hang) {
         let Some(modes) = mbs.get(id).modes() else { return };
         let set = self.sets.len();
@@ -55,16 +55,16 @@ impl FlexibleLayout {
         }
     }
 
-    /// A body that is welded to a station, about the station's origin.
+    /// Adds a body that is welded to a station, with its inertia about the station's origin.
     pub fn add_mass(&mut self, station: usize, inertia: &RigidInertia) {
         self.welded.push((station, *inertia));
     }
 
-    /// What carries the frame `X` of a flexible body, and the frame in it.
+    /// Returns what carries the frame `X` of a flexible body, and the frame in it.
     pub fn place(&mut self, mbs: &Multibody, on: BodyId, X: &Pose) -> Option<(Hang, Pose)> {
         let modes = mbs.get(on).modes()?;
         let set = self.sets.iter().position(|(b, _)| *b == on.index())?;
-        // A mechanism that was built has a place for everything.
+        // Every frame of a valid mechanism has a carrier.
         Some(match modes.place(X).ok()? {
             Carrier::Station { station, pose } => (self.own(set, modes, station), pose),
             Carrier::Between { station, pose } => {
@@ -91,7 +91,7 @@ impl FlexibleLayout {
         self.stations.len() - 1
     }
 
-    /// Puts the stations of each set in a row. Returns the data, and for each station here its slot.
+    /// Sorts the stations by set. Returns the data, and the slot of each station.
     pub fn finish(
         self,
         mbs: &Multibody,
@@ -124,7 +124,7 @@ impl FlexibleLayout {
             let (n, first, set) = (b.modes_v().len(), flex.stations.len(), flex.sets.len());
             for i in by_set.iter().filter(|i| self.stations[**i].0 == set) {
                 let s = &self.stations[*i].1;
-                // Checked when the mechanism was built.
+                // The mass properties were checked when the mechanism was built.
                 let own = s.mass.validate().unwrap_or_default();
                 let welded = self.welded.iter().filter(|(at, _)| at == i);
                 let inertia = welded.fold(own, |sum, (_, I)| sum + *I);
@@ -150,7 +150,7 @@ impl FlexibleLayout {
     }
 }
 
-/// A station in the axes of the link on which its body frame has the pose `X_LB`.
+/// Converts a station to the axes of the link on which its body frame has the pose `X_LB`.
 fn at_link(
     s: &Station,
     inertia: &RigidInertia,

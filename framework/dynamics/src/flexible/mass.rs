@@ -1,7 +1,7 @@
-//! Mass matrix, centroidal matrix and Jacobian of the centre of mass, with modes.
+//! Mass matrix, centroidal momentum matrix and Jacobian of the centre of mass, including modes.
 //!
-//! Composite bodies about each slot's own origin; a degree of freedom's force F goes inward and meets the columns on
-//! its way:
+//! Composite bodies are about each slot's own origin. The force F of a degree of freedom propagates inward and is multiplied with the columns along
+//! the path:
 //! ```text
 //! C(k) = M(k) + Σ_j φ C(j) φ*                   stations count as children of their link
 //! hinge of link k        F = C(k) S
@@ -16,7 +16,7 @@ use crate::linear::{V3, V6};
 use crate::tree::Tree;
 use crate::work::{Composite, Work};
 
-/// The mass matrix, nv × nv.
+/// Computes the mass matrix, nv × nv.
 pub(crate) fn mass_matrix(tree: &Tree, flex: &Flexible, w: &mut Work<f64>, out: &mut [f64]) {
     let nv = tree.nv();
     out.fill(0.0);
@@ -43,7 +43,7 @@ fn put(out: &mut [f64], nv: usize, i: usize, j: usize, x: f64) {
     out[j * nv + i] = x;
 }
 
-/// The forces that a wrench about the origin of a slot makes at every degree of freedom inboard.
+/// Computes the forces of a wrench about the origin of a slot at every degree of freedom inboard.
 fn meet(
     tree: &Tree,
     flex: &Flexible,
@@ -55,7 +55,7 @@ fn meet(
     columns(tree, flex, w, slot, V3::default(), |i, J, _, _| each(i, J.dot(&F)));
 }
 
-/// Σ_s Ψ_i·C Ψ_j of one body.
+/// Computes Σ_s Ψ_i·C Ψ_j of one body.
 fn own_block(flex: &Flexible, set: &Set, w: &Work<f64>, nv: usize, out: &mut [f64]) {
     for s in set.first..set.end {
         let (C, column) = (&w.bend.composite[flex.slot(s)], flex.stations[s].column);
@@ -75,8 +75,7 @@ fn own_block(flex: &Flexible, set: &Set, w: &Work<f64>, nv: usize, out: &mut [f6
     }
 }
 
-/// Composite inertia of each slot, and F of each degree of freedom about the origin of its link (of the set's link for
-/// modes).
+/// Computes the composite inertia of each slot, and F of each degree of freedom about the origin of its link (for modes, of the set's link).
 pub(super) fn composites(tree: &Tree, flex: &Flexible, w: &mut Work<f64>) {
     w.bend.composite[0] = Composite::default();
     for slot in 1..tree.slots() {
@@ -115,7 +114,7 @@ fn add(to: &mut Composite<f64>, C: &Composite<f64>) {
     *to = Composite { m: to.m + C.m, h: to.h + C.h, J: to.J.add(&C.J) };
 }
 
-/// The momentum for a unit of each rate: about `center` (from the origin of slot 1), world axes.
+/// Computes the momentum for a unit of each rate, about `center` (relative to the origin of slot 1), world axes.
 fn momenta(
     tree: &Tree,
     flex: &Flexible,
@@ -138,7 +137,7 @@ fn momenta(
     }
 }
 
-/// 6 × nv.
+/// Computes the centroidal momentum matrix, 6 × nv.
 pub(crate) fn centroidal_matrix(tree: &Tree, flex: &Flexible, w: &mut Work<f64>, out: &mut [f64]) {
     let nv = tree.nv();
     let (m, h) = super::mass_moments(tree, flex, w);
@@ -150,7 +149,7 @@ pub(crate) fn centroidal_matrix(tree: &Tree, flex: &Flexible, w: &mut Work<f64>,
     });
 }
 
-/// 3 × nv.
+/// Computes the Jacobian of the centre of mass, 3 × nv.
 pub(crate) fn com_jacobian(tree: &Tree, flex: &Flexible, w: &mut Work<f64>, out: &mut [f64]) {
     let (nv, m) = (tree.nv(), tree.total_mass());
     let s = if m > 0.0 { 1.0 / m } else { 0.0 };

@@ -1,19 +1,19 @@
-//! Trees with flexible bodies: the same scatter and gather, with modes between a body's link and its stations.
+//! Trees with flexible bodies: the same scatter and gather sweeps, with modes between a body's link and its stations.
 //!
-//! A flexible body is the link that carries its frame, a set of modal coordinates η on that link, and
-//! stations that η moves. Each station is a *slot* of the work arrays, after those of all links, so that what hangs
-//! on it sees an ordinary parent. In the link's axes, θ = Φ_r η:
+//! A flexible body consists of the link that carries its frame, a set of modal coordinates η on that link, and stations that η moves. Each station is
+//! a *slot* of the work arrays, after the slots of all links, so that whatever hangs on it has an ordinary parent. In the link's axes, with θ = Φ_r
+//! η:
 //! ```text
 //! p = p₀ + Φ_t η − ½ x̂ ηᵀ G η                  R = exp(θ~) R₀
 //! Ψ = [Γ(θ) Φ_r;  Φ_t − x̂ (G η)ᵀ]              relative velocity of the station: Ψ η̇ (its H* on η)
 //! Ψ̇ η̇                                          relative acceleration with η̈ = 0
 //! ```
-//! Γ: rates of a rotation vector to angular velocity. Mass is the stations' (`shape.rs`).
+//! Γ maps rates of a rotation vector to angular velocity. The mass of the body is that of its stations (`shape.rs`).
 //!
-//! Forces of the modes, −K η − C η̇, are *inside*: forward dynamics adds them to the given T, inverse dynamics
-//! takes them off, so that T of a modal coordinate is what acts from outside.
+//! Forces of the modes, −K η − C η̇, are internal: forward dynamics adds them to the given T and inverse dynamics subtracts them, so that T of a
+//! modal coordinate is the external force.
 //!
-//! Rigid trees never come here: the public functions ask `Tree::flexible` once and go their own way.
+//! Rigid trees do not use this module: the public functions test `Tree::flexible` once.
 
 mod forward;
 mod inverse;
@@ -57,7 +57,7 @@ pub(crate) enum Step {
     Set(usize),
 }
 
-/// The constants of a tree with flexible bodies beyond those of its links.
+/// The constants of a tree with flexible bodies in addition to those of its links.
 #[derive(Clone, Debug)]
 pub(crate) struct Flexible {
     /// Links and sets of modes, parents first.
@@ -66,7 +66,7 @@ pub(crate) struct Flexible {
     pub stations: Vec<StationAt>,
     /// Number of links: station i has slot links + 1 + i.
     pub links: usize,
-    /// The tree without its loops, flexible bodies as units: made last.
+    /// The tree without its loops, with flexible bodies as units; created last.
     pub units: Option<Units>,
 }
 
@@ -80,10 +80,10 @@ pub(crate) struct Set {
     pub v: usize,
     /// Number of modes.
     pub n: usize,
-    /// Its stations.
+    /// Range of its stations.
     pub first: usize,
     pub end: usize,
-    /// n × n, row after row.
+    /// Stiffness and damping matrices, n × n, row after row.
     pub K: Vec<f64>,
     pub C: Vec<f64>,
 }
@@ -95,42 +95,42 @@ pub(crate) struct StationAt {
     pub R: M3<f64>,
     pub p: V3<f64>,
     pub translation: Vec<V3<f64>>,
-    /// As many; zeros where none were given.
+    /// Rotations of the modes, one per mode; zero if none were given.
     pub rotation: Vec<V3<f64>>,
     pub shortening: Option<(V3<f64>, Vec<f64>)>,
-    /// Its own inertia about its origin, station axes, without what is welded to it.
+    /// Its own inertia about its origin, station axes, without welded bodies.
     pub own: RigidInertia,
-    /// Mass, first moment and inertia about the station's origin, station axes, with what is welded to it.
+    /// Mass, first moment and inertia about the station's origin, station axes, including welded bodies.
     pub m: f64,
     pub h: V3<f64>,
     pub J: S3<f64>,
-    /// Where its columns start in the work arrays.
+    /// Index of its first column in the work arrays.
     pub column: usize,
 }
 
-/// Work of the modes.
+/// Work memory of the modes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bend {
     /// Ψ of each station, column after column, world axes.
     pub S: Vec<V6<f64>>,
-    /// Its rate in the link's axes, turned to world axes: d/dt of Ψ, without the link's own turning.
+    /// Rate of Ψ in the link's axes, rotated to world axes; it does not include the rotation of the link itself.
     pub S_dot: Vec<V6<f64>>,
-    /// K η + C η̇ of each set, one set after another, by place in β.
+    /// K η + C η̇ of each set, by index in β.
     pub elastic: Vec<f64>,
     /// ½ ηᵀ K η of all sets, J.
     pub energy: f64,
-    /// β of the last kinematics, and η where it is modal.
+    /// β of the last kinematics, and η for modal coordinates.
     pub eta: Vec<f64>,
     pub rate: Vec<f64>,
-    /// The memory of `Flexible::units`.
+    /// Memory of `Flexible::units`.
     pub units: Option<Box<UnitsWork>>,
-    /// One number an independent rate, and two for each degree of freedom.
+    /// One number per independent rate, and two for each degree of freedom.
     pub y: Vec<f64>,
     pub x: Vec<f64>,
     pub zero: Vec<f64>,
     /// Composite inertia of each slot about its own origin.
     pub composite: Vec<crate::work::Composite<f64>>,
-    /// C S of each degree of freedom, about the origin of its link (modal: of the set's link).
+    /// C S of each degree of freedom, about the origin of its link (for modes, of the set's link).
     pub F: Vec<V6<f64>>,
 }
 
@@ -157,7 +157,7 @@ impl Bend {
 }
 
 impl Flexible {
-    /// The station of a slot; `None` for links and the world.
+    /// Returns the station of a slot; `None` for links and the world.
     #[inline]
     pub fn station(&self, slot: usize) -> Option<usize> {
         slot.checked_sub(self.links + 1)
@@ -167,13 +167,13 @@ impl Flexible {
         self.links + 1 + station
     }
 
-    /// The modal degrees of freedom of each flexible body, and its first station's slot (0 without stations).
+    /// Returns the modal degrees of freedom of each flexible body, and its first station's slot (0 without stations).
     pub fn modal(&self) -> Vec<(Range<usize>, u32)> {
         let first = |s: &Set| if s.first < s.end { self.slot(s.first) as u32 } else { 0 };
         self.sets.iter().map(|s| (s.v..s.v + s.n, first(s))).collect()
     }
 
-    /// What an algorithm says that is only for rigid trees.
+    /// Returns the error of an algorithm that supports only rigid trees.
     #[cold]
     pub fn refuse(&self, tree: &Tree, what: &'static str) -> DynamicsError {
         let body =
@@ -193,14 +193,14 @@ pub(crate) fn prepare(tree: &mut Tree) {
 }
 
 impl Tree {
-    /// True when some body bends. Algorithms that are only for rigid trees say so.
+    /// Returns true if some body is flexible. Algorithms that support only rigid trees then return an error.
     #[must_use]
     pub fn is_flexible(&self) -> bool {
         self.flexible.is_some()
     }
 
-    /// What a point (m, world) on a body moves with: the link of a rigid body; of a flexible one the nearest
-    /// station, or its frame when that is nearer.
+    /// Returns the slot with which a point (m, world) on a body moves: the link of a rigid body; for a flexible body the nearest station, or its
+    /// frame if that is nearer.
     pub(crate) fn slot_near(&self, w: &Work<f64>, body: BodyId, point: &Vec3) -> u32 {
         let at = self.body(body);
         let sets = self.flexible.iter().flat_map(|f| f.sets.iter().map(move |s| (f, s)));
@@ -213,8 +213,8 @@ impl Tree {
         slots.map(|s| (far(w.kin[s].p), s as u32)).fold(frame, nearer).1
     }
 
-    /// Refuses a flexible mechanism for an algorithm (`what`) that is only for rigid ones: for callers of those that
-    /// assert it, [`regressor`](crate::regressor()) and [`Derivatives::inverse_dynamics`](crate::Derivatives).
+    /// Returns an error for a flexible mechanism and an algorithm (`what`) that supports only rigid ones. Call it before functions that assert this,
+    /// [`regressor`](crate::regressor()) and [`Derivatives::inverse_dynamics`](crate::Derivatives).
     ///
     /// # Errors
     /// [`DynamicsError::Flexible`] with the first flexible body.
@@ -222,7 +222,7 @@ impl Tree {
         self.flexible.as_deref().map_or(Ok(()), |f| Err(f.refuse(self, what)))
     }
 
-    /// The same as an assertion.
+    /// Asserts that the mechanism is rigid.
     #[inline]
     #[track_caller]
     pub(crate) fn assert_rigid(&self, what: &'static str) {

@@ -1,4 +1,4 @@
-//! A station at modal coordinates η: its pose on the link, the columns Ψ, their rates.
+//! A station at modal coordinates η: its pose on the link, the columns Ψ and their rates.
 //!
 //! With s = θ·θ, a = (1 − cos θ)/s, b = (θ − sin θ)/θ³, a' = da/ds, b' = db/ds:
 //! ```text
@@ -25,7 +25,7 @@ const SINC: [f64; 7] = over_factorials(1);
 const A: [f64; 7] = over_factorials(2);
 const B: [f64; 7] = over_factorials(3);
 
-/// Coefficients (−1)ᵏ/(2k + n)!.
+/// Returns the coefficients (−1)ᵏ/(2k + n)!.
 const fn over_factorials(n: usize) -> [f64; 7] {
     let (mut out, mut k) = ([0.0; 7], 0);
     while k < 7 {
@@ -40,7 +40,7 @@ const fn over_factorials(n: usize) -> [f64; 7] {
     out
 }
 
-/// Coefficients of the derivative.
+/// Returns the coefficients of the derivative.
 #[inline(always)]
 fn slopes(c: [f64; 7]) -> [f64; 6] {
     std::array::from_fn(|k| (k + 1) as f64 * c[k + 1])
@@ -55,7 +55,7 @@ impl Turn {
     pub fn new(theta: V3<f64>) -> Self {
         let s = theta.dot(theta);
         if s < 0.04 {
-            // Closed forms lose digits here. The next terms of the series are < 1e-16.
+            // The closed forms suffer from cancellation here. The next terms of the series are < 1e-16.
             return Self {
                 theta,
                 sinc: series(&SINC, s),
@@ -98,12 +98,12 @@ impl Turn {
 }
 
 impl StationAt {
-    /// Σ v_i x_i.
+    /// Returns Σ v_i x_i.
     pub fn sum(v: &[V3<f64>], x: &[f64]) -> V3<f64> {
         v.iter().zip(x).fold(V3::default(), |sum, (v, x)| v.scale_add(*x, sum))
     }
 
-    /// Place of the origin in the link.
+    /// Returns the position of the origin in the link.
     pub fn position(&self, eta: &[f64]) -> V3<f64> {
         let p = self.p + Self::sum(&self.translation, eta);
         match &self.shortening {
@@ -115,13 +115,13 @@ impl StationAt {
         }
     }
 
-    /// Entry i of G η.
+    /// Returns entry i of G η.
     fn bent(&self, i: usize, eta: &[f64]) -> f64 {
         let row = |G: &[f64]| G[i * eta.len()..].iter().zip(eta).map(|(g, x)| g * x).sum();
         self.shortening.as_ref().map_or(0.0, |(_, G)| row(G))
     }
 
-    /// Column i of Ψ.
+    /// Returns column i of Ψ.
     pub fn column(&self, turn: &Turn, i: usize, eta: &[f64]) -> V6<f64> {
         let mut f = self.translation[i];
         if let Some((x, _)) = &self.shortening {
@@ -130,7 +130,7 @@ impl StationAt {
         V6 { n: turn.rate(self.rotation[i]), f }
     }
 
-    /// Column i of Ψ̇; `theta_dot` = Φ_r η̇.
+    /// Returns column i of Ψ̇; `theta_dot` = Φ_r η̇.
     pub fn column_rate(&self, turn: &Turn, i: usize, theta_dot: V3<f64>, rate: &[f64]) -> V6<f64> {
         let f = self.shortening.as_ref().map(|(x, _)| x.scale(-self.bent(i, rate)));
         V6 { n: turn.rate_dot(theta_dot, self.rotation[i]), f: f.unwrap_or_default() }
@@ -148,7 +148,7 @@ mod tests {
     fn turns_of_any_size_are_rotations_and_their_rates() {
         let n = Vec3::new(0.48, -0.6, 0.64);
         let (theta_dot, u) = (Vec3::new(0.3, 0.7, -0.5), Vec3::new(-0.2, 0.9, 0.4));
-        // On both sides of the change from series to closed forms, at 0.2.
+        // Test on both sides of 0.2, where the series is replaced by closed forms.
         for size in [0.0, 1e-9, 1e-3, 0.15, 0.199_999, 0.200_001, 0.25, 1.5, 3.0] {
             let at = |t: f64| n * size + theta_dot * t;
             let turn = |t: f64| Turn::new(v3(&at(t)));

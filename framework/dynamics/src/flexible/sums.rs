@@ -1,5 +1,5 @@
-//! Sums over the masses of a tree with flexible bodies: links and stations alike. As in `momentum.rs`, with the same
-//! meaning; and the energy of the modes' springs.
+//! Sums over the masses of a tree with flexible bodies, for links and stations alike. The functions correspond to those in `momentum.rs`, in addition
+//! to the elastic energy of the modes.
 
 use super::inverse::armature;
 use super::{Flexible, StationAt};
@@ -12,14 +12,13 @@ use crate::work::{Work, Workspace};
 use linkwork_multibody::BodyId;
 use linkwork_spatial::{Force, Motion, RigidInertia, Vec3};
 
-/// ½ ηᵀ K η of all flexible bodies, J. After [`kinematics`](crate::kinematics()) or [`poses`](crate::poses). Zero for
-/// a rigid mechanism.
+/// Returns ½ ηᵀ K η of all flexible bodies, J. Call [`kinematics`](crate::kinematics()) or [`poses`](crate::poses) first. Zero for a rigid mechanism.
 #[must_use]
 pub fn elastic_energy(_: &Tree, ws: &Workspace) -> f64 {
     ws.work.bend.energy
 }
 
-/// Mass, and first moment from the origin of slot 1.
+/// Returns mass, and first moment relative to the origin of slot 1.
 pub(crate) fn mass_moments<L: Lane>(tree: &Tree, flex: &Flexible, w: &Work<L>) -> (f64, V3<L>) {
     let mut sum = (0.0, V3::default());
     for slot in 1..tree.slots() {
@@ -31,7 +30,7 @@ pub(crate) fn mass_moments<L: Lane>(tree: &Tree, flex: &Flexible, w: &Work<L>) -
     sum
 }
 
-/// Momentum about the origin of slot 1.
+/// Returns the momentum about the origin of slot 1.
 pub(crate) fn momentum(tree: &Tree, flex: &Flexible, w: &Work<f64>) -> Force {
     let mut total = V6::default();
     for slot in 1..tree.slots() {
@@ -44,7 +43,7 @@ pub(crate) fn momentum(tree: &Tree, flex: &Flexible, w: &Work<f64>) -> Force {
     Force::new(vec3(&total.n), vec3(&total.f))
 }
 
-/// Kinetic energy, rotors included, J.
+/// Returns the kinetic energy, including rotors, J.
 pub(crate) fn kinetic_energy(tree: &Tree, flex: &Flexible, w: &Work<f64>, v: &[f64]) -> f64 {
     let of = |slot: usize| {
         let (m, h, J) = tree.world_mass(flex, &w.kin, slot);
@@ -56,7 +55,7 @@ pub(crate) fn kinetic_energy(tree: &Tree, flex: &Flexible, w: &Work<f64>, v: &[f
     0.5 * twice
 }
 
-/// Σ of mass times acceleration, N.
+/// Returns Σ of mass times acceleration, N.
 pub(crate) fn com_acceleration(tree: &Tree, flex: &Flexible, w: &Work<f64>) -> Vec3 {
     let mut sum = V3::default();
     for slot in 1..tree.slots() {
@@ -68,7 +67,7 @@ pub(crate) fn com_acceleration(tree: &Tree, flex: &Flexible, w: &Work<f64>) -> V
     vec3(&sum)
 }
 
-/// Ȧ β about a point from the origin of slot 1.
+/// Returns Ȧ β about a point relative to the origin of slot 1.
 pub(crate) fn bias(tree: &Tree, flex: &Flexible, w: &Work<f64>, center: V3<f64>) -> Force {
     let mut total = V6::default();
     for slot in 1..tree.slots() {
@@ -81,7 +80,7 @@ pub(crate) fn bias(tree: &Tree, flex: &Flexible, w: &Work<f64>, center: V3<f64>)
     Force::new(vec3(&total.n), vec3(&total.f))
 }
 
-/// Mass and first moment of the stations of one body about the body's origin, world axes.
+/// Returns mass and first moment of the stations of one body about the body's origin, world axes.
 fn stations_of(tree: &Tree, flex: &Flexible, w: &Work<f64>, body: BodyId) -> (f64, V3<f64>) {
     let at = tree.body(body);
     let kin = &w.kin[at.slot as usize];
@@ -97,7 +96,7 @@ fn stations_of(tree: &Tree, flex: &Flexible, w: &Work<f64>, body: BodyId) -> (f6
     sum
 }
 
-/// Centre of mass of one body from its origin, world axes; its origin if it has no mass.
+/// Returns the centre of mass of one body relative to its origin, world axes; zero if it has no mass.
 pub(crate) fn body_com(tree: &Tree, flex: &Flexible, ws: &Workspace, body: BodyId) -> Vec3 {
     let rigid = tree.multibody().get(body).inertia();
     let (m, h) = stations_of(tree, flex, &ws.work, body);
@@ -106,12 +105,12 @@ pub(crate) fn body_com(tree: &Tree, flex: &Flexible, ws: &Workspace, body: BodyI
     if total > 0.0 { h / total } else { Vec3::zeros() }
 }
 
-/// Stations with a mass of their own, and where they are among all.
+/// Returns the stations with their own mass, and their indices.
 fn with_mass(flex: &Flexible) -> impl Iterator<Item = (usize, &StationAt)> {
     flex.stations.iter().enumerate().filter(|(_, s)| s.own.mass() > 0.0)
 }
 
-/// Gravity on each station by its place; bodies that are welded to one have their own.
+/// Applies gravity at the position of each station; bodies that are welded to a station are treated separately.
 pub(crate) fn apply_gravity(
     flex: &Flexible,
     w: &mut Work<f64>,
@@ -126,7 +125,7 @@ pub(crate) fn apply_gravity(
     }
 }
 
-/// Coriolis' forces on each station; bodies that are welded to one have their own.
+/// Applies Coriolis forces on each station; bodies that are welded to a station are treated separately.
 pub(crate) fn apply_coriolis(flex: &Flexible, w: &mut Work<f64>, omega: &Vec3) {
     for (s, at) in with_mass(flex) {
         let slot = flex.slot(s);
@@ -138,7 +137,7 @@ pub(crate) fn apply_coriolis(flex: &Flexible, w: &mut Work<f64>, omega: &Vec3) {
     }
 }
 
-/// Inertia of the stations of one body about the world point `about`, world axes.
+/// Returns the inertia of the stations of one body about the world point `about`, world axes.
 pub(crate) fn subtree_inertia(
     flex: &Flexible,
     w: &Work<f64>,

@@ -1,7 +1,7 @@
-//! A frame in the frame that it hangs on: fixed, moved from outside, or moved by a subhinge.
+//! A frame relative to its parent frame: fixed, moved from outside, or moved by a subhinge.
 //!
-//! A subhinge between the constant poses `before` and `after`: R₀ the rotation of `before`, R = R₀ R(q),
-//! u = R₀ axis, r = R p_after from the subhinge's origin to the frame's:
+//! For a subhinge between the constant poses `before` and `after`: R₀ is the rotation of `before`, R = R₀ R(q), u = R₀ axis, and r = R p_after is the
+//! vector from the subhinge's origin to the frame's:
 //! ```text
 //! pin     ω = u β                                α = u β̇
 //! slider               w = u β                               c = u β̇
@@ -14,7 +14,7 @@
 use linkwork_multibody::SubhingeKind;
 use linkwork_spatial::{Motion, Pose, Quat, Vec3};
 
-/// What a term depends on: a velocity needs the pose, an acceleration both.
+/// Level of a term: a velocity depends on the pose, an acceleration on both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Level {
     Pose = 0,
@@ -30,7 +30,7 @@ pub(super) enum Mover {
     Subhinge(Box<Joint>),
 }
 
-/// A subhinge, its places in the state of its mechanism, and its configuration terms.
+/// A subhinge, its indices in the state of its mechanism, and its configuration terms.
 #[derive(Clone, Debug)]
 pub(super) struct Joint {
     pub mechanism: usize,
@@ -39,7 +39,7 @@ pub(super) struct Joint {
     pub v: usize,
     pub before: Pose,
     pub after: Pose,
-    /// R and r of the header.
+    /// R and r of the documentation of this file.
     R: Quat,
     r: Vec3,
 }
@@ -57,7 +57,7 @@ impl Joint {
         Pose::new(X.rotation * self.after.rotation, X.position + self.r)
     }
 
-    /// Angular and linear rate at the subhinge's own origin, parent's axes.
+    /// Returns angular and linear rate at the subhinge's own origin, parent's axes.
     fn rates(&self, v: &[f64]) -> Motion {
         let o = Vec3::zeros();
         let (R0, v) = (&self.before.rotation, &v[self.v..]);
@@ -101,16 +101,16 @@ pub(super) struct State {
     pub vdot: Vec<f64>,
 }
 
-/// A frame, its terms in its parent, and when they were last changed and computed.
+/// A frame, its terms relative to its parent, and the times of their last change and computation.
 #[derive(Clone, Debug)]
 pub(super) struct Edge {
     pub parent: usize,
     pub mover: Mover,
-    /// In the parent, its axes.
+    /// Pose and motion in the parent, parent's axes.
     pub X: Pose,
     pub V: Motion,
     pub A: Motion,
-    /// Time of the last change that matters to each level.
+    /// Time of the last change that affects each level.
     pub changed: [u64; 3],
     /// Time of the last computation of each level.
     computed: [u64; 3],
@@ -122,12 +122,12 @@ impl Edge {
         Self { parent, mover, X, V, A, changed: [1; 3], computed: [0; 3] }
     }
 
-    /// Notes a change of one level at `now`, and of what depends on it.
+    /// Records a change of one level at `now`, and of the levels that depend on it.
     pub fn mark(&mut self, level: Level, now: u64) {
         self.changed[level as usize..].fill(now);
     }
 
-    /// Computes one level if it is out of date (lower levels are up to date); true when it was.
+    /// Computes one level if it is out of date (lower levels must be up to date); returns true if it was.
     pub fn refresh(&mut self, level: Level, states: &[State], now: u64) -> bool {
         let i = level as usize;
         let Mover::Subhinge(joint) = &mut self.mover else { return false };

@@ -1,23 +1,23 @@
-//! What can be wrong with frames.
+//! Errors of frames.
 
 use thiserror::Error;
 
-/// Why a frame cannot be had or set.
+/// Reason why a frame operation failed.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum FramesError {
-    /// No frame, body, node, pair or mechanism of that name or place.
+    /// No frame, body, node, pair or mechanism with this name or index.
     #[error("no {what} `{name}`\n  help: {help}")]
     Unknown {
         /// "frame", "body", "node", "pair" or "mechanism".
         what: &'static str,
-        /// The name, or the place.
+        /// The name or the index.
         name: String,
-        /// What there is.
+        /// The existing names.
         help: String,
     },
     /// A flexible body, whose frames move with its modes.
     #[error(
-        "mechanism `{mechanism}`: body `{body}` is flexible, and frames follow rigid bodies only\n  help: leave its \
+        "mechanism `{mechanism}`: body `{body}` is flexible, but frames support only rigid bodies\n  help: leave its \
          modes out, or ask the workspace for poses of its nodes"
     )]
     Flexible {
@@ -26,33 +26,35 @@ pub enum FramesError {
         /// Its first flexible body.
         body: String,
     },
-    /// A second frame of one name.
-    #[error("frame `{name}` exists\n  help: give each frame its own name")]
+    /// A frame with this name exists already.
+    #[error("there is already a frame `{name}`\n  help: use another name")]
     Duplicate {
         /// The name.
         name: String,
     },
-    /// A frame cannot hang on what hangs on it.
-    #[error("frame `{frame}` cannot be fixed on {on}: that hangs on it\n  help: fix it elsewhere")]
+    /// A frame cannot be attached to a frame that hangs on it.
+    #[error(
+        "frame `{frame}` cannot be attached to {on}, which hangs on it\n  help: attach it to another frame"
+    )]
     Cycle {
         /// The frame.
         frame: String,
-        /// What it should be fixed on.
+        /// The intended parent.
         on: String,
     },
-    /// Only frames of one's own can be moved or fixed elsewhere.
+    /// Only frames that were added by name can be moved or attached elsewhere.
     #[error("{frame} is not {want}\n  help: {help}")]
     Kind {
         /// The frame.
         frame: String,
-        /// "a moving frame", "a frame that was added by name".
+        /// Required kind: "a moving frame", "a frame that was added by name".
         want: &'static str,
-        /// What to do instead.
+        /// The remedy.
         help: &'static str,
     },
     /// A state of the wrong length.
     #[error(
-        "mechanism `{mechanism}`: `{what}` has {got} numbers, not {want}\n  help: the order is that of its `Multibody`"
+        "mechanism `{mechanism}`: `{what}` has {got} numbers, expected {want}\n  help: the order is that of its `Multibody`"
     )]
     Length {
         /// The mechanism.
@@ -64,13 +66,13 @@ pub enum FramesError {
         /// The length it should have.
         want: usize,
     },
-    /// A NaN or infinity, or a quaternion that is no rotation.
+    /// NaN or infinity, or a quaternion that is not of unit length.
     #[error(
         "{place}: a number is NaN or infinite, or a quaternion is not of unit length\n  help: give \
          finite numbers and unit quaternions"
     )]
     NotFinite {
-        /// Where.
+        /// Location.
         place: String,
     },
 }

@@ -1,20 +1,18 @@
-//! Frames: any frame seen from any other, in the axes of any third; computed when asked, and once.
+//! Relative poses and motions of frames: any frame relative to any other, in the axes of any third; computed on demand, and only once.
 //!
-//! Frames hang on frames, the world first: the bodies and nodes of mechanisms, frames fixed on them
-//! (cameras, instruments), frames that are moved from outside (planets, turntables), and mechanisms
-//! on any of those, as deep as one likes. For B seen from A:
+//! Frames form a tree whose root is the world: the bodies and nodes of mechanisms, frames fixed to them (cameras, instruments), frames that are moved
+//! from outside (planets, turntables), and mechanisms on any of these, to any depth. For B relative to A:
 //! ```text
 //! pose           X_AB
-//! velocity       [ω; v]   of B's axes and origin relative to A: what an observer fixed in A sees
-//! acceleration   [α; a]   their derivatives as that observer sees them (classical: a = d²p_AB/dt²)
+//! velocity       [ω; v]   of B's axes and origin relative to A, as an observer fixed in A measures it
+//! acceleration   [α; a]   their derivatives as this observer measures them (classical: a = d²p_AB/dt²)
 //! ```
-//! An accelerometer wants A inertial; a camera on a turntable sees Coriolis terms, since A turns.
+//! For an accelerometer A must be inertial. For a camera on a turntable the result contains Coriolis terms, because A rotates.
 //!
-//! `set_…` only note what changed. A question for a pair computes the terms of the hinges on the path
-//! between the two frames that are out of date, pose, velocity and acceleration apart, and nothing
-//! else; the same question again computes nothing ([`Frames::counts`]). The path turns at the nearest
-//! common ancestor, so that frames near each other and far from the world's origin keep their
-//! digits. Set-up, and the first question after [`Frames::fix`], allocate; all else does not.
+//! The functions `set_…` only record what changed. A query for a pair computes the terms of the hinges on the path between the two frames that are
+//! out of date, separately for pose, velocity and acceleration, and nothing else. Repeating the query computes nothing ([`Frames::counts`]). The path
+//! goes through the nearest common ancestor, so frames that are near each other and far from the world's origin do not lose accuracy. Set-up and the
+//! first query after [`Frames::fix`] allocate; all other calls do not.
 
 mod edge;
 mod error;
@@ -32,7 +30,7 @@ use pair::Path;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A frame of one [`Frames`].
+/// Handle of a frame of one [`Frames`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct FrameId(u32);
 
@@ -42,28 +40,28 @@ impl FrameId {
     }
 }
 
-/// A mechanism of one [`Frames`].
+/// Handle of a mechanism of one [`Frames`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MechanismId(u32);
 
-/// A question that may be asked often: B seen from A, in the axes of A or of a third frame.
+/// A query that can be repeated: B relative to A, in the axes of A or of a third frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pair {
     path: u32,
-    /// From the third frame to A.
+    /// The path from the third frame to A.
     axes: Option<u32>,
 }
 
-/// How often terms were computed, by pose, velocity and acceleration.
+/// Number of computations, for pose, velocity and acceleration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Terms of subhinges.
+    /// Computations of subhinge terms.
     pub edges: [u64; 3],
-    /// Answers put together along a path.
+    /// Computations of results along a path.
     pub pairs: [u64; 3],
 }
 
-/// One mechanism among the frames.
+/// One mechanism of the frames.
 #[derive(Clone, Debug)]
 struct Mechanism {
     name: String,
@@ -84,7 +82,7 @@ pub struct Frames {
     states: Vec<State>,
     paths: Vec<Path>,
     index: BTreeMap<(FrameId, FrameId), u32>,
-    /// Grows with each change.
+    /// Time stamp that increases with each change.
     now: u64,
     structure: u64,
     counts: Counts,
@@ -97,7 +95,7 @@ impl Default for Frames {
 }
 
 impl Frames {
-    /// The world alone.
+    /// Creates a scene that contains only the world.
     #[must_use]
     pub fn new() -> Self {
         Self {
@@ -114,17 +112,16 @@ impl Frames {
         }
     }
 
-    /// The world.
+    /// Returns the world.
     #[must_use]
     pub fn world(&self) -> FrameId {
         FrameId(0)
     }
 
-    /// Adds all bodies and nodes of a mechanism; what is `world` to it is the frame `on`. Its state is
-    /// neutral and at rest until it is set. O(bodies).
+    /// Adds all bodies and nodes of a mechanism; its `world` is the frame `on`. Its state is neutral and at rest until it is set. O(bodies).
     ///
     /// # Errors
-    /// [`FramesError::Duplicate`] if there is a mechanism of that name, [`FramesError::Unknown`].
+    /// [`FramesError::Duplicate`] if there is a mechanism with this name, [`FramesError::Unknown`].
     pub fn add_mechanism(
         &mut self,
         name: &str,
@@ -181,7 +178,7 @@ impl Frames {
         Ok(MechanismId(m as u32))
     }
 
-    /// Adds a frame fixed on another at `X_AB` (`pose` of the new frame in `on`).
+    /// Adds a frame fixed to another at `X_AB` (`pose` of the new frame in `on`).
     ///
     /// # Errors
     /// [`FramesError::Duplicate`], [`FramesError::Unknown`], [`FramesError::NotFinite`].
@@ -194,10 +191,10 @@ impl Frames {
         self.add_own(name, on, pose, Mover::Fixed)
     }
 
-    /// Adds a frame that [`Frames::set_moving`] moves in another; at first it is at rest at `pose`.
+    /// Adds a frame that [`Frames::set_moving`] moves relative to another; initially it is at rest at `pose`.
     ///
     /// # Errors
-    /// As [`Frames::add_fixed`].
+    /// Like [`Frames::add_fixed`].
     pub fn add_moving(
         &mut self,
         name: &str,
@@ -224,8 +221,8 @@ impl Frames {
         Ok(id)
     }
 
-    /// Fixes a frame that was added by name on another frame, with all that hangs on it; a moving
-    /// frame stops. Paths of pairs are found anew at their next question.
+    /// Attaches a frame that was added by name, with everything that hangs on it, to another frame. A moving frame stops moving. Paths of pairs are
+    /// updated at their next query.
     ///
     /// # Errors
     /// [`FramesError::Cycle`], [`FramesError::Kind`], [`FramesError::Unknown`],
@@ -237,7 +234,7 @@ impl Frames {
             return Err(FramesError::Kind {
                 frame: self.label(frame),
                 want: "a frame that was added by name",
-                help: "bodies and nodes hang as their mechanism says; edit that",
+                help: "the mechanism defines the parents of bodies and nodes; edit the mechanism",
             });
         }
         finite(&pose, &Motion::zero(), &Motion::zero(), || self.label(frame))?;
@@ -256,7 +253,7 @@ impl Frames {
         Ok(())
     }
 
-    /// Frame `b` seen from frame `a`, in the axes of `a`. The same pair again is the same question.
+    /// Returns the pair for frame `b` relative to frame `a`, in the axes of `a`. Equal pairs share their results.
     ///
     /// # Errors
     /// [`FramesError::Unknown`].
@@ -264,7 +261,7 @@ impl Frames {
         Ok(Pair { path: self.path(a, b)?, axes: None })
     }
 
-    /// Frame `b` seen from frame `a`, in the axes of the frame `axes`.
+    /// Returns the pair for frame `b` relative to frame `a`, in the axes of the frame `axes`.
     ///
     /// # Errors
     /// [`FramesError::Unknown`].
@@ -287,26 +284,26 @@ impl Frames {
         Ok(place)
     }
 
-    /// Configuration (nq) of a mechanism; only subhinges whose numbers differ are out of date then.
+    /// Sets the configuration (nq) of a mechanism. Only subhinges whose coordinates differ become out of date.
     ///
     /// # Errors
-    /// [`FramesError::Length`], [`FramesError::NotFinite`], [`FramesError::Unknown`]; nothing is set.
+    /// [`FramesError::Length`], [`FramesError::NotFinite`], [`FramesError::Unknown`]. After an error nothing is set.
     pub fn set_q(&mut self, mechanism: MechanismId, q: &[f64]) -> Result<(), FramesError> {
         self.set(mechanism, Level::Pose, q)
     }
 
-    /// Rates β (nv) of a mechanism. No pose is out of date by that.
+    /// Sets the rates β (nv) of a mechanism. Poses remain valid.
     ///
     /// # Errors
-    /// As [`Frames::set_q`].
+    /// Like [`Frames::set_q`].
     pub fn set_v(&mut self, mechanism: MechanismId, v: &[f64]) -> Result<(), FramesError> {
         self.set(mechanism, Level::Velocity, v)
     }
 
-    /// Accelerations β̇ (nv) of a mechanism. No pose and no velocity is out of date by that.
+    /// Sets the accelerations β̇ (nv) of a mechanism. Poses and velocities remain valid.
     ///
     /// # Errors
-    /// As [`Frames::set_q`].
+    /// Like [`Frames::set_q`].
     pub fn set_vdot(&mut self, mechanism: MechanismId, vdot: &[f64]) -> Result<(), FramesError> {
         self.set(mechanism, Level::Acceleration, vdot)
     }
@@ -348,12 +345,11 @@ impl Frames {
         Ok(())
     }
 
-    /// Moves a moving frame: pose, velocity and acceleration in the frame that it hangs on, as seen
-    /// from there and in its axes.
+    /// Moves a moving frame: pose, velocity and acceleration relative to its parent frame, in the axes of the parent.
     ///
     /// # Errors
-    /// [`FramesError::Kind`] if it was not added by [`Frames::add_moving`],
-    /// [`FramesError::NotFinite`], [`FramesError::Unknown`]; nothing is set.
+    /// [`FramesError::Kind`] if it was not added by [`Frames::add_moving`], [`FramesError::NotFinite`], [`FramesError::Unknown`]. After an error
+    /// nothing is set.
     pub fn set_moving(
         &mut self,
         frame: FrameId,
@@ -383,40 +379,40 @@ impl Frames {
         Ok(())
     }
 
-    /// `X_AB`. Panics if the pair is of other frames.
+    /// Returns `X_AB`. Panics if the pair belongs to other frames.
     #[track_caller]
     pub fn pose(&mut self, pair: Pair) -> Pose {
         self.refresh(pair.path, Level::Pose).X
     }
 
-    /// From A's origin to B's, in the axes asked for, m.
+    /// Returns the vector from A's origin to B's, in the requested axes, m.
     #[track_caller]
     pub fn position(&mut self, pair: Pair) -> Vec3 {
         let p = self.pose(pair).position;
         self.turn(pair).map_or(p, |R| R * p)
     }
 
-    /// Velocity of B seen from A, in the axes asked for: rad/s, m/s.
+    /// Returns the velocity of B relative to A, in the requested axes: rad/s, m/s.
     #[track_caller]
     pub fn velocity(&mut self, pair: Pair) -> Motion {
         let V = self.refresh(pair.path, Level::Velocity).V;
         self.turn(pair).map_or(V, |R| V.rotate(&R))
     }
 
-    /// Acceleration of B seen from A, in the axes asked for: rad/s², m/s².
+    /// Returns the acceleration of B relative to A, in the requested axes: rad/s², m/s².
     #[track_caller]
     pub fn acceleration(&mut self, pair: Pair) -> Motion {
         let A = self.refresh(pair.path, Level::Acceleration).A;
         self.turn(pair).map_or(A, |R| A.rotate(&R))
     }
 
-    /// What has been computed since the frames were made.
+    /// Returns the numbers of computations since the frames were created.
     #[must_use]
     pub fn counts(&self) -> Counts {
         self.counts
     }
 
-    /// R from the axes of A to those asked for, if they are others.
+    /// Returns R from the axes of A to the requested axes, if these differ.
     #[track_caller]
     fn turn(&mut self, pair: Pair) -> Option<Quat> {
         pair.axes.map(|axes| self.refresh(axes, Level::Pose).X.rotation)

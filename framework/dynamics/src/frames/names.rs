@@ -1,9 +1,9 @@
-//! Finding frames by body, node or name, and naming them in errors.
+//! Look-up of frames by body, node or name, and their names in error messages.
 
 use super::{FrameId, Frames, FramesError, Mechanism, MechanismId};
 use linkwork_multibody::{BodyId, NodeId};
 
-/// What a frame is called.
+/// Name of a frame.
 #[derive(Clone, Debug)]
 pub(super) enum Name {
     World,
@@ -15,7 +15,7 @@ pub(super) enum Name {
 }
 
 impl Frames {
-    /// The frame of a body.
+    /// Returns the frame of a body.
     ///
     /// # Errors
     /// [`FramesError::Unknown`].
@@ -24,7 +24,7 @@ impl Frames {
         m.bodies.get(body.index()).copied().ok_or_else(|| unknown("body", body.index(), m))
     }
 
-    /// The frame of a node.
+    /// Returns the frame of a node.
     ///
     /// # Errors
     /// [`FramesError::Unknown`].
@@ -33,7 +33,7 @@ impl Frames {
         m.nodes.get(node.index()).copied().ok_or_else(|| unknown("node", node.index(), m))
     }
 
-    /// The frame of the body of that name. O(log n).
+    /// Returns the frame of the body with the given name. O(log n).
     ///
     /// # Errors
     /// [`FramesError::Unknown`].
@@ -42,7 +42,7 @@ impl Frames {
         m.multibody.body(name).map(|b| m.bodies[b.index()]).ok_or_else(|| unknown("body", name, m))
     }
 
-    /// The frame of the node of that name. O(log n).
+    /// Returns the frame of the node with the given name. O(log n).
     ///
     /// # Errors
     /// [`FramesError::Unknown`].
@@ -51,7 +51,7 @@ impl Frames {
         m.multibody.node(name).map(|n| m.nodes[n.index()]).ok_or_else(|| unknown("node", name, m))
     }
 
-    /// The frame that was added by that name. O(log n).
+    /// Returns the frame that was added with the given name. O(log n).
     ///
     /// # Errors
     /// [`FramesError::Unknown`].
@@ -70,7 +70,7 @@ impl Frames {
         Err(FramesError::Unknown {
             what: "frame",
             name: format!("number {}", frame.0),
-            help: format!("there are {}; is it of other `Frames`?", self.edges.len()),
+            help: format!("there are {}; does it belong to other `Frames`?", self.edges.len()),
         })
     }
 
@@ -78,7 +78,7 @@ impl Frames {
         self.mechanisms.get(id.0 as usize).ok_or_else(|| FramesError::Unknown {
             what: "mechanism",
             name: format!("number {}", id.0),
-            help: format!("there are {}; is it of other `Frames`?", self.mechanisms.len()),
+            help: format!("there are {}; does it belong to other `Frames`?", self.mechanisms.len()),
         })
     }
 

@@ -1,14 +1,14 @@
-//! Two frames: the path between them, and what was last computed along it.
+//! Two frames: the path between them, and the last results along it.
 //!
-//! The path goes from A inward to the nearest common ancestor C and outward to B. Nothing inward of C
-//! enters, so two frames of one rover on a distant planet lose no digits to its distance.
+//! The path goes from A inward to the nearest common ancestor C and outward to B. Frames inward of C are not used, so two frames of one rover on a
+//! distant planet do not lose accuracy because of the distance.
 
 use super::edge::{Edge, Level, State};
 use super::relative::{self, Seen};
 use super::{Counts, FrameId};
 use linkwork_spatial::{Motion, Pose};
 
-/// A frame on the path, seen from C.
+/// A frame on the path, relative to C.
 #[derive(Clone, Debug)]
 struct Step {
     frame: usize,
@@ -19,12 +19,12 @@ struct Step {
 pub(super) struct Path {
     pub a: FrameId,
     pub b: FrameId,
-    /// From C outward to A, and to B, without C.
+    /// Frames from C outward to A, and to B, without C.
     to_a: Vec<Step>,
     to_b: Vec<Step>,
-    /// The structure that the path was made for.
+    /// The structure for which the path was determined.
     structure: u64,
-    /// Time of the last computation of each level, and of the last look whether one was due.
+    /// Time of the last computation of each level, and of the last check whether one is due.
     computed: [u64; 3],
     looked: [u64; 3],
     pub X: Pose,
@@ -48,7 +48,7 @@ impl Path {
         }
     }
 
-    /// Finds the path when frames hang otherwise than before. O(depth).
+    /// Determines the path if the structure has changed. O(depth).
     pub fn route(&mut self, edges: &[Edge], structure: u64) {
         if self.structure == structure {
             return;
@@ -75,7 +75,7 @@ impl Path {
         self.looked = [0; 3];
     }
 
-    /// Brings one level up to date, with those below it.
+    /// Updates one level and the levels below it.
     pub fn refresh(
         &mut self,
         level: Level,

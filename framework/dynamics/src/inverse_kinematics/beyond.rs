@@ -1,22 +1,22 @@
-//! Targets that no configuration reaches, known without a search: a node stays within a round region that follows from the lengths of the links.
+//! Detects unreachable targets without a search: a node always stays within a region that follows from the lengths of the links.
 //!
 //! ```text
-//! the region: within a ball about c of radius ρ, and within a cylinder. From the node inward, each hinge with whatever limits:
-//! pin       ball: about the foot of c on the pin's axis, radius |c⊥| + ρ, or about the point of the cylinder's axis that is nearest to it, whichever is smaller
-//!           cylinder about the pin's axis: radius |c⊥| + ρ, heights c∥ ± ρ; of a parallel one its own, moved by where its axis is
-//! slider    as much longer as it travels
-//! ball      the ball about the hinge
-//! free      everywhere
+//! the region: within a sphere about c of radius ρ, and within a cylinder. From the node inward, for each hinge with any limits:
+//! pin       sphere: about the foot of c on the pin's axis, radius |c⊥| + ρ, or about the point of the cylinder's axis that is nearest to it, whichever is smaller
+//!           cylinder about the pin's axis: radius |c⊥| + ρ, heights c∥ ± ρ; for a parallel cylinder its own radius plus the distance of the axes
+//! slider    extended by its travel
+//! ball      the sphere about the hinge
+//! free      unbounded
 //! ```
 
 use crate::tree::Tree;
 use linkwork_multibody::{BodyId, Multibody, NodeId, SubhingeKind};
 use linkwork_spatial::{Pose, Vec3};
 
-/// Directions closer than this are parallel.
+/// Directions closer than this count as parallel.
 const PARALLEL: f64 = 1e-12;
 
-/// About the line through `at` along `axis`, heights from `at`.
+/// A cylinder about the line through `at` along `axis`, with heights relative to `at`.
 #[derive(Clone, Copy, Debug)]
 struct Cylinder {
     at: Vec3,
@@ -27,7 +27,7 @@ struct Cylinder {
 }
 
 impl Cylinder {
-    /// A ball around it, about the point of its axis that is nearest to the line through the origin along `b`, which is not parallel.
+    /// Returns a sphere around it, about the point of its axis that is nearest to the line through the origin along `b`, which is not parallel.
     fn ball(&self, b: &Vec3) -> (Vec3, f64) {
         let across = |v: &Vec3| v - b * b.dot(v);
         let (p, d) = (across(&self.at), across(&self.axis));
@@ -37,7 +37,7 @@ impl Cylinder {
     }
 }
 
-/// Where a point may be, in one frame: within both.
+/// Region of possible positions of a point, in one frame: the intersection of sphere and cylinder.
 #[derive(Clone, Copy, Debug)]
 struct Region {
     ball: (Vec3, f64),
@@ -45,7 +45,7 @@ struct Region {
 }
 
 impl Region {
-    /// The same seen from the frame in which this one is at X.
+    /// Transforms the region to the frame in which the present frame has the pose X.
     fn seen_from(mut self, X: &Pose) -> Self {
         self.ball.0 = X.transform_point(&self.ball.0);
         if let Some(c) = &mut self.cylinder {
@@ -54,7 +54,7 @@ impl Region {
         self
     }
 
-    /// After a turn by any angle about the line through the origin along `b`.
+    /// Returns the region after a rotation by any angle about the line through the origin along `b`.
     fn turned(self, b: &Vec3) -> Self {
         let swept = |(c, radius): (Vec3, f64)| {
             let up = b.dot(&c);
@@ -88,7 +88,7 @@ impl Region {
         Self { ball, cylinder: Some(turned) }
     }
 
-    /// After a shift along `u` by a number between two, m.
+    /// Returns the region after a translation along `u` by any distance between two limits, m.
     fn shifted(self, u: &Vec3, (lower, upper): (f64, f64)) -> Self {
         let (lower, upper) = (lower.min(upper), lower.max(upper));
         let (c, radius) = self.ball;
@@ -102,7 +102,7 @@ impl Region {
         Self { ball, cylinder }
     }
 
-    /// Whether a point is outside by more than `margin`, m.
+    /// Returns true if a point is outside by more than `margin`, m.
     fn lacks(&self, p: &Vec3, margin: f64) -> bool {
         let (centre, radius) = self.ball;
         let outside = |c: &Cylinder| {
@@ -115,8 +115,8 @@ impl Region {
     }
 }
 
-/// The region in the world in which a node is at any configuration; `None` where it may be anywhere. `kept`: for a degree of freedom that does not move, its
-/// coordinate.
+/// Returns the region in the world in which a node is at all configurations; `None` where it is unbounded. `kept` returns the coordinate of a degree
+/// of freedom that does not move.
 fn region(
     mbs: &Multibody,
     node: NodeId,
@@ -133,7 +133,7 @@ fn region(
         region = region.seen_from(&body.hinge_in_body().inverse());
         for s in body.subhinges().iter().rev() {
             let l = s.subhinge.limits;
-            // What does not move may be outside its limits.
+            // A coordinate that does not move may be outside its limits.
             let still = (s.v.len() == 1).then(|| kept(s.v.start, s.q.start)).flatten();
             let ends = still.map_or((l.lower, l.upper), |x| (x, x));
             let travel = |factor: f64| {
@@ -160,8 +160,8 @@ fn region(
     Some(region)
 }
 
-/// Whether a node is farther than `margin` (m) from a point of the world at every configuration within the limits of sliders: proven by lengths. False says
-/// nothing. `kept` as of [`region`]: by place in β and in q.
+/// Returns true if the link lengths prove that a node is farther than `margin` (m) from a point of the world at every configuration within the limits
+/// of sliders. False means undecided. `kept` as in [`region`], with indices in β and in q.
 pub(super) fn beyond(
     tree: &Tree,
     node: NodeId,
@@ -169,7 +169,7 @@ pub(super) fn beyond(
     point: &Vec3,
     margin: f64,
 ) -> bool {
-    // What is nearly parallel was taken for parallel, and lengths are rounded.
+    // The margin covers nearly parallel axes that were treated as parallel, and round-off of lengths.
     let margin = margin + 1e-9 * (1.0 + point.norm());
     region(tree.multibody(), node, kept).is_some_and(|r| r.lacks(point, margin))
 }
@@ -180,7 +180,7 @@ mod tests {
     use linkwork_multibody::{BodySpec, Builder, Hinge, Limits};
     use linkwork_spatial::Quat;
 
-    /// Numbers from −1 to 1.
+    /// Random numbers from −1 to 1.
     struct Draw(u64);
 
     impl Draw {
@@ -220,7 +220,7 @@ mod tests {
         None
     }
 
-    /// The tip is never where it is said that it cannot be, whatever the hinges; and a good part of what it cannot reach is known.
+    /// The tip is never at a position that is reported as unreachable, for all kinds of hinges; and most unreachable positions are detected.
     #[test]
     fn no_place_that_is_reached_is_said_to_be_beyond() {
         let mut draw = Draw(7);
@@ -228,7 +228,7 @@ mod tests {
         for case in 0..300 {
             let limits = Limits::position(-0.4, 0.9);
             let hinges = (0..1 + case % 6).map(|_| {
-                // Some axes are parallel, as of arms.
+                // Some axes are parallel, as in real arms.
                 let axis = [Vec3::x(), -Vec3::x(), Vec3::z(), draw.vector()][case % 4];
                 let kind = (draw.next() * 4.0).abs() as usize;
                 let hinge = match kind {
@@ -253,7 +253,7 @@ mod tests {
                 assert!(!beyond(&tree, node, all_move, &p, 0.0), "case {case}: {p:?}");
                 longest = longest.max(p.norm());
             }
-            // A first coordinate that is kept where it is, beyond its limits too.
+            // The first coordinate is kept at its value, which may be outside its limits.
             let first = tree.multibody().bodies()[0].v();
             let mut q = tree.multibody().random_q_within_limits(99);
             let own = tree.multibody().bodies()[0].q().start;
@@ -273,11 +273,11 @@ mod tests {
                 0.0,
             ));
         }
-        // Of 300.
+        // Out of 300 cases.
         assert!(known > 240, "{known}");
     }
 
-    /// In a plane, and out of it, the bound is what geometry says.
+    /// In a plane and outside of it, the bound equals the geometric result.
     #[test]
     fn a_flat_arm_reaches_as_far_as_it_is_long() {
         let link = Pose::translation(0.5, 0.0, 0.1);

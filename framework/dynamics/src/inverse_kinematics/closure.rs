@@ -1,14 +1,15 @@
-//! Closures of a search: the mechanism's own loops and couplings, and what the caller wants kept closed.
+//! Closures of a search: the mechanism's own loops and couplings, and closures that the caller adds.
 //!
-//! A loop permits what its hinge permits, so it is a goal of frame B seen from frame A, with a row more for what no goal says:
+//! A loop permits the motion of its hinge, so it is a goal of frame B relative to frame A, with one more row for conditions that no goal has:
 //! ```text
-//! sliders     none: a point;  one: a line;  two: a plane;  three: nothing         moved by Σ u of the prescribed ones
-//! pins        none: an attitude;  one: an axis along itself, prescribed: an attitude;  two: across;  three, ball: nothing
-//! across      cos − a · b                    two pins' axes keep their angle
-//! screw       pitch · angle − n · p          beside a line and an axis
+//! sliders     none: a point;  one: a line;  two: a plane;  three: no condition    moved by Σ u of the prescribed ones
+//! pins        none: an attitude;  one: an axis along itself, prescribed: an attitude;  two: across;  three, ball: no condition
+//! across      cos − a · b                    the axes of two pins keep their angle
+//! screw       pitch · angle − n · p          in addition to a line and an axis
 //! coupling    c₀ − Σ cᵢ qᵢ
 //! ```
-//! Rows of dynamics ask less: an axis may lie the other way round there, since motion never gets from one to the other; a search does.
+//! Constraint rows of the dynamics are weaker: there an axis may have the opposite direction, because motion never leads from one to the other. A
+//! search must distinguish them.
 
 use super::{InverseKinematics, Place, Pointing, Residual, Target};
 use crate::jacobian::frame_jacobian;
@@ -18,8 +19,8 @@ use linkwork_spatial::nalgebra::Unit;
 use linkwork_spatial::{Mat3, Quat, Vec3};
 use std::f64::consts::TAU;
 
-/// What a metre and a radian of a closure count against those of targets. Only where not all can be met at once does it matter, and there rounds of
-/// multipliers make up for it.
+/// Weight of a metre and a radian of a closure relative to targets. It matters only if not all can be met at once, and then rounds of multipliers
+/// correct for it.
 pub(super) const WEIGHT: f64 = 10.0;
 
 /// A closure of a search.
@@ -27,11 +28,11 @@ pub(super) const WEIGHT: f64 = 10.0;
 pub enum Closure {
     /// A loop or a coupling of the mechanism.
     Constraint(ConstraintId),
-    /// One of those that were given with the targets, by its place there.
+    /// A closure that was given with the targets, by its index.
     Given(usize),
 }
 
-/// A frame on a link, and where it is to be, seen from another or from the world.
+/// A frame on a link, and its goal relative to another frame or the world.
 #[derive(Clone, Debug)]
 pub(super) struct Asked {
     pub end: OnLink,
@@ -53,7 +54,7 @@ impl Asked {
         Self { end: tree.node(t.node).clone(), from, goal: t.goal, more: None }
     }
 
-    /// Of a loop, with its prescribed subhinges at zero.
+    /// Returns the goal of a loop, with its prescribed subhinges at zero.
     fn of_loop(ends: &[OnLink; 2], l: &Loop) -> Self {
         let [a, b] = ends.clone();
         let goal = goal_of(l, &[]);
@@ -74,13 +75,13 @@ impl Asked {
     }
 }
 
-/// A constraint as ``loop `NAME` ``.
+/// Returns the name of a constraint as ``loop `NAME` ``.
 pub(super) fn name(tree: &Tree, c: ConstraintId) -> String {
     let kind = if matches!(c, ConstraintId::Loop(_)) { "loop" } else { "coupling" };
     format!("{kind} `{}`", tree.multibody().constraint_name(c))
 }
 
-/// What a loop asks of B seen from A, with so much motion of its prescribed subhinges; those that are not told are at zero.
+/// Returns the goal of B relative to A for a loop, with the given motions of its prescribed subhinges; missing motions are zero.
 fn goal_of(l: &Loop, motions: &[f64]) -> super::Goal {
     let mut goal = super::Goal::NOTHING;
     let mut given = l.motions.clone().map(|at| motions.get(at).copied().unwrap_or(0.0));
@@ -123,7 +124,7 @@ fn goal_of(l: &Loop, motions: &[f64]) -> super::Goal {
     goal
 }
 
-/// The closures that a tree has of itself.
+/// The closures of a tree itself.
 #[derive(Clone, Debug)]
 pub(super) struct Own {
     pub loops: Vec<Asked>,
@@ -139,15 +140,15 @@ impl Own {
         Self { loops, rows }
     }
 
-    /// How many there are, loops and couplings.
+    /// Returns the number of loops and couplings.
     pub fn count(&self, tree: &Tree) -> usize {
         self.loops.len() + tree.multibody().couplings().len()
     }
 }
 
 impl InverseKinematics {
-    /// Where the prescribed subhinges of the mechanism's loops are, rad or m, in the order of its loop motions; zero until then. Gaps of loops
-    /// count for nothing: a search closes them.
+    /// Sets the positions of the prescribed subhinges of the mechanism's loops, rad or m, in the order of its loop motions; initially zero. Gaps of
+    /// loops have no effect: a search closes them.
     #[track_caller]
     pub fn set_loop_motions(&mut self, tree: &Tree, motions: &[f64]) {
         crate::kinematics::check(motions.len(), tree.multibody().motions(), "loop motions");
@@ -156,7 +157,7 @@ impl InverseKinematics {
         }
     }
 
-    /// Each closure of the last search, and how far it is from closed: the mechanism's loops, those given, the mechanism's couplings.
+    /// Returns each closure of the last search and its residual: the mechanism's loops, the given closures, the mechanism's couplings.
     pub fn closures(&self) -> impl Iterator<Item = (Closure, Residual)> + '_ {
         let (loops, given) = (self.own.loops.len(), self.asked.len() - self.targets.len());
         self.closed.iter().enumerate().map(move |(i, r)| {
@@ -170,7 +171,7 @@ impl InverseKinematics {
         })
     }
 
-    /// Which closure is farthest from closed after the last search, against the tolerances; `None` when all are closed.
+    /// Returns the closure with the largest residual relative to the tolerances after the last search; `None` when all are closed.
     #[must_use]
     pub fn open(&self) -> Option<(Closure, Residual)> {
         let share = |r: &Residual| {
@@ -181,7 +182,7 @@ impl InverseKinematics {
         worst.filter(|(_, r)| !(share(r) <= 1.0))
     }
 
-    /// What closures count: more than any target.
+    /// Sets the weight of closures, which is larger than that of any target.
     pub(super) fn weigh_closures(&mut self) {
         let weights = self.targets.iter().flat_map(|t| t.goal.weights);
         let most = weights.fold(0.0, f64::max);
@@ -192,7 +193,7 @@ impl InverseKinematics {
         }
     }
 
-    /// The error of a further row, which counts in the residual, too: `R` is the attitude of B seen from A, `p` its origin there.
+    /// Returns the error of an additional row and includes it in the residual. `R` is the attitude of B relative to A, `p` its origin there.
     pub(super) fn more_error(more: &More, R: &Mat3, p: &Vec3, residual: &mut Residual) -> f64 {
         match *more {
             More::Across { a, b, cosine } => {
@@ -211,7 +212,7 @@ impl InverseKinematics {
         }
     }
 
-    /// Its rate, as factors of how B turns and moves seen from A.
+    /// Returns its rate, as factors of the angular and linear velocity of B relative to A.
     pub(super) fn more_factors(more: &More, R: &Mat3) -> (Vec3, Vec3) {
         match *more {
             More::Across { a, b, .. } => ((R * b).cross(&a), Vec3::zeros()),
@@ -219,14 +220,14 @@ impl InverseKinematics {
         }
     }
 
-    /// Errors of couplings from a row on; returns the row after them.
+    /// Writes the errors of couplings from a row on; returns the row after them.
     pub(super) fn coupling_errors(&mut self, tree: &Tree, q: &[f64], mut row: usize) -> usize {
         let first = self.asked.len() - self.targets.len();
         for (k, c) in tree.multibody().couplings().iter().enumerate() {
             let sum: f64 = c.terms.iter().map(|(at, _, factor)| factor * q[*at]).sum();
             let d = c.coupling.constant - sum;
             self.e[row] = self.closing * d;
-            // Its unit is that of its first coordinate.
+            // Its unit is the unit of its first coordinate.
             let (body, which) = (c.bodies.first(), c.coupling.terms.first());
             let subhinge = body
                 .zip(which)
@@ -240,7 +241,7 @@ impl InverseKinematics {
         row
     }
 
-    /// Rows of J of couplings.
+    /// Writes the rows of J of couplings.
     pub(super) fn coupling_rows(&mut self, tree: &Tree, mut row: usize, weight: f64) {
         let nv = tree.nv();
         for c in tree.multibody().couplings() {
@@ -253,8 +254,8 @@ impl InverseKinematics {
         }
     }
 
-    /// Rows of J for the relative velocity of a frame seen from another: angular ones first, each six
-    /// × nv in `J_node` from `at` on, axes of that other. `d` is p₁ − p in world axes.
+    /// Writes the rows of J for the velocity of a frame relative to another: angular ones first, each six × nv in `J_node` from `at` on, in the axes
+    /// of the other frame. `d` is p₁ − p in world axes.
     pub(super) fn relative_jacobian(
         &mut self,
         tree: &Tree,

@@ -1,39 +1,39 @@
-//! Secondary objectives: among the configurations that meet the targets, a better one.
+//! Secondary objectives: a better one among the configurations that meet the targets.
 //!
-//! c: what is to be small; D: what a unit of each coordinate counts, on the coordinates that no limit holds:
+//! c is the cost to be minimized; D scales the coordinates that are not at a limit:
 //! ```text
 //! minimise ∇c · h + ½ s hᵀ D h   with   J h = e
 //! h = −D⁻¹ (∇c + Jᵀ λ) / s,      (J D⁻¹ Jᵀ) λ = −(s e + J D⁻¹ ∇c)
 //! ```
-//! then q ⊕ h, back onto the targets by steps of least |h|_D, and accepted when c has fallen there; s is taken four times when it has not.
-//! With c = ½ (q − m)ᵀ D (q − m) and s = 1 that is Newton's step but for the curvature of the targets. A coordinate at a limit
-//! stays there while its gradient, less what the targets take of it, points outward. The minimum is a local one.
+//! Then q ⊕ h is moved back onto the targets by steps of smallest |h|_D, and accepted if c has decreased there; otherwise s is multiplied by four.
+//! With c = ½ (q − m)ᵀ D (q − m) and s = 1 this is a Newton step without the curvature of the targets. A coordinate at a limit stays there while its
+//! gradient, projected onto the targets' null space, points outward. The minimum is a local one.
 
 use super::{InverseKinematics, Target};
 use crate::tree::Tree;
 
-/// Steps back onto the targets, at most.
+/// Maximum number of steps back onto the targets.
 const BACK: usize = 6;
 
-/// So near to a limit is at it, rad or m.
+/// Distance from a limit at which a coordinate counts as being at it, rad or m.
 const AT: f64 = 1e-12;
 
-/// How far an improvement came.
+/// Result of an improvement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Improved {
     /// c at the end.
     pub cost: f64,
-    /// The length |h|_D of the last step that was accepted or refused: small at a minimum.
+    /// The length |h|_D of the last step, accepted or not: small at a minimum.
     pub step: f64,
     /// Evaluations of the kinematics.
     pub kinematics: usize,
 }
 
 impl InverseKinematics {
-    /// Lowers c over the configurations that meet the targets of the last search, from `q` (nq), which meets
-    /// them; there q stays, within the tolerances of [`Effort`](super::Effort), and within limits. `objective` gives c and its gradient (nv)
-    /// at a configuration; `scale` (nv, positive) is D. Ends after so many evaluations of the kinematics, or when
-    /// a step is shorter than 1e-10. Coordinates with several numbers of q keep no limits. Allocates nothing.
+    /// Minimizes c over the configurations that meet the targets of the last search, from `q` (nq), which must meet them. The result also meets them
+    /// within the tolerances of [`Effort`](super::Effort) and is within limits. `objective` returns c and its gradient (nv) at a configuration;
+    /// `scale` (nv, positive) is D. Ends after the given number of kinematics evaluations, or when a step is shorter than 1e-10. Limits are not
+    /// enforced for coordinates with several numbers of q. Does not allocate.
     #[track_caller]
     pub fn improve(
         &mut self,
@@ -91,13 +91,13 @@ impl InverseKinematics {
         Improved { cost, step: size, kinematics: used }
     }
 
-    /// The step h into `step`, limits cut; false when there is none.
+    /// Computes the step h into `step`, cut at limits; returns false when there is none.
     fn toward(&mut self, tree: &Tree, slope: &[f64], scale: &[f64], s: f64, q: &[f64]) -> bool {
         let (rows, nv) = (self.rows, tree.nv());
         self.linearise(tree);
         self.free.clear();
         self.free.extend((0..nv).filter(|i| self.moves[*i]));
-        // At most every coordinate is held once.
+        // Each coordinate is fixed at most once.
         for _ in 0..=nv {
             if !self.multipliers(rows, nv, scale, slope, s) {
                 return false;
@@ -126,7 +126,7 @@ impl InverseKinematics {
         false
     }
 
-    /// λ into `x`: see the head of the file. False when rows cannot be solved for.
+    /// Computes λ into `x`; the documentation of this file has the equations. Returns false when the rows cannot be solved.
     fn multipliers(
         &mut self,
         rows: usize,
@@ -143,7 +143,7 @@ impl InverseKinematics {
             let of = |i: &usize| self.J[a * nv + i] * slope[*i] / scale[*i];
             self.x[a] = -(s * self.e[a] + self.free.iter().map(of).sum::<f64>());
         }
-        // Rows that repeat others, or meet only held coordinates, get what is left of the diagonal.
+        // Rows that repeat others, or depend only on fixed coordinates, are regularized by an addition to the diagonal.
         let most = (0..rows).map(|a| self.small[a * rows + a]).fold(0.0, f64::max);
         for a in 0..rows {
             self.small[a * rows + a] += 1e-12 * most;
@@ -151,7 +151,7 @@ impl InverseKinematics {
         most > 0.0 && super::solve_spd(&mut self.small[..rows * rows], &mut self.x[..rows])
     }
 
-    /// A step of least |h|_D onto the targets from `q`, where they were evaluated; limits hold.
+    /// Performs a step of smallest |h|_D onto the targets from `q`, where they were evaluated; limits are enforced.
     fn back(&mut self, tree: &Tree, scale: &[f64], q: &[f64]) -> bool {
         let nv = tree.nv();
         let mut none = std::mem::take(&mut self.before);
@@ -161,7 +161,7 @@ impl InverseKinematics {
         found
     }
 
-    /// The whole step shorter, until no coordinate leaves its limits.
+    /// Scales the whole step so that no coordinate leaves its limits.
     fn shorten(&mut self, q: &[f64]) {
         let mut part = 1.0_f64;
         for i in &self.free {
@@ -181,7 +181,7 @@ impl InverseKinematics {
         self.step.iter().zip(scale).map(|(h, d)| d * h * h).sum::<f64>().sqrt()
     }
 
-    /// The targets of the last search.
+    /// Returns the targets of the last search.
     #[must_use]
     pub fn targets(&self) -> &[Target] {
         &self.targets

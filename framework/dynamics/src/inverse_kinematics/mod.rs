@@ -1,32 +1,32 @@
-//! Inverse kinematics: configurations that bring nodes where they are to be, rates likewise.
+//! Inverse kinematics: configurations that bring nodes to their targets, and rates that move them as required.
 //!
-//! Least squares over the targets, each error seen in the frame that the target is given in (R, p: of
-//! that frame; R₁, p₁: of the node; R_t, p_t: the target):
+//! Nonlinear least squares over the targets. Each error is expressed in the frame in which the target is given (R, p: that frame; R₁, p₁: the node;
+//! R_t, p_t: the target):
 //! ```text
 //! e = [ w_p (p_t − Rᵀ (p₁ − p));  w_o log(R_t (Rᵀ R₁)⁻¹) ]           minimise F = ½ eᵀ e
 //! J = [ w_p Rᵀ (J₁ᵛ − Jᵛ + (p₁ − p)~ Jʷ);  w_o Rᵀ (J₁ʷ − Jʷ) ]       − Jᵀ e is the gradient of F
 //! (Jᵀ J + c |e|² 1) h = Jᵀ e                                       q ← q ⊕ h on the manifold
 //! ```
-//! Levenberg–Marquardt: c falls and rises with the ratio of the gain of F to what J promised. The factor
-//! |e|² makes the end quadratic where targets can be met, singular Jacobians included. Poses in the world that hinges of
-//! one number move are met at third order: what the way bends is taken off along the step, with the same factors
-//! (geodesic acceleration, Transtrum and Sethna 2012), where it is at most 3/8 of the step and J promises most of F.
+//! Levenberg–Marquardt: c decreases and increases with the ratio of the actual decrease of F to the one predicted by J. The factor |e|² gives
+//! quadratic convergence where targets can be met, also at singular Jacobians. For poses in the world and hinges with one coordinate, convergence is
+//! of third order: the curvature along the step is corrected with the same factors (geodesic acceleration, Transtrum and Sethna 2012), if the
+//! correction is at most 3/8 of the step and J predicts most of F.
 //! ```text
 //! h ← h + b     (Jᵀ J + c |e|² 1) b = −½ Jᵀ a     a = J̇ h at the rates h: [Σ_i w_i' × w_i;  Σ_i (2 w_i' + w_i) × v_i]
 //! ```
-//! with [w_i; v_i] = J_i h_i in the order of the chain, and w_i' the sum of the w before. Limits: a
-//! coordinate at a limit that the gradient pushes outward is held (active set), a step that crosses one is
-//! cut there; a pin with a whole turn between its limits goes on at the other end. Prescribed and kept
-//! coordinates do not move. When one start fails, others are tried, the
-//! same ones each time, spread over the limits (or one turn, or 1 m).
+//! Here [w_i; v_i] = J_i h_i in the order of the chain, and w_i' is the sum of the previous w. Limits: a coordinate at a limit that the gradient
+//! pushes outward is fixed (active set), and a step that crosses a limit is cut there. A pin with a full revolution between its limits continues at
+//! the other end. Prescribed and kept coordinates do not move. If one start fails, others are tried, the same for each search, spread over the limits
+//! (or one revolution, or 1 m).
 //!
-//! Rates: least squares of J v against the velocities asked for, of least norm (iterated Tikhonov), within
-//! the rate limits, and not outward at a limit.
+//! Rates: least squares of J v minus the required velocities, with the smallest norm (iterated Tikhonov), within the rate limits, and not outward at
+//! a limit.
 //!
-//! The mechanism's own loops and couplings, and others that are given, are rows beside those of targets; where not all can be met they come first
-//! (`search.rs`), so that *nearest* is a configuration of the mechanism. Bodies bend as their modes in q say; modes stay.
+//! The mechanism's own loops and couplings, and given closures, are rows in addition to those of targets. If not all can be met, closures have
+//! priority (`search.rs`), so the *nearest* configuration is a configuration of the mechanism. Flexible bodies have the shape given by their modes in
+//! q; modes do not move.
 //!
-//! A minimum that is not zero may be a local one: *unreachable* says that no start led there.
+//! A nonzero minimum may be a local one: *unreachable* means that no start led to the targets.
 
 mod beyond;
 mod closure;
@@ -52,26 +52,26 @@ use linkwork_spatial::{Mat3, Vec3, quat};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// The bend of a step is taken up to this part of its length.
+/// The curvature correction of a step is used up to this fraction of its length.
 const BEND: f64 = 0.375;
 
-/// The memory of inverse kinematics for one tree; which coordinates it may move, and its effort.
+/// Solver for inverse kinematics of one tree, with its memory, the coordinates that it may move, and its effort.
 #[derive(Clone, Debug)]
 pub struct InverseKinematics {
-    /// When it is content, and how long it tries.
+    /// Tolerances and limits of the work.
     pub effort: Effort,
     ws: Workspace,
-    /// Per place in β: may it move, its place in q when it has one number, its limits.
+    /// For each index in β: whether it may move, its index in q when it has one number, its limits.
     moves: Vec<bool>,
     place: Vec<Option<usize>>,
     limits: Vec<Limits>,
-    /// Rows × nv; and nodes' 6 × nv.
+    /// Rows × nv; and the Jacobians of nodes, 6 × nv.
     J: Vec<f64>,
-    /// Of each target.
+    /// Jacobian of the node of each target.
     J_node: Vec<f64>,
     J_base: Vec<f64>,
     e: Vec<f64>,
-    /// What the bend of the way along the step adds to the error.
+    /// Contribution of the curvature along the step to the error.
     bent: Vec<f64>,
     gradient: Vec<f64>,
     step: Vec<f64>,
@@ -85,25 +85,25 @@ pub struct InverseKinematics {
     held: Vec<bool>,
     before: Vec<f64>,
     residuals: Vec<Residual>,
-    /// A whole turn lies between the limits: it never ends at one.
+    /// A full revolution lies between the limits, so it never stops at one.
     turns: Vec<bool>,
     targets: Vec<Target>,
     /// The mechanism's loops and couplings.
     own: closure::Own,
-    /// What is asked: targets, the mechanism's loops, closures that were given. After their rows come those of couplings.
+    /// All goals: targets, the mechanism's loops, given closures. The rows of couplings come after theirs.
     asked: Vec<closure::Asked>,
-    /// How far each closure is from closed, and what 1 m and 1 rad of it count.
+    /// Residual of each closure, and the weight of 1 m and 1 rad of it.
     closed: Vec<Residual>,
     closing: f64,
-    /// The same of rates.
+    /// Weight of closures in rate problems.
     rate_weight: f64,
-    /// What multipliers add to the errors of closures, when they do.
+    /// Shifts of the errors of closures by multipliers, if these are used.
     shift: Vec<f64>,
     multiplied: bool,
-    /// Targets do not count.
+    /// Targets are ignored.
     alone: bool,
     rows: usize,
-    /// Of improvements: J D⁻¹ Jᵀ, gradients of the objective, a configuration.
+    /// For improvements: J D⁻¹ Jᵀ, gradients of the objective, a configuration.
     small: Vec<f64>,
     slope: Vec<f64>,
     slope_tried: Vec<f64>,
@@ -112,14 +112,14 @@ pub struct InverseKinematics {
     squares: Vec<f64>,
     now: Vec<f64>,
     search: search::Search,
-    /// Rates have used the memory of a search.
+    /// Rates have overwritten the memory of a search.
     disturbed: bool,
-    /// Steps are bent: the targets and the coordinates are of the kinds that `bend` knows.
+    /// The curvature correction is used, because `bend` supports the kinds of all targets and coordinates.
     bends: bool,
 }
 
 impl InverseKinematics {
-    /// Memory for `tree`; it must be used with no other. Prescribed coordinates are kept, and so are modal ones.
+    /// Creates the memory for `tree`; use it only with this tree. Prescribed and modal coordinates are kept fixed.
     #[must_use]
     pub fn new(tree: &Tree) -> Self {
         let (nq, nv) = (tree.nq(), tree.nv());
@@ -182,25 +182,26 @@ impl InverseKinematics {
         }
     }
 
-    /// Keeps coordinates (places in β) where they are from now on.
+    /// Keeps coordinates (indices in β) fixed in later searches.
     #[track_caller]
     pub fn keep(&mut self, places: Range<usize>) {
         self.moves[places].fill(false);
     }
 
-    /// Lets coordinates (places in β) move from now on, prescribed ones too; with modes of flexible bodies among them, searches refuse to begin.
+    /// Lets coordinates (indices in β) move in later searches, prescribed ones, too. If modes of flexible bodies are among them, a search returns an
+    /// error.
     #[track_caller]
     pub fn release(&mut self, places: Range<usize>) {
         self.moves[places].fill(true);
     }
 
-    /// For each target of the last solve: how far its node is from it.
+    /// Returns the residual of each target of the last solve.
     #[must_use]
     pub fn residuals(&self) -> &[Residual] {
         &self.residuals
     }
 
-    /// Places in β of the coordinates that are at a limit at `q`.
+    /// Returns the indices in β of the coordinates that are at a limit at `q`.
     pub fn at_limit<'a>(&'a self, q: &'a [f64]) -> impl Iterator<Item = usize> + 'a {
         (0..self.place.len()).filter(|i| {
             let x = self.place[*i].map(|at| q[at]);
@@ -208,7 +209,7 @@ impl InverseKinematics {
         })
     }
 
-    /// Memory for so many targets and given closures together: with no more of them no call allocates. A clone has to reserve for itself.
+    /// Reserves memory for targets and given closures: up to this total number no call allocates. A clone must reserve again.
     pub fn reserve(&mut self, targets: usize) {
         let nv = self.moves.len();
         self.free.reserve(nv);
@@ -217,12 +218,12 @@ impl InverseKinematics {
         self.closed.reserve(targets + self.own.rows);
         self.targets.reserve(targets);
         self.asked.reserve(targets + self.own.loops.len());
-        // A search that was begun goes on.
+        // Keep the search in progress valid.
         self.shift.resize(self.rows, 0.0);
         self.room_again();
     }
 
-    /// Room for so many rows of so many frames; allocates only when there were never so many.
+    /// Resizes the memory for rows and frames; allocates only when they exceed the largest sizes so far.
     fn room(&mut self, rows: usize, targets: usize, frames: usize, nv: usize) {
         self.e.resize(rows, 0.0);
         self.bent.resize(rows, 0.0);
@@ -233,22 +234,22 @@ impl InverseKinematics {
         self.residuals.resize(targets, Residual::default());
     }
 
-    /// Room for the search again after rates.
+    /// Restores the sizes of the search after rates.
     fn room_again(&mut self) {
         self.room(self.rows, self.targets.len(), self.asked.len(), self.moves.len());
     }
 
-    /// Rotation and origin of a frame in the world.
+    /// Returns rotation and origin of a frame in the world.
     fn frame(&self, at: Option<&OnLink>) -> (Mat3, Vec3) {
         at.map_or((Mat3::identity(), Vec3::zeros()), |at| self.ws.frame(at))
     }
 
-    /// JᵀJ of the free coordinates, its lower triangle.
+    /// Computes the lower triangle of JᵀJ of the free coordinates.
     fn squares(&mut self, rows: usize, nv: usize) {
         let n = self.free.len();
         let (J, out) = (&self.J[..rows * nv], &mut self.squares[..n * n]);
         out.fill(0.0);
-        // Mostly all are free: columns side by side.
+        // Usually all coordinates are free, and the columns are contiguous.
         if n == nv {
             return of_size(n, |n| add_squares(n, J, out));
         }
@@ -260,8 +261,8 @@ impl InverseKinematics {
         }
     }
 
-    /// Solves (JᵀJ + `damping` 1) h = Jᵀe on the free coordinates into `step`; false when that has
-    /// no answer. After [`squares`](Self::squares).
+    /// Solves (JᵀJ + `damping` 1) h = Jᵀe on the free coordinates into `step`; returns false when it has no solution. Call [`squares`](Self::squares)
+    /// first.
     fn damped_step(&mut self, damping: f64) -> bool {
         let n = self.free.len();
         self.A[..n * n].copy_from_slice(&self.squares[..n * n]);
@@ -279,8 +280,8 @@ impl InverseKinematics {
         true
     }
 
-    /// Adds to `step` what the curvature of the way along it asks for (see the head of the file), unless that is more
-    /// than a part of the step. After [`damped_step`](Self::damped_step), whose factors it uses.
+    /// Adds the correction for the curvature along the step (the documentation of this file has the equations) to `step`, unless it exceeds a
+    /// fraction of the step. Uses the factors of [`damped_step`](Self::damped_step).
     fn bend(&mut self, nv: usize) {
         let n = self.free.len();
         let mut row = 0;
@@ -321,7 +322,7 @@ impl InverseKinematics {
         }
     }
 
-    /// Jᵀ e.
+    /// Computes Jᵀ e.
     fn gradient_of(&mut self, rows: usize, nv: usize) {
         let (J, e, gradient) = (&self.J[..rows * nv], &self.e[..rows], &mut self.gradient[..nv]);
         gradient.fill(0.0);
@@ -334,8 +335,8 @@ impl InverseKinematics {
     }
 }
 
-/// Runs `f` with n: for arms of six and of seven axes with a number that the compiler knows, so that it unrolls the loops. The same
-/// operations in the same order.
+/// Calls `f` with n. For arms with six and seven axes n is a compile-time constant, so that the compiler unrolls the loops. The operations and their
+/// order are the same.
 #[inline(always)]
 fn of_size<R>(n: usize, f: impl FnOnce(usize) -> R) -> R {
     match n {
@@ -357,8 +358,8 @@ fn add_squares(n: usize, J: &[f64], out: &mut [f64]) {
     }
 }
 
-/// A x = b for a symmetric positive definite A (its lower triangle), in place; false when it is not. A becomes L of A = L Lᵀ with the inverse of each number of its
-/// diagonal: quotients take several times as long as products.
+/// Solves A x = b for a symmetric positive definite A (its lower triangle) in place; returns false if A is not. A becomes L of A = L Lᵀ with the
+/// inverses of its diagonal entries, because divisions take several times as long as multiplications.
 fn solve_spd(A: &mut [f64], b: &mut [f64]) -> bool {
     of_size(b.len(), |n| factor(n, &mut A[..n * n]) && solve_factored_of(n, A, b))
 }
@@ -366,7 +367,7 @@ fn solve_spd(A: &mut [f64], b: &mut [f64]) -> bool {
 #[inline(always)]
 fn factor(n: usize, A: &mut [f64]) -> bool {
     for j in 0..n {
-        // Rows from j on, the first of them apart from the rest.
+        // Rows from j on, with the first one separate.
         let (first, rest) = A[j * n..].split_at_mut(n);
         let (left, at) = (&first[..j], j);
         let x = first[at] - left.iter().map(|x| x * x).sum::<f64>();
@@ -383,7 +384,7 @@ fn factor(n: usize, A: &mut [f64]) -> bool {
     true
 }
 
-/// L Lᵀ x = b in place, with the L that [`solve_spd`] left; false when x is not finite.
+/// Solves L Lᵀ x = b in place, with the L of [`solve_spd`]; returns false when x is not finite.
 fn solve_factored(A: &[f64], b: &mut [f64]) -> bool {
     of_size(b.len(), |n| solve_factored_of(n, A, b))
 }
@@ -396,7 +397,7 @@ fn solve_factored_of(n: usize, A: &[f64], b: &mut [f64]) -> bool {
         let dot: f64 = row[..i].iter().zip(&*b).map(|(x, y)| x * y).sum();
         b[i] = (b[i] - dot) * row[i];
     }
-    // Column after column of Lᵀ, which are rows of L.
+    // The columns of Lᵀ are rows of L.
     for i in (0..n).rev() {
         let row = &A[i * n..i * n + i + 1];
         let x = b[i] * row[i];
@@ -406,7 +407,7 @@ fn solve_factored_of(n: usize, A: &[f64], b: &mut [f64]) -> bool {
     b.iter().all(|x| x.is_finite())
 }
 
-/// The rotation vector of a rotation matrix, rad.
+/// Returns the rotation vector of a rotation matrix, rad.
 fn log(R: &Mat3) -> Vec3 {
     quat(R).scaled_axis()
 }

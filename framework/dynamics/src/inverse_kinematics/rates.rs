@@ -1,13 +1,13 @@
-//! Rates that move nodes as asked, in the sense of least squares.
+//! Rates that move nodes with the required velocities in the least-squares sense.
 //!
-//! On the coordinates that no limit holds, from zero, δ a small part of the largest |J_i|²:
+//! On the coordinates that are not at a limit, from zero, with δ a small fraction of the largest |J_i|²:
 //! ```text
-//! v ← v + (JᵀJ + δ 1)⁻¹ Jᵀ (b − J v)            iterated Tikhonov: tends to the least of all minimisers
+//! v ← v + (JᵀJ + δ 1)⁻¹ Jᵀ (b − J v)            iterated Tikhonov: converges to the minimizer of smallest norm
 //! ```
-//! The mechanism's own loops and couplings come first: their rows are shifted by multipliers until nothing of them is left.
+//! The mechanism's own loops and couplings have priority: their rows are shifted by multipliers until their residual vanishes.
 //!
-//! On the way there the first coordinate that meets a limit is held, and so on; then the held one that
-//! pulls inward most is let go (active set, from one feasible point to a better one).
+//! The first coordinate that reaches a limit on the path to the solution is fixed, and so on. Then the fixed coordinate that pulls inward most is
+//! released (active set, from one feasible point to a better one).
 
 use super::closure::WEIGHT;
 use super::{
@@ -17,25 +17,25 @@ use crate::kinematics::{check, poses};
 use crate::tree::Tree;
 use linkwork_spatial::Vec3;
 
-/// After k rounds a direction of relative gain s² misses the part (δ / (δ + s²))ᵏ.
+/// After k rounds a direction of relative gain s² lacks the fraction (δ / (δ + s²))ᵏ.
 const ROUNDS: usize = 6;
-/// Rounds of multipliers of closures, at most; and the rates of closures that are none, of the largest asked for.
+/// Maximum number of rounds of multipliers for closures; and the rate of a closure that counts as zero, relative to the largest required rate.
 const CLOSING_ROUNDS: usize = 20;
 const CLOSED: f64 = 1e-14;
-/// Part of the greatest rate at which a closure opens.
+/// Rate at which a closure counts as opening, relative to the largest rate.
 const OPENS: f64 = 1e-7;
 const DAMPING: f64 = 1e-8;
 
 impl InverseKinematics {
-    /// Rates `v` (nv) at `q` for which the nodes move as nearly as asked as they can, the least such
-    /// rates; directions in which the nodes hardly move (singular values below 1e-4 of the largest) stay
-    /// damped. Kept and prescribed coordinates keep the rate that `v` brings; others stay within their
-    /// rate limits, and at a limit do not move outward. Loops and couplings of the mechanism stay as they are, prescribed subhinges of loops at rest. Returns what is missing, for each target
-    /// (m/s, rad/s). O(nv² (rows + nv)) for each coordinate that meets a limit.
+    /// Computes rates `v` (nv) at `q` for which the nodes move with the required velocities as closely as possible, and the smallest such rates.
+    /// Directions in which the nodes hardly move (singular values below 1e-4 of the largest) remain damped. Kept and prescribed coordinates keep the
+    /// rates in `v`; others stay within their rate limits and do not move outward at a position limit. Loops and couplings of the mechanism stay
+    /// closed, with prescribed subhinges of loops at rest. Returns the residual of each target (m/s, rad/s). O(nv² (rows + nv)) for each coordinate
+    /// that reaches a limit.
     ///
     /// # Errors
-    /// [`InverseKinematicsError::BadNumber`]; `v` is then left alone. [`InverseKinematicsError::Opens`] where a closure of the mechanism cannot stay closed with
-    /// what is kept or prescribed, or limits; `v` is then the nearest.
+    /// [`InverseKinematicsError::BadNumber`]; `v` is then unchanged. [`InverseKinematicsError::Opens`] where a closure of the mechanism cannot stay
+    /// closed with the kept and prescribed rates, or within limits; `v` is then the best approximation.
     #[track_caller]
     pub fn rates(
         &mut self,
@@ -62,8 +62,7 @@ impl InverseKinematics {
                 v[i] = 0.0;
             }
         }
-        // Each turn lowers the sum of squares, so that no set of held coordinates comes twice; the
-        // bound is for rounding.
+        // Each iteration reduces the sum of squares, so no set of fixed coordinates occurs twice; the bound is a safeguard against round-off.
         for _ in 0..=6 * nv {
             self.before.copy_from_slice(v);
             self.least_squares(targets, rows, v);
@@ -76,7 +75,7 @@ impl InverseKinematics {
         Ok(&self.residuals)
     }
 
-    /// Refuses rates that open a closure.
+    /// Returns an error for rates that open a closure.
     fn check_closures(
         &self,
         tree: &Tree,
@@ -101,7 +100,7 @@ impl InverseKinematics {
         Ok(())
     }
 
-    /// Weighted rows of J: angular, then linear, for each target.
+    /// Writes the weighted rows of J: angular, then linear, for each target.
     fn rate_rows(&mut self, tree: &Tree, targets: &[RateTarget]) {
         let nv = tree.nv();
         for (target, t) in targets.iter().enumerate() {
@@ -119,7 +118,7 @@ impl InverseKinematics {
         }
     }
 
-    /// Rows of the mechanism's closures, from `row` on: more than any target counts.
+    /// Writes the rows of the mechanism's closures from `row` on, with a weight larger than that of any target.
     fn closure_rows(&mut self, tree: &Tree, targets: &[RateTarget], mut row: usize) {
         let weights = targets.iter().flat_map(|t| [t.linear_weight, t.angular_weight]);
         let most = weights.fold(0.0, f64::max);
@@ -137,7 +136,7 @@ impl InverseKinematics {
         self.coupling_rows(tree, row, weight);
     }
 
-    /// Shifts the closures' rows by what is missing of them; whether anything was.
+    /// Shifts the closures' rows by their residuals; returns whether any was not zero.
     fn shift_closures(&mut self, first: usize, size: f64) -> bool {
         let left = self.e[first..].iter().zip(&self.bent[first..]);
         let left = left.fold(0.0_f64, |m, (e, shift)| m.max((e - shift).abs()));
@@ -145,7 +144,7 @@ impl InverseKinematics {
         left > CLOSED * size
     }
 
-    /// e = b − J v, weighted; of closures with multipliers.
+    /// Computes e = b − J v, weighted; including multipliers for closures.
     fn missing(&mut self, targets: &[RateTarget], v: &[f64]) {
         for row in 6 * targets.len()..self.e.len() {
             let J = &self.J[row * v.len()..(row + 1) * v.len()];
@@ -171,7 +170,7 @@ impl InverseKinematics {
         }
     }
 
-    /// The least rates of coordinates that are not held.
+    /// Computes the smallest rates of coordinates that are not fixed.
     fn least_squares(&mut self, targets: &[RateTarget], rows: usize, v: &mut [f64]) {
         let nv = v.len();
         self.free.clear();
@@ -181,7 +180,7 @@ impl InverseKinematics {
             v[*i] = 0.0;
             largest = largest.max((0..rows).map(|r| self.J[r * nv + i].powi(2)).sum());
         }
-        // Nothing moves the nodes: rates stay zero.
+        // No coordinate moves the nodes, so rates stay zero.
         if !(largest > 0.0) {
             return;
         }
@@ -204,8 +203,8 @@ impl InverseKinematics {
         }
     }
 
-    /// Goes from the rates before towards `v` as far as limits allow, and holds the coordinate that
-    /// meets its limit first; false when none does.
+    /// Moves from the previous rates towards `v` as far as limits allow, and fixes the coordinate that reaches its limit first; returns false when
+    /// none does.
     fn cut_at_limit(&mut self, q: &[f64], v: &mut [f64]) -> bool {
         let mut first = (1.0, None);
         for i in (0..v.len()).filter(|i| !self.held[*i]) {
@@ -227,7 +226,7 @@ impl InverseKinematics {
         true
     }
 
-    /// Lets the coordinate go that pulls inward most; false when none does.
+    /// Releases the fixed coordinate that pulls inward most; returns false when none does.
     fn release_one(&mut self, targets: &[RateTarget], rows: usize, q: &[f64], v: &[f64]) -> bool {
         self.missing(targets, v);
         self.gradient_of(rows, v.len());
@@ -246,7 +245,7 @@ impl InverseKinematics {
         most.1.is_some()
     }
 
-    /// What a rate may be at q.
+    /// Returns the permitted range of a rate at q.
     fn rate_range(&self, i: usize, q: &[f64]) -> (f64, f64) {
         let limits = &self.limits[i];
         let (mut low, mut high) = (-limits.rate, limits.rate);
@@ -282,7 +281,7 @@ fn check_numbers(
         for value in [t.linear_weight, t.angular_weight] {
             if !(value >= 0.0 && value.is_finite()) {
                 let place = format!("a weight of velocity {target} (node `{name}`)");
-                return bad(place, value, "weights are not negative; 0 for what does not count");
+                return bad(place, value, "weights must not be negative; use 0 to ignore a part");
             }
         }
     }

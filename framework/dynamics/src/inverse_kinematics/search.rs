@@ -1,20 +1,20 @@
-//! The search: Levenberg–Marquardt with limits, from one start after another, an evaluation of the
-//! kinematics at a time, so that it may stop anywhere and go on later.
+//! The search: Levenberg–Marquardt with limits, from one start after another, one evaluation of the kinematics at a time, so that it can be
+//! interrupted and continued at any point.
 //!
 //! ```text
 //! start ─ step ─ step ─ … ─ met
-//!           └ slow: the next start … the last one: the best of all, to its end ─ met, or nearest
+//!           └ slow: the next start … the last one: the best start, to convergence ─ met, or nearest
 //! ```
-//! A start is left when its steps hardly gain: most of the minima that are not zero are told by that, and
-//! another start costs less than to follow them. Where lengths of links prove that a target is out of reach (`beyond.rs`), a quarter of the starts is left.
+//! A start is abandoned when its steps hardly reduce the cost: this detects most nonzero minima, and another start costs less than following them. If
+//! link lengths prove that a target is out of reach (`beyond.rs`), only a quarter of the starts is used.
 //!
-//! Closures are rows beside those of targets. Where not all can be met, closures come first: the least error of targets with d = 0 of closures
-//! is sought from the best of all by multipliers, then by closures alone, whose step is the least that closes them.
+//! Closures are rows in addition to those of targets. If not all can be met, closures have priority: starting from the best result, the smallest
+//! error of targets with d = 0 of closures is computed with multipliers, and then with closures alone, whose step is the smallest that closes them.
 //! ```text
 //! minimise ½ |e|² + ½ |w d + s|²,   then s ← s + w d       until d is small       (method of multipliers: Hestenes, Powell 1969)
 //! the last ─ not closed ─ round ─ round ─ … ─ closures alone ─ closed: nearest
 //!                                                 └ open ─ closures alone from every start ─ closed: rounds once more ─ nearest
-//!                                                                                         └ none: open, the least open of all
+//!                                                                                         └ none: open, the smallest closure error of all
 //! ```
 
 use super::beyond::beyond;
@@ -27,29 +27,29 @@ use crate::tree::Tree;
 use linkwork_multibody::Limits;
 use std::f64::consts::PI;
 
-/// A gain of less than this part of the cost is a slow step.
+/// A decrease of less than this fraction of the cost is a slow step.
 const SLOW: f64 = 0.25;
-/// So many slow steps one after another end a start.
+/// Number of consecutive slow steps that ends a start.
 const SLOW_STEPS: usize = 2;
-/// So many steps refused one after another end a start: damping has grown by 2^300 then.
+/// Number of consecutive rejected steps that ends a start: damping has then grown by 2^300.
 const REFUSALS: usize = 24;
-/// Where a target is proven to be out of reach, the nearest is sought from one start in so many: more of them hardly find a nearer one.
+/// If a target is proven to be out of reach, one start in this number is used, because more starts hardly find a nearer configuration.
 const BEYOND: usize = 4;
-/// Rounds of multipliers, at most.
+/// Maximum number of rounds of multipliers.
 const ROUNDS: usize = 40;
-/// Rounds end when closures are as near to closed, m or rad: what is left is closed alone, and moves the nearest configuration by as little.
+/// Closure error at which rounds end, m or rad: the remaining error is closed alone and hardly moves the nearest configuration.
 const NEAR: f64 = 1e-7;
 
-/// How far a search has come.
+/// State of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// All targets are met.
     Met(Found),
-    /// No start led there: this is the nearest of all, with all closures closed.
+    /// No start led to the targets: this is the nearest configuration of all, with all closures closed.
     Nearest(Found),
-    /// The closures cannot be closed from any start: here they are least open.
+    /// The closures cannot be closed from any start: this is the smallest closure error.
     Open(Found),
-    /// Not yet decided.
+    /// The search is not finished.
     Unfinished(Found),
 }
 
@@ -57,11 +57,11 @@ pub enum Progress {
 enum Stage {
     Start,
     Step,
-    /// From the best of all starts to the end of its way.
+    /// From the best of all starts to convergence.
     Last,
-    /// The same with multipliers of closures.
+    /// Like `Last`, with multipliers of closures.
     Round,
-    /// Closures alone, from there.
+    /// Closures alone, from that result.
     Close,
     /// Closures alone, from a start.
     CloseStart,
@@ -71,7 +71,7 @@ enum Stage {
     Open,
 }
 
-/// Where a search stands.
+/// Progress of a search.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Search {
     stage: Stage,
@@ -79,21 +79,21 @@ pub(super) struct Search {
     best_restart: usize,
     iterations: usize,
     kinematics: usize,
-    /// Steps from this start, and slow ones one after another.
+    /// Steps from this start, and consecutive slow ones.
     steps: usize,
     slow: usize,
-    /// Steps refused one after another.
+    /// Consecutive rejected steps.
     refused: usize,
-    /// Rounds of multipliers, and whether they are the second ones.
+    /// Rounds of multipliers, and whether they are repeated.
     rounds: usize,
     again: bool,
     factor: f64,
     growth: f64,
     cost: f64,
     least: f64,
-    /// J is that of the present q.
+    /// J belongs to the present q.
     linear: bool,
-    /// A target was proven to be out of reach.
+    /// A target is proven to be out of reach.
     beyond: bool,
 }
 
@@ -127,11 +127,12 @@ impl Search {
 }
 
 impl Effort {
-    /// Evaluations of the kinematics after which a search for these goals has ended at the latest, whatever the mechanism, the start and the goals'
-    /// numbers: what a caller in real time counts on. Most searches take a hundredth of it. `closures`: there are some, of the mechanism or given.
+    /// Returns an upper bound for the kinematics evaluations of a search for these goals, for every mechanism, start and all values of the goals.
+    /// Real-time callers can rely on it. Most searches take one hundredth of it. `closures` is true if the mechanism or the caller has any.
     ///
-    /// The way from one start has n steps at the most. The k-th refusal in a row raises the damping c by k bits, and a step that is taken lowers it by no more
-    /// than log₂ 10; c begins at 10⁻² and the way ends where c ≥ 10¹⁸ (1 + 1/F). Since what is not met has F ≥ ½ (w tolerance)², r refusals in all:
+    /// One start has at most n steps. The k-th consecutive rejection raises the damping c by k bits, and an accepted step lowers it by at most log₂
+    /// 10. c begins at 10⁻², and the start ends where c ≥ 10¹⁸ (1 + 1/F). Because F ≥ ½ (w tolerance)² while targets are not met, with r rejections
+    /// in total:
     /// ```text
     /// Σ r_i (r_i + 1)/2 ≤ n log₂ 10 + log₂(10²⁰ (1 + 1/F)) + 24,      r (r + 1)/2 ≥ 3 r − 3,      r_i ≤ 24
     /// ```
@@ -154,21 +155,21 @@ impl Effort {
         let least = if least.is_finite() { least } else { WEIGHT * finest };
         let n = self.iterations as f64;
         let bits = n * 10.0_f64.log2() + (1e20 * (1.0 + 2.0 / (least * least))).log2() + 24.0;
-        // What is too large for a number is too large for a bound.
+        // A value that is too large for an integer saturates.
         let refused = (bits / 3.0 + n + 1.0).ceil() as usize;
         let most = REFUSALS.saturating_mul(self.iterations.saturating_add(1));
         let way = |refused: usize| self.iterations.saturating_add(1).saturating_add(refused);
         let starts = self.restarts.saturating_add(1);
         let plain = way(refused.min(most)).saturating_mul(starts.saturating_add(1));
-        // Rounds and ways of closures alone may have any cost.
+        // Rounds and starts with closures alone may have any cost.
         let more = starts.saturating_add(2 * ROUNDS + 2).saturating_mul(way(most));
         plain.saturating_add(if closures { more } else { 0 })
     }
 }
 
 impl InverseKinematics {
-    /// Prepares a search from `q` (nq) for [`advance`](Self::advance), which does all the work. Allocates for
-    /// errors, and for more targets than ever before ([`reserve`](Self::reserve)).
+    /// Prepares a search from `q` (nq) for [`advance`](Self::advance), which does all the work. Allocates for errors, and for more targets than
+    /// before ([`reserve`](Self::reserve)).
     ///
     /// # Errors
     /// [`InverseKinematicsError::BadNumber`] and [`InverseKinematicsError::Empty`].
@@ -182,8 +183,8 @@ impl InverseKinematics {
         self.begin_closed(tree, targets, &[], q)
     }
 
-    /// As [`begin`](Self::begin), with more that is to be closed beside the mechanism's loops and couplings: where targets and closures cannot all be
-    /// met, closures are, and the targets as nearly as that allows. Their weights do not count. [`reserve`](Self::reserve) counts them as targets.
+    /// Like [`begin`](Self::begin), with additional closures next to the mechanism's loops and couplings. If targets and closures cannot all be met,
+    /// closures are, and the targets as closely as possible. The weights of closures are ignored. [`reserve`](Self::reserve) counts them as targets.
     ///
     /// # Errors
     /// [`InverseKinematicsError::BadNumber`] and [`InverseKinematicsError::Empty`].
@@ -232,7 +233,7 @@ impl InverseKinematics {
         Ok(())
     }
 
-    /// No mode moves.
+    /// Checks that no mode may move.
     fn check_modes(&self, tree: &Tree) -> Result<(), InverseKinematicsError> {
         let mut bodies = tree.multibody().bodies().iter();
         match bodies.find(|b| self.moves[b.modes_v()].contains(&true)) {
@@ -241,13 +242,13 @@ impl InverseKinematics {
         }
     }
 
-    /// Begins at another start of the same ones: 0 is the given one. After [`begin`](Self::begin).
+    /// Selects another of the fixed starts: 0 is the given one. Call [`begin`](Self::begin) first.
     pub fn skip_to(&mut self, restart: usize) {
         self.search.restart = restart;
     }
 
-    /// Goes on with a search for at most so many evaluations of the kinematics. `q` (nq) gets the solution,
-    /// or the nearest configuration so far. The same steps are taken whatever the portions. Allocates nothing.
+    /// Continues a search for up to `kinematics` evaluations of the kinematics. `q` (nq) receives the solution, or the nearest configuration so far.
+    /// The result does not depend on how the evaluations are divided into calls. Does not allocate.
     #[track_caller]
     pub fn advance(&mut self, tree: &Tree, kinematics: usize, q: &mut [f64]) -> Progress {
         check_state(self, tree, q);
@@ -279,7 +280,7 @@ impl InverseKinematics {
         }
     }
 
-    /// Brings the memory back to `now` after rates have used it.
+    /// Restores the memory at `now` after rates have overwritten it.
     fn settle(&mut self, tree: &Tree) {
         if std::mem::take(&mut self.disturbed) {
             self.room_again();
@@ -296,7 +297,7 @@ impl InverseKinematics {
         self.go_from_now(tree, stage);
     }
 
-    /// Begins to step from `now`.
+    /// Starts stepping from `now`.
     fn go_from_now(&mut self, tree: &Tree, stage: Stage) {
         let mut now = std::mem::take(&mut self.now);
         self.clamp(&mut now);
@@ -309,7 +310,7 @@ impl InverseKinematics {
         self.end_if_met(tree);
     }
 
-    /// Ends the search where all is met, or a way of closures alone where they are; whether it did.
+    /// Ends the search if all targets are met, or the stage of closures alone if these are closed; returns whether it did.
     fn end_if_met(&mut self, tree: &Tree) -> bool {
         let met = if self.alone { self.is_closed() } else { self.is_met() };
         if met && self.alone {
@@ -325,7 +326,7 @@ impl InverseKinematics {
         met
     }
 
-    /// One evaluation at most.
+    /// Performs at most one evaluation.
     fn step(&mut self, tree: &Tree) {
         let (rows, nv) = (self.rows, tree.nv());
         if !self.search.linear {
@@ -346,7 +347,7 @@ impl InverseKinematics {
         }
         let (cost, factor) = (self.search.cost, self.search.factor);
         if !(factor * cost < 1e18 * (1.0 + cost)) || self.search.refused >= REFUSALS {
-            // No step, however short, gains anything: the end of the way.
+            // No step, however short, reduces the cost: the start has converged.
             return self.end_start(tree);
         }
         let solved = self.damped_step(factor * 2.0 * cost);
@@ -354,7 +355,7 @@ impl InverseKinematics {
         let promised = if solved { self.cut_step(rows, nv, &now) } else { 0.0 };
         let mut next = f64::INFINITY;
         if promised > 0.0 {
-            // Where J says that most of the error stays, its curvature is no guide to the minimum.
+            // If J predicts that most of the error remains, its curvature does not lead towards the minimum.
             if self.bends && promised > 0.5 * cost {
                 self.bend(nv);
             }
@@ -386,7 +387,7 @@ impl InverseKinematics {
         }
     }
 
-    /// The end of a way: keeps the best; goes elsewhere, or to the end of the best way, or closes what is open.
+    /// Ends a start: keeps the best result, then continues with another start, with the best result, or with closing what is open.
     fn end_start(&mut self, tree: &Tree) {
         if !matches!(self.search.stage, Stage::Step | Stage::Last) {
             // The last step may have been refused.
@@ -418,7 +419,7 @@ impl InverseKinematics {
                 if self.is_closed() {
                     self.search.stage = Stage::Nearest;
                 } else {
-                    // What is sought from here on is another least.
+                    // From here on a different minimum is searched for.
                     self.search.least = f64::NEG_INFINITY;
                     self.multiply(tree);
                 }
@@ -460,7 +461,7 @@ impl InverseKinematics {
         }
     }
 
-    /// Whether lengths prove that one of the targets is out of reach.
+    /// Returns true if link lengths prove that one of the targets is out of reach.
     fn is_beyond(&self, tree: &Tree) -> bool {
         let margin = self.effort.position_tolerance;
         let kept = |dof: usize, at: usize| (!self.moves[dof]).then(|| self.start[at]);
@@ -470,7 +471,7 @@ impl InverseKinematics {
         })
     }
 
-    /// Keeps `now` where it is the best so far.
+    /// Keeps `now` if it is the best so far.
     fn keep_better(&mut self) {
         let s = &mut self.search;
         if s.cost < s.least || s.least == f64::INFINITY {
@@ -480,29 +481,29 @@ impl InverseKinematics {
         s.cost = f64::INFINITY;
     }
 
-    /// Errors and residuals of `now`.
+    /// Computes errors and residuals of `now`.
     fn look_at_now(&mut self, tree: &Tree) {
         let now = std::mem::take(&mut self.now);
         self.evaluate(tree, &now);
         self.now = now;
     }
 
-    /// Another round: multipliers of the closures' errors at `now`, where they were evaluated.
+    /// Starts another round: updates the multipliers from the closures' errors at `now`, where they were evaluated.
     fn multiply(&mut self, tree: &Tree) {
         let first: usize = self.asked[..self.targets.len()].iter().map(Asked::rows).sum();
-        // The errors have what multipliers were before.
+        // The errors include the previous multipliers.
         self.shift[first..].copy_from_slice(&self.e[first..self.rows]);
         self.multiplied = true;
         self.go_from_now(tree, Stage::Round);
     }
 
-    /// Closures alone, from `now`.
+    /// Closes the closures alone, from `now`.
     fn close(&mut self, tree: &Tree) {
         (self.alone, self.multiplied) = (true, false);
         self.go_from_now(tree, Stage::Close);
     }
 
-    /// The end, at `now`.
+    /// Ends the search at `now`.
     fn end(&mut self, tree: &Tree, stage: Stage) {
         (self.alone, self.multiplied) = (false, false);
         self.best.copy_from_slice(&self.now);
@@ -510,7 +511,7 @@ impl InverseKinematics {
         self.search.stage = stage;
     }
 
-    /// Another start: anywhere within limits, or half a turn, or π m, at most from the given one.
+    /// Computes another start: anywhere within limits, or within half a revolution, or π m, of the given one.
     fn elsewhere(&mut self, tree: &Tree, restart: usize) {
         let mut state = restart as u64;
         for i in 0..self.moves.len() {

@@ -1,4 +1,4 @@
-//! A solve from beginning to end; errors, Jacobians and limits at a configuration.
+//! A complete solve; errors, Jacobians and limits at a configuration.
 
 use super::closure::Asked;
 use super::{
@@ -12,14 +12,13 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 
 impl InverseKinematics {
-    /// Moves `q` (nq; in: where to start, out: the solution) until every target is met. The solution
-    /// found first is the one that the start leads to. Allocates only for more targets than ever before,
-    /// and for errors. Cost of a step: O(nv² (rows + nv)).
+    /// Searches for a configuration in which every target is met. `q` (nq) is the start on input and the solution on output. The first solution is
+    /// the one to which the start leads. Allocates only for more targets than before, and for errors. A step costs O(nv² (rows + nv)).
     ///
     /// # Errors
-    /// [`InverseKinematicsError::Unreachable`] with the nearest configuration, [`InverseKinematicsError::Open`] with that in which loops and couplings of
-    /// the mechanism are least open; `q` is it, too.
-    /// [`InverseKinematicsError::BadNumber`] and [`InverseKinematicsError::Empty`] leave `q` alone.
+    /// [`InverseKinematicsError::Unreachable`] with the nearest configuration, or [`InverseKinematicsError::Open`] with the configuration of smallest
+    /// closure error of the mechanism's loops and couplings; `q` is this configuration, too. After [`InverseKinematicsError::BadNumber`] and
+    /// [`InverseKinematicsError::Empty`] `q` is unchanged.
     #[track_caller]
     pub fn solve(
         &mut self,
@@ -36,7 +35,7 @@ impl InverseKinematics {
         }
     }
 
-    /// Errors and residuals at q; returns ½ eᵀe.
+    /// Computes errors and residuals at q; returns ½ eᵀe.
     pub(super) fn evaluate(&mut self, tree: &Tree, q: &[f64]) -> f64 {
         poses(tree, &mut self.ws, q);
         let (mut row, targets) = (0, self.targets.len());
@@ -88,7 +87,7 @@ impl InverseKinematics {
         0.5 * self.e[..row].iter().map(|e| e * e).sum::<f64>()
     }
 
-    /// J at the configuration of the last `evaluate` that was accepted.
+    /// Computes J at the configuration of the last accepted `evaluate`.
     pub(super) fn linearise(&mut self, tree: &Tree) {
         let (nv, mut row) = (tree.nv(), 0);
         let all = std::mem::take(&mut self.asked);
@@ -104,7 +103,7 @@ impl InverseKinematics {
         self.coupling_rows(tree, row, self.closing);
     }
 
-    /// Rows of J of one frame, from `row` on; its Jacobian goes to `J_node` from `J_node` on.
+    /// Computes the rows of J of one frame from `row` on; its Jacobian is written to the memory `J_node` from index `J_node` on.
     pub(super) fn rows_of(&mut self, tree: &Tree, a: &Asked, mut row: usize, J_node: usize) {
         let (nv, asked) = (tree.nv(), &a.goal);
         let (R, p) = self.frame(a.from.as_ref());
@@ -147,7 +146,7 @@ impl InverseKinematics {
         }
     }
 
-    /// Of three rows of J the part that counts.
+    /// Projects three rows of J onto the controlled part.
     fn keep_part(&mut self, nv: usize, row: usize, part: impl Fn(Vec3) -> Vec3) {
         for i in 0..nv {
             let d = part(Vec3::from_fn(|k, _| self.J[(row + k) * nv + i]));
@@ -161,7 +160,7 @@ impl InverseKinematics {
         self.residuals.iter().all(|r| self.within(r)) && self.is_closed()
     }
 
-    /// Whether all closures are.
+    /// Returns true if all closures are closed.
     pub(super) fn is_closed(&self) -> bool {
         self.closed.iter().all(|r| self.within(r))
     }
@@ -171,7 +170,7 @@ impl InverseKinematics {
         r.position <= p && r.orientation <= o
     }
 
-    /// Coordinates that may move and are not pushed against a limit.
+    /// Selects the coordinates that may move and are not pushed against a limit.
     pub(super) fn choose_free(&mut self, q: &[f64]) {
         self.free.clear();
         for i in 0..self.moves.len() {
@@ -187,7 +186,7 @@ impl InverseKinematics {
         }
     }
 
-    /// Cuts the step at limits; returns the gain that J promises for it.
+    /// Cuts the step at limits; returns the decrease of the cost that J predicts for it.
     pub(super) fn cut_step(&mut self, rows: usize, nv: usize, q: &[f64]) -> f64 {
         for i in &self.free {
             if let Some(at) = self.place[*i].filter(|_| !self.turns[*i]) {
@@ -207,7 +206,7 @@ impl InverseKinematics {
         along - 0.5 * images
     }
 
-    /// Within limits, for coordinates that may move; those with a whole turn between theirs by whole turns.
+    /// Moves coordinates that may move into their limits; those with a full revolution between their limits by full revolutions.
     pub(super) fn clamp(&self, q: &mut [f64]) {
         for (i, at) in self.place.iter().enumerate() {
             if let Some(at) = at.filter(|_| self.moves[i]) {
@@ -222,7 +221,7 @@ impl InverseKinematics {
         }
     }
 
-    /// What [`solve`](Self::solve) says where no start led to the targets: after a search for them that ended with [`Progress::Nearest`] at `q`.
+    /// Returns the error of [`solve`](Self::solve) when no start led to the targets, after a search that ended with [`Progress::Nearest`] at `q`.
     #[must_use]
     pub fn unreachable(
         &self,
@@ -235,7 +234,7 @@ impl InverseKinematics {
         InverseKinematicsError::Unreachable { iterations, nearest }
     }
 
-    /// What [`solve`](Self::solve) says where closures stay open: after a search that ended with [`Progress::Open`] at `q`.
+    /// Returns the error of [`solve`](Self::solve) when closures stay open, after a search that ended with [`Progress::Open`] at `q`.
     #[must_use]
     pub fn unclosed(
         &self,
@@ -297,17 +296,18 @@ pub(super) fn check_targets(
         let asked = &t.goal;
         if asked.rows() == 0 {
             let fact = "neither position nor orientation nor pointing";
-            let help = "give at least one, or leave the target out";
+            let help = "give at least one, or remove the target";
             return Err(InverseKinematicsError::Empty { what, target, fact, help });
         }
         if asked.orientation.is_some() && asked.pointing.is_some() {
             let fact = "both an orientation and a pointing axis";
-            let help = "give one of them: an orientation says where every axis points";
+            let help =
+                "give only one of them: an orientation already fixes the direction of every axis";
             return Err(InverseKinematicsError::Empty { what, target, fact, help });
         }
         if t.relative_to == Some(t.node) {
             let fact = "a node relative to itself";
-            let help = "name another node, or the world";
+            let help = "use another node, or the world";
             return Err(InverseKinematicsError::Empty { what, target, fact, help });
         }
         let name = tree.multibody().get_node(t.node).name();
@@ -350,7 +350,7 @@ pub(super) fn check_targets(
         for value in asked.weights {
             if !(value > 0.0 && value.is_finite()) {
                 let place = format!("a weight of {what} {target} (node `{name}`)");
-                let help = "weights are positive; leave out what does not count";
+                let help = "weights must be positive; remove parts that should be ignored";
                 return Err(InverseKinematicsError::BadNumber { place, value, help });
             }
         }

@@ -1,50 +1,49 @@
-//! What inverse kinematics is to reach, and how near it came.
+//! Goals of inverse kinematics, and its results.
 
 use linkwork_multibody::NodeId;
 use linkwork_spatial::{Mat3, Motion, Pose, Quat, Vec3};
 use thiserror::Error;
 
-/// What is asked of a frame's place: position, orientation or both, or parts of them. Says neither which frame is meant nor from where it is seen.
+/// Goal of a frame: position, orientation or both, or parts of them. The frame itself, and the frame in which the goal is given, are not part of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
-    /// Of the frame's origin, m.
+    /// Position of the frame's origin, m.
     pub position: Option<Vec3>,
-    /// `R`: the frame's axes in those from which it is seen.
+    /// `R`: the axes of the frame in the reference axes.
     pub orientation: Option<Quat>,
-    /// What 1 m and 1 rad count in the sum of squares; positive.
+    /// Weights of 1 m and 1 rad in the sum of squares; positive.
     pub weights: [f64; 2],
-    /// What of the position counts.
+    /// Controlled part of the position.
     pub place: Place,
-    /// Where an axis of the frame points to; counts as orientation, and stands in for it.
+    /// Direction of an axis of the frame; an alternative to an orientation.
     pub pointing: Option<Pointing>,
 }
 
-/// Where a node is to be: a goal, in the world or in another node's frame.
-/// Two nodes of one mechanism that are to coincide close a loop.
+/// Target of a node: a goal in the world or in another node's frame. Two nodes of one mechanism that must coincide close a loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
-    /// The node that is to go there.
+    /// The node.
     pub node: NodeId,
-    /// The frame in which it is to be there; `None` for the world.
+    /// The frame in which the goal is given; `None` for the world.
     pub relative_to: Option<NodeId>,
-    /// What is asked of it there.
+    /// Its goal.
     pub goal: Goal,
 }
 
-/// What of a position counts.
+/// Controlled part of a position.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Place {
-    /// All of it.
+    /// The whole position.
     #[default]
     Point,
-    /// The node's origin is to lie in the plane through the position with this normal (length 1, in the target's frame).
+    /// The node's origin must lie in the plane through the position with this normal (length 1, in the target's frame).
     Plane(Vec3),
-    /// It is to lie on the line through the position along this direction (length 1, in the target's frame).
+    /// The node's origin must lie on the line through the position along this direction (length 1, in the target's frame).
     Line(Vec3),
 }
 
 impl Place {
-    /// The part of a vector that counts.
+    /// Returns the controlled part of a vector.
     pub(super) fn part(self, d: Vec3) -> Vec3 {
         match self {
             Self::Point => d,
@@ -54,18 +53,18 @@ impl Place {
     }
 }
 
-/// Where an axis of a node points to. The turn about the axis is free.
+/// Pointing direction of an axis of a node. The rotation about the axis is free.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pointing {
-    /// The axis (length 1, in the node).
+    /// The axis (length 1, in the node's frame).
     pub axis: Vec3,
-    /// To where.
+    /// Its target.
     pub to: Towards,
-    /// Half of the angle of the cone about it within which any direction will do, rad; 0 for the direction itself.
+    /// Half of the opening angle of the cone about it in which every direction is accepted, rad; 0 for the direction itself.
     pub within: f64,
 }
 
-/// A direction, or a point that is looked at.
+/// A direction, or a point at which the axis points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Towards {
     /// A direction (length 1, in the target's frame).
@@ -75,37 +74,37 @@ pub enum Towards {
 }
 
 impl Pointing {
-    /// An axis along a direction.
+    /// Creates an axis that points along a direction.
     #[must_use]
     pub fn along(axis: Vec3, direction: Vec3) -> Self {
         Self { axis, to: Towards::Direction(direction), within: 0.0 }
     }
 
-    /// An axis that looks at a point.
+    /// Creates an axis that points at a point.
     #[must_use]
     pub fn at(axis: Vec3, point: Vec3) -> Self {
         Self { axis, to: Towards::Point(point), within: 0.0 }
     }
 
-    /// Anywhere in a cone of this half angle, rad.
+    /// Accepts every direction in a cone with this half angle, rad.
     #[must_use]
     pub fn within(mut self, angle: f64) -> Self {
         self.within = angle;
         self
     }
 
-    /// The turn that is missing, and what maps turns and shifts of the node to changes of it: e, and two matrices. The axis as it is (`d`) and the
-    /// node's origin `p`, in the target's frame.
+    /// Returns the rotation error e, and two matrices that map rotations and translations of the node to changes of it. `d` is the current axis and
+    /// `p` the node's origin, in the target's frame.
     /// ```text
-    /// e = (θ − within)₊ n,  n = d × a/|d × a|                  a: where to;  θ: angle between both
-    /// ė = −P (ω + a × v/r)       P = 1 − d dᵀ; of a cone n nᵀ, inside it 0            r: distance of the point; ∞ for a direction
+    /// e = (θ − within)₊ n,  n = d × a/|d × a|                  a: required direction;  θ: angle between both
+    /// ė = −P (ω + a × v/r)       P = 1 − d dᵀ; for a cone n nᵀ, inside it 0           r: distance of the point; ∞ for a direction
     /// ```
     pub(super) fn missing(&self, d: Vec3, p: Vec3) -> (Vec3, Mat3, Mat3) {
         let (a, near) = match self.to {
             Towards::Direction(a) => (a, 0.0),
             Towards::Point(x) => {
                 let r = (x - p).norm();
-                // At the point itself any direction looks at it.
+                // At the point itself every direction points at it.
                 if r > 0.0 { ((x - p) / r, 1.0 / r) } else { (d, 0.0) }
             }
         };
@@ -113,7 +112,7 @@ impl Pointing {
         let (sin, cos) = (cross.norm(), d.dot(&a));
         let n = match sin > 1e-12 {
             true => cross / sin,
-            // Along it or against it: any turn across will do.
+            // Parallel or antiparallel: every perpendicular rotation axis is possible.
             false => {
                 let mut least = Vec3::zeros();
                 least[d.iamin()] = 1.0;
@@ -131,7 +130,7 @@ impl Pointing {
 }
 
 impl Goal {
-    /// Nothing yet: what a goal of some parts begins with. No search takes it.
+    /// An empty goal, from which goals with some parts are built. Searches reject it.
     pub const NOTHING: Self = Self {
         position: None,
         orientation: None,
@@ -140,52 +139,52 @@ impl Goal {
         pointing: None,
     };
 
-    /// Position and orientation.
+    /// Creates a goal for position and orientation.
     #[must_use]
     pub fn pose(X: Pose) -> Self {
         Self { orientation: Some(X.rotation), ..Self::position(X.position) }
     }
 
-    /// Position alone, m.
+    /// Creates a goal for the position alone, m.
     #[must_use]
     pub fn position(p: Vec3) -> Self {
         Self { position: Some(p), ..Self::NOTHING }
     }
 
-    /// Orientation alone.
+    /// Creates a goal for the orientation alone.
     #[must_use]
     pub fn orientation(R: Quat) -> Self {
         Self { orientation: Some(R), ..Self::NOTHING }
     }
 
-    /// An axis of the frame points somewhere; nothing is asked of its position.
+    /// Creates a goal for the direction of an axis, without a position.
     #[must_use]
     pub fn pointing(pointing: Pointing) -> Self {
         Self::NOTHING.and_pointing(pointing)
     }
 
-    /// Beside the position an axis points somewhere: all that welding and drilling ask for. Takes the place of an orientation.
+    /// Adds the direction of an axis to the goal, for example for welding and drilling. Replaces an orientation.
     #[must_use]
     pub fn and_pointing(mut self, pointing: Pointing) -> Self {
         (self.pointing, self.orientation) = (Some(pointing), None);
         self
     }
 
-    /// Of the position only what this says.
+    /// Restricts the position to the given part.
     #[must_use]
     pub fn place(mut self, place: Place) -> Self {
         self.place = place;
         self
     }
 
-    /// What 1 m and 1 rad count.
+    /// Sets the weights of 1 m and 1 rad.
     #[must_use]
     pub fn weights(mut self, position: f64, orientation: f64) -> Self {
         self.weights = [position, orientation];
         self
     }
 
-    /// The same goal seen from where the frame in which it is given lies at X.
+    /// Transforms the goal to the frame in which its reference frame has the pose X.
     #[must_use]
     pub fn moved(&self, X: &Pose) -> Self {
         Self {
@@ -207,25 +206,25 @@ impl Goal {
         }
     }
 
-    /// Numbers of its error.
+    /// Returns the number of rows of its error.
     pub(super) fn rows(&self) -> usize {
         3 * (usize::from(self.position.is_some()) + usize::from(self.turns()))
     }
 
-    /// Whether anything is asked of its attitude.
+    /// Returns true if the goal includes an attitude.
     pub(super) fn turns(&self) -> bool {
         self.orientation.is_some() || self.pointing.is_some()
     }
 }
 
 impl Target {
-    /// A goal of a node in the world.
+    /// Creates a target in the world.
     #[must_use]
     pub fn new(node: NodeId, goal: Goal) -> Self {
         Self { node, relative_to: None, goal }
     }
 
-    /// The same in the frame of another node.
+    /// Returns a copy that is given in the frame of another node.
     #[must_use]
     pub fn relative_to(mut self, node: NodeId) -> Self {
         self.relative_to = Some(node);
@@ -233,37 +232,37 @@ impl Target {
     }
 }
 
-/// How a node is to move: as seen from the world or from another node, in that frame's axes.
+/// Required velocity of a node, relative to the world or to another node, in the axes of that frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RateTarget {
     /// The node.
     pub node: NodeId,
-    /// From where it is seen; `None` for the world.
+    /// The reference frame; `None` for the world.
     pub relative_to: Option<NodeId>,
-    /// Angular (rad/s) and linear (m/s, of the node's origin).
+    /// Angular (rad/s) and linear velocity (m/s, of the node's origin).
     pub velocity: Motion,
-    /// What 1 m/s counts in the sum of squares; 0 when the linear part does not matter.
+    /// Weight of 1 m/s in the sum of squares; 0 to ignore the linear part.
     pub linear_weight: f64,
-    /// What 1 rad/s counts; 0 when the angular part does not matter.
+    /// Weight of 1 rad/s; 0 to ignore the angular part.
     pub angular_weight: f64,
 }
 
 impl RateTarget {
-    /// Both parts, seen from the world.
+    /// Creates a target for both parts, relative to the world.
     #[must_use]
     pub fn new(node: NodeId, velocity: Motion) -> Self {
         let (linear_weight, angular_weight) = (1.0, 1.0);
         Self { node, relative_to: None, velocity, linear_weight, angular_weight }
     }
 
-    /// The same seen from another node.
+    /// Returns a copy relative to another node.
     #[must_use]
     pub fn relative_to(mut self, node: NodeId) -> Self {
         self.relative_to = Some(node);
         self
     }
 
-    /// What 1 m/s and 1 rad/s count; 0 for a part that does not matter.
+    /// Sets the weights of 1 m/s and 1 rad/s; 0 to ignore a part.
     #[must_use]
     pub fn weights(mut self, linear: f64, angular: f64) -> Self {
         (self.linear_weight, self.angular_weight) = (linear, angular);
@@ -271,32 +270,32 @@ impl RateTarget {
     }
 }
 
-/// How far a node is from its target; zero for a part that was not asked for.
+/// Residual of a target; zero for a part that was not required.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Residual {
-    /// m (of rates: m/s).
+    /// Distance, m (for rates: m/s).
     pub position: f64,
-    /// rad (of rates: rad/s).
+    /// Angle, rad (for rates: rad/s).
     pub orientation: f64,
 }
 
-/// When inverse kinematics is content, and how long it tries.
+/// Tolerances and limits of the work of inverse kinematics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
-    /// Greatest error of position, m.
+    /// Largest error of position, m.
     pub position_tolerance: f64,
-    /// Greatest error of orientation, rad.
+    /// Largest error of orientation, rad.
     pub orientation_tolerance: f64,
-    /// Steps from one start.
+    /// Maximum number of steps from one start.
     pub iterations: usize,
-    /// Starts elsewhere (the same ones each time) when the given start does not lead there; a quarter of them for the nearest to a position in the world that is
-    /// out of reach by the lengths of links.
+    /// Number of additional starts (the same for each search) that are used when the given start fails. A quarter of them is used for a position in
+    /// the world that is out of reach because of the link lengths.
     pub restarts: usize,
 }
 
 impl Default for Effort {
-    /// 1e-9 m, 1e-9 rad, 100 steps, 64 other starts: a target that cannot be reached costs some 700 evaluations of
-    /// the kinematics in all, and 200 where that is known from lengths.
+    /// 1e-9 m, 1e-9 rad, 100 steps, 64 additional starts. A target that cannot be reached costs about 700 evaluations of the kinematics in total, and
+    /// 200 if the link lengths prove it.
     fn default() -> Self {
         let tolerance = 1e-9;
         Self {
@@ -308,31 +307,31 @@ impl Default for Effort {
     }
 }
 
-/// How a solution was found.
+/// Statistics of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Found {
-    /// Steps in all, those of vain starts too.
+    /// Total number of steps, including those of failed starts.
     pub iterations: usize,
-    /// Which start led there; 0 is the given one.
+    /// Index of the start that led to the result; 0 is the given one.
     pub restarts: usize,
-    /// Evaluations of the kinematics in all.
+    /// Total number of kinematics evaluations.
     pub kinematics: usize,
 }
 
-/// The nearest that was reached.
+/// The nearest configuration that was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nearest {
     /// The configuration (nq).
     pub q: Vec<f64>,
-    /// For each target.
+    /// Residual of each target.
     pub residuals: Vec<Residual>,
-    /// Places in β of coordinates at a limit.
+    /// Indices in β of coordinates at a limit.
     pub at_limit: Vec<usize>,
-    /// Each target's node, its residual and the coordinates at their limits, in words.
+    /// Text with each target's node, its residual and the coordinates at their limits.
     pub text: String,
 }
 
-/// Why there is no configuration.
+/// Reason why inverse kinematics failed.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum InverseKinematicsError {
     /// No start led to all targets at once.
@@ -342,66 +341,66 @@ pub enum InverseKinematicsError {
         nearest.text
     )]
     Unreachable {
-        /// Steps from all starts.
+        /// Number of steps from all starts.
         iterations: usize,
         /// The nearest configuration.
         nearest: Box<Nearest>,
     },
-    /// The closures cannot be closed, whatever becomes of the targets.
+    /// The closures cannot be closed, independent of the targets.
     #[error(
-        "{closure} does not close in {iterations} steps: {:.3e} m and {:.3e} rad are left\n  help: check lengths, frames and limits of \
+        "{closure} does not close in {iterations} steps: {:.3e} m and {:.3e} rad remain\n  help: check lengths, frames and limits of \
          what it closes, free kept coordinates, or start nearer to a closed configuration",
         residual.position, residual.orientation
     )]
     Open {
-        /// Steps from all starts.
+        /// Number of steps from all starts.
         iterations: usize,
-        /// The one that is farthest from closed, as ``loop `NAME` ``.
+        /// The closure with the largest residual, as ``loop `NAME` ``.
         closure: String,
-        /// How far that is.
+        /// Its residual.
         residual: Residual,
-        /// Where closures are least open.
+        /// The configuration with the smallest closure error.
         nearest: Box<Nearest>,
     },
-    /// Rates that stay as given, or limits of others, open a closure.
+    /// Fixed rates, or limits, open a closure.
     #[error(
-        "{closure} opens at {rate:.3e} rad/s or m/s\n  help: give rates that fit it to what is kept or prescribed, or let more of it move"
+        "{closure} opens at {rate:.3e} rad/s or m/s\n  help: give kept and prescribed coordinates rates that are compatible with it, or let more coordinates move"
     )]
     Opens {
         /// The closure, as ``loop `NAME` ``.
         closure: String,
-        /// Its greatest rate.
+        /// Its largest rate.
         rate: f64,
     },
-    /// Modes that are to move: what bends a body is its forces, which no search knows.
+    /// Modes of a flexible body among the coordinates that may move. Forces bend a body, and a search does not compute forces.
     #[error(
-        "the modes of body `{body}` are to move\n  help: keep them (`InverseKinematics::keep`), and bend the body by dynamics or \
-         by what its loads are known to be"
+        "the modes of body `{body}` cannot be moved by inverse kinematics\n  help: keep them (`InverseKinematics::keep`), and bend the body by dynamics or \
+         from known loads"
     )]
     Flexible {
         /// The body.
         body: String,
     },
-    /// A NaN, an infinity, or a weight that is negative or nothing.
+    /// NaN, infinity, or a weight that is negative or zero.
     #[error("{place} is {value}\n  help: {help}")]
     BadNumber {
-        /// Where.
+        /// Location.
         place: String,
-        /// What it is.
+        /// The value.
         value: f64,
-        /// What it should be.
+        /// The permitted range.
         help: &'static str,
     },
-    /// A target that says nothing.
+    /// An empty goal.
     #[error("{what} {target}: {fact}\n  help: {help}")]
     Empty {
         /// `target` or `closure`.
         what: &'static str,
-        /// Which, from 0.
+        /// Index of the target, from 0.
         target: usize,
-        /// Why.
+        /// The fault.
         fact: &'static str,
-        /// What to do.
+        /// The remedy.
         help: &'static str,
     },
 }

@@ -1,8 +1,8 @@
-//! What can be wrong with an expression of operators.
+//! Errors in expressions of operators.
 
 use thiserror::Error;
 
-/// An operand as it was written, and its rows and columns in words.
+/// An operand as text, with descriptions of its rows and columns.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Operand {
     /// The expression.
@@ -19,12 +19,12 @@ impl std::fmt::Display for Operand {
     }
 }
 
-/// Why an expression has no value.
+/// Reason why an expression has no value.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum OperatorError {
-    /// The columns of the left operand are not the rows of the right one.
+    /// The columns of the left operand do not match the rows of the right one.
     #[error(
-        "cannot multiply {left} by {right}: {} meets {}\n  help: check the order of the factors, \
+        "cannot multiply {left} by {right}: {} does not match {}\n  help: check the order of the factors, \
          and which are transposed", left.columns, right.rows
     )]
     Multiply {
@@ -44,9 +44,9 @@ pub enum OperatorError {
         /// The right operand.
         right: Box<Operand>,
     },
-    /// The operands belong to two systems, or to one at two configurations.
+    /// The operands belong to two systems, or to one system at two configurations.
     #[error(
-        "`{left}` and `{right}` are of different systems or different moments\n  help: make all \
+        "`{left}` and `{right}` belong to different systems or different configurations\n  help: make all \
          operators of an expression from one `Operators`"
     )]
     Systems {
@@ -56,30 +56,30 @@ pub enum OperatorError {
         right: String,
     },
     /// A vector of the wrong length.
-    #[error("`{operator}`: {what} has {got} numbers, not {want}\n  help: {help}")]
+    #[error("`{operator}`: {what} has {got} numbers, expected {want}\n  help: {help}")]
     Length {
         /// The operator.
         operator: String,
-        /// Which vector.
+        /// Name of the vector.
         what: &'static str,
         /// Its length.
         got: usize,
-        /// The length it should have.
+        /// Required length.
         want: usize,
-        /// What the numbers are.
+        /// Meaning of the numbers.
         help: &'static str,
     },
-    /// A vector or factor with a NaN or infinity.
+    /// A vector or factor with NaN or infinity.
     #[error("`{operator}`: {place} is {value}\n  help: give finite numbers")]
     NotFinite {
         /// The operator.
         operator: String,
-        /// Which number.
+        /// Location of the number.
         place: String,
-        /// What it is.
+        /// The value.
         value: f64,
     },
-    /// A matrix is asked of an expression of nothing but `I`.
+    /// An expression that consists only of `I` has no size and therefore no matrix.
     #[error(
         "`{operator}` has no size of its own\n  help: multiply it by, or add it to, an operator that has one"
     )]
@@ -87,14 +87,14 @@ pub enum OperatorError {
         /// The expression.
         operator: String,
     },
-    /// An inverse that no recursion gives.
+    /// An inverse for which no recursion is known.
     #[error("no inverse of low order is known for `{operator}`: {reason}\n  help: {help}")]
     NoInverse {
         /// The expression.
         operator: String,
-        /// Why.
+        /// The reason.
         reason: String,
-        /// What can be done instead.
+        /// The remedy.
         help: &'static str,
     },
     /// A block that has no inverse.
@@ -106,7 +106,7 @@ pub enum OperatorError {
     Singular {
         /// The operator.
         operator: String,
-        /// The body whose link it is.
+        /// The body of the link.
         body: String,
     },
 }

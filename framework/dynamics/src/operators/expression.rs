@@ -1,8 +1,7 @@
-//! Expressions of operators: how they are made, what they are called, which of them fit.
+//! Expressions of operators: construction, names, and size checks.
 //!
-//! Made so that patterns are found and printed as one writes them: products and sums are flat lists,
-//! factors stand before products as coefficients of a sum, a transposed product is the product of
-//! the transposed, and a transposed sum stays a sum with a star.
+//! The representation makes it easy to find and print patterns as they are usually written: products and sums are flat lists, factors of products
+//! become coefficients of a sum, a transposed product is the product of the transposed factors, and a transposed sum stays a sum with a star.
 
 use super::error::{Operand, OperatorError};
 use super::snapshot::Snapshot;
@@ -11,19 +10,19 @@ use std::fmt;
 use std::ops::{Add, Mul, Neg, Sub};
 use std::sync::Arc;
 
-/// What the numbers of a vector are.
+/// Meaning of the numbers of a vector.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Space {
-    /// Six for each of so many links: angular part or moment, then linear part or force.
+    /// Six for each of the given number of links: angular part or moment, then linear part or force.
     Links(usize),
     /// One for each degree of freedom.
     Hinges(usize),
-    /// Six for each node of a list (places in the mechanism).
+    /// Six for each node of a list (indices in the mechanism).
     Nodes(Arc<[usize]>),
 }
 
 impl Space {
-    /// How many numbers.
+    /// Returns the number of numbers.
     #[must_use]
     pub fn size(&self) -> usize {
         match self {
@@ -44,7 +43,7 @@ impl fmt::Display for Space {
     }
 }
 
-/// A symbol as it is, or transposed.
+/// A symbol, or its transpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Side {
     Plain,
@@ -66,20 +65,20 @@ pub(super) enum Expr {
     Product(Vec<Operator>),
     /// At least one term with its coefficient, none of them a sum.
     Sum(Vec<(f64, Operator)>),
-    /// Of a sum.
+    /// Transpose of a sum.
     Transposed(Operator),
 }
 
-/// An expression without a mistake.
+/// A valid expression.
 #[derive(Clone, Debug)]
 pub(super) struct Sound {
     pub expr: Arc<Expr>,
-    /// `None`: nothing but `I`.
+    /// `None`: only `I`.
     pub system: Option<Arc<Snapshot>>,
     pub size: Option<(Space, Space)>,
 }
 
-/// A linear operator of one system, as an expression; cheap to clone. See [`Operators`](super::Operators).
+/// A linear operator of one system, as an expression; inexpensive to clone. See [`Operators`](super::Operators).
 #[derive(Clone, Debug)]
 pub struct Operator {
     pub(super) inner: Result<Sound, Arc<OperatorError>>,
@@ -123,31 +122,31 @@ impl Operator {
         self.inner.as_ref().map_err(|e| (**e).clone())
     }
 
-    /// The operator itself, if there is no mistake in its expression.
+    /// Returns the operator itself if its expression is valid.
     ///
     /// # Errors
-    /// The first mistake.
+    /// The first error of the expression.
     pub fn check(&self) -> Result<&Self, OperatorError> {
         self.sound().map(|_| self)
     }
 
-    /// Space of the results; `None` for an expression of nothing but `I`.
+    /// Returns the space of the results; `None` for an expression that consists only of `I`.
     ///
     /// # Errors
-    /// The first mistake in the expression.
+    /// The first error of the expression.
     pub fn rows(&self) -> Result<Option<Space>, OperatorError> {
         Ok(self.sound()?.size.as_ref().map(|s| s.0.clone()))
     }
 
-    /// Space of the arguments; `None` for an expression of nothing but `I`.
+    /// Returns the space of the arguments; `None` for an expression that consists only of `I`.
     ///
     /// # Errors
-    /// The first mistake in the expression.
+    /// The first error of the expression.
     pub fn columns(&self) -> Result<Option<Space>, OperatorError> {
         Ok(self.sound()?.size.as_ref().map(|s| s.1.clone()))
     }
 
-    /// How an error calls it.
+    /// Describes the operator for error messages.
     fn operand(&self) -> Box<Operand> {
         let any = || ("any size".to_owned(), "the same".to_owned());
         let (rows, columns) = match self.inner.as_ref().map(|s| &s.size) {
@@ -157,7 +156,7 @@ impl Operator {
         Box::new(Operand { text: self.to_string(), rows, columns })
     }
 
-    /// The transposed operator.
+    /// Returns the transposed operator.
     #[must_use]
     pub fn transpose(&self) -> Self {
         let Ok(sound) = &self.inner else { return self.clone() };
@@ -178,16 +177,16 @@ impl Operator {
         Self::of(sound, expr, size)
     }
 
-    /// [`Operator::transpose`] in one letter.
+    /// Short form of [`Operator::transpose`].
     #[must_use]
     pub fn t(&self) -> Self {
         self.transpose()
     }
 
-    /// `self * right`.
+    /// Returns `self * right`.
     ///
     /// # Errors
-    /// [`OperatorError::Multiply`], [`OperatorError::Systems`], or a mistake in an operand.
+    /// [`OperatorError::Multiply`], [`OperatorError::Systems`], or the error of an operand.
     pub fn try_mul(&self, right: &Self) -> Result<Self, OperatorError> {
         let (a, b) = (self.sound()?, right.sound()?);
         let system = self.common_system(right)?;
@@ -213,7 +212,7 @@ impl Operator {
         }
         let like = Sound { expr: Arc::new(Expr::Identity), system, size: size.clone() };
         let product = match factors.len() {
-            // I times an operator is the operator.
+            // `I` times an operator is the operator.
             0 => Self::identity(),
             1 => factors.swap_remove(0),
             _ => Self::of(&like, Expr::Product(factors), size),
@@ -221,10 +220,10 @@ impl Operator {
         Ok(product.scaled(s * t))
     }
 
-    /// `self + right`.
+    /// Returns `self + right`.
     ///
     /// # Errors
-    /// [`OperatorError::Add`], [`OperatorError::Systems`], or a mistake in an operand.
+    /// [`OperatorError::Add`], [`OperatorError::Systems`], or the error of an operand.
     pub fn try_add(&self, right: &Self) -> Result<Self, OperatorError> {
         let (a, b) = (self.sound()?, right.sound()?);
         let system = self.common_system(right)?;
@@ -248,7 +247,7 @@ impl Operator {
         Ok(Self::of(&like, Expr::Sum(terms), size))
     }
 
-    /// The coefficient before an operator, and the operator without it.
+    /// Returns the coefficient of an operator, and the operator without it.
     pub(super) fn coefficient(&self) -> (f64, &Self) {
         match self.inner.as_ref().map(|s| &*s.expr) {
             Ok(Expr::Sum(terms)) if terms.len() == 1 => (terms[0].0, &terms[0].1),
@@ -282,7 +281,7 @@ impl Operator {
     }
 }
 
-/// As one writes it: `H φ M φ* H* + J`. An operator with a mistake prints the mistake.
+/// Writes the expression in the usual notation: `H φ M φ* H* + J`. For an invalid operator it writes the error.
 impl fmt::Display for Operator {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let star = |side: &Side| if *side == Side::Transposed { "*" } else { "" };
@@ -321,7 +320,7 @@ impl fmt::Display for Operator {
     }
 }
 
-/// An operator with its mistake, or without.
+/// Returns the operator, or one that carries the error.
 fn settle(result: Result<Operator, OperatorError>) -> Operator {
     result.unwrap_or_else(Operator::failed)
 }

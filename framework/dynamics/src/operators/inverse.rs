@@ -1,9 +1,9 @@
-//! Inverses that recursions give: no matrix is factorised but the small blocks of one link.
+//! Inverses by recursions: only the small blocks of single links are factorized.
 //!
 //! ```text
 //! φ⁻¹ = I − ℰφ,  ψ⁻¹ = I − ℰψ,  (D)⁻¹ = D⁻¹,  (M)⁻¹ = M⁻¹ link by link
 //! (I + H φ K)⁻¹ = I − H ψ K                   since φ − ψ = φ K H ψ
-//! (H φ M φ* H* + J)⁻¹ = (I − H ψ K)* D⁻¹ (I − H ψ K)            every coordinate free
+//! (H φ M φ* H* + J)⁻¹ = (I − H ψ K)* D⁻¹ (I − H ψ K)            all coordinates free
 //! (c A)⁻¹ = c⁻¹ A⁻¹,  (A B)⁻¹ = B⁻¹ A⁻¹,  (A*)⁻¹ = (A⁻¹)*
 //! ```
 
@@ -28,12 +28,11 @@ const MASS: [(Symbol, Side); 5] = [
 ];
 
 impl Operator {
-    /// The inverse, where one of low order is known: of φ, ψ, D, M, `I + H φ K`, `I − H ψ K`,
-    /// `H φ M φ* H* + J` as a whole, and of products, multiples and transposes of these. D with
-    /// prescribed coordinates: on the free ones, zero elsewhere.
+    /// Returns the inverse if one of low order is known: for φ, ψ, D, M, `I + H φ K`, `I − H ψ K`, `H φ M φ* H* + J` as a whole, and for products,
+    /// multiples and transposes of these. With prescribed coordinates, D is inverted on the free coordinates and zero elsewhere.
     ///
     /// # Errors
-    /// A mistake in the expression, [`OperatorError::NoInverse`], or [`OperatorError::Singular`].
+    /// The error of the expression, [`OperatorError::NoInverse`], or [`OperatorError::Singular`].
     pub fn inverse(&self) -> Result<Operator, OperatorError> {
         let sound = self.sound()?;
         match &*sound.expr {
@@ -100,7 +99,7 @@ impl Operator {
         match terms {
             [(c, only)] => over(*c, only.inverse()?),
             [(a, x), (b, y)] => {
-                // The identity first.
+                // Put the identity first.
                 let ((a, x), (b, y)) =
                     if y.is_identity() { ((*b, y), (*a, x)) } else { ((*a, x), (*b, y)) };
                 if x.is_identity() && a != 0.0 {
@@ -141,7 +140,7 @@ impl Operator {
             return Err(OperatorError::NoInverse {
                 operator: self.to_string(),
                 reason: "it has prescribed coordinates".into(),
-                help: "take the operators from `Operators::all_free`; or write \
+                help: "use the operators of `Operators::all_free`; or write \
                        `(I − H ψ K)* D⁻¹ (I − H ψ K)`, the inverse on the free coordinates",
             });
         }
@@ -158,7 +157,7 @@ impl Operator {
         innovation.transpose().try_mul(&symbol(Symbol::DInv))?.try_mul(&innovation)
     }
 
-    /// Another symbol of the same system.
+    /// Returns another symbol of the same system.
     fn sibling(&self, symbol: Symbol, side: Side) -> Result<Operator, OperatorError> {
         match &self.sound()?.system {
             Some(system) => Ok(Operator::leaf(system, Expr::Symbol(symbol, side))),
@@ -166,7 +165,7 @@ impl Operator {
         }
     }
 
-    /// `H x K` with another x.
+    /// Returns `H x K` with another x.
     fn with_middle(&self, symbol: Symbol) -> Result<Operator, OperatorError> {
         let side = Plain;
         let (H, K) = (self.sibling(Symbol::H, side)?, self.sibling(Symbol::K, side)?);
@@ -196,13 +195,13 @@ impl Operator {
         OperatorError::NoInverse {
             operator: self.to_string(),
             reason: reason.to_owned(),
-            help: "known are those of φ, ψ, D, M, I + H φ K, I − H ψ K, H φ M φ* H* + J, and \
+            help: "inverses are known for φ, ψ, D, M, I + H φ K, I − H ψ K, H φ M φ* H* + J, and \
                    products of these; or take `dense()`",
         }
     }
 }
 
-/// Whether the reflected inertia of rotors is in an expression.
+/// Whether an expression contains the reflected inertia of rotors.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Rotors {
     Included,

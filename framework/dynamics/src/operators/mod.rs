@@ -1,4 +1,4 @@
-//! Spatial operators as values: φ ψ H M K D of a system, multiplied and added like numbers.
+//! Spatial operators as values: φ ψ H M K D of a system, which are multiplied and added like numbers.
 //!
 //! ```text
 //! φ = (1 − ℰφ)⁻¹       ℰφ has φ(p,k) at (p, k), p the parent of k
@@ -8,24 +8,20 @@
 //! its inverse          (I − H ψ K)* D⁻¹ (I − H ψ K)
 //! compliance           Λ⁻¹ = B* Ω B,  Ω = ψ* H* D⁻¹ H ψ,  Υ = its diagonal blocks
 //! ```
-//! An [`Operator`] is an expression: products and sums of operators stay symbolic, cost nothing and
-//! print as they are read. A product with a vector runs from right to left as sweeps: each symbol
-//! visits each link once, so it costs O(links). Rows of a matrix are made only by
+//! An [`Operator`] is an expression. Products and sums of operators stay symbolic, have no cost and are printed in the usual notation. A product with
+//! a vector is evaluated from right to left as sweeps: each symbol visits each link once, so it costs O(links). A matrix is computed only by
 //! [`Operator::dense`].
 //!
-//! Two spaces: *links* (6 numbers each, angular part or moment first, world axes at the link's own
-//! origin) and *hinges* (nv numbers); and the *nodes* that [`Operators::B`] is given. A link is one
-//! subhinge with what is welded outboard of it: a hinge of two subhinges has two links, the inner
-//! one without mass.
+//! There are two spaces: *links* (6 numbers each, angular part or moment first, world axes at the link's own origin) and *hinges* (nv numbers). In
+//! addition there are the *nodes* that are given to [`Operators::B`]. A link is one subhinge with everything that is welded outboard of it: a hinge
+//! with two subhinges has two links, of which the inner one has no mass.
 //!
-//! **Prescribed coordinates.** There G is zero, so ψ(p,k) = φ(p,k); D and D⁻¹ have zero rows and
-//! columns. (I − H ψ K)* D⁻¹ (I − H ψ K) is then the inverse of the mass matrix of the free
-//! coordinates and zero elsewhere. [`Operators::all_free`] takes every coordinate for free.
+//! **Prescribed coordinates.** At these coordinates G is zero, so ψ(p,k) = φ(p,k); D and D⁻¹ have zero rows and columns. (I − H ψ K)* D⁻¹ (I − H ψ K)
+//! is then the inverse of the mass matrix of the free coordinates and zero elsewhere. [`Operators::all_free`] treats every coordinate as free.
 //!
-//! **Mistakes.** `a * b` cannot return a `Result`, and a panic in the middle of a formula would take
-//! the program with it. A product that makes no sense is therefore an operator that carries its
-//! error: all that is made from it carries it too, and `apply`, `dense`, `inverse` and `check` report
-//! the *first* mistake with both operands. [`Operator::try_mul`] and [`Operator::try_add`] report at once.
+//! **Errors.** `a * b` cannot return a `Result`, and a panic in the middle of a formula would end the program. An invalid product is therefore an
+//! operator that carries its error. All expressions that contain it carry the error, too, and `apply`, `dense`, `inverse` and `check` return the
+//! *first* error with both operands. [`Operator::try_mul`] and [`Operator::try_add`] return it immediately.
 
 mod error;
 mod expression;
@@ -47,19 +43,18 @@ use snapshot::{Articulation, Snapshot};
 use std::sync::Arc;
 use sweeps::Symbol;
 
-/// The operators of one system at one configuration. Cheap to clone; operators made from it keep
-/// what they need.
+/// The operators of one system at one configuration. Inexpensive to clone; operators created from it keep the data that they need.
 #[derive(Clone, Debug)]
 pub struct Operators {
     system: Arc<Snapshot>,
 }
 
 impl Operators {
-    /// Takes them at the last [`kinematics`](crate::kinematics()) or [`poses`](crate::poses) of
-    /// `ws`, and computes articulated inertias. O(links). Panics if `ws` was made for another tree.
+    /// Creates the operators at the last [`kinematics`](crate::kinematics()) or [`poses`](crate::poses) of `ws`, and computes articulated-body
+    /// inertias. O(links). Panics if `ws` was made for another tree.
     ///
     /// # Errors
-    /// [`DynamicsError::Singular`] if a free subhinge has nothing to move, [`DynamicsError::Flexible`].
+    /// [`DynamicsError::Singular`] if a free subhinge moves no inertia; [`DynamicsError::Flexible`].
     #[track_caller]
     pub fn new(tree: &Tree, ws: &Workspace) -> Result<Self, DynamicsError> {
         tree.check_rigid("operators")?;
@@ -67,10 +62,10 @@ impl Operators {
         Ok(Self { system })
     }
 
-    /// The same with every coordinate free, prescribed ones too.
+    /// Like [`new`](Self::new), but treats every coordinate as free, prescribed ones, too.
     ///
     /// # Errors
-    /// As [`Operators::new`].
+    /// Like [`Operators::new`].
     #[track_caller]
     pub fn all_free(tree: &Tree, ws: &Workspace) -> Result<Self, DynamicsError> {
         tree.check_rigid("operators")?;
@@ -78,31 +73,31 @@ impl Operators {
         Ok(Self { system })
     }
 
-    /// How many links there are: the *links* space has six times as many numbers.
+    /// Returns the number of links; the *links* space has six times as many numbers.
     #[must_use]
     pub fn links(&self) -> usize {
         self.system.links.len()
     }
 
-    /// Degrees of freedom: the size of the *hinges* space.
+    /// Returns the number of degrees of freedom, which is the size of the *hinges* space.
     #[must_use]
     pub fn nv(&self) -> usize {
         self.system.nv
     }
 
-    /// The body whose hinge a link belongs to; `None` beyond the last link.
+    /// Returns the body to whose hinge a link belongs; `None` for an index above the last link.
     #[must_use]
     pub fn link_body(&self, link: usize) -> Option<&str> {
         self.system.links.get(link).map(|l| self.system.name(l))
     }
 
-    /// 1, of the size that its place in an expression asks for.
+    /// Returns the identity, whose size follows from the expression.
     #[must_use]
     pub fn identity(&self) -> Operator {
         Operator::identity()
     }
 
-    /// φ (links × links): forces gathered from the tips; φ* scatters motions from the base.
+    /// φ (links × links): gathers forces from the tips; φ* scatters motions from the base.
     #[must_use]
     pub fn phi(&self) -> Operator {
         self.symbol(Symbol::Phi)
@@ -126,7 +121,7 @@ impl Operators {
         self.symbol(Symbol::EPsi)
     }
 
-    /// H (nv × links): forces to hinges; H* takes rates to relative velocities.
+    /// H (nv × links): maps forces to hinges; H* maps rates to relative velocities.
     #[must_use]
     pub fn H(&self) -> Operator {
         self.symbol(Symbol::H)
@@ -138,13 +133,13 @@ impl Operators {
         self.symbol(Symbol::M)
     }
 
-    /// P (links × links, block-diagonal): articulated inertia, of the link and all outboard.
+    /// P (links × links, block-diagonal): articulated-body inertia of the link and everything outboard.
     #[must_use]
     pub fn P(&self) -> Operator {
         self.symbol(Symbol::P)
     }
 
-    /// D (nv × nv, block-diagonal): articulated inertia that each hinge feels, armature included.
+    /// D (nv × nv, block-diagonal): articulated-body inertia at each hinge, including armature.
     #[must_use]
     pub fn D(&self) -> Operator {
         self.symbol(Symbol::D)
@@ -183,8 +178,8 @@ impl Operators {
         self.symbol(Symbol::Upsilon)
     }
 
-    /// B (links × 6·nodes): wrenches on nodes (about each node's origin, world axes) to their links;
-    /// B* φ* H* is the Jacobian of the nodes. A node on the world has zero rows.
+    /// B (links × 6·nodes): maps wrenches on nodes (about each node's origin, world axes) to their links; B* φ* H* is the Jacobian of the nodes. A
+    /// node on the world has zero rows.
     #[must_use]
     #[track_caller]
     pub fn B(&self, nodes: &[NodeId]) -> Operator {
@@ -193,29 +188,28 @@ impl Operators {
         Operator::leaf(&self.system, Expr::Nodes(list, Side::Plain))
     }
 
-    /// `H φ M φ* H* + J`: the mass matrix (nv × nv).
+    /// Returns `H φ M φ* H* + J`, the mass matrix (nv × nv).
     #[must_use]
     pub fn mass(&self) -> Operator {
         let H_phi = self.H() * self.phi();
         &H_phi * self.M() * H_phi.t() + self.J()
     }
 
-    /// `(I − H ψ K)* D⁻¹ (I − H ψ K)`: its inverse (nv × nv); on the free coordinates when some are
-    /// prescribed.
+    /// Returns `(I − H ψ K)* D⁻¹ (I − H ψ K)`, the inverse of the mass matrix (nv × nv); on the free coordinates if some are prescribed.
     #[must_use]
     pub fn mass_inverse(&self) -> Operator {
         let innovation = self.identity() - self.H() * self.psi() * self.K();
         innovation.t() * self.D_inv() * innovation
     }
 
-    /// `Ω = ψ* H* D⁻¹ H ψ` (links × links): velocities that unit wrenches cause per unit time.
+    /// Returns `Ω = ψ* H* D⁻¹ H ψ` (links × links): accelerations of links for unit wrenches.
     #[must_use]
     pub fn omega(&self) -> Operator {
         let H_psi = self.H() * self.psi();
         H_psi.t() * self.D_inv() * H_psi
     }
 
-    /// `φ* H*` (links × nv): the Jacobian of all links.
+    /// Returns `φ* H*` (links × nv), the Jacobian of all links.
     #[must_use]
     pub fn jacobian(&self) -> Operator {
         (self.H() * self.phi()).t()

@@ -1,7 +1,7 @@
-//! Operators at work: times a vector, and as a matrix.
+//! Evaluation of operators: products with a vector, and matrices.
 //!
-//! A product runs from right to left, `A B C x = A (B (C x))`; a sum runs its terms one after the
-//! other. So an expression of s symbols visits s · links links.
+//! A product is evaluated from right to left, `A B C x = A (B (C x))`; the terms of a sum one after the other. An expression of s symbols therefore
+//! visits s · links links.
 
 use super::error::OperatorError;
 use super::expression::{Expr, Operator, Side, Sound, Space};
@@ -9,7 +9,7 @@ use super::sweeps::Sweep;
 use linkwork_spatial::nalgebra::DMatrix;
 use std::ops::Mul;
 
-/// Memory for [`Operator::apply_into`], and a count of the work done with it.
+/// Memory for [`Operator::apply_into`], and a count of the work.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     buffer: Vec<f64>,
@@ -17,7 +17,7 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// Links (and nodes) visited by all sweeps with this scratch: the work, free of clocks.
+    /// Returns the number of links (and nodes) that all sweeps with this scratch have visited, a measure of the work that does not depend on time.
     #[must_use]
     pub fn link_visits(&self) -> u64 {
         self.visits
@@ -25,10 +25,10 @@ impl Scratch {
 }
 
 impl Operator {
-    /// The operator times a vector. O(links) for each symbol of the expression.
+    /// Returns the product of the operator and a vector. O(links) for each symbol of the expression.
     ///
     /// # Errors
-    /// A mistake in the expression, [`OperatorError::Length`], [`OperatorError::NotFinite`].
+    /// The error of the expression, [`OperatorError::Length`], [`OperatorError::NotFinite`].
     pub fn apply(&self, x: &[f64]) -> Result<Vec<f64>, OperatorError> {
         let rows = self.rows()?.map_or(x.len(), |s| s.size());
         let mut out = vec![0.0; rows];
@@ -36,20 +36,20 @@ impl Operator {
         Ok(out)
     }
 
-    /// Scratch of the size that [`Operator::apply_into`] needs for this expression.
+    /// Creates scratch memory of the size that [`Operator::apply_into`] needs for this expression.
     ///
     /// # Errors
-    /// A mistake in the expression.
+    /// The error of the expression.
     pub fn scratch(&self) -> Result<Scratch, OperatorError> {
         let columns = self.columns()?.map_or(0, |s| s.size());
         Ok(Scratch { buffer: vec![0.0; need(self.sound()?, columns)], visits: 0 })
     }
 
-    /// As [`Operator::apply`], into a slice. Allocates nothing when `scratch` was made by
-    /// [`Operator::scratch`], or has been used with this expression before.
+    /// Like [`Operator::apply`], but writes to a slice. Does not allocate if `scratch` was created by [`Operator::scratch`], or was used with this
+    /// expression before.
     ///
     /// # Errors
-    /// As [`Operator::apply`].
+    /// Like [`Operator::apply`].
     pub fn apply_into(
         &self,
         x: &[f64],
@@ -72,10 +72,10 @@ impl Operator {
         Ok(())
     }
 
-    /// The matrix, column by column. O(columns · links) for each symbol.
+    /// Returns the matrix, computed column by column. O(columns · links) for each symbol.
     ///
     /// # Errors
-    /// A mistake in the expression, or [`OperatorError::NoSize`].
+    /// The error of the expression, or [`OperatorError::NoSize`].
     pub fn dense(&self) -> Result<DMatrix<f64>, OperatorError> {
         let Some((rows, columns)) = &self.sound()?.size else {
             return Err(OperatorError::NoSize { operator: self.to_string() });
@@ -92,10 +92,10 @@ impl Operator {
         Ok(matrix)
     }
 
-    /// The matrix row after row, with its numbers of rows and columns.
+    /// Returns the matrix row after row, with its numbers of rows and columns.
     ///
     /// # Errors
-    /// As [`Operator::dense`].
+    /// Like [`Operator::dense`].
     pub fn dense_rows(&self) -> Result<(Vec<f64>, usize, usize), OperatorError> {
         let matrix = self.dense()?;
         let (rows, columns) = matrix.shape();
@@ -117,25 +117,25 @@ impl Operator {
             Some(Space::Hinges(_)) => "one number for each degree of freedom",
             Some(Space::Links(_)) => "six numbers for each link, angular part or moment first",
             Some(Space::Nodes(_)) => "six numbers for each node, angular part or moment first",
-            None => "argument and result are of one length",
+            None => "argument and result have the same length",
         };
         Err(OperatorError::Length { operator: self.to_string(), what, got, want, help })
     }
 }
 
-/// The parts of an expression are sound when the whole is.
+/// Returns a part of a valid expression, which is also valid.
 fn part(operator: &Operator) -> &Sound {
     let Ok(sound) = &operator.inner else { unreachable!("no mistake gets into an expression") };
     sound
 }
 
-/// Numbers of result for `input` numbers of argument.
+/// Returns the length of the result for an argument of length `input`.
 fn output(sound: &Sound, side: Side, input: usize) -> usize {
     let space = |s: &(Space, Space)| if side == Side::Plain { s.0.size() } else { s.1.size() };
     sound.size.as_ref().map_or(input, space)
 }
 
-/// The longest vector between two factors.
+/// Returns the length of the longest vector between two factors.
 fn longest(factors: &[Operator], input: usize) -> usize {
     let sizes = factors
         .iter()
@@ -143,7 +143,7 @@ fn longest(factors: &[Operator], input: usize) -> usize {
     sizes.max().unwrap_or(input)
 }
 
-/// Numbers of scratch that an expression needs.
+/// Returns the scratch length that an expression needs.
 fn need(sound: &Sound, input: usize) -> usize {
     match &*sound.expr {
         Expr::Identity | Expr::Symbol(..) | Expr::Nodes(..) => 0,
@@ -160,7 +160,7 @@ fn need(sound: &Sound, input: usize) -> usize {
     }
 }
 
-/// `out` = expression `x`; returns the links visited.
+/// Computes `out` = expression `x`; returns the number of links visited.
 fn run(sound: &Sound, side: Side, x: &[f64], out: &mut [f64], scratch: &mut [f64]) -> u64 {
     let sweep = || sound.system.as_deref().map(|s| Sweep { s, visits: 0 });
     let turned = |own: Side| if side == Side::Plain { own } else { own.flip() };
@@ -201,7 +201,7 @@ fn run_product(
     let (mut from, mut to) = (a, b);
     let (last, mut visits, mut length) = (factors.len() - 1, 0, x.len());
     for i in 0..=last {
-        // The factor next to the vector: the last one, or the first one of the transposed.
+        // Select the factor next to the vector: the last one, or the first one of the transposed product.
         let factor = part(&factors[if side == Side::Plain { last - i } else { i }]);
         let argument = if i == 0 { x } else { &from[..length] };
         length = output(factor, side, length);

@@ -1,6 +1,6 @@
-//! The numbers behind the operators of one system at one configuration.
+//! The data of the operators of one system at one configuration.
 //!
-//! Tips to base, J the armature of the link:
+//! From tips to base, with the armature J of the link:
 //! ```text
 //! P(k) = M(k) + Σ_j φ(k,j) P⁺(j) φ*(k,j)
 //! free        D = H P H* + J,  G = P H* D⁻¹,  P⁺ = P − G H P
@@ -17,7 +17,7 @@ use linkwork_spatial::nalgebra::{Matrix6, Vector6};
 use linkwork_spatial::{Mat3, Vec3, skew};
 use std::sync::{Arc, OnceLock};
 
-/// Which coordinates count as free.
+/// Which coordinates are treated as free.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Articulation {
     AsGiven,
@@ -29,12 +29,12 @@ pub(super) enum Articulation {
 pub(super) struct LinkAt {
     /// `None`: the world.
     pub parent: Option<usize>,
-    /// Parent's origin to the link's.
+    /// Vector from the parent's origin to the link's.
     pub l: Vec3,
-    /// First place in β, and degrees of freedom.
+    /// First index in β, and number of degrees of freedom.
     pub v: usize,
     pub n: usize,
-    /// First number of its block in `D` and `D_inv` (n × n, row after row).
+    /// Index of its block in `D` and `D_inv` (n × n, row after row).
     pub block: usize,
     pub prescribed: bool,
     pub armature: f64,
@@ -43,7 +43,7 @@ pub(super) struct LinkAt {
     pub P: Matrix6<f64>,
 }
 
-/// A node: its link and the way from the link's origin to the node's, world axes.
+/// A node: its link and the vector from the link's origin to the node's, world axes.
 #[derive(Clone, Debug)]
 pub(super) struct NodeAt {
     pub link: Option<usize>,
@@ -54,7 +54,7 @@ pub(super) struct NodeAt {
 pub(super) struct Snapshot {
     pub links: Vec<LinkAt>,
     pub nv: usize,
-    /// Column of H* for each degree of freedom, and of G.
+    /// Columns of H*, and of G, for each degree of freedom.
     pub H: Vec<Vector6<f64>>,
     pub G: Vec<Vector6<f64>>,
     pub D: Vec<f64>,
@@ -115,7 +115,7 @@ impl Snapshot {
         Ok(s)
     }
 
-    /// D, D⁻¹ and G of a link, and its P⁺ into its parent's P; false when D is singular.
+    /// Computes D, D⁻¹ and G of a link, and adds its P⁺ to its parent's P; returns false when D is singular.
     fn articulate(&mut self, k: usize) -> bool {
         let link = &self.links[k];
         let (P, n, v) = (link.P, link.n, link.v);
@@ -136,7 +136,7 @@ impl Snapshot {
                 return false;
             }
             if n == 6 {
-                // G = P H* (H P H*)⁻¹ = H⁻¹ = H*, and nothing passes a free hinge.
+                // G = P H* (H P H*)⁻¹ = H⁻¹ = H*, and a free hinge transmits nothing.
                 self.G[v..v + n].copy_from_slice(H);
                 P_plus = Matrix6::zeros();
             } else {
@@ -157,7 +157,7 @@ impl Snapshot {
         true
     }
 
-    /// Υ of each link, base to tips; made at the first question.
+    /// Returns Υ of each link, base to tips; computed on first use.
     pub fn upsilon(&self) -> &[Matrix6<f64>] {
         self.upsilon.get_or_init(|| {
             let mut all: Vec<Matrix6<f64>> = Vec::with_capacity(self.links.len());
@@ -182,7 +182,7 @@ impl Snapshot {
         })
     }
 
-    /// M⁻¹ of each link, or the first link that has none; made at the first question.
+    /// Returns M⁻¹ of each link, or the first link that has none; computed on first use.
     pub fn M_inv(&self) -> Result<&[Matrix6<f64>], usize> {
         let made = self.M_inv.get_or_init(|| {
             let one = |(k, link): (usize, &LinkAt)| {
@@ -196,30 +196,30 @@ impl Snapshot {
         made.as_deref().map_err(|k| *k)
     }
 
-    /// True when a coordinate is prescribed.
+    /// Returns true when a coordinate is prescribed.
     pub fn has_prescribed(&self) -> bool {
         self.links.iter().any(|l| l.prescribed)
     }
 
-    /// True when a rotor has inertia.
+    /// Returns true when a rotor has inertia.
     pub fn has_armature(&self) -> bool {
         self.links.iter().any(|l| l.armature > 0.0)
     }
 
-    /// The body whose hinge a link belongs to.
+    /// Returns the body to whose hinge a link belongs.
     pub fn name(&self, link: &LinkAt) -> &str {
         self.multibody.bodies()[link.body].name()
     }
 }
 
-/// φ(p,k) as a matrix.
+/// Returns φ(p,k) as a matrix.
 fn phi(l: &Vec3) -> Matrix6<f64> {
     let mut phi = Matrix6::identity();
     phi.fixed_view_mut::<3, 3>(0, 3).copy_from(&skew(l));
     phi
 }
 
-/// M of a link, world axes about its origin.
+/// Returns M of a link, world axes about its origin.
 fn rigid(link: &Link, kin: &Kin<f64>) -> Matrix6<f64> {
     let S3 { xx, xy, xz, yy, yz, zz } = link.J;
     let R = mat3(&kin.R);
@@ -233,7 +233,7 @@ fn rigid(link: &Link, kin: &Kin<f64>) -> Matrix6<f64> {
     M
 }
 
-/// The columns of H* of a link, world axes.
+/// Returns the columns of H* of a link, world axes.
 fn hinge_map(link: &Link, kin: &Kin<f64>) -> Vec<Vector6<f64>> {
     let (R, o) = (mat3(&kin.R), Vec3::zeros());
     let pair = |n: Vec3, f: Vec3| Vector6::new(n.x, n.y, n.z, f.x, f.y, f.z);
@@ -250,8 +250,8 @@ fn hinge_map(link: &Link, kin: &Kin<f64>) -> Vec<Vector6<f64>> {
     }
 }
 
-/// A symmetric positive definite matrix (row after row) inverted by Cholesky. False when a pivot is
-/// not above rounding (1e-14 of `scale`, the size of what was added up), or NaN.
+/// Inverts a symmetric positive definite matrix (row after row) by Cholesky. Returns false when a pivot is not above round-off (1e-14 of `scale`, the
+/// size of the summed terms), or NaN.
 fn invert(A: &[f64], scale: &[f64], out: &mut [f64]) -> bool {
     let n = scale.len();
     let mut L = [[0.0_f64; 6]; 6];

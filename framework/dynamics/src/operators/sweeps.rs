@@ -1,4 +1,4 @@
-//! One symbol times one vector: each visits each link once.
+//! Product of one symbol with one vector; each visits each link once.
 //!
 //! With y the result, p the parent of k, children before parents (gather) or after (scatter):
 //! ```text
@@ -13,7 +13,7 @@ use super::snapshot::{LinkAt, Snapshot};
 use linkwork_spatial::nalgebra::{Matrix6, Vector6};
 use linkwork_spatial::{Force, Motion, Vec3};
 
-/// The operators that are not products or sums.
+/// The elementary operators, which are not products or sums.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Symbol {
     Phi,
@@ -33,7 +33,7 @@ pub(super) enum Symbol {
 }
 
 impl Symbol {
-    /// True when transposing changes nothing.
+    /// Returns true if the operator is symmetric.
     pub fn symmetric(self) -> bool {
         matches!(
             self,
@@ -85,21 +85,21 @@ fn join(n: &Vec3, f: &Vec3) -> V6 {
     V6::new(n.x, n.y, n.z, f.x, f.y, f.z)
 }
 
-/// φ(p,k) x.
+/// Returns φ(p,k) x.
 fn to_parent(l: &Vec3, x: &V6) -> V6 {
     let (n, f) = halves(x);
     let y = Force::new(n, f).shift_to_parent(l);
     join(&y.moment, &y.force)
 }
 
-/// φ*(p,k) x.
+/// Returns φ*(p,k) x.
 fn to_child(l: &Vec3, x: &V6) -> V6 {
     let (n, f) = halves(x);
     let y = Motion::new(n, f).shift_to_child(l);
     join(&y.angular, &y.linear)
 }
 
-/// One symbol of one system at work; counts the links that it visits.
+/// Evaluation of one symbol of one system; counts the links that it visits.
 pub(super) struct Sweep<'a> {
     pub s: &'a Snapshot,
     pub visits: u64,
@@ -111,7 +111,7 @@ impl<'a> Sweep<'a> {
         &self.s.links[k]
     }
 
-    /// `out` = symbol `x`, or symbol* `x`.
+    /// Computes `out` = symbol `x`, or symbol* `x`.
     pub fn run(&mut self, symbol: Symbol, side: Side, x: &[f64], out: &mut [f64]) {
         match (symbol, side) {
             (Symbol::Phi | Symbol::Psi, Side::Plain) => self.gather(symbol, x, out),
@@ -131,7 +131,7 @@ impl<'a> Sweep<'a> {
                 self.blocks(|_, k| &all[k], x, out);
             }
             (Symbol::MInv, _) => {
-                // The symbol is only made when there is an inverse.
+                // The symbol exists only if there is an inverse.
                 let all = self.s.M_inv().unwrap_or(&[]);
                 self.blocks(|_, k| &all[k], x, out);
             }
@@ -148,7 +148,7 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// (1 − G H) y.
+    /// Returns (1 − G H) y.
     fn past_hinge(&self, link: &LinkAt, symbol: Symbol, y: V6) -> V6 {
         if matches!(symbol, Symbol::Phi | Symbol::EPhi) {
             return y;
@@ -157,7 +157,7 @@ impl<'a> Sweep<'a> {
         hinge.fold(y, |sum, i| sum - self.s.G[i] * self.s.H[i].dot(&y))
     }
 
-    /// (1 − H* G*) y.
+    /// Returns (1 − H* G*) y.
     fn past_hinge_transposed(&self, link: &LinkAt, symbol: Symbol, y: V6) -> V6 {
         if matches!(symbol, Symbol::Phi | Symbol::EPhi) {
             return y;
@@ -277,7 +277,7 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// B: wrenches on nodes to their links.
+    /// Applies B: maps wrenches on nodes to their links.
     pub fn nodes_in(&mut self, nodes: &[usize], x: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         for (i, node) in nodes.iter().enumerate() {
@@ -289,7 +289,7 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// B*: motions of links to nodes.
+    /// Applies B*: maps motions of links to nodes.
     pub fn nodes_out(&mut self, nodes: &[usize], x: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         for (i, node) in nodes.iter().enumerate() {

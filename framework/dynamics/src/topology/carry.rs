@@ -1,4 +1,4 @@
-//! A state that goes over from one mechanism to another with bodies of the same names.
+//! Transfers the state of one mechanism to another with bodies of the same names.
 use super::joint::Joint;
 use super::scene::{Scene, free_state};
 use super::{Report, TopologyError, check_state, impact};
@@ -6,35 +6,33 @@ use crate::frames::{Frames, FramesError};
 use linkwork_multibody::{BodyId, Coordinate, Multibody, SubhingeKind};
 use linkwork_spatial::{Motion, Pose};
 
-/// The state of a mechanism that bodies of another went over to.
+/// State of a mechanism after the transfer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Carried {
     /// Configuration (nq of the new mechanism).
     pub q: Vec<f64>,
     /// Rates (nv).
     pub v: Vec<f64>,
-    /// Bodies that hang on another hinge than before.
+    /// Bodies whose hinge differs from before.
     pub changed: Vec<String>,
-    /// Bodies that were not there before.
+    /// Bodies that did not exist before.
     pub added: Vec<String>,
-    /// Bodies that are gone.
+    /// Bodies that do not exist any more.
     pub gone: Vec<String>,
-    /// Momentum and energy of all bodies before and after; none for flexible mechanisms.
+    /// Momentum and energy of all bodies before and after; `None` for flexible mechanisms.
     pub report: Option<Report>,
 }
 
-/// Takes the state of `old` over to `new`. Bodies go by name: one on the same hinge keeps its
-/// coordinates to the bit; one on another hinge keeps its pose and motion, and what the new hinge does
-/// not permit goes in an inelastic impact; one that is new gets the state given with `new`. Prescribed
-/// coordinates of another hinge take their place from where the body is and their rates from `start`: a
-/// prescribed free hinge that starts at rest grasps a body wherever it is. So do those of the same hinge that
-/// were free before: what is held at rest stands still to the bit.
+/// Transfers the state of `old` to `new`. Bodies are matched by name. A body on the same hinge keeps its coordinates exactly. A body on another hinge
+/// keeps its pose and motion; the part of the motion that the new hinge does not permit is removed by an inelastic impact. A new body gets the state
+/// given in `start`. Prescribed coordinates of a different hinge are computed from the pose of the body, and their rates are those of `start`; a
+/// prescribed free hinge that starts at rest therefore grasps a body at any pose. The same holds for prescribed coordinates of the same hinge that
+/// were free before: a body that is held at rest does not move.
 ///
 /// # Errors
-/// [`TopologyError::Length`] and [`TopologyError::NotFinite`] of a state;
-/// [`TopologyError::Unreachable`] when the new hinge cannot bring a body where it is;
-/// [`TopologyError::Unknown`] when a body that was there hangs on one that was not;
-/// [`TopologyError::Flexible`] when a flexible mechanism would take part in an impact.
+/// [`TopologyError::Length`] and [`TopologyError::NotFinite`] for an invalid state; [`TopologyError::Unreachable`] when the new hinge cannot reach
+/// the pose of a body; [`TopologyError::Unknown`] when an existing body hangs on a new one; [`TopologyError::Flexible`] when a flexible mechanism
+/// would take part in an impact.
 pub fn carry(
     old: &Multibody,
     state: (&[f64], &[f64]),
@@ -79,7 +77,7 @@ pub fn carry(
         let (hq, hv) = seen.hinge(new, id, from)?;
         q[body.q()].copy_from_slice(&hq);
         v[body.v()].copy_from_slice(&hv);
-        // What is prescribed moves as it is told from now on.
+        // Prescribed coordinates have their prescribed rates from now on.
         for s in body.subhinges() {
             if s.subhinge.coordinate == Coordinate::Prescribed {
                 v[s.v.clone()].copy_from_slice(&start.1[s.v.clone()]);
@@ -114,7 +112,7 @@ pub fn carry(
     Ok(Carried { q, v, changed, added, gone, report })
 }
 
-/// On the same body, with the same frames and subhinges; which are prescribed does not matter.
+/// Returns true for the same parent, frames and subhinges; which subhinges are prescribed has no effect.
 fn same_hinge((old, a): (&Multibody, BodyId), (new, b): (&Multibody, BodyId)) -> bool {
     let (a, b) = (old.spec(a), new.spec(b));
     let kinds = |h: &linkwork_multibody::Hinge| -> Vec<SubhingeKind> {
@@ -126,7 +124,7 @@ fn same_hinge((old, a): (&Multibody, BodyId), (new, b): (&Multibody, BodyId)) ->
         && kinds(&a.hinge) == kinds(&b.hinge)
 }
 
-/// The old mechanism, looked at where a hinge has changed.
+/// The old mechanism, which is evaluated where a hinge has changed.
 struct Seen<'a> {
     old: &'a Multibody,
     state: (&'a [f64], &'a [f64]),
@@ -134,7 +132,7 @@ struct Seen<'a> {
 }
 
 impl Seen<'_> {
-    /// Coordinates and rates of the new hinge of a body that was `from`.
+    /// Returns coordinates and rates of the new hinge of a body that existed as `from`.
     fn hinge(
         &mut self,
         new: &Multibody,
@@ -147,7 +145,7 @@ impl Seen<'_> {
             name => Some(self.old.body(name).ok_or_else(|| TopologyError::Unknown {
                 action: "go over",
                 name: name.to_owned(),
-                help: "a body that was there before can only hang on one that was, or on the world",
+                help: "an existing body can hang only on another existing body or on the world",
             })?),
         };
         let (X, V) = self.pair(parent, from)?;
@@ -164,7 +162,7 @@ impl Seen<'_> {
         Ok((q, v))
     }
 
-    /// Pose and velocity of a body seen from another, or the world, in that one's axes.
+    /// Returns pose and velocity of a body relative to another, or the world, in the axes of the latter.
     fn pair(
         &mut self,
         parent: Option<BodyId>,
@@ -193,7 +191,7 @@ impl Seen<'_> {
         })
     }
 
-    /// The same by world poses, which flexible bodies have too.
+    /// Computes the same from world poses, which also exist for flexible bodies.
     fn through_the_world(&mut self, parent: Option<BodyId>, body: BodyId) -> (Pose, Motion) {
         let scene = self.frames.get_or_insert_with(|| Scene {
             mbs: self.old.clone(),

@@ -1,19 +1,17 @@
-//! Momentum and energy of a scene, and the inelastic impact by which a new hinge takes hold.
+//! Momentum and energy of a scene, and the inelastic impact when a new hinge is connected.
 //!
-//! Bodies come with velocities V⁻, which the new hinge may not permit. Of all velocities that it permits
-//! the impact leaves those that change least in the metric of mass,
+//! Bodies have velocities V⁻ that the new hinge may not permit. Of all velocities that it permits, the impact yields those that change least in the
+//! metric of mass:
 //! ```text
 //! minimise ½ Σ_b (V_b − V_b⁻)* M_b (V_b − V_b⁻)   over V = J β       ⇔      M β = Jᵀ M V⁻
 //! ```
-//! which is the law of impulses for a joint that pushes only where it holds: nothing else acts, so
-//! momentum stays and the energy ½ (V − V⁻)* M (V − V⁻) is lost. From a guess β₀ = (kept rates, nearest
-//! rates of the new hinge) it is one articulated-body sweep with the impulses M_b (V_b⁻ − V_b⁰) on the
-//! bodies:
+//! This is the impulse law for a joint whose impulse acts only at the joint: because no other impulse acts, momentum is conserved and the energy ½ (V
+//! − V⁻)* M (V − V⁻) is lost. From an initial guess β₀ = (kept rates, nearest rates of the new hinge) it is computed with one articulated-body sweep
+//! with the impulses M_b (V_b⁻ − V_b⁰) on the bodies:
 //! ```text
 //! β = β₀ + M⁻¹ Jᵀ M (V⁻ − J β₀)
 //! ```
-//! Prescribed rates stay as in β₀. Rotors (armature) of kept hinges spin on and take part; that of the
-//! new hinge spins as β₀.
+//! Prescribed rates stay as in β₀. Rotors (armature) of kept hinges keep spinning and take part; the rotor of the new hinge spins as in β₀.
 
 use super::scene::Scene;
 use super::{Report, TopologyError};
@@ -24,16 +22,16 @@ use crate::work::Workspace;
 use linkwork_multibody::BodyId;
 use linkwork_spatial::{Force, Motion, Vec3};
 
-/// V − V⁻ that counts as rounding, relative to the largest velocity: no impact.
+/// V − V⁻ relative to the largest velocity that counts as round-off, so that there is no impact.
 const ROUNDING: f64 = 1e-14;
 
-/// M V of a body about its origin, world axes.
+/// Returns M V of a body about its origin, world axes.
 fn momentum_of(tree: &Tree, ws: &Workspace, body: BodyId, V: &Motion) -> Force {
     let R = ws.body_rotation(tree, body);
     tree.multibody().get(body).inertia().rotate_by(&R).apply(V)
 }
 
-/// Momentum of bodies about a point of the world.
+/// Returns the momentum of bodies about a point of the world.
 fn momentum_about(
     tree: &Tree,
     ws: &Workspace,
@@ -48,7 +46,7 @@ fn momentum_about(
     total
 }
 
-/// What an edit did, about a point of the world; `taken`: the body that now hangs on a new hinge.
+/// Reports the effect of an edit about a point of the world; `taken` is the body that now hangs on a new hinge.
 pub(super) fn report(before: &Scene, after: &Scene, point: Vec3, taken: Option<&str>) -> Report {
     let ((tree0, ws0), (tree1, ws1)) = (before.moving(), after.moving());
     let total =
@@ -70,8 +68,7 @@ pub(super) fn report(before: &Scene, after: &Scene, point: Vec3, taken: Option<&
     }
 }
 
-/// Makes the rates of `after` those that the impact leaves of the velocities in `before`; whether
-/// there was one. Loops and couplings take no part.
+/// Sets the rates of `after` to those after the impact of the velocities in `before`; returns whether there was one. Loops and couplings are ignored.
 pub(super) fn take_hold(before: &Scene, after: &mut Scene) -> Result<bool, TopologyError> {
     let ((tree0, ws0), (tree, mut ws)) = (before.moving(), after.moving());
     let (mut fastest, mut worst) = (0.0_f64, 0.0_f64);

@@ -1,9 +1,8 @@
-//! Coordinates and rates with which a hinge brings its body where it is, moving as it moves.
+//! Coordinates and rates of a hinge for a given pose and velocity of its body.
 //!
-//! Coordinates by Levenberg–Marquardt on the manifold of the hinge, from the neutral configuration and
-//! then from others, on the error of the body's pose in the parent (rotation vector, rad; position, m);
-//! rates by least squares in the same units. These rates are a first guess: what they do not permit
-//! is the business of the impact.
+//! Coordinates are computed by Levenberg–Marquardt on the manifold of the hinge, first from the neutral configuration and then from others, for the
+//! error of the body's pose in the parent (rotation vector, rad; position, m). Rates are computed by least squares in the same units. They are an
+//! initial guess: the impact treats motion that they do not permit.
 
 use super::TopologyError;
 use crate::kinematics::kinematics;
@@ -14,12 +13,12 @@ use linkwork_spatial::nalgebra::{DMatrix, DVector, Vector6};
 use linkwork_spatial::{MassProperties, Motion, Pose};
 use std::f64::consts::PI;
 
-/// What is left when a hinge is said to reach a pose: rad and m.
+/// Residual at which a hinge counts as reaching a pose: rad and m.
 const REACH: f64 = 1e-9;
 const STARTS: u64 = 12;
 const ITERATIONS: usize = 60;
 
-/// One hinge by itself; its world is the parent body.
+/// One isolated hinge; its world is the parent body.
 pub(super) struct Joint {
     tree: Tree,
     ws: Workspace,
@@ -48,7 +47,7 @@ impl Joint {
         self.tree.multibody().body_poses(q)[self.body.index()]
     }
 
-    /// What a unit of each rate does to the body: 6 × nv, parent's axes.
+    /// Returns the effect of a unit of each rate on the body: 6 × nv, parent's axes.
     fn jacobian(&mut self, q: &[f64]) -> DMatrix<f64> {
         let nv = self.tree.nv();
         let mut J = DMatrix::zeros(6, nv);
@@ -68,10 +67,10 @@ impl Joint {
         pair(&Motion::new(turn, target.position - X.position))
     }
 
-    /// Coordinates for a pose of the body in its parent.
+    /// Computes coordinates for a pose of the body in its parent.
     ///
     /// # Errors
-    /// [`TopologyError::Unreachable`] with the least error found.
+    /// [`TopologyError::Unreachable`] with the smallest error found.
     pub fn solve(&mut self, target: &Pose, name: &str) -> Result<Vec<f64>, TopologyError> {
         let mbs = self.tree.multibody().clone();
         let mut best = (f64::INFINITY, Vector6::zeros());
@@ -112,7 +111,7 @@ impl Joint {
         Err(TopologyError::Unreachable { body: name.to_owned(), distance, angle })
     }
 
-    /// Angles of pins within half a turn.
+    /// Moves angles of pins to within half a revolution.
     fn shorten(&self, q: &mut [f64]) {
         for (_, s) in self.tree.multibody().subhinges() {
             if matches!(s.subhinge.kind, SubhingeKind::Pin { .. }) && q[s.q.start].abs() > PI {
@@ -121,7 +120,7 @@ impl Joint {
         }
     }
 
-    /// Rates nearest to a velocity of the body seen from its parent, parent's axes.
+    /// Computes the rates nearest to a velocity of the body relative to its parent, parent's axes.
     pub fn rates(&mut self, q: &[f64], V: &Motion) -> Vec<f64> {
         if self.tree.nv() == 0 {
             return Vec::new();

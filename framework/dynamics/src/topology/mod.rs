@@ -1,17 +1,16 @@
-//! Topology at run time: bodies and whole mechanisms are added, deleted, detached, attached.
+//! Topology changes at run time: bodies and whole mechanisms are added, deleted, detached and attached.
 //!
-//! An [`Edit`] holds a mechanism with its state. Each operation gives a new mechanism in which every
-//! body is where it was and moves as it moved, as far as its hinge permits; what it does not permit goes
-//! in an inelastic impact. A [`Report`] keeps the books of momentum and energy.
+//! An [`Edit`] holds a mechanism with its state. Each operation yields a new mechanism in which every body has the same pose and motion as before, as
+//! far as its hinge permits. The part of the motion that the hinge does not permit is removed by an inelastic impact. A [`Report`] contains momentum
+//! and energy before and after.
 //! ```text
 //! let mut edit = Edit::new(&mbs, &q, &v)?;
 //! edit.detach("stage", "world")?;                                a free body from now on
 //! let report = edit.attach("gripper", "rock", Hinge::locked(), &Placement::here())?;
 //! let edited = edit.finish();                                    a mechanism, q, v, and what went where
 //! ```
-//! Each operation costs a rebuild, O(n log n), and a few sweeps. An operation that fails leaves the edit
-//! as it was. Poses between bodies go through their nearest common ancestor ([`Frames`]), so that
-//! distance from the world's origin costs no digits.
+//! Each operation costs a rebuild, O(n log n), and a few sweeps. An operation that fails does not change the edit. Relative poses of bodies are
+//! computed through their nearest common ancestor ([`Frames`]), so distance from the world's origin does not reduce accuracy.
 
 mod carry;
 mod error;
@@ -32,20 +31,19 @@ use linkwork_spatial::{Force, Motion, Pose, Vec3};
 use scene::{Part, Parts, Scene, free_state};
 use std::collections::BTreeSet;
 
-/// Where the frames of a new hinge are.
+/// Frames of a new hinge.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Placement {
-    /// The hinge is put where the body is: its frame on the body is given, that on the other body
-    /// follows.
+    /// The hinge is placed at the present pose of the body: its frame on the body is given, the frame on the other body follows.
     Here {
         /// `X_BJ`: the hinge frame in the attached body.
         hinge_in_body: Pose,
         /// Coordinates of the hinge at this moment (nq); `None` for neutral ones.
         q: Option<Vec<f64>>,
     },
-    /// Both frames are given; coordinates are found, or it is an error.
+    /// Both frames are given; the coordinates are computed, or an error is returned.
     Frames {
-        /// `X_PJ`: the hinge frame in the body that it hangs on.
+        /// `X_PJ`: the hinge frame in the parent body.
         hinge_in_parent: Pose,
         /// `X_BJ`: the hinge frame in the attached body.
         hinge_in_body: Pose,
@@ -53,7 +51,7 @@ pub enum Placement {
 }
 
 impl Placement {
-    /// The hinge frame is the body's own, all coordinates are neutral now.
+    /// Uses the body's own frame as the hinge frame, with neutral coordinates at the present pose.
     #[must_use]
     pub fn here() -> Self {
         Self::Here { hinge_in_body: Pose::identity(), q: None }
@@ -63,29 +61,30 @@ impl Placement {
 /// Momentum and energy of the whole scene before and after an operation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Report {
-    /// The point of the world that moments are about, m: the origin of the body concerned.
+    /// The point of the world about which moments are computed, m: the origin of the edited body.
     pub point: Vec3,
     /// Momentum of all bodies before: angular about the point (kg m²/s), linear (kg m/s), world axes.
     pub momentum_before: Force,
-    /// The same after. It differs when mass comes or goes, and when the world takes part in an impact.
+    /// Momentum of all bodies after the operation, like `momentum_before`. It differs when mass is added or removed, and when the world takes part in
+    /// an impact.
     pub momentum_after: Force,
-    /// What the new hinge gave to the attached body and all outboard of it: moment about the point
-    /// (N m s), force (N s). The other side got the opposite.
+    /// Impulse of the new hinge on the attached body and everything outboard of it: moment about the point (N m s), force (N s). The other side
+    /// receives the opposite impulse.
     pub impulse: Force,
-    /// Kinetic energy before, rotors included, J.
+    /// Kinetic energy before, including rotors, J.
     pub energy_before: f64,
-    /// The same after. A detached hinge takes the energy of its rotors (½ armature β²) with it.
+    /// Kinetic energy after, including rotors, J. The energy of the rotors (½ armature β²) of a detached hinge is lost.
     pub energy_after: f64,
 }
 
-/// Where the places of a mechanism before an edit are after it; `None`: gone, or the hinge is another.
+/// Maps indices of a mechanism before an edit to indices after it; `None`: deleted, or the hinge is different.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Places {
     /// For each body.
     pub bodies: Vec<Option<BodyId>>,
-    /// For each number of q.
+    /// For each entry of q.
     pub q: Vec<Option<usize>>,
-    /// For each number of β (forces and accelerations too).
+    /// For each entry of β (also for forces and accelerations).
     pub v: Vec<Option<usize>>,
 }
 
@@ -98,25 +97,25 @@ pub struct Edited {
     pub q: Vec<f64>,
     /// Its rates.
     pub v: Vec<f64>,
-    /// From the mechanism that the edit began with to this one.
+    /// Maps indices of the original mechanism to indices of this one.
     pub places: Places,
-    /// Loops and couplings that went with bodies that were deleted, or with hinges that were replaced.
+    /// Loops and couplings that were removed with deleted bodies or replaced hinges.
     pub dropped: Vec<String>,
 }
 
-/// A mechanism in motion, open to changes of its structure. Bodies go by name; `world` is the world.
+/// A mechanism in motion whose structure can be changed. Bodies are identified by name; `world` is the world.
 #[derive(Clone, Debug)]
 pub struct Edit {
     scene: Scene,
     original: Multibody,
-    /// Bodies whose hinge is no more what it was in the original.
+    /// Bodies whose hinge differs from the original.
     changed: BTreeSet<String>,
-    /// Loops and couplings that are gone.
+    /// Loops and couplings that were removed.
     dropped: Vec<String>,
 }
 
 impl Edit {
-    /// Opens a mechanism with its state (nq, nv).
+    /// Creates an edit of a mechanism with its state (nq, nv).
     ///
     /// # Errors
     /// [`TopologyError::Length`], [`TopologyError::NotFinite`], [`TopologyError::Flexible`].
@@ -127,19 +126,19 @@ impl Edit {
         Ok(Self { scene, original: mbs.clone(), changed: BTreeSet::new(), dropped: Vec::new() })
     }
 
-    /// The mechanism as it is now.
+    /// Returns the present mechanism.
     #[must_use]
     pub fn multibody(&self) -> &Multibody {
         &self.scene.mbs
     }
 
-    /// Its configuration.
+    /// Returns its configuration.
     #[must_use]
     pub fn q(&self) -> &[f64] {
         &self.scene.q
     }
 
-    /// Its rates.
+    /// Returns its rates.
     #[must_use]
     pub fn v(&self) -> &[f64] {
         &self.scene.v
@@ -163,11 +162,11 @@ impl Edit {
         self.commit(&parts, &name, &[&name])
     }
 
-    /// Adds a whole mechanism with its state. Names get `prefix` before them; what is `world` to it is
-    /// put at `X_PW` on the body `onto`, and its state is relative to that.
+    /// Adds a whole mechanism with its state. `prefix` is put before its names. Its `world` is placed at `X_PW` on the body `onto`, and its state is
+    /// relative to that.
     ///
     /// # Errors
-    /// As [`Edit::add`], and [`TopologyError::Unknown`].
+    /// Like [`Edit::add`], and [`TopologyError::Unknown`].
     pub fn add_mechanism(
         &mut self,
         prefix: &str,
@@ -223,7 +222,7 @@ impl Edit {
         self.commit(&parts, &about, &names.iter().map(String::as_str).collect::<Vec<_>>())
     }
 
-    /// Deletes a body with all that hangs on it, nodes too. Their momentum goes with them.
+    /// Deletes a body with everything that hangs on it, including nodes. Their momentum is removed.
     ///
     /// # Errors
     /// [`TopologyError::Unknown`].
@@ -241,8 +240,7 @@ impl Edit {
         Ok(report)
     }
 
-    /// Puts a body, with its subtree, on a free hinge on `base`: it is where it was and moves as it
-    /// moved. Rotors of the hinge are lost.
+    /// Puts a body with its subtree on a free hinge on `base`. Pose and motion of all bodies are unchanged. Rotors of the old hinge are removed.
     ///
     /// # Errors
     /// [`TopologyError::Unknown`], [`TopologyError::OwnSubtree`].
@@ -256,9 +254,8 @@ impl Edit {
         Ok(report)
     }
 
-    /// Makes a body the root of the free tree that it is in: it gets the free hinge, and the hinges
-    /// between it and the old root are turned round (coordinates of pins, sliders and screws stay).
-    /// Every body is where it was and moves as it moved.
+    /// Makes a body the root of the free tree to which it belongs: it gets the free hinge, and the hinges between it and the old root are reversed
+    /// (coordinates of pins, sliders and screws are unchanged). Pose and motion of every body are unchanged.
     ///
     /// # Errors
     /// [`TopologyError::NotFree`] if the root of its tree has another hinge,
@@ -294,7 +291,7 @@ impl Edit {
                 return Err(TopologyError::Constrained {
                     action: "reroot",
                     body: body.to_owned(),
-                    constraint: format!("coupling `{}` of a hinge that would turn round", c.name),
+                    constraint: format!("coupling `{}` of a hinge that would be reversed", c.name),
                 });
             }
             reverse::turn_path(&mut parts, &path);
@@ -304,15 +301,14 @@ impl Edit {
         self.commit(&parts, body, if turned.len() > 1 { &turned } else { &[] })
     }
 
-    /// Puts a body, with its subtree, on a new hinge on `onto`, where it is; the hinge that it had is
-    /// gone. Rates that the new hinge does not permit vanish in an inelastic impact, in which all free
-    /// coordinates of the mechanism take part. Prescribed coordinates of the new hinge get the rate that is
-    /// nearest (least squares over rad/s and m/s), others keep theirs.
+    /// Puts a body with its subtree on a new hinge on `onto` at its present pose; its old hinge is removed. Rates that the new hinge does not permit
+    /// vanish in an inelastic impact, in which all free coordinates of the mechanism take part. Prescribed coordinates of the new hinge get the
+    /// nearest rate (least squares over rad/s and m/s); all other prescribed coordinates keep their rates.
     ///
     /// # Errors
     /// [`TopologyError::Unknown`], [`TopologyError::OwnSubtree`], [`TopologyError::Unreachable`],
     /// [`TopologyError::Length`], [`TopologyError::Build`], [`TopologyError::Dynamics`];
-    /// [`TopologyError::Constrained`] when the impact would go through loops or couplings.
+    /// [`TopologyError::Constrained`] when loops or couplings would take part in the impact.
     pub fn attach(
         &mut self,
         body: &str,
@@ -359,11 +355,11 @@ impl Edit {
         Ok(self.accept(after, body, Some(body), &[body]))
     }
 
-    /// [`Edit::reroot`] and [`Edit::attach`]: puts a body on a new hinge with the *whole* free tree that
-    /// it is in, whichever way that hung together.
+    /// Performs [`Edit::reroot`] and [`Edit::attach`]: puts a body on a new hinge together with the *whole* free tree to which it belongs, regardless
+    /// of its structure.
     ///
     /// # Errors
-    /// As these two.
+    /// The errors of both.
     pub fn attach_tree(
         &mut self,
         body: &str,
@@ -378,7 +374,7 @@ impl Edit {
         Ok(report)
     }
 
-    /// The mechanism, its state, and where everything went. O(n log n).
+    /// Returns the mechanism, its state, and the maps of indices. O(n log n).
     #[must_use]
     pub fn finish(self) -> Edited {
         let (old, new) = (&self.original, &self.scene.mbs);
@@ -410,7 +406,7 @@ impl Edit {
         Ok(self.accept(after, about, None, changed))
     }
 
-    /// Takes a new scene over and reports about the origin of a body that is in either.
+    /// Accepts a new scene and reports about the origin of a body that exists in either scene.
     fn accept(
         &mut self,
         after: Scene,
@@ -429,7 +425,7 @@ impl Edit {
         report
     }
 
-    /// Gives a body a free hinge on `base` at its present place and velocity.
+    /// Gives a body a free hinge on `base` at its present pose and velocity.
     fn set_free(
         &self,
         parts: &mut Parts,
@@ -447,7 +443,7 @@ impl Edit {
         Ok(())
     }
 
-    /// Pose and velocity of a body seen from another (or the world), that one's axes.
+    /// Returns pose and velocity of a body relative to another (or the world), in the axes of the latter.
     fn seen(&self, from: &str, body: &str) -> Result<(Pose, Motion), TopologyError> {
         let answer = || {
             let mut frames = Frames::new();
@@ -460,7 +456,7 @@ impl Edit {
             let pair = frames.pair(a, b)?;
             Ok((frames.pose(pair), frames.velocity(pair)))
         };
-        // Names have been checked; what is left is a state that ran away.
+        // The names are checked, so the only possible error is a state that is not finite.
         answer().map_err(|e: crate::frames::FramesError| TopologyError::NotFinite {
             place: format!("body `{body}` ({e})"),
         })
@@ -471,9 +467,9 @@ impl Edit {
             action,
             name: name.to_owned(),
             help: if name == "world" {
-                "the world stays where it is: name a body"
+                "the world cannot be edited: give a body"
             } else {
-                "names are those of the mechanism, prefix included"
+                "use the names of the mechanism, including prefixes"
             },
         })
     }

@@ -1,8 +1,8 @@
-//! Turning a hinge round: the same motion, told from the child's side.
+//! Reversal of a hinge: the same motion, with parent and child exchanged.
 //!
 //! ```text
 //! X_BP = X_BJ Sₙ⁻¹ … S₁⁻¹ X_PJ⁻¹                 the frames exchange places, the chain is reversed
-//! pin, slider, screw   axis → −axis                       q and β stay
+//! pin, slider, screw   axis → −axis                       q and β unchanged
 //! ball                 R → R⁻¹                            ω → −R ω
 //! free                 X → X⁻¹                            ω → −R ω,  v → (R ω) × p − R v
 //! ```
@@ -12,7 +12,7 @@ use linkwork_multibody::{BodySpec, Hinge, Subhinge, SubhingeKind};
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Quat, Vec3};
 
-/// The hinge of `child` as the hinge of its parent, `parent`, on the child.
+/// Returns the hinge of `child` as a hinge of its parent, `parent`, on the child.
 pub(super) fn reversed(child: &Part, parent: &Part) -> Part {
     let (mut q_end, mut v_end) = (child.q.len(), child.v.len());
     let (mut q, mut v, mut chain) = (Vec::new(), Vec::new(), Vec::new());
@@ -69,8 +69,8 @@ fn turned(
     Subhinge { kind, ..*s }
 }
 
-/// Turns the hinges on `path` (root first, the new root last) round. The last body is left without
-/// a hinge of its own: its part keeps the old one until it gets another.
+/// Reverses the hinges on `path` (root first, new root last). The last body lacks a hinge afterwards; its part keeps the old one until it
+/// gets another.
 pub(super) fn turn_path(parts: &mut Parts, path: &[String]) {
     let old: Vec<Part> = (path.iter()).filter_map(|name| parts.find(name).cloned()).collect();
     for pair in old.windows(2) {

@@ -1,4 +1,4 @@
-//! A mechanism as parts with their own coordinates, so that parts can be moved and put together again.
+//! A mechanism as parts with their own coordinates, so that parts can be moved and assembled again.
 
 use super::TopologyError;
 use crate::kinematics::kinematics;
@@ -23,7 +23,7 @@ pub(super) struct Parts {
     pub couplings: Vec<Coupling>,
 }
 
-/// The parts put together, in canonical order.
+/// The assembled parts, in canonical order.
 #[derive(Clone, Debug)]
 pub(super) struct Scene {
     pub mbs: Multibody,
@@ -52,7 +52,7 @@ impl Parts {
         }
     }
 
-    /// Takes out the couplings of coordinates that are no more; gives their names.
+    /// Removes the couplings of coordinates that do not exist any more; returns their names.
     pub fn uncouple(&mut self, body: &str) -> Vec<String> {
         let of = |c: &Coupling| c.terms.iter().any(|t| t.coordinate.body == body);
         let gone: Vec<String> =
@@ -61,7 +61,7 @@ impl Parts {
         gone
     }
 
-    /// Takes out the loops of bodies that are no more; gives their names.
+    /// Removes the loops of bodies that do not exist any more; returns their names.
     pub fn open_loops(&mut self, bodies: &[String]) -> Vec<String> {
         let of = |l: &LoopClosure| bodies.contains(&l.body_a) || bodies.contains(&l.body_b);
         let gone: Vec<String> =
@@ -95,7 +95,7 @@ impl Parts {
 }
 
 impl Scene {
-    /// The scene with kinematics.
+    /// Returns the tree and a workspace with kinematics.
     pub fn moving(&self) -> (Tree, Workspace) {
         let tree = Tree::new(&self.mbs);
         let mut ws = Workspace::new(&tree);
@@ -104,8 +104,7 @@ impl Scene {
     }
 }
 
-/// q and β of a free hinge whose frames are those of the two bodies, from the pose and velocity of the
-/// child seen from the parent.
+/// Returns q and β of a free hinge whose frames are those of the two bodies, from the pose and velocity of the child relative to the parent.
 pub(super) fn free_state(X: &Pose, V: &Motion) -> (Vec<f64>, Vec<f64>) {
     let (p, r) = (&X.position, &X.rotation);
     let V = V.rotate(&r.inverse());

@@ -1,12 +1,12 @@
-//! An aggregate: the links of loops, eliminated as one (constraint embedding).
+//! An aggregate: the links of loops, eliminated as one unit (constraint embedding).
 //!
-//! With what the closures of all its loops leave (`reduction.rs`):
+//! With the independent rates that the closures of all its loops leave (`reduction.rs`):
 //! ```text
 //! β̇ = X β̇_r + x                                     X: unit rows at independent rates
 //! H(k) = φ* H(p) + S X,   A(k) = φ* A(p) + S x        6 × n columns of each member
 //! 𝓓 = Σ H* P H,   F = Σ φ P H,   ε = X* (T − armature x) − Σ H* (z + P A)
 //! ```
-//! then with the Cholesky factor 𝓓 = L L*, everything in terms of L* β̇_r:
+//! Then, with the Cholesky factor 𝓓 = L L*, everything is expressed in terms of L* β̇_r:
 //! ```text
 //! X ← X L⁻*, H ← H L⁻*, F ← F L⁻*, ε ← L⁻¹ ε          so that 𝓓 = 1
 //! P⁺ = Σ φ P φ* − F F*,   z⁺ = Σ φ (z + P A) + F ε
@@ -23,47 +23,47 @@ use crate::tree::Tree;
 use crate::work::Work;
 use linkwork_multibody::LoopMotion;
 
-/// What an aggregate holds at a state.
+/// Data of an aggregate at a state.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Embedded {
-    /// Independent rates.
+    /// Number of independent rates.
     pub n: usize,
-    /// Γ and right side, reduced; `size + 1` numbers a row.
+    /// Γ and right-hand side, reduced; `size + 1` numbers per row.
     pub gamma: Vec<f64>,
-    /// Γ and right side as they were.
+    /// Γ and right-hand side before the reduction.
     pub original: Vec<f64>,
     /// Row and column of each pivot.
     pub pivots: Vec<(usize, usize)>,
-    /// X: a row a member dof, `size` numbers a row.
+    /// X: one row per member dof, `size` numbers per row.
     pub X: Vec<f64>,
     pub x: Vec<f64>,
     /// 𝓓, then its Cholesky factor.
     pub D: Vec<f64>,
-    /// Columns of each member about its own origin, `size` a member.
+    /// Columns of each member about its own origin, `size` per member.
     pub H: Vec<V6<f64>>,
-    /// Acceleration of each member that x gives, about its own origin.
+    /// Acceleration of each member due to x, about its own origin.
     pub A: Vec<V6<f64>>,
-    /// Inertia and force of each member with all that hangs on it.
+    /// Inertia and force of each member with everything that hangs on it.
     pub P: Vec<Spatial<f64>>,
     pub z: Vec<V6<f64>>,
     /// T of each member dof.
     pub tau: Vec<f64>,
     pub column: Vec<V6<f64>>,
-    /// Γ* on the pivots and its right side.
+    /// Γ* on the pivots and its right-hand side.
     pub square: Vec<f64>,
     pub lambda: Vec<f64>,
     pub force: Vec<V6<f64>>,
     /// L* β̇_r of the last scatter.
     pub rates: Vec<f64>,
     pub used: Vec<bool>,
-    /// The greatest |X|² of any member dof.
+    /// The largest |X|² of any member dof.
     pub reach: f64,
-    /// The greatest |S|² |w|² of each row: what is far below it is rounding.
+    /// The largest |S|² |w|² of each row; much smaller values are round-off.
     pub size: Vec<f64>,
-    /// The greatest number of each row at the last reduction, as a part of that bound.
+    /// The largest number of each row at the last reduction, relative to that bound.
     pub part: Vec<f64>,
     pub inconsistency: f64,
-    /// The least pivot of the last reduction, as a part of the bound of its row; 1 without rows.
+    /// The smallest pivot of the last reduction, relative to the bound of its row; 1 without rows.
     pub weakest: f64,
 }
 
@@ -99,7 +99,7 @@ impl Embedded {
 }
 
 impl Spatial<f64> {
-    /// P V.
+    /// Returns P V.
     #[inline(always)]
     pub fn apply(&self, V: &V6<f64>) -> V6<f64> {
         V6 { n: self.H.mul_add(V.f, self.I.mul(V.n)), f: self.H.tmul(V.n) + self.M.mul(V.f) }
@@ -107,7 +107,7 @@ impl Spatial<f64> {
 }
 
 impl Units {
-    /// Eliminates an aggregate and passes it inward; `None` if something has nothing to move.
+    /// Eliminates an aggregate and propagates it inward; `None` if something moves no inertia.
     pub(super) fn eliminate(
         &self,
         tree: &Tree,
@@ -186,7 +186,7 @@ impl Units {
         for (d, v) in agg.dofs.iter().enumerate() {
             let elastic = w.bend.elastic.get(*v as usize).copied().unwrap_or(0.0);
             let (armature, T) = (tree.dofs.armature[*v as usize], tau[*v as usize] - elastic);
-            // At prescribed members T is sought.
+            // T is unknown at prescribed members.
             m.tau[d] = if tree.dofs.prescribed[*v as usize] { 0.0 } else { T };
             let T = T - armature * m.x[d];
             let row = &m.X[d * size..d * size + n];
@@ -226,14 +226,14 @@ impl Units {
         Some(())
     }
 
-    /// H and A of every member.
+    /// Computes H and A of every member.
     #[inline(never)]
     fn columns(&self, agg: &Aggregate, tree: &Tree, w: &Work<f64>, m: &mut Embedded) {
         let (size, n) = (agg.dofs.len(), m.n);
         if let Some(flex) = tree.flexible.as_deref()
             && agg.links[0] as usize > tree.links.len()
         {
-            // Stations: all modes are free, and X is the unit matrix.
+            // For stations all modes are free, and X is the unit matrix.
             for (place, slot) in agg.links.iter().enumerate() {
                 let at = flex.station(*slot as usize).map_or(0, |s| flex.stations[s].column);
                 m.H[place * size..(place + 1) * size].copy_from_slice(&w.bend.S[at..at + size]);
@@ -270,7 +270,7 @@ impl Units {
         }
     }
 
-    /// Base to tips through an aggregate: accelerations from forces.
+    /// Performs the scatter sweep (base to tips) through an aggregate: accelerations from forces.
     pub(super) fn spread(
         &self,
         which: usize,
@@ -287,7 +287,7 @@ impl Units {
         self.carry(which, first, uw, Carried::Motion, vdot, |slot, own| acc[slot] = own);
     }
 
-    /// Changes of rates from impulses alone.
+    /// Computes changes of rates from impulses only.
     pub(super) fn spread_impulse(
         &self,
         which: usize,
@@ -303,8 +303,8 @@ impl Units {
         self.carry(which, first, uw, Carried::Impulse, dv, |_, _| {});
     }
 
-    /// From what drives the independent rates (in `rates`) to those of all members, to `out`, and
-    /// what each member does about its own origin, to `own`.
+    /// Converts the driving terms of the independent rates (in `rates`) to the rates of all members, in `out`, and the motion of each member about
+    /// its own origin, in `own`.
     fn carry(
         &self,
         which: usize,
@@ -344,11 +344,11 @@ impl Units {
     }
 }
 
-/// What goes outward through an aggregate.
+/// Quantity that propagates outward through an aggregate.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Carried {
-    /// Accelerations, with those that the closures demand.
+    /// Accelerations, including those that the closures require.
     Motion,
-    /// Changes of rates, which the closures leave alone.
+    /// Changes of rates, to which the closures do not contribute.
     Impulse,
 }

@@ -1,9 +1,8 @@
-//! What aggregates say of their constraints: forces, errors, which rows others imply; and the
-//! corrections that close them.
+//! Constraints of aggregates: their forces, errors, redundant rows, and the corrections that close them.
 //!
 //! ```text
 //! P α + z = T + Γ* λ                         balance of member dofs: λ on the pivots of Γ
-//! Γ_d Δ = −d,  Γ_d Δβ = −ḋ                   corrections of dependent members alone
+//! Γ_d Δ = −d,  Γ_d Δβ = −ḋ                   corrections of dependent members only
 //! ```
 
 use super::closure::BlockRows;
@@ -16,11 +15,10 @@ use crate::work::Workspace;
 use linkwork_multibody::{ConstraintId, LoopMotion};
 
 impl Units {
-    /// Forces of the embedded constraints after [`Units::scatter`](Units::scatter), each given its
-    /// rows' numbers (N or N m; a row acts along its wrench on body B); of rows that repeat others
-    /// only the first found carry force. Forces of prescribed members go into `tau`.
+    /// Computes the forces of the embedded constraints after [`Units::scatter`](Units::scatter), and passes each with the numbers of its rows (N or N
+    /// m; a row acts along its wrench on body B). Of redundant rows only the first carries force. Forces of prescribed members are written to `tau`.
     ///
-    /// From the balance of each member dof, P α + z = T + Γ* λ.
+    /// They follow from the balance of each member dof, P α + z = T + Γ* λ.
     pub fn constraint_forces(
         &self,
         tree: &Tree,
@@ -34,7 +32,7 @@ impl Units {
                 continue;
             }
             let (wide, r) = (agg.dofs.len() + 1, m.pivots.len());
-            // Force on each member with all that hangs on it, then T + Γ* λ in the place of rates.
+            // Compute the force on each member with everything that hangs on it, then T + Γ* λ in the array of rates.
             for (place, slot) in agg.links.iter().enumerate() {
                 let own = uw.alpha[*slot as usize].to_child(uw.r[*slot as usize]);
                 m.force[place] = m.P[place].apply(&(own + minus(m.A[place]))) + m.z[place];
@@ -81,9 +79,8 @@ impl Units {
         }
     }
 
-    /// Corrections of the members' coordinates (as small changes `dv` of β's kind) that close every
-    /// aggregate to first order, with independent ones left alone; returns the greatest error
-    /// before, rad or m. With `rates`, errors are those of rates, and `dv` corrects β.
+    /// Computes corrections of the members' coordinates (as small changes `dv` along β) that close every aggregate to first order and do not change
+    /// the independent ones. Returns the largest error before, rad or m. With `rates`, the errors are those of rates, and `dv` corrects β.
     pub fn close(
         &self,
         tree: &Tree,
@@ -164,8 +161,7 @@ impl Units {
         }
     }
 
-    /// Greatest |d| of a constraint's rows, rad or m, at the kinematics of `ws` and the places of the
-    /// last gather in `uw`.
+    /// Returns the largest |d| of a constraint's rows, rad or m, at the kinematics of `ws` and the positions of the last gather in `uw`.
     pub fn error(
         &self,
         tree: &Tree,
@@ -195,8 +191,8 @@ impl Units {
 }
 
 impl Units {
-    /// Calls `f` for each row of an embedded constraint that was taken as implied by the others at the
-    /// last gather, with how far it contradicts them (as [`UnitsWork::inconsistency`]).
+    /// Calls `f` for each row of an embedded constraint that was redundant at the last gather, with the amount by which it contradicts the other rows
+    /// (as in [`UnitsWork::inconsistency`]).
     pub fn implied(&self, tree: &Tree, uw: &UnitsWork, mut f: impl FnMut(ConstraintId, f64)) {
         for (agg, m) in self.aggregates.iter().zip(&uw.embedded) {
             let mut row = 0;
@@ -210,7 +206,7 @@ impl Units {
     }
 }
 
-/// Coordinates or their rates.
+/// Selects coordinates or rates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     /// q.

@@ -1,9 +1,9 @@
-//! The rows of a loop at a state: error, rate, bias and the wrench that each row is.
+//! The rows of a loop at a state: error, rate, bias, and the wrench of each row.
 //!
-//! With p from A's origin to B's, everything in world axes, and a row's wrench w = [m; f] acting at
-//! B's origin on B, its opposite at the same point on A:
+//! p is the vector from A's origin to B's, everything is in world axes, and a row's wrench w = [m; f] acts at B's origin on B, its opposite at the
+//! same point on A:
 //! ```text
-//! v = v_B − v_A − ω_A × p                        velocity of B's origin as A sees it
+//! v = v_B − v_A − ω_A × p                        velocity of B's origin relative to A
 //! a = a_B − a_A − α_A × p − ω_A × (ω_A × p) − 2 ω_A × v
 //! ω = ω_B − ω_A,  α = α_B − α_A
 //! slide    f = n          d = n · p − Σ c u       ḋ = f · v − Σ c u̇     d̈ = f · a − Σ c ü
@@ -11,9 +11,8 @@
 //! turn     m = n          d = angle − u           ḋ = m · ω − u̇         d̈ = m · α + ω · (ω_A × n) − ü
 //! screw    f = n, m = −pitch n                    the sum of a slide and a turn
 //! ```
-//! A row with a gap g has d − g in place of d. With accelerations for every β̇ = 0 in place of a and α, d̈ is the bias J̇β.
-//! Up to four rows lie side by side; slides and crossings are computed for all of them at once, and
-//! a lane that is neither has zeros for axes.
+//! For a row with a gap g, d is replaced by d − g. With the accelerations for β̇ = 0 as a and α, d̈ is the bias J̇β. Up to four rows are computed
+//! side by side. Slides and crossings are computed for all of them at once, and a lane that is neither has zero axes.
 
 use super::rows::WIDTH;
 use crate::linear::{M3, V3, V6};
@@ -25,14 +24,14 @@ use linkwork_spatial::{Mat3, Vec3};
 use std::ops::Range;
 use wide::f64x4;
 
-/// A loop laid out for the kernels.
+/// A loop prepared for the kernels.
 #[derive(Clone, Debug)]
 pub(crate) struct Closure {
     /// Slots of A's and B's links.
     pub slots: [u32; 2],
     /// Origins of A and B in their links.
     at: [V3<f64>; 2],
-    /// All rows; five or six are three and the rest, which fills two blocks evenly.
+    /// All rows; five or six are divided into three and the rest, which fills two blocks evenly.
     pub blocks: Vec<Block>,
 }
 
@@ -44,7 +43,7 @@ pub(crate) struct Block {
     slide: Option<V3<f64x4>>,
     /// a in A's link and b in B's, and the cosine.
     across: Option<(V3<f64x4>, V3<f64x4>, f64x4)>,
-    /// Lane, place among the motions, c: prescribed sliders, and gaps.
+    /// Lane, index among the motions, c: prescribed sliders, and gaps.
     given: Vec<(usize, usize, f64)>,
     turns: Vec<(usize, Turn)>,
 }
@@ -52,7 +51,7 @@ pub(crate) struct Block {
 /// A row with an angle.
 #[derive(Clone, Debug)]
 struct Turn {
-    /// Axis and reference in A's link, reference in B's.
+    /// Axis and reference direction in A's link, and reference direction in B's.
     axis: V3<f64>,
     from: V3<f64>,
     to: V3<f64>,
@@ -61,25 +60,25 @@ struct Turn {
 
 #[derive(Clone, Copy, Debug)]
 enum TurnKind {
-    /// Place among the motions.
+    /// Index among the motions.
     Given(usize),
     /// Pitch.
     Screw(f64),
 }
 
-/// What all rows of a loop share at a state, world axes.
+/// Quantities that all rows of a loop share at a state, world axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ends {
     R: [M3<f64>; 2],
     /// Angular velocities of A and B.
     w: [V3<f64>; 2],
-    /// Those of B less those of A.
+    /// Angular velocity of B relative to A.
     turning: V3<f64>,
     alpha: V3<f64>,
     p: V3<f64>,
     v: V3<f64>,
     a: V3<f64>,
-    /// A's and B's link's origin to B's origin.
+    /// Vectors from the origins of A's and B's link to B's origin.
     pub arms: [V3<f64>; 2],
 }
 
@@ -95,7 +94,7 @@ pub(crate) struct BlockRows {
 }
 
 impl Closure {
-    /// From the frames of both ends; `gaps`: places of the rows' gaps among the motions, or none.
+    /// Creates a closure from the frames of both ends; `gaps` are the indices of the rows' gaps among the motions, or empty.
     pub fn new([a, b]: &[OnLink; 2], rows: &[LoopRow], gaps: Range<usize>) -> Self {
         let split = if rows.len() > WIDTH { 3 } else { rows.len() };
         let (first, rest) = rows.split_at(split);
@@ -108,7 +107,7 @@ impl Closure {
         Self { slots: [a.slot, b.slot], at: [v3(&a.p), v3(&b.p)], blocks }
     }
 
-    /// `r`: each link's origin from that of its root. Between roots, world positions are used.
+    /// Computes the ends. `r`: position of each link's origin relative to its root. Between different roots, world positions are used.
     #[inline]
     pub fn ends(&self, kin: &[Kin<f64>], r: &[V3<f64>], root: &[u32]) -> Ends {
         let [sa, sb] = self.slots.map(|s| s as usize);
@@ -166,7 +165,7 @@ impl Block {
         out
     }
 
-    /// The rows where the ends are.
+    /// Computes the rows at the given ends.
     #[inline]
     pub fn rows(&self, ends: &Ends, motions: &[LoopMotion]) -> BlockRows {
         let o = f64x4::splat(0.0);
@@ -211,7 +210,7 @@ impl Turn {
         Self { axis, from, to: v3(&(R_B * reference)), kind }
     }
 
-    /// Wrench; error, rate and bias.
+    /// Computes wrench, error, rate and bias.
     fn row(&self, ends: &Ends, motions: &[LoopMotion]) -> (V6<f64>, [f64; 3]) {
         let (R_A, R_B) = (&ends.R[0], &ends.R[1]);
         let (n, x, to) = (R_A.mul(self.axis), R_A.mul(self.from), R_B.mul(self.to));
@@ -244,7 +243,7 @@ fn set(to: &mut V6<f64x4>, lane: usize, x: &V6<f64>) {
     put(&mut to.f, lane, &crate::query::vec3(&x.f));
 }
 
-/// To −π … π.
+/// Wraps an angle to −π … π.
 fn wrap(x: f64) -> f64 {
     use std::f64::consts::TAU;
     x - TAU * (x / TAU).round()

@@ -1,8 +1,8 @@
-//! Small dense systems within an aggregate: elimination, Cholesky's factor, substitution.
+//! Small dense systems within an aggregate: elimination, Cholesky factorization, substitution.
 
 use crate::linear::V6;
 
-/// Solves n equations in place, each row with its right side; the answer replaces the right sides.
+/// Solves n equations in place, each row with its right-hand side; the solution replaces the right-hand sides.
 pub(crate) fn eliminate_dense(a: &mut [f64], n: usize) {
     let wide = n + 1;
     for k in 0..n {
@@ -24,9 +24,9 @@ pub(crate) fn eliminate_dense(a: &mut [f64], n: usize) {
     }
 }
 
-/// What forward substitution works on: numbers, or spatial vectors.
+/// Element type of forward substitution: numbers, or spatial vectors.
 pub(crate) trait Entry: Copy {
-    /// `self − a b`.
+    /// Returns `self − a b`.
     fn minus(self, a: f64, b: Self) -> Self;
     fn times(self, a: f64) -> Self;
 }
@@ -53,8 +53,7 @@ impl Entry for V6<f64> {
     }
 }
 
-/// Lower Cholesky factor in place, its diagonal inverted; false if the matrix is not positive
-/// definite.
+/// Computes the lower Cholesky factor in place, with inverted diagonal; returns false if the matrix is not positive definite.
 pub(crate) fn cholesky(D: &mut [f64], stride: usize, n: usize) -> bool {
     for j in 0..n {
         for i in j..n {
@@ -75,7 +74,7 @@ pub(crate) fn cholesky(D: &mut [f64], stride: usize, n: usize) -> bool {
     true
 }
 
-/// x ← L⁻¹ x, which is also a row x* ← x* L⁻*.
+/// Computes x ← L⁻¹ x, which is also x* ← x* L⁻* for a row.
 pub(crate) fn substitute<T: Entry>(L: &[f64], stride: usize, x: &mut [T]) {
     for j in 0..x.len() {
         let mut sum = x[j];

@@ -1,13 +1,13 @@
-//! A root that floats: its six rates eliminated at once.
+//! A floating root: its six rates are eliminated at once.
 //!
-//! Nothing lies inboard that would have to be told, and its independent rates may be any six:
+//! There is no inboard link to which inertia would be propagated, and any six numbers can serve as its independent rates:
 //! ```text
 //! K* K = P⁻¹                               K lower triangular, force before moment, world axes
 //! gather   ε = K (H* T − z)
 //! rows     e = K (H* c − z)
 //! scatter  α = K* (ε + y),   β̇ = H α
 //! ```
-//! P and z are about the link's own origin, which is the root's. K takes the place of G, with D = 1.
+//! P and z are about the link's own origin, which is the root's. K takes the role of G, with D = 1.
 
 use super::UnitsWork;
 use super::sweep::loaded;
@@ -18,15 +18,15 @@ use crate::tree::{Kind, Link};
 use crate::work::Work;
 use linkwork_multibody::Coordinate;
 
-/// Rates of a floating root.
+/// Number of rates of a floating root.
 pub(super) const RATES: usize = 6;
 
-/// Whether a link floats: a free root whose rates are not prescribed.
+/// Returns true if a link floats: it is a free root and its rates are not prescribed.
 pub(super) fn floats(link: &Link) -> bool {
     link.kind == Kind::Free && link.parent == 0 && link.coordinate == Coordinate::Free
 }
 
-/// ε and K; `None` if some direction has nothing to move.
+/// Computes ε and K; `None` if some direction moves no inertia.
 #[inline(never)]
 pub(super) fn eliminate(
     link: &Link,
@@ -49,14 +49,14 @@ pub(super) fn eliminate(
     Some(())
 }
 
-/// H* T − z.
+/// Returns H* T − z.
 #[inline(always)]
 pub(super) fn driven(S: &[V6<f64>], T: &[f64], z: &V6<f64>) -> V6<f64> {
     let f = V6 { n: -z.n, f: -z.f };
     S.iter().zip(&T[..RATES]).fold(f, |f, (S, T)| S.scale_add(*T, f))
 }
 
-/// K f.
+/// Returns K f.
 #[inline(always)]
 pub(super) fn pulled<L: Lane>(K: &[V6<f64>], f: &V6<L>) -> [L; RATES] {
     let f = [f.f.x, f.f.y, f.f.z, f.n.x, f.n.y, f.n.z];
@@ -66,7 +66,7 @@ pub(super) fn pulled<L: Lane>(K: &[V6<f64>], f: &V6<L>) -> [L; RATES] {
     })
 }
 
-/// K* x, and β's rates of it: returns the motion, `rates` are those of S.
+/// Returns the motion K* x; writes the rates of β to `rates`.
 #[inline(always)]
 pub(super) fn moved(
     K: &[V6<f64>],
@@ -79,13 +79,13 @@ pub(super) fn moved(
     a
 }
 
-/// Force before moment.
+/// Returns the numbers of a vector with force before moment.
 #[inline(always)]
 fn ordered(a: &V6<f64>) -> [f64; RATES] {
     [a.f.x, a.f.y, a.f.z, a.n.x, a.n.y, a.n.z]
 }
 
-/// The inverse of the Cholesky factor of P, row by row and in two halves:
+/// Computes the inverse of the Cholesky factor of P, row by row and in two halves:
 /// ```text
 /// K_M* K_M = M⁻¹,   B = H K_M*,   K_S* K_S = (I − B B*)⁻¹
 /// K = [[K_M, 0], [−K_S B K_M, K_S]]                        force before moment
@@ -111,8 +111,8 @@ fn inverse_factor(P: &Spatial<f64>) -> Option<[V6<f64>; RATES]> {
     ])
 }
 
-/// The inverse of the Cholesky factor of a symmetric matrix, row by row; `None` if it is not positive
-/// definite. With A = L D L* it is D^{−1/2} L⁻¹.
+/// Returns the inverse of the Cholesky factor of a symmetric matrix, row by row; `None` if it is not positive definite. With A = L D L* it is
+/// D^{−1/2} L⁻¹.
 #[inline(always)]
 fn inverse_factor3(A: &S3<f64>) -> Option<[V3<f64>; 3]> {
     let x = 1.0 / A.xx;

@@ -1,4 +1,4 @@
-//! Generalised forces through factored units: M⁻¹ x without an acceleration at rest.
+//! Generalized forces through factored units: M⁻¹ x without accelerations.
 //!
 //! ```text
 //! ε = x − S · z,   z⁺ = z + G ε                    inward
@@ -15,8 +15,8 @@ use linkwork_multibody::LoopMotion;
 use wide::f64x4;
 
 impl Units {
-    /// Adds the forces λ of a loop's rows (N or N m, one a row) to the external forces of the workspace: along each row's wrench on
-    /// body B and against it on body A. At the state of the last [`Units::gather`]; `which` is the loop's place among
+    /// Adds the forces λ of a loop's rows (N or N m, one per row) to the external forces of the workspace: along each row's wrench on body B and
+    /// against it on body A, at the state of the last [`Units::gather`]. `which` is the loop's index in
     /// [`Multibody::loops`](linkwork_multibody::Multibody::loops).
     pub fn add_loop_forces(
         &self,
@@ -49,9 +49,9 @@ impl Units {
         }
     }
 
-    /// What forces x (nv) pull at the independent rates, `y` in the order of [`RowSet`](super::RowSet): the length of a
-    /// difference of two such y is that of their forces in the metric of M⁻¹. After [`Units::gather`], which it leaves good for
-    /// products only.
+    /// Computes the effect of forces x (nv) at the independent rates, `y` in the order of [`RowSet`](super::RowSet). The length of the difference of
+    /// two such y is the length of the difference of their forces in the metric of M⁻¹. Call [`Units::gather`] first; afterwards its result can be
+    /// used only for products.
     pub fn pull_forces(&self, tree: &Tree, uw: &mut UnitsWork, x: &[f64], y: &mut [f64]) {
         let last = self.independent.wrapping_sub(1);
         uw.z.fill(V6::default());
@@ -85,7 +85,7 @@ impl Units {
         }
     }
 
-    /// The same through an aggregate: returns z about the root's origin.
+    /// Does the same through an aggregate; returns z about the root's origin.
     fn pull_aggregate(
         &self,
         which: usize,

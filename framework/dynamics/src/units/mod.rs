@@ -1,20 +1,17 @@
-//! Units: a tree whose loops are closed, as a tree again.
+//! Units: a tree with closed loops, converted to a tree again.
 //!
-//! A *unit* is what the sweeps eliminate at once: an ordinary link, or an *aggregate* — the links of
-//! one or more loops, whose closures leave fewer independent rates (constraint embedding). Every
-//! aggregate hangs on one external parent, so the units form a tree. Constraints that are not
-//! embedded stay outside as rows (tree-augmented); a mechanism may have both kinds.
+//! A *unit* is what the sweeps eliminate at once: an ordinary link, or an *aggregate*, which consists of the links of one or more loops whose
+//! closures leave fewer independent rates (constraint embedding). Every aggregate hangs on one external parent, so the units form a tree. Constraints
+//! that are not embedded are treated as rows outside of the tree (tree-augmented); a mechanism may have both kinds.
 //!
 //! ```text
-//! members of a loop = links on the ways from its two ends to where the ways meet
+//! members of a loop = links on the paths from its two ends to where the paths meet
 //! ```
-//! The modes of a flexible body are an aggregate, too, without constraints: its members are the body's stations,
-//! its independent rates those of the modes. A loop with a flexible body on its way is always a row.
-//! Loops that share a member are one aggregate. The condition that an aggregate has one external
-//! parent holds by construction: two loops with a common member have meeting points on one way to
-//! the base, and the inner one is then a member of the outer loop.
-//! Source: Jain, "Recursive algorithms using local constraint embedding for multibody system
-//! dynamics" and *Robot and Multibody Dynamics* (aggregation).
+//! The modes of a flexible body are also an aggregate, without constraints: its members are the body's stations, its independent rates are those of
+//! the modes. A loop with a flexible body on its path is always a row. Loops that share a member form one aggregate. The condition that an aggregate
+//! has one external parent holds by construction: the meeting points of two loops with a common member lie on one path to the base, and the inner one
+//! is then a member of the outer loop. Source: Jain, "Recursive algorithms using local constraint embedding for multibody system dynamics" and *Robot
+//! and Multibody Dynamics* (aggregation).
 
 mod aggregate;
 mod closing;
@@ -37,19 +34,20 @@ pub use closing::Level;
 pub use rows::{RowGroup, RowSet, Run, WIDTH};
 pub use sweep::UnitsWork;
 
-/// How a constraint is treated.
+/// Constraint method of a loop or coupling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConstraintMethod {
     /// Its loop becomes an aggregate: minimal coordinates, no multipliers.
     Embed,
-    /// Rows with multipliers.
+    /// Constraint rows with multipliers.
     Augment,
-    /// Embed while the aggregate is small, and where rows cannot do it: when a hinge of it has nothing with mass outboard, such as a strut without mass. Else augment.
+    /// Embeds if the aggregate is small, and where rows are not possible because a hinge of it moves nothing with mass outboard, such as a strut
+    /// without mass. Otherwise augments.
     Auto,
 }
 
-/// Largest aggregate, in degrees of freedom of its members, that [`ConstraintMethod::Auto`] embeds: beyond
-/// it the dense work within the aggregate costs more than rows do.
+/// Largest aggregate, in degrees of freedom of its members, that [`ConstraintMethod::Auto`] embeds. For larger ones the dense work within the aggregate
+/// costs more than rows.
 pub const EMBED_MAX: usize = 6;
 
 /// The links of loops, eliminated at once.
@@ -59,9 +57,9 @@ pub(crate) struct Aggregate {
     pub parent: u32,
     /// Links, ascending: parents first.
     pub links: Vec<u32>,
-    /// Place of each link's parent among the links; `None` is the external parent.
+    /// Index of each link's parent among the links; `None` is the external parent.
     pub inner: Vec<Option<u32>>,
-    /// Places of the members' rates in β, in the order of the links; and the first of each link.
+    /// Indices of the members' rates in β, in the order of the links; and the first of each link.
     pub dofs: Vec<u32>,
     pub first: Vec<u32>,
     pub constraints: Vec<ConstraintId>,
@@ -70,17 +68,17 @@ pub(crate) struct Aggregate {
 
 #[derive(Clone, Debug)]
 pub(crate) enum Unit {
-    /// Place of the link.
+    /// Index of the link.
     Link(u32),
-    /// Place of the aggregate.
+    /// Index of the aggregate.
     Aggregate(u32),
 }
 
-/// What lies at a slot for a row that comes from outboard.
+/// Data at a slot for a row that comes from outboard.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Inward {
     pub through: Through,
-    /// First place in β, and among the independent rates.
+    /// First index in β, and among the independent rates.
     pub v: u32,
     pub first: u32,
     /// Slot inboard of the unit.
@@ -89,9 +87,9 @@ pub(crate) struct Inward {
 
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) enum Through {
-    /// A hinge of so many free dofs.
+    /// A hinge with this number of free dofs.
     Free(u32),
-    /// A hinge of so many prescribed dofs.
+    /// A hinge with this number of prescribed dofs.
     Prescribed(u32),
     /// A root with six free dofs.
     Floating,
@@ -106,30 +104,29 @@ pub(crate) enum Through {
 pub struct Units {
     pub(crate) units: Vec<Unit>,
     pub(crate) aggregates: Vec<Aggregate>,
-    /// What a row passes at each slot on its way inward.
+    /// Data of a row at each slot on its path inward.
     pub(crate) inward: Vec<Inward>,
-    /// Unit of each slot (0, the world, has none).
+    /// Unit of each slot (slot 0, the world, lacks one).
     pub(crate) of_slot: Vec<u32>,
-    /// Place of each link among the members of its aggregate.
+    /// Index of each link among the members of its aggregate.
     pub(crate) member: Vec<u32>,
     /// First independent rate of each unit, in the order of units.
     pub(crate) first: Vec<u32>,
     pub(crate) independent: usize,
-    /// Whether a unit is the first that the gather passes to its parent: it writes, others add.
+    /// True for the first unit that the gather sweep propagates to its parent: it writes, others add.
     pub(crate) writes: Vec<bool>,
-    /// Slot whose origin columns of a slot are about.
+    /// Slot about whose origin the columns of a slot are.
     pub(crate) root: Vec<u32>,
-    /// Loops by place.
+    /// Loops by index.
     pub(crate) closures: Vec<Closure>,
-    /// Slot and β place of each coupling's terms, with the factor.
+    /// Slot and index in β of each coupling's terms, with the factor.
     pub(crate) couplings: Vec<Vec<(u32, u32, f64)>>,
     augmented: Vec<ConstraintId>,
     embedded: Vec<ConstraintId>,
 }
 
 impl Units {
-    /// The units of a tree when each constraint of its mechanism is treated as `constraint_method` says.
-    /// O(links × loops), at set-up.
+    /// Creates the units of a tree; `constraint_method` returns the method for each constraint of its mechanism. O(links × loops), at set-up.
     #[must_use]
     pub fn new(tree: &Tree, constraint_method: impl Fn(ConstraintId) -> ConstraintMethod) -> Self {
         let mbs = tree.multibody();
@@ -310,8 +307,8 @@ impl Units {
         set.n as u32
     }
 
-    /// The body that each independent rate belongs to, in the order of [`RowSet::dof`]. An aggregate is represented by its
-    /// first body. O(bodies).
+    /// Returns the body to which each independent rate belongs, in the order of [`RowSet::dof`]. An aggregate is represented by its first body.
+    /// O(bodies).
     #[must_use]
     pub fn bodies_of_rates(&self, tree: &Tree) -> Vec<BodyId> {
         let ids: Vec<BodyId> = tree.multibody().body_ids().collect();
@@ -329,19 +326,20 @@ impl Units {
         out
     }
 
-    /// The constraints that are embedded.
+    /// Returns the embedded constraints.
     #[must_use]
     pub fn embedded(&self) -> &[ConstraintId] {
         &self.embedded
     }
 
-    /// The constraints that stay outside as rows.
+    /// Returns the constraints that are treated as rows.
     #[must_use]
     pub fn augmented(&self) -> &[ConstraintId] {
         &self.augmented
     }
 
-    /// Bodies whose hinges each aggregate holds, by name: for messages and listings. The modes of a flexible body are an aggregate of that body alone.
+    /// Returns the names of the bodies whose hinges each aggregate contains, for messages and listings. The modes of a flexible body are an aggregate
+    /// of that body alone.
     #[must_use]
     pub fn aggregates(&self, tree: &Tree) -> Vec<Vec<String>> {
         let name = |s: &u32| tree.multibody().bodies()[tree.body_of(*s as usize)].name().to_owned();
@@ -355,20 +353,20 @@ impl Units {
             .collect()
     }
 
-    /// Independent rates, as many as an aggregate's members could have: the length of `y`.
+    /// Returns the number of independent rates, counting all members of aggregates: the length of `y`.
     #[must_use]
     pub fn independent(&self) -> usize {
         self.independent
     }
 
-    /// Whether rows of two constraints can meet: whether some unit lies inboard of both.
+    /// Returns true if rows of two constraints can be coupled, because some unit lies inboard of both.
     #[must_use]
     pub fn meet(&self, tree: &Tree, a: ConstraintId, b: ConstraintId) -> bool {
         let (a, b) = (self.way(tree, a), self.way(tree, b));
         !a.is_disjoint(&b)
     }
 
-    /// Every unit from the ends of a constraint to the base.
+    /// Returns every unit from the ends of a constraint to the base.
     fn way(&self, tree: &Tree, c: ConstraintId) -> BTreeSet<u32> {
         let mut slots: Vec<u32> = match c {
             ConstraintId::Loop(i) => self.closures[i as usize].slots.to_vec(),
@@ -386,7 +384,7 @@ impl Units {
         out
     }
 
-    /// The unit inboard of a unit, by the slot that it hangs on.
+    /// Returns the slot on which a unit hangs.
     pub(crate) fn parent_slot(&self, tree: &Tree, unit: usize) -> u32 {
         match self.units[unit] {
             Unit::Link(k) => tree.links[k as usize].parent,
@@ -397,13 +395,13 @@ impl Units {
 
 #[derive(Clone, Copy, PartialEq)]
 enum Ends {
-    /// A link itself moves with the end.
+    /// The link itself moves with the end.
     Bodies,
-    /// The hinge of a link is meant: the link is always a member.
+    /// The hinge of a link is meant, so the link is always a member.
     Hinges,
 }
 
-/// Links on the ways from the given ones to where all ways meet.
+/// Returns the links on the paths from the given ones to where all paths meet.
 fn members(tree: &Tree, slots: &[u32], ends: Ends) -> BTreeSet<u32> {
     let parent = |s: u32| tree.inboard_of(s as usize) as u32;
     let way = |s: u32| {
@@ -418,7 +416,7 @@ fn members(tree: &Tree, slots: &[u32], ends: Ends) -> BTreeSet<u32> {
         Ends::Bodies => ways.iter().map(|w| &w[..]).collect(),
         Ends::Hinges => ways.iter().map(|w| w.get(1..).unwrap_or(&[0])).collect(),
     };
-    // The outermost slot that every way passes.
+    // Find the outermost slot on all paths.
     let meets = (starts.first().copied().unwrap_or(&[]).iter())
         .find(|s| starts.iter().all(|w| w.contains(s)))
         .copied()
@@ -426,7 +424,7 @@ fn members(tree: &Tree, slots: &[u32], ends: Ends) -> BTreeSet<u32> {
     ways.iter().flat_map(|w| w.iter().copied().take_while(|s| *s != meets)).collect()
 }
 
-/// Slots whose hinge moves nothing that has inertia in the tree: sweeps over the tree alone cannot tell their accelerations.
+/// Returns the slots whose hinge moves nothing that has inertia in the tree; sweeps over the tree alone cannot determine their accelerations.
 fn massless(tree: &Tree) -> BTreeSet<u32> {
     let mut solid = vec![false; tree.slots()];
     // Outboard links come last.
@@ -437,13 +435,13 @@ fn massless(tree: &Tree) -> BTreeSet<u32> {
             solid[link.parent as usize] = true;
         }
     }
-    // What hangs on a flexible body hangs on a station of it, which rows take anyway.
+    // Bodies on a flexible body hang on one of its stations, which are treated by rows anyway.
     let free = |l: &Link| l.coordinate == Coordinate::Free && l.armature == 0.0 && l.kind.nv() > 0;
     let links = tree.links.iter().enumerate();
     links.filter(|(k, l)| free(l) && !solid[k + 1]).map(|(k, _)| k as u32 + 1).collect()
 }
 
-/// Joins what shares a link; what [`ConstraintMethod::Auto`] finds too large becomes rows.
+/// Joins constraints that share a link; aggregates that are too large for [`ConstraintMethod::Auto`] become rows.
 fn merge(
     wanted: Vec<(ConstraintId, ConstraintMethod, BTreeSet<u32>)>,
     tree: &Tree,
@@ -478,7 +476,7 @@ fn merge(
         } else if !links.is_empty() {
             out.push((links, ids));
         } else {
-            // Both ends on one link: a row without a rate, which the augmented solver reports.
+            // Both ends are on one link: this row has no rate, which the augmented solver reports.
             augmented.extend(ids);
         }
     }

@@ -1,13 +1,13 @@
-//! The closures of an aggregate at a state, and which of its members' rates they leave independent.
+//! The closures of an aggregate at a state, and the member rates that they leave independent.
 //!
-//! g(β̇) = Γ β̇ + bias = 0, by Gauss and Jordan with complete pivoting over free members:
+//! g(β̇) = Γ β̇ + bias = 0 is solved by Gauss–Jordan elimination with complete pivoting over free members:
 //! ```text
-//! [Γ | −bias], each row divided by its greatest number
+//! [Γ | −bias], each row divided by its largest number
 //! pivot (i, d):  row i ← row i / Γ_id,   other rows ← row − Γ_·d row i
-//! β̇_d = −Σ Γ_ij β̇_j + right side_i                  j independent
+//! β̇_d = −Σ Γ_ij β̇_j + right-hand side_i             j independent
 //! ```
-//! Which rates are independent is chosen anew at every state, so near a singularity of one choice
-//! another is taken, and the result is a function of the state alone.
+//! The independent rates are chosen again at every state. Near a singularity of one choice another one is used, and the result depends only on the
+//! state.
 
 use super::aggregate::Embedded;
 use super::sweep::nan_max;
@@ -16,11 +16,11 @@ use crate::work::Work;
 use linkwork_multibody::{ConstraintId, LoopMotion};
 use wide::f64x4;
 
-/// Rows scaled to one whose pivot is below this are taken as implied by the others.
+/// Rows, scaled to one, whose pivot is below this count as redundant.
 pub(crate) const REDUNDANT: f64 = 1e-9;
 
 impl Embedded {
-    /// How far a row contradicts the others, if it was taken as implied by them at the last reduction.
+    /// Returns the amount by which a row contradicts the others, if it was redundant at the last reduction.
     pub(super) fn implied(&self, row: usize) -> Option<f64> {
         let wide = self.X.len().isqrt() + 1;
         let pivot = self.pivots.iter().any(|(i, _)| *i == row);
@@ -29,7 +29,7 @@ impl Embedded {
 }
 
 impl Units {
-    /// Γ | −bias of an aggregate.
+    /// Computes Γ | −bias of an aggregate.
     pub(super) fn closures(
         &self,
         agg: &Aggregate,
@@ -93,7 +93,7 @@ impl Units {
         }
     }
 
-    /// X and x from Γ; `prescribed[j]` holds the given rate of member dof j.
+    /// Computes X and x from Γ; `prescribed[j]` contains the given rate of member dof j.
     #[inline(never)]
     pub(super) fn reduce(
         &self,
@@ -120,7 +120,7 @@ impl Units {
         let bounds = m.size.iter().zip(&mut m.part);
         for (row, (bound, part)) in m.gamma.chunks_exact_mut(wide).zip(bounds) {
             let greatest = row[..size].iter().fold(0.0, |a, x| nan_max(a, x.abs()));
-            // Terms of a row that cancel leave less than their bound, as where links are in line; couplings have no bound.
+            // If terms of a row cancel, its largest number is below the bound, for example where links are in line. Couplings have no bound.
             *part = if *bound > 0.0 { greatest / bound.sqrt() } else { 1.0 };
             if greatest <= REDUNDANT * bound.sqrt() {
                 row[..size].fill(0.0);

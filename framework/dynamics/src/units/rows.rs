@@ -1,51 +1,50 @@
-//! Rows: constraints that stay outside the units, as a factor of their compliance.
+//! Rows: constraints outside of the units, represented by a factor of their compliance.
 //!
 //! ```text
-//! W = E E*                       E: a row's e side by side, as `walk.rs` finds them
-//! y = E* λ                       enters one scatter
+//! W = E E*                       E: the vectors e of a row, as `walk.rs` computes them
+//! y = E* λ                       input of one scatter sweep
 //! ```
-//! So neither J nor M⁻¹ is formed, and no sweep is made for any row.
+//! Neither J nor M⁻¹ is formed, and no sweep is needed for single rows.
 
 use super::{Unit, Units, UnitsWork};
 use crate::linear::{V3, V6};
 use wide::f64x4;
 
-/// Part of the bound of its diagonal entry below which a row is nothing.
+/// Fraction of the bound of its diagonal entry below which a row counts as zero.
 const ROUNDING: f64 = 1e-20;
 
-/// The most rows side by side.
+/// Maximum number of rows in a group.
 pub const WIDTH: usize = 4;
 
 /// A group of up to four rows.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RowGroup {
-    /// How many.
+    /// Number of rows.
     pub n: usize,
-    /// What the rows measure: d of a constraint, rad or m; zero for a contact.
+    /// Error of the rows: d of a constraint, rad or m; zero for a contact.
     pub error: [f64; WIDTH],
     /// Its rate J β at the present state.
     pub rate: [f64; WIDTH],
-    /// J β̇ of the applied forces alone, without J̇ β.
+    /// J β̇ due to the applied forces alone, without J̇ β.
     pub free: [f64; WIDTH],
     /// J̇ β.
     pub bias: [f64; WIDTH],
-    /// A bound of W's diagonal, from the sizes of wrenches and columns that meet: against it a row
-    /// that is left of terms that cancel counts as nothing.
+    /// Bound of W's diagonal from the sizes of wrenches and columns; a row that is small compared with it, because its terms cancel, counts as zero.
     pub gross: [f64; WIDTH],
 }
 
-/// Rows and their factor E: [`RowSet::clear`], then add; it keeps its memory.
+/// Rows and their factor E. Call [`RowSet::clear`], then add rows; the memory is kept.
 #[derive(Clone, Debug, Default)]
 pub struct RowSet {
     pub(super) start: Vec<u32>,
     pub(super) dof: Vec<u32>,
     pub(super) e: Vec<[f64; WIDTH]>,
     pub(super) groups: Vec<RowGroup>,
-    /// What reaches prescribed dofs: group, place in β, ε.
+    /// Parts at prescribed dofs: group, index in β, ε.
     pub(super) held: Vec<(u32, u32, [f64; WIDTH])>,
-    /// What reaches members of aggregates: group, slot, z about the member's origin.
+    /// Parts at members of aggregates: group, slot, z about the member's origin.
     pub(super) held_ends: Vec<(u32, u32, V6<f64x4>)>,
-    /// Factors on members' dofs: group, unit, place among the members' dofs, c.
+    /// Factors on members' dofs: group, unit, index among the members' dofs, c.
     pub(super) held_terms: Vec<(u32, u32, u32, f64x4)>,
     pub(super) independent: usize,
     pub(super) ends: Vec<(u32, V6<f64x4>)>,
@@ -53,7 +52,7 @@ pub struct RowSet {
 }
 
 impl RowSet {
-    /// Forgets all rows.
+    /// Removes all rows.
     pub fn clear(&mut self) {
         self.start.clear();
         self.start.push(0);
@@ -65,37 +64,37 @@ impl RowSet {
         self.groups.clear();
     }
 
-    /// First entry of each group; one more number than groups.
+    /// Returns the first entry of each group, and the end of the last one.
     #[must_use]
     pub fn start(&self) -> &[u32] {
         &self.start
     }
 
-    /// Independent rate of each entry, ascending within a group; tips come first.
+    /// Returns the independent rate of each entry, ascending within a group; tips come first.
     #[must_use]
     pub fn dof(&self) -> &[u32] {
         &self.dof
     }
 
-    /// Entries of E: one number for each row of the group.
+    /// Returns the entries of E: one number for each row of the group.
     #[must_use]
     pub fn e(&self) -> &[[f64; WIDTH]] {
         &self.e
     }
 
-    /// The groups.
+    /// Returns the groups.
     #[must_use]
     pub fn groups(&self) -> &[RowGroup] {
         &self.groups
     }
 
-    /// Independent rates of the units.
+    /// Returns the number of independent rates of the units.
     #[must_use]
     pub fn independent(&self) -> usize {
         self.independent
     }
 
-    /// Rows of all groups.
+    /// Returns the number of rows of all groups.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.groups.iter().map(|g| g.n).sum()
@@ -110,7 +109,7 @@ impl RowSet {
         }
     }
 
-    /// Adds E y of one group to `v`: what a motion `y` of the independent rates does to its rows.
+    /// Adds E y of one group to `v`: the effect of a motion `y` of the independent rates on its rows.
     pub fn push(&self, group: usize, y: &[f64], v: &mut [f64; WIDTH]) {
         let range = self.start[group] as usize..self.start[group + 1] as usize;
         for (dof, e) in self.dof[range.clone()].iter().zip(&self.e[range]) {
@@ -120,9 +119,8 @@ impl RowSet {
         }
     }
 
-    /// Empties the rows that are rounding: what is left of E where everything in a row cancels, as in
-    /// the three of five rows that a planar loop in space does not need. A solver that divides by W
-    /// would else divide rounding by rounding.
+    /// Clears the rows that contain only round-off, because everything in a row cancels. An example are three of the five rows of a planar loop in
+    /// space, which are redundant. Otherwise a solver that divides by W would divide round-off by round-off.
     pub fn silence_rounding(&mut self) {
         for (g, row) in self.groups.iter().enumerate() {
             let range = self.start[g] as usize..self.start[g + 1] as usize;
@@ -138,16 +136,15 @@ impl RowSet {
         }
     }
 
-    /// Says what the last group's first row measures: a gap, rad or m.
+    /// Sets the error of the last group's first row: a gap, rad or m.
     pub fn set_error(&mut self, error: f64) {
         if let Some(row) = self.groups.last_mut() {
             row.error[0] = error;
         }
     }
 
-    /// Takes what the rows' forces λ (by group) hold at prescribed coordinates off the forces that
-    /// [`Units::scatter`] has found there, and gives aggregates their share before
-    /// [`Units::constraint_forces`].
+    /// Subtracts the part of the rows' forces λ (by group) at prescribed coordinates from the forces that [`Units::scatter`] has computed there, and
+    /// gives aggregates their part before [`Units::constraint_forces`].
     pub fn relieve(
         &self,
         units: &Units,
@@ -178,7 +175,7 @@ impl RowSet {
         }
     }
 
-    /// The block W_gh = Σ e_g e_h* of two groups, row after row.
+    /// Returns the block W_gh = Σ e_g e_h* of two groups, row after row.
     #[must_use]
     pub fn block(&self, g: usize, h: usize) -> [[f64; WIDTH]; WIDTH] {
         let mut out = [f64x4::splat(0.0); WIDTH];
@@ -186,8 +183,8 @@ impl RowSet {
         out.map(|row| row.to_array())
     }
 
-    /// Where the entries of two groups are of the same rates, appended to `out`, for
-    /// [`RowSet::product`]. It stays the same as long as [`RowSet::start`] and [`RowSet::dof`] do.
+    /// Appends the index pairs of entries of two groups that belong to the same rates to `out`, for [`RowSet::product`]. They remain valid as long as
+    /// [`RowSet::start`] and [`RowSet::dof`] do not change.
     pub fn shared(&self, g: usize, h: usize, out: &mut Vec<Run>) {
         let before = out.len();
         self.meeting(g, h, |i, j| match out[before..].last_mut() {
@@ -196,7 +193,7 @@ impl RowSet {
         });
     }
 
-    /// [`RowSet::block`] of two groups from what they [share](RowSet::shared).
+    /// Computes [`RowSet::block`] of two groups from their [shared](RowSet::shared) entries.
     #[must_use]
     #[inline]
     pub fn product(&self, shared: &[Run]) -> [f64x4; WIDTH] {
@@ -210,7 +207,7 @@ impl RowSet {
         out
     }
 
-    /// Calls `f` for the entries of two groups that are of one rate.
+    /// Calls `f` for the entries of two groups that belong to the same rate.
     fn meeting(&self, g: usize, h: usize, mut f: impl FnMut(u32, u32)) {
         let (end_i, end_j) = (self.start[g + 1], self.start[h + 1]);
         let (mut i, mut j) = (self.start[g], self.start[h]);
@@ -236,7 +233,7 @@ fn add_product(to: &mut [f64x4; WIDTH], left: &[f64; WIDTH], right: &[f64; WIDTH
     }
 }
 
-/// Entries of two groups that are of the same rates, one after the other.
+/// Consecutive entries of two groups that belong to the same rates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Run {
     i: u32,

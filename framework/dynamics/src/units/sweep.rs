@@ -1,13 +1,13 @@
-//! Forward dynamics over units: one gather, one scatter, with room for row forces between them.
+//! Forward dynamics over units: one gather sweep and one scatter sweep, between which row forces can be added.
 //!
-//! A link is eliminated dof by dof, an aggregate (see `aggregate.rs`) as a whole; with e = D^{−1/2} ε
+//! A link is eliminated dof by dof, an aggregate (see `aggregate.rs`) as a whole; with e = D^{−1/2} ε:
 //! ```text
 //! gather   ε = T − S · z,   G = P S D⁻¹,   z⁺ = z + G ε,   P⁺ = P − G (P S)ᵀ
 //! rows     y = Eᵀ λ                                     forces of constraints, see `rows.rs`
 //! scatter  β̇ = D⁻¹ ε + D^{−1/2} y − G · α⁺,   α = α⁺ + S β̇
 //! ```
-//! Articulated inertias are about each link's own origin; S, G and α about the origin of the root
-//! of the units, so that only inertias are ever shifted.
+//! Articulated-body inertias are about each link's own origin; S, G and α are about the origin of the root of the units, so that only inertias must
+//! be shifted.
 
 use super::{Aggregate, Unit, Units, floating};
 use crate::articulated::{Spatial, column};
@@ -20,24 +20,23 @@ use crate::tree::{Kind, Link, Tree};
 use crate::work::{Kin, Work, Workspace};
 use linkwork_multibody::{Coordinate, LoopMotion};
 
-/// Working memory of [`Units`]; made once.
+/// Work memory of [`Units`]; create it once.
 #[derive(Clone, Debug)]
 pub struct UnitsWork {
-    /// Origin of the root of the units to each link's.
+    /// Vector from the origin of the root of the units to each link's.
     pub(crate) r: Vec<V3<f64>>,
-    /// What units outboard pass to each slot, about its origin: zero where there are none.
+    /// Inertia that outboard units propagate to each slot, about its origin; zero if there are none.
     pub(crate) inertia: Vec<Spatial<f64>>,
     pub(crate) z: Vec<V6<f64>>,
     /// H* of each β, about the root's origin.
     pub(crate) S: Vec<V6<f64>>,
-    /// By independent rate: G (free; K of a floating root), and P S of prescribed dofs, about the
-    /// root's origin.
+    /// For each independent rate: G (free; K for a floating root), and P S for prescribed dofs, about the root's origin.
     pub(crate) G: Vec<V6<f64>>,
     pub(crate) U: Vec<V6<f64>>,
     pub(crate) D_inv: Vec<f64>,
     /// √D⁻¹.
     pub(crate) s: Vec<f64>,
-    /// ε; at prescribed dofs S · z.
+    /// ε; S · z at prescribed dofs.
     pub(crate) eps: Vec<f64>,
     /// Given accelerations of prescribed dofs.
     pub(crate) given: Vec<f64>,
@@ -47,12 +46,12 @@ pub struct UnitsWork {
     pub(crate) reach: Vec<f64>,
     /// Acceleration less bias about the root's origin, by slot.
     pub(crate) alpha: Vec<V6<f64>>,
-    /// Of aggregates: see `aggregate.rs`.
+    /// Data of aggregates: see `aggregate.rs`.
     pub(crate) embedded: Vec<super::aggregate::Embedded>,
 }
 
 impl UnitsWork {
-    /// Memory for these units; it must be used with no others.
+    /// Creates the memory for these units; use it only with them.
     #[must_use]
     pub fn new(tree: &Tree, units: &Units) -> Self {
         let (n, nv, nw) = (tree.slots(), tree.nv(), units.independent);
@@ -74,7 +73,7 @@ impl UnitsWork {
         }
     }
 
-    /// Passes inertia and force to a slot, about its origin.
+    /// Propagates inertia and force to a slot, about its origin.
     #[inline(always)]
     pub(super) fn pass(&mut self, slot: usize, P: &Spatial<f64>, z: V6<f64>, writes: bool) {
         if writes {
@@ -85,40 +84,39 @@ impl UnitsWork {
         }
     }
 
-    /// How far the closures of aggregates contradict each other at the last gather, in the units of
-    /// their rows as scaled to one (rad or m, per s²): zero but for rounding when they are sound.
+    /// Returns the amount by which the closures of aggregates contradict each other at the last gather, in the units of their rows scaled to one (rad
+    /// or m, per s²). It is at round-off level if they are consistent.
     #[must_use]
     pub fn inconsistency(&self) -> f64 {
         self.embedded.iter().map(|e| e.inconsistency).fold(0.0, nan_max)
     }
 
-    /// How independent the rows of embedded constraints are at the last reduction: the least pivot, as a part of the terms that
-    /// make up its row. It vanishes where their rank drops, as in a parallelogram whose links are in line. Rows that repeat others everywhere do not count.
+    /// Returns how independent the rows of embedded constraints are at the last reduction: the smallest pivot, relative to the terms of its row. It
+    /// vanishes where the rank drops, as in a parallelogram whose links are in line. Rows that are redundant everywhere are ignored.
     #[must_use]
     pub fn weakest(&self) -> f64 {
         self.embedded.iter().map(|e| e.weakest).fold(1.0, f64::min)
     }
 
-    /// Independent rates of each aggregate, as its closures have left them.
+    /// Returns the number of independent rates of each aggregate, as its closures leave them.
     pub fn mobility(&self) -> impl Iterator<Item = usize> + '_ {
         self.embedded.iter().map(|e| e.n)
     }
 }
 
-/// The greater one; NaN wins.
+/// Returns the larger value, or NaN if one is NaN.
 pub(crate) fn nan_max(a: f64, b: f64) -> f64 {
     if a >= b || a.is_nan() { a } else { b }
 }
 
 impl Units {
-    /// Tips to base at the state of the last [`kinematics`](crate::kinematics()), with the external
-    /// forces and gravity of the workspace. `tau` and `vdot` as in
-    /// [`forward_dynamics_given_kinematics`](crate::forward_dynamics_given_kinematics()): forces of
-    /// free coordinates, accelerations of prescribed ones. `motions` are those of prescribed
-    /// subhinges of loops ([`Multibody::motions`](linkwork_multibody::Multibody::motions)).
+    /// Performs the gather sweep (tips to base) at the state of the last [`kinematics`](crate::kinematics()), with the external forces and gravity of
+    /// the workspace. `tau` and `vdot` as in [`forward_dynamics_given_kinematics`](crate::forward_dynamics_given_kinematics()): forces of free
+    /// coordinates, accelerations of prescribed ones. `motions` are those of prescribed subhinges of loops
+    /// ([`Multibody::motions`](linkwork_multibody::Multibody::motions)).
     ///
     /// # Errors
-    /// [`DynamicsError::Singular`] if something free has nothing to move.
+    /// [`DynamicsError::Singular`] if something free moves no inertia.
     pub fn gather(
         &self,
         tree: &Tree,
@@ -169,7 +167,7 @@ impl Units {
         Ok(())
     }
 
-    /// Where links and their axes are.
+    /// Computes positions and axes of all links.
     pub(super) fn places(&self, tree: &Tree, w: &Work<f64>, uw: &mut UnitsWork) {
         let Some(flex) = tree.flexible.as_deref() else {
             (0..tree.links.len()).for_each(|k| self.place_link(tree, k, w, uw));
@@ -188,7 +186,7 @@ impl Units {
         }
     }
 
-    /// Where a link is, and its axes.
+    /// Computes position and axes of a link.
     #[inline(always)]
     fn place_link(&self, tree: &Tree, k: usize, w: &Work<f64>, uw: &mut UnitsWork) {
         let (link, slot) = (&tree.links[k], k + 1);
@@ -200,7 +198,7 @@ impl Units {
         }
     }
 
-    /// Where a slot is from the origin of its root.
+    /// Computes the position of a slot relative to the origin of its root.
     #[inline(always)]
     fn place(&self, slot: usize, parent: usize, w: &Work<f64>, uw: &mut UnitsWork) -> V3<f64> {
         let r = match (parent, self.root[slot] as usize) {
@@ -212,10 +210,9 @@ impl Units {
         r
     }
 
-    /// Base to tips after [`Units::gather`]: accelerations of free coordinates into `vdot`, forces of
-    /// prescribed ones into `tau` (for links of aggregates see
-    /// [`Units::constraint_forces`]). `y` is Eᵀλ of the rows' forces, one number an independent
-    /// rate in the order of [`RowSet`](super::RowSet); empty for none.
+    /// Performs the scatter sweep (base to tips) after [`Units::gather`]: accelerations of free coordinates into `vdot`, forces of prescribed ones
+    /// into `tau` (for links of aggregates see [`Units::constraint_forces`]). `y` is Eᵀλ of the rows' forces, one number per independent rate in the
+    /// order of [`RowSet`](super::RowSet); empty for none.
     pub fn scatter(
         &self,
         tree: &Tree,
@@ -269,8 +266,8 @@ impl Units {
         }
     }
 
-    /// Changes of β from impulses alone: M⁻¹Jᵀλ over the constraints that are embedded, from
-    /// `y` = Eᵀλ. Prescribed coordinates get zero. After [`Units::gather`].
+    /// Computes changes of β from impulses only: M⁻¹Jᵀλ over the embedded constraints, from `y` = Eᵀλ. Prescribed coordinates get zero. Call
+    /// [`Units::gather`] first.
     pub fn impulse(&self, tree: &Tree, uw: &mut UnitsWork, y: &[f64], dv: &mut [f64]) {
         let last = self.independent.wrapping_sub(1);
         for (u, unit) in self.units.iter().enumerate() {
@@ -304,7 +301,7 @@ impl Units {
     }
 }
 
-/// A column of H* about the link's own origin.
+/// Returns a column of H* about the link's own origin.
 #[inline(always)]
 pub(crate) fn axis(kind: Kind, pitch: f64, kin: &Kin<f64>, j: usize) -> V6<f64> {
     let (R, o) = (&kin.R, V3::default());
@@ -321,7 +318,7 @@ pub(crate) fn axis(kind: Kind, pitch: f64, kin: &Kin<f64>, j: usize) -> V6<f64> 
     }
 }
 
-/// Inertia and force of a link with all that hangs on it, about its own origin.
+/// Returns inertia and force of a link with everything that hangs on it, about its own origin.
 #[inline(always)]
 pub(crate) fn loaded(
     link: &Link,
@@ -335,7 +332,7 @@ pub(crate) fn loaded(
     (P, z + uw.z[k + 1])
 }
 
-/// [`eliminate`] at a pin, which most hinges are.
+/// [`eliminate`] for a pin, the most frequent hinge.
 #[inline(always)]
 fn pin(
     link: &Link,
@@ -349,7 +346,7 @@ fn pin(
     eliminate((link, Kind::Pin), k, first, w, uw, tau, vdot)
 }
 
-/// [`eliminate`] at any hinge.
+/// [`eliminate`] for any hinge.
 #[inline(never)]
 fn hinge(
     link: &Link,
@@ -363,7 +360,7 @@ fn hinge(
     eliminate((link, link.kind), k, first, w, uw, tau, vdot)
 }
 
-/// Eliminates the dofs of a link: P⁺ and z⁺ about its own origin; `None` if nothing moves.
+/// Eliminates the dofs of a link: P⁺ and z⁺ about its own origin; `None` if it moves no inertia.
 #[inline(always)]
 fn eliminate(
     (link, kind): (&Link, Kind),

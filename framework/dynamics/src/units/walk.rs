@@ -1,12 +1,12 @@
-//! The way of rows inward over the units of a factored tree ([`Units::gather`]).
+//! Propagation of rows inward over the units of a factored tree ([`Units::gather`]).
 //!
 //! A row is a wrench on one or two links, or factors c of hinge coordinates:
 //! ```text
 //! ε = c − S · z,   e = D^{−1/2} ε,   z⁺ = z + G ε            up to four rows side by side
-//! J β̇ = E e_f + Σ ε β̇ (prescribed) − z · A (aggregates)      e_f: of the applied forces
+//! J β̇ = E e_f + Σ ε β̇ (prescribed) − z · A (aggregates)      e_f: due to the applied forces
 //! ```
-//! Where the two ways of a row meet, its wrenches meet. Beyond that, or where a row has one end only,
-//! the way is a walk from link to link.
+//! Where the two paths of a row meet, its wrenches are added. Inboard of that point, or if a row has only one end, the path is followed from link to
+//! link.
 
 use super::rows::{RowGroup, RowSet, WIDTH};
 use super::{Inward, Through, Unit, Units, UnitsWork, floating};
@@ -18,7 +18,7 @@ use linkwork_multibody::{BodyId, ConstraintId, LoopMotion};
 use linkwork_spatial::Vec3;
 use wide::f64x4;
 
-/// What a walk sums: J β̇ of the applied forces, and the bound of W's diagonal.
+/// Sums along a path: J β̇ due to the applied forces, and the bound of W's diagonal.
 #[derive(Clone, Copy)]
 struct Sums {
     free: f64x4,
@@ -26,8 +26,7 @@ struct Sums {
 }
 
 impl RowSet {
-    /// Adds the rows of a constraint at the state of the last [`Units::gather`]: two groups where it
-    /// has more than four.
+    /// Adds the rows of a constraint at the state of the last [`Units::gather`]; a constraint with more than four rows takes two groups.
     pub fn add_constraint(
         &mut self,
         tree: &Tree,
@@ -49,7 +48,7 @@ impl RowSet {
                     for (end, slot) in closure.slots.into_iter().enumerate() {
                         if slot != 0 {
                             let arm = uw.r[slot as usize] + ends.arms[end];
-                            // z is less the force.
+                            // z is the negative force.
                             let z = rows.wrench.to_parent(arm.block());
                             self.ends.push((slot, if end == 1 { minus(z) } else { z }));
                         }
@@ -80,8 +79,7 @@ impl RowSet {
         }
     }
 
-    /// Adds one row on one hinge coordinate (place in q and β), with this factor: a limit, or friction
-    /// in the hinge.
+    /// Adds one row on one hinge coordinate (indices in q and β) with this factor: a limit, or friction in the hinge.
     pub fn add_coordinate(
         &mut self,
         tree: &Tree,
@@ -100,8 +98,8 @@ impl RowSet {
         self.walk(units, uw, row);
     }
 
-    /// As [`RowSet::add_coordinate`], for a sum of three coordinates of one hinge with factors `d`, from `place` on in β: a limit of
-    /// a ball.
+    /// Like [`RowSet::add_coordinate`], for a sum of three coordinates of one hinge with factors `d`, from index `place` in β: a limit of a ball
+    /// hinge.
     pub fn add_direction(
         &mut self,
         tree: &Tree,
@@ -121,10 +119,9 @@ impl RowSet {
         self.walk(units, uw, row);
     }
 
-    /// Adds rows that measure the velocity of body `b` relative to body `a` at a point (m, world)
-    /// along directions (unit vectors, world), three at most: a contact. `None` is the world. On a
-    /// flexible body the point is glued to the nearest station that has mass or carries something,
-    /// or to the body frame when that is nearer.
+    /// Adds at most three rows that measure the velocity of body `b` relative to body `a` at a point (m, world) along directions (unit vectors,
+    /// world): a contact. `None` is the world. On a flexible body the point moves with the nearest station that has mass or carries something, or
+    /// with the body frame if that is nearer.
     pub fn add_point(
         &mut self,
         tree: &Tree,
@@ -138,7 +135,7 @@ impl RowSet {
         self.add_wrenches(tree, units, ws, uw, (a, b), point, directions, &[]);
     }
 
-    /// As [`RowSet::add_point`], then rows that measure relative angular velocity about axes.
+    /// Like [`RowSet::add_point`], followed by rows that measure relative angular velocity about axes.
     pub fn add_wrenches(
         &mut self,
         tree: &Tree,
@@ -177,7 +174,7 @@ impl RowSet {
         }
     }
 
-    /// Inward over the units from the ends, the outermost unit first.
+    /// Propagates the ends inward over the units, the outermost unit first.
     fn walk(&mut self, units: &Units, uw: &UnitsWork, mut row: RowGroup) {
         let o = f64x4::splat(0.0);
         let mut sums = Sums { free: o, gross: o };
@@ -219,7 +216,7 @@ impl RowSet {
         self.start.push(self.dof.len() as u32);
     }
 
-    /// Two ends on floating roots, which never meet.
+    /// Treats two ends on different floating roots.
     #[inline(always)]
     fn afloat(&mut self, units: &Units, uw: &UnitsWork, sums: &mut Sums) {
         let [(p, x), (q, y)] = self.ends[..] else { return };
@@ -241,7 +238,7 @@ impl RowSet {
         self.ends.clear();
     }
 
-    /// One end alone, from link to link; returns it where something else than a free hinge comes.
+    /// Follows one end alone, from link to link; returns it at anything other than a free hinge.
     #[inline(always)]
     fn alone(
         &mut self,
@@ -284,7 +281,7 @@ impl RowSet {
         None
     }
 
-    /// At a floating root: e = K f.
+    /// Evaluates a floating root: e = K f.
     #[inline(always)]
     fn floating(
         &mut self,
@@ -298,7 +295,7 @@ impl RowSet {
         for (e, f) in e.iter().zip(&uw.e[first..]) {
             sums.free = e.mul_add(f64x4::splat(*f), sums.free);
         }
-        // The last rate first.
+        // The last rate comes first.
         let least = last - (first + floating::RATES - 1) as u32;
         self.dof.extend(std::array::from_fn::<u32, { floating::RATES }, _>(|i| least + i as u32));
         self.e.extend(std::array::from_fn::<_, { floating::RATES }, _>(|i| {
@@ -306,7 +303,7 @@ impl RowSet {
         }));
     }
 
-    /// A hinge where ends meet or terms act; returns z inboard of it.
+    /// Evaluates a hinge where ends meet or terms act; returns z inboard of it.
     fn hinge(&mut self, units: &Units, uw: &UnitsWork, slot: usize, sums: &mut Sums) -> V6<f64x4> {
         let Inward { v, first, through, .. } = units.inward[slot];
         let last = (units.independent as u32).wrapping_sub(1);
@@ -352,7 +349,7 @@ impl RowSet {
         z
     }
 
-    /// Through an aggregate; returns z inboard of it.
+    /// Evaluates an aggregate; returns z inboard of it.
     fn aggregate(
         &mut self,
         units: &Units,
@@ -410,7 +407,7 @@ impl RowSet {
     }
 }
 
-/// |n|² + |f|².
+/// Returns |n|² + |f|².
 #[inline(always)]
 fn square(z: &V6<f64x4>) -> f64x4 {
     z.dot(z)
@@ -420,7 +417,7 @@ fn minus(z: V6<f64x4>) -> V6<f64x4> {
     V6 { n: -z.n, f: -z.f }
 }
 
-/// Up to four vectors side by side, the first at a lane.
+/// Packs up to four vectors side by side, the first at a lane.
 #[inline(always)]
 fn side_by_side(lane: usize, vectors: &[Vec3]) -> V3<f64x4> {
     let (mut x, mut y, mut z) = ([0.0; WIDTH], [0.0; WIDTH], [0.0; WIDTH]);

@@ -62,11 +62,11 @@ impl Rng {
     }
 }
 
-/// How to make a random tree.
+/// Options of a random tree.
 #[derive(Clone, Copy)]
 pub struct Shape {
     pub bodies: usize,
-    /// The first body floats, everything hangs on it.
+    /// The first body floats and carries all others.
     pub floating: bool,
     /// One subhinge in three is prescribed.
     pub prescribed: bool,
@@ -134,7 +134,7 @@ pub fn solve(M: &[f64], n: usize, rhs: &[f64]) -> Vec<f64> {
     x.expect("regular matrix").as_slice().to_vec()
 }
 
-/// A file of the reference data, or `None` with a printed line; where `CI` is set a missing one is a failure.
+/// Reads a file of the reference data. If it is missing, prints a line and returns `None`; with `CI` set, fails.
 pub fn reference_text(path: &str) -> Option<String> {
     let root = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference"));
     let text = std::fs::read_to_string(root.join(path)).ok();
@@ -149,15 +149,15 @@ pub fn reference_path(path: &str) -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference")).join(path)
 }
 
-/// A robot of the reference data, and how its numbers map to ours.
+/// A robot of the reference data, and the mapping of its numbers to Linkwork's.
 pub struct Robot {
     pub tree: Tree,
     pub json: Value,
     /// Joint names in the reference's order.
     pub joints: Vec<String>,
-    /// For each of the reference's v: our v.
+    /// For each of the reference's v: index in Linkwork's v.
     pub v_map: Vec<usize>,
-    /// For each of the reference's q: our q.
+    /// For each of the reference's q: index in Linkwork's q.
     pub q_map: Vec<usize>,
 }
 
@@ -234,7 +234,7 @@ pub fn robot(name: &str) -> Option<Robot> {
         let body = mbs.get(mbs.body(j["name"].as_str().expect("name")).expect("body"));
         let (q, v) = (body.q(), body.v());
         if v.len() == 6 {
-            // Theirs is [v; ω], ours [ω; v].
+            // The reference has [v; ω], Linkwork [ω; v].
             v_map.extend([3, 4, 5, 0, 1, 2].map(|i| v.start + i));
         } else {
             v_map.extend(v);

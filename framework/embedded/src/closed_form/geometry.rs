@@ -1,14 +1,14 @@
-//! Six axes in the configuration of zeros, and which of them meet or are parallel.
+//! Six axes at zero joint angles, and which of them intersect or are parallel.
 
 use super::subproblems::turned;
 use linkwork_spatial::nalgebra::{Matrix6, Vector6};
 use linkwork_spatial::{Pose, Quat, Vec3};
 
-/// What counts as parallel (rad) and, of the arm's length, as meeting. Files round π/2 to 1.5708; each solution is brought onto
-/// the arm as it is afterwards.
+/// Tolerance for parallel axes (rad) and for intersecting axes (fraction of the arm's length). It is large because files contain values such as
+/// 1.5708 for π/2. Solutions are refined afterwards with the arm's actual geometry.
 const ALIKE: f64 = 1e-5;
 
-/// An arm of six hinges: axes and points on them with all angles zero, and its tip there; in the frame of its base.
+/// An arm with six hinges: axes, points on the axes and the tip at zero angles, in the frame of its base.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arm {
     pub h: [Vec3; 6],
@@ -16,7 +16,7 @@ pub(super) struct Arm {
     pub tip: Pose,
 }
 
-/// Which two of the first three axes make their part solvable.
+/// Which of the first three axes make the position part solvable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum First {
     Meet12,
@@ -25,16 +25,16 @@ pub(super) enum First {
     Parallel23,
 }
 
-/// Which axes make a closed form.
+/// Which axes make a closed form possible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// 4, 5, 6 meet in a point.
+    /// Axes 4, 5 and 6 intersect in a point.
     Wrist(First),
-    /// 2, 3, 4 are parallel, 5 and 6 meet.
+    /// Axes 2, 3 and 4 are parallel, and axes 5 and 6 intersect.
     Parallel,
 }
 
-/// A kind, of the arm or of the arm seen from its tip.
+/// A kind of geometry, of the arm itself or of the reversed arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Form {
     pub kind: Kind,
@@ -46,7 +46,7 @@ fn rotation(h: &Vec3, angle: f64) -> Quat {
 }
 
 impl Arm {
-    /// The tip at these angles.
+    /// Returns the pose of the tip at the given angles.
     pub fn pose(&self, q: &[f64; 6]) -> Pose {
         let mut X = self.tip;
         for i in (0..6).rev() {
@@ -56,7 +56,7 @@ impl Arm {
         X
     }
 
-    /// Columns [ω; v at the tip] at these angles.
+    /// Returns the Jacobian, with columns [ω; v at the tip], at the given angles.
     pub fn jacobian(&self, q: &[f64; 6]) -> Matrix6<f64> {
         let (mut R, mut at) = (Quat::identity(), Vec3::zeros());
         let tip = self.pose(q).position;
@@ -72,8 +72,8 @@ impl Arm {
         J
     }
 
-    /// The arm seen from its tip: the last axis is the first. Its tip is where the base of this one is, its base where the tip is with all
-    /// angles zero, but in the same axes.
+    /// Returns the reversed arm, whose first axis is the last one of this arm. Its tip is the base of this arm, and its base is the tip of this arm
+    /// at zero angles, with the axes of this arm's base.
     pub fn reversed(&self) -> Arm {
         let back = |i: usize| 5 - i;
         Arm {
@@ -83,13 +83,13 @@ impl Arm {
         }
     }
 
-    /// Greatest distance between what it is made of, m.
+    /// Returns the total length of the arm, m.
     pub fn length(&self) -> f64 {
         let pairs = self.p.windows(2).map(|w| (w[1] - w[0]).norm());
         pairs.sum::<f64>() + (self.tip.position - self.p[5]).norm()
     }
 
-    /// The same with points on the axes that its form asks for: where those that meet do.
+    /// Returns a copy whose points lie at the intersections that the closed form requires.
     pub fn arranged(mut self, kind: Kind) -> Arm {
         let last = if kind == Kind::Parallel { 4 } else { 3 };
         let at = self.meeting(last, last + 1).0;
@@ -104,7 +104,7 @@ impl Arm {
         self
     }
 
-    /// The point nearest to two axes that are not parallel, and how far they pass.
+    /// Returns the point closest to two non-parallel axes, and the distance of the axes.
     fn meeting(&self, i: usize, j: usize) -> (Vec3, f64) {
         let (a, b, d) = (&self.h[i], &self.h[j], self.p[j] - self.p[i]);
         let n = a.cross(b);
@@ -142,14 +142,14 @@ impl Arm {
         (three && self.meet(4, 5)).then_some(Kind::Parallel)
     }
 
-    /// Its closed form, where its axes have one.
+    /// Returns the closed form of the arm, or `None`.
     pub fn form(&self) -> Option<Form> {
         let forward = self.kind().map(|kind| Form { kind, reversed: false });
         forward.or_else(|| self.reversed().kind().map(|kind| Form { kind, reversed: true }))
     }
 }
 
-/// An arm of seven hinges with one of them held.
+/// Returns the six-hinge arm that remains when one of seven hinges is locked.
 pub(super) fn held(h: &[Vec3], p: &[Vec3], tip: &Pose, which: usize, angle: f64) -> Arm {
     let (axis, at) = (h[which], p[which]);
     let place = |i: usize| i + usize::from(i >= which);

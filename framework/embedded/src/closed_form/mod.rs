@@ -1,15 +1,17 @@
 //! All solutions of the inverse kinematics of six- and seven-axis arms whose geometry admits a closed form.
 //!
 //! ```text
-//! X = E₁(q₁) … E₆(q₆) X₀         Eᵢ: turn about axis hᵢ through pᵢ, both with all angles zero; X₀: the tip there
+//! X = E₁(q₁) … E₆(q₆) X₀         Eᵢ: rotation about axis hᵢ through pᵢ, both at zero angles; X₀: the tip there
 //!
-//! spherical wrist (4, 5, 6 meet in w):  q₁ q₂ q₃ bring w to its place; q₄ q₅ q₆ turn the tip
-//! 2, 3, 4 parallel, 5 and 6 meet in c:  c's height along the parallel axes gives q₁, theirs in the tip q₅ q₆; the rest is plane
+//! spherical wrist (4, 5, 6 meet in w):  q₁ q₂ q₃ position w; q₄ q₅ q₆ orient the tip
+//! 2, 3, 4 parallel, 5 and 6 meet in c:  the height of c along the parallel axes gives q₁; their direction in the tip gives q₅ and q₆;
+//!                                       the rest is planar
 //! ```
-//! Both count from either end: the shoulder may be what meets in a point. With a spherical wrist two neighbours of the first three axes
-//! have to meet or be parallel. Of seven axes one is held at the value it has: then the other six are an arm of six.
+//! Both cases also apply to the reversed arm, for example with a spherical shoulder. With a spherical wrist, two neighbours among the first three
+//! axes must intersect or be parallel. For seven axes, one hinge is locked at its current value, and the other six form a six-axis arm.
 //!
-//! At most eight solutions, each one brought onto the arm as it is by Newton's method (files round their axes) and checked against its pose.
+//! There are at most eight solutions. Each is refined with Newton's method and the arm's actual geometry, because files contain rounded axes, and is
+//! checked against the pose.
 
 mod geometry;
 mod subproblems;
@@ -25,19 +27,19 @@ use linkwork_spatial::{Pose, Vec3};
 use std::f64::consts::TAU;
 use subproblems::{Angles, distance, height, onto, through_both, turned};
 
-/// Errors of the pose that a solution may have, m and rad: those of [`Effort::default`](crate::Effort).
+/// Largest pose error of a solution, m and rad; equal to the tolerance of [`Effort::default`](crate::Effort).
 const TOLERANCE: f64 = 1e-9;
-/// Solutions nearer than this in each angle are one, rad.
+/// Solutions that differ by less than this in each angle are the same solution, rad.
 const APART: f64 = 1e-6;
-/// How far beyond a limit an angle may be by rounding, rad.
+/// Tolerance for round-off at a joint limit, rad.
 const ROUNDING: f64 = 1e-9;
-/// Newton's steps at most.
+/// Maximum number of Newton steps.
 const STEPS: usize = 8;
 
-/// Which of seven hinges is tried first when nobody says: the middle of a shoulder of three, then the last.
+/// Order in which hinges of a seven-axis arm are tried as the locked hinge: first the third hinge of a spherical shoulder, then the last.
 const HELD: [usize; 7] = [2, 6, 0, 1, 3, 4, 5];
 
-/// The closed form of a chain: what it is made of, prepared once by [`RobotModel::closed_form`].
+/// The closed form of a chain, prepared once by [`RobotModel::closed_form`].
 #[derive(Clone, Debug)]
 pub struct ClosedForm {
     part: Part,
@@ -45,14 +47,14 @@ pub struct ClosedForm {
     h: Vec<Vec3>,
     p: Vec<Vec3>,
     tip: Pose,
-    /// Of each hinge: its place in the whole's q and β, its limits.
+    /// For each hinge: its indices in the whole robot's q and β, and its limits.
     hinges: Vec<(usize, usize, Limits)>,
     held: Option<usize>,
-    /// An arm of six as it is, and with points where its form asks for them, from the end that it asks for.
+    /// For a six-axis arm: its actual geometry, and the geometry that the closed form uses (with shifted points, reversed if needed).
     arms: Option<(Arm, Arm)>,
 }
 
-/// Solutions found so far, in angles of the six hinges.
+/// Solutions found so far, as angles of the six hinges.
 #[derive(Default)]
 struct Found {
     all: [[f64; 6]; ClosedForm::MOST],
@@ -77,22 +79,22 @@ fn arranged(arm: &Arm, form: Form) -> Arm {
 }
 
 impl ClosedForm {
-    /// Solutions at most.
+    /// Maximum number of solutions.
     pub const MOST: usize = 8;
 
-    /// The part.
+    /// Returns the part.
     #[must_use]
     pub fn part(&self) -> Part {
         self.part
     }
 
-    /// Place in β of the hinge that stays as it is; `None` for six axes.
+    /// Returns the index in β of the locked hinge; `None` for six axes.
     #[must_use]
     pub fn held(&self) -> Option<usize> {
         self.held.map(|k| self.hinges[k].1)
     }
 
-    /// Why it has a closed form, in words.
+    /// Describes the geometry that makes the closed form possible.
     #[must_use]
     pub fn geometry(&self) -> &'static str {
         match (self.form.kind, self.form.reversed) {
@@ -103,7 +105,7 @@ impl ClosedForm {
         }
     }
 
-    /// Of a chain; `held`: a place in β. Allocates.
+    /// Prepares the closed form of a chain; `wanted` is an index in β. Allocates.
     pub(crate) fn new(
         part: Part,
         chain: &Chain,
@@ -121,9 +123,9 @@ impl ClosedForm {
             (None, 6 | 7) => None,
             (Some(dof), 7) => {
                 let at = chain.v.iter().position(|v| *v == dof);
-                Some(at.ok_or(none("the hinge to be held is none of its own"))?)
+                Some(at.ok_or(none("the hinge to be locked does not belong to the part"))?)
             }
-            (Some(_), 6) => return Err(none("of six axes none is left to be held")),
+            (Some(_), 6) => return Err(none("a six-axis arm has no hinge to lock")),
             _ => return Err(none("it has neither six nor seven hinges")),
         };
         let mut ws = Workspace::new(tree);
@@ -140,7 +142,8 @@ impl ClosedForm {
             return Err(none("it has sliders or screws"));
         }
         let p: Vec<_> = h.iter().zip(&v).map(|(h, v)| tip.position + h.cross(v)).collect();
-        let meets = "its axes neither meet nor are parallel where a closed form needs it";
+        let meets =
+            "its axes do not intersect, and are not parallel, where a closed form requires it";
         let own = Self { part, form: NONE, h, p, tip, hinges, held: held_at, arms: None };
         if n == 6 {
             return own.six().ok_or(none(meets));
@@ -158,15 +161,15 @@ impl ClosedForm {
         Some(Self { form, arms: Some((arm, arranged(&arm, form))), ..self })
     }
 
-    /// The form that the other six have at whatever angle the one is held.
+    /// Returns the closed form of the six other hinges if they have the same one at every angle of the locked hinge. Two angles are tested.
     fn seven(&self, k: usize) -> Option<Form> {
         let at = |angle: f64| held(&self.h, &self.p, &self.tip, k, angle).form();
         let [a, b] = [0.7, -1.9].map(at);
         a.filter(|form| b == Some(*form))
     }
 
-    /// All solutions for the tip at `X`, seen from the base, near the angles `near` of all hinges; written by `put` as angles of
-    /// all hinges.
+    /// Computes all solutions for the tip pose `X` relative to the base, near the angles `q` of all hinges. Calls `put` with the angles of all hinges
+    /// for each solution, and returns their number.
     pub(crate) fn solve(&self, X: &Pose, q: &[f64], mut put: impl FnMut(&[f64; 7])) -> usize {
         let angle = |k: usize| q[self.hinges[k].0];
         let (arm, ready) = self.arms.unwrap_or_else(|| {
@@ -213,12 +216,12 @@ impl ClosedForm {
         kept.count
     }
 
-    /// Whether it was made of this chain.
+    /// Returns true if the closed form was made for this chain.
     pub(crate) fn is_of(&self, chain: &Chain) -> bool {
         self.hinges.iter().map(|h| h.1).eq(chain.v.iter().copied())
     }
 
-    /// Whether the hinge that is held is within its limits.
+    /// Checks that the locked hinge is within its limits.
     ///
     /// # Errors
     /// [`RobotError::OutsideLimits`].
@@ -229,19 +232,19 @@ impl ClosedForm {
         within.then_some(()).ok_or(RobotError::OutsideLimits { dof: *dof, value, lower, upper })
     }
 
-    /// Places in the whole's q, one for each hinge.
+    /// Returns the index in the whole robot's q of each hinge.
     pub(crate) fn places(&self) -> impl Iterator<Item = usize> {
         self.hinges.iter().map(|h| h.0)
     }
 }
 
-/// Until an arm has one.
+/// Placeholder until the form of an arm is determined.
 const NONE: Form = Form { kind: Kind::Parallel, reversed: false };
 
 impl RobotModel {
-    /// Prepares the closed form of a chain of six or seven hinges. Of seven, `held` (a place in β, of
-    /// [`RobotModel::dofs`]) stays as it is in every solution; without one, the third, or the first other that leaves an arm with
-    /// a closed form.
+    /// Prepares the closed form of a chain with six or seven hinges. In a seven-axis chain, the hinge `held` (an index in β, from
+    /// [`RobotModel::dofs`]) keeps its value in every solution. If `held` is `None`, it is the third hinge, or the first other hinge whose locking
+    /// leaves an arm with a closed form.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::NoClosedForm`].
@@ -250,7 +253,7 @@ impl RobotModel {
     }
 }
 
-/// The copy of an angle, by whole turns, that lies within limits and nearest to `near`.
+/// Returns the angle, shifted by whole revolutions, that is within the limits and nearest to `near`.
 fn nearest(angle: f64, near: f64, limits: &Limits) -> Option<f64> {
     let turns = |x: f64| (x - angle) / TAU;
     let low = (turns(limits.lower) - ROUNDING).ceil();
@@ -260,7 +263,7 @@ fn nearest(angle: f64, near: f64, limits: &Limits) -> Option<f64> {
     (low <= high).then(|| x.max(limits.lower).min(limits.upper))
 }
 
-/// A candidate brought onto the pose, or nothing.
+/// Refines a candidate with Newton's method until it meets the pose; returns `None` if it does not.
 fn refined(arm: &Arm, X: &Pose, mut q: [f64; 6]) -> Option<[f64; 6]> {
     let off = |q: &[f64; 6]| {
         let now = arm.pose(q);
@@ -274,7 +277,7 @@ fn refined(arm: &Arm, X: &Pose, mut q: [f64; 6]) -> Option<[f64; 6]> {
         if size(&error) < 1e-3 * TOLERANCE {
             break;
         }
-        // Damped by little: where the arm is singular, what no angle changes is left alone.
+        // The small damping keeps angles that have no effect in a singular configuration.
         let J = arm.jacobian(&q);
         let damped = J.transpose() * J + linkwork_spatial::nalgebra::Matrix6::identity() * 1e-12;
         let Some(step) = damped.cholesky().map(|c| c.solve(&(J.transpose() * error))) else {
@@ -290,7 +293,7 @@ fn refined(arm: &Arm, X: &Pose, mut q: [f64; 6]) -> Option<[f64; 6]> {
     (size(&error) < TOLERANCE).then_some(q)
 }
 
-/// Candidates of an arm whose points are where its form asks for them.
+/// Computes candidates for an arm whose points lie where the form requires them.
 fn candidates(arm: &Arm, kind: Kind, X: &Pose, near: &[f64; 6], out: &mut Found) {
     match kind {
         Kind::Wrist(first) => wrist(arm, first, X, near, out),
@@ -304,12 +307,12 @@ fn wrist(arm: &Arm, first: First, X: &Pose, near: &[f64; 6], out: &mut Found) {
     let at = X.position - R * (tip.position - p[3]);
     let mut orient = |q: [f64; 3]| {
         let back = |v: Vec3| (0..3).fold(v, |v, i| turned_back(&h[i], q[i], &v));
-        // What the last three turn: h₆, and back to h₄.
+        // Direction of the last axis before the rotations of the wrist; then solve for q₅, q₄ and q₆.
         let out6 = back(R * h[5]);
         for q5 in height(&h[4], &h[3], &h[5], h[3].dot(&out6), near[4]).iter() {
             let bent = turned(&h[4], q5, &h[5]);
             let q4 = onto(&h[3], &bent, &out6, near[3]);
-            // Any vector off h₆ tells q₆.
+            // Any vector that is not parallel to h₆ determines q₆.
             let off = across(&h[5]);
             let seen = turned_back(&h[4], q5, &turned_back(&h[3], q4, &back(R * off)));
             out.add([q[0], q[1], q[2], q4, q5, onto(&h[5], &off, &seen, near[5])]);
@@ -341,7 +344,7 @@ fn wrist(arm: &Arm, first: First, X: &Pose, near: &[f64; 6], out: &mut Found) {
         }
         First::Meet23 => {
             let (to, first) = (at - p[0], p[1] - p[0]);
-            // |R₁ᵀ to − first| is the length of the rest.
+            // The length |R₁ᵀ to − first| is that of the remaining link.
             for q1 in distance(&-h[0], &to, &-first, fore.norm(), near[0]).iter() {
                 let left = turned_back(&h[0], q1, &to) - first;
                 for [q2, q3] in through_both((&h[1], &h[2]), (&fore, &left), [near[1], near[2]]) {
@@ -371,7 +374,7 @@ fn parallel(arm: &Arm, X: &Pose, near: &[f64; 6], out: &mut Found) {
     for q1 in height(&-h[0], &n, &to, n.dot(&(p[4] - p[0])), near[0]).iter() {
         let back = |v: Vec3| turned_back(&h[0], q1, &v);
         for q5 in height(&h[4], &n, &h[5], n.dot(&back(R * h[5])), near[4]).iter() {
-            // n as the tip sees it.
+            // The direction n in the frame of the tip.
             let seen = R.inverse() * turned(&h[0], q1, &n);
             let q6 = onto(&-h[5], &turned_back(&h[4], q5, &n), &seen, near[5]);
             let off = across(&n);
@@ -386,7 +389,7 @@ fn parallel(arm: &Arm, X: &Pose, near: &[f64; 6], out: &mut Found) {
     }
 }
 
-/// Two links in a plane: `R₂ (upper + R₃ fore) = to`, up to what lies along the axes.
+/// Solves two links in a plane: `R₂ (upper + R₃ fore) = to`, up to components along the axes.
 fn plane(
     [h2, h3]: [&Vec3; 2],
     [upper, fore]: [&Vec3; 2],
@@ -404,7 +407,7 @@ fn turned_back(h: &Vec3, angle: f64, v: &Vec3) -> Vec3 {
     turned(h, -angle, v)
 }
 
-/// A direction across an axis.
+/// Returns a direction perpendicular to an axis.
 fn across(h: &Vec3) -> Vec3 {
     h.cross(&Vec3::ith(h.iamin(), 1.0)).normalize()
 }

@@ -1,19 +1,19 @@
-//! Rotations about one or two axes that satisfy one equation each: what closed-form inverse kinematics is made of.
+//! Subproblems of closed-form inverse kinematics: rotations about one or two axes that satisfy one equation each.
 //!
-//! Source of the decomposition: Paden (1985), Kahan; in the form of Elias, Wen (2022), "IK-Geo". Axes have length 1, angles
-//! are radians. What misses a solution by rounding alone is answered with the nearest angle; the caller checks the pose.
+//! The decomposition follows Paden (1985) and Kahan, in the form of Elias and Wen (2022), "IK-Geo". Axes have length 1, angles are in radians. If a
+//! solution is missed only because of round-off, the nearest angle is returned; the caller checks the pose.
 
 use linkwork_spatial::Vec3;
 use std::f64::consts::PI;
 
-/// How far beyond ±1 a cosine may be by rounding.
+/// Largest round-off error of a cosine beyond ±1.
 const ROUNDING: f64 = 1e-9;
-/// Below it a cosine is ±1.
+/// A cosine that is closer to ±1 than this counts as ±1.
 const DOUBLE: f64 = 1e-15;
-/// What is shorter than this, of its own scale, has no direction.
+/// Vectors shorter than this, relative to their scale, have no direction.
 const TINY: f64 = 1e-10;
 
-/// At most two angles.
+/// Zero, one or two angles.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Angles {
     all: [f64; 2],
@@ -38,13 +38,13 @@ impl Angles {
     }
 }
 
-/// `v` turned about `h` by an angle.
+/// Rotates `v` about `h`.
 pub(super) fn turned(h: &Vec3, angle: f64, v: &Vec3) -> Vec3 {
     let (s, c) = angle.sin_cos();
     v * c + h.cross(v) * s + h * (h.dot(v) * (1.0 - c))
 }
 
-/// The angle about `h` that takes `a` to `b`, seen along `h`; `free` where `a` lies on `h`.
+/// Returns the angle about `h` that rotates the projection of `a` perpendicular to `h` to that of `b`; `free` if `a` is parallel to `h`.
 pub(super) fn onto(h: &Vec3, a: &Vec3, b: &Vec3, free: f64) -> f64 {
     let across = a - h * h.dot(a);
     if across.norm() <= TINY * a.norm() || a.norm() == 0.0 {
@@ -53,7 +53,7 @@ pub(super) fn onto(h: &Vec3, a: &Vec3, b: &Vec3, free: f64) -> f64 {
     h.dot(&across.cross(b)).atan2(across.dot(b))
 }
 
-/// Angles about `h` with `k · R a = d`; `free` where the angle does not matter.
+/// Returns angles about `h` with `k · R a = d`; `free` if the angle has no effect.
 pub(super) fn height(h: &Vec3, k: &Vec3, a: &Vec3, d: f64, free: f64) -> Angles {
     let (cosine, sine) = (k.dot(&(a - h * h.dot(a))), k.dot(&h.cross(a)));
     let (r, scale) = (cosine.hypot(sine), k.norm() * a.norm());
@@ -65,7 +65,7 @@ pub(super) fn height(h: &Vec3, k: &Vec3, a: &Vec3, d: f64, free: f64) -> Angles 
     if c.abs() > 1.0 + ROUNDING * (scale / r) {
         return Angles::none();
     }
-    // Where the two are one but for rounding, one is exact: an arc cosine would make 1e-16 an angle of 1e-8.
+    // If both solutions coincide up to round-off, return only one: an arc cosine would turn an error of 1e-16 into an angle of 1e-8.
     if 1.0 - c.abs() < DOUBLE {
         return Angles::one(if c > 0.0 { middle } else { middle + PI });
     }
@@ -73,12 +73,12 @@ pub(super) fn height(h: &Vec3, k: &Vec3, a: &Vec3, d: f64, free: f64) -> Angles 
     Angles::two(middle + half, middle - half)
 }
 
-/// Angles about `h` with `|R a + b| = d`; `free` where the angle does not matter.
+/// Returns angles about `h` with `|R a + b| = d`; `free` if the angle has no effect.
 pub(super) fn distance(h: &Vec3, a: &Vec3, b: &Vec3, d: f64, free: f64) -> Angles {
     height(h, b, a, 0.5 * (d * d - a.norm_squared() - b.norm_squared()), free)
 }
 
-/// Pairs of angles with `R₁ R₂ v = u`, about `h1` and `h2`; `free` for an axis on which its vector lies.
+/// Returns pairs of angles about `h1` and `h2` with `R₁ R₂ v = u`; `free` for an axis that is parallel to its vector.
 pub(super) fn through_both(
     (h1, h2): (&Vec3, &Vec3),
     (v, u): (&Vec3, &Vec3),
@@ -145,7 +145,7 @@ mod tests {
         assert_eq!(height(&h, &Vec3::x(), &a, 1.01, 9.0), Angles::none());
         assert_eq!(height(&h, &Vec3::x(), &a, 1.0 + 1e-12, 9.0), Angles::one(0.0));
         assert_eq!(distance(&h, &a, &Vec3::x(), 2.5, 9.0), Angles::none());
-        // The axis itself does not turn.
+        // A rotation does not change its own axis.
         assert_eq!(height(&h, &h, &a, 0.2, 9.0), Angles::one(9.0));
         assert_eq!(height(&h, &h, &a, 0.3, 9.0), Angles::none());
         assert_eq!(onto(&h, &h, &a, 9.0), 9.0);

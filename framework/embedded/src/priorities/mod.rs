@@ -1,49 +1,50 @@
-//! Least squares in order of priority, within bounds: what is asked later takes nothing from what was asked before.
+//! Prioritized least squares with bounds: a later level never degrades an earlier one.
 //!
 //! ```text
-//! level k:   min |A_k x − b_k|²   over the x that are as good as can be at levels 1 … k − 1,   c_iᵀ x ≤ d_i for all i
-//! x = x_{k−1} + Z y               Z: what the levels before leave free
+//! level k:   min |A_k x − b_k|²   over the x that are optimal at levels 1 … k − 1,   c_iᵀ x ≤ d_i for all i
+//! x = x_{k−1} + Z y               Z: null space of the earlier levels
 //! A_k Z = B = P [T 0] [V₁ V₂]ᵀ    min |T w − Pᵀ(b_k − A_k x_{k−1})|² + ε |t|²,   y = V₁ w + V₂ t;   Z ← Z V₂
 //! ```
-//! A sequence of problems, one for each level (Kanoun, Lamiraux, Wieber, IEEE Transactions on Robotics 27, 2011), each solved by the nearest point of a polyhedron
-//! (`framework/embedded/src/priorities/nearest.rs`) in numbers in which its cost is a distance: no product of a matrix with itself is made. Numbers that no level asks about are the least.
+//! One least-squares problem is solved for each level (Kanoun, Lamiraux, Wieber, IEEE Transactions on Robotics 27, 2011). Each is reduced to the
+//! nearest point of a polyhedron (`framework/embedded/src/priorities/nearest.rs`) in variables in which the cost is a distance, so no matrix is
+//! squared. Among all solutions the one with the smallest norm is chosen.
 
 mod nearest;
 
 use nearest::{Nearest, dot};
 
-/// √ε: what is free moves for a bound at a cost that no level notices.
+/// √ε: weight of the remaining freedom, small enough not to change the solution of a level.
 const FREE: f64 = 1e-5;
-/// Of the greatest: what counts as nothing in the rank of a level.
+/// Rank tolerance of a level, relative to its largest row.
 const RANK: f64 = 1e-9;
 
-/// What a level leaves to be wished.
+/// Result of a level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelResult {
-    /// |A x − b|, in the unit of its rows.
+    /// |A x − b| in the unit of the rows.
     pub residual: f64,
-    /// Degrees of freedom that are left for later levels.
+    /// Degrees of freedom that remain for later levels.
     pub free: usize,
 }
 
-/// No x keeps all bounds.
+/// The bounds contradict each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NoSolution;
 
-/// A problem with its memory.
+/// A prioritized least-squares problem, with its memory.
 #[derive(Clone, Debug)]
 pub struct Priorities {
     n: usize,
     rows: usize,
     room: usize,
     x: Vec<f64>,
-    /// Columns of Z (n each), and how many there are.
+    /// Columns of Z (n each), and their number.
     Z: Vec<f64>,
     free: usize,
     /// c (n each) and d.
     c: Vec<f64>,
     d: Vec<f64>,
-    /// B by rows (free each), e, the reflections of both sides.
+    /// Rows of B (free each), e, and the right-hand reflections.
     B: Vec<f64>,
     e: Vec<f64>,
     V: Vec<f64>,
@@ -57,7 +58,7 @@ pub struct Priorities {
 }
 
 impl Priorities {
-    /// For n numbers, levels of so many rows and so many bounds at the most. Allocates: once, at set-up.
+    /// Creates a problem for n unknowns, with up to `rows` rows in each level and up to `bounds` bounds. Allocates memory; later calls do not.
     #[must_use]
     pub fn new(n: usize, rows: usize, bounds: usize) -> Self {
         Self {
@@ -82,7 +83,7 @@ impl Priorities {
         }
     }
 
-    /// Begins a problem: no bounds, no levels, x = 0.
+    /// Starts a new problem: no bounds, no levels, x = 0.
     pub fn begin(&mut self) {
         self.x.fill(0.0);
         self.Z.fill(0.0);
@@ -94,10 +95,10 @@ impl Priorities {
         self.d.clear();
     }
 
-    /// A bound of all levels that follow: cᵀ x ≤ d (n numbers). An infinite d is none.
+    /// Adds the bound cᵀ x ≤ d (n numbers) for all following levels. An infinite d adds no bound.
     ///
     /// # Panics
-    /// For another length, and for more bounds than there is room for.
+    /// If the length is wrong or the reserved number of bounds is exceeded.
     pub fn bound(&mut self, c: &[f64], d: f64) {
         assert!(c.len() == self.n, "a bound has {} numbers", self.n);
         if d < f64::INFINITY {
@@ -107,19 +108,19 @@ impl Priorities {
         }
     }
 
-    /// The numbers that meet all levels until now as well as can be.
+    /// Returns the solution of all levels so far.
     #[must_use]
     pub fn x(&self) -> &[f64] {
         &self.x
     }
 
-    /// The next level: A (rows × n, row after row) and b.
+    /// Adds and solves the next level: A (rows × n, row after row) and b.
     ///
     /// # Errors
-    /// [`NoSolution`] when bounds contradict each other, or the levels before them.
+    /// [`NoSolution`] when the bounds contradict each other or the earlier levels.
     ///
     /// # Panics
-    /// For lengths that do not agree, and for more rows than there is room for.
+    /// If lengths do not agree or the reserved number of rows is exceeded.
     pub fn level(&mut self, A: &[f64], b: &[f64]) -> Result<LevelResult, NoSolution> {
         let (n, rows, free) = (self.n, b.len(), self.free);
         assert!(A.len() == rows * n && rows <= self.rows, "room for {} rows of {n}", self.rows);
@@ -129,7 +130,7 @@ impl Priorities {
                 self.B[free * i + k] = dot(row, &self.Z[n * k..n * (k + 1)]);
             }
         }
-        // Beside the rows as they were given: what earlier levels have settled leaves round-off alone.
+        // The rank tolerance is relative to the original rows, because rows that earlier levels fix completely contain only round-off.
         let length = |x: &[f64]| dot(x, x).sqrt();
         let greatest = A.chunks_exact(n.max(1)).map(length).fold(0.0, f64::max);
         let rank = self.decompose(rows, greatest);
@@ -151,13 +152,14 @@ impl Priorities {
         Ok(LevelResult { residual: rest.map(|x| x * x).sum::<f64>().sqrt(), free: self.free })
     }
 
-    /// Columns of V (free each), an orthonormal basis whose first `rank` span the rows of B, beside what is nothing to `greatest`; T = B V₁ (rows × rank).
+    /// Computes columns of V (free each), an orthonormal basis whose first `rank` columns span the rows of B, with a rank tolerance relative to
+    /// `greatest`; T = B V₁ (rows × rank).
     fn decompose(&mut self, rows: usize, greatest: f64) -> usize {
         let free = self.free;
         let length = |x: &[f64]| dot(x, x).sqrt();
         let mut rank = 0;
         self.T[..rows * free].copy_from_slice(&self.B[..rows * free]);
-        // Rows that are longest beside those taken, first: Gram and Schmidt with pivots, each twice.
+        // Select the row that is longest after projection: Gram–Schmidt with pivoting, each projection done twice.
         while rank < free.min(rows) && greatest > 0.0 {
             let (mut best, mut most) = (0, 0.0);
             for (i, row) in self.T[..rows * free].chunks_exact(free).enumerate() {
@@ -180,7 +182,7 @@ impl Priorities {
             }
             rank += 1;
         }
-        // The rest of the basis from the axes that lie least in it.
+        // Complete the basis from the unit vectors with the largest projections.
         for k in rank..free {
             let (mut best, mut most) = (0, -1.0);
             for i in 0..free {
@@ -204,13 +206,13 @@ impl Priorities {
         rank
     }
 
-    /// y: numbers along V that are best within the bounds.
+    /// Computes y, the optimal coefficients along V within the bounds.
     fn solve(&mut self, rows: usize, rank: usize) -> Result<(), NoSolution> {
         let (n, free) = (self.n, self.free);
         if free == 0 {
             return Ok(());
         }
-        // T = Q R by reflections (rows ≥ rank), in place; e ← Qᵀ e.
+        // Factor T = Q R by Householder reflections (rows ≥ rank), in place; e ← Qᵀ e.
         for k in 0..rank {
             let column = |i: usize| rank * i + k;
             let length = (k..rows).map(|i| self.T[column(i)].powi(2)).sum::<f64>().sqrt();
@@ -233,7 +235,7 @@ impl Priorities {
                 self.e[i] -= 2.0 * along / square * self.next[i];
             }
         }
-        // z = (R w, √ε t); the best without bounds is (Qᵀ e, 0).
+        // z = (R w, √ε t); the optimum without bounds is (Qᵀ e, 0).
         let z = &mut self.z[..free];
         z[..rank].copy_from_slice(&self.e[..rank]);
         z[rank..].fill(0.0);
@@ -241,7 +243,7 @@ impl Priorities {
         self.right.clear();
         for (c, d) in self.c.chunks_exact(n).zip(&self.d) {
             let at = self.normals.len();
-            // Along y: cᵀ Z V; then Rᵀ n_w = c_w, √ε n_t = c_t.
+            // Transform the bound: cᵀ Z V along y, then Rᵀ n_w = c_w and √ε n_t = c_t.
             for k in 0..free {
                 self.y[k] = dot(c, &self.Z[n * k..n * (k + 1)]);
             }
@@ -251,7 +253,7 @@ impl Priorities {
                 left += x * x;
                 self.normals.push(x);
             }
-            // What levels before have settled cannot be changed.
+            // The bound does not depend on the remaining freedom, so only check it.
             if left <= 1e-18 * dot(c, c) {
                 if dot(c, &self.x) - d > 1e-6 * (1.0 + d.abs()) {
                     return Err(NoSolution);
@@ -283,7 +285,7 @@ impl Priorities {
     }
 }
 
-/// Makes `own` a unit vector that is orthogonal to the columns before.
+/// Makes `own` a unit vector that is orthogonal to the columns before it.
 fn orthogonal(before: &[f64], own: &mut [f64]) {
     for _ in 0..2 {
         for e in before.chunks_exact(own.len()) {

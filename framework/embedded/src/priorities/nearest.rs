@@ -1,18 +1,18 @@
-//! The point of a polyhedron that is nearest to another.
+//! Nearest point of a polyhedron.
 //!
 //! ```text
 //! min ½ |z − z₀|²,   n_iᵀ z ≤ d_i,   |n_i| = 1
 //! ```
-//! The dual method of Goldfarb and Idnani (Mathematical Programming 27, 1983), of which this is the case with a unit Hessian: it begins at z₀ and takes in the
-//! row that is violated most; rows whose multiplier would turn negative leave. No start within the polyhedron is needed.
+//! Uses the dual method of Goldfarb and Idnani (Mathematical Programming 27, 1983) with a unit Hessian. It starts at z₀ and adds the most violated
+//! row; rows whose multiplier would become negative are removed. No feasible start is needed.
 
-/// Memory.
+/// Solver with its memory.
 #[derive(Clone, Debug)]
 pub(super) struct Nearest {
-    /// Active rows with their multipliers.
+    /// Active rows and their multipliers.
     active: Vec<usize>,
     u: Vec<f64>,
-    /// The active rows as Q R: columns of Q (m each), R by columns (`room` each).
+    /// QR factors of the active rows: columns of Q (m each), R by columns (`room` each).
     Q: Vec<f64>,
     R: Vec<f64>,
     r: Vec<f64>,
@@ -20,11 +20,11 @@ pub(super) struct Nearest {
     room: usize,
 }
 
-/// What violates a row, beside the size of its numbers.
+/// Largest accepted violation of a row, relative to the size of its numbers.
 const TOLERANCE: f64 = 1e-11;
 
 impl Nearest {
-    /// For points of up to m numbers.
+    /// Creates a solver for points with up to m numbers.
     pub fn new(m: usize) -> Self {
         Self {
             active: Vec::with_capacity(m + 1),
@@ -37,12 +37,12 @@ impl Nearest {
         }
     }
 
-    /// Moves z to the nearest point; false when there is none. `rows`: m numbers each, of length 1; `right`: d.
+    /// Moves z to the nearest point; returns false when the polyhedron is empty. `rows` contains m numbers each, of length 1; `right` is d.
     pub fn solve(&mut self, z: &mut [f64], rows: &[f64], right: &[f64]) -> bool {
         let m = z.len();
         self.active.clear();
         self.u.clear();
-        // Far more than it ever takes; each row once in and once out many times over.
+        // This bound is far above the number of iterations that occur; a row may enter and leave many times.
         for _ in 0..50 * (right.len() + m + 1) {
             let (mut worst, mut most) = (None, 0.0);
             for (i, (row, d)) in rows.chunks_exact(m).zip(right).enumerate() {
@@ -59,14 +59,14 @@ impl Nearest {
         false
     }
 
-    /// Makes row p hold.
+    /// Adds row p to the active rows, so that it is satisfied.
     fn take_in(&mut self, p: usize, z: &mut [f64], rows: &[f64], right: &[f64]) -> bool {
         let m = z.len();
         let n = &rows[m * p..m * (p + 1)];
         let mut multiplier = 0.0;
         loop {
             let q = self.active.len();
-            // What is left of n beside the active rows, twice for round-off; R r = Qᵀ n.
+            // Project n onto the complement of the active rows, twice because of round-off; R r = Qᵀ n.
             self.z[..m].copy_from_slice(n);
             self.r[..q].fill(0.0);
             for _ in 0..2 {
@@ -124,7 +124,7 @@ impl Nearest {
         }
     }
 
-    /// A column of Q and R from its row and those before.
+    /// Computes a column of Q and R from its row and the columns before it.
     fn factor(&mut self, column: usize, m: usize, rows: &[f64]) {
         let row = self.active[column];
         let (before, own) = self.Q.split_at_mut(m * column);

@@ -1,12 +1,13 @@
-//! Loops that hands close, with one another through an object or with an object that stands in the world: the motions that they leave.
+//! Mobility of loops that hands close: two hands on one object, or a hand on an object that is fixed in the world or in another hand.
 //!
 //! ```text
 //! hands on one object      C = J_L − J_R                          at the object's origin, over the joints of both chains
-//! hand onto a body         C = J_H − J_K − J_B                    at the body's origin; J_B: the object's own joints that may move,
+//! hand onto a body         C = J_H − J_K − J_B                    at the body's origin; J_B: the object's movable joints,
 //!                                                                 J_K: the chain that carries the object, when a hand does
 //! mobility                 n − rank C                             n: columns of C
 //! ```
-//! A hand that is welded onto a body of an object: a key in a lock, a hand on a lever. The loop is taken as it stands.
+//! "Hand onto a body" is a hand that is welded to a body of an object, such as a key in a lock or a hand on a lever. The loop is evaluated in its
+//! current configuration.
 
 use super::Robot;
 use super::dual::columns_rank;
@@ -19,12 +20,12 @@ use linkwork_multibody::BodyId;
 use linkwork_spatial::nalgebra::{Matrix6, Vector6};
 use linkwork_spatial::{Motion, Vec3};
 
-/// A loop.
+/// A closed loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Closing<'a> {
-    /// Both hands of an object.
+    /// Two hands that hold one object.
     Hands(Object),
-    /// A hand, with what it holds, welded to a body of an object with joints.
+    /// A hand, or the object in it, welded to a body of an object with joints.
     Onto {
         /// The hand.
         hand: Part,
@@ -32,26 +33,26 @@ pub enum Closing<'a> {
         object: Object,
         /// Its body ([`RobotModel::object_body`](crate::RobotModel::object_body)).
         body: BodyId,
-        /// Which of the object's joints may move (nv of its own); the others stand.
+        /// For each of the object's degrees of freedom (nv of the object), whether it may move.
         free: &'a [bool],
     },
 }
 
-/// What a loop leaves.
+/// Rank and mobility of a closed loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClosureRank {
-    /// Rows of the loop's equations.
+    /// Number of equations of the loop.
     pub rows: usize,
-    /// How many of them are independent here.
+    /// Number of independent equations in this configuration.
     pub rank: usize,
-    /// Degrees of freedom that are left to the chains and joints of the loop.
+    /// Remaining degrees of freedom of the chains and joints in the loop.
     pub mobility: usize,
 }
 
 impl Robot {
-    /// The Jacobian of a body of an object (6 × n, row after row): rates of the object's own n degrees of freedom to the velocity [ω; v] of the
-    /// body relative to where the object is held or stands, at the body's origin, world axes. Its transpose gives the forces at the joints that balance a wrench
-    /// on the body.
+    /// Writes the Jacobian of a body of an object (6 × n, row after row). It maps rates of the object's n degrees of freedom to the velocity [ω; v]
+    /// of the body relative to the object's base, at the body's origin, in world axes. Its transpose maps a wrench on the body to the joint forces
+    /// that balance it.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NoJoints`], [`RobotError::Length`].
@@ -74,11 +75,12 @@ impl Robot {
         Ok(())
     }
 
-    /// What a loop leaves at q and at the object's joints as they are. O(nv).
+    /// Returns rank and mobility of a loop at the robot's q and the current coordinates of the object's joints. O(nv).
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`]; of both hands [`RobotError::NotHeld`] and [`RobotError::EmptyHand`] (no second hand);
-    /// onto a body [`RobotError::NoJoints`], [`RobotError::Length`], and [`RobotError::Held`] by this hand: it closes no loop.
+    /// [`RobotError::ForeignHandle`]; [`RobotError::NotAChain`]. For two hands also [`RobotError::NotHeld`] and [`RobotError::EmptyHand`] (no second
+    /// hand). For a hand on a body also [`RobotError::NoJoints`], [`RobotError::Length`], and [`RobotError::Held`] when this hand holds the object,
+    /// because then there is no loop.
     pub fn closure(&mut self, closing: Closing<'_>) -> Result<ClosureRank, RobotError> {
         let model = self.model.clone();
         let mut A = Matrix6::zeros();
@@ -132,9 +134,10 @@ impl Robot {
         Ok(ClosureRank { rows: 6, rank, mobility: n - rank })
     }
 
-    /// The Jacobian of an object's body over all of its tree into its memory; the number of its joints' degrees of freedom.
+    /// Computes the Jacobian of an object's body over its whole tree into its memory. Returns the number of degrees of freedom of the object's
+    /// joints.
     fn object_columns(&mut self, object: Object, body: BodyId) -> Result<usize, RobotError> {
-        // Refuses what is not there.
+        // This call also rejects an unknown object or body.
         self.object_body_pose(object, body)?;
         let X_WO = self.object_pose(object)?;
         let Some(m) = &mut self.linkages[object.index()] else {
@@ -146,7 +149,7 @@ impl Robot {
         Ok(m.tree.nv() - ROOT_V)
     }
 
-    /// Velocities at `p` through a chain into `columns`; zeros elsewhere.
+    /// Writes velocities at `p` through a chain into `columns`, and zeros for all other degrees of freedom.
     fn chain_columns(&mut self, part: Part, p: &Vec3, sign: f64) -> Result<(), RobotError> {
         self.columns.fill(Vector6::zeros());
         self.add_chain(part, part, p, sign)

@@ -1,13 +1,13 @@
-//! Collisions at any configuration: yes or no, which, how far, along a path.
+//! Collision queries at any configuration: whether there is a collision, which colliders touch, distances, and checks along a path.
 //!
 //! ```text
-//! path qa → qb, all coordinates in proportion; a piece of it with its middle m and half its length:
-//! every point of a collider stays within r = Σ_i bound_i |Δq_i| of where it is at m
-//! free at m with all shapes thicker by their r      the piece is free
-//! touching at m                                     the path is not
-//! else                                              both halves
+//! path qa → qb, all coordinates in proportion; a piece has the middle m and half its length:
+//! every point of a collider stays within r = Σ_i bound_i |Δq_i| of its position at m
+//! no contact at m with all shapes thickened by r    the piece is free
+//! contact at m                                      the path is not free
+//! otherwise                                         check both halves
 //! ```
-//! So nothing is jumped over, however thin.
+//! Thin obstacles are therefore not missed.
 
 use super::{Hold, Mount, Robot};
 use crate::collision::{Carrier, Scene, matrix};
@@ -25,11 +25,11 @@ use linkwork_spatial::{Motion, Pose};
 pub(super) struct Memory {
     pub probe: Probe,
     ws: Workspace,
-    /// Where objects are in the world at the configuration asked for.
+    /// Poses of the objects in the world at the configuration of the query.
     objects: Vec<Pose>,
-    /// Bodies of objects with joints.
+    /// Workspaces of the objects with joints.
     linkages: Vec<Option<Workspace>>,
-    /// What the user said of pairs: a, b, whether they meet. Row after row.
+    /// Overrides that the user set for pairs (a, b), row after row: whether the pair is checked.
     said: Vec<Option<bool>>,
     q: Vec<f64>,
     dv: Vec<f64>,
@@ -61,26 +61,26 @@ impl Memory {
     }
 }
 
-/// Whether a path is free.
+/// Result of a collision check of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Path {
-    /// Proven free from end to end.
+    /// The whole path is proven free.
     Free,
-    /// At this part of the way (0 … 1) two colliders touch.
+    /// Two colliders touch at this position of the path.
     Hit {
-        /// From 0 at the start to 1 at the end.
+        /// Position from 0 at the start to 1 at the end.
         at: f64,
-        /// The two.
+        /// The two colliders.
         pair: (ColliderId, ColliderId),
     },
-    /// Nothing touches where it was looked, and pieces as short as allowed could not be proven free: surfaces pass within a hair.
+    /// No collision was found, but some pieces of the minimum length could not be proven free because surfaces are too close to each other.
     Undecided {
-        /// Where the first such piece is.
+        /// Position of the first such piece.
         at: f64,
     },
 }
 
-/// How far [`Robot::path_free_on`] has come.
+/// Progress of [`Robot::path_free_on`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathProgress {
     at: f64,
@@ -89,14 +89,15 @@ pub struct PathProgress {
 }
 
 impl Default for PathProgress {
-    /// At the start of the way.
+    /// The start of the path.
     fn default() -> Self {
         Self { at: 0.0, length: 1.0, undecided: None }
     }
 }
 
 impl Robot {
-    /// Whether two colliders that meet touch or overlap at `q` (nq), padding counted. The robot's own q does not matter; what hands hold goes with them.
+    /// Returns true if two colliders of a checked pair touch or overlap at `q` (nq), including padding. The robot's own q has no effect. Held objects
+    /// move with the hands.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`].
@@ -104,7 +105,7 @@ impl Robot {
         self.first_hit(q).map(|hit| hit.is_some())
     }
 
-    /// As [`collides`](Self::collides), with a pair that touches.
+    /// Like [`collides`](Self::collides), but returns a pair that touches.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`].
@@ -113,7 +114,7 @@ impl Robot {
         Ok(self.collide.probe.first_hit(&self.model.scene.colliders))
     }
 
-    /// All pairs that touch or overlap at `q` (nq), into `out` (emptied first; allocates when it is too short).
+    /// Writes all pairs that touch or overlap at `q` (nq) into `out`, which is cleared first. Allocates only if the capacity of `out` is too small.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`].
@@ -127,7 +128,7 @@ impl Robot {
         Ok(())
     }
 
-    /// The nearest pair that meets at `q` (nq), within `limit` (m, may be infinite): padding counted, negative when it overlaps.
+    /// Returns the closest checked pair at `q` (nq) within `limit` (m, may be infinite). The distance includes padding and is negative for overlap.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`]; [`RobotError::OutOfRange`] for a limit that is NaN.
@@ -137,9 +138,9 @@ impl Robot {
         Ok(self.collide.probe.closest(&self.model.scene.colliders, limit))
     }
 
-    /// The distances of all pairs that are looked at and within `limit` (m, may be infinite) at `q` (nq), by identifiers, into `out` (emptied first;
-    /// allocates when it is too short): padding counted, negative where they overlap. O(pairs): where the nearest is
-    /// all that is wanted, `clearance` leaves most of them out.
+    /// Writes the distances of all checked pairs within `limit` (m, may be infinite) at `q` (nq) into `out`, sorted by identifiers. `out` is cleared
+    /// first; this allocates only if its capacity is too small. Distances include padding and are negative for overlap. The work is O(pairs). If you
+    /// need only the closest pair, `clearance` is faster because it skips most pairs.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`]; [`RobotError::OutOfRange`] for a limit that is NaN.
@@ -155,7 +156,8 @@ impl Robot {
         Ok(())
     }
 
-    /// The distance of two colliders at `q` (nq), whether they meet or not, with the nearest points; padding counted.
+    /// Returns the distance of two colliders at `q` (nq) with the closest points, whether the pair is checked for collisions or not. Includes
+    /// padding.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::ForeignHandle`].
@@ -171,12 +173,12 @@ impl Robot {
         Ok(self.collide.probe.distance(&self.model.scene.colliders, a, b, f64::INFINITY))
     }
 
-    /// Whether the way from `qa` to `qb` (nq each) is free, all coordinates moving in proportion; see the head of the file. Pieces shorter than
-    /// `least` (part of the way, 0 … 1) are not cut again. What hands hold goes with them.
+    /// Checks whether the path from `qa` to `qb` (nq each) is free of collisions while all coordinates move in proportion. The documentation of this
+    /// file describes the method. Pieces shorter than `least` (a fraction of the path, 0 … 1) are not halved again. Held objects move with the hands.
     ///
     /// # Errors
-    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::OpensClosure`], [`RobotError::OutOfRange`] for `least` outside 1e-9 … 1, and for an
-    /// end of the way beyond a slider's limits: how far it carries what turns follows from them.
+    /// [`RobotError::Length`]; [`RobotError::NotFinite`]; [`RobotError::OpensClosure`]; [`RobotError::OutOfRange`] for `least` outside 1e-9 … 1, and
+    /// for an end of the path beyond the limits of a slider, because the bound of how far a rotation moves a collider uses these limits.
     pub fn path_free(&mut self, qa: &[f64], qb: &[f64], least: f64) -> Result<Path, RobotError> {
         let mut progress = PathProgress::default();
         loop {
@@ -186,11 +188,11 @@ impl Robot {
         }
     }
 
-    /// As [`path_free`](Self::path_free), for at most so many pieces; `None` while more are left. The same call goes on from `progress`, and portions
-    /// do not change the answer.
+    /// Like [`path_free`](Self::path_free), but checks at most `pieces` pieces; returns `None` while pieces remain. Call it again with the same
+    /// `progress` to continue. The result does not depend on the number of calls.
     ///
     /// # Errors
-    /// As `path_free`.
+    /// Like `path_free`.
     pub fn path_free_on(
         &mut self,
         qa: &[f64],
@@ -202,12 +204,12 @@ impl Robot {
         self.model.configurations("qa", qa, 1)?;
         self.model.configurations("qb", qb, 1)?;
         self.model.opens_between(qa, qb)?;
-        self.tears("a straight way", |v| {
+        self.tears("a straight path", |v| {
             let moved = |s: &SubhingeRange| s.v.contains(&v) && qa[s.q.clone()] != qb[s.q.clone()];
             self.model.multibody().subhinges().any(|(_, s)| moved(s))
         })?;
         if !(1e-9..=1.0).contains(&least) {
-            let help = "give a part of the way from 1e-9 to 1";
+            let help = "give a fraction of the path from 1e-9 to 1";
             return Err(RobotError::OutOfRange { what: "least", value: least, help });
         }
         for (_, s) in self.model.multibody().subhinges() {
@@ -216,7 +218,7 @@ impl Robot {
             let slides =
                 matches!(s.subhinge.kind, SubhingeKind::Slider { .. } | SubhingeKind::Screw { .. });
             if let (true, Some(q)) = (slides, [qa, qb].into_iter().find(|q| beyond(q))) {
-                let help = "begin and end within the limits of sliders and screws";
+                let help = "start and end within the limits of sliders and screws";
                 let value = q[s.q.start];
                 return Err(RobotError::OutOfRange { what: "a slider's place", value, help });
             }
@@ -228,7 +230,7 @@ impl Robot {
         path
     }
 
-    /// Looks at pieces of the way, cut in halves as far as it takes.
+    /// Checks pieces of the path and halves those that are undecided.
     fn pieces(
         &mut self,
         qa: &[f64],
@@ -237,7 +239,7 @@ impl Robot {
         progress: &mut PathProgress,
         pieces: usize,
     ) -> Result<Option<Path>, RobotError> {
-        // Pieces in order, each half as long as the last or as long: a counter is all the memory that takes.
+        // Pieces are checked in order, and each is half of a larger one, so position and length are the only memory that the bisection needs.
         let PathProgress { at, length, undecided } = progress;
         for _ in 0..pieces {
             if *at >= 1.0 {
@@ -255,7 +257,7 @@ impl Robot {
                 *undecided = undecided.or(Some(middle));
             }
             *at += *length;
-            // As long again as the place allows: pieces stay halves of halves.
+            // Double the length as long as the position is a multiple of it, so that pieces remain halves of halves.
             while *length < 1.0 && (*at / (2.0 * *length)).fract() == 0.0 {
                 *length *= 2.0;
             }
@@ -263,7 +265,7 @@ impl Robot {
         Ok(None)
     }
 
-    /// Two that may touch somewhere within `dv` (nv, not negative) of q (nq) on either side; `None` proves that nothing does.
+    /// Returns two colliders that may touch within ±`dv` (nv, not negative) of q (nq). `None` proves that no pair touches.
     pub(super) fn first_within(
         &mut self,
         q: &[f64],
@@ -272,7 +274,7 @@ impl Robot {
         self.at_part(q, dv, 0.0, 1.0)
     }
 
-    /// A hit at a part of the way, all shapes thicker by what `half` of it moves them.
+    /// Returns a collision at a fraction of the path, with all shapes thickened by the distance that they move within `half` of a piece.
     fn at_part(
         &mut self,
         qa: &[f64],
@@ -296,7 +298,7 @@ impl Robot {
         found
     }
 
-    /// How far points of a collider may come while the coordinates change by `dv`, m. Joints of objects stand still.
+    /// Returns the largest distance, m, that points of a collider can move while the coordinates change by `dv`. Joints of objects do not move.
     fn moved(&self, id: ColliderId, dv: &[f64]) -> Result<f64, RobotError> {
         let scene = &self.model.scene;
         let far = match scene.endless(id) {
@@ -321,23 +323,25 @@ impl Robot {
         }
     }
 
-    /// Thickness around a collider from now on, m. O(colliders).
+    /// Sets the padding around a collider, m. O(colliders).
     ///
     /// # Errors
-    /// As [`pad_all`](Self::pad_all).
+    /// Like [`pad_all`](Self::pad_all).
     pub fn pad(&mut self, id: ColliderId, padding: f64) -> Result<(), RobotError> {
         self.pad_all(&[id], padding)
     }
 
-    /// Thickness around each of several colliders from now on, m: those of a part ([`RobotModel::colliders_of_part`]) or of an object. O(n² · colliders).
+    /// Sets the padding around several colliders, m, for example those of a part ([`RobotModel::colliders_of_part`]) or of an object. O(n² ·
+    /// colliders).
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`]; [`RobotError::OutOfRange`] when it is negative or not finite; [`RobotError::NeverFree`] when with it two colliders of
-    /// robot and world that are looked at would touch at every configuration, as lengths of links and travels of sliders say. Then nothing has changed.
+    /// [`RobotError::ForeignHandle`]; [`RobotError::OutOfRange`] when it is negative or not finite; [`RobotError::NeverFree`] when two checked
+    /// colliders of robot and world would touch at every configuration with this padding, according to link lengths and travels of sliders. After an
+    /// error no padding has changed.
     pub fn pad_all(&mut self, ids: &[ColliderId], padding: f64) -> Result<(), RobotError> {
         ids.iter().try_for_each(|id| self.known(*id))?;
         if !(padding >= 0.0 && padding.is_finite()) {
-            let help = "padding is not negative";
+            let help = "padding must not be negative";
             return Err(RobotError::OutOfRange { what: "padding", value: padding, help });
         }
         let scene = &self.model.scene;
@@ -358,7 +362,7 @@ impl Robot {
         Ok(())
     }
 
-    /// Hides or shows a collider from now on.
+    /// Hides or shows a collider. Hidden colliders are not checked.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`].
@@ -368,14 +372,14 @@ impl Robot {
         Ok(())
     }
 
-    /// Fine or coarse shapes of all colliders from now on; where one has no coarse shape, its fine one.
+    /// Selects the fine or the coarse shapes of all colliders. A collider without a coarse shape uses its fine shape.
     pub fn set_detail(&mut self, detail: Detail) {
         for id in self.model.scene.colliders.ids() {
             self.collide.probe.set_detail(id, detail);
         }
     }
 
-    /// The fine or the coarse shape of one collider from now on; where it has no coarse one, its fine shape.
+    /// Selects the fine or the coarse shape of one collider. A collider without a coarse shape uses its fine shape.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`].
@@ -385,8 +389,8 @@ impl Robot {
         Ok(())
     }
 
-    /// Says whether a pair is looked at from now on, whatever the rules and hands say; `None` leaves it to them again. Held objects that may touch something
-    /// are allowed to by this.
+    /// Sets whether a pair is checked for collisions, regardless of the collision rules and of which hand holds what. `None` removes this override.
+    /// Use it to allow a held object to touch something.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`].
@@ -405,7 +409,7 @@ impl Robot {
         Ok(())
     }
 
-    /// Whether a pair is looked at now when both are shown.
+    /// Returns true if a pair is checked for collisions while both colliders are shown.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`].
@@ -415,7 +419,7 @@ impl Robot {
         Ok(self.collide.probe.meet(a, b))
     }
 
-    /// After the hands of an object changed, or what it is attached to: its pairs and those of all that it carries.
+    /// Updates the pairs of an object, and of all objects attached to it, after its hands or its attachment changed.
     pub(super) fn filter(&mut self, object: Object) {
         let model = self.model.clone();
         let scene = &model.scene;
@@ -430,7 +434,7 @@ impl Robot {
         }
     }
 
-    /// What the user said; else the rules, and what hands hold.
+    /// Decides whether a pair is checked: by the user's override, otherwise by the rules and by what the hands hold.
     fn decide(&mut self, a: ColliderId, b: ColliderId) {
         let scene = &self.model.scene;
         let n = scene.colliders.len();
@@ -446,7 +450,7 @@ impl Robot {
         self.collide.probe.set_meet(a, b, meet);
     }
 
-    /// Whether an object that a part holds, or a body that hangs on it, meets a collider.
+    /// Returns true if a collider of an object that a part holds, or of a body that hangs on it, is checked against another collider.
     fn meets(&self, part: Part, (own, link): (usize, Link), other: ColliderId) -> bool {
         let scene = &self.model.scene;
         let Some((o, to)) = self.carried(other) else {
@@ -457,12 +461,12 @@ impl Robot {
                 Link::Beyond => true,
             };
         };
-        // What is between bodies of one object the rules say, and what is attached to it `apart`.
+        // Pairs of bodies of one object follow the rules; pairs with attached objects follow `apart`.
         let Some(hold) = self.holds[o].filter(|_| o != own) else { return true };
         let tip = |p: Part| self.model.chain(p).map(|c| c.tip_body).ok();
         let hands = [Some(hold.hand.0), hold.second.map(|s| s.0)];
         let apart = hands.into_iter().flatten().all(|p| tip(p) != tip(part));
-        // Two objects in one hand are one piece, and what a hinge joins to it is its neighbour.
+        // Two objects in one hand are one rigid body; a body that a hinge joins to it is its neighbour and may touch it.
         apart
             || match (link, to) {
                 (Link::Welded, Link::Welded) => false,
@@ -476,7 +480,7 @@ impl Robot {
         if known { Ok(()) } else { Err(RobotError::ForeignHandle) }
     }
 
-    /// Puts all colliders where they are at q.
+    /// Moves all colliders to their poses at q.
     fn place(&mut self, q: &[f64]) -> Result<(), RobotError> {
         self.model.configurations("q", q, 1)?;
         let Memory { probe, ws, objects, linkages, .. } = &mut self.collide;
@@ -519,6 +523,6 @@ fn check_limit(limit: f64) -> Result<(), RobotError> {
     if !limit.is_nan() {
         return Ok(());
     }
-    let help = "a limit in m, infinite for none";
+    let help = "give a limit in m; use infinity for no limit";
     Err(RobotError::OutOfRange { what: "limit", value: limit, help })
 }

@@ -1,15 +1,15 @@
-//! Two hands on one object: load shared, squeezed, and told apart from squeezing.
+//! Two hands that hold one object: load sharing, squeezing, and separation of wrenches into moving and squeezing parts.
 //!
-//! O: the object's origin; L the hand that carries it, R the second; J_L, J_R over all degrees of freedom of both chains,
-//! as velocities of the object at O:
+//! O is the object's origin, L the hand that carries it, R the second hand. J_L and J_R are Jacobians of the object's velocity at O
+//! over all degrees of freedom of both chains:
 //! ```text
 //! C = J_L − J_R                        rows of the closed loop: C β = 0
-//! τ = τ₀ − Cᵀ λ                        the same motion for every λ; λ is what R does to the object, about O
+//! τ = τ₀ − Cᵀ λ                        the same motion for every λ; λ is the wrench of R on the object, about O
 //! min τᵀ W τ:  λ = (C W Cᵀ)⁺ C W τ₀
 //! F_move = W⁻¹ Gᵀ (G W⁻¹ Gᵀ)⁻¹ G F,    F_squeeze = F − F_move,    G F_squeeze = 0
 //! ```
-//! The balance is that of the closed mechanism: it does not depend on which hand took the object first. It may pull as well as press:
-//! grips that hold by friction alone have bounds that it does not know: [`Robot::grip`] does.
+//! The balance is that of the closed mechanism, so it does not depend on which hand took the object first. Hands may pull as well as press: for grips
+//! that hold by friction alone, which have limits that this function does not consider, use [`Robot::grip`].
 
 use super::Robot;
 use crate::error::RobotError;
@@ -19,55 +19,55 @@ use linkwork_dynamics::{node_jacobian, node_jacobian_transpose_product};
 use linkwork_spatial::nalgebra::{Matrix6, Vector6};
 use linkwork_spatial::{Force, Vec3};
 
-/// What a balance makes small.
+/// Cost that a balance minimizes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Balance {
     /// Σ τ².
     Equal,
-    /// Σ (τ / limit)²: shares of what each joint can do.
+    /// Σ (τ / limit)²: squared fractions of the effort limits.
     Effort,
 }
 
-/// A balance found.
+/// Result of [`Robot::balance`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shared {
-    /// The second hand's wrench on the object: moment about its own tip, force; world axes.
+    /// Wrench of the second hand on the object: moment about this hand's tip, and force; world axes.
     pub second: Force,
-    /// The sum that was made small.
+    /// The minimized sum.
     pub cost: f64,
-    /// Greatest |τ| / limit over the joints of both chains that have a limit: above 1 the joints cannot do it, and
-    /// forces are told all the same.
+    /// Largest |τ| / limit over all joints of both chains that have a limit. Above 1 the joints cannot exert these forces; they are returned all the
+    /// same.
     pub largest_share: f64,
 }
 
-/// What a unit of each wrench counts in [`Robot::split_hand_wrenches`].
+/// Weights of wrenches in [`Robot::split_hand_wrenches`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandWeights {
-    /// Of the hand that carries the object, and the second.
+    /// Weight of the hand that carries the object, and of the second hand.
     pub hands: [f64; 2],
-    /// Of 1 N m against 1 N, 1/m². The shares depend on it.
+    /// Weight of 1 N m relative to 1 N, 1/m². The result depends on it.
     pub moment: f64,
 }
 
-/// Wrenches of two hands, told apart. First hand, then second; each about its own tip, world axes.
+/// Wrenches of two hands, separated. First hand, then second hand; each about its own tip, world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandWrenches {
-    /// What moves the object.
+    /// The part that moves the object.
     pub moving: [Force; 2],
-    /// What only squeezes it.
+    /// The part that only squeezes it.
     pub squeezing: [Force; 2],
-    /// The sum on the object, about its origin.
+    /// Net wrench on the object, about its origin.
     pub net: Force,
 }
 
 impl Robot {
-    /// Shares a load between the two hands of an object: `tau` (nv; in: forces of the mechanism with the object on the hand that
-    /// carries it, as [`feed_forward`](Self::feed_forward) gives them; out: forces for the same motion with both hands). Only forces of the two chains change.
-    /// Where the loop is singular, the least of all λ.
+    /// Shares a load between the two hands of an object. `tau` (nv) contains forces of the mechanism with the object on the hand that carries it on
+    /// input, such as [`feed_forward`](Self::feed_forward) returns, and forces for the same motion with both hands on output. Only forces of the two
+    /// chains change. Where the loop is singular, the smallest λ is chosen.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotHeld`], [`RobotError::EmptyHand`] (no second hand), [`RobotError::Length`],
-    /// [`RobotError::NotFinite`]; [`RobotError::OutOfRange`] when a joint of [`Balance::Effort`] has no limit of its force.
+    /// [`RobotError::ForeignHandle`]; [`RobotError::NotHeld`]; [`RobotError::EmptyHand`] (no second hand); [`RobotError::Length`];
+    /// [`RobotError::NotFinite`]; [`RobotError::OutOfRange`] when a joint has no effort limit and the cost is [`Balance::Effort`].
     pub fn balance(
         &mut self,
         object: Object,
@@ -89,8 +89,9 @@ impl Robot {
         if balance == Balance::Effort
             && let Some(v) = dofs().find(|v| effort(*v).is_infinite())
         {
-            let (what, value) = ("limit of force of a joint of the hands", v as f64);
-            let help = "this place in β has no limit: write one, or balance with `Balance::Equal`";
+            let (what, value) = ("effort limit of a joint of the hands", v as f64);
+            let help =
+                "the joint with this index in β has no limit: give one, or use `Balance::Equal`";
             return Err(RobotError::OutOfRange { what, value, help });
         }
         let weight = |v: usize| match balance {
@@ -118,12 +119,12 @@ impl Robot {
         Ok(Shared { second: on_object.shift_to_parent(&(p_O - tip)), cost, largest_share })
     }
 
-    /// Adds to `tau` (nv) what presses the two hands of an object towards each other with `force` (N) along the line between their
-    /// tips; the object feels no net wrench. Returns the wrenches of both hands on the object, each about its tip.
+    /// Adds to `tau` (nv) forces that press the two hands of an object towards each other with `force` (N) along the line between their tips. The net
+    /// wrench on the object is zero. Returns the wrenches of both hands on the object, each about its tip.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotHeld`], [`RobotError::EmptyHand`] (no second hand), [`RobotError::Length`],
-    /// [`RobotError::NotFinite`]; [`RobotError::Singular`] when both tips are at one place.
+    /// [`RobotError::NotFinite`]; [`RobotError::Singular`] when both tips are at the same point.
     pub fn squeeze(
         &mut self,
         object: Object,
@@ -136,7 +137,7 @@ impl Robot {
         let line = self.tip_pose(second)?.position - self.tip_pose(first)?.position;
         let length = line.norm();
         if !(length > 1e-9) {
-            let help = "both tips are at one place: there is no line along which to press";
+            let help = "both tips are at the same point, so there is no line along which to press";
             return Err(RobotError::Singular { what: "a squeeze", help });
         }
         let F = line * (force / length);
@@ -145,10 +146,11 @@ impl Robot {
         Ok(wrenches)
     }
 
-    /// Adds to `tau` (nv) the forces with which two hands exert wrenches on an object, each about its tip, world axes: first hand, then second.
+    /// Adds to `tau` (nv) the forces with which two hands exert the given wrenches on an object. First hand, then second hand; each about its tip,
+    /// world axes.
     ///
     /// # Errors
-    /// As [`squeeze`](Self::squeeze).
+    /// Like [`squeeze`](Self::squeeze).
     pub fn add_hand_wrenches(
         &mut self,
         object: Object,
@@ -161,8 +163,8 @@ impl Robot {
         self.add_wrenches([first, second], wrenches, tau)
     }
 
-    /// Tells the wrenches of two hands on an object (first hand, then second; each about its tip) apart: what moves the
-    /// object, of least weighted sum of squares, and what only squeezes it.
+    /// Separates the wrenches of two hands on an object (first hand, then second; each about its tip) into the part that moves the object, with the
+    /// smallest weighted sum of squares, and the part that only squeezes it.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotHeld`], [`RobotError::EmptyHand`] (no second hand), [`RobotError::NotFinite`],
@@ -176,13 +178,13 @@ impl Robot {
         check(wrenches)?;
         let all = [weights.hands[0], weights.hands[1], weights.moment];
         if let Some(value) = all.into_iter().find(|w| !(*w > 0.0 && w.is_finite())) {
-            let help = "weights are above zero";
+            let help = "weights must be positive";
             return Err(RobotError::OutOfRange { what: "weight", value, help });
         }
         let (first, second) = self.hands(object)?;
         let p_O = self.object_pose(object)?.position;
         let l = [self.tip_pose(first)?.position - p_O, self.tip_pose(second)?.position - p_O];
-        // Seen at O a hand has G_i = φ(O, tip); W_i⁻¹ is diagonal.
+        // For moments about O, the grasp matrix of a hand is G_i = φ(O, tip). W_i⁻¹ is diagonal.
         let mut net = Force::zero();
         let mut A = Matrix6::zeros();
         for i in 0..2 {
@@ -210,7 +212,7 @@ impl Robot {
         Ok(out)
     }
 
-    /// Both hands of an object.
+    /// Returns both hands of an object.
     pub(super) fn hands(&self, object: Object) -> Result<(Part, Part), RobotError> {
         let Some(hold) = self.hold(object)? else {
             return Err(RobotError::NotHeld { object: object.index() });
@@ -219,7 +221,7 @@ impl Robot {
         X.map(|(second, _)| (first, second)).ok_or(RobotError::EmptyHand { part: first.index() })
     }
 
-    /// C into `columns`: velocities of the object at `p` through the first chain less those through the second.
+    /// Writes C into `columns`: velocities of the object at `p` through the first chain minus those through the second chain.
     pub(super) fn loop_columns(
         &mut self,
         first: Part,
@@ -233,7 +235,7 @@ impl Robot {
         Ok(())
     }
 
-    /// Adds velocities at `p` that go with a chain's tip to `columns`, over the joints of it and of another chain.
+    /// Adds velocities at `p`, moving with a chain's tip, to `columns`, over the joints of this and another chain.
     pub(super) fn add_chain(
         &mut self,
         part: Part,
@@ -245,11 +247,11 @@ impl Robot {
         let nv = self.tree.nv();
         let arm = p - self.tip_pose(part)?.position;
         let tip = self.model.tip(part)?;
-        // Over the whole tree: a chain may begin on another body than the other.
+        // The Jacobian of the whole tree is used because the two chains may begin on different bodies.
         node_jacobian(&self.tree, &self.ws, tip, &mut self.jacobian);
         let J = &self.jacobian;
         let (own, other) = (&self.model.chain(part)?.v, &self.model.chain(other)?.v);
-        // Dofs that both chains have are taken once.
+        // Degrees of freedom that both chains contain are used once.
         let dofs = own.iter().chain(other.iter().filter(|v| !own.contains(v)));
         for v in dofs {
             let of = |row: usize| J[row * nv + v];
@@ -294,7 +296,8 @@ fn unit(k: usize) -> Force {
     if k < 3 { Force::new(e, Vec3::zeros()) } else { Force::new(Vec3::zeros(), e) }
 }
 
-/// Rank of columns by the sum of their squares: singular values below 1e-6 of the greatest count for none. Rows are scaled as below.
+/// Returns the rank of columns from the matrix of their inner products. Singular values below 1e-6 of the largest count as zero. Rows are scaled as
+/// below.
 pub(super) fn columns_rank(A: &Matrix6<f64>) -> usize {
     let scaled = scaled(A).1;
     if scaled.iter().any(|a| !a.is_finite()) {
@@ -305,22 +308,22 @@ pub(super) fn columns_rank(A: &Matrix6<f64>) -> usize {
     e.iter().filter(|e| **e > 1e-12 * most).count()
 }
 
-/// Factors of rows, and A with ones on its diagonal.
+/// Returns the scale factors of the rows, and A scaled to ones on its diagonal.
 fn scaled(A: &Matrix6<f64>) -> (Matrix6<f64>, Matrix6<f64>) {
     let scale = A.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 0.0 });
     let S = Matrix6::from_diagonal(&scale);
     (S, S * A * S)
 }
 
-/// A x = b for a symmetric A that is not negative, of least x where there are several. Rows are scaled to ones on the
-/// diagonal first, so that lengths and angles are told apart from zero alike.
+/// Solves A x = b for a symmetric positive semidefinite A, with the smallest x if the solution is not unique. Rows are scaled to ones on the diagonal
+/// first, so that the rank does not depend on the units of lengths and angles.
 fn pseudo_solve(A: &Matrix6<f64>, b: &Vector6<f64>) -> Vector6<f64> {
     let (S, scaled) = scaled(A);
-    // Of no numbers the eigenvalues are looked for without end.
+    // The eigenvalue iteration does not end for NaN.
     if scaled.iter().any(|a| !a.is_finite()) {
         return Vector6::repeat(f64::NAN);
     }
-    // Nothing to tell apart from zero: the factor is exact enough.
+    // If no pivot is small, A has full rank and the Cholesky factor is accurate enough.
     if let Some(factor) = scaled.cholesky()
         && (0..6).all(|i| factor.l_dirty()[(i, i)] > 1e-3)
     {

@@ -1,7 +1,7 @@
-//! Feed-forward: forces that a motion takes, with what is held and what the tips push.
+//! Feed-forward: inverse dynamics including held objects and the wrenches that the tips exert.
 //!
 //! ```text
-//! τ = M β̇ + C + g + Σ J_iᵀ f_i          f_i: wrench that tip i exerts on what it touches
+//! τ = M β̇ + C + g + Σ J_iᵀ f_i          f_i: wrench that tip i exerts on its surroundings
 //! ```
 
 use super::{Robot, numbers};
@@ -10,25 +10,25 @@ use crate::part::Part;
 use linkwork_dynamics::{inverse_dynamics_given_kinematics, kinematics};
 use linkwork_spatial::{Force, Motion, Vec3};
 
-/// A wrench that a tip exerts on something.
+/// A wrench that a tip exerts on its surroundings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Push {
     /// The chain.
     pub part: Part,
     /// Moment about `at` and force, world axes.
     pub wrench: Force,
-    /// Where, in the tip's frame, m.
+    /// Point of application in the tip's frame, m.
     pub at: Vec3,
 }
 
 impl Push {
-    /// At the origin of a chain's tip: moment (N m), force (N), world axes.
+    /// Creates a wrench at the origin of a chain's tip: moment (N m) and force (N), world axes.
     #[must_use]
     pub fn new(part: Part, moment: Vec3, force: Vec3) -> Self {
         Self { part, wrench: Force::new(moment, force), at: Vec3::zeros() }
     }
 
-    /// At another point of the tip's frame, m.
+    /// Sets the point of application in the tip's frame, m.
     #[must_use]
     pub fn at(mut self, p: Vec3) -> Self {
         self.at = p;
@@ -37,7 +37,7 @@ impl Push {
 }
 
 impl Robot {
-    /// The acceleration of free fall, world axes, m/s²; 9.81 down z at first.
+    /// Sets the acceleration of gravity, world axes, m/s². Default: 9.81 m/s² along −z.
     ///
     /// # Errors
     /// [`RobotError::NotFinite`].
@@ -47,7 +47,7 @@ impl Robot {
         Ok(())
     }
 
-    /// Forces `tau` (nv) that hold the configuration still, with what is held.
+    /// Computes forces `tau` (nv) that hold the configuration at rest, including held objects.
     ///
     /// # Errors
     /// [`RobotError::Length`].
@@ -55,7 +55,7 @@ impl Robot {
         self.held_still(&[], tau)
     }
 
-    /// Forces `tau` (nv) that hold the configuration still while tips push.
+    /// Computes forces `tau` (nv) that hold the configuration at rest while the tips exert wrenches.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::ForeignHandle`], [`RobotError::NotAChain`].
@@ -63,7 +63,8 @@ impl Robot {
         self.forces(None, None, pushes, tau)
     }
 
-    /// Forces `tau` (nv) for rates `v` and accelerations `vdot` (nv) at the robot's q, with what is held, while tips push.
+    /// Computes forces `tau` (nv) for rates `v` and accelerations `vdot` (nv) at the robot's q, including held objects, while the tips exert
+    /// wrenches.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::ForeignHandle`], [`RobotError::NotAChain`].
@@ -79,8 +80,8 @@ impl Robot {
         self.forces(Some(v), Some(vdot), pushes, tau)
     }
 
-    /// Forces C + g (nv) into `tau` at the robot's q and rates `v`, with what is held, and into `tips` the accelerations J̇ v that the tips of
-    /// `parts` have while no rate changes: [angular; linear] of each tip's origin, world axes.
+    /// Writes the forces C + g (nv) at the robot's q and rates `v`, including held objects, into `tau`. Writes the accelerations J̇ v of the tips of
+    /// `parts` into `tips`: [angular; linear] of each tip's origin, world axes.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::ForeignHandle`], [`RobotError::NotAChain`].
@@ -106,7 +107,7 @@ impl Robot {
         Ok(())
     }
 
-    /// Checks all before anything is written; `None` is rest.
+    /// Checks all inputs, then computes the forces. `None` means zero.
     pub(super) fn forces(
         &mut self,
         v: Option<&[f64]>,

@@ -1,13 +1,13 @@
-//! Two hands that hold an object by friction alone: wrenches that neither slips under.
+//! Two hands that hold an object by friction alone: contact wrenches under which neither hand slips.
 //!
-//! In axes of its contact (n presses on the object, t across) a hand holds the wrench [m; f] about its tip when
+//! In the axes of its contact (n: normal force on the object, t: tangential), a hand can exert the wrench [m; f] about its tip if
 //! ```text
 //! ‖ f_t/µ,  m_n/(⅔ µ r),  m_t/r ‖ ≤ f_n ≤ f_max            u = (f_n, f_t/µ, m_n/(⅔ µ r), m_t/r)
-//! min ½ Σ ‖u − u₀‖²   over what the hands do to each other through the object: its net wrench stays
+//! min ½ Σ ‖u − u₀‖²   over the internal wrench between the hands; the net wrench on the object does not change
 //! ```
-//! A patch of radius r that is pressed evenly: its limit surface as an ellipsoid (Howe, Cutkosky 1996), and the centre of pressure within the
-//! patch; both in one cone, which is stricter than each alone. The problem is one of second-order cones with six unknowns: solved by a
-//! barrier and Newton's method, first for any point within, then for the nearest.
+//! The contact is a patch of radius r with uniform pressure. Its limit surface is approximated by an ellipsoid (Howe, Cutkosky 1996), and its centre
+//! of pressure must lie within the patch. Both conditions form one cone, which is stricter than each of them. This is a second-order cone problem
+//! with six unknowns. A barrier method with Newton's method first finds any feasible point, then the nearest one.
 
 use super::Robot;
 use crate::error::RobotError;
@@ -15,36 +15,36 @@ use crate::model::Object;
 use linkwork_spatial::nalgebra::{Matrix6, SMatrix, SVector, Vector6};
 use linkwork_spatial::{Force, Mat3, Pose, Vec3};
 
-/// What a hand can hold by friction.
+/// Friction contact of a hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Friction {
-    /// Where it presses the object to, in the tip's axes; of any length but zero.
+    /// Direction in which the hand presses on the object, in the tip's axes; any length except zero.
     pub normal: Vec3,
     /// Coefficient of friction µ, above zero.
     pub coefficient: f64,
-    /// Radius of the patch that touches, m, above zero.
+    /// Radius of the contact patch, m, above zero.
     pub radius: f64,
-    /// Greatest normal force, N, above zero; infinity for none.
+    /// Largest normal force, N, above zero; infinity for no limit.
     pub most: f64,
 }
 
-/// What two hands do so that neither slips.
+/// Wrenches of two hands under which neither slips.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gripped {
-    /// On the object, about the tips, world axes: first hand, then second.
+    /// Wrenches on the object about the tips, world axes: first hand, then second hand.
     pub wrenches: [Force; 2],
-    /// 0 when both hold. Else no wrenches do: the least force by which cones and limits would all have to be wider, N; the wrenches
-    /// are those that would hold then.
+    /// 0 if neither hand slips. Otherwise no such wrenches exist, and this is the smallest force, N, by which all cones and limits would have to be
+    /// enlarged; `wrenches` are those for the enlarged cones.
     pub shortfall: f64,
 }
 
-/// Unknowns: what the hands do to each other, and by how much the cones are wider.
+/// Unknowns: the internal wrench between the hands, and the enlargement of the cones.
 type Unknowns = SVector<f64, 7>;
 type Hessian = SMatrix<f64, 7, 7>;
 
-/// Newton's steps for one weight of the barrier.
+/// Maximum number of Newton steps for one weight of the barrier.
 const STEPS: usize = 60;
-/// How near the optimum is left, of the square of the forces.
+/// Duality gap at which the optimization ends, relative to the square of the forces.
 const GAP: f64 = 1e-13;
 
 /// One hand: u = a + B λ.
@@ -60,18 +60,18 @@ impl Hand {
         self.a + self.B * x.fixed_rows::<6>(0)
     }
 
-    /// How much normal force is missing: negative within.
+    /// Returns the distance from the cone in force, N; negative inside.
     fn shortfall(&self, x: &Unknowns) -> f64 {
         let u = self.u(x);
         (u.fixed_rows::<5>(1).norm() - u[0]).max(u[0] - self.most)
     }
 
-    /// Adds value, gradient and Hessian of the barrier; nothing outside.
+    /// Adds value, gradient and Hessian of the barrier; returns `None` outside the cone.
     fn barrier(&self, x: &Unknowns, g: &mut Unknowns, H: &mut Hessian) -> Option<f64> {
         let u = self.u(x);
         let p = u[0] + x[6];
         let s = u.fixed_rows::<5>(1);
-        // As a product: near the cone the difference of squares would lose it.
+        // This product is accurate near the cone, where the difference of the squares would lose all digits.
         let norm = s.norm();
         let w = (p - norm) * (p + norm);
         if !(p > norm && w > 0.0) {
@@ -79,7 +79,7 @@ impl Hand {
         }
         let mut v = -u;
         v[0] = p;
-        // Columns of u over the unknowns; the last widens the cone.
+        // Derivatives of u with respect to the unknowns; the last one enlarges the cone.
         let mut D = SMatrix::<f64, 6, 7>::zeros();
         D.fixed_columns_mut::<6>(0).copy_from(&self.B);
         D[(0, 6)] = 1.0;
@@ -104,12 +104,12 @@ impl Hand {
     }
 }
 
-/// What is to be made small beside the barrier.
+/// Objective that is added to the barrier.
 #[derive(Clone, Copy, PartialEq)]
 enum Aim {
-    /// x₆: by how much the cones are wider.
+    /// x₆, the enlargement of the cones.
     Within,
-    /// The distance from what was wanted.
+    /// The distance from the given wrenches.
     Nearest,
 }
 
@@ -120,7 +120,7 @@ struct Problem {
 }
 
 impl Problem {
-    /// Value, gradient and Hessian for a weight t of the aim.
+    /// Returns value, gradient and Hessian of barrier and objective, the objective multiplied by t.
     fn at(&self, x: &Unknowns, aim: Aim, t: f64) -> Option<(f64, Unknowns, Hessian)> {
         let (mut g, mut H) = (Unknowns::zeros(), Hessian::zeros());
         let mut value = 0.0;
@@ -140,7 +140,7 @@ impl Problem {
                 top += Wl * t;
                 let mut block = H.fixed_view_mut::<6, 6>(0, 0);
                 block += self.weight * t;
-                // The cones stay as they are.
+                // The cones are not enlarged in this stage.
                 g[6] = 0.0;
                 H.row_mut(6).fill(0.0);
                 H.column_mut(6).fill(0.0);
@@ -150,7 +150,7 @@ impl Problem {
         Some((value, g, H))
     }
 
-    /// Newton's method for one weight; `enough` ends it.
+    /// Performs Newton's method for one weight until `enough` returns true.
     fn settle(&self, x: &mut Unknowns, aim: Aim, t: f64, enough: impl Fn(&Unknowns) -> bool) {
         for _ in 0..STEPS {
             let Some((value, g, H)) = self.at(x, aim, t) else { return };
@@ -181,7 +181,7 @@ impl Problem {
         self.hands.iter().map(|h| h.shortfall(x)).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The unknowns, and what is missing.
+    /// Returns the unknowns and the enlargement of the cones that is needed.
     fn solve(&self) -> (Unknowns, f64) {
         let mut x = Unknowns::zeros();
         let off = self.shortfall(&x);
@@ -189,7 +189,7 @@ impl Problem {
             return (x, 0.0);
         }
         let size = self.hands.iter().map(|h| h.a.norm()).fold(off, f64::max);
-        // Any point within, by a margin that leaves the barrier room.
+        // First find a strictly feasible point, with a margin for the barrier of the second stage.
         x[6] = off + size;
         let within = |x: &Unknowns| self.shortfall(x) < -1e-9 * size;
         let mut t = 1.0 / size;
@@ -211,7 +211,7 @@ impl Problem {
     }
 }
 
-/// Scaled wrench of a hand in axes of its contact: rows for [m; f] in world axes.
+/// Returns the matrix that maps [m; f] in world axes to a hand's scaled wrench in the axes of its contact.
 fn rows(friction: &Friction, X: &Pose) -> Matrix6<f64> {
     let n = (X.rotation * friction.normal).normalize();
     let a = n.cross(&Vec3::ith(n.iamin(), 1.0)).normalize();
@@ -230,7 +230,7 @@ fn rows(friction: &Friction, X: &Pose) -> Matrix6<f64> {
     out
 }
 
-/// From a wrench about O to the same about a tip at `l` from O.
+/// Returns the matrix that shifts a wrench from O to a tip at `l` from O.
 fn shifted(l: &Vec3) -> Matrix6<f64> {
     let mut out = Matrix6::identity();
     let lx = Mat3::new(0.0, -l.z, l.y, l.z, 0.0, -l.x, -l.y, l.x, 0.0);
@@ -246,14 +246,14 @@ fn six(f: &Force) -> Vector6<f64> {
 }
 
 impl Robot {
-    /// Wrenches of two hands on an object under which neither slips, nearest to those given (first hand, then second; on the object, each about its
-    /// tip, world axes), at the robot's q: the object's net wrench is that of the wrenches given, the hands press as much as friction asks
-    /// and no more than they can. Distances are in units of what friction holds (see `shortfall` for what is not possible). Wrenches that hold
-    /// are returned as they are; others lie within the cones by a little: 1e-6 of the forces.
+    /// Computes wrenches of two hands on an object under which neither hand slips, at the robot's q. They are the nearest to the given `wrenches`
+    /// (first hand, then second hand; on the object, each about its tip, world axes) with the same net wrench on the object: the hands press as hard
+    /// as friction requires and not harder than their limits. Distances are scaled by what friction can hold. Wrenches under which neither hand slips
+    /// are returned unchanged; all others lie inside the cones by 1e-6 of the forces. If there is no solution, `shortfall` of the result is positive.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotHeld`], [`RobotError::EmptyHand`] (no second hand),
-    /// [`RobotError::NotFinite`], [`RobotError::OutOfRange`] (friction that is none).
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotHeld`], [`RobotError::EmptyHand`] (no second hand), [`RobotError::NotFinite`],
+    /// [`RobotError::OutOfRange`] (friction parameters that are not positive).
     pub fn grip(
         &mut self,
         object: Object,

@@ -1,9 +1,9 @@
-//! What the hands hold: objects, rigid or with joints (`linkage.rs`), taken and let go without building anything.
+//! Objects in the hands, rigid or with joints (`linkage.rs`). Grasping and releasing does not rebuild the model.
 //!
-//! An object hangs on the tip of the hand that took it first: its inertia is added to that body's, the sum made anew
-//! from the body's own and those of all that it carries, in the order of the model's objects. So what was let go leaves no trace in any bit.
-//! Objects may be attached to others (`mount.rs`): the hand carries all of them.
-//! A second hand on the same object closes a loop; [`Robot::balance`] shares the load between both.
+//! An object hangs on the tip of the hand that grasped it first. Its inertia is added to the body of the tip. The sum is computed from the original
+//! inertias each time, in the order of the model's objects, so results after a release are bit-identical to results before the grasp. Objects may be
+//! attached to other objects (`mount.rs`); the hand carries all of them. A second hand on the same object closes a loop; [`Robot::balance`] shares
+//! the load between both.
 //! ```text
 //! M_T = M_T⁰ + Σ φ(T,O) M_O φ*(T,O)          T: body of the tip; O: objects in the hand, each at X_TO
 //! ```
@@ -14,16 +14,16 @@ use crate::model::Object;
 use crate::part::Part;
 use linkwork_spatial::Pose;
 
-/// Where an object is in a hand.
+/// Pose at which a hand grasps an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Grasp {
-    /// Where it is now: [`Robot::object_pose`] seen from the tip.
+    /// The current pose: [`Robot::object_pose`] relative to the tip.
     Here,
-    /// `X_TO`: at this pose in the tip's frame.
+    /// The given pose `X_TO` in the tip's frame.
     At(Pose),
 }
 
-/// Who holds an object.
+/// The hands that hold an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hold {
     /// The hand that carries it in the mechanism, and `X_TO` there.
@@ -33,7 +33,7 @@ pub struct Hold {
 }
 
 impl Robot {
-    /// Who holds an object; `None` when nobody does.
+    /// Returns the hands that hold an object, or `None`.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`].
@@ -41,7 +41,7 @@ impl Robot {
         self.holds.get(object.index()).copied().ok_or(RobotError::ForeignHandle)
     }
 
-    /// `X_WO`: where an object is: in the hand, where it is attached, or where it was put or let go last.
+    /// Returns `X_WO`, the pose of an object: in the hand, on its carrier, or where it was placed or released last.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`].
@@ -58,7 +58,7 @@ impl Robot {
         }
     }
 
-    /// Puts an object that nobody holds somewhere: `X_WO`.
+    /// Moves an object that no hand holds to the pose `X_WO`.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::Held`], [`RobotError::Attached`], [`RobotError::NotFinite`], [`RobotError::OutOfRange`].
@@ -72,12 +72,12 @@ impl Robot {
         Ok(())
     }
 
-    /// Takes an object with a hand (a chain: its tip). The first hand carries it; a second one closes a loop, and
-    /// has to be where its grasp says within `1e-6` m and rad. O(objects), no allocation.
+    /// Grasps an object with a hand, which is the tip of a chain. The first hand carries it. A second hand closes a loop and must be within `1e-6` m
+    /// and rad of the pose that its grasp requires. O(objects), no allocation.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Held`] by this hand or by two, [`RobotError::Attached`],
-    /// [`RobotError::LoopOpen`], [`RobotError::NotFinite`], [`RobotError::OutOfRange`]; then nothing has changed.
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Held`] (by this hand or by two hands), [`RobotError::Attached`],
+    /// [`RobotError::LoopOpen`], [`RobotError::NotFinite`], [`RobotError::OutOfRange`]. After an error nothing has changed.
     pub fn grasp(&mut self, hand: Part, object: Object, grasp: Grasp) -> Result<(), RobotError> {
         let held = self.hold(object)?;
         self.not_attached(object)?;
@@ -109,8 +109,8 @@ impl Robot {
         self.carry(hold.hand.0)
     }
 
-    /// Refuses what moves one of the two hands on an object and not the other: `moves` tells which degrees of freedom do. Those that carry both
-    /// hands tear nothing.
+    /// Returns an error if a motion moves one of the two hands on an object relative to the other. `moves` returns which degrees of freedom move.
+    /// Those that carry both hands are allowed.
     pub(super) fn tears(
         &self,
         what: &'static str,
@@ -128,8 +128,8 @@ impl Robot {
         Ok(())
     }
 
-    /// Another pose `X_TO` of an object in a hand that holds it, as an estimator found it. The load moves with it, and
-    /// where two hands hold it the other's pose follows, so that the loop stays closed.
+    /// Changes the pose `X_TO` of an object in a hand that holds it, for example to the value of an estimator. The load moves with the object. If two
+    /// hands hold it, the pose in the other hand changes as well, so that the loop stays closed.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotHeld`], [`RobotError::EmptyHand`] when another hand holds it,
@@ -160,7 +160,7 @@ impl Robot {
         self.carry(hold.hand.0)
     }
 
-    /// One hand lets go of an object: it stays in the other hand, or where it is in the world.
+    /// Releases an object from one hand. It stays in the other hand, or keeps its pose in the world.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotHeld`], [`RobotError::EmptyHand`] when another hand holds it.
@@ -183,7 +183,7 @@ impl Robot {
         left.map_or(Ok(()), |h| self.carry(h.hand.0))
     }
 
-    /// All hands let go of an object: it stays where it is in the world.
+    /// Releases an object from all hands. It keeps its pose in the world.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotHeld`].
@@ -197,14 +197,14 @@ impl Robot {
         self.carry(hold.hand.0)
     }
 
-    /// The inertia of the body at a tip, with all that its hands carry.
+    /// Updates the inertia of the body at a tip, including everything that its hands carry.
     pub(super) fn carry(&mut self, hand: Part) -> Result<(), RobotError> {
         let model = &self.model;
         let body = model.chain(hand)?.tip_body;
         let mut sum = *model.multibody().get(body).inertia();
         for (hold, load) in self.holds.iter().zip(&self.loads) {
             let Some(Hold { hand: (part, X), .. }) = hold else { continue };
-            // Two parts may end at one body.
+            // Two parts may have their tips on the same body.
             if model.chain(*part)?.tip_body == body {
                 sum += load.rotate(&X.rotation).shift_to_parent(&X.position);
             }
@@ -215,7 +215,7 @@ impl Robot {
     }
 }
 
-/// Finite, and a rotation.
+/// Checks that a pose is finite and its quaternion has length 1.
 pub(super) fn check_pose(X: &Pose) -> Result<(), RobotError> {
     super::numbers("position", X.position.as_slice(), 3)?;
     super::numbers("rotation", X.rotation.coords.as_slice(), 4)?;
@@ -223,6 +223,6 @@ pub(super) fn check_pose(X: &Pose) -> Result<(), RobotError> {
     if (value - 1.0).abs() < 1e-6 {
         return Ok(());
     }
-    let help = "a rotation is a quaternion of length 1";
+    let help = "give a quaternion of length 1";
     Err(RobotError::OutOfRange { what: "length of the quaternion", value, help })
 }

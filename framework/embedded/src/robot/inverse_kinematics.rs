@@ -1,7 +1,7 @@
-//! Inverse kinematics of a chain: where its joints have to be so that its tip is where it is to be.
+//! Inverse kinematics of a chain: joint coordinates for which the tip meets its goal.
 //!
-//! The chain alone moves; what carries it stays as the q given says. Work is counted in evaluations of the chain's
-//! kinematics, so that a bound holds on every machine, and a search may be cut anywhere and gone on with.
+//! Only the chain moves; the coordinates of the bodies that carry it keep their given values. Work is counted in evaluations of the chain's
+//! kinematics, so that a limit means the same on every machine. A search can be interrupted and continued at any point.
 
 use super::kinematics::{base, gather};
 use super::{ChainMemory, Robot, numbers};
@@ -14,46 +14,47 @@ use linkwork_dynamics::inverse_kinematics::{
 use linkwork_dynamics::{InverseKinematics, RateTarget, Target, poses};
 use linkwork_spatial::{Motion, Pose};
 
-/// In which frame a [`Goal`] is given.
+/// Frame in which a [`Goal`] is given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Frame {
     /// The world.
     #[default]
     World,
-    /// The frame of the chain's base, wherever what carries it is.
+    /// The frame of the chain's base, which may move with the body that carries the chain.
     Base,
-    /// The tip of another chain. [`Robot::inverse_kinematics`] leaves that where it is; [`WholeBodyIk`](super::WholeBodyIk) moves both.
+    /// The tip of another chain. [`Robot::inverse_kinematics`] does not move that chain; [`WholeBodyIk`](super::WholeBodyIk) moves both.
     Tip(Part),
 }
 
-/// When inverse kinematics is content, and how long it tries.
+/// Tolerances and limits of the work of inverse kinematics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
-    /// Greatest error of position, m, and of orientation, rad.
+    /// Largest errors of position, m, and of orientation, rad.
     pub tolerances: [f64; 2],
-    /// Steps from one start.
+    /// Maximum number of steps from one start.
     pub steps: usize,
-    /// Starts elsewhere, the same ones each time; a quarter of them for the nearest to a position that is out of reach by the lengths of links.
+    /// Number of additional starts, the same for each search. A quarter of them is used for a position that is out of reach because of the link
+    /// lengths.
     pub restarts: usize,
-    /// Evaluations of the kinematics in one call, at most.
+    /// Maximum number of kinematics evaluations in one call.
     pub kinematics: usize,
 }
 
 impl Default for Effort {
-    /// 1e-9 m and rad, 100 steps from each of 65 starts, no other bound.
+    /// 1e-9 m and rad, 100 steps from each of 65 starts, no other limit.
     fn default() -> Self {
         Self { tolerances: [1e-9; 2], steps: 100, restarts: 64, kinematics: usize::MAX }
     }
 }
 
 impl Effort {
-    /// The default with a bound on evaluations of the kinematics.
+    /// Returns the default with a limit of kinematics evaluations.
     #[must_use]
     pub fn kinematics(kinematics: usize) -> Self {
         Self { kinematics, ..Self::default() }
     }
 
-    /// The default from the given start alone.
+    /// Returns the default without additional starts.
     #[must_use]
     pub fn one_start() -> Self {
         Self { restarts: 0, ..Self::default() }
@@ -61,7 +62,7 @@ impl Effort {
 }
 
 impl Effort {
-    /// What the floor below takes.
+    /// Converts to the settings of the search in `linkwork_dynamics`.
     pub(super) fn inner(&self) -> search::Effort {
         search::Effort {
             position_tolerance: self.tolerances[0],
@@ -71,36 +72,36 @@ impl Effort {
         }
     }
 
-    /// Evaluations of the kinematics after which [`Robot::inverse_kinematics`] has ended at the latest, met or with the nearest, whatever the chain, the start and the goal's
-    /// numbers; a call ends sooner where `kinematics` bounds it. Most searches take a hundredth of it.
-    /// [`WholeBodyIk::worst_case_steps`](super::WholeBodyIk::worst_case_steps) is that of the whole.
+    /// Returns an upper bound for the kinematics evaluations of [`Robot::inverse_kinematics`], whether the goal is met or not, for every chain, start and goal
+    /// with the same kind of conditions. A call ends sooner when it reaches `kinematics`. Most searches take one hundredth of it.
+    /// [`WholeBodyIk::worst_case_steps`](super::WholeBodyIk::worst_case_steps) returns the bound for the whole robot.
     #[must_use]
     pub fn worst_case_steps(&self, goal: &Goal) -> usize {
         self.inner().worst_case_steps([goal], false)
     }
 }
 
-/// How a search ended.
+/// Result of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// The goal is met within the tolerances.
     Met,
-    /// No start led there: this is the nearest of all. A minimum of another basin may be nearer.
+    /// No start led to the goal. This is the nearest configuration of all starts. It is a local minimum, so a nearer configuration may exist.
     Nearest,
-    /// The effort was used up; [`Robot::resume_inverse_kinematics`] goes on.
+    /// The limit of evaluations was reached; [`Robot::resume_inverse_kinematics`] continues.
     Unfinished,
 }
 
-/// What inverse kinematics answers beside q.
+/// Result of inverse kinematics, in addition to q.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
-    /// How it ended.
+    /// How the search ended.
     pub outcome: Outcome,
-    /// How far the tip is from the goal; not defined when unfinished.
+    /// Residual of the tip's goal; undefined when the search is unfinished.
     pub residual: Residual,
-    /// Evaluations of the kinematics since the search began.
+    /// Kinematics evaluations since the search began.
     pub kinematics: usize,
-    /// Which start led there; 0 is the given one.
+    /// Index of the start that led there; 0 is the given start.
     pub restart: usize,
 }
 
@@ -111,14 +112,15 @@ pub(super) fn memory(chain: &Chain) -> InverseKinematics {
 }
 
 impl Robot {
-    /// Moves the chain's numbers in `q` (nq of the whole; in: where to start, out: the solution, or the nearest
-    /// configuration) until its tip meets the goal (given in `frame`), within limits. The robot's own q does not change. Of an object in two
-    /// hands it moves this one alone: [`WholeBodyIk`](crate::WholeBodyIk) moves both, and tells how far apart they are.
+    /// Searches for coordinates of a chain within limits for which its tip meets the goal, which is given in `frame`. `q` (nq of the whole robot) is
+    /// the start on input and the solution, or the nearest configuration, on output; only the chain's coordinates change. The robot's own q does not
+    /// change. If two hands hold an object, this function moves only one of them; [`WholeBodyIk`](crate::WholeBodyIk) moves both and returns their
+    /// closure error.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::OpensClosure`], [`RobotError::Length`], [`RobotError::NotFinite`],
-    /// [`RobotError::OutOfRange`] (weights, tolerances, a goal that asks for nothing), [`RobotError::OutsideLimits`]; then q is left alone. *Not reached* is an
-    /// answer, not an error.
+    /// [`RobotError::OutOfRange`] (weights, tolerances, an empty goal), [`RobotError::OutsideLimits`]. After an error `q` is unchanged. A goal that
+    /// cannot be met is a result ([`Outcome::Nearest`]), not an error.
     pub fn inverse_kinematics(
         &mut self,
         part: Part,
@@ -131,7 +133,7 @@ impl Robot {
         self.resume_inverse_kinematics(part, effort.kinematics, q)
     }
 
-    /// Checks, and prepares the search.
+    /// Checks the inputs and prepares the search.
     pub(super) fn begin_inverse_kinematics(
         &mut self,
         part: Part,
@@ -142,7 +144,7 @@ impl Robot {
     ) -> Result<(), RobotError> {
         let model = &self.model;
         let chain = model.chain(part)?;
-        model.opens(chain, "a search of one chain")?;
+        model.opens(chain, "inverse kinematics of one chain")?;
         model.configurations("q", q, 1)?;
         check(goal, effort)?;
         chain.within_limits(q)?;
@@ -180,9 +182,10 @@ impl Robot {
         Ok(())
     }
 
-    /// Rates of a chain at the robot's q, into its places of `v` (nv), for which its tip moves as nearly as asked as it can, seen from its
-    /// base: `twist` is [ω; v] at the tip's origin, world axes. Of all such rates the least; within rate limits, and not outward at a
-    /// limit. Returns what is missing, rad/s and m/s. A search that was begun may go on afterwards. Of an object in two hands it moves this one alone.
+    /// Computes joint rates of a chain at the robot's q for which the tip moves with `twist` as closely as possible, and writes them to the chain's
+    /// entries of `v` (nv). `twist` is [ω; v] of the tip's origin relative to the chain's base, in world axes. Among all such rates the smallest are
+    /// chosen, within rate limits and not outward at a position limit. Returns the residual velocity, rad/s and m/s. A search in progress can be
+    /// continued afterwards. If two hands hold an object, this function moves only one of them.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::OpensClosure`], [`RobotError::Length`], [`RobotError::NotFinite`].
@@ -197,7 +200,7 @@ impl Robot {
         numbers("velocity", twist.linear.as_slice(), 3)?;
         let (model, whole) = (&self.model, &self.q);
         let chain = model.chain(part)?;
-        model.opens(chain, "a rate of one tip")?;
+        model.opens(chain, "joint rates for one tip")?;
         let Some(memory) = self.chains[part.index()].as_mut() else {
             return Err(RobotError::NotAChain { part: part.index() });
         };
@@ -215,17 +218,17 @@ impl Robot {
         Ok(missing)
     }
 
-    /// All configurations within limits that bring the tip of an arm with a [closed form](crate::RobotModel::closed_form) to a pose. `q` (nq of the
-    /// whole) says where what carries the chain is, the value of the hinge that is held, and what is near: each angle is the copy, by
-    /// whole turns, nearest to q's within its limits, and an angle of which nothing depends (in a singular pose) stays.
-    /// `out` takes whole configurations one after the other, the nearest to q first (sum of squares of angles): room for
-    /// [`ClosedForm::MOST`] is always enough. Returns how many there are; none is an answer, not an error. Each meets the pose within
-    /// 1e-9 m and rad. No search, no restarts: the same work each time.
+    /// Computes all configurations within limits that bring the tip of an arm with a [closed form](crate::RobotModel::closed_form) to a pose. `q` (nq
+    /// of the whole robot) gives the configuration of the bodies that carry the chain, the value of the fixed hinge, and a reference: each angle is
+    /// shifted by whole revolutions to the value within limits that is nearest to q's, and an angle that has no effect in a singular pose keeps its
+    /// value. `out` receives whole configurations one after the other, sorted by distance from q (sum of squared angle differences). Room for
+    /// [`ClosedForm::MOST`] configurations is always sufficient. Returns the number of configurations; zero is a result, not an error. Each meets the
+    /// pose within 1e-9 m and rad. There is no search, so every call takes the same work.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::OpensClosure`], [`RobotError::Length`], [`RobotError::NotFinite`],
-    /// [`RobotError::OutOfRange`] (a goal without a position or an orientation), [`RobotError::OutsideLimits`] (the hinge that is
-    /// held), [`RobotError::NoRoom`].
+    /// [`RobotError::OutOfRange`] (a goal without a position or an orientation), [`RobotError::OutsideLimits`] (the fixed hinge),
+    /// [`RobotError::NoRoom`].
     pub fn inverse_kinematics_all(
         &mut self,
         closed: &ClosedForm,
@@ -247,7 +250,7 @@ impl Robot {
         let whole = goal.place == Place::Point;
         let (Some(position), Some(orientation), true) = (goal.position, goal.orientation, whole)
         else {
-            let help = "a closed form takes a position and an orientation; `reach` takes either, and parts of them";
+            let help = "a closed form needs a position and an orientation; `reach` also supports goals with only one of them";
             return Err(RobotError::OutOfRange { what: "parts of the goal", value: 1.0, help });
         };
         let Some(memory) = self.chains[closed.part().index()].as_mut() else {
@@ -280,8 +283,8 @@ impl Robot {
         }
     }
 
-    /// Goes on with the last search of a chain for so many evaluations of its kinematics. The same steps
-    /// are taken in whatever portions.
+    /// Continues the last search of a chain for up to `kinematics` evaluations of its kinematics. The result does not depend on how the evaluations
+    /// are divided into calls.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NoSearch`].
@@ -310,7 +313,7 @@ impl Robot {
         }
         let (outcome, found) = match progress {
             Progress::Met(found) => (Outcome::Met, found),
-            // Chains have no closures.
+            // A chain has no closures, so an open closure cannot occur.
             Progress::Nearest(found) | Progress::Open(found) => (Outcome::Nearest, found),
             Progress::Unfinished(found) => (Outcome::Unfinished, found),
         };
@@ -328,7 +331,7 @@ pub(super) fn check(goal: &Goal, effort: &Effort) -> Result<(), RobotError> {
         numbers("orientation of the goal", R.coords.as_slice(), 4)?;
         let value = R.coords.norm();
         if !((value - 1.0).abs() < 1e-6) {
-            let help = "a rotation is a quaternion of length 1";
+            let help = "give a quaternion of length 1";
             return Err(RobotError::OutOfRange {
                 what: "length of the goal's quaternion",
                 value,
@@ -337,8 +340,9 @@ pub(super) fn check(goal: &Goal, effort: &Effort) -> Result<(), RobotError> {
         }
     }
     if goal.orientation.is_some() && goal.pointing.is_some() {
-        let help = "an orientation says where every axis points: give one of them";
-        let what = "an orientation beside a pointing axis";
+        let help =
+            "an orientation already fixes the direction of every axis; give only one of the two";
+        let what = "an orientation together with a pointing axis";
         return Err(RobotError::OutOfRange { what, value: 1.0, help });
     }
     let mut directions = [None; 3];
@@ -363,7 +367,7 @@ pub(super) fn check(goal: &Goal, effort: &Effort) -> Result<(), RobotError> {
         }
     }
     if goal.position.is_none() && goal.orientation.is_none() && goal.pointing.is_none() {
-        let help = "ask for a position, an orientation or both, or where an axis points";
+        let help = "give a position, an orientation or both, or the direction of an axis";
         return Err(RobotError::OutOfRange { what: "parts of the goal", value: 0.0, help });
     }
     let bad = |x: &f64| !(*x > 0.0 && x.is_finite());

@@ -1,4 +1,4 @@
-//! Kinematics of parts, each by its own chain, and of the whole.
+//! Kinematics of the chains and of the whole robot.
 
 use super::{ChainMemory, Robot};
 use crate::error::RobotError;
@@ -9,7 +9,7 @@ use linkwork_multibody::BodyId;
 use linkwork_spatial::{Motion, Pose};
 
 impl Robot {
-    /// `X_WT`: where the tip of a chain is. Moves the links from the world to the tip and no others.
+    /// Returns `X_WT`, the pose of the tip of a chain. Computes only the links between the world and the tip.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`].
@@ -18,9 +18,8 @@ impl Robot {
         Ok(memory.ws.node_pose(&chain.tree, chain.tip))
     }
 
-    /// The Jacobian of a chain (6 × n, row after row): rates of its own n degrees of freedom to the velocity
-    /// [ω; v] of its tip relative to its base, at the tip's origin, world axes.
-    /// [`RobotModel::dofs`](crate::RobotModel::dofs) tells the columns.
+    /// Writes the Jacobian of a chain (6 × n, row after row). It maps rates of the chain's n degrees of freedom to the velocity [ω; v] of its tip
+    /// relative to its base, at the tip's origin, in world axes. [`RobotModel::dofs`](crate::RobotModel::dofs) returns the columns.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`].
@@ -34,8 +33,8 @@ impl Robot {
         Ok(())
     }
 
-    /// The Jacobian of a chain's tip in the whole mechanism (6 × nv, row after row), world axes: what
-    /// carries the chain counts, too.
+    /// Writes the Jacobian of a chain's tip over the whole mechanism (6 × nv, row after row), world axes. It includes the degrees of freedom that
+    /// carry the chain.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`].
@@ -50,12 +49,12 @@ impl Robot {
         Ok(())
     }
 
-    /// Manipulability of a chain, and its gradient over the chain's degrees of freedom (n) where one is
-    /// asked for: zero where the measure is zero, since it has none there.
+    /// Returns the manipulability of a chain and, if `gradient` is given, writes its gradient over the chain's degrees of freedom (n). The gradient
+    /// is set to zero where the measure is zero, because it does not exist there.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`];
-    /// [`RobotError::OutOfRange`] when the length that counts for a radian is not positive.
+    /// [`RobotError::OutOfRange`] when the length that scales angular rows is not positive.
     pub fn manipulability(
         &mut self,
         part: Part,
@@ -65,7 +64,7 @@ impl Robot {
         if let Rows::All { length: value } = rows
             && !(value > 0.0 && value.is_finite())
         {
-            let help = "a length is positive; 1 m leaves the Jacobian as it is";
+            let help = "the length must be positive; 1 m leaves the Jacobian unchanged";
             return Err(RobotError::OutOfRange { what: "length", value, help });
         }
         let (chain, memory) = self.chain(part)?;
@@ -77,14 +76,14 @@ impl Robot {
         Ok(Manipulability::new(&memory.J, &chain.first, rows, gradient))
     }
 
-    /// `X_WB`: where a body is.
+    /// Returns `X_WB`, the pose of a body.
     #[must_use]
     pub fn body_pose(&mut self, body: BodyId) -> Pose {
         self.move_all();
         self.ws.body_pose(&self.tree, body)
     }
 
-    /// `X_WB` of the base of a chain.
+    /// Returns `X_WB` of the base of a chain.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`].
@@ -97,7 +96,7 @@ impl Robot {
         Ok(base(chain, memory, q))
     }
 
-    /// A chain with its poses at q.
+    /// Returns a chain with its poses at the robot's q.
     fn chain(&mut self, part: Part) -> Result<(&Chain, &mut ChainMemory), RobotError> {
         let (model, q) = (&self.model, &self.q);
         let chain = model.chain(part)?;
@@ -114,7 +113,7 @@ impl Robot {
         Ok((chain, memory))
     }
 
-    /// Poses of all bodies at q.
+    /// Computes the poses of all bodies at q.
     pub(super) fn move_all(&mut self) {
         if !self.fresh {
             poses(&self.tree, &mut self.ws, &self.q);
@@ -123,7 +122,7 @@ impl Robot {
     }
 }
 
-/// Where the base of a chain is at the whole's q.
+/// Returns the pose of a chain's base at the whole robot's q.
 pub(super) fn base(chain: &Chain, memory: &mut ChainMemory, q: &[f64]) -> Pose {
     match (&chain.carrier, &mut memory.carrier) {
         (Some(carrier), Some(ws)) => {

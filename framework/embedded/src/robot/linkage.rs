@@ -1,13 +1,13 @@
-//! Objects with joints of their own: pliers, a drawer, a door. Taken and let go as any other, without building anything.
+//! Objects with joints, such as pliers, a drawer or a door. Grasping and releasing them works as for rigid objects, without rebuilding the model.
 //!
 //! ```text
-//! M_T  = M_T⁰ + φ(T,O) M_O(θ) φ*(T,O)         in the hand's tree: all bodies of the object as they stand at its θ
+//! M_T  = M_T⁰ + φ(T,O) M_O(θ) φ*(T,O)         in the hand's tree: all bodies of the object, locked at its θ
 //! τ    = τ_locked + J_Tᵀ φ(T,O) (f − f_locked) f: force of the object's root with θ̇, θ̈; f_locked: with θ at rest
 //! τ_θ  = H_θ f                                 forces at the object's joints
 //! M    = [M_locked, J_Tᵀ φ(T,O) F; ·, M_θ]     F: force of the root for a unit of θ̈
 //! ```
-//! The object's bodies are a tree of their own, whose base moves with the hand: what the robot's tree is made of never changes, so what was let go leaves
-//! no trace in any bit. Wherever θ̇ is not given the joints stand still.
+//! The object's bodies are a separate tree whose base moves with the hand. The robot's tree never changes, so results after a release are
+//! bit-identical to results before the grasp. Joints whose θ̇ is not given do not move.
 
 use super::{Push, Robot, numbers};
 use crate::error::RobotError;
@@ -19,24 +19,24 @@ use linkwork_dynamics::{
 use linkwork_multibody::BodyId;
 use linkwork_spatial::{Force, Motion, Pose, RigidInertia, Vec3};
 
-/// Memory for one object with joints.
+/// Memory of one object with joints.
 #[derive(Clone, Debug)]
 pub(super) struct Memory {
-    /// The object's bodies with the inertia of what is attached to them.
+    /// Tree of the object's bodies, with the inertia of objects that are attached to them.
     pub tree: Tree,
     pub ws: Workspace,
-    /// The root's, which stay, and θ.
+    /// Coordinates of the root, which do not change, and θ.
     pub q: Vec<f64>,
     v: Vec<f64>,
     vdot: Vec<f64>,
     tau: Vec<f64>,
     rest: Vec<f64>,
     M: Vec<f64>,
-    /// Of one of its bodies (6 × nv).
+    /// Jacobian of one of its bodies (6 × nv).
     pub J: Vec<f64>,
-    /// Of all bodies at θ, with what is attached to them, about the object's origin, its axes.
+    /// Inertia of all bodies at θ, including attached objects, about the object's origin in its axes.
     pub inertia: RigidInertia,
-    /// How far the origin of each body is from the object's, m.
+    /// Distance of each body's origin from the object's origin, m.
     pub far: Vec<f64>,
 }
 
@@ -60,7 +60,7 @@ impl Memory {
         new
     }
 
-    /// What follows from θ.
+    /// Updates all data that depend on θ.
     pub(super) fn look(&mut self) {
         self.ws.set_base(&Pose::identity(), &Motion::zero(), &Motion::zero());
         poses(&self.tree, &mut self.ws, &self.q);
@@ -74,7 +74,7 @@ impl Memory {
     }
 }
 
-/// Where an object is and moves: what its bodies hang on.
+/// Pose and motion of an object, the base of its bodies.
 struct Base {
     pose: Pose,
     velocity: Motion,
@@ -91,7 +91,7 @@ impl Robot {
         found.as_ref().ok_or(RobotError::NoJoints { object: object.index() })
     }
 
-    /// Coordinates of an object's joints (nq of its own): the neutral ones at first; none when it is rigid.
+    /// Returns the coordinates of an object's joints (nq of the object), which are initially neutral. Empty for a rigid object.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`].
@@ -100,10 +100,12 @@ impl Robot {
         Ok(found.as_ref().map_or(&[], |m| &m.q[ROOT_Q..]))
     }
 
-    /// Other coordinates of an object's joints, held or not, within limits or not. The load of the hand that carries it follows. O(bodies of the object).
+    /// Sets the coordinates of an object's joints, whether it is held or not; limits are not checked. Updates the load of the hand that carries it.
+    /// O(bodies of the object).
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NoJoints`], [`RobotError::Length`], [`RobotError::NotFinite`]; then nothing has changed.
+    /// [`RobotError::ForeignHandle`], [`RobotError::NoJoints`], [`RobotError::Length`], [`RobotError::NotFinite`]. After an error no coordinate has
+    /// changed.
     pub fn set_object_q(&mut self, object: Object, q: &[f64]) -> Result<(), RobotError> {
         let wanted = self.linkage(object)?.tree.nq() - ROOT_Q;
         numbers("q of an object", q, wanted)?;
@@ -113,7 +115,7 @@ impl Robot {
         self.reload(Some(object.index()))
     }
 
-    /// `X_WB`: where a body of an object ([`RobotModel::object_body`]) is.
+    /// Returns `X_WB`, the pose of a body of an object ([`RobotModel::object_body`]).
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NoJoints`].
@@ -130,12 +132,11 @@ impl Robot {
         Ok(memory.ws.body_pose(&memory.tree, body))
     }
 
-    /// As [`feed_forward`](Self::feed_forward) while the joints of a held object move: `rates` and `accelerations` of theirs (nv of its own), and into `forces`
-    /// what they take. Its joints apart, `tau` (nv) is what it would be were the object part of the robot. Joints of other objects stand still.
-    ///
+    /// Like [`feed_forward`](Self::feed_forward), while the joints of a held object move with `rates` and `accelerations` (nv of the object). Writes
+    /// the forces at these joints to `forces`. `tau` (nv) is the same as if the object were part of the robot. Joints of other objects do not move.
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NoJoints`], [`RobotError::NotHeld`], [`RobotError::Length`], [`RobotError::NotFinite`],
-    /// [`RobotError::NotAChain`]; then nothing is written.
+    /// [`RobotError::NotAChain`]; then no output is written.
     pub fn feed_forward_with_object(
         &mut self,
         (v, vdot): (&[f64], &[f64]),
@@ -174,8 +175,8 @@ impl Robot {
         self.add_at_tip(part, &X_TO, &wrench, tau)
     }
 
-    /// M ((nv + n)², row after row) of the robot and, in the last rows and columns, the n joints of an object that it holds. Joints of other objects
-    /// stand still.
+    /// Writes the mass matrix M ((nv + n)², row after row) of the robot and, in the last n rows and columns, the joints of an object that it holds.
+    /// Joints of other objects do not move.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NoJoints`], [`RobotError::NotHeld`], [`RobotError::Length`].
@@ -191,7 +192,7 @@ impl Robot {
             return Err(RobotError::NotHeld { object: object.index() });
         };
         self.mass_matrix(&mut M[..nv * nv])?;
-        // To rows of the whole, the last first.
+        // Spread the rows to the new width, from the last row to the first, in place.
         let width = nv + n;
         for row in (0..nv).rev() {
             M.copy_within(row * nv..(row + 1) * nv, row * width);
@@ -224,7 +225,7 @@ impl Robot {
         Ok(())
     }
 
-    /// Where an object in a hand is and moves, after forces were computed.
+    /// Returns pose and motion of an object in a hand, after forces were computed.
     fn base_of(&self, tip: linkwork_multibody::NodeId, X_TO: &Pose) -> Base {
         let pose = self.ws.node_pose(&self.tree, tip);
         let r = pose.rotation * X_TO.position;
@@ -241,7 +242,7 @@ impl Robot {
         }
     }
 
-    /// Adds Jᵀ f to `tau`: a wrench (world axes) on an object's origin in a hand.
+    /// Adds Jᵀ f to `tau` for a wrench f (world axes) on the origin of an object in a hand.
     fn add_at_tip(
         &mut self,
         part: crate::part::Part,

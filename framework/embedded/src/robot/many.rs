@@ -1,23 +1,25 @@
-//! Collisions at many configurations, in as many threads as the caller has robots for.
+//! Collision checks of many configurations, optionally in several threads.
 //!
-//! Within one configuration the balls about shapes are compared side by side in SIMD lanes (`framework/collision`). Lanes over configurations were measured
-//! and gain nothing: poses are a fortieth of an answer, and from the balls on each configuration goes its own way.
+//! Within one configuration the bounding spheres of shapes are compared in SIMD lanes (`framework/collision`). Lanes over configurations were
+//! measured and are not faster: computing the poses takes only one fortieth of the time, and after the bounding spheres each configuration needs
+//! different work.
 
 use super::Robot;
 use crate::error::RobotError;
 
 impl Robot {
-    /// Whether two colliders that meet touch or overlap at each of many configurations: `q` (n × nq, row after row), into `out` (n). Every answer is that of
-    /// [`collides`](Self::collides); what hands hold goes with them. No allocation.
+    /// Writes for each of n configurations whether checked colliders touch or overlap. `q` has n × nq numbers, row after row; `out` has n. Each
+    /// result equals that of [`collides`](Self::collides); held objects move with the hands. No allocation.
     ///
     /// # Errors
-    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::ZeroQuaternion`] (their index counts from the first number of the table); then nothing is written.
+    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::ZeroQuaternion`] (with an index from the first number of the table). After an
+    /// error no output is written.
     pub fn collides_all(&mut self, q: &[f64], out: &mut [bool]) -> Result<(), RobotError> {
         self.model.configurations("q of all", q, out.len())?;
         self.rows(q, out)
     }
 
-    /// As [`collides_all`](Self::collides_all), of numbers that were checked.
+    /// Like [`collides_all`](Self::collides_all), for numbers that are already checked.
     fn rows(&mut self, q: &[f64], out: &mut [bool]) -> Result<(), RobotError> {
         let nq = self.q.len();
         for (k, out) in out.iter_mut().enumerate() {
@@ -27,11 +29,12 @@ impl Robot {
     }
 }
 
-/// As [`Robot::collides_all`] with several robots, each in a thread of its own and with an equal run of the rows: instances of one model that hold the same
-/// give the same answers as one alone. Each thread is made for this call, and ends with it: that allocates.
+/// Like [`Robot::collides_all`], but with several robots, each in its own thread with an equal share of the rows. Instances of one model that hold
+/// the same objects return the same results as a single instance. The threads are created for this call and end with it, which allocates.
 ///
 /// # Errors
-/// As [`Robot::collides_all`]; [`RobotError::NoRoom`] without a robot; [`RobotError::ForeignHandle`] for robots of different models. Then nothing is written.
+/// Like [`Robot::collides_all`]; [`RobotError::NoRoom`] without a robot; [`RobotError::ForeignHandle`] for robots of different models. After an error
+/// no output is written.
 pub fn collides_all(robots: &mut [Robot], q: &[f64], out: &mut [bool]) -> Result<(), RobotError> {
     let Some((first, rest)) = robots.split_first_mut() else {
         return Err(RobotError::NoRoom { what: "robots", wanted: 1, room: 0 });

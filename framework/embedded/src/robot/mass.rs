@@ -1,4 +1,4 @@
-//! Mass matrix, mass, centre of mass, composite inertias and momentum of the whole, with what is held.
+//! Mass matrix, mass, centre of mass, composite inertias and momentum of the whole robot, including held objects.
 
 use super::{Robot, numbers};
 use crate::error::RobotError;
@@ -9,7 +9,7 @@ use linkwork_multibody::BodyId;
 use linkwork_spatial::{Force, RigidInertia, Vec3};
 
 impl Robot {
-    /// M (nv × nv, row after row) at the robot's q, with what is held.
+    /// Writes the mass matrix M (nv × nv, row after row) at the robot's q, including held objects.
     ///
     /// # Errors
     /// [`RobotError::Length`].
@@ -23,23 +23,23 @@ impl Robot {
         Ok(())
     }
 
-    /// Mass (kg) and centre of mass (world, m) at the robot's q of all that moves, with what is held. Bodies
-    /// that are welded to the world do not count. The centre is that of the first body that moves where nothing has mass.
+    /// Returns mass (kg) and centre of mass (world, m) of all moving bodies at the robot's q, including held objects. Bodies that are welded to the
+    /// world are not included. If no body has mass, the centre is that of the first moving body.
     pub fn center_of_mass(&mut self) -> (f64, Vec3) {
         self.move_all();
         (self.tree.total_mass(), center_of_mass(&self.tree, &self.ws))
     }
 
-    /// The composite inertia of a body: that of all that it carries and itself, with what is held, as if they were one at the robot's q; about the
-    /// body's origin, world axes. O(bodies).
+    /// Returns the composite inertia of a body: the inertia of the body, everything that it carries, and held objects, as one rigid body at the
+    /// robot's q, about the body's origin in world axes. O(bodies).
     #[must_use]
     pub fn composite_inertia(&mut self, body: BodyId) -> RigidInertia {
         self.move_all();
         subtree_inertia(&self.tree, &self.ws, body)
     }
 
-    /// Momentum about the centre of mass at the robot's q and rates `v` (nv), with what is held: angular (kg m²/s) in `moment`, linear (kg m/s) in
-    /// `force`, world axes.
+    /// Returns the momentum about the centre of mass at the robot's q and rates `v` (nv), including held objects: angular (kg m²/s) in `moment`,
+    /// linear (kg m/s) in `force`, world axes.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`].
@@ -50,7 +50,8 @@ impl Robot {
         Ok(momentum(&self.tree, &self.ws))
     }
 
-    /// The centroidal momentum matrix (6 × nv, row after row) at the robot's q, with what is held: rates to [`momentum`](Self::momentum).
+    /// Writes the centroidal momentum matrix (6 × nv, row after row) at the robot's q, including held objects. It maps rates to
+    /// [`momentum`](Self::momentum).
     ///
     /// # Errors
     /// [`RobotError::Length`].

@@ -1,4 +1,4 @@
-//! One instance of a robot: its configuration, what its hands hold, and the memory of every call.
+//! One instance of a robot: its configuration, the objects in its hands, and the memory of all functions.
 
 mod closure;
 mod collide;
@@ -61,36 +61,36 @@ struct ChainMemory {
     carrier_q: Vec<f64>,
     J: Vec<f64>,
     ik: InverseKinematics,
-    /// The best of several solutions, and what a unit of each coordinate counts.
+    /// Best of several solutions, and the scale of each coordinate.
     best: Vec<f64>,
     scale: Vec<f64>,
-    /// True while `ws` is of the robot's q.
+    /// True while `ws` contains the poses of the robot's q.
     fresh: bool,
-    /// A search was begun.
+    /// True after a search was begun.
     searching: bool,
 }
 
-/// One instance of a [`RobotModel`]. `Send`; a clone is an instance of its own.
+/// One instance of a [`RobotModel`]. It is `Send`; a clone is an independent instance.
 #[derive(Debug)]
 pub struct Robot {
     model: Arc<RobotModel>,
     q: Vec<f64>,
-    /// The mechanism with the inertia of what is held.
+    /// The mechanism, with the inertia of held objects.
     tree: Tree,
     ws: Workspace,
     /// True while `ws` has the poses of `q`.
     fresh: bool,
     chains: Vec<Option<ChainMemory>>,
     gravity: Vec3,
-    /// For each object: who holds it, and where it is when nobody does.
+    /// For each object, the hands that hold it, and its pose when no hand holds it.
     holds: Vec<Option<Hold>>,
     objects: Vec<Pose>,
-    /// For each object: what it is attached to, and its inertia with what is attached to it.
+    /// Attachment of each object, and its inertia including objects that are attached to it.
     mounts: Vec<Option<Mount>>,
     loads: Vec<RigidInertia>,
-    /// All objects, each after what it is attached to.
+    /// All objects; each comes after the object that it is attached to.
     order: Vec<u32>,
-    /// For each object that has joints: where they are, and memory.
+    /// For each object with joints, their coordinates and memory.
     linkages: Vec<Option<linkage::Memory>>,
     /// Zero rates, forces of one tip, a Jacobian of one tip, columns of a closed loop.
     rest: Vec<f64>,
@@ -101,7 +101,7 @@ pub struct Robot {
 }
 
 impl Clone for Robot {
-    /// An instance of its own, with all its memory: no later call allocates.
+    /// Creates an independent instance that already has all of its memory, so that no later call allocates.
     fn clone(&self) -> Self {
         let mut new = Self {
             model: self.model.clone(),
@@ -130,7 +130,7 @@ impl Clone for Robot {
 }
 
 impl Robot {
-    /// An instance at the neutral configuration, with all memory that any call takes.
+    /// Creates an instance at the neutral configuration and allocates the memory of all functions.
     #[must_use]
     pub fn new(model: &Arc<RobotModel>) -> Self {
         let chains = model.parts.iter().map(|p| {
@@ -172,10 +172,10 @@ impl Robot {
         new
     }
 
-    /// Makes the memory of the mechanism and of objects with joints this robot's own, and every object's and hand's inertia the sum that
-    /// [`load`](Self::load) and [`carry`](Self::carry) make: what was held leaves no trace in it.
+    /// Detaches the memory of the mechanism and of objects with joints from the model's shared data, and computes all inertias with
+    /// [`load`](Self::load) and [`carry`](Self::carry), so that they do not depend on earlier grasps.
     fn own_tree(&mut self) {
-        // Each after what is attached to it.
+        // Process each object after the objects that are attached to it.
         for i in (0..self.order.len()).rev() {
             self.load(self.order[i] as usize);
         }
@@ -187,22 +187,22 @@ impl Robot {
         }
     }
 
-    /// The model.
+    /// Returns the model.
     #[must_use]
     pub fn model(&self) -> &Arc<RobotModel> {
         &self.model
     }
 
-    /// The configuration (nq).
+    /// Returns the configuration (nq).
     #[must_use]
     pub fn q(&self) -> &[f64] {
         &self.q
     }
 
-    /// Another configuration (nq), within limits or not.
+    /// Sets the configuration (nq). Limits are not checked.
     ///
     /// # Errors
-    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::ZeroQuaternion`]; then nothing has changed.
+    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::ZeroQuaternion`]. After an error nothing has changed.
     pub fn set_q(&mut self, q: &[f64]) -> Result<(), RobotError> {
         self.model.configurations("q", q, 1)?;
         self.q.copy_from_slice(q);
@@ -211,7 +211,7 @@ impl Robot {
         Ok(())
     }
 
-    /// The nearest to `q` (nq) that is within all limits, in place.
+    /// Moves `q` (nq) to the nearest configuration within all limits, in place.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`].
@@ -224,7 +224,7 @@ impl Robot {
     }
 }
 
-/// Refuses a wrong length, NaN and infinities.
+/// Checks the number of values and rejects NaN and infinity.
 pub(crate) fn numbers(what: &'static str, x: &[f64], wanted: usize) -> Result<(), RobotError> {
     if x.len() != wanted {
         return Err(RobotError::Length { what, got: x.len(), wanted });

@@ -1,10 +1,12 @@
-//! Objects attached to other objects: a key in its lock, a battery on its driver, a wheel on its hub. They go where that goes and load what it loads.
+//! Objects attached to other objects, such as a key in its lock, a battery on its driver or a wheel on its hub. An attached object moves with its
+//! carrier and adds to its load.
 //!
 //! ```text
-//! X_WC = X_WB X_BC                          B: the other object, or the body of it that carries; C: the object that is attached
-//! M_B  = M_B⁰ + Σ φ(B,C) M_C φ*(B,C)        summed anew from the own inertias each time: what was taken off leaves no trace in any bit
+//! X_WC = X_WB X_BC                          B: the carrier (an object or a body of it); C: the attached object
+//! M_B  = M_B⁰ + Σ φ(B,C) M_C φ*(B,C)        summed from the original inertias each time, so detaching leaves no round-off
 //! ```
-//! What is attached counts as welded: it does not meet what it is attached to, nor, with rules that let neighbours pass, what a hinge joins to that.
+//! An attached object counts as welded to its carrier. It is not checked for collisions with the carrier, nor, under rules that ignore neighbours,
+//! with bodies that a hinge joins to the carrier.
 
 use super::hold::check_pose;
 use super::{Grasp, Robot};
@@ -16,19 +18,19 @@ use linkwork_collision::ColliderId;
 use linkwork_multibody::BodyId;
 use linkwork_spatial::Pose;
 
-/// What an object is attached to.
+/// What carries an attached object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mount {
     /// The other object.
     pub on: Object,
-    /// The body of it that carries, where that is not the object itself.
+    /// The body of that object which carries, or `None` for the object itself.
     pub body: Option<BodyId>,
-    /// `X_BC`: where the object is in the frame of what carries it.
+    /// `X_BC`, the pose of the object in the frame of its carrier.
     pub pose: Pose,
 }
 
 impl Robot {
-    /// What an object is attached to; `None` when that is nothing.
+    /// Returns what an object is attached to, or `None`.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`].
@@ -36,12 +38,13 @@ impl Robot {
         self.mounts.get(object.index()).copied().ok_or(RobotError::ForeignHandle)
     }
 
-    /// Attaches an object that no hand holds to another one, or to a body that hangs on that ([`RobotModel::object_body`](crate::RobotModel::object_body)): where it is now, or at
-    /// `X_BC` in the frame of what carries it. From then on it goes with that, held or not, and the hand that holds that carries both. O(objects), no allocation.
+    /// Attaches an object that no hand holds to another object, or to a body that hangs on it
+    /// ([`RobotModel::object_body`](crate::RobotModel::object_body)). The attached object keeps its current pose, or takes the pose `X_BC` in the
+    /// frame of its carrier. It then moves with the carrier, and a hand that holds the carrier carries both. O(objects), no allocation.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NoJoints`], [`RobotError::Held`], [`RobotError::Attached`], [`RobotError::NotFinite`],
-    /// [`RobotError::OutOfRange`] (an object that it carries itself); then nothing has changed.
+    /// [`RobotError::OutOfRange`] (an object that the attached object itself carries). After an error nothing has changed.
     pub fn attach(
         &mut self,
         object: Object,
@@ -54,12 +57,12 @@ impl Robot {
         }
         self.not_attached(object)?;
         let carrier = match body {
-            // The first body of an object's own tree is the object.
+            // The first body of an object's tree is the object itself.
             Some(body) if body.index() > 0 => self.object_body_pose(on, body)?,
             _ => self.object_pose(on)?,
         };
         if self.carries(object.index(), on.index()) {
-            let help = "attach it to an object that it does not carry";
+            let help = "attach it to an object that is not attached to it";
             let value = on.index() as f64;
             return Err(RobotError::OutOfRange { what: "on", value, help });
         }
@@ -75,7 +78,7 @@ impl Robot {
         self.remount(object, on)
     }
 
-    /// Takes an object off what it is attached to: it stays where it is in the world.
+    /// Detaches an object. It keeps its pose in the world.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAttached`].
@@ -97,7 +100,7 @@ impl Robot {
         }
     }
 
-    /// After an object was attached to another one or taken off it.
+    /// Updates loads, order and collision pairs after an object was attached or detached.
     fn remount(&mut self, object: Object, on: Object) -> Result<(), RobotError> {
         let mounts = &self.mounts;
         let inward = |o: &usize| mounts[*o].map(|m| m.on.index());
@@ -107,22 +110,22 @@ impl Robot {
         self.reload(Some(on.index()))
     }
 
-    /// What an object is attached to.
+    /// Returns the object to which an object is attached.
     fn on(&self, object: usize) -> Option<usize> {
         self.mounts[object].map(|m| m.on.index())
     }
 
-    /// Whether an object is another one, or carries it.
+    /// Returns true if an object is the other object or carries it.
     pub(super) fn carries(&self, object: usize, other: usize) -> bool {
         std::iter::successors(Some(other), |o| self.on(*o)).any(|o| o == object)
     }
 
-    /// The object that carries an object and is attached to none.
+    /// Returns the object at the end of a chain of attachments.
     pub(super) fn root(&self, object: usize) -> usize {
         std::iter::successors(Some(object), |o| self.on(*o)).last().unwrap_or(object)
     }
 
-    /// How far a point at most `far` (m) from an object's origin may be from that of its root.
+    /// Returns an upper bound for the distance, m, between the origin of the root object and a point at most `far` (m) from an object's origin.
     pub(super) fn far_from_root(&self, object: usize, mut far: f64) -> f64 {
         let mut o = object;
         while let Some(Mount { on, body, pose }) = self.mounts[o] {
@@ -133,7 +136,7 @@ impl Robot {
         far
     }
 
-    /// The load of an object and of all that carry it after something about it changed, and of the hand that holds them.
+    /// Updates the load of an object, of all objects that carry it, and of the hand that holds them.
     pub(super) fn reload(&mut self, mut object: Option<usize>) -> Result<(), RobotError> {
         while let Some(o) = object {
             self.load(o);
@@ -145,7 +148,7 @@ impl Robot {
         Ok(())
     }
 
-    /// The inertia of an object with what is attached to it, about its origin, its axes.
+    /// Computes the inertia of an object with everything attached to it, about its origin in its axes.
     pub(super) fn load(&mut self, object: usize) {
         let model = self.model.clone();
         let (mounts, loads) = (&self.mounts, &self.loads);
@@ -174,7 +177,7 @@ impl Robot {
         };
     }
 
-    /// The object that carries a collider in the end, and how what carries it hangs on that.
+    /// Returns the root object that carries a collider, and how the collider's body is connected to it.
     pub(super) fn carried(&self, id: ColliderId) -> Option<(usize, Link)> {
         let links = &self.model.linkages;
         let (mut o, mut link) = self.model.scene.carriers[id.index()].object(links)?;
@@ -193,11 +196,11 @@ impl Robot {
         Some((o, link))
     }
 
-    /// What a body of an object is welded to in the end: an object, and which of its pieces.
+    /// Returns the object, and the rigid group of its bodies, to which a body of an object is welded.
     fn piece(&self, mut object: usize, body: usize) -> (usize, usize) {
         let group = |o: usize, b: usize| self.model.linkages[o].as_ref().map_or(0, |l| l.group[b]);
         let mut piece = group(object, body);
-        // Only what is welded to an object goes on to what that is attached to.
+        // Follow an attachment only from bodies that are welded to the attached object.
         while let (true, Some(m)) = (piece == group(object, 0), self.mounts[object]) {
             object = m.on.index();
             piece = group(object, m.body.map_or(0, BodyId::index));
@@ -205,7 +208,7 @@ impl Robot {
         (object, piece)
     }
 
-    /// Whether two colliders on different objects meet as far as these are attached to each other.
+    /// Returns false for colliders on two objects that are not checked against each other because of how these objects are attached.
     pub(super) fn apart(&self, a: ColliderId, b: ColliderId) -> bool {
         let scene = &self.model.scene;
         let of = |i: ColliderId| match scene.carriers[i.index()] {
@@ -221,7 +224,7 @@ impl Robot {
         if x == y {
             return false;
         }
-        // A hinge inside one object joins them, or one that hangs by a hinge on an object which is attached to the other.
+        // The pieces may be joined by a hinge within one object, or by the hinge of an object that is attached to the other.
         let joined = |o: usize, (p, q): (usize, usize)| {
             let Some(l) = &self.model.linkages[o] else { return false };
             l.joined.iter().any(|j| *j == (p, q) || *j == (q, p))

@@ -1,4 +1,4 @@
-//! What a robot is asked to do, in order of priority; the rows of it.
+//! Tasks of a robot in order of priority, and their equations.
 
 use super::{Robot, numbers};
 use crate::error::RobotError;
@@ -7,25 +7,25 @@ use crate::part::Part;
 use linkwork_dynamics::{centroidal_bias, com_jacobian, node_jacobian};
 use linkwork_spatial::{Motion, Vec3};
 
-/// One thing that is asked, of rates ([`RateControl`](super::RateControl)) or of accelerations ([`WholeBody`](super::WholeBody)).
+/// One task: desired rates ([`RateControl`](super::RateControl)) or desired accelerations ([`WholeBody`](super::WholeBody)).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Objective<'a> {
-    /// Lower ones come first; those of one level are met together, in the sense of least squares.
+    /// Priority level. Lower levels come first; tasks of the same level are met together in the least-squares sense.
     pub level: usize,
-    /// What it counts within its level; above zero.
+    /// Weight within its level; above zero.
     pub weight: f64,
-    /// What is asked.
+    /// The desired motion.
     pub aim: Aim<'a>,
 }
 
 impl<'a> Objective<'a> {
-    /// With weight 1.
+    /// Creates a task with weight 1.
     #[must_use]
     pub fn new(level: usize, aim: Aim<'a>) -> Self {
         Self { level, weight: 1.0, aim }
     }
 
-    /// With another weight.
+    /// Sets the weight.
     #[must_use]
     pub fn weight(mut self, weight: f64) -> Self {
         self.weight = weight;
@@ -33,38 +33,38 @@ impl<'a> Objective<'a> {
     }
 }
 
-/// What moves how.
+/// Desired motion of a task.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Aim<'a> {
-    /// The tip of a chain, in the world: its twist (rad/s, m/s), or its acceleration (rad/s², m/s²), at its origin, world axes.
+    /// Motion of the tip of a chain in the world: its twist (rad/s, m/s) or its acceleration (rad/s², m/s²), at its origin, world axes.
     Tip {
         /// The chain.
         part: Part,
         /// Twist or acceleration.
         motion: Motion,
-        /// Which rows of it; what 1 rad counts when both.
+        /// The controlled rows, and the length that scales angular rows if both kinds are controlled.
         rows: Rows,
     },
-    /// The centre of mass of all that moves, with what is held: velocity, m/s, or acceleration, m/s², world axes.
+    /// Motion of the centre of mass of all moving bodies, including held objects: velocity, m/s, or acceleration, m/s², world axes.
     Center(Vec3),
-    /// All degrees of freedom (nv): rates or accelerations.
+    /// Rates or accelerations of all degrees of freedom (nv).
     Posture(&'a [f64]),
 }
 
 impl Robot {
-    /// Checks objectives.
+    /// Checks the tasks.
     pub(super) fn check_objectives(
         &self,
         objectives: &[Objective<'_>],
         room: usize,
     ) -> Result<(), RobotError> {
         if objectives.len() > room {
-            return Err(RobotError::NoRoom { what: "objectives", wanted: objectives.len(), room });
+            return Err(RobotError::NoRoom { what: "tasks", wanted: objectives.len(), room });
         }
         for w in objectives {
             if !(w.weight > 0.0 && w.weight.is_finite()) {
                 let (what, value, help) =
-                    ("weight of an objective", w.weight, "a weight is above zero");
+                    ("weight of a task", w.weight, "weights must be positive");
                 return Err(RobotError::OutOfRange { what, value, help });
             }
             match w.aim {
@@ -75,7 +75,7 @@ impl Robot {
                     if let Rows::All { length: value } = rows
                         && !(value > 0.0 && value.is_finite())
                     {
-                        let (what, help) = ("length", "a length is above zero");
+                        let (what, help) = ("length", "the length must be positive");
                         return Err(RobotError::OutOfRange { what, value, help });
                     }
                 }
@@ -86,14 +86,15 @@ impl Robot {
         Ok(())
     }
 
-    /// The lowest level above `after`.
+    /// Returns the lowest level above `after`.
     pub(super) fn next_level(objectives: &[Objective<'_>], after: Option<usize>) -> Option<usize> {
         let above = objectives.iter().map(|w| w.level).filter(|l| after.is_none_or(|a| *l > a));
         above.min()
     }
 
-    /// The rows of all objectives of a level, each `width` numbers of which the first nv are those of the degrees of freedom, into A; right sides into b. With
-    /// `Terms::Accelerations` the workspace has velocities and what they make of accelerations. Returns how many rows there are.
+    /// Writes the rows of all tasks of a level into A, and their right-hand sides into b. A row has `width` numbers, of which the first nv belong to
+    /// the degrees of freedom. With `Terms::Accelerations` the workspace must contain velocities and the accelerations at v̇ = 0. Returns the number
+    /// of rows.
     pub(super) fn level_rows(
         &mut self,
         objectives: &[Objective<'_>],
@@ -157,7 +158,7 @@ impl Robot {
     }
 }
 
-/// What objectives ask.
+/// Kind of motion that the tasks describe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Terms {
     Rates,

@@ -1,28 +1,30 @@
-//! What sensors see, as obstacles: point clouds and voxel maps that change while the robot works.
+//! Obstacles from sensor data: point clouds and voxel maps that change while the robot works.
 //!
-//! Both are colliders of the model ([`Shape::PointCloud`](crate::Shape::PointCloud), [`Shape::VoxelMap`](crate::Shape::VoxelMap)), on the world, on a body or
-//! on an object, with rules, padding and hiding like any other; the model says for how many points there is room and how large the map is. What
-//! they hold now is each instance's own, and goes with its clones. One on an object moves with [`Robot::put`], and with the hand that holds it.
+//! Both are colliders of the model ([`Shape::PointCloud`](crate::Shape::PointCloud), [`Shape::VoxelMap`](crate::Shape::VoxelMap)) in the world, on a
+//! body or on an object. Rules, padding and visibility apply to them as to any other collider. The model defines the maximum number of points and the
+//! size of the map. The current content belongs to each instance and is copied to its clones. A cloud or map on an object moves with [`Robot::put`]
+//! and with the hand that holds the object.
 
 use super::Robot;
 use crate::error::RobotError;
 use linkwork_collision::{ColliderId, Occupancy};
 
 impl Robot {
-    /// Other points of a point cloud instead of those that it has: x, y, z, radius of each, m, in the collider's frame. O(n log n), no allocation.
+    /// Replaces the points of a point cloud. Each point is x, y, z, radius, m, in the collider's frame. O(n log n), no allocation.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`]; [`RobotError::Shape`] for a collider that is no point cloud, more points than there is room for, NaN and
-    /// negative radii. Then nothing has changed.
+    /// [`RobotError::ForeignHandle`]; [`RobotError::Shape`] for a collider that is not a point cloud, more points than the model reserves, NaN and
+    /// negative radii. After an error nothing has changed.
     pub fn set_points(&mut self, id: ColliderId, points: &[[f64; 4]]) -> Result<(), RobotError> {
         self.known(id)?;
         Ok(self.collide.probe.set_points(&self.model.scene.colliders, id, points)?)
     }
 
-    /// Makes cells of a voxel map occupied or free: indices along x, y, z from 0. O(cells), no allocation.
+    /// Sets cells of a voxel map to occupied or free. Indices are along x, y, z from 0. O(cells), no allocation.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`]; [`RobotError::Shape`] for a collider that is no voxel map, and for cells outside. Then nothing has changed.
+    /// [`RobotError::ForeignHandle`]; [`RobotError::Shape`] for a collider that is not a voxel map, and for cells outside the map. After an error
+    /// nothing has changed.
     pub fn set_cells(
         &mut self,
         id: ColliderId,
@@ -33,31 +35,31 @@ impl Robot {
         Ok(self.collide.probe.set_cells(&self.model.scene.colliders, id, cells, to)?)
     }
 
-    /// Makes all cells of a voxel map free.
+    /// Sets all cells of a voxel map to free.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`]; [`RobotError::Shape`] for a collider that is no voxel map.
+    /// [`RobotError::ForeignHandle`]; [`RobotError::Shape`] for a collider that is not a voxel map.
     pub fn clear_cells(&mut self, id: ColliderId) -> Result<(), RobotError> {
         self.known(id)?;
         Ok(self.collide.probe.clear_cells(&self.model.scene.colliders, id)?)
     }
 
-    /// What a cell of a voxel map is now.
+    /// Returns the state of a cell of a voxel map.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`]; [`RobotError::Shape`] for a collider that is no voxel map, and for a cell outside.
+    /// [`RobotError::ForeignHandle`]; [`RobotError::Shape`] for a collider that is not a voxel map, and for a cell outside the map.
     pub fn cell(&self, id: ColliderId, cell: [u32; 3]) -> Result<Occupancy, RobotError> {
         self.known(id)?;
         Ok(self.collide.probe.cell(id, cell)?)
     }
 
-    /// How many points a point cloud has now, or occupied cells a voxel map.
+    /// Returns the number of points of a point cloud, or of occupied cells of a voxel map.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`]; [`RobotError::Shape`] for any other collider.
     pub fn count(&self, id: ColliderId) -> Result<usize, RobotError> {
         self.known(id)?;
-        let wanted = "point cloud and no voxel map";
+        let wanted = "point cloud or a voxel map";
         Ok(self.collide.probe.count(id).ok_or(linkwork_collision::ShapeFault::Kind { wanted })?)
     }
 }

@@ -1,8 +1,9 @@
-//! A free way for a chain from one configuration to another: two trees of configurations, one from each end, grow towards random places and then
-//! towards each other (RRT-Connect: Kuffner and LaValle, ICRA 2000). Then corners that are not needed are cut off.
+//! Sampling-based motion planning: a collision-free path of a chain from one configuration to another. RRT-Connect (Kuffner and LaValle, ICRA 2000)
+//! grows two trees of configurations, one from each end, towards random samples and then towards each other. Unnecessary corners of the path are
+//! removed afterwards.
 //!
-//! Every piece is [proven free](Robot::path_free), not sampled. Work is counted in configurations; the same seed gives the same way. What hands
-//! hold goes with them.
+//! Every piece is [proven free](Robot::path_free), not sampled. Work is counted in configurations, and the same seed gives the same path. Held
+//! objects move with the hands.
 
 use super::{Path, Robot};
 use crate::error::RobotError;
@@ -10,46 +11,46 @@ use crate::part::Part;
 use linkwork_collision::ColliderId;
 use linkwork_multibody::uniform;
 
-/// How to look for a way.
+/// Settings of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
-    /// Of the random places.
+    /// Seed of the random samples.
     pub seed: u64,
-    /// Longest piece, as the greatest change of one coordinate, rad or m.
+    /// Longest piece, as the largest change of one coordinate, rad or m.
     pub step: f64,
-    /// Pieces of a piece that are not cut again, see [`Robot::path_free`].
+    /// Fraction of a piece that [`Robot::path_free`] does not halve again.
     pub least: f64,
 }
 
 impl Default for Search {
-    /// Seed 1, pieces of 0.5 rad or m, cut down to a thousandth.
+    /// Seed 1, pieces of 0.5 rad or m, halved down to a thousandth.
     fn default() -> Self {
         Self { seed: 1, step: 0.5, least: 1e-3 }
     }
 }
 
-/// What a search for a way ends with.
+/// Result of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PlanOutcome {
     /// [`Planner::path`] is free from end to end.
     Found,
-    /// The start touches something.
+    /// The start is in collision.
     BlockedStart {
-        /// The two that touch.
+        /// The two colliders that touch.
         pair: (ColliderId, ColliderId),
     },
-    /// The goal touches something.
+    /// The goal is in collision.
     BlockedGoal {
-        /// The two that touch.
+        /// The two colliders that touch.
         pair: (ColliderId, ColliderId),
     },
-    /// The room was used up. There may be a way, or none.
+    /// The memory was used up. A path may or may not exist.
     NotFound,
-    /// There is room left: [`Planner::resume`] goes on.
+    /// The search is not finished: [`Planner::resume`] continues it.
     Unfinished,
 }
 
-/// One coordinate of the chain: its place in q, and between which values it is drawn.
+/// One coordinate of the chain: its index in q, and the range of its samples.
 #[derive(Clone, Copy, Debug)]
 struct Coordinate {
     at: usize,
@@ -57,14 +58,14 @@ struct Coordinate {
     upper: f64,
 }
 
-/// Configurations (rows of the chain's numbers), each with the one that it came from.
+/// Configurations (rows of the chain's coordinates), each with the index of its parent.
 #[derive(Clone, Debug)]
 struct Branches {
     q: Vec<f64>,
     parents: Vec<usize>,
 }
 
-/// Memory of searches for one chain of a model.
+/// Planner for one chain of a model, with its memory.
 #[derive(Clone, Debug)]
 pub struct Planner {
     part: Part,
@@ -72,48 +73,49 @@ pub struct Planner {
     chain: Vec<Coordinate>,
     room: usize,
     trees: [Branches; 2],
-    /// Where a tree grows to, and what it reached.
+    /// Target of the growth, and the new configuration.
     to: Vec<f64>,
     new: Vec<f64>,
     /// Whole configurations: ends of a piece.
     ends: [Vec<f64>; 2],
-    /// Rows of whole configurations.
+    /// Whole configurations of the path.
     way: Vec<f64>,
     search: Search,
-    /// Of the random places: its state, how many were drawn; and the tree that grows next.
+    /// State of the random numbers, number of samples so far, and the tree that grows next.
     state: u64,
     drawn: usize,
     growing: usize,
 }
 
-/// How a tree grew.
+/// Result of growing a tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Grown {
-    /// To where it was to grow.
+    /// The target was reached.
     There,
-    /// A step towards it.
+    /// A step towards the target was added.
     Nearer,
-    /// Not at all.
+    /// No step was possible.
     Blocked,
 }
 
 impl Planner {
-    /// For a chain, with room for so many configurations in each tree. Allocates: once, at set-up.
+    /// Creates a planner for a chain, with memory for `room` configurations in each tree. Allocates memory; later calls do not.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`]; [`RobotError::OutOfRange`] for a chain with ball or free hinges, and for no room; [`RobotError::OpensClosure`].
+    /// [`RobotError::ForeignHandle`]; [`RobotError::NotAChain`]; [`RobotError::OutOfRange`] for a chain with ball or free hinges, and for fewer than
+    /// two configurations; [`RobotError::OpensClosure`].
     pub fn new(robot: &Robot, part: Part, room: usize) -> Result<Self, RobotError> {
         if room < 2 {
-            let (what, help) = ("room", "at least two configurations");
+            let (what, help) = ("room", "reserve at least two configurations");
             return Err(RobotError::OutOfRange { what, value: room as f64, help });
         }
         let own = robot.model.chain(part)?;
-        robot.model.opens(own, "a planned way")?;
+        robot.model.opens(own, "path planning")?;
         let mut chain = Vec::with_capacity(own.limits.len());
         for (i, limit) in own.limits.iter().enumerate() {
             let Some((at, limits)) = limit else {
-                let help = "plan for parts of pins, sliders and screws";
-                let what = "a degree of freedom of the part without a coordinate of its own";
+                let help = "plan only for parts with pins, sliders and screws";
+                let what = "a degree of freedom of the part that has no single coordinate";
                 return Err(RobotError::OutOfRange { what, value: i as f64, help });
             };
             let turn = std::f64::consts::PI;
@@ -141,16 +143,18 @@ impl Planner {
         })
     }
 
-    /// The way that was found last, configurations (nq) from the start to the goal; all coordinates move in proportion between two of them.
+    /// Returns the configurations (nq) of the last path, from start to goal. All coordinates move in proportion between two of them.
     pub fn path(&self) -> impl ExactSizeIterator<Item = &[f64]> {
         self.way.chunks_exact(self.nq)
     }
 
-    /// Looks for a free way of the chain from `start` to `goal` (nq each), which differ in its coordinates alone. The robot's own q does not matter.
+    /// Searches for a collision-free path of the chain from `start` to `goal` (nq each), which may differ only in the chain's coordinates. The
+    /// robot's own q has no effect.
     ///
     /// # Errors
-    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::ForeignHandle`] for a robot of another size, [`RobotError::OutsideLimits`];
-    /// [`RobotError::OutOfRange`] for ends that differ elsewhere, and for a step or `least` out of range. *Not found* is an answer, not an error.
+    /// [`RobotError::Length`]; [`RobotError::NotFinite`]; [`RobotError::ForeignHandle`] for a robot of another size; [`RobotError::OutsideLimits`];
+    /// [`RobotError::OutOfRange`] for ends that differ in other coordinates, and for a `step` or `least` out of range. [`PlanOutcome::NotFound`] is a result,
+    /// not an error.
     pub fn plan(
         &mut self,
         robot: &mut Robot,
@@ -164,10 +168,11 @@ impl Planner {
         }
     }
 
-    /// Begins a search as [`plan`](Self::plan) does it, for [`resume`](Self::resume): both ends and the straight way. [`PlanOutcome::Unfinished`] when these do not tell.
+    /// Begins a search like [`plan`](Self::plan), to be continued with [`resume`](Self::resume): checks both ends and the straight path. Returns
+    /// [`PlanOutcome::Unfinished`] if these do not decide the result.
     ///
     /// # Errors
-    /// As `plan`.
+    /// Like `plan`.
     pub fn begin(
         &mut self,
         robot: &mut Robot,
@@ -177,7 +182,7 @@ impl Planner {
     ) -> Result<PlanOutcome, RobotError> {
         self.check(robot, start, goal, search)?;
         self.way.clear();
-        // Nothing to go on with, unless this ends as unfinished.
+        // Mark the search as ended, so that it cannot be continued unless it ends as unfinished.
         self.drawn = 8 * self.room;
         if let Some(pair) = robot.first_hit(start)? {
             return Ok(PlanOutcome::BlockedStart { pair });
@@ -203,7 +208,8 @@ impl Planner {
         Ok(PlanOutcome::Unfinished)
     }
 
-    /// Goes on with a search for at most so many random places, with the robot as it was at its begin. Portions do not change what is found.
+    /// Continues a search with at most `places` random samples. The robot must hold the same objects as at the beginning. The result does not depend
+    /// on how the samples are divided into calls.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`] for a robot of another size.
@@ -215,7 +221,7 @@ impl Planner {
         let search = &own;
         for _ in 0..places {
             let full = self.trees.iter().any(|t| t.parents.len() == self.room);
-            // A draw that leads nowhere counts as well: the work is bounded.
+            // Samples that lead nowhere count as well, so that the work is bounded.
             if full || self.drawn >= 8 * self.room {
                 return Ok(PlanOutcome::NotFound);
             }
@@ -257,14 +263,14 @@ impl Planner {
         robot.model.configurations("start", start, 1)?;
         robot.model.configurations("goal", goal, 1)?;
         if !(search.step > 0.0 && search.step.is_finite()) {
-            let (what, value, help) = ("step", search.step, "a step is above zero");
+            let (what, value, help) = ("step", search.step, "the step must be positive");
             return Err(RobotError::OutOfRange { what, value, help });
         }
         let own = |at: usize| self.chain.iter().any(|c| c.at == at);
         if let Some(at) = (0..self.nq).find(|at| start[*at] != goal[*at] && !own(*at)) {
             let what =
-                "the difference of start and goal in a coordinate that the part does not move";
-            let (value, help) = (goal[at] - start[at], "give both the same value there");
+                "difference of start and goal in a coordinate that does not belong to the part";
+            let (value, help) = (goal[at] - start[at], "give both the same value");
             return Err(RobotError::OutOfRange { what, value, help });
         }
         let chain = robot.model.chain(self.part)?;
@@ -272,7 +278,7 @@ impl Planner {
         chain.within_limits(goal)
     }
 
-    /// Grows a tree from its nearest configuration towards `to` by a step at most.
+    /// Grows a tree from the configuration nearest to `to` by at most one step.
     fn grow(
         &mut self,
         robot: &mut Robot,
@@ -293,7 +299,7 @@ impl Planner {
         let grown = if far <= search.step { Grown::There } else { Grown::Nearer };
         let part = if grown == Grown::There { 1.0 } else { search.step / far };
         for ((new, a), b) in self.new.iter_mut().zip(from).zip(&self.to) {
-            // The end itself, to the bit.
+            // Use the exact end when it is reached.
             *new = if grown == Grown::There { *b } else { a + part * (b - a) };
         }
         let [qa, qb] = &mut self.ends;
@@ -309,10 +315,10 @@ impl Planner {
         Ok(grown)
     }
 
-    /// The way through the last configurations of both trees, which are one.
+    /// Joins the paths through the last configurations of both trees, which coincide.
     fn join(&mut self) {
         let n = self.chain.len();
-        // What the chain does not move is in both ends of every piece.
+        // Coordinates outside the chain have the same values in all configurations.
         let rest = &self.ends[0];
         let row = |way: &mut Vec<f64>, q: &[f64]| {
             let from = way.len();
@@ -329,7 +335,7 @@ impl Planner {
             }
             at = self.trees[0].parents[at];
         }
-        // From the start on.
+        // Reverse the path so that it begins at the start.
         let rows = self.way.len() / self.nq;
         for k in 0..rows / 2 {
             let (a, b) = self.way.split_at_mut(self.nq * (rows - 1 - k));
@@ -342,7 +348,7 @@ impl Planner {
         }
     }
 
-    /// From each configuration on to the last that can be reached from it straight on.
+    /// Connects each configuration to the last one that can be reached by a straight path.
     fn cut_corners(&mut self, robot: &mut Robot, search: &Search) -> Result<(), RobotError> {
         let nq = self.nq;
         let (mut kept, mut rows) = (0, self.way.len() / nq);

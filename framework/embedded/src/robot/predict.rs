@@ -1,4 +1,4 @@
-//! Where a motion goes from here, and how well that is known: the prediction of an estimator, with what is held.
+//! State prediction for estimators: state and covariance after a time step, including held objects.
 
 use super::{Robot, numbers};
 use crate::error::RobotError;
@@ -12,13 +12,14 @@ pub struct Predictor {
 }
 
 impl Predictor {
-    /// For a robot and its clones.
+    /// Creates the memory for a robot and its clones.
     #[must_use]
     pub fn new(robot: &Robot) -> Self {
         Self { inner: Prediction::new(&robot.tree), rest: vec![0.0; robot.tree.nv()] }
     }
 
-    /// How errors before the last step became errors after it (2 nv × 2 nv, row after row): rows and columns [δq; δv], δq along v.
+    /// Returns the transition matrix of the last step (2 nv × 2 nv, row after row), which maps errors before the step to errors after it. Rows and
+    /// columns are [δq; δv], δq along v.
     #[must_use]
     pub fn transition(&self) -> &[f64] {
         self.inner.transition()
@@ -26,14 +27,14 @@ impl Predictor {
 }
 
 impl Robot {
-    /// A step of `step` seconds from a state of its own, which needs not be the robot's: q, rates and the covariance of their errors [δq; δv]
-    /// (2 nv × 2 nv, row after row, δq along v) go on under the forces `tau` (nv) and white noise of these with the spectral densities `density`
-    /// (nv; (N m)² s, N² s), with what is held and the robot's gravity. By the midpoint rule, of second order; the covariance is that of its
-    /// exact derivative ([`Prediction`]). After an error nothing was changed.
+    /// Predicts a given state, which may differ from the robot's, over `step` seconds. The state consists of q, rates and the covariance of their
+    /// errors [δq; δv] (2 nv × 2 nv, row after row, δq along v). It moves under the forces `tau` (nv), white force noise with the spectral densities
+    /// `density` (nv; (N m)² s, N² s), held objects and the robot's gravity. The midpoint rule of second order is used; the covariance is propagated
+    /// with its exact derivative ([`Prediction`]). After an error nothing has changed.
     ///
     /// # Errors
-    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::OutOfRange`] for a step or a density that is negative,
-    /// [`RobotError::ForeignHandle`] for the memory of another model, [`RobotError::Singular`] where a joint has nothing to move, [`RobotError::OpensClosure`].
+    /// [`RobotError::Length`]; [`RobotError::NotFinite`]; [`RobotError::OutOfRange`] for a negative step or density; [`RobotError::ForeignHandle`]
+    /// for memory of another model; [`RobotError::Singular`] where a joint moves no mass; [`RobotError::OpensClosure`].
     pub fn predict(
         &mut self,
         memory: &mut Predictor,
@@ -42,7 +43,7 @@ impl Robot {
         density: &[f64],
         step: f64,
     ) -> Result<(), RobotError> {
-        self.model.open_tree("a prediction")?;
+        self.model.open_tree("prediction")?;
         let nv = self.tree.nv();
         self.model.configurations("q", state.q, 1)?;
         numbers("v", state.v, nv)?;
@@ -64,11 +65,11 @@ impl Robot {
         let drive = Drive { tau, vdot: &memory.rest, density, gravity: self.gravity, step };
         memory.inner.step(&self.tree, &mut self.ws, state, drive).map_err(|e| match e {
             DynamicsError::Singular { .. } => RobotError::Singular {
-                what: "the motion of a joint that carries nothing",
-                help: "give it, or a body that it carries, a mass and an inertia, or an armature",
+                what: "forward dynamics of a joint that moves no mass",
+                help: "give a body that it carries mass and inertia, or give the joint an armature",
             },
             DynamicsError::Flexible { .. } => RobotError::Singular {
-                what: "the motion of a flexible body",
+                what: "forward dynamics of a flexible body",
                 help: "take a rigid one",
             },
         })

@@ -1,11 +1,11 @@
-//! Of the configurations that meet a goal, the one that is liked best.
+//! Inverse kinematics with a secondary cost: the best of the configurations that meet a goal.
 //!
 //! ```text
 //! c = a ½ Σ ((q − middle)/(upper − lower))² + n ½ Σ ((q − q₀)/(upper − lower))² − b ln w(q)
 //! ```
-//! a: `centred`; n: `near`, q₀ the configuration that the search is given; b: `manipulable`.
-//! Each start that leads to the goal is improved along the null space to a local minimum of c; the least is the answer.
-//! Coordinates without limits are not drawn to a middle; for `near` their range is 2π or 2π m.
+//! a: `centred`; n: `near`, with q₀ the configuration that the search is given; b: `manipulable`. Each start that leads to the goal is improved along
+//! the null space to a local minimum of c; the smallest one is the result. Coordinates without limits do not contribute to `centred`; for `near`
+//! their range is taken as 2π rad or 2π m.
 
 use super::inverse_kinematics::{Effort, Frame, Outcome};
 use super::{ChainMemory, Robot};
@@ -18,43 +18,43 @@ use linkwork_multibody::Limits;
 use linkwork_spatial::{Motion, Pose};
 use std::f64::consts::TAU;
 
-/// What is liked among solutions, and how hard to look.
+/// Cost of a solution, and the amount of search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prefer {
-    /// What distance from the middle of the limits counts; not negative.
+    /// Weight of the distance from the middle of the limits; not negative.
     pub centred: f64,
-    /// What distance from the configuration that the search is given counts; not negative.
+    /// Weight of the distance from the configuration that the search is given; not negative.
     pub near: f64,
-    /// What ln w counts; not negative.
+    /// Weight of ln w; not negative.
     pub manipulable: f64,
-    /// What 1 rad counts in w, m.
+    /// Length by which angular rows of the Jacobian are multiplied in w, m.
     pub length: f64,
-    /// Starts: the given one and others, the same ones each time.
+    /// Number of starts: the given one and others, the same for each search.
     pub starts: usize,
-    /// Evaluations of the kinematics to improve each solution, at most.
+    /// Maximum number of kinematics evaluations for the improvement of each solution.
     pub steps: usize,
 }
 
 impl Prefer {
-    /// Near the middle of the limits; 1 start.
+    /// Prefers configurations near the middle of the limits; 1 start.
     #[must_use]
     pub fn centred() -> Self {
         Self { centred: 1.0, near: 0.0, manipulable: 0.0, length: 1.0, starts: 1, steps: 400 }
     }
 
-    /// Near the configuration that the search is given; 1 start.
+    /// Prefers configurations near the one that the search is given; 1 start.
     #[must_use]
     pub fn near() -> Self {
         Self { centred: 0.0, near: 1.0, ..Self::centred() }
     }
 
-    /// Far from singular configurations; 1 start.
+    /// Prefers configurations far from singular ones; 1 start.
     #[must_use]
     pub fn manipulable() -> Self {
         Self { centred: 0.0, manipulable: 1.0, ..Self::centred() }
     }
 
-    /// So many starts.
+    /// Sets the number of starts.
     #[must_use]
     pub fn starts(mut self, starts: usize) -> Self {
         self.starts = starts;
@@ -62,26 +62,26 @@ impl Prefer {
     }
 }
 
-/// The best of several solutions.
+/// Result of a search with a secondary cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Best {
     /// `Met`, or `Nearest` when no start led to the goal.
     pub outcome: Outcome,
-    /// c of the answer; infinite when the goal is not met.
+    /// c of the result; infinite when the goal is not met.
     pub cost: f64,
-    /// Starts that led to the goal.
+    /// Number of starts that led to the goal.
     pub solutions: usize,
-    /// Evaluations of the kinematics in all.
+    /// Total number of kinematics evaluations.
     pub kinematics: usize,
 }
 
 impl Robot {
-    /// As [`reach`](Self::reach), from several starts, each improved among the configurations that meet the goal.
-    /// `effort.restarts` does not count; `effort.kinematics` bounds all evaluations together. When no start leads there, q
-    /// is the nearest of the last of them.
+    /// Like [`reach`](Self::reach), but from several starts, and each solution is improved among the configurations that meet the goal.
+    /// `effort.restarts` has no effect. `effort.kinematics` bounds the sum of all evaluations. If no start leads to the goal, `q` is the nearest
+    /// configuration of the last start.
     ///
     /// # Errors
-    /// As [`reach`](Self::reach); [`RobotError::OutOfRange`] for weights that are negative or all zero.
+    /// Like [`reach`](Self::reach); [`RobotError::OutOfRange`] for weights that are negative or all zero.
     pub fn inverse_kinematics_best(
         &mut self,
         part: Part,
@@ -139,31 +139,31 @@ impl Robot {
     }
 }
 
-/// Weights that can be.
+/// Checks that no weight is negative and that at least one is positive.
 pub(super) fn check_prefer(prefer: &Prefer) -> Result<(), RobotError> {
     let bad = |x: f64| !(x >= 0.0 && x.is_finite());
     let Prefer { centred, near, manipulable, .. } = *prefer;
     for (what, value) in [("centred", centred), ("near", near), ("manipulable", manipulable)] {
         if bad(value) || centred + near + manipulable == 0.0 {
-            let help = "weights are not negative, and one of them is above zero";
+            let help = "weights must not be negative, and one must be positive";
             return Err(RobotError::OutOfRange { what, value, help });
         }
     }
     if !(prefer.length > 0.0 && prefer.length.is_finite()) {
-        let (what, value, help) = ("length", prefer.length, "a length is above zero");
+        let (what, value, help) = ("length", prefer.length, "the length must be positive");
         return Err(RobotError::OutOfRange { what, value, help });
     }
     Ok(())
 }
 
-/// The middle of the limits of a coordinate and how far they are apart, where it has both: its place in q, too.
+/// Returns index in q, middle and width of the range of a coordinate that has both limits.
 fn range(limits: &Option<(usize, Limits)>) -> Option<(usize, f64, f64)> {
     let (at, l) = limits.as_ref()?;
     let wide = l.upper - l.lower;
     (wide.is_finite() && wide > 0.0).then_some((*at, 0.5 * (l.lower + l.upper), wide))
 }
 
-/// What a unit of each coordinate counts.
+/// Computes the scale of each coordinate in the cost.
 pub(super) fn scales(limits: &[Option<(usize, Limits)>], prefer: &Prefer, scale: &mut [f64]) {
     for (d, l) in scale.iter_mut().zip(limits) {
         let wide = range(l).map_or(TAU, |r| r.2);
@@ -171,7 +171,7 @@ pub(super) fn scales(limits: &[Option<(usize, Limits)>], prefer: &Prefer, scale:
     }
 }
 
-/// c of the distances from the middle of the limits and from what was given, by its places in q; adds its gradient.
+/// Returns the part of the cost for the distances from the middle of the limits and from the given configuration; adds its gradient.
 pub(super) fn distances(
     limits: &[Option<(usize, Limits)>],
     (prefer, given): (&Prefer, &dyn Fn(usize) -> f64),
@@ -196,7 +196,8 @@ pub(super) fn distances(
     cost
 }
 
-/// c of the manipulability of a chain at its own q, and its gradient over its own degrees of freedom. Moves the chain's poses.
+/// Returns the part of the cost for the manipulability of a chain at its own q, and its gradient over the chain's degrees of freedom. Overwrites the
+/// chain's poses.
 pub(super) fn agility(
     chain: &Chain,
     (ws, J): (&mut Workspace, &mut [f64]),
@@ -212,7 +213,7 @@ pub(super) fn agility(
     -prefer.manipulable * w.ln()
 }
 
-/// Improves `memory.q`; c, and evaluations.
+/// Improves `memory.q`. Returns the cost and the number of evaluations.
 fn improve(
     chain: &Chain,
     memory: &mut ChainMemory,
@@ -220,7 +221,7 @@ fn improve(
     steps: usize,
 ) -> (f64, usize) {
     let ChainMemory { ik, ws, J, q, scale, .. } = memory;
-    // Positions do not count: the chain stands on its base.
+    // The position of the base does not matter here, so the chain is evaluated on a base at the origin.
     ws.set_base(&Pose::identity(), &Motion::zero(), &Motion::zero());
     scales(&chain.limits, prefer, scale);
     let mut objective = |q: &[f64], gradient: &mut [f64]| {

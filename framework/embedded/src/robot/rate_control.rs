@@ -1,13 +1,13 @@
-//! Rates for several objectives in order of priority, away from limits of joints and from singular configurations: redundancy in control.
+//! Rate control for several tasks in order of priority, which keeps away from joint limits and singular configurations.
 //!
 //! ```text
-//! level k      min |J_k v − ẋ_k|²          nothing is taken from levels before
+//! level k      min |J_k v − ẋ_k|²          a level never degrades the levels before it
 //! bounds       −rate ≤ v ≤ rate;           (lower − q)/T ≤ v ≤ (upper − q)/T        T: horizon, the time in which a limit may be reached
-//!              ∇w v ≥ (w_least − w)/T      for each chain that is to stay manipulable
+//!              ∇w v ≥ (w_least − w)/T      for each guarded chain
 //! last         min |v|
 //! ```
-//! As a bound of the rate of its manipulability w a chain slows down towards a singular configuration, and does not swing through it; below its least it goes
-//! back up, as fast as half of what its limits leave.
+//! Because the rate of its manipulability w is bounded, a chain slows down towards a singular configuration and does not pass through it. A chain
+//! below its smallest permitted w moves back up, with at most half of the speed that its limits allow.
 
 use super::objective::{Objective, Terms};
 use super::{Robot, numbers};
@@ -17,16 +17,16 @@ use crate::part::Part;
 use crate::priorities::Priorities;
 use linkwork_dynamics::kinematics;
 
-/// What rates keep to.
+/// Limits that the rates respect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Guards<'a> {
-    /// Time in which a limit of a coordinate, or the least manipulability, may be reached, s: that of a few periods of the control.
+    /// Time in which a limit of a coordinate or the smallest manipulability may be reached, s; use a few control periods.
     pub horizon: f64,
-    /// Chains, with the manipulability (of `Rows::All` with length 1 m) below which it is not to fall.
+    /// Guarded chains, each with the smallest permitted manipulability (of `Rows::All` with length 1 m).
     pub manipulable: &'a [(Part, f64)],
 }
 
-/// Memory of it, for one model.
+/// Rate controller for one model, with its memory.
 #[derive(Clone, Debug)]
 pub struct RateControl {
     nv: usize,
@@ -37,12 +37,12 @@ pub struct RateControl {
     b: Vec<f64>,
     row: Vec<f64>,
     gradient: Vec<f64>,
-    /// How fast each coordinate may go down and up.
+    /// Largest rates of each coordinate downwards and upwards.
     within: Vec<[f64; 2]>,
 }
 
 impl RateControl {
-    /// With room for so many objectives and guarded chains. Allocates: once, at set-up.
+    /// Creates a controller for up to `objectives` tasks and `chains` guarded chains. Allocates memory; later calls do not.
     #[must_use]
     pub fn new(robot: &Robot, objectives: usize, chains: usize) -> Self {
         let nv = robot.tree.nv();
@@ -60,13 +60,14 @@ impl RateControl {
         }
     }
 
-    /// Rates `v` (nv) at the robot's q: within limits of the model, as near to each objective as those before it allow. `residuals` takes |J v − ẋ| of each
-    /// level, weights counted (as many as there are levels).
+    /// Computes rates `v` (nv) at the robot's q, within the limits of the model and as near to each task as the tasks before it allow. `residuals`
+    /// receives the weighted |J v − ẋ| of each level; its length must be the number of levels.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::NoRoom`], [`RobotError::OpensClosure`];
-    /// [`RobotError::OutOfRange`] for a horizon or weight that is not above zero; [`RobotError::Singular`] when guards contradict each other: what brings one chain back above its least manipulability takes that of
-    /// another below. Coordinates do not: one that is outside its limits, however far, comes back within the horizon or, where its rate is too low for that, at its full rate.
+    /// [`RobotError::ForeignHandle`]; [`RobotError::NotAChain`]; [`RobotError::Length`]; [`RobotError::NotFinite`]; [`RobotError::NoRoom`];
+    /// [`RobotError::OpensClosure`]; [`RobotError::OutOfRange`] for a horizon or weight that is not positive; [`RobotError::Singular`] when the
+    /// guards of chains contradict each other, because a motion that raises the manipulability of one chain lowers that of another. Limits of
+    /// coordinates never contradict each other: a coordinate outside its limits returns within the horizon, or at its full rate if that is too slow.
     pub fn solve(
         &mut self,
         robot: &mut Robot,
@@ -79,14 +80,14 @@ impl RateControl {
         if robot.tree.nv() != nv {
             return Err(RobotError::ForeignHandle);
         }
-        robot.model.open_tree("a control of rates")?;
+        robot.model.open_tree("rate control")?;
         robot.check_objectives(objectives, self.objectives)?;
         if v.len() != nv {
             return Err(RobotError::Length { what: "v", got: v.len(), wanted: nv });
         }
         numbers("horizon", &[guards.horizon], 1)?;
         if !(guards.horizon > 0.0) {
-            let (what, value, help) = ("horizon", guards.horizon, "a time is above zero");
+            let (what, value, help) = ("horizon", guards.horizon, "the horizon must be positive");
             return Err(RobotError::OutOfRange { what, value, help });
         }
         if guards.manipulable.len() > self.chains {
@@ -98,7 +99,7 @@ impl RateControl {
         self.problem.begin();
         self.guard(robot, guards)?;
         let (mut level, mut count) = (Robot::next_level(objectives, None), 0);
-        let help = "guards of chains contradict each other: ask for less manipulability, or give a longer horizon";
+        let help = "guards of chains contradict each other: lower the required manipulability, or use a longer horizon";
         let failed = RobotError::Singular { what: "rates within all guards", help };
         if level.is_none() {
             self.problem.level(&[], &[]).map_err(|_| failed)?;
@@ -127,7 +128,7 @@ impl RateControl {
             for (side, limit) in [(1.0, l.upper), (-1.0, l.lower)] {
                 self.row.fill(0.0);
                 self.row[dof] = side;
-                // Outside, it comes back as fast as it may.
+                // Outside its limits a coordinate returns as fast as its rate limit allows.
                 let most = (side * (limit - q) / guards.horizon).clamp(-l.rate, l.rate);
                 self.problem.bound(&self.row, most);
                 self.within[dof][usize::from(side > 0.0)] = most;
@@ -145,7 +146,7 @@ impl RateControl {
                 self.row[*dof] = -g;
             }
             if self.row.iter().any(|x| *x != 0.0) {
-                // Below it, back up: by as much as the limits leave at most, half of it.
+                // Below the smallest manipulability, require an increase of at most half of what the limits allow.
                 let up = |(g, [down, up]): (&f64, &[f64; 2])| (-g * up).max(g * down).max(0.0);
                 let possible: f64 = self.row.iter().zip(&self.within).map(up).sum();
                 let share = 0.5 / guards.manipulable.len() as f64;

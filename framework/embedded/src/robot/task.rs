@@ -1,11 +1,11 @@
-//! Operational space: forces that give tips their accelerations, and what is left for the rest.
+//! Operational space control: forces that give tips the desired accelerations, and null-space forces.
 //!
 //! ```text
 //! Λ = (J M⁻¹ Jᵀ)⁻¹                                        rows of all tips, each [angular; linear], world axes
 //! τ = Jᵀ Λ (a − J̇ β) + C + g + Nᵀ τ₀,     Nᵀ = 1 − Jᵀ Λ J M⁻¹
 //! impedance: a = a_d + Λ⁻¹ (K e + D (ẋ_d − ẋ)),          e = (log(R_d Rᵀ), p_d − p)
 //! ```
-//! What is held counts in M, C and g. Where tips cannot move independently there is no Λ, and the call says so.
+//! M, C and g include held objects. Where tips cannot move independently, Λ does not exist and the functions return an error.
 
 use super::{Robot, numbers};
 use crate::error::RobotError;
@@ -17,23 +17,25 @@ use linkwork_dynamics::{
 use linkwork_multibody::NodeId;
 use linkwork_spatial::{Force, Motion, Pose, Vec3};
 
-/// A spring and a damper between a tip and where it should be: what pushes the tip away feels them, and the tip's own inertia.
+/// Impedance of a tip: a spring and a damper between the tip and its desired motion. An external force on the tip acts against them and against the
+/// tip's own inertia.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Impedance {
-    /// Where the tip should be, in the world.
+    /// Desired pose of the tip in the world.
     pub pose: Pose,
-    /// How it should move there, world axes, at its origin.
+    /// Desired twist of the tip, world axes, at its origin.
     pub twist: Motion,
-    /// And accelerate.
+    /// Desired acceleration of the tip.
     pub acceleration: Motion,
-    /// K along world axes: about x, y, z, N m/rad, and along x, y, z, N/m.
+    /// K along world axes: rotational about x, y, z, N m/rad, then translational along x, y, z, N/m.
     pub stiffness: [f64; 6],
-    /// D along the same, N m s/rad and N s/m.
+    /// D in the same order, N m s/rad and N s/m.
     pub damping: [f64; 6],
 }
 
 impl Impedance {
-    /// At rest at a pose, with one stiffness of each kind, and dampers that are critical for tips that weigh `inertia` (kg m², kg): D = 2 √(K inertia).
+    /// Creates an impedance at rest at a pose, with one rotational and one translational stiffness, and critical damping D = 2 √(K inertia) for a tip
+    /// with the given `inertia` (kg m², kg).
     #[must_use]
     pub fn at(pose: Pose, stiffness: [f64; 2], inertia: [f64; 2]) -> Self {
         let [turn, shift] = [0, 1].map(|k: usize| 2.0 * (stiffness[k] * inertia[k]).sqrt());
@@ -48,11 +50,11 @@ impl Impedance {
     }
 }
 
-/// The operational space of some tips of one model, with its memory.
+/// Operational space of some tips of one model, with its memory.
 #[derive(Clone, Debug)]
 pub struct TaskSpace {
     tips: Vec<NodeId>,
-    /// Degrees of freedom of the model that it was made for.
+    /// Number of degrees of freedom of the model for which it was created.
     nv: usize,
     compliance: Compliance,
     /// Λ⁻¹, and its Cholesky factor.
@@ -60,15 +62,15 @@ pub struct TaskSpace {
     L: Vec<f64>,
     x: Vec<f64>,
     y: Vec<f64>,
-    /// Accelerations that springs want.
+    /// Accelerations that the impedances require.
     wanted: Vec<f64>,
 }
 
 impl TaskSpace {
-    /// Of the tips of chains, in this order. Allocates: once, at set-up.
+    /// Creates the operational space of the tips of chains, in the given order. Allocates memory; later calls do not.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`]; [`RobotError::Length`] for no part at all; [`RobotError::OpensClosure`].
+    /// [`RobotError::ForeignHandle`]; [`RobotError::NotAChain`]; [`RobotError::Length`] for an empty list; [`RobotError::OpensClosure`].
     pub fn new(robot: &Robot, parts: &[Part]) -> Result<Self, RobotError> {
         if parts.is_empty() {
             return Err(RobotError::Length { what: "parts", got: 0, wanted: 1 });
@@ -84,16 +86,16 @@ impl TaskSpace {
         Ok(Self { tips, nv, compliance, A, L, x, y, wanted: vec![0.0; n] })
     }
 
-    /// Rows: six for each tip.
+    /// Returns the number of rows: six for each tip.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.x.len()
     }
 
-    /// Λ⁻¹ (rows × rows, row after row) at the robot's q: accelerations of the tips for unit wrenches on them.
+    /// Returns Λ⁻¹ (rows × rows, row after row) at the robot's q: accelerations of the tips for unit wrenches on them.
     ///
     /// # Errors
-    /// [`RobotError::Singular`] when a coordinate has nothing to move; [`RobotError::ForeignHandle`] for a robot of another size.
+    /// [`RobotError::Singular`] when a coordinate moves no mass; [`RobotError::ForeignHandle`] for a robot of another size.
     pub fn compliance(&mut self, robot: &mut Robot) -> Result<&[f64], RobotError> {
         if robot.tree.nv() != self.nv {
             return Err(RobotError::ForeignHandle);
@@ -104,7 +106,7 @@ impl TaskSpace {
         Ok(&self.A)
     }
 
-    /// Λ (rows × rows) at the robot's q, into `out`.
+    /// Writes Λ (rows × rows) at the robot's q into `out`.
     ///
     /// # Errors
     /// [`RobotError::Singular`], [`RobotError::Length`], [`RobotError::ForeignHandle`].
@@ -125,8 +127,8 @@ impl TaskSpace {
         Ok(())
     }
 
-    /// Forces `tau` (nv) at the robot's q and rates `v` (nv) that give the tips the accelerations `a` (rows; [angular; linear] of each
-    /// tip's origin, world axes), while `rest` (nv) acts as far as it moves no tip.
+    /// Computes forces `tau` (nv) at the robot's q and rates `v` (nv) that give the tips the accelerations `a` (rows; [angular; linear] of each tip's
+    /// origin, world axes). The forces `rest` (nv) are added in the null space, where they do not accelerate any tip.
     ///
     /// # Errors
     /// [`RobotError::Singular`] where the tips cannot move independently, [`RobotError::Length`], [`RobotError::NotFinite`],
@@ -146,7 +148,7 @@ impl TaskSpace {
             numbers("rest", rest, nv)?;
         }
         self.factor(robot)?;
-        // C + g; with β̇ = 0 a tip's acceleration is J̇ β.
+        // Compute C + g. With β̇ = 0 the acceleration of a tip is J̇ β.
         robot.forces(Some(v), None, &[], tau)?;
         for (i, tip) in self.tips.iter().enumerate() {
             let bias = six(&robot.ws.node_acceleration(&robot.tree, *tip));
@@ -176,12 +178,12 @@ impl TaskSpace {
         Ok(())
     }
 
-    /// Forces `tau` (nv) at the robot's q and rates `v` (nv) that make each tip a spring and damper to where it should be (one of each tip, in the
-    /// order of the parts), while `rest` (nv) acts as far as it moves no tip. Against a wrench f from outside at rest the tips give way by K⁻¹ f. No force is measured: the
-    /// inertia that is felt is Λ.
+    /// Computes forces `tau` (nv) at the robot's q and rates `v` (nv) that give each tip an impedance (`springs`, one for each tip in the order of
+    /// the parts). The forces `rest` (nv) are added in the null space. At rest an external wrench f displaces a tip by K⁻¹ f. Because no force is
+    /// measured, the apparent inertia is Λ.
     ///
     /// # Errors
-    /// As [`forces`](Self::forces); [`RobotError::OutOfRange`] for stiffness or damping below zero.
+    /// Like [`forces`](Self::forces); [`RobotError::OutOfRange`] for negative stiffness or damping.
     pub fn impedance(
         &mut self,
         robot: &mut Robot,
@@ -196,7 +198,7 @@ impl TaskSpace {
             return Err(RobotError::Length { what: "springs", got, wanted });
         }
         for s in springs {
-            numbers("place of a spring", s.pose.position.as_slice(), 3)?;
+            numbers("position of a spring", s.pose.position.as_slice(), 3)?;
             numbers("attitude of a spring", s.pose.rotation.coords.as_slice(), 4)?;
             for (what, m) in [("twist of a spring", s.twist), ("its acceleration", s.acceleration)]
             {
@@ -239,8 +241,7 @@ impl TaskSpace {
         self.compliance(robot)?;
         let n = self.rows();
         self.L.copy_from_slice(&self.A);
-        let help =
-            "the tips cannot move independently here: leave the configuration, or ask for fewer";
+        let help = "the tips cannot move independently in this configuration: leave it, or control fewer tips";
         if cholesky(&mut self.L, n) {
             Ok(())
         } else {
@@ -250,8 +251,8 @@ impl TaskSpace {
 }
 
 fn massless() -> RobotError {
-    let help = "some coordinate has nothing to move: give its bodies mass";
-    RobotError::Singular { what: "the motion of the mechanism", help }
+    let help = "a coordinate moves no mass: give its bodies mass";
+    RobotError::Singular { what: "forward dynamics of the mechanism", help }
 }
 
 fn six(m: &Motion) -> [f64; 6] {
@@ -259,7 +260,7 @@ fn six(m: &Motion) -> [f64; 6] {
     [w.x, w.y, w.z, v.x, v.y, v.z]
 }
 
-/// The lower factor of a symmetric matrix in place; false when a pivot is below 1e-12 of its diagonal.
+/// Computes the Cholesky factor of a symmetric matrix in place; returns false when a pivot is below 1e-12 of its diagonal entry.
 fn cholesky(A: &mut [f64], n: usize) -> bool {
     for j in 0..n {
         for i in j..n {
@@ -277,7 +278,7 @@ fn cholesky(A: &mut [f64], n: usize) -> bool {
     true
 }
 
-/// L Lᵀ x = b in place.
+/// Solves L Lᵀ x = b in place.
 fn solve(L: &[f64], b: &mut [f64]) {
     let n = b.len();
     for i in 0..n {

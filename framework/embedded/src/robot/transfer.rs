@@ -1,11 +1,12 @@
-//! From any state to any other in the least time that limits of rate, acceleration and jerk allow, all coordinates arriving together.
+//! Jerk-limited motion from any state to any other in minimum time; all coordinates arrive at the same time.
 //!
 //! ```text
-//! each coordinate    seven pieces of constant jerk (a double S): q is a cubic of time in each
-//! together           the slowest says how long; the others are stretched to it, where that is possible, else all take the next time that is
+//! each coordinate    seven pieces of constant jerk (a double-S profile): q is a cubic of time in each
+//! together           the slowest coordinate sets the duration; the others are stretched to it where possible,
+//!                    otherwise to the next possible duration
 //! ```
-//! Found by the crate `rsruckig`, the algorithm of Berscheid and Kröger (Jerk-limited real-time trajectory generation with arbitrary target states, Robotics: Science and
-//! Systems 2021). What stands outside limits at the start is brought inside first.
+//! The motion is computed by the crate `rsruckig`, an implementation of Berscheid and Kröger (Jerk-limited real-time trajectory generation with
+//! arbitrary target states, Robotics: Science and Systems 2021). A state that starts outside the limits is brought inside them first.
 
 use super::timing::MotionLimits;
 use super::{Robot, numbers};
@@ -16,7 +17,7 @@ use rsruckig::prelude::{
 };
 use std::sync::Arc;
 
-/// Where a robot is, and how it moves.
+/// State of a robot: configuration and motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionState<'a> {
     /// Configuration (nq).
@@ -27,26 +28,26 @@ pub struct MotionState<'a> {
     pub vdot: &'a [f64],
 }
 
-/// What a transfer ends with.
+/// Result of planning a transfer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Transferred {
-    /// [`Transfer::at`] tells where the robot is meanwhile.
+    /// A motion was found. [`Transfer::at`] returns the robot's state at a time.
     Found {
-        /// s.
+        /// Duration of the motion, s.
         duration: f64,
     },
-    /// The fastest motion, which [`Transfer::at`] tells, leaves the limits of a coordinate: it starts too fast to stay within, or swings too far.
+    /// The fastest motion leaves the position limits of a coordinate, because it starts too fast or overshoots. [`Transfer::at`] returns this motion.
     LeavesLimits {
-        /// Place in β.
+        /// Index in β.
         dof: usize,
-        /// How far it comes, rad or m.
+        /// Extreme value of the coordinate, rad or m.
         value: f64,
-        /// s.
+        /// Duration of the motion, s.
         duration: f64,
     },
 }
 
-/// Failures by value; texts of the crate are not kept.
+/// Error handler that discards the texts of the crate, so that failures do not format strings.
 #[derive(Debug)]
 struct Quiet;
 
@@ -60,10 +61,10 @@ impl RuckigErrorHandler for Quiet {
     }
 }
 
-/// Memory of transfers of one model.
+/// Planner for transfers of one model, with its memory.
 pub struct Transfer {
     model: Arc<RobotModel>,
-    /// Places in q and in β of all coordinates of their own.
+    /// Indices in q and β of all hinges with one coordinate.
     moving: Vec<(usize, usize)>,
     solver: Ruckig<0, Quiet>,
     input: InputParameter<0>,
@@ -79,7 +80,7 @@ impl std::fmt::Debug for Transfer {
 }
 
 impl Transfer {
-    /// Allocates: once, at set-up.
+    /// Creates a planner. Allocates memory; later calls do not.
     #[must_use]
     pub fn new(robot: &Robot) -> Self {
         let limits = robot.model.limits.iter().enumerate();
@@ -97,19 +98,21 @@ impl Transfer {
         }
     }
 
-    /// The fastest motion between two states of the robot; limits of effort do not count. Coordinates of ball and free hinges have to be the same in both, and at rest.
+    /// Computes the fastest motion between two states of the robot. Effort limits are not considered. Coordinates of ball and free hinges must be
+    /// equal in both states and at rest.
     ///
     /// # Errors
-    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::OpensClosure`]; [`RobotError::OutOfRange`] for limits that are not above zero, a coordinate that moves without limits of
-    /// rate, acceleration and jerk, an end that the limits forbid (|v| + v̇²/(2 jerk) beyond the rate, toward which v̇ leads), and for ball and free hinges that
-    /// move; [`RobotError::Singular`] where the search fails by round-off, which the crate then puts into words (the one call here that allocates).
+    /// [`RobotError::Length`]; [`RobotError::NotFinite`]; [`RobotError::OpensClosure`]; [`RobotError::OutOfRange`] for limits that are not positive,
+    /// a moving coordinate without limits of rate, acceleration and jerk, ball and free hinges that move, and an end state that the limits exclude
+    /// (|v| + v̇²/(2 jerk) above the rate limit, in the direction to which v̇ leads); [`RobotError::Singular`] when the search fails because of
+    /// round-off. In this last case the crate formats a message, so only then this call allocates.
     pub fn plan(
         &mut self,
         from: &MotionState<'_>,
         to: &MotionState<'_>,
         limits: &MotionLimits,
     ) -> Result<Transferred, RobotError> {
-        self.model.open_tree("a transfer")?;
+        self.model.open_tree("a jerk-limited transfer")?;
         self.check(from, to, limits)?;
         self.ready = false;
         self.start.copy_from_slice(from.q);
@@ -129,7 +132,7 @@ impl Transfer {
         if self.moving.is_empty() {
             input.enabled[0] = false;
         }
-        let help = "start from a state that differs by a little, or with other limits";
+        let help = "start from a slightly different state, or use other limits";
         let failed = RobotError::Singular { what: "the fastest motion between two states", help };
         self.solver.calculate(input, &mut self.found).map_err(|_| failed)?;
         self.ready = true;
@@ -143,7 +146,7 @@ impl Transfer {
             let most = [(least, l.lower, -1.0), (greatest, l.upper, 1.0)];
             let ends = [from.q[*q], to.q[*q]];
             for (value, limit, side) in most {
-                // Ends outside are the caller's own.
+                // Ends outside the position limits were given by the caller and are accepted.
                 let own = ends.iter().any(|e| side * (e - limit) >= side * (value - limit));
                 if side * (value - limit) > 1e-9 && !own && self.input.enabled[k] {
                     return Ok(Transferred::LeavesLimits { dof: *v, value, duration });
@@ -169,8 +172,8 @@ impl Transfer {
         for at in 0..nq {
             let own = self.moving.iter().any(|m| m.0 == at);
             if !own && from.q[at] != to.q[at] {
-                let what = "the change of a coordinate of a ball or free hinge";
-                let (value, help) = (to.q[at] - from.q[at], "move pins, sliders and screws alone");
+                let what = "change of a coordinate of a ball or free hinge";
+                let (value, help) = (to.q[at] - from.q[at], "move only pins, sliders and screws");
                 return Err(RobotError::OutOfRange { what, value, help });
             }
         }
@@ -178,7 +181,8 @@ impl Transfer {
             let own = self.moving.iter().any(|m| m.1 == dof);
             let moves = [from.v, from.vdot, to.v, to.vdot].into_iter().find(|x| x[dof] != 0.0);
             if let (false, Some(x)) = (own, moves) {
-                let (what, help) = ("the motion of a ball or free hinge", "let it rest");
+                let (what, help) =
+                    ("motion of a ball or free hinge", "give it zero rates and accelerations");
                 return Err(RobotError::OutOfRange { what, value: x[dof], help });
             }
         }
@@ -189,7 +193,7 @@ impl Transfer {
             let help = "give every coordinate that moves a limit of rate, acceleration and jerk";
             let all = [
                 ("rate of what moves", limits.rate[*v]),
-                ("acceleration of what moves", limits.acceleration[*v]),
+                ("acceleration limit of a moving coordinate", limits.acceleration[*v]),
                 ("jerk of what moves", limits.jerk[*v]),
             ];
             if let Some((what, value)) = all.into_iter().find(|x| !x.1.is_finite()) {
@@ -201,27 +205,28 @@ impl Transfer {
                 let (what, help) = ("acceleration at the end", "end within the limits");
                 return Err(RobotError::OutOfRange { what, value: push, help });
             }
-            // Before and after the end the rate goes beyond it by this much.
+            // The rate exceeds the end value by this much shortly before or after the end.
             let swing = push * push / (2.0 * jerk);
             if end.abs() > rate || end.abs() + if end * push < 0.0 { swing } else { 0.0 } > rate {
-                let what = "rate at the end, with what its acceleration takes before";
-                let help = "end within the limits of rate: less rate, or less acceleration";
+                let what =
+                    "rate at the end, including the overshoot that its acceleration requires";
+                let help = "reduce the rate or the acceleration at the end";
                 return Err(RobotError::OutOfRange { what, value: end, help });
             }
         }
         Ok(())
     }
 
-    /// How long the motion takes that was planned last, s; zero when none was found.
+    /// Returns the duration of the last planned motion, s; zero when none was found.
     #[must_use]
     pub fn duration(&self) -> f64 {
         if self.ready { self.found.get_duration() } else { 0.0 }
     }
 
-    /// Configuration (nq), rates and accelerations (nv) at a time, s: after the end the rates there go on.
+    /// Writes configuration (nq), rates and accelerations (nv) at `time`, s. After the end of the motion the rates there stay constant.
     ///
     /// # Errors
-    /// [`RobotError::NotFinite`], [`RobotError::Length`]; [`RobotError::NoSearch`] when nothing was planned.
+    /// [`RobotError::NotFinite`]; [`RobotError::Length`]; [`RobotError::NoSearch`] before a motion was planned.
     pub fn at(
         &self,
         time: f64,
@@ -254,8 +259,8 @@ impl Transfer {
     }
 }
 
-/// The least and the greatest place of a profile: at ends of its pieces, and where its rate is zero. (`get_position_extrema` of the crate, 3.0.1, misses
-/// some of the latter.)
+/// Returns the smallest and the largest position of a profile: at the ends of its pieces, and where its rate is zero. (`get_position_extrema` of the
+/// crate, version 3.0.1, misses some of the latter.)
 fn extrema(profile: &Profile) -> [f64; 2] {
     let mut out = [profile.pf; 2];
     let mut piece = |t: f64, p: f64, v: f64, a: f64, j: f64| {
@@ -264,7 +269,7 @@ fn extrema(profile: &Profile) -> [f64; 2] {
             out = [out[0].min(x), out[1].max(x)];
         };
         at(0.0);
-        // v + a t + j t²/2 = 0, both roots without a difference of near numbers.
+        // Solve v + a t + j t²/2 = 0 with a formula that avoids cancellation for both roots.
         let under = a * a - 2.0 * j * v;
         let w = -(a + under.max(0.0).sqrt().copysign(a));
         if under >= 0.0 {
@@ -287,7 +292,7 @@ fn extrema(profile: &Profile) -> [f64; 2] {
     out
 }
 
-/// Whether a coordinate stands still from one end to the other.
+/// Returns true if a coordinate is at rest and equal at both ends.
 fn still(from: &MotionState<'_>, to: &MotionState<'_>, q: usize, v: usize) -> bool {
     let rest = [from.v, from.vdot, to.v, to.vdot].iter().all(|x| x[v] == 0.0);
     rest && from.q[q] == to.q[q]

@@ -1,16 +1,17 @@
-//! Forces of the whole robot for objectives in order of priority, with contacts that press and do not slip, within limits of effort.
+//! Whole-body control: forces of all joints for tasks in order of priority, within effort limits, with contacts that press and do not slip.
 //!
 //! ```text
-//! M v̇ + h = τ + Σ J_cᵀ f_c                    h = C + g, with what is held;  f_c: on the robot
+//! M v̇ + h = τ + Σ J_cᵀ f_c                    h = C + g, including held objects;  f_c: on the robot
 //! f_c = Σ s_e e,  s_e ≥ 0                      e: four edges of the pyramid within the cone of friction about the normal n
 //! x = (v̇, s, m):
-//! level 1   rows of M v̇ + h − Σ J_cᵀ f_c that nothing drives are zero
-//! level 2   J_c v̇ = −J̇_c v                     what touches stays where it is
+//! level 1   rows of M v̇ + h − Σ J_cᵀ f_c without an actuator are zero
+//! level 2   J_c v̇ = −J̇_c v                     contact points do not accelerate
 //! level 3   m = 0                               |τ| ≤ (1 + m) effort,  n·f_c ≤ (1 + m) most
-//! then      the objectives: J_k v̇ = a_k − J̇_k v
+//! then      the tasks: J_k v̇ = a_k − J̇_k v
 //! last      min Σ (τ/effort)²
 //! ```
-//! Every level takes nothing from those before ([`Priorities`]). Infeasible is an answer: what is missing, with the best motion and forces that there are.
+//! A level never degrades the levels before it ([`Priorities`]). If the problem is infeasible, the result contains the best motion and forces
+//! together with the residuals of levels 1 to 3.
 
 use super::objective::{Objective, Terms};
 use super::{Robot, numbers};
@@ -20,36 +21,37 @@ use crate::priorities::Priorities;
 use linkwork_dynamics::{mass_matrix, node_jacobian};
 use linkwork_spatial::Vec3;
 
-/// A point of a tip that presses on something and does not slip.
+/// A contact point of a tip that presses on a surface and does not slip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Touch {
-    /// The chain whose tip touches.
+    /// The chain whose tip is in contact.
     pub part: Part,
-    /// Where, in the tip's frame, m.
+    /// Position of the contact point in the tip's frame, m.
     pub at: Vec3,
-    /// Normal of what it touches, towards the robot, world axes.
+    /// Normal of the surface, towards the robot, world axes.
     pub normal: Vec3,
     /// Friction coefficient.
     pub friction: f64,
-    /// Greatest normal force, N.
+    /// Largest normal force, N.
     pub most: f64,
 }
 
-/// How far a whole body could do what it was asked.
+/// Residuals of a whole-body solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Balanced {
-    /// What contacts cannot carry: root of the sum of squares of forces at degrees of freedom that nothing drives, N m and N. Zero: balanced.
+    /// Forces that the contacts cannot provide: Euclidean norm of the residual forces at degrees of freedom without an actuator, N m and N. Zero
+    /// means balanced.
     pub unbalanced: f64,
-    /// Accelerations of what should stand still, m/s²: contacts that contradict each other.
+    /// Residual acceleration of contact points, m/s². It is not zero if contacts contradict each other.
     pub slipping: f64,
-    /// By which share all limits of effort and of normal forces would have to be larger. Zero: they suffice.
+    /// Fraction by which all effort and normal force limits would have to be larger. Zero means that they are sufficient.
     pub shortfall: f64,
 }
 
-/// Edges of a pyramid.
+/// Number of edges of a friction pyramid.
 const EDGES: usize = 4;
 
-/// Memory of it, for one model.
+/// Whole-body controller for one model, with its memory.
 #[derive(Clone, Debug)]
 pub struct WholeBody {
     nv: usize,
@@ -60,7 +62,7 @@ pub struct WholeBody {
     b: Vec<f64>,
     M: Vec<f64>,
     h: Vec<f64>,
-    /// Of each touch: its Jacobian (3 × nv), J̇ v, and its edges.
+    /// For each contact point: its Jacobian (3 × nv), J̇ v, and its edges.
     J: Vec<f64>,
     bias: Vec<Vec3>,
     edges: Vec<[Vec3; EDGES]>,
@@ -68,7 +70,7 @@ pub struct WholeBody {
 }
 
 impl WholeBody {
-    /// With room for so many touching points and objectives. Allocates: once, at set-up.
+    /// Creates a controller for up to `touches` contact points and `objectives` tasks. Allocates memory; later calls do not.
     #[must_use]
     pub fn new(robot: &Robot, touches: usize, objectives: usize) -> Self {
         let nv = robot.tree.nv();
@@ -91,13 +93,14 @@ impl WholeBody {
         }
     }
 
-    /// Forces `tau` (nv), accelerations `vdot` (nv) and forces on the robot at the touching points (world axes, N) into `forces`, at the robot's q and rates `v`
-    /// (nv). `effort` (nv): limits of forces, N m and N; zero where nothing drives. Between objectives of one level the least sum of squares counts. The numbers
-    /// solve a problem of nv + 4 · touches + 1 unknowns for each level.
+    /// Computes forces `tau` (nv), accelerations `vdot` (nv) and contact forces on the robot (`forces`, world axes, N) at the robot's q and rates `v`
+    /// (nv). `effort` (nv) contains limits of forces, N m and N; zero marks a degree of freedom without an actuator. Tasks of the same level are
+    /// weighted in a least-squares sense. Each level is a problem in nv + 4 · touches + 1 unknowns.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::NoRoom`], [`RobotError::OpensClosure`];
-    /// [`RobotError::OutOfRange`] for weights, friction and greatest forces that are not above zero, efforts below zero, and a normal that is not of length 1.
+    /// [`RobotError::ForeignHandle`]; [`RobotError::NotAChain`]; [`RobotError::Length`]; [`RobotError::NotFinite`]; [`RobotError::NoRoom`];
+    /// [`RobotError::OpensClosure`]; [`RobotError::OutOfRange`] for weights, friction and largest forces that are not positive, negative efforts, and
+    /// a normal that is not of length 1.
     #[allow(clippy::too_many_arguments)]
     pub fn solve(
         &mut self,
@@ -108,7 +111,7 @@ impl WholeBody {
         effort: &[f64],
         (tau, vdot, forces): (&mut [f64], &mut [f64], &mut [Vec3]),
     ) -> Result<Balanced, RobotError> {
-        robot.model.open_tree("a control of forces")?;
+        robot.model.open_tree("whole-body control")?;
         self.check(robot, v, touches, objectives, effort)?;
         for (what, got, wanted) in [
             ("tau", tau.len(), self.nv),
@@ -120,7 +123,7 @@ impl WholeBody {
             }
         }
         let (nv, n) = (self.nv, self.row.len());
-        // C + g, and with it the accelerations that rates alone make.
+        // Compute C + g. This also computes the accelerations at v̇ = 0, which the tasks need.
         let mut h = std::mem::take(&mut self.h);
         let done = robot.forces(Some(v), None, &[], &mut h);
         self.h = h;
@@ -128,13 +131,13 @@ impl WholeBody {
         for (k, touch) in touches.iter().enumerate() {
             self.touch(robot, k, touch)?;
         }
-        // After the accelerations: it needs poses alone.
+        // The mass matrix is computed afterwards because it needs only the poses.
         mass_matrix(&robot.tree, &mut robot.ws, &mut self.M);
         self.problem.begin();
         self.bounds(touches, effort);
-        let help = "give finite limits and contacts that are not all the same";
-        let failed = RobotError::Singular { what: "the forces of the whole body", help };
-        // 1: what nothing drives.
+        let help = "give finite limits, and contacts at different points";
+        let failed = RobotError::Singular { what: "whole-body forces", help };
+        // Level 1: degrees of freedom without an actuator.
         let mut rows = 0;
         for j in (0..nv).filter(|j| effort[*j] == 0.0) {
             self.force_row(j, touches.len());
@@ -144,7 +147,7 @@ impl WholeBody {
         }
         let met = self.problem.level(&self.A[..n * rows], &self.b[..rows]);
         let unbalanced = met.map_err(|_| failed)?.residual;
-        // 2: what touches stands still.
+        // Level 2: contact points do not accelerate.
         self.A[..3 * n * touches.len()].fill(0.0);
         for k in 0..touches.len() {
             for i in 0..3 {
@@ -156,7 +159,7 @@ impl WholeBody {
         let rows = 3 * touches.len();
         let met = self.problem.level(&self.A[..n * rows], &self.b[..rows]);
         let slipping = met.map_err(|_| failed)?.residual;
-        // 3: within the limits.
+        // Level 3: effort and normal force limits.
         self.row.fill(0.0);
         self.row[n - 1] = 1.0;
         self.problem.level(&self.row, &[0.0]).map_err(|_| failed)?;
@@ -168,7 +171,7 @@ impl WholeBody {
             self.problem.level(&self.A[..n * rows], &self.b[..rows]).map_err(|_| failed)?;
             level = Robot::next_level(objectives, Some(at));
         }
-        // Last: the least effort.
+        // Last level: minimum effort.
         let mut rows = 0;
         for j in (0..nv).filter(|j| effort[*j] > 0.0) {
             self.force_row(j, touches.len());
@@ -204,29 +207,34 @@ impl WholeBody {
         if effort.len() != self.nv {
             return Err(RobotError::Length { what: "effort", got: effort.len(), wanted: self.nv });
         }
-        // NaN is none of these.
+        // The comparison is negated because NaN is also rejected.
         if let Some(value) = effort.iter().copied().find(|x| !(*x >= 0.0)) {
-            let help = "a limit is above zero; zero where nothing drives, infinite for none";
+            let help =
+                "limits must not be negative; use zero for no actuator, infinity for no limit";
             return Err(RobotError::OutOfRange { what: "effort", value, help });
         }
         for t in touches {
             robot.model.tip(t.part)?;
             numbers("place of a touch", t.at.as_slice(), 3)?;
-            numbers("normal of a touch", t.normal.as_slice(), 3)?;
-            let help = "a normal is a unit vector";
+            numbers("normal of a contact", t.normal.as_slice(), 3)?;
+            let help = "give a unit vector";
             let value = t.normal.norm();
             if !((value - 1.0).abs() < 1e-6) {
-                return Err(RobotError::OutOfRange { what: "length of a normal", value, help });
+                return Err(RobotError::OutOfRange {
+                    what: "length of a contact normal",
+                    value,
+                    help,
+                });
             }
-            let help = "above zero";
+            let help = "give a number above zero";
             if !(t.friction > 0.0 && t.friction.is_finite()) {
                 let value = t.friction;
-                return Err(RobotError::OutOfRange { what: "friction of a touch", value, help });
+                return Err(RobotError::OutOfRange { what: "friction of a contact", value, help });
             }
             if !(t.most > 0.0) {
                 let value = t.most;
                 return Err(RobotError::OutOfRange {
-                    what: "greatest force of a touch",
+                    what: "largest force of a contact",
                     value,
                     help,
                 });
@@ -235,7 +243,7 @@ impl WholeBody {
         Ok(())
     }
 
-    /// The Jacobian of a touching point, what rates make of its acceleration, and its edges.
+    /// Computes the Jacobian of a contact point, its acceleration at v̇ = 0, and its edges.
     fn touch(&mut self, robot: &mut Robot, k: usize, touch: &Touch) -> Result<(), RobotError> {
         let nv = self.nv;
         let tip = robot.model.tip(touch.part)?;
@@ -252,7 +260,7 @@ impl WholeBody {
         let w = robot.ws.node_velocity(&robot.tree, tip).angular;
         self.bias[k] = a.linear + a.angular.cross(&arm) + w.cross(&w.cross(&arm));
         let n = touch.normal;
-        // Any two directions across the normal; the pyramid is within the cone.
+        // Any two directions perpendicular to the normal work, because the pyramid lies within the cone.
         let least = n.iamin();
         let mut axis = Vec3::zeros();
         axis[least] = 1.0;
@@ -262,7 +270,7 @@ impl WholeBody {
         Ok(())
     }
 
-    /// A row of M v̇ − Σ J_cᵀ f_c.
+    /// Fills a row of M v̇ − Σ J_cᵀ f_c.
     fn force_row(&mut self, j: usize, touches: usize) {
         let nv = self.nv;
         self.row.fill(0.0);
@@ -286,7 +294,7 @@ impl WholeBody {
         }
         for (k, touch) in touches.iter().enumerate() {
             self.row.fill(0.0);
-            // Each edge has a part of 1 along the normal.
+            // Each edge vector has a normal component of 1.
             self.row[nv + EDGES * k..nv + EDGES * (k + 1)].fill(1.0);
             if touch.most.is_finite() {
                 self.row[n - 1] = -touch.most;
@@ -303,7 +311,7 @@ impl WholeBody {
         }
     }
 
-    /// The answer from x.
+    /// Extracts the result from x.
     fn take(
         &mut self,
         touches: usize,

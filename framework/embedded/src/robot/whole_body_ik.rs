@@ -1,8 +1,9 @@
-//! Inverse kinematics of the whole: several tips at once, each where it is to be in the world, in its base or in the hand of another, with everything
-//! that carries them; what two hands hold stays held, and the mechanism's own loops and couplings stay closed.
+//! Whole-body inverse kinematics: several tips reach their goals at once, each given in the world, in the chain's base or in the tip of another
+//! chain. All bodies that carry the chains may move. Objects in two hands stay in both hands, and the mechanism's own loops and couplings stay
+//! closed.
 //!
-//! The same search as of one chain (`linkwork_dynamics::inverse_kinematics`), over all coordinates that are not kept. Closures come before goals:
-//! where not all can be met, the nearest configuration is the nearest of those in which everything is closed.
+//! The search is the same as for one chain (`linkwork_dynamics::inverse_kinematics`), over all coordinates that are not kept fixed. Closures have
+//! priority over goals: if not all goals can be met, the result is the nearest configuration among those in which all closures are closed.
 
 use super::inverse_kinematics::{Answer, Effort, Frame, Outcome, check};
 use super::kinematics::gather;
@@ -17,25 +18,25 @@ use linkwork_multibody::{ConstraintId, Coordinate};
 use linkwork_spatial::{Motion, Pose, Vec3};
 use std::sync::Arc;
 
-/// Where the tip of a chain is to be.
+/// Goal of the tip of a chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TipGoal {
     /// The chain.
     pub part: Part,
-    /// What is asked of its tip.
+    /// The goal of its tip.
     pub goal: Goal,
-    /// From where that is seen.
+    /// The frame in which the goal is given.
     pub frame: Frame,
 }
 
 impl TipGoal {
-    /// In the world.
+    /// Creates a goal that is given in the world.
     #[must_use]
     pub fn new(part: Part, goal: Goal) -> Self {
         Self { part, goal, frame: Frame::World }
     }
 
-    /// The same in another frame: the chain's base, or the tip of another chain, which may move, too.
+    /// Returns a copy that is given in another frame: the chain's base, or the tip of another chain, which may also move.
     #[must_use]
     pub fn seen_from(mut self, frame: Frame) -> Self {
         self.frame = frame;
@@ -43,18 +44,18 @@ impl TipGoal {
     }
 }
 
-/// A search of the whole, with its memory. Answers depend on no search before.
+/// Solver for whole-body inverse kinematics, with its memory. Results do not depend on earlier searches.
 #[derive(Debug)]
 pub struct WholeBodyIk {
     model: Arc<RobotModel>,
     ik: InverseKinematics,
-    /// Goals, and closures, for which there is room.
+    /// Maximum numbers of goals and of closures.
     room: [usize; 2],
     targets: Vec<Target>,
     closures: Vec<Target>,
-    /// The objects that are held by two hands, in the order of the closures.
+    /// Objects that two hands hold, in the order of their closures.
     held: Vec<usize>,
-    /// For each degree of freedom: whether it may move.
+    /// Whether each degree of freedom may move.
     moves: Vec<bool>,
     q: Vec<f64>,
     best: Vec<f64>,
@@ -63,7 +64,7 @@ pub struct WholeBodyIk {
 }
 
 impl Clone for WholeBodyIk {
-    /// Of its own, with all its memory: no later call allocates.
+    /// Creates an independent copy that already has all of its memory, so that no later call allocates.
     fn clone(&self) -> Self {
         let mut new = Self {
             model: self.model.clone(),
@@ -87,7 +88,7 @@ impl Clone for WholeBodyIk {
 }
 
 impl WholeBodyIk {
-    /// With room for so many goals at once, and for two hands on every object. Allocates: once, at set-up.
+    /// Creates a solver for up to `goals` goals at once and for two hands on every object. Allocates memory; later calls do not.
     #[must_use]
     pub fn new(robot: &Robot, goals: usize) -> Self {
         let model = robot.model.clone();
@@ -113,25 +114,26 @@ impl WholeBodyIk {
         }
     }
 
-    /// Keeps degrees of freedom (places in β; [`RobotModel::dofs`] tells a chain's) where they are from now on. A search that was begun ends.
+    /// Keeps degrees of freedom at their values in later searches. `dofs` are indices in β; [`RobotModel::dofs`] returns those of a chain. Ends a
+    /// search in progress.
     ///
     /// # Errors
-    /// [`RobotError::OutOfRange`] for a place that is none; then nothing is kept.
+    /// [`RobotError::OutOfRange`] for an index that is not below nv; then no setting changes.
     pub fn keep(&mut self, dofs: &[usize]) -> Result<(), RobotError> {
         self.set_moves(dofs, false)
     }
 
-    /// Lets degrees of freedom move from now on. A search that was begun ends.
+    /// Lets degrees of freedom move in later searches. Ends a search in progress.
     ///
     /// # Errors
-    /// [`RobotError::OutOfRange`] for a place that is none; then nothing has changed.
+    /// [`RobotError::OutOfRange`] for an index that is not below nv; then no setting changes.
     pub fn release(&mut self, dofs: &[usize]) -> Result<(), RobotError> {
         self.set_moves(dofs, true)
     }
 
     fn set_moves(&mut self, dofs: &[usize], moves: bool) -> Result<(), RobotError> {
         if let Some(dof) = dofs.iter().find(|d| **d >= self.moves.len()) {
-            let (what, help) = ("degree of freedom", "give places in β, below nv");
+            let (what, help) = ("degree of freedom", "give indices in β below nv");
             return Err(RobotError::OutOfRange { what, value: *dof as f64, help });
         }
         for dof in dofs.iter().copied() {
@@ -143,11 +145,12 @@ impl WholeBodyIk {
         Ok(())
     }
 
-    /// Moves `q` (nq; in: where to start, out: the solution, or the nearest configuration) until every tip meets its goal, within limits. The robot's
-    /// own q does not change; what two of its hands hold is held in the answer, held at the start or not. Without goals it closes what is open.
+    /// Searches for a configuration within limits in which every tip meets its goal. `q` (nq) is the start of the search on input and the solution,
+    /// or the nearest configuration, on output. The robot's own q does not change. Objects that two of the robot's hands hold are in both hands in
+    /// the result, even if they are not at the start. Without goals the search only closes what is open.
     ///
     /// # Errors
-    /// As [`begin`](Self::begin) and [`resume`](Self::resume).
+    /// Like [`begin`](Self::begin) and [`resume`](Self::resume).
     pub fn solve(
         &mut self,
         robot: &Robot,
@@ -159,8 +162,8 @@ impl WholeBodyIk {
         self.resume(effort.kinematics, q)
     }
 
-    /// Evaluations of the kinematics after which a search for such goals has ended at the latest, whatever the start, the goals' numbers and what hands hold.
-    /// Most searches take a hundredth of it.
+    /// Returns an upper bound for the kinematics evaluations of a search for such goals, for every start, all values of the goals and everything that
+    /// the hands may hold. Most searches take one hundredth of it.
     #[must_use]
     pub fn worst_case_steps(&self, goals: &[TipGoal], effort: &Effort) -> usize {
         let multibody = self.model.multibody();
@@ -169,12 +172,12 @@ impl WholeBodyIk {
         effort.inner().worst_case_steps(goals.iter().map(|g| &g.goal), closures)
     }
 
-    /// Prepares a search, for [`resume`](Self::resume). It knows what hands hold now.
+    /// Prepares a search with what the hands hold now. [`resume`](Self::resume) performs it.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::NoRoom`],
-    /// [`RobotError::OutOfRange`] (weights, tolerances, a goal that asks for nothing, a tip seen from itself), [`RobotError::OutsideLimits`]. A search that was
-    /// begun before is then as it was.
+    /// [`RobotError::OutOfRange`] (weights, tolerances, an empty goal, a tip relative to itself), [`RobotError::OutsideLimits`]. After an error the
+    /// search in progress is unchanged.
     pub fn begin(
         &mut self,
         robot: &Robot,
@@ -220,7 +223,7 @@ impl WholeBodyIk {
         Ok(())
     }
 
-    /// Begins again with what was checked, at `self.q`.
+    /// Starts a search from `self.q` with inputs that are already checked.
     fn start(&mut self, effort: &Effort) {
         let ik = &mut self.ik;
         ik.effort = effort.inner();
@@ -229,12 +232,12 @@ impl WholeBodyIk {
         self.searching = true;
     }
 
-    /// Goes on with the search for so many evaluations of the kinematics. The same steps are taken in whatever portions. Of the answer's residual each
-    /// number is the greatest of all goals; [`residuals`](Self::residuals) has them apart.
+    /// Continues the search for up to `kinematics` evaluations of the kinematics. The result does not depend on how the evaluations are divided into
+    /// calls. Each number of the result's residual is the largest of all goals; [`residuals`](Self::residuals) returns those of each goal.
     ///
     /// # Errors
-    /// [`RobotError::Length`], [`RobotError::NoSearch`]; [`RobotError::DoesNotClose`] at the end of a search without a configuration in which all is closed:
-    /// `q` is then where it is least open.
+    /// [`RobotError::Length`]; [`RobotError::NoSearch`]; [`RobotError::DoesNotClose`] at the end of a search without a configuration in which
+    /// everything is closed. `q` is then the configuration with the smallest closure error.
     pub fn resume(&mut self, kinematics: usize, q: &mut [f64]) -> Result<Answer, RobotError> {
         if q.len() != self.q.len() {
             let (got, wanted) = (q.len(), self.q.len());
@@ -259,13 +262,13 @@ impl WholeBodyIk {
         Ok(Answer { outcome, residual, kinematics, restart })
     }
 
-    /// How far each tip of the last search is from its goal; not defined while that is unfinished.
+    /// Returns the residual of each goal of the last search. The values are undefined while the search is unfinished.
     #[must_use]
     pub fn residuals(&self) -> &[Residual] {
         self.ik.residuals()
     }
 
-    /// Each closure of the last search and how far it is from closed; not defined while that is unfinished.
+    /// Returns each closure of the last search and its residual. The values are undefined while the search is unfinished.
     pub fn closures(&self) -> impl Iterator<Item = (Closure, Residual)> + '_ {
         self.ik.closures().map(|(c, r)| (self.closure(c), r))
     }
@@ -290,12 +293,13 @@ impl WholeBodyIk {
         RobotError::DoesNotClose { closure, position, orientation }
     }
 
-    /// As [`reach`](Self::reach), from several starts, each improved among the configurations that meet all goals with everything closed: near the middle
-    /// of the limits of what may move, near the q that is given, and far from singular configurations of the goals' chains. `effort.restarts` does not count; `effort.kinematics`
-    /// bounds all evaluations together. When no start leads there, `q` is the nearest of the last of them.
+    /// Like [`reach`](Self::reach), but starts from several configurations and improves each solution among the configurations that meet all goals
+    /// with everything closed: near the middle of the limits, near the given q, and far from singular configurations of the goals' chains.
+    /// `effort.restarts` has no effect. `effort.kinematics` bounds the sum of all evaluations. If no start leads to a solution, `q` is the nearest
+    /// configuration of the last start.
     ///
     /// # Errors
-    /// As [`reach`](Self::reach), of the last start; [`RobotError::OutOfRange`] for weights that are negative or all zero.
+    /// Like [`reach`](Self::reach), for the last start; [`RobotError::OutOfRange`] for weights that are negative or all zero.
     pub fn best(
         &mut self,
         robot: &mut Robot,
@@ -353,7 +357,7 @@ impl WholeBodyIk {
         }
     }
 
-    /// Improves `self.q`; c, and evaluations.
+    /// Improves `self.q`. Returns the cost and the number of evaluations.
     fn improve(
         &mut self,
         robot: &mut Robot,
@@ -364,7 +368,7 @@ impl WholeBodyIk {
         let model = &self.model;
         for g in goals {
             if let Some(memory) = robot.chains[g.part.index()].as_mut() {
-                // Positions do not count: the chain stands on its base.
+                // The position of the base does not matter here, so the chain is evaluated on a base at the origin.
                 memory.ws.set_base(&Pose::identity(), &Motion::zero(), &Motion::zero());
                 memory.fresh = false;
             }
@@ -395,15 +399,15 @@ impl WholeBodyIk {
     }
 }
 
-/// A goal as the search takes it.
+/// Converts a goal to a target of the search.
 fn target(model: &RobotModel, g: &TipGoal) -> Result<Target, RobotError> {
     let node = model.tip(g.part)?;
     let relative_to = match g.frame {
         Frame::World => None,
         Frame::Base => model.bases[g.part.index()],
         Frame::Tip(other) if other == g.part => {
-            let (what, value) = ("tip seen from itself", g.part.index() as f64);
-            let help = "give another chain's, or a goal in the world or in the base";
+            let (what, value) = ("tip relative to itself", g.part.index() as f64);
+            let help = "give the tip of another chain, or a goal in the world or in the base";
             return Err(RobotError::OutOfRange { what, value, help });
         }
         Frame::Tip(other) => Some(model.tip(other)?),

@@ -15,13 +15,12 @@ fn folder() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference"))
 }
 
-/// Where a file of the reference data lies.
+/// Returns the path of a file of the reference data.
 pub fn file(path: &str) -> PathBuf {
     folder().join(path)
 }
 
-/// A file of the reference data; `None` with a line printed when the data are not at hand, which is
-/// a failure where `CI` is set.
+/// Reads a file of the reference data. If the data are missing, prints a line and returns `None`; with `CI` set, fails.
 pub fn reference(path: &str) -> Option<Value> {
     let Ok(text) = std::fs::read_to_string(folder().join(path)) else {
         assert!(std::env::var_os("CI").is_none(), "reference data {path} are missing");
@@ -142,12 +141,12 @@ pub fn apart(a: &Pose, b: &Pose) -> (f64, f64) {
     ((a.position - b.position).norm(), (a.rotation.inverse() * b.rotation).angle())
 }
 
-/// Places in q and β of each of the file's joints.
+/// Returns the indices in q and β of each of the file's joints.
 pub fn places(model: &RobotModel, dof: &[String]) -> Vec<(usize, usize)> {
     dof.iter().map(|n| model.coordinate(n).unwrap_or_else(|| panic!("joint {n}"))).collect()
 }
 
-/// Numbers of the file's joints as our q.
+/// Converts numbers of the file's joints to Linkwork's q.
 pub fn to_q(model: &RobotModel, places: &[(usize, usize)], x: &[f64]) -> Vec<f64> {
     let mut q = model.multibody().neutral_q();
     for ((at, _), x) in places.iter().zip(x) {
@@ -156,7 +155,7 @@ pub fn to_q(model: &RobotModel, places: &[(usize, usize)], x: &[f64]) -> Vec<f64
     q
 }
 
-/// Numbers of the file's dofs as our β (or τ).
+/// Converts numbers of the file's dofs to Linkwork's β (or τ).
 pub fn to_v(model: &RobotModel, places: &[(usize, usize)], x: &[f64]) -> Vec<f64> {
     let mut v = vec![0.0; model.nv()];
     for ((_, at), x) in places.iter().zip(x) {
@@ -165,7 +164,7 @@ pub fn to_v(model: &RobotModel, places: &[(usize, usize)], x: &[f64]) -> Vec<f64
     v
 }
 
-/// The greatest difference; NaN and different lengths are infinite.
+/// Returns the largest difference; infinite for NaN and different lengths.
 pub fn difference(a: &[f64], b: &[f64]) -> f64 {
     let bad = a.len() != b.len();
     let far = a
@@ -196,7 +195,7 @@ pub fn mass(rng: &mut Rng, m: f64) -> spatial::MassProperties {
     spatial::MassProperties::new(m, com, spatial::Mat3::from_diagonal(&J))
 }
 
-/// A pose within 10 cm and a turn of at most some 100 deg.
+/// Returns a pose within 10 cm and a rotation of at most some 100 deg.
 pub fn place(rng: &mut Rng) -> spatial::Pose {
     let turn = spatial::Vec3::from_fn(|_, _| rng.within(-1.0, 1.0));
     spatial::Pose::new(

@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// The roots of the file hang on the world as the format says (URDF: welded).
+// The roots of the file are connected to the world as its format defines (URDF: welded).
 #define LW_ROOT_AS_WRITTEN 0
 
 // The roots of the file are welded to the world.
@@ -19,55 +19,56 @@
 // The roots of the file move in the xy plane of the world.
 #define LW_ROOT_PLANAR 3
 
-// Inertias that no body has are read: moments that break the triangle inequality as they are, those below zero as 0, those without a mass not at all. `lw_model_doubtful` tells them.
+// Inertias that no rigid body can have are read: moments that violate the triangle inequality unchanged, negative moments as 0, and inertias without
+// mass are ignored. `lw_model_doubtful` lists them.
 #define LW_INERTIA_WARN 0
 
-// Inertias that no body has are refused.
+// Inertias that no rigid body can have are errors.
 #define LW_INERTIA_PHYSICAL 1
 
-// Principal moments need only not be negative, for published data that break the triangle inequality; others are refused.
+// Principal moments may violate the triangle inequality, as in some published data, but must not be negative.
 #define LW_INERTIA_POSITIVE_MOMENTS 2
 
-// A ball about the origin: `size` = radius, unused, unused.
+// A sphere about the origin: `size` = radius, unused, unused.
 #define LW_SHAPE_SPHERE 0
 
 // A box about the origin: `size` = half of its edges along x, y, z.
 #define LW_SHAPE_BOX 1
 
-// All within a radius of a segment on the z axis: `size` = radius, half of the segment, unused.
+// A capsule along the z axis: `size` = radius, half of the length of its axis, unused.
 #define LW_SHAPE_CAPSULE 2
 
-// A cylinder about the z axis: `size` = radius, half of its length, unused.
+// A cylinder along the z axis: `size` = radius, half of its length, unused.
 #define LW_SHAPE_CYLINDER 3
 
-// All points with z <= 0: `size` unused.
+// The half space z <= 0: `size` is unused.
 #define LW_SHAPE_HALF_SPACE 4
 
 // An ellipsoid about the origin: `size` = half of its axes along x, y, z.
 #define LW_SHAPE_ELLIPSOID 5
 
-// The body does not move on its parent.
+// The body is welded to its parent.
 #define LW_HINGE_LOCKED 0
 
-// It turns about `axis`: 1 number of q, rad.
+// Rotation about `axis`: 1 number of q, rad.
 #define LW_HINGE_PIN 1
 
-// It slides along `axis`: 1 number of q, m.
+// Translation along `axis`: 1 number of q, m.
 #define LW_HINGE_SLIDER 2
 
-// It turns about `axis` and advances along it by `pitch`: 1 number of q, rad.
+// Rotation about `axis` with an advance along it of `pitch`: 1 number of q, rad.
 #define LW_HINGE_SCREW 3
 
-// It slides along `axis` and turns about it: 2 numbers of q, m and rad.
+// Translation along `axis` and rotation about it: 2 numbers of q, m and rad.
 #define LW_HINGE_CYLINDRICAL 4
 
-// It turns about `axis`, then about `second`, which moves with it: 2 numbers of q, rad.
+// Rotation about `axis`, then about `second`, which moves with the body: 2 numbers of q, rad.
 #define LW_HINGE_UNIVERSAL 5
 
-// It turns about the moving x, y and z axes: 3 numbers of q, rad.
+// Rotation about the moving x, y and z axes: 3 numbers of q, rad.
 #define LW_HINGE_GIMBAL 6
 
-// It slides along x and y, then turns about z: 3 numbers of q, m and rad.
+// Translation along x and y, then rotation about z: 3 numbers of q, m and rad.
 #define LW_HINGE_PLANAR 7
 
 // Any rotation: 4 numbers of q, a quaternion x y z w, and 3 degrees of freedom.
@@ -76,13 +77,13 @@
 // Any motion: 7 numbers of q, position and quaternion, and 6 degrees of freedom.
 #define LW_HINGE_FREE 9
 
-// Bodies that a hinge joins pass each other, except for pairs of `lw_builder_collide`: so it is at first.
+// Bodies that a hinge joins are not checked against each other, except for pairs of `lw_builder_collide`. This is the default.
 #define LW_NEIGHBOURS_PASS 0
 
-// They collide.
+// Bodies that a hinge joins are checked against each other.
 #define LW_NEIGHBOURS_COLLIDE 1
 
-// All six rows of a Jacobian; the angular ones times a length.
+// All six rows of a Jacobian; the angular rows are multiplied by a length.
 #define LW_ROWS_ALL 0
 
 // The three linear rows.
@@ -91,58 +92,57 @@
 // The three angular rows.
 #define LW_ROWS_ANGULAR 2
 
-// The tip of a chain moves, in the world.
+// Task: motion of the tip of a chain, in the world.
 #define LW_WISH_TIP 0
 
-// The centre of mass of all that moves, with what is held, moves.
+// Task: motion of the centre of mass of all moving bodies, including held objects.
 #define LW_WISH_CENTER 1
 
-// All degrees of freedom move.
+// Task: motion of all degrees of freedom.
 #define LW_WISH_POSTURE 2
 
-// The position of the goal counts.
+// The goal has a position.
 #define LW_GOAL_POSITION 1
 
-// The orientation of the goal counts.
+// The goal has an orientation.
 #define LW_GOAL_ORIENTATION 2
 
 // The goal is in the frame of the chain's base instead of the world.
 #define LW_GOAL_IN_BASE 4
 
-// Of the position only the plane through it with the normal `direction` counts.
+// The position must lie in the plane through the given position with the normal `direction`.
 #define LW_GOAL_PLANE 8
 
-// Of the position only the line through it along `direction` counts.
+// The position must lie on the line through the given position along `direction`.
 #define LW_GOAL_LINE 16
 
-// In place of an orientation `axis` points along the direction `towards`: all that welding and drilling ask for.
+// Instead of an orientation, `axis` points along the direction `towards`, for example for welding and drilling.
 #define LW_GOAL_AXIS 32
 
-// In place of an orientation `axis` looks at the point `towards`.
+// Instead of an orientation, `axis` points at the point `towards`.
 #define LW_GOAL_LOOK_AT 64
 
-// In `LwTipGoal.seen_from`: in the world, or in the chain's base with `LW_GOAL_IN_BASE`.
+// In `LwTipGoal.seen_from`: the goal is in the world, or in the chain's base with `LW_GOAL_IN_BASE`.
 #define LW_NO_PART UINT32_MAX
 
-// Of `lw_robot_attach`: the object itself carries, none of its bodies.
+// Argument of `lw_robot_attach`: the object itself carries, not one of the bodies that hang on it.
 #define LW_ITSELF UINT32_MAX
 
-// The sum of squares of the forces is made small.
+// Minimize the sum of squares of the forces.
 #define LW_BALANCE_EQUAL 0
 
-// The sum of squares of the forces as shares of the limits of effort is made small.
+// Minimize the sum of squares of the forces divided by the effort limits.
 #define LW_BALANCE_EFFORT 1
 
-// The shapes of colliders themselves.
+// Use the fine shapes of colliders.
 #define LW_DETAIL_FINE 0
 
-// Their coarse shapes, where they have one.
+// Use the coarse shapes of colliders that have one.
 #define LW_DETAIL_COARSE 1
 
-// What came of a call. Everything but `LW_STATUS_OK` means that nothing was changed or written, except where a
-// function says otherwise.
+// Result of a call. After every code except `LW_STATUS_OK` nothing has been changed or written, unless a function's documentation says otherwise.
 typedef enum LwStatus {
-  // Done.
+  // The call succeeded.
   LW_STATUS_OK,
   // A pointer is NULL.
   LW_STATUS_NULL,
@@ -152,127 +152,128 @@ typedef enum LwStatus {
   LW_STATUS_OVERLAP,
   // A text is not UTF-8.
   LW_STATUS_TEXT,
-  // An array, or memory for a text, has another length than it must have.
+  // An array, or memory for a text, does not have the required length.
   LW_STATUS_LENGTH,
   // A number is NaN or infinite.
   LW_STATUS_NOT_FINITE,
   // A number is outside its range.
   LW_STATUS_OUT_OF_RANGE,
-  // Nothing has this name.
+  // The name does not exist.
   LW_STATUS_UNKNOWN,
-  // A part, object, body or collider that this model has not.
+  // The part, object, body or collider does not belong to this model.
   LW_STATUS_FOREIGN,
-  // The part is no chain.
+  // The part is not a chain.
   LW_STATUS_NOT_A_CHAIN,
-  // A search, a path or a motion is asked for that was not begun.
+  // There is no search, path or motion to continue or to read.
   LW_STATUS_NO_SEARCH,
   // The inverse kinematics of the chain has no closed form.
   LW_STATUS_NO_CLOSED_FORM,
   // The start of inverse kinematics is outside the limits.
   LW_STATUS_OUTSIDE_LIMITS,
-  // More than room was reserved for.
+  // More items than were reserved.
   LW_STATUS_NO_ROOM,
-  // The object is held already, or attached to another one.
+  // A hand already holds the object, or it is attached to another one.
   LW_STATUS_HELD,
-  // The object is not held, or attached to nothing.
+  // No hand holds the object, or it is not attached to another one.
   LW_STATUS_NOT_HELD,
-  // The hand holds nothing, or not this object.
+  // The hand does not hold this object.
   LW_STATUS_EMPTY_HAND,
-  // The hand holds this object already.
+  // The hand already holds an object.
   LW_STATUS_HAND_FULL,
-  // The second hand is not where its grasp says.
+  // The second hand is not at the pose that its grasp requires.
   LW_STATUS_LOOP_OPEN,
-  // No configuration within limits closes what two hands hold, a loop or a coupling; or a call would open one.
+  // No configuration within limits closes the loop of two hands, a loop or a coupling of the mechanism; or a call would open one.
   LW_STATUS_DOES_NOT_CLOSE,
-  // Equations have no solution.
+  // Equations have no unique solution.
   LW_STATUS_SINGULAR,
-  // Files, parts, objects or shapes make no model.
+  // Files, parts, objects or shapes do not form a valid model.
   LW_STATUS_MODEL,
-  // Another thread is in a call with this handle. The handle's message stays as it is.
+  // Another thread is in a call with this handle. The handle's message does not change.
   LW_STATUS_BUSY,
-  // A mistake in this library: a call with this handle panicked. A robot or builder answers nothing else from then on.
+  // A bug in this library: a call with this handle panicked. All later calls with this robot or builder return this code.
   LW_STATUS_PANICKED,
 } LwStatus;
 
-// How a search ended.
+// Result of a search.
 typedef enum LwOutcome {
   // The goal is met within the tolerances.
   LW_OUTCOME_MET,
-  // No start led there: this is the nearest of all.
+  // No start led to the goal. This is the nearest configuration of all starts.
   LW_OUTCOME_NEAREST,
-  // The effort was used up; `lw_robot_resume_inverse_kinematics` goes on.
+  // The limit of evaluations was reached; `lw_robot_resume_inverse_kinematics` continues.
   LW_OUTCOME_UNFINISHED,
 } LwOutcome;
 
-// Whether a path is free.
+// Result of a collision check of a path.
 typedef enum LwPathOutcome {
-  // Proven free from end to end.
+  // The whole path is proven free.
   LW_PATH_OUTCOME_FREE,
   // Two colliders touch.
   LW_PATH_OUTCOME_HIT,
-  // Nothing touches where it was looked, and pieces as short as allowed could not be proven free.
+  // No collision was found, but some pieces of the minimum length could not be proven free.
   LW_PATH_OUTCOME_UNDECIDED,
-  // The pieces asked for were used up; `lw_robot_path_free_on` goes on.
+  // The requested number of pieces was checked; `lw_robot_path_free_on` continues.
   LW_PATH_OUTCOME_UNFINISHED,
 } LwPathOutcome;
 
-// How a search for a way ended.
+// Result of path planning.
 typedef enum LwPlanOutcome {
-  // `lw_planner_path` gives it: free from end to end.
+  // A path was found that is free from end to end; `lw_planner_path` returns it.
   LW_PLAN_OUTCOME_FOUND,
-  // The start touches something.
+  // The start is in collision.
   LW_PLAN_OUTCOME_BLOCKED_START,
-  // The goal touches something.
+  // The goal is in collision.
   LW_PLAN_OUTCOME_BLOCKED_GOAL,
-  // The room was used up. There may be a way, or none.
+  // The memory was used up. A path may or may not exist.
   LW_PLAN_OUTCOME_NOT_FOUND,
-  // The places asked for were used up; `lw_planner_resume` goes on.
+  // The requested number of samples was used; `lw_planner_resume` continues.
   LW_PLAN_OUTCOME_UNFINISHED,
 } LwPlanOutcome;
 
-// What a model is made of, while it is put together. For one thread at a time.
+// A model under construction. Use it from one thread at a time.
 typedef struct LwBuilder LwBuilder;
 
-// What never changes about a robot. Any number of threads may use it at once; the message is that of the last call of
-// any of them that failed (`lw_model_clone` gives a thread a message of its own).
+// Constant data of a robot. Any number of threads may use it at once. The message is that of the last failed call of any of them; `lw_model_clone`
+// gives a thread a handle with its own message.
 typedef struct LwModel LwModel;
 
-// Memory of searches for ways of one chain. For robots of one model, and one call at a time.
+// Memory of path planning for one chain. Use it for robots of one model, with one call at a time.
 typedef struct LwPlanner LwPlanner;
 
-// Memory of predictions. For robots of one model, and one call at a time.
+// Memory of state prediction. Use it for robots of one model, with one call at a time.
 typedef struct LwPredictor LwPredictor;
 
-// A problem of least squares in order of priority: unknowns x with bounds c x <= d, and levels A x = b, of which each takes nothing from those before. For one thread at a time.
+// A prioritized least-squares problem: unknowns x with bounds c x <= d, and levels A x = b. A level never degrades the levels before it. Use it from
+// one thread at a time.
 typedef struct LwPriorities LwPriorities;
 
-// Memory of rates for objectives. For robots of one model, and one call at a time.
+// Memory of a rate controller. Use it for robots of one model, with one call at a time.
 typedef struct LwRateControl LwRateControl;
 
-// One instance of a model, with all the memory that its calls take. For one thread at a time: a call that meets another one answers `LW_STATUS_BUSY`.
-// Several robots of one model know nothing of each other.
+// One instance of a model, with all memory of its calls. Use it from one thread at a time: a call that finds another one in progress returns
+// `LW_STATUS_BUSY`. Robots of one model are independent.
 typedef struct LwRobot LwRobot;
 
-// The operational space of some tips, with its memory. For robots of one model, and one call at a time.
+// Operational space of some tips, with its memory. Use it for robots of one model, with one call at a time.
 typedef struct LwTaskSpace LwTaskSpace;
 
-// Memory of timings. For robots of one model, and one call at a time.
+// Memory of time parameterizations. Use it for robots of one model, with one call at a time.
 typedef struct LwTiming LwTiming;
 
-// Memory of transfers. For robots of one model, and one call at a time.
+// Memory of transfers. Use it for robots of one model, with one call at a time.
 typedef struct LwTransfer LwTransfer;
 
-// Memory of forces for objectives with contacts. For robots of one model, and one call at a time.
+// Memory of a whole-body controller. Use it for robots of one model, with one call at a time.
 typedef struct LwWholeBody LwWholeBody;
 
-// A search of the whole, with its memory. For robots of one model, and one call at a time.
+// Solver for whole-body inverse kinematics, with its memory. Use it for robots of one model, with one call at a time.
 typedef struct LwWholeBodyIk LwWholeBodyIk;
 
-// A pose: where a frame is in another.
+// A pose of a frame in another frame.
 typedef struct LwPose {
-  // x, y, z, m.
+  // Position x, y, z, m.
   double position[3];
-  // x, y, z, w; of length 1 within 1e-6.
+  // Quaternion x, y, z, w; of length 1 within 1e-6.
   double quaternion[4];
 } LwPose;
 
@@ -280,377 +281,383 @@ typedef struct LwPose {
 typedef struct LwShape {
   // One of `LW_SHAPE_...`.
   uint32_t kind;
-  // Lengths, m, as the kind says; those that are not used are zero.
+  // Dimensions, m, as defined by the kind; unused ones are zero.
   double size[3];
 } LwShape;
 
-// How a body moves on its parent. What does not count is zero.
+// Hinge between a body and its parent. Unused fields must be zero.
 typedef struct LwHinge {
   // One of `LW_HINGE_...`.
   uint32_t kind;
-  // Of a pin, slider, screw, cylindrical or universal hinge, of any length but zero, in the hinge's frame.
+  // Axis of a pin, slider, screw, cylindrical or universal hinge, of any length except zero, in the hinge's frame.
   double axis[3];
-  // The second axis of a universal hinge, of any length but zero.
+  // The second axis of a universal hinge, of any length except zero.
   double second[3];
-  // Of a screw: its advance, m/rad.
+  // Pitch of a screw, m/rad.
   double pitch;
 } LwHinge;
 
-// A wrench that the tip of a part exerts on something.
+// A wrench that the tip of a part exerts on its surroundings.
 typedef struct LwPush {
   // Moment about `at`, world axes, N m.
   double moment[3];
   // Force, world axes, N.
   double force[3];
-  // Where, in the tip's frame, m.
+  // Point of application in the tip's frame, m.
   double at[3];
   // The part, a chain.
   uint32_t part;
 } LwPush;
 
-// How well a tip moves and pushes at one configuration. For rates of length 1 the tip's speed along a unit vector u is at most
-// 1 / sqrt(sum of (a_k . u / s_k)^2); for forces of the joints of length 1 its force is at most 1 / sqrt(sum of (a_k . u)^2 s_k^2), with the axes a_k and singular values s_k.
+// Manipulability of a tip at one configuration. For joint rates of length 1 the tip's speed along a unit vector u is at most 1 / sqrt(sum of (a_k .
+// u / s_k)^2). For joint forces of length 1 its force is at most 1 / sqrt(sum of (a_k . u)^2 s_k^2). Here a_k are the axes and s_k the singular
+// values.
 typedef struct LwManipulability {
   // The product of the singular values; 0 at a singular configuration.
   double w;
-  // Greatest first; for three rows the last three are zero.
+  // Singular values, largest first; for three rows the last three are zero.
   double singular_values[6];
-  // Six rows of six, row after row: column k is the axis of singular value k over the rows chosen, angular ones first where there are six.
-  // For three rows only the upper left 3 by 3 is used.
+  // Six rows of six, row after row. Column k is the axis of singular value k over the selected rows, angular ones first if there are six. For
+  // three rows only the upper left 3 by 3 block is used.
   double axes[36];
 } LwManipulability;
 
-// A spring and a damper between a tip and where it should be.
+// Impedance of a tip: a spring and a damper between the tip and its desired motion.
 typedef struct LwImpedance {
-  // Where the tip should be, in the world.
+  // Desired pose of the tip in the world.
   struct LwPose pose;
-  // How it should move there: angular (rad/s), linear (m/s), at its origin, world axes.
+  // Desired twist of the tip: angular (rad/s), linear (m/s), at its origin, world axes.
   double twist[6];
-  // And accelerate, rad/s^2 and m/s^2.
+  // Desired acceleration of the tip, rad/s^2 and m/s^2.
   double acceleration[6];
-  // About world x, y, z (N m/rad), along x, y, z (N/m); not negative.
+  // Stiffness about world x, y, z (N m/rad), then along x, y, z (N/m); not negative.
   double stiffness[6];
-  // About and along the same (N m s/rad, N s/m); not negative.
+  // Damping in the same order (N m s/rad, N s/m); not negative.
   double damping[6];
 } LwImpedance;
 
-// One thing that is asked, of rates (`lw_rate_control_solve`) or of accelerations (`lw_whole_body_solve`). What its kind does not use is not read.
+// One task: desired rates (`lw_rate_control_solve`) or desired accelerations (`lw_whole_body_solve`). Fields that its kind does not use are not
+// read.
 typedef struct LwObjective {
   // One of `LW_WISH_..`.
   uint32_t kind;
-  // Lower ones come first; those of one level are met together, in the sense of least squares.
+  // Priority level. Lower levels come first; tasks of the same level are met together in the least-squares sense.
   uint32_t level;
-  // What it counts within its level; above zero.
+  // Weight within its level; above zero.
   double weight;
-  // Of a tip and of the centre of mass: angular (rad/s or rad/s^2), then linear (m/s or m/s^2), world axes; of a tip at its origin, of the centre the linear ones alone.
+  // Tip and centre of mass: desired angular (rad/s or rad/s^2), then linear motion (m/s or m/s^2), world axes; at the tip's origin. The centre of
+  // mass uses only the linear part.
   double motion[6];
-  // Of a tip: what 1 rad counts, m, where all rows count.
+  // Tip: length that scales angular rows, m, if all rows are selected.
   double length;
-  // Of a tip: the chain.
+  // Tip: the chain.
   uint32_t part;
-  // Of a tip: which rows count, one of `LW_ROWS_..`.
+  // Tip: selected rows, one of `LW_ROWS_..`.
   uint32_t rows;
-  // Of a posture: rates or accelerations of all degrees of freedom.
+  // Posture: rates or accelerations of all degrees of freedom.
   const double *posture;
-  // How many numbers the posture has: nv.
+  // Posture: number of values, nv.
   size_t posture_count;
 } LwObjective;
 
-// A chain whose manipulability is not to fall below a number.
+// A chain whose manipulability must not fall below a limit.
 typedef struct LwGuard {
-  // The least w (`lw_robot_manipulability` of all six rows with length 1 m).
+  // Smallest permitted w (`lw_robot_manipulability` of all six rows with length 1 m).
   double least;
   // The chain.
   uint32_t part;
 } LwGuard;
 
-// A point of a tip that presses on something and does not slip.
+// A contact point of a tip that presses on a surface and does not slip.
 typedef struct LwTouch {
-  // Where, in the tip's frame, m.
+  // Point of application in the tip's frame, m.
   double at[3];
-  // Normal of what it touches, towards the robot, of length 1, world axes.
+  // Normal of the surface, towards the robot, of length 1, world axes.
   double normal[3];
   // Friction coefficient, above zero.
   double friction;
-  // Greatest normal force, N, above zero; infinite for none.
+  // Largest normal force, N, above zero; infinite for no limit.
   double most;
-  // The chain whose tip touches.
+  // The chain whose tip is in contact.
   uint32_t part;
 } LwTouch;
 
-// How far a whole body could do what it was asked. All zero: it could.
+// Residuals of a whole-body solution. All zero: all requirements are met.
 typedef struct LwBalanced {
-  // What contacts cannot carry: root of the sum of squares of forces at degrees of freedom that nothing drives, N m and N.
+  // Forces that the contacts cannot provide: Euclidean norm of the residual forces at degrees of freedom without an actuator, N m and N.
   double unbalanced;
-  // Accelerations of what should stand still, m/s^2: contacts that contradict each other.
+  // Residual acceleration of contact points, m/s^2; not zero if contacts contradict each other.
   double slipping;
-  // By which share all limits of effort and of normal forces would have to be larger.
+  // Fraction by which all effort and normal force limits would have to be larger.
   double shortfall;
 } LwBalanced;
 
-// When inverse kinematics is content, and how long it tries: in work, never in time.
+// Tolerances and limits of the work of inverse kinematics. The work is counted, not timed.
 typedef struct LwEffort {
-  // Greatest error of position, m, and of orientation, rad.
+  // Largest errors of position, m, and of orientation, rad.
   double tolerances[2];
-  // Steps from one start.
+  // Maximum number of steps from one start.
   size_t steps;
-  // Starts elsewhere, the same ones each time; a quarter of them for the nearest to a position that is out of reach by the lengths of links.
+  // Number of additional starts, the same for each search. A quarter of them is used for a position that is out of reach because of the link
+  // lengths.
   size_t restarts;
-  // Evaluations of the kinematics in one call, at most.
+  // Maximum number of kinematics evaluations in one call.
   size_t kinematics;
 } LwEffort;
 
-// Where a tip is to be. What does not count is not read.
+// Goal of a tip. Fields that are not selected in `parts` are not read.
 typedef struct LwGoal {
-  // Where.
+  // Position and orientation.
   struct LwPose pose;
-  // What 1 m and 1 rad count in the sum of squares; positive.
+  // Weights of 1 m and 1 rad in the sum of squares; positive.
   double weights[2];
   // A sum of `LW_GOAL_...`.
   uint32_t parts;
   // Normal of a plane or direction of a line, of length 1, in the frame of the pose.
   double direction[3];
-  // The axis that points somewhere, of length 1, in the tip's frame. The turn about it is free.
+  // The pointing axis, of length 1, in the tip's frame. The rotation about it is free.
   double axis[3];
-  // To where: a direction of length 1, or a point, m, in the frame of the pose.
+  // Its target: a direction of length 1, or a point, m, in the frame of the pose.
   double towards[3];
-  // Half of the angle of the cone about it within which any direction will do, rad, 0 to pi; 0: the direction itself.
+  // Half of the opening angle of the cone about the target in which every direction is accepted, rad, 0 to pi; 0: only the target itself.
   double within;
 } LwGoal;
 
-// What inverse kinematics answers beside q.
+// Result of inverse kinematics, in addition to q.
 typedef struct LwAnswer {
-  // How far the tip is from the goal, m; not defined when unfinished.
+  // Residual distance of the tip from its goal, m; undefined when unfinished.
   double position;
-  // The same, rad.
+  // Residual angle, rad; undefined when unfinished.
   double orientation;
-  // Evaluations of the kinematics since the search began.
+  // Kinematics evaluations since the search began.
   size_t kinematics;
-  // Which start led there; 0 is the given one.
+  // Index of the start that led there; 0 is the given start.
   size_t restart;
-  // How it ended.
+  // How the search ended.
   enum LwOutcome outcome;
 } LwAnswer;
 
-// What is liked among configurations that meet a goal, and how hard to look: the least of `centred` / 2 times the sum of ((q - middle) / (upper - lower))^2, and `near` / 2 times that of ((q - given) / (upper - lower))^2, less `manipulable` times ln w.
+// Secondary cost of configurations that meet a goal, and the amount of search. The cost is `centred` / 2 times the sum of ((q - middle) / (upper -
+// lower))^2, plus `near` / 2 times the sum of ((q - given) / (upper - lower))^2, minus `manipulable` times ln w.
 typedef struct LwPrefer {
-  // What distance from the middle of the limits counts; not negative.
+  // Weight of the distance from the middle of the limits; not negative.
   double centred;
-  // What distance from the configuration that the search is given counts; not negative.
+  // Weight of the distance from the configuration that the search is given; not negative.
   double near;
-  // What ln w counts (`lw_robot_manipulability`); not negative, and one of the three above zero.
+  // Weight of ln w (`lw_robot_manipulability`); not negative. One of the three weights must be above zero.
   double manipulable;
-  // What 1 rad counts in w, m; above zero.
+  // Length that scales angular rows in w, m; above zero.
   double length;
-  // Starts: the given one and others, the same ones each time; at least one is made.
+  // Number of starts: the given one and others, the same for each search; at least one is made.
   size_t starts;
-  // Evaluations of the kinematics to improve each solution, at most; 400 is usual.
+  // Maximum number of kinematics evaluations for the improvement of each solution; usually 400.
   size_t steps;
 } LwPrefer;
 
-// The best of several solutions.
+// Result of a search with a secondary cost.
 typedef struct LwBest {
-  // What was made small; infinite when the goal is not met.
+  // The minimized cost; infinite when the goal is not met.
   double cost;
-  // Starts that led to the goal.
+  // Number of starts that led to the goal.
   size_t solutions;
-  // Evaluations of the kinematics in all.
+  // Total number of kinematics evaluations.
   size_t kinematics;
-  // Met, or nearest when no start led there.
+  // `LW_OUTCOME_MET`, or `LW_OUTCOME_NEAREST` when no start led to the goal.
   enum LwOutcome outcome;
 } LwBest;
 
-// Where the tip of a chain is to be, beside others.
+// Goal of the tip of a chain, one of several.
 typedef struct LwTipGoal {
-  // What is asked of its tip.
+  // The goal of its tip.
   struct LwGoal goal;
   // The chain.
   uint32_t part;
-  // The chain at whose tip the goal is seen, wherever it goes; `LW_NO_PART`: none.
+  // The chain relative to whose tip the goal is given, even if that tip moves; `LW_NO_PART`: none.
   uint32_t seen_from;
 } LwTipGoal;
 
-// What a closed loop leaves.
+// Rank and mobility of a closed loop.
 typedef struct LwClosure {
-  // Rows of the loop's equations.
+  // Number of equations of the loop.
   uint32_t rows;
-  // How many of them are independent here.
+  // Number of independent equations in this configuration.
   uint32_t rank;
-  // Degrees of freedom that are left to the chains and joints of the loop.
+  // Remaining degrees of freedom of the chains and joints in the loop.
   uint32_t mobility;
 } LwClosure;
 
-// Who holds an object.
+// The hands that hold an object.
 typedef struct LwHold {
-  // How many hands do: 0, 1 or 2. What is beyond is zero.
+  // Number of hands: 0, 1 or 2. Unused entries are zero.
   uint32_t count;
-  // The hand that carries it in the mechanism, then the second: parts.
+  // The hand that carries it in the mechanism, then the second hand, as parts.
   uint32_t hands[2];
-  // Where the object is in the frames of their tips.
+  // Pose of the object in the frames of the hands' tips.
   struct LwPose at[2];
 } LwHold;
 
 // A moment and a force.
 typedef struct LwWrench {
-  // World axes, N m.
+  // Moment, world axes, N m.
   double moment[3];
-  // World axes, N.
+  // Force, world axes, N.
   double force[3];
 } LwWrench;
 
-// How two hands share a load.
+// Result of load sharing between two hands.
 typedef struct LwShared {
-  // What the second hand does to the object, about its own tip.
+  // Wrench of the second hand on the object, about this hand's tip.
   struct LwWrench second;
-  // The sum that was made small.
+  // The minimized sum.
   double cost;
-  // The greatest |tau| / limit over the joints of both chains that have a limit of effort; above 1 they cannot do it.
+  // The largest |tau| / limit over all joints of both chains that have an effort limit. Above 1 the joints cannot exert these forces.
   double largest_share;
 } LwShared;
 
-// What two hands do to an object, told apart: first hand, then second, each about its own tip.
+// Wrenches of two hands on an object, separated: first hand, then second hand, each about its own tip.
 typedef struct LwHandWrenches {
-  // What moves the object.
+  // The part that moves the object.
   struct LwWrench moving[2];
-  // What only squeezes it.
+  // The part that only squeezes it.
   struct LwWrench squeezing[2];
-  // The sum, about the object's origin.
+  // Net wrench, about the object's origin.
   struct LwWrench net;
 } LwHandWrenches;
 
-// What a hand can hold by friction: a patch that is pressed evenly.
+// Friction contact of a hand: a patch with uniform pressure.
 typedef struct LwFriction {
-  // Where it presses the object to, in the tip's axes; of any length but zero.
+  // Direction in which the hand presses on the object, in the tip's axes; any length except zero.
   double normal[3];
   // Coefficient of friction, above zero.
   double coefficient;
-  // Radius of the patch that touches, m, above zero.
+  // Radius of the contact patch, m, above zero.
   double radius;
-  // Greatest normal force, N, above zero; infinite for none.
+  // Largest normal force, N, above zero; infinite for no limit.
   double most;
 } LwFriction;
 
-// What two hands do so that neither slips.
+// Wrenches of two hands under which neither slips.
 typedef struct LwGripped {
-  // On the object: first hand, then second, each about its own tip.
+  // Wrenches on the object: first hand, then second hand, each about its own tip.
   struct LwWrench wrenches[2];
-  // 0 when both hold. Else no wrenches do: the least force by which cones and limits would have to be wider, N; the wrenches are those that would hold then.
+  // 0 if neither hand slips. Otherwise no such wrenches exist, and this is the smallest force, N, by which cones and limits would have to be
+  // enlarged; `wrenches` are those for the enlarged cones.
   double shortfall;
 } LwGripped;
 
 // The inertia of a rigid body.
 typedef struct LwInertia {
-  // kg.
+  // Mass, kg.
   double mass;
   // From the origin to the centre of mass, m.
   double center[3];
-  // About the origin (not about the centre), row after row, kg m^2.
+  // Inertia about the origin (not about the centre of mass), row after row, kg m^2.
   double inertia[9];
 } LwInertia;
 
 // Two colliders.
 typedef struct LwPair {
-  // The first.
+  // The first collider.
   uint32_t a;
-  // The second.
+  // The second collider.
   uint32_t b;
 } LwPair;
 
-// How near two colliders are.
+// Distance of two colliders.
 typedef struct LwClosest {
-  // m, padding counted; negative when they overlap.
+  // Distance, m, including padding; negative for overlap.
   double distance;
-  // On the first, world, m.
+  // Closest point on the first collider, world, m.
   double point_a[3];
-  // On the second, world, m.
+  // Closest point on the second collider, world, m.
   double point_b[3];
   // The first collider.
   uint32_t a;
   // The second collider.
   uint32_t b;
-  // Whether there is such a pair; else the rest is zero.
+  // True if there is such a pair; otherwise all other fields are zero.
   bool found;
 } LwClosest;
 
-// What is told of a path.
+// Result of a collision check of a path, with its position.
 typedef struct LwPath {
-  // Which part of the way, from 0 at its start to 1: where two touch, or the first piece that is undecided; else 0.
+  // Position on the path, from 0 at its start to 1 at its end, where two colliders touch, or of the first undecided piece; otherwise 0.
   double at;
-  // Two that touch there; else zero.
+  // The two colliders that touch there; otherwise zero.
   struct LwPair pair;
-  // What came of it.
+  // The result.
   enum LwPathOutcome outcome;
 } LwPath;
 
-// How to look for a way.
+// Settings of path planning.
 typedef struct LwSearch {
-  // Of the random places: the same seed gives the same way.
+  // Seed of the random samples. The same seed gives the same path.
   uint64_t seed;
-  // Longest piece, as the greatest change of one coordinate, rad or m; above zero.
+  // Longest piece, as the largest change of one coordinate, rad or m; above zero.
   double step;
-  // Pieces of a piece that are not cut again, as of `lw_robot_path_free`.
+  // Fraction of a piece that is not halved again, as in `lw_robot_path_free`.
   double least;
 } LwSearch;
 
-// What is told of a way.
+// Result of path planning, with the size of the path.
 typedef struct LwPlan {
-  // How many configurations it has, both ends counted; 0 when none was found.
+  // Number of configurations, including both ends; 0 when no path was found.
   size_t rows;
-  // Two that touch at a blocked end; else zero.
+  // The two colliders that touch at a blocked end; otherwise zero.
   struct LwPair pair;
   // How the search ended.
   enum LwPlanOutcome outcome;
 } LwPlan;
 
-// Limits of a motion: a number for each degree of freedom, above zero, infinite for none. All arrays have the same length.
+// Limits of a motion: one number for each degree of freedom, above zero, infinite for no limit. All arrays have the same length.
 typedef struct LwMotionLimits {
-  // rad/s or m/s; NULL: those of the model.
+  // Rate limits, rad/s or m/s; NULL: those of the model.
   const double *rate;
-  // rad/s^2 or m/s^2; NULL: none.
+  // Acceleration limits, rad/s^2 or m/s^2; NULL: no limits.
   const double *acceleration;
-  // rad/s^3 or m/s^3; NULL: none.
+  // Jerk limits, rad/s^3 or m/s^3; NULL: no limits.
   const double *jerk;
-  // N m or N; NULL: those of the model. Where all are infinite no dynamics is computed.
+  // Effort limits, N m or N; NULL: those of the model. If all are infinite, no dynamics is computed.
   const double *effort;
-  // nv.
+  // Length of the arrays, nv.
   size_t n;
 } LwMotionLimits;
 
-// What a timing ends with.
+// Result of a time parameterization.
 typedef struct LwTimed {
-  // s.
+  // Duration of the motion, s.
   double duration;
-  // When no motion keeps the limits: where on the way it becomes impossible, as a part of its length (`lw_timing_place`).
+  // If no motion keeps the limits: position on the path where they cannot be kept, as a fraction of its length (`lw_timing_place`).
   double part;
-  // Then: the least number by which all limits of acceleration and effort would have to be multiplied.
+  // If no motion keeps the limits: smallest factor for all limits of acceleration and effort with which a motion exists.
   double share;
-  // Whether a motion keeps the limits. What does not apply is zero.
+  // True if a motion keeps the limits. Fields that do not apply are zero.
   bool found;
 } LwTimed;
 
-// Where a robot is, and how it moves.
+// State of a robot: configuration and motion.
 typedef struct LwMotionState {
   // Configuration.
   const double *q;
-  // nq.
+  // Length of `q`, nq.
   size_t nq;
   // Rates; NULL: at rest.
   const double *v;
-  // Accelerations; NULL: none.
+  // Accelerations; NULL: zero.
   const double *vdot;
-  // nv.
+  // Length of `v` and `vdot`, nv.
   size_t nv;
 } LwMotionState;
 
-// What a transfer ends with.
+// Result of planning a transfer.
 typedef struct LwTransferred {
-  // s.
+  // Duration of the motion, s.
   double duration;
-  // When it leaves the limits of a coordinate: how far it comes, rad or m.
+  // If the motion leaves the position limits of a coordinate: its extreme value, rad or m.
   double value;
-  // Then: the place of that coordinate among the degrees of freedom.
+  // If the motion leaves the position limits of a coordinate: index of that coordinate among the degrees of freedom.
   size_t dof;
-  // Whether all coordinates stay within their limits. What does not apply is zero.
+  // True if all coordinates stay within their limits. Fields that do not apply are zero.
   bool within_limits;
 } LwTransferred;
 
@@ -658,88 +665,90 @@ typedef struct LwTransferred {
 extern "C" {
 #endif // __cplusplus
 
-// The words of a code, for ever: do not free them. Any number may be asked for; "unknown code" where it is none.
+// Returns the text of a code; do not free it. Returns "unknown code" for a number that is not a code.
 const char *lw_status_text(int32_t code);
 
-// The version of this library, as `major.minor.patch`, for ever: do not free it.
+// Returns the version of this library as `major.minor.patch`; do not free it.
 const char *lw_version(void);
 
-// A builder of nothing yet, into `out`; free it with `lw_builder_free`.
+// Creates an empty builder and writes it to `out`; free it with `lw_builder_free`.
 enum LwStatus lw_builder_new(struct LwBuilder **out);
 
-// Frees a builder; NULL is none. Models that it made stay.
+// Frees a builder; NULL has no effect. Models that it made remain valid.
 void lw_builder_free(struct LwBuilder *builder);
 
-// The message of the last call with this builder that failed: place, fact and remedy; empty when none did. Copies it with its zero into
-// `buffer` of `room` bytes, and for how many there must be room into `wanted` (NULL: not asked for).
-// `LW_STATUS_LENGTH` when it is cut.
+// Copies the message of the last failed call with this builder, with its terminating zero, into `buffer` of `room` bytes: place, fact and remedy;
+// empty when no call failed. Writes the required size to `wanted` (may be NULL). Returns `LW_STATUS_LENGTH` when the message is cut.
 enum LwStatus lw_builder_message(const struct LwBuilder *builder,
                                  char *buffer,
                                  size_t room,
                                  size_t *wanted);
 
-// A folder that holds packages, for `package://name/..` in files that are read afterwards.
+// Adds a folder with packages, for `package://name/..` in files that are read afterwards.
 enum LwStatus lw_builder_packages(struct LwBuilder *builder, const char *folder);
 
-// Before the robot is read: its loops and couplings, such as joints that mimic others, are kept. `lw_whole_body_ik_solve` and `lw_whole_body_ik_best` keep them closed. Kinematics, collisions,
-// masses and forces are those of the tree at the q given, as if every coordinate had a motor of its own. What would open them is `LW_STATUS_DOES_NOT_CLOSE`: searches, rates and ways of a
-// chain that takes part in them, ways between configurations, objectives, operational space, predictions, timings and transfers.
+// Keeps the loops and couplings of the robot, such as joints that mimic others. Call it before the robot is read. `lw_whole_body_ik_solve` and
+// `lw_whole_body_ik_best` keep them closed. Kinematics, collisions, masses and forces are those of the tree at the given q, as if every coordinate had
+// its own motor. Functions that would open a loop return `LW_STATUS_DOES_NOT_CLOSE`: searches, rates and paths of a chain that takes part in one,
+// paths between configurations, tasks, operational space, predictions, time parameterizations and transfers.
 enum LwStatus lw_builder_keep_closures(struct LwBuilder *builder);
 
-// The robot, from a URDF, MJCF or SDF file. `root`: one of `LW_ROOT_...`; `inertia`: one of `LW_INERTIA_...`. Loops and couplings, such as
-// joints that mimic others, are refused, but after `lw_builder_keep_closures`. Shapes are read by `lw_builder_file_shapes`.
+// Reads the robot from a URDF, MJCF or SDF file. `root`: one of `LW_ROOT_...`; `inertia`: one of `LW_INERTIA_...`. Loops and couplings, such as
+// joints that mimic others, are errors unless `lw_builder_keep_closures` was called. Call `lw_builder_file_shapes` to add the shapes of the file.
 enum LwStatus lw_builder_robot_file(struct LwBuilder *builder,
                                     const char *path,
                                     uint32_t root,
                                     uint32_t inertia);
 
-// As `lw_builder_robot_file`, from the text of such a file.
+// Like `lw_builder_robot_file`, but reads the text of such a file.
 enum LwStatus lw_builder_robot_text(struct LwBuilder *builder,
                                     const char *xml,
                                     uint32_t root,
                                     uint32_t inertia);
 
-// Parts and pairs that do not collide, from an SRDF file: each group is a part. After the robot.
+// Adds parts and disabled pairs of collisions from an SRDF file; each group is a part. Call it after the robot is read.
 enum LwStatus lw_builder_groups_file(struct LwBuilder *builder, const char *path);
 
-// As `lw_builder_groups_file`, from the text of such a file.
+// Like `lw_builder_groups_file`, but reads the text of such a file.
 enum LwStatus lw_builder_groups_text(struct LwBuilder *builder, const char *xml);
 
-// The collision shapes of the robot's file, as colliders with their names, or `body/number`. After the robot. Shapes that a collider
-// cannot be (meshes that are neither STL nor OBJ, ellipsoids) are refused: give such bodies shapes by `lw_builder_shape`, `lw_builder_hull` or `lw_builder_mesh`.
+// Adds the collision shapes of the robot's file as colliders with their names, or `body/number`. Call it after the robot is read. Shapes that are
+// not supported as colliders (meshes that are neither STL nor OBJ, ellipsoids) are errors: give such bodies shapes with `lw_builder_shape`,
+// `lw_builder_hull` or `lw_builder_mesh`.
 enum LwStatus lw_builder_file_shapes(struct LwBuilder *builder);
 
-// A part: the chain of bodies after `base` (a body, or "world") up to `tip`.
+// Adds a part: the chain of bodies after `base` (a body, or "world") up to `tip`.
 enum LwStatus lw_builder_chain(struct LwBuilder *builder,
                                const char *name,
                                const char *base,
                                const char *tip);
 
-// An object that hands may hold, rigid unless bodies hang on it (`lw_builder_object_body`): mass (kg), centre of mass (3 numbers, m) and inertia about it (9 numbers, row after row, kg m^2), in the
-// object's axes.
+// Adds an object that hands may hold. It is rigid unless bodies hang on it (`lw_builder_object_body`). Mass (kg), centre of mass (3 numbers, m) and
+// inertia about it (9 numbers, row after row, kg m^2) are in the object's axes.
 enum LwStatus lw_builder_object(struct LwBuilder *builder,
                                 const char *name,
                                 double mass,
                                 const double *center,
                                 const double *inertia);
 
-// A shape for collisions, `at` (NULL: at the origin) in the frame of `carrier`: a body, an object or a body that hangs on one, or "world".
+// Adds a collision shape at the pose `at` (NULL: at the origin) in the frame of `carrier`: a body, an object, a body that hangs on an object, or
+// "world".
 enum LwStatus lw_builder_shape(struct LwBuilder *builder,
                                const char *name,
                                const char *carrier,
                                const struct LwPose *at,
                                const struct LwShape *shape);
 
-// A cloud of points, each a ball of its own radius, as a sensor sees them: none at first, with room for `room` of them. They are given by
-// `lw_robot_set_points`. `at` and `carrier` as of `lw_builder_shape`.
+// Adds a point cloud for sensor data. Each point is a sphere with its own radius. It is empty at first and has memory for `room` points, which
+// `lw_robot_set_points` sets. `at` and `carrier` as in `lw_builder_shape`.
 enum LwStatus lw_builder_point_cloud(struct LwBuilder *builder,
                                      const char *name,
                                      const char *carrier,
                                      const struct LwPose *at,
                                      size_t room);
 
-// A voxel map: `cells` (3 numbers) cubes along x, y, z from the origin of its frame, with the edge `edge` (m), all free at first.
-// `lw_robot_set_cells` changes them. `at` and `carrier` as of `lw_builder_shape`.
+// Adds a voxel map: `cells` (3 numbers) cubes along x, y, z from the origin of its frame, with edge length `edge` (m). All cells are free at first;
+// `lw_robot_set_cells` changes them. `at` and `carrier` as in `lw_builder_shape`.
 enum LwStatus lw_builder_voxel_map(struct LwBuilder *builder,
                                    const char *name,
                                    const char *carrier,
@@ -747,13 +756,15 @@ enum LwStatus lw_builder_voxel_map(struct LwBuilder *builder,
                                    const uint32_t *cells,
                                    double edge);
 
-// Checks everything and makes the model, into `out`; free it with `lw_model_free`. The builder stays, and may make others. All mistakes are in the message.
+// Checks everything, makes the model and writes it to `out`; free it with `lw_model_free`. The builder can be used again. The message lists all
+// faults.
 enum LwStatus lw_builder_model(struct LwBuilder *builder,
                                struct LwModel **out);
 
-// A body of the robot, on `parent` (a body, or "world") by `hinge` (NULL: welded) at `at` in the parent's frame (NULL: at its origin), where the body's own origin is. Mass properties as of `lw_builder_object`; mass,
-// centre and inertia of zero: a frame. With bodies a robot needs no file; after a file they are added to its bodies. A hinge of one degree of freedom is found by `lw_model_joint` under the
-// body's name, any by `lw_model_hinge`.
+// Adds a body of the robot, connected to `parent` (a body, or "world") by `hinge` (NULL: welded) at the pose `at` in the parent's frame (NULL: at
+// its origin). The hinge is at the body's origin. Mass properties as in `lw_builder_object`; a body with zero mass, centre and inertia is a frame.
+// With such bodies a robot needs no file; after a file they are added to its bodies. A hinge with one degree of freedom is found with
+// `lw_model_joint` under the body's name, every hinge with `lw_model_hinge`.
 enum LwStatus lw_builder_body(struct LwBuilder *builder,
                               const char *name,
                               const char *parent,
@@ -763,8 +774,9 @@ enum LwStatus lw_builder_body(struct LwBuilder *builder,
                               const double *center,
                               const double *inertia);
 
-// A body that hangs on an object, or on another such body (`parent`), by `hinge` (NULL: welded) at `at` in the parent's frame (NULL: at its origin), where the body's own origin is. Mass properties as of
-// `lw_builder_object`. `lw_model_object_hinge` tells where its numbers are.
+// Adds a body that hangs on an object, or on another such body (`parent`), by `hinge` (NULL: welded) at the pose `at` in the parent's frame (NULL:
+// at its origin). The hinge is at the body's origin. Mass properties as in `lw_builder_object`. `lw_model_object_hinge` returns the indices of its
+// coordinates.
 enum LwStatus lw_builder_object_body(struct LwBuilder *builder,
                                      const char *name,
                                      const char *parent,
@@ -774,8 +786,8 @@ enum LwStatus lw_builder_object_body(struct LwBuilder *builder,
                                      const double *center,
                                      const double *inertia);
 
-// Limits of the hinge of a body that was added before, of each of its pins, sliders and screws: least and greatest coordinate, rad or m; greatest rate, rad/s or m/s; greatest effort, N m or N. Infinite where there
-// is none. Takes the place of those of the file.
+// Sets the limits of each pin, slider and screw in the hinge of a body that was added before: smallest and largest coordinate, rad or m; largest
+// rate, rad/s or m/s; largest effort, N m or N. Infinite for no limit. They replace limits of the file.
 enum LwStatus lw_builder_limits(struct LwBuilder *builder,
                                 const char *body,
                                 double lower,
@@ -783,7 +795,7 @@ enum LwStatus lw_builder_limits(struct LwBuilder *builder,
                                 double rate,
                                 double effort);
 
-// The convex hull of `n` points (3 numbers each, m) that are not all in one plane. `at` and `carrier` as of `lw_builder_shape`.
+// Adds the convex hull of `n` points (3 numbers each, m) that are not all in one plane. `at` and `carrier` as in `lw_builder_shape`.
 enum LwStatus lw_builder_hull(struct LwBuilder *builder,
                               const char *name,
                               const char *carrier,
@@ -791,8 +803,9 @@ enum LwStatus lw_builder_hull(struct LwBuilder *builder,
                               const double *points,
                               size_t n);
 
-// A surface of triangles: `vertex_count` corners (3 numbers each, m), and `triangle_count` triangles (3 indices of corners each, from 0, counter-clockwise seen from outside). Only its outside pushes; a
-// hull is faster and better where it fits. Every robot takes 8 bytes for each triangle of the largest. `at` and `carrier` as of `lw_builder_shape`.
+// Adds a triangle mesh: `vertex_count` corners (3 numbers each, m), and `triangle_count` triangles (3 indices of corners each, from 0,
+// counter-clockwise seen from outside). Only its outside collides. A convex hull is faster and more robust where it fits. Every robot uses 8 bytes
+// for each triangle of the largest mesh. `at` and `carrier` as in `lw_builder_shape`.
 enum LwStatus lw_builder_mesh(struct LwBuilder *builder,
                               const char *name,
                               const char *carrier,
@@ -802,8 +815,9 @@ enum LwStatus lw_builder_mesh(struct LwBuilder *builder,
                               const uint32_t *triangles,
                               size_t triangle_count);
 
-// Terrain: heights (z, m) of `x` by `y` points (at least 2 each) on a grid that is centred on the origin, `spacing` (2 numbers, m) apart along x and y, solid below without end. `heights`: `n` = x y numbers, the row
-// of lowest y first; NaN where there is no ground. Memory as of `lw_builder_mesh`. `at` and `carrier` as of `lw_builder_shape`.
+// Adds terrain: heights (z, m) of `x` by `y` points (at least 2 each) on a grid that is centred on the origin, `spacing` (2 numbers, m) apart along
+// x and y. It is solid below, without limit. `heights`: `n` = x y numbers, the row of lowest y first; NaN where there is no ground. Memory as in
+// `lw_builder_mesh`. `at` and `carrier` as in `lw_builder_shape`.
 enum LwStatus lw_builder_height_field(struct LwBuilder *builder,
                                       const char *name,
                                       const char *carrier,
@@ -814,18 +828,19 @@ enum LwStatus lw_builder_height_field(struct LwBuilder *builder,
                                       const double *heights,
                                       size_t n);
 
-// Gives the collider of a name, added before, a coarse shape in the same frame, for `LW_DETAIL_COARSE`: simpler, and around its own.
+// Adds a coarse shape to a collider that was added before, by name, in the same frame, for `LW_DETAIL_COARSE`. It should be simpler than the fine
+// shape and enclose it.
 enum LwStatus lw_builder_coarse(struct LwBuilder *builder,
                                 const char *name,
                                 const struct LwShape *shape);
 
-// As `lw_builder_coarse`, with the convex hull of `n` points (3 numbers each, m) as the coarse shape.
+// Like `lw_builder_coarse`, with the convex hull of `n` points (3 numbers each, m) as the coarse shape.
 enum LwStatus lw_builder_coarse_hull(struct LwBuilder *builder,
                                      const char *name,
                                      const double *points,
                                      size_t n);
 
-// As `lw_builder_coarse`, with a surface of triangles as the coarse shape: as of `lw_builder_mesh`.
+// Like `lw_builder_coarse`, with a triangle mesh as the coarse shape, as in `lw_builder_mesh`.
 enum LwStatus lw_builder_coarse_mesh(struct LwBuilder *builder,
                                      const char *name,
                                      const double *vertices,
@@ -833,8 +848,9 @@ enum LwStatus lw_builder_coarse_mesh(struct LwBuilder *builder,
                                      const uint32_t *triangles,
                                      size_t triangle_count);
 
-// As `lw_builder_coarse`, with cubes as the coarse shape: a grid of `cells` (3 numbers) of them along x, y, z from the origin of the frame, with the edge `edge` (m), of which `n` are occupied: `occupied` has three
-// indices of each, from 0. They stay as they are: `lw_robot_set_cells` changes a collider's own shape.
+// Like `lw_builder_coarse`, with cubes as the coarse shape: a grid of `cells` (3 numbers) cubes along x, y, z from the origin of the frame, with
+// edge length `edge` (m), of which `n` are occupied; `occupied` has three indices of each, from 0. They do not change: `lw_robot_set_cells` changes
+// only a collider's fine shape.
 enum LwStatus lw_builder_coarse_voxel_map(struct LwBuilder *builder,
                                           const char *name,
                                           const uint32_t *cells,
@@ -842,88 +858,92 @@ enum LwStatus lw_builder_coarse_voxel_map(struct LwBuilder *builder,
                                           const uint32_t *occupied,
                                           size_t n);
 
-// Two that do not collide: each the name of a collider or of a body, which stands for all its colliders.
+// Excludes a pair from collision checks. Each is the name of a collider, or of a body for all its colliders.
 enum LwStatus lw_builder_ignore(struct LwBuilder *builder,
                                 const char *a,
                                 const char *b);
 
-// Two that collide though a hinge joins them or they are of one group of `lw_builder_apart`, as of `lw_builder_ignore`, which goes before.
+// Includes a pair in collision checks although a hinge joins them or they are in the same group of `lw_builder_apart`. `lw_builder_ignore` takes
+// precedence. Names as there.
 enum LwStatus lw_builder_collide(struct LwBuilder *builder,
                                  const char *a,
                                  const char *b);
 
-// A group of `n` bodies, by name, of which none collides with another.
+// Adds a group of `n` bodies, by name, that are not checked against each other.
 enum LwStatus lw_builder_apart(struct LwBuilder *builder, const char *const *bodies, size_t n);
 
-// What happens between bodies that a hinge of fewer than six degrees of freedom joins: one of `LW_NEIGHBOURS_...`.
+// Selects the rule for bodies that a hinge with fewer than six degrees of freedom joins: one of `LW_NEIGHBOURS_...`.
 enum LwStatus lw_builder_neighbours(struct LwBuilder *builder,
                                     uint32_t neighbours);
 
-// The same model by another handle with a message of its own, into `out`. O(1).
+// Writes another handle of the same model, with its own message, to `out`. O(1).
 enum LwStatus lw_model_clone(const struct LwModel *model, struct LwModel **out);
 
-// Frees this handle of a model; NULL is none. Robots of the model stay.
+// Frees this handle of a model; NULL has no effect. Robots of the model remain valid.
 void lw_model_free(struct LwModel *model);
 
-// As `lw_builder_message`, of a model.
+// Like `lw_builder_message`, for a model.
 enum LwStatus lw_model_message(const struct LwModel *model,
                                char *buffer,
                                size_t room,
                                size_t *wanted);
 
-// What the files say and the model does not use, one line each: as `lw_builder_message`.
+// Copies the content of the files that the model does not use, one line each, like `lw_builder_message`.
 enum LwStatus lw_model_unused(const struct LwModel *model,
                               char *buffer,
                               size_t room,
                               size_t *wanted);
 
-// Warnings: mass properties of the robot's file that no body has and that were read all the same (`LW_INERTIA_WARN`), one line each with link and numbers; empty when there are none: as `lw_builder_message`.
+// Copies warnings about mass properties in the robot's file that no rigid body can have but that were read all the same (`LW_INERTIA_WARN`), one
+// line each with link and numbers, like `lw_builder_message`; empty when there are none.
 enum LwStatus lw_model_doubtful(const struct LwModel *model,
                                 char *buffer,
                                 size_t room,
                                 size_t *wanted);
 
-// Numbers of q into `nq`, degrees of freedom into `nv`.
+// Writes the number of coordinates to `nq` and the number of degrees of freedom to `nv`.
 enum LwStatus lw_model_sizes(const struct LwModel *model, size_t *nq, size_t *nv);
 
-// The part of that name, into `out`: its place among the parts, from 0.
+// Writes the index of the part with this name, from 0, to `out`.
 enum LwStatus lw_model_part(const struct LwModel *model, const char *name, uint32_t *out);
 
-// The object of that name, into `out`: its place among the objects, from 0.
+// Writes the index of the object with this name, from 0, to `out`.
 enum LwStatus lw_model_object(const struct LwModel *model, const char *name, uint32_t *out);
 
-// How many coordinates the joints of an object have, into `nq`, and degrees of freedom, into `nv`: 0 when it is rigid.
+// Writes the number of coordinates of an object's joints to `nq` and their number of degrees of freedom to `nv`; 0 for a rigid object.
 enum LwStatus lw_model_object_sizes(const struct LwModel *model,
                                     uint32_t object,
                                     size_t *nq,
                                     size_t *nv);
 
-// The body of that name among those that hang on an object by hinges, and the object itself, into `out`.
+// Writes the index of the body with this name among the object itself and the bodies that hang on it to `out`.
 enum LwStatus lw_model_object_body(const struct LwModel *model,
                                    uint32_t object,
                                    const char *name,
                                    uint32_t *out);
 
-// The body of that name, into `out`: its place among the bodies, from 0.
+// Writes the index of the body with this name, from 0, to `out`.
 enum LwStatus lw_model_body(const struct LwModel *model, const char *name, uint32_t *out);
 
-// The collider of that name, into `out`: its place in the order of names, from 0.
+// Writes the index of the collider with this name, from 0 in alphabetical order, to `out`.
 enum LwStatus lw_model_collider(const struct LwModel *model, const char *name, uint32_t *out);
 
-// The name of a collider: as `lw_builder_message`.
+// Copies the name of a collider, like `lw_builder_message`.
 enum LwStatus lw_model_collider_name(const struct LwModel *model,
                                      uint32_t collider,
                                      char *buffer,
                                      size_t room,
                                      size_t *wanted);
 
-// The places in q and among the degrees of freedom of a joint with one coordinate, by the name that the file gives it, or of a body of `lw_builder_body` by its name.
+// Writes the indices in q and among the degrees of freedom of a joint with one coordinate, by its name in the file, or by the name of a body of
+// `lw_builder_body`.
 enum LwStatus lw_model_joint(const struct LwModel *model,
                              const char *name,
                              size_t *in_q,
                              size_t *in_v);
 
-// Where the hinge of a body has its numbers: the first in q into `in_q` and how many into `q_count`, among the degrees of freedom into `in_v` and `v_count`. A welded one has none.
+// Writes the indices of a body's hinge: first index and number in q (`in_q`, `q_count`) and among the degrees of freedom (`in_v`, `v_count`). The
+// numbers are zero for a welded body.
 enum LwStatus lw_model_hinge(const struct LwModel *model,
                              uint32_t body,
                              size_t *in_q,
@@ -931,7 +951,8 @@ enum LwStatus lw_model_hinge(const struct LwModel *model,
                              size_t *in_v,
                              size_t *v_count);
 
-// As `lw_model_hinge`, of a body that hangs on an object (`lw_model_object_body`): the places are those among the numbers of that object's joints. The object itself has none.
+// Like `lw_model_hinge`, for a body that hangs on an object (`lw_model_object_body`). The indices refer to the joints of that object. The object
+// itself has none.
 enum LwStatus lw_model_object_hinge(const struct LwModel *model,
                                     uint32_t object,
                                     uint32_t body,
@@ -940,86 +961,89 @@ enum LwStatus lw_model_object_hinge(const struct LwModel *model,
                                     size_t *in_v,
                                     size_t *v_count);
 
-// How many degrees of freedom a chain has, into `count`: the columns of its Jacobian.
+// Writes the number of degrees of freedom of a chain, which is the number of columns of its Jacobian, to `count`.
 enum LwStatus lw_model_part_size(const struct LwModel *model, uint32_t part, size_t *count);
 
-// The places of a chain's degrees of freedom among all, into `dofs` of length `n` (`lw_model_part_size`).
+// Writes the indices of a chain's degrees of freedom among all to `dofs` of length `n` (`lw_model_part_size`).
 enum LwStatus lw_model_part_dofs(const struct LwModel *model,
                                  uint32_t part,
                                  size_t *dofs,
                                  size_t n);
 
-// The colliders on the bodies of a part, in the order of names, into `out`, and how many there are into `count`. Where they are more than `room`, `LW_STATUS_NO_ROOM`, and `count` alone is written.
+// Writes the colliders on the bodies of a part, sorted by name, to `out`, and their number to `count`. If there are more than `room`, returns
+// `LW_STATUS_NO_ROOM` and writes only `count`.
 enum LwStatus lw_model_part_colliders(const struct LwModel *model,
                                       uint32_t part,
                                       uint32_t *out,
                                       size_t room,
                                       size_t *count);
 
-// As `lw_model_part_colliders`, of an object, those on its bodies among them.
+// Like `lw_model_part_colliders`, for an object, including colliders on bodies that hang on it.
 enum LwStatus lw_model_object_colliders(const struct LwModel *model,
                                         uint32_t object,
                                         uint32_t *out,
                                         size_t room,
                                         size_t *count);
 
-// Limits of the degrees of freedom with one coordinate, rad or m, into `lower` and `upper` (`n` = nv each); infinite where there is none.
+// Writes the limits of the degrees of freedom with one coordinate, rad or m, to `lower` and `upper` (`n` = nv each); infinite for no limit.
 enum LwStatus lw_model_limits(const struct LwModel *model,
                               double *lower,
                               double *upper,
                               size_t n);
 
-// A robot of a model at its neutral configuration, into `out`; free it with `lw_robot_free`. All memory of later calls is taken here.
+// Creates a robot of a model at its neutral configuration and writes it to `out`; free it with `lw_robot_free`. Allocates the memory of all later
+// calls.
 enum LwStatus lw_robot_new(const struct LwModel *model,
                            struct LwRobot **out);
 
-// A robot of its own with the same configuration, held objects and settings, into `out`.
+// Creates an independent robot with the same configuration, held objects and settings, and writes it to `out`.
 enum LwStatus lw_robot_clone(const struct LwRobot *robot, struct LwRobot **out);
 
-// Frees a robot; NULL is none.
+// Frees a robot; NULL has no effect.
 void lw_robot_free(struct LwRobot *robot);
 
-// As `lw_builder_message`, of a robot. May be called while another thread is in a call with the robot.
+// Like `lw_builder_message`, for a robot. May be called while another thread is in a call with the robot.
 enum LwStatus lw_robot_message(const struct LwRobot *robot,
                                char *buffer,
                                size_t room,
                                size_t *wanted);
 
-// The configuration, into `q` (`n` = nq).
+// Writes the configuration to `q` (`n` = nq).
 enum LwStatus lw_robot_q(struct LwRobot *robot, double *q, size_t n);
 
-// Another configuration `q` (`n` = nq), within limits or not.
+// Sets the configuration to `q` (`n` = nq). Limits are not checked.
 enum LwStatus lw_robot_set_q(struct LwRobot *robot, const double *q, size_t n);
 
-// The nearest to `q` (`n` = nq) that is within all limits, in place.
+// Moves `q` (`n` = nq) to the nearest configuration within all limits, in place.
 enum LwStatus lw_robot_clamp(struct LwRobot *robot, double *q, size_t n);
 
-// The acceleration of free fall (3 numbers), world axes, m/s^2; 9.81 down z at first.
+// Sets the acceleration of gravity (3 numbers), world axes, m/s^2. Default: 9.81 m/s^2 along -z.
 enum LwStatus lw_robot_set_gravity(struct LwRobot *robot, const double *g);
 
-// Where the tip of a chain is in the world at the robot's q. Moves the bodies from the world to the tip and no others.
+// Writes the pose of the tip of a chain in the world at the robot's q. Computes only the bodies between the world and the tip.
 enum LwStatus lw_robot_tip_pose(struct LwRobot *robot,
                                 uint32_t part,
                                 struct LwPose *out);
 
-// Where a body is in the world at the robot's q.
+// Writes the pose of a body in the world at the robot's q.
 enum LwStatus lw_robot_body_pose(struct LwRobot *robot, uint32_t body, struct LwPose *out);
 
-// The Jacobian of a chain at the robot's q, into `J` (6 rows of its m degrees of freedom, row after row; `n` = 6 m): rates to the
+// Writes the Jacobian of a chain at the robot's q to `J` (6 rows of its m degrees of freedom, row after row; `n` = 6 m). It maps rates to the
 // velocity of its tip relative to its base, angular rows (rad/s) first, at the tip's origin, world axes.
 enum LwStatus lw_robot_jacobian(struct LwRobot *robot,
                                 uint32_t part,
                                 double *J,
                                 size_t n);
 
-// The Jacobian of a chain's tip in the whole mechanism, into `J` (6 rows of nv; `n` = 6 nv): what carries the chain counts, too.
+// Writes the Jacobian of a chain's tip over the whole mechanism to `J` (6 rows of nv; `n` = 6 nv). It includes the degrees of freedom that carry the
+// chain.
 enum LwStatus lw_robot_whole_jacobian(struct LwRobot *robot,
                                       uint32_t part,
                                       double *J,
                                       size_t n);
 
-// Forces, into `tau` (`n` = nv; N m or N), for rates `v` and accelerations `vdot` (`n` = nv each) at the robot's q, with what is held, while tips push: at most as many `pushes` as the
-// model has parts.
+// Computes forces `tau` (`n` = nv; N m or N) for rates `v` and accelerations `vdot` (`n` = nv each) at the robot's q, including held objects, while
+// the tips exert wrenches. The number of `pushes` is at most the number of parts.
 enum LwStatus lw_robot_feed_forward(struct LwRobot *robot,
                                     const double *v,
                                     const double *vdot,
@@ -1028,30 +1052,33 @@ enum LwStatus lw_robot_feed_forward(struct LwRobot *robot,
                                     size_t push_count,
                                     double *tau);
 
-// Forces, into `tau` (`n` = nv), that hold the robot's q still, with what is held, while tips push: as `lw_robot_feed_forward`.
+// Computes forces `tau` (`n` = nv) that hold the robot's q at rest, including held objects, while the tips exert wrenches: as in
+// `lw_robot_feed_forward`.
 enum LwStatus lw_robot_held_still(struct LwRobot *robot,
                                   const struct LwPush *pushes,
                                   size_t push_count,
                                   double *tau,
                                   size_t n);
 
-// The mass matrix at the robot's q with what is held, into `M` (nv rows of nv, row after row; `n` = nv nv).
+// Writes the mass matrix at the robot's q, including held objects, to `M` (nv rows of nv, row after row; `n` = nv nv).
 enum LwStatus lw_robot_mass_matrix(struct LwRobot *robot,
                                    double *M,
                                    size_t n);
 
-// The mass of all that moves with what is held, kg, into `mass` (NULL: not asked for), and its centre at the robot's q, world, m, into `center` (3 numbers).
+// Writes the mass of all moving bodies, including held objects, kg, to `mass` (may be NULL), and their centre of mass at the robot's q, world, m, to
+// `center` (3 numbers).
 enum LwStatus lw_robot_center_of_mass(struct LwRobot *robot,
                                       double *mass,
                                       double *center);
 
-// Where the base of a chain is in the world at the robot's q: the frame of goals with `LW_GOAL_IN_BASE`.
+// Writes the pose of the base of a chain in the world at the robot's q. It is the frame of goals with `LW_GOAL_IN_BASE`.
 enum LwStatus lw_robot_base_pose(struct LwRobot *robot,
                                  uint32_t part,
                                  struct LwPose *out);
 
-// Manipulability of a chain at the robot's q, into `out`. `rows`: one of `LW_ROWS_..`; `length`: what 1 rad counts, m, where all six count (else it is not read). Its gradient over the
-// chain's degrees of freedom into `gradient` (`n`: `lw_model_part_size`; NULL and 0: not asked for); zero where the measure is zero.
+// Writes the manipulability of a chain at the robot's q to `out`. `rows`: one of `LW_ROWS_..`; `length`: length that scales angular rows, m, if all
+// six are selected (otherwise it is not read). Writes its gradient over the chain's degrees of freedom to `gradient` (`n`: `lw_model_part_size`;
+// NULL and 0: not written); zero where the measure is zero.
 enum LwStatus lw_robot_manipulability(struct LwRobot *robot,
                                       uint32_t part,
                                       uint32_t rows,
@@ -1060,9 +1087,10 @@ enum LwStatus lw_robot_manipulability(struct LwRobot *robot,
                                       double *gradient,
                                       size_t n);
 
-// Rates of a chain at the robot's q, into its places of `v` (`n` = nv; the others stay), for which its tip moves as nearly as it can by `twist` (6 numbers: angular, rad/s, then
-// linear, m/s; at the tip's origin, world axes, seen from the chain's base): of all such rates the least, within limits of rate, and not outward at a limit of a coordinate. What is missing
-// into `missing` (2 numbers, rad/s and m/s; NULL: not asked for). For several objectives, and guards, see `lw_rate_control_solve`.
+// Computes rates of a chain at the robot's q for which its tip moves with `twist` as closely as possible, and writes them to the chain's entries of
+// `v` (`n` = nv; the others do not change). `twist` has 6 numbers: angular, rad/s, then linear, m/s; at the tip's origin, world axes, relative to
+// the chain's base. Of all such rates the smallest are chosen, within rate limits, and not outward at a limit of a coordinate. Writes the residual
+// to `missing` (2 numbers, rad/s and m/s; may be NULL). For several tasks, and guards, use `lw_rate_control_solve`.
 enum LwStatus lw_robot_rates(struct LwRobot *robot,
                              uint32_t part,
                              const double *twist,
@@ -1070,31 +1098,34 @@ enum LwStatus lw_robot_rates(struct LwRobot *robot,
                              size_t n,
                              double *missing);
 
-// The operational space of the tips of chains (`count` of them, at least one), in this order, into `out`; free it with `lw_task_space_free`. It serves every robot of the same model. Its rows are
-// six for each tip: angular, then linear, of the tip's origin, world axes.
+// Creates the operational space of the tips of chains (`count` of them, at least one), in this order, and writes it to `out`; free it with
+// `lw_task_space_free`. It works with every robot of the same model. It has six rows for each tip: angular, then linear, of the tip's origin, world
+// axes.
 enum LwStatus lw_task_space_new(struct LwRobot *robot,
                                 const uint32_t *parts,
                                 size_t count,
                                 struct LwTaskSpace **out);
 
-// Frees an operational space; NULL is none.
+// Frees an operational space; NULL has no effect.
 void lw_task_space_free(struct LwTaskSpace *space);
 
-// The inverse of the task inertia at the robot's q with what is held, into `out` (rows times rows, row after row; `n` = their product): accelerations of the tips for unit wrenches on
-// them. `LW_STATUS_SINGULAR` when a coordinate has nothing to move.
+// Writes the inverse of the task inertia at the robot's q, including held objects, to `out` (rows times rows, row after row; `n` = their product):
+// accelerations of the tips for unit wrenches on them. Returns `LW_STATUS_SINGULAR` when a coordinate moves no mass.
 enum LwStatus lw_task_space_compliance(struct LwRobot *robot,
                                        struct LwTaskSpace *space,
                                        double *out,
                                        size_t n);
 
-// The task inertia at the robot's q with what is held, into `out` as of `lw_task_space_compliance`: kg m^2 and kg. `LW_STATUS_SINGULAR` also where the tips cannot move independently.
+// Writes the task inertia at the robot's q, including held objects, to `out` as in `lw_task_space_compliance`: kg m^2 and kg. Returns
+// `LW_STATUS_SINGULAR` also where the tips cannot move independently.
 enum LwStatus lw_task_space_inertia(struct LwRobot *robot,
                                     struct LwTaskSpace *space,
                                     double *out,
                                     size_t n);
 
-// Forces, into `tau` (`n` = nv), at the robot's q and rates `v` (`n`) that give the tips the accelerations `a` (`rows` numbers: six for each tip, rad/s^2 and m/s^2), gravity and what is
-// held counted, while `rest` (`n`; NULL: none) acts as far as it moves no tip. `LW_STATUS_SINGULAR` where the tips cannot move independently.
+// Computes forces `tau` (`n` = nv) at the robot's q and rates `v` (`n`) that give the tips the accelerations `a` (`rows` numbers: six for each tip,
+// rad/s^2 and m/s^2), including gravity and held objects. The forces `rest` (`n`; may be NULL) are added in the null space, where they do not
+// accelerate any tip. Returns `LW_STATUS_SINGULAR` where the tips cannot move independently.
 enum LwStatus lw_task_space_forces(struct LwRobot *robot,
                                    struct LwTaskSpace *space,
                                    const double *v,
@@ -1104,8 +1135,9 @@ enum LwStatus lw_task_space_forces(struct LwRobot *robot,
                                    const double *rest,
                                    double *tau);
 
-// Forces, into `tau` (`n` = nv), at the robot's q and rates `v` (`n`) that make each tip a spring and damper to where it should be: `count` springs, one for each tip in the order of the parts.
-// `rest` and `LW_STATUS_SINGULAR` as of `lw_task_space_forces`. The inertia that is felt is that of the tips: no force is measured.
+// Computes forces `tau` (`n` = nv) at the robot's q and rates `v` (`n`) that give each tip an impedance: `count` springs, one for each tip in the
+// order of the parts. `rest` and `LW_STATUS_SINGULAR` as in `lw_task_space_forces`. Because no force is measured, the apparent inertia is that of
+// the tips.
 enum LwStatus lw_task_space_impedance(struct LwRobot *robot,
                                       struct LwTaskSpace *space,
                                       const double *v,
@@ -1115,20 +1147,21 @@ enum LwStatus lw_task_space_impedance(struct LwRobot *robot,
                                       const double *rest,
                                       double *tau);
 
-// Memory of `lw_rate_control_solve` with room for so many objectives and guarded chains (1024 each at most), into `out`; free it with `lw_rate_control_free`. It serves every robot of the same model.
+// Creates the memory of `lw_rate_control_solve` for up to `objectives` tasks and `chains` guarded chains (at most 1024 each) and writes it to `out`;
+// free it with `lw_rate_control_free`. It works with every robot of the same model.
 enum LwStatus lw_rate_control_new(struct LwRobot *robot,
                                   size_t objectives,
                                   size_t guards,
                                   struct LwRateControl **out);
 
-// Frees it; NULL is none.
+// Frees the memory; NULL has no effect.
 void lw_rate_control_free(struct LwRateControl *control);
 
-// Rates, into `v` (`n` = nv), at the robot's q: within limits of rate, as near to each objective as those of lower levels allow, and of all such rates the least. A limit of a coordinate may be reached in
-// the time `horizon` (s, above zero: a few periods of the control) at the earliest; so may the least manipulability of each of the `guard_count` chains in `guards`: towards a singular
-// configuration a chain slows down. What is missing, |J v - asked| with weights, into `residuals`, a number for each level in their order (`levels`: how many different ones there are; NULL
-// and 0: not asked for). A coordinate outside its limits comes back as fast as it may.
-// `LW_STATUS_SINGULAR` when guards contradict each other.
+// Computes rates `v` (`n` = nv) at the robot's q: within rate limits, as near to each task as the tasks of lower levels allow, and the smallest of
+// all such rates. Within `horizon` (s, above zero; use a few control periods) a limit of a coordinate, or the smallest manipulability of each of the
+// `guard_count` chains in `guards`, may at most just be reached, so a chain slows down towards a singular configuration. Writes the weighted
+// residual |J v - desired| of each level, in order, to `residuals` (`levels`: number of different levels; NULL and 0: not written). A coordinate
+// outside its limits returns as fast as its rate limit allows. Returns `LW_STATUS_SINGULAR` when guards contradict each other.
 enum LwStatus lw_rate_control_solve(struct LwRobot *robot,
                                     struct LwRateControl *control,
                                     const struct LwObjective *objectives,
@@ -1141,18 +1174,20 @@ enum LwStatus lw_rate_control_solve(struct LwRobot *robot,
                                     double *residuals,
                                     size_t levels);
 
-// Memory of `lw_whole_body_solve` with room for so many touching points and objectives (1024 each at most), into `out`; free it with `lw_whole_body_free`. It serves every robot of the same model.
+// Creates the memory of `lw_whole_body_solve` for up to `touches` contact points and `objectives` tasks (at most 1024 each) and writes it to `out`; free
+// it with `lw_whole_body_free`. It works with every robot of the same model.
 enum LwStatus lw_whole_body_new(struct LwRobot *robot,
                                 size_t touches,
                                 size_t objectives,
                                 struct LwWholeBody **out);
 
-// Frees it; NULL is none.
+// Frees the memory; NULL has no effect.
 void lw_whole_body_free(struct LwWholeBody *body);
 
-// Forces into `tau`, accelerations into `vdot`, at the robot's q and rates `v`, and forces on the robot at the `touch_count` touching points into `forces` (3 numbers each, world axes, N):
-// first the balance of what nothing drives, then contacts that do not slip, then limits, then the objectives (accelerations) by levels, at last the least effort. `effort`: limits of force, N m
-// and N; zero where nothing drives, infinite for none. `v`, `effort`, `tau`, `vdot`: `n` = nv each. What could not be done is an answer, in `out`, with the best motion there is.
+// Computes forces `tau` and accelerations `vdot` at the robot's q and rates `v`, and forces on the robot at the `touch_count` contact points,
+// `forces` (3 numbers each, world axes, N). Priorities are: balance of the degrees of freedom without an actuator, contacts that do not slip,
+// limits, the tasks (accelerations) by levels, and minimum effort. `effort`: effort limits, N m and N; zero for no actuator, infinite for no limit.
+// `v`, `effort`, `tau`, `vdot`: `n` = nv each. Requirements that cannot be met are not an error: `out` contains the residuals of the best solution.
 enum LwStatus lw_whole_body_solve(struct LwRobot *robot,
                                   struct LwWholeBody *body,
                                   const double *v,
@@ -1167,27 +1202,28 @@ enum LwStatus lw_whole_body_solve(struct LwRobot *robot,
                                   double *forces,
                                   struct LwBalanced *out);
 
-// Where the centre of mass may be above `n` touching points (2 numbers each: x, y, m, in a level plane): the corners of their hull, counter-clockwise, into `hull` (room for n + 1 of them), and how
-// many there are into `count`: two for points on a line, one for points that are all the same. `points` are put in order meanwhile; those that are no numbers count as none.
-// No handle has a message of it.
+// Computes the support polygon of `n` contact points (2 numbers each: x, y, m, in a level plane), above which the centre of mass must be. Writes the
+// corners of their convex hull, counter-clockwise, to `hull` (room for n + 1), and their number to `count`: two for points on a line, one for
+// coincident points. Sorts `points`; points with NaN or infinity are ignored. There is no handle and no message.
 enum LwStatus lw_support_polygon(double *points,
                                  size_t n,
                                  double *hull,
                                  size_t room,
                                  size_t *count);
 
-// How far a place `p` (2 numbers: x, y, m) is inside a polygon with `n` corners (2 numbers each, counter-clockwise), into `margin`: the distance to its nearest edge, m, negative outside. Of
-// no corner it is minus infinity. No handle has a message of it.
+// Writes the distance of a point `p` (2 numbers: x, y, m) from the nearest edge of a polygon with `n` corners (2 numbers each, counter-clockwise) to
+// `margin`, m; negative outside, minus infinity without corners. There is no handle and no message.
 enum LwStatus lw_support_margin(const double *hull,
                                 size_t n,
                                 const double *p,
                                 double *margin);
 
-// The effort that `lw_robot_inverse_kinematics` takes for NULL: 1e-9 m and rad, 100 steps from each of 65 starts, no other bound.
+// Writes the effort that `lw_robot_inverse_kinematics` uses for NULL: 1e-9 m and rad, 100 steps from each of 65 starts, no other limit.
 enum LwStatus lw_effort_default(struct LwEffort *out);
 
-// Moves the chain's numbers in `q` (`n` = nq; in: where to start, within limits; out: the solution, or the nearest configuration) until its tip meets the goal, within
-// limits. The robot's own q does not change. *Not reached* is an answer, not an error. `effort`: NULL for the default.
+// Searches for coordinates of a chain within limits for which its tip meets the goal. `q` (`n` = nq) is the start, within limits, on input, and the
+// solution or the nearest configuration on output; only the chain's coordinates change. The robot's own q does not change. If the goal cannot be
+// met, this is a result, not an error. `effort`: NULL for the default.
 enum LwStatus lw_robot_inverse_kinematics(struct LwRobot *robot,
                                           uint32_t part,
                                           const struct LwGoal *goal,
@@ -1196,8 +1232,9 @@ enum LwStatus lw_robot_inverse_kinematics(struct LwRobot *robot,
                                           size_t n,
                                           struct LwAnswer *answer);
 
-// As `lw_robot_inverse_kinematics`, from several starts, each improved among the configurations that meet the goal, into `best`. `restarts` of the effort does not count; its `kinematics` bounds all
-// evaluations together. When no start leads there, `q` is the nearest of the last of them.
+// Like `lw_robot_inverse_kinematics`, but from several starts, and each solution is improved among the configurations that meet the goal; the result is written
+// to `best`. `restarts` of the effort has no effect; its `kinematics` bounds the sum of all evaluations. If no start leads to the goal, `q` is the
+// nearest configuration of the last start.
 enum LwStatus lw_robot_inverse_kinematics_best(struct LwRobot *robot,
                                                uint32_t part,
                                                const struct LwGoal *goal,
@@ -1207,7 +1244,8 @@ enum LwStatus lw_robot_inverse_kinematics_best(struct LwRobot *robot,
                                                size_t n,
                                                struct LwBest *best);
 
-// Goes on with the last search of a chain for so many evaluations of its kinematics. The same steps are taken in whatever portions.
+// Continues the last search of a chain for up to `kinematics` evaluations of its kinematics. The result does not depend on how the evaluations are
+// divided into calls.
 enum LwStatus lw_robot_resume_inverse_kinematics(struct LwRobot *robot,
                                                  uint32_t part,
                                                  size_t kinematics,
@@ -1215,9 +1253,10 @@ enum LwStatus lw_robot_resume_inverse_kinematics(struct LwRobot *robot,
                                                  size_t n,
                                                  struct LwAnswer *answer);
 
-// All configurations within limits that bring the tip of an arm of six or seven hinges with a closed form to a pose, into `solutions` (`rows` times `n` = nq
-// numbers; 8 rows are always enough), those nearest to `q` (`n`) first, and how many there are into `count`: none is an answer, not an error. `q` says where
-// what carries the arm is, and of whole turns which are meant. `held`: the place in β of that hinge of seven which stays as it is in `q`; -1: the library chooses it.
+// Computes all configurations within limits that bring the tip of an arm with six or seven hinges and a closed form to a pose. Writes them to
+// `solutions` (`rows` times `n` = nq numbers; 8 rows are always sufficient), sorted by distance from `q` (`n`), and their number to `count`; zero is
+// a result, not an error. `q` gives the configuration of the bodies that carry the arm, and the revolution of each angle. `held`: index in β of the
+// hinge of a seven-axis arm that keeps its value in `q`; -1: automatic.
 enum LwStatus lw_robot_inverse_kinematics_all(struct LwRobot *robot,
                                               uint32_t part,
                                               int64_t held,
@@ -1228,28 +1267,31 @@ enum LwStatus lw_robot_inverse_kinematics_all(struct LwRobot *robot,
                                               size_t rows,
                                               size_t *count);
 
-// Memory of `lw_whole_body_ik_solve` with room for so many goals (1024 at most) and two hands on every object, into `out`; free it with `lw_whole_body_ik_free`. It serves every robot of the same model.
+// Creates the memory of `lw_whole_body_ik_solve` for up to `goals` goals (at most 1024) and two hands on every object and writes it to `out`; free it
+// with `lw_whole_body_ik_free`. It works with every robot of the same model.
 enum LwStatus lw_whole_body_ik_new(struct LwRobot *robot,
                                    size_t goals,
                                    struct LwWholeBodyIk **out);
 
-// Frees it; NULL is none.
+// Frees the memory; NULL has no effect.
 void lw_whole_body_ik_free(struct LwWholeBodyIk *search);
 
-// Keeps the hinges of a part's bodies where they are in searches from now on. A search that was begun ends.
+// Keeps the hinges of a part's bodies at their values in later searches. Ends a search in progress.
 enum LwStatus lw_whole_body_ik_keep(struct LwRobot *robot,
                                     struct LwWholeBodyIk *search,
                                     uint32_t part);
 
-// Lets them move again.
+// Lets the hinges of a part's bodies move again.
 enum LwStatus lw_whole_body_ik_release(struct LwRobot *robot,
                                        struct LwWholeBodyIk *search,
                                        uint32_t part);
 
-// Moves `q` (`n` = nq; in: where to start, within limits; out: the solution, or the nearest configuration) until every tip meets its goal, within limits, with all that carries them. What two
-// hands of the robot hold now is held in the answer, and loops and couplings are closed; without goals it closes what is open. `effort`: NULL for the default. Of `answer` position and
-// orientation are the greatest of all goals; those of each, m and rad, go into `residuals` (`m` = 2 `goal_count`; NULL and 0: not asked for).
-// `LW_STATUS_DOES_NOT_CLOSE` where nothing closes all: `q` is then where it is least open, position and orientation of `answer` are how far.
+// Searches for a configuration within limits in which every tip meets its goal; all bodies that carry the tips may move. `q` (`n` = nq) is the
+// start, within limits, on input, and the solution or the nearest configuration on output. Objects in two hands of the robot are in both hands in
+// the result, and loops and couplings are closed; without goals the search only closes what is open. `effort`: NULL for the default. Position and
+// orientation of `answer` are the largest residuals of all goals; those of each goal, m and rad, are written to `residuals` (`m` = 2 `goal_count`;
+// NULL and 0: not written). Returns `LW_STATUS_DOES_NOT_CLOSE` if no configuration closes everything: `q` is then the configuration with the
+// smallest closure error, which position and orientation of `answer` contain.
 enum LwStatus lw_whole_body_ik_solve(struct LwRobot *robot,
                                      struct LwWholeBodyIk *search,
                                      const struct LwTipGoal *goals,
@@ -1261,7 +1303,8 @@ enum LwStatus lw_whole_body_ik_solve(struct LwRobot *robot,
                                      size_t m,
                                      struct LwAnswer *answer);
 
-// Goes on with the search for so many evaluations of the kinematics. The same steps are taken in whatever portions. Answers as `lw_whole_body_ik_solve`.
+// Continues the search for up to `kinematics` evaluations of the kinematics. The result does not depend on how the evaluations are divided into
+// calls. Results are written as in `lw_whole_body_ik_solve`.
 enum LwStatus lw_whole_body_ik_resume(struct LwRobot *robot,
                                       struct LwWholeBodyIk *search,
                                       size_t kinematics,
@@ -1271,8 +1314,9 @@ enum LwStatus lw_whole_body_ik_resume(struct LwRobot *robot,
                                       size_t m,
                                       struct LwAnswer *answer);
 
-// As `lw_whole_body_ik_solve`, from several starts, each improved among the configurations that meet all goals with everything closed, into `best`: near the middle of the limits of all that
-// moves, and far from singular configurations of the goals' chains. `restarts` of the effort does not count; its `kinematics` bounds all evaluations together. The robot's own q does not change.
+// Like `lw_whole_body_ik_solve`, but from several starts, and each solution is improved among the configurations that meet all goals with everything
+// closed: near the middle of the limits of all that moves, and far from singular configurations of the goals' chains. Writes the result to `best`.
+// `restarts` of the effort has no effect; its `kinematics` bounds the sum of all evaluations. The robot's own q does not change.
 enum LwStatus lw_whole_body_ik_best(struct LwRobot *robot,
                                     struct LwWholeBodyIk *search,
                                     const struct LwTipGoal *goals,
@@ -1283,7 +1327,8 @@ enum LwStatus lw_whole_body_ik_best(struct LwRobot *robot,
                                     size_t n,
                                     struct LwBest *best);
 
-// Evaluations of the kinematics after which `lw_whole_body_ik_solve` has ended for these goals at the latest, whatever the start, the goals' numbers and what hands hold, into `steps`; SIZE_MAX for more.
+// Writes an upper bound for the kinematics evaluations of `lw_whole_body_ik_solve` with these goals to `steps`, for every start, all values of the
+// goals and everything that the hands may hold; SIZE_MAX if it is larger.
 enum LwStatus lw_whole_body_ik_worst_case_steps(struct LwRobot *robot,
                                                 struct LwWholeBodyIk *search,
                                                 const struct LwTipGoal *goals,
@@ -1291,64 +1336,65 @@ enum LwStatus lw_whole_body_ik_worst_case_steps(struct LwRobot *robot,
                                                 const struct LwEffort *effort,
                                                 size_t *steps);
 
-// Evaluations of the kinematics after which `lw_robot_inverse_kinematics` has ended for such a goal at the latest, whatever the chain, the start and the goal's numbers, into `steps`; SIZE_MAX for more.
-// What a caller in real time counts on; most searches take a hundredth of it. `effort`: NULL for the default.
+// Writes an upper bound for the kinematics evaluations of `lw_robot_inverse_kinematics` with such a goal to `steps`, for every chain, every start and all values
+// of the goal; SIZE_MAX if it is larger. Real-time callers can rely on it; most searches take one hundredth of it. `effort`: NULL for the default.
 enum LwStatus lw_effort_worst_case_steps(const struct LwEffort *effort,
                                          const struct LwGoal *goal,
                                          size_t *steps);
 
-// Where an object is in the world: in the hand, where it is attached, or where it was put or let go last.
+// Writes the pose of an object in the world: in the hand, on its carrier, or where it was placed or released last.
 enum LwStatus lw_robot_object_pose(struct LwRobot *robot,
                                    uint32_t object,
                                    struct LwPose *out);
 
-// Puts an object that nobody holds somewhere in the world.
+// Moves an object that no hand holds to a pose in the world.
 enum LwStatus lw_robot_put(struct LwRobot *robot, uint32_t object, const struct LwPose *at);
 
-// Takes an object with a hand (a chain: its tip), at a pose in the tip's frame, or where it is now (NULL). A second hand closes a loop, and has to
-// be where its grasp says within 1e-6 m and rad.
+// Grasps an object with a hand (the tip of a chain), at a pose in the tip's frame, or at its current pose (NULL). A second hand closes a loop and
+// must be within 1e-6 m and rad of the pose that its grasp requires.
 enum LwStatus lw_robot_grasp(struct LwRobot *robot,
                              uint32_t hand,
                              uint32_t object,
                              const struct LwPose *at);
 
-// Another pose of a held object in the tip's frame of a hand that holds it, as an estimator found it.
+// Changes the pose of a held object in the tip's frame of a hand that holds it, for example to the value of an estimator.
 enum LwStatus lw_robot_update_grasp(struct LwRobot *robot,
                                     uint32_t hand,
                                     uint32_t object,
                                     const struct LwPose *at);
 
-// One hand lets go of an object: it stays in the other hand, or where it is in the world.
+// Releases an object from one hand. It stays in the other hand, or keeps its pose in the world.
 enum LwStatus lw_robot_release(struct LwRobot *robot, uint32_t hand, uint32_t object);
 
-// All hands let go of an object: it stays where it is in the world.
+// Releases an object from all hands. It keeps its pose in the world.
 enum LwStatus lw_robot_ungrasp(struct LwRobot *robot, uint32_t object);
 
-// Attaches an object that no hand holds to another one: a battery to its driver, a wheel to its hub. `body`: the body of that one that carries it, or `LW_ITSELF`. `at`: its pose in the frame
-// of what carries it, or where it is now (NULL). It then goes with that, and the hand that holds that carries both.
+// Attaches an object that no hand holds to another object, such as a battery to its driver or a wheel to its hub. `body`: the body of the other
+// object that carries it, or `LW_ITSELF`. `at`: its pose in the frame of the carrier, or its current pose (NULL). It then moves with the carrier,
+// and a hand that holds the carrier carries both.
 enum LwStatus lw_robot_attach(struct LwRobot *robot,
                               uint32_t object,
                               uint32_t on,
                               uint32_t body,
                               const struct LwPose *at);
 
-// Takes an object off what it is attached to: it stays where it is in the world.
+// Detaches an object. It keeps its pose in the world.
 enum LwStatus lw_robot_detach(struct LwRobot *robot, uint32_t object);
 
-// Coordinates of the joints of an object into `q` (`n`: how many it has), in the order of its bodies: depth first, siblings by name.
+// Writes the coordinates of an object's joints to `q` (`n`: their number), in the order of its bodies: depth first, siblings by name.
 enum LwStatus lw_robot_object_q(struct LwRobot *robot,
                                 uint32_t object,
                                 double *q,
                                 size_t n);
 
-// Other coordinates of the joints of an object, held or not: `q` (`n`: how many it has). The load of the hand that carries it follows.
+// Sets the coordinates of an object's joints, whether it is held or not: `q` (`n`: their number). Updates the load of the hand that carries it.
 enum LwStatus lw_robot_set_object_q(struct LwRobot *robot,
                                     uint32_t object,
                                     const double *q,
                                     size_t n);
 
-// As `lw_robot_feed_forward` (`v`, `vdot`, `tau`: `n` = nv each) while the joints of a held object move: `rates` and `accelerations` of theirs, and into `forces` what they take
-// (`m` each: how many it has). Joints of other objects stand still.
+// Like `lw_robot_feed_forward` (`v`, `vdot`, `tau`: `n` = nv each), while the joints of a held object move with `rates` and `accelerations`. Writes
+// the forces at these joints to `forces` (`m` each: the object's degrees of freedom). Joints of other objects do not move.
 enum LwStatus lw_robot_feed_forward_with_object(struct LwRobot *robot,
                                                 const double *v,
                                                 const double *vdot,
@@ -1362,11 +1408,12 @@ enum LwStatus lw_robot_feed_forward_with_object(struct LwRobot *robot,
                                                 double *tau,
                                                 double *forces);
 
-// What the loop of two hands on an object leaves at the robot's q.
+// Computes rank and mobility of the loop of two hands on an object at the robot's q.
 enum LwStatus lw_robot_closure(struct LwRobot *robot, uint32_t object, struct LwClosure *out);
 
-// What is left when a hand, with what it holds, is welded to a body of an object (`lw_model_object_body`) as both stand: a key in a lock. `free` (n: the object's degrees of
-// freedom): which of its joints may move, 0 for those that stand.
+// Computes rank and mobility of the loop that a hand closes if it, or the object in it, is welded to a body of an object (`lw_model_object_body`) in
+// the current configuration, such as a key in a lock. `free` (n: the object's degrees of freedom): 1 for joints of the object that may move, 0 for
+// fixed ones.
 enum LwStatus lw_robot_closure_onto(struct LwRobot *robot,
                                     uint32_t hand,
                                     uint32_t object,
@@ -1375,33 +1422,34 @@ enum LwStatus lw_robot_closure_onto(struct LwRobot *robot,
                                     size_t n,
                                     struct LwClosure *out);
 
-// The Jacobian of a body of an object (6 rows of its m degrees of freedom, row after row; `n` = 6 m): rates of the object's joints to the angular, then linear velocity of the body relative
-// to where the object is held or stands, at the body's origin, world axes.
+// Writes the Jacobian of a body of an object (6 rows of its m degrees of freedom, row after row; `n` = 6 m). It maps rates of the object's joints to
+// the angular, then linear velocity of the body relative to the object's base, at the body's origin, world axes.
 enum LwStatus lw_robot_object_jacobian(struct LwRobot *robot,
                                        uint32_t object,
                                        uint32_t body,
                                        double *J,
                                        size_t n);
 
-// Where a body that hangs on an object (`lw_model_object_body`) is in the world.
+// Writes the pose in the world of a body that hangs on an object (`lw_model_object_body`).
 enum LwStatus lw_robot_object_body_pose(struct LwRobot *robot,
                                         uint32_t object,
                                         uint32_t body,
                                         struct LwPose *out);
 
-// The mass matrix at the robot's q with the m joints of an object that it holds in the last rows and columns, into `M` (nv + m rows of nv + m, row after row; `n` = their product). Joints of
-// other objects stand still.
+// Writes the mass matrix at the robot's q, with the m joints of an object that it holds in the last rows and columns, to `M` (nv + m rows of nv + m,
+// row after row; `n` = (nv + m)^2). Joints of other objects do not move.
 enum LwStatus lw_robot_mass_matrix_with_object(struct LwRobot *robot,
                                                uint32_t object,
                                                double *M,
                                                size_t n);
 
-// Who holds an object, into `out`; nobody is an answer.
+// Writes the hands that hold an object to `out`; none is not an error.
 enum LwStatus lw_robot_hold(struct LwRobot *robot, uint32_t object, struct LwHold *out);
 
-// Shares the load of an object between the two hands that hold it, at the robot's q: `tau` (`n` = nv; in: forces with the object on the first hand, as `lw_robot_feed_forward` gives
-// them; out: forces of both hands for the same motion; only those of the two chains change). `balance`: one of `LW_BALANCE_..`. The shares may pull as well as press:
-// `lw_robot_grip` knows friction. `LW_STATUS_NOT_HELD`, `LW_STATUS_EMPTY_HAND` without two hands; `LW_STATUS_OUT_OF_RANGE` where a joint has no limit of effort to take a share of.
+// Shares the load of an object between the two hands that hold it, at the robot's q. `tau` (`n` = nv) contains forces with the object on the first
+// hand on input, as `lw_robot_feed_forward` computes them, and forces of both hands for the same motion on output; only those of the two chains
+// change. `balance`: one of `LW_BALANCE_..`. Hands may pull as well as press; `lw_robot_grip` considers friction. Returns `LW_STATUS_NOT_HELD` or
+// `LW_STATUS_EMPTY_HAND` without two hands; `LW_STATUS_OUT_OF_RANGE` when `LW_BALANCE_EFFORT` needs the effort limit of a joint that has none.
 enum LwStatus lw_robot_balance(struct LwRobot *robot,
                                uint32_t object,
                                uint32_t balance,
@@ -1409,8 +1457,9 @@ enum LwStatus lw_robot_balance(struct LwRobot *robot,
                                size_t n,
                                struct LwShared *out);
 
-// Adds to `tau` (`n` = nv) what presses the two hands of an object towards each other with `force` (N) along the line between their tips, at the robot's q; the object feels no net wrench.
-// What both do to it into `wrenches` (2: first hand, then second, each about its tip). `LW_STATUS_SINGULAR` when both tips are at one place.
+// Adds to `tau` (`n` = nv) forces that press the two hands of an object towards each other with `force` (N) along the line between their tips, at
+// the robot's q. The net wrench on the object is zero. Writes the wrenches of both hands on the object to `wrenches` (2: first hand, then second
+// hand, each about its tip). Returns `LW_STATUS_SINGULAR` when both tips are at the same point.
 enum LwStatus lw_robot_squeeze(struct LwRobot *robot,
                                uint32_t object,
                                double force,
@@ -1418,48 +1467,53 @@ enum LwStatus lw_robot_squeeze(struct LwRobot *robot,
                                size_t n,
                                struct LwWrench *wrenches);
 
-// Adds to `tau` (`n` = nv) the forces with which the two hands of an object exert `wrenches` on it (2: first hand, then second, each about its tip), at the robot's q.
+// Adds to `tau` (`n` = nv) the forces with which the two hands of an object exert `wrenches` on it (2: first hand, then second hand, each about its
+// tip), at the robot's q.
 enum LwStatus lw_robot_add_hand_wrenches(struct LwRobot *robot,
                                          uint32_t object,
                                          const struct LwWrench *wrenches,
                                          double *tau,
                                          size_t n);
 
-// Tells the wrenches of two hands on an object (2: first hand, then second, each about its tip) apart into `out`: what moves it, of least weighted sum of squares, and what only squeezes
-// it. `weights` (3 numbers, above zero): of the first hand, of the second, and of 1 N m against 1 N (1/m^2).
+// Separates the wrenches of two hands on an object (2: first hand, then second hand, each about its tip) into the part that moves it, with the
+// smallest weighted sum of squares, and the part that only squeezes it; writes both to `out`. `weights` (3 numbers, above zero): first hand, second
+// hand, and 1 N m relative to 1 N (1/m^2).
 enum LwStatus lw_robot_split_hand_wrenches(struct LwRobot *robot,
                                            uint32_t object,
                                            const struct LwWrench *wrenches,
                                            const double *weights,
                                            struct LwHandWrenches *out);
 
-// Wrenches of two hands on an object under which neither slips, into `out`: those nearest to `wrenches` (2: first hand, then second, each about its tip) with the same net wrench, at the
-// robot's q. `friction` (2): what each hand can hold.
+// Computes wrenches of two hands on an object under which neither slips, at the robot's q, and writes them to `out`. They are the nearest to
+// `wrenches` (2: first hand, then second hand, each about its tip) with the same net wrench. `friction` (2): the contact of each hand.
 enum LwStatus lw_robot_grip(struct LwRobot *robot,
                             uint32_t object,
                             const struct LwWrench *wrenches,
                             const struct LwFriction *friction,
                             struct LwGripped *out);
 
-// The composite inertia of a body at the robot's q, into `out`: that of all that it carries and itself, with what is held, as if they were one; about the body's origin, world axes.
+// Writes the composite inertia of a body at the robot's q to `out`: the inertia of the body, everything that it carries, and held objects, as one
+// rigid body; about the body's origin, world axes.
 enum LwStatus lw_robot_composite_inertia(struct LwRobot *robot,
                                          uint32_t body,
                                          struct LwInertia *out);
 
-// Momentum about the centre of mass at the robot's q and rates `v` (`n` = nv), with what is held, into `out` (6 numbers: angular, kg m^2/s, then linear, kg m/s; world axes).
+// Writes the momentum about the centre of mass at the robot's q and rates `v` (`n` = nv), including held objects, to `out` (6 numbers: angular, kg
+// m^2/s, then linear, kg m/s; world axes).
 enum LwStatus lw_robot_momentum(struct LwRobot *robot,
                                 const double *v,
                                 size_t n,
                                 double *out);
 
-// The centroidal momentum matrix at the robot's q, with what is held, into `A` (6 rows of nv, row after row; `n` = 6 nv): rates to what `lw_robot_momentum` gives. Its last three rows,
-// divided by the mass of `lw_robot_center_of_mass`, are the Jacobian of the centre of mass.
+// Writes the centroidal momentum matrix at the robot's q, including held objects, to `A` (6 rows of nv, row after row; `n` = 6 nv). It maps rates to
+// the result of `lw_robot_momentum`. Its last three rows, divided by the mass of `lw_robot_center_of_mass`, are the Jacobian of the centre of mass.
 enum LwStatus lw_robot_centroidal_matrix(struct LwRobot *robot,
                                          double *A,
                                          size_t n);
 
-// Forces of rates and gravity, into `tau`, at the robot's q and rates `v` (`n` = nv each), with what is held: what is left of the equations of motion without accelerations. Accelerations that the
-// tips of `count` chains (at most as many as the model has parts) have while no rate changes into `tips` (6 numbers each: angular, rad/s^2, then linear, m/s^2, of the tip's origin, world axes).
+// Writes the bias forces (velocity terms and gravity, without accelerations) at the robot's q and rates `v` to `tau` (`n` = nv each), including held
+// objects. Writes the tip accelerations of `count` chains (at most as many as the model has parts) at constant rates to `tips` (6 numbers each:
+// angular, rad/s^2, then linear, m/s^2, of the tip's origin, world axes).
 enum LwStatus lw_robot_bias(struct LwRobot *robot,
                             const double *v,
                             size_t n,
@@ -1468,16 +1522,17 @@ enum LwStatus lw_robot_bias(struct LwRobot *robot,
                             double *tau,
                             double *tips);
 
-// Memory of `lw_predictor_step`, into `out`; free it with `lw_predictor_free`. It serves every robot of the same model.
+// Creates the memory of `lw_predictor_step` and writes it to `out`; free it with `lw_predictor_free`. It works with every robot of the same model.
 enum LwStatus lw_predictor_new(struct LwRobot *robot,
                                struct LwPredictor **out);
 
-// Frees it; NULL is none.
+// Frees the memory; NULL has no effect.
 void lw_predictor_free(struct LwPredictor *predictor);
 
-// A state of an estimator goes on by `step` seconds, in place: `q` (`nq`), rates `v` (`nv`) and the `covariance` of their errors (2 nv rows of 2 nv, row after row: errors of q along v, then
-// those of v), under the forces `tau` (`nv`) and white noise of these with the spectral densities `density` (`nv`; (N m)^2 s and N^2 s; not negative), with what is held and the robot's
-// gravity. By the midpoint rule, of second order. The robot's own q does not matter. `LW_STATUS_SINGULAR` where a joint has nothing to move.
+// Predicts the state of an estimator over `step` seconds, in place: `q` (`nq`), rates `v` (`nv`) and the `covariance` of their errors (2 nv rows of
+// 2 nv, row after row: errors of q along v, then errors of v). It moves under the forces `tau` (`nv`), white force noise with the spectral densities
+// `density` (`nv`; (N m)^2 s and N^2 s; not negative), held objects and the robot's gravity. The midpoint rule of second order is used. The robot's
+// own q has no effect. Returns `LW_STATUS_SINGULAR` where a joint moves no mass.
 enum LwStatus lw_predictor_step(struct LwRobot *robot,
                                 struct LwPredictor *predictor,
                                 double *q,
@@ -1489,37 +1544,38 @@ enum LwStatus lw_predictor_step(struct LwRobot *robot,
                                 const double *density,
                                 double step);
 
-// How errors before the last step became errors after it, into `F` (2 nv rows of 2 nv, row after row; `n` = 4 nv nv): zero before the first one.
+// Writes the transition matrix of the last step to `F` (2 nv rows of 2 nv, row after row; `n` = 4 nv nv), which maps errors before the step to
+// errors after it; zero before the first step.
 enum LwStatus lw_predictor_transition(struct LwRobot *robot,
                                       struct LwPredictor *predictor,
                                       double *F,
                                       size_t n);
 
-// Whether two colliders that meet touch or overlap at `q` (`n` = nq), padding counted, into `out`; what hands hold goes with them. A pair that touches into
-// `pair` (NULL: not asked for), where there is one.
+// Writes to `out` whether two colliders of a checked pair touch or overlap at `q` (`n` = nq), including padding. Held objects move with the hands.
+// If there is a pair that touches, writes it to `pair` (may be NULL).
 enum LwStatus lw_robot_collides(struct LwRobot *robot,
                                 const double *q,
                                 size_t n,
                                 bool *out,
                                 struct LwPair *pair);
 
-// Whether two colliders that meet touch or overlap at each of many configurations, `q` (`n` = rows · nq numbers, row after row), into `out` (`rows`): each answer is that of
-// `lw_robot_collides`. Other threads may take part of the rows with clones of the robot.
+// Writes to `out` (`rows` values) whether checked colliders touch or overlap at each of many configurations, `q` (`n` = rows · nq numbers, row after
+// row). Each result equals that of `lw_robot_collides`. Other threads may process part of the rows with clones of the robot.
 enum LwStatus lw_robot_collides_all(struct LwRobot *robot,
                                     const double *q,
                                     size_t n,
                                     bool *out,
                                     size_t rows);
 
-// The nearest pair of colliders that meet at `q` (`n` = nq), within `limit` (m, may be infinite), into `out`.
+// Writes the closest checked pair of colliders at `q` (`n` = nq) within `limit` (m, may be infinite) to `out`.
 enum LwStatus lw_robot_clearance(struct LwRobot *robot,
                                  const double *q,
                                  size_t n,
                                  double limit,
                                  struct LwClosest *out);
 
-// The distance of two colliders at `q` (`n` = nq), whether they meet, and are shown, or not, with the nearest points, into `out`; padding counted. Not `found` where one is a cloud or a map with nothing in it, or
-// both have no end.
+// Writes the distance of two colliders at `q` (`n` = nq) with the closest points to `out`, including padding. It does not matter whether the pair is
+// checked or shown. `found` is false when one of them is an empty cloud or map, or both are unbounded.
 enum LwStatus lw_robot_distance(struct LwRobot *robot,
                                 const double *q,
                                 size_t n,
@@ -1527,8 +1583,9 @@ enum LwStatus lw_robot_distance(struct LwRobot *robot,
                                 uint32_t b,
                                 struct LwClosest *out);
 
-// The distances of all pairs that are looked at and within `limit` (m, may be infinite) at `q` (`n` = nq), in the order of colliders, into `out`, and how many there are into `count`. Where they are more
-// than `room`, `LW_STATUS_NO_ROOM`, and `count` alone is written. Takes memory until that of pairs has its size.
+// Writes the distances of all checked pairs within `limit` (m, may be infinite) at `q` (`n` = nq) to `out`, sorted by colliders, and their number to
+// `count`. If there are more than `room`, returns `LW_STATUS_NO_ROOM` and writes only `count`. Allocates until the internal list of pairs has
+// reached its size.
 enum LwStatus lw_robot_distances(struct LwRobot *robot,
                                  const double *q,
                                  size_t n,
@@ -1537,8 +1594,9 @@ enum LwStatus lw_robot_distances(struct LwRobot *robot,
                                  size_t room,
                                  size_t *count);
 
-// All pairs that touch or overlap at `q` (`n` = nq), into `pairs`, and how many there are into `count`; padding counted. Where they are more than `room`, `LW_STATUS_NO_ROOM`, and `count`
-// alone is written. Takes memory until that of pairs has its size. Whether there is any, `lw_robot_collides` tells sooner.
+// Writes all pairs that touch or overlap at `q` (`n` = nq), including padding, to `pairs`, and their number to `count`. If there are more than
+// `room`, returns `LW_STATUS_NO_ROOM` and writes only `count`. Allocates until the internal list of pairs has reached its size. `lw_robot_collides`
+// is faster if you only need to know whether there is a collision.
 enum LwStatus lw_robot_hits(struct LwRobot *robot,
                             const double *q,
                             size_t n,
@@ -1546,74 +1604,76 @@ enum LwStatus lw_robot_hits(struct LwRobot *robot,
                             size_t room,
                             size_t *count);
 
-// Which shapes all questions of collisions take from now on: one of `LW_DETAIL_..`; the fine ones at first.
+// Selects the shapes for all later collision queries: one of `LW_DETAIL_..`; default: fine.
 enum LwStatus lw_robot_set_detail(struct LwRobot *robot,
                                   uint32_t detail);
 
-// As `lw_robot_set_detail`, of one collider.
+// Like `lw_robot_set_detail`, for one collider.
 enum LwStatus lw_robot_set_detail_of(struct LwRobot *robot, uint32_t collider, uint32_t detail);
 
-// Whether a pair is looked at now when both are shown, into `out`.
+// Writes to `out` whether a pair is checked for collisions while both colliders are shown.
 enum LwStatus lw_robot_looks_at(struct LwRobot *robot, uint32_t a, uint32_t b, bool *out);
 
-// Thickness around a collider from now on, m.
+// Sets the padding around a collider, m.
 enum LwStatus lw_robot_pad(struct LwRobot *robot, uint32_t collider, double padding);
 
-// As `lw_robot_pad`, of `n` colliders at once: those of a part (`lw_model_part_colliders`) or of an object. All of them, or on a mistake none.
-// Takes memory for more names than there are colliders.
+// Like `lw_robot_pad`, for `n` colliders at once, for example those of a part (`lw_model_part_colliders`) or of an object. After an error no padding
+// has changed. Allocates if there are more names than colliders.
 enum LwStatus lw_robot_pad_all(struct LwRobot *robot,
                                const uint32_t *colliders,
                                size_t n,
                                double padding);
 
-// Hides a collider from now on; `lw_robot_show` shows it again.
+// Hides a collider, so that it is not checked; `lw_robot_show` shows it again.
 enum LwStatus lw_robot_hide(struct LwRobot *robot, uint32_t collider);
 
-// Shows a collider from now on.
+// Shows a hidden collider again.
 enum LwStatus lw_robot_show(struct LwRobot *robot, uint32_t collider);
 
-// A pair is looked at from now on, whatever the rules and hands say.
+// Enables the collision check of a pair, regardless of the rules and of held objects.
 enum LwStatus lw_robot_look_at(struct LwRobot *robot, uint32_t a, uint32_t b);
 
-// A pair is not looked at from now on, whatever the rules and hands say: the two may touch.
+// Disables the collision check of a pair, regardless of the rules and of held objects, so that the two may touch.
 enum LwStatus lw_robot_allow(struct LwRobot *robot, uint32_t a, uint32_t b);
 
-// A pair is left to the rules and hands again.
+// Removes the override of a pair, so that the rules and held objects decide again.
 enum LwStatus lw_robot_by_rule(struct LwRobot *robot, uint32_t a, uint32_t b);
 
-// Other points of a cloud instead of those that it has: x, y, z, radius (m) of each of the `n`, one after the other, in the collider's frame. On a failure
-// those of before stay.
+// Replaces the points of a cloud: x, y, z, radius (m) of each of the `n` points, one after the other, in the collider's frame. After an error the
+// points have not changed.
 enum LwStatus lw_robot_set_points(struct LwRobot *robot,
                                   uint32_t collider,
                                   const double *points,
                                   size_t n);
 
-// Makes cells of a voxel map occupied: indices along x, y, z from 0 of each of the `n`, one after the other. On a failure nothing has changed.
+// Sets cells of a voxel map to occupied: indices along x, y, z from 0 of each of the `n` cells, one after the other. After an error nothing has
+// changed.
 enum LwStatus lw_robot_set_cells(struct LwRobot *robot,
                                  uint32_t collider,
                                  const uint32_t *cells,
                                  size_t n);
 
-// Makes cells of a voxel map free: as `lw_robot_set_cells`.
+// Sets cells of a voxel map to free; arguments as in `lw_robot_set_cells`.
 enum LwStatus lw_robot_free_cells(struct LwRobot *robot,
                                   uint32_t collider,
                                   const uint32_t *cells,
                                   size_t n);
 
-// Makes all cells of a voxel map free.
+// Sets all cells of a voxel map to free.
 enum LwStatus lw_robot_clear_cells(struct LwRobot *robot, uint32_t collider);
 
-// Whether a cell of a voxel map (3 indices along x, y, z from 0) is occupied now, into `out`.
+// Writes to `out` whether a cell of a voxel map (3 indices along x, y, z from 0) is occupied.
 enum LwStatus lw_robot_cell(struct LwRobot *robot,
                             uint32_t collider,
                             const uint32_t *cell,
                             bool *out);
 
-// How many points a cloud has now, or occupied cells a voxel map, into `count`.
+// Writes the number of points of a cloud, or of occupied cells of a voxel map, to `count`.
 enum LwStatus lw_robot_count(struct LwRobot *robot, uint32_t collider, size_t *count);
 
-// Whether the way from `qa` to `qb` (`n` = nq each) touches nothing, all coordinates moving in proportion, into `out`: proven, not sampled; what hands hold goes with them. Pieces shorter than
-// `least` (a part of the way, 1e-9 to 1; 1e-3 is usual) are not cut again. At most so many `pieces` are looked at (SIZE_MAX: all). The robot's own q does not matter.
+// Checks whether the path from `qa` to `qb` (`n` = nq each) is free of collisions while all coordinates move in proportion, and writes the result to
+// `out`. The result is proven, not sampled. Held objects move with the hands. Pieces shorter than `least` (a fraction of the path, 1e-9 to 1;
+// usually 1e-3) are not halved again. Checks at most `pieces` pieces (SIZE_MAX: all). The robot's own q has no effect. Returns
 // `LW_STATUS_OUT_OF_RANGE` also for an end beyond the limits of a slider.
 enum LwStatus lw_robot_path_free(struct LwRobot *robot,
                                  const double *qa,
@@ -1623,25 +1683,26 @@ enum LwStatus lw_robot_path_free(struct LwRobot *robot,
                                  size_t pieces,
                                  struct LwPath *out);
 
-// Goes on with the path of the last `lw_robot_path_free` that was left unfinished, for so many pieces, with the robot as it was then. Portions do not change the answer.
-// `LW_STATUS_NO_SEARCH` when there is none.
+// Continues the check of the last `lw_robot_path_free` that is unfinished, for up to `pieces` pieces. The robot must hold the same objects. The
+// result does not depend on the number of calls. Returns `LW_STATUS_NO_SEARCH` when there is no unfinished check.
 enum LwStatus lw_robot_path_free_on(struct LwRobot *robot,
                                     size_t pieces,
                                     struct LwPath *out);
 
-// Memory of searches for ways of a chain of pins, sliders and screws, with room for so many configurations (2 to 1048576) in each of two trees, into `out`; free it with `lw_planner_free`.
-// It serves every robot of the same model.
+// Creates the memory of path planning for a chain of pins, sliders and screws, with room for `configurations` (2 to 1048576) in each of two trees,
+// and writes it to `out`; free it with `lw_planner_free`. It works with every robot of the same model.
 enum LwStatus lw_planner_new(struct LwRobot *robot,
                              uint32_t part,
                              size_t configurations,
                              struct LwPlanner **out);
 
-// Frees it; NULL is none.
+// Frees the memory; NULL has no effect.
 void lw_planner_free(struct LwPlanner *planner);
 
-// Looks for a free way of the chain from `start` to `goal` (`n` = nq each, within limits; they differ in the chain's coordinates alone) with at most so many random `places` in this call
-// (SIZE_MAX: until it ends), into `out`. `search`: NULL for seed 1, steps of 0.5 and pieces down to 1e-3. What hands hold goes with them; the robot's own q does not matter. *Not found*
-// is an answer, not an error.
+// Searches for a collision-free path of the chain from `start` to `goal` (`n` = nq each, within limits; they may differ only in the chain's
+// coordinates) with at most `places` random samples in this call (SIZE_MAX: no limit), and writes the result to `out`. `search`: NULL for seed 1,
+// steps of 0.5 and pieces down to 1e-3. Held objects move with the hands; the robot's own q has no effect. If no path is found, this is a result,
+// not an error.
 enum LwStatus lw_planner_plan(struct LwRobot *robot,
                               struct LwPlanner *planner,
                               const double *start,
@@ -1651,33 +1712,36 @@ enum LwStatus lw_planner_plan(struct LwRobot *robot,
                               size_t places,
                               struct LwPlan *out);
 
-// Goes on with an unfinished search for at most so many random places, with the robot as it was at its begin. Portions do not change what is found.
+// Continues an unfinished search with at most `places` random samples. The robot must hold the same objects as at the beginning. The result does not
+// depend on the number of calls.
 enum LwStatus lw_planner_resume(struct LwRobot *robot,
                                 struct LwPlanner *planner,
                                 size_t places,
                                 struct LwPlan *out);
 
-// The way that was found last, into `way`: configurations (nq numbers each) from the start to the goal, one after the other, between which all coordinates move in proportion; `n`: nq times the
-// `rows` of `LwPlan`.
+// Writes the path that was found last to `way`: configurations (nq numbers each) from the start to the goal, one after the other, between which all
+// coordinates move in proportion. `n`: nq times the `rows` of `LwPlan`.
 enum LwStatus lw_planner_path(struct LwRobot *robot,
                               struct LwPlanner *planner,
                               double *way,
                               size_t n);
 
-// Memory of `lw_timing_plan` for ways of so many configurations (at least 2) in so many sections (at least 8 for each, 1048576 at most; twenty are few, a hundred are many), into `out`; free it with
-// `lw_timing_free`. It serves every robot of the same model.
+// Creates the memory of `lw_timing_plan` for paths of up to `configurations` configurations (at least 2) in up to `sections` sections (at least 8
+// for each configuration, at most 1048576; 20 are coarse, 100 are fine) and writes it to `out`; free it with `lw_timing_free`. It works with every
+// robot of the same model.
 enum LwStatus lw_timing_new(struct LwRobot *robot,
                             size_t configurations,
                             size_t sections,
                             struct LwTiming **out);
 
-// Frees it; NULL is none.
+// Frees the memory; NULL has no effect.
 void lw_timing_free(struct LwTiming *timing);
 
-// Times a way from rest to rest as fast as limits allow, into `out`: whole configurations (nq numbers each) one after the other in `way` (`n` numbers), as `lw_planner_path` gives them. Where `round` is
-// zero the motion stands still at each corner; else corners are rounded so that no point is farther than `round` from the way (root of the sum of squares of coordinates, rad and m): then
-// ask `lw_timing_path_free`. `limits`: NULL for those of the model; limits of jerk do not count. With what is held; the robot's own q does not matter. *No motion keeps the limits* is an answer,
-// not an error. A call that fails may forget the way that was timed before.
+// Computes the fastest motion along a path from rest to rest within limits, and writes the result to `out`. `way` (`n` numbers) contains whole
+// configurations (nq numbers each) one after the other, as `lw_planner_path` writes them. With `round` = 0 the motion stops at each corner. Otherwise
+// corners are rounded so that no point is farther than `round` from the path (Euclidean distance of coordinates, rad and m); call
+// `lw_timing_path_free` afterwards. `limits`: NULL for those of the model; jerk limits are not considered. Held objects are included; the robot's
+// own q has no effect. If no motion keeps the limits, this is a result, not an error. A call that fails may discard the previous motion.
 enum LwStatus lw_timing_plan(struct LwRobot *robot,
                              struct LwTiming *timing,
                              const double *way,
@@ -1686,8 +1750,8 @@ enum LwStatus lw_timing_plan(struct LwRobot *robot,
                              double round,
                              struct LwTimed *out);
 
-// Configuration into `q` (`nq`), rates into `v` and accelerations into `vdot` (`nv` each) at a time, s, of the way that was timed last: before its beginning and after its end it stands still.
-// `LW_STATUS_NO_SEARCH` when there is none.
+// Writes the configuration to `q` (`nq`), rates to `v` and accelerations to `vdot` (`nv` each) of the last motion at a time, s. Before its beginning
+// and after its end the robot is at rest. Returns `LW_STATUS_NO_SEARCH` when there is no motion.
 enum LwStatus lw_timing_at(struct LwRobot *robot,
                            struct LwTiming *timing,
                            double time,
@@ -1697,29 +1761,31 @@ enum LwStatus lw_timing_at(struct LwRobot *robot,
                            double *vdot,
                            size_t nv);
 
-// The configuration, into `q` (`n` = nq), at a part (0 to 1) of the length of the way that was given last.
+// Writes the configuration at a fraction (0 to 1) of the length of the last path to `q` (`n` = nq).
 enum LwStatus lw_timing_place(struct LwRobot *robot,
                               struct LwTiming *timing,
                               double part,
                               double *q,
                               size_t n);
 
-// Whether the way that was given last touches nothing, with its corners as they are rounded, into `out`: as `lw_robot_path_free`, whose `least` counts for each piece; never unfinished.
+// Checks the last path, with its corners as they are rounded, for collisions and writes the result to `out`, as `lw_robot_path_free` does; `least`
+// is a fraction of each piece, and the result is never unfinished.
 enum LwStatus lw_timing_path_free(struct LwRobot *robot,
                                   struct LwTiming *timing,
                                   double least,
                                   struct LwPath *out);
 
-// Memory of `lw_transfer_plan`, into `out`; free it with `lw_transfer_free`. It serves every robot of the same model.
+// Creates the memory of `lw_transfer_plan` and writes it to `out`; free it with `lw_transfer_free`. It works with every robot of the same model.
 enum LwStatus lw_transfer_new(struct LwRobot *robot,
                               struct LwTransfer **out);
 
-// Frees it; NULL is none.
+// Frees the memory; NULL has no effect.
 void lw_transfer_free(struct LwTransfer *transfer);
 
-// The fastest motion between two states within limits of rate, acceleration and jerk, all coordinates arriving together, into `out`; limits of effort do not count, and nothing is asked of
-// colliders. Every coordinate that moves needs limits of rate, acceleration and jerk; those of ball and free hinges have to be the same at both ends, and at rest.
-// `LW_STATUS_SINGULAR` where the search fails by round-off (the one failure that allocates): then, too, the motion of before is gone.
+// Computes the fastest motion between two states within limits of rate, acceleration and jerk, with all coordinates arriving at the same time, and
+// writes the result to `out`. Effort limits are not considered, and collisions are not checked. Every coordinate that moves needs limits of rate,
+// acceleration and jerk; those of ball and free hinges must be equal at both ends and at rest. Returns `LW_STATUS_SINGULAR` where the search fails
+// by round-off (the only failure that allocates); the previous motion is then discarded, too.
 enum LwStatus lw_transfer_plan(struct LwRobot *robot,
                                struct LwTransfer *transfer,
                                const struct LwMotionState *from,
@@ -1727,8 +1793,8 @@ enum LwStatus lw_transfer_plan(struct LwRobot *robot,
                                const struct LwMotionLimits *limits,
                                struct LwTransferred *out);
 
-// Configuration into `q` (`nq`), rates into `v` and accelerations into `vdot` (`nv` each) at a time, s, of the transfer that was planned last: after its end the rates there go on.
-// `LW_STATUS_NO_SEARCH` when there is none.
+// Writes the configuration to `q` (`nq`), rates to `v` and accelerations to `vdot` (`nv` each) of the last transfer at a time, s. After its end the
+// rates there stay constant. Returns `LW_STATUS_NO_SEARCH` when there is no transfer.
 enum LwStatus lw_transfer_at(struct LwRobot *robot,
                              struct LwTransfer *transfer,
                              double time,
@@ -1738,32 +1804,34 @@ enum LwStatus lw_transfer_at(struct LwRobot *robot,
                              double *vdot,
                              size_t nv);
 
-// A problem of `n` unknowns with room for so many `rows` in one level and so many `bounds` (1024 each at most), into `out`; free it with `lw_priorities_free`. No later call allocates.
+// Creates a problem of `n` unknowns with up to `rows` rows in one level and up to `bounds` bounds (at most 1024 each) and writes it to `out`; free
+// it with `lw_priorities_free`. Later calls do not allocate.
 enum LwStatus lw_priorities_new(size_t n,
                                 size_t rows,
                                 size_t bounds,
                                 struct LwPriorities **out);
 
-// Frees it; NULL is none.
+// Frees the problem; NULL has no effect.
 void lw_priorities_free(struct LwPriorities *problem);
 
-// As `lw_builder_message`, of a problem.
+// Like `lw_builder_message`, for a problem.
 enum LwStatus lw_priorities_message(const struct LwPriorities *problem,
                                     char *buffer,
                                     size_t room,
                                     size_t *wanted);
 
-// Begins anew: no bounds, no levels, x = 0.
+// Starts a new problem: no bounds, no levels, x = 0.
 enum LwStatus lw_priorities_begin(struct LwPriorities *problem);
 
-// A bound c x <= `most` (infinite: none) that all levels afterwards keep: `c` has `n` numbers. Give bounds before the first level.
+// Adds the bound c x <= `most` (infinite: no bound) for all later levels; `c` has `n` numbers. Add bounds before the first level.
 enum LwStatus lw_priorities_bound(struct LwPriorities *problem,
                                   const double *c,
                                   size_t n,
                                   double most);
 
-// The next level: `A` (`rows` times n numbers, row after row) and `b` (`rows`), met in the sense of least squares as far as bounds and the levels before leave it. How far it is from being met, |A x - b|, into `residual`, and
-// how many directions of x are left for levels afterwards into `left` (NULL: not asked for). `LW_STATUS_SINGULAR` when bounds contradict each other or what levels before have settled: begin anew.
+// Adds and solves the next level: `A` (`rows` times n numbers, row after row) and `b` (`rows`), in the least-squares sense within the bounds and
+// without degrading earlier levels. Writes the residual |A x - b| to `residual`, and the number of directions of x that remain for later levels to
+// `left` (may be NULL). Returns `LW_STATUS_SINGULAR` when bounds contradict each other or earlier levels; start a new problem then.
 enum LwStatus lw_priorities_level(struct LwPriorities *problem,
                                   const double *A,
                                   const double *b,
@@ -1771,11 +1839,13 @@ enum LwStatus lw_priorities_level(struct LwPriorities *problem,
                                   double *residual,
                                   size_t *left);
 
-// The unknowns that meet all levels until now as well as can be, into `x` (`n`).
+// Writes the solution of all levels so far to `x` (`n`).
 enum LwStatus lw_priorities_x(struct LwPriorities *problem, double *x, size_t n);
 
-// Moves `s` (`n` numbers) to the minimum of s N s / 2 - r s between `lower` and `upper`, from where it is: `normal` is N (n rows of n, row after row, symmetric with a positive diagonal), `right` r
-// (`n`). It ends after `most` iterations of an active set (sweeps, above 64 numbers), or when no number alone would move by more than `settled`; how many it took into `sweeps` (NULL: not asked for). Cost of each: n^2. No handle has a message of it.
+// Moves `s` (`n` numbers) from its current value to the minimum of s N s / 2 - r s between `lower` and `upper`. `normal` is N (n rows of n, row
+// after row, symmetric with a positive diagonal), `right` is r (`n`). Ends after `most` iterations of an active-set method (sweeps, for more than 64
+// numbers), or when no number would move by more than `settled` on its own. Writes the number of iterations to `sweeps` (may be NULL). Each costs
+// n^2. There is no handle and no message.
 enum LwStatus lw_bounded(const double *normal,
                          const double *right,
                          size_t n,

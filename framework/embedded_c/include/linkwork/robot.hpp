@@ -1,5 +1,5 @@
-// The embedded robot model for C++17 and later: handles that free themselves, exceptions instead of codes, spans instead of
-// pointers with lengths. Everything is a call of robot.h, where each is described. Header only.
+// The embedded robot model for C++17 and later: handles with destructors, exceptions instead of codes, spans instead of pointers with lengths. Every
+// function is a call of robot.h, which documents it. Header only.
 #ifndef LINKWORK_ROBOT_HPP
 #define LINKWORK_ROBOT_HPP
 
@@ -28,13 +28,13 @@ namespace linkwork {
 template <class T>
 using Span = std::span<T>;
 #else
-// Numbers that lie one after the other and belong to somebody else: what is used here of std::span, which C++17 does not have.
+// A non-owning view of contiguous numbers: the subset of std::span that is used here, because C++17 does not have std::span.
 template <class T>
 class Span {
  public:
   constexpr Span() noexcept = default;
   constexpr Span(T *data, std::size_t size) noexcept : data_(data), size_(size) {}
-  // Of arrays, std::array, std::vector and all that has data() and size() of such numbers.
+  // Views arrays, std::array, std::vector and everything else that has data() and size() of such numbers.
   template <class Numbers, class Element = std::remove_pointer_t<decltype(std::data(std::declval<Numbers &>()))>,
             class = std::enable_if_t<std::is_convertible_v<Element (*)[], T (*)[]>>>
   constexpr Span(Numbers &&numbers) noexcept : data_(std::data(numbers)), size_(std::size(numbers)) {}
@@ -54,7 +54,7 @@ class Span {
 };
 #endif
 
-// A call that did nothing: its code, and as what() the handle's message.
+// A failed call: its code, and the handle's message as what().
 class Error : public std::runtime_error {
  public:
   Error(LwStatus status, const std::string &text) : std::runtime_error(text), status_(status) {}
@@ -66,8 +66,8 @@ class Error : public std::runtime_error {
 
 namespace detail {
 
-// A text of the library, whose call tells first how long it is. Between the two calls another thread may lengthen
-// the message of a shared model: then it is asked again.
+// Reads a text of the library. The first call returns its length. If another thread makes the message of a shared model longer between the two calls,
+// the text is read again.
 template <class Call>
 std::string text(Call &&call, LwStatus &status) {
   std::string out;
@@ -89,7 +89,7 @@ template <class Handle>
 void check(LwStatus status, const Handle *handle, MessageOf<Handle> message) {
   if (status == LW_STATUS_OK) return;
   std::string words = lw_status_text(status);
-  // The message of a handle in use elsewhere, or of none, is not of this call.
+  // The message of a busy or missing handle does not belong to this call.
   if (handle != nullptr && status != LW_STATUS_BUSY) {
     LwStatus told;
     auto more = text([&](char *b, std::size_t n, std::size_t *w) { return message(handle, b, n, w); }, told);
@@ -116,7 +116,7 @@ inline void copy(std::array<double, 3> from, double (&to)[3]) {
 
 }  // namespace detail
 
-// A goal of position and orientation in the world.
+// Creates a goal for position and orientation in the world.
 inline LwGoal pose_goal(const LwPose &pose) {
   LwGoal goal{};
   goal.pose = pose;
@@ -125,26 +125,26 @@ inline LwGoal pose_goal(const LwPose &pose) {
   return goal;
 }
 
-// A goal of position alone, m, in the world.
+// Creates a goal for the position alone, m, in the world.
 inline LwGoal position_goal(std::array<double, 3> p) {
   LwGoal goal = pose_goal({{p[0], p[1], p[2]}, {0, 0, 0, 1}});
   goal.parts = LW_GOAL_POSITION;
   return goal;
 }
 
-// The same goal, of whose position the plane with this normal counts alone.
+// Returns a copy of the goal that requires only the plane through the position with this normal.
 inline LwGoal on_plane(LwGoal goal, std::array<double, 3> normal) {
   detail::copy(normal, goal.direction);
   goal.parts |= LW_GOAL_PLANE;
   return goal;
 }
-// The same goal, of whose position the line along this direction counts alone.
+// Returns a copy of the goal that requires only the line through the position along this direction.
 inline LwGoal on_line(LwGoal goal, std::array<double, 3> direction) {
   detail::copy(direction, goal.direction);
   goal.parts |= LW_GOAL_LINE;
   return goal;
 }
-// The same goal with an axis of the tip along a direction, or within a cone about it, in place of its orientation.
+// Returns a copy of the goal with an axis of the tip along a direction, or within a cone about it, instead of an orientation.
 inline LwGoal axis_along(LwGoal goal, std::array<double, 3> axis, std::array<double, 3> direction, double within = 0) {
   detail::copy(axis, goal.axis);
   detail::copy(direction, goal.towards);
@@ -152,7 +152,7 @@ inline LwGoal axis_along(LwGoal goal, std::array<double, 3> axis, std::array<dou
   goal.parts = (goal.parts & ~std::uint32_t{LW_GOAL_ORIENTATION}) | LW_GOAL_AXIS;
   return goal;
 }
-// The same goal with an axis of the tip that looks at a point, or within a cone about it, in place of its orientation.
+// Returns a copy of the goal with an axis of the tip that points at a point, or within a cone about it, instead of an orientation.
 inline LwGoal axis_at(LwGoal goal, std::array<double, 3> axis, std::array<double, 3> point, double within = 0) {
   detail::copy(axis, goal.axis);
   detail::copy(point, goal.towards);
@@ -161,14 +161,14 @@ inline LwGoal axis_at(LwGoal goal, std::array<double, 3> axis, std::array<double
   return goal;
 }
 
-// Near the middle of the limits, from so many starts.
+// Prefers configurations near the middle of the limits; number of starts as given.
 inline LwPrefer centred(std::size_t starts = 1) { return {1, 0, 0, 1, starts, 400}; }
-// Near the configuration that the search is given, from so many starts.
+// Prefers configurations near the one that the search is given; number of starts as given.
 inline LwPrefer near_given(std::size_t starts = 1) { return {0, 1, 0, 1, starts, 400}; }
-// Far from singular configurations, from so many starts.
+// Prefers configurations far from singular ones; number of starts as given.
 inline LwPrefer manipulable(std::size_t starts = 1) { return {0, 0, 1, 1, starts, 400}; }
 
-// Wishes: what is asked of rates or accelerations. Their weight is 1.
+// Tasks for rates or accelerations, with weight 1.
 inline LwObjective tip_wish(std::uint32_t level, std::uint32_t part, std::array<double, 6> motion,
                        std::uint32_t rows = LW_ROWS_ALL, double length = 1) {
   LwObjective objective{};
@@ -186,7 +186,7 @@ inline LwObjective center_wish(std::uint32_t level, std::array<double, 3> motion
   objective.kind = LW_WISH_CENTER;
   return objective;
 }
-// The numbers stay where they are: they have to be there during the call.
+// The array is not copied: it must exist during the call.
 inline LwObjective posture_wish(std::uint32_t level, Span<const double> posture) {
   LwObjective objective = tip_wish(level, 0, {});
   objective.kind = LW_WISH_POSTURE;
@@ -195,7 +195,7 @@ inline LwObjective posture_wish(std::uint32_t level, Span<const double> posture)
   return objective;
 }
 
-// Corners of the hull of touching points, counter-clockwise: where the centre of mass may be above them. Allocates.
+// Returns the corners of the support polygon of contact points, counter-clockwise. Allocates.
 inline std::vector<std::array<double, 2>> support_polygon(std::vector<std::array<double, 2>> points) {
   std::vector<std::array<double, 2>> hull(points.size() + 1);
   std::size_t count = 0;
@@ -205,7 +205,7 @@ inline std::vector<std::array<double, 2>> support_polygon(std::vector<std::array
   hull.resize(count);
   return hull;
 }
-// How far a place is inside such a polygon, m; negative outside.
+// Returns the distance of a point from the nearest edge of such a polygon, m; negative outside.
 inline double support_margin(Span<const std::array<double, 2>> hull, std::array<double, 2> p) {
   double out = 0;
   detail::check<LwRobot>(
@@ -214,7 +214,7 @@ inline double support_margin(Span<const std::array<double, 2>> hull, std::array<
   return out;
 }
 
-// Where a robot is, and how it moves: at rest without rates. The numbers stay where they are.
+// State of a robot: configuration and motion, at rest if no rates are given. The arrays are not copied: they must exist during the call.
 inline LwMotionState motion_state(Span<const double> q, Span<const double> v = {},
                                   Span<const double> vdot = {}) {
   if (!v.empty() && !vdot.empty() && v.size() != vdot.size())
@@ -223,14 +223,14 @@ inline LwMotionState motion_state(Span<const double> q, Span<const double> v = {
           v.empty() ? vdot.size() : v.size()};
 }
 
-// The default effort of inverse kinematics.
+// Returns the default effort of inverse kinematics.
 inline LwEffort default_effort() {
   LwEffort out;
   lw_effort_default(&out);
   return out;
 }
 
-// Evaluations of the kinematics after which a search of one chain for such a goal has ended at the latest.
+// Returns an upper bound for the kinematics evaluations of inverse kinematics of one chain with such a goal.
 inline std::size_t worst_case_steps(const LwGoal &goal, const LwEffort *effort = nullptr) {
   std::size_t out = 0;
   const LwStatus status = lw_effort_worst_case_steps(effort, &goal, &out);
@@ -238,12 +238,12 @@ inline std::size_t worst_case_steps(const LwGoal &goal, const LwEffort *effort =
   return out;
 }
 
-// What never changes about a robot. Threads may share one.
+// Constant data of a robot. Threads may share one.
 class Model {
  public:
   explicit Model(LwModel *owned) : handle_(owned) {}
 
-  // The same model by another handle, with a message of its own.
+  // Returns another handle of the same model, with its own message.
   Model clone() const {
     LwModel *out = nullptr;
     check(lw_model_clone(get(), &out));
@@ -258,7 +258,7 @@ class Model {
   std::uint32_t body(const std::string &name) const { return find(lw_model_body, name); }
   std::uint32_t collider(const std::string &name) const { return find(lw_model_collider, name); }
 
-  // Coordinates and degrees of freedom of an object's joints.
+  // Returns the numbers of coordinates and degrees of freedom of an object's joints.
   std::pair<std::size_t, std::size_t> object_sizes(std::uint32_t object) const {
     std::pair<std::size_t, std::size_t> out;
     check(lw_model_object_sizes(get(), object, &out.first, &out.second));
@@ -274,16 +274,16 @@ class Model {
     return words([&](char *b, std::size_t n, std::size_t *w) { return lw_model_collider_name(get(), id, b, n, w); });
   }
 
-  // What the files say and the model does not use, one line each.
+  // Returns the content of the files that the model does not use, one line each.
   std::string unused() const {
     return words([&](char *b, std::size_t n, std::size_t *w) { return lw_model_unused(get(), b, n, w); });
   }
-  // Warnings: mass properties of the file that no body has and that were read all the same.
+  // Returns warnings about mass properties of the file that no rigid body can have but that were read all the same.
   std::string doubtful() const {
     return words([&](char *b, std::size_t n, std::size_t *w) { return lw_model_doubtful(get(), b, n, w); });
   }
 
-  // Where a hinge has its numbers.
+  // Indices of a hinge's coordinates and degrees of freedom.
   struct Hinge {
     std::size_t in_q, q_count, in_v, v_count;
   };
@@ -298,14 +298,14 @@ class Model {
     return h;
   }
 
-  // Places of a joint in q and among the degrees of freedom.
+  // Returns the indices of a joint in q and among the degrees of freedom.
   std::pair<std::size_t, std::size_t> joint(const std::string &name) const {
     std::pair<std::size_t, std::size_t> out;
     check(lw_model_joint(get(), name.c_str(), &out.first, &out.second));
     return out;
   }
 
-  // Places of a chain's degrees of freedom: the columns of its Jacobian.
+  // Returns the indices of a chain's degrees of freedom, which are the columns of its Jacobian.
   std::vector<std::size_t> dofs(std::uint32_t part) const {
     std::size_t count = 0;
     check(lw_model_part_size(get(), part, &count));
@@ -314,7 +314,7 @@ class Model {
     return out;
   }
 
-  // Those on the bodies of a part; those of an object.
+  // Return the colliders on the bodies of a part, and those of an object.
   std::vector<std::uint32_t> part_colliders(std::uint32_t part) const {
     return colliders(lw_model_part_colliders, part);
   }
@@ -322,7 +322,7 @@ class Model {
     return colliders(lw_model_object_colliders, object);
   }
 
-  // Lower and upper limits of all degrees of freedom.
+  // Returns lower and upper limits of all degrees of freedom.
   std::pair<std::vector<double>, std::vector<double>> limits() const {
     std::pair<std::vector<double>, std::vector<double>> out{nv(), nv()};
     check(lw_model_limits(get(), out.first.data(), out.second.data(), out.first.size()));
@@ -367,7 +367,7 @@ class Model {
   std::unique_ptr<LwModel, detail::Freed<lw_model_free>> handle_;
 };
 
-// What a model is made of, while it is put together.
+// A model under construction.
 class Builder {
  public:
   Builder() {
@@ -407,7 +407,7 @@ class Builder {
     return check(lw_builder_object_body(get(), name.c_str(), parent.c_str(), &hinge, at ? &*at : nullptr, mass,
                                         center.data(), inertia.data()));
   }
-  // Infinite where there is none.
+  // Infinite for no limit.
   Builder &limits(const std::string &body, double lower, double upper,
                   double rate = std::numeric_limits<double>::infinity(),
                   double effort = std::numeric_limits<double>::infinity()) {
@@ -440,7 +440,7 @@ class Builder {
     return check(lw_builder_height_field(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, x, y,
                                          spacing.data(), heights.data(), heights.size()));
   }
-  // A coarse shape of a collider that was added before.
+  // Adds a coarse shape to a collider that was added before.
   Builder &coarse(const std::string &name, const LwShape &shape) {
     return check(lw_builder_coarse(get(), name.c_str(), &shape));
   }
@@ -460,7 +460,7 @@ class Builder {
   Builder &collide(const std::string &a, const std::string &b) {
     return check(lw_builder_collide(get(), a.c_str(), b.c_str()));
   }
-  // None of these bodies collides with another of them.
+  // Excludes all pairs of these bodies from collision checks.
   Builder &apart(Span<const std::string> bodies) {
     std::vector<const char *> names;
     for (const auto &name : bodies) names.push_back(name.c_str());
@@ -493,7 +493,7 @@ class Builder {
   std::unique_ptr<LwBuilder, detail::Freed<lw_builder_free>> handle_;
 };
 
-// One instance of a model, for one thread at a time. After the constructor no call allocates but clone, what returns a vector, and exceptions.
+// One instance of a model, for one thread at a time. After the constructor only clone, functions that return a vector, and exceptions allocate.
 class Robot {
  public:
   explicit Robot(const Model &model) {
@@ -502,7 +502,7 @@ class Robot {
     handle_.reset(out);
   }
 
-  // A robot of its own with the same configuration, held objects and settings.
+  // Returns an independent robot with the same configuration, held objects and settings.
   Robot clone() const {
     LwRobot *out = nullptr;
     check(lw_robot_clone(get(), &out));
@@ -523,14 +523,14 @@ class Robot {
     check(lw_robot_whole_jacobian(get(), part, J.data(), J.size()));
   }
 
-  // `gradient`: over the chain's degrees of freedom, or none.
+  // `gradient`: over the chain's degrees of freedom, or empty.
   LwManipulability manipulability(std::uint32_t part, std::uint32_t rows = LW_ROWS_ALL, double length = 1,
                                   Span<double> gradient = {}) {
     LwManipulability out;
     check(lw_robot_manipulability(get(), part, rows, length, &out, gradient.data(), gradient.size()));
     return out;
   }
-  // What is missing, rad/s and m/s.
+  // Returns the residual, rad/s and m/s.
   std::array<double, 2> rates(std::uint32_t part, std::array<double, 6> twist, Span<double> v) {
     std::array<double, 2> out;
     check(lw_robot_rates(get(), part, twist.data(), v.data(), v.size(), out.data()));
@@ -543,7 +543,7 @@ class Robot {
     check(lw_robot_inverse_kinematics(get(), part, &goal, effort ? &*effort : nullptr, q.data(), q.size(), &out));
     return out;
   }
-  // Configurations one after the other, q.size() numbers each; held: -1, or the place in β of the hinge that stays as it is.
+  // Returns configurations one after the other, q.size() numbers each; held: -1, or the index among the degrees of freedom of the hinge that keeps its value.
   std::vector<double> inverse_kinematics_all(std::uint32_t part, const LwGoal &goal, Span<const double> q, std::int64_t held = -1) {
     constexpr std::size_t most = 8;
     std::vector<double> out(most * q.size());
@@ -570,7 +570,7 @@ class Robot {
       throw Error(LW_STATUS_LENGTH, "`v`, `vdot` and `tau` differ in length\n  help: give nv numbers each");
     check(lw_robot_feed_forward(get(), v.data(), vdot.data(), v.size(), pushes.data(), pushes.size(), tau.data()));
   }
-  // While the joints of a held object move: `rates`, `accelerations`, `forces` have a number for each of them.
+  // The joints of a held object move: `rates`, `accelerations` and `forces` have one number for each of their degrees of freedom.
   void feed_forward_with_object(Span<const double> v, Span<const double> vdot, std::uint32_t object,
                          Span<const double> rates, Span<const double> accelerations, Span<double> tau,
                          Span<double> forces, Span<const LwPush> pushes = {}) {
@@ -592,7 +592,7 @@ class Robot {
     check(lw_robot_bias(get(), v.data(), v.size(), parts.data(), parts.size(), tau.data(), tips.data()));
   }
   void mass_matrix(Span<double> M) { check(lw_robot_mass_matrix(get(), M.data(), M.size())); }
-  // kg, and the centre in the world, m.
+  // Returns the mass, kg, and its centre in the world, m.
   std::pair<double, std::array<double, 3>> center_of_mass() {
     std::pair<double, std::array<double, 3>> out;
     check(lw_robot_center_of_mass(get(), &out.first, out.second.data()));
@@ -604,7 +604,7 @@ class Robot {
     check(lw_robot_composite_inertia(get(), body, &out));
     return out;
   }
-  // Angular, then linear, about the centre of mass.
+  // Returns the momentum, angular, then linear, about the centre of mass.
   std::array<double, 6> momentum(Span<const double> v) {
     std::array<double, 6> out;
     check(lw_robot_momentum(get(), v.data(), v.size(), out.data()));
@@ -617,7 +617,7 @@ class Robot {
     check(lw_robot_hold(get(), object, &out));
     return out;
   }
-  // Two hands on one object; wrenches are those of the first hand and of the second.
+  // Two hands on one object; wrenches are those of the first hand, then of the second hand.
   LwShared balance(std::uint32_t object, std::uint32_t balance, Span<double> tau) {
     LwShared out;
     check(lw_robot_balance(get(), object, balance, tau.data(), tau.size(), &out));
@@ -631,7 +631,7 @@ class Robot {
   void add_hand_wrenches(std::uint32_t object, const std::array<LwWrench, 2> &wrenches, Span<double> tau) {
     check(lw_robot_add_hand_wrenches(get(), object, wrenches.data(), tau.data(), tau.size()));
   }
-  // weights: of the first hand, of the second, and of 1 N m against 1 N.
+  // weights: first hand, second hand, and 1 N m relative to 1 N.
   LwHandWrenches split_hand_wrenches(std::uint32_t object, const std::array<LwWrench, 2> &wrenches,
                              std::array<double, 3> weights) {
     LwHandWrenches out;
@@ -646,7 +646,7 @@ class Robot {
   }
 
   void put(std::uint32_t object, const LwPose &at) { check(lw_robot_put(get(), object, &at)); }
-  // Where the object is now, unless a pose in the tip's frame is given.
+  // Grasps at the object's current pose, or at the given pose in the tip's frame.
   void grasp(std::uint32_t hand, std::uint32_t object, const std::optional<LwPose> &at = std::nullopt) {
     check(lw_robot_grasp(get(), hand, object, at ? &*at : nullptr));
   }
@@ -682,13 +682,13 @@ class Robot {
     check(lw_robot_distance(get(), q.data(), q.size(), a, b, &out));
     return out.found ? std::optional(out) : std::nullopt;
   }
-  // All pairs that are looked at and within the limit; allocates.
+  // Returns all checked pairs within the limit; allocates.
   std::vector<LwClosest> distances(Span<const double> q, double limit) {
     return list<LwClosest>([&](LwClosest *p, std::size_t room, std::size_t *count) {
       return lw_robot_distances(get(), q.data(), q.size(), limit, p, room, count);
     });
   }
-  // All pairs that touch; allocates.
+  // Returns all pairs that touch; allocates.
   std::vector<LwPair> hits(Span<const double> q) {
     return list<LwPair>([&](LwPair *p, std::size_t room, std::size_t *count) {
       return lw_robot_hits(get(), q.data(), q.size(), p, room, count);
@@ -707,7 +707,7 @@ class Robot {
     check(lw_robot_path_free_on(get(), pieces, &out));
     return out;
   }
-  // `q`: rows of nq numbers; `out`: one for each row.
+  // `q`: rows of nq numbers; `out`: one value for each row.
   void collides_all(Span<const double> q, Span<bool> out) {
     check(lw_robot_collides_all(get(), q.data(), q.size(), out.data(), out.size()));
   }
@@ -725,13 +725,13 @@ class Robot {
     check(lw_robot_object_body_pose(get(), object, body, &out));
     return out;
   }
-  /// Of both hands of an object.
+  /// Loop of both hands on an object.
   LwClosure closure(std::uint32_t object) {
     LwClosure out;
     check(lw_robot_closure(get(), object, &out));
     return out;
   }
-  /// Of a hand that is welded to a body of an object; `free`: not 0 for its joints that may move.
+  /// Loop of a hand that is welded to a body of an object; `free`: not 0 for joints of the object that may move.
   LwClosure closure(std::uint32_t hand, std::uint32_t object, std::uint32_t body, Span<const std::uint8_t> free) {
     LwClosure out;
     check(lw_robot_closure_onto(get(), hand, object, body, free.data(), free.size(), &out));
@@ -755,7 +755,7 @@ class Robot {
   }
   void hide(std::uint32_t collider) { check(lw_robot_hide(get(), collider)); }
   void show(std::uint32_t collider) { check(lw_robot_show(get(), collider)); }
-  /// Each x, y, z, radius.
+  /// x, y, z, radius of each point.
   void set_points(std::uint32_t cloud, Span<const std::array<double, 4>> points) {
     check(lw_robot_set_points(get(), cloud, points.empty() ? nullptr : points.front().data(), points.size()));
   }
@@ -770,7 +770,7 @@ class Robot {
     check(lw_robot_cell(get(), map, cell.data(), &out));
     return out;
   }
-  // Points of a cloud, or occupied cells of a map.
+  // Returns the number of points of a cloud, or of occupied cells of a map.
   std::size_t count(std::uint32_t collider) {
     std::size_t out = 0;
     check(lw_robot_count(get(), collider, &out));
@@ -809,9 +809,9 @@ class Robot {
   std::unique_ptr<LwRobot, detail::Freed<lw_robot_free>> handle_;
 };
 
-// Memory for calls of the robots of one model, made once, for one thread at a time: what follows. Mistakes are told by the robot.
+// Memory for calls with robots of one model, created once, for one thread at a time. Errors are reported by the robot.
 
-// The operational space of tips: six rows for each, angular before linear.
+// The operational space of tips: six rows for each tip, angular before linear.
 class TaskSpace {
  public:
   TaskSpace(Robot &robot, Span<const std::uint32_t> parts) {
@@ -848,12 +848,12 @@ class TaskSpace {
   std::unique_ptr<LwTaskSpace, detail::Freed<lw_task_space_free>> handle_;
 };
 
-// The goal of a tip beside others: in the world (or in its base), or at the tip of another chain.
+// A goal of one of several tips: in the world (or in its base), or relative to the tip of another chain.
 inline LwTipGoal tip_goal(std::uint32_t part, const LwGoal &goal, std::uint32_t seen_from = LW_NO_PART) {
   return {goal, part, seen_from};
 }
 
-// Inverse kinematics of several tips at once; what two hands hold stays held.
+// Inverse kinematics of several tips at once; objects in two hands stay in both hands.
 class WholeBodyIk {
  public:
   WholeBodyIk(Robot &robot, std::size_t goals) {
@@ -863,7 +863,7 @@ class WholeBodyIk {
   }
   void keep(Robot &robot, std::uint32_t part) { robot.check(lw_whole_body_ik_keep(robot.get(), get(), part)); }
   void release(Robot &robot, std::uint32_t part) { robot.check(lw_whole_body_ik_release(robot.get(), get(), part)); }
-  // `residuals`: m and rad of each goal, or none.
+  // `residuals`: m and rad of each goal, or empty.
   LwAnswer solve(Robot &robot, Span<const LwTipGoal> goals, Span<double> q,
                  const LwEffort *effort = nullptr, Span<double> residuals = {}) {
     LwAnswer out;
@@ -895,7 +895,7 @@ class WholeBodyIk {
   std::unique_ptr<LwWholeBodyIk, detail::Freed<lw_whole_body_ik_free>> handle_;
 };
 
-// Rates for objectives in order of priority, away from limits and singular configurations.
+// Rate control for tasks in order of priority, which avoids limits and singular configurations.
 class RateControl {
  public:
   RateControl(Robot &robot, std::size_t objectives, std::size_t guards = 0) {
@@ -903,7 +903,7 @@ class RateControl {
     robot.check(lw_rate_control_new(robot.get(), objectives, guards, &out));
     handle_.reset(out);
   }
-  // `residuals`: a number for each level, or none.
+  // `residuals`: one number for each level, or empty.
   void solve(Robot &robot, Span<const LwObjective> objectives, double horizon, Span<double> v,
              Span<const LwGuard> guards = {}, Span<double> residuals = {}) {
     robot.check(lw_rate_control_solve(robot.get(), get(), objectives.data(), objectives.size(), horizon, guards.data(),
@@ -915,7 +915,7 @@ class RateControl {
   std::unique_ptr<LwRateControl, detail::Freed<lw_rate_control_free>> handle_;
 };
 
-// Forces for objectives in order of priority, with contacts that press and do not slip.
+// Whole-body control for tasks in order of priority, with contacts that press and do not slip.
 class WholeBody {
  public:
   WholeBody(Robot &robot, std::size_t touches, std::size_t objectives) {
@@ -923,7 +923,7 @@ class WholeBody {
     robot.check(lw_whole_body_new(robot.get(), touches, objectives, &out));
     handle_.reset(out);
   }
-  // `forces`: three numbers for each touch.
+  // `forces`: three numbers for each contact point.
   LwBalanced solve(Robot &robot, Span<const double> v, Span<const double> effort,
                    Span<const LwTouch> touches, Span<const LwObjective> objectives, Span<double> tau,
                    Span<double> vdot, Span<double> forces) {
@@ -943,7 +943,7 @@ class WholeBody {
   std::unique_ptr<LwWholeBody, detail::Freed<lw_whole_body_free>> handle_;
 };
 
-// States of an estimator and how well they are known, a step on.
+// State prediction for estimators: state and covariance after a step.
 class Predictor {
  public:
   explicit Predictor(Robot &robot) {
@@ -967,7 +967,7 @@ class Predictor {
   std::unique_ptr<LwPredictor, detail::Freed<lw_predictor_free>> handle_;
 };
 
-// Free ways of a chain.
+// Path planning for a chain.
 class Planner {
  public:
   Planner(Robot &robot, std::uint32_t part, std::size_t configurations) {
@@ -999,7 +999,7 @@ class Planner {
   std::unique_ptr<LwPlanner, detail::Freed<lw_planner_free>> handle_;
 };
 
-// Times of ways.
+// Time parameterization of paths.
 class Timing {
  public:
   Timing(Robot &robot, std::size_t configurations, std::size_t sections) {
@@ -1033,7 +1033,7 @@ class Timing {
   std::unique_ptr<LwTiming, detail::Freed<lw_timing_free>> handle_;
 };
 
-// From any state to any other within limits of jerk.
+// Jerk-limited motions between any two states.
 class Transfer {
  public:
   explicit Transfer(Robot &robot) {
@@ -1057,7 +1057,7 @@ class Transfer {
   std::unique_ptr<LwTransfer, detail::Freed<lw_transfer_free>> handle_;
 };
 
-// Least squares in order of priority: unknowns x with bounds c x <= most, and levels A x = b, of which each takes nothing from those before.
+// Prioritized least squares: unknowns x with bounds c x <= most, and levels A x = b. A level never degrades the levels before it.
 class Priorities {
  public:
   Priorities(std::size_t n, std::size_t rows, std::size_t bounds) : n_(n) {
@@ -1069,7 +1069,7 @@ class Priorities {
   void bound(Span<const double> c, double most) {
     check(lw_priorities_bound(get(), c.data(), c.size(), most));
   }
-  // |A x - b|, and how many directions of x are left.
+  // |A x - b|, and the number of directions of x that remain.
   std::pair<double, std::size_t> level(Span<const double> A, Span<const double> b) {
     if (A.size() != n_ * b.size())
       throw Error(LW_STATUS_LENGTH, "`A` and `b` do not fit\n  help: give a row of unknowns for each number of `b`");
@@ -1087,7 +1087,7 @@ class Priorities {
   std::unique_ptr<LwPriorities, detail::Freed<lw_priorities_free>> handle_;
 };
 
-// The minimum of s N s / 2 - r s between two ends, from where s is; how many iterations (sweeps, above 64 numbers) it took.
+// Moves s to the minimum of s N s / 2 - r s between two limits; returns the number of iterations (sweeps, for more than 64 numbers).
 inline std::size_t bounded(Span<const double> normal, Span<const double> right, double lower, double upper,
                            Span<double> s, std::size_t most = 200, double settled = 1e-12) {
   if (right.size() != s.size() || normal.size() != s.size() * s.size())

@@ -1,4 +1,4 @@
-//! A robot with two arms, made in Rust and through the interface of C: what one says the other has to say, to the bit.
+//! A robot with two arms, made in Rust and through the C interface; both must give bit-identical results.
 #![allow(dead_code, non_snake_case, clippy::unwrap_used)]
 
 use linkwork_embedded::formats::{ReadOptions, Root, read_text};
@@ -21,7 +21,7 @@ const ARM: [(&str, [f64; 3]); 6] = [
     ("1 0 0", [0.08, 0.01, 0.0]),
 ];
 
-/// A torso that turns, and two arms on it: 13 hinges.
+/// A rotating torso with two arms: 13 hinges.
 pub fn urdf() -> String {
     let mut text = String::from("<robot name='two'><link name='base'/>");
     let mut body = |name: &str, parent: &str, axis: &str, at: [f64; 3], mass: f64| {
@@ -49,7 +49,7 @@ pub fn urdf() -> String {
     text + "</robot>"
 }
 
-/// A configuration that touches nothing.
+/// A collision-free configuration.
 pub const Q: [f64; 13] = [0.1, 0.2, -0.4, 0.9, 0.3, 0.5, -0.2, -0.1, -0.5, 1.0, -0.2, 0.4, 0.3];
 /// Rates and accelerations.
 pub const V: [f64; 13] = [0.3, -0.2, 0.5, 0.1, -0.4, 0.2, 0.6, -0.1, 0.3, -0.5, 0.2, 0.1, -0.3];
@@ -75,7 +75,7 @@ pub struct Two {
     pub pliers: Object,
 }
 
-/// Places of parts and objects in C.
+/// Indices of parts and objects in C.
 pub const LEFT: u32 = 0;
 pub const RIGHT: u32 = 1;
 pub const BEAM: u32 = 0;
@@ -93,21 +93,21 @@ impl Two {
         two
     }
 
-    /// Both go to a configuration.
+    /// Sets the configuration of both robots.
     pub fn go(&mut self, q: &[f64]) {
         self.robot.set_q(q).unwrap();
         // SAFETY: a handle of the library, an array of the length given.
         assert_eq!(unsafe { lw_robot_set_q(self.r, q.as_ptr(), q.len()) }, LwStatus::Ok);
     }
 
-    /// Both hands hold the beam, in both robots.
+    /// Grasps the beam with both hands, in both robots.
     pub fn take_beam(&mut self) {
         let X = self.robot.tip_pose(self.left).unwrap() * Pose::translation(0.1, 0.02, 0.0);
         self.robot.put(self.beam, given(X)).unwrap();
         for hand in [self.left, self.right] {
             self.robot.grasp(hand, self.beam, Grasp::Here).unwrap();
         }
-        // SAFETY: handles of the library, values that are there.
+        // SAFETY: valid handles of the library, initialized values.
         unsafe {
             assert_eq!(lw_robot_put(self.r, BEAM, &X.into()), LwStatus::Ok);
             for hand in [LEFT, RIGHT] {
@@ -126,7 +126,7 @@ impl Two {
         }
     }
 
-    /// A call that has to be refused, and what its message has to say.
+    /// Checks that a call fails, and that its message contains `needle`.
     #[track_caller]
     pub fn refused(&self, status: LwStatus, wanted: LwStatus, needle: &str) {
         assert_eq!(status, wanted, "{}", self.says());
@@ -191,7 +191,7 @@ fn in_c(text: &str) -> (*mut LwModel, *mut LwRobot) {
     let (center, inertia) = (CENTER.as_ptr(), INERTIA.as_ptr());
     let corners = CORNERS.as_ptr().cast::<f64>();
     let world = c"world".as_ptr();
-    // SAFETY: handles of the library, texts with a zero, arrays of the lengths that are given.
+    // SAFETY: valid handles of the library, zero-terminated texts, arrays of the required lengths.
     let made = unsafe {
         assert_eq!(lw_builder_new(&mut b), LwStatus::Ok);
         [
@@ -263,7 +263,7 @@ fn in_c(text: &str) -> (*mut LwModel, *mut LwRobot) {
     (m, r)
 }
 
-/// What counts beside the targets in a search for the best, in C and in Rust.
+/// Null-space objectives and settings of a search, in C and in Rust.
 pub fn likes(starts: usize) -> (LwPrefer, Prefer) {
     let prefer =
         Prefer { centred: 1.0, near: 0.2, manipulable: 0.3, length: 0.5, starts, steps: 60 };
@@ -271,7 +271,7 @@ pub fn likes(starts: usize) -> (LwPrefer, Prefer) {
     (LwPrefer { centred, near, manipulable, length, starts, steps }, prefer)
 }
 
-/// A call that has to do what it is asked, and to take no memory.
+/// Checks that a call succeeds and does not allocate.
 #[track_caller]
 pub fn quiet(call: impl FnOnce() -> LwStatus) {
     let mut status = LwStatus::Panicked;
@@ -279,14 +279,14 @@ pub fn quiet(call: impl FnOnce() -> LwStatus) {
     assert_eq!((status, counted.count_total), (LwStatus::Ok, 0));
 }
 
-/// A call that has to do what it is asked, and to take no memory once that has its size.
+/// Checks that a call succeeds, and does not allocate after its first call.
 #[track_caller]
 pub fn settled(mut call: impl FnMut() -> LwStatus) {
     assert_eq!(call(), LwStatus::Ok);
     quiet(call);
 }
 
-/// All of them answer that something is NULL.
+/// Checks that all codes report NULL.
 #[track_caller]
 pub fn all_null(codes: &[LwStatus]) {
     for (k, code) in codes.iter().enumerate() {
@@ -294,12 +294,12 @@ pub fn all_null(codes: &[LwStatus]) {
     }
 }
 
-/// Bits of numbers.
+/// Returns the bits of numbers.
 pub fn bits(x: &[f64]) -> Vec<u64> {
     x.iter().map(|x| x.to_bits()).collect()
 }
 
-/// The same numbers to the bit, which are not all zero.
+/// Checks that numbers are bit-identical and not all zero.
 #[track_caller]
 pub fn same(c: &[f64], rust: &[f64]) {
     assert!(rust.iter().any(|x| *x != 0.0), "nothing to compare");
@@ -319,7 +319,7 @@ pub fn same_wrench(c: &LwWrench, rust: &Force) {
     same(&all(&c.moment, &c.force), &all(rust.moment.as_slice(), rust.force.as_slice()));
 }
 
-/// Of both hands.
+/// Compares the wrenches of both hands.
 pub fn same_wrenches(c: &[LwWrench; 2], rust: &[Force; 2]) {
     c.iter().zip(rust).for_each(|(c, rust)| same_wrench(c, rust));
 }
@@ -328,7 +328,7 @@ pub fn six(x: &[f64; 6]) -> Motion {
     Motion::new(Vec3::new(x[0], x[1], x[2]), Vec3::new(x[3], x[4], x[5]))
 }
 
-/// A pose as the interface takes it: the length of the quaternion is made 1 once more.
+/// Returns a pose as the interface receives it: with the quaternion normalized once more.
 pub fn given(X: Pose) -> Pose {
     Pose::new(Quat::from_quaternion(X.rotation.into_inner()), X.position)
 }

@@ -1,7 +1,7 @@
 //! Explicit Euler, order 1.
 use crate::method::Explicit;
 
-/// x₊ = x + h f(t, x), with a straight line between.
+/// x₊ = x + h f(t, x), with linear interpolation.
 pub const EULER: Explicit = Explicit {
     name: "euler",
     order: 1,

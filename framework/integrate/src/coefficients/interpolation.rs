@@ -1,13 +1,11 @@
-//! Interpolants that follow from a method's weights, in Bernstein form.
+//! Interpolants in Bernstein form, computed from a method's weights.
 //!
 //! ```text
 //! bᵢ(θ) = Σₚ βᵢₚ C(P,p) θᵖ (1−θ)^(P−p)      p = 1 … P,  βᵢ₀ = 0
 //! ```
-//! `b` are the weights, padded with zeros; the first stage is f at the start of the step, stage
-//! `last` is f at its end.
+//! `b` are the weights, padded with zeros. The first stage is f at the start of the step, and stage `last` is f at its end.
 
-/// Cubic Hermite through both ends and both slopes, order 3: the control points are x₀,
-/// x₀ + h k_first/3, x₁ − h k_last/3, x₁.
+/// Cubic Hermite interpolant through both end points and derivatives, order 3. The control points are x₀, x₀ + h k_first/3, x₁ − h k_last/3, x₁.
 pub(crate) const fn hermite<const S: usize>(b: [f64; S], last: usize) -> [[f64; 3]; S] {
     let mut beta = [[0.0; 3]; S];
     let mut i = 0;
@@ -20,8 +18,8 @@ pub(crate) const fn hermite<const S: usize>(b: [f64; S], last: usize) -> [[f64; 
     beta
 }
 
-/// The quartic of Shampine and Hairer for Dormand–Prince 5(4), order 4: the cubic of
-/// [`hermite`], raised to degree four, and θ² (1−θ)² h Σ δᵢ kᵢ. Stage S is f at the end.
+/// Quartic of Shampine and Hairer for Dormand–Prince 5(4), order 4: the cubic of [`hermite`], raised to degree four, plus θ² (1−θ)² h Σ δᵢ kᵢ. Stage
+/// S is f at the end.
 pub(crate) const fn quartic<const S: usize>(b: [f64; S], delta: [f64; S]) -> [[f64; 4]; S] {
     let cubic = hermite(b, S - 1);
     let mut beta = [[0.0; 4]; S];

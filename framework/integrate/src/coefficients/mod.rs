@@ -1,4 +1,4 @@
-//! Coefficients, one file for each method, each with its source; held by the order conditions in `tests/order_conditions.rs`.
+//! Coefficients, one file per method, each with its source. `tests/order_conditions.rs` checks the order conditions.
 pub mod bogacki_shampine;
 pub mod dormand_prince;
 pub mod euler;

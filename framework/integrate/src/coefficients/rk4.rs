@@ -1,5 +1,5 @@
-//! The classical Runge–Kutta method of order 4 (Kutta 1901; Hairer, Nørsett, Wanner, Solving
-//! Ordinary Differential Equations I, section II.1), with cubic Hermite between the ends.
+//! The classical Runge–Kutta method of order 4 (Kutta 1901; Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, section II.1), with
+//! cubic Hermite interpolation.
 use super::interpolation::hermite;
 use crate::method::Explicit;
 
@@ -7,7 +7,7 @@ use crate::method::Explicit;
 const B: [f64; 5] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0, 0.0];
 const DENSE: [[f64; 3]; 5] = hermite(B, 4);
 
-/// The classical method. The dense output takes one more evaluation, at the end of the step.
+/// The classical method. Dense output needs one more evaluation, at the end of the step.
 pub const RK4: Explicit = Explicit {
     name: "rk4",
     order: 4,

@@ -2,8 +2,8 @@
 //! 383–396: the "most efficient" 8(7) pair RKV87.IIa of 13 stages (2008), and its interpolant of
 //! order 7 with four more stages, the first of which is f at the end of the step.
 //!
-//! Of the published sets this one has the smaller weights (largest 32; the revision of 2024 has
-//! 14 782), so that rounding stays small in the tight tolerances that the method is for.
+//! This published set has smaller weights than others (largest 32; the revision of 2024 has 14 782), so that round-off stays small at the tight
+//! tolerances for which the method is used.
 use crate::method::Explicit;
 
 const B: [f64; 13] = [
@@ -22,8 +22,8 @@ const B: [f64; 13] = [
     0.0,
 ];
 
-/// One stage's part of the interpolant. Published in powers of θ to 40 digits, up to 1e5 and
-/// cancelling; here in Bernstein form (converted in exact arithmetic), at most 365.
+/// Contribution of one stage to the interpolant. It was published in powers of θ to 40 digits, with cancelling coefficients up to 1e5. This is the
+/// Bernstein form (converted in exact arithmetic), with coefficients of at most 365.
 type Bezier = [f64; 7];
 const K1: Bezier = [
     0.14285714285714285,
@@ -192,7 +192,7 @@ pub const VERNER_87: Explicit = Explicit {
     ],
 };
 
-#[rustfmt::skip] // one stage a paragraph
+#[rustfmt::skip] // one stage per paragraph
 const A: &[&[f64]] = &[
     &[],
     &[0.05],
@@ -214,7 +214,7 @@ const A: &[&[f64]] = &[
       -5.828495485811623],
     &[-3.039515033766309, 0.0, 0.0, -109.26086808941763, -9.290642497400293, 8.43050498176491,
       114.20100103783314, -0.9637271342145479, -5.0348840888021895, 5.958130824002923],
-    // For the interpolant.
+    // Stages of the interpolant.
     &B,
     &[0.04620700646754963, 0.0, 0.0, 0.0, 0.0, 0.045039041608424805, 0.23368166977134244,
       37.83901368421068, -15.949113289454246, 23.028368351816102, -44.85578507769412,

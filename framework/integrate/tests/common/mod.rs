@@ -1,11 +1,11 @@
-//! Systems with known solutions, and ways to drive them.
+//! Systems with known solutions, and drivers for them.
 #![allow(dead_code)]
 use linkwork_integrate::{
     Accepted, Control, Failure, Integrator, Limits, Memory, Method, Norm, System, Tolerances,
 };
 use std::convert::Infallible;
 
-/// A system that is one closure.
+/// A system given by a closure.
 pub struct Ode<F>(pub F);
 
 impl<F: FnMut(f64, &[f64], &mut [f64])> System for Ode<F> {
@@ -28,23 +28,23 @@ pub fn coupled(t: f64, x: &[f64], d: &mut [f64]) {
     d[1] = (1.0 + x[1] * x[1]) / 3.0 + held;
 }
 
-/// Its solution.
+/// Returns its solution.
 pub fn coupled_solution(t: f64) -> [f64; 2] {
     [1.0 / (1.0 / 1.3 + 1.0 + t.sin()), (t / 3.0).tan()]
 }
 
-/// Largest difference; NaN stays.
+/// Returns the largest difference; keeps NaN.
 pub fn distance(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     largest(a.iter().zip(b).map(|(a, b)| (a - b).abs()))
 }
 
-/// The largest; NaN stays.
+/// Returns the largest value; keeps NaN.
 pub fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |m, v| if v > m || v.is_nan() { v } else { m })
 }
 
-/// `steps` equal steps from t0 to t1.
+/// Makes `steps` equal steps from t0 to t1.
 pub fn fixed<S: System>(
     method: Method,
     system: &mut S,
@@ -60,7 +60,7 @@ pub fn fixed<S: System>(
     Ok(())
 }
 
-/// What an adaptive run took.
+/// Counts of an adaptive run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Count {
     pub steps: u32,
@@ -75,7 +75,7 @@ pub fn control(method: Method, n: usize, abs: f64, rel: f64) -> Control {
     Control::new(method, tolerances, Norm::Rms, Limits::default()).unwrap()
 }
 
-/// Adaptive steps through the given times; k₁ is handed on where the method has it.
+/// Makes adaptive steps through the given times, and passes k₁ on if the method computes it.
 pub fn through<S: System>(
     integrator: &mut Integrator,
     control: &Control,

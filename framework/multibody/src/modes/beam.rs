@@ -1,6 +1,6 @@
 //! Modes of a straight uniform beam: bending in two planes, twist, stretch.
 //!
-//! Finite elements with Hermite cubics N for each of the four motions, which do not couple:
+//! Finite elements with Hermite cubics N for each of the four uncoupled motions:
 //! ```text
 //!            K                      M                          moves
 //! bending    ∫ E I N'' N'' dx       ∫ ρ A N N + ρ I N' N' dx   y (I = I_z) or z (I = I_y)
@@ -8,8 +8,8 @@
 //! stretch    ∫ E A N' N' dx         ∫ ρ A N N dx               along x
 //! K x = ω² M x;   G_ij(x) = ∫₀ˣ φ_i'·φ_j' dx                   shortening of bending modes
 //! ```
-//! Euler–Bernoulli with the rotary inertia of the sections (Rayleigh), no shear: for beams at least
-//! ten times as long as high. Mass comes as slices at Gauss points of the whole length.
+//! Euler–Bernoulli theory with rotary inertia of the sections (Rayleigh) and without shear: for beams at least ten times as long as high. The mass is
+//! divided into slices at Gauss points over the whole length.
 
 use super::eigen::{gauss, lowest};
 use super::place::Cubic;
@@ -19,27 +19,26 @@ use linkwork_spatial::nalgebra::{DMatrix, DVector};
 use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// Finite elements over the length: ten for each half wave of the eighth mode.
+/// Number of finite elements over the length: ten for each half wave of the eighth mode.
 const ELEMENTS: usize = 40;
 
-/// How the shapes are held at the two ends, in the body's frame, which is at x = 0.
+/// Boundary conditions of the mode shapes at the two ends, in the body frame, which is at x = 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Ends {
-    /// Held at x = 0, free at the other end: for beams that are carried at one end.
+    /// Clamped at x = 0, free at the other end: for beams supported at one end.
     #[default]
     ClampedFree,
-    /// Held at both ends, twist and stretch too.
+    /// Clamped at both ends, also in twist and stretch.
     ClampedClamped,
-    /// Held at x = 0; the other end may turn, stretch and twist.
+    /// Clamped at x = 0; the other end may rotate, stretch and twist.
     ClampedPinned,
-    /// Deflection is zero at both ends, and the body frame follows the chord: for rods between pins.
-    /// Stretch and twist are held at x = 0.
+    /// Zero deflection at both ends, and the body frame follows the chord: for rods between pins. Stretch and twist are fixed at x = 0.
     PinnedPinned,
-    /// Held nowhere, rigid motions left out: for bodies that float on a free hinge.
+    /// Free at both ends, without rigid-body modes: for floating bodies on a free hinge.
     FreeFree,
 }
 
-/// How many modes of each kind, lowest first; the modes come in this order.
+/// Number of modes of each kind, lowest first; the modes are in this order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BeamModes {
@@ -47,7 +46,7 @@ pub struct BeamModes {
     pub bending_y: usize,
     /// Deflection along z.
     pub bending_z: usize,
-    /// Turning about x.
+    /// Rotation about x.
     pub twist: usize,
     /// Displacement along x.
     pub stretch: usize,
@@ -57,7 +56,7 @@ pub struct BeamModes {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Beam {
-    /// m.
+    /// Length, m.
     pub length: f64,
     /// Young's modulus E, Pa.
     pub young: f64,
@@ -73,34 +72,34 @@ pub struct Beam {
     pub I_z: f64,
     /// Torsion constant, m⁴: I_y + I_z for round sections only.
     pub J: f64,
-    /// How it is held.
+    /// Boundary conditions.
     #[serde(default)]
     pub ends: Ends,
-    /// Share ζ of critical damping in each mode.
+    /// Damping ratio ζ of each mode.
     #[serde(default)]
     pub damping_ratio: f64,
 }
 
-/// What one of the four motions needs.
+/// Coefficients of one of the four motions.
 struct Motion {
     stiffness: f64,
     /// Order of the derivative that stores energy.
     order: usize,
     mass: f64,
     rotary: f64,
-    /// Unknowns held at x = 0 and at the end: value, slope.
+    /// Fixed unknowns at x = 0 and at the end: value, slope.
     held: [[bool; 2]; 2],
     rigid: usize,
 }
 
-/// A mode: ω², values and slopes at the nodes, greatest value 1, and the scale that made it so.
+/// A mode: ω², values and slopes at the nodes scaled to a largest value of 1, and the scale factor.
 struct Shape {
     stiffness: f64,
     x: DVector<f64>,
 }
 
 impl Shape {
-    /// Value and slope at a place between 0 and `length`.
+    /// Returns value and slope at a position between 0 and `length`.
     fn at(&self, place: f64, length: f64) -> (f64, f64) {
         let (e, s, h) = element(place, length);
         let [value, slope, _] = Cubic::new(s, h).weights();
@@ -109,7 +108,7 @@ impl Shape {
     }
 }
 
-/// The element of a place, where in it (0 … 1), and its length.
+/// Returns the element at a position, the coordinate in it (0 … 1), and its length.
 fn element(place: f64, length: f64) -> (usize, f64, f64) {
     let t = place / length * ELEMENTS as f64;
     let e = (t.floor().max(0.0) as usize).min(ELEMENTS - 1);
@@ -117,7 +116,7 @@ fn element(place: f64, length: f64) -> (usize, f64, f64) {
 }
 
 impl Beam {
-    /// A round solid or hollow section: diameters outside and inside (m), steel-like numbers given.
+    /// Returns a round solid or hollow section with the given outer and inner diameters (m) and steel-like material constants.
     #[must_use]
     pub fn tube(
         length: f64,
@@ -143,10 +142,10 @@ impl Beam {
         }
     }
 
-    /// The modes, with slices of the whole mass and the finite elements' nodes as stations.
+    /// Computes the modes, with slices of the whole mass and the nodes of the finite elements as stations.
     ///
     /// # Errors
-    /// [`GeneratorFault`] for each parameter that no beam has, and for more modes than the elements resolve.
+    /// [`GeneratorFault`] for each invalid parameter, and for more modes than the elements resolve.
     pub fn modes(&self, count: BeamModes) -> Result<Modes, Vec<GeneratorFault>> {
         self.check(count)?;
         let wanted = [count.bending_y, count.bending_z, count.twist, count.stretch];
@@ -163,7 +162,7 @@ impl Beam {
             let x = self.length * i as f64 / ELEMENTS as f64;
             stations.push(self.station(x, 0.0, &shapes, &shortening));
         }
-        // A product of two modes has twice their waves. An even number: none falls on a node.
+        // A product of two modes has twice their number of waves. The number of points is even, so that none coincides with a node.
         for (s, w) in gauss(2 * ((1.6 * highest as f64).ceil() as usize + 4)) {
             stations.push(self.station(self.length * s, w, &shapes, &shortening));
         }
@@ -181,7 +180,7 @@ impl Beam {
         })
     }
 
-    /// Mass, kg.
+    /// Returns the mass, kg.
     #[must_use]
     pub fn mass(&self) -> f64 {
         self.density * self.area * self.length
@@ -236,7 +235,7 @@ impl Beam {
         Motion { stiffness, order, mass, rotary, held, rigid }
     }
 
-    /// The lowest modes of one motion.
+    /// Computes the lowest modes of one motion.
     fn shapes(&self, kind: usize, count: usize) -> Option<Vec<Shape>> {
         let motion = self.motion(kind);
         let (h, n) = (self.length / ELEMENTS as f64, 2 * (ELEMENTS + 1));
@@ -280,7 +279,7 @@ impl Beam {
         Some(found.into_iter().skip(motion.rigid).map(shape).collect())
     }
 
-    /// The station at x that carries `share` of the mass.
+    /// Returns the station at x that carries the fraction `share` of the mass.
     fn station(
         &self,
         x: f64,
@@ -304,7 +303,7 @@ impl Beam {
         let J = Vec3::new(self.I_y + self.I_z, self.I_y, self.I_z) * (m / self.area);
         Station {
             pose: Pose::translation(x, 0.0, 0.0),
-            // A flat slice: its greatest moment is the sum of the others, up to rounding.
+            // A flat slice has a largest moment equal to the sum of the other two up to rounding, so the triangle check could fail.
             mass: MassProperties::new(m, Vec3::zeros(), Mat3::from_diagonal(&J))
                 .with_check(InertiaCheck::PositiveMoments),
             translation,
@@ -314,7 +313,7 @@ impl Beam {
     }
 }
 
-/// ∫ φ_i'·φ_j' dx up to each node, and what is needed to go on from there.
+/// Computes ∫ φ_i'·φ_j' dx up to each node, and continues from there to points between nodes.
 struct Shortenings<'a> {
     shapes: &'a [(usize, Shape)],
     length: f64,
@@ -332,7 +331,7 @@ impl<'a> Shortenings<'a> {
         all
     }
 
-    /// Adds the integral from the start of element `e` over a length `h` of it.
+    /// Adds the integral over the first length `h` of element `e`.
     fn add(&self, e: usize, h: f64, sum: &mut [f64]) {
         let (n, start) = (self.shapes.len(), self.length * e as f64 / ELEMENTS as f64);
         for (s, w) in gauss(3) {
@@ -340,7 +339,7 @@ impl<'a> Shortenings<'a> {
             for i in 0..n {
                 for j in 0..n {
                     let (a, b) = (self.shapes[i].0, self.shapes[j].0);
-                    // Slopes along y and z are at right angles; twist and stretch do not deflect.
+                    // Slopes along y and z are perpendicular, and twist and stretch do not deflect.
                     if a == b && a < 2 {
                         sum[i * n + j] += w * h * slope(i) * slope(j);
                     }

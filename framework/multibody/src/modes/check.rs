@@ -1,11 +1,11 @@
-//! What a builder asks of flexible bodies: sound modes, and a station for all that hangs on them.
+//! Checks of flexible bodies at build: valid modes, and a station for every frame attached to them.
 
 use super::Modes;
 use crate::{Builder, MechanismFault};
 use std::collections::BTreeMap;
 
 impl Builder {
-    /// Modes, and whether something carries what hangs on each flexible body.
+    /// Checks the modes, and that a station carries each frame attached to a flexible body.
     pub(crate) fn check_modes(
         &self,
         names: &BTreeMap<&str, usize>,

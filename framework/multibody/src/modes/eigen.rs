@@ -1,10 +1,9 @@
-//! Small dense matrices at set-up: K x = ω² M x for the lowest ω, Gauss points.
+//! Small dense eigenvalue problems at set-up: K x = ω² M x for the lowest ω; Gauss points.
 
 use linkwork_spatial::nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
-/// The lowest `count` solutions of K x = ω² M x in rising order, x of unit modal mass: (ω², x).
-/// Solved as M x = λ (K + σ M) x, so that the low ones are the accurate ones; K may be singular.
-/// `None` when K + σ M has no Cholesky factor, or there are fewer.
+/// Returns the lowest `count` solutions of K x = ω² M x in increasing order, with x of unit modal mass: (ω², x). Solves M x = λ (K + σ M) x, so that
+/// the lowest ones are the most accurate and K may be singular. `None` if K + σ M has no Cholesky factor, or fewer solutions exist.
 pub(super) fn lowest(
     K: &DMatrix<f64>,
     M: &DMatrix<f64>,
@@ -29,7 +28,7 @@ pub(super) fn lowest(
     found.filter(|f| f.len() == count)
 }
 
-/// Least eigenvalue of a symmetric matrix (row after row) and its vector; `None` for 0 × 0.
+/// Returns the smallest eigenvalue of a symmetric matrix (row by row) and its eigenvector; `None` for 0 × 0.
 pub(super) fn least(A: &[f64], n: usize) -> Option<(f64, DVector<f64>)> {
     if n == 0 {
         return None;
@@ -39,8 +38,8 @@ pub(super) fn least(A: &[f64], n: usize) -> Option<(f64, DVector<f64>)> {
     Some((eigen.eigenvalues[i], eigen.eigenvectors.column(i).into_owned()))
 }
 
-/// Gauss–Legendre points and weights on 0 … 1: exact for polynomials of degree 2n − 1. The roots of P_n by Newton's
-/// method from cos π(i − ¼)/(n + ½).
+/// Returns Gauss–Legendre points and weights on 0 … 1, exact for polynomials of degree 2n − 1. Newton's method finds the roots of P_n from cos π(i −
+/// ¼)/(n + ½).
 pub(super) fn gauss(n: usize) -> Vec<(f64, f64)> {
     (1..=n)
         .map(|i| {
@@ -56,7 +55,7 @@ pub(super) fn gauss(n: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// P_n and P_{n−1} at x.
+/// Returns P_n and P_{n−1} at x.
 fn legendre(n: usize, x: f64) -> (f64, f64) {
     let (mut below, mut p) = (0.0, 1.0);
     for k in 0..n {
@@ -79,7 +78,7 @@ mod tests {
                 assert!((sum - want).abs() < 1e-14, "{n} points, degree {degree}: {sum}");
             }
         }
-        // Degree 2n is beyond them.
+        // Two points do not integrate degree 2n exactly.
         let sum: f64 = gauss(2).iter().map(|(x, w)| w * x.powi(4)).sum();
         assert!((sum - 0.2).abs() > 1e-3);
     }

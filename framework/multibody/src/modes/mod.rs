@@ -1,16 +1,16 @@
-//! Flexible bodies by assumed modes: what a body adds to its frame when it bends.
+//! Flexible bodies with assumed modes.
 //!
-//! A flexible body is a body frame, carried by the hinge as that of any other body, and *stations*:
-//! places of the undeformed body that the modal coordinates η move. In body axes:
+//! A flexible body is a body frame, carried by the hinge as for any other body, and *stations*: points of the undeformed body that the modal
+//! coordinates η displace. In body axes:
 //! ```text
 //! p(η) = p₀ + Φ_t η − ½ x̂ ηᵀ G η       Φ_t: `translation`;  x̂, G: `shortening`, if any
 //! R(η) = exp(Φ_r η) R₀                 Φ_r: `rotation`, as rotation vectors
 //! ```
-//! Stations carry all mass that bends, so modal mass and every coupling follow from the stations'
-//! motion and no shape integrals are given. Forces on η: −K η − C η̇, inside the dynamics.
+//! Stations carry all the mass that deforms. Modal mass and all coupling terms follow from the motion of the stations, so you give no shape
+//! integrals. The dynamics includes the modal forces −K η − C η̇.
 //!
-//! What hangs on the body hangs on a station: [`Attachment`] says on which. A model of small strain:
-//! shapes are constant, and second-order terms are those of `shortening` and of exp alone.
+//! A child hinge or node on the body is attached to a station, chosen by [`Attachment`]. The model is for small strain: shapes are constant, and the
+//! only second-order terms are `shortening` and exp.
 
 mod beam;
 mod check;
@@ -27,8 +27,7 @@ pub use validate::{GeneratorFault, ModesFault};
 use linkwork_spatial::{MassProperties, Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// The modes of a flexible body, as from a generator ([`Beam`], [`Plate`]) or from a file: this
-/// structure itself in RON, JSON or any other format of serde.
+/// Modes of a flexible body, from a generator ([`Beam`], [`Plate`]) or from a file: this structure in RON, JSON or any other serde format.
 ///
 /// ```ron
 /// (
@@ -44,31 +43,31 @@ use serde::{Deserialize, Serialize};
 ///     ],
 /// )
 /// ```
-/// (Vectors and poses as serde writes those of the spatial crate.)
+/// (Vectors and poses have the serde form of the spatial crate.)
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Modes {
-    /// K: n numbers (diagonal) or n × n, row after row. Modal coordinates have the unit that makes
-    /// `translation` times η metres; K η is then in their dual.
+    /// K: n numbers (diagonal) or n × n, row by row. Modal coordinates have the unit that gives metres for `translation` times η; K η then has the
+    /// dual unit.
     pub stiffness: Vec<f64>,
-    /// C: as `stiffness`; empty for none.
+    /// C, with the layout of `stiffness`; empty for none.
     #[serde(default)]
     pub damping: Vec<f64>,
-    /// Where mass is, and where other things may hang.
+    /// Points with mass, and points where other bodies or nodes may be attached.
     pub stations: Vec<Station>,
-    /// How a frame that hangs on the body finds its station.
+    /// How a frame attached to the body finds its station.
     #[serde(default)]
     pub attachment: Attachment,
 }
 
-/// A place on the undeformed body, and how each mode moves it.
+/// A point of the undeformed body, and its motion in each mode.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Station {
-    /// The station in the undeformed body, body frame.
+    /// Pose of the station in the undeformed body, body frame.
     #[serde(default)]
     pub pose: Pose,
-    /// What moves with it, in the station's own frame: a slice, or a node of a mesh.
+    /// Mass that moves with the station, in the station's own frame: a slice, or a node of a mesh.
     #[serde(default)]
     pub mass: MassProperties,
     /// Φ_t: one vector for each mode, body axes, m per unit of η.
@@ -76,71 +75,70 @@ pub struct Station {
     /// Φ_r: one rotation vector for each mode, body axes, rad per unit of η; empty for none.
     #[serde(default)]
     pub rotation: Vec<Vec3>,
-    /// What deflection takes from the length between body frame and station; none when left out.
+    /// Loss of length between body frame and station due to deflection; none if omitted.
     #[serde(default)]
     pub shortening: Option<Shortening>,
 }
 
-/// Foreshortening: −½ x̂ ηᵀ G η. With it a spinning beam stiffens as it must (Kane, Ryan and
-/// Banerjee 1987); without it it softens, and gives way at high speed.
+/// Foreshortening: −½ x̂ ηᵀ G η. It gives the stiffening of a spinning beam (Kane, Ryan and Banerjee 1987). Without it, the beam softens and becomes
+/// unstable at high speed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Shortening {
-    /// x̂: along the undeformed body, away from its frame; of unit length.
+    /// x̂: unit vector along the undeformed body, away from its frame.
     pub axis: Vec3,
-    /// G = ∫ φ_i'·φ_j' dx from the body frame to the station, n × n, row after row, symmetric;
-    /// 1/m times units of η.
+    /// G = ∫ φ_i'·φ_j' dx from the body frame to the station, n × n, row by row, symmetric; unit: 1/m times the units of η.
     pub matrix: Vec<f64>,
 }
 
 /// How a child's hinge frame, or a node, finds the station that carries it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Attachment {
-    /// The nearest station, as if glued to it; refused when that is farther than `tolerance`.
+    /// Rigidly attached to the nearest station; an error if that is farther than `tolerance`.
     Nearest {
-        /// m.
+        /// Largest distance, m.
         tolerance: f64,
     },
-    /// The stations lie on the body's x axis, which bends as a beam: the frame is glued to the cross-section
-    /// at its own x, between two stations. Deflections by cubics from values and slopes, stretch and
-    /// twist by cubics through four stations. Refused beyond the outermost stations.
+    /// The stations lie on the body's x axis, which bends as a beam. The frame is rigidly attached to the cross-section at its own x, between two
+    /// stations. Deflections are cubics of values and slopes; stretch and twist are cubics through four stations. A position beyond the outermost
+    /// stations is an error.
     Beam,
 }
 
 impl Default for Attachment {
-    /// Nearest, within 1 mm.
+    /// Nearest station, within 1 mm.
     fn default() -> Self {
         Self::Nearest { tolerance: 1e-3 }
     }
 }
 
 impl Modes {
-    /// Number of modes, n: as many as the first station has vectors.
+    /// Returns the number of modes n, which is the number of vectors of the first station.
     #[must_use]
     pub fn count(&self) -> usize {
         self.stations.first().map_or(0, |s| s.translation.len())
     }
 
-    /// K, n × n, row after row.
+    /// Returns K, n × n, row by row.
     #[must_use]
     pub fn stiffness_matrix(&self) -> Vec<f64> {
         square(&self.stiffness, self.count())
     }
 
-    /// C, n × n, row after row.
+    /// Returns C, n × n, row by row.
     #[must_use]
     pub fn damping_matrix(&self) -> Vec<f64> {
         square(&self.damping, self.count())
     }
 
-    /// Mass of all stations, kg.
+    /// Returns the mass of all stations, kg.
     #[must_use]
     pub fn mass(&self) -> f64 {
         self.stations.iter().map(|s| s.mass.mass).sum()
     }
 
-    /// The modal mass matrix of the undeformed body with its frame held, n × n, row after row:
-    /// Σ Φᵀ M Φ over the stations. Diagonal when the modes are orthogonal, which they need not be.
+    /// Computes the modal mass matrix of the undeformed body with its frame fixed, n × n, row by row: Σ Φᵀ M Φ over the stations. It is diagonal if
+    /// the modes are orthogonal, which is not required.
     #[must_use]
     pub fn mass_matrix(&self) -> Vec<f64> {
         let n = self.count();
@@ -149,7 +147,7 @@ impl Modes {
             let R = s.pose.rotation.to_rotation_matrix().into_inner();
             let (c, J) = (R * s.mass.com, R * s.mass.inertia_com * R.transpose());
             let turn = |i: usize| s.rotation.get(i).copied().unwrap_or_default();
-            // Velocity of the centre of mass, and rate of turning, for a unit of each rate.
+            // Velocity of the centre of mass, and angular velocity, per unit of each rate.
             let v: Vec<Vec3> = (0..n).map(|i| s.translation[i] + turn(i).cross(&c)).collect();
             for i in 0..n {
                 for j in 0..n {
@@ -160,8 +158,7 @@ impl Modes {
         M
     }
 
-    /// The same modes with modal damping ζ for each: C = 2 ζ √(K M) on the diagonal, exact for
-    /// orthogonal modes.
+    /// Returns the modes with modal damping ratio ζ for each: C = 2 ζ √(K M) on the diagonal, exact for orthogonal modes.
     #[must_use]
     pub fn with_damping_ratio(mut self, ratio: f64) -> Self {
         let (n, K, M) = (self.count(), self.stiffness_matrix(), self.mass_matrix());
@@ -172,7 +169,7 @@ impl Modes {
     }
 }
 
-/// n × n of what was given: nothing, a diagonal, or all.
+/// Returns an n × n matrix from an empty list, a diagonal, or all elements.
 fn square(given: &[f64], n: usize) -> Vec<f64> {
     if given.len() == n * n {
         return given.to_vec();

@@ -1,22 +1,22 @@
-//! Where a frame that hangs on a flexible body is carried.
+//! Finds the station or cross-section that carries a frame on a flexible body.
 //!
 //! Beam, between stations a and b, h apart, s = (x − x_a)/h:
 //! ```text
 //! y: Hermite cubic of y and slope θ_z        z: of z and slope −θ_y        G: of G and φ_i'·φ_j'
 //! θ_z = y',  θ_y = −z'                       x, θ_x: Lagrange cubics of the four nearest stations
 //! ```
-//! Exact for the finite elements of [`Beam`](crate::Beam), whose nodes are stations.
+//! This is exact for the finite elements of [`Beam`](crate::Beam), whose nodes are stations.
 
 use super::{Attachment, Modes, Shortening, Station};
 use linkwork_spatial::{MassProperties, Pose, Quat, Vec3};
 use thiserror::Error;
 
-/// What carries a frame on a flexible body, and the frame there.
+/// The carrier of a frame on a flexible body, and the pose of the frame on it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Carrier {
     /// A station of the body.
     Station {
-        /// Which one.
+        /// Index of the station.
         station: usize,
         /// The frame in the station's frame.
         pose: Pose,
@@ -25,23 +25,23 @@ pub enum Carrier {
     Between {
         /// The cross-section, as a station without mass in the body's axes.
         station: Box<Station>,
-        /// The frame in its frame.
+        /// The frame in the frame of the cross-section.
         pose: Pose,
     },
 }
 
-/// Why nothing carries a frame.
+/// Reason why no station carries a frame.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum AttachmentFault {
-    /// No station is near.
+    /// No station is near enough.
     #[error(
         "the nearest station is {distance} m away, beyond the tolerance of {tolerance} m\n  help: move \
          the frame to a station, add a station there, or raise the tolerance"
     )]
     Far {
-        /// m.
+        /// Distance, m.
         distance: f64,
-        /// m.
+        /// Tolerance, m.
         tolerance: f64,
     },
     /// The frame is not between the ends of the beam.
@@ -50,21 +50,20 @@ pub enum AttachmentFault {
          frame between them, or add a station"
     )]
     OffBeam {
-        /// m.
+        /// Position, m.
         x: f64,
-        /// m.
+        /// Start of the stations, m.
         from: f64,
-        /// m.
+        /// End of the stations, m.
         to: f64,
     },
 }
 
 impl Modes {
-    /// What carries the frame `X` (in the undeformed body), and where it is there. Sound modes are
-    /// assumed. O(stations).
+    /// Finds the carrier of the frame `X` (given in the undeformed body), and the pose on it. Assumes valid modes. O(stations).
     ///
     /// # Errors
-    /// [`AttachmentFault`] if no station is near, or it is beyond the ends of the beam.
+    /// [`AttachmentFault`] if no station is near, or if the frame is beyond the ends of the beam.
     pub fn place(&self, X: &Pose) -> Result<Carrier, AttachmentFault> {
         match self.attachment {
             Attachment::Nearest { tolerance } => self.nearest(X, tolerance),
@@ -72,8 +71,8 @@ impl Modes {
         }
     }
 
-    /// Where the frame `X` (in the undeformed body) is in the body frame at modal coordinates η; `X` itself when
-    /// nothing carries it.
+    /// Returns the pose in the body frame, at modal coordinates η, of the frame `X` of the undeformed body. Returns `X` itself if no station carries
+    /// it.
     pub(crate) fn carried(&self, X: &Pose, eta: &[f64]) -> Pose {
         match self.place(X) {
             Ok(Carrier::Station { station, pose }) => self.stations[station].moved(eta) * pose,
@@ -121,7 +120,7 @@ impl Modes {
         Ok(Carrier::Between { station: Box::new(station), pose })
     }
 
-    /// The cross-section at x between stations a and b.
+    /// Returns the cross-section at x between stations a and b.
     fn between(&self, a: usize, b: usize, four: &[usize], x: f64) -> Station {
         let n = self.count();
         let (a, b) = (&self.stations[a], &self.stations[b]);
@@ -160,7 +159,7 @@ impl Modes {
 }
 
 impl Station {
-    /// The station in the body frame at modal coordinates η: the equations of the module.
+    /// Returns the pose of the station in the body frame at modal coordinates η, by the equations of the module.
     #[must_use]
     pub fn moved(&self, eta: &[f64]) -> Pose {
         let sum = |all: &[Vec3]| all.iter().zip(eta).map(|(v, x)| v * *x).sum::<Vec3>();
@@ -174,7 +173,7 @@ impl Station {
     }
 }
 
-/// The Hermite cubic on 0 … h at one place: weights of values and slopes, for value and slope.
+/// The Hermite cubic on 0 … h at one point: weights of the end values and end slopes, for value and slope.
 pub(super) struct Cubic {
     value: [f64; 4],
     slope: [f64; 4],
@@ -182,7 +181,7 @@ pub(super) struct Cubic {
 }
 
 impl Cubic {
-    /// `s` from 0 to 1.
+    /// Computes the weights at `s` from 0 to 1.
     pub fn new(s: f64, h: f64) -> Self {
         Self {
             value: [
@@ -206,21 +205,20 @@ impl Cubic {
         }
     }
 
-    /// Value and slope from those at both ends.
+    /// Returns value and slope from the values and slopes at both ends.
     fn of(&self, ends: &[Vec3; 2], slopes: &[Vec3; 2]) -> (Vec3, Vec3) {
         let sum =
             |w: &[f64; 4]| ends[0] * w[0] + ends[1] * w[1] + slopes[0] * w[2] + slopes[1] * w[3];
         (sum(&self.value), sum(&self.slope))
     }
 
-    /// Weights in the order of an element's unknowns (value, slope, value, slope): of the value, the slope,
-    /// the curvature.
+    /// Returns the weights of value, slope and curvature, in the order of an element's unknowns (value, slope, value, slope).
     pub fn weights(&self) -> [[f64; 4]; 3] {
         [self.value, self.slope, self.curve].map(|w| [w[0], w[2], w[1], w[3]])
     }
 }
 
-/// Weights of the values at `places` of the polynomial through them, at x.
+/// Returns the weights, at x, of the values at `places` for the polynomial through them.
 fn lagrange(places: impl Iterator<Item = f64>, x: f64) -> Vec<f64> {
     let places: Vec<f64> = places.collect();
     let weight = |(i, a): (usize, &f64)| {

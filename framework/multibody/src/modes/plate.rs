@@ -1,4 +1,4 @@
-//! Modes of a thin rectangular plate clamped along one edge (Kirchhoff), by the Ritz method.
+//! Modes of a thin rectangular plate clamped along one edge (Kirchhoff), computed with the Ritz method.
 //!
 //! ```text
 //! w(x, y) = Σ c_mn (x/a)² P_m(2x/a − 1) P_n(2y/b)          P: Legendre polynomials
@@ -15,11 +15,10 @@ use linkwork_spatial::nalgebra::{DMatrix, DVector};
 use linkwork_spatial::{MassProperties, Mat3, Pose, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// Terms of the Ritz series each way.
+/// Number of terms of the Ritz series in each direction.
 const TERMS: usize = 8;
 
-/// A thin rectangular plate in the body's x–y plane: clamped to the body frame along x = 0, free at x = `length`
-/// and y = ±`width`/2.
+/// A thin rectangular plate in the body's x–y plane, clamped to the body frame along x = 0 and free at x = `length` and y = ±`width`/2.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plate {
@@ -35,19 +34,20 @@ pub struct Plate {
     pub poisson: f64,
     /// ρ, kg/m³.
     pub density: f64,
-    /// Share ζ of critical damping in each mode.
+    /// Damping ratio ζ of each mode.
     #[serde(default)]
     pub damping_ratio: f64,
-    /// Places [x, y] (m) where other things hang: stations without mass. The four corners are stations in any case.
+    /// Points [x, y] (m) for attached bodies or nodes: stations without mass. The four corners are always stations.
     #[serde(default)]
     pub attach: Vec<[f64; 2]>,
 }
 
 impl Plate {
-    /// The lowest modes, each with greatest deflection near 1, with points of mass at Gauss points and stations at the corners and `attach`.
+    /// Computes the lowest modes, scaled to a largest deflection near 1, with point masses at Gauss points, and stations at the corners and at
+    /// `attach`.
     ///
     /// # Errors
-    /// [`GeneratorFault`] for each parameter that no plate has, and for more modes than the series resolves.
+    /// [`GeneratorFault`] for each invalid parameter, and for more modes than the series resolves.
     pub fn modes(&self, count: usize) -> Result<Modes, Vec<GeneratorFault>> {
         self.check(count)?;
         let shapes = self.shapes(count).ok_or(vec![GeneratorFault::NoModes { what: "plate" }])?;
@@ -58,7 +58,7 @@ impl Plate {
             .chain(&self.attach)
             .map(|[x, y]| self.station(*x, *y, 0.0, &shapes))
             .collect();
-        // Modes are polynomials of degree TERMS + 1: their products are integrated exactly.
+        // Modes are polynomials of degree TERMS + 1, so this quadrature integrates their products exactly.
         for (s, u) in gauss(TERMS + 2) {
             for (t, v) in gauss(TERMS) {
                 stations.push(self.station(a * s, b * (t - 0.5), u * v, &shapes));
@@ -77,7 +77,7 @@ impl Plate {
         })
     }
 
-    /// Mass, kg.
+    /// Returns the mass, kg.
     #[must_use]
     pub fn mass(&self) -> f64 {
         self.density * self.length * self.width * self.thickness
@@ -135,7 +135,7 @@ impl Plate {
         let (a, b) = (self.length, self.width);
         let scaled = |(omega2, c): (f64, DVector<f64>)| {
             let shape = Shape { stiffness: omega2, c };
-            // Greatest on a grid that has the corners.
+            // Find the largest deflection on a grid that includes the corners.
             let grid = (0..=8).flat_map(|i| (0..=8).map(move |j| (i, j)));
             let place = |(i, j)| (a * f64::from(i) / 8.0, b * (f64::from(j) / 8.0 - 0.5));
             let values = grid.map(place).map(|(x, y)| shape.sum(self, x, y, 0));
@@ -145,13 +145,13 @@ impl Plate {
         Some(found.into_iter().map(scaled).collect())
     }
 
-    /// One term of the series at a place: w, w_x, w_y, w_xx, w_yy, w_xy.
+    /// Returns one term of the series at a point: w, w_x, w_y, w_xx, w_yy, w_xy.
     fn term(&self, k: usize, x: f64, y: f64) -> [f64; 6] {
         let (m, n) = (k / TERMS, k % TERMS);
         let s = x / self.length;
         let (p, q) = (legendre(m, 2.0 * s - 1.0), legendre(n, 2.0 * y / self.width));
         let (a, b) = (self.length, 0.5 * self.width);
-        // s² P(2s − 1) and its derivatives by s.
+        // s² P(2s − 1) and its derivatives with respect to s.
         let X = [
             s * s * p[0],
             2.0 * s * p[0] + 2.0 * s * s * p[1],
@@ -190,14 +190,14 @@ struct Shape {
 }
 
 impl Shape {
-    /// Entry `what` of the terms, summed.
+    /// Returns the sum over the series of entry `what` of the terms.
     fn sum(&self, plate: &Plate, x: f64, y: f64, what: usize) -> f64 {
         self.c.iter().enumerate().map(|(k, c)| c * plate.term(k, x, y)[what]).sum()
     }
 }
 
-/// P_n and its first two derivatives:
-/// P_{k+1} = ((2k+1) x P_k − k P_{k−1})/(k+1),  P'_{k+1} = P'_{k−1} + (2k+1) P_k, and again.
+/// Returns P_n and its first two derivatives from the recurrence
+/// P_{k+1} = ((2k+1) x P_k − k P_{k−1})/(k+1),  P'_{k+1} = P'_{k−1} + (2k+1) P_k, and the same for P''.
 fn legendre(n: usize, x: f64) -> [f64; 3] {
     let (mut below, mut p) = ([0.0; 3], [1.0, 0.0, 0.0]);
     for k in 0..n {

@@ -1,63 +1,62 @@
-//! What can be wrong with modes, and with the numbers that a generator makes them from.
+//! Faults of modes, and of the parameters of mode generators.
 //!
-//! Modes need not be orthogonal: the whole modal mass matrix is used. They must be independent
-//! (M positive definite), and K and C must not feed energy (positive semidefinite).
+//! Modes need not be orthogonal, because the dynamics uses the full modal mass matrix. They must be independent (M positive definite), and K and C
+//! must not add energy (positive semidefinite).
 
 use super::eigen::least;
 use super::{Attachment, Modes};
 use linkwork_spatial::InertiaError;
 use thiserror::Error;
 
-/// Least eigenvalue of the modal mass matrix, scaled to ones on its diagonal, of modes that count as
-/// independent.
+/// Modes count as independent if the smallest eigenvalue of the modal mass matrix, scaled to a unit diagonal, is at least this.
 const INDEPENDENT: f64 = 1e-10;
 
-/// One thing wrong with modes.
+/// A fault of modes.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ModesFault {
-    /// Nothing carries mass.
+    /// The list of stations is empty.
     #[error("no stations\n  help: give at least one, with mass")]
     NoStations,
-    /// A list has not one entry for each mode.
+    /// The length of a list does not match the number of modes.
     #[error(
         "{place}: {got} numbers or vectors where {modes} modes need {want}\n  help: the first station's \
          `translation` says how many modes there are"
     )]
     Length {
-        /// Where.
+        /// Location.
         place: String,
-        /// Given.
+        /// Number given.
         got: usize,
-        /// Modes.
+        /// Number of modes.
         modes: usize,
-        /// Wanted, in words.
+        /// Required length, in words.
         want: String,
     },
     /// A number that is NaN or infinite.
     #[error("{place}: a number is NaN or infinite\n  help: give finite numbers")]
     NotFinite {
-        /// Where.
+        /// Location.
         place: String,
     },
-    /// A matrix whose mirrored entries differ.
+    /// A matrix is not symmetric.
     #[error("{place}: not symmetric, mirrored entries differ by {by}\n  help: give (A + Aᵀ)/2")]
     NotSymmetric {
-        /// Where.
+        /// Location.
         place: String,
         /// Largest difference.
         by: f64,
     },
-    /// A stiffness or damping that would feed energy.
+    /// A stiffness or damping matrix would add energy.
     #[error(
         "{place}: least eigenvalue {eigenvalue}, mostly of mode {mode} (from 0)\n  help: it must not be \
          negative; check signs, and leave out modes of negative stiffness"
     )]
     Negative {
-        /// Where.
+        /// Location.
         place: String,
         /// The eigenvalue.
         eigenvalue: f64,
-        /// The mode with the largest share in its vector.
+        /// The mode with the largest component in the eigenvector.
         mode: usize,
     },
     /// Two modes are the same motion of the mass, or one moves no mass.
@@ -67,19 +66,19 @@ pub enum ModesFault {
          give mass to the stations that it moves; orthogonality is not needed"
     )]
     Dependent {
-        /// The mode with the largest share in the vector.
+        /// The mode with the largest component in the eigenvector.
         mode: usize,
-        /// How independent, 0 … 1.
+        /// Measure of independence, 0 … 1.
         eigenvalue: f64,
     },
-    /// A mass that no body has.
+    /// Invalid mass properties of a station.
     #[error(
         "station {station}: {error}\n  help: correct `mass` of the station; it is in the station's own frame"
     )]
     Inertia {
-        /// Which, from 0.
+        /// Index of the station, from 0.
         station: usize,
-        /// What is wrong.
+        /// Fault.
         error: InertiaError,
     },
     /// The axis of shortening is not of unit length.
@@ -87,22 +86,22 @@ pub enum ModesFault {
         "station {station}: the axis of `shortening` has length {length}\n  help: give a unit vector"
     )]
     Axis {
-        /// Which, from 0.
+        /// Index of the station, from 0.
         station: usize,
         /// Its length.
         length: f64,
     },
-    /// Stations that are no beam, or a tolerance that is no length.
+    /// The stations do not form a beam, or the tolerance is invalid.
     #[error("attachment: {fact}\n  help: {help}")]
     Attachment {
-        /// The fact.
+        /// Fact.
         fact: String,
-        /// The remedy.
+        /// Remedy.
         help: &'static str,
     },
 }
 
-/// One thing wrong with what a generator was given.
+/// A fault of the parameters of a generator.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum GeneratorFault {
     /// A number that must be positive is not.
@@ -123,29 +122,29 @@ pub enum GeneratorFault {
         /// Its value.
         ratio: f64,
     },
-    /// A Poisson's ratio that no isotropic solid has.
+    /// A Poisson's ratio is impossible for an isotropic solid.
     #[error("plate: `poisson` is {value}\n  help: it must be above −1 and below 0.5")]
     Poisson {
         /// Its value.
         value: f64,
     },
-    /// More modes than the series behind them resolves.
-    #[error("{what}: {wanted} modes of one kind are wanted\n  help: at most {most} are accurate")]
+    /// More modes than the series resolves.
+    #[error("{what}: {wanted} modes of one kind requested\n  help: at most {most} are accurate")]
     TooMany {
         /// Beam or plate.
         what: &'static str,
-        /// Wanted.
+        /// Number requested.
         wanted: usize,
-        /// The most.
+        /// Maximum.
         most: usize,
     },
-    /// A place that is not on the plate.
+    /// A point is not on the plate.
     #[error("plate: [{}, {}] is not on it\n  help: 0 ≤ x ≤ length, |y| ≤ width/2", at[0], at[1])]
     OffPlate {
         /// x, y, m.
         at: [f64; 2],
     },
-    /// The eigenvalue problem has no answer in double precision.
+    /// The eigenvalue problem has no solution in double precision.
     #[error(
         "{what}: no modes found\n  help: parameters differ by too many orders of magnitude; check their \
          units"
@@ -157,7 +156,7 @@ pub enum GeneratorFault {
 }
 
 impl GeneratorFault {
-    /// The faults of numbers that must be positive.
+    /// Returns the faults of numbers that must be positive.
     pub(super) fn positive(what: &'static str, numbers: &[(&'static str, f64)]) -> Vec<Self> {
         let bad = numbers.iter().filter(|(_, x)| !(x.is_finite() && *x > 0.0));
         bad.map(|(name, value)| Self::NotPositive { what, name, value: *value }).collect()
@@ -165,10 +164,10 @@ impl GeneratorFault {
 }
 
 impl Modes {
-    /// Checks everything that the dynamics relies on. O(stations × modes²).
+    /// Checks every property that the dynamics relies on. O(stations × modes²).
     ///
     /// # Errors
-    /// Every [`ModesFault`] found; those of a later kind only when earlier ones leave sense in them.
+    /// All [`ModesFault`]s found. Later kinds of fault are checked only if earlier ones do not make them meaningless.
     pub fn validate(&self) -> Result<(), Vec<ModesFault>> {
         let mut faults = Vec::new();
         if self.stations.is_empty() {
@@ -260,7 +259,7 @@ impl Modes {
         }
     }
 
-    /// Symmetric and positive semidefinite.
+    /// Checks that a matrix is symmetric and positive semidefinite.
     fn check_matrix(&self, place: &str, A: &[f64], faults: &mut Vec<ModesFault>) {
         let n = self.count();
         let before = faults.len();

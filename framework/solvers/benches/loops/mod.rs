@@ -1,5 +1,5 @@
-//! Mechanisms with closed loops for the benchmarks, each with states that close them, and the file
-//! that the peer reads (`tests/benches/peers/pinocchio_constrained.cpp`).
+//! Mechanisms with closed loops for the benchmarks, each with closed states, and the file that Pinocchio's program reads
+//! (`tests/benches/peers/pinocchio_constrained.cpp`).
 
 use crate::{algorithms, mechanisms, support};
 use linkwork_dynamics::multibody::{
@@ -10,20 +10,20 @@ use linkwork_dynamics::{Tree, Workspace};
 use linkwork_solvers::{ConstrainedSolver, ConstraintMethod, Projector};
 use std::fmt::Write as _;
 
-/// States that the calls go round.
+/// Number of states that the calls cycle through.
 pub const STATES: usize = 16;
 
-/// A mechanism and where its loops close.
+/// A mechanism and a closed configuration of it.
 pub struct Case {
-    /// Its name in the tables.
+    /// Name in the tables.
     pub name: String,
-    /// With its loops.
+    /// The mechanism with its loops.
     pub mbs: Multibody,
     /// A closed configuration.
     pub start: Vec<f64>,
 }
 
-/// Position, rate and force of one state; the first two close the loops.
+/// Position, rate and force of one state. Position and rate satisfy the loops.
 pub struct State {
     /// q.
     pub q: Vec<f64>,
@@ -34,13 +34,13 @@ pub struct State {
 }
 
 impl Case {
-    /// Closed states near the start.
+    /// Returns closed states near the start.
     pub fn states(&self, tree: &Tree) -> Vec<State> {
         let mut ws = Workspace::new(tree);
         let mut solver = ConstrainedSolver::new(tree, |_| ConstraintMethod::Augment);
         let mut close = Projector::new(tree);
         let one = |i: u64| {
-            // As far from the start as can still be closed.
+            // Take the state as far from the start as projection can still close it.
             let q = [0.2, 0.05, 0.01, 2e-3, 5e-4].into_iter().find_map(|scale| {
                 let mut q = self.start.clone();
                 let step: Vec<f64> = self.mbs.random_v(i).iter().map(|x| scale * x).collect();
@@ -56,7 +56,7 @@ impl Case {
         (0..STATES as u64).map(one).collect()
     }
 
-    /// Text for the peer; `answers` are the accelerations of the states.
+    /// Returns the text for Pinocchio's program; `answers` are the accelerations of the states.
     pub fn text(&self, states: &[State], answers: &[Vec<f64>]) -> String {
         let mut text: String = algorithms::joints(&self.mbs)
             .lines()
@@ -90,7 +90,7 @@ fn put(text: &mut String, x: &[f64]) {
     x.iter().for_each(|x| write!(text, " {x:e}").expect("text"));
 }
 
-/// Rates of free hinges as [v; ω].
+/// Returns rates with those of free hinges as [v; ω].
 fn linear_first(mbs: &Multibody, x: &[f64]) -> Vec<f64> {
     let mut out = x.to_vec();
     for b in mbs.bodies().iter().filter(|b| b.v().len() == 6) {
@@ -99,7 +99,7 @@ fn linear_first(mbs: &Multibody, x: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Everything that is timed.
+/// Returns all cases that are timed.
 pub fn all() -> Vec<Case> {
     let mut all = Vec::new();
     if let Some(robot) = support::robot("solo12_ff") {
@@ -124,7 +124,7 @@ pub fn all() -> Vec<Case> {
     all
 }
 
-/// A robot whose nodes are held where they are at a random configuration.
+/// Returns a robot whose nodes are fixed at their poses in a random configuration.
 fn held(name: &str, mbs: &Multibody, hinge: impl Fn() -> Hinge, seed: u64) -> Case {
     let start = mbs.random_q(seed);
     let poses = mbs.body_poses(&start);
@@ -144,9 +144,8 @@ fn held(name: &str, mbs: &Multibody, hinge: impl Fn() -> Hinge, seed: u64) -> Ca
     Case { name: name.into(), mbs: b.build().expect("held robot"), start }
 }
 
-/// Branches of four-bars in series on a free base of 5 kg: each hangs on the coupler before it. Ground
-/// side and coupler 1 m, cranks 0.5 m; the far crank's tip is pinned to the coupler by a ball, three
-/// rows of which one repeats what the pins say.
+/// Returns branches of four-bars in series on a free base of 5 kg, each attached to the coupler before it. Ground side and coupler have 1 m, cranks
+/// 0.5 m. A ball connects the far crank's tip to the coupler: three rows, one of which repeats the constraint of the pins.
 pub fn four_bars(branches: usize, depth: usize) -> Case {
     let mut b = Builder::new();
     let cube = Mat3::from_diagonal(&Vec3::new(0.02, 0.02, 0.02));
@@ -195,9 +194,8 @@ pub fn four_bars(branches: usize, depth: usize) -> Case {
     Case { name: format!("four-bars {branches} × {depth}"), mbs, start }
 }
 
-/// Two chains beside each other, tied at the tip of every loop of `size` links a side; both go on from
-/// there on the first chain's last link, until `depth` links follow each other. Pins about y and x in
-/// turn, so that the three rows of a ball are independent.
+/// Returns two parallel chains, connected at the tip of every loop of `size` links per side. Both continue from there on the last link of the first
+/// chain, until `depth` links follow each other. Pins alternate between y and x, so that the three rows of a ball are independent.
 pub fn parallel_chains(depth: usize, size: usize) -> Case {
     let mut b = Builder::new();
     let inertia = Mat3::from_diagonal(&Vec3::new(3.0, 2.0, 1.0));
@@ -207,7 +205,7 @@ pub fn parallel_chains(depth: usize, size: usize) -> Case {
             let inner = if k % size == 0 { 'a' } else { side };
             let parent = if k == 0 { "world".to_owned() } else { name(inner, k - 1) };
             let x = if k == 0 { 0.0 } else { 1.0 };
-            // Side by side on what carries both.
+            // Side by side on their common parent.
             let y = if side == 'b' && k % size == 0 { 0.7 } else { 0.0 };
             b.body(
                 BodySpec::new(name(side, k), parent)

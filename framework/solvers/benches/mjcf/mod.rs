@@ -1,4 +1,4 @@
-//! A scene as MuJoCo reads it.
+//! Writes a scene as MJCF.
 
 use crate::scenes::{FRICTION, Meet, Scene};
 use linkwork_collision::{ColliderSpec, Shape};
@@ -6,7 +6,7 @@ use linkwork_dynamics::multibody::{BodyId, Multibody};
 use linkwork_dynamics::spatial::Pose;
 use std::fmt::Write as _;
 
-/// The model: bodies in our order, so that coordinates have the same places.
+/// Returns the model, with bodies in Linkwork's order, so that coordinates have the same indices.
 pub fn model(s: &Scene) -> String {
     let bits = if s.meet == Meet::All { (1, 1) } else { (1, 0) };
     let (solid, field) = ground(s);
@@ -37,11 +37,11 @@ pub fn model(s: &Scene) -> String {
     t + "</equality></mujoco>\n"
 }
 
-/// Positions, rates and applied forces.
+/// Returns positions, rates and applied forces.
 pub fn state(s: &Scene) -> String {
     let (mut q, mut v, mut f) = (s.q.clone(), s.v.clone(), s.applied.clone());
     for b in s.mbs.bodies().iter().filter(|b| b.v().len() == 6) {
-        // Theirs: quaternions with w first, rates [v; ω].
+        // MuJoCo has quaternions with w first, and rates [v; ω].
         q[b.q()][3..].rotate_right(1);
         v[b.v()].rotate_left(3);
         f[b.v()].rotate_left(3);
@@ -57,7 +57,7 @@ fn ground(s: &Scene) -> (String, String) {
             let top = heights.iter().fold(0.0_f64, |a, h| a.max(*h));
             let rows: Vec<String> = heights.iter().map(|h| format!("{:e}", h / top)).collect();
             let (rx, ry) = (0.5 * spacing[0] * (*x - 1) as f64, 0.5 * spacing[1] * (*y - 1) as f64);
-            // Elevation is given from the far side of y.
+            // Elevation rows start at the far side of y.
             let mut text = String::new();
             for row in rows.chunks(*x).rev() {
                 text += &row.join(" ");

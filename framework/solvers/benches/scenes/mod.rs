@@ -7,17 +7,17 @@ use linkwork_dynamics::multibody::{
 };
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
 
-/// A mechanism with shapes, where it starts, what drives it and how long it runs.
+/// A mechanism with shapes, initial state, applied forces and duration.
 pub struct Scene {
-    /// Its name in the table.
+    /// Name in the table.
     pub name: String,
     /// The mechanism.
     pub mbs: Multibody,
     /// The shapes of the bodies.
     pub shapes: Vec<ColliderSpec>,
-    /// What they stand on.
+    /// Shape of the ground.
     pub ground: ColliderSpec,
-    /// Whether bodies meet each other, or only the ground.
+    /// Whether bodies collide with each other, or only with the ground.
     pub meet: Meet,
     /// q at the start.
     pub q: Vec<f64>,
@@ -25,17 +25,17 @@ pub struct Scene {
     pub v: Vec<f64>,
     /// Force on each coordinate.
     pub applied: Vec<f64>,
-    /// N m s: force against each rate.
+    /// Damping of each rate, N m s.
     pub damping: Vec<f64>,
     /// Rotor inertia of pins, kg m².
     pub armature: f64,
     /// Step, s.
     pub h: f64,
-    /// How many.
+    /// Number of steps.
     pub steps: usize,
 }
 
-/// Which pairs meet.
+/// Pairs that can collide.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Meet {
     /// All.
@@ -44,11 +44,11 @@ pub enum Meet {
     Ground,
 }
 
-/// Coefficient of friction of everything.
+/// Coefficient of friction of all colliders.
 pub const FRICTION: f64 = 0.8;
 
 impl Scene {
-    /// The colliders of the scene.
+    /// Returns the colliders of the scene.
     pub fn colliders(&self) -> Colliders {
         let mut all: Vec<ColliderSpec> = self.shapes.clone();
         all.push(self.ground.clone());
@@ -81,12 +81,12 @@ impl Scene {
     }
 }
 
-/// Every scene, with its variants: how boxes fall on each other is chaotic, and so is what it costs.
+/// Returns every scene with its variants, because falling boxes are chaotic and so is the time of their steps.
 pub fn all() -> Vec<Vec<Scene>> {
     vec![vec![humanoid()], (0..8).map(pile).collect(), vec![rover()]]
 }
 
-/// Capsule along z of its body, from its origin downwards.
+/// Returns a capsule along z of its body, from its origin downwards.
 fn limb(body: &str, radius: f64, length: f64) -> ColliderSpec {
     let shape = Shape::Capsule { radius, half_length: 0.5 * length };
     ColliderSpec::new(body, body, shape).at(Pose::translation(0.0, 0.0, -0.5 * length))
@@ -96,7 +96,7 @@ fn ball(body: &str, radius: f64) -> ColliderSpec {
     ColliderSpec::new(body, body, Shape::Sphere { radius })
 }
 
-/// 37 dof with damped joints, dropped on its feet: it falls over and comes to rest.
+/// A humanoid with 37 degrees of freedom and damped joints, dropped on its feet: it falls over and comes to rest.
 fn humanoid() -> Scene {
     let armature = 0.01;
     let mut b = Builder::from(&mechanisms::humanoid());
@@ -121,7 +121,7 @@ fn humanoid() -> Scene {
     s
 }
 
-/// 20 boxes of three sizes that fall on a heap, turned otherwise in each variant.
+/// 20 boxes of three sizes that fall on a heap, with other orientations in each variant.
 fn pile(variant: u32) -> Scene {
     let start = |i: u32, f: f64| {
         Vec3::new(0.12 * (2.1 * f).sin(), 0.12 * (2.1 * f).cos(), 0.15 + 0.14 * f64::from(i))
@@ -129,7 +129,7 @@ fn pile(variant: u32) -> Scene {
     boxes("20 boxes in a pile", 20, 20 * variant, start)
 }
 
-/// The same boxes, any number, from a block of layers that are three times as wide as high.
+/// Any number of the same boxes, from a block of layers that are three times as wide as the block is high.
 pub fn heap(number: u32) -> Scene {
     let side = (f64::from(number) / 3.0).cbrt().mul_add(1.5, 0.5).round().max(1.0) as u32;
     let start = |i: u32, f: f64| {
@@ -206,7 +206,7 @@ fn rover() -> Scene {
     s
 }
 
-/// Links in a row on a free base, pins about z.
+/// Links in a row on a free base, with pins about z.
 pub fn chain(links: usize) -> Multibody {
     let mut b = Builder::new();
     let J = Mat3::from_diagonal(&Vec3::new(0.01, 0.02, 0.02));

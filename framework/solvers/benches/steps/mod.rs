@@ -1,4 +1,4 @@
-//! Runs of scenes on either side, and what is measured of them.
+//! Runs of scenes in Linkwork and MuJoCo, and their measurements.
 
 use crate::mjcf;
 use crate::scenes::Scene;
@@ -9,7 +9,7 @@ use linkwork_solvers::{ConstraintMethod, ContactSettings, ContactStepper, StepRe
 use std::path::Path;
 use std::sync::Arc;
 
-/// What is measured on either side.
+/// Measurements of one run, for either side.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Figures {
     pub rate: f64,
@@ -18,18 +18,17 @@ pub struct Figures {
     pub energy: [f64; 2],
     pub drift: f64,
     pub off: f64,
-    /// Seconds of a step in the second half, and of the longest.
+    /// Time of a step in the second half, and of the longest step, s.
     pub half: f64,
     pub worst: f64,
-    /// Steps whose contact problem was not solved to its tolerance.
+    /// Number of steps whose contact problem did not reach its tolerance.
     pub short: usize,
-    /// Steps that Newton solved, and iterations of all.
+    /// Number of steps that Newton solved, and iterations of all steps.
     pub newton: usize,
     pub iterations: usize,
 }
 
-/// Figures of all variants of a scene: rates over all their time, means of contacts and energies, the
-/// worst of the rest.
+/// Combines the measurements of all variants of a scene: rates over their total time, means of contacts and energies, the worst of the others.
 pub fn together(all: impl Iterator<Item = Figures>) -> Figures {
     let all: Vec<Figures> = all.collect();
     let n = all.len() as f64;
@@ -51,7 +50,7 @@ pub fn together(all: impl Iterator<Item = Figures>) -> Figures {
     }
 }
 
-/// A scene in motion.
+/// A running scene.
 struct Run<'s> {
     scene: &'s Scene,
     tree: Tree,

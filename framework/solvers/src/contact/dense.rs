@@ -1,11 +1,11 @@
-//! Small dense linear algebra with fixed loops, so that the same input gives the same bits on any
-//! processor: pseudo-inverse of up to four rows, LU with row exchanges, Cholesky with pivots.
+//! Small dense linear algebra with fixed loops, so that results are bit-identical on any processor: pseudo-inverse of up to four rows, LU with row
+//! exchanges, Cholesky with pivots.
 
 /// Pivots below this, relative to the largest diagonal entry, count as 0.
 const RANK: f64 = 1e-12;
 
-/// Pseudo-inverse of the leading `rows` × `rows` block of a symmetric W, columns of four, by Jacobi
-/// rotations. Eigenvalues below 1e-12 of the largest count as 0.
+/// Computes the pseudo-inverse of the leading `rows` × `rows` block of a symmetric W, in columns of four, with Jacobi rotations. Eigenvalues below
+/// 1e-12 of the largest count as 0.
 pub(crate) fn pseudo_inverse(W: &[[f64; 4]; 4], rows: usize) -> [[f64; 4]; 4] {
     let (mut A, mut V) = (*W, [[0.0; 4]; 4]);
     for k in 0..4 {
@@ -30,7 +30,7 @@ pub(crate) fn pseudo_inverse(W: &[[f64; 4]; 4], rows: usize) -> [[f64; 4]; 4] {
     out
 }
 
-/// One Jacobi rotation that makes A_ij zero; row k of V is the k-th eigenvector.
+/// Applies one Jacobi rotation that makes A_ij zero. Row k of V is the k-th eigenvector.
 fn rotate(A: &mut [[f64; 4]; 4], V: &mut [[f64; 4]; 4], i: usize, j: usize, rows: usize) {
     if A[i][j] == 0.0 {
         return;
@@ -52,9 +52,9 @@ fn rotate(A: &mut [[f64; 4]; 4], V: &mut [[f64; 4]; 4], i: usize, j: usize, rows
     (A[i][j], A[j][i]) = (0.0, 0.0);
 }
 
-/// Solves A x = b in place, A n × n row after row, destroyed; false when A is singular to working
-/// precision. Rows are exchanged. Nothing is done right of a row's last entry or below a column's:
-/// 2/3 n³ when A is full, 2 n × band² when it is banded. `extent` is scratch, n pairs.
+/// Solves A x = b in place, with A n × n row by row, overwritten. Returns false if A is singular to working precision. Exchanges rows. Skips zeros to
+/// the right of a row's last entry and below a column's: 2/3 n³ operations for a full A, 2 n × band² for a banded one. `extent` is workspace, n
+/// pairs.
 pub(crate) fn solve_lu(A: &mut [f64], n: usize, x: &mut [f64], extent: &mut [[usize; 2]]) -> bool {
     if n == 0 {
         return true;
@@ -62,7 +62,7 @@ pub(crate) fn solve_lu(A: &mut [f64], n: usize, x: &mut [f64], extent: &mut [[us
     let extent = &mut extent[..n];
     extents(A, n, extent);
     for k in 0..n {
-        // Rows k + 1 .. low may have something in column k.
+        // Only rows k + 1 .. low may have an entry in column k.
         let (low, mut p) = (extent[k][1].max(k + 1), k);
         for i in k + 1..low {
             if A[i * n + k].abs() > A[p * n + k].abs() {
@@ -107,7 +107,7 @@ pub(crate) fn solve_lu(A: &mut [f64], n: usize, x: &mut [f64], extent: &mut [[us
     true
 }
 
-/// For each k one past the last entry of row k, and one past that of column k.
+/// Computes, for each k, one past the last entry of row k, and one past the last entry of column k.
 fn extents(A: &[f64], n: usize, extent: &mut [[usize; 2]]) {
     extent.fill([0, 0]);
     for (i, row) in A.chunks_exact(n.max(1)).enumerate() {
@@ -120,8 +120,8 @@ fn extents(A: &[f64], n: usize, extent: &mut [[usize; 2]]) {
     }
 }
 
-/// Cholesky factor with pivots of a symmetric positive semidefinite A, n × n row after row, in its
-/// lower triangle, rows in the order of `order`. Returns the rank.
+/// Computes the pivoted Cholesky factor of a symmetric positive semidefinite A, n × n row by row, in its lower triangle, with rows in the order of
+/// `order`. Returns the rank.
 pub(crate) fn pivoted_cholesky(A: &mut [f64], n: usize, order: &mut [usize]) -> usize {
     for (k, o) in order.iter_mut().enumerate() {
         *o = k;
@@ -156,8 +156,7 @@ pub(crate) fn pivoted_cholesky(A: &mut [f64], n: usize, order: &mut [usize]) -> 
     n
 }
 
-/// Rows and columns p > k exchanged; columns before k are finished rows of the factor, and only the
-/// lower triangle counts.
+/// Exchanges rows and columns p > k. Columns before k are finished rows of the factor, and only the lower triangle is used.
 fn exchange(A: &mut [f64], n: usize, p: usize, k: usize) {
     for j in 0..k {
         A.swap(p * n + j, k * n + j);
@@ -171,8 +170,7 @@ fn exchange(A: &mut [f64], n: usize, p: usize, k: usize) {
     }
 }
 
-/// Solves L Lᵀ x = b in place for the leading `rank` rows of a factor of `pivoted_cholesky` with
-/// rows of n; x is in the order of the pivots.
+/// Solves L Lᵀ x = b in place for the leading `rank` rows of a factor of `pivoted_cholesky` with rows of n; x is in the order of the pivots.
 pub(crate) fn solve_cholesky(L: &[f64], n: usize, rank: usize, x: &mut [f64]) {
     for i in 0..rank {
         let sum: f64 = L[i * n..i * n + i].iter().zip(&x[..i]).map(|(l, x)| l * x).sum();
@@ -193,7 +191,7 @@ mod tests {
         (*seed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
-    /// Full, banded and scattered matrices, with a diagonal that needs row exchanges.
+    /// Full, banded and scattered matrices with a diagonal that needs row exchanges.
     #[test]
     fn lu_solves_whatever_the_pattern() {
         let mut seed = 3;
@@ -223,7 +221,7 @@ mod tests {
         assert!(!solve_lu(&mut [1.0, 2.0, 2.0, 4.0], 2, &mut [1.0, 1.0], &mut [[0; 2]; 2]));
     }
 
-    /// W W⁺ W = W, and W⁺ of rank as that of W.
+    /// W W⁺ W = W, and W⁺ has the rank of W.
     #[test]
     fn pseudo_inverse_of_full_and_deficient_blocks() {
         let mut seed = 9;

@@ -1,31 +1,31 @@
-//! Why a contact problem is refused, or could not be answered.
+//! Errors of a contact problem and its solution.
 
 use thiserror::Error;
 
-/// A mistake in the input, or numbers that overflow. Impulses are left as they were given.
+/// Invalid input, or numbers that overflow. Impulses keep their initial values.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ContactError {
-    /// A slice of the wrong length.
+    /// A slice has the wrong length.
     #[error(
-        "contact problem: `{what}` has {found} numbers, where {expected} belong\n  help: one for each group of rows (`start`: one more; `dof` and `e`: one for each entry)"
+        "contact problem: `{what}` has {found} numbers, expected {expected}\n  help: give one for each group of rows (`start`: one more; `dof` and `e`: one for each entry)"
     )]
     Length {
         /// Name of the argument.
         what: &'static str,
-        /// Length wanted.
+        /// Expected length.
         expected: usize,
-        /// Length given.
+        /// Actual length.
         found: usize,
     },
-    /// `start` does not begin at 0, or falls.
+    /// `start` does not begin at 0, or decreases.
     #[error(
-        "contact problem, group {group}: `start` begins at 0 and never falls; here it does not\n  help: give the first entry of each group, and the number of entries at the end"
+        "contact problem, group {group}: `start` must begin at 0 and never decrease\n  help: give the first entry of each group, and the number of entries at the end"
     )]
     Start {
         /// The group.
         group: usize,
     },
-    /// A degree of freedom out of range or out of order.
+    /// A degree of freedom is out of range or out of order.
     #[error(
         "contact problem, group {group}: degrees of freedom must ascend and be below {dofs}\n  help: sort the entries of a group, and add those that are equal"
     )]
@@ -35,7 +35,7 @@ pub enum ContactError {
         /// Number of degrees of freedom.
         dofs: usize,
     },
-    /// A group without rows or with more than four.
+    /// A group has zero rows, or more than four.
     #[error(
         "contact problem, group {group}: {rows} rows\n  help: an equality has 1 to 4 rows; use several groups for more"
     )]
@@ -45,9 +45,9 @@ pub enum ContactError {
         /// Rows given.
         rows: usize,
     },
-    /// Numbers in lanes of the factor which the group does not have.
+    /// The factor has numbers in lanes that the group does not use.
     #[error(
-        "contact problem, group {group}: the factor has numbers beyond row {rows}\n  help: leave lanes that the group lacks at 0"
+        "contact problem, group {group}: the factor has numbers beyond row {rows}\n  help: set lanes that the group does not use to 0"
     )]
     Lanes {
         /// The group.
@@ -55,7 +55,7 @@ pub enum ContactError {
         /// Rows of the group.
         rows: usize,
     },
-    /// A number that is not finite.
+    /// A number is not finite.
     #[error(
         "contact problem, group {group}, row {row}: {what} is {value}\n  help: look for a division by zero or an overflow where it is computed"
     )]
@@ -64,34 +64,34 @@ pub enum ContactError {
         group: usize,
         /// Row within the group.
         row: usize,
-        /// What the number is.
+        /// Name of the number.
         what: &'static str,
-        /// The number.
+        /// Its value.
         value: f64,
     },
-    /// A number that is negative or not finite.
+    /// A number is negative or not finite.
     #[error(
         "contact problem, group {group}: {what} is {value}\n  help: it must be finite and not negative"
     )]
     Negative {
         /// The group.
         group: usize,
-        /// What the number is.
+        /// Name of the number.
         what: &'static str,
-        /// The number.
+        /// Its value.
         value: f64,
     },
-    /// A setting that makes no sense.
+    /// An invalid setting.
     #[error("contact solver: `{what}` is {value}\n  help: {help}")]
     Setting {
         /// Name of the setting.
         what: &'static str,
-        /// The number.
+        /// Its value.
         value: f64,
-        /// What may be given.
+        /// Remedy.
         help: &'static str,
     },
-    /// The answer does not fit into double precision.
+    /// The solution overflows double precision.
     #[error(
         "contact problem: the numbers overflow\n  help: masses, impulses or velocities are beyond 1e150; use other units"
     )]

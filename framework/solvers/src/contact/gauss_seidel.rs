@@ -1,5 +1,5 @@
-//! Projected Gauss–Seidel with conjugate directions: groups one after the other, each solved exactly
-//! with the others held. W is never formed: a group costs its own entries.
+//! Projected Gauss–Seidel with conjugate directions: solves one group after the other exactly, with the others fixed. W is never formed: the cost of
+//! a group is proportional to its own entries.
 //!
 //! ```text
 //! y = Eᵀ λ
@@ -9,12 +9,10 @@
 //! r = change of λ in the sweep,   |r|² = Σ w_g |r_g|²
 //! β = |r|² / |r before|²;   β ≤ 1:  λ ← λ + β p,  p ← r + β p;   else p ← 0      (ω = 1)
 //! ```
-//! The directions p are those of nonlinear conjugate gradients whose gradient is −r: where contacts
-//! neither open nor begin to slide they take a third of the sweeps (M. Silcowitz-Hansen, S. Niebe,
-//! K. Erleben, "A nonsmooth nonlinear conjugate gradient method for interactive contact force
-//! problems", The Visual Computer 26, 2010). An answer is always what a sweep left, never a
-//! direction's end. Converges for W from E Eᵀ without friction; with friction in practice, and is
-//! stopped by its limit where it does not.
+//! The directions p are nonlinear conjugate gradients with the gradient −r. Where contacts neither open nor begin to slide, they need a third of the
+//! sweeps (M. Silcowitz-Hansen, S. Niebe, K. Erleben, "A nonsmooth nonlinear conjugate gradient method for interactive contact force problems", The
+//! Visual Computer 26, 2010). The solution is always the result of a sweep, never the end of a direction. It converges for W from E Eᵀ without
+//! friction, and in practice with friction; otherwise the iteration limit stops it.
 
 use super::lanes::Change;
 use super::layout::Layout;
@@ -22,41 +20,40 @@ use super::problem::{Cone, Problem};
 use super::residual::{Measure, measure};
 use wide::f64x4;
 
-/// Storage, made once.
+/// Workspace, allocated once.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GaussSeidel {
-    /// Change of a sweep, and the direction; then both as Eᵀ of them.
+    /// Change of a sweep, and the direction; then Eᵀ times both.
     r: Vec<[f64; 4]>,
     p: Vec<[f64; 4]>,
     before: Vec<f64x4>,
     q: Vec<f64x4>,
 }
 
-/// When to stop.
+/// Stopping criteria.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stop {
-    /// Residual to reach.
+    /// Target residual.
     pub tolerance: f64,
-    /// Sweeps, or steps of Newton, at most.
+    /// Maximum number of sweeps, or of Newton steps.
     pub iterations: u32,
-    /// Sweeps at least.
+    /// Minimum number of sweeps.
     pub least: u32,
-    /// Whether to end when `CHECK` sweeps have not made changes `GAIN` times smaller. Problems with batches do not end so: a
-    /// sweep costs a thirtieth of one of Newton's steps there.
+    /// Whether to stop if `CHECK` sweeps have not reduced the changes by a factor of `GAIN`. Problems with batches do not stop this way, because a
+    /// sweep costs only a thirtieth of a Newton step there.
     pub quit: bool,
 }
 
-/// One sweep in so many looks at every group; the others pass over those that took no impulse when they
-/// were last seen. The measure looks at all.
+/// One in this many sweeps visits every group. The others skip groups that had zero impulse at their last visit. The residual covers all groups.
 const ALL: u32 = 2;
-/// Part of the change at which a sweep is worth measuring, up to which batches are passed over for a while.
+/// Fraction of the change at which a sweep is worth measuring, and up to which quiet batches are skipped for a while.
 const QUIET: f64 = 0.1;
-/// Sweeps after which progress is looked at, and how much there must be.
+/// Number of sweeps between checks of progress, and the required progress.
 const CHECK: u32 = 48;
 const GAIN: f64 = 2.0;
 
 impl GaussSeidel {
-    /// Improves `lambda`; the sweeps used, and the measure of what came out.
+    /// Improves `lambda`. Returns the number of sweeps and the residual of the result.
     pub fn solve(
         &mut self,
         problem: &Problem,
@@ -76,7 +73,7 @@ impl GaussSeidel {
                 return (0, last);
             }
         }
-        // Change of a sweep (m/s) below which it is worth measuring.
+        // Change of a sweep (m/s) below which measuring the residual is worthwhile.
         let mut small = stop.tolerance * problem.scale;
         let quit = stop.quit && layout.lanes.is_empty();
         let (mut sweeps, mut square, mut checked) = (0, f64::INFINITY, f64::INFINITY);
@@ -131,7 +128,7 @@ impl GaussSeidel {
         self.before.resize(vectors, f64x4::splat(0.0));
     }
 
-    /// Goes on along the direction, and turns it by what the sweep found.
+    /// Moves along the direction, and updates the direction with the change of the sweep.
     fn conjugate(&mut self, layout: &mut Layout, lambda: &mut [[f64; 4]], beta: f64) {
         if !(beta <= 1.0) {
             self.restart(lambda.len(), layout);
@@ -154,16 +151,16 @@ impl GaussSeidel {
     }
 }
 
-/// How a sweep is made.
+/// Options of a sweep.
 struct Pass {
     relaxation: f64,
-    /// Whether single groups that rested at 0 are looked at too.
+    /// Whether to visit single groups whose impulse was 0, too.
     all: bool,
-    /// Change of an impulse times its compliance (m/s) up to which a batch counts as quiet.
+    /// A batch counts as quiet up to this change of an impulse times its compliance (m/s).
     quiet: f64,
 }
 
-/// One sweep; `r` is what it changed. Returns also whether every batch was looked at.
+/// Makes one sweep; `r` is the change. Also returns whether every batch was visited.
 fn sweep(
     problem: &Problem,
     layout: &mut Layout,
@@ -200,7 +197,7 @@ fn sweep(
     (change, every)
 }
 
-/// The impulse with its normal part made positive and the rest brought within its bound.
+/// Returns the impulse with a non-negative normal part and the rest within its bound.
 pub(crate) fn projected(cone: &Cone, mut l: [f64; 4]) -> [f64; 4] {
     match *cone {
         Cone::Equality { .. } => return l,

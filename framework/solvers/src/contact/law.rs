@@ -1,4 +1,4 @@
-//! The contact law of a proximal problem: impulses as a function of velocities, and its slope.
+//! The contact law of a proximal problem: impulses as a function of velocities, and its derivative.
 //!
 //! ```text
 //! z = (ρ λᵏ − E y − b) / d,   d = R + ρ, the larger of the two for both tangents
@@ -10,7 +10,7 @@
 
 use super::problem::{Cone, Problem};
 
-/// z and d of a group.
+/// Returns z and d of a group.
 #[inline(always)]
 pub(crate) fn pulled(
     problem: &Problem,
@@ -22,7 +22,7 @@ pub(crate) fn pulled(
 ) -> ([f64; 4], [f64; 4]) {
     let (soft, rows) = (problem.soft(g), problem.cones[g].rows());
     let (v, b) = (problem.gathered(g, y), &problem.b[g]);
-    // A row that nothing can move still needs a weight: any, since it cannot act.
+    // A row with zero compliance still needs a weight. Any value works, since the row has no effect.
     let base = if scales[g] > 0.0 { rho * scales[g] } else { 1.0 };
     let mut d = soft.map(|r| r + base);
     if rows >= 3 && !matches!(problem.cones[g], Cone::Equality { .. }) {
@@ -35,7 +35,7 @@ pub(crate) fn pulled(
     (z, d)
 }
 
-/// −∂λ/∂v, by rows.
+/// Returns −∂λ/∂v, by rows.
 pub(crate) fn slope(cone: &Cone, z: &[f64; 4], d: &[f64; 4]) -> [[f64; 4]; 4] {
     let mut H = [[0.0; 4]; 4];
     match *cone {
@@ -89,7 +89,7 @@ mod tests {
     use super::super::samples::{CONES, number};
     use super::*;
 
-    /// H = −∂λ/∂v by central differences, on every branch.
+    /// Compares H = −∂λ/∂v with central differences, on every branch.
     #[test]
     fn the_slope_is_that_of_the_law() {
         let (mut seed, h) = (5, 1e-6);
@@ -99,7 +99,7 @@ mod tests {
             let z: [f64; 4] = std::array::from_fn(|_| number(&mut seed));
             let H = slope(cone, &z, &d);
             for j in 0..cone.rows() {
-                // z falls by h / d when v grows by h.
+                // z decreases by h / d when v increases by h.
                 let law = |sign: f64| {
                     let mut moved = z;
                     moved[j] -= sign * h / d[j];
@@ -108,7 +108,7 @@ mod tests {
                 let (up, down) = (law(1.0), law(-1.0));
                 for i in 0..cone.rows() {
                     let difference = -(up[i] - down[i]) / (2.0 * h);
-                    // Measured 1.6e-10; no seed meets a kink.
+                    // Measured 1.6e-10; none of the seeds hits a kink.
                     assert!((H[i][j] - difference).abs() < 1e-7, "{cone:?} {i} {j}");
                 }
             }

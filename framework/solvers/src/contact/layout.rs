@@ -1,29 +1,27 @@
-//! The factor E laid out for sweeps: y in vectors of four degrees of freedom, and of each group the
-//! vectors it meets with its rows across them.
+//! Memory layout of the factor E for sweeps: y in vectors of four degrees of freedom, and for each group the vectors it touches with its rows.
 //!
 //! ```text
 //! group   vectors of y it meets: k₁ … k_n;    n × rows vectors of E, 0 where it has no entry
 //! E_g y = Σ row · y_k,   y_k += Σ λ row       2 × rows × n multiplications of vectors
 //! ```
-//! A body that is free meets two, a chain a quarter of its degrees of freedom. Where there are many contacts between
-//! free bodies, they are solved in batches of four instead (lanes/mod.rs), and every cluster of degrees of freedom has
-//! vectors of its own.
+//! A free body touches two vectors, a chain a quarter of its degrees of freedom. Many contacts between free bodies are solved in batches of four
+//! instead (lanes/mod.rs), and then every cluster of degrees of freedom has separate vectors.
 
 use super::lanes::{Change, Colours, Lanes, NONE};
 use super::local::Block;
 use super::problem::Problem;
 use wide::f64x4;
 
-/// E and y of a problem; keeps its memory.
+/// E and y of a problem; reuses its memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Layout {
-    /// Groups that are solved one by one, and their local solutions.
+    /// Groups that are solved one by one, with their local solutions.
     groups: Vec<Region>,
     blocks: Vec<Block>,
-    /// The others.
+    /// Groups that are solved in batches.
     pub lanes: Lanes,
     colours: Colours,
-    /// First vector of y of each cluster, where there are batches, and the place in y of each degree of freedom.
+    /// First vector of y of each cluster, if there are batches, and the index in y of each degree of freedom.
     vector: Vec<u32>,
     place: Vec<u32>,
     /// Scale of the compliance of each group: trace of W divided by the number of rows.
@@ -35,7 +33,7 @@ pub(crate) struct Layout {
     dofs: usize,
 }
 
-/// Where a group's vectors are.
+/// Ranges of a group's vectors.
 #[derive(Clone, Copy, Debug)]
 struct Region {
     group: usize,
@@ -54,7 +52,7 @@ pub(crate) struct Rows<'a> {
 }
 
 impl Layout {
-    /// From a problem. O(entries).
+    /// Builds the layout of a problem. O(entries).
     pub fn set(&mut self, problem: &Problem) {
         self.groups.clear();
         self.blocks.clear();
@@ -87,7 +85,7 @@ impl Layout {
         self.y.resize(vectors as usize, f64x4::splat(0.0));
     }
 
-    /// Gives each cluster vectors of its own; returns their number.
+    /// Gives each cluster separate vectors. Returns their number.
     fn pad(&mut self) -> u32 {
         let mut end = 0;
         self.vector.clear();
@@ -99,7 +97,7 @@ impl Layout {
         end
     }
 
-    /// Adds a group that is solved by itself.
+    /// Adds a group that is solved on its own.
     fn add(&mut self, problem: &Problem, g: usize) {
         let (dof, e) = problem.entries(g);
         let rows = problem.cones[g].rows();
@@ -120,7 +118,7 @@ impl Layout {
         self.blocks.push(block);
     }
 
-    /// False when a compliance overflows or is not a number.
+    /// Returns false if a compliance overflows or is NaN.
     pub fn is_finite(&self) -> bool {
         self.blocks.iter().fold(true, |fine, b| fine & b.is_finite()) & self.lanes.is_finite()
     }
@@ -148,7 +146,7 @@ impl Layout {
         super::room(&mut self.e, 4 * entries);
         super::room(&mut self.place, dofs);
         super::room(&mut self.vector, dofs);
-        // A cluster of one degree of freedom has a vector to itself, and batches need two that stay 0.
+        // A cluster of one degree of freedom has a separate vector, and batches need two vectors that stay 0.
         super::room(&mut self.y, dofs + 2);
         self.lanes.reserve(groups);
         self.colours.reserve(groups, dofs);
@@ -159,12 +157,12 @@ impl Layout {
         Rows { at: &self.at[at..at + n], e: &self.e[e..e + n * rows], rows }
     }
 
-    /// Groups that are solved one by one.
+    /// Returns the groups that are solved one by one.
     pub fn singles(&self) -> impl Iterator<Item = usize> {
         self.groups.iter().map(|p| p.group)
     }
 
-    /// Calls `f` with each group that is solved by itself, its block, its rows and y; what `f` does to y is kept.
+    /// Calls `f` with each group that is solved on its own, its block, its rows and y. Changes of y by `f` are kept.
     #[inline(always)]
     pub fn each(&mut self, mut f: impl FnMut(usize, &mut Block, Rows<'_>, &mut [f64x4])) {
         for (p, block) in self.groups.iter().zip(&mut self.blocks) {
@@ -178,7 +176,7 @@ impl Layout {
         self.lanes.sweep(relaxation, quiet, &mut self.y, change)
     }
 
-    /// y = Eᵀ λ.
+    /// Computes y = Eᵀ λ.
     pub fn pull(&mut self, lambda: &[[f64; 4]]) {
         self.y.fill(f64x4::splat(0.0));
         self.lanes.pull(lambda, &mut self.y);
@@ -189,19 +187,19 @@ impl Layout {
         });
     }
 
-    /// y by degrees of freedom.
+    /// Returns y by degrees of freedom.
     pub fn pulled(&self) -> impl Iterator<Item = f64> {
         self.place.iter().map(|d| self.y[*d as usize / 4].as_array()[*d as usize % 4])
     }
 }
 
 impl Rows<'_> {
-    /// E_g y.
+    /// Computes E_g y.
     #[inline(always)]
     pub fn gathered(&self, y: &[f64x4]) -> f64x4 {
         let mut sum = [f64x4::splat(0.0); 4];
         if self.rows == 3 {
-            // Contacts with friction: three chains side by side.
+            // Contacts with friction: three independent chains of operations.
             for (k, e) in self.at.iter().zip(self.e.as_chunks::<3>().0) {
                 let y = y[*k as usize];
                 sum[0] = e[0].mul_add(y, sum[0]);
@@ -218,7 +216,7 @@ impl Rows<'_> {
         total(sum)
     }
 
-    /// y += E_gᵀ λ.
+    /// Computes y += E_gᵀ λ.
     #[inline(always)]
     pub fn spread(&self, lambda: f64x4, y: &mut [f64x4]) {
         let l = lambda.to_array().map(f64x4::splat);
@@ -235,7 +233,7 @@ impl Rows<'_> {
         }
     }
 
-    /// E_g E_gᵀ.
+    /// Computes E_g E_gᵀ.
     #[inline(always)]
     fn compliance(&self) -> [[f64; 4]; 4] {
         let zero = f64x4::splat(0.0);
@@ -265,7 +263,7 @@ impl Rows<'_> {
     }
 }
 
-/// The sum of each vector's lanes.
+/// Returns the sum of each vector's lanes.
 #[inline(always)]
 fn total(x: [f64x4; 4]) -> f64x4 {
     let [a, b, c, d] = f64x4::transpose(x);
@@ -278,8 +276,7 @@ mod tests {
     use super::super::samples::{CONES, number};
     use super::*;
 
-    /// Groups of one to four rows on 0 to 9 degrees of freedom: E y, Eᵀ λ and E Eᵀ as the entries give
-    /// them.
+    /// Groups of one to four rows on 0 to 9 degrees of freedom: E y, Eᵀ λ and E Eᵀ agree with the entries.
     #[test]
     fn the_layout_multiplies_as_the_entries_do() {
         let (dofs, mut seed) = (11, 3);
@@ -332,7 +329,7 @@ mod tests {
                 near(&W[i], &row);
             }
         });
-        // What one group does to y the next one sees.
+        // Each group uses the y that the previous group changed.
         layout.each(|g, _, rows, y| rows.spread(f64x4::new(lambda[g]), y));
         near(&pulled(&layout), &y.iter().map(|y| 2.0 * y).collect::<Vec<f64>>());
     }

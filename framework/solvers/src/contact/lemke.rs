@@ -1,4 +1,4 @@
-//! Lemke's method on the linear complementarity problem with polyhedral friction: small problems.
+//! Lemke's method for the linear complementarity problem with polyhedral friction: for small problems.
 //!
 //! ```text
 //! equality rows first (rank by pivots, redundant ones get no impulse):
@@ -12,25 +12,24 @@
 //!   the row that leaves is the lexicographic least of (w at basis row) / pivot, so nothing cycles
 //! λ_b = −W_bb⁺ (W_bc λ_c + b_b)
 //! ```
-//! M is copositive for μ ≥ 0, so that the method ends at a solution where one exists in the sense
-//! of Stewart and Trinkle; a secondary ray is reported. A sliding direction is one of n, or between two:
-//! against the circular cone an impulse is short by up to 1 − cos(π/n).
+//! M is copositive for μ ≥ 0, so the method ends at a solution where one exists in the sense of Stewart and Trinkle; a secondary ray is reported. A
+//! sliding direction is one of n directions, or between two of them: compared with the circular cone, an impulse is too small by up to 1 − cos(π/n).
 
 use super::dense::{pivoted_cholesky, solve_cholesky};
 use super::problem::{Cone, Problem, axpy4};
 
-/// Why Lemke's method has no answer.
+/// Reason why Lemke's method did not find a solution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
     /// The complementarity problem has more than 160 rows.
     TooLarge,
-    /// A secondary ray: no variable can leave the basis. There may be no solution.
+    /// A secondary ray: no variable can leave the basis. A solution may not exist.
     Ray,
-    /// The limit of pivots, or numbers lost.
+    /// The limit of pivots was reached, or the numbers lost their precision.
     Stalled,
 }
 
-/// Storage, made once.
+/// Workspace, allocated once.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lemke {
     /// First row of each group in W.
@@ -38,14 +37,14 @@ pub(crate) struct Lemke {
     /// Dense compliance, rows × rows, and free velocities.
     W: Vec<f64>,
     v: Vec<f64>,
-    /// Equality rows: places, factor, order of pivots, right sides.
+    /// Equality rows: indices, factor, order of pivots, right sides.
     bilateral: Vec<usize>,
     factor: Vec<f64>,
     order: Vec<usize>,
     side: Vec<f64>,
     /// One row for each degree of freedom.
     spread: Vec<[f64; 4]>,
-    /// Variables of the LCP as combinations of rows: (row, weight) twice, and what they are.
+    /// Variables of the LCP as combinations of rows: (row, weight) twice, and their kind.
     unknowns: Vec<Unknown>,
     tableau: Vec<f64>,
     basis: Vec<usize>,
@@ -64,10 +63,10 @@ enum Unknown {
 }
 
 impl Lemke {
-    /// Rows of the LCP at most; the tableau has rows × (2 rows + 2) numbers.
+    /// Maximum number of rows of the LCP; the tableau has rows × (2 rows + 2) numbers.
     pub const ROWS: usize = 160;
 
-    /// Rows of the LCP.
+    /// Returns the number of rows of the LCP.
     pub fn size(problem: &Problem, directions: usize) -> usize {
         let rows = |cone: &Cone| match cone {
             Cone::Equality { .. } => 0,
@@ -79,7 +78,7 @@ impl Lemke {
         problem.cones.iter().map(rows).sum()
     }
 
-    /// Solves for `lambda`; pivots used.
+    /// Solves for `lambda`. Returns the number of pivots.
     pub fn solve(
         &mut self,
         problem: &Problem,
@@ -112,7 +111,7 @@ impl Lemke {
         Ok(pivots)
     }
 
-    /// W = E Eᵀ + R and b, all rows. O(groups × entries).
+    /// Computes W = E Eᵀ + R and b, all rows. O(groups × entries).
     fn dense(&mut self, problem: &Problem) -> usize {
         let rows = problem.rows();
         self.first.clear();
@@ -171,7 +170,7 @@ impl Lemke {
         self.unit = v / w;
     }
 
-    /// Takes the equality rows out of W and v; their rank.
+    /// Eliminates the equality rows from W and v. Returns their rank.
     fn eliminate(&mut self, problem: &Problem, rows: usize) -> usize {
         self.bilateral.clear();
         for (g, cone) in problem.cones.iter().enumerate() {
@@ -190,7 +189,7 @@ impl Lemke {
             }
         }
         let rank = pivoted_cholesky(&mut self.factor, m, &mut self.order);
-        // Columns of W_bc, and b_b last.
+        // Columns of W_bc, then b_b.
         for c in 0..=rows {
             if self.bilateral.binary_search(&c).is_ok() || rank == 0 {
                 continue;
@@ -217,7 +216,7 @@ impl Lemke {
         rank
     }
 
-    /// The variables of the LCP.
+    /// Lists the variables of the LCP.
     fn describe(&mut self, problem: &Problem, directions: usize) {
         self.unknowns.clear();
         for (g, cone) in problem.cones.iter().enumerate() {
@@ -255,7 +254,7 @@ impl Lemke {
         }
     }
 
-    /// Directions of friction, evenly around, and their slip variable.
+    /// Adds the directions of friction, evenly distributed, and their slip variable.
     fn wheel(&mut self, row: usize, of: usize, directions: usize, friction: f64) {
         let from = self.unknowns.len();
         for k in 0..directions {
@@ -267,7 +266,7 @@ impl Lemke {
         self.unknowns.push(Unknown::Slip { of: Some(of), weight: friction, members });
     }
 
-    /// [1 | −M | −1 | q], in the units of `scale`.
+    /// Fills the tableau [1 | −M | −1 | q], in the units of `scale`.
     fn tabulate(&mut self, problem: &Problem, rows: usize) {
         let n = self.unknowns.len();
         let width = 2 * n + 2;
@@ -319,7 +318,7 @@ impl Lemke {
         }
     }
 
-    /// Complementary pivots until z₀ leaves. Columns: w 0..n, z n..2n, z₀ 2n, q 2n + 1.
+    /// Makes complementary pivots until z₀ leaves. Columns: w 0..n, z n..2n, z₀ 2n, q 2n + 1.
     fn pivot(&mut self, n: usize) -> Result<u32, Failure> {
         let width = 2 * n + 2;
         let q = |t: &[f64], i: usize| t[i * width + 2 * n + 1];
@@ -347,7 +346,7 @@ impl Lemke {
         Err(Failure::Stalled)
     }
 
-    /// The row with the lexicographic least (q, w columns) / pivot; z₀ wins a tie of q.
+    /// Returns the row with the lexicographically smallest (q, w columns) / pivot. If q is equal, z₀ has priority.
     fn leaving(&self, n: usize, width: usize, enter: usize) -> Option<usize> {
         let t = |i: usize, j: usize| self.tableau[i * width + j];
         let largest = (0..n).fold(0.0f64, |m, i| m.max(t(i, enter)));
@@ -380,7 +379,7 @@ impl Lemke {
         best
     }
 
-    /// Impulses of the groups, those of equality rows from the others.
+    /// Writes the impulses of the groups, and computes those of equality rows from the others.
     fn hand_back(&mut self, problem: &Problem, rows: usize, rank: usize, lambda: &mut [[f64; 4]]) {
         for (g, cone) in problem.cones.iter().enumerate() {
             lambda[g] = [0.0; 4];

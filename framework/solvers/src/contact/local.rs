@@ -1,4 +1,4 @@
-//! One group on its own, everything else held: its impulse, exactly.
+//! Local solution: the exact impulse of one group with all others fixed.
 //!
 //! ```text
 //! W = E_g E_gᵀ + R_g,   q = v − W λ                     velocity of the group without its own impulse
@@ -13,59 +13,60 @@
 //!              g(α) = μ λn(α) / |λt(α)| = 1
 //! spin         λs ← clamp(λs − vs/Wss, ± μs λn) after the other three
 //! ```
-//! g(0) < 1 outside the cone, and g grows without bound with α when qn < 0: a root exists for any μ. For S a multiple of one and no coupling g is linear, and Newton's step exact.
-//! With a strong coupling (Painlevé) there may be several solutions; λ = 0 is taken where it is one.
+//! g(0) < 1 outside the cone, and g grows without bound with α if qn < 0, so a root exists for any μ. If S is a multiple of the identity and the
+//! coupling is zero, g is linear and Newton's step exact. A strong coupling (Painlevé) may have several solutions; the function returns λ = 0 if that
+//! is one of them.
 
 use super::problem::{Cone, Problem, masked};
 use wide::f64x4;
 
-/// What the local solution needs of a group; made once for a problem.
+/// Data of a group for its local solution, computed once for a problem.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Block {
     cone: Cone,
-    /// W by columns; for an equality W⁺.
+    /// W by columns; the pseudo-inverse W⁺ for an equality.
     m: [f64x4; 4],
-    /// b and R; lanes that the group lacks are 0.
+    /// b and R; unused lanes are 0.
     b: f64x4,
     soft: f64x4,
     /// Trace of W divided by the number of rows.
     pub scale: f64,
-    /// 1 / W of the normal, or only, row; 0 when W is.
+    /// 1 / W of the normal, or only, row; 0 if W is 0.
     inverse: f64,
-    /// 1 / W of the spin row; 0 when W is.
+    /// 1 / W of the spin row; 0 if W is 0.
     spin: f64,
-    /// Wtn / Wnn; S⁻¹ and S: diagonal, and the entry beside.
+    /// Wtn / Wnn; S⁻¹ and S as diagonal and off-diagonal entry.
     lean: [f64; 2],
     give: [f64; 3],
     stiff: [f64; 3],
-    /// What sliding needs, once it does.
+    /// Data for sliding, computed on first use.
     axes: Option<Axes>,
     /// α of the last solution.
     alpha: f64,
-    /// Whether the last sweep that saw the group left it as it was.
+    /// Whether the last sweep that visited the group left it unchanged.
     pub rests: bool,
 }
 
-/// S in its own axes.
+/// S in its principal axes.
 #[derive(Clone, Copy, Debug)]
 struct Axes {
-    /// Cosine and sine of the turn that makes S diagonal.
+    /// Cosine and sine of the rotation that makes S diagonal.
     turn: [f64; 2],
-    /// Eigenvalues of S, not quite 0.
+    /// Eigenvalues of S, bounded away from 0.
     s: [f64; 2],
     /// Wtn / Wnn.
     couple: [f64; 2],
 }
 
-/// Relative size below which a compliance counts as none.
+/// Relative size below which a compliance counts as 0.
 pub(super) const NONE: f64 = 1e-13;
-/// Steps for α: Newton takes 2 to 5, bisection alone fewer than this.
+/// Maximum number of steps for α: Newton takes 2 to 5, and bisection alone takes fewer than this.
 pub(super) const STEPS: usize = 60;
-/// |g − 1| from which one step of Newton is enough for a sweep.
+/// Value of |g − 1| below which one Newton step is enough for a sweep.
 pub(super) const NEAR: f64 = 1e-3;
 
 impl Block {
-    /// Of group g, from E_g E_gᵀ.
+    /// Computes the data of group g from E_g E_gᵀ.
     #[inline(always)]
     pub fn new(problem: &Problem, g: usize, mut W: [[f64; 4]; 4]) -> Block {
         let (cone, soft) = (problem.cones[g], problem.soft(g));
@@ -104,7 +105,7 @@ impl Block {
         block
     }
 
-    /// False when W overflows or is not a number.
+    /// Returns false if W overflows or is NaN.
     pub fn is_finite(&self) -> bool {
         let zero = f64x4::splat(0.0);
         let sum =
@@ -112,13 +113,13 @@ impl Block {
         self.scale.is_finite() && sum == 0.0
     }
 
-    /// E_g y + b_g + R_g λ_g; lanes that the group lacks are 0.
+    /// Computes E_g y + b_g + R_g λ_g; unused lanes are 0.
     #[inline(always)]
     pub fn velocity(&self, gathered: f64x4, l: f64x4) -> f64x4 {
         self.soft.mul_add(l, gathered + self.b)
     }
 
-    /// S with its inverse; eigenvalues below the least count as the least.
+    /// Computes S and its inverse. Smaller eigenvalues are replaced by the lower bound.
     #[inline(always)]
     fn tangents(&mut self, W: &[[f64; 4]; 4]) {
         let inverse = reciprocal(W[0][0], NONE * self.scale);
@@ -127,7 +128,7 @@ impl Block {
         let (a, b) = (W[1][1] - c[0] * W[0][1], W[2][2] - c[1] * W[0][2]);
         let off = W[1][2] - c[0] * W[0][2];
         self.stiff = [a, b, off];
-        // Well from singular: det S ≥ s₂ tr S / 2.
+        // Far from singular: det S ≥ s₂ tr S / 2.
         let (trace, det) = (a + b, a * b - off * off);
         if det > 1e-6 * trace * trace {
             let per = 1.0 / det;
@@ -139,20 +140,20 @@ impl Block {
         }
     }
 
-    /// The axes of S, found once.
+    /// Returns the axes of S, computed once.
     fn axes(&mut self) -> Axes {
         if let Some(axes) = self.axes {
             return axes;
         }
         let [a, b, off] = self.stiff;
         let (mean, half) = (0.5 * (a + b), 0.5 * (a - b));
-        // In units of the group, so that squares neither overflow nor vanish.
+        // Scale to the units of the group, so that squares neither overflow nor vanish.
         let unit = if self.scale > 0.0 { self.scale } else { 1.0 };
         let (x, y) = (half / unit, off / unit);
         let size = unit * (x * x + y * y).sqrt();
         let mut turn = [1.0, 0.0];
         if size > 0.0 {
-            // cos 2θ = half / size; the larger of cosine and sine from the half angle.
+            // cos 2θ = half / size. Take the larger of cosine and sine from the half angle.
             let big = (0.5 * (1.0 + half.abs() / size)).sqrt();
             let small = off.abs() / (2.0 * size * big);
             let [x, y] = if half >= 0.0 { [big, small] } else { [small, big] };
@@ -163,7 +164,7 @@ impl Block {
         *self.axes.insert(Axes { turn, s, couple: turned(turn, self.lean) })
     }
 
-    /// The new impulse of the group, given its old one and the velocity v with it.
+    /// Computes the new impulse of the group from its old one and the velocity v with it.
     #[inline(always)]
     pub fn solve(&mut self, l: f64x4, v: f64x4) -> f64x4 {
         match self.cone {
@@ -178,7 +179,7 @@ impl Block {
         }
     }
 
-    /// m x.
+    /// Computes m x.
     #[inline(always)]
     fn times(&self, x: f64x4) -> f64x4 {
         let (m, [a, b, c, d]) = (&self.m, x.to_array().map(f64x4::splat));
@@ -208,7 +209,7 @@ impl Block {
         self.slide(friction, n0, [qx, qy])
     }
 
-    /// From q̃.
+    /// Computes the sliding impulse from q̃.
     #[inline(never)]
     fn slide(&mut self, friction: f64, n0: f64, q: [f64; 2]) -> [f64; 4] {
         let Axes { turn, s, couple } = self.axes();
@@ -233,13 +234,13 @@ impl Block {
     }
 }
 
-/// x in axes that are turned.
+/// Returns x in rotated axes.
 #[inline(always)]
 fn turned([c, s]: [f64; 2], x: [f64; 2]) -> [f64; 2] {
     [c * x[0] + s * x[1], c * x[1] - s * x[0]]
 }
 
-/// The first lane alone.
+/// Returns x in the first lane and 0 in the others.
 #[inline(always)]
 fn first(x: f64) -> f64x4 {
     f64x4::new([x, 0.0, 0.0, 0.0])
@@ -258,7 +259,7 @@ struct Trial {
 impl Trial {
     #[inline(always)]
     fn new(alpha: f64, q: &[f64; 2], c: &[f64; 2], s: &[f64; 2], n0: f64, friction: f64) -> Trial {
-        // Two divisions and a root in all.
+        // Needs only two divisions and one square root.
         let (x, y) = (s[0] + alpha, s[1] + alpha);
         let per = 1.0 / (x * y);
         let u = [y * per, x * per];
@@ -274,8 +275,8 @@ impl Trial {
     }
 }
 
-/// The α > 0 with g(α) = 1, from g(0) < 1: Newton's steps inside a bracket. The last step is one
-/// from |g − 1| < `NEAR` that helps; what it leaves, the next sweep squares again.
+/// Finds the α > 0 with g(α) = 1, from g(0) < 1, with Newton steps inside a bracket. Stops after a successful step from |g − 1| < `NEAR`, because the
+/// next sweep squares the remaining error again.
 #[inline(always)]
 fn root(at: impl Fn(f64) -> Trial, guess: f64, stiff: f64) -> (f64, Trial) {
     let (mut low, mut high) = (0.0, f64::INFINITY);
@@ -303,7 +304,7 @@ fn root(at: impl Fn(f64) -> Trial, guess: f64, stiff: f64) -> (f64, Trial) {
         };
         alpha = next;
         trial = at(alpha);
-        // Near a fold g is not monotonic, and a step may lead away.
+        // Near a fold g is not monotonic, and a step may diverge.
         if off.abs() < NEAR && (trial.g - 1.0).abs() < 0.1 * off.abs() {
             break;
         }
@@ -311,7 +312,7 @@ fn root(at: impl Fn(f64) -> Trial, guess: f64, stiff: f64) -> (f64, Trial) {
     (alpha, trial)
 }
 
-/// 1/x, or 0 when x is `least` or less.
+/// Returns 1/x, or 0 if x is `least` or less.
 fn reciprocal(x: f64, least: f64) -> f64 {
     if x > least { 1.0 / x } else { 0.0 }
 }

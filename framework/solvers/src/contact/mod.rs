@@ -1,18 +1,18 @@
-//! Contact and friction as complementarity: impulses of rows, given their compliance and their free
-//! velocities. No bodies, no geometry, no time.
+//! Contact and friction as a complementarity problem: computes impulses of rows from their compliance and free velocities. Bodies, geometry and time
+//! are outside this module.
 //!
 //! ```text
 //! v = W λ + R λ + b,   W = E Eᵀ       velocity after; target and restitution are in b
 //! λ_g and v_g as their cone says      problem.rs: equality, unilateral, dry, Coulomb, with spin
 //! ```
-//! W is usually singular (a box on four points): λ is then one of many, and v is what counts. One
-//! measure of what is left open serves all methods (residual.rs).
+//! W is usually singular (a box on four points): then λ is one of many solutions, and v is the unique result. All methods share one residual measure
+//! (residual.rs).
 //!
 //! | method | for |
 //! |---|---|
 //! | projected Gauss–Seidel, local solutions exact (gauss_seidel.rs, local.rs; lanes/mod.rs for many free bodies) | warm starts, small systems, moderate accuracy |
 //! | semismooth Newton with proximal steps (newton.rs) | large or ill-conditioned systems, 1e-10 |
-//! | Lemke with polyhedral friction (lemke.rs) | small systems, and where the others find nothing |
+//! | Lemke with polyhedral friction (lemke.rs) | small systems, and if the others fail |
 #![allow(non_snake_case)]
 
 mod dense;
@@ -40,38 +40,38 @@ use layout::Layout;
 use lemke::Lemke;
 use newton::Newton;
 
-/// How to solve.
+/// Solution method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Method {
-    /// Gauss–Seidel while it gets on, then Newton, then Lemke on small problems: each starts from
-    /// the best so far, and the best is returned.
+    /// Gauss–Seidel while it makes progress, then Newton, then Lemke for small problems. Each starts from the best result yet, and the best is
+    /// returned.
     #[default]
     Auto,
-    /// Projected Gauss–Seidel alone.
+    /// Only projected Gauss–Seidel.
     GaussSeidel,
-    /// Semismooth Newton alone.
+    /// Only semismooth Newton.
     Newton,
-    /// Lemke alone. Does not use the impulses given. Friction is polyhedral.
+    /// Only Lemke. Ignores the initial impulses. Friction is polyhedral.
     Lemke,
 }
 
-/// When to stop, and how.
+/// Method and stopping criteria.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// The method.
     pub method: Method,
-    /// Residual to reach, relative to the largest |b| (see `Measure::residual`).
+    /// Target residual, relative to the largest |b| (see `Measure::residual`).
     pub tolerance: f64,
-    /// Sweeps of Gauss–Seidel at most.
+    /// Maximum number of Gauss–Seidel sweeps.
     pub sweeps: u32,
-    /// Sweeps at least, by which a start within the tolerance comes nearer too: what rests then comes
-    /// to rest, step after step.
+    /// Minimum number of sweeps. They improve a start that is already within the tolerance, so that a resting body comes fully to rest over several
+    /// steps.
     pub least: u32,
-    /// Linear systems of Newton at most.
+    /// Maximum number of linear systems of Newton.
     pub steps: u32,
-    /// Over-relaxation of Gauss–Seidel, between 0 and 2, exclusive.
+    /// Over-relaxation factor of Gauss–Seidel, between 0 and 2, exclusive.
     pub relaxation: f64,
-    /// Friction directions of Lemke, at least 3.
+    /// Number of friction directions of Lemke, at least 3.
     pub directions: usize,
 }
 
@@ -89,26 +89,26 @@ impl Default for Settings {
     }
 }
 
-/// What came out.
+/// Result of a solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Report {
-    /// The method whose answer was taken; never `Auto`.
+    /// The method whose result was returned; never `Auto`.
     pub method: Method,
-    /// Sweeps, linear systems or pivots of that method.
+    /// Number of sweeps, linear systems or pivots of that method.
     pub iterations: u32,
-    /// How far the answer is from a solution.
+    /// Distance of the result from a solution.
     pub measure: Measure,
-    /// The residual is within the tolerance. False for inconsistent equalities, for which the answer
-    /// is near least squares, and where a method has come to its limit.
+    /// Whether the residual is within the tolerance. False for inconsistent equalities, for which the result is near least squares, and if a method
+    /// reached its limit.
     pub converged: bool,
-    /// Why Lemke's method, when it was tried last, gave nothing; the impulses are then those before.
+    /// Reason why Lemke's method failed, if it was tried last; the impulses are then the previous ones.
     pub failure: Option<Failure>,
 }
 
-/// The solver, with its storage. Storage grows to the largest problem seen and is kept.
+/// The solver with its workspace, which grows to the largest problem and is reused.
 #[derive(Clone, Debug, Default)]
 pub struct Contact {
-    /// May be changed between problems.
+    /// Settings. You may change them between problems.
     pub settings: Settings,
     sweeps: GaussSeidel,
     newton: Newton,
@@ -119,18 +119,16 @@ pub struct Contact {
 }
 
 impl Contact {
-    /// With settings.
+    /// Creates a solver with these settings.
     pub fn new(settings: Settings) -> Self {
         Contact { settings, ..Contact::default() }
     }
 
-    /// Impulses of the groups of `problem`, one quadruple for each; lanes that a group lacks come
-    /// back 0. What `lambda` holds is where the search begins; what is not finite or outside its
-    /// cone is brought into it first. The same input gives the same bits.
+    /// Computes the impulses of the groups of `problem`, four numbers each; unused lanes are returned as 0. The search starts from `lambda`, after
+    /// replacing or projecting impulses that are not finite or outside their cone. The same input gives bit-identical results.
     ///
     /// # Errors
-    /// `lambda` of the wrong length, settings that make no sense, numbers that overflow.
-    /// Impulses are then as they were given.
+    /// `lambda` has the wrong length, a setting is invalid, or numbers overflow. Impulses then keep their initial values.
     pub fn solve(
         &mut self,
         problem: &Problem,
@@ -170,7 +168,7 @@ impl Contact {
         self.newton.make_room(groups, dofs);
     }
 
-    /// Eᵀ λ of the last answer, by degrees of freedom.
+    /// Returns Eᵀ λ of the last result, by degrees of freedom.
     pub(crate) fn pulled(&self) -> impl Iterator<Item = f64> {
         self.layout.pulled()
     }
@@ -215,7 +213,7 @@ impl Contact {
         second
     }
 
-    /// With `quit`, ends when sweeps get nowhere.
+    /// Solves with Gauss–Seidel. With `quit`, stops if sweeps do not make progress.
     fn gauss_seidel(&mut self, problem: &Problem, quit: bool) -> Report {
         let Settings { tolerance, sweeps, least, relaxation, .. } = self.settings;
         let stop = Stop { tolerance, iterations: sweeps, least, quit };
@@ -238,7 +236,7 @@ impl Contact {
         self.report(Method::Newton, iterations, measure)
     }
 
-    /// A ray leaves the impulses as they are.
+    /// Solves with Lemke's method. A ray leaves the impulses unchanged.
     fn polyhedral(&mut self, problem: &Problem) -> Report {
         let pivots = self.lemke.solve(problem, self.settings.directions, &mut self.trial);
         self.layout.pull(&self.trial);
@@ -253,17 +251,17 @@ impl Contact {
     }
 }
 
-/// Capacity for `n` in all.
+/// Reserves capacity for `n` elements in total.
 pub(crate) fn room<T>(vec: &mut Vec<T>, n: usize) {
     vec.reserve(n.saturating_sub(vec.len()));
 }
 
-/// Sweeps of Gauss–Seidel before Newton: cheap, and they find most of what touches and slides.
+/// Number of Gauss–Seidel sweeps before Newton: they are cheap and find most of the touching and sliding contacts.
 const LEAD: u32 = 8;
-/// Rows of a linear complementarity problem up to which `Auto` tries Lemke.
+/// Maximum number of rows of a linear complementarity problem for which `Auto` tries Lemke.
 const AUTO_ROWS: usize = 60;
 
-/// The impulse brought into its cone; 0 when it is not finite.
+/// Projects the impulse onto its cone; returns 0 if it is not finite.
 fn admitted(cone: &Cone, l: [f64; 4]) -> [f64; 4] {
     let l = problem::masked(l, cone.rows());
     if l.iter().all(|x| x.is_finite()) { gauss_seidel::projected(cone, l) } else { [0.0; 4] }

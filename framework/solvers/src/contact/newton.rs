@@ -1,5 +1,4 @@
-//! Semismooth Newton on the degrees of freedom, with proximal steps outside: large or
-//! ill-conditioned problems.
+//! Semismooth Newton on the degrees of freedom, inside proximal steps: for large or ill-conditioned problems.
 //!
 //! ```text
 //! proximal problem k, from λᵏ, with weights ρ:      one answer, however redundant the rows
@@ -15,13 +14,11 @@
 //! λᵏ⁺¹ = λ(y), ρ falls while that is easy; else sweeps of Gauss–Seidel from λᵏ, and ρ grows
 //! the limit solves the problem itself: ρ leaves no trace in it
 //! ```
-//! The outer steps contract by ρ / (ρ + σ), σ the least compliance that is not 0; what W leaves
-//! undetermined stays where λ⁰ put it. ρ is relative to each group's own compliance, so that light
-//! and heavy bodies may meet. De Saxcé's term is inside the map: the normal velocity enters λn alone.
-//! Inconsistent equalities: y goes to the least squares solution, each row weighted by 1 / (ρ w_g), while λ
-//! drifts in the null space of Eᵀ; it ends after some steps without progress.
-//! No proof covers a line search on a map that is not a gradient (Coulomb's law has no potential):
-//! what fails is reported by the residual.
+//! The outer steps contract by ρ / (ρ + σ), where σ is the smallest nonzero compliance. Components that W leaves undetermined keep the values of λ⁰.
+//! ρ is relative to the compliance of each group, so that light and heavy bodies may touch. De Saxcé's term is inside the map: only the normal
+//! velocity enters λn. For inconsistent equalities, y converges to the least squares solution, each row weighted by 1 / (ρ w_g), while λ drifts in
+//! the null space of Eᵀ; the search stops after some steps without progress. Convergence of a line search is not proven for a map that is not a
+//! gradient (Coulomb's law does not have a potential); the residual reports failures.
 
 use super::dense::solve_lu;
 use super::gauss_seidel::{GaussSeidel, Stop};
@@ -31,27 +28,27 @@ use super::problem::{Problem, axpy4, dot4};
 use super::residual::{Measure, measure};
 use super::sparse::Sparse;
 
-/// Proximal weight relative to the compliance of the group: the first is `START` times the residual
-/// of the start, but at most `FIRST`; it falls tenfold as far as `LAST`.
+/// Proximal weight relative to the compliance of the group. The first weight is `START` times the residual of the start, but at most `FIRST`; then it
+/// decreases by factors of ten down to `LAST`.
 const START: f64 = 10.0;
 const FIRST: f64 = 1e-2;
 const LAST: f64 = 1e-5;
-/// Unknowns of a dense matrix at most.
+/// Maximum number of unknowns of a dense matrix.
 const DENSE: usize = 64;
-/// Newton steps of one proximal problem, and how few of them let the weight fall.
+/// Maximum number of Newton steps of one proximal problem, and number of steps below which the weight decreases.
 const INNER: u32 = 12;
 const EASY: u32 = 4;
-/// Halvings of a step.
+/// Maximum number of halvings of a step.
 const HALVINGS: u32 = 8;
-/// A proximal problem is solved when |G|² is this part of (ρ (λ − λᵏ))², or is rounding of Σ w λ².
+/// A proximal problem counts as solved if |G|² is at most this fraction of (ρ (λ − λᵏ))², or round-off of Σ w λ².
 const INEXACT: f64 = 1.0;
 const NOISE: f64 = 1e-27;
-/// Sweeps of Gauss–Seidel after a proximal problem that was not solved.
+/// Number of Gauss–Seidel sweeps after a proximal problem that was not solved.
 const SWEEPS: u32 = 80;
-/// Solved proximal problems without progress after which the search ends.
+/// Number of solved proximal problems without progress after which the search stops.
 const STALE: u32 = 20;
 
-/// Storage, made once.
+/// Workspace, allocated once.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Newton {
     y: Vec<f64>,
@@ -61,7 +58,7 @@ pub(crate) struct Newton {
     A: Vec<f64>,
     side: Vec<f64>,
     extent: Vec<[usize; 2]>,
-    /// Impulses of the proximal problem, and of the best answer.
+    /// Impulses of the proximal problem, and of the best result.
     lambda: Vec<[f64; 4]>,
     best: Vec<[f64; 4]>,
     center: Vec<[f64; 4]>,
@@ -75,8 +72,7 @@ pub(crate) struct Newton {
 }
 
 impl Newton {
-    /// Improves `lambda` after `lead` sweeps of Gauss–Seidel; linear systems solved, and the
-    /// measure of what came out.
+    /// Improves `lambda` after `lead` sweeps of Gauss–Seidel. Returns the number of linear systems solved, and the residual of the result.
     pub fn solve(
         &mut self,
         problem: &Problem,
@@ -105,7 +101,7 @@ impl Newton {
                 lambda.copy_from_slice(&self.center);
                 last = now;
             }
-            // A proximal problem that was not solved says nothing about progress.
+            // An unsolved proximal problem does not indicate lack of progress.
             stale = if now.residual < 0.7 * best.residual { 0 } else { stale + u32::from(solved) };
             self.keep(&mut best, &now, lambda);
             if !solved {
@@ -117,7 +113,7 @@ impl Newton {
                 rho = (0.1 * rho).max(LAST);
             }
         }
-        // Where nothing is a solution the last step is the least squares one, the best is not.
+        // If no solution exists, the last step is the least squares one, but the best is not.
         if best.residual <= stop.tolerance || !(last.residual <= 2.0 * best.residual) {
             lambda.copy_from_slice(&self.best);
             last = best;
@@ -125,12 +121,12 @@ impl Newton {
         (steps, last)
     }
 
-    /// Keeps `lambda` when it is the best so far.
-    /// y = Eᵀ λ of the last measure.
+    /// Sets y = Eᵀ λ from the last measurement.
     fn start(&mut self, layout: &Layout) {
         self.y.iter_mut().zip(layout.pulled()).for_each(|(y, x)| *y = x);
     }
 
+    /// Keeps `lambda` if it is the best result yet.
     fn keep(&mut self, best: &mut Measure, now: &Measure, lambda: &[[f64; 4]]) {
         if now.residual < best.residual {
             *best = *now;
@@ -170,7 +166,7 @@ impl Newton {
         self.active.reserve(groups);
     }
 
-    /// Solves the proximal problem around `center` from y = Eᵀ λ; linear systems solved.
+    /// Solves the proximal problem around `center` from y = Eᵀ λ. Returns the number of linear systems solved.
     fn proximal(
         &mut self,
         problem: &Problem,
@@ -222,7 +218,7 @@ impl Newton {
 }
 
 impl Newton {
-    /// H of each group at y, and which groups have one.
+    /// Computes H of each group at y, and lists the groups with H ≠ 0.
     fn jacobian(&mut self, problem: &Problem, scales: &[f64], rho: f64, center: &[[f64; 4]]) {
         self.active.clear();
         for (g, cone) in problem.cones.iter().enumerate() {
@@ -234,7 +230,7 @@ impl Newton {
         }
     }
 
-    /// δ = −(1 + Eᵀ H E)⁻¹ G; false when the matrix is singular.
+    /// Computes δ = −(1 + Eᵀ H E)⁻¹ G. Returns false if the matrix is singular.
     fn direction(&mut self, problem: &Problem) -> bool {
         let rows: usize = self.active.iter().map(|&g| problem.cones[g].rows()).sum();
         let dofs = problem.factor.dofs;
@@ -352,7 +348,7 @@ impl Newton {
     }
 }
 
-/// Where a residual is written.
+/// Destination of a residual.
 struct Out<'a> {
     lambda: &'a mut [[f64; 4]],
     G: &'a mut [f64],
@@ -364,7 +360,7 @@ impl<'a> Out<'a> {
     }
 }
 
-/// Energies: |G|², Σ w (ρ (λ − λᵏ))² and Σ w λ².
+/// Squared norms: |G|², Σ w (ρ (λ − λᵏ))² and Σ w λ².
 #[derive(Clone, Copy)]
 struct Sizes {
     G: f64,
@@ -372,7 +368,7 @@ struct Sizes {
     total: f64,
 }
 
-/// λ(y), G(y) and their sizes.
+/// Computes λ(y), G(y) and their norms.
 fn residual(
     problem: &Problem,
     scales: &[f64],
@@ -404,7 +400,7 @@ mod tests {
     use super::super::samples::{CONES, number};
     use super::*;
 
-    /// (1 + Eᵀ H E) δ = −G, from each side.
+    /// (1 + Eᵀ H E) δ = −G, computed from each side.
     #[test]
     fn the_direction_solves_its_equation_on_every_side() {
         let mut seed = 8;

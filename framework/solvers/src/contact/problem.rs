@@ -1,5 +1,4 @@
-//! The contact problem as data: groups of rows with their cones, the factor of the compliance, and
-//! the checks at the door.
+//! Data of the contact problem: groups of rows with their cones, the factor of the compliance, and the input checks.
 //!
 //! ```text
 //! rows of a group touch few degrees of freedom:   E_g (rows × entries)
@@ -9,40 +8,37 @@
 
 use super::error::ContactError;
 
-/// What impulses a group of rows can give, and what velocities it demands. v is the velocity after
-/// the impulses less its target.
+/// The possible impulses of a group of rows, and the required velocities. v is the velocity after the impulses minus its target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cone {
     /// Bilateral rows: v = 0, impulses of any sign.
     Equality {
-        /// 1 to 4.
+        /// 1 to 4 rows.
         rows: usize,
     },
-    /// One row: 0 ≤ λ ⊥ v ≥ 0. A limit of a joint, a contact without friction.
+    /// One row: 0 ≤ λ ⊥ v ≥ 0. Used for joint limits and contacts without friction.
     Unilateral,
-    /// One row: |λ| ≤ bound, and λ = −bound sign(v) where v ≠ 0. Dry friction of a hinge.
+    /// One row: |λ| ≤ bound, and λ = −bound sign(v) if v ≠ 0. Dry friction of a hinge.
     Dry {
-        /// Impulse that the row can give at most (N s or N m s), not negative.
+        /// Largest impulse of the row (N s or N m s), not negative.
         bound: f64,
     },
-    /// Three rows (normal, two tangents), exact isotropic Coulomb friction:
-    /// 0 ≤ λn ⊥ vn ≥ 0, |λt| ≤ μ λn, and λt = −μ λn vt/|vt| where vt ≠ 0.
+    /// Three rows (normal, two tangents), exact isotropic Coulomb friction: 0 ≤ λn ⊥ vn ≥ 0, |λt| ≤ μ λn, and λt = −μ λn vt/|vt| if vt ≠ 0.
     Coulomb {
         /// μ, not negative.
         friction: f64,
     },
-    /// Four rows: those of `Coulomb`, and the spin about the normal:
-    /// |λs| ≤ μs λn, and λs = −μs λn sign(vs) where vs ≠ 0.
+    /// Four rows: the rows of `Coulomb`, and the spin about the normal: |λs| ≤ μs λn, and λs = −μs λn sign(vs) if vs ≠ 0.
     Spinning {
         /// μ, not negative.
         friction: f64,
-        /// μs (m): torque about the normal for each newton of normal force, not negative.
+        /// μs (m): torque about the normal per newton of normal force, not negative.
         spin: f64,
     },
 }
 
 impl Cone {
-    /// Number of rows, 1 to 4.
+    /// Returns the number of rows, 1 to 4.
     #[inline]
     pub fn rows(&self) -> usize {
         match *self {
@@ -53,7 +49,7 @@ impl Cone {
         }
     }
 
-    /// The number in it that has to be finite and not negative, with its name.
+    /// Returns the parameters that must be finite and not negative, with their names.
     fn numbers(&self) -> [(&'static str, f64); 2] {
         match *self {
             Cone::Equality { .. } | Cone::Unilateral => [("", 0.0); 2],
@@ -64,21 +60,20 @@ impl Cone {
     }
 }
 
-/// The compliance of the rows by its factor: W = E Eᵀ. Group g has the entries
-/// `start[g]..start[g + 1]` of `dof` and `e`.
+/// The factor of the compliance of the rows: W = E Eᵀ. Group g has the entries `start[g]..start[g + 1]` of `dof` and `e`.
 #[derive(Clone, Copy, Debug)]
 pub struct Factor<'a> {
     /// First entry of each group; groups + 1 numbers, the first 0.
     pub start: &'a [u32],
     /// Degree of freedom of each entry, ascending within a group.
     pub dof: &'a [u32],
-    /// For each entry one number for each row of its group; lanes that the group lacks are 0.
+    /// One number for each row of the group, for each entry; unused lanes are 0.
     pub e: &'a [[f64; 4]],
     /// Number of degrees of freedom.
     pub dofs: usize,
 }
 
-/// A problem that has been checked: everything finite, every index in range.
+/// A checked problem: all numbers finite, all indices in range.
 #[derive(Clone, Copy, Debug)]
 pub struct Problem<'a> {
     pub(crate) factor: Factor<'a>,
@@ -89,13 +84,11 @@ pub struct Problem<'a> {
 }
 
 impl<'a> Problem<'a> {
-    /// `b`: free velocities less their targets (m/s or rad/s), one quadruple for each group; lanes
-    /// that the group lacks are not read. `r`: compliance of the rows (velocity for each unit of
-    /// impulse), not negative; empty when all rows are rigid. O(entries).
+    /// Creates and checks a problem. `b`: free velocities minus their targets (m/s or rad/s), four numbers per group; unused lanes are ignored. `r`:
+    /// compliance of the rows (velocity per unit of impulse), not negative; empty if all rows are rigid. O(entries).
     ///
     /// # Errors
-    /// The first mistake of shape, else the first number that is not finite or is negative where
-    /// it must not be.
+    /// The first wrong length or index; otherwise the first number that is not finite, or is negative where that is not allowed.
     pub fn new(
         factor: Factor<'a>,
         cones: &'a [Cone],
@@ -137,15 +130,14 @@ impl<'a> Problem<'a> {
         Ok(Problem { factor, cones, b, r, scale })
     }
 
-    /// Rigid rows that were made here, unit of residuals 1 until it is [`scaled`](Problem::scaled): what
-    /// is not a number shows when their compliances are looked at.
+    /// Creates an unchecked problem with rigid rows. The unit of residuals is 1 until it is [`scaled`](Problem::scaled). NaN is detected when the
+    /// compliances are computed.
     pub(crate) fn trusted(factor: Factor<'a>, cones: &'a [Cone], b: &'a [[f64; 4]]) -> Self {
         Problem { factor, cones, b, r: &[], scale: 1.0 }
     }
 
-    /// With this velocity (m/s or rad/s) in place of the largest |b| as the unit of residuals, where b
-    /// has targets in it that say nothing of how fast things move: gaps that are far from closing.
-    /// What is not finite or not above 0 changes nothing.
+    /// Sets the unit of residuals to this velocity (m/s or rad/s) instead of the largest |b|. Use it if b contains targets that do not indicate how
+    /// fast things move, such as gaps that are far from closing. A value that is not finite or not above 0 is ignored.
     #[must_use]
     pub fn scaled(mut self, velocity: f64) -> Self {
         if velocity > 0.0 && velocity.is_finite() {
@@ -154,30 +146,30 @@ impl<'a> Problem<'a> {
         self
     }
 
-    /// Number of groups.
+    /// Returns the number of groups.
     pub fn groups(&self) -> usize {
         self.cones.len()
     }
 
-    /// Number of rows of all groups.
+    /// Returns the number of rows of all groups.
     pub fn rows(&self) -> usize {
         self.cones.iter().map(Cone::rows).sum()
     }
 
-    /// Degrees of freedom and factor of a group.
+    /// Returns the degrees of freedom and factor of a group.
     #[inline(always)]
     pub(crate) fn entries(&self, g: usize) -> (&'a [u32], &'a [[f64; 4]]) {
         let (first, last) = (self.factor.start[g] as usize, self.factor.start[g + 1] as usize);
         (&self.factor.dof[first..last], &self.factor.e[first..last])
     }
 
-    /// Compliance of the rows of a group; lanes that it lacks are 0.
+    /// Returns the compliance of the rows of a group; unused lanes are 0.
     #[inline(always)]
     pub(crate) fn soft(&self, g: usize) -> [f64; 4] {
         if self.r.is_empty() { [0.0; 4] } else { masked(self.r[g], self.cones[g].rows()) }
     }
 
-    /// E_g y.
+    /// Computes E_g y.
     #[inline(always)]
     pub(crate) fn gathered(&self, g: usize, y: &[f64]) -> [f64; 4] {
         let (dof, e) = self.entries(g);
@@ -194,7 +186,7 @@ impl<'a> Problem<'a> {
         std::array::from_fn(|k| (sum[0][k] + sum[1][k]) + (sum[2][k] + sum[3][k]))
     }
 
-    /// y += E_gᵀ λ.
+    /// Computes y += E_gᵀ λ.
     #[inline(always)]
     pub(crate) fn scatter(&self, g: usize, impulse: &[f64; 4], y: &mut [f64]) {
         let (dof, e) = self.entries(g);
@@ -220,7 +212,7 @@ fn shape(factor: &Factor, groups: usize) -> Result<(), ContactError> {
     same("dof", factor.start[groups] as usize, factor.dof.len())
 }
 
-/// Indices ascend and are in range; numbers are finite, and 0 in lanes that the group lacks.
+/// Checks that indices ascend and are in range, and that numbers are finite, and 0 in unused lanes.
 fn entries(factor: &Factor, g: usize, rows: usize) -> Result<(), ContactError> {
     let range = factor.start[g] as usize..factor.start[g + 1] as usize;
     let (dof, e) = (&factor.dof[range.clone()], &factor.e[range]);
@@ -233,7 +225,7 @@ fn entries(factor: &Factor, g: usize, rows: usize) -> Result<(), ContactError> {
         if k >= rows && sum[k] > 0.0 {
             return Err(ContactError::Lanes { group: g, rows });
         }
-        // A sum may overflow where no number does.
+        // A sum may overflow although all numbers are finite.
         let bad = || e.iter().map(|e| e[k]).find(|x| !x.is_finite());
         if !sum[k].is_finite()
             && let Some(value) = bad()
@@ -244,25 +236,25 @@ fn entries(factor: &Factor, g: usize, rows: usize) -> Result<(), ContactError> {
     Ok(())
 }
 
-/// The first `rows` lanes; 0 in the others.
+/// Returns the first `rows` lanes, and 0 in the others.
 #[inline(always)]
 pub(crate) fn masked(x: [f64; 4], rows: usize) -> [f64; 4] {
     std::array::from_fn(|k| if k < rows { x[k] } else { 0.0 })
 }
 
-/// a b + c in one rounding where the processor can.
+/// Computes a b + c, with one rounding if the processor supports it.
 #[inline(always)]
 pub(crate) fn fma(a: f64, b: f64, c: f64) -> f64 {
     if cfg!(target_feature = "fma") { a.mul_add(b, c) } else { a * b + c }
 }
 
-/// a x + y, four lanes.
+/// Computes a x + y in four lanes.
 #[inline(always)]
 pub(crate) fn axpy4(a: f64, x: &[f64; 4], y: [f64; 4]) -> [f64; 4] {
     std::array::from_fn(|k| fma(a, x[k], y[k]))
 }
 
-/// x · y, four lanes.
+/// Computes x · y in four lanes.
 #[inline(always)]
 pub(crate) fn dot4(x: &[f64; 4], y: &[f64; 4]) -> f64 {
     fma(x[0], y[0], x[2] * y[2]) + fma(x[1], y[1], x[3] * y[3])

@@ -1,4 +1,4 @@
-//! How far impulses are from a solution: the same measure for every method, from λ and b only.
+//! Distance of impulses from a solution: the same measure for every method, computed only from λ and b.
 //!
 //! ```text
 //! y = Eᵀ λ,   v = E y + b + R λ                                     velocity after
@@ -11,30 +11,27 @@
 //!   Coulomb      pn − max(0, pn − vn),   pt − disc(pt − vt; μ max(0, pn)),   spin as dry, μs max(0, pn)
 //! residual   = max over rows |natural map| / velocity               0 at a solution, and only there
 //! ```
-//! The natural map is a velocity (m/s or rad/s): how wrong the velocity after is, or how much the
-//! velocity would change if the impulse were put right. `velocity` is what the problem was scaled by,
-//! else the largest |b|, or 1 when all are 0; residual × velocity is in m/s.
+//! The natural map is a velocity (m/s or rad/s): the error of the velocity after, or the change of velocity if the impulse were corrected. `velocity`
+//! is the scale of the problem; by default the largest |b|, or 1 if all are 0. residual × velocity is in m/s.
 
 use super::layout::Layout;
 use super::problem::{Cone, Problem};
 use wide::f64x4;
 
-/// How far impulses are from a solution.
+/// Distance of impulses from a solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Measure {
     /// Largest entry of the natural map, divided by `velocity`.
     pub residual: f64,
-    /// Largest |λ·(v + De Saxcé's term)| of a group, divided by `velocity` and the largest impulse:
-    /// work of the contact forces that should be none.
+    /// Largest |λ·(v + De Saxcé's term)| of a group, divided by `velocity` and the largest impulse: work of the contact forces that should be zero.
     pub complementarity: f64,
     /// Largest violation of −λn ≤ 0, |λt| ≤ μ λn, |λ| ≤ bound, divided by the largest impulse.
     pub violation: f64,
-    /// Scale of velocities (m/s or rad/s): [`Problem::scaled`](super::Problem::scaled), else the
-    /// largest |b|, or 1.
+    /// Scale of velocities (m/s or rad/s): [`Problem::scaled`](super::Problem::scaled), by default the largest |b|, or 1.
     pub velocity: f64,
 }
 
-/// Measures `lambda`, whose Eᵀ λ is `layout.y` and which the batches of `layout` have too. O(entries).
+/// Measures `lambda`, whose Eᵀ λ is `layout.y`; the batches of `layout` have the same impulses. O(entries).
 pub(crate) fn measure(problem: &Problem, layout: &mut Layout, lambda: &[[f64; 4]]) -> Measure {
     let (mut residual, mut work, mut violation, mut impulse) = (0.0, 0.0, 0.0, 0.0f64);
     layout.each(|g, block, rows, y| {
@@ -65,7 +62,7 @@ pub(crate) fn measure(problem: &Problem, layout: &mut Layout, lambda: &[[f64; 4]
     }
 }
 
-/// max that keeps what is not a number.
+/// Updates a maximum, and keeps NaN.
 #[inline(always)]
 pub(crate) fn larger(most: &mut f64, x: f64) {
     if !(x.abs() <= *most) && !most.is_nan() {
@@ -73,7 +70,7 @@ pub(crate) fn larger(most: &mut f64, x: f64) {
     }
 }
 
-/// The natural map of a group (m/s or rad/s).
+/// Computes the natural map of a group (m/s or rad/s).
 #[inline(always)]
 pub(crate) fn natural(cone: &Cone, w: f64, l: &[f64; 4], v: &[f64; 4]) -> [f64; 4] {
     let p = l.map(|x| x * w);
@@ -100,7 +97,7 @@ fn coulomb(friction: f64, p: &[f64; 4], v: &[f64; 4]) -> [f64; 4] {
     [p[0] - (p[0] - v[0]).max(0.0), p[1] - keep * t[0], p[2] - keep * t[1], 0.0]
 }
 
-/// λ·v and the work that friction rightly takes out: 0 at a solution.
+/// Computes λ·v plus the work dissipated by correct friction: 0 at a solution.
 pub(crate) fn idle_work(cone: &Cone, l: &[f64; 4], v: &[f64; 4]) -> f64 {
     let slide = l[1] * v[1] + l[2] * v[2];
     let speed = (v[1] * v[1] + v[2] * v[2]).sqrt();
@@ -116,7 +113,7 @@ pub(crate) fn idle_work(cone: &Cone, l: &[f64; 4], v: &[f64; 4]) -> f64 {
     }
 }
 
-/// How far an impulse is outside what its cone can give; 0 inside.
+/// Returns the distance of an impulse from its cone; 0 inside.
 pub(crate) fn outside(cone: &Cone, l: &[f64; 4]) -> f64 {
     let tangent = (l[1] * l[1] + l[2] * l[2]).sqrt();
     let most = match *cone {
@@ -157,7 +154,7 @@ mod tests {
         assert_eq!(outside(&Cone::Equality { rows: 1 }, &[-9.0, 0.0, 0.0, 0.0]), 0.0);
     }
 
-    /// Sliding friction that does not oppose the motion does work that it should not.
+    /// Sliding friction that does not oppose the motion does spurious work.
     #[test]
     fn idle_work_vanishes_only_for_lawful_friction() {
         let (cone, v) = (Cone::Coulomb { friction: 0.5 }, [0.0, 3.0, -4.0, 0.0]);

@@ -1,14 +1,14 @@
-//! One cone of each kind, and numbers from a seed: for the tests of the files beside it.
+//! One cone of each kind, and numbers from a seed, for the unit tests of this folder.
 
 use super::problem::Cone;
 
-/// In [−1, 1).
+/// Returns a number in [−1, 1).
 pub(crate) fn number(seed: &mut u64) -> f64 {
     *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
     (*seed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
 
-/// One of each.
+/// One cone of each kind.
 pub(crate) const CONES: [Cone; 5] = [
     Cone::Coulomb { friction: 0.6 },
     Cone::Spinning { friction: 0.4, spin: 0.3 },

@@ -1,4 +1,4 @@
-//! Block-sparse L U of 1 + Eᵀ H E, for systems of many degrees of freedom.
+//! Block-sparse LU factorization of 1 + Eᵀ H E, for systems with many degrees of freedom.
 //!
 //! ```text
 //! cluster    neighbouring degrees of freedom that every group touches all or none of: the six of a free body
@@ -6,23 +6,22 @@
 //! order      least number of neighbours first, those that elimination joins counted; ties by number
 //! in order k:    D_k⁻¹ by exchanges of rows,   L_ik = A_ik D_k⁻¹,   A_ij −= L_ik A_kj      i, j meet k and come later
 //! ```
-//! H of a sliding contact is not symmetric, but the pattern is. Rows are exchanged within a block only; a block that cannot
-//! be inverted ends the factorization, and a poor step shows in the line search. Blocks have their rows in vectors of four,
-//! filled up with zeros. The pattern covers all groups and is made once for a problem; O(Σ n_k²) blocks, n_k the number of
-//! later neighbours of k.
+//! H of a sliding contact is not symmetric, but the pattern is. Rows are exchanged only within a block. A block that cannot be inverted stops the
+//! factorization, and the line search detects a poor step. Blocks store their rows in vectors of four, padded with zeros. The pattern covers all
+//! groups and is computed once for a problem; it has O(Σ n_k²) blocks, where n_k is the number of later neighbours of k.
 
 use super::problem::{Problem, fma};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use wide::f64x4;
 
-/// No cluster.
+/// Marks a missing cluster.
 const NONE: u32 = u32::MAX;
 
-/// Pattern and factors; keeps its memory.
+/// Pattern and factors; reuses its memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sparse {
-    /// First degree of freedom of each cluster, and its number.
+    /// First degree of freedom of each cluster, and number of its degrees of freedom.
     first: Vec<u32>,
     size: Vec<u32>,
     /// Cluster of each degree of freedom.
@@ -33,29 +32,29 @@ pub(crate) struct Sparse {
     meets: Vec<u64>,
     words: usize,
     queue: BinaryHeap<Reverse<(u32, u32)>>,
-    /// Cluster by place in the order, and place of each cluster.
+    /// Cluster at each position in the order, and position of each cluster.
     order: Vec<u32>,
     place: Vec<u32>,
-    /// Later neighbours of each place, as places, ascending.
+    /// Later neighbours of each position, as positions, ascending.
     begin: Vec<u32>,
     later: Vec<u32>,
-    /// Blocks: where the diagonal of each place is, and the blocks above and below of each neighbour.
+    /// Blocks: index of each diagonal block, and of the blocks above and below for each neighbour.
     diagonal: Vec<u32>,
     upper: Vec<u32>,
     lower: Vec<u32>,
     a: Vec<f64x4>,
-    /// Vectors of each place in a solution.
+    /// Vectors of each position in a solution.
     at: Vec<u32>,
     x: Vec<f64x4>,
     square: Vec<f64>,
     product: Vec<f64x4>,
-    /// Clusters and rows of the group in hand: across four degrees of freedom, by rows.
+    /// Clusters and rows of the current group: across four degrees of freedom, by rows.
     places: Vec<(u32, u32)>,
     across: Vec<[f64x4; 4]>,
 }
 
 impl Sparse {
-    /// Finds clusters, order and places of the blocks.
+    /// Finds clusters, elimination order and indices of the blocks.
     pub fn prepare(&mut self, problem: &Problem) {
         self.clusters(problem);
         self.pattern(problem);
@@ -132,7 +131,7 @@ impl Sparse {
         row.iter().map(|w| w.count_ones()).sum()
     }
 
-    /// The order, and each cluster's later neighbours as clusters.
+    /// Computes the elimination order, and each cluster's later neighbours as clusters.
     fn eliminate(&mut self) {
         let n = self.first.len();
         self.queue.clear();
@@ -175,7 +174,7 @@ impl Sparse {
         }
     }
 
-    /// Neighbours as places, and where each block is.
+    /// Computes neighbours as positions, and the index of each block.
     fn lay_out(&mut self) {
         let n = self.order.len();
         let vectors = |size: u32| size.div_ceil(4);
@@ -211,7 +210,7 @@ impl Sparse {
         self.size[self.order[place] as usize] as usize
     }
 
-    /// Begins with the identity.
+    /// Sets the matrix to the identity.
     pub fn clear(&mut self) {
         self.a.fill(f64x4::splat(0.0));
         for k in 0..self.order.len() {
@@ -266,7 +265,7 @@ impl Sparse {
         }
     }
 
-    /// Where the block of a row's and a column's place is.
+    /// Returns the index of the block at the positions of a row and a column.
     fn block(&self, row: u32, column: u32) -> u32 {
         if row == column {
             return self.diagonal[row as usize];
@@ -277,7 +276,7 @@ impl Sparse {
         if row < column { self.upper[i] } else { self.lower[i] }
     }
 
-    /// Factors in place; false when a block cannot be inverted.
+    /// Factors in place. Returns false if a block cannot be inverted.
     pub fn factor(&mut self) -> bool {
         for k in 0..self.order.len() {
             let size = self.size_at(k);
@@ -307,7 +306,7 @@ impl Sparse {
         true
     }
 
-    /// A −= L U: `rows` of the lower block `i`, through `size`, to `columns` of the upper block `j`.
+    /// Computes A −= L U: `rows` of the lower block `i`, through `size`, times `columns` of the upper block `j`.
     #[inline(always)]
     fn subtract(
         &mut self,
@@ -319,7 +318,7 @@ impl Sparse {
     ) {
         let (through, vectors) = (size.div_ceil(4), columns.div_ceil(4));
         let (to, left, right) = (to as usize, self.lower[i] as usize, self.upper[j] as usize);
-        // Blocks of later places lie behind those of earlier ones.
+        // Blocks of later positions are stored after blocks of earlier ones.
         let (done, rest) = self.a.split_at_mut(to);
         let target = &mut rest[..rows * vectors];
         let (left, right) =
@@ -331,7 +330,7 @@ impl Sparse {
         }
     }
 
-    /// D⁻¹ in place of D.
+    /// Replaces D by D⁻¹.
     fn invert(&mut self, k: usize, size: usize) -> bool {
         let (vectors, at) = (size.div_ceil(4), self.diagonal[k] as usize);
         let wide = 2 * size;
@@ -355,7 +354,7 @@ impl Sparse {
         true
     }
 
-    /// The lower block `i` of place k times D_k⁻¹.
+    /// Multiplies the lower block `i` of position k by D_k⁻¹.
     fn times_inverse(&mut self, k: usize, i: usize, size: usize) {
         let vectors = size.div_ceil(4);
         let (rows, at) = (self.size_at(self.later[i] as usize), self.lower[i] as usize);
@@ -370,7 +369,7 @@ impl Sparse {
         }
     }
 
-    /// x ← A⁻¹ x by degrees of freedom; those that no group touches stay.
+    /// Solves x ← A⁻¹ x by degrees of freedom. Degrees of freedom that no group touches stay unchanged.
     pub fn solve(&mut self, x: &mut [f64]) {
         let n = self.order.len();
         for k in 0..n {
@@ -421,7 +420,7 @@ impl Sparse {
         }
     }
 
-    /// x at `to` −= block · x at `from`.
+    /// Subtracts block · x at `from` from x at `to`.
     #[inline(always)]
     fn less(&mut self, to: usize, rows: usize, block: usize, (from, vectors): (usize, usize)) {
         for r in 0..rows {
@@ -471,7 +470,7 @@ fn general(
     }
 }
 
-/// Gauss and Jordan with exchanges of rows on [A | 1]; false when A is singular to working precision.
+/// Inverts A in [A | 1] by Gauss–Jordan elimination with row exchanges. Returns false if A is singular to working precision.
 fn inverted(A: &mut [f64], n: usize) -> bool {
     let wide = 2 * n;
     for k in 0..n {
@@ -512,7 +511,7 @@ mod tests {
     use super::super::samples::number;
     use super::*;
 
-    /// Random contacts between clusters of one to seven rates give the solution of the dense matrix.
+    /// Random contacts between clusters of one to seven rates give the same solution as the dense matrix.
     #[test]
     fn it_solves_what_the_dense_matrix_solves() {
         let mut seed = 17;

@@ -1,4 +1,4 @@
-//! Rigid bodies alone in space: what is welded together, its inertia, its state in the world.
+//! Free rigid bodies: welded bodies as one group, its inertia, its state in the world.
 //!
 //! ```text
 //! J ω̇ = n − ω × J ω,     m c̈ = f + m g          about the centre of mass c
@@ -14,18 +14,18 @@ use linkwork_spatial::{Mat3, RigidInertia, Vec3};
 
 type V6 = Vector6<f64>;
 
-/// Bodies welded to one that moves.
+/// A moving body and the bodies welded to it.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
-    /// The one that moves.
+    /// The moving body.
     pub lead: BodyId,
     inertia: RigidInertia,
-    /// About the centre of mass, in the axes of the lead.
+    /// Inertia about the centre of mass, in the axes of the lead.
     J: Mat3,
     J_inv: Mat3,
 }
 
-/// Where a group is and how it moves, world axes.
+/// Position and motion of a group, world axes.
 #[derive(Clone, Debug)]
 pub(super) struct State {
     /// Centre of mass.
@@ -33,12 +33,12 @@ pub(super) struct State {
     pub w: Vec3,
     J_inv: Mat3,
     m_inv: f64,
-    /// M⁻¹ of all applied forces and ω × J ω.
+    /// M⁻¹ times all applied forces and −ω × J ω.
     pub free: V6,
 }
 
 impl Default for State {
-    /// The world: it does not move.
+    /// Returns the state of the world, which does not move.
     fn default() -> Self {
         let zero = Vec3::zeros();
         Self { c: zero, w: zero, J_inv: Mat3::zeros(), m_inv: 0.0, free: V6::zeros() }
@@ -46,19 +46,19 @@ impl Default for State {
 }
 
 impl State {
-    /// M⁻¹ of a wrench about the centre of mass.
+    /// Computes M⁻¹ times a wrench about the centre of mass.
     pub fn accelerate(&self, w: &V6) -> V6 {
         let (n, f) = halves(w);
         join(&(self.J_inv * n), &(f * self.m_inv))
     }
 
-    /// φ* A: how a point at `to` moves with the group, but for ω × (ω × r).
+    /// Computes φ* A: the acceleration of a point at `to` that moves with the group, except ω × (ω × r).
     pub fn carried(&self, A: &V6, to: &Vec3) -> V6 {
         let (alpha, a) = halves(A);
         join(&alpha, &(a + alpha.cross(&(to - self.c))))
     }
 
-    /// φ w: a wrench at `from`, about the centre of mass.
+    /// Computes φ w: a wrench at `from`, shifted to the centre of mass.
     pub fn gathered(&self, w: &V6, from: &Vec3) -> V6 {
         let (n, f) = halves(w);
         join(&(n + (from - self.c).cross(&f)), &f)
@@ -69,7 +69,7 @@ pub(super) fn halves(w: &V6) -> (Vec3, Vec3) {
     (Vec3::new(w[0], w[1], w[2]), Vec3::new(w[3], w[4], w[5]))
 }
 
-/// The groups of a mechanism, and the group of each body (`None`: the world).
+/// Returns the groups of a mechanism, and the group of each body (`None`: the world).
 pub(super) fn groups(
     mbs: &Multibody,
 ) -> Result<(Vec<Group>, Vec<Option<usize>>), FullyAugmentedError> {
@@ -114,7 +114,7 @@ pub(super) fn groups(
 }
 
 impl Group {
-    /// At the last kinematics, with the forces of the workspace.
+    /// Computes the state at the last kinematics, with the forces of the workspace.
     pub fn state(&self, tree: &Tree, ws: &Workspace) -> State {
         let R = ws.body_rotation(tree, self.lead);
         let arm = R * self.inertia.com();

@@ -1,6 +1,6 @@
 //! Rows of loops between bodies in the world.
 //!
-//! With p from A's origin to B's, and every body's own acceleration an unknown:
+//! Notation: p is from A's origin to B's, and the acceleration of every body is an unknown:
 //! ```text
 //! v = v_B − v_A − ω_A × p,   a = (α_B, a_B, α_A, a_A) + quadratic terms
 //! slide   n · p − Σ c u        turns with A: −2 ω_A × v − ω_A × (ω_A × p)
@@ -13,8 +13,7 @@ use linkwork_multibody::{LoopMotion, LoopRow};
 use linkwork_spatial::{Mat3, Vec3};
 use std::f64::consts::TAU;
 
-/// A frame on a body: where, how it moves, and what its origin's acceleration is with the body's own
-/// acceleration zero.
+/// A frame on a body: its pose and motion, and the acceleration of its origin if the body's own acceleration is zero.
 #[derive(Clone, Debug)]
 pub(super) struct End {
     pub R: Mat3,
@@ -24,8 +23,7 @@ pub(super) struct End {
     pub a: Vec3,
 }
 
-/// One row: moment and force on B at B's origin, error, rate, and d̈ with every body's acceleration
-/// zero.
+/// One row: moment and force on B at B's origin, error, rate, and d̈ with zero acceleration of every body.
 pub(super) struct RowAt {
     pub n: Vec3,
     pub f: Vec3,
@@ -81,7 +79,7 @@ fn angle(A: &End, B: &End, axis: &Vec3, reference: &Vec3) -> (Vec3, f64) {
     (n, x.cross(&to).dot(&n).atan2(x.dot(&to)))
 }
 
-/// To −π … π.
+/// Wraps an angle to −π … π.
 fn wrapped(x: f64) -> f64 {
     x - TAU * (x / TAU).round()
 }

@@ -1,7 +1,6 @@
-//! A hinge between two bodies at a state: what it permits, and what it forbids.
+//! A hinge between two bodies at a state: the motions that it permits, and those that it forbids.
 //!
-//! About the body's centre of mass c, world axes, with p the origin of the frame that a subhinge starts
-//! from and A = [ω̇; c̈]:
+//! Quantities are about the body's centre of mass c, in world axes; p is the origin of the frame in which a subhinge starts, and A = [ω̇; c̈]:
 //! ```text
 //! A − φ* A_parent = H θ̈ + b
 //! pin     H = [h; h × (c − p)]       b: ω̇ += ω × h θ̇
@@ -11,7 +10,7 @@
 //! H_f = Q R                             free coordinates without rotors
 //! N* (A − φ* A_parent − H_a θ̈_a) = N* (H_p θ̈_p + b)      N across Q: the rows
 //! ```
-//! θ̈_a are coordinates with rotors, unknowns with the inertia I_a of their own; θ̈_p are prescribed.
+//! θ̈_a are coordinates with rotors: unknowns with separate inertia I_a. θ̈_p are prescribed.
 
 use super::bodies::State;
 use linkwork_multibody::{Body, Coordinate, SubhingeKind};
@@ -20,19 +19,19 @@ use linkwork_spatial::{Mat3, Pose, Vec3};
 
 type V6 = Vector6<f64>;
 
-/// Columns that are this small beside their length repeat earlier ones.
+/// Columns whose independent part is relatively smaller than this count as dependent.
 const DEPENDENT: f64 = 1e-9;
 
-/// Who decides a coordinate.
+/// How a coordinate is treated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Role {
     Plain,
-    /// With its rotor's inertia.
+    /// Has the inertia of its rotor.
     Rotor(f64),
     Prescribed(f64),
 }
 
-/// Q, R of up to six columns, and what lies across them.
+/// Q, R of up to six columns, and the orthogonal complement.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Basis {
     pub n: usize,
@@ -41,7 +40,7 @@ pub(super) struct Basis {
 }
 
 impl Basis {
-    /// From columns; false if one repeats the others.
+    /// Factors the columns. Returns false if one depends on the others.
     pub fn fill(&mut self, columns: impl Iterator<Item = V6>) -> bool {
         self.n = 0;
         self.R = [[0.0; 6]; 6];
@@ -51,7 +50,7 @@ impl Basis {
                 return false;
             }
             let mut rest = column;
-            // Twice is enough.
+            // Two passes of orthogonalization are enough.
             for _ in 0..2 {
                 for i in 0..n {
                     let along = self.Q[i].dot(&rest);
@@ -69,7 +68,7 @@ impl Basis {
         true
     }
 
-    /// The rest of the six directions, in `Q[n..]`.
+    /// Computes the rest of the six directions, in `Q[n..]`.
     pub fn complete(&mut self) {
         for k in self.n..6 {
             let (mut best, mut size) = (V6::zeros(), 0.0);
@@ -89,7 +88,7 @@ impl Basis {
         }
     }
 
-    /// x = R⁻¹ Q* y: the coordinates of what the columns span.
+    /// Computes x = R⁻¹ Q* y: the coordinates of y in the span of the columns.
     pub fn coordinates(&self, y: &V6) -> [f64; 6] {
         let mut x = [0.0; 6];
         for i in (0..self.n).rev() {
@@ -99,7 +98,7 @@ impl Basis {
         x
     }
 
-    /// w = Q R⁻* x: the wrench within their span that does work x on the columns.
+    /// Computes w = Q R⁻* x: the wrench within the span that does work x on the columns.
     pub fn wrench(&self, x: &[f64; 6]) -> V6 {
         let (mut y, mut w) = ([0.0; 6], V6::zeros());
         for i in 0..self.n {
@@ -111,25 +110,25 @@ impl Basis {
     }
 }
 
-/// A moving hinge and its places among bodies and coordinates.
+/// A moving hinge and its indices among bodies and coordinates.
 #[derive(Clone, Debug)]
 pub(super) struct Joint {
-    /// Group that it carries, and the one that it hangs on (`None`: the world).
+    /// Group that it carries, and its parent group (`None`: the world).
     pub child: usize,
     pub parent: Option<usize>,
-    /// Place of the body in the mechanism, and of its parent.
+    /// Index of the body in the mechanism, and of its parent.
     pub body: usize,
     pub v: usize,
     pub roles: Vec<Role>,
     /// Columns H, and the bias b.
     pub H: Vec<V6>,
     pub b: V6,
-    /// Of plain coordinates, completed by the rows N.
+    /// Basis of plain coordinates, completed by the rows N.
     pub plain: Basis,
-    /// Of all coordinates, where couplings need them.
+    /// Basis of all coordinates, if couplings need them.
     pub all: Basis,
     pub coupled: bool,
-    /// What torques of plain coordinates are as a wrench; then the whole wrench on the child.
+    /// Torques of plain coordinates as a wrench; later the whole wrench on the child.
     pub torque: V6,
 }
 
@@ -160,17 +159,17 @@ impl Joint {
         }
     }
 
-    /// Rows that it forbids.
+    /// Returns the number of rows that it forbids.
     pub fn rows(&self) -> usize {
         6 - self.roles.iter().filter(|r| **r == Role::Plain).count().min(6)
     }
 
-    /// The rows' directions.
+    /// Returns the directions of the rows.
     pub fn N(&self) -> &[V6] {
         &self.plain.Q[self.plain.n..]
     }
 
-    /// H, b and N at a state. `parent` is the pose of the parent body. False if its free axes repeat.
+    /// Computes H, b and N at a state. `parent` is the pose of the parent body. Returns false if its free axes are dependent.
     pub fn place(
         &mut self,
         body: &Body,
@@ -186,7 +185,7 @@ impl Joint {
         for s in body.subhinges() {
             let (q, v) = (&q[s.q.clone()], &v[s.v.clone()]);
             let X = s.subhinge.kind.pose(q);
-            // Displacement of the origin, its rate relative to the frame, and the turn.
+            // Displacement of the origin, its rate relative to the frame, and the rotation.
             let d = R * X.position;
             let (u, turn, extra) = match s.subhinge.kind {
                 SubhingeKind::Locked => continue,
@@ -235,7 +234,7 @@ impl Joint {
     }
 }
 
-/// Columns of one subhinge; how many.
+/// Writes the columns of one subhinge. Returns their number.
 fn columns(kind: &SubhingeKind, h: &Vec3, R: &Mat3, r: &Vec3, out: &mut [V6]) -> usize {
     let turn = |h: Vec3| join(&h, &h.cross(r));
     match kind {

@@ -1,4 +1,4 @@
-//! Fully augmented dynamics: every body alone, every hinge a constraint.
+//! Fully augmented dynamics: every body is free, and every hinge is a constraint.
 //!
 //! ```text
 //! A = [ω̇; c̈] of each body, θ̈_a of each rotor                  unknowns
@@ -10,10 +10,9 @@
 //! torque τ   the wrench w with H* w = τ on the body, −φ w on its parent
 //! rotor      I_a θ̈_a = τ_a − H_a* (w + N λ)                     a coordinate of its own
 //! ```
-//! Hinges are eliminated from tips to base, which makes no fill in a tree; loops and couplings come
-//! last, so that a row left out as dependent is one of theirs. It shares no step with the sweeps: a
-//! comparison, a check, and a fall-back. Every group of bodies welded together needs mass and inertia
-//! about all axes, or G M⁻¹ G* does not exist; bodies do not bend.
+//! Hinges are eliminated from tips to base, which does not create fill in a tree. Loops and couplings come last, so that a row left out as dependent
+//! belongs to one of them. This solver shares no code with the tree recursions, so it serves for comparison, as a check, and as a fallback. Every
+//! group of welded bodies needs mass and inertia about all axes, because otherwise G M⁻¹ G* does not exist. Bodies must be rigid.
 
 mod bodies;
 mod closing;
@@ -33,19 +32,19 @@ use thiserror::Error;
 
 type V6 = Vector6<f64>;
 
-/// Why a mechanism has no fully augmented form.
+/// Reason why a mechanism does not have a fully augmented form.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum FullyAugmentedError {
-    /// A body that moves by itself has no inertia about some axis.
+    /// A moving body lacks mass, or inertia about some axis.
     #[error(
-        "body `{body}`, with what is welded to it, has no mass or no inertia about some axis: the fully \
+        "body `{body}` with the bodies welded to it lacks mass, or inertia about some axis: the fully \
          augmented form divides by it\n  help: give it mass properties of a solid, or use ConstrainedSolver"
     )]
     Inertia {
         /// The body.
         body: String,
     },
-    /// A body that bends.
+    /// A flexible body.
     #[error(
         "body `{body}` is flexible; the fully augmented form is for rigid bodies\n  help: use \
          ConstrainedSolver"
@@ -56,12 +55,12 @@ pub enum FullyAugmentedError {
     },
 }
 
-/// A block of rows: a hinge's or a constraint's.
+/// A block of rows: of a hinge or of a constraint.
 #[derive(Clone, Debug)]
 struct Block {
     rows: usize,
     of: Owner,
-    /// Groups that it acts on, and G there: a row's wrench about the centre of mass each.
+    /// Groups on which it acts, and G for each: a row's wrench about the centre of mass.
     ends: Vec<(usize, [V6; 6])>,
     /// γ.
     rhs: V6,
@@ -73,13 +72,13 @@ enum Owner {
     Constraint(ConstraintId),
 }
 
-/// The fully augmented solver of one mechanism. Nothing is allocated while solving.
+/// The fully augmented solver of one mechanism. Solving does not allocate.
 #[derive(Clone, Debug)]
 pub struct FullyAugmentedSolver {
     groups: Vec<Group>,
     of: Vec<Option<usize>>,
     joints: Vec<Joint>,
-    /// Terms of couplings: place of the joint, place in it, factor.
+    /// Terms of couplings: index of the joint, index within it, factor.
     couplings: Vec<Vec<(usize, usize, f64)>>,
     blocks: Vec<Block>,
     /// Pairs of blocks that share groups, with their ends there.
@@ -87,28 +86,28 @@ pub struct FullyAugmentedSolver {
     S: Sparse,
     states: Vec<State>,
     world: State,
-    /// Accelerations of groups, and what they are from applied forces alone.
+    /// Accelerations of groups, and accelerations due to applied forces alone.
     A: Vec<V6>,
     /// λ, and its change in a pass.
     total: Vec<V6>,
     lambda: Vec<V6>,
-    /// λ by constraint, and its place.
+    /// λ by constraint, and its first index.
     forces: Vec<f64>,
     place: Vec<usize>,
-    /// What rows left out lack, by constraint.
+    /// Residual of rows left out, by constraint.
     contradictions: Vec<f64>,
     dropped: Vec<usize>,
     /// Baumgarte's constants.
     pub stabilisation: Stabilisation,
-    /// Contradictions above this, rad/s² or m/s², are errors.
+    /// Contradictions above this are errors, rad/s² or m/s².
     pub contradiction_max: f64,
 }
 
 impl FullyAugmentedSolver {
-    /// For a tree: structure, elimination order and memory.
+    /// Creates a solver for a tree: structure, elimination order and workspace.
     ///
     /// # Errors
-    /// [`FullyAugmentedError`] for bodies that it cannot treat.
+    /// [`FullyAugmentedError`] for unsupported bodies.
     pub fn new(tree: &Tree) -> Result<Self, FullyAugmentedError> {
         let mbs = tree.multibody();
         let (groups, of) = bodies::groups(mbs)?;
@@ -119,7 +118,7 @@ impl FullyAugmentedSolver {
                 Joint::new(body, g.lead.index(), child, parent)
             })
             .collect();
-        // Groups are made in the order of bodies, and each has one joint.
+        // Groups are in the order of bodies, and each has one joint.
         let term = |(_, v, c): &(usize, usize, f64)| {
             let k = joints.partition_point(|j| j.v + j.roles.len() <= *v);
             (k, *v - joints[k].v, *c)
@@ -168,7 +167,7 @@ impl FullyAugmentedSolver {
         })
     }
 
-    /// [`kinematics`], then [`FullyAugmentedSolver::forward_given_kinematics`].
+    /// Calls [`kinematics`], then [`FullyAugmentedSolver::forward_given_kinematics`].
     ///
     /// # Errors
     /// [`SolverError`].
@@ -185,10 +184,9 @@ impl FullyAugmentedSolver {
         self.forward_given_kinematics(tree, ws, (q, v), motions, tau, vdot)
     }
 
-    /// Accelerations and forces as
-    /// [`ConstrainedSolver::forward_given_kinematics`](crate::ConstrainedSolver::forward_given_kinematics)
-    /// gives them. Rows and rank of the report count hinges, too. The workspace is only read: accelerations
-    /// of bodies are those of [`FullyAugmentedSolver::acceleration`].
+    /// Computes accelerations and forces as [`ConstrainedSolver::forward_given_kinematics`](crate::ConstrainedSolver::forward_given_kinematics) does.
+    /// Rows and rank of the report include hinges. The workspace is only read; [`FullyAugmentedSolver::acceleration`] returns the accelerations of
+    /// bodies.
     ///
     /// # Errors
     /// [`SolverError`].
@@ -230,8 +228,7 @@ impl FullyAugmentedSolver {
         Ok(report)
     }
 
-    /// Forces of a constraint at the last solution, as
-    /// [`ConstrainedSolver::forces`](crate::ConstrainedSolver::forces) gives them.
+    /// Returns the forces of a constraint at the last solution, as [`ConstrainedSolver::forces`](crate::ConstrainedSolver::forces) does.
     #[must_use]
     pub fn forces(&self, tree: &Tree, constraint: ConstraintId) -> &[f64] {
         let mbs = tree.multibody();
@@ -239,8 +236,8 @@ impl FullyAugmentedSolver {
         &self.forces[at..at + mbs.rows(constraint)]
     }
 
-    /// Acceleration of a body at the last solution: angular (rad/s²) and of its centre of mass, or of that
-    /// of all that is welded to it (m/s²); world axes. Zero for what is welded to the world.
+    /// Returns the acceleration of a body at the last solution: angular (rad/s²), and of the centre of mass of the body or of its group of welded
+    /// bodies (m/s²); world axes. Zero for bodies welded to the world.
     #[must_use]
     pub fn acceleration(&self, body: BodyId) -> Motion {
         let A = self.of[body.index()].map_or_else(V6::zeros, |g| self.A[g]);
@@ -248,8 +245,8 @@ impl FullyAugmentedSolver {
         Motion::new(n, f)
     }
 
-    /// Constraints of which rows were left out at the last solution, as
-    /// [`ConstrainedSolver::redundant`](crate::ConstrainedSolver::redundant) lists them. Allocates.
+    /// Returns the constraints with rows left out at the last solution, as [`ConstrainedSolver::redundant`](crate::ConstrainedSolver::redundant)
+    /// does. Allocates.
     #[must_use]
     pub fn redundant(&self, tree: &Tree) -> Vec<Redundant> {
         let each =
@@ -263,8 +260,7 @@ impl FullyAugmentedSolver {
             .collect()
     }
 
-    /// Blocks of S = G M⁻¹ G* below its diagonal that are not zero, and blocks of its factor there: equal
-    /// for trees.
+    /// Returns the number of nonzero blocks of S = G M⁻¹ G* below its diagonal, and of its factor. They are equal for trees.
     #[must_use]
     pub fn fill(&self) -> (usize, usize) {
         let mut pairs: Vec<_> = self.meets.iter().map(|m| (m.0, m.1)).collect();
@@ -305,7 +301,7 @@ impl FullyAugmentedSolver {
         Ok(())
     }
 
-    /// λ, and from it A.
+    /// Solves for λ, then computes A from it.
     fn solve(&mut self, mbs: &Multibody, report: &mut Report) {
         self.S.clear();
         for (i, j, a, b) in &self.meets {
@@ -329,7 +325,7 @@ impl FullyAugmentedSolver {
         }
         self.S.factor();
         report.rank = self.S.rank;
-        // The second pass takes away the rounding of the first.
+        // The second pass removes the round-off of the first.
         for _ in 0..2 {
             self.pass(mbs, report);
         }
@@ -341,7 +337,7 @@ impl FullyAugmentedSolver {
         }
     }
 
-    /// λ += S⁻¹ (γ − G A), A += M⁻¹ G* Δλ.
+    /// Computes λ += S⁻¹ (γ − G A), A += M⁻¹ G* Δλ.
     fn pass(&mut self, mbs: &Multibody, report: &mut Report) {
         for (b, block) in self.blocks.iter().enumerate() {
             let mut left = block.rhs;
@@ -375,7 +371,7 @@ impl FullyAugmentedSolver {
         }
     }
 
-    /// Accelerations of coordinates and forces of prescribed ones.
+    /// Computes the accelerations of coordinates, and the forces of prescribed ones.
     fn answer(&mut self, tau: &mut [f64], vdot: &mut [f64]) {
         for (b, lambda) in self.blocks.iter().zip(&self.total) {
             if let Owner::Joint(k) = b.of {
@@ -403,7 +399,7 @@ impl FullyAugmentedSolver {
     }
 }
 
-/// N* H_a I_a⁻¹ H_a* N λ.
+/// Computes N* H_a I_a⁻¹ H_a* N λ.
 fn rotors_moved(j: &Joint, lambda: &V6) -> V6 {
     let w = j.N().iter().zip(lambda.iter()).fold(V6::zeros(), |w, (n, l)| w + n * *l);
     let mut out = V6::zeros();
@@ -416,7 +412,7 @@ fn rotors_moved(j: &Joint, lambda: &V6) -> V6 {
     out
 }
 
-/// N* H_a I_a⁻¹ H_a* N.
+/// Adds N* H_a I_a⁻¹ H_a* N.
 fn add_rotors(j: &Joint, S: &mut Matrix6<f64>) {
     for (role, h) in j.roles.iter().zip(&j.H) {
         let Role::Rotor(inertia) = role else { continue };
@@ -428,7 +424,7 @@ fn add_rotors(j: &Joint, S: &mut Matrix6<f64>) {
     }
 }
 
-/// Hinges from tips to base, then loops, then couplings.
+/// Returns the blocks: hinges from tips to base, then loops, then couplings.
 fn blocks(
     mbs: &Multibody,
     of: &[Option<usize>],
@@ -465,7 +461,7 @@ fn blocks(
     out
 }
 
-/// Place among all constraints.
+/// Returns the index among all constraints.
 fn index(c: ConstraintId, mbs: &Multibody) -> usize {
     match c {
         ConstraintId::Loop(i) => i as usize,

@@ -1,4 +1,4 @@
-//! G and γ of each block of rows, from the states of the bodies.
+//! Computes G and γ of each block of rows from the states of the bodies.
 
 use super::closing::{self, End};
 use super::joint::{self, Role};
@@ -9,12 +9,12 @@ use linkwork_multibody::{Anchor, LoopMotion, Multibody};
 use linkwork_spatial::Vec3;
 
 impl FullyAugmentedSolver {
-    /// Rows of a hinge, and what they must come to.
+    /// Computes the rows of a hinge, and their right side.
     pub(super) fn joint_rows(&mut self, b: usize, k: usize, (tau, vdot): (&[f64], &[f64])) {
         let (j, block) = (&self.joints[k], &mut self.blocks[b]);
         let from = j.parent.map_or(&self.world, |p| &self.states[p]);
         let c = self.states[j.child].c;
-        // What is known of A_k − φ* A_p; rotors by applied forces alone.
+        // Known part of A_k − φ* A_p; rotors move by applied forces alone.
         let mut known = j.b;
         for ((role, h), i) in j.roles.iter().zip(&j.H).zip(j.v..) {
             match role {
@@ -32,7 +32,7 @@ impl FullyAugmentedSolver {
         }
     }
 
-    /// Rows of a loop.
+    /// Computes the rows of a loop.
     pub(super) fn loop_rows(
         &mut self,
         tree: &Tree,
@@ -86,7 +86,7 @@ impl FullyAugmentedSolver {
         }
     }
 
-    /// The row of a coupling.
+    /// Computes the row of a coupling.
     pub(super) fn coupling_row(
         &mut self,
         mbs: &Multibody,
@@ -102,7 +102,7 @@ impl FullyAugmentedSolver {
             let j = &self.joints[*k];
             let mut unit = [0.0; 6];
             unit[*at] = *c;
-            // H⁺* e: a wrench that does work on this coordinate alone.
+            // H⁺* e: a wrench that does work only on this coordinate.
             let w = j.all.wrench(&unit);
             rhs += w.dot(&j.b);
             let sides = [
@@ -124,7 +124,7 @@ impl FullyAugmentedSolver {
     }
 }
 
-/// 2 ζ ω and ω².
+/// Returns 2 ζ ω and ω².
 fn constants(s: Stabilisation) -> (f64, f64) {
     match s {
         Stabilisation::None => (0.0, 0.0),

@@ -1,5 +1,4 @@
-//! L D Lᵀ of a sparse positive semidefinite matrix in blocks of at most six rows, the pattern fixed
-//! at set-up.
+//! L D Lᵀ factorization of a sparse positive semidefinite matrix in blocks of at most six rows, with a pattern fixed at set-up.
 //!
 //! ```text
 //! column j:   S_jj = L_jj D_j L_jj*,   L_ij = S_ij L_jj⁻* D_j⁻¹         rows i below j
@@ -10,18 +9,18 @@
 use linkwork_spatial::nalgebra::{Matrix6, Vector6};
 use std::collections::BTreeSet;
 
-/// A pivot that has lost all but this part of its row's diagonal stands for a dependent row.
+/// A row counts as dependent if its pivot is at most this fraction of its diagonal.
 const RANK: f64 = 1e-11;
 
 #[derive(Clone, Debug)]
 pub(super) struct Sparse {
-    /// Rows of each block.
+    /// Number of rows of each block.
     rows: Vec<usize>,
-    /// Block rows below the diagonal of each column, and where their blocks stand.
+    /// Block rows below the diagonal of each column, and the indices of their blocks.
     below: Vec<Vec<(usize, usize)>>,
-    /// For each column, the places of the blocks that its pairs are subtracted from.
+    /// Indices of the blocks from which the pairs of each column are subtracted.
     pairs: Vec<Vec<usize>>,
-    /// Blocks below the diagonal, then those of the diagonal.
+    /// Blocks below the diagonal, then blocks of the diagonal.
     a: Vec<Matrix6<f64>>,
     diagonal: Vec<Matrix6<f64>>,
     /// D, and D⁻¹ with zero for rows left out.
@@ -31,8 +30,8 @@ pub(super) struct Sparse {
 }
 
 impl Sparse {
-    /// With the rows of each block and the pairs (i > j) of blocks that meet. Blocks are eliminated in
-    /// their order.
+    /// Creates the pattern from the number of rows of each block and the pairs (i > j) of blocks that share unknowns. Blocks are eliminated in their
+    /// order.
     pub fn new(rows: Vec<usize>, meets: &[(usize, usize)]) -> Self {
         let n = rows.len();
         let mut pattern: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); n];
@@ -55,7 +54,7 @@ impl Sparse {
             .collect();
         let place = |i: usize, k: usize| match below[k].binary_search_by_key(&i, |e| e.0) {
             Ok(at) => below[k][at].1,
-            // Diagonal blocks are told apart by their place.
+            // Diagonal blocks have indices after all others.
             Err(_) => blocks + k,
         };
         let pairs = (below.iter())
@@ -76,18 +75,18 @@ impl Sparse {
         }
     }
 
-    /// Blocks of L below its diagonal.
+    /// Returns the number of blocks of L below its diagonal.
     pub fn blocks(&self) -> usize {
         self.a.len()
     }
 
-    /// All zero.
+    /// Sets all blocks to zero.
     pub fn clear(&mut self) {
         self.a.fill(Matrix6::zeros());
         self.diagonal.fill(Matrix6::zeros());
     }
 
-    /// Block (i, j) of the lower triangle, to be added to.
+    /// Returns the block (i, j) of the lower triangle, for adding to it.
     pub fn block(&mut self, i: usize, j: usize) -> &mut Matrix6<f64> {
         match self.below[j].binary_search_by_key(&i, |e| e.0) {
             Ok(at) => &mut self.a[self.below[j][at].1],
@@ -104,7 +103,7 @@ impl Sparse {
             greatest = (0..*n).fold(greatest, |g, i| g.max(S[(i, i)]));
         }
         let least = RANK * RANK * greatest;
-        // Diagonals before anything was subtracted are what pivots are measured against.
+        // Pivots are compared with the diagonals before elimination.
         for (S, d) in self.diagonal.iter().zip(&mut self.d) {
             *d = S.diagonal();
         }
@@ -145,7 +144,7 @@ impl Sparse {
         }
     }
 
-    /// The diagonal block of a column: L below, ones left out.
+    /// Factors the diagonal block of a column: L below the diagonal, ones left out.
     fn pivot(&mut self, j: usize, sizes: &[f64; 6], least: f64) {
         let S = &mut self.diagonal[j];
         let n = self.rows[j];
@@ -172,13 +171,13 @@ impl Sparse {
         }
     }
 
-    /// Whether row `r` of a block was left out at the last factorisation.
+    /// Returns whether row `r` of a block was left out at the last factorisation.
     pub fn left_out(&self, block: usize, r: usize) -> bool {
         self.d_inv[block][r] == 0.0
     }
 
-    /// x ← S⁻¹ x over the rows that were kept; zero at the others. `dropped(block, by)` is called for
-    /// each row left out with how far its right side is from what the kept rows imply.
+    /// Computes x ← S⁻¹ x over the rows that were kept; zero at the others. Calls `dropped(block, by)` for each row left out, with the difference
+    /// between its right side and the value that the kept rows imply.
     pub fn solve(&self, x: &mut [Vector6<f64>], mut dropped: impl FnMut(usize, f64)) {
         let n = self.rows.len();
         for j in 0..n {
@@ -249,7 +248,7 @@ mod tests {
         s.factor();
         assert_eq!(s.rank, 7);
         let want: Vec<f64> = (0..8).map(|k| 0.3 + 0.1 * f64::from(k)).collect();
-        // b in the range: b = S want.
+        // b is in the range of S: b = S want.
         let b: Vec<f64> = (0..8).map(|r| (0..8).map(|c| dot(r, c) * want[c]).sum()).collect();
         let mut x = [Vector6::zeros(); 3];
         for i in 0..3 {

@@ -1,16 +1,16 @@
-//! Balance of the forces on a vehicle whose wheels have traction.
+//! Force balance of a vehicle whose wheels have traction.
 use super::machine::{COUPLING, Machine};
 use super::{DRIVE, RollingError, WheelLoad};
 use linkwork_spatial::{Mat3, Vec3};
 
-/// Balances at most while wheels come to their limits, and the relative change of what they resist that ends them.
+/// Maximum number of balances while wheels reach their limits, and relative change of the resistance at which the iteration stops.
 pub const LIMITS: (usize, f64) = (50, 1e-6);
-/// Rims that slide faster than this (m/s) and than [`FASTER`] times the fastest of them turns: nothing balances any more.
+/// If rims slide faster than this (m/s) and faster than [`FASTER`] times the fastest rim rotates, the forces cannot be balanced.
 const SLIDES: f64 = 1.0;
 const FASTER: f64 = 3.0;
 
 impl Machine {
-    /// Rates of driving under which forces balance what holds, as the wheels resist now.
+    /// Returns the driving rates at which forces balance `holds`, with the present resistance of the wheels.
     pub fn balance(&self, rolls: bool, holds: &Vec3) -> Vec3 {
         let (mut square, mut side) = (Mat3::zeros(), -holds);
         for (row, &[x, y, heading, alone]) in self.slides.iter().enumerate() {
@@ -23,12 +23,12 @@ impl Machine {
                 }
             }
         }
-        // What no wheel determines stays.
+        // Coordinates that no wheel determines stay unchanged.
         square += Mat3::identity() * (1e-13 * square.trace() + f64::MIN_POSITIVE);
         square.cholesky().map_or_else(Vec3::zeros, |c| c.solve(&side))
     }
 
-    /// Lets wheels that slide at the rates of driving resist by no more than their limits. Greatest change, relative.
+    /// Limits the resistance of wheels that slide at these driving rates. Returns the largest relative change.
     pub fn limit(&mut self, drive: &Vec3) -> f64 {
         let mut most = 0.0_f64;
         for (w, (now, t)) in self.resists.iter_mut().zip(&self.traction).enumerate() {
@@ -53,33 +53,33 @@ impl Machine {
         most
     }
 
-    /// Force on a wheel that does not slide along a row of `slide` (N), and what resists there (N s/m).
+    /// Returns the force on a wheel that does not slide along a row of `slide` (N), and its resistance (N s/m).
     pub fn resists(&self, row: usize) -> (f64, f64) {
         let (traction, axis) = (&self.traction[row / 2], &self.axes[row / 2][row % 2]);
         (traction.force.dot(axis), self.resists[row / 2][row % 2])
     }
 
-    /// Velocity of a rim over the ground along a row of `slide` (m/s).
+    /// Returns the velocity of a rim over the ground along a row of `slide` (m/s).
     pub fn slides_along(&self, row: usize) -> f64 {
         let n = self.unknowns();
         let along = self.slide[row * n..(row + 1) * n].iter().zip(&self.rates);
         self.given[1][row] + along.map(|(a, b)| a * b).sum::<f64>()
     }
 
-    /// Force of the ground on a wheel along a row of `slide`, as it slides (N).
+    /// Returns the force of the ground on a wheel along a row of `slide`, with its present sliding (N).
     fn along(&self, row: usize) -> f64 {
         let (force, resists) = self.resists(row);
         force - resists * self.slides_along(row)
     }
 
-    /// Root mean square of the sliding that is left (m/s).
+    /// Returns the RMS of the remaining sliding (m/s).
     pub fn slides(&self) -> f64 {
         let rows = self.given[1].len();
         let squares = (0..rows).map(|row| self.slides_along(row).powi(2)).sum::<f64>();
         (squares / rows.max(1) as f64).sqrt()
     }
 
-    /// Loads where tractions are known: normal forces such that all balances. The rows of normals are factored still.
+    /// Computes the loads from known tractions: normal forces that balance all forces. The rows of normals must still be factored.
     pub fn carry(&mut self, loads: &mut Vec<WheelLoad>, forces: &mut [f64]) {
         let n = self.unknowns();
         self.right.copy_from_slice(&self.holds[DRIVE..]);
@@ -104,7 +104,7 @@ impl Machine {
         }
     }
 
-    /// Whether sliding has the size of driving: beyond it nothing balances, and the machine would fall down its slope.
+    /// Checks that sliding is not much faster than driving. Otherwise forces cannot be balanced, and the vehicle would slide down its slope.
     pub fn balances(&self) -> Result<(), RollingError> {
         let turns = |w: usize| self.given[1][2 * w].abs();
         let (rows, wheels) = (0..self.given[1].len(), 0..self.footing.len());

@@ -1,21 +1,21 @@
-//! Where the rim of a wheel is nearest to the ground.
+//! Finds the point of a wheel's rim that is nearest to the ground.
 //!
 //! ```text
 //! p(θ) = c + r (cos θ down + sin θ ahead)      height over the ground  g(θ) = p_z − h(p),  least where  n · dp/dθ = 0
 //! ```
-//! with n the normal of the ground. The lower rim is sampled; between the lowest sample and the one towards which it goes
-//! down, secants within a bracket find where the rim is parallel to the ground.
+//! n is the normal of the ground. The lower rim is sampled. Between the lowest sample and the neighbour towards which the rim descends, bracketed
+//! secant steps find the point where the rim is parallel to the ground.
 //!
-//! Angles go with their sine and cosine: those of the samples are multiples of one angle, by rotation, which costs a
-//! fraction of the functions.
+//! Angles are stored with sine and cosine. The angles of the samples are multiples of one angle, computed by rotation, which is much cheaper than the
+//! functions.
 use linkwork_spatial::{Pose, Vec3};
 
-/// A wheel over the ground.
+/// Position of a wheel over the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Footing {
-    /// Distance of the rim from the ground along its normal (m); negative: in it.
+    /// Distance of the rim from the ground along its normal (m); negative if the rim is in the ground.
     pub gap: f64,
-    /// The point of the rim that is nearest, W (m).
+    /// The nearest point of the rim, W (m).
     pub point: Vec3,
     /// Unit normal of the ground there, upwards, W.
     pub normal: Vec3,
@@ -23,7 +23,7 @@ pub struct Footing {
     pub angle: f64,
 }
 
-/// Samples to each side of the lowest point, and the angle between two.
+/// Number of samples on each side of the lowest point, and the angle between two samples.
 const SIDE: usize = 8;
 const APART: Turn =
     Turn { angle: 8.0 * DEGREE, sine: 0.139_173_100_960_065_44, cosine: 0.990_268_068_741_570_3 };
@@ -31,7 +31,7 @@ const APART: Turn =
 const BESIDE: Turn =
     Turn { angle: DEGREE, sine: 0.017_452_406_437_283_512, cosine: 0.999_847_695_156_391_2 };
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
-/// Secants at most, and the change of angle (rad) that ends them: the height has changed by less than 1e-14 m then.
+/// Maximum number of secant steps, and change of angle (rad) at which they stop: the height then changes by less than 1e-14 m.
 const SECANTS: (usize, f64) = (12, 1e-7);
 
 /// An angle (rad) with its sine and cosine.
@@ -87,10 +87,10 @@ impl<'g, G: FnMut(f64, f64) -> Option<(f64, Vec3)>> Rim<'g, G> {
         Some(Point { footing, height, slope: normal.dot(&along) })
     }
 
-    /// Where the rim is parallel to the ground between `a`, where it goes down towards `b`, and `b`, where it is higher or goes
-    /// down towards `a`.
+    /// Finds the point where the rim is parallel to the ground, between `a`, where it descends towards `b`, and `b`, where it is higher or descends
+    /// towards `a`.
     fn between(&mut self, mut a: Point, mut b: Point) -> Option<Footing> {
-        // Slopes along the way from a to b: negative at a.
+        // Slopes in the direction from a to b: negative at a.
         let sign = (b.footing.angle - a.footing.angle).signum();
         let along = |p: &Point| sign * p.slope;
         let (mut last, mut new) = (b, a);
@@ -104,7 +104,7 @@ impl<'g, G: FnMut(f64, f64) -> Option<(f64, Vec3)>> Rim<'g, G> {
                 break;
             }
             (last, new) = (new, self.at(Turn::of(x))?);
-            // It goes down still, and nowhere up between: the least is beyond.
+            // It still descends and does not rise in between, so the minimum is beyond.
             if along(&new) < 0.0 && new.height < a.height {
                 a = new;
             } else {
@@ -119,14 +119,14 @@ impl<'g, G: FnMut(f64, f64) -> Option<(f64, Vec3)>> Rim<'g, G> {
 #[derive(Clone, Copy, Debug, Default)]
 struct Point {
     footing: Footing,
-    /// Over the ground (m).
+    /// Height over the ground (m).
     height: f64,
     /// n · dp/dθ (m/rad).
     slope: f64,
 }
 
-/// The footing of a wheel whose hub is the origin of `pose`, whose axle is its y axis, and whose radius is `radius` (m). `None`
-/// where there is no ground under a part of the lower rim.
+/// Finds the footing of a wheel whose hub is the origin of `pose`, whose axle is its y axis, and whose radius is `radius` (m). `None` if there is no
+/// ground under part of the lower rim.
 pub fn footing(
     ground: &mut impl FnMut(f64, f64) -> Option<(f64, Vec3)>,
     pose: &Pose,
@@ -155,7 +155,7 @@ pub fn footing(
     }
 }
 
-/// The same near a known angle on the rim (rad); the whole rim where the least is not there.
+/// Finds the footing near a known angle on the rim (rad), or on the whole rim if the minimum is not there.
 pub(super) fn near(
     ground: &mut impl FnMut(f64, f64) -> Option<(f64, Vec3)>,
     pose: &Pose,

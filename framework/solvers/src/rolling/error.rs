@@ -1,26 +1,26 @@
-//! Why vehicles cannot roll: at set-up, and on their way.
+//! Errors of rolling vehicles, at set-up and during motion.
 use thiserror::Error;
 
-/// Why vehicles cannot roll.
+/// Reason why vehicles cannot roll.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum RollingError {
-    /// A root that cannot be driven.
+    /// The root of a vehicle cannot be driven.
     #[error("`{body}` has no free hinge on the world\n  help: name the root body of the machine")]
     Root {
-        /// Its name.
+        /// Name of the body.
         body: String,
     },
-    /// A joint that cannot adapt.
+    /// A joint cannot adapt to the ground.
     #[error(
-        "the hinge of `{body}` cannot adapt to the ground\n  help: `joints` are bodies on one pin each that no motion prescribes"
+        "the hinge of `{body}` cannot adapt to the ground\n  help: each body in `joints` must have a single pin that is not prescribed"
     )]
     Joint {
-        /// Its name.
+        /// Name of the body.
         body: String,
     },
-    /// A coordinate that nothing determines.
+    /// A coordinate is undetermined.
     #[error(
-        "nothing says how the hinge of `{body}` moves without forces\n  help: prescribe its motion, lock it, or list it in `joints`, where it adapts to the ground"
+        "the motion of the hinge of `{body}` is undetermined without forces\n  help: prescribe its motion, lock it, or list it in `joints`, where it adapts to the ground"
     )]
     Undetermined {
         /// The body.
@@ -28,56 +28,56 @@ pub enum RollingError {
     },
     /// More coordinates than wheels.
     #[error(
-        "{wheels} wheels and {couplings} couplings do not determine how `{root}` lies on the ground: that takes {needed}\n  help: list fewer `joints`, or couple them (as a differential does)"
+        "{wheels} wheels and {couplings} couplings do not determine the attitude of `{root}` on the ground: {needed} are needed\n  help: list fewer `joints`, or couple them (as a differential does)"
     )]
     Few {
         /// The vehicle.
         root: String,
-        /// Its wheels.
+        /// Number of wheels.
         wheels: usize,
-        /// Couplings of its joints.
+        /// Number of couplings of its joints.
         couplings: usize,
-        /// Coordinates that adapt.
+        /// Number of coordinates that adapt.
         needed: usize,
     },
-    /// What rolling knows nothing of.
-    #[error("rolling without forces knows no {what}\n  help: {help}")]
+    /// Something that rolling does not support.
+    #[error("rolling without forces does not support {what}\n  help: {help}")]
     Unknown {
-        /// What it is.
+        /// The unsupported thing.
         what: String,
-        /// What to do instead.
+        /// Remedy.
         help: &'static str,
     },
-    /// Off the map, or where it has no data.
+    /// A wheel is off the map, or where the map has no data.
     #[error(
         "there is no ground under `{wheel}` at ({x:.3}, {y:.3})\n  help: stay where the terrain has data"
     )]
     NoGround {
         /// The wheel.
         wheel: String,
-        /// Where (m).
+        /// Position x (m).
         x: f64,
-        /// Where (m).
+        /// Position y (m).
         y: f64,
     },
-    /// No pose in which the wheels touch.
+    /// No pose exists in which the wheels touch the ground.
     #[error(
-        "`{root}` does not come to lie on the ground: a wheel stays {gap:.3} m from it\n  help: the ground is too rough for the wheels here; drive around, or simulate with forces"
+        "`{root}` finds no pose on the ground: a wheel stays {gap:.3} m away from it\n  help: the ground is too rough for the wheels here; drive around, or simulate with forces"
     )]
     Apart {
         /// The vehicle.
         root: String,
-        /// Greatest distance of a wheel (m).
+        /// Largest distance of a wheel (m).
         gap: f64,
     },
-    /// More is asked of the ground than it gives.
+    /// The required traction exceeds the possible traction.
     #[error(
-        "`{root}` slides at {speed:.2} m/s: its wheels do not get from the ground what holds it\n  help: drive where it is less steep, or simulate with forces"
+        "`{root}` slides at {speed:.2} m/s: the traction of its wheels is not sufficient\n  help: drive where it is less steep, or simulate with forces"
     )]
     Slides {
         /// The vehicle.
         root: String,
-        /// Greatest speed of a rim over the ground (m/s).
+        /// Largest speed of a rim over the ground (m/s).
         speed: f64,
     },
 }

@@ -7,63 +7,63 @@ use linkwork_dynamics::{Tree, Workspace, body_jacobian};
 use linkwork_spatial::Vec3;
 use linkwork_spatial::nalgebra::Matrix6;
 
-/// Weight of a coupling (rad) beside the gap of a wheel (m): couplings are exact where wheels are not.
+/// Weight of a coupling (rad) relative to the gap of a wheel (m), so that couplings are exact where wheels are not.
 pub const COUPLING: f64 = 100.0;
-/// Rows of a twist (angular, linear) in the order of the root's unknowns: x, y, heading, height, roll, pitch.
+/// Elements of a twist (angular, linear) in the order of the root's unknowns: x, y, heading, height, roll, pitch.
 const TWIST: [usize; 2 * DRIVE] = [3, 4, 2, 5, 0, 1];
 
-/// Where on the rim of a wheel the ground is looked for.
+/// Part of a wheel's rim that is searched for the nearest ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Search {
-    /// All of the lower rim.
+    /// The whole lower rim.
     Whole,
-    /// Near the point that touched before.
+    /// Near the previous contact point.
     Near,
 }
 
-/// A coupling of a vehicle's joints: its place, factors of its unknowns, (place in q, in v, factor) of all terms, constant.
+/// A coupling of a vehicle's joints: its index, factors of its unknowns, (index in q, in v, factor) of all terms, constant.
 #[derive(Clone, Debug)]
 pub struct CouplingRow {
-    /// Place among the mechanism's couplings.
+    /// Index among the mechanism's couplings.
     pub place: usize,
     pub factors: Vec<f64>,
     pub terms: Vec<(usize, usize, f64)>,
     pub constant: f64,
 }
 
-/// A vehicle with its work space.
+/// A vehicle with its workspace.
 #[derive(Clone, Debug)]
 pub struct Machine {
     pub spec: Vehicle,
     pub name: String,
     pub names: Vec<String>,
-    /// First lane of the root's v; lanes of the joints.
+    /// First index of the root in v; indices of the joints.
     pub root: usize,
     pub joints: Vec<usize>,
     pub couplings: Vec<CouplingRow>,
-    /// Footing of each wheel, and what the ground does to it.
+    /// Footing of each wheel, and its traction.
     pub footing: Vec<Footing>,
     pub traction: Vec<Traction>,
-    /// Ahead and side of each wheel along the ground, W.
+    /// Forward and sideways direction of each wheel along the ground, W.
     pub axes: Vec<[Vec3; 2]>,
-    /// What each wheel resists as it slides, ahead and to the side (N s/m).
+    /// Resistance of each wheel against sliding, forward and sideways (N s/m).
     pub resists: Vec<[f64; 2]>,
-    /// Velocity of rims, ahead and side of each wheel, with each of d, and for d = 0; all on the ground.
+    /// Velocity of the rims, forward and sideways of each wheel, for each element of d, and for d = 0; all with the wheels on the ground.
     pub slides: Vec<[f64; DRIVE + 1]>,
-    /// What holds the machine still, along each unknown, and what moments of the ground do there.
+    /// Generalised forces that keep the vehicle at rest, for each unknown, and the effect of the ground's moments.
     pub holds: Vec<f64>,
     pub turns: Vec<f64>,
-    /// Rows of unknowns, [`Machine::unknowns`] each: normal of each wheel and couplings; ahead and side of each wheel; up of
-    /// each wheel and couplings.
+    /// Rows of unknowns, [`Machine::unknowns`] each: normal of each wheel and couplings; forward and sideways of each wheel; up of each wheel and
+    /// couplings.
     pub normal: Vec<f64>,
     pub slide: Vec<f64>,
     pub lift: Vec<f64>,
-    /// What prescribed motions add to rows of `normal` and `slide`.
+    /// Contribution of prescribed motions to the rows of `normal` and `slide`.
     pub given: [Vec<f64>; 2],
     pub gram: Symmetric,
-    /// s that goes with each of d, and with what is given.
+    /// s for each element of d, and for the prescribed motions.
     pub columns: Vec<f64>,
-    /// Solution: unknowns.
+    /// Solution: rates of the unknowns.
     pub rates: Vec<f64>,
     pub error: Vec<f64>,
     pub right: Vec<f64>,
@@ -75,12 +75,12 @@ impl Machine {
         2 * DRIVE + self.joints.len()
     }
 
-    /// Distance of a wheel from where it stands, above or in the ground at its sinkage (m).
+    /// Returns the distance of a wheel from its position of contact, which is at its sinkage in the ground (m).
     pub fn gap(&self, wheel: usize) -> f64 {
         self.footing[wheel].gap + self.traction[wheel].sinkage
     }
 
-    /// Footing of all wheels at the poses in the work space.
+    /// Computes the footing of all wheels at the poses in the workspace.
     pub fn stand(
         &mut self,
         tree: &Tree,
@@ -94,7 +94,7 @@ impl Machine {
         Ok(())
     }
 
-    /// Looks along whole rims: is the ground nearer to a wheel than where it was found?
+    /// Searches whole rims, and returns whether the ground is nearer to a wheel elsewhere than at its footing.
     pub fn touches_elsewhere(
         &mut self,
         tree: &Tree,
@@ -130,11 +130,11 @@ impl Machine {
         })
     }
 
-    /// Rows of all wheels with their footing; `up`: the vertical.
+    /// Computes the rows of all wheels at their footing; `up` is the vertical.
     pub fn rows(&mut self, tree: &Tree, ws: &Workspace, jacobian: &mut [f64], up: &Vec3) {
         let (n, nv) = (self.unknowns(), tree.nv());
         let origin = ws.body_pose(tree, self.spec.root).position;
-        // From the root's lanes to its twist in the axes of W.
+        // Jacobian from the root's rates to its twist in the axes of W.
         body_jacobian(tree, ws, self.spec.root, jacobian);
         let twist = Matrix6::from_fn(|row, k| jacobian[row * nv + self.root + k]);
         self.inverse = twist.try_inverse().unwrap_or_else(Matrix6::identity);
@@ -188,7 +188,7 @@ impl Machine {
         self.gram.of_columns(&self.normal, n, DRIVE..DRIVE + settles);
     }
 
-    /// What prescribed rates do, in the same rows.
+    /// Computes the contribution of prescribed rates to the same rows.
     pub fn follow(&mut self, tree: &Tree, ws: &Workspace, jacobian: &mut [f64], given: &[f64]) {
         let nv = given.len();
         for (w, (body, _)) in self.spec.wheels.iter().enumerate() {
@@ -213,7 +213,7 @@ impl Machine {
         }
     }
 
-    /// s for a right side of the rows of normals: −(GᵀG)⁻¹ Gᵀ e, into `right`.
+    /// Solves for s with a right side of the rows of normals: −(GᵀG)⁻¹ Gᵀ e, into `right`.
     pub fn settled(&mut self, column: impl Fn(&Machine, usize) -> f64) {
         let (n, settles) = (self.unknowns(), self.right.len());
         for k in 0..settles {
@@ -224,7 +224,7 @@ impl Machine {
         self.gram.solve(&mut self.right);
     }
 
-    /// Work of the generalised forces that hold the machine still, for each unknown: along twists of the root, then the joints.
+    /// Computes the work of the generalised forces that keep the vehicle at rest, for each unknown: along twists of the root, then the joints.
     pub fn holds(&mut self, hold: &[f64]) {
         for k in 0..self.holds.len() {
             self.holds[k] = match TWIST.get(k) {
@@ -236,7 +236,7 @@ impl Machine {
         }
     }
 
-    /// Rates of all unknowns for what is given: with the least sliding, or with that under which all forces balance.
+    /// Computes the rates of all unknowns for the prescribed motions: with the least sliding, or with sliding that balances all forces.
     pub fn solve(&mut self, rolls: bool) {
         let n = self.unknowns();
         let rows = self.given[1].len();
@@ -282,7 +282,7 @@ impl Machine {
         self.columns = columns;
     }
 
-    /// Distances of wheels and errors of couplings at `q`; their size.
+    /// Computes the distances of wheels and the errors of couplings at `q`. Returns their norm.
     pub fn errors(&mut self, q: &[f64]) -> f64 {
         let wheels = self.footing.len();
         for w in 0..wheels {
@@ -295,14 +295,14 @@ impl Machine {
         self.error.iter().map(|e| e * e).sum::<f64>().sqrt()
     }
 
-    /// The step of s that takes the errors away, into the rates; d stays.
+    /// Writes the step of s that removes the errors into the rates; d stays unchanged.
     pub fn correction(&mut self) {
         self.settled(|m, row| m.error[row]);
         self.rates[..DRIVE].fill(0.0);
         self.rates[DRIVE..].copy_from_slice(&self.right);
     }
 
-    /// Unknowns times `h` into the lanes of v.
+    /// Writes the unknowns times `h` into v.
     pub fn fill_lanes(&self, h: f64, v: &mut [f64]) {
         let r = &self.rates;
         let twist = [r[4], r[5], r[2], r[0], r[1], r[3]];
@@ -315,7 +315,7 @@ impl Machine {
         }
     }
 
-    /// Loads for the forces that hold the machine still; afterwards the rows of normals are factored no more.
+    /// Computes the loads from the forces that keep the vehicle at rest. Overwrites the factor of the rows of normals.
     pub fn weigh(&mut self, up: &Vec3, loads: &mut Vec<WheelLoad>, forces: &mut [f64]) {
         let n = self.unknowns();
         let settles = self.right.len();

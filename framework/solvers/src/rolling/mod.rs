@@ -1,33 +1,32 @@
-//! Vehicles that roll without slip on uneven ground: motion by kinematics alone, and what their wheels carry.
+//! Vehicles that roll without slip on uneven ground: motion by kinematics alone, and wheel loads.
 //!
-//! A vehicle is a root on a free hinge, wheels, and joints that adapt to the ground (rockers, bogies); every other hinge
-//! is prescribed (axles, steering). With δ a small motion of the unknown coordinates:
+//! A vehicle is a root on a free hinge, wheels, and joints that adapt to the ground (rockers, bogies). Every other hinge is prescribed (axles,
+//! steering). δ is a small motion of the unknown coordinates:
 //! ```text
 //! d           x, y, heading of the root: where the vehicle drives
 //! s           height, roll, pitch of the root, and the joints: how it lies on the ground
 //! G s + G_d d + g = 0        each wheel stays on the ground (along its normal n), couplings hold
 //! H s + H_d d + h → least    each wheel's rim has no velocity over the ground, ahead and to the side
 //! ```
-//! g and h are what prescribed motions do. The first is solved for s, exactly where there are as many wheels as s has
-//! coordinates, else by least squares; the second then gives d, by least squares over wheels that may disagree. The step goes
-//! along these rates, exactly for a constant twist of the root; then s is put back onto the ground by Gauss–Newton
-//! steps at the new place.
+//! g and h are the contributions of prescribed motions. The first equation is solved for s: exactly if the number of wheels equals the number of
+//! coordinates in s, otherwise by least squares. The second then gives d by least squares, since wheels may contradict each other. The step follows
+//! these rates, exactly for a constant twist of the root. Then Gauss–Newton steps put s back onto the ground at the new position.
 //!
-//! Loads are those of rest: F along the vertical at each wheel, so that every wheel has the same share of traction, T = N tan α on
-//! a slope α, and the virtual work of all forces vanishes for each motion s:
+//! Loads are static. F is the vertical force at each wheel, such that every wheel has the same ratio of traction to load, T = N tan α on a slope α,
+//! and the virtual work of all forces vanishes for each motion s:
 //! ```text
 //! Uᵀ F = Sᵀ τ           τ: generalised forces that hold the machine still;   U: how far s lifts each wheel
 //! ```
-//! It knows no friction: what would slide or tip over rolls on. It knows no limits of joints either.
+//! Friction limits are ignored: a vehicle that would slide or tip over continues to roll. Limits of joints are ignored, too.
 //!
-//! With the traction of its wheels ([`Traction`]) it is quasi-static: wheels stand in the ground at their sinkage and slide so
-//! that all forces balance at each instant. With u the velocity of a rim over the ground and c, R of its traction
+//! If the wheels have traction ([`Traction`]), the motion is quasi-static: wheels sink into the ground and slide so that all forces balance at each
+//! instant. u is the velocity of a rim over the ground, and c, R are its traction:
 //! ```text
 //! f = c − R u                     force of the ground ahead and to the side, R ≥ 0 diagonal, R u within an ellipse
 //! Σ (H_d + H s_d)ᵀ f = τ_d + s_dᵀ τ_s       balance along each motion d with the s that goes with it: no normal force works there
 //! Gᵀ N = τ_s − Hᵀ f               then the normal forces;   τ: less what moments of the ground do
 //! ```
-//! which for R = 1, c = 0 and τ = 0 is the least sliding of above. c and R are taken anew at each step from where it slid before.
+//! With R = 1, c = 0 and τ = 0 this is the least sliding from above. Each step recomputes c and R from the previous sliding.
 mod balance;
 mod contact;
 mod error;
@@ -47,63 +46,63 @@ use small::Symmetric;
 /// A vehicle on wheels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vehicle {
-    /// Its root, on a free hinge of the world.
+    /// Root body, on a free hinge of the world.
     pub root: BodyId,
-    /// Wheels: body, whose y axis is the axle and whose origin the hub, and radius (m).
+    /// Wheels: body (y axis along the axle, origin at the hub), and radius (m).
     pub wheels: Vec<(BodyId, f64)>,
     /// Bodies whose pin hinges adapt to the ground.
     pub joints: Vec<BodyId>,
 }
 
-/// What a step left.
+/// Residuals of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RollingReport {
-    /// Greatest distance of a wheel from the ground, above or in it (m).
+    /// Largest distance of a wheel from the ground, above or in it (m).
     pub gap: f64,
-    /// Root mean square of the speed at which rims would have to slide, ahead or sideways, since wheels disagree (m/s).
+    /// RMS of the speed at which rims would have to slide, forward or sideways, because wheels contradict each other (m/s).
     pub slide: f64,
 }
 
-/// What the ground does to a wheel that slides over it slowly, about how it slides now.
+/// Traction of a wheel that slides slowly over the ground, linearized about its present sliding.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Traction {
-    /// Force on the wheel where its rim does not slide, less the normal force, W (N).
+    /// Force on the wheel if its rim does not slide, without the normal force, W (N).
     pub force: Vec3,
-    /// Moment on the wheel beside that of the forces at its footing, as where they act ahead of it, W (N m).
+    /// Moment on the wheel in addition to the moment of the forces at its footing, for example if they act ahead of it, W (N m).
     pub moment: Vec3,
-    /// Force against sliding ahead and to the side (N s/m), not negative. A machine none of whose wheels has any rolls.
+    /// Resistance against sliding forward and sideways (N s/m), not negative. If all wheels of a vehicle have zero resistance, it rolls.
     pub resistance: [f64; 2],
-    /// Greatest such force ahead and to the side (N), half axes of an ellipse.
+    /// Largest such force forward and sideways (N), the half axes of an ellipse.
     pub limit: [f64; 2],
-    /// How deep the wheel stands in the ground, along its normal (m).
+    /// Sinkage of the wheel, along the normal of the ground (m).
     pub sinkage: f64,
 }
 
-/// A wheel on the ground.
+/// Load of a wheel on the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelLoad {
     /// The wheel.
     pub body: BodyId,
-    /// Force of the ground, W (N): that of rest, along the vertical; with traction the one that balances.
+    /// Force of the ground, W (N): the static vertical force; with traction, the force that balances.
     pub force: Vec3,
-    /// Where it acts, W (m).
+    /// Point where it acts, W (m).
     pub point: Vec3,
 }
 
-/// Unknowns that drive, before those that settle.
+/// Number of driving unknowns; they precede the settling ones.
 const DRIVE: usize = 3;
-/// Gauss–Newton steps of a settling at most, and the distance (m, rad) from which one more changes nothing.
+/// Maximum number of Gauss–Newton steps for settling, and distance (m, rad) below which another step has no effect.
 const SETTLES: (usize, f64) = (40, 1e-9);
-/// Corrections below this (m, rad) leave a wheel on the same part of its rim.
+/// Corrections below this (m, rad) keep a wheel on the same part of its rim.
 const NEAR: f64 = 2e-3;
-/// Searches of whole rims that find a wheel touching elsewhere, at most.
+/// Maximum number of searches of whole rims that find a wheel touching elsewhere.
 const ROUNDS: usize = 4;
-/// Lifts of a machine with wheels in the ground, at most.
+/// Maximum number of lifts of a vehicle whose wheels are in the ground.
 const LIFTS: usize = 6;
-/// A wheel so far from the ground (m) has not come to lie on it.
+/// A wheel farther than this from the ground (m) does not lie on it.
 const APART: f64 = 0.02;
 
-/// Vehicles of a mechanism that roll, with their memory: nothing is allocated by a step.
+/// Rolling vehicles of a mechanism, with their workspace: a step does not allocate.
 #[derive(Clone, Debug)]
 pub struct Rolling {
     machines: Vec<Machine>,
@@ -113,22 +112,22 @@ pub struct Rolling {
     dv: Vec<f64>,
     next: Vec<f64>,
     best: Vec<f64>,
-    /// Where the machines stood when their footings were found, by the whole of each rim; empty before.
+    /// Configuration of the vehicles at the last search of whole rims; empty before.
     stood: Vec<f64>,
     loads: Vec<WheelLoad>,
     /// Force of each coupling of the mechanism (N m or N).
     forces: Vec<f64>,
 }
 
-/// Height (m) and unit normal of the ground at x, y (m), W; `None` where there is none.
+/// Height (m) and unit normal of the ground at x, y (m), W; `None` where there is no ground.
 pub trait RollingGround: FnMut(f64, f64) -> Option<(f64, Vec3)> {}
 impl<F: FnMut(f64, f64) -> Option<(f64, Vec3)>> RollingGround for F {}
 
 impl Rolling {
-    /// Vehicles that are all that moves in a mechanism, but for prescribed hinges.
+    /// Creates the workspace of vehicles. Nothing else in the mechanism may move, except prescribed hinges.
     ///
     /// # Errors
-    /// Roots and joints that cannot be such, coordinates that nothing determines, loops, flexible bodies.
+    /// Invalid roots and joints, undetermined coordinates, loops, flexible bodies.
     pub fn new(tree: &Tree, vehicles: &[Vehicle]) -> Result<Self, RollingError> {
         let mb = tree.multibody();
         let name = |b: BodyId| mb.get(b).name().to_string();
@@ -244,11 +243,11 @@ impl Rolling {
         })
     }
 
-    /// Puts every vehicle onto the ground where it is: x, y and heading of its root stay. O(wheels · n) for each of some steps.
-    /// After another ground than in the call before, this comes first.
+    /// Puts every vehicle onto the ground at its present x, y and heading. O(wheels · n) for each of several steps. Call this first if the ground
+    /// changed.
     ///
     /// # Errors
-    /// No ground, or none on which the wheels come to lie.
+    /// No ground, or no pose in which the wheels touch it.
     pub fn settle(
         &mut self,
         tree: &Tree,
@@ -276,16 +275,15 @@ impl Rolling {
         Ok(report)
     }
 
-    /// A step of `h` s from `q`, with the rates in `v` and the accelerations in `vdot` of prescribed coordinates, which are
-    /// integrated exactly for constant ones; all of `v` are rates at the end. `hold` (nv): the generalised forces that hold the
-    /// machine still at `q`; `up`: the vertical, W. `tractions`: of the wheels of all vehicles, in their order; empty where they
-    /// roll.
+    /// Makes a step of `h` s from `q`. `v` and `vdot` have the rates and accelerations of prescribed coordinates, which are integrated exactly if
+    /// constant. Afterwards, `v` has all rates at the end. `hold` (nv): the generalised forces that keep the vehicle at rest at `q`; `up`: the
+    /// vertical, W. `tractions`: one for each wheel of all vehicles, in order; empty for pure rolling.
     ///
     /// # Errors
-    /// As of [`Rolling::settle`]; tractions under which nothing balances.
+    /// As [`Rolling::settle`]; also tractions with which forces cannot be balanced.
     ///
     /// # Panics
-    /// If there are some tractions, and not one of each wheel.
+    /// If `tractions` is neither empty nor has one entry for each wheel.
     pub fn step(
         &mut self,
         tree: &Tree,
@@ -300,7 +298,7 @@ impl Rolling {
         self.loads.clear();
         for lane in 0..v.len() {
             let given = self.prescribed[lane];
-            // The mean rate of the step.
+            // Use the mean rate of the step.
             self.given[lane] = if given { v[lane] + 0.5 * h * vdot[lane] } else { 0.0 };
             v[lane] = if given { v[lane] + h * vdot[lane] } else { 0.0 };
         }
@@ -325,7 +323,7 @@ impl Rolling {
             machine.solve(rolls);
             report.slide = report.slide.max(machine.slides());
             machine.fill_lanes(h, &mut self.dv);
-            // The same geometry with the rates at the end.
+            // Same geometry with the rates at the end.
             machine.follow(tree, ws, &mut self.jacobian, v);
             machine.solve(rolls);
             machine.fill_lanes(1.0, v);
@@ -343,25 +341,24 @@ impl Rolling {
         Ok(report)
     }
 
-    /// Force of each coupling of the mechanism in the last step, at its start: factor times force acts on each coordinate (N m, N).
+    /// Returns the force of each coupling of the mechanism in the last step, at its start: factor times force acts on each coordinate (N m, N).
     #[must_use]
     pub fn coupling_forces(&self) -> &[f64] {
         &self.forces
     }
 
-    /// The vehicles.
+    /// Returns the vehicles.
     pub fn vehicles(&self) -> impl Iterator<Item = &Vehicle> {
         self.machines.iter().map(|m| &m.spec)
     }
 
-    /// Loads of the last step, at its start.
+    /// Returns the loads of the last step, at its start.
     #[must_use]
     pub fn loads(&self) -> &[WheelLoad] {
         &self.loads
     }
 
-    /// Settles one machine; `search`: how its wheels are looked for at first. In the end its footings are those of a search of
-    /// whole rims.
+    /// Settles one vehicle; `search` is the first search of its wheels. The final footings come from a search of whole rims.
     fn settle_one(
         &mut self,
         k: usize,
@@ -401,7 +398,7 @@ impl Rolling {
                     self.best.copy_from_slice(q);
                     machine.correction();
                 } else {
-                    // Beyond an edge the ground is another one: back, and half as far.
+                    // Beyond an edge the ground is different: go back, and take half the step.
                     share *= 0.5;
                 }
             }
@@ -414,7 +411,7 @@ impl Rolling {
                 break;
             }
         }
-        // With more wheels than the machine has ways to lie it stands on those that touch first.
+        // If wheels outnumber the coordinates in s, the vehicle stands on the wheels that touch first.
         let mut gap = 0.0;
         for _ in 0..LIFTS {
             let wheels = 0..machine.footing.len();

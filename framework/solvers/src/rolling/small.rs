@@ -1,4 +1,4 @@
-//! Small symmetric systems on memory made once.
+//! Small symmetric systems in preallocated memory.
 
 /// A symmetric positive matrix, A = C Cᵀ.
 #[derive(Clone, Debug)]
@@ -7,11 +7,11 @@ pub struct Symmetric {
     factor: Vec<f64>,
 }
 
-/// Added to the diagonal, relative to its mean: what nothing determines stays where it is.
+/// Added to the diagonal, relative to its mean, so that undetermined unknowns stay unchanged.
 const LEAST: f64 = 1e-13;
 
 impl Symmetric {
-    /// n × n.
+    /// Allocates an n × n matrix.
     pub fn new(n: usize) -> Self {
         Symmetric { n, factor: vec![0.0; n * n] }
     }
@@ -47,7 +47,7 @@ impl Symmetric {
         }
     }
 
-    /// A⁻¹ b, in place.
+    /// Computes A⁻¹ b, in place.
     pub fn solve(&self, b: &mut [f64]) {
         let (n, c) = (self.n, &self.factor);
         for i in 0..n {

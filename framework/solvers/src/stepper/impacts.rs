@@ -1,7 +1,7 @@
 //! Impacts as events within a step.
 //!
-//! The rows of the start of the step are used throughout. The velocity v of a step belongs to the instant t − h/2, as in
-//! semi-implicit Euler, so a jump that returns the velocity keeps the energy of a fall exactly:
+//! The rows of the start of the step are used throughout. The velocity v of a step belongs to the instant t − h/2, as in semi-implicit Euler, so a
+//! jump that reverses the velocity conserves the energy of a fall exactly:
 //! ```text
 //! r = ṙ₀ + E p                        rate of a row after the impulses so far, p = Σ Eᵀ λ
 //! v(t) = r + a (t + h/2)              a: acceleration of the applied forces; free rotation, which no force does, is in r
@@ -12,11 +12,11 @@
 //!            0 ≤ λn ⊥ v⁺ + e v⁻ ≥ 0, Coulomb friction; others that touch hold without bouncing (e = 0)
 //! repeat     until no gap closes before the end of the step
 //! ```
-//! Contacts that do not approach take no part, so a ball in a row passes on its impulse before the next ball takes part
-//! (the generalised reflections of B. Smith, D. M. Kaufman, E. Vouga, R. Tamstorf, E. Grinspun, "Reflections on
-//! simultaneous impact", ACM Transactions on Graphics 31, 2012); those that approach together are solved together, so a
-//! flat box stays flat. Without friction ΔE = ½ Σ λ (1 − e) v⁻ ≤ 0. With friction Newton's law can make energy (T. R. Kane).
-//! Impulses with e = 0 never do, so the impulses are then mixed with those of e = 0 until the energy is kept.
+//! Contacts that do not approach are left out, so a ball in a row passes on its impulse before the next ball takes part (the generalised reflections
+//! of B. Smith, D. M. Kaufman, E. Vouga, R. Tamstorf, E. Grinspun, "Reflections on simultaneous impact", ACM Transactions on Graphics 31, 2012).
+//! Contacts that approach together are solved together, so a flat box stays flat. Without friction ΔE = ½ Σ λ (1 − e) v⁻ ≤ 0. With friction, Newton's
+//! impact law can create energy (T. R. Kane). Impulses with e = 0 never do, so the impulses are then blended with those of e = 0 until energy is
+//! conserved.
 
 use super::islands::Islands;
 use super::{Kind, StepError};
@@ -25,28 +25,28 @@ use linkwork_collision::ContactPoint;
 use linkwork_dynamics::units::{RowSet, WIDTH};
 use linkwork_spatial::Vec3;
 
-/// Events of a step at most, for each contact point. What approaches still is stopped then, without bouncing.
+/// Maximum number of events of a step for each contact point. A contact that still approaches then stops without bouncing.
 const EVENTS: usize = 20;
 
-/// A contact does not approach when the forces of the step reduce its rate to less than this part.
+/// A contact does not count as approaching if the forces of the step reduce its rate to less than this fraction.
 const STILL: f64 = 1e-4;
-/// Part of the exchanged energy that counts as rounding.
+/// Fraction of the exchanged energy that counts as round-off.
 const NOISE: f64 = 1e-10;
 
-/// The data of the step that impacts use.
+/// Data of the step that impacts use.
 pub(super) struct Scene<'a> {
     pub rows: &'a RowSet,
     pub kinds: &'a [Kind],
     pub cones: &'a [Cone],
     pub points: &'a [ContactPoint],
     pub frames: &'a [[Vec3; 3]],
-    /// Acceleration of each contact point that its rows lack in axes that do not rotate, W.
+    /// Difference between the acceleration of each contact point in non-rotating axes and in its rows, W.
     pub carried: &'a [Vec3],
-    /// The part of its acceleration that is free rotation, W.
+    /// Part of its acceleration due to free rotation, W.
     pub free_turn: &'a [Vec3],
-    /// Surface velocity of b minus surface velocity of a at each contact point, in its frame; empty where no surface moves.
+    /// Surface velocity of b minus surface velocity of a at each contact point, in its frame; empty if all surfaces are fixed to their bodies.
     pub belts: &'a [[f64; 3]],
-    /// Restitution of each limit of a hinge.
+    /// Restitution of each hinge limit.
     pub bounces: &'a [f64],
     pub islands: &'a Islands,
     pub h: f64,
@@ -55,7 +55,7 @@ pub(super) struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// Restitution of a contact or a limit; 0 of other rows.
+    /// Returns the restitution of a contact or a limit; 0 for other rows.
     fn restitution(&self, g: usize) -> f64 {
         match self.kinds[g] {
             Kind::Contact(i) => self.points[i as usize].restitution,
@@ -64,7 +64,7 @@ impl Scene<'_> {
         }
     }
 
-    /// Gap of a contact or a limit at the start of the step.
+    /// Returns the gap of a contact or a limit at the start of the step.
     fn gap(&self, g: usize) -> f64 {
         match self.kinds[g] {
             Kind::Contact(i) => self.points[i as usize].gap,
@@ -73,10 +73,10 @@ impl Scene<'_> {
     }
 }
 
-/// Impulses of impacts, and memory to find them.
+/// Impulses of impacts, and workspace to compute them.
 pub(super) struct Impacts {
     solver: Contact,
-    /// Eᵀ of the impulses so far, and −Σ t Eᵀ λ: the displacement that late impulses lack.
+    /// Eᵀ times the impulses to date, and −Σ t Eᵀ λ: the displacement missing because of late impulses.
     pub y: Vec<f64>,
     pub lag: Vec<f64>,
     /// Impulses on body b of each contact point, N s, W.
@@ -89,7 +89,7 @@ pub(super) struct Impacts {
     dof: Vec<u32>,
     e: Vec<[f64; WIDTH]>,
     cones: Vec<Cone>,
-    /// Velocities before the impact, and less their targets.
+    /// Velocities before the impact, and the same minus their targets.
     before: Vec<[f64; WIDTH]>,
     b: Vec<[f64; WIDTH]>,
     lambda: Vec<[f64; WIDTH]>,
@@ -121,7 +121,7 @@ impl Impacts {
         }
     }
 
-    /// Finds the impacts of a step; returns their number.
+    /// Finds the impacts of a step. Returns their number.
     pub fn find(&mut self, scene: &Scene) -> Result<usize, StepError> {
         self.impulses.clear();
         self.impulses.resize(scene.points.len(), Vec3::zeros());
@@ -143,7 +143,7 @@ impl Impacts {
         Ok(count)
     }
 
-    /// An impact may take all rows.
+    /// Reserves memory for all rows, because an impact may involve all.
     fn make_room(&mut self, scene: &Scene) {
         let (groups, entries) = (scene.kinds.len(), scene.rows.e().len());
         room(&mut self.groups, groups);
@@ -157,7 +157,7 @@ impl Impacts {
         self.solver.reserve(groups, entries, self.y.len());
     }
 
-    /// The impacts of an island.
+    /// Finds the impacts of an island.
     fn find_in(&mut self, scene: &Scene, island: usize) -> Result<usize, StepError> {
         let groups = scene.islands.groups(island);
         let bounces = |g: &u32| scene.restitution(*g as usize) > 0.0;
@@ -176,7 +176,7 @@ impl Impacts {
         Ok(count)
     }
 
-    /// The first instant from `t` on at which a gap that approaches closes.
+    /// Returns the first instant from `t` on at which an approaching gap closes.
     fn next(&mut self, scene: &Scene, groups: &[u32], t: f64) -> Option<f64> {
         let mut first = None;
         for g in groups.iter().map(|g| *g as usize) {
@@ -196,7 +196,7 @@ impl Impacts {
         first
     }
 
-    /// Normal rate of a contact without forces, and its acceleration by them.
+    /// Returns the normal rate of a contact without forces, and its acceleration due to forces.
     fn normal(&self, scene: &Scene, g: usize) -> (f64, f64) {
         let row = &scene.rows.groups()[g];
         let Kind::Contact(i) = scene.kinds[g] else {
@@ -213,7 +213,7 @@ impl Impacts {
         scene.gap(g) + r * t + self.shift[g] + 0.5 * a * t * (t + scene.h)
     }
 
-    /// When a contact that approaches touches, from `t` on, if that is within the step.
+    /// Returns when an approaching contact touches, from `t` on, if that is within the step.
     fn closes(&self, scene: &Scene, g: usize, t: f64) -> Option<f64> {
         let (r, a) = self.normal(scene, g);
         if !(r < -scene.bounce_min && r + a * (t + 0.5 * scene.h) < STILL * r) {
@@ -222,7 +222,7 @@ impl Impacts {
         if self.gap(scene, g, t) <= scene.slop {
             return Some(t);
         }
-        // gap + (r + a h/2) τ + a τ²/2 = 0 with E lag in the gap; the speed at t is towards it.
+        // Solve gap + (r + a h/2) τ + a τ²/2 = 0 with E lag in the gap; at the solution the contact approaches.
         let c = scene.gap(g) + self.shift[g];
         let b = r + 0.5 * a * scene.h;
         let inside = b * b - 2.0 * a * c;
@@ -233,7 +233,7 @@ impl Impacts {
         (at >= t && at <= scene.h).then_some(at)
     }
 
-    /// One impact of an island at `t`; false when no contact takes part.
+    /// Computes one impact of an island at `t`. Returns false if no contact takes part.
     fn impact(&mut self, scene: &Scene, island: usize, t: f64) -> Result<bool, StepError> {
         self.clear();
         let (mut most, mut elastic) = (0.0_f64, false);
@@ -275,7 +275,7 @@ impl Impacts {
                         target = e * before[0].min(0.0);
                         elastic |= e > 0.0;
                     } else if e > 0.0 {
-                        // What does not approach is asked when it does.
+                        // Contacts that do not approach are checked again once they do.
                         continue;
                     }
                 }
@@ -311,7 +311,7 @@ impl Impacts {
         self.b.clear();
     }
 
-    /// Impulses that make no energy; their Eᵀ λ in the first of `pulled`.
+    /// Computes impulses that do not create energy, and their Eᵀ λ in the first of `pulled`.
     fn solve(&mut self, dofs: usize, most: f64, elastic: bool) -> Result<(), StepError> {
         self.pulled.iter_mut().for_each(|p| p.resize(dofs, 0.0));
         self.lambda.clear();
@@ -330,7 +330,7 @@ impl Impacts {
         let problem = Problem::new(factor, &self.cones, &self.before, &[])?.scaled(most);
         self.solver.solve(&problem, &mut self.plastic)?;
         self.pulled[1].iter_mut().zip(self.solver.pulled()).for_each(|(to, y)| *to = y);
-        // The energy of plastic + s (λ − plastic) is a parabola in s that rises through 0 between 0 and 1.
+        // The energy of plastic + s (λ − plastic) is a parabola in s that increases through 0 between 0 and 1.
         let low = work(&self.plastic, &self.before, &self.pulled[1]).min(0.0);
         let [all, soft] = &self.pulled;
         let bend = 0.5 * all.iter().zip(soft).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
@@ -350,7 +350,7 @@ impl Impacts {
         Ok(())
     }
 
-    /// Adds the impulses that were found at `t`.
+    /// Adds the impulses found at `t`.
     fn take(&mut self, scene: &Scene, island: usize, t: f64) {
         for (d, new) in scene.islands.rates(island).iter().zip(&self.pulled[0]) {
             self.y[*d as usize] += new;
@@ -372,13 +372,13 @@ impl Impacts {
     }
 }
 
-/// Kinetic energy that impulses add: Σ λ·v⁻ + ½ |Eᵀ λ|².
+/// Returns the kinetic energy that impulses add: Σ λ·v⁻ + ½ |Eᵀ λ|².
 fn work(lambda: &[[f64; WIDTH]], before: &[[f64; WIDTH]], pulled: &[f64]) -> f64 {
     let done = lambda.iter().zip(before).flat_map(|(l, v)| l.iter().zip(v)).map(|(l, v)| l * v);
     done.sum::<f64>() + pulled_energy(pulled)
 }
 
-/// ½ |Eᵀ λ|².
+/// Returns ½ |Eᵀ λ|².
 fn pulled_energy(pulled: &[f64]) -> f64 {
     0.5 * pulled.iter().map(|y| y * y).sum::<f64>()
 }

@@ -6,8 +6,8 @@
 //! island   the groups of rows on a connected set of nodes; no two islands share an entry of E
 //! ```
 //! Each island is a separate problem with rates numbered from 0, so its result does not depend on the other islands.
-//! The ground and prescribed bodies have no rates and connect nothing. A mechanism of one node is one
-//! island, for which nothing is copied.
+//! The ground and prescribed bodies have zero rates, so they do not connect islands. A mechanism with one node is one island, for which nothing is
+//! copied.
 
 use crate::contact::{Cone, Factor, room};
 use linkwork_collision::ContactPoint;
@@ -15,7 +15,7 @@ use linkwork_dynamics::Tree;
 use linkwork_dynamics::units::{RowSet, Units, WIDTH};
 use linkwork_multibody::{BodyId, ConstraintId, Multibody};
 
-/// Marks what belongs to no node or island.
+/// Marks bodies and groups without node or island.
 const NONE: u32 = u32::MAX;
 
 /// The nodes of a mechanism, and the islands of a step.
@@ -33,12 +33,12 @@ pub(super) struct Islands {
     of_group: Vec<u32>,
     island_of_node: Vec<u32>,
     count: usize,
-    /// Groups by island, and where each island begins; rates likewise.
+    /// Groups by island, and first index of each island; rates likewise.
     order: Vec<u32>,
     first: Vec<usize>,
     rates: Vec<u32>,
     first_rate: Vec<usize>,
-    /// Place of each rate within its island.
+    /// Index of each rate within its island.
     local: Vec<u32>,
     /// Rows of one island.
     start: Vec<u32>,
@@ -49,7 +49,7 @@ pub(super) struct Islands {
     pub lambda: Vec<[f64; WIDTH]>,
 }
 
-/// The tree that a body belongs to.
+/// Returns the tree to which a body belongs.
 fn root(mbs: &Multibody, body: BodyId) -> usize {
     mbs.ancestors(body).last().unwrap_or(body).index()
 }
@@ -95,7 +95,7 @@ impl Islands {
             let of = |b: &BodyId| out.node_of_body[b.index()];
             out.node_of_constraint.push(couples(c).iter().map(of).min().unwrap_or(NONE));
         }
-        // One node: one island for ever, with the numbers that there are.
+        // One node: the single island never changes and keeps the original indices.
         let rates = out.node_of_rate.len();
         out.local = (0..rates as u32).collect();
         out.rates = out.local.clone();
@@ -112,7 +112,7 @@ impl Islands {
         a
     }
 
-    /// The lower number becomes the root.
+    /// Joins two nodes; the lower number becomes the root.
     fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.find(a), self.find(b));
         self.parent[a.max(b) as usize] = a.min(b);
@@ -127,12 +127,12 @@ impl Islands {
         }
     }
 
-    /// The next group is of the constraint at this place.
+    /// Adds a group of the constraint at this index.
     pub fn constraint(&mut self, place: usize) {
         self.of_group.push(self.node_of_constraint[place]);
     }
 
-    /// The next group is a contact point.
+    /// Adds a group of a contact point.
     pub fn contact(&mut self, p: &ContactPoint) {
         let node = |b: Option<BodyId>| b.map_or(NONE, |b| self.node_of_body[b.index()]);
         let (a, b) = (node(p.body_a), node(p.body_b));
@@ -142,12 +142,12 @@ impl Islands {
         self.of_group.push(a.min(b));
     }
 
-    /// The next group is of a hinge of this body.
+    /// Adds a group of a hinge of this body.
     pub fn hinge(&mut self, body: Option<BodyId>) {
         self.of_group.push(body.map_or(NONE, |b| self.node_of_body[b.index()]));
     }
 
-    /// Finds the islands of the groups that were named.
+    /// Finds the islands of the added groups.
     pub fn find_all(&mut self) {
         self.count = 0;
         let groups = self.of_group.len();
@@ -163,7 +163,7 @@ impl Islands {
         self.island_of_node.clear();
         self.island_of_node.resize(self.nodes, NONE);
         for g in 0..groups {
-            // A group that nothing can move is an island by itself.
+            // A group that nothing can move is a separate island.
             let island = match self.of_group[g] {
                 NONE => NONE,
                 node => {
@@ -184,10 +184,10 @@ impl Islands {
         self.sort();
     }
 
-    /// Groups and rates by island, each in ascending order.
+    /// Sorts groups and rates by island, each in ascending order.
     fn sort(&mut self) {
         let (islands, groups) = (self.count, self.of_group.len());
-        // A step may have more islands than any before it, though no more nodes.
+        // A step may have more islands than any before it, but not more nodes.
         room(&mut self.first, self.nodes + 2);
         room(&mut self.first_rate, self.nodes + 2);
         self.first.clear();
@@ -201,7 +201,7 @@ impl Islands {
             *end -= 1;
             self.order[*end] = g as u32;
         }
-        // Each entry now holds the beginning of the island before it.
+        // Each entry now is the beginning of the previous island.
         self.first.remove(0);
         self.first.push(groups);
         self.first_rate.clear();
@@ -227,37 +227,37 @@ impl Islands {
         }
     }
 
-    /// Whether there can be more than one island.
+    /// Returns whether more than one island is possible.
     pub fn several(&self) -> bool {
         self.nodes > 1
     }
 
-    /// Place of a rate within its island.
+    /// Returns the index of a rate within its island.
     pub fn local(&self, rate: u32) -> u32 {
         self.local[rate as usize]
     }
 
-    /// Islands of this step.
+    /// Returns the number of islands in this step.
     pub fn len(&self) -> usize {
         self.count
     }
 
-    /// Island of each group.
+    /// Returns the island of each group.
     pub fn of_group(&self) -> &[u32] {
         &self.of_group
     }
 
-    /// Groups of an island, ascending.
+    /// Returns the groups of an island, ascending.
     pub fn groups(&self, island: usize) -> &[u32] {
         &self.order[self.first[island]..self.first[island + 1]]
     }
 
-    /// Rates of an island by their place in it.
+    /// Returns the rates of an island by their index in it.
     pub fn rates(&self, island: usize) -> &[u32] {
         &self.rates[self.first_rate[island]..self.first_rate[island + 1]]
     }
 
-    /// Copies the factor of an island's groups, the first `lanes` rows of each; clears cones, b and λ for the caller.
+    /// Copies the factor of an island's groups, the first `lanes` rows of each. Clears cones, b and λ for the caller.
     pub fn copy(&mut self, rows: &RowSet, island: usize, lanes: impl Fn(usize) -> usize) {
         let (groups, entries) = (rows.groups().len(), rows.e().len());
         self.start.clear();
@@ -285,14 +285,14 @@ impl Islands {
         }
     }
 
-    /// The factor that was copied last.
+    /// Returns the factor that was copied last.
     pub fn factor(&self, island: usize) -> Factor<'_> {
         let dofs = self.first_rate[island + 1] - self.first_rate[island];
         Factor { start: &self.start, dof: &self.dof, e: &self.e, dofs }
     }
 }
 
-/// The first `n` numbers, then zeros.
+/// Returns the first `n` numbers, then zeros.
 pub(super) fn first_lanes(e: &[f64; WIDTH], n: usize) -> [f64; WIDTH] {
     std::array::from_fn(|k| if k < n { e[k] } else { 0.0 })
 }

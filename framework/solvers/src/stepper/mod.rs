@@ -11,11 +11,10 @@
 //! y = E* λ, scatter                   β⁺ = β + h β̇_f + M⁻¹ J* λ
 //! q⁺ = q ⊕ h β⁺                       then out of penetration, without touching β⁺
 //! ```
-//! The velocity of a free hinge has the body's axes. In a step it is that in the axes at the start, so that what
-//! flies keeps its momentum and what rolls stays on the ground, however fast it spins; then it is turned.
-//! The size of the problem is that of the rows, whatever the bodies and hinges. A gap that is still
-//! open may close within the step but not further. Penetration is worked off in positions alone, so it
-//! gives no kinetic energy, and only as far as the motion of the step does not do it.
+//! The velocity of a free hinge is in the body's axes. During a step it is in the axes at the start, so that a flying body keeps its momentum and a
+//! rolling one stays on the ground at any spin rate; then it is rotated. The size of the problem is the number of rows, independent of bodies and
+//! hinges. An open gap may close within the step, but not further. Penetration is reduced by displacements alone, so it does not add kinetic energy,
+//! and only by the part that the motion of the step does not already reduce.
 
 mod impacts;
 mod islands;
@@ -41,28 +40,27 @@ use std::sync::Arc;
 use turning::Turning;
 use wide::f64x4;
 
-/// The part of the velocity that forces alone would give in a step which counts as motion: below it all
-/// rests, and residuals are parts of that.
+/// Fraction of the velocity that forces alone would cause in a step. Smaller velocities count as rest, and residuals are relative to this.
 const REST: f64 = 0.01;
 
-/// What a group of rows stands for.
+/// Kind of a group of rows.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     Constraint,
     Contact(u32),
-    /// A limit of a hinge; its place among the restitutions.
+    /// A limit of a hinge, with its index in the restitutions.
     Limit(u32),
     Dry,
-    /// Moment across the normal of a contact point.
+    /// Moment perpendicular to the normal of a contact point.
     Rolling,
 }
 
-/// Steps one mechanism with contacts. Memory grows to the largest problem seen and is kept; nothing
-/// but the impulses of [`ContactStepper::warm`] passes from step to step.
+/// Steps one mechanism with contacts. The workspace grows to the largest problem and is reused. Only the impulses of [`ContactStepper::warm`] carry
+/// over from step to step.
 pub struct ContactStepper {
-    /// Settings; they may be changed between steps.
+    /// Settings. You may change them between steps.
     pub settings: ContactSettings,
-    /// Velocities of surfaces over their bodies; they may be changed between steps.
+    /// Velocities of surfaces relative to their bodies. You may change them between steps.
     pub surfaces: SurfaceVelocities,
     colliders: Arc<Colliders>,
     units: Units,
@@ -76,7 +74,7 @@ pub struct ContactStepper {
     balls: Vec<Ball>,
     /// Restitution of each limit row.
     bounces: Vec<f64>,
-    /// Body of each place in β that is a hinge's.
+    /// Body of each hinge rate in β.
     bodies: Vec<Option<BodyId>>,
     turning: Turning,
     contact: Contact,
@@ -87,32 +85,32 @@ pub struct ContactStepper {
     b: Vec<[f64; WIDTH]>,
     lambda: Vec<[f64; WIDTH]>,
     some: Vec<Cone>,
-    /// Entries of E with the lanes that `some` has.
+    /// Entries of E with only the lanes of `some`.
     some_e: Vec<[f64; WIDTH]>,
     y: Vec<f64>,
     impacts: Impacts,
     islands: Islands,
-    /// Velocity of each island to which its residual is relative.
+    /// Velocity scale of each island, for its residual.
     speeds: Vec<f64x4>,
-    /// Acceleration of each contact point that its rows lack in axes that do not rotate, W.
+    /// Difference between the acceleration of each contact point in non-rotating axes and in its rows, W.
     carried: Vec<Vec3>,
-    /// Acceleration of each contact point by free rotation, W.
+    /// Acceleration of each contact point due to free rotation, W.
     free_turn: Vec<Vec3>,
     /// Rows of rolling friction.
     rolling: Vec<Rolling>,
-    /// Surface velocity of b minus surface velocity of a at each contact point, in its frame; empty where no surface moves.
+    /// Surface velocity of b minus surface velocity of a at each contact point, in its frame; empty if all surfaces are fixed to their bodies.
     belts: Vec<[f64; 3]>,
-    /// Moment on body b of each contact point, N m s, W; empty where nothing resists rolling or spinning.
+    /// Moment on body b of each contact point, N m s, W; empty if rolling and spinning have zero resistance.
     moments: Vec<Vec3>,
     dq: Vec<f64>,
     q_next: Vec<f64>,
-    /// λ / h by constraint, and where each begins.
+    /// λ / h by constraint, and the first index of each.
     forces: Vec<f64>,
     place: Vec<usize>,
     warm: Vec<Impulse>,
 }
 
-/// A coordinate that must not pass a limit.
+/// A coordinate with limits.
 #[derive(Clone, Copy, Debug)]
 struct Limit {
     q: usize,
@@ -122,7 +120,7 @@ struct Limit {
     restitution: f64,
 }
 
-/// A ball that must not pass its limits.
+/// A ball hinge with limits.
 #[derive(Clone, Copy, Debug)]
 struct Ball {
     q: usize,
@@ -155,7 +153,7 @@ fn limits(mbs: &Multibody) -> Vec<Limit> {
     out
 }
 
-/// The body of each place in β; `None` for modes.
+/// Returns the body of each element of β; `None` for modes.
 fn bodies(mbs: &Multibody) -> Vec<Option<BodyId>> {
     let mut out = vec![None; mbs.nv()];
     for (body, s) in mbs.subhinges() {
@@ -165,7 +163,7 @@ fn bodies(mbs: &Multibody) -> Vec<Option<BodyId>> {
 }
 
 impl ContactStepper {
-    /// For a tree and the colliders of its bodies; loops are treated as `constraint_method` says.
+    /// Creates a stepper for a tree and the colliders of its bodies, with the constraint method `constraint_method` for each loop.
     #[must_use]
     pub fn new(
         tree: &Tree,
@@ -227,7 +225,7 @@ impl ContactStepper {
         }
     }
 
-    /// A stepper with memory of its own and the same structure, settings and impulses.
+    /// Returns a stepper with separate memory and the same structure, settings and impulses.
     #[must_use]
     pub fn fork(&self, tree: &Tree) -> Self {
         let constraint_method = |c: ConstraintId| {
@@ -244,53 +242,51 @@ impl ContactStepper {
         copy
     }
 
-    /// The colliders.
+    /// Returns the colliders.
     #[must_use]
     pub fn colliders(&self) -> &Arc<Colliders> {
         &self.colliders
     }
 
-    /// Contact points of the last step.
+    /// Returns the contact points of the last step.
     #[must_use]
     pub fn points(&self) -> &[ContactPoint] {
         &self.points
     }
 
-    /// Impulses of the impacts of the last step for each of [`ContactStepper::points`], N s: on body b, world axes. They come
-    /// beside those of [`ContactStepper::warm`].
+    /// Returns the impulses of the impacts of the last step for each of [`ContactStepper::points`], N s: on body b, world axes. They are in addition
+    /// to [`ContactStepper::warm`].
     #[must_use]
     pub fn impacts(&self) -> &[Vec3] {
         &self.impacts.impulses
     }
 
-    /// Moments of rolling and spinning friction on body b over the last step for each of [`ContactStepper::points`], N m s,
-    /// world axes, about the point. Empty where no pair of colliders resists rolling or spinning.
+    /// Returns the moments of rolling and spinning friction on body b over the last step for each of [`ContactStepper::points`], N m s, world axes,
+    /// about the point. Empty if all pairs of colliders have zero rolling and spinning resistance.
     #[must_use]
     pub fn moments(&self) -> &[Vec3] {
         &self.moments
     }
 
-    /// Impulses of the last step for each of [`ContactStepper::points`], impacts left out, N s: on body b, world axes. They belong to the state of a
-    /// run.
+    /// Returns the impulses of the last step for each of [`ContactStepper::points`], without impacts, N s: on body b, world axes. They belong to the
+    /// state of a run.
     #[must_use]
     pub fn warm(&self) -> &[Impulse] {
         &self.warm
     }
 
-    /// Puts impulses back, as [`ContactStepper::warm`] gave them.
+    /// Restores impulses from [`ContactStepper::warm`].
     pub fn set_warm(&mut self, warm: &[Impulse]) {
         self.warm.clear();
         self.warm.extend_from_slice(warm);
     }
 
-    /// One step of `h` s from (q, β), in place, at the state of the last
-    /// [`kinematics`](linkwork_dynamics::kinematics()), with the external forces and gravity of the
-    /// workspace. `tau` and `vdot` as in forward dynamics; afterwards `vdot` is the mean acceleration
-    /// of the step, impulses included. Loops are kept in rates; close positions afterwards with a
-    /// [`Projector`](crate::Projector).
+    /// Makes one step of `h` s from (q, β), in place, at the state of the last [`kinematics`](linkwork_dynamics::kinematics()), with the external
+    /// forces and gravity of the workspace. `tau` and `vdot` are as in forward dynamics; afterwards `vdot` is the mean acceleration of the step,
+    /// impulses included. The step satisfies loops in rates; close positions afterwards with a [`Projector`](crate::Projector).
     ///
     /// # Errors
-    /// [`StepError`]; the state is then as it was.
+    /// [`StepError`]; the state is then unchanged.
     pub fn step(
         &mut self,
         tree: &Tree,
@@ -338,7 +334,7 @@ impl ContactStepper {
         }
         let mbs = tree.multibody();
         self.turning.leave_start_axes(h, &mut self.dq, v);
-        // `integrate` wants another place for its answer.
+        // `integrate` needs a separate output.
         self.q_next.clear();
         self.q_next.extend_from_slice(q);
         mbs.integrate(&self.q_next, &self.dq, q);
@@ -356,7 +352,7 @@ impl ContactStepper {
         })
     }
 
-    /// Mean forces of the constraints over the step.
+    /// Computes the mean forces of the constraints over the step.
     fn keep_forces(&mut self, tree: &Tree, inverse: f64, tau: &mut [f64], vdot: &[f64]) {
         let loops = tree.multibody().loops().len();
         let (place, forces) = (&self.place, &mut self.forces);
@@ -380,15 +376,15 @@ impl ContactStepper {
         }
     }
 
-    /// Mean forces of a constraint over the last step, one a row (N or N m), impacts left out.
+    /// Returns the mean forces of a constraint over the last step, one per row (N or N m), without impacts.
     #[must_use]
     pub fn forces(&self, tree: &Tree, constraint: ConstraintId) -> &[f64] {
         let i = index(constraint, tree.multibody().loops().len());
         &self.forces[self.place[i]..self.place[i + 1]]
     }
 
-    /// Adds the mean forces of the last step of `h` s to the external forces of the workspace, which has to be at the start of
-    /// that step: forces of loops, and impulses and moments of contacts over `h`.
+    /// Adds the mean forces of the last step of `h` s to the external forces of the workspace, which must be at the start of that step: forces of
+    /// loops, and impulses and moments of contacts over `h`.
     pub fn add_forces(&self, tree: &Tree, ws: &mut Workspace, h: f64, motions: &[LoopMotion]) {
         let mbs = tree.multibody();
         for i in 0..mbs.loops().len() {
@@ -408,7 +404,7 @@ impl ContactStepper {
         }
     }
 
-    /// Contact points near enough to matter in this step: within the margin of where they may come.
+    /// Finds the contact points that can matter in this step: within the margin of all positions that bodies can reach.
     fn look(&mut self, tree: &Tree, ws: &Workspace, h: f64, hiding: Option<&Hiding>) {
         self.reach.clear();
         self.reach.extend(self.colliders.ids().zip(&self.extents).map(|(id, extent)| {
@@ -423,7 +419,7 @@ impl ContactStepper {
         self.colliders.contacts(&mut self.scratch, &query, poses, &mut self.points);
     }
 
-    /// Rows and cones of everything that acts in this step.
+    /// Builds the rows and cones of everything that acts in this step.
     fn build(
         &mut self,
         tree: &Tree,
@@ -545,7 +541,7 @@ impl ContactStepper {
         self.impacts.find(&scene)
     }
 
-    /// Velocity of a group's rows at the end of the step without its impulses, impacts included.
+    /// Returns the velocity of a group's rows at the end of the step without its impulses, impacts included.
     fn free_velocity(&self, g: usize, h: f64, impacts: bool) -> [f64; WIDTH] {
         let row = &self.rows.groups()[g];
         let mut v = row.rate;
@@ -560,8 +556,8 @@ impl ContactStepper {
         v
     }
 
-    /// b of the step: velocities without this step's impulses, less their targets; and by island the
-    /// largest of the velocities, of which residuals are parts: gaps that are far from closing do not count.
+    /// Computes b of the step: velocities without this step's impulses, minus their targets. Also computes the largest velocity of each island, as
+    /// the scale of residuals. Gaps that are far from closing do not count.
     fn free_velocities(&mut self, h: f64, impacts: bool) {
         self.b.clear();
         self.speeds.clear();
@@ -574,7 +570,7 @@ impl ContactStepper {
             let moving = (f64x4::new(row.rate) + change).abs();
             let speed = &mut self.speeds[self.islands.of_group()[g] as usize];
             *speed = speed.fast_max(moving).fast_max(f64x4::splat(REST) * gain.abs());
-            // Impacts late in the step move less than its whole length.
+            // Impacts late in the step move bodies for less than its whole length.
             let late = if impacts { self.impacts.shift[g] } else { 0.0 };
             let open = |gap: f64| (gap.max(0.0) + late) * inverse;
             match self.kinds[g] {
@@ -597,7 +593,7 @@ impl ContactStepper {
         }
     }
 
-    /// Impulses of the last step, where the same points are there again.
+    /// Restores the impulses of the last step at points that still exist.
     fn recall(&mut self) {
         self.lambda.clear();
         let mut at = 0;
@@ -640,8 +636,7 @@ fn id(c: ColliderId) -> u32 {
     c.index() as u32
 }
 
-/// The normal and two tangents (T. Duff et al., "Building an orthonormal basis, revisited", Journal of
-/// Computer Graphics Techniques 6, 2017).
+/// Returns the normal and two tangents (T. Duff et al., "Building an orthonormal basis, revisited", Journal of Computer Graphics Techniques 6, 2017).
 fn frame(n: &Vec3) -> [Vec3; 3] {
     let sign = 1.0_f64.copysign(n.z);
     let a = -1.0 / (sign + n.z);

@@ -6,9 +6,9 @@
 //!                                   until they no longer change
 //! belt        v = v_b + s_b − v_a − s_a  across the normal, s the velocity of the surface over its body
 //! ```
-//! A ball of radius r that rolls without slip slows down by μ_r g / (r (1 + 2/5)) = 5/7 g μ_r / r: about the contact point
-//! (I + m r²) α = −μ_r m g. The first rolling axis is the axis of the relative rotation, so that a rolling body meets
-//! the exact bound. A body that does not roll yet has its axis across gravity; a load in another direction may then meet up to √2 of the bound.
+//! A ball of radius r that rolls without slip decelerates by μ_r g / (r (1 + 2/5)) = 5/7 g μ_r / r: about the contact point (I + m r²) α = −μ_r m g.
+//! The first rolling axis is the axis of the relative rotation, so that the bound is exact for a rolling body. The axis of a body that does not roll
+//! yet is perpendicular to gravity; the bound for a load in another direction may then be up to √2 too large.
 
 use super::{ContactStepper, Kind, StepError};
 use crate::contact::{Cone, Report};
@@ -17,11 +17,11 @@ use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::BodyId;
 use linkwork_spatial::Vec3;
 
-/// Solutions of a step at most, while bounds of rolling friction change.
+/// Maximum number of solutions of a step while the bounds of rolling friction change.
 const ROUNDS: usize = 20;
-/// The part of the largest bound that a bound may still change by, as a part of the solver's tolerance.
+/// Relative change of the largest bound that counts as settled, as a fraction of the solver's tolerance.
 const SETTLED: f64 = 0.1;
-/// Relative rotation that counts as none, rad/s.
+/// Relative rotation that counts as zero, rad/s.
 const STILL: f64 = 1e-9;
 
 /// A row of rolling friction.
@@ -34,11 +34,11 @@ pub(super) struct Rolling {
     pub point: u32,
     /// μ_r, m.
     pub coefficient: f64,
-    /// W.
+    /// Axis, W.
     pub axis: Vec3,
 }
 
-/// The axes that a contact's own group measures rotation about, and its cone.
+/// Returns the axes about which a contact's own group measures rotation, and its cone.
 pub(super) fn contact_cone(frame: &[Vec3; 3], friction: f64, spin: f64) -> (&[Vec3], Cone) {
     if spin > 0.0 {
         (&frame[..1], Cone::Spinning { friction, spin })
@@ -47,7 +47,7 @@ pub(super) fn contact_cone(frame: &[Vec3; 3], friction: f64, spin: f64) -> (&[Ve
     }
 }
 
-/// Two axes across the normal, the first along the relative rotation of the bodies.
+/// Returns two axes perpendicular to the normal, the first along the relative rotation of the bodies.
 pub(super) fn rolling_axes(
     tree: &Tree,
     ws: &Workspace,
@@ -80,7 +80,7 @@ pub(super) fn belt(
 }
 
 impl ContactStepper {
-    /// Solves the step; where contacts resist rolling, until their bounds agree with the normal impulses.
+    /// Solves the step. If contacts resist rolling, repeats until their bounds agree with the normal impulses.
     pub(super) fn solve_with_rolling(&mut self) -> Result<Report, StepError> {
         if self.rolling.is_empty() {
             return self.solve();
@@ -99,7 +99,7 @@ impl ContactStepper {
         Ok(report)
     }
 
-    /// Bounds from the normal impulses; returns their greatest change, and the greatest of them.
+    /// Sets the bounds from the normal impulses. Returns their largest change, and the largest bound.
     fn set_rolling_bounds(&mut self) -> (f64, f64) {
         let (mut changed, mut most) = (0.0_f64, 0.0_f64);
         for r in &self.rolling {
@@ -114,7 +114,7 @@ impl ContactStepper {
         (changed, most)
     }
 
-    /// Moments of the solution at the contact points.
+    /// Stores the moments of the solution at the contact points.
     pub(super) fn keep_moments(&mut self) {
         self.moments.clear();
         if !self.colliders.resists() {

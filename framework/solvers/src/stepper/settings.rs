@@ -1,39 +1,39 @@
-//! Settings of contact steps, and what a step reports.
+//! Settings and reports of contact steps.
 
 use crate::constrained::SolverError;
 use crate::contact::{ContactError, Measure, Method, Settings};
 use linkwork_spatial::Vec3;
 use thiserror::Error;
 
-/// What limits of hinges do.
+/// Behaviour of hinge limits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum JointLimits {
-    /// They stop the coordinate, without bouncing.
+    /// Stop the coordinate, without bouncing.
     #[default]
     Stop,
-    /// Nothing.
+    /// Ignore the limits.
     Ignore,
 }
 
-/// How contact is treated.
+/// Settings of contact.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactSettings {
-    /// Gaps up to this are looked at, m; of what moves, up to as much more as it covers in a step.
+    /// Gaps up to this are included, m; between moving bodies, also larger gaps by the distance that they cover in a step.
     pub margin: f64,
-    /// Penetration that is left alone, m: it keeps resting contacts in touch.
+    /// Penetration that is left alone, m. It keeps resting contacts closed.
     pub slop: f64,
-    /// Part of the penetration beyond it that is worked off in a step.
+    /// Fraction of the penetration beyond `slop` that is removed in a step.
     pub correction: f64,
-    /// Greatest speed of that, m/s.
+    /// Largest speed of this correction, m/s.
     pub push_max: f64,
     /// Contacts that approach more slowly than this do not bounce, m/s.
     pub bounce_min: f64,
-    /// Whether limits of hinges hold.
+    /// Behaviour of hinge limits.
     pub limits: JointLimits,
-    /// Dry friction of hinges: place in β, force (N m or N).
+    /// Dry friction of hinges: index in β, force (N m or N).
     pub dry: Vec<(usize, f64)>,
-    /// The complementarity solver's. Its tolerance is a part of the largest velocity of any row, or of
-    /// 0.01 of what forces alone would give it in the step when that is more.
+    /// Settings of the complementarity solver. Its tolerance is relative to the largest velocity of any row, or to 0.01 of the velocity that forces
+    /// alone would cause in the step, if that is larger.
     pub solver: Settings,
 }
 
@@ -52,47 +52,47 @@ impl Default for ContactSettings {
     }
 }
 
-/// Impulse of a contact of the last step: where the next search begins. Part of a run's state.
+/// Impulse of a contact of the last step, from which the next search starts. Part of a run's state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Impulse {
     /// The colliders.
     pub pair: (u32, u32),
     /// The point within the pair.
     pub feature: u64,
-    /// On the second body, N s, world axes.
+    /// Impulse on the second body, N s, world axes.
     pub impulse: Vec3,
 }
 
-/// What a step was like.
+/// Report of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepReport {
-    /// Contact points looked at.
+    /// Number of contact points included.
     pub contacts: usize,
-    /// Rows of the problem.
+    /// Number of rows of the problem.
     pub rows: usize,
-    /// Constraint islands: parts of the mechanism that rows do not connect.
+    /// Number of constraint islands: parts of the mechanism that rows do not connect.
     pub islands: usize,
-    /// Impacts with restitution: instants of the step at which contacts closed.
+    /// Number of impacts with restitution: instants of the step at which contacts closed.
     pub impacts: usize,
     /// Deepest penetration at the start of the step, m.
     pub penetration: f64,
-    /// The method whose answer was taken; of several islands, of the one that took most iterations.
+    /// The method whose result was returned; of several islands, that with the most iterations.
     pub method: Method,
-    /// Its sweeps, linear systems or pivots.
+    /// Number of its sweeps, linear systems or pivots.
     pub iterations: u32,
-    /// How far the impulses are from a solution: the worst of the islands.
+    /// Distance of the impulses from a solution: the worst island.
     pub measure: Measure,
-    /// Whether that is within the tolerance in every island.
+    /// Whether this is within the tolerance in every island.
     pub converged: bool,
 }
 
-/// Why a step was not made.
+/// Reason why a step failed.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum StepError {
-    /// Of the mechanism.
+    /// Error of the mechanism.
     #[error(transparent)]
     Solver(#[from] SolverError),
-    /// Of the contact problem.
+    /// Error of the contact problem.
     #[error(transparent)]
     Contact(#[from] ContactError),
 }

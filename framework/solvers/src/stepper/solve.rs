@@ -1,4 +1,4 @@
-//! The problems of a step, island by island: impulses, then displacements out of penetration.
+//! Solves the problems of a step, island by island: impulses, then displacements out of penetration.
 
 use super::islands::{Islands, first_lanes};
 use super::{ContactStepper, Kind, StepError};
@@ -8,7 +8,7 @@ use linkwork_dynamics::units::{RowSet, WIDTH};
 use wide::f64x4;
 
 impl ContactStepper {
-    /// Solves the problem of each island; Eᵀ λ goes to `y`. Reports the worst island.
+    /// Solves the problem of each island, and writes Eᵀ λ to `y`. Reports the worst island.
     pub(super) fn solve(&mut self) -> Result<Report, StepError> {
         self.y.fill(0.0);
         if !self.islands.several() || self.islands.len() == 0 {
@@ -52,8 +52,8 @@ impl ContactStepper {
         report
     }
 
-    /// Writes displacements in addition to the velocities into `dq`: the part that late impacts lack, and displacements
-    /// out of penetration, with the same rows as motions, without friction. `y` are impulses of the step over its length.
+    /// Writes displacements in addition to the velocities into `dq`: the part missing because of late impacts, and displacements out of penetration,
+    /// with the same rows as motions, without friction. `y` are impulses of the step over its length.
     pub(super) fn push_out(&mut self, tree: &Tree, h: f64, impacts: bool) -> Result<(), StepError> {
         self.dq.fill(0.0);
         let (slop, part) = (self.settings.slop, self.settings.correction);
@@ -68,7 +68,7 @@ impl ContactStepper {
             };
             let mut depth = part * (-gap - slop);
             if depth > 0.0 {
-                // What the step itself does of it need not be done again.
+                // The part that the step itself removes need not be removed again.
                 let (mut v, mut pulled) = (self.free_velocity(g, h, false), [0.0; WIDTH]);
                 self.rows.push(g, &self.y, &mut pulled);
                 v[0] += h * pulled[0];
@@ -98,7 +98,7 @@ impl ContactStepper {
         for (kind, row) in self.kinds.iter().zip(self.rows.groups()) {
             self.some.push(match kind {
                 Kind::Constraint => Cone::Equality { rows: row.n },
-                // Other contacts that touch must not be pushed together.
+                // Other contacts that touch must not be pushed into each other.
                 Kind::Contact(_) | Kind::Limit(_) => Cone::Unilateral,
                 Kind::Dry | Kind::Rolling => Cone::Dry { bound: 0.0 },
             });
@@ -145,8 +145,8 @@ impl ContactStepper {
     }
 }
 
-/// Solves a problem. When the user chose Lemke's method and it has no answer, the other methods are used, because the
-/// impulses would otherwise be those of the last step.
+/// Solves a problem. If the user chose Lemke's method and it fails, the other methods are used, because the impulses would otherwise be those of the
+/// last step.
 fn answer(
     contact: &mut Contact,
     problem: &Problem,
@@ -162,15 +162,15 @@ fn answer(
     Ok(second?)
 }
 
-/// The largest of four numbers.
+/// Returns the largest of four numbers.
 fn fastest(speeds: &f64x4) -> f64 {
     speeds.to_array().into_iter().fold(0.0, f64::max)
 }
 
-/// The worse of two islands, with the method of the one that took more iterations.
+/// Combines two islands: the worse residual, with the method of the one that took more iterations.
 fn merged(a: &Report, b: &Report) -> Report {
     let most = if b.iterations > a.iterations { b } else { a };
-    // Keeps what is not a number.
+    // Keeps NaN.
     let a_is_worse = !(b.measure.residual > a.measure.residual) && !b.measure.residual.is_nan();
     let measure = if a_is_worse { a.measure } else { b.measure };
     Report { measure, converged: a.converged && b.converged, ..*most }
@@ -180,7 +180,7 @@ fn factor(rows: &RowSet) -> Factor<'_> {
     Factor { start: rows.start(), dof: rows.dof(), e: rows.e(), dofs: rows.independent() }
 }
 
-/// E with only the first lanes of each group's entries.
+/// Copies E with only the first lanes of each group's entries.
 fn mask(rows: &RowSet, out: &mut Vec<[f64; WIDTH]>, lanes: impl Fn(usize) -> usize) {
     out.clear();
     for g in 0..rows.groups().len() {

@@ -1,4 +1,4 @@
-//! Free hinges in a step: their velocities have the body's axes, which turn.
+//! Free hinges in a step: their velocities are in the body's axes, which rotate.
 //!
 //! ```text
 //! v̇ = a − ω × v       a: acceleration in axes that do not turn
@@ -6,29 +6,28 @@
 //! u = w + ω⁺ × c                            velocity of the centre of mass: u = u₀ + h a_c
 //! c⁺ goes by h u from c,   v⁺ = exp(−h ω⁺) u − ω⁺ × c
 //! ```
-//! c is the centre of mass of a body on which nothing moves ([`Tree::lone_com`]), else 0. It goes straight and keeps its
-//! momentum; with v + h v̇ its speed would grow by ω²h/2 in each second, and what rolls would rise from the ground in the
-//! eyes of its contact. The rotation of such a body is a step of the implicit midpoint rule, which keeps its energy
-//! ([`Workspace::add_midpoint_moment`]).
+//! c is the centre of mass of a body that carries no moving bodies ([`Tree::lone_com`]), else 0. It moves straight and keeps its momentum. With v + h
+//! v̇ its speed would increase by ω²h/2 per second, and its contact would see a rolling body rise from the ground. The rotation of such a body is a
+//! step of the implicit midpoint rule, which conserves its energy ([`Workspace::add_midpoint_moment`]).
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::{BodyId, Multibody, straight};
 use linkwork_spatial::{Force, Quat, Vec3};
 
-/// One free hinge.
+/// A free hinge.
 #[derive(Clone, Copy, Debug)]
 struct FreeHinge {
     body: BodyId,
-    /// First of its six velocities.
+    /// Index of the first of its six velocities.
     v: usize,
-    /// From the hinge's axes to those of the body.
+    /// Rotation from the hinge's axes to the body's axes.
     axes: Quat,
-    /// Centre of mass of a body that is alone, hinge axes; 0 where others move on it.
+    /// Centre of mass of a body that carries no moving bodies, hinge axes; otherwise 0.
     com: Vec3,
-    /// What v̇ lacks at the start of the step: ω × v + ω × (ω × c).
+    /// Term missing in v̇ at the start of the step: ω × v + ω × (ω × c).
     transport: Vec3,
-    /// External wrench before the moment of the midpoint rule was added to it.
+    /// External wrench before the moment of the midpoint rule was added.
     wrench: Option<Force>,
-    /// Angular acceleration of the free rotation by that rule, W.
+    /// Angular acceleration of the free rotation by this rule, W.
     turn: Vec3,
 }
 
@@ -38,7 +37,7 @@ pub(super) struct Turning {
     hinges: Vec<FreeHinge>,
     /// By body: the sum of ω × v of free hinges inboard, W.
     carried: Vec<Vec3>,
-    /// By body: angular acceleration of its free rotation, and the centre of mass that it is about, W.
+    /// By body: angular acceleration of its free rotation, and the centre of mass about which it rotates, W.
     turns: Vec<(Vec3, Vec3)>,
 }
 
@@ -54,7 +53,7 @@ impl Turning {
         Turning { hinges: free.collect(), carried, turns }
     }
 
-    /// Adds the moments of the midpoint rule to the external forces; [`Turning::let_go`] takes them off.
+    /// Adds the moments of the midpoint rule to the external forces; [`Turning::let_go`] removes them.
     pub fn hold(&mut self, tree: &Tree, ws: &mut Workspace, h: f64) {
         for hinge in &mut self.hinges {
             let com = tree.lone_com(hinge.body);
@@ -75,7 +74,7 @@ impl Turning {
         }
     }
 
-    /// At the start of a step, after kinematics.
+    /// Starts a step, after kinematics.
     pub fn begin(&mut self, tree: &Tree, ws: &Workspace, v: &[f64]) {
         if self.hinges.is_empty() {
             return;
@@ -94,13 +93,13 @@ impl Turning {
         }
     }
 
-    /// What the acceleration of a body's points lacks in axes that do not turn, W (m/s²).
+    /// Returns the term that the acceleration of a body's points lacks in non-rotating axes, W (m/s²).
     pub fn carried(&self, body: Option<BodyId>) -> Vec3 {
         body.map_or_else(Vec3::zeros, |body| self.carried[body.index()])
     }
 
-    /// Acceleration of a point (W) of a body by its free rotation, W (m/s²): no force does it, so it takes no part in the
-    /// exchange of energy with forces.
+    /// Returns the acceleration of a point (W) of a body due to its free rotation, W (m/s²). Forces do not cause it, so it is left out of the energy
+    /// exchange with forces.
     pub fn free_turn(&self, body: Option<BodyId>, point: &Vec3) -> Vec3 {
         body.map_or_else(Vec3::zeros, |body| {
             let (turn, center) = &self.turns[body.index()];
@@ -108,15 +107,15 @@ impl Turning {
         })
     }
 
-    /// Velocities v + h v̇ into the axes at the start.
+    /// Converts the velocities v + h v̇ into the axes at the start.
     pub fn enter_start_axes(&self, h: f64, v: &mut [f64]) {
         for hinge in &self.hinges {
             (0..3).for_each(|k| v[hinge.v + 3 + k] += h * hinge.transport[k]);
         }
     }
 
-    /// The displacement of the step as `integrate` wants it, along a screw that ends where the straight way
-    /// does; velocities into the axes at the end.
+    /// Computes the displacement of the step for `integrate`, along a screw that ends at the end of the straight path, and converts velocities into
+    /// the axes at the end.
     pub fn leave_start_axes(&self, h: f64, dq: &mut [f64], v: &mut [f64]) {
         for hinge in &self.hinges {
             let c = &hinge.com;

@@ -1,10 +1,9 @@
-//! Problems A01 … A05 of the IFToMM library of computational benchmark problems (rigid), and their
-//! independent solutions; what others found is in `references`.
+//! Problems A01 … A05 of the IFToMM library of computational benchmark problems (rigid), and their independent solutions; `references` has results of
+//! others.
 //!
-//! Data: the library's specifications (A02: 2N + 1 links of 1 m and 1 kg, ẋ of B0 1 m/s; A05: shaft and
-//! rods 1 × 0.01 × 0.01 m, slider 0.1 m cube, 3000 kg/m³, point masses 5 kg, s = 0.5 m, α = 30°) and, for
-//! A03, the test set for initial value problem solvers (problem Andrews; Hairer and Wanner, *Solving
-//! Ordinary Differential Equations II*), whose solution at 0.03 s is compared with.
+//! Data: the library's specifications (A02: 2N + 1 links of 1 m and 1 kg, ẋ of B0 1 m/s; A05: shaft and rods 1 × 0.01 × 0.01 m, slider 0.1 m cube,
+//! 3000 kg/m³, point masses 5 kg, s = 0.5 m, α = 30°). A03 follows the test set for initial value problem solvers (problem Andrews; Hairer and
+//! Wanner, *Solving Ordinary Differential Equations II*), and is compared with its solution at 0.03 s.
 #![allow(dead_code)]
 
 pub mod references;
@@ -17,7 +16,7 @@ use linkwork_dynamics::{Tree, Workspace, kinematics, kinetic_energy, potential_e
 use linkwork_integrate::{Field, Integrator, Method};
 use linkwork_solvers::{ConstrainedSolver, ConstraintMethod, FullyAugmentedSolver, Projector};
 
-/// Forces beside gravity: wrenches into the workspace, forces into `tau`. After kinematics.
+/// Adds forces in addition to gravity: wrenches to the workspace, forces to `tau`. Called after kinematics.
 type Forces = fn(&Tree, &mut Workspace, &mut [f64]);
 
 pub struct Problem {
@@ -28,7 +27,7 @@ pub struct Problem {
     pub forces: Forces,
 }
 
-/// What accelerations come from.
+/// Method that computes accelerations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum With {
     Rows,
@@ -41,7 +40,7 @@ enum Solver {
     FullyAugmented(Box<FullyAugmentedSolver>),
 }
 
-/// A problem while it is integrated: classical Runge–Kutta on (q, β), projected after each step.
+/// A problem during integration: classical Runge–Kutta on (q, β), projected after each step.
 pub struct Run {
     problem: Problem,
     pub tree: Tree,
@@ -54,7 +53,7 @@ pub struct Run {
     /// q, then β.
     pub x: Vec<f64>,
     pub t: f64,
-    /// Greatest number of rows left out at a step.
+    /// Largest number of rows left out at a step.
     pub lost: usize,
     pub contradiction: f64,
 }
@@ -139,7 +138,7 @@ impl Run {
         &self.x[self.tree.nq()..]
     }
 
-    /// Kinetic and potential energy, J.
+    /// Returns kinetic plus potential energy, J.
     pub fn energy(&mut self) -> f64 {
         let nq = self.tree.nq();
         kinematics(&self.tree, &mut self.ws, &self.x[..nq], &self.x[nq..]);
@@ -148,7 +147,7 @@ impl Run {
         kinetic_energy(&self.tree, &self.ws, &self.x[nq..]) + potential_energy(&self.tree, &self.ws)
     }
 
-    /// Where a node is.
+    /// Returns the position of a node.
     pub fn place(&mut self, node: &str) -> Vec3 {
         let nq = self.tree.nq();
         kinematics(&self.tree, &mut self.ws, &self.x[..nq], &self.x[nq..]);
@@ -156,7 +155,7 @@ impl Run {
         self.ws.node_pose(&self.tree, node).position
     }
 
-    /// Place and velocity of A02's B0, [x, y, ẋ, ẏ].
+    /// Returns position and velocity of A02's B0, [x, y, ẋ, ẏ].
     pub fn tip(&mut self) -> [f64; 4] {
         let p = self.place("B0");
         let node = self.tree.multibody().node("B0").unwrap();
@@ -164,7 +163,7 @@ impl Run {
         [p.x, p.y, v.x, v.y]
     }
 
-    /// Of every body the place of its frame and its quaternion, one after another.
+    /// Returns the position of the frame and the quaternion of every body, one after another.
     pub fn coordinates(&mut self) -> Vec<f64> {
         let nq = self.tree.nq();
         kinematics(&self.tree, &mut self.ws, &self.x[..nq], &self.x[nq..]);
@@ -177,7 +176,7 @@ impl Run {
         all
     }
 
-    /// A05's height of the slider, angle of a rod from straight down, and rate of the shaft.
+    /// Returns A05's height of the slider, angle of a rod from straight down, and rate of the shaft.
     pub fn governor(&self) -> [f64; 3] {
         let mbs = self.tree.multibody();
         let q = |name: &str| self.q()[mbs.get(mbs.body(name).unwrap()).q().start];
@@ -188,14 +187,14 @@ impl Run {
 fn nothing(_: &Tree, _: &mut Workspace, _: &mut [f64]) {}
 
 fn rod(mass: f64, com: Vec3, along: Vec3, length: f64, width: f64) -> MassProperties {
-    // A prism of square section.
+    // A prism with square cross-section.
     let (across, axial) =
         (mass * (length * length + width * width) / 12.0, mass * width * width / 6.0);
     let I = Mat3::from_diagonal(&along.map(|a| if a == 0.0 { across } else { axial }));
     MassProperties::new(mass, com, I)
 }
 
-/// A hinge that holds x and y of its frames together and nothing else.
+/// A hinge that constrains only x and y of its frames.
 fn in_plane() -> Hinge {
     Hinge::chain([SubhingeKind::Slider { axis: Vec3::z() }, SubhingeKind::Ball])
 }
@@ -204,8 +203,8 @@ fn at(x: f64, y: f64, z: f64) -> Pose {
     Pose::translation(x, y, z)
 }
 
-/// A01 as constraints: a body free in the plane whose pivot a pin holds. It is dynamically equal to the
-/// point mass on 1 m: J + m c² = m c · 1 m. From the horizontal at rest.
+/// A01 with constraints: a body that is free in the plane, whose pivot a pin constrains. It is dynamically equal to the point mass at 1 m: J + m c² =
+/// m c · 1 m. Starts from the horizontal at rest.
 pub fn a01() -> Problem {
     let mut b = Builder::new();
     let c = 0.8;
@@ -225,8 +224,8 @@ pub fn a01() -> Problem {
     Problem { mbs: b.build().unwrap(), q: vec![0.0; 3], v: vec![0.0; 3], gravity, forces: nothing }
 }
 
-/// The angle from the downward vertical of a pendulum let go at the horizontal, by Jacobi's elliptic
-/// functions: sin(θ/2) = k cd(ω t), k² = ½.
+/// Returns the angle from the downward vertical of a pendulum released at the horizontal, from Jacobi's elliptic functions: sin(θ/2) = k cd(ω t), k²
+/// = ½.
 pub fn pendulum_angle(t: f64) -> f64 {
     let k = 0.5_f64.sqrt();
     let (mut a, mut b, mut c) = (vec![1.0], (1.0 - k * k).sqrt(), vec![k]);
@@ -244,11 +243,10 @@ pub fn pendulum_angle(t: f64) -> f64 {
     2.0 * (k * phi.sin()).asin()
 }
 
-/// A02 with N windows: uprights on the ground at 0 … N, couplers between them, all upright at first, and
-/// B0 moves at 1 m/s along x.
+/// A02 with N windows: uprights on the ground at 0 … N, couplers between them, all upright at the start, and B0 moves at 1 m/s along x.
 pub fn a02(windows: usize) -> Problem {
     let mut b = Builder::new();
-    // Slender: m l²/12 about z, the only axis that counts.
+    // Slender: m l²/12 about z, the only relevant axis.
     let link = MassProperties::new(1.0, Vec3::new(0.5, 0.0, 0.0), Mat3::identity() / 12.0);
     let mut hung = Vec::new();
     for i in 0..=windows {
@@ -290,7 +288,7 @@ pub fn a02(windows: usize) -> Problem {
     Problem { mbs, q, v, gravity, forces: nothing }
 }
 
-/// The uprights' angle from x and its rate at `t`: one pendulum, since couplers only translate.
+/// Returns the uprights' angle from x and its rate at `t`: those of one pendulum, since couplers only translate.
 pub fn a02_angle(windows: usize, t: f64) -> [f64; 2] {
     let n = windows as f64;
     let (inertia, moment) = ((n + 1.0) / 3.0 + n, 9.81 * (0.5 * (n + 1.0) + n));
@@ -373,7 +371,7 @@ const ANDREWS_START: [f64; 7] = [
     -0.222_668_390_165_885_9,
     1.230_547_444_549_821_2,
 ];
-/// Published at t = 0.03 s.
+/// Published values at t = 0.03 s.
 pub const ANDREWS_END: [f64; 7] = [
     15.810_771_196_299_04,
     -15.756_371_059_842_98,
@@ -384,8 +382,8 @@ pub const ANDREWS_END: [f64; 7] = [
     1.048_080_741_042_263,
 ];
 
-/// A04: Bricard's mechanism: five rods of 1 m and 1 kg, 0.1 m square, and six pins along y z x y z x at
-/// the corners of a cube. At rest at first. P3 is where the third rod meets the fourth.
+/// A04: Bricard's mechanism: five rods of 1 m and 1 kg, 0.1 m square, and six pins along y z x y z x at the corners of a cube. Starts at rest. P3 is
+/// the joint of the third and fourth rod.
 pub fn a04() -> Problem {
     let mut b = Builder::new();
     let (x, y, z) = (Vec3::x(), Vec3::y(), Vec3::z());
@@ -424,7 +422,7 @@ pub fn a05() -> Problem {
     let cube = MassProperties::new(3.0, Vec3::zeros(), Mat3::identity() * 0.005);
     b.body(BodySpec::new("slider", "shaft").hinge(Hinge::slider(z)).mass(cube));
     for (name, side) in [("east", 1.0), ("west", -1.0)] {
-        // Turned so that both swing outward with a rising angle, from straight down.
+        // Rotated so that both swing outward with increasing angle, from straight down.
         let out = Pose::new(
             linkwork_dynamics::spatial::Quat::from_axis_angle(
                 &Vec3::z_axis(),
@@ -475,14 +473,14 @@ const THIRD: f64 = std::f64::consts::FRAC_PI_3;
 /// [s, a, ψ̇] at `t`.
 pub fn a05_symmetric(t: f64, h: f64) -> [f64; 3] {
     let (w, m, ball, slider) = (0.01_f64, 0.3, 5.0, 3.0);
-    // About the rod's pin: along the rod, across it in the plane, and about its own axis.
+    // About the rod's pin: along the rod, perpendicular to it in the plane, and about its own axis.
     let across = m * (1.0 + w * w) / 12.0 + m * 0.25 + ball;
     let (slim, first) = (m * w * w / 6.0, m * 0.5 + ball);
     let fixed = m * w * w / 6.0 + slider * 0.01 / 6.0;
     let f = move |_: f64, x: &[f64], d: &mut [f64]| {
         let (a, s, psi1, a1, s1) = (x[0], x[1], x[2], x[3], x[4]);
         let (sin, cos) = a.sin_cos();
-        // Inertia about the shaft, and its derivative by a.
+        // Inertia about the shaft, and its derivative with respect to a.
         let J = fixed
             + 2.0
                 * (across * sin * sin + slim * cos * cos + 0.1 * first * sin + 0.0025 * (m + ball));

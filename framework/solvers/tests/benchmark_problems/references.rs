@@ -1,9 +1,8 @@
-//! What others found for the IFToMM problems: numbers kept, with where they come from.
+//! Results of others for the IFToMM problems, with their sources.
 //!
-//! *Published* numbers stand in Exudyn's public repository, in the test models named below. The others were
-//! computed with Exudyn 1.13 by `tests/benches/peers/exudyn_references.py`, which models each problem anew,
-//! prints values at three steps h, h/2, h/4 and their limit (4 x(h/2) − x(h))/3 for second order. How far
-//! the last two limits differ is said at each, and tests ask for no more.
+//! *Published* numbers are from Exudyn's public repository, from the test models named below. The others were computed with Exudyn 1.13 by
+//! `tests/benches/peers/exudyn_references.py`, which models each problem independently, and prints values at three steps h, h/2, h/4 and their limit
+//! (4 x(h/2) − x(h))/3 for second order. The difference of the last two limits is stated for each, and tests do not require more precision.
 
 /// Steps of `FOUR_BARS_PUBLISHED`, s.
 pub const FOUR_BARS_STEPS: [f64; 4] = [1e-3, 5e-4, 2.5e-4, 1.25e-4];
@@ -17,24 +16,24 @@ pub const FOUR_BARS_PUBLISHED: [[f64; 4]; 4] = [
     [0.328_457_376_8, 0.944_518_793_7, 1.423_050_003, -0.494_867_082_7],
 ];
 
-/// A02: windows, time (s), B0 as above, and how far it is sure. Exudyn 1.13, generalised alpha with spectral
-/// radius 0.95 (two windows) or 0.9, limit of 1, 0.5 and 0.25 ms.
+/// A02: windows, time (s), B0 as above, and its uncertainty. Exudyn 1.13, generalised alpha with spectral radius 0.95 (two windows) or 0.9, limit of
+/// 1, 0.5 and 0.25 ms.
 pub const FOUR_BARS: [(usize, f64, [f64; 4], f64); 3] = [
     (2, 10.0, [0.328_458_111_773, 0.944_518_538_116, 1.423_051_470_806, -0.494_868_845_99], 3e-9),
     (10, 10.0, [0.204_353_520_183, 0.978_897_154_359, 1.186_679_946_215, -0.247_730_032_94], 1e-7),
     (40, 1.5, [-0.622_202_100_651, 0.782_856_657_345, 1.885_826_715_78, 1.498_825_274_078], 8e-9),
 ];
 
-/// A04 at 1 s: the norm of all coordinates of five bodies, each the displacement of its first pin and the
-/// change of its Euler parameters. Published in `bricardMechanism` at steps of 1 ms as 4.172 189 649 307 425,
-/// which is this norm, one degree of freedom, one redundant row and an eigenvalue of zero.
+/// A04 at 1 s: the norm of all coordinates of five bodies, each with the displacement of its first pin and the change of its Euler parameters.
+/// Published in `bricardMechanism` at steps of 1 ms as 4.172 189 649 307 425, which is the sum of this norm, one degree of freedom, one redundant row
+/// and a zero eigenvalue.
 pub const BRICARD_NORM_PUBLISHED: f64 = 4.172_189_649_307_425 - 2.0;
 
-/// The same from Exudyn 1.13, without numerical damping and with Newton's method to rounding: steps of
-/// 1 ms, and the limit of 1, 0.5 and 0.25 ms, which is sure to 1e-11.
+/// The same norm from Exudyn 1.13, without numerical damping and with Newton's method to round-off: at steps of 1 ms, and the limit of 1, 0.5 and
+/// 0.25 ms, which has an uncertainty of 1e-11.
 pub const BRICARD_NORM: [f64; 2] = [2.172_189_603_046, 2.172_190_977_588];
 
-/// How far `BRICARD` is sure, m: what the last two limits differ by at 10 s.
+/// Uncertainty of `BRICARD`, m: the difference of the last two limits at 10 s.
 pub const BRICARD_SURE: f64 = 2e-8;
 
 /// A04: P3 (m) at 1, 2 … 10 s. Exudyn 1.13, generalised alpha without damping, limit of 0.5, 0.25 and
@@ -52,10 +51,9 @@ pub const BRICARD: [[f64; 3]; 10] = [
     [0.999_999_963_806, -1.000_269_012_72, 0.999_730_951_096],
 ];
 
-/// A05 with K = 8e5 N/m, C = 4e4 N s/m, 2π rad/s: time (s), then s (m), the rod's angle from straight down
-/// (rad) and the shaft's rate (rad/s). Exudyn 1.13, its kinematic tree with its RK44; steps of 80, 40 and
-/// 20 µs agree to 2e-12 but for the last row (1.2e-10). Four free bodies with joints and generalised alpha
-/// (limit of 100, 50 and 25 µs) give the same to 1.1e-9, so it is not one of Exudyn's models alone.
+/// A05 with K = 8e5 N/m, C = 4e4 N s/m, 2π rad/s: time (s), then s (m), the rod's angle from straight down (rad) and the shaft's rate (rad/s). From
+/// Exudyn 1.13's kinematic tree with its RK44; steps of 80, 40 and 20 µs agree to 2e-12 except for the last row (1.2e-10). Four free bodies with
+/// joints and generalised alpha (limit of 100, 50 and 25 µs) agree to 1.1e-9, so two of Exudyn's models confirm it.
 pub const GOVERNOR: [(f64, [f64; 3]); 8] = [
     (0.1, [0.523_836_475_57, 1.074_622_457_719, 6.103_717_808_831]),
     (0.2, [0.585_079_811_821, 1.143_075_858_469, 5.722_380_645_6]),
@@ -67,12 +65,12 @@ pub const GOVERNOR: [(f64, [f64; 3]); 8] = [
     (10.0, [0.619_622_917_062, 1.180_722_624_95, 5.548_203_622_653]),
 ];
 
-/// What values at a step and at its half tend to when the error is second order.
+/// Returns the limit of values at a step and at half of it, if the error is of second order.
 pub fn limit(coarse: f64, fine: f64) -> f64 {
     fine + (fine - coarse) / 3.0
 }
 
-/// The greatest difference of two rows of numbers; NaN when one is.
+/// Returns the largest difference of two rows of numbers; NaN if any is NaN.
 pub fn apart(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     let worse = |w: f64, d: f64| if d.is_nan() || d > w { d } else { w };

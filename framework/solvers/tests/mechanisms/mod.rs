@@ -23,7 +23,7 @@ pub fn closing_hinge(r: &mut Rng) -> Hinge {
     }
 }
 
-/// A random tree with loops that close at the configuration given with it.
+/// A random tree with loops that close at the returned configuration.
 pub fn looped(seed: u64, shape: Shape, loops: usize) -> (Multibody, Vec<f64>) {
     let tree = random_tree(seed, shape);
     let mut r = Rng(seed ^ 0x100b);
@@ -83,17 +83,17 @@ pub struct Case {
     pub v: Vec<f64>,
     pub tau: Vec<f64>,
     pub vdot: Vec<f64>,
-    /// Of prescribed subhinges of loops.
+    /// Motions of prescribed subhinges of loops.
     pub motions: Vec<LoopMotion>,
 }
 
-/// A consistent state with forces on it.
+/// A consistent state with forces.
 pub fn case(seed: u64, shape: Shape, loops: usize) -> Case {
     let (mbs, q) = looped(seed, shape, loops);
     prepare(seed, mbs, q)
 }
 
-/// The same with prescribed subhinges in the loops, where their hinges allow it.
+/// The case with prescribed subhinges in the loops, where their hinges allow it.
 pub fn driven(seed: u64, shape: Shape, loops: usize) -> Case {
     let (mbs, q) = looped(seed, shape, loops);
     let mut b = Builder::from(&mbs);
@@ -122,7 +122,7 @@ fn prepare(seed: u64, mbs: Multibody, q: Vec<f64>) -> Case {
     let tree = Tree::new(&mbs);
     let mut ws = Workspace::new(&tree);
     let mut v = mbs.random_v(seed);
-    // Prescribed rates may contradict the loops: let them rest.
+    // Prescribed rates may contradict the loops, so set them to zero.
     for (v, p) in v.iter_mut().zip(mbs.prescribed()) {
         if p {
             *v = 0.0;

@@ -1,14 +1,14 @@
-//! A planar rover with three wheels, rocker and bogie, by hand: what its wheels need to climb a vertical face.
+//! A planar rover with three wheels, rocker and bogie, computed by hand: the friction that its wheels need to climb a vertical face.
 //!
-//! Rocker and chassis turn as one (both sides alike), the bogie about its pivot. All wheels slip forwards:
-//! the force of a contact with normal n and direction of drive t is N (n + μ t), on the ground n = z, t = x,
-//! on the face n = (−cos e, sin e), t = (sin e, cos e); e is 0 on the face itself and rises on its edge.
+//! Rocker and chassis rotate as one (both sides are equal), the bogie about its pivot. All wheels slip forwards: the force of a contact with normal n
+//! and driving direction t is N (n + μ t). On the ground n = z, t = x; on the face n = (−cos e, sin e), t = (sin e, cos e), where e is 0 on the face
+//! itself and increases on its edge.
 //!
 //! ```text
 //! Σ F_z = W,   Σ moments = 0,   Σ moments of the bogie about its pivot = 0      three N for a given μ
 //! Σ F_x = 0                                                                     the required μ
 //! ```
-//! Places and vectors are (x, z), x forwards, z up; angles turn x towards −z, as about +y.
+//! Positions and vectors are (x, z), x forwards, z up; angles rotate x towards −z, as about +y.
 #![allow(dead_code, non_snake_case)]
 
 use linkwork_dynamics::spatial::nalgebra::{
@@ -20,14 +20,13 @@ pub type V2 = Vector2<f64>;
 
 /// Radius of the wheels, m.
 pub const R: f64 = 0.25;
-/// Hubs of front, middle and rear when all stand on one level, from the ground below the frame's origin, m.
+/// Hubs of front, middle and rear if all are at one level, from the ground below the frame's origin, m.
 pub const HUBS: [V2; 3] = [V2::new(1.095, R), V2::new(-0.089, R), V2::new(-1.163, R)];
-/// The bogie's pivot, likewise.
+/// The bogie's pivot, in the same frame.
 pub const PIVOT: V2 = V2::new(-0.54, 0.6443);
 pub const G: f64 = 9.81;
 
-/// Masses, kg, and moments of inertia about their centres, kg m². Bogie and wheels have theirs at pivot
-/// and hubs.
+/// Masses, kg, and moments of inertia about their centres, kg m². Those of bogie and wheels are at pivot and hubs.
 #[derive(Clone, Copy, Debug)]
 pub struct Rover {
     pub frame: (f64, f64),
@@ -39,25 +38,25 @@ pub struct Rover {
 /// Height of the frame's origin, its pitch, and the bogie's angle relative to it.
 pub type Posture = [f64; 3];
 
-/// Where hubs, pivot and the frame's centre of mass are.
+/// Positions of hubs, pivot and the frame's centre of mass.
 pub struct Places {
     pub hubs: [V2; 3],
     pub pivot: V2,
     pub com: V2,
 }
 
-/// A vector turned by an angle.
+/// Returns a vector rotated by an angle.
 fn turn(angle: f64, v: V2) -> V2 {
     let (s, c) = angle.sin_cos();
     V2::new(c * v.x + s * v.y, c * v.y - s * v.x)
 }
 
-/// Turns x towards −z: the moment of F at p about the origin, with the sign of an angle.
+/// Returns the moment of F at p about the origin; like an angle it is positive from x towards −z.
 fn moment(p: V2, F: V2) -> f64 {
     p.y * F.x - p.x * F.y
 }
 
-/// What a force at p on a wheel, or on what carries it, gives to the three equations of balance.
+/// Returns the contribution to the three equations of balance of a force at p on a wheel, or on its carrier.
 fn part(at: &Places, wheel: usize, p: V2, F: V2) -> Vec3 {
     let of_bogie = if wheel == 0 { 0.0 } else { moment(p - at.pivot, F) };
     Vec3::new(F.y, moment(p, F), of_bogie)
@@ -72,7 +71,7 @@ impl Rover {
         Places { hubs, pivot, com: on_frame(self.com) }
     }
 
-    /// The posture with hubs at these heights, by Newton's method with differences.
+    /// Returns the posture with hubs at these heights, by Newton's method with differences.
     pub fn posture(&self, heights: [f64; 3]) -> Posture {
         let at = |u: Vec3| {
             let hubs = self.places(u.into()).hubs;
@@ -91,7 +90,7 @@ impl Rover {
         u.into()
     }
 
-    /// What contacts have to hold: vertical force, moment, moment of the bogie about its pivot.
+    /// Returns the load of the contacts: vertical force, moment, moment of the bogie about its pivot.
     fn load(&self, at: &Places) -> Vec3 {
         let weight = |m: f64, p: V2, wheel: usize| -part(at, wheel, p, V2::new(0.0, -m * G));
         let wheels = (0..3).map(|i| weight(self.wheel.0, at.hubs[i], i));
@@ -100,11 +99,11 @@ impl Rover {
             + wheels.fold(Vec3::zeros(), |sum, w| sum + w)
     }
 
-    /// The friction with which `wheel`, at this elevation of its normal, neither climbs nor comes down.
+    /// Returns the friction with which `wheel`, at this elevation of its normal, neither climbs nor descends.
     pub fn required(&self, heights: [f64; 3], wheel: usize, elevation: f64) -> f64 {
         let at = self.places(self.posture(heights));
         let (s, c) = elevation.sin_cos();
-        // The horizontal force that is left, where all contacts press.
+        // The remaining horizontal force, if all contacts press.
         let left = |mu: f64| {
             let (mut points, mut ways) = (at.hubs.map(|h| h - V2::y() * R), [V2::new(mu, 1.0); 3]);
             points[wheel] = at.hubs[wheel] - V2::new(-c, s) * R;
@@ -126,7 +125,7 @@ impl Rover {
         0.5 * (low + high)
     }
 
-    /// The greatest friction required on the way up a face of height `step`, others at these heights.
+    /// Returns the largest friction required on the way up a face of height `step`, with the others at these heights.
     pub fn required_on_the_way(&self, mut heights: [f64; 3], wheel: usize, step: f64) -> f64 {
         let mut worst = 0.0_f64;
         for k in 0..100 {
@@ -137,8 +136,8 @@ impl Rover {
         worst
     }
 
-    /// Forces of a rover that stands at the face with all wheels slipping: on the wheels from below, and
-    /// on `wheel` from the face. The latter is what drives: N_w = μ Σ N.
+    /// Returns the forces of a rover that is stalled at the face with all wheels slipping: on the wheels from below, and on `wheel` from the face.
+    /// The latter balances the drive: N_w = μ Σ N.
     pub fn stalled(&self, heights: [f64; 3], wheel: usize, mu: f64) -> (Vec3, f64) {
         let at = self.places(self.posture(heights));
         let column = |i: usize| {
@@ -150,8 +149,8 @@ impl Rover {
         (N, mu * N.sum())
     }
 
-    /// On one level, the wheel just off ground and face, the others slipping on the ground: its
-    /// acceleration away from the face, and what a unit of the face's force with its friction adds (1/kg).
+    /// On one level, with the wheel just off ground and face and the others slipping on the ground: returns its acceleration away from the face, and
+    /// the acceleration per unit of the face's force with its friction (1/kg).
     pub fn off_the_face(&self, wheel: usize, mu: f64) -> [f64; 2] {
         let at = self.places([0.0; 3]);
         // Rates: frame's origin (x, z), pitch, bogie.
@@ -169,7 +168,7 @@ impl Rover {
         };
         mass(self.frame, at.com, false);
         mass(self.bogie, at.pivot, true);
-        // Wheels turn at given rates to what carries them, so that their inertia is its.
+        // Wheels rotate at given rates relative to their carrier, so their inertia adds to it.
         for (i, hub) in at.hubs.into_iter().enumerate() {
             mass(self.wheel, hub, i > 0);
         }
@@ -192,7 +191,7 @@ impl Rover {
     }
 }
 
-/// Heights of hubs with all wheels on the ground, or with those of `before` on a step.
+/// Returns the heights of hubs with all wheels on the ground, or with those of `before` on a step.
 pub fn heights(before: &[usize], step: f64) -> [f64; 3] {
     [0, 1, 2].map(|i| if before.contains(&i) { R + step } else { R })
 }

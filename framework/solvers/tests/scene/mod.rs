@@ -128,7 +128,7 @@ impl Run {
         report
     }
 
-    /// Kinetic and potential energy of the present state, J.
+    /// Returns kinetic plus potential energy of the present state, J.
     pub fn energy(&mut self) -> f64 {
         kinematics(&self.tree, &mut self.ws, &self.q, &self.v);
         self.ws.clear_forces();
@@ -141,7 +141,7 @@ impl Run {
         self.ws.body_pose(&self.tree, self.mbs.body(body).expect("body"))
     }
 
-    /// Rates [ω; v] of a free body, body axes.
+    /// Returns the rates [ω; v] of a free body, body axes.
     pub fn rates(&self, body: &str) -> Vec<f64> {
         self.v[self.mbs.get(self.mbs.body(body).expect("body")).v()].to_vec()
     }

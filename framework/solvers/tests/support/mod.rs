@@ -41,7 +41,7 @@ impl Case {
         Problem::new(factor, &self.cones, &self.b, &self.r).unwrap()
     }
 
-    /// Solved from nothing.
+    /// Solves from a cold start.
     pub fn solve(&self, method: Method, tolerance: f64) -> (Vec<[f64; 4]>, Report) {
         let settings = Settings { method, tolerance, sweeps: 20_000, steps: 100, ..generous() };
         let mut lambda = vec![[0.0; 4]; self.cones.len()];
@@ -104,8 +104,8 @@ impl Random {
     }
 }
 
-/// b = E u for a random u, so that some y brings every row to rest and a solution exists:
-/// `groups` groups of the kinds given by `kind`, each on `touched` of `dofs` degrees of freedom.
+/// b = E u for a random u, so that some y brings every row to rest and a solution exists: `groups` groups of the kinds given by `kind`, each on
+/// `touched` of `dofs` degrees of freedom.
 pub fn random(
     seed: u64,
     dofs: usize,
@@ -206,8 +206,7 @@ pub fn touch(
 /// Axes with the normal along z.
 pub const UP: [[f64; 3]; 3] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
-/// 20 cubes of 0.2 m in five stacks that lean on each other, 60 contacts on 120 degrees of freedom,
-/// one step of 2 ms after rest, pushed by `push` (m/s).
+/// 20 cubes of 0.2 m in five leaning stacks, 60 contacts on 120 degrees of freedom, one step of 2 ms after rest, pushed by `push` (m/s).
 pub fn pile(push: f64) -> Case {
     let mut rng = Random(20);
     let (half, step) = (0.1, 2e-3);

@@ -1,9 +1,9 @@
-//! Air that depends on season and dust: tables over altitude at several seasons and dust loads.
+//! Atmosphere that depends on season and dust: tables over altitude at several seasons and dust loads.
 //! ```text
 //! ln ρ, T    straight lines in season (around the year) and in dust, at each altitude of any of the tables
 //! ```
-//! The season is the Sun's areocentric longitude L_s (0 at the northern spring equinox), the dust load an optical depth in
-//! visible light. Tables come from whoever has them: Mars-GRAM, the Mars Climate Database.
+//! The season is the Sun's areocentric longitude L_s (0 at the northern spring equinox). The dust load is an optical depth in visible light. Tables
+//! can come from Mars-GRAM or the Mars Climate Database.
 
 use super::gas::Gas;
 use super::table::{AltitudeKind, Outside, Table};
@@ -17,29 +17,30 @@ pub struct ClimateEntry {
     pub season: f64,
     /// Optical depth of the dust.
     pub dust: f64,
-    /// The air over altitude then.
+    /// The air over altitude in these conditions.
     pub air: Table,
 }
 
 /// Tables at all pairs of some seasons and some dust loads.
 #[derive(Clone, Debug)]
 pub struct Climate {
-    /// Rising, in [0, 2π).
+    /// Increasing, in [0, 2π).
     seasons: Vec<f64>,
-    /// Rising.
+    /// Increasing.
     dusts: Vec<f64>,
-    /// Season by season, in each dust by dust.
+    /// One table per pair: all dust loads of the first season, then of the next.
     tables: Vec<Table>,
 }
 
-/// Seasons nearer than this (rad) are one; dust loads nearer than this, too.
+/// Seasons closer than this (rad) count as equal, and so do dust loads closer than this.
 const SAME: f64 = 1e-9;
 
 impl Climate {
-    /// From tables in any order.
+    /// Creates the model from tables in any order.
     ///
     /// # Errors
-    /// No table, a season or dust that is not finite, a dust below 0, a pair of season and dust without a table or with two.
+    /// There are no tables, a season or dust load is not finite, a dust load is negative, or a pair of season and dust load has either none or two
+    /// tables.
     pub fn new(entries: Vec<ClimateEntry>) -> Result<Self, WorldError> {
         let bad = |fact: String, help| Err(WorldError::Climate { fact, help });
         if entries.is_empty() {
@@ -81,17 +82,17 @@ impl Climate {
         Ok(Self { seasons, dusts, tables })
     }
 
-    /// Least and greatest dust load.
+    /// Returns the smallest and largest dust load.
     #[must_use]
     pub fn dust_range(&self) -> (f64, f64) {
         (self.dusts[0], self.dusts[self.dusts.len() - 1])
     }
 
-    /// The air at a season (rad) and a dust load, as one table over all altitudes of the tables that it comes from. Beyond its ends it
-    /// does what `outside` says.
+    /// Returns the air at a season (rad) and a dust load, as one table over all altitudes of the interpolated tables. Beyond its ends, `outside`
+    /// applies.
     ///
     /// # Errors
-    /// A season that is not finite, a dust load outside of the tables.
+    /// The season is not finite, or the dust load is outside the tables.
     pub fn table(
         &self,
         season: f64,
@@ -104,7 +105,7 @@ impl Climate {
             let fact = format!(
                 "season {season} rad, dust {dust}; the tables have dust from {least} to {most}"
             );
-            let help = "take a dust load between those of the tables, or add a table";
+            let help = "use a dust load within the range of the tables, or add a table";
             return Err(WorldError::Climate { fact, help });
         }
         let parts = self.parts(turned(season), dust);
@@ -123,14 +124,14 @@ impl Climate {
         Table::new(&rows, AltitudeKind::Geometric, outside, gas)
     }
 
-    /// Tables and their weights, which sum to 1.
+    /// Returns tables and their weights, which sum to 1.
     fn parts(&self, season: f64, dust: f64) -> Vec<(usize, f64)> {
         let n = self.seasons.len();
         let after = self.seasons.partition_point(|s| *s <= season);
         let (from, to) = ((after + n - 1) % n, after % n);
         let span = turned(self.seasons[to] - self.seasons[from]);
         let past = turned(season - self.seasons[from]);
-        // One season: the same all year.
+        // A single season applies to the whole year.
         let late = if n > 1 { past / span } else { 0.0 };
         let upper =
             self.dusts.partition_point(|d| *d <= dust).clamp(1, self.dusts.len().max(2) - 1);
@@ -150,9 +151,9 @@ impl Climate {
     }
 }
 
-/// The angle in [0, 2π).
+/// Returns the angle in [0, 2π).
 fn turned(angle: f64) -> f64 {
     let x = angle.rem_euclid(TAU);
-    // A little below zero comes to 2π by rounding.
+    // An angle slightly below zero would round to 2π.
     if x < TAU { x } else { 0.0 }
 }

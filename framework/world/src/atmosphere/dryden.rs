@@ -1,25 +1,25 @@
 //! Gusts: the Dryden spectra of MIL-F-8785C, discretised exactly.
 //!
-//! For white noise ⟨w w⟩ = δ(τ), with T = L/V:
+//! Filters for white noise ⟨w w⟩ = δ(τ), with T = L/V:
 //! ```text
 //! H_u = σ √(2T)/(1 + T s),    H_v,w = σ √T (1 + √3 T s)/(1 + T s)²
 //! R_u = σ² e^(−x),            R_v = σ² e^(−x) (1 − x/2),   x = τ/T
 //! ```
-//! √(2L/πV) in place of √(2L/V) belongs to one-sided spectra over noise of another density: a trap.
-//! The transverse filter as two states q₁, q₂ of unit time:
+//! Beware of √(2L/πV) in place of √(2L/V): it belongs to one-sided spectra and noise of another density. The transverse filter has two states q₁, q₂
+//! in dimensionless time:
 //! ```text
 //! q₁' = −q₁ + w, q₂' = q₁ − q₂,   v = σ (√3 q₁ + (1 − √3) q₂)
 //! over a step x:  q₁ ← e^(−x) q₁ + n₁,   q₂ ← e^(−x)(q₂ + x q₁) + n₂
 //! ⟨n₁n₁⟩ = (1 − e^(−2x))/2,  ⟨n₁n₂⟩ = (1 − (1 + 2x) e^(−2x))/4,  ⟨n₂n₂⟩ = (1 − (1 + 2x + 2x²) e^(−2x))/4
 //! ```
-//! The states have no unit and do not change when V, L or σ do, so that these may vary along a flight.
+//! The states are dimensionless and do not change if V, L or σ change, so that these may vary along a flight.
 
 use crate::error::{WorldError, number};
 use linkwork_spatial::Vec3;
 
 const FOOT: f64 = 0.3048;
 
-/// Lengths and intensities of gusts: along the flight, sideways, vertical.
+/// Lengths and intensities of gusts: longitudinal, lateral, vertical.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turbulence {
     /// L_u, L_v, L_w, m.
@@ -29,16 +29,16 @@ pub struct Turbulence {
 }
 
 impl Turbulence {
-    /// The model of MIL-F-8785C at `height` (m) above the ground, 3 m at least. `wind_20ft` (m/s) is the
-    /// wind at 20 ft (15, 30, 45 knots: light, moderate, severe), which sets what happens below 1000 ft;
-    /// `sigma_high` (m/s) that above 2000 ft, where L is 1750 ft. Between the two, straight lines.
+    /// Returns the model of MIL-F-8785C at `height` (m) above the ground, at least 3 m. `wind_20ft` (m/s) is the wind at 20 ft (15, 30, 45 knots:
+    /// light, moderate, severe), which applies below 1000 ft. `sigma_high` (m/s) is the intensity above 2000 ft, where L is 1750 ft. Between 1000 and
+    /// 2000 ft, values are interpolated linearly.
     /// ```text
     /// h in ft below 1000:  L_w = h,  L_u = L_v = h/(0.177 + 0.000823 h)^1.2
     ///                      σ_w = 0.1 W₂₀,  σ_u = σ_v = σ_w/(0.177 + 0.000823 h)^0.4
     /// ```
     ///
     /// # Errors
-    /// Winds or intensities below zero, a height that is not finite.
+    /// A wind or intensity is negative, or the height is not finite.
     pub fn mil_f_8785c(height: f64, wind_20ft: f64, sigma_high: f64) -> Result<Self, WorldError> {
         number("height above the ground, m", height, |_| true, "a finite height")?;
         number("wind at 20 ft, m/s", wind_20ft, |x| x >= 0.0, "a speed of at least 0")?;
@@ -71,24 +71,23 @@ impl Turbulence {
     }
 }
 
-/// State of the filters; zeros are calm air.
+/// State of the filters; zeros mean calm air.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DrydenState {
     /// The longitudinal filter.
     pub u: f64,
-    /// The two states of the sideways filter.
+    /// The two states of the lateral filter.
     pub v: [f64; 2],
-    /// The two of the vertical filter.
+    /// The two states of the vertical filter.
     pub w: [f64; 2],
 }
 
-/// The filters as functions.
+/// Functions of the filters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dryden;
 
 impl Dryden {
-    /// A state of gusts that have gone on for ever, from five standard normal numbers: the first step is
-    /// as gusty as the thousandth.
+    /// Returns a state in statistical equilibrium from five standard normal numbers, so that the first step is as gusty as any later one.
     #[must_use]
     pub fn stationary(noise: &[f64; 5]) -> DrydenState {
         // x → ∞: ⟨q₁q₁⟩ = ½, ⟨q₁q₂⟩ = ¼, ⟨q₂q₂⟩ = ¼.
@@ -96,8 +95,8 @@ impl Dryden {
         DrydenState { u: noise[0], v: pair(noise[1], noise[2]), w: pair(noise[3], noise[4]) }
     }
 
-    /// The state `dt` (s) later at `airspeed` V (m/s), given five independent standard normal numbers. Exact
-    /// for every dt while V and L are constant. Without airspeed nothing changes.
+    /// Returns the state `dt` (s) later at `airspeed` V (m/s), given five independent standard normal numbers. Exact for every dt while V and L are
+    /// constant. At zero airspeed the state stays unchanged.
     #[must_use]
     pub fn step(
         state: &DrydenState,
@@ -115,20 +114,20 @@ impl Dryden {
         }
     }
 
-    /// Gust velocity, m/s: along the flight through the air, to the side, and across both.
+    /// Returns the gust velocity, m/s: along the flight through the air, to the side, and perpendicular to both.
     #[must_use]
     pub fn gust(state: &DrydenState, turbulence: &Turbulence) -> Vec3 {
         turbulence.sigma.component_mul(&Vec3::new(state.u, across(state.v), across(state.w)))
     }
 }
 
-/// The transverse gust of unit intensity.
+/// Returns the transverse gust of unit intensity.
 pub(super) fn across(q: [f64; 2]) -> f64 {
     let root3 = 3.0_f64.sqrt();
     root3 * q[0] + (1.0 - root3) * q[1]
 }
 
-/// One step of the transverse filter: Cholesky factor of the noise's covariance times the noise.
+/// Makes one step of the transverse filter: adds the Cholesky factor of the noise's covariance times the noise.
 fn transverse(q: [f64; 2], x: f64, noise: [f64; 2]) -> [f64; 2] {
     let [c11, c12, c22] = covariance(x);
     let l11 = c11.sqrt();
@@ -138,7 +137,7 @@ fn transverse(q: [f64; 2], x: f64, noise: [f64; 2]) -> [f64; 2] {
     [e * q[0] + l11 * noise[0], e * (q[1] + x * q[0]) + l21 * noise[0] + l22 * noise[1]]
 }
 
-/// ⟨n₁n₁⟩, ⟨n₁n₂⟩, ⟨n₂n₂⟩; by series for small steps, where the closed forms cancel.
+/// Returns ⟨n₁n₁⟩, ⟨n₁n₂⟩, ⟨n₂n₂⟩. Uses series for small steps, where the closed forms lose digits to cancellation.
 fn covariance(x: f64) -> [f64; 3] {
     let first = -0.5 * f64::exp_m1(-2.0 * x);
     if x < 0.02 {

@@ -1,34 +1,36 @@
-//! Rotation of the air over the span b of an aircraft, by the spectra of MIL-F-8785C.
+//! Rotation of the air over the span b of an aircraft, with the spectra of MIL-F-8785C.
 //!
 //! ```text
 //! Φ_p = σ_w²/L_w · 0.8 (π L_w/4b)^⅓/(1 + (4bΩ/π)²)     so that σ_p² = σ_w² · 0.8 (π L_w/4b)^⅓ π²/(8 b L_w)
 //! Φ_q = Ω² Φ_w/(1 + (4bΩ/π)²)                          Φ_r = Ω² Φ_v/(1 + (3bΩ/π)²)
 //! ```
-//! q and r follow from the gusts w and v: q = (π/4b)(w − f), where f is w through a low-pass filter of the length 4b/π. In the time x = V t/L
-//! of the transverse filter (`dryden.rs`), with a = πL/4b:
+//! q and r follow from the gusts w and v: q = (π/4b)(w − f), where f is w through a low-pass filter of length 4b/π. The transverse filter has the
+//! time x = V t/L (`dryden.rs`), and a = πL/4b:
 //! ```text
 //! q₁' = −q₁ + n,  q₂' = q₁ − q₂,  f' = a (√3 q₁ + (1 − √3) q₂ − f)
 //! over a step: state ← Φ state + N,   ⟨N Nᵀ⟩ = ∫ e^(Ay) b bᵀ e^(Aᵀy) dy      series for a short step, doubled up to the whole
 //! ```
-//! The standard writes p, q, r of the aircraft in the air: the air itself rotates the other way. [`DrydenRates::rotation`] is the rotation of the air.
+//! The standard defines p, q, r of the aircraft relative to the air; the air itself rotates in the opposite direction. [`DrydenRates::rotation`]
+//! returns the rotation of the air.
 
 use super::dryden::{DrydenState, Turbulence, across};
 use linkwork_spatial::{Mat3, Vec3};
 use std::f64::consts::PI;
 
-/// Low-pass states of the rotation of the air, of unit intensity; zeros are air at rest.
+/// Low-pass states of the rotation of the air, of unit intensity; zeros mean air at rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DrydenRates {
-    /// Rotation about the flight.
+    /// Rotation about the direction of flight.
     pub p: f64,
     /// The vertical gust through its low-pass filter.
     pub w: f64,
-    /// The sideways gust through its low-pass filter.
+    /// The lateral gust through its low-pass filter.
     pub v: f64,
 }
 
 impl DrydenRates {
-    /// Returns the state in air that has been gusty for ever: the five numbers that [`Dryden::stationary`](super::Dryden::stationary) has taken, and three more.
+    /// Returns the state in statistical equilibrium from the five numbers passed to [`Dryden::stationary`](super::Dryden::stationary), and three
+    /// more.
     #[must_use]
     pub fn stationary(
         turbulence: &Turbulence,
@@ -37,7 +39,7 @@ impl DrydenRates {
         more: &[f64; 3],
     ) -> Self {
         let third = |a: f64, pair: [f64; 2], own: f64| {
-            // Everything has faded after forty of the longer time.
+            // Everything has decayed after forty times the longer time constant.
             let (_, l) = over(40.0 / a.min(1.0), a);
             l.x * pair[0] + l.y * pair[1] + l.z * own
         };
@@ -49,8 +51,8 @@ impl DrydenRates {
         }
     }
 
-    /// Returns the state `dt` (s) later at `airspeed` (m/s), given the gusts at the start, the five numbers that [`Dryden::step`](super::Dryden::step) takes over
-    /// the same step, and three more. Exact for every dt while airspeed, lengths and span (m) are constant.
+    /// Returns the state `dt` (s) later at `airspeed` (m/s), given the gusts at the start, the five numbers passed to
+    /// [`Dryden::step`](super::Dryden::step) for the same step, and three more. Exact for every dt while airspeed, lengths and span (m) are constant.
     #[must_use]
     pub fn step(
         &self,
@@ -73,13 +75,14 @@ impl DrydenRates {
         }
     }
 
-    /// Returns the angular velocity of the air (rad/s): about the flight, about the axis to its left, and about the axis across both.
+    /// Returns the angular velocity of the air (rad/s): about the direction of flight, about the axis to its left, and about the axis perpendicular
+    /// to both.
     #[must_use]
     pub fn rotation(&self, gusts: &DrydenState, turbulence: &Turbulence, span: f64) -> Vec3 {
         let (length, sigma) = (turbulence.length, turbulence.sigma);
         let ratio = PI * length.z / (4.0 * span);
         let roll = sigma.z * (0.8 * ratio.cbrt() * PI * PI / (8.0 * span * length.z)).sqrt();
-        // w grows ahead where the air rotates against the axis to the left; v grows ahead where it rotates with the axis upwards.
+        // w increases ahead if the air rotates against the axis to the left; v increases ahead if it rotates with the upward axis.
         let about_left = -sigma.z * PI / (4.0 * span) * (across(gusts.w) - self.w);
         let about_up = sigma.y * PI / (3.0 * span) * (across(gusts.v) - self.v);
         Vec3::new(roll * self.p, about_left, about_up)
@@ -136,7 +139,7 @@ mod tests {
         Turbulence { length: Vec3::new(500.0, 400.0, 300.0), sigma: Vec3::new(1.0, 2.0, 3.0) }
     }
 
-    /// Uniform numbers by a fixed recursion, as normal ones by the sum of twelve.
+    /// Returns a normal number: the sum of twelve uniform numbers from a fixed recursion.
     fn normal(state: &mut u64) -> f64 {
         (0..12).fold(-6.0, |sum, _| {
             *state = state
@@ -146,7 +149,7 @@ mod tests {
         })
     }
 
-    /// ∫ Φ cos(Ω V τ) dΩ of the spectra of MIL-F-8785C for Ω from 0 on, by the midpoint rule.
+    /// Returns ∫ Φ cos(Ω V τ) dΩ of the spectra of MIL-F-8785C for Ω from 0 on, by the midpoint rule.
     fn correlation(tau: f64) -> [f64; 3] {
         let t = turbulence();
         let transverse = |sigma: f64, l: f64, o: f64| {
@@ -168,7 +171,7 @@ mod tests {
         sum
     }
 
-    /// Long series have the deviations and correlations of the spectra, for short and for long steps.
+    /// Long series have the standard deviations and correlations of the spectra, for short and long steps.
     #[test]
     fn the_air_rotates_with_the_spectra_of_the_standard() {
         let t = turbulence();
@@ -195,14 +198,14 @@ mod tests {
                     let pairs = rows.iter().zip(&rows[lag..]).map(|(a, b)| a[k] * b[k]);
                     let found = pairs.sum::<f64>() / (rows.len() - lag) as f64;
                     let off = (found - want[k]) / squares[k];
-                    // The spectrum of r reaches beyond the midpoint rule's end of 10 rad/m by less than 1e-3.
+                    // The spectrum of r beyond the midpoint rule's end at 10 rad/m contributes less than 1e-3.
                     assert!(off.abs() < 0.02, "dt {dt}, lag {lag}, {k}: {found} for {}", want[k]);
                 }
             }
         }
     }
 
-    /// The first row is drawn from the same distribution: q and r of many starts.
+    /// The initial state has the equilibrium distribution: checks q and r of many initial states.
     #[test]
     fn the_start_is_as_gusty_as_any_time() {
         let (t, n, mut seed) = (turbulence(), 40_000, 3);
@@ -220,7 +223,7 @@ mod tests {
         }
     }
 
-    /// Two steps are one step of twice the length, also for a filter as long as the gust (a = 1) and steps of no length.
+    /// Two steps equal one step of twice the length, also for a filter as long as the gust (a = 1) and for zero-length steps.
     #[test]
     fn steps_add_up() {
         for a in [0.3, 1.0, 12.0] {

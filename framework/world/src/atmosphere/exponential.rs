@@ -11,10 +11,10 @@ pub struct Exponential {
 }
 
 impl Exponential {
-    /// ρ₀ (kg/m³) at altitude h₀ (m), scale height H (m).
+    /// Creates the model from ρ₀ (kg/m³) at altitude h₀ (m) and the scale height H (m).
     ///
     /// # Errors
-    /// ρ₀ below zero, H not above zero, numbers not finite.
+    /// ρ₀ is negative, H is not above zero, or a number is not finite.
     pub fn new(density: f64, altitude: f64, scale_height: f64) -> Result<Self, WorldError> {
         number("density, kg/m³", density, |x| x >= 0.0, "a density of at least 0")?;
         number("altitude of that density, m", altitude, |_| true, "a finite altitude")?;
@@ -22,7 +22,7 @@ impl Exponential {
         Ok(Self { density, altitude, scale_height })
     }
 
-    /// ρ at altitude `h` (m), kg/m³.
+    /// Returns ρ at altitude `h` (m), kg/m³.
     #[must_use]
     pub fn density(&self, h: f64) -> f64 {
         self.density * ((self.altitude - h) / self.scale_height).exp()

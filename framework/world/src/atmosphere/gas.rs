@@ -1,6 +1,6 @@
-//! Perfect gases, and what bodies feel of them.
+//! Perfect gases, Mach number and dynamic pressure.
 
-/// State of the air at a place.
+/// State of the air at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Air {
     /// ρ, kg/m³.
@@ -9,7 +9,7 @@ pub struct Air {
     pub temperature: f64,
     /// p, Pa.
     pub pressure: f64,
-    /// Speed of sound, m/s. Where the free path is metres it is a number without meaning.
+    /// Speed of sound, m/s. It is meaningless where the mean free path is metres long.
     pub sound_speed: f64,
 }
 
@@ -25,16 +25,16 @@ pub struct Gas {
 impl Gas {
     /// Dry air of the US Standard Atmosphere 1976: R = 8314.32/28.9644, γ = 1.4.
     pub const EARTH: Self = Self { constant: 8314.32 / 28.9644, gamma: 1.4 };
-    /// The air of Mars: R 188.92, γ 1.29; γ goes from 1.33 in the cold to 1.2 behind shocks.
+    /// The air of Mars: R 188.92, γ 1.29. The true γ varies from 1.33 in the cold to 1.2 behind shocks.
     pub const MARS: Self = Self { constant: 188.92, gamma: 1.29 };
 
-    /// √(γ R T), m/s, at a temperature in K.
+    /// Returns √(γ R T), m/s, at a temperature in K.
     #[must_use]
     pub fn sound_speed(&self, temperature: f64) -> f64 {
         (self.gamma * self.constant * temperature).sqrt()
     }
 
-    /// From density (kg/m³) and temperature (K): p = ρ R T.
+    /// Returns the air with this density (kg/m³) and temperature (K): p = ρ R T.
     #[must_use]
     pub fn air(&self, density: f64, temperature: f64) -> Air {
         Air {
@@ -46,13 +46,13 @@ impl Gas {
     }
 }
 
-/// Speed relative to the air (m/s) over the speed of sound.
+/// Returns the Mach number: speed relative to the air (m/s) divided by the speed of sound.
 #[must_use]
 pub fn mach(speed: f64, air: &Air) -> f64 {
     speed / air.sound_speed
 }
 
-/// ½ ρ v², Pa; `speed` relative to the air, m/s.
+/// Returns ½ ρ v², Pa; `speed` is relative to the air, m/s.
 #[must_use]
 pub fn dynamic_pressure(speed: f64, air: &Air) -> f64 {
     0.5 * air.density * speed * speed

@@ -1,7 +1,7 @@
-//! Air: density, temperature, pressure, speed of sound and viscosity over altitude, winds and gusts.
+//! Atmosphere: density, temperature, pressure, speed of sound and viscosity over altitude, winds and gusts.
 //!
-//! Altitudes are *geometric*, above the ellipsoid or mean sea level as the model says, in metres; where a
-//! source counts geopotential altitude it is converted and the item says so.
+//! Altitudes are *geometric*, in metres, above the ellipsoid or mean sea level depending on the model. Where a source has geopotential altitude it is
+//! converted, and the documentation says so.
 
 mod climate;
 mod dryden;

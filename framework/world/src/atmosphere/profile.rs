@@ -1,38 +1,39 @@
-//! What changes with altitude in straight lines: winds, and how the air of a day differs from its model's.
+//! Profiles that are piecewise linear over altitude: winds, and density factors for the air of a given day.
 
 use super::table::{columns, headings};
 use crate::error::WorldError;
 use linkwork_spatial::Vec3;
 use std::ops::{Add, Mul, Sub};
 
-/// Values over altitude, straight lines between entries, constant beyond the ends.
+/// Values over altitude, linear between entries, constant beyond the ends.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile<V> {
     entries: Vec<(f64, V)>,
 }
 
-/// Velocity of the air, east-north-up, m/s, for a wind as weather reports give it: `speed` (m/s) and the
-/// bearing it comes *from*, rad from north over east. A wind from the west blows to the east.
+/// Returns the velocity of the air, east-north-up, m/s, for a wind in the convention of weather reports: `speed` (m/s) and the bearing *from* which
+/// it blows, rad from north over east. A wind from the west blows to the east.
 #[must_use]
 pub fn wind_from(speed: f64, bearing: f64) -> Vec3 {
-    // The minus turns "comes from" into "goes to".
+    // The minus converts "blows from" into "blows to".
     Vec3::new(-bearing.sin(), -bearing.cos(), 0.0) * speed
 }
 
 impl Profile<Vec3> {
-    /// Winds: (altitude (m), velocity of the air east-north-up relative to the ground (m/s)) in rising order.
+    /// Creates a wind profile: (altitude (m), velocity of the air east-north-up relative to the ground (m/s)) in increasing order.
     ///
     /// # Errors
-    /// No entry, altitudes that do not rise, numbers that are not finite.
+    /// There are no entries, the altitudes do not increase, or a number is not finite.
     pub fn winds(entries: Vec<(f64, Vec3)>) -> Result<Self, WorldError> {
         Self::checked("wind profile", entries, not_finite)
     }
 
-    /// Winds from a text with columns under headings, apart by commas or blanks: output of Mars-GRAM (`HgtMOLA` in km, `EWind`, `NWind`) or of Earth-GRAM (`Hgtkm`,
-    /// `EWmean`, `NSmean`), or `altitude` in m, `east`, `north` and, where there is one, `up`; m/s. Altitudes rise or fall. `file` is the name for messages.
+    /// Reads winds from a text with columns under headings, separated by commas or blanks: output of Mars-GRAM (`HgtMOLA` in km, `EWind`, `NWind`) or
+    /// of Earth-GRAM (`Hgtkm`, `EWmean`, `NSmean`), or `altitude` in m, `east`, `north` and optionally `up`; m/s. Altitudes increase or decrease.
+    /// `file` is the name for messages.
     ///
     /// # Errors
-    /// Other headings, rows that are too short or no numbers, and as [`Profile::winds`].
+    /// The headings are different, rows are too short or are not numbers; also as in [`Profile::winds`].
     pub fn read_winds(file: &str, text: &str) -> Result<Self, WorldError> {
         const KNOWN: [([&str; 3], f64); 3] = [
             (["HgtMOLA", "EWind", "NWind"], 1000.0),
@@ -63,7 +64,7 @@ impl Profile<Vec3> {
             let [(_, a), (line, b)] = [pair[0], pair[1]];
             if !(a[0] < b[0]) {
                 let fact = format!("altitude {} beside {}", b[0], a[0]);
-                let help = "altitudes rise or fall throughout";
+                let help = "altitudes must strictly increase or strictly decrease";
                 return Err(WorldError::Line { file: file.to_string(), line, fact, help });
             }
         }
@@ -73,21 +74,21 @@ impl Profile<Vec3> {
     }
 }
 
-/// What is wrong with a wind.
+/// Returns the fault of a wind.
 fn not_finite(v: &Vec3) -> Option<(&'static str, &'static str)> {
     let finite = v.iter().all(|x| x.is_finite());
     (!finite).then_some(("a NaN or an infinity", "give finite numbers"))
 }
 
 impl Profile<f64> {
-    /// Factors on the density of a model: (altitude (m), factor) in rising order.
+    /// Creates a profile of factors on the density of a model: (altitude (m), factor) in increasing order.
     ///
     /// # Errors
-    /// No entry, altitudes that do not rise, factors that are not finite or below zero.
+    /// There are no entries, the altitudes do not increase, or a factor is not finite or negative.
     pub fn factors(entries: Vec<(f64, f64)>) -> Result<Self, WorldError> {
         Self::checked("density profile", entries, |x| {
             let wrong = !(x.is_finite() && *x >= 0.0);
-            wrong.then_some(("a factor that is none", "give finite factors from 0 on"))
+            wrong.then_some(("an invalid factor", "factors must be finite and at least 0"))
         })
     }
 }
@@ -113,13 +114,13 @@ impl<V: Copy + Add<Output = V> + Sub<Output = V> + Mul<f64, Output = V>> Profile
             }
             if k > 0 && !(entries[k - 1].0 < *h) {
                 let fact = format!("altitude {h} m after {} m", entries[k - 1].0);
-                return fail(k + 1, fact, "altitudes rise");
+                return fail(k + 1, fact, "altitudes must increase");
             }
         }
         Ok(Self { entries })
     }
 
-    /// The value at altitude `h` (m). O(log n).
+    /// Returns the value at altitude `h` (m). O(log n).
     #[must_use]
     pub fn at(&self, h: f64) -> V {
         let e = &self.entries;

@@ -1,10 +1,10 @@
-//! Air from a table over altitude: ln ρ and T are straight lines between the entries.
+//! Atmosphere from a table over altitude: ln ρ and T are linear between the entries.
 
 use super::gas::{Air, Gas};
 use super::us76::{geometric_altitude, geopotential_altitude};
 use crate::error::WorldError;
 
-/// What the first column counts.
+/// Kind of altitude in the first column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AltitudeKind {
     /// Metres of length.
@@ -13,12 +13,12 @@ pub enum AltitudeKind {
     Geopotential,
 }
 
-/// What lies beyond the ends of a table.
+/// Values beyond the ends of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outside {
     /// The value of the nearest entry.
     Clamp,
-    /// ρ goes on with the slope of the outermost entries, T stays.
+    /// ρ continues with the slope of the outermost entries, T stays constant.
     Continue,
 }
 
@@ -27,17 +27,17 @@ pub enum Outside {
 pub struct Layout<'a> {
     /// Heading of the column of altitude.
     pub altitude: &'a str,
-    /// Metres for a unit of it.
+    /// Metres per unit of altitude.
     pub altitude_unit: f64,
-    /// What it counts.
+    /// Kind of altitude.
     pub kind: AltitudeKind,
     /// Heading of the column of density.
     pub density: &'a str,
-    /// kg/m³ for a unit of it.
+    /// kg/m³ per unit of density.
     pub density_unit: f64,
     /// Heading of the column of temperature, K.
     pub temperature: &'a str,
-    /// Lines between the headings and the numbers, such as units.
+    /// Number of lines between the headings and the numbers, for example units.
     pub skip: usize,
 }
 
@@ -62,7 +62,7 @@ impl Layout<'static> {
         temperature: "Temp",
         skip: 0,
     };
-    /// Basilisk's `USStandardAtmosphere1976.csv`: its altitude is *geopotential*, though its notes do not say.
+    /// Basilisk's `USStandardAtmosphere1976.csv`. Its altitude is *geopotential*, although its notes do not mention this.
     pub const BASILISK_US76: Self = Self {
         altitude: "Altitude",
         altitude_unit: 1.0,
@@ -86,11 +86,11 @@ pub struct Table {
 }
 
 impl Table {
-    /// From rows (altitude (m), ρ (kg/m³), T (K)) in rising or falling order of altitude.
+    /// Creates a table from rows (altitude (m), ρ (kg/m³), T (K)), with increasing or decreasing altitude.
     ///
     /// # Errors
-    /// Fewer than two rows, altitudes not in order, ρ or T not above zero, numbers not finite; `line` in the
-    /// message is the row, from 1.
+    /// There are fewer than two rows, altitudes are not in order, ρ or T is not above zero, or a number is not finite. `line` in the message is the
+    /// row, from 1.
     pub fn new(
         rows: &[[f64; 3]],
         kind: AltitudeKind,
@@ -102,10 +102,10 @@ impl Table {
         Self::checked("table", numbered, kind, outside, gas)
     }
 
-    /// From text with columns under headings, apart by commas, semicolons or blanks. `file` is the name for messages.
+    /// Reads a table from text with columns under headings, separated by commas, semicolons or blanks. `file` is the name for messages.
     ///
     /// # Errors
-    /// A heading that is not there, rows that are too short or no numbers, and as [`Table::new`].
+    /// A heading is missing, rows are too short or are not numbers; also as in [`Table::new`].
     pub fn read(
         file: &str,
         text: &str,
@@ -131,12 +131,12 @@ impl Table {
     ) -> Result<Self, WorldError> {
         if rows.len() < 2 {
             let fact = format!("{} rows", rows.len());
-            return Err(wrong(file, 0, fact, "a table needs two at least"));
+            return Err(wrong(file, 0, fact, "a table needs at least two"));
         }
         for (line, [h, rho, t]) in &rows {
             if !(h.is_finite() && rho.is_finite() && *rho > 0.0 && t.is_finite() && *t > 0.0) {
                 let fact = format!("altitude {h} m, density {rho} kg/m³, temperature {t} K");
-                return Err(wrong(file, *line, fact, "density and temperature are above 0"));
+                return Err(wrong(file, *line, fact, "density and temperature must be above 0"));
             }
         }
         if rows[0].1[0] > rows[1].1[0] {
@@ -146,7 +146,12 @@ impl Table {
             let ((_, a), (line, b)) = (&pair[0], &pair[1]);
             if !(a[0] < b[0]) {
                 let fact = format!("altitude {} m beside {} m", b[0], a[0]);
-                return Err(wrong(file, *line, fact, "altitudes rise or fall throughout"));
+                return Err(wrong(
+                    file,
+                    *line,
+                    fact,
+                    "altitudes must strictly increase or strictly decrease",
+                ));
             }
         }
         Ok(Self {
@@ -159,19 +164,19 @@ impl Table {
         })
     }
 
-    /// The entries by rising altitude: altitude (m, in what the table counts), ρ (kg/m³), T (K).
+    /// Returns the entries by increasing altitude: altitude (m, of the table's kind), ρ (kg/m³), T (K).
     pub fn entries(&self) -> impl Iterator<Item = [f64; 3]> {
         let rows = self.altitude.iter().zip(&self.log_density).zip(&self.temperature);
         rows.map(|((h, log), t)| [*h, log.exp(), *t])
     }
 
-    /// Lowest and highest entry, m, in what the table counts.
+    /// Returns the lowest and highest altitude, m, of the table's kind.
     #[must_use]
     pub fn range(&self) -> (f64, f64) {
         (self.altitude[0], self.altitude[self.altitude.len() - 1])
     }
 
-    /// Lowest and highest entry as geometric altitudes, m.
+    /// Returns the lowest and highest entry as geometric altitudes, m.
     #[must_use]
     pub fn heights(&self) -> (f64, f64) {
         let (low, high) = self.range();
@@ -181,7 +186,7 @@ impl Table {
         }
     }
 
-    /// Air at the geometric altitude `h` (m). O(log n).
+    /// Returns the air at the geometric altitude `h` (m). O(log n).
     #[must_use]
     pub fn at(&self, h: f64) -> Air {
         let h = match self.kind {
@@ -201,7 +206,8 @@ impl Table {
     }
 }
 
-/// Numbers under headings, apart by commas or blanks, each row with its line; `skip` lines stand between the headings and the numbers.
+/// Returns the numbers under headings, separated by commas or blanks, with the line number of each row. `skip` lines are between the headings and the
+/// numbers.
 pub(super) fn columns<const N: usize>(
     file: &str,
     text: &str,
@@ -213,7 +219,7 @@ pub(super) fn columns<const N: usize>(
     let mut places = [0; N];
     for (place, name) in places.iter_mut().zip(names) {
         *place = heads.iter().position(|h| *h == name).ok_or_else(|| {
-            let fact = format!("there is no column `{name}`; there are {}", heads.join(", "));
+            let fact = format!("column `{name}` is missing; found {}", heads.join(", "));
             wrong(file, 1, fact, "give the headings of this file in the layout")
         })?;
     }
@@ -224,7 +230,7 @@ pub(super) fn columns<const N: usize>(
         for (value, c) in row.iter_mut().zip(places) {
             let word = words.get(c).copied().unwrap_or("");
             *value = word.parse().map_err(|_| {
-                let fact = format!("`{word}` in column `{}` is no number", heads[c]);
+                let fact = format!("`{word}` in column `{}` is not a number", heads[c]);
                 wrong(file, k + 1, fact, "each row needs a number under each heading")
             })?;
         }
@@ -233,13 +239,13 @@ pub(super) fn columns<const N: usize>(
     Ok(rows)
 }
 
-/// Headings of a text.
+/// Returns the headings of a text.
 pub(super) fn headings(text: &str) -> Vec<&str> {
     text.lines().find(|l| !l.trim().is_empty()).map(words).unwrap_or_default()
 }
 
 fn words(line: &str) -> Vec<&str> {
-    // Spreadsheets begin a file with a byte order mark.
+    // Spreadsheet programs write a byte order mark at the start of a file.
     let line = line.trim_start_matches('\u{feff}');
     if line.contains(';') {
         line.split(';').map(str::trim).collect()

@@ -1,10 +1,10 @@
-//! Light that a planet throws back, and its own heat: what they press with.
+//! Radiation pressure of a planet's reflected sunlight (albedo) and thermal emission.
 
 use linkwork_spatial::Vec3;
 use linkwork_spatial::nalgebra::Unit;
 use std::f64::consts::PI;
 
-/// Rings of the disc of the planet over which light is summed: nodes and weights of Gauss and Legendre on −1 … 1.
+/// Rings of the planet's disc over which light is summed: Gauss–Legendre nodes and weights on −1 … 1.
 const RINGS: [(f64, f64); 8] = [
     (-0.960_289_856_497_536_3, 0.101_228_536_290_376_3),
     (-0.796_666_477_413_626_7, 0.222_381_034_453_374_5),
@@ -15,18 +15,18 @@ const RINGS: [(f64, f64); 8] = [
     (0.796_666_477_413_626_7, 0.222_381_034_453_374_5),
     (0.960_289_856_497_536_3, 0.101_228_536_290_376_3),
 ];
-/// Sectors of a ring.
+/// Number of sectors of a ring.
 const SECTORS: usize = 24;
 
-/// The light of a planet at `r` (m, from its centre), as a vector: along it the light goes, and times the pressure of
-/// sunlight at the planet (N/m²) it is the pressure on what swallows it.
+/// Returns the light of a planet at `r` (m, from its centre) as a vector along the direction of propagation. Multiplied by the solar radiation
+/// pressure at the planet (N/m²), it gives the pressure on an absorbing surface.
 /// ```text
 /// e = ∫ (albedo max(0, n · ŝ) + emissivity/4) û dΩ/π       n: normal of the ground that is seen along −û
 /// ```
-/// over the solid angle Ω of the planet, a ball of radius `radius` (m) whose ground scatters by Lambert's law; `to_sun`
-/// is the unit vector ŝ. The ground gives back `albedo` of the light where it falls, and `emissivity` of what it swallows
-/// in the mean evenly as heat: 1 − albedo in balance. The heat alone is (R/r)² emissivity/4. Summed over 8 rings and 24
-/// sectors: within 2e-3 of the greatest value, which the terminator takes; without it exact to 1e-9. Zero inside of the planet.
+/// The integral is over the solid angle Ω of the planet, a sphere of radius `radius` (m) with Lambertian reflection; `to_sun` is the unit vector ŝ.
+/// The ground reflects the fraction `albedo` of the light that falls on it, and emits the fraction `emissivity` of the mean absorbed light as uniform
+/// heat: 1 − albedo in balance. The heat alone gives (R/r)² emissivity/4. The sum over 8 rings and 24 sectors is accurate to 2e-3 of the largest
+/// value because of the terminator, and to 1e-9 if no terminator is visible. Zero inside the planet.
 #[must_use]
 pub fn planet_light(r: &Vec3, to_sun: &Vec3, radius: f64, albedo: f64, emissivity: f64) -> Vec3 {
     let distance = r.norm();
@@ -35,14 +35,14 @@ pub fn planet_light(r: &Vec3, to_sun: &Vec3, radius: f64, albedo: f64, emissivit
         return Vec3::zeros();
     }
     let up = r / distance;
-    // Sectors begin at the side of the Sun: the sum has the symmetry of what is summed.
+    // Sectors start on the side of the Sun, so that the sum has the symmetry of the integrand.
     let side = to_sun - up * up.dot(to_sun);
     let x =
         Unit::try_new(side, 1e-12).unwrap_or_else(|| Unit::new_normalize(up.cross(&least(&up))));
     let y = up.cross(&x);
     let mut sum = Vec3::zeros();
     for (node, weight) in RINGS {
-        // sin ψ = (R/r) sin χ: ψ at the craft from the vertical, χ at the ground from its normal.
+        // sin ψ = (R/r) sin χ: ψ at the spacecraft from the vertical, χ at the ground from its normal.
         let chi = 0.25 * PI * (1.0 + node);
         let (sin, cos) = chi.sin_cos();
         let sin_psi = ratio * sin;
@@ -50,7 +50,7 @@ pub fn planet_light(r: &Vec3, to_sun: &Vec3, radius: f64, albedo: f64, emissivit
         let solid = ratio * ratio * sin * cos / cos_psi
             * (0.25 * PI * weight)
             * (2.0 * PI / SECTORS as f64);
-        // Angle of the place on the ground from the vertical of the craft, at the centre.
+        // Angle at the planet's centre between the ground point and the spacecraft's vertical.
         let (sin_theta, cos_theta) = (chi - sin_psi.asin()).sin_cos();
         for k in 0..SECTORS {
             let (s, c) = ((k as f64 + 0.5) * 2.0 * PI / SECTORS as f64).sin_cos();
@@ -63,7 +63,7 @@ pub fn planet_light(r: &Vec3, to_sun: &Vec3, radius: f64, albedo: f64, emissivit
     sum
 }
 
-/// The axis that is farthest from a direction.
+/// Returns the axis farthest from a direction.
 fn least(v: &Vec3) -> Vec3 {
     if v.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() }
 }

@@ -1,4 +1,4 @@
-//! Light: how much of the Sun is seen past a planet, how it presses, and what the planet throws back.
+//! Light: visible fraction of the Sun past a planet, solar radiation pressure, and light reflected by the planet.
 
 mod albedo;
 mod pressure;

@@ -1,4 +1,4 @@
-//! SPK segments of modified difference lines, as JPL's small-body integrations have them: types 1 and 21.
+//! SPK segments of modified difference lines, as in JPL's small-body integrations: types 1 and 21.
 //!
 //! NAIF, *SPK Required Reading*; F. T. Krogh, *Changing Stepsize in the Integration of Differential Equations Using Modified Divided Differences*, 1974:
 //! ```text
@@ -8,32 +8,32 @@
 
 use linkwork_spatial::Vec3;
 
-/// Most differences of an axis.
+/// Maximum number of differences per axis.
 const ORDER_MAX: usize = 25;
 
-/// Difference lines with rising last epochs.
+/// Difference lines with increasing last epochs.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Differences {
     /// Last epoch of each record, TDB seconds past J2000.
     ends: Vec<f64>,
     records: Vec<f64>,
-    /// Differences of an axis: D.
+    /// Number of differences per axis, D.
     order: usize,
 }
 
 impl Differences {
-    /// The words of a segment; the error is the fact.
+    /// Reads the words of a segment. The error is the fact.
     pub(super) fn read(words: Vec<f64>, kind: i32) -> Result<Differences, String> {
         let n = words.len();
         let count = words[n - 1] as usize;
         let (order, tail) = if kind == 1 { (15, 1) } else { (words[n - 2] as usize, 2) };
         if !(1..=ORDER_MAX).contains(&order) {
-            return Err(format!("{order} differences of an axis"));
+            return Err(format!("{order} differences per axis"));
         }
         let size = 4 * order + 11;
         let rest = count.saturating_add(count / 100 + tail);
         if count == 0 || count.checked_mul(size).and_then(|n| n.checked_add(rest)) != Some(n) {
-            return Err(format!("{count} records of {size} numbers do not fill it"));
+            return Err(format!("{count} records of {size} numbers do not match its length"));
         }
         let whole = |x: f64, low: usize, high: usize| {
             x.fract() == 0.0 && (low as f64..=high as f64).contains(&x)
@@ -41,7 +41,7 @@ impl Differences {
         for r in words[..count * size].chunks_exact(size) {
             let orders = &r[size - 4..];
             if !whole(orders[0], 2, order + 1) || !orders[1..].iter().all(|q| whole(*q, 0, order)) {
-                return Err(format!("orders of differences {orders:?}"));
+                return Err(format!("invalid orders of differences {orders:?}"));
             }
         }
         let ends = words[count * size..][..count].to_vec();
@@ -50,7 +50,7 @@ impl Differences {
         Ok(Differences { ends, records, order })
     }
 
-    /// Position (km) and velocity (km/s).
+    /// Returns position (km) and velocity (km/s).
     pub(super) fn at(&self, et: f64) -> [Vec3; 2] {
         let d = self.order;
         let size = 4 * d + 11;

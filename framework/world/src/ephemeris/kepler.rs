@@ -1,4 +1,4 @@
-//! Planets on ellipses that change slowly: JPL's elements for 1800 to 2050.
+//! Planets on slowly changing ellipses: JPL's elements for 1800 to 2050.
 //!
 //! Standish, *Keplerian elements for approximate positions of the major planets*, Table 1; mean ecliptic
 //! and equinox of J2000.
@@ -9,7 +9,7 @@ use crate::error::WorldError;
 use crate::planet::{AU, MU_SUN, PointMotion};
 use linkwork_spatial::{Quat, Vec3, nalgebra};
 
-/// a (AU), e, I, L, ϖ, Ω (degrees), and their rates in a century.
+/// a (AU), e, I, L, ϖ, Ω (degrees), and their rates per century.
 type Elements = [[f64; 6]; 2];
 
 const MERCURY: Elements = [
@@ -41,13 +41,13 @@ const NEPTUNE: Elements = [
     [0.00026291, 0.00005105, 0.00035372, 218.45945325, -0.32241464, -0.00508664],
 ];
 
-/// TDB days past J2000 for which the elements hold: 1800 to 2050.
+/// TDB days past J2000 for which the elements are valid: 1800 to 2050.
 pub(super) const DAYS: [f64; 2] = [-73_050.0, 18_262.5];
 
 /// Obliquity of the ecliptic of J2000, rad: 84381.448″ (IAU 1976).
 pub const OBLIQUITY_J2000: f64 = 84381.448 / 3600.0 * (std::f64::consts::PI / 180.0);
 
-/// Eccentric anomaly E of a mean anomaly M: M = E − e sin E, by Newton's method. e below 0.3.
+/// Returns the eccentric anomaly E of a mean anomaly M: M = E − e sin E, by Newton's method. e must be below 0.3.
 fn eccentric(M: f64, e: f64) -> f64 {
     let mut E = M + e * M.sin();
     for _ in 0..10 {
@@ -60,11 +60,11 @@ fn eccentric(M: f64, e: f64) -> f64 {
     E
 }
 
-/// A planet from the Sun, m and m/s. Mars is 2–27″ from DE440; Saturn up to 600″. The velocity is that on
-/// the ellipse of the moment, 5e-4 of it off.
+/// Returns the position and velocity of a planet relative to the Sun, m and m/s. Mars deviates by 2–27″ from DE440, Saturn by up to 600″. The
+/// velocity is that on the momentary ellipse, with a relative error of 5e-4.
 ///
 /// # Errors
-/// Sun, Earth and Moon, which have better series; a time outside of 1800 to 2050, for which the elements were made.
+/// Sun, Earth and Moon, for which better series exist; a time outside 1800 to 2050, where the elements are not valid.
 pub fn planet(body: Body, tdb: (f64, f64)) -> Result<PointMotion, WorldError> {
     let elements = match body {
         Body::Mercury => &MERCURY,
@@ -75,7 +75,7 @@ pub fn planet(body: Body, tdb: (f64, f64)) -> Result<PointMotion, WorldError> {
         Body::Uranus => &URANUS,
         Body::Neptune => &NEPTUNE,
         Body::Sun | Body::Earth | Body::Moon => {
-            let help = "no ellipse for the Sun, the Earth and the Moon: take `earth`, `moon`";
+            let help = "ellipses are not available for the Sun, the Earth and the Moon: use `earth`, `moon`";
             let value = f64::from(body.naif());
             return Err(WorldError::Number { what: "planet, NAIF's number", value, help });
         }
@@ -83,10 +83,10 @@ pub fn planet(body: Body, tdb: (f64, f64)) -> Result<PointMotion, WorldError> {
     let days = tdb.0 + tdb.1;
     if !(DAYS[0]..=DAYS[1]).contains(&days) {
         let fact = format!(
-            "the elements of {body:?}'s ellipse hold from 1800 to 2050, not at {}",
+            "the elements of {body:?}'s ellipse are valid from 1800 to 2050, not at {}",
             date(seconds(tdb))
         );
-        return Err(WorldError::Uncovered { fact, help: "take a kernel that covers it" });
+        return Err(WorldError::Uncovered { fact, help: "use a kernel that covers it" });
     }
     let T = days / 36525.0;
     let [a, e, i, L, peri, node]: [f64; 6] =

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 const OBLIQUITY_DEG: f64 = 23.43929111;
 const ARCSEC: f64 = TAU / 1_296_000.0;
 
-/// From ecliptic longitude and latitude (rad) and distance (m) to the equator of J2000.
+/// Converts ecliptic longitude and latitude (rad) and distance (m) to the equator of J2000.
 fn equatorial(longitude: f64, latitude: f64, distance: f64) -> Vec3 {
     let ((sb, cb), (sl, cl)) = (latitude.sin_cos(), longitude.sin_cos());
     let (se, ce) = OBLIQUITY_DEG.to_radians().sin_cos();
@@ -15,8 +15,8 @@ fn equatorial(longitude: f64, latitude: f64, distance: f64) -> Vec3 {
     Vec3::new(x, ce * y - se * z, se * y + ce * z) * distance
 }
 
-/// The Sun from the Earth, m. 9–20″ from 2000 to 2025, 2e-5 of the distance. Not the book's 282.94°, but with
-/// the motion of the perihelion, 0.3225° in a century, without which it is 130–310″ off.
+/// Returns the position of the Sun from the Earth, m. The error is 9–20″ from 2000 to 2025, and 2e-5 of the distance. In addition to the book's
+/// 282.94°, the formula includes the motion of the perihelion, 0.3225° per century, without which the error is 130–310″.
 /// ```text
 /// M = 357.5256° + 35999.049° T
 /// λ = 282.94° + 0.3225° T + M + 6892″ sin M + 72″ sin 2M
@@ -50,7 +50,7 @@ const LONGITUDE: [([i8; 4], f64); 14] = [
     ([0, 0, 2, -2], -55.0),
 ];
 
-/// Latitude, besides its first term.
+/// Latitude, without its first term.
 const LATITUDE: [([i8; 4], f64); 7] = [
     ([0, 0, 1, -2], -526.0),
     ([1, 0, 1, -2], 44.0),
@@ -61,7 +61,7 @@ const LATITUDE: [([i8; 4], f64); 7] = [
     ([0, -1, 1, -2], 11.0),
 ];
 
-/// Distance, km, cosines.
+/// Distance, km, cosine terms.
 const DISTANCE: [([i8; 4], f64); 9] = [
     ([0, 0, 0, 0], 385_000.0),
     ([1, 0, 0, 0], -20_905.0),
@@ -74,12 +74,12 @@ const DISTANCE: [([i8; 4], f64); 9] = [
     ([1, 1, 0, -2], -152.0),
 ];
 
-/// The Moon from the Earth, m; 15–75″ and 130 km.
+/// Returns the position of the Moon from the Earth, m; the error is 15–75″ and 130 km.
 #[must_use]
 pub fn moon_low(tdb: (f64, f64)) -> Vec3 {
     let T = (tdb.0 + tdb.1) / 36525.0;
     let angle = |a: f64, rate: f64| ((a + rate * T) % 360.0).to_radians();
-    // Minus the general precession, 1.3972° in a century: to the equinox of J2000.
+    // Subtract the general precession, 1.3972° per century, to refer to the equinox of J2000.
     let L0 = angle(218.31617, 481267.88088 - 1.3972);
     let l = angle(134.96292, 477198.86753);
     let lp = angle(357.52543, 35999.04944);

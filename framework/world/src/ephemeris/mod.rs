@@ -1,4 +1,4 @@
-//! Where Sun, Moon and planets are, without kernels.
+//! Positions of Sun, Moon and planets.
 //!
 //! | function | method | error against DE440 |
 //! |---|---|---|
@@ -8,9 +8,8 @@
 //! | [`sun_low`] | Keplerian Sun | 9–20″ |
 //! | [`moon_low`] | 14 terms in longitude | 15–75″, 130 km |
 //!
-//! Axes are those of the ICRF (mean equator of J2000 for the low ones, 0.02″ from it). `tdb` is in days
-//! past J2000 in two parts, as [`crate::planet::Epoch::tdb_days`] gives it. [`Ephemeris`] is the door for
-//! kernels ([`Spk`]); [`Sampled`] makes any of them fast for one simulation.
+//! Axes are those of the ICRF (mean equator of J2000 for the low-precision ones, 0.02″ off). `tdb` is in days past J2000 in two parts, as from
+//! [`crate::planet::Epoch::tdb_days`]. [`Ephemeris`] is the interface for kernels ([`Spk`]); [`Sampled`] makes any source fast for one simulation.
 
 mod differences;
 mod kepler;
@@ -29,7 +28,7 @@ pub use spk::{Spk, SpkSegment};
 use crate::error::WorldError;
 use crate::planet::{Epoch, PointMotion};
 
-/// The bodies that an ephemeris knows.
+/// Bodies of an ephemeris.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Body {
     /// The Sun.
@@ -55,7 +54,7 @@ pub enum Body {
 }
 
 impl Body {
-    /// NAIF's number: barycentres for Mercury, Venus and the outer planets.
+    /// Returns NAIF's number: barycentres for Mercury, Venus and the outer planets.
     #[must_use]
     pub fn naif(self) -> i32 {
         match self {
@@ -75,15 +74,14 @@ impl Body {
 
 /// A source of positions.
 pub trait Ephemeris {
-    /// Position (m) and velocity (m/s) of `target` from `origin`, ICRF axes, geometric (no light time), at
-    /// `tdb` days past J2000.
+    /// Returns position (m) and velocity (m/s) of `target` from `origin`, ICRF axes, geometric (no light time), at `tdb` days past J2000.
     ///
     /// # Errors
-    /// A body or a time that the source does not cover.
+    /// The source does not cover the body or the time.
     fn state(&self, target: Body, origin: Body, tdb: (f64, f64))
     -> Result<PointMotion, WorldError>;
 
-    /// First and last TDB second past J2000 of the span around `tdb` (days) in which [`Ephemeris::state`] answers for these two
+    /// Returns the first and last TDB second past J2000 of the interval around `tdb` (days) in which [`Ephemeris::state`] covers these two bodies
     /// without a gap.
     ///
     /// # Errors
@@ -91,33 +89,33 @@ pub trait Ephemeris {
     fn span(&self, target: Body, origin: Body, tdb: (f64, f64)) -> Result<[f64; 2], WorldError>;
 }
 
-/// TDB seconds past J2000 of days in two parts.
+/// Returns TDB seconds past J2000 from days in two parts.
 pub(crate) fn seconds(tdb: (f64, f64)) -> f64 {
     tdb.0 * 86_400.0 + tdb.1 * 86_400.0
 }
 
-/// The date of a TDB second past J2000, UTC, to a hundredth of a second: for messages.
+/// Returns the date of a TDB second past J2000, UTC, to a hundredth of a second, for messages.
 #[must_use]
 pub fn date(et: f64) -> String {
-    // Beyond thirty thousand years, and for what is no number, there is no calendar.
+    // A calendar date does not exist for NaN, or beyond thirty thousand years.
     if !(et.abs() < 1e12) {
         return format!("{et} s past J2000");
     }
-    // TDB is up to 2 ms from TT: rounded as UTC is, which is whole seconds and 0.184 s from TT.
+    // TDB is up to 2 ms from TT. Round like UTC, which is whole seconds and 0.184 s from TT.
     let hundredths = ((et - 0.184) * 100.0).round();
     let whole = (hundredths / 100.0).floor();
     let rest = (hundredths - 100.0 * whole) / 100.0 + 0.184;
-    // Days and their seconds apart: nanoseconds of a century are no whole number in a double.
+    // Separate days from seconds, because nanoseconds of a century are not exact in a double.
     let days = (whole / 86_400.0).floor() * 86_400.0;
     Epoch::j2000().plus(days).plus(whole - days).plus(rest).to_string()
 }
 
-/// Sun, Earth and Moon by SOFA, the other planets by Keplerian elements.
+/// Sun, Earth and Moon from SOFA, the other planets from Keplerian elements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Analytic;
 
 impl Analytic {
-    /// From the Sun.
+    /// Returns the motion relative to the Sun.
     fn heliocentric(body: Body, tdb: (f64, f64)) -> Result<PointMotion, WorldError> {
         let zero = linkwork_spatial::Vec3::zeros();
         match body {
@@ -134,7 +132,7 @@ impl Analytic {
         }
     }
 
-    /// First and last TDB day past J2000 of the series for a body.
+    /// Returns the first and last TDB day past J2000 of the series for a body.
     fn days(body: Body) -> [f64; 2] {
         match body {
             Body::Sun => [f64::NEG_INFINITY, f64::INFINITY],
@@ -151,7 +149,7 @@ impl Ephemeris for Analytic {
         origin: Body,
         tdb: (f64, f64),
     ) -> Result<PointMotion, WorldError> {
-        // The Moon from the Earth without the way over the Sun, which costs digits.
+        // Compute the Moon from the Earth directly, because the detour over the Sun costs digits.
         match (target, origin) {
             (Body::Moon, Body::Earth) => return Ok(moon(tdb)),
             (Body::Earth, Body::Moon) => {

@@ -1,7 +1,7 @@
-//! An ephemeris for one pair of bodies and one simulation: Chebyshev polynomials of another, 0.05 µs a look.
+//! An ephemeris for one pair of bodies and one simulation: Chebyshev polynomials fitted to another ephemeris, 0.05 µs per query.
 //!
-//! A stage of an integrator asks for Sun and Moon; series of thousands of terms answer in 26 µs, these in
-//! 0.05 µs. Per interval, with nodes x_k = cos(π (k + ½)/n):
+//! An integrator queries Sun and Moon at every stage. Series of thousands of terms take 26 µs, these polynomials 0.05 µs. Each interval has the nodes
+//! x_k = cos(π (k + ½)/n):
 //! ```text
 //! c_j = (2 − δ_j0)/n Σ_k f(x_k) cos(j π (k + ½)/n)
 //! ```
@@ -13,26 +13,26 @@ use crate::planet::{Epoch, PointMotion};
 use linkwork_spatial::Vec3;
 use std::f64::consts::PI;
 
-/// Coefficients of an interval and axis.
+/// Number of coefficients per interval and axis.
 const TERMS: usize = 14;
 
-/// Position and velocity of one body from another, from an epoch on.
+/// Position and velocity of one body relative to another, starting at an epoch.
 #[derive(Clone, Debug)]
 pub struct Sampled {
-    /// Seconds of an interval.
+    /// Length of an interval, s.
     length: f64,
     duration: f64,
-    /// m, for each interval x, y, z.
+    /// Coefficients in m, x, y, z for each interval.
     pieces: Vec<[[f64; TERMS]; 3]>,
 }
 
 impl Sampled {
-    /// Samples `source` for t from 0 to `duration` (s) after `epoch`, and nowhere else: fourteen looks for each day with the Moon,
-    /// for each four days without, in intervals of one length. A millimetre of error for the Moon, centimetres for planets. The velocity
-    /// is the rate of the position, which the source's own need not be.
+    /// Samples `source` for t from 0 to `duration` (s) after `epoch`, and nowhere else, in intervals of equal length: fourteen samples per day with
+    /// the Moon, or per four days without. The error is a millimetre for the Moon and centimetres for planets. The velocity is the derivative of the
+    /// position, which need not hold for the source's own velocity.
     ///
     /// # Errors
-    /// What the source refuses; a duration not above zero or above a hundred years.
+    /// An error of the source, or a duration that is not above zero or exceeds a hundred years.
     pub fn new(
         source: &impl Ephemeris,
         target: Body,
@@ -63,10 +63,10 @@ impl Sampled {
         Ok(Self { length, duration, pieces })
     }
 
-    /// Position (m) and velocity (m/s) `t` seconds after the epoch.
+    /// Returns position (m) and velocity (m/s) `t` seconds after the epoch.
     ///
     /// # Errors
-    /// A time outside of what was sampled (a second of grace at both ends).
+    /// A time outside the sampled interval (with a tolerance of one second at both ends).
     pub fn at(&self, t: f64) -> Result<PointMotion, WorldError> {
         let help = "sample the ephemeris over the whole simulation";
         let inside = |t: f64| (-1.0..=self.duration + 1.0).contains(&t);

@@ -1,5 +1,5 @@
-//! SPK kernels of NAIF in DAF files: Chebyshev polynomials (types 2 and 3, such as DE440), states with Lagrange or Hermite interpolation (8, 9, 12, 13:
-//! spacecraft) and difference lines (1, 21: small bodies of Horizons).
+//! NAIF's SPK kernels in DAF files: Chebyshev polynomials (types 2 and 3, such as DE440), states with Lagrange or Hermite interpolation (8, 9, 12,
+//! 13: spacecraft) and difference lines (1, 21: small bodies of Horizons).
 //!
 //! NAIF, *DAF Required Reading* and *SPK Required Reading*:
 //! ```text
@@ -10,7 +10,7 @@
 //!                          at the end: first time, length of a record's interval, record size, count
 //! other types              `states`, `differences`
 //! ```
-//! Kilometres in the file, metres here. The whole file is read at once: no memory is taken later.
+//! Files use kilometres, this crate metres. The whole file is read at once; queries do not allocate.
 
 use super::differences::Differences;
 use super::states::States;
@@ -21,19 +21,19 @@ use linkwork_spatial::Vec3;
 
 const RECORD: usize = 1024;
 
-/// One body's motion about another over an interval.
+/// Motion of one body relative to another over an interval.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpkSegment {
     /// NAIF's number of the body.
     pub target: i32,
-    /// NAIF's number of what it is counted from.
+    /// NAIF's number of the centre.
     pub centre: i32,
     /// First and last TDB second past J2000.
     pub range: [f64; 2],
     records: Records,
 }
 
-/// What a segment holds, by its type.
+/// Data of a segment, by its type.
 #[derive(Clone, Debug, PartialEq)]
 enum Records {
     /// Types 2 and 3.
@@ -44,7 +44,7 @@ enum Records {
     Differences(Differences),
 }
 
-/// Chebyshev polynomials over intervals of one length (s).
+/// Chebyshev polynomials over intervals of equal length (s).
 #[derive(Clone, Debug, PartialEq)]
 struct Chebyshev {
     velocities: bool,
@@ -54,11 +54,11 @@ struct Chebyshev {
     data: Vec<f64>,
 }
 
-/// A kernel. Later segments go before earlier ones, as NAIF has it.
+/// A kernel. Later segments have priority over earlier ones, as in NAIF's toolkit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spk {
     segments: Vec<SpkSegment>,
-    /// Body, axes and type of the segments that are not read.
+    /// Body, axes and type of the segments that were skipped.
     unread: Vec<[i32; 3]>,
 }
 
@@ -66,7 +66,7 @@ fn wrong(file: &str, fact: impl Into<String>, help: &'static str) -> WorldError 
     WorldError::Line { file: file.to_string(), line: 0, fact: fact.into(), help }
 }
 
-/// Numbers of a file in its byte order.
+/// Reads numbers of a file in its byte order.
 struct Bytes<'a> {
     file: &'a str,
     data: &'a [u8],
@@ -77,7 +77,7 @@ impl Bytes<'_> {
     fn take<const N: usize>(&self, at: usize) -> Result<[u8; N], WorldError> {
         let end = at.checked_add(N);
         end.and_then(|end| self.data.get(at..end)).and_then(|s| s.try_into().ok()).ok_or_else(
-            || wrong(self.file, format!("it ends before byte {at}"), "the file was cut"),
+            || wrong(self.file, format!("it ends before byte {at}"), "the file was truncated"),
         )
     }
 
@@ -91,7 +91,7 @@ impl Bytes<'_> {
         Ok(if self.little { f64::from_le_bytes(b) } else { f64::from_be_bytes(b) })
     }
 
-    /// A count or an address.
+    /// Reads a count or an address.
     fn index(&self, at: usize, what: &str) -> Result<usize, WorldError> {
         let x = self.int(at)?;
         let help = "the file is damaged";
@@ -103,8 +103,8 @@ impl Spk {
     /// Reads a kernel from its bytes; `file` is the name for messages.
     ///
     /// # Errors
-    /// A file that is not an SPK kernel, is cut, or holds no segment of a type that is read in J2000 axes. Other segments are left out; an error
-    /// about a body that is missing names them.
+    /// A file that is not an SPK kernel, is truncated, or lacks segments of a supported type in J2000 axes. Other segments are skipped; an error about
+    /// a missing body names them.
     pub fn parse(file: &str, data: &[u8]) -> Result<Self, WorldError> {
         if !data.starts_with(b"DAF/SPK ") {
             return Err(wrong(
@@ -131,7 +131,7 @@ impl Spk {
         }
         let (mut segments, mut unread) = (Vec::new(), Vec::new());
         let mut record = b.index(76, "the first record of summaries")?;
-        // Each record is visited once: a ring in a damaged file ends too.
+        // Visit each record at most once, so that a cycle in a damaged file also ends.
         for _ in 0..data.len() / RECORD + 1 {
             if record == 0 {
                 break;
@@ -147,7 +147,7 @@ impl Spk {
             record = b.double(at)? as usize;
         }
         if segments.is_empty() {
-            let help = "types 1, 2, 3, 8, 9, 12, 13 and 21 in J2000 axes are read; NAIF's `spkmerge` or Horizons write them";
+            let help = "types 1, 2, 3, 8, 9, 12, 13 and 21 in J2000 axes are supported; NAIF's `spkmerge` or Horizons write them";
             let fact = format!("no segment of a type that is read; it has {}", told(&unread));
             return Err(wrong(file, fact, help));
         }
@@ -155,14 +155,14 @@ impl Spk {
         Ok(Self { segments, unread })
     }
 
-    /// What the kernel holds.
+    /// Returns the segments.
     #[must_use]
     pub fn segments(&self) -> &[SpkSegment] {
         &self.segments
     }
 
-    /// Position (m) and velocity (m/s) of NAIF body `target` from `origin` at `et`, TDB seconds past J2000,
-    /// ICRF axes. The way goes up from both to the first body that they share.
+    /// Returns position (m) and velocity (m/s) of NAIF body `target` relative to `origin` at `et`, TDB seconds past J2000, ICRF axes. Follows the
+    /// centres of both up to the first common body.
     ///
     /// # Errors
     /// A body or a time that the kernel does not cover.
@@ -173,9 +173,9 @@ impl Spk {
     fn way(&self, target: i32, origin: i32, et: f64) -> Option<PointMotion> {
         let (mut p, mut v) = (Vec3::zeros(), Vec3::zeros());
         let mut from = target;
-        // A way has no more pieces than there are segments: a ring in a damaged file ends too.
+        // A path has at most as many pieces as there are segments, so that a cycle in a damaged file also ends.
         for _ in 0..=self.segments.len() {
-            // From the origin up, as far as `from`.
+            // Go up from the origin until `from` is found.
             let (mut q, mut w) = (Vec3::zeros(), Vec3::zeros());
             let mut up = origin;
             for _ in 0..=self.segments.len() {
@@ -193,8 +193,8 @@ impl Spk {
         None
     }
 
-    /// First and last TDB second past J2000 of the span around `et` in which [`Spk::between`] answers for these two without a
-    /// gap. O(segments²).
+    /// Returns the first and last TDB second past J2000 of the interval around `et` in which [`Spk::between`] covers these two bodies without a gap.
+    /// O(segments²).
     ///
     /// # Errors
     /// As [`Spk::between`].
@@ -220,14 +220,14 @@ impl Spk {
         Ok([first, last])
     }
 
-    /// Bodies that are counted from another, NAIF's numbers, each once.
+    /// Returns NAIF's numbers of all bodies and centres, each once.
     #[must_use]
     pub fn bodies(&self) -> Vec<i32> {
         let all = self.segments.iter().flat_map(|s| [s.target, s.centre]);
         all.collect::<std::collections::BTreeSet<i32>>().into_iter().collect()
     }
 
-    /// Why there is no way between two bodies at a time: one that is not there, or when there is one.
+    /// Returns the reason why two bodies are not connected at a time: a body is missing, or the times at which they are connected.
     #[cold]
     fn uncovered(&self, target: i32, origin: i32, et: f64) -> WorldError {
         let bodies = self.bodies();
@@ -237,7 +237,7 @@ impl Spk {
             if self.unread.iter().any(|u| u[0] == body) {
                 fact += &format!("; not read: {}", told(&self.unread));
             }
-            let help = "take a kernel with this body, by NAIF's number: planets are in de440.bsp";
+            let help = "use a kernel with this body, by NAIF's number: planets are in de440.bsp";
             return WorldError::Uncovered { fact, help };
         }
         let middles = self.segments.iter().map(|s| 0.5 * (s.range[0] + s.range[1]));
@@ -253,14 +253,14 @@ impl Spk {
         let spans: Vec<String> =
             spans.iter().map(|[a, b]| format!("from {} to {}", date(*a), date(*b))).collect();
         let there = match spans.is_empty() {
-            true => "no way between the two at any time".to_string(),
+            true => "no connection between the two at any time".to_string(),
             false => spans.join(", "),
         };
         let fact = format!(
-            "the kernel has no way between bodies {target} and {origin} at {}; it has {there}",
+            "the kernel does not connect bodies {target} and {origin} at {}; it has {there}",
             date(et)
         );
-        WorldError::Uncovered { fact, help: "take a kernel that covers this time" }
+        WorldError::Uncovered { fact, help: "use a kernel that covers this time" }
     }
 
     fn find(&self, target: i32, et: f64) -> Option<&SpkSegment> {
@@ -283,7 +283,7 @@ impl Ephemeris for Spk {
     }
 }
 
-/// Names segments that are not read.
+/// Returns the names of skipped segments, for messages.
 fn told(unread: &[[i32; 3]]) -> String {
     let mut all: Vec<String> = unread
         .iter()
@@ -293,12 +293,12 @@ fn told(unread: &[[i32; 3]]) -> String {
     if all.is_empty() { "none".into() } else { all.join(", ") }
 }
 
-/// One segment from its summary; body, axes and type of one that is not read.
+/// Reads one segment from its summary. Returns body, axes and type if it is not supported.
 fn segment(b: &Bytes, at: usize) -> Result<Result<SpkSegment, [i32; 3]>, WorldError> {
     let range = [b.double(at)?, b.double(at + 8)?];
     let (target, centre) = (b.int(at + 16)?, b.int(at + 20)?);
     let (axes, kind) = (b.int(at + 24)?, b.int(at + 28)?);
-    // J2000 alone: other axes would have to be turned.
+    // Only J2000 axes are supported; others would need a rotation.
     if axes != 1 || !matches!(kind, 1 | 2 | 3 | 8 | 9 | 12 | 13 | 21) {
         return Ok(Err([target, axes, kind]));
     }
@@ -321,7 +321,7 @@ fn segment(b: &Bytes, at: usize) -> Result<Result<SpkSegment, [i32; 3]>, WorldEr
 }
 
 impl SpkSegment {
-    /// Position and velocity at `et`, which must be in the range.
+    /// Returns position and velocity at `et`, which must be in the range.
     fn at(&self, et: f64) -> PointMotion {
         let [position, velocity] = match &self.records {
             Records::Chebyshev(records) => records.at(et),
@@ -333,7 +333,7 @@ impl SpkSegment {
 }
 
 impl Chebyshev {
-    /// The words of a segment; the error is the fact.
+    /// Reads the words of a segment. The error is the fact.
     fn read(mut words: Vec<f64>, kind: i32) -> Result<Chebyshev, String> {
         let n = words.len();
         let (init, length) = (words[n - 4], words[n - 3]);
@@ -344,13 +344,13 @@ impl Chebyshev {
             && (size - 2).is_multiple_of(parts)
             && size.checked_mul(count) == Some(n - 4);
         if !fits || !(length > 0.0) {
-            return Err(format!("{count} records of {size} numbers do not fill it"));
+            return Err(format!("{count} records of {size} numbers do not match its length"));
         }
         words.truncate(n - 4);
         Ok(Chebyshev { velocities: kind == 3, init, length, size, data: words })
     }
 
-    /// Position (km) and velocity (km/s).
+    /// Returns position (km) and velocity (km/s).
     fn at(&self, et: f64) -> [Vec3; 2] {
         let count = self.data.len() / self.size;
         let k = (((et - self.init) / self.length).max(0.0) as usize).min(count - 1);
@@ -372,7 +372,7 @@ impl Chebyshev {
     }
 }
 
-/// Σ c_k T_k(x) and its slope, by Clenshaw's recurrence.
+/// Returns Σ c_k T_k(x) and its derivative, by Clenshaw's recurrence.
 pub(super) fn chebyshev(c: &[f64], x: f64) -> (f64, f64) {
     let (mut b1, mut b2, mut d1, mut d2) = (0.0, 0.0, 0.0, 0.0);
     for ck in c.iter().skip(1).rev() {

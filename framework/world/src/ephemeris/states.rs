@@ -1,4 +1,4 @@
-//! SPK segments of states at epochs, as spacecraft have them: types 8, 9, 12 and 13.
+//! SPK segments with states at epochs, mostly of spacecraft: types 8, 9, 12 and 13.
 //!
 //! NAIF, *SPK Required Reading*:
 //! ```text
@@ -10,24 +10,24 @@
 
 use linkwork_spatial::Vec3;
 
-/// Most states that one polynomial goes through.
+/// Maximum number of states per polynomial.
 const WINDOW_MAX: usize = 32;
 
-/// States at rising epochs.
+/// States at increasing epochs.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct States {
     /// TDB seconds past J2000.
     epochs: Vec<f64>,
     /// Position (km) and velocity (km/s).
     states: Vec<[f64; 6]>,
-    /// States that a polynomial goes through.
+    /// Number of states per polynomial.
     window: usize,
-    /// Positions and velocities together.
+    /// Whether positions and velocities are interpolated together.
     hermite: bool,
 }
 
 impl States {
-    /// The words of a segment; the error is the fact.
+    /// Reads the words of a segment. The error is the fact.
     pub(super) fn read(words: Vec<f64>, kind: i32) -> Result<States, String> {
         let (count, size) = (words[words.len() - 1] as usize, words[words.len() - 2] as usize);
         let even = matches!(kind, 8 | 12);
@@ -35,7 +35,7 @@ impl States {
         let window = size.saturating_add(1);
         if count == 0 || count.checked_mul(6).and_then(|n| n.checked_add(rest)) != Some(words.len())
         {
-            return Err(format!("{count} states do not fill it"));
+            return Err(format!("{count} states do not match its length"));
         }
         if !(2..=WINDOW_MAX).contains(&window) || window > count {
             return Err(format!("a polynomial through {window} of {count} states"));
@@ -54,12 +54,12 @@ impl States {
         Ok(States { epochs, states, window, hermite: matches!(kind, 12 | 13) })
     }
 
-    /// Position (km) and velocity (km/s).
+    /// Returns position (km) and velocity (km/s).
     pub(super) fn at(&self, et: f64) -> [Vec3; 2] {
         let (n, w) = (self.epochs.len(), self.window);
         let above = self.epochs.partition_point(|e| *e <= et).clamp(1, n - 1);
         let low = above - 1;
-        // An odd window lies around the nearest epoch, an even one around the interval.
+        // An odd window is centred on the nearest epoch, an even one on the interval.
         let middle = match w % 2 {
             1 if self.epochs[above] - et <= et - self.epochs[low] => above,
             _ => low,
@@ -81,7 +81,7 @@ impl States {
     }
 }
 
-/// Lagrange's polynomial, by Neville's scheme.
+/// Evaluates Lagrange's polynomial, by Neville's scheme.
 fn lagrange(x: &[f64], y: impl Iterator<Item = f64>, at: f64) -> f64 {
     let mut work = [0.0; WINDOW_MAX];
     work.iter_mut().zip(y).for_each(|(w, y)| *w = y);
@@ -93,7 +93,7 @@ fn lagrange(x: &[f64], y: impl Iterator<Item = f64>, at: f64) -> f64 {
     work[0]
 }
 
-/// Value and slope of Hermite's polynomial, by divided differences at doubled places.
+/// Evaluates Hermite's polynomial and its derivative, by divided differences at doubled nodes.
 fn hermite(x: &[f64], y: impl Iterator<Item = (f64, f64)>, at: f64) -> (f64, f64) {
     let n = 2 * x.len();
     let place = |i: usize| x[i / 2];
@@ -102,7 +102,7 @@ fn hermite(x: &[f64], y: impl Iterator<Item = (f64, f64)>, at: f64) -> (f64, f64
         (work[2 * k], work[2 * k + 1], slopes[k]) = (value, value, slope);
     }
     for j in 1..n {
-        // From the end, so that differences of the order before are still there.
+        // Go backwards, so that differences of the previous order are still available.
         for i in (j..n).rev() {
             work[i] = match j {
                 1 if i % 2 == 1 => slopes[i / 2],
@@ -110,7 +110,7 @@ fn hermite(x: &[f64], y: impl Iterator<Item = (f64, f64)>, at: f64) -> (f64, f64
             };
         }
     }
-    // Newton's form and its slope, by Horner's rule.
+    // Evaluate Newton's form and its derivative, by Horner's rule.
     let (mut value, mut slope) = (work[n - 1], 0.0);
     for i in (0..n - 1).rev() {
         slope = slope * (at - place(i)) + value;

@@ -1,4 +1,4 @@
-//! Normalised Stokes coefficients of a gravity field: what files hold and the evaluator reads.
+//! Normalised Stokes coefficients of a gravity field, as stored in files and used for evaluation.
 //!
 //! ```text
 //! V = μ/r Σ_n (R/r)ⁿ Σ_m P̄_nm(sin φ) (C̄_nm cos mλ + S̄_nm sin mλ)
@@ -9,21 +9,21 @@
 
 use crate::error::{WorldError, number};
 
-/// Largest degree that [`super::Harmonics`] evaluates: above it the functions without their factor
-/// cosᵐφ leave the range of f64 near the poles.
+/// Maximum degree that [`super::Harmonics`] evaluates. At higher degrees, the functions without their factor cosᵐφ exceed the range of f64 near the
+/// poles.
 pub const DEGREE_MAX: usize = 360;
 
-/// Whether a permanent tide is inside C̄₂₀.
+/// ConstraintMethod of the permanent tide in C̄₂₀.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TideSystem {
-    /// The file does not say.
+    /// The file does not specify it.
     #[default]
     Unknown,
     /// The permanent tide is removed.
     TideFree,
-    /// The permanent deformation is inside, the direct part is not.
+    /// The permanent deformation is included, the direct part is removed.
     ZeroTide,
-    /// Both are inside.
+    /// Both are included.
     MeanTide,
 }
 
@@ -34,7 +34,7 @@ pub struct Coefficients {
     pub mu: f64,
     /// Reference radius R, m.
     pub radius: f64,
-    /// How the permanent tide is treated.
+    /// ConstraintMethod of the permanent tide.
     pub tide: TideSystem,
     degree: usize,
     order: usize,
@@ -42,31 +42,31 @@ pub struct Coefficients {
     s: Vec<f64>,
 }
 
-/// Place of (n, m) in a triangle stored row after row.
+/// Returns the index of (n, m) in a triangle stored row by row.
 fn at(n: usize, m: usize) -> usize {
     n * (n + 1) / 2 + m
 }
 
-/// N of degree n and order m, so that C = N C̄; dimensionless. Exact to some 1e-15 (n + m) relative;
-/// zero where it leaves the range of f64 (n + m above about 290). O(m).
+/// Returns N of degree n and order m, so that C = N C̄; dimensionless. The relative error is about 1e-15 (n + m). Returns zero if N underflows (n + m
+/// above about 290). O(m).
 #[must_use]
 pub fn normalisation(n: usize, m: usize) -> f64 {
     let k = if m == 0 { 1.0 } else { 2.0 };
-    // The root of each factor, so that the product underflows late.
+    // Take the root of each factor, so that the product underflows later.
     let falling = ((n - m + 1)..=(n + m)).fold(1.0, |p, i| p / (i as f64).sqrt());
     (k * (2 * n + 1) as f64).sqrt() * falling
 }
 
 impl Coefficients {
-    /// A point mass: C̄₀₀ = 1 and room for `degree` × `order`.
+    /// Creates a point mass: C̄₀₀ = 1 and memory for `degree` × `order`.
     ///
     /// # Errors
-    /// μ or R not above zero, a degree above [`DEGREE_MAX`], an order above the degree.
+    /// μ or R is not above zero, the degree is above [`DEGREE_MAX`], or the order is above the degree.
     pub fn new(mu: f64, radius: f64, degree: usize, order: usize) -> Result<Self, WorldError> {
         number("mu, m³/s²", mu, |x| x > 0.0, "a gravitational parameter is above 0")?;
         number("radius, m", radius, |x| x > 0.0, "a reference radius is above 0")?;
         if degree > DEGREE_MAX {
-            let help = "cut the field: nothing above degree 360 is evaluated";
+            let help = "truncate the field: the maximum degree is 360";
             return Err(WorldError::Degree {
                 what: "degree",
                 asked: degree,
@@ -75,7 +75,7 @@ impl Coefficients {
             });
         }
         if order > degree {
-            let help = "the order of a field is at most its degree";
+            let help = "the order of a field must not exceed its degree";
             return Err(WorldError::Degree { what: "order", asked: order, max: degree, help });
         }
         let size = at(degree + 1, 0);
@@ -84,8 +84,7 @@ impl Coefficients {
         Ok(Self { mu, radius, tide: TideSystem::Unknown, degree, order, c, s: vec![0.0; size] })
     }
 
-    /// Zonal harmonics J₂, J₃, … (not normalised, as data sheets print them): C̄_n0 = −J_n/√(2n+1).
-    /// `j[0]` is J₂.
+    /// Creates a field from zonal harmonics J₂, J₃, … (not normalised, as in data sheets): C̄_n0 = −J_n/√(2n+1). `j[0]` is J₂.
     ///
     /// # Errors
     /// As [`Coefficients::new`].
@@ -98,19 +97,19 @@ impl Coefficients {
         Ok(out)
     }
 
-    /// Highest degree.
+    /// Returns the highest degree.
     #[must_use]
     pub fn degree(&self) -> usize {
         self.degree
     }
 
-    /// Highest order.
+    /// Returns the highest order.
     #[must_use]
     pub fn order(&self) -> usize {
         self.order
     }
 
-    /// (C̄_nm, S̄_nm); zeros outside.
+    /// Returns (C̄_nm, S̄_nm); zeros outside the field.
     #[must_use]
     pub fn get(&self, n: usize, m: usize) -> (f64, f64) {
         if n > self.degree || m > self.order.min(n) {
@@ -122,9 +121,9 @@ impl Coefficients {
     /// Sets C̄_nm and S̄_nm.
     ///
     /// # Errors
-    /// Degree or order outside of what [`Coefficients::new`] made room for; NaN or infinity.
+    /// The degree or order exceeds those given to [`Coefficients::new`], or a value is NaN or infinite.
     pub fn set(&mut self, n: usize, m: usize, c: f64, s: f64) -> Result<(), WorldError> {
-        let help = "make room for it: `Coefficients::new(mu, radius, degree, order)`";
+        let help = "create a larger field: `Coefficients::new(mu, radius, degree, order)`";
         if n > self.degree {
             return Err(WorldError::Degree { what: "degree", asked: n, max: self.degree, help });
         }
@@ -137,18 +136,18 @@ impl Coefficients {
         Ok(())
     }
 
-    /// J_n = −C_n0, not normalised.
+    /// Returns J_n = −C_n0, not normalised.
     #[must_use]
     pub fn j(&self, n: usize) -> f64 {
         -self.get(n, 0).0 * ((2 * n + 1) as f64).sqrt()
     }
 
-    /// The part up to `degree` and `order`.
+    /// Returns the part up to `degree` and `order`.
     ///
     /// # Errors
-    /// More than there is: a field is never filled up with zeros in silence.
+    /// The degree or order exceeds that of the field. A field is never silently padded with zeros.
     pub fn truncated(&self, degree: usize, order: usize) -> Result<Self, WorldError> {
-        let help = "read a larger field, or ask for less";
+        let help = "read a larger field, or use a lower degree or order";
         for (what, asked, max) in [("degree", degree, self.degree), ("order", order, self.order)] {
             if asked > max {
                 return Err(WorldError::Degree { what, asked, max, help });
@@ -164,9 +163,8 @@ impl Coefficients {
         Ok(out)
     }
 
-    /// Root mean square of the high orders (m > n/2) over that of the low ones, at the highest
-    /// degree that has both. Normalised fields have about 1; without normalisation high orders are
-    /// smaller by factorials. `None` below degree 8, where the two cannot be told apart.
+    /// Returns the RMS of the high orders (m > n/2) divided by that of the low ones, at the highest degree that has both. It is about 1 for
+    /// normalised fields; without normalisation high orders are smaller by factorials. `None` below degree 8, where the two cannot be distinguished.
     pub(crate) fn high_over_low(&self) -> Option<f64> {
         let n = self.degree.min(self.order);
         if n < 8 {

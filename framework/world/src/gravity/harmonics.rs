@@ -1,7 +1,7 @@
 //! Acceleration and its gradient from spherical harmonics, without a singularity at the poles.
 //!
-//! Pines, *Uniform representation of the gravitational potential and its derivatives*, AIAA Journal
-//! 11 (1973): with r̂ = (s, t, u) the potential is a polynomial in s, t, u,
+//! The method is Pines, *Uniform representation of the gravitational potential and its derivatives*, AIAA Journal 11 (1973). With r̂ = (s, t, u) the
+//! potential is a polynomial in s, t, u:
 //! ```text
 //! V = μ/r Σ_m [p_m(u) r_m(s,t) + q_m(u) i_m(s,t)],   r_m + i i_m = (s + i t)ᵐ
 //! p_m = Σ_n F_nm C̄_nm,  q_m = Σ_n F_nm S̄_nm,   F_nm = (R/r)ⁿ Ā_nm(u),  Ā_nm = P̄_nm / cosᵐφ
@@ -9,21 +9,21 @@
 //! Ā_nm = a u Ā_n-1,m − b Ā_n-2,m      a² = (2n−1)(2n+1)/((n−m)(n+m))
 //!                                     b² = (2n+1)(n+m−1)(n−m−1)/((n−m)(n+m)(2n−3))
 //! ```
-//! The column recursion is stable (the forward column method of Holmes & Featherstone,
-//! *J. Geodesy* 76 (2002)). It is evaluated with the leading factor of each degree taken out, which the coefficients carry instead:
+//! The column recursion is stable (the forward column method of Holmes & Featherstone, *J. Geodesy* 76 (2002)). The leading factor of each degree is
+//! moved into the coefficients:
 //! ```text
 //! F_nm = s_nm G_nm,   s_nm = a_m+1 a_m+2 … a_n        G_n = uρ G_n-1 − β ρ² G_n-2       ρ = R/r
 //! β = b_n/(a_n a_n-1) = (n+m−1)(n−m−1)/((2n−1)(2n−3))
 //! D = ∂G/∂u /ρ:      D_n = uρ D_n-1 + G_n-1 − βρ² D_n-2
 //! E = ∂²G/∂u² /2ρ²:  E_n = uρ E_n-1 + D_n-1 − βρ² E_n-2
 //! ```
-//! s_nm grows as 2ⁿ⁻ᵐ, 10¹⁰⁸ at degree 360, and G_nm falls as fast: far from the limits of double precision.
+//! s_nm grows as 2ⁿ⁻ᵐ, to 10¹⁰⁸ at degree 360, and G_nm decreases at the same rate, so both stay far from the limits of double precision.
 //!
-//! Sums over n come first: for each order m a handful of numbers p, p' …, then they are multiplied by (s + it)ᵐ.
-//! Four orders go side by side all the way; an evaluation needs no memory beyond registers.
+//! Sums over n are computed first: they give a few numbers p, p' … for each order m, which are then multiplied by (s + it)ᵐ. Four orders are computed
+//! at once in SIMD lanes. An evaluation needs only registers as memory.
 //!
-//! With P = 1 − r̂ r̂ᵀ, g = ∂W/∂(s,t,u), K = ∂g/∂(s,t,u), W = V r/μ, and the weights n + 1 and
-//! (n + 1)(n + 2) that ∂/∂r brings (index 1 and 2):
+//! Definitions: P = 1 − r̂ r̂ᵀ, g = ∂W/∂(s,t,u), K = ∂g/∂(s,t,u), W = V r/μ, and the weights n + 1 and (n + 1)(n + 2) that result from ∂/∂r (index 1
+//! and 2):
 //! ```text
 //! a = μ/r² (P g − W₁ r̂)
 //! ∂a/∂x = μ/r³ (P K P − (r̂·g) P − Pg r̂ᵀ − r̂ (Pg)ᵀ − Pg₁ r̂ᵀ − r̂ (Pg₁)ᵀ − W₁ P + W₂ r̂ r̂ᵀ)
@@ -33,7 +33,7 @@ use super::coefficients::Coefficients;
 use linkwork_spatial::{Mat3, Vec3};
 use wide::f64x4;
 
-/// Orders that go side by side.
+/// Number of orders computed at once.
 const LANES: usize = 4;
 type Lanes = f64x4;
 const ZERO: Lanes = Lanes::ZERO;
@@ -59,13 +59,13 @@ pub struct Gravity {
     pub gradient: Mat3,
 }
 
-/// A field ready to be evaluated: degree after degree for four orders at a time.
+/// A field ready for evaluation: degree after degree for four orders at a time.
 #[derive(Clone, Debug)]
 pub struct Harmonics {
     mu: f64,
     radius: f64,
     degree: usize,
-    /// Blocks of four orders one after the other; block k has degrees 4k … degree.
+    /// Blocks of four orders, one after the other; block k has degrees 4k … degree.
     rows: Vec<Row>,
     /// Ā_mm.
     diagonal: Vec<Lanes>,
@@ -109,42 +109,42 @@ impl Harmonics {
         Self { mu: field.mu, radius: field.radius, degree, rows, diagonal }
     }
 
-    /// μ, m³/s².
+    /// Returns μ, m³/s².
     #[must_use]
     pub fn mu(&self) -> f64 {
         self.mu
     }
 
-    /// Reference radius, m.
+    /// Returns the reference radius, m.
     #[must_use]
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// Highest degree.
+    /// Returns the highest degree.
     #[must_use]
     pub fn degree(&self) -> usize {
         self.degree
     }
 
-    /// ∂V/∂x at `p`, m from the centre, in the body's axes; m/s² in the same axes.
+    /// Returns ∂V/∂x at `p`, m from the centre, in the body's axes; m/s² in the same axes.
     ///
-    /// Holds outside the sphere around the body; inside it the series diverges for high degrees.
-    /// At the centre itself the result is NaN. Degree × order × 6 fused operations.
+    /// Valid outside the sphere around the body; inside it the series diverges for high degrees. At the centre the result is NaN. Takes degree ×
+    /// order × 6 fused operations.
     #[must_use]
     pub fn acceleration(&self, p: &Vec3) -> Vec3 {
         let (at, t) = self.totals::<false>(p);
         self.first(&at, &t)
     }
 
-    /// V at `p`, m²/s². Costs what [`Harmonics::acceleration`] costs.
+    /// Returns V at `p`, m²/s². Takes as long as [`Harmonics::acceleration`].
     #[must_use]
     pub fn potential(&self, p: &Vec3) -> f64 {
         let (at, t) = self.totals::<false>(p);
         self.mu / at.r * t.w
     }
 
-    /// Potential, acceleration and gradient together; twice the cost of the acceleration.
+    /// Returns potential, acceleration and gradient; takes twice as long as the acceleration.
     #[must_use]
     pub fn full(&self, p: &Vec3) -> Gravity {
         let (at, t) = self.totals::<true>(p);
@@ -168,7 +168,7 @@ impl Harmonics {
         (t.g - n * (n.dot(&t.g) + t.w1)) * (self.mu / (at.r * at.r))
     }
 
-    /// The sums over all degrees and orders.
+    /// Computes the sums over all degrees and orders.
     fn totals<const GRADIENT: bool>(&self, p: &Vec3) -> (Place, Totals) {
         let r = p.norm();
         let at = Place { r, n: p / r };
@@ -195,7 +195,7 @@ impl Harmonics {
     }
 }
 
-/// Factor of the recursion and coefficients of degree `n`, orders `first` … `first + 3`; `scale`: s of the degree before.
+/// Returns the recursion factor and the coefficients of degree `n`, orders `first` … `first + 3`. `scale` is s of the previous degree.
 fn row(field: &Coefficients, n: usize, first: usize, scale: &mut [f64; LANES]) -> Row {
     let [mut b, mut c, mut s] = [[0.0; LANES]; 3];
     for (lane, scale) in scale.iter_mut().enumerate() {
@@ -219,16 +219,16 @@ fn row(field: &Coefficients, n: usize, first: usize, scale: &mut [f64; LANES]) -
 struct Recursion {
     u_rho: Lanes,
     rho2: Lanes,
-    /// G, D, E of the last degree and of the one before.
+    /// G, D, E of the last degree and of the previous one.
     last: [Lanes; 3],
     before: [Lanes; 3],
-    /// Degree of the next row, and one.
+    /// Degree of the next row, plus one.
     n1: Lanes,
     sums: Sums,
 }
 
 impl Recursion {
-    /// One degree; `start` changes G before it is summed.
+    /// Adds one degree; `start` changes G before it is summed.
     #[inline(always)]
     fn degree<const GRADIENT: bool>(&mut self, row: &Row, start: impl Fn(Lanes) -> Lanes) {
         let (t, b, last, before) = (self.u_rho, row.b * self.rho2, self.last, self.before);
@@ -244,7 +244,7 @@ impl Recursion {
     }
 }
 
-/// Sums over the degrees of four orders. The first four rows bring the diagonal in, lane by lane.
+/// Computes the sums over the degrees of four orders. The first four rows start with the diagonal, lane by lane.
 #[inline(always)]
 fn block<const GRADIENT: bool>(
     rows: &[Row],
@@ -262,7 +262,7 @@ fn block<const GRADIENT: bool>(
     };
     let (head, rest) = rows.split_at(LANES.min(rows.len()));
     for (k, row) in head.iter().enumerate() {
-        // Of this lane G is zero so far.
+        // G of this lane is still zero.
         let mut unit = [0.0; LANES];
         unit[k] = 1.0;
         let start = diagonal * Lanes::from(unit);
@@ -275,7 +275,7 @@ fn block<const GRADIENT: bool>(
 }
 
 impl Sums {
-    /// One degree of four orders.
+    /// Adds one degree of four orders.
     #[inline(always)]
     fn add<const GRADIENT: bool>(&mut self, row: &Row, [f, d, dd]: [Lanes; 3], n1: Lanes) {
         let f1 = n1 * f;
@@ -291,7 +291,7 @@ impl Sums {
         }
     }
 
-    /// From D and E to the derivatives of F by u.
+    /// Converts D and E to the derivatives of F with respect to u.
     #[inline(always)]
     fn scale<const GRADIENT: bool>(&mut self, rho: f64, rho2: f64) {
         let (rho, twice) = (Lanes::splat(rho), Lanes::splat(2.0 * rho2));
@@ -333,12 +333,12 @@ impl Complex {
     }
 }
 
-/// (s + it) to the powers m, m − 1, m − 2 of four orders m; zero where the power is below zero, by which nothing is multiplied but zero.
+/// (s + it) to the powers m, m − 1, m − 2 of four orders m. A negative power is zero, because its factor is zero anyway.
 struct Powers {
     m: Complex,
     m1: Complex,
     m2: Complex,
-    /// (s + it)⁴ in each.
+    /// (s + it)⁴ in each lane.
     four: Complex,
 }
 
@@ -357,7 +357,7 @@ impl Powers {
         }
     }
 
-    /// The next four orders.
+    /// Advances to the next four orders.
     #[inline(always)]
     fn next<const GRADIENT: bool>(&mut self) {
         let last = self.m;
@@ -374,7 +374,7 @@ impl Powers {
     }
 }
 
-/// W, g, K and those with weights n + 1 and (n + 1)(n + 2).
+/// W, g, K, and the same with weights n + 1 and (n + 1)(n + 2).
 struct Totals {
     w: f64,
     w1: f64,
@@ -384,7 +384,7 @@ struct Totals {
     k: Mat3,
 }
 
-/// The same for each of four orders, to be summed.
+/// The totals for each of four orders, before the final sum.
 #[derive(Default)]
 struct Lanewise {
     w: Lanes,
@@ -397,7 +397,7 @@ struct Lanewise {
 }
 
 impl Lanewise {
-    /// Four orders from `first` on: p r_m + q i_m and its derivatives, of which ∂/∂s brings r_m to m r_m-1.
+    /// Adds four orders from `first` on: p r_m + q i_m and its derivatives. ∂/∂s turns r_m into m r_m-1.
     #[inline(always)]
     fn add<const GRADIENT: bool>(&mut self, sums: &Sums, first: f64, z: &Powers) {
         let m = Lanes::splat(first) + Lanes::from([0.0, 1.0, 2.0, 3.0]);
@@ -443,13 +443,13 @@ impl Lanewise {
     }
 }
 
-/// p r + q i.
+/// Returns p r + q i.
 #[inline(always)]
 fn re(x: &[Lanes; 2], z: Complex) -> Lanes {
     x[0].mul_add(z.re, x[1] * z.im)
 }
 
-/// q r − p i.
+/// Returns q r − p i.
 #[inline(always)]
 fn im(x: &[Lanes; 2], z: Complex) -> Lanes {
     x[1].mul_add(z.re, -(x[0] * z.im))

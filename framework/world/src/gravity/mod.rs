@@ -1,8 +1,7 @@
-//! Gravity: fields of harmonics and of polyhedra, third bodies, tides, torque.
+//! Gravity: spherical harmonics, polyhedra, third bodies, tides, gravity-gradient torque.
 //!
-//! Positions are from the centre of the body and in its own axes unless an item says otherwise;
-//! accelerations are in the same axes. Gravity is a force on matter: nothing here knows of rotating
-//! axes and their centrifugal terms.
+//! Positions are from the centre of the body and in its own axes unless the documentation says otherwise; accelerations are in the same axes.
+//! Centrifugal terms of rotating axes are not included.
 
 mod coefficients;
 mod harmonics;

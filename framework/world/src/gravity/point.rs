@@ -1,31 +1,30 @@
-//! Point mass, zonal harmonics in closed form, and the torque of a gravity gradient.
+//! Point mass, zonal harmonics in closed form, and gravity-gradient torque.
 
 use linkwork_spatial::{Mat3, Vec3};
 
-/// −μ p/|p|³, m/s²: what a point mass μ (m³/s²) at the origin does at `p` (m), any axes.
-/// NaN at the origin.
+/// Returns −μ p/|p|³, m/s²: the acceleration at `p` (m) due to a point mass μ (m³/s²) at the origin, any axes. NaN at the origin.
 #[must_use]
 pub fn point_mass(mu: f64, p: &Vec3) -> Vec3 {
     let r2 = p.norm_squared();
     p * (-mu / (r2 * r2.sqrt()))
 }
 
-/// ∂a/∂p = μ/r³ (3 r̂ r̂ᵀ − 1) of a point mass, 1/s².
+/// Returns ∂a/∂p = μ/r³ (3 r̂ r̂ᵀ − 1) of a point mass, 1/s².
 #[must_use]
 pub fn point_mass_gradient(mu: f64, p: &Vec3) -> Mat3 {
     let r2 = p.norm_squared();
     (p * p.transpose() * (3.0 / r2) - Mat3::identity()) * (mu / (r2 * r2.sqrt()))
 }
 
-/// Point mass and zonal harmonics J₂, J₃, …, not normalised (`j[0]` is J₂); z is the axis of the body.
-/// m/s². Costs less than [`super::Harmonics`] for a few degrees.
+/// Returns the acceleration of a point mass with zonal harmonics J₂, J₃, …, not normalised (`j[0]` is J₂), m/s²; z is the axis of the body. It is
+/// faster than [`super::Harmonics`] for a few degrees.
 ///
 /// ```text
 /// V = μ/r (1 − Σ_n J_n (R/r)ⁿ P_n(u)),  u = z/r
 /// a = −μ/r² r̂ + μ/r² Σ_n J_n (R/r)ⁿ [((n+1) P_n + u P'_n) r̂ − P'_n ẑ]
 /// n P_n = (2n−1) u P_n-1 − (n−1) P_n-2,   P'_n = P'_n-2 + (2n−1) P_n-1
 /// ```
-/// The gradient of V written out; the factor of r̂ is P'_n+1.
+/// This is the gradient of V; the factor of r̂ is P'_n+1.
 #[must_use]
 pub fn zonal(mu: f64, radius: f64, j: &[f64], p: &Vec3) -> Vec3 {
     let r = p.norm();
@@ -48,7 +47,7 @@ pub fn zonal(mu: f64, radius: f64, j: &[f64], p: &Vec3) -> Vec3 {
     (n * along + Vec3::z() * axial) * (mu / (r * r))
 }
 
-/// ∂a/∂p of [`zonal`], 1/s²; symmetric, without a trace.
+/// Returns ∂a/∂p of [`zonal`], 1/s²; symmetric, with zero trace.
 /// ```text
 /// a = f r̂ + g ẑ,   f = μ/r² (−1 + Σ J_n (R/r)ⁿ P'_n+1),   g = −μ/r² Σ J_n (R/r)ⁿ P'_n
 /// ∂a/∂p = r̂ (∇f)ᵀ + f/r (1 − r̂ r̂ᵀ) + ẑ (∇g)ᵀ,   ∇f = ∂f/∂r r̂ + ∂f/∂u (ẑ − u r̂)/r
@@ -63,7 +62,7 @@ pub fn zonal_gradient(mu: f64, radius: f64, j: &[f64], p: &Vec3) -> Mat3 {
     let (mut before, mut last) = ([1.0, 0.0, 0.0], [u, 1.0, 0.0]);
     let rho = radius / r;
     let mut power = rho;
-    // f and g over μ/r², their derivatives by u, and by r times r.
+    // f and g divided by μ/r², their derivatives with respect to u, and those with respect to r times r.
     let (mut f, mut f_u, mut f_r) = (-1.0, 0.0, 2.0);
     let (mut g, mut g_u, mut g_r) = (0.0, 0.0, 0.0);
     for (k, j) in j.iter().enumerate() {
@@ -88,14 +87,14 @@ pub fn zonal_gradient(mu: f64, radius: f64, j: &[f64], p: &Vec3) -> Mat3 {
     sum * (mu / (r * r * r))
 }
 
-/// Torque of a gravity gradient about the centre of mass of a body, N m, body axes.
+/// Returns the gravity-gradient torque about the centre of mass of a body, N m, body axes.
 ///
-/// `inertia` kg m² about the centre of mass and `p_body` m, from the attracting centre to it, both in
-/// body axes. For a point mass:
+/// `inertia` is about the centre of mass, kg m², and `p_body` points from the attracting centre to it, m; both in body axes. The attracting body is a
+/// point mass:
 /// ```text
 /// τ = 3 μ/r³ r̂ × (I r̂)
 /// ```
-/// The term of first order in the body's size over its distance.
+/// Only the first-order term in the ratio of body size to distance is included.
 #[must_use]
 pub fn torque(mu: f64, inertia: &Mat3, p_body: &Vec3) -> Vec3 {
     let r2 = p_body.norm_squared();

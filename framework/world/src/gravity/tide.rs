@@ -1,7 +1,7 @@
-//! Solid tides of degree 2: the body's answer to what the Sun and moons do to it.
+//! Solid tides of degree 2: the deformation of a body by Sun and moons.
 //!
-//! One Love number k₂, real: no phase lag, no dependence on frequency. For the Earth this is the
-//! first step of IERS Conventions 2010 section 6.2 and some 10 % from the full answer.
+//! The model has one real Love number k₂: no phase lag, no frequency dependence. For the Earth this is the first step of IERS Conventions 2010
+//! section 6.2, with an error of about 10 % of the full tide.
 
 use crate::error::WorldError;
 use crate::gravity::Coefficients;
@@ -12,11 +12,11 @@ use linkwork_spatial::{Mat3, Vec3};
 pub struct TideRaiser {
     /// Gravitational parameter, m³/s².
     pub mu: f64,
-    /// Position from the centre of the tidal body, m; in the axes in which the answer is wanted.
+    /// Position from the centre of the tidal body, m, in the axes of the result.
     pub position: Vec3,
 }
 
-/// Acceleration at `p` (m) by the tide that `raiser` raises on a body of radius `radius` (m), m/s².
+/// Returns the acceleration at `p` (m) due to the tide that `raiser` raises on a body of radius `radius` (m), m/s².
 /// ```text
 /// V = k₂ μⱼ R⁵/(rⱼ³ r³) P₂(cos ψ),   cos ψ = r̂·r̂ⱼ
 /// a = k₂ μⱼ R⁵/(2 rⱼ³ r⁴) [(3 − 15 cos²ψ) r̂ + 6 cos ψ r̂ⱼ]
@@ -34,7 +34,7 @@ pub fn solid_tide(k2: f64, radius: f64, raiser: &TideRaiser, p: &Vec3) -> Vec3 {
     (n * (3.0 - 15.0 * c * c) + nj * (6.0 * c)) * k
 }
 
-/// ∂a/∂p of [`solid_tide`], 1/s²; symmetric, without a trace.
+/// Returns ∂a/∂p of [`solid_tide`], 1/s²; symmetric, with zero trace.
 /// ```text
 /// ∂a/∂p = k₂ μⱼ R⁵/(2 rⱼ³ r⁵) [(3 − 15 c²) 1 − (15 − 105 c²) r̂ r̂ᵀ − 30 c (r̂ r̂ⱼᵀ + r̂ⱼ r̂ᵀ) + 6 r̂ⱼ r̂ⱼᵀ],   c = cos ψ
 /// ```
@@ -53,15 +53,15 @@ pub fn solid_tide_gradient(k2: f64, radius: f64, raiser: &TideRaiser, p: &Vec3) 
         * k
 }
 
-/// The same tide as an increase of the normalised coefficients of degree 2, in body-fixed axes:
-/// `field` gets it added. Positions of the raisers in the axes of the field.
+/// Adds the same tide to `field` as an increase of the normalised coefficients of degree 2, in body-fixed axes. Positions of the raisers are in the
+/// axes of the field.
 /// ```text
 /// ΔC̄₂ₘ − i ΔS̄₂ₘ = k₂/5 Σⱼ (μⱼ/μ) (R/rⱼ)³ P̄₂ₘ(sin φⱼ) e^(−i m λⱼ)
 /// ```
 /// IERS Conventions 2010, eq. 6.6.
 ///
 /// # Errors
-/// A field of degree or order below 2.
+/// A field with degree or order below 2.
 pub fn solid_tide_coefficients(
     k2: f64,
     raisers: &[TideRaiser],

@@ -1,4 +1,4 @@
-//! The International Geomagnetic Reference Field: coefficients every five years, straight lines between them.
+//! The International Geomagnetic Reference Field: coefficients every five years with linear interpolation.
 
 use super::RADIUS;
 use crate::error::{WorldError, number};
@@ -14,7 +14,7 @@ pub struct Igrf {
     rows: Vec<Row>,
 }
 
-/// One coefficient: g or h, its values, its rate after the last year; nT, nT/year.
+/// One coefficient: g or h, its values, and its rate after the last year; nT, nT/year.
 #[derive(Clone, Debug, PartialEq)]
 struct Row {
     cosine: bool,
@@ -24,7 +24,7 @@ struct Row {
     rate: f64,
 }
 
-/// Years beyond the last ones for which the rate is published.
+/// Number of years after the last one for which the rate is published.
 const YEARS_AFTER: f64 = 5.0;
 
 fn wrong(file: &str, line: usize, fact: String, help: &'static str) -> WorldError {
@@ -32,8 +32,8 @@ fn wrong(file: &str, line: usize, fact: String, help: &'static str) -> WorldErro
 }
 
 impl Igrf {
-    /// The fourteenth generation, 1900 to 2030, with the decimals that IAGA publishes (doi.org/10.5281/zenodo.14012302).
-    /// [`Igrf::parse`] reads IAGA's own file.
+    /// Returns the fourteenth generation, 1900 to 2030, with the decimals that IAGA publishes (doi.org/10.5281/zenodo.14012302). [`Igrf::parse`]
+    /// reads IAGA's own file.
     #[must_use]
     pub fn v14() -> Self {
         match Self::parse("igrf14.txt", include_str!("igrf14.txt")) {
@@ -42,11 +42,10 @@ impl Igrf {
         }
     }
 
-    /// Reads IAGA's table of coefficients: `g/h n m 1900.0 … SV`, then rows of these; `#` begins a comment.
-    /// `file` is the name for messages.
+    /// Reads IAGA's table of coefficients: `g/h n m 1900.0 … SV`, then rows of values; `#` begins a comment. `file` is the name for messages.
     ///
     /// # Errors
-    /// No heading, rows of another length, no numbers, a degree above 60.
+    /// A missing heading, rows of another length or with invalid numbers, or a degree above 60.
     pub fn parse(file: &str, text: &str) -> Result<Self, WorldError> {
         let (mut years, mut rows, mut degree) = (Vec::new(), Vec::new(), 0);
         for (k, raw) in text.lines().enumerate() {
@@ -66,7 +65,12 @@ impl Igrf {
                 [kind @ ("g" | "h"), n, m, ref values @ .., rate] => {
                     if years.is_empty() || values.len() != years.len() {
                         let fact = format!("{} values for {} years", values.len(), years.len());
-                        return Err(wrong(file, line, fact, "one for each year, and a rate"));
+                        return Err(wrong(
+                            file,
+                            line,
+                            fact,
+                            "expected one for each year, and a rate",
+                        ));
                     }
                     let (n, m) = (float(n)? as usize, float(m)? as usize);
                     if n == 0 || n > 60 || m > n {
@@ -95,22 +99,22 @@ impl Igrf {
         Ok(Self { years, degree, rows })
     }
 
-    /// First and last year that the field holds for.
+    /// Returns the first and last year for which the field is valid.
     #[must_use]
     pub fn range(&self) -> (f64, f64) {
         (self.years[0], self.years[self.years.len() - 1] + YEARS_AFTER)
     }
 
-    /// Highest degree.
+    /// Returns the highest degree.
     #[must_use]
     pub fn degree(&self) -> usize {
         self.degree
     }
 
-    /// The same without what is above `degree`.
+    /// Returns the field without terms above `degree`.
     ///
     /// # Errors
-    /// A degree of 0, or one that the table has not.
+    /// The degree is 0 or exceeds that of the table.
     pub fn truncated(mut self, degree: usize) -> Result<Self, WorldError> {
         let own = self.degree;
         let help = "from 1 to the highest of the table, 13 of the built-in one";
@@ -121,10 +125,10 @@ impl Igrf {
         Ok(self)
     }
 
-    /// The field at an epoch. It changes by some 100 nT a year: for a flight of days it is constant.
+    /// Returns the field at an epoch. It changes by some 100 nT per year, so it is constant for a flight of days.
     ///
     /// # Errors
-    /// An epoch outside of the range.
+    /// An epoch outside the range.
     pub fn at(&self, epoch: &Epoch) -> Result<MagneticField, WorldError> {
         let year = epoch.decimal_year();
         let (first, last) = self.range();
@@ -150,17 +154,17 @@ impl Igrf {
     }
 }
 
-/// The field of one epoch.
+/// The field at one epoch.
 #[derive(Clone, Debug)]
 pub struct MagneticField {
     harmonics: Harmonics,
 }
 
 impl MagneticField {
-    /// B at `p` (m, the Earth's axes), T, the same axes. 0.3 µs.
+    /// Returns B at `p` (m, the Earth's axes), T, in the same axes. Takes 0.3 µs.
     #[must_use]
     pub fn at(&self, p: &Vec3) -> Vec3 {
-        // Gravity is +∇V.
+        // Gravity is +∇V, so the sign is opposite.
         -self.harmonics.acceleration(p)
     }
 }

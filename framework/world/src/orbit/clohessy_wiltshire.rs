@@ -1,15 +1,14 @@
-//! Motion near a circular orbit, linear: Clohessy & Wiltshire, *J. Aerospace Sciences* 27 (1960).
+//! Linearized motion near a circular orbit: Clohessy & Wiltshire, *J. Aerospace Sciences* 27 (1960).
 //!
-//! Axes of the chief, turning with its orbit: x radially out, y along the motion, z along the normal of the
-//! orbit (`OrbitalAxes::Rtn`); velocities relative to these axes. With s = sin nt, c = cos nt:
+//! The chief's axes rotate with its orbit: x radially outwards, y along the motion, z along the normal of the orbit (`OrbitalAxes::Rtn`). Velocities
+//! are relative to these axes. s = sin nt, c = cos nt:
 //! ```text
 //! ẍ = 3n²x + 2nẏ + a_x,  ÿ = −2nẋ + a_y,  z̈ = −n²z + a_z
 //! x = (4 − 3c) x₀ + s/n ẋ₀ + 2(1 − c)/n ẏ₀
 //! y = 6(s − nt) x₀ + y₀ − 2(1 − c)/n ẋ₀ + (4s − 3nt)/n ẏ₀
 //! z = c z₀ + s/n ż₀
 //! ```
-//! Errors are of second order in distance over radius: half a metre after a quarter of a turn at 1.5 km in
-//! low orbit.
+//! Errors are of second order in distance divided by radius: half a metre after a quarter of an orbit at a distance of 1.5 km in low orbit.
 
 use crate::error::{WorldError, number};
 use linkwork_spatial::{Mat3, Vec3};
@@ -20,33 +19,33 @@ pub struct ClohessyWiltshire {
     rate: f64,
 }
 
-/// Position and velocity of the deputy in the chief's turning axes, m and m/s.
+/// Position and velocity of the deputy in the chief's rotating axes, m and m/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relative {
-    /// From the chief.
+    /// Position relative to the chief.
     pub position: Vec3,
-    /// Relative to the turning axes.
+    /// Velocity relative to the rotating axes.
     pub velocity: Vec3,
 }
 
 impl ClohessyWiltshire {
-    /// A chief on a circle of `radius` (m) about μ (m³/s²): n = √(μ/r³).
+    /// Creates a chief on a circle of `radius` (m) about μ (m³/s²): n = √(μ/r³).
     ///
     /// # Errors
-    /// μ or radius not above zero.
+    /// μ or the radius is not above zero.
     pub fn new(mu: f64, radius: f64) -> Result<Self, WorldError> {
         number("mu, m³/s²", mu, |x| x > 0.0, "a gravitational parameter is above 0")?;
         number("radius of the orbit, m", radius, |x| x > 0.0, "a radius above 0")?;
         Ok(Self { rate: (mu / (radius * radius * radius)).sqrt() })
     }
 
-    /// n, rad/s.
+    /// Returns n, rad/s.
     #[must_use]
     pub fn rate(&self) -> f64 {
         self.rate
     }
 
-    /// The four blocks of the transition over `t` (s): position and velocity from position, from velocity.
+    /// Returns the four blocks of the state transition over `t` (s): from position and from velocity to position, then to velocity.
     #[must_use]
     pub fn transition(&self, t: f64) -> [[Mat3; 2]; 2] {
         let n = self.rate;
@@ -61,7 +60,7 @@ impl ClohessyWiltshire {
         [[rr, rv], [vr, vv]]
     }
 
-    /// The state `t` (s) later, without thrust.
+    /// Returns the state `t` (s) later, without thrust.
     #[must_use]
     pub fn after(&self, state: &Relative, t: f64) -> Relative {
         let [[rr, rv], [vr, vv]] = self.transition(t);
@@ -71,20 +70,20 @@ impl ClohessyWiltshire {
         }
     }
 
-    /// Acceleration in the turning axes without thrust, m/s².
+    /// Returns the acceleration in the rotating axes without thrust, m/s².
     #[must_use]
     pub fn acceleration(&self, state: &Relative) -> Vec3 {
         let (n, p, v) = (self.rate, &state.position, &state.velocity);
         Vec3::new(3.0 * n * n * p.x + 2.0 * n * v.y, -2.0 * n * v.x, -n * n * p.z)
     }
 
-    /// Velocity with which the deputy must leave `from` to be at `to` after `t` (s).
+    /// Returns the velocity with which the deputy must leave `from` to be at `to` after `t` (s).
     ///
     /// # Errors
-    /// A time at which some place cannot be reached: whole and half turns, and zero.
+    /// A time at which some positions cannot be reached: zero, and whole and half orbital periods.
     pub fn velocity_to_reach(&self, from: &Vec3, to: &Vec3, t: f64) -> Result<Vec3, WorldError> {
         let [[rr, rv], _] = self.transition(t);
-        let help = "away from 0 and from multiples of half a turn";
+        let help = "it must differ from 0 and from multiples of half a period";
         let error = WorldError::Number { what: "time of transfer, s", value: t, help };
         let scaled = rv * self.rate;
         if !(scaled.determinant().abs() > 1e-9) {

@@ -1,12 +1,12 @@
-//! Classical elements, with the semi-latus rectum for a size that every conic has.
+//! Classical orbital elements, with the semi-latus rectum as size, because every conic has one.
 
 use crate::error::{WorldError, number};
 use crate::planet::PointMotion;
 use linkwork_spatial::{Quat, Vec3, nalgebra};
 use std::f64::consts::TAU;
 
-/// An orbit and a place on it. On a circle the argument of the pericentre is 0 and the anomaly is counted
-/// from the node; in the equator the node is at x.
+/// An orbit and a position on it. On a circle the argument of the pericentre is 0 and the anomaly is measured from the node; in the equatorial plane
+/// the node is at x.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Elements {
     /// p = a(1 − e²), m.
@@ -23,14 +23,14 @@ pub struct Elements {
     pub anomaly: f64,
 }
 
-/// Below this an orbit is a circle, or lies in the equator.
+/// Eccentricity below which an orbit counts as circular, and inclination below which it counts as equatorial.
 const FLAT: f64 = 1e-11;
 
 impl Elements {
-    /// From the major half axis (m) in place of p.
+    /// Creates elements from the semi-major axis (m) instead of p.
     ///
     /// # Errors
-    /// e not in 0 … 1 for a above zero, not above 1 for a below zero.
+    /// e is not in 0 … 1 for a positive a, or not above 1 for a negative a.
     pub fn with_axis(
         a: f64,
         eccentricity: f64,
@@ -53,20 +53,20 @@ impl Elements {
         })
     }
 
-    /// a, m; below zero for a hyperbola, infinite for a parabola.
+    /// Returns a, m; negative for a hyperbola, infinite for a parabola.
     #[must_use]
     pub fn semi_major_axis(&self) -> f64 {
         self.semi_latus_rectum / (1.0 - self.eccentricity * self.eccentricity)
     }
 
-    /// Time of a turn about μ (m³/s²), s; NaN unless an ellipse.
+    /// Returns the orbital period about μ (m³/s²), s; NaN unless the orbit is an ellipse.
     #[must_use]
     pub fn period(&self, mu: f64) -> f64 {
         let a = self.semi_major_axis();
         TAU * (a * a * a / mu).sqrt()
     }
 
-    /// Position (m) and velocity (m/s) about μ (m³/s²).
+    /// Returns position (m) and velocity (m/s) about μ (m³/s²).
     /// ```text
     /// R = R_z(Ω) R_x(i) R_z(ω),  p_perifocal = p/(1 + e cos ν) (cos ν, sin ν, 0)
     /// v_perifocal = √(μ/p) (−sin ν, e + cos ν, 0)
@@ -87,10 +87,10 @@ impl Elements {
         }
     }
 
-    /// From position (m) and velocity (m/s) about μ (m³/s²).
+    /// Computes the elements from position (m) and velocity (m/s) about μ (m³/s²).
     ///
     /// # Errors
-    /// Position and velocity that span no plane.
+    /// Position and velocity do not span a plane.
     pub fn of(mu: f64, state: &PointMotion) -> Result<Self, WorldError> {
         number("mu, m³/s²", mu, |x| x > 0.0, "a gravitational parameter is above 0")?;
         let (r, v) = (state.position, state.velocity);
@@ -104,7 +104,7 @@ impl Elements {
         let node = Vec3::z().cross(&h);
         let node = if node.norm() > FLAT * h.norm() { node.normalize() } else { Vec3::x() };
         let start = if eccentricity > FLAT { e / eccentricity } else { node };
-        // The angle from a to b about w.
+        // Angle from a to b about w.
         let turn = |a: &Vec3, b: &Vec3| w.dot(&a.cross(b)).atan2(a.dot(b)).rem_euclid(TAU);
         Ok(Self {
             semi_latus_rectum: h.norm_squared() / mu,

@@ -1,4 +1,4 @@
-//! Two bodies: where an orbit goes, its elements, and motion near a circular orbit; two-line elements and orbit ephemeris messages.
+//! Two-body orbits: propagation, elements, and motion near a circular orbit; two-line elements and orbit ephemeris messages.
 
 mod clohessy_wiltshire;
 mod elements;

@@ -1,4 +1,4 @@
-//! Orbit ephemeris messages (CCSDS 502.0-B, key-value notation): states of a spacecraft at epochs, and between them.
+//! Orbit ephemeris messages (CCSDS 502.0-B, key-value notation): states of a spacecraft at epochs, and interpolation between them.
 //! ```text
 //! between rows   Hermite's polynomial of degree 2n − 1 through positions and velocities of the n nearest rows
 //! ```
@@ -7,7 +7,7 @@ use crate::error::WorldError;
 use crate::planet::{Epoch, PointMotion};
 use linkwork_spatial::Vec3;
 
-/// Rows between which a state is interpolated; fewer where the segment is shorter.
+/// Number of rows of an interpolation; fewer if the segment is shorter.
 const ROWS: usize = 4;
 
 /// A segment of a message: one spacecraft, about one body, in one frame.
@@ -31,7 +31,7 @@ pub fn read_oem(file: &str, text: &str) -> Result<Vec<Segment>, WorldError> {
     Reader { file, all: Vec::new(), scale: String::new(), part: Part::Header }.read(text)
 }
 
-/// The part of a message that a line is in.
+/// The part of a message to which a line belongs.
 #[derive(Clone, Copy, PartialEq)]
 enum Part {
     Header,
@@ -110,7 +110,7 @@ impl Reader<'_> {
         let Some((key, value)) = line.split_once('=') else {
             return Err(self.wrong(
                 n,
-                format!("`{line}` is no `KEYWORD = value`"),
+                format!("`{line}` is not `KEYWORD = value`"),
                 "end the description of a segment with META_STOP",
             ));
         };
@@ -126,7 +126,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The description of a segment is complete.
+    /// Checks the completed description of a segment.
     fn described(&mut self, n: usize) -> Result<(), WorldError> {
         self.part = Part::Rows;
         let Some(s) = self.all.last() else { return Ok(()) };
@@ -144,7 +144,7 @@ impl Reader<'_> {
             ));
         }
         if !["UTC", "TAI", "TT", "TDB", "GPS"].contains(&self.scale.as_str()) {
-            let fact = format!("`TIME_SYSTEM = {}` is not read", self.scale);
+            let fact = format!("`TIME_SYSTEM = {}` is not supported", self.scale);
             return Err(self.wrong(n, fact, "write the epochs in UTC, TAI, TT, TDB or GPS"));
         }
         Ok(())
@@ -184,7 +184,7 @@ impl Reader<'_> {
     }
 }
 
-/// `2004-097T..` as `2004-04-06T..`: the day of the year counts from 1.
+/// Converts `2004-097T..` to `2004-04-06T..`; the day of the year starts at 1.
 fn calendar(text: &str) -> String {
     let Some((date, time)) = text.split_once('T') else { return text.to_string() };
     let Some((year, day)) = date.split_once('-') else { return text.to_string() };
@@ -203,13 +203,13 @@ fn calendar(text: &str) -> String {
 }
 
 impl Segment {
-    /// First and last epoch.
+    /// Returns the first and last epoch.
     #[must_use]
     pub fn covers(&self) -> Option<(Epoch, Epoch)> {
         Some((self.rows.first()?.0, self.rows.last()?.0))
     }
 
-    /// Position (m) and velocity (m/s) at an epoch in the segment's frame; none outside its rows.
+    /// Returns position (m) and velocity (m/s) at an epoch in the segment's frame; `None` outside its rows.
     #[must_use]
     pub fn state(&self, at: &Epoch) -> Option<PointMotion> {
         let (first, last) = self.covers()?;
@@ -226,10 +226,10 @@ impl Segment {
     }
 }
 
-/// Hermite's polynomial through positions and velocities, by divided differences over doubled nodes.
+/// Evaluates Hermite's polynomial through positions and velocities, by divided differences over doubled nodes.
 fn hermite(rows: &[(Epoch, PointMotion)], at: &Epoch) -> PointMotion {
     let start = rows[0].0;
-    // Times over the length of the stretch.
+    // Times relative to the length of the interval.
     let length = rows[rows.len() - 1].0.since(&start);
     let nodes: Vec<f64> = rows.iter().flat_map(|(t, _)| [t.since(&start) / length; 2]).collect();
     let mut table: Vec<Vec3> = rows.iter().flat_map(|(_, s)| [s.position; 2]).collect();
@@ -247,7 +247,7 @@ fn hermite(rows: &[(Epoch, PointMotion)], at: &Epoch) -> PointMotion {
         coefficients.push(table[0]);
     }
     let s = at.since(&start) / length;
-    // Horner's scheme with its derivative.
+    // Horner's scheme, including the derivative.
     let (mut position, mut rate) = (Vec3::zeros(), Vec3::zeros());
     for (k, c) in coefficients.iter().enumerate().rev() {
         rate = rate * (s - nodes[k]) + position;

@@ -1,4 +1,4 @@
-//! Kepler's problem for every eccentricity at once: universal variables.
+//! Kepler's problem for all eccentricities, in universal variables.
 //!
 //! ```text
 //! α = 2/r₀ − v₀²/μ,  σ = r₀·v₀/√μ,  ψ = α χ²
@@ -6,13 +6,13 @@
 //! r = r₀ c₀(ψ) + σ χ c₁(ψ) + χ² c₂(ψ)
 //! f = 1 − χ² c₂/r₀,  g = t − χ³ c₃/√μ,  ḟ = −√μ χ c₁/(r r₀),  ġ = 1 − χ² c₂/r
 //! ```
-//! c_k are Stumpff's functions, Σ (−ψ)ⁿ/(2n + k)!. Laguerre's iteration of fifth order (Conway, *Celestial
-//! Mechanics* 39 (1986)). Whole turns are taken out first, so that months cost no digits.
+//! c_k are Stumpff's functions, Σ (−ψ)ⁿ/(2n + k)!. The solver is Laguerre's iteration of fifth order (Conway, *Celestial Mechanics* 39 (1986)). Whole
+//! revolutions are subtracted first, so that months do not cost precision.
 
 use crate::error::{WorldError, number};
 use crate::planet::PointMotion;
 
-/// c₀ … c₃ at ψ: series of a quarter, a sixteenth, …, then the formulas for twice the angle.
+/// Returns c₀ … c₃ at ψ: series at a quarter, a sixteenth, … of ψ, then formulas for the doubled angle.
 fn stumpff(psi: f64) -> [f64; 4] {
     let (mut x, mut halvings) = (psi, 0);
     while x.abs() > 0.1 {
@@ -39,23 +39,23 @@ fn stumpff(psi: f64) -> [f64; 4] {
     [c0, c1, c2, c3]
 }
 
-/// Position and velocity `dt` (s) later (or earlier) about a point mass μ (m³/s²), any inertial axes.
-/// Circles, ellipses, parabolas, hyperbolas. 0.3 µs.
+/// Returns position and velocity `dt` (s) later (or earlier) about a point mass μ (m³/s²), any inertial axes. Supports circles, ellipses, parabolas
+/// and hyperbolas. Takes 0.3 µs.
 ///
 /// # Errors
-/// μ not above zero, a position at the centre, a time not finite, an iteration that does not settle (a
-/// straight line through the centre).
+/// μ is not above zero, the position is at the centre, the time is not finite, or the iteration does not converge (a straight line through the
+/// centre).
 pub fn propagate(mu: f64, start: &PointMotion, dt: f64) -> Result<PointMotion, WorldError> {
     number("mu, m³/s²", mu, |x| x > 0.0, "a gravitational parameter is above 0")?;
     number("time, s", dt, |_| true, "a finite time")?;
     let (p, v) = (start.position, start.velocity);
-    let r0 = number("distance, m", p.norm(), |x| x > 0.0, "a place away from the centre")?;
+    let r0 = number("distance, m", p.norm(), |x| x > 0.0, "a position away from the centre")?;
     let v2 = number("speed squared, m²/s²", v.norm_squared(), |_| true, "a finite velocity")?;
     let root = mu.sqrt();
     let (alpha, sigma) = (2.0 / r0 - v2 / mu, p.dot(&v) / root);
     let t = if alpha > 0.0 {
         let period = std::f64::consts::TAU / (root * alpha * alpha.sqrt());
-        // The remainder is taken exactly.
+        // The remainder is exact.
         (-(dt / period).round()).mul_add(period, dt)
     } else {
         dt
@@ -69,9 +69,9 @@ pub fn propagate(mu: f64, start: &PointMotion, dt: f64) -> Result<PointMotion, W
     Ok(PointMotion { position, velocity: p * df + v * dg })
 }
 
-/// χ and Stumpff's functions there.
+/// Returns χ, and Stumpff's functions there.
 fn solve(s: f64, r0: f64, sigma: f64, alpha: f64) -> Result<(f64, [f64; 4]), WorldError> {
-    // On a circle χ is s/r₀.
+    // χ = s/r₀ on a circle.
     let mut chi = if alpha > 0.0 {
         s * alpha
     } else {
@@ -87,7 +87,7 @@ fn solve(s: f64, r0: f64, sigma: f64, alpha: f64) -> Result<(f64, [f64; 4]), Wor
         let root = (16.0 * dF * dF - 20.0 * F * ddF).abs().sqrt();
         let step = 5.0 * F / (dF + root.copysign(dF));
         chi -= step;
-        // Settled, or as near as rounding lets it come: steps do not become smaller any more.
+        // Converged, or at the limit of round-off, where steps no longer decrease.
         let size = step.abs();
         if size <= 1e-15 * chi.abs() || (size >= last && size <= 1e-9 * chi.abs()) {
             return Ok((chi, stumpff(alpha * chi * chi)));

@@ -1,11 +1,11 @@
-//! Two-line elements of Earth satellites, and where SGP4 has the satellite. Home of `sgp4`.
+//! Two-line elements of Earth satellites, propagated with SGP4. The only module that depends on `sgp4`.
 
 use crate::error::WorldError;
 use crate::planet::{Epoch, PointMotion};
 use linkwork_spatial::Vec3;
 use sgp4::{Constants, Elements, MinutesSinceEpoch, Orbit, WGS72, iau_epoch_to_sidereal_time};
 
-/// Elements with the mean motion of SGP4, which no other theory can use.
+/// Elements with the mean motion of SGP4; they are not valid for any other theory.
 pub struct TwoLine {
     /// Name from the line before the elements, if there is one.
     pub name: Option<String>,
@@ -16,7 +16,7 @@ pub struct TwoLine {
     constants: Constants,
 }
 
-/// Days from their epoch within which elements are used: after a month a low satellite is hundreds of kilometres off.
+/// Maximum number of days from their epoch within which elements are used. After a month, the error for a low satellite is hundreds of kilometres.
 const LIMIT: f64 = 30.0;
 
 const HELP: &str = "give the two lines of 69 characters that begin with 1 and 2, and before them the name or nothing";
@@ -25,7 +25,7 @@ impl TwoLine {
     /// Reads all elements of a text: two lines each, or three with a name. `file` is its name in messages.
     ///
     /// # Errors
-    /// A line that is not one of these, a wrong checksum, elements of no orbit, with the line.
+    /// An invalid line, a wrong checksum, or elements that do not give an orbit; the error names the line.
     pub fn read(file: &str, text: &str) -> Result<Vec<TwoLine>, WorldError> {
         let (mut all, mut name, mut first) = (Vec::new(), None, None);
         for (k, line) in text.lines().enumerate() {
@@ -42,7 +42,7 @@ impl TwoLine {
             match (first, line.as_bytes()) {
                 (None, [b'1', b' ', ..]) => first = Some(line),
                 (None, _) if name.is_none() => {
-                    // Three-line files may begin the name with `0 `.
+                    // Three-line files may start the name with `0 `.
                     name = Some(line.strip_prefix("0 ").unwrap_or(line).trim().to_string());
                 }
                 (None, _) => return Err(wrong("a first line of elements was expected".into())),
@@ -68,7 +68,7 @@ impl TwoLine {
         let [i, node, pericentre, mean] =
             [e.inclination, e.right_ascension, e.argument_of_perigee, e.mean_anomaly]
                 .map(f64::to_radians);
-        // Revolutions a day to rad/min.
+        // Convert revolutions per day to rad/min.
         let motion = e.mean_motion * (std::f64::consts::PI / 720.0);
         // Elements are fitted with WGS 72.
         let orbit =
@@ -80,10 +80,10 @@ impl TwoLine {
         Ok(TwoLine { name: e.object_name, number: e.norad_id, epoch, constants })
     }
 
-    /// Position (m) and velocity (m/s) at a time, true equator and mean equinox of date (TEME).
+    /// Returns position (m) and velocity (m/s) at a time, true equator and mean equinox of date (TEME).
     ///
     /// # Errors
-    /// More than 30 days from the epoch of the elements; a satellite that has come down.
+    /// The time is more than 30 days from the epoch of the elements, or the satellite has decayed.
     pub fn state(&self, at: &Epoch) -> Result<PointMotion, WorldError> {
         let after = at.since(&self.epoch);
         if after.abs() > LIMIT * 86_400.0 {
@@ -97,8 +97,8 @@ impl TwoLine {
             return Err(WorldError::Uncovered { fact, help });
         }
         let state = self.constants.propagate(MinutesSinceEpoch(after / 60.0)).map_err(|e| {
-            let fact = format!("SGP4 has no place for {}: {e}", self.called());
-            WorldError::Uncovered { fact, help: "take elements nearer to the epoch of the world" }
+            let fact = format!("SGP4 cannot compute the position of {}: {e}", self.called());
+            WorldError::Uncovered { fact, help: "use elements closer to the epoch of the world" }
         })?;
         Ok(PointMotion {
             position: Vec3::from(state.position) * 1e3,
@@ -106,7 +106,7 @@ impl TwoLine {
         })
     }
 
-    /// Its name, or else its number.
+    /// Returns its name, or its number if it does not have one.
     #[must_use]
     pub fn called(&self) -> String {
         self.name.clone().unwrap_or_else(|| format!("satellite {}", self.number))

@@ -1,7 +1,7 @@
 //! Constants of the Sun, the planets and the Moon.
 //!
-//! Gravitational parameters: DE440 (Park et al., *Astron. J.* 161 (2021) 105), those of the giant
-//! planets with their moons. Shapes are with `Ellipsoid`.
+//! Gravitational parameters are from DE440 (Park et al., *Astron. J.* 161 (2021) 105); those of the giant planets include their moons. `Ellipsoid`
+//! has the shapes.
 
 /// μ of the Sun, m³/s².
 pub const MU_SUN: f64 = 1.32712440041279419e20;

@@ -1,19 +1,19 @@
-//! Ellipsoids of revolution: geodetic coordinates and back, the vertical, east-north-up.
+//! Ellipsoids of revolution: conversion of geodetic coordinates, the vertical, east-north-up.
 //!
-//! Three words that are not the same: *geodetic latitude*, the angle between the normal of the
-//! ellipsoid and the equator (maps, GPS); *geocentric latitude*, that of the line to the centre;
-//! *parametric latitude* β, of the auxiliary circle. On the Earth the first two differ by up to 0.19°.
+//! There are three different latitudes: *geodetic latitude*, the angle between the normal of the ellipsoid and the equator (maps, GPS); *geocentric
+//! latitude*, the angle of the line to the centre; and *parametric latitude* β, on the auxiliary circle. On the Earth the first two differ by up to
+//! 0.19°.
 //! ```text
 //! p = (N + h) cos φ …, N = a/√(1 − e² sin²φ),   z = (N(1 − e²) + h) sin φ
 //! back: ρ̂ sin β − ẑ cos β − e² sin β cos β = 0,  ρ̂ = ρ/a, ẑ = (b/a) z/a;   tan φ = tan β /√(1 − e²)
 //! ```
-//! The equation in β is Bowring's (*Survey Review* 28 (1985)) in sines and cosines, so that poles are no
-//! special case; Newton's method from his first guess.
+//! The equation in β is Bowring's (*Survey Review* 28 (1985)) in sines and cosines, so that poles are not a special case. It is solved with Newton's
+//! method from Bowring's first estimate.
 
 use crate::error::{WorldError, number};
 use linkwork_spatial::{Quat, Vec3, nalgebra};
 
-/// Place on or near an ellipsoid.
+/// Position on or near an ellipsoid.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Geodetic {
     /// Geodetic latitude φ, north positive, rad.
@@ -32,10 +32,10 @@ pub struct Ellipsoid {
 }
 
 impl Ellipsoid {
-    /// From the equatorial radius (m) and the flattening f = (a − b)/a.
+    /// Creates an ellipsoid from the equatorial radius (m) and the flattening f = (a − b)/a.
     ///
     /// # Errors
-    /// A radius not above zero, a flattening outside of 0 … 0.5.
+    /// The radius is not above zero, or the flattening is outside 0 … 0.5.
     pub fn new(radius: f64, flattening: f64) -> Result<Self, WorldError> {
         number("equatorial radius, m", radius, |x| x > 0.0, "a radius above 0")?;
         let help = "(a − b)/a of an oblate body, 0 for a sphere; at most 0.5";
@@ -43,49 +43,49 @@ impl Ellipsoid {
         Ok(Self { a: radius, f: flattening })
     }
 
-    /// The Earth: WGS 84, a 6378137 m, 1/f 298.257223563.
+    /// Returns the Earth's ellipsoid: WGS 84, a 6378137 m, 1/f 298.257223563.
     #[must_use]
     pub fn wgs84() -> Self {
         Self { a: 6_378_137.0, f: 1.0 / 298.257_223_563 }
     }
 
-    /// Mars: radii 3396190 and 3376200 m (IAU Working Group on Cartographic Coordinates).
+    /// Returns the ellipsoid of Mars: radii 3396190 and 3376200 m (IAU Working Group on Cartographic Coordinates).
     #[must_use]
     pub fn mars() -> Self {
         Self { a: 3_396_190.0, f: (3_396_190.0 - 3_376_200.0) / 3_396_190.0 }
     }
 
-    /// The Moon: a sphere of 1737400 m (the same group).
+    /// Returns the Moon as a sphere of 1737400 m (same source as Mars).
     #[must_use]
     pub fn moon() -> Self {
         Self { a: 1_737_400.0, f: 0.0 }
     }
 
-    /// a, m.
+    /// Returns a, m.
     #[must_use]
     pub fn equatorial_radius(&self) -> f64 {
         self.a
     }
 
-    /// b, m.
+    /// Returns b, m.
     #[must_use]
     pub fn polar_radius(&self) -> f64 {
         self.a * (1.0 - self.f)
     }
 
-    /// f = (a − b)/a.
+    /// Returns f = (a − b)/a.
     #[must_use]
     pub fn flattening(&self) -> f64 {
         self.f
     }
 
-    /// e² = f(2 − f).
+    /// Returns e² = f(2 − f).
     #[must_use]
     pub fn eccentricity_squared(&self) -> f64 {
         self.f * (2.0 - self.f)
     }
 
-    /// Position from the centre in the planet's axes, m.
+    /// Returns the position from the centre in the planet's axes, m.
     #[must_use]
     pub fn position(&self, place: &Geodetic) -> Vec3 {
         let e2 = self.eccentricity_squared();
@@ -96,12 +96,12 @@ impl Ellipsoid {
         Vec3::new(rho * cl, rho * sl, (n * (1.0 - e2) + place.altitude) * sin)
     }
 
-    /// Geodetic coordinates of a position (m, planet's axes). Right to some nanometres up to thousands
-    /// of radii away; on the axis the longitude is 0.
+    /// Returns the geodetic coordinates of a position (m, planet's axes). Accurate to a few nanometres up to thousands of radii away. On the axis the
+    /// longitude is 0.
     ///
     /// # Errors
-    /// Nearer to the centre than (a² − b²)/b, where normals of the ellipsoid cross (42.8 km on the Earth);
-    /// NaN or infinity.
+    /// The position is closer to the centre than (a² − b²)/b, where normals of the ellipsoid cross (42.8 km on the Earth), or contains NaN or
+    /// infinity.
     pub fn geodetic(&self, p: &Vec3) -> Result<Geodetic, WorldError> {
         for x in p.iter() {
             number("a coordinate, m", *x, |_| true, "positions are finite")?;
@@ -115,7 +115,7 @@ impl Ellipsoid {
         }
         let k = 1.0 - self.f;
         let (u, w) = (rho / a, k * p.z / a);
-        // Bowring's first guess; on the surface it is the answer but for 1e-9 rad.
+        // Bowring's first estimate; on the surface its error is 1e-9 rad.
         let mut beta = (p.z * (b + e2 * a * a / radius)).atan2(rho * a);
         for _ in 0..8 {
             let (s, c) = beta.sin_cos();
@@ -132,7 +132,7 @@ impl Ellipsoid {
         Ok(Geodetic { latitude, longitude: p.y.atan2(p.x), altitude })
     }
 
-    /// Radii of curvature at a geodetic latitude, m: of the meridian, M, and of the prime vertical, N.
+    /// Returns the radii of curvature at a geodetic latitude, m: M of the meridian, and N of the prime vertical.
     #[must_use]
     pub fn curvature_radii(&self, latitude: f64) -> (f64, f64) {
         let e2 = self.eccentricity_squared();
@@ -141,14 +141,14 @@ impl Ellipsoid {
         (n * (1.0 - e2) / k, n)
     }
 
-    /// Geocentric latitude of the point of the surface with this geodetic latitude, rad.
+    /// Returns the geocentric latitude of the surface point with this geodetic latitude, rad.
     #[must_use]
     pub fn geocentric_from_geodetic(&self, latitude: f64) -> f64 {
         let (sin, cos) = latitude.sin_cos();
         ((1.0 - self.eccentricity_squared()) * sin).atan2(cos)
     }
 
-    /// Geodetic latitude of the point of the surface with this geocentric latitude, rad.
+    /// Returns the geodetic latitude of the surface point with this geocentric latitude, rad.
     #[must_use]
     pub fn geodetic_from_geocentric(&self, latitude: f64) -> f64 {
         let (sin, cos) = latitude.sin_cos();
@@ -157,31 +157,31 @@ impl Ellipsoid {
 }
 
 impl Geodetic {
-    /// From degrees and metres, as people write it.
+    /// Creates coordinates from degrees and metres.
     #[must_use]
     pub fn from_degrees(latitude_deg: f64, longitude_deg: f64, altitude: f64) -> Self {
         let (latitude, longitude) = (latitude_deg.to_radians(), longitude_deg.to_radians());
         Self { latitude, longitude, altitude }
     }
 
-    /// The local vertical: outward normal of the ellipsoid, planet's axes.
+    /// Returns the local vertical: outward normal of the ellipsoid, planet's axes.
     #[must_use]
     pub fn up(&self) -> Vec3 {
         let ((s, c), (sl, cl)) = (self.latitude.sin_cos(), self.longitude.sin_cos());
         Vec3::new(c * cl, c * sl, s)
     }
 
-    /// `R_PE`: x east, y north, z up, to the planet's axes. At a pole the longitude decides.
+    /// Returns `R_PE`, from x east, y north, z up to the planet's axes. At a pole the longitude determines it.
     #[must_use]
     pub fn east_north_up(&self) -> Quat {
-        // z by λ + 90°, then x by 90° − φ.
+        // Rotate about z by λ + 90°, then about x by 90° − φ.
         let quarter = std::f64::consts::FRAC_PI_2;
         let z = Quat::from_axis_angle(&nalgebra::Vector3::z_axis(), self.longitude + quarter);
         z * Quat::from_axis_angle(&nalgebra::Vector3::x_axis(), quarter - self.latitude)
     }
 }
 
-/// Geocentric latitude of a position: the angle of the line to the centre with the equator, rad.
+/// Returns the geocentric latitude of a position: the angle between the line to the centre and the equator, rad.
 #[must_use]
 pub fn geocentric_latitude(p: &Vec3) -> f64 {
     p.z.atan2(p.x.hypot(p.y))

@@ -1,4 +1,4 @@
-//! Points in time and the scales that astronomy counts them in. Home of hifitime.
+//! Points in time and astronomical time scales. The only module that depends on hifitime.
 //!
 //! ```text
 //! TAI  atoms                        UTC = TAI − leap seconds
@@ -6,8 +6,8 @@
 //! TDB = TT + up to 1.7 ms           ephemerides; pole and meridian of other planets
 //! UT1 = UTC + ΔUT1                  turn of the Earth: see `rotation::Earth`
 //! ```
-//! A simulation counts seconds of TT from its epoch: small numbers, so that the angle of a planet is
-//! known to 1e-15 and not to the 1e-11 that a product of a rate with decades would leave.
+//! A simulation counts seconds of TT from its epoch. These are small numbers, so the angle of a planet has a precision of 1e-15, instead of the 1e-11
+//! of a rate multiplied by decades.
 
 use crate::error::WorldError;
 use hifitime::TimeScale;
@@ -22,9 +22,9 @@ const DAY_NS: i128 = 86_400_000_000_000;
 pub const JD_J2000: f64 = 2_451_545.0;
 
 const NO_LEAP_SECOND: &str =
-    "second 60 is there in UTC alone, in minutes with a leap second, such as 2016-12-31 23:59:60";
+    "second 60 exists only in UTC, in minutes with a leap second, such as 2016-12-31 23:59:60";
 
-/// Where `:60` is the second in a date.
+/// Returns the index of `:60` in a date if it is the second.
 fn second_60(text: &str) -> Option<usize> {
     let at = text.match_indices(':').nth(1)?.0;
     let rest = text[at..].strip_prefix(":60")?;
@@ -32,28 +32,28 @@ fn second_60(text: &str) -> Option<usize> {
 }
 
 impl Epoch {
-    /// Reads `2012-08-06 05:17:57 UTC`; also TAI, TT, TDB, GPST at the end; none means UTC. A leap second is second 60.
+    /// Reads `2012-08-06 05:17:57 UTC`. The time scale at the end may also be TAI, TT, TDB or GPST; the default is UTC. A leap second is second 60.
     ///
     /// # Errors
-    /// What is no date, with its text; second 60 of a minute that has no leap second.
+    /// The text is not a date, or it has second 60 in a minute without a leap second. The error includes the text.
     pub fn parse(text: &str) -> Result<Self, WorldError> {
         let wrong = |fact: String| WorldError::Epoch { text: text.to_string(), fact };
         let read = |text: &str| hifitime::Epoch::from_str(text).map_err(|e| wrong(e.to_string()));
         let text = text.trim();
-        // hifitime takes second 60 of any minute for second 59.
+        // hifitime treats second 60 of any minute as second 59.
         let Some(at) = second_60(text) else { return read(text).map(Self) };
         let before = read(&format!("{}:59{}", &text[..at], &text[at + 3..]))?;
         let leap = (before.time_scale == TimeScale::UTC).then(|| Self(before).leap_second());
         leap.flatten().ok_or_else(|| wrong(NO_LEAP_SECOND.to_string()))
     }
 
-    /// One second later, when that is within a leap second.
+    /// Returns the epoch one second later if it is within a leap second.
     fn leap_second(self) -> Option<Self> {
         let (ahead, behind) = (self.tt_minus_utc(), self.plus(2.0).tt_minus_utc());
         (behind - ahead > 0.5).then(|| self.plus(1.0))
     }
 
-    /// From a UTC date; `second` may have a fraction, down to nanoseconds.
+    /// Creates an epoch from a UTC date; `second` may have a fraction, down to nanoseconds.
     ///
     /// # Errors
     /// A date that does not exist.
@@ -68,7 +68,7 @@ impl Epoch {
         let text = format!("{year}-{month:02}-{day:02} {hour:02}:{minute:02}:{second} UTC");
         let wrong = |fact: String| WorldError::Epoch { text: text.clone(), fact };
         if !(0.0..61.0).contains(&second) {
-            return Err(wrong(format!("{second} is no second of a minute")));
+            return Err(wrong(format!("{second} is not a second of a minute")));
         }
         let ns = ((second - second.floor()) * 1e9).round().min(999_999_999.0) as u32;
         let scale = TimeScale::UTC;
@@ -84,32 +84,32 @@ impl Epoch {
         }
     }
 
-    /// Midnight (UTC) of a modified Julian date, whole days.
+    /// Returns midnight (UTC) of a modified Julian date, whole days.
     #[must_use]
     pub fn of_mjd(days: i64) -> Self {
         Self(hifitime::Epoch::from_mjd_utc(days as f64))
     }
 
-    /// J2000: 2000-01-01 12:00 TT.
+    /// Returns J2000: 2000-01-01 12:00 TT.
     #[must_use]
     pub fn j2000() -> Self {
         Self(hifitime::Epoch::from_gregorian(2000, 1, 1, 12, 0, 0, 0, TimeScale::TT))
     }
 
-    /// This many seconds of TT later, leap seconds among them.
+    /// Returns the epoch this many seconds of TT later; leap seconds count.
     #[must_use]
     pub fn plus(&self, seconds: f64) -> Self {
-        // Of an epoch in UTC hifitime adds seconds of UTC, which has none where a leap second is.
+        // hifitime adds seconds of UTC to an epoch in UTC, which would skip leap seconds.
         Self(self.0.to_time_scale(TimeScale::TT) + hifitime::Duration::from_seconds(seconds))
     }
 
-    /// Seconds of TT since another epoch.
+    /// Returns the seconds of TT since another epoch.
     #[must_use]
     pub fn since(&self, other: &Self) -> f64 {
         (self.0.to_tt_duration() - other.0.to_tt_duration()).to_seconds()
     }
 
-    /// TT as a Julian date in two parts: whole days (ending in .5, at midnight) and a fraction 0 … 1.
+    /// Returns TT as a Julian date in two parts: whole days (ending in .5, at midnight) and a fraction 0 … 1.
     #[must_use]
     pub fn tt(&self) -> (f64, f64) {
         // hifitime counts from 1900-01-01 00:00, JD 2415020.5.
@@ -118,17 +118,17 @@ impl Epoch {
         (2_415_020.5 + day as f64, ns.rem_euclid(DAY_NS) as f64 / DAY_NS as f64)
     }
 
-    /// UT1 as a Julian date in two parts, given ΔUT1 = UT1 − UTC (s), as the IERS publishes it.
+    /// Returns UT1 as a Julian date in two parts, given ΔUT1 = UT1 − UTC (s), as published by the IERS.
     #[must_use]
     pub fn ut1(&self, dut1: f64) -> (f64, f64) {
         let (day, fraction) = self.tt();
         (day, fraction + (dut1 - self.tt_minus_utc()) / 86400.0)
     }
 
-    /// TT − UTC, s: leap seconds and 32.184. Before 1972 UTC is taken as TAI − 10 s.
+    /// Returns TT − UTC, s: leap seconds plus 32.184. Before 1972 UTC is assumed to be TAI − 10 s.
     #[must_use]
     pub fn tt_minus_utc(&self) -> f64 {
-        // hifitime compares its count of TAI with dates in UTC, and is half a minute early: it is asked with UTC.
+        // hifitime compares its TAI count with UTC dates and is half a minute early, so pass UTC.
         let leap = |count: hifitime::Duration| {
             hifitime::Epoch::from_tai_duration(count).leap_seconds(true).unwrap_or(10.0)
         };
@@ -137,7 +137,7 @@ impl Epoch {
         leap(utc) + 32.184
     }
 
-    /// TDB in days past J2000 as whole days and a fraction.
+    /// Returns TDB in days past J2000 as whole days and a fraction.
     #[must_use]
     pub fn tdb_days(&self) -> (f64, f64) {
         let (day, fraction) = self.tt();
@@ -145,7 +145,7 @@ impl Epoch {
         (days, fraction + tdb_minus_tt((days + fraction) / 36525.0) / 86400.0)
     }
 
-    /// The year with its fraction, UTC: 2020.5 is 2020-07-02 00:00.
+    /// Returns the year with its fraction, UTC: 2020.5 is 2020-07-02 00:00.
     #[must_use]
     pub fn decimal_year(&self) -> f64 {
         let (year, ..) = self.0.to_gregorian(TimeScale::UTC);
@@ -155,7 +155,7 @@ impl Epoch {
         f64::from(year) + (f64::from(day) - 1.0 + second / 86400.0) / days
     }
 
-    /// Day of the year (1 …) and second of the day, UTC.
+    /// Returns the day of the year (1 …) and the second of the day, UTC.
     #[must_use]
     pub fn utc_day_and_second(&self) -> (u32, f64) {
         let (year, month, day, h, m, s, ns) = self.0.to_gregorian(TimeScale::UTC);
@@ -174,8 +174,8 @@ impl std::fmt::Display for Epoch {
     }
 }
 
-/// TDB − TT, s, at the centre of the Earth; `T` centuries of TT past J2000. Within 10 µs from 1600 to
-/// 2200: Kaplan, *The IAU Resolutions …*, USNO Circular 179 (2005), eq. 2.6.
+/// Returns TDB − TT, s, at the centre of the Earth; `T` is centuries of TT past J2000. Accurate to 10 µs from 1600 to 2200: Kaplan, *The IAU
+/// Resolutions …*, USNO Circular 179 (2005), eq. 2.6.
 #[must_use]
 pub fn tdb_minus_tt(T: f64) -> f64 {
     const TERMS: [[f64; 3]; 6] = [

@@ -1,4 +1,4 @@
-//! Planets as bodies: shape, rotation, time, and the frames that move with them.
+//! Planets as bodies: shape, rotation, time, and moving frames.
 
 mod bodies;
 mod ellipsoid;

@@ -1,16 +1,15 @@
-//! Frames that move: where B is in A and how it moves there; points from one to the other and back.
+//! Moving frames: pose and motion of B in A, and conversion of points between the two.
 //!
 //! ```text
 //! p_A = p_AB + R_AB p_B                       p_B = R_ABᵀ (p_A − p_AB)
 //! v_A = v_AB + R_AB v_B + ω_AB × R_AB p_B     v_B = R_ABᵀ (v_A − v_AB − ω_AB × (p_A − p_AB))
 //! ```
-//! A point is best kept in the frame that it belongs to: seconds after a landing a rock is where it was in
-//! its site to the last digit, while in inertial axes it has moved by kilometres. A conversion over 3.4e6 m
-//! is right to 1e-9 m, the spacing of f64 there.
+//! Keep a point in the frame to which it belongs. A rock's position in its landing site stays bit-identical, while in inertial axes it moves by
+//! kilometres within seconds. A conversion over 3.4e6 m is accurate to 1e-9 m, the spacing of f64 at that size.
 
 use linkwork_spatial::{Motion, Pose, Vec3};
 
-/// Motion of frame B seen from frame A.
+/// Motion of frame B relative to frame A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameMotion {
     /// `X_AB`.
@@ -22,26 +21,26 @@ pub struct FrameMotion {
 /// Position and velocity of a point in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointMotion {
-    /// From the frame's origin, m.
+    /// Position from the frame's origin, m.
     pub position: Vec3,
-    /// Relative to the frame, m/s.
+    /// Velocity relative to the frame, m/s.
     pub velocity: Vec3,
 }
 
 impl FrameMotion {
-    /// B is A.
+    /// Returns the motion of a frame B that equals A.
     #[must_use]
     pub fn identity() -> Self {
         Self::fixed(Pose::identity())
     }
 
-    /// B does not move in A.
+    /// Returns the motion of a frame B at rest in A.
     #[must_use]
     pub fn fixed(pose: Pose) -> Self {
         Self { pose, velocity: Motion::new(Vec3::zeros(), Vec3::zeros()) }
     }
 
-    /// A point given in B, seen from A.
+    /// Converts a point from B to A.
     #[must_use]
     pub fn to_outer(&self, point: &PointMotion) -> PointMotion {
         let p = self.pose.rotation * point.position;
@@ -52,7 +51,7 @@ impl FrameMotion {
         }
     }
 
-    /// A point given in A, seen from B.
+    /// Converts a point from A to B.
     #[must_use]
     pub fn to_inner(&self, point: &PointMotion) -> PointMotion {
         let p = point.position - self.pose.position;
@@ -61,7 +60,7 @@ impl FrameMotion {
         PointMotion { position: R * p, velocity: R * v }
     }
 
-    /// `AC` from `AB` (self) and `BC`.
+    /// Returns `AC` from `AB` (self) and `BC`.
     #[must_use]
     pub fn then(&self, bc: &Self) -> Self {
         let origin = PointMotion { position: bc.pose.position, velocity: bc.velocity.linear };
@@ -73,7 +72,7 @@ impl FrameMotion {
         }
     }
 
-    /// `BA` from `AB`.
+    /// Returns `BA` from `AB`.
     #[must_use]
     pub fn inverse(&self) -> Self {
         let zero = PointMotion { position: Vec3::zeros(), velocity: Vec3::zeros() };
@@ -86,9 +85,8 @@ impl FrameMotion {
     }
 }
 
-/// What is added to a true acceleration to have the one seen in axes that turn with constant ω (rad/s)
-/// about their origin: −2 ω × v − ω × (ω × p), m/s²; all in the turning axes. The minus signs: the axes run
-/// ahead, so what keeps its inertial velocity falls behind.
+/// Returns the apparent acceleration in axes that rotate at constant ω (rad/s) about their origin: −2 ω × v − ω × (ω × p), m/s², all in the rotating
+/// axes. Add it to the true acceleration. The signs are negative because a point with constant inertial velocity falls behind the rotating axes.
 #[must_use]
 pub fn apparent_acceleration(omega: &Vec3, point: &PointMotion) -> Vec3 {
     omega.cross(&(point.velocity * -2.0 - omega.cross(&point.position)))

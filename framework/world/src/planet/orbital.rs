@@ -1,10 +1,10 @@
-//! Frames that go along with an orbit.
+//! Frames that move with an orbit.
 
 use super::FrameMotion;
 use crate::error::WorldError;
 use linkwork_spatial::{Mat3, Motion, Pose, Vec3, quat};
 
-/// Axes of a frame that goes along with an orbit: h = r × v, a hat is a unit vector.
+/// Axes of a frame that moves with an orbit; h = r × v, and a hat denotes a unit vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OrbitalAxes {
     /// Local vertical, local horizontal: z = −r̂ (nadir), y = −ĥ, x = y × z (along the motion).
@@ -15,12 +15,12 @@ pub enum OrbitalAxes {
     Vnc,
 }
 
-/// Frame O of an orbit in inertial axes I: its origin is the satellite, its axes follow position `r` (m) and
-/// velocity `v` (m/s); `a` (m/s²), the acceleration, is what makes the axes turn besides the motion itself.
-/// ω_IO = ½ Σ e × ė over the three axes, with ė of r̂, v̂, ĥ by the quotient rule, ḣ = r × a.
+/// Returns the frame O of an orbit in inertial axes I. Its origin is the satellite; its axes follow position `r` (m) and velocity `v` (m/s). The
+/// acceleration `a` (m/s²) contributes to the rotation of the axes. ω_IO = ½ Σ e × ė over the three axes, with ė of r̂, v̂, ĥ by the quotient rule, ḣ
+/// = r × a.
 ///
 /// # Errors
-/// Position and velocity parallel, or one of them zero.
+/// Position and velocity are parallel, or one of them is zero.
 pub fn orbital_frame(
     axes: OrbitalAxes,
     r: &Vec3,
@@ -52,7 +52,7 @@ pub fn orbital_frame(
     Ok(FrameMotion { pose: Pose::new(quat(&R), *r), velocity: Motion::new(omega, *v) })
 }
 
-/// A unit vector and its rate.
+/// A unit vector and its derivative.
 type Axis = (Vec3, Vec3);
 
 fn unit(x: &Vec3, dx: &Vec3) -> Axis {

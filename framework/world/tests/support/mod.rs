@@ -1,4 +1,4 @@
-//! What the tests share: reference files, random numbers with a seed, comparisons that NaN fails.
+//! Shared by the tests: reference files, random numbers with a seed, comparisons that fail for NaN.
 #![allow(dead_code, clippy::unwrap_used)]
 
 #[path = "../../../../tests/common/splitmix.rs"]
@@ -8,8 +8,7 @@ use serde_json::Value;
 use splitmix::splitmix;
 use std::path::PathBuf;
 
-/// A file of the reference data. Without the folder the test says so and is skipped; where `CI` is
-/// `true` a missing folder fails.
+/// Reads a file of the reference data. If the folder is missing, the test prints this and is skipped; if `CI` is `true`, it fails.
 pub fn reference(path: &str) -> Option<String> {
     let root = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference"));
     match std::fs::read_to_string(root.join(path)) {
@@ -48,20 +47,20 @@ pub fn mat3(v: &Value) -> Mat3 {
     Mat3::from_row_slice(&rows)
 }
 
-/// |a − b| ≤ tol; NaN fails.
+/// Checks |a − b| ≤ tol; fails for NaN.
 #[track_caller]
 pub fn near(a: f64, b: f64, tol: f64, what: &str) {
     let d = (a - b).abs();
     assert!(d <= tol, "{what}: {a:e} and {b:e} differ by {d:e}, more than {tol:e}");
 }
 
-/// Relative to `b`.
+/// Compares relative to `b`.
 #[track_caller]
 pub fn relative(a: f64, b: f64, tol: f64, what: &str) {
     near(a, b, tol * b.abs(), what);
 }
 
-/// Every entry, absolute.
+/// Compares every entry, absolute.
 #[track_caller]
 pub fn near3(a: &Vec3, b: &Vec3, tol: f64, what: &str) {
     for k in 0..3 {
@@ -102,7 +101,7 @@ impl Random {
     }
 }
 
-/// Slope of a vector field by central differences of fourth order; columns are ∂/∂x.
+/// Returns the Jacobian of a vector field by central differences of fourth order; columns are ∂/∂x.
 pub fn slope(f: impl Fn(&Vec3) -> Vec3, p: &Vec3, h: f64) -> Mat3 {
     let column = |k: usize| {
         let mut e = Vec3::zeros();
@@ -112,7 +111,7 @@ pub fn slope(f: impl Fn(&Vec3) -> Vec3, p: &Vec3, h: f64) -> Mat3 {
     Mat3::from_columns(&[column(0), column(1), column(2)])
 }
 
-/// Slope of a scalar field, the same way.
+/// Returns the gradient of a scalar field, by the same method.
 pub fn gradient(f: impl Fn(&Vec3) -> f64, p: &Vec3, h: f64) -> Vec3 {
     let line = |k: usize| {
         let mut e = Vec3::zeros();
@@ -122,7 +121,7 @@ pub fn gradient(f: impl Fn(&Vec3) -> f64, p: &Vec3, h: f64) -> Vec3 {
     Vec3::new(line(0), line(1), line(2))
 }
 
-/// One step of Runge and Kutta's fourth order for r̈ = a(t, r, v).
+/// Makes one step of fourth-order Runge–Kutta for r̈ = a(t, r, v).
 pub fn rk4(
     a: impl Fn(f64, &Vec3, &Vec3) -> Vec3,
     t: f64,

@@ -1,23 +1,24 @@
-//! Limits of a motion, for each degree of freedom.
+//! Limits of a motion for each degree of freedom.
 
 use crate::error::RobotError;
 use crate::model::RobotModel;
 
-/// Limits of a motion: one number for each degree of freedom of the mechanism (nv), in the order of β. Infinite: there is none.
+/// Limits of a motion. Each vector has one number for each degree of freedom of the mechanism (nv), in the order of β. Infinity means no limit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionLimits {
-    /// Greatest rate, rad/s or m/s.
+    /// Largest rate, rad/s or m/s.
     pub rate: Vec<f64>,
-    /// Greatest acceleration, rad/s² or m/s².
+    /// Largest acceleration, rad/s² or m/s².
     pub acceleration: Vec<f64>,
-    /// Greatest jerk, rad/s³ or m/s³.
+    /// Largest jerk, rad/s³ or m/s³.
     pub jerk: Vec<f64>,
-    /// Greatest force at the joint, N m or N.
+    /// Largest force of the joint, N m or N.
     pub effort: Vec<f64>,
 }
 
 impl MotionLimits {
-    /// Rates and efforts of the model (URDF: `velocity`, `effort`); no limits of acceleration and jerk, which files do not have.
+    /// Returns the rate and effort limits of the model (URDF: `velocity`, `effort`), without limits of acceleration and jerk, because robot files do
+    /// not contain any.
     #[must_use]
     pub fn of(model: &RobotModel) -> Self {
         let none = vec![f64::INFINITY; model.nv()];
@@ -35,28 +36,28 @@ impl MotionLimits {
         own
     }
 
-    /// The same acceleration for every degree of freedom.
+    /// Sets the acceleration limit of every degree of freedom to `most`.
     #[must_use]
     pub fn acceleration(mut self, most: f64) -> Self {
         self.acceleration.fill(most);
         self
     }
 
-    /// The same jerk for every degree of freedom.
+    /// Sets the jerk limit of every degree of freedom to `most`.
     #[must_use]
     pub fn jerk(mut self, most: f64) -> Self {
         self.jerk.fill(most);
         self
     }
 
-    /// No limits of effort: then no dynamics is computed.
+    /// Removes the effort limits. [`Timing`](super::Timing) then computes no dynamics.
     #[must_use]
     pub fn any_effort(mut self) -> Self {
         self.effort.fill(f64::INFINITY);
         self
     }
 
-    /// Lengths, and numbers above zero.
+    /// Checks that each vector has nv numbers and that all numbers are positive.
     pub(in crate::robot) fn check(&self, nv: usize) -> Result<(), RobotError> {
         let all = [
             ("rate", &self.rate),
@@ -68,9 +69,9 @@ impl MotionLimits {
             if x.len() != nv {
                 return Err(RobotError::Length { what, got: x.len(), wanted: nv });
             }
-            // NaN is not above zero.
+            // The comparison is negated because NaN is also rejected.
             if let Some(value) = x.iter().copied().find(|x| !(*x > 0.0)) {
-                let help = "a limit is above zero; infinite where there is none";
+                let help = "limits must be positive; use infinity for no limit";
                 return Err(RobotError::OutOfRange { what, value, help });
             }
         }

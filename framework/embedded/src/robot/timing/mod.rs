@@ -1,17 +1,18 @@
-//! A way in time: as fast as limits of rate, acceleration and force allow.
+//! Time parameterization of a path: the fastest motion within limits of rate, acceleration and effort.
 //!
 //! ```text
-//! way            q(s), 0 ≤ s ≤ length;   x = ṡ², u = s̈:   q̇ = q′ ṡ,   q̈ = q′ u + q″ x
+//! path           q(s), 0 ≤ s ≤ length;   x = ṡ², u = s̈:   q̇ = q′ ṡ,   q̈ = q′ u + q″ x
 //! rate           |q′_j| √x ≤ rate_j
 //! acceleration   |q′_j u + q″_j x| ≤ acceleration_j
-//! effort         |a_j u + b_j x + c_j| ≤ effort_j        a = M q′,  b = M q″ + C(q, q′),  c = g, with what hands hold
+//! effort         |a_j u + b_j x + c_j| ≤ effort_j        a = M q′,  b = M q″ + C(q, q′),  c = g, including held objects
 //! in a section   u is constant:  x = x_i + 2 u (s − s_i)
 //! backward       K_i = {x: some u keeps all limits and leads into K_{i+1}},   K_N = {0}: an interval
 //! forward        x_0 = 0, the greatest u of each section
 //! ```
-//! Reachability analysis of Pham and Pham (IEEE Transactions on Robotics 34, 2018, "A new approach to time-optimal path parameterization based on reachability
-//! analysis"); each section looks at its limits at both ends and in the middle, so that they hold in between, too, and where q″ jumps. What is
-//! then exceeded between these places, by the square of a section's length, is taken off the limits once more.
+//! The method is the reachability analysis of Pham and Pham (IEEE Transactions on Robotics 34, 2018, "A new approach to time-optimal path
+//! parameterization based on reachability analysis"). Limits are enforced at both ends and in the middle of each section, so that they also hold
+//! where q″ jumps. Between these points a limit can be exceeded by an amount proportional to the square of the section's length. This excess is
+//! measured, and the motion is computed again with limits reduced by it.
 
 mod limits;
 mod path;
@@ -25,62 +26,63 @@ use crate::error::RobotError;
 use path::Geometry;
 use section::{Section, UNBOUNDED};
 
-/// Places of a section where its limits are looked at, as parts of it.
+/// Positions in a section, as fractions of its length, at which the limits are enforced.
 const LOOKS: [f64; 3] = [0.0, 0.5, 1.0];
-/// Places where it is measured afterwards how far they hold.
+/// Positions in a section at which the motion is checked afterwards.
 const BETWEEN: [f64; 6] = [0.125, 0.25, 0.375, 0.625, 0.75, 0.875];
-/// Sections that a piece of a way has at least.
+/// Minimum number of sections of a piece.
 const LEAST: usize = 4;
-/// How often the limits are narrowed by what is exceeded.
+/// Maximum number of repetitions with reduced limits.
 const NARROWINGS: usize = 6;
 
-/// What a timing ends with.
+/// Result of a time parameterization.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Timed {
-    /// The way takes so long, s. [`Timing::at`] tells where the robot is meanwhile.
+    /// A motion was found. [`Timing::at`] returns the robot's state at a time.
     Found {
-        /// s.
+        /// Duration of the motion, s.
         duration: f64,
     },
-    /// No motion along the way keeps the limits.
+    /// No motion along the path keeps the limits.
     Infeasible {
-        /// Where it becomes impossible, as a part of the way's length: [`Timing::place`] gives its configuration.
+        /// Position on the path, as a fraction of its length, where the limits cannot be kept. [`Timing::place`] returns the configuration there.
         part: f64,
-        /// The least number by which all limits of acceleration and effort would have to be multiplied. 1 and a little: what is possible is a limit itself.
+        /// Smallest factor for all limits of acceleration and effort with which a motion exists. It is slightly above 1 if the path is at the
+        /// boundary of what the limits allow.
         share: f64,
     },
 }
 
-/// One section of the way.
+/// One section of the path.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     piece: usize,
-    /// From the beginning of its piece, and how long.
+    /// Distance from the beginning of its piece, and length.
     sigma: f64,
     length: f64,
-    /// Of the end: no motion there.
+    /// True if the motion is at rest at the end of the section.
     stop: bool,
 }
 
-/// Memory of timings for one model.
+/// Time parameterization of paths, with all memory that it needs, for one model.
 #[derive(Clone, Debug)]
 pub struct Timing {
     nq: usize,
-    /// Which places of q move, and in β; of all with one coordinate.
+    /// Index in q and index in β of each coordinate that moves. Only hinges with one coordinate are supported.
     moving: Vec<(usize, usize)>,
     geometry: Geometry,
     room: usize,
     sections: Vec<Place>,
-    /// x and K at the ends of sections, and the time there.
+    /// x and K at the ends of the sections, and the time there.
     x: Vec<f64>,
     reach: Vec<[f64; 2]>,
     t: Vec<f64>,
-    /// For each section and look: q′, q″ (rows of the coordinates) and a, b, c (nv each).
+    /// For each section and each position in [`LOOKS`]: q′, q″ (one row of the coordinates each) and a, b, c (nv each).
     d1: Vec<f64>,
     d2: Vec<f64>,
     torque: [Vec<f64>; 3],
     section: Section,
-    /// The robot's own q meanwhile; q′ and q″ in β; the first configuration of the way.
+    /// The robot's own q, restored after the call; q′ and q″ in β; the first configuration of the path.
     q: Vec<f64>,
     v: Vec<f64>,
     w: Vec<f64>,
@@ -92,18 +94,20 @@ pub struct Timing {
 }
 
 impl Timing {
-    /// For ways of so many configurations, in so many sections: twenty for each configuration are few, a hundred are many. Allocates: once, at set-up.
+    /// Creates a time parameterization for paths of up to `configurations` configurations and `sections` sections. Twenty sections for each
+    /// configuration are a coarse division, a hundred are a fine one. Allocates memory; later calls do not.
     ///
     /// # Errors
-    /// [`RobotError::OutOfRange`] for fewer than two configurations, and for fewer than eight sections a configuration; [`RobotError::OpensClosure`].
+    /// [`RobotError::OutOfRange`] for fewer than two configurations or fewer than eight sections for each configuration; [`RobotError::OpensClosure`]
+    /// for a model with loops or couplings.
     pub fn new(robot: &Robot, configurations: usize, sections: usize) -> Result<Self, RobotError> {
-        robot.model.open_tree("a timed way")?;
+        robot.model.open_tree("time parameterization of a path")?;
         if configurations < 2 {
-            let (what, help) = ("configurations", "a way has at least two");
+            let (what, help) = ("configurations", "a path has at least two configurations");
             return Err(RobotError::OutOfRange { what, value: configurations as f64, help });
         }
         if sections < 2 * LEAST * configurations {
-            let (what, help) = ("sections", "eight at least for each configuration");
+            let (what, help) = ("sections", "give at least eight for each configuration");
             return Err(RobotError::OutOfRange { what, value: sections as f64, help });
         }
         let limits = robot.model.limits.iter().enumerate();
@@ -137,15 +141,16 @@ impl Timing {
         })
     }
 
-    /// Times a way from rest to rest: rows of whole configurations (nq each), between which all coordinates move in proportion, as those of a
-    /// [`Planner`](super::Planner). Where `round` is zero the motion stands still at each corner and stays on the way; else corners are rounded so that no
-    /// point of it is farther than `round` from the way (root of the sum of squares of coordinates, rad and m): then ask [`free`](Self::free). The robot's own
-    /// q does not matter; what its hands hold does. Work: 21 inverse dynamics for each section.
+    /// Computes the fastest motion along `way` from rest to rest. `way` contains whole configurations one after the other (nq numbers each), such as
+    /// those of a [`Planner`](super::Planner). All coordinates move in proportion between two of them. With `round` = 0 the motion stops at each
+    /// corner and follows the path exactly. Otherwise corners are rounded so that no point of the motion is farther than `round` from the path
+    /// (Euclidean distance of coordinates, rad and m); call [`free`](Self::free) afterwards, because a rounded corner may touch something. The
+    /// robot's own q has no effect; the objects in its hands do. The work is 21 inverse dynamics for each section.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`] for a robot of another size; [`RobotError::Length`], [`RobotError::NotFinite`]; [`RobotError::NoRoom`] for more configurations
-    /// or pieces than there is room for; [`RobotError::OutOfRange`] for limits that are not above zero, a `round` below zero, a way that moves ball or free
-    /// hinges, and one whose speed no limit bounds. *Infeasible* is an answer, not an error.
+    /// [`RobotError::ForeignHandle`] for a robot of another size; [`RobotError::Length`]; [`RobotError::NotFinite`]; [`RobotError::NoRoom`] for more
+    /// configurations or pieces than this object was created for; [`RobotError::OutOfRange`] for limits that are not positive, a negative `round`, a
+    /// path that moves ball or free hinges, and a path on which no limit bounds the speed. [`Timed::Infeasible`] is a result, not an error.
     pub fn plan(
         &mut self,
         robot: &mut Robot,
@@ -159,7 +164,7 @@ impl Timing {
         let nq = self.nq;
         self.own.copy_from_slice(&way[..nq]);
         let moving = &self.moving;
-        // All coordinates with one number move; the rest stays.
+        // Only hinges with one coordinate move; all other coordinates keep their values.
         let gather = |row: &'_ [f64], to: &mut Vec<f64>| to.extend(moving.iter().map(|m| row[m.0]));
         let mut rows = std::mem::take(&mut self.d1);
         rows.clear();
@@ -171,7 +176,7 @@ impl Timing {
         self.divide()?;
         self.dynamic = limits.effort.iter().any(|x| x.is_finite());
         self.copy_limits(limits);
-        // The robot's own configuration is put back, whatever happens.
+        // Restore the robot's own configuration, also after an error.
         self.q.copy_from_slice(&robot.q);
         let told = self.looks(robot).and_then(|()| self.solve(robot, limits));
         robot.q.copy_from_slice(&self.q);
@@ -191,7 +196,7 @@ impl Timing {
         }
         let rows = way.len() / self.nq.max(1);
         if rows == 0 {
-            return Err(RobotError::Length { what: "way", got: way.len(), wanted: self.nq });
+            return Err(RobotError::Length { what: "path", got: way.len(), wanted: self.nq });
         }
         numbers("way", way, rows * self.nq)?;
         let room = self.geometry.pieces.capacity() / 2;
@@ -200,14 +205,14 @@ impl Timing {
         }
         limits.check(self.v.len())?;
         if !(round >= 0.0 && round.is_finite()) {
-            let (what, value, help) = ("round", round, "a distance is not below zero");
+            let (what, value, help) = ("round", round, "a distance must not be negative");
             return Err(RobotError::OutOfRange { what, value, help });
         }
         for (at, x) in way.iter().enumerate() {
             let moves = self.moving.iter().any(|m| m.0 == at % self.nq);
             if !moves && *x != way[at % self.nq] {
-                let what = "the change of a coordinate of a ball or free hinge along a way";
-                let (value, help) = (x - way[at % self.nq], "move pins, sliders and screws alone");
+                let what = "change of a coordinate of a ball or free hinge along a path";
+                let (value, help) = (x - way[at % self.nq], "move only pins, sliders and screws");
                 return Err(RobotError::OutOfRange { what, value, help });
             }
         }
@@ -221,7 +226,7 @@ impl Timing {
         self.limits.effort.copy_from_slice(&from.effort);
     }
 
-    /// Sections of the pieces: by their lengths, at least a few each.
+    /// Distributes the sections over the pieces in proportion to their lengths, with a minimum number for each.
     fn divide(&mut self) -> Result<(), RobotError> {
         let pieces = &self.geometry.pieces;
         let length = self.geometry.length();
@@ -241,7 +246,7 @@ impl Timing {
         Ok(())
     }
 
-    /// What limits depend on, at every look of every section.
+    /// Evaluates the coefficients of the limits at all positions of all sections.
     fn looks(&mut self, robot: &mut Robot) -> Result<(), RobotError> {
         for i in 0..self.sections.len() {
             for (k, part) in LOOKS.into_iter().enumerate() {
@@ -251,7 +256,7 @@ impl Timing {
         Ok(())
     }
 
-    /// q′, q″, a, b and c at a part of a section, into the rows `to`.
+    /// Writes q′, q″, a, b and c at a fraction of a section into the rows `to`.
     fn look(
         &mut self,
         robot: &mut Robot,
@@ -285,7 +290,7 @@ impl Timing {
         Ok(())
     }
 
-    /// Both passes, and narrower limits where they are exceeded in between.
+    /// Runs the backward and forward passes, and repeats them with reduced limits while limits are exceeded between the checked positions.
     fn solve(&mut self, robot: &mut Robot, limits: &MotionLimits) -> Result<Timed, RobotError> {
         if self.sections.is_empty() {
             self.x.clear();
@@ -299,8 +304,8 @@ impl Timing {
                 return Ok(Timed::Infeasible { part: self.part(section), share });
             }
             if self.reach.iter().any(|k| k[1] >= 1e-1 * UNBOUNDED) {
-                let what = "the speed that limits allow somewhere on the way";
-                let help = "give limits of rate, or of acceleration, to what moves";
+                let what = "speed that the limits allow at a point of the path";
+                let help = "give the moving joints limits of rate or acceleration";
                 return Err(RobotError::OutOfRange { what, value: f64::INFINITY, help });
             }
             self.forward();
@@ -322,7 +327,7 @@ impl Timing {
         s / self.geometry.length()
     }
 
-    /// The greatest x that rates allow at a look.
+    /// Returns the largest x that the rate limits allow at a position.
     fn fastest(&self, to: usize) -> f64 {
         let n = self.moving.len();
         let mut x = UNBOUNDED;
@@ -335,14 +340,14 @@ impl Timing {
         x
     }
 
-    /// The rows of section i; those of acceleration and effort with limits times `share`.
+    /// Collects the rows of section i. Limits of acceleration and effort are multiplied by `share`.
     fn rows(&mut self, i: usize, share: f64, [low, high]: [f64; 2]) {
         let (n, nv) = (self.moving.len(), self.v.len());
         let length = self.sections[i].length;
         self.section.clear();
         for (k, part) in LOOKS.into_iter().enumerate() {
             let (to, ahead) = (LOOKS.len() * i + k, 2.0 * part * length);
-            // x at the look is x_i + ahead u.
+            // x at this position is x_i + ahead u.
             if k > 0 {
                 let fastest = self.fastest(to);
                 self.section.row(ahead, 1.0, -fastest);
@@ -365,12 +370,12 @@ impl Timing {
         self.section.row(-2.0 * length, -1.0, low);
     }
 
-    /// K from the end to the beginning, or the section that has none.
+    /// Computes K from the end to the beginning. Returns the section without an admissible x as an error.
     fn backward(&mut self, share: f64) -> Result<(), usize> {
         let sections = self.sections.len();
         self.reach.clear();
         self.reach.resize(sections + 1, [0.0; 2]);
-        // Before and after the motion the robot stands still.
+        // The robot is at rest before and after the motion, so it must be able to hold these configurations.
         for (section, look) in [(sections - 1, LOOKS.len() * sections - 1), (0, 0)] {
             let rest = &self.torque[2][self.v.len() * look..self.v.len() * (look + 1)];
             let held = |(c, most): (&f64, &f64)| c.abs() <= share * most;
@@ -381,7 +386,7 @@ impl Timing {
         for i in (0..sections).rev() {
             let stop = i == 0 || self.sections[i - 1].stop;
             let most = if stop { 0.0 } else { self.fastest(LOOKS.len() * i) };
-            // The look at the end of the section before has the direction there.
+            // Also use the direction of the path at the end of the previous section.
             let most = if i > 0 { most.min(self.fastest(LOOKS.len() * i - 1)) } else { most };
             self.rows(i, share, self.reach[i + 1]);
             self.reach[i] = self.section.x(0.0, most).ok_or(i)?;
@@ -389,7 +394,7 @@ impl Timing {
         Ok(())
     }
 
-    /// As fast as each section can.
+    /// Computes x from the beginning to the end with the largest u of each section.
     fn forward(&mut self) {
         self.x.clear();
         self.x.push(0.0);
@@ -402,7 +407,7 @@ impl Timing {
         }
     }
 
-    /// The times; the section that takes forever.
+    /// Computes the times at the ends of the sections. Returns the section in which the motion never ends as an error.
     fn clock(&mut self) -> Result<(), usize> {
         self.t.clear();
         self.t.push(0.0);
@@ -418,14 +423,14 @@ impl Timing {
         Ok(())
     }
 
-    /// Narrows the limits by what is exceeded between the looks; false when nothing is.
+    /// Reduces the limits by what is exceeded between the checked positions. Returns false when nothing is exceeded.
     fn narrow(&mut self, robot: &mut Robot, limits: &MotionLimits) -> Result<bool, RobotError> {
         let (n, nv) = (self.moving.len(), self.v.len());
         let mut narrowed = false;
         let mut hold = |limit: &mut f64, asked: f64, value: f64| {
             let over = value.abs() / asked;
             if over > 1.0 + 1e-12 {
-                // A little more than what is too much, from where the limit stands.
+                // Reduce slightly more than the excess, starting from the already reduced limit.
                 let new = asked / (over * (1.0 + 1e-7)) * (*limit / asked).min(1.0);
                 if new < *limit {
                     *limit = new;
@@ -434,7 +439,7 @@ impl Timing {
             }
         };
         let to = LOOKS.len() * self.sections.len() - 1;
-        // The last row is lent for it, and made again.
+        // The last row is used as scratch memory and evaluated again afterwards.
         for i in 0..self.sections.len() {
             let length = self.sections[i].length;
             let u = (self.x[i + 1] - self.x[i]) / (2.0 * length);
@@ -460,7 +465,7 @@ impl Timing {
         Ok(narrowed)
     }
 
-    /// The least share of limits with which the way can be gone.
+    /// Returns the smallest factor of the limits with which a motion along the path exists.
     fn least_share(&mut self) -> f64 {
         let (mut low, mut high) = (1.0, 2.0);
         while self.backward(high).is_err() {
@@ -479,16 +484,17 @@ impl Timing {
         high
     }
 
-    /// How long the way takes that was timed last, s; zero when none was found.
+    /// Returns the duration of the last motion, s; zero when none was found.
     #[must_use]
     pub fn duration(&self) -> f64 {
         self.t.last().copied().unwrap_or_default()
     }
 
-    /// The configuration (nq), rates and accelerations (nv) at a time, s, of the way that was timed last: before its beginning and after its end it stands still.
+    /// Writes the configuration (nq), rates and accelerations (nv) of the last motion at `time`, s. Before its beginning and after its end the robot
+    /// is at rest.
     ///
     /// # Errors
-    /// [`RobotError::NotFinite`], [`RobotError::Length`]; [`RobotError::NoSearch`] when no way was timed.
+    /// [`RobotError::NotFinite`]; [`RobotError::Length`]; [`RobotError::NoSearch`] before a motion was found.
     pub fn at(
         &mut self,
         time: f64,
@@ -517,7 +523,7 @@ impl Timing {
                 let along = since * (begin + 0.5 * u * since);
                 (along.clamp(0.0, place.length), (begin + u * since).max(0.0))
             }
-            // The end of a section to the bit: at the end of the way no rate is left.
+            // Use the exact value at the end of a section, so that the rate at the end of the path is exactly zero.
             false => (place.length, self.x[i + 1].sqrt()),
         };
         let outside = time < 0.0 || time > self.duration();
@@ -533,7 +539,7 @@ impl Timing {
         Ok(())
     }
 
-    /// The configuration (nq) at a part (0 to 1) of the length of the way that was given last.
+    /// Writes the configuration (nq) at a fraction (0 to 1) of the length of the last path.
     ///
     /// # Errors
     /// [`RobotError::NotFinite`], [`RobotError::Length`].
@@ -552,11 +558,12 @@ impl Timing {
         Ok(())
     }
 
-    /// Whether the way that was given last touches nothing, its corners as they are rounded: straight pieces as [`Robot::path_free`] proves them, corners by
-    /// boxes that hold them, cut in halves down to the part `least` of a corner. `at` in the answer is a part of the way's length.
+    /// Checks the last path for collisions, with its corners as they are rounded. Straight pieces are checked as [`Robot::path_free`] does. A rounded
+    /// corner is enclosed in boxes, which are halved until they are shorter than `least`, as a fraction of the corner. `at` in the result is a
+    /// fraction of the path's length.
     ///
     /// # Errors
-    /// As `path_free`; [`RobotError::ForeignHandle`] for a robot of another size.
+    /// Like `path_free`; [`RobotError::ForeignHandle`] for a robot of another size.
     pub fn free(&mut self, robot: &mut Robot, least: f64) -> Result<Path, RobotError> {
         if robot.q.len() != self.nq || robot.tree.nv() != self.v.len() {
             return Err(RobotError::ForeignHandle);
@@ -587,7 +594,7 @@ impl Timing {
         Ok(undecided.map_or(Path::Free, |at| Path::Undecided { at }))
     }
 
-    /// As `Robot::path_free` of a rounded corner.
+    /// Checks a rounded corner for collisions, as [`Robot::path_free`] does for a straight piece.
     fn corner_free(
         &mut self,
         robot: &mut Robot,
@@ -600,7 +607,8 @@ impl Timing {
             let mut q = std::mem::take(&mut self.q);
             self.whole(piece, (at + 0.5 * length) * whole, &mut q);
             let hit = robot.first_hit(&q);
-            // A parabola stays within the box of its ends and of the place where their tangents meet, which is the middle's place along the first tangent.
+            // A parabola stays within the box of its ends and of the intersection of their tangents. The intersection is half the parameter length
+            // along the first tangent.
             q.copy_from_slice(&self.own);
             self.w.fill(0.0);
             let [p0, d1, d2] = &mut self.row;
@@ -634,7 +642,7 @@ impl Timing {
         Ok(undecided.map_or(Path::Free, |at| Path::Undecided { at }))
     }
 
-    /// A whole configuration of a piece.
+    /// Writes the whole configuration at a position of a piece.
     fn whole(&mut self, piece: usize, sigma: f64, q: &mut [f64]) {
         q.copy_from_slice(&self.own);
         let [at, d1, d2] = &mut self.row;

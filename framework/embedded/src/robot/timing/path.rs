@@ -1,4 +1,4 @@
-//! The geometry of a way: straight pieces, and at its corners parabolas that begin and end in their directions.
+//! Geometry of a path: straight pieces, and parabolas at the corners that are tangent to them.
 //!
 //! ```text
 //! straight      q = a + u s,                   q′ = u,  q″ = 0            u: unit vector
@@ -6,19 +6,19 @@
 //!               q′ = u + (w − u) s/(2 h),  q″ = (w − u)/(2 h)
 //!               it cuts the corner by h |w − u|/4
 //! ```
-//! s is the length in the space of all coordinates (rad and m alike); q′ has no jump where corners are rounded.
+//! s is the length in the space of all coordinates (rad and m are added without scaling). q′ is continuous where corners are rounded.
 
-/// One piece: a quadratic in its own length.
+/// One piece of a path: a quadratic function of its own length.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece {
-    /// Where it begins, and how long it is.
+    /// Position at which it begins, and length.
     pub s: f64,
     pub length: f64,
-    /// The motion stands still at its end: a corner that is not rounded, or the end of the way.
+    /// True if the motion is at rest at its end: at a corner that is not rounded, and at the end of the path.
     pub stop: bool,
 }
 
-/// A way in pieces. Rows of `q0`, `d1`, `d2` (n each, one of each a piece): q = q0 + d1 σ + d2 σ²/2.
+/// A path in pieces. `q0`, `d1` and `d2` have one row of n numbers for each piece: q = q0 + d1 σ + d2 σ²/2.
 #[derive(Clone, Debug)]
 pub(super) struct Geometry {
     pub n: usize,
@@ -31,7 +31,7 @@ pub(super) struct Geometry {
 }
 
 impl Geometry {
-    /// For n coordinates and ways of so many corners, both ends among them.
+    /// Reserves memory for n coordinates and paths of up to `corners` configurations, including both ends.
     pub fn new(n: usize, corners: usize) -> Self {
         let room = 2 * corners;
         let rows = || Vec::with_capacity(n * room);
@@ -40,24 +40,24 @@ impl Geometry {
         Self { n, pieces, q0, d1, d2, u: vec![0.0; n], w: vec![0.0; n] }
     }
 
-    /// The length of the whole way.
+    /// Returns the length of the whole path.
     pub fn length(&self) -> f64 {
         self.pieces.last().map_or(0.0, |p| p.s + p.length)
     }
 
-    /// Whether a piece is straight, and not a rounded corner.
+    /// Returns true for a straight piece, false for a rounded corner.
     pub fn is_straight(&self, piece: usize) -> bool {
         self.d2[self.n * piece..self.n * (piece + 1)].iter().all(|x| *x == 0.0)
     }
 
-    /// Makes the pieces of a way (rows of n numbers, no more than there is room for), its corners cut by `round` at the most.
+    /// Divides a path (rows of n numbers, within the reserved memory) into pieces. A rounded corner is at most `round` away from the corner itself.
     pub fn make<'a>(&mut self, mut rows: impl Iterator<Item = &'a [f64]>, round: f64) {
         self.pieces.clear();
         [&mut self.q0, &mut self.d1, &mut self.d2].into_iter().for_each(Vec::clear);
         let apart = |a: &[f64], b: &[f64]| {
             a.iter().zip(b).map(|(a, b)| (b - a) * (b - a)).sum::<f64>().sqrt()
         };
-        // Half of what a straight piece has is each corner's at most; rows that repeat are one.
+        // A corner uses at most half of each adjacent straight piece. Repeated rows count as one.
         let Some(mut from) = rows.next() else { return };
         let mut next_other = |at: &[f64]| rows.find(|r| apart(at, r) > 0.0);
         let Some(mut to) = next_other(from) else { return };
@@ -81,7 +81,7 @@ impl Geometry {
                 }
             }
             let straight = length - used - h;
-            // Where two corners share a piece there is nothing between them.
+            // Where two adjacent corners use a whole straight piece, there is no straight piece between them.
             if straight > 1e-12 * length {
                 let stop = h == 0.0 && (after.is_none() || bend > 1e-9);
                 self.pieces.push(Piece { s, length: straight, stop });
@@ -107,7 +107,7 @@ impl Geometry {
         }
     }
 
-    /// q, q′ and q″ (n each) at σ from the beginning of a piece.
+    /// Writes q, q′ and q″ (n each) at σ from the beginning of a piece.
     pub fn at(&self, piece: usize, sigma: f64, q: &mut [f64], d1: &mut [f64], d2: &mut [f64]) {
         let row = self.n * piece..self.n * (piece + 1);
         let rows = self.q0[row.clone()].iter().zip(&self.d1[row.clone()]).zip(&self.d2[row]);

@@ -1,15 +1,15 @@
-//! What limits allow between two neighbouring places of a way: linear rows over u = s̈ and x = ṡ².
+//! Limits between two neighbouring positions of a path, as linear rows over u = s̈ and x = ṡ².
 //!
 //! ```text
 //! each row         a u + b x + c ≤ 0
 //! u for an x       max over a < 0 of −(b x + c)/a  ≤  u  ≤  min over a > 0 of −(b x + c)/a
-//! greatest x       from above: the two rows that leave no u at x meet at a smaller x, and so on; each is convex, so that this ends at the greatest x
+//! greatest x       from above: go to the smaller x where the two rows that exclude every u meet, and repeat (the set is convex)
 //! ```
 
-/// Larger than any x that a limit leaves.
+/// Larger than any x that a limit allows.
 pub(super) const UNBOUNDED: f64 = 1e30;
 
-/// Rows over (u, x).
+/// Linear rows over (u, x).
 #[derive(Clone, Debug)]
 pub(super) struct Section {
     rows: Vec<[f64; 3]>,
@@ -37,12 +37,12 @@ impl Section {
         self.rows.clear();
     }
 
-    /// a u + b x + c ≤ 0.
+    /// Adds the row a u + b x + c ≤ 0.
     pub fn row(&mut self, a: f64, b: f64, c: f64) {
         self.rows.push([a, b, c]);
     }
 
-    /// |a u + b x + c| ≤ most; nothing when `most` is infinite.
+    /// Adds |a u + b x + c| ≤ most; adds no row when `most` is infinite.
     pub fn within(&mut self, a: f64, b: f64, c: f64, most: f64) {
         if most.is_finite() {
             self.row(a, b, c - most);
@@ -50,7 +50,7 @@ impl Section {
         }
     }
 
-    /// The lines that bound u from below and above at x.
+    /// Returns the lines that bound u from below and from above at x.
     fn around(&self, x: f64) -> [Line; 2] {
         let none = f64::INFINITY;
         let mut out = [Line { p: 0.0, r: -none }, Line { p: 0.0, r: none }];
@@ -68,12 +68,12 @@ impl Section {
         out
     }
 
-    /// Between which u may be at x.
+    /// Returns the smallest and largest u at x.
     pub fn u(&self, x: f64) -> [f64; 2] {
         self.around(x).map(|l| l.at(x))
     }
 
-    /// Least and greatest x within `low … high` for which there is a u; `None` when there is none.
+    /// Returns the smallest and largest x in `low … high` for which an admissible u exists, or `None`.
     pub fn x(&self, mut low: f64, mut high: f64) -> Option<[f64; 2]> {
         for &[_, b, c] in self.rows.iter().filter(|r| r[0] == 0.0) {
             if b > 0.0 {
@@ -89,20 +89,20 @@ impl Section {
         Some([low, high])
     }
 
-    /// From x on, which leaves no u, to the first that leaves one; `side` says which way. `None` beyond `end`.
+    /// Starts at an x without an admissible u and returns the first x with one, in the direction `side`; `None` beyond `end`.
     fn towards(&self, mut x: f64, end: f64, side: f64) -> Option<f64> {
-        // Each pass leaves one pair of rows for good.
+        // Each pass removes one pair of rows permanently, so this loop ends.
         for _ in 0..=self.rows.len() {
             if side * (end - x) < -1e-12 * end.abs() {
                 return None;
             }
             let [low, high] = self.around(x);
             let (l, h) = (low.at(x), high.at(x));
-            // Infinite where nothing bounds u: there is one.
+            // The difference is infinite where no row bounds u; an admissible u then exists.
             if !(l - h > 1e-12 * (l.abs() + h.abs())) {
                 return Some(x);
             }
-            // They part that way, or no way.
+            // The two lines diverge in this direction or are parallel.
             let slope = low.p - high.p;
             if !(slope * side < 0.0) {
                 return None;

@@ -1,27 +1,27 @@
-//! Clusters of degrees of freedom, and contacts sorted so that four neighbours in the order touch different clusters.
+//! Clusters of degrees of freedom, and contacts sorted so that four neighbours in order touch different clusters.
 //!
 //! ```text
 //! cluster    neighbouring degrees of freedom that every group touches all or none of: the six of a free body
 //! colour     each contact takes the first colour that neither of its clusters has yet
 //! batch      four contacts of one colour
 //! ```
-//! Colours are given in the order of the groups, so that they depend on the problem alone.
+//! Colours are assigned in the order of the groups, so that they depend only on the problem.
 
 use super::super::problem::{Cone, Problem};
 use super::super::room;
 use super::NONE;
 
-/// Degrees of freedom of a cluster at most, for contacts that are solved in batches.
+/// Maximum number of degrees of freedom of a cluster, for contacts that are solved in batches.
 pub(super) const SIX: usize = 6;
-/// Colours at most: bits of a mask.
+/// Maximum number of colours: bits of a mask.
 const COLOURS: usize = 64;
-/// Contacts of a batch of fewer than this are solved one by one instead.
+/// Contacts of a batch with fewer than this are solved one by one instead.
 const LEAST: usize = 2;
-/// Batched contacts from which batches are used, and the mean number of contacts in a batch.
+/// Minimum number of batched contacts to use batches, and minimum mean number of contacts per batch.
 const FEWEST: usize = 24;
 const FILL: f64 = 2.5;
 
-/// A contact that may be in a batch: its clusters, [`NONE`] where it has only one.
+/// A contact that can be in a batch, with its clusters; [`NONE`] if it has only one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ends {
     pub group: u32,
@@ -29,7 +29,7 @@ pub(super) struct Ends {
     colour: u32,
 }
 
-/// Clusters and colours of a problem; keeps its memory.
+/// Clusters and colours of a problem; reuses its memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Colours {
     cut: Vec<bool>,
@@ -40,14 +40,14 @@ pub(crate) struct Colours {
     count: Vec<usize>,
     /// Contacts by colour.
     pub(super) order: Vec<Ends>,
-    /// Where each batch ends in `order`.
+    /// End of each batch in `order`.
     pub(super) batches: Vec<(u32, u32)>,
     /// Groups that are solved one by one, ascending.
     pub singles: Vec<u32>,
 }
 
 impl Colours {
-    /// Sorts the groups of a problem; false when there are too few contacts for batches to pay.
+    /// Sorts the groups of a problem. Returns false if there are too few contacts for batches to be faster.
     pub fn set(&mut self, problem: &Problem) -> bool {
         self.singles.clear();
         if problem.groups() < FEWEST || !problem.r.is_empty() {
@@ -68,7 +68,7 @@ impl Colours {
         true
     }
 
-    /// Sizes of clusters, by cluster.
+    /// Returns the sizes of the clusters.
     pub fn sizes(&self) -> &[u32] {
         &self.size
     }
@@ -113,7 +113,7 @@ impl Colours {
         }
     }
 
-    /// Contacts with friction on one or two clusters of six; all others are solved one by one.
+    /// Finds contacts with friction on one or two clusters of at most six; all others are solved one by one.
     fn contacts(&mut self, problem: &Problem) {
         self.ends.clear();
         for (g, cone) in problem.cones.iter().enumerate() {
@@ -154,7 +154,7 @@ impl Colours {
         }
     }
 
-    /// Contacts by colour, in batches of four.
+    /// Sorts contacts by colour, in batches of four.
     fn sort(&mut self) {
         let mut begin = 0;
         self.batches.clear();

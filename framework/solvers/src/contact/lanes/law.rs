@@ -1,18 +1,18 @@
-//! The local solution of `local.rs` for four contacts with Coulomb friction side by side, and their residual.
+//! SIMD version of `local.rs`: the local solution of four contacts with Coulomb friction at once, and their residual.
 
 use super::super::local::{NEAR, NONE as LEAST, STEPS};
 use wide::f64x4;
 
-/// What the local solutions of four contacts need. Lanes without a contact have compliance 0 and take no impulse.
+/// Data for the local solutions of four contacts. Lanes without a contact have compliance 0 and impulse 0.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Law {
     /// W: nn, nx, ny, xx, xy, yy.
     w: [f64x4; 6],
     b: [f64x4; 3],
     friction: f64x4,
-    /// Mean of W's diagonal.
+    /// Mean of the diagonal of W.
     pub scale: f64x4,
-    /// 1 / Wnn; 0 where Wnn is.
+    /// 1 / Wnn; 0 if Wnn is 0.
     inverse: f64x4,
     /// Wtn / Wnn, and S⁻¹: xx, yy, xy.
     lean: [f64x4; 2],
@@ -29,20 +29,20 @@ fn splat(x: f64) -> f64x4 {
     f64x4::splat(x)
 }
 
-/// 1 / x where x is more than `least`, else 0.
+/// Returns 1 / x where x is more than `least`, otherwise 0.
 #[inline(always)]
 fn reciprocal(x: f64x4, least: f64x4) -> f64x4 {
     x.simd_gt(least).bitselect(splat(1.0) / x, splat(0.0))
 }
 
-/// x in axes that are turned.
+/// Returns x in rotated axes.
 #[inline(always)]
 fn turned([c, s]: [f64x4; 2], x: [f64x4; 2]) -> [f64x4; 2] {
     [c * x[0] + s * x[1], c * x[1] - s * x[0]]
 }
 
 impl Law {
-    /// From W = E_g E_gᵀ (nn, nx, ny, xx, xy, yy), b and μ.
+    /// Computes the data from W = E_g E_gᵀ (nn, nx, ny, xx, xy, yy), b and μ.
     #[inline(always)]
     pub fn new(w: [f64x4; 6], b: [f64x4; 3], friction: f64x4) -> Law {
         let [nn, nx, ny, xx, xy, yy] = w;
@@ -64,20 +64,20 @@ impl Law {
         Law { w, b, friction, scale, inverse, lean, give, turn, s, alpha: splat(0.0) }
     }
 
-    /// False when W or b overflows or is not a number.
+    /// Returns false if W or b overflows or is NaN.
     pub fn is_finite(&self) -> bool {
         let zero = splat(0.0);
         let sum = self.w.iter().chain(&self.b).fold(zero, |s, x| zero.mul_add(*x, s));
         sum.reduce_add() == 0.0
     }
 
-    /// Velocities from E_g y.
+    /// Computes velocities from E_g y.
     #[inline(always)]
     pub fn velocity(&self, gathered: [f64x4; 3]) -> [f64x4; 3] {
         std::array::from_fn(|k| gathered[k] + self.b[k])
     }
 
-    /// The new impulses, given the old ones and the velocities v with them.
+    /// Computes the new impulses from the old ones and their velocities v.
     #[inline(always)]
     pub fn solve(&mut self, l: [f64x4; 3], v: [f64x4; 3]) -> [f64x4; 3] {
         let [nn, nx, ny, xx, xy, yy] = self.w;
@@ -103,7 +103,7 @@ impl Law {
         out.map(|x| open.bitselect(zero, x))
     }
 
-    /// The lanes `which` from q̃.
+    /// Computes the lanes `which` from q̃.
     #[inline(never)]
     fn slide(&mut self, which: f64x4, n0: f64x4, q: [f64x4; 2]) -> [f64x4; 3] {
         let (q, couple) = (turned(self.turn, q), turned(self.turn, self.lean));
@@ -118,7 +118,7 @@ impl Law {
         [n, c * x - s * y, s * x + c * y]
     }
 
-    /// Over-relaxed impulses, brought back into the cones.
+    /// Returns over-relaxed impulses, projected onto the cones.
     #[inline(never)]
     pub fn relaxed(&self, old: &[f64x4; 3], new: &[f64x4; 3], relaxation: f64) -> [f64x4; 3] {
         let [n, x, y]: [f64x4; 3] =
@@ -129,7 +129,7 @@ impl Law {
         [n, keep * x, keep * y]
     }
 
-    /// Natural map, idle work and violation of the cone, as residual.rs defines them.
+    /// Computes natural map, idle work and violation of the cone, as residual.rs defines them.
     #[inline(always)]
     pub fn residual(&self, l: &[f64x4; 3], v: &[f64x4; 3]) -> ([f64x4; 3], f64x4, f64x4) {
         let zero = splat(0.0);
@@ -147,16 +147,16 @@ impl Law {
     }
 }
 
-/// Rotation that makes S = (a, off; off, d) diagonal, and its eigenvalues, not quite 0.
+/// Returns the rotation that makes S = (a, off; off, d) diagonal, and its eigenvalues, bounded away from 0.
 #[inline(always)]
 fn axes(a: f64x4, d: f64x4, off: f64x4, scale: f64x4) -> ([f64x4; 2], [f64x4; 2]) {
     let (zero, one) = (splat(0.0), splat(1.0));
     let (mean, half) = (splat(0.5) * (a + d), splat(0.5) * (a - d));
-    // In units of the group, so that squares neither overflow nor vanish.
+    // Scale to the units of the group, so that squares neither overflow nor vanish.
     let unit = scale.simd_gt(zero).bitselect(scale, one);
     let (x, y) = (half / unit, off / unit);
     let size = unit * (x * x + y * y).sqrt();
-    // cos 2θ = half / size; the larger of cosine and sine from the half angle.
+    // cos 2θ = half / size. Take the larger of cosine and sine from the half angle.
     let big = (splat(0.5) * (one + half.abs() / size)).sqrt();
     let small = off.abs() / (splat(2.0) * size * big);
     let wide = half.simd_ge(zero);
@@ -216,7 +216,7 @@ impl Trial {
     }
 }
 
-/// The α > 0 with g(α) = 1 in the lanes `which`: Newton's steps inside a bracket, as in local.rs.
+/// Finds the α > 0 with g(α) = 1 in the lanes `which`, with Newton steps inside a bracket, as in local.rs.
 #[inline(always)]
 fn root(at: impl Fn(f64x4) -> Trial, guess: f64x4, stiff: f64x4, which: f64x4) -> (f64x4, Trial) {
     let (far, one) = (splat(f64::INFINITY), splat(1.0));
@@ -238,7 +238,7 @@ fn root(at: impl Fn(f64x4) -> Trial, guess: f64x4, stiff: f64x4, which: f64x4) -
             high.simd_lt(far).bitselect(splat(0.5) * (low + high), splat(2.0) * alpha + stiff);
         alpha = active.bitselect(good.bitselect(newton, halved), alpha);
         let next = at(alpha);
-        // Near a fold g is not monotonic, and a step may lead away.
+        // Near a fold g is not monotonic, and a step may diverge.
         let near =
             off.abs().simd_lt(splat(NEAR)) & (next.g - one).abs().simd_lt(splat(0.1) * off.abs());
         trial = Trial::chosen(active, &next, &trial);

@@ -1,4 +1,4 @@
-//! Contacts with Coulomb friction between free bodies, four side by side: the vectors of E hold the same entry of four contacts.
+//! Solves contacts with Coulomb friction between free bodies four at a time: each vector of E has the same entry of four contacts.
 //!
 //! ```text
 //! batch    four contacts that share no cluster of six degrees of freedom (colours.rs)
@@ -7,11 +7,11 @@
 //! λ        local solutions side by side (law.rs)
 //! y        Σ e (λ' − λ), 36 products, transposed back
 //! ```
-//! One contact after the other on the same two bodies waits for the result of the one before. Contacts of a batch do not wait,
-//! nor do batches of one colour. The same contacts in the same order give the same bits.
+//! Contacts of the same two bodies must be solved one after the other, because each needs the result of the previous one. Contacts of a batch are
+//! independent, and so are batches of one colour. The same contacts in the same order give bit-identical results.
 //!
-//! After a few sweeps most contacts of a heap hardly change any more. Their batches are passed over for one sweep, then for two,
-//! up to [`WAIT`]; before an answer is taken, the residual of all contacts is measured.
+//! After a few sweeps, most contacts of a heap hardly change. Their batches are skipped for one sweep, then for two, up to [`WAIT`]. Before a
+//! solution is accepted, the residual of all contacts is measured.
 
 mod colours;
 mod law;
@@ -25,10 +25,10 @@ use colours::SIX;
 use law::Law;
 use wide::f64x4;
 
-/// No cluster, group or contact.
+/// Marks a missing cluster, group or contact.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Sweeps at most that pass over a batch which hardly changes.
+/// Maximum number of sweeps that skip a batch which hardly changes.
 const WAIT: u8 = 4;
 
 /// Four contacts.
@@ -36,17 +36,17 @@ const WAIT: u8 = 4;
 struct Batch {
     /// Groups; [`NONE`] in lanes without a contact.
     group: [u32; 4],
-    /// First vector of y of each side, by lane. Lanes without a side have the last vectors, which stay 0.
+    /// First vector of y of each side, by lane. Lanes without a side use the last vectors, which stay 0.
     at: [[u32; 4]; 2],
     /// E by side, degree of freedom and row.
     e: [[[f64x4; 3]; SIX]; 2],
     law: Law,
-    /// Sweeps that pass over the batch, and how many there were the last time, because it hardly changed.
+    /// Number of sweeps that still skip the batch, and number of sweeps that last skipped it.
     wait: u8,
     level: u8,
 }
 
-/// Batches of a problem with their impulses; keeps its memory.
+/// Batches of a problem with their impulses; reuses its memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lanes {
     batches: Vec<Batch>,
@@ -56,7 +56,7 @@ pub(crate) struct Lanes {
     p: Vec<[f64x4; 3]>,
 }
 
-/// What a sweep changed: the largest change of an impulse times the compliance of its contact (m/s), and Σ w r².
+/// Change of a sweep: the largest change of an impulse times the compliance of its contact (m/s), and Σ w r².
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Change {
     pub most: f64x4,
@@ -73,19 +73,19 @@ pub(crate) struct Worst {
 }
 
 impl Lanes {
-    /// Forgets all batches.
+    /// Removes all batches.
     pub fn clear(&mut self) {
         self.batches.clear();
         self.lambda.clear();
     }
 
-    /// Whether there are no batches.
+    /// Returns whether there are no batches.
     pub fn is_empty(&self) -> bool {
         self.batches.is_empty()
     }
 
-    /// From a problem whose contacts are sorted; `vector` is the first vector of y of a cluster, the last but one for
-    /// [`NONE`]. Mean compliances go to `scales` by group.
+    /// Builds the batches from a problem with sorted contacts. `vector` is the first vector of y of a cluster, the last but one for [`NONE`]. Writes
+    /// mean compliances to `scales` by group.
     pub fn set(
         &mut self,
         problem: &Problem,
@@ -109,12 +109,12 @@ impl Lanes {
         }
     }
 
-    /// False when a compliance overflows or is not a number.
+    /// Returns false if a compliance overflows or is NaN.
     pub fn is_finite(&self) -> bool {
         self.batches.iter().fold(true, |fine, b| fine & b.law.is_finite())
     }
 
-    /// Impulses from those of all groups; adds Eᵀ λ to y.
+    /// Reads the impulses from those of all groups, and adds Eᵀ λ to y.
     pub fn pull(&mut self, lambda: &[[f64; 4]], y: &mut [f64x4]) {
         self.wake();
         for (batch, to) in self.batches.iter().zip(&mut self.lambda) {
@@ -129,7 +129,7 @@ impl Lanes {
         }
     }
 
-    /// Writes the impulses to those of all groups.
+    /// Writes the impulses into those of all groups.
     pub fn store(&self, lambda: &mut [[f64; 4]]) {
         for (batch, l) in self.batches.iter().zip(&self.lambda) {
             let by_lane = f64x4::transpose([l[0], l[1], l[2], f64x4::splat(0.0)]);
@@ -139,15 +139,14 @@ impl Lanes {
         }
     }
 
-    /// Looks at every batch in the next sweep.
+    /// Makes the next sweep visit every batch.
     pub fn wake(&mut self) {
         for batch in &mut self.batches {
             (batch.wait, batch.level) = (0, 0);
         }
     }
 
-    /// One sweep. Batches that change by at most `quiet` (m/s) are passed over in the next sweeps. Returns whether every
-    /// batch was looked at.
+    /// Makes one sweep. The next sweeps skip batches that change by at most `quiet` (m/s). Returns whether every batch was visited.
     pub fn sweep(
         &mut self,
         relaxation: f64,
@@ -191,12 +190,12 @@ impl Lanes {
         every
     }
 
-    /// Begins the conjugate directions anew.
+    /// Restarts the conjugate directions.
     pub fn restart(&mut self) {
         self.p.fill([f64x4::splat(0.0); 3]);
     }
 
-    /// Moves along the direction, and turns it by what the sweep changed.
+    /// Moves along the direction, and updates the direction with the change of the sweep.
     pub fn conjugate(&mut self, beta: f64) {
         let beta = f64x4::splat(beta);
         for ((l, p), r) in self.lambda.iter_mut().zip(&mut self.p).zip(&self.r) {
@@ -208,11 +207,11 @@ impl Lanes {
         }
     }
 
-    /// The largest entries of the residual of the present impulses, whose Eᵀ λ is in y.
+    /// Returns the largest entries of the residual of the present impulses, whose Eᵀ λ is in y.
     pub fn measure(&self, y: &[f64x4]) -> Worst {
         let zero = f64x4::splat(0.0);
         let (mut natural, mut work, mut outside, mut impulse) = (zero, zero, zero, zero);
-        // 0, unless something is infinite or not a number.
+        // 0, unless something is infinite or NaN.
         let mut bad = zero;
         for (batch, l) in self.batches.iter().zip(&self.lambda) {
             let v = batch.law.velocity(batch.gathered(&batch.sides(y)));
@@ -238,7 +237,7 @@ impl Lanes {
 
     /// Allocates for a number of contacts.
     pub fn reserve(&mut self, groups: usize) {
-        // Batches have two contacts or more.
+        // Batches have at least two contacts.
         super::room(&mut self.batches, groups / 2);
         for x in [&mut self.lambda, &mut self.r, &mut self.p] {
             super::room(x, groups / 2);
@@ -293,13 +292,13 @@ impl Batch {
         Batch { group, at, e, law, wait: 0, level: 0 }
     }
 
-    /// y of both sides.
+    /// Returns y of both sides.
     #[inline(always)]
     fn sides(&self, y: &[f64x4]) -> Sides {
         [side(&self.at[0], y), side(&self.at[1], y)]
     }
 
-    /// E_g y of each contact.
+    /// Computes E_g y of each contact.
     #[inline(always)]
     fn gathered(&self, sides: &Sides) -> [f64x4; 3] {
         let mut sum = [[f64x4::splat(0.0); 3]; 2];
@@ -313,7 +312,7 @@ impl Batch {
         std::array::from_fn(|k| sum[0][k] + sum[1][k])
     }
 
-    /// y = sides + E_gᵀ λ of each contact.
+    /// Computes y = sides + E_gᵀ λ of each contact.
     #[inline(always)]
     fn spread(&self, l: [f64x4; 3], mut sides: Sides, y: &mut [f64x4]) {
         let zero = f64x4::splat(0.0);
@@ -332,7 +331,7 @@ impl Batch {
     }
 }
 
-/// The two vectors of y of each lane, by degree of freedom.
+/// Returns the two vectors of y of each lane, by degree of freedom.
 #[inline(always)]
 fn side(at: &[u32; 4], y: &[f64x4]) -> [f64x4; SIX] {
     let [i, j, k, l] = [at[0] as usize, at[1] as usize, at[2] as usize, at[3] as usize];

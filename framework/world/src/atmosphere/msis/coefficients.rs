@@ -1,7 +1,6 @@
-//! The model's numbers, in the order and under the names of its authors.
+//! The model's coefficients, in the order and with the names of its authors.
 //!
-//! Values of the Naval Research Laboratory's distribution (a work of the US government), as the crate
-//! `tobari` (MIT) holds them.
+//! Values of the Naval Research Laboratory's distribution (a work of the US government), taken from the crate `tobari` (MIT).
 
 /// The model's arrays.
 #[derive(Clone, Debug)]
@@ -10,23 +9,23 @@ pub(super) struct Coefficients {
     pub(super) pt: [f64; 150],
     /// Densities at 120 km of He, O, N₂, (temperature at 120 km), O₂, Ar, H, N, anomalous O.
     pub(super) pd: [[f64; 150]; 9],
-    /// Gradient of temperature at 120 km.
+    /// Temperature gradient at 120 km.
     pub(super) ps: [f64; 150],
     /// Corrections of the turbopause and of chemistry.
     pub(super) pdl: [[f64; 25]; 2],
-    /// Means of temperatures.
+    /// Mean temperatures.
     pub(super) ptm: [f64; 10],
-    /// Means of densities of He, O, N₂, O₂, Ar, H, N, anomalous O.
+    /// Mean densities of He, O, N₂, O₂, Ar, H, N, anomalous O.
     pub(super) pdm: [[f64; 10]; 8],
     /// Temperatures at 110, 100, 90, 72.5 km.
     pub(super) ptl: [[f64; 100]; 4],
-    /// Temperatures and gradients below.
+    /// Temperatures and gradients below 72.5 km.
     pub(super) pma: [[f64; 100]; 10],
-    /// Their means.
+    /// Mean values of `pma`.
     pub(super) pavgm: [f64; 10],
 }
 
-/// How many numbers there are.
+/// Number of coefficients.
 const COUNT: usize = 3200;
 
 impl Coefficients {

@@ -1,4 +1,4 @@
-//! Below 72.5 km: one mixture along a temperature of two more splines.
+//! Atmosphere below 72.5 km: one gas mixture with a temperature of two more splines.
 
 use super::coefficients::Coefficients;
 use super::profile::Spline;
@@ -7,10 +7,10 @@ use super::variation::Moment;
 
 const MIDDLE: [f64; 4] = [72.5, 55.0, 45.0, 32.5];
 const GROUND: [f64; 5] = [32.5, 20.0, 15.0, 10.0, 0.0];
-/// Above this the mixture is not complete, km.
+/// Above this altitude the mixture is incomplete, km.
 const MIXED: f64 = 62.5;
 
-/// Temperature, K, and number densities of the eight species, 1/cm³, at `z` km.
+/// Returns the temperature, K, and the number densities of the eight species, 1/cm³, at `z` km.
 pub(super) fn air(c: &Coefficients, moment: &Moment, z: f64) -> (f64, [f64; 8]) {
     let upper = thermosphere::air(c, moment, z.max(MIDDLE[0]));
     if z >= MIDDLE[0] {
@@ -37,7 +37,7 @@ pub(super) fn air(c: &Coefficients, moment: &Moment, z: f64) -> (f64, [f64; 8]) 
         temperature = ground.temperature(z);
         nitrogen *= ground.fall(z, mass, 0.0);
     }
-    // From what the thermosphere has at 72.5 km to full mixing at 62.5.
+    // Blend from the thermosphere's values at 72.5 km to full mixing at 62.5 km.
     let part = if z > MIXED { 1.0 - (MIDDLE[0] - z) / (MIDDLE[0] - MIXED) } else { 0.0 };
     let [he, _, n2, o2, ar, ..] = upper.species;
     nitrogen *= 1.0 + part * (n2 / upper.mixed_nitrogen - 1.0);

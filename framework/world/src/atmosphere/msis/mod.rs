@@ -1,10 +1,9 @@
-//! NRLMSISE-00: air from the ground to the exosphere, with the Sun's and the magnetosphere's moods.
+//! NRLMSISE-00: atmosphere from the ground to the exosphere, with solar and geomagnetic activity.
 //!
-//! Picone et al., *NRLMSISE-00 empirical model of the atmosphere*, J. Geophys. Res. 107 (2002) 1468; Hedin,
-//! *J. Geophys. Res.* 92 (1987) 4649 and 96 (1991) 1159. The model of the Naval Research Laboratory with all
-//! variations switched on, in double precision. Its rounded constants (a day of 0.0172142 rad, an hour of
-//! 0.2618 rad, a degree of 0.0174533 rad) belong to its coefficients and are kept. Units inside are the
-//! model's: km, K, 1/cm³, degrees, hours.
+//! Picone et al., *NRLMSISE-00 empirical model of the atmosphere*, J. Geophys. Res. 107 (2002) 1468; Hedin, *J. Geophys. Res.* 92 (1987) 4649 and 96
+//! (1991) 1159. This is the model of the Naval Research Laboratory with all variations switched on, in double precision. Its rounded constants (a day
+//! of 0.0172142 rad, an hour of 0.2618 rad, a degree of 0.0174533 rad) belong to its coefficients and are kept. Internal units are the model's: km,
+//! K, 1/cm³, degrees, hours.
 //!
 //! ```text
 //! coefficients.rs   the published numbers
@@ -28,7 +27,7 @@ use coefficients::Coefficients;
 use std::f64::consts::FRAC_PI_2;
 use variation::Moment;
 
-/// How disturbed the magnetic field is.
+/// Geomagnetic activity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Magnetic {
     /// The daily A_p.
@@ -37,7 +36,7 @@ pub enum Magnetic {
     History([f64; 6]),
 }
 
-/// What the model wants to know of the Sun and the magnetic field.
+/// Solar and geomagnetic inputs of the model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpaceWeather {
     /// Flux at 10.7 cm of the day before, 1e-22 W/(m² Hz).
@@ -48,10 +47,10 @@ pub struct SpaceWeather {
     pub magnetic: Magnetic,
 }
 
-/// What the model says at a place.
+/// Output of the model at a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MsisAir {
-    /// ρ with anomalous oxygen, which counts for drag above 500 km; kg/m³.
+    /// ρ including anomalous oxygen, which matters for drag above 500 km; kg/m³.
     pub density: f64,
     /// Temperature, K.
     pub temperature: f64,
@@ -59,12 +58,12 @@ pub struct MsisAir {
     pub species: [f64; 8],
 }
 
-/// Masses of the species, as the model counts them.
+/// Masses of the species, with the model's values.
 const MASS: [f64; 8] = [4.0, 16.0, 28.0, 32.0, 40.0, 1.0, 14.0, 16.0];
 /// Atomic unit of mass of the model, kg.
 const UNIT: f64 = 1.66e-27;
 
-/// The model, ready to be evaluated.
+/// The model, ready for evaluation.
 #[derive(Clone, Debug)]
 pub struct Msis {
     coefficients: Box<Coefficients>,
@@ -77,17 +76,17 @@ impl Default for Msis {
 }
 
 impl Msis {
-    /// Reads the coefficients; 25 kB.
+    /// Reads the coefficients; takes 25 kB.
     #[must_use]
     pub fn new() -> Self {
         Self { coefficients: Box::new(Coefficients::new()) }
     }
 
-    /// Air at a geodetic place of WGS 84 and an epoch. 3 to 6 µs, no memory. Local time is that of
-    /// the longitude, as the model's authors take it.
+    /// Returns the air at a geodetic position of WGS 84 and an epoch. Takes 3 to 6 µs and does not allocate. The local time follows from the
+    /// longitude, as in the authors' code.
     ///
     /// # Errors
-    /// Altitudes outside of 0 to 2000 km, a flux not above zero, a_p below zero, numbers not finite.
+    /// The altitude is outside 0 to 2000 km, the flux is not above zero, a_p is negative, or a number is not finite.
     pub fn at(
         &self,
         epoch: &Epoch,

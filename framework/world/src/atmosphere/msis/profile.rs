@@ -1,4 +1,4 @@
-//! Temperature over height and density along it.
+//! Temperature over height, and density that follows from it.
 //!
 //! ```text
 //! ζ(z, z₀) = (z − z₀)(R + z₀)/(R + z)                               geopotential height over z₀
@@ -27,18 +27,18 @@ impl Earth {
         self.g / (1.0 + z / self.radius).powi(2)
     }
 
-    /// R* T/(M g), km.
+    /// Returns R* T/(M g), km.
     pub(super) fn scale_height(&self, z: f64, mass: f64, temperature: f64) -> f64 {
         R_STAR * temperature / (self.gravity(z) * mass)
     }
 }
 
-/// 1/T as a cubic spline over geopotential height between nodes, heights falling.
+/// 1/T as a cubic spline over geopotential height between nodes, with decreasing heights.
 pub(super) struct Spline<const N: usize> {
     earth: Earth,
     top: f64,
     bottom: f64,
-    /// ζ of the bottom over the top; below zero.
+    /// ζ of the bottom relative to the top; negative.
     span: f64,
     x: [f64; N],
     y: [f64; N],
@@ -46,7 +46,7 @@ pub(super) struct Spline<const N: usize> {
 }
 
 impl<const N: usize> Spline<N> {
-    /// Nodes of height (km) and temperature, and dT/dz at both ends, K/km.
+    /// Creates the spline from nodes of height (km) and temperature, and dT/dz at both ends, K/km.
     pub(super) fn new(earth: Earth, z: &[f64; N], t: &[f64; N], ends: [f64; 2]) -> Self {
         let (top, bottom) = (z[0], z[N - 1]);
         let span = earth.zeta(bottom, top);
@@ -58,7 +58,7 @@ impl<const N: usize> Spline<N> {
         Self { earth, top, bottom, span, x, y, bend: bends(&x, &y, first, last) }
     }
 
-    /// T at `z`, K; below the last node that of the last.
+    /// Returns T at `z`, K; below the last node the temperature of the last node.
     pub(super) fn temperature(&self, z: f64) -> f64 {
         let at = self.place(z);
         let k = self.x[1..N - 1].iter().take_while(|x| **x <= at).count();
@@ -68,7 +68,7 @@ impl<const N: usize> Spline<N> {
         1.0 / (a * self.y[k] + b * self.y[k + 1] + curve * h * h / 6.0)
     }
 
-    /// Density at `z` over that at the top, for a mass and a factor of thermal diffusion.
+    /// Returns the density at `z` divided by that at the top, for a mass and a thermal diffusion factor.
     pub(super) fn fall(&self, z: f64, mass: f64, alpha: f64) -> f64 {
         let at = self.place(z);
         let mut sum = 0.0;
@@ -94,7 +94,7 @@ impl<const N: usize> Spline<N> {
     }
 }
 
-/// Second derivatives of a cubic spline with given slopes at its ends.
+/// Returns the second derivatives of a cubic spline with given slopes at its ends.
 fn bends<const N: usize>(x: &[f64; N], y: &[f64; N], first: f64, last: f64) -> [f64; N] {
     let (mut bend, mut u) = ([0.0; N], [0.0; N]);
     let slope = |k: usize| (y[k + 1] - y[k]) / (x[k + 1] - x[k]);
@@ -114,7 +114,7 @@ fn bends<const N: usize>(x: &[f64; N], y: &[f64; N], first: f64, last: f64) -> [
     bend
 }
 
-/// The thermosphere: Bates above `joint`, a spline of five nodes below.
+/// The thermosphere: Bates profile above `joint`, a spline of five nodes below.
 pub(super) struct Thermosphere {
     earth: Earth,
     exosphere: f64,
@@ -126,8 +126,7 @@ pub(super) struct Thermosphere {
 }
 
 impl Thermosphere {
-    /// T∞, T at `base` (120 km), s, heights of the nodes, temperatures of all but the first, and the
-    /// gradient at the last.
+    /// Creates the profile from T∞, T at `base` (120 km), s, heights of the nodes, temperatures of all but the first, and the gradient at the last.
     pub(super) fn new(
         earth: Earth,
         [exosphere, base_temperature, base, slope]: [f64; 4],
@@ -154,7 +153,7 @@ impl Thermosphere {
         self.exosphere - (self.exosphere - self.base_temperature) * fall
     }
 
-    /// Number density at `z` of a gas with `n` at the base.
+    /// Returns the number density at `z` of a gas with `n` at the base.
     pub(super) fn density(&self, z: f64, n: f64, mass: f64, alpha: f64) -> f64 {
         let high = z.max(self.joint);
         let gamma = mass * self.earth.gravity(self.base) / (self.slope * R_STAR * self.exosphere);

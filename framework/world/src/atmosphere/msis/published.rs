@@ -1,11 +1,11 @@
-//! The test of the model's distribution (`nrlmsise-00_test`, 17 cases), in double precision; local time is
-//! free in it, and case 3 is at 1000 km.
+//! The test of the model's distribution (`nrlmsise-00_test`, 17 cases), in double precision. Local time is an independent input in it, and case 3 is
+//! at 1000 km.
 
 use super::coefficients::Coefficients;
 use super::variation::Moment;
 use super::{Magnetic, SpaceWeather, lower};
 
-/// What differs from day 172, 29000 s, 400 km, 60°, −70°, 16 h, mean 150, flux 150, A_p 4.
+/// Difference of a case from day 172, 29000 s, 400 km, 60°, −70°, 16 h, mean 150, flux 150, A_p 4.
 #[derive(Clone, Copy)]
 struct Case {
     day: f64,

@@ -1,25 +1,25 @@
-//! The gases above 72.5 km: each by diffusion, mixed below the turbopause, corrected for chemistry.
+//! Gases above 72.5 km: each in diffusive equilibrium, mixed below the turbopause, corrected for chemistry.
 
 use super::coefficients::Coefficients;
 use super::profile::{Earth, Thermosphere};
 use super::variation::Moment;
 
-/// Heights of the nodes of temperature, km; the first is that of the joint.
+/// Heights of the temperature nodes, km; the first is the joint.
 const NODES: [f64; 4] = [110.0, 100.0, 90.0, 72.5];
 
-/// What the thermosphere says, 1/cm³ and K; and what the air below starts from.
+/// Output of the thermosphere, 1/cm³ and K, and the boundary values for the air below.
 pub(super) struct Upper {
     pub(super) temperature: f64,
     /// He, O, N₂, O₂, Ar, H, N, anomalous O.
     pub(super) species: [f64; 8],
-    /// N₂ as if mixed.
+    /// N₂ density if fully mixed.
     pub(super) mixed_nitrogen: f64,
     /// T and dT/dz at 72.5 km.
     pub(super) bottom: [f64; 2],
     pub(super) earth: Earth,
 }
 
-/// A gas that is mixed below: rows of `pd` and `pdm`, mass, α, up to which height.
+/// A gas that is mixed below its turbopause: rows of `pd` and `pdm`, mass, α, upper height of mixing.
 struct Gas {
     pd: usize,
     pdm: usize,
@@ -40,25 +40,25 @@ const ARGON: Gas = gas(5, 4, 40.0, 0.17, 240.0);
 const HYDROGEN: Gas = gas(6, 5, 1.0, -0.38, 320.0);
 const ATOMIC_NITROGEN: Gas = gas(7, 6, 14.0, 0.0, 450.0);
 
-/// Everything that the gases share at one height.
+/// Data that all gases share at one height.
 struct Column<'a> {
     c: &'a Coefficients,
     moment: &'a Moment,
     z: f64,
     air: Thermosphere,
-    /// Mean mass of mixed air, transition of mixing, N₂ at the turbopause as if mixed.
+    /// Mean mass of mixed air, transition of mixing, fully mixed N₂ at the turbopause.
     mean_mass: f64,
     transition: f64,
     nitrogen: f64,
 }
 
-/// All gases at `z` km, 72.5 at least.
+/// Computes all gases at `z` km, at least 72.5.
 pub(super) fn air(c: &Coefficients, moment: &Moment, z: f64) -> Upper {
     let (ptm, pdl) = (&c.ptm, &c.pdl);
     let (g, radius) = moment.gravity();
     let earth = Earth { g, radius };
     let joint = pdl[1][15];
-    // Variations that do not matter below are left out there, as the authors do.
+    // As in the authors' code, variations that do not matter below the joint are left out there.
     let vary = |above: bool, p: &[f64; 150]| if above { 1.0 + moment.upper(p) } else { 1.0 };
     let exosphere = ptm[0] * c.pt[0] * vary(z > joint, &c.pt);
     let gradient = ptm[3] * c.ps[0] * vary(z > NODES[3], &c.ps);
@@ -108,7 +108,7 @@ pub(super) fn air(c: &Coefficients, moment: &Moment, z: f64) -> Upper {
 }
 
 impl Column<'_> {
-    /// Density at 120 km.
+    /// Returns the density at 120 km.
     fn start(&self, g: &Gas) -> f64 {
         let p = &self.c.pd[g.pd];
         self.c.pdm[g.pdm][0] * self.moment.upper(p).exp() * p[0]
@@ -118,7 +118,7 @@ impl Column<'_> {
         self.air.density(self.z, start, g.mass, g.alpha)
     }
 
-    /// What a mixed gas has at its turbopause, `height` km.
+    /// Returns the density of a mixed gas at its turbopause, `height` km.
     fn at_turbopause(&self, g: &Gas, height: f64, start: f64) -> f64 {
         self.air.density(height, start, g.mass - self.mean_mass, g.alpha - 1.0)
     }
@@ -127,7 +127,7 @@ impl Column<'_> {
         self.air.density(self.z, at_turbopause, self.mean_mass, 0.0)
     }
 
-    /// Diffusion and mixing as one.
+    /// Combines diffusive and mixed density.
     fn net(&self, g: &Gas, diffusive: f64, mixed: f64) -> f64 {
         let a = self.transition / (self.mean_mass - g.mass);
         let y = a * (mixed / diffusive).ln();
@@ -140,15 +140,14 @@ impl Column<'_> {
         }
     }
 
-    /// N₂, and N₂ as if mixed.
+    /// Returns N₂, and fully mixed N₂.
     fn nitrogen_2(&self, start: f64) -> (f64, f64) {
         let (n, mixed) = (self.diffusive(&NITROGEN, start), self.mixed(self.nitrogen));
         let net = if self.z <= NITROGEN.limit { self.net(&NITROGEN, n, mixed) } else { n };
         (net, mixed)
     }
 
-    /// A gas that below has its part of the ground; `scale` and `middle` are places in the second row of
-    /// `pdl`.
+    /// Returns a gas that has its ground mixing ratio below; `scale` and `middle` are indices into the second row of `pdl`.
     fn ground_mixed(&self, g: &Gas, factor: f64, scale: usize, middle: usize) -> f64 {
         let row = &self.c.pdl[1];
         self.ground_mixed_by(g, factor, row[scale], row[middle])
@@ -208,7 +207,7 @@ impl Column<'_> {
         n * correction(self.z, pdm[3] * pdl[5], pdm[7] * pdl[4], pdm[6] * pdl[3])
     }
 
-    /// Fast oxygen of the upper thermosphere.
+    /// Returns the anomalous (hot) oxygen of the upper thermosphere.
     fn anomalous_oxygen(&self, hot: &Thermosphere, earth: &Earth, temperature: f64) -> f64 {
         let pdm = &self.c.pdm[7];
         let start = pdm[0] * self.moment.upper(&self.c.pd[8]).exp() * self.c.pd[8][0];
@@ -219,12 +218,12 @@ impl Column<'_> {
     }
 }
 
-/// exp(r/(1 + e^((z − middle)/scale))): from e^r far below to 1 far above.
+/// Returns exp(r/(1 + e^((z − middle)/scale))), which goes from e^r far below to 1 far above.
 fn correction(z: f64, r: f64, scale: f64, middle: f64) -> f64 {
     (r / (1.0 + ((z - middle) / scale).clamp(-700.0, 700.0).exp())).exp()
 }
 
-/// The same with two scales.
+/// Returns the correction with two scales.
 fn correction_2(z: f64, r: f64, scales: [f64; 2], middle: f64) -> f64 {
     let [a, b] = scales.map(|s| ((z - middle) / s).clamp(-700.0, 700.0).exp());
     (r / (1.0 + 0.5 * (a + b))).exp()

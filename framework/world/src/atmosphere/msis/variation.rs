@@ -1,7 +1,7 @@
-//! How a coefficient varies: a sum over latitude, season, hour, longitude, flux and magnetic activity.
+//! Variation of a coefficient: a sum over latitude, season, hour, longitude, flux and magnetic activity.
 //!
 //! Hedin 1987, appendix A: Legendre functions of the latitude times harmonics of day, hour and longitude.
-//! Numbers of coefficients count from 0.
+//! Indices of coefficients start at 0.
 
 use super::{Magnetic, SpaceWeather};
 
@@ -10,7 +10,7 @@ const HOUR: f64 = 0.2618;
 const SECOND: f64 = 7.2722e-5;
 const DEGREE: f64 = 1.74533e-2;
 
-/// When, where, and under what Sun.
+/// Time, position and solar activity.
 pub(super) struct Moment {
     pub(super) day: f64,
     seconds: f64,
@@ -51,45 +51,45 @@ impl Moment {
         moment
     }
 
-    /// Local apparent solar time, hours.
+    /// Sets the local apparent solar time, hours.
     pub(super) fn set_hour(&mut self, hour: f64) {
         self.hour = hour;
         self.local = [1.0, 2.0, 3.0].map(|k| ((k * HOUR * hour).cos(), (k * HOUR * hour).sin()));
     }
 
-    /// cos of the day of the year from `phase`, `k` times a year.
+    /// Returns the cosine of the day of the year from `phase`, `k` times a year.
     fn season(&self, k: f64, phase: f64) -> f64 {
         (k * DAY * (self.day - phase)).cos()
     }
 
-    /// Part of the height of the turbopause that varies, with the phase of the exosphere's season.
+    /// Returns the variable part of the height of the turbopause, with the phase of the exosphere's season.
     pub(super) fn turbopause(&self, phase: f64) -> f64 {
         (self.latitude * DEGREE).sin() * self.season(1.0, phase)
     }
 
-    /// Gravity at the ground, cm/s², and effective radius of the Earth, km.
+    /// Returns the gravity at the ground, cm/s², and the effective radius of the Earth, km.
     pub(super) fn gravity(&self) -> (f64, f64) {
         let c = (2.0 * DEGREE * self.latitude).cos();
         let g = 980.616 * (1.0 - 0.0026373 * c);
         (g, 2.0 * g / (3.085462e-6 + 2.27e-9 * c) * 1e-5)
     }
 
-    /// Σ pᵢ Pₙ¹ over (i, n).
+    /// Returns Σ pᵢ Pₙ¹ over (i, n).
     fn first(&self, p: &[f64], terms: &[(usize, usize)]) -> f64 {
         terms.iter().map(|(i, n)| p[*i] * self.plg[1][*n]).sum()
     }
 
-    /// Σ pᵢ Pₙ⁰.
+    /// Returns Σ pᵢ Pₙ⁰.
     fn zonal(&self, p: &[f64], terms: &[(usize, usize)]) -> f64 {
         terms.iter().map(|(i, n)| p[*i] * self.plg[0][*n]).sum()
     }
 
-    /// cos of the longitude from `phase`, degrees.
+    /// Returns the cosine of the longitude from `phase`, degrees.
     fn meridian(&self, phase: f64) -> f64 {
         (DEGREE * (self.longitude - phase)).cos()
     }
 
-    /// Magnetic activity as the coefficients `p` weigh it.
+    /// Returns the magnetic activity, weighted with the coefficients `p`.
     pub(super) fn activity(&self, p: &[f64; 150]) -> f64 {
         match &self.magnetic {
             Magnetic::Daily(ap) => {
@@ -109,7 +109,7 @@ impl Moment {
         }
     }
 
-    /// G(L) of the thermosphere, of 150 coefficients.
+    /// Returns G(L) of the thermosphere, from 150 coefficients.
     pub(super) fn upper(&self, p: &[f64; 150]) -> f64 {
         let (df, dfa, plg) = (self.df, self.dfa, &self.plg);
         let flux = p[19] * df + p[20] * df * df;
@@ -137,7 +137,7 @@ impl Moment {
             + self.universal_time(p, spring)
     }
 
-    /// Diurnal and semidiurnal tides; `more` are terms of the upper atmosphere alone.
+    /// Returns diurnal and semidiurnal tides; `more` are terms that only the upper atmosphere has.
     fn tides(&self, p: &[f64], spring: f64, more: [f64; 2]) -> f64 {
         let [(c1, s1), (c2, s2), _] = self.local;
         let plg = &self.plg;
@@ -153,9 +153,9 @@ impl Moment {
             + twice(8, 42, 33, 36) * s2
     }
 
-    /// Terms of magnetic activity, alone and with longitude and universal time.
+    /// Returns terms of magnetic activity, alone and with longitude and universal time.
     fn magnetic_upper(&self, p: &[f64; 150], spring: f64, activity: f64) -> f64 {
-        // Numbers of: zonal (3), with the season (3), with the hour (3) and its phase, then mixed ones.
+        // Indices: zonal (3), with the season (3), with the hour (3) and its phase, then mixed terms.
         let (zonal, season, hour, phase) = match self.magnetic {
             Magnetic::Daily(_) => ([32, 45, 34], [100, 101, 102], [121, 122, 123], 124),
             Magnetic::History(_) => ([50, 96, 54], [125, 126, 127], [128, 129, 130], 131),
@@ -202,7 +202,7 @@ impl Moment {
         zonal + second * angle.cos() * (1.0 + p[137] * self.dfa)
     }
 
-    /// The same of the lower atmosphere, of 100 coefficients; `activity` as the last array above weighs it.
+    /// Returns G(L) of the lower atmosphere, from 100 coefficients; `activity` is weighted by the last array above.
     pub(super) fn lower(&self, p: &[f64; 100], activity: f64) -> f64 {
         let plg = &self.plg;
         let spring = self.season(1.0, p[13]);
@@ -231,12 +231,12 @@ impl Moment {
     }
 }
 
-/// Activity above 4, bent for storms.
+/// Returns the activity above 4, with saturation for storms.
 fn saturated(a: f64, k: f64, bend: f64) -> f64 {
     a + (bend - 1.0) * (a + ((-k * a).exp() - 1.0) / k)
 }
 
-/// P_n^m up to degree 7 and order 3.
+/// Returns P_n^m up to degree 7 and order 3.
 fn legendre(x: f64, c: f64) -> [[f64; 8]; 4] {
     let mut plg = [[0.0; 8]; 4];
     let mut sectoral = 1.0;

@@ -1,4 +1,4 @@
-//! Below 86 km: layers with a constant gradient of molecular-scale temperature over geopotential altitude.
+//! US Standard Atmosphere below 86 km: layers with a constant gradient of molecular-scale temperature over geopotential altitude.
 //!
 //! ```text
 //! T_M = T_b + L (H − H_b)
@@ -40,7 +40,8 @@ struct Layer {
 pub(super) struct Layers([Layer; 7]);
 
 impl Layers {
-    /// `offset`, K, is added to T_M up to the highest layer, within which it fades to zero at 86 km; pressure follows from the balance of weights.
+    /// Creates the layers. `offset`, K, is added to T_M up to the highest layer, within which it fades to zero at 86 km. The pressure follows from
+    /// hydrostatic balance.
     pub(super) fn new(offset: f64) -> Self {
         let (base, gradient) = BASES[0];
         let first = Layer { base, gradient, temperature: 288.15 + offset, pressure: 101_325.0 };
@@ -68,7 +69,7 @@ impl Layers {
     }
 }
 
-/// T_M and p, `dH` above the base of a layer.
+/// Returns T_M and p, `dH` above the base of a layer.
 fn ahead(layer: &Layer, dH: f64) -> (f64, f64) {
     let Layer { gradient, temperature: t, pressure: p, .. } = *layer;
     let tm = t + gradient * dH;

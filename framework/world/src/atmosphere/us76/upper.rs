@@ -1,4 +1,4 @@
-//! 86 to 1000 km: each gas by diffusion, eddies and transport.
+//! US Standard Atmosphere from 86 to 1000 km: molecular diffusion, eddy diffusion and transport of each gas.
 //!
 //! ```text
 //! n_i = n_i7 (T₇/T) exp(−∫ F_i dz)
@@ -9,16 +9,16 @@
 //! N: of N₂ for O and O₂; of N₂, O, O₂ for Ar and He
 //! n_H = (n_H11 − ∫ φ/D_H (T/T₁₁)^(1+α) e^τ dz) (T₁₁/T)^(1+α) e^(−τ),  τ = ∫ M_H g/(R* T) dz from 500 km
 //! ```
-//! Equations 33 to 41 and Tables 5 to 7 of the standard; kilometres inside.
+//! Equations 33 to 41 and Tables 5 to 7 of the standard; internal lengths are in kilometres.
 
 use super::super::gas::Air;
 use super::{G0, GAMMA, M0, R_STAR};
 
 const R0: f64 = super::R0 / 1000.0;
 const Z7: f64 = 86.0;
-/// Kilometres of the table.
+/// Number of kilometres in the table.
 const COUNT: usize = 914;
-/// Steps of the integration in each third of a kilometre.
+/// Number of integration steps in each third of a kilometre.
 const STEPS: usize = 2;
 /// Avogadro's constant of the standard, 1/kmol.
 const AVOGADRO: f64 = 6.022169e26;
@@ -53,11 +53,11 @@ const TRANSPORT: [[f64; 3]; 5] = [
 const OXYGEN: [f64; 3] = [-3.416248e-3, 97.0, 5.008765e-4];
 /// Hydrogen: n at 500 km, φ (1/(m² s)), a, b, α.
 const HYDROGEN: [f64; 5] = [8.0e10, 7.2e11, 3.305e21, 0.5, -0.25];
-/// Hydrogen is counted from here, km; its integrals start at the other.
+/// Hydrogen is included from here, km; its integrals start at `Z11`.
 const H_FROM: f64 = 150.0;
 const Z11: f64 = 500.0;
 
-/// Temperature (K) and its slope (K/km); `mid`, a height within the step, says which law holds at a seam.
+/// Returns the temperature (K) and its gradient (K/km). `mid`, a height within the step, selects the equation at a seam.
 fn temperature(z: f64, mid: f64) -> (f64, f64) {
     if mid < 91.0 {
         (186.8673, 0.0)
@@ -79,7 +79,7 @@ fn gravity(z: f64) -> f64 {
     G0 * k * k
 }
 
-/// Eddy diffusion, m²/s.
+/// Returns the eddy diffusion, m²/s.
 fn eddy(z: f64, mid: f64) -> f64 {
     if mid < 95.0 {
         120.0
@@ -91,7 +91,7 @@ fn eddy(z: f64, mid: f64) -> f64 {
     }
 }
 
-/// F of the five gases, 1/km, for y = ln(n T).
+/// Returns F of the five gases, 1/km, for y = ln(n T).
 fn slopes(z: f64, mid: f64, y: &[f64; 5]) -> [f64; 5] {
     let (t, dt) = temperature(z, mid);
     let (g, k) = (gravity(z), eddy(z, mid));
@@ -99,7 +99,7 @@ fn slopes(z: f64, mid: f64, y: &[f64; 5]) -> [f64; 5] {
     let low = mid < 100.0;
     let three = n[N2] + n[O] + n[O2];
     let mean = (n[N2] * MOLAR[N2] + n[O] * MOLAR[O] + n[O2] * MOLAR[O2]) / three;
-    // A kilometre has 1000 metres: g/(R* T) is per metre.
+    // g/(R* T) is per metre; a kilometre has 1000 metres.
     let scale = 1000.0 * g / (R_STAR * t);
     let mut f = [0.0; 5];
     f[N2] = scale * if low { M0 } else { MOLAR[N2] };
@@ -131,7 +131,7 @@ fn transport(i: usize, z: f64, mid: f64) -> f64 {
     sum
 }
 
-/// ln(n T) of the five gases at every third of a kilometre, by Runge–Kutta of fourth order.
+/// Returns ln(n T) of the five gases at every third of a kilometre, by fourth-order Runge–Kutta.
 fn integrate() -> Vec<[f64; 5]> {
     let h = 1.0 / (3 * STEPS) as f64;
     let mut y: [f64; 5] = std::array::from_fn(|i| (N7[i] * 186.8673).ln());
@@ -141,7 +141,7 @@ fn integrate() -> Vec<[f64; 5]> {
             let z = Z7 + (third * STEPS + step) as f64 * h;
             let mid = z + 0.5 * h;
             let f = |z: f64, y: &[f64; 5]| slopes(z, mid, y);
-            // F is what y loses.
+            // F is the rate at which y decreases.
             let less = |k: &[f64; 5], h: f64| std::array::from_fn(|i| y[i] - k[i] * h);
             let k1 = f(z, &y);
             let k2 = f(mid, &less(&k1, 0.5 * h));
@@ -154,7 +154,7 @@ fn integrate() -> Vec<[f64; 5]> {
     out
 }
 
-/// Hydrogen at every third of a kilometre, 1/m³; by the trapezoidal rule from 500 km down and up.
+/// Returns hydrogen at every third of a kilometre, 1/m³, by the trapezoidal rule from 500 km down and up.
 fn hydrogen(others: &[[f64; 5]]) -> Vec<f64> {
     let [n11, phi, a, b, alpha] = HYDROGEN;
     let height = |k: usize| Z7 + k as f64 / 3.0;
@@ -188,7 +188,7 @@ fn hydrogen(others: &[[f64; 5]]) -> Vec<f64> {
     n
 }
 
-/// Cubics of ln ρ and ln p in each kilometre, Newton's form at thirds.
+/// Cubics of ln ρ and ln p in each kilometre, in Newton's form at thirds.
 #[derive(Clone, Debug)]
 pub(super) struct Profile(Vec<[[f64; 4]; 2]>);
 
@@ -226,7 +226,7 @@ impl Profile {
         let k = ((z - Z7) as usize).min(COUNT - 1);
         let x = 3.0 * (z - Z7 - k as f64);
         let value = |d: &[f64; 4]| d[0] + x * (d[1] + (x - 1.0) * (d[2] + (x - 2.0) * d[3]));
-        // Beyond the table: a straight line through the last kilometre.
+        // Beyond the table, continue linearly with the slope of the last kilometre.
         let line = |d: &[f64; 4]| {
             let end = d[0] + 3.0 * (d[1] + 2.0 * (d[2] + d[3]));
             end + (end - d[0]) * (x / 3.0 - 1.0)

@@ -1,36 +1,35 @@
-//! A mesh as flat facets, each with area, normal and centre: what presses on a surface is summed over them.
+//! A mesh as flat facets with area, normal and centre, over which surface forces are summed.
 
 use super::mesh::{edges, faces, sides, volume, wrong};
 use super::obj::{Triangles, triangles};
 use crate::error::WorldError;
 use linkwork_spatial::Vec3;
 
-/// A flat triangle, axes and origin of the file.
+/// A flat triangle; axes and origin of the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facet {
-    /// m².
+    /// Area, m².
     pub area: f64,
-    /// Unit vector to the side from which its corners are counter-clockwise: outwards.
+    /// Unit vector to the side from which the corners are counter-clockwise: outwards.
     pub normal: Vec3,
     /// Centroid, m.
     pub centre: Vec3,
 }
 
-/// What a mesh has to be.
+/// Required property of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Surface {
-    /// The whole surface of a body: each edge has two triangles, and the volume is above zero, so that all normals
-    /// point outwards.
+    /// The whole surface of a body: each edge belongs to two triangles, and the volume is above zero, so that all normals point outwards.
     Closed,
-    /// A part of one: neighbours look to the same side; that it is the outer one is not checked.
+    /// A part of a surface: neighbours face the same side. Whether this is the outer side is not checked.
     Open,
 }
 
-/// Reads a Wavefront OBJ text as facets; `file` and `scale` as in [`from_obj`](super::from_obj). O(n log n).
+/// Reads facets from a Wavefront OBJ text; `file` and `scale` are as in [`from_obj`](super::from_obj). O(n log n).
 ///
 /// # Errors
-/// Lines that cannot be read, no face at all, triangles without area, neighbours that look to opposite sides; of a
-/// closed surface: gaps, and a volume that is not above zero (inside out).
+/// Lines that cannot be read, a file without faces, triangles with zero area, or neighbours that face opposite sides; for a closed surface also gaps,
+/// and a volume that is not above zero (inside out).
 pub fn facets_from_obj(
     file: &str,
     text: &str,
@@ -43,7 +42,7 @@ pub fn facets_from_obj(
         return Err(wrong(file.to_string(), fact, "give lines `v x y z` and `f 1 2 3`"));
     }
     let faces = faces(&vertices, &corners, |k| format!("{file}:{}", lines[k]))?;
-    // Edges and the whole are no line of the file.
+    // Edges and the whole mesh do not belong to a line of the file.
     let in_file = |e: WorldError| match e {
         WorldError::Mesh { place, fact, help } => {
             WorldError::Mesh { place: format!("{file}: {place}"), fact, help }
@@ -72,7 +71,7 @@ mod tests {
     const TETRAHEDRON: &str =
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 
-    /// Σ A n = 0 (Gauss), ⅓ Σ A n·c is the volume.
+    /// Σ A n = 0 (Gauss), and ⅓ Σ A n·c is the volume.
     #[test]
     fn facets_of_a_closed_mesh_enclose_its_volume() {
         let all = facets_from_obj("t.obj", TETRAHEDRON, 2.0, Surface::Closed).unwrap();
@@ -94,7 +93,7 @@ mod tests {
         assert!(told(&open, Surface::Closed).starts_with("t.obj: edge "));
         let turned = TETRAHEDRON.replace("f 2 3 4", "f 2 4 3");
         for surface in [Surface::Open, Surface::Closed] {
-            assert!(told(&turned, surface).contains("opposite senses"));
+            assert!(told(&turned, surface).contains("opposite directions"));
             assert!(told("", surface).starts_with("t.obj: has no face"));
             let flat = TETRAHEDRON.replace("f 2 3 4", "f 2 2 4");
             assert!(told(&flat, surface).starts_with("t.obj:8: has no area"));

@@ -1,11 +1,11 @@
-//! A homogeneous polyhedron from afar: the series of its moments about the centroid, degrees 0, 2 and 3.
+//! Far field of a homogeneous polyhedron: the series of its moments about the centroid, degrees 0, 2 and 3.
 //!
 //! ```text
 //! V/Gρ = V₀/r + (3 q − T r²)/(2 r⁵) + (5 c − 3 s r²)/(2 r⁷)
 //! q = rᵀ M r,  T = tr M,  c = Σ K_ijk r_i r_j r_k,  s = u·r,  u_i = Σ_j K_ijj
 //! M = ∫ x xᵀ dV,   K_ijk = ∫ x_i x_j x_k dV
 //! ```
-//! Of a tetrahedron with one corner at the origin and the corners v at the others, S = Σ v, Q = Σ v vᵀ, volume V₀:
+//! A tetrahedron has one corner at the origin and the other corners v; S = Σ v, Q = Σ v vᵀ, and its volume is V₀:
 //! ```text
 //! ∫ x xᵀ dV = V₀/20 (Q + S Sᵀ)
 //! ∫ x_i x_j x_k dV = V₀/120 (S_i S_j S_k + S_i Q_jk + S_j Q_ik + S_k Q_ij + 2 Σ v_i v_j v_k)
@@ -15,13 +15,13 @@ use super::super::Gravity;
 use super::Face;
 use linkwork_spatial::{Mat3, Vec3};
 
-/// Distance from the centroid over that of the farthest vertex, from which on the series is the better one.
+/// Ratio of the distance from the centroid to that of the farthest vertex, above which the series is more accurate.
 const FAR: f64 = 150.0;
 
 /// Moments about the centroid.
 #[derive(Clone, Debug)]
 pub(super) struct Moments {
-    /// From here on, m.
+    /// Minimum distance at which the series is used, m.
     from: f64,
     volume: f64,
     /// ∫ x xᵀ dV, m⁵.
@@ -54,13 +54,13 @@ impl Moments {
         Self { from: FAR * size, volume, M, K, u }
     }
 
-    /// At `r` (m) from the centroid, for Gρ = 1; `None` nearer than where it is as good as the closed form.
+    /// Returns the gravity at `r` (m) from the centroid, for Gρ = 1; `None` at distances where the closed form is more accurate.
     pub(super) fn gravity(&self, r: &Vec3) -> Option<Gravity> {
         let d = r.norm();
         if d < self.from {
             return None;
         }
-        // With n = r/d each degree has one power of 1/d: nothing overflows.
+        // With n = r/d each degree has one power of 1/d, so that overflow is impossible.
         let n = r / d;
         let (i, one, nn) = (1.0 / d, Mat3::identity(), n * n.transpose());
         let (i3, i4) = (i * i * i, i * i * i * i);

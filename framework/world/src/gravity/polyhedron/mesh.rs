@@ -1,4 +1,4 @@
-//! From triangles to faces and edges, and whether they close.
+//! Converts triangles to faces and edges, and checks whether they form a closed surface.
 
 use super::{Edge, Face};
 use crate::error::WorldError;
@@ -9,7 +9,7 @@ pub(super) fn wrong(place: String, fact: String, help: &'static str) -> WorldErr
     WorldError::Mesh { place, fact, help }
 }
 
-/// Triangles with their normals; `place` names one of them in messages.
+/// Returns triangles with their normals; `place` names one of them in messages.
 pub(super) fn faces(
     vertices: &[Vec3],
     triangles: &[[u32; 3]],
@@ -30,7 +30,7 @@ pub(super) fn faces(
         let normal = ab.cross(&ac);
         let scale = ab.norm() * ac.norm();
         if !(normal.norm() > 1e-12 * scale) {
-            let help = "remove it, or give three corners that are not on one line";
+            let help = "remove it, or give three corners that are not collinear";
             return Err(wrong(place(k), "has no area".to_string(), help));
         }
         out.push(Face { corners: *corners, normal: normal.normalize() });
@@ -38,10 +38,10 @@ pub(super) fn faces(
     Ok(out)
 }
 
-/// From a directed edge to its face; in order, so that sums are in order.
+/// Map from a directed edge to its face. It is ordered, so that sums have a defined order.
 pub(super) type Sides = BTreeMap<(u32, u32), usize>;
 
-/// The directed edges of faces that all look to one side: none is there twice.
+/// Returns the directed edges of faces that all face the same side: each occurs only once.
 pub(super) fn sides(faces: &[Face]) -> Result<Sides, WorldError> {
     let mut sides = Sides::new();
     for (k, f) in faces.iter().enumerate() {
@@ -49,7 +49,7 @@ pub(super) fn sides(faces: &[Face]) -> Result<Sides, WorldError> {
         for (from, to) in [(a, b), (b, c), (c, a)] {
             if let Some(other) = sides.insert((from, to), k) {
                 let fact = format!("triangles {other} and {k} both run from {from} to {to}");
-                let help = "turn one of them: neighbours run through their edge in opposite senses";
+                let help = "reverse one of them: neighbours must traverse their edge in opposite directions";
                 return Err(wrong(format!("edge {from}-{to}"), fact, help));
             }
         }
@@ -57,7 +57,7 @@ pub(super) fn sides(faces: &[Face]) -> Result<Sides, WorldError> {
     Ok(sides)
 }
 
-/// Each edge once, from its smaller to its larger vertex.
+/// Returns each edge once, from its smaller to its larger vertex.
 pub(super) fn edges(vertices: &[Vec3], faces: &[Face]) -> Result<Vec<Edge>, WorldError> {
     let sides = sides(faces)?;
     let mut out = Vec::with_capacity(sides.len() / 2);
@@ -72,17 +72,17 @@ pub(super) fn edges(vertices: &[Vec3], faces: &[Face]) -> Result<Vec<Edge>, Worl
         let along = vertices[b as usize] - vertices[a as usize];
         let length = along.norm();
         let along = along / length;
-        // Out of the face across its edge: along × normal, for the sense in which the face runs.
+        // Vector out of the face across its edge: along × normal, for the direction in which the face traverses the edge.
         let (n_A, n_B) = (faces[A].normal, faces[B].normal);
         let (e_A, e_B) = (along.cross(&n_A), -along.cross(&n_B));
         let E = n_A * e_A.transpose() + n_B * e_B.transpose();
-        // Symmetric but for rounding; made so exactly.
+        // Symmetric up to round-off; make it exactly symmetric.
         out.push(Edge { ends: [a, b], length, E: (E + E.transpose()) * 0.5 });
     }
     Ok(out)
 }
 
-/// Volume and centroid, as a sum of tetrahedra with one corner at the first vertex.
+/// Returns volume and centroid, as a sum over tetrahedra with one corner at the first vertex.
 pub(super) fn volume(vertices: &[Vec3], faces: &[Face]) -> Result<(f64, Vec3), WorldError> {
     let Some(origin) = vertices.first() else {
         let help = "give at least four vertices and four triangles";

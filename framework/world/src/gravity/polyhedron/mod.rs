@@ -1,7 +1,7 @@
-//! Gravity of a homogeneous polyhedron in closed form: asteroids.
+//! Gravity of a homogeneous polyhedron in closed form, for asteroids.
 //!
-//! Werner & Scheeres, *Exterior gravitation of a polyhedron*, Celestial Mechanics 65 (1997). With r_e, r_f
-//! from the point to any point of an edge or face, G the constant of gravity, ρ the density:
+//! The equations are from Werner & Scheeres, *Exterior gravitation of a polyhedron*, Celestial Mechanics 65 (1997). r_e, r_f point from the field
+//! point to any point of an edge or face, G is the gravitational constant, ρ the density:
 //! ```text
 //! V = ½Gρ (Σ_e r_e·E_e r_e L_e − Σ_f r_f·F_f r_f ω_f)
 //! a = Gρ (−Σ_e E_e r_e L_e + Σ_f F_f r_f ω_f)
@@ -9,11 +9,10 @@
 //! E_e = n_A n_eAᵀ + n_B n_eBᵀ,   F_f = n_f n_fᵀ
 //! L_e = ln((a + b + e)/(a + b − e)),   ω_f = 2 atan2(r₁·r₂×r₃, abc + a r₂·r₃ + b r₁·r₃ + c r₁·r₂)
 //! ```
-//! n_f points out of the body, n_eA lies in face A and points out of it across the edge. Exact everywhere,
-//! inside too; on an edge the gradient is infinite, and what is told there leaves that edge out.
-//! Far away its terms cancel: about 1e-16 (distance/size)³ of the acceleration is lost. From 150 times the distance
-//! of its farthest vertex on, the moments of its mass of degree 2 and 3 take their place (`far`): both are right to some
-//! 3e-10 there, and the series improves with distance.
+//! n_f points out of the body; n_eA lies in face A and points out of it across the edge. The equations are exact everywhere, also inside. On an edge
+//! the gradient is infinite, and the result there excludes this edge. Far away the terms cancel: a fraction of about 1e-16 (distance/size)³ of the
+//! acceleration is lost. From 150 times the distance of the farthest vertex on, moments of the mass of degree 2 and 3 are used instead (`far`). Both
+//! have an error of about 3e-10 there, and the series becomes more accurate with distance.
 
 mod facets;
 mod far;
@@ -28,7 +27,7 @@ use crate::error::{WorldError, number};
 use linkwork_spatial::{Mat3, Vec3};
 use std::f64::consts::PI;
 
-/// A closed surface of triangles, ready to be evaluated. Axes and origin are those of its vertices.
+/// A closed surface of triangles, ready for evaluation. Axes and origin are those of its vertices.
 #[derive(Clone, Debug)]
 pub struct Polyhedron {
     /// Gρ, 1/s².
@@ -41,14 +40,14 @@ pub struct Polyhedron {
     moments: far::Moments,
 }
 
-/// A triangle: corners counter-clockwise from outside, and the normal out of the body.
+/// A triangle: corners counter-clockwise from outside, and the outward normal.
 #[derive(Clone, Copy, Debug)]
 struct Face {
     corners: [u32; 3],
     normal: Vec3,
 }
 
-/// An edge of two faces.
+/// An edge between two faces.
 #[derive(Clone, Copy, Debug)]
 struct Edge {
     ends: [u32; 2],
@@ -57,12 +56,12 @@ struct Edge {
 }
 
 impl Polyhedron {
-    /// From vertices (m) and triangles, counter-clockwise seen from outside, indices from 0; `g_rho` is
-    /// G times the density, 1/s². O(n log n).
+    /// Creates a polyhedron from vertices (m) and triangles, counter-clockwise seen from outside, indices from 0. `g_rho` is G times the density,
+    /// 1/s². O(n log n).
     ///
     /// # Errors
-    /// An index without vertex, a triangle without area, an edge that does not belong to exactly two
-    /// triangles of opposite sense, a volume that is not above zero (inside out), numbers not finite.
+    /// An index out of range, a triangle with zero area, an edge that does not belong to exactly two triangles of opposite direction, a volume that
+    /// is not above zero (inside out), or numbers that are not finite.
     pub fn new(
         vertices: Vec<Vec3>,
         triangles: &[[u32; 3]],
@@ -76,32 +75,32 @@ impl Polyhedron {
         Ok(Self { g_rho, vertices, faces, edges, volume, centroid, moments })
     }
 
-    /// m³.
+    /// Returns the volume, m³.
     #[must_use]
     pub fn volume(&self) -> f64 {
         self.volume
     }
 
-    /// Centre of mass, m.
+    /// Returns the centre of mass, m.
     #[must_use]
     pub fn centroid(&self) -> Vec3 {
         self.centroid
     }
 
-    /// Gravitational parameter: Gρ times the volume, m³/s².
+    /// Returns the gravitational parameter: Gρ times the volume, m³/s².
     #[must_use]
     pub fn mu(&self) -> f64 {
         self.g_rho * self.volume
     }
 
-    /// Corners of the triangles, m.
+    /// Returns the corners of the triangles, m.
     #[must_use]
     pub fn vertices(&self) -> &[Vec3] {
         &self.vertices
     }
 
-    /// Potential (m²/s²), acceleration (m/s²) and gradient (1/s²) at `p` (m), axes of the vertices.
-    /// A logarithm for each edge and an arctangent for each triangle, nearer than 150 times the distance of the farthest vertex; no memory.
+    /// Returns potential (m²/s²), acceleration (m/s²) and gradient (1/s²) at `p` (m), axes of the vertices. Closer than 150 times the distance of the
+    /// farthest vertex, it needs one logarithm per edge and one arctangent per triangle. Does not allocate.
     #[must_use]
     pub fn gravity(&self, p: &Vec3) -> Gravity {
         match self.moments.gravity(&(p - self.centroid)) {
@@ -114,7 +113,7 @@ impl Polyhedron {
         }
     }
 
-    /// The closed form.
+    /// Evaluates the closed form.
     fn near(&self, p: &Vec3) -> Gravity {
         let (mut V, mut a, mut H) = (0.0, Vec3::zeros(), Mat3::zeros());
         for e in &self.edges {
@@ -144,19 +143,19 @@ impl Polyhedron {
         }
     }
 
-    /// Σω/4π at `p` (m): 1 inside, 0 outside, ½ on a face.
+    /// Returns Σω/4π at `p` (m): 1 inside, 0 outside, ½ on a face.
     #[must_use]
     pub fn winding(&self, p: &Vec3) -> f64 {
         self.faces.iter().map(|f| self.solid_angle(f, p).0).sum::<f64>() / (4.0 * PI)
     }
 
-    /// Whether `p` (m) is inside.
+    /// Returns whether `p` (m) is inside.
     #[must_use]
     pub fn contains(&self, p: &Vec3) -> bool {
         self.winding(p) > 0.5
     }
 
-    /// Signed solid angle of a face from `p`, and the vector to its first corner.
+    /// Returns the signed solid angle of a face from `p`, and the vector to its first corner.
     fn solid_angle(&self, f: &Face, p: &Vec3) -> (f64, Vec3) {
         let [r1, r2, r3] = f.corners.map(|k| self.vertices[k as usize] - p);
         let (a, b, c) = (r1.norm(), r2.norm(), r3.norm());

@@ -1,21 +1,20 @@
-//! Vertices and faces from the text of a Wavefront OBJ file: lines `v` and `f`; the rest is looks.
+//! Reads vertices and faces from the text of a Wavefront OBJ file: lines `v` and `f`. Other lines only affect appearance and are ignored.
 
 use super::Polyhedron;
 use crate::error::WorldError;
 use linkwork_spatial::Vec3;
 
-/// Reads a mesh. `file` is the name for messages; `scale` is metres for a unit of the file (1000 for
-/// the usual shape models in km); `g_rho` as in [`Polyhedron::new`]. Faces with more than three corners
-/// become a fan of triangles.
+/// Reads a mesh. `file` is the name for messages; `scale` is metres per unit of the file (1000 for the usual shape models in km); `g_rho` is as in
+/// [`Polyhedron::new`]. Faces with more than three corners become a fan of triangles.
 ///
 /// # Errors
-/// Lines that cannot be read, with their number, and all that [`Polyhedron::new`] refuses.
+/// Lines that cannot be read, with their number, and all errors of [`Polyhedron::new`].
 pub fn from_obj(file: &str, text: &str, scale: f64, g_rho: f64) -> Result<Polyhedron, WorldError> {
     let Triangles { vertices, corners, .. } = triangles(file, text, scale)?;
     Polyhedron::new(vertices, &corners, g_rho)
 }
 
-/// What a file says, not yet looked at as a surface.
+/// Content of a file, not yet checked as a surface.
 pub(super) struct Triangles {
     /// m.
     pub(super) vertices: Vec<Vec3>,
@@ -24,7 +23,7 @@ pub(super) struct Triangles {
     pub(super) lines: Vec<usize>,
 }
 
-/// Vertices and triangles of a text; arguments as in [`from_obj`].
+/// Returns vertices and triangles of a text; arguments are as in [`from_obj`].
 pub(super) fn triangles(file: &str, text: &str, scale: f64) -> Result<Triangles, WorldError> {
     crate::error::number("scale", scale, |x| x > 0.0, "metres for a unit of the file")?;
     let mut vertices: Vec<Vec3> = Vec::new();
@@ -64,13 +63,13 @@ pub(super) fn triangles(file: &str, text: &str, scale: f64) -> Result<Triangles,
     Ok(Triangles { vertices, corners: triangles, lines })
 }
 
-/// Vertex of `7`, `7/1/3` or `-1`, from 0.
+/// Returns the index, from 0, of the vertex `7`, `7/1/3` or `-1`.
 fn corner(word: &str, count: usize) -> Result<u32, String> {
     let text = word.split('/').next().unwrap_or("");
-    let k: i64 = text.parse().map_err(|_| format!("`{word}` is no corner"))?;
+    let k: i64 = text.parse().map_err(|_| format!("`{word}` is not a corner"))?;
     let k = if k < 0 { count as i64 + k } else { k - 1 };
     u32::try_from(k)
         .ok()
         .filter(|k| (*k as usize) < count)
-        .ok_or_else(|| format!("`{word}` names no vertex of the {count} above"))
+        .ok_or_else(|| format!("`{word}` does not refer to one of the {count} vertices above"))
 }

@@ -1,4 +1,4 @@
-//! `.cof` of GMAT: fixed columns, so that numbers may touch.
+//! `.cof` files of GMAT. They have fixed columns, so that numbers may touch.
 //!
 //! ```text
 //! columns   1-8      9-11  12-14  15-38  39-
@@ -46,7 +46,7 @@ pub(super) fn read(file: &str, text: &str, keep: Keep) -> Result<Coefficients, W
             (w, _) if w.starts_with("COMMEN") || w.starts_with('C') => {}
             (w, _) => {
                 let fact = format!("`{w}` is no keyword");
-                return Err(wrong(file, line, fact, "COMMENT, POTFIELD, RECOEF, END are known"));
+                return Err(wrong(file, line, fact, "expected COMMENT, POTFIELD, RECOEF or END"));
             }
         }
     }
@@ -55,7 +55,7 @@ pub(super) fn read(file: &str, text: &str, keep: Keep) -> Result<Coefficients, W
         return Err(wrong(file, 0, "there is no POTFIELD".to_string(), help));
     };
     if !ended {
-        return Err(wrong(file, 0, "there is no END".to_string(), "the file was cut"));
+        return Err(wrong(file, 0, "there is no END".to_string(), "the file was truncated"));
     }
     reading.done()
 }
@@ -78,7 +78,7 @@ fn header(file: &str, line: usize, raw: &str) -> Result<Header, WorldError> {
     })
 }
 
-/// Columns `from` … `to`, as far as the line goes; empty where it does not.
+/// Returns columns `from` … `to`, as far as the line reaches; empty beyond its end.
 fn cut(line: &str, from: usize, to: usize) -> &str {
     line.get(from..to.min(line.len())).unwrap_or("")
 }

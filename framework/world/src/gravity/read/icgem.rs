@@ -5,9 +5,8 @@
 //! earth_gravity_constant, radius, max_degree, norm (fully_normalized unless said), tide_system
 //! gfc n m C S [deviations]
 //! ```
-//! The field's order is the highest of the list: a file with zonal terms alone has order 0.
-//! Fields that change with time (`gfct`, `trnd`, `asin`, `acos`) are refused: an evaluation here has
-//! no date, and leaving the change out in silence would be wrong by what the file was made for.
+//! The field's order is the highest of the list, so a file with only zonal terms has order 0. Time-variable fields (`gfct`, `trnd`, `asin`, `acos`)
+//! are rejected, because an evaluation does not have a date, and silently ignoring the variation would defeat the purpose of the file.
 
 use super::{Header, Keep, Norm, Reading, float, whole, wrong};
 use crate::error::WorldError;
@@ -37,7 +36,7 @@ pub(super) fn read(file: &str, text: &str, keep: Keep) -> Result<Coefficients, W
                 ));
             }
             _ => {
-                let fact = format!("`{}` is no line of a list", text.trim());
+                let fact = format!("`{}` is not a line of a list", text.trim());
                 return Err(wrong(file, line, fact, "lines are `gfc n m C S …`"));
             }
         }
@@ -45,7 +44,7 @@ pub(super) fn read(file: &str, text: &str, keep: Keep) -> Result<Coefficients, W
     reading.done()
 }
 
-/// The header, and how many lines it takes.
+/// Reads the header. Returns it with its number of lines.
 fn header(file: &str, text: &str) -> Result<(Header, usize), WorldError> {
     let (mut mu, mut radius, mut degree) = (None, None, None);
     let (mut norm, mut tide) = (Norm::Full, TideSystem::Unknown);
@@ -64,7 +63,7 @@ fn header(file: &str, text: &str) -> Result<(Header, usize), WorldError> {
             "end_of_head" => {
                 let missing = |what: &str| {
                     let fact = format!("the header has no `{what}`");
-                    wrong(file, line, fact, "it must have it before `end_of_head`")
+                    wrong(file, line, fact, "it must be before `end_of_head`")
                 };
                 let degree = degree.ok_or_else(|| missing("max_degree"))?;
                 let mu = mu.ok_or_else(|| missing("earth_gravity_constant"))?;
@@ -77,7 +76,7 @@ fn header(file: &str, text: &str) -> Result<(Header, usize), WorldError> {
             _ => {}
         }
     }
-    Err(wrong(file, 0, "there is no `end_of_head`".to_string(), "is this a .gfc file of ICGEM?"))
+    Err(wrong(file, 0, "`end_of_head` is missing".to_string(), "is this a .gfc file of ICGEM?"))
 }
 
 fn norm_of(file: &str, line: usize, value: &str) -> Result<Norm, WorldError> {

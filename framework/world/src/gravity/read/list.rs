@@ -1,4 +1,4 @@
-//! Comma-separated lists: SHADR of the Planetary Data System, in km, and Basilisk's, in m.
+//! Comma-separated lists: SHADR of the Planetary Data System, in km, and Basilisk's format, in m.
 //!
 //! ```text
 //! R, mu, (σ of mu, or rotation rate), degree, order, normalised (1) or not (0), longitude, latitude
@@ -34,7 +34,12 @@ pub(super) fn read(
         let words: Vec<&str> = text.split(',').collect();
         if !matches!(words.len(), 4 | 6) {
             let fact = format!("{} numbers, not 4 or 6", words.len());
-            return Err(wrong(file, line, fact, "n, m, C, S and perhaps two deviations"));
+            return Err(wrong(
+                file,
+                line,
+                fact,
+                "expected n, m, C, S and optionally two deviations",
+            ));
         }
         let n = whole(file, line, "degree", words[0])?;
         let m = whole(file, line, "order", words[1])?;
@@ -55,7 +60,7 @@ fn header(file: &str, line: usize, text: &str, length: Length) -> Result<Header,
     for (what, k) in [("reference longitude", 6), ("reference latitude", 7)] {
         if number(what, k)? != 0.0 {
             let fact = format!("{what} is {}, not 0", words[k].trim());
-            return Err(wrong(file, line, fact, "turn the coefficients to the body's own axes"));
+            return Err(wrong(file, line, fact, "rotate the coefficients to the body's own axes"));
         }
     }
     let norm = match number("normalisation", 5)? {
@@ -69,7 +74,7 @@ fn header(file: &str, line: usize, text: &str, length: Length) -> Result<Header,
     let (radius, mu) = (number("radius", 0)?, number("mu", 1)?);
     if length == Length::Kilometres && radius > 1e5 {
         let fact = format!("a radius of {radius} km is larger than Jupiter's");
-        return Err(wrong(file, line, fact, "is it in metres? then read it as Basilisk's format"));
+        return Err(wrong(file, line, fact, "if it is in metres, read it as Basilisk's format"));
     }
     let k = if length == Length::Kilometres { 1e3 } else { 1.0 };
     Ok(Header {

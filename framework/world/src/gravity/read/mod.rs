@@ -1,8 +1,7 @@
-//! Coefficient files: four formats, one way of checking what they hold.
+//! Coefficient files: four formats with common checks.
 //!
-//! What is checked in each: every line is understood, no coefficient comes twice, none lies outside
-//! of the degree and order that the header announces, the last degree is complete (a file that was
-//! cut is refused), and the normalisation that the header claims is the one that the numbers have.
+//! Checks in each format: every line is valid, each coefficient appears once and within the degree and order of the header, the last degree is
+//! complete (a truncated file is rejected), and the numbers have the normalisation that the header states.
 
 mod gmat;
 mod icgem;
@@ -11,7 +10,7 @@ mod list;
 use super::coefficients::{Coefficients, DEGREE_MAX, TideSystem, normalisation};
 use crate::error::WorldError;
 
-/// How a file is laid out.
+/// File format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// `.cof` of GMAT: `POTFIELD` and `RECOEF` in fixed columns, metres.
@@ -20,23 +19,23 @@ pub enum Format {
     Basilisk,
     /// `.gfc` of the ICGEM service: keywords, `gfc n m C S`, metres.
     Icgem,
-    /// SHADR of the Planetary Data System: Basilisk's layout, but in kilometres.
+    /// SHADR of the Planetary Data System: Basilisk's layout in kilometres.
     Shadr,
 }
 
-/// How much of a file to keep.
+/// Part of a file to keep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
-    /// All of it, at most degree 360.
+    /// All of it, up to degree 360.
     All,
-    /// Up to a degree; the file must have as many.
+    /// Up to this degree, which the file must have.
     Degree(usize),
 }
 
-/// Reads coefficients. `file` is the name that stands in messages, `text` the content.
+/// Reads coefficients. `file` is the name for messages, `text` the content.
 ///
 /// # Errors
-/// Anything that the module's head says, with the line.
+/// A violation of any check of the module, with the line.
 pub fn read(
     format: Format,
     file: &str,
@@ -51,7 +50,7 @@ pub fn read(
     }
 }
 
-/// What a header says.
+/// Content of a header.
 #[derive(Clone, Copy, Debug)]
 struct Header {
     mu: f64,
@@ -60,11 +59,11 @@ struct Header {
     order: usize,
     norm: Norm,
     tide: TideSystem,
-    /// The order is what the format says, not the largest of the lines.
+    /// Whether the format specifies the order; otherwise it is the highest of the lines.
     order_is_written: bool,
 }
 
-/// Normalisation that a header claims.
+/// Normalisation stated by a header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Norm {
     Full,
@@ -78,11 +77,11 @@ struct Reading<'a> {
     /// Line of the header.
     at: usize,
     field: Coefficients,
-    /// Line on which (n, m) stands; 0: nowhere.
+    /// Line of (n, m); 0 if it has not appeared.
     lines: Vec<usize>,
-    /// How many orders of the header's highest degree came.
+    /// Number of orders read for the header's highest degree.
     last_degree: usize,
-    /// Highest order that came.
+    /// Highest order read.
     highest: usize,
 }
 
@@ -90,13 +89,13 @@ fn wrong(file: &str, line: usize, fact: String, help: &'static str) -> WorldErro
     WorldError::Line { file: file.to_string(), line, fact, help }
 }
 
-/// A number as Fortran writes it, too: `1.5D-03`.
+/// Reads a number, also in Fortran notation: `1.5D-03`.
 fn float(file: &str, line: usize, what: &str, text: &str) -> Result<f64, WorldError> {
     let plain = text.trim().replace(['D', 'd'], "E");
     match plain.parse::<f64>() {
         Ok(x) if x.is_finite() => Ok(x),
         _ => {
-            let fact = format!("{what} is `{}`, which is no finite number", text.trim());
+            let fact = format!("{what} is `{}`, which is not a finite number", text.trim());
             Err(wrong(file, line, fact, "write it like -4.84165e-04"))
         }
     }
@@ -104,8 +103,8 @@ fn float(file: &str, line: usize, what: &str, text: &str) -> Result<f64, WorldEr
 
 fn whole(file: &str, line: usize, what: &str, text: &str) -> Result<usize, WorldError> {
     text.trim().parse().map_err(|_| {
-        let fact = format!("{what} is `{}`, which is no whole number", text.trim());
-        wrong(file, line, fact, "is this file of the format that it is read as?")
+        let fact = format!("{what} is `{}`, which is not an integer", text.trim());
+        wrong(file, line, fact, "check that the file has the expected format")
     })
 }
 
@@ -113,7 +112,12 @@ impl<'a> Reading<'a> {
     fn new(file: &'a str, at: usize, header: Header, keep: Keep) -> Result<Self, WorldError> {
         if header.degree.max(header.order) > 100_000 {
             let fact = format!("degree {}, order {}", header.degree, header.order);
-            return Err(wrong(file, at, fact, "no field is as large; correct the header"));
+            return Err(wrong(
+                file,
+                at,
+                fact,
+                "fields of this size do not exist; correct the header",
+            ));
         }
         let degree = match keep {
             Keep::All if header.degree > DEGREE_MAX => {
@@ -123,7 +127,7 @@ impl<'a> Reading<'a> {
             Keep::All => header.degree,
             Keep::Degree(n) if n > header.degree => {
                 let fact = format!("the field has degree {}, not {n}", header.degree);
-                return Err(wrong(file, at, fact, "ask for less, or read a larger field"));
+                return Err(wrong(file, at, fact, "use a lower degree, or read a larger field"));
             }
             Keep::Degree(n) => n,
         };
@@ -138,7 +142,7 @@ impl<'a> Reading<'a> {
         Ok(Self { file, header, at, field, lines, last_degree: 0, highest: 0 })
     }
 
-    /// Takes one pair of coefficients, as the file has it.
+    /// Adds one pair of coefficients, in the file's normalisation.
     fn take(&mut self, line: usize, n: usize, m: usize, c: f64, s: f64) -> Result<(), WorldError> {
         let file = self.file;
         if n > self.header.degree || m > n.min(self.header.order) {
@@ -155,7 +159,7 @@ impl<'a> Reading<'a> {
         }
         let seen = &mut self.lines[n * (n + 1) / 2 + m];
         if *seen > 0 {
-            let fact = format!("degree {n}, order {m} is on line {seen} already");
+            let fact = format!("degree {n}, order {m} is already on line {seen}");
             return Err(wrong(file, line, fact, "keep one of them"));
         }
         *seen = line;
@@ -174,10 +178,10 @@ impl<'a> Reading<'a> {
         self.field.set(n, m, c / k, s / k)
     }
 
-    /// All lines are read: is everything there, and normalised as the header says?
+    /// Finishes reading: checks that the field is complete and normalised as the header states.
     fn done(self) -> Result<Coefficients, WorldError> {
         let (file, h) = (self.file, self.header);
-        // A file may leave out what is zero, such as all that is not zonal.
+        // A file may omit zeros, such as all terms that are not zonal.
         let order = if h.order_is_written { h.order } else { self.highest };
         let expected = h.degree.min(order) + 1;
         if self.last_degree < expected {
@@ -185,20 +189,20 @@ impl<'a> Reading<'a> {
                 "degree {}, the last, has {} of its {expected} orders",
                 h.degree, self.last_degree
             );
-            return Err(wrong(file, 0, fact, "the file was cut, or its header is wrong"));
+            return Err(wrong(file, 0, fact, "the file was truncated, or its header is wrong"));
         }
-        // Between full and no normalisation lie factors above 1e4 at degree 8 already.
+        // Full and no normalisation differ by factors above 1e4 already at degree 8.
         let help = "correct the header's normalisation";
         match (h.norm, self.field.high_over_low()) {
             (Norm::Full, Some(ratio)) if ratio < 1e-3 => {
                 let fact = format!(
-                    "said to be normalised, but high orders are {ratio:.1e} of the low ones"
+                    "the header states normalisation, but high orders are {ratio:.1e} of the low ones"
                 );
                 Err(wrong(file, self.at, fact, help))
             }
             (Norm::None, Some(ratio)) if ratio > 1e3 => {
                 let fact = format!(
-                    "said to be not normalised, but normalising makes high orders {ratio:.1e} of the low ones"
+                    "the header states no normalisation, but normalising makes high orders {ratio:.1e} of the low ones"
                 );
                 Err(wrong(file, self.at, fact, help))
             }

@@ -1,17 +1,17 @@
-//! The Earth by IAU 2006/2000A, based on the celestial intermediate origin. Home of sofars.
+//! Rotation of the Earth by IAU 2006/2000A, based on the celestial intermediate origin. The only module that depends on sofars.
 //!
 //! ```text
 //! R_PI = W(x_p, y_p, s') R₃(ERA) Q(X, Y, s)           GCRS to ITRS
 //! ERA = 2π (0.7790572732640 + 1.00273781191135448 d_UT1)
 //! ω = ERȦ p + p × ṗ,   p = (X, Y, √(1 − X² − Y²))
 //! ```
-//! IERS Conventions 2010, chapter 5; SOFA's `xys06a`, `era00`, `sp00`, `c2ixys`, `pom00` in
-//! sofars' translation (its results rest on software of the IAU's SOFA board). The second term of ω: the origin is chosen so that precession and nutation have no part along the pole.
+//! Sources: IERS Conventions 2010, chapter 5, and SOFA's `xys06a`, `era00`, `sp00`, `c2ixys`, `pom00` in sofars' translation (its results rest on
+//! software of the IAU's SOFA board). In the second term of ω, the origin is chosen so that precession and nutation do not rotate about the pole.
 //!
-//! X, Y and s take some thousands of terms (40 µs), but change slowly: they are tabulated every six hours and
-//! interpolated with polynomials of degree 7, right to 1e-13 in the matrix; beyond the table an evaluation costs 0.4 ms.
+//! X, Y and s take thousands of terms (40 µs) but change slowly. They are tabulated every six hours and interpolated with polynomials of degree 7,
+//! accurate to 1e-13 in the matrix. Beyond the table an evaluation takes 0.4 ms.
 //!
-//! What no theory tells (UT1, the pole in the Earth, offsets of X and Y) is one set of numbers, or a table by the day:
+//! UT1, polar motion and offsets of X and Y must be observed. They are given as one set of numbers, or as a daily table:
 //! ```text
 //! ERA = ERA(0) + ERȦ t + 2π 1.0027… (ΔUT1(t) − ΔUT1(0)),   ΔUT1 = UT1 − TAI
 //! ω += R_IT (−ẏ_p, −ẋ_p, 0)
@@ -24,8 +24,7 @@ use crate::planet::Epoch;
 use linkwork_spatial::{Mat3, Quat, Vec3};
 use std::f64::consts::TAU;
 
-/// What the IERS publishes day by day. All zero is right to 0.9 s of UT1 (400 m on the ground) and to 10 m
-/// of the pole.
+/// Parameters that the IERS publishes daily. If all are zero, the error is up to 0.9 s of UT1 (400 m on the ground) and 10 m in the pole.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EarthParameters {
     /// UT1 − UTC at the epoch, s.
@@ -34,12 +33,12 @@ pub struct EarthParameters {
     pub pole: [f64; 2],
     /// Offsets dX, dY of the celestial pole, rad.
     pub celestial_pole_offsets: [f64; 2],
-    /// Excess of the day over 86400 s, s; UT1 runs slow by it.
+    /// Excess length of day over 86400 s, s; UT1 slows down by this.
     pub excess_of_day: f64,
 }
 
 impl EarthParameters {
-    /// From the units of the IERS bulletins: s, arc seconds, milliarc seconds, s.
+    /// Creates parameters from the units of the IERS bulletins: s, arc seconds, milliarc seconds, s.
     #[must_use]
     pub fn from_bulletin(
         dut1: f64,
@@ -60,16 +59,16 @@ impl EarthParameters {
 /// X, Y, s.
 type Xys = [f64; 3];
 
-/// Seconds between entries of the table.
+/// Time between entries of the table, s.
 const STEP: f64 = 21600.0;
-/// Points of an interpolation.
+/// Number of points of an interpolation.
 const POINTS: usize = 8;
 
-/// Newton's divided differences of X, Y, s in steps; the interval lies in the middle of its points.
+/// Newton's divided differences of X, Y, s in steps; the interval is in the middle of its points.
 #[derive(Clone, Copy, Debug)]
 struct Piece([[f64; POINTS]; 3]);
 
-/// Rotation of the Earth from an epoch on.
+/// Rotation of the Earth, starting at an epoch.
 #[derive(Clone, Debug)]
 pub struct Earth {
     /// TT at the epoch, Julian date in two parts.
@@ -80,24 +79,23 @@ pub struct Earth {
     pieces: Vec<Piece>,
 }
 
-/// What is observed.
+/// Observed parameters.
 #[derive(Clone, Debug)]
 enum Observed {
-    /// The same all the time: offsets of X and Y, and `R_TP`, ITRS to terrestrial intermediate axes.
+    /// Constant: offsets of X and Y, and `R_TP`, ITRS to terrestrial intermediate axes.
     Still([f64; 2], Quat),
-    /// By the day, and UT1 − TAI at the epoch.
+    /// Daily table, and UT1 − TAI at the epoch.
     Daily(Daily, f64),
 }
 
-/// Turns of the Earth in a second of UT1.
+/// Revolutions of the Earth per second of UT1.
 const TURNS: f64 = 1.002_737_811_911_354_48 / 86400.0;
 
 impl Earth {
-    /// Prepares the table for t from 0 to `duration` (s) after `epoch`. 40 µs for each six hours.
+    /// Prepares the table for t from 0 to `duration` (s) after `epoch`. Takes 40 µs per six hours.
     ///
     /// # Errors
-    /// Parameters that are not finite, ΔUT1 above 1 s, a pole beyond 5″, a duration below zero or above a
-    /// hundred years.
+    /// Parameters that are not finite, ΔUT1 above 1 s, a pole beyond 5″, or a duration that is negative or above a hundred years.
     pub fn new(
         epoch: &Epoch,
         parameters: EarthParameters,
@@ -118,10 +116,10 @@ impl Earth {
         Ok(Self::made(epoch, p.dut1, rate, observed, duration))
     }
 
-    /// The same by a table of what was observed.
+    /// Prepares the table with daily observed parameters.
     ///
     /// # Errors
-    /// A table that does not reach from the epoch to `duration` (s) after it; a duration below zero or above a hundred years.
+    /// The daily table does not cover the interval from the epoch to `duration` (s) after it, or the duration is negative or above a hundred years.
     pub fn by_day(
         epoch: &Epoch,
         table: &EarthOrientation,
@@ -132,11 +130,10 @@ impl Earth {
         let [first, last] = table.span();
         if *epoch < first || epoch.plus(duration) > last {
             let fact = format!(
-                "the table of the Earth's orientation is from {first} to {last}, and is asked for from {epoch} to {}",
+                "the table of the Earth's orientation covers {first} to {last}, but {epoch} to {} is needed",
                 epoch.plus(duration)
             );
-            let help =
-                "give a file that covers it, begin at another epoch, or write a shorter `span`";
+            let help = "give a file that covers this interval, start at another epoch, or use a shorter `span`";
             return Err(WorldError::Uncovered { fact, help });
         }
         let daily = Daily::of(table, epoch);
@@ -156,7 +153,7 @@ impl Earth {
         Self { tt, era, observed, pieces }
     }
 
-    /// The spin `t` seconds after the epoch.
+    /// Returns the spin `t` seconds after the epoch.
     #[must_use]
     pub fn at(&self, t: f64) -> Spin {
         let k = (t / STEP).floor();
@@ -202,18 +199,18 @@ impl Earth {
     }
 }
 
-/// Steps from the first point of a piece to its interval.
+/// Returns the number of steps from the first point of a piece to its interval.
 fn offset() -> i64 {
     POINTS as i64 / 2 - 1
 }
 
-/// X, Y, s at step `k` from the epoch.
+/// Returns X, Y, s at step `k` from the epoch.
 fn sample(tt: (f64, f64), k: i64) -> Xys {
     let (x, y, s) = sofars::pnp::xys06a(tt.0, tt.1 + k as f64 * (STEP / 86400.0));
     [x, y, s]
 }
 
-/// Divided differences of eight points at whole numbers.
+/// Computes divided differences of eight points at integers.
 fn piece(points: &[Xys]) -> Piece {
     let column = |c: usize| {
         let mut d: [f64; POINTS] = std::array::from_fn(|k| points[k][c]);
@@ -228,7 +225,7 @@ fn piece(points: &[Xys]) -> Piece {
 }
 
 impl Piece {
-    /// Values and rates (1/s) at `x`, 0 … 1 in the interval: Horner on Newton's form.
+    /// Returns values and rates (1/s) at `x`, 0 … 1 in the interval, with Horner's scheme on Newton's form.
     fn at(&self, x: f64) -> (Xys, Xys) {
         let x = x + offset() as f64;
         let (mut value, mut slope) = ([0.0; 3], [0.0; 3]);
@@ -245,13 +242,13 @@ impl Piece {
     }
 }
 
-/// Earth rotation angle, rad, 0 … 2π, for a UT1 Julian date in two parts (Capitaine et al. 2000; SOFA `era00`).
+/// Returns the Earth rotation angle, rad, 0 … 2π, for a UT1 Julian date in two parts (Capitaine et al. 2000; SOFA `era00`).
 #[must_use]
 pub fn earth_rotation_angle(ut1_day: f64, ut1_fraction: f64) -> f64 {
     sofars::erst::era00(ut1_day, ut1_fraction)
 }
 
-/// R_IC: celestial intermediate axes to GCRS.
+/// Returns R_IC: celestial intermediate axes to GCRS.
 fn intermediate(xys: &Xys) -> Quat {
     let [x, y, s] = *xys;
     let r2 = x * x + y * y;
@@ -260,14 +257,14 @@ fn intermediate(xys: &Xys) -> Quat {
     about_z(e) * about_y(d) * about_z(-(e + s))
 }
 
-/// R_TP from the coordinates of the pole and s', which moves by 47 µas in a century: that of the epoch.
+/// Returns R_TP from the coordinates of the pole and s', which changes by 47 µas per century; the value at the epoch is used.
 fn polar(tt: (f64, f64), pole: [f64; 2]) -> Quat {
     let sp = sofars::pnp::sp00(tt.0, tt.1);
     about_z(sp) * about_y(-pole[0]) * about_x(-pole[1])
 }
 
-/// Rotation from true equator and mean equinox of date, in which two-line elements of Earth satellites are, to the GCRS: both have the
-/// same intermediate pole, and their x differ by ERA − GMST (of 1982, by which these elements count).
+/// Returns the rotation from the true equator and mean equinox of date (TEME), in which two-line elements of Earth satellites are given, to the GCRS.
+/// Both have the same intermediate pole, and their x axes differ by ERA − GMST (of 1982, as two-line elements use).
 #[must_use]
 pub fn teme_to_gcrs(epoch: &Epoch) -> Quat {
     let (tt, ut) = (epoch.tt(), epoch.ut1(0.0));
@@ -276,7 +273,7 @@ pub fn teme_to_gcrs(epoch: &Epoch) -> Quat {
     intermediate(&[x, y, s]) * about_z(turn)
 }
 
-/// Rotation from the mean equator and equinox of J2000 (EME2000) to the GCRS: the frame bias of the IAU 2000 model, 23 mas.
+/// Returns the rotation from the mean equator and equinox of J2000 (EME2000) to the GCRS: the frame bias of the IAU 2000 model, 23 mas.
 #[must_use]
 pub fn eme2000_to_gcrs() -> Quat {
     let epoch = Epoch::j2000().tt();
@@ -286,8 +283,7 @@ pub fn eme2000_to_gcrs() -> Quat {
     linkwork_spatial::quat(&R)
 }
 
-/// The matrix GCRS to ITRS at an epoch, by SOFA's own functions step by step: what [`Earth`] interpolates.
-/// 40 µs.
+/// Computes the matrix GCRS to ITRS at an epoch step by step with SOFA's functions. [`Earth`] interpolates it. Takes 40 µs.
 #[must_use]
 pub fn gcrs_to_itrs(epoch: &Epoch, p: &EarthParameters) -> Mat3 {
     let (tt, ut) = (epoch.tt(), epoch.ut1(p.dut1));

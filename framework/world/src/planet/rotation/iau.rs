@@ -1,4 +1,4 @@
-//! Pole and prime meridian of the IAU Working Group on Cartographic Coordinates and Rotational Elements.
+//! Pole and prime meridian by the IAU Working Group on Cartographic Coordinates and Rotational Elements.
 //!
 //! ```text
 //! R_PI = R₃(W) R₁(90° − δ) R₃(90° + α)          (turns of axes; R_IP is its transpose)
@@ -6,8 +6,8 @@
 //! W = w₀ + w₁ d + w₂ d² + Σ wᵢ sin Eᵢ,   Eᵢ = Eᵢ₀ + Eᵢ₁ d + Eᵢ₂ d²;   d days, T centuries of TDB past J2000
 //! ω = α̇ ẑ_I − δ̇ n̂ + Ẇ ẑ_P,   n̂ = (−sin α, cos α, 0) the node of the equator
 //! ```
-//! Constants of 2009 (Archinal et al., *Celest. Mech. Dyn. Astr.* 109 (2011)), as in SPICE's `pck00010`.
-//! Without the periodic terms that the set of 2015 has for Mars.
+//! Constants are those of 2009 (Archinal et al., *Celest. Mech. Dyn. Astr.* 109 (2011)), as in SPICE's `pck00010`. The periodic terms that the 2015
+//! set has for Mars are not included.
 
 use super::{Spin, about_x, about_z, phase};
 use linkwork_spatial::{Vec3, nalgebra};
@@ -16,18 +16,18 @@ use std::f64::consts::TAU;
 /// One periodic term; degrees, degrees per day and per day².
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IauTerm {
-    /// E₀, its rate, and the factor of d².
+    /// E₀, its rate, and the coefficient of d².
     pub angle_deg: [f64; 3],
-    /// Factor of sin E in α, of cos E in δ, of sin E in W.
+    /// Coefficients of sin E in α, cos E in δ, and sin E in W.
     pub ra_dec_w_deg: [f64; 3],
 }
 
-/// Pole and meridian from an epoch on.
+/// Pole and prime meridian, starting at an epoch.
 #[derive(Clone, Debug)]
 pub struct IauRotation {
     ra: [f64; 3],
     dec: [f64; 3],
-    /// W₀ and its rate, second order; radians, per second of time, from the epoch.
+    /// W₀, its rate and second-order coefficient; radians and seconds, from the epoch.
     w: [f64; 3],
     /// Days of TDB past J2000 at the epoch.
     days: f64,
@@ -38,7 +38,7 @@ const DAY: f64 = 86400.0;
 const CENTURY: f64 = 36525.0;
 
 impl IauRotation {
-    /// From published polynomials, in degrees: `ra_deg` and `dec_deg` with rates per century and per century², `w_deg` with
+    /// Creates the rotation from published polynomials, in degrees: `ra_deg` and `dec_deg` with rates per century and per century², `w_deg` with
     /// rates per day and per day². `tdb_days` past J2000 (whole, fraction) is the epoch of t = 0.
     #[must_use]
     pub fn new(
@@ -50,7 +50,7 @@ impl IauRotation {
     ) -> Self {
         let (whole, fraction) = tdb_days;
         let d = whole + fraction;
-        // Whole turns are dropped before radians are made of it.
+        // Drop whole revolutions before converting to radians.
         let w0 = (w_deg[0] + (w_deg[1] * whole) % 360.0 + w_deg[1] * fraction + w_deg[2] * d * d)
             % 360.0;
         let rate = (w_deg[1] + 2.0 * w_deg[2] * d) / DAY;
@@ -64,21 +64,21 @@ impl IauRotation {
         }
     }
 
-    /// Mars.
+    /// Returns the rotation of Mars.
     #[must_use]
     pub fn mars(tdb_days: (f64, f64)) -> Self {
         let (ra, dec) = ([317.68143, -0.1061, 0.0], [52.88650, -0.0609, 0.0]);
         Self::new(ra, dec, [176.630, 350.89198226, 0.0], &[], tdb_days)
     }
 
-    /// Moon, mean Earth and axis of rotation.
+    /// Returns the rotation of the Moon (mean Earth/rotation axes).
     #[must_use]
     pub fn moon(tdb_days: (f64, f64)) -> Self {
         let (ra, dec) = ([269.9949, 0.0031, 0.0], [66.5392, 0.0130, 0.0]);
         Self::new(ra, dec, [38.3213, 13.17635815, -1.4e-12], &MOON, tdb_days)
     }
 
-    /// The spin `t` seconds after the epoch. TT and TDB are taken to run alike (3e-10).
+    /// Returns the spin `t` seconds after the epoch. TT and TDB are assumed to have the same rate (3e-10).
     #[must_use]
     pub fn at(&self, t: f64) -> Spin {
         let d = self.days + t / DAY;

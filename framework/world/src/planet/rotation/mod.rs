@@ -1,4 +1,4 @@
-//! How planets turn: orientation and angular velocity at a time.
+//! Rotation of planets: orientation and angular velocity over time.
 
 mod earth;
 mod iau;
@@ -27,7 +27,7 @@ pub struct Spin {
 }
 
 impl Spin {
-    /// As a frame at the planet's centre.
+    /// Returns the spin as a frame motion at the planet's centre.
     #[must_use]
     pub fn motion(&self) -> FrameMotion {
         FrameMotion {
@@ -36,24 +36,24 @@ impl Spin {
         }
     }
 
-    /// ω of P in I, the planet's axes, rad/s.
+    /// Returns ω of P in I, in the planet's axes, rad/s.
     #[must_use]
     pub fn omega_P(&self) -> Vec3 {
         self.R_IP.inverse() * self.omega_I
     }
 }
 
-/// Turning about one axis at one rate.
+/// Rotation about a fixed axis at a constant rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FixedRate {
     /// `R_IP` at t = 0.
     pub R_I0: Quat,
-    /// About z of the planet, east positive, rad/s.
+    /// Rate about z of the planet, east positive, rad/s.
     pub rate: f64,
 }
 
-/// rate · t without whole turns, rad; `turns` is the rate in turns per second. The product is taken exactly,
-/// so that a planet does not move in steps of a micrometre after a month.
+/// Returns rate · t without whole revolutions, rad; `turns` is the rate in revolutions per second. The product is computed exactly, because otherwise
+/// a planet would move in steps of a micrometre after a month.
 fn phase(turns: f64, t: f64) -> f64 {
     let product = turns * t;
     let rest = turns.mul_add(t, -product);
@@ -61,10 +61,10 @@ fn phase(turns: f64, t: f64) -> f64 {
 }
 
 impl FixedRate {
-    /// Pole along inertial z, prime meridian at `angle` (rad) from inertial x at t = 0, `rate` (rad/s).
+    /// Creates a rotation with the pole along inertial z, the prime meridian at `angle` (rad) from inertial x at t = 0, and `rate` (rad/s).
     ///
     /// # Errors
-    /// NaN or infinity.
+    /// The angle or rate is NaN or infinite.
     pub fn about_z(angle: f64, rate: f64) -> Result<Self, WorldError> {
         number("angle of the prime meridian, rad", angle, |_| true, "a finite angle")?;
         number("rate of rotation, rad/s", rate, |_| true, "a finite rate")?;
@@ -72,38 +72,38 @@ impl FixedRate {
     }
 }
 
-/// A rule by which a planet turns. `t` counts seconds of TT from the epoch of the simulation.
+/// Rotation model of a planet. `t` is in seconds of TT from the epoch of the simulation.
 #[derive(Clone, Debug)]
 pub enum Rotation {
-    /// One axis, one rate.
+    /// Fixed axis, constant rate.
     Fixed(FixedRate),
     /// Pole and prime meridian of the IAU.
     Iau(IauRotation),
-    /// The Earth by IAU 2006/2000A.
+    /// Rotation of the Earth by IAU 2006/2000A.
     Earth(Box<Earth>),
 }
 
 impl Rotation {
-    /// A planet that does not turn.
+    /// Returns a planet that does not rotate.
     #[must_use]
     pub fn none() -> Self {
         Self::Fixed(FixedRate { R_I0: Quat::identity(), rate: 0.0 })
     }
 
-    /// Mars at `epoch` (IAU 2009).
+    /// Returns Mars at `epoch` (IAU 2009).
     #[must_use]
     pub fn mars(epoch: &Epoch) -> Self {
         Self::Iau(IauRotation::mars(epoch.tdb_days()))
     }
 
-    /// The Moon at `epoch` (IAU 2009, thirteen angles of libration).
+    /// Returns the Moon at `epoch` (IAU 2009, thirteen libration angles).
     #[must_use]
     pub fn moon(epoch: &Epoch) -> Self {
         Self::Iau(IauRotation::moon(epoch.tdb_days()))
     }
 
-    /// The spin at `t` (s). No memory is taken. 20 ns for a fixed rate, 0.1 µs for Mars and for the Earth
-    /// within its table, 0.3 µs for the Moon.
+    /// Returns the spin at `t` (s). Does not allocate. Takes 20 ns for a fixed rate, 0.1 µs for Mars and for the Earth within its table, 0.3 µs for
+    /// the Moon.
     #[must_use]
     pub fn at(&self, t: f64) -> Spin {
         match self {

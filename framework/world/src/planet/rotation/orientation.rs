@@ -1,4 +1,4 @@
-//! What the IERS publishes of the Earth's rotation, a row for each day, and how it is read between the days.
+//! Earth orientation parameters published by the IERS, one row per day, and their interpolation.
 //!
 //! | file | from | known by |
 //! |---|---|---|
@@ -6,9 +6,9 @@
 //! | EOP 20 C04 (`eopc04.1962-now`) | IERS | the line `# YR  MM  DD  HH  MJD  x(")  y(")  UT1-UTC(s)  dX(")  dY(") …` |
 //! | `EOP-All.csv`, `EOP-Last5Years.csv` | CelesTrak | the line `DATE,MJD,X,Y,UT1-UTC,LOD,…` |
 //!
-//! Between midnights (UTC) each column is the cubic through both values with the slopes of their neighbours. UT1 is
-//! counted from TAI, which has no leap seconds. Tides of a day and less (0.05 ms of UT1, 0.5 mas of the pole: some
-//! centimetres on the ground) are in none of the files, and are left out.
+//! Between midnights (UTC), each column is a cubic through both values, with slopes from their neighbours. UT1 is measured relative to TAI, which
+//! does not have leap seconds. Tides with periods of a day and less (0.05 ms of UT1, 0.5 mas of the pole: a few centimetres on the ground) are
+//! missing in all these files and are neglected.
 
 use super::earth::EarthParameters;
 use crate::error::WorldError;
@@ -23,28 +23,28 @@ const FIRST: i64 = 41_317;
 const KINDS: &str =
     "give IERS's finals2000A or EOP 20 C04, or CelesTrak's EOP-All.csv, as it was downloaded";
 
-/// The Earth's orientation, day by day.
+/// Daily Earth orientation parameters.
 #[derive(Clone, Debug)]
 pub struct EarthOrientation {
     file: String,
-    /// Midnights, a day apart.
+    /// Midnights, one day apart.
     days: Vec<Epoch>,
     rows: Vec<[f64; COLUMNS]>,
 }
 
-/// A row in words: MJD, UT1 − UTC, x, y, dX, dY.
+/// A row as text: MJD, UT1 − UTC, x, y, dX, dY.
 type Words<'a> = [&'a str; 6];
 
 impl EarthOrientation {
-    /// Reads one of the three kinds; `file` is for messages. Rows before 1972, whose UTC had no leap seconds, are left
-    /// out. Predictions that lack dX and dY keep the last known ones.
+    /// Reads one of the three formats; `file` is the name for messages. Rows before 1972, when UTC did not have leap seconds, are skipped.
+    /// Predictions that lack dX and dY keep the last known values.
     ///
     /// # Errors
-    /// Another kind of text; a number that is none, or not one of the Earth's; a day that is missing.
+    /// Another format, an invalid number or one that is impossible for the Earth, or a missing day.
     pub fn read(file: &str, text: &str) -> Result<Self, WorldError> {
         let mut table = Self { file: file.into(), days: Vec::new(), rows: Vec::new() };
         let first = text.lines().find(|l| !l.trim().is_empty()).unwrap_or_default();
-        // The unit of dX and dY, ″.
+        // Unit of dX and dY, ″.
         let (unit, words): (f64, Box<dyn Fn(&str) -> Option<Words<'_>>>) = if first
             .starts_with("DATE,MJD,")
         {
@@ -63,12 +63,12 @@ impl EarthOrientation {
         } else if finals(first).is_some() {
             (1e-3, Box::new(finals))
         } else {
-            let fact = "no table of the Earth's orientation that is known here".to_string();
+            let fact = "not a supported format of Earth orientation tables".to_string();
             return Err(table.wrong(1, fact, KINDS));
         };
         for (k, line) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty()) {
             let Some(words) = words(line) else { continue };
-            // Days that are not predicted yet.
+            // These days are not predicted yet.
             if words[1].is_empty() && !table.days.is_empty() {
                 break;
             }
@@ -98,8 +98,8 @@ impl EarthOrientation {
         };
         let mjd = number("the modified Julian date", words[0], 1e6)?;
         if mjd.fract() != 0.0 {
-            let fact = format!("the row is of MJD {mjd}, which is no midnight");
-            return Err(self.wrong(line, fact, "give the file that is sampled at 0h UTC"));
+            let fact = format!("the row is of MJD {mjd}, which is not a midnight");
+            return Err(self.wrong(line, fact, "give the file sampled at 0h UTC"));
         }
         if (mjd as i64) < FIRST {
             return Ok(());
@@ -108,7 +108,7 @@ impl EarthOrientation {
         if let Some(last) = self.days.last().filter(|last| (day.since(last) - 86_400.0).abs() > 1.5)
         {
             let fact = format!("{day} comes after {last}");
-            return Err(self.wrong(line, fact, "one row for each day, none left out"));
+            return Err(self.wrong(line, fact, "give one row for each day, without gaps"));
         }
         let arcsec = TAU / 1_296_000.0;
         let tai_minus_utc = day.tt_minus_utc() - 32.184;
@@ -130,13 +130,13 @@ impl EarthOrientation {
         Ok(())
     }
 
-    /// The first and the last day.
+    /// Returns the first and the last day.
     #[must_use]
     pub fn span(&self) -> [Epoch; 2] {
         [self.days[0], self.days[self.days.len() - 1]]
     }
 
-    /// The parameters at an epoch; those of the first or the last day beyond them.
+    /// Returns the parameters at an epoch; beyond the table those of the first or last day.
     #[must_use]
     pub fn at(&self, epoch: &Epoch) -> EarthParameters {
         let ([ut1_minus_tai, x, y, dx, dy], rate) = Daily::of(self, epoch).at(0.0);
@@ -149,7 +149,7 @@ impl EarthOrientation {
     }
 }
 
-/// The words of a line that are parted by `by`, at some places.
+/// Splits a line by `by`, and returns the words at these indices.
 fn separated<'a>(line: &'a str, by: &str, places: [usize; 6]) -> Words<'a> {
     let words: Vec<&str> = line.split(by).map(str::trim).collect();
     let words: Vec<&str> = match by {
@@ -159,7 +159,7 @@ fn separated<'a>(line: &'a str, by: &str, places: [usize; 6]) -> Words<'a> {
     places.map(|k| words.get(k).copied().unwrap_or_default())
 }
 
-/// A line of finals2000A, whose columns the IERS gives in `readme.finals2000A`; `None` of another line.
+/// Splits a line of finals2000A, whose columns the IERS documents in `readme.finals2000A`; `None` for another line.
 fn finals(line: &str) -> Option<Words<'_>> {
     let field =
         |from: usize, to: usize| line.get(from - 1..to.min(line.len())).unwrap_or("").trim();
@@ -186,12 +186,12 @@ pub(super) struct Daily {
     /// Midnights, s after the epoch.
     times: Vec<f64>,
     rows: Vec<[f64; COLUMNS]>,
-    /// Change of each row a second, from the row before to the row after.
+    /// Rate of change of each row, per second, from the previous row to the next row.
     slopes: Vec<[f64; COLUMNS]>,
 }
 
 impl Daily {
-    /// From two days before the epoch on.
+    /// Copies the rows from two days before the epoch on.
     pub fn of(table: &EarthOrientation, epoch: &Epoch) -> Self {
         let before = table.days.partition_point(|d| d <= epoch);
         let from = before.saturating_sub(3).min(table.days.len() - 2);
@@ -205,7 +205,7 @@ impl Daily {
         Self { times, rows, slopes }
     }
 
-    /// Values and their rates (1/s) `t` seconds after the epoch. The first and the last row hold beyond them.
+    /// Returns values and their rates (1/s) `t` seconds after the epoch. Beyond the table, the first or last row is used.
     pub fn at(&self, t: f64) -> ([f64; COLUMNS], [f64; COLUMNS]) {
         let last = self.times.len() - 1;
         let k = self.times.partition_point(|x| *x <= t);

@@ -1,4 +1,4 @@
-//! Text kernels of planetary constants (PCK) of NAIF: pole, prime meridian, radii and gravity parameter of any body.
+//! NAIF's text kernels of planetary constants (PCK): pole, prime meridian, radii and gravitational parameter of any body.
 //!
 //! ```text
 //! \begindata  BODY499_POLE_RA = ( 317.68143 -0.1061 0. )  ..  NAME += ( .. )  ..  \begintext
@@ -11,21 +11,21 @@ use super::iau::{IauRotation, IauTerm};
 use crate::error::WorldError;
 use std::collections::BTreeMap;
 
-/// The numbers of a text kernel by name.
+/// Values of a text kernel, by name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PckConstants {
     file: String,
     values: BTreeMap<String, Vec<f64>>,
 }
 
-/// Most values of a kernel.
+/// Maximum number of values of a kernel.
 const VALUES_MAX: usize = 1 << 20;
 
 impl PckConstants {
-    /// Reads a text kernel. Texts and dates among its values are left out.
+    /// Reads a text kernel. Skips texts and dates among its values.
     ///
     /// # Errors
-    /// A binary kernel, a text without data, a value that is neither a number, a text nor a date.
+    /// A binary kernel, a text without data, or a value that is not a number, text or date.
     pub fn read(file: &str, text: &str) -> Result<Self, WorldError> {
         let wrong = |line: usize, fact: String, help: &'static str| WorldError::Line {
             file: file.to_string(),
@@ -35,7 +35,7 @@ impl PckConstants {
         };
         if text.starts_with("DAF/") {
             let fact = "this is a binary kernel".to_string();
-            return Err(wrong(1, fact, "take a text kernel (.tpc), such as pck00011.tpc of NAIF"));
+            return Err(wrong(1, fact, "use a text kernel (.tpc), such as pck00011.tpc of NAIF"));
         }
         let mut out = Self { file: file.into(), values: BTreeMap::new() };
         let (mut data, mut name, mut count) = (false, None::<String>, 0);
@@ -77,35 +77,35 @@ impl PckConstants {
             }
         }
         if out.values.is_empty() {
-            let fact = "there is no variable between \\begindata and \\begintext".to_string();
-            return Err(wrong(0, fact, "is this a text kernel of NAIF (.tpc)?"));
+            let fact = "no variable between \\begindata and \\begintext".to_string();
+            return Err(wrong(0, fact, "give a text kernel of NAIF (.tpc)"));
         }
         Ok(out)
     }
 
-    /// The values of `BODYnnn_NAME`.
+    /// Returns the values of `BODYnnn_NAME`.
     #[must_use]
     pub fn get(&self, body: u32, name: &str) -> Option<&[f64]> {
         self.values.get(&format!("BODY{body}_{name}")).map(Vec::as_slice)
     }
 
-    /// Radii along x, y, z of the body, m.
+    /// Returns the radii along x, y, z of the body, m.
     #[must_use]
     pub fn radii(&self, body: u32) -> Option<[f64; 3]> {
         let [x, y, z] = *self.get(body, "RADII")? else { return None };
         Some([x, y, z].map(|r| r * 1e3))
     }
 
-    /// Gravity parameter of the body, m³/s².
+    /// Returns the gravitational parameter of the body, m³/s².
     #[must_use]
     pub fn gravity_parameter(&self, body: u32) -> Option<f64> {
         self.get(body, "GM")?.first().map(|gm| gm * 1e9)
     }
 
-    /// Pole and prime meridian of a body by NAIF's number; `tdb_days` past J2000 (whole, fraction) is the epoch of t = 0.
+    /// Returns pole and prime meridian of a body by NAIF's number; `tdb_days` past J2000 (whole, fraction) is the epoch of t = 0.
     ///
     /// # Errors
-    /// Constants that are missing, or of another length than SPICE has.
+    /// Constants are missing, or have another length than in SPICE.
     pub fn rotation(&self, body: u32, tdb_days: (f64, f64)) -> Result<IauRotation, WorldError> {
         let wrong = |fact: String, help: &'static str| WorldError::Line {
             file: self.file.clone(),
@@ -114,7 +114,7 @@ impl PckConstants {
             help,
         };
         let polynomial = |name: &str| -> Result<[f64; 3], WorldError> {
-            let help = "write one to three numbers, or take a kernel with this body";
+            let help = "write one to three numbers, or use a kernel with this body";
             match self.get(body, name) {
                 Some(list) if (1..=3).contains(&list.len()) => {
                     let mut out = [0.0; 3];
@@ -124,10 +124,10 @@ impl PckConstants {
                 Some(list) => {
                     Err(wrong(format!("BODY{body}_{name} has {} numbers", list.len()), help))
                 }
-                None => Err(wrong(format!("there is no BODY{body}_{name}"), help)),
+                None => Err(wrong(format!("BODY{body}_{name} is missing"), help)),
             }
         };
-        // Angles belong to the barycentre of the system of the body.
+        // Angles belong to the barycentre of the body's system.
         let system = if body < 1000 { body / 100 } else { body };
         let degree = self.get(system, "MAX_PHASE_DEGREE").and_then(|d| d.first().copied());
         let degree = degree.unwrap_or(1.0);
@@ -145,10 +145,7 @@ impl PckConstants {
                 "BODY{body} has {most} periodic terms and BODY{system} {} angles",
                 angles.len()
             );
-            return Err(wrong(
-                fact,
-                "take a kernel with NUT_PREC_ANGLES of the system of the body",
-            ));
+            return Err(wrong(fact, "use a kernel with NUT_PREC_ANGLES of the system of the body"));
         }
         let century = 36525.0_f64;
         let at = |list: &[f64], k: usize| list.get(k).copied().unwrap_or(0.0);
@@ -167,9 +164,9 @@ impl PckConstants {
     }
 }
 
-/// A piece of a line of data.
+/// A token of a data line.
 enum Word {
-    /// A variable, and whether its values are replaced (`=`) or added to (`+=`).
+    /// A variable, and whether its values are replaced (`=`) or appended to (`+=`).
     Name(String, bool),
     /// A text or a date.
     Other,
@@ -185,7 +182,7 @@ fn words(line: &str) -> Vec<Word> {
         out.push(Word::Name(name.to_string(), !add));
         rest = right;
     }
-    // Every other piece between apostrophes is a text.
+    // Every second piece between apostrophes is a text.
     for (k, piece) in rest.split('\'').enumerate() {
         if k % 2 == 1 {
             out.push(Word::Other);
@@ -233,7 +230,7 @@ KERNEL_DATE = @2020-JAN-01
 \\begintext
 ";
 
-    /// `sxform` of spiceypy 8.3 with this kernel: rows of the rotation from the body to J2000, and the angular velocity (rad/s).
+    /// Compares with `sxform` of spiceypy 8.3 for this kernel: rows of the rotation from the body to J2000, and the angular velocity (rad/s).
     #[test]
     fn bodies_turn_as_in_spice() {
         let pck = PckConstants::read("h.tpc", KERNEL).unwrap();
@@ -318,7 +315,7 @@ KERNEL_DATE = @2020-JAN-01
         let pck = PckConstants::read("h.tpc", KERNEL).unwrap();
         let error =
             |pck: &PckConstants, body| pck.rotation(body, (0.0, 0.0)).unwrap_err().to_string();
-        assert!(error(&pck, 402).contains("there is no BODY402_POLE_RA"));
+        assert!(error(&pck, 402).contains("BODY402_POLE_RA is missing"));
         let few = KERNEL.replace("192.93  41215163.19675", "").replace("53.47   -662.965275", "");
         let few = PckConstants::read("h.tpc", &few).unwrap();
         assert!(error(&few, 401).contains("3 periodic terms and BODY4 1 angles"));
