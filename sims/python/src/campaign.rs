@@ -19,13 +19,24 @@ use std::sync::Mutex;
 mod results;
 pub use results::{Outcome, Results};
 
-/// Many runs of one simulation with values drawn from distributions, as `linkwork campaign FILE` makes them: a run is
-/// a pure function of the file and its number, so that results do not depend on the machine, the number of threads,
-/// or how often the campaign was stopped.
+/// Many runs of one simulation with randomly drawn values, as `linkwork campaign FILE` makes them.
 ///
-/// path: a RON file that begins with `Campaign(`. The simulation that it names is loaded once with every distribution
-/// at its middle; remarks about it are warnings. Raises LinkworkError with every mistake, each with its place.
+/// A run is a pure function of the file and the number of the run. Results therefore do not depend on the machine, the number of threads, or
+/// interruptions of the campaign.
 ///
+/// Parameters
+/// ----------
+/// path : str or path-like
+///     A RON file that begins with `Campaign(`. Its simulation is loaded once with the median of every distribution; warnings about it are
+///     emitted as Python warnings.
+///
+/// Raises
+/// ------
+/// LinkworkError
+///     If the file has mistakes. The message lists all of them, each with its position.
+///
+/// Examples
+/// --------
 /// >>> import pathlib
 /// >>> text = 'Campaign(simulation: "sims/pendulum", runs: 4, set: {"until": "2 s"}, vary: {"bob.mass": Uniform(from: "0.5 kg", to: "2 kg")})'
 /// >>> _ = pathlib.Path("masses.ron").write_text(text)
@@ -104,40 +115,50 @@ impl Campaign {
         Ok(Self { campaign, library, path })
     }
 
-    /// The file, as given.
+    /// The path of the file, as passed.
     ///
+    /// Examples
+    /// --------
     /// >>> campaign.path.name
     /// 'masses.ron'
     #[getter]
     fn path(&self) -> &Path {
         &self.path
     }
-    /// The file without its folder and ending.
+    /// The name of the file without folder and suffix.
     ///
+    /// Examples
+    /// --------
     /// >>> campaign.name
     /// 'masses'
     #[getter]
     fn name(&self) -> &str {
         &self.campaign.form().name
     }
-    /// What it is for.
+    /// The description in the file.
     ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Campaign("sims/ballistic_entry/dispersions.ron").doc[:17]
     /// 'Entry dispersions'
     #[getter]
     fn doc(&self) -> &str {
         &self.campaign.form().doc
     }
-    /// The number of runs; they are numbered from 0.
+    /// Number of runs. They are numbered from 0.
     ///
+    /// Examples
+    /// --------
     /// >>> campaign.runs
     /// 4
     #[getter]
     fn runs(&self) -> u64 {
         self.campaign.form().runs
     }
-    /// {name: unit} of the figures of a run.
+    /// Units of the metrics of a run: {name: unit}.
     ///
+    /// Examples
+    /// --------
     /// >>> campaign.figures
     /// {'largest speed': 'rad/s'}
     #[getter]
@@ -146,8 +167,10 @@ impl Campaign {
         self.campaign.figures().iter().try_for_each(|(name, unit)| all.set_item(name, unit))?;
         Ok(all)
     }
-    /// {path: unit} of the drawn values; "" for those without one.
+    /// Units of the drawn values: {path: unit}; "" for values without a unit.
     ///
+    /// Examples
+    /// --------
     /// >>> campaign.drawn
     /// {'bob.mass': 'kg'}
     #[getter]
@@ -156,8 +179,10 @@ impl Campaign {
         self.campaign.form().drawn.iter().try_for_each(|d| all.set_item(&d.name, &d.unit))?;
         Ok(all)
     }
-    /// Hash of all that decides the runs: the file's values, the simulation, the contents of its files, the version.
+    /// Hash of everything that determines the runs: the values in the file, the simulation, the contents of its files, the version.
     ///
+    /// Examples
+    /// --------
     /// >>> campaign.identity == linkwork.Campaign("masses.ron").identity
     /// True
     #[getter]
@@ -165,9 +190,25 @@ impl Campaign {
         format!("{:016x}", self.campaign.identity())
     }
 
-    /// {path: value} of what run `run` draws, each in its unit of `drawn`.
-    /// Raises LinkworkError when there is no run of this number.
+    /// Return the values that a run draws.
     ///
+    /// Parameters
+    /// ----------
+    /// run : int
+    ///     Number of the run.
+    ///
+    /// Returns
+    /// -------
+    /// dict of str to float
+    ///     {path: value}, each in its unit of `drawn`.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If there is no run with this number.
+    ///
+    /// Examples
+    /// --------
     /// >>> round(campaign.draws(0)["bob.mass"], 3)
     /// 1.108
     fn draws<'py>(&self, py: Python<'py>, run: u64) -> PyResult<Bound<'py, PyDict>> {
@@ -179,9 +220,25 @@ impl Campaign {
         Ok(all)
     }
 
-    /// Run `run` as a Simulation at its start, with the values, seed and end that the campaign gives it.
-    /// Raises LinkworkError when there is no run of this number, its draws are refused, or a file has changed.
+    /// Return a run as a Simulation at its start, with the values, seed and end time of the campaign.
     ///
+    /// Parameters
+    /// ----------
+    /// run : int
+    ///     Number of the run.
+    ///
+    /// Returns
+    /// -------
+    /// Simulation
+    ///     The simulation.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If there is no run with this number, the drawn values are not valid, or a file has changed.
+    ///
+    /// Examples
+    /// --------
     /// >>> sim = campaign.simulation(0)
     /// >>> sim.mechanism.total_mass == campaign.draws(0)["bob.mass"]
     /// True
@@ -195,11 +252,32 @@ impl Campaign {
         Simulation::from_ready(py, ready, until)
     }
 
-    /// Makes run `run` and gives how it ended: the same bits as in `execute` and on the command line. It writes nothing
-    /// but what is asked for. log: an MCAP file of what the simulation's `log` says. checkpoint: a .lwck file of the
-    /// last state. Ctrl-C gives it up.
-    /// Raises LinkworkError when there is no run of this number, a file has changed, or one cannot be written.
+    /// Make one run and return its outcome.
     ///
+    /// The result is bit-identical to that of `execute` and of the command line. Only the files that you request are written. Ctrl-C interrupts the
+    /// run.
+    ///
+    /// Parameters
+    /// ----------
+    /// run : int
+    ///     Number of the run.
+    /// log : str or path-like, optional
+    ///     Write the channels of the simulation's `log` to this MCAP file.
+    /// checkpoint : str or path-like, optional
+    ///     Write the last state to this .lwck file.
+    ///
+    /// Returns
+    /// -------
+    /// Outcome
+    ///     How the run ended.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If there is no run with this number, a file has changed, or a file cannot be written.
+    ///
+    /// Examples
+    /// --------
     /// >>> outcome = campaign.run(0, log="run0.mcap")
     /// >>> outcome.ended, outcome.time
     /// ('until', 2.0)
@@ -256,16 +334,37 @@ impl Campaign {
         Ok(self.outcome(outcome))
     }
 
-    /// Makes all runs that have not ended yet, and writes into `folder` what `linkwork campaign` writes, byte for byte:
-    /// the journal, results, statistics, sensitivity and bands as .csv and .parquet, report.html, for each run a file in
-    /// `histories` when the campaign retains variables, and for each failed run a folder in `failures`. threads: as many as there are cores when left out. progress: a function of
-    /// (done, failed, runs, left), left in s or None, called at the start and after
-    /// each run.
+    /// Make all runs that have not ended yet, and write the results into a folder.
     ///
-    /// Ctrl-C, and what `progress` raises, stop it: the files hold what has ended, and the same call goes on. Runs that
-    /// fail do not raise: they are in `Results.failures`. Raises LinkworkError when the folder belongs to another
-    /// campaign or is in use, a file has changed, or the disk is full.
+    /// The files are identical to those of `linkwork campaign`: the journal; results, statistics, sensitivity and bands as .csv and .parquet;
+    /// report.html; a file per run in `histories` if the campaign retains variables; a folder per failed run in `failures`.
     ///
+    /// Parameters
+    /// ----------
+    /// folder : str or path-like
+    ///     The folder.
+    /// threads : int, optional
+    ///     Number of threads (default: one per core).
+    /// progress : callable, optional
+    ///     Called with (done, failed, runs, left) at the start and after each run. `left` is the estimated remaining time, s, or None.
+    ///
+    /// Returns
+    /// -------
+    /// Results
+    ///     The results. Failed runs do not raise; they are in `Results.failures`.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the folder belongs to another campaign or is in use, a file has changed, or the disk is full.
+    ///
+    /// Notes
+    /// -----
+    /// Ctrl-C, or an exception in `progress`, stops the campaign. The files then contain all runs that have ended, and the same call continues the
+    /// campaign.
+    ///
+    /// Examples
+    /// --------
     /// >>> seen = []
     /// >>> results = campaign.execute("more", threads=2, progress=lambda *p: seen.append(p[0]))
     /// >>> results, seen

@@ -146,8 +146,10 @@ impl Mechanism {
 
 #[pymethods]
 impl Mechanism {
-    /// Loops, then couplings, each kind by name.
+    /// The loops, then the couplings, each kind by name.
     ///
+    /// Examples
+    /// --------
     /// >>> arm.constraints
     /// []
     #[getter]
@@ -173,11 +175,27 @@ impl Mechanism {
         mbs.constraints().map(one).collect()
     }
 
-    /// How far each constraint is from closed at q (nq,): the greatest error of its rows, rad or m, by name.
+    /// Compute the closure error of each loop and coupling.
     ///
-    /// loop_motions (m, 3): position, rate and acceleration of each prescribed motion across a loop.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// loop_motions : array_like, shape (m, 3), optional
+    ///     Position, rate and acceleration of each prescribed motion across a loop. Required if there are any.
     ///
+    /// Returns
+    /// -------
+    /// dict of str to float
+    ///     Largest error of each constraint's rows, rad or m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.constraint_errors(q)
     /// {}
     #[pyo3(signature = (q, *, loop_motions=None))]
@@ -195,12 +213,31 @@ impl Mechanism {
         Ok(out)
     }
 
-    /// The configuration (nq,) near q that closes every loop and coupling to 1e-12 rad or m; with v (nv,), also
-    /// the rates that keep them closed: a pair then.
+    /// Compute the nearest configuration that closes all loops and couplings to 1e-12 rad or m.
     ///
-    /// Newton's method by the least motion in the metric of the mass matrix; prescribed coordinates stay.
-    /// Raises LinkworkError with the constraint that does not close.
+    /// Newton's method with the smallest motion in the metric of the mass matrix. Prescribed coordinates do not change.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// v : array_like, shape (nv,), optional
+    ///     Rates, rad/s and m/s. If passed, the nearest rates that keep the constraints closed are computed, too.
+    /// loop_motions : array_like, shape (m, 3), optional
+    ///     As in `constraint_errors`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nq,), or tuple of ndarray
+    ///     The configuration, or (q, v) if you passed v.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a constraint cannot be closed. The message names it.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.close(q).tolist()
     /// [0.3, -0.7]
     #[pyo3(signature = (q, v=None, *, loop_motions=None))]
@@ -229,13 +266,38 @@ impl Mechanism {
         }
     }
 
-    /// Accelerations from the forces tau (nv,) at q, v with all loops and couplings: a ConstrainedMotion. Accelerations in rad/s² and m/s². Forces in N m and N, by coordinate.
+    /// Compute the accelerations that generalized forces produce, with all loops and couplings.
     ///
-    /// q and v must satisfy the constraints (`close`). solver: "auto" embeds small loops and gives the other
-    /// constraints multipliers; "embed", "augment": all of them; "full": every hinge has multipliers, too.
-    /// prescribed (nv,), wrenches: as in forward_dynamics. loop_motions: as in constraint_errors.
-    /// Raises LinkworkError when a free coordinate moves nothing with inertia.
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m. It must satisfy the constraints (see `close`).
+    /// v : array_like, shape (nv,)
+    ///     Rates, rad/s and m/s. They must keep the constraints closed.
+    /// tau : array_like, shape (nv,)
+    ///     Generalized forces, N m and N.
+    /// prescribed : array_like, shape (nv,), optional
+    ///     As in `forward_dynamics`.
+    /// wrenches : dict of str to array_like, shape (6,), optional
+    ///     As in `inverse_dynamics`.
+    /// solver : {"auto", "embed", "augment", "full"}
+    ///     "auto" embeds small loops and uses multipliers for the other constraints. "embed" embeds all of them. "augment" uses multipliers for
+    ///     all of them. "full" uses multipliers for the hinges, too.
+    /// loop_motions : array_like, shape (m, 3), optional
+    ///     As in `constraint_errors`.
     ///
+    /// Returns
+    /// -------
+    /// ConstrainedMotion
+    ///     Accelerations and constraint forces.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a free coordinate moves no inertia.
+    ///
+    /// Examples
+    /// --------
     /// >>> motion = arm.constrained_dynamics(q, v, [0, 0])
     /// >>> bool(np.allclose(motion.vdot, arm.forward_dynamics(q, v, [0, 0])))
     /// True
@@ -300,10 +362,29 @@ impl Mechanism {
         Ok(ConstrainedMotion { vdot, tau, forces, redundant: self.names(&redundant), report })
     }
 
-    /// What the constraints leave of the motion at q (nq,): a Rank. Where a linkage lies in line it may be less
-    /// than elsewhere. Angles in rad, lengths in m.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Compute the degrees of freedom that remain with all loops and couplings.
     ///
+    /// The rank depends on the configuration: it can be lower where the links of a linkage are aligned.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// loop_motions : array_like, shape (m, 3), optional
+    ///     As in `constraint_errors`.
+    ///
+    /// Returns
+    /// -------
+    /// Rank
+    ///     Rank and mobility.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.constraint_rank(q)
     /// Rank(free=2, rows=0, rank=0, mobility=2)
     #[pyo3(signature = (q, *, loop_motions=None))]

@@ -184,16 +184,44 @@ impl Run<'_> {
 
 #[pymethods]
 impl Mechanism {
-    /// Trajectories (t, q, v) of shapes (steps + 1,), (steps + 1, nq), (steps + 1, nv), from
-    /// q (nq,) and v (nv,) at t = 0 in steps of dt (s).
+    /// Integrate the motion of the mechanism from t = 0 with a fixed step.
     ///
-    /// torque: None; (nv,) constant; (steps, nv) one row a step; or a function of (t, q, v) that
-    /// gives (nv,), called at each evaluation (four a step with "rk4"). integrator: "rk4" or
-    /// "semi_implicit_euler". wrenches: {frame: (6,)}, constant, world axes. Prescribed
-    /// coordinates keep their rates. Loops and couplings are obeyed; q must close them, and v keep
-    /// them closed (`close`).
-    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    /// Loops and couplings are kept closed; q and v must satisfy them at the start (see `close`). Prescribed coordinates keep their rates.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// v : array_like, shape (nv,)
+    ///     Rates, rad/s and m/s.
+    /// dt : float
+    ///     Step size, s.
+    /// steps : int
+    ///     Number of steps.
+    /// torque : array_like or callable, optional
+    ///     Generalized forces, N m and N: constant (nv,), one row per step (steps, nv), or a function of (t, q, v) that returns (nv,) and is
+    ///     called at every evaluation (four per step with "rk4").
+    /// integrator : {"rk4", "semi_implicit_euler"}
+    ///     The method; of order 4 and 1.
+    /// wrenches : dict of str to array_like, shape (6,), optional
+    ///     Constant external wrenches as in `inverse_dynamics`.
+    ///
+    /// Returns
+    /// -------
+    /// t : ndarray, shape (steps + 1,)
+    ///     Times, s.
+    /// q : ndarray, shape (steps + 1, nq)
+    ///     Configurations.
+    /// v : ndarray, shape (steps + 1, nv)
+    ///     Rates.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a name does not exist, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> t, qs, vs = arm.simulate(q, v, dt=0.01, steps=100)
     /// >>> t.shape, qs.shape, vs.shape
     /// ((101,), (101, 2), (101, 2))

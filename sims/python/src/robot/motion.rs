@@ -14,8 +14,10 @@ enum Kind {
     Move(Box<Transfer>),
 }
 
-/// A motion in time, of `Robot.time_way` and `Robot.transfer`: configurations, rates and accelerations at any time.
+/// A trajectory: configurations, rates and accelerations as functions of time. Result of `Robot.time_way` and `Robot.transfer`.
 ///
+/// Examples
+/// --------
 /// >>> rail = linkwork.Builder().body("cart", "world", linkwork.Hinge.slider([1, 0, 0]), mass=2, com=[0, 0, 0], inertia=np.eye(3)).build()
 /// >>> robot = linkwork.Robot(rail, chains={"arm": ("world", "cart")}, colliders=[])
 /// >>> motion = robot.time_way([[0.0], [1.0]], acceleration=4.0)
@@ -31,8 +33,10 @@ pub struct Trajectory {
 
 #[pymethods]
 impl Trajectory {
-    /// How long it takes, s.
+    /// Duration, s.
     ///
+    /// Examples
+    /// --------
     /// >>> round(motion.duration, 9)
     /// 1.0
     #[getter]
@@ -40,9 +44,32 @@ impl Trajectory {
         self.duration
     }
 
-    /// Configurations, rates and accelerations at a time, s: (nq,), (nv,), (nv,); or at many times (n,): (n, nq), (n, nv), (n, nv). Before its beginning
-    /// it is at its start; after its end it stays there, or, after a move that ends with rates, goes on with them. Raises LinkworkError for NaN and other shapes.
+    /// Evaluate the trajectory at one time or at many.
     ///
+    /// Before its beginning, it returns the start. After its end, it returns the end at rest; after a transfer that ends with nonzero rates, it
+    /// continues with these rates.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : array_like, scalar or shape (n,)
+    ///     Time, s.
+    ///
+    /// Returns
+    /// -------
+    /// q : ndarray, shape (nq,) or (n, nq)
+    ///     Configurations, rad and m.
+    /// v : ndarray, shape (nv,) or (n, nv)
+    ///     Rates, rad/s and m/s.
+    /// a : ndarray, shape (nv,) or (n, nv)
+    ///     Accelerations, rad/s² and m/s².
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If t has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> q, v, a = motion.at(0.5)
     /// >>> q.round(6).tolist(), v.round(6).tolist(), a.round(6).tolist()
     /// ([0.5], [2.0], [-4.0])
@@ -130,15 +157,41 @@ impl Collisions {
 
 #[pymethods]
 impl Robot {
-    /// A way (n, nq), as `plan` gives it, in the least time from rest to rest: a Trajectory within limits of rate (rad/s, m/s), acceleration (rad/s², m/s²) and effort (N m,
-    /// N; gravity and what is held count). Each is one number or (nv,); None: of rate and effort those of the mechanism, of acceleration none.
+    /// Compute the time-optimal trajectory along a path, from rest to rest (time parameterization).
     ///
-    /// Between its configurations all coordinates move in proportion. With round 0 it stands still at each corner; else corners are rounded, within `round` of
-    /// the way (root of the sum of squares of rad and m), and proven free. sections: pieces of time-optimal control, 100 for each configuration at first. Limits
-    /// hold everywhere; the time is above the least by a share that falls as 1/sections. The robot's own q does not change. Raises LinkworkError when no motion keeps the limits: its attributes `q`
-    /// (where it becomes impossible) and `share` (what all limits of acceleration and effort would have to be multiplied by); when a rounded corner touches something;
-    /// for limits that are not above zero, a way whose speed nothing bounds, other shapes and NaN.
+    /// Between the configurations of the path, all coordinates move linearly. Limits hold everywhere on the trajectory. Its duration exceeds the
+    /// optimum by a fraction that decreases as 1/sections. The robot's own q does not change.
     ///
+    /// Parameters
+    /// ----------
+    /// way : array_like, shape (n, nq)
+    ///     The path, rad and m, such as the result of `plan`.
+    /// acceleration : float or array_like, shape (nv,), optional
+    ///     Acceleration limits, rad/s² and m/s² (default: none).
+    /// rate : float or array_like, shape (nv,), optional
+    ///     Velocity limits, rad/s and m/s (default: those of the mechanism).
+    /// effort : float or array_like, shape (nv,), optional
+    ///     Limits of the hinge forces, N m and N, including gravity and grasped objects (default: those of the mechanism).
+    /// round : float
+    ///     0 stops at each corner. A positive value rounds corners within this distance of the path (2-norm of rad and m) and checks the rounded
+    ///     path for collisions (default: 0).
+    /// sections : int, optional
+    ///     Number of sections of the time-optimal control problem (default: 100 for each configuration).
+    ///
+    /// Returns
+    /// -------
+    /// Trajectory
+    ///     The trajectory.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If no trajectory satisfies the limits: the attribute `q` of the error is where it becomes infeasible, and `share` is the factor by
+    ///     which all acceleration and effort limits would have to be multiplied. Also if a rounded corner touches something, a limit is not
+    ///     positive, the velocity along the path is unbounded, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.time_way([[0, 0, 0], [0.5, 0.2, 0.1], [0.6, 0.8, 0.3]], rate=1.0, acceleration=2.0, round=0.1)
     /// Trajectory(1.562001 s, 3 dofs)
     /// >>> robot.time_way([[0, 0, 0], [0.5, 0.2, 0.1]], rate=1.0, acceleration=2.0, effort=0.1)  # doctest: +ELLIPSIS
@@ -215,11 +268,38 @@ impl Robot {
         }
     }
 
-    /// The fastest move from one state to another with limits of rate (rad/s, m/s), acceleration (rad/s², m/s²) and jerk (rad/s³, m/s³), all coordinates arriving together: a
-    /// Trajectory. goal (nq,); start (nq,; None: the robot's own q); v, a: rates and accelerations (nv,) at the start, goal_v, goal_a at the end (None: rest). A limit
-    /// is one number or (nv,); a rate of None is the mechanism's. Nothing is asked about obstacles: that is `path`'s. Raises LinkworkError when the move
-    /// leaves the limits of a coordinate (its attribute `value`: how far it comes), for ends that limits forbid, limits that are not above zero, other shapes and NaN.
+    /// Compute the fastest trajectory between two states within limits of velocity, acceleration and jerk. All coordinates arrive together.
     ///
+    /// Obstacles are not checked; use `path` for that.
+    ///
+    /// Parameters
+    /// ----------
+    /// goal : array_like, shape (nq,)
+    ///     Goal configuration, rad and m.
+    /// start : array_like, shape (nq,), optional
+    ///     Start configuration (default: the robot's own).
+    /// v, a, goal_v, goal_a : array_like, shape (nv,), optional
+    ///     Rates and accelerations at the start and at the goal (default: zeros).
+    /// rate : float or array_like, shape (nv,), optional
+    ///     Velocity limits, rad/s and m/s (default: those of the mechanism).
+    /// acceleration : float or array_like, shape (nv,)
+    ///     Acceleration limits, rad/s² and m/s².
+    /// jerk : float or array_like, shape (nv,)
+    ///     Jerk limits, rad/s³ and m/s³.
+    ///
+    /// Returns
+    /// -------
+    /// Trajectory
+    ///     The trajectory.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the trajectory leaves the limits of a coordinate (the attribute `value` of the error is the coordinate's extreme value), the start
+    ///     or goal state violates limits, a limit is not positive, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> move = robot.transfer([0.5, 0.2, 0.1], start=[0, 0, 0], rate=1.0, acceleration=2.0, jerk=8.0)
     /// >>> round(move.duration, 9)
     /// 1.280776406

@@ -10,9 +10,16 @@ use linkwork_embedded::{
 use pyo3::prelude::*;
 use std::sync::Mutex;
 
-/// A search of `Robot.begin_inverse_kinematics` or `Robot.begin_inverse_kinematics_together` that goes on as it is told: what planners and control loops ask that have so much time and no more. It has the configuration, and what
-/// hands held, of the moment it began; what the robot does afterwards does not change it.
+/// A search for inverse kinematics that runs in portions, for planners and control loops with a time budget.
 ///
+/// Result of `Robot.begin_inverse_kinematics` and `Robot.begin_inverse_kinematics_together`.
+///
+/// Notes
+/// -----
+/// The search uses the configuration and the grasped objects at the moment of its creation. Later changes of the robot do not affect it.
+///
+/// Examples
+/// --------
 /// >>> links = linkwork.Builder()
 /// >>> for link, parent in [("upper", "world"), ("lower", "upper"), ("hand", "lower")]:
 /// ...     at = [0, 0, 0] if parent == "world" else [0.4, 0, 0]
@@ -117,9 +124,28 @@ pub(super) fn ended<'py>(py: Python<'py>, name: &str, now: Now) -> PyResult<Arra
 
 #[pymethods]
 impl InverseKinematicsSearch {
-    /// Goes on for so many evaluations of the kinematics at most; True when it has ended, which no further call changes. A step of the search is one evaluation: the same steps are taken in whatever
-    /// portions, to the same bits, and a portion takes the same time each, some µs an evaluation. After Ctrl-C it may be gone on with. Raises LinkworkError for a negative number.
+    /// Continue the search.
     ///
+    /// Each step of the search is one evaluation of the kinematics and takes a few µs, independent of the state of the search. The size of the
+    /// portions does not affect the result: it is bit-identical. After Ctrl-C the search can be continued.
+    ///
+    /// Parameters
+    /// ----------
+    /// kinematics : int
+    ///     Largest number of evaluations of the kinematics (default: 1000).
+    ///
+    /// Returns
+    /// -------
+    /// bool
+    ///     True if the search has ended. Further calls then have no effect.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the number is negative.
+    ///
+    /// Examples
+    /// --------
     /// >>> search = robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3])
     /// >>> search.advance(1), search.kinematics
     /// (False, 1)
@@ -134,8 +160,21 @@ impl InverseKinematicsSearch {
         self.go_on(py, kinematics)
     }
 
-    /// The solution (nq,), rad and m. Raises LinkworkError while the search goes on, and when no start led to the goal; the error's `q` is then the nearest configuration, and at the end its `residual` (m, rad) how far that is.
+    /// Return the solution.
     ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nq,)
+    ///     The configuration, rad and m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the search has not ended, or no start led to the goal. The attribute `q` of the error is the nearest configuration so far; after
+    ///     the end of the search, `residual` has its errors (m, rad).
+    ///
+    /// Examples
+    /// --------
     /// >>> search = robot.begin_inverse_kinematics("arm", [5.0, 0, 0], q=[0.3, 0.3, 0.3])
     /// >>> search.advance(10**6)
     /// True
@@ -148,8 +187,11 @@ impl InverseKinematicsSearch {
         ended(py, &self.name, self.now(py))
     }
 
-    /// "met": within the tolerances; "nearest": no start led there; "open": what two hands hold, a loop or a coupling cannot close; "unfinished": it may go on.
+    /// State of the search: "met" (within the tolerances), "nearest" (no start led to the goal), "open" (a loop, a coupling or an object in two hands
+    /// cannot be closed) or "unfinished".
     ///
+    /// Examples
+    /// --------
     /// >>> robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2]).outcome
     /// 'unfinished'
     #[getter]
@@ -159,6 +201,8 @@ impl InverseKinematicsSearch {
 
     /// The solution, or the nearest configuration so far (nq,), rad and m.
     ///
+    /// Examples
+    /// --------
     /// >>> robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3]).q.tolist()
     /// [0.3, 0.3, 0.3]
     #[getter]
@@ -166,8 +210,12 @@ impl InverseKinematicsSearch {
         out1(py, self.now(py).q)
     }
 
-    /// How far the tip is from the goal at `q`, m and rad, of several the greatest of each; what is open where it ended "open"; None until the search has ended.
+    /// Position and orientation error of the tip at `q`, m and rad; None until the search has ended.
     ///
+    /// For several tips, it is the largest error of each kind. If the outcome is "open", it is the closure error.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2]).residual is None
     /// True
     #[getter]
@@ -177,8 +225,10 @@ impl InverseKinematicsSearch {
         now.ended().then_some((position, orientation))
     }
 
-    /// How far the tip of each goal is from it, m and rad, in their order; None until the search has ended.
+    /// Position and orientation error of each goal, m and rad, in the order of the goals; None until the search has ended.
     ///
+    /// Examples
+    /// --------
     /// >>> robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2]).residuals is None
     /// True
     #[getter]
@@ -188,8 +238,10 @@ impl InverseKinematicsSearch {
         now.ended().then_some(all)
     }
 
-    /// How many evaluations of the kinematics there were so far.
+    /// Number of evaluations of the kinematics so far.
     ///
+    /// Examples
+    /// --------
     /// >>> robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2]).kinematics
     /// 0
     #[getter]
@@ -197,8 +249,10 @@ impl InverseKinematicsSearch {
         self.now(py).answer.kinematics
     }
 
-    /// Which start led to `q`: 0 is the given one.
+    /// Number of the start that led to `q`; 0 is the given start.
     ///
+    /// Examples
+    /// --------
     /// >>> robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2]).restart
     /// 0
     #[getter]
