@@ -1,4 +1,4 @@
-//! `Builder` and `Hinge`: a mechanism described in Python; and `Subhinge`, a row of what was built.
+//! `Builder` and `Hinge` describe a mechanism in Python; `Subhinge` describes a subhinge of a built mechanism.
 use crate::array::{mat3, out_vec3, pose, vec3};
 use crate::core::{Core, GRAVITY};
 use crate::error::refuse;
@@ -25,7 +25,7 @@ use std::sync::{Arc, Mutex};
 /// >>> pin = linkwork.Hinge.pin([0, 1, 0])
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Hinge {
-    /// As in Rust.
+    /// The hinge of the Rust interface.
     pub hinge: multibody::Hinge,
 }
 
@@ -605,8 +605,7 @@ impl Builder {
 
 type Given<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
-/// A body as it was described: (mass, centre of mass, inertia, which check), frames of the hinge on
-/// parent and body.
+/// Returns the specification of a body from (mass, centre of mass, inertia, inertia check) and the hinge frames on parent and body.
 pub fn body_spec(
     name: String,
     parent: &str,
@@ -624,7 +623,7 @@ pub fn body_spec(
         .mass(MassProperties::new(mass, com, inertia).with_check(check)))
 }
 
-/// Coordinates of a hinge alone with all angles and displacements zero.
+/// Returns the coordinates of a single hinge with all angles and displacements zero.
 pub fn neutral(hinge: &multibody::Hinge) -> Vec<f64> {
     let one = |s: &multibody::Subhinge| {
         let mut q = vec![0.0; s.kind.nq()];
@@ -654,7 +653,7 @@ pub struct Subhinge {
 }
 
 impl Subhinge {
-    /// All subhinges that a mechanism has, in order.
+    /// Returns all subhinges of a mechanism, in order.
     pub fn table(mbs: &multibody::Multibody) -> Vec<Self> {
         let name = |b: Option<multibody::BodyId>| b.map_or("world", |b| mbs.get(b).name()).into();
         let row = |(b, s): (multibody::BodyId, &multibody::SubhingeRange)| Self {
@@ -666,7 +665,7 @@ impl Subhinge {
     }
 }
 
-/// The kind in words.
+/// Returns the name of the kind.
 pub fn kind_name(kind: &SubhingeKind) -> &'static str {
     match kind {
         SubhingeKind::Pin { .. } => "pin",

@@ -1,4 +1,4 @@
-//! Calibration of a `Mechanism`: what measurements can tell, inertial parameters, frames.
+//! Calibration of a `Mechanism`: identifiable parameters, inertial parameters, hinge frames.
 use crate::array::{Array1, Array2, Input, checked1, out2};
 use crate::core::Core;
 use crate::error::{refuse, refuse_with};
@@ -117,7 +117,7 @@ impl Identifiable {
 /// >>> q, v, a = np.random.default_rng(1).normal(size=(3, 20, 1))
 /// >>> found = bob.fit_inertia(q, v, a, real.inverse_dynamics(q, v, a))
 /// >>> found
-/// Calibration(3 of 10 told, residual 0)
+/// Calibration(3 of 10 identifiable, residual 0)
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Calibration {
     identifiable: Py<Identifiable>,
@@ -208,7 +208,7 @@ impl Calibration {
         let small = self.residual < 1e-9;
         let residual = if small { "0".to_owned() } else { format!("{:.3e}", self.residual) };
         let (rank, all) = (told.own.rank(), told.names.len());
-        format!("Calibration({rank} of {all} told, residual {residual})")
+        format!("Calibration({rank} of {all} identifiable, residual {residual})")
     }
 }
 
@@ -218,7 +218,7 @@ fn names_of_inertia(core: &Core) -> Vec<String> {
     core.mbs.bodies().iter().flat_map(of).collect()
 }
 
-/// Rows (n, width) or one row (width,).
+/// Reads rows (n, width), or one row (width,).
 fn rows<'py>(given: Given<'_, 'py>, width: usize, what: &str) -> PyResult<(Input<'py>, usize)> {
     let input = Input::read(given, what)?;
     let n = match input.shape() {
@@ -240,7 +240,7 @@ fn tolerance(x: f64) -> PyResult<f64> {
 }
 
 impl Mechanism {
-    /// Of the same gravity.
+    /// Builds a mechanism with the same gravity.
     fn with(&self, builder: &Builder) -> PyResult<Self> {
         let mbs = builder.build().map_err(refuse)?;
         Ok(Self { core: Arc::new(Core::new(mbs, self.core.gravity())?) })
@@ -342,7 +342,7 @@ impl Mechanism {
             let (x, count) = rows(given, nv, what)?;
             if count != n {
                 let fact = format!("`{what}` has {count} rows, `q` has {n}");
-                return Err(refuse_with(fact, "give as many of each"));
+                return Err(refuse_with(fact, "give the same number of rows"));
             }
             others.push(x.slice().to_vec());
         }

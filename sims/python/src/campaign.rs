@@ -1,4 +1,4 @@
-//! `Campaign`: many runs of one simulation with drawn values, by the functions that `linkwork campaign` runs by.
+//! `Campaign`: many runs of one simulation with randomly drawn values, with the functions behind `linkwork campaign`.
 use crate::core::lock;
 use crate::error::{refuse, refuse_with};
 use crate::package;
@@ -53,7 +53,7 @@ pub struct Campaign {
 }
 
 impl Campaign {
-    /// That there is a run of this number.
+    /// Returns an error if there is no run with this number.
     fn check(&self, run: u64) -> PyResult<()> {
         let runs = self.campaign.form().runs;
         match run < runs {
@@ -72,25 +72,28 @@ impl Campaign {
         for (line, why) in &folder.journal.damaged {
             let journal = Folder::journal_in(path);
             let fact = format!("the journal `{}`, line {line}: {why}", journal.display());
-            let text = std::ffi::CString::new(format!("{fact}; its run is made again"))
-                .unwrap_or_default();
+            let text =
+                std::ffi::CString::new(format!("{fact}; this run is repeated")).unwrap_or_default();
             PyErr::warn(py, &py.get_type::<pyo3::exceptions::PyUserWarning>(), &text, 1)?;
         }
         Ok(folder)
     }
 
-    /// Writes tables and report of what has ended.
+    /// Writes the tables and the report of the runs that have ended.
     fn written(&self, folder: &Folder, threads: usize) -> PyResult<Results> {
         let (results, files) = folder.write(&self.campaign, threads);
         let files = files.map_err(|e| {
-            refuse_with(e, "make room and call it again with the same folder: no run is lost")
+            refuse_with(
+                e,
+                "free disk space and repeat the call with the same folder; completed runs are kept",
+            )
         })?;
         let runs = self.campaign.form().runs;
         Ok(Results { done: folder.journal.outcomes.len() as u64, runs, files, results })
     }
 }
 
-/// `progress(done, failed, runs, left)`.
+/// Calls `progress(done, failed, runs, left)`.
 fn tell(py: Python<'_>, progress: Option<&Py<PyAny>>, p: &campaign::Progress) -> PyResult<()> {
     if let Some(f) = progress {
         let left = p.left.map(|left| left.as_secs_f64());
@@ -315,8 +318,8 @@ impl Campaign {
             if let (Some(path), Some(outcome)) = (&checkpoint, &outcome) {
                 if outcome.ended == campaign::Cause::Panicked {
                     return Err(format!(
-                        "run {run} has no state to write: it was in the midst of a step: {}\n  help: `execute` keeps the \
-                         last whole state of such runs in `failures`",
+                        "run {run} has no state to write: it stopped within a step: {}\n  help: `execute` keeps the \
+                         last complete state of such runs in `failures`",
                         outcome.why
                     ));
                 }
@@ -329,8 +332,8 @@ impl Campaign {
         };
         let outcome = patiently(py, &stop, |_: std::sync::mpsc::Sender<()>| make(), |()| Ok(()));
         let outcome = outcome.or_raise()?.map_err(refuse)?;
-        // Only what was raised stops it.
-        let outcome = outcome.ok_or_else(|| refuse("the run was given up"))?;
+        // An interruption without an exception cannot occur.
+        let outcome = outcome.ok_or_else(|| refuse("the run was interrupted"))?;
         Ok(self.outcome(outcome))
     }
 
@@ -378,7 +381,7 @@ impl Campaign {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Results> {
         if threads == Some(0) {
-            return Err(refuse_with("`threads` is 0", "give 1 or more, or leave it out"));
+            return Err(refuse_with("`threads` is 0", "give 1 or more, or omit it"));
         }
         let threads = threads.unwrap_or_else(cores);
         let mut folder = self.open(py, &folder)?;
@@ -390,19 +393,19 @@ impl Campaign {
             &stop,
             |told: std::sync::mpsc::Sender<campaign::Progress>| {
                 campaign::execute(&self.campaign, &orders, gathered, |p| {
-                    // Nobody listens any more only when something was raised.
+                    // The receiver is gone only after an exception; the value is then not needed.
                     let _ = told.send(*p);
                 })
             },
             |p| tell(py, progress.as_ref(), &p),
         );
-        // What there is, is written, also when the campaign could not go on.
+        // The results of the runs so far are written even if the campaign cannot continue.
         let written = self.written(&folder, threads);
         ended.or_raise()?.map_err(refuse)?;
         written
     }
 
-    /// For programs that spread runs themselves: makes these runs, and gives each as a line of text.
+    /// For programs that distribute runs: makes the given runs and returns one line of text per run.
     #[pyo3(signature = (runs, folder))]
     fn _make(&self, py: Python<'_>, runs: Vec<u64>, folder: PathBuf) -> PyResult<Vec<String>> {
         let stop = Stop::default();
@@ -420,7 +423,7 @@ impl Campaign {
         lines.or_raise()?.map_err(refuse)
     }
 
-    /// For programs that spread runs themselves: the folder in which the lines of `_make` are gathered.
+    /// For programs that distribute runs: returns the folder that collects the lines of `_make`.
     fn _gather(slf: Py<Self>, py: Python<'_>, folder: PathBuf) -> PyResult<Gathering> {
         let folder = slf.bind(py).get().open(py, &folder)?;
         Ok(Gathering { campaign: slf, folder: Mutex::new(Some(folder)) })
@@ -432,7 +435,7 @@ impl Campaign {
     }
 }
 
-/// As many threads as the machine has cores.
+/// Returns the number of cores.
 fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
@@ -453,37 +456,37 @@ impl Gathering {
 
 #[pymethods]
 impl Gathering {
-    /// Runs that have not ended yet, and those whose history is gone.
+    /// Returns the runs that have not ended yet, and those whose history file is missing.
     fn todo(&self, py: Python<'_>) -> PyResult<Vec<u64>> {
         let campaign = &self.campaign.bind(py).get().campaign;
         self.with(|f| Ok(f.todo(campaign)))
     }
-    /// (runs that ended, those of them that failed).
+    /// Returns (number of runs that have ended, number of failed runs among them).
     fn counts(&self) -> PyResult<(usize, usize)> {
         self.with(|f| {
             let all = &f.journal.outcomes;
             Ok((all.len(), all.values().filter(|o| !o.ended.is_orderly()).count()))
         })
     }
-    /// Adds a line that `_make` gave; gives its run, and the wall time that it took, s.
+    /// Adds a line that `_make` returned. Returns the number of the run and its wall time, s.
     fn add(&self, py: Python<'_>, line: &str) -> PyResult<(u64, f64)> {
         let campaign = &self.campaign.bind(py).get().campaign;
         let outcome = campaign::Outcome::from_text(line).map_err(refuse)?;
         let (run, wall, figures) = (outcome.run, outcome.wall, outcome.figures.len());
         if run >= campaign.form().runs || ![0, campaign.figures().len()].contains(&figures) {
             return Err(refuse(format!(
-                "run {run} with {figures} figures is none of this campaign"
+                "run {run} with {figures} metrics does not belong to this campaign"
             )));
         }
         self.with(|f| f.add(outcome).map_err(refuse))?;
         Ok((run, wall))
     }
-    /// Where runs leave their files.
+    /// The folder in which runs write their files.
     #[getter]
     fn path(&self) -> PyResult<PathBuf> {
         self.with(|f| Ok(f.path().to_path_buf()))
     }
-    /// Writes tables and report, and closes the folder.
+    /// Writes the tables and the report, and closes the folder.
     fn finish(&self, py: Python<'_>) -> PyResult<Results> {
         let taken = lock(&self.folder).take();
         let mut folder = taken.ok_or_else(|| refuse("the folder is closed"))?;

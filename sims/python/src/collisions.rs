@@ -1,4 +1,4 @@
-//! `Collisions`: whether a robot touches itself or what is around it, at one configuration or many; obstacles that change.
+//! `Collisions`: collision queries of a robot with itself and with its surroundings, at one configuration or at many; obstacles that change.
 //!
 //! The queries are those of `linkwork_embedded::Robot`.
 use crate::array::{Array2, Input, out2};
@@ -17,7 +17,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use std::sync::{Arc, Mutex};
 
-/// Pieces of a way, and rows of configurations, between two looks at Ctrl-C.
+/// Numbers of path pieces and of configurations between two checks for Ctrl-C.
 const PIECES: usize = 1000;
 const ROWS: usize = 1 << 15;
 
@@ -71,13 +71,13 @@ pub struct Collisions {
     pub(crate) robot: Mutex<Robot>,
 }
 
-/// Nearest points (2, 3) of two, the first's above the second's.
+/// Returns the nearest points of two colliders (2, 3); the first row is on the first collider.
 fn ends<'py>(py: Python<'py>, d: &Distance) -> PyResult<Array2<'py>> {
     let points = [d.point_a, d.point_b].iter().flat_map(|p| [p.x, p.y, p.z]).collect();
     out2(py, points, 2, 3)
 }
 
-/// Indices (n, 3).
+/// Reads cell indices (n, 3).
 fn cells(given: Given<'_, '_>) -> PyResult<Vec<[u32; 3]>> {
     let input = Input::read(given, "cells")?;
     if !matches!(*input.shape(), [_, 3]) && !input.slice().is_empty() {
@@ -87,14 +87,14 @@ fn cells(given: Given<'_, '_>) -> PyResult<Vec<[u32; 3]>> {
     let index = |x: f64| {
         let whole = x.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&x);
         let wrong =
-            || refuse_with(format!("`cells` has the index {x}"), "give whole numbers, 0 and above");
+            || refuse_with(format!("`cells` has the index {x}"), "give integers, 0 or larger");
         if whole { Ok(x as u32) } else { Err(wrong()) }
     };
     let all = input.slice().chunks_exact(3);
     all.map(|c| Ok([index(c[0])?, index(c[1])?, index(c[2])?])).collect()
 }
 
-/// Points (n, 4): x, y, z, radius.
+/// Reads points (n, 4): x, y, z, radius.
 pub fn balls(given: Given<'_, '_>) -> PyResult<Vec<[f64; 4]>> {
     let input = Input::read(given, "points")?;
     if !matches!(*input.shape(), [_, 4]) && !input.slice().is_empty() {
@@ -104,13 +104,13 @@ pub fn balls(given: Given<'_, '_>) -> PyResult<Vec<[f64; 4]>> {
     Ok(input.slice().chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect())
 }
 
-/// Indices of the occupied cells of a collider.
+/// Reads the indices of the occupied cells of a collider.
 pub fn occupied(given: Option<Given<'_, '_>>) -> PyResult<Vec<[u32; 3]>> {
     given.map_or(Ok(Vec::new()), cells)
 }
 
 impl Collisions {
-    /// Of a model of this mechanism.
+    /// Creates the queries for a model of this mechanism.
     pub(crate) fn of(core: Arc<Core>, spec: &ModelSpec) -> PyResult<Self> {
         let model = RobotModel::new(spec).map_err(refuse)?;
         let mut robot = Robot::new(&model);
@@ -125,7 +125,7 @@ impl Collisions {
         })
     }
 
-    /// Those that a name means: a collider; all of a part, of an object or of a body.
+    /// Returns the colliders that a name stands for: a collider, or all colliders of a part, an object or a body.
     fn meant(&self, name: &str) -> PyResult<Vec<ColliderId>> {
         let model = &self.model;
         if let Some(id) = model.collider(name) {
@@ -168,7 +168,7 @@ impl Collisions {
         ask(&mut lock(&self.robot)).map_err(refuse)
     }
 
-    /// A configuration (nq,) that keeps loops and couplings.
+    /// Reads a configuration (nq,) that satisfies loops and couplings.
     fn at<'py>(&self, q: Given<'_, 'py>, what: &str) -> PyResult<Input<'py>> {
         let q = self.core.configuration(q, what)?;
         closed(&self.core, q.slice()).map_err(|e| open(&self.core, &format!("`{what}`"), e))?;
@@ -176,16 +176,16 @@ impl Collisions {
     }
 }
 
-/// What is wrong with a row of configurations.
+/// The problem with a row of configurations.
 enum Problem {
     Open(usize, Opened),
     Refused(RobotError),
 }
 
-/// The constraint that is farthest from closed, when that is too far.
+/// The constraint with the largest closure error, and the error, if it is above the tolerance.
 type Opened = (ConstraintId, f64);
 
-/// Whether q (nq) keeps loops and couplings.
+/// Returns an error if q (nq) does not satisfy loops and couplings.
 fn closed(core: &Core, q: &[f64]) -> Result<(), Opened> {
     if !core.is_constrained() {
         return Ok(());
@@ -196,8 +196,9 @@ fn closed(core: &Core, q: &[f64]) -> Result<(), Opened> {
 
 fn open(core: &Core, place: &str, (id, error): Opened) -> PyErr {
     let name = core.mbs.constraint_name(id);
-    let fact = format!("{place} does not keep `{name}`: an error of {error:.3e} (m or rad)");
-    refuse_with(fact, "give a configuration that the mechanism can have: `mechanism.close(q)`")
+    let fact =
+        format!("{place} violates the constraint `{name}`: closure error {error:.3e} (m or rad)");
+    refuse_with(fact, "give a configuration that satisfies the constraints: `mechanism.close(q)`")
 }
 
 #[pymethods]
@@ -213,11 +214,11 @@ impl Collisions {
     ) -> PyResult<Self> {
         let core = mechanism.core.clone();
         if core.mbs.motions() > 0 {
-            let help = "make the loop of a hinge without prescribed motion";
+            let help = "use a hinge without prescribed motion for the loop";
             return Err(refuse_with("a motion across a loop is prescribed", help));
         }
         let (specs, rules) = chosen(mechanism, colliders, ignore, collide, neighbours)?;
-        // Where bodies are follows from q alone; that q keeps loops and couplings, every question checks.
+        // Collision queries need only q, and every query checks that q satisfies loops and couplings, so the constraints are removed here.
         let mut mechanism = Builder::from(&core.mbs);
         mechanism.loops_mut().clear();
         mechanism.couplings_mut().clear();
@@ -291,9 +292,9 @@ impl Collisions {
             let hit = self.ask(|r| r.collides(q.slice()))?;
             return Ok(hit.into_pyobject(py)?.to_owned().into_any());
         }
-        let [n, width] = *input.shape() else { return Err(refuse("a matrix without two sides")) };
+        let [n, width] = *input.shape() else { return Err(refuse("`q` is not a matrix")) };
         if width != nq {
-            let fact = format!("`q` has {width} numbers in a row, the mechanism has {nq}");
+            let fact = format!("`q` has {width} numbers per row, the mechanism has {nq}");
             return Err(refuse_with(fact, format!("give it the shape (n, {nq})")));
         }
         self.core.attitudes(input.slice())?;
@@ -574,11 +575,13 @@ impl Collisions {
         least: f64,
     ) -> PyResult<(&'static str, Option<f64>, Option<Pair>)> {
         if let [l, ..] = self.core.mbs.loops() {
-            let fact = format!("what moves in proportion opens the loop `{}`", l.closure.name);
-            let help = "ask `collides` at configurations on the way that `mechanism.close` gives";
+            let fact =
+                format!("a straight path in joint space opens the loop `{}`", l.closure.name);
+            let help =
+                "call `collides` with configurations along the path that `mechanism.close` returns";
             return Err(refuse_with(fact, help));
         }
-        // Couplings are linear: what keeps them at both ends keeps them between.
+        // Couplings are linear, so they hold between the two ends if they hold at both.
         let (start, end) = (self.at(start, "start")?, self.at(end, "end")?);
         let (from, to) = (start.slice(), end.slice());
         let mut robot = lock(&self.robot).clone();

@@ -1,4 +1,4 @@
-//! Loops and couplings of a `Mechanism`: what they are, whether they close, dynamics with them.
+//! Loops and couplings of a `Mechanism`: description, closure, constrained dynamics.
 use crate::array::{Input, checked1, vector};
 use crate::core::{Core, lock};
 use crate::error::{refuse, refuse_with};
@@ -17,9 +17,9 @@ pub use reports::{ConstrainedMotion, Constraint, Rank};
 /// How constraints enter the equations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Solver {
-    /// Tree-augmented, embedded, or both.
+    /// Tree-augmented, constraint embedding, or both.
     Tree(Treatment),
-    /// Every hinge and every constraint is rows.
+    /// Fully augmented: every hinge and every constraint has multipliers.
     Full,
 }
 
@@ -30,19 +30,19 @@ const SOLVERS: [(&str, Solver); 4] = [
     ("full", Solver::Full),
 ];
 
-/// Errors of loops and couplings, rad or m, at which a simulation may begin and a question of collisions makes sense.
+/// Largest closure error of loops and couplings, rad or m, with which a simulation may begin and collision queries are answered.
 pub const CLOSED: f64 = 1e-6;
 
 /// Memory of the solvers of constraints.
 pub struct Constrained {
-    /// Which constraints are embedded and which are rows.
+    /// Which constraints are embedded and which have multipliers.
     treatment: Treatment,
     solver: ConstrainedSolver,
     projector: Projector,
 }
 
 impl Core {
-    /// Runs `f` on memory for constraints.
+    /// Runs `f` with memory for constraint solvers.
     pub fn with_constrained<R>(
         &self,
         treatment: Treatment,
@@ -63,12 +63,12 @@ impl Core {
         result
     }
 
-    /// Whether there is a loop or a coupling.
+    /// Returns whether there is a loop or a coupling.
     pub fn is_constrained(&self) -> bool {
         self.mbs.constraints().next().is_some()
     }
 
-    /// How far each loop and coupling is from closed, rad or m.
+    /// Returns the closure error of each loop and coupling, rad or m.
     pub fn errors(&self, q: &[f64], motions: &[LoopMotion]) -> Vec<(ConstraintId, f64)> {
         self.with_constrained(Treatment::Augment, |c| {
             let mut ws = self.workspace();
@@ -82,7 +82,7 @@ impl Core {
 }
 
 impl Constrained {
-    /// Accelerations after kinematics, in place of those of the tree.
+    /// Computes the constrained accelerations. The kinematics must be up to date.
     pub fn forward(
         &mut self,
         core: &Core,
@@ -94,7 +94,7 @@ impl Constrained {
         self.solver.forward_given_kinematics(&core.tree, ws, state, &[], tau, vdot)
     }
 
-    /// Moves q, then v, onto the constraints.
+    /// Projects q, then v, onto the constraints.
     pub fn close(
         &mut self,
         core: &Core,
@@ -114,14 +114,16 @@ impl Constrained {
 }
 
 impl Mechanism {
-    /// Positions, rates and accelerations of prescribed subhinges of loops.
+    /// Reads positions, rates and accelerations of the prescribed subhinges of loops.
     pub fn motions(&self, given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<LoopMotion>> {
         let n = self.core.mbs.motions();
         let Some(given) = given else {
             return match n {
                 0 => Ok(Vec::new()),
                 _ => Err(refuse_with(
-                    format!("{n} motions across loops are prescribed, and none is given"),
+                    format!(
+                        "{n} motions across loops are prescribed, but `loop_motions` is missing"
+                    ),
                     format!("give loop_motions ({n}, 3): position, rate, acceleration of each"),
                 )),
             };
@@ -412,7 +414,7 @@ impl Mechanism {
     }
 }
 
-/// Whether a simulation may begin at q, v: loops closed and kept so, none of them driven.
+/// Returns an error if a simulation cannot begin at q, v: a loop is open, the rates open it, or a motion across it is prescribed.
 pub fn may_begin(core: &Core, q: &[f64], v: &[f64]) -> PyResult<()> {
     if core.mbs.motions() > 0 {
         let fact = "a motion across a loop is prescribed";
@@ -422,11 +424,11 @@ pub fn may_begin(core: &Core, q: &[f64], v: &[f64]) -> PyResult<()> {
     let Some((worst, error)) = errors.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
         return Ok(());
     };
-    let help = "begin with `q, v = mechanism.close(q, v)`";
+    let help = "start from `q, v = mechanism.close(q, v)`";
     if !(error <= CLOSED) {
         let name = core.mbs.constraint_name(worst);
         let fact =
-            format!("`{name}` is not closed at the start: an error of {error:.3e} (rad or m)");
+            format!("`{name}` is not closed at the start: closure error {error:.3e} (rad or m)");
         return Err(refuse_with(fact, help));
     }
     let (mut there, mut rates) = (q.to_vec(), v.to_vec());
@@ -435,7 +437,7 @@ pub fn may_begin(core: &Core, q: &[f64], v: &[f64]) -> PyResult<()> {
     let off = v.iter().zip(&rates).map(|(a, b)| (a - b).abs()).fold(0.0_f64, f64::max);
     if !(off <= CLOSED * v.iter().fold(1.0_f64, |most, v| most.max(v.abs()))) {
         let fact =
-            format!("the rates at the start open what is closed: {off:.3e} rad/s or m/s off");
+            format!("the rates at the start violate the constraints by {off:.3e} rad/s or m/s");
         return Err(refuse_with(fact, help));
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! Contact of a `Mechanism`: shapes of its bodies, and a stepper of velocities and impulses.
+//! Contact of a `Mechanism`: shapes of its bodies, and a time stepper with velocities and impulses.
 //!
 //! The equations and the solver are `linkwork_solvers::ContactStepper`; a step is of first order in `dt`.
 use crate::array::{Array1, Array2, out1, out2, room, vector};
@@ -51,8 +51,7 @@ impl Mechanism {
             (Some(c), _) => c.colliders.ids().map(|id| c.colliders.spec(id).clone()).collect(),
             (None, Some(d)) => linkwork_embedded::colliders_of(d).map_err(refuse)?,
             (None, None) => {
-                let fact =
-                    "this mechanism has no file that says what touches (a pickled one has lost it)";
+                let fact = "this mechanism does not have collision shapes of a file (pickling removes them)";
                 return Err(refuse_with(fact, "give Contact a list of linkwork.Collider"));
             }
         };
@@ -63,7 +62,7 @@ impl Mechanism {
 /// The stepper and its memory.
 struct Memory {
     stepper: ContactStepper,
-    /// What the file hides.
+    /// Pairs that do not collide.
     hiding: Hiding,
     vdot: Vec<f64>,
 }
@@ -128,7 +127,7 @@ pub struct Contact {
     memory: Mutex<Memory>,
 }
 
-/// A number that must be above zero, or as given by the default.
+/// Returns a setting, which must be positive (or not negative with `zero`), or its default.
 fn setting(what: &str, given: Option<f64>, default: f64, zero: bool) -> PyResult<f64> {
     let x = given.unwrap_or(default);
     if x.is_finite() && (x > 0.0 || (zero && x == 0.0)) {
@@ -145,7 +144,7 @@ fn laws(pairs: Laws) -> PyResult<Vec<PairLaw>> {
     let law = |((a, b), numbers): ((String, String), BTreeMap<String, f64>)| {
         let known = ["friction", "restitution", "rolling_friction", "spinning_friction"];
         if let Some(wrong) = numbers.keys().find(|k| !known.contains(&k.as_str())) {
-            let fact = format!("`pairs`: ({a:?}, {b:?}) has no `{wrong}`");
+            let fact = format!("`pairs`: ({a:?}, {b:?}) has an unknown property `{wrong}`");
             return Err(refuse_with(fact, format!("give some of {}", known.join(", "))));
         }
         let [friction, restitution, rolling, spinning] = known.map(|k| numbers.get(k).copied());
@@ -154,7 +153,7 @@ fn laws(pairs: Laws) -> PyResult<Vec<PairLaw>> {
     pairs.into_iter().map(law).collect()
 }
 
-/// Colliders that were given, or those of the mechanism's file with its rules; and what is added to the rules.
+/// Returns the given colliders, or those of the mechanism's file with its collision rules, and adds the arguments to the rules.
 pub(crate) fn chosen(
     mechanism: &Mechanism,
     colliders: Option<Vec<PyRef<'_, Collider>>>,
@@ -177,7 +176,7 @@ pub(crate) fn chosen(
     }
     rules.ignore.extend(ignore.unwrap_or_default());
     rules.collide.extend(collide.unwrap_or_default());
-    // A loop joins bodies as a hinge of the tree does.
+    // Bodies that a loop connects do not collide, like bodies that a hinge connects.
     for l in mechanism.core.mbs.loops().iter().filter(|l| !l.rows.is_empty()) {
         let pair = [l.closure.body_a.clone(), l.closure.body_b.clone()];
         if !rules.joined.contains(&pair) {
@@ -210,7 +209,7 @@ impl Contact {
         let core = mechanism.core.clone();
         let mut own = ContactSettings::default();
         if let (None, Some(c)) = (&colliders, &core.contact) {
-            let fact = "the contact of the file is compliant, and this one is by impulses";
+            let fact = "the contact of the file is compliant, but Contact uses impulses";
             let help = "give `mechanism.file_colliders()` as colliders, or use linkwork.Simulation";
             own = c.settings.clone().ok_or_else(|| refuse_with(fact, help))?;
         }
@@ -229,7 +228,7 @@ impl Contact {
         };
         if settings.correction > 1.0 {
             let fact = format!("`correction` is {}", settings.correction);
-            return Err(refuse_with(fact, "give a part, from 0 to 1"));
+            return Err(refuse_with(fact, "give a fraction from 0 to 1"));
         }
         let solver = &mut settings.solver;
         solver.tolerance = setting("tolerance", tolerance, solver.tolerance, false)?;
@@ -413,7 +412,7 @@ impl Contact {
             let now = k as f64 * dt;
             tau.fill(0.0);
             forces(k, now, &q, &v, &mut tau)?;
-            // Not held while the forces are asked for: they may use this Contact.
+            // The lock is not held while the forces are computed, because the function may use this Contact.
             let report = lock(&self.memory).step(core, &wrenches, dt, &mut q, &mut v, &mut tau);
             let report = report.map_err(|e| refuse(format!("t = {now} s: {e}")))?;
             if !report.converged {
@@ -427,7 +426,7 @@ impl Contact {
         if open > 0 {
             let tolerance = lock(&self.memory).stepper.settings.solver.tolerance;
             let text = format!(
-                "impulses of {open} of {steps} steps were not found within the tolerance {tolerance}: {worst:.1e} at worst\n  help: take a \
+                "impulses of {open} of {steps} steps did not converge within the tolerance {tolerance}: largest residual {worst:.1e}\n  help: use a \
                  smaller dt, or a larger tolerance"
             );
             let text = std::ffi::CString::new(text).unwrap_or_default();
@@ -445,7 +444,7 @@ impl Contact {
 }
 
 impl Memory {
-    /// One step in place; then back onto loops and couplings.
+    /// Makes one step in place, then projects the state onto loops and couplings.
     fn step(
         &mut self,
         core: &Core,
@@ -472,8 +471,8 @@ impl Memory {
             return Ok(report);
         }
         Err(refuse_with(
-            "the state after the step is no number any more",
-            "take a smaller dt, and look at the forces",
+            "the state after the step is NaN or infinite",
+            "use a smaller dt, and check the forces",
         ))
     }
 }

@@ -9,7 +9,7 @@ use pyo3::types::{PyDict, PyEllipsis, PySlice};
 
 type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 
-/// The matrices that stand one after another before the last two axes.
+/// Splits an array of several matrices into the individual matrices.
 fn parts<'py, const N: usize>(all: &Array<'py>) -> PyResult<[Array<'py>; N]> {
     let py = all.py();
     let part = |k: usize| {
@@ -19,7 +19,7 @@ fn parts<'py, const N: usize>(all: &Array<'py>) -> PyResult<[Array<'py>; N]> {
     all_of((0..N).map(part).collect::<PyResult<_>>()?)
 }
 
-/// So many results.
+/// Converts the results to an array of `N` results.
 fn all_of<const N: usize>(found: Vec<Array<'_>>) -> PyResult<[Array<'_>; N]> {
     found.try_into().map_err(|_| refuse("a result is missing"))
 }
@@ -151,7 +151,7 @@ impl Mechanism {
         let rows = [(q, c.nq(), "q"), (v, nv, "v"), (tau, nv, "tau"), (vdot, nv, "prescribed")];
         let rows = Rows::read(&rows)?;
         let wrenches = c.wrenches(wrenches)?;
-        // Prescribed accelerations and forces are written to.
+        // The arrays are modified: the entries of prescribed coordinates are overwritten.
         let (mut forces, mut rates) = (zeros(rows.count(), nv)?, zeros(rows.count(), nv)?);
         let lanes = |e: &mut Ensemble, x: &[&[f64]], out: &mut [Vec<f64>]| {
             let [dvdot_dq, dvdot_dv, dvdot_dtau] = out else { return Ok(()) };

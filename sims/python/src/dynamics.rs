@@ -1,4 +1,4 @@
-//! The algorithms of `Mechanism`: each under its own name, from q, v and what else it needs.
+//! The basic dynamics algorithms of `Mechanism`.
 use crate::array::{Array, zeros};
 use crate::batch::{Rows, ensemble_into, states, states_into};
 use crate::mechanism::Mechanism;
@@ -133,7 +133,7 @@ impl Mechanism {
         let rows = [(q, c.nq(), "q"), (v, nv, "v"), (tau, nv, "tau"), (vdot, nv, "prescribed")];
         let rows = Rows::read(&rows)?;
         let wrenches = c.wrenches(wrenches)?;
-        // Forces of prescribed coordinates are written to.
+        // The array is modified: the forces of prescribed coordinates are overwritten.
         let mut forces = zeros(rows.count(), nv)?;
         let lanes = |e: &mut Ensemble, x: &[&[f64]], vdot: &mut [Vec<f64>]| {
             vdot[0].copy_from_slice(x[3]);
@@ -306,7 +306,7 @@ impl Mechanism {
     }
 }
 
-/// The only result of an ensemble's call.
+/// Returns the only result of an ensemble's call.
 pub fn only(results: Vec<Array<'_>>) -> PyResult<Array<'_>> {
     results.into_iter().next().ok_or_else(|| crate::error::refuse("there is no result"))
 }

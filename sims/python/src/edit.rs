@@ -1,4 +1,4 @@
-//! `Edit`: a mechanism in motion whose structure is changed; `Report`: its books of momentum.
+//! `Edit`: a mechanism in motion whose structure can be changed; `Report`: momentum and energy before and after a change.
 use crate::array::{Array1, Input, out_force, out_vec3, out1, pose, vector};
 use crate::builder::{Hinge, body_spec};
 use crate::core::{Core, lock};
@@ -158,7 +158,7 @@ impl Mechanism {
     }
 }
 
-/// The numbers of an optional vector.
+/// Reads an optional vector.
 fn numbers(given: Option<&Bound<'_, PyAny>>, what: &str) -> PyResult<Option<Vec<f64>>> {
     given.map(|g| Ok(Input::read(g, what)?.slice().to_vec())).transpose()
 }

@@ -1,4 +1,4 @@
-//! What a file says of a mechanism besides its bodies, and writing it as URDF or RON.
+//! Further content of a mechanism's file, and export to URDF and RON.
 use crate::array::{Array1, Array2, out1, out2};
 use crate::error::refuse;
 use crate::mechanism::Mechanism;
@@ -10,7 +10,7 @@ use pyo3::types::{PyDict, PySlice};
 use std::borrow::Cow;
 
 impl Mechanism {
-    /// As the file described it, or bodies and nodes alone.
+    /// Returns the description of the file, or a description with only bodies and nodes.
     fn description(&self) -> Cow<'_, Description> {
         match &self.core.description {
             Some(d) => Cow::Borrowed(d),
@@ -43,7 +43,7 @@ impl Mechanism {
     fn ignored(&self) -> Vec<String> {
         let d = self.description();
         let devices =
-            d.devices.iter().map(|x| format!("device `{}`: it acts in a Simulation alone", x.name));
+            d.devices.iter().map(|x| format!("device `{}`: it acts only in a Simulation", x.name));
         d.ignored.iter().map(ToString::to_string).chain(devices).collect()
     }
     /// The joints of the file by name, with their slices of v (empty for fixed joints).

@@ -1,4 +1,4 @@
-//! `Frames`: any frame seen from any other; computed when asked, and once.
+//! `Frames`: the motion of any frame relative to any other, computed on demand and cached.
 use crate::array::{Array1, Array2, fixed, out_motion, out_pose, out_vec3, pose, vector};
 use crate::core::lock;
 use crate::error::refuse;

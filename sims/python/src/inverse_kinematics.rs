@@ -62,7 +62,7 @@ pub struct Target {
     goal: Goal,
 }
 
-/// Parts of a pose as they are given.
+/// Arguments that prescribe parts of a pose.
 pub struct Parts<'a, 'py> {
     pub axis: Option<&'a Bound<'py, PyAny>>,
     pub along: Option<&'a Bound<'py, PyAny>>,
@@ -73,20 +73,20 @@ pub struct Parts<'a, 'py> {
 }
 
 impl Parts<'_, '_> {
-    /// The goal of a tip that is to be at a place, a pose, or neither; `what` is the place's name.
+    /// Returns the goal of a tip with a position, a pose, or neither. Messages call `at` by the name `what`.
     pub fn goal(&self, at: Option<&Bound<'_, PyAny>>, what: &str) -> PyResult<Goal> {
         let (position, orientation) = at.map_or(Ok((None, None)), |at| place(at, what))?;
         let (place, pointing) = self.read()?;
         Ok(Goal { position, orientation, weights: [1.0; 2], place, pointing })
     }
 
-    /// What of a position counts, and where an axis points.
+    /// Returns which components of the position count, and the direction of the axis.
     pub fn read(&self) -> PyResult<(Place, Option<Pointing>)> {
         let direction = |given: &Bound<'_, PyAny>, what: &str| {
             let v = Vec3::from(fixed::<3>(given, what)?);
             let length = v.norm();
-            let help = "give a direction, of any length above zero";
-            let none = || refuse_with(format!("`{what}` has no length"), help);
+            let help = "give a direction with a length above zero";
+            let none = || refuse_with(format!("`{what}` has the length zero"), help);
             if length > 0.0 && length.is_finite() { Ok(v / length) } else { Err(none()) }
         };
         let place = match (self.plane, self.line) {
@@ -107,7 +107,12 @@ impl Parts<'_, '_> {
                 let point = Vec3::from(fixed::<3>(x, "look_at")?);
                 Some(Pointing::at(direction(axis, "axis")?, point))
             }
-            _ => return Err(refuse_with("where an axis points is said by half, or twice", help)),
+            _ => {
+                return Err(refuse_with(
+                    "the direction of the axis is incomplete or specified twice",
+                    help,
+                ));
+            }
         };
         Ok((place, pointing.map(|p| p.within(self.within))))
     }
@@ -169,12 +174,12 @@ pub fn targets_of(given: &Bound<'_, PyAny>) -> PyResult<Vec<Target>> {
 }
 
 impl Target {
-    /// The frame, from where it is seen (None: the world), what is asked.
+    /// Returns the frame, the reference frame (`None`: the world) and the goal.
     pub fn parts(&self) -> (&str, Option<&str>, Goal) {
         (&self.frame, self.relative_to.as_deref(), self.goal)
     }
 
-    /// What is told by its shape alone.
+    /// Creates a target whose kind follows from the shape of `at`.
     fn of(frame: String, at: &Bound<'_, PyAny>) -> PyResult<Self> {
         let (position, orientation) = place(at, &format!("target of \"{frame}\""))?;
         let goal = Goal { position, orientation, ..Goal::NOTHING };
@@ -187,7 +192,7 @@ impl Target {
     }
 }
 
-/// Position, attitude or both, by the shape of what is given.
+/// Reads a position, an attitude or both; the shape determines which.
 pub fn place(at: &Bound<'_, PyAny>, what: &str) -> PyResult<(Option<Vec3>, Option<Quat>)> {
     let input = Input::read(at, what)?;
     let x = input.slice();
@@ -203,8 +208,8 @@ pub fn place(at: &Bound<'_, PyAny>, what: &str) -> PyResult<(Option<Vec3>, Optio
             let off = (R * R.transpose() - Mat3::identity()).norm();
             if !(off < 1e-6 && R.determinant() > 0.0) {
                 return Err(refuse_with(
-                    format!("`{what}` is no rotation matrix: it is off by {off:e}"),
-                    "its columns are the frame's axes, of length 1 and at right angles",
+                    format!("`{what}` is not a rotation matrix: its error is {off:e}"),
+                    "the columns must be orthogonal unit vectors, the axes of the frame",
                 ));
             }
             Ok((None, Some(quat(&R))))
@@ -285,10 +290,10 @@ impl RateTarget {
     }
 }
 
-/// Evaluations of the kinematics between two looks at Ctrl-C.
+/// Number of evaluations of the kinematics between two checks for Ctrl-C.
 pub const PORTION: usize = 2000;
 
-/// Keeps the hinges of these bodies.
+/// Excludes the hinges of these bodies from the search.
 fn keep(ik: &mut InverseKinematics, core: &Core, bodies: &[String]) -> PyResult<()> {
     for body in bodies {
         let v = core.mbs.get(core.body(body)?).v();
@@ -297,14 +302,14 @@ fn keep(ik: &mut InverseKinematics, core: &Core, bodies: &[String]) -> PyResult<
     Ok(())
 }
 
-/// The Rust error; the nearest configuration is its attribute `q`.
+/// Converts the Rust error; its attribute `q` is the nearest configuration.
 fn unreached(py: Python<'_>, e: InverseKinematicsError) -> PyErr {
     let error = refuse(&e);
     if let InverseKinematicsError::Unreachable { nearest, .. }
     | InverseKinematicsError::Open { nearest, .. } = e
     {
         let q = out1(py, nearest.q);
-        // An attribute less is no reason to hide the error.
+        // If the attribute cannot be set, the error is raised without it.
         let _ = error.value(py).setattr("q", q);
     }
     error
@@ -387,7 +392,7 @@ impl Mechanism {
             restarts,
         };
         ik.begin(&core.tree, &list, &q).map_err(|e| unreached(py, e))?;
-        // A look at Ctrl-C after each portion; portions do not change what is found.
+        // Ctrl-C is checked after each portion; the size of the portions does not affect the result.
         loop {
             py.check_signals()?;
             match py.detach(|| ik.advance(&core.tree, PORTION, &mut q)) {
@@ -472,8 +477,8 @@ impl Mechanism {
 }
 
 impl Core {
-    /// Memory for inverse kinematics, made at first use and copied for each call, since a call
-    /// marks the coordinates that it keeps.
+    /// Returns memory for inverse kinematics. It is created at first use and copied for each call, because a call marks the coordinates that it
+    /// keeps.
     fn inverse_kinematics(&self) -> InverseKinematics {
         lock(&self.ik).get_or_insert_with(|| InverseKinematics::new(&self.tree)).clone()
     }

@@ -1,4 +1,4 @@
-//! `Log`: rows of a run as numpy arrays; `Series` and `read_log`: the numbers of an MCAP file.
+//! `Log`: samples of a run as numpy arrays; `Series` and `read_log`: the numbers of an MCAP file.
 use crate::array::{Array1, out1};
 use crate::core::lock;
 use crate::error::{refuse, refuse_with};
@@ -9,24 +9,24 @@ use pyo3::types::PyDict;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-/// What a log has gathered.
+/// The samples of a log so far.
 #[derive(Default)]
 pub struct Rows {
     pub t: Vec<f64>,
     pub columns: Vec<Vec<f64>>,
 }
 
-/// A log as the run fills it.
+/// A log that a run fills.
 pub struct Filling {
-    /// Which rows it takes.
+    /// Selects the samples.
     pub due: runtime::Rows,
     pub into: Filler,
 }
 
-/// Where its rows go.
+/// Stores the samples.
 pub struct Filler {
     pub rows: Arc<Mutex<Rows>>,
-    /// The row under way.
+    /// The sample that is being written.
     row: Option<TapRow>,
 }
 
@@ -51,9 +51,9 @@ impl Sink for Filler {
 }
 
 impl Filling {
-    /// Takes the rows that go at the present tick.
+    /// Stores the samples that are due at the present tick.
     pub fn sample(&mut self, sim: &Simulation) {
-        // There is always room.
+        // The sink always has room, so the result is not needed.
         let _ = self.due.sample(sim, &mut self.into);
     }
 }
@@ -166,7 +166,7 @@ impl Log {
     fn column(&self, name: &str) -> PyResult<usize> {
         self.names.iter().position(|n| n == name).ok_or_else(|| {
             let help = remedy(name, "variables of this log", &self.keys());
-            refuse_with(format!("the log has no `{name}`"), help)
+            refuse_with(format!("the log does not contain `{name}`"), help)
         })
     }
 }

@@ -45,7 +45,7 @@ type Slice<'py> = Bound<'py, PySlice>;
 /// [2, 2, 2]
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Mechanism {
-    /// What it shares with its states.
+    /// Data that it shares with its states.
     pub core: Arc<Core>,
 }
 
@@ -126,7 +126,7 @@ pub fn load(
     let passive = machine.passive_devices().map(of_path);
     for text in machine.doubtful().into_iter().chain(left_out).chain(passive).chain(beyond) {
         let category = py.get_type::<pyo3::exceptions::PyUserWarning>();
-        // A path may hold anything but a zero.
+        // The text may contain null bytes from a path; replace them.
         let text = std::ffi::CString::new(text.replace('\0', " ")).unwrap_or_default();
         PyErr::warn(py, &category, &text, 1)?;
     }
@@ -138,7 +138,7 @@ pub fn load(
     Ok(Mechanism { core: Arc::new(core) })
 }
 
-/// Which inertias are refused, by name.
+/// The inertia checks, by name.
 pub const INERTIA_CHECKS: [(&str, InertiaCheck); 2] =
     [("physical", InertiaCheck::Physical), ("positive_moments", InertiaCheck::PositiveMoments)];
 
@@ -155,7 +155,7 @@ impl Mechanism {
         vector(v, self.core.nv(), what)
     }
 
-    /// A number of the limits for each degree of freedom; ∞ where a hinge has several.
+    /// Returns a limit for each degree of freedom; ∞ for subhinges with several degrees of freedom.
     fn by_dof(&self, of: impl Fn(&Limits) -> f64) -> Vec<f64> {
         let mut all = vec![f64::INFINITY; self.core.nv()];
         for (_, s) in self.core.mbs.subhinges().filter(|(_, s)| s.v.len() == 1) {
@@ -830,7 +830,7 @@ impl Subgraph {
     }
 }
 
-/// `name` among `known`, or an error that lists them.
+/// Returns the value of `name` in `known`, or an error that lists the names.
 pub fn choice<T: Copy>(what: &str, name: &str, known: &[(&str, T)]) -> PyResult<T> {
     known.iter().find(|(n, _)| *n == name).map(|(_, x)| *x).ok_or_else(|| {
         let names: Vec<&str> = known.iter().map(|k| k.0).collect();

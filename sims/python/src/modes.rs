@@ -1,4 +1,4 @@
-//! `Modes`: what makes a body flexible.
+//! `Modes`: mode shapes of flexible bodies.
 use crate::array::{Array1, Array2, out1, out2};
 use crate::error::refuse;
 use crate::mechanism::choice;
@@ -6,7 +6,7 @@ use crate::show::number;
 use linkwork_multibody::modes::{self, Beam, BeamModes, Ends, GeneratorFault, Plate};
 use pyo3::prelude::*;
 
-/// Words for how a beam is held.
+/// Names of the boundary conditions of a beam.
 const ENDS: [(&str, Ends); 5] = [
     ("clamped_free", Ends::ClampedFree),
     ("clamped_clamped", Ends::ClampedClamped),
@@ -157,7 +157,7 @@ impl Modes {
         damping_ratio: f64,
         attach: Option<Vec<[f64; 2]>>,
     ) -> PyResult<Self> {
-        // Every body here has a node at its origin.
+        // Every body has a node at its origin, so the origin must be an attachment point.
         let mut attach = attach.unwrap_or_default();
         attach.push([0.0, 0.0]);
         let plate =

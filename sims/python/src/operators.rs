@@ -1,7 +1,7 @@
-//! `Operators` and `Operator`: φ ψ H M K D … of a mechanism at a configuration, as values.
+//! `Operators` and `Operator`: the spatial operators φ ψ H M K D … of a mechanism at a configuration.
 //!
-//! Every formula and every refusal is that of `linkwork_dynamics::Operator`; this file gives them
-//! Python's signs. A vector stands on the right of `*` or `@`; a matrix there is many columns.
+//! All formulas and checks are in `linkwork_dynamics::Operator`; this file adds Python's arithmetic operators. A vector is the right operand of `*`
+//! or `@`; a matrix as right operand stands for its columns.
 use crate::array::{Array, Array2, Input, out, out2};
 use crate::core::Core;
 use crate::error::{refuse, refuse_with};
@@ -348,7 +348,7 @@ impl From<dynamics::Operator> for Operator {
 }
 
 impl Operator {
-    /// This times an operator, a number, a vector or a matrix.
+    /// Returns the product with an operator, a number, a vector or a matrix.
     fn times<'py>(&self, right: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let py = right.py();
         if let Ok(right) = right.cast::<Operator>() {
@@ -384,7 +384,7 @@ impl Operator {
         }
         Err(refuse_with(
             format!("cannot multiply {} by `{}`", described(left)?, self.op),
-            "a vector stands on the right of an operator: write A.T * x",
+            "a vector must be the right operand: write A.T * x",
         ))
     }
 }
@@ -393,7 +393,7 @@ fn is_number(x: &Bound<'_, PyAny>) -> bool {
     !x.hasattr("__len__").unwrap_or(true) && x.extract::<f64>().is_ok()
 }
 
-/// `an array of shape (7,)`.
+/// Describes an operand for messages, such as `an array of shape (7,)`.
 fn described(x: &Bound<'_, PyAny>) -> PyResult<String> {
     match x.getattr("shape") {
         Ok(shape) => Ok(format!("an array of the shape {shape}")),
@@ -403,9 +403,9 @@ fn described(x: &Bound<'_, PyAny>) -> PyResult<String> {
 
 #[pymethods]
 impl Operator {
-    /// numpy leaves products with an operator to the operator.
+    /// Tells numpy to leave products with an operator to this class.
     #[classattr]
-    #[allow(non_upper_case_globals)] // The name is numpy's.
+    #[allow(non_upper_case_globals)] // numpy prescribes the name.
     const __array_ufunc__: Option<bool> = None;
 
     /// The transpose.
@@ -521,7 +521,7 @@ impl Operator {
     }
     fn __matmul__<'py>(&self, right: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         if is_number(right) {
-            return Err(PyTypeError::new_err("`@` takes no number: write A * 2.0"));
+            return Err(PyTypeError::new_err("`@` does not support numbers: write A * 2.0"));
         }
         self.times(right)
     }
@@ -530,7 +530,7 @@ impl Operator {
     }
     fn __rmatmul__(&self, left: &Bound<'_, PyAny>) -> PyResult<Self> {
         if is_number(left) {
-            return Err(PyTypeError::new_err("`@` takes no number: write 2.0 * A"));
+            return Err(PyTypeError::new_err("`@` does not support numbers: write 2.0 * A"));
         }
         self.scaled_from_the_left(left)
     }

@@ -1,4 +1,4 @@
-//! `Robot`: the embedded robot model: parts by name, inverse kinematics, ways. What hands hold and forces are in files of their own.
+//! `Robot`: the embedded robot model: named parts, inverse kinematics, paths. Grasped objects and forces are in submodules.
 use crate::array::{Array1, Array2, Input, out_pose, out1, out2, vector};
 use crate::collisions::Collisions;
 use crate::contact::{Collider, chosen};
@@ -30,7 +30,7 @@ pub use motion::Trajectory;
 use search::Asked;
 pub use search::InverseKinematicsSearch;
 
-/// Random places between two looks at Ctrl-C.
+/// Number of random samples between two checks for Ctrl-C.
 const DRAWS: usize = 50;
 
 type Given<'a, 'py> = &'a Bound<'py, PyAny>;
@@ -117,7 +117,7 @@ impl Collisions {
         self.model.parts().find(|p| p.0 == part).map_or_else(String::new, |p| p.1.to_owned())
     }
 
-    /// A configuration that was given, or the robot's own.
+    /// Returns the given configuration, or the robot's own.
     fn q_or_own(&self, q: Option<Given<'_, '_>>) -> PyResult<Vec<f64>> {
         match q {
             Some(q) => Ok(vector(q, self.model.nq(), "q")?.slice().to_vec()),
@@ -126,7 +126,7 @@ impl Collisions {
     }
 }
 
-/// The part of `Collisions`, with the instance.
+/// Returns the base class object, which contains the instance.
 fn base<'a>(slf: &'a Bound<'_, Robot>) -> &'a Collisions {
     slf.as_super().get()
 }
@@ -149,7 +149,7 @@ fn count_of(what: &str, count: usize) -> PyResult<()> {
     Err(refuse_with(format!("`{what}` is {count}"), "give a number from 1 to 10000"))
 }
 
-/// Rows of a Jacobian by name.
+/// Returns the rows of a Jacobian by name.
 fn rows_of(rows: &str, length: f64) -> PyResult<Rows> {
     let known =
         [("all", Rows::All { length }), ("linear", Rows::Linear), ("angular", Rows::Angular)];
@@ -183,7 +183,10 @@ impl Robot {
         if let Some(path) = srdf {
             let Some(description) = &core.description else {
                 let help = "give `chains` and `groups`, or load the mechanism from its file";
-                return Err(refuse_with("`srdf` names joints of a file, and there is none", help));
+                return Err(refuse_with(
+                    "`srdf` requires a mechanism that was loaded from a file",
+                    help,
+                ));
             };
             let srdf = formats::read_srdf_file(path).map_err(refuse)?;
             spec = spec.groups(&srdf, description).map_err(refuse)?;
@@ -704,8 +707,9 @@ impl Robot {
         if best.outcome == Outcome::Met {
             return Ok((q, best.cost));
         }
-        let fact = format!("none of {starts} starts brings the tip of `{name}` there");
-        let error = refuse_with(fact, "give more `starts`, another q, or ask for less");
+        let fact =
+            format!("the tip of `{name}` does not reach its goal from any of {starts} starts");
+        let error = refuse_with(fact, "use more `starts`, another q, or a less restrictive goal");
         error.value(slf.py()).setattr("q", q)?;
         Err(error)
     }
@@ -855,7 +859,7 @@ impl Robot {
         let start = own.q_or_own(start)?;
         let mut robot = lock(&own.robot).clone();
         if room > 1_000_000 {
-            let help = "a search looks through all of them each time: give 1000000 at most";
+            let help = "each step searches all configurations: give at most 1000000";
             return Err(refuse_with(format!("`room` is {room}"), help));
         }
         let mut planner = Planner::new(&robot, part, room).map_err(refuse)?;
@@ -869,7 +873,10 @@ impl Robot {
         }
         let blocked = |end: &str, pair| {
             let (a, b) = own.names(pair);
-            refuse_with(format!("`{a}` touches `{b}` at the {end}"), "choose a free end")
+            refuse_with(
+                format!("`{a}` touches `{b}` at the {end}"),
+                "choose a collision-free configuration",
+            )
         };
         match found {
             Way::Found => {
@@ -880,8 +887,8 @@ impl Robot {
             Way::BlockedStart { pair } => Err(blocked("start", pair)),
             Way::BlockedGoal { pair } => Err(blocked("goal", pair)),
             Way::NotFound | Way::Unfinished => Err(refuse_with(
-                format!("no way of `{name}` was found with {room} configurations"),
-                "give more `room`, another `step` or `seed`; there may be no way",
+                format!("no path of `{name}` was found with {room} configurations"),
+                "use more `room`, another `step` or `seed`; possibly no path exists",
             )),
         }
     }

@@ -1,12 +1,12 @@
-//! `Mechanism.simulate`: a small time integration of one mechanism, without parts and wires.
+//! `Mechanism.simulate`: fixed-step integration of one mechanism, without parts and wires.
 //!
 //! ```text
 //! rk4                   ẋ = [N(q) v; v̇(t, q, v)], four evaluations a step, quaternions brought to
 //!                       length 1 after each step: order 4
 //! semi_implicit_euler   v += h v̇(t, q, v), then q moved by h v on its manifold: order 1
 //! ```
-//! Loops and couplings are obeyed: small loops are embedded, the others are rows, and after each step q and v
-//! are brought back onto all of them.
+//! Loops and couplings are satisfied: small loops are embedded, the others have multipliers, and after each step q and v are projected onto all of
+//! them.
 use crate::array::{Array1, Array2, Input, out1, out2, room, vector};
 use crate::constraints::may_begin;
 use crate::core::Core;
@@ -22,23 +22,23 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::ops::Range;
 
-/// Steps between two looks at Ctrl-C.
+/// Number of steps between two checks for Ctrl-C.
 const CHUNK: usize = 4096;
 
-/// Where the forces come from.
+/// The source of the generalized forces.
 pub enum Torque<'py> {
-    /// There are none.
+    /// No forces.
     None,
-    /// The same for all steps.
+    /// Constant forces.
     Constant(Input<'py>),
-    /// One row for each step.
+    /// One row per step.
     Rows(Input<'py>),
     /// A function of t, q, v.
     Call(Bound<'py, PyAny>),
 }
 
 impl<'py> Torque<'py> {
-    /// Nothing, numbers of either shape, or a function.
+    /// Reads nothing, an array of either shape, or a function.
     pub fn read(given: Option<&Bound<'py, PyAny>>, nv: usize, steps: usize) -> PyResult<Self> {
         let Some(given) = given else { return Ok(Torque::None) };
         if given.is_callable() {
@@ -55,8 +55,8 @@ impl<'py> Torque<'py> {
         }
     }
 
-    /// Calls `step` with the number of each step and these forces; without the interpreter's lock where they need none of it, and
-    /// with a look at Ctrl-C now and then.
+    /// Calls `step` with the number of each step and its forces. The interpreter's lock is released if the forces do not need it, and Ctrl-C is
+    /// checked regularly.
     pub fn drive(
         &self,
         py: Python<'py>,
@@ -90,19 +90,19 @@ impl<'py> Torque<'py> {
     }
 }
 
-/// Writes the forces at t, q, v; the step is for tables.
+/// Writes the forces at step, t, q, v; the number of the step selects a row of a table.
 pub type Forces<'a> = dyn FnMut(usize, f64, &[f64], &[f64], &mut [f64]) -> PyResult<()> + 'a;
 
-/// A mechanism as an integrator sees it.
+/// The equations of motion for the integrator.
 struct Motion<'a> {
     core: &'a Core,
-    /// There are loops or couplings.
+    /// Whether there are loops or couplings.
     constrained: bool,
     wrenches: &'a [(NodeId, Force)],
-    /// The step.
+    /// Number of the step.
     k: usize,
     forces: &'a mut Forces<'a>,
-    /// q.
+    /// Range of q in the state.
     positions: [Range<usize>; 1],
 }
 
@@ -154,14 +154,14 @@ impl System for Motion<'_> {
     }
 }
 
-/// A run in progress.
+/// An integration in progress.
 struct Run<'a> {
     core: &'a Core,
     constrained: bool,
     wrenches: &'a [(NodeId, Force)],
     integrator: Integrator,
     dt: f64,
-    /// q, then v.
+    /// The state: q, then v.
     x: Vec<f64>,
 }
 
@@ -175,8 +175,8 @@ impl Run<'_> {
         integrator.step_fixed(&mut motion, t, *dt, x, None).map_err(|failure| match failure {
             Failure::System(e) => e,
             _ => refuse_with(
-                format!("t = {} s: the state is no number any more", t + *dt),
-                "take a smaller dt, and look at the torques",
+                format!("t = {} s: the state is NaN or infinite", t + *dt),
+                "use a smaller dt, and check the torques",
             ),
         })
     }
@@ -239,7 +239,7 @@ impl Mechanism {
     ) -> PyResult<(Array1<'py>, Array2<'py>, Array2<'py>)> {
         let (core, nq, nv) = (&*self.core, self.core.nq(), self.core.nv());
         if !(dt.is_finite() && dt > 0.0) {
-            return Err(refuse_with(format!("`dt` is {dt}"), "give a step above zero, in s"));
+            return Err(refuse_with(format!("`dt` is {dt}"), "give a positive step, in s"));
         }
         let known = ["rk4", "semi_implicit_euler"].map(|name| (name, name.replace('_', "-")));
         let known: Vec<(&str, &str)> = known.iter().map(|(a, b)| (*a, b.as_str())).collect();

@@ -61,18 +61,18 @@ pub struct Simulation {
     plan: Arc<Plan>,
     program: Arc<Program>,
     configuration: String,
-    /// Of each phase.
+    /// Visual shapes of each phase.
     shapes: Arc<Vec<Vec<BodyShape>>>,
     rules: Vec<LogRule>,
     until: Option<Seconds>,
     stop_when: Option<u32>,
     running: Mutex<Running>,
     busy: AtomicBool,
-    /// Threads that wait for a turn while the run steps.
+    /// Number of threads that wait for access while the run steps.
     waiting: AtomicUsize,
 }
 
-/// Ends the run's claim on the simulation, however it ends.
+/// Releases the simulation at the end of a call, also after an error.
 struct Busy<'a>(&'a AtomicBool);
 
 impl Drop for Busy<'_> {
@@ -82,13 +82,13 @@ impl Drop for Busy<'_> {
 }
 
 impl Simulation {
-    /// A run at its start, to an end that replaces the file's.
+    /// Creates a run at its start. `until` replaces the end time of the file.
     pub fn from_ready(py: Python<'_>, ready: Ready, until: Option<Seconds>) -> PyResult<Self> {
         let stop_when = ready.loaded.simulation.stop_when.as_ref().map(|_| 0);
         let file = ready.loaded.simulation;
         let program = Arc::new(ready.program);
         let sim = runtime::Simulation::of(program.clone());
-        // A part that raised at the first tick.
+        // Reports an exception of a part at the first tick.
         sim.check().map_err(|e| parts::raised(py, run_failed(&e)))?;
         Ok(Self {
             plan: program.phases[0].plan.clone(),
@@ -104,8 +104,7 @@ impl Simulation {
         })
     }
 
-    /// Does something with the run; other threads go on while this waits for its turn. A part that
-    /// runs in it cannot.
+    /// Calls `f` with the run. While this call waits for access, other Python threads continue. A part that the run evaluates cannot call it.
     fn with<R: Send>(
         &self,
         py: Python<'_>,
@@ -113,8 +112,8 @@ impl Simulation {
     ) -> PyResult<R> {
         if parts::inside() {
             return Err(refuse_with(
-                "a part asks the simulation that runs it",
-                "declare what it needs in `inputs`, and wire it",
+                "a part accesses the simulation that runs it",
+                "declare the values that it needs in `inputs`, and wire them",
             ));
         }
         Ok(py.detach(|| {
@@ -127,7 +126,10 @@ impl Simulation {
 
     fn claim(&self) -> PyResult<Busy<'_>> {
         if parts::inside() {
-            return Err(refuse_with("a part runs a simulation", "run it outside of `step`"));
+            return Err(refuse_with(
+                "a part advances a simulation",
+                "advance it outside of `step`",
+            ));
         }
         if self.busy.swap(true, Ordering::SeqCst) {
             return Err(refuse_with(
@@ -144,7 +146,7 @@ impl Simulation {
         loop {
             py.check_signals()?;
             let stopped = py.detach(|| {
-                // The lock is not fair: those who wait go first, as long as they come soon.
+                // The lock is not fair: let waiting threads go first for a while.
                 for _ in 0..1000 {
                     if this.waiting.load(Ordering::SeqCst) == 0 {
                         break;
@@ -166,7 +168,7 @@ impl Simulation {
                 Stopped::Chunk => {}
                 Stopped::Failed(e) => return Err(parts::raised(py, run_failed(&e))),
                 Stopped::Recording(e) => {
-                    return Err(refuse_with(e, "the run can go on without the recording"));
+                    return Err(refuse_with(e, "the run can continue without the recording"));
                 }
                 Stopped::Calls(due) => {
                     let functions: Vec<Py<PyAny>> = {
@@ -241,7 +243,9 @@ impl Simulation {
         let until = until.map(|u| seconds(u, "until")).transpose()?;
         let read = move || {
             let checkpoint = Checkpoint::read(&path).map_err(|e| {
-                format!("{e}\n  help: give a .lwck file that `save` or `linkwork run` wrote, whole")
+                format!(
+                    "{e}\n  help: give a complete .lwck file that `save` or `linkwork run` wrote"
+                )
             })?;
             let ready =
                 files::simulation_text("checkpoint.ron", &checkpoint.configuration, models)?;
@@ -454,8 +458,8 @@ impl Simulation {
         let (to, now) = (until.seconds(), slf.get().time(slf.py())?);
         if to + slf.get().dt() <= now {
             return Err(refuse_with(
-                format!("the simulation is at {now} s already, past {to} s"),
-                "give a later time: it is counted from the start, as in run_until(sim.time + 1)",
+                format!("the simulation is already at {now} s, after {to} s"),
+                "give a later time, counted from the start, such as run_until(sim.time + 1)",
             ));
         }
         Self::advance(slf, Goal { until: Some(until), ..Goal::default() })
@@ -477,7 +481,7 @@ impl Simulation {
         let this = slf.get();
         if this.until.is_none() && this.stop_when.is_none() {
             return Err(refuse_with(
-                "nothing says when to stop",
+                "the simulation does not have an end time or a stop condition",
                 "give until=.., write `until` in the file, or call run_until(t)",
             ));
         }
@@ -540,7 +544,7 @@ impl Simulation {
     ) -> PyResult<()> {
         let period = self::seconds(seconds, "seconds")?;
         if period.num == 0 {
-            return Err(refuse_with("`seconds` is 0", "give a time above zero, or use step()"));
+            return Err(refuse_with("`seconds` is 0", "give a positive time, or use step()"));
         }
         self.call(py, period, function)
     }
@@ -645,9 +649,9 @@ impl Simulation {
         Ok(out1(py, self.with(py, read)?.ok_or_else(no_mechanism)?))
     }
 
-    /// Callbacks often hold the simulation that holds them: the garbage collector may see that.
+    /// Callbacks often refer to the simulation that holds them; this makes the cycle visible to the garbage collector.
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
-        // A simulation that steps just now is in use, and is left alone.
+        // A simulation that is stepping is in use, so its references need not be visited.
         let Ok(running) = self.running.try_lock() else { return Ok(()) };
         running.calls.iter().try_for_each(|f| visit.call(f))
     }
@@ -681,7 +685,7 @@ impl Simulation {
     fn call(&self, py: Python<'_>, period: Seconds, function: Py<PyAny>) -> PyResult<()> {
         if !function.bind(py).is_callable() {
             return Err(refuse_with(
-                "`function` cannot be called",
+                "`function` is not callable",
                 "give a function of one argument",
             ));
         }

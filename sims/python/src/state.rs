@@ -1,5 +1,4 @@
-//! `State`: a mechanism at q and v, whose kinematics was done once; poses, velocities,
-//! accelerations, momentum and energies are read from it.
+//! `State`: a mechanism at q and v with computed kinematics, from which poses, velocities, accelerations, momentum and energies are read.
 use crate::array::vector;
 use crate::array::{
     Array1, Array2, checked1, out_force, out_motion, out_number, out_pose, out_vec3, out2,
@@ -41,9 +40,9 @@ pub struct State {
 }
 
 struct Inner {
-    /// Given back to the mechanism at the end.
+    /// Returned to the mechanism when the state is dropped.
     ws: Option<Box<Workspace>>,
-    /// Whether accelerations are those of this state.
+    /// Whether the accelerations belong to this state.
     accelerations: bool,
 }
 
@@ -56,7 +55,7 @@ impl Drop for State {
 }
 
 impl State {
-    /// Does the kinematics.
+    /// Computes the kinematics.
     pub fn new(core: Arc<Core>, q: Vec<f64>, v: Vec<f64>) -> Self {
         let (mut ws, gravity) = (core.workspace(), core.gravity());
         dynamics::kinematics(&core.tree, &mut ws, &q, &v);
@@ -66,7 +65,7 @@ impl State {
 
     fn with<R>(&self, f: impl FnOnce(&Tree, &mut Workspace) -> R) -> R {
         let mut inner = lock(&self.inner);
-        // There from the beginning to the end.
+        // The workspace exists until the state is dropped.
         let ws = inner.ws.get_or_insert_with(|| self.core.workspace());
         f(&self.core.tree, ws)
     }
@@ -89,7 +88,7 @@ impl State {
             return Ok(());
         }
         Err(refuse_with(
-            "the accelerations of this state are not known",
+            "the accelerations of this state are not computed yet",
             "call forward_dynamics(tau) or inverse_dynamics(vdot) first",
         ))
     }

@@ -149,8 +149,8 @@ def test_a_way_past_a_point_is_told():
         (lambda r: r.set_points("map", [[0, 0, 0, 1.0]]), "point cloud"),
         (lambda r: r.set_cells("cloud", [[0, 0, 0]]), "voxel map"),
         (lambda r: r.set_cells("map", [[0, 0, 16]]), "indices count from 0"),
-        (lambda r: r.set_cells("map", [[0, 0, -1]]), "whole numbers"),
-        (lambda r: r.set_cells("map", [[0, 0, 0.5]]), "whole numbers"),
+        (lambda r: r.set_cells("map", [[0, 0, -1]]), "give integers"),
+        (lambda r: r.set_cells("map", [[0, 0, 0.5]]), "give integers"),
         (lambda r: r.count("on two"), "point cloud"),
         (lambda r: r.path([0, 0, 0], [1, 1, 1], 0.0), "least"),
         (lambda r: r.clearance([0, 0, 0], np.nan), "limit"),
@@ -206,9 +206,9 @@ def test_configurations_that_open_a_loop_are_refused():
     off = q + [0, 0, 2e-5]
     for call in (robot.collides, robot.hits, robot.first_hit, robot.clearance, lambda q: robot.distance(q, "post", "rocker")):
         call(q)
-        with pytest.raises(lw.LinkworkError, match=r"(?s)`q` does not keep `knee`.*mechanism.close"):
+        with pytest.raises(lw.LinkworkError, match=r"(?s)`q` violates the constraint `knee`.*mechanism.close"):
             call(off)
-    with pytest.raises(lw.LinkworkError, match="row 1 of `q` does not keep `knee`"):
+    with pytest.raises(lw.LinkworkError, match="row 1 of `q` violates the constraint `knee`"):
         robot.collides([q, off], threads=2)
     with pytest.raises(lw.LinkworkError, match="opens the loop `knee`"):
         robot.path(q, q)
@@ -234,5 +234,5 @@ def test_ways_of_coupled_joints_keep_the_coupling(tmp_path):
 
     assert robot.path(at(0), at(1.0)) == ("free", None, None) and robot.path(at(0), at(1.9))[0] == "hit"
     for q in (at(1.0) + [1e-3, 0], at(1.0) + [0, 1e-3]):
-        with pytest.raises(lw.LinkworkError, match="does not keep"):
+        with pytest.raises(lw.LinkworkError, match="violates the constraint"):
             robot.path(at(0), q)

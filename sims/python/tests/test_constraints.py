@@ -137,9 +137,9 @@ def test_simulating_keeps_loops_closed_and_energy():
     start = energy(q, v)
     assert abs(energy(qs[-1], vs[-1]) - start) < 1e-7
     assert np.ptp(qs[:, 0]) > 0.1
-    with pytest.raises(lw.LinkworkError, match="`knee` is not closed at the start.*\n  help: begin with `q, v = mech"):
+    with pytest.raises(lw.LinkworkError, match="`knee` is not closed at the start.*\n  help: start from `q, v = mech"):
         linkage.simulate([-1.0, 0.5, -1.9], v, 1e-3, 1)
-    with pytest.raises(lw.LinkworkError, match="the rates at the start open what is closed"):
+    with pytest.raises(lw.LinkworkError, match="the rates at the start violate the constraints"):
         linkage.simulate(q, [1.0, 0.0, 0.0], 1e-3, 1)
 
 
@@ -165,7 +165,7 @@ def test_couplings_of_builders_and_of_files(tmp_path):
     text += joint.format("first", "base", "a", "") + joint.format("second", "base", "b", '<mimic joint="first" multiplier="0.5"/>')
     file = tmp_path / "r.urdf"
     file.write_text(text + "</robot>")
-    with pytest.warns(UserWarning, match="second.*obey them, the algorithms of the tree"):
+    with pytest.warns(UserWarning, match="second.*satisfy them, the tree algorithms"):
         robot = lw.load(file)
     q = robot.close([0.4, 0.0])
     first, second = (robot.coordinates(n)[0] for n in ("first", "second"))

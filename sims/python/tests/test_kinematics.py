@@ -72,7 +72,7 @@ def test_unreachable_targets_name_the_nearest():
         (lambda: m.inverse_kinematics(q, {"tol": [0, 0, 1]}), "did you mean `tool`"),
         (lambda: m.inverse_kinematics(q, {"tool": [0, 0]}), "shape"),
         (lambda: m.inverse_kinematics(q, {"tool": [0, 0, np.nan]}), "NaN"),
-        (lambda: m.inverse_kinematics(q, {"tool": 2 * np.eye(3)}), "no rotation matrix"),
+        (lambda: m.inverse_kinematics(q, {"tool": 2 * np.eye(3)}), "not a rotation matrix"),
         (lambda: m.inverse_kinematics(q[1:], {"tool": [0, 0, 1]}), "`q` has 5 numbers"),
         (lambda: m.inverse_kinematics(q, {"tool": [0, 0, 1]}, position_tolerance=-1), "position_tolerance"),
         (lambda: m.inverse_kinematics(q, [lw.Target("tool", [0, 0, 1], position_weight=np.nan)]), "NaN"),

@@ -50,14 +50,14 @@ def test_arrays_that_cannot_be_are_refused(arm, name, many):
     locked.flags.writeable = False
     apart = np.zeros(shape + (2,))[..., 0]
     bad = {
-        "no array of float64: float32": np.zeros(shape, np.float32),
-        "no array of float64": [0.0] * 3,
+        "not an array of float64: float32": np.zeros(shape, np.float32),
+        "not an array of float64": [0.0] * 3,
         "`out` has the shape": np.zeros(shape + (1,)),
-        "cannot be written": locked,
-        "not contiguous": apart,
+        "read-only": locked,
+        "not C-contiguous": apart,
     }
     if sum(n > 1 for n in shape) > 1:
-        bad["`out` is not contiguous"] = np.zeros(shape, order="F")
+        bad["`out` is not C-contiguous"] = np.zeros(shape, order="F")
     for match, out in bad.items():
         with pytest.raises(lw.LinkworkError, match=match) as e:
             call(out=out)

@@ -134,13 +134,13 @@ def test_exceptions_stop_the_run_with_path_time_and_cause(tmp_path):
 @pytest.mark.parametrize(
     ("answer", "message"),
     [
-        (None, "returned no dict"),
-        ({"y": 1.0}, "returned no `torque`"),
-        ({"y": "1", "torque": 0, "pair": [0, 0]}, "`y` is a text"),
+        (None, "did not return a dict"),
+        ({"y": 1.0}, "did not return the output `torque`"),
+        ({"y": "1", "torque": 0, "pair": [0, 0]}, "`y` is a string"),
         ({"y": float("nan"), "torque": 0, "pair": [0, 0]}, "`y` is NaN"),
         ({"y": 0, "torque": 0, "pair": [0, 0, 0]}, "`pair` has 3 numbers, not 2"),
         ({"y": 0, "torque": 0, "pair": [0, 0], "pear": 1}, "returned `pear`"),
-        ({"y": [1.0], "torque": object(), "pair": [0, 0]}, "no number"),
+        ({"y": [1.0], "torque": object(), "pair": [0, 0]}, "not a number"),
     ],
 )
 def test_wrong_answers_are_told(tmp_path, answer, message):
@@ -160,10 +160,10 @@ def test_wrong_answers_are_told(tmp_path, answer, message):
         ({"inputs": {"u": ("1", 0)}}, "has 0 numbers"),
         ({"inputs": {"u": 3}}, "have `u: 3`"),
         ({"inputs": ["u"]}, "not a dict"),
-        ({"inputs": {"y": "1"}}, "an input and an output"),
-        ({"inputs": {"a b": "1"}}, "no name of a port"),
-        ({"outputs": {"y": "hinge state"}}, "one of the inputs"),
-        ({"load": property()}, "`save` alone"),
+        ({"inputs": {"y": "1"}}, "both an input and an output"),
+        ({"inputs": {"a b": "1"}}, "not a valid port name"),
+        ({"outputs": {"y": "hinge state"}}, "only possible in `inputs`"),
+        ({"load": property()}, "only `save`"),
         ({"__init__": lambda self: None}, "cannot be called"),
     ],
 )
@@ -179,8 +179,8 @@ def test_wrong_models_are_refused(tmp_path):
     for models, message in [
         ({"t.part": Counter()}, "not a class"),
         ({"t.part": int}, "has no `step`"),
-        ({3: Counter}, "not a text"),
-        ({"t.part": Counter, "basics.gain": Counter}, "there is a model `basics.gain` already"),
+        ({3: Counter}, "not a string"),
+        ({"t.part": Counter, "basics.gain": Counter}, "there is already a model `basics.gain`"),
         ({}, "there is no model `t.part`"),
     ]:
         with pytest.raises(lw.LinkworkError, match=message):
@@ -202,7 +202,7 @@ def test_a_part_cannot_ask_the_run_that_runs_it(tmp_path):
 
     sim = lw.Simulation(write(tmp_path), models={"t.part": Curious})
     held.append(sim)
-    with pytest.raises(lw.LinkworkError, match="asks the simulation that runs it"):
+    with pytest.raises(lw.LinkworkError, match="accesses the simulation that runs it"):
         sim.run()
 
 

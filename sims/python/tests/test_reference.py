@@ -133,7 +133,7 @@ def test_frames(case):
     for s in case.states:
         q, v = case.q(s["q"]), case.v(s["v"])
         state = case.m.state(q, v)
-        with pytest.raises(lw.LinkworkError, match="not known"):
+        with pytest.raises(lw.LinkworkError, match="not computed yet"):
             state.acceleration(case.frames[0])
         state.inverse_dynamics(case.v(s["a_in"]))
         for name, f in zip(case.frames, s["frames"], strict=True):

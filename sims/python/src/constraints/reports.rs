@@ -1,10 +1,10 @@
-//! What is told of constraints: `Constraint`, `ConstrainedMotion`, `Rank`.
+//! Results about constraints: `Constraint`, `ConstrainedMotion`, `Rank`.
 use crate::array::{Array1, out1};
 use linkwork_solvers::Report;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// Numbers of rows as a dictionary.
+/// Converts numbers of rows to a dictionary.
 fn by_name<'py>(py: Python<'py>, rows: &[(String, usize)]) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     rows.iter().try_for_each(|(name, rows)| out.set_item(name, rows))?;

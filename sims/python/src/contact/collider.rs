@@ -1,4 +1,4 @@
-//! `Collider`: a shape on a body that touches others.
+//! `Collider`: a collision shape on a body.
 use super::Given;
 use crate::array::{Input, fixed, pose, vec3};
 use crate::collisions::balls;
@@ -24,7 +24,7 @@ use pyo3::prelude::*;
 /// Collider(ball on bob: Sphere { radius: 0.1 })
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Collider {
-    /// What `linkwork_collision` takes.
+    /// The specification for `linkwork_collision`.
     pub spec: ColliderSpec,
 }
 
@@ -647,7 +647,7 @@ impl Collider {
     }
 }
 
-/// Points (n, 3).
+/// Reads points (n, 3).
 fn places(given: Given<'_, '_>, what: &str) -> PyResult<Vec<Vec3>> {
     let input = Input::read(given, what)?;
     match *input.shape() {

@@ -1,4 +1,4 @@
-//! `ContactStep`: what came of a step with contact.
+//! `ContactStep`: the result of a step with contact.
 use crate::array::{Array1, Array2, out1, out2};
 use linkwork_collision::{ColliderId, Colliders};
 use linkwork_solvers::StepReport;

@@ -1,4 +1,4 @@
-//! Control: rates and forces for wishes in order of priority, impedance; momentum and composite inertias with what is held.
+//! Control: rates and forces for tasks in order of priority, impedance; momentum and composite inertias with grasped objects.
 use super::{Given, Robot, base};
 use crate::array::{Array1, Array2, Input, checked1, out_force, out1, out2, pose, vec3, vector};
 use crate::collisions::Collisions;
@@ -13,18 +13,18 @@ use linkwork_spatial::{Motion, Vec3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// One wish as it was given; postures own their numbers.
+/// One task as passed from Python; posture tasks own their numbers.
 enum Given1 {
     Tip(Part, Motion, Rows),
     Center(Vec3),
     Posture(Vec<f64>),
 }
 
-/// The key of a level that means the centre of mass.
+/// The key of a level that stands for the centre of mass.
 const CENTER: &str = "center_of_mass";
 
 impl Collisions {
-    /// Levels: dicts of parts (and the centre of mass), or arrays (nv,) for all degrees of freedom.
+    /// Reads levels: dicts of parts (and the centre of mass), or arrays (nv,) for all degrees of freedom.
     fn levels(&self, given: &[Bound<'_, PyAny>], length: f64) -> PyResult<Vec<(usize, Given1)>> {
         let mut all = Vec::new();
         for (level, wish) in given.iter().enumerate() {
@@ -51,7 +51,7 @@ impl Collisions {
                     ([3], [x, y, z]) => (Vec3::zeros(), Vec3::new(*x, *y, *z), Rows::Linear),
                     (shape, _) => {
                         let fact = format!("`{what}` has the shape {shape:?}");
-                        let help = "give (6,), angular and linear, or (3,), linear alone";
+                        let help = "give (6,), angular then linear, or (3,), only linear";
                         return Err(refuse_with(fact, help));
                     }
                 };
@@ -314,7 +314,7 @@ impl Robot {
         for (k, touch) in touches.into_iter().flatten().enumerate() {
             let of = |what: &str| format!("touches[{k}]: {what}");
             let wrong = || {
-                let help = "give (part, point, normal, friction), or the greatest force besides";
+                let help = "give (part, point, normal, friction), optionally followed by the largest normal force";
                 refuse_with(of("no touch"), help)
             };
             let items: Vec<Bound<'_, PyAny>> = touch.extract().map_err(|_| wrong())?;
@@ -336,7 +336,7 @@ impl Robot {
         let effort = match effort {
             Some(given) => {
                 let fact =
-                    || refuse_with("`effort` is no array of numbers", format!("give ({nv},)"));
+                    || refuse_with("`effort` is not an array of numbers", format!("give ({nv},)"));
                 given.extract::<Vec<f64>>().map_err(|_| fact())?
             }
             None => {
@@ -403,7 +403,7 @@ impl Robot {
         for (name, value) in pairs(springs) {
             let name: String = name.extract()?;
             let wrong = || {
-                let fact = format!("`springs[\"{name}\"]` is no spring");
+                let fact = format!("`springs[\"{name}\"]` is not a spring");
                 refuse_with(fact, "give (place, stiffness (6,), damping (6,))")
             };
             let items: Vec<Bound<'_, PyAny>> = value.extract().map_err(|_| wrong())?;
@@ -515,7 +515,7 @@ impl Robot {
     }
 }
 
-/// Points in a plane (n, 2), m.
+/// Reads points in a plane (n, 2), m.
 fn plane(given: Given<'_, '_>, what: &str) -> PyResult<Vec<[f64; 2]>> {
     let input = Input::read(given, what)?;
     if !matches!(input.shape(), [_, 2]) && !input.slice().is_empty() {

@@ -1,4 +1,4 @@
-//! Forces of a robot: with what is held, of two hands, in the space of tips.
+//! Forces of a robot: with grasped objects, of two hands, in operational space.
 use super::{Given, Robot, base};
 use crate::array::{Array1, Array2, Input, checked1, out_force, out_vec3, out2, vector, wrench};
 use crate::collisions::Collisions;
@@ -13,14 +13,14 @@ use linkwork_spatial::{Force, Motion};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// Two wrenches (6,), one below the other.
+/// Converts two wrenches to an array (2, 6).
 fn two<'py>(py: Python<'py>, f: &[Force; 2]) -> PyResult<Array2<'py>> {
     let rows = f.iter().flat_map(|f| [f.moment, f.force]).flat_map(|x| [x.x, x.y, x.z]).collect();
     out2(py, rows, 2, 6)
 }
 
 impl Collisions {
-    /// Wrenches that tips exert, by part.
+    /// Reads the wrenches that tips exert, by part.
     fn pushes(&self, given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Push>> {
         let mut list = Vec::new();
         for (name, value) in given.into_iter().flat_map(pairs) {
@@ -31,7 +31,7 @@ impl Collisions {
         Ok(list)
     }
 
-    /// Degrees of freedom of an object's joints; refuses a rigid one.
+    /// Returns the number of degrees of freedom of an object's joints; an error for a rigid object.
     fn joints_of(&self, name: &str, object: Object) -> PyResult<usize> {
         let help = "give the object as a Mechanism";
         let none = || refuse_with(format!("`{name}` has no joints"), help);
@@ -45,7 +45,7 @@ impl Collisions {
     }
 }
 
-/// Wrenches (2, 6) of two hands.
+/// Reads the wrenches (2, 6) of two hands.
 fn of_two_hands(wrenches: Given<'_, '_>) -> PyResult<[Force; 2]> {
     let input = Input::read(wrenches, "wrenches")?;
     let (&[2, 6], [a, b, c, x, y, z, d, e, f, u, v, w]) = (input.shape(), input.slice()) else {

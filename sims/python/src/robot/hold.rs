@@ -1,4 +1,4 @@
-//! What hands hold: objects, rigid or with joints, taken and let go.
+//! Grasped objects, rigid or with joints.
 use super::{Given, Robot, base};
 use crate::array::{Array1, Array2, mat3, out_pose, out1, out2, pose, vec3, vector};
 use crate::error::{refuse_with, unless_own};
@@ -28,14 +28,14 @@ pub struct Grip {
     object: String,
 }
 
-/// Adds an object to a model: mass properties, or a mechanism of its own.
+/// Adds an object to a model: mass properties, or a separate mechanism.
 pub(super) fn object(name: String, given: Given<'_, '_>, spec: &mut ModelSpec) -> PyResult<()> {
     if let Ok(mechanism) = given.cast::<Mechanism>() {
         return jointed(name, &mechanism.get().core.mbs, spec);
     }
     let parts: (f64, Bound<'_, PyAny>, Bound<'_, PyAny>) = given.extract().map_err(|e| {
         let help = "give (mass, com (3,), inertia (3, 3)), or a Mechanism";
-        let fact = format!("objects[\"{name}\"] is no mass with its properties");
+        let fact = format!("objects[\"{name}\"] is not a tuple of mass properties");
         unless_own(given.py(), e, |_| refuse_with(fact, help))
     })?;
     let of = |what: &str| format!("objects[\"{name}\"]: {what}");
@@ -46,7 +46,7 @@ pub(super) fn object(name: String, given: Given<'_, '_>, spec: &mut ModelSpec) -
     Ok(())
 }
 
-/// An object with joints: the body on the world is the object, the others hang on it.
+/// Adds an object with joints: the body on its world is the object, the other bodies are outboard of it.
 fn jointed(name: String, mbs: &Multibody, spec: &mut ModelSpec) -> PyResult<()> {
     let wrong =
         |fact: String, help: String| refuse_with(format!("objects[\"{name}\"]: {fact}"), help);
@@ -62,7 +62,7 @@ fn jointed(name: String, mbs: &Multibody, spec: &mut ModelSpec) -> PyResult<()> 
     }
     if own.hinge.nv() != 6 {
         let fact = format!("its hinge on the world has {} degrees of freedom", own.hinge.nv());
-        let help = "use Hinge.free(): hands, and `put`, say where the object is";
+        let help = "use Hinge.free(), because hands and `put` determine the pose of the object";
         return Err(wrong(fact, help.into()));
     }
     if own.modes.is_some() {
@@ -72,13 +72,13 @@ fn jointed(name: String, mbs: &Multibody, spec: &mut ModelSpec) -> PyResult<()> 
     for b in mbs.body_ids().filter(|b| *b != root) {
         spec.linkages.body(mbs.spec(b));
     }
-    // The model says that it takes none.
+    // The model rejects loops of objects with its own message, so they are passed on.
     spec.linkages.loops_mut().extend(mbs.loops().iter().map(|l| l.closure.clone()));
     spec.linkages.couplings_mut().extend(mbs.couplings().iter().map(|c| c.coupling.clone()));
     Ok(())
 }
 
-/// The body of an object that has this name.
+/// Returns the body of an object with this name.
 fn body_of(slf: &Bound<'_, Robot>, object: &str, body: &str) -> PyResult<BodyId> {
     let own = base(slf);
     own.model.object_body(own.object(object)?, body).map_or_else(
@@ -458,7 +458,7 @@ impl Robot {
         let own = base(slf);
         let what = own.object(object)?;
         let n = own.ask(|r| r.object_q(what).map(<[f64]>::len))?;
-        // Of a rigid object the model says more than a length.
+        // For a rigid object, the model's message is more specific than a wrong length.
         let q = if n == 0 { Vec::new() } else { vector(q, n, "q")?.slice().to_vec() };
         own.ask(|r| r.set_object_q(what, &q))
     }
@@ -596,8 +596,11 @@ impl Robot {
                 own.ask(|r| r.closure(onto))?
             }
             _ => {
-                let help = "give both, and `free` with them, or none of them";
-                return Err(refuse_with("a loop onto a body has a hand and a body", help));
+                let help = "give both `hand` and `body`, optionally with `free`, or neither";
+                return Err(refuse_with(
+                    "a loop between a hand and a body needs `hand` and `body`",
+                    help,
+                ));
             }
         };
         let out = PyDict::new(slf.py());
@@ -614,7 +617,7 @@ impl Grip {
         slf
     }
 
-    /// The hand lets go, unless it has done so already.
+    /// The hand releases the object, unless it has already done so.
     #[pyo3(signature = (*_exception))]
     fn __exit__(
         &self,

@@ -1,4 +1,4 @@
-//! Motions in time: ways within limits of rate, acceleration and effort; moves with limits of jerk.
+//! Trajectories: time parameterization of paths within limits of velocity, acceleration and effort; transfers within limits of jerk.
 use super::{Given, Robot, base};
 use crate::array::{Array, Input, out, out1, vector};
 use crate::collisions::Collisions;
@@ -8,7 +8,7 @@ use linkwork_embedded::{MotionLimits, MotionState, Path, Timed, Timing, Transfer
 use pyo3::prelude::*;
 use std::sync::Mutex;
 
-/// What tells where the robot is at a time.
+/// The representation of a trajectory.
 enum Kind {
     Way(Box<Timing>),
     Move(Box<Transfer>),
@@ -88,7 +88,7 @@ impl Trajectory {
             [n] => Some(*n),
             shape => {
                 let fact = format!("`t` has the shape {shape:?}");
-                return Err(refuse_with(fact, "give a time, or times (n,)"));
+                return Err(refuse_with(fact, "give one time, or times (n,)"));
             }
         };
         let count = n.unwrap_or(1);
@@ -118,18 +118,18 @@ impl Trajectory {
 }
 
 impl Collisions {
-    /// A limit of each degree of freedom: one number for all, or (nv,); infinite ones are allowed.
+    /// Reads a limit of each degree of freedom: one number for all, or (nv,). Infinite limits are allowed.
     fn limit(&self, given: Option<Given<'_, '_>>, what: &str, to: &mut [f64]) -> PyResult<()> {
         let Some(given) = given else { return Ok(()) };
         let wrong = || {
             let help = format!("give one number, or ({},); math.inf where there is none", to.len());
-            refuse_with(format!("`{what}` is no limit of each degree of freedom"), help)
+            refuse_with(format!("`{what}` is not a limit for each degree of freedom"), help)
         };
         if let Ok(one) = given.extract::<f64>() {
             to.fill(one);
             return Ok(());
         }
-        // Infinities are limits here, so that the usual reading of arrays does not do.
+        // Infinite limits are allowed, so the usual check of arrays cannot be used.
         let all: Vec<f64> =
             given.extract().map_err(|e| crate::error::unless_own(given.py(), e, |_| wrong()))?;
         if all.len() != to.len() {
@@ -196,7 +196,7 @@ impl Robot {
     /// Trajectory(1.562001 s, 3 dofs)
     /// >>> robot.time_way([[0, 0, 0], [0.5, 0.2, 0.1]], rate=1.0, acceleration=2.0, effort=0.1)  # doctest: +ELLIPSIS
     /// Traceback (most recent call last):
-    /// linkwork.LinkworkError: no motion along the way keeps the limits ...
+    /// linkwork.LinkworkError: no trajectory along the path satisfies the limits ...
     #[pyo3(signature = (way, *, acceleration=None, rate=None, effort=None, round=0.0, sections=None))]
     fn time_way(
         slf: &Bound<'_, Self>,
@@ -222,7 +222,7 @@ impl Robot {
         let sections = sections.unwrap_or(100 * rows.max(2));
         if sections > 1_000_000 {
             let fact = format!("`sections` is {sections}");
-            return Err(refuse_with(fact, "give 1000000 at most"));
+            return Err(refuse_with(fact, "give at most 1000000"));
         }
         let mut timing = Timing::new(&robot, rows.max(2), sections).map_err(refuse)?;
         let mut work = || {
@@ -242,7 +242,7 @@ impl Robot {
                 return Err(refuse_with(fact, "give a smaller `round`, or 0"));
             }
             Path::Undecided { .. } => {
-                let fact = "a rounded corner passes too near to tell it free";
+                let fact = "a rounded corner passes an obstacle too closely to prove that it is collision-free";
                 return Err(refuse_with(fact, "give a smaller `round`, or 0"));
             }
         }
@@ -253,9 +253,12 @@ impl Robot {
             }
             Timed::Infeasible { part, share } => {
                 let error = refuse_with(
-                    format!("no motion along the way keeps the limits from {:.4} of it on", part),
                     format!(
-                        "{share:.6} times the acceleration and effort would do (the error's `share`); the place is its `q`"
+                        "no trajectory along the path satisfies the limits beyond the fraction {:.4} of the path",
+                        part
+                    ),
+                    format!(
+                        "{share:.6} times the acceleration and effort limits would suffice (the error's `share`); its `q` is the configuration there"
                     ),
                 );
                 let mut q = vec![0.0; nq];
@@ -336,8 +339,10 @@ impl Robot {
             }
             Transferred::LeavesLimits { dof, value, .. } => {
                 let error = refuse_with(
-                    format!("the move takes coordinate {dof} of v to {value}, beyond its limits"),
-                    "start slower or farther from the limit, or allow more acceleration and jerk",
+                    format!(
+                        "the trajectory moves coordinate {dof} of v to {value}, beyond its limits"
+                    ),
+                    "start slower or farther from the limit, or increase the limits of acceleration and jerk",
                 );
                 error.value(slf.py()).setattr("value", value)?;
                 Err(error)

@@ -1,4 +1,4 @@
-//! Inverse kinematics of `Robot`: a search at once, and one that goes on as it is told.
+//! Inverse kinematics of `Robot`: a complete search, and a search that runs in portions.
 use super::{Given, Robot, above_zero, base, frame};
 use crate::array::{Array1, out1};
 use crate::core::lock;
@@ -43,20 +43,20 @@ struct State {
     now: Now,
 }
 
-/// Of one chain, or of several tips.
+/// What is searched: one chain, or several tips.
 enum Of {
     Chain(Box<embedded::Robot>, Part),
     Whole(Box<WholeReach>),
 }
 
-/// Where a search is.
+/// The present state of a search.
 #[derive(Clone)]
 pub(super) struct Now {
     pub q: Vec<f64>,
     pub answer: Answer,
-    /// Of each goal.
+    /// Residual of each goal.
     pub residuals: Vec<Residual>,
-    /// What cannot close; the answer's residual is then how far it is open.
+    /// The constraint that cannot be closed. The answer's residual is then its closure error.
     pub open: Option<RobotError>,
 }
 
@@ -65,7 +65,7 @@ impl Now {
         Self { q, answer, residuals: vec![answer.residual], open: None }
     }
 
-    /// What came of a portion of a search of several tips.
+    /// Stores the result of a portion of a search of several tips.
     pub fn take(&mut self, told: Result<Answer, RobotError>, search: &WholeReach) -> PyResult<()> {
         match told {
             Ok(answer) => self.answer = answer,
@@ -94,7 +94,7 @@ impl Now {
     }
 }
 
-/// A solution, or the error that has the nearest configuration. `name`: of the tips.
+/// Returns the solution, or the error with the nearest configuration. `name` begins the message.
 pub(super) fn ended<'py>(py: Python<'py>, name: &str, now: Now) -> PyResult<Array1<'py>> {
     let Now { q, answer, open, .. } = now;
     let q = out1(py, q);
@@ -103,15 +103,15 @@ pub(super) fn ended<'py>(py: Python<'py>, name: &str, now: Now) -> PyResult<Arra
         (Outcome::Met, _) => return Ok(q),
         (Outcome::Nearest, Some(open)) => refuse(open),
         (Outcome::Nearest, None) => refuse_with(
-            format!("{name} no nearer than {p:.3e} m and {R:.3e} rad"),
-            "ask for less (a position alone), or from another start; the nearest configuration is the error's `q`",
+            format!("{name}: remaining error {p:.3e} m and {R:.3e} rad"),
+            "use a less restrictive goal (only a position), or another start; the nearest configuration is the error's `q`",
         ),
         (Outcome::Unfinished, _) => refuse_with(
             format!(
                 "the search has not ended after {} evaluations of the kinematics",
                 answer.kinematics
             ),
-            "go on with `advance` until it is True; the nearest configuration so far is the error's `q`",
+            "call `advance` until it returns True; the nearest configuration so far is the error's `q`",
         ),
     };
     let value = error.value(py);
@@ -155,7 +155,7 @@ impl InverseKinematicsSearch {
     fn advance(&self, py: Python<'_>, kinematics: i64) -> PyResult<bool> {
         let kinematics = usize::try_from(kinematics).map_err(|_| {
             let fact = format!("`kinematics` is {kinematics}");
-            refuse_with(fact, "give how many evaluations there may be, 0 or more")
+            refuse_with(fact, "give the number of evaluations, 0 or more")
         })?;
         self.go_on(py, kinematics)
     }
@@ -268,17 +268,17 @@ impl InverseKinematicsSearch {
 }
 
 impl InverseKinematicsSearch {
-    /// Of several tips, begun.
+    /// Creates a search for several tips.
     pub(super) fn whole(name: String, search: WholeReach, now: Now) -> Self {
         Self { name, state: Mutex::new(State { of: Of::Whole(Box::new(search)), now }) }
     }
 
-    /// Where it is. Waits without the interpreter, which another thread that goes on may need.
+    /// Returns the present state. The interpreter's lock is released during the wait, because another thread that runs the search may need it.
     pub(super) fn now(&self, py: Python<'_>) -> Now {
         py.detach(|| lock(&self.state).now.clone())
     }
 
-    /// Goes on with looks at Ctrl-C, between which others may go on, too; whether it has ended.
+    /// Continues the search in portions, with checks for Ctrl-C between them; other threads may continue it, too. Returns whether it has ended.
     pub(super) fn go_on(&self, py: Python<'_>, mut kinematics: usize) -> PyResult<bool> {
         loop {
             py.check_signals()?;
@@ -310,18 +310,18 @@ impl InverseKinematicsSearch {
     }
 }
 
-/// Of which tip a message speaks.
+/// Returns the beginning of messages about a chain.
 fn tip(part: &str) -> String {
-    format!("the tip of `{part}` comes")
+    format!("the tip of `{part}` does not reach its goal")
 }
 
-/// A search as it is asked for.
+/// Arguments of a search.
 pub(super) struct Asked<'a, 'py> {
     pub part: &'a str,
     pub at: Option<Given<'a, 'py>>,
     pub q: Option<Given<'a, 'py>>,
     pub in_base: bool,
-    /// m and rad.
+    /// Tolerances, m and rad.
     pub tolerances: [f64; 2],
     pub steps: usize,
     pub restarts: usize,
@@ -329,7 +329,7 @@ pub(super) struct Asked<'a, 'py> {
 }
 
 impl Asked<'_, '_> {
-    /// Begins and goes on by so many evaluations: what came of it, and an instance for the rest if there is any.
+    /// Runs the first evaluations. Returns the state, and the search if it has not ended.
     fn begin(
         self,
         slf: &Bound<'_, Robot>,
@@ -349,7 +349,7 @@ impl Asked<'_, '_> {
         let (answer, robot) = slf.py().detach(|| {
             own.ask(|r| {
                 let answer = r.reach(part, &goal, frame, &effort, &mut q)?;
-                // What takes long goes on in an instance of its own.
+                // A long search continues in its own instance.
                 Ok((answer, (answer.outcome == Outcome::Unfinished).then(|| r.clone())))
             })
         })?;
@@ -361,7 +361,7 @@ impl Asked<'_, '_> {
         Ok((now, rest))
     }
 
-    /// At once.
+    /// Runs the whole search.
     pub fn solve<'py>(self, slf: &Bound<'py, Robot>) -> PyResult<Array1<'py>> {
         let (py, name) = (slf.py(), tip(self.part));
         let (mut now, rest) = self.begin(slf, PORTION)?;
@@ -372,7 +372,7 @@ impl Asked<'_, '_> {
         ended(py, &name, now)
     }
 
-    /// To be gone on with.
+    /// Creates the search without running it.
     pub fn search(self, slf: &Bound<'_, Robot>) -> PyResult<InverseKinematicsSearch> {
         let (_, rest) = self.begin(slf, 0)?;
         rest.ok_or_else(|| refuse_with("the search ended at once", "report this"))

@@ -11,9 +11,9 @@ use linkwork_embedded::{
 };
 use pyo3::prelude::*;
 
-/// What is asked, and the search for it.
+/// Arguments of a search, and the search.
 struct Asked {
-    /// Of whom messages speak.
+    /// The beginning of messages.
     name: String,
     goals: Vec<TipGoal>,
     search: WholeReach,
@@ -42,10 +42,12 @@ impl Collisions {
                 (None, true) => Frame::Base,
                 (Some(other), false) => Frame::Tip(self.part(other)?),
                 (Some(_), true) => {
-                    let fact = format!("the goal of `{name}` is seen from its base and from a tip");
+                    let fact = format!(
+                        "the goal of `{name}` is given both in its base and relative to a tip"
+                    );
                     return Err(refuse_with(
                         fact,
-                        "leave out `relative_to`, or the part in `in_base`",
+                        "omit `relative_to`, or remove the part from `in_base`",
                     ));
                 }
             };
@@ -53,9 +55,9 @@ impl Collisions {
             names.push(format!("`{name}`"));
         }
         let name = match &names[..] {
-            [] => "what is held comes".to_owned(),
-            [one] => format!("the tip of {one} comes"),
-            all => format!("the tips of {} come", all.join(", ")),
+            [] => "the grasped objects do not close".to_owned(),
+            [one] => format!("the tip of {one} does not reach its goal"),
+            all => format!("the tips of {} do not reach their goals", all.join(", ")),
         };
         let mut search = WholeReach::new(&lock(&self.robot), goals.len());
         for kept in keep.unwrap_or_default() {
@@ -75,7 +77,7 @@ fn effort_of(tolerances: [f64; 2], steps: usize, restarts: usize) -> PyResult<Ef
 }
 
 impl Asked {
-    /// Begun, and not gone on with.
+    /// Creates the search without running it.
     fn begin(mut self, own: &Collisions, effort: &Effort) -> PyResult<InverseKinematicsSearch> {
         self.search.begin(&lock(&own.robot), &self.goals, effort, &self.q).map_err(refuse)?;
         let residual = Residual { position: 0.0, orientation: 0.0 };
@@ -262,8 +264,8 @@ impl Robot {
         let error = match found {
             Ok(best) if best.outcome == Outcome::Met => return Ok((out1(py, q), best.cost)),
             Ok(_) => {
-                let fact = format!("none of {starts} starts leads there");
-                refuse_with(fact, "give more `starts`, another q, or ask for less")
+                let fact = format!("the goals are not reached from any of {starts} starts");
+                refuse_with(fact, "use more `starts`, another q, or less restrictive goals")
             }
             Err(error @ RobotError::DoesNotClose { .. }) => refuse(error),
             Err(error) => return Err(refuse(error)),

@@ -1,4 +1,4 @@
-//! Variables of a `Simulation`: read, set, pinned, logged and recorded by path.
+//! Variables of a `Simulation`: read, set, pin, log and record by path.
 use super::Simulation;
 use crate::array::{Input, out1};
 use crate::error::{no_variable, refuse, refuse_with};
@@ -16,7 +16,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 impl Simulation {
-    /// The places of `path`: one variable, or the lanes of a vector.
+    /// Returns the names of one variable, or of the components of a vector.
     fn places(&self, path: &str) -> PyResult<Vec<String>> {
         if self.plan.variables.contains_key(path) {
             return Ok(vec![path.to_string()]);
@@ -39,7 +39,7 @@ impl Simulation {
         }
     }
 
-    /// Says that a variable does not exist, or that it is a parameter.
+    /// Returns the error for a variable that does not exist, or for a parameter.
     fn unknown(&self, path: &str) -> PyErr {
         if let Some((part, name)) = path.rsplit_once('.')
             && let Some(p) = self.plan.parts.iter().find(|p| p.path == part)
@@ -47,7 +47,9 @@ impl Simulation {
             && params.iter().any(|(key, _)| key == name)
         {
             return refuse_with(
-                format!("`{path}` is a parameter: it is fixed when the simulation is loaded"),
+                format!(
+                    "`{path}` is a parameter, which cannot change after the simulation is loaded"
+                ),
                 format!(
                     "set it with Simulation(.., overrides={{\"{path}\": value}}), read it with parameters(\"{part}\")"
                 ),
@@ -55,7 +57,7 @@ impl Simulation {
         }
         match self.plan.variable(path) {
             Err(e) => no_variable(&e),
-            Ok(_) => refuse(format!("`{path}` has no lanes")),
+            Ok(_) => refuse(format!("`{path}` does not have components")),
         }
     }
 
@@ -114,7 +116,7 @@ impl Simulation {
     /// >>> log["bob.angle"].shape
     /// (3,)
     #[pyo3(signature = (channels, rate=None, *, on_change=false, around=None, before=None, after=None))]
-    #[allow(clippy::too_many_arguments)] // As Python sees it.
+    #[allow(clippy::too_many_arguments)] // The arguments of the Python method.
     fn log(
         &self,
         py: Python<'_>,
@@ -129,7 +131,7 @@ impl Simulation {
         let period = rate.map(period).transpose()?;
         let mut rule = rules::rule(&self.plan, &channels, period, on_change, around)?;
         if period.is_none() && rule.around.is_none() {
-            // Rows of parts that are sampled between two steps, too.
+            // Include samples of parts that are sampled between two steps.
             rule.period = self.plan.base;
         }
         let runtime::Rule { paths: names, period, on_change, around } = rule;
@@ -184,7 +186,7 @@ impl Simulation {
     /// >>> linkwork.read_log("swing.mcap")["bob.angle"].t.round(3).tolist()
     /// [1.1, 1.2]
     #[pyo3(signature = (path, channels=None, rate=None, *, on_change=false, around=None, before=None, after=None))]
-    #[allow(clippy::too_many_arguments)] // As Python sees it.
+    #[allow(clippy::too_many_arguments)] // The arguments of the Python method.
     fn record(
         &self,
         py: Python<'_>,
@@ -204,15 +206,17 @@ impl Simulation {
             }
             None if rate.is_some() || on_change || around.is_some() => {
                 return Err(refuse_with(
-                    "`rate`, `on_change` and `around` are of channels, and there are none",
-                    "give channels, or leave them out to record what the file's `log` says",
+                    "`rate`, `on_change` and `around` require `channels`",
+                    "give channels, or omit these arguments to record the channels of the file's `log`",
                 ));
             }
             None => log_rules(&self.plan, &self.rules).map_err(|faults| refused(&faults))?,
         };
         let open = |r: &mut Running| {
             if r.runner().has_tap(RECORDING) {
-                return Err("a recording is under way\n  help: call stop_recording() first".into());
+                return Err(
+                    "a recording is already active\n  help: call stop_recording() first".into()
+                );
             }
             let tap = recording(r.sim(), &path, chosen, &self.configuration)?;
             r.record(tap);
@@ -238,8 +242,8 @@ impl Simulation {
         self.with(py, |r| r.runner().finish_tap(RECORDING))?.map_err(refuse)
     }
 
-    /// The value of a variable, in its unit: a float, or a bool for truth values. The path of a
-    /// vector ("…velocity" of "…velocity.x") gives an array of its lanes.
+    /// Return the value of a variable in its unit: a float, or a bool for truth values. The path of a vector ("…velocity" for "…velocity.x") returns
+    /// an array of its components.
     fn __getitem__<'py>(&self, py: Python<'py>, path: &str) -> PyResult<Bound<'py, PyAny>> {
         let names = self.places(path)?;
         let places: Vec<Place> = names.iter().map(|n| self.plan.variables[n].place).collect();
@@ -254,7 +258,7 @@ impl Simulation {
             _ => PyFloat::new(py, values[0]).into_any(),
         })
     }
-    /// Sets a state, or an input without a wire, from the present tick on; a vector from an array, all of it or nothing.
+    /// Set a state or an unconnected input from the present tick on. A vector is set from an array, completely or not at all.
     fn __setitem__(&self, py: Python<'_>, path: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
         let names = self.places(path)?;
         let single = names.len() == 1 && names[0] == path;
@@ -435,7 +439,7 @@ impl Simulation {
     }
 }
 
-/// A number, or a quantity as text.
+/// Reads a number, or a quantity as text.
 fn amount(value: &Bound<'_, PyAny>, pattern: &str) -> PyResult<Value> {
     if let Ok(text) = value.extract::<String>() {
         return Ok(Value::Text(text));
