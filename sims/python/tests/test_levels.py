@@ -36,11 +36,11 @@ def test_the_highest_that_the_processor_has_or_the_one_that_is_wanted(there, has
 @pytest.mark.parametrize(
     "there, has, wanted, said",
     [
-        (["v2", "v3", "v4"], ["v2", "v3"], "v4", "asks for x86-64-v4, and this processor has x86-64-v2, x86-64-v3"),
+        (["v2", "v3", "v4"], ["v2", "v3"], "v4", "selects x86-64-v4, but this processor supports x86-64-v2, x86-64-v3"),
         (["v2", "v3"], ["v2", "v3", "v4"], "v4", "the package is built for x86-64-v2, x86-64-v3"),
         (["v2"], ["v2"], "avx2", "LINKWORK_CPU is `avx2`"),
-        (["v3", "v4"], ["v2"], "", "this processor has x86-64-v2, and the package is built for x86-64-v3"),
-        (["v2"], [], "", "this processor has none of the levels"),
+        (["v3", "v4"], ["v2"], "", "this processor supports x86-64-v2, but the package is built for x86-64-v3"),
+        (["v2"], [], "", "this processor supports none of the levels"),
     ],
 )
 def test_what_cannot_be_chosen_is_refused_with_a_remedy(there, has, wanted, said):
@@ -107,7 +107,7 @@ def test_a_package_works_with_the_builds_that_it_has(levels, tmp_path):
 @pytest.mark.parametrize("cpu", ["v1", "v4 ", "x86-64-v3"])
 def test_a_level_that_there_is_not_is_refused_at_import(cpu):
     said = python(FILE, cpu)
-    assert said.startswith("ImportError: LINKWORK_CPU is `") and "help: it may be v2, v3, v4" in said
+    assert said.startswith("ImportError: LINKWORK_CPU is `") and "help: set it to one of v2, v3, v4" in said
 
 
 def test_the_only_build_is_the_one_that_is_asked_for_or_refused(tmp_path):
@@ -117,7 +117,7 @@ def test_the_only_build_is_the_one_that_is_asked_for_or_refused(tmp_path):
         if lw.__cpu__ == f"x86-64-{level}":
             assert said == "_linkwork linkwork._linkwork"
         else:
-            assert f"asks for x86-64-{level}, and the package is built for {lw.__cpu__}\n  help: " in said
+            assert f"selects x86-64-{level}, but the package is built for {lw.__cpu__}\n  help: " in said
 
 
 RUN = """

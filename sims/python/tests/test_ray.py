@@ -91,7 +91,7 @@ def test_what_a_worker_refuses_is_told_in_its_words(cluster, tmp_path):
     file = campaign_file(tmp_path, runs=6)
     campaign = lw.Campaign(file)
     file.write_text(file.read_text().replace("runs: 6", "runs: 7"))
-    with pytest.raises(lw.LinkworkError, match="is another campaign on node"):
+    with pytest.raises(lw.LinkworkError, match="differs on node"):
         linkwork.ray.execute(campaign, tmp_path / "out")
     for wrong, text in [({"chunk": 0}, "`chunk`"), ({"retries": -1}, "`retries`"), ({"cpus": 0}, "`cpus`")]:
         with pytest.raises(lw.LinkworkError, match=text):

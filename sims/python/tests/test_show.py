@@ -126,7 +126,7 @@ def test_what_cannot_be_shown_is_refused(tmp_path, monkeypatch):
         '<robot name="m"><link name="cup"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
         '<visual><geometry><mesh filename="cup.stl"/></geometry></visual></link></robot>'
     )
-    with pytest.raises(lw.LinkworkError, match="cup.stl.*is not there"):
+    with pytest.raises(lw.LinkworkError, match="cup.stl.*does not exist"):
         lw.load(tmp_path / "mug.urdf", "free").show(path=tmp_path / "mug.rrd")
     monkeypatch.setitem(sys.modules, "rerun", None)
     with pytest.raises(lw.LinkworkError, match=r"pip install linkwork\[rerun\]"):
