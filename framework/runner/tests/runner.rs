@@ -293,5 +293,5 @@ fn a_folder_is_for_one_run_and_its_own_checkpoints() {
     let file = room.path().join("file");
     std::fs::write(&file, b"").unwrap();
     let e = Folder::claim(&file.join("out"), &here, "").err().expect("a file is no folder");
-    assert!(e.to_string().contains("cannot be made"), "{e}");
+    assert!(e.to_string().contains("cannot be created"), "{e}");
 }

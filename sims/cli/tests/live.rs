@@ -71,8 +71,8 @@ fn what_is_set_is_in_the_log_and_is_simulated_again() {
         ("bob.acceleration", Amount::Number(1.0), "is an output"),
         ("Lag.u", Amount::Number(1.0), "driven by a wire"),
         ("bob.angel", Amount::Number(1.0), "no variable"),
-        ("bob.angle", Amount::Text("3 kg".into()), "which is no kg"),
-        ("bob.angle", Amount::Text("much".into()), "no quantity"),
+        ("bob.angle", Amount::Text("3 kg".into()), "a different quantity than kg"),
+        ("bob.angle", Amount::Text("much".into()), "not a quantity"),
     ] {
         refused(set(&mut client, path, value), why);
     }
@@ -201,10 +201,10 @@ fn what_is_pinned_stays_is_in_the_log_and_is_simulated_again() {
     assert_eq!(changed(client.ask(Ask::Pins)), names);
     refused(set(&mut client, "bob.rate", Amount::Number(1.0)), "is pinned to");
     assert_eq!(changed(client.ask(unpin("bob.*"))), names);
-    refused(client.ask(unpin("**")), "matches nothing that is pinned");
+    refused(client.ask(unpin("**")), "does not match a pinned variable");
     refused(client.ask(unpin("bob.rate")), "is not pinned");
     // Units, all of it or nothing.
-    refused(client.ask(pin("bob.*", Some(Amount::Text("3 deg".into())))), "which is no deg");
+    refused(client.ask(pin("bob.*", Some(Amount::Text("3 deg".into())))), "a different quantity than deg");
     refused(client.ask(pin("bob.*.x", None)), "matches no variable that can be pinned");
     refused(client.ask(pin("Lag.u", Some(Amount::Number(1.0)))), "it reads");
     assert_eq!(changed(client.ask(Ask::Pins)), []);
@@ -267,7 +267,7 @@ fn a_run_begins_pinned_and_a_cut_leaves_no_trace() {
     for (pin, why) in [
         ("Lag.u=1", "it reads"),
         ("bob.angel=1", "no variable"),
-        ("bob.angle=much", "no quantity"),
+        ("bob.angle=much", "not a quantity"),
         ("bob.angle=nan", "NaN"),
     ] {
         let said = lab.run("sim.ron", "none", &["--pin", pin]).code(2);
@@ -363,7 +363,7 @@ fn the_command_line_attaches_and_says_what_is_wrong() {
     assert!(said.out.contains("bob.acceleration") && said.out.lines().count() == 3);
     attach(&["unpin", "bob.*"]).code(0);
     assert_eq!(attach(&["pins"]).code(0).out.lines().count(), 1);
-    attach(&["unpin", "bob.*"]).code(1).tells(&["matches nothing that is pinned", "help: "]);
+    attach(&["unpin", "bob.*"]).code(1).tells(&["does not match a pinned variable", "help: "]);
     attach(&["set", "bob.rate"]).code(1).tells(&["has no `=`", "help: "]);
     attach(&["go"]).code(0);
     let said = attach(&["watch", "bob.angle", "--rate", "100", "--count", "3"]).code(0);

@@ -190,7 +190,7 @@ fn a_folder_that_cannot_be_written_is_refused() {
     let lab = Lab::new();
     lab.write("sim.ron", common::BASE);
     lab.write("file", "no folder");
-    lab.run("sim.ron", "file/out", &[]).code(2).tells(&["file/out", "cannot be made"]);
+    lab.run("sim.ron", "file/out", &[]).code(2).tells(&["file/out", "cannot be created"]);
     let Some(_small) = Small::mount(lab.path("small"), "1m") else { return };
     let said = lab.run("sim.ron", "small/out", &[]);
     assert!(said.code == 1 || said.code == 2, "{said:?}");

@@ -170,7 +170,11 @@ fn mistakes_are_told_with_their_place_and_nothing_is_written() {
         assert!(!lab.path("bad.rrd").exists());
     };
     refused("\"block\": (", "\"blokc\": (", &["bad.ron:7:", "no body `blokc`", "block"]);
-    refused("[\"x\", \"ft\"]", "[\"xx\", \"ft\"]", &["bad.ron:8:", "flown.csv", "no column `xx`"]);
+    refused(
+        "[\"x\", \"ft\"]",
+        "[\"xx\", \"ft\"]",
+        &["bad.ron:8:", "flown.csv", "does not have a column `xx`"],
+    );
     refused("[\"x\", \"ft\"]", "[\"x\", \"kg\"]", &["column `x` is in a unit that is no m"]);
     refused("[\"x\", \"ft\"]", "[\"x\", \"foot\"]", &["`foot` is not a unit"]);
     refused("[\"x\", \"ft\"]", "[\"note\", \"ft\"]", &["column `note` holds `row 2` in line 2"]);

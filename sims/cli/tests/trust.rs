@@ -222,9 +222,9 @@ fn logs_that_are_no_logs_equal_nothing() {
             said.tells(&["b.mcap", "help: "]);
         }
     };
-    diff(b"", &["0 bytes do not make a log"]);
-    diff(b"\x89MCAP", &["bytes do not make a log"]);
-    diff(b"Simulation( until: 3 )", &["does not begin as an MCAP file"]);
+    diff(b"", &["size of 0 bytes is too small for a log"]);
+    diff(b"\x89MCAP", &["bytes is too small for a log"]);
+    diff(b"Simulation( until: 3 )", &["does not begin with the MCAP magic bytes"]);
     diff(&good[..good.len() / 2], &["has no end", "t = "]);
     diff(&good[..good.len() - 1], &["has no end"]);
     diff(&[&good[..], b"more"].concat(), &["is damaged"]);
@@ -238,7 +238,7 @@ fn logs_that_are_no_logs_equal_nothing() {
     lab.run("silent.ron", "silent", &[]).code(0);
     lab.linkwork(&["diff", "silent/run.mcap", "silent/run.mcap"])
         .code(2)
-        .tells(&["holds no numbers", "help: "]);
+        .tells(&["does not contain numbers", "help: "]);
     lab.linkwork(&["diff", "a", "a"]).code(2).tells(&["neither a log"]);
     lab.linkwork(&["diff", "/dev/zero.mcap", "a/run.mcap"]).code(2).tells(&["zero.mcap"]);
 }

@@ -317,7 +317,7 @@ fn figures_that_mean_nothing_are_rejected() {
         ("of: \"S.y\", take: \"max\", at: \"time > 1 s\"", "`at` gives one value"),
         (
             "of: \"S.y\", take: \"time_of_max\", unit: \"m\"",
-            "an instant is shown in a unit of time, and m is none",
+            "an instant needs a unit of time, but m is not one",
         ),
         ("of: \"S.y\", take: \"largest\"", "largest"),
         ("of: \"Q.y\"", "there is no variable `Q.y`"),
