@@ -260,7 +260,10 @@ fn patterns_and_bindings_that_match_nothing() {
     );
     one(
         &[("unit: \"rad/s\"", "unit: \"kg\"")],
-        &["figure `largest speed`: `bob.rate` is in rad/s, which is a different quantity than kg", "--> bad.ron:18:"],
+        &[
+            "figure `largest speed`: `bob.rate` is in rad/s, which is a different quantity than kg",
+            "--> bad.ron:18:",
+        ],
     );
     one(
         &[("unit: \"deg\"", "unit: \"kg\"")],

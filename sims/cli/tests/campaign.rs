@@ -421,7 +421,7 @@ fn what_has_changed_is_noticed() {
     std::fs::write(&path, bytes).unwrap();
     // Only the run of that line is lost, and is made again.
     let again = lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
-    let again = again.tells(&["the checksum does not fit", "its run is made again"]);
+    let again = again.tells(&["the checksum is wrong", "its run is made again"]);
     assert!(again.out.contains("59 runs have ended already"), "{}", again.out);
 }
 
@@ -445,9 +445,9 @@ fn bad_files_are_refused_with_place_fact_and_remedy() {
     refused(&[("deviation: \"50 g\"", "deviation: \"0 g\"")], &["bad.ron:9:", "deviation 0"]);
     refused(&[("\"50 g\"", "\"50 m\"")], &["`deviation` is in m, `mean` in kg"]);
     refused(&[("to: -0.7", "to: -1.4")], &["bad.ron:10:", "runs from -1.3 to -1.4"]);
-    refused(&[("from: -1.3, to: -0.7", "from: 1, to: 2")], &["has no support"]);
-    refused(&[("weights: [1, 1, 2]", "weights: [1, 1]")], &["`weights` are not 3 numbers"]);
-    refused(&[("of: [1, 2, 5], weights: [1, 1, 2]", "of: []")], &["nothing to choose from"]);
+    refused(&[("from: -1.3, to: -0.7", "from: 1, to: 2")], &["is empty: the normal distribution"]);
+    refused(&[("weights: [1, 1, 2]", "weights: [1, 1]")], &["`weights` must be 3 numbers"]);
+    refused(&[("of: [1, 2, 5], weights: [1, 1, 2]", "of: []")], &["values to choose from"]);
     refused(
         &[("[[1, -0.8], [-0.8, 1]]", "[[1, -1.8], [-1.8, 1]]")],
         &["bad.ron:13:", "entry (1, 2) is -1.8"],
@@ -474,11 +474,11 @@ fn bad_files_are_refused_with_place_fact_and_remedy() {
     refused(&[("runs: 60", "runs: 0")], &["bad.ron:4:", "`runs` is 0"]);
     refused(&[("runs: 60", "runs: 60, sampling: Sobel")], &["no sampling `Sobel`", "Sobol"]);
     refused(&[("runs: 60", "runs: 70000, sampling: Sobol")], &["65536 runs", "LatinHypercube"]);
-    refused(&[("runs: 60", "rums: 60")], &["has no field `rums`", "has no `runs`"]);
+    refused(&[("runs: 60", "rums: 60")], &["has no field `rums`", "lacks `runs`"]);
     refused(&[("\"sim.ron\"", "\"sum.ron\"")], &["there is no simulation"]);
     refused(
         &[("\"Friction.damping\": Uniform(from: 0.01, to: 0.2)", "\"Friction.damping\": 0.1")],
-        &["has no distribution in it", "`set`"],
+        &["does not contain a distribution", "`set`"],
     );
     refused(&[("\"until\": \"0.2 s\"", "\"seed\": 3")], &["noise: Own"]);
     refused(
@@ -487,22 +487,22 @@ fn bad_files_are_refused_with_place_fact_and_remedy() {
     );
     refused(&[("    correlate", "    limits: (wall: \"-1 s\"),\n    correlate")], &["`wall`"]);
     let kept = "of: [\"bob.*\"], every: \"0.02 s\"";
-    refused(&[(kept, "every: \"1 s\"")], &["bad.ron:14:", "`retain` has no `of`"]);
-    refused(&[(kept, "of: [\"bob.*\"]")], &["`retain` has no `every`"]);
+    refused(&[(kept, "every: \"1 s\"")], &["bad.ron:14:", "`retain` lacks `of`"]);
+    refused(&[(kept, "of: [\"bob.*\"]")], &["`retain` lacks `every`"]);
     refused(&[(kept, "of: [\"bib.*\"], every: \"1 s\"")], &["bad.ron:14:", "`retain`", "`bib.*`"]);
     refused(&[(kept, "of: [], every: \"1 s\"")], &["`retain`: `of` is []"]);
     refused(&[(kept, "of: [\"bob.*\"], every: \"5 Hz\"")], &["`every` is"]);
     let drawn = "\"Gain.k\": Choice(of: [1, 2, 5], weights: [1, 1, 2])";
     refused(
         &[(drawn, "\"step\": Choice(of: [\"1 ms\", \"2 ms\"])")],
-        &["bad.ron:11:", "`step` is drawn"],
+        &["bad.ron:11:", "a drawn `step`"],
     );
     refused(
         &[(kept, "of: [\"bob.*\"], every: \"1 ms\""), ("0.2 s", "24 h")],
         &["bad.ron:14:", "20000000 numbers"],
     );
     lab.write("bad.ron", "Campaign(simulation: \"sim.ron\", runs: 5, noise: Same)");
-    lab.linkwork(&["campaign", "bad.ron"]).code(2).tells(&["all runs would be the same"]);
+    lab.linkwork(&["campaign", "bad.ron"]).code(2).tells(&["all runs would be identical"]);
     lab.write("bad.ron", "Simulation()");
     lab.linkwork(&["campaign", "bad.ron"]).code(2).tells(&["bad.ron:1:1", "Campaign"]);
     lab.linkwork(&["campaign", "none.ron"]).code(2).tells(&["cannot be read"]);

@@ -204,7 +204,10 @@ fn what_is_pinned_stays_is_in_the_log_and_is_simulated_again() {
     refused(client.ask(unpin("**")), "does not match a pinned variable");
     refused(client.ask(unpin("bob.rate")), "is not pinned");
     // Units, all of it or nothing.
-    refused(client.ask(pin("bob.*", Some(Amount::Text("3 deg".into())))), "a different quantity than deg");
+    refused(
+        client.ask(pin("bob.*", Some(Amount::Text("3 deg".into())))),
+        "a different quantity than deg",
+    );
     refused(client.ask(pin("bob.*.x", None)), "matches no variable that can be pinned");
     refused(client.ask(pin("Lag.u", Some(Amount::Number(1.0)))), "it reads");
     assert_eq!(changed(client.ask(Ask::Pins)), []);

@@ -55,7 +55,7 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
         assert_eq!((row[5], row[6], row[7]), (&*n.to_string(), &*share(n), "0"));
     }
     // What never came is a cause of its own, for 18 the only one.
-    let never = "a figure that is required has no value: what it is of never came";
+    let never = "a required figure does not have a value: its variable never existed in this run, or its condition never held";
     assert_eq!(rows[3], [never, "", "", "NaN", "NaN", "30", "1.0", "18"], "{table}");
     for (k, missed) in column(&lab, "out", "missed").iter().enumerate() {
         let first = if far.contains(&k) { "it swings too far; " } else { "" };
@@ -71,7 +71,10 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
     );
     assert!(said.out.contains(&words), "{words}: {}", said.out);
     let page = std::fs::read_to_string(lab.path("out/report.html")).unwrap();
-    assert!(page.contains("0 of 30 runs kept all of it") && page.contains("it hardly swings"));
+    assert!(
+        page.contains("0 of 30 runs satisfied all requirements")
+            && page.contains("it hardly swings")
+    );
     // The same runs, judged by nothing; the folder of the first is judged by something else without a run.
     assert_eq!(column(&lab, "plain", "state"), column(&lab, "out", "state"));
     assert!(!lab.path("plain/requirements.csv").exists());
@@ -96,11 +99,14 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
         ),
         (
             "\"a\": (figure: \"largest speed\", most: \"1 kg\")",
-            vec!["the figure has rad/s, the bound kg"],
+            vec!["the unit of the figure is rad/s, that of the bound kg"],
         ),
-        ("\"a\": (figure: \"largest speed\")", vec!["`a` has no bound", "least, most or both"]),
-        ("\"a\": (most: 1)", vec!["`a` has no `figure`"]),
-        ("\"a\": (figure: \"largest speed\", least: 2, most: 1)", vec!["nothing is from 2 to 1"]),
+        ("\"a\": (figure: \"largest speed\")", vec!["`a` lacks a bound", "least, most or both"]),
+        ("\"a\": (most: 1)", vec!["`a` lacks a `figure`"]),
+        (
+            "\"a\": (figure: \"largest speed\", least: 2, most: 1)",
+            vec!["the range from 2 to 1 is empty"],
+        ),
         (
             "\"a\": (figure: \"largest speed\", mots: 1)",
             vec!["no field `mots`", "did you mean `most`"],

@@ -148,7 +148,7 @@ def test_mistakes_are_refused_with_place_and_remedy(tmp_path):
         (lambda: campaign.draws(4), "there is no run 4"),
         (lambda: campaign.simulation(4), "there is no run 4"),
         (lambda: campaign.execute(tmp_path / "out", threads=0), "`threads` is 0"),
-        (lambda: campaign.execute(file), "cannot be made"),
+        (lambda: campaign.execute(file), "cannot be created"),
         (lambda: lw.Campaign(tmp_path / "none.ron"), "cannot be read"),
     ]:
         with pytest.raises(lw.LinkworkError, match=text):
@@ -163,7 +163,7 @@ def test_mistakes_are_refused_with_place_and_remedy(tmp_path):
     # Another campaign's folder, and one that is in use.
     campaign.execute(tmp_path / "out")
     more = lw.Campaign(campaign_file(tmp_path, runs=5))
-    with pytest.raises(lw.LinkworkError, match="is of another campaign"):
+    with pytest.raises(lw.LinkworkError, match="belongs to another campaign"):
         more.execute(tmp_path / "out")
     gathering = campaign._gather(tmp_path / "out")
     with pytest.raises(lw.LinkworkError, match="another campaign is writing"):

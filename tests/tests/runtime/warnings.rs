@@ -133,10 +133,7 @@ fn a_sensor_that_nobody_reads_is_told() {
     let wires = r#"wires: ["Encoder.angle -> Twice.u"],"#;
     let all = warnings(&text(wires));
     assert_eq!(all.len(), 1, "{all:?}");
-    assert!(
-        all[0].starts_with("5: no output of `Twice` is read / wire, log or plot"),
-        "{all:?}"
-    );
+    assert!(all[0].starts_with("5: no output of `Twice` is read / wire, log or plot"), "{all:?}");
     for reader in [
         r#"log: [(channels: ["Twice"])],"#,
         r#"log: [(channels: ["**"])],"#,

@@ -1,28 +1,28 @@
-//! What a campaign requires of its runs: bounds of figures, each with the cause that a run beyond them is counted by.
+//! Requirements of a campaign: bounds of metrics, each with the cause under which violations are counted.
 use super::{Reader, describe};
 use linkwork_runtime::{Located, Origin, Value};
 
-/// A bound of a figure.
+/// A bound of a metric.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bound {
     /// The number.
     pub number: f64,
-    /// Its unit; empty: that of the figure.
+    /// Its unit; empty: that of the metric.
     pub unit: String,
 }
 
-/// What a figure has to be. A run of which it is not has missed, by this cause.
+/// A requirement on a metric. Runs that violate it are counted under this cause.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Requirement {
-    /// What is wrong with a run that misses it, in words.
+    /// Description of the failure, in words.
     pub cause: String,
-    /// Name of the figure.
+    /// Name of the metric.
     pub figure: String,
-    /// Least value that is good; none: no bound below.
+    /// Smallest acceptable value; `None`: no lower bound.
     pub least: Option<Bound>,
-    /// Greatest value that is good; none: no bound above.
+    /// Largest acceptable value; `None`: no upper bound.
     pub most: Option<Bound>,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
 }
 
@@ -45,10 +45,10 @@ impl Reader {
             let (least, most) = (bound("least"), bound("most"));
             let figure = item.get("figure").map(|f| self.text(f, "figure"));
             if figure.is_none() {
-                self.fault(item.origin, format!("{what} has no `figure`"), help);
+                self.fault(item.origin, format!("{what} lacks a `figure`"), help);
             }
             if item.get("least").is_none() && item.get("most").is_none() {
-                let fact = format!("{what} has no bound");
+                let fact = format!("{what} lacks a bound");
                 self.fault(item.origin, fact, "write least, most or both");
             }
             let Some(Some(figure)) = figure else { continue };
