@@ -395,7 +395,7 @@ fn a_run_that_never_ends_is_ended() {
 fn what_has_changed_is_noticed() {
     let lab = lab();
     lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
-    let other = "the journal `out/journal` is of another campaign";
+    let other = "the journal `out/journal` belongs to another campaign";
     lab.write("c.ron", &FILE.replace("0.2)", "0.3)"));
     lab.linkwork(&["campaign", "c.ron", "--out", "out"])
         .code(2)

@@ -78,10 +78,13 @@ fn what_is_set_is_in_the_log_and_is_simulated_again() {
     }
     refused(client.ask(Ask::Step { steps: u64::MAX }), "too many");
     for rate in [2000.0, 0.0, 1e-20, 5e-324, -1.0] {
-        refused(client.ask(Ask::Watch { paths: vec![], rate }), "a rate of ");
+        refused(client.ask(Ask::Watch { paths: vec![], rate }), "the rate is ");
     }
     refused(client.ask(Ask::List { patterns: vec!["*.".repeat(200)] }), "too long");
-    refused(client.ask(Ask::Hello { version: VERSION, token: ticket.token.clone() }), "already");
+    refused(
+        client.ask(Ask::Hello { version: VERSION, token: ticket.token.clone() }),
+        "only allowed as the first message",
+    );
     // Steps are answered when they are done, and no more are taken.
     let after = time(client.ask(Ask::Step { steps: 250 }));
     assert!((after - paused - 0.25).abs() < 1e-9, "{paused} → {after}");
@@ -308,7 +311,7 @@ fn bad_clients_neither_stop_nor_change_the_run() {
     socket.write_all(&[&(text.len() as u32).to_le_bytes()[..], text].concat()).unwrap();
     let mut answer = String::new();
     socket.read_to_string(&mut answer).unwrap_or(0);
-    assert!(answer.contains("no hello"), "{answer:?}");
+    assert!(answer.contains("not hello"), "{answer:?}");
     // Garbage before hello, and after.
     connect().write_all(&[0xff; 4096]).unwrap();
     connect().write_all(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n").unwrap();
