@@ -267,7 +267,7 @@ fn patterns_and_bindings_that_match_nothing() {
     );
     one(
         &[("unit: \"deg\"", "unit: \"kg\"")],
-        &["plot `Angle`: `bob.angle` is in rad, which is no kg", "--> bad.ron:19:"],
+        &["plot `Angle`: `bob.angle` is in rad, which is a different quantity than kg", "--> bad.ron:19:"],
     );
 }
 
@@ -539,7 +539,7 @@ fn a_bad_command_line() {
 fn nothing_says_when_to_stop() {
     let lab = Lab::new();
     lab.write("bad.ron", &edited(&[("until: \"1 s\",", "")]));
-    lab.run("bad.ron", "out", &[]).code(2).tells(&["nothing says when to stop", "--until"]);
+    lab.run("bad.ron", "out", &[]).code(2).tells(&["the end time is missing", "--until"]);
     assert_eq!(lab.files(), ["bad.ron"]);
 }
 
@@ -625,7 +625,7 @@ fn a_machine_that_leaves_its_map_says_so_once() {
     lab.write("off.ron", &sim(2.0, 6.0, 0.1, 3.0));
     lab.linkwork(&["run", "off.ron", "--no-log", "--save-rrd", "off"]).code(0).tells(&[
         "warning: `box` is at (",
-        "where no ground holds it: `Ground` reaches from (-3.0, -3.0) to (3.0, 3.0) m",
+        "where no ground supports it: `Ground` extends from (-3.0, -3.0) to (3.0, 3.0) m",
         "help: make the map larger",
     ]);
     for (name, text) in
@@ -633,6 +633,6 @@ fn a_machine_that_leaves_its_map_says_so_once() {
     {
         lab.write(name, &text);
         let said = lab.linkwork(&["run", name, "--no-log", "--save-rrd", "off"]).code(0);
-        assert!(!said.err.contains("no ground holds it"), "{name}: {}", said.err);
+        assert!(!said.err.contains("no ground supports it"), "{name}: {}", said.err);
     }
 }

@@ -183,7 +183,7 @@ fn ctrl_c_keeps_what_has_ended() {
     }
     signal(&child, "INT");
     let said: common::Said = child.wait_with_output().unwrap().into();
-    let said = said.code(130).tells(&["go on with: linkwork campaign c.ron --out out"]);
+    let said = said.code(130).tells(&["continue with: linkwork campaign c.ron --out out"]);
     let rows = column(&lab, "out", "run").len();
     assert!((3..5000).contains(&rows), "{rows}: {}", said.out);
     // Two at once are refused.
@@ -421,7 +421,7 @@ fn what_has_changed_is_noticed() {
     std::fs::write(&path, bytes).unwrap();
     // Only the run of that line is lost, and is made again.
     let again = lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
-    let again = again.tells(&["the checksum is wrong", "its run is made again"]);
+    let again = again.tells(&["the checksum is wrong", "this run is repeated"]);
     assert!(again.out.contains("59 runs have ended already"), "{}", again.out);
 }
 

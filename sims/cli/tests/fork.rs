@@ -26,7 +26,7 @@ fn series(lab: &Lab, out: &str, name: &str) -> Series {
 #[test]
 fn a_fork_that_changes_nothing_is_the_run() {
     let lab = lab();
-    fork(&lab, "same", &["--set", "Friction.damping=0.05"]).code(0).tells(&["parts go on"]);
+    fork(&lab, "same", &["--set", "Friction.damping=0.05"]).code(0).tells(&["parts continue"]);
     assert_eq!(lab.hash("same"), lab.hash("whole"));
     lab.linkwork(&["diff", "whole/run.mcap", "same/run.mcap", "--common"]).code(0);
 }
@@ -117,11 +117,11 @@ fn what_would_be_lost_is_refused_unless_it_is_allowed() {
 #[test]
 fn what_is_no_change_or_no_checkpoint_is_refused() {
     let lab = lab();
-    fork(&lab, "x", &[]).code(2).tells(&["nothing is to change", "--set"]);
+    fork(&lab, "x", &[]).code(2).tells(&["nothing changes", "--set"]);
     fork(&lab, "x", &["--set", "Friction.dumping=1"]).code(2).tells(&["damping"]);
     fork(&lab, "x", &["--set", "Friction.damping=1", "--until", "0.2s"])
         .code(2)
-        .tells(&["past the end"]);
+        .tells(&["after the end"]);
     // What became of a parameter of the file is in the checkpoint, and not the parameter: it says where to set it.
     let remark = ["this text is resolved", "`linkwork fork CHECKPOINT --sim SIM --set PATH=VALUE`"];
     fork(&lab, "x", &["--set", "speed=2"]).code(2).tells(&remark);

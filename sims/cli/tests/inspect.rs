@@ -403,10 +403,10 @@ fn a_new_simulation_runs_as_it_is() {
     assert!(lab.path("runs/swing/run.mcap").exists());
     lab.linkwork(&["new", "simulation", "first/swing"])
         .code(2)
-        .tells(&["`first/swing` is there already", "help: "]);
+        .tells(&["`first/swing` already exists", "help: "]);
     lab.linkwork(&["new", "simulation", ".."])
         .code(2)
-        .tells(&["no name that a simulation can take"]);
+        .tells(&["does not have a name that a simulation can use"]);
     lab.linkwork(&["new", "simulation", "/dev/null/swing"])
         .code(1)
         .tells(&["cannot be made", "help: "]);
@@ -447,7 +447,7 @@ fn describe_plots_what_a_model_does() {
 fn a_model_whose_ports_follow_from_parameters_says_so() {
     let lab = Lab::new();
     let told = |model: &str| lab.linkwork(&["describe", model]).code(0).out;
-    let word = "Its ports follow from its parameters";
+    let word = "Its ports depend on its parameters";
     assert!(told("control.ackermann").contains(word) && told("fmi.co_simulation").contains(word));
     for model in ["actuators.dc_motor", "environment.flat", "mobility.ruts", "basics.sine"] {
         assert!(!told(model).contains(word), "{model}");

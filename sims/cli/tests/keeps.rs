@@ -57,7 +57,7 @@ fn a_run_that_is_resumed_into_its_folder_leaves_its_log() {
     lab.resume(from, "rest", &["--until", "2s"]).code(0);
     // What is no log is not replaced, either.
     lab.write("rest/run.mcap", "something else");
-    lab.resume(from, "rest", &[]).code(2).tells(&["not a log that can be read"]);
+    lab.resume(from, "rest", &[]).code(2).tells(&["not a readable log"]);
 }
 
 /// The speed is greatest at the first swing: a fork from after it had 0.4 of it.
@@ -132,7 +132,7 @@ fn a_row_at_the_end_of_time_does_not_make_replay_simulate_until_then() {
             .output();
         let said = common::Said::from(said.unwrap()).code(1);
         assert!(begin.elapsed() < Duration::from_secs(20), "{:?}", begin.elapsed());
-        said.tells(&["and the log has none"]);
+        said.tells(&["but the log does not"]);
     }
 }
 

@@ -370,7 +370,7 @@ fn the_command_line_attaches_and_says_what_is_wrong() {
     attach(&["unpin", "bob.*"]).code(0);
     assert_eq!(attach(&["pins"]).code(0).out.lines().count(), 1);
     attach(&["unpin", "bob.*"]).code(1).tells(&["does not match a pinned variable", "help: "]);
-    attach(&["set", "bob.rate"]).code(1).tells(&["has no `=`", "help: "]);
+    attach(&["set", "bob.rate"]).code(1).tells(&["lacks a `=`", "help: "]);
     attach(&["go"]).code(0);
     let said = attach(&["watch", "bob.angle", "--rate", "100", "--count", "3"]).code(0);
     assert_eq!(said.out.lines().count(), 4, "{}", said.out);

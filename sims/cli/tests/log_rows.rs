@@ -279,5 +279,5 @@ fn what_cannot_be_meant_is_refused_and_what_does_not_happen_is_told() {
     let never = NEAR.replace("< 1 cm", "> 2 m");
     lab.write("never.ron", &ball(&never));
     let told = lab.run("never.ron", "never", &[]).code(0);
-    told.tells(&["warning: the log has no rows around `Ball.height > 2 m`"]);
+    told.tells(&["warning: the log does not have samples around `Ball.height > 2 m`"]);
 }

@@ -98,32 +98,32 @@ fn what_cannot_be_made_is_refused_and_leaves_nothing() {
         lab.linkwork(&[&["new"], args].concat()).code(2).tells(wanted).tells(&["help: "]);
     };
     for name in ["Windmill", "2mills", "wind-mill", "mill_"] {
-        refused(&["library", name], &["cannot be the name of a library", "small letters"]);
+        refused(&["library", name], &["cannot be the name of a library", "lower-case letters"]);
     }
-    refused(&["library", "fn"], &["it is taken in Rust"]);
-    refused(&["library", "actuators"], &["`linkwork` has one of that name"]);
-    refused(&["library", "ray"], &["it is taken in Rust or Python"]);
-    refused(&["library", "lambda"], &["it is taken in Rust or Python"]);
-    refused(&["library", ".."], &["no name that a library can take"]);
+    refused(&["library", "fn"], &["it is reserved in Rust"]);
+    refused(&["library", "actuators"], &["`linkwork` already has one with that name"]);
+    refused(&["library", "ray"], &["it is reserved in Rust or Python"]);
+    refused(&["library", "lambda"], &["it is reserved in Rust or Python"]);
+    refused(&["library", ".."], &["does not have a name that a library can use"]);
     refused(
         &["library", "mill", "--linkwork", "here"],
         &["the sources of Linkwork are not in `here`"],
     );
     assert_eq!(lab.files(), [""; 0], "something was made");
     lab.write("mill/note", "");
-    refused(&["library", "mill"], &["`mill` is there already"]);
+    refused(&["library", "mill"], &["`mill` already exists"]);
     assert_eq!(names(&lab.path("mill")), ["note"]);
 
-    refused(&["model", "pump"], &["`.` is no library of models", "new library NAME"]);
+    refused(&["model", "pump"], &["`.` is not a model library", "new library NAME"]);
     lab.write("own/Cargo.toml", "[package]\nname = \"own\"\n");
     lab.write("own/src/lib.rs", "//! Nothing.\n");
     let own = ["--library", "own"];
     refused(&[&["model", "pump"], &own[..]].concat(), &["depends neither on `linkwork` nor"]);
     lab.write("own/Cargo.toml", "[package]\nname = \"own\"\n[dependencies]\nlinkwork = \"1\"\n");
-    refused(&[&["model", "pump"], &own[..]].concat(), &["no function `catalogue`"]);
+    refused(&[&["model", "pump"], &own[..]].concat(), &["lacks a function `catalogue`"]);
     let list = "//! One.\n\npub mod pump;\n\npub fn catalogue() -> Vec<Entry> {\n    vec![]\n}\n";
     lab.write("own/src/lib.rs", list);
-    refused(&[&["model", "pump"], &own[..]].concat(), &["the library has `pump` already"]);
+    refused(&[&["model", "pump"], &own[..]].concat(), &["the library already has `pump`"]);
     refused(&[&["model", "Pump"], &own[..]].concat(), &["cannot be the name of a model"]);
     assert_eq!(std::fs::read_to_string(lab.path("own/src/lib.rs")).unwrap(), list);
     assert_eq!(names(&lab.path("own/src")), ["lib.rs"]);
@@ -254,7 +254,7 @@ fn wheels_steering_and_suspension_are_found() {
     let (readme, _, said) = made_rover(&lab, "scout", &lab.path("scout.urdf"));
     for part in [
         "Joints that adapt to the ground: `rocker_l`, `rocker_r`.",
-        "A differential joins `rocker_l` and `rocker_r`",
+        "A differential, which the file does not have, connects `rocker_l` and `rocker_r`",
         "held, since nothing here moves them: `mast`.",
         "| `fr` | 0.1 m, 0.06 m | [0.4, -0.4, -0.1] | yes | yoke |",
     ] {
@@ -275,13 +275,13 @@ fn what_is_no_rover_is_refused() {
     let lab = Lab::new();
     lab.write("arm.urdf", r#"<robot name="arm"><link name="base"/></robot>"#);
     let told = lab.linkwork(&["new", "rover", "arm", "--from", "arm.urdf"]).code(2).err;
-    assert!(told.contains("there is no wheel") && told.contains("side-car"), "{told}");
+    assert!(told.contains("there is no wheel") && told.contains("companion file"), "{told}");
     assert!(!lab.path("arm").exists());
     let told = lab.linkwork(&["new", "rover", "none", "--from", "none.urdf"]).code(2).err;
     assert!(told.contains("`none.urdf` cannot be read"), "{told}");
     lab.write("bad.urdf", "<robot name=");
     let told = lab.linkwork(&["new", "rover", "bad", "--from", "bad.urdf"]).code(2).err;
-    assert!(told.contains("`bad.urdf` is not taken"), "{told}");
+    assert!(told.contains("`bad.urdf` is rejected"), "{told}");
     // Two wheels, as TIAGo has besides its casters.
     let link = |name: &str, shape: &str| {
         format!(

@@ -16,7 +16,7 @@ fn what_a_run_wrote_is_verified_and_so_is_what_a_resumed_run_wrote() {
         let log = format!("{sim}/run.mcap");
         let said = lab.linkwork(&["replay", &log, "--verify"]).code(0);
         assert!(said.out.starts_with("verified: "), "{}", said.out);
-        assert!(said.out.contains("until 4 s, bit for bit"), "{}", said.out);
+        assert!(said.out.contains("until 4 s, bit by bit"), "{}", said.out);
         // A log that begins at 2 s.
         let checkpoint = format!("{sim}/{}", saved(&lab, sim));
         lab.resume(&checkpoint, "again", &["--until", "4s"]).code(0);
@@ -77,7 +77,7 @@ fn one_number_that_was_changed_is_named_with_its_tick() {
     assert!(!read_log_contents(&file).unwrap().configuration.is_empty());
     let said = lab.linkwork(&["replay", "changed.mcap", "--verify"]).code(1);
     assert!(
-        said.out.starts_with(&format!("`{path}` deviates first, at tick 700 ")),
+        said.out.starts_with(&format!("`{path}` differs first, at tick 700 ")),
         "{}",
         said.out
     );

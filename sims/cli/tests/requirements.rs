@@ -63,9 +63,9 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
         assert_eq!(missed, &format!("{first}{second}{never}"), "run {k}");
     }
     let words =
-        format!("{} ({:.1} %) missed by: it swings too far", far.len(), far.len() as f64 / 0.3);
+        format!("{} ({:.1} %) violated: it swings too far", far.len(), far.len() as f64 / 0.3);
     assert!(
-        said.out.contains("0 of 30 kept all that is required: 0.0 % (0.0 to 11.4 %"),
+        said.out.contains("0 of 30 satisfied all requirements: 0.0 % (0.0 to 11.4 %"),
         "{}",
         said.out
     );
@@ -127,7 +127,7 @@ fn runs_of_a_footprint_that_is_too_wide_miss_by_causes_with_names() {
     let narrow = lab.linkwork(&["campaign", "footprint.ron", "--out", "narrow"]).code(0);
     println!("{}", narrow.out);
     // Runs of a Latin hypercube are not independent: the share has no interval of confidence.
-    assert!(narrow.out.contains("8 of 8 kept all that is required: 100.0 %\n"));
+    assert!(narrow.out.contains("8 of 8 satisfied all requirements: 100.0 %\n"));
     let text = std::fs::read_to_string(lab.path("footprint.ron")).unwrap();
     let wide = text
         .replace("deviation: 0.35)", "deviation: 6)")
@@ -150,7 +150,7 @@ fn runs_of_a_footprint_that_is_too_wide_miss_by_causes_with_names() {
     assert!(missed.iter().any(String::is_empty));
     let share = 100.0 * dense.len() as f64 / 8.0;
     let words = format!(
-        "{} ({share:.1} %) missed by: the parachute opens in denser air than it was qualified for (dynamic pressure at the parachute at most 750 Pa)",
+        "{} ({share:.1} %) violated: the parachute opens in denser air than it was qualified for (dynamic pressure at the parachute at most 750 Pa)",
         dense.len()
     );
     assert!(said.out.contains(&words), "{words}\n{}", said.out);

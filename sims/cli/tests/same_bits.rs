@@ -162,7 +162,7 @@ fn differences_are_named() {
     let other = log(&["--tol", "**=1e-2", "--tol", "Lag.*=0"]).code(1).out;
     assert!(other.contains("  Lag.y: ") && !other.contains("Gain.y"), "{other}");
     log(&["--tol", "Gian.*=1"]).code(2).tells(&["`Gian.*` matches nothing", "help: "]);
-    log(&["--tol", "Gain.y=much"]).code(2).tells(&["is no tolerance", "PATTERN=1e-6"]);
+    log(&["--tol", "Gain.y=much"]).code(2).tells(&["is not a tolerance", "PATTERN=1e-6"]);
     log(&["--abs", "-1"]).code(2).tells(&["--abs is -1"]);
     // Another rate: unequal, unless only common rows are asked for.
     lab.write("slow.ron", &BASE.replace("rate: \"100 Hz\"", "rate: \"40 Hz\""));
@@ -170,7 +170,7 @@ fn differences_are_named() {
     let slow =
         |more: &[&str]| lab.linkwork(&[&["diff", "a/run.mcap", "slow/run.mcap"], more].concat());
     assert!(slow(&[]).code(1).out.contains("rows"));
-    assert!(slow(&["--common"]).code(0).out.contains("where both have rows"));
+    assert!(slow(&["--common"]).code(0).out.contains("at common samples"));
     let same = ["diff", "c/run.mcap", "slow/run.mcap", "--common"];
     assert!(lab.linkwork(&same).code(1).out.contains("Gain.y"));
     // Unlike lengths are no equality.

@@ -175,16 +175,16 @@ fn mistakes_are_told_with_their_place_and_nothing_is_written() {
         "[\"xx\", \"ft\"]",
         &["bad.ron:8:", "flown.csv", "does not have a column `xx`"],
     );
-    refused("[\"x\", \"ft\"]", "[\"x\", \"kg\"]", &["column `x` is in a unit that is no m"]);
+    refused("[\"x\", \"ft\"]", "[\"x\", \"kg\"]", &["the unit of column `x` is not compatible with m"]);
     refused("[\"x\", \"ft\"]", "[\"x\", \"foot\"]", &["`foot` is not a unit"]);
     refused("[\"x\", \"ft\"]", "[\"note\", \"ft\"]", &["column `note` holds `row 2` in line 2"]);
     refused("axes: \"world\", x", "axes: \"wrold\", x", &["no axes `wrold`", "world"]);
-    refused("axes: \"world\", x", "axes: \"planet\", x", &["how the planet turns", "rate"]);
+    refused("axes: \"world\", x", "axes: \"planet\", x", &["the rotation of the planet", "rate"]);
     refused("pitch: [\"theta\", \"deg\"], ", "", &["has no `pitch`"]);
     refused(
         "[\"clock\", \"ms\"]",
         "[\"clock\", \"deg\"]",
-        &["column `clock` is in a unit that is no s"],
+        &["the unit of column `clock` is not compatible with s"],
     );
     refused("[\"climb\", \"km/h\"]", "[\"climb\", \"m\"]", &["`block.velocity.z` is in m/s"]);
     refused("block.velocity.z", "block.velocity.w", &["no variable `block.velocity.w`"]);
@@ -192,7 +192,7 @@ fn mistakes_are_told_with_their_place_and_nothing_is_written() {
     refused("table: ", "tabel: ", &["no field `tabel`", "has no `table`"]);
     // Time that goes back.
     lab.write("flown.csv", &table().replace("12300,", "12100,"));
-    refused("doc", "doc", &["does not rise from row 1 to row 2"]);
+    refused("doc", "doc", &["does not increase from row 1 to row 2"]);
     // Never at the same time: a warning, and the view of the run is whole.
     lab.write("flown.csv", &table());
     lab.write("late.ron", &FLOWN.replace("12 s", "100 s"));
@@ -207,7 +207,7 @@ fn mistakes_are_told_with_their_place_and_nothing_is_written() {
     let args = ["view", "flown.ron", "--flown", "flown.ron", "--out", "x.rrd"];
     lab.linkwork(&args).code(2).tells(&["--flown stands beside a log"]);
     lab.write("none.ron", &FLOWN.replace("simulation: \"sim.ron\",", ""));
-    lab.linkwork(&["view", "none.ron", "--out", "x.rrd"]).code(2).tells(&["names no simulation"]);
+    lab.linkwork(&["view", "none.ron", "--out", "x.rrd"]).code(2).tells(&["does not define a simulation"]);
     assert!(!lab.path("x.rrd").exists());
 }
 

@@ -137,7 +137,7 @@ fn what_cannot_be_written_is_told_by_the_exit_code() {
     };
     let args = ["--no-log", "--checkpoint-every", "0.02s"];
     let said = lab.run("sim.ron", "small/out", &args).code(1);
-    let said = said.tells(&["checkpoint", "help: make room", "No space left"]);
+    let said = said.tells(&["checkpoint", "help: free disk space", "No space left"]);
     assert!(said.err.matches("error: ").count() <= 6, "one line for each period:\n{}", said.err);
     // The run came to its end, and what is there is whole.
     assert!(said.out.contains("reached its end at t = 1.000 s"), "{}", said.out);
@@ -197,7 +197,7 @@ fn a_limit_on_the_size_of_files_leaves_a_log_and_a_checkpoint() {
     let said = limited(12_288, "out").code(1).tells(&["ulimit -f", "help: "]);
     assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
     let log = read_log_contents(&lab.path("out/run.mcap")).unwrap();
-    assert_eq!(log.end, End::Whole, "the log has no end");
+    assert_eq!(log.end, End::Whole, "the log is truncated");
     let t = lab.summary("out")["time"].as_f64().unwrap();
     let last = *log.series["bob.angle"].t.last().unwrap();
     assert!(last > 1.0 && last <= t && t < 1000.0, "the log ends at {last} s, the run at {t} s");
@@ -225,8 +225,8 @@ fn logs_that_are_no_logs_equal_nothing() {
     diff(b"", &["size of 0 bytes is too small for a log"]);
     diff(b"\x89MCAP", &["bytes is too small for a log"]);
     diff(b"Simulation( until: 3 )", &["does not begin with the MCAP magic bytes"]);
-    diff(&good[..good.len() / 2], &["has no end", "t = "]);
-    diff(&good[..good.len() - 1], &["has no end"]);
+    diff(&good[..good.len() / 2], &["is truncated", "t = "]);
+    diff(&good[..good.len() - 1], &["is truncated"]);
     diff(&[&good[..], b"more"].concat(), &["is damaged"]);
     // A run that logs nothing.
     lab.write("silent.ron", &edited(&[("log: [(channels: [\"**\"], rate: \"100 Hz\")],", "")]));

@@ -177,7 +177,7 @@ fn a_recording_from_a_log_goes_through_phases_and_from_a_cut_log_as_far_as_that_
     let log = std::fs::read(lab.path("out/run.mcap")).unwrap();
     std::fs::write(lab.path("cut.mcap"), &log[..log.len() * 2 / 3]).unwrap();
     let said = lab.linkwork(&["view", "cut.mcap"]).code(0);
-    assert!(said.out.contains("has no end"), "{}", said.out);
+    assert!(said.out.contains("is truncated"), "{}", said.out);
     let whole = linkwork_viz::read_recording(&lab.path("view.rrd")).unwrap();
     let cut = linkwork_viz::read_recording(&lab.path("cut.rrd")).unwrap();
     let name = "tf#/booster Transform3D:translation[0]";
@@ -195,7 +195,7 @@ fn what_a_view_cannot_show_is_said_and_what_is_there_is_not_overwritten() {
     let refused = |args: &[&str], tells: &[&str]| {
         lab.linkwork(&[&["view"], args].concat()).code(2).tells(tells);
     };
-    refused(&["out/run.mcap"], &["`out/run.rrd` is there already", "--out"]);
+    refused(&["out/run.mcap"], &["`out/run.rrd` already exists", "--out"]);
     refused(&["out/run.mcap", "--out", "out/../out/run.mcap"], &["is the log itself", "help: "]);
     assert_eq!(std::fs::read(lab.path("out/run.rrd")).unwrap(), before);
     lab.linkwork(&["view", "out/run.mcap", "--out", "view.rrd"])
@@ -312,7 +312,7 @@ fn lines_and_jets_of_what_is_not_there_are_refused() {
         (
             "pull: \"Line.tension\"",
             "pull: \"Line.*\"",
-            ["matches differ: `from` 1, `to` 1, `pull`", "as many each, or one"],
+            ["matches differ: `from` 1, `to` 1, `pull`", "equal numbers of matches, or with one match"],
         ),
     ] {
         let text = TETHERED.replace(from, to);
