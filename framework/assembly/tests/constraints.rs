@@ -239,10 +239,10 @@ fn mistakes_in_couplings_have_places_and_remedies() {
     for (fields, expected) in [
         (
             "terms: {}",
-            &["coupling `Arm/c` has no `terms`", "+sim.ron:13:2\n", "+write `terms: { \"left\": 1"]
+            &["coupling `Arm/c` lacks `terms`", "+sim.ron:13:2\n", "+write `terms: { \"left\": 1"]
                 [..],
         ),
-        ("constant: 1", &["coupling `Arm/c` has no `terms`"]),
+        ("constant: 1", &["coupling `Arm/c` lacks `terms`"]),
         (
             "terms: { \"crank\": 0, \"rod\": 0 }",
             &["coupling `Arm/c` has no term that is not zero", "+sim.ron:13:2\n"],
@@ -273,7 +273,7 @@ fn mistakes_in_couplings_have_places_and_remedies() {
             &["`constant`: `1 deg` is in deg, but m is wanted"],
         ),
         ("terms: { \"crank\": 1 }, ratio: 2", &["coupling `Arm/c` has both `terms` and `ratio`"]),
-        ("mimic: \"crank\"", &["coupling `Arm/c` has no `of`", "+a = ratio · b + offset"]),
+        ("mimic: \"crank\"", &["coupling `Arm/c` lacks `of`", "+a = ratio · b + offset"]),
         (
             "mimic: \"crank\", of: \"rocket\"",
             &["there is no body `rocket`", "+did you mean `rocker`?"],

@@ -165,7 +165,7 @@ fn mistakes_in_colliders_have_places_and_remedies() {
     told(
         "coarse: Sphere(0.5)",
         "coarse: Capsule(radius: 1, length: 1, axis: [1, 0, 0])",
-        &["has no `axis`"],
+        &["`axis` is not allowed"],
     );
     told(
         "collide: true, visible: false",
@@ -188,7 +188,7 @@ fn mistakes_in_colliders_have_places_and_remedies() {
     told(
         "Capsule(radius: 0.1, length: 0.4)",
         "HalfSpace",
-        &["this shape only collides\n  --> sim.ron:8:9\n", "add `collide: true`"],
+        &["this shape cannot be shown\n  --> sim.ron:8:9\n", "add `collide: true`"],
     );
     told(
         "ConvexHull(file: \"tetra.stl\")",
@@ -228,7 +228,7 @@ fn mistakes_in_colliders_have_places_and_remedies() {
     told(
         "heights: [0, 1, 2, 3, 4, 5]",
         "heights: [[0, 1, 2], [3, 4]]",
-        &["a row has 2 numbers, the first 3"],
+        &["a row has 2 numbers, but the first has 3"],
     );
     told(
         "triangles: [[0, 1, 2]]",

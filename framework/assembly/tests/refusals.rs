@@ -148,10 +148,10 @@ fn wrong_kinds_of_values() {
             "parts: {}, figures: { \"a\": (take: last), \"b\": (of: \"x\", when: \"x > 1\"), \"c\": (when: \"x > 1\", unit: \"m\"), \"d\": (when: \"x > 1\", at: \"x > 2\") }",
         ),
         &[
-            "figure `a`: it is of nothing\n  --> sim.ron:2:24\n  help: write of: \"Part.output\", or when: \"Part.output > 1 N\"",
-            "figure `b`: it is of a variable and of a condition",
-            "figure `c`: a condition has no unit",
-            "figure `d`: `at` is of a variable",
+            "figure `a`: it lacks a variable or a condition\n  --> sim.ron:2:24\n  help: write of: \"Part.output\", or when: \"Part.output > 1 N\"",
+            "figure `b`: it has both a variable and a condition",
+            "figure `c`: a condition does not have a unit",
+            "figure `d`: `at` requires a variable",
         ],
     );
 }
@@ -230,7 +230,7 @@ fn files_and_mounts() {
     };
     refused(
         &wheel("\"strut\": \"c\", \"stroot\": \"c\""),
-        &["error: `W` has no mount `stroot`\n  --> sim.ron:4:26\n  help: did you mean `strut`?"],
+        &["error: `W` does not have a mount `stroot`\n  --> sim.ron:4:26\n  help: did you mean `strut`?"],
     );
     refused(
         &wheel("\"strut\": \"chassis\""),
@@ -419,7 +419,7 @@ fn bodies_that_cannot_exist() {
     refused(
         &rover("bodies: { \"b\": (parent: \"world\", mass: 1) }"),
         &[
-            "error: body `Rover/b` has mass but no `inertia`\n  --> sim.ron:3:12\n  help: write `inertia:",
+            "error: body `Rover/b` has mass but lacks `inertia`\n  --> sim.ron:3:12\n  help: write `inertia:",
         ],
     );
     refused(

@@ -162,7 +162,7 @@ fn cargo_that_cannot_be_is_refused() {
     let e = told("stowed: (at: (position: [1, 0, 0]))");
     assert!(e.contains("stowed: (on: ") && e.contains("sim.ron:3"), "{e}");
     let e = told("stowed: (held: true, on: \"lorry\")");
-    assert!(e.contains("`held` is for what stays where it is") && e.contains("sim.ron:3"), "{e}");
+    assert!(e.contains("`held` cannot be combined with `on` and `at`") && e.contains("sim.ron:3"), "{e}");
     let e = told("stowed: (on: \"lory\")");
     assert!(e.contains("lory") && e.contains("lorry"), "{e}");
     let e = told("stowed: (on: \"lorry\", where: 3)");
@@ -181,9 +181,9 @@ fn cargo_that_cannot_be_is_refused() {
         "\"left\": (\n            parent: \"frame\"",
         "\"left\": (\n            parent: \"world\"",
     );
-    assert!(e.contains("2 of its bodies hang on the world: `frame`, `left`"), "{e}");
+    assert!(e.contains("2 of its bodies are connected to the world: `frame`, `left`"), "{e}");
     let e = with("\"frame\": (parent: \"world\"", "\"frame\": (parent: \"/lorry\"");
-    assert!(e.contains("none of its bodies hangs on the world"), "{e}");
+    assert!(e.contains("none of its bodies is connected to the world"), "{e}");
     // A wire to cargo has nowhere to go.
     let e = loaded(&lorry(STOWED, "wires: [\"Cart.volts -> Cart.volts\"],"))
         .err()

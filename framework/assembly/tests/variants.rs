@@ -87,18 +87,18 @@ fn what_a_variant_may_not_say_is_told() {
         ),
         (
             r#"Assembly(like: "parts/base.ron", params: { "mass": (default: 5, unit: "g") })"#,
-            "take `unit` and `range` out",
+            "remove `unit` and `range`",
         ),
         (r#"Assembly(like: "parts/base.ron", bodies: {})"#, "`bodies`"),
         (r#"Assembly(like: "parts/bass.ron")"#, "there is no assembly file `parts/bass.ron`"),
-        (r#"Assembly(like: "heavy.ron")"#, "`like` goes round"),
+        (r#"Assembly(like: "heavy.ron")"#, "`like` is circular"),
         (
             r#"Assembly(like: "parts/base.ron", params: { "tip": (default: [1, 2]) })"#,
             "`$tip` has 2 elements",
         ),
         (
             r#"Assembly(like: "parts/base.ron", params: { "tip": (default: [0, 0, 0]) })"#,
-            "ends where it begins",
+            "has the length zero",
         ),
         (r#"Assembly(like: "parts/base.ron", params: { "tip": (default: 3) })"#, "no [0]"),
     ] {

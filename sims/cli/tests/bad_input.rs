@@ -267,7 +267,10 @@ fn patterns_and_bindings_that_match_nothing() {
     );
     one(
         &[("unit: \"deg\"", "unit: \"kg\"")],
-        &["plot `Angle`: `bob.angle` is in rad, which is a different quantity than kg", "--> bad.ron:19:"],
+        &[
+            "plot `Angle`: `bob.angle` is in rad, which is a different quantity than kg",
+            "--> bad.ron:19:",
+        ],
     );
 }
 
@@ -321,7 +324,7 @@ fn what_grows_without_end_is_refused_or_counted() {
     // Assemblies that hold the next one twice, or in a long row.
     for (depth, times, fact) in [
         (25, 2, "has more than 500000 parts and bodies"),
-        (2000, 1, "stands inside 100 other assemblies"),
+        (2000, 1, "nested in 100 other assemblies"),
     ] {
         for k in 0..depth {
             let part = |n: usize| format!("\"P{n}\": (assembly: \"a{}.ron\"), ", k + 1);

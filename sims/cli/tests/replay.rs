@@ -76,11 +76,7 @@ fn one_number_that_was_changed_is_named_with_its_tick() {
     let path = variables.iter().find(|(_, v)| v.place == place).unwrap().0.clone();
     assert!(!read_log_contents(&file).unwrap().configuration.is_empty());
     let said = lab.linkwork(&["replay", "changed.mcap", "--verify"]).code(1);
-    assert!(
-        said.out.starts_with(&format!("`{path}` differs first, at tick 700 ")),
-        "{}",
-        said.out
-    );
+    assert!(said.out.starts_with(&format!("`{path}` differs first, at tick 700 ")), "{}", said.out);
 }
 
 #[test]

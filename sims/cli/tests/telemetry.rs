@@ -175,7 +175,11 @@ fn mistakes_are_told_with_their_place_and_nothing_is_written() {
         "[\"xx\", \"ft\"]",
         &["bad.ron:8:", "flown.csv", "does not have a column `xx`"],
     );
-    refused("[\"x\", \"ft\"]", "[\"x\", \"kg\"]", &["the unit of column `x` is not compatible with m"]);
+    refused(
+        "[\"x\", \"ft\"]",
+        "[\"x\", \"kg\"]",
+        &["the unit of column `x` is not compatible with m"],
+    );
     refused("[\"x\", \"ft\"]", "[\"x\", \"foot\"]", &["`foot` is not a unit"]);
     refused("[\"x\", \"ft\"]", "[\"note\", \"ft\"]", &["column `note` holds `row 2` in line 2"]);
     refused("axes: \"world\", x", "axes: \"wrold\", x", &["no axes `wrold`", "world"]);
@@ -207,7 +211,9 @@ fn mistakes_are_told_with_their_place_and_nothing_is_written() {
     let args = ["view", "flown.ron", "--flown", "flown.ron", "--out", "x.rrd"];
     lab.linkwork(&args).code(2).tells(&["--flown stands beside a log"]);
     lab.write("none.ron", &FLOWN.replace("simulation: \"sim.ron\",", ""));
-    lab.linkwork(&["view", "none.ron", "--out", "x.rrd"]).code(2).tells(&["does not define a simulation"]);
+    lab.linkwork(&["view", "none.ron", "--out", "x.rrd"])
+        .code(2)
+        .tells(&["does not define a simulation"]);
     assert!(!lab.path("x.rrd").exists());
 }
 

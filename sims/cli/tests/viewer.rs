@@ -312,7 +312,10 @@ fn lines_and_jets_of_what_is_not_there_are_refused() {
         (
             "pull: \"Line.tension\"",
             "pull: \"Line.*\"",
-            ["matches differ: `from` 1, `to` 1, `pull`", "equal numbers of matches, or with one match"],
+            [
+                "matches differ: `from` 1, `to` 1, `pull`",
+                "equal numbers of matches, or with one match",
+            ],
         ),
     ] {
         let text = TETHERED.replace(from, to);

@@ -166,7 +166,7 @@ fn colliders_without_contact_are_told() {
     };
     let told = only(&text(""));
     assert!(
-        told.contains("2 shapes collide and nothing touches: there is no `contact`")
+        told.contains("2 shapes collide, but there is no `contact`, so nothing collides")
             && told.starts_with("3: "),
         "{told}"
     );

@@ -1,4 +1,4 @@
-//! Loading: a file or text to a flat `Spec` and everything else that a simulation says.
+//! Loading: a file or text is converted to a flat `Spec` and the settings of the simulation.
 mod format;
 mod place;
 mod resolved;
@@ -39,25 +39,25 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What loading needs besides the text.
+/// Context of loading.
 #[derive(Clone)]
 pub struct Options<'a> {
     /// Models and services.
     pub catalogue: &'a Catalogue,
     /// Assemblies in the program: path → text.
     pub embedded: Arc<BTreeMap<String, String>>,
-    /// Folders in which files are looked for after the folder of the file that names them.
+    /// Folders in which files are searched, after the folder of the file that uses them.
     pub search: Vec<PathBuf>,
-    /// `PATH=VALUE`: parameters set from outside; the last one wins.
+    /// `PATH=VALUE`: overrides from outside; the last one wins.
     pub overrides: Vec<String>,
     /// Replaces the seed of the file.
     pub seed: Option<u64>,
-    /// Texts that other loads have parsed, or will: the same value comes out, sooner.
+    /// Cache of parsed texts that several loads share; it does not affect the result.
     pub parsed: Option<Arc<Parsed>>,
 }
 
 impl<'a> Options<'a> {
-    /// Nothing but a catalogue.
+    /// Options with only a catalogue.
     pub fn new(catalogue: &'a Catalogue) -> Self {
         Options {
             catalogue,
@@ -69,14 +69,14 @@ impl<'a> Options<'a> {
         }
     }
 
-    /// With an embedded assembly.
+    /// Adds an embedded assembly.
     #[must_use]
     pub fn embed(mut self, path: impl Into<String>, text: impl Into<String>) -> Self {
         Arc::make_mut(&mut self.embedded).insert(path.into(), text.into());
         self
     }
 
-    /// With a parameter set from outside: `Rover.Motor.resistance=0.7 ohm`.
+    /// Adds an override from outside: `Rover.Motor.resistance=0.7 ohm`.
     #[must_use]
     pub fn set(mut self, path_value: impl Into<String>) -> Self {
         self.overrides.push(path_value.into());
@@ -84,37 +84,36 @@ impl<'a> Options<'a> {
     }
 }
 
-/// A simulation, ready for `compile`.
+/// A loaded simulation, for `compile`.
 #[derive(Clone)]
 pub struct Loaded {
-    /// Parts, wires, bindings, mechanism: of the phase in which a run begins.
+    /// Parts, wires, bindings and mechanism of the phase in which a run begins.
     pub spec: Spec,
-    /// All phases, that one first; a simulation without phases is its only one.
+    /// All phases, the start phase first; a simulation without phases has one.
     pub phases: Vec<PhaseSpec>,
     /// Everything else.
     pub simulation: Settings,
-    /// Shapes of the bodies, to be seen: of the phase in which a run begins.
+    /// Visual shapes of the bodies in the phase in which a run begins.
     pub shapes: Vec<BodyShape>,
-    /// Ground that collides and that no shape stands for.
+    /// Colliding ground without a visual shape.
     pub grounds: Vec<BodyShape>,
-    /// The same of each phase, in the order of `phases`.
+    /// Visual shapes of each phase, in the order of `phases`.
     pub phase_shapes: Vec<Vec<BodyShape>>,
-    /// Shapes that collide, for queries too; nothing touches unless `contact` is written.
+    /// Collision shapes, for queries, too; there is no contact unless `contact` is written.
     pub colliders: Option<Arc<Colliders>>,
-    /// Where the first of them is written.
+    /// Position of the first of them in the file.
     pub(crate) collides: Option<Origin>,
-    /// Imported files, with what of them is left out or was ignored.
+    /// Imported files, and what was omitted or ignored of them.
     pub imports: Vec<Import>,
     /// The assembly tree.
     pub tree: TreeNode,
-    /// The texts that origins point into.
+    /// The texts to which origins refer.
     pub sources: Sources,
-    /// One RON text with everything included, expanded and overridden: it loads to the same
-    /// `spec` without any other file.
+    /// One RON text with everything included, expanded and overridden: it loads to the same `spec` without other files.
     pub resolved: Resolved,
     /// Warnings about integrators that contact by impulses replaces.
     pub(crate) replaced: Vec<Fault>,
-    /// Files that parameters name and no folder has may be among these texts.
+    /// Embedded texts for files in parameters that are not in any folder.
     pub(crate) embedded: Arc<BTreeMap<String, String>>,
 }
 
@@ -122,7 +121,7 @@ impl Loaded {
     /// Compiles all phases.
     ///
     /// # Errors
-    /// Every fault of every phase.
+    /// All faults of all phases.
     pub fn compile(
         &self,
         catalogue: &Catalogue,
@@ -132,7 +131,7 @@ impl Loaded {
         linkwork_runtime::compile_program(&self.phases, catalogue, &files)
     }
 
-    /// Mesh files that no viewer can show, each once. A file that is not there is an error of its own where it is named.
+    /// Returns a fault for each mesh file that viewers cannot show. Missing files are reported where they are used.
     fn unreadable_meshes(&self) -> Vec<Fault> {
         let mut seen = std::collections::BTreeSet::new();
         let files = self.shapes.iter().filter_map(|s| match &s.shape {
@@ -144,20 +143,20 @@ impl Loaded {
             let why = (seen.insert(file) && path.is_file()).then(|| mesh_corners(path).err());
             let fact = format!("the mesh `{file}` of `{body}` cannot be shown: {}", why??);
             let help =
-                "meshes are STL, OBJ, COLLADA, glTF or MSH files; the simulation runs without it";
+                "supported meshes are STL, OBJ, COLLADA, glTF and MSH files; the simulation runs without it";
             Some(Fault::new(Origin::NONE, fact).help(help))
         });
         unread.collect()
     }
 
-    /// What imported files say and the simulation does not do, told at the `import` that brought it; integrators that
-    /// contact replaces; mesh files that cannot be shown; shapes that pass through the world because of a hinge; and shapes that collide while no phase has contact.
+    /// Returns warnings about unsupported content of imported files, reported at their `import`; integrators that contact replaces; mesh files that
+    /// cannot be shown; shapes that do not collide with the world because of a hinge; and collision shapes without `contact` in any phase.
     #[must_use]
     pub fn warnings(&self) -> Vec<Fault> {
         let mut all: Vec<Fault> = self.imports.iter().flat_map(Import::warnings).collect();
         all.extend(self.replaced.iter().cloned());
         all.extend(self.unreadable_meshes());
-        // What passes through in one phase and meets in another is meant.
+        // A shape that passes through the world in one phase but collides in another is intended.
         let machines = || self.phases.iter().filter_map(|p| p.spec.mechanism());
         let passing = machines().flat_map(MechanismSpec::passing);
         for found in passing.filter(|f| !machines().any(|m| m.meets(&f.colliders))) {
@@ -175,14 +174,13 @@ impl Loaded {
         {
             let n = colliders.len();
             let fact = format!(
-                "{n} {} and nothing touches: there is no `contact`",
+                "{n} {}, but there is no `contact`, so nothing collides",
                 match n {
                     1 => "shape collides",
                     _ => "shapes collide",
                 }
             );
-            let help =
-                "write `contact: ()` in the simulation, or take `collide` and `colliders` out";
+            let help = "write `contact: ()` in the simulation, or remove `collide` and `colliders`";
             all.push(Fault::new(origin, fact).help(help));
         }
         all
@@ -192,7 +190,7 @@ impl Loaded {
 /// Loads a simulation or an assembly from a file, or from the embedded texts.
 ///
 /// # Errors
-/// Everything that is wrong, at once.
+/// All mistakes.
 pub fn load_file(path: impl AsRef<Path>, options: &Options<'_>) -> Result<Loaded, Failure> {
     let path = path.as_ref();
     let name = path.display().to_string();
@@ -216,19 +214,19 @@ pub fn load_file(path: impl AsRef<Path>, options: &Options<'_>) -> Result<Loaded
     }
 }
 
-/// Loads a simulation or an assembly from a text; its neighbours are the embedded ones.
+/// Loads a simulation or an assembly from a text; other files are the embedded ones.
 ///
 /// # Errors
-/// Everything that is wrong, at once.
+/// All mistakes.
 pub fn load_text(name: &str, text: &str, options: &Options<'_>) -> Result<Loaded, Failure> {
     load(name, text.to_string(), Home::Embedded(String::new()), options)
 }
 
-/// Reads a text in the notation of these files, whatever it says: other programs have files of their own kind. The
-/// sources are those that the places in the value point into.
+/// Reads a text in the notation of these files with any content, for the file formats of other programs. The positions in the value refer to the
+/// returned sources.
 ///
 /// # Errors
-/// What is not RON, and keys that are written twice.
+/// Syntax errors, and duplicate keys.
 pub fn read_value(name: &str, text: &str) -> Result<(Located, Sources), Failure> {
     let mut cx = Cx::default();
     let file = cx.sources.add(name, text);
