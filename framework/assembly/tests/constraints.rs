@@ -174,7 +174,7 @@ fn mistakes_in_loops_have_places_and_remedies() {
         (
             "a: \"rod\", b: \"rocker\", initial: (angle: 1)",
             &[
-                "`initial` is for prescribed subhinges, and it has none",
+                "`initial` is for prescribed subhinges, but there are none",
                 "+write `prescribed: true`",
             ],
         ),
@@ -229,7 +229,7 @@ fn mistakes_in_loops_have_places_and_remedies() {
         &linkage(
             "loops: { \"x\": (a: \"rod\", b: \"rocker\") }, couplings: { \"x\": (terms: { \"crank\": 1 }) }",
         ),
-        &["`Arm/x` is both a loop and a coupling", "+give one of them another name"],
+        &["`Arm/x` is both a loop and a coupling", "+rename one of them"],
     );
 }
 
@@ -255,7 +255,7 @@ fn mistakes_in_couplings_have_places_and_remedies() {
             "terms: { \"crank[1]\": 1 }",
             &[
                 "the hinge of `Arm/crank` has 1 one-dof coordinates, not 2",
-                "+name a pin, slider or screw",
+                "+use a pin, slider or screw",
             ],
         ),
         ("terms: { \"crank[x]\": 1 }", &["`x` is not the number of a coordinate"]),
@@ -371,7 +371,7 @@ fn modes_are_read_and_their_mistakes_told() {
             beam.replace("inner", "innner"),
             &["`Beam` has no field `innner`\n", "+did you mean `inner`?"],
         ),
-        (beam.replace("twist: 1", "twist: 1.5"), &["`twist` is 1.5\n", "+a whole number"]),
+        (beam.replace("twist: 1", "twist: 1.5"), &["`twist` is 1.5\n", "+an integer"]),
         (
             beam.replace("ClampedFree", "ClampedFre"),
             &["`ends`: there is no word `ClampedFre`\n", "+did you mean `ClampedFree`?"],

@@ -128,7 +128,7 @@ fn the_outermost_contact_counts_and_none_is_no_contact() {
     assert_eq!(friction("", "contact: (friction: 0.3)"), Some(0.3));
     assert_eq!(friction("contact: (friction: 0.2),", "contact: (friction: 0.3)"), Some(0.2));
     assert_eq!(friction("contact: false,", "contact: (friction: 0.3)"), None);
-    let neither = ["`contact: None` says neither", "+write `contact: false`"];
+    let neither = ["`contact: None` is ambiguous", "+write `contact: false`"];
     faults(&text("contact: None,", ""), &neither);
     let two = text("", "contact: ()").replace(") })", "), \"B\": (contact: (), bodies: {}) })");
     faults(&two, &["`A` and `B` both write `contact`", "+write it once, in the simulation"]);
@@ -255,7 +255,7 @@ fn mistakes_in_colliders_have_places_and_remedies() {
         "method: Newten",
         &["`method`: there is no word `Newten`", "did you mean `Newton`?"],
     );
-    told("sweeps: 20", "sweeps: 2.5", &["`sweeps` is 2.5", "a whole number"]);
+    told("sweeps: 20", "sweeps: 2.5", &["`sweeps` is 2.5", "an integer"]);
     told("correction: 0.3", "correction: 1.5", &["`correction` is 1.5", "from 0 to 1"]);
     told(
         "\"hinge:pivot\": \"2 N m\"",
@@ -275,12 +275,12 @@ fn mistakes_in_colliders_have_places_and_remedies() {
     told(
         "ignore: [[\"deck\", \"wall\"]]",
         "ignore: [\"deck\"]",
-        &["`ignore`: item 1 is a list, this is a text"],
+        &["`ignore`: item 1 must be a list, but it is a text"],
     );
     told(
         "collide: [[\"deck/hull\"",
         "collide: [[\"pivot/foot\"",
-        &["`pivot/foot` is the node `foot` of `pivot`", "name a body or a collider"],
+        &["`pivot/foot` is the node `foot` of `pivot`", "use a body or a collider"],
     );
 }
 
@@ -356,14 +356,14 @@ fn self_collision_is_a_flag_and_not_contradicted_inside() {
             assert!(text.contains(part), "`{part}`: {text}");
         }
     };
-    told("self_collision: \"no\",", "", &["`One`: `self_collision`", "is a text"]);
+    told("self_collision: \"no\",", "", &["`One`: `self_collision`", "it is a text"]);
     told("self_colision: false,", "", &["did you mean `self_collision`?"]);
     told(
         "self_collision: true,",
         "self_collision: false,",
         &[
             "`One`: `self_collision` is true, and that of `simulation` around it false",
-            "`collide` of `contact` names pairs that meet though",
+            "`collide` of `contact` lists pairs that collide nevertheless",
         ],
     );
 }
@@ -448,7 +448,7 @@ fn mistakes_in_pairs_are_told_with_their_remedies() {
     let text = told(r#"(a: "rubber", friction: 1)"#, "");
     assert!(text.contains("write the `material` of a collider"), "{text}");
     let text = told(r#"(a: "rubber", b: "basalt"), (a: "basalt", b: "rubber")"#, "");
-    assert!(text.contains("come twice"), "{text}");
+    assert!(text.contains("are listed twice"), "{text}");
     let text = told(r#"(a: "rubber", b: "basalt", stiffness: 1e5)"#, "");
     assert!(text.contains("stiffness without compliant contact"), "{text}");
 }

@@ -260,11 +260,11 @@ fn groups_that_do_not_match_are_refused() {
     for (wire, why) in [
         (
             "Fleet.wheels[0] -> Corner1.drive",
-            "has `drive.rate`, `Corner1.drive` has only rate, push",
+            "has `drive.rate`, but `Corner1.drive` has only rate, push",
         ),
         (
             "Fleet.wheels[0].drive -> Corner1.steer",
-            "is a group of ports (rate, push), `Corner1.steer` is one",
+            "is a group of ports (rate, push), but `Corner1.steer` is one",
         ),
         ("Fleet.wheels[0].steer -> Corner1.drive", "`Corner1.drive` is a group of ports"),
         ("Fleet.wheels[1].steer -> Corner1.steer", "has no output `wheels[1].steer`"),
@@ -274,7 +274,7 @@ fn groups_that_do_not_match_are_refused() {
         ("Pair.pair[*] -> Corner[*].drive", "`[*]` is 2 on the left but 3 on the right"),
         ("Pair.pair[2] -> Corner1.drive", "`Pair` has no"),
         ("Pair.spare.rat -> Corner1.drive.rate", "has no output `spare.rat`"),
-        ("Pair.spare -> Split.drive.rat", "exports no"),
+        ("Pair.spare -> Split.drive.rat", "does not export"),
         ("Pair.spare -> Split.drive[3]", "`drive` is a group of exports, not an array"),
         ("Pair.spare.rate -> Split.drive[7].rate", "`drive` is a group of exports, not an array"),
     ] {
@@ -289,7 +289,7 @@ fn groups_that_do_not_match_are_refused() {
             wires: ["Fleet.wheels[*].steer -> Taker.wheels[*].steer"])"#,
     );
     let told =
-        "`Fleet.wheels[*].steer` has the elements [0, 2], `Taker.wheels[*].steer` has [0, 1]";
+        "`Fleet.wheels[*].steer` has the elements [0, 2], but `Taker.wheels[*].steer` has [0, 1]";
     assert!(text.contains(told), "{text}");
     // A group of exports takes one port each.
     let text = refused(
@@ -297,11 +297,11 @@ fn groups_that_do_not_match_are_refused() {
             parts: { "W": (model: "test.wheel", array: [(), ()]) }, exports: { "drive.rate": "W[*].command.rate" },
         ), "Pair": (model: "test.pair") }, wires: ["Pair.spare -> In.drive"])"#,
     );
-    assert!(text.contains("export `drive.rate` of the group `drive` is several ports"), "{text}");
+    assert!(text.contains("export `drive.rate` of the group `drive` has several ports"), "{text}");
     // Names of exports that something else has.
     for (exports, why) in [
-        (r#""W.rate": "W.command.rate""#, "there is a part `W`, too"),
-        (r#""a": "W.command", "a.b": "W.steer""#, "there is an export `a`, too"),
+        (r#""W.rate": "W.command.rate""#, "there is also a part `W`"),
+        (r#""a": "W.command", "a.b": "W.steer""#, "there is also an export `a`"),
         (r#""a..b": "W.steer""#, "`` cannot be the name of an export"),
     ] {
         let text = refused(&format!(

@@ -364,7 +364,7 @@ fn mistakes_of_an_import_are_told_with_both_places() {
         &["bad.urdf:8:28", "unknown type `revolt`", "did you mean `revolute`?"],
     );
     std::fs::write(dir.path().join("own.urdf"), ROVER.replace("\"left\"", "\"own\"")).unwrap();
-    has("(file: \"own.urdf\")", &["a body `own`, which is there already"]);
+    has("(file: \"own.urdf\")", &["a body `own`, which already exists"]);
 }
 
 #[test]
@@ -421,7 +421,7 @@ fn collision_shapes_come_back_to_the_last_digit() {
     }
     let made = Assembly::from_description("M", &d);
     assert_eq!(made.left_out.len(), 1, "{:?}", made.left_out);
-    assert!(made.left_out[0].contains("sizes are not all above 0"), "{:?}", made.left_out);
+    assert!(made.left_out[0].contains("sizes are not all positive"), "{:?}", made.left_out);
     let catalogue = catalogue();
     let loaded = load_text("m.ron", &made.assembly.to_ron(), &Options::new(&catalogue));
     let loaded = loaded.unwrap_or_else(|f| panic!("{f}"));
@@ -535,8 +535,8 @@ fn a_side_car_with_names_that_lead_nowhere_is_refused_all_at_once() {
         "no joint `left_jont`",
         "`left_joint`",
         "the gear ratio is 0",
-        "the armature is not usable",
-        "the limits cannot be kept",
+        "the armature is negative or not finite",
+        "the limits are not valid",
         "no field `gaer`",
         "no joint `right_jiont`",
         "coupling `b` has no `terms`",

@@ -162,7 +162,10 @@ fn cargo_that_cannot_be_is_refused() {
     let e = told("stowed: (at: (position: [1, 0, 0]))");
     assert!(e.contains("stowed: (on: ") && e.contains("sim.ron:3"), "{e}");
     let e = told("stowed: (held: true, on: \"lorry\")");
-    assert!(e.contains("`held` cannot be combined with `on` and `at`") && e.contains("sim.ron:3"), "{e}");
+    assert!(
+        e.contains("`held` cannot be combined with `on` and `at`") && e.contains("sim.ron:3"),
+        "{e}"
+    );
     let e = told("stowed: (on: \"lory\")");
     assert!(e.contains("lory") && e.contains("lorry"), "{e}");
     let e = told("stowed: (on: \"lorry\", where: 3)");

@@ -100,7 +100,10 @@ fn what_a_variant_may_not_say_is_told() {
             r#"Assembly(like: "parts/base.ron", params: { "tip": (default: [0, 0, 0]) })"#,
             "has the length zero",
         ),
-        (r#"Assembly(like: "parts/base.ron", params: { "tip": (default: 3) })"#, "no [0]"),
+        (
+            r#"Assembly(like: "parts/base.ron", params: { "tip": (default: 3) })"#,
+            "so [0] does not exist",
+        ),
     ] {
         let error = loaded(own).err().unwrap_or_else(|| panic!("{own} loads"));
         assert!(error.contains(said), "{own}: {error}");

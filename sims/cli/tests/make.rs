@@ -163,7 +163,7 @@ fn a_urdf_becomes_a_rover_that_drives() {
         assert!(!checked.contains("does not rest"), "{checked}");
         // What was chosen here needs no remark; what the file says in vain is one.
         assert_eq!(checked.matches("warning: ").count(), 1, "{checked}");
-        assert!(checked.contains("is not used:"), "{checked}");
+        assert!(checked.contains("that are not used:"), "{checked}");
         let driven = figure(&said, "distance by odometry");
         assert!(driven > ahead && figure(&said, "greatest tilt") < 15.0, "{said}");
     }

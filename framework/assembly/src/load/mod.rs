@@ -99,9 +99,9 @@ pub struct Loaded {
     pub grounds: Vec<BodyShape>,
     /// Visual shapes of each phase, in the order of `phases`.
     pub phase_shapes: Vec<Vec<BodyShape>>,
-    /// Collision shapes, for queries, too; there is no contact unless `contact` is written.
+    /// Collision shapes, also for queries; contact also needs `contact`.
     pub colliders: Option<Arc<Colliders>>,
-    /// Position of the first of them in the file.
+    /// Position of the first collision shape in the file.
     pub(crate) collides: Option<Origin>,
     /// Imported files, and what was omitted or ignored of them.
     pub imports: Vec<Import>,
@@ -222,8 +222,7 @@ pub fn load_text(name: &str, text: &str, options: &Options<'_>) -> Result<Loaded
     load(name, text.to_string(), Home::Embedded(String::new()), options)
 }
 
-/// Reads a text in the notation of these files with any content, for the file formats of other programs. The positions in the value refer to the
-/// returned sources.
+/// Reads any text in RON, for file formats of other programs. The positions in the value refer to the returned sources.
 ///
 /// # Errors
 /// Syntax errors, and duplicate keys.
@@ -246,7 +245,7 @@ fn load(name: &str, text: String, home: Home, options: &Options<'_>) -> Result<L
             Ok(loaded)
         }
         _ => {
-            // Phases share most of a file: what is wrong in several of them is told once.
+            // Phases share most of a file, so equal mistakes in several phases are reported once.
             let mut told = std::collections::BTreeSet::new();
             let faults = std::mem::take(&mut cx.faults);
             let faults = faults.into_iter();
@@ -257,7 +256,7 @@ fn load(name: &str, text: String, home: Home, options: &Options<'_>) -> Result<L
     }
 }
 
-/// `rovers/rocker_bogie.ron` → `RockerBogie`.
+/// Converts `rovers/rocker_bogie.ron` to `RockerBogie`.
 fn camel(name: &str) -> String {
     let stem = name.rsplit('/').next().unwrap_or(name);
     let stem = stem.strip_suffix(".ron").unwrap_or(stem);
@@ -290,7 +289,7 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
             return None;
         }
     };
-    // In a resolved text parameters of assemblies are gone.
+    // A resolved text has no parameters of assemblies.
     let remark = is_resolved(&inner).then_some(RESOLVED);
     if kind == "Assembly" {
         let mut unmatched = Vec::new();
@@ -332,7 +331,7 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
     };
     let specs = compiled.iter().enumerate().map(|(k, (name, loaded, _, transitions, origin))| {
         let mut spec = loaded.spec.clone();
-        // Where a later phase begins, bodies are where they are.
+        // When a later phase begins, the bodies keep their positions.
         if let (Some(mechanism), true) = (spec.mechanism_mut(), k > 0) {
             mechanism.kept = Kept::default();
         }
@@ -347,14 +346,14 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
     let phases = specs.collect();
     let mut replaced: Vec<Fault> =
         compiled.iter().flat_map(|(_, loaded, ..)| loaded.replaced.iter().cloned()).collect();
-    // Phases share what none of them changes.
+    // Phases share data that none of them changes.
     replaced.dedup();
     let phase_shapes = compiled.iter().map(|(_, loaded, ..)| loaded.shapes.clone()).collect();
     let (_, loaded, ..) = compiled.into_iter().next()?;
     Some(Loaded { phases, phase_shapes, replaced, resolved: Resolved::new(resolved), ..loaded })
 }
 
-/// The conditions that a run watches in every phase: `stop_when`.
+/// The conditions that every phase checks during a run: `stop_when`.
 fn watches(file: &Settings) -> Vec<WatchSpec> {
     let stop = file.stop_when.iter().map(|when| WatchSpec {
         of: "stop_when".to_string(),
@@ -364,8 +363,8 @@ fn watches(file: &Settings) -> Vec<WatchSpec> {
     stop.collect()
 }
 
-/// Faults for overrides from outside that name nothing in any of so many phases, or a parameter that the model of some
-/// phase has not; each in the words of the phase that has most of its path, with a remark where it leads to no model.
+/// Reports overrides from outside that match nothing in any phase, and parameters that the model of a phase does not have. Each message is that of
+/// the phase that has most of the path.
 fn tell_unmatched(
     cx: &mut Cx,
     unmatched: Vec<Unmatched>,
@@ -378,7 +377,7 @@ fn tell_unmatched(
     }
     let wrong = |all: &Vec<Unmatched>| all.len() == phases || all.iter().any(|u| u.has_model);
     for all in by_path.into_values().filter(wrong) {
-        // The first of those that are alike.
+        // The first of those with the greatest depth.
         let deepest = all.into_iter().rev().max_by_key(|one| one.depth);
         cx.faults.extend(deepest.map(|mut one| {
             if let (Some(remark), false, Some(help)) = (remark, one.has_model, &mut one.fault.help)
@@ -390,16 +389,16 @@ fn tell_unmatched(
     }
 }
 
-/// What overrides cannot name in a resolved text.
-const RESOLVED: &str = "this text is resolved: it holds what became of the parameters of assemblies and of the simulation, and \
-                        not these. They are set where the file is loaded that has them: `linkwork fork CHECKPOINT --sim SIM --set PATH=VALUE`";
+/// The reason why overrides do not reach parameters of a resolved text.
+const RESOLVED: &str = "this text is resolved: it holds the results, not the parameters of assemblies and of the simulation. \
+                        To change parameters, load the original file: `linkwork fork CHECKPOINT --sim SIM --set PATH=VALUE`";
 
-/// Whether a simulation's fields are those of a resolved text.
+/// Whether the fields of a simulation are those of a resolved text.
 fn is_resolved(fields: &Located) -> bool {
     fields.get("resolved").is_some_and(|r| r.value == Value::Bool(true))
 }
 
-/// One phase, which does not stand among `phases` yet; what it is in full.
+/// One complete phase, before it is added to `phases`.
 fn single(
     cx: &mut Cx,
     name: &str,
@@ -414,7 +413,7 @@ fn single(
     if kind == "Assembly" {
         let (home, own) = files.of_fields(cx, &mut inner, name, &home)?;
         let part_name = own.name.clone().unwrap_or_else(|| camel(name));
-        // On its own, an assembly hangs on the world.
+        // Without a simulation, an assembly is attached to the world.
         let mounts = own.mounts.keys().map(|m| (m.clone(), Value::Text("world".into()).into()));
         let mounts: Located = Value::Map(mounts.collect()).into();
         files.own = Some((name.to_string(), home, own));
@@ -444,7 +443,7 @@ fn single(
     assemble(cx, &holder, inner, (home, files), (&outer, unmatched), options)
 }
 
-/// Overrides from the command line: settings go into the file's map, the rest is returned.
+/// Overrides from the command line: settings are inserted into the map of the file, the others are returned.
 fn outside(
     cx: &mut Cx,
     settings: &mut Located,
@@ -453,7 +452,7 @@ fn outside(
 ) -> Vec<(Text, Located)> {
     let mut out = Vec::new();
     for written in overrides {
-        // One text for all phases, so that a mistake in it is one mistake.
+        // All phases share one text, so that a mistake in it is one mistake.
         let known = cx.sources.files.iter().position(|(n, text)| n == "--set" && text == written);
         let file = known.map_or_else(|| cx.sources.add("--set", written.clone()), |k| k as u32);
         let Some((path, value)) = written.split_once('=') else {
@@ -486,7 +485,7 @@ fn outside(
     out
 }
 
-/// Places of values that stand for a parameter that was refused.
+/// Positions of the values of rejected parameters.
 fn unknown(v: &Located, places: &mut Vec<Origin>) {
     match &v.value {
         Value::List(items) => items.iter().for_each(|i| unknown(i, places)),
@@ -497,7 +496,7 @@ fn unknown(v: &Located, places: &mut Vec<Origin>) {
     }
 }
 
-/// Returns a warning when contact by impulses steps the mechanism instead of the integrator that is written.
+/// Returns a warning when contact by impulses advances the mechanism instead of the chosen integrator.
 fn replaced(simulation: &Settings, origin: Origin) -> Option<Fault> {
     let names = Integrator::ALL;
     let (name, _) = names.iter().find(|(_, i)| *i == simulation.integrator)?;
@@ -505,13 +504,13 @@ fn replaced(simulation: &Settings, origin: Origin) -> Option<Fault> {
         return None;
     }
     let fact = format!(
-        "`integrator: {name}` does not move the bodies: with `contact` they advance by semi-implicit Euler, once in a step; the other states are integrated by {name}"
+        "`integrator: {name}` does not move the bodies: with `contact` they advance by semi-implicit Euler, once per step; the other states are integrated by {name}"
     );
-    let help = "write `compliant: true` in `contact`, which is integrated like all else, or `integrator: semi_implicit_euler`";
+    let help = "write `compliant: true` in `contact`, which the integrator handles, or `integrator: semi_implicit_euler`";
     Some(Fault::new(origin, fact).help(help))
 }
 
-/// A value from the command line: RON, or else the text itself (`0.7 ohm`, `rk4`).
+/// A value from the command line: RON, or otherwise the text itself (`0.7 ohm`, `rk4`).
 fn plain_value(text: &str, origin: Origin) -> Located {
     fn at(v: Located, origin: Origin) -> Located {
         let value = match v.value {
@@ -584,12 +583,12 @@ fn assemble(
     };
     let wires = wiring.wires(cx);
     if !cx.faults.is_empty() {
-        // What the models say of their parameters belongs into the same report.
+        // Errors of models about their parameters belong to the same report.
         let files = files_of_parts;
         let spec = Spec { parts, ..Spec::default() };
         let mut more = linkwork_runtime::check_parts(&spec, options.catalogue, &files);
         more.extend(misspelt(&simulation.patterns(), &spec, options.catalogue, &files));
-        // But not what only follows from a fault at the same place.
+        // Except consequences of a fault at the same position.
         let touches = |a: Origin, b: Origin| a.file == b.file && a.start < b.end && b.start < a.end;
         let mut told: Vec<Origin> = cx.faults.iter().map(|f| f.origin).collect();
         spec.parts.iter().for_each(|p| unknown(&p.params, &mut told));
@@ -612,7 +611,7 @@ fn assemble(
         binds,
         host: mechanism.spec.map(|mut m| {
             if kinematic.is_some() {
-                // Nothing touches anything: machines go where their wheels roll.
+                // Without contact, machines follow their rolling wheels.
                 (m.contact, m.compliant) = (None, None);
             }
             m.kinematic = kinematic;

@@ -1,7 +1,6 @@
-//! RON text to located values: every piece knows its bytes, keys are unique, variants keep names.
+//! Parser of RON text to values with positions: every value has its byte range, keys are unique, variants keep their names.
 //!
-//! `ron` checks the grammar and cuts the text into raw pieces; the place of a piece is where its
-//! slice lies in the text.
+//! `ron` checks the grammar and splits the text into raw pieces. The position of a piece is that of its slice in the text.
 use crate::text::parsed::Once;
 use crate::text::pieces::{KEY, Key, Piece, Pieces};
 use crate::text::quick;
@@ -13,8 +12,8 @@ use serde::de;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
-/// Reads a whole text; on a mistake records it and gives `None`. A text that another load has read at the same place
-/// among its sources is not read again.
+/// Parses a whole text; after a mistake adds a fault and returns `None`. A text that another load has parsed at the same index of its sources is
+/// reused.
 pub(crate) fn parse(cx: &mut Cx, file: u32) -> Option<Located> {
     match parse_once(cx, file) {
         Some(once) => Some(once.value.clone()),
@@ -22,7 +21,7 @@ pub(crate) fn parse(cx: &mut Cx, file: u32) -> Option<Located> {
     }
 }
 
-/// The same, shared with other loads; `None` when nothing is shared, or the text has mistakes.
+/// Parses a text for several loads; `None` if there is no shared cache, or the text has mistakes.
 pub(crate) fn parse_once(cx: &mut Cx, file: u32) -> Option<Arc<Once>> {
     if let Some((_, once)) = cx.shared.iter().find(|(known, _)| *known == file) {
         return Some(once.clone());
@@ -37,7 +36,7 @@ pub(crate) fn parse_once(cx: &mut Cx, file: u32) -> Option<Arc<Once>> {
             let value = read(cx, file);
             let keys = std::mem::replace(&mut cx.keys, others);
             let Some(value) = value.filter(|_| cx.faults.len() == faults) else {
-                // It is read again, and told, by whoever asks without sharing.
+                // Callers without the cache parse it again and report the mistakes.
                 cx.faults.truncate(faults);
                 return None;
             };
@@ -54,7 +53,7 @@ fn read(cx: &mut Cx, file: u32) -> Option<Located> {
     let text = &cx.sources.files.get(file as usize)?.1;
     if let Some((value, keys)) = quick::read(text, file) {
         if cx.keys.is_empty() {
-            // All at once: they need no place one by one.
+            // Moved together, because the individual positions are not needed.
             cx.keys = keys.into_iter().collect();
         } else {
             cx.keys.extend(keys);
@@ -64,7 +63,7 @@ fn read(cx: &mut Cx, file: u32) -> Option<Located> {
     read_pieces(cx, file)
 }
 
-/// The same, of every text that is RON, with faults where it is not.
+/// Parses any RON text, and adds faults for mistakes.
 pub(crate) fn read_pieces(cx: &mut Cx, file: u32) -> Option<Located> {
     let text = cx.sources.files.get(file as usize)?.1.clone();
     if let Err(error) = ron::from_str::<&RawValue>(&text) {
@@ -82,9 +81,9 @@ pub(crate) fn read_pieces(cx: &mut Cx, file: u32) -> Option<Located> {
             }
             (ron::Error::Eof, _) => "begin the file with `Simulation(` or `Assembly(`".into(),
             (ron::Error::ExpectedComma, _) => {
-                "put a comma before this; a quantity with a unit stands in quotes: \"1 ms\"".into()
+                "put a comma before this; write a quantity with a unit in quotes: \"1 ms\"".into()
             }
-            _ => "look for a missing comma, quote or bracket just before this place".into(),
+            _ => "check for a missing comma, quote or bracket just before this position".into(),
         };
         cx.fault(origin, message, help);
         return None;
@@ -105,7 +104,7 @@ fn offset(text: &str, line: usize, column: usize) -> usize {
     (start + skip).min(text.len())
 }
 
-/// Length of leading whitespace and comments.
+/// Returns the length of leading whitespace and comments.
 fn blank(text: &str) -> usize {
     let mut at = 0;
     loop {
@@ -141,7 +140,7 @@ fn block_comment(text: &str) -> usize {
     text.len()
 }
 
-/// The innermost bracket that is never closed, and its byte.
+/// Returns the innermost unclosed bracket, and its position.
 fn unclosed(text: &str) -> Option<(char, usize)> {
     let mut open: Vec<(char, usize)> = Vec::new();
     let mut at = 0;
@@ -179,7 +178,7 @@ struct Reader<'c, 't> {
 }
 
 impl<'t> Reader<'_, 't> {
-    /// Bytes of a slice of the text.
+    /// Returns the byte range of a slice of the text.
     fn origin(&self, piece: &str) -> Origin {
         let start = piece.as_ptr() as usize - self.text.as_ptr() as usize;
         Origin { file: self.file, start: start as u32, end: (start + piece.len()) as u32 }
@@ -256,7 +255,7 @@ impl<'t> Reader<'_, 't> {
         let end = content.origin.end;
         let origin = Origin { end, ..self.origin(name) };
         if let Value::List(items) = &mut content.value {
-            // `Name(x)` holds x itself; `Name()` holds nothing.
+            // `Name(x)` contains x itself; `Name()` contains nothing.
             match items.len() {
                 0 => content.value = Value::Null,
                 1 => content = items.remove(0),
@@ -276,7 +275,7 @@ impl<'t> Reader<'_, 't> {
         let origin = Origin { end: whole.end.min(whole.start + 1), ..whole };
         if text.contains(KEY) {
             let help = "write { \"name\": .. } or (name: ..)";
-            self.cx.fault(origin, "the keys of `{ .. }` are texts in quotes", help);
+            self.cx.fault(origin, "the keys of `{ .. }` must be texts in quotes", help);
         } else {
             self.cx.fault(origin, format!("not RON: {}", lower(&text)), "");
         }

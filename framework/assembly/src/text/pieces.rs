@@ -1,11 +1,11 @@
-//! One level of a text on `ron`: a scalar, or the pieces of a list or map, left as text.
+//! Splits one level of a text with `ron`: a scalar, or the pieces of a list or map, unparsed.
 use linkwork_runtime::Value;
 use ron::Deserializer;
 use ron::value::RawValue;
 use serde::de::{self, DeserializeSeed, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 
-/// A text, number or word that is all of this.
+/// Returns a text, number or word that is the whole token.
 pub(crate) fn scalar(token: &str) -> Option<Value> {
     let mut de = Deserializer::from_str(token).ok()?;
     match de::Deserializer::deserialize_any(&mut de, Pieces) {
@@ -14,7 +14,7 @@ pub(crate) fn scalar(token: &str) -> Option<Value> {
     }
 }
 
-/// What is expected as key, in the words of [`KeySeed`].
+/// Name of the expected key in messages of [`KeySeed`].
 pub(crate) const KEY: &str = "a text as key";
 
 pub(crate) enum Key<'t> {
@@ -28,7 +28,7 @@ pub(crate) enum Piece<'t> {
     Map(Vec<(Key<'t>, &'t str)>),
 }
 
-/// Takes one level apart, leaving the pieces as text.
+/// Splits one level into unparsed pieces.
 pub(crate) struct Pieces;
 
 impl<'t> Visitor<'t> for Pieces {

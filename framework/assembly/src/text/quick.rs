@@ -1,19 +1,18 @@
-//! The notation as nearly every text has it, read in one pass: `ron`'s pieces are read again at every level of nesting.
+//! Fast one-pass parser for nearly all texts; `ron` would read its pieces again at every level of nesting.
 //!
-//! What stands here is a part of RON; a text that goes beyond it in a single place (attributes, raw texts and raw names,
-//! characters, `Some`, a key that is written twice, and all that is no RON) is left to [`parse`](super::parse) as a whole, which
-//! tells what is wrong. Both give the same values at the same places.
+//! It supports a part of RON. If a text uses anything else (attributes, raw texts and raw names, characters, `Some`, a duplicate key, or invalid
+//! RON), the whole text is left to [`parse`](super::parse), which reports the mistakes. Both return the same values with the same positions.
 use crate::text::pieces::scalar;
 use linkwork_runtime::{Located, Origin, Value};
 use std::collections::BTreeSet;
 
-/// Brackets within each other that are read here; `ron` refuses more than 128.
+/// Largest nesting of brackets here; `ron` rejects more than 128.
 const DEPTH: usize = 100;
 
-/// Maps of more entries look for keys that are written twice in an index.
+/// Maps with more entries find duplicate keys with an index.
 const FEW: usize = 16;
 
-/// The value of a whole text, and for each value in a map its place and that of its key.
+/// Returns the value of a whole text, and for each value in a map its position and that of its key.
 pub(crate) fn read(text: &str, file: u32) -> Option<(Located, Vec<(Origin, Origin)>)> {
     let mut reader = Quick { text, file, at: 0, depth: 0, keys: Vec::new() };
     let value = reader.value()?;
@@ -39,19 +38,19 @@ impl<'t> Quick<'t> {
         Origin { file: self.file, start: start as u32, end: self.at as u32 }
     }
 
-    /// Over a character that must be there.
+    /// Skips a required character.
     fn expect(&mut self, c: u8) -> Option<()> {
         self.is(c).then_some(())
     }
 
-    /// Over a character, when it is there.
+    /// Skips a character if it is present.
     fn is(&mut self, c: u8) -> bool {
         let found = self.next() == Some(c);
         self.at += usize::from(found);
         found
     }
 
-    /// To the first byte that is not of a kind.
+    /// Advances to the first byte that does not match.
     fn skip(&mut self, of: impl Fn(u8) -> bool) -> &'t str {
         let start = self.at;
         let rest = self.text.as_bytes().get(start..).unwrap_or_default();
@@ -59,7 +58,7 @@ impl<'t> Quick<'t> {
         self.text.get(start..self.at).unwrap_or_default()
     }
 
-    /// Over white space and comments.
+    /// Skips white space and comments.
     fn blank(&mut self) -> Option<()> {
         loop {
             self.skip(|c| matches!(c, b' ' | b'\n' | b'\r' | b'\t'));
@@ -119,13 +118,13 @@ impl<'t> Quick<'t> {
         if ends && (whole || fraction) {
             return Some(Value::Number(digits.parse().ok()?));
         }
-        // Whole numbers with signs, other bases, suffixes.
+        // Integers with signs, other bases and suffixes are left to `ron`.
         self.at -= digits.len();
         let token = self.skip(|c| c.is_ascii_alphanumeric() || b"_+-.".contains(&c));
         scalar(token)
     }
 
-    /// A name: of a variant, or a word that stands for itself.
+    /// Reads a name: of a variant, or a single word.
     fn word(&mut self) -> Option<Value> {
         let name = self.skip(|c| c.is_ascii_alphanumeric() || c == b'_');
         match name {
@@ -146,7 +145,7 @@ impl<'t> Quick<'t> {
         let value = self.brackets()?;
         let mut content = Located { value, origin: self.origin(open) };
         if let Value::List(items) = &mut content.value {
-            // `Name(x)` holds x itself; `Name()` holds nothing.
+            // `Name(x)` contains x itself; `Name()` contains nothing.
             match items.len() {
                 0 => content.value = Value::Null,
                 1 => content = items.remove(0),
@@ -156,7 +155,7 @@ impl<'t> Quick<'t> {
         Some(Value::Variant(name.to_owned(), Box::new(content)))
     }
 
-    /// `(..)`: fields when the first thing is a name with a colon, else a list.
+    /// Reads `(..)`: fields if it begins with a name and a colon, otherwise a list.
     fn brackets(&mut self) -> Option<Value> {
         let open = self.at;
         self.at += 1;
@@ -171,7 +170,7 @@ impl<'t> Quick<'t> {
         if named { self.map(b')') } else { self.items(b')').map(Value::List) }
     }
 
-    /// Over the opening bracket, one thing after another, and over the closing bracket.
+    /// Skips the opening bracket, reads the items, and skips the closing bracket.
     fn each(&mut self, close: u8, mut one: impl FnMut(&mut Self) -> Option<()>) -> Option<()> {
         self.at += 1;
         self.depth += 1;
@@ -203,7 +202,7 @@ impl<'t> Quick<'t> {
         Some(items)
     }
 
-    /// Texts in quotes are the keys of `{..}`, names those of `(..)`.
+    /// Reads the entries of a map: keys are quoted texts in `{..}`, names in `(..)`.
     fn map(&mut self, close: u8) -> Option<Value> {
         let mut entries: Vec<(String, Located)> = Vec::new();
         self.each(close, |reader| {

@@ -1,4 +1,4 @@
-//! Both ways to read a text give the same, and the quick one takes nothing that is no RON.
+//! Both parsers return the same values, and the fast one rejects everything that is not RON.
 use super::parse::read_pieces;
 use super::quick;
 use crate::text::report::Cx;
@@ -26,7 +26,7 @@ fn texts() -> Vec<(String, String)> {
     all.into_iter().filter_map(text).collect()
 }
 
-/// Whether the quick way reads it; then the other must say the same of it.
+/// Returns whether the fast parser reads the text; the other one must then return the same value.
 fn agrees(name: &str, text: &str) -> bool {
     let Some((value, keys)) = quick::read(text, 0) else { return false };
     let mut cx = Cx::default();
@@ -125,7 +125,7 @@ fn what_is_damaged_is_read_the_same_or_not_quickly() {
     let small: Vec<&String> = all.iter().map(|(_, text)| text).filter(|t| t.len() < 2000).collect();
     let mut quick = 0;
     for round in 0..20_000 {
-        // A text that ships, or nothing but scraps.
+        // A text of the repository, or only random fragments.
         let mut text = match round % 2 {
             0 => small[below(small.len())].clone(),
             _ => "A([])".to_string(),
