@@ -1,5 +1,5 @@
-//! `linkwork fork`: what a checkpoint holds goes over by path; the log of a fork is simulated again bit for bit; what
-//! would be lost is refused.
+//! `linkwork fork`: contents of a checkpoint are transferred by path; the log of a fork is reproduced bit for bit; forks that would lose data are
+//! rejected.
 use crate::common;
 use common::{BASE, Lab, edited, names};
 use linkwork_record::{Series, read_log};
@@ -35,7 +35,7 @@ fn a_fork_that_changes_nothing_is_the_run() {
 fn a_changed_parameter_acts_from_the_checkpoint_on_as_in_a_phase() {
     let lab = lab();
     fork(&lab, "fork", &["--set", "Friction.damping=0.8"]).code(0);
-    // The same as a change of phase, in one run.
+    // The same as a change of phase in one run.
     let phases = "phases: { \"a\": (to: { \"b\": \"time > 0.5 s\" }), \
                   \"b\": (parts: { \"Friction\": (params: { \"damping\": 0.8 }) }) },\n    start: \"a\", until: \"1 s\"";
     lab.write("phases.ron", &edited(&[("until: \"1 s\"", phases)]));
@@ -95,12 +95,12 @@ fn what_would_be_lost_is_refused_unless_it_is_allowed() {
     ]);
     assert!(!lab.path("fork").exists(), "something was written");
     fork(&lab, "fork", &["--sim", "no_lag.ron", "--allow"]).code(0).tells(&["parts gone: Lag"]);
-    // The pendulum goes on.
+    // The pendulum continues.
     assert_eq!(series(&lab, "fork", "bob.angle"), {
         let was = series(&lab, "whole", "bob.angle");
         Series { t: was.t[51..].to_vec(), y: was.y[51..].to_vec(), ..was }
     });
-    // A part of another kind at the same path, and a body of another name.
+    // A part of another kind at the same path, and a body with another name.
     let other = (
         "\"Lag\": (model: \"basics.lag\", params: { \"time_constant\": \"1 s\" })",
         "\"Lag\": (model: \"basics.gain\", params: { \"k\": 1 })",
@@ -122,7 +122,7 @@ fn what_is_no_change_or_no_checkpoint_is_refused() {
     fork(&lab, "x", &["--set", "Friction.damping=1", "--until", "0.2s"])
         .code(2)
         .tells(&["after the end"]);
-    // What became of a parameter of the file is in the checkpoint, and not the parameter: it says where to set it.
+    // The checkpoint contains the result of a parameter, not the parameter itself: the error explains where to set it.
     let remark = ["this text is resolved", "`linkwork fork CHECKPOINT --sim SIM --set PATH=VALUE`"];
     fork(&lab, "x", &["--set", "speed=2"]).code(2).tells(&remark);
     fork(&lab, "x", &["--set", "Nested.speed=2"]).code(2).tells(&remark);

@@ -1,5 +1,4 @@
-//! `linkwork replay --verify`: what a run wrote is simulated again, bit for bit; one number that was changed is
-//! named with its tick.
+//! `linkwork replay --verify`: a run is reproduced bit for bit from its files; a changed number is reported with its tick.
 use crate::common;
 use common::Lab;
 use linkwork_record::{Log, LogSpec, read_log_contents};
@@ -30,7 +29,7 @@ fn saved(lab: &Lab, folder: &str) -> String {
     files.into_iter().find(|f| f.ends_with(".lwck") && f.contains('2')).unwrap()
 }
 
-/// Changes one number on its way into the log.
+/// Changes one number on its way to the log.
 struct Changing(Log, usize);
 
 impl Consumer for Changing {

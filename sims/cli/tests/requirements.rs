@@ -1,8 +1,8 @@
-//! `require` of a campaign: which runs miss what is required, by which causes.
+//! `require` of a campaign: runs that violate requirements, and by which causes.
 use crate::campaign::{FILE, column, first_runs, lab, numbers};
 use crate::common::{Lab, edited};
 
-/// What is required of figures is judged of what has ended: which runs missed, by which cause, alone or not; it changes no run.
+/// Requirements on figures are evaluated for completed runs: which runs violate them, by which cause, alone or with others; no run changes.
 #[test]
 fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
     let lab = lab();
@@ -17,7 +17,7 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
     let angles = numbers(&lab, "plain", "early [rad]");
     let mut sorted = angles.clone();
     sorted.sort_by(f64::total_cmp);
-    // Five are below, seven above; the upper bound in another unit.
+    // Five are below, seven above; the upper bound is in another unit.
     let (least, most) = (0.5 * (sorted[4] + sorted[5]), 0.5 * (sorted[22] + sorted[23]));
     let require = format!(
         r#"require: {{
@@ -33,7 +33,7 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
     let far: Vec<usize> = (0..30).filter(|k| angles[*k] > most).collect();
     let slow: Vec<usize> = (0..30).filter(|k| angles[*k] < least).collect();
     assert_eq!((far.len(), slow.len()), (7, 5), "{angles:?}");
-    // A figure of what never came has no value.
+    // A figure of an event that never happened has no value.
     assert!(numbers(&lab, "out", "late [rad]").iter().all(|y| y.is_nan()));
     assert!(numbers(&lab, "out", "early [rad]").iter().all(|y| y.is_finite()));
     let table = std::fs::read_to_string(lab.path("out/requirements.csv")).unwrap();
@@ -54,7 +54,7 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
         bound(4, most);
         assert_eq!((row[5], row[6], row[7]), (&*n.to_string(), &*share(n), "0"));
     }
-    // What never came is a cause of its own, for 18 the only one.
+    // A missing event is a separate cause, for 18 runs the only one.
     let never = "a required figure does not have a value: its variable never existed in this run, or its condition never held";
     assert_eq!(rows[3], [never, "", "", "NaN", "NaN", "30", "1.0", "18"], "{table}");
     for (k, missed) in column(&lab, "out", "missed").iter().enumerate() {
@@ -75,7 +75,7 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
         page.contains("0 of 30 runs satisfied all requirements")
             && page.contains("it hardly swings")
     );
-    // The same runs, judged by nothing; the folder of the first is judged by something else without a run.
+    // The same runs without requirements; those of the first folder get other requirements without a run.
     assert_eq!(column(&lab, "plain", "state"), column(&lab, "out", "state"));
     assert!(!lab.path("plain/requirements.csv").exists());
     let half = FILE.replace("runs: 60", "runs: 30").replace(
@@ -118,15 +118,15 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
     }
 }
 
-/// The footprint of a landing with all that is required of it: of eight runs, with what is not known of the path as it is and much
-/// wider, the second miss by causes with names.
+/// The footprint of a landing with all its requirements: two sets of eight runs, with the realistic uncertainty of the path and with a much larger
+/// one; the second violates requirements by named causes.
 #[test]
 fn runs_of_a_footprint_that_is_too_wide_miss_by_causes_with_names() {
     let lab = Lab::new();
     first_runs(&lab, "mars_edl", "footprint.ron", 8);
     let narrow = lab.linkwork(&["campaign", "footprint.ron", "--out", "narrow"]).code(0);
     println!("{}", narrow.out);
-    // Runs of a Latin hypercube are not independent: the share has no interval of confidence.
+    // Runs of a Latin hypercube are not independent: the share has no confidence interval.
     assert!(narrow.out.contains("8 of 8 satisfied all requirements: 100.0 %\n"));
     let text = std::fs::read_to_string(lab.path("footprint.ron")).unwrap();
     let wide = text
@@ -146,7 +146,7 @@ fn runs_of_a_footprint_that_is_too_wide_miss_by_causes_with_names() {
         let is = causes.contains("the parachute opens in denser air than it was qualified for");
         assert_eq!(is, dense.contains(&k), "run {k}: {causes}");
     }
-    // The others kept it, and one at least kept all.
+    // The others satisfied this requirement, and at least one satisfied all.
     assert!(missed.iter().any(String::is_empty));
     let share = 100.0 * dense.len() as f64 / 8.0;
     let words = format!(

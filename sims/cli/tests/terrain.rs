@@ -1,4 +1,4 @@
-//! `linkwork terrain`: maps are made, shown, converted and resampled; what is none is refused with the remedy.
+//! `linkwork terrain`: maps are created, shown, converted and resampled; bad files are rejected with a remedy.
 use crate::common::Lab;
 
 const SMALL: [&str; 8] = [
@@ -30,7 +30,7 @@ fn a_map_is_made_shown_converted_and_resampled() {
     ] {
         assert!(said.contains(wanted), "{wanted}\n{said}");
     }
-    // Ten bands that hold all, and a picture as wide as it should be.
+    // Ten bands that contain all nodes, and a picture of the right width.
     let shares = said
         .lines()
         .filter_map(|l| l.split('%').next()?.rsplit("m  ").next()?.trim().parse::<f64>().ok());
