@@ -356,7 +356,7 @@ fn mistakes_of_an_import_are_told_with_both_places() {
         "(file: \"urdf/rover.urdf\", leave_out: [\"gears\"])",
         &["`leave_out`: item 1: there is no word `gears`"],
     );
-    has("(file: \"urdf/rover.urdf\", collide: 1)", &["`collide` is true or false"]);
+    has("(file: \"urdf/rover.urdf\", collide: 1)", &["`collide` must be true or false"]);
     has("(file: \"urdf/rover.urdf\", parent: \"onw\")", &["no body `onw`", "own"]);
     std::fs::write(dir.path().join("bad.urdf"), ROVER.replace("revolute", "revolt")).unwrap();
     has(

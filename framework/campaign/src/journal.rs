@@ -333,7 +333,7 @@ mod tests {
         wrong[second] ^= 1;
         std::fs::write(&path, &wrong).unwrap();
         let mut j = Journal::open(&path, 7, 100).unwrap();
-        assert_eq!(j.damaged, [(2, "the checksum does not fit".to_string())]);
+        assert_eq!(j.damaged, [(2, "the checksum is wrong".to_string())]);
         assert!(j.outcomes.keys().eq([&0, &9]));
         j.add(outcome(4, 1.0 / 3.0 + 4.0)).unwrap();
         drop(j);

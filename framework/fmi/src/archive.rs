@@ -41,7 +41,7 @@ impl Archive {
             let entry = archive.zip.by_index_raw(k).map_err(|e| corrupt(name, e))?;
             let outside = entry.enclosed_name().is_none() || leads_out(entry.name());
             if outside || entry.is_symlink() {
-                let why = format!("its entry `{}` is outside of the archive", entry.name());
+                let why = format!("its entry `{}` leads outside of the archive", entry.name());
                 return Err(Refusal::new(format!("`{name}` is refused: {why}"))
                     .help("do not use this file: it is probably malicious"));
             }
@@ -204,10 +204,10 @@ mod tests {
                 zip.start_file("resources/good", options).unwrap();
                 zip.start_file(name, options).unwrap();
             });
-            assert!(told.contains("leads out of the archive"), "{told}");
+            assert!(told.contains("leads outside of the archive"), "{told}");
         }
         let told = refused(|zip| zip.add_symlink("resources/link", "/etc", options).unwrap());
-        assert!(told.contains("`resources/link` leads out"), "{told}");
+        assert!(told.contains("`resources/link` leads outside"), "{told}");
     }
 
     #[test]

@@ -186,9 +186,9 @@ fn replications_are_expanded() {
     let d = mjcf(&text(r#"count="10" offset="1 0 0" sep="-""#));
     assert_eq!((d.joints[0].name.as_str(), d.joints[9].name.as_str()), ("j-00", "j-09"));
     for (attributes, why) in [
-        ("offset=\"1 0 0\"", "has no `count`"),
-        ("count=\"2.5\"", "not a whole number above 0"),
-        ("count=\"1e9\"", "makes more than 1000000 elements"),
+        ("offset=\"1 0 0\"", "lacks `count`"),
+        ("count=\"2.5\"", "not a positive integer"),
+        ("count=\"1e9\"", "creates more than 1000000 elements"),
     ] {
         assert!(refused(&text(attributes)).contains(why), "{attributes}");
     }
@@ -350,7 +350,9 @@ fn collision_masks_are_masks() {
     assert!(
         refused(&text.replace("contype=\"4\"", "contype=\"0.5\"")).contains("a mask of 32 bits")
     );
-    assert!(refused(&text.replace("body2=\"d\"", "body2=\"e\"")).contains("names the body `e`"));
+    assert!(
+        refused(&text.replace("body2=\"d\"", "body2=\"e\"")).contains("refers to the body `e`")
+    );
 }
 
 #[test]
@@ -469,11 +471,11 @@ fn included_models_are_read() {
     let error = included(
         r#"<sdf version="1.9"><model name="m"><include><uri>model://ring</uri></include></model></sdf>"#,
     );
-    assert!(error.unwrap_err().contains("include each other in a ring"));
+    assert!(error.unwrap_err().contains("include each other in a circle"));
     let error = included(
         r#"<sdf version="1.9"><world name="w"><include><uri>model://none</uri></include></world></sdf>"#,
     );
-    assert!(error.unwrap_err().contains("the include of `model://none` is not there"));
+    assert!(error.unwrap_err().contains("the include of `model://none` was not found"));
 }
 
 /// The pose of an include is that of its placement frame; a merged model leaves no name. Values: the poses by hand.
@@ -551,7 +553,7 @@ fn blocks_of_gazebo_and_limits_without_bounds_of_a_urdf() {
     assert_eq!(d.shapes[0].surface.friction, Some(0.3));
     assert_eq!(subhinge(&d, "j").spring, Spring { stiffness: 2.0, rest: 0.1 });
     let listed: Vec<&str> = d.ignored.iter().map(|i| i.what.as_str()).collect();
-    for part in ["element <kp>", "the format says that the joint cannot move"] {
+    for part in ["element <kp>", "according to the format, the joint cannot move"] {
         assert!(listed.iter().any(|l| l.contains(part)), "{part}: {listed:?}");
     }
 }
@@ -651,12 +653,16 @@ fn meshes_of_every_kind_have_the_corners_of_the_box() {
         }
     }
     for (name, text, why) in [
-        ("a.ply", "ply", "`.ply` files are not read"),
-        ("a.obj", "v 1 2", "line 1: a vertex has three numbers"),
-        ("b.obj", "v 1 2 3\nf 1 2 3", "line 2: a face names three or more vertices that are there"),
+        ("a.ply", "ply", "`.ply` files are not supported"),
+        ("a.obj", "v 1 2", "line 1: a vertex must have three numbers"),
+        (
+            "b.obj",
+            "v 1 2 3\nf 1 2 3",
+            "line 2: a face must refer to at least three existing vertices",
+        ),
         ("a.dae", "<x/>", "not <COLLADA>"),
         ("a.gltf", "{}", "glTF version is none"),
-        ("a.msh", "no counts at all", "do not fit its length"),
+        ("a.msh", "no counts at all", "do not match its length"),
     ] {
         let path = dir.path().join(name);
         std::fs::write(&path, text).unwrap();

@@ -149,7 +149,7 @@ fn mistakes_are_told_with_place_fact_and_remedy() {
         (
             "encoding=\"text\">atan2<",
             "encoding=\"text\">bessel<",
-            vec!["<bessel> of MathML is not understood"],
+            vec!["<bessel> of MathML is not supported"],
         ),
         ("interpolate=\"floor\"", "interpolate=\"cubicSpline\"", vec!["`cubicSpline`", "resample"]),
         ("<cn>0.5</cn>", "<cn>half</cn>", vec!["`half`, not a number"]),
@@ -170,13 +170,13 @@ fn mistakes_are_told_with_place_fact_and_remedy() {
         (
             "<isStdAIAA/>",
             "<calculation><math><cn>1</cn></math></calculation>",
-            vec!["no input", "take <isInput/> out"],
+            vec!["no input", "remove <isInput/>"],
         ),
         ("minValue=\"-1\"", "minValue=\"31\"", vec!["`minValue`", "at most maxValue"]),
         (
             "<griddedTableRef gtID=\"CL_TABLE\"/>",
             "<ungriddedTableRef utID=\"x\"/>",
-            vec!["the table `x`, which is not there"],
+            vec!["the table `x`, which does not exist"],
         ),
     ] {
         assert!(FILE.contains(old), "{old}");
@@ -259,8 +259,8 @@ fn points_that_make_no_table_are_told_with_place_and_remedy() {
     for (old, new, phrases) in [
         ("0.5 15 1.5", "0.5 15", vec!["points.dml:10:", "2 numbers", "3: each independent"]),
         ("0.5 15 1.5", "0.5 15 x", vec!["`x`, not a number"]),
-        ("0.5 15 1.5", "2.0 15 1.5", vec!["two values at one place", "leave one"]),
-        ("<dataPoint>0.0 0.02", "<dataPoint>1.0 0.02", vec!["points at places of their own"]),
+        ("0.5 15 1.5", "2.0 15 1.5", vec!["two values at the same point", "remove one"]),
+        ("<dataPoint>0.0 0.02", "<dataPoint>1.0 0.02", vec!["points at different positions"]),
         ("utID=\"CL_POINTS\"/>", "utID=\"CL_POINT\"/>", vec!["did you mean `CL_POINTS`"]),
         ("max=\"12\"", "extrapolate=\"both\"", vec!["ends at its hull", "leave"]),
         ("max=\"12\"", "interpolate=\"floor\"", vec!["is linear", "grid"]),

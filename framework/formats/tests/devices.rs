@@ -117,12 +117,12 @@ fn devices_that_are_not_read_are_named() {
     for part in [
         "intvelocity",
         "a spatial tendon with a <pulley>",
-        "its tendon `line` is not read",
+        "its tendon `line` is not supported",
         "it acts on a ball or free joint",
-        "it acts on a site",
+        "an actuator on a site",
         "`dyntype`",
         "`timeconst`",
-        "a sensor of the actuator `pull`, which is not read",
+        "a sensor of the actuator `pull`, which is not supported",
         "touch",
         "site of the world, which does not move",
         "neither a site nor an xbody",
@@ -142,15 +142,15 @@ fn devices_that_lead_nowhere_are_refused() {
         <sensor><jointpos joint="q"/><gyro site="s"/></sensor></mujoco>"#;
     let error = read_mjcf(text, &ReadOptions::default()).unwrap_err().to_string();
     for part in [
-        "tendon `t` names the hinge or slide joint `q`",
+        "tendon `t` refers to the hinge or slide joint `q`",
         "`springlength` is `2 1`",
-        "tendon `e` has no <joint>",
-        "actuator `motor1` names the hinge or slide joint `q`",
-        "actuator `motor2` has no `joint` or `tendon`",
-        "names the tendon `u`",
+        "tendon `e` lacks <joint>",
+        "actuator `motor1` refers to the hinge or slide joint `q`",
+        "actuator `motor2` lacks `joint` or `tendon`",
+        "refers to the tendon `u`",
         "`ctrlrange` is `0 0`, not a range",
-        "sensor `jointpos1` names the hinge or slide joint `q`",
-        "names the site `s`",
+        "sensor `jointpos1` refers to the hinge or slide joint `q`",
+        "refers to the site `s`",
     ] {
         assert!(error.contains(part), "{part}\n{error}");
     }

@@ -189,7 +189,7 @@ fn what_urdf_cannot_say_is_refused_or_told() {
     };
     let error = write_urdf(&with(Hinge::ball())).expect_err("ball");
     assert_eq!(error.faults, [ExportFault::Ball { body: "a".into() }]);
-    assert!(error.to_string().contains("three hinges in a row are another mechanism"));
+    assert!(error.to_string().contains("a chain of three hinges is a different mechanism"));
     let error = write_urdf(&with(Hinge::screw(Vec3::x(), 0.1))).expect_err("screw");
     assert_eq!(error.faults, [ExportFault::Screw { body: "a".into() }]);
     let mut spaced = with(Hinge::free());

@@ -179,7 +179,10 @@ fn grey_pictures_go_from_black_to_white() {
         let h = file(name, &options).unwrap();
         is_made(name, &h, false, 4e-6);
         let told = file(name, &HeightsOptions::default()).unwrap_err().to_string();
-        assert!(told.contains("has no scale") && told.contains("spacing: (0.1, 0.1)"), "{told}");
+        assert!(
+            told.contains("does not have a scale") && told.contains("spacing: (0.1, 0.1)"),
+            "{told}"
+        );
     }
 }
 
@@ -207,10 +210,10 @@ fn labels_of_pds4_lead_to_their_data() {
         ("<elements>1<", "<elements>3<", "3 bands"),
         ("Last Index Fastest", "First Index Fastest", "First Index Fastest"),
         ("pds4_i16.img", "lost.img", "its data file `lost.img`"),
-        ("<elements>29<", "<elements>290<", "cannot hold the 37 by 290"),
-        ("m/pixel", "deg/pixel", "a degree is no length"),
-        ("m/pixel", "ell/pixel", "`ell/pixel` is no unit"),
-        ("<missing_constant>-32768", "<missing_constant>none", "`none` is no sample"),
+        ("<elements>29<", "<elements>290<", "cannot contain 37 by 290"),
+        ("m/pixel", "deg/pixel", "a degree is not a length"),
+        ("m/pixel", "ell/pixel", "`ell/pixel` is not a known unit"),
+        ("<missing_constant>-32768", "<missing_constant>none", "`none` is not a sample"),
         ("Array_3D_Image", "Table_Binary", "0 arrays"),
     ] {
         let told = with(from, to).unwrap_err().to_string();
@@ -334,27 +337,27 @@ fn labels_of_pds3_are_refused_with_the_line_and_the_remedy() {
         (
             "MSB_INTEGER",
             "VAX_REAL",
-            "line 10: heights are not read from samples of 16 bits of the type VAX_REAL",
+            "line 10: samples of 16 bits of the type VAX_REAL are not supported",
         ),
         ("BANDS = 1", "BANDS = 3", "3 bands"),
-        ("BANDS = 1", "ENCODING_TYPE = HUFFMAN", "the encoding HUFFMAN is not read"),
-        ("BANDS = 1", "UNIT = FURLONG", "`FURLONG` is no unit"),
-        ("BANDS = 1", "OFFSET = much", "`much` is no number of OFFSET"),
+        ("BANDS = 1", "ENCODING_TYPE = HUFFMAN", "the encoding HUFFMAN is not supported"),
+        ("BANDS = 1", "UNIT = FURLONG", "`FURLONG` is not a known unit"),
+        ("BANDS = 1", "OFFSET = much", "`much` is not a valid number for OFFSET"),
         ("BANDS = 1", "NOTE = \"open", "does not end"),
-        ("LINES = 29", "LINES = 30", "cannot hold the 37 by 30"),
+        ("LINES = 29", "LINES = 30", "cannot contain 37 by 30"),
         ("LINES = 29", "LINES = 1e15", "are too many"),
-        ("LINES = 29", "LINES = -1", "-1 is no number of LINES"),
+        ("LINES = 29", "LINES = -1", "-1 is not a valid number for LINES"),
         (
             "MAP_SCALE = 2.5 <M/PIXEL>",
             "MAP_RESOLUTION = 4 <PIXEL/DEGREE>",
             "0.25 by 0.25 degrees apart",
         ),
-        ("MAP_SCALE = 2.5 <M/PIXEL>", "", "the label has no scale"),
-        ("MAP_SCALE = 2.5 ", "MAP_SCALE = 0 ", "the distance of nodes is 0"),
-        ("^IMAGE", "^TABLE", "the label has no ^IMAGE"),
-        ("\"A.IMG\"", "(\"A.IMG\", 0)", "places are counted from 1"),
-        ("\"A.IMG\"", "(\"A.IMG\", 99999999999999)", "cannot hold"),
-        ("\r\nEND\r\n", "\r\n", "the label has no END"),
+        ("MAP_SCALE = 2.5 <M/PIXEL>", "", "the label does not have a scale"),
+        ("MAP_SCALE = 2.5 ", "MAP_SCALE = 0 ", "the distance between nodes is 0"),
+        ("^IMAGE", "^TABLE", "the label lacks ^IMAGE"),
+        ("\"A.IMG\"", "(\"A.IMG\", 0)", "positions begin at 1"),
+        ("\"A.IMG\"", "(\"A.IMG\", 99999999999999)", "cannot contain"),
+        ("\r\nEND\r\n", "\r\n", "the label lacks END"),
     ] {
         let text = fine.replace(from, to);
         assert_ne!(text, fine, "{from}");
@@ -390,7 +393,7 @@ fn degrees_bands_and_turned_rows_are_refused_with_the_remedy() {
     assert_eq!((h.spacing, h.origin), ([2.0, 3.0], [6.0, 7.0 - 4.5]));
     let nothing = raster::Tiff { scale: None, ..raster::Tiff::of(3, 2) };
     let told = alone("a.tif", &nothing.bytes(&[1.0; 6])).unwrap_err().to_string();
-    assert!(told.contains("no scale"), "{told}");
+    assert!(told.contains("not have a scale"), "{told}");
     let degrees = "GEOGCS[\"GCS\",UNIT[\"Degree\",0.0174532925199433]]";
     let grid = std::fs::read(data().join("grid.asc")).unwrap();
     let told = read("grid.asc", &grid, degrees.as_bytes()).unwrap_err().to_string();
@@ -405,13 +408,13 @@ fn texts_are_refused_with_their_line() {
         ("nrows 2", "nrows 3", "it ends after 6 heights of 3 by 3"),
         ("nrows 2", "nrows 1e9", "too many"),
         ("nrows 2", "", "nrows: it is missing"),
-        ("nrows 2", "nrows two", "line 2: `two` is no number"),
+        ("nrows 2", "nrows two", "line 2: `two` is not a number"),
         ("nrows 2", "nrows 2\nnrows 2", "line 3: `nrows` is written twice"),
-        ("nrows 2", "nlines 2", "line 2: the header has no entry `nlines`"),
-        ("cellsize 5", "cellsize -5", "the distance of nodes is -5"),
-        ("cellsize 5", "", "has no scale"),
+        ("nrows 2", "nlines 2", "line 2: the header lacks the entry `nlines`"),
+        ("cellsize 5", "cellsize -5", "the distance between nodes is -5"),
+        ("cellsize 5", "", "does not have a scale"),
         ("4 5 6", "4 5 6 7", "line 5: there are more heights than 3 by 2"),
-        ("4 5 6", "4 x 6", "line 5: `x` is no height"),
+        ("4 5 6", "4 x 6", "line 5: `x` is not a height"),
         ("4 5 6", "4 inf 6", "column 1, row 1 is infinite"),
         ("4 5 6", "4 1e39 6", "column 1, row 1 is infinite"),
     ] {
@@ -425,19 +428,19 @@ fn texts_are_refused_with_their_line() {
     assert_eq!(&h.heights[..5], [2.0, 4.0, 5.0, 1.0, 3.0]);
     assert!(h.heights[5].is_nan());
     for (from, to, wanted) in [
-        ("10,5,3", "13,5,3", "is on no node"),
-        ("10,5,3", "0,5,3", "line 5: line 4 gives the same node another height"),
-        ("10,5,3", "10,5", "line 5: it is no point"),
-        ("10,5,3", "10,5,3,1", "line 5: it is no point"),
+        ("10,5,3", "13,5,3", "is not at a node"),
+        ("10,5,3", "0,5,3", "line 5: line 4 has another height for the same node"),
+        ("10,5,3", "10,5", "line 5: it is not a point"),
+        ("10,5,3", "10,5,3,1", "line 5: it is not a point"),
         ("10,5,3", "1e9,5,3", "nodes"),
-        ("0,5,1\n10,5,3\n", "", "all points have one y"),
+        ("0,5,1\n10,5,3\n", "", "all points have the same y"),
     ] {
         let told = alone("a.xyz", xyz.replace(from, to).as_bytes()).unwrap_err().to_string();
         assert!(told.contains(wanted), "{from} -> {to}: {told}");
     }
     // A few points far apart are no grid of millions of nodes.
     let told = alone("a.xyz", b"0 0 1\n1 0 1\n5000 5000 1\n0 1 1\n").unwrap_err().to_string();
-    assert!(told.contains("cannot hold the 5001 by 5001"), "{told}");
+    assert!(told.contains("cannot contain 5001 by 5001"), "{told}");
     let told = alone("a.ply", b"").unwrap_err().to_string();
     assert!(told.contains("`a.ply`") && told.contains(".asc"), "{told}");
 }

@@ -109,7 +109,7 @@ fn pictures_that_are_not_grey_are_refused_and_transparent_pixels_are_holes() {
     assert!(told.contains("colours (column 1, row 0)"), "{told}");
     // A palette that is shorter than its numbers.
     let short = bmp(2, 2, 8, &two, &[0, 1, 0, 0, 2, 0, 0, 0]);
-    assert!(grey("a.bmp", &short).unwrap_err().to_string().contains("cut off"));
+    assert!(grey("a.bmp", &short).unwrap_err().to_string().contains("truncated"));
     let mut packed = bits.clone();
     packed[30] = 1;
     assert!(grey("a.bmp", &packed).unwrap_err().to_string().contains("compressed"));

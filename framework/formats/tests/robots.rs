@@ -210,7 +210,9 @@ fn iiwa7_is_read_with_warnings() {
         assert!(line.contains("link `lbr_iiwa_link_"), "{line}");
         assert!(
             line.chars().any(|c| c.is_ascii_digit())
-                && (line.contains("taken") || line.contains("left out")),
+                && (line.contains("unchanged")
+                    || line.contains("replaced")
+                    || line.contains("ignored")),
             "{line}"
         );
     }
@@ -248,7 +250,7 @@ fn husky_rolls_on_four_wheels() {
     }
     // Meshes of a package that is not here are warnings.
     assert!(
-        d.ignored.iter().any(|i| i.what.contains("in which folder their packages are")),
+        d.ignored.iter().any(|i| i.what.contains("specify the folder of their packages")),
         "{:?}",
         d.ignored
     );

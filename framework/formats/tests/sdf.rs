@@ -151,7 +151,7 @@ fn several_and_nested_models_have_their_names_in_front() {
     assert_eq!(d.joints[0].name, "x::j");
     assert_eq!(mbs.get_node(mbs.node("x::n::f").unwrap()).pose().position, Vec3::y());
     assert_eq!(d.ignored.len(), 1);
-    assert!(d.ignored[0].what.starts_with("the include of `model://sun` is not there: "));
+    assert!(d.ignored[0].what.starts_with("the include of `model://sun` was not found: "));
 }
 
 #[test]
@@ -248,7 +248,7 @@ fn all_mistakes_at_once() {
 <joint name="n" type="ball"><parent>a</parent></joint>
 </model></sdf>"#;
     let error = refused(text).to_string();
-    for part in ["link `b`: <pose> is `1 2 3`, not 6 finite numbers", "joint `n` has no <child>"] {
+    for part in ["link `b`: <pose> is `1 2 3`, not 6 finite numbers", "joint `n` lacks <child>"] {
         assert!(error.contains(part), "not there: {part}\n{error}");
     }
     let text = text
@@ -257,10 +257,10 @@ fn all_mistakes_at_once() {
     let error = refused(&text).to_string();
     for part in [
         ":2:16: link `a`: <inertial>: mass -1 kg is negative",
-        "<sphere> has no <radius>",
-        "joint `j` is of the unknown type `revolut`\n  help: did you mean `revolute`?",
-        "joint `k` has no <screw_thread_pitch>",
-        "is `0 0 0`, not a vector with a direction",
+        "<sphere> lacks <radius>",
+        "joint `j` has the unknown type `revolut`\n  help: did you mean `revolute`?",
+        "joint `k` lacks <screw_thread_pitch>",
+        "is `0 0 0`, not a nonzero vector",
     ] {
         assert!(error.contains(part), "not there: {part}\n{error}");
     }
@@ -276,21 +276,21 @@ fn names_that_lead_nowhere_and_rings_are_refused() {
     };
     has(
         "<link name=\"a\"><pose relative_to=\"bb\"/></link><link name=\"b\"/>",
-        "names the frame `bb`",
+        "refers to the frame `bb`",
     );
     has("<link name=\"a\"/><link name=\"a\"/>", "link `a` is defined again");
     has("<link name=\"a\"/><frame name=\"a\"/>", "frame `a` is defined again");
-    has("<link name=\"__a__\"/>", "not usable");
-    has("<link name=\"world\"/>", "not usable");
-    has("", "has no <model> with a <link>");
+    has("<link name=\"__a__\"/>", "not allowed");
+    has("<link name=\"world\"/>", "not allowed");
+    has("", "lacks <model> with a <link>");
     has(
         "<link name=\"a\"><pose relative_to=\"b\"/></link><link name=\"b\"><pose relative_to=\"a\"/></link>",
-        "relative to each other in a ring: m::a -> m::b -> m::a",
+        "relative to each other in a circle: m::a -> m::b -> m::a",
     );
     has(
         "<link name=\"a\"/><frame name=\"f\" attached_to=\"g\"><pose relative_to=\"a\"/></frame>\
          <frame name=\"g\" attached_to=\"f\"><pose relative_to=\"a\"/></frame>",
-        "attached to each other in a ring",
+        "attached to each other in a circle",
     );
     has(
         "<link name=\"a\"/><link name=\"b\"/><joint name=\"j\" type=\"ball\"><parent>a</parent><child>b</child></joint>\
@@ -303,7 +303,7 @@ fn names_that_lead_nowhere_and_rings_are_refused() {
     );
     has(
         "<link name=\"a\"/><joint name=\"j\" type=\"ball\"><parent>a</parent><child>c</child></joint>",
-        "joint `j`: <child> names the frame `c`",
+        "joint `j`: <child> refers to the frame `c`",
     );
 }
 

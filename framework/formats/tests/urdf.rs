@@ -114,13 +114,13 @@ fn all_mistakes_at_once_each_with_place_fact_and_remedy() {
 </robot>"#;
     let error = refused(text).to_string();
     for part in [
-        "<text>:3:9: link `a` is defined again; first at <text>:2:3\n  help: give each its own name",
+        "<text>:3:9: link `a` is defined again; the first definition is at <text>:2:3\n  help: use different names",
         "<text>:4:18: link `b`: <inertial>: largest principal moment 5 kg m² exceeds",
         "<text>:6:41: link `c`: <visual>: <box>: `size` is `1 2`, not 3 finite numbers",
-        "<text>:7:20: joint `j1` is of the unknown type `revolut`\n  help: did you mean `revolute`?",
-        "<text>:8:58: joint `j2`: <child> names the link `cc`, which is not there",
-        "<text>:9:3: joint `j3` has no <parent>\n  help: write <parent link=\"..\"/>",
-        "<text>:10:77: joint `j4`: <axis> is `0 0 0`, not a vector with a direction",
+        "<text>:7:20: joint `j1` has the unknown type `revolut`\n  help: did you mean `revolute`?",
+        "<text>:8:58: joint `j2`: <child> refers to the link `cc`, which does not exist",
+        "<text>:9:3: joint `j3` lacks <parent>\n  help: write <parent link=\"..\"/>",
+        "<text>:10:77: joint `j4`: <axis> is `0 0 0`, not a nonzero vector",
         "<text>:11:12: joint `j4`: <limit>: `lower` is `x`, not a finite number",
     ] {
         assert!(error.contains(part), "not there: {part}\n{error}");
@@ -190,7 +190,7 @@ fn xacro_is_refused_with_the_command_to_run() {
                 <link name=\"${prefix}_base\"/></robot>";
     let error = refused(text);
     assert_eq!(error.faults.len(), 2, "{error}");
-    assert!(error.to_string().contains("`<xacro:macro>` belongs to xacro"), "{error}");
+    assert!(error.to_string().contains("`<xacro:macro>` requires xacro"), "{error}");
     assert!(error.to_string().contains("xacro robot.urdf.xacro > robot.urdf"), "{error}");
     // The declaration alone is left by xacro itself.
     let text = "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><link name=\"a\"/></robot>";
@@ -239,13 +239,13 @@ fn moments_that_no_body_has_are_read_and_told_or_refused_when_asked() {
         assert!(off < 1e-12, "{:?}", moments(&d));
         d.builder.build().unwrap();
     };
-    told(&urdf("1", ["0.1", "0.9", "0.1", "0"]), "taken as it is", [0.1, 0.1, 0.9]);
+    told(&urdf("1", ["0.1", "0.9", "0.1", "0"]), "used unchanged", [0.1, 0.1, 0.9]);
     told(&urdf("1", ["-3.5e-8", "1e-3", "1e-3", "0"]), "-0.000000035", [0.0, 1e-3, 1e-3]);
     // Below zero in axes of its own: eigenvalues -0.1, 0.2, 0.3 turned about z.
-    told(&urdf("1", ["0.05", "0.05", "0.3", "0.15"]), "taken as 0", [0.0, 0.2, 0.3]);
-    told(&urdf("0", ["0.1", "0.1", "0.1", "0"]), "left out", [0.0; 3]);
+    told(&urdf("1", ["0.05", "0.05", "0.3", "0.15"]), "replaced by 0", [0.0, 0.2, 0.3]);
+    told(&urdf("0", ["0.1", "0.1", "0.1", "0"]), "ignored", [0.0; 3]);
     // iCub's hip: what rounding left of no inertia.
-    told(&urdf("0.526", ["-5.42101e-20", "-5.42101e-20", "0", "0"]), "taken as 0", [0.0; 3]);
+    told(&urdf("0.526", ["-5.42101e-20", "-5.42101e-20", "0", "0"]), "replaced by 0", [0.0; 3]);
     let bare = urdf("2", ["1", "1", "1", "0"]);
     let (from, to) = (bare.find("<inertia ").unwrap(), bare.find("</inertial>").unwrap());
     told(&format!("{}{}", &bare[..from], &bare[to..]), "no <inertia>: a point mass", [0.0; 3]);

@@ -206,10 +206,10 @@ mod tests {
             let message = grid(&written, now);
             assert_eq!(tile(&bytes(&message)), Ok(written));
             let spoilt: [(&str, &dyn Fn(&mut Grid)); 6] = [
-                ("no grid", &|g| g.column_count = 5),
-                ("no grid", &|g| g.column_count = 0),
-                ("no grid", &|g| g.data = Vec::new().into()),
-                ("no grid", &|g| g.cell_size = Some(Vector2 { x: f64::NAN, y: f64::NAN })),
+                ("not a grid", &|g| g.column_count = 5),
+                ("not a grid", &|g| g.column_count = 0),
+                ("not a grid", &|g| g.data = Vec::new().into()),
+                ("not a grid", &|g| g.cell_size = Some(Vector2 { x: f64::NAN, y: f64::NAN })),
                 ("no place", &|g| g.pose = None),
                 ("fields", &|g| g.fields.clear()),
             ];

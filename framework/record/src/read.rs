@@ -654,7 +654,7 @@ mod tests {
         let none = |_: &str| (0.0, 0.0);
         let (fine, coarse) = (log(100, f64::sin), log(30, f64::sin));
         let strict = compare(&fine, &coarse, Rows::All, none);
-        assert!(strict[0].what.contains("1001 rows against 301"), "{strict:?}");
+        assert!(strict[0].what.contains("1001 samples against 301"), "{strict:?}");
         assert_eq!(compare(&fine, &coarse, Rows::Common, none), []);
         // One value at a common time, and one that only the finer has.
         let mut other = fine.clone();
@@ -672,7 +672,7 @@ mod tests {
         };
         assert_eq!(compare(&part(0, 600), &part(500, 1001), Rows::Common, none), []);
         let apart = compare(&part(0, 400), &part(500, 1001), Rows::Common, none);
-        assert!(apart[0].what.contains("none at one time"), "{apart:?}");
+        assert!(apart[0].what.contains("without a common time"), "{apart:?}");
     }
 
     #[test]

@@ -307,7 +307,7 @@ mod tests {
         let sparse = sparse.map(|x| x.unwrap_or(f64::NAN));
         same(table.numbers("z").unwrap(), &[sparse, sparse].concat());
         let e = table.numbers("why").unwrap_err().to_string();
-        assert!(e.contains("holds BYTE_ARRAY and no numbers"), "{e}");
+        assert!(e.contains("BYTE_ARRAY instead of numbers"), "{e}");
         // Cut anywhere it is refused, and nothing panics.
         for at in [0, 3, 40, bytes.len() / 2, bytes.len() - 1] {
             let (_folder, path) = written("cut.parquet", &bytes[..at]);
@@ -321,7 +321,7 @@ mod tests {
         for (name, text, fact) in [
             ("a.csv", "", "it is empty"),
             ("b.csv", "t,x\n0\n", "line: 2"),
-            ("c.txt", "t,x\n0,1\n", "neither in .csv nor in .parquet"),
+            ("c.txt", "t,x\n0,1\n", "must end in .csv or .parquet"),
             ("d.parquet", "t,x\n0,1\n", "parquet: "),
         ] {
             let (_folder, path) = written(name, text.as_bytes());

@@ -108,7 +108,7 @@ fn what_would_be_lost_is_refused_unless_it_is_allowed() {
     lab.write("other.ron", &edited(&[other]));
     fork(&lab, "x", &["--sim", "other.ron"])
         .code(2)
-        .tells(&["another kind and start anew: Lag", "--allow"]);
+        .tells(&["another kind, which start anew: Lag", "--allow"]);
     lab.write("body.ron", &BASE.replace("bob", "bib"));
     fork(&lab, "x", &["--sim", "body.ron"]).code(2).tells(&["bodies gone: bob", "--allow"]);
     assert!(!lab.path("x").exists());

@@ -293,7 +293,7 @@ fn an_assembly_without_its_parameters_says_which() {
     lab.linkwork(&["check", &capsule]).code(2).tells(&[
         "required parameter `position` is missing",
         "required parameter `velocity` is missing",
-        "give it `--set 'Capsule.velocity=..'`, or name it as a part of a simulation",
+        "use `--set 'Capsule.velocity=..'`, or use it as a part of a simulation",
     ]);
     // Consequences of missing input are not separate mistakes.
     let wheel = root().join("assemblies/parts/wheel_drive.ron").display().to_string();
@@ -409,7 +409,7 @@ fn a_new_simulation_runs_as_it_is() {
         .tells(&["does not have a name that a simulation can use"]);
     lab.linkwork(&["new", "simulation", "/dev/null/swing"])
         .code(1)
-        .tells(&["cannot be made", "help: "]);
+        .tells(&["cannot be created", "help: "]);
 }
 
 /// A word finds models by their names and descriptions; a name without its library is completed.
@@ -423,7 +423,7 @@ fn models_are_found_by_a_word_and_by_a_short_name() {
     let word = lab.linkwork(&["describe", "parachute"]).code(2).err;
     assert!(word.contains("models for that word: `flight."), "{word}");
     let none = lab.linkwork(&["list", "xylophone"]).code(2).err;
-    assert!(none.contains("`xylophone` is neither a simulation nor"), "{none}");
+    assert!(none.contains("`xylophone` is not a simulation"), "{none}");
     // Texts that span several source lines are complete.
     let whole = lab.linkwork(&["describe", "environment.height_field"]).code(0).out;
     assert!(whole.contains("PDS3 (.lbl, .img), PDS4 (.xml). (required)"), "{whole}");

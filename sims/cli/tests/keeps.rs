@@ -177,7 +177,7 @@ fn checkpoints_that_no_run_writes_are_rejected() {
         c.tick = 1 << 62;
         c.time = c.tick as f64 / 1000.0;
     });
-    lab.resume("forged.lwck", "forged", &[]).code(2).tells(&["past the end at 1 s", "help: "]);
+    lab.resume("forged.lwck", "forged", &[]).code(2).tells(&["after the end at 1 s", "help: "]);
     // An instant that is not a number has no row.
     forged(&lab, |c| c.instant.since = f64::NAN);
     lab.resume("forged.lwck", "forged", &[]).code(2).tells(&["tick 500 is not at row", "help: "]);

@@ -255,7 +255,7 @@ fn wheels_steering_and_suspension_are_found() {
     for part in [
         "Joints that adapt to the ground: `rocker_l`, `rocker_r`.",
         "A differential, which the file does not have, connects `rocker_l` and `rocker_r`",
-        "held, since nothing here moves them: `mast`.",
+        "Joints without an actuator, which are held: `mast`.",
         "| `fr` | 0.1 m, 0.06 m | [0.4, -0.4, -0.1] | yes | yoke |",
     ] {
         assert!(readme.contains(part), "{part}: {readme}");

@@ -55,8 +55,8 @@ fn an_end_between_two_steps_is_told_and_a_condition_meets_it() {
     let lab = Lab::new();
     lab.write("sim.ron", &edited(&[]));
     let late = lab.run("sim.ron", "late", &["--until", "0.5003 s"]).code(0);
-    let late = late
-        .tells(&["`until`, 0.5003 s, lies between two steps", "stop_when: \"time >= 0.5003 s\""]);
+    let late =
+        late.tells(&["`until`, 0.5003 s, is between two steps", "stop_when: \"time >= 0.5003 s\""]);
     assert!(
         late.err.contains(&format!("ended at {} s", lab.summary("late")["time"])),
         "{}",

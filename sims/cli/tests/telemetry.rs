@@ -203,13 +203,13 @@ fn mistakes_are_told_with_their_place_and_nothing_is_written() {
     let args = ["view", "out/run.mcap", "--flown", "late.ron", "--out", "late.rrd"];
     lab.linkwork(&args)
         .code(0)
-        .tells(&["warning: body `block`: the table goes from -87.8", "zero"]);
+        .tells(&["warning: body `block`: the table extends from -87.8", "zero"]);
     lab.linkwork(&["view", "late.ron", "--out", "l.rrd"])
         .code(2)
         .tells(&["before the simulation begins"]);
     // `--flown` requires a log; alone, it requires a simulation.
     let args = ["view", "flown.ron", "--flown", "flown.ron", "--out", "x.rrd"];
-    lab.linkwork(&args).code(2).tells(&["--flown stands beside a log"]);
+    lab.linkwork(&args).code(2).tells(&["--flown requires a log"]);
     lab.write("none.ron", &FLOWN.replace("simulation: \"sim.ron\",", ""));
     lab.linkwork(&["view", "none.ron", "--out", "x.rrd"])
         .code(2)

@@ -89,7 +89,7 @@ fn what_is_no_map_is_refused_with_the_remedy_and_leaves_nothing() {
     for (args, wanted) in [
         (vec!["show", "none.asc"], vec!["none.asc", "name a map that is there"]),
         (vec!["show", "t.tiles"], vec!["it ends within its head", "linkwork terrain convert"]),
-        (vec!["show", "d.asc"], vec!["a degree is no length", "--spacing 30", "gdalwarp"]),
+        (vec!["show", "d.asc"], vec!["a degree is not a length", "--spacing 30", "gdalwarp"]),
         (vec!["show", "a.asc", "--spacing", "one"], vec!["`--spacing one`", "write --spacing 0.5"]),
         (vec!["convert", "a.asc", "b.bmp"], vec!["not written", ".tiles"]),
         (vec!["convert", "a.asc", "nowhere/b.tif"], vec!["nowhere/b.tif"]),

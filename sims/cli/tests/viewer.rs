@@ -62,7 +62,7 @@ fn nobody_listens() {
     assert!(clock.elapsed() < Duration::from_secs(60), "{:?}", clock.elapsed());
     lab.linkwork(&["run", "sim.ron", "--out", "b", "--rerun", "nonsense"])
         .code(1)
-        .tells(&["`nonsense` is no address"]);
+        .tells(&["`nonsense` is not the address of a viewer"]);
 }
 
 #[test]
@@ -200,7 +200,7 @@ fn what_a_view_cannot_show_is_said_and_what_is_there_is_not_overwritten() {
     assert_eq!(std::fs::read(lab.path("out/run.rrd")).unwrap(), before);
     lab.linkwork(&["view", "out/run.mcap", "--out", "view.rrd"])
         .code(0)
-        .tells(&["no rows of them: bob.angle", "help: "]);
+        .tells(&["no samples of them: bob.angle", "help: "]);
     refused(&["none.mcap"], &["none.mcap", "help: "]);
     lab.write("no.mcap", "nothing");
     refused(&["no.mcap"], &["no.mcap", "help: "]);

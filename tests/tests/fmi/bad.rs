@@ -30,18 +30,18 @@ fn archives_that_are_none() {
     refused(&bench, PART, &["there is no file `unit.fmu`"]);
     let file = bench.path("unit.fmu");
     std::fs::write(&file, b"no archive at all").unwrap();
-    refused(&bench, PART, &["`unit.fmu` is not a readable archive"]);
+    refused(&bench, PART, &["`unit.fmu` is not a readable unit archive"]);
     bench.unit("unit.fmu", 2, Model::Spring, |t| t);
     let good = std::fs::read(&file).unwrap();
     assert!(bench.sim(PART).is_ok());
     std::fs::write(&file, &good[..good.len() / 2]).unwrap();
-    refused(&bench, PART, &["`unit.fmu` is not a readable archive"]);
+    refused(&bench, PART, &["`unit.fmu` is not a readable unit archive"]);
     // A flipped byte in the library's compressed content.
     let mut flipped = good.clone();
     let at = good.len() / 2;
     flipped[at] ^= 0x55;
     std::fs::write(&file, &flipped).unwrap();
-    refused(&bench, PART, &["`unit.fmu` is not a readable archive"]);
+    refused(&bench, PART, &["`unit.fmu` is not a readable unit archive"]);
     pack(&file, &[("readme.txt", b"hello")]);
     refused(&bench, PART, &["lacks modelDescription.xml"]);
     pack(&file, &[("modelDescription.xml", b"<fmiModelDescription")]);

@@ -241,9 +241,9 @@ mod tests {
             ("track / 2", "a parameter is written `$track`"),
             ("($track", "`)` is missing"),
             ("$corner[0", "`]` is missing"),
-            ("$corner[-1]", "`[-1]` is no element: count from [0]"),
-            ("sin($mass)", "cannot be taken of a quantity in kg"),
-            ("$track $mass", "`$mass` is left over"),
+            ("$corner[-1]", "`[-1]` is not an element: indices begin at [0]"),
+            ("sin($mass)", "is not defined for a quantity in kg"),
+            ("$track $mass", "`$mass` is unexpected at the end"),
         ] {
             let error = value(text).unwrap_err();
             assert!(error.contains(part), "{text}: {error}");

@@ -95,7 +95,7 @@ fn folder_with(folder: &Path, files: &[(String, String)]) -> Result<Vec<PathBuf>
     if folder.symlink_metadata().is_ok() {
         return Err(wrong(format!("`{shown}` already exists"), "choose another name"));
     }
-    std::fs::create_dir_all(folder).map_err(|e| failed(folder, "made", &e))?;
+    std::fs::create_dir_all(folder).map_err(|e| failed(folder, "created", &e))?;
     let write = |(name, text): &(String, String)| {
         let path = folder.join(name);
         let parent = path.parent().unwrap_or(folder);

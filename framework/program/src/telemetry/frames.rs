@@ -229,10 +229,13 @@ mod tests {
                 .collect::<String>()
         };
         let all = told("", None);
-        assert!(all.contains("how the planet turns") && all.contains("ellipsoid"), "{all}");
+        assert!(all.contains("the rotation of the planet") && all.contains("ellipsoid"), "{all}");
         assert!(all.contains("write planet: (radius"), "{all}");
         let site = Site { pose: Pose::identity(), rate: 7e-5, start: Quat::identity() };
         let all = told("planet: (radius: 1e6, rate: 8e-5),", Some(site));
-        assert!(all.contains("turns at 0.00008 rad/s, that of the simulation at 0.00007"), "{all}");
+        assert!(
+            all.contains("rotates at 0.00008 rad/s, but that of the simulation at 0.00007"),
+            "{all}"
+        );
     }
 }
