@@ -1,4 +1,4 @@
-//! What is wrong is refused: message, line, column and remedy of each mistake.
+//! Mistakes are rejected: message, line, column and remedy of each.
 use crate::common::*;
 use linkwork_assembly::*;
 
@@ -14,7 +14,7 @@ fn rover(fields: &str) -> String {
 
 const MOTOR: &str = r#""Motor": (model: "test.motor", params: { "resistance": 1 }),"#;
 
-/// Exactly these faults, in this order.
+/// Expects exactly these faults, in this order.
 #[track_caller]
 fn refused(text: &str, expected: &[&str]) {
     let shown = bad(text);
@@ -191,7 +191,7 @@ fn assembly_parameters() {
 
 #[test]
 fn a_unit_mistake_inside_an_assembly_points_at_the_value() {
-    // A length where a mass is wanted: the unit travels with the parameter.
+    // A length instead of a mass: parameters keep their units.
     refused(
         &rover(
             "params: { \"l\": (unit: \"m\", default: 2, doc: \"Length.\") },\nbodies: { \"b\": (parent: \"world\", mass: \"$l * 2\", inertia: [1, 1, 1]) }",

@@ -1,5 +1,5 @@
-//! MJCF: against MuJoCo 4.0 (`data/lab.json` was computed by its Python package from `data/lab.xml`), by hand,
-//! and every refusal.
+//! MJCF: compared with MuJoCo 4.0 (`data/lab.json` was computed by its Python package from `data/lab.xml`) and with values computed by hand, and
+//! every error.
 
 use linkwork_dynamics::{Tree, Workspace, kinematics, mass_matrix};
 use linkwork_formats::multibody::{Hinge, SubhingeKind};
@@ -35,7 +35,7 @@ fn close(a: &[f64], b: &[f64], tol: f64, what: &str) {
     }
 }
 
-/// MuJoCo's q of a state in our order.
+/// Converts MuJoCo's q of a state to our order.
 fn our_q(d: &Description, json: &Value, state: &Value) -> Vec<f64> {
     let mbs = d.builder.build().unwrap();
     let (theirs, mut q) = (nums(&state["q"]), vec![f64::NAN; mbs.nq()]);
@@ -127,8 +127,8 @@ fn limits_constraints_and_shapes_are_kept() {
             close(&[s.limits.lower, s.limits.upper], &range, 1e-16, &joint.name);
         }
     }
-    // a and b share a hinge; the slide b stands 0.1 m out when its coordinate is 0, so that c, whose anchor
-    // is where b = 0.1, needs a massless body between; d has an anchor of its own.
+    // a and b share a hinge; the slide b is displaced by 0.1 m when its coordinate is 0, so c, whose anchor is at b = 0.1, needs a massless body in
+    // between; d has its own anchor.
     let names: Vec<(&str, usize)> = ["a", "b", "c", "d"]
         .map(|n| d.joint(n).unwrap())
         .map(|j| (j.body.as_str(), j.subhinge))
@@ -265,7 +265,7 @@ fn includes_are_replaced_and_rings_are_found() {
         d.ignored[0].file.ends_with("arm.xml")
             && d.ignored[0].what.starts_with("attribute poz=\"1\"")
     );
-    // A mistake in an included file is told with that file's name.
+    // A mistake in an included file is reported with the name of that file.
     write("arm.xml", "<mujocoinclude>\n<body name=\"b\" pos=\"x\"/></mujocoinclude>");
     let error = read_file(dir.path().join("main.xml"), &ReadOptions::default()).expect_err("pos");
     assert!(error.to_string().contains("arm.xml:2:16: body `b`: `pos` is `x`"), "{error}");

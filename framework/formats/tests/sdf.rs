@@ -1,4 +1,4 @@
-//! SDF: poses relative to anything, joints, loops, gearboxes, and every refusal.
+//! SDF: poses relative to anything, joints, loops, gearboxes, and every error.
 
 use linkwork_formats::multibody::{Hinge, Limits, Multibody, SubhingeKind};
 use linkwork_formats::spatial::{Pose, Quat, Vec3};
@@ -50,7 +50,7 @@ fn hinge_frames_are_where_the_file_shows_them() {
     let j = rpy(0.3, 0.0, 0.0, [0.1, 0.0, 0.2]);
     same(&at(&mbs, &[0.0], "a"), &(model * a));
     same(&at(&mbs, &[0.0], "b"), &(model * b));
-    // Turned by hand: X_Wb(q) = X_WJ R(q) X_bJ⁻¹.
+    // Rotated by hand: X_Wb(q) = X_WJ R(q) X_bJ⁻¹.
     let turn = Quat::from_scaled_axis(Vec3::new(0.0, 0.6, 0.8) * 0.7);
     same(&at(&mbs, &[0.7], "b"), &(model * b * j * Pose::rotation(turn) * j.inverse()));
     let s = mbs.get(mbs.body("b").unwrap()).subhinges()[0].subhinge;
@@ -76,7 +76,7 @@ fn frames_of_any_kind_may_carry_a_pose() {
         &at(&mbs, &[0.0], "a"),
         &Pose::new(Quat::from_euler_angles(0.0, 0.0, 90f64.to_radians()), Vec3::z()),
     );
-    // x of a is y of the model: j stands at (0, 2, 1), b one more along y of a, which is −x.
+    // x of a is y of the model: j is at (0, 2, 1), b one more along y of a, which is −x.
     let b = at(&mbs, &[0.0], "b").position;
     assert!((b - Vec3::new(-1.0, 2.0, 1.0)).amax() < 1e-15, "{b}");
     let moved = at(&mbs, &[0.5], "b").position;
@@ -107,7 +107,7 @@ fn every_joint_type_becomes_its_hinge() {
     let both = format!("{axis}{axis2}");
     assert_eq!(joint("universal", &both), Hinge::universal(Vec3::z(), Vec3::y()));
     assert_eq!(joint("revolute2", &both), Hinge::universal(Vec3::z(), Vec3::y()));
-    // 0.5 m a turn, right-handed; the older element writes the same as −4π rad/m.
+    // 0.5 m per revolution, right-handed; the older element writes the same as −4π rad/m.
     let turn = 2.0 * std::f64::consts::PI;
     let screw = joint("screw", &format!("{axis}<screw_thread_pitch>0.5</screw_thread_pitch>"));
     assert_eq!(screw, Hinge::screw(Vec3::z(), 0.5 / turn));
