@@ -1,4 +1,4 @@
-"""What is meant to harm: no call ends the interpreter, hangs, or takes for numbers what are none."""
+"""Hostile input: no call ends the interpreter, hangs, or accepts values that are not numbers."""
 
 import multiprocessing
 import os
@@ -27,7 +27,7 @@ def arm(n=3):
 
 
 def python(code, timeout=120, **more):
-    """Runs a program; its output."""
+    """Run a program and return its output."""
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=timeout, **more)
     assert run.returncode == 0, f"{run.returncode}\n{run.stdout}\n{run.stderr}"
     return run.stdout
@@ -69,7 +69,7 @@ def test_what_are_numbers_is_taken():
 
 
 class Raises:
-    """An array that raises when it is looked at."""
+    """An array that raises when it is accessed."""
 
     def __init__(self, what):
         self.what = what
@@ -88,7 +88,7 @@ def test_exceptions_that_end_programs_stay_themselves(what):
 
 
 class Changes:
-    """An array that changes a dict when it is looked at."""
+    """An array that changes a dict when it is accessed."""
 
     def __init__(self, of, values):
         self.of, self.values = of, np.asarray(values, float)
