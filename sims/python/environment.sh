@@ -1,10 +1,10 @@
-# For bash scripts: `make_environment FOLDER` makes a virtual environment with pip, in place of the one that is there.
+# For bash scripts: `make_environment FOLDER` creates a virtual environment with pip and replaces an existing one.
 make_environment() {
     local venv=$1
     rm -rf "$venv"
     python3 -m venv "$venv" 2>/dev/null && return
     rm -rf "$venv"
-    # Debian's Python may come without what `venv` needs to install pip; then another pip installs it.
+    # Debian's Python may lack the files with which `venv` installs pip; another pip installs it then.
     if python3 -m pip --version >/dev/null 2>&1; then
         python3 -m venv --without-pip "$venv" && python3 -m pip --quiet --python "$venv/bin/python" install pip && return
     fi
@@ -13,7 +13,7 @@ make_environment() {
         { apt-get update && apt-get install -y --no-install-recommends python3-venv; } >/dev/null
         python3 -m venv "$venv" && return
     fi
-    echo "error: no virtual environment can be made" >&2
+    echo "error: cannot create a virtual environment" >&2
     echo "  help: install python3-venv (Debian: apt-get install python3-venv)" >&2
     return 1
 }

@@ -1,4 +1,4 @@
-//! Calls of mathematical functions stay inside the library ([`linkwork_maths`]): a process into which it is loaded has its own.
+//! Binds calls of mathematical functions ([`linkwork_maths`]) to the definitions inside the library, because the host process has its own.
 //!
 //! [`linkwork_maths`]: ../../../framework/maths
 

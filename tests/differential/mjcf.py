@@ -11,7 +11,7 @@ from common import Linkwork, differs, rotation
 LINKWORK = None
 FOLDER = pathlib.Path(tempfile.mkdtemp())
 # Differences that are documented: what Linkwork rejects with a message that says so.
-REJECTED = ["is not supported", "a free joint stands alone", "has no <worldbody>", "<inertial> has no inertia", "cannot be inverted"]
+REJECTED = ["is not supported", "a free joint must be the only joint", "lacks <worldbody>", "<inertial> lacks inertia", "cannot be inverted"]
 
 
 class Maker:

@@ -1,23 +1,22 @@
-//! RON assemblies and the Rust builder: one intermediate form, all diagnostics at once.
+//! RON assemblies and the Rust builder: one intermediate form; all mistakes are reported at once.
 //!
-//! [`load_file`] and [`load_text`] read a `Simulation(..)` or an `Assembly(..)`, include what it
-//! names, replace parameters, apply overrides, and give the flat `Spec` that the runtime
-//! compiles. Everything that is wrong is reported together, each mistake at its line and column.
+//! [`load_file`] and [`load_text`] read a `Simulation(..)` or an `Assembly(..)`, include the files that it uses, replace parameters, apply overrides,
+//! and return the flat `Spec` that the runtime compiles. All mistakes are reported together, each with its line and column.
 //!
-//! Folders, each of which uses only those before it (`tests/tests/runtime/tidy.rs` holds that):
+//! Each folder uses only those before it (`tests/tests/runtime/tidy.rs` tests this):
 //!
-//! | folder | what it is |
+//! | folder | content |
 //! |---|---|
-//! | `text` | texts, located values in them, faults as text, finding files |
-//! | `schema` | records of the format: `record!` declares one, and that is its reader, its writer and its JSON Schema |
-//! | `scope` | parameters in force, arithmetic with them |
+//! | `text` | texts, values with positions, formatting of faults, search of files |
+//! | `schema` | records of the format: a declaration with `record!` generates reader, writer and JSON Schema |
+//! | `scope` | parameters in scope, arithmetic with them |
 //! | `body` | records of bodies, loops, couplings, colliders, contact |
-//! | `form` | assemblies, phases and settings as written; the Rust builder |
-//! | `machine` | mechanisms of URDF, MJCF and SDF files, and any other, as assemblies; side-cars |
+//! | `form` | assemblies, phases and settings as written in files; the Rust builder |
+//! | `machine` | mechanisms of URDF, MJCF and SDF files, and other mechanisms, as assemblies; companion files |
 //! | `expand` | the tree of instances, and references in it |
 //! | `mechanism` | bodies, loops, couplings, contact as one mechanism |
 //! | `wiring` | parts, bindings, wires |
-//! | `load` | all of these in order, and the resolved text that needs no other file |
+//! | `load` | all steps in order, and the resolved text that does not need other files |
 #![allow(non_snake_case)]
 
 mod body;

@@ -1,4 +1,4 @@
-//! Numbers of bodies: solids against integrals, hinges of every kind, starts, fan-out, expressions.
+//! Values of bodies: solids compared with integrals, hinges of every kind, starts, fan-out, expressions.
 use crate::common::*;
 use linkwork_multibody::{Coordinate, SubhingeKind};
 use linkwork_runtime::{BindTarget, MechanismSpec};
@@ -8,8 +8,7 @@ fn mechanism(bodies: &str) -> MechanismSpec {
     good(&text).spec.mechanism().cloned().unwrap()
 }
 
-/// Moments about x and z of a solid of revolution about z: slices of radius ρ(z), each with
-/// ρ²/4 + z² and ρ²/2 per mass.
+/// Returns the moments about x and z of a solid of revolution about z, from slices of radius ρ(z), each with ρ²/4 + z² and ρ²/2 per mass.
 fn slices(rho: impl Fn(f64) -> f64, half: f64, mass: f64) -> (f64, f64) {
     let n = 200_000;
     let (mut m, mut x, mut zz) = (0.0, 0.0, 0.0);

@@ -1,4 +1,4 @@
-//! Connectors: one statement joins what a part draws with where its supply comes from, and no half of it can be forgotten.
+//! Connectors: one statement connects the flow of a part with its supply in both directions.
 use linkwork_assembly::{Look, Options, load_text};
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{Catalogue, Files, Seconds, Simulation};
@@ -10,7 +10,7 @@ pub struct Volts {
     #[port("V")]
     pub voltage: f64,
 }
-/// Current that a connector takes from its parts.
+/// Current that a connector receives from its parts.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TakesAmps {
     /// Sum of the currents drawn.
@@ -24,7 +24,7 @@ pub struct DrawsAmps {
     #[port("A")]
     pub current: f64,
 }
-/// Heat that a connector takes.
+/// Heat that a connector receives.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TakesHeat {
     /// Heat flow.
@@ -46,9 +46,9 @@ pub struct SourceIn {
     #[port(connector)]
     pub terminal: TakesAmps,
 }
-/// A source of 28 V that measures what it gives.
+/// A source of 28 V that measures its current.
 pub struct Source;
-/// A source of 28 V that measures what it gives.
+/// A source of 28 V that measures its current.
 #[model("test.source")]
 impl Model for Source {
     type FeedthroughInputs = SourceIn;
@@ -74,7 +74,7 @@ pub struct SourceVolts {
 /// Current of the source.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SourceGiven {
-    /// Current given, as it is measured.
+    /// The measured current.
     #[port("A")]
     pub given: f64,
 }
@@ -178,7 +178,7 @@ const BOX: &str = r#"Assembly(
 const PARTS: &str = r#""Battery": (model: "test.source"), "Motor": (model: "test.load", params: { "resistance": 14 }), "Box": (assembly: "box.ron"),
     "Heaters": (model: "test.load", params: { "resistance": 7 }, array: [(), ()]), "Plate": (model: "test.mass"), "Fixed": (model: "test.constant"),"#;
 
-/// Current that the battery gives, or the report of faults.
+/// Returns the current of the battery, or the report of faults.
 fn given(more: &str) -> Result<f64, String> {
     let catalogue = catalogue();
     let options = Options::new(&catalogue).embed("box.ron", BOX);
@@ -186,7 +186,7 @@ fn given(more: &str) -> Result<f64, String> {
     let loaded =
         load_text("sim.ron", &text, &options).map_err(|f| f.show(Look::Plain).to_string())?;
     let program = loaded.compile(&catalogue, &Files::default()).map_err(|f| f.to_string())?;
-    // The resolved text names the same wires.
+    // The resolved text contains the same wires.
     let again = load_text("again.ron", &loaded.resolved, &options)
         .map_err(|f| f.show(Look::Plain).to_string())?;
     again.compile(&catalogue, &Files::default()).map_err(|f| f.to_string())?;
@@ -218,7 +218,7 @@ fn a_connector_that_is_forgotten_is_named() {
         given(r#"connect: [("Motor.supply", "Box.supply", "Battery.terminal")]"#).unwrap_err();
     assert!(fault.contains("connector `Heaters1.supply` is not connected"), "{fault}");
     assert!(fault.contains("connect: [(\"Heaters1.supply\""), "{fault}");
-    // Once for each connector, not for each port.
+    // One message per connector, not per port.
     assert_eq!(fault.matches("Heaters1.supply` is not connected").count(), 1, "{fault}");
 }
 
@@ -263,13 +263,13 @@ fn wires_that_leave_half_of_a_connector_out_are_refused() {
             r#"connect: [("Heaters[*].supply", "Box.supply", "Battery.terminal")], wires: [{wires}]"#
         ))
     };
-    // The voltage alone: the current would come from nowhere.
+    // Only the voltage: the current would have no source.
     let fault = wired(r#""Battery.terminal.voltage -> Motor.supply.voltage""#).unwrap_err();
     assert!(fault.contains("`Motor.supply` takes `supply.voltage` from `Battery.terminal`, but its `supply.current` does not go there"), "{fault}");
-    // A voltage that is not a connector takes no current.
+    // A voltage that is not a connector does not receive current.
     let fault = wired(r#""Fixed.voltage -> Motor.supply.voltage""#).unwrap_err();
     assert!(fault.contains("`Fixed.voltage` drives `Motor.supply.voltage`, an input of the connector `Motor.supply`"), "{fault}");
-    // Both by hand are the connection.
+    // Two wires by hand are equal to the connection.
     let both = r#""Battery.terminal.voltage -> Motor.supply.voltage", "Motor.supply.current -> Battery.terminal.current""#;
     assert_eq!(wired(both).unwrap(), 11.0);
 }

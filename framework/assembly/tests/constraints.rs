@@ -1,4 +1,4 @@
-//! Loops, couplings and modes of a text: read, run, resolved, refused.
+//! Loops, couplings and modes of a text: read, run, resolved, rejected.
 use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_multibody::{Hinge, SubhingeKind};
@@ -8,7 +8,7 @@ use linkwork_spatial::Vec3;
 
 const BAR: &str = "mass: 1, inertia: [1e-3, 2e-3, 3e-3], com: [0, 0, 0.07]";
 
-/// A four-bar in an assembly `Arm`, whose pins are nodes; a rail beside it.
+/// A four-bar linkage in an assembly `Arm`, whose pins are nodes, and a separate rail.
 fn linkage(more: &str) -> String {
     format!(
         r#"Simulation(parts: {{ "Arm": (
@@ -50,7 +50,7 @@ fn every_field_of_loops_and_couplings_is_read() {
         ("Arm/coupler", Hinge::pin(Vec3::y()))
     );
     assert_eq!([&coupler.body_a, &coupler.body_b], ["Arm/rod", "Arm/rocker"]);
-    // The node's pose, then the frame's own, whose turn takes the node's back.
+    // The node's pose, then the frame's own, whose rotation cancels the node's.
     assert!((coupler.frame_a.position - Vec3::new(0.0, 0.0, 0.3)).amax() < 1e-15);
     assert!(coupler.frame_a.rotation.angle() < 1e-15);
     assert_eq!(coupler.frame_b.position.z, 0.1);
@@ -70,7 +70,7 @@ fn every_field_of_loops_and_couplings_is_read() {
     };
     assert_eq!(terms(pan), [("Arm/turret".into(), 0, 1.0), ("Arm/rocker".into(), 0, 2.0)]);
     assert_eq!(pan.constant, 5f64.to_radians());
-    // Subhinge 2: the locked one between counts, and the order of the map does not.
+    // Subhinge 2: the locked one counts, but the order of the map does not.
     assert_eq!(terms(tilt), [("Arm/crank".into(), 0, -1.0), ("Arm/turret".into(), 2, 2.0)]);
     let bound = BindTarget::Loop { name: "Arm/motor".into(), index: 0 };
     assert_eq!(loaded.spec.binds[0].target, bound);
@@ -174,7 +174,7 @@ fn mistakes_in_loops_have_places_and_remedies() {
         (
             "a: \"rod\", b: \"rocker\", initial: (angle: 1)",
             &[
-                "`initial` is for prescribed subhinges, and it has none",
+                "`initial` is for prescribed subhinges, but there are none",
                 "+write `prescribed: true`",
             ],
         ),
@@ -214,7 +214,7 @@ fn mistakes_in_loops_have_places_and_remedies() {
         faults(&loops(fields), expected);
         assert!(bad(&loops(fields)).contains("sim.ron:13:"), "{place} {fields}");
     }
-    // All at once, each in its line.
+    // All at once, each at its line.
     faults(
         &linkage(
             "loops: {\n\"l\": (a: \"rot\", b: \"rod\"),\n\"m\": (a: \"rod\", b: \"wrold\") },\ncouplings: {\n\"c\": (terms: { \"cranc\": 1 }) }",
@@ -229,7 +229,7 @@ fn mistakes_in_loops_have_places_and_remedies() {
         &linkage(
             "loops: { \"x\": (a: \"rod\", b: \"rocker\") }, couplings: { \"x\": (terms: { \"crank\": 1 }) }",
         ),
-        &["`Arm/x` is both a loop and a coupling", "+give one of them another name"],
+        &["`Arm/x` is both a loop and a coupling", "+rename one of them"],
     );
 }
 
@@ -239,10 +239,10 @@ fn mistakes_in_couplings_have_places_and_remedies() {
     for (fields, expected) in [
         (
             "terms: {}",
-            &["coupling `Arm/c` has no `terms`", "+sim.ron:13:2\n", "+write `terms: { \"left\": 1"]
+            &["coupling `Arm/c` lacks `terms`", "+sim.ron:13:2\n", "+write `terms: { \"left\": 1"]
                 [..],
         ),
-        ("constant: 1", &["coupling `Arm/c` has no `terms`"]),
+        ("constant: 1", &["coupling `Arm/c` lacks `terms`"]),
         (
             "terms: { \"crank\": 0, \"rod\": 0 }",
             &["coupling `Arm/c` has no nonzero term", "+sim.ron:13:2\n"],
@@ -255,7 +255,7 @@ fn mistakes_in_couplings_have_places_and_remedies() {
             "terms: { \"crank[1]\": 1 }",
             &[
                 "the hinge of `Arm/crank` has 1 one-dof coordinates, not 2",
-                "+name a pin, slider or screw",
+                "+use a pin, slider or screw",
             ],
         ),
         ("terms: { \"crank[x]\": 1 }", &["`x` is not the number of a coordinate"]),
@@ -273,7 +273,7 @@ fn mistakes_in_couplings_have_places_and_remedies() {
             &["`constant`: `1 deg` is in deg, but m is wanted"],
         ),
         ("terms: { \"crank\": 1 }, ratio: 2", &["coupling `Arm/c` has both `terms` and `ratio`"]),
-        ("mimic: \"crank\"", &["coupling `Arm/c` has no `of`", "+a = ratio · b + offset"]),
+        ("mimic: \"crank\"", &["coupling `Arm/c` lacks `of`", "+a = ratio · b + offset"]),
         (
             "mimic: \"crank\", of: \"rocket\"",
             &["there is no body `rocket`", "+did you mean `rocker`?"],
@@ -348,7 +348,7 @@ fn modes_are_read_and_their_mistakes_told() {
     let mb = &spec(&loaded).multibody;
     assert_eq!(mb.spec(mb.body("boom").unwrap()).modes.as_ref(), Some(&made));
     resolves(&loaded);
-    // A file of modes; the resolved text needs it no more.
+    // A file of modes; the resolved text no longer needs it.
     let text = ron::to_string(&made).unwrap();
     let catalogue = catalogue();
     let options = Options::new(&catalogue).embed("boom.modes.ron", text);
@@ -371,7 +371,7 @@ fn modes_are_read_and_their_mistakes_told() {
             beam.replace("inner", "innner"),
             &["`Beam` has no field `innner`\n", "+did you mean `inner`?"],
         ),
-        (beam.replace("twist: 1", "twist: 1.5"), &["`twist` is 1.5\n", "+a whole number"]),
+        (beam.replace("twist: 1", "twist: 1.5"), &["`twist` is 1.5\n", "+an integer"]),
         (
             beam.replace("ClampedFree", "ClampedFre"),
             &["`ends`: there is no word `ClampedFre`\n", "+did you mean `ClampedFree`?"],

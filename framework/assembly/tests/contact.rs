@@ -1,4 +1,4 @@
-//! Colliders and contact of a text: read, run, resolved, refused.
+//! Colliders and contact of a text: read, run, resolved, rejected.
 use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_collision::{Shape as Solid, Visibility};
@@ -76,7 +76,7 @@ fn every_field_of_colliders_and_contact_is_read() {
     let map = Solid::VoxelMap { cells: [4, 5, 6], edge: 0.05, occupied: vec![[0; 3], [3, 4, 5]] };
     assert_eq!((&of("map").fine, of("map").pose.position.x), (&map, 9.0));
     assert_eq!(colliders.len(), 12);
-    // Who meets whom: groups, neighbours, lists.
+    // Pairs that collide: groups, neighbours, lists.
     let meet = |a, b| colliders.meet(id(a), id(b));
     assert!(meet("deck/roll", "floor") && !meet("deck/hull", "wall"), "ignored");
     assert!(
@@ -84,7 +84,7 @@ fn every_field_of_colliders_and_contact_is_read() {
         "neighbours, but one listed"
     );
     assert!(meet("foot", "wall"));
-    // What is seen.
+    // Visible shapes.
     let seen: Vec<_> = loaded.shapes.iter().map(|s| (s.body.as_str(), s.name.as_str())).collect();
     let on_deck = ["roll", "shape3", "mesh", "inside"].map(|n| ("deck", n));
     assert_eq!(seen[..4], on_deck);
@@ -97,7 +97,7 @@ fn every_field_of_colliders_and_contact_is_read() {
     let s = settings.solver;
     assert_eq!((s.method, s.tolerance, s.sweeps, s.steps), (Method::Newton, 1e-8, 20, 30));
     assert_eq!((s.relaxation, s.directions), (1.1, 6));
-    // The resolved text needs no STL.
+    // The resolved text does not need the STL file.
     let catalogue = catalogue();
     let resolved = &loaded.resolved;
     let again = load_text("r.ron", resolved, &Options::new(&catalogue));
@@ -128,7 +128,7 @@ fn the_outermost_contact_counts_and_none_is_no_contact() {
     assert_eq!(friction("", "contact: (friction: 0.3)"), Some(0.3));
     assert_eq!(friction("contact: (friction: 0.2),", "contact: (friction: 0.3)"), Some(0.2));
     assert_eq!(friction("contact: false,", "contact: (friction: 0.3)"), None);
-    let neither = ["`contact: None` says neither", "+write `contact: false`"];
+    let neither = ["`contact: None` is ambiguous", "+write `contact: false`"];
     faults(&text("contact: None,", ""), &neither);
     let two = text("", "contact: ()").replace(") })", "), \"B\": (contact: (), bodies: {}) })");
     faults(&two, &["`A` and `B` both write `contact`", "+write it once, in the simulation"]);
@@ -165,7 +165,7 @@ fn mistakes_in_colliders_have_places_and_remedies() {
     told(
         "coarse: Sphere(0.5)",
         "coarse: Capsule(radius: 1, length: 1, axis: [1, 0, 0])",
-        &["has no `axis`"],
+        &["`axis` is not allowed"],
     );
     told(
         "collide: true, visible: false",
@@ -188,7 +188,7 @@ fn mistakes_in_colliders_have_places_and_remedies() {
     told(
         "Capsule(radius: 0.1, length: 0.4)",
         "HalfSpace",
-        &["this shape only collides\n  --> sim.ron:8:9\n", "add `collide: true`"],
+        &["this shape cannot be shown\n  --> sim.ron:8:9\n", "add `collide: true`"],
     );
     told(
         "ConvexHull(file: \"tetra.stl\")",
@@ -228,7 +228,7 @@ fn mistakes_in_colliders_have_places_and_remedies() {
     told(
         "heights: [0, 1, 2, 3, 4, 5]",
         "heights: [[0, 1, 2], [3, 4]]",
-        &["a row has 2 numbers, the first 3"],
+        &["a row has 2 numbers, but the first has 3"],
     );
     told(
         "triangles: [[0, 1, 2]]",
@@ -255,7 +255,7 @@ fn mistakes_in_colliders_have_places_and_remedies() {
         "method: Newten",
         &["`method`: there is no word `Newten`", "did you mean `Newton`?"],
     );
-    told("sweeps: 20", "sweeps: 2.5", &["`sweeps` is 2.5", "a whole number"]);
+    told("sweeps: 20", "sweeps: 2.5", &["`sweeps` is 2.5", "an integer"]);
     told("correction: 0.3", "correction: 1.5", &["`correction` is 1.5", "from 0 to 1"]);
     told(
         "\"hinge:pivot\": \"2 N m\"",
@@ -275,16 +275,16 @@ fn mistakes_in_colliders_have_places_and_remedies() {
     told(
         "ignore: [[\"deck\", \"wall\"]]",
         "ignore: [\"deck\"]",
-        &["`ignore`: item 1 is a list, this is a text"],
+        &["`ignore`: item 1 must be a list, but it is a text"],
     );
     told(
         "collide: [[\"deck/hull\"",
         "collide: [[\"pivot/foot\"",
-        &["`pivot/foot` is the node `foot` of `pivot`", "name a body or a collider"],
+        &["`pivot/foot` is the node `foot` of `pivot`", "use a body or a collider"],
     );
 }
 
-/// A machine of which no two bodies meet, twice in one world, with what is around it.
+/// A machine without collisions between its bodies, twice in one world, with other bodies.
 fn machines(machine: &str, simulation: &str) -> String {
     let ball = "mass: 1, inertia: Sphere(1), shapes: [(shape: Sphere(1), collide: true)]";
     let free = format!("(parent: \"world\", hinge: Free, {ball})");
@@ -328,7 +328,7 @@ fn a_machine_whose_bodies_do_not_meet_meets_all_else() {
         .collect();
     assert_eq!(own, left, "three pairs of each machine are gone");
     assert_eq!(every.len() - own.len(), 6);
-    // What `collide` names meets though; without contact the rule is there for queries.
+    // Pairs in `collide` collide nevertheless; without contact, the rule applies to queries.
     let but = pairs(&machines(
         "self_collision: false,",
         "contact: (collide: [[\"One/a\", \"One.In/c\"]]),",
@@ -338,7 +338,7 @@ fn a_machine_whose_bodies_do_not_meet_meets_all_else() {
     assert_eq!(pairs(&machines("self_collision: true,", "")), every);
     let none = pairs(&machines("", "self_collision: false,"));
     assert_eq!(none.len(), 8, "of the whole simulation: each body and the floor");
-    // A parameter may say it, and the builder does.
+    // A parameter may set it, and the builder as well.
     let by =
         machines("self_collision: \"$own\",", "params: { \"own\": (default: false, doc: \"\") },");
     assert_eq!(pairs(&by), own);
@@ -356,14 +356,14 @@ fn self_collision_is_a_flag_and_not_contradicted_inside() {
             assert!(text.contains(part), "`{part}`: {text}");
         }
     };
-    told("self_collision: \"no\",", "", &["`One`: `self_collision`", "is a text"]);
+    told("self_collision: \"no\",", "", &["`One`: `self_collision`", "it is a text"]);
     told("self_colision: false,", "", &["did you mean `self_collision`?"]);
     told(
         "self_collision: true,",
         "self_collision: false,",
         &[
             "`One`: `self_collision` is true, and that of `simulation` around it false",
-            "`collide` of `contact` names pairs that meet though",
+            "`collide` of `contact` lists pairs that collide nevertheless",
         ],
     );
 }
@@ -396,7 +396,7 @@ fn bodies_that_a_loop_joins_are_neighbours() {
     assert!(meet(joined, "neighbours: Collide") && meet(joined, "collide: [[\"a\", \"b\"]]"));
 }
 
-/// A wheel, a rock and a plank; `pairs` of `contact`, and more of it.
+/// A wheel, a rock and a plank, with `pairs` and other fields of `contact`.
 fn of_materials(pairs: &str, more: &str) -> Result<Loaded, Failure> {
     let text = format!(
         r#"bodies: {{
@@ -422,10 +422,10 @@ fn pairs_of_materials_have_laws_of_their_own() {
     assert_eq!(law("wheel/tyre", "plank/side"), None);
     assert_eq!(colliders.rules().laws[0].friction, Some(0.6));
     assert_eq!(colliders.rules().laws[1].restitution, Some(0.3));
-    // What is not written is as for all pairs.
+    // The default is the value for all pairs.
     assert_eq!((laws.of_laws[0].stiffness, laws.of_laws[0].exponent), (5e5, 1.5));
     assert_eq!((laws.of_laws[2].stiffness, laws.of_laws[2].damping), (2e5, 2.0));
-    // The resolved text says the same.
+    // The resolved text gives the same.
     let again =
         load_text("resolved.ron", &loaded.resolved.to_string(), &Options::new(&catalogue()));
     let again = again.unwrap_or_else(|f| panic!("{f}")).spec.mechanism().cloned().unwrap();
@@ -448,7 +448,7 @@ fn mistakes_in_pairs_are_told_with_their_remedies() {
     let text = told(r#"(a: "rubber", friction: 1)"#, "");
     assert!(text.contains("write the `material` of a collider"), "{text}");
     let text = told(r#"(a: "rubber", b: "basalt"), (a: "basalt", b: "rubber")"#, "");
-    assert!(text.contains("come twice"), "{text}");
+    assert!(text.contains("are listed twice"), "{text}");
     let text = told(r#"(a: "rubber", b: "basalt", stiffness: 1e5)"#, "");
     assert!(text.contains("stiffness without compliant contact"), "{text}");
 }

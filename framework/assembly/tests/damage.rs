@@ -1,8 +1,8 @@
-//! No damage to a text makes loading panic; every refusal has a message that can be shown.
+//! Damaged texts never cause a panic; every error has a message that can be displayed.
 use crate::common::*;
 use linkwork_assembly::*;
 
-/// Loads with one of the three texts damaged.
+/// Loads a simulation with one of the three texts damaged.
 fn survives(catalogue: &linkwork_runtime::Catalogue, which: &str, text: &str) {
     let (sim, options) = match which {
         "sim" => (text, options(catalogue)),

@@ -1,4 +1,4 @@
-//! Files on disk: beside the file, in search folders, data folders, meshes; settings from outside.
+//! Files on disk: in the same folder, in search folders, data folders, meshes; settings from outside.
 use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_runtime::{Integrator, Seconds};

@@ -1,4 +1,4 @@
-//! What fuzzing kept and what it found goes through the loader and the reader of side-cars: no panic.
+//! The corpus and the findings of fuzzing do not cause a panic in the loader and the reader of companion files.
 use linkwork_assembly::{Options, apply_side_car, load_text};
 use linkwork_formats::{ReadOptions, read_urdf};
 use linkwork_runtime::Catalogue;

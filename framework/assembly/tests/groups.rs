@@ -1,9 +1,9 @@
-//! Groups of ports: structs of ports, and as many of them as a parameter says, joined by one wire.
+//! Groups of ports: structs of ports, whose number depends on a parameter, connected by one wire.
 use linkwork_assembly::{Look, Options, load_text};
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{Catalogue, Files, Lanes, Seconds, Simulation};
 
-/// What a wheel is told.
+/// The commands of a wheel.
 #[derive(Ports, Clone, Copy, Debug, PartialEq)]
 pub struct Command {
     /// Rate.
@@ -14,13 +14,13 @@ pub struct Command {
     pub push: Vec3,
 }
 
-/// How many wheels, and which of them steer.
+/// The number of wheels, and which of them steer.
 #[derive(Params, Clone, Debug)]
 pub struct FleetParams {
     /// For each wheel: whether it steers.
     pub steered: Vec<bool>,
 }
-/// Commands each wheel: wheel k at k + 1 rad/s, pushed by k + 2 N along z, steered to k + 3 rad.
+/// Commands each wheel: wheel k at k + 1 rad/s, with a force of k + 2 N along z, steered to k + 3 rad.
 pub struct Fleet {
     p: FleetParams,
 }
@@ -57,7 +57,7 @@ impl SizedModel for Fleet {
     }
 }
 
-/// Takes the steering of those wheels that steer.
+/// Receives the steering of the wheels that steer.
 pub struct Taker;
 /// Takes steering.
 #[model("test.taker")]
@@ -74,7 +74,7 @@ impl SizedModel for Taker {
     }
 }
 
-/// Commands of two wheels, and one of a whole.
+/// Commands of two wheels, and one complete command.
 #[derive(Ports, Clone, Copy, Debug, PartialEq)]
 pub struct PairOut {
     /// The two wheels.
@@ -99,7 +99,7 @@ impl Model for Pair {
     }
 }
 
-/// What a wheel takes.
+/// Inputs of a wheel.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct WheelIn {
     /// Its command.
@@ -109,22 +109,22 @@ pub struct WheelIn {
     #[port("rad", default = 0.0)]
     pub steer: f64,
 }
-/// What a wheel does.
+/// Outputs of a wheel.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct WheelOut {
-    /// Rate that it was told.
+    /// Commanded rate.
     #[port("rad/s")]
     pub rate: f64,
-    /// Height of its push.
+    /// Vertical component of its push.
     #[port("N")]
     pub push: f64,
-    /// Steering that it was told.
+    /// Commanded steering.
     #[port("rad")]
     pub steer: f64,
 }
-/// A wheel that does as it is told.
+/// A wheel that reports its commands.
 pub struct Wheel;
-/// A wheel that does as it is told.
+/// A wheel that reports its commands.
 #[model("test.wheel")]
 impl Model for Wheel {
     type FeedthroughInputs = WheelIn;
@@ -155,13 +155,13 @@ fn options(catalogue: &Catalogue) -> Options<'_> {
     Options::new(catalogue).embed("corner.ron", CORNER)
 }
 
-/// Loads, compiles and begins a simulation.
+/// Loads, compiles and starts a simulation.
 #[track_caller]
 fn started(text: &str) -> Simulation {
     let catalogue = catalogue();
     let loaded = load_text("sim.ron", text, &options(&catalogue))
         .unwrap_or_else(|f| panic!("{}", f.show(Look::Plain)));
-    // The resolved text is the same simulation.
+    // The resolved text gives the same simulation.
     let again = load_text("again.ron", &loaded.resolved, &options(&catalogue)).unwrap();
     let wires = |l: &linkwork_assembly::Loaded| -> Vec<String> {
         l.spec.wires.iter().map(|w| format!("{} -> {}", w.from, w.to)).collect()
@@ -185,7 +185,7 @@ fn values<const N: usize>(sim: &Simulation, paths: [&str; N]) -> [f64; N] {
     paths.map(|p| sim.get(p).unwrap_or_else(|e| panic!("{p}: {e}")))
 }
 
-/// A cart whose wheels are behind exports: some by a group passed on, some by names with a dot.
+/// A cart whose wheels are exported: some as a group, some by names with a dot.
 fn cart(steered: &str, wires: &str) -> String {
     format!(
         r#"Simulation(step: "10 ms", parts: {{
@@ -218,7 +218,7 @@ fn one_wire_joins_all_wheels_and_another_those_that_steer() {
     assert_eq!(values(&sim, ["Split.A.rate", "Split.B.rate"]), [7.0, 6.0]);
     assert_eq!(values(&sim, ["Pair.pair[1].rate", "Pair.spare.push.x"]), [6.0, 7.0]);
 
-    // `[*]` runs over the wheels that have the port: the first and the third.
+    // `[*]` selects the wheels that have the port: the first and the third.
     let sim = started(&cart(
         "[true, false, true, true]",
         r#""Fleet.wheels[*].steer -> Corner[*].steer", "Pair.spare -> Corner[*].drive",
@@ -239,7 +239,7 @@ fn a_group_of_exports_and_single_ports_and_lanes_of_a_group() {
     assert_eq!(values(&sim, ["Split.A.rate", "Split.B.rate", "Split.B.push"]), [1.0, 5.0, 2.0]);
     assert_eq!(values(&sim, ["Split.A.push"]), [0.0]);
 
-    // A member of an export that is a group, and a lane of one of its members.
+    // A member of an export that is a group, and a component of one of its members.
     let sim = started(&cart(
         "[true, true, true]",
         r#""Fleet.wheels[*].drive.rate -> Corner[*].drive.rate", "Pair.pair[1].push -> Corner[*].drive.push",
@@ -258,11 +258,11 @@ fn groups_that_do_not_match_are_refused() {
     for (wire, why) in [
         (
             "Fleet.wheels[0] -> Corner1.drive",
-            "has `drive.rate`, `Corner1.drive` has only rate, push",
+            "has `drive.rate`, but `Corner1.drive` has only rate, push",
         ),
         (
             "Fleet.wheels[0].drive -> Corner1.steer",
-            "is a group of ports (rate, push), `Corner1.steer` is one",
+            "is a group of ports (rate, push), but `Corner1.steer` is one",
         ),
         ("Fleet.wheels[0].steer -> Corner1.drive", "`Corner1.drive` is a group of ports"),
         ("Fleet.wheels[1].steer -> Corner1.steer", "has no output `wheels[1].steer`"),
@@ -272,7 +272,7 @@ fn groups_that_do_not_match_are_refused() {
         ("Pair.pair[*] -> Corner[*].drive", "`[*]` is 2 on the left but 3 on the right"),
         ("Pair.pair[2] -> Corner1.drive", "`Pair` has no"),
         ("Pair.spare.rat -> Corner1.drive.rate", "has no output `spare.rat`"),
-        ("Pair.spare -> Split.drive.rat", "exports no"),
+        ("Pair.spare -> Split.drive.rat", "does not export"),
         ("Pair.spare -> Split.drive[3]", "`drive` is a group of exports, not an array"),
         ("Pair.spare.rate -> Split.drive[7].rate", "`drive` is a group of exports, not an array"),
     ] {
@@ -280,26 +280,26 @@ fn groups_that_do_not_match_are_refused() {
         text.retain(|c| c != '\n');
         assert!(text.contains(why), "{wire}: {text}");
     }
-    // Elements are joined by their numbers, never by their places.
+    // Elements are connected by their numbers, not by their positions.
     let text = refused(
         r#"Simulation(parts: { "Fleet": (model: "test.fleet", params: { "steered": [true, false, true] }),
             "Taker": (model: "test.taker", params: { "steered": [true, true, false] }) },
             wires: ["Fleet.wheels[*].steer -> Taker.wheels[*].steer"])"#,
     );
     let told =
-        "`Fleet.wheels[*].steer` has the elements [0, 2], `Taker.wheels[*].steer` has [0, 1]";
+        "`Fleet.wheels[*].steer` has the elements [0, 2], but `Taker.wheels[*].steer` has [0, 1]";
     assert!(text.contains(told), "{text}");
-    // A group of exports takes one port each.
+    // Each name in a group of exports has one port.
     let text = refused(
         r#"Simulation(parts: { "In": (
             parts: { "W": (model: "test.wheel", array: [(), ()]) }, exports: { "drive.rate": "W[*].command.rate" },
         ), "Pair": (model: "test.pair") }, wires: ["Pair.spare -> In.drive"])"#,
     );
-    assert!(text.contains("export `drive.rate` of the group `drive` is several ports"), "{text}");
-    // Names of exports that something else has.
+    assert!(text.contains("export `drive.rate` of the group `drive` has several ports"), "{text}");
+    // Names of exports that are already used.
     for (exports, why) in [
-        (r#""W.rate": "W.command.rate""#, "there is a part `W`, too"),
-        (r#""a": "W.command", "a.b": "W.steer""#, "there is an export `a`, too"),
+        (r#""W.rate": "W.command.rate""#, "there is also a part `W`"),
+        (r#""a": "W.command", "a.b": "W.steer""#, "there is also an export `a`"),
         (r#""a..b": "W.steer""#, "`` cannot be the name of an export"),
     ] {
         let text = refused(&format!(
@@ -309,7 +309,7 @@ fn groups_that_do_not_match_are_refused() {
     }
 }
 
-/// The faults of loading, or of compiling.
+/// Returns the faults of loading or compiling.
 fn refused_or_compiled(text: &str) -> String {
     let catalogue = catalogue();
     match load_text("sim.ron", text, &options(&catalogue)) {

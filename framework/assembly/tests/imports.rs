@@ -1,9 +1,9 @@
-//! What an import takes of collision masks, exclusions and meshes of a file.
+//! Collision masks, exclusions and meshes of imported files.
 use crate::common::*;
 use crate::machine::load;
 use linkwork_assembly::*;
 
-/// Genesis #3267, MuJoCo #2444: bit masks and exclusions of an MJCF file. MuJoCo 4.0 has contacts of the floor alone.
+/// Genesis #3267, MuJoCo #2444: bit masks and exclusions of an MJCF file. In MuJoCo 4.0, only the floor has contacts.
 #[test]
 fn bit_masks_and_exclusions_of_a_file_say_who_meets_whom() {
     let text = r#"<mujoco><default><geom contype="1" conaffinity="0"/></default><worldbody>
@@ -21,7 +21,7 @@ fn bit_masks_and_exclusions_of_a_file_say_who_meets_whom() {
     for loaded in [&loaded, &again] {
         let all = loaded.colliders.as_ref().unwrap();
         let meet = |a: &str, b: &str| {
-            // What collides has the name after what is shown.
+            // Collision shapes have the names of visual shapes with a suffix.
             let find = |n: &str| all.find(&format!("{n}_")).or(all.find(n));
             let [a, b] = [a, b].map(|n| find(n).unwrap_or_else(|| panic!("{n}")));
             all.meet(a, b)
@@ -32,7 +32,7 @@ fn bit_masks_and_exclusions_of_a_file_say_who_meets_whom() {
             ("a/ga", "c/gc", true),
             ("floor", "c/gc", true),
             ("c/gc", "d/gd", false),
-            // Shapes that the file does not know have the usual masks.
+            // Shapes outside of the file have the usual masks.
             ("a/ga", "crate/own", true),
             ("crate/own", "floor", true),
         ] {
@@ -65,7 +65,7 @@ fn an_assembly_says_which_of_its_pairs_do_not_meet() {
     assert!(wrong.err().unwrap().to_string().contains('c'));
 }
 
-/// bullet3 #1109, drake #7725: COLLADA, and files that are no mesh, among the visuals of a robot.
+/// bullet3 #1109, drake #7725: COLLADA, and files that are not meshes, among the visual shapes of a robot.
 #[test]
 fn meshes_that_cannot_be_shown_are_warnings_of_an_import() {
     let dir = tempfile::tempdir().unwrap();

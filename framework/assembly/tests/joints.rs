@@ -1,5 +1,4 @@
-//! Damping, friction, limits and stops as written, and from files of other formats: they act, and what does
-//! not is told.
+//! Damping, friction, limits and stops from RON and from files of other formats: they act, and those without an effect are reported.
 use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_multibody::{Friction, Stop, Subhinge};
@@ -21,7 +20,7 @@ fn first(loaded: &Loaded, body: &str) -> Subhinge {
     m.get(m.body(body).unwrap()).subhinges()[0].subhinge
 }
 
-/// (q, q̇) of the only coordinate at a time, and the warnings of the plan.
+/// Returns (q, q̇) of the only coordinate at a time, and the warnings of the plan.
 fn run(loaded: &Loaded, t: f64) -> ([f64; 2], Vec<Fault>) {
     let plan = compile(&loaded.spec, &catalogue(), &Files::default()).unwrap();
     let (at, warnings) = (plan.mechanism().unwrap().x, plan.warnings.clone());
@@ -66,15 +65,15 @@ fn a_urdf_limit_is_not_passed_and_its_friction_is_told() {
     assert_eq!((s.friction, s.stop), (Friction { force: 0.1, rate: 0.0 }, Stop::Usual));
     for k in 1..200 {
         let ([q, _], warnings) = run(&l, f64::from(k) * 0.005);
-        // 5 h v past the limit.
+        // 5 h v beyond the limit.
         assert!(q < 0.2 + 5.0 * 0.001 * 3.0 && q > -0.2, "{q}");
         assert_eq!(warnings.len(), 1, "{warnings:?}");
         assert!(warnings[0].message.contains("dry friction of 0.1"));
     }
-    // Where it may pass, it does.
+    // Without a stop, it passes.
     let ([q, _], _) = run(&wheel("0.2", "0", ", \"R/wheel.stop\": false"), 0.9);
     assert!(q > 1.0, "{q}");
-    // A smooth friction that the simulation adds to the file.
+    // A smooth friction, added to the file by the simulation.
     let rubs = ", \"R/wheel.friction\": (force: \"0.1 N m\", rate: \"0.01 rad/s\")";
     let ([_, v], warnings) = run(&wheel("100", "0.1", rubs), 0.4);
     assert!(warnings.is_empty());
@@ -130,7 +129,7 @@ fn friction_with_smooth_contact_is_that_of_hinges() {
     let l = loaded(&text(&format!("compliant: true, {dry}"), ""), &[]);
     let (_, warnings) = run(&l, 0.01);
     assert!(warnings.len() == 1 && warnings[0].message.contains("friction of 0.3"), "{warnings:?}");
-    // With impulses it is a row, and `dry` counts before the body's.
+    // With impulses it is a row, and `dry` has priority over the body's.
     let l = loaded(&text(dry, "friction: 9, initial: (rate: 1)"), &[]);
     let ([_, v], warnings) = run(&l, 1.0);
     assert!(warnings.is_empty() && (v - 0.7).abs() < 1e-6, "{v}");
@@ -146,7 +145,7 @@ fn what_of_a_file_is_not_used_is_a_warning_at_its_import() {
     let (file, line, _) = l.sources.place(warnings[0].origin).unwrap();
     assert_eq!((file.as_str(), line), ("s.ron", 1));
     assert!(warnings[0].help.is_some());
-    // Many of a kind are one line.
+    // Many of one kind share a line.
     let shape = "<collision><geometry><sphere radius=\"1\"/></geometry></collision>";
     let links: String = (0..8).map(|i| format!("<link name=\"l{i}\">{shape}</link><joint name=\"j{i}\" type=\"fixed\"><parent link=\"b\"/><child link=\"l{i}\"/></joint>")).collect();
     let urdf = format!("<robot name=\"r\"><link name=\"b\"/>{links}</robot>");

@@ -1,4 +1,4 @@
-//! Loading what is right: expansion, numbers, references, canonical order, the resolved text.
+//! Loading of valid files: expansion, numbers, references, canonical order, the resolved text.
 use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_runtime::{BindTarget, Integrator, Seconds};
@@ -54,7 +54,7 @@ fn the_mechanism_has_the_numbers_of_the_files() {
     let mb = &m.multibody;
     let wheel = mb.get(mb.body("Rover.Hardware.Wheel1/wheel").unwrap());
     assert_eq!(mb.get(wheel.parent().unwrap()).name(), "Rover/chassis");
-    // Mount on a node: the node's place and then that of the axle.
+    // Mount on a node: the pose of the node, then that of the axle.
     let p = wheel.hinge_in_parent().position;
     assert_eq!([p.x, p.y, p.z], [0.5, 0.5, -0.125]);
     assert_eq!(wheel.inertia().mass(), 10.0);
@@ -64,7 +64,7 @@ fn the_mechanism_has_the_numbers_of_the_files() {
     assert_eq!(wheel.subhinges()[0].subhinge.armature, 0.01);
     assert_eq!(m.q[wheel.q()], [5f64.to_radians()]);
     assert!((m.v[wheel.v().start] - 2.0 * std::f64::consts::PI / 60.0).abs() < 1e-15);
-    // Velocity is given in the world, β holds it in body axes: turned by −90° about z.
+    // The velocity is given in the world, but β contains it in body axes: rotated by −90° about z.
     let chassis = mb.get(mb.body("Rover/chassis").unwrap());
     let v = &m.v[chassis.v()];
     assert!((v[3]).abs() < 1e-15 && (v[4] + 1.0).abs() < 1e-15, "{v:?}");

@@ -1,4 +1,4 @@
-//! Mechanisms in RON to the last bit, files of other formats in an assembly, and side-cars.
+//! Mechanisms in RON without loss of a bit, files of other formats in an assembly, and companion files.
 use crate::common::*;
 use crate::splitmix::splitmix;
 use linkwork_assembly::*;
@@ -20,7 +20,7 @@ impl Rng {
     fn bits(&mut self) -> u64 {
         splitmix(&mut self.0)
     }
-    /// Of every size: ±(0.1 … 1) · 10^(−8 … 8).
+    /// Numbers of all magnitudes: ±(0.1 … 1) · 10^(−8 … 8).
     fn signed(&mut self) -> f64 {
         let x = 0.1 + 0.9 * (self.bits() >> 11) as f64 / (1u64 << 53) as f64;
         let x = x * 10f64.powi((self.bits() % 17) as i32 - 8);
@@ -107,7 +107,7 @@ impl Rng {
     }
 }
 
-/// Any chains of any subhinges, everywhere numbers with all digits. Names are those of an assembly `M`.
+/// Random chains of random subhinges, with all digits in all numbers. Names are those of an assembly `M`.
 fn machine(seed: u64) -> Multibody {
     let mut r = Rng(seed);
     let mut b = Builder::new();
@@ -231,9 +231,9 @@ fn any_mechanism_comes_back_from_its_ron_bit_for_bit() {
         let loaded = load_text("m.ron", &text, &Options::new(&catalogue));
         let loaded = loaded.unwrap_or_else(|f| panic!("seed {seed}: {f}\n{text}"));
         assert_eq!(mechanism(&loaded), &mbs, "seed {seed}");
-        // Equality of floats takes −0 for 0; the texts show the bits.
+        // Comparison of floats treats −0 as 0; the texts show the bits.
         assert_eq!(format!("{:?}", mechanism(&loaded)), format!("{mbs:?}"), "seed {seed}");
-        // And once more from the text that needs no other file.
+        // Again from the text that does not need other files.
         let again = load_text("r.ron", &loaded.resolved, &Options::new(&catalogue)).unwrap();
         assert_eq!(mechanism(&again), &mbs, "seed {seed}, resolved");
     }
@@ -251,7 +251,7 @@ const ROVER: &str = r#"<robot name="rover">
   <joint name="right_joint" type="continuous"><parent link="base"/><child link="right"/><origin xyz="0 -0.5 0"/><axis xyz="0 1 0"/></joint>
 </robot>"#;
 
-/// A folder with the rover in `urdf/`, its mesh in `meshes/`.
+/// Creates a folder with the rover in `urdf/` and its mesh in `meshes/`.
 fn folder() -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();
     for sub in ["urdf", "meshes"] {
@@ -285,7 +285,7 @@ fn a_urdf_file_becomes_bodies_that_can_be_bound_and_overridden() {
     assert_eq!((s.armature, left.hinge_in_parent().position), (0.25, Vec3::new(0.0, 0.5, 0.0)));
     assert_eq!(&loaded.spec.mechanism().unwrap().q[..3], [1.0, 2.0, 3.0]);
     assert_eq!(loaded.spec.binds.len(), 1);
-    // What the viewer shows: the visual shapes, meshes by the path at which they were found.
+    // The view: the visual shapes, with the paths of the meshes that were found.
     assert_eq!(loaded.shapes.len(), 2);
     assert_eq!(
         (loaded.shapes[0].name.as_str(), loaded.shapes[0].body.as_str()),
@@ -299,7 +299,7 @@ fn a_urdf_file_becomes_bodies_that_can_be_bound_and_overridden() {
     assert_eq!(import.bodies["left"], "Rover/left");
     assert_eq!(import.left_out, ["Collision shape of `base`"]);
     assert!(loaded.colliders.is_none());
-    // The resolved text needs the file no more.
+    // The resolved text no longer needs the file.
     std::fs::remove_file(dir.path().join("urdf/rover.urdf")).unwrap();
     let catalogue = catalogue();
     let again = load_text("r.ron", &loaded.resolved, &Options::new(&catalogue))
@@ -318,7 +318,7 @@ fn an_import_hangs_where_it_is_told_and_may_be_embedded() {
     let mbs = mechanism(&loaded);
     let X = mbs.body_poses(&mbs.neutral_q())[mbs.body("A/left").unwrap().index()];
     assert!((X.position - Vec3::new(-0.5, 0.0, 2.0)).amax() < 1e-15, "{X:?}");
-    // The import's pose comes first, then the body's own: (0, 0, 2), turned by 90°, then 1 along the turned x.
+    // The import's pose first, then the body's own: (0, 0, 2), rotated by 90°, then 1 along the rotated x axis.
     let own =
         "<mujoco><worldbody><body name=\"b\" pos=\"1 0 0\" euler=\"90 0 0\"/></worldbody></mujoco>";
     let turned = text.replace("r.urdf", "r.xml");
@@ -327,7 +327,7 @@ fn an_import_hangs_where_it_is_told_and_may_be_embedded() {
     let X = mechanism(&loaded).body_poses(&[])[0];
     assert!((X.position - Vec3::new(0.0, 1.0, 2.0)).amax() < 1e-15, "{X:?}");
     assert!((X.transform_vector(&Vec3::y()) - Vec3::z()).amax() < 1e-15, "{X:?}");
-    // The form keeps the import.
+    // The form still contains the import.
     let form = Assembly::from_ron("a.ron", text).unwrap();
     assert_eq!(Assembly::from_ron("a.ron", &form.to_ron()).unwrap().to_ron(), form.to_ron());
     assert!(form.to_ron().contains("import:"));
@@ -356,7 +356,7 @@ fn mistakes_of_an_import_are_told_with_both_places() {
         "(file: \"urdf/rover.urdf\", leave_out: [\"gears\"])",
         &["`leave_out`: item 1: there is no word `gears`"],
     );
-    has("(file: \"urdf/rover.urdf\", collide: 1)", &["`collide` is true or false"]);
+    has("(file: \"urdf/rover.urdf\", collide: 1)", &["`collide` must be true or false"]);
     has("(file: \"urdf/rover.urdf\", parent: \"onw\")", &["no body `onw`", "own"]);
     std::fs::write(dir.path().join("bad.urdf"), ROVER.replace("revolute", "revolt")).unwrap();
     has(
@@ -364,7 +364,7 @@ fn mistakes_of_an_import_are_told_with_both_places() {
         &["bad.urdf:8:28", "unknown type `revolt`", "did you mean `revolute`?"],
     );
     std::fs::write(dir.path().join("own.urdf"), ROVER.replace("\"left\"", "\"own\"")).unwrap();
-    has("(file: \"own.urdf\")", &["a body `own`, which is there already"]);
+    has("(file: \"own.urdf\")", &["a body `own`, which already exists"]);
 }
 
 #[test]
@@ -385,7 +385,7 @@ fn couplings_and_loops_of_a_file_are_simulated() {
     let terms: Vec<_> = c.terms.iter().map(|t| (t.coordinate.body.as_str(), t.factor)).collect();
     assert_eq!(c.name, "R/right_joint");
     assert_eq!((terms, c.constant), (vec![("R/right", 1.0), ("R/left", 2.0)], 0.5));
-    // The start is put onto it.
+    // The start is projected onto it.
     let sim = run(&loaded.spec, 0.0);
     let of = |side: &str| sim.get(&format!("R/{side}.angle")).unwrap();
     assert!((of("right") + 2.0 * of("left") - 0.5).abs() < 1e-12);
@@ -421,7 +421,7 @@ fn collision_shapes_come_back_to_the_last_digit() {
     }
     let made = Assembly::from_description("M", &d);
     assert_eq!(made.left_out.len(), 1, "{:?}", made.left_out);
-    assert!(made.left_out[0].contains("sizes are not all above 0"), "{:?}", made.left_out);
+    assert!(made.left_out[0].contains("sizes are not all positive"), "{:?}", made.left_out);
     let catalogue = catalogue();
     let loaded = load_text("m.ron", &made.assembly.to_ron(), &Options::new(&catalogue));
     let loaded = loaded.unwrap_or_else(|f| panic!("{f}"));
@@ -504,7 +504,7 @@ fn a_side_car_beside_the_file_is_found() {
     let loaded = load(dir.path(), "sim.ron", text).unwrap_or_else(|f| panic!("{f}"));
     let mbs = mechanism(&loaded);
     assert_eq!((mbs.loops()[0].closure.name.as_str(), mbs.couplings().len()), ("rod", 1));
-    // The collision shape of the file, and the contact of the side-car.
+    // The collision shape of the file, and the contact of the companion file.
     let colliders = loaded.colliders.as_ref().unwrap();
     let names: Vec<_> = colliders.ids().map(|c| colliders.spec(c).name.as_str()).collect();
     assert_eq!(names, ["base/shape3", "left/shape1"]);
@@ -535,8 +535,8 @@ fn a_side_car_with_names_that_lead_nowhere_is_refused_all_at_once() {
         "no joint `left_jont`",
         "`left_joint`",
         "the gear ratio is 0",
-        "the armature is not usable",
-        "the limits cannot be kept",
+        "the armature is negative or not finite",
+        "the limits are not valid",
         "no field `gaer`",
         "no joint `right_jiont`",
         "coupling `b` has no `terms`",
@@ -646,7 +646,7 @@ fn published_robots_are_imported_as_they_are_read() {
             ReadOptions { root, inertia: InertiaCheck::PositiveMoments, ..ReadOptions::default() };
         let d = linkwork_formats::read_file(&file, &options).unwrap();
         let mut named = d.builder.clone();
-        // Nodes are named after their bodies in an assembly; URDF has none.
+        // In an assembly, the names of nodes include their bodies; URDF does not have nodes.
         assert!(named.nodes().is_empty());
         named.bodies_mut().sort_by(|a, b| a.name.cmp(&b.name));
         assert_eq!(mechanism(&loaded), &named.build().unwrap(), "{name}");
@@ -657,7 +657,7 @@ fn published_robots_are_imported_as_they_are_read() {
 #[test]
 fn moments_that_no_body_has_are_told_or_refused() {
     let dir = tempfile::tempdir().unwrap();
-    // As TIAGo's: a small moment below zero.
+    // Like TIAGo: a small negative moment.
     let urdf = r#"<robot name="r"><link name="base"/><link name="finger"><inertial><mass value="0.1"/>
         <inertia ixx="-3.5e-8" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link>
         <joint name="turn" type="continuous"><parent link="base"/><child link="finger"/></joint></robot>"#;

@@ -1,4 +1,4 @@
-//! Nothing depends on the order in which a file is written.
+//! Results do not depend on the order of a file.
 use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_runtime::{Files, compile};
@@ -35,7 +35,7 @@ Assembly(
 fn the_order_of_the_text_leaves_no_trace() {
     let catalogue = catalogue();
     let first = load_text("sim.ron", SIM, &options(&catalogue)).unwrap();
-    // Two single wheels instead of an array: the wires name them one by one.
+    // Two single wheels instead of an array, with separate wires.
     let shuffled = SHUFFLED.replace(
         "\"Drive.volts[*] -> Hardware.Wheel[*].volts\"",
         "\"Drive.volts[1] -> Hardware.Wheel2.volts\", \"Drive.volts[0] -> Hardware.Wheel1.volts\"",

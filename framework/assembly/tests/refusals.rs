@@ -1,4 +1,4 @@
-//! What is wrong is refused: message, line, column and remedy of each mistake.
+//! Mistakes are rejected: message, line, column and remedy of each.
 use crate::common::*;
 use linkwork_assembly::*;
 
@@ -14,7 +14,7 @@ fn rover(fields: &str) -> String {
 
 const MOTOR: &str = r#""Motor": (model: "test.motor", params: { "resistance": 1 }),"#;
 
-/// Exactly these faults, in this order.
+/// Expects exactly these faults, in this order.
 #[track_caller]
 fn refused(text: &str, expected: &[&str]) {
     let shown = bad(text);
@@ -43,13 +43,13 @@ fn slips_of_the_pen() {
     refused(
         "Simulation(step: 1 ms)",
         &[
-            "not RON: expected comma\n  --> sim.ron:1:20\n  help: put a comma before this; a quantity with a unit stands in quotes",
+            "not RON: expected comma\n  --> sim.ron:1:20\n  help: put a comma before this; write a quantity with a unit in quotes",
         ],
     );
     refused(
         "Simulation(\n parts: { A: (model: \"x\") })",
         &[
-            "error: the keys of `{ .. }` are texts in quotes\n  --> sim.ron:2:11\n  help: write { \"name\": .. } or (name: ..)",
+            "error: the keys of `{ .. }` must be texts in quotes\n  --> sim.ron:2:11\n  help: write { \"name\": .. } or (name: ..)",
         ],
     );
     refused(
@@ -105,12 +105,12 @@ fn wrong_kinds_of_values() {
             "parts: { \"W\": (assembly: \"parts/wheel.ron\", params: 3, mounts: []), \"X\": 5, \"Y\": () }",
         ),
         &[
-            "error: part `W`: `params` is a map, this is a number\n  --> sim.ron:2:53\n  help: write { \"name\": .. }",
-            "error: part `W`: `mounts` is a map, this is a list\n  --> sim.ron:2:64\n",
+            "error: part `W`: `params` must be a map, but it is a number\n  --> sim.ron:2:53\n  help: write { \"name\": .. }",
+            "error: part `W`: `mounts` must be a map, but it is a list\n  --> sim.ron:2:64\n",
             "error: `W`: required parameter `mass`",
             "error: `W`: mount `strut` is not bound",
-            "error: part `X` is `(field: ..)`, this is a number\n  --> sim.ron:2:74\n",
-            "error: part `Y` is `(field: ..)`, this is nothing\n  --> sim.ron:2:82\n  help: write (model:",
+            "error: part `X` must be `(field: ..)`, but it is a number\n  --> sim.ron:2:74\n",
+            "error: part `Y` must be `(field: ..)`, but it is nothing\n  --> sim.ron:2:82\n  help: write (model:",
         ],
     );
     refused(
@@ -118,11 +118,11 @@ fn wrong_kinds_of_values() {
             "bodies: { \"b\": (parent: 3, at: [0, 0, 1], hinge: [0, 1, 0], nodes: { \"a b\": () }) }, wires: \"x\"",
         ),
         &[
-            "`parent` is a text, this is a number\n  --> sim.ron:3:25\n  help: write it in double quotes",
-            "`at` is `(field: ..)`, this is a list\n  --> sim.ron:3:32\n  help: fields: position, rotation",
-            "`hinge` is a hinge, this is a list\n  --> sim.ron:3:50\n  help: one of: Pin, Slider",
+            "`parent` must be a text, but it is a number\n  --> sim.ron:3:25\n  help: write it in double quotes",
+            "`at` must be `(field: ..)`, but it is a list\n  --> sim.ron:3:32\n  help: fields: position, rotation",
+            "`hinge` must be a hinge, but it is a list\n  --> sim.ron:3:50\n  help: one of: Pin, Slider",
             "`a b` cannot be the name of a node\n  --> sim.ron:3:71\n",
-            "`wires` is a list, this is a text\n",
+            "`wires` must be a list, but it is a text\n",
         ],
     );
     refused(
@@ -148,10 +148,10 @@ fn wrong_kinds_of_values() {
             "parts: {}, metrics: { \"a\": (take: last), \"b\": (of: \"x\", when: \"x > 1\"), \"c\": (when: \"x > 1\", unit: \"m\"), \"d\": (when: \"x > 1\", at: \"x > 2\") }",
         ),
         &[
-            "metric `a`: it is of nothing\n  --> sim.ron:2:24\n  help: write of: \"Part.output\", or when: \"Part.output > 1 N\"",
-            "metric `b`: it is of a variable and of a condition",
-            "metric `c`: a condition has no unit",
-            "metric `d`: `at` is of a variable",
+            "metric `a`: it lacks a variable or a condition\n  --> sim.ron:2:24\n  help: write of: \"Part.output\", or when: \"Part.output > 1 N\"",
+            "metric `b`: it has both a variable and a condition",
+            "metric `c`: a condition does not have a unit",
+            "metric `d`: `at` requires a variable",
         ],
     );
 }
@@ -191,7 +191,7 @@ fn assembly_parameters() {
 
 #[test]
 fn a_unit_mistake_inside_an_assembly_points_at_the_value() {
-    // A length where a mass is wanted: the unit travels with the parameter.
+    // A length instead of a mass: parameters keep their units.
     refused(
         &rover(
             "params: { \"l\": (unit: \"m\", default: 2, doc: \"Length.\") },\nbodies: { \"b\": (parent: \"world\", mass: \"$l * 2\", inertia: [1, 1, 1]) }",
@@ -230,7 +230,9 @@ fn files_and_mounts() {
     };
     refused(
         &wheel("\"strut\": \"c\", \"stroot\": \"c\""),
-        &["error: `W` has no mount `stroot`\n  --> sim.ron:4:26\n  help: did you mean `strut`?"],
+        &[
+            "error: `W` does not have a mount `stroot`\n  --> sim.ron:4:26\n  help: did you mean `strut`?",
+        ],
     );
     refused(
         &wheel("\"strut\": \"chassis\""),
@@ -319,7 +321,7 @@ fn wires_and_exports() {
     refused(
         &with("\"D.volts[0] -> In.vlts\""),
         &[
-            "`Rover.In` exports no `vlts`\n  --> sim.ron:5:10\n  help: did you mean `volts`? exports: volts",
+            "`Rover.In` does not export `vlts`\n  --> sim.ron:5:10\n  help: did you mean `volts`? exports: volts",
         ],
     );
     refused(
@@ -328,7 +330,9 @@ fn wires_and_exports() {
     );
     refused(
         &with("\"D.volts In.volts\""),
-        &["a wire has one `->`\n  --> sim.ron:5:10\n  help: write \"Part.output -> Part.input\""],
+        &[
+            "a wire must have one `->`\n  --> sim.ron:5:10\n  help: write \"Part.output -> Part.input\"",
+        ],
     );
     refused(&with("\"D.volts -> \""), &["is not the path of a port\n  --> sim.ron:5:10\n"]);
     refused(
@@ -338,7 +342,7 @@ fn wires_and_exports() {
     refused(
         &with("\"D.volts[*] -> M[*].volts\""),
         &[
-            "`[*]` is 2 on the left but 3 on the right\n  --> sim.ron:5:10\n  help: make both sides equally long",
+            "`[*]` is 2 on the left but 3 on the right\n  --> sim.ron:5:10\n  help: use equal numbers on both sides",
         ],
     );
     refused(
@@ -404,7 +408,7 @@ fn overrides() {
     let f = set("Rover.Hardware.Wheel1.mass=3 m").err().unwrap().show(Look::Plain);
     assert!(f.contains("`3 m` is in m, but kg is wanted\n  --> --set:1:28\n"), "{f}");
     let f = set("Rover.Hardware.Wheel1.Motor.rate=5Hz").err().unwrap().show(Look::Plain);
-    let wanted = "`rate` stands beside the parameters of `Rover.Hardware.Wheel1.Motor` (test.motor), in the file that has the part";
+    let wanted = "`rate` is not a parameter of `Rover.Hardware.Wheel1.Motor` (test.motor), but a field in the file that has the part";
     assert!(f.contains(wanted) && f.contains("parameters: resistance, gear"), "{f}");
     let f = set("seed").err().unwrap().show(Look::Plain);
     assert!(f.contains("has no `=`\n  --> --set:1:1\n"), "{f}");
@@ -419,13 +423,13 @@ fn bodies_that_cannot_exist() {
     refused(
         &rover("bodies: { \"b\": (parent: \"world\", mass: 1) }"),
         &[
-            "error: body `Rover/b` has mass but no `inertia`\n  --> sim.ron:3:12\n  help: write `inertia:",
+            "error: body `Rover/b` has mass but lacks `inertia`\n  --> sim.ron:3:12\n  help: write `inertia:",
         ],
     );
     refused(
         &rover("bodies: { \"b\": (parent: \"world\", hinge: Pin([0, 0, 0])) }"),
         &[
-            "error: body `Rover/b`: `hinge`: `Pin`: `axis` has no direction\n  --> sim.ron:3:45\n  help: write for example [0, 0, 1]",
+            "error: body `Rover/b`: `hinge`: `Pin`: `axis` has the length zero\n  --> sim.ron:3:45\n  help: write for example [0, 0, 1]",
         ],
     );
     refused(
@@ -489,13 +493,13 @@ fn numbers_of_place_and_view_have_units_and_are_never_zero_by_mistake() {
         ("place: (body: \"b\", at: [0, 0], wheels: [], radius: 0)", "`radius` is 0 m\n"),
         (
             "place: (body: \"b\", at: [0], wheels: [], radius: 1)",
-            "`at` takes 2 numbers, there are 1",
+            "`at` must have 2 numbers, but it has 1",
         ),
         ("place: (body: \"b\", at: [0, 0], wheels: [])", "`place` has no `radius`\n"),
         ("place: (PLACE, headng: 0)", "`place` has no field `headng`\n"),
-        ("place: (PLACE, joints: [3])", "`joints`: item 1 is a text, this is a number"),
+        ("place: (PLACE, joints: [3])", "`joints`: item 1 must be a text, but it is a number"),
         ("view: (rate: \"often\")", "`rate`: `often` is not a time\n"),
-        ("view: (eye: [0, 1])", "`eye` takes 3 numbers, there are 2"),
+        ("view: (eye: [0, 1])", "`eye` must have 3 numbers, but it has 2"),
         (
             "view: (arrows: [(at: \"a\", along: \"b\", scale: \"big\")])",
             "`scale`: `big` is not a quantity",
@@ -503,7 +507,7 @@ fn numbers_of_place_and_view_have_units_and_are_never_zero_by_mistake() {
         ("view: (arrows: [(at: \"a\", along: \"b\", color: [2, 0, 0])])", "outside 0 .. 1"),
         (
             "view: (arrows: [(at: \"a\", along: \"b\", color: [1, 0])])",
-            "is a colour, this has 2 numbers",
+            "must be a colour, but it has 2 numbers",
         ),
         ("view: (arrows: [(along: \"b\")])", "`arrows`: item 1 has no `at`\n"),
         (
@@ -529,7 +533,7 @@ fn a_misspelt_parameter_is_one_mistake() {
 #[test]
 fn what_a_hinge_does_not_take_is_refused() {
     for (hinge, fact) in [
-        ("Ball(3)", "`hinge`: `Ball` takes nothing but fields, this is a number"),
+        ("Ball(3)", "`hinge`: `Ball` accepts only fields, but there is a number"),
         ("Ball(axis: [0, 0, 1])", "`Ball` has no field `axis`"),
         ("Pin(axis: [0, 0, 1], pitch: 1)", "`Pin` has no field `pitch`"),
         ("Pin", "`Pin` has no `axis`"),

@@ -1,4 +1,4 @@
-//! Assemblies as cargo: their bodies are there, rigid, and nothing else, until a phase lets them go.
+//! Assemblies as cargo: only their bodies exist, as one rigid piece, until a phase releases them.
 use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_runtime::{Files, Seconds, Simulation};
@@ -67,7 +67,7 @@ fn cargo_is_its_bodies_in_one_piece() {
 fn an_element_of_an_array_may_be_whole() {
     let two = format!("array: [(), (stowed: None)], {STOWED}");
     let two = loaded(&lorry(&two, "")).unwrap_or_else(|f| panic!("{f}"));
-    // The lorry with a cart on it, and a cart of its own with two wheels.
+    // The lorry with a cart on it, and a separate cart with two wheels.
     assert_eq!((spec(&two).multibody.nv(), two.spec.parts.len()), (6 + 6 + 2, 2));
     resolves(&two);
 }
@@ -89,7 +89,7 @@ fn a_phase_lets_it_go_as_it_moves() {
     let changed = "on another hinge: Cart/frame, Cart.Right/wheel, Cart/left";
     assert!(report.notes.iter().any(|n| n == changed), "{:?}", report.notes);
     assert!(report.new.contains(&"Cart.Right.Motor".to_string()), "{:?}", report.new);
-    // It is where it was, and moves as its place on the lorry does.
+    // It is at the same position, and has the velocity of that point of the lorry.
     let number = |name: String| sim.get(&name).unwrap();
     let get = |name: &str| Vec3::from(["x", "y", "z"].map(|c| number(format!("{name}.{c}"))));
     let turn = |body: &str| {
@@ -107,7 +107,7 @@ fn a_phase_lets_it_go_as_it_moves() {
     assert!(sim.get("Cart/left.rate").unwrap().abs() > 1e-3, "its motor turns its wheels");
 }
 
-/// A cart that rolls, is held where it is, and goes on from there.
+/// A cart that rolls, is held at its position, and continues from there.
 const HELD: &str = r#"start: "rolls", phases: {
     "rolls": (parts: { "Cart": (stowed: None) }, to: { "held": "time > 0.5 s" }),
     "held": (to: { "on": "time > 1 s" }),
@@ -117,7 +117,7 @@ const HELD: &str = r#"start: "rolls", phases: {
 #[test]
 fn what_is_held_stands_where_it_is_without_its_models_and_goes_on_from_there() {
     let held = loaded(&lorry("stowed: (held: true)", "")).unwrap_or_else(|f| panic!("{f}"));
-    // All coordinates are there; those of the cart are prescribed, at rest, and nothing else of it is left.
+    // All coordinates exist; those of the cart are prescribed, at rest, and nothing else of it exists.
     assert_eq!((spec(&held).multibody.nv(), held.spec.parts.len()), (6 + 6 + 2, 0));
     assert!(held.spec.wires.is_empty() && held.colliders.is_none());
     resolves(&held);
@@ -139,7 +139,7 @@ fn what_is_held_stands_where_it_is_without_its_models_and_goes_on_from_there() {
             before = places(&sim);
         }
     }
-    // It is taken where it was; a row of 10 ms may lie between.
+    // It is held at its position; a row of 10 ms may be between.
     let taken = places(&sim);
     assert!(sim.get("Cart/frame.velocity.x").unwrap() == 0.0 && taken[2].abs() > 1e-4, "{taken:?}");
     for (a, b) in taken.iter().zip(before) {
@@ -162,14 +162,17 @@ fn cargo_that_cannot_be_is_refused() {
     let e = told("stowed: (at: (position: [1, 0, 0]))");
     assert!(e.contains("stowed: (on: ") && e.contains("sim.ron:3"), "{e}");
     let e = told("stowed: (held: true, on: \"lorry\")");
-    assert!(e.contains("`held` is for what stays where it is") && e.contains("sim.ron:3"), "{e}");
+    assert!(
+        e.contains("`held` cannot be combined with `on` and `at`") && e.contains("sim.ron:3"),
+        "{e}"
+    );
     let e = told("stowed: (on: \"lory\")");
     assert!(e.contains("lory") && e.contains("lorry"), "{e}");
     let e = told("stowed: (on: \"lorry\", where: 3)");
     assert!(e.contains("where"), "{e}");
     let e = told("stowed: (on: \"lorry\", at: (position: [1, 0]))");
     assert!(e.contains("position"), "{e}");
-    // What would hang in two places, or in none.
+    // Bodies with two parents, or with none.
     let with = |from: &str, to: &str| {
         let catalogue = catalogue();
         let cart = CART.replacen(from, to, 1);
@@ -181,10 +184,10 @@ fn cargo_that_cannot_be_is_refused() {
         "\"left\": (\n            parent: \"frame\"",
         "\"left\": (\n            parent: \"world\"",
     );
-    assert!(e.contains("2 of its bodies hang on the world: `frame`, `left`"), "{e}");
+    assert!(e.contains("2 of its bodies are connected to the world: `frame`, `left`"), "{e}");
     let e = with("\"frame\": (parent: \"world\"", "\"frame\": (parent: \"/lorry\"");
-    assert!(e.contains("none of its bodies hangs on the world"), "{e}");
-    // A wire to cargo has nowhere to go.
+    assert!(e.contains("none of its bodies is connected to the world"), "{e}");
+    // A wire to cargo has no target.
     let e = loaded(&lorry(STOWED, "wires: [\"Cart.volts -> Cart.volts\"],"))
         .err()
         .unwrap()

@@ -38,7 +38,7 @@ fn a_variant_is_the_same_assembly_with_other_defaults() {
     // Half of 3 m along x, 4 m down y.
     let com = mechanism.multibody.bodies()[0].inertia().com();
     assert_eq!((com.x, com.y), (1.5, -4.0));
-    // A variant of a variant; and from outside the parameter goes on being one.
+    // A variant of a variant; from outside, the parameter is still a parameter.
     let catalogue = catalogue();
     let options =
         Options::new(&catalogue).embed("parts/base.ron", BASE).embed("own/heavy.ron", own).embed(
@@ -52,7 +52,7 @@ fn a_variant_is_the_same_assembly_with_other_defaults() {
     assert_eq!((body.inertia().mass(), body.inertia().com().x), (6.0, 3.0));
     let alone = load_file("own/longer.ron", &options).unwrap_or_else(|f| panic!("{f}"));
     assert_eq!(alone.spec.mechanism().unwrap().multibody.bodies()[0].inertia().mass(), 5.0);
-    // What it is resolved to needs neither file.
+    // The resolved text needs neither file.
     let again = load_text("r.ron", &longer.resolved, &Options::new(&catalogue));
     assert!(again.is_ok(), "{:?}", again.err().map(|f| f.render(false)));
 }
@@ -87,20 +87,23 @@ fn what_a_variant_may_not_say_is_told() {
         ),
         (
             r#"Assembly(like: "parts/base.ron", params: { "mass": (default: 5, unit: "g") })"#,
-            "take `unit` and `range` out",
+            "remove `unit` and `range`",
         ),
         (r#"Assembly(like: "parts/base.ron", bodies: {})"#, "`bodies`"),
         (r#"Assembly(like: "parts/bass.ron")"#, "there is no assembly file `parts/bass.ron`"),
-        (r#"Assembly(like: "heavy.ron")"#, "`like` goes round"),
+        (r#"Assembly(like: "heavy.ron")"#, "`like` is circular"),
         (
             r#"Assembly(like: "parts/base.ron", params: { "tip": (default: [1, 2]) })"#,
             "`$tip` has 2 elements",
         ),
         (
             r#"Assembly(like: "parts/base.ron", params: { "tip": (default: [0, 0, 0]) })"#,
-            "ends where it begins",
+            "has the length zero",
         ),
-        (r#"Assembly(like: "parts/base.ron", params: { "tip": (default: 3) })"#, "no [0]"),
+        (
+            r#"Assembly(like: "parts/base.ron", params: { "tip": (default: 3) })"#,
+            "so [0] does not exist",
+        ),
     ] {
         let error = loaded(own).err().unwrap_or_else(|| panic!("{own} loads"));
         assert!(error.contains(said), "{own}: {error}");

@@ -1,4 +1,4 @@
-//! A campaign: what each run is made from. A run is a pure function of the campaign's file and the run's number.
+//! A campaign: the configuration of each run. A run is a pure function of the campaign's file and the run's number.
 use crate::correlation::correlated;
 use crate::distribution::{Distribution, deviate};
 use crate::form::{Bound, Drawn, Form, Noise, Requirement, Template, in_unit};
@@ -11,7 +11,7 @@ use linkwork_runtime::{Fault, Located, Origin, Seconds, Sources, Value, noise};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Everything that is the same for all runs.
+/// The data that all runs share.
 #[derive(Clone, Debug)]
 pub struct Campaign {
     form: Form,
@@ -20,59 +20,59 @@ pub struct Campaign {
     retained: Option<Retained>,
     /// Names and units of the metrics.
     metrics: Vec<(String, String)>,
-    /// Names of the phases; none for a simulation without.
+    /// Names of the phases; empty for a simulation without phases.
     phases: Vec<String>,
     /// Requirements on the metrics.
     aims: Vec<Aim>,
-    /// Contents that every run must find: texts by name, fingerprints of data files by name.
+    /// Contents that every run must find unchanged: texts by name, fingerprints of data files by name.
     contents: Contents,
-    /// What of the simulation is allowed and probably not meant, with every distribution at its middle.
+    /// Warnings of the simulation with the median of every distribution.
     warnings: Vec<Fault>,
     sources: Sources,
     /// Seed of the simulation's file.
     file_seed: u64,
     identity: u64,
-    /// What its runs have in common.
+    /// Data that its runs share.
     shared: Shared,
 }
 
-/// A requirement as it is judged.
+/// A requirement with resolved references.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Aim {
-    /// What is wrong with a run that misses it.
+    /// Description of the failure of a run that violates it.
     pub cause: String,
-    /// Place of the metric.
+    /// Index of the metric.
     pub metric: usize,
-    /// Least value that is good, in the metric's unit; −∞: no bound.
+    /// Smallest acceptable value, in the metric's unit; −∞: no bound.
     pub least: f64,
-    /// Greatest value that is good; ∞: no bound.
+    /// Largest acceptable value; ∞: no bound.
     pub most: f64,
 }
 
 impl Aim {
-    /// Whether a run with these metrics keeps it; `None` for one without the metric, since what it is of never came.
+    /// Returns whether a run with these metrics satisfies it; `None` if the metric does not have a value.
     pub fn is_kept(&self, metrics: &[f64]) -> Option<bool> {
         let y = metrics.get(self.metric).copied().filter(|y| !y.is_nan())?;
         Some(self.least <= y && y <= self.most)
     }
 }
 
-/// Contents of files, by name: their hashes.
+/// Hashes of the contents of files, by name.
 pub(crate) type Contents = BTreeMap<String, u64>;
 
-/// The form of what runs leave in a campaign's folder: what another one left is another campaign.
+/// Version of the files in a campaign's folder. Folders of another version belong to another campaign.
 const FORM: u32 = 2;
-/// What `--set` of the run is called among the sources.
+/// Name of the source for `--set` values of a run.
 const SET: &str = "--set";
 
-/// Hashes of the texts and data files that a simulation was loaded from.
+/// Returns the hashes of the texts and data files from which a simulation was loaded.
 pub(crate) fn contents(ready: &Ready) -> Contents {
     let texts = ready.loaded.sources.files.iter().filter(|(name, _)| name != SET);
     let texts = texts.map(|(name, text)| (name.clone(), noise::hash(text.bytes())));
     texts.chain(ready.files.prints()).collect()
 }
 
-/// A template as text, a draw as its place.
+/// Returns a template as text, with the index of each drawn value.
 fn shape(template: &Template) -> String {
     let join = |all: Vec<String>| all.join(", ");
     match template {
@@ -87,19 +87,19 @@ fn shape(template: &Template) -> String {
 }
 
 impl Campaign {
-    /// Reads the file, and loads its simulation with every distribution at its middle, so that a path or metric that
-    /// is not there is found before the first run.
+    /// Reads the file, and loads its simulation with the median of every distribution, so that a wrong path or metric is reported before the first
+    /// run.
     ///
     /// # Errors
-    /// Everything that is wrong, at once, in the campaign's file or the simulation's.
+    /// All mistakes in the campaign's file or the simulation's file.
     pub fn read(path: &Path, library: &Library) -> Result<Campaign, Failure> {
         Campaign::new(Form::read(path)?, library)
     }
 
-    /// The same of a file that is read already.
+    /// Like [`Campaign::read`], for a file that is already parsed.
     ///
     /// # Errors
-    /// Everything that is wrong, at once.
+    /// All mistakes.
     pub fn new(form: Form, library: &Library) -> Result<Campaign, Failure> {
         let stream =
             |(k, d): (usize, &Drawn)| Stream::new(form.sampling, form.seed, &d.name, k, form.runs);
@@ -134,7 +134,7 @@ impl Campaign {
         Ok(campaign)
     }
 
-    /// The simulation once more, with what other runs of it have made.
+    /// Loads the simulation again, with the cache of earlier loads.
     fn again(
         &self,
         set: &[String],
@@ -144,7 +144,7 @@ impl Campaign {
         library.file_of_many(&self.form.simulation, set, seed, &self.shared)
     }
 
-    /// Files that a choice may name, as they are now. What cannot be loaded is refused when a run draws it.
+    /// Adds the present contents of files that a choice may select. Files that cannot be loaded are rejected when a run draws them.
     fn watch_choices(&mut self, library: &Library) {
         for k in 0..self.form.drawn.len() {
             let Distribution::Choice { of, .. } = &self.form.drawn[k].of else { continue };
@@ -159,17 +159,17 @@ impl Campaign {
         }
     }
 
-    /// What of the simulation is allowed and probably not meant, each once, and the texts that this points into.
+    /// Returns the warnings of the simulation, each once, and the texts to which they refer.
     pub fn warnings(&self) -> (&[Fault], &Sources) {
         (&self.warnings, &self.sources)
     }
 
-    /// Seed of a run's noise.
+    /// Returns the seed of a run's noise.
     pub fn seed_of(&self, run: u64) -> u64 {
         self.seed(run).unwrap_or(self.file_seed)
     }
 
-    /// Metrics, the end, the pairs of the report: what the simulation says of itself.
+    /// Reads the metrics, the end time, and the pairs of the report from the simulation.
     fn look_up(&mut self, ready: &Ready) -> Result<(), Failure> {
         let file = &ready.loaded.simulation;
         let prepared = linkwork_runner::prepare(ready.plan(), file).map_err(|faults| {
@@ -183,15 +183,18 @@ impl Campaign {
         let mut faults = Vec::new();
         if self.form.until.is_none() && file.until.is_none() {
             let message = match file.stop_when {
-                Some(_) => "the simulation ends by `stop_when` alone: a run might never end",
-                None => "nothing says when a run ends",
+                Some(_) => {
+                    "the simulation has only `stop_when` and no end time, so a run might never end"
+                }
+                None => "the simulation has neither an end time nor a stop condition",
             };
-            let help = "write limits: (time: \"100 s\"), the latest simulated end of a run";
+            let help = "write limits: (time: \"100 s\"), the largest simulated time of a run";
             faults.push(Fault::new(Origin::NONE, message).help(help));
         }
         if self.metrics.is_empty() {
             let help = "write `metrics` into the simulation: { \"miss\": (of: \"Part.output\", take: \"last\") }";
-            let message = "the simulation has no metrics: a campaign would have no results";
+            let message =
+                "the simulation does not define metrics, so a campaign would not have results";
             faults.push(Fault::new(Origin::NONE, message).help(help));
         }
         let metrics = self.metrics.iter().map(|f| f.0.as_str());
@@ -219,7 +222,7 @@ impl Campaign {
         }
     }
 
-    /// A requirement in the unit of its metric.
+    /// Converts a requirement to the unit of its metric.
     fn aim(&self, r: &Requirement) -> Result<Aim, Fault> {
         let at = |fact: String| Fault::new(r.origin, format!("`require`: `{}`: {fact}", r.cause));
         let Some(metric) = self.metrics.iter().position(|(name, _)| *name == r.metric) else {
@@ -233,27 +236,33 @@ impl Campaign {
             None => Ok(open),
             Some(b) if b.unit.is_empty() => Ok(b.number),
             Some(b) => in_unit(b.number, &b.unit, unit, false).ok_or_else(|| {
-                let fact = format!("the metric has {}, the bound {}", shown(unit), b.unit);
-                at(fact).help("write the bound in a unit of the metric's quantity, or without one")
+                let fact = format!(
+                    "the unit of the metric is {}, that of the bound {}",
+                    shown(unit),
+                    b.unit
+                );
+                at(fact)
+                    .help("write the bound in a unit of the metric's quantity, or without a unit")
             }),
         };
         let (least, most) = (bound(&r.least, f64::NEG_INFINITY)?, bound(&r.most, f64::INFINITY)?);
         if !(least <= most) {
-            let fact = format!("nothing is from {least} to {most}");
+            let fact = format!("the range from {least} to {most} is empty");
             return Err(at(fact).help("write `least` below `most`"));
         }
         Ok(Aim { cause: r.cause.clone(), metric, least, most })
     }
 
-    /// The variables that every run keeps.
+    /// Returns the variables that every run retains.
     fn retain(&mut self, ready: &Ready) -> Result<(), Vec<Fault>> {
         let Some(retain) = &self.form.retain else { return Ok(()) };
         let drawn = |(path, t, _): &&(String, Template, Origin)| {
             path == "step" && !matches!(t, Template::Constant(_))
         };
         if let Some((_, _, origin)) = self.form.targets.iter().find(drawn) {
-            let message = "`retain`: rows of runs whose `step` is drawn are at different times";
-            let help = "leave `step` out of `vary`, or take `retain` out";
+            let message =
+                "`retain`: the samples of runs with a drawn `step` are at different times";
+            let help = "remove `step` from `vary`, or remove `retain`";
             return Err(vec![Fault::new(*origin, message).help(help)]);
         }
         let variables = &ready.plan().variables;
@@ -273,18 +282,18 @@ impl Campaign {
         let numbers = rows * (variables.len() as f64 + 1.0);
         if numbers > MOST as f64 {
             let message = format!(
-                "`retain`: a run may have {rows:.0} rows of {} variables, more than {MOST} numbers",
+                "`retain`: a run can have {rows:.0} samples of {} variables, more than {MOST} numbers",
                 variables.len()
             );
-            let help = "name fewer variables, or a longer period";
+            let help = "use fewer variables, or a longer period";
             return Err(vec![Fault::new(retain.origin, message).help(help)]);
         }
         self.retained = Some(Retained { variables, every: retain.every });
         Ok(())
     }
 
-    /// What two campaigns must share so that the runs of one are runs of the other. Limits of wall time, what
-    /// the report shows and what is required change no run.
+    /// Hashes the data that two campaigns must share if the runs of one can be used in the other. Limits of wall time, the content of the report, and
+    /// requirements do not affect runs.
     fn identify(&self, plan: u64) -> u64 {
         let f = &self.form;
         let mut text = format!(
@@ -297,7 +306,7 @@ impl Campaign {
             env!("CARGO_PKG_VERSION")
         );
         for d in &f.drawn {
-            // Values as they print: where they are written is no part of them.
+            // Values are hashed as they print; their positions in the file are not part of the hash.
             let of = match &d.of {
                 Distribution::Choice { of, weights } => {
                     let of: Vec<String> = of.iter().map(Value::to_string).collect();
@@ -313,16 +322,16 @@ impl Campaign {
         for (path, template, _) in &f.targets {
             text.push_str(&format!("\n{path} {}", shape(template)));
         }
-        // Runs that kept something else would belong together, their histories would not.
+        // Runs with different retained variables would be equal, but their histories would not.
         text.push_str(&format!("\n{:?}", self.retained));
-        // By contents alone: names are as the path to the campaign was typed.
+        // Only the contents are hashed, because names depend on how the path to the campaign was typed.
         let mut prints: Vec<u64> = self.contents.values().copied().collect();
         prints.sort_unstable();
         prints.iter().for_each(|print| text.push_str(&format!("\n{print:016x}")));
         noise::hash(text.bytes())
     }
 
-    /// Faults at `--set` happen where the campaign's file writes the value.
+    /// Moves mistakes in `--set` to the position in the campaign's file where the value is defined.
     fn in_own_words(&self, mut failure: Failure) -> Failure {
         let offset = failure.sources.files.len() as u32;
         for (name, text) in &self.form.sources.files {
@@ -340,47 +349,47 @@ impl Campaign {
         failure
     }
 
-    /// The file as read.
+    /// Returns the parsed file.
     pub fn form(&self) -> &Form {
         &self.form
     }
 
-    /// Names and units of the metrics of a run.
+    /// Returns names and units of the metrics of a run.
     pub fn metrics(&self) -> &[(String, String)] {
         &self.metrics
     }
 
-    /// Names of the phases of a run; none for a simulation without phases.
+    /// Returns the names of the phases of a run; empty for a simulation without phases.
     pub fn phases(&self) -> &[String] {
         &self.phases
     }
 
-    /// Requirements on the metrics, in the order of the file.
+    /// Returns the requirements on the metrics, in the order of the file.
     pub fn aims(&self) -> &[Aim] {
         &self.aims
     }
 
-    /// What every run keeps.
+    /// Returns what every run retains.
     pub fn retained(&self) -> Option<&Retained> {
         self.retained.as_ref()
     }
 
-    /// A hash of all that decides the runs: the file's values, the plan, the contents of the files.
+    /// Returns a hash of everything that determines the runs: the file's values, the plan, the contents of the files.
     pub fn identity(&self) -> u64 {
         self.identity
     }
 
-    /// The latest simulated end of a run.
+    /// Returns the largest simulated time of a run.
     pub fn until(&self) -> Option<Seconds> {
         self.form.until
     }
 
-    /// Every distribution at its middle.
+    /// Returns the medians of all distributions.
     fn middle(&self) -> Vec<Value> {
         self.form.drawn.iter().map(|d| d.of.quantile(0.5)).collect()
     }
 
-    /// The drawn values of a run, in the order of [`Form::drawn`], each in its unit. Cost: linear in their number.
+    /// Returns the drawn values of a run, in the order of [`Form::drawn`], each in its unit. Cost: linear in their number.
     pub fn draws(&self, run: u64) -> Vec<Value> {
         let mut out: Vec<Value> = self
             .form
@@ -399,7 +408,7 @@ impl Campaign {
         out
     }
 
-    /// The seed of the noise of a run; `None`: that of the simulation's file.
+    /// Returns the seed of the noise of a run; `None`: that of the simulation's file.
     pub fn seed(&self, run: u64) -> Option<u64> {
         match self.form.noise {
             Noise::Own => Some(noise::key(self.form.seed, &format!("noise of run {run}"))),
@@ -407,7 +416,7 @@ impl Campaign {
         }
     }
 
-    /// `PATH=VALUE` of a run, as for `linkwork run --set`.
+    /// Returns the `PATH=VALUE` texts of a run, as for `linkwork run --set`.
     pub fn overrides(&self, run: u64) -> Vec<String> {
         self.set(&self.draws(run))
     }
@@ -439,7 +448,7 @@ impl Campaign {
     /// Loads a run.
     ///
     /// # Errors
-    /// What is wrong with the configuration that was drawn, or which file has changed since the campaign began.
+    /// The mistakes in the drawn configuration, or the file that has changed since the campaign began.
     pub fn load(&self, run: u64, library: &Library) -> Result<Ready, LoadError> {
         let ready = self
             .again(&self.overrides(run), self.seed(run), library)
@@ -453,17 +462,17 @@ impl Campaign {
         }
     }
 
-    /// Where the simulation's file is.
+    /// Returns the path of the simulation's file.
     pub fn simulation(&self) -> &PathBuf {
         &self.form.simulation
     }
 }
 
-/// Why a run has no configuration.
+/// A run cannot be loaded.
 #[derive(Clone, Debug)]
 pub enum LoadError {
-    /// The values drawn are refused.
+    /// The drawn values are not valid.
     Refused(Failure),
-    /// A file is not what it was when the campaign began.
+    /// A file has changed since the campaign began.
     Changed(String),
 }

@@ -1,10 +1,10 @@
-//! Correlated draws: a matrix of correlations as its lower factor, `R = L Lᵀ`.
+//! Correlated draws: a correlation matrix as its lower Cholesky factor, `R = L Lᵀ`.
 //!
-//! Independent standard normal numbers z become `L z`, whose correlations are R. Each then goes through the quantile
-//! of its own distribution (a Gaussian copula): for normal values the correlations are exactly R, for others R is
-//! that of the underlying normal numbers. Sums are taken in a fixed order, so that they have the same bits everywhere.
+//! Independent standard normal numbers z become `L z`, whose correlations are R. Each number is then mapped by the quantile function of its own
+//! distribution (a Gaussian copula). For normal values, the correlations are exactly R; for other distributions, R is the correlation of the
+//! underlying normal numbers. Sums are computed in a fixed order, so results are bit-identical on all machines.
 
-/// Why a matrix is no matrix of correlations.
+/// A matrix is not a correlation matrix.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CorrelationError {
     /// Not n × n.
@@ -12,25 +12,25 @@ pub enum CorrelationError {
         "the matrix has {rows} rows, and row {row} has {columns} entries, for {n} names\n  help: write one row and one column for each name"
     )]
     Shape {
-        /// Names.
+        /// Number of names.
         n: usize,
-        /// Rows.
+        /// Number of rows.
         rows: usize,
-        /// The row looked at.
+        /// The first row with a wrong number of entries.
         row: usize,
-        /// Its entries.
+        /// Its number of entries.
         columns: usize,
     },
-    /// An entry that cannot be.
+    /// An invalid entry.
     #[error("entry ({row}, {column}) is {value}\n  help: {help}")]
     Entry {
         /// Row, from 1.
         row: usize,
         /// Column, from 1.
         column: usize,
-        /// What it is.
+        /// The value.
         value: f64,
-        /// What it should be.
+        /// The rule that it violates.
         help: &'static str,
     },
     /// Not positive semi-definite.
@@ -40,18 +40,18 @@ pub enum CorrelationError {
     Indefinite {
         /// Row, from 1.
         row: usize,
-        /// What is left of the variance 1.
+        /// Remaining variance of the name, of 1.
         variance: f64,
     },
 }
 
-/// Rounding of entries written with twelve digits.
+/// Tolerance for entries that are written with twelve digits.
 const ROUND: f64 = 1e-10;
 
-/// The lower factor of a matrix of correlations, which may be singular. Cost: n³/6.
+/// Returns the lower factor of a correlation matrix, which may be singular. Cost: n³/6.
 ///
 /// # Errors
-/// [`CorrelationError`] with the first entry that cannot be.
+/// [`CorrelationError`] with the first invalid entry.
 pub fn factor(matrix: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, CorrelationError> {
     let rows = matrix.len();
     if rows != n {
@@ -64,11 +64,11 @@ pub fn factor(matrix: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Correlatio
     for (i, row) in matrix.iter().enumerate() {
         for (j, &value) in row.iter().enumerate() {
             let wrong = if i == j && value != 1.0 {
-                Some("entries on the diagonal are 1")
+                Some("entries on the diagonal must be 1")
             } else if !(value.abs() <= 1.0) {
-                Some("a correlation is a number from -1 to 1")
+                Some("a correlation must be between -1 and 1")
             } else if value != matrix[j][i] {
-                Some("the matrix is symmetric: write the same number at both places")
+                Some("the matrix must be symmetric: write the same number in both entries")
             } else {
                 None
             };
@@ -84,7 +84,7 @@ pub fn factor(matrix: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Correlatio
             if l[j][j] > 0.0 {
                 l[i][j] = rest / l[j][j];
             } else if rest.abs() > ROUND.sqrt() {
-                // Name j is a sum of those before it, and i agrees with them and not with j.
+                // Name j is a linear combination of the names before it; name i is correlated with them, but not with j.
                 return Err(CorrelationError::Indefinite { row: i + 1, variance: -rest.abs() });
             }
         }
@@ -92,7 +92,7 @@ pub fn factor(matrix: &[Vec<f64>], n: usize) -> Result<Vec<Vec<f64>>, Correlatio
         if variance < -ROUND {
             return Err(CorrelationError::Indefinite { row: i + 1, variance });
         }
-        // What is left of rounding is nothing: the name follows from those before it.
+        // A remaining variance at round-off level is zero: the name is a linear combination of the names before it.
         l[i][i] = if variance > ROUND { variance.sqrt() } else { 0.0 };
     }
     Ok(l)
@@ -102,7 +102,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |sum, (x, y)| sum + x * y)
 }
 
-/// L z.
+/// Computes L z.
 pub fn correlated(l: &[Vec<f64>], z: &[f64]) -> Vec<f64> {
     l.iter().map(|row| dot(row, z)).collect()
 }

@@ -1,7 +1,7 @@
-//! Distributions of one value, by their quantiles: a draw is `quantile(u)` of a uniform number in (0, 1).
+//! Distributions of one value by their quantile functions: a draw is `quantile(u)` for a uniform number u in (0, 1).
 //!
-//! One map from (0, 1) to values serves every way of sampling: independent numbers, Latin hypercubes and Sobol
-//! sequences differ only in their `u`. With Φ the standard normal distribution function:
+//! All sampling methods use this map from (0, 1) to values: independent numbers, Latin hypercubes and Sobol sequences differ only in their `u`. With
+//! the standard normal distribution function Φ:
 //! ```text
 //! Uniform           a + (b − a) u
 //! Normal            μ + σ z                    z = Φ⁻¹(u)
@@ -9,14 +9,14 @@
 //! LogNormal         m exp(s z)                 m is the median, s the deviation of the logarithm
 //! Choice            the first whose cumulative weight is above u
 //! ```
-//! Φ and its inverse are `statrs`'.
+//! Φ and its inverse are those of `statrs`.
 use linkwork_runtime::Value;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// A distribution, in the number of its unit.
+/// A distribution. Numbers are in its unit.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Distribution {
-    /// Between two bounds, all alike.
+    /// Uniform between two bounds.
     Uniform {
         /// Lower bound.
         from: f64,
@@ -30,18 +30,18 @@ pub enum Distribution {
         /// σ, above zero.
         deviation: f64,
     },
-    /// Gaussian, given that the value lies between two bounds.
+    /// Gaussian, truncated to an interval.
     TruncatedNormal {
-        /// μ of the Gaussian before it is cut.
+        /// μ of the Gaussian before truncation.
         mean: f64,
-        /// σ of the Gaussian before it is cut.
+        /// σ of the Gaussian before truncation.
         deviation: f64,
         /// Lower bound, may be −∞.
         from: f64,
         /// Upper bound, may be ∞.
         to: f64,
     },
-    /// Its logarithm is Gaussian.
+    /// Log-normal: the logarithm is Gaussian.
     LogNormal {
         /// exp of the mean of the logarithm.
         median: f64,
@@ -57,28 +57,28 @@ pub enum Distribution {
     },
 }
 
-/// Where uniform numbers end: the least is half of what separates two of them.
+/// Smallest uniform number: half of the distance between two of them.
 const LEAST: f64 = 0.5 / (1u64 << 53) as f64;
 
 fn standard() -> Normal {
     Normal::standard()
 }
 
-/// Φ(z).
+/// Returns Φ(z).
 pub(crate) fn phi(z: f64) -> f64 {
     standard().cdf(z)
 }
 
-/// Φ⁻¹(u) of u in \[0, 1\]; finite at the ends.
+/// Returns Φ⁻¹(u) for u in \[0, 1\]; finite at the ends.
 pub(crate) fn deviate(u: f64) -> f64 {
     standard().inverse_cdf(u.clamp(LEAST, 1.0 - f64::EPSILON / 2.0))
 }
 
 impl Distribution {
-    /// The least probability that a truncated normal may leave between its bounds. Below it Φ has no digits left.
+    /// Smallest probability of the interval of a truncated normal distribution. Below it, round-off in Φ dominates.
     pub const LEAST_SUPPORT: f64 = 1e-12;
 
-    /// Whether every value it can take is a number.
+    /// Returns whether all of its values are numbers.
     pub fn is_number(&self) -> bool {
         match self {
             Distribution::Choice { of, .. } => of.iter().all(|v| matches!(v, Value::Number(_))),
@@ -86,18 +86,18 @@ impl Distribution {
         }
     }
 
-    /// The probability that the Gaussian has between two bounds (in deviations from the mean).
+    /// Returns the probability of the Gaussian between two bounds (in standard deviations from the mean).
     pub fn between(alpha: f64, beta: f64) -> f64 {
-        // Above the mean from the other side, where Φ keeps its digits.
+        // Above the mean, use the upper tail, where Φ keeps its precision.
         if alpha > 0.0 { phi(-alpha) - phi(-beta) } else { phi(beta) - phi(alpha) }
     }
 
-    /// Whether it has numbers, which may be correlated and ranked.
+    /// Returns whether its values are numbers that can be correlated and ranked.
     pub fn is_continuous(&self) -> bool {
         !matches!(self, Distribution::Choice { .. })
     }
 
-    /// The value below which the fraction `u` of all values lies.
+    /// Returns the value below which the fraction `u` of all values lies.
     pub fn quantile(&self, u: f64) -> Value {
         match self {
             Distribution::Choice { of, weights } => {
@@ -106,7 +106,7 @@ impl Distribution {
                     sum += w;
                     u < sum
                 });
-                // Rounding may leave the last sum below 1.
+                // Round-off may leave the last sum below 1.
                 let last = weights.iter().rposition(|w| *w > 0.0).unwrap_or(0);
                 of[k.unwrap_or(last)].clone()
             }
@@ -114,7 +114,7 @@ impl Distribution {
         }
     }
 
-    /// The same at `z = Φ⁻¹(u)`: correlated values are drawn so.
+    /// Returns the quantile at `z = Φ⁻¹(u)`, for correlated values.
     pub fn at_deviate(&self, z: f64) -> Value {
         match self {
             Distribution::Choice { .. } => self.quantile(phi(z)),
@@ -138,7 +138,7 @@ impl Distribution {
                 (mean + deviation * z).clamp(from, to)
             }
             Distribution::LogNormal { median, sigma } => median * (sigma * z).exp(),
-            // Has no number; never asked for one.
+            // A choice cannot be correlated, so this case does not occur.
             Distribution::Choice { .. } => f64::NAN,
         }
     }

@@ -1,7 +1,7 @@
-//! Running a campaign: every core takes the next run that has not ended yet, until there is none.
+//! Execution of a campaign: each thread takes the next run that has not ended yet, until all have ended.
 //!
-//! Runs know nothing of each other, so that their order, the number of threads, and how often the campaign was
-//! stopped leave no trace in what comes out. Time is stepped by the one loop of `linkwork_runner`.
+//! Runs are independent, so results do not depend on their order, the number of threads, or interruptions of the campaign. Time is stepped by the
+//! loop of `linkwork_runner`.
 use crate::campaign::Campaign;
 use crate::folder::Folder;
 use crate::journal::{Journal, JournalError};
@@ -13,23 +13,23 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::time::Duration;
 
-/// How far a campaign is.
+/// Progress of a campaign.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress {
-    /// Runs that ended, those of earlier calls too.
+    /// Number of runs that have ended, including earlier calls.
     pub done: u64,
-    /// Of those, the ones that failed.
+    /// Number of failed runs among them.
     pub failed: u64,
-    /// All runs.
+    /// Number of all runs.
     pub runs: u64,
-    /// Wall time until the last run ends, from the pace of this call; `None` before its first run.
+    /// Estimated wall time until the last run ends, from the pace of this call; `None` before its first run.
     pub left: Option<Duration>,
 }
 
-/// A campaign cannot go on.
+/// A campaign cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum CampaignError {
-    /// The journal.
+    /// The journal cannot be used.
     #[error(transparent)]
     Journal(#[from] JournalError),
     /// A run cannot be made.
@@ -37,26 +37,26 @@ pub enum CampaignError {
     Run(#[from] MakeError),
 }
 
-/// How a campaign is to be run.
+/// How a campaign is run.
 pub struct Orders<'a> {
     /// Models and assemblies.
     pub library: &'a Library,
-    /// Threads; at least one works.
+    /// Number of threads; at least one is used.
     pub threads: usize,
-    /// Set from outside to stop: what is under way is given up, what has ended is kept.
+    /// Set from outside to stop: active runs are aborted, completed runs are kept.
     pub stop: Stop,
 }
 
-/// What a worker tells.
+/// Message of a worker thread.
 enum Told {
     Outcome(Outcome),
     Error(CampaignError),
 }
 
-/// Runs what has not ended yet. True when all runs have ended, false when it was stopped before.
+/// Makes all runs that have not ended yet. Returns true if all runs have ended, false if it was stopped.
 ///
 /// # Errors
-/// [`CampaignError`]; what has ended is in the journal.
+/// [`CampaignError`]. Runs that have ended are in the journal.
 pub fn execute(
     campaign: &Campaign,
     orders: &Orders<'_>,
@@ -83,7 +83,7 @@ pub fn execute(
         let mut here = 0;
         for message in told {
             let added = match message {
-                // Nothing is written behind a line that may be torn: these runs are made again.
+                // No line is written after one that may be incomplete; these runs are repeated.
                 Told::Outcome(_) if error.is_some() => continue,
                 Told::Outcome(outcome) => {
                     let known = folder.journal.outcomes.contains_key(&outcome.run);
@@ -129,7 +129,7 @@ fn work(
             Ok(None) => return,
             Err(e) => Told::Error(e.into()),
         };
-        // Nobody listens any more only when the campaign is over.
+        // The receiver is gone only after the end of the campaign.
         if tell.send(message).is_err() {
             return;
         }

@@ -1,13 +1,13 @@
-//! The folder of a campaign: the journal while it runs, then tables and report. Whoever runs a campaign (the command
-//! line, Python, a cluster) opens and closes it here, so that all leave the same files.
+//! The folder of a campaign: the journal during the campaign, then tables and report. The command line, Python and clusters all use this module, so
+//! they write the same files.
 //!
-//! | name | what |
+//! | name | content |
 //! |---|---|
-//! | `journal` | a line for each run that ended |
-//! | `failures/run_N` | what a failed run leaves |
-//! | `histories/run_N.parquet` | with `retain`: rows of every run |
+//! | `journal` | a line for each run that has ended |
+//! | `failures/run_N` | files of a failed run |
+//! | `histories/run_N.parquet` | with `retain`: samples of every run |
 //! | `results`, `statistics`, `sensitivity`, `bands` | tables, as `.csv` and `.parquet` |
-//! | `report.html` | the page |
+//! | `report.html` | the report |
 use crate::campaign::Campaign;
 use crate::histories::{is_whole, remove};
 use crate::journal::{Journal, JournalError};
@@ -19,40 +19,40 @@ use std::path::{Path, PathBuf};
 /// The folder cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
-    /// It cannot be made.
-    #[error("the folder `{}` cannot be made: {source}\n  help: choose another one", .path.display())]
+    /// It cannot be created.
+    #[error("the folder `{}` cannot be created: {source}\n  help: choose another one", .path.display())]
     Make {
         /// The folder.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         source: std::io::Error,
     },
-    /// Its journal.
+    /// Its journal cannot be used.
     #[error(transparent)]
     Journal(#[from] JournalError),
 }
 
-/// Where failed runs leave their files.
+/// Returns the folder for the files of failed runs.
 pub(crate) fn failures(campaign: &Path) -> PathBuf {
     campaign.join("failures")
 }
 
-/// Takes away what a run has left. What is not there, or stays, is looked at again when the folder is opened.
+/// Removes the files of a run. Errors are ignored, because the files are checked again when the folder is opened.
 fn discard(campaign: &Path, run: u64) {
     remove(campaign, run);
     let _ = std::fs::remove_dir_all(failures(campaign).join(format!("run_{run}")));
 }
 
-/// A campaign's folder, held by one process until it is dropped.
+/// A campaign's folder, locked by one process until it is dropped.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
-    /// What has ended.
+    /// The runs that have ended.
     pub journal: Journal,
 }
 
 impl Folder {
-    /// Makes the folder, or goes on in it.
+    /// Creates the folder, or continues the campaign in it.
     ///
     /// # Errors
     /// [`FolderError`].
@@ -64,22 +64,22 @@ impl Folder {
         Ok(Folder { path: path.into(), journal })
     }
 
-    /// The journal in the folder of a campaign.
+    /// Returns the path of the journal in the folder of a campaign.
     pub fn journal_in(path: &Path) -> PathBuf {
         path.join("journal")
     }
 
-    /// The folder itself, into which runs leave their files.
+    /// Returns the folder, into which runs write their files.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The runs that are to be made: those that have not ended, and those whose history is not as it was written.
-    /// Cost: every history is read.
+    /// Returns the runs that must be made: those that have not ended, and those whose history file is missing or has changed. Cost: every history is
+    /// read.
     pub fn todo(&self, campaign: &Campaign) -> Vec<u64> {
         let ended = |run: &u64| {
             self.journal.outcomes.get(run).is_some_and(|o| {
-                // Where a limit of wall time ended a run differs from time to time, and so does its history.
+                // The end of a run that was stopped by the limit of wall time is not reproducible, and neither is its history.
                 let kept = o.history.filter(|_| o.ended != Cause::WallLimit);
                 kept.is_none_or(|checksum| is_whole(&self.path, *run, checksum))
             })
@@ -87,7 +87,7 @@ impl Folder {
         (0..campaign.form().runs).filter(|run| !ended(run)).collect()
     }
 
-    /// Takes down how a run ended. One that was made again for its history has to end as it did.
+    /// Records how a run ended. A run that was repeated for its history must end as before.
     ///
     /// # Errors
     /// [`JournalError`].
@@ -97,7 +97,7 @@ impl Folder {
             Some(was) if was.is_again(&outcome) => Ok(()),
             Some(was) => {
                 let (path, run, hash) = (self.path.clone(), outcome.run, was.hash);
-                // What this attempt left is not of the run that the journal has.
+                // The files of this attempt do not belong to the run in the journal.
                 discard(&path, run);
                 if outcome.ended == Cause::WallLimit {
                     return Err(JournalError::Slow { path, run });
@@ -107,10 +107,10 @@ impl Folder {
         }
     }
 
-    /// Writes tables and report of what has ended, by so many threads; gives the results and the files.
+    /// Writes tables and report of the runs that have ended, with several threads; returns the results and the files.
     ///
     /// # Errors
-    /// A message with the file; the results are there all the same.
+    /// A message with the file; the results are returned nevertheless.
     pub fn write(
         &self,
         campaign: &Campaign,

@@ -1,37 +1,37 @@
-//! Time histories of chosen variables: every run keeps its rows, and all of them give bands over time.
+//! Time histories of selected variables: every run keeps its samples, and together they give percentile bands over time.
 //!
 //! ```text
 //! retain: (of: ["Capsule.altitude"], every: "1 s")  →  histories/run_N.parquet  →  bands.csv, bands.parquet, report
 //! ```
-//! Rows are taken in the thread of the run, at the first tick at or after each multiple of the period, so that row k of
-//! every run is at the same instant: runs whose step differs are refused. A run's file is there, whole, before its
-//! outcome is told, which holds its checksum: a history that a power cut took, or that was changed, is made again.
+//! Samples are taken in the thread of the run, at the first tick at or after each multiple of the period. Sample k of every run is therefore at the
+//! same instant; campaigns with different steps are rejected. The file of a run is complete before its outcome is reported, and the outcome contains
+//! its checksum. A history that was lost in a power failure or changed is made again.
 use crate::results::{Column, Table};
 use crate::statistics::percentile;
 use linkwork_record::{Cells, Durable, ParquetFile, parquet_columns, replace, titled};
 use linkwork_runtime::{Place, Plan, Schedule, Seconds, Simulation};
 use std::path::{Path, PathBuf};
 
-/// Numbers that a run may keep: 160 MB.
+/// Largest number of values that a run may retain: 160 MB.
 pub(crate) const MOST: u64 = 20_000_000;
 
-/// Instants of the bands at most, and numbers that are held while one is made.
+/// Largest number of instants of the bands, and largest number of values in memory.
 const INSTANTS: usize = 500;
 const HELD: usize = 1 << 24;
 
 /// Title of the column of times.
 const TIME: &str = "time [s]";
 
-/// What every run keeps.
+/// The retained variables of every run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Retained {
-    /// Variables: path and unit, in the order of their paths.
+    /// Variables: path and unit, sorted by path.
     pub variables: Vec<(String, String)>,
-    /// Period of the rows.
+    /// Sample period.
     pub every: Seconds,
 }
 
-/// The rows of a run under way.
+/// The samples of an active run.
 pub(crate) struct History {
     places: Vec<Place>,
     schedule: Schedule,
@@ -40,7 +40,7 @@ pub(crate) struct History {
 }
 
 impl History {
-    /// From the start of a run on. The variables are those of the plan that the campaign was read with.
+    /// Creates a history at the start of a run. The variables are those of the plan with which the campaign was read.
     pub(crate) fn new(
         retained: &Retained,
         plan: &Plan,
@@ -52,7 +52,7 @@ impl History {
         Ok(History { places, schedule, times: Vec::new(), columns })
     }
 
-    /// Takes the row of this tick when it is due.
+    /// Takes the sample of this tick if it is due.
     pub(crate) fn sample(&mut self, sim: &Simulation) {
         if !self.schedule.is_due(sim.state().tick) {
             return;
@@ -63,7 +63,7 @@ impl History {
         }
     }
 
-    /// Writes the file of a run; gives its checksum.
+    /// Writes the file of a run and returns its checksum.
     pub(crate) fn write(
         &self,
         folder: &Path,
@@ -87,7 +87,7 @@ impl History {
         let write = || -> Result<u32, String> {
             let bytes = parquet()?;
             std::fs::create_dir_all(self::folder(folder)).map_err(|e| e.to_string())?;
-            // Not brought to the disk at once: a thousand runs would wait for it a thousand times.
+            // Not synchronized with the disk, because a thousand runs would wait for it a thousand times.
             replace(&path, &bytes, Durable::Later)?;
             Ok(crc32fast::hash(&bytes))
         };
@@ -95,43 +95,43 @@ impl History {
     }
 }
 
-/// Where the histories of a campaign's folder are.
+/// Returns the folder of the histories in a campaign's folder.
 fn folder(campaign: &Path) -> PathBuf {
     campaign.join("histories")
 }
 
-/// The file of a run.
+/// Returns the path of the file of a run.
 fn file(campaign: &Path, run: u64) -> PathBuf {
     folder(campaign).join(format!("run_{run}.parquet"))
 }
 
-/// Takes away the file of a run.
+/// Removes the file of a run.
 pub(crate) fn remove(campaign: &Path, run: u64) {
     let _ = std::fs::remove_file(file(campaign, run));
 }
 
-/// The file of a run, when it is there as it was written.
+/// Returns the content of the file of a run, if it is unchanged.
 fn as_written(campaign: &Path, run: u64, checksum: u32) -> Option<Vec<u8>> {
     std::fs::read(file(campaign, run)).ok().filter(|bytes| crc32fast::hash(bytes) == checksum)
 }
 
-/// Whether the file of a run is as it was written: a run without is made again.
+/// Returns whether the file of a run is unchanged. A run whose file is not is repeated.
 pub(crate) fn is_whole(campaign: &Path, run: u64, checksum: u32) -> bool {
     as_written(campaign, run, checksum).is_some()
 }
 
-/// How one variable is spread over the runs at each instant.
+/// Distribution of one variable over the runs at each instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Band {
-    /// Its path.
+    /// Path.
     pub name: String,
-    /// Its unit.
+    /// Unit.
     pub unit: String,
     /// Instants (s).
     pub times: Vec<f64>,
-    /// Runs that have a value at each of them.
+    /// Number of runs with a value at each instant.
     pub n: Vec<u64>,
-    /// The percentiles of [`BAND`] at each of them.
+    /// The percentiles of [`BAND`] at each instant.
     pub levels: [Vec<f64>; 7],
 }
 
@@ -146,7 +146,7 @@ pub const BAND: [(f64, &str); 7] = [
     (1.0, "max"),
 ];
 
-/// The history of a run as it was written, as columns of these titles; `None` when it is not there, or is another.
+/// Returns the unchanged history of a run, as columns with these titles; `None` if it is missing or has changed.
 fn read(
     campaign: &Path,
     (run, checksum): (u64, u32),
@@ -155,11 +155,11 @@ fn read(
     let Some(bytes) = as_written(campaign, run, checksum) else { return Ok(None) };
     parquet_columns(bytes, titles).map(Some).map_err(|e| {
         let path = file(campaign, run);
-        format!("`{}` cannot be read: {e}; without it its run is made again", path.display())
+        format!("`{}` cannot be read: {e}; if you remove it, its run is repeated", path.display())
     })
 }
 
-/// What `f` makes of each of `all`, by several threads, in their order.
+/// Calls `f` for each of `all` with several threads; returns the results in order.
 fn each<T: Sync, R: Send>(threads: usize, all: &[T], f: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let part = all.len().div_ceil(threads.max(1)).max(1);
     std::thread::scope(|scope| {
@@ -175,10 +175,9 @@ fn each<T: Sync, R: Send>(threads: usize, all: &[T], f: impl Fn(&T) -> R + Sync)
     })
 }
 
-/// The bands of those of the runs given whose history is as it was written, and how many those are: of all rows, or, where
-/// they are very many, of [`INSTANTS`] of them spread evenly. As many variables are held at a time as [`HELD`] has room
-/// for. `kept`: runs with the checksums of their histories. Cost: each history is read once for its length, and once for
-/// each such set of variables; a thread holds one.
+/// Returns the bands of the given runs whose histories are unchanged, and the number of these runs. If there are very many samples, [`INSTANTS`]
+/// evenly spaced instants are used. The variables are processed in groups that fit into [`HELD`] values. `kept`: runs with the checksums of their
+/// histories. Cost: each history is read once for its length, and once per group of variables; each thread holds one history in memory.
 ///
 /// # Errors
 /// A message with the file that cannot be read.
@@ -193,10 +192,11 @@ pub(crate) fn bands(
     });
     let whole = rows.into_iter().filter_map(Result::transpose);
     let whole: Vec<((u64, u32), usize)> = whole.collect::<Result<_, String>>()?;
-    // The first of the longest has the instants of all.
+    // The first of the longest histories has all instants.
     let longest = whole.iter().rev().max_by_key(|(_, rows)| *rows).map(|(one, _)| *one);
     let again = |one: (u64, u32), titles: &[&str]| {
-        let changed = || format!("`{}` was changed meanwhile", file(campaign, one.0).display());
+        let changed =
+            || format!("`{}` has changed during the evaluation", file(campaign, one.0).display());
         read(campaign, one, titles)?.ok_or_else(changed)
     };
     let all = longest.map_or(Ok(Vec::new()), |one| again(one, &[TIME]).map(|mut c| c.remove(0)))?;
@@ -214,7 +214,7 @@ pub(crate) fn bands(
             let mut columns = again(*one, &titles)?;
             if columns.remove(0).iter().zip(&all).any(|(a, b)| a != b) {
                 return Err(format!(
-                    "`{}`: its rows are at other times than those of other runs",
+                    "`{}`: its samples are at other times than those of other runs",
                     file(campaign, one.0).display()
                 ));
             }
@@ -230,7 +230,7 @@ pub(crate) fn bands(
     Ok((bands, whole.len()))
 }
 
-/// The band of one variable from its values in each run.
+/// Computes the band of one variable from its values in each run.
 fn band<'a>(
     (name, unit): &(String, String),
     times: &[f64],
@@ -248,7 +248,7 @@ fn band<'a>(
     Band { name: name.clone(), unit: unit.clone(), times: times.to_vec(), n, levels }
 }
 
-/// A row for each variable and instant.
+/// Returns a table with a row per variable and instant.
 pub(crate) fn table(bands: &[Band]) -> Table {
     let text = |of: &dyn Fn(&Band) -> &String| {
         let all = bands.iter().flat_map(|b| std::iter::repeat_n(of(b).clone(), b.times.len()));

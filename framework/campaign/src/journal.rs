@@ -1,12 +1,12 @@
 //! The journal of a campaign: a line for each run that ended, each with a checksum.
 //!
 //! ```text
-//! crc32 {"campaign":"…identity…","runs":1000,…}      the head
-//! crc32 {"run":4,"ended":"until",…}                  a run, in the order in which they ended
+//! crc32 {"campaign":"…identity…","runs":1000,…}      the header
+//! crc32 {"run":4,"ended":"until",…}                  a run, in the order in which runs ended
 //! ```
-//! Lines are only added. A process that is killed leaves a last line without an end, which is cut when the campaign
-//! continues. A damaged line stays in the file and is reported; its run is made again. A journal without a readable head is
-//! rejected, because only the head names its campaign. Numbers are written as texts that read back to the same bits.
+//! Lines are only appended. A killed process leaves an incomplete last line, which is removed when the campaign continues. A damaged line stays in
+//! the file and is reported; its run is repeated. A journal without a readable header is rejected, because only the header identifies its campaign.
+//! Numbers are written as texts that convert back bit-identically.
 use crate::outcome::Outcome;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -23,27 +23,27 @@ pub enum JournalError {
     Io {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         source: std::io::Error,
     },
-    /// Another process writes into it.
+    /// Another process uses it.
     #[error("another campaign is writing into `{}`\n  help: wait for it to end, or choose another folder", .path.display())]
     Taken {
         /// The file.
         path: PathBuf,
     },
-    /// A line is not as written.
-    #[error("the journal `{}`, line {line}: {why}\n  help: take a copy that is whole; or delete the folder, and the campaign begins anew", .path.display())]
+    /// A line is damaged.
+    #[error("the journal `{}`, line {line}: {why}\n  help: use an intact copy, or delete the folder to restart the campaign", .path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// From 1.
+        /// Number of the line, from 1.
         line: usize,
-        /// What is wrong.
+        /// The kind of damage.
         why: String,
     },
-    /// A run that was made again came out differently.
-    #[error("run {run} of the campaign in `{}` ended with the state {now:016x}, and before with {was:016x}\n  help: this is a mistake of a model or of Linkwork: runs are meant to be the same bits each time", .path.display())]
+    /// A repeated run ended differently.
+    #[error("run {run} of the campaign in `{}` ended with the state {now:016x}, and before with {was:016x}\n  help: this is a bug in a model or in Linkwork: repeated runs must be bit-identical", .path.display())]
     Differs {
         /// The campaign's folder.
         path: PathBuf,
@@ -51,26 +51,26 @@ pub enum JournalError {
         run: u64,
         /// Hash of its last state, in the journal.
         was: u64,
-        /// And now.
+        /// Hash of the repeated run.
         now: u64,
     },
-    /// A run that was made again for its history took too long.
-    #[error("run {run} of the campaign in `{}` has ended before, and made again for its history it took more wall time than `limits`: (wall: ..) allows\n  help: give the same command again when the machine has time, or with a larger limit", .path.display())]
+    /// A run that was repeated for its history exceeded the limit of wall time.
+    #[error("run {run} of the campaign in `{}` has ended before, but its repetition for the history exceeded the wall time of `limits`: (wall: ..)\n  help: repeat the command when the machine is idle, or with a larger limit", .path.display())]
     Slow {
         /// The campaign's folder.
         path: PathBuf,
         /// The run.
         run: u64,
     },
-    /// Its campaign is another.
-    #[error("the journal `{}` is of another campaign: the file, its simulation, or this program has changed since\n  help: choose another folder, or delete that one", .path.display())]
+    /// It belongs to another campaign.
+    #[error("the journal `{}` belongs to another campaign: the file, its simulation, or this program has changed\n  help: choose another folder, or delete that one", .path.display())]
     Other {
         /// The file.
         path: PathBuf,
     },
 }
 
-/// The first line.
+/// The header line.
 #[derive(Serialize, Deserialize, PartialEq, Eq, Debug)]
 struct Head {
     campaign: String,
@@ -78,7 +78,7 @@ struct Head {
     linkwork: String,
 }
 
-/// Lines are brought to the disk about so often: a power cut costs the runs since.
+/// Interval at which lines are synchronized with the disk. A power failure loses the runs since the last time.
 const SYNC: Duration = Duration::from_secs(1);
 
 /// An open journal, locked until it is dropped.
@@ -87,20 +87,20 @@ pub struct Journal {
     path: PathBuf,
     file: File,
     synced: Instant,
-    /// Runs that ended, by number.
+    /// Outcomes of the runs that have ended, by number.
     pub outcomes: BTreeMap<u64, Outcome>,
-    /// Lines that cannot be used: number (from 1), and why.
+    /// Damaged lines: number (from 1), and reason.
     pub damaged: Vec<(usize, String)>,
 }
 
-/// The wall clock decides when lines are brought to the disk, and nothing in them.
+/// The wall clock determines when lines are synchronized with the disk, not their content.
 #[allow(clippy::disallowed_methods)]
 fn now() -> Instant {
     Instant::now()
 }
 
 impl Journal {
-    /// Opens or makes the journal of a campaign: what ended already is in `outcomes`.
+    /// Opens or creates the journal of a campaign. Runs that have already ended are in `outcomes`.
     ///
     /// # Errors
     /// [`JournalError`].
@@ -124,7 +124,7 @@ impl Journal {
             runs,
             linkwork: env!("CARGO_PKG_VERSION").into(),
         };
-        // What comes after the last end of a line was never whole.
+        // Bytes after the last line end are an incomplete line.
         let whole = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1);
         let (outcomes, damaged) = read(&bytes[..whole], &head, path)?;
         file.set_len(whole as u64).map_err(io)?;
@@ -134,7 +134,7 @@ impl Journal {
         if whole == 0 {
             journal.line(&head)?;
             journal.sync()?;
-            // The name is on the disk, too.
+            // Synchronize the folder, too, so that the file name is on the disk.
             if let Some(folder) = path.parent().and_then(|p| File::open(p).ok()) {
                 let _ = folder.sync_all();
             }
@@ -155,7 +155,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Brings all lines to the disk.
+    /// Synchronizes all lines with the disk.
     ///
     /// # Errors
     /// [`JournalError::Io`].
@@ -172,22 +172,22 @@ impl Journal {
     }
 }
 
-/// Runs by number, and the lines that cannot be used.
+/// Reads the runs by number, and the damaged lines.
 type Lines = (BTreeMap<u64, Outcome>, Vec<(usize, String)>);
 
-/// All whole lines.
+/// All complete lines.
 fn read(bytes: &[u8], head: &Head, path: &Path) -> Result<Lines, JournalError> {
     let mut outcomes: BTreeMap<u64, Outcome> = BTreeMap::new();
     let mut damaged = Vec::new();
     for (k, line) in bytes.split(|b| *b == b'\n').enumerate() {
         if line.is_empty() && k > 0 {
-            // After the last line.
+            // The text after the last line end is empty.
             continue;
         }
         if bytes.is_empty() {
             break;
         }
-        let text = checked(line).ok_or_else(|| "the checksum does not fit".to_string());
+        let text = checked(line).ok_or_else(|| "the checksum is wrong".to_string());
         if k == 0 {
             let found =
                 text.and_then(|t| serde_json::from_str::<Head>(t).map_err(|e| e.to_string()));
@@ -202,7 +202,7 @@ fn read(bytes: &[u8], head: &Head, path: &Path) -> Result<Lines, JournalError> {
         let read = read.and_then(|outcome| match outcomes.get(&outcome.run) {
             _ if outcome.run >= head.runs => Err(format!("there is no run {}", outcome.run)),
             Some(was) if was.hash != outcome.hash => {
-                Err(format!("run {} ended before with another state", outcome.run))
+                Err(format!("run {} is recorded twice with different states", outcome.run))
             }
             _ => Ok(outcome),
         });
@@ -216,7 +216,7 @@ fn read(bytes: &[u8], head: &Head, path: &Path) -> Result<Lines, JournalError> {
     Ok((outcomes, damaged))
 }
 
-/// The text of a line whose checksum fits.
+/// Returns the text of a line if its checksum is correct.
 fn checked(line: &[u8]) -> Option<&str> {
     let (crc, text) = std::str::from_utf8(line).ok()?.split_once(' ')?;
     (crc == format!("{:08x}", crc32fast::hash(text.as_bytes()))).then_some(text)
@@ -333,7 +333,7 @@ mod tests {
         wrong[second] ^= 1;
         std::fs::write(&path, &wrong).unwrap();
         let mut j = Journal::open(&path, 7, 100).unwrap();
-        assert_eq!(j.damaged, [(2, "the checksum does not fit".to_string())]);
+        assert_eq!(j.damaged, [(2, "the checksum is wrong".to_string())]);
         assert!(j.outcomes.keys().eq([&0, &9]));
         j.add(outcome(4, 1.0 / 3.0 + 4.0)).unwrap();
         drop(j);

@@ -3,21 +3,21 @@
 //! ```text
 //! file → draws of run r → load → one loop (linkwork_runner) → metrics → journal → tables, statistics, report
 //! ```
-//! A run is a pure function of the campaign's file and its number: draws come from counters, keyed by (seed, run,
-//! path), so that neither the order of runs, nor threads, nor a kill in between leave a trace in the results.
+//! A run is a pure function of the campaign's file and the run's number: draws are counter-based random numbers, keyed by (seed, run, path). Results
+//! therefore do not depend on the order of runs, threads, or interruptions.
 //!
-//! | module | what it holds |
+//! | module | content |
 //! |---|---|
-//! | `form` | the file as read, every mistake at its place |
-//! | `distribution`, `correlation`, `sampling` | quantiles, the factor of a matrix of correlations, numbers in (0, 1) |
-//! | `campaign` | what each run is made from |
-//! | `one` | one run: its number → its outcome, and what a failure leaves |
+//! | `form` | the parsed file; every mistake with its position |
+//! | `distribution`, `correlation`, `sampling` | quantile functions, factorization of a correlation matrix, numbers in (0, 1) |
+//! | `campaign` | the configuration of each run |
+//! | `one` | one run: its number → its outcome, and the files of a failure |
 //! | `execute` | threads |
-//! | `histories` | what every run keeps of its way, and bands over time |
+//! | `histories` | retained time histories, and percentile bands over time |
 //! | `folder` | the folder of a campaign: journal, failures, tables, report |
-//! | `outcome`, `journal` | how a run ended; the file that survives a kill |
+//! | `outcome`, `journal` | how a run ended; the file that survives a killed process |
 //! | `statistics`, `results` | summaries, rank correlations, ellipses; CSV and Parquet |
-//! | `svg`, `report` | the page |
+//! | `svg`, `report` | the report |
 mod campaign;
 mod correlation;
 mod distribution;

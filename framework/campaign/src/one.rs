@@ -1,8 +1,8 @@
-//! One run of a campaign: from its number to how it ended. The command line, the threads of [`crate::execute`], and
-//! the Python package make runs by these functions and no others.
+//! One run of a campaign: from its number to its outcome. The command line, the threads of [`crate::execute`], and the Python package all use these
+//! functions.
 //!
 //! ```text
-//! campaign, number → draws → load → [`Under`] → one loop (linkwork_runner) → [`Outcome`]; what failed leaves files
+//! campaign, number → draws → load → [`Under`] → one loop (linkwork_runner) → [`Outcome`]; failures write files
 //! ```
 use crate::campaign::{Campaign, LoadError};
 use crate::folder::failures;
@@ -17,57 +17,57 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// A run cannot be made; that it fails is an outcome, and no error.
+/// A run cannot be made. A failed run is an outcome, not an error.
 #[derive(Debug, thiserror::Error)]
 pub enum MakeError {
     /// The campaign has no run of this number.
     #[error("there is no run {run}\n  help: the runs of this campaign are 0 to {}", .runs - 1)]
     Number {
-        /// What was asked for.
+        /// The requested number.
         run: u64,
-        /// How many there are.
+        /// The number of runs.
         runs: u64,
     },
-    /// A file is another than at the beginning: the runs would not belong together.
+    /// A file has changed since the campaign began, so the runs would not be comparable.
     #[error(
-        "`{file}` has changed since the campaign began\n  help: bring it back and go on, or begin anew in another folder"
+        "`{file}` has changed since the campaign began\n  help: restore it and continue, or restart the campaign in another folder"
     )]
     Changed {
         /// Its name.
         file: String,
     },
-    /// What a failure leaves cannot be written.
-    #[error("`{}` cannot be written: {source}\n  help: make room, or choose another folder", .path.display())]
+    /// The files of a failure cannot be written.
+    #[error("`{}` cannot be written: {source}\n  help: free disk space, or choose another folder", .path.display())]
     Keep {
         /// The file or folder.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         source: std::io::Error,
     },
-    /// A log that was asked for cannot be written.
+    /// A requested log cannot be written.
     #[error("{0}")]
     Recorder(String),
 }
 
-/// What a run needs besides the campaign.
+/// Resources that a run needs in addition to the campaign.
 pub struct Means<'a> {
     /// Models and assemblies.
     pub library: &'a Library,
-    /// The campaign's folder, where a run leaves its history in `histories/run_N.parquet`, and a failed one its
-    /// configuration and last checkpoint in `failures/run_N`; `None`: it leaves nothing.
+    /// The campaign's folder, in which a run writes its history (`histories/run_N.parquet`), and a failed run its configuration and last checkpoint
+    /// (`failures/run_N`); `None`: no files are written.
     pub folder: Option<&'a Path>,
-    /// Set from outside to give the run up.
+    /// Set from outside to abort the run.
     pub stop: &'a Stop,
 }
 
-/// The wall clock limits and shows, and is never simulated.
+/// The wall clock is used for limits and displays, never for the simulation.
 #[allow(clippy::disallowed_methods)]
 pub(crate) fn now() -> Instant {
     Instant::now()
 }
 
-/// One run from its number to its end; `None` when it was stopped before. A pure function of the campaign and the
-/// number, but for `wall`, the limit of wall time, and stopping.
+/// Makes one run. Returns `None` if it was stopped. The outcome is a pure function of the campaign and the number, except for `wall`, the limit of
+/// wall time, and stops.
 ///
 /// # Errors
 /// [`MakeError`].
@@ -78,15 +78,15 @@ pub fn one(campaign: &Campaign, run: u64, means: &Means<'_>) -> Result<Option<Ou
     }
 }
 
-/// A run that has begun.
+/// A run after loading.
 pub enum Begun<'a> {
     /// It is at its first tick.
     Under(Box<Under<'a>>),
-    /// Its configuration does not load: that was all.
+    /// Its configuration cannot be loaded; this is its outcome.
     Ended(Outcome),
 }
 
-/// A run under way: recorders may be added, before it is finished.
+/// An active run. Recorders can be added before it is finished.
 pub struct Under<'a> {
     campaign: &'a Campaign,
     means: &'a Means<'a>,
@@ -138,22 +138,22 @@ impl<'a> Begun<'a> {
 }
 
 impl Under<'_> {
-    /// Its simulation, recorders and checkpoints.
+    /// Returns its simulation, recorders and checkpoints.
     pub fn runner(&mut self) -> &mut Runner<Watched> {
         &mut self.set.runner
     }
 
-    /// What its file says is to be logged.
+    /// Returns the log rules of its file.
     pub fn log_groups(&self) -> &[Rule] {
         &self.set.groups
     }
 
-    /// The whole configuration as one text.
+    /// Returns the whole configuration as one text.
     pub fn configuration(&self) -> &str {
         &self.set.configuration
     }
 
-    /// Steps to the end of the run, by whatever cause. `None` when it was stopped before.
+    /// Steps to the end of the run, whatever its cause. Returns `None` if it was stopped.
     ///
     /// # Errors
     /// [`MakeError::Recorder`].
@@ -168,7 +168,7 @@ impl Under<'_> {
             Stepped::Ended(Ended::StopWhen) => (Cause::StopWhen, String::new()),
             Stepped::Ended(Ended::Failed(e) | Ended::Bad(e)) => (Cause::Failed, e.to_string()),
             Stepped::Ended(Ended::Recorder(e)) => return Err(MakeError::Recorder(e)),
-            // Nobody asks the runner itself to stop.
+            // The runner itself is never requested to stop.
             Stepped::Ended(Ended::Stopped) => return Ok(None),
             Stepped::Wall => (Cause::WallLimit, String::new()),
             Stepped::Panicked(words) => (Cause::Panicked, words),
@@ -177,7 +177,7 @@ impl Under<'_> {
         outcome.seed = sim.plan().seed;
         outcome.time = sim.time();
         outcome.hash = sim.hash();
-        // A choice that was drawn may have other phases than the campaign.
+        // A drawn choice can have other phases than the campaign.
         let (program, entered) = (sim.program(), &sim.state().entered);
         let began = |name: &String| {
             let k = program.phases.iter().position(|p| p.name == *name)?;
@@ -192,7 +192,7 @@ impl Under<'_> {
         Ok(Some(outcome.clone()))
     }
 
-    /// Goes to the end, and keeps what it takes to look at a failure. `None` when it was stopped before.
+    /// Steps to the end, and writes the files for the analysis of a failure. Returns `None` if it was stopped.
     fn finish(mut self) -> Result<Option<Outcome>, MakeError> {
         let Some(mut outcome) = self.go()? else { return Ok(None) };
         let history = self.set.runner.watch.history.as_ref();
@@ -204,7 +204,7 @@ impl Under<'_> {
             })?;
             outcome.history = Some(written);
         }
-        // Stopped while it left what it takes to look at it: it is made again.
+        // If it was stopped while writing the files of a failure, the run is repeated.
         if !outcome.ended.is_orderly() && !keep(self.campaign, self.means, self.set, &outcome)? {
             return Ok(None);
         }
@@ -225,17 +225,17 @@ impl Watch for Watched {
     }
 }
 
-/// What a run is stepped by, its configuration, and where its simulation would end by itself.
+/// The runner of a run, its configuration, and the end time of its simulation.
 struct Set {
     runner: Runner<Watched>,
     goal: Goal,
     groups: Vec<Rule>,
     configuration: Resolved,
-    /// The campaign's limit comes before the simulation's end.
+    /// Whether the campaign's limit is before the simulation's end.
     limited: bool,
 }
 
-/// The end of a run: the simulation's own or the campaign's limit, whichever is first.
+/// Returns the end of a run: that of the simulation or the campaign's limit, whichever is first.
 pub fn end(own: Option<Seconds>, limit: Option<Seconds>) -> (Option<Seconds>, bool) {
     let product = |a: u64, b: u64| u128::from(a) * u128::from(b);
     match (own, limit) {
@@ -253,12 +253,12 @@ fn set_up(campaign: &Campaign, run: u64, means: &Means<'_>) -> Result<Set, LoadE
         LoadError::Refused(linkwork_assembly::Failure { faults, sources })
     })?;
     let Prepared { metrics, stop_when, groups, .. } = prepared;
-    // Nobody would write it.
+    // Without a folder, the history is not needed.
     let retained = campaign.retained().filter(|_| means.folder.is_some());
     let history = match retained.map(|kept| History::new(kept, ready.plan())) {
         None => None,
         Some(Ok(history)) => Some(history),
-        // A choice that was drawn has taken the variable away.
+        // A drawn choice has removed the variable.
         Some(Err(e)) => {
             let sources = ready.loaded.sources.clone();
             let fault = Fault::of(Origin::NONE, &e);
@@ -272,12 +272,12 @@ fn set_up(campaign: &Campaign, run: u64, means: &Means<'_>) -> Result<Set, LoadE
     let sim = Simulation::of(Arc::new(ready.program));
     let goal = Goal { until, stop_when, ..Goal::default() };
     let mut runner = Runner::new(sim, Watched { history });
-    // Without a checkpoint there is nothing to restore, and nothing to fail.
+    // Without a checkpoint there is no state to restore, so this cannot fail.
     let _ = runner.metric(metrics, None);
     Ok(Set { runner, goal, groups, configuration: ready.loaded.resolved, limited })
 }
 
-/// How stepping ended.
+/// Why stepping stopped.
 enum Stepped {
     Ended(Ended),
     Wall,
@@ -285,7 +285,7 @@ enum Stepped {
     Panicked(String),
 }
 
-/// As many steps at once as take about so long.
+/// Duration of a piece of the run between two checks.
 const PIECE: Duration = Duration::from_millis(20);
 
 fn step(set: &mut Set, stop: &Stop, wall: Option<f64>, begin: Instant) -> Stepped {
@@ -313,11 +313,11 @@ fn step(set: &mut Set, stop: &Stop, wall: Option<f64>, begin: Instant) -> Steppe
     }
 }
 
-/// What a panic said.
+/// Returns the message of a panic.
 fn words(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|s| (*s).to_string());
     let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
-    text.unwrap_or_else(|| "a panic without words".into())
+    text.unwrap_or_else(|| "a panic without a message".into())
 }
 
 fn plain(failure: &linkwork_assembly::Failure) -> String {
@@ -325,7 +325,7 @@ fn plain(failure: &linkwork_assembly::Failure) -> String {
     text.trim_start_matches("error: ").trim_end().to_string()
 }
 
-/// The folder of a failed run, with what was set and why it failed; `None` when it is to leave nothing.
+/// Creates the folder of a failed run, with its settings and the reason of the failure; `None` if no files are written.
 fn keep_text(
     campaign: &Campaign,
     means: &Means<'_>,
@@ -348,8 +348,8 @@ fn keep_text(
     Ok(Some(folder))
 }
 
-/// Keeps the configuration and a checkpoint. A run that failed is run again with states kept on the way, up to the
-/// same failure: that costs the runs that do not fail nothing. False when it was stopped meanwhile.
+/// Writes the configuration and a checkpoint. A failed run is repeated with periodically kept states, up to the same failure, so runs that do not
+/// fail have no additional cost. Returns false if it was stopped.
 fn keep(
     campaign: &Campaign,
     means: &Means<'_>,
@@ -370,9 +370,9 @@ fn keep(
         set.runner.new_save_failures()
     } else {
         let again = catch_unwind(AssertUnwindSafe(|| set_up(campaign, outcome.run, means)));
-        // It was loaded once: it loads again, unless a file has gone meanwhile.
+        // It was loaded before, so it can be loaded again, unless a file has disappeared.
         let Ok(Ok(mut set)) = again else {
-            return no_checkpoint(&folder, "the run does not load again").map(|()| true);
+            return no_checkpoint(&folder, "the run cannot be loaded again").map(|()| true);
         };
         let saves = saves(&set);
         set.runner.save_with(saves);
@@ -383,14 +383,14 @@ fn keep(
         }
         set.runner.new_save_failures()
     };
-    // A part that cannot give its state leaves no checkpoint, and the cause says so.
+    // If a part cannot save its state, there is no checkpoint, and the cause states this.
     if let Some(why) = failures.first() {
         no_checkpoint(&folder, &why.to_string())?;
     }
     Ok(true)
 }
 
-/// Adds to the cause why there is no checkpoint beside it.
+/// Adds to the cause why there is no checkpoint.
 fn no_checkpoint(folder: &Path, why: &str) -> Result<(), MakeError> {
     let path = folder.join("cause.txt");
     let add = || -> std::io::Result<()> {

@@ -1,7 +1,7 @@
-//! How a run ended, and what came out of it.
+//! How a run ended, and its results.
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-/// Why a run came to its end.
+/// Why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
@@ -13,16 +13,16 @@ pub enum Cause {
     TimeLimit,
     /// The campaign's limit of wall time.
     WallLimit,
-    /// A state left the numbers.
+    /// A state diverged.
     Failed,
-    /// The configuration drawn does not load.
+    /// The drawn configuration is not valid.
     Refused,
-    /// The program has a mistake: a model or the framework panicked.
+    /// Bug in the program: a model or the framework panicked.
     Panicked,
 }
 
 impl Cause {
-    /// In the words of tables.
+    /// Returns its name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Cause::Until => "until",
@@ -35,59 +35,59 @@ impl Cause {
         }
     }
 
-    /// Whether the run came to an end that it was meant to have: its metrics are among the statistics.
+    /// Returns whether the run ended normally, so that its metrics are included in the statistics.
     pub fn is_orderly(self) -> bool {
         matches!(self, Cause::Until | Cause::StopWhen | Cause::TimeLimit)
     }
 }
 
-/// A run that ended.
+/// The outcome of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Its number, from 0.
     pub run: u64,
     /// Why it ended.
     pub ended: Cause,
-    /// What exactly went wrong; empty when nothing did.
+    /// Error message; empty without an error.
     pub why: String,
     /// Simulated time at the end (s).
     #[serde(with = "exact")]
     pub time: f64,
     /// Seed of its noise.
     pub seed: u64,
-    /// Hash of its last state; 0 when it had none.
+    /// Hash of its last state; 0 without a state.
     pub hash: u64,
-    /// Wall time that it took (s). It is in no table: it differs from time to time.
+    /// Wall time (s). It is not in any table, because it is not reproducible.
     #[serde(with = "exact")]
     pub wall: f64,
-    /// Metrics, in their order and units; none when it had none.
+    /// Metrics, in their order and units; empty if the run did not have any.
     #[serde(with = "exact_list")]
     pub metrics: Vec<f64>,
-    /// When each phase of the campaign began last (s); NaN for one that has not begun. None in journals of earlier versions.
+    /// Last start of each phase of the campaign (s); NaN for a phase that did not begin. Missing in journals of earlier versions.
     #[serde(with = "exact_list", default)]
     pub phases: Vec<f64>,
-    /// CRC-32 of the file of its history; `None` when it left none.
+    /// CRC-32 of its history file; `None` without one.
     pub history: Option<u32>,
 }
 
 impl Outcome {
-    /// As in the journal: JSON, its numbers as texts that read back to the same bits.
+    /// Converts it to a line of the journal: JSON with numbers as texts that convert back bit-identically.
     ///
     /// # Errors
-    /// What the writer of JSON says.
+    /// Errors of the JSON writer.
     pub fn to_text(&self) -> Result<String, serde_json::Error> {
         serde_json::to_string(self)
     }
 
-    /// What [`Outcome::to_text`] wrote.
+    /// Reads the text of [`Outcome::to_text`].
     ///
     /// # Errors
-    /// It is none.
+    /// The text is not an outcome.
     pub fn from_text(text: &str) -> Result<Outcome, serde_json::Error> {
         serde_json::from_str(text)
     }
 
-    /// Whether this is the same run, made again: the same in all but the wall time that it took.
+    /// Returns whether this is the outcome of the same run, repeated: equal except for the wall time.
     pub fn is_again(&self, other: &Outcome) -> bool {
         let bits = |o: &Outcome| o.metrics.iter().map(|y| y.to_bits()).collect::<Vec<_>>();
         let all =
@@ -95,7 +95,8 @@ impl Outcome {
         all(self) == all(other)
     }
 
-    /// The cause as failures are counted by: variables and numbers of runs of one kind differ in digits alone.
+    /// Returns the cause under which failures are counted. Digits are replaced, because variables and numbers of similar failures differ only in
+    /// digits.
     pub fn kind(&self) -> String {
         let first = self.why.lines().next().unwrap_or_default();
         let mut kind = String::new();
@@ -115,7 +116,7 @@ impl Outcome {
     }
 }
 
-/// A number as the shortest text that reads back to its bits.
+/// Serializes a number as the shortest text that converts back bit-identically.
 mod exact {
     use super::*;
 

@@ -1,4 +1,4 @@
-//! The report: one page of HTML that needs no other file, with its drawings inside.
+//! The report: one self-contained HTML page with its drawings.
 use crate::campaign::Campaign;
 use crate::results::{NAMES, Results, few};
 use crate::sampling::Sampling;
@@ -20,7 +20,7 @@ svg text{font:11px system-ui,sans-serif;fill:#3a4754}svg .title{font-size:13px;f
 .grid{stroke:#e4e9ef;fill:none}.frame{stroke:#8593a3;fill:none}.bar{fill:#4c7fb0}.dot{fill:#4c7fb0;fill-opacity:.45}
 svg .wide{fill:#4c7fb0;fill-opacity:.18}svg .close{fill:#4c7fb0;fill-opacity:.4}.middle{stroke:#1f4f7d;stroke-width:1.5;fill:none}.limit{stroke:#8593a3;stroke-dasharray:2 3;fill:none}.mark{stroke:#c2553a;stroke-dasharray:3 3;fill:none}.ring{stroke:#c2553a;fill:none;stroke-width:1.3}code{background:#f2f5f8;padding:0 .25em}";
 
-/// Writes the page.
+/// Writes the report.
 ///
 /// # Errors
 /// A message with the file.
@@ -28,7 +28,7 @@ pub fn write(path: &Path, campaign: &Campaign, results: &Results) -> Result<(), 
     replace(path, page(campaign, results).as_bytes(), Durable::Now)
 }
 
-/// The page as text.
+/// Returns the report as text.
 pub fn page(campaign: &Campaign, results: &Results) -> String {
     let form = campaign.form();
     let mut out = format!(
@@ -68,7 +68,7 @@ pub fn page(campaign: &Campaign, results: &Results) -> String {
     out
 }
 
-/// How many runs kept what is required, and by what the others missed.
+/// Writes how many runs satisfied the requirements, and why the others did not.
 fn requirements(out: &mut String, results: &Results) {
     if results.missed.is_empty() {
         return;
@@ -79,7 +79,7 @@ fn requirements(out: &mut String, results: &Results) {
     });
     let _ = write!(
         out,
-        "<h2>What is required</h2>\n<p>{} of {} runs kept all of it: {:.2} %{interval}. A run may miss by several causes; <i>alone</i>: by this one only.</p>\n<table><tr><th>cause</th><th>required</th><th>runs</th>\
+        "<h2>Requirements</h2>\n<p>{} of {} runs satisfied all requirements: {:.2} %{interval}. A run can violate several requirements; <i>alone</i>: only this one.</p>\n<table><tr><th>cause</th><th>required</th><th>runs</th>\
          <th>share</th><th>alone</th><th>which</th></tr>",
         results.kept,
         results.done(),
@@ -115,7 +115,7 @@ fn failures(out: &mut String, results: &Results) {
             runs.len()
         );
     }
-    out.push_str("</table>\n<p>Digits are shown as #. What each left to look at is in <code>failures</code>.</p>\n");
+    out.push_str("</table>\n<p>Digits are shown as #. The files of each failed run are in <code>failures</code>.</p>\n");
 }
 
 fn statistics(out: &mut String, results: &Results) {
@@ -144,14 +144,14 @@ fn statistics(out: &mut String, results: &Results) {
     if results.sampling != Sampling::Random {
         let _ = writeln!(
             out,
-            "<p>The runs of {} are not independent: how far a mean is from the truth cannot be told from one campaign. Repeat \
-             it with other seeds: the deviation of the means is the error of one of them.</p>",
+            "<p>The runs of {} are not independent, so the error of a mean cannot be estimated from one campaign. Repeat \
+             it with other seeds: the standard deviation of the means is the error of one of them.</p>",
             results.sampling.words()
         );
     }
 }
 
-/// For each metric: how it is spread, what it hangs on, and the value that it hangs on most.
+/// Writes the distribution of each metric, its sensitivities, and a plot against the most influential value.
 fn metrics(out: &mut String, results: &Results) {
     for (k, (name, unit, y)) in results.metrics.iter().enumerate() {
         let own = titled(name, unit);
@@ -171,22 +171,16 @@ fn metrics(out: &mut String, results: &Results) {
             .max_by(|a, b| ranked[*a].1.abs().total_cmp(&ranked[*b].1.abs()));
         if let Some(j) = first {
             let (drawn, x) = &results.drawn[j];
-            out.push_str(&scatter(
-                "Against the value of most influence",
-                (drawn, &own),
-                x,
-                y,
-                None,
-            ));
+            out.push_str(&scatter("Against the most influential value", (drawn, &own), x, y, None));
         }
         out.push_str("</div>\n");
     }
 }
 
-/// The pairs that the campaign asks for; without any, the first two metrics.
+/// Draws the scatter plots of the campaign (default: of the first two metrics).
 fn together(out: &mut String, campaign: &Campaign, results: &Results) {
     let form = campaign.form();
-    // What is drawn of a name, its title, and whether it is a metric.
+    // Returns the values, the title, and whether it is a metric.
     let values = |name: &str| {
         let metric = results.metrics.iter().find(|f| f.0 == name);
         let drawn = || {
@@ -207,7 +201,7 @@ fn together(out: &mut String, campaign: &Campaign, results: &Results) {
     if pairs.is_empty() {
         return;
     }
-    out.push_str("<h2>Against each other</h2>\n<p>Ellipses of one, two and three standard deviations where both are metrics.</p>\n<div class=\"plots\">");
+    out.push_str("<h2>Scatter plots</h2>\n<p>Ellipses of one, two and three standard deviations if both are metrics.</p>\n<div class=\"plots\">");
     for [a, b] in pairs {
         let (Some((xs, x, first)), Some((ys, y, second))) = (values(a), values(b)) else {
             continue;
@@ -218,7 +212,7 @@ fn together(out: &mut String, campaign: &Campaign, results: &Results) {
     out.push_str("</div>\n");
 }
 
-/// What the runs have kept of their way, each variable over time.
+/// Draws the retained variables over time.
 fn histories(out: &mut String, results: &Results) {
     if results.bands.is_empty() {
         return;
@@ -226,8 +220,8 @@ fn histories(out: &mut String, results: &Results) {
     let (kept, orderly) = results.bands_of;
     let _ = write!(
         out,
-        "<h2>Over time</h2>\n<p>Histories of {kept} of {orderly} runs that ended in order: median, from 25 % to 75 % and \
-         from 5 % to 95 %; dashed: least and largest.</p>\n<div class=\"plots\">"
+        "<h2>Over time</h2>\n<p>Histories of {kept} of {orderly} runs that ended normally: median, from 25 % to 75 % and \
+         from 5 % to 95 %; dashed: smallest and largest.</p>\n<div class=\"plots\">"
     );
     for b in &results.bands {
         out.push_str(&band(&b.name, &titled(&b.name, &b.unit), b));

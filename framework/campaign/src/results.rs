@@ -1,6 +1,6 @@
-//! The results as columns, and as files: CSV, Parquet.
+//! The results as columns and as files (CSV, Parquet).
 //!
-//! | file | a row for each | columns |
+//! | file | one row per | columns |
 //! |---|---|---|
 //! | `results` | run | run, ended, why, missed (where something is required), time \[s\], seed, state, drawn values (`draw:NAME [UNIT]`), when each phase began last (`phase:NAME [s]`, NaN if it never did), metrics (`NAME [UNIT]`) |
 //! | `statistics` | metric | metric, unit, n, mean, deviation, error, min, p1 … p99, max |
@@ -8,7 +8,7 @@
 //! | `requirements` | requirement | cause, metric, unit, least, most, runs that missed, share of all, runs that missed it alone |
 //! | `bands` | retained variable and instant | variable, unit, time \[s\], n, min, p5 … p95, max |
 //!
-//! Rows are in the order of the runs, and nothing in them depends on when or on how many threads the runs were made.
+//! Rows are in the order of the runs. They do not depend on when, or with how many threads, the runs were made.
 use crate::campaign::{Aim, Campaign};
 use crate::histories::{Band, bands, table};
 use crate::journal::Journal;
@@ -20,26 +20,26 @@ use linkwork_runtime::Value;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-/// The first `most` of some runs, in words.
+/// Lists the first `most` of some runs, in words.
 pub fn few(runs: &[u64], most: usize) -> String {
     let first: Vec<String> = runs.iter().take(most).map(u64::to_string).collect();
     let more = if runs.len() > most { ", …" } else { "" };
     format!("{}{more}", first.join(", "))
 }
 
-/// The numbers of one column.
+/// The values of one column.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Column {
-    /// Whole numbers.
+    /// Integers.
     Whole(Vec<u64>),
-    /// Numbers; NaN where there is none.
+    /// Numbers; NaN for missing values.
     Number(Vec<f64>),
     /// Texts.
     Text(Vec<String>),
 }
 
 impl Column {
-    /// Rows.
+    /// Returns the number of rows.
     pub fn len(&self) -> usize {
         match self {
             Column::Whole(v) => v.len(),
@@ -48,7 +48,7 @@ impl Column {
         }
     }
 
-    /// Whether there are none.
+    /// Returns whether it is empty.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -62,59 +62,59 @@ impl Column {
     }
 }
 
-/// Columns by name, all of one length.
+/// Columns by name, all of equal length.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
     /// Name and values.
     pub columns: Vec<(String, Column)>,
 }
 
-/// The cause of a run without a metric that is required.
-const NEVER: &str = "a metric that is required has no value: what it is of never came";
+/// The cause of a run in which a required metric does not have a value.
+const NEVER: &str = "a required metric does not have a value: its variable never existed in this run, or its condition never held";
 
-/// A requirement, and the runs that missed it.
+/// A requirement, and the runs that violated it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Missed {
-    /// What is wrong with a run that missed it.
+    /// Description of the failure.
     pub cause: String,
-    /// The requirement; `None`: a metric of any of them has no value.
+    /// The requirement; `None`: any required metric does not have a value.
     pub aim: Option<Aim>,
-    /// Runs that missed it.
+    /// Runs that violated it.
     pub runs: Vec<u64>,
-    /// How many of these missed nothing else.
+    /// Number of runs that violated only this requirement.
     pub alone: usize,
 }
 
-/// What came out of a campaign.
+/// The results of a campaign.
 pub struct Results {
-    /// A row for each run that ended.
+    /// A row per run that has ended.
     pub runs: Table,
-    /// Names of the drawn values that are numbers, and their values for the orderly runs.
+    /// Names of the drawn numbers, and their values in the orderly runs.
     pub drawn: Vec<(String, Vec<f64>)>,
-    /// Names, units and values of the metrics for the orderly runs.
+    /// Names, units and values of the metrics in the orderly runs.
     pub metrics: Vec<(String, String, Vec<f64>)>,
     /// Summaries, in the order of the metrics.
     pub summaries: Vec<Summary>,
-    /// Rank correlations: for each metric, of each drawn number.
+    /// Rank correlations of each metric with each drawn number.
     pub sensitivity: Vec<Vec<f64>>,
-    /// How retained variables are spread over the orderly runs.
+    /// Distributions of the retained variables over the orderly runs.
     pub bands: Vec<Band>,
-    /// Runs that the bands are made from, and orderly runs.
+    /// Number of runs in the bands, and number of orderly runs.
     pub bands_of: (usize, usize),
-    /// What was required, and which orderly runs missed it, in the order of the campaign's file.
+    /// The requirements, and the orderly runs that violated them, in the order of the campaign's file.
     pub missed: Vec<Missed>,
-    /// Runs that ended in order and kept all that is required; all of them where nothing is.
+    /// Number of orderly runs that satisfied all requirements; all orderly runs without requirements.
     pub kept: usize,
-    /// Causes that are no orderly end: kind, runs.
+    /// Causes of failures: kind, runs.
     pub failures: Vec<(String, Vec<u64>)>,
-    /// How many runs ended in which way.
+    /// Number of runs by the way in which they ended.
     pub causes: Vec<(Cause, usize)>,
-    /// How the runs were sampled.
+    /// The sampling method.
     pub sampling: Sampling,
 }
 
 impl Results {
-    /// Of all runs that ended so far.
+    /// Computes the results of all runs that have ended.
     pub fn new(campaign: &Campaign, journal: &Journal) -> Results {
         let outcomes: Vec<&Outcome> = journal.outcomes.values().collect();
         let draws: Vec<Vec<Value>> = outcomes.iter().map(|o| campaign.draws(o.run)).collect();
@@ -129,7 +129,7 @@ impl Results {
             ),
             ("why".to_string(), Column::Text(outcomes.iter().map(|o| o.why.clone()).collect())),
             ("time [s]".to_string(), Column::Number(outcomes.iter().map(|o| o.time).collect())),
-            // As texts: readers take whole numbers above 2⁵³ for rounded ones.
+            // As texts, because readers round integers above 2⁵³.
             (
                 "seed".to_string(),
                 Column::Text(outcomes.iter().map(|o| o.seed.to_string()).collect()),
@@ -213,7 +213,7 @@ impl Results {
         }
     }
 
-    /// Makes the bands of what the orderly runs have kept in the campaign's folder, by so many threads.
+    /// Computes the bands from the histories of the orderly runs in the campaign's folder, with several threads.
     ///
     /// # Errors
     /// A message with the file that cannot be read.
@@ -232,7 +232,7 @@ impl Results {
         Ok(())
     }
 
-    /// One row for each metric.
+    /// Returns a table with a row per metric.
     pub fn statistics(&self) -> Table {
         let mut columns = vec![
             (
@@ -254,7 +254,7 @@ impl Results {
         Table { columns }
     }
 
-    /// One row for each metric and drawn number.
+    /// Returns a table with a row per metric and drawn number.
     pub fn sensitivities(&self) -> Table {
         let (mut metric, mut value, mut rank) = (Vec::new(), Vec::new(), Vec::new());
         for ((name, ..), row) in self.metrics.iter().zip(&self.sensitivity) {
@@ -272,24 +272,24 @@ impl Results {
         Table { columns }
     }
 
-    /// Share of all runs so far that ended in order and kept all that is required: the share, and from where to where it is with 95 %
-    /// confidence (Wilson's interval), where the runs are independent.
+    /// Returns the fraction of all runs so far that ended normally and satisfied all requirements, and its 95 % confidence interval (Wilson) if the
+    /// runs are independent.
     pub fn success(&self) -> (f64, Option<[f64; 2]>) {
         let (share, interval) = share(self.kept, self.done());
         (share, (self.sampling == Sampling::Random).then_some(interval))
     }
 
-    /// Runs that ended.
+    /// Returns the number of runs that have ended.
     pub fn done(&self) -> usize {
         self.runs.columns.first().map_or(0, |c| c.1.len())
     }
 
-    /// The share of all runs that missed a requirement; NaN of no run.
+    /// Returns the fraction of all runs that violated a requirement; NaN without runs.
     pub fn share(&self, m: &Missed) -> f64 {
         share(m.runs.len(), self.done()).0
     }
 
-    /// What is required, in words: the metric and its bounds.
+    /// Describes a requirement in words: the metric and its bounds.
     pub fn required(&self, m: &Missed) -> String {
         let Some(Aim { metric, least, most, .. }) = &m.aim else { return String::new() };
         let (name, unit, _) = &self.metrics[*metric];
@@ -302,7 +302,7 @@ impl Results {
         format!("{name} {bounds}{unit}")
     }
 
-    /// One row for each requirement.
+    /// Returns a table with a row per requirement.
     pub fn requirements(&self) -> Table {
         let text =
             |of: &dyn Fn(&Missed) -> String| Column::Text(self.missed.iter().map(of).collect());
@@ -325,7 +325,8 @@ impl Results {
         Table { columns }
     }
 
-    /// Writes `results`, `statistics`, `sensitivity` and, where there are some, `requirements` and `bands` as CSV and as Parquet into a folder; gives the files.
+    /// Writes `results`, `statistics`, `sensitivity` and, if there are any, `requirements` and `bands` as CSV and Parquet into a folder; returns the
+    /// files.
     ///
     /// # Errors
     /// A message with the file.
@@ -341,7 +342,7 @@ impl Results {
         if !self.bands.is_empty() {
             tables.push(("bands", Cow::Owned(table(&self.bands))));
         }
-        // What a file of before had, and this one has not.
+        // Remove tables of earlier results that do not exist any more.
         for name in
             ["requirements", "bands"].into_iter().filter(|n| tables.iter().all(|t| t.0 != *n))
         {
@@ -367,12 +368,12 @@ impl Results {
     }
 }
 
-/// Titles of [`crate::statistics::PERCENTILES`].
+/// Titles of the percentiles in [`crate::statistics::PERCENTILES`].
 pub(crate) const NAMES: [&str; 9] =
     ["min", "p1", "p5", "p25", "median", "p75", "p95", "p99", "max"];
 
-/// What was required with the runs that missed it; and for each outcome, what it missed. Only orderly runs are judged: the others failed by
-/// what they tell themselves.
+/// Returns the requirements with the runs that violated them, and for each outcome the requirements that it violated. Only orderly runs are judged,
+/// because the others are already counted as failures.
 fn judged(aims: &[Aim], outcomes: &[&Outcome]) -> (Vec<Missed>, Vec<Vec<usize>>) {
     let never = aims.len();
     let of_run = |o: &&Outcome| -> Vec<usize> {
@@ -411,8 +412,8 @@ fn counted(outcomes: &[&Outcome]) -> (Vec<(String, Vec<u64>)>, Vec<(Cause, usize
 }
 
 impl Table {
-    /// As CSV (RFC 4180 with `\n`), numbers with all their digits. A text that a spreadsheet would take for a formula has an
-    /// apostrophe before it.
+    /// Returns the table as CSV (RFC 4180 with `\n`), with numbers in full precision. A text that a spreadsheet would interpret as a formula is
+    /// prefixed by an apostrophe.
     pub fn csv(&self) -> Vec<u8> {
         let mut out = String::new();
         let quoted = |t: &str| {
@@ -443,10 +444,10 @@ impl Table {
         out.into_bytes()
     }
 
-    /// As Parquet: one row group.
+    /// Returns the table as Parquet, with one row group.
     ///
     /// # Errors
-    /// What the format refuses.
+    /// Errors of the format.
     pub fn parquet(&self) -> Result<Vec<u8>, String> {
         let like = self.columns.iter().map(|(name, column)| (name.as_str(), column.cells()));
         let mut file = ParquetFile::new(Vec::new(), "campaign", like, None)?;

@@ -1,27 +1,27 @@
-//! Uniform numbers of a run: pure functions of the campaign's seed, the run and the name of the value.
+//! Uniform numbers of a run, as pure functions of the campaign's seed, the run and the name of the value.
 //!
-//! | how | number of run r | which runs it depends on |
+//! | method | number of run r | dependence on other runs |
 //! |---|---|---|
 //! | `Random` | Philox 4×32 of (key of the name, r) | none |
 //! | `LatinHypercube` | (π(r) + v)/N, π a permutation of 0 … N−1 keyed by the name, v uniform | only their number N |
 //! | `Sobol` | Owen-scrambled Sobol sequence (Burley, JCGT 2020), the name's place in the alphabet is the dimension | none |
 //!
-//! The Sobol numbers come in 2²⁴ steps; within its step a number is uniform, from the same key.
+//! The Sobol numbers have a resolution of 2⁻²⁴; within a step a number is uniform, from the same key.
 use linkwork_runtime::noise;
 
-/// How the values of the runs are spread.
+/// Sampling method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
-    /// Independent.
+    /// Independent random numbers.
     Random,
-    /// One run in each N-th of every value's probability.
+    /// Latin hypercube: one run in each of N intervals of equal probability, for every value.
     LatinHypercube,
-    /// A sequence of low discrepancy.
+    /// Sobol: a low-discrepancy sequence.
     Sobol,
 }
 
 impl Sampling {
-    /// In words.
+    /// Returns its description in words.
     pub fn words(self) -> &'static str {
         match self {
             Sampling::Random => "random sampling",
@@ -31,13 +31,13 @@ impl Sampling {
     }
 }
 
-/// Runs that the Sobol sequence has.
+/// Largest number of runs of the Sobol sequence.
 pub const SOBOL_RUNS: u64 = 1 << 16;
 
-/// Values that the Sobol sequence has.
+/// Largest number of values of the Sobol sequence.
 pub const SOBOL_VALUES: usize = sobol_burley::NUM_DIMENSIONS as usize;
 
-/// Numbers in (0, 1) of one value.
+/// The numbers in (0, 1) of one value.
 #[derive(Clone, Debug)]
 pub struct Stream {
     key: u64,
@@ -54,8 +54,8 @@ enum Spread {
 }
 
 impl Stream {
-    /// Of the value `name`, the `k`-th of all in the alphabet, in a campaign of `runs` runs with this seed.
-    /// Cost: linear in `runs` for a Latin hypercube, else constant.
+    /// Creates the numbers of the value `name`, the `k`-th in alphabetical order, in a campaign of `runs` runs with this seed. Cost: linear in `runs`
+    /// for a Latin hypercube, else constant.
     pub fn new(how: Sampling, seed: u64, name: &str, k: usize, runs: u64) -> Stream {
         let key = noise::key(seed, &format!("value {name}"));
         let spread = match how {
@@ -69,7 +69,7 @@ impl Stream {
         Stream { key, spread }
     }
 
-    /// The number of a run, in (0, 1).
+    /// Returns the number of a run, in (0, 1).
     pub fn at(&self, run: u64) -> f64 {
         let within = noise::uniform(self.key, run, 0);
         let u = match &self.spread {
@@ -85,7 +85,7 @@ impl Stream {
     }
 }
 
-/// Fisher–Yates with numbers of a key.
+/// Fisher–Yates shuffle with counter-based random numbers of a key.
 fn permutation(key: u64, n: u64) -> Vec<u32> {
     let mut order: Vec<u32> = (0..n as u32).collect();
     for k in (1..order.len()).rev() {

@@ -1,36 +1,36 @@
-//! Statistics of the runs that came to an orderly end.
+//! Statistics of the orderly runs, which are those that ended normally.
 //!
 //! ```text
 //! mean       m = Σ y / n              deviation  s² = Σ (y − m)² / (n − 1)       error of the mean  s / √n
 //! percentile linear between the ordered values y₀ … y₍ₙ₋₁₎ at p (n − 1)          (type 7 of Hyndman and Fan, 1996)
-//! rank correlation (Spearman): the correlation of the ranks, ties sharing the mean of theirs
-//! share      p = k/n, and Wilson's interval (1927): (p + z²/2n ± z √(p (1 − p)/n + z²/4n²))/(1 + z²/n), z = 1.959964 for 95 %
+//! rank correlation (Spearman): the correlation of the ranks; ties have the mean of their ranks
+//! fraction   p = k/n, and Wilson's interval (1927): (p + z²/2n ± z √(p (1 − p)/n + z²/4n²))/(1 + z²/n), z = 1.959964 for 95 %
 //! ellipse    of k deviations: centre m, half axes k √λ along the eigenvectors of the covariance
 //! ```
 //! The error of the mean and Wilson's interval assume independent runs. The runs of a Latin hypercube or a Sobol sequence depend on
 //! each other, and their means usually have much smaller errors than s/√n. One campaign does not show how much smaller: that takes
 //! repetitions with other seeds. Therefore `Summary::error` is NaN for them.
 //!
-//! A value that is NaN (a metric of a phase that never came) is left out, and `n` says so.
+//! NaN values (such as metrics of a phase that did not begin) are omitted and not counted in `n`.
 
 use crate::sampling::Sampling;
 
-/// One metric over all runs.
+/// Summary of one metric over all runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
-    /// Runs with a value.
+    /// Number of runs with a value.
     pub n: usize,
     /// Mean.
     pub mean: f64,
     /// Standard deviation of the runs; NaN for fewer than two.
     pub deviation: f64,
-    /// Standard error of the mean; NaN where runs do not depend on chance alone.
+    /// Standard error of the mean; NaN if the runs are not independent.
     pub error: f64,
-    /// Least, 1 %, 5 %, 25 %, 50 %, 75 %, 95 %, 99 %, largest.
+    /// Smallest, 1 %, 5 %, 25 %, 50 %, 75 %, 95 %, 99 %, largest.
     pub percentiles: [f64; 9],
 }
 
-/// Where [`Summary::percentiles`] are.
+/// The probabilities of [`Summary::percentiles`].
 pub const PERCENTILES: [f64; 9] = [0.0, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0];
 
 impl Summary {
@@ -50,7 +50,7 @@ impl Summary {
     }
 }
 
-/// The share `k` of `n`, and from where to where it is with 95 % confidence; NaN of none.
+/// Returns the fraction `k` of `n`, and its 95 % confidence interval; NaN for n = 0.
 pub fn share(k: usize, n: usize) -> (f64, [f64; 2]) {
     let (p, n, z) = (k as f64 / n as f64, n as f64, 1.959_964);
     let (middle, wide) =
@@ -59,7 +59,7 @@ pub fn share(k: usize, n: usize) -> (f64, [f64; 2]) {
     (p, [at(middle - wide), at(middle + wide)])
 }
 
-/// Of values in order; NaN of none.
+/// Returns a percentile of sorted values; NaN without values.
 pub fn percentile(sorted: &[f64], p: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
     let at = p * last as f64;
@@ -74,7 +74,7 @@ fn mean(y: &[f64]) -> f64 {
     y.iter().sum::<f64>() / y.len() as f64
 }
 
-/// Covariance of two lists of one length, NaN for fewer than two.
+/// Returns the covariance of two lists of equal length, NaN for fewer than two values.
 fn covariance(x: &[f64], y: &[f64]) -> f64 {
     if x.len() < 2 {
         return f64::NAN;
@@ -83,17 +83,17 @@ fn covariance(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(x, y)| (x - a) * (y - b)).sum::<f64>() / (x.len() - 1) as f64
 }
 
-/// The pairs without a NaN.
+/// Returns the pairs without NaN.
 pub fn pairs(x: &[f64], y: &[f64]) -> (Vec<f64>, Vec<f64>) {
     x.iter().zip(y).filter(|(x, y)| !x.is_nan() && !y.is_nan()).unzip()
 }
 
-/// Spearman's rank correlation; NaN where one of the two never changes. Cost: n log n.
+/// Returns Spearman's rank correlation; NaN if one of the two is constant. Cost: n log n.
 pub fn rank_correlation(x: &[f64], y: &[f64]) -> f64 {
     let (x, y) = pairs(x, y);
     let (x, y) = (ranks(&x), ranks(&y));
     let r = covariance(&x, &y) / (covariance(&x, &x) * covariance(&y, &y)).sqrt();
-    // Rounding may bring it a little beyond.
+    // Round-off can move it slightly out of the range.
     if r.is_nan() { r } else { r.clamp(-1.0, 1.0) }
 }
 
@@ -111,7 +111,7 @@ fn ranks(y: &[f64]) -> Vec<f64> {
     ranks
 }
 
-/// The ellipse of one standard deviation of two metrics.
+/// The one-sigma ellipse of two metrics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ellipse {
     /// Centre.
@@ -123,7 +123,7 @@ pub struct Ellipse {
 }
 
 impl Ellipse {
-    /// Of finite pairs; `None` for fewer than three.
+    /// Computes the ellipse of the finite pairs; `None` for fewer than three.
     pub fn of(x: &[f64], y: &[f64]) -> Option<Ellipse> {
         let (x, y) = pairs(x, y);
         if x.len() < 3 || x.iter().chain(&y).any(|v| !v.is_finite()) {
@@ -135,7 +135,7 @@ impl Ellipse {
         Some(Ellipse { centre: (mean(&x), mean(&y)), axes, angle: 0.5 * (2.0 * b).atan2(a - c) })
     }
 
-    /// A point on it, `k` deviations wide, at the parameter `s` (rad).
+    /// Returns the point of the `k`-sigma ellipse at the parameter `s` (rad).
     pub fn point(&self, k: f64, s: f64) -> (f64, f64) {
         let (u, v) = (k * self.axes.0 * s.cos(), k * self.axes.1 * s.sin());
         let (sin, cos) = self.angle.sin_cos();

@@ -1,4 +1,4 @@
-//! Drawings of the report, as SVG inside its page: histograms, points with ellipses, bars.
+//! Drawings of the report as SVG: histograms, scatter plots with ellipses, bars.
 use crate::histories::Band;
 use crate::statistics::{Ellipse, percentile};
 use linkwork_formats::escaped;
@@ -6,10 +6,10 @@ use std::fmt::Write;
 
 const WIDTH: f64 = 460.0;
 const HEIGHT: f64 = 280.0;
-/// Left, right, top, bottom of the frame.
+/// Left, right, top and bottom of the frame.
 const FRAME: (f64, f64, f64, f64) = (66.0, 446.0, 30.0, 236.0);
 
-/// Four or five digits.
+/// Formats a number with four or five digits.
 pub fn short(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{x}");
@@ -29,7 +29,7 @@ pub fn short(x: f64) -> String {
     }
 }
 
-/// An axis from the least to the largest value, with a little room and round ticks.
+/// An axis from the smallest to the largest value, with a small margin and round ticks.
 #[derive(Clone, Debug)]
 struct Axis {
     low: f64,
@@ -49,10 +49,10 @@ impl Axis {
             (low, high) = (0.0, 1.0);
         }
         if low == 0.0 && high == 0.0 {
-            // Nothing says how large such numbers would be.
+            // Without values, the range is arbitrary.
             (low, high) = (-1.0, 1.0);
         }
-        // Half the difference cannot overflow.
+        // Half of the difference, because the difference can overflow.
         let half =
             (high / 2.0 - low / 2.0).max(1e-9 * low.abs().max(high.abs())).max(f64::MIN_POSITIVE);
         (low, high) = (low - 0.1 * half, high + 0.1 * half);
@@ -65,7 +65,7 @@ impl Axis {
     }
 }
 
-/// Three to seven round numbers between two; none where numbers have no room for them.
+/// Returns three to seven round numbers between two; none if the numbers are too close for round ones.
 fn ticks(low: f64, high: f64) -> Vec<f64> {
     let span = high - low;
     let rough = span / 5.0;
@@ -133,7 +133,7 @@ impl Picture {
     }
 }
 
-/// Values in bins, with lines at 5 %, 50 % and 95 %. The bins are those of Freedman and Diaconis, 5 to 60.
+/// Draws a histogram with lines at 5 %, 50 % and 95 %. The bin width is that of Freedman and Diaconis, with 5 to 60 bins.
 pub fn histogram(title: &str, label: &str, values: &[f64]) -> String {
     let mut y: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     y.sort_by(f64::total_cmp);
@@ -180,7 +180,7 @@ pub fn histogram(title: &str, label: &str, values: &[f64]) -> String {
     p.end()
 }
 
-/// Percentiles over time: two bands, the median, the limits. Instants without a value are left out.
+/// Draws percentiles over time: two bands, the median, the limits. Instants without a value are omitted.
 pub fn band(title: &str, label: &str, of: &Band) -> String {
     let (left, right, top, bottom) = FRAME;
     let [min, p5, p25, median, p75, p95, max] = &of.levels;
@@ -207,10 +207,10 @@ pub fn band(title: &str, label: &str, of: &Band) -> String {
     p.end()
 }
 
-/// Points that a drawing shows at most: of more, every k-th.
+/// Largest number of points in a drawing; of more points, every k-th is drawn.
 const POINTS: usize = 3000;
 
-/// Points, and the ellipses of one, two and three deviations when asked for.
+/// Draws points, optionally with the ellipses of one, two and three standard deviations.
 pub fn scatter(
     title: &str,
     (xs, ys): (&str, &str),
@@ -250,7 +250,7 @@ pub fn scatter(
     p.end()
 }
 
-/// Bars from −1 to 1, the largest first.
+/// Draws bars from −1 to 1, the largest first.
 pub fn bars(title: &str, list: &[(String, f64)]) -> String {
     let mut list: Vec<&(String, f64)> = list.iter().filter(|(_, r)| r.is_finite()).collect();
     list.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()).then(a.0.cmp(&b.0)));
@@ -291,7 +291,7 @@ pub fn bars(title: &str, list: &[(String, f64)]) -> String {
     p.end()
 }
 
-/// The end of a long path, from one of its names on: it tells more than the beginning.
+/// Returns the end of a long path, beginning at one of its names, because it is more informative than the beginning.
 fn ending(name: &str) -> String {
     const ROOM: usize = 29;
     let fits = |text: &str| text.chars().count() <= ROOM;

@@ -1,4 +1,4 @@
-//! Campaign files and outcomes under mutations, and what fuzzing kept of them: they are refused, and nothing panics.
+//! Mutated campaign files and outcomes, and the corpus of fuzzing, are rejected without a panic.
 #![allow(clippy::unwrap_used)]
 #[path = "../../../tests/fuzz/mutate.rs"]
 mod mutate;
@@ -18,7 +18,7 @@ fn campaign_files_are_read_or_refused() {
             Ok(_) => true,
             Err(failure) => {
                 assert!(!failure.faults.is_empty(), "refused without a fault");
-                // With its places, which may be anywhere in the text.
+                // With its positions, which may be anywhere in the text.
                 assert!(!failure.to_string().is_empty());
                 false
             }

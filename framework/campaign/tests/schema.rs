@@ -1,4 +1,4 @@
-//! The JSON Schema of campaign files against the files that ship, and against the reader.
+//! Compares the JSON Schema of campaign files with the files in the repository, and with the reader.
 use crate::misfit::misfit;
 use linkwork_assembly::{plain, read_value};
 use linkwork_campaign::{Form, schema};
@@ -34,7 +34,7 @@ fn campaigns_that_ship_fit() {
     let mut seen = 0;
     for file in files {
         let text = std::fs::read_to_string(&file).unwrap();
-        // The corpus also has some that are refused.
+        // The corpus also contains invalid files.
         if text.starts_with("Campaign(") && (is_read(&text) || file.starts_with(top.join("sims"))) {
             assert!(is_read(&text), "{} is refused", file.display());
             assert_eq!(why(&text), None, "{}", file.display());
@@ -44,7 +44,7 @@ fn campaigns_that_ship_fit() {
     assert!(seen >= 4, "{seen}");
 }
 
-/// What the schema and the reader both refuse, and what both take.
+/// Examples that the schema and the reader both reject, and examples that both accept.
 #[test]
 fn the_schema_refuses_what_the_reader_refuses() {
     let with = |more: &str| format!("Campaign(simulation: \"sim.ron\", runs: 3, {more})");

@@ -1,8 +1,7 @@
-//! The C interface of FMI 2.0 and 3.0: tables of functions as they are in a shared library.
+//! The C interface of FMI 2.0 and 3.0: function tables of shared libraries.
 //!
-//! Written after the headers `fmi2Functions.h` (2.0.4) and `fmi3Functions.h` (3.0.2); only what is
-//! called here. A C `bool` that foreign code writes is read as a byte: a byte that is neither 0 nor
-//! 1 would not be a Rust `bool`.
+//! Follows the headers `fmi2Functions.h` (2.0.4) and `fmi3Functions.h` (3.0.2), and contains only functions that are called here. A C `bool` that
+//! foreign code writes is read as a byte, because a byte other than 0 and 1 would not be a valid Rust `bool`.
 use crate::Refusal;
 use libloading::Library;
 use std::ffi::{c_char, c_int, c_void};
@@ -12,7 +11,7 @@ pub(crate) type Raw = *mut c_void;
 /// A status of 2.0 and 3.0: 0 OK, 1 warning, 2 discard, 3 error, 4 fatal, 5 pending (2.0).
 pub(crate) type Status = c_int;
 
-/// The logger of 2.0 as it is called; its further arguments are never looked at.
+/// The logger of 2.0 as it is called. Its variadic arguments are never read.
 pub(crate) type Logger2 =
     unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char);
 /// The logger of 3.0.
@@ -41,14 +40,14 @@ pub(crate) struct EventInfo2 {
 }
 
 unsafe extern "C" {
-    /// Memory for units of 2.0, which demand C's own.
+    /// Memory for units of 2.0, which require C's allocator.
     pub(crate) fn calloc(count: usize, size: usize) -> *mut c_void;
     /// Its release.
     pub(crate) fn free(block: *mut c_void);
 }
 
-/// A table of functions, filled from a library. Functions in the second group may be missing: they
-/// are those of the other interface, or of a capability that the unit does not have.
+/// A table of functions, filled from a library. Functions in the second group may be missing, because they belong to the other interface or to an
+/// optional capability.
 macro_rules! table {
     ($(#[$doc:meta])* $name:ident, $prefix:literal,
      { $($field:ident = $symbol:literal : $ty:ty),* $(,)? },
@@ -58,7 +57,7 @@ macro_rules! table {
         pub(crate) struct $name { $(pub $field: $ty,)* $(pub $may: Option<$may_ty>),* }
 
         impl $name {
-            /// Finds the functions.
+            /// Loads the functions.
             pub fn of(library: &Library, file: &str) -> Result<Self, Refusal> {
                 $(
                     // SAFETY: the type is that of the header for a function of this name; a library
@@ -78,8 +77,8 @@ macro_rules! table {
 }
 
 fn missing(file: &str, symbol: &str) -> Refusal {
-    Refusal::new(format!("the shared library of `{file}` has no function `{symbol}`"))
-        .help("it is not one of the interface that its description names: export the unit again")
+    Refusal::new(format!("the shared library of `{file}` lacks the function `{symbol}`"))
+        .help("the library does not match the interface in its description: export the unit again")
 }
 
 type Get<T> = unsafe extern "C" fn(Raw, *const u32, usize, *mut T) -> Status;

@@ -1,5 +1,5 @@
-//! The archive of a unit (a zip file): untrusted. Sizes are counted while reading, not believed; a
-//! name that leads out of the folder, or a link, refuses the whole archive.
+//! The archive of a unit (a zip file), which is not trusted. Sizes are counted during reading. A name outside of the folder, or a link, rejects the
+//! whole archive.
 use crate::Refusal;
 use linkwork_formats::fmi::{FmiVersion, Interface, ModelDescription, read_model_description};
 use std::fs::File;
@@ -8,32 +8,32 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use zip::ZipArchive;
 
-/// Most bytes of `modelDescription.xml`.
+/// Largest size of `modelDescription.xml`, bytes.
 const DESCRIPTION_MAX: u64 = 64 << 20;
-/// Most bytes of all that is unpacked.
+/// Largest total size of the unpacked files, bytes.
 const UNPACKED_MAX: u64 = 2 << 30;
-/// Most entries of an archive.
+/// Largest number of entries of an archive.
 const ENTRIES_MAX: usize = 100_000;
 
 /// An open archive.
 pub(crate) struct Archive {
     zip: ZipArchive<BufReader<File>>,
-    /// As the user named it, for messages.
+    /// The name for messages, as the user gave it.
     name: String,
 }
 
 fn corrupt(name: &str, why: impl std::fmt::Display) -> Refusal {
-    Refusal::new(format!("`{name}` is not a readable archive of a unit: {why}"))
+    Refusal::new(format!("`{name}` is not a readable unit archive: {why}"))
         .help("copy or export the .fmu file again")
 }
 
 impl Archive {
-    /// Opens a file and checks every name in it.
+    /// Opens a file and checks all names in it.
     pub fn open(path: &Path, name: &str) -> Result<Archive, Refusal> {
         let file = File::open(path).map_err(|e| corrupt(name, e))?;
         let zip = ZipArchive::new(BufReader::new(file)).map_err(|e| corrupt(name, e))?;
         if zip.len() > ENTRIES_MAX {
-            let why = format!("it has {} entries, the limit is {ENTRIES_MAX}", zip.len());
+            let why = format!("it has {} entries, but the limit is {ENTRIES_MAX}", zip.len());
             return Err(corrupt(name, why));
         }
         let mut archive = Archive { zip, name: name.to_string() };
@@ -41,9 +41,9 @@ impl Archive {
             let entry = archive.zip.by_index_raw(k).map_err(|e| corrupt(name, e))?;
             let outside = entry.enclosed_name().is_none() || leads_out(entry.name());
             if outside || entry.is_symlink() {
-                let why = format!("its entry `{}` leads out of the archive", entry.name());
+                let why = format!("its entry `{}` leads outside of the archive", entry.name());
                 return Err(Refusal::new(format!("`{name}` is refused: {why}"))
-                    .help("do not use this file: no honest tool writes such an archive"));
+                    .help("do not use this file: it is probably malicious"));
             }
         }
         Ok(archive)
@@ -54,8 +54,8 @@ impl Archive {
         let name = self.name.clone();
         let mut entry = self.zip.by_name("modelDescription.xml").map_err(|e| match e {
             zip::result::ZipError::FileNotFound => {
-                Refusal::new(format!("`{name}` is no FMI unit: it has no modelDescription.xml"))
-                    .help("name a .fmu file of FMI 2.0 or 3.0")
+                Refusal::new(format!("`{name}` is not an FMI unit: it lacks modelDescription.xml"))
+                    .help("give a .fmu file of FMI 2.0 or 3.0")
             }
             other => corrupt(&name, other),
         })?;
@@ -71,7 +71,7 @@ impl Archive {
             .map_err(|e| Refusal::of(&e))
     }
 
-    /// The path of the shared library for this machine inside the archive.
+    /// Returns the path of the shared library for this platform inside the archive.
     pub fn library(&self, version: FmiVersion, interface: &Interface) -> Result<String, Refusal> {
         let folder = platform(version);
         let ending = std::env::consts::DLL_SUFFIX;
@@ -91,8 +91,8 @@ impl Archive {
         let sources = self.zip.file_names().any(|n| n.starts_with("sources/"));
         let has = match (there.is_empty(), sources) {
             (false, _) => format!("it has binaries for {}", there.join(", ")),
-            (true, true) => "it has only sources".into(),
-            (true, false) => "it has no binaries at all".into(),
+            (true, true) => "it contains only sources".into(),
+            (true, false) => "it does not contain binaries".into(),
         };
         Err(Refusal::new(format!(
             "`{}` is for another platform: this machine needs `{path}`, {has}",
@@ -101,12 +101,12 @@ impl Archive {
         .help(format!("export or compile the unit for {folder}")))
     }
 
-    /// Unpacks binaries and resources into a folder of their own, which lasts as long as the answer.
+    /// Unpacks binaries and resources into a temporary folder, which is removed when the result is dropped.
     pub fn unpack(&mut self) -> Result<TempDir, Refusal> {
         let name = self.name.clone();
         let io = |e: std::io::Error| {
             Refusal::new(format!("`{name}` cannot be unpacked: {e}"))
-                .help("look at space and permissions of the folder for temporary files (TMPDIR)")
+                .help("check space and permissions of the folder for temporary files (TMPDIR)")
         };
         let folder = tempfile::Builder::new().prefix("linkwork-fmu-").tempdir().map_err(io)?;
         let mut left = UNPACKED_MAX;
@@ -132,12 +132,12 @@ impl Archive {
     }
 }
 
-/// Names that are absolute, climb, or mean something else on another system.
+/// Returns whether a name is absolute, leaves the folder, or has a special meaning on another system.
 fn leads_out(name: &str) -> bool {
     name.starts_with('/') || name.contains(['\\', ':', '\0']) || name.split('/').any(|p| p == "..")
 }
 
-/// Copies at most `limit` bytes; more is an error.
+/// Copies at most `limit` bytes; more bytes are an error.
 fn copy(from: &mut impl Read, to: &mut impl Write, limit: u64) -> std::io::Result<u64> {
     let copied = std::io::copy(&mut from.take(limit + 1), to)?;
     if copied > limit {
@@ -146,7 +146,7 @@ fn copy(from: &mut impl Read, to: &mut impl Write, limit: u64) -> std::io::Resul
     Ok(copied)
 }
 
-/// The folder of binaries for this machine.
+/// Returns the folder of the binaries for this platform.
 pub(crate) fn platform(version: FmiVersion) -> String {
     let (arch, os) = (std::env::consts::ARCH, std::env::consts::OS);
     let os = if os == "macos" { "darwin" } else { os };
@@ -155,19 +155,19 @@ pub(crate) fn platform(version: FmiVersion) -> String {
         FmiVersion::V2 => match (arch, os) {
             ("x86_64", "windows") => "win64".into(),
             ("x86_64", os) => format!("{os}64"),
-            // What the standard leaves open is named as in 3.0.
+            // Names that the standard does not define follow the scheme of 3.0.
             (arch, os) => format!("{arch}-{os}"),
         },
     }
 }
 
-/// Writes an archive of named contents, in this order. The same contents give the same bytes.
+/// Writes an archive of named contents, in this order. Equal contents give equal bytes.
 ///
 /// # Errors
-/// What the system says of the file; a name that is there twice.
+/// The file cannot be written; a name occurs twice.
 pub fn write_archive(path: &Path, entries: &[(&str, &[u8])]) -> std::io::Result<()> {
     let mut zip = zip::ZipWriter::new(std::io::BufWriter::new(File::create(path)?));
-    // Without a time of day the bytes depend on the contents alone.
+    // Without a modification time, so that the bytes depend only on the contents.
     let options = zip::write::SimpleFileOptions::default()
         .last_modified_time(zip::DateTime::default())
         .unix_permissions(0o644);
@@ -204,10 +204,10 @@ mod tests {
                 zip.start_file("resources/good", options).unwrap();
                 zip.start_file(name, options).unwrap();
             });
-            assert!(told.contains("leads out of the archive"), "{told}");
+            assert!(told.contains("leads outside of the archive"), "{told}");
         }
         let told = refused(|zip| zip.add_symlink("resources/link", "/etc", options).unwrap());
-        assert!(told.contains("`resources/link` leads out"), "{told}");
+        assert!(told.contains("`resources/link` leads outside"), "{told}");
     }
 
     #[test]

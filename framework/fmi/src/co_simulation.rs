@@ -1,11 +1,11 @@
 //! A co-simulation unit as a sampled part: its rate is the communication step.
 //!
 //! ```text
-//! at tick k:   outputs = those of t_k (all from state: a unit's outputs never see inputs at once)
-//!              inputs of t_k → the unit → doStep(t_k, h) → outputs of t_k+1
+//! at tick k:   outputs = outputs at t_k (all from state: a unit's outputs never have feedthrough)
+//!              inputs at t_k → the unit → doStep(t_k, h) → outputs at t_k+1
 //! ```
-//! Inputs are held over a step, and outputs are known at its end: the error of the coupling is of
-//! first order in h. Units of 3.0 with event mode stop at their own events inside the step, and take discrete inputs in event mode.
+//! Inputs are held over a step, and outputs are known at its end, so the coupling error is of first order in h. Units of 3.0 with event mode stop at
+//! their own events inside the step and receive discrete inputs in event mode.
 use crate::instance::Kind;
 use crate::part::{Live, Part, describe, get_all};
 use crate::start::UnitParams;
@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 const MODEL: (&str, &str) = (
     "fmi.co_simulation",
-    "A foreign unit of FMI 2.0 or 3.0 with a solver of its own; its rate is the communication step.",
+    "A foreign unit of FMI 2.0 or 3.0 with its own solver; its rate is the communication step.",
 );
 
 /// `fmi.co_simulation`.
@@ -34,7 +34,7 @@ impl Foreign for CoSimulation {
     }
     fn make(p: UnitParams, written: &Located, cx: &mut ReadCx<'_>) -> Option<Box<dyn Prototype>> {
         let part = Part::make(&p, written, cx, Kind::CoSimulation, MODEL)?;
-        // What cannot begin is refused here, not in the first step.
+        // A unit that cannot be initialized is reported here, not in the first step.
         match part.begin(0.0) {
             Ok(_) => Some(Box::new(Unit { part })),
             Err(failure) => {
@@ -72,7 +72,7 @@ impl Prototype for Unit {
             return Ok(());
         }
         let message = format!(
-            "`{}`: its communication step {} s is no multiple of the unit's own step {h} s",
+            "`{}`: its communication step {} s is not a multiple of the unit's own step {h} s",
             self.part.path, w.period_s
         );
         Err(Fault::new(Origin::NONE, message).help(format!("write a rate such as \"{h} s\"")))
@@ -84,7 +84,7 @@ impl Prototype for Unit {
 }
 
 struct Stepping {
-    /// In a cell, because a unit gives its state only to a call that may change it.
+    /// In a cell, because saving the state of a unit needs a mutable call.
     live: RefCell<Live>,
     w: Wiring,
     u: Vec<f64>,

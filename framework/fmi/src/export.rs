@@ -1,8 +1,7 @@
-//! Writing a simulation as a unit of FMI 3.0: description, configuration and shared library in one
-//! archive.
+//! Export of a simulation as a unit of FMI 3.0: description, configuration and shared library in one archive.
 //!
-//! Inputs of the unit are inputs of the simulation that nothing drives, outputs are what its patterns
-//! choose. Names are the paths of the simulation; numbers are in SI.
+//! Inputs of the unit are unconnected inputs of the simulation; outputs are selected by patterns. Names are the paths of the simulation; numbers are
+//! in SI.
 use crate::archive::{platform, write_archive};
 use crate::provide::{Contents, Shown};
 use linkwork_assembly::{Failure, Text, match_patterns};
@@ -15,40 +14,40 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What becomes of a simulation.
+/// Options of an export.
 #[derive(Clone, Debug)]
 pub struct Export {
-    /// Name of the unit: a C identifier, or text that is made one.
+    /// Name of the unit. It is converted to a C identifier.
     pub name: String,
-    /// Patterns of inputs; empty: all that nothing drives.
+    /// Patterns of inputs; empty: all unconnected inputs.
     pub inputs: Vec<String>,
-    /// Patterns of outputs; empty: what the simulation logs, and when it logs nothing, all outputs.
+    /// Patterns of outputs; empty: the variables that the simulation logs, or all outputs if it does not log any.
     pub outputs: Vec<String>,
     /// The shared library; see [`find_library`].
     pub library: PathBuf,
 }
 
-/// What was written.
+/// Result of an export.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exported {
     /// Paths of the inputs.
     pub inputs: Vec<String>,
     /// Paths of the outputs.
     pub outputs: Vec<String>,
-    /// What an importer should know: its state cannot be saved.
+    /// Notes for importers, for example that the state cannot be saved.
     pub notes: Vec<String>,
 }
 
-/// File name of the shared library of units with the models of a program.
+/// Returns the file name of the shared library of units with the models of a program.
 pub fn library_name(package: &str) -> String {
     let (prefix, suffix) = (std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
     format!("{prefix}{}{suffix}", package.replace('-', "_"))
 }
 
-/// The shared library of a package beside the running program, or where Cargo builds it.
+/// Returns the shared library of a package: next to the running program, or where Cargo builds it.
 ///
 /// # Errors
-/// A fault that says where it was looked for, and the command that builds it.
+/// A fault with the paths that were tried, and the command that builds it.
 pub fn find_library(package: &str) -> Result<PathBuf, Fault> {
     let name = library_name(package);
     let program = std::env::current_exe().ok();
@@ -59,17 +58,16 @@ pub fn find_library(package: &str) -> Result<PathBuf, Fault> {
     }
     let tried: Vec<String> = places.iter().map(|p| format!("`{}`", p.display())).collect();
     let message =
-        format!("the library that goes into the unit is not there; tried {}", tried.join(", "));
+        format!("the shared library of the unit does not exist; tried {}", tried.join(", "));
     let help =
-        format!("build it with `cargo build --release -p {package}`, or name it with --library");
+        format!("build it with `cargo build --release -p {package}`, or select it with --library");
     Err(Fault::new(Origin::NONE, message).help(help))
 }
 
 /// Writes a simulation as a unit.
 ///
 /// # Errors
-/// Patterns that match nothing or what cannot be an input, files that the unit cannot carry, a
-/// file that cannot be written.
+/// Patterns without a match or for variables that cannot be inputs, data files that the unit cannot contain, a file that cannot be written.
 pub fn export(ready: Ready, what: &Export, out: &Path) -> Result<Exported, Failure> {
     let sources = ready.loaded.sources.clone();
     let fail = |faults: Vec<Fault>| Failure { faults, sources: sources.clone() };
@@ -78,15 +76,15 @@ pub fn export(ready: Ready, what: &Export, out: &Path) -> Result<Exported, Failu
     let files = ready.files.names();
     if !files.is_empty() {
         let message = format!(
-            "the simulation reads {}, which a unit cannot carry",
+            "the simulation reads {}, which a unit cannot contain",
             files.iter().map(|f| format!("`{f}`")).collect::<Vec<_>>().join(", ")
         );
-        return Err(plain(message, "export a simulation that reads no data files"));
+        return Err(plain(message, "export a simulation that does not read data files"));
     }
     let (inputs, outputs) = choose(&ready, what).map_err(&fail)?;
     let library = std::fs::read(&what.library).map_err(|e| {
         let message = format!("`{}` cannot be read: {e}", what.library.display());
-        plain(message, "name the shared library of units with --library")
+        plain(message, "select the shared library of units with --library")
     })?;
     let hash = ready.program.hash();
     let until = ready.loaded.simulation.until.map(|u| u.seconds());
@@ -94,7 +92,7 @@ pub fn export(ready: Ready, what: &Export, out: &Path) -> Result<Exported, Failu
     let (title, doc) = (what.name.clone(), ready.loaded.simulation.doc.clone());
     let sim = Simulation::of(Arc::new(ready.program));
     sim.check().map_err(|e| {
-        plain(format!("the simulation cannot begin: {}", e.message), "mend it, then export")
+        plain(format!("the simulation cannot start: {}", e.message), "correct it, then export")
     })?;
     let unsaved: Vec<String> = (sim.program().phases.iter().flat_map(|p| &p.plan.parts))
         .filter_map(|p| Some(format!("`{}`: {}", p.path, p.prototype.can_save().err()?)))
@@ -137,12 +135,12 @@ pub fn export(ready: Ready, what: &Export, out: &Path) -> Result<Exported, Failu
         ("resources/unit.txt", contents.as_bytes()),
         (&binary, &library),
     ];
-    // Beside the target and renamed: an interrupted export leaves the old unit.
+    // Write to a temporary file and rename it, so that an interrupted export keeps the old unit.
     let part = out.with_extension("fmu.part");
     let written =
         write_archive(&part, &entries).and_then(|()| std::fs::rename(&part, out)).map_err(|e| {
             let _ = std::fs::remove_file(&part);
-            plain(format!("`{}` cannot be written: {e}", out.display()), "choose another place")
+            plain(format!("`{}` cannot be written: {e}", out.display()), "choose another path")
         });
     written?;
     let notes = unsaved
@@ -152,7 +150,7 @@ pub fn export(ready: Ready, what: &Export, out: &Path) -> Result<Exported, Failu
     Ok(Exported { inputs, outputs, notes })
 }
 
-/// Paths of the inputs and outputs.
+/// Returns the paths of the inputs and outputs.
 fn choose(ready: &Ready, what: &Export) -> Result<(Vec<String>, Vec<String>), Vec<Fault>> {
     let plan = ready.plan();
     let of = |roles: &[Role]| -> Vec<&String> {
@@ -171,8 +169,7 @@ fn choose(ready: &Ready, what: &Export) -> Result<(Vec<String>, Vec<String>), Ve
         true => free.iter().map(|p| (*p).clone()).collect(),
         false => pick(&written(&what.inputs), &free).unwrap_or_else(|found| {
             faults.extend(found.into_iter().map(|f| {
-                let message =
-                    format!("{}: inputs of a unit are inputs that nothing drives", f.message);
+                let message = format!("{}: inputs of a unit must be unconnected inputs", f.message);
                 Fault { message, ..f }
             }));
             Vec::new()
@@ -188,7 +185,7 @@ fn choose(ready: &Ready, what: &Export) -> Result<(Vec<String>, Vec<String>), Ve
     };
     let outputs = match patterns.is_empty() {
         true => of(&[Role::Output]).into_iter().cloned().collect(),
-        // What the file logs may be inputs too: they are no outputs.
+        // Logged variables that are inputs are not outputs.
         false if what.outputs.is_empty() => {
             let all: Vec<&String> = plan.variables.keys().collect();
             pick(&patterns, &all)
@@ -209,7 +206,7 @@ fn choose(ready: &Ready, what: &Export) -> Result<(Vec<String>, Vec<String>), Ve
     if faults.is_empty() { Ok((inputs, outputs)) } else { Err(faults) }
 }
 
-/// A C identifier from a name.
+/// Converts a name to a C identifier.
 fn identifier(name: &str) -> String {
     let plain: String =
         name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();

@@ -1,7 +1,6 @@
-//! The C functions of an exported unit, as a macro: they are symbols of the shared library that
-//! uses it, and of no other program that links this crate.
-/// Makes a library crate (`crate-type = ["cdylib"]`) the shared library of exported units: every
-/// function of FMI 3.0, with the models and assemblies that `$library` (`fn() -> Library`) gives.
+//! The C functions of an exported unit, as a macro, so that only the shared library that uses it exports these symbols.
+/// Turns a library crate (`crate-type = ["cdylib"]`) into the shared library of exported units: all functions of FMI 3.0, with the models and
+/// assemblies that `$library` (`fn() -> Library`) returns.
 #[macro_export]
 macro_rules! export_unit {
     ($library:path) => {
@@ -45,7 +44,7 @@ macro_rules! export_unit {
             }
             #[unsafe(no_mangle)]
             pub extern "C" fn fmi3SetDebugLogging(_: *mut c_void) -> c_int {
-                // Only errors are told, and they always are.
+                // Only errors are logged, and they always are.
                 0
             }
             #[unsafe(no_mangle)]
@@ -187,8 +186,8 @@ macro_rules! export_unit {
     };
 }
 
-/// Functions that refuse. They take the instance and look at no further argument, which is sound
-/// where the caller clears the arguments away, as in the C conventions of all platforms built for.
+/// Functions that are not supported and return an error. They use only the instance and ignore further arguments. This is sound where the caller
+/// removes the arguments, as in the C calling conventions of all supported platforms.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! unused_functions {

@@ -1,11 +1,11 @@
-//! A living instance of a unit: one safe set of operations over both versions of the C interface.
+//! A live instance of a unit: one safe set of operations for both versions of the C interface.
 //!
 //! ```text
 //! instantiated → set start values → initialization → step ⇄ event (co-simulation)
 //!                                                  → event ⇄ continuous time (model exchange)
 //! ```
-//! Every call's status is looked at. After an error the instance takes no further call but its end;
-//! after a fatal one not even that.
+//! The status of every call is checked. After an error, the only permitted call is the end of the instance; after a fatal error, no call is
+//! permitted.
 mod stepping;
 
 use crate::abi::{Callbacks2, EventInfo2, Raw, Status, calloc, free};
@@ -19,47 +19,47 @@ use std::ptr::null_mut;
 use std::sync::Arc;
 use stepping::has_events;
 
-/// How a unit is run.
+/// Interface of a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// With a solver of its own.
+    /// With its own solver.
     CoSimulation,
-    /// As equations.
+    /// As equations that Linkwork integrates.
     ModelExchange,
 }
 
-/// Most bytes of a serialised state.
+/// Largest size of a serialized state, bytes.
 const STATE_MAX: usize = 1 << 30;
 
-/// What a unit says after an event.
+/// State of a unit after an event.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Discrete {
     /// One more pass is needed.
     pub needed: bool,
-    /// The unit asks to end the simulation.
+    /// The unit requests the end of the simulation.
     pub terminate: bool,
     /// Time of the next event (s).
     pub next: Option<f64>,
 }
 
-/// Where the instance stands.
+/// State of the instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
     Instantiated,
     Initialized,
-    /// After an error: only its end is left.
+    /// After an error: it can only be ended.
     Failed,
-    /// After a fatal error: not even that.
+    /// After a fatal error: it must not be called any more.
     Dead,
 }
 
-/// A living instance.
+/// A live instance.
 pub(crate) struct Instance {
     raw: Raw,
     stage: Stage,
     kind: Kind,
     unit: Arc<Unit>,
-    /// Foreign code points at these until the instance is freed.
+    /// Foreign code keeps pointers to these until the instance is freed.
     log: Box<Log>,
     _callbacks: Option<Box<Callbacks2>>,
     numbers: Vec<f64>,
@@ -76,19 +76,20 @@ fn failure(message: impl Into<String>, help: &str) -> Box<Failure> {
     Box::new(Failure { message: message.into(), help: Some(help.into()) })
 }
 
-const ASK: &str = "the unit itself refuses: look at its start values and inputs at this instant";
+const ASK: &str =
+    "the unit reported an error: check its start values and its inputs at this instant";
 
-/// `Ok` where the function exists.
+/// Returns the function, or an error if it is missing.
 fn there<F>(function: Option<F>, name: &str) -> Result<F> {
     function.ok_or_else(|| {
         failure(
-            format!("its shared library has no function `{name}`"),
-            "it lacks what its description promises: export the unit again",
+            format!("its shared library lacks the function `{name}`"),
+            "its library does not match its description: export the unit again",
         )
     })
 }
 
-/// The table of the version, for calls that both have with the same arguments.
+/// Calls a function of the unit's version, for calls with equal arguments in both versions.
 macro_rules! both {
     ($self:ident, $f:ident, $may:ident, $name:literal $(, $arg:expr)*) => {
         both!($self, $f, $may, $name | $name $(, $arg)*)
@@ -194,7 +195,7 @@ impl Instance {
         if raw.is_null() {
             return Err(failure(
                 format!("the unit cannot be instantiated{}", log.take()),
-                "its description and shared library may not belong together (token or guid), or \
+                "its description and shared library may not match (token or guid), or \
                  its resources are missing: export the unit again",
             ));
         }
@@ -210,7 +211,7 @@ impl Instance {
         })
     }
 
-    /// What a status says.
+    /// Converts a status to a result.
     fn check(&mut self, status: Status, call: &str) -> Result<()> {
         let word = match status {
             0 | 1 => return Ok(()),
@@ -230,13 +231,13 @@ impl Instance {
         };
         let message = format!("`{prefix}{call}` of the unit returned {word}{}", self.log.take());
         let help = match (status, call) {
-            (2, "DoStep") => "take a shorter communication step (the part's `rate`)",
+            (2, "DoStep") => "use a shorter communication step (the part's `rate`)",
             _ => ASK,
         };
         Err(failure(message, help))
     }
 
-    /// Start values come before this.
+    /// Initializes the unit. Start values must be set before.
     pub fn initialize(&mut self, start: f64, tolerance: Option<f64>) -> Result<()> {
         let unit = self.unit.clone();
         let (defined, tolerance) = (tolerance.is_some(), tolerance.unwrap_or(0.0));
@@ -271,12 +272,12 @@ impl Instance {
         Ok(())
     }
 
-    /// Values of a variable, in SI.
+    /// Reads the values of a variable, in SI.
     pub fn get(&mut self, slot: &Slot, out: &mut [f64]) -> Result<()> {
         let unit = self.unit.clone();
         let (vr, n) = (&raw const slot.reference, out.len());
         let raw = self.raw;
-        // A type that is not f64: through a buffer of its own.
+        // Types other than f64 are read through a separate buffer.
         macro_rules! through {
             ($ty:ty, $call:expr, ($($n:expr)?), $name:literal) => {{
                 let mut small = [<$ty>::default(); 16];
@@ -447,7 +448,7 @@ impl Instance {
     pub fn set_text(&mut self, reference: u32, text: &str) -> Result<()> {
         let unit = self.unit.clone();
         let text = CString::new(text)
-            .map_err(|_| failure("a text holds the character 0", "write another text"))?;
+            .map_err(|_| failure("a text contains the character 0", "write another text"))?;
         let (vr, list) = (&raw const reference, [text.as_ptr()]);
         let status = match &unit.functions {
             // SAFETY: one reference and one C string that lives during the call.
@@ -461,7 +462,7 @@ impl Instance {
         self.check(status, "SetString")
     }
 
-    /// After an error only its end is left.
+    /// Returns whether it can only be ended, after an error.
     pub fn is_over(&self) -> bool {
         matches!(self.stage, Stage::Failed | Stage::Dead)
     }
@@ -507,7 +508,7 @@ impl Instance {
         both!(self, f, get_indicators, "GetEventIndicators", z.as_mut_ptr(), z.len())
     }
 
-    /// One pass of an event.
+    /// Makes one pass of an event.
     pub fn discrete_states(&mut self) -> Result<Discrete> {
         let unit = self.unit.clone();
         let found = match &unit.functions {
@@ -553,7 +554,7 @@ impl Instance {
         Ok(found)
     }
 
-    /// After a step of the integrator; `true` when the unit asks for an event.
+    /// Reports a completed step of the integrator to the unit. Returns `true` if the unit requests an event.
     pub fn completed_step(&mut self) -> Result<bool> {
         let unit = self.unit.clone();
         let (event, end) = match &unit.functions {
@@ -578,7 +579,7 @@ impl Instance {
         if end { Err(ended(&self.log)) } else { Ok(event) }
     }
 
-    /// The whole state of the unit, as bytes.
+    /// Returns the whole state of the unit, as bytes.
     pub fn save(&mut self) -> Result<Vec<u8>> {
         let mut state: Raw = null_mut();
         both!(self, f, get_state, "GetFMUstate" | "GetFMUState", &raw mut state)?;
@@ -599,7 +600,10 @@ impl Instance {
             &raw mut size
         )?;
         if size > STATE_MAX {
-            return Err(failure(format!("its state has {size} bytes, the limit is 1 GiB"), ASK));
+            return Err(failure(
+                format!("its state has {size} bytes, but the limit is 1 GiB"),
+                ASK,
+            ));
         }
         self.bytes.clear();
         self.bytes.resize(size, 0);
@@ -608,7 +612,7 @@ impl Instance {
         Ok(std::mem::take(&mut self.bytes))
     }
 
-    /// Takes a state back.
+    /// Restores a state.
     pub fn load(&mut self, bytes: &[u8]) -> Result<()> {
         let mut state: Raw = null_mut();
         let (from, size) = (bytes.as_ptr(), bytes.len());
@@ -629,19 +633,19 @@ impl Instance {
 
 fn ended(log: &Log) -> Box<Failure> {
     failure(
-        format!("the unit asks to end the simulation{}", log.take()),
-        "end the run before this time (`until`), or look at what the unit says",
+        format!("the unit requests the end of the simulation{}", log.take()),
+        "end the run before this time (`until`), or check the messages of the unit",
     )
 }
 
 fn not_numeric(slot: &Slot) -> Box<Failure> {
-    failure(format!("variable `{}` is no number", slot.name), "use another variable")
+    failure(format!("variable `{}` is not a number", slot.name), "use another variable")
 }
 
 fn not_whole(slot: &Slot, value: f64, ty: &str) -> Box<Failure> {
     failure(
-        format!("variable `{}` takes a whole number ({ty}), this is {value}", slot.name),
-        "drive it with whole numbers in range",
+        format!("variable `{}` requires an integer ({ty}), but the value is {value}", slot.name),
+        "connect it to integers within the range",
     )
 }
 

@@ -1,5 +1,5 @@
-//! Foreign units by FMI 2.0 and 3.0, both ways: units as parts of a simulation, and a simulation as
-//! a unit. With `unsafe`: it calls, and is called by, machine code of others.
+//! Import and export of FMI 2.0 and 3.0 units: units as parts of a simulation, and a simulation as a unit. Contains `unsafe`, because it calls
+//! foreign machine code and is called by it.
 //!
 //! ```text
 //! import:  .fmu → archive (bounded) → description → ports;  shared library → instance
@@ -7,17 +7,17 @@
 //! export:  simulation → description, configuration, shared library → .fmu
 //!          importer → C functions of `export_unit!` → the simulation inside
 //! ```
-//! | module | what it holds |
+//! | module | content |
 //! |---|---|
-//! | `archive` | the zip file, not trusted |
+//! | `archive` | the zip file, which is not trusted |
 //! | `abi` | the C functions of both versions |
 //! | `unit` | description and shared library |
-//! | `log` | what a unit says |
-//! | `instance` | a living instance, one set of safe operations for both versions |
+//! | `log` | messages of a unit |
+//! | `instance` | a live instance: one set of safe operations for both versions |
 //! | `ports`, `slot`, `start` | ports and start values from the description |
-//! | `part` | what both kinds of parts share; the unit's state as bytes |
+//! | `part` | common parts of both kinds of units; the unit's state as bytes |
 //! | `co_simulation`, `model_exchange` | the parts |
-//! | `export` | a simulation into an archive |
+//! | `export` | export of a simulation as an archive |
 //! | `provide`, `functions` | an exported unit, and its C functions |
 mod abi;
 mod archive;
@@ -43,12 +43,12 @@ pub use start::{Starts, UnitParams};
 
 use linkwork_runtime::{BuildError, Entry};
 
-/// The models of this crate.
+/// Returns the models of this crate.
 pub fn catalogue() -> Vec<Entry> {
     vec![Entry::foreign::<CoSimulation>(), Entry::foreign::<ModelExchange>()]
 }
 
-/// Why a unit is refused: fact and remedy.
+/// A rejected unit: fact and remedy.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Refusal {
     pub message: String,
@@ -63,7 +63,7 @@ impl Refusal {
         self.help = Some(help.into());
         self
     }
-    /// What an error of another crate says.
+    /// Converts an error of another crate.
     pub fn of(error: &dyn std::fmt::Display) -> Self {
         let (message, help) = linkwork_runtime::told(error);
         Refusal { message, help }

@@ -1,12 +1,12 @@
-//! What a unit says, kept for the message of its next error.
+//! Messages of a unit, kept for the report of its next error.
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::sync::Mutex;
 
-/// Messages of a unit that are kept for its next error.
+/// Largest number of kept messages.
 const MESSAGES_MAX: usize = 6;
-/// Characters of one.
+/// Largest number of characters of a message.
 const MESSAGE_MAX: usize = 300;
-/// What the unit said last. Foreign code writes it, so nothing here may panic.
+/// The last messages of the unit. Foreign code writes them, so nothing here may panic.
 #[derive(Default)]
 pub(crate) struct Log(Mutex<Vec<String>>);
 
@@ -28,7 +28,7 @@ impl Log {
         }
     }
 
-    /// What was said since the last time, for a message.
+    /// Returns and removes the messages since the last call, as text for an error message.
     pub fn take(&self) -> String {
         let said = self.0.lock().map(|mut kept| std::mem::take(&mut *kept)).unwrap_or_default();
         if said.is_empty() { String::new() } else { format!("; it says: {}", said.join("; ")) }

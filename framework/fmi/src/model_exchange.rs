@@ -1,17 +1,15 @@
-//! A model-exchange unit as a continuous part: its states are the run's, its derivatives enter the
-//! run's integrator, its event indicators are guards.
+//! A model-exchange unit as a continuous part: its states are part of the run's state, its derivatives enter the run's integrator, and its event
+//! indicators are guards.
 //!
 //! ```text
 //! any evaluation:  time, states and continuous inputs → the unit → outputs, derivatives, indicators
 //! at an event:     event mode, all inputs, passes until none is needed → states → continuous time
 //! ```
-//! A part between two events is a function of time, states and inputs, however often and in
-//! whatever order it is asked. What the unit keeps from event to event is the part's store.
+//! Between two events, a part is a function of time, states and inputs, so it can be evaluated in any order and any number of times. The state that
+//! the unit keeps between events is the part's store.
 //!
-//! The unit is told of a completed step at each row of the run and at each event; with an adaptive
-//! method, steps between two rows are not told one by one. Inputs that are no continuous numbers
-//! reach the unit at events: when one of them has changed at the end of a row, or is another at the start than the unit has, that
-//! is an event.
+//! The unit is informed of a completed step at each tick of the run and at each event; with an adaptive method, not of each step between two ticks.
+//! Discrete inputs reach the unit at events: a change at the end of a tick, or a difference from the unit's start values, causes an event.
 use crate::instance::{Instance, Kind, Result};
 use crate::part::{Live, Part, Saved, describe, get_all, settle};
 use crate::slot::Slot;
@@ -26,7 +24,7 @@ use std::sync::Arc;
 
 const MODEL: (&str, &str) = (
     "fmi.model_exchange",
-    "A foreign unit of FMI 2.0 or 3.0 as equations: the simulation integrates its states.",
+    "A foreign unit of FMI 2.0 or 3.0 as equations, whose states the simulation integrates.",
 );
 
 /// `fmi.model_exchange`.
@@ -97,23 +95,23 @@ impl Prototype for Unit {
 }
 
 struct Continuous {
-    /// In a cell, because a unit gives its state only to a call that may change it.
+    /// In a cell, because saving the state of a unit needs a mutable call.
     live: RefCell<Live>,
     w: Wiring,
     work: Work,
 }
 
-/// Work space.
+/// Working memory.
 #[derive(Clone)]
 struct Work {
-    /// States as the unit counts them.
+    /// States in the order of the unit.
     x: Vec<f64>,
     /// Inputs: those without feedthrough, then the others.
     u: Vec<f64>,
 }
 
 impl Work {
-    /// Time and states into the unit.
+    /// Passes time and states to the unit.
     fn place(&mut self, unit: &mut Instance, part: &Part, t: f64, x: &[f64]) -> Result<()> {
         for ((own, x), (factor, offset)) in self.x.iter_mut().zip(x).zip(&part.ports.states) {
             *own = (x - offset) / factor;
@@ -129,7 +127,7 @@ impl Work {
     }
 }
 
-/// Inputs into the unit: the continuous ones, or all.
+/// Passes inputs to the unit: the continuous ones, or all.
 fn drive(unit: &mut Instance, part: &Part, mut u: &[f64], which: Which) -> Result<()> {
     let slots: [&[Slot]; 2] = [&part.ports.inputs[0], &part.ports.inputs[1]];
     for (slot, at_events) in slots.into_iter().flatten().zip(&part.ports.discrete) {
@@ -148,7 +146,7 @@ enum Which {
     All,
 }
 
-/// Whether an input that acts at events is not what the unit has.
+/// Returns whether a discrete input differs from the value that the unit has.
 fn changed(part: &Part, u: &[f64], held: &[f64]) -> bool {
     let mut at = 0;
     let mut any = false;
@@ -160,7 +158,7 @@ fn changed(part: &Part, u: &[f64], held: &[f64]) -> bool {
 }
 
 impl Continuous {
-    /// Time, states and continuous inputs into the unit, then `f`.
+    /// Passes time, states and continuous inputs to the unit, then calls `f`.
     fn at<T>(
         &mut self,
         now: &Now,
@@ -184,7 +182,7 @@ impl Block for Continuous {
         let Continuous { live, w, work } = self;
         let x = if work.x.is_empty() { &[][..] } else { &x[w.x..w.x + work.x.len()] };
         live.get_mut().with(now.t, |unit, _, part| {
-            // Inputs are not known yet, and these outputs do not see them.
+            // Inputs are not known yet, and these outputs do not depend on them.
             work.place(unit, part, now.t, x)?;
             let slots = &part.ports.outputs[0];
             let lanes: usize = slots.iter().map(|s| s.size).sum();
@@ -193,7 +191,7 @@ impl Block for Continuous {
     }
     fn feedthrough(&mut self, now: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         let yd = self.w.yd;
-        // Inputs first: outputs are lanes of the same signals.
+        // Inputs first, because outputs are slots of the same signal array.
         let Continuous { live, w, work } = self;
         work.gather(w, sig);
         let x = if work.x.is_empty() { &[][..] } else { &x[w.x..w.x + work.x.len()] };
@@ -246,7 +244,7 @@ impl Block for Continuous {
         self.at(now, x, sig, |unit, saved, part, u| {
             let n = part.ports.indicators;
             unit.indicators(&mut values[..n])?;
-            // The work of a row or an event is done: the step that led here is complete.
+            // The work of a tick or event is done, so the step that led here is complete.
             if now.evaluation == Evaluation::Tick && !saved.asks {
                 let told = saved.completed.is_some_and(|t| t >= now.t);
                 if part.unit.interface.completed_step && !told {

@@ -1,9 +1,7 @@
-//! What both kinds of parts share: the loaded unit with its start values, an instance that is made
-//! when it is first needed, and its state as bytes.
+//! Common code of both kinds of parts: the loaded unit with its start values, an instance that is created on demand, and its state as bytes.
 //!
-//! The unit's own state lives in the instance. A copy of a run (fork, snapshot, checkpoint) is the
-//! instance's state as bytes; the copy makes an instance of its own and puts the bytes in. A part
-//! whose instance failed stays failed until a state is put back.
+//! The unit's own state is in the instance. A copy of a run (fork, snapshot, checkpoint) contains the instance's state as bytes; the copy creates its
+//! own instance and restores the bytes. A part whose instance failed stays failed until a state is restored.
 use crate::instance::{Instance, Kind, Result};
 use crate::ports::{Ports, ports};
 use crate::slot::Slot;
@@ -15,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::sync::Arc;
 
-/// A unit that is a part: all that does not change.
+/// A unit that is a part: its constant data.
 pub(crate) struct Part {
     pub unit: Arc<Unit>,
     pub kind: Kind,
@@ -27,10 +25,10 @@ pub(crate) struct Part {
     pub params: Value,
 }
 
-/// Passes of one event, beyond which it has no end.
+/// Largest number of passes of one event.
 const PASSES_MAX: usize = 1000;
 
-/// The description without loading the library.
+/// Reads the description without loading the library.
 pub(crate) fn describe(
     p: &UnitParams,
     files: &Files,
@@ -44,7 +42,7 @@ pub(crate) fn describe(
 }
 
 impl Part {
-    /// Loads the unit and finds its ports and start values; faults go to `cx`.
+    /// Loads the unit and resolves its ports and start values; faults are added to `cx`.
     pub fn make(
         p: &UnitParams,
         written: &Located,
@@ -71,13 +69,13 @@ impl Part {
         Some(Arc::new(Part { unit, kind, path, starts, ports, description, params }))
     }
 
-    /// Whether its state can be saved.
+    /// Returns whether its state can be saved.
     pub fn can_save(&self) -> std::result::Result<(), String> {
         savable(self.unit.description.version, &self.unit.interface)
     }
 
-    /// An initialized instance at time `t` (s), and when it wants its first event (model exchange:
-    /// it is then in continuous time).
+    /// Returns an initialized instance at time `t` (s), and the time of its first event (model exchange: the instance is then in continuous-time
+    /// mode).
     pub fn begin(&self, t: f64) -> Result<(Instance, Option<f64>)> {
         let mut instance = Instance::new(&self.unit, self.kind, &self.path)?;
         apply(&mut instance, &self.starts)?;
@@ -94,7 +92,7 @@ impl Part {
     }
 }
 
-/// The passes of an event; gives the time of the next one.
+/// Makes the passes of an event; returns the time of the next one.
 pub(crate) fn settle(instance: &mut Instance) -> Result<Option<f64>> {
     for _ in 0..PASSES_MAX {
         let pass = instance.discrete_states()?;
@@ -104,11 +102,11 @@ pub(crate) fn settle(instance: &mut Instance) -> Result<Option<f64>> {
     }
     Err(Box::new(Failure {
         message: format!("an event of the unit has not ended after {PASSES_MAX} passes"),
-        help: Some("the unit asks for one more pass each time: ask its maker".into()),
+        help: Some("the unit requests another pass each time: contact its vendor".into()),
     }))
 }
 
-/// Gets variables one after another.
+/// Reads variables one after another.
 pub(crate) fn get_all(instance: &mut Instance, slots: &[Slot], mut out: &mut [f64]) -> Result<()> {
     for slot in slots {
         let (own, rest) = out.split_at_mut(slot.size);
@@ -118,37 +116,37 @@ pub(crate) fn get_all(instance: &mut Instance, slots: &[Slot], mut out: &mut [f6
     Ok(())
 }
 
-/// All that changes in a part, as data.
+/// The changing data of a part.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Saved {
-    /// There is an instance, which began at this time (s).
+    /// Start time of the instance, if there is one (s).
     pub began: Option<f64>,
     /// Outputs of the last communication step (co-simulation).
     pub outputs: Vec<f64>,
     /// Model exchange: time of the next event (s).
     pub next_event: Option<f64>,
-    /// The unit asked for an event that has not been handled.
+    /// The unit requested an event that is not handled yet.
     pub asks: bool,
-    /// Time of the last step that the unit was told to be complete (s).
+    /// Time of the last completed step that was reported to the unit (s).
     pub completed: Option<f64>,
-    /// Inputs as the unit had them at its last event.
+    /// Inputs at the unit's last event.
     pub held: Vec<f64>,
     /// The unit's own state.
     pub state: Vec<u8>,
 }
 
-/// A part's instance, with what is known about it.
+/// A part's instance with its data.
 pub(crate) struct Live {
     pub part: Arc<Part>,
     instance: Option<Instance>,
     failed: Option<Box<Failure>>,
-    /// A state that waits for its instance.
+    /// A state that is restored when the instance is created.
     waiting: Option<Vec<u8>>,
-    /// All but the unit's own state.
+    /// The data except the unit's own state.
     pub now: Saved,
 }
 
-/// What a copy of a run holds of a part.
+/// The data of a part in a copy of a run.
 type Copy = std::result::Result<Saved, Box<Failure>>;
 
 impl Live {
@@ -156,8 +154,7 @@ impl Live {
         Live { part, instance: None, failed: None, waiting: None, now: Saved::default() }
     }
 
-    /// Does something with the instance, which is made at time `t` when there is none. After the
-    /// first failure there is no other answer.
+    /// Calls `f` with the instance, which is created at time `t` if there is none. After the first failure it always returns that failure.
     pub fn with<T>(
         &mut self,
         t: f64,
@@ -169,7 +166,7 @@ impl Live {
         let part = self.part.clone();
         let done = self.ready(t).and_then(|()| match &mut self.instance {
             Some(instance) => f(instance, &mut self.now, &part),
-            None => Err(Failure::of(&"the unit has no instance")),
+            None => Err(Failure::of(&"the unit does not have an instance")),
         });
         if let Err(failure) = &done {
             self.failed = Some(failure.clone());
@@ -221,7 +218,7 @@ impl Live {
                 (self.instance, self.now) = (None, Saved::default());
             }
             Ok(saved) => {
-                // After an error only a new instance goes on.
+                // After an error, a new instance is needed.
                 if self.instance.as_ref().is_some_and(Instance::is_over) {
                     self.instance = None;
                 }
@@ -231,13 +228,13 @@ impl Live {
         }
     }
 
-    /// The store as bytes.
+    /// Returns the store as bytes.
     pub fn save(&mut self) -> std::result::Result<Vec<u8>, String> {
         let saved = self.saved().map_err(|f| f.message)?;
         rmp_serde::to_vec_named(&saved).map_err(|e| e.to_string())
     }
 
-    /// Takes the store back.
+    /// Restores the store.
     pub fn load(&mut self, bytes: &[u8]) -> std::result::Result<(), String> {
         self.part.can_save()?;
         let saved: Saved = rmp_serde::from_slice(bytes).map_err(|e| e.to_string())?;
@@ -246,7 +243,7 @@ impl Live {
             || (saved.outputs.len() == sizes(&self.part.ports.outputs[0])
                 && saved.held.len() == self.part.ports.input_lanes());
         if !fits {
-            return Err("it has other ports than this unit".into());
+            return Err("its ports differ from those of this unit".into());
         }
         self.take(Ok(saved));
         if self.now.began.is_some() {
@@ -260,14 +257,14 @@ impl Live {
         *into = Some(Box::new(self.saved()));
     }
 
-    /// Takes a copy back.
+    /// Restores a copy.
     pub fn take_copy(&mut self, from: &dyn Any) {
         if let Some(copy) = from.downcast_ref::<Copy>() {
             self.take(copy.clone());
         }
     }
 
-    /// A copy with an instance of its own.
+    /// Returns a copy with its own instance.
     pub fn fork(&mut self) -> Live {
         let mut live = Live::new(self.part.clone());
         live.take(self.saved());
@@ -275,7 +272,7 @@ impl Live {
     }
 }
 
-/// Start values of the inputs.
+/// Returns the start values of the inputs.
 fn held(d: &Description) -> Vec<f64> {
     d.all_inputs().flat_map(|p| p.default.clone().unwrap_or_default()).collect()
 }

@@ -1,8 +1,7 @@
 //! Ports of a unit from its description.
 //!
-//! A variable `spring.x[2]` is the port `spring_x_2`: what is no letter, digit or `_` becomes `_`.
-//! Numbers cross in SI; a variable without a unit goes with any (`*`). Texts, binaries and clocks
-//! are no ports.
+//! A variable `spring.x[2]` is the port `spring_x_2`: characters other than letters, digits and `_` become `_`. Numbers are converted to SI; a
+//! variable without a unit is compatible with any unit (`*`). Texts, binaries and clocks are not ports.
 use crate::Refusal;
 use crate::instance::Kind;
 use crate::slot::Slot;
@@ -12,11 +11,11 @@ use linkwork_formats::fmi::{
 use linkwork_runtime::{Description, Direction, Functions, PortKind, PortSpec, Unit as Measure};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Ports and what stands behind them, in the same order.
+/// Ports and their slots, in the same order.
 pub(crate) struct Ports {
-    /// Inputs without feedthrough, and those that an output sees at once.
+    /// Inputs without feedthrough, and inputs with feedthrough to an output.
     pub inputs: [Vec<Slot>; 2],
-    /// Inputs that may change at events only (model exchange), by their place among all inputs.
+    /// Inputs that may change only at events (model exchange), by their index among all inputs.
     pub discrete: Vec<bool>,
     /// Outputs from state, and those with feedthrough.
     pub outputs: [Vec<Slot>; 2],
@@ -27,13 +26,13 @@ pub(crate) struct Ports {
 }
 
 impl Ports {
-    /// Lanes of all inputs.
+    /// Returns the number of values of all inputs.
     pub fn input_lanes(&self) -> usize {
         self.inputs.iter().flatten().map(|s| s.size).sum()
     }
 }
 
-/// The port's name of a variable.
+/// Returns the port name of a variable.
 pub(crate) fn port_name(name: &str) -> String {
     let plain: String =
         name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '_' }).collect();
@@ -46,13 +45,13 @@ pub(crate) fn port_name(name: &str) -> String {
     }
 }
 
-/// The unit of a port, and whether the file's number has to be believed as it is.
+/// Returns the unit of a port; `*` if the file does not define it.
 fn unit_of(v: &FmiVariable) -> String {
     if !v.kind.is_float() {
         return "1".into();
     }
     match &v.unit {
-        // Only defined units have a meaning; the same word may mean something else elsewhere.
+        // Only units with a definition are used, because the same name can mean different units in different files.
         Some(unit) => match unit.base {
             Some((exponents, ..)) => Measure { exponents, scale: 1.0, offset: 0.0 }.to_string(),
             None => "*".into(),
@@ -75,7 +74,7 @@ fn port(v: &FmiVariable) -> PortSpec {
     PortSpec::named(port_name(&v.name), kind, v.size).unit_of(unit).doc_of(doc)
 }
 
-/// An input: what it is when nothing is wired is the unit's own start value.
+/// Returns an input. Its default is the unit's own start value.
 fn input(v: &FmiVariable) -> PortSpec {
     let slot = Slot::of(v);
     let value = |text: Option<&String>| -> f64 {
@@ -86,12 +85,12 @@ fn input(v: &FmiVariable) -> PortSpec {
         };
         slot.factor * number + slot.offset
     };
-    // One start value may stand for all elements of an array.
+    // One start value may apply to all elements of an array.
     let all = (0..v.size).map(|k| value(v.start.get(k).or(v.start.first()))).collect();
     PortSpec { default: Some(all), ..port(v) }
 }
 
-/// Description for the catalogue, and the slots behind it.
+/// Returns the description for the catalogue, and the slots of its ports.
 pub(crate) fn ports(
     d: &ModelDescription,
     kind: Kind,
@@ -108,7 +107,7 @@ pub(crate) fn ports(
         kind == Kind::ModelExchange
             && !(v.kind.is_float() && v.variability == Variability::Continuous)
     };
-    // What each output sees at once: names of inputs that may change between events.
+    // For each output, the names of inputs with feedthrough that may change between events.
     let mut direct: BTreeSet<&str> = BTreeSet::new();
     let mut sees = |k: usize| -> bool {
         if kind == Kind::CoSimulation {
@@ -136,7 +135,7 @@ pub(crate) fn ports(
     let lanes: usize = u.iter().chain(&ud).chain(&from_state).chain(&through).map(|v| v.size).sum();
     if lanes > VALUES_MAX {
         return Err(Refusal::new(format!(
-            "the unit has {lanes} values at its ports, the limit is {VALUES_MAX}"
+            "the unit has {lanes} values at its ports, but the limit is {VALUES_MAX}"
         ))
         .help("export it with fewer inputs and outputs"));
     }
@@ -158,7 +157,12 @@ pub(crate) fn ports(
             guards.push(guard("indicator", nz, Direction::Either, "Event indicators of the unit."));
         }
         guards.push(guard("time_event", 1, Direction::Rising, "Time since the next time event."));
-        guards.push(guard("asks", 1, Direction::Rising, "1 when an event is asked for, else −1."));
+        guards.push(guard(
+            "asks",
+            1,
+            Direction::Rising,
+            "1 if the unit requests an event, otherwise −1.",
+        ));
     }
     let description = Description {
         name: model.into(),
@@ -196,7 +200,7 @@ pub(crate) fn ports(
     Ok((description, ports))
 }
 
-/// That no two variables become one port.
+/// Returns an error if two variables would become the same port.
 fn distinct<'v>(variables: impl Iterator<Item = &'v &'v FmiVariable>) -> Result<(), Refusal> {
     let mut seen: BTreeMap<String, &str> = BTreeMap::new();
     for v in variables {
@@ -206,7 +210,7 @@ fn distinct<'v>(variables: impl Iterator<Item = &'v &'v FmiVariable>) -> Result<
                 "variables `{other}` and `{}` of the unit would both be the port `{name}`",
                 v.name
             ))
-            .help("rename one of them where the unit is made"));
+            .help("rename one of them in the source of the unit"));
         }
     }
     Ok(())

@@ -1,14 +1,13 @@
-//! A simulation as a co-simulation unit of FMI 3.0: what stands behind the C functions that
-//! [`export_unit`](crate::export_unit) writes.
+//! A simulation as a co-simulation unit of FMI 3.0: the implementation of the C functions that [`export_unit`](crate::export_unit) defines.
 //!
 //! ```text
 //! resources/simulation.ron   the whole configuration    → the simulation
 //! resources/unit.txt         token, hash, variables     → value references: 0 time, k the k-th variable
-//! fmi3DoStep(t, h)           inputs → to the row at t + h, which must be a multiple of the step
+//! fmi3DoStep(t, h)           inputs → run to the tick at t + h, which must be a multiple of the step
 //! fmi3GetFMUState            a checkpoint
 //! ```
-//! An input acts from the instant at which it is set, as in a run from Rust or Python. Every function
-//! catches panics: nothing unwinds into the importer.
+//! An input acts from the instant at which it is set, as in a run from Rust or Python. Every function catches panics, so that they do not unwind into
+//! the importer.
 use linkwork_runner::Library;
 use linkwork_runtime::{Checkpoint, Place, Program, Seconds, Simulation};
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
@@ -23,7 +22,7 @@ const ERROR: c_int = 3;
 /// A logger of the importer.
 pub type Logger = Option<unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char)>;
 
-/// What a variable of the unit is.
+/// A variable of the unit.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Shown {
     pub path: String,
@@ -31,7 +30,7 @@ pub(crate) struct Shown {
     pub boolean: bool,
 }
 
-/// `resources/unit.txt`: what ties description, configuration and library together.
+/// `resources/unit.txt`: data that connect description, configuration and library.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Contents {
     pub token: String,
@@ -88,7 +87,7 @@ pub struct Provided {
 
 type Answer<T> = Result<T, String>;
 
-/// Tells the importer.
+/// Passes an error message to the importer.
 fn tell(logger: Logger, environment: *mut c_void, message: &str) {
     let text = CString::new(message.replace('\0', " ")).unwrap_or_default();
     if let Some(log) = logger {
@@ -103,16 +102,18 @@ fn open(folder: &Path, token: &str, library: fn() -> Library) -> Answer<(Arc<Pro
         std::fs::read_to_string(&path).map_err(|e| format!("`{}`: {e}", path.display()))
     };
     let contents = Contents::of_text(&read("unit.txt")?)
-        .ok_or("resources/unit.txt is damaged: export the unit again")?;
+        .ok_or("resources/unit.txt is corrupt: export the unit again")?;
     if contents.token != token {
-        return Err("the instantiation token is of another unit: export the unit again".into());
+        return Err("the instantiation token belongs to another unit: export the unit again".into());
     }
     let text = read("simulation.ron")?;
     let ready = library().text("simulation.ron", &text).map_err(|f| f.render(false))?;
     if ready.program.hash() != contents.hash {
-        return Err("the unit's library makes another plan of its configuration than the program \
-                    that exported it: build both from one version, and export again"
-            .into());
+        return Err(
+            "the unit's library compiles its configuration to a different plan than the program \
+                    that exported it: build both from the same version, and export again"
+                .into(),
+        );
     }
     Ok((Arc::new(ready.program), contents))
 }
@@ -141,7 +142,9 @@ impl Provided {
         let k = (reference as usize).wrapping_sub(1);
         match self.contents.variables.get(k) {
             Some(v) if v.boolean == boolean => Ok(k),
-            _ => Err(format!("there is no such variable with value reference {reference}")),
+            _ => Err(format!(
+                "there is no variable of this type with the value reference {reference}"
+            )),
         }
     }
 
@@ -154,7 +157,7 @@ impl Provided {
 
     fn set(&mut self, reference: u32, boolean: bool, value: f64) -> Answer<()> {
         if self.stage == Stage::Over {
-            return Err("nothing may be set after the end of the run".into());
+            return Err("variables cannot be set after the end of the run".into());
         }
         let k = self.variable(reference, boolean)?;
         let v = &self.contents.variables[k];
@@ -166,7 +169,7 @@ impl Provided {
 
     fn begin(&mut self, start: f64) -> Answer<()> {
         if self.stage != Stage::Instantiated {
-            return Err("initialization comes once, after instantiation or reset".into());
+            return Err("initialization is only allowed once, after instantiation or reset".into());
         }
         if !start.is_finite() {
             return Err(format!("the start time is {start}"));
@@ -177,7 +180,7 @@ impl Provided {
 
     fn begun(&mut self) -> Answer<()> {
         if self.stage != Stage::Initializing {
-            return Err("initialization has not begun".into());
+            return Err("initialization mode was not entered".into());
         }
         self.sim.check().map_err(|e| e.to_string())?;
         self.stage = Stage::Stepping;
@@ -186,17 +189,17 @@ impl Provided {
 
     fn step(&mut self, t: f64, h: f64) -> Answer<()> {
         if self.stage != Stage::Stepping {
-            return Err("a step comes after initialization, and not after the end".into());
+            return Err("a step is only allowed after initialization and before the end".into());
         }
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * (1.0 + a.abs());
         if !near(t, self.time()) {
-            return Err(format!("a step from {t} s, and the unit is at {} s", self.time()));
+            return Err(format!("the step begins at {t} s, but the unit is at {} s", self.time()));
         }
         let steps = (t + h - self.start) / self.step.seconds();
         let whole = steps.round();
         if !(h > 0.0 && (steps - whole).abs() <= 1e-6 && whole < 9e15) {
             return Err(format!(
-                "a communication step of {h} s from {t} s: take multiples of the simulation's step, {} s",
+                "the communication step is {h} s at {t} s: use multiples of the simulation's step, {} s",
                 self.step.seconds()
             ));
         }
@@ -209,7 +212,7 @@ impl Provided {
         }
         if !near(self.time(), t + h) {
             return Err(format!(
-                "there is no row at {} s: the next is at {} s",
+                "there is no tick at {} s: the next one is at {} s",
                 t + h,
                 self.time()
             ));
@@ -235,7 +238,7 @@ impl Provided {
     }
 }
 
-/// A kept state.
+/// A saved state.
 #[derive(serde::Serialize, serde::Deserialize)]
 struct Kept {
     checkpoint: Checkpoint,
@@ -243,10 +246,10 @@ struct Kept {
     stepping: bool,
 }
 
-/// Runs `f` on an instance; errors are told to the importer, panics too.
+/// Calls `f` with an instance; errors and panics are reported to the importer.
 ///
 /// # Safety
-/// `instance` is one of [`instantiate`], or null.
+/// `instance` is a result of [`instantiate`], or null.
 unsafe fn on(instance: *mut c_void, f: impl FnOnce(&mut Provided) -> Answer<()>) -> c_int {
     // SAFETY: by the contract.
     let Some(unit) = (unsafe { instance.cast::<Provided>().as_mut() }) else { return ERROR };
@@ -265,7 +268,7 @@ unsafe fn on(instance: *mut c_void, f: impl FnOnce(&mut Provided) -> Answer<()>)
     }
 }
 
-/// The text behind a pointer.
+/// Returns the text at a pointer.
 ///
 /// # Safety
 /// Null, or a C string.
@@ -314,7 +317,7 @@ pub unsafe fn free_instance(instance: *mut c_void) {
         let dropped = catch_unwind(AssertUnwindSafe(|| unsafe {
             drop(Box::from_raw(instance.cast::<Provided>()));
         }));
-        // There is nobody left to tell.
+        // The importer can no longer receive messages.
         let _ = dropped.is_err();
     }
 }
@@ -380,7 +383,7 @@ pub unsafe fn get<T>(
     unsafe {
         on(instance, |unit| {
             if n != room {
-                return Err(format!("{n} variables and room for {room} values"));
+                return Err(format!("{n} variables, but memory for {room} values"));
             }
             for k in 0..n {
                 let value = unit.value(*references.add(k), boolean)?;
@@ -406,7 +409,7 @@ pub unsafe fn set<T: Copy>(
     unsafe {
         on(instance, |unit| {
             if n != given {
-                return Err(format!("{n} variables and {given} values"));
+                return Err(format!("{n} variables, but {given} values"));
             }
             for k in 0..n {
                 unit.set(*references.add(k), boolean, convert(*values.add(k)))?;
@@ -471,7 +474,7 @@ pub unsafe fn set_state(instance: *mut c_void, state: *mut c_void) -> c_int {
     unsafe {
         on(instance, |unit| match state.cast::<Kept>().as_ref() {
             Some(kept) => unit.restore(kept),
-            None => Err("there is no state".into()),
+            None => Err("the state is null".into()),
         })
     }
 }
@@ -493,13 +496,13 @@ pub unsafe fn free_state(instance: *mut c_void, state: *mut *mut c_void) -> c_in
     }
 }
 
-/// A state as bytes.
+/// Returns a state as bytes.
 ///
 /// # Safety
 /// `state` is one of this unit, or null.
 unsafe fn bytes(state: *mut c_void) -> Answer<Vec<u8>> {
     // SAFETY: by the contract.
-    let kept = unsafe { state.cast::<Kept>().as_ref() }.ok_or("there is no state")?;
+    let kept = unsafe { state.cast::<Kept>().as_ref() }.ok_or("the state is null")?;
     rmp_serde::to_vec_named(kept).map_err(|e| e.to_string())
 }
 
@@ -532,7 +535,10 @@ pub unsafe fn serialize(
         on(instance, |_| {
             let bytes = bytes(state)?;
             if bytes.len() > room {
-                return Err(format!("room for {room} bytes, and the state has {}", bytes.len()));
+                return Err(format!(
+                    "there is memory for {room} bytes, but the state has {}",
+                    bytes.len()
+                ));
             }
             into.copy_from_nonoverlapping(bytes.as_ptr(), bytes.len());
             Ok(())
@@ -555,20 +561,20 @@ pub unsafe fn deserialize(
         on(instance, |_| {
             let bytes: &[u8] = if size == 0 { &[] } else { std::slice::from_raw_parts(from, size) };
             let kept: Kept = rmp_serde::from_slice(bytes)
-                .map_err(|e| format!("these bytes are no state of this unit: {e}"))?;
+                .map_err(|e| format!("these bytes are not a state of this unit: {e}"))?;
             state.write(Box::into_raw(Box::new(kept)).cast());
             Ok(())
         })
     }
 }
 
-/// Functions of the standard that this unit has no use for.
+/// Reports an error for functions of the standard that this unit does not support.
 ///
 /// # Safety
 /// `instance` is one of [`instantiate`].
 pub unsafe fn unused(instance: *mut c_void, name: &str) -> c_int {
     // SAFETY: by the contract.
-    unsafe { on(instance, |_| Err(format!("`{name}` is not offered by this unit"))) }
+    unsafe { on(instance, |_| Err(format!("`{name}` is not supported by this unit"))) }
 }
 
 #[cfg(test)]

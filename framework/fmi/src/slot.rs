@@ -1,7 +1,7 @@
-//! A variable of a unit as the rest of the simulation sees it: values of SI.
+//! A variable of a unit with its conversion to SI.
 use linkwork_formats::fmi::{FmiVariable, Variability, VariableKind};
 
-/// A variable as values of SI: value = factor × number + offset.
+/// A variable of a unit: SI value = factor × number + offset.
 #[derive(Clone, Debug)]
 pub(crate) struct Slot {
     pub name: String,
@@ -10,7 +10,7 @@ pub(crate) struct Slot {
     pub size: usize,
     pub factor: f64,
     pub offset: f64,
-    /// It changes at events only.
+    /// It changes only at events.
     pub discrete: bool,
 }
 

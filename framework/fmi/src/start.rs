@@ -1,5 +1,4 @@
-//! What a part says of its unit: the file, and start values of parameters and other variables by
-//! their names in the unit's description.
+//! Parameters of a part with a unit: the file, and start values of parameters and other variables by their names in the unit's description.
 use crate::Refusal;
 use crate::instance::Instance;
 use crate::slot::Slot;
@@ -12,18 +11,18 @@ use linkwork_runtime::{
     split_quantity,
 };
 
-/// What a part says of its unit.
+/// Parameters of a part with a unit.
 #[derive(Params, Clone, Debug)]
 pub struct UnitParams {
-    /// The unit: an .fmu file, beside the RON file that names it or in the search folders. It holds
-    /// machine code, which runs with all rights of this process.
+    /// The unit: an .fmu file, in the folder of the RON file or in the search folders. It contains machine code, which runs with all rights of this
+    /// process.
     pub file: String,
-    /// Start values by the unit's own names: `{"mass": "2 kg", "enabled": true, "gains": [1, 2]}`.
+    /// Start values by the names in the unit: `{"mass": "2 kg", "enabled": true, "gains": [1, 2]}`.
     #[param(default = Starts::default())]
     pub start: Starts,
 }
 
-/// Start values as written.
+/// Start values as in the file.
 #[derive(Clone, Debug, Default)]
 pub struct Starts(Vec<(String, Located)>);
 
@@ -48,7 +47,7 @@ impl Param for Starts {
             Value::Null => Some(Starts::default()),
             other => {
                 let message = format!(
-                    "`{}.{}` is a map of values by name, this is {}",
+                    "`{}.{}` must be a map of values by name, but it is {}",
                     cx.path,
                     spec.name,
                     other.what()
@@ -63,7 +62,7 @@ impl Param for Starts {
     }
 }
 
-/// A start value, ready to be set.
+/// A checked start value.
 #[derive(Clone, Debug)]
 pub(crate) enum Start {
     Numbers(Slot, Vec<f64>),
@@ -81,7 +80,7 @@ pub(crate) fn apply(instance: &mut Instance, starts: &[Start]) -> Result<(), Box
     Ok(())
 }
 
-/// Start values found in the description; faults go to `cx`.
+/// Resolves start values in the description; faults are added to `cx`.
 pub(crate) fn find(
     starts: &Starts,
     description: &ModelDescription,
@@ -100,7 +99,7 @@ pub(crate) fn find(
     ok.then_some(out)
 }
 
-/// True when a value may be given before the start.
+/// Returns true if a value may be set before the start.
 fn settable(v: &FmiVariable) -> bool {
     v.variability != Variability::Constant
         && matches!(v.initial, Some(Initial::Exact | Initial::Approx))
@@ -111,15 +110,12 @@ fn one(name: &str, value: &Value, description: &ModelDescription) -> Result<Star
     let Some(v) = description.variables.iter().find(|v| v.name == name) else {
         let known: Vec<&str> =
             description.variables.iter().filter(|v| settable(v)).map(|v| &*v.name).collect();
-        return Err(Refusal::new(format!("the unit has no variable `{name}`")).help(remedy(
-            name,
-            "variables that can be set",
-            &known,
-        )));
+        return Err(Refusal::new(format!("the unit does not have a variable `{name}`"))
+            .help(remedy(name, "variables that can be set", &known)));
     };
     if !settable(v) {
         let why = match (v.causality, v.variability) {
-            (Causality::StructuralParameter, _) => "sizes of arrays follow from it",
+            (Causality::StructuralParameter, _) => "array sizes depend on it",
             (_, Variability::Constant) => "it is a constant",
             _ => "the unit computes it",
         };
@@ -129,15 +125,18 @@ fn one(name: &str, value: &Value, description: &ModelDescription) -> Result<Star
     if v.kind == VariableKind::String {
         return match value {
             Value::Text(text) if v.size == 1 => Ok(Start::Text(v.reference, text.clone())),
-            other => {
-                Err(Refusal::new(format!("variable `{name}` is a text, this is {}", other.what()))
-                    .help("write it in quotes"))
-            }
+            other => Err(Refusal::new(format!(
+                "variable `{name}` must be a text, but it is {}",
+                other.what()
+            ))
+            .help("write it in quotes")),
         };
     }
     if !v.kind.is_numeric() {
-        return Err(Refusal::new(format!("variable `{name}` is no number: it cannot be set"))
-            .help("leave it as the unit has it"));
+        return Err(Refusal::new(format!(
+            "variable `{name}` is not a number, so it cannot be set"
+        ))
+        .help("remove it from `start`"));
     }
     let numbers: Vec<f64> = match value {
         Value::List(items) => {
@@ -147,7 +146,7 @@ fn one(name: &str, value: &Value, description: &ModelDescription) -> Result<Star
     };
     if numbers.len() != v.size {
         return Err(Refusal::new(format!(
-            "variable `{name}` takes {} values, there are {}",
+            "variable `{name}` requires {} values, but there are {}",
             v.size,
             numbers.len()
         ))
@@ -156,25 +155,26 @@ fn one(name: &str, value: &Value, description: &ModelDescription) -> Result<Star
     Ok(Start::Numbers(Slot::of(v), numbers))
 }
 
-/// A number in SI.
+/// Converts a value to SI.
 fn number(v: &FmiVariable, value: &Value) -> Result<f64, Refusal> {
     let name = &v.name;
-    let wrong =
-        |what: &str| Refusal::new(format!("variable `{name}` is {what}, this is {}", value.what()));
+    let wrong = |what: &str| {
+        Refusal::new(format!("variable `{name}` must be {what}, but it is {}", value.what()))
+    };
     match (v.kind, value) {
         (VariableKind::Boolean, Value::Bool(b)) => Ok(f64::from(u8::from(*b))),
         (VariableKind::Boolean, _) => Err(wrong("true or false").help("write true or false")),
         (_, Value::Number(x)) => {
-            // A bare number is in the unit's own unit of measurement only when that is SI.
+            // A number without a unit is accepted only if the unit's own unit of measurement is SI.
             let base = v.unit.as_ref().and_then(|u| u.base.map(|b| (b, &u.name)));
             if let Some(((_, factor, offset), unit)) = base
                 && v.kind.is_float()
                 && (factor != 1.0 || offset != 0.0)
             {
                 return Err(Refusal::new(format!(
-                    "variable `{name}` is in {unit}, which is not SI: a bare number says too little"
+                    "variable `{name}` is in {unit}, which is not SI, so a number without a unit is ambiguous"
                 ))
-                .help(format!("write it with its unit, as in \"{x} {unit}\"")));
+                .help(format!("write it with its unit, such as \"{x} {unit}\"")));
             }
             whole(v, *x)
         }
@@ -188,7 +188,7 @@ fn whole(v: &FmiVariable, x: f64) -> Result<f64, Refusal> {
         return Ok(x);
     }
     let what = if v.kind.is_float() { "a finite" } else { "a whole" };
-    Err(Refusal::new(format!("variable `{}` is {what} number, this is {x}", v.name))
+    Err(Refusal::new(format!("variable `{}` must be {what} number, but it is {x}", v.name))
         .help("write another number"))
 }
 
@@ -202,7 +202,7 @@ fn quantity(v: &FmiVariable, text: &str) -> Result<f64, Refusal> {
         return number(v, &Value::Number(x));
     }
     let measure = v.unit.as_ref();
-    // The unit's own word for its unit, where it is none of ours.
+    // The unit name of the file, if Linkwork does not know it.
     if let Some((own, (_, factor, offset))) = measure.and_then(|u| Some((&u.name, u.base?)))
         && own == unit
     {
@@ -214,19 +214,19 @@ fn quantity(v: &FmiVariable, text: &str) -> Result<f64, Refusal> {
         Some((exponents, ..)) if exponents == given.exponents && v.relative => Ok(given.scale * x),
         Some((exponents, ..)) if exponents == given.exponents => Ok(given.to_si(x)),
         Some(_) => Err(Refusal::new(format!(
-            "variable `{name}` is in {}, and `{text}` is not",
+            "variable `{name}` is in {}, but `{text}` is a different quantity",
             measure.map_or("", |u| &u.name)
         ))
         .help("write a unit of the same quantity")),
         None => Err(Refusal::new(format!(
-            "variable `{name}` has no defined unit in the file, so `{text}` says too much"
+            "the file does not define the unit of variable `{name}`, so `{text}` cannot be converted"
         ))
-        .help("write the bare number that the unit takes")),
+        .help("write a number without a unit, as the unit expects it")),
     }
 }
 
 impl Refusal {
-    /// Into the report, at a place.
+    /// Adds it to the report, at a position.
     pub(crate) fn tell(self, origin: Origin, cx: &mut ReadCx<'_>) {
         let message = format!("`{}`: {}", cx.path, self.message);
         cx.fault(origin, message, self.help);

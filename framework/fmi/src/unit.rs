@@ -1,4 +1,4 @@
-//! A unit: its description and, once loaded, its shared library with the unpacked resources.
+//! A unit: its description and, after loading, its shared library with the unpacked resources.
 use crate::Refusal;
 use crate::abi::{Fmi2, Fmi3};
 use crate::archive::Archive;
@@ -17,18 +17,18 @@ pub(crate) enum Functions {
     V3(Box<Fmi3>),
 }
 
-/// A loaded unit. Functions first: they go before the library, and that before its folder.
+/// A loaded unit. The functions must be dropped before the library, and the library before its folder.
 pub(crate) struct Unit {
     pub description: ModelDescription,
     pub interface: Interface,
     pub functions: Functions,
     _library: Library,
     folder: TempDir,
-    /// Living instances.
+    /// Number of live instances.
     living: AtomicUsize,
 }
 
-/// The interface of a kind.
+/// Returns the interface of a kind.
 pub(crate) fn interface(
     description: &ModelDescription,
     kind: Kind,
@@ -50,11 +50,13 @@ pub(crate) fn interface(
     };
     match (wanted, other) {
         (Some(found), _) => Ok(found.clone()),
-        (None, Some(_)) => Err(Refusal::new(format!("`{name}` is no unit for {what}")).help(help)),
-        (None, None) => Err(Refusal::new(format!(
-            "`{name}` is a unit neither for co-simulation nor for model exchange"
-        ))
-        .help("export the unit for one of the two")),
+        (None, Some(_)) => {
+            Err(Refusal::new(format!("`{name}` is not a unit for {what}")).help(help))
+        }
+        (None, None) => {
+            Err(Refusal::new(format!("`{name}` supports neither co-simulation nor model exchange"))
+                .help("export the unit for one of them"))
+        }
     }
 }
 
@@ -66,7 +68,7 @@ impl Unit {
         let interface = interface(&description, kind, name)?;
         let inside = archive.library(description.version, &interface)?;
         let folder = archive.unpack()?;
-        // Units may expect the folder, filled or not.
+        // Units may expect this folder, even if it is empty.
         let resources = folder.path().join("resources");
         std::fs::create_dir_all(resources)
             .map_err(|e| Refusal::new(format!("`{name}` cannot be unpacked: {e}")))?;
@@ -91,13 +93,13 @@ impl Unit {
         }))
     }
 
-    /// Folder of the resources, as FMI 3.0 wants it: absolute, with a separator at its end.
+    /// Returns the folder of the resources in the form of FMI 3.0: absolute, with a separator at its end.
     pub fn resources_path(&self) -> String {
         let folder = self.folder.path().join("resources");
         format!("{}{}", folder.display(), std::path::MAIN_SEPARATOR)
     }
 
-    /// The same as FMI 2.0 wants it: a URI.
+    /// Returns the folder of the resources in the form of FMI 2.0: a URI.
     pub fn resources_uri(&self) -> String {
         let path = self.folder.path().join("resources").display().to_string().replace('\\', "/");
         let path = path.trim_start_matches('/');
@@ -112,7 +114,7 @@ impl Unit {
         uri
     }
 
-    /// Counts one more instance, where one more may be.
+    /// Counts another instance, if another one is allowed.
     pub fn claim(&self, name: &str) -> Result<(), Box<Failure>> {
         let before = self.living.fetch_add(1, Ordering::SeqCst);
         if before > 0 && self.interface.only_once {
@@ -122,19 +124,19 @@ impl Unit {
                     "a second instance `{name}` of the unit is needed (a fork, or a part in \
                      another phase), and it can be instantiated only once in a process"
                 ),
-                help: Some("run it without forks, in a process of its own".into()),
+                help: Some("run it without forks, in a separate process".into()),
             }));
         }
         Ok(())
     }
 
-    /// One instance less.
+    /// Counts one instance less.
     pub fn release(&self) {
         self.living.fetch_sub(1, Ordering::SeqCst);
     }
 }
 
-/// Why the state of a unit cannot be saved.
+/// Returns an error if the state of a unit cannot be saved.
 pub(crate) fn savable(version: FmiVersion, interface: &Interface) -> Result<(), String> {
     let lacks = match (interface.state, interface.serialize) {
         (true, true) => return Ok(()),

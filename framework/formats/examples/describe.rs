@@ -1,9 +1,9 @@
-//! Prints descriptions of files as JSON, for the comparison with other programs in `tests/differential`.
+//! Prints descriptions of files as JSON, for comparisons with other programs in `tests/differential`.
 //!
-//! Each line of the standard input is a JSON object `{"file": "..", "states": [{"q": {..}, "v": {..}}]}`; each line of the
-//! output belongs to one of them. A state gives the coordinates and rates of joints by name, as MuJoCo counts them: a
-//! quaternion with w first; of a free joint the position, the quaternion, the velocity in the axes of the world and the
-//! angular velocity in those of the body. The mass matrix and the bias are in the same rates.
+//! Each line of the standard input is a JSON object `{"file": "..", "states": [{"q": {..}, "v": {..}}]}`; each line of the output corresponds to one
+//! of them. A state contains the coordinates and rates of joints by name, in MuJoCo's convention: quaternions with w first; for a free joint the
+//! position, the quaternion, the velocity in the axes of the world and the angular velocity in the axes of the body. The mass matrix and the bias use
+//! the same rates.
 #![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_dynamics::{Tree, Workspace, inverse_dynamics, kinematics, mass_matrix};
@@ -78,10 +78,10 @@ fn joint(mbs: &Multibody, j: &linkwork_formats::Joint) -> Value {
     })
 }
 
-/// Pairs of named collision shapes on different bodies that the file lets meet.
+/// Returns the pairs of named collision shapes on different bodies that collide.
 fn contacts(d: &Description, mbs: &Multibody) -> Vec<[String; 2]> {
     let classes = d.collision_classes();
-    // Welded bodies are one.
+    // Welded bodies count as one.
     let top = |name: &str| -> String {
         let mut at = mbs.body(name);
         while let Some(b) = at.filter(|b| mbs.get(*b).v().is_empty()) {
@@ -113,7 +113,7 @@ fn numbers(v: &Value) -> Vec<f64> {
     v.as_array().map(|a| a.iter().filter_map(Value::as_f64).collect()).unwrap_or_default()
 }
 
-/// Rates ν of this engine from rates ν' of MuJoCo: ν = T ν'. `drift` is ν̇ for ν̇' = 0.
+/// Converts rates ν' of MuJoCo to rates ν of this engine: ν = T ν'. `drift` is ν̇ for ν̇' = 0.
 struct Rates {
     T: DMatrix<f64>,
     drift: DVector<f64>,
@@ -182,7 +182,7 @@ fn one(
     };
     match sub.subhinge.kind {
         SubhingeKind::Ball => {
-            // Alone, or the last of the four that a free joint with armature is.
+            // Alone, or the last of the four subhinges of a free joint with armature.
             let from = given.len() - 4;
             q[sub.q.clone()].copy_from_slice(&turn(&given[from..]));
             identity(rates);

@@ -1,4 +1,4 @@
-//! What every reader gives: a mechanism's parts, and what the file says beside them.
+//! Result of every reader: the parts of a mechanism, and other contents of the file.
 //!
 //! ```text
 //! coupling       Σ cᵢ qᵢ = c₀                      mimic: q_a − ratio q_b = offset
@@ -12,36 +12,36 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-/// A mechanism as a file describes it.
+/// A mechanism from a file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Description {
     /// The file's name for the mechanism.
     pub name: String,
     /// Bodies and nodes.
     pub builder: Builder,
-    /// Shapes to show, to collide and to touch the ground with.
+    /// Shapes for display, collision and ground contact.
     pub shapes: Vec<BodyShape>,
-    /// The file's joints and the bodies that they became.
+    /// Joints of the file and their bodies.
     pub joints: Vec<Joint>,
     /// Relations between coordinates.
     pub couplings: Vec<Coupling>,
-    /// Hinges that close loops of the tree.
+    /// Hinges that close loops.
     pub loops: Vec<LoopClosure>,
     /// How mesh files of collision shapes collide.
     pub collision_meshes: CollisionMeshes,
-    /// Pairs of bodies that do not meet although their collision shapes would.
+    /// Pairs of bodies that do not collide although their shapes would.
     pub exclusions: Vec<[String; 2]>,
-    /// Pairs of collision shapes, by their places in `shapes`, that meet whatever their filters say.
+    /// Pairs of collision shapes, by their indices in `shapes`, that collide regardless of their filters.
     pub pairs: Vec<[usize; 2]>,
     /// Actuators, tendons, sensors and balancers.
     pub devices: Vec<Device>,
     /// Bodies that roll on the ground.
     pub wheels: Vec<Wheel>,
-    /// The configuration that the file shows, where it is not the neutral one.
+    /// The initial configuration in the file, where it is not the neutral one.
     pub initial: Vec<Initial>,
-    /// Everything in the file that was not used.
+    /// All unused contents of the file.
     pub ignored: Vec<Ignored>,
-    /// Mass properties that no body has and that were read all the same ([`Unphysical::Read`](crate::Unphysical::Read)).
+    /// Unphysical mass properties that were accepted ([`Unphysical::Read`](crate::Unphysical::Read)).
     pub doubtful: Vec<Ignored>,
 }
 
@@ -60,24 +60,24 @@ pub enum CollisionMeshes {
 pub struct BodyShape {
     /// Name of the body, or `world`.
     pub body: String,
-    /// Name of the shape; empty when the file gives none.
+    /// Name of the shape; empty if the file has none.
     pub name: String,
-    /// What it is for.
+    /// Its purpose.
     pub role: ShapeRole,
     /// `X_BS`: the shape's frame in the body.
     pub pose: Pose,
-    /// What it is.
+    /// Its geometry.
     pub geometry: Geometry,
     /// Red, green, blue, opacity in 0 … 1.
     pub color: Option<[f64; 4]>,
-    /// How it rubs and bounces, where the file says it.
+    /// Friction and restitution, where the file has them.
     pub surface: Surface,
-    /// Which collision shapes of the file it meets.
+    /// Collision shapes of the file with which it collides.
     pub filter: Filter,
 }
 
 impl BodyShape {
-    /// A shape without a name, a colour and a surface at the body's frame, which meets all others.
+    /// Creates a shape at the body's frame without name, colour and surface, which collides with all others.
     #[must_use]
     pub fn new(body: impl Into<String>, role: ShapeRole, pose: Pose, geometry: Geometry) -> Self {
         let (surface, filter) = (Surface::default(), Filter::default());
@@ -86,7 +86,7 @@ impl BodyShape {
     }
 }
 
-/// How a surface rubs and bounces; `None`: the file says nothing.
+/// Friction and restitution of a surface; `None`: not in the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Surface {
     /// Coefficient of Coulomb friction.
@@ -99,13 +99,13 @@ pub struct Surface {
     pub spinning: Option<f64>,
 }
 
-/// Bit masks of a collision shape: `contype` and `conaffinity` of MJCF, `category_bitmask` and `collide_bitmask` of SDF.
-/// Two shapes meet when a category of either is one that the other meets.
+/// Bit masks of a collision shape: `contype` and `conaffinity` of MJCF, `category_bitmask` and `collide_bitmask` of SDF. Two shapes collide if the
+/// mask of either includes a category of the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Filter {
-    /// Categories that the shape is in.
+    /// Categories of the shape.
     pub category: u32,
-    /// Categories that it meets.
+    /// Categories with which it collides.
     pub meets: u32,
 }
 
@@ -116,37 +116,37 @@ impl Default for Filter {
 }
 
 impl Filter {
-    /// Whether two shapes meet.
+    /// Whether two shapes collide.
     #[must_use]
     pub fn lets(self, other: Self) -> bool {
         self.category & other.meets != 0 || other.category & self.meets != 0
     }
 }
 
-/// Collision shapes in classes whose members meet the same classes.
+/// Classes of collision shapes; the members of a class collide with the same classes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CollisionClasses {
     /// The class of each shape of the description; the class of a visual shape has no meaning.
     pub of: Vec<usize>,
-    /// The classes that each class meets.
+    /// The classes with which each class collides.
     pub meets: Vec<Vec<usize>>,
 }
 
-/// What a shape is for.
+/// The purpose of a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ShapeRole {
     /// To be seen.
     Visual,
-    /// To collide, as the file says.
+    /// Collision, according to the file.
     Collision,
-    /// To touch the ground, as a side-car says.
+    /// Ground contact, according to a companion file.
     Contact,
 }
 
 /// A solid, a plane or a mesh; lengths in m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Geometry {
-    /// Centred; whole lengths along x, y, z.
+    /// Centred; full lengths along x, y, z.
     Box {
         /// Whole lengths.
         size: [f64; 3],
@@ -163,11 +163,11 @@ pub enum Geometry {
         /// Whole length.
         length: f64,
     },
-    /// A cylinder along z with half spheres on its ends, centred.
+    /// A cylinder along z with hemispheres on its ends, centred.
     Capsule {
         /// Radius.
         radius: f64,
-        /// Length of the cylinder without the ends.
+        /// Length of the cylinder without the hemispheres.
         length: f64,
     },
     /// Centred.
@@ -177,21 +177,21 @@ pub enum Geometry {
     },
     /// z = 0, with the normal z.
     Plane {
-        /// Whole lengths along x and y; 0 is without end.
+        /// Full lengths along x and y; 0 is infinite.
         size: [f64; 2],
     },
     /// A mesh file.
     Mesh {
-        /// As the file writes it.
+        /// File name, as written.
         file: String,
-        /// Where it was found.
+        /// Path of the file, if it was found.
         path: Option<PathBuf>,
         /// Factors to m along x, y, z.
         scale: [f64; 3],
     },
 }
 
-/// A joint of the file, as the file says it. Damping, springs and friction that act are in the hinge of its body.
+/// A joint with the values in the file. Active damping, springs and friction are also in the hinge of its body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
     /// Its name in the file.
@@ -200,7 +200,7 @@ pub struct Joint {
     pub body: String,
     /// Its first subhinge in that body's hinge.
     pub subhinge: usize,
-    /// How many subhinges it has; 0 for a fixed joint.
+    /// Number of its subhinges; 0 for a fixed joint.
     pub count: usize,
     /// Viscous damping, N m s/rad or N s/m.
     pub damping: f64,
@@ -208,12 +208,12 @@ pub struct Joint {
     pub friction: f64,
     /// Spring stiffness, N m/rad or N/m.
     pub stiffness: f64,
-    /// Coordinate at which the spring is at rest, rad or m.
+    /// Coordinate at which the spring is relaxed, rad or m.
     pub spring_reference: f64,
 }
 
 impl Joint {
-    /// A joint without damping, friction or spring.
+    /// Creates a joint without damping, friction and spring.
     #[must_use]
     pub fn new(name: impl Into<String>, body: impl Into<String>, count: usize) -> Self {
         Self {
@@ -229,13 +229,13 @@ impl Joint {
     }
 }
 
-/// What a wheel does.
+/// The role of a wheel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum WheelRole {
-    /// A motor turns it.
+    /// Driven by a motor.
     #[default]
     Driven,
-    /// It is carried along.
+    /// Not driven.
     Idle,
 }
 
@@ -256,16 +256,16 @@ pub struct Wheel {
     pub steering: Option<String>,
 }
 
-/// Where a hinge stands in the file's picture.
+/// Initial coordinates of a hinge in the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Initial {
     /// The body.
     pub body: String,
-    /// Its hinge's numbers of q.
+    /// Generalized coordinates of the hinge.
     pub q: Vec<f64>,
 }
 
-/// Something in the file that was not used, or not as it stands there.
+/// An element of the file that was not used, or only partly.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Ignored {
     /// The file.
@@ -274,7 +274,7 @@ pub struct Ignored {
     pub line: u32,
     /// Elements from the outside in, by name where they have one: `robot/link[arm]/visual`.
     pub path: String,
-    /// What it is, and why it was not used when that is not plain.
+    /// The element, and the reason if it is not obvious.
     pub what: String,
 }
 
@@ -285,8 +285,7 @@ impl std::fmt::Display for Ignored {
 }
 
 impl Description {
-    /// The classes of collision shapes that follow from their filters and from `pairs`. The first class has the
-    /// usual filter.
+    /// Returns the classes of collision shapes according to their filters and `pairs`. The first class has the usual filter.
     #[must_use]
     pub fn collision_classes(&self) -> CollisionClasses {
         let paired: BTreeSet<usize> = self.pairs.iter().flatten().copied().collect();
@@ -313,7 +312,7 @@ impl Description {
         CollisionClasses { of, meets: keys.iter().map(meets).collect() }
     }
 
-    /// The configuration that the file shows: `initial`, and the neutral one of all other bodies.
+    /// Returns the initial configuration in the file: `initial`, and the neutral one for all other bodies.
     #[must_use]
     pub fn configuration(&self, mbs: &Multibody) -> Vec<f64> {
         let mut q = mbs.neutral_q();
@@ -326,22 +325,22 @@ impl Description {
         q
     }
 
-    /// The coordinates of all joints that have exactly one, by the joint's name.
+    /// Returns the coordinates of all joints with exactly one, by the name of the joint.
     #[must_use]
     pub fn coordinates(&self) -> BTreeMap<&str, HingeCoordinate> {
         let one = |j: &Joint| HingeCoordinate { body: j.body.clone(), subhinge: j.subhinge };
-        // The first of several joints with one name counts, as in `coordinate`.
+        // Of several joints with one name, the first is used, as in `coordinate`.
         let all = self.joints.iter().rev().filter(|j| j.count == 1);
         all.map(|j| (j.name.as_str(), one(j))).collect()
     }
 
-    /// The joint of this name.
+    /// Returns the joint with this name.
     #[must_use]
     pub fn joint(&self, name: &str) -> Option<&Joint> {
         self.joints.iter().find(|j| j.name == name)
     }
 
-    /// The coordinate of a joint that has exactly one.
+    /// Returns the coordinate of a joint, if it has exactly one.
     #[must_use]
     pub fn coordinate(&self, joint: &str) -> Option<HingeCoordinate> {
         let j = self.joint(joint).filter(|j| j.count == 1)?;

@@ -1,4 +1,4 @@
-//! Devices of a file: what acts on the joints of a mechanism and what measures it. Parts of an assembly are made of them.
+//! Devices of a file: actuators and sensors on a mechanism. They become parts of an assembly.
 //!
 //! ```text
 //! length   l = Σ cᵢ qᵢ, torque on joint i: cᵢ f;   or that of a line over sites, times a gear
@@ -9,39 +9,39 @@
 use linkwork_multibody::{HingeCoordinate, Term};
 use serde::{Deserialize, Serialize};
 
-/// Something of the file that acts or measures.
+/// An actuator or sensor of the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Device {
     /// Its name in the file, or its kind and number.
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub kind: DeviceKind,
 }
 
 /// The kinds of devices.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum DeviceKind {
-    /// A force by a control.
+    /// A controlled force.
     Actuator(Actuator),
     /// A passive force along a sum of coordinates.
     Tendon(Tendon),
     /// A measurement.
     Sensor(Sensor),
-    /// A force that carries a share of the weight of a body.
+    /// A force that compensates a share of the weight of a body.
     GravityCompensation {
         /// The body.
         body: String,
-        /// 1: it has no weight.
+        /// 1: full compensation.
         share: f64,
     },
 }
 
-/// The length that an actuator or a tendon acts along.
+/// The length along which an actuator or a tendon acts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Length {
     /// A weighted sum of joint coordinates.
     Joints(Vec<Term>),
-    /// The length of a line over sites, times a gear.
+    /// The length of a line through sites, multiplied by a gear.
     Line {
         /// The factor.
         gear: f64,
@@ -67,11 +67,11 @@ impl Length {
 /// A force that is affine in control, length and rate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Actuator {
-    /// The length that it acts along.
+    /// The length along which it acts.
     pub length: Length,
-    /// g: force for each unit of control.
+    /// g: force per unit of control.
     pub gain: [f64; 3],
-    /// b: force without control.
+    /// b: force at zero control.
     pub bias: [f64; 3],
     /// Bounds of the control.
     pub control: Option<[f64; 2]>,
@@ -96,7 +96,7 @@ pub struct Tendon {
     pub limit: [f64; 2],
 }
 
-/// What is measured.
+/// The measured quantity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Sensor {
     /// Coordinate and rate of a joint.
@@ -114,7 +114,7 @@ pub enum Sensor {
     },
 }
 
-/// Where a sensor or a site of a line is.
+/// Frame of a sensor or of a site of a line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum DeviceFrame {
     /// The frame of a body.

@@ -1,15 +1,15 @@
-//! What can be wrong with a file: place, fact, remedy, all mistakes at once.
+//! Faults of a file: position, fact and remedy, all at once.
 
 use linkwork_multibody::MechanismFault;
 use linkwork_spatial::InertiaError;
 use thiserror::Error;
 
-/// A place in a file.
+/// A position in a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct FilePlace {
-    /// The file as it was named; `<text>` when the text came without one.
+    /// Name of the file; `<text>` for a text without a file.
     pub file: String,
-    /// Line, from 1; 0 when the whole file is meant.
+    /// Line, from 1; 0 for the whole file.
     pub line: u32,
     /// Column in characters, from 1.
     pub column: u32,
@@ -24,7 +24,7 @@ impl std::fmt::Display for FilePlace {
     }
 }
 
-/// What is wrong, without the place.
+/// A fault without its position.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum FaultKind {
     /// The file cannot be read.
@@ -34,7 +34,7 @@ pub enum FaultKind {
         reason: String,
     },
     /// The text is not XML.
-    #[error("this is not well-formed XML: {reason}\n  help: mend the file at this place")]
+    #[error("this is not well-formed XML: {reason}\n  help: correct the file at this position")]
     Xml {
         /// The parser's words.
         reason: String,
@@ -47,99 +47,101 @@ pub enum FaultKind {
     },
     /// An element has too many attributes.
     #[error(
-        "an element has more than {limit} attributes\n  help: no robot file has as many: take another copy of the file"
+        "an element has more than {limit} attributes\n  help: this is not plausible for a robot file: check the file"
     )]
     TooCrowded {
         /// The limit.
         limit: usize,
     },
-    /// The file must go through xacro first.
+    /// A file with unexpanded xacro.
     #[error(
-        "`{text}` belongs to xacro, which is not run here\n  help: write the expanded file with \
-         `xacro robot.urdf.xacro > robot.urdf` and read that"
+        "`{text}` requires xacro, which is not supported\n  help: write the expanded file with \
+         `xacro robot.urdf.xacro > robot.urdf` and read the result"
     )]
     Xacro {
         /// The element or value.
         text: String,
     },
-    /// The outermost element belongs to another format, or to none.
+    /// The outermost element is not that of the format.
     #[error("the outermost element is <{found}>, not {expected}\n  help: {help}")]
     WrongRoot {
-        /// What is there.
+        /// The element found.
         found: String,
-        /// What should be.
+        /// The expected element.
         expected: &'static str,
-        /// What to do.
+        /// The remedy.
         help: String,
     },
-    /// Something required is not there.
-    #[error("{what} has no {missing}\n  help: {help}")]
+    /// Required content is missing.
+    #[error("{what} lacks {missing}\n  help: {help}")]
     Missing {
         /// Where it is missing.
         what: String,
-        /// What is missing.
+        /// The missing content.
         missing: String,
-        /// What to write.
+        /// The remedy.
         help: String,
     },
-    /// A text that should be numbers.
+    /// A text with an invalid value.
     #[error("{what} is `{text}`, not {expected}\n  help: {help}")]
     BadValue {
-        /// What it is the value of.
+        /// Name of the value.
         what: String,
-        /// What is written.
+        /// The text found.
         text: String,
-        /// What it should be.
+        /// The expected value.
         expected: String,
-        /// What to write.
+        /// The remedy.
         help: String,
     },
-    /// A joint of a type that does not exist here.
-    #[error("joint `{joint}` is of the unknown type `{kind}`\n  help: {help}")]
+    /// An unknown joint type.
+    #[error("joint `{joint}` has the unknown type `{kind}`\n  help: {help}")]
     UnknownJointType {
         /// The joint.
         joint: String,
-        /// What is written.
+        /// The type found.
         kind: String,
         /// The nearest type, or all.
         help: String,
     },
-    /// A name that leads nowhere.
-    #[error("{what} names the {kind} `{name}`, which is not there\n  help: {help}")]
+    /// An unknown name.
+    #[error("{what} refers to the {kind} `{name}`, which does not exist\n  help: {help}")]
     UnknownName {
         /// Who names it.
         what: String,
-        /// What kind of thing.
+        /// Kind of item.
         kind: &'static str,
         /// The name.
         name: String,
-        /// The nearest name, or what to do.
+        /// The nearest name, or another remedy.
         help: String,
     },
-    /// One name for two things.
-    #[error("{kind} `{name}` is defined again; first at {first}\n  help: give each its own name")]
+    /// Two items with the same name.
+    #[error(
+        "{kind} `{name}` is defined again; the first definition is at {first}\n  help: use different names"
+    )]
     Duplicate {
-        /// What kind of thing.
+        /// Kind of item.
         kind: &'static str,
         /// The name.
         name: String,
-        /// Where it is defined first.
+        /// Position of the first definition.
         first: FilePlace,
     },
-    /// A name that cannot be used.
-    #[error("{kind} name `{name}` is not usable\n  help: {help}")]
+    /// An invalid name.
+    #[error("{kind} name `{name}` is not allowed\n  help: {help}")]
     BadName {
-        /// What kind of thing.
+        /// Kind of item.
         kind: &'static str,
         /// The name.
         name: String,
-        /// What to do.
+        /// The remedy.
         help: String,
     },
-    /// A link that two joints move.
+    /// A link that is the child of two joints.
     #[error(
-        "link `{link}` is the child of `{joint}` and of `{first}`\n  help: keep one of them; what \
-         closes a loop is a constraint, which a tree of joints cannot say"
+        "link `{link}` is the child of `{joint}` and of `{first}`\n  help: keep one of them; a \
+         closed loop requires a constraint, which a tree of joints cannot contain"
     )]
     TwoParents {
         /// The link.
@@ -149,9 +151,9 @@ pub enum FaultKind {
         /// The first joint.
         first: String,
     },
-    /// Links that hang on each other in a ring.
+    /// Links that are circular parents of each other.
     #[error(
-        "links form a ring: {}\n  help: remove one joint of the ring; what closes a loop is a \
+        "links form a circle: {}\n  help: remove one joint of the ring; what closes a loop is a \
          constraint",
         path.join(" -> ")
     )]
@@ -169,24 +171,24 @@ pub enum FaultKind {
         /// Their names.
         roots: Vec<String>,
     },
-    /// Mass properties that no body has.
+    /// Mass properties that no rigid body can have.
     #[error("{what}: {error}\n  help: {help}")]
     Inertia {
         /// The link.
         what: String,
         /// The reasons.
         error: InertiaError,
-        /// What to do.
+        /// The remedy.
         help: String,
     },
     /// An include that includes itself.
-    #[error("files include each other in a ring: {}\n  help: remove one include", path.join(" -> "))]
+    #[error("files include each other in a circle: {}\n  help: remove one include", path.join(" -> "))]
     IncludeCycle {
         /// The files.
         path: Vec<String>,
     },
-    /// A file that is named and not there.
-    #[error("{what} names the file `{name}`, which cannot be read: {reason}\n  help: {help}")]
+    /// A file that cannot be read.
+    #[error("{what} refers to the file `{name}`, which cannot be read: {reason}\n  help: {help}")]
     NoFile {
         /// Who names it.
         what: String,
@@ -194,33 +196,33 @@ pub enum FaultKind {
         name: String,
         /// Why.
         reason: String,
-        /// What to do.
+        /// The remedy.
         help: String,
     },
-    /// Something that the format has and this reader cannot turn into a mechanism.
+    /// A feature of the format that this reader does not support.
     #[error("{what}\n  help: {help}")]
     Unsupported {
         /// The fact.
         what: String,
-        /// What to do.
+        /// The remedy.
         help: String,
     },
-    /// The mechanism that came of it is not sound.
+    /// The resulting mechanism is not valid.
     #[error("{0}")]
     Build(MechanismFault),
 }
 
-/// One mistake, with its place.
+/// One mistake with its position.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{place}: {kind}")]
 pub struct FileFault {
-    /// Where.
+    /// The position.
     pub place: FilePlace,
-    /// What.
+    /// The fault.
     pub kind: FaultKind,
 }
 
-/// Why a file is refused: all its mistakes in the order of the file.
+/// The reason why a file is rejected: all mistakes in the order of the file.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{}", lines(faults))]
 pub struct FormatError {

@@ -3,10 +3,9 @@
 //! ```text
 //! world ─X_PJ─ subhinge 1 ─ link ─ subhinge 2 ─ … ─ X_BJ⁻¹ ─ body
 //! ```
-//! A link of URDF stands where its joint is, so a body whose hinge frame is elsewhere gets a fixed joint of its own, and
-//! each subhinge but the last a massless link. Positions, masses, inertias, axes and limits keep every digit;
-//! a rotation goes through roll, pitch and yaw (1e-15). URDF knows no infinite limit: the greatest double is
-//! written, which [`read_urdf`](crate::read_urdf) takes for none.
+//! In URDF, the frame of a link is that of its joint, so a body whose hinge frame differs gets an additional fixed joint, and each subhinge except
+//! the last gets a massless link. Positions, masses, inertias, axes and limits keep every digit; rotations are converted to roll, pitch and yaw
+//! (1e-15). URDF does not support infinite limits: the greatest double is written, which [`read_urdf`](crate::read_urdf) reads as infinite.
 
 use crate::markup::escaped;
 use crate::{BodyShape, Coupling, Description, Geometry, HingeCoordinate, Joint, ShapeRole};
@@ -18,22 +17,22 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use thiserror::Error;
 
-/// A URDF text, and what it cannot say.
+/// A URDF text, and a list of what it does not contain.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UrdfText {
     /// The file's text.
     pub text: String,
-    /// What the mechanism has and the text has not, a line each.
+    /// Properties of the mechanism that URDF does not support, one line each.
     pub left_out: Vec<String>,
 }
 
-/// Why a mechanism cannot be written as URDF.
+/// The reason why a mechanism cannot be written as URDF.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ExportFault {
     /// A ball.
     #[error(
-        "body `{body}`: URDF has no ball joint, and three hinges in a row are another mechanism\n  \
-         help: use a chain of three pins if that is what the machine has, or write RON"
+        "body `{body}`: URDF has no ball joint, and a chain of three hinges is a different mechanism\n  \
+         help: use a chain of three pins if it matches the machine, or write RON"
     )]
     Ball {
         /// The body.
@@ -45,7 +44,7 @@ pub enum ExportFault {
         /// The body.
         body: String,
     },
-    /// A name that XML or URDF cannot carry.
+    /// A name that XML or URDF does not allow.
     #[error(
         "the name `{name}` cannot be written: it is empty, begins or ends with a space, has \
          control characters, or xacro's `${{` or `$(`\n  help: rename it"
@@ -54,12 +53,12 @@ pub enum ExportFault {
         /// The name.
         name: String,
     },
-    /// The mechanism itself is not sound.
+    /// The mechanism is not valid.
     #[error("{0}")]
     Build(linkwork_multibody::MechanismFault),
 }
 
-/// Why a mechanism cannot be written as URDF: all the reasons.
+/// All reasons why a mechanism cannot be written as URDF.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{}", faults.iter().map(|f| f.to_string()).collect::<Vec<_>>().join("\n"))]
 pub struct ExportError {
@@ -68,16 +67,16 @@ pub struct ExportError {
 }
 
 impl From<&Multibody> for Description {
-    /// The bodies and nodes alone.
+    /// Creates a description with only the bodies and nodes.
     fn from(mbs: &Multibody) -> Self {
         Description { name: "mechanism".into(), builder: Builder::from(mbs), ..Self::default() }
     }
 }
 
-/// The description as URDF.
+/// Writes the description as URDF.
 ///
 /// # Errors
-/// Balls, screws, names that XML cannot carry, and mechanisms that do not build.
+/// Ball and screw joints, names that XML does not allow, and invalid mechanisms.
 pub fn write_urdf(d: &Description) -> Result<UrdfText, ExportError> {
     let mut faults = Vec::new();
     let mbs = match d.builder.build() {
@@ -113,7 +112,7 @@ pub fn write_urdf(d: &Description) -> Result<UrdfText, ExportError> {
             let joint = w.fresh_joint(&format!("{}_frame", n.name()));
             w.fixed(&joint, &body, n.name(), &n.pose());
         } else {
-            w.left_out.push(format!("node `{}`: a link has its name", n.name()));
+            w.left_out.push(format!("node `{}`: a link already has this name", n.name()));
         }
     }
     w.leave_out(&specs);
@@ -131,7 +130,7 @@ pub fn write_urdf(d: &Description) -> Result<UrdfText, ExportError> {
     Ok(UrdfText { text, left_out: w.left_out })
 }
 
-/// A body that can be the root link itself.
+/// Whether a body can be the root link itself.
 fn is_base(b: &BodySpec) -> bool {
     b.hinge.nv() == 0
         && b.hinge_in_parent == Pose::identity()
@@ -144,7 +143,7 @@ struct Writer<'d> {
     /// Names taken.
     links: BTreeSet<String>,
     joints: BTreeSet<String>,
-    /// Names of the joints that move.
+    /// Names of the moving joints.
     names: BTreeMap<(String, usize), String>,
     mimics: BTreeMap<String, (String, f64, f64)>,
     left_out: Vec<String>,
@@ -181,13 +180,13 @@ impl<'d> Writer<'d> {
                 Some((follower, rest)) if !w.mimics.contains_key(&follower) => {
                     drop(w.mimics.insert(follower, rest));
                 }
-                _ => w.left_out.push(format!("coupling `{}` is no mimic", c.name)),
+                _ => w.left_out.push(format!("coupling `{}` cannot be a mimic joint", c.name)),
             }
         }
         w
     }
 
-    /// q_a = ratio q_b + offset of a coupling with two terms.
+    /// Returns q_a = ratio q_b + offset for a coupling with two terms.
     fn mimic(&self, c: &Coupling) -> Option<(String, (String, f64, f64))> {
         let [a, b] = &c.terms[..] else { return None };
         let name = |h: &HingeCoordinate| self.names.get(&(h.body.clone(), h.subhinge)).cloned();
@@ -200,7 +199,7 @@ impl<'d> Writer<'d> {
         fresh(&mut self.joints, wish)
     }
 
-    /// The links and joints from the parent to a body.
+    /// Writes the links and joints from the parent to a body.
     fn body(&mut self, b: &BodySpec, base: bool) {
         let shapes: Vec<&BodyShape> = self.d.shapes.iter().filter(|s| s.body == b.name).collect();
         self.link(&b.name, Some(&b.mass), &shapes);
@@ -297,7 +296,7 @@ impl<'d> Writer<'d> {
             let _ = writeln!(inside, "    <axis xyz=\"{}\"/>", three(&axis));
             inside.push_str(&limit(kind, &l));
         }
-        // What the hinge has counts before what the file's joint once said.
+        // The hinge has priority over the joint of the original file.
         let or = |own: f64, said: Option<f64>| if own != 0.0 { own } else { said.unwrap_or(0.0) };
         let damping = or(s.damping, data.map(|j| j.damping));
         let friction = or(s.friction.force, data.map(|j| j.friction));
@@ -318,7 +317,7 @@ impl<'d> Writer<'d> {
         let _ = writeln!(self.out, "  <joint name=\"{name}\" type=\"{kind}\">\n{inside}  </joint>");
     }
 
-    /// What URDF has no word for.
+    /// Lists properties that URDF does not support.
     fn leave_out(&mut self, specs: &[BodySpec]) {
         for b in specs {
             if b.modes.is_some() {
@@ -358,7 +357,7 @@ impl<'d> Writer<'d> {
     }
 }
 
-/// A name that is not taken, which it then is.
+/// Returns a free name and reserves it.
 fn fresh(taken: &mut BTreeSet<String>, wish: &str) -> String {
     let mut name = wish.to_owned();
     while !taken.insert(name.clone()) {
@@ -367,7 +366,7 @@ fn fresh(taken: &mut BTreeSet<String>, wish: &str) -> String {
     name
 }
 
-/// `{:?}` of an f64 is the shortest text that reads back as the same number.
+/// Formats three numbers; `{:?}` of an f64 is the shortest text that reads back as the same number.
 fn three(v: &Vec3) -> String {
     format!("{:?} {:?} {:?}", v.x, v.y, v.z)
 }
@@ -392,8 +391,8 @@ fn origin(X: &Pose, indent: usize) -> String {
     format!("{:indent$}<origin xyz=\"{}\" rpy=\"{}\"/>\n", "", three(&X.position), three(&rpy))
 }
 
-/// Angles of Rz(yaw) Ry(pitch) Rx(roll), good at a pitch of ±90° too: pitch and roll are taken after the
-/// yaw has been turned back, so that they make up for whatever it was.
+/// Returns the angles of Rz(yaw) Ry(pitch) Rx(roll), also for a pitch of ±90°: pitch and roll are computed after the yaw is removed, so that they
+/// compensate for its value.
 fn roll_pitch_yaw(R: &Quat) -> [f64; 3] {
     let R = R.to_rotation_matrix().into_inner();
     let yaw = R[(1, 0)].atan2(R[(0, 0)]);
@@ -420,7 +419,7 @@ fn limit(kind: &str, l: &Limits) -> String {
     )
 }
 
-/// `None` for what URDF has no element for.
+/// Writes a shape, or returns `None` for a shape that URDF does not have.
 fn shape(s: &BodyShape) -> Option<String> {
     let tag = match s.role {
         ShapeRole::Visual => "visual",
@@ -461,7 +460,7 @@ fn shape(s: &BodyShape) -> Option<String> {
     ))
 }
 
-/// XML has no control characters, and readers of URDF take `${` and `$(` for xacro's.
+/// XML has no control characters, and readers of URDF interpret `${` and `$(` as xacro.
 fn writable(text: &str) -> bool {
     !text.chars().any(char::is_control) && !text.contains("${") && !text.contains("$(")
 }

@@ -11,7 +11,7 @@ use crate::xml::Element;
 use crate::{Description, ShapeRole};
 use linkwork_multibody::Spring;
 
-/// Applies all blocks; `link` and `joint` say which names there are.
+/// Applies all blocks; `link` and `joint` contain the known names.
 pub(crate) fn apply(
     cx: &mut Cx<'_>,
     root: &Element,
@@ -30,7 +30,7 @@ pub(crate) fn apply(
         } else if d.joint(name).is_some() {
             spring(cx, e, name, &what, d);
         } else {
-            let note = format!("there is no link and no joint `{name}`");
+            let note = format!("there is neither a link nor a joint `{name}`");
             cx.ignored.push(e.ignored(what, note));
         }
     }
@@ -65,7 +65,7 @@ fn spring(cx: &mut Cx<'_>, e: &Element, name: &str, what: &str, d: &mut Descript
         return;
     };
     let Some(at) = d.coordinate(name) else {
-        let note = "a spring of a joint that has not one coordinate";
+        let note = "the spring of a joint that does not have one coordinate";
         cx.ignored.push(e.ignored(what, note));
         return;
     };

@@ -1,11 +1,11 @@
-//! Shapes as URDF and SDF write them, and what all formats share about them.
+//! Shapes of URDF and SDF, and code for shapes of all formats.
 
 use crate::read::Cx;
 use crate::xml::Element;
 use crate::{Geometry, mesh};
 use linkwork_spatial::{Pose, Quat, Vec3};
 
-/// A length that must not be negative.
+/// Reads a length that must not be negative.
 pub(crate) fn length(cx: &mut Cx<'_>, e: &Element, name: &str, what: &str) -> Option<f64> {
     let Some(x) = cx.number(e, name, what) else {
         if e.attr(name).is_none() {
@@ -16,7 +16,7 @@ pub(crate) fn length(cx: &mut Cx<'_>, e: &Element, name: &str, what: &str) -> Op
     cx.not_negative(e.place_of(name), x, &format!("{what}: `{name}`"))
 }
 
-/// The one shape inside a URDF `<geometry>`.
+/// Reads the only shape inside a URDF `<geometry>`.
 pub(crate) fn urdf(cx: &mut Cx<'_>, e: &Element, what: &str) -> Option<Geometry> {
     if let Some(g) = e.child("box") {
         let what = format!("{what}: <box>");
@@ -57,7 +57,7 @@ pub(crate) fn urdf(cx: &mut Cx<'_>, e: &Element, what: &str) -> Option<Geometry>
     None
 }
 
-/// A mesh; one that is not there is a warning.
+/// Reads a mesh; a missing file is a warning.
 pub(crate) fn mesh_file(
     cx: &mut Cx<'_>,
     e: &Element,
@@ -68,14 +68,14 @@ pub(crate) fn mesh_file(
     let path = mesh::find(file, cx.options);
     if path.is_none() {
         let package = file.contains("://");
-        let help = if package { "; say in which folder their packages are" } else { "" };
+        let help = if package { "; specify the folder of their packages" } else { "" };
         let place = format!("{what} `{}`", crate::read::shortened(file));
-        cx.ignored.push(e.ignored(place, format!("mesh files that are not there{help}")));
+        cx.ignored.push(e.ignored(place, format!("missing mesh files{help}")));
     }
     Geometry::Mesh { file: file.into(), path, scale }
 }
 
-/// `xyz` and `rpy` of a URDF `<origin>`; nothing is the identity.
+/// Reads `xyz` and `rpy` of a URDF `<origin>`; without it, returns the identity.
 pub(crate) fn urdf_origin(cx: &mut Cx<'_>, e: &Element, what: &str) -> Pose {
     let Some(o) = e.child("origin") else { return Pose::identity() };
     let what = format!("{what}: <origin>");

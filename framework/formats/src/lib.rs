@@ -1,18 +1,17 @@
 //! Mechanisms from the files of other programs: URDF, MJCF and SDF; and URDF export.
 //!
-//! Every reader gives a [`Description`]: bodies, hinges and nodes ready to [build](linkwork_multibody::Builder::build),
-//! shapes, couplings, loop closures, and a list of everything in the file that was not used.
-//! Whatever is wrong is reported together, each mistake at its file, line and column.
+//! Every reader returns a [`Description`]: bodies, hinges and nodes that can be [built](linkwork_multibody::Builder::build), shapes, couplings, loop
+//! closures, and a list of all unused contents of the file. All mistakes are reported together, each with its file, line and column.
 //!
 //! 1. `xml`: text → elements with places, which remember whether they were read.
 //! 2. `urdf`, `mjcf`, `sdf`: elements → [`Description`].
-//! 3. what was never read → [`Description::ignored`]. `tables` lists every element and attribute of the three formats: read, rejected, or
-//!    ignored with a warning; a name that is in no table is reported as not part of the format.
+//! 3. Elements that were never read become [`Description::ignored`]. `tables` lists every element and attribute of the three formats as read,
+//!   rejected, or ignored with a warning; a name without an entry is reported as not part of the format.
 //! 4. `mesh`: corners of STL, OBJ, COLLADA and glTF files.
 //!
-//! `srdf` reads names for groups of links, which planners keep beside a URDF.
-//! `fmi` reads the descriptions of foreign units (FMI 2.0 and 3.0) the same way, `daveml` static models
-//! of aircraft and entry vehicles (DAVE-ML 2.0), [`heights`] ground from elevation models and pictures. [`escaped`] makes text safe to be put into XML and HTML.
+//! `srdf` reads names for groups of links from files of motion planners. `fmi` reads descriptions of foreign units (FMI 2.0 and 3.0), `daveml` static
+//! models of aircraft and entry vehicles (DAVE-ML 2.0), and [`heights`] ground from elevation models and images. [`escaped`] makes text safe for XML
+//! and HTML.
 //!
 //! ```
 //! use linkwork_formats::{ReadOptions, Root, read_text, write_urdf};
@@ -36,7 +35,7 @@
 //! let wrong = read_text(&text.replace("continuous", "continous"), &options);
 //! assert_eq!(
 //!     wrong.expect_err("no such type").to_string(),
-//!     "<text>:5:23: joint `swing` is of the unknown type `continous`\n  \
+//!     "<text>:5:23: joint `swing` has the unknown type `continous`\n  \
 //!      help: did you mean `continuous`?"
 //! );
 //! # Ok::<(), Box<dyn std::error::Error>>(())

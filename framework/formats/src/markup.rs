@@ -1,7 +1,7 @@
 //! Text inside XML and HTML.
 
-/// Text that a reader of XML or HTML takes for itself, between tags and in attributes in quotes of either kind. What XML cannot
-/// hold (control characters, U+FFFE, U+FFFF) becomes a space, and so do tabs and ends of lines.
+/// Escapes text for XML and HTML, between tags and in attributes with quotes of either kind. Characters that XML does not allow (control characters,
+/// U+FFFE, U+FFFF) become spaces, and so do tabs and line ends.
 ///
 /// ```
 /// use linkwork_formats::escaped;

@@ -1,4 +1,4 @@
-//! What a reader may be told, which reader a file needs, and the collector of mistakes.
+//! Options of the readers, the choice of a reader for a file, and the collector of mistakes.
 
 use crate::error::{FaultKind, FileFault, FilePlace};
 use crate::xml::Element;
@@ -8,53 +8,52 @@ use linkwork_multibody::{BodySpec, Builder, Hinge};
 use linkwork_spatial::{InertiaCheck, InertiaFault, MassProperties, Pose, Vec3};
 use std::path::{Path, PathBuf};
 
-/// How bodies that no joint of the file moves are held by the world.
+/// Attachment of root bodies to the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Root {
-    /// As the format says: URDF and MJCF weld them, an SDF model floats unless it is static or
-    /// a joint holds it.
+    /// According to the format: URDF and MJCF weld them; an SDF model floats unless it is static or attached by a joint.
     #[default]
     AsWritten,
     /// Welded.
     Fixed,
-    /// On a free hinge.
+    /// With a free hinge.
     Free,
-    /// On a planar hinge: motion in the xy plane of the world.
+    /// With a planar hinge: motion in the xy plane of the world.
     Planar,
 }
 
-/// What becomes of mass properties that [`ReadOptions::inertia`] refuses: files of many robots have some.
+/// ConstraintMethod of mass properties that [`ReadOptions::inertia`] rejects; files of many robots contain some.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Unphysical {
     /// They are faults.
     Refused,
-    /// They are read, with a line in [`Description::doubtful`]: principal moments that break the triangle inequality as they are, those below
-    /// zero as 0, those without a mass not at all; a mass for which the file has no moments is a point. Masses below zero, numbers that are not
-    /// finite, and matrices of which no moment is above zero, beyond what rounding leaves (1e-12 m² of the mass), stay faults.
-    /// Who reads a file tells whoever gave it those lines.
+    /// They are accepted, with a line in [`Description::doubtful`] that the caller should report: principal moments that violate the triangle
+    /// inequality are kept, negative moments become 0, moments without a mass are omitted, and a mass without moments becomes a point mass. Negative
+    /// masses, numbers that are not finite, and matrices without a positive moment, except for rounding errors (1e-12 m² times the mass), remain
+    /// faults.
     #[default]
     Read,
 }
 
-/// What a reader may be told.
+/// Options of the readers.
 #[derive(Clone, Debug, Default)]
 pub struct ReadOptions {
-    /// How roots are held by the world.
+    /// Attachment of roots to the world.
     pub root: Root,
-    /// Which inertias no body has.
+    /// Check for unphysical inertias.
     pub inertia: InertiaCheck,
-    /// What becomes of those.
+    /// ConstraintMethod of unphysical inertias.
     pub unphysical: Unphysical,
-    /// Folders that hold packages, for `package://name/..` and `model://name/..`.
+    /// Folders with packages, for `package://name/..` and `model://name/..`.
     pub package_paths: Vec<PathBuf>,
-    /// The keyframe of an MJCF file that is the start; `None`: the reference configuration.
+    /// Keyframe of an MJCF file for the start; `None`: the reference configuration.
     pub keyframe: Option<String>,
-    /// Where a text came from: for messages, and for what is relative to it.
+    /// File of the text, for messages and relative paths.
     pub file: Option<PathBuf>,
 }
 
 impl ReadOptions {
-    /// The same for a file.
+    /// Returns the same options for a file.
     #[must_use]
     pub fn at(&self, file: impl Into<PathBuf>) -> Self {
         Self { file: Some(file.into()), ..self.clone() }
@@ -65,7 +64,7 @@ impl ReadOptions {
     }
 }
 
-/// The formats that are read.
+/// The supported formats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// `<robot>`.
@@ -76,7 +75,7 @@ pub enum Format {
     Sdf,
 }
 
-/// The format of a text, by its outermost element.
+/// Returns the format of a text according to its outermost element.
 ///
 /// # Errors
 /// Malformed XML, or another outermost element.
@@ -90,14 +89,14 @@ pub fn format_of(text: &str, options: &ReadOptions) -> Result<Format, FormatErro
             let kind = FaultKind::WrongRoot {
                 found: other.into(),
                 expected: "<robot>, <mujoco> or <sdf>",
-                help: "URDF, MJCF and SDF files are read here".into(),
+                help: "the supported formats are URDF, MJCF and SDF".into(),
             };
             Err(FormatError { faults: vec![FileFault { place: root.place(), kind }] })
         }
     }
 }
 
-/// Reads a URDF, MJCF or SDF text, whichever it is.
+/// Reads a URDF, MJCF or SDF text.
 ///
 /// # Errors
 /// Every mistake of the text.
@@ -113,7 +112,7 @@ pub fn read_text(text: &str, options: &ReadOptions) -> Result<Description, Forma
 /// decides). `options.file` is set to `path`.
 ///
 /// # Errors
-/// A file that cannot be read, a xacro file, or every mistake of its text.
+/// An unreadable file, a xacro file, or every mistake of its text.
 pub fn read_file(
     path: impl AsRef<Path>,
     options: &ReadOptions,
@@ -130,19 +129,19 @@ pub fn read_file(
     }
 }
 
-/// Bytes of the largest file that is read whole.
+/// Size of the largest readable file, in bytes.
 pub const LARGEST_FILE: u64 = 1 << 30;
 
-/// The bytes of a file: of a regular one of at most [`LARGEST_FILE`], so that a device or a pipe does not hold up the
-/// program and no file takes all memory.
+/// Returns the bytes of a regular file of at most [`LARGEST_FILE`], so that a device or pipe cannot block the program and a file cannot fill the
+/// memory.
 ///
 /// # Errors
-/// Why it cannot be read, in words.
+/// The reason why it cannot be read.
 pub fn whole_file(path: &Path) -> Result<Vec<u8>, String> {
     use std::io::Read;
-    // Asked before it is opened: opening a pipe waits for who writes into it.
+    // Check before opening: opening a pipe waits for its writer.
     if !path.metadata().map_err(|e| e.to_string())?.is_file() {
-        return Err("it is no regular file".into());
+        return Err("it is not a regular file".into());
     }
     let file = std::fs::File::open(path).map_err(|e| e.to_string())?;
     let length = file.metadata().map_err(|e| e.to_string())?.len();
@@ -151,20 +150,21 @@ pub fn whole_file(path: &Path) -> Result<Vec<u8>, String> {
         return large();
     }
     let mut bytes = Vec::new();
-    // Some files are longer than they say.
+    // Some files are longer than their metadata.
     file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
     if bytes.len() as u64 > LARGEST_FILE { large() } else { Ok(bytes) }
 }
 
-/// The same as UTF-8 text.
+/// Returns the contents of a file as UTF-8 text.
 ///
 /// # Errors
-/// Why it cannot be read, in words.
+/// The reason why it cannot be read.
 pub fn whole_text(path: &Path) -> Result<String, String> {
-    whole_file(path).and_then(|b| String::from_utf8(b).map_err(|e| format!("it is no text: {e}")))
+    whole_file(path)
+        .and_then(|b| String::from_utf8(b).map_err(|e| format!("it is not a text: {e}")))
 }
 
-/// Collects mistakes and what was ignored while a file is read.
+/// Collects mistakes and ignored elements while a file is read.
 pub(crate) struct Cx<'a> {
     pub options: &'a ReadOptions,
     pub faults: Vec<FileFault>,
@@ -192,7 +192,7 @@ impl<'a> Cx<'a> {
         self.fault(place, FaultKind::BadValue { what, text, expected, help });
     }
 
-    /// A required attribute that is not empty.
+    /// Returns a required attribute that is not empty.
     pub fn required<'e>(&mut self, e: &'e Element, name: &str, what: &str) -> Option<&'e str> {
         match e.attr(name) {
             Some(v) if !v.is_empty() => Some(v),
@@ -203,7 +203,7 @@ impl<'a> Cx<'a> {
         }
     }
 
-    /// Numbers of a text; `None` and a fault when they are not `N` finite numbers.
+    /// Reads numbers of a text; returns `None` and reports a fault if they are not `N` finite numbers.
     pub fn parse<const N: usize>(
         &mut self,
         place: FilePlace,
@@ -214,7 +214,7 @@ impl<'a> Cx<'a> {
         list.try_into().ok()
     }
 
-    /// Numbers of a text, as many as `count` allows.
+    /// Reads numbers of a text, as many as `count` allows.
     pub fn parse_list(
         &mut self,
         place: FilePlace,
@@ -238,7 +238,7 @@ impl<'a> Cx<'a> {
         None
     }
 
-    /// Numbers of an attribute, or `None` when it is not there.
+    /// Reads numbers of an attribute, or returns `None` if it is missing.
     pub fn numbers<const N: usize>(
         &mut self,
         e: &Element,
@@ -249,34 +249,34 @@ impl<'a> Cx<'a> {
         self.parse(e.place_of(name), text, &format!("{what}: `{name}`"))
     }
 
-    /// One number of an attribute, or `None` when it is not there.
+    /// Reads one number of an attribute, or returns `None` if it is missing.
     pub fn number(&mut self, e: &Element, name: &str, what: &str) -> Option<f64> {
         self.numbers::<1>(e, name, what).map(|[x]| x)
     }
 
-    /// A vector of an attribute that has a direction, made unit length.
+    /// Reads a direction from an attribute and normalizes it.
     pub fn direction(&mut self, e: &Element, name: &str, what: &str) -> Option<Vec3> {
         let n = Vec3::from(self.numbers::<3>(e, name, what)?);
         let text = e.attr(name).unwrap_or_default();
         self.unit(e.place_of(name), n, text, what)
     }
 
-    /// The vector made unit length, or a fault.
+    /// Normalizes a vector, or reports a fault.
     pub fn unit(&mut self, place: FilePlace, n: Vec3, text: &str, what: &str) -> Option<Vec3> {
-        // Scaled first, so that the squares neither vanish nor overflow.
+        // Scale first, so that the squares neither vanish nor overflow.
         let scale = n.amax();
         if !(1e-100..=1e100).contains(&scale) {
-            let expected = "a vector with a direction";
+            let expected = "a nonzero vector";
             self.bad(place, what, text, expected, "write for example 0 0 1");
             return None;
         }
         let scaled = n / scale;
-        // A unit vector as written keeps its digits.
+        // A unit vector keeps its digits.
         let unit = scale < 2.0 && (n.norm_squared() - 1.0).abs() <= 8.0 * f64::EPSILON;
         if unit { Some(n) } else { Some(scaled / scaled.norm()) }
     }
 
-    /// A length, mass or size that must not be negative; `None` and a fault otherwise.
+    /// Returns a length, mass or size that is not negative; otherwise reports a fault and returns `None`.
     pub fn not_negative(&mut self, place: FilePlace, x: f64, what: &str) -> Option<f64> {
         if x >= 0.0 {
             return Some(x);
@@ -286,8 +286,7 @@ impl<'a> Cx<'a> {
         None
     }
 
-    /// The mass properties that an element gives, if a body can have them. With the lenient check, moments
-    /// without a mass are left out and listed.
+    /// Returns the mass properties of an element, if a body can have them. With the lenient check, moments without a mass are omitted and listed.
     pub fn checked(&mut self, e: &Element, what: String, mass: MassProperties) -> MassProperties {
         let mass = mass.with_check(self.options.inertia);
         let lenient = mass.check == InertiaCheck::PositiveMoments;
@@ -296,7 +295,7 @@ impl<'a> Cx<'a> {
             Err(error)
                 if lenient && matches!(error.faults[..], [InertiaFault::MasslessButInertia(_)]) =>
             {
-                self.ignored.push(e.ignored(what, format!("{error}: left out")));
+                self.ignored.push(e.ignored(what, format!("{error}: ignored")));
                 MassProperties::massless()
             }
             Err(error)
@@ -310,8 +309,8 @@ impl<'a> Cx<'a> {
                 let help = if lenient {
                     "correct the numbers"
                 } else {
-                    "correct the numbers, or read the file with the inertia check `Warn`, which takes what is nearest, or \
-                     `PositiveMoments`, which accepts lumped rotors and leaves out moments without a mass"
+                    "correct the numbers, or read the file with the inertia check `Warn`, which uses the nearest valid ones, or \
+                     `PositiveMoments`, which accepts lumped rotors and ignores moments without a mass"
                 };
                 self.fault(e.place(), FaultKind::Inertia { what, error, help: help.into() });
                 MassProperties::massless()
@@ -319,7 +318,7 @@ impl<'a> Cx<'a> {
         }
     }
 
-    /// A name that leads nowhere.
+    /// Reports an unknown name.
     pub fn unknown<'n>(
         &mut self,
         place: FilePlace,
@@ -333,7 +332,7 @@ impl<'a> Cx<'a> {
         self.fault(place, FaultKind::UnknownName { what, kind, name, help });
     }
 
-    /// Reports every value that only xacro understands.
+    /// Reports every value that requires xacro.
     pub fn refuse_xacro(&mut self, e: &Element) {
         if e.name.starts_with("xacro:") {
             let text = format!("<{}>", e.name);
@@ -348,7 +347,7 @@ impl<'a> Cx<'a> {
         e.children.iter().for_each(|c| self.refuse_xacro(c));
     }
 
-    /// The description, if nothing is wrong with it: builds the mechanism once to be sure.
+    /// Returns the description if it is valid; builds the mechanism once to check it.
     pub fn finish(
         mut self,
         root: &Element,
@@ -363,7 +362,7 @@ impl<'a> Cx<'a> {
             }
         }
         if !self.faults.is_empty() {
-            // What is read twice, for its mass and its shape, is told once.
+            // An element that is read twice, for its mass and its shape, is reported once.
             self.faults.sort_by_cached_key(|f| (f.place.clone(), f.kind.to_string()));
             self.faults.dedup_by_key(|f| (f.place.clone(), f.kind.to_string()));
             return Err(FormatError { faults: self.faults });
@@ -384,10 +383,10 @@ impl<'a> Cx<'a> {
     }
 }
 
-/// Moments over the mass, m², below which a body is a point.
+/// Ratio of moments to mass, m², below which a body is a point.
 const POINT: f64 = 1e-12;
 
-/// What [`Unphysical::Read`] makes of mass properties, in numbers and words; `None` when nothing can be made of them.
+/// Returns mass properties according to [`Unphysical::Read`], with a description, or `None` if that is impossible.
 fn nearest(
     mass: &MassProperties,
     faults: &[InertiaFault],
@@ -400,24 +399,24 @@ fn nearest(
         return None;
     }
     if faults.iter().any(|f| matches!(f, MasslessButInertia(_))) {
-        return Some((MassProperties::massless(), "left out"));
+        return Some((MassProperties::massless(), "ignored"));
     }
     let mass = mass.with_check(InertiaCheck::PositiveMoments);
     if faults.iter().any(|f| matches!(f, Triangle { .. })) {
-        return Some((mass, "taken as it is"));
+        return Some((mass, "used unchanged"));
     }
     let mut moments = mass.inertia_com.symmetric_eigen();
-    // What rounding leaves of no inertia at all is a point's.
+    // Rounding errors of a zero inertia are those of a point.
     let point = moments.eigenvalues.amax() < POINT * mass.mass;
     if !(moments.eigenvalues.max() > 0.0 || point) {
         return None;
     }
     moments.eigenvalues.apply(|x| *x = x.max(0.0));
     let raised = MassProperties { inertia_com: moments.recompose(), ..mass };
-    raised.validate().is_ok().then_some((raised, "what is below zero is taken as 0"))
+    raised.validate().is_ok().then_some((raised, "negative values are replaced by 0"))
 }
 
-/// The hinge of a root; `as_written` is what the format does without an option.
+/// Returns the hinge of a root; `as_written` is that of the format.
 pub(crate) fn root_hinge(root: Root, as_written: Hinge) -> Hinge {
     match root {
         Root::AsWritten => as_written,
@@ -427,7 +426,7 @@ pub(crate) fn root_hinge(root: Root, as_written: Hinge) -> Hinge {
     }
 }
 
-/// A body on the world at `X_WB`. Coordinates of a free hinge are the pose in the world.
+/// Creates a body on the world at `X_WB`. Coordinates of a free hinge are the pose in the world.
 pub(crate) fn root_body(
     cx: &Cx<'_>,
     spec: BodySpec,
@@ -448,8 +447,7 @@ pub(crate) fn root_body(
     d.builder.body(spec.hinge(hinge));
 }
 
-/// Mass of everything welded to each moving body is zero: reports these bodies. `place` finds the
-/// element of a body.
+/// Reports moving bodies that have no mass, including the bodies welded to them. `place` finds the element of a body.
 pub(crate) fn report_massless<'e>(
     cx: &mut Cx<'_>,
     builder: &Builder,
@@ -461,7 +459,7 @@ pub(crate) fn report_massless<'e>(
     let moves = |b: &BodySpec| b.hinge.nv() > 0;
     let mut mass: Vec<f64> = vec![0.0; bodies.len()];
     for b in bodies {
-        // Up to the body that carries this one rigidly; a ring has been reported already.
+        // Up to the body that carries this one rigidly; a circle has already been reported.
         let (mut at, mut steps) = (b, 0);
         while !moves(at)
             && steps <= bodies.len()
@@ -485,7 +483,7 @@ pub(crate) fn report_massless<'e>(
     }
 }
 
-/// A text short enough for a message.
+/// Shortens a text for a message.
 pub(crate) fn shortened(text: &str) -> String {
     match text.char_indices().nth(60) {
         Some((i, _)) => format!("{}…", &text[..i]),

@@ -1,4 +1,4 @@
-//! SRDF: names for groups of links, as motion planners write them beside a URDF.
+//! SRDF: names for groups of links, from files that motion planners use with a URDF.
 //!
 //! ```text
 //! <group name="arm"><chain base_link="base" tip_link="tool"/></group>      links after the base, the tip included
@@ -23,27 +23,27 @@ pub struct Group {
     pub chains: Vec<[String; 2]>,
     /// Links by name.
     pub links: Vec<String>,
-    /// Joints by name; each stands for its child link.
+    /// Joints by name; each adds its child link.
     pub joints: Vec<String>,
 }
 
-/// What an SRDF file says.
+/// Contents of an SRDF file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Srdf {
     /// Name of the robot.
     pub name: String,
     /// Groups in the order of the file.
     pub groups: Vec<Group>,
-    /// Pairs of links whose collisions are not looked at.
+    /// Pairs of links whose collisions are not checked.
     pub ignore: Vec<[String; 2]>,
-    /// Everything that was not used.
+    /// All unused contents.
     pub ignored: Vec<Ignored>,
 }
 
 /// Reads an SRDF text.
 ///
 /// # Errors
-/// Every mistake: malformed XML, another outermost element, missing names, a group named twice.
+/// Every mistake: malformed XML, another outermost element, missing names, a group defined twice.
 pub fn read_srdf(text: &str, options: &ReadOptions) -> Result<Srdf, FormatError> {
     let root = parse(text, &options.file_name())?;
     let mut cx = Cx::new(options);
@@ -94,7 +94,7 @@ pub fn read_srdf(text: &str, options: &ReadOptions) -> Result<Srdf, FormatError>
 /// Reads an SRDF file.
 ///
 /// # Errors
-/// A file that cannot be read, or every mistake of its text.
+/// An unreadable file, or every mistake of its text.
 pub fn read_srdf_file(path: impl AsRef<Path>) -> Result<Srdf, FormatError> {
     let options = ReadOptions::default().at(path.as_ref());
     match crate::whole_text(path.as_ref()) {

@@ -21,8 +21,8 @@ const TYPES: [&str; 6] = ["fixed", "revolute", "continuous", "prismatic", "float
 /// Reads a URDF text.
 ///
 /// # Errors
-/// Every mistake: malformed XML, xacro, missing or doubled names, unknown joint types, rings,
-/// several roots, values that are not numbers, inertias that no body has.
+/// Every mistake: malformed XML, xacro, missing or duplicate names, unknown joint types, circular links, several roots, invalid numbers, inertias
+/// that no rigid body can have.
 pub fn read_urdf(text: &str, options: &ReadOptions) -> Result<Description, FormatError> {
     let root = parse(text, &options.file_name())?;
     let mut cx = Cx::new(options);
@@ -51,7 +51,7 @@ pub fn read_urdf(text: &str, options: &ReadOptions) -> Result<Description, Forma
     cx.finish(&root, d)
 }
 
-/// The joint that moves a link.
+/// The joint of a child link.
 struct Mover<'e> {
     name: &'e str,
     parent: &'e str,
@@ -66,7 +66,7 @@ struct Urdf<'e> {
 }
 
 impl<'e> Urdf<'e> {
-    /// All links and joints by name.
+    /// Collects all links and joints by name.
     fn names(&mut self, cx: &mut Cx<'_>, root: &'e Element) {
         for e in root.all("link") {
             let Some(name) = cx.required(e, "name", "a <link>") else { continue };
@@ -76,7 +76,7 @@ impl<'e> Urdf<'e> {
             }
         }
         let mut joints: BTreeMap<&str, &Element> = BTreeMap::new();
-        // A joint with a parent inside: the <joint> of a transmission is elsewhere.
+        // Only a joint with a parent element: the <joint> of a transmission is different.
         for e in root.all("joint") {
             let Some(name) = cx.required(e, "name", "a <joint>") else { continue };
             match joints.get(name) {
@@ -95,7 +95,7 @@ impl<'e> Urdf<'e> {
         }
     }
 
-    /// The link that a joint names as its parent or child.
+    /// Returns the parent or child link of a joint.
     fn end(&self, cx: &mut Cx<'_>, e: &'e Element, joint: &str, which: &str) -> Option<&'e str> {
         let what = format!("joint `{joint}`");
         let Some(end) = e.child(which) else {
@@ -111,7 +111,7 @@ impl<'e> Urdf<'e> {
         Some(link)
     }
 
-    /// The root link; faults for rings, several roots, and the name `world` elsewhere.
+    /// Returns the root link; reports circular links, several roots, and the name `world` elsewhere.
     fn tree(&self, cx: &mut Cx<'_>, root: &Element) -> Option<&'e str> {
         if self.links.is_empty() {
             if cx.faults.is_empty() {
@@ -122,7 +122,7 @@ impl<'e> Urdf<'e> {
         self.rings(cx);
         let roots: Vec<&str> =
             self.links.keys().copied().filter(|l| !self.movers.contains_key(l)).collect();
-        // A joint that is broken itself makes its child look like a root.
+        // An invalid joint makes its child look like a root.
         if roots.len() > 1 && cx.faults.is_empty() {
             let names = roots.iter().map(|r| (*r).to_owned()).collect();
             let second = self.links[roots[1]];
@@ -130,7 +130,7 @@ impl<'e> Urdf<'e> {
         }
         let base = *roots.first()?;
         if let Some(e) = self.links.get("world").filter(|_| base != "world") {
-            let help = "`world` is the root's name alone; rename this link".to_owned();
+            let help = "only the root may have the name `world`; rename this link".to_owned();
             let kind = FaultKind::BadName { kind: "link", name: "world".into(), help };
             cx.fault(e.place_of("name"), kind);
         }
@@ -138,7 +138,7 @@ impl<'e> Urdf<'e> {
     }
 
     fn rings(&self, cx: &mut Cx<'_>) {
-        // Which walk first came through a link.
+        // The first walk that reached a link.
         let mut walks: BTreeMap<&str, usize> = BTreeMap::new();
         for (n, &start) in self.links.keys().enumerate() {
             let (mut path, mut at) = (Vec::new(), Some(start));
@@ -179,7 +179,7 @@ impl<'e> Urdf<'e> {
         }
     }
 
-    /// A root link `world` is our world, which has no mass and no hinge.
+    /// A root link `world` is the world, which has no mass and no hinge.
     fn world(&self, cx: &mut Cx<'_>, e: &Element, mass: MassProperties) {
         if mass != MassProperties::massless() {
             let help = "rename the link, or remove its <inertial>".to_owned();
@@ -187,7 +187,7 @@ impl<'e> Urdf<'e> {
             cx.fault(e.place(), kind);
         }
         if matches!(cx.options.root, Root::Free | Root::Planar) {
-            let what = "the root link is `world`, which cannot be given a hinge".to_owned();
+            let what = "the root link is `world`, which cannot have a hinge".to_owned();
             let help = "remove the link `world` and its joint, or read it with its root as written"
                 .to_owned();
             cx.fault(e.place(), FaultKind::Unsupported { what, help });
@@ -241,14 +241,16 @@ impl<'e> Urdf<'e> {
                         what: format!("{what}: `joint`"),
                         text: other.into(),
                         expected: "another joint".into(),
-                        help: "name the joint that this one follows".into(),
+                        help: "write the name of the joint that this one follows".into(),
                     };
                     cx.fault(e.place_of("joint"), kind);
                 }
                 Some(at) => d.couplings.push(Coupling::mimic(m.name, own, at, ratio, offset)),
                 None if names.contains(other) => {
-                    let what =
-                        format!("`{}` follows `{other}`, which has no single coordinate", m.name);
+                    let what = format!(
+                        "`{}` follows `{other}`, which does not have exactly one coordinate",
+                        m.name
+                    );
                     cx.ignored.push(e.ignored(format!("robot/{}/mimic", m.e.label()), what));
                 }
                 None => {
@@ -311,7 +313,7 @@ fn inertial(cx: &mut Cx<'_>, link: &Element, what: &str) -> MassProperties {
     cx.checked(e, what, properties)
 }
 
-/// The inertia in the axes around the pose; exactly the same numbers when nothing turns.
+/// Rotates the inertia to the axes around the pose; without a rotation, returns exactly the same numbers.
 pub(crate) fn turned(J: &Mat3, X: &Pose) -> Mat3 {
     if X.rotation == linkwork_spatial::Quat::identity() {
         return *J;
@@ -321,7 +323,7 @@ pub(crate) fn turned(J: &Mat3, X: &Pose) -> Mat3 {
     (J + J.transpose()) * 0.5
 }
 
-/// The body that a joint moves.
+/// Reads the body that a joint moves.
 fn mover(cx: &mut Cx<'_>, child: &str, m: &Mover<'_>, d: &mut Description) -> BodySpec {
     let (e, what) = (m.e, format!("joint `{}`", m.name));
     let X_PJ = geometry::urdf_origin(cx, e, &what);
@@ -386,9 +388,9 @@ fn limits(cx: &mut Cx<'_>, joint: &Element, what: &str, position: Position) -> L
         return Limits::NONE;
     };
     let what = format!("{what}: <limit>");
-    // The greatest double is how the export writes that there is no limit.
+    // The export writes the greatest double for no limit.
     let endless = |x: f64| if x.abs() == f64::MAX { x.signum() * f64::INFINITY } else { x };
-    // So do some files in words, which the format does not know.
+    // Some files contain words instead, which are not part of the format.
     let words = |name: &str| match e.attr(name) {
         Some("inf" | "+inf" | "Infinity") => Some(f64::INFINITY),
         Some("-inf" | "-Infinity") => Some(f64::NEG_INFINITY),
@@ -407,19 +409,19 @@ fn limits(cx: &mut Cx<'_>, joint: &Element, what: &str, position: Position) -> L
     let (lower, upper) = (bound("lower"), bound("upper"));
     let (lower, upper) = (endless(lower), endless(upper));
     if lower == 0.0 && upper == 0.0 {
-        let note = "<limit> without `lower` and `upper`, or with 0 for both: the format says that the joint cannot move";
+        let note = "<limit> without `lower` and `upper`, or with 0 for both: according to the format, the joint cannot move";
         cx.ignored.push(e.ignored(format!("robot/{}", joint.label()), note));
     }
     if !(lower <= upper) || lower == f64::INFINITY || upper == f64::NEG_INFINITY {
         let text = format!("{lower} .. {upper}");
-        cx.bad(e.place(), &what, &text, "a range", "write lower below upper");
+        cx.bad(e.place(), &what, &text, "a range", "lower must be below upper");
         return Limits::NONE;
     }
     Limits { lower, upper, rate, effort }
 }
 
-/// Motion in the plane across `n`: slides along two axes of the plane, then turns about `n`. For n = z
-/// the slides are x and y, and likewise in turn for x and y.
+/// Returns a hinge for motion in the plane perpendicular to `n`: sliders along two axes of the plane, then a rotation about `n`. For n = z the
+/// sliders are x and y, and likewise in cyclic order for x and y.
 pub(crate) fn planar(n: Vec3) -> Hinge {
     let first = Vec3::ith((n.iamax() + 1) % 3, 1.0);
     let u = (first - n * n.dot(&first)).normalize();

@@ -1,7 +1,6 @@
-//! XML text as a tree of elements that know their place and remember whether they were read.
+//! XML text as a tree of elements that store their position and whether they were read.
 //!
-//! Nothing has to be listed by hand as "not supported": what no reader asked for is what was
-//! ignored.
+//! No list of unsupported elements is necessary: elements that no reader requested are reported as ignored.
 
 use crate::error::{FaultKind, FileFault, FilePlace};
 use crate::tables::Table;
@@ -9,7 +8,7 @@ use crate::{FormatError, Ignored};
 use std::cell::Cell;
 use std::rc::Rc;
 
-/// Deeper files are refused, so that walks may recurse.
+/// Deeper files are rejected, so that recursion is safe.
 pub(crate) const DEPTH: usize = 1000;
 
 /// An attribute.
@@ -37,12 +36,12 @@ pub(crate) struct Element {
 }
 
 impl Element {
-    /// Where it begins.
+    /// Returns the position of its first character.
     pub fn place(&self) -> FilePlace {
         FilePlace { file: self.file.to_string(), line: self.line, column: self.column }
     }
 
-    /// Where an attribute is, or the element when it has none of the name.
+    /// Returns the position of an attribute, or of the element if it does not have the attribute.
     pub fn place_of(&self, name: &str) -> FilePlace {
         match self.attributes.iter().find(|a| a.name == name) {
             Some(a) => FilePlace { file: self.file.to_string(), line: a.line, column: a.column },
@@ -50,7 +49,7 @@ impl Element {
         }
     }
 
-    /// The value of an attribute.
+    /// Returns the value of an attribute.
     pub fn attr(&self, name: &str) -> Option<&str> {
         self.used.set(true);
         let a = self.attributes.iter().find(|a| a.name == name)?;
@@ -58,7 +57,7 @@ impl Element {
         Some(a.value.trim())
     }
 
-    /// The first child of the name.
+    /// Returns the first child with a name.
     pub fn child(&self, name: &str) -> Option<&Element> {
         self.used.set(true);
         let c = self.children.iter().find(|c| c.name == name)?;
@@ -66,12 +65,12 @@ impl Element {
         Some(c)
     }
 
-    /// The text of the first child of the name.
+    /// Returns the text of the first child with a name.
     pub fn child_text(&self, name: &str) -> Option<(&Element, &str)> {
         self.child(name).map(|c| (c, c.text.as_str()))
     }
 
-    /// All children of the name.
+    /// Returns all children with a name.
     pub fn all<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Element> {
         self.used.set(true);
         self.children.iter().filter(move |c| c.name == name).inspect(|c| c.used.set(true))
@@ -90,7 +89,7 @@ impl Element {
         self.set(name, value);
     }
 
-    /// An empty element, read already, at the place of another.
+    /// Creates an empty element, marked as read, at the position of another.
     pub fn like(other: &Element, name: &str) -> Element {
         Element {
             name: name.into(),
@@ -116,7 +115,7 @@ impl Element {
         self.children.iter().for_each(Element::touch_all);
     }
 
-    /// `link[arm]`, or `link` without a name.
+    /// Returns `link[arm]`, or `link` without a name.
     pub fn label(&self) -> String {
         match self.attributes.iter().find(|a| a.name == "name") {
             Some(a) => format!("{}[{}]", self.name, a.value),
@@ -124,7 +123,7 @@ impl Element {
         }
     }
 
-    /// An entry about this element.
+    /// Returns an entry about this element.
     pub fn ignored(&self, path: impl Into<String>, what: impl Into<String>) -> Ignored {
         Ignored {
             file: self.file.to_string(),
@@ -134,7 +133,7 @@ impl Element {
         }
     }
 
-    /// Everything inside that was not read, outermost first. A note says which names are not in the table of the format.
+    /// Returns all unread contents, outermost first. A note marks names that are not in the table of the format.
     pub fn unread(&self, table: Option<&Table>) -> Vec<Ignored> {
         let mut out = Vec::new();
         self.collect_unread(None, &self.name, table, &mut out);
@@ -171,11 +170,11 @@ impl Element {
     }
 }
 
-/// Bytes between two marks of a long line.
+/// Number of bytes between two marks of a long line.
 const APART: usize = 512;
 
-/// Places with their lines and columns, at starts of lines and in between where a line is long: a place costs a binary search and a few characters, also in a
-/// text that is all one line.
+/// Converts offsets to lines and columns. Marks are at starts of lines and at intervals in long lines, so a conversion needs a binary search and a
+/// few characters, also if the text is a single line.
 struct Lines<'a> {
     text: &'a str,
     /// Offset, line and column, from 1.
@@ -184,7 +183,7 @@ struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    /// Of the text as it was written; offsets are those of the text with what was `added`.
+    /// Creates marks of the original text; offsets are those of the text with what was `added`.
     fn new(text: &'a str, added: Added) -> Self {
         let (mut marks, mut line, mut column) = (vec![(0, 1, 1)], 1, 1);
         let mut last = 0;
@@ -211,7 +210,7 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// What [`with_prefixes`] wrote into a text: from which byte on, and how many bytes.
+/// Text inserted by [`with_prefixes`]: position and length in bytes.
 #[derive(Clone, Copy, Default)]
 struct Added {
     at: usize,
@@ -219,17 +218,17 @@ struct Added {
 }
 
 impl Added {
-    /// The place in the text as it was written.
+    /// Returns the offset in the original text.
     fn original(self, offset: usize) -> usize {
         if offset < self.at { offset } else { offset.saturating_sub(self.bytes).max(self.at) }
     }
 }
 
-/// Undeclared prefixes of one file that are declared for it.
+/// Maximum number of undeclared prefixes of a file that are declared automatically.
 const PREFIXES: usize = 16;
 
-/// The text with a declaration of each prefix that it uses without one, and what was added. Robot files have such names
-/// (`drake:acceleration`), and the readers of other programs take them as they are. What no reader asks for is listed as ignored.
+/// Returns the text with a declaration for each undeclared prefix, and the inserted part. Robot files contain such names (`drake:acceleration`), and
+/// readers of other programs accept them. Elements that no reader requests are listed as ignored.
 fn with_prefixes(text: &str, declarations: Declarations) -> (String, Added) {
     let Some(at) = end_of_first_name(text) else { return (text.into(), Added::default()) };
     let (before, after) = text.split_at(at);
@@ -255,7 +254,7 @@ fn read(
     roxmltree::Document::parse_with_options(text, options)
 }
 
-/// Where the name of the outermost element ends.
+/// Returns the end of the name of the outermost element.
 fn end_of_first_name(text: &str) -> Option<usize> {
     let mut from = 0;
     loop {
@@ -274,19 +273,19 @@ fn end_of_first_name(text: &str) -> Option<usize> {
     }
 }
 
-/// Whether a text may declare its document type. Declarations are never fetched.
+/// Whether a text may declare its document type. Declarations are never downloaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Declarations {
     Refused,
     Allowed,
 }
 
-/// The outermost element of a text.
+/// Returns the outermost element of a text.
 pub(crate) fn parse(text: &str, file: &str) -> Result<Element, FormatError> {
     parse_with(text, file, Declarations::Refused)
 }
 
-/// The outermost element of a text that may declare its document type.
+/// Returns the outermost element of a text that may declare its document type.
 pub(crate) fn parse_with(
     text: &str,
     file: &str,
@@ -313,7 +312,7 @@ pub(crate) fn parse_with(
                 "the prefix `{prefix}:` is not declared (write xmlns:{prefix}=\"..\" on the \
                  outermost element)"
             ),
-            roxmltree::Error::DtdDetected => "document type declarations are not read".into(),
+            roxmltree::Error::DtdDetected => "document type declarations are not supported".into(),
             other => other.to_string(),
         };
         let (row, column) = lines.at(offset_of(shown, p));
@@ -328,7 +327,7 @@ pub(crate) fn parse_with(
     Ok(root)
 }
 
-/// Bytes before a row and column, both from 1 and the column in characters.
+/// Returns the number of bytes before a row and column, both from 1 and the column in characters.
 fn offset_of(text: &str, p: roxmltree::TextPos) -> usize {
     let rows = text.split_inclusive('\n');
     let start: usize = rows.clone().take(p.row as usize - 1).map(str::len).sum();
@@ -336,7 +335,7 @@ fn offset_of(text: &str, p: roxmltree::TextPos) -> usize {
     start + row.char_indices().nth(p.col as usize - 1).map_or(row.len(), |(i, _)| i)
 }
 
-/// Most attributes of one element: the parser compares each with all before it.
+/// Maximum number of attributes of an element: the parser compares each with all earlier ones.
 const ATTRIBUTES: usize = 1000;
 
 /// Returns where the first element with more attributes than that begins. The time is linear in the length of the text.
@@ -371,7 +370,7 @@ fn too_crowded(text: &str) -> Option<usize> {
     None
 }
 
-/// The first node that is nested too deeply; the parser itself does not recurse, and neither does this.
+/// Returns the first node that is nested too deeply. Neither the parser nor this function recurses.
 fn too_deep(doc: &roxmltree::Document<'_>) -> Option<usize> {
     let mut depths: Vec<usize> = Vec::new();
     for node in doc.descendants() {

@@ -1,5 +1,5 @@
-//! Cases that users of other simulators reported in public, with the values of the reference program: MuJoCo 4.0, Drake 1.51,
-//! trimesh 5.2 or a closed form.
+//! Cases from public reports of users of other simulators, with the values of the reference program: MuJoCo 4.0, Drake 1.51, trimesh 5.2 or a closed
+//! form.
 
 use linkwork_formats::multibody::{Builder, Spring, Subhinge, SubhingeKind};
 use linkwork_formats::spatial::{Mat3, Quat, Vec3};
@@ -17,7 +17,7 @@ fn refused(text: &str) -> String {
     read_mjcf(text, &ReadOptions::default()).expect_err("refused").to_string()
 }
 
-/// The subhinge of a joint.
+/// Returns the subhinge of a joint.
 fn subhinge(d: &Description, joint: &str) -> Subhinge {
     let j = d.joint(joint).unwrap_or_else(|| panic!("{joint}"));
     let body = d.builder.bodies().iter().find(|b| b.name == j.body).unwrap();
@@ -37,7 +37,7 @@ fn close(a: f64, b: f64, tolerance: f64) {
 const BAR: &str = r#"<worldbody><body name="bar"><joint name="swing" axis="0 1 0"/>
 <geom type="box" size="0.05 0.05 0.25" pos="0 0 -0.25"/></body></worldbody>"#;
 
-/// Public reports on readers of other engines (newton PR 3030): sections merge and later ones win.
+/// Public reports on readers of other engines (newton PR 3030): sections are merged, and later ones override earlier ones.
 #[test]
 fn sections_of_the_main_class_merge() {
     let defaults = r#"<default><joint damping="0.3"/><geom density="1000"/></default>
@@ -49,7 +49,7 @@ fn sections_of_the_main_class_merge() {
     assert!(d.ignored.is_empty(), "{:?}", d.ignored);
 }
 
-/// A class is a copy of the class around it, made when it is read: MuJoCo 4.0 has damping 1, stiffness 0, armature 2 here.
+/// A class is a copy of the class that contains it, made at its position: MuJoCo 4.0 has damping 1, stiffness 0, armature 2 here.
 #[test]
 fn a_class_does_not_see_sections_that_follow_it() {
     let defaults = r#"<default><default class="x"><joint armature="2"/></default><joint damping="1"/></default>
@@ -83,11 +83,11 @@ fn a_free_joint_takes_damping_and_armature_of_its_class() {
         q.iter().zip([0.0, 0.0, 1.0, 0.0, 0.0, half, half]).all(|(a, b)| (a - b).abs() < 1e-15),
         "{q:?}"
     );
-    // A `freejoint` has no class.
+    // A `freejoint` does not have a class.
     let d =
         mjcf(&text.replace(r#"<joint name="root" type="free"/>"#, r#"<freejoint name="root"/>"#));
     assert_eq!(subhinge(&d, "root").kind, SubhingeKind::Free);
-    // What a free joint cannot have is listed.
+    // Invalid attributes of a free joint are listed.
     let d = mjcf(&text.replace("damping=\"0.5\"", "stiffness=\"3\""));
     assert!(
         d.ignored.iter().any(|i| i.what.contains("stiffness=\"3\" of a free joint")),
@@ -96,7 +96,7 @@ fn a_free_joint_takes_damping_and_armature_of_its_class() {
     );
 }
 
-/// MuJoCo 4.0: `jnt_limited` is false for equal numbers, and so is a range with `autolimits` and no order.
+/// MuJoCo 4.0: `jnt_limited` is false for equal numbers, and so is a decreasing range with `autolimits`.
 #[test]
 fn a_range_from_a_number_to_itself_takes_the_limits_of_the_class_away() {
     let text = |joint: &str| {
@@ -112,7 +112,7 @@ fn a_range_from_a_number_to_itself_takes_the_limits_of_the_class_away() {
     );
     let no_auto = text("").replace("<mujoco>", "<mujoco><compiler autolimits=\"false\"/>");
     assert!(refused(&no_auto).contains("`range` and no `limited`"), "{}", refused(&no_auto));
-    // The greatest angle of a ball.
+    // The largest angle of a ball.
     assert_eq!(
         subhinge(&mjcf(&text("type=\"ball\" range=\"0 40\"")), "swing").ball.angle,
         40f64.to_radians()
@@ -165,7 +165,7 @@ fn springs_and_spring_dampers_are_those_of_mujoco() {
     }
 }
 
-/// Names and places of `<replicate>` in MuJoCo 4.0.
+/// Names and positions of `<replicate>` in MuJoCo 4.0.
 #[test]
 fn replications_are_expanded() {
     let text = |attributes: &str| {
@@ -186,9 +186,9 @@ fn replications_are_expanded() {
     let d = mjcf(&text(r#"count="10" offset="1 0 0" sep="-""#));
     assert_eq!((d.joints[0].name.as_str(), d.joints[9].name.as_str()), ("j-00", "j-09"));
     for (attributes, why) in [
-        ("offset=\"1 0 0\"", "has no `count`"),
-        ("count=\"2.5\"", "not a whole number above 0"),
-        ("count=\"1e9\"", "makes more than 1000000 elements"),
+        ("offset=\"1 0 0\"", "lacks `count`"),
+        ("count=\"2.5\"", "not a positive integer"),
+        ("count=\"1e9\"", "creates more than 1000000 elements"),
     ] {
         assert!(refused(&text(attributes)).contains(why), "{attributes}");
     }
@@ -197,7 +197,7 @@ fn replications_are_expanded() {
     assert_eq!(names, ["p", "q0-0", "q1-0", "q0-1", "q1-1"]);
 }
 
-/// Bodies that are not read are an error, not a smaller machine.
+/// Unsupported bodies are an error, not a smaller machine.
 #[test]
 fn elements_that_stand_for_bodies_are_refused() {
     for inside in
@@ -220,8 +220,8 @@ fn elements_that_stand_for_bodies_are_refused() {
 
 const TETRA: &str = r#"face="0 2 1 0 1 3 0 3 2 1 2 3" vertex="0 0 0 1 0 0 0 1 0 0 0 1""#;
 
-/// `body_mass`, `body_ipos` and `body_inertia` of MuJoCo 4.0. The L is not seen whole from its centroid, so that its usual
-/// ("legacy") mass, 4.161, is not its exact one, 4.
+/// `body_mass`, `body_ipos` and `body_inertia` of MuJoCo 4.0. The L shape is not completely visible from its centroid, so its default ("legacy")
+/// mass, 4.161, differs from its exact mass, 4.
 #[test]
 fn meshes_have_the_mass_that_mujoco_gives_them() {
     let of = |mesh: &str, compiler: &str| {
@@ -246,7 +246,7 @@ fn meshes_have_the_mass_that_mujoco_gives_them() {
         face="0 2 1 0 3 2 0 5 3 5 4 3 6 7 8 6 8 9 6 9 11 11 9 10 0 1 7 0 7 6 1 2 8 1 8 7 2 3 9 2 9 8 3 4 10 3 10 9 4 5 11 4 11 10 5 0 6 5 6 11""#;
     close(of(&format!(r#"inertia="exact" {l}"#), "").0, 4.0, 1e-12);
     assert!(of(l, "").0 > 4.01, "{}", of(l, "").0);
-    // The hull: an L with its inner corner filled, 1 kg more; and vertices alone.
+    // The hull: an L with its inner corner filled, 1 kg more; and only vertices.
     close(of(&format!(r#"inertia="convex" {l}"#), "").0, 5.0, 1e-12);
     let alone = r#"vertex="0 0 0 1 0 0 0 1 0 0 0 1 0.1 0.1 0.1 0.5 0.5 0""#;
     close(of(alone, "").0, 1000.0 / 6.0, 1e-12);
@@ -255,17 +255,17 @@ fn meshes_have_the_mass_that_mujoco_gives_them() {
     close(m, 200.0, 1e-15);
     let least = J.symmetric_eigenvalues().min();
     close(least, 12.0, 1e-12);
-    // The type of a geom is `sphere` unless it is written, with a mesh, too.
+    // The default type of a geom is `sphere`, also with a mesh.
     let fitted = format!(
         r#"<mujoco><asset><mesh name="m" {TETRA}/></asset><worldbody><body name="b"><joint/><geom mesh="m"/></body></worldbody></mujoco>"#
     );
     assert!(
         mjcf(&fitted).ignored.iter().any(|i| i.what.contains("a sphere that is fitted to a mesh"))
     );
-    // Without geoms the inertial stays.
+    // A body without geoms keeps its inertial.
     let text = r#"<mujoco><compiler inertiafromgeom="true"/><worldbody><body name="b"><joint/><inertial mass="3" pos="0 0 0" diaginertia="1 1 1"/></body></worldbody></mujoco>"#;
     assert_eq!(mass(&mjcf(text).builder, "b").0, 3.0);
-    // What cannot be computed is listed.
+    // Masses that cannot be computed are listed.
     let text = r#"<mujoco><asset><mesh name="m" file="none.stl"/></asset><worldbody><body><joint/><geom type="mesh" mesh="m" mass="1"/></body></worldbody></mujoco>"#;
     let why: Vec<String> = mjcf(text).ignored.iter().map(|i| i.what.clone()).collect();
     assert!(
@@ -312,7 +312,7 @@ fn shells_of_primitives_have_the_mass_that_mujoco_gives_them() {
         let own = mass(&d.builder, "b");
         close(own.0, m, 1e-14);
         for (k, x) in moments.into_iter().enumerate() {
-            // MuJoCo takes the difference of two ellipsoids, which costs digits.
+            // MuJoCo computes the difference of two ellipsoids, which loses digits.
             close(own.2[(k, k)], x, if geom.contains("ellipsoid") { 1e-5 } else { 1e-13 });
         }
     }
@@ -350,7 +350,9 @@ fn collision_masks_are_masks() {
     assert!(
         refused(&text.replace("contype=\"4\"", "contype=\"0.5\"")).contains("a mask of 32 bits")
     );
-    assert!(refused(&text.replace("body2=\"d\"", "body2=\"e\"")).contains("names the body `e`"));
+    assert!(
+        refused(&text.replace("body2=\"d\"", "body2=\"e\"")).contains("refers to the body `e`")
+    );
 }
 
 #[test]
@@ -399,7 +401,7 @@ fn sdf(text: &str) -> Description {
         .unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// gazebosim/sdformat #219: before 1.5 an axis is in the frame of the model, and 1.10 is after 1.9.
+/// gazebosim/sdformat #219: before 1.5, axes are in the frame of the model, and 1.10 is later than 1.9.
 #[test]
 fn versions_are_compared_as_versions() {
     for (version, axis) in [
@@ -469,14 +471,14 @@ fn included_models_are_read() {
     let error = included(
         r#"<sdf version="1.9"><model name="m"><include><uri>model://ring</uri></include></model></sdf>"#,
     );
-    assert!(error.unwrap_err().contains("include each other in a ring"));
+    assert!(error.unwrap_err().contains("include each other in a circle"));
     let error = included(
         r#"<sdf version="1.9"><world name="w"><include><uri>model://none</uri></include></world></sdf>"#,
     );
-    assert!(error.unwrap_err().contains("the include of `model://none` is not there"));
+    assert!(error.unwrap_err().contains("the include of `model://none` was not found"));
 }
 
-/// The pose of an include is that of its placement frame; a merged model leaves no name. Values: the poses by hand.
+/// The pose of an include is that of its placement frame; the name of a merged model disappears. Values: poses computed by hand.
 #[test]
 fn placement_frames_and_merged_models_are_where_the_file_says() {
     let d = included(r#"<sdf version="1.11"><model name="m"><static>true</static><link name="base">@</link>
@@ -492,7 +494,7 @@ fn placement_frames_and_merged_models_are_where_the_file_says() {
     let mbs = d.builder.build().unwrap();
     let at = |body: &str| mbs.body_poses(&mbs.neutral_q())[mbs.body(body).unwrap().index()];
     assert!((at("b").position - Vec3::new(0.3, 0.0, 1.0)).amax() < 1e-15);
-    // y of the merged model is z of the model around it.
+    // y of the merged model is z of the containing model.
     let b = d.builder.bodies().iter().find(|b| b.name == "b").unwrap();
     let axis =
         at("b").rotation * b.hinge_in_body.rotation * b.hinge.subhinges[0].kind.axis().unwrap();
@@ -551,13 +553,13 @@ fn blocks_of_gazebo_and_limits_without_bounds_of_a_urdf() {
     assert_eq!(d.shapes[0].surface.friction, Some(0.3));
     assert_eq!(subhinge(&d, "j").spring, Spring { stiffness: 2.0, rest: 0.1 });
     let listed: Vec<&str> = d.ignored.iter().map(|i| i.what.as_str()).collect();
-    for part in ["element <kp>", "the format says that the joint cannot move"] {
+    for part in ["element <kp>", "according to the format, the joint cannot move"] {
         assert!(listed.iter().any(|l| l.contains(part)), "{part}: {listed:?}");
     }
 }
 
-/// The same box (1 × 2 × 3 about 1, 2, 3) in every kind of file, as trimesh 5.2 writes it. A glTF has y up: (x, y, z) of the
-/// file is (x, −z, y) of a robot.
+/// The same box (1 × 2 × 3 about 1, 2, 3) in every format, written by trimesh 5.2. In a glTF file y is up: (x, y, z) of the file is (x, −z, y) of a
+/// robot.
 #[test]
 fn meshes_of_every_kind_have_the_corners_of_the_box() {
     let dir = tempfile::tempdir().unwrap();
@@ -642,7 +644,7 @@ fn meshes_of_every_kind_have_the_corners_of_the_box() {
             .fold(0.0, |m: f64, x| if x <= m { m } else { x });
         assert!(worst < 1e-14, "{name}: {worst}");
     }
-    // Files cut short are words, not a panic.
+    // Truncated files give messages, not a panic.
     for (name, bytes) in &files {
         for length in (0..bytes.len()).step_by(7) {
             let path = dir.path().join(format!("cut_{name}"));
@@ -651,12 +653,16 @@ fn meshes_of_every_kind_have_the_corners_of_the_box() {
         }
     }
     for (name, text, why) in [
-        ("a.ply", "ply", "`.ply` files are not read"),
-        ("a.obj", "v 1 2", "line 1: a vertex has three numbers"),
-        ("b.obj", "v 1 2 3\nf 1 2 3", "line 2: a face names three or more vertices that are there"),
+        ("a.ply", "ply", "`.ply` files are not supported"),
+        ("a.obj", "v 1 2", "line 1: a vertex must have three numbers"),
+        (
+            "b.obj",
+            "v 1 2 3\nf 1 2 3",
+            "line 2: a face must refer to at least three existing vertices",
+        ),
         ("a.dae", "<x/>", "not <COLLADA>"),
         ("a.gltf", "{}", "glTF version is none"),
-        ("a.msh", "no counts at all", "do not fit its length"),
+        ("a.msh", "no counts at all", "do not match its length"),
     ] {
         let path = dir.path().join(name);
         std::fs::write(&path, text).unwrap();

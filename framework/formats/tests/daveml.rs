@@ -1,4 +1,4 @@
-//! DAVE-ML: formulas and tables against values worked out by hand, the files' own shots, refusals.
+//! DAVE-ML: formulas and tables compared with values computed by hand, the files' own shots, rejected files.
 use linkwork_formats::daveml::{DaveModel, Role, read_dave};
 
 const FILE: &str = r#"<?xml version="1.0"?>
@@ -56,7 +56,7 @@ const FILE: &str = r#"<?xml version="1.0"?>
   </checkData>
 </DAVEfunc>"#;
 
-/// A variable at some inputs, and how far inside the tables they are.
+/// Returns a variable at some inputs, and the distance to the edge of the tables.
 fn at(m: &DaveModel, alpha: f64, mach: f64, what: &str) -> (f64, f64) {
     let mut v = vec![0.0; m.variables.len()];
     m.start(&mut v);
@@ -75,10 +75,10 @@ fn tables_and_formulas_give_what_they_say() {
         (v.units.as_str(), v.sign.as_str(), v.role, v.standard),
         ("deg", "ANU", Role::Input, true)
     );
-    // Without a value and a formula it is an input, though nothing says so.
+    // Without a value and a formula it is an input, even if it is not marked as one.
     assert_eq!(m.variables[m.find("MACH").unwrap()].role, Role::Input);
     assert_eq!(m.variables[m.find("K").unwrap()].role, Role::Constant);
-    // Corners, the middle, and beyond: clamped in alpha, extrapolated upwards in Mach only.
+    // Corners, the middle, and outside: clamped in alpha, extrapolated only upwards in Mach.
     let cases: [(f64, f64, f64, f64); 6] = [
         (-10.0, 0.2, -1.0, 0.0),
         (20.0, 0.8, 3.0, 0.0),
@@ -98,13 +98,13 @@ fn tables_and_formulas_give_what_they_say() {
     }
     assert_eq!(at(&m, 0.0, 0.9, "EARLY").0, -0.9);
     assert_eq!(at(&m, 0.0, 0.4, "EARLY").0, 1f64.atan2(-1.0));
-    // 2.5 × 3 × 10 − 0.8 is cut off at 30.
+    // 2.5 × 3 × 10 − 0.8 is clamped to 30.
     assert_eq!(at(&m, 20.0, 0.8, "LATE").0, 30.0);
     assert!((at(&m, 0.0, 0.8, "LATE").0 - (25.0 * 0.2 - 0.8)).abs() < 1e-14);
     for (mach, want) in [(0.0, 5.0), (0.99, 5.0), (1.0, 6.0), (2.0, 7.0), (3.0, 7.0)] {
         assert_eq!(at(&m, 0.0, mach, "LINE").0, want, "{mach}");
     }
-    // What only describes is told, with its line.
+    // Elements without effect are listed, with their lines.
     let told: Vec<String> = m.ignored.iter().map(ToString::to_string).collect();
     assert!(told.iter().any(|t| t.contains("provenance")), "{told:?}");
     assert!(!told.iter().any(|t| t.contains("variableDef")), "{told:?}");
@@ -149,7 +149,7 @@ fn mistakes_are_told_with_place_fact_and_remedy() {
         (
             "encoding=\"text\">atan2<",
             "encoding=\"text\">bessel<",
-            vec!["<bessel> of MathML is not understood"],
+            vec!["<bessel> of MathML is not supported"],
         ),
         ("interpolate=\"floor\"", "interpolate=\"cubicSpline\"", vec!["`cubicSpline`", "resample"]),
         ("<cn>0.5</cn>", "<cn>half</cn>", vec!["`half`, not a number"]),
@@ -170,13 +170,13 @@ fn mistakes_are_told_with_place_fact_and_remedy() {
         (
             "<isStdAIAA/>",
             "<calculation><math><cn>1</cn></math></calculation>",
-            vec!["no input", "take <isInput/> out"],
+            vec!["no input", "remove <isInput/>"],
         ),
         ("minValue=\"-1\"", "minValue=\"31\"", vec!["`minValue`", "at most maxValue"]),
         (
             "<griddedTableRef gtID=\"CL_TABLE\"/>",
             "<ungriddedTableRef utID=\"x\"/>",
-            vec!["the table `x`, which is not there"],
+            vec!["the table `x`, which does not exist"],
         ),
     ] {
         assert!(FILE.contains(old), "{old}");
@@ -193,7 +193,7 @@ fn mistakes_are_told_with_place_fact_and_remedy() {
     assert!(read_dave(&two, "wing.dml").unwrap_err().faults.len() >= 2);
 }
 
-/// The same table by points in any order, and a line: no breakpoints, no grid.
+/// The same table as points in any order, and a line: without breakpoints and grid.
 const POINTS: &str = r#"<DAVEfunc>
   <fileHeader name="Points"/>
   <variableDef name="mach" varID="MACH" units="nd"/>
@@ -233,7 +233,7 @@ fn points_without_a_grid_make_tables_of_one_and_of_two_variables() {
         let inside = m.evaluate(&mut v);
         (v[m.find("CL").unwrap()], v[m.find("CD").unwrap()], inside)
     };
-    // At points, between them, at `max`, and outside, where the nearest edge counts.
+    // At points, between them, at `max`, and outside, where the nearest edge is used.
     for (mach, alpha, lift, drag) in [
         (1.0, 5.0, 0.7, 0.05),
         (0.5, -5.0, -0.5, 0.035),
@@ -248,7 +248,7 @@ fn points_without_a_grid_make_tables_of_one_and_of_two_variables() {
         assert!((found - lift).abs() < 1e-13, "{mach} {alpha}: {found} {lift}");
         assert!((line - drag).abs() < 1e-14, "{mach}: {line} {drag}");
     }
-    // How far inside, as shares of the widths: 1.5 and 20 deg; the line has 0 to 2.
+    // Distance to the edge, as a share of the width: 1.5 and 20 deg; the line extends from 0 to 2.
     assert!((at(1.0, 5.0).2 - 1.0 / 3.0).abs() < 1e-14);
     assert!((at(0.5, 5.0).2).abs() < 1e-14 && (at(0.35, 5.0).2 + 0.1).abs() < 1e-14);
     assert!(m.ignored.is_empty(), "{:?}", m.ignored);
@@ -259,8 +259,8 @@ fn points_that_make_no_table_are_told_with_place_and_remedy() {
     for (old, new, phrases) in [
         ("0.5 15 1.5", "0.5 15", vec!["points.dml:10:", "2 numbers", "3: each independent"]),
         ("0.5 15 1.5", "0.5 15 x", vec!["`x`, not a number"]),
-        ("0.5 15 1.5", "2.0 15 1.5", vec!["two values at one place", "leave one"]),
-        ("<dataPoint>0.0 0.02", "<dataPoint>1.0 0.02", vec!["points at places of their own"]),
+        ("0.5 15 1.5", "2.0 15 1.5", vec!["two values at the same point", "remove one"]),
+        ("<dataPoint>0.0 0.02", "<dataPoint>1.0 0.02", vec!["points at different positions"]),
         ("utID=\"CL_POINTS\"/>", "utID=\"CL_POINT\"/>", vec!["did you mean `CL_POINTS`"]),
         ("max=\"12\"", "extrapolate=\"both\"", vec!["ends at its hull", "leave"]),
         ("max=\"12\"", "interpolate=\"floor\"", vec!["is linear", "grid"]),
@@ -287,7 +287,7 @@ fn points_that_make_no_table_are_told_with_place_and_remedy() {
     }
     let text = read_dave(&line, "points.dml").unwrap_err().to_string();
     assert!(text.contains("points that lie on a line"), "{text}");
-    // Three variables: not without a grid.
+    // Three variables require a grid.
     let mut three = POINTS.replacen(
         "<independentVarRef varID=\"ALPHA\" max=\"12\"/>",
         "<independentVarRef varID=\"ALPHA\"/><independentVarRef varID=\"CD\"/>",
@@ -303,7 +303,7 @@ fn points_that_make_no_table_are_told_with_place_and_remedy() {
     );
 }
 
-/// NASA's files of the check cases. Without the folder the test says so and is skipped; with `CI=true` it fails.
+/// NASA's files of the check cases. Without the folder, the test prints a message and is skipped; with `CI=true` it fails.
 #[test]
 fn files_of_the_check_cases_are_read_whole() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference/nesc");
@@ -332,7 +332,7 @@ fn files_of_the_check_cases_are_read_whole() {
         values
             .extend(["Cl", "Cm", "Cn", "CD", "XIYY"].iter().filter_map(|id| Some(v[m.find(id)?])));
     }
-    // Airspeed below its minimum of 0.5 ft/s counts as that.
+    // Airspeeds below the minimum of 0.5 ft/s are clamped to it.
     let want = [
         -0.3 * 0.33333 / (2.0 * 0.5),
         0.2 * 0.66667 / (2.0 * 0.5),

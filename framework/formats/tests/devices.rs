@@ -1,5 +1,5 @@
-//! Actuators, tendons and sensors of MJCF files, against MuJoCo 4.0 (`actuator_gainprm`, `actuator_biasprm`, `tendon_lengthspring` of the compiled model).
-//! The log of the public reports is `tests/hunt/files.md`.
+//! Actuators, tendons and sensors of MJCF files, compared with MuJoCo 4.0 (`actuator_gainprm`, `actuator_biasprm`, `tendon_lengthspring` of the
+//! compiled model). The public reports are listed in `tests/hunt/files.md`.
 use linkwork_formats::{
     Actuator, Description, DeviceFrame, DeviceKind, Length, ReadOptions, Sensor, Tendon, read_mjcf,
 };
@@ -22,8 +22,8 @@ fn tendon(d: &Description, name: &str) -> Tendon {
     }
 }
 
-/// All kinds share one set of defaults, and a class that omits a gain keeps that of the class around it.
-/// newton PR 1786, PR 1727, #107; UnrealRoboticsLab PR 75; Genesis #619, PR 940; newton #3127.
+/// All kinds share one set of defaults, and a class without a gain keeps that of the class that contains it. newton PR 1786, PR 1727, #107;
+/// UnrealRoboticsLab PR 75; Genesis #619, PR 940; newton #3127.
 const ARM: &str = r#"<mujoco><default><general gainprm="7"/><position kp="3" ctrlrange="-1 1"/><default class="m"><motor gear="4" forcerange="-2 2"/></default><default class="big"><position kp="2000" kv="50"/></default></default>
 <worldbody><body><joint name="a" range="-30 90" ref="10" springref="20"/><geom size="0.1"/><body name="welded" pos="0 0 1"><geom size="0.1"/><body pos="0.3 0 0"><joint name="b" axis="0 1 0" ref="5"/><geom size="0.1"/><body pos="0.3 0 0"><joint name="c" type="slide" axis="1 0 0" springref="0.2"/><geom size="0.1"/></body></body></body></body></worldbody>
 <tendon><fixed name="three" stiffness="2"><joint joint="a" coef="1"/><joint joint="b" coef="-2"/><joint joint="c" coef="3"/></fixed></tendon>
@@ -53,7 +53,7 @@ fn gains_come_from_classes_as_in_mujoco() {
     }
 }
 
-/// MuJoCo 4.0 takes a gain from the class for the same kind and from `general`, and not from another kind.
+/// MuJoCo 4.0 uses the gain of a class for the same kind and from `general`, but not that of another kind.
 #[test]
 fn the_law_of_one_kind_is_not_a_default_for_another() {
     for (class, kind, gain, bias) in [
@@ -103,7 +103,7 @@ fn damping_ratios_and_inherited_ranges_are_those_of_mujoco() {
     assert_eq!(factors, [1.0, -2.0, 3.0]);
 }
 
-/// newton #3747: an actuator of another kind is named, and so is a sensor; what acts on them is listed.
+/// newton #3747: unsupported actuators and sensors are named, and devices that depend on them are listed.
 #[test]
 fn devices_that_are_not_read_are_named() {
     let text = r#"<mujoco><worldbody><site name="fixed"/><body name="a"><joint name="p"/><geom size="1"/><site name="s"/></body>
@@ -117,12 +117,12 @@ fn devices_that_are_not_read_are_named() {
     for part in [
         "intvelocity",
         "a spatial tendon with a <pulley>",
-        "its tendon `line` is not read",
+        "its tendon `line` is not supported",
         "it acts on a ball or free joint",
-        "it acts on a site",
+        "an actuator on a site",
         "`dyntype`",
         "`timeconst`",
-        "a sensor of the actuator `pull`, which is not read",
+        "a sensor of the actuator `pull`, which is not supported",
         "touch",
         "site of the world, which does not move",
         "neither a site nor an xbody",
@@ -142,15 +142,15 @@ fn devices_that_lead_nowhere_are_refused() {
         <sensor><jointpos joint="q"/><gyro site="s"/></sensor></mujoco>"#;
     let error = read_mjcf(text, &ReadOptions::default()).unwrap_err().to_string();
     for part in [
-        "tendon `t` names the hinge or slide joint `q`",
+        "tendon `t` refers to the hinge or slide joint `q`",
         "`springlength` is `2 1`",
-        "tendon `e` has no <joint>",
-        "actuator `motor1` names the hinge or slide joint `q`",
-        "actuator `motor2` has no `joint` or `tendon`",
-        "names the tendon `u`",
+        "tendon `e` lacks <joint>",
+        "actuator `motor1` refers to the hinge or slide joint `q`",
+        "actuator `motor2` lacks `joint` or `tendon`",
+        "refers to the tendon `u`",
         "`ctrlrange` is `0 0`, not a range",
-        "sensor `jointpos1` names the hinge or slide joint `q`",
-        "names the site `s`",
+        "sensor `jointpos1` refers to the hinge or slide joint `q`",
+        "refers to the site `s`",
     ] {
         assert!(error.contains(part), "{part}\n{error}");
     }

@@ -1,4 +1,4 @@
-//! URDF export: what is written reads back as the same mechanism.
+//! URDF export: the text reads back as the same mechanism.
 
 use crate::splitmix::splitmix;
 use linkwork_dynamics::{Tree, Workspace, kinematics, mass_matrix};
@@ -23,7 +23,7 @@ impl Rng {
         Vec3::new(self.signed(), self.signed(), self.signed())
     }
     fn pose(&mut self) -> Pose {
-        // Every fourth at a pitch of ±90°, where roll and yaw are one.
+        // Every fourth at a pitch of ±90°, where roll and yaw are not distinguishable.
         let turn = match self.bits() % 4 {
             0 => Quat::from_euler_angles(
                 self.signed(),
@@ -78,7 +78,7 @@ fn machine(seed: u64) -> Description {
     Description { name: "made & <up>".into(), builder: b, ..Description::default() }
 }
 
-/// q and v of one mechanism in the order of the other: by body, and by subhinge on the dummies before it.
+/// Returns q and v of one mechanism in the order of the other: by body, and by subhinge on the dummies before it.
 fn coordinates(of: &Multibody, like: &Multibody) -> (Vec<usize>, Vec<usize>) {
     let (mut q, mut v) = (Vec::new(), Vec::new());
     for b in of.bodies() {
@@ -172,7 +172,7 @@ fn a_description_with_shapes_joints_and_mimics_comes_back() {
     assert_eq!(first.shapes[0].color, second.shapes[0].color);
     assert_eq!(first.couplings, second.couplings);
     assert_eq!(first.joint("shoulder"), second.joint("shoulder"));
-    // Written twice it is the same text.
+    // Written twice, it is the same text.
     assert_eq!(
         write_urdf(&second).unwrap().text,
         write_urdf(&read_urdf(&written.text, &ReadOptions::default()).unwrap()).unwrap().text
@@ -189,7 +189,7 @@ fn what_urdf_cannot_say_is_refused_or_told() {
     };
     let error = write_urdf(&with(Hinge::ball())).expect_err("ball");
     assert_eq!(error.faults, [ExportFault::Ball { body: "a".into() }]);
-    assert!(error.to_string().contains("three hinges in a row are another mechanism"));
+    assert!(error.to_string().contains("a chain of three hinges is a different mechanism"));
     let error = write_urdf(&with(Hinge::screw(Vec3::x(), 0.1))).expect_err("screw");
     assert_eq!(error.faults, [ExportFault::Screw { body: "a".into() }]);
     let mut spaced = with(Hinge::free());
@@ -208,7 +208,7 @@ fn what_urdf_cannot_say_is_refused_or_told() {
     let geared = with(Hinge::pin(Vec3::x()).armature(0.1).gear(20.0).prescribed());
     let written = write_urdf(&geared).unwrap();
     assert_eq!(written.left_out.len(), 3, "{:?}", written.left_out);
-    // A node is a link of its own there.
+    // There, a node is a separate link.
     let back = read_urdf(&written.text, &ReadOptions::default()).unwrap();
     let tip = back.builder.bodies().iter().find(|b| b.name == "tip").unwrap();
     assert_eq!((tip.parent.as_str(), tip.hinge_in_parent), ("a", Pose::translation(1.0, 2.0, 3.0)));
@@ -216,7 +216,7 @@ fn what_urdf_cannot_say_is_refused_or_told() {
 
 #[test]
 fn mujoco_s_chains_become_links_of_urdf() {
-    // The lab has a ball; without it everything else is written.
+    // The lab contains a ball; without it, everything else is written.
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/lab.xml");
     let mut d = read_file(path, &ReadOptions::default()).unwrap();
     assert!(matches!(write_urdf(&d).expect_err("ball").faults[..], [ExportFault::Ball { .. }]));

@@ -1,5 +1,4 @@
-//! What fuzzing kept and what it found goes through the readers, and so do files damaged at random: no panic, and
-//! whatever is accepted builds.
+//! The corpus and the findings of fuzzing, and randomly damaged files, do not cause a panic in the readers, and every accepted file builds.
 
 use linkwork_formats::{
     Description, FormatError, ReadOptions, read_mjcf, read_sdf, read_urdf, write_urdf,
@@ -19,12 +18,12 @@ fn texts(folder: &str) -> Vec<String> {
     paths.iter().map(|p| String::from_utf8_lossy(&read(p)).into_owned()).collect()
 }
 
-/// True when the reader accepts it.
+/// Returns whether the reader accepts it.
 fn check(name: &str, reader: Reader, text: &str) -> bool {
     match reader(text, &ReadOptions::default()) {
         Ok(d) => {
             d.builder.build().unwrap_or_else(|e| panic!("{name} accepted\n{text}\n{e}"));
-            // What is written must be read again.
+            // The written file must be readable.
             if let Ok(urdf) = write_urdf(&d) {
                 let back = read_urdf(&urdf.text, &ReadOptions::default());
                 if let Err(e) = back {

@@ -1,7 +1,7 @@
-//! The work of reading grows with the length of a file and no faster.
+//! The work of reading is linear in the length of a file.
 use linkwork_formats::{Geometry, ReadOptions, read_urdf};
 
-/// dimforge and MuJoCo users: 8000 bodies in at most a second in an optimized build; here that the work is not that of the square.
+/// dimforge and MuJoCo users: 8000 bodies in at most a second in an optimized build; here the test is that the work is not quadratic.
 #[test]
 #[allow(clippy::disallowed_methods)]
 fn the_work_is_linear_in_the_number_of_links() {
@@ -38,7 +38,7 @@ fn the_work_is_linear_in_the_number_of_links() {
             |text: &str| drop(linkwork_formats::read_text(text, &ReadOptions::default()).unwrap());
         let (few, many) = (seconds(&|| read(&small)), seconds(&|| read(&large)));
         println!("{name}: {few} s for 1000 links, {many} s for 8000");
-        // Eight times the links: eight times the work and some for caches; 64 times would be the square.
+        // Eight times the links: eight times the work and some more for caches; quadratic work would be 64 times as much.
         assert!(many < 24.0 * few, "{name}: {few} and {many} s");
     }
     let d = read_urdf(&urdf(8000), &ReadOptions::default()).unwrap();

@@ -1,4 +1,4 @@
-//! Heights of ground: files that GDAL wrote, published files, labels of the Planetary Data System, and what is refused.
+//! Heights of ground: files written by GDAL, published files, labels of the Planetary Data System, and rejected files.
 use linkwork_formats::heights::{Heights, HeightsError, HeightsOptions, read_heights};
 use std::path::PathBuf;
 
@@ -19,7 +19,7 @@ fn file(name: &str, options: &HeightsOptions) -> Result<Heights, HeightsError> {
     })
 }
 
-/// A file of the reference data; without it the test says so and is skipped, and with `CI=true` it fails.
+/// Returns a file of the reference data; without it, the test prints a message and is skipped, and with `CI=true` it fails.
 fn reference(name: &str) -> Option<Vec<u8>> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference/terrain/");
     match std::fs::read(format!("{folder}{name}")) {
@@ -32,12 +32,12 @@ fn reference(name: &str) -> Option<Vec<u8>> {
     }
 }
 
-/// The height of column `i` and line `r` from the north that `tests/data/heights/make.py` wrote.
+/// Returns the height of column `i` and line `r` from the north, as in `tests/data/heights/make.py`.
 fn made(i: usize, r: usize) -> f32 {
     0.25 * ((7 * i + 13 * r) % 101 + i) as f32 - 10.0
 }
 
-/// That all heights are those of [`made`], within `within`, with the hole where there is one.
+/// Asserts that all heights are those of [`made`], within `within`, with the hole if there is one.
 fn is_made(name: &str, h: &Heights, hole: bool, within: f32) {
     assert_eq!((h.nx, h.ny, h.heights.len()), (NX, NY, NX * NY), "{name}");
     for r in 0..NY {
@@ -75,7 +75,7 @@ fn every_geotiff_of_gdal_has_its_heights_and_its_place() {
 
 #[test]
 fn pixels_that_are_points_and_feet_are_where_they_are() {
-    // GDAL writes a tie point at the centre of a pixel that is a point: the node is the same.
+    // GDAL writes a tie point at the centre of a point pixel: the node is the same.
     let point = file("f32_point.tif", &HeightsOptions::default()).unwrap();
     is_made("points", &point, true, 0.0);
     assert_eq!(point.origin, [1001.25, 1886.0]);
@@ -100,7 +100,7 @@ fn heights_in_feet_are_metres() {
 fn pixels_without_data_are_found_in_masks_sparse_tiles_and_special_pixels() {
     let options = HeightsOptions::default();
     is_made("mask", &file("f32_mask.tif", &options).unwrap(), true, 0.0);
-    // Only the first tile of 16 by 16 is stored; rasterio masks the other 817 of 1073 nodes, too.
+    // Only the first tile of 16 by 16 is stored; rasterio also masks the other 817 of 1073 nodes.
     let sparse = file("f32_sparse.tif", &options).unwrap();
     assert_eq!(sparse.heights.iter().filter(|h| h.is_nan()).count(), NX * NY - 256);
     assert_eq!(sparse.heights[(NY - 1) * NX + 7], made(7, 0));
@@ -114,7 +114,7 @@ fn pixels_without_data_are_found_in_masks_sparse_tiles_and_special_pixels() {
 
 #[test]
 fn heights_far_from_zero_keep_their_digits() {
-    // At the radius of the Moon 32 bits have steps of 12.5 cm.
+    // At the radius of the Moon, the resolution of 32 bits is 12.5 cm.
     for name in ["f64_radius.tif", "i16_radius_offset.tif"] {
         let mut h = file(name, &HeightsOptions::default()).unwrap();
         // The first height in the file is -10 m, of a radius of 1737400 m.
@@ -143,7 +143,7 @@ fn nodes_that_are_degrees_apart_have_metres_from_the_ellipsoid() {
     // pyproj 3.7.2, `Geod(a=3396190, rf=169.894447223612)`: 0.01 degrees of longitude at 18.45 degrees of latitude, and of latitude around it.
     let wanted = [562.610_7, 586.824_2];
     assert!((0..2).all(|k| (h.spacing[k] - wanted[k]).abs() < 2e-3), "{:?}", h.spacing);
-    // An ASCII grid whose nodes are seconds of arc apart is rejected when no projection says what they are.
+    // An ASCII grid with a spacing of seconds of arc is rejected without a projection.
     let seconds = "ncols 2\nnrows 2\nxllcorner -118\nyllcorner 34\ncellsize 0.0002777\n1 2\n3 4\n";
     let told = alone("a.asc", seconds.as_bytes()).unwrap_err().to_string();
     assert!(told.contains("degrees apart"), "{told}");
@@ -163,7 +163,7 @@ fn compressions_are_read_or_named_with_the_command_that_helps() {
 fn grids_and_points_as_text_are_the_same_heights() {
     for name in ["grid.asc", "grid.xyz"] {
         let h = file(name, &HeightsOptions::default()).unwrap();
-        // The list of points has the no-data value as a height.
+        // The list of points contains the no-data value as a height.
         is_made(name, &h, name == "grid.asc", if name == "grid.asc" { 0.0 } else { 1e6 });
         assert_eq!((h.spacing, h.origin), ([2.5, 4.0], [1001.25, 1886.0]), "{name}");
     }
@@ -179,7 +179,10 @@ fn grey_pictures_go_from_black_to_white() {
         let h = file(name, &options).unwrap();
         is_made(name, &h, false, 4e-6);
         let told = file(name, &HeightsOptions::default()).unwrap_err().to_string();
-        assert!(told.contains("has no scale") && told.contains("spacing: (0.1, 0.1)"), "{told}");
+        assert!(
+            told.contains("does not have a scale") && told.contains("spacing: (0.1, 0.1)"),
+            "{told}"
+        );
     }
 }
 
@@ -207,10 +210,10 @@ fn labels_of_pds4_lead_to_their_data() {
         ("<elements>1<", "<elements>3<", "3 bands"),
         ("Last Index Fastest", "First Index Fastest", "First Index Fastest"),
         ("pds4_i16.img", "lost.img", "its data file `lost.img`"),
-        ("<elements>29<", "<elements>290<", "cannot hold the 37 by 290"),
-        ("m/pixel", "deg/pixel", "a degree is no length"),
-        ("m/pixel", "ell/pixel", "`ell/pixel` is no unit"),
-        ("<missing_constant>-32768", "<missing_constant>none", "`none` is no sample"),
+        ("<elements>29<", "<elements>290<", "cannot contain 37 by 290"),
+        ("m/pixel", "deg/pixel", "a degree is not a length"),
+        ("m/pixel", "ell/pixel", "`ell/pixel` is not a known unit"),
+        ("<missing_constant>-32768", "<missing_constant>none", "`none` is not a sample"),
         ("Array_3D_Image", "Table_Binary", "0 arrays"),
     ] {
         let told = with(from, to).unwrap_err().to_string();
@@ -218,7 +221,7 @@ fn labels_of_pds4_lead_to_their_data() {
     }
 }
 
-/// A PDS3 label; `more` stands in the object IMAGE.
+/// Returns a PDS3 label; `more` is in the object IMAGE.
 fn label(pointer: &str, kind: &str, bits: u32, more: &str) -> String {
     format!(
         "PDS_VERSION_ID = PDS3\r\nRECORD_TYPE = FIXED_LENGTH\r\nRECORD_BYTES = 100\r\n{pointer}\r\n\
@@ -230,7 +233,7 @@ fn label(pointer: &str, kind: &str, bits: u32, more: &str) -> String {
     )
 }
 
-/// The samples s of [`made`], h = 0.25 s - 10, with -32768 at the hole, as each type has them.
+/// The samples s of [`made`], h = 0.25 s - 10, with -32768 at the hole, in each type.
 fn samples(one: impl Fn(f64) -> Vec<u8>, hole: &[u8]) -> Vec<u8> {
     let of = |k: usize| match (k % NX, k / NX) {
         (5, 3) => hole.to_vec(),
@@ -319,7 +322,7 @@ fn images_of_pds3_have_their_heights_in_every_type() {
         let shifted = [vec![7; 200], bytes.clone()].concat();
         let h = read("x.lbl", second.as_bytes(), &shifted).unwrap();
         is_made(kind, &h, true, 0.0);
-        // The image is named, and its label lies beside it.
+        // The file name is that of the image, and its label is in the same folder.
         let whole = label("^IMAGE = \"X.IMG\"", kind, bits, &more);
         is_made(kind, &read("x.img", &bytes, whole.as_bytes()).unwrap(), true, 0.0);
     }
@@ -334,27 +337,27 @@ fn labels_of_pds3_are_refused_with_the_line_and_the_remedy() {
         (
             "MSB_INTEGER",
             "VAX_REAL",
-            "line 10: heights are not read from samples of 16 bits of the type VAX_REAL",
+            "line 10: samples of 16 bits of the type VAX_REAL are not supported",
         ),
         ("BANDS = 1", "BANDS = 3", "3 bands"),
-        ("BANDS = 1", "ENCODING_TYPE = HUFFMAN", "the encoding HUFFMAN is not read"),
-        ("BANDS = 1", "UNIT = FURLONG", "`FURLONG` is no unit"),
-        ("BANDS = 1", "OFFSET = much", "`much` is no number of OFFSET"),
+        ("BANDS = 1", "ENCODING_TYPE = HUFFMAN", "the encoding HUFFMAN is not supported"),
+        ("BANDS = 1", "UNIT = FURLONG", "`FURLONG` is not a known unit"),
+        ("BANDS = 1", "OFFSET = much", "`much` is not a valid number for OFFSET"),
         ("BANDS = 1", "NOTE = \"open", "does not end"),
-        ("LINES = 29", "LINES = 30", "cannot hold the 37 by 30"),
+        ("LINES = 29", "LINES = 30", "cannot contain 37 by 30"),
         ("LINES = 29", "LINES = 1e15", "are too many"),
-        ("LINES = 29", "LINES = -1", "-1 is no number of LINES"),
+        ("LINES = 29", "LINES = -1", "-1 is not a valid number for LINES"),
         (
             "MAP_SCALE = 2.5 <M/PIXEL>",
             "MAP_RESOLUTION = 4 <PIXEL/DEGREE>",
             "0.25 by 0.25 degrees apart",
         ),
-        ("MAP_SCALE = 2.5 <M/PIXEL>", "", "the label has no scale"),
-        ("MAP_SCALE = 2.5 ", "MAP_SCALE = 0 ", "the distance of nodes is 0"),
-        ("^IMAGE", "^TABLE", "the label has no ^IMAGE"),
-        ("\"A.IMG\"", "(\"A.IMG\", 0)", "places are counted from 1"),
-        ("\"A.IMG\"", "(\"A.IMG\", 99999999999999)", "cannot hold"),
-        ("\r\nEND\r\n", "\r\n", "the label has no END"),
+        ("MAP_SCALE = 2.5 <M/PIXEL>", "", "the label does not have a scale"),
+        ("MAP_SCALE = 2.5 ", "MAP_SCALE = 0 ", "the distance between nodes is 0"),
+        ("^IMAGE", "^TABLE", "the label lacks ^IMAGE"),
+        ("\"A.IMG\"", "(\"A.IMG\", 0)", "positions begin at 1"),
+        ("\"A.IMG\"", "(\"A.IMG\", 99999999999999)", "cannot contain"),
+        ("\r\nEND\r\n", "\r\n", "the label lacks END"),
     ] {
         let text = fine.replace(from, to);
         assert_ne!(text, fine, "{from}");
@@ -390,7 +393,7 @@ fn degrees_bands_and_turned_rows_are_refused_with_the_remedy() {
     assert_eq!((h.spacing, h.origin), ([2.0, 3.0], [6.0, 7.0 - 4.5]));
     let nothing = raster::Tiff { scale: None, ..raster::Tiff::of(3, 2) };
     let told = alone("a.tif", &nothing.bytes(&[1.0; 6])).unwrap_err().to_string();
-    assert!(told.contains("no scale"), "{told}");
+    assert!(told.contains("not have a scale"), "{told}");
     let degrees = "GEOGCS[\"GCS\",UNIT[\"Degree\",0.0174532925199433]]";
     let grid = std::fs::read(data().join("grid.asc")).unwrap();
     let told = read("grid.asc", &grid, degrees.as_bytes()).unwrap_err().to_string();
@@ -405,39 +408,39 @@ fn texts_are_refused_with_their_line() {
         ("nrows 2", "nrows 3", "it ends after 6 heights of 3 by 3"),
         ("nrows 2", "nrows 1e9", "too many"),
         ("nrows 2", "", "nrows: it is missing"),
-        ("nrows 2", "nrows two", "line 2: `two` is no number"),
+        ("nrows 2", "nrows two", "line 2: `two` is not a number"),
         ("nrows 2", "nrows 2\nnrows 2", "line 3: `nrows` is written twice"),
-        ("nrows 2", "nlines 2", "line 2: the header has no entry `nlines`"),
-        ("cellsize 5", "cellsize -5", "the distance of nodes is -5"),
-        ("cellsize 5", "", "has no scale"),
+        ("nrows 2", "nlines 2", "line 2: the header lacks the entry `nlines`"),
+        ("cellsize 5", "cellsize -5", "the distance between nodes is -5"),
+        ("cellsize 5", "", "does not have a scale"),
         ("4 5 6", "4 5 6 7", "line 5: there are more heights than 3 by 2"),
-        ("4 5 6", "4 x 6", "line 5: `x` is no height"),
+        ("4 5 6", "4 x 6", "line 5: `x` is not a height"),
         ("4 5 6", "4 inf 6", "column 1, row 1 is infinite"),
         ("4 5 6", "4 1e39 6", "column 1, row 1 is infinite"),
     ] {
         let told = alone("a.asc", asc.replace(from, to).as_bytes()).unwrap_err().to_string();
         assert!(told.contains(wanted), "{from} -> {to}: {told}");
     }
-    // In any order, with a hole, names of columns, notes and commas.
+    // In any order, with a hole, names of columns, comments and commas.
     let xyz = "x,y,z\n# a note\n10,0,4\n0,5,1\n10,5,3\n0,0,2\n20,0,5\n";
     let h = alone("a.xyz", xyz.as_bytes()).unwrap();
     assert_eq!((h.nx, h.ny, h.spacing), (3, 2, [10.0, 5.0]));
     assert_eq!(&h.heights[..5], [2.0, 4.0, 5.0, 1.0, 3.0]);
     assert!(h.heights[5].is_nan());
     for (from, to, wanted) in [
-        ("10,5,3", "13,5,3", "is on no node"),
-        ("10,5,3", "0,5,3", "line 5: line 4 gives the same node another height"),
-        ("10,5,3", "10,5", "line 5: it is no point"),
-        ("10,5,3", "10,5,3,1", "line 5: it is no point"),
+        ("10,5,3", "13,5,3", "is not at a node"),
+        ("10,5,3", "0,5,3", "line 5: line 4 has another height for the same node"),
+        ("10,5,3", "10,5", "line 5: it is not a point"),
+        ("10,5,3", "10,5,3,1", "line 5: it is not a point"),
         ("10,5,3", "1e9,5,3", "nodes"),
-        ("0,5,1\n10,5,3\n", "", "all points have one y"),
+        ("0,5,1\n10,5,3\n", "", "all points have the same y"),
     ] {
         let told = alone("a.xyz", xyz.replace(from, to).as_bytes()).unwrap_err().to_string();
         assert!(told.contains(wanted), "{from} -> {to}: {told}");
     }
-    // A few points far apart are no grid of millions of nodes.
+    // A few points far apart are not a grid of millions of nodes.
     let told = alone("a.xyz", b"0 0 1\n1 0 1\n5000 5000 1\n0 1 1\n").unwrap_err().to_string();
-    assert!(told.contains("cannot hold the 5001 by 5001"), "{told}");
+    assert!(told.contains("cannot contain 5001 by 5001"), "{told}");
     let told = alone("a.ply", b"").unwrap_err().to_string();
     assert!(told.contains("`a.ply`") && told.contains(".asc"), "{told}");
 }
@@ -475,7 +478,7 @@ fn published_files_are_read() {
         let grey = HeightsOptions { range: [0.0, 255.0], ..grey };
         let h = read_heights("bump.bmp", &bytes, &grey, &mut |_| Err(String::new())).unwrap();
         assert_eq!((h.nx, h.ny), (64, 64));
-        // As GDAL reads it; rows are counted from the north there.
+        // As in GDAL, where rows are counted from the north.
         assert_eq!(h.heights.iter().sum::<f32>(), 217_104.0);
         for (i, row, grey) in [(20, 10, 42.0), (10, 20, 22.0), (33, 40, 171.0), (33, 28, 245.0)] {
             assert_eq!(value(&h, i, 63 - row), grey, "{i} {row}");

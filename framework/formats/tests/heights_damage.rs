@@ -1,5 +1,5 @@
-//! Files of heights that say more than they hold, that are cut, and that are damaged: refused or read, never a panic, and
-//! no memory for what a header claims.
+//! Height files with wrong sizes, truncated and damaged files: they are rejected or read without a panic, and without allocating the memory that a
+//! header claims.
 #![allow(clippy::unwrap_used)]
 use linkwork_formats::heights::{Heights, HeightsError, HeightsOptions, read_heights};
 
@@ -9,7 +9,7 @@ mod mutate;
 mod raster;
 use raster::{Tiff, alone, bmp, png, png_of};
 
-/// Memory is that of the process: tests that look at it go one after another.
+/// The memory is that of the process: tests that measure it run one after another.
 static ALONE: std::sync::Mutex<()> = std::sync::Mutex::new(());
 
 fn by_itself() -> std::sync::MutexGuard<'static, ()> {
@@ -41,7 +41,7 @@ fn a_file_that_says_more_than_it_holds_takes_no_memory() {
     assert!(matches!(told, HeightsError::TooMany { .. }), "{told}");
     let told = grey("a.bmp", &bmp(100, 100, 8, &[], &[0; 9999])).unwrap_err();
     assert!(matches!(told, HeightsError::Short { .. }), "{told}");
-    // Small ones are refused by what decodes them.
+    // The decoder rejects small ones.
     assert!(grey("a.png", &png_of(50, 50)).is_err());
     assert!(grey("a.tif", &Tiff::of(50, 50).bytes(&[1.0; 2499])).is_err());
     assert!(grey("a.tif", &Tiff::of(50, 50).bytes(&[1.0; 2500])).is_ok());
@@ -50,7 +50,7 @@ fn a_file_that_says_more_than_it_holds_takes_no_memory() {
     }
 }
 
-/// A deflate bomb: 400 MB of zeros in 400 kB, which say that they are a small picture, and a large one.
+/// A deflate bomb: 400 MB of zeros in 400 kB, which claims to be a small image, and a large one.
 #[test]
 fn a_bomb_is_unpacked_as_far_as_its_picture_goes() {
     let _alone = by_itself();
@@ -62,7 +62,7 @@ fn a_bomb_is_unpacked_as_far_as_its_picture_goes() {
     let packed = pack.finish().unwrap();
     let file = |width: u32, height: u32| {
         let mut bytes = Tiff::of(width, height).bytes(&[]);
-        // The compression's tag (259) is the fourth of the directory, at byte 8; the strip's place and length the sixth and ninth.
+        // The compression's tag (259) is the fourth of the directory, at byte 8; the strip's offset and length are the sixth and ninth.
         let entry = |k: usize| 8 + 2 + 12 * k + 8;
         let start = bytes.len() as u32;
         bytes[entry(3)..entry(3) + 4].copy_from_slice(&8u32.to_le_bytes());
@@ -95,7 +95,7 @@ fn pictures_that_are_not_grey_are_refused_and_transparent_pixels_are_holes() {
     assert!(told.unwrap_err().to_string().contains("half-transparent"));
 
     let two = [[0, 0, 0, 0], [255, 255, 255, 0]];
-    // One bit a pixel, the lower line first: 0 1 / 1 0.
+    // One bit per pixel, the lower line first: 0 1 / 1 0.
     let bits = bmp(2, 2, 1, &two, &[0b0100_0000, 0, 0, 0, 0b1000_0000, 0, 0, 0]);
     assert_eq!(grey("a.bmp", &bits).unwrap().heights, [-1.0, 4.0, 4.0, -1.0]);
     let top = bmp(2, -2, 1, &two, &[0b0100_0000, 0, 0, 0, 0b1000_0000, 0, 0, 0]);
@@ -107,9 +107,9 @@ fn pictures_that_are_not_grey_are_refused_and_transparent_pixels_are_holes() {
     let colour = bmp(2, 2, 24, &[], &[0, 0, 0, 255, 255, 255, 0, 0, 51, 51, 51, 102, 9, 102, 0, 0]);
     let told = grey("a.bmp", &colour).unwrap_err().to_string();
     assert!(told.contains("colours (column 1, row 0)"), "{told}");
-    // A palette that is shorter than its numbers.
+    // A palette with too few entries.
     let short = bmp(2, 2, 8, &two, &[0, 1, 0, 0, 2, 0, 0, 0]);
-    assert!(grey("a.bmp", &short).unwrap_err().to_string().contains("cut off"));
+    assert!(grey("a.bmp", &short).unwrap_err().to_string().contains("truncated"));
     let mut packed = bits.clone();
     packed[30] = 1;
     assert!(grey("a.bmp", &packed).unwrap_err().to_string().contains("compressed"));
@@ -139,7 +139,7 @@ fn missing_cells_are_found_even_when_their_text_is_not_an_f32() {
     assert!(told.contains("`none` is not a number"), "{told}");
 }
 
-/// The files that GDAL wrote, with the ending that says what they are.
+/// Returns the files written by GDAL, with their extension.
 fn seeds(ending: &str) -> Vec<Vec<u8>> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/heights");
     let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|f| f.unwrap().path()).collect();

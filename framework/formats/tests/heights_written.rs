@@ -1,4 +1,4 @@
-//! What is written is read again, digit for digit.
+//! Written files read back, digit for digit.
 use linkwork_formats::heights::{
     GeoTiff, Heights, HeightsOptions, Map, read_heights, write_ascii, write_geotiff, write_png,
 };

@@ -1,5 +1,5 @@
-//! MJCF: against MuJoCo 4.0 (`data/lab.json` was computed by its Python package from `data/lab.xml`), by hand,
-//! and every refusal.
+//! MJCF: compared with MuJoCo 4.0 (`data/lab.json` was computed by its Python package from `data/lab.xml`) and with values computed by hand, and
+//! every error.
 
 use linkwork_dynamics::{Tree, Workspace, kinematics, mass_matrix};
 use linkwork_formats::multibody::{Hinge, SubhingeKind};
@@ -35,7 +35,7 @@ fn close(a: &[f64], b: &[f64], tol: f64, what: &str) {
     }
 }
 
-/// MuJoCo's q of a state in our order.
+/// Converts MuJoCo's q of a state to our order.
 fn our_q(d: &Description, json: &Value, state: &Value) -> Vec<f64> {
     let mbs = d.builder.build().unwrap();
     let (theirs, mut q) = (nums(&state["q"]), vec![f64::NAN; mbs.nq()]);
@@ -127,8 +127,8 @@ fn limits_constraints_and_shapes_are_kept() {
             close(&[s.limits.lower, s.limits.upper], &range, 1e-16, &joint.name);
         }
     }
-    // a and b share a hinge; the slide b stands 0.1 m out when its coordinate is 0, so that c, whose anchor
-    // is where b = 0.1, needs a massless body between; d has an anchor of its own.
+    // a and b share a hinge; the slide b is displaced by 0.1 m when its coordinate is 0, so c, whose anchor is at b = 0.1, needs a massless body in
+    // between; d has its own anchor.
     let names: Vec<(&str, usize)> = ["a", "b", "c", "d"]
         .map(|n| d.joint(n).unwrap())
         .map(|j| (j.body.as_str(), j.subhinge))
@@ -177,7 +177,7 @@ fn loops_close_in_the_configuration_of_the_file() {
 fn what_is_not_used_is_listed() {
     let (d, _) = lab();
     let list: Vec<&str> = d.ignored.iter().map(|i| i.what.as_str()).collect();
-    assert_eq!(list, ["a site on the world is no node"], "{:#?}", d.ignored);
+    assert_eq!(list, ["a site on the world is not a node"], "{:#?}", d.ignored);
 }
 
 const HEAD: &str = "<mujoco><worldbody>\n";
@@ -200,18 +200,18 @@ fn all_mistakes_at_once() {
     let error = refused(text).to_string();
     for part in [
         ":2:16: body `a`: `pos` is `1 2`, not 3 finite numbers",
-        ":3:7: body `a` is defined again; first at <text>:2:1",
+        ":3:7: body `a` is defined again; the first definition is at <text>:2:1",
         "is `boxx`, not a type of geom\n  help: did you mean `box`?",
-        ":4:7: body name `world` is not usable",
-        "has no `size`",
-        "names the class `arm`, which is not there",
-        "joint `c_joint1` is of the unknown type `hinges`\n  help: did you mean `hinge`?",
+        ":4:7: body name `world` is not allowed",
+        "lacks `size`",
+        "refers to the class `arm`, which does not exist",
+        "joint `c_joint1` has the unknown type `hinges`\n  help: did you mean `hinge`?",
         "`size` is `1 2`, not 3 to 10 finite numbers",
-        "`axis` is `0 0 0`, not a vector with a direction",
+        "`axis` is `0 0 0`, not a nonzero vector",
         "body `d`: <inertial>: largest principal moment 5",
         "`range` is `3 1`, not a range",
-        "body `e` has a free joint and others",
-        "names the mesh `wheel`, which is not there",
+        "body `e` has a free joint and other joints",
+        "refers to the mesh `wheel`, which does not exist",
         "is free, but body `g` is not in <worldbody>",
         "not positive lengths",
     ] {
@@ -230,17 +230,17 @@ fn classes_and_equalities_that_lead_nowhere_are_refused() {
 <weld site1="s" site2="t"/><joint joint1="k"/><joint/><tendon tendon1="t"/></equality></mujoco>"#;
     let error = read_mjcf(text, &ReadOptions::default()).expect_err("refused").to_string();
     for part in [
-        "a nested <default> has no `class`",
+        "a nested <default> lacks `class`",
         "class `x` is defined again",
         "`angle` is `grad`",
         "`eulerseq` is `xy`, not three of",
         "`coordinate` is `global`",
-        "names the body `b`",
-        "has no `anchor`",
-        "names the site `s`",
-        "names the hinge or slide joint `k`",
-        "has no `joint1`",
-        "names the fixed tendon `t`",
+        "refers to the body `b`",
+        "lacks `anchor`",
+        "refers to the site `s`",
+        "refers to the hinge or slide joint `k`",
+        "lacks `joint1`",
+        "refers to the fixed tendon `t`",
     ] {
         assert!(error.contains(part), "not there: {part}\n{error}");
     }
@@ -265,23 +265,23 @@ fn includes_are_replaced_and_rings_are_found() {
         d.ignored[0].file.ends_with("arm.xml")
             && d.ignored[0].what.starts_with("attribute poz=\"1\"")
     );
-    // A mistake in an included file is told with that file's name.
+    // A mistake in an included file is reported with the name of that file.
     write("arm.xml", "<mujocoinclude>\n<body name=\"b\" pos=\"x\"/></mujocoinclude>");
     let error = read_file(dir.path().join("main.xml"), &ReadOptions::default()).expect_err("pos");
     assert!(error.to_string().contains("arm.xml:2:16: body `b`: `pos` is `x`"), "{error}");
     write("arm.xml", "<mujocoinclude><include file=\"main.xml\"/></mujocoinclude>");
     let error = read_file(dir.path().join("main.xml"), &ReadOptions::default()).expect_err("ring");
-    assert!(error.to_string().contains("include each other in a ring"), "{error}");
+    assert!(error.to_string().contains("include each other in a circle"), "{error}");
     write(
         "main.xml",
         &main("<include file=\"none.xml\"/><include file=\"w.xml\"/><include file=\"w.xml\"/>"),
     );
     write("w.xml", "<mujocoinclude/>");
     let error = read_file(dir.path().join("main.xml"), &ReadOptions::default()).expect_err("none");
-    assert!(error.to_string().contains("names the file `none.xml`"), "{error}");
+    assert!(error.to_string().contains("refers to the file `none.xml`"), "{error}");
     assert!(error.to_string().contains("`w.xml` is included a second time"), "{error}");
     let error = read_mjcf(&main("<include file=\"a.xml\"/>"), &ReadOptions::default());
-    assert!(error.expect_err("no file").to_string().contains("came without a file"));
+    assert!(error.expect_err("no file").to_string().contains("does not have a file"));
 }
 
 #[test]

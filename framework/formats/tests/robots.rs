@@ -1,5 +1,4 @@
-//! Published robots: what is read from their URDF against Pinocchio's values for the same files,
-//! and two rovers without such values.
+//! Published robots: their URDF compared with Pinocchio's values for the same files, and two rovers without such values.
 
 use linkwork_dynamics::{Tree, Workspace, forward_dynamics, inverse_dynamics};
 use linkwork_formats::multibody::{BodyId, Multibody};
@@ -16,7 +15,7 @@ fn path(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// Whether a file of the reference data is there; without it the test says so and is skipped, and where `CI` is set it fails.
+/// Whether a file of the reference data exists; without it, the test prints a message and is skipped, and with `CI` it fails.
 fn there(name: &str) -> bool {
     let there = path(name).is_file();
     if !there {
@@ -26,7 +25,7 @@ fn there(name: &str) -> bool {
     there
 }
 
-/// The description and the reference values.
+/// Returns the description and the reference values.
 fn robot(name: &str) -> Option<(Description, Value)> {
     let file = format!("{name}.json");
     if !there(&file) {
@@ -51,7 +50,7 @@ fn mat3(v: &Value) -> Mat3 {
     Mat3::from_row_slice(&rows)
 }
 
-/// Largest difference; NaN counts as infinite.
+/// Returns the largest difference; NaN counts as infinite.
 fn apart(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     let worst = |w: f64, (x, y): (&f64, &f64)| match (x - y).abs() {
@@ -61,7 +60,7 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, worst)
 }
 
-/// The body and all that is welded to it, about its frame.
+/// Returns the body and all bodies welded to it, about its frame.
 fn merged(mbs: &Multibody, body: BodyId) -> RigidInertia {
     let mut sum = *mbs.get(body).inertia();
     for child in mbs.body_ids().filter(|b| mbs.get(*b).parent() == Some(body)) {
@@ -74,7 +73,7 @@ fn merged(mbs: &Multibody, body: BodyId) -> RigidInertia {
     sum
 }
 
-/// The body of a joint of the reference.
+/// Returns the body of a joint of the reference.
 fn body_of(d: &Description, mbs: &Multibody, joint: &str) -> BodyId {
     match d.joint(joint) {
         Some(j) => mbs.body(&j.body).unwrap(),
@@ -82,7 +81,7 @@ fn body_of(d: &Description, mbs: &Multibody, joint: &str) -> BodyId {
     }
 }
 
-/// Placements, axes and merged mass properties, from the reference's table of joints.
+/// Compares poses, axes and merged mass properties with the reference's table of joints.
 fn check_structure(d: &Description, mbs: &Multibody, json: &Value) {
     let poses = mbs.body_poses(&mbs.neutral_q());
     let joints = json["joints"].as_array().unwrap();
@@ -115,7 +114,7 @@ fn check_structure(d: &Description, mbs: &Multibody, json: &Value) {
     }
 }
 
-/// Where the reference's numbers are in ours: v and q.
+/// Returns the positions of the reference's numbers in ours: v and q.
 fn maps(d: &Description, mbs: &Multibody, json: &Value) -> (Vec<usize>, Vec<usize>) {
     let (mut v, mut q) = (Vec::new(), Vec::new());
     for j in json["joints"].as_array().unwrap() {
@@ -138,7 +137,7 @@ fn scatter(x: &Value, map: &[usize]) -> Vec<f64> {
     out
 }
 
-/// Forward and inverse dynamics of the mechanism that was read, every state of the reference.
+/// Compares forward and inverse dynamics in every state of the reference.
 fn check_dynamics(d: &Description, mbs: &Multibody, json: &Value) -> f64 {
     let tree = Tree::new(mbs);
     let mut ws = Workspace::new(&tree);
@@ -197,7 +196,7 @@ fn chain_of_ten() {
     check("chain10_rand");
 }
 
-/// Without an option, too: its links that no body has are told, with their numbers, and are those of the file; on request they are refused.
+/// Also without an option: its unphysical links are reported, with their numbers, and have the values of the file; on request they are rejected.
 #[test]
 fn iiwa7_is_read_with_warnings() {
     if !there("iiwa7.urdf") {
@@ -210,7 +209,9 @@ fn iiwa7_is_read_with_warnings() {
         assert!(line.contains("link `lbr_iiwa_link_"), "{line}");
         assert!(
             line.chars().any(|c| c.is_ascii_digit())
-                && (line.contains("taken") || line.contains("left out")),
+                && (line.contains("unchanged")
+                    || line.contains("replaced")
+                    || line.contains("ignored")),
             "{line}"
         );
     }
@@ -246,9 +247,9 @@ fn husky_rolls_on_four_wheels() {
         };
         assert_eq!((radius, length), (0.1651, 0.1143));
     }
-    // Meshes of a package that is not here are warnings.
+    // Meshes of a missing package are warnings.
     assert!(
-        d.ignored.iter().any(|i| i.what.contains("in which folder their packages are")),
+        d.ignored.iter().any(|i| i.what.contains("specify the folder of their packages")),
         "{:?}",
         d.ignored
     );
@@ -272,7 +273,7 @@ fn leo_has_a_differential_that_is_fixed() {
     let s = mbs.get(mbs.body("wheel_FL_link").unwrap()).subhinges()[0].subhinge;
     assert_eq!(s.kind.axis(), Some(-Vec3::y()));
     assert_eq!((s.limits.rate, s.limits.effort), (6.0, 2.0));
-    // The rocker joint is fixed in this file, so that its mimic says nothing, and that is said.
+    // The rocker joint is fixed in this file, so its mimic has no effect, which is reported.
     assert!(d.couplings.is_empty());
     let unused = d.ignored.iter().find(|i| i.path == "robot/joint[rocker_R_joint]/mimic").unwrap();
     assert_eq!(unused.what, "element <mimic>");

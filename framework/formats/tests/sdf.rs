@@ -1,4 +1,4 @@
-//! SDF: poses relative to anything, joints, loops, gearboxes, and every refusal.
+//! SDF: poses relative to anything, joints, loops, gearboxes, and every error.
 
 use linkwork_formats::multibody::{Hinge, Limits, Multibody, SubhingeKind};
 use linkwork_formats::spatial::{Pose, Quat, Vec3};
@@ -50,7 +50,7 @@ fn hinge_frames_are_where_the_file_shows_them() {
     let j = rpy(0.3, 0.0, 0.0, [0.1, 0.0, 0.2]);
     same(&at(&mbs, &[0.0], "a"), &(model * a));
     same(&at(&mbs, &[0.0], "b"), &(model * b));
-    // Turned by hand: X_Wb(q) = X_WJ R(q) X_bJ⁻¹.
+    // Rotated by hand: X_Wb(q) = X_WJ R(q) X_bJ⁻¹.
     let turn = Quat::from_scaled_axis(Vec3::new(0.0, 0.6, 0.8) * 0.7);
     same(&at(&mbs, &[0.7], "b"), &(model * b * j * Pose::rotation(turn) * j.inverse()));
     let s = mbs.get(mbs.body("b").unwrap()).subhinges()[0].subhinge;
@@ -76,7 +76,7 @@ fn frames_of_any_kind_may_carry_a_pose() {
         &at(&mbs, &[0.0], "a"),
         &Pose::new(Quat::from_euler_angles(0.0, 0.0, 90f64.to_radians()), Vec3::z()),
     );
-    // x of a is y of the model: j stands at (0, 2, 1), b one more along y of a, which is −x.
+    // x of a is y of the model: j is at (0, 2, 1), b one more along y of a, which is −x.
     let b = at(&mbs, &[0.0], "b").position;
     assert!((b - Vec3::new(-1.0, 2.0, 1.0)).amax() < 1e-15, "{b}");
     let moved = at(&mbs, &[0.5], "b").position;
@@ -107,7 +107,7 @@ fn every_joint_type_becomes_its_hinge() {
     let both = format!("{axis}{axis2}");
     assert_eq!(joint("universal", &both), Hinge::universal(Vec3::z(), Vec3::y()));
     assert_eq!(joint("revolute2", &both), Hinge::universal(Vec3::z(), Vec3::y()));
-    // 0.5 m a turn, right-handed; the older element writes the same as −4π rad/m.
+    // 0.5 m per revolution, right-handed; the older element writes the same as −4π rad/m.
     let turn = 2.0 * std::f64::consts::PI;
     let screw = joint("screw", &format!("{axis}<screw_thread_pitch>0.5</screw_thread_pitch>"));
     assert_eq!(screw, Hinge::screw(Vec3::z(), 0.5 / turn));
@@ -151,7 +151,7 @@ fn several_and_nested_models_have_their_names_in_front() {
     assert_eq!(d.joints[0].name, "x::j");
     assert_eq!(mbs.get_node(mbs.node("x::n::f").unwrap()).pose().position, Vec3::y());
     assert_eq!(d.ignored.len(), 1);
-    assert!(d.ignored[0].what.starts_with("the include of `model://sun` is not there: "));
+    assert!(d.ignored[0].what.starts_with("the include of `model://sun` was not found: "));
 }
 
 #[test]
@@ -248,7 +248,7 @@ fn all_mistakes_at_once() {
 <joint name="n" type="ball"><parent>a</parent></joint>
 </model></sdf>"#;
     let error = refused(text).to_string();
-    for part in ["link `b`: <pose> is `1 2 3`, not 6 finite numbers", "joint `n` has no <child>"] {
+    for part in ["link `b`: <pose> is `1 2 3`, not 6 finite numbers", "joint `n` lacks <child>"] {
         assert!(error.contains(part), "not there: {part}\n{error}");
     }
     let text = text
@@ -257,10 +257,10 @@ fn all_mistakes_at_once() {
     let error = refused(&text).to_string();
     for part in [
         ":2:16: link `a`: <inertial>: mass -1 kg is negative",
-        "<sphere> has no <radius>",
-        "joint `j` is of the unknown type `revolut`\n  help: did you mean `revolute`?",
-        "joint `k` has no <screw_thread_pitch>",
-        "is `0 0 0`, not a vector with a direction",
+        "<sphere> lacks <radius>",
+        "joint `j` has the unknown type `revolut`\n  help: did you mean `revolute`?",
+        "joint `k` lacks <screw_thread_pitch>",
+        "is `0 0 0`, not a nonzero vector",
     ] {
         assert!(error.contains(part), "not there: {part}\n{error}");
     }
@@ -276,21 +276,21 @@ fn names_that_lead_nowhere_and_rings_are_refused() {
     };
     has(
         "<link name=\"a\"><pose relative_to=\"bb\"/></link><link name=\"b\"/>",
-        "names the frame `bb`",
+        "refers to the frame `bb`",
     );
     has("<link name=\"a\"/><link name=\"a\"/>", "link `a` is defined again");
     has("<link name=\"a\"/><frame name=\"a\"/>", "frame `a` is defined again");
-    has("<link name=\"__a__\"/>", "not usable");
-    has("<link name=\"world\"/>", "not usable");
-    has("", "has no <model> with a <link>");
+    has("<link name=\"__a__\"/>", "not allowed");
+    has("<link name=\"world\"/>", "not allowed");
+    has("", "lacks <model> with a <link>");
     has(
         "<link name=\"a\"><pose relative_to=\"b\"/></link><link name=\"b\"><pose relative_to=\"a\"/></link>",
-        "relative to each other in a ring: m::a -> m::b -> m::a",
+        "relative to each other in a circle: m::a -> m::b -> m::a",
     );
     has(
         "<link name=\"a\"/><frame name=\"f\" attached_to=\"g\"><pose relative_to=\"a\"/></frame>\
          <frame name=\"g\" attached_to=\"f\"><pose relative_to=\"a\"/></frame>",
-        "attached to each other in a ring",
+        "attached to each other in a circle",
     );
     has(
         "<link name=\"a\"/><link name=\"b\"/><joint name=\"j\" type=\"ball\"><parent>a</parent><child>b</child></joint>\
@@ -303,7 +303,7 @@ fn names_that_lead_nowhere_and_rings_are_refused() {
     );
     has(
         "<link name=\"a\"/><joint name=\"j\" type=\"ball\"><parent>a</parent><child>c</child></joint>",
-        "joint `j`: <child> names the frame `c`",
+        "joint `j`: <child> refers to the frame `c`",
     );
 }
 

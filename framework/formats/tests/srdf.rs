@@ -1,4 +1,4 @@
-//! SRDF: groups, pairs that do not collide, and what is wrong with a file.
+//! SRDF: groups, pairs that do not collide, and errors in a file.
 
 use linkwork_formats::{Group, ReadOptions, read_srdf, read_srdf_file};
 

@@ -1,4 +1,4 @@
-//! URDF: what is read, and every refusal with its place.
+//! URDF: its contents, and every error with its position.
 
 use linkwork_formats::multibody::{Friction, Hinge, Limits};
 use linkwork_formats::spatial::{InertiaCheck, Pose, Quat, Vec3};
@@ -36,7 +36,7 @@ fn every_joint_type_becomes_its_hinge() {
         * Quat::from_axis_angle(&Vec3::x_axis(), 0.4);
     assert!(upper.hinge_in_parent().rotation.angle_to(&turn) < 1e-7);
     assert_eq!(upper.hinge_in_parent().position, Vec3::new(0.1, 0.2, 0.3));
-    // A quarter turn about z exchanges the first two moments.
+    // A quarter turn about z swaps the first two moments.
     let mass = upper.mass_properties();
     assert!(
         (mass.inertia_com
@@ -114,13 +114,13 @@ fn all_mistakes_at_once_each_with_place_fact_and_remedy() {
 </robot>"#;
     let error = refused(text).to_string();
     for part in [
-        "<text>:3:9: link `a` is defined again; first at <text>:2:3\n  help: give each its own name",
+        "<text>:3:9: link `a` is defined again; the first definition is at <text>:2:3\n  help: use different names",
         "<text>:4:18: link `b`: <inertial>: largest principal moment 5 kg m² exceeds",
         "<text>:6:41: link `c`: <visual>: <box>: `size` is `1 2`, not 3 finite numbers",
-        "<text>:7:20: joint `j1` is of the unknown type `revolut`\n  help: did you mean `revolute`?",
-        "<text>:8:58: joint `j2`: <child> names the link `cc`, which is not there",
-        "<text>:9:3: joint `j3` has no <parent>\n  help: write <parent link=\"..\"/>",
-        "<text>:10:77: joint `j4`: <axis> is `0 0 0`, not a vector with a direction",
+        "<text>:7:20: joint `j1` has the unknown type `revolut`\n  help: did you mean `revolute`?",
+        "<text>:8:58: joint `j2`: <child> refers to the link `cc`, which does not exist",
+        "<text>:9:3: joint `j3` lacks <parent>\n  help: write <parent link=\"..\"/>",
+        "<text>:10:77: joint `j4`: <axis> is `0 0 0`, not a nonzero vector",
         "<text>:11:12: joint `j4`: <limit>: `lower` is `x`, not a finite number",
     ] {
         assert!(error.contains(part), "not there: {part}\n{error}");
@@ -177,7 +177,7 @@ fn malformed_xml_has_line_and_column() {
     }
     let deep = "<a>".repeat(1001) + &"</a>".repeat(1001);
     assert!(matches!(refused(&deep).faults[0].kind, FaultKind::TooDeep { .. }));
-    // A long text without an end is refused at once.
+    // A long text without an end is rejected at once.
     let endless = "<".repeat(2_000_000) + "/";
     assert!(matches!(refused(&endless).faults[0].kind, FaultKind::Xml { .. }));
     let deep = "<a>".repeat(990) + &"</a>".repeat(990);
@@ -190,9 +190,9 @@ fn xacro_is_refused_with_the_command_to_run() {
                 <link name=\"${prefix}_base\"/></robot>";
     let error = refused(text);
     assert_eq!(error.faults.len(), 2, "{error}");
-    assert!(error.to_string().contains("`<xacro:macro>` belongs to xacro"), "{error}");
+    assert!(error.to_string().contains("`<xacro:macro>` requires xacro"), "{error}");
     assert!(error.to_string().contains("xacro robot.urdf.xacro > robot.urdf"), "{error}");
-    // The declaration alone is left by xacro itself.
+    // xacro itself leaves only the declaration.
     let text = "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><link name=\"a\"/></robot>";
     read_urdf(text, &ReadOptions::default()).unwrap();
 }
@@ -239,13 +239,13 @@ fn moments_that_no_body_has_are_read_and_told_or_refused_when_asked() {
         assert!(off < 1e-12, "{:?}", moments(&d));
         d.builder.build().unwrap();
     };
-    told(&urdf("1", ["0.1", "0.9", "0.1", "0"]), "taken as it is", [0.1, 0.1, 0.9]);
+    told(&urdf("1", ["0.1", "0.9", "0.1", "0"]), "used unchanged", [0.1, 0.1, 0.9]);
     told(&urdf("1", ["-3.5e-8", "1e-3", "1e-3", "0"]), "-0.000000035", [0.0, 1e-3, 1e-3]);
-    // Below zero in axes of its own: eigenvalues -0.1, 0.2, 0.3 turned about z.
-    told(&urdf("1", ["0.05", "0.05", "0.3", "0.15"]), "taken as 0", [0.0, 0.2, 0.3]);
-    told(&urdf("0", ["0.1", "0.1", "0.1", "0"]), "left out", [0.0; 3]);
-    // iCub's hip: what rounding left of no inertia.
-    told(&urdf("0.526", ["-5.42101e-20", "-5.42101e-20", "0", "0"]), "taken as 0", [0.0; 3]);
+    // Negative in rotated axes: eigenvalues -0.1, 0.2, 0.3 rotated about z.
+    told(&urdf("1", ["0.05", "0.05", "0.3", "0.15"]), "replaced by 0", [0.0, 0.2, 0.3]);
+    told(&urdf("0", ["0.1", "0.1", "0.1", "0"]), "ignored", [0.0; 3]);
+    // iCub's hip: rounding errors of a zero inertia.
+    told(&urdf("0.526", ["-5.42101e-20", "-5.42101e-20", "0", "0"]), "replaced by 0", [0.0; 3]);
     let bare = urdf("2", ["1", "1", "1", "0"]);
     let (from, to) = (bare.find("<inertia ").unwrap(), bare.find("</inertial>").unwrap());
     told(&format!("{}{}", &bare[..from], &bare[to..]), "no <inertia>: a point mass", [0.0; 3]);
@@ -275,14 +275,14 @@ fn prefixes_that_nobody_declared_are_read_and_change_no_place() {
     assert!(about("element <drake:group>").contains(":1:"), "{ignored:?}");
     assert!(about("attribute drake:acceleration=\"2\"").contains(":3:"), "{ignored:?}");
     about("attribute hsb:x=\"1\"");
-    // Places are those of the text as it was written, also on the line of the outermost element.
+    // Positions refer to the original text, also on the line of the outermost element.
     let plain = text("").replace("drake:", "").replace("hsb:", "");
     let place = |text: &str| refused(text).faults[0].place.clone();
     for (from, to) in [("name=\"a\"", "nome=\"a\""), ("type=\"revolute\"", "type=\"revolt\"")] {
         assert_eq!(place(&text("").replacen(from, to, 1)), place(&plain.replacen(from, to, 1)));
     }
     assert_eq!(place(&text("<axis xyz=\"0 0\"/>")).line, 2);
-    // XML that is wrong besides is told at its own place.
+    // Other errors in the XML are reported at their own positions.
     let broken = text("").replace("</joint>", "</jont>");
     let (there, here) = (place(&plain.replace("</joint>", "</jont>")), place(&broken));
     let prefixes = "drake:hsb:".len() as u32;
@@ -333,7 +333,7 @@ fn meshes_are_found_and_missing_ones_reported() {
         .collect();
     assert_eq!(found, [true, true, false]);
     assert_eq!((d.ignored.len(), d.ignored[0].line), (1, 4), "{:?}", d.ignored);
-    // From a text without a file only the listed folders count.
+    // For a text without a file, only the listed folders are searched.
     let options = ReadOptions { package_paths: vec![dir.path().into()], ..ReadOptions::default() };
     let d = read_text(&text, &options).unwrap();
     assert_eq!(d.ignored.len(), 2, "{:?}", d.ignored);

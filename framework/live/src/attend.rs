@@ -1,10 +1,10 @@
-//! What is done for clients between two ticks of the run.
+//! Processing of client requests between two ticks of the run.
 //!
 //! ```text
-//! step → requests, client by client in the order of their arrival → rows of the tick → step
+//! step → requests, client by client in the order of their arrival → samples of the tick → step
 //! ```
-//! Requests of one client are done in their order. What a set changes is therefore in the rows of
-//! its tick; it stands in the log before them, so that a replay does the same.
+//! Requests of one client are processed in their order. A changed variable is in the samples of its tick. The log contains the change before these
+//! samples, so a replay repeats it.
 use crate::protocol::{Amount, Ask, Reply, Request, Said};
 use crate::server::{Guest, Row, Server};
 use linkwork_assembly::{Text, match_patterns};
@@ -12,38 +12,38 @@ use linkwork_runner::{Runner, Watch, time_name};
 use linkwork_runtime::{Change, Origin, Place, Value, Variable};
 use std::time::{Duration, Instant};
 
-/// Requests of one client between two ticks, at most.
+/// Largest number of requests of one client between two ticks.
 const AT_ONCE: usize = 16;
-/// Between two looks while the run stands still.
+/// Interval between two checks for requests while the run is paused.
 const NAP: Duration = Duration::from_millis(2);
-/// Rows in a second that a watch may ask for.
+/// Largest and smallest sample rate of a watch, Hz.
 const FASTEST: f64 = 1000.0;
 const SLOWEST: f64 = 1e-4;
-/// Patterns of a list, and their bytes: what is matched holds the run up.
+/// Largest number of patterns of a list, and of bytes of a pattern, because matching delays the run.
 const MOST_PATTERNS: usize = 64;
 const LONGEST_PATTERN: usize = 256;
-/// Steps that may be asked for at once.
+/// Largest number of steps in one request.
 const MOST_STEPS: u64 = 1_000_000_000;
 
-/// A served run: its clients, and whether it stands still.
+/// A served run: its clients, and whether it is paused.
 pub struct Live {
     server: Server,
     clients: Vec<Served>,
     paused: bool,
-    /// Steps until it stands still again.
+    /// Remaining steps until it pauses again.
     steps: u64,
 }
 
-/// A client as the run serves it.
+/// State of a client.
 struct Served {
     guest: Guest,
     watch: Option<Rows>,
-    /// A request for steps that is not answered yet.
+    /// A pending request for steps.
     stepping: Option<u64>,
     gone: bool,
 }
 
-/// Rows that a client watches.
+/// The variables that a client watches.
 struct Rows {
     id: u64,
     places: Vec<Place>,
@@ -52,7 +52,7 @@ struct Rows {
     lost: u64,
 }
 
-/// What is to be done about a request that is refused.
+/// A rejected request: reason and remedy.
 struct No {
     message: String,
     help: String,
@@ -62,30 +62,30 @@ fn no<T>(message: impl Into<String>, help: impl Into<String>) -> Result<T, No> {
     Err(No { message: message.into(), help: help.into() })
 }
 
-/// The wall clock: when rows are sent to clients, never what they say.
+/// The wall clock determines when samples are sent to clients, never their content.
 #[allow(clippy::disallowed_methods)]
 fn now() -> Instant {
     Instant::now()
 }
 
 impl Live {
-    /// Serves a run from now on.
+    /// Begins to serve a run.
     pub fn new(server: Server) -> Live {
         Live { server, clients: Vec::new(), paused: false, steps: 0 }
     }
 
-    /// The socket.
+    /// Returns the socket.
     pub fn server(&self) -> &Server {
         &self.server
     }
 
-    /// Whether anybody may want something soon: the run is then attended often.
+    /// Returns whether a client is connected, so that the run must be attended often.
     pub fn is_attended(&self) -> bool {
         !self.clients.is_empty()
     }
 
-    /// Does what clients ask, at the present tick, before its rows are taken. Waits while the run stands still.
-    /// Gives the steps to take now, `most` at most, and whether it stood still before.
+    /// Processes the requests of clients at the present tick, before its samples are taken. Waits while the run is paused. Returns the number of
+    /// steps to make now, at most `most`, and whether the run was paused before.
     pub fn attend<W: Watch>(&mut self, runner: &mut Runner<W>, most: u64) -> (u64, bool) {
         let stop = runner.stop();
         let mut stood = false;
@@ -125,21 +125,21 @@ impl Live {
         }
     }
 
-    /// The run is at its end: who waits is told.
+    /// Reports the end of the run to clients that wait for steps.
     pub fn finish(&mut self, time: f64) {
         let message = format!("the run has ended at {time} s");
-        self.not_stepped(&message, "its folder holds what it wrote");
+        self.not_stepped(&message, "its results are in its folder");
     }
 
-    /// Another client wants the run otherwise than the steps that are under way.
+    /// Rejects the pending steps because of a request of another client.
     fn overridden(&mut self, by: &str) {
         if self.steps > 0 {
-            let message = format!("`{by}` of another client came before the steps were done");
+            let message = format!("`{by}` of another client interrupted the steps");
             self.not_stepped(&message, "ask again");
         }
     }
 
-    /// Refuses the requests for steps that are under way.
+    /// Rejects the pending requests for steps.
     fn not_stepped(&mut self, message: &str, help: &str) {
         for client in &mut self.clients {
             if let Some(id) = client.stepping.take() {
@@ -187,7 +187,7 @@ impl Live {
                 return;
             }
             Ask::Step { steps } => {
-                no(format!("{steps} steps are too many"), format!("ask for at most {MOST_STEPS}"))
+                no(format!("{steps} steps are too many"), format!("request at most {MOST_STEPS}"))
             }
             Ask::Quit => {
                 runner.stop().set();
@@ -210,7 +210,7 @@ impl Live {
     ) -> Result<Said, No> {
         if !(SLOWEST..=FASTEST).contains(&rate) {
             let help = format!("give one from {SLOWEST} to {FASTEST} Hz");
-            return no(format!("a rate of {rate} Hz"), help);
+            return no(format!("the rate is {rate} Hz"), help);
         }
         let places = places(paths, runner)?;
         let rows =
@@ -219,7 +219,7 @@ impl Live {
         Ok(Said::Done { time: runner.sim().time() })
     }
 
-    /// Rows that are due, as of the present tick.
+    /// Sends the samples that are due at the present tick.
     fn rows<W: Watch>(&mut self, runner: &Runner<W>) {
         if self.clients.iter().all(|c| c.watch.is_none()) {
             return;
@@ -227,7 +227,7 @@ impl Live {
         let at = now();
         for client in &mut self.clients {
             let Some(rows) = client.watch.as_mut().filter(|rows| at >= rows.next) else { continue };
-            // Of rows that were missed none is made up.
+            // Missed samples are not repeated.
             rows.next = (rows.next + rows.period).max(at);
             let sent = client.guest.row(rows.id, row(&rows.places, rows.lost, runner));
             rows.lost += u64::from(!sent);
@@ -236,13 +236,13 @@ impl Live {
 }
 
 impl Served {
-    /// An answer that finds no room ends the connection: the client does not read.
+    /// An answer that does not fit into the queue ends the connection, because the client does not read.
     fn answer(&mut self, id: u64, said: Said) {
         self.gone |= !self.guest.send(&Reply { id, said });
     }
 }
 
-/// What neither the pause nor a watch is concerned with.
+/// Answers requests other than pause and watch.
 fn answer<W: Watch>(ask: Ask, runner: &mut Runner<W>) -> Result<Said, No> {
     match ask {
         Ask::List { patterns } => list(&patterns, runner),
@@ -256,7 +256,7 @@ fn answer<W: Watch>(ask: Ask, runner: &mut Runner<W>) -> Result<Said, No> {
             Ok(Said::Pins { time: sim.time(), values })
         }
         Ask::Checkpoint => checkpoint(runner),
-        _ => no("it is said already, or not here", "say hello once, at the start"),
+        _ => no("hello is only allowed as the first message", "send hello once, at the start"),
     }
 }
 
@@ -267,7 +267,7 @@ fn change<W: Watch>(
     value: Option<Amount>,
 ) -> Result<Said, No> {
     if pattern.len() > LONGEST_PATTERN {
-        return no("the pattern is too long", format!("give {LONGEST_PATTERN} bytes at most"));
+        return no("the pattern is too long", format!("give at most {LONGEST_PATTERN} bytes"));
     }
     let value = value.map(Value::from);
     let values = runner
@@ -293,8 +293,11 @@ fn row<W: Watch>(places: &[Place], lost: u64, runner: &Runner<W>) -> Row {
 fn list<W: Watch>(patterns: &[String], runner: &Runner<W>) -> Result<Said, No> {
     let long = patterns.iter().any(|p| p.len() > LONGEST_PATTERN);
     if patterns.len() > MOST_PATTERNS || long {
-        let fact = "the patterns are too many or too long";
-        return no(fact, format!("give {MOST_PATTERNS} of {LONGEST_PATTERN} bytes at most"));
+        let fact = "there are too many patterns, or a pattern is too long";
+        return no(
+            fact,
+            format!("give at most {MOST_PATTERNS} of at most {LONGEST_PATTERN} bytes"),
+        );
     }
     let known = &runner.sim().plan().variables;
     let names: Vec<&String> = known.keys().collect();
@@ -314,12 +317,12 @@ fn checkpoint<W: Watch>(runner: &mut Runner<W>) -> Result<Said, No> {
     let before = runner.saves().map_or(0, |s| s.failed);
     runner.save(&name);
     let Some(saves) = runner.saves() else {
-        return no("this run writes no checkpoints", "run it by `linkwork run`");
+        return no("this run does not write checkpoints", "start it with `linkwork run`");
     };
     match saves.written.last() {
         Some(file) if saves.failed == before => {
             Ok(Said::Checkpoint { file: file.display().to_string() })
         }
-        _ => no("the checkpoint cannot be written", "the run says why; make room"),
+        _ => no("the checkpoint cannot be written", "see the output of the run; free disk space"),
     }
 }

@@ -1,4 +1,4 @@
-//! The client's side of the socket.
+//! The client of the socket.
 use crate::protocol::{
     Ask, FrameError, LONGEST_REPLY, LONGEST_REQUEST, Reply, Request, Said, VERSION, read_frame,
     write_frame,
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use std::net::TcpStream;
 use std::path::Path;
 
-/// Where a run listens and what it wants to hear: live.json in its folder.
+/// Address and token of a run: live.json in its folder.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ticket {
     /// Version of the protocol.
@@ -19,15 +19,15 @@ pub struct Ticket {
 }
 
 impl Ticket {
-    /// Its file in the folder of a run.
+    /// Name of the file in the folder of a run.
     pub const FILE: &str = "live.json";
 
-    /// Writes it, for this user's eyes only where the system knows users.
+    /// Writes the file. If the system supports it, only this user can read it.
     ///
     /// # Errors
     /// The file cannot be written.
     pub fn write(&self, path: &Path) -> std::io::Result<()> {
-        // Under another name until it is whole. One of a run that was killed may have other rights.
+        // Write to a temporary name first. The file of a killed run may have other permissions.
         let fresh = path.with_extension("json.new");
         match std::fs::remove_file(&fresh) {
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(e),
@@ -41,15 +41,15 @@ impl Ticket {
         std::fs::rename(&fresh, path)
     }
 
-    /// Reads it.
+    /// Reads the file.
     ///
     /// # Errors
-    /// The file cannot be read, or is none.
+    /// The file cannot be read, or is not a ticket.
     pub fn read(path: &Path) -> std::io::Result<Ticket> {
         use std::io::Read;
-        // A pipe would be waited for, and a ticket is short.
+        // Opening a pipe would block, and a ticket is short.
         if !path.metadata()?.is_file() {
-            return Err(std::io::Error::other("it is no file"));
+            return Err(std::io::Error::other("it is not a file"));
         }
         let mut bytes = Vec::new();
         std::fs::File::open(path)?.take(1 << 16).read_to_end(&mut bytes)?;
@@ -57,21 +57,21 @@ impl Ticket {
     }
 }
 
-/// The run cannot be reached, or will not.
+/// The run cannot be reached, or rejects the request.
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
     /// The connection failed.
     #[error("the run: {0}\n  help: it has ended, or another program is at its address")]
     Frame(FrameError),
-    /// The request is longer than any may be.
+    /// The request exceeds the largest length.
     #[error("{0}\n  help: ask for fewer variables at once, by narrower patterns")]
     Long(FrameError),
-    /// The run says no.
+    /// The run rejected the request.
     #[error("{message}\n  help: {help}")]
     Refused {
-        /// Why.
+        /// The reason.
         message: String,
-        /// What to do about it.
+        /// The remedy.
         help: String,
     },
 }
@@ -92,7 +92,7 @@ impl From<FrameError> for ClientError {
 }
 
 impl Client {
-    /// Connects and says hello.
+    /// Connects and sends hello.
     ///
     /// # Errors
     /// [`ClientError`].
@@ -104,7 +104,7 @@ impl Client {
         Ok(client)
     }
 
-    /// Sends a request; gives its number.
+    /// Sends a request and returns its number.
     ///
     /// # Errors
     /// [`ClientError::Frame`].
@@ -115,7 +115,7 @@ impl Client {
         Ok(self.last)
     }
 
-    /// The next reply, to whatever it is.
+    /// Receives the next reply to any request.
     ///
     /// # Errors
     /// [`ClientError::Frame`].
@@ -123,7 +123,7 @@ impl Client {
         Ok(read_frame(&mut self.socket, LONGEST_REPLY)?)
     }
 
-    /// Asks, and waits for the answer; rows of a watch that come before are passed over.
+    /// Sends a request and waits for the answer. Samples of a watch that arrive before are skipped.
     ///
     /// # Errors
     /// [`ClientError`].
@@ -131,7 +131,7 @@ impl Client {
         let id = self.send(ask)?;
         loop {
             let reply = self.receive()?;
-            // A refusal without a number is about the connection.
+            // A rejection without a number concerns the connection.
             match reply.said {
                 Said::Refused { message, help } if reply.id == id || reply.id == 0 => {
                     return Err(ClientError::Refused { message, help });

@@ -1,15 +1,14 @@
-//! A socket on a run under way: watch, read and set variables, pause, step, checkpoint.
+//! A socket of a running simulation: watch, read and set variables, pause, step, checkpoint.
 //!
-//! Messages are typed and carry no code (`framework/live/PROTOCOL.md`). Threads of the server read and
-//! write sockets; the run itself attends to requests between two ticks, so that a client that
-//! stalls, floods or sends garbage costs it nothing but the rows that are not taken.
+//! Messages are typed and do not contain code (`framework/live/PROTOCOL.md`). Threads of the server read and write sockets. The run processes
+//! requests only between two ticks, so a client that stalls, floods or sends garbage affects only its own samples.
 //!
-//! | module | what it holds |
+//! | module | content |
 //! |---|---|
-//! | `protocol` | messages, and frames of them |
-//! | `server` | who may speak: sockets, the token, queues |
-//! | `attend` | what is done between two ticks |
-//! | `client` | the other side, for `linkwork attach` and tests |
+//! | `protocol` | messages, and their frames |
+//! | `server` | sockets, authentication by the token, queues |
+//! | `attend` | processing of requests between two ticks |
+//! | `client` | the client, for `linkwork attach` and tests |
 mod attend;
 mod client;
 mod protocol;

@@ -1,26 +1,26 @@
-//! Messages, and frames of them: `framework/live/PROTOCOL.md` in types.
+//! Messages and their frames: the types of `framework/live/PROTOCOL.md`.
 use linkwork_runtime::Value;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use std::io::{Read, Write};
 
-/// Version of the protocol; another one is refused.
+/// Version of the protocol; other versions are rejected.
 pub const VERSION: u32 = 2;
-/// Bytes of a request at most.
+/// Largest size of a request, bytes.
 pub const LONGEST_REQUEST: usize = 1 << 16;
-/// Bytes of a reply at most.
+/// Largest size of a reply, bytes.
 pub const LONGEST_REPLY: usize = 1 << 24;
 
-/// What a client sends.
+/// A message of a client.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Request {
-    /// Comes back with every reply to it.
+    /// Number of the request, which every reply to it contains.
     pub id: u64,
-    /// What is wanted.
+    /// The request.
     pub ask: Ask,
 }
 
-/// What is wanted.
+/// A request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Ask {
@@ -33,55 +33,55 @@ pub enum Ask {
     },
     /// Names and units of the variables that match any of the patterns.
     List {
-        /// `Rover.**.torque`.
+        /// Patterns such as `Rover.**.torque`.
         patterns: Vec<String>,
     },
-    /// Values now.
+    /// Present values.
     Get {
         /// Variables.
         paths: Vec<String>,
     },
-    /// Sets states and inputs without a wire, from the present tick on.
+    /// Sets states and unconnected inputs from the present tick on.
     Set {
         /// The variable, or a pattern with a star.
         path: String,
-        /// To what.
+        /// The value.
         value: Amount,
     },
     /// Pins variables: they keep a value until they are unpinned.
     Pin {
         /// The variable, or a pattern with a star.
         path: String,
-        /// To what; the present value of each when there is none.
+        /// The value; by default the present value of each variable.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         value: Option<Amount>,
     },
-    /// Lets pinned variables go.
+    /// Releases pinned variables.
     Unpin {
         /// The variable, or a pattern with a star.
         path: String,
     },
-    /// What is pinned.
+    /// The pinned variables.
     Pins,
-    /// Rows of values as the run goes on, in place of those asked for before; none for no paths.
+    /// Samples of values while the run continues. It replaces an earlier watch; an empty list ends it.
     Watch {
         /// Variables.
         paths: Vec<String>,
-        /// Rows in a second of the wall clock, at most.
+        /// Largest number of samples per second of wall time.
         rate: f64,
     },
-    /// The run stands still after the present tick.
+    /// Pauses the run after the present tick.
     Pause,
-    /// So many steps, and then it stands still. Answered when they are done.
+    /// Makes a number of steps, then pauses the run. The answer is sent after the steps.
     Step {
-        /// How many.
+        /// The number.
         steps: u64,
     },
-    /// The run goes on.
+    /// Continues the run.
     Go,
     /// Writes a checkpoint into the folder of the run.
     Checkpoint,
-    /// The run ends as by Ctrl-C.
+    /// Stops the run like Ctrl-C.
     Quit,
 }
 
@@ -96,7 +96,7 @@ pub enum Amount {
 }
 
 impl From<Value> for Amount {
-    /// What is no number is written down: the run says what it makes of it.
+    /// Values that are not numbers are kept as text, so that the run can report the error.
     fn from(value: Value) -> Amount {
         match value {
             Value::Number(x) => Amount::Number(x),
@@ -115,11 +115,11 @@ impl From<Amount> for Value {
     }
 }
 
-/// What the run sends.
+/// A message of the run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reply {
-    /// Of the request.
+    /// Number of the request.
     pub id: u64,
     /// The answer.
     pub said: Said,
@@ -129,56 +129,56 @@ pub struct Reply {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Said {
-    /// To [`Ask::Hello`].
+    /// Answer to [`Ask::Hello`].
     Welcome {
         /// [`VERSION`].
         version: u32,
         /// Name of the simulation.
         simulation: String,
     },
-    /// It is done.
+    /// The request is done.
     Done {
         /// Simulated time (s).
         time: f64,
     },
-    /// To [`Ask::Set`], [`Ask::Pin`] and [`Ask::Unpin`]: what was changed.
+    /// Answer to [`Ask::Set`], [`Ask::Pin`] and [`Ask::Unpin`]: the changed variables.
     Changed {
         /// Simulated time (s).
         time: f64,
         /// Path and value (SI).
         values: Vec<(String, f64)>,
     },
-    /// To [`Ask::Pins`].
+    /// Answer to [`Ask::Pins`].
     Pins {
         /// Simulated time (s).
         time: f64,
         /// Path and value (SI).
         values: Vec<(String, f64)>,
     },
-    /// To [`Ask::Get`], and again and again to [`Ask::Watch`].
+    /// Answer to [`Ask::Get`], and each sample of [`Ask::Watch`].
     Values {
         /// Simulated time (s).
         time: f64,
-        /// In the order of the paths, SI; `null` in a phase that has no such variable.
+        /// In the order of the paths, SI; `null` in a phase that does not have the variable.
         values: Vec<Option<f64>>,
-        /// Rows of this watch so far that the client was too slow for.
+        /// Number of samples of this watch that were lost because the client was too slow.
         lost: u64,
     },
-    /// To [`Ask::List`].
+    /// Answer to [`Ask::List`].
     Names {
         /// Path and unit.
         names: Vec<(String, String)>,
     },
-    /// To [`Ask::Checkpoint`].
+    /// Answer to [`Ask::Checkpoint`].
     Checkpoint {
         /// The file that was written.
         file: String,
     },
-    /// It is not done.
+    /// The request is rejected.
     Refused {
-        /// Why.
+        /// The reason.
         message: String,
-        /// What to do about it.
+        /// The remedy.
         help: String,
     },
 }
@@ -192,21 +192,20 @@ pub enum FrameError {
     /// The connection failed, or ended inside a frame.
     #[error("{0}")]
     Io(#[from] std::io::Error),
-    /// The frame claims to be longer than any may be.
+    /// The length of the frame exceeds the largest length.
     #[error("a message of {length} bytes is longer than the {most} that are allowed")]
     Long {
-        /// What it claims.
+        /// Its length.
         length: usize,
-        /// What is allowed.
+        /// The largest length.
         most: usize,
     },
-    /// Its contents are no message.
+    /// Its content is not a message.
     #[error("it is no message: {0}")]
     Message(#[from] serde_json::Error),
 }
 
-/// Reads a frame: its length in bytes as a little-endian u32, then JSON. Memory grows with what has
-/// arrived, not with the length that is claimed.
+/// Reads a frame: its length in bytes as a little-endian u32, then JSON. Memory is allocated for received bytes, not for the declared length.
 ///
 /// # Errors
 /// [`FrameError`].
@@ -234,10 +233,10 @@ pub fn read_frame<T: DeserializeOwned>(from: &mut impl Read, most: usize) -> Res
     Ok(serde_json::from_slice(&body)?)
 }
 
-/// A message as a frame.
+/// Converts a message to a frame.
 ///
 /// # Errors
-/// [`FrameError::Long`]; [`FrameError::Message`] when it cannot be written down.
+/// [`FrameError::Long`]; [`FrameError::Message`] if it cannot be serialized.
 pub fn frame(message: &impl Serialize, most: usize) -> Result<Vec<u8>, FrameError> {
     let body = serde_json::to_vec(message)?;
     let length = body.len();

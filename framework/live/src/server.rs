@@ -1,11 +1,11 @@
-//! Who may speak to the run: sockets, the token, and queues between their threads and the run.
+//! Sockets, authentication by the token, and queues between the socket threads and the run.
 //!
 //! ```text
 //! accept ── one thread for each client: hello, then requests ──(16)──► the run
-//!                        writer of the client ◄──(64)── replies and rows
+//!                        writer of the client ◄──(64)── replies and samples
 //! ```
-//! Both queues are bounded, that of replies in number and in bytes. A full queue of requests stops that client's reader; a full queue of
-//! replies loses rows, which are counted, and ends the connection when it is an answer that is lost.
+//! Both queues are bounded, that of replies in number and in bytes. A full queue of requests blocks that client's reader. A full queue of replies
+//! loses samples, which are counted; if an answer does not fit, the connection ends.
 use crate::protocol::{
     Ask, FrameError, LONGEST_REPLY, LONGEST_REQUEST, Reply, Request, Said, VERSION, frame,
     read_frame, write_frame,
@@ -20,33 +20,32 @@ use std::sync::mpsc::{
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Requests and replies that wait, of one client.
+/// Largest number of queued requests and replies of one client.
 const REQUESTS: usize = 16;
 const REPLIES: usize = 64;
-/// Clients at one time.
+/// Largest number of clients at a time.
 const CLIENTS: usize = 16;
-/// Maximum number of connections before their hello. A further connection closes the oldest of them, so that silent connections do not
-/// keep clients out.
+/// Largest number of connections before their hello. A further connection closes the oldest of them, so that silent connections do not block clients.
 const STRANGERS: usize = 64;
-/// Bytes of the first message at most.
+/// Largest size of the first message, bytes.
 const LONGEST_HELLO: usize = 1024;
-/// How long a client may take to say hello, and to take what is written to it.
+/// Time limit for the hello of a client, and for each write to it.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// The socket cannot be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum ServeError {
-    /// The address is none, or is taken.
+    /// The address is not valid, or is in use.
     #[error(
         "--serve `{address}`: {source}\n  help: give HOST:PORT, for example 127.0.0.1:0 for any free port"
     )]
     Address {
-        /// As given.
+        /// The address as given.
         address: String,
-        /// Why.
+        /// The reason.
         source: std::io::Error,
     },
-    /// No random number for the token.
+    /// The system did not return a random number for the token.
     #[error("no token can be made: {0}\n  help: run without --serve")]
     Token(String),
 }
@@ -59,33 +58,33 @@ pub struct Server {
     pub(crate) fresh: Receiver<Guest>,
 }
 
-/// A client that has said hello, as the run sees it.
+/// A client after its hello.
 pub(crate) struct Guest {
     requests: Receiver<Request>,
     replies: Replies,
     socket: TcpStream,
 }
 
-/// A reply that waits to be written.
+/// A reply in the queue.
 enum Waiting {
-    /// As it goes over the wire.
+    /// As sent over the connection.
     Frame(Vec<u8>),
-    /// A row of a watch, which its writer's thread puts into words: the run's thread only copies numbers.
+    /// A sample of a watch. The writer's thread formats it, so the run's thread only copies numbers.
     Row(u64, Row),
 }
 
-/// A row of a watch.
+/// A sample of a watch.
 pub(crate) struct Row {
     /// Simulated time (s).
     pub time: f64,
     /// The numbers.
     pub values: Vec<f64>,
-    /// Rows before it that found no room.
+    /// Number of earlier samples that were lost.
     pub lost: u64,
 }
 
 impl Row {
-    /// Bytes of its frame at most: 24 for a number and a comma, the names and numbers around them.
+    /// Returns an upper bound of the size of its frame: 24 bytes for a number and a comma, and the text around the numbers.
     fn longest(&self) -> usize {
         25 * self.values.len() + 160
     }
@@ -97,7 +96,7 @@ impl Row {
 }
 
 impl Waiting {
-    /// Bytes that it is counted as.
+    /// Returns the bytes that it counts in the queue.
     fn length(&self) -> usize {
         match self {
             Waiting::Frame(bytes) => bytes.len(),
@@ -106,21 +105,21 @@ impl Waiting {
     }
 }
 
-/// The end of the queue of replies at which they come in.
+/// The sending end of the queue of replies.
 #[derive(Clone)]
 struct Replies {
     queue: SyncSender<Waiting>,
-    /// Bytes that wait or are being written.
+    /// Bytes that are queued or being written.
     bytes: Arc<AtomicUsize>,
 }
 
-/// The end at which they are written.
+/// The writing end of the queue.
 struct Unwritten {
     queue: Receiver<Waiting>,
     bytes: Arc<AtomicUsize>,
 }
 
-/// A queue of [`REPLIES`] replies that hold [`LONGEST_REPLY`] bytes together, at most.
+/// Creates a queue of at most [`REPLIES`] replies with at most [`LONGEST_REPLY`] bytes together.
 fn replies() -> (Replies, Unwritten) {
     let (send, receive) = sync_channel(REPLIES);
     let bytes = Arc::new(AtomicUsize::new(0));
@@ -128,9 +127,9 @@ fn replies() -> (Replies, Unwritten) {
 }
 
 impl Replies {
-    /// False when there is no room. One that nobody writes any more counts as sent: its client has gone.
+    /// Adds a reply. Returns false if the queue is full. If the client has disconnected, the reply counts as sent.
     fn push(&self, reply: Waiting) -> bool {
-        // With the four bytes before it the longest reply still fits, alone.
+        // The longest reply, with its four bytes of length, still fits alone.
         let (length, most) = (reply.length(), LONGEST_REPLY + 4);
         let add = |waiting: usize| waiting.checked_add(length).filter(|sum| *sum <= most);
         if self.bytes.fetch_update(Ordering::SeqCst, Ordering::SeqCst, add).is_err() {
@@ -147,7 +146,7 @@ impl Replies {
 }
 
 impl Unwritten {
-    /// Writes replies until a write fails or no more can come.
+    /// Writes replies until a write fails or the queue is closed.
     fn write(self, mut to: impl Write) {
         while let Ok(reply) = self.queue.recv() {
             let length = reply.length();
@@ -167,7 +166,7 @@ impl Unwritten {
 }
 
 impl Guest {
-    /// The next request; `None` when there is none now, an error when the client has gone.
+    /// Returns the next request; `None` if there is none at present, an error if the client has disconnected.
     pub fn next(&self) -> Result<Option<Request>, ()> {
         match self.requests.try_recv() {
             Ok(request) => Ok(Some(request)),
@@ -176,17 +175,17 @@ impl Guest {
         }
     }
 
-    /// Sends a reply. False when it cannot wait with the others.
+    /// Sends a reply. Returns false if the queue is full.
     pub fn send(&self, reply: &Reply) -> bool {
         let bytes = frame(reply, LONGEST_REPLY).or_else(|e| {
-            let (message, help) = (e.to_string(), "ask for fewer variables".to_string());
+            let (message, help) = (e.to_string(), "request fewer variables".to_string());
             frame(&Reply { id: reply.id, said: Said::Refused { message, help } }, LONGEST_REPLY)
         });
         bytes.is_ok_and(|bytes| self.replies.push(Waiting::Frame(bytes)))
     }
 
-    /// Sends a row of the watch `id`. False when it cannot wait with the others. Cost: that of moving it; a row that could be
-    /// longer than a reply may be is put into words at once, to see.
+    /// Sends a sample of the watch `id`. Returns false if the queue is full. Cost: moving the sample; only a sample that may exceed the largest reply
+    /// is formatted at once, to check its size.
     pub fn row(&self, id: u64, row: Row) -> bool {
         match row.longest() <= LONGEST_REPLY {
             true => self.replies.push(Waiting::Row(id, row)),
@@ -197,13 +196,13 @@ impl Guest {
 
 impl Drop for Guest {
     fn drop(&mut self) {
-        // What is written already still arrives; the reader's thread ends.
+        // Replies that are already written still arrive; the reader's thread ends.
         let _ = self.socket.shutdown(Shutdown::Read);
     }
 }
 
 impl Server {
-    /// Listens at an address (`127.0.0.1:0`: this machine alone, any free port). `simulation` is told to clients.
+    /// Listens at an address (`127.0.0.1:0`: only this machine, any free port). Clients receive the name `simulation`.
     ///
     /// # Errors
     /// [`ServeError`].
@@ -229,12 +228,12 @@ impl Server {
         Ok(Server { address: bound, token, closing, fresh })
     }
 
-    /// Where it listens.
+    /// Returns its address.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// What a client must say.
+    /// Returns the token that a client must send.
     pub fn token(&self) -> &str {
         &self.token
     }
@@ -243,17 +242,17 @@ impl Server {
 impl Drop for Server {
     fn drop(&mut self) {
         self.closing.store(true, Ordering::SeqCst);
-        // Wakes the thread that accepts.
+        // Wake up the thread that accepts connections.
         let _ = TcpStream::connect_timeout(&self.address, Duration::from_millis(200));
     }
 }
 
-/// What the thread that accepts knows.
+/// Data of the thread that accepts connections.
 #[derive(Clone)]
 struct Hall {
     token: String,
     simulation: String,
-    /// Clients that have said hello.
+    /// Number of clients after their hello.
     open: Arc<AtomicUsize>,
     /// Connections before their hello, by number, the oldest first.
     strangers: Arc<Mutex<BTreeMap<u64, TcpStream>>>,
@@ -261,7 +260,7 @@ struct Hall {
     send: Sender<Guest>,
 }
 
-/// A place among the connections, until it is dropped.
+/// Counts a connection until it is dropped.
 struct Seat(Arc<AtomicUsize>);
 
 impl Drop for Seat {
@@ -277,13 +276,13 @@ impl Hall {
                 return;
             }
             let Ok((socket, own)) = socket.and_then(|s| s.try_clone().map(|own| (s, own))) else {
-                // Out of descriptors, or a connection that went at once: neither is for ever.
+                // Too many open descriptors, or a connection that closed at once; both are temporary.
                 std::thread::sleep(Duration::from_millis(10));
                 continue;
             };
             let mut strangers = self.strangers();
             while strangers.len() >= STRANGERS {
-                // Its thread ends with what it reads.
+                // Closing it ends its thread.
                 if let Some((_, oldest)) = strangers.pop_first() {
                     let _ = oldest.shutdown(Shutdown::Both);
                 }
@@ -302,7 +301,7 @@ impl Hall {
         self.strangers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// One client, to its end. Whatever fails ends this connection and nothing else.
+    /// Serves one client until it disconnects. Errors end only this connection.
     fn serve(&self, socket: &TcpStream, number: u64) {
         let welcome = self.hello(socket);
         self.strangers().remove(&number);
@@ -310,8 +309,8 @@ impl Hall {
         let full = self.open.fetch_add(1, Ordering::SeqCst) >= CLIENTS;
         let welcome = welcome.and_then(|id| match full {
             true => Err((
-                format!("{CLIENTS} clients are connected, and there is no room for more"),
-                "close one of them".to_string(),
+                format!("{CLIENTS} clients are connected, which is the limit"),
+                "disconnect one of them".to_string(),
             )),
             false => Ok(id),
         });
@@ -359,7 +358,7 @@ impl Hall {
         }
     }
 
-    /// The first message: its version and its token. Gives its number.
+    /// Reads the first message, with version and token. Returns its number.
     fn hello(&self, socket: &TcpStream) -> Result<u64, (String, String)> {
         let words = |m: &str, h: &str| (m.to_string(), h.to_string());
         let io = |e: std::io::Error| (e.to_string(), "connect again".to_string());
@@ -367,30 +366,30 @@ impl Hall {
         socket.set_write_timeout(Some(PATIENCE)).map_err(io)?;
         let mut patient = Patient { socket, until: now() + PATIENCE };
         let first: Request = read_frame(&mut patient, LONGEST_HELLO)
-            .map_err(|e| (e.to_string(), "begin with hello".to_string()))?;
+            .map_err(|e| (e.to_string(), "send hello first".to_string()))?;
         let Ask::Hello { version, token } = first.ask else {
-            return Err(words("the first message is no hello", "begin with hello"));
+            return Err(words("the first message is not hello", "send hello first"));
         };
         if !same(token.as_bytes(), self.token.as_bytes()) {
             let help = "take it from live.json in the folder of the run";
-            return Err(words("the token is not that of this run", help));
+            return Err(words("the token does not belong to this run", help));
         }
         if version != VERSION {
-            let message = format!("protocol {version} is not spoken here");
-            return Err((message, format!("speak protocol {VERSION}")));
+            let message = format!("protocol {version} is not supported");
+            return Err((message, format!("use protocol {VERSION}")));
         }
         socket.set_read_timeout(None).map_err(io)?;
         Ok(first.id)
     }
 }
 
-/// The wall clock: how long clients are waited for.
+/// The wall clock limits the time to wait for clients.
 #[allow(clippy::disallowed_methods)]
 fn now() -> Instant {
     Instant::now()
 }
 
-/// A socket that is read until an instant, however slowly its bytes come.
+/// A socket with a deadline for reading, independent of the pace of its bytes.
 struct Patient<'a> {
     socket: &'a TcpStream,
     until: Instant,
@@ -407,7 +406,7 @@ impl Read for Patient<'_> {
     }
 }
 
-/// Compares without telling by its time how far they agree.
+/// Compares in constant time, so that the duration does not reveal the position of the first difference.
 fn same(a: &[u8], b: &[u8]) -> bool {
     a.len() == b.len() && a.iter().zip(b).fold(0, |d, (x, y)| d | (x ^ y)) == 0
 }

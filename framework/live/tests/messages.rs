@@ -1,4 +1,4 @@
-//! The reader of messages under junk: it refuses, and takes no more memory than has arrived.
+//! The reader of messages with random input: it rejects it, and never allocates more memory than it has received.
 #![allow(clippy::unwrap_used)]
 #[path = "../../../tests/fuzz/mutate.rs"]
 mod mutate;
@@ -76,13 +76,13 @@ fn junk_is_refused_and_nothing_panics() {
             read_ok += usize::from(read(&bytes).is_ok());
         }
     }
-    // Some are other messages: a digit, a letter of a path.
+    // Some are other valid messages: a digit, a letter of a path.
     assert!(read_ok > 0 && read_ok < 11_000, "{read_ok}");
     for _ in 0..20_000 {
         let bytes: Vec<u8> = (0..dice.next() % 64).map(|_| dice.next() as u8).collect();
         assert!(read(&bytes).is_err());
     }
-    // JSON that is nested without end, and fields that nobody knows.
+    // Endlessly nested JSON, and unknown fields.
     let framed = |text: String| [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
     for text in [
         "[".repeat(60_000),
@@ -106,11 +106,11 @@ fn mutations_of_messages_are_read_or_refused() {
     };
     let seeds: Vec<Vec<u8>> = requests().iter().map(framed).collect();
     mutate::survives(&[seeds, mutate::kept("socket")].concat(), 20_000, |bytes| {
-        // As many as there are, one after the other, as a connection is read.
+        // Several messages in sequence, as on a connection.
         let mut from = bytes;
         let mut any = false;
         while let Ok(request) = read_frame::<Request>(&mut from, LONGEST_REQUEST) {
-            // What was read can be said again.
+            // Messages can be written again.
             framed(&request);
             any = true;
         }
@@ -118,7 +118,7 @@ fn mutations_of_messages_are_read_or_refused() {
     });
 }
 
-/// Claims four gigabytes and counts what is asked of it.
+/// Announces four gigabytes and counts the requested bytes.
 struct Endless(u64);
 
 impl std::io::Read for Endless {

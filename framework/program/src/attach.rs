@@ -6,68 +6,68 @@ use linkwork_runner::assignment;
 use linkwork_runtime::Value;
 use std::path::Path;
 
-/// What is wanted of the run.
+/// A request to the run.
 #[derive(Subcommand, Clone, Debug)]
 pub enum AttachCommand {
-    /// Names and units of variables.
+    /// List names and units of variables.
     List {
         /// Patterns: `Rover.**.torque`.
         #[arg(default_value = "**")]
         patterns: Vec<String>,
     },
-    /// Values now, in SI.
+    /// Print present values, in SI.
     Get {
         /// Variables, by pattern.
         #[arg(required = true)]
         patterns: Vec<String>,
     },
-    /// Values as the run goes on, a line for each instant: the time and the values.
+    /// Print values while the run continues, one line per instant: the time and the values.
     Watch {
         /// Variables, by pattern.
         #[arg(required = true)]
         patterns: Vec<String>,
-        /// Lines in a second at most.
+        /// Largest number of lines per second.
         #[arg(long, default_value_t = 10.0)]
         rate: f64,
-        /// Stop after so many lines.
+        /// Stop after this number of lines.
         #[arg(long)]
         count: Option<u64>,
     },
-    /// Set states, and inputs without a wire: bob.rate=0.5, "bob.angle=30 deg", 'Wheel*.rate=0'. They act from the
-    /// present tick on, in this order, and stand in the log.
+    /// Set states and unconnected inputs: bob.rate=0.5, "bob.angle=30 deg", 'Wheel*.rate=0'. Changes act from the present tick on, in this order, and
+    /// are recorded in the log.
     Set {
-        /// What (a variable, or a pattern with a star), and to what.
+        /// PATH=VALUE; the path of a variable, or a pattern with a star.
         #[arg(required = true, value_name = "PATH=VALUE")]
         values: Vec<String>,
     },
-    /// Pin states, outputs, and inputs without a wire: they keep the value, or without one the present value, for
-    /// every reader until they are unpinned. Pins stand in the log and in checkpoints.
+    /// Pin states, outputs and unconnected inputs: they keep the value (default: the present value) for every reader until they are unpinned. Pins
+    /// are recorded in the log and in checkpoints.
     Pin {
-        /// What (a variable, or a pattern with a star), and to what.
+        /// PATH=VALUE or PATH; the path of a variable, or a pattern with a star.
         #[arg(required = true, value_name = "PATH[=VALUE]")]
         values: Vec<String>,
     },
-    /// Let pinned variables go.
+    /// Release pinned variables.
     Unpin {
         /// Variables, or patterns with a star.
         #[arg(required = true, value_name = "PATH")]
         paths: Vec<String>,
     },
-    /// What is pinned, in SI.
+    /// Print the pinned variables, in SI.
     Pins,
-    /// The run stands still.
+    /// Pause the run.
     Pause,
-    /// So many steps; then the run stands still.
+    /// Make a number of steps, then pause the run.
     Step {
-        /// How many.
+        /// Number of steps.
         #[arg(default_value_t = 1)]
         steps: u64,
     },
-    /// The run goes on.
+    /// Continue the run.
     Go,
     /// Write a checkpoint into the folder of the run.
     Checkpoint,
-    /// The run ends as by Ctrl-C, with a checkpoint.
+    /// Stop the run like Ctrl-C, with a checkpoint.
     Quit,
 }
 
@@ -101,8 +101,8 @@ fn names(client: &mut Client, patterns: Vec<String>) -> Result<Vec<(String, Stri
 }
 
 fn odd(said: &Said) -> ClientError {
-    let message = format!("the run answers with {said:?}");
-    ClientError::Refused { message, help: "take the same version here and there".into() }
+    let message = format!("unexpected answer of the run: {said:?}");
+    ClientError::Refused { message, help: "use the same version of the program for both".into() }
 }
 
 fn done(client: &mut Client, command: AttachCommand) -> Result<(), ClientError> {
@@ -131,7 +131,7 @@ fn done(client: &mut Client, command: AttachCommand) -> Result<(), ClientError> 
             let asks = values.iter().map(|written| match assignment(written) {
                 (path, Some(value)) => Ok(Ask::Set { path, value: value.into() }),
                 (_, None) => {
-                    let message = format!("`{written}` has no `=`");
+                    let message = format!("`{written}` lacks a `=`");
                     Err(ClientError::Refused { message, help: "write PATH=VALUE".into() })
                 }
             });
@@ -187,7 +187,7 @@ fn watch(
     let mut lines = 0;
     while count != Some(lines) {
         let reply = match client.receive() {
-            // The run is at its end.
+            // The run has ended.
             Err(ClientError::Frame(FrameError::Ended)) => return Ok(()),
             reply => reply?,
         };
@@ -204,7 +204,7 @@ fn watch(
     Ok(())
 }
 
-/// Asks in this order, and says what each has changed.
+/// Sends requests in this order, and prints what each has changed.
 fn change(client: &mut Client, asks: Vec<Ask>) -> Result<(), ClientError> {
     for ask in asks {
         match client.ask(ask)? {

@@ -1,19 +1,19 @@
-//! What a model does, in a terminal: the plots of the small simulation that a library keeps for it.
+//! The behaviour of a model in a terminal: plots of the small simulation that a library contains for it.
 use crate::picture::Picture;
 use crate::{exit, load, run};
 use linkwork_runtime::{RunError, Simulation};
 use std::fmt::Write;
 use std::sync::Arc;
 
-/// Where a library keeps the simulation of a model, among its embedded files.
+/// Returns the path of the simulation of a model among the library's embedded files.
 fn file(model: &str) -> String {
     format!("behaviours/{model}.ron")
 }
 
-/// The behaviour of a model as text; empty where its library keeps none.
+/// Returns the behaviour of a model as text; empty if its library does not contain a simulation for it.
 ///
 /// # Errors
-/// The exit code, when the simulation does not load or run: the mistake has been told.
+/// The exit code, if the simulation cannot be loaded or fails. The error has been printed.
 pub fn behaviour(model: &str) -> Result<String, u8> {
     let file = file(model);
     let Some(text) = load::library().embedded.get(&file).cloned() else { return Ok(String::new()) };
@@ -21,7 +21,7 @@ pub fn behaviour(model: &str) -> Result<String, u8> {
     let doc = ready.loaded.simulation.doc.clone();
     let scene = run::prepare(&ready)?.scene.0;
     let Some(until) = ready.loaded.simulation.until else {
-        tell!("error: nothing says when `{file}` is to stop\n  help: write `until` in it");
+        tell!("error: `{file}` does not define when to stop\n  help: write `until` in it");
         return Err(exit::INPUT);
     };
     let mut sim = Simulation::of(Arc::new(ready.program));

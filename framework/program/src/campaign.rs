@@ -1,5 +1,4 @@
-//! `linkwork campaign`: many runs with drawn values, progress on the terminal, tables and a report; any single run
-//! again.
+//! `linkwork campaign`: many runs with drawn values, progress on the terminal, tables and a report; repetition of any single run.
 use crate::options::RunOptions;
 use crate::voice::report;
 use crate::{exit, load, run};
@@ -13,16 +12,16 @@ use linkwork_runner::Stop;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
-/// What a campaign may be told.
+/// Options of a campaign.
 #[derive(Args, Clone, Debug, Default)]
 pub struct CampaignOptions {
-    /// Folder for the files; `runs/NAME` unless given. What ended in it already is not run again.
+    /// Folder for the files (default: `runs/NAME`). Runs in it that have ended are not repeated.
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
-    /// Threads; as many as the machine has cores unless given.
+    /// Number of threads (default: one per core).
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
-    /// Only this run, again, to the same bits; its files go into OUT/run_N.
+    /// Repeat only this run, bit-identically; its files are written into OUT/run_N.
     #[arg(long, value_name = "N")]
     pub run: Option<u64>,
     /// With --run: write its log and recording.
@@ -48,7 +47,7 @@ pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
         return again(&campaign, run, &out, options);
     }
     if options.threads == Some(0) {
-        tell!("error: --threads is 0\n  help: write 1 or more, or leave it out");
+        tell!("error: --threads is 0\n  help: write 1 or more, or omit it");
         return exit::INPUT;
     }
     let mut folder = match Folder::open(&out, &campaign) {
@@ -60,13 +59,13 @@ pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
     };
     for (line, why) in &folder.journal.damaged {
         tell!(
-            "warning: the journal `{}`, line {line}: {why}\n  help: its run is made again, and all others are kept",
+            "warning: the journal `{}`, line {line}: {why}\n  help: this run is repeated, and all others are kept",
             Folder::journal_in(&out).display()
         );
     }
     let stop = Stop::default();
     let asked = stop.clone();
-    // Fails only when a handler is already set (several campaigns in one process).
+    // This fails only if a handler is already set (several campaigns in one process).
     let _ = ctrlc::set_handler(move || {
         if asked.set() {
             std::process::exit(i32::from(exit::STOPPED));
@@ -86,14 +85,14 @@ pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
         show(&bar, p);
     });
     bar.finish_and_clear();
-    // What there is, is written, also when the campaign could not go on.
+    // The results so far are written even if the campaign cannot continue.
     let (results, written) = folder.write(&campaign, orders.threads);
     if !options.quiet {
         let files = written.as_deref().unwrap_or_default();
         summary(&campaign, &folder.journal, &results, files);
     }
     if let Err(e) = &written {
-        tell!("error: {e}\n  help: mend that and give the same command again: no run is lost");
+        tell!("error: {e}\n  help: correct this and repeat the command; completed runs are kept");
     }
     match ended {
         Err(e) => {
@@ -103,7 +102,7 @@ pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
         _ if written.is_err() => exit::FAILED,
         Ok(false) => {
             let file = file.display();
-            tell!("stopped; go on with: linkwork campaign {file} --out {}", out.display());
+            tell!("stopped; continue with: linkwork campaign {file} --out {}", out.display());
             exit::STOPPED
         }
         Ok(true) if results.failures.is_empty() => exit::OK,
@@ -116,7 +115,7 @@ fn bar(runs: u64, quiet: bool) -> ProgressBar {
         return ProgressBar::hidden();
     }
     let bar = ProgressBar::new(runs);
-    // The template is a constant that parses.
+    // The template is a valid constant.
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} runs  {msg}") {
         bar.set_style(style);
     }
@@ -157,7 +156,7 @@ fn summary(campaign: &Campaign, journal: &Journal, results: &Results, files: &[P
             format!(" ({:.1} to {:.1} % with 95 % confidence)", 100.0 * from, 100.0 * to)
         });
         say!(
-            "  {} of {done} kept all that is required: {:.1} %{interval}",
+            "  {} of {done} satisfied all requirements: {:.1} %{interval}",
             results.kept,
             100.0 * share
         );
@@ -169,7 +168,7 @@ fn summary(campaign: &Campaign, journal: &Journal, results: &Results, files: &[P
             words => format!(" ({words})"),
         };
         let (n, cause) = (m.runs.len(), &m.cause);
-        say!("  {n} ({share:.1} %) missed by: {cause}{required}\n    runs {}", few(&m.runs, 5));
+        say!("  {n} ({share:.1} %) violated: {cause}{required}\n    runs {}", few(&m.runs, 5));
     }
     for (kind, runs) in &results.failures {
         say!("  {} failed by: {kind}\n    runs {}", runs.len(), few(runs, 5));
@@ -186,8 +185,8 @@ fn summary(campaign: &Campaign, journal: &Journal, results: &Results, files: &[P
     }
 }
 
-/// `--run N`: the run as `linkwork run` makes it, with what the campaign drew. When the campaign has made it already,
-/// the two last states are compared.
+/// `--run N`: makes the run like `linkwork run`, with the values that the campaign drew. If the campaign has already made it, the two last states are
+/// compared.
 fn again(campaign: &Campaign, run: u64, out: &Path, options: &CampaignOptions) -> u8 {
     let runs = campaign.form().runs;
     if run >= runs {
@@ -201,7 +200,7 @@ fn again(campaign: &Campaign, run: u64, out: &Path, options: &CampaignOptions) -
         Ok(ready) => ready,
         Err(LoadError::Refused(failure)) => return report(&failure),
         Err(LoadError::Changed(file)) => {
-            tell!("error: `{file}` has changed\n  help: give the command again");
+            tell!("error: `{file}` has changed\n  help: repeat the command");
             return exit::INPUT;
         }
     };
@@ -230,7 +229,7 @@ fn again(campaign: &Campaign, run: u64, out: &Path, options: &CampaignOptions) -
     compare(&folder, &known, code)
 }
 
-/// How the campaign's own run ended, when it has.
+/// Returns the outcome of the campaign's own run, if it has ended.
 fn known(campaign: &Campaign, out: &Path, run: u64) -> Result<Option<Outcome>, String> {
     let path = Folder::journal_in(out);
     if !path.exists() {
@@ -239,7 +238,9 @@ fn known(campaign: &Campaign, out: &Path, run: u64) -> Result<Option<Outcome>, S
     match Journal::open(&path, campaign.identity(), campaign.form().runs) {
         Ok(mut journal) => Ok(journal.outcomes.remove(&run)),
         Err(JournalError::Taken { .. }) => {
-            tell!("note: the campaign is running: the last state is not compared with its own");
+            tell!(
+                "note: the campaign is running, so the last state is not compared with its result"
+            );
             Ok(None)
         }
         Err(e) => Err(e.to_string()),
@@ -260,13 +261,13 @@ fn compare(folder: &Path, known: &Outcome, code: u8) -> u8 {
         }
         Some(now) => {
             tell!(
-                "error: the last state is {now}, in the campaign it was {was}\n  help: this is a mistake of a model or \
-                 of Linkwork: runs are meant to be the same bits each time"
+                "error: the last state is {now}, but in the campaign it was {was}\n  help: this is a bug in a model or \
+                 in Linkwork: repeated runs must be bit-identical"
             );
             exit::FAILED
         }
         None => {
-            tell!("error: `{}` does not tell the last state", path.display());
+            tell!("error: `{}` does not contain the last state", path.display());
             exit::FAILED
         }
     }

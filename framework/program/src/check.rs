@@ -1,9 +1,9 @@
-//! `linkwork check`: load, compile, place, and look up every pattern; whether a run can begin, without running.
+//! `linkwork check`: loads, compiles and places a simulation and resolves all names, which shows whether a run can begin.
 use crate::{exit, load, run};
 use linkwork_runtime::{RankReport, Simulation};
 use std::path::Path;
 
-/// Prints every mistake, or what there is.
+/// Prints all mistakes, or a summary of the simulation.
 pub fn check(sim: &Path, set: &[String]) -> u8 {
     let ready = match load::ready(sim, set, None) {
         Ok(ready) => ready,
@@ -47,7 +47,7 @@ pub fn check(sim: &Path, set: &[String]) -> u8 {
     exit::OK
 }
 
-/// What loops and couplings leave of the motion, and which of them repeat others.
+/// Prints the mobility that remains with loops and couplings, and redundant constraints.
 fn constraints(r: &RankReport) {
     say!(
         "    constraints: {} equations of rank {} on {} free rates: mobility {}; {} prescribed",

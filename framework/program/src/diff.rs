@@ -7,10 +7,10 @@ use linkwork_runtime::Checkpoint;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// What a file holds.
+/// Content of a file.
 struct Contents {
     series: BTreeMap<String, Series>,
-    /// The configuration that made it, when it carries one.
+    /// The configuration of the run, if the file contains one.
     configuration: String,
     /// Stores of parts, by name.
     stores: BTreeMap<String, Vec<u8>>,
@@ -27,7 +27,7 @@ fn read(path: &Path) -> Result<Contents, String> {
         Some("mcap") => read_whole_log(path),
         Some("lwck") => {
             let c = Checkpoint::read(path)
-                .map_err(|e| format!("{e}\n  help: give a .lwck file that a run wrote, whole"))?;
+                .map_err(|e| format!("{e}\n  help: give a complete .lwck file that a run wrote"))?;
             let values = c.lanes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
             let one = |y: f64| Series { t: vec![c.time], y: vec![y], unit: String::new() };
             let n = c.layout.len();
@@ -43,10 +43,10 @@ fn read(path: &Path) -> Result<Contents, String> {
                 .map(|(k, y)| {
                     let name =
                         c.layout.get(k).or_else(|| signals.get(k - n).filter(|s| !s.is_empty()));
-                    // A state and an output may share a name.
+                    // A state and an output can have the same name.
                     let taken = k >= n && name.is_some_and(|s| c.layout.contains(s));
                     let name = name.filter(|_| !taken).cloned();
-                    (name.unwrap_or_else(|| format!("signal lane {}", k - n)), one(y))
+                    (name.unwrap_or_else(|| format!("signal slot {}", k - n)), one(y))
                 })
                 .chain(pins)
                 .chain([phase])
@@ -63,17 +63,17 @@ fn read(path: &Path) -> Result<Contents, String> {
     }
 }
 
-/// What a recording shows.
+/// Reads the content of a recording.
 #[cfg(feature = "viewer")]
 fn read_recording(path: &Path) -> Result<BTreeMap<String, Series>, String> {
     let shown = linkwork_viz::read_recording(path).map_err(|e| {
-        format!("{e}\n  help: give a .rrd file that a run or `linkwork view` wrote, whole")
+        format!("{e}\n  help: give a complete .rrd file that a run or `linkwork view` wrote")
     })?;
     let series = |(t, y)| Series { t, y, unit: String::new() };
     Ok(shown.into_iter().map(|(name, shown)| (name, series(shown))).collect())
 }
 
-/// Without the feature there is nothing to read it with.
+/// Without the feature, recordings cannot be read.
 #[cfg(not(feature = "viewer"))]
 fn read_recording(path: &Path) -> Result<BTreeMap<String, Series>, String> {
     Err(format!(
@@ -82,41 +82,40 @@ fn read_recording(path: &Path) -> Result<BTreeMap<String, Series>, String> {
     ))
 }
 
-/// A log that was cut, or that holds nothing, equals no other.
+/// Reads a complete log. A truncated or empty log cannot be compared.
 fn read_whole_log(path: &Path) -> Result<Contents, String> {
     let log = read_log_with_poses(path).map_err(|e| e.to_string())?;
     let name = path.display();
     if let End::Cut { at } = log.end {
         let last = log.series.values().filter_map(|s| s.t.last()).copied().fold(0.0, f64::max);
         return Err(format!(
-            "log `{name}` has no end: it was cut after {at} bytes, at t = {last} s\n  help: the run was killed, or \
-             the copy is cut; go on from the last checkpoint with `linkwork resume`, or compare checkpoints"
+            "log `{name}` is truncated after {at} bytes, at t = {last} s\n  help: the run was killed, or \
+             the copy is incomplete; continue from the last checkpoint with `linkwork resume`, or compare checkpoints"
         ));
     }
     if log.series.is_empty() {
         return Err(format!(
-            "log `{name}` holds no numbers\n  help: say in `log` of the simulation what to log"
+            "log `{name}` does not contain numbers\n  help: select variables in `log` of the simulation"
         ));
     }
     Ok(Contents { series: log.series, configuration: log.configuration, stores: BTreeMap::new() })
 }
 
-/// The first line in which two configurations differ.
+/// Returns the first line in which two configurations differ.
 fn first_line(a: &str, b: &str) -> Option<String> {
     let (mut x, mut y) = (a.lines(), b.lines());
     (1..).find_map(|n| match (x.next(), y.next()) {
         (None, None) => Some(None),
         (p, q) if p == q => None,
         (p, q) => {
-            let shown = |line: Option<&str>| {
-                line.map_or("no such line".into(), |l| format!("`{}`", l.trim()))
-            };
+            let shown =
+                |line: Option<&str>| line.map_or("no line".into(), |l| format!("`{}`", l.trim()));
             Some(Some(format!("line {n}: {} against {}", shown(p), shown(q))))
         }
     })?
 }
 
-/// How two files are compared.
+/// Options of the comparison.
 #[derive(Args, Clone, Debug, Default)]
 pub struct DiffOptions {
     /// Absolute tolerance.
@@ -125,16 +124,16 @@ pub struct DiffOptions {
     /// Relative tolerance.
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
     pub rel: f64,
-    /// Tolerances of the names that match a pattern (repeatable; the last that matches holds): 'Rover.**.torque=1e-6'
-    /// is absolute, '**.angle=1e-9,1e-6' absolute and relative.
+    /// Tolerances of the names that match a pattern (repeatable; the last match counts): 'Rover.**.torque=1e-6' is absolute, '**.angle=1e-9,1e-6'
+    /// absolute and relative.
     #[arg(long = "tol", value_name = "PATTERN=ABS[,REL]")]
     pub tolerances: Vec<String>,
-    /// Compare where both have rows: logs of other rates, or that begin or end at other times.
+    /// Compare only common samples: for logs with different rates or different start or end times.
     #[arg(long)]
     pub common: bool,
 }
 
-/// The tolerances as written; says what is wrong with one.
+/// Parses the tolerances, or returns an error message.
 fn tolerances(options: &DiffOptions) -> Result<Tolerances, String> {
     let number = |text: &str| text.trim().parse::<f64>().ok().filter(|x| *x >= 0.0);
     let mut of = Vec::new();
@@ -144,17 +143,17 @@ fn tolerances(options: &DiffOptions) -> Result<Tolerances, String> {
             Some((pattern.trim().to_string(), number(a)?, number(r)?))
         });
         of.push(read.ok_or_else(|| {
-            format!("--tol `{text}` is no tolerance\n  help: write 'PATTERN=1e-6' or 'PATTERN=1e-9,1e-6'")
+            format!("--tol `{text}` is not a tolerance\n  help: write 'PATTERN=1e-6' or 'PATTERN=1e-9,1e-6'")
         })?);
     }
     let general = [("--abs", options.abs), ("--rel", options.rel)];
     if let Some((name, x)) = general.into_iter().find(|(_, x)| !(*x >= 0.0)) {
-        return Err(format!("{name} is {x}\n  help: write a number that is not below zero"));
+        return Err(format!("{name} is {x}\n  help: write a number that is not negative"));
     }
     Ok(Tolerances { absolute: options.abs, relative: options.rel, of })
 }
 
-/// Prints what differs by more than `abs + rel · max(|a|, |b|)`.
+/// Prints the series that differ by more than `abs + rel · max(|a|, |b|)`.
 pub fn diff(a: &Path, b: &Path, options: &DiffOptions) -> u8 {
     let tolerances = match tolerances(options) {
         Ok(tolerances) => tolerances,
@@ -190,12 +189,12 @@ pub fn diff(a: &Path, b: &Path, options: &DiffOptions) -> u8 {
     for name in names.into_iter().filter(|name| x.stores.get(*name) != y.stores.get(*name)) {
         let (a, b) =
             (x.stores.get(name).map_or(0, Vec::len), y.stores.get(name).map_or(0, Vec::len));
-        let what = format!("{a} bytes against {b}, or other ones");
+        let what = format!("{a} bytes against {b}, or different bytes");
         differences.push(Difference { name: name.clone(), what, largest: f64::INFINITY });
     }
     let exact = !options.common && abs == 0.0 && rel == 0.0 && tolerances.of.is_empty();
     if let Some(line) = first_line(&x.configuration, &y.configuration) {
-        // Users compare runs of different settings with tolerances or with `--common`.
+        // Different configurations are not an error with tolerances or `--common`, because users then compare runs with different settings.
         if exact {
             let (name, what) = ("the configuration".to_string(), line);
             differences.push(Difference { name, what, largest: f64::INFINITY });
@@ -209,7 +208,7 @@ pub fn diff(a: &Path, b: &Path, options: &DiffOptions) -> u8 {
             0 => String::new(),
             n => format!(", and by {n} patterns"),
         };
-        let at = if options.common { ", where both have rows" } else { "" };
+        let at = if options.common { ", at common samples" } else { "" };
         say!("equal: {series} series within abs {abs:e}, rel {rel:e}{by}{at}");
         return exit::OK;
     }

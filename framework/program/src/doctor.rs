@@ -1,11 +1,11 @@
-//! `linkwork doctor`: what of this machine and of this build matters, and what to do where it could be better.
+//! `linkwork doctor`: relevant properties of this machine and this build, and what could be improved.
 use crate::exit;
 use std::process::{Command, Stdio};
 
-/// The version of Rerun whose recordings are written.
+/// The version of Rerun that can read the recordings.
 const VIEWER: &str = "0.36.3";
 
-/// A line of the report: what, how it is, and a remedy where there is one.
+/// A line of the report: subject, state, and a remedy if there is one.
 struct Finding {
     what: &'static str,
     is: String,
@@ -44,7 +44,7 @@ pub fn doctor() -> u8 {
     exit::OK
 }
 
-/// The value behind the first line of a system's file that begins with `key`.
+/// Returns the value in the first line of a system file that begins with `key`.
 fn line_of(file: &str, key: &str) -> Option<String> {
     let text = std::fs::read_to_string(file).ok()?;
     let line = text.lines().find(|l| l.starts_with(key))?;
@@ -56,23 +56,27 @@ fn processor() -> Finding {
     Finding::of("processor", name.unwrap_or_else(|| std::env::consts::ARCH.to_string()))
 }
 
-/// What the program was built for beside what the processor has.
+/// Compares the instructions of the build with those of the processor.
 fn instructions() -> Finding {
-    let built =
-        if cfg!(target_feature = "avx2") { "AVX2 and FMA" } else { "any processor of its kind" };
+    let built = if cfg!(target_feature = "avx2") {
+        "AVX2 and FMA"
+    } else {
+        "any processor of this architecture"
+    };
     let is = format!("built for {built}");
     #[cfg(target_arch = "x86_64")]
     if !cfg!(target_feature = "avx2") && std::arch::is_x86_feature_detected!("avx2") {
         return Finding::of("instructions", format!("{is}; this one has AVX2"))
-            .help("build without a RUSTFLAGS of your own: `.cargo/config.toml` asks for AVX2");
+            .help("build without your own RUSTFLAGS: `.cargo/config.toml` enables AVX2");
     }
     Finding::of("instructions", is)
 }
 
 fn cores() -> Finding {
     match std::thread::available_parallelism() {
-        Ok(n) if n.get() == 1 => Finding::of("cores", "1")
-            .help("log, recording and campaigns run beside a simulation: two cores are faster"),
+        Ok(n) if n.get() == 1 => Finding::of("cores", "1").help(
+            "logs, recordings and campaigns run in parallel to a simulation: two cores are faster",
+        ),
         Ok(n) => Finding::of("cores", n.to_string()),
         Err(e) => Finding::of("cores", format!("unknown: {e}")),
     }
@@ -109,7 +113,7 @@ fn features() -> Finding {
     }
 }
 
-/// The first line that a program prints, when there is such a program.
+/// Returns the first line that a program prints, if the program exists.
 fn says(program: &str, arguments: &[&str]) -> Option<String> {
     let run = Command::new(program)
         .args(arguments)

@@ -1,9 +1,9 @@
-//! Machines that have left the ground of their map. Beyond its edge, and where it has no data, there is nothing that holds them: a
-//! run goes on, and its user is told, once for each body.
+//! Detection of machines that have left the ground of their map. Beyond its edge, and where it does not have data, no ground supports them. The run
+//! continues, and a warning is printed once per body.
 use linkwork_runtime::{Place, Plan, ServiceObject, Simulation};
 use linkwork_spatial::Vec3;
 
-/// How far below the last ground under it a body off the map has fallen when that is told, m.
+/// Fall below the last ground under a body, m, after which the warning is printed.
 const BELOW: f64 = 10.0;
 
 /// The free bodies of a run.
@@ -13,13 +13,13 @@ struct Watched {
     body: String,
     /// x, y, z in W.
     place: [Place; 3],
-    /// Height of the ground that it was last over, m.
+    /// Height of the ground that was last below it, m.
     ground: Option<f64>,
     told: bool,
 }
 
 impl Edges {
-    /// Of all phases: `plan` is any, whose variables are those of the program.
+    /// Creates the check for the bodies of all phases. `plan` is that of any phase, because all plans have the variables of the program.
     pub fn new(plan: &Plan) -> Edges {
         let paths = plan.variables.keys().filter_map(|path| path.strip_suffix(".position.x"));
         let watched = paths.filter_map(|body| {
@@ -29,7 +29,7 @@ impl Edges {
         Edges(watched.collect())
     }
 
-    /// Bodies that have fallen off the map since this was asked last, a line each.
+    /// Returns a line for each body that has fallen off the map since the last call.
     pub fn fallen(&mut self, sim: &Simulation) -> Vec<String> {
         let mut lines = Vec::new();
         let plan = sim.plan();
@@ -44,7 +44,7 @@ impl Edges {
                 _ => None,
             })
         };
-        // At a site the ground falls away with the planet.
+        // At a site, the ground curves down with the planet.
         let site = plan.services.iter().find_map(|(_, object)| object.axes().site());
         let height = |p: &Vec3| {
             let far = |s: linkwork_runtime::Site| {
@@ -60,7 +60,7 @@ impl Edges {
                 w.ground = under;
                 continue;
             }
-            // A body that was never over a map flies where it will, until it is lower than all that is known of the ground.
+            // A body that was never above a map is ignored until it is lower than all known ground.
             let known = w.ground.or_else(|| {
                 maps().find_map(|(_, t)| {
                     let [x0, y0, x1, y1] = t.bounds();
@@ -73,7 +73,7 @@ impl Edges {
                 w.told = true;
                 let [x0, y0, x1, y1] = map.bounds();
                 lines.push(format!(
-                    "warning: `{}` is at ({x:.1}, {y:.1}, {z:.1}) m at t = {:.3} s, where no ground holds it: `{path}` reaches from ({x0:.1}, {y0:.1}) to ({x1:.1}, {y1:.1}) m, and may have holes\n  help: make the map larger, end the run before (`stop_when`), or keep the machine on it",
+                    "warning: `{}` is at ({x:.1}, {y:.1}, {z:.1}) m at t = {:.3} s, where no ground supports it: `{path}` extends from ({x0:.1}, {y0:.1}) to ({x1:.1}, {y1:.1}) m, and may have holes\n  help: make the map larger, end the run before (`stop_when`), or keep the machine on it",
                     w.body,
                     sim.time()
                 ));

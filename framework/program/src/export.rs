@@ -9,22 +9,22 @@ use linkwork_fmi::{Export, export as write, find_library};
 use linkwork_record::{End, ExportError, Exported, LogError, export_parquet};
 use std::path::{Path, PathBuf};
 
-/// What an export may be told.
+/// Options of an export.
 #[derive(Args, Clone, Debug, Default)]
 pub struct ExportOptions {
-    /// Where the unit of a simulation goes, e.g. ball.fmu.
+    /// Write a simulation as an FMI unit to this file, e.g. ball.fmu.
     #[arg(long, value_name = "FILE", conflicts_with = "parquet")]
     pub fmu: Option<PathBuf>,
-    /// Where the table of a log goes, e.g. run.parquet: a row for each instant, a column for each variable.
+    /// Write a log as a table to this file, e.g. run.parquet: a row per instant, a column per variable.
     #[arg(long, value_name = "FILE")]
     pub parquet: Option<PathBuf>,
-    /// Inputs of the unit, by pattern (repeatable): inputs that nothing drives. All unless given.
+    /// Inputs of the unit, by pattern (repeatable); they must be unconnected (default: all).
     #[arg(long = "input", value_name = "PATTERN", conflicts_with = "parquet")]
     pub inputs: Vec<String>,
-    /// Outputs of the unit, by pattern (repeatable). What the simulation logs unless given.
+    /// Outputs of the unit, by pattern (repeatable; default: the variables that the simulation logs).
     #[arg(long = "output", value_name = "PATTERN", conflicts_with = "parquet")]
     pub outputs: Vec<String>,
-    /// The shared library that goes into the unit; the one beside this program unless given.
+    /// Shared library of the unit (default: the one next to this program).
     #[arg(long, value_name = "FILE", conflicts_with = "parquet")]
     pub library: Option<PathBuf>,
     /// Set a parameter of the simulation (repeatable).
@@ -39,7 +39,7 @@ pub fn export(from: &Path, options: &ExportOptions) -> u8 {
         (_, Some(parquet)) => table(from, parquet),
         (None, None) => {
             tell!(
-                "error: nothing says what to write\n  help: give --fmu FILE for a simulation, --parquet FILE for a log"
+                "error: the output format is missing\n  help: give --fmu FILE for a simulation, --parquet FILE for a log"
             );
             exit::INPUT
         }
@@ -49,14 +49,14 @@ pub fn export(from: &Path, options: &ExportOptions) -> u8 {
 fn table(log: &Path, to: &Path) -> u8 {
     if same(log, to) {
         let log = log.display();
-        tell!("error: `{log}` is the log itself\n  help: name another file for the table");
+        tell!("error: `{log}` is the log itself\n  help: choose another file for the table");
         return exit::INPUT;
     }
     match export_parquet(log, to) {
         Ok(Exported { rows, variables, end }) => {
             if let End::Cut { at } = end {
                 tell!(
-                    "warning: `{}` ends after byte {at}, in the middle of something: the table has what is before",
+                    "warning: `{}` is truncated after byte {at}: the table contains the data before",
                     log.display()
                 );
             }

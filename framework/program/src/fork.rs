@@ -1,8 +1,8 @@
-//! `linkwork fork`: goes on from a checkpoint with other parameters, or as another simulation.
+//! `linkwork fork`: continues from a checkpoint with other parameters, or as another simulation.
 //!
-//! The state goes over by path, as between phases: parts of one path and kind keep it, new parts start at this
-//! instant, bodies keep pose and motion. Parts that are kept, new and lost are listed before any file is written. Metrics of
-//! variables and conditions that both have continue; the log carries the state from which the fork begins, so that it can be simulated again.
+//! The state is transferred by path, as between phases: parts with the same path and kind keep it, new parts start at this instant, bodies keep pose
+//! and velocity. Kept, new and lost parts are listed before any file is written. Metrics of variables and conditions that exist in both continue. The
+//! log contains the state from which the fork begins, so that it can be replayed.
 use crate::load::Ready;
 use crate::options::RunOptions;
 use crate::{exit, load, run};
@@ -11,25 +11,25 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What a fork may be told.
+/// Options of a fork.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct ForkOptions {
-    /// Go on as this simulation, and not as the one inside the checkpoint: for changed files, and for parameters of
-    /// assemblies, of which the checkpoint knows only what became of them.
+    /// Continue as this simulation instead of the one in the checkpoint: for changed files, and for parameters of assemblies, which the checkpoint
+    /// contains only in resolved form.
     #[arg(long, value_name = "SIM")]
     pub sim: Option<PathBuf>,
     /// Set a parameter of a part (with --sim, of an assembly too; repeatable).
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub set: Vec<String>,
-    /// Go on although the states of some parts or bodies are lost.
+    /// Continue even if the states of some parts or bodies are lost.
     #[arg(long)]
     pub allow: bool,
 }
 
-/// A run that is to go on as another.
+/// A run that continues as another one.
 pub(crate) struct Fork {
     old: Option<Box<Simulation>>,
-    /// The simulation as which it goes on, when it is not that of the checkpoint.
+    /// The other simulation; `None`: that of the checkpoint.
     sim: Option<PathBuf>,
     checkpoint: Checkpoint,
     allow: bool,
@@ -53,25 +53,25 @@ impl Names {
 }
 
 impl Fork {
-    /// Simulated time of the checkpoint (s).
+    /// Returns the simulated time of the checkpoint (s).
     pub fn time(&self) -> f64 {
         self.checkpoint.time
     }
 
-    /// The checkpoint from which it begins.
+    /// Returns the checkpoint from which it begins.
     pub fn checkpoint(&self) -> &Checkpoint {
         &self.checkpoint
     }
 
-    /// The file or folder of the simulation as which it goes on, when it is not that of the checkpoint.
+    /// Returns the file or folder of the other simulation, if it is not that of the checkpoint.
     pub fn simulation(&self) -> Option<&Path> {
         self.sim.as_deref()
     }
 
-    /// The run in its new program; tells what went over, and refuses what may not be lost.
+    /// Transfers the run to its new program. Prints what was transferred, and rejects the loss of states unless it is allowed.
     pub fn take_over(&mut self, program: Arc<Program>) -> Result<Simulation, u8> {
         let Some(mut sim) = self.old.take() else {
-            tell!("error: the fork has gone on already");
+            tell!("error: the fork has already been used");
             return Err(exit::FAILED);
         };
         let before = Names::of(sim.plan());
@@ -80,15 +80,15 @@ impl Fork {
             exit::INPUT
         })?;
         let after = Names::of(sim.plan());
-        // A part that is there before and after and starts anew has lost its state.
+        // A part that exists before and after but starts anew has lost its state.
         let (anew, fresh): (Vec<&String>, Vec<&String>) =
             report.new.iter().partition(|part| before.parts.contains(*part));
         let bodies: Vec<&String> = before.bodies.difference(&after.bodies).collect();
         let gone: Vec<&String> = report.dropped.iter().collect();
-        tell!("t = {} s: {} parts go on", self.time(), report.kept.len());
+        tell!("t = {} s: {} parts continue", self.time(), report.kept.len());
         let told = [
             ("new parts", &fresh),
-            ("parts that are of another kind and start anew", &anew),
+            ("parts of another kind, which start anew", &anew),
             ("parts gone", &gone),
             ("bodies gone", &bodies),
         ];
@@ -102,7 +102,7 @@ impl Fork {
         report.notes.iter().for_each(|note| tell!("    {note}"));
         if !self.allow && told[1..].iter().any(|(_, names)| !names.is_empty()) {
             tell!(
-                "error: the fork would lose states that the checkpoint holds\n  help: keep those parts and bodies as \
+                "error: the fork would lose states of the checkpoint\n  help: keep those parts and bodies as \
                  they were, or give --allow"
             );
             return Err(exit::INPUT);
@@ -122,7 +122,7 @@ pub fn fork(file: &Path, fork: &ForkOptions, options: &RunOptions) -> u8 {
 fn prepared(file: &Path, options: &ForkOptions) -> Result<(Ready, String, Fork), u8> {
     if options.sim.is_none() && options.set.is_empty() {
         tell!(
-            "error: nothing is to change\n  help: give --set PATH=VALUE or --sim SIM; `linkwork resume` goes on as it was"
+            "error: nothing changes\n  help: give --set PATH=VALUE or --sim SIM; `linkwork resume` continues without changes"
         );
         return Err(exit::INPUT);
     }
@@ -135,7 +135,7 @@ fn prepared(file: &Path, options: &ForkOptions) -> Result<(Ready, String, Fork),
         exit::INPUT
     })?;
     let ready = match &options.sim {
-        // The noise goes on as it was.
+        // The noise sequences continue.
         Some(sim) => load::ready(sim, &options.set, Some(checkpoint.seed))?,
         None => load::ready_text_set(&text, &checkpoint.configuration, &options.set)?,
     };

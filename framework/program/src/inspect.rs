@@ -1,4 +1,4 @@
-//! `linkwork list`, `describe`, `tree`: what there is and how it hangs together.
+//! `linkwork list`, `describe`, `tree`: models, variables and the structure of a simulation.
 use crate::behaviour::behaviour;
 use crate::program::program;
 use crate::voice::say_text;
@@ -16,7 +16,7 @@ pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
         models(load::catalogue().iter());
         return exit::OK;
     };
-    // `linkwork list 'actuators.*'`, `linkwork list parachute`: one argument that is not a file is a pattern or a word for models.
+    // `linkwork list 'actuators.*'`, `linkwork list parachute`: an argument that is not a file is a pattern or a search word for models.
     if !path.exists() && pattern.is_none() {
         let text = path.display().to_string();
         let catalogue = load::catalogue();
@@ -27,7 +27,7 @@ pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
         }
         if found.is_empty() {
             tell!(
-                "error: `{text}` is neither a simulation nor in the name or description of a model\n  help: `{} list` shows all models",
+                "error: `{text}` is not a simulation and does not occur in the name or description of a model\n  help: `{} list` shows all models",
                 program().name
             );
             return exit::INPUT;
@@ -62,7 +62,7 @@ pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
     exit::OK
 }
 
-/// Prints models, one in each line.
+/// Prints models, one per line.
 fn models<'a>(all: impl IntoIterator<Item = &'a Entry>) {
     for e in all {
         say!("{:36} {}", e.description.name, first_sentence(&e.description.doc));
@@ -120,7 +120,7 @@ fn params(out: &mut String, list: &[ParamSpec], indent: usize) {
     }
 }
 
-/// The connectors of a model, each with its quantities.
+/// Prints the connectors of a model, each with its quantities.
 fn connectors(out: &mut String, d: &Description) {
     let mut found: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     for (direction, port) in
@@ -172,20 +172,20 @@ pub fn describe(model: &str) -> u8 {
         let name = program().name;
         let _ = writeln!(
             out,
-            "\nIts ports follow from its parameters: `{name} list SIM 'PART.**'` shows those of a part."
+            "\nIts ports depend on its parameters: `{name} list SIM 'PART.**'` shows those of a part."
         );
     }
     if let Some(kind) = &d.shows {
         let _ = writeln!(out, "\nA field: shows {kind} to the parts that read it.");
     }
     if let Some(field) = &d.reads {
-        let _ = writeln!(out, "\nReads a field of {field}: the nearest, when there is one.");
+        let _ = writeln!(out, "\nReads a field of {field}: the nearest one, if there is any.");
     }
     if d.functions.update && d.continuous.is_empty() {
         out.push_str("\nSampled: give the part a `rate`.\n");
     }
     if d.inertial {
-        out.push_str("\nTakes W for inertial axes: an error where W is a site of a planet.\n");
+        out.push_str("\nAssumes that W is inertial: an error if W is a site on a planet.\n");
     }
     match behaviour(model) {
         Ok(text) => out += &text,
@@ -198,7 +198,7 @@ pub fn describe(model: &str) -> u8 {
 /// Kinds of files that have a schema.
 #[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
 pub enum Kind {
-    /// Simulations, assemblies and side-cars.
+    /// Simulations, assemblies and companion files.
     #[default]
     Simulation,
     /// Campaigns.

@@ -1,8 +1,8 @@
-//! A command line over a library of models: [`Program`] is its name, its models and tools of its own; what the commands
-//! do stands here as functions: loading, running with recorders, inspecting, comparing.
+//! A command line for a model library. [`Program`] contains its name, its models and its additional tools. The commands are functions of this crate:
+//! loading, running with recorders, inspecting, comparing.
 //!
-//! The run itself is `linkwork_runner`; this crate gives it options, files, a progress bar and words. It knows no models:
-//! `linkwork` is made of it in `sims/cli`, and the program of a library of one's own in the same way.
+//! `linkwork_runner` makes the runs; this crate adds options, files, a progress bar and messages. It does not contain models: `sims/cli` builds the
+//! program `linkwork` from it, and your own model library builds its program in the same way.
 #[macro_use]
 pub mod voice;
 
@@ -43,9 +43,9 @@ pub use program::{Program, Tool};
 pub mod exit {
     /// All is well.
     pub const OK: u8 = 0;
-    /// The run failed, something could not be written, or two files differ.
+    /// The run failed, a file could not be written, or two files differ.
     pub const FAILED: u8 = 1;
-    /// The input is wrong: nothing was written.
+    /// The input is wrong; no file was written.
     pub const INPUT: u8 = 2;
     /// Stopped by Ctrl-C, with a checkpoint.
     pub const STOPPED: u8 = 130;

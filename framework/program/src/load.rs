@@ -8,22 +8,22 @@ pub use linkwork_runner::{Ready, sim_file};
 use linkwork_runtime::{Catalogue, Fault, Plan, Sources, Value};
 use std::path::Path;
 
-/// What a simulation may name in this program.
+/// Returns all models and assemblies of this program.
 pub fn library() -> Library {
     (program().library)()
 }
 
-/// Every model and service of this program.
+/// Returns all models and services of this program.
 pub fn catalogue() -> Catalogue {
     library().catalogue
 }
 
-/// Loads, compiles and places; prints every mistake and gives the exit code when there are any.
+/// Loads, compiles and places a simulation; prints all mistakes and returns the exit code if there are any.
 pub fn ready(path: &Path, set: &[String], seed: Option<u64>) -> Result<Ready, u8> {
     library().file(path, set, seed).map_err(|failure| report(&failure))
 }
 
-/// Loads without compiling: no ground is made, no file but the texts is read.
+/// Loads a simulation without compiling it: ground is not generated, and only text files are read.
 pub fn loaded(path: &Path) -> Result<Loaded, u8> {
     let library = library();
     library
@@ -32,22 +32,22 @@ pub fn loaded(path: &Path) -> Result<Loaded, u8> {
         .map_err(|failure| report(&failure))
 }
 
-/// The same from a resolved configuration (of a checkpoint).
+/// Like [`ready`], from a resolved configuration (of a checkpoint).
 pub fn ready_text(name: &str, text: &str) -> Result<Ready, u8> {
     ready_text_set(name, text, &[])
 }
 
-/// The same with `PATH=VALUE` overrides.
+/// Like [`ready_text`], with `PATH=VALUE` overrides.
 pub fn ready_text_set(name: &str, text: &str, set: &[String]) -> Result<Ready, u8> {
     library().text_with(name, text, set).map_err(|failure| report(&failure))
 }
 
-/// Prints what is allowed and probably not meant, each once.
+/// Prints the warnings of a simulation, each once.
 pub fn warn(ready: &Ready) {
     warn_of(&ready.warnings(), &ready.loaded.sources);
 }
 
-/// The same of warnings that were gathered before.
+/// Prints warnings that were collected before.
 pub fn warn_of(warnings: &[Fault], sources: &Sources) {
     for fault in warnings.iter().take(MOST) {
         let place = sources.place(fault.origin);
@@ -60,7 +60,7 @@ pub fn warn_of(warnings: &[Fault], sources: &Sources) {
     }
 }
 
-/// The parameters of a part as resolved, by path.
+/// Returns the resolved parameters of a part, by path.
 pub fn params_of<'a>(plan: &'a Plan, path: &str) -> Option<&'a Value> {
     plan.parts.iter().find(|p| p.path == path).map(|p| p.prototype.params())
 }

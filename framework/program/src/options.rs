@@ -1,50 +1,49 @@
-//! What a run may be told, and the times in it.
+//! Options of a run, and parsing of times.
 use crate::exit;
 use clap::Args;
 use linkwork_runtime::{Seconds, Value};
 use std::path::PathBuf;
 
-/// What a run may be told.
+/// Options of a run.
 #[derive(Args, Clone, Debug, Default)]
 pub struct RunOptions {
     /// Simulated time at which to stop, e.g. 20, "20 s", "2 min".
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pub until: Option<String>,
-    /// Folder for the files; `runs/NAME` unless given.
+    /// Folder for the files (default: `runs/NAME`).
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
-    /// Write a checkpoint every so much simulated time, e.g. "10 s", 1/3.
+    /// Write a checkpoint at this interval of simulated time, e.g. "10 s", 1/3.
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pub checkpoint_every: Option<String>,
-    /// Of the periodic checkpoints keep only the last N.
+    /// Keep only the last N periodic checkpoints.
     #[arg(long, value_name = "N", requires = "checkpoint_every", value_parser = clap::value_parser!(u32).range(1..))]
     pub keep: Option<u32>,
-    /// Also stream to a running Rerun viewer (at an address, or at Rerun's usual one).
+    /// Also stream to a running Rerun viewer (default address: that of a local viewer).
     #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "")]
     pub rerun: Option<String>,
-    /// Where the Rerun recording goes; `off` writes none.
+    /// File of the Rerun recording; `off` disables it.
     #[arg(long, value_name = "FILE|off")]
     pub save_rrd: Option<String>,
-    /// Keep a variable at a value, or without one at its present value, from the first tick on and for every reader
-    /// (repeatable; patterns with a star): --pin Motor.current="2 A" --pin 'Wheel*.rate'. Attach lets it go.
+    /// Pin a variable to a value (default: its present value) from the first tick on and for every reader (repeatable; patterns with a star): --pin
+    /// Motor.current="2 A" --pin 'Wheel*.rate'. `linkwork attach` can unpin it.
     #[arg(long = "pin", value_name = "PATH[=VALUE]")]
     pub pin: Vec<String>,
-    /// Let variables go that are pinned in the checkpoint (repeatable; patterns with a star), before --pin.
+    /// Unpin variables that are pinned in the checkpoint (repeatable; patterns with a star), before --pin.
     #[arg(long = "unpin", value_name = "PATH")]
     pub unpin: Vec<String>,
-    /// Write no MCAP log.
+    /// Do not write an MCAP log.
     #[arg(long)]
     pub no_log: bool,
-    /// Let `linkwork attach` and Python watch and steer the run through a socket: at 127.0.0.1, any free port, unless
-    /// an address is given. Its address and token are in live.json in the folder of the run.
+    /// Let `linkwork attach` and Python watch and control the run through a socket (default: 127.0.0.1 and any free port). Address and token are
+    /// written to live.json in the folder of the run.
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:0")]
     pub serve: Option<String>,
-    /// Tell where the wall time goes, by part and operation, and write it as folded stacks for flame graphs. The run is
-    /// slower, and its bits are the same.
+    /// Print the wall time by part and operation, and write it as folded stacks for flame graphs. The run is slower, but its results are
+    /// bit-identical.
     #[arg(long)]
     pub profile: bool,
-    /// Do not run faster than real time, or than so many simulated seconds a second: 0.5, 10. The summary says how late
-    /// ticks were.
+    /// Limit the run to real time, or to this number of simulated seconds per second: 0.5, 10. The summary reports the lateness of ticks.
     #[arg(long, value_name = "FACTOR", num_args = 0..=1, default_missing_value = "1", value_parser = factor)]
     pub realtime: Option<f64>,
     /// No progress bar and no summary on the terminal.
@@ -55,24 +54,22 @@ pub struct RunOptions {
 /// Slowest and fastest pace.
 const FACTORS: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
-/// A multiple of real time.
+/// Parses a multiple of real time.
 fn factor(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|f| FACTORS.contains(f)).ok_or_else(|| {
         let (least, most) = (FACTORS.start(), FACTORS.end());
-        format!(
-            "write a number from {least} to {most}, or nothing for 1 (then another option follows, or the command ends)"
-        )
+        format!("write a number from {least} to {most}, or no value for 1")
     })
 }
 
-/// A time of an option; says what is wrong with it, and gives the exit code.
+/// Parses a time of an option. Prints an error and returns the exit code if it is wrong.
 pub fn time(text: &str, what: &str) -> Result<Seconds, u8> {
     let read = fraction(text).or_else(|| {
         let number = text.parse::<f64>();
         let value = number.map_or_else(|_| Value::Text(text.to_string()), Value::Number);
         match &value {
             Value::Number(x) => (*x >= 0.0).then(|| Seconds::from_decimal(*x)).flatten(),
-            // A rate is no time here: "2 Hz" would mean half a second.
+            // A rate is not accepted as a time: "2 Hz" would mean half a second.
             text => Seconds::period(text).ok().filter(|_| !value.to_string().contains("Hz")),
         }
     });
@@ -88,7 +85,7 @@ fn fraction(text: &str) -> Option<Seconds> {
     Seconds::new(num.trim().parse::<u64>().ok()?.into(), den.trim().parse::<u64>().ok()?.into())
 }
 
-/// A period of checkpoints: a time above zero.
+/// Parses a period of checkpoints: a positive time.
 pub fn period(text: &str, what: &str) -> Result<Seconds, u8> {
     let period = time(text, what)?;
     if period.num == 0 {

@@ -1,4 +1,4 @@
-//! The picture of the plots: its curves, taken in passing, in fixed memory.
+//! The metric of the plots. Its curves are sampled during the run, with constant memory.
 use linkwork_record::{Curve, Plot, draw};
 use linkwork_runtime::{Place, Simulation};
 use linkwork_viz::{InUnit, Marker, Scene};
@@ -6,7 +6,7 @@ use std::fmt::Write;
 use std::path::Path;
 use textplots::{Chart, Plot as _, Shape};
 
-/// Curves for the picture, in fixed memory.
+/// Curves of the metric, with constant memory.
 pub struct Picture {
     curves: Vec<Vec<Series>>,
     titles: Vec<String>,
@@ -25,7 +25,7 @@ struct Series {
     rows: Envelope,
 }
 
-/// Time between points of a long run, s; a short one has [`POINTS`].
+/// Time between points of a long run, s; a short run has [`POINTS`].
 const EVERY: f64 = 0.05;
 /// Points of a short run.
 const POINTS: f64 = 500.0;
@@ -35,7 +35,7 @@ const HOURS: f64 = 36_000.0;
 const TERMINAL: [u32; 2] = [120, 40];
 
 impl Picture {
-    /// Of the panels of a scene, and the map of the followed body, of a run to `until` (s), when that is known.
+    /// Creates the curves of the panels of a scene, and the map of the followed body, for a run to `until` (s), if it is known.
     pub fn new(sim: &Simulation, scene: &Scene, until: Option<f64>) -> Picture {
         let plan = sim.plan();
         let next = sim.time();
@@ -56,7 +56,7 @@ impl Picture {
         Picture { curves, titles, map, markers: scene.markers.clone(), next, every }
     }
 
-    /// Takes a row: every one counts for the curves, some give a point of the map.
+    /// Takes a sample: every one is used for the curves, some are points of the map.
     #[inline]
     pub fn sample(&mut self, sim: &Simulation) {
         let t = sim.time();
@@ -72,27 +72,27 @@ impl Picture {
         self.next = t + self.every;
         if let Some((x, y, points)) = &mut self.map {
             let (x, y) = (sim.value(*x), sim.value(*y));
-            // In phases that do not have the body it is nowhere.
+            // In phases without the body, there is no point.
             if !x.is_nan() && !y.is_nan() {
                 points.add(x, y);
             }
         }
     }
 
-    /// Whether there is anything to draw.
+    /// Returns whether there is nothing to draw.
     pub fn is_empty(&self) -> bool {
         self.map.is_none() && self.titles.is_empty()
     }
 
-    /// Draws it.
+    /// Draws the metric.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// The file cannot be written.
     pub fn draw(&self, path: &Path) -> Result<(), String> {
         draw(path, &self.plots()).map_err(|e| e.to_string())
     }
 
-    /// The map, then the panels; time is in hours when the run is long.
+    /// Returns the map, then the panels. Time is in hours if the run is long.
     fn plots(&self) -> Vec<Plot> {
         let mut plots = Vec::new();
         if let Some((_, _, points)) = &self.map {
@@ -123,7 +123,7 @@ impl Picture {
         plots
     }
 
-    /// The curves over time as text for a terminal, one under the other.
+    /// Returns the curves over time as text for a terminal, one below the other.
     #[must_use]
     pub fn text(&self) -> String {
         let mut out = String::new();
@@ -149,16 +149,15 @@ impl Picture {
     }
 }
 
-/// A curve over time by the least and the greatest of its rows in intervals, so that no peak is missed, in fixed
-/// memory however long the run.
+/// A curve over time, stored by the smallest and largest samples of intervals, so that peaks are kept, with constant memory for runs of any length.
 #[derive(Clone, Debug)]
 struct Envelope {
     bins: Vec<Bin>,
-    /// An interval ends before it is so long, s.
+    /// Length of an interval, s.
     length: f64,
 }
 
-/// Rows of one interval, each as (time, value).
+/// Samples of one interval, each as (time, value).
 #[derive(Clone, Copy, Debug)]
 struct Bin {
     first: (f64, f64),
@@ -184,10 +183,10 @@ impl Bin {
 }
 
 impl Envelope {
-    /// Intervals; a panel draws four points of each, 4000 at most.
+    /// Largest number of intervals; a panel draws at most four points per interval, 4000 in total.
     const MOST: usize = 1000;
 
-    /// With intervals of the length `every` (s), which doubles whenever there is no room for more.
+    /// Creates a curve with intervals of the length `every` (s), which doubles whenever the memory is full.
     fn new(every: f64) -> Envelope {
         Envelope { bins: Vec::with_capacity(Self::MOST), length: every.max(1e-9) }
     }
@@ -200,7 +199,7 @@ impl Envelope {
         }
     }
 
-    /// A new interval. Where there is no room for it, those that fit into one of twice the length are joined first.
+    /// Begins an interval. If the memory is full, pairs of intervals are merged first.
     fn open(&mut self, row: (f64, f64)) {
         while self.bins.len() == Self::MOST {
             self.length *= 2.0;
@@ -217,12 +216,12 @@ impl Envelope {
         self.bins.push(Bin::of(row));
     }
 
-    /// Time of the last row, s.
+    /// Returns the time of the last sample, s.
     fn last(&self) -> Option<f64> {
         self.bins.last().map(|bin| bin.last.0)
     }
 
-    /// The points of the curve in the order of time: of each interval its first and last row and what is outermost.
+    /// Returns the points of the curve in the order of time: the first, last, smallest and largest sample of each interval.
     fn points(&self) -> impl Iterator<Item = (f64, f64)> {
         let mut before = (f64::NAN, f64::NAN);
         let of = |bin: &Bin| {
@@ -234,7 +233,7 @@ impl Envelope {
     }
 }
 
-/// Points of a line, thinned to a fixed number however long the run.
+/// Points of a line, thinned to a fixed number.
 #[derive(Clone, Debug, Default)]
 pub struct Thinned {
     /// Points kept.
@@ -246,12 +245,12 @@ pub struct Thinned {
 impl Thinned {
     const MOST: usize = 4096;
 
-    /// Room for all points it will ever keep.
+    /// Allocates memory for all points that it can contain.
     pub fn new() -> Self {
         Thinned { points: Vec::with_capacity(Self::MOST), every: 1, seen: 0 }
     }
 
-    /// Takes a point, or passes it over.
+    /// Adds a point, or skips it.
     pub fn add(&mut self, x: f64, y: f64) {
         if self.seen.is_multiple_of(self.every) {
             if self.points.len() == Self::MOST {

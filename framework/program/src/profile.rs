@@ -1,20 +1,20 @@
-//! `--profile`: where the wall time of a run went, as a table and as folded stacks.
+//! `--profile`: the wall time of a run by operation, as a table and as folded stacks.
 use linkwork_runtime::{Profile, Spent};
 use std::fmt::Write;
 use std::path::Path;
 
-/// The name of the file beside the summary.
+/// Name of the file, in the folder of the summary.
 pub const FILE: &str = "profile.folded";
 
-/// Lines of the table; what follows is one line.
+/// Number of lines of the table; the rest is summed up in one line.
 const LINES: usize = 30;
 
-/// Time in the operations of parts, and in everything else, of a run of `wall` seconds.
+/// Time in the operations of parts, and in everything else, for a run of `wall` seconds.
 struct Times {
     spent: Vec<Spent>,
-    /// Integrator, sums at inputs, solved loops, rows for logs, metrics, and looking at the clock.
+    /// Integrator, sums at inputs, solved loops, samples of logs, metrics, and reading the clock.
     rest: f64,
-    /// Looking at the clock, as often as it was looked at.
+    /// Estimated time for reading the clock.
     clock: f64,
 }
 
@@ -34,7 +34,7 @@ pub fn print(profile: &Profile, wall: f64) {
         let share = 100.0 * seconds / wall.max(1e-9);
         say!("  {share:>5.1} % {seconds:>10.4} s {calls:>12} {each:>10}  {what}");
     };
-    say!("where {wall:.2} s of wall time went:");
+    say!("distribution of {wall:.2} s of wall time:");
     say!("    share       time        calls    ns each  part, operation");
     let each = |s: &Spent| format!("{:.0}", s.seconds * 1e9 / s.calls as f64);
     for s in spent.iter().take(LINES) {
@@ -45,22 +45,17 @@ pub fn print(profile: &Profile, wall: f64) {
         let (seconds, calls) = (more.iter().map(|s| s.seconds).sum(), more.iter().map(|s| s.calls));
         line(seconds, &calls.sum::<u64>().to_string(), "", &format!("{} more", more.len()));
     }
-    line(
-        rest,
-        "",
-        "",
-        "integrator, sums, solved loops, rows, metrics; and the clock of this table:",
-    );
-    line(clock, "", "", "  about so much for looking at it");
+    line(rest, "", "", "integrator, sums, solved loops, samples, metrics; and reading the clock:");
+    line(clock, "", "", "  of which about this for reading the clock");
 }
 
-/// Writes the stacks: `SIMULATION;ASSEMBLY;..;PART;OPERATION MICROSECONDS` in each line, as flame graph tools read them.
+/// Writes the stacks: a line `SIMULATION;ASSEMBLY;..;PART;OPERATION MICROSECONDS` each, as flame graph tools read them.
 ///
 /// # Errors
 /// A message with the path.
 pub fn write(profile: &Profile, wall: f64, name: &str, path: &Path) -> Result<(), String> {
     let times = Times::of(profile, wall);
-    // A frame ends at a semicolon, a line at its last space.
+    // A semicolon separates frames, and the last space precedes the number.
     let frame = |text: &str| text.replace([';', '\n'], "_");
     let mut text = String::new();
     let micro = |s: f64| (s * 1e6).round() as u64;

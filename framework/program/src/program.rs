@@ -1,5 +1,4 @@
-//! A program with every command, over a library of models: `linkwork` itself, and those that `linkwork new library`
-//! makes.
+//! A complete command-line program for a model library: `linkwork` itself, and the programs that `linkwork new library` creates.
 use crate::attach::{self, AttachCommand};
 use crate::campaign::{self, CampaignOptions};
 use crate::diff::{self, DiffOptions};
@@ -17,38 +16,38 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::OnceLock;
 
-/// What a program is called, and which models and assemblies it brings.
+/// Name, models and assemblies of a program.
 #[derive(Clone, Copy, Debug)]
 pub struct Program {
     /// Name of the command, of its completions and of its manual pages.
     pub name: &'static str,
     /// Its version.
     pub version: &'static str,
-    /// What it is for, in a line.
+    /// Its purpose, in one line.
     pub about: &'static str,
-    /// What follows the list of commands in its help: examples.
+    /// Text after the list of commands in its help: examples.
     pub examples: &'static str,
-    /// Everything that a simulation may name.
+    /// Returns all models and assemblies that a simulation can name.
     pub library: fn() -> Library,
-    /// The package whose shared library goes into the units of `export`.
+    /// The package whose shared library is part of the units of `export`.
     pub unit: &'static str,
-    /// Commands beside those that every program has.
+    /// Additional commands.
     pub tools: &'static [Tool],
 }
 
-/// A command that one program has and others do not.
+/// An additional command of a program.
 #[derive(Clone, Copy, Debug)]
 pub struct Tool {
     /// Its declaration: name, help, arguments.
     pub command: fn() -> clap::Command,
-    /// Does what its arguments say and gives an exit code ([`exit`]).
+    /// Executes it and returns an exit code ([`exit`]).
     pub run: fn(&ArgMatches) -> u8,
 }
 
-/// A process is one program.
+/// A process runs one program.
 static PROGRAM: OnceLock<Program> = OnceLock::new();
 
-/// What a process is that has not begun [`Program::main`]: it has no models.
+/// The program before [`Program::main`], without models.
 const NONE: Program = Program {
     name: "linkwork",
     version: env!("CARGO_PKG_VERSION"),
@@ -59,7 +58,7 @@ const NONE: Program = Program {
     tools: &[],
 };
 
-/// The program that this process is since [`Program::main`].
+/// Returns the program that [`Program::main`] has set.
 pub(crate) fn program() -> &'static Program {
     PROGRAM.get().unwrap_or(&NONE)
 }
@@ -69,12 +68,12 @@ impl Program {
     pub fn main(self) -> ExitCode {
         if PROGRAM.set(self).is_err() {
             tell!(
-                "error: a process is one program\n  help: call `Program::main` once, first in `main`"
+                "error: `Program::main` was called twice\n  help: call it once, at the beginning of `main`"
             );
             return ExitCode::from(exit::FAILED);
         }
         survive_size_limits();
-        // Names go into logs, summaries and messages, which are text.
+        // Names are used in logs, summaries and messages, which are text.
         let unreadable = std::env::args_os().skip(1).find(|arg| arg.to_str().is_none());
         if let Some(arg) = unreadable {
             tell!(
@@ -93,7 +92,7 @@ impl Program {
         });
         match done {
             Ok(code) => ExitCode::from(voice::exit_code(code)),
-            // Help and version, or what is wrong with the arguments.
+            // Help and version, or an error in the arguments.
             Err(e) => {
                 let code = u8::try_from(e.exit_code()).unwrap_or(exit::INPUT);
                 if let Some(ContextValue::String(word)) = e.get(ContextKind::InvalidSubcommand) {
@@ -107,7 +106,7 @@ impl Program {
     }
 }
 
-/// What is told of a word that is no command: what there is at its level.
+/// Returns the message for an unknown command, with the available commands of its level.
 fn no_command(word: &str) -> String {
     let mut level = command();
     for arg in std::env::args_os().skip(1).take_while(|arg| arg != word) {
@@ -119,7 +118,7 @@ fn no_command(word: &str) -> String {
     format!("there is no command `{word}`\n  help: {}", remedy(word, "commands", &names))
 }
 
-/// The declaration of all commands under the program's name.
+/// Returns the declaration of all commands under the program's name.
 fn command() -> clap::Command {
     let Program { name, version, about, examples, tools, .. } = program();
     let all = Cli::command().subcommands(tools.iter().map(|tool| (tool.command)()));
@@ -135,27 +134,27 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Run a simulation: a sim.ron file or the folder that holds it.
+    /// Run a simulation: a sim.ron file or its folder.
     Run {
-        /// A sim.ron file, or the folder that holds it.
+        /// A sim.ron file, or its folder.
         sim: PathBuf,
         #[command(flatten)]
         options: RunOptions,
         /// Set a parameter (repeatable): Rover.Hardware.Wheels.Wheel1.Motor.resistance="0.7 ohm".
         #[arg(long = "set", value_name = "PATH=VALUE")]
         set: Vec<String>,
-        /// Seed of all noise, in place of the file's.
+        /// Seed of all noise; replaces that of the file.
         #[arg(long)]
         seed: Option<u64>,
     },
-    /// Go on from a checkpoint; it holds the whole configuration.
+    /// Continue from a checkpoint, which contains the whole configuration.
     Resume {
         /// A .lwck file.
         checkpoint: PathBuf,
         #[command(flatten)]
         options: RunOptions,
     },
-    /// Go on from a checkpoint with other parameters, or as another simulation: states go over by path.
+    /// Continue from a checkpoint with other parameters, or as another simulation: states are transferred by path.
     Fork {
         /// A .lwck file.
         checkpoint: PathBuf,
@@ -164,21 +163,21 @@ enum Command {
         #[command(flatten)]
         options: RunOptions,
     },
-    /// Watch and steer a run that was started with --serve.
+    /// Watch and control a run that was started with --serve.
     Attach {
         /// The folder of the run.
         run: PathBuf,
         #[command(subcommand)]
         command: AttachCommand,
     },
-    /// Many runs of one simulation with values drawn from distributions. Given again, it goes on where it stopped.
+    /// Make many runs of one simulation with values drawn from distributions. The same command continues a stopped campaign.
     Campaign {
         /// A campaign file: `Campaign(simulation: "sim.ron", runs: 1000, vary: {..})`.
         file: PathBuf,
         #[command(flatten)]
         options: CampaignOptions,
     },
-    /// Load and compile, and report every mistake.
+    /// Load and compile a simulation, and report all mistakes.
     Check {
         /// A sim.ron or assembly file, or a folder with a sim.ron.
         sim: PathBuf,
@@ -188,12 +187,12 @@ enum Command {
     },
     /// List the models of the catalogue, or the variables of a simulation.
     List {
-        /// A simulation; without it the catalogue is listed.
+        /// A simulation (default: list the catalogue).
         sim: Option<PathBuf>,
-        /// Only what matches: `Rover.**.torque`, `actuators.*`.
+        /// Only names that match: `Rover.**.torque`, `actuators.*`.
         pattern: Option<String>,
     },
-    /// Describe a model: what it does, parameters, ports, units, states.
+    /// Describe a model: behaviour, parameters, ports, units, states.
     Describe {
         /// Name in the catalogue, for example actuators.dc_motor.
         model: String,
@@ -213,7 +212,7 @@ enum Command {
     },
     /// Write a simulation as a co-simulation unit of FMI 3.0, or a log as a Parquet table, for other programs.
     Export {
-        /// With --fmu: a sim.ron file, or the folder that holds it. With --parquet: a .mcap file that a run wrote.
+        /// With --fmu: a sim.ron file, or its folder. With --parquet: a .mcap file that a run wrote.
         from: PathBuf,
         #[command(flatten)]
         options: ExportOptions,
@@ -226,39 +225,39 @@ enum Command {
     },
     /// Write the manual pages into a folder: `man FOLDER/linkwork-run.1`.
     Man {
-        /// The folder, made when it is not there.
+        /// The folder; it is created if it does not exist.
         folder: PathBuf,
     },
-    /// Print the JSON Schema of a kind of files.
+    /// Print the JSON Schema of a file format.
     Schema {
-        /// Of simulations, assemblies and side-cars, or of campaigns.
+        /// Simulations, assemblies and companion files, or campaigns.
         #[arg(value_enum, default_value_t)]
         kind: inspect::Kind,
     },
-    /// Make something to begin from, which runs as it is.
+    /// Create a simulation, rover, model or library that runs as it is.
     New {
         #[command(subcommand)]
         kind: make::Kind,
     },
-    /// Tell what of this machine and this build matters: processor, memory, viewer, Python.
+    /// Report properties of this machine and this build: processor, memory, viewer, Python.
     Doctor,
-    /// Simulate again what a log holds. Exit code 1 when a number differs, with the first tick and variable.
+    /// Repeat the simulation of a log. Exit code 1 if a number differs, with the first tick and variable.
     Replay {
-        /// A .mcap file that a run wrote; it holds the whole configuration.
+        /// A .mcap file that a run wrote, which contains the whole configuration.
         log: PathBuf,
-        /// Compare every logged number, bit for bit.
+        /// Compare every logged number, bit by bit.
         #[arg(long, required = true)]
         verify: bool,
     },
-    /// Make a Rerun recording from a log, or from a table of somebody else's telemetry, without simulating.
+    /// Create a Rerun recording from a log, or from a table of external telemetry, without simulating.
     View {
-        /// A .mcap file that a run wrote, which holds the whole configuration; or a telemetry file (RON), which names a
-        /// table and the simulation in whose view it is shown.
+        /// A .mcap file that a run wrote, which contains the whole configuration; or a telemetry file (RON) with a table and the simulation in whose
+        /// view it is shown.
         log: PathBuf,
         #[command(flatten)]
         options: ViewOptions,
     },
-    /// Compare two logs (.mcap), checkpoints (.lwck) or recordings (.rrd). Exit code 1 when they differ.
+    /// Compare two logs (.mcap), checkpoints (.lwck) or recordings (.rrd). Exit code 1 if they differ.
     Diff {
         /// The first.
         a: PathBuf,
@@ -269,8 +268,8 @@ enum Command {
     },
 }
 
-/// A limit on the size of files is an error of the write that meets it, not the end of the
-/// process. Fails only where there is no such signal.
+/// Ignores the signal for the limit on the file size, so that exceeding the limit is an error of the write and does not end the process. Fails only
+/// on systems without this signal.
 #[cfg(unix)]
 fn survive_size_limits() {
     let met = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false));

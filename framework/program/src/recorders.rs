@@ -1,4 +1,4 @@
-//! The recorders of a run: its log, its recording, a viewer that watches.
+//! The recorders of a run: its log, its recording, a live viewer.
 use crate::exit;
 use crate::options::RunOptions;
 use linkwork_record::{Log, LogSpec};
@@ -7,16 +7,16 @@ use linkwork_runtime::{Checkpoint, Recorder, Seconds, Simulation};
 use linkwork_viz::Scene;
 use std::path::{Path, PathBuf};
 
-/// Rows between the run and a consumer.
+/// Largest number of samples between the run and a consumer.
 const DEPTH: usize = 256;
 
-/// The name of a run's log among its recorders.
+/// Name of a run's log among its recorders.
 pub const LOG: &str = "log";
 
-/// Opens the log; it goes on where that of the run stood that wrote `begins`.
+/// Opens the log. It continues the log of the run that wrote `begins`.
 ///
 /// # Errors
-/// What could not be written.
+/// The error of a file that could not be written.
 pub fn log<W: Watch>(
     runner: &mut Runner<W>,
     path: &Path,
@@ -31,29 +31,29 @@ pub fn log<W: Watch>(
         && let Err(e) = resume(&mut recorder, checkpoint, runner.sim())
     {
         tell!(
-            "warning: {e}\n  help: rows around an event whose `before` reaches back beyond the checkpoint begin at the \
-             checkpoint; run the simulation anew for all of them"
+            "warning: {e}\n  help: samples around an event whose `before` extends beyond the checkpoint begin at the \
+             checkpoint; run the simulation again for all of them"
         );
     }
     runner.add_recorder(LOG, Need::Must, recorder);
     Ok(())
 }
 
-/// The log goes on where that of the run stood that wrote the checkpoint.
+/// Continues the log of the run that wrote the checkpoint.
 pub fn resume(
     recorder: &mut Recorder,
     checkpoint: &Checkpoint,
     sim: &Simulation,
 ) -> Result<(), String> {
-    // Without an entry: a run without a log, or of a version before there was anything to remember.
+    // Without an entry: the run did not have a log, or an older version wrote the checkpoint.
     let nothing = rmp_serde::to_vec::<[u8; 0]>(&[]).map_err(|e| e.to_string())?;
     recorder.resume(checkpoint.extra.get(&recorder_entry(LOG)).unwrap_or(&nothing), sim)
 }
 
-/// Where the recording goes, if there is one. It may not be any other file of the run.
+/// Returns the path of the recording, if there is one. It must not be another file of the run.
 ///
 /// # Errors
-/// An exit code; the fault is said.
+/// An exit code; the error has been printed.
 pub fn recording(
     options: &RunOptions,
     out: &Path,
@@ -72,7 +72,7 @@ pub fn recording(
     };
     if let Some(taken) = others.iter().find(|o| same(o, &path)) {
         tell!(
-            "error: --save-rrd `{}` is `{}`, which this run reads or writes itself\n  help: choose another file, \
+            "error: --save-rrd `{}` is `{}`, which this run itself reads or writes\n  help: choose another file, \
              for example `{}`",
             path.display(),
             taken.display(),
@@ -86,18 +86,18 @@ pub fn recording(
 pub fn without_viewer(option: &str) -> u8 {
     tell!(
         "error: {option}: this program was built without the viewer\n  help: build it with the feature `viewer` (it \
-         is on by default), or look at the log"
+         is on by default), or use the log"
     );
     exit::INPUT
 }
 
-/// Whether two paths name one file, which may not exist yet.
+/// Returns whether two paths refer to one file, which may not exist yet.
 pub fn same(a: &Path, b: &Path) -> bool {
     let (a, b) = (whole(a), whole(b));
     a == b || one_inode(&a, &b)
 }
 
-/// The path from the root, as the system sees it where it exists; `..` is undone elsewhere.
+/// Returns the absolute path: as the system resolves it if it exists; otherwise with `..` removed.
 fn whole(path: &Path) -> PathBuf {
     if let Ok(found) = path.canonicalize() {
         return found;
@@ -122,8 +122,7 @@ fn one_inode(_: &Path, _: &Path) -> bool {
     false
 }
 
-/// Opens the recording and the stream to a viewer. The recording is waited for, since a disk is
-/// fast or full; a viewer is not.
+/// Opens the recording and the stream to a viewer. The run waits for the recording, because a disk is either fast or full, but not for a viewer.
 #[cfg(feature = "viewer")]
 pub fn viewers<W: Watch>(
     runner: &mut Runner<W>,
@@ -154,7 +153,7 @@ pub fn viewers<W: Watch>(
     Ok(())
 }
 
-/// Without the feature there is nothing to open.
+/// Without the feature, there is no viewer to open.
 #[cfg(not(feature = "viewer"))]
 pub fn viewers<W: Watch>(
     _: &mut Runner<W>,

@@ -1,4 +1,4 @@
-//! `linkwork replay`: simulates again what a log holds, and compares every number.
+//! `linkwork replay`: repeats the simulation of a log and compares every number.
 use crate::voice::report;
 use crate::{exit, load, recorders};
 use linkwork_assembly::Failure;
@@ -11,44 +11,44 @@ use std::path::Path;
 use std::slice::Iter;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The first number that is not as logged.
+/// The first number that differs from the log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Deviation {
     /// The variable.
     pub path: String,
     /// Simulated time (s).
     pub time: f64,
-    /// What the log says.
+    /// The number in the log.
     pub logged: f64,
-    /// What came out now.
+    /// The number in the repeated simulation.
     pub now: f64,
-    /// Other variables that deviate first at the same time.
+    /// Number of other variables that differ first at the same time.
     pub others: usize,
 }
 
-/// What was compared.
+/// The compared data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compared {
     /// Numbers.
     pub numbers: usize,
-    /// Simulated time of the last row (s).
+    /// Simulated time of the last sample (s).
     pub until: f64,
 }
 
-/// Sets, pins and unpins what was set, pinned and unpinned from outside at the present tick, before its rows.
+/// Repeats the changes from outside (set, pin, unpin) at the present tick, before its samples.
 fn set(sim: &mut Simulation, sets: &mut Peekable<Iter<'_, SetRow>>) -> Result<(), String> {
     while let Some(set) = sets.next_if(|set| set.tick <= sim.state().tick) {
         let done = sim.change(&set.path, set.change, set.value);
-        done.map_err(|e| format!("what was set: {e}"))?;
+        done.map_err(|e| format!("a variable that was set: {e}"))?;
     }
     Ok(())
 }
 
-/// A series of the log, and which of its rows have come.
+/// A series of the log, and which of its samples have been compared.
 struct Logged {
     path: String,
     series: Series,
-    /// Where the next row is expected.
+    /// Index of the next expected sample.
     next: usize,
     came: Vec<bool>,
 }
@@ -68,7 +68,7 @@ impl Logged {
     }
 }
 
-/// How the comparison stands.
+/// State of the comparison.
 #[derive(Default)]
 struct Findings {
     logged: Vec<Logged>,
@@ -76,12 +76,12 @@ struct Findings {
     fault: Option<String>,
 }
 
-/// Compares each row with the log as it comes. It writes no file, and the run ends at the first difference.
+/// Compares each sample with the log. It does not write files, and the run ends at the first difference.
 struct Verify {
     findings: Arc<Mutex<Findings>>,
     /// The series of each group's columns, and whether a column is a truth value.
     columns: Vec<Vec<(usize, bool)>>,
-    /// Maximum delay (s) of rows that wait for an event.
+    /// Largest delay (s) of samples that wait for an event.
     beyond: f64,
 }
 
@@ -95,7 +95,7 @@ impl Consumer for Verify {
         }
         for ((series, truth), y) in self.columns[row.group as usize].iter().zip(&row.values) {
             let Logged { series: Series { t: times, .. }, path, .. } = &logged[*series];
-            // A log that was cut ends earlier for some variables than for others.
+            // A truncated log ends earlier for some variables than for others.
             if times.last().is_none_or(|last| t > *last) {
                 continue;
             }
@@ -103,7 +103,7 @@ impl Consumer for Verify {
             let path = path.clone();
             let Some(place) = logged[*series].place(t) else {
                 *fault = Some(format!(
-                    "the simulation has a row of `{path}` at t = {t} s, and the log has none"
+                    "the simulation has a sample of `{path}` at t = {t} s, but the log does not"
                 ));
                 return Err("they differ".into());
             };
@@ -127,9 +127,9 @@ impl Consumer for Verify {
     }
 }
 
-/// Simulates from the start, or from the checkpoint that the log carries, as far as `logged` goes, and compares the two, bit
-/// for bit. It ends with the first difference: a row that the log does not have at its time is one, so that no row of a damaged or forged log makes it go on
-/// for longer than there are rows.
+/// Simulates from the start, or from the checkpoint in the log, as far as `logged` extends, and compares the two bit by bit. It ends at the first
+/// difference. A sample that the log does not have at its time is a difference, so a damaged or forged log cannot make it run longer than there are
+/// samples.
 fn compare(
     program: &Arc<Program>,
     (start, sets): (Option<&Checkpoint>, &[SetRow]),
@@ -142,7 +142,7 @@ fn compare(
         sim.restore(start).map_err(|e| e.to_string())?;
         if sim.time() > last {
             return Err(format!(
-                "its rows end at {last} s, before the checkpoint at {} s from which it begins",
+                "its samples end at {last} s, before the checkpoint at {} s from which it begins",
                 sim.time()
             ));
         }
@@ -158,7 +158,9 @@ fn compare(
         let place = |path: &String| logged.iter().position(|l| l.path == *path);
         let own = variables.iter().map(|(path, truth)| {
             let place = place(path).ok_or_else(|| {
-                format!("it holds no `{path}`, which the simulation of its configuration logs")
+                format!(
+                    "it does not contain `{path}`, which the simulation of its configuration logs"
+                )
             });
             Ok((place?, *truth))
         });
@@ -167,9 +169,12 @@ fn compare(
     }
     let known = |k: &usize| columns.iter().flatten().any(|(series, _)| series == k);
     if let Some(k) = (0..logged.len()).find(|k| !known(k)) {
-        return Err(format!("the simulation of its configuration logs no `{}`", logged[k].path));
+        return Err(format!(
+            "the simulation of its configuration does not log `{}`",
+            logged[k].path
+        ));
     }
-    // The last rows may be those before an event, and nothing else says when it came.
+    // The last samples may be those before an event, whose time is not recorded otherwise.
     let before = |rule: &Rule| rule.around.as_ref().map_or(0.0, |a| a.before.seconds());
     let beyond = rules.iter().map(before).fold(0.0, f64::max);
     let findings = Arc::new(Mutex::new(Findings { logged, ..Findings::default() }));
@@ -177,7 +182,7 @@ fn compare(
     let recorder = Recorder::start(&sim, groups, 64, Box::new(verify));
     let mut recorder = recorder.map_err(|e| e.to_string())?;
     if let Some(start) = start {
-        // Without an entry the run had no log.
+        // Without an entry, the run did not have a log.
         let _ = recorders::resume(&mut recorder, start, &sim);
     }
     let outcome = step_to(&mut sim, &mut recorder, sets, last, beyond);
@@ -195,7 +200,7 @@ fn compare(
         if let Some(k) = came.iter().position(|came| !came) {
             let t = series.t[k];
             return Err(format!(
-                "it has a row of `{path}` at t = {t} s, and the simulation has none"
+                "it has a sample of `{path}` at t = {t} s, but the simulation does not"
             ));
         }
     }
@@ -219,7 +224,7 @@ fn step_to(
         match sim.step() {
             Ok(()) => {}
             Err(_) if sim.time() > last - 1e-9 => break,
-            Err(e) => return Err(format!("the run fails where the log goes on: {e}")),
+            Err(e) => return Err(format!("the run fails, but the log continues: {e}")),
         }
         set(sim, &mut sets)?;
         recorder.sample(sim)?;
@@ -239,8 +244,8 @@ pub fn verify(file: &Path) -> u8 {
     let name = file.display();
     let LogContents { series, configuration, about, start, sets, end } = log;
     let missing = match (configuration.is_empty(), series.is_empty()) {
-        (true, _) => Some("carries no configuration"),
-        (_, true) => Some("holds no numbers"),
+        (true, _) => Some("does not contain a configuration"),
+        (_, true) => Some("does not contain numbers"),
         _ => None,
     };
     if let Some(what) = missing {
@@ -250,9 +255,7 @@ pub fn verify(file: &Path) -> u8 {
     let start = match start.as_deref().map(Checkpoint::from_bytes).transpose() {
         Ok(start) => start,
         Err(e) => {
-            tell!(
-                "error: log `{name}`: the checkpoint that it begins from: {e}\n  help: make the log again"
-            );
+            tell!("error: log `{name}`: its first checkpoint: {e}\n  help: repeat the run");
             return exit::INPUT;
         }
     };
@@ -263,8 +266,8 @@ pub fn verify(file: &Path) -> u8 {
     let plan = format!("{:016x}", ready.plan().hash());
     if about.get("plan").is_some_and(|logged| *logged != plan) {
         tell!(
-            "warning: the plan is not that of the log ({} then, {plan} now): a file that it reads has changed, or this \
-             program is another version",
+            "warning: the plan differs from that of the log ({} then, {plan} now): a file that it reads has changed, or this \
+             program has another version",
             about["plan"]
         );
     }
@@ -280,9 +283,9 @@ pub fn verify(file: &Path) -> u8 {
     let outcome = compare(&program, (start.as_ref(), &sets), &prepared.groups, series);
     match outcome {
         Ok(Ok(Compared { numbers, until })) => {
-            say!("verified: {numbers} numbers of {n} variables until {until} s, bit for bit");
+            say!("verified: {numbers} numbers of {n} variables until {until} s, bit by bit");
             if let End::Cut { at } = end {
-                say!("    the log has no end: it was cut after {at} bytes");
+                say!("    the log is truncated after {at} bytes");
             }
             exit::OK
         }
@@ -292,7 +295,7 @@ pub fn verify(file: &Path) -> u8 {
                 n => format!(" ({n} more variables at this tick)"),
             };
             say!(
-                "`{}` deviates first, at tick {} (t = {} s): logged {:?}, now {:?}{others}",
+                "`{}` differs first, at tick {} (t = {} s): logged {:?}, now {:?}{others}",
                 d.path,
                 (d.time / base.seconds()).round(),
                 d.time,
@@ -301,7 +304,9 @@ pub fn verify(file: &Path) -> u8 {
             );
             let (was, now) = (about.get(BUILT), linkwork_runner::built());
             if let Some(was) = was.filter(|was| **was != now) {
-                say!("    the log was made by {was}, and this is {now}: their last bits differ");
+                say!(
+                    "    the log was written by {was}, but this is {now}: results differ at round-off level"
+                );
             }
             exit::FAILED
         }

@@ -1,4 +1,4 @@
-//! `linkwork run` and `resume`: a run with its files, progress on the terminal, an orderly end.
+//! `linkwork run` and `resume`: a run with its files, progress on the terminal, and a regular end.
 use crate::begin::{keeps_earlier, warn_of_version};
 use crate::edge::Edges;
 use crate::fork::Fork;
@@ -23,15 +23,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// What is looked up before a run: nothing is written before all of it is right.
+/// Data that are resolved before a run, so that no file is written for a wrong input.
 pub struct Looked {
-    /// The scene and the period of its rows.
+    /// The scene and its sample period.
     pub scene: (Scene, Seconds),
     /// Everything else.
     pub prepared: Prepared,
 }
 
-/// Looks up every pattern and variable that the file names.
+/// Resolves all patterns and variables in the file.
 pub fn prepare(ready: &Ready) -> Result<Looked, u8> {
     let (plan, file) = (ready.plan(), &ready.loaded.simulation);
     let mut faults: Vec<Fault> = Vec::new();
@@ -62,7 +62,7 @@ pub fn run(sim: &Path, options: &RunOptions, set: &[String], seed: Option<u64>) 
     }
 }
 
-/// A run of what is loaded already, from the file `sim`.
+/// Runs a loaded simulation of the file `sim`.
 pub fn run_ready(ready: Ready, sim: &Path, name: &str, options: &RunOptions) -> u8 {
     start(ready, name, options, Source { file: sim, begin: Begin::New })
 }
@@ -89,10 +89,10 @@ pub fn resume(file: &Path, options: &RunOptions) -> u8 {
     }
 }
 
-/// A checkpoint, and the name of its simulation.
+/// Reads a checkpoint; returns it and the name of its simulation.
 pub(crate) fn read(file: &Path) -> Result<(Checkpoint, String), u8> {
     let checkpoint = Checkpoint::read(file).map_err(|e| {
-        tell!("error: {e}\n  help: give a .lwck file that `linkwork run` wrote, whole");
+        tell!("error: {e}\n  help: give a complete .lwck file that `linkwork run` wrote");
         exit::INPUT
     })?;
     warn_of_version(&checkpoint);
@@ -103,7 +103,7 @@ pub(crate) fn read(file: &Path) -> Result<(Checkpoint, String), u8> {
     Ok((checkpoint, name))
 }
 
-/// A run of `ready` from where `fork` stands, which was made from the checkpoint `file`.
+/// Runs `ready` from the state of `fork`, which was made from the checkpoint `file`.
 pub(crate) fn run_fork(
     ready: Ready,
     name: &str,
@@ -114,23 +114,23 @@ pub(crate) fn run_fork(
     start(ready, name, options, Source { file, begin: Begin::Forked(Box::new(fork)) })
 }
 
-/// What a run is made from.
+/// Source of a run.
 struct Source<'a> {
     file: &'a Path,
     begin: Begin<'a>,
 }
 
-/// Where a run begins.
+/// Start of a run.
 enum Begin<'a> {
     /// At the start of its configuration.
     New,
-    /// Where an earlier run of this configuration stood.
+    /// From the state of an earlier run of this configuration.
     Resumed(&'a Checkpoint),
-    /// Where a run of another configuration stood.
+    /// From the state of a run of another configuration.
     Forked(Box<Fork>),
 }
 
-/// The picture, taken at every tick.
+/// The metric, sampled at every tick.
 struct Watched {
     picture: Picture,
 }
@@ -141,7 +141,7 @@ impl Watch for Watched {
     }
 }
 
-/// A run under way, and what is told of it.
+/// An active run and its messages.
 struct Run {
     runner: Runner<Watched>,
     goal: Goal,
@@ -149,20 +149,20 @@ struct Run {
     /// Locked until the end.
     folder: Folder,
     files: Vec<PathBuf>,
-    /// What could not be written.
+    /// Errors of files that could not be written.
     problems: Vec<String>,
     dropped: u64,
     bar: ProgressBar,
     edges: Edges,
-    /// Texts in which what is told has its place.
+    /// Texts to which messages refer.
     sources: Sources,
     /// The socket, and the file that names it.
     live: Option<(Live, Ticketed)>,
-    /// Where its time goes, when that is asked for.
+    /// The profile, if requested.
     profile: Option<Profile>,
 }
 
-/// live.json, as long as there is somebody at its address.
+/// The file live.json, which is removed when the socket is closed.
 struct Ticketed(PathBuf);
 
 impl Drop for Ticketed {
@@ -171,7 +171,7 @@ impl Drop for Ticketed {
     }
 }
 
-/// Opens the socket: before anything is written.
+/// Opens the socket, before any file is written.
 fn listen(address: &str, name: &str) -> Result<Server, u8> {
     Server::start(address, name).map_err(|e| {
         tell!("error: {e}");
@@ -179,7 +179,7 @@ fn listen(address: &str, name: &str) -> Result<Server, u8> {
     })
 }
 
-/// Says where the socket is.
+/// Writes and prints the address of the socket.
 fn announce(server: Server, out: &Path) -> Result<(Live, Ticketed), u8> {
     let at = server.address();
     let path = out.join(Ticket::FILE);
@@ -189,7 +189,7 @@ fn announce(server: Server, out: &Path) -> Result<(Live, Ticketed), u8> {
     tell!("note: the run listens at {at}: linkwork attach {}", out.display());
     if !at.ip().is_loopback() {
         tell!(
-            "warning: {at} is open to other machines, and nothing on it is encrypted\n  help: use 127.0.0.1 and a \
+            "warning: {at} is accessible to other machines, and the connection is not encrypted\n  help: use 127.0.0.1 and a \
              tunnel"
         );
     }
@@ -211,9 +211,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
         None => ready.loaded.simulation.until,
     };
     if until.is_none() && prepared.stop_when.is_none() {
-        tell!(
-            "error: nothing says when to stop\n  help: give --until, or write `until` in the file"
-        );
+        tell!("error: the end time is missing\n  help: give --until, or write `until` in the file");
         return Err(exit::INPUT);
     }
     let every =
@@ -228,7 +226,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
         Begin::Resumed(c) => {
             not_past(c.time, until)?;
             restore(&mut sim, c)?;
-            // What was set in the run before is in the checkpoint and not in this log.
+            // Variables that were set in the earlier run are in the checkpoint, but not in this log.
             begins = Some(c.to_bytes().map_err(fail)?);
         }
         Begin::Forked(fork) => {
@@ -274,7 +272,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     let mut metrics = prepared.metrics;
     metrics.balance = balance;
     if let Err(e) = runner.metric(metrics, earlier) {
-        tell!("warning: {e}\n  help: metrics of this run begin at the checkpoint");
+        tell!("warning: {e}\n  help: the metrics of this run begin at the checkpoint");
     }
     runner.save_with(saves);
     let mut files = Vec::new();
@@ -292,7 +290,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
         };
         let resumed = match &source.begin {
             Begin::Resumed(checkpoint) => Some(*checkpoint),
-            // A fork is a run of its own: what came before stands in the log of the run that it left.
+            // A fork is a separate run: its history is in the log of the original run.
             Begin::New | Begin::Forked(_) => None,
         };
         recorders::log(&mut runner, &log, &spec, resumed).map_err(fail)?;
@@ -330,10 +328,10 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     })
 }
 
-/// What was done to which variables, and their values.
+/// Changes of variables, and their values.
 type Pinned = Vec<(Change, Vec<(String, f64)>)>;
 
-/// Unpins and pins what the options say.
+/// Unpins and pins variables according to the options.
 fn pin(sim: &mut Simulation, options: &RunOptions) -> Result<Pinned, u8> {
     let unpin =
         options.unpin.iter().map(|path| ("--unpin", path, Change::Unpin, (path.clone(), None)));
@@ -358,7 +356,7 @@ fn claim(out: &Path, sim: &Simulation, configuration: &str) -> Result<Folder, u8
     })?;
     if let Some((aside, count)) = &folder.moved {
         tell!(
-            "note: {count} checkpoints of another run, or another configuration, are now in `{}`",
+            "note: {count} checkpoints of another run or configuration were moved to `{}`",
             aside.display()
         );
     }
@@ -375,13 +373,13 @@ fn restore(sim: &mut Simulation, c: &Checkpoint) -> Result<(), u8> {
 fn not_past(time: f64, until: Option<Seconds>) -> Result<(), u8> {
     let Some(u) = until.filter(|u| u.seconds() < time) else { return Ok(()) };
     tell!(
-        "error: the checkpoint is at {time} s, which is past the end at {} s\n  help: give a later --until",
+        "error: the checkpoint is at {time} s, after the end at {} s\n  help: give a later --until",
         u.seconds()
     );
     Err(exit::INPUT)
 }
 
-/// A resumed or forked run has a folder of its own: the log of what came before is kept.
+/// Returns the folder of a run. A resumed or forked run has its own folder, so that the earlier log is kept.
 fn folder_of(name: &str, options: &RunOptions, source: &Source<'_>) -> PathBuf {
     let own = match &source.begin {
         Begin::New => name.to_string(),
@@ -390,7 +388,7 @@ fn folder_of(name: &str, options: &RunOptions, source: &Source<'_>) -> PathBuf {
     };
     let folder = |own: &str| PathBuf::from("runs").join(own);
     options.out.clone().unwrap_or_else(|| match &source.begin {
-        // Forks differ by what they change: none is written over another.
+        // Forks with different changes have different folders, so that they do not overwrite each other.
         Begin::Forked(_) => {
             let more = (2..).map(|n| folder(&format!("{own}_{n}")));
             let mut all = std::iter::once(folder(&own)).chain(more);
@@ -402,7 +400,7 @@ fn folder_of(name: &str, options: &RunOptions, source: &Source<'_>) -> PathBuf {
 
 fn fail(e: String) -> u8 {
     tell!(
-        "error: {e}\n  help: choose another folder with --out, or make room; --no-log writes no log"
+        "error: {e}\n  help: choose another folder with --out, or free disk space; --no-log disables the log"
     );
     exit::FAILED
 }
@@ -413,7 +411,7 @@ fn bar(until: Option<Seconds>, quiet: bool) -> ProgressBar {
     }
     let Some(until) = until else { return ProgressBar::new_spinner() };
     let bar = ProgressBar::new((until.seconds() * 1000.0) as u64);
-    // The template is a constant that parses.
+    // The template is a valid constant.
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3}%  {msg}  eta {eta}") {
         bar.set_style(style);
     }
@@ -421,7 +419,7 @@ fn bar(until: Option<Seconds>, quiet: bool) -> ProgressBar {
 }
 
 impl Run {
-    /// What happened at transitions, a line each.
+    /// Prints the transitions, one line each.
     fn told_moves(&mut self) {
         for (t, what, report) in self.runner.new_moves() {
             let list = |what: &str, names: &[String]| {
@@ -438,7 +436,7 @@ impl Run {
         }
     }
 
-    /// What parts and services told on the way.
+    /// Prints the notices of parts and services.
     fn told_notices(&mut self) {
         for (t, mut fault) in self.runner.new_notices() {
             fault.message.insert_str(0, &format!("t = {t:.6} s: "));
@@ -446,7 +444,7 @@ impl Run {
         }
     }
 
-    /// What has fallen off its map.
+    /// Prints the bodies that have fallen off their map.
     fn told_edges(&mut self) {
         for line in self.edges.fallen(self.runner.sim()) {
             self.bar.suspend(|| tell!("{line}"));
@@ -455,7 +453,7 @@ impl Run {
 
     fn go(&mut self, quiet: bool) -> u8 {
         let stop = self.runner.stop();
-        // Fails only when a handler is already set (several runs in one process).
+        // This fails only if a handler is already set (several runs in one process).
         let _ = ctrlc::set_handler(move || {
             if stop.set() {
                 std::process::exit(i32::from(exit::STOPPED));
@@ -464,7 +462,7 @@ impl Run {
         let (ended, wall, simulated) = self.steps();
         let late = summary::late(&ended, self.goal.until, self.runner.sim().time());
         late.inspect(|text| self.bar.suspend(|| tell!("{text}")));
-        // The state is safe before anybody is waited for.
+        // The state is saved before the run waits for other threads.
         if matches!(ended, Ended::Stopped | Ended::Recorder(_)) {
             self.runner.save("interrupted.lwck");
         }
@@ -497,7 +495,7 @@ impl Run {
             }
             Ending::LogFailed(e) => {
                 tell!(
-                    "error: {e}\n  help: make room, then go on with: linkwork resume {}",
+                    "error: {e}\n  help: free disk space, then continue with: linkwork resume {}",
                     self.folder.path().join("interrupted.lwck").display()
                 );
                 exit::FAILED
@@ -508,8 +506,8 @@ impl Run {
         }
     }
 
-    /// Steps to the end. Gives the ending, the wall time and the simulated time of this process.
-    #[allow(clippy::disallowed_methods)] // The wall clock is shown, never simulated.
+    /// Steps to the end. Returns the ending, the wall time and the simulated time of this process.
+    #[allow(clippy::disallowed_methods)] // The wall clock is only shown; the simulation does not use it.
     fn steps(&mut self) -> (Ended, f64, f64) {
         let clock = Instant::now();
         let begin = self.runner.sim().time();
@@ -530,7 +528,7 @@ impl Run {
                 Pause::Ended(ended) => break ended,
                 Pause::Calls(_) | Pause::Chunk => {}
             }
-            // As many steps as take some hundredths of a second, or thousandths when somebody waits.
+            // Make steps for some hundredths of a second, or some milliseconds if a client waits.
             let now = Instant::now();
             let took = now - last;
             last = now;
@@ -560,21 +558,24 @@ impl Run {
         (ended, clock.elapsed().as_secs_f64(), self.runner.sim().time() - begin)
     }
 
-    /// Tells how recorders ended. Gives the message of one that the run cannot do without.
+    /// Prints how recorders ended. Returns the message of one that the run needs.
     fn recorders(&mut self, ends: Vec<RecorderEnd>) -> Option<String> {
         let mut fatal = None;
         for end in ends {
             self.dropped += end.dropped;
             for when in &end.unmet {
                 self.bar.suspend(|| {
-                    tell!("warning: the log has no rows around `{when}`: it never came to hold");
+                    tell!("warning: the log does not have samples around `{when}`, because it never became true");
                 });
             }
             match (end.result, end.need) {
                 (Ok(()), _) => {}
                 (Err(e), Need::Must) => fatal = Some(e),
                 (Err(e), Need::Should) => {
-                    self.problem(&format!("the recording: {e}"), "the run and its log are whole");
+                    self.problem(
+                        &format!("the recording: {e}"),
+                        "the run and its log are complete",
+                    );
                 }
                 (Err(e), Need::May) => no_viewer(&e),
             }
@@ -582,27 +583,30 @@ impl Run {
         fatal
     }
 
-    /// Something could not be written: it is said now, and the exit code says it at the end.
+    /// Reports a file that could not be written, now and in the exit code.
     fn problem(&mut self, e: &str, help: &str) {
         self.bar.suspend(|| tell!("error: {e}\n  help: {help}"));
         self.problems.push(e.to_string());
     }
 
-    /// Tells which checkpoints could not be written since this was asked last.
+    /// Reports checkpoints that could not be written since the last call.
     fn told_saves(&mut self) {
         let failures = self.runner.new_save_failures();
         for e in failures {
-            self.problem(&e, "make room, or choose another folder with --out; the run goes on");
+            self.problem(
+                &e,
+                "free disk space, or choose another folder with --out; the run continues",
+            );
         }
     }
 
-    /// Warns of the parts whose balances are not closed.
+    /// Prints a warning for each part whose balance is not closed.
     fn told_balance(&self) {
         let warnings = self.balance().map(Balance::warnings).unwrap_or_default();
         self.bar.suspend(|| load::warn_of(&warnings, &self.sources));
     }
 
-    /// The balances of the run, when they are taken.
+    /// Returns the balances of the run, if enabled.
     fn balance(&self) -> Option<&Balance> {
         self.runner.metrics().and_then(|metrics| metrics.balance.as_ref())
     }
@@ -619,7 +623,7 @@ impl Run {
             let folded = self.folder.path().join(profile::FILE);
             match profile::write(&profile, wall, &self.name, &folded) {
                 Ok(()) => self.files.push(folded),
-                Err(e) => self.problem(&e, "make room, or choose another folder with --out"),
+                Err(e) => self.problem(&e, "free disk space, or choose another folder with --out"),
             }
         }
         let sim = self.runner.sim();
@@ -648,7 +652,7 @@ impl Run {
                 Ok(()) => summary.files.push(picture),
                 Err(e) => {
                     let _ = std::fs::remove_file(&picture);
-                    self.problem(&e, "make room, or choose another folder with --out");
+                    self.problem(&e, "free disk space, or choose another folder with --out");
                 }
             }
             summary.problems.clone_from(&self.problems);
@@ -656,7 +660,7 @@ impl Run {
         }
         match written {
             Ok(()) => summary.files.push(path),
-            Err(e) => self.problem(&e, "make room, or choose another folder with --out"),
+            Err(e) => self.problem(&e, "free disk space, or choose another folder with --out"),
         }
         summary
     }
@@ -664,7 +668,7 @@ impl Run {
 
 fn no_viewer(e: &str) {
     tell!(
-        "warning: the viewer: {e}\n  help: the run and its log are whole; for --rerun start a viewer first: \
+        "warning: the viewer: {e}\n  help: the run and its log are complete; for --rerun start a viewer first: \
          `rerun` (pip install rerun-sdk==0.36.3)"
     );
 }

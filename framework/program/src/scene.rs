@@ -1,4 +1,4 @@
-//! What the viewer shows, from the shapes of the bodies and the `view` of the simulation file.
+//! The scene of the viewer, from the shapes of the bodies and the `view` of the simulation file.
 use crate::load::{dotted, params_of};
 use crate::strands::{self, Places};
 use linkwork_assembly::{
@@ -12,7 +12,7 @@ use linkwork_runtime::{
 use linkwork_spatial::Vec3;
 use linkwork_viz::{Arrow, InUnit, Marker, Panel, Planet, Scene, Shape};
 
-/// The scene, and the period of its rows.
+/// Returns the scene and its sample period.
 pub fn scene(
     title: &str,
     loaded: &Loaded,
@@ -41,15 +41,15 @@ pub fn scene(
     if faults.is_empty() { Ok((scene, period)) } else { Err(faults) }
 }
 
-/// Colour of what has none, 0 … 1.
+/// Default colour, 0 … 1.
 const GREY: [f64; 4] = [0.72, 0.72, 0.75, 1.0];
 
-/// A colour from 0 … 1 to 0 … 255.
+/// Converts a colour from 0 … 1 to 0 … 255.
 fn bytes(color: [f64; 4]) -> [u8; 4] {
     color.map(|c| (255.0 * c) as u8)
 }
 
-/// The planet on which W is a site, or about the origin of W.
+/// Returns the planet: the one on which W is a site, or the one about the origin of W.
 fn planet(loaded: &Loaded, plan: &Plan, faults: &mut Vec<Fault>) -> Option<Planet> {
     let site = plan.services.iter().find_map(|(_, o)| o.axes().site());
     let view = loaded.simulation.view.as_ref();
@@ -62,8 +62,9 @@ fn planet(loaded: &Loaded, plan: &Plan, faults: &mut Vec<Fault>) -> Option<Plane
             Some(Planet { centre, radius: centre.norm(), color })
         }
         (Some(_), Some((origin, _))) => {
-            let message = "`view`: `planet_radius` where W is a site, whose planet is known";
-            faults.push(Fault::new(origin, message).help("leave it out"));
+            let message =
+                "`view`: `planet_radius` is not allowed, because W is a site on a known planet";
+            faults.push(Fault::new(origin, message).help("remove it"));
             None
         }
         (None, Some((_, radius))) => Some(Planet { centre: Vec3::zeros(), radius, color }),
@@ -71,7 +72,7 @@ fn planet(loaded: &Loaded, plan: &Plan, faults: &mut Vec<Fault>) -> Option<Plane
     }
 }
 
-/// Shapes of the bodies of all phases, each with the phases that have it so.
+/// Returns the shapes of the bodies of all phases, each with the phases in which it exists.
 fn shapes(loaded: &Loaded) -> Vec<Shape> {
     let phases = &loaded.phase_shapes;
     let mut all: Vec<Shape> = Vec::new();
@@ -108,13 +109,13 @@ fn shape(s: &BodyShape) -> Shape {
     }
 }
 
-/// The first body that moves freely in W.
+/// Returns the first body that moves freely in W.
 fn free_body(plan: &Plan) -> Option<String> {
     let mut bodies = plan.mechanism()?.multibody.bodies().iter();
     bodies.find(|b| b.parent().is_none() && b.is_free()).map(|b| b.name().to_string())
 }
 
-/// For a machine none of whose bodies has a shape: the box of its inertia for each body with mass.
+/// Returns boxes with the inertia of each body, for a machine without shapes.
 fn boxes(plan: &Plan) -> Vec<Shape> {
     let bodies = plan.mechanism().map_or(&[][..], |m| m.multibody.bodies());
     let box_of = |body: &Body| {
@@ -131,7 +132,7 @@ fn boxes(plan: &Plan) -> Vec<Shape> {
     bodies.iter().filter_map(box_of).collect()
 }
 
-/// What differs between paths of one pattern: `Rover.Wheels.Wheel1.Motor.torque` → `Wheel1`.
+/// Returns labels for paths that match one pattern, from their different segments: `Rover.Wheels.Wheel1.Motor.torque` → `Wheel1`.
 fn labels(paths: &[&str]) -> Vec<String> {
     let split: Vec<Vec<&str>> = paths.iter().map(|p| p.split('.').collect()).collect();
     let differs = |k: usize| split.iter().any(|s| s.get(k) != split[0].get(k));
@@ -178,7 +179,7 @@ fn panels(loaded: &Loaded, plan: &Plan, faults: &mut Vec<Fault>) -> Vec<Panel> {
                     Fault::new(
                         plot.origin,
                         format!(
-                            "plot `{}`: `{path}` is in {}, which is no {unit}",
+                            "plot `{}`: `{path}` is in {}, which is a different quantity than {unit}",
                             plot.title, plan.variables[*path].unit
                         ),
                     )
@@ -201,7 +202,7 @@ fn panels(loaded: &Loaded, plan: &Plan, faults: &mut Vec<Fault>) -> Vec<Panel> {
     out
 }
 
-/// Finds what the `view` names: every mistake in it is gathered.
+/// Resolves the names in the `view` and collects all mistakes.
 fn view(
     v: &ViewForm,
     program: &Program,
@@ -231,7 +232,7 @@ fn view(
         }
         out
     };
-    // An eye that is written without a body stands in W.
+    // A camera position without a body is relative to W.
     if v.follow.is_some() || v.eye.is_some() {
         scene.follow = find("follow", v.follow.as_slice(), &bodies, "body").into_iter().next();
     }
@@ -281,7 +282,9 @@ fn arrows(item: &ArrowForm, plan: &Plan) -> Result<Vec<Arrow>, Fault> {
     if at.len() != along.len() {
         let (a, b) = (at.len(), along.len());
         let message = format!("`view`: `arrows`: `at` matches {a} vectors, `along` {b}");
-        return Err(Fault::new(item.origin, message).help("write patterns that match in pairs"));
+        return Err(
+            Fault::new(item.origin, message).help("write patterns with equal numbers of matches")
+        );
     }
     let color = item.color.map_or([80, 220, 100, 255], bytes);
     let xyz = |s: &String| ["x", "y", "z"].map(|c| format!("{s}.{c}"));
@@ -295,10 +298,10 @@ fn arrows(item: &ArrowForm, plan: &Plan) -> Result<Vec<Arrow>, Fault> {
     Ok(at.iter().zip(&along).map(one).collect())
 }
 
-/// `markers: "<part>.<parameter>"`: a parameter that is a list of [x, y]; set on the ground.
+/// Reads `markers: "<part>.<parameter>"`: a parameter that is a list of [x, y], which are placed on the ground.
 fn markers(path: &Text, plan: &Plan) -> Result<Vec<Marker>, Fault> {
     let wrong = || {
-        let message = "`view`: `markers` names a parameter that is a list of [x, y]";
+        let message = "`view`: `markers` must be a parameter that is a list of [x, y]";
         Fault::new(path.origin, message)
             .help("write `markers: \"Rover.NavigationSoftware.Follower.waypoints\"`")
     };
@@ -327,7 +330,7 @@ fn markers(path: &Text, plan: &Plan) -> Result<Vec<Marker>, Fault> {
     items.iter().enumerate().map(one).collect()
 }
 
-/// Places of x, y and z of a body's free position.
+/// Returns the slots of x, y and z of a body's free position.
 pub fn position(plan: &Plan, body: &str) -> Option<[Place; 3]> {
     let at = |c: &str| plan.variables.get(&format!("{body}.position.{c}")).map(|v| v.place);
     Some([at("x")?, at("y")?, at("z")?])

@@ -1,4 +1,4 @@
-//! Lines and jets of the `view` of a simulation file: patterns, looked up over all phases.
+//! Lines and jets in the `view` of a simulation file: patterns, resolved over all phases.
 use crate::load::dotted;
 use linkwork_assembly::{LineForm, PlumeForm, Text, path_matches};
 use linkwork_runtime::{Fault, Origin, Plan, Program, remedy};
@@ -6,11 +6,11 @@ use linkwork_spatial::{Pose, Vec3};
 use linkwork_viz::{End, Line, Plume};
 use std::collections::BTreeMap;
 
-/// Colour of a line that has none, and of a jet.
+/// Default colours of lines and jets.
 const LINE: [u8; 4] = [240, 240, 235, 255];
 const JET: [u8; 4] = [255, 170, 60, 230];
 
-/// Nodes and bodies of all phases: the body and the place on it; `None` where phases do not agree.
+/// Nodes and bodies of all phases: the body and the pose on it; `None` if it differs between phases.
 pub struct Places<'a>(BTreeMap<&'a str, Option<(&'a str, Pose)>>);
 
 impl<'a> Places<'a> {
@@ -30,14 +30,15 @@ impl<'a> Places<'a> {
         Places(all)
     }
 
-    /// Names that a pattern matches, with their bodies.
+    /// Returns the names that a pattern matches, with their bodies.
     fn find(&self, field: &str, p: &Text) -> Result<Vec<(&'a str, &'a str, Pose)>, Fault> {
         let matches = |name: &str| path_matches(&dotted(&p.text), &dotted(name));
         let found = self.0.iter().filter(|(name, _)| matches(name));
         let one = |(name, at): (&&'a str, &Option<(&'a str, Pose)>)| {
             let Some((body, pose)) = *at else {
-                let fact = format!("`view`: {field}: `{name}` is elsewhere in another phase");
-                let help = "give what is in one place in all phases, e.g. another node of the body";
+                let fact = format!("`view`: {field}: the pose of `{name}` differs between phases");
+                let help =
+                    "use a node with the same pose in all phases, e.g. another node of the body";
                 return Err(Fault::new(p.origin, fact).help(help));
             };
             Ok((*name, body, pose))
@@ -46,7 +47,7 @@ impl<'a> Places<'a> {
     }
 }
 
-/// Variables that a pattern matches, in their order.
+/// Returns the variables that a pattern matches, in their order.
 fn variables(field: &str, p: &Text, plan: &Plan) -> Result<Vec<String>, Fault> {
     let all = plan.variables.keys();
     let found: Vec<String> = all.filter(|k| path_matches(&p.text, k)).cloned().collect();
@@ -58,25 +59,26 @@ fn variables(field: &str, p: &Text, plan: &Plan) -> Result<Vec<String>, Fault> {
     Ok(found)
 }
 
-/// Points of W that a pattern matches: vectors of three variables.
+/// Returns the points in W that a pattern matches: vectors of three variables.
 fn vectors(p: &Text, plan: &Plan) -> Vec<String> {
     let stems = plan.variables.keys().filter_map(|k| k.strip_suffix(".x"));
     stems.filter(|k| path_matches(&p.text, k)).map(str::to_owned).collect()
 }
 
-/// The k-th of several, or the only one.
+/// Returns the k-th of several items, or the only one.
 fn of<T>(all: &[T], k: usize) -> &T {
     if all.len() == 1 { &all[0] } else { &all[k] }
 }
 
-/// Whether each list has `n` items, or one.
+/// Returns an error unless each list has `n` items, or one.
 fn pairs(what: &str, origin: Origin, n: usize, lists: &[(&str, usize)]) -> Result<(), Fault> {
     if lists.iter().all(|l| l.1 == n || l.1 == 1) {
         return Ok(());
     }
     let counts: Vec<String> = lists.iter().map(|(name, n)| format!("`{name}` {n}")).collect();
     let fact = format!("`view`: `{what}`: matches differ: {}", counts.join(", "));
-    Err(Fault::new(origin, fact).help("write patterns that match as many each, or one"))
+    Err(Fault::new(origin, fact)
+        .help("write patterns with equal numbers of matches, or with one match"))
 }
 
 fn name(path: &str) -> String {
@@ -87,7 +89,7 @@ fn bytes(color: Option<[f64; 4]>, usual: [u8; 4]) -> [u8; 4] {
     color.map_or(usual, |c| c.map(|c| (255.0 * c) as u8))
 }
 
-/// The lines of one entry.
+/// Returns the lines of one entry.
 pub fn lines(form: &LineForm, plan: &Plan, places: &Places<'_>) -> Result<Vec<Line>, Fault> {
     let ends = |field: &str, p: &Text| -> Result<Vec<(String, End)>, Fault> {
         let field = format!("`lines`: `{field}`");
@@ -125,7 +127,7 @@ pub fn lines(form: &LineForm, plan: &Plan, places: &Places<'_>) -> Result<Vec<Li
     Ok((0..n).map(one).collect())
 }
 
-/// The jets of one entry.
+/// Returns the jets of one entry.
 pub fn plumes(form: &PlumeForm, plan: &Plan, places: &Places<'_>) -> Result<Vec<Plume>, Fault> {
     let at = places.find("`plumes`: `at`", &form.at)?;
     if at.is_empty() {

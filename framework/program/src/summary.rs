@@ -1,4 +1,4 @@
-//! `summary.json`, and what is said at the end of a run.
+//! `summary.json`, and the messages at the end of a run.
 use linkwork_runner::{Balances, Ended, Metrics, Realtime};
 use linkwork_runtime::doc::number;
 use linkwork_runtime::{RunError, Seconds, Simulation};
@@ -10,30 +10,30 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ending {
-    /// The time given by `until`.
+    /// It reached the time `until`.
     Until,
-    /// The condition given by `stop_when` came to hold.
+    /// The condition `stop_when` became true.
     StopWhen,
     /// Ctrl-C.
     Interrupted,
-    /// A state left the numbers.
+    /// A state diverged.
     Failed(String),
-    /// The log could not be written on.
+    /// The log could not be written.
     LogFailed(String),
 }
 
-/// A warning when a run that reached its time ended later than `until`, which lies between two steps.
+/// Returns a warning if a run ended later than `until`, because `until` is between two steps.
 pub fn late(ended: &Ended, until: Option<Seconds>, now: f64) -> Option<String> {
     let until = until.filter(|_| *ended == Ended::Goal)?.seconds();
     (now - until > 1e-9 * until.max(1e-3)).then(|| {
         format!(
-            "warning: the run ended at {now} s: `until`, {until} s, lies between two steps\n  help: write a multiple of the \
+            "warning: the run ended at {now} s: `until`, {until} s, is between two steps\n  help: write a multiple of the \
              step; or end the run by `stop_when: \"time >= {until} s\"`, which acts within the step"
         )
     })
 }
 
-/// What summary.json holds.
+/// Content of summary.json.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
     /// Name of the simulation.
@@ -46,34 +46,34 @@ pub struct Summary {
     pub state_hash: String,
     /// Wall time of stepping (s).
     pub wall_time: f64,
-    /// Simulated over wall time, the mean over this process's part of the run: everything counts
-    /// from the first row to the last, the waiting for recorders included.
+    /// Ratio of simulated time to wall time, averaged over this process's part of the run, from the first tick to the last, including waits for
+    /// recorders.
     pub real_time_factor: f64,
-    /// How late ticks were, of a run at the pace of the clock.
+    /// Lateness of ticks, if the run was paced.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub realtime: Option<Realtime>,
     /// Seed of all noise.
     pub seed: u64,
-    /// What built the program: version, processor, profile.
+    /// Build of the program: version, processor, profile.
     pub built: String,
-    /// When each phase began last (s); none of one that has not begun. Empty for a simulation without phases.
+    /// Last start of each phase (s); null for a phase that has not begun. Empty for a simulation without phases.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub phases: BTreeMap<String, Option<f64>>,
-    /// The simulation's own metrics: value and unit.
+    /// Metrics of the simulation: value and unit.
     pub metrics: BTreeMap<String, (f64, String)>,
-    /// Balances of energy, mass and charge; empty where `balance: false`.
+    /// Balances of energy, mass and charge; empty with `balance: false`.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub balances: Balances,
     /// Files written.
     pub files: Vec<PathBuf>,
-    /// What could not be written.
+    /// Errors of files that could not be written.
     pub problems: Vec<String>,
-    /// Rows that a viewer did not take.
+    /// Number of samples that a viewer lost.
     pub rows_dropped: u64,
 }
 
 impl Summary {
-    /// Writes it beside the target and renames: a full disk leaves no half.
+    /// Writes the file to a temporary name and renames it, so that a full disk does not leave an incomplete file.
     ///
     /// # Errors
     /// A message with the path.
@@ -84,7 +84,7 @@ impl Summary {
     }
 }
 
-/// How a run ended, with what to do about a failure.
+/// Returns how a run ended, with the remedy for a failure.
 pub fn ending(ended: Ended) -> Ending {
     match ended {
         Ended::Goal => Ending::Until,
@@ -93,7 +93,7 @@ pub fn ending(ended: Ended) -> Ending {
         Ended::Failed(e) => Ending::Failed(explain(&e)),
         Ended::Bad(e) if e.help.is_some() => Ending::Failed(e.to_string()),
         Ended::Bad(e) => Ending::Failed(format!(
-            "{e}\n  help: it is so from the start; look at what drives `{}`, and at its parameters",
+            "{e}\n  help: this is already so at the start; check the inputs of `{}`, and its parameters",
             e.path
         )),
         Ended::Recorder(e) => Ending::LogFailed(e),
@@ -102,21 +102,23 @@ pub fn ending(ended: Ended) -> Ending {
 
 fn explain(e: &RunError) -> String {
     if e.help.is_some() {
-        return format!("{e}\n  note: the log and before_failure.lwck hold what led to it");
+        return format!(
+            "{e}\n  note: the log and before_failure.lwck contain the time before the failure"
+        );
     }
-    // What fails at once mostly starts where it cannot be.
+    // A failure in the first steps is mostly caused by the start.
     let start = if e.time < 0.2 {
-        "; a machine that starts inside the ground is thrown out of it: see `place`"
+        "; a machine that starts inside the ground is pushed out violently: see `place`"
     } else {
         ""
     };
     format!(
-        "{e}\n  help: the log and before_failure.lwck hold what led to it; try a smaller step, and look at what drives `{}`{start}",
+        "{e}\n  help: the log and before_failure.lwck contain the time before the failure; try a smaller step, and check the inputs of `{}`{start}",
         e.path
     )
 }
 
-/// When each phase of a run began last (s).
+/// Returns the last start of each phase of a run (s).
 pub fn phases(sim: &Simulation) -> BTreeMap<String, Option<f64>> {
     let all = sim.program().phases.iter().zip(&sim.state().entered);
     all.filter(|(phase, _)| !phase.name.is_empty())
@@ -124,19 +126,19 @@ pub fn phases(sim: &Simulation) -> BTreeMap<String, Option<f64>> {
         .collect()
 }
 
-/// Metrics as name → (value, unit).
+/// Returns the metrics as name → (value, unit).
 pub fn metrics(metrics: &Metrics) -> BTreeMap<String, (f64, String)> {
     metrics.results().map(|(n, v, u)| (n.to_string(), (v, u.to_string()))).collect()
 }
 
-/// Prints a summary for a person.
+/// Prints a readable summary.
 pub fn print(s: &Summary) {
     let how = match &s.ended {
         Ending::Until => "reached its end".to_string(),
         Ending::StopWhen => "stopped by its own condition".to_string(),
         Ending::Interrupted => "interrupted".to_string(),
         Ending::Failed(_) => "FAILED".to_string(),
-        Ending::LogFailed(_) => "STOPPED, the log could not be written on,".to_string(),
+        Ending::LogFailed(_) => "STOPPED, because the log could not be written,".to_string(),
     };
     say!("{}: {how} at t = {:.3} s", s.simulation, s.time);
     say!(
@@ -156,19 +158,21 @@ pub fn print(s: &Summary) {
         );
         if r.overruns > 0 {
             say!(
-                "  {} ticks came late because the work before them took too long, by {} ms at most",
+                "  {} ticks were late because the work before them took too long, by at most {} ms",
                 r.overruns,
                 ms(r.overrun_worst)
             );
         }
     }
     if s.rows_dropped > 0 {
-        say!("  the viewer did not take {} rows: they are in the log", s.rows_dropped);
+        say!("  the viewer lost {} samples, which are in the log", s.rows_dropped);
     }
     let width = s.metrics.keys().map(String::len).max().unwrap_or(0);
     for (name, (value, unit)) in &s.metrics {
         if value.is_nan() {
-            say!("  {name:width$}  none: what it is taken of, or at, never came");
+            say!(
+                "  {name:width$}  n/a: the variable never existed in this run, or its condition never held"
+            );
             continue;
         }
         let unit = if unit == "1" { "" } else { unit };
@@ -185,14 +189,14 @@ pub fn print(s: &Summary) {
             Some("mcap") => "   open with Rerun, Foxglove or PlotJuggler",
             Some("folded") => "   open with a flame graph tool: inferno, speedscope",
             Some("svg") => "   open with a browser",
-            Some("lwck") => "   go on with: linkwork resume <file>",
+            Some("lwck") => "   continue with: linkwork resume <file>",
             _ => "",
         };
         say!("  {}{hint}", file.display());
     }
 }
 
-/// Prints a line for each quantity with the amount carried and the residual, then the sums by kind of term.
+/// Prints a line per quantity with the exchanged amount and the residual, then the sums by kind of term.
 fn balances(all: &Balances) {
     for (name, report) in all.iter().filter(|(_, report)| report.carried > 0.0) {
         let (carried, left) = (report.carried, report.residual);
@@ -204,7 +208,7 @@ fn balances(all: &Balances) {
             false => "nothing to check".to_string(),
         };
         say!("balance of {name}: up to {} {unit} carried by a part, {left}", number(carried));
-        // Amounts at the level of round-off are left out.
+        // Amounts at round-off level are omitted.
         let counts = |amount: f64| amount.abs() > 1e-12 * carried;
         for (kind, amount) in report.totals.iter().filter(|(_, amount)| counts(**amount)) {
             let what = match (*kind, report.not_counted.is_empty()) {
@@ -216,7 +220,7 @@ fn balances(all: &Balances) {
     }
 }
 
-/// Two digits or whole numbers.
+/// Formats a factor with two digits, or as an integer.
 fn factor(x: f64) -> String {
     if x < 10.0 { format!("{x:.2}") } else { format!("{x:.0}") }
 }

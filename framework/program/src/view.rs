@@ -1,18 +1,18 @@
-//! `linkwork view`: a recording from a log, without simulating, or from a table of somebody else's telemetry.
+//! `linkwork view`: a recording from a log, without simulating, or from a table of external telemetry.
 //!
-//! The configuration inside the log says what is shown; the poses and numbers of its rows drive it. A table is drawn
-//! by itself, or beside the log, with the differences as curves (`telemetry`).
+//! The configuration in the log defines the scene; the poses and numbers of its samples move it. A table is drawn alone, or together with a log, with
+//! the differences as curves (`telemetry`).
 #[cfg(feature = "viewer")]
 use crate::exit;
 use std::path::{Path, PathBuf};
 
-/// What a view may be told.
+/// Options of a view.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct ViewOptions {
-    /// Where the recording goes; beside the log, with the ending .rrd, unless given.
+    /// File of the recording (default: next to the log, with the suffix .rrd).
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// Beside the log: what flew, by a telemetry file (`Telemetry(..)`, RON), and how far they are apart.
+    /// Also show flight data of a telemetry file (`Telemetry(..)`, RON), and their differences from the log.
     #[arg(long, value_name = "FILE")]
     pub flown: Option<PathBuf>,
 }
@@ -25,7 +25,7 @@ pub fn view(log: &Path, options: &ViewOptions) -> u8 {
     }
 }
 
-/// Without the feature there is nothing to draw with.
+/// Without the feature, recordings cannot be drawn.
 #[cfg(not(feature = "viewer"))]
 pub fn view(_: &Path, _: &ViewOptions) -> u8 {
     crate::recorders::without_viewer("view")
@@ -46,7 +46,7 @@ mod drawn {
     enum Fault {
         Log(LogError),
         Recording(VizError),
-        /// It is said already.
+        /// The error has been printed.
         Said(u8),
     }
 
@@ -61,21 +61,21 @@ mod drawn {
         }
     }
 
-    /// A recording under way.
+    /// A recording in progress.
     struct Drawing {
         player: Player,
-        /// What flew.
+        /// The flight data.
         beside: Option<Beside>,
         rows: u64,
     }
 
-    /// Where the recording goes: no file that is there already, unless it is named.
+    /// Returns the path of the recording; an existing file is only overwritten if it was given explicitly.
     fn place(log: &Path, options: &ViewOptions) -> Result<PathBuf, u8> {
         let Some(out) = &options.out else {
             let beside = log.with_extension("rrd");
             if beside.exists() {
                 tell!(
-                    "error: `{}` is there already: perhaps the recording that the run itself wrote\n  help: name \
+                    "error: `{}` already exists: possibly the recording of the run itself\n  help: give \
                      another file, or the same, with --out",
                     beside.display()
                 );
@@ -140,7 +140,7 @@ mod drawn {
         }
     }
 
-    /// Instants (ns) at which a log has poses, rising.
+    /// Returns the increasing instants (ns) at which a log has poses.
     fn instants(log: &Path) -> Result<Vec<u64>, LogError> {
         let mut all = Vec::new();
         walk_log(log, |entry| {
@@ -160,7 +160,7 @@ mod drawn {
         if log.extension().is_some_and(|e| e == "ron") {
             if options.flown.is_some() {
                 tell!(
-                    "error: --flown stands beside a log, and `{}` is none\n  help: give the .mcap file of a run, or leave \
+                    "error: --flown requires a log, but `{}` is not one\n  help: give the .mcap file of a run, or leave \
                      --flown out",
                     log.display()
                 );
@@ -171,7 +171,7 @@ mod drawn {
             return Ok(exit::OK);
         }
         let flown = options.flown.as_deref().map(read).transpose()?;
-        // Whether the table has rows at instants of the log is known when both have been read.
+        // Both files must be read to determine whether the table has rows at instants of the log.
         let instants = match &flown {
             Some(_) => instants(log).map_err(|e| told(e.into()))?,
             None => Vec::new(),
@@ -207,7 +207,7 @@ mod drawn {
             Ok(Some((end, rows, missing, beside))) => {
                 say!("`{}`: {rows} instants", out.display());
                 if let End::Cut { at } = end {
-                    say!("    the log has no end: it was cut after {at} bytes");
+                    say!("    the log is truncated after {at} bytes");
                 }
                 if let Some(beside) = &beside {
                     beside.tell();
@@ -217,13 +217,13 @@ mod drawn {
             }
             Ok(None) => {
                 tell!(
-                    "error: log `{}` carries no configuration\n  help: give a .mcap file that `linkwork run` wrote",
+                    "error: log `{}` does not contain a configuration\n  help: give a .mcap file that `linkwork run` wrote",
                     log.display()
                 );
                 Err(exit::INPUT)
             }
             Err(fault) => {
-                // Half a recording would look whole.
+                // An incomplete recording would look complete.
                 drop(drawing);
                 if opened {
                     let _ = std::fs::remove_file(&out);
@@ -237,7 +237,7 @@ mod drawn {
         match fault {
             Fault::Log(e) => tell!("error: {e}"),
             Fault::Recording(e) => {
-                tell!("error: {e}\n  help: choose another file with --out, or make room");
+                tell!("error: {e}\n  help: choose another file with --out, or free disk space");
                 return exit::FAILED;
             }
             Fault::Said(code) => return code,
@@ -245,11 +245,11 @@ mod drawn {
         exit::INPUT
     }
 
-    /// Names of a list that are told one by one.
+    /// Largest number of names in a list.
     const MOST: usize = 5;
 
     fn not_shown(missing: &NotShown) {
-        // What a table does not tell is said of the table.
+        // For a table, the message names the table instead of the log.
         let of_log = |name: &&String| !name.starts_with(telemetry::FLOWN);
         let variables: Vec<String> = missing.variables.iter().filter(of_log).cloned().collect();
         let list = |names: &[String]| {
@@ -259,15 +259,15 @@ mod drawn {
         };
         if !variables.is_empty() {
             tell!(
-                "warning: not shown, because the log has no rows of them: {}\n  help: name them in `log` of the \
+                "warning: not shown, because the log has no samples of them: {}\n  help: add them to `log` of the \
                  simulation",
                 list(&variables)
             );
         }
         if !missing.nodes.is_empty() {
             tell!(
-                "warning: the axes of {} are not shown: the log has no modes of flexible bodies, nor says on which body \
-                 a node of several phases is\n  help: look at the recording that the run itself wrote",
+                "warning: the axes of {} are not shown: the log does not contain modes of flexible bodies, or on which body \
+                 a node of several phases is\n  help: use the recording that the run itself wrote",
                 list(&missing.nodes)
             );
         }

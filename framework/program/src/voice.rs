@@ -1,8 +1,7 @@
-//! Speaking to the terminal: what cannot be said is not forgotten, and files say nothing but text.
+//! Output to the terminal: lost output is remembered, and texts of files cannot control the terminal.
 //!
-//! Texts of a file may hold escape sequences that would move the cursor, rename the window or hide
-//! what follows. They are shown as what they are, `\u{1b}`. Numbers with hundreds of digits are
-//! shown as powers of ten.
+//! Texts of a file can contain escape sequences that would move the cursor, rename the window or hide text. They are printed as `\u{1b}`. Numbers
+//! with hundreds of digits are printed as powers of ten.
 use crate::exit;
 use linkwork_assembly::{Failure, Look};
 use std::borrow::Cow;
@@ -10,7 +9,7 @@ use std::fmt::Arguments;
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Standard output belongs to the process, and so does the note that something of it was lost.
+/// Whether some standard output was lost. It is static because standard output belongs to the process.
 static LOST: AtomicBool = AtomicBool::new(false);
 
 /// Prints a line to standard output.
@@ -25,8 +24,8 @@ macro_rules! tell {
     ($($t:tt)*) => { $crate::voice::tell_text(format_args!("{}\n", format_args!($($t)*))) };
 }
 
-/// Prints text to standard output. A reader that has gone (`linkwork list | head`) is no fault;
-/// anything else is remembered ([`exit_code`]).
+/// Prints text to standard output. A reader that has closed the pipe (`linkwork list | head`) is not an error; other errors are remembered
+/// ([`exit_code`]).
 pub fn say_text(text: Arguments<'_>) {
     let text = text.to_string();
     note(std::io::stdout().write_all(clean(&text).as_bytes()));
@@ -38,13 +37,13 @@ fn note(written: std::io::Result<()>) {
     }
 }
 
-/// Prints text to standard error, if it can be printed: the exit code says the same.
+/// Prints text to standard error, if possible; the exit code contains the same information.
 pub fn tell_text(text: Arguments<'_>) {
     let text = text.to_string();
     let _ = std::io::stderr().write_all(clean(&text).as_bytes());
 }
 
-/// The exit code of the process: not 0 when standard output could not be written.
+/// Returns the exit code of the process: not 0 if standard output could not be written.
 pub fn exit_code(code: u8) -> u8 {
     note(std::io::stdout().flush());
     if code == exit::OK && LOST.load(Ordering::Relaxed) {
@@ -54,10 +53,10 @@ pub fn exit_code(code: u8) -> u8 {
     code
 }
 
-/// Mistakes or warnings that are shown of one file: more are counted.
+/// Largest number of printed mistakes or warnings of one file; more are only counted.
 pub(crate) const MOST: usize = 100;
 
-/// Prints a failure to standard error: drawn on a terminal, in three plain lines elsewhere.
+/// Prints a failure to standard error: drawn on a terminal, otherwise in three plain lines.
 pub fn report(failure: &Failure) -> u8 {
     let no_color = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
     let look = match (std::io::stderr().is_terminal(), no_color) {
@@ -65,21 +64,20 @@ pub fn report(failure: &Failure) -> u8 {
         (true, true) => Look::Drawn,
         (true, false) => Look::Coloured,
     };
-    // What is drawn has escape sequences of its own: those of the file are taken out before.
+    // The drawing contains its own escape sequences, so those of the file are removed before.
     let mut failure = harmless(failure);
     let more = failure.faults.len().saturating_sub(MOST);
     failure.faults.truncate(MOST);
     let mut text = failure.show(look);
     if more > 0 {
-        text.push_str(&format!("error: and {more} more mistakes\n  help: mend these first\n"));
+        text.push_str(&format!("error: and {more} more mistakes\n  help: correct these first\n"));
     }
     let text = if look == Look::Coloured { Cow::Owned(text) } else { clean(&text) };
     let _ = std::io::stderr().write_all(text.as_bytes());
     exit::INPUT
 }
 
-/// The failure with nothing in it that a terminal obeys. The texts keep their length: places in
-/// them are counted in bytes.
+/// Returns the failure without control characters. The texts keep their length, because positions in them are counted in bytes.
 fn harmless(failure: &Failure) -> Failure {
     let mut failure = failure.clone();
     for fault in &mut failure.faults {
@@ -98,18 +96,18 @@ fn harmless(failure: &Failure) -> Failure {
     failure
 }
 
-/// Characters that a terminal obeys instead of showing them, but for the ends of lines and tabs:
-/// control characters, and those that turn the direction of writing.
+/// Returns whether a terminal interprets a character instead of showing it, except line ends and tabs: control characters, and those that change the
+/// direction of writing.
 fn obeyed(c: char) -> bool {
     let turns =
         matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     (c.is_control() && c != '\n' && c != '\t') || turns
 }
 
-/// More digits in a row than any number needs.
+/// Largest number of consecutive digits that a number needs.
 const DIGITS: usize = 25;
 
-/// The text with every character shown and no number longer than a line.
+/// Returns the text with every character shown and no number longer than a line.
 pub fn clean(text: &str) -> Cow<'_, str> {
     let long = text.len() >= DIGITS && has_long_number(text);
     if !text.contains(obeyed) && !long {
@@ -127,7 +125,7 @@ pub fn clean(text: &str) -> Cow<'_, str> {
             rest = &rest[digits..];
             continue;
         }
-        // A short number is passed over as a whole.
+        // A short number is copied as a whole.
         let n = digits.max(c.len_utf8());
         if obeyed(c) {
             out.extend(c.escape_unicode());
@@ -139,7 +137,7 @@ pub fn clean(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// Bytes of digits, with one point among them, at the start of the text.
+/// Returns the number of bytes of digits, with at most one point, at the start of the text.
 fn number_length(text: &str) -> usize {
     let mut points = 0;
     text.bytes()

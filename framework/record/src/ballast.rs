@@ -1,20 +1,18 @@
-//! A file that keeps some room in reserve, so that a full disk still leaves a readable log.
+//! A file with reserved disk space, so that a full disk still leaves a readable log.
 //!
-//! The reserve is a file that never has a name: however the process ends, the system frees it.
-//! When the disk or a quota is full the reserve is given up and writing goes on; when a limit on
-//! the size of files comes near, or the disk fails, the owner is told in time to come to an
-//! orderly end. What cannot be ended in order is cut back to its last whole part.
+//! The reserve is an unnamed file, so the system frees it however the process ends. If the disk or a quota is full, the reserve is released and
+//! writing continues. If the limit on the file size is close, or the disk fails, the owner is notified in time for a regular end. A file that cannot
+//! be completed is truncated to its last complete part.
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
-/// Bytes kept in reserve: the last chunk, the log's index and a checkpoint fit.
+/// Reserved bytes: enough for the last chunk, the log's index and a checkpoint.
 const RESERVE: usize = 4 << 20;
 
-/// The reserve beside a file: real bytes, since a sparse file would reserve nothing, and at no time a name. It
-/// is free when it is closed.
+/// The unnamed reserve file. It contains real bytes, because a sparse file would not reserve space. It is freed when it is closed.
 fn reserve(beside: &Path) -> std::io::Result<File> {
     let folder = beside.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut file = tempfile::tempfile_in(folder)?;
@@ -23,18 +21,18 @@ fn reserve(beside: &Path) -> std::io::Result<File> {
     Ok(file)
 }
 
-/// How a file stands; seen from outside the writers that are stacked on it.
+/// The state of a file, visible outside the writers that wrap it.
 #[derive(Debug, Default)]
 pub struct Gauge {
     spent: AtomicU8,
-    /// Where the next byte goes.
+    /// Position of the next byte.
     at: AtomicU64,
-    /// Bytes that make a file that can be read.
+    /// Number of bytes that form a readable file.
     whole: AtomicU64,
 }
 
 impl Gauge {
-    /// Why the owner is to come to an orderly end, if it is.
+    /// Returns the reason for which the owner should end the file, if there is one.
     pub fn spent(&self) -> Option<&'static str> {
         match self.spent.load(Ordering::Relaxed) {
             0 => None,
@@ -43,19 +41,19 @@ impl Gauge {
         }
     }
 
-    /// All bytes written so far make a file that can be read: a failure later leaves these.
+    /// Marks all bytes written so far as a readable file, to which a later failure truncates the file.
     pub fn mark_whole(&self) {
         self.whole.store(self.at.load(Ordering::Relaxed), Ordering::Relaxed);
     }
 }
 
-/// A file with a reserve. When the reserve was needed, or soon will be, the gauge says so and
-/// writing goes on: the owner then comes to an orderly end.
+/// A file with a reserve. When the reserve is needed, or will soon be needed, the gauge reports it and writing continues, so that the owner can end
+/// the file regularly.
 pub struct Ballast {
     file: File,
     reserve: Option<File>,
     gauge: Arc<Gauge>,
-    /// Beyond this the limit on the size of files is near.
+    /// Position beyond which the limit on the file size is close.
     limit: u64,
 }
 
@@ -63,7 +61,7 @@ impl Ballast {
     /// Creates `path` and its reserve.
     ///
     /// # Errors
-    /// When either cannot be written: better at the start than at the end of a long run.
+    /// Either file cannot be written. This is reported at the start instead of at the end of a long run.
     pub fn create(path: &Path, gauge: Arc<Gauge>) -> std::io::Result<Ballast> {
         let file =
             OpenOptions::new().create(true).truncate(true).write(true).read(true).open(path)?;
@@ -91,10 +89,10 @@ impl Ballast {
         self.file.try_clone()
     }
 
-    /// Cuts back to the last whole part.
+    /// Truncates the file to its last complete part.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// The error of the system.
     pub fn cut(&mut self) -> std::io::Result<()> {
         self.file.set_len(self.gauge.whole.load(Ordering::Relaxed))
     }
@@ -136,7 +134,7 @@ impl Seek for Ballast {
     }
 }
 
-/// The limit on the size of files of this process (bytes), where the system tells one.
+/// Returns the limit on the file size of this process (bytes), if the system reports one.
 fn size_limit() -> Option<u64> {
     let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
     let line = limits.lines().find_map(|l| l.strip_prefix("Max file size"))?;

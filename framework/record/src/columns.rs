@@ -1,4 +1,4 @@
-//! Columns as Parquet: numbers as doubles, whole numbers as 64-bit integers, texts as UTF-8.
+//! Columns as Parquet: numbers as doubles, integers as 64-bit integers, texts as UTF-8.
 use bytes::Bytes;
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::column::reader::ColumnReader;
@@ -17,11 +17,11 @@ use std::sync::Arc;
 /// The cells of one column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cells<'a> {
-    /// Whole numbers.
+    /// Integers.
     Whole(&'a [u64]),
-    /// Numbers; NaN is one of them.
+    /// Numbers, which may be NaN.
     Number(&'a [f64]),
-    /// Numbers, and cells without one.
+    /// Numbers with empty cells.
     Sparse(&'a [Option<f64>]),
     /// Texts.
     Text(&'a [String]),
@@ -44,7 +44,7 @@ impl Cells<'_> {
     }
 }
 
-/// The title of a column of numbers: `NAME [UNIT]`, and the name alone of pure numbers.
+/// Returns the title of a column of numbers: `NAME [UNIT]`, or only the name for dimensionless numbers.
 pub fn titled(name: &str, unit: &str) -> String {
     match unit {
         "" | "1" => name.to_string(),
@@ -52,15 +52,14 @@ pub fn titled(name: &str, unit: &str) -> String {
     }
 }
 
-/// A Parquet file under way: groups of rows, each with the same columns. Not compressed.
+/// A Parquet file that is being written: groups of rows, each with the same columns, not compressed.
 pub struct ParquetFile<W: Write + Send>(SerializedFileWriter<W>);
 
 impl<W: Write + Send> ParquetFile<W> {
-    /// Begins a file. `like` has the title and the kind of each column; its cells are not written. `about` goes into the
-    /// file's metadata.
+    /// Creates a file. `like` contains the title and the kind of each column; its cells are not written. `about` becomes the file's metadata.
     ///
     /// # Errors
-    /// What the format refuses, or `out`.
+    /// Errors of the format or of `out`.
     pub fn new<'a>(
         out: W,
         table: &str,
@@ -80,10 +79,10 @@ impl<W: Write + Send> ParquetFile<W> {
         SerializedFileWriter::new(out, schema, Arc::new(properties)).map(ParquetFile).map_err(fail)
     }
 
-    /// Adds rows: the columns in the order of the file, all of one length.
+    /// Adds rows: the columns in the order of the file, all of equal length.
     ///
     /// # Errors
-    /// What the format refuses, or the file.
+    /// Errors of the format or of the file.
     pub fn rows<'a>(&mut self, columns: impl IntoIterator<Item = Cells<'a>>) -> Result<(), String> {
         self.group(columns).map_err(fail)
     }
@@ -119,29 +118,28 @@ impl<W: Write + Send> ParquetFile<W> {
         Ok(())
     }
 
-    /// Ends the file, and gives back what it was written into.
+    /// Completes the file and returns its writer.
     ///
     /// # Errors
-    /// What the format refuses, or the file.
+    /// Errors of the format or of the file.
     pub fn finish(self) -> Result<W, String> {
         self.0.into_inner().map_err(fail)
     }
 }
 
-/// The numbers of one column of a file of [`ParquetFile`], which has to be there to its end. Cost: its cells alone are
-/// read.
+/// Reads the numbers of one column of a complete file of [`ParquetFile`]. Only the cells of this column are read.
 ///
 /// # Errors
-/// A message: the file cannot be read, is none, or has no such column of numbers without gaps.
+/// A message: the file cannot be read, is not a Parquet file, or does not have such a column of numbers without empty cells.
 pub fn parquet_numbers(path: &Path, title: &str) -> Result<Vec<f64>, String> {
     let file = File::open(path).map_err(|e| e.to_string())?;
     numbers(&SerializedFileReader::new(file).map_err(fail)?, title)
 }
 
-/// The same of several columns, in the order of their titles, and of the bytes of a file.
+/// Reads several columns, in the order of `titles`, from the bytes of a file.
 ///
 /// # Errors
-/// As [`parquet_numbers`].
+/// Like [`parquet_numbers`].
 pub fn parquet_columns(bytes: Vec<u8>, titles: &[&str]) -> Result<Vec<Vec<f64>>, String> {
     let reader = SerializedFileReader::new(Bytes::from(bytes)).map_err(fail)?;
     titles.iter().map(|title| numbers(&reader, title)).collect()
@@ -150,9 +148,9 @@ pub fn parquet_columns(bytes: Vec<u8>, titles: &[&str]) -> Result<Vec<Vec<f64>>,
 fn numbers(reader: &impl FileReader, title: &str) -> Result<Vec<f64>, String> {
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
     let column = schema.columns().iter().position(|c| c.name() == title);
-    let column = column.ok_or_else(|| format!("it has no column `{title}`"))?;
+    let column = column.ok_or_else(|| format!("it does not have a column `{title}`"))?;
     if schema.column(column).max_def_level() > 0 {
-        return Err(format!("its column `{title}` may have gaps"));
+        return Err(format!("its column `{title}` may have empty cells"));
     }
     let mut values = Vec::new();
     for group in 0..reader.num_row_groups() {
@@ -161,12 +159,12 @@ fn numbers(reader: &impl FileReader, title: &str) -> Result<Vec<f64>, String> {
         let ColumnReader::DoubleColumnReader(mut cells) =
             group.get_column_reader(column).map_err(fail)?
         else {
-            return Err(format!("its column `{title}` holds no numbers"));
+            return Err(format!("its column `{title}` does not contain numbers"));
         };
         let before = values.len();
         cells.read_records(rows, None, None, &mut values).map_err(fail)?;
         if values.len() - before != rows {
-            return Err(format!("its column `{title}` is not there to its end"));
+            return Err(format!("its column `{title}` is incomplete"));
         }
     }
     Ok(values)
@@ -207,7 +205,7 @@ mod tests {
             columns.into_iter().map(bits).collect::<Vec<_>>(),
             [bits(twice.clone()), bits(twice)]
         );
-        for (title, fact) in [("y", "no column"), ("why", "no numbers"), ("z", "gaps")] {
+        for (title, fact) in [("y", "no column"), ("why", "not contain numbers"), ("z", "gaps")] {
             assert!(parquet_numbers(&path, title).unwrap_err().contains(fact), "{title}");
         }
         let reader = SerializedFileReader::new(File::open(&path).unwrap()).unwrap();

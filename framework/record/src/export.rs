@@ -1,4 +1,4 @@
-//! A log as a table: a row for each instant, a column for each variable.
+//! Export of a log as a table: a row per instant, a column per variable.
 use crate::columns::{Cells, ParquetFile, titled};
 use crate::log::LogError;
 use crate::read::{End, Entry, seconds, walk_log};
@@ -7,26 +7,26 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-/// What was written.
+/// Result of an export.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Exported {
-    /// Instants.
+    /// Number of instants.
     pub rows: u64,
-    /// Variables.
+    /// Number of variables.
     pub variables: usize,
     /// How the log ends.
     pub end: End,
 }
 
-/// A log cannot be made into a table.
+/// A log cannot be converted to a table.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
-    /// The log.
+    /// The log cannot be read.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// There is nothing to write.
+    /// The log does not contain variables.
     #[error(
-        "log `{path}`: it holds no variables\n  help: give a log whose run had patterns in `log`"
+        "log `{path}` does not contain variables\n  help: use a log whose run had patterns in `log`"
     )]
     Empty {
         /// The log.
@@ -37,24 +37,23 @@ pub enum ExportError {
     Write {
         /// The table.
         path: String,
-        /// Why.
+        /// The reason.
         why: String,
     },
 }
 
-/// Numbers that are held before they are written.
+/// Largest number of values that are buffered before they are written.
 const HELD: usize = 1 << 21;
 
 /// Title of the column of times.
 const TIME: &str = "time [s]";
 
-/// Writes the variables of a log as Parquet: `time [s]` and a column `PART.FIELD [UNIT]` for each variable, in the order
-/// of their names, null at instants that have no value of it. Configuration, seed and versions are in the file's
-/// metadata, under `linkwork.configuration` and `linkwork.NAME`. Poses, and variables that were set from outside, stay in
-/// the log. The log is read twice and never held as a whole.
+/// Writes the variables of a log as Parquet: `time [s]` and a column `PART.FIELD [UNIT]` for each variable, sorted by name, with null at instants
+/// without a value. Configuration, seed and versions are in the file's metadata, under `linkwork.configuration` and `linkwork.NAME`. Poses, and
+/// variables that were set from outside, are not exported. The log is read twice and never completely in memory.
 ///
 /// # Errors
-/// [`ExportError`]; then no file is left, and one of that name stays as it was.
+/// [`ExportError`]. No file is written then, and an existing file is not changed.
 pub fn export_parquet(log: &Path, to: &Path) -> Result<Exported, ExportError> {
     let write = |why: String| ExportError::Write { path: to.display().to_string(), why };
     let head = Head::read(log)?;
@@ -62,14 +61,14 @@ pub fn export_parquet(log: &Path, to: &Path) -> Result<Exported, ExportError> {
         return Err(ExportError::Empty { path: log.display().to_string() });
     }
     let folder = to.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    // Beside the target and renamed when it is whole: never half a table.
+    // Write to a temporary file next to the target and rename it when it is complete.
     let mut beside = to.as_os_str().to_owned();
     beside.push(".part");
     let beside = Path::new(&beside);
     let made = File::create(beside).map_err(|e| write(e.to_string())).and_then(|file| {
         let done = head.table(log, BufWriter::new(file), &write)?;
         std::fs::rename(beside, to).map_err(|e| write(e.to_string()))?;
-        // Where folders cannot be opened the system keeps names by itself.
+        // Systems on which folders cannot be opened make the rename durable themselves.
         if let Ok(folder) = File::open(folder) {
             folder.sync_all().map_err(|e| write(e.to_string()))?;
         }
@@ -81,12 +80,12 @@ pub fn export_parquet(log: &Path, to: &Path) -> Result<Exported, ExportError> {
     made
 }
 
-/// What a log says before its rows are looked at.
+/// Content of a log that is read before its rows.
 struct Head {
     /// Variables and their units.
     units: BTreeMap<String, String>,
     about: BTreeMap<String, String>,
-    /// How much older than the newest before it a row is at the most (ns): rows around an event are written when it comes.
+    /// Largest delay (ns) of a row relative to the newest row before it, because rows around an event are written after the event.
     late: u64,
 }
 
@@ -150,9 +149,12 @@ impl Head {
             }
             let Some(row) = held.rows.get_mut(&ns) else { return Ok(()) };
             for (variable, value) in values {
-                // The log is the one that was read before, unless somebody is writing it.
+                // The log has not changed since the first pass, unless another process is writing it.
                 let Some(k) = of.get(variable.path.as_str()) else {
-                    return Err(write(format!("`{}` came into the log meanwhile", variable.path)));
+                    return Err(write(format!(
+                        "`{}` was added to the log during the export",
+                        variable.path
+                    )));
                 };
                 row[*k] = Some(value);
             }
@@ -166,14 +168,14 @@ impl Head {
     }
 }
 
-/// Rows on their way, by their times (ns).
+/// Buffered rows, by their times (ns).
 struct Held {
     rows: BTreeMap<u64, Vec<Option<f64>>>,
     width: usize,
 }
 
 impl Held {
-    /// Writes the rows before `until` (ns), or all; gives how many.
+    /// Writes the rows before `until` (ns), or all rows; returns their number.
     fn give(
         &mut self,
         file: &mut ParquetFile<BufWriter<File>>,

@@ -1,5 +1,4 @@
-//! Logs: MCAP with protobuf on every channel; reading them back; comparison; plots; tables as Parquet; tables of
-//! other programs.
+//! Logs: MCAP with protobuf on every channel, reading and comparison of logs, plots, tables as Parquet, and tables of other programs.
 mod ballast;
 mod columns;
 mod export;

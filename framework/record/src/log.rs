@@ -1,4 +1,4 @@
-//! The MCAP log: one protobuf channel per part, transforms of all bodies, everything needed to rerun.
+//! The MCAP log: one protobuf channel per part, transforms of all bodies, and all data that a repeated run needs.
 use crate::ballast::{Ballast, Gauge};
 use crate::overlays::{self, Overlays};
 use crate::pictures::{self, Camera};
@@ -20,23 +20,22 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// What goes into a log.
+/// Content of a log.
 #[derive(Clone, Debug, Default)]
 pub struct LogSpec {
-    /// Variables, and which rows of them.
+    /// Variables, and the rules that select their samples.
     pub groups: Vec<Rule>,
-    /// Period of the transforms of all bodies; `None`: none.
+    /// Period of the transforms of all bodies; `None`: no transforms.
     pub transforms: Option<Seconds>,
     /// The full resolved configuration, attached as a file.
     pub configuration: String,
     /// Seed, versions, command line: metadata by name.
     pub about: BTreeMap<String, String>,
-    /// The checkpoint from which the run begins, when it does not begin at the start of its configuration: attached
-    /// as a file.
+    /// The checkpoint from which the run begins, attached as a file; `None` if the run begins at the start of its configuration.
     pub start: Option<Vec<u8>>,
 }
 
-/// Why a log cannot be made or read.
+/// A log cannot be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
     /// The file cannot be written.
@@ -44,33 +43,33 @@ pub enum LogError {
     Write {
         /// The file.
         path: String,
-        /// Why.
+        /// The reason.
         why: String,
     },
-    /// The file cannot be opened, or is no log.
+    /// The file cannot be opened, or is not a log.
     #[error("log `{path}`: {why}\n  help: give a .mcap file that a run wrote")]
     Read {
         /// The file.
         path: String,
-        /// Why.
+        /// The reason.
         why: String,
     },
-    /// Something in the file is not what was written.
+    /// The file is damaged.
     #[error(
-        "log `{path}` is damaged at byte {at}: {why}\n  help: take a copy that is whole, or make the log again: its \
+        "log `{path}` is damaged at byte {at}: {why}\n  help: use an intact copy, or repeat the run: its \
          configuration and the seed give the same rows"
     )]
     Damaged {
         /// The file.
         path: String,
-        /// Where: the beginning of the record.
+        /// Position of the beginning of the record.
         at: u64,
-        /// What is wrong with it.
+        /// The kind of damage.
         why: String,
     },
 }
 
-/// An error of the log's format, with what caused it.
+/// Returns the message of an error of the log's format, with its causes.
 pub(crate) fn why(e: &mcap::McapError) -> String {
     match std::error::Error::source(e) {
         Some(cause) => format!("{e}: {cause}"),
@@ -78,20 +77,18 @@ pub(crate) fn why(e: &mcap::McapError) -> String {
     }
 }
 
-/// Rows are brought to the file in parts (chunks) of about so many bytes. A part is the least
-/// that a reader can read.
+/// Samples are written to the file in chunks of about this number of bytes. A reader can only read complete chunks.
 const PART: usize = 256 << 10;
 
-/// Rows of a slow run do not wait longer than this for their part to be full: what is in the file
-/// when the process is killed is that fresh.
+/// Largest time for which samples of a slow run wait until their chunk is full. A killed process loses at most the samples of this interval.
 const FRESH: Duration = Duration::from_secs(2);
 
 /// Files attached to a log.
 pub(crate) const CONFIGURATION: &str = "configuration.ron";
 pub(crate) const START: &str = "start.lwck";
 
-/// Keys in the metadata of a channel: the path of the variable of a field, and its unit. The name of a field differs from the path
-/// where a schema does not permit the path.
+/// Keys in the metadata of a channel: path and unit of the variable of a field. The name of a field differs from the path if a schema does not permit
+/// the path.
 pub(crate) const PATH: &str = "path.";
 pub(crate) const UNIT: &str = "unit.";
 
@@ -102,7 +99,7 @@ pub(crate) const TRANSFORMS: &str = "foxglove.FrameTransforms";
 pub(crate) const SETS: &str = "linkwork.Set";
 const SETS_SCHEMA: &str = r#"{"type":"object","properties":{"tick":{"type":"integer"},"path":{"type":"string"},"change":{"enum":["set","pin","unpin"]},"value":{"type":"number"},"bits":{"type":"string"}}}"#;
 
-/// What was done to a variable, as the log writes it. What says nothing of it is of a log before there were pins.
+/// Kind of a change of a variable in the log. Logs from before pins existed do not contain it.
 #[derive(Serialize, Deserialize, Default, Clone, Copy)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Changed {
@@ -147,7 +144,7 @@ struct Channel {
     id: u16,
     sequence: u32,
     schema: Schema,
-    /// Columns of the group's row that belong to this channel.
+    /// First column of the group's sample that belongs to this channel.
     from: usize,
     to: usize,
 }
@@ -160,25 +157,25 @@ struct Transforms {
     phases: Vec<Option<(Arc<Tree>, Workspace, Vec<(String, String)>)>>,
 }
 
-/// Writes rows as MCAP; runs in a recorder's thread.
+/// Writes samples as MCAP, in the thread of a recorder.
 pub struct Log {
     path: String,
-    /// `None` once it is finished.
+    /// `None` after the log is complete.
     writer: Option<mcap::Writer<BufWriter<Ballast>>>,
-    /// A second handle of the file, to synchronize it with the disk.
+    /// A second handle of the file, for synchronization with the disk.
     disk: File,
     /// Channels of each group.
     channels: Vec<Vec<Channel>>,
     transforms: Option<Transforms>,
-    /// The group of the first camera; the others follow, and after them that of the overlays.
+    /// Group of the first camera. The other cameras follow, then the overlays.
     first_camera: usize,
     cameras: Vec<Camera>,
     overlays: Option<Overlays>,
-    /// Channel and sequence of the variables that were set.
+    /// Channel and sequence number of the changed variables.
     sets: Option<(u16, u32)>,
     buffer: Vec<u8>,
     gauge: Arc<Gauge>,
-    /// Bytes in the open part, and when the last one was brought to the file.
+    /// Bytes in the open chunk, and the time at which the last chunk was written.
     open: usize,
     last: Instant,
 }
@@ -201,8 +198,8 @@ impl Log {
         let disk = file.twin().map_err(|e| fail(e.to_string()))?;
         let mut writer = mcap::WriteOptions::new()
             .compression(Some(mcap::Compression::Lz4))
-            .chunk_size(None) // Parts end when we say so.
-            .disable_seeking(true) // A part is written as a whole.
+            .chunk_size(None) // Chunks are ended explicitly.
+            .disable_seeking(true) // A chunk is written completely.
             .profile("linkwork")
             .library(format!("linkwork {}", env!("CARGO_PKG_VERSION")))
             .create(BufWriter::with_capacity(1 << 16, file))
@@ -250,7 +247,7 @@ impl Log {
         let opened = overlays::open(&mut writer, program, groups.len() as u32);
         let (of_overlays, overlays) = opened.map_err(|e| fail(why(&e)))?.unzip();
         groups.extend(of_overlays);
-        // Schemas and channels are on disk before the first row: a killed run leaves a log.
+        // Write schemas and channels to the disk before the first sample, so that a killed run leaves a readable log.
         writer.flush().map_err(|e| fail(why(&e)))?;
         gauge.mark_whole();
         let writer = Some(writer);
@@ -280,20 +277,22 @@ impl Log {
 
     fn write(&mut self, id: u16, sequence: u32, ns: u64) -> Result<(), String> {
         let header = MessageHeader { channel_id: id, sequence, log_time: ns, publish_time: ns };
-        let Some(writer) = &mut self.writer else { return Err(self.fault("it is finished")) };
+        let Some(writer) = &mut self.writer else {
+            return Err(self.fault("it is already complete"));
+        };
         self.open += self.buffer.len() + 31;
         let written = writer.write_to_known_channel(&header, &self.buffer);
         written.map_err(|e| self.fault(&why(&e)))
     }
 
-    /// The channel of variables that were set from outside: most logs have none.
+    /// Returns the channel of variables that were changed from outside. It is created on demand, because most logs do not need it.
     fn open_sets(&mut self) -> Result<u16, mcap::McapError> {
         let Some(writer) = &mut self.writer else { return Err(mcap::McapError::BadMagic) };
         let schema = writer.add_schema(SETS, "jsonschema", SETS_SCHEMA.as_bytes())?;
         writer.add_channel(schema, "/linkwork/set", "json", &BTreeMap::new())
     }
 
-    /// Ends the open part, and brings it to the file.
+    /// Ends the open chunk and writes it to the file.
     fn end_part(&mut self) -> Result<(), String> {
         let Some(writer) = &mut self.writer else { return Ok(()) };
         let flushed = writer.flush();
@@ -304,13 +303,13 @@ impl Log {
     }
 }
 
-/// The wall clock: only where parts of the file end depends on it, never a row.
+/// The wall clock affects only where chunks end, never their samples.
 #[allow(clippy::disallowed_methods)]
 fn now() -> Instant {
     Instant::now()
 }
 
-/// The message of each part that has variables among `paths`: part, variables in the order of columns, schema.
+/// Returns the message of each part that has variables among `paths`: part, variables in the order of columns, schema.
 fn messages<'a>(
     plan: &'a Plan,
     paths: &'a [String],
@@ -324,7 +323,7 @@ fn messages<'a>(
         }
     }
     let message = |(part, mut list): (&'a str, Vec<(&'a String, &'a Variable)>)| {
-        // Lanes in the order of the ports, so that vectors read x, y, z and rate[10] after rate[9].
+        // Components in the order of the ports, so that vectors are x, y, z, and rate[10] follows rate[9].
         list.sort_by_key(|(_, v)| match v.place {
             Place::X(k) => (1, k),
             Place::D(k) => (2, k),
@@ -348,13 +347,13 @@ fn within<'a>(part: &str, path: &'a str) -> &'a str {
 
 /// The columns of a rule.
 pub struct Columns {
-    /// The variables, read together.
+    /// The variables, which are read together.
     pub group: Group,
     /// Path, and whether it is a truth value.
     pub variables: Vec<(String, bool)>,
 }
 
-/// The columns of a rule, in the order in which a log has them.
+/// Returns the columns of a rule, in the order of a log.
 pub fn columns(plan: &Plan, rule: &Rule) -> Columns {
     let (mut places, mut variables) = (Vec::new(), Vec::new());
     for (_, list, _) in messages(plan, &rule.paths) {
@@ -495,7 +494,7 @@ impl Consumer for Log {
         Ok(())
     }
 
-    /// Synchronizes with the disk, too, because a checkpoint that follows names rows that must survive a power cut.
+    /// Also synchronizes with the disk, because a checkpoint that follows refers to samples that must survive a power failure.
     fn flush(&mut self) -> Result<(), String> {
         self.end_part()?;
         sync(&self.disk).map_err(|e| self.fault(&e.to_string()))?;
@@ -514,14 +513,14 @@ impl Consumer for Log {
         };
         let ended = finished.and(flushed);
         if ended.is_err() {
-            // What is whole stays, without the log's end: readers go as far as it goes.
+            // Complete chunks remain, without the end of the log; readers accept this.
             file.cut().map_err(|e| self.fault(&e.to_string()))?;
         }
         ended.and(sync(&self.disk).map_err(|e| self.fault(&e.to_string())))
     }
 }
 
-/// Synchronizes a file with the disk. Pipes and devices are left alone.
+/// Synchronizes a file with the disk. Pipes and devices are skipped.
 fn sync(file: &File) -> std::io::Result<()> {
     if file.metadata()?.is_file() { file.sync_all() } else { Ok(()) }
 }

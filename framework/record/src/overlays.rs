@@ -1,4 +1,4 @@
-//! What parts show on the ground, in a log: `foxglove.Grid`, one for each tile that changed, and `foxglove.PosesInFrame`, a way.
+//! Overlays of parts on the ground in a log: a `foxglove.Grid` for each tile that changed, and `foxglove.PosesInFrame` for a planned path.
 use crate::ballast::Ballast;
 use foxglove::Encode;
 use foxglove::messages::packed_element_field::NumericType;
@@ -20,27 +20,27 @@ const WORLD: &str = "world";
 /// Names of the fields of a tile.
 const CHANGE: &str = "change";
 const COLOR: [&str; 4] = ["red", "green", "blue", "alpha"];
-/// Squares of a tile that is read, at most.
+/// Largest number of squares of a tile when reading.
 const SQUARES: usize = 1 << 20;
 
-/// A part that shows something on the ground.
+/// A part with an overlay on the ground.
 struct Shower {
-    /// Channel and sequence of its tiles and of its way.
+    /// Channel and sequence number of its tiles and of its path.
     tiles: (u16, u32),
     way: (u16, u32),
     news: OverlayNews,
 }
 
-/// All of them.
+/// The overlays of all parts.
 pub(crate) struct Overlays {
     pub group: u32,
     parts: Vec<Shower>,
 }
 
-/// A message: its channel and its number there.
+/// A message: its channel and its sequence number.
 type To = (u16, u32);
 
-/// Channels of all parts of all phases that show something on the ground, and their group; `None`: there are none.
+/// Returns the channels of all parts in all phases with an overlay on the ground, and their group; `None` if there are none.
 pub(crate) fn open(
     writer: &mut mcap::Writer<BufWriter<Ballast>>,
     program: &Program,
@@ -68,11 +68,11 @@ pub(crate) fn open(
     Ok(Some((of, Overlays { group, parts })))
 }
 
-/// The part of a channel, in its metadata.
+/// Key of the part in the metadata of a channel.
 pub(crate) const PART: &str = "part";
 
 impl Overlays {
-    /// The messages of a row: what is new in it.
+    /// Returns the messages of a sample: the changes of the overlays.
     pub fn messages(
         &mut self,
         row: &Sample,
@@ -146,12 +146,12 @@ fn poses(points: &[[f64; 2]], timestamp: Timestamp) -> PosesInFrame {
     PosesInFrame { timestamp: Some(timestamp), frame_id: WORLD.into(), poses }
 }
 
-/// The tile of a message; what it says otherwise than [`grid`] writes it is refused.
+/// Returns the tile of a message. Messages that [`grid`] cannot have written are an error.
 pub(crate) fn tile(data: &[u8]) -> Result<OverlayTile, String> {
     let message: Grid = prost::Message::decode(data).map_err(|e| e.to_string())?;
     let place = message.pose.and_then(|p| p.position).map(|p| [p.x, p.y]);
     let (Some(corner), Some(size)) = (place, message.cell_size) else {
-        return Err("it has no place or no cells".into());
+        return Err("it lacks a pose or cells".into());
     };
     let (columns, bytes) = (message.column_count as usize, message.data.len());
     let whole = columns > 0
@@ -164,7 +164,7 @@ pub(crate) fn tile(data: &[u8]) -> Result<OverlayTile, String> {
         && size.x.is_finite()
         && corner.iter().all(|v| v.is_finite());
     if !whole || !sound {
-        return Err(format!("{bytes} bytes in {columns} columns of {} m are no grid", size.x));
+        return Err(format!("{bytes} bytes in {columns} columns of {} m are not a grid", size.x));
     }
     let names: Vec<&str> = message.fields.iter().map(|f| f.name.as_str()).collect();
     let seen = if names == [CHANGE] {
@@ -178,12 +178,12 @@ pub(crate) fn tile(data: &[u8]) -> Result<OverlayTile, String> {
     Ok(OverlayTile { corner, cell: size.x, columns, seen })
 }
 
-/// The way of a message.
+/// Returns the planned path of a message.
 pub(crate) fn way(data: &[u8]) -> Result<Vec<[f64; 2]>, String> {
     let message: PosesInFrame = prost::Message::decode(data).map_err(|e| e.to_string())?;
     let place = |p: &Pose| p.position.as_ref().map(|p| [p.x, p.y]);
     let points: Option<Vec<[f64; 2]>> = message.poses.iter().map(place).collect();
-    points.ok_or_else(|| "a corner has no place".into())
+    points.ok_or_else(|| "a corner lacks a position".into())
 }
 
 #[cfg(test)]
@@ -206,10 +206,10 @@ mod tests {
             let message = grid(&written, now);
             assert_eq!(tile(&bytes(&message)), Ok(written));
             let spoilt: [(&str, &dyn Fn(&mut Grid)); 6] = [
-                ("no grid", &|g| g.column_count = 5),
-                ("no grid", &|g| g.column_count = 0),
-                ("no grid", &|g| g.data = Vec::new().into()),
-                ("no grid", &|g| g.cell_size = Some(Vector2 { x: f64::NAN, y: f64::NAN })),
+                ("not a grid", &|g| g.column_count = 5),
+                ("not a grid", &|g| g.column_count = 0),
+                ("not a grid", &|g| g.data = Vec::new().into()),
+                ("not a grid", &|g| g.cell_size = Some(Vector2 { x: f64::NAN, y: f64::NAN })),
                 ("no place", &|g| g.pose = None),
                 ("fields", &|g| g.fields.clear()),
             ];

@@ -1,4 +1,4 @@
-//! The pictures of cameras in a log: `foxglove.CompressedImage`, PNG.
+//! Images of cameras in a log: `foxglove.CompressedImage`, PNG.
 use crate::ballast::Ballast;
 use foxglove::Encode;
 use foxglove::messages::{CompressedImage, Timestamp};
@@ -15,11 +15,11 @@ pub(crate) struct Camera {
     pub id: u16,
     pub sequence: u32,
     path: String,
-    /// The picture that was written last.
+    /// Number of the last image that was written.
     number: u64,
 }
 
-/// Channels of all cameras of all phases, each with a group of its own.
+/// Returns the channels of all cameras in all phases, each with its own group.
 pub(crate) fn open(
     writer: &mut mcap::Writer<BufWriter<Ballast>>,
     program: &Program,
@@ -43,7 +43,7 @@ pub(crate) fn open(
 }
 
 impl Camera {
-    /// The message of a row with a new picture.
+    /// Writes the message of a sample with a new image.
     pub fn message(&mut self, row: &Sample, out: &mut Vec<u8>) -> Result<bool, String> {
         let shown = row.shown.iter().flatten().next();
         let seen = shown.and_then(|shown| shown.downcast_ref::<Seen<Picture>>());
@@ -66,7 +66,7 @@ impl Camera {
     }
 }
 
-/// Camera and PNG of a message.
+/// Returns camera and PNG of a message.
 pub(crate) fn picture(data: &[u8]) -> Result<(String, Vec<u8>), prost::DecodeError> {
     let message: CompressedImage = prost::Message::decode(data)?;
     Ok((message.frame_id, message.data.to_vec()))

@@ -1,4 +1,4 @@
-//! The picture of the main plots: one SVG with a panel for each.
+//! The figure of the main plots: one SVG file with a panel for each.
 use crate::replace::{Durable, replace};
 use plotters::prelude::*;
 use std::path::Path;
@@ -10,7 +10,7 @@ pub struct Curve {
     pub name: String,
     /// Points.
     pub points: Vec<(f64, f64)>,
-    /// Points by themselves, not joined by a line.
+    /// Draw only points, without a line.
     pub dots: bool,
 }
 
@@ -25,32 +25,32 @@ pub struct Plot {
     pub y: String,
     /// Curves.
     pub curves: Vec<Curve>,
-    /// One unit of x is as long as one of y (maps).
+    /// Equal scales on both axes (for maps).
     pub equal: bool,
 }
 
-/// A picture cannot be drawn.
+/// A figure cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum PlotError {
-    /// What the writer of pictures says.
+    /// Error of the plotting library.
     #[error("picture `{path}`: {why}")]
     Drawing {
         /// The file.
         path: String,
-        /// Why.
+        /// The reason.
         why: String,
     },
-    /// Its file.
+    /// The file cannot be written.
     #[error("{0}")]
     Writing(String),
 }
 
 const PANEL: (u32, u32) = (640, 360);
 
-/// Draws the panels two abreast.
+/// Draws the panels in two columns.
 ///
 /// # Errors
-/// When the file cannot be written.
+/// The file cannot be written.
 pub fn draw(path: &Path, plots: &[Plot]) -> Result<(), PlotError> {
     let fail = |why: String| PlotError::Drawing { path: path.display().to_string(), why };
     let columns = plots.len().clamp(1, 2);
@@ -68,14 +68,14 @@ pub fn draw(path: &Path, plots: &[Plot]) -> Result<(), PlotError> {
     replace(path, text.as_bytes(), Durable::Now).map_err(PlotError::Writing)
 }
 
-/// Values beyond this are not drawn: the arithmetic of axes overflows long before that of numbers.
+/// Values beyond this are not drawn, because the arithmetic of axes overflows long before that of numbers.
 const LARGEST: f64 = 1e30;
 
 fn can_be_drawn(p: &(f64, f64)) -> bool {
     p.0.abs() <= LARGEST && p.1.abs() <= LARGEST // false for NaN
 }
 
-/// The range of an axis: wide enough that its marks are different numbers.
+/// Returns the range of an axis: wide enough that its tick labels differ.
 fn span(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (lo, hi) =
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
@@ -90,12 +90,12 @@ fn span(values: impl Iterator<Item = f64>) -> (f64, f64) {
     (lo - pad, hi + pad)
 }
 
-/// Stretches of a curve without the points that cannot be drawn.
+/// Returns the pieces of a curve between points that cannot be drawn.
 fn stretches(points: &[(f64, f64)]) -> impl Iterator<Item = &[(f64, f64)]> {
     points.split(|p| !can_be_drawn(p)).filter(|s| !s.is_empty())
 }
 
-/// Colours of curves, in order, and again from the first: ten that are told apart on white (Tableau 10).
+/// Colours of curves, repeated: ten colours that are distinguishable on white (Tableau 10).
 const COLORS: [RGBColor; 10] = [
     RGBColor(31, 119, 180),
     RGBColor(255, 127, 14),
@@ -109,24 +109,24 @@ const COLORS: [RGBColor; 10] = [
     RGBColor(23, 190, 207),
 ];
 
-/// Size of the text of a legend, and of one of its rows, pixels.
+/// Text size of a legend, and height of a row, pixels.
 const LEGEND: (u32, u32) = (12, 18);
-/// Lengths in a legend, pixels: of the line that shows a colour, and from one entry to the next.
+/// Lengths in a legend, pixels: of the line that shows a colour, and between entries.
 const SAMPLE: (i32, i32) = (16, 18);
-/// Around a panel, and left of its axis for the marks, pixels.
+/// Margin around a panel, and space for the tick labels left of its axis, pixels.
 const MARGIN: (u32, u32) = (12, 64);
 
-/// What a legend says of a curve, if anything.
+/// Returns the legend entry of a curve, if it has one.
 fn entry(plot: &Plot, curve: &Curve) -> Option<String> {
     let lost = curve.points.iter().filter(|p| !can_be_drawn(p)).count();
     match lost {
         0 if plot.curves.len() < 2 => None,
         0 => Some(curve.name.clone()),
-        n => Some(format!("{} ({n} points beyond 1e30 or no numbers)", curve.name)),
+        n => Some(format!("{} ({n} points beyond 1e30 or NaN)", curve.name)),
     }
 }
 
-/// The legend in rows between title and chart, where no curve runs through it; what is left of the area.
+/// Draws the legend in rows between title and chart, so that it does not hide curves. Returns the remaining area.
 fn legend<B: DrawingBackend>(
     area: &DrawingArea<B, plotters::coord::Shift>,
     plot: &Plot,
@@ -254,12 +254,12 @@ mod tests {
     #[test]
     fn what_is_not_drawn_is_said_and_the_rest_keeps_its_scale() {
         let svg = drawn(&[1.0, 2.0, f64::NAN, 1e300, 3.0, 4.0], false);
-        assert!(svg.contains("2 points beyond 1e30 or no numbers"), "{svg}");
+        assert!(svg.contains("2 points beyond 1e30 or NaN"), "{svg}");
         assert_eq!(
             svg.matches("<polyline").count(),
             drawn(&[1.0, 4.0], false).matches("<polyline").count() + 1 + 1
         );
-        assert!(svg.contains("4.0") && !drawn(&[1.0, 4.0], false).contains("no numbers"));
+        assert!(svg.contains("4.0") && !drawn(&[1.0, 4.0], false).contains("or NaN"));
     }
 
     /// The numbers of an attribute of every element of a kind.

@@ -1,8 +1,8 @@
-//! Reading a log back: every number as a series; comparing two logs with tolerances.
+//! Reading of logs: every number as a series, and comparison of two logs with tolerances.
 //!
-//! A log is read from its beginning to its end with all its checksums, a record at a time, so that
-//! a flipped bit anywhere is an error with its place, and no length in a damaged file decides how
-//! much memory is taken. A log that only lacks its end (a killed run) is read as far as it goes.
+//! A log is read from its beginning to its end with all its checksums, one record at a time. A flipped bit anywhere is therefore an error with its
+//! position, and a wrong length in a damaged file cannot cause a large allocation. A log that lacks only its end (a killed run) is read as far as it
+//! is complete.
 use crate::log::{CONFIGURATION, LogError, PATH, SETS, START, SetMessage, TRANSFORMS, UNIT, why};
 use crate::overlays::{self, PART, TILES, WAYS};
 use crate::pictures::{PICTURES, picture};
@@ -28,49 +28,49 @@ pub struct Series {
     pub t: Vec<f64>,
     /// Values.
     pub y: Vec<f64>,
-    /// Unit, when the log tells.
+    /// Unit, if the log contains it.
     pub unit: String,
 }
 
 /// How a log ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// As its writer finished it.
+    /// Complete.
     Whole,
-    /// After so many bytes, in the middle of something: the run was killed, or the copy is cut.
+    /// Truncated after this number of bytes: the run was killed, or the copy is incomplete.
     Cut {
-        /// Bytes that were read.
+        /// Number of bytes that were read.
         at: u64,
     },
 }
 
-/// What a log holds.
+/// Content of a log.
 #[derive(Clone, Debug)]
 pub struct LogContents {
     /// All series, by `part.field`.
     pub series: BTreeMap<String, Series>,
-    /// The configuration that the run was made from; empty when the log carries none.
+    /// The configuration of the run; empty if the log does not contain one.
     pub configuration: String,
-    /// Seed, hash of the plan, versions: by name.
+    /// Seed, hash of the plan, versions, by name.
     pub about: BTreeMap<String, String>,
-    /// The checkpoint from which the run began, when it is not the start of its configuration.
+    /// The checkpoint from which the run began; `None` if it began at the start of its configuration.
     pub start: Option<Vec<u8>>,
     /// Variables that were set, pinned or unpinned from outside, in order.
     pub sets: Vec<SetRow>,
-    /// How it ends.
+    /// How the log ends.
     pub end: End,
 }
 
-/// All series of a log, by `part.field`. A log without its end (a killed run) is read as far as it
-/// goes; [`read_log_contents`] says whether it has one.
+/// Reads all series of a log, by `part.field`. A log without its end (a killed run) is read as far as it is complete; [`read_log_contents`] returns
+/// whether it has one.
 ///
 /// # Errors
-/// [`LogError::Read`] when it cannot be opened or is not MCAP, [`LogError::Damaged`].
+/// [`LogError::Read`] if it cannot be opened or is not MCAP, [`LogError::Damaged`].
 pub fn read_log(path: &Path) -> Result<BTreeMap<String, Series>, LogError> {
     Ok(read_log_contents(path)?.series)
 }
 
-/// Bytes that are asked for at once, and the longest record that is believed.
+/// Number of bytes read at once, and largest accepted size of a record.
 const READ: usize = 1 << 20;
 const RECORD: usize = 1 << 30;
 
@@ -79,10 +79,10 @@ const RECORD: usize = 1 << 30;
 const EXPANSION: u64 = 256;
 const CHUNK: u64 = 256 << 20;
 
-/// All series of a log, and how it ends.
+/// Reads all series of a log, and how it ends.
 ///
 /// # Errors
-/// [`LogError::Read`] when it cannot be opened or is not MCAP, [`LogError::Damaged`].
+/// [`LogError::Read`] if it cannot be opened or is not MCAP, [`LogError::Damaged`].
 pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
     contents(path, Poses::Left)
 }
@@ -90,12 +90,12 @@ pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
 /// Reads a log like [`read_log_contents`], with the poses of all bodies among the series: `pose of NAME.position.x` (m, W) to `.rotation.w`.
 ///
 /// # Errors
-/// As [`read_log_contents`].
+/// Like [`read_log_contents`].
 pub fn read_log_with_poses(path: &Path) -> Result<LogContents, LogError> {
     contents(path, Poses::Taken)
 }
 
-/// The numbers of a pose and their units.
+/// The components of a pose and their units.
 const POSE: [(&str, &str); 7] = [
     ("position.x", "m"),
     ("position.y", "m"),
@@ -165,8 +165,8 @@ fn contents(path: &Path, with: Poses) -> Result<LogContents, LogError> {
 }
 
 impl Series {
-    /// Rows in the order of time, each once: those around an event are written when it comes, and several rules may have
-    /// a row of one instant. Rows of one instant with other values stay, all of them.
+    /// Sorts samples by time and removes duplicates: samples around an event are written after the event, and several rules can select the same
+    /// instant. Samples of one instant with different values are all kept.
     fn in_order(&mut self) {
         if self.t.is_sorted_by(|a, b| a < b) {
             return;
@@ -184,9 +184,9 @@ impl Series {
 /// A variable as a log names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Logged {
-    /// Its path in the simulation; of a log without paths `part.field`.
+    /// Path in the simulation; `part.field` for logs without paths.
     pub path: String,
-    /// Its unit; empty without one.
+    /// Unit; empty without one.
     pub unit: String,
 }
 
@@ -200,7 +200,7 @@ pub fn seconds(ns: u64) -> f64 {
 /// # Errors
 /// [`LogError::Read`] when the log cannot be opened or is not MCAP, [`LogError::Damaged`] when it is damaged before its first row.
 pub fn log_begin(path: &Path) -> Result<Option<f64>, LogError> {
-    /// Ends the walk.
+    /// Ends the traversal.
     enum Found {
         At(u64),
         Not(LogError),
@@ -221,23 +221,23 @@ pub fn log_begin(path: &Path) -> Result<Option<f64>, LogError> {
     }
 }
 
-/// Something that a log says.
+/// An entry of a log.
 #[derive(Clone, Debug)]
 pub enum Entry<'a> {
-    /// The configuration that the run was made from.
+    /// The configuration of the run.
     Configuration(String),
-    /// The checkpoint from which the run began, when it is not the start of its configuration.
+    /// The checkpoint from which the run began, if it did not begin at the start of its configuration.
     Start(Vec<u8>),
-    /// Seed, hash of the plan, versions: by name.
+    /// Seed, hash of the plan, versions, by name.
     About(BTreeMap<String, String>),
-    /// The numbers of a part at an instant.
+    /// The values of a part at an instant.
     Numbers {
         /// Simulated time (ns).
         ns: u64,
         /// Variables and values (SI).
         values: Vec<(&'a Logged, f64)>,
     },
-    /// A variable that was set, pinned or unpinned from outside, before the rows of its tick.
+    /// A variable that was set, pinned or unpinned from outside, before the samples of its tick.
     Set(SetRow),
     /// Poses of the bodies of the present phase at an instant.
     Poses {
@@ -246,7 +246,7 @@ pub enum Entry<'a> {
         /// Name of each body, and X_WB (m).
         bodies: Vec<(String, Pose)>,
     },
-    /// What a camera saw.
+    /// Image of a camera.
     Picture {
         /// Simulated time (ns).
         ns: u64,
@@ -255,7 +255,7 @@ pub enum Entry<'a> {
         /// The image, a PNG file.
         png: Vec<u8>,
     },
-    /// What a part shows on the ground from now on, where it changed.
+    /// Overlay of a part on the ground from now on, where it changed.
     Tile {
         /// Simulated time (ns).
         ns: u64,
@@ -264,7 +264,7 @@ pub enum Entry<'a> {
         /// The squares.
         tile: OverlayTile,
     },
-    /// The way that a part plans from now on; empty: none.
+    /// Path that a part plans from now on; empty: none.
     Way {
         /// Simulated time (ns).
         ns: u64,
@@ -275,7 +275,7 @@ pub enum Entry<'a> {
     },
 }
 
-/// Why reading ends early: something in the file, or whoever is told of it.
+/// Reason for an early end of the traversal: an error in the file, or an error of the callback.
 enum Halt<E> {
     Damaged(String),
     Told(E),
@@ -287,11 +287,11 @@ impl<E> From<String> for Halt<E> {
     }
 }
 
-/// Reads a log in the order in which it was written and tells of each entry. That is the order of time, but for rows
-/// around an event, which are written when it comes. Its configuration comes before its rows. No more than one part of it is in memory.
+/// Reads a log in the order in which it was written and calls `each` for each entry. This is the order of time, except for samples around an event,
+/// which are written after the event. The configuration comes before the samples. At most one chunk is in memory.
 ///
 /// # Errors
-/// The first of `each`; [`LogError::Read`] when the log cannot be opened or is not MCAP, [`LogError::Damaged`].
+/// The first error of `each`; [`LogError::Read`] if the log cannot be opened or is not MCAP, [`LogError::Damaged`].
 pub fn walk_log<E: From<LogError>>(
     path: &Path,
     each: impl FnMut(Entry<'_>) -> Result<(), E>,
@@ -300,7 +300,7 @@ pub fn walk_log<E: From<LogError>>(
     let fail = |why: String| LogError::Read { path: name.clone(), why };
     // Check before opening, because opening a pipe blocks.
     if !path.metadata().map_err(|e| fail(e.to_string()))?.is_file() {
-        return Err(fail("it is no file".into()).into());
+        return Err(fail("it is not a file".into()).into());
     }
     let mut file = File::open(path).map_err(|e| fail(e.to_string()))?;
     let options = LinearReaderOptions::default()
@@ -331,12 +331,14 @@ pub fn walk_log<E: From<LogError>>(
             Err(McapError::UnexpectedEof) => {
                 let size = file.metadata().map_or(at, |m| m.len());
                 if size < mcap::MAGIC.len() as u64 {
-                    return Err(fail(format!("its {size} bytes do not make a log")).into());
+                    return Err(
+                        fail(format!("its size of {size} bytes is too small for a log")).into()
+                    );
                 }
                 return Ok(End::Cut { at });
             }
             Err(McapError::BadMagic) if at == mcap::MAGIC.len() as u64 => {
-                return Err(fail("it does not begin as an MCAP file".into()).into());
+                return Err(fail("it does not begin with the MCAP magic bytes".into()).into());
             }
             Err(e) => return Err(damaged(at, why(&e)).into()),
         }
@@ -344,24 +346,24 @@ pub fn walk_log<E: From<LogError>>(
     Ok(End::Whole)
 }
 
-/// What has been read so far of schemas and channels.
+/// Schemas and channels that were read so far.
 struct Walk<F> {
     schemas: BTreeMap<u16, (String, FileDescriptorSet)>,
     channels: BTreeMap<u16, Channel>,
     each: F,
 }
 
-/// What a channel carries.
+/// The content of a channel.
 struct Channel {
     part: String,
     schema: u16,
     metadata: BTreeMap<String, String>,
-    /// The variable in each field that a message had so far.
+    /// The variables of the fields that have occurred in messages so far.
     variables: BTreeMap<String, Logged>,
 }
 
 impl Channel {
-    /// Makes what a field is called known.
+    /// Resolves the name of a field.
     fn learn(&mut self, field: &str) {
         if !self.variables.contains_key(field) {
             let of = |kind: &str| self.metadata.get(&format!("{kind}{field}")).cloned();
@@ -385,7 +387,7 @@ impl<E, F: FnMut(Entry<'_>) -> Result<(), E>> Walk<F> {
                 }
                 self.chunk(&header, data)
             }
-            // These repeat what stands before them.
+            // These records repeat data of earlier records.
             _ if opcode >= op::MESSAGE_INDEX
                 && opcode != op::ATTACHMENT
                 && opcode != op::METADATA =>
@@ -407,13 +409,13 @@ impl<E, F: FnMut(Entry<'_>) -> Result<(), E>> Walk<F> {
         }
     }
 
-    /// `record` is the whole record of a chunk. Its checksum is compared before any of it is read.
+    /// Reads a chunk. `record` is its complete record; its checksum is verified first.
     fn chunk(&mut self, header: &ChunkHeader, record: &[u8]) -> Result<(), Halt<E>> {
         let size = record.len() as u64;
         let most = CHUNK.min(EXPANSION * (size + 1024));
         if header.uncompressed_size > most || header.compressed_size > size {
             let claim = header.uncompressed_size;
-            return Err(format!("a chunk of {size} bytes cannot hold {claim}").into());
+            return Err(format!("a chunk of {size} bytes cannot contain {claim}").into());
         }
         let options = LinearReaderOptions::default()
             .with_skip_start_magic(true)
@@ -501,73 +503,73 @@ impl<E, F: FnMut(Entry<'_>) -> Result<(), E>> Walk<F> {
     }
 }
 
-/// That the records of a chunk end where it ends: the library counts on it where nothing is compressed.
+/// Returns an error if the records of a chunk do not end at its end; the library assumes this for uncompressed chunks.
 fn tiled(mut records: &[u8]) -> Result<(), String> {
     while let Some((head, rest)) = records.split_first_chunk::<9>() {
         let [_, length @ ..] = *head;
         let length = u64::from_le_bytes(length);
         let end = usize::try_from(length).ok().filter(|n| *n <= rest.len());
-        let end = end.ok_or_else(|| format!("a record of {length} bytes goes beyond its chunk"))?;
+        let end = end.ok_or_else(|| format!("a record of {length} bytes exceeds its chunk"))?;
         records = &rest[end..];
     }
     if records.is_empty() { Ok(()) } else { Err("a chunk ends inside a record".into()) }
 }
 
-/// A body's name and X_WB, with the bits that were written.
+/// Returns a body's name and X_WB, bit-identical to the written pose.
 fn pose(of: foxglove::messages::FrameTransform) -> Option<(String, Pose)> {
     let (p, q) = (of.translation?, of.rotation?);
     let rotation = Quat::new_unchecked(Quaternion::new(q.w, q.x, q.y, q.z));
     Some((of.child_frame_id, Pose { rotation, position: Vec3::new(p.x, p.y, p.z) }))
 }
 
-/// How one series differs between two logs.
+/// A difference between two logs in one series.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
     /// `part.field`.
     pub name: String,
-    /// What differs, in words.
+    /// Description of the difference.
     pub what: String,
-    /// Largest difference; ∞ when they cannot be compared.
+    /// Largest difference; ∞ if the series cannot be compared.
     pub largest: f64,
 }
 
-/// Tolerances of a comparison: those of the last pattern that a name matches, else the general ones.
+/// Tolerances of a comparison: those of the last pattern that matches a name, or the general ones.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tolerances {
     /// General absolute tolerance.
     pub absolute: f64,
     /// General relative tolerance.
     pub relative: f64,
-    /// Pattern over names, absolute, relative.
+    /// Pattern of names, absolute tolerance, relative tolerance.
     pub of: Vec<(String, f64, f64)>,
 }
 
 impl Tolerances {
-    /// Absolute and relative tolerance of a name; `matches` says whether a pattern is meant to hold for a name.
+    /// Returns the absolute and relative tolerance of a name; `matches` returns whether a pattern matches a name.
     pub fn at(&self, name: &str, matches: impl Fn(&str, &str) -> bool) -> (f64, f64) {
         let own = self.of.iter().rev().find(|(pattern, ..)| matches(pattern, name));
         own.map_or((self.absolute, self.relative), |(_, a, r)| (*a, *r))
     }
 }
 
-/// Which rows of two series are compared.
+/// The samples of two series that are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rows {
-    /// All: rows at other times are a difference.
+    /// All samples: samples at different times are a difference.
     All,
-    /// Those whose times both have, to a nanosecond; a series without any is a difference.
+    /// Samples whose times are equal to within a nanosecond; a series without any is a difference.
     Common,
 }
 
-/// The times of rows are whole nanoseconds: half of one tells two apart.
+/// Times of samples are integer nanoseconds, so half a nanosecond distinguishes two.
 const SAME_TIME: f64 = 0.5e-9;
 
-/// Places of rows that both series have, in order of time.
+/// Returns the indices of samples that both series have, in order of time.
 fn common(x: &Series, y: &Series) -> Vec<(usize, usize)> {
     let (mut i, mut j) = (0, 0);
     let mut out = Vec::new();
     while let (Some(s), Some(t)) = (x.t.get(i), y.t.get(j)) {
-        // Beyond 2⁵³ ns a time has no nanoseconds: it is compared to its last bit.
+        // Beyond 2⁵³ ns, doubles do not resolve nanoseconds; times must then be equal to round-off.
         let near = SAME_TIME.max(2.0 * f64::EPSILON * s.abs());
         if (s - t).abs() <= near {
             out.push((i, j));
@@ -581,7 +583,7 @@ fn common(x: &Series, y: &Series) -> Vec<(usize, usize)> {
     out
 }
 
-/// The series that differ by more than `absolute + relative · max(|a|, |b|)`.
+/// Returns the series that differ by more than `absolute + relative · max(|a|, |b|)`.
 pub fn compare(
     a: &BTreeMap<String, Series>,
     b: &BTreeMap<String, Series>,
@@ -602,7 +604,8 @@ pub fn compare(
         let apart = |what: String| Difference { name: name.clone(), what, largest: f64::INFINITY };
         let pairs: Vec<(usize, usize)> = match rows {
             Rows::All if x.t != y.t => {
-                let what = format!("{} rows against {}, or other times", x.t.len(), y.t.len());
+                let what =
+                    format!("{} samples against {}, or different times", x.t.len(), y.t.len());
                 out.push(apart(what));
                 continue;
             }
@@ -610,7 +613,8 @@ pub fn compare(
             Rows::Common => common(x, y),
         };
         if pairs.is_empty() && !(x.t.is_empty() && y.t.is_empty()) {
-            let what = format!("{} rows against {}, none at one time", x.t.len(), y.t.len());
+            let what =
+                format!("{} samples against {}, without a common time", x.t.len(), y.t.len());
             out.push(apart(what));
             continue;
         }
@@ -650,7 +654,7 @@ mod tests {
         let none = |_: &str| (0.0, 0.0);
         let (fine, coarse) = (log(100, f64::sin), log(30, f64::sin));
         let strict = compare(&fine, &coarse, Rows::All, none);
-        assert!(strict[0].what.contains("1001 rows against 301"), "{strict:?}");
+        assert!(strict[0].what.contains("1001 samples against 301"), "{strict:?}");
         assert_eq!(compare(&fine, &coarse, Rows::Common, none), []);
         // One value at a common time, and one that only the finer has.
         let mut other = fine.clone();
@@ -668,7 +672,7 @@ mod tests {
         };
         assert_eq!(compare(&part(0, 600), &part(500, 1001), Rows::Common, none), []);
         let apart = compare(&part(0, 400), &part(500, 1001), Rows::Common, none);
-        assert!(apart[0].what.contains("none at one time"), "{apart:?}");
+        assert!(apart[0].what.contains("without a common time"), "{apart:?}");
     }
 
     #[test]

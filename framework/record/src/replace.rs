@@ -1,21 +1,21 @@
-//! Files that are whole or not there.
+//! Atomic replacement of files: a file is complete or does not exist.
 use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
-/// When a file is on the disk.
+/// When a file must be on the disk.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Durable {
     /// Before the call returns.
     Now,
-    /// When the system comes to it: a power cut may take it.
+    /// When the system writes it; a power failure may lose it.
     Later,
 }
 
-/// Writes beside the target and renames: a process that is killed leaves no half file, nor does a full disk.
+/// Writes a temporary file next to the target and renames it, so that neither a killed process nor a full disk leaves an incomplete file.
 ///
 /// # Errors
-/// A message with the path; then what was there before is there still.
+/// A message with the path. The previous file is then unchanged.
 pub fn replace(path: &Path, bytes: &[u8], durable: Durable) -> Result<(), String> {
     let beside = path.with_extension("part");
     let write = || {
@@ -27,7 +27,7 @@ pub fn replace(path: &Path, bytes: &[u8], durable: Durable) -> Result<(), String
         file.sync_all()?;
         std::fs::rename(&beside, path)?;
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        // Where folders cannot be opened the system keeps names by itself.
+        // Systems on which folders cannot be opened make the rename durable themselves.
         if let Ok(folder) = File::open(folder) {
             folder.sync_all()?;
         }

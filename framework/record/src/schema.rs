@@ -1,8 +1,7 @@
-//! Protobuf schemas made from lane names, and the encoding of rows by them.
+//! Protobuf schemas from the names of variables, and the encoding of samples.
 //!
-//! `state.position.x` becomes a message `State { Position { double x } }`; `rate[0]`, `rate[1]`
-//! become `repeated double rate`. Proto3 without presence: readers give 0 for an absent field, so
-//! every number is written, zero included.
+//! `state.position.x` becomes a message `State { Position { double x } }`; `rate[0]`, `rate[1]` become `repeated double rate`. Proto3 without
+//! presence: readers return 0 for an absent field, so every number is written, including zero.
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};
 
@@ -15,7 +14,7 @@ enum Node {
     Message(Vec<(String, Node)>),
 }
 
-/// A message type with the row columns that fill it.
+/// A message type with the columns of its fields.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Schema {
     /// Full name of the message type.
@@ -24,7 +23,7 @@ pub struct Schema {
 }
 
 impl Schema {
-    /// From the variables' names relative to their part, in column order. `truth` marks booleans.
+    /// Creates the schema from the variables' names relative to their part, in column order. `truth` marks booleans.
     pub fn new(name: &str, columns: &[(String, bool)]) -> Schema {
         let mut fields = Vec::new();
         for (k, (column, truth)) in columns.iter().enumerate() {
@@ -34,7 +33,7 @@ impl Schema {
         Schema { name: format!("linkwork.{}", camel(name)), fields }
     }
 
-    /// A serialized `FileDescriptorSet`, as MCAP wants it.
+    /// Returns the serialized `FileDescriptorSet` for MCAP.
     pub fn descriptor(&self) -> Vec<u8> {
         let short = self.name.trim_start_matches("linkwork.").to_string();
         let file = FileDescriptorProto {
@@ -47,14 +46,14 @@ impl Schema {
         prost::Message::encode_to_vec(&FileDescriptorSet { file: vec![file] })
     }
 
-    /// Columns, and the names that [`decode`] gives them.
+    /// Returns the columns, and their names in [`decode`].
     pub fn columns(&self) -> Vec<(usize, String)> {
         let mut out = Vec::new();
         columns(&self.fields, "", &mut out);
         out
     }
 
-    /// Appends the message for a row.
+    /// Appends the message of a sample.
     pub fn encode(&self, row: &[f64], out: &mut Vec<u8>) {
         encode(&self.fields, row, out);
     }
@@ -102,7 +101,7 @@ fn insert(fields: &mut Vec<(String, Node)>, path: &[&str], column: usize, truth:
     fields.push((name, Node::Message(inner)));
 }
 
-/// The name, with a tail when another field has it: two names may be one as identifiers.
+/// Returns the name, with a suffix if another field has it: two names can map to the same identifier.
 fn free(fields: &[(String, Node)], mut name: String) -> String {
     while fields.iter().any(|(n, _)| *n == name) {
         name.push('_');
@@ -217,7 +216,7 @@ fn length(fields: &[(String, Node)]) -> usize {
         .sum()
 }
 
-/// Reads a message back into named numbers, by its descriptor: for `diff` and for tests.
+/// Decodes a message into named numbers with its descriptor, for `diff` and for tests.
 pub fn decode(descriptor: &FileDescriptorSet, type_name: &str, data: &[u8]) -> Vec<(String, f64)> {
     let short = type_name.rsplit('.').next().unwrap_or(type_name);
     let found = descriptor.file.iter().flat_map(|f| &f.message_type).find(|m| m.name() == short);

@@ -1,8 +1,8 @@
-//! Tables that other programs wrote, as CSV or Parquet: columns of numbers by their titles.
+//! Tables of other programs, as CSV or Parquet: columns of numbers by their titles.
 //!
-//! A table is read whole. Of CSV the first line has the titles, cells are separated by commas, and an empty cell or
-//! `nan` is a gap. Of Parquet, columns of whole and of floating-point numbers are read, nulls as gaps; compression may
-//! be none or Snappy. A gap is NaN.
+//! A table is read completely. The first line of a CSV file contains the titles, cells are separated by commas, and an empty cell or `nan` is a
+//! missing value. Of Parquet files, integer and floating-point columns are read, with nulls as missing values; compression must be none or Snappy. A
+//! missing value is NaN.
 use parquet::basic::Type as Physical;
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::DataType;
@@ -11,7 +11,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use std::fs::File;
 use std::path::Path;
 
-/// Why a table, or a column of it, cannot be read.
+/// A table, or a column of it, cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("table `{table}`: {fact}\n  help: {help}")]
 pub struct TableError {
@@ -19,15 +19,15 @@ pub struct TableError {
     pub table: String,
     /// What is wrong, and where.
     pub fact: String,
-    /// What to do about it.
+    /// The remedy.
     pub help: String,
 }
 
-/// What a column holds.
+/// Content of a column.
 #[derive(Clone, Debug)]
 enum Column {
     Numbers(Vec<f64>),
-    /// No numbers: where that is seen, in words.
+    /// Not numbers: the cell that shows this, in words.
     Other(String),
 }
 
@@ -39,7 +39,7 @@ pub struct Table {
     rows: usize,
 }
 
-/// Most rows of a table.
+/// Largest number of rows of a table.
 const MOST_ROWS: usize = 1 << 28;
 
 /// Largest table that is read (bytes).
@@ -57,69 +57,69 @@ impl Table {
             fact,
             help: help.to_string(),
         };
-        let about = "name a .csv or .parquet file that is there";
+        let about = "give an existing .csv or .parquet file";
         let there = std::fs::metadata(path).map_err(|e| fail(e.to_string(), about))?;
-        // A pipe would be waited for.
+        // Opening a pipe would block.
         if !there.is_file() {
-            return Err(fail("it is no regular file".into(), about));
+            return Err(fail("it is not a regular file".into(), about));
         }
         let size = there.len();
         if size > LARGEST {
-            let help = "take every tenth of its rows, or only the columns that are used";
+            let help = "keep every tenth row, or only the columns that are used";
             return Err(fail(format!("it has {size} bytes, more than {LARGEST}"), help));
         }
         let (columns, rows) = match path.extension().and_then(|e| e.to_str()) {
             Some("csv") => {
                 let text = std::fs::read_to_string(path).map_err(|e| fail(e.to_string(), about))?;
-                let help = "write one line of titles, then one line for each row, cells separated by commas";
+                let help = "write one line of titles, then one line per row, with cells separated by commas";
                 csv_columns(&text).map_err(|fact| fail(fact, help))?
             }
             Some("parquet") => {
-                let help = "write it again, with compression `none` or `snappy`";
+                let help = "write it with compression `none` or `snappy`";
                 let file = File::open(path).map_err(|e| fail(e.to_string(), about))?;
                 parquet_columns(file, size).map_err(|e| fail(format!("parquet: {e}"), help))?
             }
-            _ => return Err(fail("its name ends neither in .csv nor in .parquet".into(), about)),
+            _ => return Err(fail("its name must end in .csv or .parquet".into(), about)),
         };
         Ok(Table { name, columns, rows })
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Titles of the columns, in their order.
+    /// Returns the titles of the columns, in their order.
     pub fn titles(&self) -> Vec<&str> {
         self.columns.iter().map(|(title, _)| title.as_str()).collect()
     }
 
-    /// The numbers of the column of a title, one for each row; gaps are NaN.
+    /// Returns the numbers of the column with a title, one per row; missing values are NaN.
     ///
     /// # Errors
-    /// There is no such column, or there are two, or it holds something else than numbers.
+    /// The column does not exist, exists twice, or does not contain numbers.
     pub fn numbers(&self, title: &str) -> Result<&[f64], TableError> {
         let fail = |fact: String, help: String| TableError { table: self.name.clone(), fact, help };
         let mut found = self.columns.iter().filter(|(t, _)| t == title);
         let Some((_, column)) = found.next() else {
             let help = linkwork_runtime::remedy(title, "columns", &self.titles());
-            return Err(fail(format!("it has no column `{title}`"), help));
+            return Err(fail(format!("it does not have a column `{title}`"), help));
         };
         if found.next().is_some() {
-            let help = "give each column a title of its own";
+            let help = "give each column a unique title";
             return Err(fail(format!("it has two columns `{title}`"), help.into()));
         }
         match column {
             Column::Numbers(numbers) => Ok(numbers),
             Column::Other(fact) => {
-                let help = "name a column of numbers, or mend that cell; an empty one is a gap";
+                let help = "choose a column of numbers, or correct that cell; an empty cell is a missing value";
                 Err(fail(format!("its column `{title}` holds {fact}"), help.into()))
             }
         }
     }
 }
 
-/// A cell of a CSV file: NaN where it is empty.
+/// Reads a cell of a CSV file: NaN if it is empty.
 fn cell(text: &str, decimal_comma: bool) -> Option<f64> {
     match text.parse() {
         Ok(number) => Some(number),
@@ -158,7 +158,7 @@ fn csv_columns(text: &str) -> Result<(Vec<(String, Column)>, usize), String> {
     Ok((columns, rows))
 }
 
-/// A byte of a table in Parquet stands for at most so many cells: a claim of more is a damaged or a hostile file.
+/// Largest number of cells per byte of a Parquet file. A file that claims more is damaged or malicious.
 const CELLS: u64 = 4096;
 
 fn parquet_columns(file: File, size: u64) -> Result<(Vec<(String, Column)>, usize), ParquetError> {
@@ -178,7 +178,7 @@ fn parquet_columns(file: File, size: u64) -> Result<(Vec<(String, Column)>, usiz
         let numbers =
             [Physical::DOUBLE, Physical::FLOAT, Physical::INT32, Physical::INT64].contains(&kind);
         if !(plain && numbers) {
-            let what = if plain { format!("{kind} and no numbers") } else { "lists".into() };
+            let what = if plain { format!("{kind} instead of numbers") } else { "lists".into() };
             columns.push((about.path().string(), Column::Other(what)));
             continue;
         }
@@ -212,7 +212,7 @@ fn parquet_columns(file: File, size: u64) -> Result<(Vec<(String, Column)>, usiz
     Ok((columns, rows))
 }
 
-/// Cells of one group of rows; nulls become NaN.
+/// Appends the cells of one row group; nulls become NaN.
 fn take<T: DataType>(
     reader: &mut ColumnReaderImpl<T>,
     rows: usize,
@@ -226,7 +226,7 @@ fn take<T: DataType>(
         let there = optional.then_some(&mut there);
         let (records, ..) = reader.read_records(rows - read, there, None, &mut values)?;
         if records == 0 {
-            return Err(ParquetError::EOF("a group of rows ends early".into()));
+            return Err(ParquetError::EOF("a row group is incomplete".into()));
         }
         read += records;
     }
@@ -307,7 +307,7 @@ mod tests {
         let sparse = sparse.map(|x| x.unwrap_or(f64::NAN));
         same(table.numbers("z").unwrap(), &[sparse, sparse].concat());
         let e = table.numbers("why").unwrap_err().to_string();
-        assert!(e.contains("holds BYTE_ARRAY and no numbers"), "{e}");
+        assert!(e.contains("BYTE_ARRAY instead of numbers"), "{e}");
         // Cut anywhere it is refused, and nothing panics.
         for at in [0, 3, 40, bytes.len() / 2, bytes.len() - 1] {
             let (_folder, path) = written("cut.parquet", &bytes[..at]);
@@ -321,7 +321,7 @@ mod tests {
         for (name, text, fact) in [
             ("a.csv", "", "it is empty"),
             ("b.csv", "t,x\n0\n", "line: 2"),
-            ("c.txt", "t,x\n0,1\n", "neither in .csv nor in .parquet"),
+            ("c.txt", "t,x\n0,1\n", "must end in .csv or .parquet"),
             ("d.parquet", "t,x\n0,1\n", "parquet: "),
         ] {
             let (_folder, path) = written(name, text.as_bytes());

@@ -1,4 +1,4 @@
-//! A log as a table: every number of the log at its instant, with the same bits, and nothing else.
+//! A log as a table: exactly the numbers of the log at their instants, bit for bit.
 use linkwork_multibody::{BodySpec, Builder, Hinge};
 use linkwork_record::{
     End, ExportError, Log, LogError, LogSpec, export_parquet, read_log_contents,
@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A weight on a ball hinge, turning.
+/// A rotating weight on a ball hinge.
 fn plan() -> Arc<Plan> {
     let mut b = Builder::new();
     let inertia = Matrix3::from_diagonal(&Vec3::new(0.11, 0.23, 0.19));
@@ -27,7 +27,7 @@ fn plan() -> Arc<Plan> {
     compile(&spec, &catalogue, &Files::default()).unwrap().into()
 }
 
-/// A log with two rates: every other variable every 10 ms, the others every 35 ms. Or of poses alone.
+/// Writes a log with two rates: every other variable every 10 ms, the others every 35 ms; or only poses.
 fn log(path: &Path, variables: bool) {
     let plan = plan();
     let every_other = |k: usize| {
@@ -54,7 +54,7 @@ fn log(path: &Path, variables: bool) {
     recorder.finish().unwrap();
 }
 
-/// Titles, and the cells of each row.
+/// Returns the titles, and the cells of each row.
 fn table(path: &Path) -> (Vec<String>, Vec<Vec<Option<f64>>>, BTreeMap<String, String>) {
     let reader = SerializedFileReader::new(std::fs::File::open(path).unwrap()).unwrap();
     let about = reader.metadata().file_metadata().key_value_metadata().unwrap();
@@ -85,7 +85,7 @@ fn every_number_of_a_log_is_in_its_row_and_nothing_else() {
         (rows.len() as u64, contents.series.len(), End::Whole)
     );
     assert_eq!(titles.len(), 1 + contents.series.len());
-    // Multiples of 10 ms and of 35 ms in a second, those of both once.
+    // Multiples of 10 ms and of 35 ms in a second, common ones once.
     assert_eq!(rows.len(), 101 + 29 - 15);
     let times: Vec<f64> = rows.iter().map(|r| r[0].unwrap()).collect();
     assert!(times.windows(2).all(|t| t[0] < t[1]), "{times:?}");
@@ -112,14 +112,14 @@ fn logs_that_are_cut_damaged_or_empty() {
     let path = |name: &str| folder.path().join(name);
     log(&path("run.mcap"), true);
     let bytes = std::fs::read(path("run.mcap")).unwrap();
-    // A killed run's: what is there is in the table.
+    // A killed run: the table contains the rows that were written.
     let contents = read_log_contents(&path("run.mcap")).unwrap();
     std::fs::write(path("cut.mcap"), &bytes[..bytes.len() - 40]).unwrap();
     let done = export_parquet(&path("cut.mcap"), &path("cut.parquet")).unwrap();
     assert!(matches!(done.end, End::Cut { .. }), "{done:?}");
     assert_eq!(done.variables, contents.series.len());
     assert_eq!(table(&path("cut.parquet")).1.len() as u64, done.rows);
-    // A flipped bit: no table, and an older one stays.
+    // A flipped bit: no new table, and an older one stays.
     let mut bad = bytes.clone();
     bad[bytes.len() / 2] ^= 1;
     std::fs::write(path("bad.mcap"), bad).unwrap();
@@ -131,7 +131,7 @@ fn logs_that_are_cut_damaged_or_empty() {
     assert!(matches!(none, ExportError::Log(LogError::Read { .. })), "{none}");
     let nowhere = export_parquet(&path("run.mcap"), &path("no/run.parquet")).unwrap_err();
     assert!(matches!(nowhere, ExportError::Write { .. }), "{nowhere}");
-    // Poses alone are no variables.
+    // A log with only poses does not contain variables.
     log(&path("poses.mcap"), false);
     let e = export_parquet(&path("poses.mcap"), &path("poses.parquet")).unwrap_err();
     assert!(matches!(e, ExportError::Empty { .. }) && e.to_string().contains("help: "), "{e}");

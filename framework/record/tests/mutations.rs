@@ -1,5 +1,5 @@
-//! Logs under mutations, without the checksums that would find them out, and what fuzzing kept: rows are read or the log
-//! is refused, and nothing panics.
+//! Mutated logs, without the checksums that would detect the mutations, and the corpus of fuzzing: rows are read or the log is rejected, without a
+//! panic.
 #![allow(clippy::unwrap_used)]
 #[path = "../../../tests/fuzz/mutate.rs"]
 mod mutate;
@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The same records without checksums: mutations reach what reads them.
+/// Returns the same records without checksums, so that mutations reach the reader.
 fn bare(log: &[u8], compression: Option<mcap::Compression>) -> Vec<u8> {
     let mut out = std::io::Cursor::new(Vec::new());
     let mut writer = mcap::WriteOptions::new()

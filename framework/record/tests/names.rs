@@ -1,4 +1,4 @@
-//! The names of variables in logs and tables are those of the simulation, and times are the decimals that they were.
+//! Names of variables in logs and tables are those of the simulation, and times are exact decimals.
 use linkwork_multibody::{BodySpec, Builder, Hinge};
 use linkwork_record::{Log, LogSpec, export_parquet, read_log, read_log_with_poses};
 use linkwork_runtime::*;
@@ -6,7 +6,7 @@ use linkwork_spatial::{MassProperties, Vec3};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Bodies whose names a schema does not permit, of several subhinges, of which two differ in a sign alone.
+/// Bodies with several subhinges whose names a schema does not permit; two names differ only in a sign.
 fn plan() -> Arc<Plan> {
     let mut b = Builder::new();
     let ball = |i: f64| {
@@ -44,7 +44,7 @@ fn every_variable_is_read_under_its_own_path() {
     let variables = sim.plan().variables.clone();
     let paths: Vec<String> =
         variables.iter().filter(|(_, v)| all(v)).map(|(p, _)| p.clone()).collect();
-    // A rule of all, and one that has the second of two subhinges alone.
+    // A rule for all variables, and one for only the second of two subhinges.
     let one = paths.iter().find(|p| p.starts_with("gantry[1]")).unwrap().clone();
     let rule = |paths: &[String], num| Rule {
         paths: paths.to_vec(),

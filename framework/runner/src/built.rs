@@ -1,6 +1,7 @@
-//! The build of the program, for logs, checkpoints and summaries: results of builds for other processors differ at round-off level.
+//! The build of the program, for logs, checkpoints and summaries. Results of builds for different processors differ at round-off level.
 
-/// Returns version, system, processor with the extensions that the compiler may use, and profile: `linkwork 0.1.0 x86_64-linux avx2 fma, optimized`.
+/// Returns version, system, processor with the instruction set extensions that the compiler may use, and profile: `linkwork 0.1.0 x86_64-linux avx2
+/// fma, optimized`.
 pub fn built() -> String {
     let mut text = format!(
         "linkwork {} {}-{}",

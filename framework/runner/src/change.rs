@@ -1,6 +1,6 @@
-//! Variables changed from outside while a run is under way: set, pinned, unpinned, by path or pattern, in any unit.
+//! Changes of variables from outside during a run: set, pin and unpin, by path or pattern, in any unit.
 //!
-//! What is changed acts from the present tick on, before its rows are taken, and stands in the logs.
+//! A change acts from the present tick on, before its samples are taken, and logs contain it.
 use crate::run::{Runner, Watch};
 use linkwork_assembly::{Text, match_patterns};
 use linkwork_runtime::{
@@ -11,7 +11,7 @@ fn no<T>(message: String, help: impl Into<String>) -> Result<T, VariableError> {
     Err(VariableError { message, help: help.into() })
 }
 
-/// `PATH=VALUE`, or `PATH` alone: the path or pattern, and a number or a quantity.
+/// Parses `PATH=VALUE`, or `PATH` alone: the path or pattern, and a number or a quantity.
 pub fn assignment(written: &str) -> (String, Option<Value>) {
     match written.split_once('=') {
         None => (written.trim().to_string(), None),
@@ -23,8 +23,8 @@ pub fn assignment(written: &str) -> (String, Option<Value>) {
     }
 }
 
-/// The variables of the present phase that a pattern means: for a pattern with a star those that can be changed so
-/// by what they are (states and inputs without a wire are set; outputs, too, are pinned), else the one of that path.
+/// Returns the variables of the present phase that a pattern matches. For a pattern with a star, these are only variables that support the change
+/// (states and unconnected inputs can be set; outputs can also be pinned); otherwise the variable with this path.
 fn meant(sim: &Simulation, pattern: &str, change: Change) -> Result<Vec<String>, VariableError> {
     if !pattern.contains('*') {
         return Ok(vec![pattern.to_string()]);
@@ -45,7 +45,7 @@ fn meant(sim: &Simulation, pattern: &str, change: Change) -> Result<Vec<String>,
         Err(_) => match change {
             Change::Set => no(
                 format!("`{pattern}` matches no variable that can be set"),
-                "states and inputs without a wire can be set; `linkwork list` shows all variables",
+                "states and unconnected inputs can be set; `linkwork list` shows all variables",
             ),
             Change::Pin => no(
                 format!("`{pattern}` matches no variable that can be pinned"),
@@ -57,39 +57,41 @@ fn meant(sim: &Simulation, pattern: &str, change: Change) -> Result<Vec<String>,
                 } else {
                     format!("pinned are: {}", names.join(", "))
                 };
-                no(format!("`{pattern}` matches nothing that is pinned"), known)
+                no(format!("`{pattern}` does not match a pinned variable"), known)
             }
         },
     }
 }
 
-/// A value in SI: a number is, a text has a unit of the variable's quantity.
+/// Converts a value to SI: numbers are in SI, texts contain a unit of the variable's quantity.
 fn in_si(sim: &Simulation, path: &str, value: &Value) -> Result<f64, VariableError> {
     let variable = sim.variable(path)?;
     let text = match value {
         Value::Number(x) => return Ok(*x),
         Value::Text(text) => text,
-        other => return no(format!("`{other}` is no quantity"), "write a number, or `\"12 deg\"`"),
+        other => {
+            return no(format!("`{other}` is not a quantity"), "write a number, or `\"12 deg\"`");
+        }
     };
     let Some((number, unit)) = split_quantity(text) else {
-        return no(format!("`{text}` is no quantity"), "write a number, or `\"12 deg\"`");
+        return no(format!("`{text}` is not a quantity"), "write a number, or `\"12 deg\"`");
     };
     let own = Unit::parse(&variable.unit).unwrap_or(Unit::ONE);
     match Unit::parse(unit) {
         Ok(u) if u.same_quantity(&own) => Ok(u.to_si(number)),
         Ok(_) => no(
-            format!("`{path}` is in {}, which is no {unit}", variable.unit),
+            format!("`{path}` is in {}, which is a different quantity than {unit}", variable.unit),
             "give a unit of the same quantity, or a number in SI",
         ),
         Err(e) => no(e.to_string(), "give a number in SI"),
     }
 }
 
-/// Sets, pins or unpins what a path or pattern means, all of it or nothing, in a simulation that nobody logs yet.
-/// Gives the variables and their values (SI).
+/// Sets, pins or unpins all variables that a path or pattern matches, or none of them, in a simulation without recorders. Returns the variables and
+/// their values (SI).
 ///
 /// # Errors
-/// As [`Runner::change`].
+/// Like [`Runner::change`].
 pub fn changed(
     sim: &mut Simulation,
     pattern: &str,
@@ -101,7 +103,7 @@ pub fn changed(
         let value = match (value, change) {
             (Some(value), Change::Set | Change::Pin) => in_si(sim, &path, value)?,
             (None, Change::Set) => {
-                return no(format!("`{pattern}` has no value"), "write PATH=VALUE");
+                return no(format!("`{pattern}`: the value is missing"), "write PATH=VALUE");
             }
             (None, Change::Pin) | (_, Change::Unpin) => sim.get(&path)?,
         };
@@ -112,12 +114,12 @@ pub fn changed(
 }
 
 impl<W: Watch> Runner<W> {
-    /// Sets, pins or unpins what a path or pattern means, all of it or nothing; the recorders are told, so that a log holds
-    /// it. Without a value a pin keeps the present one. Gives the variables and their values (SI).
+    /// Sets, pins or unpins all variables that a path or pattern matches, or none of them, and informs the recorders, so that logs contain the
+    /// change. A pin without a value keeps the present one. Returns the variables and their values (SI).
     ///
     /// # Errors
-    /// As [`Simulation::set`], [`Simulation::pin`], [`Simulation::unpin`]; a pattern that matches nothing; a unit of
-    /// another quantity; no value to set.
+    /// Errors of [`Simulation::set`], [`Simulation::pin`], [`Simulation::unpin`]; a pattern without a match; a unit of another quantity; a missing
+    /// value.
     pub fn change(
         &mut self,
         pattern: &str,
@@ -129,10 +131,10 @@ impl<W: Watch> Runner<W> {
         Ok(all)
     }
 
-    /// The same of variables by path, with values in SI, in this order.
+    /// Like [`Runner::change`], for variables by path, with values in SI, in this order.
     ///
     /// # Errors
-    /// The first that is refused; nothing is changed then.
+    /// The first error; no variable is changed then.
     pub fn change_all(
         &mut self,
         change: Change,
@@ -143,7 +145,7 @@ impl<W: Watch> Runner<W> {
         Ok(())
     }
 
-    /// Tells the recorders what was changed at the present tick ([`changed`]), before its rows are taken.
+    /// Informs the recorders of the changes at the present tick ([`changed`]), before its samples are taken.
     pub fn tell(&mut self, change: Change, all: &[(String, f64)]) {
         for (path, value) in all {
             self.tell_taps(path, change, *value);

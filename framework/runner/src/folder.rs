@@ -1,28 +1,27 @@
-//! The folder of a run: one run at a time, and nothing of another run in the way.
+//! The output folder of a run: one run at a time, without interference from earlier runs.
 //!
-//! A lock that the system lets go when the process ends, however it ends, keeps a second run out.
-//! Checkpoints that another simulation, or another configuration of it, left in the folder are
-//! moved into a folder beside them: what lies in the folder of a run goes on to its own bits.
-//! Those of the same configuration stay, since they hold the same bits as this run's own.
+//! A lock prevents a second run. The system releases it when the process ends in any way. Checkpoints of another simulation or configuration are
+//! moved to a subfolder, so that all checkpoints in the folder belong to this run. Checkpoints of the same configuration stay, because they are
+//! bit-identical to those of this run.
 use linkwork_runtime::{Checkpoint, Plan};
 use std::fs::{File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A folder cannot be used.
+/// The folder cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
-    /// It cannot be made, or written into.
+    /// The folder cannot be created or written.
     #[error("the folder `{}` {what}: {source}\n  help: choose another folder with --out", .path.display())]
     Io {
         /// The folder.
         path: PathBuf,
         /// What failed.
         what: &'static str,
-        /// Why.
+        /// The reason.
         source: io::Error,
     },
-    /// Another run writes into it.
+    /// Another run is using the folder.
     #[error(
         "another run is writing into the folder `{}`\n  help: wait for it to end, stop it, or choose another \
          folder with --out",
@@ -34,44 +33,43 @@ pub enum FolderError {
     },
 }
 
-/// A folder that this run alone writes into, until it is dropped.
+/// A folder that only this run uses, until it is dropped.
 pub struct Folder {
     path: PathBuf,
     /// Unlocked when it is closed.
     _lock: File,
     own: Option<PathBuf>,
-    /// Where checkpoints of another run went, and how many.
+    /// Folder to which checkpoints of another run were moved, and their number.
     pub moved: Option<(PathBuf, usize)>,
 }
 
-/// What a run writes anew, and where one that was killed listened.
+/// Files that a run writes again, and the live file of a killed run.
 const STALE: [&str; 3] = ["summary.json", "plots.svg", "live.json"];
 
-/// How the names of what a run writes beside its log begin; other files in the folder are not ours.
+/// Prefixes of the names of a run's files other than its log; all other files in the folder are not touched.
 const OURS: [&str; 4] = ["checkpoint_", "interrupted", "before_failure", "summary"];
 
 impl Folder {
-    /// Makes the folder, takes its lock, and puts aside what is not of this plan and
-    /// configuration.
+    /// Creates and locks the folder, and moves files of other plans and configurations away.
     ///
     /// # Errors
-    /// [`FolderError`]: it cannot be written into, or another run does so.
+    /// [`FolderError`]: the folder cannot be written, or another run uses it.
     pub fn claim(path: &Path, plan: &Plan, configuration: &str) -> Result<Folder, FolderError> {
         let io = |what| {
             let path = path.to_path_buf();
             move |source| FolderError::Io { path, what, source }
         };
-        std::fs::create_dir_all(path).map_err(io("cannot be made"))?;
+        std::fs::create_dir_all(path).map_err(io("cannot be created"))?;
         let (lock, own) = lock(path).map_err(|e| match e {
             TryLockError::WouldBlock => FolderError::Taken { path: path.to_path_buf() },
             TryLockError::Error(source) => io("cannot be locked")(source),
         })?;
         let mut folder = Folder { path: path.to_path_buf(), _lock: lock, own, moved: None };
-        folder.tidy(plan, configuration).map_err(io("cannot be tidied"))?;
+        folder.tidy(plan, configuration).map_err(io("cannot be cleaned up"))?;
         Ok(folder)
     }
 
-    /// Where it is.
+    /// Returns its path.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -83,7 +81,7 @@ impl Folder {
             let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default();
             let ours = OURS.iter().any(|o| name.starts_with(o));
             let ends = |e: &str| ours && path.extension().is_some_and(|x| x == e);
-            // Half-written by an earlier run that was killed, or said of an earlier run.
+            // A temporary file of a killed run, or a result of an earlier run.
             if ends("part") || STALE.contains(&name) {
                 std::fs::remove_file(&path)?;
             } else if ends("lwck") && !is_of(&path, plan, configuration) {
@@ -122,8 +120,7 @@ fn is_of(path: &Path, plan: &Plan, configuration: &str) -> bool {
     })
 }
 
-/// The folder itself is locked where the system can, so that nothing is left behind; else a file
-/// in it, which is removed at the end.
+/// The folder itself is locked if the system supports it, so that no lock file remains. Otherwise a file in it is locked and removed at the end.
 fn lock(path: &Path) -> Result<(File, Option<PathBuf>), TryLockError> {
     if let Ok(folder) = File::open(path) {
         match folder.try_lock() {

@@ -1,27 +1,26 @@
-//! A run from file to end, as one library: load → compile → place → recorders → run → stop.
+//! Library for complete runs: load → compile → place → recorders → run → stop.
 //!
-//! The command line and the Python package are thin programs on it, so that a run means the same
-//! in both. There is one time loop, [`Runner::go`]:
+//! The command line and the Python package are thin programs on top of it, so runs are identical in both. There is one time loop, [`Runner::go`]:
 //! ```text
-//! at each tick:   calls due → watcher → rows of the recorders → checkpoint due → stop? → step
+//! at each tick:   calls due → watcher → samples of the recorders → checkpoint due → stop? → step
 //! ```
-//! What a row shows is therefore what a call has set, and a checkpoint comes after the rows of its
-//! tick. Nothing in the loop but the step and the calls changes the state (rule 6 of ARCHITECTURE.md).
+//! A sample therefore contains what a call has set, and a checkpoint follows the samples of its tick. Only the step and the calls change the state
+//! (rule 6 of ARCHITECTURE.md).
 //!
-//! | module | what it holds |
+//! | module | content |
 //! |---|---|
-//! | `load` | files → a compiled simulation with what else its file says |
-//! | `prepare` | every name of the file looked up, all mistakes at once |
-//! | `run` | the loop, with its recorders |
-//! | `change` | variables set and pinned while it runs |
-//! | `saves` | when checkpoints are written, their names, what they carry |
-//! | `folder` | the folder of a run: one run at a time, nothing of another run in the way |
+//! | `load` | files → a compiled simulation with the settings of its file |
+//! | `prepare` | resolves all names of the file; reports all mistakes at once |
+//! | `run` | the time loop, with its recorders |
+//! | `change` | set and pin variables during the run |
+//! | `saves` | when checkpoints are written, their names, their additional content |
+//! | `folder` | the output folder of a run: one run at a time, without interference from earlier runs |
 //! | `balance` | balances of energy, mass and charge, integrated during a run |
-//! | `metrics` | a simulation's own metrics, in fixed memory |
-//! | `built` | what built the program, for logs, checkpoints and summaries |
-//! | `pace` | as fast as real time, or a multiple of it; how late ticks were |
+//! | `metrics` | metrics of a simulation, with constant memory |
+//! | `built` | the build of the program, for logs, checkpoints and summaries |
+//! | `pace` | pacing to real time or a multiple of it; lateness of ticks |
 //!
-//! Viewers are recorders that the program hands in; this crate knows none.
+//! Viewers are recorders that the program passes in; this crate does not depend on any.
 mod balance;
 mod built;
 mod change;

@@ -1,4 +1,4 @@
-//! Loading: a file or text, compiled and put down, with all mistakes at once.
+//! Loading: a file or text is compiled and placed, and all mistakes are reported at once.
 use crate::unread::unread;
 use linkwork_assembly::{
     Failure, Loaded, Options, Parsed, load_file, load_text, misspelt, place_machines, tidy,
@@ -10,15 +10,15 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What a program brings along: its models, and the assemblies inside it.
+/// The models of a program, and the assemblies embedded in it.
 pub struct Library {
     /// Models and services.
     pub catalogue: Catalogue,
-    /// Assemblies in the program: path → text.
+    /// Embedded assemblies: path → text.
     pub embedded: Arc<BTreeMap<String, String>>,
 }
 
-/// The file or folder beside a path whose name is nearest to it, when one is near.
+/// Returns the file or folder with the most similar name in the same folder, if there is a similar one.
 fn beside(path: &Path) -> Option<PathBuf> {
     let folder = path.parent()?;
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
@@ -30,23 +30,23 @@ fn beside(path: &Path) -> Option<PathBuf> {
     Some(folder.join(near))
 }
 
-/// A simulation, compiled and placed, with what else its file says.
+/// A compiled and placed simulation, with the settings of its file.
 pub struct Ready {
-    /// As loaded.
+    /// The loaded files.
     pub loaded: Loaded,
-    /// As compiled.
+    /// The compiled program.
     pub program: Program,
-    /// The files that it read besides its texts.
+    /// The data files that it read.
     pub files: Files,
 }
 
 impl Ready {
-    /// The plan of the phase in which the run begins; its variables are those of all phases.
+    /// Returns the plan of the phase in which the run begins; its variables are those of all phases.
     pub fn plan(&self) -> &Plan {
         &self.program.phases[0].plan
     }
 
-    /// What is allowed and probably not meant, each once: of the files, of every phase, and of the start.
+    /// Returns all warnings of the files, of every phase, and of the start, each once.
     pub fn warnings(&self) -> Vec<Fault> {
         let of_plans = self.program.phases.iter().flat_map(|p| p.plan.warnings.clone());
         let mut told = std::collections::BTreeSet::new();
@@ -55,21 +55,20 @@ impl Ready {
     }
 }
 
-/// What many loads of one simulation have in common: texts as parsed, and services (ground, gravity, air, Sun) as
-/// made. Only what is asked for in the same words, and whose files hold what they held, is taken again, so that a
-/// load gives the same bits with it and without it. Clones share; threads may.
+/// Cache for many loads of one simulation: parsed texts, and services (ground, gravity, atmosphere, Sun). An entry is reused only for identical
+/// settings and unchanged files, so a load is bit-identical with and without the cache. Clones share the cache, also between threads.
 #[derive(Clone, Debug, Default)]
 pub struct Shared {
     parsed: Arc<Parsed>,
     made: Arc<Made>,
 }
 
-/// The sim.ron of a folder, or the file itself.
+/// Returns the sim.ron of a folder, or the file itself.
 pub fn sim_file(path: &Path) -> PathBuf {
     if path.is_dir() { path.join("sim.ron") } else { path.to_path_buf() }
 }
 
-/// Whether remarks about the state at the start are wanted.
+/// Whether the state at the start is checked for warnings.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Start {
     LookedAt,
@@ -77,7 +76,7 @@ enum Start {
 }
 
 impl Library {
-    /// Options with `PATH=VALUE` overrides and a seed in place of the file's.
+    /// Returns options with `PATH=VALUE` overrides and a seed that replaces that of the file.
     pub fn options(&self, set: &[String], seed: Option<u64>) -> Options<'_> {
         let mut options = Options::new(&self.catalogue);
         options.embedded = self.embedded.clone();
@@ -87,7 +86,7 @@ impl Library {
         options
     }
 
-    /// That there is a simulation of this name, in the program or as a file.
+    /// Checks that a simulation with this name exists, embedded or as a file.
     ///
     /// # Errors
     /// A fault that names the file.
@@ -97,7 +96,8 @@ impl Library {
             return Ok(());
         }
         let message = format!("there is no simulation `{}`", file.display());
-        let help = "name a sim.ron file or the folder that holds it, from the folder you are in";
+        let help =
+            "give a sim.ron file or the folder that contains it, relative to the current folder";
         let help = match beside(path) {
             Some(near) => format!("did you mean `{}`? {help}", near.display()),
             None => help.into(),
@@ -106,10 +106,10 @@ impl Library {
         Err(Failure { faults: vec![fault], sources: Sources::default() })
     }
 
-    /// Loads a file without compiling it: no ground is made, no file but the texts is read.
+    /// Loads a file without compiling it: ground is not generated, and only text files are read.
     ///
     /// # Errors
-    /// Everything that is wrong, at once.
+    /// All mistakes.
     pub fn loaded(
         &self,
         path: &Path,
@@ -122,17 +122,17 @@ impl Library {
     /// Loads, compiles and places a file.
     ///
     /// # Errors
-    /// Everything that is wrong, at once.
+    /// All mistakes.
     pub fn file(&self, path: &Path, set: &[String], seed: Option<u64>) -> Result<Ready, Failure> {
         self.find(path)?;
         self.finish(self.loaded(path, set, seed)?, Start::LookedAt, None)
     }
 
-    /// One of many runs: what it has in common with the others is taken from them, and there is no look at the start
-    /// for remarks (stiffness, parts that nobody reads), since the first has been looked at. The program is the same.
+    /// Loads one of many runs. Data that the runs have in common are reused, and the start is not checked for warnings (stiffness, unread parts),
+    /// because the first run was checked. The program is the same.
     ///
     /// # Errors
-    /// Everything that is wrong, at once.
+    /// All mistakes.
     pub fn file_of_many(
         &self,
         path: &Path,
@@ -147,18 +147,18 @@ impl Library {
         self.finish(loaded, Start::Taken, Some(shared))
     }
 
-    /// The same from a text that needs no other file: the configuration in a checkpoint.
+    /// Loads a text that needs no other file: the configuration in a checkpoint.
     ///
     /// # Errors
-    /// Everything that is wrong, at once.
+    /// All mistakes.
     pub fn text(&self, name: &str, text: &str) -> Result<Ready, Failure> {
         self.text_with(name, text, &[])
     }
 
-    /// The same with `PATH=VALUE` overrides.
+    /// Like [`Library::text`], with `PATH=VALUE` overrides.
     ///
     /// # Errors
-    /// Everything that is wrong, at once.
+    /// All mistakes.
     pub fn text_with(&self, name: &str, text: &str, set: &[String]) -> Result<Ready, Failure> {
         self.finish(load_text(name, text, &self.options(set, None))?, Start::LookedAt, None)
     }

@@ -1,23 +1,23 @@
-//! Pacing: a run that is watched goes as fast as the clock on the wall, or at a fixed multiple of it.
+//! Pacing: a watched run advances with the wall clock, or at a fixed multiple of it.
 //!
 //! ```text
 //! tick at simulated time t is due at   start + (t − begin) / factor
-//! early: it sleeps until then; late: it goes on at once, and later ticks are not put off
+//! early: the run sleeps until then; late: the run continues at once, and later ticks keep their due times
 //! ```
-//! How late ticks are is counted in fixed memory. A tick whose work before it was not done in time is an overrun;
-//! the lateness of others is what the system takes to wake a sleeper.
+//! The lateness of ticks is recorded with constant memory. A tick is an overrun if the work before it was not done in time. The lateness of other
+//! ticks is the time that the system takes to wake a sleeping thread.
 use crate::run::Stop;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-/// The longest sleep before another look at whether to stop.
+/// Longest sleep before the next check of the stop flag.
 const NAP: Duration = Duration::from_millis(20);
 
-/// A clock and its sleep: the wall's, or one that a test moves.
+/// A clock and its sleep: the wall clock, or a clock for tests.
 pub trait WallClock: Send {
-    /// Time since some fixed instant.
+    /// Returns the time since some fixed instant.
     fn now(&self) -> Duration;
-    /// Waits about so long.
+    /// Sleeps for approximately this time.
     fn sleep(&self, time: Duration);
 }
 
@@ -26,7 +26,7 @@ pub trait WallClock: Send {
 pub struct SystemClock(Instant);
 
 impl SystemClock {
-    /// From now on.
+    /// Creates a clock that starts now.
     #[allow(clippy::disallowed_methods)] // When a step is taken, never what it computes.
     pub fn start() -> SystemClock {
         SystemClock(Instant::now())
@@ -42,20 +42,20 @@ impl WallClock for SystemClock {
     }
 }
 
-/// Classes of lateness: from a microsecond up, eight to a doubling.
+/// Number of classes of lateness: logarithmic from a microsecond, eight per factor of two.
 const CLASSES: usize = 320;
 const EACH_DOUBLING: f64 = 8.0;
 
-/// How late the ticks of a paced run were.
+/// Lateness of the ticks of a paced run.
 #[derive(Clone, Debug)]
 pub struct Lateness {
-    /// Ticks that were paced.
+    /// Number of paced ticks.
     pub ticks: u64,
-    /// Of these, those whose work was not done when they were due.
+    /// Number of ticks whose preceding work was not done when they were due.
     pub overruns: u64,
-    /// The greatest delay of an overrun.
+    /// Largest delay of an overrun.
     pub overrun_worst: Duration,
-    /// The greatest delay of any tick.
+    /// Largest delay of any tick.
     pub worst: Duration,
     classes: [u64; CLASSES],
 }
@@ -80,7 +80,7 @@ impl Lateness {
         self.classes[class.min(CLASSES - 1)] += 1;
     }
 
-    /// The lateness (s) that this part of the ticks, from 0 to 1, do not exceed: at most 9 % too much, and no less than 1 µs.
+    /// Returns the lateness (s) that this fraction of the ticks, from 0 to 1, does not exceed. It is at most 9 % too large, and at least 1 µs.
     pub fn within(&self, part: f64) -> f64 {
         let wanted = (part * self.ticks as f64).ceil() as u64;
         let mut seen = 0;
@@ -95,24 +95,24 @@ impl Lateness {
     }
 }
 
-/// What a summary says of a paced run. Times in s.
+/// Report of a paced run in the summary. Times in s.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Realtime {
-    /// Simulated over wall time as asked for.
+    /// Requested ratio of simulated time to wall time.
     pub factor: f64,
-    /// Ticks that were paced.
+    /// Number of paced ticks.
     pub ticks: u64,
-    /// Ticks that were late because the work before them took too long.
+    /// Number of ticks that were late because the work before them took too long.
     pub overruns: u64,
-    /// The greatest delay of these.
+    /// Largest delay of these.
     pub overrun_worst: f64,
-    /// The greatest delay of any tick.
+    /// Largest delay of any tick.
     pub late_worst: f64,
     /// The delay that 99 % of the ticks do not exceed.
     pub late_99: f64,
 }
 
-/// Holds a run back to a multiple of real time.
+/// Limits a run to a multiple of real time.
 pub struct Pace {
     clock: Box<dyn WallClock>,
     factor: f64,
@@ -122,13 +122,13 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// From now on, at simulated time `begin` (s): `factor` simulated seconds in a second of the clock.
+    /// Starts pacing now, at simulated time `begin` (s): `factor` simulated seconds per second of the clock.
     pub fn new(clock: Box<dyn WallClock>, begin: f64, factor: f64) -> Pace {
         let start = clock.now();
         Pace { clock, factor, start, begin, late: Lateness::default() }
     }
 
-    /// From now on again, at simulated time `begin` (s), because the run stood still; what was counted stays.
+    /// Restarts pacing now, at simulated time `begin` (s), after the run was paused. The statistics are kept.
     pub fn again(&mut self, begin: f64) {
         (self.start, self.begin) = (self.clock.now(), begin);
     }
@@ -136,11 +136,11 @@ impl Pace {
     /// Sleeps until the tick of simulated time `t` (s) is due, or until the run is to stop.
     pub fn wait(&mut self, t: f64, stop: &Stop) {
         let due = (t - self.begin) / self.factor;
-        // Nothing came before the first.
+        // There is no tick before the first.
         if !(due > 0.0) {
             return;
         }
-        // A time that no clock reaches is waited for until the run is to stop.
+        // If the due time is beyond the range of the clock, wait until the run stops.
         let due = self.start + Duration::try_from_secs_f64(due).unwrap_or(Duration::MAX / 4);
         let mut overrun = true;
         loop {
@@ -158,12 +158,12 @@ impl Pace {
         }
     }
 
-    /// How late ticks were.
+    /// Returns the lateness of the ticks.
     pub fn lateness(&self) -> &Lateness {
         &self.late
     }
 
-    /// What a summary says.
+    /// Returns the report for the summary.
     pub fn report(&self) -> Realtime {
         let Lateness { ticks, overruns, overrun_worst, worst, .. } = self.late;
         Realtime {

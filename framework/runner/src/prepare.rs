@@ -1,22 +1,22 @@
-//! What is looked up before a run: nothing is written before all of it is right.
+//! Resolution of names before a run: no file is written before all names are correct.
 use crate::metrics::Metrics;
 use linkwork_assembly::{AroundForm, LogRule, Settings, Text, match_patterns};
 use linkwork_runtime::{Around, Condition, Fault, Plan, Rule};
 
-/// What a simulation's file names, found in the plan.
+/// The names in a simulation's file, resolved in the plan.
 pub struct Prepared {
-    /// What to log.
+    /// Rules of the log.
     pub groups: Vec<Rule>,
     /// Metrics.
     pub metrics: Metrics,
-    /// The condition that stops the run, by its place among those that it watches.
+    /// Index of the condition that stops the run, among the watched conditions.
     pub stop_when: Option<u32>,
 }
 
-/// Looks up the patterns and variables that the file names.
+/// Resolves the patterns and variables in the file.
 ///
 /// # Errors
-/// Every name that is not there, and every unit that does not fit.
+/// All names that do not exist, and all units of another quantity.
 pub fn prepare(plan: &Plan, file: &Settings) -> Result<Prepared, Vec<Fault>> {
     let mut faults: Vec<Fault> = Vec::new();
     let groups = log_rules(plan, &file.log).unwrap_or_else(|mut f| {
@@ -27,16 +27,16 @@ pub fn prepare(plan: &Plan, file: &Settings) -> Result<Prepared, Vec<Fault>> {
         faults.append(&mut f);
         Metrics::default()
     });
-    // It was read when the program was compiled.
+    // The condition was parsed when the program was compiled.
     let stop_when = file.stop_when.as_ref().map(|_| 0);
     if faults.is_empty() { Ok(Prepared { groups, metrics, stop_when }) } else { Err(faults) }
 }
 
-/// The variables and conditions of each rule of a log; a rule without a rate takes every step.
+/// Returns the variables and conditions of each rule of a log. A rule without a rate samples every step.
 ///
 /// # Errors
-/// Patterns that match nothing, conditions that cannot be read or never change, rows that would take too much memory
-/// while they wait for an event: all of them.
+/// All of: patterns without a match, conditions with syntax errors, constant conditions, rules that would need too much memory for samples before an
+/// event.
 pub fn log_rules(plan: &Plan, rules: &[LogRule]) -> Result<Vec<Rule>, Vec<Fault>> {
     let names: Vec<&str> = plan.variables.keys().map(String::as_str).collect();
     let (mut found, mut faults) = (Vec::new(), Vec::new());
@@ -66,7 +66,7 @@ fn around(plan: &Plan, form: &AroundForm) -> Result<Around, Fault> {
     Ok(Around { when, before: form.before, after: form.after })
 }
 
-/// A condition over the variables of a plan; one in which nothing ever changes is refused.
+/// Returns a condition over the variables of a plan; a condition that never changes is an error.
 pub(crate) fn condition(plan: &Plan, text: &Text, of: &str) -> Result<Condition, Fault> {
     let fault =
         |fact: String, help: &str| Fault::new(text.origin, format!("{of}: {fact}")).help(help);

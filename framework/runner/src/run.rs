@@ -1,4 +1,4 @@
-//! The time loop, and what is due at a tick: calls, rows, checkpoints, the end.
+//! The time loop, and what is due at a tick: calls, samples, checkpoints, the end.
 use crate::metrics::Metrics;
 use crate::pace::{Pace, Realtime, SystemClock, WallClock};
 use crate::saves::{Extra, Saves};
@@ -10,20 +10,20 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Asks a run to stop at its next tick; may be set from a signal handler or another thread.
+/// Requests that a run stops at its next tick. It may be set from a signal handler or another thread.
 #[derive(Clone, Debug, Default)]
 pub struct Stop(Arc<AtomicBool>);
 
 impl Stop {
-    /// The run is to stop. True when it was asked before.
+    /// Requests the stop. Returns true if it was already requested.
     pub fn set(&self) -> bool {
         self.0.swap(true, Ordering::SeqCst)
     }
-    /// The flag itself, for a simulation that looks at it between two rows.
+    /// Returns the flag, for a simulation that checks it between two ticks.
     fn flag(&self) -> Arc<AtomicBool> {
         self.0.clone()
     }
-    /// Whether the run is to stop.
+    /// Returns whether the stop was requested.
     pub fn is_set(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
@@ -34,22 +34,21 @@ impl Stop {
 pub struct Goal {
     /// At the first tick at or after this time.
     pub until: Option<Seconds>,
-    /// After so many steps.
+    /// After this number of steps.
     pub steps: Option<u64>,
-    /// After this number of rows and events. Each event of a part or phase counts.
+    /// After this number of ticks and events. Each event of a part or phase counts.
     pub events: Option<u64>,
-    /// At the instant from which this condition holds, by its place among those that the run watches.
+    /// When this condition becomes true, by its index among the watched conditions.
     pub stop_when: Option<u32>,
 }
 
-/// What a program takes in passing, in the thread of the run.
+/// A program's callback, in the thread of the run.
 pub trait Watch: Send {
-    /// The state after the work of a tick, before the rows of the recorders. Called once for a tick,
-    /// and again for the tick at which a run goes on after a pause or a change; and at the instant between ticks at which
-    /// `stop_when` ends the run.
+    /// Called with the state after the work of a tick, before the samples of the recorders: once per tick, again for the tick at which a run
+    /// continues after a pause or a change, and at the instant between ticks at which `stop_when` ends the run.
     fn tick(&mut self, sim: &Simulation);
 
-    /// What a checkpoint of this tick carries along, by name.
+    /// Returns additional content for a checkpoint of this tick, by name.
     ///
     /// # Errors
     /// A message: the checkpoint cannot be written.
@@ -58,57 +57,57 @@ pub trait Watch: Send {
     }
 }
 
-/// What a run owes to a recorder.
+/// Importance of a recorder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
-    /// A log: without it the run is not worth going on.
+    /// A log: if it fails, the run ends.
     Must,
-    /// A recording: it is waited for, and when it fails the run goes on without it.
+    /// A recording: the run waits for it, and continues without it if it fails.
     Should,
-    /// A viewer: it is hardly waited for, and when it fails the run goes on without it.
+    /// A viewer: the run hardly waits for it, and continues without it if it fails.
     May,
 }
 
-/// Why a run came to its end.
+/// Why a run ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Ended {
     /// The time given by `until`, or the number of steps.
     Goal,
     /// The condition given by `stop_when` holds.
     StopWhen,
-    /// It was asked to stop.
+    /// A stop was requested.
     Stopped,
-    /// The state left the numbers, in a step.
+    /// The state diverged in a step.
     Failed(RunError),
-    /// The state is no number from the start, or a service cannot answer until the end.
+    /// The state is not finite at the start, or a service does not cover the time to the end.
     Bad(RunError),
-    /// A recorder that the run needs has failed.
+    /// A recorder that the run needs failed.
     Recorder(String),
 }
 
-/// Why [`Runner::go`] came back.
+/// Why [`Runner::go`] returned.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pause {
-    /// The run is at its end.
+    /// The run has ended.
     Ended(Ended),
-    /// Calls are due, by the number that [`Runner::call`] gave: make them, then go on.
+    /// Calls are due, by the number that [`Runner::call`] returned. Make them, then continue.
     Calls(Vec<usize>),
-    /// The steps asked for are done.
+    /// The requested steps are done.
     Chunk,
 }
 
 /// How a recorder ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecorderEnd {
-    /// As given to [`Runner::add_recorder`].
+    /// Its name in [`Runner::add_recorder`].
     pub name: String,
-    /// What the run owed it.
+    /// Its importance.
     pub need: Need,
-    /// Rows that it did not take.
+    /// Number of samples that it lost.
     pub dropped: u64,
-    /// Its message, or nothing.
+    /// Its error message, if it failed.
     pub result: Result<(), String>,
-    /// Conditions of its rows that did not come to hold.
+    /// Conditions of its rules that never became true.
     pub unmet: Vec<String>,
 }
 
@@ -116,7 +115,7 @@ struct Feed {
     name: String,
     need: Need,
     recorder: Recorder,
-    /// Why it could not be flushed, which is why it ends.
+    /// Why it could not be flushed, and therefore ends.
     failed: Option<String>,
 }
 
@@ -129,8 +128,8 @@ impl Feed {
     }
 }
 
-/// What a checkpoint of the present tick carries along, by name: that of the watcher, and what recorders that the run cannot
-/// do without have to remember, under [`recorder_entry`].
+/// Returns additional content for a checkpoint of the present tick, by name: that of the watcher, and the state of the recorders that the run needs,
+/// under [`recorder_entry`].
 fn carried<W: Watch>(sim: &Simulation, watch: &W, feeds: &[Feed]) -> Result<Extra, String> {
     let mut extra = Extra::new();
     watch.carry(&mut extra)?;
@@ -143,21 +142,21 @@ fn carried<W: Watch>(sim: &Simulation, watch: &W, feeds: &[Feed]) -> Result<Extr
     Ok(extra)
 }
 
-/// The name under which a checkpoint carries the metrics.
+/// Name of the metrics in a checkpoint.
 const FIGURES: &str = "metrics";
 
-/// The name under which a checkpoint carries what a recorder has to remember, for [`Recorder::resume`].
+/// Returns the name of a recorder's state in a checkpoint, for [`Recorder::resume`].
 pub fn recorder_entry(name: &str) -> String {
     format!("recorder.{name}")
 }
 
-/// How long a viewer may take for its last rows.
+/// Longest time to wait for the last samples of a viewer.
 const LAST_ROWS: Duration = Duration::from_secs(3);
 
-/// A simulation under way.
+/// A running simulation.
 pub struct Runner<W> {
     sim: Simulation,
-    /// What the program takes in passing.
+    /// The program's callback.
     pub watch: W,
     feeds: Vec<Feed>,
     ended: Vec<RecorderEnd>,
@@ -165,13 +164,13 @@ pub struct Runner<W> {
     saves: Option<Saves>,
     pace: Option<Pace>,
     stop: Stop,
-    /// The tick that the watcher and the saves have seen, and the time after it (s).
+    /// The tick that the watcher and the checkpoints have processed, and the time after it (s).
     seen: Option<(u64, f64)>,
     checked: bool,
 }
 
 impl<W: Watch> Runner<W> {
-    /// From where the simulation stands.
+    /// Creates a run from the present state of the simulation.
     pub fn new(sim: Simulation, watch: W) -> Self {
         Runner {
             sim,
@@ -187,10 +186,10 @@ impl<W: Watch> Runner<W> {
         }
     }
 
-    /// Takes metrics from the present instant on; those that the checkpoint `begins` carries continue from where they stood.
+    /// Computes metrics from the present instant on. Metrics in the checkpoint `begins` continue from its state.
     ///
     /// # Errors
-    /// What of the checkpoint cannot be read; metrics then begin anew.
+    /// The part of the checkpoint that cannot be read; these metrics start again.
     pub fn metric(
         &mut self,
         mut metrics: Metrics,
@@ -202,45 +201,45 @@ impl<W: Watch> Runner<W> {
         restored
     }
 
-    /// The metrics, when there are any.
+    /// Returns the metrics, if there are any.
     pub fn metrics(&self) -> Option<&Metrics> {
         Metrics::of(&self.sim)
     }
 
-    /// The simulation.
+    /// Returns the simulation.
     pub fn sim(&self) -> &Simulation {
         &self.sim
     }
 
-    /// The simulation, to be changed between two calls of [`Runner::go`].
+    /// Returns the simulation for changes between two calls of [`Runner::go`].
     pub fn sim_mut(&mut self) -> &mut Simulation {
         self.checked = false;
         &mut self.sim
     }
 
-    /// Tells the recorders of a variable that was changed from outside at the present tick.
+    /// Informs the recorders of a variable that was changed from outside at the present tick.
     pub(crate) fn tell_taps(&mut self, path: &str, change: Change, value: f64) {
         for feed in &mut self.feeds {
             feed.recorder.set(&self.sim, path, change, value);
         }
     }
 
-    /// Transitions between phases since this was asked last: time (s), what, and what went over.
+    /// Returns the phase transitions since the last call: time (s), name, and what was transferred.
     pub fn new_moves(&mut self) -> Vec<(f64, String, linkwork_runtime::MoveReport)> {
         self.sim.take_moves()
     }
 
-    /// What parts and services told since this was asked last: time (s), and what.
+    /// Returns the notices of parts and services since the last call: time (s), and content.
     pub fn new_notices(&mut self) -> Vec<linkwork_runtime::Notice> {
         self.sim.take_notices()
     }
 
-    /// The watcher sees the present tick again: it has something new to take.
+    /// Lets the watcher process the present tick again, because it has new tasks.
     pub fn see_again(&mut self) {
         self.seen = None;
     }
 
-    /// What a checkpoint of the present tick carries along, by name.
+    /// Returns additional content for a checkpoint of the present tick, by name.
     ///
     /// # Errors
     /// A message: the checkpoint cannot be written.
@@ -248,71 +247,71 @@ impl<W: Watch> Runner<W> {
         carried(&self.sim, &self.watch, &self.feeds)
     }
 
-    /// Feeds a recorder from the present tick on.
+    /// Adds a recorder from the present tick on.
     pub fn add_recorder(&mut self, name: impl Into<String>, need: Need, recorder: Recorder) {
         self.feeds.push(Feed { name: name.into(), need, recorder, failed: None });
     }
 
-    /// Whether a recorder of this name is fed.
+    /// Returns whether a recorder with this name is active.
     pub fn has_tap(&self, name: &str) -> bool {
         self.feeds.iter().any(|f| f.name == name)
     }
 
-    /// Something that the program does at the first tick at or after each multiple of a period,
-    /// from the present tick on. Gives its number, counted from 0.
+    /// Adds a periodic call: it is due at the first tick at or after each multiple of a period, from the present tick on. Returns its number, counted
+    /// from 0.
     pub fn call(&mut self, period: Seconds) -> usize {
         self.calls.push(Schedule::from(self.sim.state().tick, self.sim.plan().base, period));
         self.calls.len() - 1
     }
 
-    /// Forgets all calls.
+    /// Removes all calls.
     pub fn clear_calls(&mut self) {
         self.calls.clear();
     }
 
-    /// Writes checkpoints.
+    /// Enables checkpoints.
     pub fn save_with(&mut self, saves: Saves) {
         self.saves = Some(saves);
     }
 
-    /// Where checkpoints go and how they fared.
+    /// Returns the settings and results of the checkpoints.
     pub fn saves(&self) -> Option<&Saves> {
         self.saves.as_ref()
     }
 
-    /// The checkpoints that could not be written since this was asked last.
+    /// Returns the errors of checkpoints since the last call.
     pub fn new_save_failures(&mut self) -> Vec<String> {
         self.saves.as_mut().map_or_else(Vec::new, |s| std::mem::take(&mut s.failures))
     }
 
-    /// Not faster than `factor` simulated seconds in a second of the wall clock, from now on.
+    /// Limits the run to `factor` simulated seconds per second of the wall clock, from now on.
     pub fn pace(&mut self, factor: f64) {
         self.pace_by(Box::new(SystemClock::start()), factor);
     }
 
-    /// The same by another clock.
+    /// Like [`Runner::pace`], with another clock.
     pub fn pace_by(&mut self, clock: Box<dyn WallClock>, factor: f64) {
         self.pace = Some(Pace::new(clock, self.sim.time(), factor));
     }
 
-    /// When it is paced: how that went so far.
+    /// Returns the report of the pacing so far, if the run is paced.
     pub fn realtime(&self) -> Option<Realtime> {
         self.pace.as_ref().map(Pace::report)
     }
 
-    /// When it is paced: from now on again, because the run stood still.
+    /// Restarts the pacing after a pause, if the run is paced.
     pub fn pace_again(&mut self) {
         if let Some(pace) = &mut self.pace {
             pace.again(self.sim.time());
         }
     }
 
-    /// Asks this run to stop.
+    /// Returns the stop flag of this run.
     pub fn stop(&self) -> Stop {
         self.stop.clone()
     }
 
-    /// Takes `steps` steps, or fewer when something comes in between.
+    /// Makes `steps` steps, or fewer if something else is due.
     pub fn go(&mut self, goal: &mut Goal, steps: u64) -> Pause {
         self.sim.interrupt_by(self.stop.flag());
         for _ in 0..steps {
@@ -335,7 +334,7 @@ impl<W: Watch> Runner<W> {
                         return self.at_tick(goal).unwrap_or(Pause::Ended(Ended::StopWhen));
                     }
                     Ok(_) if goal.events.is_some() => break,
-                    // Seen at the row that follows.
+                    // Processed at the tick that follows.
                     Ok(Step::Watched(_)) if !self.sim.at_row() => {}
                     Ok(_) => break,
                 }
@@ -346,7 +345,7 @@ impl<W: Watch> Runner<W> {
         Pause::Chunk
     }
 
-    /// What is due at the present tick.
+    /// Processes what is due at the present tick.
     #[inline]
     fn at_tick(&mut self, goal: &Goal) -> Option<Pause> {
         let tick = self.sim.state().tick;
@@ -366,7 +365,7 @@ impl<W: Watch> Runner<W> {
         if let Err(e) = self.rows() {
             return Some(Pause::Ended(Ended::Recorder(e)));
         }
-        // A step checks itself: this finds what is bad from the start.
+        // A step checks its result; this check finds errors in the initial state.
         if !self.checked {
             let whole = goal.until.filter(|_| goal.stop_when.is_none() && goal.steps.is_none());
             let lasts = whole.map_or(Ok(()), |until| self.sim.answers_until(until.seconds()));
@@ -406,7 +405,7 @@ impl<W: Watch> Runner<W> {
         self.stop.is_set().then_some(Ended::Stopped)
     }
 
-    /// Takes the rows that are due. A recorder that the run can do without is let go when it fails.
+    /// Takes the samples that are due. A recorder that the run does not need is removed if it fails.
     fn rows(&mut self) -> Result<(), String> {
         let mut k = 0;
         while let Some(feed) = self.feeds.get_mut(k) {
@@ -425,7 +424,7 @@ impl<W: Watch> Runner<W> {
         Ok(())
     }
 
-    /// Brings the rows so far to where a killed process leaves them.
+    /// Writes the samples so far to where they survive a killed process.
     fn flush(&mut self) -> Result<(), String> {
         let mut k = 0;
         while let Some(feed) = self.feeds.get_mut(k) {
@@ -444,9 +443,9 @@ impl<W: Watch> Runner<W> {
         Ok(())
     }
 
-    /// Writes a checkpoint of the present tick under this name, whatever the policy says.
+    /// Writes a checkpoint of the present tick with this name, independent of the policy.
     pub fn save(&mut self, name: &str) {
-        // The rows before it are on the disk before a checkpoint names its instant. A log that fails says so at its end.
+        // Earlier samples are written to the disk before a checkpoint refers to its instant. A log that fails reports it at its end.
         for feed in self.feeds.iter_mut().filter(|feed| feed.need == Need::Must) {
             feed.failed = feed.recorder.flush().err().or(feed.failed.take());
         }
@@ -455,23 +454,22 @@ impl<W: Watch> Runner<W> {
         }
     }
 
-    /// Writes the state that was kept last, as after a failed step: for a program that caught a panic in [`Runner::go`],
-    /// after which the present state is worth nothing.
+    /// Writes the last kept state, as after a failed step, for a program that caught a panic in [`Runner::go`]; the present state is then not usable.
     pub fn save_before_failure(&mut self) {
         if let Some(saves) = &mut self.saves {
             saves.before_failure();
         }
     }
 
-    /// Recorders that have ended since this was asked last, those that failed on the way.
+    /// Returns the recorders that have failed since the last call.
     pub fn ended_taps(&mut self) -> Vec<RecorderEnd> {
         std::mem::take(&mut self.ended)
     }
 
-    /// Finishes one recorder, if there is one of this name.
+    /// Finishes the recorder with this name, if there is one.
     ///
     /// # Errors
-    /// Its message.
+    /// The message of the recorder.
     pub fn finish_tap(&mut self, name: &str) -> Result<(), String> {
         match self.feeds.iter().position(|f| f.name == name) {
             Some(k) => self.feeds.remove(k).recorder.finish(),
@@ -479,7 +477,7 @@ impl<W: Watch> Runner<W> {
         }
     }
 
-    /// Finishes all recorders: logs are waited for, viewers for a few seconds.
+    /// Finishes all recorders: the run waits for logs, and for viewers up to a few seconds.
     pub fn finish_taps(&mut self) -> Vec<RecorderEnd> {
         for feed in self.feeds.drain(..) {
             let patient = feed.need != Need::May;

@@ -1,43 +1,43 @@
-//! Checkpoints of a run: when they are written, what they are called, what they carry along.
+//! Checkpoints of a run: when they are written, their names, their additional content.
 use linkwork_runtime::{Checkpoint, Place, Plan, Role, Schedule, Seconds, Simulation};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// What a checkpoint carries beside the state, by name.
+/// Additional content of a checkpoint, by name.
 pub type Extra = BTreeMap<String, Vec<u8>>;
 
-/// The policy, and how it fared.
+/// The policy and its results.
 pub struct Saves {
     folder: PathBuf,
     name: String,
     configuration: String,
     every: Option<Schedule>,
-    /// Of the periodic ones, how many stay.
+    /// Largest number of periodic checkpoints that are kept.
     most: Option<usize>,
-    /// The periodic ones that are there, in order.
+    /// The existing periodic checkpoints, in order.
     periodic: Vec<PathBuf>,
-    /// A state about a simulated second old, for when a step fails.
+    /// A state about one simulated second old, for the case that a step fails.
     last: Option<(Simulation, Extra)>,
     next_last: f64,
-    /// Why there is none.
+    /// Why there is no such state.
     unsaved: Option<String>,
     /// Files written, in order.
     pub written: Vec<PathBuf>,
-    /// What could not be written, the first few messages.
+    /// The first error messages of checkpoints that could not be written.
     pub(crate) failures: Vec<String>,
-    /// How many could not be written.
+    /// Number of checkpoints that could not be written.
     pub failed: u64,
 }
 
-/// Messages that are kept: a full disk would make one for each period.
+/// Largest number of kept messages, because a full disk would cause one per period.
 const MESSAGES: u64 = 3;
 
 /// Simulated time between two states that are kept in memory (s).
 const KEEP: f64 = 1.0;
 
 impl Saves {
-    /// Into a folder. `name` is the simulation's, `configuration` rebuilds it, `every` is the
-    /// period of checkpoints (none: only when something goes wrong).
+    /// Creates a policy for a folder. `name` is that of the simulation, `configuration` rebuilds it, `every` is the period of checkpoints (`None`:
+    /// only after a failure).
     pub fn new(
         sim: &Simulation,
         folder: PathBuf,
@@ -62,8 +62,8 @@ impl Saves {
         }
     }
 
-    /// Of the periodic checkpoints only the last `most` stay, at least one; an older one goes after a newer one is on
-    /// the disk. Others (interrupted, before a failure) are not counted, nor are those of earlier runs.
+    /// Keeps only the last `most` periodic checkpoints, at least one. An old one is removed after a new one is on the disk. Others (interrupted,
+    /// before a failure) and those of earlier runs are not counted.
     #[must_use]
     pub fn keep_last(mut self, most: usize) -> Saves {
         self.most = Some(most.max(1));
@@ -80,13 +80,13 @@ impl Saves {
         sim: &Simulation,
         carried: impl FnOnce() -> Result<Extra, String>,
     ) {
-        // Rows that are nearer than a nanosecond have all their digits.
+        // Ticks closer than a nanosecond need all digits in the name.
         let fine = sim.plan().base.seconds() < 1e-9;
         let time = if fine { format!("{}", sim.time()) } else { time_name(sim.time()) };
         let name = format!("checkpoint_{time}.lwck");
         self.write(sim, carried(), &name);
         let path = self.folder.join(&name);
-        // One that could not be written makes no older one go.
+        // A checkpoint that could not be written does not cause the removal of an older one.
         if self.written.last() != Some(&path) {
             return;
         }
@@ -95,7 +95,7 @@ impl Saves {
         while self.most.is_some_and(|most| self.periodic.len() > most) {
             let old = self.periodic.remove(0);
             self.written.retain(|w| *w != old);
-            // Somebody may have moved it away.
+            // The file may have been moved by the user.
             if let Err(e) = std::fs::remove_file(&old)
                 && e.kind() != std::io::ErrorKind::NotFound
             {
@@ -104,7 +104,7 @@ impl Saves {
         }
     }
 
-    /// Keeps the present state in memory, about once in a simulated second.
+    /// Keeps the present state in memory, about once per simulated second.
     #[inline]
     pub(crate) fn keep(
         &mut self,
@@ -123,7 +123,7 @@ impl Saves {
         }
     }
 
-    /// After a failed step: writes the state that was kept last.
+    /// Writes the last kept state after a failed step.
     pub(crate) fn before_failure(&mut self) {
         if let Some((sim, extra)) = self.last.take() {
             self.write(&sim, Ok(extra), "before_failure.lwck");
@@ -157,10 +157,10 @@ impl Saves {
     }
 }
 
-/// The name under which a checkpoint carries what built the program that wrote it.
+/// Name under which a checkpoint contains the build of the program that wrote it.
 pub const BUILT: &str = "built";
 
-/// What every checkpoint of a run carries: what built the program, the simulation's name, the names of the signals.
+/// Returns the content of every checkpoint of a run: the build of the program, the simulation's name, the names of the signals.
 fn fill(c: &mut Checkpoint, name: &str, plan: &Plan) -> Result<(), String> {
     c.extra.insert("name".into(), name.as_bytes().to_vec());
     c.extra.insert(BUILT.into(), crate::built().into_bytes());
@@ -169,7 +169,7 @@ fn fill(c: &mut Checkpoint, name: &str, plan: &Plan) -> Result<(), String> {
     Ok(())
 }
 
-/// Names of the signal lanes, for comparisons; a lane that only carries an input goes without.
+/// Returns the names of the signal slots, for comparisons; slots that only carry an input are omitted.
 pub fn signal_names(plan: &Plan) -> Vec<String> {
     let mut names = vec![String::new(); plan.sizes.sig];
     for (path, v) in &*plan.lanes {
@@ -180,7 +180,7 @@ pub fn signal_names(plan: &Plan) -> Vec<String> {
     names
 }
 
-/// A time (s) in the name of a file: `10`, `2.5`, `0.333333333`. Instants that are a nanosecond apart have different names.
+/// Formats a time (s) for a file name: `10`, `2.5`, `0.333333333`. Instants that differ by a nanosecond have different names.
 pub fn time_name(t: f64) -> String {
     let whole = format!("{t}");
     match whole.split_once('.') {

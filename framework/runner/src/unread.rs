@@ -1,10 +1,9 @@
-//! Parts that act on nothing and that nobody reads: a sensor that was put in and forgotten.
+//! Detection of parts that have no effect and that nobody reads, such as a forgotten sensor.
 use linkwork_assembly::{Loaded, MetricOf, matches};
 use linkwork_runtime::{Fault, PartSpec, Plan, PortSpec, Program};
 use std::collections::BTreeSet;
 
-/// A warning for each part of the first phase of which no output is wired, bound, logged, shown, watched or
-/// plotted in any phase.
+/// Returns a warning for each part of the first phase whose outputs are not wired, bound, logged, shown, watched or plotted in any phase.
 pub(crate) fn unread(loaded: &Loaded, program: &Program) -> Vec<Fault> {
     let file = &loaded.simulation;
     let plan = &program.phases[0].plan;
@@ -44,13 +43,13 @@ pub(crate) fn unread(loaded: &Loaded, program: &Program) -> Vec<Fault> {
         outputs.peek().is_some() && !seen.contains(p.path.as_str()) && p.path != file.mechanism
     });
     idle.map(|p| {
-        let fact = format!("nobody reads anything of `{}`", p.path);
-        Fault::new(p.origin, fact).help("wire, log or plot one of its outputs, or take it out")
+        let fact = format!("no output of `{}` is read", p.path);
+        Fault::new(p.origin, fact).help("wire, log or plot one of its outputs, or remove the part")
     })
     .collect()
 }
 
-/// Parts of which another part reads an output.
+/// Returns the parts with an output that another part reads.
 fn read(plan: &Plan) -> Vec<usize> {
     let mut lanes: BTreeSet<usize> = BTreeSet::new();
     let mut own = Vec::new();

@@ -1,4 +1,4 @@
-//! What the crate promises, seen from outside: one program, a module for each subject.
+//! Tests of the crate from outside: one program, with a module for each subject.
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
 mod pace;

@@ -1,4 +1,4 @@
-//! The loop: same bits in any pieces, the order of what is due at a tick, every way a run ends.
+//! The loop: equal bits with any number of interruptions, the order of events at a tick, every kind of end of a run.
 use linkwork_multibody::{BodySpec, Builder, Hinge};
 use linkwork_runner::*;
 use linkwork_runtime::*;
@@ -29,7 +29,7 @@ fn plan(seed: u64) -> Arc<Plan> {
     compile(&spec(seed), &catalogue, &Files::default()).unwrap().into()
 }
 
-/// A rate of the top.
+/// Returns the rate of the top.
 fn rate(plan: &Plan) -> String {
     let nq = plan.mechanism().unwrap().multibody.nq() as u32;
     let found =
@@ -37,7 +37,7 @@ fn rate(plan: &Plan) -> String {
     found.unwrap().0.clone()
 }
 
-/// A run that watches a condition.
+/// Creates a run with a stop condition.
 fn stopping(when: &str) -> Runner<Notes> {
     let of = "stop_when".to_string();
     let phase = PhaseSpec {
@@ -53,7 +53,7 @@ fn stopping(when: &str) -> Runner<Notes> {
     Runner::new(Simulation::of(Arc::new(program)), Notes(Diary::default()))
 }
 
-/// What happened, in order.
+/// The events, in order.
 type Diary = Arc<Mutex<Vec<String>>>;
 
 #[derive(Clone)]
@@ -112,7 +112,7 @@ fn to(num: u64, den: u64) -> Goal {
     Goal { until: Some(Seconds { num, den }), ..Goal::default() }
 }
 
-/// Runs to the end in pieces of so many steps; gives the calls that were due.
+/// Runs to the end in pieces of some steps; returns the calls that were due.
 fn drive(r: &mut Runner<Notes>, goal: &mut Goal, piece: u64) -> (Ended, Vec<f64>) {
     let mut calls = Vec::new();
     loop {
@@ -140,7 +140,7 @@ fn pieces_of_any_size_leave_no_trace() {
         let diary = notes.0.lock().unwrap().clone();
         let of = |what: &str| diary.iter().filter(|d| d.starts_with(what)).count();
         assert_eq!((of("tick"), of("row")), (1001, 51), "pieces of {piece}");
-        // Rows come in a thread of their own: only their own order is fixed.
+        // Rows come from another thread: only their own order is fixed.
         diaries.push(diary.into_iter().filter(|d| d.starts_with("tick")).collect::<Vec<_>>());
     }
     assert!(diaries.windows(2).all(|d| d[0] == d[1]));
@@ -159,13 +159,13 @@ fn a_checkpoint_comes_after_the_rows_of_its_tick_and_goes_on_to_the_same_bits() 
     let names = ["checkpoint_0.25", "checkpoint_0.5", "checkpoint_0.75", "checkpoint_1"];
     let paths = names.map(|n| folder.path().join(format!("{n}.lwck")));
     assert_eq!(r.saves().unwrap().written, paths);
-    // Each flush follows the row of its own tick, and the next row follows the flush.
+    // Each flush follows the row of its tick, and the next row follows the flush.
     let diary = notes.0.lock().unwrap().clone();
     let own: Vec<&String> = diary.iter().filter(|d| !d.starts_with("tick")).collect();
     let flushes: Vec<usize> = (0..own.len()).filter(|k| own[*k] == "flush").collect();
     let before: Vec<&str> = flushes.iter().map(|k| own[k - 1].as_str()).collect();
     assert_eq!(before, ["row 0.250", "row 0.500", "row 0.750", "row 1.000"]);
-    // What the watcher gives is carried along; a fresh simulation goes on.
+    // The result of the watcher is carried along; a fresh simulation continues.
     let c = Checkpoint::read(&paths[1]).unwrap();
     assert!(c.extra.contains_key("ticks") && c.extra["name"] == b"top");
     let mut again = Simulation::new(plan(1));
@@ -180,13 +180,13 @@ fn every_way_to_end() {
     let mut goal = Goal { steps: Some(5), ..Goal::default() };
     assert_eq!(r.go(&mut goal, 100), Pause::Ended(Ended::Goal));
     assert_eq!(r.sim().state().tick, 5);
-    // Between two rows, and at once where it holds already.
+    // Between two rows, and at once if it is already true.
     let mut r = stopping("time >= 3.25 ms");
     let mut goal = Goal { stop_when: Some(0), ..to(1, 1) };
     assert_eq!(r.go(&mut goal, 10), Pause::Ended(Ended::StopWhen));
     assert!((r.sim().time() - 3.25e-3).abs() < 2e-12, "{}", r.sim().time());
     assert_eq!(r.watch.0.lock().unwrap().last().unwrap(), "tick 0.003");
-    // It holds there: a run that continues from there has reached its end.
+    // It is true there: a run that continues from there has already ended.
     let at = r.sim().time();
     assert_eq!(r.go(&mut goal, 10), Pause::Ended(Ended::StopWhen));
     assert_eq!(r.sim().time(), at);
@@ -202,7 +202,7 @@ fn every_way_to_end() {
     assert!(!stop.set() && stop.set(), "the second time it was asked before");
     assert_eq!(r.go(&mut to(1000, 1), 10), Pause::Ended(Ended::Stopped));
     assert_eq!(r.sim().state().tick, 10);
-    // A step that fails leaves the state of a second before; a start that is bad says so.
+    // A failed step leaves the state of a second earlier; a bad start is reported.
     let folder = tempfile::tempdir().unwrap();
     let (mut r, _) = runner();
     r.save_with(Saves::new(r.sim(), folder.path().into(), "top", CONFIGURATION, None));
@@ -293,5 +293,5 @@ fn a_folder_is_for_one_run_and_its_own_checkpoints() {
     let file = room.path().join("file");
     std::fs::write(&file, b"").unwrap();
     let e = Folder::claim(&file.join("out"), &here, "").err().expect("a file is no folder");
-    assert!(e.to_string().contains("cannot be made"), "{e}");
+    assert!(e.to_string().contains("cannot be created"), "{e}");
 }

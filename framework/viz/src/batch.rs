@@ -1,9 +1,8 @@
-//! Rows as columns, in the order of time.
+//! Sends samples as columns, in the order of time.
 //!
-//! A stream that batches by entity writes seconds of one body before the first instant of the
-//! next, so that a recording that is still loading shows a machine torn apart. Here the poses of
-//! one instant stand side by side: all of them are rows of one entity, `transforms`, each naming
-//! the frame that it places. Forces and curves of the same stretch of time follow.
+//! A stream that batches by entity writes seconds of one body before the first instant of the next. A recording that is still loading would then show
+//! the parts of a machine at different times. Therefore all poses of one instant are rows of one entity, `transforms`, each with the name of the
+//! frame that it places. Forces and curves of the same interval follow.
 use crate::eye::Base;
 use crate::shapes::f3;
 use crate::stream::Wrap;
@@ -12,20 +11,20 @@ use re_sdk::log::TimeColumn;
 use re_sdk::{EntityPath, RecordingStream};
 use re_sdk_types::components::{Radius, TransformFrameId};
 
-/// The timeline of all that is shown: simulated time.
+/// The timeline of all data: simulated time.
 pub const TIMELINE: &str = "sim_time";
 
-/// Instants in a batch, when they come fast.
+/// Number of instants in a batch at high sample rates.
 pub const INSTANTS: usize = 64;
 
-/// Thickness of an arrow on the screen (points), whatever the size of the machine.
+/// Thickness of an arrow on the screen (points), independent of the size of the machine.
 const THICK: f32 = 2.0;
 
-/// Moving frames: their names, and their poses over a stretch of time.
+/// Moving frames: their names, and their poses over an interval of time.
 #[derive(Default)]
 pub struct Frames {
     names: Vec<TransformFrameId>,
-    /// In which frame each pose is.
+    /// The frame in which each pose is expressed.
     parents: Vec<TransformFrameId>,
     t: Vec<i64>,
     translations: Vec<[f32; 3]>,
@@ -33,7 +32,7 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// Of the entities that move, told in a base; the base itself, where it is not W, is the last.
+    /// Creates the frames of the moving entities, expressed in a base. The frame of the base itself, if it is not W, is the last.
     pub fn new(entities: impl Iterator<Item = EntityPath>, base: &Base) -> Frames {
         let mut names: Vec<TransformFrameId> =
             entities.map(|path| TransformFrameId::from_entity_path(&path)).collect();
@@ -45,7 +44,7 @@ impl Frames {
         Frames { names, parents, ..Frames::default() }
     }
 
-    /// Adds an instant (ns): where the base is, and a pose in W for each frame, in their order.
+    /// Adds an instant (ns): the pose of the base, and a pose in W for each frame, in their order.
     pub fn push(&mut self, t: i64, base: &Base, poses: impl Iterator<Item = Pose>) {
         for pose in poses {
             self.add(t, &base.pose(&pose));
@@ -63,7 +62,7 @@ impl Frames {
         self.rotations.push(re_sdk_types::datatypes::Quaternion::from_xyzw(q));
     }
 
-    /// Sends what has been gathered.
+    /// Sends the collected data.
     pub fn send(&mut self, rec: &RecordingStream) -> Result<(), Wrap> {
         if self.t.is_empty() {
             return Ok(());
@@ -80,18 +79,18 @@ impl Frames {
     }
 }
 
-/// An arrow over a stretch of time. Colour and thickness do not change.
+/// An arrow over an interval of time, with constant colour and thickness.
 pub struct Arrows {
     entity: EntityPath,
     t: Vec<i64>,
     origins: Vec<[f32; 3]>,
     vectors: Vec<[f32; 3]>,
-    /// Where it was pushed last, while it has a length.
+    /// Origin of the last sample while the arrow has a length.
     last: Option<[f32; 3]>,
 }
 
 impl Arrows {
-    /// Of an entity whose origin and vector are told in a base, wherever it stands in the tree.
+    /// Creates the arrow of an entity. Origin and vector are expressed in the base, wherever the entity is in the tree.
     pub fn open(
         rec: &RecordingStream,
         entity: EntityPath,
@@ -107,7 +106,7 @@ impl Arrows {
         Ok(Arrows { entity, t: Vec::new(), origins: Vec::new(), vectors: Vec::new(), last: None })
     }
 
-    /// Adds an instant (ns): its origin (m) and its vector in W, and where the base is.
+    /// Adds an instant (ns): origin (m) and vector in W, and the pose of the base.
     pub fn push(&mut self, t: i64, base: &Base, origin: &Vec3, vector: &Vec3) {
         self.add(t, f3(&base.point(origin)), f3(&base.vector(vector)));
     }
@@ -119,14 +118,14 @@ impl Arrows {
         self.last = (vector != [0.0; 3]).then_some(origin);
     }
 
-    /// From an instant (ns) on it has no length: a viewer goes on showing what it was told last.
+    /// Sets the length to zero from an instant (ns) on, because a viewer continues to show the last value.
     pub fn shorten(&mut self, t: i64) {
         if let Some(origin) = self.last {
             self.add(t, origin, [0.0; 3]);
         }
     }
 
-    /// Sends what has been gathered.
+    /// Sends the collected data.
     pub fn send(&mut self, rec: &RecordingStream) -> Result<(), Wrap> {
         if self.t.is_empty() {
             return Ok(());
@@ -140,7 +139,7 @@ impl Arrows {
     }
 }
 
-/// A curve over a stretch of time.
+/// A curve over an interval of time.
 pub struct Curve {
     entity: EntityPath,
     t: Vec<i64>,
@@ -148,7 +147,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Of an entity.
+    /// Creates the curve of an entity.
     pub fn new(entity: EntityPath) -> Curve {
         Curve { entity, t: Vec::new(), y: Vec::new() }
     }
@@ -159,7 +158,7 @@ impl Curve {
         self.y.push(y);
     }
 
-    /// Sends what has been gathered.
+    /// Sends the collected data.
     pub fn send(&mut self, rec: &RecordingStream) -> Result<(), Wrap> {
         if self.t.is_empty() {
             return Ok(());
@@ -172,7 +171,7 @@ impl Curve {
     }
 }
 
-/// Times in nanoseconds.
+/// Converts times in nanoseconds to a column.
 pub fn time(t: impl Iterator<Item = i64>) -> TimeColumn {
     TimeColumn::new_duration_nanos(TIMELINE, t)
 }

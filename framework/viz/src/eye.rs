@@ -1,8 +1,8 @@
-//! The frame in which what moves is told: at the followed body, its z up; W where none is followed.
+//! The frame in which moving objects are expressed: at the followed body, with its z axis up; W if no body is followed.
 //!
-//! A recording has single precision, whose steps are half a metre at the radius of the Earth. Differences from the followed body are
-//! taken here, in double precision; a viewer composes frames in double precision, so that what is beside that body has
-//! micrometres however far away the origin of W is. What does not move stands in W.
+//! A recording has single precision, with a resolution of half a metre at the radius of the Earth. Differences from the followed body are therefore
+//! computed here in double precision. The viewer composes frames in double precision, so objects near that body have a resolution of micrometres at
+//! any distance from the origin of W. Static objects are expressed in W.
 use linkwork_spatial::{Pose, Vec3};
 use re_sdk::EntityPath;
 use re_sdk_types::components::TransformFrameId;
@@ -10,17 +10,17 @@ use re_sdk_types::components::TransformFrameId;
 /// The entity of the frame at the followed body.
 pub const EYE: &str = "view/eye";
 
-/// The frame in which what moves is told.
+/// The frame in which moving objects are expressed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Base {
     /// W.
     World,
-    /// X_WE: at the followed body, as of the last instant.
+    /// Pose X_WE at the followed body, at the last instant.
     Eye(Pose),
 }
 
 impl Base {
-    /// Its entity.
+    /// Returns its entity.
     pub fn path(&self) -> EntityPath {
         match self {
             Base::World => EntityPath::root(),
@@ -28,12 +28,12 @@ impl Base {
         }
     }
 
-    /// Its name.
+    /// Returns its name.
     pub fn frame(&self) -> TransformFrameId {
         TransformFrameId::from_entity_path(&self.path())
     }
 
-    /// A pose in W, in it.
+    /// Converts a pose from W to this frame.
     pub fn pose(&self, pose: &Pose) -> Pose {
         match self {
             Base::World => *pose,
@@ -43,7 +43,7 @@ impl Base {
         }
     }
 
-    /// A point in W (m), in it. The difference is taken before it is turned: the followed body is at zero.
+    /// Converts a point (m) from W to this frame. The difference is computed before the rotation, so that the followed body is exactly at zero.
     pub fn point(&self, point: &Vec3) -> Vec3 {
         match self {
             Base::World => *point,
@@ -51,7 +51,7 @@ impl Base {
         }
     }
 
-    /// A vector along the axes of W, along its own.
+    /// Converts a vector from the axes of W to the axes of this frame.
     pub fn vector(&self, vector: &Vec3) -> Vec3 {
         match self {
             Base::World => *vector,

@@ -1,4 +1,4 @@
-//! The ground of a scene: terrains, with what parts show on them.
+//! The ground of a scene: terrains, and overlays that parts show on them.
 use crate::layers::{Bounds, Layers, News};
 use crate::pictures::Sent;
 use crate::shapes::entity;
@@ -9,34 +9,34 @@ use re_sdk_types::archetypes::LineStrips3D;
 use re_sdk_types::components::{Color, Radius};
 use std::collections::BTreeSet;
 
-/// So far from the followed body the ground is drawn at full resolution (m).
+/// Distance from the followed body within which the ground is drawn at full resolution (m).
 const NEAR: f64 = 4.0;
-/// Height of a way over the ground (m).
+/// Height of a planned path over the ground (m).
 const OVER: f64 = 0.06;
-/// Longest straight piece of a way: it follows the ground (m).
+/// Longest straight piece of a path, so that it follows the ground (m).
 const PIECE: f64 = 0.25;
 
-/// Terrains, and what is on them.
+/// Terrains and their overlays.
 #[derive(Default)]
 pub(crate) struct Ground {
     terrain: Vec<(EntityPath, Tiles)>,
     layers: Layers,
-    /// For each part that shows something on the ground: what it has told.
+    /// The latest overlay of each part that shows something on the ground.
     news: Vec<(String, OverlayNews)>,
-    /// Tiles whose shape, and whose colours, are to be drawn anew: terrain and tile.
+    /// Tiles whose shape, or whose colours, must be drawn again: terrain and tile.
     shapes: BTreeSet<(usize, usize)>,
     colors: BTreeSet<(usize, usize)>,
     ways: Vec<Sent>,
 }
 
-/// Paths of the parts of all phases that show something on the ground.
+/// Returns the paths of the parts, in all phases, that show something on the ground.
 pub(crate) fn overlays(program: &Program) -> Vec<String> {
     let all: BTreeSet<&str> = program.phases.iter().flat_map(|p| p.plan.overlays()).collect();
     all.into_iter().map(String::from).collect()
 }
 
 impl Ground {
-    /// Of these terrains, in the colour that each has at its middle height, with what these parts show on them.
+    /// Creates the ground of these terrains, each with its colour at the middle height, and the overlays of these parts.
     pub fn new(
         terrain: Vec<(EntityPath, Surface)>,
         middle: Option<[u8; 4]>,
@@ -49,7 +49,7 @@ impl Ground {
         Ground { terrain, news, ..Ground::default() }
     }
 
-    /// All of it, coarse.
+    /// Returns all tiles in coarse resolution.
     pub fn coarse(&self) -> Vec<Sent> {
         let of = |(path, tiles): &(EntityPath, Tiles)| -> Vec<Sent> {
             let sent = |(k, mesh)| -> Sent { (tile(path, k), Box::new(mesh)) };
@@ -58,7 +58,7 @@ impl Ground {
         self.terrain.iter().flat_map(of).collect()
     }
 
-    /// What comes into full resolution around x, y (m).
+    /// Returns the tiles around x, y (m) that change to full resolution.
     pub fn approach(&mut self, x: f64, y: f64) -> Vec<Sent> {
         let mut out: Vec<Sent> = Vec::new();
         for (path, tiles) in &mut self.terrain {
@@ -69,7 +69,7 @@ impl Ground {
         out
     }
 
-    /// Takes what is new in what the parts show.
+    /// Updates the overlays of the parts.
     pub fn show(&mut self, shown: &[Option<SharedOverlay>]) {
         for k in 0..self.news.len().min(shown.len()) {
             let Some(now) = &shown[k] else { continue };
@@ -83,7 +83,7 @@ impl Ground {
         }
     }
 
-    /// Takes a tile that a part shows.
+    /// Stores a tile that a part shows.
     pub fn lay(&mut self, part: &str, tile: OverlayTile) {
         let (bounds, wanted): (Bounds, &mut BTreeSet<_>) = match self.layers.take(part, tile) {
             News::Shape(bounds) => (bounds, &mut self.shapes),
@@ -94,7 +94,7 @@ impl Ground {
         }
     }
 
-    /// Takes the way that a part plans.
+    /// Stores the path that a part plans.
     pub fn way(&mut self, part: &str, corners: &[[f64; 2]]) {
         let mut points = Vec::new();
         for pair in corners.windows(2) {
@@ -114,13 +114,13 @@ impl Ground {
         self.ways.push((entity(&format!("ways/{part}")), Box::new(line)));
     }
 
-    /// Height of the ground as it is now (m).
+    /// Returns the present height of the ground (m).
     fn height(&self, x: f64, y: f64) -> f64 {
         let height = self.terrain.iter().find_map(|(_, tiles)| tiles.height(x, y));
         height.unwrap_or(0.0) + self.layers.change(x, y)
     }
 
-    /// What was changed since this was asked last.
+    /// Returns what has changed since the last call.
     pub fn changes(&mut self) -> Vec<Sent> {
         let mut out: Vec<Sent> = Vec::new();
         for (n, k) in std::mem::take(&mut self.shapes) {
@@ -140,20 +140,20 @@ impl Ground {
     }
 }
 
-/// So far under the ellipsoid, and so far around the origin of W, the sphere of the planet stays away (m): it is under the ground that
-/// is shown.
+/// Returns how far below the ellipsoid, and within which distance of the origin of W, the sphere of the planet is lowered (m), so that it stays below
+/// the ground that is shown.
 pub(crate) fn room<'a>(surfaces: impl Iterator<Item = &'a Surface>) -> (f64, f64) {
     surfaces.fold((0.0_f64, 0.0_f64), |(sink, clear), surface| {
         (sink.max(0.1 - f64::from(lowest(surface))), clear.max(farthest(surface)))
     })
 }
 
-/// Lowest height of a surface that has any (m).
+/// Returns the lowest height of a surface (m), if it has any data.
 fn lowest(surface: &Surface) -> f32 {
     surface.heights.iter().copied().filter(|h| h.is_finite()).fold(0.0, f32::min)
 }
 
-/// Distance of its farthest corner from the origin of W (m).
+/// Returns the distance of its farthest corner from the origin of W (m).
 fn farthest(surface: &Surface) -> f64 {
     let reach = |k: usize, n: usize| {
         let end = surface.origin[k] + surface.spacing[k] * (n.saturating_sub(1)) as f64;
@@ -162,7 +162,7 @@ fn farthest(surface: &Surface) -> f64 {
     reach(0, surface.nx).hypot(reach(1, surface.ny))
 }
 
-/// The entity of a tile.
+/// Returns the entity of a tile.
 fn tile(terrain: &EntityPath, k: usize) -> EntityPath {
     terrain.join(&format!("tile{k}").into())
 }

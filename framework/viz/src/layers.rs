@@ -1,42 +1,42 @@
-//! What parts lay on the ground: by how much it is higher or lower than the terrain says, and colours.
+//! Overlays of parts on the ground: height differences from the terrain, and colours.
 use linkwork_runtime::{OverlayTile, OverlayValues};
 use std::collections::BTreeMap;
 
-/// A tile by its place among those of its part.
+/// Index of a tile among those of its part.
 type Place = [i64; 2];
 
-/// Squares of all parts.
+/// The overlays of all parts.
 #[derive(Default)]
 pub struct Layers {
     parts: BTreeMap<String, Layer>,
 }
 
-/// Squares of a part, tile by tile.
+/// The overlay of a part, by tile.
 struct Layer {
     /// Edge of a square (m).
     cell: f64,
-    /// Squares of a tile along x and y.
+    /// Number of squares of a tile along x and y.
     size: [usize; 2],
-    /// Least x and y of the square 0, 0 (m).
+    /// Smallest x and y of the square 0, 0 (m).
     origin: [f64; 2],
     changes: BTreeMap<Place, Vec<f32>>,
     colors: BTreeMap<Place, Vec<[u8; 4]>>,
 }
 
-/// Least x and y, greatest x and y (m).
+/// Smallest x and y, largest x and y (m).
 pub type Bounds = [f64; 4];
 
-/// What of the ground is to be drawn anew.
+/// What must be drawn again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum News {
-    /// Its shape.
+    /// The shape of the ground.
     Shape(Bounds),
-    /// Its colours.
+    /// The colours of the ground.
     Colors(Bounds),
 }
 
 impl Layers {
-    /// Takes a tile in the place of an earlier one.
+    /// Stores a tile in place of an earlier one.
     pub fn take(&mut self, part: &str, tile: OverlayTile) -> News {
         let size = [tile.columns, tile.seen.len() / tile.columns];
         let cell = tile.cell;
@@ -54,7 +54,7 @@ impl Layers {
             *layer = new();
         }
         let place = [0, 1].map(|k| ((tile.corner[k] - layer.origin[k]) / along(k)).round() as i64);
-        // Between the middles of squares it is linear: what a square says reaches to those beside it.
+        // Heights are interpolated between the centres of squares, so a square also affects its neighbours.
         let [x, y] = tile.corner;
         let bounds = [x - cell, y - cell, x + along(0) + cell, y + along(1) + cell];
         match tile.seen {
@@ -69,29 +69,29 @@ impl Layers {
         }
     }
 
-    /// By how much the ground is higher at x, y (m).
+    /// Returns the height difference of the ground at x, y (m).
     pub fn change(&self, x: f64, y: f64) -> f64 {
         self.parts.values().map(|layer| layer.change(x, y)).sum()
     }
 
-    /// Whether the ground is changed somewhere between these bounds (m).
+    /// Returns whether the ground is changed anywhere within these bounds (m).
     pub fn changed(&self, bounds: Bounds) -> bool {
         self.parts.values().any(|layer| layer.changed(bounds))
     }
 
-    /// Edge of the smallest squares that change the ground (m).
+    /// Returns the edge of the smallest squares that change the height (m).
     pub fn pitch(&self) -> Option<f64> {
         let changing = self.parts.values().filter(|layer| !layer.changes.is_empty());
         changing.map(|layer| layer.cell).min_by(f64::total_cmp)
     }
 
-    /// Edge of the smallest squares with colours (m).
+    /// Returns the edge of the smallest squares with colours (m).
     pub fn grain(&self) -> Option<f64> {
         let colored = self.parts.values().filter(|layer| !layer.colors.is_empty());
         colored.map(|layer| layer.cell).min_by(f64::total_cmp)
     }
 
-    /// The colour at x, y (m) by which that of the ground is multiplied; white leaves it as it is.
+    /// Returns the colour by which the ground's colour is multiplied at x, y (m); white does not change it.
     pub fn tint(&self, x: f64, y: f64) -> [u8; 3] {
         let seen = self.parts.values().filter_map(|layer| layer.color(x, y)).find(|c| c[3] > 0);
         let Some([r, g, b, a]) = seen else { return [255; 3] };
@@ -101,7 +101,7 @@ impl Layers {
 }
 
 impl Layer {
-    /// The tile of a square, and its place there.
+    /// Returns the tile of a square, and its index there.
     fn split(&self, [i, j]: [i64; 2]) -> (Place, usize) {
         let [nx, ny] = self.size.map(|n| n as i64);
         ([i.div_euclid(nx), j.div_euclid(ny)], (j.rem_euclid(ny) * nx + i.rem_euclid(nx)) as usize)

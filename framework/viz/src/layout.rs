@@ -1,6 +1,6 @@
-//! The blueprint that opens with useful panels: the scene on the left, curves on the right.
+//! The blueprint of the viewer: the scene on the left, plots on the right.
 //!
-//! Written as blueprint archetypes with fixed ids: the SDK's builder has no way to set the eye.
+//! It is written as blueprint archetypes with fixed ids, because the SDK's builder cannot set the eye.
 use crate::scene::Scene;
 use linkwork_spatial::Vec3;
 use re_sdk::{EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
@@ -55,11 +55,11 @@ fn container(
     Ok(path)
 }
 
-/// Colour of the sky unless a scene says another.
+/// Default colour of the sky.
 const SKY: [u8; 4] = [22, 24, 30, 255];
 
-/// The 3D view, of the frame `origin`, at whose origin the eye looks, without the viewer's grid, which would cut through the
-/// ground or stand for one where there is none.
+/// Returns the 3D view of the frame `origin`, at whose origin the eye looks. It hides the viewer's grid, which would intersect the ground or look
+/// like ground where there is none.
 fn space(
     bp: &RecordingStream,
     scene: &Scene,
@@ -84,8 +84,8 @@ fn space(
     Ok(path)
 }
 
-/// Sends the blueprint of a scene: its 3D view from the frame `origin`, if there is anything in it, and a panel for each of the
-/// `cameras` and of the panels of curves.
+/// Sends the blueprint of a scene: the 3D view from the frame `origin`, if the scene is not empty, and a panel for each of the `cameras` and each
+/// panel of curves.
 pub fn send(
     rec: &RecordingStream,
     scene: &Scene,
@@ -114,7 +114,7 @@ pub fn send(
             format!("{path}/PlotLegend"),
             &PlotLegend::new().with_visible(panel.series.len() > 1),
         )?;
-        // The whole run: a viewer that follows would show the last half minute.
+        // Show the whole run: by default a viewer that follows the run would show only the last half minute.
         bp.log(format!("{path}/TimeAxis"), &TimeAxis::new().with_view_range(whole))?;
         plots.push(path);
     }
@@ -159,7 +159,7 @@ pub fn send(
     Ok(())
 }
 
-/// Entity path of a panel's curves.
+/// Returns the entity path of a panel's curves.
 pub fn plot_path(title: &str) -> String {
     let clean: String = title.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
     format!("/plots/{}", clean.trim_matches('_'))

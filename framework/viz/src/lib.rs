@@ -1,7 +1,7 @@
-//! The Rerun scene, stream and blueprint. Entity paths are the assembly paths.
+//! Scene, stream and blueprint for the Rerun viewer. Entity paths are the paths of the assembly.
 //!
-//! The viewer reads rows of a recorder; it never changes the run. Without the feature `viewer` only the
-//! description of the scene is left, and Rerun is not built.
+//! The viewer reads the samples of a recorder and never changes the run. Without the feature `viewer`, the crate contains only the description of the
+//! scene and does not build Rerun.
 #[cfg(feature = "viewer")]
 mod batch;
 #[cfg(feature = "viewer")]

@@ -1,4 +1,4 @@
-//! What the cameras of a simulation see: their images, and where they were taken.
+//! Images of the cameras of a simulation, and the poses from which they were taken.
 use crate::eye::Base;
 use crate::shapes::{entity, f3};
 use linkwork_render::{Image, Lens, Picture};
@@ -8,21 +8,21 @@ use re_sdk_types::archetypes::{self, Pinhole, Transform3D};
 use re_sdk_types::components::ViewCoordinates;
 use re_sdk_types::datatypes::Quaternion;
 
-/// An entity with what is sent of it.
+/// An entity and the data that are sent for it.
 pub(crate) type Sent = (EntityPath, Box<dyn AsComponents + Send>);
 
-/// Length of the pyramid that stands for a camera, m.
+/// Length of the pyramid that represents a camera, m.
 const PYRAMID: f32 = 0.3;
 
 /// A camera of the simulation.
 pub(crate) struct Eye {
     /// Path of its part.
     pub path: String,
-    /// The picture that was sent last.
+    /// Number of the last image that was sent.
     number: u64,
 }
 
-/// Paths of the cameras of all phases.
+/// Returns the paths of the cameras of all phases.
 pub(crate) fn cameras(program: &Program) -> Vec<String> {
     let mut all: Vec<String> = (program.phases.iter())
         .flat_map(|phase| phase.plan.fields_of(Picture::KIND).map(String::from))
@@ -32,23 +32,23 @@ pub(crate) fn cameras(program: &Program) -> Vec<String> {
     all
 }
 
-/// Where a camera's pictures are.
+/// Returns the entity of a camera's pose.
 pub(crate) fn place(path: &str) -> EntityPath {
     entity(&format!("cameras/{path}"))
 }
 
-/// Where its images are.
+/// Returns the entity of a camera's images.
 pub(crate) fn image(path: &str) -> EntityPath {
     place(path).join(&entity("image"))
 }
 
 impl Eye {
-    /// A camera at a path.
+    /// Creates a camera with this path.
     pub fn new(path: String) -> Self {
         Self { path, number: 0 }
     }
 
-    /// What is new in what it shows, told in a base: it goes with that until the next picture.
+    /// Returns the new image of a camera, with its pose expressed in a base. The pose moves with the base until the next image.
     pub fn look(&mut self, shown: &Shown, base: &Base) -> Vec<Sent> {
         let Some(Seen { data: picture, .. }) = shown.downcast_ref::<Seen<Picture>>() else {
             return Vec::new();
@@ -82,7 +82,7 @@ impl Eye {
     }
 }
 
-/// An image in 8 bits.
+/// Converts an image to 8 bits.
 fn shown_image(image: &Image) -> archetypes::Image {
     let bytes: Vec<u8> = image.data.iter().map(|v| (v >> (image.bits.max(8) - 8)) as u8).collect();
     let size = [image.width as u32, image.height as u32];

@@ -1,43 +1,43 @@
-//! The planet on which W is a site, a sphere through the origin of W; or a planet about the origin of W.
+//! Mesh of the planet: a sphere through the origin of W if W is a site, or a sphere about the origin of W.
 //! ```text
-//! p(s, a) = R sin θ (cos a, sin a, 0) − 2 R sin²(θ/2) ẑ      θ = s/R; s: way over the ground from the origin; ẑ: up there
+//! p(s, a) = R sin θ (cos a, sin a, 0) − 2 R sin²(θ/2) ẑ      θ = s/R; s: distance over the ground from the origin; ẑ: up there
 //! ```
-//! Rings of nodes grow with their distance, so that what is near is fine, and no difference of large numbers is
-//! taken: single precision has micrometres at the origin. A planet about the origin has rings at equal distances. The colouring is drawn by noise and means nothing.
+//! The spacing of the rings of nodes grows with their distance, so the mesh is fine near the origin. The formula avoids differences of large
+//! numbers, so single precision has a resolution of micrometres at the origin. A planet about the origin has equally spaced rings. The colours are random noise.
 use crate::scene::Planet;
 use crate::shapes::f3;
 use linkwork_spatial::{Quat, Vec3};
 use re_sdk_types::archetypes::Mesh3D;
 
-/// Nodes around a ring.
+/// Number of nodes around a ring.
 const SECTORS: u32 = 160;
-/// Rings between the origin and the antipode.
+/// Number of rings between the origin and the antipode.
 const RINGS: u32 = 180;
 /// Distance of the first ring from the origin (m).
 const FIRST: f64 = 5.0;
 
 impl Planet {
-    /// Up at a point of W.
+    /// Returns the up direction at a point of W.
     fn up(&self, p: &Vec3) -> Vec3 {
         (p - self.centre).try_normalize(1e-9).unwrap_or_else(Vec3::z)
     }
 
-    /// Turns z of W to what is up at `p`, by the shortest way.
+    /// Returns the shortest rotation from z of W to the up direction at `p`.
     pub fn level(&self, p: &Vec3) -> Quat {
         let flip = || Quat::from_scaled_axis(Vec3::x() * std::f64::consts::PI);
         Quat::rotation_between(&Vec3::z(), &self.up(p)).unwrap_or_else(flip)
     }
 
-    /// Whether the origin of W is on its ground.
+    /// Returns whether the origin of W is on the planet's ground.
     fn is_under_site(&self) -> bool {
         self.centre.norm() > 0.5 * self.radius
     }
 
-    /// The sphere, lowered by `sink` (m) within the distance `clear` (m) of the origin, where other ground is shown.
+    /// Returns the mesh of the sphere, lowered by `sink` (m) within the distance `clear` (m) of the origin, where other ground is shown.
     pub fn mesh(&self, sink: f64, clear: f64) -> Mesh3D {
         let (radius, site) = (self.radius, self.is_under_site());
         let level = self.level(&Vec3::zeros());
-        // What a point of the ground has above the middle of the rings, to the origin of W.
+        // Offset from the centre of the rings to the origin of W.
         let top = if site { Vec3::zeros() } else { self.centre + Vec3::z() * radius };
         let growth = (radius * std::f64::consts::PI / FIRST).powf(1.0 / f64::from(RINGS - 1));
         let (mut points, mut normals, mut colors) = (Vec::new(), Vec::new(), Vec::new());
@@ -48,7 +48,7 @@ impl Planet {
                 ring => radius * std::f64::consts::PI * f64::from(ring) / f64::from(RINGS),
             };
             let (sin, cos) = (way / radius).sin_cos();
-            // Between nodes of this ring and the next.
+            // Spacing between rings.
             let even = radius * std::f64::consts::PI / f64::from(RINGS);
             let apart = if site { (way * (growth - 1.0)).max(FIRST) } else { even };
             let down = sink * (2.0 - way / clear.max(1e-9)).clamp(0.0, 1.0);
@@ -77,11 +77,11 @@ impl Planet {
             .with_vertex_colors(colors)
     }
 
-    /// Patches of all sizes that nodes this far apart (m) can show.
+    /// Returns noise with patches of all sizes that nodes at this distance (m) can represent.
     fn shade(&self, p: &Vec3, apart: f64) -> [u8; 3] {
         let (mut sum, mut weights, mut size) = (0.0, 0.0, self.radius);
         while size > 2.0 * apart {
-            // What is nearly as small as the nodes counts most.
+            // Sizes close to the node distance have the largest weight.
             sum = 0.8 * sum + noise(&(p / size));
             weights = 0.8 * weights + 1.0;
             size *= 0.5;
@@ -91,7 +91,7 @@ impl Planet {
     }
 }
 
-/// Smooth noise from 0 to 1 over cells of size 1.
+/// Returns smooth noise from 0 to 1 over cells of size 1.
 fn noise(p: &Vec3) -> f64 {
     let corner = p.map(f64::floor);
     let f = (p - corner).map(|x| x * x * (3.0 - 2.0 * x));
@@ -106,7 +106,7 @@ fn noise(p: &Vec3) -> f64 {
     (0..8).map(cell).sum()
 }
 
-/// A number from 0 to 1 that belongs to a cell.
+/// Returns a pseudo-random number from 0 to 1 for a cell.
 fn hashed(cell: [i64; 3]) -> f64 {
     let mix = |h: u64, c: i64| {
         let h = (h ^ c.cast_unsigned()).wrapping_mul(0x9E37_79B9_7F4A_7C15);

@@ -1,7 +1,7 @@
-//! Draws what a log says, without a run: poses of bodies and values of variables at their own times.
+//! Draws a log without a run: poses of bodies and values of variables at their own times.
 //!
-//! The drawing is [`Viewer`]'s. A log has the poses of bodies and not the coordinates of the
-//! mechanism; the axes of a node follow from the pose of its body, where the body is rigid.
+//! [`Viewer`] does the drawing. A log contains the poses of bodies but not the coordinates of the mechanism, so the axes of a node are computed from
+//! the pose of its body, if the body is rigid.
 use crate::stream::VizError;
 use crate::viewer::{View, Viewer};
 use linkwork_runtime::OverlayTile;
@@ -9,46 +9,46 @@ use linkwork_spatial::Pose;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// A number, and the time (ns) at which it was told.
+/// A number, and the time (ns) of its sample.
 type Told = Option<(u64, f64)>;
 
-/// A value goes on for so long (ns) after it was told last, for lines and jets: a log does not say when a phase without
-/// their part begins.
+/// A value remains valid for this duration (ns) after its last sample, for lines and jets, because a log does not contain the start of a phase
+/// without their part.
 const HELD: u64 = 1_000_000_000;
 
-/// Draws into a recording what is told of each instant, in the order of time.
+/// Draws samples into a recording, in the order of time.
 pub struct Player {
     viewer: Viewer,
-    /// Place of each body among the entities.
+    /// Index of each body among the entities.
     bodies: BTreeMap<String, usize>,
-    /// For each node its body, among the entities, and X_BN.
+    /// For each node the index of its body among the entities, and X_BN.
     nodes: Vec<Option<(usize, Pose)>>,
     /// Poses of the entities at the present instant.
     poses: Vec<Option<Pose>>,
-    /// Columns of a variable: an arrow and a curve may show the same.
+    /// Columns of a variable; an arrow and a curve can use the same variable.
     columns: BTreeMap<String, Vec<usize>>,
     values: Vec<Told>,
     /// First column of each arrow.
     arrows: Vec<usize>,
-    /// Column of each curve, and when it was drawn last (ns).
+    /// Column of each curve, and the time of its last sample (ns).
     curves: Vec<(usize, Option<u64>)>,
-    /// The instant of `poses`, while its lines and jets are not drawn.
+    /// The instant of `poses` while its lines and jets are not drawn yet.
     posed: Option<u64>,
-    /// The present instant: arrows, lines and jets are drawn when it is whole, since its poses and values come in any order.
+    /// The present instant. Arrows, lines and jets are drawn when it is complete, because its poses and values arrive in any order.
     now: Option<u64>,
 }
 
-/// What of a scene cannot be drawn, or was never told.
+/// The objects of a scene that were not drawn.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct NotShown {
-    /// Variables of arrows and curves of which nothing was told.
+    /// Variables of arrows and curves without a sample.
     pub variables: Vec<String>,
-    /// Nodes on flexible bodies, or on other bodies in other phases: their axes stay at the origin.
+    /// Nodes on flexible bodies, or on different bodies in different phases. Their axes stay at the origin.
     pub nodes: Vec<String>,
 }
 
 impl Player {
-    /// Opens an `.rrd` file and writes the blueprint and what does not move.
+    /// Opens an `.rrd` file and writes the blueprint and the static objects.
     ///
     /// # Errors
     /// The file cannot be written, or a mesh file cannot be read.
@@ -69,8 +69,7 @@ impl Player {
         Ok(Player { viewer, bodies, nodes, poses, columns, values, arrows, curves, posed, now })
     }
 
-    /// Poses X_WB of bodies by name at a time (ns). A body that is not among them stays where it
-    /// was; one that the scene has not is passed over.
+    /// Adds poses X_WB of bodies by name at a time (ns). Other bodies keep their poses. Bodies that are not in the scene are ignored.
     ///
     /// # Errors
     /// The recording cannot be written.
@@ -86,20 +85,19 @@ impl Player {
         for (now, node) in nodes.iter_mut().zip(&self.nodes) {
             *now = node.and_then(|(body, pose)| Some(bodies[body]? * pose));
         }
-        // A log does not say its phase: shapes are those of the first.
+        // A log does not contain its phase; the shapes of the first phase are shown.
         self.viewer.enter(ns.cast_signed(), 0);
         self.viewer.poses(ns.cast_signed(), &self.poses);
         self.posed = Some(ns);
         Ok(())
     }
 
-    /// Whether the scene shows this variable.
+    /// Returns whether the scene shows this variable.
     pub fn shows(&self, variable: &str) -> bool {
         self.columns.contains_key(variable)
     }
 
-    /// The value of a variable (SI) at a time (ns). A curve gets every one; an arrow is drawn when all
-    /// of its six numbers are told of one time.
+    /// Adds the value of a variable (SI) at a time (ns). A curve shows every value; an arrow is drawn when all of its six numbers have the same time.
     ///
     /// # Errors
     /// The recording cannot be written.
@@ -118,7 +116,7 @@ impl Player {
         Ok(())
     }
 
-    /// What a camera saw at a time (ns): a PNG file.
+    /// Adds the image of a camera at a time (ns): a PNG file.
     ///
     /// # Errors
     /// The recording cannot be written.
@@ -128,7 +126,7 @@ impl Player {
         Ok(())
     }
 
-    /// What a part shows on a tile of the ground from a time (ns) on.
+    /// Adds the overlay of a part on a tile of the ground from a time (ns) on.
     ///
     /// # Errors
     /// The recording cannot be written.
@@ -138,7 +136,7 @@ impl Player {
         Ok(())
     }
 
-    /// The way that a part plans from a time (ns) on: x and y of its corners (m, W).
+    /// Adds the path that a part plans from a time (ns) on: x and y of its corners (m, W).
     ///
     /// # Errors
     /// The recording cannot be written.
@@ -148,7 +146,7 @@ impl Player {
         Ok(())
     }
 
-    /// What is told from now on is of another instant.
+    /// Begins another instant.
     fn at(&mut self, ns: u64) -> Result<(), VizError> {
         if let Some(before) = self.now.replace(ns).filter(|before| *before != ns) {
             self.whole(before);
@@ -157,7 +155,7 @@ impl Player {
         Ok(())
     }
 
-    /// All of an instant (ns) has been told.
+    /// Draws an instant (ns), which is complete.
     fn whole(&mut self, ns: u64) {
         for (k, first) in self.arrows.iter().enumerate() {
             let six = self.values[*first..*first + 6].iter().flatten();
@@ -170,7 +168,7 @@ impl Player {
         self.viewer.ground_changes(ns.cast_signed());
     }
 
-    /// Lines and jets of the instant whose poses were told last, by what was told of it and shortly before.
+    /// Draws the lines and jets of the last instant with poses, with values of this instant or shortly before.
     fn strands(&mut self) {
         let Some(ns) = self.posed.take() else { return };
         let values = &self.values;
@@ -181,7 +179,7 @@ impl Player {
         self.viewer.strands(ns.cast_signed(), &self.poses, &value);
     }
 
-    /// Ends the recording.
+    /// Completes the recording.
     ///
     /// # Errors
     /// The recording cannot be written.

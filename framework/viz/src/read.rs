@@ -1,4 +1,4 @@
-//! Reads a recording back as numbers over time, to compare it with another.
+//! Reads a recording back as numbers over time, to compare it with another recording.
 use crate::batch::TIMELINE;
 use crate::stream::{VizError, Wrap};
 use re_sdk::external::re_log_encoding::DecoderApp;
@@ -15,24 +15,25 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-/// Times (s) and values of one number that a recording shows.
+/// Times (s) and values of one number of a recording.
 pub type Shown = (Vec<f64>, Vec<f64>);
 
-/// Numbers of one component at one time up to which each is a series of its own; more of them, as of a mesh or a
-/// trail, are one number that changes when any of them does.
+/// Components with at most this number of values per time are separate series. Larger ones, such as a mesh or a trail, become one number that changes
+/// when any of the values changes.
 const LANES: usize = 8;
 
-/// All that a recording shows, by entity, component and number: `/plots/Angle/bob Scalars:scalars[0]`. Poses are
-/// named by the frame that they place, and are in that of their parent: `view/eye` where a body is followed. What never changes has the time 0. Colours and texts count as numbers.
+/// Reads all numbers of a recording, by entity, component and index, such as `/plots/Angle/bob Scalars:scalars[0]`. Poses are named by the frame that
+/// they place, and are expressed in the parent frame, which is `view/eye` if a body is followed. Static data have the time 0. Colours and texts are
+/// converted to numbers.
 ///
 /// # Errors
-/// The file cannot be read, is no recording, or is cut.
+/// The file cannot be read, is not a recording, or is truncated.
 pub fn read_recording(path: &Path) -> Result<BTreeMap<String, Shown>, VizError> {
     let name = path.display();
     let fault = |e: String| VizError(format!("`{name}`: {e}"));
-    // A pipe would be waited for.
+    // Opening a pipe would block.
     if !path.metadata().map_err(|e| fault(e.to_string()))?.is_file() {
-        return Err(fault("it is no file".into()));
+        return Err(fault("it is not a file".into()));
     }
     let file = BufReader::new(File::open(path).map_err(|e| fault(e.to_string()))?);
     let mut shown = BTreeMap::new();
@@ -46,7 +47,7 @@ pub fn read_recording(path: &Path) -> Result<BTreeMap<String, Shown>, VizError> 
         }
     }
     if shown.is_empty() {
-        return Err(fault("it holds nothing".into()));
+        return Err(fault("it is empty".into()));
     }
     Ok(shown)
 }
@@ -55,7 +56,7 @@ fn take(chunk: &Chunk, shown: &mut BTreeMap<String, Shown>) -> Result<(), Wrap> 
     let times: Option<Vec<f64>> = (chunk.timelines().get(&TIMELINE.into()))
         .map(|column| column.times().map(|t: TimeInt| t.as_i64() as f64 / 1e9).collect());
     let entity = chunk.entity_path().to_string();
-    // When and by what it was recorded.
+    // Reserved entities contain the date and the program of the recording.
     if chunk.entity_path().is_reserved() {
         return Ok(());
     }
@@ -84,7 +85,7 @@ fn take(chunk: &Chunk, shown: &mut BTreeMap<String, Shown>) -> Result<(), Wrap> 
     Ok(())
 }
 
-/// All numbers in an array, in order.
+/// Returns all numbers in an array, in order.
 fn flatten(array: &ArrayRef, out: &mut Vec<f64>) -> Result<(), Wrap> {
     let any = array.as_any();
     if let Some(list) = any.downcast_ref::<ListArray>() {
@@ -105,7 +106,7 @@ fn flatten(array: &ArrayRef, out: &mut Vec<f64>) -> Result<(), Wrap> {
     Ok(())
 }
 
-/// FNV-1a, its upper 52 bits as a whole number.
+/// FNV-1a hash; its upper 52 bits as an integer.
 fn fingerprint(bytes: impl Iterator<Item = u8>) -> f64 {
     let step = |h: u64, b: u8| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3);
     (bytes.fold(0xcbf2_9ce4_8422_2325, step) >> 12) as f64

@@ -1,17 +1,17 @@
-//! The forms of bodies and grounds as what Rerun draws; none of them changes in a run.
+//! Rerun archetypes of the shapes of bodies and grounds, which do not change during a run.
 use crate::scene::Shape;
 use crate::stream::Wrap;
 use linkwork_collision::{Seen, Shape as Geometry};
 use linkwork_spatial::{Pose, Vec3};
 use re_sdk::{EntityPath, RecordingStream};
 
-/// `Rover.Hardware.Wheels.Wheel1/wheel` → `/Rover/Hardware/Wheels/Wheel1/wheel`.
+/// Converts a path to an entity: `Rover.Hardware.Wheels.Wheel1/wheel` → `/Rover/Hardware/Wheels/Wheel1/wheel`.
 pub fn entity(path: &str) -> EntityPath {
     let parts: Vec<&str> = path.split(['.', '/']).filter(|p| !p.is_empty()).collect();
     EntityPath::from(parts.into_iter().map(re_sdk::EntityPathPart::from).collect::<Vec<_>>())
 }
 
-/// Where a shape stands in the tree of entities: below its body.
+/// Returns the entity of a shape, below that of its body.
 pub fn shape_path(shape: &Shape) -> EntityPath {
     entity(&shape.body).join(&entity(&format!("shapes/{}", shape.name)))
 }
@@ -28,12 +28,12 @@ fn transform(pose: &Pose) -> re_sdk_types::archetypes::Transform3D {
     re_sdk_types::archetypes::Transform3D::from_translation_rotation(f3(&pose.position), q)
 }
 
-/// When a shape is there.
+/// When a shape exists.
 #[derive(Clone, Copy, PartialEq)]
 pub enum When {
     /// Always.
     Always,
-    /// From the time on at which the recording is.
+    /// From the present time of the recording on.
     FromNow,
 }
 
@@ -92,7 +92,7 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
             )?;
         }
         Seen::File { .. } => {
-            // Files are read when a simulation is loaded; one that has changed since is not shown and does not end the run.
+            // Mesh files were checked when the simulation was loaded. A file that has changed since then is not shown and does not end the run.
             let Ok(Geometry::Mesh { vertices, triangles }) = linkwork_render::shape_of(&shape.form)
             else {
                 return Ok(());
@@ -134,7 +134,7 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
     Ok(())
 }
 
-/// Triangles, each with its own corners, so that edges are seen.
+/// Returns triangles with separate vertices, so that edges are visible.
 fn mesh(
     points: Vec<Vec3>,
     faces: Vec<[u32; 3]>,

@@ -1,8 +1,7 @@
-//! Lines between bodies, and jets: what spans the gap between what is drawn as bodies, from their poses and from values.
+//! Lines between bodies, and jets, drawn from poses and values.
 //!
-//! A line stands in the axes of the body at which it begins, so that far from the origin of W it keeps its digits. It is
-//! there where both of its ends are, and bright where what pulls it is above zero; a value that is not known is that of no
-//! line.
+//! A line is expressed in the axes of the body at which it begins, so that it keeps its precision far from the origin of W. It is visible while both
+//! of its ends exist, and bright while its pull variable is positive. An unknown value hides the line.
 use crate::batch::time;
 use crate::eye::Base;
 use crate::scene::{End, Scene};
@@ -13,25 +12,25 @@ use re_sdk::{EntityPath, RecordingStream};
 use re_sdk_types::archetypes::{Arrows3D, CoordinateFrame, LineStrips3D};
 use re_sdk_types::components::{Color, LineStrip3D, Radius, TransformFrameId};
 
-/// Opacity of a slack line, of that of a taut one.
+/// Opacity of a slack line relative to a taut one.
 const SLACK: f32 = 0.3;
 
-/// An end, looked up.
+/// An end point with resolved references.
 #[derive(Clone)]
 enum At {
-    /// Entity of the body, and the point on it; a body that nobody has is never there.
+    /// Index of the body's entity, and the point on it. A body that no phase has never exists.
     Body(Option<usize>, Vec3),
-    /// First of the three columns.
+    /// Index of the first of its three columns.
     Point(usize),
 }
 
-/// What a viewer knows of an instant.
+/// The data of an instant.
 pub struct Instant<'a> {
-    /// In which what moves is told.
+    /// The frame in which moving objects are expressed.
     pub base: Base,
-    /// Poses of the entities; `None`: not there.
+    /// Poses of the entities; `None`: the entity does not exist.
     pub poses: &'a [Option<Pose>],
-    /// Value of a column; NaN: not known.
+    /// Value of a column; NaN: unknown.
     pub value: &'a dyn Fn(usize) -> f64,
 }
 
@@ -47,13 +46,13 @@ impl At {
     }
 }
 
-/// A line over a stretch of time.
+/// A line over an interval of time.
 struct Line {
     entity: EntityPath,
-    /// Whose axes it is drawn in; those of what moves without one.
+    /// The body in whose axes it is drawn; without one, those of the base.
     base: Option<usize>,
     ends: [At; 2],
-    /// Column of what pulls.
+    /// Column of the pull variable.
     pull: Option<usize>,
     color: [u8; 4],
     shown: bool,
@@ -62,7 +61,7 @@ struct Line {
     colors: Vec<Color>,
 }
 
-/// A jet over a stretch of time.
+/// A jet over an interval of time.
 struct Plume {
     entity: EntityPath,
     body: Option<usize>,
@@ -75,7 +74,7 @@ struct Plume {
     vectors: Vec<[f32; 3]>,
 }
 
-/// Looked up, and not yet in a recording.
+/// Lines and jets with resolved references, before a recording is opened.
 #[derive(Clone, Default)]
 pub struct Places {
     lines: Vec<([At; 2], Option<usize>)>,
@@ -83,10 +82,10 @@ pub struct Places {
 }
 
 impl Places {
-    /// Finds the bodies; `column` gives a variable a column.
+    /// Resolves the bodies; `column` returns the column of a variable.
     ///
     /// # Errors
-    /// A variable is unknown.
+    /// A variable does not exist.
     pub fn new<E>(
         scene: &Scene,
         bodies: &[String],
@@ -129,7 +128,7 @@ fn color([r, g, b, a]: [u8; 4], part: f32) -> Color {
 }
 
 impl Strands {
-    /// Sends what does not change. `entities`: the bodies first; lines of no body are told in a base.
+    /// Sends the static data. `entities`: the bodies first. Lines between points in W are expressed in a base.
     pub fn open(
         rec: &RecordingStream,
         scene: &Scene,
@@ -207,7 +206,7 @@ impl Strands {
         }
     }
 
-    /// Sends what has been gathered.
+    /// Sends the collected data.
     pub fn send(&mut self, rec: &RecordingStream) -> Result<(), Wrap> {
         for line in self.lines.iter_mut().filter(|l| !l.t.is_empty()) {
             let columns = LineStrips3D::update_fields()

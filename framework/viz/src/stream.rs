@@ -1,4 +1,4 @@
-//! Where recorded messages go: a file whose errors are told, or a viewer that listens.
+//! Destinations of recordings: a file whose errors are reported, or a viewer that listens.
 use re_sdk::external::re_log_encoding::{Encoder, EncodingOptions};
 use re_sdk::log::{ChunkBatcherConfig, LogMsg};
 use re_sdk::{RecordingStream, RecordingStreamBuilder};
@@ -33,11 +33,11 @@ const LIVE: &str = "rerun+http://127.0.0.1:9876/proxy";
 fn builder(title: &str) -> Result<RecordingStreamBuilder, Wrap> {
     let name = format!("linkwork {title}");
     let id = re_sdk::external::re_log_types::ApplicationId::try_from(name)?;
-    // Batches are made by us, in time order; the SDK's own timer would cut them anywhere.
+    // Linkwork makes the batches, in the order of time; the SDK's own timer would split them anywhere.
     Ok(RecordingStreamBuilder::new(id).batcher_config(ChunkBatcherConfig::NEVER))
 }
 
-/// An `.rrd` file and the first error that writing it met.
+/// An `.rrd` file, and the first error that occurred when writing it.
 #[derive(Clone)]
 pub(crate) struct RrdFile(Arc<Mutex<Inner>>);
 
@@ -55,7 +55,7 @@ impl RrdFile {
         let options = EncodingOptions::PROTOBUF_COMPRESSED;
         let version = re_sdk::build_info().version;
         let mut encoder = Encoder::new_eager(version, options, BufWriter::new(file))?;
-        // An index at the end would be kept in memory until then, and grow with the run.
+        // Without the index at the end, which would be kept in memory and grow with the run.
         encoder.do_not_emit_footer();
         let file = RrdFile(Arc::new(Mutex::new(Inner { encoder, name, error: None })));
         let sink = file.clone();
@@ -80,7 +80,7 @@ impl RrdFile {
         });
     }
 
-    /// Brings everything to the file. The stream has been flushed before.
+    /// Writes all data to the file. The stream must be flushed before.
     pub fn flush(&self) -> Result<(), Wrap> {
         self.with(|i| {
             if i.error.is_none()
@@ -92,7 +92,7 @@ impl RrdFile {
         })
     }
 
-    /// Ends the file.
+    /// Completes the file.
     pub fn finish(&self) -> Result<(), Wrap> {
         self.with(|i| {
             if i.error.is_none()
@@ -105,10 +105,10 @@ impl RrdFile {
     }
 }
 
-/// The address of a viewer, checked.
+/// Checks the address of a viewer.
 pub(crate) fn address(url: Option<&str>) -> Result<re_sdk::external::re_uri::ProxyUri, Wrap> {
     let url = url.unwrap_or(LIVE);
-    url.parse().map_err(|e| Wrap(format!("`{url}` is no address of a viewer: {e}")))
+    url.parse().map_err(|e| Wrap(format!("`{url}` is not the address of a viewer: {e}")))
 }
 
 /// A stream to a viewer that listens.

@@ -1,63 +1,63 @@
-//! The ground as tiles: coarse everywhere, at full resolution where the machine goes, finer where it was changed.
+//! The ground as tiles: coarse everywhere, at full resolution near the machine, finer where it was changed.
 use crate::layers::{Bounds, Layers};
 use linkwork_runtime::Surface;
 use re_sdk_types::archetypes::Mesh3D;
 use re_sdk_types::components::{ImageBuffer, ImageFormat};
 
-/// Edge of a tile (m), and where parts show something on the ground: then tiles are sent again and again.
+/// Edge of a tile (m), without overlays and with overlays. Tiles with overlays are smaller because they are sent repeatedly.
 const TILE: [f64; 2] = [5.0, 2.5];
-/// Tiles along an edge of the map, if they have no more than so many nodes along theirs; and at most.
+/// Number of tiles along an edge of the map if they have at most `NODES` nodes along their edges, and largest number.
 const FEW: f64 = 16.0;
 const NODES: f64 = 128.0;
 const MOST: f64 = 60.0;
-/// Nodes of the coarse form along an edge of the map, about, at most.
+/// Approximate largest number of nodes of the coarse mesh along an edge of the map.
 const SEEN: usize = 720;
-/// Nodes of the coarse form are at least this far apart (m).
+/// Smallest distance of nodes of the coarse mesh (m).
 const COARSE: f64 = 0.5;
-/// Parts along a cell of the grid that was changed, at most.
+/// Largest number of subdivisions of a grid cell that was changed.
 const FINEST: f64 = 32.0;
-/// Points of a texture along its edge, at most.
+/// Largest number of pixels along the edge of a texture.
 const TEXELS: f64 = 256.0;
-/// By how much of a tile its texture reaches beyond it: at its own edge a texture goes on from its other end.
+/// Fraction of a tile by which its texture extends beyond the tile, because textures wrap around at their edges.
 const MARGIN: f64 = 1.0 / 16.0;
-/// How much darker pressed soil is, and how deep it is then (m).
+/// How much darker compressed soil is, and at which depth (m).
 const PRESSED: f32 = 0.2;
 const PRESSED_AT: f32 = 0.01;
 
 /// Tiles of a surface.
 pub struct Tiles {
     surface: Surface,
-    /// Nodes per tile along x and y.
+    /// Number of nodes per tile along x and y.
     per: [usize; 2],
-    /// Tiles along x and y.
+    /// Number of tiles along x and y.
     count: [usize; 2],
     fine: Vec<bool>,
     range: (f32, f32),
     stride: [usize; 2],
     colors: Colors,
-    /// Parts show something on it.
+    /// Whether it has overlays.
     draped: bool,
 }
 
-/// Colours of the ground where it is lowest and highest, red, green, blue.
+/// Colours of the ground at its lowest and highest points: red, green, blue.
 type Colors = [[f32; 3]; 2];
 
-/// Mars.
+/// The colours of Mars.
 const REDDISH: Colors = [[150.0, 92.0, 62.0], [214.0, 150.0, 108.0]];
 
-/// From the colour at the middle height.
+/// Computes the colours from that at the middle height.
 fn colors(middle: Option<[u8; 4]>) -> Colors {
     let Some([r, g, b, _]) = middle else { return REDDISH };
     [0.8, 1.2].map(|share| [r, g, b].map(|c| share * f32::from(c)))
 }
 
 impl Tiles {
-    /// Of a surface with at least 2 × 2 nodes, in the colour that it has at its middle height. `draped`: parts show something on it.
+    /// Creates the tiles of a surface with at least 2 × 2 nodes, in its colour at the middle height. `draped`: it has overlays.
     pub fn new(surface: Surface, middle: Option<[u8; 4]>, draped: bool) -> Option<Tiles> {
         if surface.nx < 2 || surface.ny < 2 {
             return None;
         }
-        // A viewer is slow with thousands of meshes: few tiles, while each has not too many nodes. Where tiles are sent again and again they stay small.
+        // Viewers are slow with thousands of meshes, so tiles are large, within the limit of nodes. Tiles that are sent repeatedly stay small.
         let cells = [surface.nx - 1, surface.ny - 1];
         let per = [0, 1].map(|k| {
             let all = cells[k] as f64;
@@ -81,14 +81,14 @@ impl Tiles {
         Some(Tiles { surface, per, count, fine, range, stride, colors, draped })
     }
 
-    /// All tiles in their coarse form.
+    /// Returns all tiles in coarse resolution.
     pub fn coarse(&self) -> Vec<(usize, Mesh3D)> {
         let none = Layers::default();
         let mesh = |k: usize| Some((k, self.mesh(k, self.stride, &none)?));
         (0..self.fine.len()).filter_map(mesh).collect()
     }
 
-    /// Tiles near a point that were not yet shown at full resolution.
+    /// Returns the tiles near a point that are not shown at full resolution yet.
     pub fn approach(
         &mut self,
         x: f64,
@@ -109,14 +109,14 @@ impl Tiles {
         v
     }
 
-    /// Tiles of which a part lies between these bounds (m).
+    /// Returns the tiles that overlap these bounds (m).
     pub fn between(&self, [x0, y0, x1, y1]: Bounds) -> Vec<usize> {
         let s = &self.surface;
         let range = |k: usize, a: f64, b: f64| {
             let tile = |v: f64| (v - s.origin[k]) / (s.spacing[k] * self.per[k] as f64);
             let (a, b) = (tile(a).floor(), tile(b).floor());
             let last = self.count[k] as f64 - 1.0;
-            // Written so that NaN is nowhere.
+            // Written so that NaN does not match any tile.
             let some = b >= 0.0 && a <= last;
             let ends = some.then(|| (a.max(0.0) as usize, b.min(last) as usize));
             ends.map_or(0..0, |(a, b)| a..b + 1)
@@ -126,13 +126,13 @@ impl Tiles {
         range(1, y0, y1).flat_map(row).collect()
     }
 
-    /// A tile at full resolution.
+    /// Returns a tile at full resolution.
     pub fn fine(&mut self, k: usize, layers: &Layers) -> Option<Mesh3D> {
         self.fine[k] = true;
         self.mesh(k, [1, 1], layers)
     }
 
-    /// Height (m) at x, y (m); `None` off the map and where there is no data.
+    /// Returns the height (m) at x, y (m); `None` outside the map and where there are no data.
     pub fn height(&self, x: f64, y: f64) -> Option<f64> {
         let s = &self.surface;
         let g = [(x - s.origin[0]) / s.spacing[0], (y - s.origin[1]) / s.spacing[1]];
@@ -144,13 +144,13 @@ impl Tiles {
         z.is_finite().then_some(z)
     }
 
-    /// Heights at the corners of a cell: least x and y, then greater x, then greater y, then both.
+    /// Returns the heights at the corners of a cell: smallest x and y, then larger x, then larger y, then both.
     fn cell(&self, [i, j]: [usize; 2]) -> [f32; 4] {
         let h = |i: usize, j: usize| self.surface.heights[j * self.surface.nx + i];
         [h(i, j), h(i + 1, j), h(i, j + 1), h(i + 1, j + 1)]
     }
 
-    /// ∂h/∂x and ∂h/∂y at a node.
+    /// Returns ∂h/∂x and ∂h/∂y at a node.
     fn slopes(&self, i: usize, j: usize) -> [f32; 2] {
         let s = &self.surface;
         let h = |i: usize, j: usize| s.heights[j * s.nx + i];
@@ -167,7 +167,7 @@ impl Tiles {
         [s.origin[0] + i * s.spacing[0], s.origin[1] + j * s.spacing[1]]
     }
 
-    /// Least x and y, greatest x and y of a tile (m).
+    /// Returns the smallest x and y and the largest x and y of a tile (m).
     fn bounds(&self, k: usize) -> Bounds {
         let end = |axis: usize, tile: usize| {
             let nodes = self.nodes(axis, tile, self.per[axis]);
@@ -178,7 +178,7 @@ impl Tiles {
         [x0, y0, x1, y1]
     }
 
-    /// The colours laid on a tile, as a picture that its mesh is multiplied by.
+    /// Returns the overlay colours of a tile, as a texture that multiplies the colours of its mesh.
     pub fn texture(&self, k: usize, layers: &Layers) -> Option<Mesh3D> {
         let grain = layers.grain()?;
         let [x0, y0, x1, y1] = framed(self.bounds(k));
@@ -232,8 +232,8 @@ impl Tiles {
         soup
     }
 
-    /// A cell of the grid as many small ones, with what changed it. At its edge it is as the cells beside it: where one of these is
-    /// drawn as a whole, nothing changed the edge.
+    /// Adds a changed grid cell, subdivided into small cells. Its edges match the neighbouring cells, because a neighbour that is drawn as a whole
+    /// has an unchanged edge.
     fn refine(&self, [i, j]: [usize; 2], layers: &Layers, soup: &mut Soup<'_>) {
         let pitch = layers.pitch().unwrap_or(f64::INFINITY);
         let count = |k: usize| (self.surface.spacing[k] / pitch).ceil().clamp(1.0, FINEST) as usize;
@@ -263,13 +263,13 @@ impl Tiles {
     }
 }
 
-/// What the texture of a tile covers.
+/// Returns the bounds of a tile's texture.
 fn framed([x0, y0, x1, y1]: Bounds) -> Bounds {
     let (x, y) = (MARGIN * (x1 - x0), MARGIN * (y1 - y0));
     [x0 - x, y0 - y, x1 + x, y1 + y]
 }
 
-/// Between the corners of a cell: u along x, v along y, 0 to 1.
+/// Interpolates between the corners of a cell: u along x, v along y, 0 to 1.
 fn bilinear([a, b, c, d]: [f64; 4], u: f64, v: f64) -> f64 {
     (1.0 - v) * ((1.0 - u) * a + u * b) + v * ((1.0 - u) * c + u * d)
 }
@@ -277,7 +277,7 @@ fn bilinear([a, b, c, d]: [f64; 4], u: f64, v: f64) -> f64 {
 /// Vertices and triangles of a tile.
 struct Soup<'a> {
     tiles: &'a Tiles,
-    /// What its texture covers.
+    /// Bounds of its texture.
     frame: Bounds,
     points: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
@@ -299,12 +299,12 @@ impl<'a> Soup<'a> {
         }
     }
 
-    /// A vertex of ground with slopes gx, gy that was changed by some height (m).
+    /// Adds a vertex of ground with gradient gx, gy whose height was changed by `change`.
     fn add(&mut self, [x, y]: [f64; 2], z: f32, [gx, gy]: [f32; 2], change: f32) {
         let n = (1.0 + gx * gx + gy * gy).sqrt();
         let normal = [-gx / n, -gy / n, 1.0 / n];
         let color = shade(&self.tiles.colors, z, self.tiles.range, normal);
-        // Soil that was pressed is darker.
+        // Compressed soil is darker.
         let dark = 1.0 - PRESSED * (-change / PRESSED_AT).clamp(0.0, 1.0);
         let [x0, y0, x1, y1] = self.frame;
         self.points.push([x as f32, y as f32, z]);
@@ -313,7 +313,7 @@ impl<'a> Soup<'a> {
         self.texcoords.push([((x - x0) / (x1 - x0)) as f32, ((y - y0) / (y1 - y0)) as f32]);
     }
 
-    /// Two triangles, of the vertex at their least x and y in rows of `w`.
+    /// Adds two triangles, from the vertex at their smallest x and y in rows of `w` vertices.
     fn square(&mut self, p: u32, w: u32) {
         self.triangles.push([p, p + 1, p + w + 1]);
         self.triangles.push([p, p + w + 1, p + w]);
@@ -331,7 +331,7 @@ impl<'a> Soup<'a> {
     }
 }
 
-/// Lighter where high, with a low sun from the north-west for relief.
+/// Returns a colour that is lighter at larger heights, shaded by a low sun from the north-west.
 fn shade([low, high]: &Colors, z: f32, range: (f32, f32), n: [f32; 3]) -> [u8; 3] {
     let t = ((z - range.0) / (range.1 - range.0).max(1e-3)).clamp(0.0, 1.0);
     let light = (0.62 * n[2] - 0.55 * n[0] + 0.55 * n[1]).clamp(0.0, 1.0) * 0.75 + 0.3;

@@ -1,28 +1,27 @@
-//! What is drawn beside a simulation and is none of its own: bodies and curves that somebody else tells.
+//! Additional bodies and curves from external data, which are drawn together with a simulation.
 //!
-//! A table of a flight has poses and numbers that no plan knows. They get entities and columns after those of the
-//! plans, so that a [`Player`](crate::Player) takes them by name like all others; a run never fills them.
+//! A table of a flight contains poses and numbers that no plan contains. They get entities and columns after those of the plans, so a
+//! [`Player`](crate::Player) finds them by name like all others. A run never fills them.
 use crate::layout::plot_path;
 use crate::scene::Panel;
 use crate::shapes::entity;
 use crate::viewer::View;
 use re_sdk::EntityPath;
 
-/// Bodies and curves beside those of a simulation.
+/// Bodies and curves in addition to those of a simulation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Told {
-    /// Names of the bodies, none of them a body of the simulation. Each leaves a trail; shapes on them are among
-    /// those of the scene.
+    /// Names of the bodies, which must differ from those of the simulation. Each has a trail. Shapes on them are among the shapes of the scene.
     pub bodies: Vec<String>,
-    /// Panels of curves: the variables of the series are names by which values are told.
+    /// Panels of curves. The variables of the series are the names of the external values.
     pub panels: Vec<Panel>,
 }
 
 impl View {
-    /// The view with bodies and curves beside it.
+    /// Returns the view with additional bodies and curves.
     #[must_use]
     pub fn with(mut self, told: &Told) -> View {
-        // Bodies stand before nodes.
+        // Bodies come before nodes.
         let first = self.bodies.len();
         for (k, name) in told.bodies.iter().enumerate() {
             self.entities.insert(first + k, entity(name));

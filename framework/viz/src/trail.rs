@@ -1,45 +1,44 @@
-//! Paths of bodies: fine near the last point, coarser the farther back, in the colours of the phases.
+//! Trails of bodies: fine near the last point, coarser with the distance from it, in the colours of the phases.
 //!
-//! Where a body is followed, what of a path is near its last point has a frame of its own, which stands still in W near
-//! that point: there the path keeps its digits, and what is told of it again and again hardly changes. What is farther back is
-//! told in W.
+//! If a body is followed, the near part of a trail has its own frame, which is at rest in W near the last point. There the trail keeps its precision,
+//! and data that are sent repeatedly hardly change. The rest of the trail is expressed in W.
 use crate::eye::Base;
 use crate::shapes::{entity, f3};
 use linkwork_spatial::{Pose, Vec3};
 use re_sdk::EntityPath;
 use re_sdk_types::archetypes::LineStrips3D;
 
-/// Points of a trail nearer than this are one (m).
+/// Points of a trail that are closer than this are merged (m).
 const NEAR: f64 = 0.05;
-/// Points of a trail, at most.
+/// Largest number of points of a trail.
 const POINTS: usize = 1000;
-/// So far from the last point the near part reaches, up to twice that, and so far from it the origin of its frame is at most (m):
-/// single precision has half a millimetre there.
+/// Length of the near part, which may grow to twice this length, and largest distance of its frame's origin from the last point (m). Single precision
+/// has a resolution of half a millimetre at this distance.
 const REACH: f64 = 16384.0;
 
-/// The path of a body.
+/// The trail of a body.
 pub struct Trail {
-    /// Among the entities.
+    /// Index of the body among the entities.
     pub body: usize,
-    /// Where the part near its last point is shown; all of it where nothing is followed.
+    /// Entity of the part near the last point, or of the whole trail if no body is followed.
     pub path: EntityPath,
-    /// Where the rest is shown, in W.
+    /// Entity of the rest, in W.
     far: EntityPath,
-    /// Somebody else tells it: it has one colour of its own.
+    /// The body is external, so the trail has its own colour.
     told: bool,
-    /// Origin of the frame of the near part in W (m); `None`: all of it is told in W.
+    /// Origin of the frame of the near part in W (m); `None`: the whole trail is expressed in W.
     origin: Option<Vec3>,
-    /// In W (m), with the phase of each.
+    /// Points in W (m), with the phase of each.
     points: Vec<(Vec3, u32)>,
-    /// The first of the near part, the last of the rest.
+    /// Index of the first point of the near part, which is also the last point of the rest.
     joint: usize,
-    /// The rest is another than it was at the point before.
+    /// Whether the last point changed the rest.
     far_is_new: bool,
-    /// Least distance of two points, over their distance from the last.
+    /// Smallest distance of two points, relative to their distance from the last point.
     spread: f64,
 }
 
-/// Colours of the phases, in their order, again and again.
+/// Returns the colour of a phase. The colours repeat.
 pub fn color(phase: u32) -> re_sdk_types::components::Color {
     let [r, g, b] = [
         [255, 230, 60],
@@ -54,7 +53,7 @@ pub fn color(phase: u32) -> re_sdk_types::components::Color {
     re_sdk_types::components::Color::from_rgb(r, g, b)
 }
 
-/// Colour of what somebody else tells: none of those of phases.
+/// Returns the colour of external bodies, which differs from those of the phases.
 pub fn told_color() -> re_sdk_types::components::Color {
     re_sdk_types::components::Color::from_rgb(255, 60, 200)
 }
@@ -64,8 +63,8 @@ fn apart(a: &Vec3, b: &Vec3) -> f64 {
 }
 
 impl Trail {
-    /// Of the entity `body`, whose name is given, without a point, where what moves is told in a base. `told`: by somebody else
-    /// than the simulation.
+    /// Creates an empty trail of the entity `body` with its name. `told`: the body is external. `base`: the frame in which moving objects are
+    /// expressed.
     pub fn new(body: usize, name: &str, told: bool, base: &Base) -> Trail {
         let [path, far] = ["trails", "trails_far"].map(|of| entity(&format!("{of}/{name}")));
         let origin = matches!(base, Base::Eye(_)).then(Vec3::zeros);
@@ -73,12 +72,12 @@ impl Trail {
         Trail { body, path, far, told, origin, points, joint, far_is_new, spread }
     }
 
-    /// The frame of its near part in W, if it has one.
+    /// Returns the pose in W of the frame of the near part, if it has one.
     pub fn frame(&self) -> Option<Pose> {
         self.origin.map(|p| Pose::translation(p.x, p.y, p.z))
     }
 
-    /// Adds a point that is far enough from the last; thins out when there are very many, what is far away first.
+    /// Adds a point if it is far enough from the last one. If there are too many points, distant parts are thinned out first.
     pub fn add(&mut self, p: &Vec3, phase: u32) -> bool {
         if self.points.last().is_some_and(|(last, _)| apart(last, p) < NEAR) {
             return false;
@@ -88,7 +87,7 @@ impl Trail {
             let mut kept: Vec<(Vec3, u32)> = Vec::new();
             for (k, point) in self.points.iter().enumerate().rev() {
                 let gap = kept.last().map_or(f64::INFINITY, |(next, _)| apart(next, &point.0));
-                // The beginning stays.
+                // The first point is kept.
                 if k == 0 || gap >= self.spread * apart(p, &point.0) {
                     kept.push(*point);
                 }
@@ -106,7 +105,7 @@ impl Trail {
             }
             let beyond =
                 |way: f64| self.points.iter().rposition(|(q, _)| apart(q, p) > way).unwrap_or(0);
-            // Moved by a whole stretch: the rest is not told again with every point.
+            // The joint moves by a whole `REACH`, so that the rest is not sent again with every point.
             let moves = thin || beyond(2.0 * REACH) > self.joint;
             let joint = if moves { beyond(REACH) } else { self.joint };
             self.far_is_new = moves && joint.max(self.joint) > 0;
@@ -115,26 +114,26 @@ impl Trail {
         true
     }
 
-    /// What the last point changed: the part near it, in its frame, and the rest.
+    /// Returns what the last point changed: the near part, in its frame, and the rest.
     pub fn changes(&self) -> Vec<(EntityPath, LineStrips3D)> {
         let near = self.strips(&self.points[self.joint..], &self.origin.unwrap_or_default());
         let mut changes = vec![(self.path.clone(), near)];
         if self.far_is_new {
-            // A single point is no line.
+            // A single point is not a line.
             let rest = if self.joint > 0 { &self.points[..=self.joint] } else { &[] };
             changes.push((self.far.clone(), self.strips(rest, &Vec3::zeros())));
         }
         changes
     }
 
-    /// One strip for each phase, in its colour, from an origin.
+    /// Returns one strip per phase, in its colour, relative to an origin.
     fn strips(&self, points: &[(Vec3, u32)], origin: &Vec3) -> LineStrips3D {
         let (mut strips, mut colors) = (Vec::new(), Vec::new());
         let mut first = 0;
         for k in 1..=points.len() {
             let phase = points[first].1;
             if points.get(k).is_none_or(|next| next.1 != phase) {
-                // To the first point of the next.
+                // Extend the strip to the first point of the next phase.
                 let end = (k + 1).min(points.len());
                 strips.push(
                     points[first..end].iter().map(|p| f3(&(p.0 - origin))).collect::<Vec<_>>(),

@@ -1,4 +1,4 @@
-//! A recorder's consumer that draws rows: into a file, or in a viewer that listens.
+//! A consumer of a recorder that draws samples into a file, or in a viewer that listens.
 use crate::batch::{Arrows, Curve, Frames, INSTANTS, TIMELINE};
 use crate::eye::{Base, EYE};
 use crate::ground::{self, Ground};
@@ -20,15 +20,15 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How old an instant may be before it is sent, in a file and live.
+/// Largest age of an instant before it is sent, to a file and to a live viewer.
 const FRESH: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(40)];
 
-/// The planet of a site.
+/// Entity of the planet.
 const PLANET: &str = "view/planet";
 
-/// Height of the name of the phase over the followed body (m).
+/// Height of the phase name over the followed body (m).
 const LABEL: f32 = 5.0;
-/// Colours of the curves of a panel, in turn.
+/// Colours of the curves of a panel. They repeat.
 const CURVES: [[u8; 3]; 10] = [
     [0, 114, 178],
     [230, 159, 0],
@@ -41,39 +41,39 @@ const CURVES: [[u8; 3]; 10] = [
     [190, 190, 190],
     [120, 94, 240],
 ];
-/// The group of what parts show on the ground, after that of the rows.
+/// Group of the overlays on the ground, after that of the samples.
 const OVERLAYS: u32 = 1;
 
-/// What of a plan is shown: everything is looked up, nothing is opened.
+/// The parts of a plan that are shown, with resolved references, before a recording is opened.
 pub struct View {
     pub(crate) scene: Scene,
-    /// Names of the phases; one is no name.
+    /// Names of the phases. They are shown only if there are several.
     names: Vec<String>,
-    /// For each phase: its mechanism, and which of its bodies and nodes the entities are.
+    /// For each phase: its mechanism, and the bodies and nodes of the entities.
     pub(crate) phases: Vec<Option<Phase>>,
-    /// First the bodies, then the nodes.
+    /// Entities: the bodies, then the nodes.
     pub(crate) entities: Vec<EntityPath>,
-    /// Among the entities.
+    /// Names of the bodies, which are the first entities.
     pub(crate) bodies: Vec<String>,
     pub(crate) nodes: Vec<String>,
-    /// Bodies that leave a trail, and whether somebody else tells it.
+    /// Bodies with a trail, and whether they are external.
     pub(crate) trails: Vec<(usize, bool)>,
     follow: Option<usize>,
-    /// Variables of the columns of a row.
+    /// Variables of the columns of a sample.
     pub(crate) columns: Vec<String>,
-    /// First column of the six of each arrow.
+    /// First of the six columns of each arrow.
     pub(crate) arrows: Vec<usize>,
     /// Lines and jets.
     strands: Places,
-    /// Entity, label, column, how it is shown.
+    /// Entity, label, column and displayed unit of each curve.
     pub(crate) curves: Vec<(EntityPath, String, usize, InUnit)>,
     terrain: Vec<(EntityPath, Surface)>,
-    /// Paths of the cameras, and of the parts that show something on the ground.
+    /// Paths of the cameras, and of the parts with overlays on the ground.
     cameras: Vec<String>,
     overlays: Vec<String>,
 }
 
-/// The mechanism of one phase, and the frames of the entities in it; `None`: it has no such body.
+/// The mechanism of one phase, and the frames of the entities in it; `None`: the phase does not have the body.
 pub(crate) struct Phase {
     tree: Arc<Tree>,
     ws: Workspace,
@@ -82,10 +82,10 @@ pub(crate) struct Phase {
 }
 
 impl View {
-    /// Looks up what a scene shows. The group is for [`Recorder::start`](linkwork_runtime::Recorder::start).
+    /// Resolves everything that a scene shows. The group is for [`Recorder::start`](linkwork_runtime::Recorder::start).
     ///
     /// # Errors
-    /// A variable is unknown.
+    /// A variable does not exist.
     pub fn new(
         program: &Program,
         scene: &Scene,
@@ -158,7 +158,7 @@ impl View {
         Ok((view, groups))
     }
 
-    /// The bodies and nodes of all phases, each once.
+    /// Returns the bodies and nodes of all phases, each once.
     fn look_up_bodies(&mut self, program: &Program) {
         let mechanisms = || program.phases.iter().filter_map(|p| p.plan.mechanism());
         for m in mechanisms() {
@@ -190,7 +190,7 @@ impl View {
         self.follow = self.scene.follow.as_ref().and_then(place);
     }
 
-    /// The body of each node, among the entities, and X_BN: of nodes that are fixed to one rigid body in all phases.
+    /// Returns the index of each node's body among the entities, and X_BN, for nodes that are fixed to the same rigid body in all phases.
     pub(crate) fn nodes_on_bodies(&self) -> Vec<Option<(usize, Pose)>> {
         let of_phase = |phase: &Phase, k: usize| {
             let multibody = phase.tree.multibody();
@@ -207,7 +207,7 @@ impl View {
         (0..self.nodes.len()).map(of_node).collect()
     }
 
-    /// Opens an `.rrd` file and writes the blueprint and what does not move.
+    /// Opens an `.rrd` file and writes the blueprint and the static objects.
     ///
     /// # Errors
     /// The file cannot be written, or a mesh file cannot be read.
@@ -219,12 +219,11 @@ impl View {
         Ok(viewer)
     }
 
-    /// A consumer that connects to a viewer in its own thread, at its first row
-    /// (`rerun+http://127.0.0.1:9876/proxy` unless an address is given): a viewer that does not
-    /// answer holds up nobody else.
+    /// Returns a consumer that connects to a viewer in its own thread at its first sample (default address: `rerun+http://127.0.0.1:9876/proxy`), so
+    /// a viewer that does not answer does not delay anything else.
     ///
     /// # Errors
-    /// The address is none.
+    /// The address is not valid.
     pub fn live(self, url: Option<&str>) -> Result<impl Consumer + 'static, VizError> {
         let uri = stream::address(url)?;
         let open = move || {
@@ -253,56 +252,56 @@ impl<F: FnOnce() -> Result<Viewer, Wrap> + Send> Consumer for Live<F> {
     }
 }
 
-/// Draws rows.
+/// Draws samples.
 pub struct Viewer {
     rec: RecordingStream,
     file: Option<RrdFile>,
     phases: Vec<Option<Phase>>,
-    /// The phase of the last row; its name is shown when there are several.
+    /// Phase of the last sample. Its name is shown if there are several phases.
     phase: Option<u32>,
     names: Vec<String>,
-    /// Shapes that are not there in all phases.
+    /// Shapes that do not exist in all phases.
     passing: Vec<Shape>,
-    /// Changes of phase that are not sent yet: time (ns), from, to.
+    /// Phase changes that are not sent yet: time (ns), from, to.
     entered: Vec<(i64, Option<u32>, u32)>,
-    /// Poses of the entities, as of the last row that had them.
+    /// Poses of the entities in the last sample that contained them.
     poses: Vec<Pose>,
     frames: Frames,
-    /// In which what moves is told.
+    /// The frame in which moving objects are expressed.
     base: Base,
     trails: Vec<Trail>,
-    /// First column of the six, scale.
+    /// First of the six columns, and scale.
     arrows: Vec<(Arrows, usize, f64)>,
     strands: Strands,
-    /// Column, how it is shown.
+    /// Column and displayed unit.
     curves: Vec<(Curve, usize, InUnit)>,
     ground: Ground,
-    /// Among the entities.
+    /// Index of the followed body among the entities.
     follow: Option<usize>,
     cameras: Vec<Eye>,
     planet: Option<Planet>,
     /// Nodes whose axes are drawn.
     pub(crate) node_names: Vec<String>,
-    /// What is seldom sent, and its times (ns): it comes after the poses of its stretch of time.
+    /// Data that are sent rarely, with their times (ns). They are sent after the poses of the same interval.
     seldom: Vec<(i64, EntityPath, Box<dyn AsComponents + Send>)>,
-    /// Instants that are not sent yet, and when the last were.
+    /// Number of instants that are not sent yet, and the time of the last ones.
     waiting: usize,
     sent: Instant,
     fresh: Duration,
 }
 
 impl Viewer {
-    /// Sends the blueprint and what does not move.
+    /// Sends the blueprint and the static objects.
     fn open(view: View, rec: RecordingStream, fresh: Duration) -> Result<Viewer, Wrap> {
         let scene = &view.scene;
-        // No stamps of the wall clock: a recording is of simulated time.
+        // No wall clock times: the recording is over simulated time.
         rec.set_log_time_enabled(false);
         rec.set_log_tick_enabled(false);
         rec.log_static("/", &re_sdk_types::archetypes::ViewCoordinates::RIGHT_HAND_Z_UP())?;
-        // The view is from a frame that goes with the followed body: the eye is where it was put, at whatever time
-        // the recording is opened.
+        // The view is relative to a frame that moves with the followed body, so the camera keeps its offset at any time at which the recording is
+        // opened.
         let base = view.follow.map_or(Base::World, |_| Base::Eye(Pose::identity()));
-        // A simulation without a machine and a world has nothing but curves to look at.
+        // A simulation without a machine and a world has only curves.
         let machine = !view.entities.is_empty() || !scene.shapes.is_empty();
         let world = !view.terrain.is_empty() || scene.planet.is_some() || !scene.markers.is_empty();
         let space = (machine || world).then(|| base.path());
@@ -341,7 +340,7 @@ impl Viewer {
         }
         let (sink, clear) = ground::room(view.terrain.iter().map(|(_, surface)| surface));
         let ground = Ground::new(view.terrain, scene.ground, view.overlays);
-        // After the first poses: a view that does not yet know its frame puts its eye elsewhere.
+        // After the first poses, because a view whose frame is not known yet places its camera elsewhere.
         let seldom = ground.coarse().into_iter().map(|(path, mesh)| (0, path, mesh)).collect();
         if !scene.markers.is_empty() {
             let points =
@@ -417,7 +416,7 @@ impl Viewer {
         self.passed()
     }
 
-    /// The phase of an instant (ns): when it is another, its shapes come and the others go. Whether it is another.
+    /// Sets the phase of an instant (ns). Returns whether it has changed; then the shapes of the new phase replace the others.
     pub(crate) fn enter(&mut self, t: i64, phase: u32) -> bool {
         let before = self.phase.replace(phase);
         if before != Some(phase) && !self.passing.is_empty() {
@@ -426,10 +425,10 @@ impl Viewer {
         before != Some(phase)
     }
 
-    /// Shapes of a phase instead of those of the one before.
+    /// Replaces the shapes of the previous phase by those of another.
     fn change(&self, t: i64, before: Option<u32>, phase: u32) -> Result<(), Wrap> {
-        // What goes leaves a nanosecond before: where a clearing and a new pose of one entity have the same time, the viewer keeps the
-        // clearing and draws the shape at the origin of its body.
+        // Shapes are removed one nanosecond earlier: if the removal and a new pose of an entity have the same time, the viewer keeps the removal and
+        // draws the shape at the origin of its body.
         self.rec.set_time(TIMELINE, TimeCell::from_duration_nanos(t - 1));
         let there = |s: &Shape, k: u32| s.phases.get(k as usize).is_none_or(|there| *there);
         let was = |s: &Shape| before.is_some_and(|k| there(s, k));
@@ -443,7 +442,7 @@ impl Viewer {
         Ok(())
     }
 
-    /// The name of the phase, over the followed body.
+    /// Shows the name of the phase over the followed body.
     fn name_phase(&mut self, t: i64, phase: u32) {
         if self.follow.is_none() {
             return;
@@ -457,7 +456,7 @@ impl Viewer {
         self.seldom.push((t, entity(&format!("{EYE}/phase")), Box::new(label)));
     }
 
-    /// Poses of the entities at an instant (ns); one that is not there stays where it was seen last.
+    /// Adds poses of the entities at an instant (ns). An entity that does not exist keeps its last pose.
     pub(crate) fn poses(&mut self, t: i64, now: &[Option<Pose>]) {
         for (pose, now) in self.poses.iter_mut().zip(now) {
             *pose = now.unwrap_or(*pose);
@@ -483,12 +482,12 @@ impl Viewer {
         }
     }
 
-    /// Lines and jets at an instant (ns); a value that is not known is NaN.
+    /// Adds lines and jets at an instant (ns); an unknown value is NaN.
     pub(crate) fn strands(&mut self, t: i64, poses: &[Option<Pose>], value: &dyn Fn(usize) -> f64) {
         self.strands.push(t, &strands::Instant { base: self.base, poses, value });
     }
 
-    /// An arrow at an instant (ns), from its six numbers. In a phase without it there is nothing to point at: it has no length.
+    /// Adds an arrow at an instant (ns), from its six numbers. In a phase in which they do not exist, its length is zero.
     pub(crate) fn arrow(&mut self, k: usize, t: i64, v: &[f64]) {
         let (arrow, _, scale) = &mut self.arrows[k];
         if v.iter().any(|v| v.is_nan()) {
@@ -498,30 +497,30 @@ impl Viewer {
         arrow.push(t, &self.base, &origin, &vector);
     }
 
-    /// A value of a curve at an instant (ns), in SI.
+    /// Adds a value of a curve at an instant (ns), in SI.
     pub(crate) fn curve(&mut self, k: usize, t: i64, value: f64) {
         let (curve, _, shown) = &mut self.curves[k];
         curve.push(t, shown.of(value));
     }
 
-    /// What a camera saw at an instant (ns): a PNG file.
+    /// Adds the image of a camera at an instant (ns): a PNG file.
     pub(crate) fn picture(&mut self, t: i64, camera: &str, png: Vec<u8>) {
         let image = re_sdk_types::archetypes::EncodedImage::from_file_contents(png);
         self.seldom.push((t, pictures::image(camera), Box::new(image)));
     }
 
-    /// What a part shows on the ground: tiles, and the way that it plans. They are drawn when the instant is whole.
+    /// Returns the ground, for overlays (tiles and planned paths). They are drawn when the instant is complete.
     pub(crate) fn ground(&mut self) -> &mut Ground {
         &mut self.ground
     }
 
-    /// What parts showed on the ground up to an instant (ns).
+    /// Adds the changes of the overlays on the ground up to an instant (ns).
     pub(crate) fn ground_changes(&mut self, t: i64) {
         let changes = self.ground.changes();
         self.seldom.extend(changes.into_iter().map(|(path, what)| (t, path, what)));
     }
 
-    /// An instant is whole: it is sent with others.
+    /// Ends an instant; it is sent together with others.
     pub(crate) fn passed(&mut self) -> Result<(), Wrap> {
         self.waiting += 1;
         if self.waiting >= INSTANTS || self.sent.elapsed() >= self.fresh {
@@ -530,7 +529,7 @@ impl Viewer {
         Ok(())
     }
 
-    /// Sends what has been gathered, poses first.
+    /// Sends the collected data, poses first.
     fn send(&mut self) -> Result<(), Wrap> {
         self.frames.send(&self.rec)?;
         for (arrow, ..) in &mut self.arrows {
@@ -566,7 +565,7 @@ impl Viewer {
     }
 }
 
-/// The wall clock: when rows are sent, never what they say.
+/// The wall clock determines when samples are sent, never their content.
 #[allow(clippy::disallowed_methods)]
 fn now() -> Instant {
     Instant::now()

@@ -1,5 +1,5 @@
-//! Recordings are written and read back: they change no bits, hold every instant whole and in the
-//! order of time, and show what a machine meets. A viewer that is silent holds nobody up.
+//! Recordings are written and read back: they do not change a run, contain every instant completely and in the order of time, and show contacts of a
+//! machine. A silent viewer does not block.
 #![cfg(feature = "viewer")]
 #![allow(clippy::unwrap_used)]
 use linkwork_collision::{Seen, Shape as Geometry};
@@ -119,7 +119,7 @@ fn room() -> tempfile::TempDir {
     tempfile::tempdir().unwrap()
 }
 
-/// Runs to the end with a recording; gives the hash.
+/// Runs to the end with a recording; returns the hash.
 fn recorded(plan: &Arc<Plan>, path: &Path) -> u64 {
     recorded_scene(plan, &scene(plan), path)
 }
@@ -138,7 +138,7 @@ fn recorded_scene(plan: &Arc<Plan>, scene: &Scene, path: &Path) -> u64 {
     sim.hash()
 }
 
-/// The chunks of the recording itself, as they stand in the file.
+/// Returns the chunks of the recording, in the order of the file.
 fn chunks(path: &Path) -> Vec<Chunk> {
     chunks_of(path, StoreKind::Recording)
 }
@@ -190,7 +190,7 @@ fn a_recording_changes_no_bits_and_holds_every_instant_whole() {
             let names: Vec<String> = names.map(|n| n[0].to_string()).collect();
             let places: Vec<[f32; 3]> = places.map(|p| p[0].0.0).collect();
             assert_eq!((names.len(), places.len()), (t.len(), t.len()));
-            // A chunk begins and ends with a whole instant.
+            // A chunk begins and ends with a complete instant.
             assert_eq!((names[0].as_str(), names[t.len() - 1].as_str()), (frames[0], frames[4]));
             latest = t[t.len() - 1];
             rows.extend(t.into_iter().zip(names).zip(places));
@@ -210,7 +210,7 @@ fn a_recording_changes_no_bits_and_holds_every_instant_whole() {
         kinematics(tree, &mut ws, &x[..mb.nq()], &x[mb.nq()..mb.nq() + mb.nv()]);
         let body = |n: &str| ws.body_pose(tree, mb.body(n).unwrap()).position;
         let tip = ws.node_pose(tree, mb.node("tip").unwrap()).position;
-        // The arm is followed: what moves is told from it, it itself in W. The trail's own frame stands still in W.
+        // The view follows the arm: moving objects are relative to it, and the arm itself is in W. The frame of the trail is at rest in W.
         let eye = body("Robot.arm");
         let wanted = [Vec3::zeros(), body("Robot.arm/weight") - eye, tip - eye, -eye, eye];
         for (((t, name), place), (frame, p)) in instant.iter().zip(frames.iter().zip(wanted)) {
@@ -221,7 +221,7 @@ fn a_recording_changes_no_bits_and_holds_every_instant_whole() {
     }
 }
 
-/// A viewer goes on showing what it was told last: an arrow of what a phase has not is made short once.
+/// A viewer keeps showing the last value: an arrow that a phase does not have is shortened once.
 #[test]
 fn an_arrow_ends_where_its_numbers_do() {
     let (plan, folder) = (plan(), room());
@@ -269,7 +269,7 @@ fn what_a_machine_meets_is_shown() {
         let found = seen.get(shape).unwrap_or_else(|| panic!("`{shape}` is not shown: {seen:#?}"));
         assert!(found.contains(what), "`{shape}` has no `{what}`: {found:?}");
     }
-    // A hull is its outside: six faces of a cube, two triangles each, with corners of their own.
+    // A hull is its surface: six faces of a cube, two triangles each, with separate corners.
     let positions = re_sdk_types::archetypes::Mesh3D::descriptor_vertex_positions().component;
     let corners: Vec<re_sdk_types::components::Position3D> = chunks(&path)
         .iter()
@@ -280,7 +280,7 @@ fn what_a_machine_meets_is_shown() {
     assert!(corners.iter().all(|c| [c.x(), c.y(), c.z()].iter().all(|v| v.abs() == 0.2)));
 }
 
-/// A grid is nothing that is simulated: without ground or planet the blueprint shows none, too.
+/// A grid is not part of the simulation: without ground or planet, the blueprint also has none.
 #[test]
 fn there_is_no_grid() {
     let (plan, folder) = (plan(), room());
@@ -297,7 +297,7 @@ fn there_is_no_grid() {
     assert_eq!(told, [false]);
 }
 
-/// A viewer that follows the end would show the last half minute of curves, and nothing of those that ended before.
+/// A viewer that follows the end would show the last half minute of curves, and hide curves that ended before.
 #[test]
 fn curves_are_shown_from_beginning_to_end() {
     let (plan, folder) = (plan(), room());
@@ -331,7 +331,7 @@ fn a_recording_that_cannot_be_written_says_so() {
     assert!(e.expect("it is an address").to_string().contains("nonsense"));
 }
 
-/// A socket that takes the connection and never says a word.
+/// A socket that accepts the connection and never sends anything.
 #[test]
 fn a_silent_viewer_holds_nobody_up() {
     let plan = plan();
@@ -350,7 +350,7 @@ fn a_silent_viewer_holds_nobody_up() {
     assert!(ended.is_err(), "the silent viewer is said to have taken everything");
 }
 
-/// Curves alone fill the window: an empty room beside them would only ask what is missing.
+/// Curves alone fill the window: an empty room next to them would be useless.
 #[test]
 fn a_simulation_of_no_machine_has_no_room() {
     let folder = room();
@@ -376,7 +376,7 @@ fn a_simulation_of_no_machine_has_no_room() {
     assert_eq!(views(&empty, &scene, "marker.rrd").len(), 2);
 }
 
-/// Where a craft is at first, from the middle of the Earth (m), and another from there.
+/// Initial position of a craft from the centre of the Earth (m), and another position relative to it.
 const FAR: [f64; 3] = [4.1e6, -3.3e6, 3.6e6];
 const BESIDE: [f64; 3] = [0.02, -0.01, 0.02];
 const SPEED: [f64; 3] = [5600.0, 4100.0, -2600.0];
@@ -431,7 +431,7 @@ fn far_scene(follow: Option<&str>) -> Scene {
     }
 }
 
-/// Three numbers of a recording at all times, `first` of them before.
+/// Returns three numbers of a recording at all times, `first` of them before.
 fn points(shown: &BTreeMap<String, linkwork_viz::Shown>, what: &str, first: usize) -> Vec<Vec3> {
     let lane = |k: usize| {
         let name = format!("{what}[{}]", first + k);
@@ -440,7 +440,7 @@ fn points(shown: &BTreeMap<String, linkwork_viz::Shown>, what: &str, first: usiz
     (0..lane(0).len()).map(|k| Vec3::from([0, 1, 2].map(|i| lane(i)[k]))).collect()
 }
 
-/// Frame and parent of all poses of a recording, and the frames that entities are in.
+/// Returns frame and parent of all poses of a recording, and the frames of entities.
 fn frames_of(path: &Path) -> (BTreeSet<[String; 2]>, BTreeMap<String, String>) {
     use re_sdk_types::archetypes::{CoordinateFrame, Transform3D};
     let of = [Transform3D::descriptor_child_frame(), Transform3D::descriptor_parent_frame()];
@@ -459,7 +459,7 @@ fn frames_of(path: &Path) -> (BTreeSet<[String; 2]>, BTreeMap<String, String>) {
     (parents, entities)
 }
 
-/// What is told from the eye is where it is, to a micrometre, 6.4e6 m away from the origin of W.
+/// Positions relative to the eye are correct to a micrometre, 6.4e6 m away from the origin of W.
 fn beside_is_beside(path: &Path, instants: usize) {
     let shown = read_recording(path).unwrap();
     let turn = shown["tf#/view/eye Transform3D:quaternion[0]"].1.len();
@@ -489,7 +489,7 @@ fn beside_is_beside(path: &Path, instants: usize) {
     let frame = points(&shown, "tf#/trails/beside Transform3D:translation", 0);
     assert_eq!((ends.len(), frame.len()), (instants, instants));
     for (k, end) in ends.iter().enumerate() {
-        // Axes of the trail's frame are those of W.
+        // The axes of the trail's frame are parallel to W.
         let off = (turn(k) * frame[k] + end - Vec3::from(BESIDE)).norm();
         assert!(off < 2e-3, "the trail at instant {k} ends {off} m away from its body");
     }
@@ -502,7 +502,7 @@ fn beside_is_beside(path: &Path, instants: usize) {
     assert_eq!([&entities["/push"], &entities["/lines/line"]], [eye; 2]);
 }
 
-/// The last point of a trail, each time that it was told.
+/// Returns the last point of a trail, for each time that it was recorded.
 fn trail_ends(path: &Path) -> Vec<Vec3> {
     use re_sdk_types::components::LineStrip3D;
     let strips = re_sdk_types::archetypes::LineStrips3D::descriptor_strips().component;
@@ -522,7 +522,7 @@ fn far_from_the_origin_what_is_beside_the_followed_body_is_told_beside_it() {
     let path = folder.path().join("run.rrd");
     recorded_scene(&plan, &far_scene(Some("craft")), &path);
     beside_is_beside(&path, 301);
-    // Without a followed body all is told in W.
+    // Without a followed body, everything is in W.
     recorded_scene(&plan, &far_scene(None), &path);
     let (parents, entities) = frames_of(&path);
     let root = |child: &str| [child.to_string(), "tf#/".to_string()];
@@ -534,7 +534,7 @@ fn far_from_the_origin_what_is_beside_the_followed_body_is_told_beside_it() {
     }
 }
 
-/// A log tells values of an instant before its poses, or after them: an arrow is told from where the eye is then.
+/// A log contains values of an instant before or after its poses: an arrow is relative to the position of the eye at the same instant.
 #[test]
 fn a_recording_from_a_log_is_told_from_the_eye_of_its_instant() {
     let (plan, folder) = (far_plan(), room());

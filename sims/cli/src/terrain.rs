@@ -1,4 +1,4 @@
-//! `linkwork terrain`: maps of heights as files: shown, converted, resampled, made.
+//! `linkwork terrain`: shows, converts, resamples and creates height maps.
 use linkwork_assembly::{Failure, read_value};
 use linkwork_environment::generated_terrain::GeneratedParams;
 use linkwork_environment::map_file::{OpenMap, Resampled, Survey, hillshade, open_map, write_map};
@@ -33,54 +33,54 @@ fn command() -> Command {
         || file("from", "Map to read: .tif, .asc, .xyz, .png, .bmp, .lbl, .img, .xml, .tiles");
     let to = || file("to", "Map to write: .tif, .asc, .png, .tiles");
     let spacing = || {
-        let help = "Distance of nodes in m, X or X,Y, instead of what the file says; needed for pictures and maps in degrees";
+        let help = "Distance between nodes in m, X or X,Y, instead of the value in the file; required for images and maps in degrees";
         pair("spacing", "X,Y", help)
     };
-    let range = || pair("range", "LOW,HIGH", "Heights of black and white of a picture, in m");
+    let range = || pair("range", "LOW,HIGH", "Heights of black and white in an image, in m");
     let tile = || {
         Arg::new("tile")
             .long("tile")
             .value_name("CELLS")
             .value_parser(value_parser!(usize))
-            .help("Cells of a tile's edge in .tiles, 16 to 1024; 256 unless given")
+            .help("Cells along an edge of a tile in .tiles, 16 to 1024 (default: 256)")
     };
     let set = Arg::new("set").long("set").value_name("NAME=VALUE").action(ArgAction::Append);
     Command::new("terrain")
-        .about("Maps of heights as files: shown, converted, resampled, made")
+        .about("Show, convert, resample and create height maps")
         .subcommand_required(true)
         .arg_required_else_help(true)
         .subcommand(
             Command::new("show")
-                .about("Size, heights, a histogram and a picture of a map")
+                .about("Print the size, heights, a histogram and a picture of a map")
                 .args([from(), spacing(), range()])
                 .arg(
                     Arg::new("picture")
                         .long("picture")
                         .value_name("FILE")
                         .value_parser(value_parser!(PathBuf))
-                        .help("Also write the picture as a PNG"),
+                        .help("Also write the picture as a PNG file"),
                 ),
         )
         .subcommand(
             Command::new("convert")
-                .about("The same heights in another format, row by row: a GeoTIFF or tiles may be larger than memory")
+                .about("Convert a map to another format, row by row: a GeoTIFF or tiles may be larger than memory")
                 .args([from(), to(), spacing(), range(), tile()]),
         )
         .subcommand(
             Command::new("resample")
-                .about("The smooth surface of a map at other nodes; where they are farther apart, the mean around each")
+                .about("Interpolate a map at other nodes; if they are farther apart, each is the mean of its surroundings")
                 .args([from(), to(), spacing(), range(), tile()])
-                .arg(pair("to-spacing", "X,Y", "Distance of the new nodes in m, X or X,Y").required(true)),
+                .arg(pair("to-spacing", "X,Y", "Distance between the new nodes in m, X or X,Y").required(true)),
         )
         .subcommand(
             Command::new("crop")
-                .about("A part of a map, row by row")
+                .about("Cut out a part of a map, row by row")
                 .args([from(), to(), spacing(), range(), tile()])
-                .arg(pair("within", "X0,Y0,X1,Y1", "West, south, east and north limit in m, in the coordinates that `show` prints").required(true)),
+                .arg(pair("within", "X0,Y0,X1,Y1", "West, south, east and north limits in m, in the coordinates that `show` prints").required(true)),
         )
         .subcommand(
             Command::new("merge")
-                .about("Maps with common nodes as one map; where several have data, the last one counts")
+                .about("Combine maps with common nodes into one; where several have data, the last one is used")
                 .args([
                     Arg::new("maps")
                         .value_name("MAPS")
@@ -94,13 +94,13 @@ fn command() -> Command {
         )
         .subcommand(
             Command::new("make")
-                .about("Made ground, as environment.generated_terrain makes it, as a file")
+                .about("Write generated ground of environment.generated_terrain to a file")
                 .args([to(), tile()])
                 .arg(
                     Arg::new("params")
                         .value_name("PARAMS")
                         .value_parser(value_parser!(PathBuf))
-                        .help("File of parameters: { \"seed\": 3, \"size\": [50, 50] }"),
+                        .help("File with parameters: { \"seed\": 3, \"size\": [50, 50] }"),
                 )
                 .arg(set.help(
                     "Set a parameter (repeatable): seed=3, size=[50,50], spacing=\"5 cm\", \
@@ -114,13 +114,13 @@ fn fault(message: String, help: Option<String>) -> Failure {
     Failure { faults, sources: Default::default() }
 }
 
-/// An error with the parameter that it is about.
+/// Converts an error, with the name of its parameter.
 fn told(e: BuildError) -> Failure {
     let place = e.param.map_or(String::new(), |p| format!("`{p}`: "));
     fault(format!("{place}{}", e.message), e.help)
 }
 
-/// `X` or `X,Y`, as an option says it.
+/// Reads an option with the value `X` or `X,Y`.
 fn pair(options: &ArgMatches, name: &str) -> Result<Option<[f64; 2]>, Failure> {
     let Ok(Some(text)) = options.try_get_one::<String>(name) else { return Ok(None) };
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|w| w.trim().parse::<f64>()).collect();
@@ -132,7 +132,7 @@ fn pair(options: &ArgMatches, name: &str) -> Result<Option<[f64; 2]>, Failure> {
                 "write --{name} {}",
                 if name == "range" { "-10,25" } else { "0.5 or 0.5,0.25" }
             );
-            Err(fault(format!("`--{name} {text}` is no pair of numbers"), Some(help)))
+            Err(fault(format!("`--{name} {text}` is not a pair of numbers"), Some(help)))
         }
     }
 }
@@ -150,7 +150,7 @@ fn open(options: &ArgMatches) -> Result<OpenMap, Failure> {
         spacing: pair(options, "spacing")?,
         range: pair(options, "range")?.unwrap_or([0.0, 1.0]),
     };
-    // A parameter of a service is an option here.
+    // Help texts name the parameter of a service; here it is an option.
     open_map(path(options, "from"), &read).map_err(|e| {
         let help = e.help.map(|h| {
             h.replace("write `spacing: (0.1, 0.1)`", "write `--spacing 0.1`")
@@ -202,7 +202,7 @@ fn crop(options: &ArgMatches) -> Result<(), Failure> {
     let text = options.get_one::<String>("within").map_or("", String::as_str);
     let limits: Result<Vec<f64>, _> = text.split(',').map(|w| w.trim().parse::<f64>()).collect();
     let Ok(&[x0, y0, x1, y1]) = limits.as_deref() else {
-        let help = "write west, south, east and north limit: --within 0,0,100,50";
+        let help = "write the west, south, east and north limits: --within 0,0,100,50";
         return Err(fault(format!("`--within {text}` is not four numbers"), Some(help.into())));
     };
     let mut rows = Cropped::new(open(options)?, [x0, y0, x1, y1]).map_err(told)?;
@@ -218,7 +218,7 @@ fn merge(options: &ArgMatches) -> Result<(), Failure> {
     write(options, &mut rows)
 }
 
-/// What a text says in the notation of files, or the text itself when it is a word: `5 cm`.
+/// Reads a value in RON, or returns the text itself if it is a word: `5 cm`.
 fn value(name: &str, text: &str) -> Result<Located, Failure> {
     let written = text.trim_start().starts_with(['[', '(', '{', '"']);
     match read_value(name, text) {
@@ -238,14 +238,14 @@ fn make(options: &ArgMatches) -> Result<(), Failure> {
         let (read, from) = read_value(&name, &text)?;
         let Value::Map(entries) = read.value else {
             let help = "write { \"seed\": 3, \"size\": [50, 50] }";
-            return Err(fault(format!("`{name}` holds no parameters"), Some(help.into())));
+            return Err(fault(format!("`{name}` does not contain parameters"), Some(help.into())));
         };
         (map, sources) = (entries, from);
     }
     for set in options.get_many::<String>("set").into_iter().flatten() {
         let Some((name, text)) = set.split_once('=') else {
             let help = "write NAME=VALUE, for example --set seed=3";
-            return Err(fault(format!("`--set {set}` sets nothing"), Some(help.into())));
+            return Err(fault(format!("`--set {set}` lacks `=`"), Some(help.into())));
         };
         let name = name.trim().to_string();
         map.retain(|(known, _)| *known != name);
@@ -261,7 +261,7 @@ fn make(options: &ArgMatches) -> Result<(), Failure> {
     write(options, &mut made.field())
 }
 
-/// Most nodes along an edge of what is shown.
+/// Largest number of nodes along an edge of the overview.
 const SHOWN: usize = 1024;
 
 fn show(options: &ArgMatches) -> Result<(), Failure> {
@@ -300,7 +300,7 @@ fn show(options: &ArgMatches) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Share of the nodes of the overview in ten bands of heights.
+/// Prints the share of the nodes of the overview in each of ten height bands.
 fn histogram(survey: &Survey) {
     let [low, high] = survey.range.map(f64::from);
     let width = (high - low) / 10.0;
@@ -321,7 +321,7 @@ fn histogram(survey: &Survey) {
     }
 }
 
-/// By how much slopes are shown steeper than they are: gentle ground would look grey.
+/// Returns the factor that exaggerates slopes in the picture: without it, gentle ground would look grey.
 fn steeper(survey: &Survey) -> f64 {
     let s = &survey.overview;
     let (mut sum, mut count) = (0.0, 0.0);
@@ -335,14 +335,14 @@ fn steeper(survey: &Survey) -> f64 {
     if slope > 0.0 { (0.4 / slope).max(1.0) } else { 1.0 }
 }
 
-/// Characters from dark to bright.
+/// Characters, from dark to bright.
 const INK: [char; 10] = ['@', '%', '#', '*', '+', '=', '-', ':', '.', ' '];
 
-/// A picture of the map in the terminal, lit from the north-west; `?` where there is no data.
+/// Prints a picture of the map in the terminal, lit from the north-west, with `?` where data is missing.
 fn picture(survey: &Survey) {
     let s = &survey.overview;
     let shades = hillshade(s, steeper(survey));
-    // A character is twice as high as wide.
+    // A character is twice as high as it is wide.
     let aspect = s.spacing[1] * (s.ny - 1) as f64 / (s.spacing[0] * (s.nx - 1) as f64);
     let wide = s.nx.min(72);
     let high = ((wide as f64 * aspect * 0.5).round() as usize).clamp(1, 40).min(s.ny);

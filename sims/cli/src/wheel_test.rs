@@ -1,4 +1,4 @@
-//! `linkwork wheel-test`: the curves of a wheel on a soil, from the stress integrals that `mobility.wheel_soil` drives on.
+//! `linkwork wheel-test`: curves of a wheel on a soil, from the stress integrals of `mobility.wheel_soil`.
 use linkwork_assembly::Failure;
 use linkwork_environment::soil::SoilParams;
 use linkwork_mobility::terramechanics::{Rim, Shear, Sinkage, WheelSoil};
@@ -15,22 +15,22 @@ use std::path::{Path, PathBuf};
 /// The command.
 pub const WHEEL_TEST: Tool = Tool { command, run };
 
-/// Options with one value: name, unless given, help.
+/// Options with one value: name, default, help.
 const OPTIONS: [(&str, &str, &str); 6] = [
-    ("soil", "lunar", "Kind of soil, by name: lunar, dry_sand, mars_drift, ..."),
+    ("soil", "lunar", "Name of the soil: lunar, dry_sand, mars_drift, ..."),
     (
         "radius",
         "0.25 m",
-        "Radius at which the soil is sheared, with the effective part of the grousers",
+        "Radius at which the wheel shears the soil, including the effective part of the grousers",
     ),
     ("width", "0.4 m", "Width of the rim"),
-    ("load", "560 N", "Load on the wheel"),
+    ("load", "560 N", "Vertical load on the wheel"),
     ("gravity", "3.72 m/s^2", "Gravity, for the weight of the soil that the wall pushes"),
-    ("slip-angle", "0 deg", "Angle between heading and travel"),
+    ("slip-angle", "0 deg", "Angle between the heading and the direction of travel"),
 ];
 
 fn command() -> Command {
-    let about = "What a single-wheel rig would measure: pull, torque and sinkage against slip, slip against slope";
+    let about = "Simulate a single-wheel test rig: pull, torque and sinkage against slip, slip against slope";
     let options = OPTIONS.map(|(name, unless_given, help)| {
         Arg::new(name)
             .long(name)
@@ -46,12 +46,12 @@ fn command() -> Command {
             "Replace a constant of the soil (repeatable): n1=0.1, friction_angle=\"30 deg\"",
         ),
         out.help(
-            "Folder for wheel_test.csv, slopes.csv and wheel_test.svg; none are written unless given",
+            "Folder for wheel_test.csv, slopes.csv and wheel_test.svg; without it, no files are written",
         ),
     ])
 }
 
-/// The rig.
+/// Parameters of the test rig.
 #[derive(Params, Clone, Debug)]
 struct Rig {
     /// The soil.
@@ -83,7 +83,7 @@ fn value(text: &str) -> Located {
     Located::from(number.map_or_else(|_| Value::Text(text.trim().to_string()), Value::Number))
 }
 
-/// What an option of [`OPTIONS`] says.
+/// Returns the value of an option of [`OPTIONS`].
 fn option<'a>(options: &'a ArgMatches, name: &str) -> &'a str {
     options.get_one::<String>(name).map_or("", String::as_str)
 }
@@ -94,7 +94,7 @@ fn read(options: &ArgMatches) -> Result<(Rig, WheelSoil), Vec<Fault>> {
     for set in options.get_many::<String>("set").into_iter().flatten() {
         let Some((name, text)) = set.split_once('=') else {
             let help = "write NAME=VALUE, for example --set n1=0.1";
-            return Err(vec![fault(format!("`--set {set}` sets nothing"), Some(help.into()))]);
+            return Err(vec![fault(format!("`--set {set}` lacks `=`"), Some(help.into()))]);
         };
         soil.push((name.trim().to_string(), value(text)));
     }
@@ -126,7 +126,7 @@ fn read(options: &ArgMatches) -> Result<(Rig, WheelSoil), Vec<Fault>> {
     Ok((rig, wheel))
 }
 
-/// Slips of the table.
+/// Returns the slips of the table.
 fn slips() -> impl Iterator<Item = f64> {
     (-4..=9).map(|k| 0.1 * f64::from(k)).chain([0.99])
 }
@@ -215,7 +215,7 @@ fn files(
     let mut text = String::from("slope_deg,slip\n");
     let climbed = || on_slopes.iter().filter_map(|(d, slip)| Some((f64::from(*d), (*slip)?)));
     for (degrees, slip) in on_slopes {
-        // Without a slip where the wheel stalls.
+        // The slip is empty where the wheel stalls.
         let _ = writeln!(text, "{degrees},{}", slip.map_or(String::new(), |s| s.to_string()));
     }
     let path = folder.join("slopes.csv");

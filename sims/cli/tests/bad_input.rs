@@ -1,8 +1,8 @@
-//! Every mistake is refused before anything is written: with its place, both ends, and a remedy.
+//! Every mistake is reported before anything is written, with its position, both ends and a remedy.
 use crate::common;
 use common::{Lab, edited, names, sim};
 
-/// Runs an edited file: exit code 2, all of `wanted` said once each, nothing written.
+/// Runs an edited file: the exit code is 2, each of `wanted` is printed once, and nothing is written.
 #[track_caller]
 fn refused(edits: &[(&str, &str)], wanted: &[&str]) -> String {
     let lab = Lab::new();
@@ -14,7 +14,7 @@ fn refused(edits: &[(&str, &str)], wanted: &[&str]) -> String {
     said.err
 }
 
-/// One mistake gives one message: no consequences of it are told.
+/// One mistake gives one message; its consequences are not reported.
 #[track_caller]
 fn one(edits: &[(&str, &str)], wanted: &[&str]) {
     let err = refused(edits, wanted);
@@ -260,11 +260,17 @@ fn patterns_and_bindings_that_match_nothing() {
     );
     one(
         &[("unit: \"rad/s\"", "unit: \"kg\"")],
-        &["metric `largest speed`: `bob.rate` is in rad/s, which is no kg", "--> bad.ron:18:"],
+        &[
+            "metric `largest speed`: `bob.rate` is in rad/s, which is a different quantity than kg",
+            "--> bad.ron:18:",
+        ],
     );
     one(
         &[("unit: \"deg\"", "unit: \"kg\"")],
-        &["plot `Angle`: `bob.angle` is in rad, which is no kg", "--> bad.ron:19:"],
+        &[
+            "plot `Angle`: `bob.angle` is in rad, which is a different quantity than kg",
+            "--> bad.ron:19:",
+        ],
     );
 }
 
@@ -297,7 +303,7 @@ fn several_mistakes_in_one_report() {
     assert_eq!(err.matches("error: ").count(), 5, "{err}");
 }
 
-/// A file whose values would take all memory, or whose mistakes would fill the terminal.
+/// A file whose values would fill the memory, or whose mistakes would fill the terminal.
 #[test]
 fn what_grows_without_end_is_refused_or_counted() {
     let lab = Lab::new();
@@ -315,10 +321,10 @@ fn what_grows_without_end_is_refused_or_counted() {
         lab.write("double.ron", &doubling(one));
         lab.linkwork(&["check", "double.ron"]).code(2).tells(&["is larger than 1 MiB", "help: "]);
     }
-    // Assemblies that hold the next one twice, or in a long row.
+    // Assemblies that contain the next one twice, or a long chain of assemblies.
     for (depth, times, fact) in [
         (25, 2, "has more than 500000 parts and bodies"),
-        (2000, 1, "stands inside 100 other assemblies"),
+        (2000, 1, "nested in 100 other assemblies"),
     ] {
         for k in 0..depth {
             let part = |n: usize| format!("\"P{n}\": (assembly: \"a{}.ron\"), ", k + 1);
@@ -350,7 +356,7 @@ fn what_grows_without_end_is_refused_or_counted() {
     assert!(said.err.contains("and 1900 more warnings"), "{}", said.err);
 }
 
-/// A device never ends, and a pipe waits for who writes into it.
+/// A device never ends, and reading a pipe waits for its writer.
 #[cfg(unix)]
 #[test]
 fn only_regular_files_are_read() {
@@ -418,7 +424,7 @@ fn files_that_are_missing() {
     );
 }
 
-/// A grey GeoTIFF of doubles' worth of heights, 1 m apart, with GDAL's no-data value.
+/// A grey GeoTIFF of 64-bit heights, 1 m apart, with GDAL's no-data value.
 fn geotiff(nx: u16, ny: u16, missing: f32, heights: &[f32]) -> Vec<u8> {
     let (n, entries) = (heights.len() * 4, 13u16);
     let extra = 8 + 2 + 12 * entries as usize + 4;
@@ -478,7 +484,7 @@ fn no_ground_under_a_wheel() {
     };
     let flat = [0.0; 21 * 21];
     put(&flat);
-    // The map lies beside the simulation file, wherever the command is given.
+    // The map is beside the simulation file, wherever the command is run.
     lab.run("machine", "flat", &[]).code(0);
     // Rows run from north to south: y from 10 to -10.
     let mut hole = flat;
@@ -536,7 +542,7 @@ fn a_bad_command_line() {
 fn nothing_says_when_to_stop() {
     let lab = Lab::new();
     lab.write("bad.ron", &edited(&[("until: \"1 s\",", "")]));
-    lab.run("bad.ron", "out", &[]).code(2).tells(&["nothing says when to stop", "--until"]);
+    lab.run("bad.ron", "out", &[]).code(2).tells(&["the end time is missing", "--until"]);
     assert_eq!(lab.files(), ["bad.ron"]);
 }
 
@@ -565,9 +571,9 @@ fn damaged_checkpoints() {
     );
     lab.resume("out/run.mcap", "again", &[]).code(2).tells(&["run.mcap"]);
     lab.resume("out", "again", &[]).code(2).tells(&["`out`"]);
-    // The undamaged one goes on.
+    // The undamaged checkpoint continues.
     lab.resume("out/checkpoint_1.lwck", "again", &["--until", "2s"]).code(0);
-    // Its time is past.
+    // Its time has passed.
     lab.resume("out/checkpoint_1.lwck", "past", &["--until", "0.5s"])
         .code(2)
         .tells(&["0.5", "1 s", "--until"]);
@@ -598,7 +604,7 @@ fn a_free_body_without_mass_that_carries_others_is_told() {
     assert_eq!(lab.linkwork(&["check", "with.ron"]).code(0).err, "");
 }
 
-/// A box slides over the edge of a map; one that stays on it, and one that flies beside it above the ground, say nothing.
+/// A box that slides over the edge of a map gives one warning; a box that stays on it and one that flies above the ground beside it give none.
 #[test]
 fn a_machine_that_leaves_its_map_says_so_once() {
     let lab = Lab::new();
@@ -622,7 +628,7 @@ fn a_machine_that_leaves_its_map_says_so_once() {
     lab.write("off.ron", &sim(2.0, 6.0, 0.1, 3.0));
     lab.linkwork(&["run", "off.ron", "--no-log", "--save-rrd", "off"]).code(0).tells(&[
         "warning: `box` is at (",
-        "where no ground holds it: `Ground` reaches from (-3.0, -3.0) to (3.0, 3.0) m",
+        "where no ground supports it: `Ground` extends from (-3.0, -3.0) to (3.0, 3.0) m",
         "help: make the map larger",
     ]);
     for (name, text) in
@@ -630,6 +636,6 @@ fn a_machine_that_leaves_its_map_says_so_once() {
     {
         lab.write(name, &text);
         let said = lab.linkwork(&["run", name, "--no-log", "--save-rrd", "off"]).code(0);
-        assert!(!said.err.contains("no ground holds it"), "{name}: {}", said.err);
+        assert!(!said.err.contains("no ground supports it"), "{name}: {}", said.err);
     }
 }

@@ -1,11 +1,11 @@
-//! The examples of the book do what they print: files are written, commands run, output looked for.
+//! The examples of the book are correct: files are written, commands run, and their output is compared.
 //!
 //! | block | what happens |
 //! |---|---|
 //! | `ron,file=PATH`, `xml,file=PATH` | written to PATH |
 //! | `sh` | run, line by line, and must succeed; `sh,fails`: must fail |
-//! | `sh,elsewhere` | not run: what needs a network, a window or minutes of building. Commands of [`ELSEWHERE`] only |
-//! | `text,output` | each line stands in what the last commands said, its words in order |
+//! | `sh,elsewhere` | not run: needs a network, a window or a long build. Only commands of [`ELSEWHERE`] |
+//! | `text,output` | each line is in the output of the last commands, its words in order |
 //! | `rust`, `python` | run by `tests/book` and `sims/python/tests/test_readme.py` |
 //! | `text` | formulas |
 use crate::common::{Lab, root};
@@ -13,11 +13,11 @@ use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// How commands that are not run here may begin.
+/// Beginnings of commands that are not run here.
 const ELSEWHERE: [&str; 6] =
     ["cargo ", "pip ", "rerun ", "export PATH=", "framework/book/build", "linkwork doctor"];
 
-/// A block between fences.
+/// A fenced block.
 #[derive(Clone, Debug, PartialEq)]
 struct Block {
     line: usize,
@@ -25,7 +25,7 @@ struct Block {
     text: String,
 }
 
-/// The blocks of a page, in order.
+/// Returns the blocks of a page, in order.
 fn blocks(page: &str) -> Vec<Block> {
     let (mut found, mut open): (Vec<Block>, Option<Block>) = (Vec::new(), None);
     for (k, line) in page.lines().enumerate() {
@@ -45,7 +45,7 @@ fn blocks(page: &str) -> Vec<Block> {
     found
 }
 
-/// What is wrong with a page, block by block; empty when all of it holds.
+/// Returns the faults of a page, block by block.
 fn faults(page: &str, lab: &Lab) -> Vec<String> {
     let (mut found, mut said) = (Vec::new(), None);
     for Block { line, kind, text } in blocks(page) {
@@ -75,7 +75,7 @@ fn faults(page: &str, lab: &Lab) -> Vec<String> {
             "rust" | "python" | "text" => {}
             file => match file.split_once(",file=") {
                 Some(("ron" | "xml", path)) => {
-                    // The name of the file is not shown with the block.
+                    // The name of the file is not part of the block.
                     if !page.contains(&format!("`{path}`:\n```{file}\n")) {
                         fault(format!("the line above it is not `{path}`:"));
                     }
@@ -88,7 +88,7 @@ fn faults(page: &str, lab: &Lab) -> Vec<String> {
     found
 }
 
-/// Whether a line holds the words of another, whole and in order.
+/// Whether a line contains the words of another, whole and in order.
 fn holds(said: &str, wanted: &str) -> bool {
     said.lines().any(|line| {
         let after = wanted.split_whitespace().try_fold(line, after);
@@ -96,7 +96,7 @@ fn holds(said: &str, wanted: &str) -> bool {
     })
 }
 
-/// What follows a word that stands by itself: `3` is not in `13`, `0.3` or `3.5`.
+/// Returns the text after a whole word: `3` is not in `13`, `0.3` or `3.5`.
 fn after<'a>(line: &'a str, word: &str) -> Option<&'a str> {
     let number = word.chars().all(|c| c.is_ascii_digit() || ".-+e".contains(c));
     let joins = |c: char| c.is_alphanumeric() || (number && c == '.');
@@ -116,7 +116,7 @@ fn a_number_is_not_a_part_of_another() {
     }
 }
 
-/// Runs lines in a folder where `linkwork` is the program of this test. Gives success, and all that was said.
+/// Runs lines in a folder where `linkwork` is the program of this test. Returns success, and the whole output.
 fn shell(lab: &Lab, script: &str) -> (bool, String) {
     let bin = Path::new(env!("CARGO_BIN_EXE_linkwork")).parent().unwrap();
     let path = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap());
@@ -127,7 +127,7 @@ fn shell(lab: &Lab, script: &str) -> (bool, String) {
     (out.status.success(), text.concat())
 }
 
-/// A folder with the simulations and assemblies of the repository, as if at its top.
+/// A folder with the simulations and assemblies of the repository, as at its top.
 fn lab() -> Lab {
     let lab = Lab::new();
     for folder in ["sims", "assemblies"] {
@@ -136,7 +136,7 @@ fn lab() -> Lab {
     lab
 }
 
-/// Name and text of the pages that are written by hand.
+/// Returns the names and texts of the handwritten pages.
 fn pages() -> Vec<(String, String)> {
     let folder = root().join("framework/book/src");
     let mut found: Vec<_> = std::fs::read_dir(folder)
@@ -170,7 +170,7 @@ fn every_example_of_the_book_does_what_it_prints() {
     assert!(ran.is_empty(), "\n{}", ran.join("\n"));
 }
 
-/// Models that the pages name are in the catalogue, and chapters link to pages that are there.
+/// Models on the pages are in the catalogue, and links between chapters lead to existing pages.
 #[test]
 fn pages_name_models_and_pages_that_exist() {
     let catalogue = linkwork_cli::library().catalogue;

@@ -1,11 +1,10 @@
-//! `linkwork campaign`: the same results however it was run, single runs again, bad files, failures with what they
-//! leave.
+//! `linkwork campaign`: equal results however it is run, repeated runs, bad files, failures and their files.
 use crate::common;
 use common::{BASE, Lab, edited, killed, kills, names, root, signal, wait_for};
 use std::path::Path;
 use std::time::Duration;
 
-/// Sixty runs of the pendulum, for 0.2 s each.
+/// Sixty runs of the pendulum, of 0.2 s each.
 pub const FILE: &str = r#"Campaign(
     doc: "A pendulum with unknown friction.",
     simulation: "sim.ron",
@@ -31,7 +30,7 @@ pub fn lab() -> Lab {
     lab
 }
 
-/// What must not depend on how a campaign was run.
+/// Returns the tables that must not depend on how a campaign was run.
 fn tables(lab: &Lab, out: &str) -> Vec<Vec<u8>> {
     let history = |run| format!("{out}/histories/run_{run}.parquet");
     let histories = (0..60).map(history).filter(|f| lab.path(f).exists());
@@ -57,7 +56,7 @@ pub fn numbers(lab: &Lab, out: &str, title: &str) -> Vec<f64> {
     column(lab, out, title).iter().map(|t| t.parse().unwrap()).collect()
 }
 
-/// The first run of every campaign that ships: what it varies is there, with ranges and units that fit.
+/// The first run of every campaign in the repository: varied parameters exist, with valid ranges and units.
 #[test]
 fn campaigns_that_ship_run() {
     let (lab, sims) = (lab(), root().join("sims").canonicalize().unwrap());
@@ -85,7 +84,7 @@ fn threads_kills_and_stops_leave_no_trace() {
     lab.linkwork(&["campaign", "c.ron", "--out", "four", "--threads", "4"]).code(0);
     let wanted = tables(&lab, "one");
     assert_eq!(tables(&lab, "four"), wanted, "threads leave a trace");
-    // Killed again and again, at instants that come nearer to the end of a run's line.
+    // Killed repeatedly, at instants that approach the end of a run's line.
     let journal = lab.path("killed/journal");
     let lines = || std::fs::read_to_string(&journal).unwrap_or_default().lines().count();
     let (least, mut kills) = (kills(2), 0);
@@ -117,12 +116,12 @@ fn threads_kills_and_stops_leave_no_trace() {
     lab.linkwork(&["campaign", "c.ron", "--out", "killed"]).code(0);
     assert_eq!(tables(&lab, "killed"), wanted, "{kills} kills leave a trace");
     assert_eq!(lines(), 61, "a run was made twice, or lost");
-    // Given again it runs nothing, and writes the same.
+    // The same command again runs nothing, and writes the same.
     std::fs::remove_file(lab.path("killed/results.csv")).unwrap();
     let said = lab.linkwork(&["campaign", "c.ron", "--out", "killed"]).code(0);
     assert!(said.out.contains("60 runs have ended already"), "{}", said.out);
     assert_eq!((tables(&lab, "killed"), lines()), (wanted.clone(), 61));
-    // Histories that a power cut took, cut short or left with other bytes are made again.
+    // Histories that a power cut removed, truncated or corrupted are made again.
     std::fs::remove_file(lab.path("killed/histories/run_7.parquet")).unwrap();
     lab.write("killed/histories/run_9.parquet", "PAR1");
     let path = lab.path("killed/histories/run_11.parquet");
@@ -135,7 +134,7 @@ fn threads_kills_and_stops_leave_no_trace() {
     assert_eq!((tables(&lab, "killed"), lines()), (wanted, 61));
 }
 
-/// A run that is made again for its history and ends otherwise is refused, and again when the command is given again.
+/// A run that is repeated for its history but ends differently is rejected, also when the command is repeated.
 #[test]
 fn a_run_that_ends_otherwise_gives_no_history() {
     let lab = lab();
@@ -161,7 +160,7 @@ fn a_run_that_ends_otherwise_gives_no_history() {
         said.tells(&["run 2 of the campaign", "0000000000000007"]);
         assert!(!history.exists(), "the history of another run is there");
     }
-    // What cannot be written is told with its name, and taken up when it can.
+    // A file that cannot be written is named in the error, and written later when that is possible.
     lab.write("out/journal", &journal);
     std::fs::create_dir_all(lab.path("out/histories/run_2.parquet/in the way")).unwrap();
     let said = lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(1);
@@ -183,10 +182,10 @@ fn ctrl_c_keeps_what_has_ended() {
     }
     signal(&child, "INT");
     let said: common::Said = child.wait_with_output().unwrap().into();
-    let said = said.code(130).tells(&["go on with: linkwork campaign c.ron --out out"]);
+    let said = said.code(130).tells(&["continue with: linkwork campaign c.ron --out out"]);
     let rows = column(&lab, "out", "run").len();
     assert!((3..5000).contains(&rows), "{rows}: {}", said.out);
-    // Two at once are refused.
+    // Two at once are rejected.
     let mut first = lab.spawn(&["campaign", "c.ron", "--out", "out"]);
     std::thread::sleep(Duration::from_millis(400));
     lab.linkwork(&["campaign", "c.ron", "--out", "out"])
@@ -220,11 +219,11 @@ fn draws_have_the_distributions_and_correlations_that_the_file_says() {
     assert!((mean(&damping) - 0.105).abs() < 4.0 * 0.19 / 12f64.sqrt() / n.sqrt());
     let fives = numbers(&lab, "out", "draw:Gain.k").iter().filter(|k| **k == 5.0).count() as f64;
     assert!((fives / n - 0.5).abs() < 4.0 * 0.5 / n.sqrt(), "{fives}");
-    // What the values do: a part's noise has a seed of its own in each run.
+    // The values have effects: the noise of a part has a separate seed in each run.
     let seeds: std::collections::BTreeSet<String> =
         column(&lab, "out", "seed").into_iter().collect();
     assert_eq!(seeds.len(), 800);
-    // Fewer runs are the first of more: a draw depends on no other run.
+    // Fewer runs are the first of more: draws do not depend on other runs.
     lab.write("c.ron", &file.replace("runs: 800", "runs: 20"));
     lab.linkwork(&["campaign", "c.ron", "--out", "few"]).code(0);
     for title in ["draw:bob.mass [kg]", "state", "seed", "largest speed [rad/s]"] {
@@ -255,7 +254,7 @@ fn a_run_made_again_has_the_same_bits_and_a_log() {
     assert!(said.out.contains(&format!("the same last state as in the campaign: {state}")));
     assert!(names(&lab.path("out/run_17")).contains(&"run.mcap".into()));
     assert_eq!(lab.hash("out/run_17"), state);
-    // And by hand, with what the table says.
+    // And by hand, with the values of the table.
     let get = |title: &str| column(&lab, "out", title)[17].clone();
     let set = [
         "until=0.2 s".to_string(),
@@ -269,7 +268,7 @@ fn a_run_made_again_has_the_same_bits_and_a_log() {
     let seed = get("seed");
     lab.run("sim.ron", "hand", &[&set[..], &["--seed", &seed]].concat()).code(0);
     assert_eq!(lab.hash("hand"), state);
-    // A journal that says otherwise is not believed in silence.
+    // A journal with a different result gives an error.
     let journal = std::fs::read_to_string(lab.path("out/journal")).unwrap();
     let line = journal.lines().find(|l| l.contains("\"run\":17,")).unwrap();
     let text = line.split_once(' ').unwrap().1;
@@ -321,7 +320,7 @@ fn failures_are_listed_by_cause_and_leave_what_it_takes_to_look_at_them() {
     for run in &failed {
         let left = names(&lab.path(&folder(*run)));
         assert_eq!(left, ["before_failure.lwck", "cause.txt", "configuration.ron"], "run {run}");
-        // The checkpoint goes on to the same failure.
+        // The checkpoint continues to the same failure.
         let from = format!("{}/before_failure.lwck", folder(*run));
         lab.resume(&from, &format!("again_{run}"), &[]).code(1).tells(&["`Blow.state.x` became"]);
         lab.linkwork(&["check", &format!("{}/configuration.ron", folder(*run))]).code(0);
@@ -336,13 +335,13 @@ fn failures_are_listed_by_cause_and_leave_what_it_takes_to_look_at_them() {
     }
     let page = std::fs::read_to_string(lab.path("out/report.html")).unwrap();
     assert!(page.contains("Failures by cause"));
-    // Made again, it fails at the same state.
+    // Repeated, it fails at the same state.
     let run = failed[0].to_string();
     let said = lab.linkwork(&["campaign", "c.ron", "--out", "out", "--run", &run]).code(1);
     assert!(said.out.contains("the same last state as in the campaign"), "{said:?}");
 }
 
-/// Runs and how they ended, from the journal.
+/// Returns the runs and how they ended, from the journal.
 fn column_of_journal(lab: &Lab) -> Vec<(u64, String)> {
     let text = std::fs::read_to_string(lab.path("out/journal")).unwrap();
     let mut found: Vec<(u64, String)> = text
@@ -358,7 +357,7 @@ fn column_of_journal(lab: &Lab) -> Vec<(u64, String)> {
 #[test]
 fn a_run_that_never_ends_is_ended() {
     let lab = lab();
-    // By simulated time, where the simulation says nothing.
+    // By simulated time, when the simulation does not limit it.
     lab.write(
         "endless.ron",
         &edited(&[
@@ -395,7 +394,7 @@ fn a_run_that_never_ends_is_ended() {
 fn what_has_changed_is_noticed() {
     let lab = lab();
     lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
-    let other = "the journal `out/journal` is of another campaign";
+    let other = "the journal `out/journal` belongs to another campaign";
     lab.write("c.ron", &FILE.replace("0.2)", "0.3)"));
     lab.linkwork(&["campaign", "c.ron", "--out", "out"])
         .code(2)
@@ -404,7 +403,7 @@ fn what_has_changed_is_noticed() {
     lab.write("sim.ron", &edited(&[("60 deg", "61 deg")]));
     lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(2).tells(&[other]);
     lab.linkwork(&["campaign", "c.ron", "--out", "out", "--run", "3"]).code(2).tells(&[other]);
-    // What the report shows is no part of a run, nor is the order of the file.
+    // The contents of the report and the order of the file do not change a run.
     lab.write("sim.ron", BASE);
     let line = "        \"Friction.damping\": Uniform(from: 0.01, to: 0.2),\n";
     let moved = FILE
@@ -419,9 +418,9 @@ fn what_has_changed_is_noticed() {
     let middle = bytes.len() / 2;
     bytes[middle] ^= 4;
     std::fs::write(&path, bytes).unwrap();
-    // Only the run of that line is lost, and is made again.
+    // Only the run of that line is lost, and repeated.
     let again = lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
-    let again = again.tells(&["the checksum does not fit", "its run is made again"]);
+    let again = again.tells(&["the checksum is wrong", "this run is repeated"]);
     assert!(again.out.contains("59 runs have ended already"), "{}", again.out);
 }
 
@@ -445,9 +444,9 @@ fn bad_files_are_refused_with_place_fact_and_remedy() {
     refused(&[("deviation: \"50 g\"", "deviation: \"0 g\"")], &["bad.ron:9:", "deviation 0"]);
     refused(&[("\"50 g\"", "\"50 m\"")], &["`deviation` is in m, `mean` in kg"]);
     refused(&[("to: -0.7", "to: -1.4")], &["bad.ron:10:", "runs from -1.3 to -1.4"]);
-    refused(&[("from: -1.3, to: -0.7", "from: 1, to: 2")], &["has no support"]);
-    refused(&[("weights: [1, 1, 2]", "weights: [1, 1]")], &["`weights` are not 3 numbers"]);
-    refused(&[("of: [1, 2, 5], weights: [1, 1, 2]", "of: []")], &["nothing to choose from"]);
+    refused(&[("from: -1.3, to: -0.7", "from: 1, to: 2")], &["is empty: the normal distribution"]);
+    refused(&[("weights: [1, 1, 2]", "weights: [1, 1]")], &["`weights` must be 3 numbers"]);
+    refused(&[("of: [1, 2, 5], weights: [1, 1, 2]", "of: []")], &["values to choose from"]);
     refused(
         &[("[[1, -0.8], [-0.8, 1]]", "[[1, -1.8], [-1.8, 1]]")],
         &["bad.ron:13:", "entry (1, 2) is -1.8"],
@@ -474,11 +473,11 @@ fn bad_files_are_refused_with_place_fact_and_remedy() {
     refused(&[("runs: 60", "runs: 0")], &["bad.ron:4:", "`runs` is 0"]);
     refused(&[("runs: 60", "runs: 60, sampling: Sobel")], &["no sampling `Sobel`", "Sobol"]);
     refused(&[("runs: 60", "runs: 70000, sampling: Sobol")], &["65536 runs", "LatinHypercube"]);
-    refused(&[("runs: 60", "rums: 60")], &["has no field `rums`", "has no `runs`"]);
+    refused(&[("runs: 60", "rums: 60")], &["has no field `rums`", "lacks `runs`"]);
     refused(&[("\"sim.ron\"", "\"sum.ron\"")], &["there is no simulation"]);
     refused(
         &[("\"Friction.damping\": Uniform(from: 0.01, to: 0.2)", "\"Friction.damping\": 0.1")],
-        &["has no distribution in it", "`set`"],
+        &["does not contain a distribution", "`set`"],
     );
     refused(&[("\"until\": \"0.2 s\"", "\"seed\": 3")], &["noise: Own"]);
     refused(
@@ -487,29 +486,29 @@ fn bad_files_are_refused_with_place_fact_and_remedy() {
     );
     refused(&[("    correlate", "    limits: (wall: \"-1 s\"),\n    correlate")], &["`wall`"]);
     let kept = "of: [\"bob.*\"], every: \"0.02 s\"";
-    refused(&[(kept, "every: \"1 s\"")], &["bad.ron:14:", "`retain` has no `of`"]);
-    refused(&[(kept, "of: [\"bob.*\"]")], &["`retain` has no `every`"]);
+    refused(&[(kept, "every: \"1 s\"")], &["bad.ron:14:", "`retain` lacks `of`"]);
+    refused(&[(kept, "of: [\"bob.*\"]")], &["`retain` lacks `every`"]);
     refused(&[(kept, "of: [\"bib.*\"], every: \"1 s\"")], &["bad.ron:14:", "`retain`", "`bib.*`"]);
     refused(&[(kept, "of: [], every: \"1 s\"")], &["`retain`: `of` is []"]);
     refused(&[(kept, "of: [\"bob.*\"], every: \"5 Hz\"")], &["`every` is"]);
     let drawn = "\"Gain.k\": Choice(of: [1, 2, 5], weights: [1, 1, 2])";
     refused(
         &[(drawn, "\"step\": Choice(of: [\"1 ms\", \"2 ms\"])")],
-        &["bad.ron:11:", "`step` is drawn"],
+        &["bad.ron:11:", "a drawn `step`"],
     );
     refused(
         &[(kept, "of: [\"bob.*\"], every: \"1 ms\""), ("0.2 s", "24 h")],
         &["bad.ron:14:", "20000000 numbers"],
     );
     lab.write("bad.ron", "Campaign(simulation: \"sim.ron\", runs: 5, noise: Same)");
-    lab.linkwork(&["campaign", "bad.ron"]).code(2).tells(&["all runs would be the same"]);
+    lab.linkwork(&["campaign", "bad.ron"]).code(2).tells(&["all runs would be identical"]);
     lab.write("bad.ron", "Simulation()");
     lab.linkwork(&["campaign", "bad.ron"]).code(2).tells(&["bad.ron:1:1", "Campaign"]);
     lab.linkwork(&["campaign", "none.ron"]).code(2).tells(&["cannot be read"]);
     lab.linkwork(&["campaign", "c.ron", "--threads", "0"]).code(2).tells(&["--threads"]);
 }
 
-/// A history has the rows that the log of the same run has, and the bands are the percentiles of the histories.
+/// A history has the same rows as the log of the same run, and the bands are the percentiles of the histories.
 #[test]
 fn what_runs_keep_is_what_their_logs_say() {
     let lab = lab();
@@ -539,7 +538,7 @@ fn what_runs_keep_is_what_their_logs_say() {
     assert_eq!((cells[5], cells[8]), ((ends[29] + ends[30]) / 2.0, ends[59]));
     let page = std::fs::read_to_string(lab.path("out/report.html")).unwrap();
     assert!(page.contains("Over time") && page.contains("bob.angle [rad]"));
-    // Drawn numbers stand against metrics and against each other, in their units.
+    // Drawn numbers are plotted against metrics and against each other, in their units.
     assert!(page.contains("largest speed against bob.mass") && page.contains("bob.mass [kg]"));
     assert!(page.contains("Gain.k against bob.com[2]") && !page.contains("class=\"ring\""));
 }
@@ -561,7 +560,7 @@ fn every_way_of_sampling_makes_a_campaign() {
     }
 }
 
-/// The first runs of a campaign that ships, as `c.ron`.
+/// Returns the first runs of a campaign of the repository, as `c.ron`.
 pub fn first_runs(lab: &Lab, folder: &str, name: &str, runs: usize) {
     let folder = root().join("sims").join(folder);
     let text = std::fs::read_to_string(folder.join(name)).unwrap();
@@ -572,7 +571,7 @@ pub fn first_runs(lab: &Lab, folder: &str, name: &str, runs: usize) {
     lab.write(name, &few);
 }
 
-/// Parts that are varied are there in some phases and not in others.
+/// Varied parts exist in some phases and not in others.
 #[test]
 fn runs_of_the_footprint_come_down_near_the_target_and_differ() {
     let lab = Lab::new();
@@ -587,7 +586,7 @@ fn runs_of_the_footprint_come_down_near_the_target_and_differ() {
         assert!(x.hypot(*y) < 6e3, "{x} {y}");
     }
     assert!((east[0] - east[1]).abs() > 1.0 && (east[1] - east[2]).abs() > 1.0, "{east:?}");
-    // A name that no phase has is refused, in the words of a phase that has its part.
+    // A name that does not exist in any phase is rejected, with the message of a phase that has its part.
     let text = std::fs::read_to_string(lab.path("footprint.ron")).unwrap();
     lab.write("footprint.ron", &text.replace("Aero.area", "Aero.aera"));
     lab.linkwork(&["campaign", "footprint.ron", "--out", "no"])
@@ -622,7 +621,8 @@ fn a_folder_in_place_of_a_campaign_is_told_which_it_has() {
     assert!(!said.err.contains("here `"), "{}", said.err);
 }
 
-/// When each phase began is a column, exact for each run, and a variable for metrics: a weight that falls 1 m reaches it after √(2 m/g).
+/// The start time of each phase is a column, exact for each run, and a variable for metrics: a weight that falls 1 m reaches the ground after √(2
+/// m/g).
 #[test]
 fn times_of_phases_are_columns_and_metrics() {
     let lab = Lab::new();

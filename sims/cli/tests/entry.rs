@@ -1,8 +1,8 @@
-//! The entry capsule through the command line: RK4 converges with its order.
+//! The entry capsule through the command line: RK4 converges at its order.
 use crate::common::{Lab, sim};
 use linkwork_record::read_log;
 
-/// Position at 300 s with a given step.
+/// Returns the position at 300 s with a given step.
 fn position(lab: &Lab, step: &str) -> [f64; 3] {
     let set = format!("step={step} s");
     lab.run(&sim("ballistic_entry"), step, &["--set", &set, "--until", "300s"]).code(0);
@@ -29,6 +29,6 @@ fn rk4_is_of_order_four_and_exact_to_a_millimetre() {
     println!("errors at 4, 2, 1 s: {errors:?} m; orders {:.3}, {:.3}", order(0), order(1));
     assert!(errors[2] < 1e-3, "1 s: {} m", errors[2]);
     assert!(order(0) >= 3.9 && order(1) >= 3.9, "orders {:.3}, {:.3}", order(0), order(1));
-    // Finer still agrees: the reference has converged.
+    // Smaller steps still agree: the reference has converged.
     assert!(apart(position(&lab, "0.05"), converged) < 1e-5);
 }

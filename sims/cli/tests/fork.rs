@@ -1,5 +1,5 @@
-//! `linkwork fork`: what a checkpoint holds goes over by path; the log of a fork is simulated again bit for bit; what
-//! would be lost is refused.
+//! `linkwork fork`: contents of a checkpoint are transferred by path; the log of a fork is reproduced bit for bit; forks that would lose data are
+//! rejected.
 use crate::common;
 use common::{BASE, Lab, edited, names};
 use linkwork_record::{Series, read_log};
@@ -26,7 +26,7 @@ fn series(lab: &Lab, out: &str, name: &str) -> Series {
 #[test]
 fn a_fork_that_changes_nothing_is_the_run() {
     let lab = lab();
-    fork(&lab, "same", &["--set", "Friction.damping=0.05"]).code(0).tells(&["parts go on"]);
+    fork(&lab, "same", &["--set", "Friction.damping=0.05"]).code(0).tells(&["parts continue"]);
     assert_eq!(lab.hash("same"), lab.hash("whole"));
     lab.linkwork(&["diff", "whole/run.mcap", "same/run.mcap", "--common"]).code(0);
 }
@@ -35,7 +35,7 @@ fn a_fork_that_changes_nothing_is_the_run() {
 fn a_changed_parameter_acts_from_the_checkpoint_on_as_in_a_phase() {
     let lab = lab();
     fork(&lab, "fork", &["--set", "Friction.damping=0.8"]).code(0);
-    // The same as a change of phase, in one run.
+    // The same as a change of phase in one run.
     let phases = "phases: { \"a\": (to: { \"b\": \"time > 0.5 s\" }), \
                   \"b\": (parts: { \"Friction\": (params: { \"damping\": 0.8 }) }) },\n    start: \"a\", until: \"1 s\"";
     lab.write("phases.ron", &edited(&[("until: \"1 s\"", phases)]));
@@ -95,12 +95,12 @@ fn what_would_be_lost_is_refused_unless_it_is_allowed() {
     ]);
     assert!(!lab.path("fork").exists(), "something was written");
     fork(&lab, "fork", &["--sim", "no_lag.ron", "--allow"]).code(0).tells(&["parts gone: Lag"]);
-    // The pendulum goes on.
+    // The pendulum continues.
     assert_eq!(series(&lab, "fork", "bob.angle"), {
         let was = series(&lab, "whole", "bob.angle");
         Series { t: was.t[51..].to_vec(), y: was.y[51..].to_vec(), ..was }
     });
-    // A part of another kind at the same path, and a body of another name.
+    // A part of another kind at the same path, and a body with another name.
     let other = (
         "\"Lag\": (model: \"basics.lag\", params: { \"time_constant\": \"1 s\" })",
         "\"Lag\": (model: \"basics.gain\", params: { \"k\": 1 })",
@@ -108,7 +108,7 @@ fn what_would_be_lost_is_refused_unless_it_is_allowed() {
     lab.write("other.ron", &edited(&[other]));
     fork(&lab, "x", &["--sim", "other.ron"])
         .code(2)
-        .tells(&["another kind and start anew: Lag", "--allow"]);
+        .tells(&["another kind, which start anew: Lag", "--allow"]);
     lab.write("body.ron", &BASE.replace("bob", "bib"));
     fork(&lab, "x", &["--sim", "body.ron"]).code(2).tells(&["bodies gone: bob", "--allow"]);
     assert!(!lab.path("x").exists());
@@ -117,12 +117,12 @@ fn what_would_be_lost_is_refused_unless_it_is_allowed() {
 #[test]
 fn what_is_no_change_or_no_checkpoint_is_refused() {
     let lab = lab();
-    fork(&lab, "x", &[]).code(2).tells(&["nothing is to change", "--set"]);
+    fork(&lab, "x", &[]).code(2).tells(&["nothing changes", "--set"]);
     fork(&lab, "x", &["--set", "Friction.dumping=1"]).code(2).tells(&["damping"]);
     fork(&lab, "x", &["--set", "Friction.damping=1", "--until", "0.2s"])
         .code(2)
-        .tells(&["past the end"]);
-    // What became of a parameter of the file is in the checkpoint, and not the parameter: it says where to set it.
+        .tells(&["after the end"]);
+    // The checkpoint contains the result of a parameter, not the parameter itself: the error explains where to set it.
     let remark = ["this text is resolved", "`linkwork fork CHECKPOINT --sim SIM --set PATH=VALUE`"];
     fork(&lab, "x", &["--set", "speed=2"]).code(2).tells(&remark);
     fork(&lab, "x", &["--set", "Nested.speed=2"]).code(2).tells(&remark);

@@ -1,12 +1,12 @@
-//! What parts show on the ground reaches the recording of a run and that of its log alike, and changes no bit of the run.
+//! Overlays of parts on the ground are in the recording of a run and in a recording from its log, and do not change the run.
 #![cfg(feature = "viewer")]
 use crate::common::{Lab, sim};
 use linkwork_record::{Entry, LogError, walk_log};
 use linkwork_runtime::OverlayValues;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Runs a simulation with and without a log and a recording: the same bits; a recording from the log shows what that of the run does. Gives
-/// how often each number of the recording was told.
+/// Runs a simulation with and without a log and a recording: the runs are equal bit for bit, and a recording from the log shows the same as that of
+/// the run. Returns how often each number was recorded.
 fn seen(lab: &Lab, simulation: &str, until: &str, more: &[&str]) -> BTreeMap<String, usize> {
     let run = |out: &str, also: &[&str]| {
         let head = ["run", simulation, "--until", until, "--out", out];
@@ -17,14 +17,14 @@ fn seen(lab: &Lab, simulation: &str, until: &str, more: &[&str]) -> BTreeMap<Str
     assert_eq!(lab.hash("out"), lab.hash("alone"));
     lab.linkwork(&["view", "out/run.mcap", "--out", "view.rrd"]).code(0);
     let said = lab.linkwork(&["diff", "out/run.rrd", "view.rrd"]);
-    // A log has pictures as PNG files, and not where they were taken.
+    // A log contains images as PNG files, but not the positions of the camera.
     let differ = |line: &&str| line.starts_with("  ") && !line.contains("  /cameras/");
     assert!(!said.out.lines().any(|line| differ(&line)), "{}", said.out);
     let shown = linkwork_viz::read_recording(&lab.path("view.rrd")).unwrap();
     shown.into_iter().map(|(name, (t, _))| (name, t.len())).collect()
 }
 
-/// Tiles of a log, by part and corner, as they were told last.
+/// Returns the last values of the tiles in a log, by part and corner.
 fn tiles(lab: &Lab) -> BTreeMap<(String, String), OverlayValues> {
     let mut all = BTreeMap::new();
     walk_log::<LogError>(&lab.path("out/run.mcap"), |entry| {
@@ -47,7 +47,7 @@ fn changes(lab: &Lab, part: &str) -> Vec<f32> {
     out
 }
 
-/// Tiles of the ground that were drawn again.
+/// Returns the number of tiles that were drawn again.
 fn redrawn(shown: &BTreeMap<String, usize>, what: &str) -> usize {
     let of = |name: &str| name.contains("/Terrain/tile") && name.ends_with(what);
     shown.iter().filter(|(name, times)| of(name) && **times > 1).count()
@@ -95,7 +95,7 @@ fn hazards_and_the_way_are_seen() {
             OverlayValues::Change(values) => panic!("{values:?}"),
         })
         .collect();
-    // Hazards, good ground, and ground that was not seen.
+    // Hazards, good ground, and unseen ground.
     let has = |r: u8, g: u8| colors.iter().any(|c| c[0].abs_diff(r) < 12 && c[1].abs_diff(g) < 12);
     assert!(has(235, 55) && has(80, 225) && colors.contains(&[0; 4]), "{colors:?}");
 }

@@ -1,8 +1,8 @@
-//! Looking without running: the tree, the lists, the graphs, the checks, the help.
+//! Commands that inspect without running: tree, lists, graphs, checks and help.
 use crate::common::{Lab, edited, root, sim};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// `Rover/Hardware/Chassis` for every line of a drawn tree, with what stands behind the name.
+/// Returns, for every line of a drawn tree, the path (`Rover/Hardware/Chassis`) and the text after the name.
 fn paths(drawn: &str) -> BTreeMap<String, String> {
     let mut stack: Vec<String> = Vec::new();
     let mut out = BTreeMap::new();
@@ -72,7 +72,7 @@ fn every_model_is_listed_and_described() {
     assert!(some.lines().count() > 2 && some.lines().all(|l| l.starts_with("sensors.")), "{some}");
 }
 
-/// The rover on coarse ground, which is made in no time.
+/// The rover on coarse ground, which loads fast.
 fn coarse(lab: &Lab) -> String {
     let text = std::fs::read_to_string(root().join("sims/rover_traverse/sim.ron")).unwrap();
     let edited = text.replace("\"world_params\": {", "\"world_params\": { \"spacing\": 0.5,");
@@ -126,7 +126,7 @@ fn the_page_holds_every_phase_part_and_wire() {
     for (name, phases) in [(coarse(&lab), 1), (sim("staging"), 3), (sim("mars_edl"), 12)] {
         let page = lab.linkwork(&["graph", &name, "--format", "html"]).code(0).out;
         assert!(page.starts_with("<!DOCTYPE html>") && page.trim_end().ends_with("</html>"));
-        // Nothing is fetched from elsewhere.
+        // The page does not load anything from elsewhere.
         for outside in ["src=", "href=", "@import", "fetch("] {
             assert!(!page.contains(outside), "{name}: {outside}");
         }
@@ -183,7 +183,7 @@ fn every_simulation_is_right() {
     assert!(n >= 3, "{n} simulations");
 }
 
-/// By itself, or with what its own documentation says that it needs.
+/// Alone, or with the parts that its documentation requires.
 #[test]
 fn every_assembly_is_right() {
     let lab = Lab::new();
@@ -217,8 +217,8 @@ fn every_assembly_is_right() {
                 _ => &[],
             };
             let said = lab.linkwork(&[&["check", &path.display().to_string()], set].concat());
-            // Those that `linkwork new rover` mounts on bodies that are there already: sims/cli/tests/make.rs has them whole. The
-            // sun's panel hangs on a body, and asks for a sun.
+            // Assemblies that `linkwork new rover` mounts on existing bodies: sims/cli/tests/make.rs checks them completely. The solar panel is
+            // attached to a body and requires a sun.
             let mounted = ["wheel_drive", "wheel_idle", "steering_drive", "power_solar"];
             if mounted.iter().any(|m| path.file_stem().unwrap() == *m) {
                 said.code(2).tells(&["error: ", "help: "]);
@@ -232,7 +232,7 @@ fn every_assembly_is_right() {
             .iter()
             .any(|m| path.file_stem().unwrap() == *m)
             {
-                // A wheel needs ground, and so do ruts; the motor of a wheel needs a supply.
+                // A wheel requires ground, and ruts as well; the motor of a wheel requires a supply.
                 let said = said.code(2).tells(&["`: needs a terrain service", "help: "]);
                 let driven = said.err.contains("supply` is not connected");
                 assert_eq!(driven, path.to_string_lossy().contains("wheel_"), "{}", said.err);
@@ -243,37 +243,37 @@ fn every_assembly_is_right() {
                     said.err
                 );
             } else if path.to_string_lossy().contains("parts/steering_") {
-                // Its servo needs a supply.
+                // Its servo requires a supply.
                 let said = said.code(2).tells(&["Servo.supply` is not connected", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
             } else if path.ends_with("parts/power_outside.ron") {
-                // A larger power system feeds it.
+                // A larger power system supplies it.
                 let said = said.code(2).tells(&["Converter.input` is not connected", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
             } else if path.ends_with("parts/navigation_autonav.ron") {
-                // Alone its camera hangs at a node of the world, which has none.
+                // Alone, its camera is attached to a node of the world, which has none.
                 let said =
                     said.code(2).tells(&["the world has neither nodes nor hinges", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
             } else if path.to_string_lossy().contains("parts/localisation_") {
-                // It joins parts of the rover that carries it.
+                // It connects parts of the rover that carries it.
                 said.code(2).tells(&["there is no part `Hardware` here", "help: "]);
             } else if path.ends_with("parts/navigation_plan.ron") {
-                // It joins the locomotion software of the rover that carries it.
+                // It connects to the locomotion software of the rover that carries it.
                 said.code(2).tells(&["there is no part `LocomotionSoftware` here", "help: "]);
             } else if let Some(inputs) =
                 [("navigation_waypoints", 3), ("locomotion", 1), ("suspension_arm", 2)]
                     .into_iter()
                     .find(|(kind, _)| path.ends_with(format!("parts/{kind}.ron")))
             {
-                // Alone nothing tells it where it is, how fast its wheels turn, what angle it is to take.
+                // Alone, it lacks inputs for its pose, the wheel speeds and the desired angle.
                 let said = said.code(2).tells(&["is not wired", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), inputs.1, "{}", said.err);
             } else if ["parts/differential_", "parts/torque_joint"]
                 .iter()
                 .any(|p| path.to_string_lossy().contains(p))
             {
-                // Alone it asks twice for hinges of the world, which has none.
+                // Alone, it requires two hinges of the world, which has none.
                 let said =
                     said.code(2).tells(&["the world has neither nodes nor hinges", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), 2, "{}", said.err);
@@ -293,9 +293,9 @@ fn an_assembly_without_its_parameters_says_which() {
     lab.linkwork(&["check", &capsule]).code(2).tells(&[
         "required parameter `position` is missing",
         "required parameter `velocity` is missing",
-        "give it `--set 'Capsule.velocity=..'`, or name it as a part of a simulation",
+        "use `--set 'Capsule.velocity=..'`, or use it as a part of a simulation",
     ]);
-    // What is computed from what is missing is no mistake of its own.
+    // Consequences of missing input are not separate mistakes.
     let wheel = root().join("assemblies/parts/wheel_drive.ron").display().to_string();
     let said = lab.linkwork(&["check", &wheel]).code(2);
     let said = said.tells(&["required parameter `rate` is missing", "--set 'WheelDrive.rate=..'"]);
@@ -386,12 +386,12 @@ fn help_has_examples() {
         let own = lab.linkwork(&[command, "--help"]).code(0).out;
         assert!(own.contains("Usage: linkwork"), "{own}");
     }
-    // The example of --set names a parameter that there is.
+    // The example of --set uses an existing parameter.
     let example = help.split("--set ").nth(1).and_then(|t| t.split_whitespace().next()).unwrap();
     lab.run(&sim("pendulum"), "out", &["--until", "0.1s", "--set", example]).code(0);
 }
 
-/// A newcomer's first simulation: checked without a warning, runs, and is never written over.
+/// A new user's first simulation: it passes the check without a warning, runs, and is never overwritten.
 #[test]
 fn a_new_simulation_runs_as_it_is() {
     let lab = Lab::new();
@@ -403,13 +403,13 @@ fn a_new_simulation_runs_as_it_is() {
     assert!(lab.path("runs/swing/run.mcap").exists());
     lab.linkwork(&["new", "simulation", "first/swing"])
         .code(2)
-        .tells(&["`first/swing` is there already", "help: "]);
+        .tells(&["`first/swing` already exists", "help: "]);
     lab.linkwork(&["new", "simulation", ".."])
         .code(2)
-        .tells(&["no name that a simulation can take"]);
+        .tells(&["does not have a name that a simulation can use"]);
     lab.linkwork(&["new", "simulation", "/dev/null/swing"])
         .code(1)
-        .tells(&["cannot be made", "help: "]);
+        .tells(&["cannot be created", "help: "]);
 }
 
 /// A word finds models by their names and descriptions; a name without its library is completed.
@@ -423,8 +423,8 @@ fn models_are_found_by_a_word_and_by_a_short_name() {
     let word = lab.linkwork(&["describe", "parachute"]).code(2).err;
     assert!(word.contains("models for that word: `flight."), "{word}");
     let none = lab.linkwork(&["list", "xylophone"]).code(2).err;
-    assert!(none.contains("`xylophone` is neither a simulation nor"), "{none}");
-    // Texts that go over several lines of the source are whole.
+    assert!(none.contains("`xylophone` is not a simulation"), "{none}");
+    // Texts that span several source lines are complete.
     let whole = lab.linkwork(&["describe", "environment.height_field"]).code(0).out;
     assert!(whole.contains("PDS3 (.lbl, .img), PDS4 (.xml). (required)"), "{whole}");
 }
@@ -447,7 +447,7 @@ fn describe_plots_what_a_model_does() {
 fn a_model_whose_ports_follow_from_parameters_says_so() {
     let lab = Lab::new();
     let told = |model: &str| lab.linkwork(&["describe", model]).code(0).out;
-    let word = "Its ports follow from its parameters";
+    let word = "Its ports depend on its parameters";
     assert!(told("control.ackermann").contains(word) && told("fmi.co_simulation").contains(word));
     for model in ["actuators.dc_motor", "environment.flat", "mobility.ruts", "basics.sine"] {
         assert!(!told(model).contains(word), "{model}");

@@ -1,4 +1,4 @@
-//! What is there is kept, what is forged is rejected, what cannot be read is not waited for; the names in logs; metrics of forks.
+//! Existing files are kept, forged files are rejected, unreadable files do not block; names in logs; metrics of forks.
 use crate::common;
 use common::{BASE, Lab, edited};
 use linkwork_live::{Ask, Client, Ticket};
@@ -8,7 +8,7 @@ use std::net::TcpStream;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Two balls on a floor, of which one is twice as heavy.
+/// Two balls on a floor; one is twice as heavy.
 const BALLS: &str = r#"Simulation(
     bodies: {
         "top": (parent: "world", hinge: Free, mass: 1, inertia: Sphere(0.1), initial: (position: [0, 0, 0.1]), shapes: [(shape: Sphere(0.1), collide: true, name: "s")]),
@@ -29,7 +29,7 @@ fn contact_forces_of_two_bodies_are_two_columns_of_a_log() {
         let force = log[&format!("{body}.contact_force.z")].y.last().unwrap();
         assert!((force - weight).abs() < 1e-3 * weight, "{body}: {force}");
     }
-    // As `linkwork list` has them, and nothing else.
+    // Exactly the names of `linkwork list`.
     let listed = lab.linkwork(&["list", "balls.ron"]).code(0).out;
     for name in log.keys() {
         assert!(listed.contains(name.as_str()), "{name} is not in\n{listed}");
@@ -49,18 +49,18 @@ fn a_run_that_is_resumed_into_its_folder_leaves_its_log() {
     lab.linkwork(&fork).code(2).tells(&told);
     assert_eq!(std::fs::read(lab.path("r/run.mcap")).unwrap(), before);
     assert_eq!(log_begin(&lab.path("r/run.mcap")).unwrap(), Some(0.0));
-    // Without a log, into its own folder, and there once more.
+    // Without a log, into its own folder, and into that folder again.
     lab.resume(from, "r", &["--until", "2s", "--no-log"]).code(0);
     assert_eq!(std::fs::read(lab.path("r/run.mcap")).unwrap(), before);
     lab.resume(from, "rest", &["--until", "2s"]).code(0);
     assert!(log_begin(&lab.path("rest/run.mcap")).unwrap().unwrap() > 0.5);
     lab.resume(from, "rest", &["--until", "2s"]).code(0);
-    // What is no log is not replaced, either.
+    // Files that are not logs are not replaced either.
     lab.write("rest/run.mcap", "something else");
-    lab.resume(from, "rest", &[]).code(2).tells(&["not a log that can be read"]);
+    lab.resume(from, "rest", &[]).code(2).tells(&["not a readable log"]);
 }
 
-/// The speed is greatest at the first swing: a fork from after it had 0.4 of it.
+/// The speed is greatest at the first swing; a fork from a later time once had 0.4 times this value.
 #[test]
 fn metrics_of_a_fork_and_of_a_resumed_run_are_of_the_whole() {
     let lab = Lab::new();
@@ -86,7 +86,7 @@ fn metrics_of_a_fork_and_of_a_resumed_run_are_of_the_whole() {
     assert!(metrics("whole")["largest speed"][0].as_f64().unwrap() > 2.0);
 }
 
-/// Gives the last row of the log another time.
+/// Changes the time of the last row of the log.
 struct Late(Log, u64);
 
 impl Consumer for Late {
@@ -132,11 +132,11 @@ fn a_row_at_the_end_of_time_does_not_make_replay_simulate_until_then() {
             .output();
         let said = common::Said::from(said.unwrap()).code(1);
         assert!(begin.elapsed() < Duration::from_secs(20), "{:?}", begin.elapsed());
-        said.tells(&["and the log has none"]);
+        said.tells(&["but the log does not"]);
     }
 }
 
-/// A checkpoint of the base at 0.5 s, changed and sealed again.
+/// Writes a checkpoint of the base at 0.5 s, changed and with a new checksum.
 fn forged(lab: &Lab, change: impl Fn(&mut Checkpoint)) {
     let mut c = Checkpoint::read(&lab.path("whole/checkpoint_0.5.lwck")).unwrap();
     change(&mut c);
@@ -172,16 +172,16 @@ fn checkpoints_that_no_run_writes_are_rejected() {
         let said = lab.resume("forged.lwck", "forged", &[]).code(2);
         said.tells(&[wanted, "what no run writes", "help: "]);
     }
-    // A tick at which a row has no length in a double.
+    // A tick at which a double cannot represent the length of a row.
     forged(&lab, |c| {
         c.tick = 1 << 62;
         c.time = c.tick as f64 / 1000.0;
     });
-    lab.resume("forged.lwck", "forged", &[]).code(2).tells(&["past the end at 1 s", "help: "]);
-    // An instant that is no number is not at any row.
+    lab.resume("forged.lwck", "forged", &[]).code(2).tells(&["after the end at 1 s", "help: "]);
+    // An instant that is not a number has no row.
     forged(&lab, |c| c.instant.since = f64::NAN);
     lab.resume("forged.lwck", "forged", &[]).code(2).tells(&["tick 500 is not at row", "help: "]);
-    // What is not changed is taken, and another version is named.
+    // An unchanged checkpoint is accepted, and one of another version is named.
     forged(&lab, |_| {});
     let said = lab.resume("forged.lwck", "same", &[]).code(0);
     assert!(!said.err.contains("version") && !said.err.contains("written by"), "{}", said.err);
@@ -195,7 +195,7 @@ fn checkpoints_that_no_run_writes_are_rejected() {
     lab.resume("forged.lwck", "other", &[]).code(0).tells(&told);
 }
 
-/// The two log the same numbers, and differ in where a body is, and in their configurations.
+/// The two logs have equal numbers, but differ in the pose of a body and in their configurations.
 #[test]
 fn diff_sees_poses_and_configurations() {
     let lab = Lab::new();
@@ -210,7 +210,7 @@ fn diff_sees_poses_and_configurations() {
     for wanted in ["pose of bob.rotation.y", "the configuration", "against"] {
         assert!(said.contains(wanted), "{wanted}: {said}");
     }
-    // With a tolerance it is the numbers that count, and the configuration is named.
+    // With a tolerance, only the numbers are compared, and the configuration is named.
     let loose = ["diff", "a/run.mcap", "b/run.mcap", "--abs", "1"];
     lab.linkwork(&loose).code(0).tells(&["the configurations differ in line"]);
     let said =
@@ -307,7 +307,7 @@ fn silent_connections_keep_no_client_out() {
     let begin = Instant::now();
     let mut clients: Vec<Client> = (0..16).map(|_| Client::connect(&ticket).unwrap()).collect();
     assert!(begin.elapsed() < Duration::from_secs(3), "{:?}", begin.elapsed());
-    // One more is told why.
+    // An additional client gets a reason.
     let full = Client::connect(&ticket).map(|_| ()).unwrap_err().to_string();
     assert!(full.contains("16 clients are connected"), "{full}");
     for client in &mut clients {

@@ -1,4 +1,4 @@
-//! The live socket: what clients set is in the log and is simulated again bit for bit; bad clients change nothing.
+//! The live socket: values set by clients are logged and reproduced bit for bit; bad clients change nothing.
 use crate::common;
 use common::{Lab, Said, edited, wait_for};
 use linkwork_live::{Amount, Ask, Client, ClientError, Said as Answer, Ticket, VERSION};
@@ -9,9 +9,9 @@ use std::net::TcpStream;
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
-/// A run that is served, and its ticket.
+/// Starts a run with a server; returns the process and its ticket.
 fn served(lab: &Lab, out: &str, more: &[&str]) -> (Child, Ticket) {
-    // A row at every step, and a metric that counts them.
+    // A row at every step, and a metric that counts the steps.
     let mean = "unit: \"rad/s\"), \"mean speed\": (of: \"bob.rate\", take: \"mean\") }";
     let edits = [("rate: \"100 Hz\"", "rate: \"1 kHz\""), ("unit: \"rad/s\") }", mean)];
     lab.write("sim.ron", &edited(&edits));
@@ -66,28 +66,31 @@ fn what_is_set_is_in_the_log_and_is_simulated_again() {
     for (value, wanted) in values.into_iter().zip(wanted) {
         assert!((value.unwrap() - wanted).abs() < 1e-15);
     }
-    // What cannot be set is not.
+    // Values that cannot be set are rejected.
     for (path, value, why) in [
         ("bob.acceleration", Amount::Number(1.0), "is an output"),
         ("Lag.u", Amount::Number(1.0), "driven by a wire"),
         ("bob.angel", Amount::Number(1.0), "no variable"),
-        ("bob.angle", Amount::Text("3 kg".into()), "which is no kg"),
-        ("bob.angle", Amount::Text("much".into()), "no quantity"),
+        ("bob.angle", Amount::Text("3 kg".into()), "a different quantity than kg"),
+        ("bob.angle", Amount::Text("much".into()), "not a quantity"),
     ] {
         refused(set(&mut client, path, value), why);
     }
     refused(client.ask(Ask::Step { steps: u64::MAX }), "too many");
     for rate in [2000.0, 0.0, 1e-20, 5e-324, -1.0] {
-        refused(client.ask(Ask::Watch { paths: vec![], rate }), "a rate of ");
+        refused(client.ask(Ask::Watch { paths: vec![], rate }), "the rate is ");
     }
     refused(client.ask(Ask::List { patterns: vec!["*.".repeat(200)] }), "too long");
-    refused(client.ask(Ask::Hello { version: VERSION, token: ticket.token.clone() }), "already");
-    // Steps are answered when they are done, and no more are taken.
+    refused(
+        client.ask(Ask::Hello { version: VERSION, token: ticket.token.clone() }),
+        "only allowed as the first message",
+    );
+    // Steps are answered when they are complete, and never exceeded.
     let after = time(client.ask(Ask::Step { steps: 250 }));
     assert!((after - paused - 0.25).abs() < 1e-9, "{paused} → {after}");
     assert_eq!(time(client.ask(Ask::Pause)), after);
     let Answer::Checkpoint { file } = client.ask(Ask::Checkpoint).unwrap() else { panic!() };
-    // Another client that stops the run in the middle of the steps.
+    // Another client stops the run in the middle of the steps.
     let id = client.send(Ask::Step { steps: 1_000_000_000 }).unwrap();
     let mut other = Client::connect(&ticket).unwrap();
     let now = |other: &mut Client| match other.ask(Ask::Get { paths: vec![] }).unwrap() {
@@ -122,27 +125,27 @@ fn what_is_set_is_in_the_log_and_is_simulated_again() {
     let sets: Vec<(&str, f64)> = log.sets.iter().map(|s| (&*s.path, s.value)).collect();
     assert_eq!(sets.len(), 4, "{sets:?}");
     assert_eq!(sets[1..], [("bob.rate", 0.1 + 0.2), ("bob.rate", 1.0 / 3.0), ("bob.rate", -2.0)]);
-    // A row of the tick of the last set has its value.
+    // The row of the last set's tick has its value.
     let rate = &log.series["bob.rate"];
     let t = log.sets[3].ns as f64 * 1e-9;
     let k = rate.t.iter().position(|s| (s - t).abs() < 1e-9).unwrap();
     assert_eq!(rate.y[k], -2.0);
     let said = lab.linkwork(&["replay", "out/run.mcap", "--verify"]).code(0);
     assert!(said.out.starts_with("verified: "), "{}", said.out);
-    // The checkpoint between the sets goes on, and its log is verified without those before.
+    // The checkpoint between the sets continues, and its log is verified without the earlier sets.
     let until = format!("{}s", after + 0.2);
     lab.linkwork(&["resume", &file, "--out", "rest", "--until", &until]).code(0);
     lab.linkwork(&["replay", "rest/run.mcap", "--verify"]).code(0);
 }
 
-/// A client asks for a checkpoint before the watcher has seen the tick: who goes on from it takes the tick once.
+/// A client requests a checkpoint before the watcher has seen the tick: a run that continues from it counts the tick once.
 #[test]
 fn a_checkpoint_that_is_asked_for_takes_no_tick_of_the_metrics_away() {
     let lab = Lab::new();
     let (child, ticket) = served(&lab, "out", &["--realtime", "--until", "1000s"]);
     let mut client = Client::connect(&ticket).unwrap();
     let paused = time(client.ask(Ask::Pause));
-    // At this tick alone it is so fast.
+    // Only at this tick, it is so fast.
     set(&mut client, "bob.angle", Amount::Number(0.0)).unwrap();
     set(&mut client, "bob.rate", Amount::Number(50.0)).unwrap();
     let Answer::Checkpoint { file } = client.ask(Ask::Checkpoint).unwrap() else { panic!() };
@@ -163,8 +166,8 @@ fn a_checkpoint_that_is_asked_for_takes_no_tick_of_the_metrics_away() {
         let metrics = &lab.summary(out)["metrics"];
         assert_eq!(metrics["largest speed"][0].as_f64(), Some(50.0), "{out}: {metrics}");
     }
-    // Each instant once: the means of the run and of what goes on from its end are those of the rows, which are 1 ms apart. Up to the
-    // instant at which it was set, the variable is as before.
+    // Each instant counts once: the means of the run and of its continuation are those of rows at intervals of 1 ms. Until the instant at which it
+    // was set, the variable keeps its previous value.
     let ramps = |y: &[f64]| y.windows(2).map(|y| 0.5e-3 * (y[0] + y[1])).sum::<f64>();
     let before = log("out").series["bob.rate"].clone();
     let until = |t: f64| before.t.iter().take_while(|s| **s < t - 1e-9).count();
@@ -194,17 +197,20 @@ fn what_is_pinned_stays_is_in_the_log_and_is_simulated_again() {
     client.ask(Ask::Pause).unwrap();
     let pin = |path: &str, value| Ask::Pin { path: path.into(), value };
     let unpin = |path: &str| Ask::Unpin { path: path.into() };
-    // A pattern takes states and outputs that match, each at its present value.
+    // A pattern pins all states and outputs that match, each at its present value.
     let names = changed(client.ask(pin("bob.*", None)));
     let paths: Vec<&str> = names.iter().map(|(path, _)| &**path).collect();
     assert_eq!(paths, ["bob.acceleration", "bob.angle", "bob.rate"]);
     assert_eq!(changed(client.ask(Ask::Pins)), names);
     refused(set(&mut client, "bob.rate", Amount::Number(1.0)), "is pinned to");
     assert_eq!(changed(client.ask(unpin("bob.*"))), names);
-    refused(client.ask(unpin("**")), "matches nothing that is pinned");
+    refused(client.ask(unpin("**")), "does not match a pinned variable");
     refused(client.ask(unpin("bob.rate")), "is not pinned");
-    // Units, all of it or nothing.
-    refused(client.ask(pin("bob.*", Some(Amount::Text("3 deg".into())))), "which is no deg");
+    // Units are converted, and a set is applied completely or not at all.
+    refused(
+        client.ask(pin("bob.*", Some(Amount::Text("3 deg".into())))),
+        "a different quantity than deg",
+    );
     refused(client.ask(pin("bob.*.x", None)), "matches no variable that can be pinned");
     refused(client.ask(pin("Lag.u", Some(Amount::Number(1.0)))), "it reads");
     assert_eq!(changed(client.ask(Ask::Pins)), []);
@@ -231,7 +237,7 @@ fn what_is_pinned_stays_is_in_the_log_and_is_simulated_again() {
     assert_ne!(*angle.y.last().unwrap(), held, "it goes on when it is let go");
     let said = lab.linkwork(&["replay", "out/run.mcap", "--verify"]).code(0);
     assert!(said.out.starts_with("verified: "), "{}", said.out);
-    // What was resumed goes on pinned; its log is verified, too.
+    // The resumed run continues with the pin; its log is verified as well.
     let until = format!("{}s", after + 0.2);
     lab.linkwork(&["resume", &file, "--out", "rest", "--until", &until]).code(0);
     let rest = read_log_contents(&lab.path("rest/run.mcap")).unwrap();
@@ -257,17 +263,17 @@ fn a_run_begins_pinned_and_a_cut_leaves_no_trace() {
     lab.linkwork(&["replay", "out/run.mcap", "--verify"]).code(0);
     lab.resume("out/checkpoint_0.4.lwck", "rest", &[]).code(0);
     assert_eq!(lab.hash("rest"), lab.hash("out"));
-    // Two checkpoints that differ in a pin alone are not equal.
+    // Two checkpoints that differ only in a pin are not equal.
     let alone = ["--checkpoint-every", "0.4s", "--pin", "bob.angle=12 deg", "--pin", "bob.rate=0"];
     lab.run("sim.ron", "two", &alone).code(0);
     let two = ["out/checkpoint_0.4.lwck", "two/checkpoint_0.4.lwck"];
     let said = lab.linkwork(&["diff", two[0], two[1]]).code(1);
     assert!(said.out.contains("pin of bob.rate: only in the second"), "{}", said.out);
-    // Nothing is written before all of it is right.
+    // Nothing is written before the whole command is valid.
     for (pin, why) in [
         ("Lag.u=1", "it reads"),
         ("bob.angel=1", "no variable"),
-        ("bob.angle=much", "no quantity"),
+        ("bob.angle=much", "not a quantity"),
         ("bob.angle=nan", "NaN"),
     ] {
         let said = lab.run("sim.ron", "none", &["--pin", pin]).code(2);
@@ -277,7 +283,7 @@ fn a_run_begins_pinned_and_a_cut_leaves_no_trace() {
     assert!(!lab.path("none").exists());
 }
 
-/// A watch of a run that comes to its end comes to its end, too.
+/// A watch ends when its run ends.
 #[test]
 fn a_watch_ends_with_the_run() {
     let lab = Lab::new();
@@ -299,21 +305,21 @@ fn bad_clients_neither_stop_nor_change_the_run() {
         let ticket = Ticket { token, ..ticket.clone() };
         refused(Client::connect(&ticket).map(|_| ()), "token");
     }
-    // No token: the first message is no hello.
+    // No token: the first message is not hello.
     let mut socket = connect();
     let text = br#"{"id":1,"ask":"quit"}"#;
     socket.write_all(&[&(text.len() as u32).to_le_bytes()[..], text].concat()).unwrap();
     let mut answer = String::new();
     socket.read_to_string(&mut answer).unwrap_or(0);
-    assert!(answer.contains("no hello"), "{answer:?}");
+    assert!(answer.contains("not hello"), "{answer:?}");
     // Garbage before hello, and after.
     connect().write_all(&[0xff; 4096]).unwrap();
     connect().write_all(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n").unwrap();
-    // One that says nothing, one that claims much and sends a little.
+    // A client that sends nothing, and one that announces a long message and sends little.
     let _silent = connect();
     let mut slow = connect();
     slow.write_all(&[0xff, 0, 0, 0, b'{']).unwrap();
-    // One that asks and never reads, and one that floods.
+    // A client that sends requests and never reads, and one that floods.
     let mut deaf = Client::connect(&ticket).unwrap();
     let all = || Ask::List { patterns: vec!["**".into()] };
     deaf.send(Ask::Watch { paths: vec!["bob.angle".into(); 2000], rate: 1000.0 }).unwrap();
@@ -322,14 +328,14 @@ fn bad_clients_neither_stop_nor_change_the_run() {
         move || {
             let mut client = Client::connect(&ticket).unwrap();
             let mut sent = 0;
-            // It is let go at some time, since it does not read.
+            // The server closes it at some time, because it does not read.
             while sent < 100_000 && client.send(all()).is_ok() {
                 sent += 1;
             }
             sent
         }
     });
-    // A good one beside them.
+    // A good client at the same time.
     let mut good = Client::connect(&ticket).unwrap();
     for _ in 0..10 {
         good.ask(Ask::Get { paths: vec!["bob.angle".into()] }).unwrap();
@@ -363,8 +369,8 @@ fn the_command_line_attaches_and_says_what_is_wrong() {
     assert!(said.out.contains("bob.acceleration") && said.out.lines().count() == 3);
     attach(&["unpin", "bob.*"]).code(0);
     assert_eq!(attach(&["pins"]).code(0).out.lines().count(), 1);
-    attach(&["unpin", "bob.*"]).code(1).tells(&["matches nothing that is pinned", "help: "]);
-    attach(&["set", "bob.rate"]).code(1).tells(&["has no `=`", "help: "]);
+    attach(&["unpin", "bob.*"]).code(1).tells(&["does not match a pinned variable", "help: "]);
+    attach(&["set", "bob.rate"]).code(1).tells(&["lacks a `=`", "help: "]);
     attach(&["go"]).code(0);
     let said = attach(&["watch", "bob.angle", "--rate", "100", "--count", "3"]).code(0);
     assert_eq!(said.out.lines().count(), 4, "{}", said.out);
@@ -375,12 +381,12 @@ fn the_command_line_attaches_and_says_what_is_wrong() {
     attach(&["quit"]).code(0);
     let said: Said = child.wait_with_output().unwrap().into();
     said.code(130).tells(&["linkwork attach out"]);
-    // One that was killed leaves its ticket; the next run in the folder takes it away.
+    // A killed run leaves its ticket; the next run in the folder removes it.
     lab.write("out/live.json", "{}");
     lab.run("sim.ron", "out", &[]).code(0);
     assert!(!lab.path("out/live.json").exists());
     attach(&["go"]).code(2).tells(&["live.json", "--serve", "help: "]);
-    // An address that is none leaves what an earlier run wrote.
+    // An invalid address does not remove the files of an earlier run.
     let before = lab.hash("out");
     lab.run("sim.ron", "out", &["--serve", "nonsense"])
         .code(2)

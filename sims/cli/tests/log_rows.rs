@@ -1,5 +1,5 @@
-//! Rows of a log around events and on change: exactly those of the full log, bit for bit; the same however the run is
-//! cut; simulated again, compared, exported and viewed as those of any log.
+//! Rows of a log around events and on change: equal to those of the full log bit for bit, also after interruptions; and reproduced, compared,
+//! exported and viewed like those of any log.
 use crate::common;
 use common::{Lab, Said};
 use linkwork_record::{End, Series, read_log, read_log_contents};
@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 type Rows = BTreeMap<String, Series>;
 
-/// A ball that falls from 1 m with 9.80665 m/s² and bounces with 0.8.
+/// A ball that falls from 1 m at 9.80665 m/s² and bounces with restitution 0.8.
 fn ball(log: &str) -> String {
     format!(
         r#"Simulation(
@@ -21,14 +21,14 @@ fn ball(log: &str) -> String {
 const ALL: &str = r#"[(channels: ["Ball.**"])]"#;
 const NEAR: &str = r#"[(channels: ["Ball.**"], around: (when: "Ball.height < 1 cm", before: "20 ms", after: "30 ms"))]"#;
 
-/// The log of a run of `text`.
+/// Returns the log of a run of `text`.
 fn run(lab: &Lab, name: &str, text: &str, more: &[&str]) -> Rows {
     lab.write(&format!("{name}.ron"), text);
     lab.run(&format!("{name}.ron"), name, more).code(0);
     read_log(&lab.path(name).join("run.mcap")).unwrap()
 }
 
-/// The rows of a log whose numbers `keep` picks by their place and time.
+/// Returns the rows of a log that `keep` selects by index and time.
 fn picked(all: &Rows, keep: impl Fn(usize, f64) -> bool) -> Rows {
     let one = |s: &Series| {
         let kept = |k: &usize| keep(*k, s.t[*k]);
@@ -39,7 +39,7 @@ fn picked(all: &Rows, keep: impl Fn(usize, f64) -> bool) -> Rows {
     all.iter().map(|(name, s)| (name.clone(), one(s))).collect()
 }
 
-/// That two logs have the same rows, bit for bit; names the first that they do not share.
+/// Asserts that two logs have the same rows, bit for bit; names the first difference.
 #[track_caller]
 fn same(a: &Rows, b: &Rows, what: &str) {
     assert!(a.keys().eq(b.keys()), "{what}: {:?} against {:?}", a.keys(), b.keys());
@@ -57,7 +57,7 @@ fn same(a: &Rows, b: &Rows, what: &str) {
     }
 }
 
-/// In ticks of 1 ms, from which the full log says that the ball is lower than 1 cm.
+/// Returns the ticks of 1 ms at which the ball falls below 1 cm according to the full log.
 fn events(all: &Rows) -> Vec<i64> {
     let low: Vec<bool> = all["Ball.height"].y.iter().map(|h| *h < 0.01).collect();
     (0..low.len()).filter(|&k| low[k] && (k == 0 || !low[k - 1])).map(|k| k as i64).collect()
@@ -75,19 +75,19 @@ fn windows_have_exactly_the_rows_of_the_full_log() {
     let all = run(&lab, "all", &ball(ALL), &[]);
     let near = run(&lab, "near", &ball(NEAR), &[]);
     let events = events(&all);
-    // It falls through 1 cm after √(2 · 0.99 / g), for the first time.
+    // It passes 1 cm after √(2 · 0.99 / g), for the first time.
     let first = (2.0_f64 * 0.99 / 9.80665).sqrt();
     assert_eq!(events[0], (first * 1e3).ceil() as i64);
     assert!(events.len() > 2, "{events:?}");
     let inside = |k: usize, _: f64| events.iter().any(|e| (-20..=30).contains(&(k as i64 - e)));
     same(&near, &picked(&all, inside), "near");
     assert!(near["Ball.height"].t.len() < all["Ball.height"].t.len() / 4);
-    // At another rate: those of its own rate, around events between them, too.
+    // At another rate: the rows at this rate, also around events between them.
     let slow = NEAR.replace("around", "rate: \"7 ms\", around");
     let slow = run(&lab, "slow", &ball(&slow), &[]);
     let inside = |k: usize, t: f64| k.is_multiple_of(7) && inside(k, t);
     same(&slow, &picked(&all, inside), "slow");
-    // Windows that overlap are one.
+    // Overlapping windows are merged.
     let wide = NEAR.replace("20 ms", "300 ms").replace("30 ms", "200 ms");
     let wide = run(&lab, "wide", &ball(&wide), &[]);
     let inside = |k: usize, _: f64| events.iter().any(|e| (-300..=200).contains(&(k as i64 - e)));
@@ -100,7 +100,7 @@ fn windows_have_exactly_the_rows_of_the_full_log() {
         lab.linkwork(&same).code(0);
         lab.linkwork(&["diff", "all/run.mcap", &format!("{out}/run.mcap")]).code(1);
     }
-    // What holds from the start is an event there, and the end of the run cuts.
+    // A condition that is true at the start is an event there, and the end of the run cuts its window.
     let edges = r#"[(channels: ["Ball.height"], around: (when: "time < 0.5 s or time > 1.99 s", before: "5 ms", after: "50 ms"))]"#;
     let edges = run(&lab, "edges", &ball(edges), &[]);
     let inside = |k: usize, _: f64| k <= 50 || k >= 1986;
@@ -125,15 +125,15 @@ fn on_change_a_row_is_written_when_a_value_is_not_that_of_the_last() {
     same(&few, &expected, "few");
     assert_eq!(few["Ball.impacts"].y[..3], [0.0, 1.0, 2.0]);
     verified(&lab, "few");
-    // In a window, too: its first row is written when it is not as the last of the window before.
+    // The same in a window: its first row is written when it differs from the last row of the window before.
     let both = r#"[(channels: ["Ball.impacts"], on_change: true, around: (when: "Ball.height < 1 cm", before: "20 ms", after: "30 ms"))]"#;
     let both = run(&lab, "both", &ball(both), &[]);
     assert_eq!(both["Ball.impacts"].y[..3], [0.0, 1.0, 2.0]);
     verified(&lab, "both");
 }
 
-/// A run that is cut and resumed has the rows of the straight one, wherever it is cut: in the ring's time, in a window,
-/// between two.
+/// An interrupted and resumed run has the same rows as an uninterrupted one, wherever it is interrupted: during the time before an event, in a
+/// window, or between two windows.
 #[test]
 fn a_run_that_is_cut_has_the_rows_of_a_straight_one() {
     let lab = Lab::new();
@@ -162,7 +162,7 @@ fn a_run_that_is_cut_has_the_rows_of_a_straight_one() {
             let mut rows: Vec<(f64, f64)> = one.t.drain(..).zip(one.y.drain(..)).collect();
             rows.extend(s.t.iter().copied().zip(s.y.iter().copied()));
             rows.sort_by(|a, b| a.0.total_cmp(&b.0));
-            // One rule has a row in the first log that another has in the second.
+            // One rule of the first log writes a row that another rule of the second log writes.
             rows.dedup_by(|b, a| a.0 == b.0 && a.1.to_bits() == b.1.to_bits());
             (one.t, one.y) = rows.into_iter().unzip();
         }
@@ -172,11 +172,11 @@ fn a_run_that_is_cut_has_the_rows_of_a_straight_one() {
     }
 }
 
-/// The log of a process that was killed ends anywhere: what is there are the first rows of each variable.
+/// The log of a killed process may end anywhere: it contains the first rows of each variable.
 #[test]
 fn a_log_that_is_cut_off_is_read_and_verified() {
     let lab = Lab::new();
-    // Numbers that fill several parts of a log.
+    // Enough numbers for several chunks of a log.
     let text = common::BASE.replace("until: \"1 s\"", "until: \"60 s\"").replace(
         "rate: \"100 Hz\"",
         "around: (when: \"bob.angle > 0 rad\", before: \"0.2 s\", after: \"0.3 s\")",
@@ -203,7 +203,7 @@ fn a_log_that_is_cut_off_is_read_and_verified() {
 #[test]
 fn rows_written_late_stand_in_their_place_in_a_table_and_a_recording() {
     let lab = Lab::new();
-    // A row each 10 ms, and around events each millisecond: of some instants twice.
+    // A row every 10 ms, and every millisecond around events: some instants appear twice.
     let rules =
         format!("[(channels: [\"Ball.**\"], rate: \"10 ms\"), {}]", &NEAR[1..NEAR.len() - 1]);
     let rows = run(&lab, "both", &ball(&rules), &[]);
@@ -220,7 +220,7 @@ fn rows_written_late_stand_in_their_place_in_a_table_and_a_recording() {
     verified(&lab, "both");
 }
 
-/// A condition over what only some phases have is an event when the phase begins in which it holds.
+/// A condition on a variable that only some phases have is an event when a phase begins in which it is true.
 #[test]
 fn events_of_phases_whose_variables_come_and_go() {
     let lab = Lab::new();
@@ -239,7 +239,7 @@ fn events_of_phases_whose_variables_come_and_go() {
     verified(&lab, "near");
 }
 
-/// A fork is a run of its own: what came before it stands in the log that it left.
+/// A fork is a separate run: earlier rows are in the log of the original run.
 #[test]
 fn a_fork_begins_its_own_log() {
     let lab = Lab::new();
@@ -275,9 +275,9 @@ fn what_cannot_be_meant_is_refused_and_what_does_not_happen_is_told() {
     );
     lab.write("bad.ron", &ball(r#"[(channels: ["Ball.**"], on_change: "yes")]"#));
     lab.run("bad.ron", "bad", &[]).code(2).tells(&["on_change", "help: "]);
-    // An event that does not come: the log has no rows of it, and that is said.
+    // Without the event, the log has no rows, and a message says this.
     let never = NEAR.replace("< 1 cm", "> 2 m");
     lab.write("never.ron", &ball(&never));
     let told = lab.run("never.ron", "never", &[]).code(0);
-    told.tells(&["warning: the log has no rows around `Ball.height > 2 m`"]);
+    told.tells(&["warning: the log does not have samples around `Ball.height > 2 m`"]);
 }

@@ -1,14 +1,14 @@
-//! What `linkwork new` makes is whole; what cannot be made is refused.
+//! Projects from `linkwork new` are complete; impossible ones are rejected.
 use crate::common::{Lab, Said, names, root};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// Cargo in a folder, without the network: everything has been fetched for this test.
+/// Runs Cargo in a folder without the network: this test has already downloaded everything.
 fn cargo(folder: &Path, args: &[&str]) -> Said {
     let mut c = Command::new(env!("CARGO"));
     c.args(args).env("CARGO_NET_OFFLINE", "true").current_dir(folder).stdin(Stdio::null());
-    // What cargo says of this test to its own programs is not for another workspace.
+    // Environment variables of Cargo for this test must not affect another workspace.
     for (key, _) in std::env::vars().filter(|(k, _)| k.starts_with("CARGO_PKG_")) {
         c.env_remove(key);
     }
@@ -16,8 +16,8 @@ fn cargo(folder: &Path, args: &[&str]) -> Said {
     c.output().unwrap().into()
 }
 
-/// What cargo makes of it without compiling: all packages and their dependencies are there, in the versions that
-/// Linkwork has, and the sources are in the formatter's form. `.ci/library` compiles, tests and runs it.
+/// Checks by Cargo without compiling: all packages and their dependencies exist, in the same versions as in Linkwork, and the sources are formatted.
+/// `.ci/library` compiles, tests and runs it.
 #[test]
 fn a_new_library_is_a_whole_workspace() {
     let lab = Lab::new();
@@ -34,7 +34,7 @@ fn a_new_library_is_a_whole_workspace() {
         let tree = tree.code(0).out;
         assert!(tree.contains("linkwork"), "{package} does not depend on Linkwork:\n{tree}");
     }
-    // Nothing newer than in Linkwork's own Cargo.lock, and the same profiles.
+    // No version is newer than in Linkwork's own Cargo.lock, and the profiles are equal.
     let versions = |path: &Path| -> BTreeSet<String> {
         let text = std::fs::read_to_string(path).unwrap();
         let blocks = text.split("[[package]]").filter(|b| b.contains("checksum = "));
@@ -45,13 +45,13 @@ fn a_new_library_is_a_whole_workspace() {
     let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).unwrap();
     assert!(manifest.contains("linkwork-dynamics = { opt-level = 3, codegen-units = 1 }"));
     assert!(manifest.contains("[profile.release.package]\n"));
-    // Versions of crates alone have the sign that words of a template stand between.
+    // Only versions of crates contain the character around words of a template.
     let signs = manifest.lines().filter(|l| l.contains('@'));
     assert!(
         signs.into_iter().all(|l| l.starts_with('"') && l.matches('@').count() == 1),
         "{manifest}"
     );
-    // The Python files of the package are Linkwork's, all of them.
+    // The Python files of the package are exactly those of Linkwork.
     let theirs = root().join("sims/python/python/linkwork");
     let own = folder.join("python/windmill");
     let sources = names(&theirs)
@@ -75,7 +75,7 @@ fn a_new_library_is_a_whole_workspace() {
     assert!(list.contains("Entry::model::<relief_valve::ReliefValve>()"), "{list}");
 }
 
-/// Linkwork's own libraries take models, too.
+/// Models can also be added to Linkwork's own libraries.
 #[test]
 fn a_model_in_a_library_of_the_project_imports_the_runtime() {
     let lab = Lab::new();
@@ -98,38 +98,38 @@ fn what_cannot_be_made_is_refused_and_leaves_nothing() {
         lab.linkwork(&[&["new"], args].concat()).code(2).tells(wanted).tells(&["help: "]);
     };
     for name in ["Windmill", "2mills", "wind-mill", "mill_"] {
-        refused(&["library", name], &["cannot be the name of a library", "small letters"]);
+        refused(&["library", name], &["cannot be the name of a library", "lower-case letters"]);
     }
-    refused(&["library", "fn"], &["it is taken in Rust"]);
-    refused(&["library", "actuators"], &["`linkwork` has one of that name"]);
-    refused(&["library", "ray"], &["it is taken in Rust or Python"]);
-    refused(&["library", "lambda"], &["it is taken in Rust or Python"]);
-    refused(&["library", ".."], &["no name that a library can take"]);
+    refused(&["library", "fn"], &["it is reserved in Rust"]);
+    refused(&["library", "actuators"], &["`linkwork` already has one with that name"]);
+    refused(&["library", "ray"], &["it is reserved in Rust or Python"]);
+    refused(&["library", "lambda"], &["it is reserved in Rust or Python"]);
+    refused(&["library", ".."], &["does not have a name that a library can use"]);
     refused(
         &["library", "mill", "--linkwork", "here"],
         &["the sources of Linkwork are not in `here`"],
     );
     assert_eq!(lab.files(), [""; 0], "something was made");
     lab.write("mill/note", "");
-    refused(&["library", "mill"], &["`mill` is there already"]);
+    refused(&["library", "mill"], &["`mill` already exists"]);
     assert_eq!(names(&lab.path("mill")), ["note"]);
 
-    refused(&["model", "pump"], &["`.` is no library of models", "new library NAME"]);
+    refused(&["model", "pump"], &["`.` is not a model library", "new library NAME"]);
     lab.write("own/Cargo.toml", "[package]\nname = \"own\"\n");
     lab.write("own/src/lib.rs", "//! Nothing.\n");
     let own = ["--library", "own"];
     refused(&[&["model", "pump"], &own[..]].concat(), &["depends neither on `linkwork` nor"]);
     lab.write("own/Cargo.toml", "[package]\nname = \"own\"\n[dependencies]\nlinkwork = \"1\"\n");
-    refused(&[&["model", "pump"], &own[..]].concat(), &["no function `catalogue`"]);
+    refused(&[&["model", "pump"], &own[..]].concat(), &["lacks a function `catalogue`"]);
     let list = "//! One.\n\npub mod pump;\n\npub fn catalogue() -> Vec<Entry> {\n    vec![]\n}\n";
     lab.write("own/src/lib.rs", list);
-    refused(&[&["model", "pump"], &own[..]].concat(), &["the library has `pump` already"]);
+    refused(&[&["model", "pump"], &own[..]].concat(), &["the library already has `pump`"]);
     refused(&[&["model", "Pump"], &own[..]].concat(), &["cannot be the name of a model"]);
     assert_eq!(std::fs::read_to_string(lab.path("own/src/lib.rs")).unwrap(), list);
     assert_eq!(names(&lab.path("own/src")), ["lib.rs"]);
 }
 
-/// The folder of a rover that was made, with what `check` and a run of some seconds say.
+/// Returns the folder of a generated rover, with the output of `check` and of a run of some seconds.
 fn made_rover(lab: &Lab, name: &str, file: &Path) -> (String, String, String) {
     let from = file.to_str().unwrap();
     lab.linkwork(&["new", "rover", name, "--from", from]).code(0);
@@ -140,13 +140,13 @@ fn made_rover(lab: &Lab, name: &str, file: &Path) -> (String, String, String) {
     (readme, checked.out + &checked.err, said.out + &said.err)
 }
 
-/// The number behind a name in what a run says.
+/// Returns the number after a name in the output of a run.
 fn metric(said: &str, name: &str) -> f64 {
     let line = said.lines().find(|l| l.contains(name)).unwrap_or_else(|| panic!("{name}: {said}"));
     line.split(name).nth(1).unwrap().split_whitespace().next().unwrap().parse().unwrap()
 }
 
-/// Published vehicles become rovers that drive: a rigid one with skid steering, and one whose axles point both ways.
+/// Published vehicles become rovers that drive: a rigid one with skid steering, and one whose axles point in both directions.
 #[test]
 fn a_urdf_becomes_a_rover_that_drives() {
     let robots = root().join("../shared/reference/robots");
@@ -161,16 +161,16 @@ fn a_urdf_becomes_a_rover_that_drives() {
         let (readme, checked, said) = made_rover(&lab, name, &file);
         assert_eq!(readme.matches(&format!("| {radius} m,")).count(), 4, "{readme}");
         assert!(!checked.contains("does not rest"), "{checked}");
-        // What was chosen here needs no remark; what the file says in vain is one.
+        // Deliberate choices need no remark; unused content of the file gives one.
         assert_eq!(checked.matches("warning: ").count(), 1, "{checked}");
-        assert!(checked.contains("is not used:"), "{checked}");
+        assert!(checked.contains("that are not used:"), "{checked}");
         let driven = metric(&said, "distance by odometry");
         assert!(driven > ahead && metric(&said, "greatest tilt") < 15.0, "{said}");
     }
 }
 
-/// Six wheels on bogies and rockers that turn over uneven ground: motors drive and are driven, and their balance of energy closes. It missed 1.7 to 2.1 J of
-/// 33 to 44 J, because each step bent the bristle of a motor's friction far beyond the limit of a gear that carried little.
+/// Six wheels on bogies and rockers on uneven ground: motors drive and are driven, and their energy balance closes. It once missed 1.7 to 2.1 J of 33
+/// to 44 J, because each step bent the bristle of a motor's friction far beyond the limit of a lightly loaded gear.
 #[test]
 fn the_motors_of_a_made_rover_keep_their_energy() {
     let lab = Lab::new();
@@ -213,7 +213,7 @@ fn the_motors_of_a_made_rover_keep_their_energy() {
     assert!(!said.contains("is not closed"), "{said}");
 }
 
-/// Steering, a rocker, axles of both directions, an arm; then a side-car that says what is a wheel.
+/// Steering, a rocker, axles of both directions, an arm; then a companion file that names the wheels.
 #[test]
 fn wheels_steering_and_suspension_are_found() {
     let lab = Lab::new();
@@ -254,14 +254,14 @@ fn wheels_steering_and_suspension_are_found() {
     let (readme, _, said) = made_rover(&lab, "scout", &lab.path("scout.urdf"));
     for part in [
         "Joints that adapt to the ground: `rocker_l`, `rocker_r`.",
-        "A differential joins `rocker_l` and `rocker_r`",
-        "held, since nothing here moves them: `mast`.",
+        "A differential, which the file does not have, connects `rocker_l` and `rocker_r`",
+        "Joints without an actuator, which are held: `mast`.",
         "| `fr` | 0.1 m, 0.06 m | [0.4, -0.4, -0.1] | yes | yoke |",
     ] {
         assert!(readme.contains(part), "{part}: {readme}");
     }
     assert!(metric(&said, "distance by odometry") > 1.0, "{said}");
-    // A side-car names them instead, one of them idle.
+    // A companion file names them instead; one of them is idle.
     let wheel = |name: &str, more: &str| format!("\"{name}\": (radius: 0.1, width: 0.06{more}), ");
     let side = ["fl", "rl", "fr"].map(|w| wheel(w, "")).concat() + &wheel("rr", ", role: Idle");
     lab.write("scout.linkwork.ron", &format!("SideCar(wheels: {{ {side} }})"));
@@ -275,14 +275,14 @@ fn what_is_no_rover_is_refused() {
     let lab = Lab::new();
     lab.write("arm.urdf", r#"<robot name="arm"><link name="base"/></robot>"#);
     let told = lab.linkwork(&["new", "rover", "arm", "--from", "arm.urdf"]).code(2).err;
-    assert!(told.contains("there is no wheel") && told.contains("side-car"), "{told}");
+    assert!(told.contains("there is no wheel") && told.contains("companion file"), "{told}");
     assert!(!lab.path("arm").exists());
     let told = lab.linkwork(&["new", "rover", "none", "--from", "none.urdf"]).code(2).err;
     assert!(told.contains("`none.urdf` cannot be read"), "{told}");
     lab.write("bad.urdf", "<robot name=");
     let told = lab.linkwork(&["new", "rover", "bad", "--from", "bad.urdf"]).code(2).err;
-    assert!(told.contains("`bad.urdf` is not taken"), "{told}");
-    // Two wheels, as TIAGo has besides its casters.
+    assert!(told.contains("`bad.urdf` is rejected"), "{told}");
+    // Two wheels, like TIAGo, in addition to its casters.
     let link = |name: &str, shape: &str| {
         format!(
             r#"<link name="{name}"><inertial><mass value="5"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>{shape}</link>"#
@@ -307,7 +307,7 @@ fn what_is_no_rover_is_refused() {
             && !told.contains("couple the joints"),
         "{told}"
     );
-    // One remedy: that of the place.
+    // Only one remedy, that for the position.
     lab.write("welded.urdf", r#"<robot name="welded"><link name="world"/></robot>"#);
     let told = lab.linkwork(&["new", "rover", "welded", "--from", "welded.urdf"]).code(2).err;
     assert!(told.contains("remove the link `world`"), "{told}");

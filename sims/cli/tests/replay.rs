@@ -1,5 +1,4 @@
-//! `linkwork replay --verify`: what a run wrote is simulated again, bit for bit; one number that was changed is
-//! named with its tick.
+//! `linkwork replay --verify`: a run is reproduced bit for bit from its files; a changed number is reported with its tick.
 use crate::common;
 use common::Lab;
 use linkwork_record::{Log, LogSpec, read_log_contents};
@@ -16,7 +15,7 @@ fn what_a_run_wrote_is_verified_and_so_is_what_a_resumed_run_wrote() {
         let log = format!("{sim}/run.mcap");
         let said = lab.linkwork(&["replay", &log, "--verify"]).code(0);
         assert!(said.out.starts_with("verified: "), "{}", said.out);
-        assert!(said.out.contains("until 4 s, bit for bit"), "{}", said.out);
+        assert!(said.out.contains("until 4 s, bit by bit"), "{}", said.out);
         // A log that begins at 2 s.
         let checkpoint = format!("{sim}/{}", saved(&lab, sim));
         lab.resume(&checkpoint, "again", &["--until", "4s"]).code(0);
@@ -30,7 +29,7 @@ fn saved(lab: &Lab, folder: &str) -> String {
     files.into_iter().find(|f| f.ends_with(".lwck") && f.contains('2')).unwrap()
 }
 
-/// Changes one number on its way into the log.
+/// Changes one number on its way to the log.
 struct Changing(Log, usize);
 
 impl Consumer for Changing {
@@ -76,11 +75,7 @@ fn one_number_that_was_changed_is_named_with_its_tick() {
     let path = variables.iter().find(|(_, v)| v.place == place).unwrap().0.clone();
     assert!(!read_log_contents(&file).unwrap().configuration.is_empty());
     let said = lab.linkwork(&["replay", "changed.mcap", "--verify"]).code(1);
-    assert!(
-        said.out.starts_with(&format!("`{path}` deviates first, at tick 700 ")),
-        "{}",
-        said.out
-    );
+    assert!(said.out.starts_with(&format!("`{path}` differs first, at tick 700 ")), "{}", said.out);
 }
 
 #[test]

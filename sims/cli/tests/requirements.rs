@@ -1,8 +1,8 @@
-//! `require` of a campaign: which runs miss what is required, by which causes.
+//! `require` of a campaign: runs that violate requirements, and by which causes.
 use crate::campaign::{FILE, column, first_runs, lab, numbers};
 use crate::common::{Lab, edited};
 
-/// What is required of metrics is judged of what has ended: which runs missed, by which cause, alone or not; it changes no run.
+/// Requirements on metrics are evaluated for completed runs: which runs violate them, by which cause, alone or with others; no run changes.
 #[test]
 fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
     let lab = lab();
@@ -17,7 +17,7 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
     let angles = numbers(&lab, "plain", "early [rad]");
     let mut sorted = angles.clone();
     sorted.sort_by(f64::total_cmp);
-    // Five are below, seven above; the upper bound in another unit.
+    // Five are below, seven above; the upper bound is in another unit.
     let (least, most) = (0.5 * (sorted[4] + sorted[5]), 0.5 * (sorted[22] + sorted[23]));
     let require = format!(
         r#"require: {{
@@ -33,7 +33,7 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
     let far: Vec<usize> = (0..30).filter(|k| angles[*k] > most).collect();
     let slow: Vec<usize> = (0..30).filter(|k| angles[*k] < least).collect();
     assert_eq!((far.len(), slow.len()), (7, 5), "{angles:?}");
-    // A metric of what never came has no value.
+    // A metric of an event that never happened has no value.
     assert!(numbers(&lab, "out", "late [rad]").iter().all(|y| y.is_nan()));
     assert!(numbers(&lab, "out", "early [rad]").iter().all(|y| y.is_finite()));
     let table = std::fs::read_to_string(lab.path("out/requirements.csv")).unwrap();
@@ -54,8 +54,8 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
         bound(4, most);
         assert_eq!((row[5], row[6], row[7]), (&*n.to_string(), &*share(n), "0"));
     }
-    // What never came is a cause of its own, for 18 the only one.
-    let never = "a metric that is required has no value: what it is of never came";
+    // A missing event is a separate cause, for 18 runs the only one.
+    let never = "a required metric does not have a value: its variable never existed in this run, or its condition never held";
     assert_eq!(rows[3], [never, "", "", "NaN", "NaN", "30", "1.0", "18"], "{table}");
     for (k, missed) in column(&lab, "out", "missed").iter().enumerate() {
         let first = if far.contains(&k) { "it swings too far; " } else { "" };
@@ -63,16 +63,19 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
         assert_eq!(missed, &format!("{first}{second}{never}"), "run {k}");
     }
     let words =
-        format!("{} ({:.1} %) missed by: it swings too far", far.len(), far.len() as f64 / 0.3);
+        format!("{} ({:.1} %) violated: it swings too far", far.len(), far.len() as f64 / 0.3);
     assert!(
-        said.out.contains("0 of 30 kept all that is required: 0.0 % (0.0 to 11.4 %"),
+        said.out.contains("0 of 30 satisfied all requirements: 0.0 % (0.0 to 11.4 %"),
         "{}",
         said.out
     );
     assert!(said.out.contains(&words), "{words}: {}", said.out);
     let page = std::fs::read_to_string(lab.path("out/report.html")).unwrap();
-    assert!(page.contains("0 of 30 runs kept all of it") && page.contains("it hardly swings"));
-    // The same runs, judged by nothing; the folder of the first is judged by something else without a run.
+    assert!(
+        page.contains("0 of 30 runs satisfied all requirements")
+            && page.contains("it hardly swings")
+    );
+    // The same runs without requirements; those of the first folder get other requirements without a run.
     assert_eq!(column(&lab, "plain", "state"), column(&lab, "out", "state"));
     assert!(!lab.path("plain/requirements.csv").exists());
     let half = FILE.replace("runs: 60", "runs: 30").replace(
@@ -96,11 +99,14 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
         ),
         (
             "\"a\": (metric: \"largest speed\", most: \"1 kg\")",
-            vec!["the metric has rad/s, the bound kg"],
+            vec!["the unit of the metric is rad/s, that of the bound kg"],
         ),
-        ("\"a\": (metric: \"largest speed\")", vec!["`a` has no bound", "least, most or both"]),
-        ("\"a\": (most: 1)", vec!["`a` has no `metric`"]),
-        ("\"a\": (metric: \"largest speed\", least: 2, most: 1)", vec!["nothing is from 2 to 1"]),
+        ("\"a\": (metric: \"largest speed\")", vec!["`a` lacks a bound", "least, most or both"]),
+        ("\"a\": (most: 1)", vec!["`a` lacks a `metric`"]),
+        (
+            "\"a\": (metric: \"largest speed\", least: 2, most: 1)",
+            vec!["the range from 2 to 1 is empty"],
+        ),
         (
             "\"a\": (metric: \"largest speed\", mots: 1)",
             vec!["no field `mots`", "did you mean `most`"],
@@ -112,16 +118,16 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
     }
 }
 
-/// The footprint of a landing with all that is required of it: of eight runs, with what is not known of the path as it is and much
-/// wider, the second miss by causes with names.
+/// The footprint of a landing with all its requirements: two sets of eight runs, with the realistic uncertainty of the path and with a much larger
+/// one; the second violates requirements by named causes.
 #[test]
 fn runs_of_a_footprint_that_is_too_wide_miss_by_causes_with_names() {
     let lab = Lab::new();
     first_runs(&lab, "mars_edl", "footprint.ron", 8);
     let narrow = lab.linkwork(&["campaign", "footprint.ron", "--out", "narrow"]).code(0);
     println!("{}", narrow.out);
-    // Runs of a Latin hypercube are not independent: the share has no interval of confidence.
-    assert!(narrow.out.contains("8 of 8 kept all that is required: 100.0 %\n"));
+    // Runs of a Latin hypercube are not independent: the share has no confidence interval.
+    assert!(narrow.out.contains("8 of 8 satisfied all requirements: 100.0 %\n"));
     let text = std::fs::read_to_string(lab.path("footprint.ron")).unwrap();
     let wide = text
         .replace("deviation: 0.35)", "deviation: 6)")
@@ -140,11 +146,11 @@ fn runs_of_a_footprint_that_is_too_wide_miss_by_causes_with_names() {
         let is = causes.contains("the parachute opens in denser air than it was qualified for");
         assert_eq!(is, dense.contains(&k), "run {k}: {causes}");
     }
-    // The others kept it, and one at least kept all.
+    // The others satisfied this requirement, and at least one satisfied all.
     assert!(missed.iter().any(String::is_empty));
     let share = 100.0 * dense.len() as f64 / 8.0;
     let words = format!(
-        "{} ({share:.1} %) missed by: the parachute opens in denser air than it was qualified for (dynamic pressure at the parachute at most 750 Pa)",
+        "{} ({share:.1} %) violated: the parachute opens in denser air than it was qualified for (dynamic pressure at the parachute at most 750 Pa)",
         dense.len()
     );
     assert!(said.out.contains(&words), "{words}\n{}", said.out);

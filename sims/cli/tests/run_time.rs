@@ -1,4 +1,4 @@
-//! What goes wrong during a run: runaway states, Ctrl-C, full disks. And the memory of long runs.
+//! Errors during a run: runaway states, Ctrl-C, full disks. Also the memory of long runs.
 use crate::common;
 use common::{Lab, Said, Small, edited, names, signal, wait_for};
 use linkwork_record::read_log;
@@ -41,7 +41,7 @@ fn a_runaway_stops_with_its_name_and_time() {
         "{:?}",
         blow.t.last()
     );
-    // The checkpoint is from before, and so are its metrics.
+    // The checkpoint is from an earlier time, and its metrics as well.
     lab.resume("out/before_failure.lwck", "before", &["--until", "1.5s"]).code(0);
     let largest = lab.summary("before")["metrics"]["largest speed"][0].as_f64().unwrap();
     assert!((largest - 30f64.exp()).abs() < 1e-2 * largest, "exp(30) against {largest}");
@@ -49,14 +49,14 @@ fn a_runaway_stops_with_its_name_and_time() {
     assert_eq!(lab.hash("again"), lab.hash("out"), "the failure is not repeated bit by bit");
 }
 
-/// Reference-FMUs #612: a run that goes on beyond its stop time.
+/// Reference-FMUs #612: a run that continues beyond its stop time.
 #[test]
 fn an_end_between_two_steps_is_told_and_a_condition_meets_it() {
     let lab = Lab::new();
     lab.write("sim.ron", &edited(&[]));
     let late = lab.run("sim.ron", "late", &["--until", "0.5003 s"]).code(0);
-    let late = late
-        .tells(&["`until`, 0.5003 s, lies between two steps", "stop_when: \"time >= 0.5003 s\""]);
+    let late =
+        late.tells(&["`until`, 0.5003 s, is between two steps", "stop_when: \"time >= 0.5003 s\""]);
     assert!(
         late.err.contains(&format!("ended at {} s", lab.summary("late")["time"])),
         "{}",
@@ -85,8 +85,8 @@ fn a_number_that_is_none_stops_too() {
     assert!(read_log(&lab.path("out/run.mcap")).is_ok());
 }
 
-/// A satellite-like fall through the end of a canopy's table: the run ends at that instant with the part, the fact and the remedy; a
-/// run that goes on from before comes to the same end. A start there is no start.
+/// A satellite-like fall through the end of a canopy's table: the run ends at that instant with the part, the fault and the remedy; a run that
+/// continues from before ends in the same way. A start there is rejected.
 #[test]
 fn a_model_stops_the_run_with_its_words() {
     let lab = Lab::new();
@@ -190,14 +190,14 @@ fn a_folder_that_cannot_be_written_is_refused() {
     let lab = Lab::new();
     lab.write("sim.ron", common::BASE);
     lab.write("file", "no folder");
-    lab.run("sim.ron", "file/out", &[]).code(2).tells(&["file/out", "cannot be made"]);
+    lab.run("sim.ron", "file/out", &[]).code(2).tells(&["file/out", "cannot be created"]);
     let Some(_small) = Small::mount(lab.path("small"), "1m") else { return };
     let said = lab.run("sim.ron", "small/out", &[]);
     assert!(said.code == 1 || said.code == 2, "{said:?}");
     said.tells(&["run.mcap", "help: "]);
 }
 
-/// Largest resident memory of a run (MB).
+/// Returns the largest resident memory of a run (MB).
 fn peak(lab: &Lab, until: &str) -> f64 {
     let mut child = lab.spawn(&[
         "run",

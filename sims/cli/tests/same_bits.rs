@@ -1,10 +1,10 @@
-//! Same input, same bits: across processes, checkpoints, logs, folders and the order of a file.
+//! Equal input gives equal bits: across processes, checkpoints, logs, folders and orders of a file.
 use crate::common;
 use common::{BASE, Lab, edited, root, sim};
 use linkwork_record::read_log;
 use std::path::Path;
 
-/// Coarse ground: a run takes a second.
+/// Coarse ground: a run takes about a second.
 const COARSE: [&str; 2] = ["--set", "Rover.Environment.Terrain.spacing=0.5"];
 
 fn rover(lab: &Lab, out: &str, more: &[&str]) -> String {
@@ -19,13 +19,13 @@ fn a_resumed_rover_is_the_same_rover() {
     rover(&lab, "half", &["--until", "12s", "--checkpoint-every", "5s"]);
     assert!(lab.path("half/checkpoint_5.lwck").exists());
     std::fs::copy(lab.path("half/checkpoint_10.lwck"), far.path("at10.lwck")).unwrap();
-    // Another folder, without the simulation's own: all that it needs is in the checkpoint.
+    // Another folder, without that of the simulation: the checkpoint contains everything that it needs.
     far.resume("at10.lwck", "rest", &["--until", "20s", "--checkpoint-every", "5s"]).code(0);
     assert_eq!(far.hash("rest"), whole);
     // A resumed run of a resumed run.
     far.resume("rest/checkpoint_15.lwck", "again", &["--until", "20s"]).code(0);
     assert_eq!(far.hash("again"), whole);
-    // The metrics go on where they stood: every sample counts once.
+    // The metrics continue: every sample counts once.
     let metrics = |l: &Lab, out: &str| l.summary(out)["metrics"].clone();
     assert_eq!(metrics(&lab, "whole"), metrics(&far, "rest"));
     assert_eq!(metrics(&lab, "whole"), metrics(&far, "again"));
@@ -64,7 +64,7 @@ fn what_is_written_has_no_influence() {
     lab.linkwork(&["diff", "plain/run.mcap", "deep/other/run.mcap"]).code(0);
 }
 
-/// Lines that begin (after blanks) with one of `heads`, in reverse order.
+/// Reverses the order of lines that begin (after blanks) with one of `heads`.
 fn reversed(text: &str, heads: &[&str]) -> String {
     let hit = |l: &str| heads.iter().any(|h| l.trim_start().starts_with(h));
     let mut back: Vec<&str> = text.lines().filter(|l| hit(l)).collect();
@@ -156,24 +156,24 @@ fn differences_are_named() {
         diff(file, "c", &["--abs", "1e-2"]).code(0);
         diff(file, "c", &["--rel", "1e-9"]).code(1);
     }
-    // By pattern: the last that fits holds, and one that fits nothing is a mistake.
+    // By pattern: the last match applies, and a pattern without a match is a mistake.
     let log = |more: &[&str]| diff("run.mcap", "c", more);
     log(&["--tol", "Gain.*=1e-2", "--tol", "Lag.**=0,1e-2"]).code(0);
     let other = log(&["--tol", "**=1e-2", "--tol", "Lag.*=0"]).code(1).out;
     assert!(other.contains("  Lag.y: ") && !other.contains("Gain.y"), "{other}");
     log(&["--tol", "Gian.*=1"]).code(2).tells(&["`Gian.*` matches nothing", "help: "]);
-    log(&["--tol", "Gain.y=much"]).code(2).tells(&["is no tolerance", "PATTERN=1e-6"]);
+    log(&["--tol", "Gain.y=much"]).code(2).tells(&["is not a tolerance", "PATTERN=1e-6"]);
     log(&["--abs", "-1"]).code(2).tells(&["--abs is -1"]);
-    // Another rate: unequal, unless only common rows are asked for.
+    // Another rate: unequal, unless only common rows are compared.
     lab.write("slow.ron", &BASE.replace("rate: \"100 Hz\"", "rate: \"40 Hz\""));
     lab.run("slow.ron", "slow", &["--until", "1.5s"]).code(0);
     let slow =
         |more: &[&str]| lab.linkwork(&[&["diff", "a/run.mcap", "slow/run.mcap"], more].concat());
     assert!(slow(&[]).code(1).out.contains("rows"));
-    assert!(slow(&["--common"]).code(0).out.contains("where both have rows"));
+    assert!(slow(&["--common"]).code(0).out.contains("at common samples"));
     let same = ["diff", "c/run.mcap", "slow/run.mcap", "--common"];
     assert!(lab.linkwork(&same).code(1).out.contains("Gain.y"));
-    // Unlike lengths are no equality.
+    // Logs of unequal length are not equal.
     lab.run("sim.ron", "short", &["--until", "1s"]).code(0);
     assert!(lab.linkwork(&["diff", "a/run.mcap", "short/run.mcap"]).code(1).out.contains("rows"));
 }
@@ -205,12 +205,12 @@ fn a_resumed_run_keeps_the_log_of_what_came_before() {
     assert_eq!(common::names(&lab.path("runs")).len(), 2);
 }
 
-/// Of the C library no mathematical function is taken: it has several, and chooses by the processor.
+/// The program does not use mathematical functions of the C library, which has several versions and chooses by the processor.
 #[cfg(target_os = "linux")]
 #[test]
 fn the_program_takes_no_mathematical_function_of_the_c_library() {
     let program = std::path::Path::new(env!("CARGO_BIN_EXE_linkwork"));
-    // The library of exported units beside it.
+    // Also the library of exported units.
     let unit = program.with_file_name("liblinkwork_unit.so");
     let names = [
         "sin", "cos", "sincos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",
@@ -241,7 +241,7 @@ fn the_program_takes_no_mathematical_function_of_the_c_library() {
     }
 }
 
-/// The last states of simulations with glibc's functions for FMA and AVX2, and with those for any processor.
+/// The last states of simulations are equal with glibc's functions for FMA and AVX2 and with those for any processor.
 #[cfg(target_os = "linux")]
 #[test]
 fn other_functions_of_the_c_library_change_no_bits() {

@@ -1,4 +1,4 @@
-//! Tables of a run: its log as Parquet, and where its time went.
+//! Tables of a run: its log as Parquet, and a profile of its time.
 use crate::common::{BASE, Lab, sim};
 
 #[test]
@@ -23,7 +23,7 @@ fn a_log_becomes_a_table_or_says_why_not() {
     lab.linkwork(&["export", log]).code(2).tells(&["--fmu", "--parquet"]);
     let both = ["export", log, "--parquet", "x.parquet", "--fmu", "x.fmu"];
     lab.linkwork(&both).code(2).tells(&["cannot be used with"]);
-    // Options of a unit go with a unit: what is missing here is only the simulation.
+    // Options of a unit are valid with a unit; here only the simulation is missing.
     let unit =
         ["export", "none.ron", "--fmu", "x.fmu", "--input", "a", "--output", "b", "--set", "p=1"];
     lab.linkwork(&unit).code(2).tells(&["there is no simulation `none.ron`"]);
@@ -35,7 +35,7 @@ fn a_log_becomes_a_table_or_says_why_not() {
     assert!(!lab.path("x.parquet").exists());
 }
 
-/// Stacks of a run, and the microseconds of each.
+/// Returns the stacks of a run, each with its microseconds.
 fn stacks(lab: &Lab, out: &str) -> Vec<(String, u64)> {
     let text = std::fs::read_to_string(lab.path(&format!("{out}/profile.folded"))).unwrap();
     let line = |l: &str| {
@@ -45,7 +45,7 @@ fn stacks(lab: &Lab, out: &str) -> Vec<(String, u64)> {
     text.lines().map(line).collect()
 }
 
-/// A run with and without a profile: the same bits, and stacks that add up to the wall time.
+/// A run with and without a profile has equal bits, and the stacks add up to the elapsed time.
 fn profiled(simulation: &str, until: &str, has: &[&str]) {
     let lab = Lab::new();
     let run = |out: &str, more: &[&str]| {

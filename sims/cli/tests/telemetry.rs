@@ -1,10 +1,10 @@
-//! Telemetry of others in the viewer: a table by itself, and beside the log of a run, with the differences.
+//! Telemetry of other programs in the viewer: a table alone, and next to the log of a run, with the differences.
 #![cfg(feature = "viewer")]
 use crate::common::{Lab, sim};
 use linkwork_viz::read_recording;
 use std::fmt::Write;
 
-/// A block that is thrown and turns about z at 0.5 rad/s, with a flap on it. No body is followed: poses are told in W.
+/// A block that is thrown and rotates about z at 0.5 rad/s, with a flap. No body is followed: poses are in W.
 const THROWN: &str = r#"Simulation(
     bodies: {
         "block": (
@@ -33,7 +33,7 @@ const FLOWN: &str = r#"Telemetry(
     curves: { "Climb": (column: ["climb", "km/h"], variable: "block.velocity.z"), "Battery": (column: ["volts", "V"]) },
 )"#;
 
-/// Rows every 100 ms from 0.2 to 0.8 s of the simulation.
+/// Returns rows every 100 ms from 0.2 to 0.8 s of the simulation.
 fn table() -> String {
     let mut text = String::from("clock,x,y [cm],z,psi,theta,phi,climb,volts,note\n");
     for k in 2..=8 {
@@ -56,7 +56,7 @@ fn lab() -> Lab {
     lab
 }
 
-/// The number that stands before a word and behind another one.
+/// Returns the number after a word.
 fn number(text: &str, after: &str) -> f64 {
     let rest =
         &text[text.find(after).unwrap_or_else(|| panic!("no `{after}`:\n{text}")) + after.len()..];
@@ -70,7 +70,7 @@ fn a_flight_beside_its_simulation_with_the_differences() {
     let args = ["view", "out/run.mcap", "--flown", "flown.ron", "--out", "both.rrd"];
     let said = lab.linkwork(&args).code(0);
     assert!(said.err.is_empty(), "{}", said.err);
-    // Seven rows, all of them instants of the log: half a metre in y, three degrees.
+    // Seven rows, all at instants of the log: half a metre in y, three degrees.
     assert!(said.out.contains("block: 7 rows of the table"), "{}", said.out);
     assert!((number(&said.out, "position: at most ") - 0.5).abs() < 1e-4, "{}", said.out);
     assert!((number(&said.out, "attitude: at most ") - 3.0).abs() < 1e-3, "{}", said.out);
@@ -91,13 +91,13 @@ fn a_flight_beside_its_simulation_with_the_differences() {
     let (_, angle) =
         series("/plots/block__angle_between_flown_and_simulated__deg/angle Scalars:scalars[0]");
     assert!(angle.iter().all(|a| (a - 3.0).abs() < 1e-6), "{angle:?}");
-    // The curve in its own unit, the variable beside it, the difference.
+    // The curve in its own unit, the variable next to it, the difference.
     let (_, flown) = series("/plots/Climb/flown Scalars:scalars[0]");
     let (_, run) = series("/plots/Climb/simulated Scalars:scalars[0]");
     assert!((flown[0] - (4.25 - 1.96133) * 3.6).abs() < 1e-6 && (run[0] - 4.0 * 3.6).abs() < 1e-6);
     let (_, d) = series("/plots/Climb__flown_minus_simulated/difference Scalars:scalars[0]");
     assert!(d.iter().all(|d| (d - 0.9).abs() < 1e-6), "{d:?}");
-    // Both trails, and the shapes of what flew, with what it carries.
+    // Both trails, and the shapes of the recorded body with its attached bodies.
     for entity in [
         "/trails/block ",
         "/trails/flown/block ",
@@ -106,7 +106,7 @@ fn a_flight_beside_its_simulation_with_the_differences() {
     ] {
         assert!(shown.keys().any(|k| k.starts_with(entity)), "{entity}: {:#?}", shown.keys());
     }
-    // It changes nothing of what the run itself shows.
+    // The view of the run itself does not change.
     lab.linkwork(&["view", "out/run.mcap", "--out", "alone.rrd"]).code(0);
     let alone = read_recording(&lab.path("alone.rrd")).unwrap();
     assert!(alone.iter().all(|(name, series)| shown.get(name) == Some(series)));
@@ -125,13 +125,13 @@ fn a_table_drives_the_view_of_its_simulation() {
     for (t, x) in t.iter().zip(x) {
         assert!((x - (1.0 + 3.0 * t)).abs() < 1e-6, "{t}: {x}");
     }
-    // The flap goes with the block: 0.2 m ahead of it, along its x.
+    // The flap moves with the block: 0.2 m ahead of it, along its x axis.
     let (_, y) = series("tf#/flap Transform3D:translation[1]");
     for (t, y) in t.iter().zip(y) {
         let psi = 0.5 * t + 3f64.to_radians();
         assert!((y - 2.5 - 0.2 * psi.sin()).abs() < 1e-6, "{t}: {y}");
     }
-    // A gap is a gap.
+    // A gap stays a gap.
     let (t, volts) = series("/plots/Battery/flown Scalars:scalars[0]");
     assert!(t.len() == 7 && (volts[3] - 27.5).abs() < 1e-9, "between its neighbours: {volts:?}");
 }
@@ -170,44 +170,54 @@ fn mistakes_are_told_with_their_place_and_nothing_is_written() {
         assert!(!lab.path("bad.rrd").exists());
     };
     refused("\"block\": (", "\"blokc\": (", &["bad.ron:7:", "no body `blokc`", "block"]);
-    refused("[\"x\", \"ft\"]", "[\"xx\", \"ft\"]", &["bad.ron:8:", "flown.csv", "no column `xx`"]);
-    refused("[\"x\", \"ft\"]", "[\"x\", \"kg\"]", &["column `x` is in a unit that is no m"]);
+    refused(
+        "[\"x\", \"ft\"]",
+        "[\"xx\", \"ft\"]",
+        &["bad.ron:8:", "flown.csv", "does not have a column `xx`"],
+    );
+    refused(
+        "[\"x\", \"ft\"]",
+        "[\"x\", \"kg\"]",
+        &["the unit of column `x` is not compatible with m"],
+    );
     refused("[\"x\", \"ft\"]", "[\"x\", \"foot\"]", &["`foot` is not a unit"]);
     refused("[\"x\", \"ft\"]", "[\"note\", \"ft\"]", &["column `note` holds `row 2` in line 2"]);
     refused("axes: \"world\", x", "axes: \"wrold\", x", &["no axes `wrold`", "world"]);
-    refused("axes: \"world\", x", "axes: \"planet\", x", &["how the planet turns", "rate"]);
+    refused("axes: \"world\", x", "axes: \"planet\", x", &["the rotation of the planet", "rate"]);
     refused("pitch: [\"theta\", \"deg\"], ", "", &["has no `pitch`"]);
     refused(
         "[\"clock\", \"ms\"]",
         "[\"clock\", \"deg\"]",
-        &["column `clock` is in a unit that is no s"],
+        &["the unit of column `clock` is not compatible with s"],
     );
     refused("[\"climb\", \"km/h\"]", "[\"climb\", \"m\"]", &["`block.velocity.z` is in m/s"]);
     refused("block.velocity.z", "block.velocity.w", &["no variable `block.velocity.w`"]);
     refused("\"flown.csv\"", "\"nowhere.csv\"", &["nowhere.csv"]);
     refused("table: ", "tabel: ", &["no field `tabel`", "has no `table`"]);
-    // Time that goes back.
+    // Time that decreases.
     lab.write("flown.csv", &table().replace("12300,", "12100,"));
-    refused("doc", "doc", &["does not rise from row 1 to row 2"]);
-    // Never at the same time: a warning, and the view of the run is whole.
+    refused("doc", "doc", &["does not increase from row 1 to row 2"]);
+    // Never at the same time: a warning, and the view of the run is complete.
     lab.write("flown.csv", &table());
     lab.write("late.ron", &FLOWN.replace("12 s", "100 s"));
     let args = ["view", "out/run.mcap", "--flown", "late.ron", "--out", "late.rrd"];
     lab.linkwork(&args)
         .code(0)
-        .tells(&["warning: body `block`: the table goes from -87.8", "zero"]);
+        .tells(&["warning: body `block`: the table extends from -87.8", "zero"]);
     lab.linkwork(&["view", "late.ron", "--out", "l.rrd"])
         .code(2)
         .tells(&["before the simulation begins"]);
-    // A log is needed beside, a simulation alone.
+    // `--flown` requires a log; alone, it requires a simulation.
     let args = ["view", "flown.ron", "--flown", "flown.ron", "--out", "x.rrd"];
-    lab.linkwork(&args).code(2).tells(&["--flown stands beside a log"]);
+    lab.linkwork(&args).code(2).tells(&["--flown requires a log"]);
     lab.write("none.ron", &FLOWN.replace("simulation: \"sim.ron\",", ""));
-    lab.linkwork(&["view", "none.ron", "--out", "x.rrd"]).code(2).tells(&["names no simulation"]);
+    lab.linkwork(&["view", "none.ron", "--out", "x.rrd"])
+        .code(2)
+        .tells(&["does not define a simulation"]);
     assert!(!lab.path("x.rrd").exists());
 }
 
-/// The example that ships: what NASA's simulator 04 has of check case 2, beside ours (`sims/nesc/README.md`).
+/// The example in the repository: NASA's simulator 04 in check case 2, next to ours (`sims/nesc/README.md`).
 #[test]
 fn nasas_trajectory_beside_ours() {
     let lab = Lab::new();
@@ -223,6 +233,6 @@ fn nasas_trajectory_beside_ours() {
     // FLIGHT.md: 0.02 ft and 1e-3 deg; 04 itself is within 4e-5 deg of the mean of 04 and 05.
     assert!(position < 0.02 * 0.3048, "{}", said.out);
     assert!(attitude < 1e-3 && attitude > 0.0, "{}", said.out);
-    // At rows of the table, too: a straight line between two of them is 0.4 deg/s beside the brick.
+    // Also at rows of the table: a straight line between two rows differs by 0.4 deg/s from the brick.
     assert!(number(&said.out, "Roll rate: at most ") < 1e-6, "{}", said.out);
 }

@@ -1,4 +1,4 @@
-//! `linkwork terrain`: maps are made, shown, converted and resampled; what is none is refused with the remedy.
+//! `linkwork terrain`: maps are created, shown, converted and resampled; bad files are rejected with a remedy.
 use crate::common::Lab;
 
 const SMALL: [&str; 8] = [
@@ -30,7 +30,7 @@ fn a_map_is_made_shown_converted_and_resampled() {
     ] {
         assert!(said.contains(wanted), "{wanted}\n{said}");
     }
-    // Ten bands that hold all, and a picture as wide as it should be.
+    // Ten bands that contain all nodes, and a picture of the right width.
     let shares = said
         .lines()
         .filter_map(|l| l.split('%').next()?.rsplit("m  ").next()?.trim().parse::<f64>().ok());
@@ -89,7 +89,7 @@ fn what_is_no_map_is_refused_with_the_remedy_and_leaves_nothing() {
     for (args, wanted) in [
         (vec!["show", "none.asc"], vec!["none.asc", "name a map that is there"]),
         (vec!["show", "t.tiles"], vec!["it ends within its head", "linkwork terrain convert"]),
-        (vec!["show", "d.asc"], vec!["a degree is no length", "--spacing 30", "gdalwarp"]),
+        (vec!["show", "d.asc"], vec!["a degree is not a length", "--spacing 30", "gdalwarp"]),
         (vec!["show", "a.asc", "--spacing", "one"], vec!["`--spacing one`", "write --spacing 0.5"]),
         (vec!["convert", "a.asc", "b.bmp"], vec!["not written", ".tiles"]),
         (vec!["convert", "a.asc", "nowhere/b.tif"], vec!["nowhere/b.tif"]),

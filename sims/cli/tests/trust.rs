@@ -1,5 +1,5 @@
-//! What a user must be able to trust: one run in a folder, exit codes that tell the truth, logs
-//! that are readable however a run ended, comparisons that never call a wreck equal.
+//! Guarantees for users: one run in a folder, correct exit codes, logs that are readable after any end of a run, and comparisons that never accept a
+//! damaged file as equal.
 use crate::common::{
     BASE, Lab, Said, Small, edited, killed, kills, names, signal, sim, size, wait_for,
 };
@@ -28,9 +28,9 @@ fn a_folder_has_one_run_at_a_time() {
     let before = names(&lab.path("out"));
     lab.run("sim.ron", "out", &[]).code(2).tells(&["another run is writing", "`out`", "--out"]);
     assert_eq!(names(&lab.path("out")), before, "it wrote something");
-    // Elsewhere there is room.
+    // Another folder is possible.
     lab.run("sim.ron", "other", &[]).code(0);
-    // However the first ends, its folder is free then, and nothing of a lock is left.
+    // However the first run ends, its folder is free then, and no lock remains.
     killed(&mut first);
     assert_eq!(names(&lab.path("out")), ["run.mcap"]);
     lab.run("sim.ron", "out", &[]).code(0);
@@ -47,25 +47,25 @@ fn checkpoints_of_another_run_are_put_aside() {
         names(&lab.path(folder)).into_iter().filter(|n| n.ends_with("lwck")).collect()
     };
     assert_eq!(saved("out"), found);
-    // The same again: they hold the same bits, and stay.
+    // The same run again: the checkpoints contain equal bits, and stay.
     let old = std::fs::read(lab.path("out/checkpoint_0.5.lwck")).unwrap();
     assert!(!lab.run("sim.ron", "out", &[]).code(0).err.contains("note:"));
     assert_eq!(saved("out"), found);
-    // Another configuration: not one of them may be taken for its own.
+    // Another configuration: none of the checkpoints may count as its own.
     lab.run("sim.ron", "out", &["--set", "Gain.k=3"])
         .code(0)
         .tells(&["2 checkpoints of another run", "out/earlier_1"]);
     assert_eq!(saved("out"), [""; 0]);
     assert_eq!(saved("out/earlier_1"), found);
     assert_eq!(std::fs::read(lab.path("out/earlier_1/checkpoint_0.5.lwck")).unwrap(), old);
-    // Another seed is another run, too; what was put aside stays where it is.
+    // Another seed is another run as well; files that were moved stay where they are.
     lab.run("sim.ron", "out", &every).code(0);
     lab.run("sim.ron", "out", &["--seed", "9"]).code(0).tells(&["out/earlier_2"]);
     assert_eq!(
         (saved("out/earlier_1"), saved("out/earlier_2")),
         (found.map(String::from).to_vec(), found.map(String::from).to_vec())
     );
-    // What an earlier run said of itself does not stand beside a run that was killed.
+    // The summary of an earlier run does not remain next to a killed run.
     let slow = ["run", "sim.ron", "--out", "out", "--until", "1000s", "--realtime"];
     let mut child = lab.spawn(&[&slow[..], &QUIET].concat());
     std::thread::sleep(Duration::from_millis(700));
@@ -73,7 +73,7 @@ fn checkpoints_of_another_run_are_put_aside() {
     assert!(!lab.path("out/summary.json").exists() && !lab.path("out/plots.svg").exists());
 }
 
-/// Runs with standard output or error on a device that is always full.
+/// Runs with standard output or standard error on a device that is always full.
 fn full(lab: &Lab, args: &[&str], err: bool) -> Said {
     let device = || OpenOptions::new().write(true).open("/dev/full").unwrap();
     let mut command = lab.command(args);
@@ -106,7 +106,7 @@ fn nothing_that_cannot_be_said_is_a_success() {
     // Unequal and equal logs.
     full(&lab, &["diff", "a/run.mcap", "b/run.mcap"], false).code(1);
     full(&lab, &["diff", "a/run.mcap", "c/run.mcap"], false).code(1);
-    // Mistakes that cannot be printed are mistakes (101 is a panic).
+    // Mistakes that cannot be printed are still mistakes (101 is a panic).
     lab.write("bad.ron", &edited(&[("basics.gain", "basics.gian")]));
     full(&lab, &["check", "bad.ron"], true).code(2);
     full(&lab, &["diff", "a/run.mcap", "none.mcap"], true).code(2);
@@ -137,9 +137,9 @@ fn what_cannot_be_written_is_told_by_the_exit_code() {
     };
     let args = ["--no-log", "--checkpoint-every", "0.02s"];
     let said = lab.run("sim.ron", "small/out", &args).code(1);
-    let said = said.tells(&["checkpoint", "help: make room", "No space left"]);
+    let said = said.tells(&["checkpoint", "help: free disk space", "No space left"]);
     assert!(said.err.matches("error: ").count() <= 6, "one line for each period:\n{}", said.err);
-    // The run came to its end, and what is there is whole.
+    // The run reached its end, and its files are complete.
     assert!(said.out.contains("reached its end at t = 1.000 s"), "{}", said.out);
     let left = names(&lab.path("small/out"));
     assert!(left.iter().all(|n| !n.ends_with(".part")), "half-written: {left:?}");
@@ -161,7 +161,7 @@ fn after_kill_9_the_log_reaches_the_last_checkpoint() {
     assert!(last >= 1.2, "the checkpoint is at 1.2 s, the log ends at {last} s");
     let left = names(&lab.path("out"));
     assert!(left.iter().all(|n| n == "run.mcap" || n.ends_with(".lwck")), "{left:?}");
-    // The rows are those of a run that was not killed.
+    // The rows are equal to those of a complete run.
     lab.run("sim.ron", "whole", &["--until", "3s"]).code(0);
     let whole = read_log_contents(&lab.path("whole/run.mcap")).unwrap();
     for (name, s) in &log.series {
@@ -197,7 +197,7 @@ fn a_limit_on_the_size_of_files_leaves_a_log_and_a_checkpoint() {
     let said = limited(12_288, "out").code(1).tells(&["ulimit -f", "help: "]);
     assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
     let log = read_log_contents(&lab.path("out/run.mcap")).unwrap();
-    assert_eq!(log.end, End::Whole, "the log has no end");
+    assert_eq!(log.end, End::Whole, "the log is truncated");
     let t = lab.summary("out")["time"].as_f64().unwrap();
     let last = *log.series["bob.angle"].t.last().unwrap();
     assert!(last > 1.0 && last <= t && t < 1000.0, "the log ends at {last} s, the run at {t} s");
@@ -205,7 +205,7 @@ fn a_limit_on_the_size_of_files_leaves_a_log_and_a_checkpoint() {
     lab.resume("out/interrupted.lwck", "rest", &["--until", &until]).code(0);
     lab.run("sim.ron", "straight", &["--until", &until, "--no-log"]).code(0);
     assert_eq!(lab.hash("rest"), lab.hash("straight"));
-    // Too small for anything: refused at the start.
+    // Too small for anything: rejected at the start.
     limited(2048, "none").code(1).tells(&["none/run.mcap", "help: "]);
     assert!(!lab.path("none/run.mcap").exists());
 }
@@ -222,11 +222,11 @@ fn logs_that_are_no_logs_equal_nothing() {
             said.tells(&["b.mcap", "help: "]);
         }
     };
-    diff(b"", &["0 bytes do not make a log"]);
-    diff(b"\x89MCAP", &["bytes do not make a log"]);
-    diff(b"Simulation( until: 3 )", &["does not begin as an MCAP file"]);
-    diff(&good[..good.len() / 2], &["has no end", "t = "]);
-    diff(&good[..good.len() - 1], &["has no end"]);
+    diff(b"", &["size of 0 bytes is too small for a log"]);
+    diff(b"\x89MCAP", &["bytes is too small for a log"]);
+    diff(b"Simulation( until: 3 )", &["does not begin with the MCAP magic bytes"]);
+    diff(&good[..good.len() / 2], &["is truncated", "t = "]);
+    diff(&good[..good.len() - 1], &["is truncated"]);
     diff(&[&good[..], b"more"].concat(), &["is damaged"]);
     // A run that logs nothing.
     lab.write("silent.ron", &edited(&[("log: [(channels: [\"**\"], rate: \"100 Hz\")],", "")]));
@@ -238,12 +238,12 @@ fn logs_that_are_no_logs_equal_nothing() {
     lab.run("silent.ron", "silent", &[]).code(0);
     lab.linkwork(&["diff", "silent/run.mcap", "silent/run.mcap"])
         .code(2)
-        .tells(&["holds no numbers", "help: "]);
+        .tells(&["does not contain numbers", "help: "]);
     lab.linkwork(&["diff", "a", "a"]).code(2).tells(&["neither a log"]);
     lab.linkwork(&["diff", "/dev/zero.mcap", "a/run.mcap"]).code(2).tells(&["zero.mcap"]);
 }
 
-/// Every byte of a small log, one bit turned: an error each time, and soon.
+/// Every byte of a small log with one flipped bit: always an error, and soon.
 #[test]
 fn a_flipped_bit_anywhere_in_a_log_is_noticed() {
     let lab = lab();
@@ -252,7 +252,7 @@ fn a_flipped_bit_anywhere_in_a_log_is_noticed() {
     let path = lab.path("bad.mcap");
     let (mut damaged, mut cut) = (0, 0);
     let clock = Instant::now();
-    // Every byte in `.ci/verify damage`.
+    // `.ci/verify damage` tests every byte.
     let stride = size(13, 1);
     for at in (0..good.len()).step_by(stride) {
         let mut bad = good.clone();
@@ -260,14 +260,14 @@ fn a_flipped_bit_anywhere_in_a_log_is_noticed() {
         std::fs::write(&path, &bad).unwrap();
         match read_log_contents(&path) {
             Err(_) => damaged += 1,
-            // A length that points past the end.
+            // A length that points beyond the end.
             Ok(log) if matches!(log.end, End::Cut { .. }) => cut += 1,
             Ok(_) => panic!("bit {} of byte {at} is not noticed", at % 8),
         }
     }
     println!("{damaged} damaged, {cut} cut of {} in {:?}", good.len(), clock.elapsed());
     assert!(damaged > 10 * cut, "{damaged} damaged, {cut} cut");
-    // Cut anywhere: never whole, never more than there was.
+    // Truncated anywhere: never complete, never more rows than before.
     for keep in (0..good.len()).step_by(7 * stride) {
         std::fs::write(&path, &good[..keep]).unwrap();
         match read_log_contents(&path) {
@@ -285,7 +285,7 @@ fn checkpoints_have_names_of_their_own() {
     let saved = |out: &str| names(&lab.path(out)).iter().filter(|n| n.ends_with("lwck")).count();
     assert_eq!(saved("fine"), 20, "{:?}", names(&lab.path("fine")));
     assert!(lab.path("fine/checkpoint_0.0013.lwck").exists(), "{:?}", names(&lab.path("fine")));
-    // A third of a second, written in three ways, has three in a second.
+    // A third of a second, written in three forms, fits three times in a second.
     for (out, third) in [("a", "1/3"), ("b", "0.3333333333333333"), ("c", "1/3 s")] {
         lab.run("sim.ron", out, &["--until", "4s", "--checkpoint-every", third]).code(0);
         assert_eq!(saved(out), 12, "{third}");
@@ -304,7 +304,7 @@ fn only_the_last_checkpoints_are_kept() {
     assert_eq!(saved("out"), ["checkpoint_0.8.lwck", "checkpoint_0.9.lwck", "checkpoint_1.lwck"]);
     let files = lab.summary("out")["files"].to_string();
     assert!(!files.contains("checkpoint_0.7") && files.contains("checkpoint_0.8"), "{files}");
-    // Those that stay are whole.
+    // The remaining files are complete.
     lab.resume("out/checkpoint_0.8.lwck", "again", &[]).code(0);
     assert_eq!(lab.hash("again"), lab.hash("out"));
     lab.run("sim.ron", "all", &every).code(0);
@@ -316,7 +316,7 @@ fn only_the_last_checkpoints_are_kept() {
 #[test]
 fn real_time_with_long_steps_hears_ctrl_c() {
     let lab = Lab::new();
-    // Beside the pendulum nothing moves: a step of a minute is slept through.
+    // Nothing moves except the pendulum: a step of a minute is one sleep.
     lab.write(
         "sim.ron",
         "Simulation(\n    parts: { \"Source\": (model: \"basics.constant\", params: { \"value\": 1 }) },\n    step: \
@@ -355,7 +355,7 @@ fn a_plot_of_huge_numbers_ends_and_comes_last() {
     said.code(0);
     let svg = std::fs::read_to_string(lab.path("out/plots.svg")).unwrap();
     assert!(svg.contains("beyond 1e30"), "the picture says nothing of what it leaves out");
-    // A picture that cannot be drawn: everything else is there, and the exit code tells.
+    // A plot that cannot be drawn: all other files exist, and the exit code reports the failure.
     let Some(_small) = Small::mount(lab.path("small"), "24k") else { return };
     lab.run("none.ron", "small/out", &["--no-log"]).code(1).tells(&["plots.svg", "help: "]);
     assert_eq!(names(&lab.path("small/out")), ["summary.json"]);
@@ -375,7 +375,7 @@ fn files_cannot_give_orders_to_the_terminal() {
     }
     assert!(said.out.contains("\\u{1b}]0;owned"), "{}", said.out);
     assert!(bad.err.contains("\\u{1b}]0;owned"), "{}", bad.err);
-    // A number of 300 digits is a power of ten.
+    // A number of 300 digits: a power of ten.
     lab.write(
         "huge.ron",
         &edited(&[("\"value\": 1 ", "\"value\": 1e308 "), ("\"k\": 2", "\"k\": 1e10")]),
@@ -389,7 +389,7 @@ fn files_cannot_give_orders_to_the_terminal() {
     }
 }
 
-/// Numbers that look random, the same in every run (SplitMix64).
+/// Pseudorandom numbers, the same in every run (SplitMix64).
 struct Dice(u64);
 
 impl Dice {
@@ -398,8 +398,8 @@ impl Dice {
     }
 }
 
-/// `kill -9` at random instants of a rover's run, once it has begun: every checkpoint is whole and goes on
-/// to the same hash, every log is readable and holds the rows of the run that was not killed.
+/// `kill -9` at random instants of a rover's run, after its begin: every checkpoint is complete and continues to the same hash, every log is readable
+/// and contains the rows of a complete run.
 #[test]
 fn kills_at_random_instants_of_a_rover_leave_no_trace() {
     let (lab, rover) = (Lab::new(), sim("rover_traverse"));
@@ -408,7 +408,7 @@ fn kills_at_random_instants_of_a_rover_leave_no_trace() {
         [&["run", rover, "--out", out][..], args, &QUIET].concat()
     }
     lab.linkwork(&run(&rover, "whole", &args)).code(0);
-    // From its first step to its last; before that it loads.
+    // From its first step to its last; before that, it loads.
     let steps = Duration::from_secs_f64(lab.summary("whole")["wall_time"].as_f64().unwrap());
     let (hash, whole) = (lab.hash("whole"), read_log(&lab.path("whole/run.mcap")).unwrap());
     let (wanted, mut done, mut dice) = (kills(3), 0, Dice(14));
@@ -432,15 +432,15 @@ fn kills_at_random_instants_of_a_rover_leave_no_trace() {
                 "lwck" => {
                     let time = Checkpoint::read(&path).unwrap_or_else(|e| panic!("{e}")).time;
                     checkpoints += 1;
-                    // From the one at the end nothing is left to simulate.
+                    // From the checkpoint at the end, nothing remains to simulate.
                     if time < 4.0 && newest.as_ref().is_none_or(|n| n.0 < time) {
                         newest = Some((time, format!("killed/{name}")));
                     }
                 }
-                // Not under its name before it is whole.
+                // It does not have its final name before it is complete.
                 "part" => half += 1,
                 "mcap" => {}
-                // Killed after the last step: what stands under its name is whole.
+                // Killed after the last step: a file with the final name is complete.
                 "json" => assert_eq!(lab.hash("killed"), hash),
                 "svg" => {
                     let text = std::fs::read_to_string(&path).unwrap();
@@ -450,7 +450,7 @@ fn kills_at_random_instants_of_a_rover_leave_no_trace() {
             }
         }
         let log = lab.path("killed/run.mcap");
-        // Before its first byte there is no log yet.
+        // Before the first byte, the log does not exist.
         if log.metadata().is_ok_and(|m| m.len() > 0) {
             let log = read_log_contents(&log).unwrap_or_else(|e| panic!("{e}"));
             for (name, s) in &log.series {
@@ -478,7 +478,7 @@ fn kills_at_random_instants_of_a_rover_leave_no_trace() {
                 assert_eq!(lab.hash("rest"), hash, "{file}");
                 resumed += 1;
             }
-            // Again from the start, beside what the killed one left.
+            // Again from the start, next to the files of the killed run.
             None => {
                 lab.linkwork(&run(&rover, "killed", &args)).code(0);
                 assert_eq!(lab.hash("killed"), hash);

@@ -1,4 +1,4 @@
-//! The viewer from the command line: it never stops a run, and no file of the run is overwritten.
+//! The viewer from the command line: it never stops a run, and never overwrites files of the run.
 #![cfg(feature = "viewer")]
 use crate::common;
 use common::{BASE, Lab, Said, Small, edited, names, signal, wait_for};
@@ -12,7 +12,7 @@ fn lab() -> Lab {
     lab
 }
 
-/// A socket that takes connections and never says a word: a viewer that hangs.
+/// A socket that accepts connections and never sends anything: a viewer that hangs.
 fn silent() -> (TcpListener, String) {
     let socket = TcpListener::bind("127.0.0.1:0").unwrap();
     let url = format!("rerun+http://{}/proxy", socket.local_addr().unwrap());
@@ -62,7 +62,7 @@ fn nobody_listens() {
     assert!(clock.elapsed() < Duration::from_secs(60), "{:?}", clock.elapsed());
     lab.linkwork(&["run", "sim.ron", "--out", "b", "--rerun", "nonsense"])
         .code(1)
-        .tells(&["`nonsense` is no address"]);
+        .tells(&["`nonsense` is not the address of a viewer"]);
 }
 
 #[test]
@@ -77,13 +77,13 @@ fn a_recording_overwrites_no_other_file_of_the_run() {
     }
     refused(&["--save-rrd", "out/run.mcap", "--no-log"]);
     assert_eq!(std::fs::read_to_string(lab.path("sim.ron")).unwrap(), BASE);
-    // By another name, too.
+    // Also by another name.
     lab.run("sim.ron", "out", &[]).code(0);
     let before = std::fs::read(lab.path("out/run.mcap")).unwrap();
     std::fs::hard_link(lab.path("out/run.mcap"), lab.path("other.rrd")).unwrap();
     refused(&["--save-rrd", "other.rrd"]);
     assert_eq!(std::fs::read(lab.path("out/run.mcap")).unwrap(), before);
-    // The checkpoint that is resumed is read, and stays.
+    // The resumed checkpoint is read, and stays.
     lab.run("sim.ron", "c", &["--checkpoint-every", "0.5s"]).code(0);
     let from = "c/checkpoint_0.5.lwck";
     let said = lab.linkwork(&["resume", from, "--out", "d", "--save-rrd", from]);
@@ -107,7 +107,7 @@ fn a_recording_that_cannot_be_written_is_told() {
     read_log_contents(&lab.path("out/run.mcap")).unwrap();
 }
 
-/// The log at the rate of the view; a trail, and axes on the bob.
+/// A log at the rate of the view, with a trail, and axes on the bob.
 fn viewed() -> String {
     edited(&[
         ("mass: \"1 kg\"", "nodes: { \"eye\": (position: [0, 0.2, -1]) }, mass: \"1 kg\""),
@@ -123,7 +123,7 @@ fn a_recording_from_a_log_shows_row_for_row_what_that_of_the_run_does() {
     lab.linkwork(&["run", "sim.ron", "--out", "out"]).code(0);
     let said = lab.linkwork(&["view", "out/run.mcap", "--out", "view.rrd"]).code(0);
     assert!(said.out.contains("21 instants") && said.err.is_empty(), "{}{}", said.out, said.err);
-    // Axes follow from the pose of their body here, from the coordinates there.
+    // The axes follow from the pose of their body in one recording, from the coordinates in the other.
     let args = ["diff", "out/run.rrd", "view.rrd", "--tol", "tf#/bob/eye/axes**=1e-7"];
     let said = lab.linkwork(&args).code(0);
     assert!(said.out.starts_with("equal: "), "{}", said.out);
@@ -136,7 +136,7 @@ fn a_recording_from_a_log_shows_row_for_row_what_that_of_the_run_does() {
         let (t, y) = shown.get(name).unwrap_or_else(|| panic!("{name}: {:#?}", shown.keys()));
         assert!(t.len() == 21 && y[0] != y[20], "{name}: {t:?} {y:?}");
     }
-    // Another run's differs, and the difference is named.
+    // The configuration of another run differs, and the difference is named.
     lab.linkwork(&["run", "sim.ron", "--out", "b", "--set", "Friction.damping=0.2"]).code(0);
     let said = lab.linkwork(&["diff", "out/run.rrd", "b/run.rrd"]).code(1);
     assert!(said.out.contains("tf#/bob Transform3D:"), "{}", said.out);
@@ -157,13 +157,13 @@ fn a_recording_from_a_log_has_arrows() {
 #[test]
 fn a_recording_from_a_log_goes_through_phases_and_from_a_cut_log_as_far_as_that_goes() {
     let lab = Lab::new();
-    // A checkpoint ends a part of the log.
+    // A checkpoint ends a chunk of the log.
     let staging = common::sim("staging");
     let args = ["run", &staging, "--out", "out", "--until", "12s", "--checkpoint-every", "2s"];
     lab.linkwork(&args).code(0);
     lab.linkwork(&["view", "out/run.mcap", "--out", "view.rrd"]).code(0);
     // Curves have the rows of the log, poses those of the view.
-    // A log does not say the phases: paths have their colours in the recording of the run only.
+    // A log does not contain phases: only the recording of the run colours paths by phase.
     let both = ["out/run.rrd", "view.rrd"];
     let [run, view] = both.map(|f| linkwork_viz::read_recording(&lab.path(f)).unwrap());
     let poses = view.iter().filter(|(name, _)| name.starts_with("tf#"));
@@ -177,7 +177,7 @@ fn a_recording_from_a_log_goes_through_phases_and_from_a_cut_log_as_far_as_that_
     let log = std::fs::read(lab.path("out/run.mcap")).unwrap();
     std::fs::write(lab.path("cut.mcap"), &log[..log.len() * 2 / 3]).unwrap();
     let said = lab.linkwork(&["view", "cut.mcap"]).code(0);
-    assert!(said.out.contains("has no end"), "{}", said.out);
+    assert!(said.out.contains("is truncated"), "{}", said.out);
     let whole = linkwork_viz::read_recording(&lab.path("view.rrd")).unwrap();
     let cut = linkwork_viz::read_recording(&lab.path("cut.rrd")).unwrap();
     let name = "tf#/booster Transform3D:translation[0]";
@@ -195,16 +195,16 @@ fn what_a_view_cannot_show_is_said_and_what_is_there_is_not_overwritten() {
     let refused = |args: &[&str], tells: &[&str]| {
         lab.linkwork(&[&["view"], args].concat()).code(2).tells(tells);
     };
-    refused(&["out/run.mcap"], &["`out/run.rrd` is there already", "--out"]);
+    refused(&["out/run.mcap"], &["`out/run.rrd` already exists", "--out"]);
     refused(&["out/run.mcap", "--out", "out/../out/run.mcap"], &["is the log itself", "help: "]);
     assert_eq!(std::fs::read(lab.path("out/run.rrd")).unwrap(), before);
     lab.linkwork(&["view", "out/run.mcap", "--out", "view.rrd"])
         .code(0)
-        .tells(&["no rows of them: bob.angle", "help: "]);
+        .tells(&["no samples of them: bob.angle", "help: "]);
     refused(&["none.mcap"], &["none.mcap", "help: "]);
     lab.write("no.mcap", "nothing");
     refused(&["no.mcap"], &["no.mcap", "help: "]);
-    // One flipped bit: no recording that looks whole.
+    // One flipped bit: no recording that seems complete.
     let mut log = std::fs::read(lab.path("out/run.mcap")).unwrap();
     let middle = log.len() * 2 / 3;
     log[middle] ^= 4;
@@ -216,7 +216,7 @@ fn what_a_view_cannot_show_is_said_and_what_is_there_is_not_overwritten() {
         .tells(&["no/such/folder.rrd", "help: "]);
 }
 
-/// A block falls into a line of 1 m, which is slack for 0.32 s, and an engine on it burns at a third of its thrust.
+/// A block falls into a line of 1 m, which is slack for 0.32 s, while an engine on it burns at a third of its thrust.
 const TETHERED: &str = r#"Simulation(
     bodies: {
         "beam": (parent: "world", nodes: { "hook": (position: [0, 0.3, 2]) }),
@@ -254,14 +254,14 @@ fn a_line_is_bright_while_it_pulls_and_a_jet_as_long_as_its_thrust() {
     assert!(said.out.starts_with("equal: "), "{}", said.out);
     let shown = linkwork_viz::read_recording(&lab.path("view.rrd")).unwrap();
     let line = |what: &str| &shown[&format!("/lines/beam_hook_to_block_ring LineStrips3D:{what}")];
-    // In the axes of the beam, which are those of W: from its hook to the ring.
+    // In the axes of the beam, which are W: from its hook to the ring.
     let fixed = [(0, 0.0), (1, 0.3), (2, 2.0)];
     for (k, want) in fixed {
         let y = &line(&format!("strips[{k}]")).1;
         assert!(y.len() == 21 && y.iter().all(|y| (y - want).abs() < 1e-6), "{y:?}");
     }
     for k in 0..3 {
-        // The block is followed: the eye is where it is.
+        // The view follows the block: the eye is at its position.
         let block = &shown[&format!("tf#/view/eye Transform3D:translation[{k}]")].1;
         assert_eq!(line(&format!("strips[{}]", k + 3)).1, *block);
     }
@@ -270,7 +270,7 @@ fn a_line_is_bright_while_it_pulls_and_a_jet_as_long_as_its_thrust() {
     let slack = t.iter().zip(&alpha).filter(|(t, _)| **t < 0.34).all(|(_, a)| *a == 61);
     assert!(slack && alpha[7] == 204 && alpha.contains(&61), "{alpha:?}");
     let jet = |k: usize| &shown[&format!("/plumes/block_nozzle Arrows3D:vectors[{k}]")].1;
-    // Against z of the nozzle, which is x of the block.
+    // Against the z axis of the nozzle, which is the x axis of the block.
     assert!((jet(0)[0] + 0.5 * 0.999).abs() < 1e-6 && jet(2)[0].abs() < 1e-6, "{:?}", jet(0));
 }
 
@@ -312,7 +312,10 @@ fn lines_and_jets_of_what_is_not_there_are_refused() {
         (
             "pull: \"Line.tension\"",
             "pull: \"Line.*\"",
-            ["matches differ: `from` 1, `to` 1, `pull`", "as many each, or one"],
+            [
+                "matches differ: `from` 1, `to` 1, `pull`",
+                "equal numbers of matches, or with one match",
+            ],
         ),
     ] {
         let text = TETHERED.replace(from, to);

@@ -1,4 +1,4 @@
-//! `linkwork wheel-test`: the published table, files, and what is refused.
+//! `linkwork wheel-test`: the published table, the files, and rejected input.
 use crate::common::Lab;
 
 const SMALL: [&str; 8] =
@@ -10,7 +10,7 @@ fn the_table_and_its_files_are_those_of_an_independent_integration() {
     let args = [&["wheel-test"], &SMALL[..], &["--out", "wheel"]].concat();
     let said = lab.linkwork(&args).code(0).out;
     let out = lab.path("wheel");
-    // Slip, sinkage, pull, torque by adaptive quadrature in another language.
+    // Slip, sinkage, pull and torque by adaptive quadrature in another language.
     for row in [["0.20", "19.821", "22.987", "5.3309"], ["0.80", "21.217", "41.410", "8.4209"]] {
         let found = said.lines().any(|l| row.iter().all(|w| l.split_whitespace().any(|x| x == *w)));
         assert!(found, "{row:?} in\n{said}");
@@ -26,7 +26,7 @@ fn the_table_and_its_files_are_those_of_an_independent_integration() {
         slopes.starts_with("slope_deg,slip\n0,0.00") && slopes.lines().count() == 10,
         "{slopes}"
     );
-    // Where it stalls there is no slip.
+    // No slip is written where the wheel stalls.
     assert!(slopes.ends_with("\n25,\n"), "{slopes}");
     assert!(std::fs::read_to_string(out.join("wheel_test.svg")).unwrap().contains("Drawbar pull"));
 }

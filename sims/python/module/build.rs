@@ -1,4 +1,4 @@
-//! Calls of mathematical functions stay inside the library ([`linkwork_maths`]): a process into which it is loaded has its own.
+//! Binds the mathematical functions inside the library ([`linkwork_maths`]), because the process that loads it has its own.
 //!
 //! [`linkwork_maths`]: ../../../framework/maths
 

@@ -11,10 +11,29 @@ type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 
 #[pymethods]
 impl Mechanism {
-    /// Inverse of the mass matrix (nv, nv) at q, or many. Rows and columns of prescribed
-    /// coordinates are zero: it is that of the free ones. Entries in 1/(kg m²), 1/(kg m) and 1/kg, by the coordinates of row and column.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Compute the inverse of the mass matrix.
     ///
+    /// Only free coordinates are inverted: rows and columns of prescribed coordinates are zero.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, or one per row. Angles in rad, displacements in m.
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv, nv) or (n, nv, nv)
+    ///     The inverse, in 1/(kg m²), 1/(kg m) and 1/kg, depending on the coordinates of row and column.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> (arm.inverse_mass_matrix(q) @ arm.mass_matrix(q)).round(9).tolist()
     /// [[1.0, 0.0], [-0.0, 1.0]]
     #[pyo3(signature = (q, *, threads=1))]
@@ -38,9 +57,29 @@ impl Mechanism {
         })
     }
 
-    /// The inverse of the mass matrix at q times x (nv,), in O(nv); or many. Forces in N m and N give accelerations in rad/s² and m/s².
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Compute the product of the inverse mass matrix and a vector in O(nv), without forming the matrix.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, rad and m, or one per row.
+    /// x : array_like, shape (nv,) or (n, nv)
+    ///     The vector, for example forces, N m and N.
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv,) or (n, nv)
+    ///     The product; accelerations, rad/s² and m/s², if x are forces.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.apply_inverse_mass(q, arm.mass_matrix(q) @ v).round(9).tolist()
     /// [0.1, 0.4]
     #[pyo3(signature = (q, x, *, threads=1))]
@@ -60,10 +99,31 @@ impl Mechanism {
         })
     }
 
-    /// Jacobian (6, nv) of a frame at q, or many: v to the velocity [ω; v] of the frame's origin,
-    /// world axes, rad/s and m/s. out: as in inverse_dynamics.
-    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    /// Compute the Jacobian of a frame: rates v to the velocity [ω; v] of the frame's origin, in world axes.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, or one per row. Angles in rad, displacements in m.
+    /// frame : str
+    ///     Name of a node or a body.
+    /// out : ndarray of float64, optional
+    ///     Array for the result, as in `inverse_dynamics`.
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6, nv) or (n, 6, nv)
+    ///     The Jacobian. Velocities are in rad/s and m/s.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a name does not exist, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> J = arm.node_jacobian(q, "tip")
     /// >>> J.shape, bool(np.allclose(J @ v, arm.state(q, v).velocity("tip")))
     /// ((6, 2), True)
@@ -92,9 +152,31 @@ impl Mechanism {
         })
     }
 
-    /// Rate (6, nv) of that Jacobian at q, v, or many: its derivative in time. Rows in rad and m, by s and the coordinate's unit.
-    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    /// Compute the time derivative of the Jacobian of a frame.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, or one per row. Angles in rad, displacements in m.
+    /// v : array_like, shape (nv,) or (n, nv)
+    ///     Rates, or one set per row, rad/s and m/s.
+    /// frame : str
+    ///     Name of a node or a body.
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6, nv) or (n, 6, nv)
+    ///     Derivative of `node_jacobian`, in 1/s times its units (rad and m per unit of the coordinate).
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a name does not exist, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> dJ = arm.node_jacobian_rate(q, v, "tip")
     /// >>> bool(np.allclose(dJ @ v, arm.state(q, v).bias_acceleration("tip")))
     /// True
@@ -116,10 +198,31 @@ impl Mechanism {
         })
     }
 
-    /// Forces (nv,) that equal a wrench (6,) [moment; force] on a frame, about its origin, world
-    /// axes: Jᵀ f; or many. Wrench in N m and N; forces in N m and N, by coordinate.
-    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    /// Compute the generalized forces Jᵀ f that are equivalent to a wrench f on a frame.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, or one per row. Angles in rad, displacements in m.
+    /// frame : str
+    ///     Name of a node or a body.
+    /// wrench : array_like, shape (6,)
+    ///     [moment; force], N m and N, about the frame's origin, in world axes.
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv,) or (n, nv)
+    ///     Generalized forces, N m or N.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a name does not exist, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.node_jacobian_transpose_product(q, "tip", [0, 0, 0, 10, 0, 0]).round(6).tolist()
     /// [-16.921853, -7.368488]
     #[pyo3(signature = (q, frame, wrench, *, threads=1))]
@@ -141,10 +244,27 @@ impl Mechanism {
         })
     }
 
-    /// Centroidal momentum matrix (6, nv) at q, or many: v to the momentum [angular about the
-    /// centre of mass, kg m²/s; linear, kg m/s], world axes.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Compute the centroidal momentum matrix: rates v to momentum.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, or one per row. Angles in rad, displacements in m.
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6, nv) or (n, 6, nv)
+    ///     The matrix. Its product with v is the momentum in world axes: angular about the centre of mass, kg m²/s, then linear, kg m/s.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> A = arm.centroidal_matrix(q)
     /// >>> A.shape, bool(np.allclose(A @ v, arm.state(q, v).momentum()))
     /// ((6, 2), True)
@@ -171,9 +291,29 @@ impl Mechanism {
         })
     }
 
-    /// Rate (6,) of that momentum with vdot = 0 at q, v, or many: [N m; N], world axes.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Compute the rate of change of the centroidal momentum for vdot = 0.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, or one per row. Angles in rad, displacements in m.
+    /// v : array_like, shape (nv,) or (n, nv)
+    ///     Rates, or one set per row, rad/s and m/s.
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6,) or (n, 6)
+    ///     Rate of the angular momentum about the centre of mass, N m, then of the linear momentum, N, in world axes.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.centroidal_bias(q, v).shape
     /// (6,)
     #[pyo3(signature = (q, v, *, threads=1))]
@@ -195,9 +335,27 @@ impl Mechanism {
         })
     }
 
-    /// Jacobian (3, nv) of the centre of mass at q, or many: v to its velocity, world axes. In m by the coordinate's unit.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Compute the Jacobian of the centre of mass: rates v to its velocity.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, or one per row. Angles in rad, displacements in m.
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (3, nv) or (n, 3, nv)
+    ///     The Jacobian in world axes, m per unit of the coordinate.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> bool(np.allclose(arm.com_jacobian(q) @ v, arm.state(q, v).com_velocity()))
     /// True
     #[pyo3(signature = (q, *, threads=1))]
@@ -216,11 +374,32 @@ impl Mechanism {
         })
     }
 
-    /// Operational-space compliance (6m, 6m) of m frames at q, or many: accelerations [α; a] of
-    /// the frames' origins for unit wrenches [moment; force] on them, world axes: J M⁻¹ Jᵀ, with
-    /// cross terms. Prescribed coordinates stay as they are. In rad/s² and m/s² for N m and N.
-    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    /// Compute the operational-space compliance J M⁻¹ Jᵀ of several frames, including the coupling between them.
     ///
+    /// Each column contains the accelerations [α; a] of all frames for a unit wrench [moment; force] on one of them, in world axes. Prescribed
+    /// coordinates do not accelerate.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, or one per row. Angles in rad, displacements in m.
+    /// frames : sequence of str
+    ///     Names of m nodes or bodies.
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6m, 6m) or (n, 6m, 6m)
+    ///     rad/s² and m/s² per N m and N.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a name does not exist, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.compliance(q, ["tip"]).shape
     /// (6, 6)
     #[pyo3(signature = (q, frames, *, threads=1))]
@@ -248,9 +427,29 @@ impl Mechanism {
         })
     }
 
-    /// Kinetic energy at q, v: J, rotors included; one number, or (n,) for many.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Compute the kinetic energy, including rotors.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, or one per row. Angles in rad, displacements in m.
+    /// v : array_like, shape (nv,) or (n, nv)
+    ///     Rates, or one set per row, rad/s and m/s.
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// float or ndarray, shape (n,)
+    ///     Kinetic energy, J.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> round(float(arm.kinetic_energy(q, v)), 6)
     /// 0.056297
     /// >>> arm.kinetic_energy(np.zeros((3, 2)), v).shape
@@ -272,10 +471,27 @@ impl Mechanism {
         })?)
     }
 
-    /// Potential energy in uniform gravity at q: J, zero with all masses at the world's origin;
-    /// one number, or (n,) for many.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Compute the potential energy in uniform gravity. It is zero if all masses are at the world's origin.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, or one per row. Angles in rad, displacements in m.
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// float or ndarray, shape (n,)
+    ///     Potential energy, J.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> round(float(arm.potential_energy(q)), 6)
     /// -22.357945
     #[pyo3(signature = (q, *, threads=1))]

@@ -1,8 +1,7 @@
-//! Numbers across the border: numpy arrays checked for shape and NaN on the way in, made from
-//! vectors without a copy on the way out.
+//! Conversion between numpy arrays and Rust vectors. Input arrays are checked for shape and NaN; results become arrays without a copy.
 //!
-//! What comes in is copied, since other threads of Python may write to it or give it another size while Rust works; what numpy can convert is
-//! converted.
+//! Input is copied, because other Python threads may write to an array or resize it while Rust works. Everything that numpy can convert to float64 is
+//! accepted.
 use crate::error::{refuse, refuse_with, unless_own};
 use linkwork_dynamics::checked;
 use linkwork_spatial::nalgebra::Quaternion;
@@ -16,44 +15,44 @@ use pyo3::types::{PyBytes, PyDict, PyString};
 use std::marker::PhantomData;
 use std::ops::Range;
 
-/// Any number of dimensions: what a function returns that takes one state or many.
+/// Array with any number of dimensions: the result of a function that accepts one state or many.
 pub type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
-/// One dimension.
+/// One-dimensional array.
 pub type Array1<'py> = Bound<'py, PyArray1<f64>>;
-/// Two dimensions.
+/// Two-dimensional array.
 pub type Array2<'py> = Bound<'py, PyArray2<f64>>;
 
-/// Arrays up to this length are copied the short way: a state of any machine.
+/// Arrays up to this length are copied element by element. It covers one state of any usual machine.
 const FEW: usize = 256;
 
-/// An array that was checked: finite, row after row, of a known shape.
+/// Checked copy of an input array: finite numbers in row-major order, of a known shape.
 ///
-/// A copy, made while the interpreter's lock is held: what other threads do to the array meanwhile, its size among it, changes nothing.
+/// The copy is made while the interpreter's lock is held, so changes of the array by other threads have no effect.
 pub struct Input<'py> {
     numbers: Vec<f64>,
-    /// How many dimensions; their sizes when they are at most two, which takes no memory of its own, else in `sizes`.
+    /// Number of dimensions. The sizes of up to two dimensions are stored inline, without an allocation; more are in `sizes`.
     dimensions: usize,
     two: [usize; 2],
     sizes: Vec<usize>,
-    /// Addresses of the array's first number and of what follows its last.
+    /// Address range of the array's memory.
     memory: Range<usize>,
     of: PhantomData<Bound<'py, PyAny>>,
 }
 
-/// The addresses of an array's numbers, row after row.
+/// Returns the address range of an array's numbers.
 fn memory(array: &Array<'_>) -> Range<usize> {
     let from = array.data() as usize;
     from..from + size_of::<f64>() * array.len()
 }
 
 impl<'py> Input<'py> {
-    /// Any finite array of numbers, called `what` in messages.
+    /// Reads any array of finite numbers. Messages call it `what`.
     pub fn read(given: &Bound<'py, PyAny>, what: &str) -> PyResult<Self> {
-        // Not of classes made from arrays: those have more to say, such as masks.
+        // Subclasses of ndarray take the slow path, because they can have additional data such as masks.
         let direct = given.cast_exact::<PyUntypedArray>().ok();
         let direct = direct.and_then(|_| given.cast::<PyArrayDyn<f64>>().ok());
         let direct = direct.filter(|a| a.is_c_contiguous());
-        // Less work than to lend it.
+        // For few numbers, a copy is faster than borrowing the array.
         let few = direct.filter(|a| a.len() <= FEW);
         if let Some((array, numbers)) = few.and_then(|a| Some((a, a.to_vec().ok()?))) {
             return Self::checked(numbers, array, what);
@@ -79,22 +78,22 @@ impl<'py> Input<'py> {
         }
         let input =
             Self { numbers, dimensions, two, sizes, memory: memory(array), of: PhantomData };
-        // The words are those of Rust.
+        // The message is that of the Rust function.
         checked::finite(what, input.slice()).map_err(|e| refuse(e.to_string()))?;
         Ok(input)
     }
 
-    /// The numbers, row after row.
+    /// Returns the numbers in row-major order.
     pub fn slice(&self) -> &[f64] {
         &self.numbers
     }
 
-    /// The shape.
+    /// Returns the shape.
     pub fn shape(&self) -> &[usize] {
         self.two.get(..self.dimensions).unwrap_or(&self.sizes)
     }
 
-    /// The addresses of the array's numbers.
+    /// Returns the address range of the original array's memory.
     pub fn memory(&self) -> &Range<usize> {
         &self.memory
     }
@@ -110,8 +109,8 @@ fn copied<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<PyReadonlyArra
     };
     let masked = numpy.getattr("ma")?.call_method1("is_masked", (given,)).map_err(not_numbers)?;
     if masked.is_truthy()? {
-        let help = "fill in what is masked (`x.filled(0.0)`), or leave it out";
-        return Err(refuse_with(format!("`{what}` has numbers that are masked"), help));
+        let help = "replace the masked values (`x.filled(0.0)`), or remove them";
+        return Err(refuse_with(format!("`{what}` contains masked values"), help));
     }
     let made = numpy.call_method1("asarray", (given,)).map_err(not_numbers)?;
     let kind: char = made.getattr("dtype")?.getattr("kind")?.extract()?;
@@ -126,7 +125,7 @@ fn copied<'py>(given: &Bound<'py, PyAny>, what: &str) -> PyResult<PyReadonlyArra
         'c' => return Err(refuse_with(format!("`{what}` is complex"), "give real numbers")),
         'O' if !texts()? => {}
         'O' | 'U' | 'S' => {
-            let fact = format!("`{what}` is not an array of numbers: it has texts");
+            let fact = format!("`{what}` is not an array of numbers: it contains strings");
             return Err(refuse_with(fact, help));
         }
         _ => {
@@ -152,7 +151,7 @@ fn wrong_shape(what: &str, shape: &[usize], want: &str) -> PyErr {
     )
 }
 
-/// A vector of `n` numbers of the mechanism.
+/// Reads a vector of `n` numbers, one per coordinate or degree of freedom of the mechanism.
 pub fn vector<'py>(given: &Bound<'py, PyAny>, n: usize, what: &str) -> PyResult<Input<'py>> {
     let input = Input::read(given, what)?;
     match input.shape()[..] {
@@ -164,7 +163,7 @@ pub fn vector<'py>(given: &Bound<'py, PyAny>, n: usize, what: &str) -> PyResult<
     }
 }
 
-/// A vector of exactly `n` numbers that is not the mechanism's: an axis, a force.
+/// Reads a vector of exactly `N` numbers that does not depend on the mechanism, such as an axis or a force.
 pub fn fixed<const N: usize>(given: &Bound<'_, PyAny>, what: &str) -> PyResult<[f64; N]> {
     let input = Input::read(given, what)?;
     match (input.shape(), <[f64; N]>::try_from(input.slice())) {
@@ -173,18 +172,18 @@ pub fn fixed<const N: usize>(given: &Bound<'_, PyAny>, what: &str) -> PyResult<[
     }
 }
 
-/// A vector in space.
+/// Reads a vector (3,).
 pub fn vec3(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec3> {
     fixed::<3>(given, what).map(Vec3::from)
 }
 
-/// A wrench (6): moment about the origin (N m), force (N).
+/// Reads a wrench (6,): moment about the origin, N m, then force, N.
 pub fn wrench(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Force> {
     let [a, b, c, x, y, z] = fixed::<6>(given, what)?;
     Ok(Force::new(Vec3::new(a, b, c), Vec3::new(x, y, z)))
 }
 
-/// A 3 × 3 matrix.
+/// Reads a 3 × 3 matrix.
 pub fn mat3(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Mat3> {
     let input = Input::read(given, what)?;
     match input.shape() {
@@ -193,7 +192,7 @@ pub fn mat3(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Mat3> {
     }
 }
 
-/// A pose: (3,) a position; (7,) position and quaternion [x y z w]; (4, 4) a homogeneous matrix.
+/// Reads a pose: (3,) position; (7,) position and quaternion [x y z w]; (4, 4) homogeneous matrix. `None` is the identity.
 pub fn pose(given: Option<&Bound<'_, PyAny>>, what: &str) -> PyResult<Pose> {
     let Some(given) = given else { return Ok(Pose::identity()) };
     let input = Input::read(given, what)?;
@@ -220,14 +219,14 @@ fn matrix_pose(x: &[f64], what: &str) -> PyResult<Pose> {
     let off = (R * R.transpose() - Mat3::identity()).norm();
     if !(off < 1e-6 && R.determinant() > 0.0 && x[12..] == [0.0, 0.0, 0.0, 1.0]) {
         return Err(refuse_with(
-            format!("`{what}` is not a pose: its rotation is off by {off:e}"),
+            format!("`{what}` is not a pose: its rotation matrix has an error of {off:e}"),
             "give [[R, p], [0, 0, 0, 1]] with a rotation matrix R",
         ));
     }
     Ok(Pose::new(quat(&R), Vec3::new(x[3], x[7], x[11])))
 }
 
-/// A vector as an array, without a copy unless it is short.
+/// Converts a vector to an array. Only short vectors are copied.
 pub fn out1(py: Python<'_>, values: Vec<f64>) -> Array1<'_> {
     if values.len() <= FEW {
         return PyArray1::from_slice(py, &values);
@@ -235,45 +234,45 @@ pub fn out1(py: Python<'_>, values: Vec<f64>) -> Array1<'_> {
     PyArray1::from_vec(py, values)
 }
 
-/// An empty vector with room for rows of so many numbers; `MemoryError` where there is none, as of numpy.
+/// Returns an empty vector with capacity for `rows` rows of `width` numbers. Raises `MemoryError`, like numpy, if the allocation fails.
 pub fn room(rows: usize, width: usize) -> PyResult<Vec<f64>> {
     let mut values = Vec::new();
     let fits = rows.checked_mul(width).is_some_and(|n| values.try_reserve_exact(n).is_ok());
     match fits {
         true => Ok(values),
         false => Err(PyMemoryError::new_err(format!(
-            "there is no memory for {rows} rows of {width} numbers"
+            "cannot allocate memory for {rows} rows of {width} numbers"
         ))),
     }
 }
 
-/// The same, filled with zeros.
+/// Like [`room`], filled with zeros.
 pub fn zeros(rows: usize, width: usize) -> PyResult<Vec<f64>> {
     let mut values = room(rows, width)?;
     values.resize(rows * width, 0.0);
     Ok(values)
 }
 
-/// Refuses a result that overflowed.
+/// Returns an error if a result is not finite (overflow).
 fn finite(values: &[f64]) -> PyResult<()> {
-    // Without a way out in the middle, so that several are looked at together.
+    // No early exit, so that the compiler can vectorize the test.
     if values.iter().fold(true, |all, x| all & x.is_finite()) {
         return Ok(());
     }
     let x = values.iter().find(|x| !x.is_finite()).copied().unwrap_or(f64::NAN);
     Err(refuse_with(
-        format!("the result is {x}: a number became too large on the way"),
-        "give numbers of the size that machines have, in SI units",
+        format!("the result is {x}: a number overflowed during the computation"),
+        "give numbers of realistic magnitude, in SI units",
     ))
 }
 
-/// As `out1`, refused when it is not finite.
+/// Like [`out1`], with an error for numbers that are not finite.
 pub fn checked1(py: Python<'_>, values: Vec<f64>) -> PyResult<Array1<'_>> {
     finite(&values)?;
     Ok(out1(py, values))
 }
 
-/// Numbers row after row as a matrix; refused when they are not finite.
+/// Converts numbers in row-major order to a matrix, with an error for numbers that are not finite.
 pub fn out2(py: Python<'_>, values: Vec<f64>, rows: usize, columns: usize) -> PyResult<Array2<'_>> {
     finite(&values)?;
     if let (true, Ok(few)) = (values.len() <= FEW, ArrayView2::from_shape((rows, columns), &values))
@@ -283,7 +282,7 @@ pub fn out2(py: Python<'_>, values: Vec<f64>, rows: usize, columns: usize) -> Py
     PyArray1::from_vec(py, values).reshape([rows, columns])
 }
 
-/// Numbers row after row in any shape, without a copy unless they are few; refused when they are not finite.
+/// Converts numbers in row-major order to an array of any shape, with an error for numbers that are not finite. Only short vectors are copied.
 pub fn out<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResult<Array<'py>> {
     match *shape {
         [_] => Ok(checked1(py, values)?.to_dyn().clone()),
@@ -295,8 +294,8 @@ pub fn out<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResult<
     }
 }
 
-/// As `out`, written into an array of the caller's where one is given: float64, of that shape, row after row, writable, and of no
-/// memory that the call reads (`read`: addresses). It is then the result.
+/// Like [`out`], but writes into the caller's array `to` if there is one, and returns it. The array must be a writable, C-contiguous float64 array of
+/// the result's shape, whose memory does not overlap the arguments (`read`: address ranges).
 pub fn out_into<'py>(
     py: Python<'py>,
     values: Vec<f64>,
@@ -310,7 +309,7 @@ pub fn out_into<'py>(
         let kind =
             given.getattr("dtype").map_or_else(|_| given.get_type().to_string(), |d| d.to_string());
         return Err(refuse_with(
-            format!("`out` is no array of float64: {kind}"),
+            format!("`out` is not an array of float64: {kind}"),
             "give a numpy array of float64, such as the result of an earlier call",
         ));
     };
@@ -318,58 +317,57 @@ pub fn out_into<'py>(
         let sizes: Vec<String> = shape.iter().map(usize::to_string).collect();
         return Err(wrong_shape("out", array.shape(), &format!("({})", sizes.join(", "))));
     }
-    let shares =
-        || refuse_with("`out` shares memory with an argument", "give it memory of its own");
+    let shares = || refuse_with("`out` shares memory with an argument", "give a separate array");
     let own = memory(array);
     if array.is_c_contiguous() && read.into_iter().any(|r| r.start < own.end && own.start < r.end) {
         return Err(shares());
     }
     let mut writable = array.try_readwrite().map_err(|e| match e {
         BorrowError::AlreadyBorrowed => shares(),
-        _ => refuse_with("`out` cannot be written", "give a writable array"),
+        _ => refuse_with("`out` is read-only", "give a writable array"),
     })?;
-    // A slice is given of arrays that run column after column, too.
+    // A slice exists for column-major arrays, too, so the order is tested.
     let rows = array.is_c_contiguous();
     match writable.as_slice_mut() {
         Ok(to) if rows => to.copy_from_slice(&values),
         _ => {
-            let fact = "`out` is not contiguous, row after row";
-            return Err(refuse_with(fact, "give an array as numpy.empty makes it"));
+            let fact = "`out` is not C-contiguous (row-major)";
+            return Err(refuse_with(fact, "give an array such as numpy.empty returns"));
         }
     }
     Ok(array.clone())
 }
 
-/// A few numbers, refused when they are not finite.
+/// Converts a few numbers, with an error for numbers that are not finite.
 fn few<'py>(py: Python<'py>, values: &[f64]) -> PyResult<Array1<'py>> {
     finite(values)?;
     Ok(PyArray1::from_slice(py, values))
 }
 
-/// One number, refused when it is not finite.
+/// Returns a number, with an error if it is not finite.
 pub fn out_number(x: f64) -> PyResult<f64> {
     finite(&[x])?;
     Ok(x)
 }
 
-/// Three numbers, refused when they are not finite.
+/// Converts a vector to an array (3,), with an error for numbers that are not finite.
 pub fn out_vec3<'py>(py: Python<'py>, v: &Vec3) -> PyResult<Array1<'py>> {
     few(py, v.as_slice())
 }
 
-/// [ω; v]: six numbers, refused when they are not finite.
+/// Converts a motion to an array (6,), [ω; v], with an error for numbers that are not finite.
 pub fn out_motion<'py>(py: Python<'py>, m: &Motion) -> PyResult<Array1<'py>> {
     let (w, v) = (&m.angular, &m.linear);
     few(py, &[w.x, w.y, w.z, v.x, v.y, v.z])
 }
 
-/// [n; F]: six numbers, refused when they are not finite.
+/// Converts a force to an array (6,), [n; F], with an error for numbers that are not finite.
 pub fn out_force<'py>(py: Python<'py>, f: &Force) -> PyResult<Array1<'py>> {
     let (n, f) = (&f.moment, &f.force);
     few(py, &[n.x, n.y, n.z, f.x, f.y, f.z])
 }
 
-/// [[R, p], [0, 0, 0, 1]].
+/// Converts a pose to a matrix (4, 4), [[R, p], [0, 0, 0, 1]].
 pub fn out_pose<'py>(py: Python<'py>, X: &Pose) -> PyResult<Array2<'py>> {
     let R = X.rotation.to_rotation_matrix();
     let (R, p) = (R.matrix(), &X.position);

@@ -1,8 +1,7 @@
-//! One state or many: the rows of the inputs, the loop over them, and the way to the ensemble.
+//! Evaluation of an algorithm at one state or at many: the rows of the inputs, the loop over them, and the use of `Ensemble`.
 //!
-//! Inputs of shape (w,) serve all states; of shape (n, w) one each. An algorithm is a closure over
-//! the numbers of one state; many states of a hot algorithm go through an `Ensemble` instead, four
-//! or eight at once. The number of threads changes no bit.
+//! An input of shape (w,) applies to all states; an input of shape (n, w) has one row per state. An algorithm is a closure over the numbers of one
+//! state. Frequently used algorithms process many states in an `Ensemble`, four or eight at once. Results do not depend on the number of threads.
 use crate::array::{Array, Input, out_into, zeros};
 use crate::core::Core;
 use crate::error::{refuse, refuse_with};
@@ -12,26 +11,26 @@ use smallvec::SmallVec;
 use std::ops::Range;
 use std::sync::OnceLock;
 
-/// Inputs of an algorithm, checked against each other.
+/// Inputs of an algorithm, with consistent numbers of rows.
 pub struct Rows<'py> {
     inputs: SmallVec<[(Input<'py>, usize); 4]>,
     /// `None`: one state.
     n: Option<usize>,
 }
 
-/// The numbers of the inputs, free of the interpreter.
+/// The numbers of the inputs, without references to Python objects.
 pub struct View<'a> {
     inputs: SmallVec<[(&'a [f64], usize, bool); 4]>,
     n: usize,
 }
 
 impl<'py> Rows<'py> {
-    /// States; 0 where the rows are one.
+    /// Returns the number of states; 0 for one state without a row dimension.
     pub fn count(&self) -> usize {
         self.n.unwrap_or(0)
     }
 
-    /// Reads (array, width, name) each.
+    /// Reads inputs from (array, width, name).
     pub fn read(given: &[(&Bound<'py, PyAny>, usize, &str)]) -> PyResult<Self> {
         let mut rows = Rows { inputs: SmallVec::new(), n: None };
         let mut first = "";
@@ -69,12 +68,12 @@ impl<'py> Rows<'py> {
         View { inputs: inputs.collect(), n: self.n.unwrap_or(1) }
     }
 
-    /// The addresses of what is read.
+    /// Returns the address ranges of the inputs.
     fn memory(&self) -> impl Iterator<Item = Range<usize>> + '_ {
         self.inputs.iter().map(|(input, _)| input.memory().clone())
     }
 
-    /// The shape of a result: `each` for one state, (n, each) for many.
+    /// Returns the shape of a result: `each` for one state, (n, each) for many.
     fn shape(&self, each: &[usize]) -> SmallVec<[usize; 4]> {
         self.n.into_iter().chain(each.iter().copied()).collect()
     }
@@ -91,12 +90,12 @@ fn wrong(input: &Input<'_>, width: usize, what: &str) -> PyErr {
 }
 
 impl View<'_> {
-    /// The configurations, row after row: they come first in every algorithm.
+    /// Returns the configurations in row-major order. They are the first input of every algorithm.
     fn configurations(&self) -> &[f64] {
         self.inputs.first().map_or(&[], |(q, ..)| q)
     }
 
-    /// Row `k` of each input.
+    /// Returns row `k` of each input.
     fn row(&self, k: usize) -> impl Iterator<Item = &[f64]> {
         self.inputs.iter().map(move |(x, w, many)| {
             let at = if *many { k * w } else { 0 };
@@ -105,7 +104,7 @@ impl View<'_> {
     }
 }
 
-/// An algorithm at one state: rows of the inputs in, numbers out.
+/// An algorithm for one state: maps rows of the inputs to result numbers.
 pub trait Kernel:
     Fn(&Tree, &mut Workspace, &[&[f64]], &mut [f64]) -> Result<(), DynamicsError> + Sync
 {
@@ -115,7 +114,7 @@ impl<K: Fn(&Tree, &mut Workspace, &[&[f64]], &mut [f64]) -> Result<(), DynamicsE
 {
 }
 
-/// The algorithm at each state; `each` is the shape of its result.
+/// Evaluates an algorithm at each state; `each` is the shape of its result.
 pub fn states<'py>(
     py: Python<'py>,
     core: &Core,
@@ -127,7 +126,7 @@ pub fn states<'py>(
     states_into(py, core, rows, threads, each, None, kernel)
 }
 
-/// The same into an array of the caller's, where one is given.
+/// Like [`states`], with the result in the caller's array if there is one.
 pub fn states_into<'py>(
     py: Python<'py>,
     core: &Core,
@@ -167,18 +166,18 @@ pub fn states_into<'py>(
     out_into(py, values, &rows.shape(each), given, rows.memory())
 }
 
-/// As many as asked for, one at least, at most one for each processor.
+/// Checks a number of threads: returns at most one per processor, and an error for 0.
 pub fn checked(threads: usize) -> PyResult<usize> {
     if threads == 0 {
         return Err(refuse_with("`threads` is 0", "give 1 or more"));
     }
-    // One call on one state must not ask the system, which takes longer than the call.
+    // The number of processors is read once, because the system call takes longer than the evaluation of one state.
     static PROCESSORS: OnceLock<usize> = OnceLock::new();
     let count = || std::thread::available_parallelism().map_or(1, usize::from);
     Ok(if threads == 1 { 1 } else { threads.min(*PROCESSORS.get_or_init(count)) })
 }
 
-/// How rows are dealt to threads.
+/// Distribution of rows to threads.
 struct Cut {
     n: usize,
     width: usize,
@@ -186,7 +185,7 @@ struct Cut {
 }
 
 impl Cut {
-    /// `piece(first row, rows of the result)` on each thread; the first error.
+    /// Calls `piece(first row, rows of the result)` on each thread and returns the first error.
     fn spread(
         &self,
         values: &mut [f64],
@@ -206,7 +205,7 @@ impl Cut {
                     })
                 })
                 .collect();
-            // A panic of a thread goes on in this one.
+            // A panic of a thread is propagated to this thread.
             let join = |t: std::thread::ScopedJoinHandle<'_, _>| {
                 t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
             };
@@ -216,8 +215,8 @@ impl Cut {
     }
 }
 
-/// Many states through the ensemble's lanes and threads: `f(ensemble, tables of the inputs, tables
-/// of the results)`, a result of each shape in `each`. `None`: the rows are one state.
+/// Evaluates many states with the SIMD lanes and threads of the ensemble: `f(ensemble, input tables, result tables)`, with a result of each shape in
+/// `each`. Returns `None` if the rows are one state.
 pub fn ensemble<'py>(
     py: Python<'py>,
     core: &Core,
@@ -229,7 +228,7 @@ pub fn ensemble<'py>(
     ensemble_into(py, core, rows, threads, each, None, f)
 }
 
-/// The same, the first result into an array of the caller's, where one is given.
+/// Like [`ensemble`], with the first result in the caller's array if there is one.
 pub fn ensemble_into<'py>(
     py: Python<'py>,
     core: &Core,
@@ -260,7 +259,7 @@ pub fn ensemble_into<'py>(
     shaped.collect::<PyResult<_>>().map(Some)
 }
 
-/// One row, repeated for each state; nothing where there is a row for each.
+/// Repeats a single row for each state. Returns an empty vector if there is already a row per state.
 fn repeated((values, _, many): &(&[f64], usize, bool), n: usize) -> PyResult<Vec<f64>> {
     if *many {
         return Ok(Vec::new());

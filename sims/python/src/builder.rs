@@ -1,4 +1,4 @@
-//! `Builder` and `Hinge`: a mechanism described in Python; and `Subhinge`, a row of what was built.
+//! `Builder` and `Hinge` describe a mechanism in Python; `Subhinge` describes a subhinge of a built mechanism.
 use crate::array::{mat3, out_vec3, pose, vec3};
 use crate::core::{Core, GRAVITY};
 use crate::error::refuse;
@@ -13,15 +13,19 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice, PyTuple};
 use std::sync::{Arc, Mutex};
 
-/// What a body may do against its parent: a chain of subhinges, parent's side first.
+/// The motion of a body relative to its parent: a chain of subhinges, beginning at the parent.
 ///
+/// Notes
+/// -----
 /// Axes (3,) are in the hinge frame and need not be of unit length.
 ///
+/// Examples
+/// --------
 /// >>> import numpy as np, linkwork
 /// >>> pin = linkwork.Hinge.pin([0, 1, 0])
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Hinge {
-    /// As in Rust.
+    /// The hinge of the Rust interface.
     pub hinge: multibody::Hinge,
 }
 
@@ -33,60 +37,147 @@ impl Hinge {
 
 #[pymethods]
 impl Hinge {
-    /// Rotation about an axis: q in rad. axis: (3,).
-    /// Raises LinkworkError for another shape and NaN; `build` refuses an axis without direction.
+    /// Create a hinge that rotates about an axis; q in rad.
     ///
+    /// Parameters
+    /// ----------
+    /// axis : array_like, shape (3,)
+    ///     Direction of the axis.
+    ///
+    /// Returns
+    /// -------
+    /// Hinge
+    ///     One degree of freedom.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the axis has a wrong shape or contains NaN. An axis of length zero is an error in `Builder.build`.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Hinge.pin([0, 0, 1])
     /// Hinge(pin)
     #[staticmethod]
     fn pin(axis: &Bound<'_, PyAny>) -> PyResult<Self> {
         Ok(Self { hinge: multibody::Hinge::pin(vec3(axis, "axis")?) })
     }
-    /// Translation along an axis: q in m. axis: (3,).
-    /// Raises LinkworkError for another shape and NaN; `build` refuses an axis without direction.
+    /// Create a hinge that translates along an axis; q in m.
     ///
+    /// Parameters
+    /// ----------
+    /// axis : array_like, shape (3,)
+    ///     Direction of the axis.
+    ///
+    /// Returns
+    /// -------
+    /// Hinge
+    ///     One degree of freedom.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the axis has a wrong shape or contains NaN. An axis of length zero is an error in `Builder.build`.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Hinge.slider([1, 0, 0])
     /// Hinge(slider)
     #[staticmethod]
     fn slider(axis: &Bound<'_, PyAny>) -> PyResult<Self> {
         Ok(Self { hinge: multibody::Hinge::slider(vec3(axis, "axis")?) })
     }
-    /// Rotation about an axis with `pitch` m/rad of advance along it: q in rad. axis: (3,).
-    /// Raises LinkworkError for another shape and NaN; `build` refuses an axis without direction.
+    /// Create a hinge that rotates about an axis and advances along it; q in rad.
     ///
+    /// Parameters
+    /// ----------
+    /// axis : array_like, shape (3,)
+    ///     Direction of the axis.
+    /// pitch : float
+    ///     Advance, m/rad.
+    ///
+    /// Returns
+    /// -------
+    /// Hinge
+    ///     One degree of freedom.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the axis has a wrong shape or contains NaN. An axis of length zero is an error in `Builder.build`.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Hinge.screw([1, 0, 0], 0.002)
     /// Hinge(screw)
     #[staticmethod]
     fn screw(axis: &Bound<'_, PyAny>, pitch: f64) -> PyResult<Self> {
         Ok(Self { hinge: multibody::Hinge::screw(vec3(axis, "axis")?, pitch) })
     }
-    /// Any rotation: q is a quaternion [x y z w], v the angular velocity in child axes, rad/s.
+    /// Create a hinge with any rotation.
     ///
+    /// Returns
+    /// -------
+    /// Hinge
+    ///     q is a quaternion [x y z w], child to parent; v is the angular velocity in child axes, rad/s.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Hinge.ball().nq, linkwork.Hinge.ball().nv
     /// (4, 3)
     #[staticmethod]
     fn ball() -> Self {
         Self { hinge: multibody::Hinge::ball() }
     }
-    /// Any motion: q is [x y z qx qy qz qw], v is [ω; v] in child axes.
+    /// Create a hinge with any motion.
     ///
+    /// Returns
+    /// -------
+    /// Hinge
+    ///     q is [x y z qx qy qz qw], m; v is [ω; v] in child axes, rad/s and m/s.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Hinge.free().nq, linkwork.Hinge.free().nv
     /// (7, 6)
     #[staticmethod]
     fn free() -> Self {
         Self { hinge: multibody::Hinge::free() }
     }
-    /// No motion.
+    /// Create a hinge without motion (a weld).
     ///
+    /// Returns
+    /// -------
+    /// Hinge
+    ///     No degrees of freedom.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Hinge.locked().nv
     /// 0
     #[staticmethod]
     fn locked() -> Self {
         Self { hinge: multibody::Hinge::locked() }
     }
-    /// Two crossing pins. Axes: (3,) each; q in rad.
-    /// Raises LinkworkError for another shape and NaN; `build` refuses an axis without direction.
+    /// Create a hinge of two pins with intersecting axes; q in rad.
     ///
+    /// Parameters
+    /// ----------
+    /// first, second : array_like, shape (3,)
+    ///     Directions of the axes.
+    ///
+    /// Returns
+    /// -------
+    /// Hinge
+    ///     Two degrees of freedom.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an axis has a wrong shape or contains NaN. An axis of length zero is an error in `Builder.build`.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Hinge.universal([1, 0, 0], [0, 1, 0])
     /// Hinge(pin, pin)
     #[staticmethod]
@@ -94,33 +185,75 @@ impl Hinge {
         let (first, second) = (vec3(first, "first")?, vec3(second, "second")?);
         Ok(Self { hinge: multibody::Hinge::universal(first, second) })
     }
-    /// A slider and a pin on one axis. axis: (3,); q in m, then rad.
-    /// Raises LinkworkError for another shape and NaN; `build` refuses an axis without direction.
+    /// Create a hinge of a slider and a pin on one axis.
     ///
+    /// Parameters
+    /// ----------
+    /// axis : array_like, shape (3,)
+    ///     Direction of the axis.
+    ///
+    /// Returns
+    /// -------
+    /// Hinge
+    ///     Two degrees of freedom; q in m, then rad.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the axis has a wrong shape or contains NaN. An axis of length zero is an error in `Builder.build`.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Hinge.cylindrical([0, 0, 1])
     /// Hinge(slider, pin)
     #[staticmethod]
     fn cylindrical(axis: &Bound<'_, PyAny>) -> PyResult<Self> {
         Ok(Self { hinge: multibody::Hinge::cylindrical(vec3(axis, "axis")?) })
     }
-    /// Three pins about the moving x, y and z axes.
+    /// Create a hinge of three pins, about the moving x, y and z axes.
     ///
+    /// Returns
+    /// -------
+    /// Hinge
+    ///     Three degrees of freedom.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Hinge.gimbal()
     /// Hinge(pin, pin, pin)
     #[staticmethod]
     fn gimbal() -> Self {
         Self { hinge: multibody::Hinge::gimbal() }
     }
-    /// Slides along x and y, then turns about z.
+    /// Create a hinge that slides along x and y, then rotates about z.
     ///
+    /// Returns
+    /// -------
+    /// Hinge
+    ///     Three degrees of freedom.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Hinge.planar()
     /// Hinge(slider, slider, pin)
     #[staticmethod]
     fn planar() -> Self {
         Self { hinge: multibody::Hinge::planar() }
     }
-    /// Several hinges one after another, parent's side first.
+    /// Create a hinge that consists of several hinges in series, beginning at the parent.
     ///
+    /// Parameters
+    /// ----------
+    /// *hinges : Hinge
+    ///     The hinges.
+    ///
+    /// Returns
+    /// -------
+    /// Hinge
+    ///     The chain.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Hinge.chain(pin, linkwork.Hinge.slider([1, 0, 0]))
     /// Hinge(pin, slider)
     #[staticmethod]
@@ -132,46 +265,96 @@ impl Hinge {
         }
         Ok(Self { hinge: multibody::Hinge { subhinges } })
     }
-    /// The same with its motion given and its force found.
+    /// Return a copy whose motion is prescribed; its forces are computed.
     ///
+    /// Returns
+    /// -------
+    /// Hinge
+    ///     The copy.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Builder().body("b", "world", pin.prescribed(), mass=1).build().prescribed
     /// [True]
     fn prescribed(&self) -> Self {
         self.with(multibody::Hinge::prescribed)
     }
-    /// The same with a rotor of this inertia on each subhinge, kg m² (sliders: kg), at the rotor.
+    /// Return a copy with a rotor of the given inertia on each subhinge.
     ///
+    /// Parameters
+    /// ----------
+    /// armature : float
+    ///     Inertia at the rotor, before the gear, kg m² (sliders: kg).
+    ///
+    /// Returns
+    /// -------
+    /// Hinge
+    ///     The copy.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Builder().body("b", "world", pin.armature(0.2), mass=0).build().mass_matrix([0]).tolist()
     /// [[0.2]]
     fn armature(&self, armature: f64) -> Self {
         self.with(|h| h.armature(armature))
     }
-    /// The same with this gear ratio: turns of the rotor for a turn of the hinge.
+    /// Return a copy with the given gear ratio.
     ///
+    /// Parameters
+    /// ----------
+    /// gear : float
+    ///     Revolutions of the rotor per revolution of the hinge.
+    ///
+    /// Returns
+    /// -------
+    /// Hinge
+    ///     The copy.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Builder().body("b", "world", pin.armature(0.2).gear(10), mass=0).build().mass_matrix([0]).tolist()
     /// [[20.0]]
     fn gear(&self, gear: f64) -> Self {
         self.with(|h| h.gear(gear))
     }
-    /// The same with limits: coordinate (rad or m), its speed, its force. Dynamics does not
-    /// enforce them.
+    /// Return a copy with limits. The dynamics does not enforce them.
     ///
+    /// Parameters
+    /// ----------
+    /// lower, upper : float, optional
+    ///     Limits of the coordinate, rad or m.
+    /// rate : float, optional
+    ///     Limit of the velocity, rad/s or m/s.
+    /// effort : float, optional
+    ///     Limit of the force, N m or N.
+    ///
+    /// Returns
+    /// -------
+    /// Hinge
+    ///     The copy.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Builder().body("b", "world", pin.limits(-1, 2), mass=1).build().position_limits[1].tolist()
     /// [2.0]
     #[pyo3(signature = (lower=f64::NEG_INFINITY, upper=f64::INFINITY, rate=f64::INFINITY, effort=f64::INFINITY))]
     fn limits(&self, lower: f64, upper: f64, rate: f64, effort: f64) -> Self {
         self.with(|h| h.limits(Limits { lower, upper, rate, effort }))
     }
-    /// Numbers of q.
+    /// Number of coordinates (length of q).
     ///
+    /// Examples
+    /// --------
     /// >>> pin.nq
     /// 1
     #[getter]
     fn nq(&self) -> usize {
         self.hinge.nq()
     }
-    /// Degrees of freedom.
+    /// Number of degrees of freedom.
     ///
+    /// Examples
+    /// --------
     /// >>> pin.nv
     /// 1
     #[getter]
@@ -184,8 +367,12 @@ impl Hinge {
     }
 }
 
-/// Collects bodies and nodes in any order; `build()` makes the mechanism.
+/// Collects bodies, nodes, loops and couplings in any order; `build()` returns the mechanism.
 ///
+/// Each method changes the Builder and returns it, so calls can be chained.
+///
+/// Examples
+/// --------
 /// >>> import numpy as np, linkwork
 /// >>> pin = linkwork.Hinge.pin([0, 1, 0])
 /// >>> parts = linkwork.Builder().body("crank", "world", pin, mass=1, com=[0.1, 0, 0])
@@ -201,16 +388,41 @@ impl Builder {
         Self { parts: Mutex::default() }
     }
 
-    /// Adds a body; its parent may come later.
+    /// Add a body. Its parent may be added later.
     ///
-    /// parent: "world" or a body. hinge: what moves (None: welded). mass: kg. com (3,): centre of
-    /// mass in body axes, m. inertia (3, 3): about the centre of mass, body axes, kg m², with
-    /// −∫xy dm off the diagonal. inertia_check: "physical", or "positive_moments" for published
-    /// data that break the triangle inequality of principal moments. hinge_in_parent, hinge_in_body: poses of the hinge frame:
-    /// (3,) position, (7,) position and quaternion [x y z w], or (4, 4). modes: `Modes` of a flexible body, whose mass comes on top
-    /// of `mass`.
-    /// Raises LinkworkError for shapes, numbers and inertias that cannot be.
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name of the body.
+    /// parent : str
+    ///     "world" or the name of a body (default: "world").
+    /// hinge : Hinge, optional
+    ///     Hinge between parent and body (default: a weld).
+    /// mass : float
+    ///     Mass, kg (default: 0).
+    /// com : array_like, shape (3,), optional
+    ///     Centre of mass in body axes, m (default: the origin).
+    /// inertia : array_like, shape (3, 3), optional
+    ///     Inertia about the centre of mass in body axes, kg m², with −∫xy dm off the diagonal (default: zero).
+    /// inertia_check : {"physical", "positive_moments"}
+    ///     "positive_moments" accepts principal moments that break the triangle inequality; use it for published data.
+    /// hinge_in_parent, hinge_in_body : array_like, optional
+    ///     Pose of the hinge frame in the parent and in the body, m: (3,) position, (7,) position and quaternion [x y z w], or (4, 4).
+    /// modes : Modes, optional
+    ///     Mode shapes of a flexible body. Their mass is added to `mass`.
     ///
+    /// Returns
+    /// -------
+    /// Builder
+    ///     This builder.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN, or no rigid body can have the inertia.
+    ///
+    /// Examples
+    /// --------
     /// >>> parts.body("rod", "crank", pin, mass=0.5, hinge_in_parent=[0.2, 0, 0]).build().bodies
     /// ['crank', 'rod']
     #[pyo3(signature = (name, parent="world", hinge=None, *, mass=0.0, com=None, inertia=None, inertia_check="physical", hinge_in_parent=None, hinge_in_body=None, modes=None))]
@@ -234,9 +446,29 @@ impl Builder {
         Ok(slf)
     }
 
-    /// Adds a node: a named frame on a body, at a pose in the body's frame: (3,), (7,) or (4, 4), places in m.
-    /// Raises LinkworkError for a pose of another shape.
+    /// Add a node: a named frame on a body.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name of the node.
+    /// body : str
+    ///     Name of a body.
+    /// pose : array_like, optional
+    ///     Pose in the body's frame, m: (3,), (7,) or (4, 4) (default: the body's origin).
+    ///
+    /// Returns
+    /// -------
+    /// Builder
+    ///     This builder.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the pose has a wrong shape.
+    ///
+    /// Examples
+    /// --------
     /// >>> parts.node("end", "crank", [0.2, 0, 0]).build().nodes
     /// ['end']
     #[pyo3(signature = (name, body, pose=None))]
@@ -251,12 +483,31 @@ impl Builder {
         Ok(slf)
     }
 
-    /// Closes a loop: frame B on one body moves against frame A on another as the hinge permits; places in m.
+    /// Close a loop: frame B on one body moves relative to frame A on another body as a hinge permits.
     ///
-    /// body_a, body_b: "world" or a body; bodies may come later. at_a, at_b: poses of the frames in their bodies:
-    /// (3,), (7,) or (4, 4). Prescribed pins and sliders of the hinge move as `loop_motions` says.
-    /// Raises LinkworkError for a pose of another shape.
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name of the loop.
+    /// body_a, body_b : str
+    ///     "world" or the name of a body. Bodies may be added later.
+    /// hinge : Hinge
+    ///     The permitted motion. Positions of its prescribed pins and sliders are passed to the algorithms as `loop_motions`.
+    /// at_a, at_b : array_like, optional
+    ///     Poses of the frames in their bodies, m: (3,), (7,) or (4, 4).
     ///
+    /// Returns
+    /// -------
+    /// Builder
+    ///     This builder.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a pose has a wrong shape.
+    ///
+    /// Examples
+    /// --------
     /// >>> rod = parts.body("rod", "crank", pin, mass=1, hinge_in_parent=[0.2, 0, 0])
     /// >>> rod = rod.loop("end", "rod", "world", linkwork.Hinge.slider([1, 0, 0]), at_a=[0.5, 0, 0])
     /// >>> rod.build().constraints
@@ -278,12 +529,30 @@ impl Builder {
         Ok(slf)
     }
 
-    /// Adds a linear relation between hinge coordinates: the sum of factor times coordinate (rad or m) is `constant`.
+    /// Add a linear relation between hinge coordinates: the sum of factor times coordinate (rad or m) equals a constant.
     ///
-    /// terms: {body: factor}, for the only subhinge of the body's hinge, or {(body, subhinge): factor}, counted
-    /// from the parent's side.
-    /// Raises LinkworkError for terms of another kind.
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name of the coupling.
+    /// terms : mapping
+    ///     {body: factor} for a body whose hinge has one subhinge, or {(body, subhinge): factor} with the number of the subhinge, counted from
+    ///     the parent.
+    /// constant : float
+    ///     Value of the sum (default: 0).
     ///
+    /// Returns
+    /// -------
+    /// Builder
+    ///     This builder.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If `terms` has keys or values of another type.
+    ///
+    /// Examples
+    /// --------
     /// >>> two = parts.body("other", "world", pin, mass=1).coupling("gear", {"crank": 1.0, "other": 2.0})
     /// >>> two.build().constraints
     /// [Constraint(coupling `gear`, crank, other, rows=1)]
@@ -307,10 +576,20 @@ impl Builder {
         Ok(slf)
     }
 
-    /// The mechanism, bodies in canonical order: depth first, siblings by name.
+    /// Build the mechanism. Its bodies are in canonical order: depth first, siblings by name.
     ///
-    /// Raises LinkworkError with every fault of every part.
+    /// Returns
+    /// -------
+    /// Mechanism
+    ///     The mechanism.
     ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the description has mistakes. The message lists all of them.
+    ///
+    /// Examples
+    /// --------
     /// >>> parts.build()
     /// Mechanism(1 bodies, nq=1, nv=1)
     fn build(&self) -> PyResult<Mechanism> {
@@ -326,8 +605,7 @@ impl Builder {
 
 type Given<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
-/// A body as it was described: (mass, centre of mass, inertia, which check), frames of the hinge on
-/// parent and body.
+/// Returns the specification of a body from (mass, centre of mass, inertia, inertia check) and the hinge frames on parent and body.
 pub fn body_spec(
     name: String,
     parent: &str,
@@ -345,7 +623,7 @@ pub fn body_spec(
         .mass(MassProperties::new(mass, com, inertia).with_check(check)))
 }
 
-/// Coordinates of a hinge alone with all angles and displacements zero.
+/// Returns the coordinates of a single hinge with all angles and displacements zero.
 pub fn neutral(hinge: &multibody::Hinge) -> Vec<f64> {
     let one = |s: &multibody::Subhinge| {
         let mut q = vec![0.0; s.kind.nq()];
@@ -359,8 +637,10 @@ pub fn neutral(hinge: &multibody::Hinge) -> Vec<f64> {
     hinge.subhinges.iter().flat_map(one).collect()
 }
 
-/// A link of a hinge's chain: what it allows, and its places in q and v.
+/// One subhinge of a hinge: the motion it permits, and its slices of q and v.
 ///
+/// Examples
+/// --------
 /// >>> hinge = linkwork.Hinge.screw([0, 0, 1], 0.02).armature(0.1).gear(5).limits(-2, 2, rate=3, effort=40)
 /// >>> subhinge = linkwork.Builder().body("nut", "world", hinge, mass=1, com=[0, 0, 0], inertia=np.eye(3)).build().subhinges[0]
 /// >>> subhinge
@@ -373,7 +653,7 @@ pub struct Subhinge {
 }
 
 impl Subhinge {
-    /// All subhinges that a mechanism has, in order.
+    /// Returns all subhinges of a mechanism, in order.
     pub fn table(mbs: &multibody::Multibody) -> Vec<Self> {
         let name = |b: Option<multibody::BodyId>| b.map_or("world", |b| mbs.get(b).name()).into();
         let row = |(b, s): (multibody::BodyId, &multibody::SubhingeRange)| Self {
@@ -385,7 +665,7 @@ impl Subhinge {
     }
 }
 
-/// The kind in words.
+/// Returns the name of the kind.
 pub fn kind_name(kind: &SubhingeKind) -> &'static str {
     match kind {
         SubhingeKind::Pin { .. } => "pin",
@@ -399,16 +679,20 @@ pub fn kind_name(kind: &SubhingeKind) -> &'static str {
 
 #[pymethods]
 impl Subhinge {
-    /// The body whose hinge it belongs to.
+    /// The body whose hinge contains the subhinge.
     ///
+    /// Examples
+    /// --------
     /// >>> subhinge.body
     /// 'nut'
     #[getter]
     fn body(&self) -> &str {
         &self.body
     }
-    /// What that body hangs on: "world" or a body.
+    /// The parent of that body: "world" or the name of a body.
     ///
+    /// Examples
+    /// --------
     /// >>> subhinge.parent
     /// 'world'
     #[getter]
@@ -417,22 +701,29 @@ impl Subhinge {
     }
     /// "pin", "slider", "screw", "ball", "free" or "locked".
     ///
+    /// Examples
+    /// --------
     /// >>> subhinge.kind
     /// 'screw'
     #[getter]
     fn kind(&self) -> &'static str {
         kind_name(&self.at.subhinge.kind)
     }
-    /// Unit vector (3,) in the hinge frame; None where there is none. q goes along it in m or about it in rad.
+    /// Unit vector (3,) of the axis in the hinge frame; None for subhinges without an axis. q is the displacement along it, m, or the angle about it,
+    /// rad.
     ///
+    /// Examples
+    /// --------
     /// >>> subhinge.axis.tolist()
     /// [0.0, 0.0, 1.0]
     #[getter]
     fn axis<'py>(&self, py: Python<'py>) -> PyResult<Option<crate::array::Array1<'py>>> {
         self.at.subhinge.kind.axis().map(|a| out_vec3(py, &a)).transpose()
     }
-    /// Advance of a screw, m/rad; 0 for the others.
+    /// Advance of a screw, m/rad; 0 for all other kinds.
     ///
+    /// Examples
+    /// --------
     /// >>> subhinge.pitch
     /// 0.02
     #[getter]
@@ -442,72 +733,90 @@ impl Subhinge {
             _ => 0.0,
         }
     }
-    /// Its numbers in q.
+    /// Slice of q.
     ///
+    /// Examples
+    /// --------
     /// >>> subhinge.q
     /// slice(0, 1, 1)
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> Bound<'py, PySlice> {
         PySlice::new(py, self.at.q.start as isize, self.at.q.end as isize, 1)
     }
-    /// Its numbers in v, forces and accelerations.
+    /// Slice of v, of forces and of accelerations.
     ///
+    /// Examples
+    /// --------
     /// >>> subhinge.v
     /// slice(0, 1, 1)
     #[getter]
     fn v<'py>(&self, py: Python<'py>) -> Bound<'py, PySlice> {
         PySlice::new(py, self.at.v.start as isize, self.at.v.end as isize, 1)
     }
-    /// True where the motion is given and the force found.
+    /// True if the motion is prescribed, so that the force is computed.
     ///
+    /// Examples
+    /// --------
     /// >>> subhinge.prescribed
     /// False
     #[getter]
     fn prescribed(&self) -> bool {
         self.at.subhinge.coordinate == Coordinate::Prescribed
     }
-    /// Rotor inertia at the rotor, kg m² or kg.
+    /// Inertia of the rotor, before the gear, kg m² or kg.
     ///
+    /// Examples
+    /// --------
     /// >>> subhinge.armature
     /// 0.1
     #[getter]
     fn armature(&self) -> f64 {
         self.at.subhinge.armature
     }
-    /// Turns of the rotor for a turn of the hinge.
+    /// Gear ratio: revolutions of the rotor per revolution of the hinge.
     ///
+    /// Examples
+    /// --------
     /// >>> subhinge.gear
     /// 5.0
     #[getter]
     fn gear(&self) -> f64 {
         self.at.subhinge.gear
     }
-    /// Least coordinate, rad or m.
+    /// Lower limit of the coordinate, rad or m.
     ///
+    /// Examples
+    /// --------
     /// >>> subhinge.lower
     /// -2.0
     #[getter]
     fn lower(&self) -> f64 {
         self.at.subhinge.limits.lower
     }
-    /// Greatest coordinate, rad or m.
+    /// Upper limit of the coordinate, rad or m.
     ///
+    /// Examples
+    /// --------
     /// >>> subhinge.upper
     /// 2.0
     #[getter]
     fn upper(&self) -> f64 {
         self.at.subhinge.limits.upper
     }
-    /// Greatest speed, rad/s or m/s.
+    /// Limit of the velocity, rad/s or m/s.
     ///
+    /// Examples
+    /// --------
     /// >>> subhinge.rate
     /// 3.0
     #[getter]
     fn rate(&self) -> f64 {
         self.at.subhinge.limits.rate
     }
-    /// Greatest force, N m or N.
+    /// Limit of the force, N m or N.
     ///
+    /// Examples
+    /// --------
     /// >>> subhinge.effort
     /// 40.0
     #[getter]

@@ -1,4 +1,4 @@
-//! Calibration of a `Mechanism`: what measurements can tell, inertial parameters, frames.
+//! Calibration of a `Mechanism`: identifiable parameters, inertial parameters, hinge frames.
 use crate::array::{Array1, Array2, Input, checked1, out2};
 use crate::core::Core;
 use crate::error::{refuse, refuse_with};
@@ -14,8 +14,12 @@ use std::sync::Arc;
 
 type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 
-/// What measurements can tell of parameters, of `Mechanism.identifiable_inertia` and of a `Calibration`.
+/// Which combinations of parameters measurements can determine.
 ///
+/// Result of `Mechanism.identifiable_inertia`, and part of a `Calibration`.
+///
+/// Examples
+/// --------
 /// >>> bob = linkwork.Builder().body("bob", "world", linkwork.Hinge.pin([0, 1, 0]), mass=1, com=[0, 0, -0.5], inertia=np.eye(3) / 50).build()
 /// >>> told = bob.identifiable_inertia()
 /// >>> told
@@ -34,25 +38,33 @@ impl Identifiable {
 
 #[pymethods]
 impl Identifiable {
-    /// Names of all parameters, in the order of columns: of inertia `body.m` (kg), `.hx`, `.hy`, `.hz` (kg m), `.Ixx`, `.Ixy`, .. (kg m²); of frames
-    /// `body.rx`, .. (rad), `.px`, .. (m).
+    /// Names of all parameters, in the order of the columns.
     ///
+    /// Inertial parameters are `body.m` (kg), `.hx`, `.hy`, `.hz` (kg m), `.Ixx`, `.Ixy`, .. (kg m²); frame parameters are `body.rx`, .. (rad) and
+    /// `.px`, .. (m).
+    ///
+    /// Examples
+    /// --------
     /// >>> told.names[:4]
     /// ['bob.m', 'bob.hx', 'bob.hy', 'bob.hz']
     #[getter]
     fn names(&self) -> Vec<String> {
         self.names.clone()
     }
-    /// Names of the base parameters, as many as the rank: each stands for a combination.
+    /// Names of the base parameters, as many as the rank. Each stands for a combination of parameters.
     ///
+    /// Examples
+    /// --------
     /// >>> told.base
     /// ['bob.hx', 'bob.hz', 'bob.Iyy']
     #[getter]
     fn base(&self) -> Vec<String> {
         self.of(&self.own.base)
     }
-    /// The combinations (rank, n): times the parameters (n,) they give the base parameters. Parameters in kg, kg m, kg m².
+    /// Matrix (rank, n) whose product with the parameters (n,) gives the base parameters. Parameters are in kg, kg m, kg m²; rad, m.
     ///
+    /// Examples
+    /// --------
     /// >>> told.combinations.shape
     /// (3, 10)
     #[getter]
@@ -61,24 +73,30 @@ impl Identifiable {
         let all = self.own.combinations.transpose().as_slice().to_vec();
         out2(py, all, rows, columns)
     }
-    /// Greatest over least singular value of the base columns, of length 1 each (k above 1e3: noise counts for much).
+    /// Condition number of the base columns, each scaled to length 1. Above 1e3, the result is sensitive to noise.
     ///
+    /// Examples
+    /// --------
     /// >>> told.condition < 10
     /// True
     #[getter]
     fn condition(&self) -> f64 {
         self.own.condition
     }
-    /// Names of parameters that are told by themselves.
+    /// Names of the parameters that are identifiable individually.
     ///
+    /// Examples
+    /// --------
     /// >>> told.alone
     /// ['bob.hx', 'bob.hz', 'bob.Iyy']
     #[getter]
     fn alone(&self) -> Vec<String> {
         self.of(&self.own.alone())
     }
-    /// Names of parameters without influence on what is measured.
+    /// Names of the parameters that do not influence the measurements.
     ///
+    /// Examples
+    /// --------
     /// >>> told.without_influence[:2]
     /// ['bob.m', 'bob.hy']
     #[getter]
@@ -90,14 +108,16 @@ impl Identifiable {
     }
 }
 
-/// Parameters that explain measurements, of `Mechanism.fit_inertia` and `Mechanism.calibrate_frames`.
+/// Parameters fitted to measurements: result of `Mechanism.fit_inertia` and `Mechanism.calibrate_frames`.
 ///
+/// Examples
+/// --------
 /// >>> bob = linkwork.Builder().body("bob", "world", linkwork.Hinge.pin([0, 1, 0]), mass=1, com=[0, 0, -0.5], inertia=np.eye(3) / 50).build()
 /// >>> real = linkwork.Builder().body("bob", "world", linkwork.Hinge.pin([0, 1, 0]), mass=1, com=[0.01, 0, -0.5], inertia=np.eye(3) / 50).build()
 /// >>> q, v, a = np.random.default_rng(1).normal(size=(3, 20, 1))
 /// >>> found = bob.fit_inertia(q, v, a, real.inverse_dynamics(q, v, a))
 /// >>> found
-/// Calibration(3 of 10 told, residual 0)
+/// Calibration(3 of 10 identifiable, residual 0)
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Calibration {
     identifiable: Py<Identifiable>,
@@ -111,8 +131,10 @@ pub struct Calibration {
 
 #[pymethods]
 impl Calibration {
-    /// What the measurements can tell.
+    /// Which parameters these measurements determine.
     ///
+    /// Examples
+    /// --------
     /// >>> found.identifiable.base
     /// ['bob.hx', 'bob.hz', 'bob.Iyy']
     #[getter]
@@ -121,46 +143,60 @@ impl Calibration {
     }
     /// Base parameters (rank,), in the units of their names: kg, kg m, kg m²; rad, m.
     ///
+    /// Examples
+    /// --------
     /// >>> found.base.round(6).tolist()
     /// [0.01, -0.5, 0.2701]
     #[getter]
     fn base<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         checked1(py, self.base.clone())
     }
-    /// Standard deviations (rank,) of the base parameters, in their units, by what the fit leaves: rad, m, kg, ..
+    /// Standard deviations (rank,) of the base parameters, estimated from the residuals, in the units of the parameters: kg, kg m, kg m²; rad, m.
     ///
+    /// Examples
+    /// --------
     /// >>> bool(found.deviations.max() < 1e-9)
     /// True
     #[getter]
     fn deviations<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         checked1(py, self.deviations.clone())
     }
-    /// All parameters (n,), in the units of their names (kg, kg m, kg m²): of those that explain the measurements as well, the ones nearest to the mechanism's own. Of frames: corrections, rad and m.
+    /// All parameters (n,), in the units of their names: kg, kg m, kg m²; for frames, corrections in rad and m.
     ///
+    /// Of all parameters that explain the measurements equally well, these are the nearest to the mechanism's own.
+    ///
+    /// Examples
+    /// --------
     /// >>> found.parameters[:4].round(6).tolist()
     /// [1.0, 0.01, 0.0, -0.5]
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         checked1(py, self.parameters.clone())
     }
-    /// Root of the mean of squares of what is left: N m and N; m of frames.
+    /// RMS of the residuals: N m and N for inertias, m for frames.
     ///
+    /// Examples
+    /// --------
     /// >>> found.residual < 1e-9
     /// True
     #[getter]
     fn residual(&self) -> f64 {
         self.residual
     }
-    /// Names of bodies whose numbers are those of no body; then there is no `mechanism`.
+    /// Names of bodies whose fitted inertia no rigid body can have. If there are any, `mechanism` is None.
     ///
+    /// Examples
+    /// --------
     /// >>> found.unphysical
     /// []
     #[getter]
     fn unphysical(&self) -> Vec<String> {
         self.unphysical.clone()
     }
-    /// The mechanism with these parameters; None where they are those of no body.
+    /// The mechanism with the fitted parameters; None if a body is not physical.
     ///
+    /// Examples
+    /// --------
     /// >>> bool(np.allclose(found.mechanism.inverse_dynamics(q, v, a), real.inverse_dynamics(q, v, a)))
     /// True
     #[getter]
@@ -172,7 +208,7 @@ impl Calibration {
         let small = self.residual < 1e-9;
         let residual = if small { "0".to_owned() } else { format!("{:.3e}", self.residual) };
         let (rank, all) = (told.own.rank(), told.names.len());
-        format!("Calibration({rank} of {all} told, residual {residual})")
+        format!("Calibration({rank} of {all} identifiable, residual {residual})")
     }
 }
 
@@ -182,7 +218,7 @@ fn names_of_inertia(core: &Core) -> Vec<String> {
     core.mbs.bodies().iter().flat_map(of).collect()
 }
 
-/// Rows (n, width) or one row (width,).
+/// Reads rows (n, width), or one row (width,).
 fn rows<'py>(given: Given<'_, 'py>, width: usize, what: &str) -> PyResult<(Input<'py>, usize)> {
     let input = Input::read(given, what)?;
     let n = match input.shape() {
@@ -204,7 +240,7 @@ fn tolerance(x: f64) -> PyResult<f64> {
 }
 
 impl Mechanism {
-    /// Of the same gravity.
+    /// Builds a mechanism with the same gravity.
     fn with(&self, builder: &Builder) -> PyResult<Self> {
         let mbs = builder.build().map_err(refuse)?;
         Ok(Self { core: Arc::new(Core::new(mbs, self.core.gravity())?) })
@@ -213,9 +249,30 @@ impl Mechanism {
 
 #[pymethods]
 impl Mechanism {
-    /// What any motion and its forces can tell of the inertial parameters (10·bodies, as `inertial_parameters`): an Identifiable, by the regressor at random states. A column is dependent when
-    /// less than `tolerance` of it is left beside those before. Raises LinkworkError for flexible bodies and a tolerance out of range. Parameters in kg, kg m, kg m².
+    /// Determine which inertial parameters can be identified from motion and forces.
     ///
+    /// The regressor is evaluated at random states. A column is dependent if less than the fraction `tolerance` of it remains after projection onto
+    /// the columns before it.
+    ///
+    /// Parameters
+    /// ----------
+    /// seed : int
+    ///     Seed of the random states (default: 0).
+    /// tolerance : float
+    ///     Threshold for dependent columns, between 0 and 1.
+    ///
+    /// Returns
+    /// -------
+    /// Identifiable
+    ///     Identifiable combinations of the 10·bodies parameters of `inertial_parameters` (kg, kg m, kg m²).
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the mechanism has flexible bodies, or `tolerance` is out of range.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.identifiable_inertia()
     /// Identifiable(6 of 20)
     #[pyo3(signature = (*, seed=0, tolerance=1e-8))]
@@ -235,9 +292,33 @@ impl Mechanism {
         Ok(Identifiable { own, names: names_of_inertia(core) })
     }
 
-    /// Inertial parameters from measured motion and forces: q (n, nq), v, vdot, tau (n, nv): a Calibration. Armatures are taken as they are; friction is not modelled: take it off tau before. q in rad and m, tau in N m and N; parameters in kg, kg m, kg m².
-    /// tolerance as of `identifiable_inertia`: more noise wants more. Raises LinkworkError for other shapes, NaN, flexible bodies and too few states.
+    /// Fit the inertial parameters to measured motion and forces.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (n, nq)
+    ///     Measured configurations, rad and m.
+    /// v : array_like, shape (n, nv)
+    ///     Measured rates, rad/s and m/s.
+    /// vdot : array_like, shape (n, nv)
+    ///     Measured accelerations, rad/s² and m/s².
+    /// tau : array_like, shape (n, nv)
+    ///     Measured forces, N m and N. Subtract friction first, because it is not part of the model.
+    /// tolerance : float
+    ///     Threshold as in `identifiable_inertia`. Use a larger one for noisy data.
+    ///
+    /// Returns
+    /// -------
+    /// Calibration
+    ///     Fitted parameters, kg, kg m, kg m². Rotor inertias (armatures) are not fitted.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the mechanism has flexible bodies, there are too few states, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> q, v, a = np.random.default_rng(2).normal(size=(3, 30, 2))
     /// >>> found = arm.fit_inertia(q, v, a, arm.inverse_dynamics(q, v, a))
     /// >>> bool(np.allclose(found.parameters, arm.inertial_parameters()))
@@ -261,7 +342,7 @@ impl Mechanism {
             let (x, count) = rows(given, nv, what)?;
             if count != n {
                 let fact = format!("`{what}` has {count} rows, `q` has {n}");
-                return Err(refuse_with(fact, "give as many of each"));
+                return Err(refuse_with(fact, "give the same number of rows"));
             }
             others.push(x.slice().to_vec());
         }
@@ -303,10 +384,35 @@ impl Mechanism {
         })
     }
 
-    /// Frames of the hinges between the world and a node, and of the node in its body, from measured places of it: a Calibration, whose `mechanism` has the corrected frames. q (n, nq); places (n, 3)
-    /// positions, m, or (n, 7) positions and attitudes [x y z qx qy qz qw], in the world. length, m: what 1 rad of attitude counts. Parameters are corrections of each frame: turns about its
-    /// own axes, rad, and shifts along them, m; what cannot be told stays as it is. Raises LinkworkError for an unknown node, other shapes, NaN, too few places, and when the iteration does not end.
+    /// Fit the hinge frames between the world and a node, and the node's frame, to measured positions of the node.
     ///
+    /// Parameters
+    /// ----------
+    /// node : str
+    ///     Name of the node.
+    /// q : array_like, shape (n, nq)
+    ///     Configurations, rad and m.
+    /// places : array_like, shape (n, 3) or (n, 7)
+    ///     Measured positions, m, or positions and attitudes [x y z qx qy qz qw], in the world.
+    /// length : float
+    ///     Length, m, that weights 1 rad of attitude error (default: 1).
+    /// tolerance : float
+    ///     Threshold as in `identifiable_inertia`.
+    ///
+    /// Returns
+    /// -------
+    /// Calibration
+    ///     Corrections of each frame: rotations about its own axes, rad, and translations along them, m. Corrections that are not identifiable
+    ///     are zero. `mechanism` has the corrected frames.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the node does not exist, there are too few measurements, the iteration does not converge, or an array has a wrong shape or contains
+    ///     NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> q = np.random.default_rng(3).uniform(-3, 3, size=(20, 2))
     /// >>> seen = [arm.state(x).position("tip") + [0, 0.002, 0] for x in q]
     /// >>> found = arm.calibrate_frames("tip", q, seen)

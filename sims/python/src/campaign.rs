@@ -1,4 +1,4 @@
-//! `Campaign`: many runs of one simulation with drawn values, by the functions that `linkwork campaign` runs by.
+//! `Campaign`: many runs of one simulation with randomly drawn values, with the functions behind `linkwork campaign`.
 use crate::core::lock;
 use crate::error::{refuse, refuse_with};
 use crate::package;
@@ -19,13 +19,24 @@ use std::sync::Mutex;
 mod results;
 pub use results::{Outcome, Results};
 
-/// Many runs of one simulation with values drawn from distributions, as `linkwork campaign FILE` makes them: a run is
-/// a pure function of the file and its number, so that results do not depend on the machine, the number of threads,
-/// or how often the campaign was stopped.
+/// Many runs of one simulation with randomly drawn values, as `linkwork campaign FILE` makes them.
 ///
-/// path: a RON file that begins with `Campaign(`. The simulation that it names is loaded once with every distribution
-/// at its middle; remarks about it are warnings. Raises LinkworkError with every mistake, each with its place.
+/// A run is a pure function of the file and the number of the run. Results therefore do not depend on the machine, the number of threads, or
+/// interruptions of the campaign.
 ///
+/// Parameters
+/// ----------
+/// path : str or path-like
+///     A RON file that begins with `Campaign(`. Its simulation is loaded once with the median of every distribution; warnings about it are
+///     emitted as Python warnings.
+///
+/// Raises
+/// ------
+/// LinkworkError
+///     If the file has mistakes. The message lists all of them, each with its position.
+///
+/// Examples
+/// --------
 /// >>> import pathlib
 /// >>> text = 'Campaign(simulation: "sims/pendulum", runs: 4, set: {"until": "2 s"}, vary: {"bob.mass": Uniform(from: "0.5 kg", to: "2 kg")})'
 /// >>> _ = pathlib.Path("masses.ron").write_text(text)
@@ -42,7 +53,7 @@ pub struct Campaign {
 }
 
 impl Campaign {
-    /// That there is a run of this number.
+    /// Returns an error if there is no run with this number.
     fn check(&self, run: u64) -> PyResult<()> {
         let runs = self.campaign.form().runs;
         match run < runs {
@@ -61,25 +72,28 @@ impl Campaign {
         for (line, why) in &folder.journal.damaged {
             let journal = Folder::journal_in(path);
             let fact = format!("the journal `{}`, line {line}: {why}", journal.display());
-            let text = std::ffi::CString::new(format!("{fact}; its run is made again"))
-                .unwrap_or_default();
+            let text =
+                std::ffi::CString::new(format!("{fact}; this run is repeated")).unwrap_or_default();
             PyErr::warn(py, &py.get_type::<pyo3::exceptions::PyUserWarning>(), &text, 1)?;
         }
         Ok(folder)
     }
 
-    /// Writes tables and report of what has ended.
+    /// Writes the tables and the report of the runs that have ended.
     fn written(&self, folder: &Folder, threads: usize) -> PyResult<Results> {
         let (results, files) = folder.write(&self.campaign, threads);
         let files = files.map_err(|e| {
-            refuse_with(e, "make room and call it again with the same folder: no run is lost")
+            refuse_with(
+                e,
+                "free disk space and repeat the call with the same folder; completed runs are kept",
+            )
         })?;
         let runs = self.campaign.form().runs;
         Ok(Results { done: folder.journal.outcomes.len() as u64, runs, files, results })
     }
 }
 
-/// `progress(done, failed, runs, left)`.
+/// Calls `progress(done, failed, runs, left)`.
 fn tell(py: Python<'_>, progress: Option<&Py<PyAny>>, p: &campaign::Progress) -> PyResult<()> {
     if let Some(f) = progress {
         let left = p.left.map(|left| left.as_secs_f64());
@@ -104,40 +118,50 @@ impl Campaign {
         Ok(Self { campaign, library, path })
     }
 
-    /// The file, as given.
+    /// The path of the file, as passed.
     ///
+    /// Examples
+    /// --------
     /// >>> campaign.path.name
     /// 'masses.ron'
     #[getter]
     fn path(&self) -> &Path {
         &self.path
     }
-    /// The file without its folder and ending.
+    /// The name of the file without folder and suffix.
     ///
+    /// Examples
+    /// --------
     /// >>> campaign.name
     /// 'masses'
     #[getter]
     fn name(&self) -> &str {
         &self.campaign.form().name
     }
-    /// What it is for.
+    /// The description in the file.
     ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Campaign("sims/ballistic_entry/dispersions.ron").doc[:17]
     /// 'Entry dispersions'
     #[getter]
     fn doc(&self) -> &str {
         &self.campaign.form().doc
     }
-    /// The number of runs; they are numbered from 0.
+    /// Number of runs. They are numbered from 0.
     ///
+    /// Examples
+    /// --------
     /// >>> campaign.runs
     /// 4
     #[getter]
     fn runs(&self) -> u64 {
         self.campaign.form().runs
     }
-    /// {name: unit} of the metrics of a run.
+    /// Units of the metrics of a run: {name: unit}.
     ///
+    /// Examples
+    /// --------
     /// >>> campaign.metrics
     /// {'largest speed': 'rad/s'}
     #[getter]
@@ -146,8 +170,10 @@ impl Campaign {
         self.campaign.metrics().iter().try_for_each(|(name, unit)| all.set_item(name, unit))?;
         Ok(all)
     }
-    /// {path: unit} of the drawn values; "" for those without one.
+    /// Units of the drawn values: {path: unit}; "" for values without a unit.
     ///
+    /// Examples
+    /// --------
     /// >>> campaign.drawn
     /// {'bob.mass': 'kg'}
     #[getter]
@@ -156,8 +182,10 @@ impl Campaign {
         self.campaign.form().drawn.iter().try_for_each(|d| all.set_item(&d.name, &d.unit))?;
         Ok(all)
     }
-    /// Hash of all that decides the runs: the file's values, the simulation, the contents of its files, the version.
+    /// Hash of everything that determines the runs: the values in the file, the simulation, the contents of its files, the version.
     ///
+    /// Examples
+    /// --------
     /// >>> campaign.identity == linkwork.Campaign("masses.ron").identity
     /// True
     #[getter]
@@ -165,9 +193,25 @@ impl Campaign {
         format!("{:016x}", self.campaign.identity())
     }
 
-    /// {path: value} of what run `run` draws, each in its unit of `drawn`.
-    /// Raises LinkworkError when there is no run of this number.
+    /// Return the values that a run draws.
     ///
+    /// Parameters
+    /// ----------
+    /// run : int
+    ///     Number of the run.
+    ///
+    /// Returns
+    /// -------
+    /// dict of str to float
+    ///     {path: value}, each in its unit of `drawn`.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If there is no run with this number.
+    ///
+    /// Examples
+    /// --------
     /// >>> round(campaign.draws(0)["bob.mass"], 3)
     /// 1.108
     fn draws<'py>(&self, py: Python<'py>, run: u64) -> PyResult<Bound<'py, PyDict>> {
@@ -179,9 +223,25 @@ impl Campaign {
         Ok(all)
     }
 
-    /// Run `run` as a Simulation at its start, with the values, seed and end that the campaign gives it.
-    /// Raises LinkworkError when there is no run of this number, its draws are refused, or a file has changed.
+    /// Return a run as a Simulation at its start, with the values, seed and end time of the campaign.
     ///
+    /// Parameters
+    /// ----------
+    /// run : int
+    ///     Number of the run.
+    ///
+    /// Returns
+    /// -------
+    /// Simulation
+    ///     The simulation.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If there is no run with this number, the drawn values are not valid, or a file has changed.
+    ///
+    /// Examples
+    /// --------
     /// >>> sim = campaign.simulation(0)
     /// >>> sim.mechanism.total_mass == campaign.draws(0)["bob.mass"]
     /// True
@@ -195,11 +255,32 @@ impl Campaign {
         Simulation::from_ready(py, ready, until)
     }
 
-    /// Makes run `run` and gives how it ended: the same bits as in `execute` and on the command line. It writes nothing
-    /// but what is asked for. log: an MCAP file of what the simulation's `log` says. checkpoint: a .lwck file of the
-    /// last state. Ctrl-C gives it up.
-    /// Raises LinkworkError when there is no run of this number, a file has changed, or one cannot be written.
+    /// Make one run and return its outcome.
     ///
+    /// The result is bit-identical to that of `execute` and of the command line. Only the files that you request are written. Ctrl-C interrupts the
+    /// run.
+    ///
+    /// Parameters
+    /// ----------
+    /// run : int
+    ///     Number of the run.
+    /// log : str or path-like, optional
+    ///     Write the channels of the simulation's `log` to this MCAP file.
+    /// checkpoint : str or path-like, optional
+    ///     Write the last state to this .lwck file.
+    ///
+    /// Returns
+    /// -------
+    /// Outcome
+    ///     How the run ended.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If there is no run with this number, a file has changed, or a file cannot be written.
+    ///
+    /// Examples
+    /// --------
     /// >>> outcome = campaign.run(0, log="run0.mcap")
     /// >>> outcome.ended, outcome.time
     /// ('until', 2.0)
@@ -237,8 +318,8 @@ impl Campaign {
             if let (Some(path), Some(outcome)) = (&checkpoint, &outcome) {
                 if outcome.ended == campaign::Cause::Panicked {
                     return Err(format!(
-                        "run {run} has no state to write: it was in the midst of a step: {}\n  help: `execute` keeps the \
-                         last whole state of such runs in `failures`",
+                        "run {run} has no state to write: it stopped within a step: {}\n  help: `execute` keeps the \
+                         last complete state of such runs in `failures`",
                         outcome.why
                     ));
                 }
@@ -251,21 +332,42 @@ impl Campaign {
         };
         let outcome = patiently(py, &stop, |_: std::sync::mpsc::Sender<()>| make(), |()| Ok(()));
         let outcome = outcome.or_raise()?.map_err(refuse)?;
-        // Only what was raised stops it.
-        let outcome = outcome.ok_or_else(|| refuse("the run was given up"))?;
+        // An interruption without an exception cannot occur.
+        let outcome = outcome.ok_or_else(|| refuse("the run was interrupted"))?;
         Ok(self.outcome(outcome))
     }
 
-    /// Makes all runs that have not ended yet, and writes into `folder` what `linkwork campaign` writes, byte for byte:
-    /// the journal, results, statistics, sensitivity and bands as .csv and .parquet, report.html, for each run a file in
-    /// `histories` when the campaign retains variables, and for each failed run a folder in `failures`. threads: as many as there are cores when left out. progress: a function of
-    /// (done, failed, runs, left), left in s or None, called at the start and after
-    /// each run.
+    /// Make all runs that have not ended yet, and write the results into a folder.
     ///
-    /// Ctrl-C, and what `progress` raises, stop it: the files hold what has ended, and the same call goes on. Runs that
-    /// fail do not raise: they are in `Results.failures`. Raises LinkworkError when the folder belongs to another
-    /// campaign or is in use, a file has changed, or the disk is full.
+    /// The files are identical to those of `linkwork campaign`: the journal; results, statistics, sensitivity and bands as .csv and .parquet;
+    /// report.html; a file per run in `histories` if the campaign retains variables; a folder per failed run in `failures`.
     ///
+    /// Parameters
+    /// ----------
+    /// folder : str or path-like
+    ///     The folder.
+    /// threads : int, optional
+    ///     Number of threads (default: one per core).
+    /// progress : callable, optional
+    ///     Called with (done, failed, runs, left) at the start and after each run. `left` is the estimated remaining time, s, or None.
+    ///
+    /// Returns
+    /// -------
+    /// Results
+    ///     The results. Failed runs do not raise; they are in `Results.failures`.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the folder belongs to another campaign or is in use, a file has changed, or the disk is full.
+    ///
+    /// Notes
+    /// -----
+    /// Ctrl-C, or an exception in `progress`, stops the campaign. The files then contain all runs that have ended, and the same call continues the
+    /// campaign.
+    ///
+    /// Examples
+    /// --------
     /// >>> seen = []
     /// >>> results = campaign.execute("more", threads=2, progress=lambda *p: seen.append(p[0]))
     /// >>> results, seen
@@ -279,7 +381,7 @@ impl Campaign {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Results> {
         if threads == Some(0) {
-            return Err(refuse_with("`threads` is 0", "give 1 or more, or leave it out"));
+            return Err(refuse_with("`threads` is 0", "give 1 or more, or omit it"));
         }
         let threads = threads.unwrap_or_else(cores);
         let mut folder = self.open(py, &folder)?;
@@ -291,19 +393,19 @@ impl Campaign {
             &stop,
             |told: std::sync::mpsc::Sender<campaign::Progress>| {
                 campaign::execute(&self.campaign, &orders, gathered, |p| {
-                    // Nobody listens any more only when something was raised.
+                    // The receiver is gone only after an exception; the value is then not needed.
                     let _ = told.send(*p);
                 })
             },
             |p| tell(py, progress.as_ref(), &p),
         );
-        // What there is, is written, also when the campaign could not go on.
+        // The results of the runs so far are written even if the campaign cannot continue.
         let written = self.written(&folder, threads);
         ended.or_raise()?.map_err(refuse)?;
         written
     }
 
-    /// For programs that spread runs themselves: makes these runs, and gives each as a line of text.
+    /// For programs that distribute runs: makes the given runs and returns one line of text per run.
     #[pyo3(signature = (runs, folder))]
     fn _make(&self, py: Python<'_>, runs: Vec<u64>, folder: PathBuf) -> PyResult<Vec<String>> {
         let stop = Stop::default();
@@ -321,7 +423,7 @@ impl Campaign {
         lines.or_raise()?.map_err(refuse)
     }
 
-    /// For programs that spread runs themselves: the folder in which the lines of `_make` are gathered.
+    /// For programs that distribute runs: returns the folder that collects the lines of `_make`.
     fn _gather(slf: Py<Self>, py: Python<'_>, folder: PathBuf) -> PyResult<Gathering> {
         let folder = slf.bind(py).get().open(py, &folder)?;
         Ok(Gathering { campaign: slf, folder: Mutex::new(Some(folder)) })
@@ -333,7 +435,7 @@ impl Campaign {
     }
 }
 
-/// As many threads as the machine has cores.
+/// Returns the number of cores.
 fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
@@ -354,37 +456,37 @@ impl Gathering {
 
 #[pymethods]
 impl Gathering {
-    /// Runs that have not ended yet, and those whose history is gone.
+    /// Returns the runs that have not ended yet, and those whose history file is missing.
     fn todo(&self, py: Python<'_>) -> PyResult<Vec<u64>> {
         let campaign = &self.campaign.bind(py).get().campaign;
         self.with(|f| Ok(f.todo(campaign)))
     }
-    /// (runs that ended, those of them that failed).
+    /// Returns (number of runs that have ended, number of failed runs among them).
     fn counts(&self) -> PyResult<(usize, usize)> {
         self.with(|f| {
             let all = &f.journal.outcomes;
             Ok((all.len(), all.values().filter(|o| !o.ended.is_orderly()).count()))
         })
     }
-    /// Adds a line that `_make` gave; gives its run, and the wall time that it took, s.
+    /// Adds a line that `_make` returned. Returns the number of the run and its wall time, s.
     fn add(&self, py: Python<'_>, line: &str) -> PyResult<(u64, f64)> {
         let campaign = &self.campaign.bind(py).get().campaign;
         let outcome = campaign::Outcome::from_text(line).map_err(refuse)?;
         let (run, wall, metrics) = (outcome.run, outcome.wall, outcome.metrics.len());
         if run >= campaign.form().runs || ![0, campaign.metrics().len()].contains(&metrics) {
             return Err(refuse(format!(
-                "run {run} with {metrics} metrics is none of this campaign"
+                "run {run} with {metrics} metrics does not belong to this campaign"
             )));
         }
         self.with(|f| f.add(outcome).map_err(refuse))?;
         Ok((run, wall))
     }
-    /// Where runs leave their files.
+    /// The folder in which runs write their files.
     #[getter]
     fn path(&self) -> PyResult<PathBuf> {
         self.with(|f| Ok(f.path().to_path_buf()))
     }
-    /// Writes tables and report, and closes the folder.
+    /// Writes the tables and the report, and closes the folder.
     fn finish(&self, py: Python<'_>) -> PyResult<Results> {
         let taken = lock(&self.folder).take();
         let mut folder = taken.ok_or_else(|| refuse("the folder is closed"))?;

@@ -1,4 +1,4 @@
-//! `Collisions`: whether a robot touches itself or what is around it, at one configuration or many; obstacles that change.
+//! `Collisions`: collision queries of a robot with itself and with its surroundings, at one configuration or at many; obstacles that change.
 //!
 //! The queries are those of `linkwork_embedded::Robot`.
 use crate::array::{Array2, Input, out2};
@@ -17,26 +17,45 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use std::sync::{Arc, Mutex};
 
-/// Pieces of a way, and rows of configurations, between two looks at Ctrl-C.
+/// Numbers of path pieces and of configurations between two checks for Ctrl-C.
 const PIECES: usize = 1000;
 const ROWS: usize = 1 << 15;
 
 type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 type Pair = (String, String);
 
-/// Whether a robot touches itself or what is around it: at one configuration, at many, on the way between two.
+/// Collision queries for a robot and its surroundings, at one configuration, at many, or along a straight path in joint space.
 ///
-/// colliders: the shapes; None takes those of the file (`Mechanism.file_colliders`), and of a file in RON also who meets whom, which what is given goes before.
-/// Bodies that a loop or a hinge of fewer than six degrees of freedom joins do not meet (the world and what hangs on it, too), unless neighbours is "collide"
-/// and not "pass". ignore, collide: pairs of names of colliders or bodies that do not meet, that do.
+/// Bodies that are connected by a loop or by a hinge of fewer than six degrees of freedom do not collide (nor do the world and the bodies on it),
+/// unless `neighbours` is "collide" instead of "pass".
 ///
-/// A mechanism with loops and couplings is asked at configurations that close them to 1e-6 m and rad (`Mechanism.close`); others are refused, since it cannot
-/// be there. `path` is for couplings, not for loops: what moves in proportion opens them.
+/// Parameters
+/// ----------
+/// mechanism : Mechanism
+///     The robot.
+/// colliders : sequence of Collider, optional
+///     The shapes. By default those of the file (`Mechanism.file_colliders`); for a RON file also its collision rules, which the arguments
+///     override.
+/// ignore, collide : sequence of (str, str), optional
+///     Pairs of colliders or bodies, by name, that do not collide, and that do.
+/// neighbours : {"pass", "collide"}, optional
+///     See above.
 ///
-/// No contact is missed: what touches or overlaps is a hit, padding counted. The settings and what sensors saw (`set_points`, `set_cells`) are this
-/// object's own, and go with `copy`. Raises LinkworkError for shapes and names that cannot be, for a mechanism with
-/// flexible bodies, and for loops whose motion is prescribed.
+/// Raises
+/// ------
+/// LinkworkError
+///     If a shape or a name is not valid, the mechanism has flexible bodies, or a motion across a loop is prescribed.
 ///
+/// Notes
+/// -----
+/// Configurations must close loops and couplings to 1e-6 m and rad (see `Mechanism.close`); others raise an error. `path` supports couplings, but
+/// not loops, because a straight path in joint space opens them.
+///
+/// Queries are conservative: every contact or overlap is a hit, including padding. Settings and sensor data (`set_points`, `set_cells`) belong to
+/// this object, and `copy` copies them.
+///
+/// Examples
+/// --------
 /// >>> import linkwork
 /// >>> arm = linkwork.Builder().body("arm", "world", linkwork.Hinge.pin([0, 0, 1]), mass=1.0, com=[0.5, 0, 0], inertia=[[1, 0, 0], [0, 1, 0], [0, 0, 1]]).build()
 /// >>> rod = linkwork.Collider.capsule("rod", "arm", 0.05, 1.0, at=[0.5, 0, 0, 0, 0.5**0.5, 0, 0.5**0.5])
@@ -52,13 +71,13 @@ pub struct Collisions {
     pub(crate) robot: Mutex<Robot>,
 }
 
-/// Nearest points (2, 3) of two, the first's above the second's.
+/// Returns the nearest points of two colliders (2, 3); the first row is on the first collider.
 fn ends<'py>(py: Python<'py>, d: &Distance) -> PyResult<Array2<'py>> {
     let points = [d.point_a, d.point_b].iter().flat_map(|p| [p.x, p.y, p.z]).collect();
     out2(py, points, 2, 3)
 }
 
-/// Indices (n, 3).
+/// Reads cell indices (n, 3).
 fn cells(given: Given<'_, '_>) -> PyResult<Vec<[u32; 3]>> {
     let input = Input::read(given, "cells")?;
     if !matches!(*input.shape(), [_, 3]) && !input.slice().is_empty() {
@@ -68,14 +87,14 @@ fn cells(given: Given<'_, '_>) -> PyResult<Vec<[u32; 3]>> {
     let index = |x: f64| {
         let whole = x.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&x);
         let wrong =
-            || refuse_with(format!("`cells` has the index {x}"), "give whole numbers, 0 and above");
+            || refuse_with(format!("`cells` has the index {x}"), "give integers, 0 or larger");
         if whole { Ok(x as u32) } else { Err(wrong()) }
     };
     let all = input.slice().chunks_exact(3);
     all.map(|c| Ok([index(c[0])?, index(c[1])?, index(c[2])?])).collect()
 }
 
-/// Points (n, 4): x, y, z, radius.
+/// Reads points (n, 4): x, y, z, radius.
 pub fn balls(given: Given<'_, '_>) -> PyResult<Vec<[f64; 4]>> {
     let input = Input::read(given, "points")?;
     if !matches!(*input.shape(), [_, 4]) && !input.slice().is_empty() {
@@ -85,13 +104,13 @@ pub fn balls(given: Given<'_, '_>) -> PyResult<Vec<[f64; 4]>> {
     Ok(input.slice().chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect())
 }
 
-/// Indices of the occupied cells of a collider.
+/// Reads the indices of the occupied cells of a collider.
 pub fn occupied(given: Option<Given<'_, '_>>) -> PyResult<Vec<[u32; 3]>> {
     given.map_or(Ok(Vec::new()), cells)
 }
 
 impl Collisions {
-    /// Of a model of this mechanism.
+    /// Creates the queries for a model of this mechanism.
     pub(crate) fn of(core: Arc<Core>, spec: &ModelSpec) -> PyResult<Self> {
         let model = RobotModel::new(spec).map_err(refuse)?;
         let mut robot = Robot::new(&model);
@@ -106,7 +125,7 @@ impl Collisions {
         })
     }
 
-    /// Those that a name means: a collider; all of a part, of an object or of a body.
+    /// Returns the colliders that a name stands for: a collider, or all colliders of a part, an object or a body.
     fn meant(&self, name: &str) -> PyResult<Vec<ColliderId>> {
         let model = &self.model;
         if let Some(id) = model.collider(name) {
@@ -149,7 +168,7 @@ impl Collisions {
         ask(&mut lock(&self.robot)).map_err(refuse)
     }
 
-    /// A configuration (nq,) that keeps loops and couplings.
+    /// Reads a configuration (nq,) that satisfies loops and couplings.
     fn at<'py>(&self, q: Given<'_, 'py>, what: &str) -> PyResult<Input<'py>> {
         let q = self.core.configuration(q, what)?;
         closed(&self.core, q.slice()).map_err(|e| open(&self.core, &format!("`{what}`"), e))?;
@@ -157,16 +176,16 @@ impl Collisions {
     }
 }
 
-/// What is wrong with a row of configurations.
+/// The problem with a row of configurations.
 enum Problem {
     Open(usize, Opened),
     Refused(RobotError),
 }
 
-/// The constraint that is farthest from closed, when that is too far.
+/// The constraint with the largest closure error, and the error, if it is above the tolerance.
 type Opened = (ConstraintId, f64);
 
-/// Whether q (nq) keeps loops and couplings.
+/// Returns an error if q (nq) does not satisfy loops and couplings.
 fn closed(core: &Core, q: &[f64]) -> Result<(), Opened> {
     if !core.is_constrained() {
         return Ok(());
@@ -177,8 +196,9 @@ fn closed(core: &Core, q: &[f64]) -> Result<(), Opened> {
 
 fn open(core: &Core, place: &str, (id, error): Opened) -> PyErr {
     let name = core.mbs.constraint_name(id);
-    let fact = format!("{place} does not keep `{name}`: an error of {error:.3e} (m or rad)");
-    refuse_with(fact, "give a configuration that the mechanism can have: `mechanism.close(q)`")
+    let fact =
+        format!("{place} violates the constraint `{name}`: closure error {error:.3e} (m or rad)");
+    refuse_with(fact, "give a configuration that satisfies the constraints: `mechanism.close(q)`")
 }
 
 #[pymethods]
@@ -194,11 +214,11 @@ impl Collisions {
     ) -> PyResult<Self> {
         let core = mechanism.core.clone();
         if core.mbs.motions() > 0 {
-            let help = "make the loop of a hinge without prescribed motion";
+            let help = "use a hinge without prescribed motion for the loop";
             return Err(refuse_with("a motion across a loop is prescribed", help));
         }
         let (specs, rules) = chosen(mechanism, colliders, ignore, collide, neighbours)?;
-        // Where bodies are follows from q alone; that q keeps loops and couplings, every question checks.
+        // Collision queries need only q, and every query checks that q satisfies loops and couplings, so the constraints are removed here.
         let mut mechanism = Builder::from(&core.mbs);
         mechanism.loops_mut().clear();
         mechanism.couplings_mut().clear();
@@ -206,8 +226,15 @@ impl Collisions {
         Self::of(core, &spec)
     }
 
-    /// Another one with the same settings and obstacles; what changes in one afterwards does not in the other.
+    /// Return an independent copy with the same settings and obstacles.
     ///
+    /// Returns
+    /// -------
+    /// Collisions
+    ///     The copy.
+    ///
+    /// Examples
+    /// --------
     /// >>> other = robot.copy()
     /// >>> other.set_points("seen", [])
     /// >>> robot.count("seen"), other.count("seen")
@@ -217,8 +244,10 @@ impl Collisions {
         Self { core: self.core.clone(), model: self.model.clone(), robot }
     }
 
-    /// Names of the colliders, in the order of names.
+    /// Names of the colliders, sorted.
     ///
+    /// Examples
+    /// --------
     /// >>> robot.colliders
     /// ['rod', 'seen']
     #[getter]
@@ -226,10 +255,27 @@ impl Collisions {
         self.model.colliders().map(|c| c.1).collect()
     }
 
-    /// Whether anything touches or overlaps, at q (nq,): a bool; or at many, q (n, nq): an array of bool (n,), in so many threads. The number of threads changes
-    /// no answer. Angles in rad, lengths in m.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Test whether anything touches or overlaps, at one configuration or at many.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, rad and m, or one per row.
+    /// threads : int
+    ///     Number of threads for many configurations. The result does not depend on it.
+    ///
+    /// Returns
+    /// -------
+    /// bool or ndarray of bool, shape (n,)
+    ///     True for a collision.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.collides([[0.0], [1.6]], threads=2).tolist()
     /// [False, True]
     #[pyo3(signature = (q, *, threads=1))]
@@ -246,9 +292,9 @@ impl Collisions {
             let hit = self.ask(|r| r.collides(q.slice()))?;
             return Ok(hit.into_pyobject(py)?.to_owned().into_any());
         }
-        let [n, width] = *input.shape() else { return Err(refuse("a matrix without two sides")) };
+        let [n, width] = *input.shape() else { return Err(refuse("`q` is not a matrix")) };
         if width != nq {
-            let fact = format!("`q` has {width} numbers in a row, the mechanism has {nq}");
+            let fact = format!("`q` has {width} numbers per row, the mechanism has {nq}");
             return Err(refuse_with(fact, format!("give it the shape (n, {nq})")));
         }
         self.core.attitudes(input.slice())?;
@@ -275,9 +321,27 @@ impl Collisions {
         Ok(PyArray1::from_vec(py, out).into_any())
     }
 
-    /// Names of two that touch at q (nq,), or None. The same q gives the same pair. Angles in rad, lengths in m.
-    /// Raises LinkworkError for another length and for NaN.
+    /// Return the names of two colliders that touch, or None.
     ///
+    /// Equal configurations give equal pairs.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    ///
+    /// Returns
+    /// -------
+    /// tuple of str, or None
+    ///     The two names.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.first_hit([1.6])
     /// ('rod', 'seen')
     fn first_hit(&self, q: Given<'_, '_>) -> PyResult<Option<Pair>> {
@@ -285,9 +349,25 @@ impl Collisions {
         Ok(self.ask(|r| r.first_hit(q.slice()))?.map(|pair| self.names(pair)))
     }
 
-    /// Names of all pairs that touch at q (nq,), in the order of names. Angles in rad, lengths in m.
-    /// Raises LinkworkError for another length and for NaN.
+    /// Return the names of all pairs of colliders that touch, sorted.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    ///
+    /// Returns
+    /// -------
+    /// list of tuple of str
+    ///     The pairs.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.hits([0.0])
     /// []
     fn hits(&self, q: Given<'_, '_>) -> PyResult<Vec<Pair>> {
@@ -297,10 +377,33 @@ impl Collisions {
         Ok(out.into_iter().map(|pair| self.names(pair)).collect())
     }
 
-    /// The nearest pair that meets at q (nq,), within a limit (m): its distance (m), padding taken off, negative when it overlaps; its names; and nearest
-    /// points (2, 3), m, world axes. None when nothing is so near.
-    /// Raises LinkworkError for another length, for NaN and a limit that is NaN.
+    /// Return the nearest pair of colliders within a distance, or None.
     ///
+    /// Only pairs that are checked for collision count.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// limit : float
+    ///     Largest distance, m.
+    ///
+    /// Returns
+    /// -------
+    /// distance : float
+    ///     Distance minus padding, m; negative for overlap.
+    /// pair : tuple of str
+    ///     The two names.
+    /// points : ndarray, shape (2, 3)
+    ///     The nearest points, world axes, m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If q has a wrong length or contains NaN, or `limit` is NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.clearance([1.6], limit=0.5)[1]
     /// ('rod', 'seen')
     #[pyo3(signature = (q, limit=f64::INFINITY))]
@@ -318,10 +421,29 @@ impl Collisions {
         found.map(told).transpose()
     }
 
-    /// The distance of two colliders at q (nq,), m, whether they meet or not, padding taken off, and nearest points (2, 3), m, world axes. None when there is
-    /// none: two half spaces, a cloud without points.
-    /// Raises LinkworkError for another length, for NaN and for names that are not there.
+    /// Return the distance of two colliders, whether the pair is checked for collision or not.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// a, b : str
+    ///     Names of the colliders.
+    ///
+    /// Returns
+    /// -------
+    /// distance : float
+    ///     Distance minus padding, m.
+    /// points : ndarray, shape (2, 3)
+    ///     The nearest points, world axes, m. The result is None if there is no distance: for two half spaces, or for an empty point cloud.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a name does not exist, or q has a wrong length or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> d, ends = robot.distance([0.0], "rod", "seen")
     /// >>> ends.shape
     /// (2, 3)
@@ -338,10 +460,29 @@ impl Collisions {
         found.map(|d| Ok((d.distance, ends(py, &d)?))).transpose()
     }
 
-    /// The distances of all pairs that meet at q (nq,), within a limit (m): a list of what `clearance` gives of one, in the order of names. Its work grows with
-    /// the pairs; where the nearest alone is wanted, `clearance` is faster.
-    /// Raises LinkworkError for another length, for NaN and a limit that is NaN.
+    /// Return the distances of all checked pairs within a limit.
     ///
+    /// The cost grows with the number of pairs. `clearance` is faster if you need only the nearest pair.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// limit : float
+    ///     Largest distance, m.
+    ///
+    /// Returns
+    /// -------
+    /// list of tuple
+    ///     (distance, pair, points (2, 3)) as in `clearance`, sorted by name.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If q has a wrong length or contains NaN, or `limit` is NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.show("seen")
     /// >>> [(round(d, 3), pair) for d, pair, ends in robot.distances([0.0])]
     /// [(0.74, ('rod', 'seen'))]
@@ -361,9 +502,22 @@ impl Collisions {
         out.iter().map(told).collect()
     }
 
-    /// Which shapes questions are about from now on: "fine", as at first, or "coarse", those of `Collider.with_coarse`; where a collider has none, its fine shape.
-    /// of: a name as in `pad`; None: all colliders. Raises LinkworkError for another word and for a name that is not there.
+    /// Select the shapes that the following queries use.
     ///
+    /// Parameters
+    /// ----------
+    /// detail : {"fine", "coarse"}
+    ///     "coarse" uses the shapes of `Collider.with_coarse`, and the fine shape of colliders without one. Initially "fine".
+    /// of : str, optional
+    ///     A name as in `pad` (default: all colliders).
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If `detail` is another word, or the name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> rough = rod.with_coarse(linkwork.Collider.sphere("rough", "arm", 0.6, at=[0.5, 0, 0, 0, 0.5**0.5, 0, 0.5**0.5]))
     /// >>> both = linkwork.Collisions(arm, [rough, linkwork.Collider.sphere("stone", "world", 0.1, at=[0.5, 0.5, 0])], neighbours="collide")
     /// >>> both.set_detail("coarse", of="rod")
@@ -383,11 +537,33 @@ impl Collisions {
         self.ask(|r| ids.into_iter().try_for_each(|id| r.set_detail_of(id, detail)))
     }
 
-    /// Whether the way from one configuration (nq,) to another is free, all coordinates moving in proportion: ("free", None, None), proven from end to end;
-    /// ("hit", part of the way from 0 to 1, pair); or ("undecided", part, None) where surfaces pass within a hair. Nothing is jumped over, however thin. Angles in rad, lengths in m.
-    /// Pieces shorter than `least`, a part of the way, are not cut again.
-    /// Raises LinkworkError for another length, for NaN, for `least` outside 1e-9 … 1, and for a mechanism with loops.
+    /// Test whether the straight path in joint space between two configurations is collision-free.
     ///
+    /// The proof covers the whole path, so obstacles cannot be missed however thin they are.
+    ///
+    /// Parameters
+    /// ----------
+    /// start, end : array_like, shape (nq,)
+    ///     Configurations, rad and m.
+    /// least : float
+    ///     Smallest piece of the path that is subdivided, as a fraction of the path, from 1e-9 to 1.
+    ///
+    /// Returns
+    /// -------
+    /// outcome : str
+    ///     "free"; "hit"; or "undecided", if surfaces pass each other too closely for a decision.
+    /// part : float or None
+    ///     Fraction of the path, from 0 to 1, at which it is hit or undecided.
+    /// pair : tuple of str, or None
+    ///     The names of the colliders of a hit.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the mechanism has loops, `least` is out of range, or a configuration has a wrong length or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.path([0.0], [1.0])
     /// ('free', None, None)
     #[pyo3(signature = (start, end, least=1e-3))]
@@ -399,11 +575,13 @@ impl Collisions {
         least: f64,
     ) -> PyResult<(&'static str, Option<f64>, Option<Pair>)> {
         if let [l, ..] = self.core.mbs.loops() {
-            let fact = format!("what moves in proportion opens the loop `{}`", l.closure.name);
-            let help = "ask `collides` at configurations on the way that `mechanism.close` gives";
+            let fact =
+                format!("a straight path in joint space opens the loop `{}`", l.closure.name);
+            let help =
+                "call `collides` with configurations along the path that `mechanism.close` returns";
             return Err(refuse_with(fact, help));
         }
-        // Couplings are linear: what keeps them at both ends keeps them between.
+        // Couplings are linear, so they hold between the two ends if they hold at both.
         let (start, end) = (self.at(start, "start")?, self.at(end, "end")?);
         let (from, to) = (start.slice(), end.slice());
         let mut robot = lock(&self.robot).clone();
@@ -422,9 +600,23 @@ impl Collisions {
         })
     }
 
-    /// Thickness around colliders from now on, m. name: a collider; else a part or an object of a `Robot`, or a body, and all colliders of it.
-    /// Raises LinkworkError for a name that is not there, for padding that is negative or not finite, and for so much that two would touch at every configuration; then nothing has changed.
+    /// Set the padding of colliders: a thickness that is added to their surfaces.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     A collider; or a part or an object of a `Robot`, or a body, which stands for all of its colliders.
+    /// padding : float
+    ///     Thickness, m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name does not exist, the padding is negative or not finite, or two colliders would touch at every configuration. The settings
+    ///     are then unchanged.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.pad("rod", 0.01)
     /// >>> robot.pad("arm", 0)
     fn pad(&self, name: &str, padding: f64) -> PyResult<()> {
@@ -432,9 +624,20 @@ impl Collisions {
         self.ask(|r| r.pad_all(&ids, padding))
     }
 
-    /// Colliders are left out from now on; `show` takes them in again. name: as in `pad`.
-    /// Raises LinkworkError for a name that is not there.
+    /// Exclude colliders from all following queries, until `show`.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     A name as in `pad`.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.hide("seen")
     /// >>> robot.collides([1.6])
     /// False
@@ -442,9 +645,20 @@ impl Collisions {
         self.set_visibility(name, Visibility::Hidden)
     }
 
-    /// Colliders take part from now on. name: as in `pad`.
-    /// Raises LinkworkError for a name that is not there.
+    /// Include colliders that were hidden.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     A name as in `pad`.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.hide("seen")
     /// >>> robot.show("seen")
     /// >>> robot.collides([1.6])
@@ -453,9 +667,22 @@ impl Collisions {
         self.set_visibility(name, Visibility::Shown)
     }
 
-    /// A pair is looked at from now on (True), may touch (False), or is left to the rules again (None). a, b: names as in `pad`; of several colliders each with each.
-    /// Raises LinkworkError for names that are not there.
+    /// Set whether a pair is checked for collision.
     ///
+    /// Parameters
+    /// ----------
+    /// a, b : str
+    ///     Names as in `pad`. If they stand for several colliders, all combinations are set.
+    /// look : bool or None
+    ///     True checks the pair, False lets it touch, None restores the collision rules.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.look_at("rod", "seen", False)
     /// >>> robot.collides([1.6])
     /// False
@@ -466,9 +693,25 @@ impl Collisions {
         self.ask(|r| pairs.into_iter().try_for_each(|(a, b)| r.look_at(a, b, look)))
     }
 
-    /// Whether a pair is looked at now when both are shown.
-    /// Raises LinkworkError for names that are not there.
+    /// Return whether a pair is checked for collision when both colliders are shown.
     ///
+    /// Parameters
+    /// ----------
+    /// a, b : str
+    ///     Names of the colliders.
+    ///
+    /// Returns
+    /// -------
+    /// bool
+    ///     True if the pair is checked.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.looks_at("rod", "seen")
     /// True
     fn looks_at(&self, a: &str, b: &str) -> PyResult<bool> {
@@ -476,9 +719,23 @@ impl Collisions {
         self.ask(|r| r.looks_at(a, b))
     }
 
-    /// Other points of a point cloud instead of those that it has: (n, 4), x, y, z, radius of each, m, in its frame. On an error those of before stay.
-    /// Raises LinkworkError for more points than there is room for, negative radii, NaN, and a collider that is no point cloud.
+    /// Replace the points of a point cloud.
     ///
+    /// Parameters
+    /// ----------
+    /// collider : str
+    ///     Name of the point cloud.
+    /// points : array_like, shape (n, 4)
+    ///     x, y, z and radius of each point in the collider's frame, m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the collider is not a point cloud, there are more points than it has memory for, a radius is negative, or a number is NaN. The
+    ///     points are then unchanged.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.set_points("seen", [[0.5, 0.1, 0, 0.02], [0.6, 0.1, 0, 0.02]])
     /// >>> robot.count("seen")
     /// 2
@@ -487,9 +744,24 @@ impl Collisions {
         self.ask(|r| r.set_points(id, &points))
     }
 
-    /// Makes cells of a voxel map occupied or, with occupied=False, free: (n, 3), whole numbers from 0 along x, y, z. On an error nothing has changed. A cell has the map's edge in m.
-    /// Raises LinkworkError for cells outside and a collider that is no voxel map.
+    /// Mark cells of a voxel map as occupied or free. The edge length of a cell is that of the map, in m.
     ///
+    /// Parameters
+    /// ----------
+    /// collider : str
+    ///     Name of the voxel map.
+    /// cells : array_like of int, shape (n, 3)
+    ///     Indices of the cells, from 0, along x, y, z.
+    /// occupied : bool
+    ///     False marks them as free (default: True).
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the collider is not a voxel map, or a cell is outside. The cells are then unchanged.
+    ///
+    /// Examples
+    /// --------
     /// >>> grid = linkwork.Collider.voxel_map("grid", "world", cells=(10, 10, 10), edge=0.1)
     /// >>> mapped = linkwork.Collisions(arm, [rod, grid], neighbours="collide")
     /// >>> mapped.set_cells("grid", [[5, 0, 0], [6, 0, 0]])
@@ -502,9 +774,20 @@ impl Collisions {
         self.ask(|r| r.set_cells(id, &cells, to))
     }
 
-    /// Makes all cells of a voxel map free.
-    /// Raises LinkworkError for a collider that is no voxel map.
+    /// Mark all cells of a voxel map as free.
     ///
+    /// Parameters
+    /// ----------
+    /// collider : str
+    ///     Name of the voxel map.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the collider is not a voxel map.
+    ///
+    /// Examples
+    /// --------
     /// >>> grid = linkwork.Collider.voxel_map("grid", "world", cells=(10, 10, 10), edge=0.1)
     /// >>> mapped = linkwork.Collisions(arm, [rod, grid], neighbours="collide")
     /// >>> mapped.set_cells("grid", [[5, 0, 0]])
@@ -516,9 +799,25 @@ impl Collisions {
         self.ask(|r| r.clear_cells(id))
     }
 
-    /// How many points a point cloud has now, or occupied cells a voxel map.
-    /// Raises LinkworkError for any other collider.
+    /// Return the number of points of a point cloud, or of occupied cells of a voxel map.
     ///
+    /// Parameters
+    /// ----------
+    /// collider : str
+    ///     Name of the collider.
+    ///
+    /// Returns
+    /// -------
+    /// int
+    ///     The number.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the collider is neither a point cloud nor a voxel map.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.count("seen")
     /// 1
     fn count(&self, collider: &str) -> PyResult<usize> {

@@ -1,4 +1,4 @@
-//! Loops and couplings of a `Mechanism`: what they are, whether they close, dynamics with them.
+//! Loops and couplings of a `Mechanism`: description, closure, constrained dynamics.
 use crate::array::{Input, checked1, vector};
 use crate::core::{Core, lock};
 use crate::error::{refuse, refuse_with};
@@ -18,9 +18,9 @@ pub use reports::{ConstrainedMotion, Constraint, Rank};
 /// How constraints enter the equations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Solver {
-    /// Tree-augmented, embedded, or both.
+    /// Tree-augmented, constraint embedding, or both.
     Tree(ConstraintMethod),
-    /// Every hinge and every constraint is rows.
+    /// Fully augmented: every hinge and every constraint has multipliers.
     Full,
 }
 
@@ -31,19 +31,19 @@ const SOLVERS: [(&str, Solver); 4] = [
     ("full", Solver::Full),
 ];
 
-/// Errors of loops and couplings, rad or m, at which a simulation may begin and a question of collisions makes sense.
+/// Largest closure error of loops and couplings, rad or m, with which a simulation may begin and collision queries are answered.
 pub const CLOSED: f64 = 1e-6;
 
 /// Memory of the solvers of constraints.
 pub struct Constrained {
-    /// Which constraints are embedded and which are rows.
+    /// Which constraints are embedded and which have multipliers.
     constraint_method: ConstraintMethod,
     solver: ConstrainedSolver,
     projector: Projector,
 }
 
 impl Core {
-    /// Runs `f` on memory for constraints.
+    /// Runs `f` with memory for constraint solvers.
     pub fn with_constrained<R>(
         &self,
         constraint_method: ConstraintMethod,
@@ -64,12 +64,12 @@ impl Core {
         result
     }
 
-    /// Whether there is a loop or a coupling.
+    /// Returns whether there is a loop or a coupling.
     pub fn is_constrained(&self) -> bool {
         self.mbs.constraints().next().is_some()
     }
 
-    /// How far each loop and coupling is from closed, rad or m.
+    /// Returns the closure error of each loop and coupling, rad or m.
     pub fn errors(&self, q: &[f64], motions: &[LoopMotion]) -> Vec<(ConstraintId, f64)> {
         self.with_constrained(ConstraintMethod::Augment, |c| {
             let mut ws = self.workspace();
@@ -83,7 +83,7 @@ impl Core {
 }
 
 impl Constrained {
-    /// Accelerations after kinematics, in place of those of the tree.
+    /// Computes the constrained accelerations. The kinematics must be up to date.
     pub fn forward(
         &mut self,
         core: &Core,
@@ -95,7 +95,7 @@ impl Constrained {
         self.solver.forward_given_kinematics(&core.tree, ws, state, &[], tau, vdot)
     }
 
-    /// Moves q, then v, onto the constraints.
+    /// Projects q, then v, onto the constraints.
     pub fn close(
         &mut self,
         core: &Core,
@@ -115,14 +115,16 @@ impl Constrained {
 }
 
 impl Mechanism {
-    /// Positions, rates and accelerations of prescribed subhinges of loops.
+    /// Reads positions, rates and accelerations of the prescribed subhinges of loops.
     pub fn motions(&self, given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<LoopMotion>> {
         let n = self.core.mbs.motions();
         let Some(given) = given else {
             return match n {
                 0 => Ok(Vec::new()),
                 _ => Err(refuse_with(
-                    format!("{n} motions across loops are prescribed, and none is given"),
+                    format!(
+                        "{n} motions across loops are prescribed, but `loop_motions` is missing"
+                    ),
                     format!("give loop_motions ({n}, 3): position, rate, acceleration of each"),
                 )),
             };
@@ -147,8 +149,10 @@ impl Mechanism {
 
 #[pymethods]
 impl Mechanism {
-    /// Loops, then couplings, each kind by name.
+    /// The loops, then the couplings, each kind by name.
     ///
+    /// Examples
+    /// --------
     /// >>> arm.constraints
     /// []
     #[getter]
@@ -174,11 +178,27 @@ impl Mechanism {
         mbs.constraints().map(one).collect()
     }
 
-    /// How far each constraint is from closed at q (nq,): the greatest error of its rows, rad or m, by name.
+    /// Compute the closure error of each loop and coupling.
     ///
-    /// loop_motions (m, 3): position, rate and acceleration of each prescribed motion across a loop.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// loop_motions : array_like, shape (m, 3), optional
+    ///     Position, rate and acceleration of each prescribed motion across a loop. Required if there are any.
     ///
+    /// Returns
+    /// -------
+    /// dict of str to float
+    ///     Largest error of each constraint's rows, rad or m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.constraint_errors(q)
     /// {}
     #[pyo3(signature = (q, *, loop_motions=None))]
@@ -196,12 +216,31 @@ impl Mechanism {
         Ok(out)
     }
 
-    /// The configuration (nq,) near q that closes every loop and coupling to 1e-12 rad or m; with v (nv,), also
-    /// the rates that keep them closed: a pair then.
+    /// Compute the nearest configuration that closes all loops and couplings to 1e-12 rad or m.
     ///
-    /// Newton's method by the least motion in the metric of the mass matrix; prescribed coordinates stay.
-    /// Raises LinkworkError with the constraint that does not close.
+    /// Newton's method with the smallest motion in the metric of the mass matrix. Prescribed coordinates do not change.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// v : array_like, shape (nv,), optional
+    ///     Rates, rad/s and m/s. If passed, the nearest rates that keep the constraints closed are computed, too.
+    /// loop_motions : array_like, shape (m, 3), optional
+    ///     As in `constraint_errors`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nq,), or tuple of ndarray
+    ///     The configuration, or (q, v) if you passed v.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a constraint cannot be closed. The message names it.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.close(q).tolist()
     /// [0.3, -0.7]
     #[pyo3(signature = (q, v=None, *, loop_motions=None))]
@@ -230,13 +269,38 @@ impl Mechanism {
         }
     }
 
-    /// Accelerations from the forces tau (nv,) at q, v with all loops and couplings: a ConstrainedMotion. Accelerations in rad/s² and m/s². Forces in N m and N, by coordinate.
+    /// Compute the accelerations that generalized forces produce, with all loops and couplings.
     ///
-    /// q and v must satisfy the constraints (`close`). solver: "auto" embeds small loops and gives the other
-    /// constraints multipliers; "embed", "augment": all of them; "full": every hinge has multipliers, too.
-    /// prescribed (nv,), wrenches: as in forward_dynamics. loop_motions: as in constraint_errors.
-    /// Raises LinkworkError when a free coordinate moves nothing with inertia.
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m. It must satisfy the constraints (see `close`).
+    /// v : array_like, shape (nv,)
+    ///     Rates, rad/s and m/s. They must keep the constraints closed.
+    /// tau : array_like, shape (nv,)
+    ///     Generalized forces, N m and N.
+    /// prescribed : array_like, shape (nv,), optional
+    ///     As in `forward_dynamics`.
+    /// wrenches : dict of str to array_like, shape (6,), optional
+    ///     As in `inverse_dynamics`.
+    /// solver : {"auto", "embed", "augment", "full"}
+    ///     "auto" embeds small loops and uses multipliers for the other constraints. "embed" embeds all of them. "augment" uses multipliers for
+    ///     all of them. "full" uses multipliers for the hinges, too.
+    /// loop_motions : array_like, shape (m, 3), optional
+    ///     As in `constraint_errors`.
     ///
+    /// Returns
+    /// -------
+    /// ConstrainedMotion
+    ///     Accelerations and constraint forces.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a free coordinate moves no inertia.
+    ///
+    /// Examples
+    /// --------
     /// >>> motion = arm.constrained_dynamics(q, v, [0, 0])
     /// >>> bool(np.allclose(motion.vdot, arm.forward_dynamics(q, v, [0, 0])))
     /// True
@@ -301,10 +365,29 @@ impl Mechanism {
         Ok(ConstrainedMotion { vdot, tau, forces, redundant: self.names(&redundant), report })
     }
 
-    /// What the constraints leave of the motion at q (nq,): a Rank. Where a linkage lies in line it may be less
-    /// than elsewhere. Angles in rad, lengths in m.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Compute the degrees of freedom that remain with all loops and couplings.
     ///
+    /// The rank depends on the configuration: it can be lower where the links of a linkage are aligned.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// loop_motions : array_like, shape (m, 3), optional
+    ///     As in `constraint_errors`.
+    ///
+    /// Returns
+    /// -------
+    /// Rank
+    ///     Rank and mobility.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.constraint_rank(q)
     /// Rank(free=2, rows=0, rank=0, mobility=2)
     #[pyo3(signature = (q, *, loop_motions=None))]
@@ -332,7 +415,7 @@ impl Mechanism {
     }
 }
 
-/// Whether a simulation may begin at q, v: loops closed and kept so, none of them driven.
+/// Returns an error if a simulation cannot begin at q, v: a loop is open, the rates open it, or a motion across it is prescribed.
 pub fn may_begin(core: &Core, q: &[f64], v: &[f64]) -> PyResult<()> {
     if core.mbs.motions() > 0 {
         let fact = "a motion across a loop is prescribed";
@@ -342,11 +425,11 @@ pub fn may_begin(core: &Core, q: &[f64], v: &[f64]) -> PyResult<()> {
     let Some((worst, error)) = errors.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
         return Ok(());
     };
-    let help = "begin with `q, v = mechanism.close(q, v)`";
+    let help = "start from `q, v = mechanism.close(q, v)`";
     if !(error <= CLOSED) {
         let name = core.mbs.constraint_name(worst);
         let fact =
-            format!("`{name}` is not closed at the start: an error of {error:.3e} (rad or m)");
+            format!("`{name}` is not closed at the start: closure error {error:.3e} (rad or m)");
         return Err(refuse_with(fact, help));
     }
     let (mut there, mut rates) = (q.to_vec(), v.to_vec());
@@ -357,7 +440,7 @@ pub fn may_begin(core: &Core, q: &[f64], v: &[f64]) -> PyResult<()> {
     let off = v.iter().zip(&rates).map(|(a, b)| (a - b).abs()).fold(0.0_f64, f64::max);
     if !(off <= CLOSED * v.iter().fold(1.0_f64, |most, v| most.max(v.abs()))) {
         let fact =
-            format!("the rates at the start open what is closed: {off:.3e} rad/s or m/s off");
+            format!("the rates at the start violate the constraints by {off:.3e} rad/s or m/s");
         return Err(refuse_with(fact, help));
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! Contact of a `Mechanism`: shapes of its bodies, and a stepper of velocities and impulses.
+//! Contact of a `Mechanism`: shapes of its bodies, and a time stepper with velocities and impulses.
 //!
 //! The equations and the solver are `linkwork_solvers::ContactStepper`; a step is of first order in `dt`.
 use crate::array::{Array1, Array2, out1, out2, room, vector};
@@ -27,11 +27,23 @@ type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 
 #[pymethods]
 impl Mechanism {
-    /// The collision shapes of the file that the mechanism was loaded from, as Colliders with the file's names, or `body/number`.
+    /// Return the collision shapes of the file from which the mechanism was loaded.
     ///
-    /// Their friction is 0.5 and their restitution 0 where the file is no RON: `material` changes that. Raises LinkworkError for shapes that a
-    /// Collider cannot be (meshes that are neither STL nor OBJ), and for a mechanism that is of no file.
+    /// Names are those of the file, or `body/number`. Shapes of URDF, MJCF and SDF files have a friction coefficient of 0.5 and a restitution of 0;
+    /// `Collider.material` changes them.
     ///
+    /// Returns
+    /// -------
+    /// list of Collider
+    ///     The shapes.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a Collider does not support a shape (meshes that are neither STL nor OBJ), or the mechanism was not loaded from a file.
+    ///
+    /// Examples
+    /// --------
     /// >>> import pathlib
     /// >>> _ = pathlib.Path("ball.urdf").write_text('<robot name="b"><link name="l"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>' '<collision><geometry><sphere radius="0.1"/></geometry></collision></link></robot>')
     /// >>> linkwork.load("ball.urdf", "free").file_colliders()
@@ -41,8 +53,7 @@ impl Mechanism {
             (Some(c), _) => c.colliders.ids().map(|id| c.colliders.spec(id).clone()).collect(),
             (None, Some(d)) => linkwork_embedded::colliders_of(d).map_err(refuse)?,
             (None, None) => {
-                let fact =
-                    "this mechanism has no file that says what touches (a pickled one has lost it)";
+                let fact = "this mechanism does not have collision shapes of a file (pickling removes them)";
                 return Err(refuse_with(fact, "give Contact a list of linkwork.Collider"));
             }
         };
@@ -53,26 +64,57 @@ impl Mechanism {
 /// The stepper and its memory.
 struct Memory {
     stepper: ContactStepper,
-    /// What the file hides.
+    /// Pairs that do not collide.
     hiding: Hiding,
     vdot: Vec<f64>,
 }
 
-/// Steps a mechanism whose bodies touch each other and the ground: velocities and impulses together.
+/// Time stepper for a mechanism whose bodies touch each other and the ground, with contact by impulses.
 ///
-/// colliders: the shapes; None takes those of the file (`Mechanism.file_colliders`), and of a file in RON also who meets whom and the settings, which what is
-/// given goes before. Bodies that a loop or a hinge of fewer than six degrees of freedom joins do not meet, unless neighbours is "collide" and not "pass".
-/// ignore, collide: pairs of names of colliders or bodies that do not meet, that do. limits: "stop" (else the default) holds hinges within their limits,
-/// "ignore" does not. pairs: what two materials (`Collider.material`) do to each other, {(name, name): {"friction": .., "restitution": ..}}, in place of the mean
-/// friction and the larger restitution of their surfaces; these go before those of the file.
+/// Bodies that are connected by a loop or by a hinge of fewer than six degrees of freedom do not collide, unless `neighbours` is "collide"
+/// instead of "pass".
 ///
-/// margin: gaps up to it are looked at, m. slop: penetration that is left alone, m. correction: part of the rest that a step works off. push_max: greatest speed
-/// of that, m/s. bounce_min: what approaches more slowly does not bounce, m/s. tolerance of the solver, relative to the largest velocity.
+/// Parameters
+/// ----------
+/// mechanism : Mechanism
+///     The mechanism.
+/// colliders : sequence of Collider, optional
+///     The shapes. By default those of the file (`Mechanism.file_colliders`); for a RON file also its collision rules and settings, which the
+///     arguments override.
+/// ignore, collide : sequence of (str, str), optional
+///     Pairs of colliders or bodies, by name, that do not collide, and that do.
+/// neighbours : {"pass", "collide"}, optional
+///     See above.
+/// limits : {"stop", "ignore"}, optional
+///     "stop" keeps hinges within their limits (default unless the file says otherwise).
+/// pairs : dict, optional
+///     Contact properties of pairs of materials (`Collider.material`): {(name, name): {"friction": .., "restitution": ..}}. They replace the
+///     mean friction and the larger restitution of the two surfaces, and the pairs of the file.
+/// margin : float, optional
+///     Largest gap, m, that is included in the contact problem.
+/// slop : float, optional
+///     Penetration, m, that is not corrected.
+/// correction : float, optional
+///     Fraction of the remaining penetration that one step corrects, from 0 to 1.
+/// push_max : float, optional
+///     Largest velocity of that correction, m/s.
+/// bounce_min : float, optional
+///     Impact velocity, m/s, below which there is no restitution.
+/// tolerance : float, optional
+///     Tolerance of the solver, relative to the largest velocity.
 ///
-/// A step is of first order in dt; a Contact begins its search with the impulses of its last step (`reset` forgets them), so that a
-/// step's result depends on them within the tolerance. Damping of hinges is no part of it, their dry friction only
-/// where a file's `contact` has it. Raises LinkworkError for shapes, names and settings that cannot be.
+/// Raises
+/// ------
+/// LinkworkError
+///     If a shape, a name or a setting is not valid.
 ///
+/// Notes
+/// -----
+/// A step is of first order in dt. The solver is warm-started with the impulses of the last step, so results depend on them within the tolerance;
+/// `reset` discards them. Hinge damping is not included. Dry friction of hinges is included only if the `contact` of the file has it.
+///
+/// Examples
+/// --------
 /// >>> import numpy as np, linkwork
 /// >>> ball = linkwork.Builder().body("ball", "world", linkwork.Hinge.free(), mass=2.0, com=[0, 0, 0], inertia=0.008 * np.eye(3)).build()
 /// >>> contact = linkwork.Contact(ball, [linkwork.Collider.sphere("skin", "ball", 0.1), linkwork.Collider.half_space("ground")])
@@ -87,7 +129,7 @@ pub struct Contact {
     memory: Mutex<Memory>,
 }
 
-/// A number that must be above zero, or as given by the default.
+/// Returns a setting, which must be positive (or not negative with `zero`), or its default.
 fn setting(what: &str, given: Option<f64>, default: f64, zero: bool) -> PyResult<f64> {
     let x = given.unwrap_or(default);
     if x.is_finite() && (x > 0.0 || (zero && x == 0.0)) {
@@ -104,7 +146,7 @@ fn laws(pairs: Laws) -> PyResult<Vec<PairLaw>> {
     let law = |((a, b), numbers): ((String, String), BTreeMap<String, f64>)| {
         let known = ["friction", "restitution", "rolling_friction", "spinning_friction"];
         if let Some(wrong) = numbers.keys().find(|k| !known.contains(&k.as_str())) {
-            let fact = format!("`pairs`: ({a:?}, {b:?}) has no `{wrong}`");
+            let fact = format!("`pairs`: ({a:?}, {b:?}) has an unknown property `{wrong}`");
             return Err(refuse_with(fact, format!("give some of {}", known.join(", "))));
         }
         let [friction, restitution, rolling, spinning] = known.map(|k| numbers.get(k).copied());
@@ -113,7 +155,7 @@ fn laws(pairs: Laws) -> PyResult<Vec<PairLaw>> {
     pairs.into_iter().map(law).collect()
 }
 
-/// Colliders that were given, or those of the mechanism's file with its rules; and what is added to the rules.
+/// Returns the given colliders, or those of the mechanism's file with its collision rules, and adds the arguments to the rules.
 pub(crate) fn chosen(
     mechanism: &Mechanism,
     colliders: Option<Vec<PyRef<'_, Collider>>>,
@@ -136,7 +178,7 @@ pub(crate) fn chosen(
     }
     rules.ignore.extend(ignore.unwrap_or_default());
     rules.collide.extend(collide.unwrap_or_default());
-    // A loop joins bodies as a hinge of the tree does.
+    // Bodies that a loop connects do not collide, like bodies that a hinge connects.
     for l in mechanism.core.mbs.loops().iter().filter(|l| !l.rows.is_empty()) {
         let pair = [l.closure.body_a.clone(), l.closure.body_b.clone()];
         if !rules.joined.contains(&pair) {
@@ -169,7 +211,7 @@ impl Contact {
         let core = mechanism.core.clone();
         let mut own = ContactSettings::default();
         if let (None, Some(c)) = (&colliders, &core.contact) {
-            let fact = "the contact of the file is compliant, and this one is by impulses";
+            let fact = "the contact of the file is compliant, but Contact uses impulses";
             let help = "give `mechanism.file_colliders()` as colliders, or use linkwork.Simulation";
             own = c.settings.clone().ok_or_else(|| refuse_with(fact, help))?;
         }
@@ -188,7 +230,7 @@ impl Contact {
         };
         if settings.correction > 1.0 {
             let fact = format!("`correction` is {}", settings.correction);
-            return Err(refuse_with(fact, "give a part, from 0 to 1"));
+            return Err(refuse_with(fact, "give a fraction from 0 to 1"));
         }
         let solver = &mut settings.solver;
         solver.tolerance = setting("tolerance", tolerance, solver.tolerance, false)?;
@@ -200,8 +242,10 @@ impl Contact {
         Ok(Self { core, memory })
     }
 
-    /// Names of the colliders, in the order of names.
+    /// Names of the colliders, sorted.
     ///
+    /// Examples
+    /// --------
     /// >>> contact.colliders
     /// ['ground', 'skin']
     #[getter]
@@ -211,8 +255,10 @@ impl Contact {
         all.ids().map(|id| all.spec(id).name.clone()).collect()
     }
 
-    /// Forgets the impulses of the last step: the next begins its search without them, as the first one did.
+    /// Discard the impulses of the last step, so that the next step starts without a warm start.
     ///
+    /// Examples
+    /// --------
     /// >>> contact.reset()
     /// >>> again = contact.step([0, 0, 0.1, 0, 0, 0, 1], np.zeros(6), 1e-3)
     /// >>> again.v.tolist() == step.v.tolist()
@@ -221,12 +267,35 @@ impl Contact {
         lock(&self.memory).stepper.set_warm(&[]);
     }
 
-    /// One step of dt (s) from q (nq,), v (nv,) with the forces tau (nv,), zero when left out: a ContactStep.
+    /// Advance the state by one step.
     ///
-    /// wrenches: {frame: (6,)}, moment about the frame's origin (N m) and force (N), world axes. Prescribed coordinates keep their rates. Loops and
-    /// couplings are obeyed; q must close them, and v keep them closed (`close`). Raises LinkworkError when a free coordinate moves nothing with
-    /// inertia, and when a number becomes too large.
+    /// Loops and couplings are kept closed; q and v must satisfy them at the start (see `Mechanism.close`). Prescribed coordinates keep their rates.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// v : array_like, shape (nv,)
+    ///     Rates, rad/s and m/s.
+    /// dt : float
+    ///     Step size, s.
+    /// tau : array_like, shape (nv,), optional
+    ///     Generalized forces, N m and N (default: zeros).
+    /// wrenches : dict of str to array_like, shape (6,), optional
+    ///     External wrenches as in `Mechanism.inverse_dynamics`.
+    ///
+    /// Returns
+    /// -------
+    /// ContactStep
+    ///     State after the step, and contacts.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a free coordinate moves no inertia, or the state diverges.
+    ///
+    /// Examples
+    /// --------
     /// >>> thrown = contact.step([0, 0, 1, 0, 0, 0, 1], [0, 0, 0, 2, 0, 0], 0.01, wrenches={"ball": [0, 0, 0, 0, 0, 2 * 9.81]})
     /// >>> np.round(thrown.q[:3], 6).tolist(), len(thrown.pairs)
     /// ([0.02, 0.0, 1.0], 0)
@@ -273,12 +342,44 @@ impl Contact {
         })
     }
 
-    /// Trajectories (t, q, v) of shapes (steps + 1,), (steps + 1, nq), (steps + 1, nv), from q (nq,) and v (nv,) at t = 0 in steps of dt (s).
+    /// Advance the state by several steps, from t = 0.
     ///
-    /// torque: None; (nv,) constant; (steps, nv) one row a step; or a function of (t, q, v) that gives (nv,), called once a step. wrenches:
-    /// as in `step`. Warns (UserWarning) when impulses of some steps were not found within the tolerance.
-    /// Raises LinkworkError for other shapes and NaN, for dt that is not above zero, and what `step` refuses; MemoryError when there is no room.
+    /// A UserWarning is emitted if the impulses of some steps did not converge within the tolerance.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// v : array_like, shape (nv,)
+    ///     Rates, rad/s and m/s.
+    /// dt : float
+    ///     Step size, s.
+    /// steps : int
+    ///     Number of steps.
+    /// torque : array_like or callable, optional
+    ///     Generalized forces, N m and N: constant (nv,), one row per step (steps, nv), or a function of (t, q, v) that returns (nv,) and is
+    ///     called once per step.
+    /// wrenches : dict of str to array_like, shape (6,), optional
+    ///     As in `step`.
+    ///
+    /// Returns
+    /// -------
+    /// t : ndarray, shape (steps + 1,)
+    ///     Times, s.
+    /// q : ndarray, shape (steps + 1, nq)
+    ///     Configurations.
+    /// v : ndarray, shape (steps + 1, nv)
+    ///     Rates.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN, dt is not positive, or `step` would raise.
+    /// MemoryError
+    ///     If the trajectories do not fit into memory.
+    ///
+    /// Examples
+    /// --------
     /// >>> t, q, v = contact.simulate([0, 0, 0.5, 0, 0, 0, 1], np.zeros(6), 0.01, 100)
     /// >>> t.shape, q.shape, v.shape
     /// ((101,), (101, 7), (101, 6))
@@ -313,7 +414,7 @@ impl Contact {
             let now = k as f64 * dt;
             tau.fill(0.0);
             forces(k, now, &q, &v, &mut tau)?;
-            // Not held while the forces are asked for: they may use this Contact.
+            // The lock is not held while the forces are computed, because the function may use this Contact.
             let report = lock(&self.memory).step(core, &wrenches, dt, &mut q, &mut v, &mut tau);
             let report = report.map_err(|e| refuse(format!("t = {now} s: {e}")))?;
             if !report.converged {
@@ -327,7 +428,7 @@ impl Contact {
         if open > 0 {
             let tolerance = lock(&self.memory).stepper.settings.solver.tolerance;
             let text = format!(
-                "impulses of {open} of {steps} steps were not found within the tolerance {tolerance}: {worst:.1e} at worst\n  help: take a \
+                "impulses of {open} of {steps} steps did not converge within the tolerance {tolerance}: largest residual {worst:.1e}\n  help: use a \
                  smaller dt, or a larger tolerance"
             );
             let text = std::ffi::CString::new(text).unwrap_or_default();
@@ -345,7 +446,7 @@ impl Contact {
 }
 
 impl Memory {
-    /// One step in place; then back onto loops and couplings.
+    /// Makes one step in place, then projects the state onto loops and couplings.
     fn step(
         &mut self,
         core: &Core,
@@ -372,8 +473,8 @@ impl Memory {
             return Ok(report);
         }
         Err(refuse_with(
-            "the state after the step is no number any more",
-            "take a smaller dt, and look at the forces",
+            "the state after the step is NaN or infinite",
+            "use a smaller dt, and check the forces",
         ))
     }
 }

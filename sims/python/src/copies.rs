@@ -1,4 +1,4 @@
-//! Copies of a `Mechanism`: `copy`, `deepcopy` and `pickle`, hence `multiprocessing`.
+//! Copies of a `Mechanism`: `copy`, `deepcopy` and `pickle` (and therefore `multiprocessing`).
 use crate::core::Core;
 use crate::error::{refuse, refuse_with};
 use crate::mechanism::Mechanism;
@@ -10,7 +10,7 @@ use pyo3::types::{PyBytes, PyTuple};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// All that a mechanism is made of.
+/// The complete content of a mechanism.
 #[derive(Serialize, Deserialize)]
 struct Parts {
     /// Version of the package that wrote it.
@@ -23,7 +23,7 @@ struct Parts {
 
 #[pymethods]
 impl Mechanism {
-    /// A mechanism with the same parts and a gravity of its own.
+    /// Returns a mechanism with the same content and its own gravity.
     fn __copy__(&self) -> PyResult<Self> {
         let mut core = Core::new(self.core.mbs.clone(), self.core.gravity())?;
         core.initial.clone_from(&self.core.initial);
@@ -31,11 +31,11 @@ impl Mechanism {
         core.contact.clone_from(&self.core.contact);
         Ok(Self { core: Arc::new(core) })
     }
-    /// As `copy.copy`: nothing is shared that can change.
+    /// Like `copy.copy`: the copies do not share mutable data.
     fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
         self.__copy__()
     }
-    /// For `pickle`: read again by the same version of the package.
+    /// For `pickle`. Only the same version of the package can read the result.
     fn __reduce__<'py>(
         &self,
         py: Python<'py>,
@@ -53,21 +53,25 @@ impl Mechanism {
     }
 }
 
-/// A mechanism from what `pickle` has kept of it.
+/// Restores a mechanism from the content of a pickle.
 #[pyfunction]
 pub fn _restore(bytes: &[u8]) -> PyResult<Mechanism> {
-    let help = "pickles are for the same version of linkwork; `to_ron` writes a file that lasts";
+    let help =
+        "only the same version of linkwork can read a pickle; use `to_ron` to store a mechanism";
     let parts: Parts = rmp_serde::from_slice(bytes)
-        .map_err(|e| refuse_with(format!("this is no pickle of a Mechanism: {e}"), help))?;
+        .map_err(|e| refuse_with(format!("this is not a pickle of a Mechanism: {e}"), help))?;
     let own = env!("CARGO_PKG_VERSION");
     if parts.version != own {
-        let fact = format!("a Mechanism pickled by linkwork {}, this is {own}", parts.version);
+        let fact = format!(
+            "the Mechanism was pickled by linkwork {}, but this is linkwork {own}",
+            parts.version
+        );
         return Err(refuse_with(fact, help));
     }
     let mut core = Core::new(parts.builder.build().map_err(refuse)?, parts.gravity)?;
     if parts.initial.len() != core.nq() || parts.initial.iter().any(|x| !x.is_finite()) {
         return Err(refuse_with(
-            "this is no pickle of a Mechanism: its configuration is wrong",
+            "this is not a pickle of a Mechanism: its configuration is not valid",
             help,
         ));
     }

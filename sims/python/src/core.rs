@@ -1,7 +1,6 @@
-//! What a `Mechanism` and its states share: the structure, the kernels' tree, spare workspaces.
+//! Shared data of a `Mechanism` and its states: the structure, the tree of the algorithms, spare workspaces.
 //!
-//! The tree has one node more for each body, at the body's origin, so that whatever a node can be
-//! asked a body can be asked too.
+//! The tree has one additional node per body, at the body's origin, so every query of a node also works for a body.
 use crate::array::{Input, vector, wrench};
 use crate::error::{refuse, refuse_with};
 use crate::files::FileContact;
@@ -18,40 +17,40 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Free fall (m/s²) unless the user says otherwise.
+/// Default gravitational acceleration, m/s².
 pub const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
 
-/// A call that takes longer than some microseconds lets other Python threads run meanwhile.
+/// Mechanisms with more degrees of freedom release the interpreter's lock, because a call takes more than a few microseconds.
 const LONG_CALL: usize = 50;
 
-/// A mechanism, ready for the kernels.
+/// A mechanism with the data that the algorithms need.
 pub struct Core {
-    /// As the user described it.
+    /// The mechanism as the user described it.
     pub mbs: Multibody,
-    /// With a node at the origin of each body.
+    /// The tree, with a node at the origin of each body.
     pub tree: Arc<Tree>,
-    /// The configuration that the file shows; else the neutral one.
+    /// The initial configuration of the file; the neutral configuration if there is none.
     pub initial: Vec<f64>,
-    /// What a file says besides.
+    /// Further content of a URDF, MJCF or SDF file.
     pub description: Option<Description>,
-    /// What a file in RON says of contact.
+    /// The `contact` of a RON file.
     pub contact: Option<FileContact>,
-    /// What a file in RON says is to be seen.
+    /// The visual shapes of a RON file.
     pub shapes: Vec<BodyShape>,
     gravity: Mutex<Vec3>,
-    /// In boxes: a workspace is some dozens of lists, and a call would move all of them to and fro.
+    /// Boxed, because a workspace consists of dozens of vectors, which would otherwise be moved in every call.
     #[allow(clippy::vec_box)]
     spare: Mutex<Vec<Box<Workspace>>>,
     derivatives: Mutex<Vec<Derivatives>>,
-    /// By number of threads.
+    /// Ensembles by number of threads.
     ensembles: Mutex<Vec<Threaded>>,
-    /// For loops and couplings.
+    /// Memory for loops and couplings.
     pub constrained: Mutex<Vec<crate::constraints::Constrained>>,
-    /// For inverse kinematics.
+    /// Memory for inverse kinematics.
     pub ik: Mutex<Option<InverseKinematics>>,
 }
 
-/// A lock that a panic elsewhere does not take away: what it holds is always whole.
+/// Locks a mutex, also after a panic in another thread: the data are always consistent.
 pub fn lock<T>(m: &Mutex<T>) -> MutexGuard<'_, T> {
     m.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -60,7 +59,7 @@ fn origin_of(body: &str) -> String {
     format!("origin of {body}")
 }
 
-/// An ensemble, for how many threads, and the process that they are in.
+/// An ensemble, its number of threads, and the process that created them.
 struct Threaded {
     threads: usize,
     process: u32,
@@ -68,7 +67,7 @@ struct Threaded {
 }
 
 impl Core {
-    /// Lays a mechanism out.
+    /// Creates the shared data of a mechanism.
     pub fn new(mbs: Multibody, gravity: Vec3) -> PyResult<Self> {
         let mut with_origins = Builder::from(&mbs);
         for b in mbs.bodies() {
@@ -92,27 +91,27 @@ impl Core {
         })
     }
 
-    /// Free fall, m/s², world axes.
+    /// Returns the gravitational acceleration, m/s², world axes.
     pub fn gravity(&self) -> Vec3 {
         *lock(&self.gravity)
     }
 
-    /// Sets it for all later calls.
+    /// Sets the gravitational acceleration for all later calls.
     pub fn set_gravity(&self, g: Vec3) {
         *lock(&self.gravity) = g;
     }
 
-    /// Degrees of freedom.
+    /// Returns the number of degrees of freedom.
     pub fn nv(&self) -> usize {
         self.mbs.nv()
     }
 
-    /// Numbers in q.
+    /// Returns the number of coordinates.
     pub fn nq(&self) -> usize {
         self.mbs.nq()
     }
 
-    /// Reads a configuration: nq finite numbers, of which quaternions have a direction.
+    /// Reads a configuration: nq finite numbers without zero quaternions.
     pub fn configuration<'py>(
         &self,
         given: &Bound<'py, PyAny>,
@@ -123,13 +122,13 @@ impl Core {
         Ok(q)
     }
 
-    /// Refuses configurations, row after row, with a quaternion without a direction: such as zeros for a free body.
+    /// Returns an error for configurations (in row-major order) with a zero quaternion, for example all zeros for a free body.
     pub fn attitudes(&self, rows: &[f64]) -> PyResult<()> {
         let row = |q: &[f64]| checked::configuration(&self.tree, q).map_err(refuse);
         rows.chunks_exact(self.nq().max(1)).try_for_each(row)
     }
 
-    /// A workspace with this mechanism's gravity and no other force.
+    /// Returns a workspace with this mechanism's gravity and no other forces.
     pub fn workspace(&self) -> Box<Workspace> {
         let spare = lock(&self.spare).pop();
         let mut ws = spare.unwrap_or_else(|| Box::new(Workspace::new(&self.tree)));
@@ -138,12 +137,12 @@ impl Core {
         ws
     }
 
-    /// Takes a workspace back.
+    /// Returns a workspace for reuse.
     pub fn give_back(&self, ws: Box<Workspace>) {
         lock(&self.spare).push(ws);
     }
 
-    /// Runs `f` on memory for derivatives.
+    /// Runs `f` with memory for derivatives.
     pub fn with_derivatives<R>(&self, f: impl FnOnce(&mut Derivatives) -> R) -> R {
         let spare = lock(&self.derivatives).pop();
         let mut memory = spare.unwrap_or_else(|| Derivatives::new(&self.tree));
@@ -152,12 +151,13 @@ impl Core {
         result
     }
 
-    /// Runs `f` on an ensemble of so many threads.
+    /// Runs `f` with an ensemble of `threads` threads.
     pub fn with_ensemble<R>(&self, threads: usize, f: impl FnOnce(&mut Ensemble) -> R) -> R {
         let own = std::process::id();
         let spare = {
             let mut all = lock(&self.ensembles);
-            // After a fork the threads of the parent's ensembles are not here: waiting for them would not end, nor may they be told to.
+            // After a fork, the threads of the parent's ensembles do not exist in this process. Dropping such an ensemble would wait for them
+            // forever, so it is leaked.
             let (here, gone) =
                 std::mem::take(&mut *all).into_iter().partition(|e| e.process == own);
             *all = here;
@@ -172,7 +172,7 @@ impl Core {
         result
     }
 
-    /// Runs `f` on a workspace; without the interpreter's lock when the mechanism is large.
+    /// Runs `f` with a workspace. The interpreter's lock is released if the mechanism is large.
     pub fn run<R: Send>(
         &self,
         py: Python<'_>,
@@ -187,7 +187,7 @@ impl Core {
         if self.nv() > LONG_CALL { py.detach(work) } else { work() }
     }
 
-    /// A node, or the origin of a body; a node goes first where both have the name.
+    /// Returns the node with a name, or else the origin of the body with this name.
     pub fn frame(&self, name: &str) -> PyResult<NodeId> {
         let mbs = self.tree.multibody();
         let found = mbs.node(name).or_else(|| mbs.node(&origin_of(name)));
@@ -200,7 +200,7 @@ impl Core {
         })
     }
 
-    /// A body.
+    /// Returns the body with a name.
     pub fn body(&self, name: &str) -> PyResult<linkwork_multibody::BodyId> {
         self.mbs.body(name).ok_or_else(|| {
             let known: Vec<&str> = self.mbs.bodies().iter().map(|b| b.name()).collect();
@@ -208,7 +208,7 @@ impl Core {
         })
     }
 
-    /// Wrenches by node or body.
+    /// Reads wrenches by node or body.
     pub fn wrenches(&self, given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<(NodeId, Force)>> {
         let Some(given) = given else { return Ok(Vec::new()) };
         let read = |(name, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
@@ -218,7 +218,7 @@ impl Core {
         pairs(given).into_iter().map(read).collect()
     }
 
-    /// Kinematics, then these wrenches and no other.
+    /// Computes the kinematics, then sets gravity and these wrenches as the only forces.
     pub fn load(&self, ws: &mut Workspace, q: &[f64], v: &[f64], wrenches: &[(NodeId, Force)]) {
         kinematics(&self.tree, ws, q, v);
         if wrenches.is_empty() {

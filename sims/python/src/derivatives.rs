@@ -9,7 +9,7 @@ use pyo3::types::{PyDict, PyEllipsis, PySlice};
 
 type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 
-/// The matrices that stand one after another before the last two axes.
+/// Splits an array of several matrices into the individual matrices.
 fn parts<'py, const N: usize>(all: &Array<'py>) -> PyResult<[Array<'py>; N]> {
     let py = all.py();
     let part = |k: usize| {
@@ -19,20 +19,45 @@ fn parts<'py, const N: usize>(all: &Array<'py>) -> PyResult<[Array<'py>; N]> {
     all_of((0..N).map(part).collect::<PyResult<_>>()?)
 }
 
-/// So many results.
+/// Converts the results to an array of `N` results.
 fn all_of<const N: usize>(found: Vec<Array<'_>>) -> PyResult<[Array<'_>; N]> {
     found.try_into().map_err(|_| refuse("a result is missing"))
 }
 
 #[pymethods]
 impl Mechanism {
-    /// Derivatives (dtau_dq, dtau_dv) of inverse_dynamics, (nv, nv) each, row tau, column
-    /// coordinate; or many, (n, nv, nv). dtau_dvdot is the mass matrix. In N m and N by the coordinates' units.
+    /// Compute the derivatives of `inverse_dynamics` with respect to q and v.
     ///
-    /// By q they are along v: of q moved by `integrate`, so square for balls and free hinges too.
-    /// wrenches: as in inverse_dynamics; they count as fixed in their bodies.
-    /// Raises LinkworkError for a name that is not there, for another shape, for NaN and for flexible bodies.
+    /// The derivative with respect to vdot is the mass matrix.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, or one per row. Angles in rad, displacements in m.
+    /// v : array_like, shape (nv,) or (n, nv)
+    ///     Rates, or one set per row, rad/s and m/s.
+    /// vdot : array_like, shape (nv,) or (n, nv)
+    ///     Accelerations, rad/s² and m/s².
+    /// wrenches : dict of str to array_like, shape (6,), optional
+    ///     As in `inverse_dynamics`. Each wrench is constant in the axes of its body.
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// dtau_dq : ndarray, shape (nv, nv) or (n, nv, nv)
+    ///     Derivatives of the forces (rows) along the directions in which `integrate` moves q (columns), N m and N per rad and m. The matrix is
+    ///     square for ball and free hinges, too.
+    /// dtau_dv : ndarray, shape (nv, nv) or (n, nv, nv)
+    ///     Derivatives with respect to v.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the mechanism has flexible bodies, a name does not exist, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> dq, dv = arm.inverse_dynamics_derivatives(q, v, [1, 2])
     /// >>> dq.shape, dv.shape
     /// ((2, 2), (2, 2))
@@ -71,11 +96,41 @@ impl Mechanism {
         parts(&both).map(|[by_q, by_v]| (by_q, by_v))
     }
 
-    /// Derivatives (dvdot_dq, dvdot_dv, dvdot_dtau) of forward_dynamics, (nv, nv) each, or many;
-    /// rows of prescribed coordinates are zero. Options as in forward_dynamics, by q as in
-    /// inverse_dynamics_derivatives. In rad/s² and m/s² by the coordinates' units.
-    /// Raises LinkworkError for a name that is not there, for another shape, for NaN and for flexible bodies.
+    /// Compute the derivatives of `forward_dynamics` with respect to q, v and tau.
     ///
+    /// Rows of prescribed coordinates are zero.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, or one per row. Angles in rad, displacements in m.
+    /// v : array_like, shape (nv,) or (n, nv)
+    ///     Rates, or one set per row, rad/s and m/s.
+    /// tau : array_like, shape (nv,) or (n, nv)
+    ///     Generalized forces, N m and N.
+    /// prescribed : array_like, shape (nv,), optional
+    ///     As in `forward_dynamics`.
+    /// wrenches : dict of str to array_like, shape (6,), optional
+    ///     As in `inverse_dynamics_derivatives`.
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// dvdot_dq : ndarray, shape (nv, nv) or (n, nv, nv)
+    ///     Derivatives of the accelerations (rows) along the directions in which `integrate` moves q (columns), rad/s² and m/s² per rad and m.
+    /// dvdot_dv : ndarray, shape (nv, nv) or (n, nv, nv)
+    ///     Derivatives with respect to v.
+    /// dvdot_dtau : ndarray, shape (nv, nv) or (n, nv, nv)
+    ///     Derivatives with respect to tau.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the mechanism has flexible bodies, a name does not exist, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> dq, dv, dtau = arm.forward_dynamics_derivatives(q, v, [1, 2])
     /// >>> bool(np.allclose(dtau, arm.inverse_mass_matrix(q)))
     /// True
@@ -96,7 +151,7 @@ impl Mechanism {
         let rows = [(q, c.nq(), "q"), (v, nv, "v"), (tau, nv, "tau"), (vdot, nv, "prescribed")];
         let rows = Rows::read(&rows)?;
         let wrenches = c.wrenches(wrenches)?;
-        // Prescribed accelerations and forces are written to.
+        // The arrays are modified: the entries of prescribed coordinates are overwritten.
         let (mut forces, mut rates) = (zeros(rows.count(), nv)?, zeros(rows.count(), nv)?);
         let lanes = |e: &mut Ensemble, x: &[&[f64]], out: &mut [Vec<f64>]| {
             let [dvdot_dq, dvdot_dv, dvdot_dtau] = out else { return Ok(()) };
@@ -123,10 +178,33 @@ impl Mechanism {
         parts(&all).map(|[by_q, by_v, by_tau]| (by_q, by_v, by_tau))
     }
 
-    /// Regressor (nv, 10·bodies) at q, v, vdot, or many: times `inertial_parameters()` it gives
-    /// the forces of inverse_dynamics without wrenches and without what rotors take. In N m and N by the units of the parameters: kg, kg m, kg m².
-    /// Raises LinkworkError for another shape, for NaN and for flexible bodies.
+    /// Compute the regressor of the inertial parameters.
     ///
+    /// Its product with `inertial_parameters()` equals the forces of `inverse_dynamics` without external wrenches and without the inertia of rotors.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, or one per row. Angles in rad, displacements in m.
+    /// v : array_like, shape (nv,) or (n, nv)
+    ///     Rates, or one set per row, rad/s and m/s.
+    /// vdot : array_like, shape (nv,) or (n, nv)
+    ///     Accelerations, rad/s² and m/s².
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv, 10·bodies) or (n, nv, 10·bodies)
+    ///     N m and N per unit of the parameters (kg, kg m, kg m²).
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the mechanism has flexible bodies, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> Y = arm.regressor(q, v, [1, 2])
     /// >>> bool(np.allclose(Y @ arm.inertial_parameters(), arm.inverse_dynamics(q, v, [1, 2])))
     /// True
@@ -151,10 +229,23 @@ impl Mechanism {
         })
     }
 
-    /// Inertial parameters (10·bodies,), bodies in order: mass (kg), first moment m c (3, kg m),
-    /// inertia about the body's origin (xx, xy, xz, yy, yz, zz; kg m²), body axes.
-    /// Raises LinkworkError for flexible bodies, which have more of them.
+    /// Return the inertial parameters of all bodies, in the order of `bodies`.
     ///
+    /// Ten numbers per body, in body axes: mass (kg), first moment m c (three numbers, kg m), inertia about the body's origin (xx, xy, xz, yy, yz,
+    /// zz; kg m²).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (10·bodies,)
+    ///     The parameters.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the mechanism has flexible bodies, which have further parameters.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.inertial_parameters()[:4].tolist()
     /// [2.0, 0.0, 0.0, -1.0]
     fn inertial_parameters<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {

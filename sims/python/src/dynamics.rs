@@ -1,4 +1,4 @@
-//! The algorithms of `Mechanism`: each under its own name, from q, v and what else it needs.
+//! The basic dynamics algorithms of `Mechanism`.
 use crate::array::{Array, zeros};
 use crate::batch::{Rows, ensemble_into, states, states_into};
 use crate::mechanism::Mechanism;
@@ -10,13 +10,36 @@ type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 
 #[pymethods]
 impl Mechanism {
-    /// Forces tau (nv,) that produce the accelerations vdot (nv,) at q, v; or many.
+    /// Compute the generalized forces that produce given accelerations.
     ///
-    /// wrenches: {frame: (6,)}, moment about the frame's origin (N m) and force (N), world axes,
-    /// the same for all states. threads: for many states. out: an array of float64 for the result, of its shape, contiguous, of no memory
-    /// that the arguments have; it is filled and returned. Where the call raises it stays as it is.
-    /// Raises LinkworkError for another shape, for NaN, and for frames that are not there.
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, or one per row. Angles in rad, displacements in m.
+    /// v : array_like, shape (nv,) or (n, nv)
+    ///     Rates, or one set per row, rad/s and m/s.
+    /// vdot : array_like, shape (nv,) or (n, nv)
+    ///     Accelerations, rad/s² and m/s².
+    /// wrenches : dict of str to array_like, shape (6,), optional
+    ///     External wrenches [moment; force], N m and N, by node or body, about its origin, in world axes; the same for all rows.
+    /// out : ndarray of float64, optional
+    ///     Array that receives the result: of the result's shape, C-contiguous, and without memory in common with an argument. If the call
+    ///     raises, it is not changed.
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
     ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv,) or (n, nv)
+    ///     Generalized forces, N m and N. The array is `out` if you passed one.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a frame does not exist, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.inverse_dynamics(q, v, [0, 0]).round(6).tolist()
     /// [4.331874, -1.530654]
     /// >>> arm.inverse_dynamics(q, v, np.zeros((5, 2))).shape
@@ -51,12 +74,38 @@ impl Mechanism {
         })
     }
 
-    /// Accelerations vdot (nv,) from the forces tau (nv,) at q, v; or many. Accelerations in rad/s² and m/s². Forces in N m and N, by coordinate.
+    /// Compute the accelerations that given generalized forces produce.
     ///
-    /// prescribed (nv,): accelerations of the coordinates that are prescribed, zero when left out;
-    /// their tau is not read (`mixed_dynamics` finds it). wrenches, threads, out: as in
-    /// inverse_dynamics. Raises LinkworkError when a free coordinate moves nothing with inertia.
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, or one per row. Angles in rad, displacements in m.
+    /// v : array_like, shape (nv,) or (n, nv)
+    ///     Rates, or one set per row, rad/s and m/s.
+    /// tau : array_like, shape (nv,) or (n, nv)
+    ///     Generalized forces, N m and N.
+    /// prescribed : array_like, shape (nv,), optional
+    ///     Accelerations of the prescribed coordinates, rad/s² and m/s² (default: zeros). The entries of tau for these coordinates are not read;
+    ///     `mixed_dynamics` computes the forces there.
+    /// wrenches : dict of str to array_like, shape (6,), optional
+    ///     External wrenches [moment; force], N m and N, by node or body, about its origin, in world axes; the same for all rows.
+    /// out : ndarray of float64, optional
+    ///     Array for the result, as in `inverse_dynamics`.
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
     ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv,) or (n, nv)
+    ///     Accelerations, rad/s² and m/s².
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a free coordinate moves no inertia, a frame does not exist, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> tau = arm.inverse_dynamics(q, v, [1, 2])
     /// >>> arm.forward_dynamics(q, v, tau).round(9).tolist()
     /// [1.0, 2.0]
@@ -84,7 +133,7 @@ impl Mechanism {
         let rows = [(q, c.nq(), "q"), (v, nv, "v"), (tau, nv, "tau"), (vdot, nv, "prescribed")];
         let rows = Rows::read(&rows)?;
         let wrenches = c.wrenches(wrenches)?;
-        // Forces of prescribed coordinates are written to.
+        // The array is modified: the forces of prescribed coordinates are overwritten.
         let mut forces = zeros(rows.count(), nv)?;
         let lanes = |e: &mut Ensemble, x: &[&[f64]], vdot: &mut [Vec<f64>]| {
             vdot[0].copy_from_slice(x[3]);
@@ -103,10 +152,37 @@ impl Mechanism {
         })
     }
 
-    /// Accelerations and forces, (vdot, tau), each (nv,) or many: at free coordinates tau is given
-    /// and vdot found, at prescribed ones vdot is given and tau found. Accelerations in rad/s² and m/s². Forces in N m and N, by coordinate.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Compute accelerations of free coordinates and forces of prescribed coordinates in one solve.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, or one per row. Angles in rad, displacements in m.
+    /// v : array_like, shape (nv,) or (n, nv)
+    ///     Rates, or one set per row, rad/s and m/s.
+    /// tau : array_like, shape (nv,) or (n, nv)
+    ///     Generalized forces, N m and N; read at free coordinates.
+    /// vdot : array_like, shape (nv,) or (n, nv)
+    ///     Accelerations, rad/s² and m/s²; read at prescribed coordinates.
+    /// wrenches : dict of str to array_like, shape (6,), optional
+    ///     External wrenches [moment; force], N m and N, by node or body, about its origin, in world axes; the same for all rows.
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// vdot : ndarray, shape (nv,) or (n, nv)
+    ///     Accelerations of all coordinates.
+    /// tau : ndarray, shape (nv,) or (n, nv)
+    ///     Generalized forces of all coordinates.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a free coordinate moves no inertia, a frame does not exist, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> vdot, tau = arm.with_prescribed(["upper"]).mixed_dynamics(q, v, [0, 0], [1, 0])
     /// >>> float(vdot[0])
     /// 1.0
@@ -139,9 +215,31 @@ impl Mechanism {
         Ok((half(0)?, half(1)?))
     }
 
-    /// Forces (nv,) that hold the motion with vdot = 0, or many: gravity, Coriolis, centrifugal. Forces in N m and N, by coordinate.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Compute the generalized forces for vdot = 0: gravity, Coriolis and centrifugal forces.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, or one per row. Angles in rad, displacements in m.
+    /// v : array_like, shape (nv,) or (n, nv)
+    ///     Rates, or one set per row, rad/s and m/s.
+    /// wrenches : dict of str to array_like, shape (6,), optional
+    ///     External wrenches [moment; force], N m and N, by node or body, about its origin, in world axes; the same for all rows.
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv,) or (n, nv)
+    ///     Generalized forces, N m and N.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.bias_forces(q, [0, 0]).round(6).tolist()
     /// [4.270029, -1.528078]
     #[pyo3(signature = (q, v, *, wrenches=None, threads=1))]
@@ -157,9 +255,29 @@ impl Mechanism {
         self.inverse_dynamics(py, q, v, &zero, wrenches, None, threads)
     }
 
-    /// Mass matrix (nv, nv) at q, or many: symmetric, armature included. out: as in inverse_dynamics. Entries in kg m², kg m and kg, by the coordinates of row and column.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Compute the symmetric mass matrix, including the reflected inertia of rotors.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq)
+    ///     Configuration, or one per row. Angles in rad, displacements in m.
+    /// out : ndarray of float64, optional
+    ///     Array for the result, as in `inverse_dynamics`.
+    /// threads : int
+    ///     Number of threads that share the rows (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv, nv) or (n, nv, nv)
+    ///     The mass matrix, in kg m², kg m and kg, depending on the coordinates of row and column.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> M = arm.mass_matrix(q)
     /// >>> M.shape, bool((M == M.T).all())
     /// ((2, 2), True)
@@ -188,7 +306,7 @@ impl Mechanism {
     }
 }
 
-/// The only result of an ensemble's call.
+/// Returns the only result of an ensemble's call.
 pub fn only(results: Vec<Array<'_>>) -> PyResult<Array<'_>> {
     results.into_iter().next().ok_or_else(|| crate::error::refuse("there is no result"))
 }

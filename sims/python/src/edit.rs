@@ -1,4 +1,4 @@
-//! `Edit`: a mechanism in motion whose structure is changed; `Report`: its books of momentum.
+//! `Edit`: a mechanism in motion whose structure can be changed; `Report`: momentum and energy before and after a change.
 use crate::array::{Array1, Input, out_force, out_vec3, out1, pose, vector};
 use crate::builder::{Hinge, body_spec};
 use crate::core::{Core, lock};
@@ -9,8 +9,10 @@ use linkwork_spatial::Vec3;
 use pyo3::prelude::*;
 use std::sync::{Arc, Mutex};
 
-/// Momentum and energy of the whole scene before and after an operation.
+/// Momentum and energy of the whole scene before and after a structural change.
 ///
+/// Examples
+/// --------
 /// >>> block = dict(mass=2, com=[0, 0, 0], inertia=0.1 * np.eye(3))
 /// >>> parts = linkwork.Builder().body("a", "world", linkwork.Hinge.free(), **block).body("b", "world", linkwork.Hinge.free(), **block)
 /// >>> at_rest, moving = [0, 0, 0, 0, 0, 0], [0, 0, 0, 3, 0, 0]
@@ -23,48 +25,62 @@ pub struct Report(dynamics::topology::Report);
 
 #[pymethods]
 impl Report {
-    /// The point (3,) of the world that moments are about, m: the origin of the body concerned.
+    /// Reference point (3,) of the angular momenta in the world, m: the origin of the body that the change concerns.
     ///
+    /// Examples
+    /// --------
     /// >>> report.point.tolist()
     /// [1.0, 0.0, 0.0]
     #[getter]
     fn point<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         out_vec3(py, &self.0.point)
     }
-    /// Momentum (6,) of all bodies before: angular about the point (kg m²/s), linear (kg m/s).
+    /// Momentum (6,) of all bodies before the change: angular about `point`, kg m²/s, then linear, kg m/s.
     ///
+    /// Examples
+    /// --------
     /// >>> report.momentum_before.tolist()
     /// [0.0, 0.0, 0.0, 6.0, 0.0, 0.0]
     #[getter]
     fn momentum_before<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         out_force(py, &self.0.momentum_before)
     }
-    /// Momentum (6,) after, about the same point. It differs when mass comes or goes, and when the world takes part. [N m s; N s].
+    /// Momentum (6,) of all bodies after the change, about the same point, kg m²/s and kg m/s.
     ///
+    /// It differs from `momentum_before` if mass was added or removed, or if the world took part in the impact.
+    ///
+    /// Examples
+    /// --------
     /// >>> bool(np.allclose(report.momentum_after, report.momentum_before))
     /// True
     #[getter]
     fn momentum_after<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         out_force(py, &self.0.momentum_after)
     }
-    /// What the new hinge gave to the attached body and all outboard of it (6,): N m s, N s.
+    /// Impulse (6,) of the new hinge on the attached body and all bodies outboard of it: N m s, then N s.
     ///
+    /// Examples
+    /// --------
     /// >>> report.impulse.round(9).tolist()
     /// [0.0, 0.0, 0.0, 3.0, 0.0, 0.0]
     #[getter]
     fn impulse<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         out_force(py, &self.0.impulse)
     }
-    /// Kinetic energy before, J.
+    /// Kinetic energy before the change, J.
     ///
+    /// Examples
+    /// --------
     /// >>> report.energy_before
     /// 9.0
     #[getter]
     fn energy_before(&self) -> f64 {
         self.0.energy_before
     }
-    /// Kinetic energy after, J.
+    /// Kinetic energy after the change, J.
     ///
+    /// Examples
+    /// --------
     /// >>> round(report.energy_after, 9)
     /// 4.5
     #[getter]
@@ -76,12 +92,17 @@ impl Report {
     }
 }
 
-/// A mechanism in motion, open to changes of its structure. Make it with `Mechanism.edit(q, v)`;
-/// `mechanism`, `q` and `v` are what has become of it.
+/// A mechanism in motion whose structure can be changed. Create it with `Mechanism.edit(q, v)`.
 ///
-/// Every body stays where it is and moves as it moved, as far as its hinge permits; what a new hinge
-/// does not permit goes in an inelastic impact. An operation that fails leaves the edit as it was.
+/// `mechanism`, `q` and `v` are the result of all changes so far.
 ///
+/// Notes
+/// -----
+/// Every body keeps its pose, and its velocity as far as its hinge permits. A new hinge removes the rest of the velocity in an inelastic impact.
+/// An operation that raises leaves the edit unchanged.
+///
+/// Examples
+/// --------
 /// >>> pin, rod = linkwork.Hinge.pin([0, 1, 0]), dict(mass=2, com=[0.5, 0, 0], inertia=np.diag([0.01, 0.2, 0.2]))
 /// >>> parts = linkwork.Builder().body("upper", "world", pin, **rod).body("lower", "upper", pin, hinge_in_parent=[1, 0, 0], **rod)
 /// >>> edit = parts.build().edit([0, 0], [1, 0])
@@ -105,10 +126,27 @@ impl Edit {
 
 #[pymethods]
 impl Mechanism {
-    /// Opens the mechanism at q (nq,), v (nv,) for changes of its structure: see Edit. The
-    /// mechanism itself never changes. q in rad and m, v in rad/s and m/s.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Begin structural changes at a state. The mechanism itself never changes.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// v : array_like, shape (nv,)
+    ///     Rates, rad/s and m/s.
+    ///
+    /// Returns
+    /// -------
+    /// Edit
+    ///     The edit.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> edit = arm.edit(q, v)
     /// >>> _ = edit.delete("lower")
     /// >>> edit.mechanism.bodies
@@ -120,7 +158,7 @@ impl Mechanism {
     }
 }
 
-/// The numbers of an optional vector.
+/// Reads an optional vector.
 fn numbers(given: Option<&Bound<'_, PyAny>>, what: &str) -> PyResult<Option<Vec<f64>>> {
     given.map(|g| Ok(Input::read(g, what)?.slice().to_vec())).transpose()
 }
@@ -142,8 +180,10 @@ fn placement(
 
 #[pymethods]
 impl Edit {
-    /// The mechanism as it is now.
+    /// The mechanism after all changes so far.
     ///
+    /// Examples
+    /// --------
     /// >>> edit.mechanism.bodies
     /// ['lower', 'upper']
     #[getter]
@@ -151,33 +191,40 @@ impl Edit {
         let mbs = lock(&self.edit).multibody().clone();
         Ok(Mechanism { core: Arc::new(Core::new(mbs, self.gravity)?) })
     }
-    /// Its configuration (nq,). Angles in rad, lengths in m.
+    /// Its configuration (nq,), rad and m.
     ///
+    /// Examples
+    /// --------
     /// >>> edit.q.tolist()
     /// [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0]
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> Array1<'py> {
         out1(py, lock(&self.edit).q().to_vec())
     }
-    /// Its velocity (nv,). Rates in rad/s and m/s.
+    /// Its rates (nv,), rad/s and m/s.
     ///
+    /// Examples
+    /// --------
     /// >>> edit.v.tolist()
     /// [0.0, 1.0, 0.0, 0.0, 0.0, -1.0, 1.0]
     #[getter]
     fn v<'py>(&self, py: Python<'py>) -> Array1<'py> {
         out1(py, lock(&self.edit).v().to_vec())
     }
-    /// For each number of v of the mechanism that the edit began with its place in v now; None
-    /// where it is gone or the hinge is another.
+    /// For each entry of v of the original mechanism, its index in the current v; None if it was removed or its hinge was replaced.
     ///
+    /// Examples
+    /// --------
     /// >>> edit.places_v
     /// [6, None]
     #[getter]
     fn places_v(&self) -> Vec<Option<usize>> {
         lock(&self.edit).clone().finish().places.v
     }
-    /// The same for q.
+    /// For each entry of q of the original mechanism, its index in the current q; None if it was removed or its hinge was replaced.
     ///
+    /// Examples
+    /// --------
     /// >>> edit.places_q
     /// [7, None]
     #[getter]
@@ -185,10 +232,31 @@ impl Edit {
         lock(&self.edit).clone().finish().places.q
     }
 
-    /// Adds a body with the state q, v of its hinge (neutral, at rest); else as Builder.body.
-    /// mass in kg, com (3,) in m, inertia (3, 3) about it in kg m².
-    /// Raises LinkworkError for a name that is taken, a parent that is not there, and what Builder.body refuses.
+    /// Add a body. Parameters that are not listed are those of `Builder.body`.
     ///
+    /// Parameters
+    /// ----------
+    /// q, v : array_like, optional
+    ///     Coordinates, rad and m, and rates of the body's hinge, shapes (nq,) and (nv,) of the hinge (default: neutral and at rest).
+    /// mass : float
+    ///     Mass, kg.
+    /// com : array_like, shape (3,), optional
+    ///     Centre of mass, m.
+    /// inertia : array_like, shape (3, 3), optional
+    ///     Inertia about the centre of mass, kg m².
+    ///
+    /// Returns
+    /// -------
+    /// Report
+    ///     Momentum and energy before and after.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name is in use, the parent does not exist, or `Builder.body` rejects an argument.
+    ///
+    /// Examples
+    /// --------
     /// >>> _ = edit.add("tool", "upper", linkwork.Hinge.locked(), mass=0.5, com=[0, 0, 0])
     /// >>> edit.mechanism.total_mass
     /// 4.5
@@ -219,10 +287,35 @@ impl Edit {
         let v = v.unwrap_or_else(|| vec![0.0; spec.hinge.nv()]);
         self.with(|e| e.add(spec, &q, &v))
     }
-    /// Adds a whole mechanism at q, v. Names get the prefix; its world is put at a pose on the body
-    /// `onto`. q in rad and m, v in rad/s and m/s. Places in m.
-    /// q (nq,), v (nv,), pose (3,), (7,) or (4, 4). Raises LinkworkError for names that are taken, a body that is not there, other shapes, and NaN.
+    /// Add a whole mechanism.
     ///
+    /// Parameters
+    /// ----------
+    /// prefix : str
+    ///     Prefix of all its names.
+    /// mechanism : Mechanism
+    ///     The mechanism.
+    /// q : array_like, shape (nq,)
+    ///     Its configuration, rad and m.
+    /// v : array_like, shape (nv,)
+    ///     Its rates, rad/s and m/s.
+    /// onto : str
+    ///     Body on which its world is placed (default: "world").
+    /// pose : array_like, optional
+    ///     Pose of its world on `onto`, m: (3,), (7,) or (4, 4).
+    ///
+    /// Returns
+    /// -------
+    /// Report
+    ///     Momentum and energy before and after.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a name is in use, the body does not exist, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> other = linkwork.Builder().body("wheel", "world", pin, **rod).build()
     /// >>> _ = edit.add_mechanism("left_", other, [0.3], [0], onto="upper", pose=[0, 0, 1])
     /// >>> sorted(edit.mechanism.bodies)
@@ -242,18 +335,52 @@ impl Edit {
         let X = crate::array::pose(pose, "pose")?;
         self.with(|e| e.add_mechanism(prefix, &core.mbs, (q.slice(), v.slice()), onto, X))
     }
-    /// Deletes a body with all that hangs on it.
-    /// Raises LinkworkError for a body that is not there.
+    /// Remove a body and all bodies outboard of it.
     ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of a body.
+    ///
+    /// Returns
+    /// -------
+    /// Report
+    ///     Momentum and energy before and after.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the body does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> _ = edit.delete("lower")
     /// >>> edit.mechanism.bodies
     /// ['upper']
     fn delete(&self, body: &str) -> PyResult<Report> {
         self.with(|e| e.delete(body))
     }
-    /// Puts a body, with all that hangs on it, on a free hinge on `base`.
-    /// Raises LinkworkError for a body that is not there, and a base that hangs on the body.
+    /// Replace the hinge of a body by a free hinge on `base`. Bodies outboard of it stay connected.
     ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of a body.
+    /// base : str
+    ///     Parent of the free hinge (default: "world").
+    ///
+    /// Returns
+    /// -------
+    /// Report
+    ///     Momentum and energy before and after.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the body does not exist, or `base` is outboard of it.
+    ///
+    /// Examples
+    /// --------
     /// >>> _ = edit.detach("upper")
     /// >>> edit.mechanism.nv
     /// 12
@@ -261,9 +388,25 @@ impl Edit {
     fn detach(&self, body: &str, base: &str) -> PyResult<Report> {
         self.with(|e| e.detach(body, base))
     }
-    /// Makes a body the root of the free tree that it is in; hinges between are turned round.
-    /// Raises LinkworkError for a body that is not there, and for a tree that is not free.
+    /// Make a body the root of its free-floating tree. Hinges between the old and the new root are reversed.
     ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of a body.
+    ///
+    /// Returns
+    /// -------
+    /// Report
+    ///     Momentum and energy before and after.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the body does not exist, or its tree is not free-floating.
+    ///
+    /// Examples
+    /// --------
     /// >>> _ = edit.attach("upper", "lower", linkwork.Hinge.locked())
     /// >>> _ = edit.reroot("upper")
     /// >>> edit.mechanism.parent("lower")
@@ -271,12 +414,36 @@ impl Edit {
     fn reroot(&self, body: &str) -> PyResult<Report> {
         self.with(|e| e.reroot(body))
     }
-    /// Puts a body, with all that hangs on it, on a new hinge on `onto`. Without hinge_in_parent the
-    /// hinge is put where the body is, with its coordinates at q (neutral); with it both frames are
-    /// given and the coordinates are found.
-    /// q (nq,) of the hinge, frames (3,), m, (7,) or (4, 4). Raises LinkworkError for bodies that are not there, `onto` among what hangs on the body, and frames
-    /// between which the hinge cannot lie.
+    /// Replace the hinge of a body by a new hinge on another body. Bodies outboard of it stay connected.
     ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of a body.
+    /// onto : str
+    ///     The new parent.
+    /// hinge : Hinge
+    ///     The new hinge.
+    /// q : array_like, shape (nq,) of the hinge, optional
+    ///     Coordinates of the hinge, rad and m, if `hinge_in_parent` is omitted (default: neutral).
+    /// hinge_in_parent : array_like, optional
+    ///     Hinge frame in the parent, m: (3,), (7,) or (4, 4). By default the hinge frame is where the body is. If you pass it, the coordinates
+    ///     are computed from both frames.
+    /// hinge_in_body : array_like, optional
+    ///     Hinge frame in the body, m: (3,), (7,) or (4, 4).
+    ///
+    /// Returns
+    /// -------
+    /// Report
+    ///     Momentum and energy before and after; `impulse` is that of the impact.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a body does not exist, `onto` is outboard of the body, or the hinge cannot connect the two frames.
+    ///
+    /// Examples
+    /// --------
     /// >>> report = edit.attach("lower", "upper", linkwork.Hinge.locked())
     /// >>> edit.mechanism.nv, report.energy_after <= report.energy_before
     /// (1, True)
@@ -293,9 +460,33 @@ impl Edit {
         let placement = placement(q, hinge_in_parent, hinge_in_body)?;
         self.with(|e| e.attach(body, onto, hinge.hinge.clone(), &placement))
     }
-    /// `reroot` and `attach`: puts a body on a new hinge with the whole free tree that it is in.
-    /// q (nq,) of the hinge, frames (3,), m, (7,) or (4, 4). Raises LinkworkError for what `reroot` and `attach` refuse.
+    /// Attach a body by a new hinge, together with its whole free-floating tree: `reroot`, then `attach`.
     ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of a body.
+    /// onto : str
+    ///     The new parent.
+    /// hinge : Hinge
+    ///     The new hinge.
+    /// q : array_like, shape (nq,) of the hinge, optional
+    ///     Coordinates of the hinge, rad and m.
+    /// hinge_in_parent, hinge_in_body : array_like, optional
+    ///     Hinge frames, m: (3,), (7,) or (4, 4), as in `attach`.
+    ///
+    /// Returns
+    /// -------
+    /// Report
+    ///     Momentum and energy before and after.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If `reroot` or `attach` would raise.
+    ///
+    /// Examples
+    /// --------
     /// >>> _ = edit.attach_tree("lower", "upper", linkwork.Hinge.ball())
     /// >>> edit.mechanism.nv
     /// 4

@@ -12,53 +12,53 @@ use linkwork_solvers::ContactSettings;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Every model and service of the component libraries.
+/// Returns all models and services of the component libraries.
 pub fn catalogue() -> Catalogue {
     let libraries = linkwork_assemblies::libraries().into_iter();
     Catalogue::new(libraries.chain([linkwork_fmi::catalogue()]))
 }
 
-/// All models, and the assemblies in the program.
+/// Returns all models, and the assemblies that are embedded in the package.
 pub fn library() -> Library {
     Library { catalogue: catalogue(), embedded: linkwork_assemblies::embedded() }
 }
 
-/// The library with more models.
+/// Returns the library with additional models.
 fn library_with(more: Vec<Entry>) -> Result<Library, String> {
     let mut library = package::library();
     for entry in more {
         library.catalogue.add(entry).map_err(|name| {
-            format!("there is a model `{name}` already\n  help: give yours another name")
+            format!("there is already a model `{name}`\n  help: use another name")
         })?;
     }
     Ok(library)
 }
 
-/// A mechanism as a file has it.
+/// The mechanism of a file, and further content of the file.
 pub struct Machine {
     /// The bodies.
     pub mbs: Multibody,
-    /// The configuration that the file shows.
+    /// The initial configuration of the file.
     pub initial: Vec<f64>,
-    /// What a URDF, MJCF or SDF file says besides.
+    /// Further content of a URDF, MJCF or SDF file.
     pub description: Option<Description>,
-    /// What a file in RON says of contact.
+    /// The `contact` of a RON file.
     pub contact: Option<FileContact>,
-    /// What a file in RON says is to be seen.
+    /// The visual shapes of a RON file.
     pub shapes: Vec<BodyShape>,
 }
 
-/// What a file in RON says of contact.
+/// The `contact` of a RON file.
 #[derive(Clone)]
 pub struct FileContact {
-    /// Shapes that touch, and who meets whom.
+    /// Collision shapes and collision rules.
     pub colliders: Arc<Colliders>,
-    /// How contact by impulses is solved, dry friction of hinges among it; `None`: contact is compliant.
+    /// Settings of contact by impulses, including dry friction of hinges; `None` if the contact is compliant.
     pub settings: Option<ContactSettings>,
 }
 
 impl FileContact {
-    /// After the root got another hinge: dry friction of the others has another place in β.
+    /// Updates the indices of dry friction in β after the root got another hinge.
     fn on_root(&mut self, old: &Multibody, new: &Multibody) {
         let Some(settings) = &mut self.settings else { return };
         settings.dry.retain_mut(|(place, _)| {
@@ -74,7 +74,8 @@ impl FileContact {
 }
 
 impl Machine {
-    /// What the file says that the dynamics of a `Mechanism` does not know, in words; `None` when there is nothing.
+    /// Returns a warning about damping, springs and friction of the file, which the dynamics of a `Mechanism` does not include; `None` if there are
+    /// none.
     pub fn left_out(&self) -> Option<String> {
         let lossy = self.mbs.subhinges().filter(|(_, s)| {
             let s = &s.subhinge;
@@ -84,11 +85,11 @@ impl Machine {
         bodies.dedup();
         let list = some_of(&bodies)?;
         Some(format!(
-            "damping, springs or friction of the hinges of {list} are left out of the dynamics of a Mechanism\n  help: linkwork.Simulation simulates them"
+            "damping, springs or friction of the hinges of {list} are not included in the dynamics of a Mechanism\n  help: use linkwork.Simulation"
         ))
     }
 
-    /// Tendons and balancers of the file, in words; `None` when there are none.
+    /// Returns a warning about tendons and gravity compensation of the file; `None` if there are none.
     pub fn passive_devices(&self) -> Option<String> {
         let passive = |k: &DeviceKind| {
             matches!(k, DeviceKind::Tendon(_) | DeviceKind::GravityCompensation { .. })
@@ -97,30 +98,30 @@ impl Machine {
         let names: Vec<&str> = all.filter(|x| passive(&x.kind)).map(|x| x.name.as_str()).collect();
         let list = some_of(&names)?;
         Some(format!(
-            "tendons and compensated weights {list} are left out of the dynamics of a Mechanism\n  help: linkwork.Simulation simulates them"
+            "tendons and gravity compensation {list} are not included in the dynamics of a Mechanism\n  help: use linkwork.Simulation"
         ))
     }
 
-    /// Mass properties that no body has, in words; `None` when there are none.
+    /// Returns a warning about inertias that no rigid body can have; `None` if there are none.
     pub fn doubtful(&self) -> Option<String> {
         let lines: Vec<String> =
             self.description.as_ref()?.doubtful.iter().map(ToString::to_string).collect();
-        let help = "correct the file, or say what you want: inertia_check=\"physical\" refuses it";
+        let help = "correct the file, or select a check: inertia_check=\"physical\" rejects it";
         (!lines.is_empty()).then(|| format!("{}\n  help: {help}", lines.join("\n")))
     }
 
-    /// Loops and couplings, in words; `None` when there are none.
+    /// Returns a warning about loops and couplings; `None` if there are none.
     pub fn beyond_the_tree(&self) -> Option<String> {
         let names = self.mbs.constraints().map(|c| self.mbs.constraint_name(c));
         let names: Vec<&str> = names.collect();
         let list = some_of(&names)?;
         Some(format!(
-            "loops and couplings {list}: constrained_dynamics, close and simulate obey them, the algorithms of the tree (forward_dynamics, mass_matrix and the others) do not"
+            "loops and couplings {list}: constrained_dynamics, close and simulate satisfy them, the tree algorithms (forward_dynamics, mass_matrix and others) ignore them"
         ))
     }
 }
 
-/// Three of the names, and how many there are besides; `None` of none.
+/// Returns the first three names and the number of the others; `None` for no names.
 fn some_of(names: &[&str]) -> Option<String> {
     match names {
         [] => None,
@@ -129,16 +130,16 @@ fn some_of(names: &[&str]) -> Option<String> {
     }
 }
 
-/// Whether mimic joints and couplings of a file of another program are kept.
+/// What happens to the mimic joints and couplings of a URDF, MJCF or SDF file.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Couplings {
-    /// They are constraints of the mechanism.
+    /// They become constraints of the mechanism.
     Kept,
-    /// Their coordinates are free.
+    /// They are ignored; their coordinates are free.
     LeftOut,
 }
 
-/// The mechanism of a file: RON, or what `linkwork_formats` reads.
+/// Reads the mechanism of a file: RON, or a format that `linkwork_formats` reads.
 pub fn machine(
     path: &Path,
     options: &ReadOptions,
@@ -148,7 +149,7 @@ pub fn machine(
         return foreign_machine(path, options, couplings);
     }
     if couplings == Couplings::LeftOut || options.keyframe.is_some() {
-        return Err("`couplings` and `keyframe` are for URDF, MJCF and SDF files\n  help: leave them out, or write the start and the couplings in the RON file".into());
+        return Err("`couplings` and `keyframe` are for URDF, MJCF and SDF files\n  help: omit them, or write the initial state and the couplings in the RON file".into());
     }
     ron_machine(path, options.root)
 }
@@ -179,7 +180,8 @@ fn ron_machine(path: &Path, root: Root) -> Result<Machine, String> {
     let shapes = loaded.shapes;
     let none = || format!("`{}` has no mechanism\n  help: give it bodies", path.display());
     let m = loaded.spec.mechanism().cloned().ok_or_else(none)?;
-    // The start of a simulation of the file. A start that cannot be closed stays as it is written: `constraint_errors` returns by how much.
+    // The initial state of a simulation of the file. If it cannot be closed, it is used as written, and `constraint_errors` returns the closure
+    // errors.
     let start = m.closed_start().map_or_else(|_| m.q.clone(), |(q, _)| q);
     let compliant = m.compliant.map(|c| FileContact { colliders: c.0, settings: None });
     let contact =
@@ -197,15 +199,15 @@ fn ron_machine(path: &Path, root: Root) -> Result<Machine, String> {
     Ok(Machine { mbs, initial, description: None, contact, shapes })
 }
 
-/// The one body that hangs on the world on another hinge.
+/// Returns the mechanism with another hinge between the world and the only body on it.
 fn with_root(mbs: &Multibody, root: Root) -> Result<Multibody, String> {
     let mut parts = linkwork_multibody::Builder::from(mbs);
     let roots: Vec<&str> =
         mbs.bodies().iter().filter(|b| b.parent().is_none()).map(|b| b.name()).collect();
     let [only] = roots[..] else {
         return Err(format!(
-            "{} bodies hang on the world: {}\n  help: `root` needs exactly one; leave it out, and say in \
-             the file how they hang",
+            "{} bodies are connected to the world: {}\n  help: `root` requires exactly one; omit it, and define \
+             the hinges in the file",
             roots.len(),
             roots.join(", ")
         ));
@@ -220,7 +222,7 @@ fn with_root(mbs: &Multibody, root: Root) -> Result<Multibody, String> {
     parts.build().map_err(|e| e.to_string())
 }
 
-/// Loads, compiles and puts down a simulation with `PATH=VALUE` overrides, and models of one's own.
+/// Loads and compiles a simulation with `PATH=VALUE` overrides and additional models, and places its machines on the ground.
 pub fn simulation(
     path: &Path,
     set: &[String],
@@ -230,7 +232,7 @@ pub fn simulation(
     library_with(models)?.file(path, set, seed).map_err(|f| f.to_string())
 }
 
-/// The same from a text that needs no other file: the configuration in a checkpoint.
+/// Like [`simulation`], from a text that needs no other file: the configuration in a checkpoint.
 pub fn simulation_text(name: &str, text: &str, models: Vec<Entry>) -> Result<Ready, String> {
     library_with(models)?.text(name, text).map_err(|f| f.to_string())
 }

@@ -1,4 +1,4 @@
-//! What a file says of a mechanism besides its bodies, and writing it as URDF or RON.
+//! Further content of a mechanism's file, and export to URDF and RON.
 use crate::array::{Array1, Array2, out1, out2};
 use crate::error::refuse;
 use crate::mechanism::Mechanism;
@@ -10,7 +10,7 @@ use pyo3::types::{PyDict, PySlice};
 use std::borrow::Cow;
 
 impl Mechanism {
-    /// As the file described it, or bodies and nodes alone.
+    /// Returns the description of the file, or a description with only bodies and nodes.
     fn description(&self) -> Cow<'_, Description> {
         match &self.core.description {
             Some(d) => Cow::Borrowed(d),
@@ -21,29 +21,37 @@ impl Mechanism {
 
 #[pymethods]
 impl Mechanism {
-    /// The configuration (nq,) that the file shows; the neutral one where it shows none. Angles in rad, lengths in m.
+    /// The initial configuration (nq,) of the file, rad and m; the neutral configuration if the file does not define one.
     ///
+    /// Examples
+    /// --------
     /// >>> arm.initial_q.tolist()
     /// [0.0, 0.0]
     #[getter]
     fn initial_q<'py>(&self, py: Python<'py>) -> Array1<'py> {
         PyArray1::from_slice(py, &self.core.initial)
     }
-    /// Everything in the file that was not used, a line each: file, line, element, why. Actuators, tendons and sensors are among it: they act in a
-    /// Simulation alone.
+    /// All elements of the file that were not used, one line each: file, line, element, reason.
     ///
+    /// Actuators, tendons and sensors are listed, too, because they act only in a Simulation.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.ignored
     /// []
     #[getter]
     fn ignored(&self) -> Vec<String> {
         let d = self.description();
         let devices =
-            d.devices.iter().map(|x| format!("device `{}`: it acts in a Simulation alone", x.name));
+            d.devices.iter().map(|x| format!("device `{}`: it acts only in a Simulation", x.name));
         d.ignored.iter().map(ToString::to_string).chain(devices).collect()
     }
-    /// The joints of the file by name: their places in v (empty for fixed ones). Bodies go by the
-    /// names of the file's links.
+    /// The joints of the file by name, with their slices of v (empty for fixed joints).
     ///
+    /// Bodies have the names of the file's links.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.joints
     /// {}
     #[getter]
@@ -58,9 +66,19 @@ impl Mechanism {
         }
         Ok(all)
     }
-    /// Couplings of the file (mimic joints, differentials) as C q = c: C (k, nq), c (k,). Dynamics
-    /// does not enforce them. q and c in rad and m.
+    /// Return the couplings of the file (mimic joints, differentials) as a linear system C q = c.
     ///
+    /// `forward_dynamics` and the other tree algorithms do not enforce them.
+    ///
+    /// Returns
+    /// -------
+    /// C : ndarray, shape (k, nq)
+    ///     Factors of the coordinates (rad and m).
+    /// c : ndarray, shape (k,)
+    ///     Constants.
+    ///
+    /// Examples
+    /// --------
     /// >>> C, c = arm.couplings()
     /// >>> C.shape, c.shape
     /// ((0, 2), (0,))
@@ -79,9 +97,22 @@ impl Mechanism {
         let constants = all.iter().map(|c| c.constant).collect();
         Ok((out2(py, rows, all.len(), nq)?, out1(py, constants)))
     }
-    /// (text, left out): the mechanism as URDF, and what URDF cannot say, a line each.
-    /// Raises LinkworkError for balls, screws and names that XML cannot carry.
+    /// Write the mechanism as URDF.
     ///
+    /// Returns
+    /// -------
+    /// text : str
+    ///     The file.
+    /// left_out : list of str
+    ///     Properties that URDF does not support, one line each.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the mechanism has ball or screw hinges, or names that XML does not allow.
+    ///
+    /// Examples
+    /// --------
     /// >>> text, lost = arm.to_urdf()
     /// >>> text.count("<joint")
     /// 3
@@ -89,9 +120,24 @@ impl Mechanism {
         let made = write_urdf(&self.description()).map_err(refuse)?;
         Ok((made.text, made.left_out))
     }
-    /// (text, left out): the mechanism as an assembly in RON of this name, and what an assembly
-    /// does not hold. Loaded, it is the same mechanism bit for bit, its bodies named `name/body`.
+    /// Write the mechanism as an assembly in RON.
     ///
+    /// A mechanism loaded from the text is bit-identical; its bodies are named `name/body`.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name of the assembly (default: "Machine").
+    ///
+    /// Returns
+    /// -------
+    /// text : str
+    ///     The file.
+    /// left_out : list of str
+    ///     Properties that an assembly does not support, one line each.
+    ///
+    /// Examples
+    /// --------
     /// >>> text, lost = arm.to_ron("arm")
     /// >>> len(text) > 500
     /// True

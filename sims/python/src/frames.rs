@@ -1,4 +1,4 @@
-//! `Frames`: any frame seen from any other; computed when asked, and once.
+//! `Frames`: the motion of any frame relative to any other, computed on demand and cached.
 use crate::array::{Array1, Array2, fixed, out_motion, out_pose, out_vec3, pose, vector};
 use crate::core::lock;
 use crate::error::refuse;
@@ -10,13 +10,20 @@ use pyo3::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
-/// All frames of a scene: bodies and nodes of mechanisms, frames fixed on them, frames that are moved
-/// from outside (planets, turntables), and mechanisms on any of those.
+/// All frames of a scene, with the pose, velocity and acceleration of any frame relative to any other.
 ///
-/// A frame goes by name: "world", a name of its own, or "mechanism/name" for a node or body. For B
-/// seen from A: what an observer fixed in A sees, in the axes of A or of a third frame. A question
-/// computes what is out of date on the path between the two, and nothing else.
+/// A scene contains the bodies and nodes of mechanisms, frames that are fixed on them, frames that are moved from outside (planets, turntables),
+/// and mechanisms on any of those.
 ///
+/// Notes
+/// -----
+/// A frame is named "world", by its own name, or "mechanism/name" for a node or a body. "B seen from A" means: as measured by an observer fixed
+/// in A, in the axes of A or of a third frame.
+///
+/// A query computes only terms that are out of date on the path between the two frames.
+///
+/// Examples
+/// --------
 /// >>> crane = linkwork.Builder().body("jib", "world", linkwork.Hinge.pin([0, 0, 1]), mass=2).node("tip", "jib", [1, 0, 0]).build()
 /// >>> scene = linkwork.Frames()
 /// >>> scene.add_mechanism("crane", crane)
@@ -85,10 +92,24 @@ impl Frames {
         Self { scene: Mutex::default() }
     }
 
-    /// Adds all bodies and nodes of a mechanism under a name; its world is the frame `on`. It is
-    /// neutral and at rest until `set_state`.
-    /// Raises LinkworkError for a name that is taken, and for a frame that is not there.
+    /// Add all bodies and nodes of a mechanism. It is in its neutral configuration and at rest until `set_state`.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name of the mechanism in the scene.
+    /// mechanism : Mechanism
+    ///     The mechanism.
+    /// on : str
+    ///     Frame that is the mechanism's world (default: "world").
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name is in use, or the frame does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> scene.add_mechanism("second", crane, on="crane/tip")
     /// >>> scene.position("second/tip").tolist()
     /// [2.0, 0.0, 0.0]
@@ -101,9 +122,24 @@ impl Frames {
         scene.mechanisms.insert(name, (id, mbs.nq(), mbs.nv()));
         Ok(())
     }
-    /// Adds a frame that is fixed on another, at a pose (3,), (7,) or (4, 4) in it. Places in m.
-    /// Raises LinkworkError for a name that is taken, a frame that is not there, and what is no pose.
+    /// Add a frame that is fixed on another frame.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name of the new frame.
+    /// on : str
+    ///     The frame on which it is fixed.
+    /// pose : array_like, optional
+    ///     Pose in that frame, m: (3,), (7,) or (4, 4) (default: the same pose).
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name is in use, the frame does not exist, or the pose is not valid.
+    ///
+    /// Examples
+    /// --------
     /// >>> scene.add_fixed("camera", "crane/jib", [0, 0, 0.5])
     /// >>> scene.position("camera").tolist()
     /// [0.0, 0.0, 0.5]
@@ -114,10 +150,24 @@ impl Frames {
         let on = scene.find(on).map_err(refuse)?;
         scene.frames.add_fixed(name, on, X).map(|_| ()).map_err(refuse)
     }
-    /// Adds a frame that `set_moving` moves in another; at first it is at rest at the pose.
-    /// The pose is (3,), m, (7,) or (4, 4).
-    /// Raises LinkworkError for a name that is taken, a frame that is not there, and what is no pose.
+    /// Add a frame that `set_moving` moves relative to another frame. Initially it is at rest.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name of the new frame.
+    /// on : str
+    ///     The frame relative to which it moves.
+    /// pose : array_like, optional
+    ///     Initial pose in that frame, m: (3,), (7,) or (4, 4).
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name is in use, the frame does not exist, or the pose is not valid.
+    ///
+    /// Examples
+    /// --------
     /// >>> scene.add_moving("deck", pose=[0, 0, 3])
     /// >>> scene.position("crane/tip", "deck").tolist()
     /// [1.0, 0.0, -3.0]
@@ -128,10 +178,24 @@ impl Frames {
         let on = scene.find(on).map_err(refuse)?;
         scene.frames.add_moving(name, on, X).map(|_| ()).map_err(refuse)
     }
-    /// Fixes a frame that was added by name on another frame, with all that hangs on it.
-    /// The pose is (3,), m, (7,) or (4, 4).
-    /// Raises LinkworkError for frames that are not there or would hang on themselves, and for what is no pose.
+    /// Fix a frame, with all frames on it, on another frame.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     A frame that was added by name.
+    /// on : str
+    ///     The frame on which it is fixed from now on.
+    /// pose : array_like, optional
+    ///     Pose in that frame, m: (3,), (7,) or (4, 4).
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a frame does not exist, the frame would be fixed on itself, or the pose is not valid.
+    ///
+    /// Examples
+    /// --------
     /// >>> scene.add_fixed("load", "world", [3, 0, 0])
     /// >>> scene.fix("load", "crane/tip", [0, 0, -0.5])
     /// >>> scene.position("load").tolist()
@@ -144,9 +208,26 @@ impl Frames {
         scene.frames.fix(frame, on, X).map_err(refuse)
     }
 
-    /// Configuration (nq,), velocity and acceleration (nv,) of a mechanism; what is left out stays. q in rad and m, v in rad/s and m/s.
-    /// Raises LinkworkError for a mechanism that is not there, other shapes, and NaN.
+    /// Set the state of a mechanism. Omitted quantities do not change.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name of the mechanism in the scene.
+    /// q : array_like, shape (nq,), optional
+    ///     Configuration, rad and m.
+    /// v : array_like, shape (nv,), optional
+    ///     Rates, rad/s and m/s.
+    /// vdot : array_like, shape (nv,), optional
+    ///     Accelerations, rad/s² and m/s².
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the mechanism does not exist, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> scene.set_state("crane", v=[3], vdot=[1])
     /// >>> scene.acceleration("crane/tip").tolist()
     /// [0.0, 0.0, 1.0, -9.0, 1.0, 0.0]
@@ -168,11 +249,26 @@ impl Frames {
         let vdot = vdot.map_or(Ok(()), |a| frames.set_vdot(id, a.slice()));
         q.and(v).and(vdot).map_err(refuse)
     }
-    /// Moves a moving frame: pose, velocity (6,), acceleration (6,) in the frame that it hangs on, as
-    /// seen from there and in its axes.
-    /// In rad/s, m/s, rad/s², m/s²; zero when left out.
-    /// Raises LinkworkError for a frame that is no moving one, other shapes, and NaN.
+    /// Set the motion of a moving frame relative to the frame on which it is, in the axes of that frame.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     A frame that was added by `add_moving`.
+    /// pose : array_like
+    ///     Pose, m: (3,), (7,) or (4, 4).
+    /// velocity : array_like, shape (6,), optional
+    ///     [ω; v], rad/s and m/s (default: zeros).
+    /// acceleration : array_like, shape (6,), optional
+    ///     [α; a], rad/s² and m/s² (default: zeros).
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the frame is not a moving frame, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> scene.add_moving("deck")
     /// >>> scene.set_moving("deck", [0, 0, 1], velocity=[0, 0, 0, 0.5, 0, 0])
     /// >>> scene.velocity("deck").tolist()
@@ -193,9 +289,27 @@ impl Frames {
         scene.frames.set_moving(frame, X, V, A).map_err(refuse)
     }
 
-    /// Pose (4, 4) of a frame in another. Places in m.
-    /// Raises LinkworkError for a frame that is not there.
+    /// Return the pose of a frame in another frame.
     ///
+    /// Parameters
+    /// ----------
+    /// frame : str
+    ///     The frame.
+    /// seen_from : str
+    ///     The reference frame (default: "world").
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (4, 4)
+    ///     Homogeneous matrix; positions in m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the frame does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> scene.pose("crane/tip")[:3, 3].tolist()
     /// [1.0, 0.0, 0.0]
     #[pyo3(signature = (frame, seen_from="world"))]
@@ -204,9 +318,29 @@ impl Frames {
         let pair = scene.pair(frame, seen_from, None).map_err(refuse)?;
         out_pose(py, &scene.frames.pose(pair))
     }
-    /// From the origin of `seen_from` to that of the frame (3,), m, in its axes or in those of `axes`.
-    /// Raises LinkworkError for a frame that is not there.
+    /// Return the position of a frame's origin relative to the origin of another frame.
     ///
+    /// Parameters
+    /// ----------
+    /// frame : str
+    ///     The frame.
+    /// seen_from : str
+    ///     The reference frame (default: "world").
+    /// axes : str, optional
+    ///     Frame in whose axes the result is expressed (default: `seen_from`).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (3,)
+    ///     Position, m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the frame does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> scene.set_state("crane", q=[np.pi / 2])
     /// >>> scene.position("crane/tip").round(9).tolist()
     /// [0.0, 1.0, 0.0]
@@ -224,9 +358,29 @@ impl Frames {
         let pair = scene.pair(frame, seen_from, axes).map_err(refuse)?;
         out_vec3(py, &scene.frames.position(pair))
     }
-    /// Velocity (6,) [ω; v] of a frame as an observer fixed in `seen_from` sees it: rad/s, m/s.
-    /// Raises LinkworkError for a frame that is not there.
+    /// Return the velocity of a frame as measured by an observer fixed in another frame.
     ///
+    /// Parameters
+    /// ----------
+    /// frame : str
+    ///     The frame.
+    /// seen_from : str
+    ///     The frame of the observer (default: "world").
+    /// axes : str, optional
+    ///     Frame in whose axes the result is expressed (default: `seen_from`).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6,)
+    ///     [ω; v], rad/s and m/s.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the frame does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> scene.velocity("crane/tip", "crane/jib").tolist()
     /// [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     #[pyo3(signature = (frame, seen_from="world", axes=None))]
@@ -241,9 +395,29 @@ impl Frames {
         let pair = scene.pair(frame, seen_from, axes).map_err(refuse)?;
         out_motion(py, &scene.frames.velocity(pair))
     }
-    /// Acceleration (6,) [α; a] of a frame as that observer sees it: rad/s², m/s².
-    /// Raises LinkworkError for a frame that is not there.
+    /// Return the acceleration of a frame as measured by an observer fixed in another frame.
     ///
+    /// Parameters
+    /// ----------
+    /// frame : str
+    ///     The frame.
+    /// seen_from : str
+    ///     The frame of the observer (default: "world").
+    /// axes : str, optional
+    ///     Frame in whose axes the result is expressed (default: `seen_from`).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6,)
+    ///     [α; a], rad/s² and m/s².
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the frame does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> scene.acceleration("crane/tip").tolist()
     /// [0.0, 0.0, 0.0, -4.0, 0.0, 0.0]
     #[pyo3(signature = (frame, seen_from="world", axes=None))]
@@ -258,8 +432,10 @@ impl Frames {
         let pair = scene.pair(frame, seen_from, axes).map_err(refuse)?;
         out_motion(py, &scene.frames.acceleration(pair))
     }
-    /// How often terms of subhinges were computed so far: (poses, velocities, accelerations).
+    /// Number of subhinge terms computed so far: (poses, velocities, accelerations).
     ///
+    /// Examples
+    /// --------
     /// >>> scene.counts
     /// (1, 1, 0)
     #[getter]

@@ -11,15 +11,38 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// Where a frame is to be. `at` says what by its shape: (3,) the position of its origin, m; (4,) its
-/// attitude as a quaternion [x y z w]; (3, 3) the same as a rotation matrix; (7,) position and
-/// quaternion; (4, 4) a pose; None: nothing. relative_to: a frame of the mechanism, or None for the world. The
-/// weights are what 1 m and 1 rad count in the sum of squares.
+/// Goal of a frame for inverse kinematics.
 ///
-/// Parts of a pose: axis (3,), an axis of the frame, points along a direction (3,) or to a point look_at (3,), m, within rad of it (a cone); the turn about it is free.
-/// plane (3,): of the position only what is along this normal counts; line (3,): only what is across this direction. Directions may have any length.
-/// Raises LinkworkError for another shape, NaN, a matrix that is no rotation, directions without length, and an axis beside an attitude.
+/// The shape of `at` determines what is prescribed: (3,) position of the frame's origin, m; (4,) attitude as a quaternion [x y z w]; (3, 3)
+/// attitude as a rotation matrix; (7,) position and quaternion; (4, 4) pose; None: neither.
 ///
+/// Part of a pose can be prescribed: the frame's axis `axis` points along `along` or towards the point `look_at`, and the rotation about it stays
+/// free. With `plane`, only the position component along this normal counts. With `line`, only the position components across this direction
+/// count. Directions may have any length.
+///
+/// Parameters
+/// ----------
+/// frame : str
+///     Name of a node or a body.
+/// at : array_like, optional
+///     Position, attitude or pose.
+/// relative_to : str, optional
+///     Frame of the mechanism in which the goal is given (default: the world).
+/// position_weight, orientation_weight : float
+///     Weights of 1 m and 1 rad in the sum of squares.
+/// axis, along, look_at, plane, line : array_like, shape (3,), optional
+///     See above; `look_at` in m.
+/// within : float
+///     Angle of the cone within which the axis has to point, rad (default: 0).
+///
+/// Raises
+/// ------
+/// LinkworkError
+///     If an array has a wrong shape or contains NaN, a matrix is not a rotation, a direction has length zero, or `axis` is used together
+///     with an attitude.
+///
+/// Examples
+/// --------
 /// >>> pin = linkwork.Hinge.pin([0, 1, 0])
 /// >>> arm = linkwork.Builder().body("upper", "world", pin, mass=2).body("lower", "upper", pin, mass=1, hinge_in_parent=[1, 0, 0]).node("tip", "lower", [1, 0, 0]).build()
 /// >>> target = linkwork.Target("tip", [1.2, 0, -0.5])
@@ -39,7 +62,7 @@ pub struct Target {
     goal: Goal,
 }
 
-/// Parts of a pose as they are given.
+/// Arguments that prescribe parts of a pose.
 pub struct Parts<'a, 'py> {
     pub axis: Option<&'a Bound<'py, PyAny>>,
     pub along: Option<&'a Bound<'py, PyAny>>,
@@ -50,20 +73,20 @@ pub struct Parts<'a, 'py> {
 }
 
 impl Parts<'_, '_> {
-    /// The goal of a tip that is to be at a place, a pose, or neither; `what` is the place's name.
+    /// Returns the goal of a tip with a position, a pose, or neither. Messages call `at` by the name `what`.
     pub fn goal(&self, at: Option<&Bound<'_, PyAny>>, what: &str) -> PyResult<Goal> {
         let (position, orientation) = at.map_or(Ok((None, None)), |at| place(at, what))?;
         let (place, pointing) = self.read()?;
         Ok(Goal { position, orientation, weights: [1.0; 2], place, pointing })
     }
 
-    /// What of a position counts, and where an axis points.
+    /// Returns which components of the position count, and the direction of the axis.
     pub fn read(&self) -> PyResult<(Place, Option<Pointing>)> {
         let direction = |given: &Bound<'_, PyAny>, what: &str| {
             let v = Vec3::from(fixed::<3>(given, what)?);
             let length = v.norm();
-            let help = "give a direction, of any length above zero";
-            let none = || refuse_with(format!("`{what}` has no length"), help);
+            let help = "give a direction with a length above zero";
+            let none = || refuse_with(format!("`{what}` has the length zero"), help);
             if length > 0.0 && length.is_finite() { Ok(v / length) } else { Err(none()) }
         };
         let place = match (self.plane, self.line) {
@@ -84,7 +107,12 @@ impl Parts<'_, '_> {
                 let point = Vec3::from(fixed::<3>(x, "look_at")?);
                 Some(Pointing::at(direction(axis, "axis")?, point))
             }
-            _ => return Err(refuse_with("where an axis points is said by half, or twice", help)),
+            _ => {
+                return Err(refuse_with(
+                    "the direction of the axis is incomplete or specified twice",
+                    help,
+                ));
+            }
         };
         Ok((place, pointing.map(|p| p.within(self.within))))
     }
@@ -146,12 +174,12 @@ pub fn targets_of(given: &Bound<'_, PyAny>) -> PyResult<Vec<Target>> {
 }
 
 impl Target {
-    /// The frame, from where it is seen (None: the world), what is asked.
+    /// Returns the frame, the reference frame (`None`: the world) and the goal.
     pub fn parts(&self) -> (&str, Option<&str>, Goal) {
         (&self.frame, self.relative_to.as_deref(), self.goal)
     }
 
-    /// What is told by its shape alone.
+    /// Creates a target whose kind follows from the shape of `at`.
     fn of(frame: String, at: &Bound<'_, PyAny>) -> PyResult<Self> {
         let (position, orientation) = place(at, &format!("target of \"{frame}\""))?;
         let goal = Goal { position, orientation, ..Goal::NOTHING };
@@ -164,7 +192,7 @@ impl Target {
     }
 }
 
-/// Position, attitude or both, by the shape of what is given.
+/// Reads a position, an attitude or both; the shape determines which.
 pub fn place(at: &Bound<'_, PyAny>, what: &str) -> PyResult<(Option<Vec3>, Option<Quat>)> {
     let input = Input::read(at, what)?;
     let x = input.slice();
@@ -180,8 +208,8 @@ pub fn place(at: &Bound<'_, PyAny>, what: &str) -> PyResult<(Option<Vec3>, Optio
             let off = (R * R.transpose() - Mat3::identity()).norm();
             if !(off < 1e-6 && R.determinant() > 0.0) {
                 return Err(refuse_with(
-                    format!("`{what}` is no rotation matrix: it is off by {off:e}"),
-                    "its columns are the frame's axes, of length 1 and at right angles",
+                    format!("`{what}` is not a rotation matrix: its error is {off:e}"),
+                    "the columns must be orthogonal unit vectors, the axes of the frame",
                 ));
             }
             Ok((None, Some(quat(&R))))
@@ -193,10 +221,26 @@ pub fn place(at: &Bound<'_, PyAny>, what: &str) -> PyResult<(Option<Vec3>, Optio
     }
 }
 
-/// How a frame is to move: velocity (6,) [ω; v] of its origin, as seen from relative_to (None: the
-/// world) and in its axes. The weights are what 1 m/s and 1 rad/s count; 0 when they do not matter.
-/// Raises LinkworkError for another shape and NaN.
+/// Desired velocity of a frame, for `Mechanism.inverse_kinematics_rates`.
 ///
+/// Parameters
+/// ----------
+/// frame : str
+///     Name of a node or a body.
+/// velocity : array_like, shape (6,)
+///     [ω; v] of its origin, rad/s and m/s, as seen from `relative_to` and in its axes.
+/// relative_to : str, optional
+///     Frame of the mechanism (default: the world).
+/// linear_weight, angular_weight : float
+///     Weights of 1 m/s and 1 rad/s; 0 ignores the component.
+///
+/// Raises
+/// ------
+/// LinkworkError
+///     If an array has a wrong shape or contains NaN.
+///
+/// Examples
+/// --------
 /// >>> pin = linkwork.Hinge.pin([0, 1, 0])
 /// >>> arm = linkwork.Builder().body("upper", "world", pin, mass=2).body("lower", "upper", pin, mass=1, hinge_in_parent=[1, 0, 0]).node("tip", "lower", [1, 0, 0]).build()
 /// >>> target = linkwork.RateTarget("tip", [0, 0, 0, 0.1, 0, 0], angular_weight=0)
@@ -246,10 +290,10 @@ impl RateTarget {
     }
 }
 
-/// Evaluations of the kinematics between two looks at Ctrl-C.
+/// Number of evaluations of the kinematics between two checks for Ctrl-C.
 pub const PORTION: usize = 2000;
 
-/// Keeps the hinges of these bodies.
+/// Excludes the hinges of these bodies from the search.
 fn keep(ik: &mut InverseKinematics, core: &Core, bodies: &[String]) -> PyResult<()> {
     for body in bodies {
         let v = core.mbs.get(core.body(body)?).v();
@@ -258,14 +302,14 @@ fn keep(ik: &mut InverseKinematics, core: &Core, bodies: &[String]) -> PyResult<
     Ok(())
 }
 
-/// The Rust error; the nearest configuration is its attribute `q`.
+/// Converts the Rust error; its attribute `q` is the nearest configuration.
 fn unreached(py: Python<'_>, e: InverseKinematicsError) -> PyErr {
     let error = refuse(&e);
     if let InverseKinematicsError::Unreachable { nearest, .. }
     | InverseKinematicsError::Open { nearest, .. } = e
     {
         let q = out1(py, nearest.q);
-        // An attribute less is no reason to hide the error.
+        // If the attribute cannot be set, the error is raised without it.
         let _ = error.value(py).setattr("q", q);
     }
     error
@@ -273,16 +317,41 @@ fn unreached(py: Python<'_>, e: InverseKinematicsError) -> PyErr {
 
 #[pymethods]
 impl Mechanism {
-    /// A configuration (nq,) in which every target is met within the tolerances (m, rad), from the
-    /// start q (nq,) on: the solution that the start leads to. Limits are kept, and the mechanism's own
-    /// loops and couplings are closed, with prescribed motions across loops where loop_motions (m, 3) has them
-    /// (`constraint_errors`); prescribed coordinates, and the hinges of the bodies in `keep`, stay. Without
-    /// targets it closes what is open.
+    /// Compute a configuration in which all targets are met.
     ///
-    /// targets: {frame: at} with `at` as in Target, or a list of Target.
-    /// Raises LinkworkError when no start led there; its attribute `q` is then the nearest with all closed,
-    /// or, where a loop or coupling cannot close, that in which they are least open.
+    /// The search begins at q and returns the solution to which it leads. Limits are respected, and the mechanism's own loops and couplings are
+    /// closed. Prescribed coordinates do not change. Without targets, the function closes open loops and couplings.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Start, rad and m.
+    /// targets : dict or sequence of Target
+    ///     {frame: at} with `at` as in Target, or Targets.
+    /// keep : sequence of str, optional
+    ///     Bodies whose hinges do not move.
+    /// position_tolerance, orientation_tolerance : float
+    ///     Tolerances, m and rad.
+    /// iterations : int
+    ///     Largest number of steps from each start.
+    /// restarts : int
+    ///     Number of further starts, at random configurations.
+    /// loop_motions : array_like, shape (m, 3), optional
+    ///     Prescribed motions across loops, as in `constraint_errors`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nq,)
+    ///     The solution.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If no start leads to a solution. The attribute `q` of the error is the nearest configuration with closed loops; if a loop or coupling
+    ///     cannot be closed, it is the configuration with the smallest closure error.
+    ///
+    /// Examples
+    /// --------
     /// >>> x = arm.inverse_kinematics(q, {"tip": [0.5, 0, -1.2]})
     /// >>> arm.state(x).position("tip").round(8).tolist()
     /// [0.5, -0.0, -1.2]
@@ -323,7 +392,7 @@ impl Mechanism {
             restarts,
         };
         ik.begin(&core.tree, &list, &q).map_err(|e| unreached(py, e))?;
-        // A look at Ctrl-C after each portion; portions do not change what is found.
+        // Ctrl-C is checked after each portion; the size of the portions does not affect the result.
         loop {
             py.check_signals()?;
             match py.detach(|| ik.advance(&core.tree, PORTION, &mut q)) {
@@ -341,15 +410,34 @@ impl Mechanism {
         }
     }
 
-    /// Rates v (nv,) at q (nq,) for which the frames move as nearly as asked as they can, the least
-    /// such rates, within rate limits, not outward at a limit, with the mechanism's own loops and
-    /// couplings closed and prescribed motions across loops at rest. Prescribed coordinates, and the hinges of the bodies in `keep`, have the rate of
-    /// v (nv,), zero when left out. Rates in rad/s and m/s.
+    /// Compute the smallest rates with which frames move as desired, or as nearly as possible.
     ///
-    /// targets: {frame: (6,)} velocities [ω; v] in the world, or a list of RateTarget.
-    /// Raises LinkworkError for a name that is not there, for another shape, for NaN, and where what
-    /// is kept or prescribed opens a loop.
+    /// Rate limits are respected, and a coordinate at its limit does not move outward. The mechanism's own loops and couplings stay closed;
+    /// prescribed motions across loops are at rest.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// targets : dict or sequence of RateTarget
+    ///     {frame: (6,)} with velocities [ω; v] in the world, rad/s and m/s, or RateTargets.
+    /// v : array_like, shape (nv,), optional
+    ///     Rates of prescribed coordinates and of the hinges in `keep` (default: zeros).
+    /// keep : sequence of str, optional
+    ///     Bodies whose hinges have the rates of `v`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv,)
+    ///     Rates, rad/s and m/s.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the prescribed rates would open a loop, a name does not exist, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> rates = arm.inverse_kinematics_rates(q, {"tip": [0, 0, 0, 0.1, 0, 0]})
     /// >>> rates.shape
     /// (2,)
@@ -389,8 +477,8 @@ impl Mechanism {
 }
 
 impl Core {
-    /// Memory for inverse kinematics, made at first use and copied for each call, since a call
-    /// marks the coordinates that it keeps.
+    /// Returns memory for inverse kinematics. It is created at first use and copied for each call, because a call marks the coordinates that it
+    /// keeps.
     fn inverse_kinematics(&self) -> InverseKinematics {
         lock(&self.ik).get_or_insert_with(|| InverseKinematics::new(&self.tree)).clone()
     }

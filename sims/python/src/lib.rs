@@ -1,37 +1,37 @@
-//! What the compiled part of a Python package is made of: thin classes over the Rust floors.
+//! The compiled part of a Python package: thin classes over the Rust crates.
 //!
-//! The package `linkwork` is `sims/python/module`. A library of models has a package of its own, with everything of
-//! this one and its own models: a crate with `crate-type = ["cdylib"]` and [`module!`].
+//! The package `linkwork` is `sims/python/module`. A model library can have its own package, which contains
+//! everything of this package and its own models: a crate with `crate-type = ["cdylib"]` and [`module!`].
 //!
 //! | file | what |
 //! |---|---|
-//! | `array` | numpy in and out: shapes and NaN are checked here, nowhere else |
+//! | `array` | conversion of numpy arrays; all checks of shapes and NaN are here |
 //! | `error` | `LinkworkError` |
-//! | `core` | what a mechanism and its states share |
+//! | `core` | shared data of a mechanism and its states |
 //! | `builder`, `mechanism`, `dynamics`, `state` | `Builder`, `Mechanism`, `State` |
 //! | `constraints` | loops and couplings of a `Mechanism` |
-//! | `contact` | `Collider`, `Contact`: bodies of a `Mechanism` that touch |
-//! | `collisions` | `Collisions`: whether a robot touches itself or obstacles |
+//! | `contact` | `Collider`, `Contact`: contact of the bodies of a `Mechanism` |
+//! | `collisions` | `Collisions`: collision queries of a robot with itself and with obstacles |
 //! | `robot` | `Robot`: the embedded robot model |
 //! | `copies` | `copy` and `pickle` of a `Mechanism` |
-//! | `algorithms`, `derivatives`, `calibration` | more algorithms of `Mechanism` |
-//! | `batch` | one state or many; threads and lanes |
+//! | `algorithms`, `derivatives`, `calibration` | further algorithms of `Mechanism` |
+//! | `batch` | evaluation of one state or many; threads and SIMD lanes |
 //! | `inverse_kinematics`, `edit`, `frames` | `Target`, `Edit`, `Frames` |
-//! | `operators` | `Operators`, `Operator`: expressions |
-//! | `simulate` | a small time integration of one mechanism |
-//! | `files`, `formats` | reading files with all component libraries; what a file says besides; URDF and RON out |
+//! | `operators` | `Operators`, `Operator`: symbolic expressions |
+//! | `simulate` | `Mechanism.simulate`: time integration of one mechanism |
+//! | `files`, `formats` | reading files with all component libraries; further content of a file; export to URDF and RON |
 //! | `parts` | parts of a simulation that are Python classes |
 //! | `simulation`, `running`, `log`, `values` | `Simulation` and its logs |
 //! | `scene` | the shapes of bodies, for `show` in Rerun |
-//! | `show` | how a `Mechanism` and a `Simulation` show themselves |
-//! | `package` | which package this is: its models, the module that all of this is put into |
-//! | `processor` | which processors a build is for |
-//! | `campaign`, `patience` | `Campaign`: many runs with drawn values; Ctrl-C while Rust works |
-// `cargo test --workspace NAME` builds a test of this library although its manifest says it has
-// none, and what calls an interpreter does not link without one: then it is empty.
+//! | `show` | text and HTML representations of `Mechanism` and `Simulation` |
+//! | `package` | name, models and module of the package |
+//! | `processor` | processor levels of a build |
+//! | `campaign`, `patience` | `Campaign`: many runs with drawn values; handling of Ctrl-C during long calls |
+// `cargo test --workspace NAME` builds a test of this library although its manifest disables tests. It would not
+// link without a Python interpreter, so the crate is empty then.
 #![cfg(not(test))]
 #![allow(non_snake_case)]
-// Python passes references to what it owns.
+// Arguments from Python are references to objects that Python owns.
 #![allow(clippy::needless_pass_by_value)]
 
 mod algorithms;

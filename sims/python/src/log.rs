@@ -1,4 +1,4 @@
-//! `Log`: rows of a run as numpy arrays; `Series` and `read_log`: the numbers of an MCAP file.
+//! `Log`: samples of a run as numpy arrays; `Series` and `read_log`: the numbers of an MCAP file.
 use crate::array::{Array1, out1};
 use crate::core::lock;
 use crate::error::{refuse, refuse_with};
@@ -9,24 +9,24 @@ use pyo3::types::PyDict;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-/// What a log has gathered.
+/// The samples of a log so far.
 #[derive(Default)]
 pub struct Rows {
     pub t: Vec<f64>,
     pub columns: Vec<Vec<f64>>,
 }
 
-/// A log as the run fills it.
+/// A log that a run fills.
 pub struct Filling {
-    /// Which rows it takes.
+    /// Selects the samples.
     pub due: runtime::Rows,
     pub into: Filler,
 }
 
-/// Where its rows go.
+/// Stores the samples.
 pub struct Filler {
     pub rows: Arc<Mutex<Rows>>,
-    /// The row under way.
+    /// The sample that is being written.
     row: Option<Sample>,
 }
 
@@ -51,16 +51,20 @@ impl Sink for Filler {
 }
 
 impl Filling {
-    /// Takes the rows that go at the present tick.
+    /// Stores the samples that are due at the present tick.
     pub fn sample(&mut self, sim: &Simulation) {
-        // There is always room.
+        // The sink always has room, so the result is not needed.
         let _ = self.due.sample(sim, &mut self.into);
     }
 }
 
-/// Variables of a run over time: `log["Rover.Motor.torque"]` (rows,), `log["t"]` (rows,) in s,
-/// `dict(log)`. It grows as the simulation runs; what is read from it is a copy.
+/// Variables of a run over time, in memory.
 ///
+/// `log["Rover.Motor.torque"]` is an array (rows,) of values, `log["t"]` an array (rows,) of times in s, and `dict(log)` contains all of them.
+/// The log grows while the simulation runs; arrays read from it are copies.
+///
+/// Examples
+/// --------
 /// >>> sim = linkwork.Simulation("sims/pendulum")
 /// >>> log = sim.log(["bob.angle"], rate=10)
 /// >>> sim.run_until(0.5)
@@ -79,32 +83,59 @@ pub struct Log {
 
 #[pymethods]
 impl Log {
-    /// Times of the rows (rows,), s.
+    /// Times of the samples (rows,), s.
     ///
+    /// Examples
+    /// --------
     /// >>> log.t.tolist()
     /// [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]
     #[getter]
     fn t<'py>(&self, py: Python<'py>) -> Array1<'py> {
         PyArray1::from_slice(py, &lock(&self.rows).t)
     }
-    /// The number of rows so far.
+    /// Number of samples so far.
     ///
+    /// Examples
+    /// --------
     /// >>> log.rows
     /// 6
     #[getter]
     fn rows(&self) -> usize {
         lock(&self.rows).t.len()
     }
-    /// "t" and the paths of the variables.
+    /// Return "t" and the paths of the variables.
     ///
+    /// Returns
+    /// -------
+    /// list of str
+    ///     The names.
+    ///
+    /// Examples
+    /// --------
     /// >>> log.keys()
     /// ['t', 'bob.angle']
     fn keys(&self) -> Vec<&str> {
         std::iter::once("t").chain(self.names.iter().map(String::as_str)).collect()
     }
-    /// The unit of a variable; "s" for "t".
-    /// Raises LinkworkError for a name that the log has not.
+    /// Return the unit of a variable; "s" for "t".
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Path of the variable.
+    ///
+    /// Returns
+    /// -------
+    /// str
+    ///     The unit.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the log does not contain the variable.
+    ///
+    /// Examples
+    /// --------
     /// >>> log.unit("bob.angle")
     /// 'rad'
     fn unit(&self, name: &str) -> PyResult<&str> {
@@ -135,13 +166,15 @@ impl Log {
     fn column(&self, name: &str) -> PyResult<usize> {
         self.names.iter().position(|n| n == name).ok_or_else(|| {
             let help = remedy(name, "variables of this log", &self.keys());
-            refuse_with(format!("the log has no `{name}`"), help)
+            refuse_with(format!("the log does not contain `{name}`"), help)
         })
     }
 }
 
 /// One variable of a log file over time.
 ///
+/// Examples
+/// --------
 /// >>> sim = linkwork.Simulation("sims/pendulum")
 /// >>> sim.record("swing.mcap", ["bob.angle"], rate=10)
 /// >>> sim.run_until(0.5)
@@ -160,22 +193,28 @@ pub struct Series {
 impl Series {
     /// Times (rows,), s.
     ///
+    /// Examples
+    /// --------
     /// >>> series.t.round(3).tolist()
     /// [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]
     #[getter]
     fn t<'py>(&self, py: Python<'py>) -> Array1<'py> {
         self.t.bind(py).clone()
     }
-    /// Values (rows,). In SI units, those of `unit`.
+    /// Values (rows,), in the SI unit `unit`.
     ///
+    /// Examples
+    /// --------
     /// >>> np.round(series.y[:3], 4).tolist()
     /// [1.0472, 1.0051, 0.8815]
     #[getter]
     fn y<'py>(&self, py: Python<'py>) -> Array1<'py> {
         self.y.bind(py).clone()
     }
-    /// The unit; empty when the file does not tell.
+    /// The unit; empty if the file does not contain it.
     ///
+    /// Examples
+    /// --------
     /// >>> series.unit
     /// 'rad'
     #[getter]
@@ -188,9 +227,27 @@ impl Series {
     }
 }
 
-/// All numbers of an MCAP log, {path: Series}. A log without its end (a crash) is read as far as
-/// it goes. Raises LinkworkError for a file that is none.
+/// Read all numbers of an MCAP log.
 ///
+/// A log without its end, as after a crash, is read as far as it is complete.
+///
+/// Parameters
+/// ----------
+/// path : str or path-like
+///     The file.
+///
+/// Returns
+/// -------
+/// dict of str to Series
+///     {path: Series}.
+///
+/// Raises
+/// ------
+/// LinkworkError
+///     If the file is not an MCAP log.
+///
+/// Examples
+/// --------
 /// >>> sim = linkwork.Simulation("sims/pendulum")
 /// >>> sim.record("swing.mcap", ["bob.angle"], rate=10)
 /// >>> sim.run_until(0.5)

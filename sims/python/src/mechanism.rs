@@ -18,12 +18,19 @@ use std::sync::Arc;
 
 type Slice<'py> = Bound<'py, PySlice>;
 
-/// A mechanism: bodies, hinges, nodes. Its structure never changes.
+/// Multibody system: bodies connected by hinges, with named frames (nodes).
 ///
-/// Shapes: q (nq,), v, vdot and tau (nv,), float64; SI units and radians. Where a function says
-/// "or many", q may be (n, nq) and v (n, nv), and one row comes out for each. World axes unless
-/// said otherwise; spatial vectors have the angular part first; quaternions are [x y z w].
+/// The structure of a mechanism never changes; `edit` creates a changed copy.
 ///
+/// Notes
+/// -----
+/// Shapes: q is (nq,); v, vdot and tau are (nv,), all float64. Units are SI and radians. Functions that accept many states take q of shape (n,
+/// nq) and v of shape (n, nv) and return one row per state.
+///
+/// Vectors are in world axes unless stated otherwise. Spatial vectors have the angular part first. Quaternions are [x y z w].
+///
+/// Examples
+/// --------
 /// >>> import numpy as np, linkwork
 /// >>> pin, parts = linkwork.Hinge.pin([0, 1, 0]), linkwork.Builder()
 /// >>> parts = parts.body("upper", "world", pin.limits(-2, 2, rate=3, effort=40), mass=2, com=[0, 0, -0.5], inertia=np.diag([0.2, 0.2, 0.01]))
@@ -38,23 +45,50 @@ type Slice<'py> = Bound<'py, PySlice>;
 /// [2, 2, 2]
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Mechanism {
-    /// What it shares with its states.
+    /// Data that it shares with its states.
     pub core: Arc<Core>,
 }
 
-/// Reads a mechanism from a file: URDF, MJCF or SDF (with the side-car `robot.linkwork.ron` beside
-/// it), or a simulation or an assembly in RON.
+/// Read a mechanism from a file: URDF, MJCF, SDF, or a simulation or assembly in RON.
 ///
-/// root: None takes the file as it is; "fixed", "free" or "planar" say how the body that no joint
-/// moves hangs on the world. inertia_check, of principal moments that no body has: "warn" reads them with a UserWarning
-/// that names link and number (those below zero as 0), "physical" refuses them, "positive_moments" takes in silence those that break the
-/// triangle inequality, for published data. packages: folders that hold packages,
-/// for `package://name/..`. couplings=False leaves mimic joints and couplings of a URDF, MJCF or SDF file out. keyframe: the
-/// keyframe of an MJCF file that is `initial_q`. What was not used is in `ignored`. Loops and couplings are in `constraints`:
-/// `constrained_dynamics`, `close` and `simulate` obey them, the algorithms of the tree do not; damping, springs and
-/// friction are no part of a Mechanism's dynamics. A file that has such gives a UserWarning that names them.
-/// Raises LinkworkError with every mistake in the file, each with its place.
+/// For a URDF, MJCF or SDF file, the companion file `robot.linkwork.ron` in the same folder is read, too.
 ///
+/// Parameters
+/// ----------
+/// path : str or path-like
+///     The file.
+/// root : {"fixed", "free", "planar"}, optional
+///     How the body that no joint moves is connected to the world. By default the file decides.
+/// inertia_check : {"warn", "physical", "positive_moments"}
+///     What to do with principal moments of inertia that no rigid body can have. "warn" reads them (negative ones as 0) and emits a
+///     UserWarning that names the link and the value. "physical" rejects them. "positive_moments" accepts moments that break the triangle
+///     inequality without a warning; use it for published data.
+/// packages : sequence of str or path-like, optional
+///     Folders that contain ROS packages, for `package://name/..`.
+/// couplings : bool
+///     False ignores the mimic joints and couplings of a URDF, MJCF or SDF file (default: True).
+/// keyframe : str, optional
+///     The keyframe of an MJCF file that becomes `initial_q`.
+///
+/// Returns
+/// -------
+/// Mechanism
+///     The mechanism. `ignored` lists the elements of the file that were not used.
+///
+/// Raises
+/// ------
+/// LinkworkError
+///     If the file has mistakes. The message lists all of them, each with its position in the file.
+///
+/// Notes
+/// -----
+/// Loops and couplings of the file are in `constraints`. `constrained_dynamics`, `close` and `simulate` satisfy them; the tree algorithms ignore
+/// them.
+///
+/// The dynamics of a Mechanism do not include damping, springs and friction. If the file has any, a UserWarning names them.
+///
+/// Examples
+/// --------
 /// >>> import pathlib
 /// >>> _ = pathlib.Path("mug.urdf").write_text('<robot name="mug"><link name="cup"><inertial><mass value="0.3"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>')
 /// >>> mug = linkwork.load("mug.urdf", "free")
@@ -92,7 +126,7 @@ pub fn load(
     let passive = machine.passive_devices().map(of_path);
     for text in machine.doubtful().into_iter().chain(left_out).chain(passive).chain(beyond) {
         let category = py.get_type::<pyo3::exceptions::PyUserWarning>();
-        // A path may hold anything but a zero.
+        // The text may contain null bytes from a path; replace them.
         let text = std::ffi::CString::new(text.replace('\0', " ")).unwrap_or_default();
         PyErr::warn(py, &category, &text, 1)?;
     }
@@ -104,7 +138,7 @@ pub fn load(
     Ok(Mechanism { core: Arc::new(core) })
 }
 
-/// Which inertias are refused, by name.
+/// The inertia checks, by name.
 pub const INERTIA_CHECKS: [(&str, InertiaCheck); 2] =
     [("physical", InertiaCheck::Physical), ("positive_moments", InertiaCheck::PositiveMoments)];
 
@@ -121,7 +155,7 @@ impl Mechanism {
         vector(v, self.core.nv(), what)
     }
 
-    /// A number of the limits for each degree of freedom; ∞ where a hinge has several.
+    /// Returns a limit for each degree of freedom; ∞ for subhinges with several degrees of freedom.
     fn by_dof(&self, of: impl Fn(&Limits) -> f64) -> Vec<f64> {
         let mut all = vec![f64::INFINITY; self.core.nv()];
         for (_, s) in self.core.mbs.subhinges().filter(|(_, s)| s.v.len() == 1) {
@@ -133,16 +167,20 @@ impl Mechanism {
 
 #[pymethods]
 impl Mechanism {
-    /// Numbers in q.
+    /// Number of coordinates: the length of q.
     ///
+    /// Examples
+    /// --------
     /// >>> arm.nq
     /// 2
     #[getter]
     fn nq(&self) -> usize {
         self.core.nq()
     }
-    /// Degrees of freedom: numbers in v.
+    /// Number of degrees of freedom: the length of v.
     ///
+    /// Examples
+    /// --------
     /// >>> arm.nv
     /// 2
     #[getter]
@@ -151,40 +189,55 @@ impl Mechanism {
     }
     /// Names of the bodies in canonical order: depth first, siblings by name.
     ///
+    /// Examples
+    /// --------
     /// >>> arm.bodies
     /// ['upper', 'lower']
     #[getter]
     fn bodies(&self) -> Vec<&str> {
         self.core.mbs.bodies().iter().map(|b| b.name()).collect()
     }
-    /// Names of the nodes, by body, then by name.
+    /// Names of the nodes, ordered by body, then by name.
     ///
+    /// Examples
+    /// --------
     /// >>> arm.nodes
     /// ['tip']
     #[getter]
     fn nodes(&self) -> Vec<&str> {
         self.core.mbs.nodes().iter().map(|n| n.name()).collect()
     }
-    /// Each subhinge with its places in q and v, kind, limits.
+    /// The subhinges in order, each with its kind, its limits and its slices of q and v.
     ///
+    /// Examples
+    /// --------
     /// >>> [(s.body, s.kind, s.v) for s in arm.subhinges]
     /// [('upper', 'pin', slice(0, 1, 1)), ('lower', 'pin', slice(1, 2, 1))]
     #[getter]
     fn subhinges(&self) -> Vec<Subhinge> {
         Subhinge::table(&self.core.mbs)
     }
-    /// Mass of all bodies, kg.
+    /// Total mass of all bodies, kg.
     ///
+    /// Examples
+    /// --------
     /// >>> arm.total_mass
     /// 3.0
     #[getter]
     fn total_mass(&self) -> f64 {
         self.core.mbs.total_mass()
     }
-    /// Acceleration of free fall (3,), m/s², world axes; (0, 0, -9.81) at first. States made
-    /// before it is set keep theirs.
-    /// Raises LinkworkError where it is set to another shape or NaN.
+    /// Gravitational acceleration (3,), m/s², world axes (default: [0, 0, -9.81]).
     ///
+    /// States that exist already keep the value with which they were made.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the new value has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.gravity = [0, 0, -1.62]
     /// >>> arm.gravity.tolist()
     /// [0.0, 0.0, -1.62]
@@ -197,8 +250,10 @@ impl Mechanism {
         self.core.set_gravity(vec3(value, "gravity")?);
         Ok(())
     }
-    /// One flag for each degree of freedom (nv): True where the motion is prescribed.
+    /// One flag for each degree of freedom (nv): True if its motion is prescribed.
     ///
+    /// Examples
+    /// --------
     /// >>> arm.with_prescribed(["upper"]).prescribed
     /// [True, False]
     #[getter]
@@ -206,9 +261,25 @@ impl Mechanism {
         self.core.mbs.prescribed()
     }
 
-    /// The same mechanism with the hinges of these bodies prescribed, and all others free.
-    /// Raises LinkworkError for a name that is not there.
+    /// Return a copy in which the hinges of the given bodies are prescribed and all others are free.
     ///
+    /// Parameters
+    /// ----------
+    /// bodies : sequence of str
+    ///     Names of the bodies.
+    ///
+    /// Returns
+    /// -------
+    /// Mechanism
+    ///     The copy.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> given = arm.with_prescribed(["upper"])
     /// >>> given.prescribed, arm.prescribed
     /// ([True, False], [False, False])
@@ -223,10 +294,28 @@ impl Mechanism {
         Ok(Self { core: Arc::new(Core::new(mbs, self.core.gravity())?) })
     }
 
-    /// Some of the bodies as a mechanism of their own, in whose world the frame they hang on is
-    /// at rest: see Subgraph. They must hang on one common frame.
-    /// Raises LinkworkError for a name that is not there, and for bodies that hang on several frames.
+    /// Return some of the bodies as a separate mechanism.
     ///
+    /// The world of the new mechanism is the frame that carries these bodies. All of them must be connected, directly or through each other, to one
+    /// common frame.
+    ///
+    /// Parameters
+    /// ----------
+    /// bodies : sequence of str
+    ///     Names of the bodies.
+    ///
+    /// Returns
+    /// -------
+    /// Subgraph
+    ///     The mechanism, and how its coordinates correspond to those of the original.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a name does not exist, or the bodies are connected to several frames.
+    ///
+    /// Examples
+    /// --------
     /// >>> part = arm.subgraph(["lower"])
     /// >>> part.base, part.q
     /// ('upper', [1])
@@ -237,9 +326,12 @@ impl Mechanism {
         Ok(Subgraph { core, base, q: part.q, v: part.v })
     }
 
-    /// Least and greatest coordinates, (nq,) each, rad or m; -inf and inf where there is no limit, as for
-    /// quaternions and what else has none.
+    /// Lower and upper limits of the coordinates, two arrays (nq,), rad or m.
     ///
+    /// Coordinates without a limit, including quaternions, have -inf and inf.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.position_limits[0].tolist()
     /// [-2.0, -inf]
     #[getter]
@@ -252,16 +344,20 @@ impl Mechanism {
         }
         (out1(py, all.0), out1(py, all.1))
     }
-    /// Greatest speeds (nv,), rad/s or m/s; inf where there is no limit.
+    /// Velocity limits (nv,), rad/s or m/s; inf means no limit.
     ///
+    /// Examples
+    /// --------
     /// >>> arm.rate_limits.tolist()
     /// [3.0, inf]
     #[getter]
     fn rate_limits<'py>(&self, py: Python<'py>) -> Array1<'py> {
         out1(py, self.by_dof(|limits| limits.rate))
     }
-    /// Greatest forces (nv,), N m or N; inf where there is no limit.
+    /// Limits of the hinge forces (nv,), N m or N; inf means no limit.
     ///
+    /// Examples
+    /// --------
     /// >>> arm.effort_limits.tolist()
     /// [40.0, inf]
     #[getter]
@@ -269,12 +365,27 @@ impl Mechanism {
         out1(py, self.by_dof(|limits| limits.effort))
     }
 
-    /// The places in q and in v of a joint of the file; where no joint has the name, of the hinge that
-    /// carries the body of that name.
+    /// Return the slices of q and v that belong to a joint.
     ///
-    /// `q[arm.coordinates("elbow")[0]]` is the elbow's angle.
-    /// Raises LinkworkError for a name that is not there.
+    /// `q[arm.coordinates("elbow")[0]]` is the angle of the elbow.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Name of a joint of the file. If there is no such joint: name of a body, which stands for the hinge that carries it.
+    ///
+    /// Returns
+    /// -------
+    /// tuple of slice
+    ///     The slice of q and the slice of v.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.coordinates("lower")
     /// (slice(1, 2, 1), slice(1, 2, 1))
     fn coordinates<'py>(&self, py: Python<'py>, name: &str) -> PyResult<(Slice<'py>, Slice<'py>)> {
@@ -307,9 +418,25 @@ impl Mechanism {
         Ok((slice(places.0), slice(places.1)))
     }
 
-    /// The parent of a body: "world" or a body.
-    /// Raises LinkworkError for a name that is not there.
+    /// Return the parent of a body.
     ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of a body.
+    ///
+    /// Returns
+    /// -------
+    /// str
+    ///     "world" or the name of a body.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.parent("lower")
     /// 'upper'
     fn parent(&self, body: &str) -> PyResult<&str> {
@@ -317,9 +444,25 @@ impl Mechanism {
         Ok(parent.map_or("world", |p| self.core.mbs.get(p).name()))
     }
 
-    /// The places in v of the hinge that carries a body.
-    /// Raises LinkworkError for a name that is not there.
+    /// Return the slice of v that belongs to the hinge of a body.
     ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of a body.
+    ///
+    /// Returns
+    /// -------
+    /// slice
+    ///     The degrees of freedom of the hinge that carries the body.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.hinge("lower")
     /// slice(1, 2, 1)
     fn hinge<'py>(&self, py: Python<'py>, body: &str) -> PyResult<Slice<'py>> {
@@ -327,9 +470,25 @@ impl Mechanism {
         Ok(PySlice::new(py, v.start as isize, v.end as isize, 1))
     }
 
-    /// The places in q and in v of a body's modal coordinates η and their rates: empty of a rigid body.
-    /// Raises LinkworkError for a name that is not there.
+    /// Return the slices of q and v that belong to the modal coordinates η of a body and their rates.
     ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of a body.
+    ///
+    /// Returns
+    /// -------
+    /// tuple of slice
+    ///     The slice of q and the slice of v. Both are empty for a rigid body.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.modes("lower")
     /// (slice(2, 2, 1), slice(2, 2, 1))
     fn modes<'py>(&self, py: Python<'py>, body: &str) -> PyResult<(Slice<'py>, Slice<'py>)> {
@@ -338,16 +497,37 @@ impl Mechanism {
         Ok((slice(body.modes_q()), slice(body.modes_v())))
     }
 
-    /// The configuration (nq,) with all angles and displacements zero. Angles in rad, lengths in m.
+    /// Return the configuration in which all angles and displacements are zero.
     ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nq,)
+    ///     Angles in rad, displacements in m; quaternions are the identity.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.neutral_q().tolist()
     /// [0.0, 0.0]
     fn neutral_q<'py>(&self, py: Python<'py>) -> Array1<'py> {
         out1(py, self.core.mbs.neutral_q())
     }
-    /// A configuration (nq,) within the limits, the same for the same seed: evenly between two limits,
-    /// up to 1 (rad or m) from a single one, in ±(0.1 … 1) without, attitudes anywhere.
+    /// Return a random configuration within the limits. Equal seeds give equal configurations.
     ///
+    /// Coordinates with two limits are uniform between them. Coordinates with one limit are up to 1 rad or 1 m away from it. Coordinates without
+    /// limits are in ±(0.1 … 1). Attitudes are arbitrary.
+    ///
+    /// Parameters
+    /// ----------
+    /// seed : int
+    ///     Seed (default: 0).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nq,)
+    ///     Angles in rad, displacements in m.
+    ///
+    /// Examples
+    /// --------
     /// >>> low, high = arm.position_limits
     /// >>> x = arm.random_q(seed=3)
     /// >>> bool((low <= x).all() and (x <= high).all())
@@ -360,8 +540,20 @@ impl Mechanism {
     ) -> Array1<'py> {
         out1(py, self.core.mbs.random_q_within_limits(seed))
     }
-    /// Rates or forces (nv,) without zeros, in ±(0.1 … 1), the same for the same seed. In SI units of what they are taken for.
+    /// Return random rates or forces without zeros. Equal seeds give equal numbers.
     ///
+    /// Parameters
+    /// ----------
+    /// seed : int
+    ///     Seed (default: 0).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv,)
+    ///     Numbers in ±(0.1 … 1), in SI units of the quantity that you use them for.
+    ///
+    /// Examples
+    /// --------
     /// >>> bool((arm.random_v(3) == arm.random_v(3)).all())
     /// True
     #[pyo3(signature = (seed=0))]
@@ -372,9 +564,27 @@ impl Mechanism {
     ) -> Array1<'py> {
         out1(py, self.core.mbs.random_v(seed))
     }
-    /// q (nq,) moved by dv (nv,) = v h (rad, m): exact for constant v.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Move a configuration by a displacement along v.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// dv : array_like, shape (nv,)
+    ///     Displacement, rad and m: rates times a duration.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nq,)
+    ///     The new configuration. It is exact for constant rates.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.integrate(q, [0.1, 0.2]).round(12).tolist()
     /// [0.4, -0.5]
     fn integrate<'py>(
@@ -387,9 +597,27 @@ impl Mechanism {
         self.core.mbs.integrate(q.slice(), dv.slice(), &mut out);
         checked1(py, out)
     }
-    /// The dv (nv,) that takes `q_from` to `q_to` in `integrate`; rotations by the short way. In rad and m.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Return the displacement that takes one configuration to another.
     ///
+    /// Inverse of `integrate`. Rotations take the shorter direction.
+    ///
+    /// Parameters
+    /// ----------
+    /// q_from, q_to : array_like, shape (nq,)
+    ///     Configurations, rad and m.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv,)
+    ///     Displacement, rad and m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.difference(q, [0.4, -0.5]).round(12).tolist()
     /// [0.1, 0.2]
     fn difference<'py>(
@@ -402,9 +630,25 @@ impl Mechanism {
         self.core.mbs.difference(from.slice(), to.slice(), &mut out);
         checked1(py, out)
     }
-    /// A copy of q (nq,) with each quaternion brought to length 1; a zero one becomes the identity. Angles in rad, lengths in m.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Return a copy of a configuration with unit quaternions. A zero quaternion becomes the identity.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nq,)
+    ///     The normalized configuration.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.normalize(q).tolist()
     /// [0.3, -0.7]
     fn normalize<'py>(&self, q: &Bound<'py, PyAny>) -> PyResult<Array1<'py>> {
@@ -413,9 +657,27 @@ impl Mechanism {
         self.core.mbs.normalize(&mut out);
         checked1(py, out)
     }
-    /// dq/dt (nq,) at the rates v (nv,). Rates in rad/s and m/s.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Return the time derivative of q at given rates.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// v : array_like, shape (nv,)
+    ///     Rates, rad/s and m/s.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nq,)
+    ///     dq/dt.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.qdot(q, v).tolist()
     /// [0.1, 0.4]
     fn qdot<'py>(&self, q: &Bound<'py, PyAny>, v: &Bound<'py, PyAny>) -> PyResult<Array1<'py>> {
@@ -425,9 +687,27 @@ impl Mechanism {
         checked1(py, out)
     }
 
-    /// A state: kinematics done once, then asked. v: at rest when left out. q (nq,) in rad and m, v (nv,) in rad/s and m/s.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Compute the kinematics at q and v, and return a State from which results are read.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// v : array_like, shape (nv,), optional
+    ///     Rates, rad/s and m/s (default: zeros).
+    ///
+    /// Returns
+    /// -------
+    /// State
+    ///     The state.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.state(q, v).position("tip").round(6).tolist()
     /// [0.016014, 0.0, -1.692185]
     #[pyo3(signature = (q, v=None))]
@@ -447,12 +727,25 @@ impl Mechanism {
     fn __str__(&self) -> String {
         show::tree(&self.core.mbs)
     }
-    /// Opens Rerun with the bodies at q (nq,), or at each row of q (n, nq) in turn, on the timeline "row"; None is `initial_q`. Angles in rad, lengths in m.
+    /// Show the bodies in the Rerun viewer.
     ///
-    /// Bodies have the shapes of the file; where no body has one, each is the box of its mass and inertia. Needs the package rerun-sdk
-    /// (`pip install linkwork[rerun]`). path: writes a recording (.rrd) there and opens nothing.
-    /// Raises LinkworkError for a q that cannot be, and without rerun-sdk.
+    /// The bodies have the shapes of the file. If no body has a shape, each is drawn as the box that has its mass and inertia. Needs the package
+    /// rerun-sdk (`pip install linkwork[rerun]`).
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,) or (n, nq), optional
+    ///     Configuration, rad and m, or several, which are shown in turn on the timeline "row" (default: `initial_q`).
+    /// path : str or path-like, optional
+    ///     Write a recording (.rrd) to this file instead of opening the viewer.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If q is not a valid configuration, or rerun-sdk is not installed.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm.show(np.linspace([0, 0], [0.5, -1.0], 20), path="arm.rrd")
     #[pyo3(signature = (q=None, *, path=None))]
     fn show(
@@ -463,7 +756,7 @@ impl Mechanism {
         let drawing = crate::scene::drawing(slf.py())?;
         drawing.call_method1("mechanism", (slf, q, path)).map(|_| ())
     }
-    /// What `show` draws.
+    /// Return the shapes that `show` draws.
     fn _shapes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, pyo3::types::PyList>> {
         crate::scene::list(py, &crate::scene::of(&self.core))
     }
@@ -472,8 +765,10 @@ impl Mechanism {
     }
 }
 
-/// Some bodies of a mechanism as a mechanism of its own, and how the two correspond.
+/// Some bodies of a mechanism as a separate mechanism, and how its coordinates correspond to those of the original.
 ///
+/// Examples
+/// --------
 /// >>> pin = linkwork.Hinge.pin([0, 1, 0])
 /// >>> arm = linkwork.Builder().body("upper", "world", pin, mass=2).body("lower", "upper", pin, mass=1).body("hand", "lower", pin, mass=0.5).build()
 /// >>> part = arm.subgraph(["lower", "hand"])
@@ -489,32 +784,40 @@ pub struct Subgraph {
 
 #[pymethods]
 impl Subgraph {
-    /// The chosen bodies as a mechanism; its world is the frame of `base`.
+    /// The chosen bodies as a mechanism. Its world is the frame of `base`.
     ///
+    /// Examples
+    /// --------
     /// >>> part.mechanism.total_mass
     /// 1.5
     #[getter]
     fn mechanism(&self) -> Mechanism {
         Mechanism { core: self.core.clone() }
     }
-    /// The body of the whole that carries them; None for the world.
+    /// The body of the original mechanism that carries the chosen bodies; None for the world.
     ///
+    /// Examples
+    /// --------
     /// >>> part.base
     /// 'upper'
     #[getter]
     fn base(&self) -> Option<&str> {
         self.base.as_deref()
     }
-    /// For each number of the part's q its place in the whole's: `part_q = whole_q[part.q]`.
+    /// Index into the original q for each entry of the subgraph's q: `part_q = whole_q[part.q]`.
     ///
+    /// Examples
+    /// --------
     /// >>> np.array([0.1, 0.2, 0.3])[part.q].tolist()
     /// [0.2, 0.3]
     #[getter]
     fn q(&self) -> Vec<usize> {
         self.q.clone()
     }
-    /// For each number of the part's v its place in the whole's.
+    /// Index into the original v for each entry of the subgraph's v.
     ///
+    /// Examples
+    /// --------
     /// >>> part.v
     /// [1, 2]
     #[getter]
@@ -527,7 +830,7 @@ impl Subgraph {
     }
 }
 
-/// `name` among `known`, or an error that lists them.
+/// Returns the value of `name` in `known`, or an error that lists the names.
 pub fn choice<T: Copy>(what: &str, name: &str, known: &[(&str, T)]) -> PyResult<T> {
     known.iter().find(|(n, _)| *n == name).map(|(_, x)| *x).ok_or_else(|| {
         let names: Vec<&str> = known.iter().map(|k| k.0).collect();

@@ -1,4 +1,4 @@
-//! `Modes`: what makes a body flexible.
+//! `Modes`: mode shapes of flexible bodies.
 use crate::array::{Array1, Array2, out1, out2};
 use crate::error::refuse;
 use crate::mechanism::choice;
@@ -6,7 +6,7 @@ use crate::show::number;
 use linkwork_multibody::modes::{self, Beam, BeamModes, Ends, GeneratorFault, Plate};
 use pyo3::prelude::*;
 
-/// Words for how a beam is held.
+/// Names of the boundary conditions of a beam.
 const ENDS: [(&str, Ends); 5] = [
     ("clamped_free", Ends::ClampedFree),
     ("clamped_clamped", Ends::ClampedClamped),
@@ -15,12 +15,17 @@ const ENDS: [(&str, Ends); 5] = [
     ("free_free", Ends::FreeFree),
 ];
 
-/// How a flexible body bends: shapes of a beam along the body's x axis or of a plate in its x–y plane, with the whole mass, for
-/// `Builder.body(modes=...)`.
+/// Mode shapes of a flexible body, for `Builder.body(modes=...)`.
 ///
-/// The modal coordinates η of a body and their rates stand directly after those of its hinge in q and v: `Mechanism.modes`. Greatest
-/// deflections and turns of a shape are 1, so that η is in m (bending, stretch) or rad (twist).
+/// A body is a beam along its x axis, or a plate in its x–y plane. Its whole mass is distributed along it.
 ///
+/// Notes
+/// -----
+/// In q and v, the modal coordinates η of a body and their rates follow those of its hinge; `Mechanism.modes` returns their slices. Shapes are
+/// scaled to a largest deflection or rotation of 1, so η is in m (bending, stretch) or rad (twist).
+///
+/// Examples
+/// --------
 /// >>> modes = linkwork.Modes.beam(2, young=70e9, shear=26e9, density=2700, area=1e-4, I_y=1e-9, I_z=1e-9, J=2e-9, bending_z=2)
 /// >>> modes
 /// Modes(2, 0.54 kg)
@@ -39,14 +44,43 @@ fn made(modes: Result<modes::Modes, Vec<GeneratorFault>>) -> PyResult<Modes> {
 
 #[pymethods]
 impl Modes {
-    /// Modes of a straight uniform beam from the body's frame to x = `length` (m).
+    /// Compute the modes of a straight uniform beam from the body's frame to x = `length`.
     ///
-    /// young, shear: moduli, Pa. density: kg/m³. area: m². I_y: ∫ z² dA, m⁴, for bending along z; I_z: ∫ y² dA, for bending along y; J:
-    /// torsion constant, m⁴. ends: "clamped_free", "clamped_clamped", "clamped_pinned", "pinned_pinned" or "free_free", with the body's
-    /// frame at x = 0. damping_ratio: share of critical damping of each mode. bending_y, bending_z, twist, stretch: how many of each
-    /// kind, lowest first; η has them in this order. Euler–Bernoulli with the sections' rotary inertia.
-    /// Raises LinkworkError for numbers that no beam has, and for more modes than are accurate.
+    /// Euler–Bernoulli theory, including the rotary inertia of the sections.
     ///
+    /// Parameters
+    /// ----------
+    /// length : float
+    ///     Length, m.
+    /// young, shear : float
+    ///     Young's modulus and shear modulus, Pa.
+    /// density : float
+    ///     kg/m³.
+    /// area : float
+    ///     Area of the section, m².
+    /// I_y, I_z : float
+    ///     Second moments of area, m⁴: ∫ z² dA for bending along z, and ∫ y² dA for bending along y.
+    /// J : float
+    ///     Torsion constant, m⁴.
+    /// ends : {"clamped_free", "clamped_clamped", "clamped_pinned", "pinned_pinned", "free_free"}
+    ///     Boundary conditions at x = 0, where the body's frame is, and at x = `length`.
+    /// damping_ratio : float
+    ///     Fraction of critical damping of each mode (default: 0).
+    /// bending_y, bending_z, twist, stretch : int
+    ///     Number of modes of each kind, lowest frequency first (default: 0). η has them in this order.
+    ///
+    /// Returns
+    /// -------
+    /// Modes
+    ///     The modes.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If no beam can have these dimensions, or the number of modes exceeds the accuracy of the method.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm = linkwork.Modes.beam(1, young=70e9, shear=26e9, density=2700, area=1e-4, I_y=1e-9, I_z=1e-9, J=2e-9, bending_y=1, twist=1)
     /// >>> arm.count
     /// 2
@@ -74,13 +108,39 @@ impl Modes {
         made(beam.modes(BeamModes { bending_y, bending_z, twist, stretch }))
     }
 
-    /// Modes of a thin rectangular plate in the body's x–y plane, clamped to its frame along x = 0, free at x = `length` and
-    /// y = ±`width`/2 (m).
+    /// Compute the modes of a thin rectangular plate in the body's x–y plane.
     ///
-    /// thickness: m. young: Pa. poisson: of the material. density: kg/m³. count: how many modes, lowest first. damping_ratio: share of
-    /// critical damping of each. attach (n, 2): places (m) where other bodies and nodes hang, besides the corners.
-    /// Raises LinkworkError for numbers that no plate has, places that are not on it, and more modes than are accurate.
+    /// The plate is clamped along x = 0, where the body's frame is, and free at x = `length` and y = ±`width`/2.
     ///
+    /// Parameters
+    /// ----------
+    /// length, width, thickness : float
+    ///     Dimensions, m.
+    /// young : float
+    ///     Young's modulus, Pa.
+    /// poisson : float
+    ///     Poisson's ratio.
+    /// density : float
+    ///     kg/m³.
+    /// count : int
+    ///     Number of modes, lowest frequency first.
+    /// damping_ratio : float
+    ///     Fraction of critical damping of each mode (default: 0).
+    /// attach : sequence of (x, y), optional
+    ///     Points, shape (n, 2), m, at which other bodies and nodes are attached, in addition to the corners.
+    ///
+    /// Returns
+    /// -------
+    /// Modes
+    ///     The modes.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If no plate can have these dimensions, a point is outside the plate, or the number of modes exceeds the accuracy of the method.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Modes.plate(2, 1, 0.01, young=70e9, poisson=0.3, density=2700, count=3)
     /// Modes(3, 54 kg)
     #[staticmethod]
@@ -97,7 +157,7 @@ impl Modes {
         damping_ratio: f64,
         attach: Option<Vec<[f64; 2]>>,
     ) -> PyResult<Self> {
-        // Every body here has a node at its origin.
+        // Every body has a node at its origin, so the origin must be an attachment point.
         let mut attach = attach.unwrap_or_default();
         attach.push([0.0, 0.0]);
         let plate =
@@ -107,46 +167,58 @@ impl Modes {
 
     /// Number of modes.
     ///
+    /// Examples
+    /// --------
     /// >>> modes.count
     /// 2
     #[getter]
     fn count(&self) -> usize {
         self.modes.count()
     }
-    /// Mass of the flexible body, kg; that of `Builder.body` comes on top of it.
+    /// Mass of the flexible body, kg. It is added to the mass of `Builder.body`.
     ///
+    /// Examples
+    /// --------
     /// >>> round(modes.mass, 9)
     /// 0.54
     #[getter]
     fn mass(&self) -> f64 {
         self.modes.mass()
     }
-    /// Modal stiffness K (n, n): K η is the force on η, in N (bending, stretch) or N m (twist).
+    /// Modal stiffness matrix K (n, n), N/m (bending, stretch) or N m/rad (twist). The elastic force on η is −K η.
     ///
+    /// Examples
+    /// --------
     /// >>> bool((np.diag(modes.stiffness) > 0).all())
     /// True
     #[getter]
     fn stiffness<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
         out2(py, self.modes.stiffness_matrix(), self.modes.count(), self.modes.count())
     }
-    /// Modal damping C (n, n), N s/m or N m s/rad.
+    /// Modal damping matrix C (n, n), N s/m or N m s/rad.
     ///
+    /// Examples
+    /// --------
     /// >>> modes.damping.tolist()
     /// [[0.0, 0.0], [0.0, 0.0]]
     #[getter]
     fn damping<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
         out2(py, self.modes.damping_matrix(), self.modes.count(), self.modes.count())
     }
-    /// Modal mass M (n, n) with the body's frame held, kg or kg m².
+    /// Modal mass matrix M (n, n) with the body's frame fixed, kg or kg m².
     ///
+    /// Examples
+    /// --------
     /// >>> modes.mass_matrix.shape
     /// (2, 2)
     #[getter]
     fn mass_matrix<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
         out2(py, self.modes.mass_matrix(), self.modes.count(), self.modes.count())
     }
-    /// Frequency of each mode (n,), Hz, with the body's frame held; of modes that do not couple.
+    /// Natural frequencies (n,), Hz, with the body's frame fixed. Coupling between modes is neglected.
     ///
+    /// Examples
+    /// --------
     /// >>> modes.frequencies.round(2).tolist()
     /// [2.25, 14.12]
     #[getter]

@@ -1,7 +1,7 @@
-//! `Operators` and `Operator`: φ ψ H M K D … of a mechanism at a configuration, as values.
+//! `Operators` and `Operator`: the spatial operators φ ψ H M K D … of a mechanism at a configuration.
 //!
-//! Every formula and every refusal is that of `linkwork_dynamics::Operator`; this file gives them
-//! Python's signs. A vector stands on the right of `*` or `@`; a matrix there is many columns.
+//! All formulas and checks are in `linkwork_dynamics::Operator`; this file adds Python's arithmetic operators. A vector is the right operand of `*`
+//! or `@`; a matrix as right operand stands for its columns.
 use crate::array::{Array, Array2, Input, out, out2};
 use crate::core::Core;
 use crate::error::{refuse, refuse_with};
@@ -12,13 +12,19 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use std::sync::Arc;
 
-/// Spatial operators of a mechanism at one configuration. Make them with
-/// `Mechanism.operators(q)`; all operators of one expression come from one of these.
+/// Spatial operators of a mechanism at one configuration. Create them with `Mechanism.operators(q)`.
 ///
-/// Two spaces: hinges (nv numbers) and links (six numbers each, angular part or moment first,
-/// world axes at the link's own origin). A link is one subhinge that moves, with what is welded
-/// to it. At prescribed coordinates the gain G is zero, and so are the rows of D.
+/// All operators of an expression must come from the same object.
 ///
+/// Notes
+/// -----
+/// Operators act on two spaces: hinges (nv numbers) and links (six numbers per link, angular part or moment first, in world axes at the link's
+/// own origin). A link is a subhinge that moves, with all bodies that are welded outboard of it.
+///
+/// At prescribed coordinates, the gain G and the rows of D are zero.
+///
+/// Examples
+/// --------
 /// >>> pin = linkwork.Hinge.pin([0, 1, 0])
 /// >>> m = linkwork.Builder().body("arm", "world", pin, mass=2, com=[0.3, 0, 0]).body("hand", "arm", pin, mass=1, com=[0.1, 0, 0], hinge_in_parent=[0.5, 0, 0]).build()
 /// >>> o, udot = m.operators([0.2, 0.4]), np.array([1.5, -1.0])
@@ -34,9 +40,27 @@ pub struct Operators {
 
 #[pymethods]
 impl Mechanism {
-    /// The spatial operators at q (nq,). all_free: take prescribed coordinates for free. Angles in rad, lengths in m.
-    /// Raises LinkworkError when a free coordinate moves nothing with inertia.
+    /// Compute the spatial operators at a configuration.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// all_free : bool
+    ///     Treat prescribed coordinates as free (default: False).
+    ///
+    /// Returns
+    /// -------
+    /// Operators
+    ///     The operators.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a free coordinate moves no inertia.
+    ///
+    /// Examples
+    /// --------
     /// >>> o = arm.operators(q)
     /// >>> bool(np.allclose(o.mass.dense(), arm.mass_matrix(q)))
     /// True
@@ -62,48 +86,60 @@ impl Mechanism {
 
 #[pymethods]
 impl Operators {
-    /// Degrees of freedom: the size of the hinge space.
+    /// Number of degrees of freedom: the size of the hinge space.
     ///
+    /// Examples
+    /// --------
     /// >>> o.nv
     /// 2
     #[getter]
     fn nv(&self) -> usize {
         self.ops.nv()
     }
-    /// The number of links: their space has six times as many numbers.
+    /// Number of links. The link space has six times this size.
     ///
+    /// Examples
+    /// --------
     /// >>> o.links
     /// 2
     #[getter]
     fn links(&self) -> usize {
         self.ops.links()
     }
-    /// The body whose hinge each link belongs to, in order.
+    /// For each link, the body whose hinge it belongs to.
     ///
+    /// Examples
+    /// --------
     /// >>> o.link_bodies
     /// ['arm', 'hand']
     #[getter]
     fn link_bodies(&self) -> Vec<&str> {
         (0..self.ops.links()).filter_map(|k| self.ops.link_body(k)).collect()
     }
-    /// 1, of the size that its place asks for.
+    /// The identity; its size follows from the expression in which it is used.
     ///
+    /// Examples
+    /// --------
     /// >>> (I * udot).tolist()
     /// [1.5, -1.0]
     #[getter]
     fn I(&self) -> Operator {
         self.ops.identity().into()
     }
-    /// H (nv × links): forces to hinges; H.T takes rates to relative velocities.
+    /// H (nv × links): maps forces on links to hinge forces; H.T maps rates to relative velocities.
     ///
+    /// Examples
+    /// --------
     /// >>> H.shape, (H.T * udot)[[1, 7]].tolist()
     /// ((2, 12), [1.5, -1.0])
     #[getter]
     fn H(&self) -> Operator {
         self.ops.H().into()
     }
-    /// φ (links × links): gathers forces from the tips; Phi.T scatters motions from the base.
+    /// φ (links × links): gathers forces from the tips to the base; Phi.T scatters motions from the base to the tips.
     ///
+    /// Examples
+    /// --------
     /// >>> bool(np.allclose((Phi * (I - o.EPhi)).dense(), np.eye(12)))
     /// True
     #[getter]
@@ -112,6 +148,8 @@ impl Operators {
     }
     /// ψ (links × links): φ of the articulated system.
     ///
+    /// Examples
+    /// --------
     /// >>> bool(np.allclose((Psi * (I - o.EPsi)).dense(), np.eye(12)))
     /// True
     #[getter]
@@ -120,6 +158,8 @@ impl Operators {
     }
     /// ℰφ (links × links): one step of φ, from each link to its parent.
     ///
+    /// Examples
+    /// --------
     /// >>> bool((o.EPhi * o.EPhi).dense().any())
     /// False
     #[getter]
@@ -128,6 +168,8 @@ impl Operators {
     }
     /// ℰψ (links × links): one step of ψ.
     ///
+    /// Examples
+    /// --------
     /// >>> bool(np.allclose(o.EPsi.dense(), (o.EPhi - K * H).dense()))
     /// True
     #[getter]
@@ -136,38 +178,48 @@ impl Operators {
     }
     /// M (links × links): rigid inertia of each link about its origin.
     ///
+    /// Examples
+    /// --------
     /// >>> M.dense().diagonal()[3:6].tolist()
     /// [2.0, 2.0, 2.0]
     #[getter]
     fn M(&self) -> Operator {
         self.ops.M().into()
     }
-    /// P (links × links): articulated inertia of each link and all outboard.
+    /// Articulated-body inertia P (links × links) of each link with all links outboard of it.
     ///
+    /// Examples
+    /// --------
     /// >>> bool(np.allclose(o.P.dense(), (o.EPsi * o.P * o.EPhi.T + M).dense()))
     /// True
     #[getter]
     fn P(&self) -> Operator {
         self.ops.P().into()
     }
-    /// D (nv × nv): articulated inertia that each hinge feels, H P H* + J.
+    /// D = H P H* + J (nv × nv): articulated-body inertia at each hinge.
     ///
+    /// Examples
+    /// --------
     /// >>> bool(np.allclose(D.dense(), (H * o.P * H.T + o.J).dense()))
     /// True
     #[getter]
     fn D(&self) -> Operator {
         self.ops.D().into()
     }
-    /// G (links × nv): P H* D⁻¹.
+    /// G = P H* D⁻¹ (links × nv).
     ///
+    /// Examples
+    /// --------
     /// >>> bool(np.allclose(o.G.dense(), (o.P * H.T * D.inv()).dense()))
     /// True
     #[getter]
     fn G(&self) -> Operator {
         self.ops.G().into()
     }
-    /// K (links × nv): ℰφ G.
+    /// K = ℰφ G (links × nv).
     ///
+    /// Examples
+    /// --------
     /// >>> bool(np.allclose(K.dense(), (o.EPhi * o.G).dense()))
     /// True
     #[getter]
@@ -176,56 +228,85 @@ impl Operators {
     }
     /// J (nv × nv): reflected inertia of the rotors, kg m² or kg.
     ///
+    /// Examples
+    /// --------
     /// >>> o.J.dense().tolist()
     /// [[0.0, 0.0], [0.0, 0.0]]
     #[getter]
     fn J(&self) -> Operator {
         self.ops.J().into()
     }
-    /// Υ (links × links): diagonal blocks of Ω.
+    /// Υ (links × links): the diagonal blocks of Ω.
     ///
+    /// Examples
+    /// --------
     /// >>> bool(np.allclose(o.Upsilon.dense()[6:, 6:], o.Omega.dense()[6:, 6:]))
     /// True
     #[getter]
     fn Upsilon(&self) -> Operator {
         self.ops.upsilon().into()
     }
-    /// Ω (links × links): ψ* H* D⁻¹ H ψ.
+    /// Ω = ψ* H* D⁻¹ H ψ (links × links).
     ///
+    /// Examples
+    /// --------
     /// >>> bool(np.allclose(o.Omega.dense(), (Psi.T * H.T * D.inv() * H * Psi).dense()))
     /// True
     #[getter]
     fn Omega(&self) -> Operator {
         self.ops.omega().into()
     }
-    /// H φ M φ* H* + J: the mass matrix (nv × nv).
+    /// Mass matrix H φ M φ* H* + J (nv × nv).
     ///
+    /// Examples
+    /// --------
     /// >>> bool(np.allclose(o.mass.dense(), m.mass_matrix([0.2, 0.4])))
     /// True
     #[getter]
     fn mass(&self) -> Operator {
         self.ops.mass().into()
     }
-    /// (I − H ψ K)* D⁻¹ (I − H ψ K): the inverse of the mass matrix (nv × nv), on the free coordinates.
+    /// Inverse of the mass matrix, (I − H ψ K)* D⁻¹ (I − H ψ K) (nv × nv), on the free coordinates.
     ///
+    /// Examples
+    /// --------
     /// >>> (o.mass_inverse * (o.mass * udot)).round(9).tolist()
     /// [1.5, -1.0]
     #[getter]
     fn mass_inverse(&self) -> Operator {
         self.ops.mass_inverse().into()
     }
-    /// φ* H* (links × nv): the Jacobian of all links.
+    /// Jacobian of all links, φ* H* (links × nv).
     ///
+    /// Examples
+    /// --------
     /// >>> o.jacobian.shape, bool(np.allclose(o.jacobian.dense(), (Phi.T * H.T).dense()))
     /// ((12, 2), True)
     #[getter]
     fn jacobian(&self) -> Operator {
         self.ops.jacobian().into()
     }
-    /// B (links × 6·frames): wrenches on frames (nodes or bodies; about each origin, world axes)
-    /// to their links. B.T * jacobian is the Jacobian of the frames.
-    /// Raises LinkworkError for a frame that is not there.
+    /// Return B (links × 6·frames), which maps wrenches on frames to wrenches on their links.
     ///
+    /// `B.T * jacobian` is the Jacobian of the frames. Wrenches are about each frame's origin, in world axes.
+    ///
+    /// Parameters
+    /// ----------
+    /// *frames : str
+    ///     Names of nodes or bodies.
+    ///
+    /// Returns
+    /// -------
+    /// Operator
+    ///     The operator.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the frame does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> (o.B("hand").T * o.jacobian).shape
     /// (6, 2)
     #[pyo3(signature = (*frames))]
@@ -239,13 +320,15 @@ impl Operators {
     }
 }
 
-/// A linear operator, as an expression: products and sums stay symbolic and cost nothing; a
-/// product with a vector runs as sweeps, O(links) for each symbol.
+/// A linear operator, as a symbolic expression.
 ///
-/// `A * B`, `A @ B`, `A + B`, `A - B`, `2.0 * A`, `A.T`; `A * x` with x (columns,) gives (rows,),
-/// with x (columns, k) gives (rows, k). A mistake of order or size raises LinkworkError with both
-/// operands.
+/// Products and sums stay symbolic and cost nothing. A product with a vector runs as recursions, O(links) per symbol.
 ///
+/// Supported: `A * B`, `A @ B`, `A + B`, `A - B`, `2.0 * A`, `A.T`. `A * x` with x of shape (columns,) returns (rows,); with x of shape (columns,
+/// k) it returns (rows, k). Operands in the wrong order or of the wrong size raise LinkworkError, which shows both operands.
+///
+/// Examples
+/// --------
 /// >>> m = linkwork.Builder().body("arm", "world", linkwork.Hinge.pin([0, 1, 0]), mass=2, com=[0.3, 0, 0]).build()
 /// >>> o = m.operators([0.2])
 /// >>> A = o.H * o.Phi * o.M * o.Phi.T * o.H.T
@@ -265,7 +348,7 @@ impl From<dynamics::Operator> for Operator {
 }
 
 impl Operator {
-    /// This times an operator, a number, a vector or a matrix.
+    /// Returns the product with an operator, a number, a vector or a matrix.
     fn times<'py>(&self, right: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let py = right.py();
         if let Ok(right) = right.cast::<Operator>() {
@@ -301,7 +384,7 @@ impl Operator {
         }
         Err(refuse_with(
             format!("cannot multiply {} by `{}`", described(left)?, self.op),
-            "a vector stands on the right of an operator: write A.T * x",
+            "a vector must be the right operand: write A.T * x",
         ))
     }
 }
@@ -310,7 +393,7 @@ fn is_number(x: &Bound<'_, PyAny>) -> bool {
     !x.hasattr("__len__").unwrap_or(true) && x.extract::<f64>().is_ok()
 }
 
-/// `an array of shape (7,)`.
+/// Describes an operand for messages, such as `an array of shape (7,)`.
 fn described(x: &Bound<'_, PyAny>) -> PyResult<String> {
     match x.getattr("shape") {
         Ok(shape) => Ok(format!("an array of the shape {shape}")),
@@ -320,21 +403,25 @@ fn described(x: &Bound<'_, PyAny>) -> PyResult<String> {
 
 #[pymethods]
 impl Operator {
-    /// numpy leaves products with an operator to the operator.
+    /// Tells numpy to leave products with an operator to this class.
     #[classattr]
-    #[allow(non_upper_case_globals)] // The name is numpy's.
+    #[allow(non_upper_case_globals)] // numpy prescribes the name.
     const __array_ufunc__: Option<bool> = None;
 
-    /// The transposed.
+    /// The transpose.
     ///
+    /// Examples
+    /// --------
     /// >>> (o.Phi * o.H.T).T.shape
     /// (1, 6)
     #[getter]
     fn T(&self) -> Self {
         self.op.t().into()
     }
-    /// (rows, columns); None for an expression of nothing but I.
+    /// (rows, columns); None for an expression that contains only I.
     ///
+    /// Examples
+    /// --------
     /// >>> o.H.shape, o.I.shape
     /// ((1, 6), None)
     #[getter]
@@ -343,26 +430,64 @@ impl Operator {
         let (rows, columns) = (rows.map_err(refuse)?, columns.map_err(refuse)?);
         Ok(rows.zip(columns).map(|(r, c)| (r.size(), c.size())))
     }
-    /// The inverse, for the expressions that have one of low order: D, φ, ψ, the mass matrix and
-    /// its factors; LinkworkError for the others.
+    /// Return the inverse. It exists for expressions whose inverse is of low order: D, φ, ψ, the mass matrix and its factors.
     ///
+    /// Returns
+    /// -------
+    /// Operator
+    ///     The inverse.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If there is no such rule for the expression.
+    ///
+    /// Examples
+    /// --------
     /// >>> (o.mass.inv() * [1.8]).round(9).tolist()
     /// [10.0]
     fn inv(&self) -> PyResult<Self> {
         Ok(self.op.inverse().map_err(refuse)?.into())
     }
-    /// The matrix (rows, columns): O(columns · links) for each symbol. In SI units of its symbols.
-    /// Raises LinkworkError for an expression of no size.
+    /// Compute the matrix, in O(columns · links) per symbol.
     ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (rows, columns)
+    ///     The matrix, in the SI units that follow from its symbols.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the size of the expression is not determined.
+    ///
+    /// Examples
+    /// --------
     /// >>> A.dense().round(9).tolist()
     /// [[0.18]]
     fn dense<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
         let (values, rows, columns) = py.detach(|| self.op.dense_rows()).map_err(refuse)?;
         out2(py, values, rows, columns)
     }
-    /// The product with x (columns,) or, column by column, with x (columns, k). In SI units of its symbols.
-    /// Raises LinkworkError for an array of another shape.
+    /// Compute the product with a vector or with the columns of a matrix.
     ///
+    /// Parameters
+    /// ----------
+    /// x : array_like, shape (columns,) or (columns, k)
+    ///     Vector or matrix, in SI units.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (rows,) or (rows, k)
+    ///     The product.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If x has a wrong shape.
+    ///
+    /// Examples
+    /// --------
     /// >>> A.apply([[10.0, 20.0]]).round(9).tolist()
     /// [[1.8, 3.6]]
     fn apply<'py>(&self, py: Python<'py>, x: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
@@ -396,7 +521,7 @@ impl Operator {
     }
     fn __matmul__<'py>(&self, right: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         if is_number(right) {
-            return Err(PyTypeError::new_err("`@` takes no number: write A * 2.0"));
+            return Err(PyTypeError::new_err("`@` does not support numbers: write A * 2.0"));
         }
         self.times(right)
     }
@@ -405,7 +530,7 @@ impl Operator {
     }
     fn __rmatmul__(&self, left: &Bound<'_, PyAny>) -> PyResult<Self> {
         if is_number(left) {
-            return Err(PyTypeError::new_err("`@` takes no number: write 2.0 * A"));
+            return Err(PyTypeError::new_err("`@` does not support numbers: write 2.0 * A"));
         }
         self.scaled_from_the_left(left)
     }

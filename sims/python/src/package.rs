@@ -1,4 +1,4 @@
-//! Which package this is: its models, and the module that everything is put into.
+//! The package: its models, and the module that contains its classes.
 use crate::builder::{Builder, Hinge, Subhinge};
 use crate::calibration::{Calibration, Identifiable};
 use crate::campaign::{Campaign, Gathering, Outcome, Results};
@@ -22,10 +22,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyType;
 use std::sync::OnceLock;
 
-/// Of the shared library that this is in: what a simulation may name, and the name of the module.
+/// The package of this shared library: a function that returns the model library, and the name of the module.
 static PACKAGE: OnceLock<(fn() -> Library, String)> = OnceLock::new();
 
-/// Everything that a simulation may name.
+/// Returns all models and assemblies that a simulation can name.
 pub fn library() -> Library {
     match PACKAGE.get() {
         Some((library, _)) => library(),
@@ -33,13 +33,13 @@ pub fn library() -> Library {
     }
 }
 
-/// The module that all of this is in: `linkwork._linkwork`.
+/// Returns the name of the module: `linkwork._linkwork`.
 pub fn module() -> &'static str {
     PACKAGE.get().map_or("linkwork._linkwork", |p| &p.1)
 }
 
-/// The compiled part of a Python package: everything of the package `linkwork`, with the models of a `fn() -> Library`. The
-/// module is `_linkwork` in a package of any name, its `__version__` that of the crate where this stands.
+/// Defines the compiled part of a Python package: all classes of the package `linkwork`, with the models of a `fn() -> Library`. The module is named
+/// `_linkwork` in any package; its `__version__` is that of the crate that calls the macro.
 ///
 /// ```ignore
 /// linkwork_python::module!(windmill::library);
@@ -58,14 +58,14 @@ macro_rules! module {
     };
 }
 
-/// Puts everything into the module of a package; see [`module!`].
+/// Adds all classes and functions to the module of a package; see [`module!`].
 ///
 /// # Errors
-/// Those of the interpreter.
+/// Errors of the interpreter.
 pub fn fill(module: &Bound<'_, PyModule>, library: fn() -> Library, version: &str) -> PyResult<()> {
     let name: String = module.name()?.extract()?;
     let package = name.rsplit_once('.').map_or(name.as_str(), |(package, _)| package).to_string();
-    // A module that is loaded again is the same.
+    // Loading the module again does not change the library.
     PACKAGE.get_or_init(|| (library, name));
     macro_rules! classes {
         ($($class:ty),*) => { $(module.add_class::<$class>()?;)* };
@@ -84,7 +84,7 @@ pub fn fill(module: &Bound<'_, PyModule>, library: fn() -> Library, version: &st
     module.add_function(wrap_pyfunction!(crate::processor::_levels, module)?)?;
     module.add("__version__", version)?;
     module.add("__cpu__", crate::processor::BUILT_FOR)?;
-    // Where a reader finds them: `windmill.Mechanism`, not what the source says.
+    // Set `__module__` to the package in which users find a class, such as `windmill.Mechanism`.
     for (_, value) in module.dict().iter() {
         if let Ok(class) = value.cast::<PyType>() {
             class.setattr("__module__", &package)?;

@@ -1,5 +1,4 @@
-//! Parts that are Python classes: prototypes of controllers and planners, sampled, run in their place in
-//! the order of the wires.
+//! Parts that are Python classes, for prototypes of controllers and planners. They are sampled and run at their position in the evaluation order.
 //!
 //! ```python
 //! class Pd:
@@ -14,12 +13,12 @@
 //!
 //! lw.Simulation("sim.ron", models={"demo.pd": Pd})
 //! ```
-//! In place of a unit `"bool"`, or what the port binds to, under its own name: `"hinge state"` [angle, rate],
-//! `"node state"` [position, rotation x y z w, angular, velocity], `"node acceleration"` [angular, linear],
-//! `"hinge load"` [force, moment] of a body's hinge in the axes of its frame; as outputs `"hinge torque"`, `"hinge acceleration"`, `"wrench"` [moment, force]; W axes, SI.
-//! Each run has an object of its own for each part. What `step` remembers in `self` is state of the run:
-//! `save()` gives it (bytes, text, or what JSON can say) and `load(saved)` takes it back. Without the two,
-//! and without `stateless = True`, checkpoints and forks are refused.
+//! In place of a unit, a port can have `"bool"` or the quantity to which it binds under its own name: `"hinge state"` [angle, rate], `"node state"`
+//! [position, rotation x y z w, angular velocity, velocity], `"node acceleration"` [angular, linear], `"hinge load"` [force, moment] of a body's
+//! hinge in the axes of its frame; as outputs `"hinge torque"`, `"hinge acceleration"`, `"wrench"` [moment, force]. World axes, SI units.
+//!
+//! Each run has its own object for each part. Data that `step` stores in `self` are state of the run: `save()` returns them (bytes, text, or JSON
+//! data) and `load(saved)` restores them. Without these two methods and without `stateless = True`, checkpoints and forks are rejected.
 use crate::array::{Input, out1};
 use crate::error::{is_own, refuse_with};
 use crate::values::object;
@@ -35,19 +34,19 @@ use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 
 thread_local! {
-    /// The exception that a part raised last in this thread, until it is raised again.
+    /// The last exception that a part raised in this thread, until it is raised again.
     static RAISED: RefCell<Option<PyErr>> = const { RefCell::new(None) };
-    /// A part of this thread is at work.
+    /// Whether a part runs in this thread.
     static INSIDE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// True while a part of this thread is at work: the simulation that runs it cannot be asked.
+/// Returns whether a part runs in this thread. The simulation that runs it is then not accessible.
 pub fn inside() -> bool {
     INSIDE.get()
 }
 
-/// `error`, with what a part raised as its cause; what only looks like an error of the part (Ctrl-C, no
-/// memory, an exit) itself.
+/// Returns `error` with the exception of a part as its cause. Exceptions that are not errors of the part (Ctrl-C, out of memory, exit) are returned
+/// unchanged.
 pub fn raised(py: Python<'_>, error: PyErr) -> PyErr {
     let Some(cause) = RAISED.take() else { return error };
     if is_own(py, &cause) {
@@ -57,17 +56,20 @@ pub fn raised(py: Python<'_>, error: PyErr) -> PyErr {
     error
 }
 
-/// The entries of `models={name: class}`.
+/// Reads `models={name: class}`.
 pub fn entries(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Entry>> {
     let Some(given) = given else { return Ok(Vec::new()) };
     let one = |(name, class): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
         let name: String = name.extract().map_err(|_| {
-            refuse_with("a name in `models` is not a text", "write {\"my.controller\": Controller}")
+            refuse_with(
+                "a name in `models` is not a string",
+                "write {\"my.controller\": Controller}",
+            )
         })?;
         let class = class.cast_into::<PyType>().map_err(|_| {
             refuse_with(
                 format!("`models[\"{name}\"]` is not a class"),
-                "give the class itself, not an object of it",
+                "give the class, not an instance",
             )
         })?;
         if !class.hasattr("step")? {
@@ -100,14 +102,14 @@ fn told(py: Python<'_>, e: &PyErr) -> String {
 }
 
 impl Class {
-    /// An object with these parameters.
+    /// Creates an object with these parameters.
     fn object<'py>(&self, py: Python<'py>, params: &Value) -> PyResult<Bound<'py, PyAny>> {
         let given = object(py, params)?;
         let kwargs = given.cast_into::<PyDict>().unwrap_or_else(|_| PyDict::new(py));
         self.class.bind(py).call((), Some(&kwargs))
     }
 
-    /// The object, and what is known of it.
+    /// Creates the object and reads its description.
     fn described(&self, py: Python<'_>, params: &Value) -> Result<Python_, Problem> {
         let failed = |what: &str, e: &PyErr| (format!("{what}: {}", told(py, e)), None);
         let made = self.object(py, params).map_err(|e| {
@@ -118,7 +120,7 @@ impl Class {
         let inputs = ports(&made, "inputs")?;
         let outputs = ports(&made, "outputs")?;
         if let Some(p) = inputs.iter().find(|p| outputs.iter().any(|o| o.name == p.name)) {
-            let fact = format!("`{}` is an input and an output", p.name);
+            let fact = format!("`{}` is both an input and an output", p.name);
             return Err((fact, Some("rename one of the two".into())));
         }
         let has = |name: &str| made.hasattr(name).map_err(|e| failed(name, &e));
@@ -128,7 +130,7 @@ impl Class {
         };
         let (save, load) = (has("save")?, has("load")?);
         if save != load {
-            let fact = format!("it has `{}` alone", if save { "save" } else { "load" });
+            let fact = format!("it has only `{}`", if save { "save" } else { "load" });
             return Err((fact, Some("write both: `save(self)` and `load(self, saved)`".into())));
         }
         let description = Description {
@@ -158,7 +160,7 @@ impl Class {
         })
     }
 
-    /// Names of the class's parameters, where Python can tell.
+    /// Returns the names of the constructor's parameters, if Python can inspect them.
     fn parameters(&self, py: Python<'_>) -> Option<Vec<String>> {
         let inspect = py.import("inspect").ok()?;
         let signature = inspect.call_method1("signature", (self.class.bind(py),)).ok()?;
@@ -167,7 +169,7 @@ impl Class {
     }
 }
 
-/// Ports that bind to the mechanism under their own names: word, kind, numbers, which side.
+/// Ports that bind to the mechanism under their own names: word, kind, number of values, direction.
 const BOUND: [(&str, PortKind, usize, &str); 10] = [
     ("hinge state", PortKind::HingeState, 2, "inputs"),
     ("node state", PortKind::NodeState, 13, "inputs"),
@@ -181,7 +183,7 @@ const BOUND: [(&str, PortKind, usize, &str); 10] = [
     ("surface velocity", PortKind::SurfaceVelocity, 3, "outputs"),
 ];
 
-/// `{name: unit}` or `{name: (unit, lanes)}`.
+/// Reads `{name: unit}` or `{name: (unit, lanes)}`.
 fn ports(made: &Bound<'_, PyAny>, which: &str) -> Result<Vec<PortSpec>, Problem> {
     let help = || {
         Some(format!("write {which} = {{\"angle\": \"rad\", \"rates\": (\"rad/s\", 3)}}, or {{}}"))
@@ -198,8 +200,8 @@ fn ports(made: &Bound<'_, PyAny>, which: &str) -> Result<Vec<PortSpec>, Problem>
         let name: String = name.extract().map_err(|_| wrong())?;
         let plain = !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_');
         if !plain {
-            let fact = format!("`{name}` is no name of a port");
-            return Err((fact, Some("letters, digits and `_`".into())));
+            let fact = format!("`{name}` is not a valid port name");
+            return Err((fact, Some("use letters, digits and `_`".into())));
         }
         let (unit, lanes) = match port.extract::<String>() {
             Ok(unit) => (unit, 1),
@@ -211,7 +213,7 @@ fn ports(made: &Bound<'_, PyAny>, which: &str) -> Result<Vec<PortSpec>, Problem>
         let bound = BOUND.iter().find(|b| b.0 == unit);
         if let Some((_, kind, n, of)) = bound {
             if *of != which {
-                let fact = format!("`{name}`: a {unit} is one of the {of}");
+                let fact = format!("`{name}`: the kind \"{unit}\" is only possible in `{of}`");
                 return Err((fact, Some(format!("declare it in `{of}`"))));
             }
             let mut port = PortSpec::named(name.clone(), *kind, *n);
@@ -225,7 +227,10 @@ fn ports(made: &Bound<'_, PyAny>, which: &str) -> Result<Vec<PortSpec>, Problem>
         }
         Unit::parse(&unit).map_err(|e| {
             let kinds: Vec<&str> = BOUND.iter().filter(|b| b.3 == which).map(|b| b.0).collect();
-            let help = format!("a unit, \"bool\", or what binds: {}", kinds.join(", "));
+            let help = format!(
+                "give a unit, \"bool\", or a kind that binds to the mechanism: {}",
+                kinds.join(", ")
+            );
             (format!("`{name}`: {e}"), Some(help))
         })?;
         all.push(PortSpec::named(name, PortKind::Numbers, lanes).unit_of(unit));
@@ -250,7 +255,7 @@ impl Making for Class {
     }
 }
 
-/// The parameters as a map.
+/// Returns the parameters as a map.
 fn plain(params: &Located) -> Value {
     match &params.value {
         Value::Map(_) => params.value.clone(),
@@ -260,15 +265,15 @@ fn plain(params: &Located) -> Value {
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Saves {
-    /// By `save` and `load`.
+    /// With `save` and `load`.
     Own,
-    /// There is nothing.
+    /// `stateless = True`: the part does not have state.
     Nothing,
-    /// It does not say how.
+    /// The class does not define how its state is saved.
     Not,
 }
 
-/// A part in Python, with its parameters.
+/// A part in Python with its parameters.
 struct Python_ {
     name: String,
     class: Py<PyType>,
@@ -315,14 +320,14 @@ impl Prototype for Python_ {
 
 fn unsaved(name: &str) -> String {
     format!(
-        "the Python class of `{name}` does not say how its state is saved\n  help: give it `save(self)` and \
-         `load(self, saved)`, or write `stateless = True` in it"
+        "the Python class of `{name}` does not define how its state is saved\n  help: give it `save(self)` and \
+         `load(self, saved)`, or set `stateless = True` in it"
     )
 }
 
 /// The object of a run.
 enum Made {
-    /// Not yet; with what it is to load.
+    /// Not created yet; with the saved state to load.
     Not(Vec<u8>),
     Yes(Py<PyAny>),
 }
@@ -337,13 +342,13 @@ struct Running {
     w: Wiring,
 }
 
-/// What a part of Python says or gives wrongly.
+/// Returns the failure for an error in a Python part.
 fn failure(message: String, help: &str) -> Box<Failure> {
     Box::new(Failure { message, help: Some(help.into()) })
 }
 
 impl Running {
-    /// The object, made when it is needed first.
+    /// Returns the object. It is created at the first call.
     fn object<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         if let Made::Not(saved) = &self.made {
             let made = self.class.object(py, &self.params)?;
@@ -354,7 +359,10 @@ impl Running {
         }
         match &self.made {
             Made::Yes(made) => Ok(made.bind(py).clone()),
-            Made::Not(_) => Err(refuse_with("no object", "tell the authors")),
+            Made::Not(_) => Err(refuse_with(
+                "the object of a Python part is missing",
+                "report this as a bug in Linkwork",
+            )),
         }
     }
 
@@ -363,7 +371,7 @@ impl Running {
             let message =
                 format!("its class `{}` raised in {what}: {}", self.class.name, told(py, &e));
             RAISED.set(Some(e));
-            failure(message, "look at the exception that caused this one")
+            failure(message, "see the exception that caused this one")
         };
         let (mut lane, given) = (0, PyDict::new(py));
         for port in &self.inputs {
@@ -382,7 +390,7 @@ impl Running {
             Err(e) => {
                 let message = format!("its class `{}` raised: {}", self.class.name, told(py, &e));
                 RAISED.set(Some(e));
-                return Err(failure(message, "look at the exception that caused this one"));
+                return Err(failure(message, "see the exception that caused this one"));
             }
         };
         let name = &self.class.name;
@@ -391,7 +399,7 @@ impl Running {
             Err(e) => {
                 let message = format!("its class `{name}` raised in `step`: {}", told(py, &e));
                 RAISED.set(Some(e));
-                return Err(failure(message, "look at the exception that caused this one"));
+                return Err(failure(message, "see the exception that caused this one"));
             }
         };
         let help = format!(
@@ -402,20 +410,22 @@ impl Running {
             return Ok(());
         }
         let Ok(answer) = answer.cast_into::<PyDict>() else {
-            return Err(failure(format!("`step` of `{name}` returned no dict"), &help));
+            return Err(failure(format!("`step` of `{name}` did not return a dict"), &help));
         };
         let known: Vec<&str> = self.outputs.iter().map(|p| &*p.name).collect();
         for key in answer.keys() {
             let key = key.to_string();
             if !known.contains(&key.as_str()) {
-                let message = format!("`step` of `{name}` returned `{key}`, which is no output");
+                let message =
+                    format!("`step` of `{name}` returned `{key}`, which is not an output");
                 return Err(failure(message, &remedy(&key, "outputs", &known)));
             }
         }
         let mut at = self.w.yd;
         for port in &self.outputs {
             let Ok(Some(value)) = answer.get_item(&*port.name) else {
-                let message = format!("`step` of `{name}` returned no `{}`", port.name);
+                let message =
+                    format!("`step` of `{name}` did not return the output `{}`", port.name);
                 return Err(failure(message, &help));
             };
             number(&value, port, &mut sig[at..at + port.lanes])
@@ -441,13 +451,13 @@ impl Running {
     }
 }
 
-/// A number, truth value or array into its lanes.
+/// Writes a number, truth value or array into the slots of a port.
 fn number(value: &Bound<'_, PyAny>, port: &PortSpec, to: &mut [f64]) -> Result<(), String> {
     if port.lanes == 1 {
         let x = match value.cast::<PyBool>() {
             Ok(b) => f64::from(u8::from(b.is_true())),
-            Err(_) if value.is_instance_of::<PyString>() => return Err("is a text".into()),
-            Err(_) => value.extract::<f64>().map_err(|_| "is no number".to_string())?,
+            Err(_) if value.is_instance_of::<PyString>() => return Err("is a string".into()),
+            Err(_) => value.extract::<f64>().map_err(|_| "is not a number".to_string())?,
         };
         if !x.is_finite() {
             return Err(format!("is {x}"));
@@ -456,7 +466,7 @@ fn number(value: &Bound<'_, PyAny>, port: &PortSpec, to: &mut [f64]) -> Result<(
         return Ok(());
     }
     let given =
-        Input::read(value, &port.name).map_err(|e| format!("is no array of numbers: {e}"))?;
+        Input::read(value, &port.name).map_err(|e| format!("is not an array of numbers: {e}"))?;
     if given.slice().len() != port.lanes {
         return Err(format!("has {} numbers, not {}", given.slice().len(), port.lanes));
     }
@@ -464,7 +474,7 @@ fn number(value: &Bound<'_, PyAny>, port: &PortSpec, to: &mut [f64]) -> Result<(
     Ok(())
 }
 
-/// What `save` gave, as bytes: those it is, or JSON.
+/// Converts the result of `save` to bytes: unchanged, or as JSON.
 fn pack(value: &Bound<'_, PyAny>) -> PyResult<Vec<u8>> {
     if let Ok(bytes) = value.cast::<PyBytes>() {
         return Ok([b"b", bytes.as_bytes()].concat());
@@ -484,8 +494,8 @@ fn unpack<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<Bound<'py, PyAny>> {
             py.import("json")?.call_method1("loads", (&*text,))
         }
         _ => Err(refuse_with(
-            "the saved state of a part in Python is damaged",
-            "take another checkpoint",
+            "the saved state of a Python part is corrupt",
+            "use another checkpoint",
         )),
     }
 }
@@ -494,7 +504,7 @@ impl Block for Running {
     fn outputs(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
         Ok(())
     }
-    /// Runs once at each sample: what is sampled is not evaluated in between.
+    /// Runs once per sample: sampled parts are not evaluated at stages of the integrator.
     fn feedthrough(&mut self, now: &Now, _: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         Python::attach(|py| {
             let before = INSIDE.replace(true);
@@ -514,7 +524,7 @@ impl Block for Running {
     }
     fn load_store(&mut self, bytes: &[u8]) -> Result<(), String> {
         self.made = Made::Not(bytes.to_vec());
-        // What it cannot take is told here, not at the next sample.
+        // Create the object now, so that an error in `load` is reported here and not at the next sample.
         Python::attach(|py| {
             self.object(py)
                 .map(|_| ())
@@ -522,7 +532,7 @@ impl Block for Running {
         })
     }
     fn copy_store(&self, into: &mut Option<Box<dyn Any + Send>>) {
-        // A `save` that raises is told by `save_store`, which every checkpoint and fork asks first.
+        // An exception in `save` is reported by `save_store`, which every checkpoint and fork calls first.
         *into = self.saved().ok().map(|s| Box::new(s) as Box<dyn Any + Send>);
     }
     fn take_store(&mut self, from: &dyn Any) {

@@ -1,9 +1,9 @@
-//! Which processors this build is for, and what this processor has: `x86-64-v2` to `-v4`, the levels of the x86-64 psABI.
+//! Processor levels of this build and of this processor: `x86-64-v2` to `-v4`, as defined by the x86-64 psABI.
 //!
-//! A wheel may hold several builds; `python/linkwork/_choose.py` asks the one for the lowest level which it may load.
+//! A wheel can contain several builds. `python/linkwork/_choose.py` asks the build for the lowest level which of them it may load.
 use pyo3::prelude::*;
 
-/// What this build needs.
+/// The level that this build requires.
 pub const BUILT_FOR: &str = if cfg!(not(target_arch = "x86_64")) {
     std::env::consts::ARCH
 } else if cfg!(all(
@@ -30,7 +30,7 @@ pub const BUILT_FOR: &str = if cfg!(not(target_arch = "x86_64")) {
     "x86-64"
 };
 
-/// The levels that this processor and its system have, of "v2", "v3", "v4"; none on other kinds of processors.
+/// Returns the levels that this processor and its operating system support, of "v2", "v3", "v4". Empty on other architectures.
 #[pyfunction]
 pub fn _levels() -> Vec<&'static str> {
     #[cfg(target_arch = "x86_64")]

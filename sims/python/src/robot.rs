@@ -1,4 +1,4 @@
-//! `Robot`: the embedded robot model: parts by name, inverse kinematics, ways. What hands hold and forces are in files of their own.
+//! `Robot`: the embedded robot model: named parts, inverse kinematics, paths. Grasped objects and forces are in submodules.
 use crate::array::{Array1, Array2, Input, out_pose, out1, out2, vector};
 use crate::collisions::Collisions;
 use crate::contact::{Collider, chosen};
@@ -30,24 +30,50 @@ pub use motion::Trajectory;
 use search::Asked;
 pub use search::InverseKinematicsSearch;
 
-/// Random places between two looks at Ctrl-C.
+/// Number of random samples between two checks for Ctrl-C.
 const DRAWS: usize = 50;
 
 type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 
-/// The robot model that autonomy software embeds: parts by name, each kinematics of its own; inverse kinematics within limits, objects in hands, forces
-/// with what is held, free ways; and all that `Collisions` answers, with what is held.
+/// The robot model that autonomy software embeds.
 ///
-/// chains: {name: (base, tip)}, bodies between which a part lies; base may be "world". groups: {name: [bodies]}, other parts, such as grippers. srdf: a
-/// file whose groups are parts, too, for a mechanism of a file. objects: {name: (mass, com, inertia)}: rigid things that hands may hold: kg, m (3,), kg m²
-/// (3, 3) about the centre of mass; or {name: Mechanism}: things with joints, such as pliers, whose one body on the world has this name and a free hinge. A
-/// collider on a body of one names it. Gravity is the mechanism's at this moment. colliders, ignore, collide, neighbours: as `Collisions` (an empty list: nothing touches).
+/// It provides kinematics of named parts, inverse kinematics within limits, grasped objects, forces and masses that include what is held,
+/// collision-free paths and trajectories, and all queries of `Collisions`, including grasped objects.
 ///
-/// Lengths in m, angles in rad, world axes, angular part first. `q` (nq,) is the robot's own configuration, neutral at first; each instance has its own, and
-/// the same calls give the same bits. Loops and couplings of the mechanism: `inverse_kinematics_together` keeps them closed; masses and forces are those of the tree, as if every
-/// coordinate had a motor; what would open them is refused: searches, rates and ways of a chain that takes part in them, control, timed ways. Raises LinkworkError, with all mistakes
-/// at once, for names and shapes that cannot be, for a mechanism with flexible bodies, and for loops whose motion is prescribed.
+/// Parameters
+/// ----------
+/// mechanism : Mechanism
+///     The robot. Gravity is that of the mechanism at this moment.
+/// chains : dict, optional
+///     Serial chains: {name: (base, tip)} with the names of two bodies. The base may be "world".
+/// groups : dict, optional
+///     Other parts, such as grippers: {name: [bodies]}.
+/// srdf : str or path-like, optional
+///     SRDF file whose groups become parts; for a mechanism that was loaded from a file.
+/// objects : dict, optional
+///     Objects that hands can hold: {name: (mass, com, inertia)} for a rigid object, with kg, m (3,) and kg m² (3, 3) about the centre of
+///     mass; or {name: Mechanism} for an object with joints, such as pliers. The one body on the mechanism's world must have this name and a
+///     free hinge. A collider belongs to an object if it names one of its bodies.
+/// colliders, ignore, collide, neighbours : optional
+///     As in `Collisions`. An empty list of colliders disables collision checks.
 ///
+/// Raises
+/// ------
+/// LinkworkError
+///     If names or shapes are not valid, the mechanism has flexible bodies, or a motion across a loop is prescribed. The message lists all
+///     mistakes.
+///
+/// Notes
+/// -----
+/// Units are m and rad. Vectors are in world axes with the angular part first. `q` (nq,) is the robot's own configuration, initially neutral.
+/// Results are reproducible: equal calls give bit-identical results.
+///
+/// Loops and couplings of the mechanism: `inverse_kinematics_together` keeps them closed. Masses and forces are those of the tree, as if every
+/// coordinate had a motor. Functions that would open a loop raise: searches, rates and paths of a chain that is part of it, control, and timed
+/// paths.
+///
+/// Examples
+/// --------
 /// >>> import numpy as np, linkwork
 /// >>> parts = linkwork.Builder()
 /// >>> for link, parent in [("upper", "world"), ("lower", "upper"), ("hand", "lower")]:
@@ -91,7 +117,7 @@ impl Collisions {
         self.model.parts().find(|p| p.0 == part).map_or_else(String::new, |p| p.1.to_owned())
     }
 
-    /// A configuration that was given, or the robot's own.
+    /// Returns the given configuration, or the robot's own.
     fn q_or_own(&self, q: Option<Given<'_, '_>>) -> PyResult<Vec<f64>> {
         match q {
             Some(q) => Ok(vector(q, self.model.nq(), "q")?.slice().to_vec()),
@@ -100,7 +126,7 @@ impl Collisions {
     }
 }
 
-/// The part of `Collisions`, with the instance.
+/// Returns the base class object, which contains the instance.
 fn base<'a>(slf: &'a Bound<'_, Robot>) -> &'a Collisions {
     slf.as_super().get()
 }
@@ -123,7 +149,7 @@ fn count_of(what: &str, count: usize) -> PyResult<()> {
     Err(refuse_with(format!("`{what}` is {count}"), "give a number from 1 to 10000"))
 }
 
-/// Rows of a Jacobian by name.
+/// Returns the rows of a Jacobian by name.
 fn rows_of(rows: &str, length: f64) -> PyResult<Rows> {
     let known =
         [("all", Rows::All { length }), ("linear", Rows::Linear), ("angular", Rows::Angular)];
@@ -157,7 +183,10 @@ impl Robot {
         if let Some(path) = srdf {
             let Some(description) = &core.description else {
                 let help = "give `chains` and `groups`, or load the mechanism from its file";
-                return Err(refuse_with("`srdf` names joints of a file, and there is none", help));
+                return Err(refuse_with(
+                    "`srdf` requires a mechanism that was loaded from a file",
+                    help,
+                ));
             };
             let srdf = formats::read_srdf_file(path).map_err(refuse)?;
             spec = spec.groups(&srdf, description).map_err(refuse)?;
@@ -175,8 +204,15 @@ impl Robot {
         Ok(PyClassInitializer::from(own).add_subclass(Self {}))
     }
 
-    /// Another instance with the same q, objects and settings; what changes in one afterwards does not in the other.
+    /// Return an independent copy with the same q, objects and settings.
     ///
+    /// Returns
+    /// -------
+    /// Robot
+    ///     The copy.
+    ///
+    /// Examples
+    /// --------
     /// >>> other = robot.copy()
     /// >>> other.q = [0.1, 0.2, 0.3]
     /// >>> robot.q.tolist() == other.q.tolist()
@@ -186,8 +222,15 @@ impl Robot {
         Py::new(slf.py(), PyClassInitializer::from(own).add_subclass(Self {}))
     }
 
-    /// The configuration (nq,), rad and m, within limits or not. Setting raises LinkworkError for another length and for NaN; then nothing has changed.
+    /// The configuration (nq,), rad and m. It may be outside the limits.
     ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the new value has a wrong length or contains NaN. The configuration is then unchanged.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.q = [0.1, 0.2, 0.3]
     /// >>> robot.q.tolist()
     /// [0.1, 0.2, 0.3]
@@ -203,8 +246,10 @@ impl Robot {
         own.ask(|r| r.set_q(q.slice()))
     }
 
-    /// {name: bodies} of the parts, from the base outward.
+    /// The bodies of each part, from the base outward: {name: bodies}.
     ///
+    /// Examples
+    /// --------
     /// >>> robot.parts
     /// {'arm': ['upper', 'lower', 'hand']}
     #[getter]
@@ -218,8 +263,10 @@ impl Robot {
         Ok(all)
     }
 
-    /// Names of the objects, in the order in which they were given.
+    /// Names of the objects, in the order in which they were passed.
     ///
+    /// Examples
+    /// --------
     /// >>> robot.objects
     /// ['cup']
     #[getter]
@@ -227,8 +274,25 @@ impl Robot {
         base(slf).model.objects().map(|o| o.1.to_owned()).collect()
     }
 
-    /// Places in v of the degrees of freedom of a chain: the columns of its Jacobian. Raises LinkworkError for a part that is no chain.
+    /// Return the indices in v of the degrees of freedom of a chain: the columns of its Jacobian.
     ///
+    /// Parameters
+    /// ----------
+    /// part : str
+    ///     Name of the chain.
+    ///
+    /// Returns
+    /// -------
+    /// list of int
+    ///     The indices.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the part is not a chain.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.dofs("arm")
     /// [0, 1, 2]
     fn dofs(slf: &Bound<'_, Self>, part: &str) -> PyResult<Vec<usize>> {
@@ -236,8 +300,25 @@ impl Robot {
         Ok(own.model.dofs(own.part(part)?).map_err(refuse)?.to_vec())
     }
 
-    /// Where the tip of a chain is at the robot's q: (4, 4), m, in the world. Raises LinkworkError for a part that is no chain.
+    /// Return the pose of the tip of a chain in the world at the robot's q.
     ///
+    /// Parameters
+    /// ----------
+    /// part : str
+    ///     Name of the chain.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (4, 4)
+    ///     Homogeneous matrix, position in m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the part is not a chain.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.q = [0, 0, 0]
     /// >>> robot.tip_pose("arm")[:2, 3].round(6).tolist()
     /// [0.8, 0.0]
@@ -247,8 +328,25 @@ impl Robot {
         out_pose(slf.py(), &own.ask(|r| r.tip_pose(part))?)
     }
 
-    /// Where the base of a chain is at the robot's q: (4, 4), m, in the world. Raises LinkworkError for a part that is no chain.
+    /// Return the pose of the base of a chain in the world at the robot's q.
     ///
+    /// Parameters
+    /// ----------
+    /// part : str
+    ///     Name of the chain.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (4, 4)
+    ///     Homogeneous matrix, position in m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the part is not a chain.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.base_pose("arm")[:3, 3].tolist()
     /// [0.0, 0.0, 0.0]
     fn base_pose<'py>(slf: &Bound<'py, Self>, part: &str) -> PyResult<Array2<'py>> {
@@ -257,8 +355,25 @@ impl Robot {
         out_pose(slf.py(), &own.ask(|r| r.base_pose(part))?)
     }
 
-    /// Where a body is at the robot's q: (4, 4), m, in the world. Raises LinkworkError for a name that is not there.
+    /// Return the pose of a body in the world at the robot's q.
     ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of a body.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (4, 4)
+    ///     Homogeneous matrix, position in m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.q = [0, 0, 0]
     /// >>> robot.body_pose("lower")[:2, 3].round(6).tolist()
     /// [0.4, 0.0]
@@ -268,10 +383,28 @@ impl Robot {
         out_pose(slf.py(), &own.ask(|r| Ok(r.body_pose(body)))?)
     }
 
-    /// The Jacobian (6, n) of a chain at the robot's q, over its own degrees of freedom (`dofs`): [ω; v] of its tip against its base, rad/s and m/s, world
-    /// axes. whole: over all degrees of freedom of the robot (6, nv), what carries the chain among them: [ω; v] of its tip in the world. Raises LinkworkError for
-    /// a part that is no chain.
+    /// Compute the Jacobian of the tip of a chain at the robot's q, in world axes.
     ///
+    /// Parameters
+    /// ----------
+    /// part : str
+    ///     Name of the chain.
+    /// whole : bool
+    ///     False: velocity of the tip relative to the chain's base, over the chain's own degrees of freedom (`dofs`). True: velocity of the tip
+    ///     in the world, over all degrees of freedom of the robot (default: False).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6, n) or (6, nv)
+    ///     Rates to [ω; v], rad/s and m/s.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the part is not a chain.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.jacobian("arm").shape, robot.jacobian("arm", whole=True).shape
     /// ((6, 3), (6, 3))
     #[pyo3(signature = (part, *, whole=false))]
@@ -284,10 +417,34 @@ impl Robot {
         out2(slf.py(), J, 6, n)
     }
 
-    /// The ellipsoid of the velocities of a chain's tip for joint rates of length 1, at the robot's q: half axes (k,), m/s or rad/s, greatest first, and their
-    /// directions, columns (k, k) over the rows; k: 6 with rows "all" (1 rad counts as `length`, m), 3 with "linear" and "angular". Forces for joint torques of length 1 have the
-    /// same directions, and the inverse half axes. Raises LinkworkError for a part that is no chain and a length that is not positive.
+    /// Compute the velocity ellipsoid of the tip of a chain at the robot's q.
     ///
+    /// It contains the tip velocities for joint rates of norm 1. The force ellipsoid, for joint torques of norm 1, has the same directions and the
+    /// inverse half axes.
+    ///
+    /// Parameters
+    /// ----------
+    /// part : str
+    ///     Name of the chain.
+    /// rows : {"all", "linear", "angular"}
+    ///     Velocity components: 6, or 3 of them (default: "all").
+    /// length : float
+    ///     Length, m, that weights 1 rad with rows "all" (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// half_axes : ndarray, shape (k,)
+    ///     Half axes, m/s or rad/s, largest first; k is the number of components.
+    /// directions : ndarray, shape (k, k)
+    ///     Their directions, in columns.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the part is not a chain, or `length` is not positive.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.q = [0.1, 0.6, 0.5]
     /// >>> half, directions = robot.ellipsoid("arm", rows="linear")
     /// >>> bool(abs(half.prod() - robot.manipulability("arm", rows="linear")[0]) < 1e-12), directions.shape
@@ -308,9 +465,31 @@ impl Robot {
         Ok((out1(slf.py(), found.singular_values[..k].to_vec()), out2(slf.py(), directions, k, k)?))
     }
 
-    /// How well a chain's tip moves at the robot's q: w = √det(J Jᵀ), and its gradient (n,) over the chain's degrees of freedom. rows: "all" (m and rad mixed:
-    /// 1 rad counts as `length`, m), "linear" or "angular". Raises LinkworkError for a part that is no chain and a length that is not positive.
+    /// Compute the manipulability w = √det(J Jᵀ) of the tip of a chain at the robot's q.
     ///
+    /// Parameters
+    /// ----------
+    /// part : str
+    ///     Name of the chain.
+    /// rows : {"all", "linear", "angular"}
+    ///     Velocity components (default: "all").
+    /// length : float
+    ///     Length, m, that weights 1 rad with rows "all" (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// w : float
+    ///     The manipulability.
+    /// gradient : ndarray, shape (n,)
+    ///     Its gradient over the chain's degrees of freedom, per rad and m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the part is not a chain, or `length` is not positive.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.q = [0.1, 0.6, 0.5]
     /// >>> w, gradient = robot.manipulability("arm", rows="linear")
     /// >>> gradient.shape
@@ -330,13 +509,42 @@ impl Robot {
         Ok((found.w, out1(slf.py(), gradient)))
     }
 
-    /// A configuration (nq,) in which the tip of a chain is where it is to be, within limits; the chain alone moves, from q (nq,; None: the robot's own) on.
-    /// The robot's own q does not change.
+    /// Compute a configuration within the limits in which the tip of a chain meets a goal.
     ///
-    /// at says what is asked by its shape: (3,) the position of the tip, m; (4,) its attitude [x y z w]; (3, 3) the same as a matrix; (7,) position and
-    /// attitude; (4, 4) a pose; None: nothing; in the world, or in the chain's base with in_base. axis, along, look_at, within, plane, line: parts of a pose, as of `Target`.
-    /// Tolerances in m and rad; steps from a start, and starts elsewhere, the same ones each time. Raises LinkworkError when no start led there: its attribute `q` is then the nearest configuration, `residual` (m, rad) how far it is.
+    /// Only the chain moves. The robot's own q does not change.
     ///
+    /// Parameters
+    /// ----------
+    /// part : str
+    ///     Name of the chain.
+    /// at : array_like, optional
+    ///     The goal, determined by its shape: (3,) position of the tip, m; (4,) attitude [x y z w]; (3, 3) attitude as a matrix; (7,) position
+    ///     and attitude; (4, 4) pose.
+    /// q : array_like, shape (nq,), optional
+    ///     Start, rad and m (default: the robot's own).
+    /// in_base : bool
+    ///     The goal is given in the chain's base instead of the world (default: False).
+    /// position_tolerance, orientation_tolerance : float
+    ///     Tolerances, m and rad.
+    /// steps : int
+    ///     Largest number of steps from each start.
+    /// restarts : int
+    ///     Number of further starts. They are the same in every call.
+    /// axis, along, look_at, within, plane, line : optional
+    ///     Parts of a pose, as in `Target`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nq,)
+    ///     The solution, rad and m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If no start leads to a solution. The attributes `q` and `residual` of the error are the nearest configuration and its errors (m, rad).
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.inverse_kinematics("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3]).shape
     /// (3,)
     /// >>> robot.inverse_kinematics("arm", [5.0, 0, 0], q=[0.3, 0.3, 0.3])  # doctest: +ELLIPSIS
@@ -367,9 +575,25 @@ impl Robot {
         Asked { part, at, q, in_base, tolerances, steps, restarts, parts }.solve(slf)
     }
 
-    /// The search of `inverse_kinematics`, with the same arguments, begun and not gone on with: `advance` of it does all the work, in portions of evaluations of the kinematics. It begins at q (nq,; None: the robot's own), with at and
-    /// all else as of `inverse_kinematics`: m and rad. Raises LinkworkError for what that refuses; that no start leads there is told by the search.
+    /// Create the search of `inverse_kinematics` without running it. `InverseKinematicsSearch.advance` does the work in portions.
     ///
+    /// Parameters
+    /// ----------
+    /// part, at, q, in_base, position_tolerance, orientation_tolerance, steps, restarts, axis, along, look_at, within, plane, line : optional
+    ///     As in `inverse_kinematics`: q has the shape (nq,); units are m and rad.
+    ///
+    /// Returns
+    /// -------
+    /// InverseKinematicsSearch
+    ///     The search.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an argument is not valid. A failed search is reported by the InverseKinematicsSearch.
+    ///
+    /// Examples
+    /// --------
     /// >>> search = robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3])
     /// >>> while not search.advance(100):
     /// ...     pass
@@ -400,14 +624,49 @@ impl Robot {
         Asked { part, at, q, in_base, tolerances, steps, restarts, parts }.search(slf)
     }
 
-    /// Of the configurations (nq,), in rad and m, in which the tip of a chain is where it is to be, within limits, the one that is liked best of those that `starts` searches find: (q, cost). The chain
-    /// alone moves, from q (nq,; None: the robot's own) and from other places, the same ones each time; each solution is improved along the null space to a local minimum of
+    /// Compute the best of several configurations within the limits in which the tip of a chain meets a goal.
+    ///
+    /// Only the chain moves. The search begins at q and at other configurations, which are the same in every call. Each solution is improved along
+    /// the null space to a local minimum of
     ///
     /// cost = centred ½ Σ ((q − middle)/(upper − lower))² + near ½ Σ ((q − q₀)/(upper − lower))² − manipulable ln w,
     ///
-    /// with the middle of the limits, q₀ the q that is given, and w of `manipulability(part, length=length)`. at, in_base, axis, along, look_at, within, plane, line: as of `inverse_kinematics`. improve: evaluations of
-    /// the kinematics for each solution, at most. Raises LinkworkError where no start led there, its attribute `q` the configuration that came of the last one, and for weights that are negative or all zero.
+    /// with the middle of the limits, the start q₀, and w of `manipulability(part, length=length)`.
     ///
+    /// Parameters
+    /// ----------
+    /// part : str
+    ///     Name of the chain.
+    /// at : array_like, optional
+    ///     The goal, as in `inverse_kinematics`, m and rad.
+    /// q : array_like, shape (nq,), optional
+    ///     Start q₀, rad and m (default: the robot's own).
+    /// centred, near, manipulable : float
+    ///     Weights of the cost terms.
+    /// length : float
+    ///     Length, m, that weights 1 rad in w.
+    /// starts : int
+    ///     Number of searches.
+    /// improve : int
+    ///     Largest number of evaluations of the kinematics for the improvement of each solution.
+    /// in_base, axis, along, look_at, within, plane, line : optional
+    ///     As in `inverse_kinematics`.
+    ///
+    /// Returns
+    /// -------
+    /// q : ndarray, shape (nq,)
+    ///     The best configuration.
+    /// cost : float
+    ///     Its cost.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If no start leads to a solution (the attribute `q` of the error is the result of the last search), or a weight is negative, or all
+    ///     weights are zero.
+    ///
+    /// Examples
+    /// --------
     /// >>> first = robot.inverse_kinematics("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3])
     /// >>> best, cost = robot.inverse_kinematics_best("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3], starts=8)
     /// >>> bool(cost <= 0.5 * ((first / 6) ** 2).sum())     # limits of −3 … 3 rad
@@ -456,18 +715,42 @@ impl Robot {
         if best.outcome == Outcome::Met {
             return Ok((q, best.cost));
         }
-        let fact = format!("none of {starts} starts brings the tip of `{name}` there");
-        let error = refuse_with(fact, "give more `starts`, another q, or ask for less");
+        let fact =
+            format!("the tip of `{name}` does not reach its goal from any of {starts} starts");
+        let error = refuse_with(fact, "use more `starts`, another q, or a less restrictive goal");
         error.value(slf.py()).setattr("q", q)?;
         Err(error)
     }
 
-    /// All configurations (k, nq), within limits, in which the tip of an arm of six or seven hinges is where it is to be, the nearest to q (nq,; None: the
-    /// robot's own) first, by a closed form; (0, nq) when there is none. at: (7,) position and attitude, or (4, 4) a pose; in the world, or in the chain's
-    /// base with in_base. Of seven hinges one is held at its value in q: `held` (its place in v, of `dofs`), or one that is chosen. Each solution meets the pose within 1e-9 m and rad.
-    /// Raises LinkworkError for a chain without a closed form (a wrist or shoulder of three axes that meet in a point, or three parallel axes in the
-    /// middle, have one), and for a place that is no pose.
+    /// Compute all configurations within the limits in which the tip of an arm with six or seven hinges has a given pose, in closed form.
     ///
+    /// Closed forms exist for a wrist or shoulder of three axes that intersect in a point, and for three parallel axes in the middle.
+    ///
+    /// Parameters
+    /// ----------
+    /// part : str
+    ///     Name of the chain.
+    /// at : array_like, shape (7,) or (4, 4)
+    ///     Pose of the tip, m.
+    /// q : array_like, shape (nq,), optional
+    ///     Reference configuration, rad and m (default: the robot's own). Solutions are sorted by their distance from it.
+    /// held : int, optional
+    ///     For seven hinges: index in v (see `dofs`) of the hinge that keeps its value in q. By default a suitable hinge is chosen.
+    /// in_base : bool
+    ///     The pose is given in the chain's base instead of the world (default: False).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (k, nq)
+    ///     The solutions; (0, nq) if there are none. Each meets the pose within 1e-9 m and rad.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the chain does not have a closed form, or `at` is not a pose.
+    ///
+    /// Examples
+    /// --------
     /// >>> arm, parent = linkwork.Builder(), "world"
     /// >>> hinges = [([0, 0, 1], [0, 0, 0]), ([0, 1, 0], [0, 0, 0]), ([0, 1, 0], [0.43, 0.15, 0]), ([1, 0, 0], [0.43, 0, 0]), ([0, 1, 0], [0, 0, 0]), ([1, 0, 0], [0, 0, 0])]
     /// >>> for k, (axis, at) in enumerate(hinges):
@@ -500,9 +783,27 @@ impl Robot {
         out2(slf.py(), out, count, q.len())
     }
 
-    /// Whether q (nq,), in rad and m, is within all limits and nothing touches: what sampling planners ask, such as OMPL's `setStateValidityChecker`. Raises LinkworkError
-    /// for another length and for NaN.
+    /// Test whether a configuration is within all limits and collision-free.
     ///
+    /// Use it as the state validity checker of a sampling-based planner, such as OMPL's `setStateValidityChecker`.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    ///
+    /// Returns
+    /// -------
+    /// bool
+    ///     True if it is valid.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.is_valid([0.1, 0.2, 0.3]), robot.is_valid([4.0, 0, 0])
     /// (True, False)
     fn is_valid(slf: &Bound<'_, Self>, q: Given<'_, '_>) -> PyResult<bool> {
@@ -516,11 +817,38 @@ impl Robot {
         Ok(!own.ask(|r| r.collides(q.slice()))?)
     }
 
-    /// A free way of a chain from start (nq,; None: the robot's own q) to goal (nq,): configurations (n, nq), rad and m, between which all coordinates move in
-    /// proportion, each piece proven free. Only the chain's coordinates may differ. Two trees grow towards each other (RRT-Connect), with pieces of `step` at
-    /// most (rad, m) and room for so many configurations each; the same seed gives the same way. Raises LinkworkError when an end touches something or is
-    /// outside limits, and when the room was used up: there may be a way, or none.
+    /// Find a collision-free path of a chain between two configurations (RRT-Connect).
     ///
+    /// Only the chain's coordinates may differ between the two. Every piece of the path is proven collision-free. Equal seeds give equal paths.
+    ///
+    /// Parameters
+    /// ----------
+    /// part : str
+    ///     Name of the chain.
+    /// goal : array_like, shape (nq,)
+    ///     Goal configuration, rad and m.
+    /// start : array_like, shape (nq,), optional
+    ///     Start configuration (default: the robot's own).
+    /// seed : int
+    ///     Seed (default: 1).
+    /// step : float
+    ///     Largest length of an extension of a tree, rad and m.
+    /// room : int
+    ///     Largest number of configurations in each of the two trees.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (n, nq)
+    ///     The path: configurations between which all coordinates move linearly.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the start or the goal is in collision or outside the limits, or no path was found with `room` configurations (which does not prove
+    ///     that none exists).
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.plan("arm", [0.5, 0.5, 0.5], start=[0, 0, 0]).shape
     /// (2, 3)
     #[pyo3(signature = (part, goal, start=None, *, seed=1, step=0.5, room=2000))]
@@ -540,7 +868,7 @@ impl Robot {
         let start = own.q_or_own(start)?;
         let mut robot = lock(&own.robot).clone();
         if room > 1_000_000 {
-            let help = "a search looks through all of them each time: give 1000000 at most";
+            let help = "each step searches all configurations: give at most 1000000";
             return Err(refuse_with(format!("`room` is {room}"), help));
         }
         let mut planner = Planner::new(&robot, part, room).map_err(refuse)?;
@@ -554,7 +882,10 @@ impl Robot {
         }
         let blocked = |end: &str, pair| {
             let (a, b) = own.names(pair);
-            refuse_with(format!("`{a}` touches `{b}` at the {end}"), "choose a free end")
+            refuse_with(
+                format!("`{a}` touches `{b}` at the {end}"),
+                "choose a collision-free configuration",
+            )
         };
         match found {
             PlanOutcome::Found => {
@@ -565,8 +896,8 @@ impl Robot {
             PlanOutcome::BlockedStart { pair } => Err(blocked("start", pair)),
             PlanOutcome::BlockedGoal { pair } => Err(blocked("goal", pair)),
             PlanOutcome::NotFound | PlanOutcome::Unfinished => Err(refuse_with(
-                format!("no way of `{name}` was found with {room} configurations"),
-                "give more `room`, another `step` or `seed`; there may be no way",
+                format!("no path of `{name}` was found with {room} configurations"),
+                "use more `room`, another `step` or `seed`; possibly no path exists",
             )),
         }
     }

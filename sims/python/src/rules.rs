@@ -1,4 +1,4 @@
-//! What a log is asked for in Python: rules as those of a file, and the file that they fill.
+//! Log rules from Python: they are equal to those of a file, and so is the recording that they define.
 use crate::error::{refuse, refuse_with};
 use crate::values::seconds;
 use linkwork_assembly::{AroundForm, LogRule, Text};
@@ -8,7 +8,7 @@ use linkwork_runtime::{Fault, Origin, Plan, Recorder, Rule, Seconds, Simulation,
 use pyo3::prelude::*;
 use std::path::Path;
 
-/// The faults of something that stands in no file.
+/// Converts the mistakes in a rule that does not come from a file.
 pub fn refused(faults: &[Fault]) -> PyErr {
     refuse(linkwork_assembly::show_faults(
         faults,
@@ -21,7 +21,7 @@ pub fn text(text: &str) -> Text {
     Text { text: text.into(), origin: Origin::NONE }
 }
 
-/// `around`, `before` and `after` of a log.
+/// Reads `around`, `before` and `after` of a log.
 pub fn window(
     around: Option<String>,
     before: Option<&Bound<'_, PyAny>>,
@@ -32,7 +32,7 @@ pub fn window(
     };
     match around {
         None if before.is_some() || after.is_some() => Err(refuse_with(
-            "`before` and `after` are of an event, and there is none",
+            "`before` and `after` require `around`",
             "give around=\"Part.output > 1 N\"",
         )),
         None => Ok(None),
@@ -45,7 +45,7 @@ pub fn window(
     }
 }
 
-/// A rule of a log, looked up.
+/// Resolves the variables of a log rule.
 pub fn rule(
     plan: &Plan,
     channels: &[String],
@@ -56,10 +56,10 @@ pub fn rule(
     let channels = channels.iter().map(|c| text(c)).collect();
     let rule = LogRule { channels, rate, on_change, around, origin: Origin::NONE };
     let found = log_rules(plan, &[rule]).map_err(|faults| refused(&faults))?;
-    found.into_iter().next().ok_or_else(|| refuse("a rule without an answer"))
+    found.into_iter().next().ok_or_else(|| refuse("a log rule was not resolved"))
 }
 
-/// A recorder into an MCAP file: variables by path with the period of their rows, and the poses of all bodies.
+/// Creates a recorder that writes an MCAP file: variables by path with their sample periods, and the poses of all bodies.
 pub fn recording(
     sim: &Simulation,
     path: &Path,

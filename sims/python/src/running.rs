@@ -1,18 +1,18 @@
-//! A simulation under way: the runner's loop, with logs in memory and functions of Python.
+//! A running simulation: the loop of the runner, with logs in memory and Python callbacks.
 //!
-//! The loop is `linkwork_runner`'s, as on the command line; here are only what it feeds and calls.
+//! The loop is that of `linkwork_runner`, which the command line uses, too. This module contains only its data and callbacks.
 use crate::log::Filling;
 use linkwork_runner::{Ended, Goal, Need, Pause, Runner, Watch, recorder_entry};
 use linkwork_runtime::{Change, Checkpoint, Recorder, RunError, Simulation};
 use pyo3::prelude::*;
 
-/// Steps between two looks at Ctrl-C and at other threads.
+/// Number of steps between two checks for Ctrl-C and other threads.
 const CHUNK: u64 = 256;
 
-/// The recorder of the recording.
+/// Name of the recorder that writes the recording.
 pub const RECORDING: &str = "recording";
 
-/// Logs in memory, each at its own times.
+/// Logs in memory, each with its own sample times.
 #[derive(Default)]
 pub struct Logs {
     list: Vec<Filling>,
@@ -24,58 +24,58 @@ impl Watch for Logs {
     }
 }
 
-/// What changes in a run.
+/// The mutable state of a run.
 pub struct Running {
     runner: Runner<Logs>,
-    /// Of the checkpoint from which it was resumed: the tick, and what the recording then under way has to remember.
+    /// From the checkpoint from which the run was resumed: the tick, and the state of the recording that was active then.
     remembered: Option<(u64, Vec<u8>)>,
-    /// Functions, by the number of their call.
+    /// Callbacks, by the number of their call.
     pub calls: Vec<Py<PyAny>>,
 }
 
-/// Why `go` came back.
+/// Why `go` returned.
 pub enum Stopped {
     /// The goal is reached.
     Done,
     /// Functions are due: indices of `calls`.
     Calls(Vec<usize>),
-    /// A while has passed.
+    /// `CHUNK` steps were made.
     Chunk,
-    /// The state is no number any more.
+    /// The state diverged.
     Failed(RunError),
     /// The recording failed.
     Recording(String),
 }
 
 impl Running {
-    /// At its start.
+    /// Creates a run at its start.
     pub fn new(sim: Simulation) -> Self {
         Self { runner: Runner::new(sim, Logs::default()), remembered: None, calls: Vec::new() }
     }
 
-    /// The simulation.
+    /// Returns the simulation.
     pub fn sim(&self) -> &Simulation {
         self.runner.sim()
     }
 
-    /// The simulation, to be changed.
+    /// Returns the simulation for changes.
     pub fn sim_mut(&mut self) -> &mut Simulation {
         self.runner.sim_mut()
     }
 
-    /// The runner, for its recorders and calls.
+    /// Returns the runner, for its recorders and callbacks.
     pub fn runner(&mut self) -> &mut Runner<Logs> {
         &mut self.runner
     }
 
-    /// Keeps what a checkpoint carries of the recording that was under way.
+    /// Stores the state of the recording that was active when the checkpoint was saved.
     pub fn remember(&mut self, checkpoint: &Checkpoint) {
         let carried = checkpoint.extra.get(&recorder_entry(RECORDING)).cloned();
         self.remembered = carried.map(|carried| (checkpoint.tick, carried));
     }
 
-    /// Feeds a recording from the present tick on, told of what is pinned; where the run was resumed it goes on with what the one of before
-    /// remembered, when it has its rules.
+    /// Adds a recorder from the present tick on. It records the pinned variables. If the run was resumed and the recorder has the rules of the
+    /// recording that was active then, it continues that recording.
     pub fn record(&mut self, mut recorder: Recorder) {
         let sim = self.runner.sim();
         let pins: Vec<(String, f64)> = sim.pins().map(|(p, y)| (p.to_string(), y)).collect();
@@ -85,19 +85,19 @@ impl Running {
         if let Some((tick, carried)) = &self.remembered
             && *tick == sim.state().tick
         {
-            // Of other rules there is nothing to go on with.
+            // A recording with other rules cannot be continued; the new one begins without its state.
             let _ = recorder.resume(carried, sim);
         }
         self.runner.add_recorder(RECORDING, Need::Must, recorder);
     }
 
-    /// Fills a log from the present tick on.
+    /// Adds a log from the present tick on.
     pub fn log(&mut self, filling: Filling) {
         self.runner.watch.list.push(filling);
         self.runner.see_again();
     }
 
-    /// Steps until something has to be done outside. Touches nothing of Python.
+    /// Steps until the caller has to act. Does not use Python objects.
     pub fn go(&mut self, goal: &mut Goal) -> Stopped {
         match self.runner.go(goal, CHUNK) {
             Pause::Chunk => Stopped::Chunk,

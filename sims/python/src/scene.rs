@@ -1,4 +1,4 @@
-//! The shapes of bodies, for `show`: what `_show.py` of the package hands to Rerun.
+//! The shapes of bodies for `show`. `_show.py` of the package passes them to Rerun.
 use crate::array::{out1, out2};
 use crate::core::Core;
 use linkwork_assembly::BodyShape as Shown;
@@ -9,14 +9,14 @@ use linkwork_spatial::{Pose, Vec3};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-/// What a shape is, in the words of `_show.py`.
+/// The kind of a shape, as `_show.py` names it.
 enum Form {
-    /// Kind and whole lengths or radii, m.
+    /// Kind and full lengths or radii, m.
     Solid(&'static str, Vec<f64>),
     Surface(Triangles),
-    /// Balls: centres with radii.
+    /// Spheres: centres and radii.
     Points(Vec<[f64; 4]>),
-    /// A mesh file with factors to m.
+    /// A mesh file and scale factors to m.
     File(String, [f64; 3]),
 }
 
@@ -29,8 +29,8 @@ pub struct Drawn {
     form: Form,
 }
 
-/// Of a URDF, MJCF or SDF file what is to be seen, or what collides where nothing is; of a file in RON its shapes; of a
-/// machine without shapes the boxes of its inertia.
+/// Returns the shapes of a mechanism. For a URDF, MJCF or SDF file: the visual shapes, or the collision shapes of bodies without visual shapes. For a
+/// RON file: its shapes. Without any shapes: boxes with the inertia of the bodies.
 pub fn of(core: &Core) -> Vec<Drawn> {
     let own = match &core.description {
         Some(d) => {
@@ -91,7 +91,7 @@ fn of_geometry(g: &Geometry) -> Form {
     }
 }
 
-/// A mesh file. The viewer would show a glTF with its y axis up; its corners are given in the axes of the link instead.
+/// Returns a mesh file. Rerun would show a glTF file with its y axis up, so the vertices of glTF files are returned in the axes of the link instead.
 fn mesh_file(file: &str, scale: [f64; 3]) -> Form {
     let ending = file.to_ascii_lowercase();
     if (ending.ends_with(".glb") || ending.ends_with(".gltf"))
@@ -130,7 +130,7 @@ fn of_shape(shape: &Shape) -> Form {
         | Shape::Mesh { .. }
         | Shape::HeightField { .. } => match (drawn_surface(shape), shape) {
             (Ok(Some(surface)), _) => Form::Surface(surface),
-            // Of points in one plane there is no hull.
+            // Coplanar points do not have a convex hull.
             (_, Shape::ConvexHull { points }) => {
                 Form::Points(points.iter().map(|p| [p.x, p.y, p.z, 0.0]).collect())
             }
@@ -139,7 +139,7 @@ fn of_shape(shape: &Shape) -> Form {
     }
 }
 
-/// As dictionaries: `body`, `name`, `pose` [p, x y z w], `color`, `kind` and what the kind needs.
+/// Converts shapes to dictionaries: `body`, `name`, `pose` [p, x y z w], `color`, `kind` and the data of the kind.
 pub fn list<'py>(py: Python<'py>, shapes: &[Drawn]) -> PyResult<Bound<'py, PyList>> {
     let all = PyList::empty(py);
     for s in shapes {
@@ -177,7 +177,7 @@ pub fn list<'py>(py: Python<'py>, shapes: &[Drawn]) -> PyResult<Bound<'py, PyLis
     Ok(all)
 }
 
-/// The module of this package that draws.
+/// Returns the Python module that draws.
 pub fn drawing(py: Python<'_>) -> PyResult<Bound<'_, PyModule>> {
     let module = crate::package::module();
     let package = module.rsplit_once('.').map_or(module, |(package, _)| package);

@@ -1,5 +1,5 @@
-//! How a `Mechanism` and a `Simulation` show themselves: as lines of text, and as tables in notebooks. Names in tables are escaped:
-//! what a file says is shown, never obeyed.
+//! Representations of a `Mechanism` and a `Simulation`: lines of text, and HTML tables for notebooks. Names in tables are escaped, so HTML in a file
+//! is shown as text.
 use crate::builder::kind_name;
 use linkwork_formats::{Description, escaped};
 use linkwork_multibody::{Body, BodyId, Modes, Multibody};
@@ -7,19 +7,19 @@ use linkwork_runtime::{Plan, Seconds};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// Levels of a tree that are indented.
+/// Largest number of indented levels of a tree.
 const INDENTED: usize = 40;
 
-/// Rows of a table; the rest is counted.
+/// Largest number of rows of a table; further rows are only counted.
 const ROWS: usize = 200;
 
-/// Bodies depth first, each with the branches before its name.
+/// Returns the bodies depth first, each with the branch characters before its name.
 fn branches(mbs: &Multibody) -> Vec<(String, BodyId)> {
     let mut children: BTreeMap<Option<BodyId>, Vec<BodyId>> = BTreeMap::new();
     for id in mbs.body_ids() {
         children.entry(mbs.get(id).parent()).or_default().push(id);
     }
-    // Without recursion: chains may have thousands of bodies.
+    // Not recursive, because chains can have thousands of bodies.
     let below = |id| children.get(&id).map_or(&[][..], Vec::as_slice);
     let mut open: Vec<(BodyId, Vec<bool>)> = Vec::new();
     let push = |open: &mut Vec<(BodyId, Vec<bool>)>, of, above: &[bool]| {
@@ -31,7 +31,7 @@ fn branches(mbs: &Multibody) -> Vec<(String, BodyId)> {
     let mut rows = Vec::new();
     while let Some((id, last)) = open.pop() {
         let (own, above) = last.split_last().map_or((true, &[][..]), |(own, above)| (*own, above));
-        // Deep chains are indented no further.
+        // Deeper levels are not indented further.
         let above = above.iter().take(INDENTED).map(|l| if *l { "   " } else { "│  " });
         let branch: String = above.chain([if own { "└─ " } else { "├─ " }]).collect();
         rows.push((branch, id));
@@ -40,18 +40,18 @@ fn branches(mbs: &Multibody) -> Vec<(String, BodyId)> {
     rows
 }
 
-/// "pin", "slider + pin"; "fixed" without coordinates.
+/// Returns the kinds of a hinge: "pin", "slider + pin"; "fixed" without coordinates.
 fn hinge(body: &Body) -> String {
     let kinds: Vec<&str> = body.subhinges().iter().map(|s| kind_name(&s.subhinge.kind)).collect();
     if body.v().is_empty() { "fixed".into() } else { kinds.join(" + ") }
 }
 
-/// Mass of a body with that of its modes, kg.
+/// Returns the mass of a body, including its modes, kg.
 fn mass(body: &Body) -> f64 {
     body.inertia().mass() + body.modes().map_or(0.0, Modes::mass)
 }
 
-/// A mechanism as a tree of lines: body, hinge with its places in q and v, modes with theirs, mass.
+/// Returns a mechanism as a text tree: body, hinge and modes with their indices in q and v, mass.
 pub fn tree(mbs: &Multibody) -> String {
     let (bodies, total) = (mbs.bodies().len(), number(mbs.total_mass()));
     let mut out = format!("{bodies} bodies, nq={}, nv={}, {total} kg\nworld", mbs.nq(), mbs.nv());
@@ -71,7 +71,7 @@ pub fn tree(mbs: &Multibody) -> String {
     out
 }
 
-/// A mechanism as a table: bodies as a tree, joints of the file, hinges, places in q and v, masses.
+/// Returns a mechanism as an HTML table: tree of bodies, joints of the file, hinges, indices in q and v, masses.
 pub fn mechanism(mbs: &Multibody, description: Option<&Description>) -> String {
     let joints = description.map_or(&[][..], |d| &d.joints);
     let rows = branches(mbs);
@@ -118,7 +118,7 @@ pub fn mechanism(mbs: &Multibody, description: Option<&Description>) -> String {
     table("Mechanism", &about, &heads, rows)
 }
 
-/// A simulation as a table: parts with their models and rates.
+/// Returns a simulation as an HTML table: parts with their models and rates.
 pub fn simulation(plan: &Plan, time: f64, until: Option<Seconds>, phase: &str) -> String {
     let end = until.map_or(String::new(), |u| format!(" of {} s", u.seconds()));
     let phase = if phase.is_empty() { String::new() } else { format!(", phase {phase}") };
@@ -136,13 +136,13 @@ pub fn simulation(plan: &Plan, time: f64, until: Option<Seconds>, phase: &str) -
     table("Simulation", &about, &["part", "model", "rate"], rows)
 }
 
-/// At most six places behind the point.
+/// Formats a number with at most six decimal places.
 pub fn number(x: f64) -> String {
     let text = format!("{x:.6}");
     text.trim_end_matches('0').trim_end_matches('.').to_string()
 }
 
-/// "1 ms", "20 ms (50 Hz)".
+/// Formats a period: "1 ms", "20 ms (50 Hz)".
 fn period(p: Seconds) -> String {
     let s = p.seconds();
     let text = if s < 1.0 { format!("{} ms", 1e3 * s) } else { format!("{s} s") };

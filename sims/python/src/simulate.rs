@@ -1,12 +1,12 @@
-//! `Mechanism.simulate`: a small time integration of one mechanism, without parts and wires.
+//! `Mechanism.simulate`: fixed-step integration of one mechanism, without parts and wires.
 //!
 //! ```text
 //! rk4                   ẋ = [N(q) v; v̇(t, q, v)], four evaluations a step, quaternions brought to
 //!                       length 1 after each step: order 4
 //! semi_implicit_euler   v += h v̇(t, q, v), then q moved by h v on its manifold: order 1
 //! ```
-//! Loops and couplings are obeyed: small loops are embedded, the others are rows, and after each step q and v
-//! are brought back onto all of them.
+//! Loops and couplings are satisfied: small loops are embedded, the others have multipliers, and after each step q and v are projected onto all of
+//! them.
 use crate::array::{Array1, Array2, Input, out1, out2, room, vector};
 use crate::constraints::may_begin;
 use crate::core::Core;
@@ -22,23 +22,23 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::ops::Range;
 
-/// Steps between two looks at Ctrl-C.
+/// Number of steps between two checks for Ctrl-C.
 const CHUNK: usize = 4096;
 
-/// Where the forces come from.
+/// The source of the generalized forces.
 pub enum Torque<'py> {
-    /// There are none.
+    /// No forces.
     None,
-    /// The same for all steps.
+    /// Constant forces.
     Constant(Input<'py>),
-    /// One row for each step.
+    /// One row per step.
     Rows(Input<'py>),
     /// A function of t, q, v.
     Call(Bound<'py, PyAny>),
 }
 
 impl<'py> Torque<'py> {
-    /// Nothing, numbers of either shape, or a function.
+    /// Reads nothing, an array of either shape, or a function.
     pub fn read(given: Option<&Bound<'py, PyAny>>, nv: usize, steps: usize) -> PyResult<Self> {
         let Some(given) = given else { return Ok(Torque::None) };
         if given.is_callable() {
@@ -55,8 +55,8 @@ impl<'py> Torque<'py> {
         }
     }
 
-    /// Calls `step` with the number of each step and these forces; without the interpreter's lock where they need none of it, and
-    /// with a look at Ctrl-C now and then.
+    /// Calls `step` with the number of each step and its forces. The interpreter's lock is released if the forces do not need it, and Ctrl-C is
+    /// checked regularly.
     pub fn drive(
         &self,
         py: Python<'py>,
@@ -90,19 +90,19 @@ impl<'py> Torque<'py> {
     }
 }
 
-/// Writes the forces at t, q, v; the step is for tables.
+/// Writes the forces at step, t, q, v; the number of the step selects a row of a table.
 pub type Forces<'a> = dyn FnMut(usize, f64, &[f64], &[f64], &mut [f64]) -> PyResult<()> + 'a;
 
-/// A mechanism as an integrator sees it.
+/// The equations of motion for the integrator.
 struct Motion<'a> {
     core: &'a Core,
-    /// There are loops or couplings.
+    /// Whether there are loops or couplings.
     constrained: bool,
     wrenches: &'a [(NodeId, Force)],
-    /// The step.
+    /// Number of the step.
     k: usize,
     forces: &'a mut Forces<'a>,
-    /// q.
+    /// Range of q in the state.
     positions: [Range<usize>; 1],
 }
 
@@ -155,14 +155,14 @@ impl System for Motion<'_> {
     }
 }
 
-/// A run in progress.
+/// An integration in progress.
 struct Run<'a> {
     core: &'a Core,
     constrained: bool,
     wrenches: &'a [(NodeId, Force)],
     integrator: Integrator,
     dt: f64,
-    /// q, then v.
+    /// The state: q, then v.
     x: Vec<f64>,
 }
 
@@ -176,8 +176,8 @@ impl Run<'_> {
         integrator.step_fixed(&mut motion, t, *dt, x, None).map_err(|failure| match failure {
             Failure::System(e) => e,
             _ => refuse_with(
-                format!("t = {} s: the state is no number any more", t + *dt),
-                "take a smaller dt, and look at the torques",
+                format!("t = {} s: the state is NaN or infinite", t + *dt),
+                "use a smaller dt, and check the torques",
             ),
         })
     }
@@ -185,16 +185,44 @@ impl Run<'_> {
 
 #[pymethods]
 impl Mechanism {
-    /// Trajectories (t, q, v) of shapes (steps + 1,), (steps + 1, nq), (steps + 1, nv), from
-    /// q (nq,) and v (nv,) at t = 0 in steps of dt (s).
+    /// Integrate the motion of the mechanism from t = 0 with a fixed step.
     ///
-    /// torque: None; (nv,) constant; (steps, nv) one row a step; or a function of (t, q, v) that
-    /// gives (nv,), called at each evaluation (four a step with "rk4"). integrator: "rk4" or
-    /// "semi_implicit_euler". wrenches: {frame: (6,)}, constant, world axes. Prescribed
-    /// coordinates keep their rates. Loops and couplings are obeyed; q must close them, and v keep
-    /// them closed (`close`).
-    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    /// Loops and couplings are kept closed; q and v must satisfy them at the start (see `close`). Prescribed coordinates keep their rates.
     ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// v : array_like, shape (nv,)
+    ///     Rates, rad/s and m/s.
+    /// dt : float
+    ///     Step size, s.
+    /// steps : int
+    ///     Number of steps.
+    /// torque : array_like or callable, optional
+    ///     Generalized forces, N m and N: constant (nv,), one row per step (steps, nv), or a function of (t, q, v) that returns (nv,) and is
+    ///     called at every evaluation (four per step with "rk4").
+    /// integrator : {"rk4", "semi_implicit_euler"}
+    ///     The method; of order 4 and 1.
+    /// wrenches : dict of str to array_like, shape (6,), optional
+    ///     Constant external wrenches as in `inverse_dynamics`.
+    ///
+    /// Returns
+    /// -------
+    /// t : ndarray, shape (steps + 1,)
+    ///     Times, s.
+    /// q : ndarray, shape (steps + 1, nq)
+    ///     Configurations.
+    /// v : ndarray, shape (steps + 1, nv)
+    ///     Rates.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a name does not exist, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> t, qs, vs = arm.simulate(q, v, dt=0.01, steps=100)
     /// >>> t.shape, qs.shape, vs.shape
     /// ((101,), (101, 2), (101, 2))
@@ -212,7 +240,7 @@ impl Mechanism {
     ) -> PyResult<(Array1<'py>, Array2<'py>, Array2<'py>)> {
         let (core, nq, nv) = (&*self.core, self.core.nq(), self.core.nv());
         if !(dt.is_finite() && dt > 0.0) {
-            return Err(refuse_with(format!("`dt` is {dt}"), "give a step above zero, in s"));
+            return Err(refuse_with(format!("`dt` is {dt}"), "give a positive step, in s"));
         }
         let known = ["rk4", "semi_implicit_euler"].map(|name| (name, name.replace('_', "-")));
         let known: Vec<(&str, &str)> = known.iter().map(|(a, b)| (*a, b.as_str())).collect();

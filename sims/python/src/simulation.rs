@@ -19,18 +19,37 @@ use std::sync::{Arc, Mutex};
 
 mod variables;
 
-/// A run of a simulation in RON. It begins at t = 0 with the work of the first tick done.
+/// A run of a RON simulation. After construction, it is at t = 0 and the first tick has been evaluated.
 ///
-/// path: a sim.ron or its folder. overrides: {path: value} of parameters and settings, as
-/// `--set` on the command line. seed: replaces the file's. until: when `run()` stops, replaces
-/// the file's; s, or a text such as "2 min". models: {name: class}, parts in Python: a class has
-/// `inputs` and `outputs` ({name: unit}, {name: (unit, length)}; or, bound to the mechanism under that
-/// name, "hinge state", "node state", "hinge torque", "wrench", ..) and `step(self, t, u)`, which is
-/// called at the part's rate with t in s and u = {input: value} and returns {output: value}; the
-/// part's `params` in the file are arguments of the class. `save(self)` and `load(self, saved)`, or
-/// `stateless = True`, make checkpoints and forks possible.
-/// Raises LinkworkError with every mistake, each with its place.
+/// Parameters
+/// ----------
+/// path : str or path-like
+///     A sim.ron file, or its folder.
+/// overrides : dict, optional
+///     {path: value} of parameters and settings, as with `--set` on the command line.
+/// seed : int, optional
+///     Seed of the noise; replaces that of the file.
+/// until : float or str, optional
+///     End time of `run()`, s, or a text such as "2 min"; replaces that of the file.
+/// models : dict, optional
+///     {name: class}: models that are Python classes; see Notes.
 ///
+/// Raises
+/// ------
+/// LinkworkError
+///     If the simulation has mistakes. The message lists all of them, each with its position.
+///
+/// Notes
+/// -----
+/// A model class has `inputs` and `outputs`: {name: unit} or {name: (unit, length)}. A port that binds to the mechanism has a kind in place of
+/// the unit: "hinge state", "node state", "hinge torque", "wrench", ...
+///
+/// `step(self, t, u)` is called at the rate of the part, with the time t in s and u = {input: value}, and returns {output: value}. The part's
+/// `params` in the file are the arguments of the constructor. `save(self)` and `load(self, saved)`, or `stateless = True`, make checkpoints and
+/// forks possible.
+///
+/// Examples
+/// --------
 /// >>> sim = linkwork.Simulation("sims/pendulum")
 /// >>> sim.run_until("1 s")
 /// >>> round(sim["bob.angle"], 6)
@@ -42,18 +61,18 @@ pub struct Simulation {
     plan: Arc<Plan>,
     program: Arc<Program>,
     configuration: String,
-    /// Of each phase.
+    /// Visual shapes of each phase.
     shapes: Arc<Vec<Vec<BodyShape>>>,
     rules: Vec<LogRule>,
     until: Option<Seconds>,
     stop_when: Option<u32>,
     running: Mutex<Running>,
     busy: AtomicBool,
-    /// Threads that wait for a turn while the run steps.
+    /// Number of threads that wait for access while the run steps.
     waiting: AtomicUsize,
 }
 
-/// Ends the run's claim on the simulation, however it ends.
+/// Releases the simulation at the end of a call, also after an error.
 struct Busy<'a>(&'a AtomicBool);
 
 impl Drop for Busy<'_> {
@@ -63,13 +82,13 @@ impl Drop for Busy<'_> {
 }
 
 impl Simulation {
-    /// A run at its start, to an end that replaces the file's.
+    /// Creates a run at its start. `until` replaces the end time of the file.
     pub fn from_ready(py: Python<'_>, ready: Ready, until: Option<Seconds>) -> PyResult<Self> {
         let stop_when = ready.loaded.simulation.stop_when.as_ref().map(|_| 0);
         let file = ready.loaded.simulation;
         let program = Arc::new(ready.program);
         let sim = runtime::Simulation::of(program.clone());
-        // A part that raised at the first tick.
+        // Reports an exception of a part at the first tick.
         sim.check().map_err(|e| parts::raised(py, run_failed(&e)))?;
         Ok(Self {
             plan: program.phases[0].plan.clone(),
@@ -85,8 +104,7 @@ impl Simulation {
         })
     }
 
-    /// Does something with the run; other threads go on while this waits for its turn. A part that
-    /// runs in it cannot.
+    /// Calls `f` with the run. While this call waits for access, other Python threads continue. A part that the run evaluates cannot call it.
     fn with<R: Send>(
         &self,
         py: Python<'_>,
@@ -94,8 +112,8 @@ impl Simulation {
     ) -> PyResult<R> {
         if parts::inside() {
             return Err(refuse_with(
-                "a part asks the simulation that runs it",
-                "declare what it needs in `inputs`, and wire it",
+                "a part accesses the simulation that runs it",
+                "declare the values that it needs in `inputs`, and wire them",
             ));
         }
         Ok(py.detach(|| {
@@ -108,7 +126,10 @@ impl Simulation {
 
     fn claim(&self) -> PyResult<Busy<'_>> {
         if parts::inside() {
-            return Err(refuse_with("a part runs a simulation", "run it outside of `step`"));
+            return Err(refuse_with(
+                "a part advances a simulation",
+                "advance it outside of `step`",
+            ));
         }
         if self.busy.swap(true, Ordering::SeqCst) {
             return Err(refuse_with(
@@ -125,7 +146,7 @@ impl Simulation {
         loop {
             py.check_signals()?;
             let stopped = py.detach(|| {
-                // The lock is not fair: those who wait go first, as long as they come soon.
+                // The lock is not fair: let waiting threads go first for a while.
                 for _ in 0..1000 {
                     if this.waiting.load(Ordering::SeqCst) == 0 {
                         break;
@@ -147,7 +168,7 @@ impl Simulation {
                 Stopped::Chunk => {}
                 Stopped::Failed(e) => return Err(parts::raised(py, run_failed(&e))),
                 Stopped::Recording(e) => {
-                    return Err(refuse_with(e, "the run can go on without the recording"));
+                    return Err(refuse_with(e, "the run can continue without the recording"));
                 }
                 Stopped::Calls(due) => {
                     let functions: Vec<Py<PyAny>> = {
@@ -182,11 +203,31 @@ impl Simulation {
         Self::from_ready(py, ready, until)
     }
 
-    /// A run as it was when `save` (or the command line) wrote the checkpoint; it goes on to the
-    /// same bits. The checkpoint holds the whole configuration: no other file is needed, but the
-    /// `models` that were given.
-    /// Raises LinkworkError for a file that is no whole checkpoint, and where a model of it is missing.
+    /// Return a run in the state of a checkpoint. It continues bit-identically.
     ///
+    /// The checkpoint contains the whole configuration, so no other file is needed except `models`.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or path-like
+    ///     A .lwck file that `save` or the command line wrote.
+    /// until : float or str, optional
+    ///     End time of `run()`, s, or a text such as "2 min"; replaces that of the checkpoint.
+    /// models : dict, optional
+    ///     As in the constructor.
+    ///
+    /// Returns
+    /// -------
+    /// Simulation
+    ///     The run.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the file is not a complete checkpoint, or one of its models is missing.
+    ///
+    /// Examples
+    /// --------
     /// >>> sim.save("here.lwck")
     /// >>> linkwork.Simulation.resume("here.lwck").time
     /// 1.0
@@ -202,7 +243,9 @@ impl Simulation {
         let until = until.map(|u| seconds(u, "until")).transpose()?;
         let read = move || {
             let checkpoint = Checkpoint::read(&path).map_err(|e| {
-                format!("{e}\n  help: give a .lwck file that `save` or `linkwork run` wrote, whole")
+                format!(
+                    "{e}\n  help: give a complete .lwck file that `save` or `linkwork run` wrote"
+                )
             })?;
             let ready =
                 files::simulation_text("checkpoint.ron", &checkpoint.configuration, models)?;
@@ -218,10 +261,20 @@ impl Simulation {
         Ok(this)
     }
 
-    /// Writes a checkpoint (.lwck) from which `resume`, or `linkwork resume`, goes on.
-    /// A link stays one: the file that it names is written. Raises LinkworkError for a part in Python that cannot be saved, and when the file cannot be
-    /// written.
+    /// Write a checkpoint (.lwck), from which `resume` or `linkwork resume` continues.
     ///
+    /// Parameters
+    /// ----------
+    /// path : str or path-like
+    ///     The file. If it is a symbolic link, the file to which it points is written.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a Python part does not support saving, or the file cannot be written.
+    ///
+    /// Examples
+    /// --------
     /// >>> sim.save("here.lwck")
     /// >>> linkwork.Simulation.resume("here.lwck").state_hash == sim.state_hash
     /// True
@@ -236,9 +289,20 @@ impl Simulation {
         self.with(py, write)?.map_err(refuse)
     }
 
-    /// Another run from the present state on, without this one's logs and callbacks.
-    /// Raises LinkworkError for a part in Python that cannot be saved.
+    /// Return an independent copy of the run in its present state, without its logs and callbacks.
     ///
+    /// Returns
+    /// -------
+    /// Simulation
+    ///     The copy.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a Python part does not support saving.
+    ///
+    /// Examples
+    /// --------
     /// >>> other = sim.fork()
     /// >>> other["bob.rate"] = 0.0
     /// >>> other.run_until(2)
@@ -263,6 +327,8 @@ impl Simulation {
 
     /// Simulated time, s.
     ///
+    /// Examples
+    /// --------
     /// >>> sim.time
     /// 1.0
     #[getter]
@@ -271,14 +337,18 @@ impl Simulation {
     }
     /// Integration step, s.
     ///
+    /// Examples
+    /// --------
     /// >>> sim.dt
     /// 0.001
     #[getter]
     fn dt(&self) -> f64 {
         self.plan.step.seconds()
     }
-    /// When `run()` stops, s; None when nothing says so.
+    /// End time of `run()`, s; None if there is none.
     ///
+    /// Examples
+    /// --------
     /// >>> sim.until
     /// 20.0
     #[getter]
@@ -287,14 +357,18 @@ impl Simulation {
     }
     /// Seed of all noise.
     ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Simulation("sims/pendulum", seed=5).seed
     /// 5
     #[getter]
     fn seed(&self) -> u64 {
         self.plan.seed
     }
-    /// Hash of the state: equal hashes, equal bits. As in summary.json of the command line.
+    /// Hash of the state, as in summary.json of the command line. States with equal hashes are bit-identical.
     ///
+    /// Examples
+    /// --------
     /// >>> again = linkwork.Simulation("sims/pendulum")
     /// >>> again.run_until(1)
     /// >>> again.state_hash == sim.state_hash
@@ -305,6 +379,8 @@ impl Simulation {
     }
     /// The whole configuration as one RON text that needs no other file.
     ///
+    /// Examples
+    /// --------
     /// >>> sim.configuration.startswith("Simulation(")
     /// True
     #[getter]
@@ -312,9 +388,20 @@ impl Simulation {
         &self.configuration
     }
 
-    /// Takes n steps.
-    /// Raises LinkworkError when a state is no number any more, and inside a function of `at` or `every`.
+    /// Make n steps.
     ///
+    /// Parameters
+    /// ----------
+    /// n : int
+    ///     Number of steps (default: 1).
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a state diverges (NaN or infinite), or if called inside a function of `at` or `every`.
+    ///
+    /// Examples
+    /// --------
     /// >>> sim.step(5)
     /// >>> sim.time
     /// 1.005
@@ -322,11 +409,22 @@ impl Simulation {
     fn step(slf: &Bound<'_, Self>, n: u64) -> PyResult<()> {
         Self::advance(slf, Goal { steps: Some(n), ..Goal::default() })
     }
-    /// Advances to the next row or event, and returns which: "row" or "event".
+    /// Advance to the next step or event.
     ///
-    /// Events of one instant come one at a time. Between two rows the state is that of the event, and `time` is its instant.
-    /// Raises LinkworkError when a state is no number any more, and inside a function of `at` or `every`.
+    /// Events at the same instant are returned one at a time. After an event, the state and `time` are those of the event.
     ///
+    /// Returns
+    /// -------
+    /// str
+    ///     "row" for a step, "event" for an event.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a state diverges (NaN or infinite), or if called inside a function of `at` or `every`.
+    ///
+    /// Examples
+    /// --------
     /// >>> ball = linkwork.Simulation("sims/bouncing_ball")
     /// >>> while ball.step_event() != "event": pass
     /// >>> ball["Ball.impacts"]
@@ -336,9 +434,22 @@ impl Simulation {
         let at_row = slf.get().with(slf.py(), |r| r.sim().state().since == 0.0)?;
         Ok(if at_row { "row" } else { "event" })
     }
-    /// Runs to the first tick at or after t (s, or a text such as "2 min"), counted from the start of the simulation. Cutting a run into
-    /// pieces changes no bit of it. Raises LinkworkError for a time that lies behind by a step or more, and when a state is not finite.
+    /// Run to the first tick at or after a time.
     ///
+    /// Splitting a run into several calls does not affect the result: it is bit-identical.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : float or str
+    ///     Time since the start of the simulation, s, or a text such as "2 min".
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the time is a step or more in the past, or a state diverges.
+    ///
+    /// Examples
+    /// --------
     /// >>> sim.run_until("1500 ms")
     /// >>> sim.time
     /// 1.5
@@ -347,15 +458,21 @@ impl Simulation {
         let (to, now) = (until.seconds(), slf.get().time(slf.py())?);
         if to + slf.get().dt() <= now {
             return Err(refuse_with(
-                format!("the simulation is at {now} s already, past {to} s"),
-                "give a later time: it is counted from the start, as in run_until(sim.time + 1)",
+                format!("the simulation is already at {now} s, after {to} s"),
+                "give a later time, counted from the start, such as run_until(sim.time + 1)",
             ));
         }
         Self::advance(slf, Goal { until: Some(until), ..Goal::default() })
     }
-    /// Runs to `until`, or to when the file's `stop_when` is true.
-    /// Raises LinkworkError when neither says when to stop, and when a state is no number any more.
+    /// Run to `until`, or until the `stop_when` of the file is true.
     ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the run has neither, or a state diverges (NaN or infinite).
+    ///
+    /// Examples
+    /// --------
     /// >>> brief = linkwork.Simulation("sims/pendulum", until=0.5)
     /// >>> brief.run()
     /// >>> brief.time
@@ -364,18 +481,32 @@ impl Simulation {
         let this = slf.get();
         if this.until.is_none() && this.stop_when.is_none() {
             return Err(refuse_with(
-                "nothing says when to stop",
+                "the simulation does not have an end time or a stop condition",
                 "give until=.., write `until` in the file, or call run_until(t)",
             ));
         }
         Self::advance(slf, Goal { until: this.until, stop_when: this.stop_when, ..Goal::default() })
     }
 
-    /// Calls `function(simulation)` rate times a second: at the first tick at or after each
-    /// multiple of 1/rate, before the rows of that tick are logged. It may read and set variables.
-    /// An exception ends the run at that tick.
-    /// Raises LinkworkError for a rate, Hz, that is not above zero, and for what cannot be called.
+    /// Call a function periodically during the run.
     ///
+    /// It is called as `function(simulation)` at the first tick at or after each multiple of 1/rate, before the samples of that tick are logged. It
+    /// may read and set variables. If it raises, the run stops at that tick.
+    ///
+    /// Parameters
+    /// ----------
+    /// rate : float
+    ///     Calls per second, Hz.
+    /// function : callable
+    ///     The function.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the rate is not positive, or `function` is not callable.
+    ///
+    /// Examples
+    /// --------
     /// >>> seen = []
     /// >>> sim.at(10, lambda s: seen.append(s.time))
     /// >>> sim.run_until(1.25)
@@ -384,9 +515,22 @@ impl Simulation {
     fn at(&self, py: Python<'_>, rate: f64, function: Py<PyAny>) -> PyResult<()> {
         self.call(py, period(rate)?, function)
     }
-    /// The same every so many seconds: s, or a text such as "20 ms".
-    /// Raises LinkworkError for a time that is not above zero, and for what cannot be called.
+    /// Call a function periodically during the run, as `at`, with a period instead of a rate.
     ///
+    /// Parameters
+    /// ----------
+    /// seconds : float or str
+    ///     Period, s, or a text such as "20 ms".
+    /// function : callable
+    ///     The function.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the period is not positive, or `function` is not callable.
+    ///
+    /// Examples
+    /// --------
     /// >>> seen = []
     /// >>> sim.every("0.1 s", lambda s: seen.append(s.time))
     /// >>> sim.run_until(1.25)
@@ -400,13 +544,15 @@ impl Simulation {
     ) -> PyResult<()> {
         let period = self::seconds(seconds, "seconds")?;
         if period.num == 0 {
-            return Err(refuse_with("`seconds` is 0", "give a time above zero, or use step()"));
+            return Err(refuse_with("`seconds` is 0", "give a positive time, or use step()"));
         }
         self.call(py, period, function)
     }
 
-    /// Name of the present phase; an empty text for a simulation without phases.
+    /// Name of the present phase; empty for a simulation without phases.
     ///
+    /// Examples
+    /// --------
     /// >>> sim.phase
     /// ''
     #[getter]
@@ -414,9 +560,15 @@ impl Simulation {
         self.with(py, |r| r.sim().phase().to_owned())
     }
 
-    /// The mechanism of the present phase; its q and v are this simulation's.
-    /// Raises LinkworkError for a simulation without one.
+    /// The mechanism of the present phase; its q and v are those of this simulation.
     ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the simulation does not have a mechanism.
+    ///
+    /// Examples
+    /// --------
     /// >>> float(sim.mechanism.potential_energy(sim.q)) < 0
     /// True
     #[getter]
@@ -431,22 +583,39 @@ impl Simulation {
         Ok(Mechanism { core: Arc::new(core) })
     }
 
-    /// Opens Rerun with the bodies as they are now. Called again, it adds what is then, on the timeline "time" (s): `every` makes a film.
+    /// Show the bodies in the Rerun viewer at the present time.
     ///
-    /// Needs the package rerun-sdk (`pip install linkwork[rerun]`). path: writes a recording (.rrd) there and opens nothing; another
-    /// path begins another. Bodies have the shapes of the file, of the phase that the run is in. For paths, curves and pictures of cameras use `record`
-    /// and `linkwork view`.
-    /// Raises LinkworkError for a simulation without a mechanism, and without rerun-sdk.
+    /// Each further call adds the state at its time to the timeline "time" (s), so a call from `every` records a film. Bodies have the shapes of the
+    /// file for the present phase. Needs the package rerun-sdk (`pip install linkwork[rerun]`). For trajectories, plots and camera images, use
+    /// `record` and `linkwork view`.
     ///
+    /// Parameters
+    /// ----------
+    /// path : str or path-like, optional
+    ///     Write a recording (.rrd) to this file instead of opening the viewer. Another path begins another recording.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the simulation does not have a mechanism, or rerun-sdk is not installed.
+    ///
+    /// Examples
+    /// --------
     /// >>> sim.show(path="now.rrd")
     #[pyo3(signature = (*, path=None))]
     fn show(slf: &Bound<'_, Self>, path: Option<PathBuf>) -> PyResult<()> {
         let drawing = crate::scene::drawing(slf.py())?;
         drawing.call_method1("simulation", (slf, path)).map(|_| ())
     }
-    /// Configuration of the mechanism now (nq,), a copy. Angles in rad, lengths in m.
-    /// Raises LinkworkError for a simulation without a mechanism.
+    /// Present configuration of the mechanism (nq,), rad and m; a copy.
     ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the simulation does not have a mechanism.
+    ///
+    /// Examples
+    /// --------
     /// >>> float(sim.q[0]) == sim["bob.angle"]
     /// True
     #[getter]
@@ -458,9 +627,15 @@ impl Simulation {
         };
         Ok(out1(py, self.with(py, read)?.ok_or_else(no_mechanism)?))
     }
-    /// Velocity of the mechanism now (nv,), a copy. Rates in rad/s and m/s.
-    /// Raises LinkworkError for a simulation without a mechanism.
+    /// Present rates of the mechanism (nv,), rad/s and m/s; a copy.
     ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the simulation does not have a mechanism.
+    ///
+    /// Examples
+    /// --------
     /// >>> float(sim.v[0]) == sim["bob.rate"]
     /// True
     #[getter]
@@ -474,9 +649,9 @@ impl Simulation {
         Ok(out1(py, self.with(py, read)?.ok_or_else(no_mechanism)?))
     }
 
-    /// Callbacks often hold the simulation that holds them: the garbage collector may see that.
+    /// Callbacks often refer to the simulation that holds them; this makes the cycle visible to the garbage collector.
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
-        // A simulation that steps just now is in use, and is left alone.
+        // A simulation that is stepping is in use, so its references need not be visited.
         let Ok(running) = self.running.try_lock() else { return Ok(()) };
         running.calls.iter().try_for_each(|f| visit.call(f))
     }
@@ -510,7 +685,7 @@ impl Simulation {
     fn call(&self, py: Python<'_>, period: Seconds, function: Py<PyAny>) -> PyResult<()> {
         if !function.bind(py).is_callable() {
             return Err(refuse_with(
-                "`function` cannot be called",
+                "`function` is not callable",
                 "give a function of one argument",
             ));
         }

@@ -1,5 +1,4 @@
-//! `State`: a mechanism at q and v, whose kinematics was done once; poses, velocities,
-//! accelerations, momentum and energies are read from it.
+//! `State`: a mechanism at q and v with computed kinematics, from which poses, velocities, accelerations, momentum and energies are read.
 use crate::array::vector;
 use crate::array::{
     Array1, Array2, checked1, out_force, out_motion, out_number, out_pose, out_vec3, out2,
@@ -12,12 +11,18 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use std::sync::{Arc, Mutex};
 
-/// A mechanism at a configuration and velocity. Make it with `Mechanism.state(q, v)`.
+/// A mechanism at one configuration and velocity, whose kinematics is computed once.
 ///
-/// A *frame* is the name of a node, or of a body (its origin). All vectors are in world axes;
-/// spatial ones have the angular part first. Accelerations are known after `forward_dynamics` or
-/// `inverse_dynamics` of this state.
+/// Create it with `Mechanism.state(q, v)`.
 ///
+/// Notes
+/// -----
+/// A *frame* is the name of a node or of a body (its origin). All vectors are in world axes; spatial vectors have the angular part first.
+///
+/// Accelerations are available after a call of `forward_dynamics` or `inverse_dynamics` of this state.
+///
+/// Examples
+/// --------
 /// >>> import numpy as np, linkwork
 /// >>> pin, parts = linkwork.Hinge.pin([0, 1, 0]), linkwork.Builder()
 /// >>> parts = parts.body("upper", "world", pin.limits(-2, 2, rate=3, effort=40), mass=2, com=[0, 0, -0.5], inertia=np.diag([0.2, 0.2, 0.01]))
@@ -35,9 +40,9 @@ pub struct State {
 }
 
 struct Inner {
-    /// Given back to the mechanism at the end.
+    /// Returned to the mechanism when the state is dropped.
     ws: Option<Box<Workspace>>,
-    /// Whether accelerations are those of this state.
+    /// Whether the accelerations belong to this state.
     accelerations: bool,
 }
 
@@ -50,7 +55,7 @@ impl Drop for State {
 }
 
 impl State {
-    /// Does the kinematics.
+    /// Computes the kinematics.
     pub fn new(core: Arc<Core>, q: Vec<f64>, v: Vec<f64>) -> Self {
         let (mut ws, gravity) = (core.workspace(), core.gravity());
         dynamics::kinematics(&core.tree, &mut ws, &q, &v);
@@ -60,7 +65,7 @@ impl State {
 
     fn with<R>(&self, f: impl FnOnce(&Tree, &mut Workspace) -> R) -> R {
         let mut inner = lock(&self.inner);
-        // There from the beginning to the end.
+        // The workspace exists until the state is dropped.
         let ws = inner.ws.get_or_insert_with(|| self.core.workspace());
         f(&self.core.tree, ws)
     }
@@ -83,7 +88,7 @@ impl State {
             return Ok(());
         }
         Err(refuse_with(
-            "the accelerations of this state are not known",
+            "the accelerations of this state are not computed yet",
             "call forward_dynamics(tau) or inverse_dynamics(vdot) first",
         ))
     }
@@ -91,16 +96,20 @@ impl State {
 
 #[pymethods]
 impl State {
-    /// The configuration (nq,), a copy. Angles in rad, lengths in m.
+    /// The configuration (nq,), rad and m; a copy.
     ///
+    /// Examples
+    /// --------
     /// >>> state.q.tolist()
     /// [0.3, -0.7]
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> Array1<'py> {
         PyArray1::from_slice(py, &self.q)
     }
-    /// The velocity (nv,), a copy. Rates in rad/s and m/s.
+    /// The rates (nv,), rad/s and m/s; a copy.
     ///
+    /// Examples
+    /// --------
     /// >>> state.v.tolist()
     /// [0.1, 0.4]
     #[getter]
@@ -108,44 +117,125 @@ impl State {
         PyArray1::from_slice(py, &self.v)
     }
 
-    /// Pose (4, 4) of a frame in the world: [[R, p], [0, 0, 0, 1]], m.
-    /// Raises LinkworkError for a name that is not there.
+    /// Return the pose of a frame in the world.
     ///
+    /// Parameters
+    /// ----------
+    /// frame : str
+    ///     Name of a node or a body.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (4, 4)
+    ///     [[R, p], [0, 0, 0, 1]] with the rotation R from frame to world and the position p, m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> state.pose("tip").round(6)[:3, 3].tolist()
     /// [0.016014, 0.0, -1.692185]
     fn pose<'py>(&self, py: Python<'py>, frame: &str) -> PyResult<Array2<'py>> {
         out_pose(py, &self.node_pose(frame)?)
     }
-    /// Position (3,) of a frame's origin in the world, m.
-    /// Raises LinkworkError for a name that is not there.
+    /// Return the position of a frame's origin in the world.
     ///
+    /// Parameters
+    /// ----------
+    /// frame : str
+    ///     Name of a node or a body.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (3,)
+    ///     Position, m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> state.position("tip").round(6).tolist()
     /// [0.016014, 0.0, -1.692185]
     fn position<'py>(&self, py: Python<'py>, frame: &str) -> PyResult<Array1<'py>> {
         out_vec3(py, &self.node_pose(frame)?.position)
     }
-    /// Attitude of a frame: quaternion (4,) [x y z w], frame to world.
-    /// Raises LinkworkError for a name that is not there.
+    /// Return the attitude of a frame.
     ///
+    /// Parameters
+    /// ----------
+    /// frame : str
+    ///     Name of a node or a body.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (4,)
+    ///     Unit quaternion [x y z w] of the rotation from frame to world.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> state.quaternion("upper").round(6).tolist()
     /// [0.0, 0.149438, 0.0, 0.988771]
     fn quaternion<'py>(&self, py: Python<'py>, frame: &str) -> PyResult<Array1<'py>> {
         let q = self.node_pose(frame)?.rotation;
         Ok(PyArray1::from_slice(py, &[q.i, q.j, q.k, q.w]))
     }
-    /// Velocity (6,) of a frame: angular (rad/s), that of its origin (m/s).
-    /// Raises LinkworkError for a name that is not there.
+    /// Return the velocity of a frame.
     ///
+    /// Parameters
+    /// ----------
+    /// frame : str
+    ///     Name of a node or a body.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6,)
+    ///     Angular velocity, rad/s, then velocity of the frame's origin, m/s.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> state.velocity("upper").round(6).tolist()
     /// [0.0, 0.1, 0.0, 0.0, 0.0, 0.0]
     fn velocity<'py>(&self, py: Python<'py>, frame: &str) -> PyResult<Array1<'py>> {
         let V = self.at(frame, |tree, ws, n| ws.node_velocity(tree, n))?;
         out_motion(py, &V)
     }
-    /// Acceleration (6,) of a frame: angular (rad/s²), second derivative of its origin's position
-    /// (m/s²). A body at rest reads zero; an accelerometer takes gravity off.
-    /// Raises LinkworkError for a name that is not there, and before accelerations are known.
+    /// Return the acceleration of a frame.
     ///
+    /// The linear part is the second time derivative of the position, so a body at rest has zero. An accelerometer measures it minus gravity.
+    ///
+    /// Parameters
+    /// ----------
+    /// frame : str
+    ///     Name of a node or a body.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6,)
+    ///     Angular acceleration, rad/s², then acceleration of the frame's origin, m/s².
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name does not exist, or the accelerations are not computed yet.
+    ///
+    /// Examples
+    /// --------
     /// >>> _ = state.forward_dynamics([0, 0])
     /// >>> state.acceleration("tip").shape
     /// (6,)
@@ -154,9 +244,25 @@ impl State {
         let a = self.at(frame, |tree, ws, n| ws.node_acceleration(tree, n))?;
         out_motion(py, &a)
     }
-    /// Acceleration (6,) that a frame would have with vdot = 0: dJ/dt v of its Jacobian J.
-    /// Raises LinkworkError for a name that is not there.
+    /// Return the acceleration that a frame has for vdot = 0: dJ/dt v, with J the Jacobian of the frame.
     ///
+    /// Parameters
+    /// ----------
+    /// frame : str
+    ///     Name of a node or a body.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6,)
+    ///     Angular part, rad/s², then linear part, m/s².
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> state.bias_acceleration("upper").round(6).tolist()
     /// [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     fn bias_acceleration<'py>(&self, py: Python<'py>, frame: &str) -> PyResult<Array1<'py>> {
@@ -164,19 +270,50 @@ impl State {
         out_motion(py, &a)
     }
 
-    /// Centre of mass (3,) of one body in the world, m; its origin when it has no mass.
-    /// Raises LinkworkError for a name that is not there.
+    /// Return the centre of mass of one body in the world.
     ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of a body.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (3,)
+    ///     Position, m. A body without mass returns its origin.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> state.body_com("upper").round(6).tolist()
     /// [-0.14776, -0.0, -0.477668]
     fn body_com<'py>(&self, py: Python<'py>, body: &str) -> PyResult<Array1<'py>> {
         let body = self.core.body(body)?;
         out_vec3(py, &self.with(|tree, ws| ws.body_com(tree, body)))
     }
-    /// Inertia (6, 6) of a body and all that hangs on it, as if frozen: about the body's origin,
-    /// world axes: [[J, m c~], [-m c~, m 1]], kg m², kg m, kg.
-    /// Raises LinkworkError for a name that is not there.
+    /// Return the spatial inertia of a body and all bodies outboard of it, with their hinges locked.
     ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of a body.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6, 6)
+    ///     [[J, m c~], [-m c~, m 1]] about the body's origin in world axes, kg m², kg m, kg.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> I = state.subtree_inertia("upper")
     /// >>> float(I[5, 5])
     /// 3.0
@@ -194,23 +331,48 @@ impl State {
         }
         out2(py, m, 6, 6)
     }
-    /// Centre of mass (3,) of all bodies that can move, m.
+    /// Return the common centre of mass of all bodies that can move.
     ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (3,)
+    ///     Position, m.
+    ///
+    /// Examples
+    /// --------
     /// >>> state.center_of_mass().round(6).tolist()
     /// [-0.145091, -0.0, -0.759699]
     fn center_of_mass<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         out_vec3(py, &self.with(|tree, ws| dynamics::center_of_mass(tree, ws)))
     }
-    /// Velocity (3,) of that centre of mass, m/s.
+    /// Return the velocity of the centre of mass of all bodies that can move.
     ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (3,)
+    ///     Velocity, m/s.
+    ///
+    /// Examples
+    /// --------
     /// >>> state.com_velocity().round(6).tolist()
     /// [-0.125093, 0.0, -0.00626]
     fn com_velocity<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         out_vec3(py, &self.with(|tree, ws| dynamics::com_velocity(tree, ws)))
     }
-    /// Acceleration (3,) of that centre of mass, m/s².
-    /// Raises LinkworkError before accelerations are known.
+    /// Return the acceleration of the centre of mass of all bodies that can move.
     ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (3,)
+    ///     Acceleration, m/s².
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the accelerations are not computed yet.
+    ///
+    /// Examples
+    /// --------
     /// >>> _ = state.inverse_dynamics([0, 0])
     /// >>> state.com_acceleration().shape
     /// (3,)
@@ -218,34 +380,65 @@ impl State {
         self.known()?;
         out_vec3(py, &self.with(|tree, ws| dynamics::com_acceleration(tree, ws)))
     }
-    /// Momentum (6,) of all bodies that can move: angular about their centre of mass (kg m²/s),
-    /// linear (kg m/s). Spin of rotors against their bodies is not part of it.
+    /// Return the momentum of all bodies that can move, without the spin of rotors relative to their bodies.
     ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6,)
+    ///     Angular momentum about the centre of mass, kg m²/s, then linear momentum, kg m/s.
+    ///
+    /// Examples
+    /// --------
     /// >>> bool(np.allclose(state.momentum()[3:], 3 * state.com_velocity()))
     /// True
     fn momentum<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         out_force(py, &self.with(|tree, ws| dynamics::momentum(tree, ws)))
     }
-    /// Kinetic energy, J, rotors included: ½ vᵀ M v.
+    /// Return the kinetic energy ½ vᵀ M v, including rotors.
     ///
+    /// Returns
+    /// -------
+    /// float
+    ///     Energy, J.
+    ///
+    /// Examples
+    /// --------
     /// >>> round(state.kinetic_energy(), 6)
     /// 0.056297
     fn kinetic_energy(&self) -> PyResult<f64> {
         out_number(self.with(|tree, ws| dynamics::kinetic_energy(tree, ws, &self.v)))
     }
-    /// Potential energy in uniform gravity, J: −Σ m g·c, zero with all masses at the world's
-    /// origin.
+    /// Return the potential energy −Σ m g·c in uniform gravity. It is zero if all masses are at the world's origin.
     ///
+    /// Returns
+    /// -------
+    /// float
+    ///     Energy, J.
+    ///
+    /// Examples
+    /// --------
     /// >>> round(state.potential_energy(), 6)
     /// -22.357945
     fn potential_energy(&self) -> PyResult<f64> {
         out_number(self.with(|tree, ws| dynamics::potential_energy(tree, ws)))
     }
 
-    /// Adds a wrench (6,) on a frame until `clear_wrenches`: moment about its origin (N m), force
-    /// (N), world axes.
-    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    /// Add an external wrench on a frame. It acts until `clear_wrenches`.
     ///
+    /// Parameters
+    /// ----------
+    /// frame : str
+    ///     Name of a node or a body.
+    /// wrench : array_like, shape (6,)
+    ///     Moment about the frame's origin, N m, then force, N, in world axes.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a name does not exist, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> state.add_wrench("tip", [0, 0, 0, 0, 0, -5])
     /// >>> state.inverse_dynamics([0, 0]).round(6).tolist()
     /// [4.251801, -3.088328]
@@ -256,8 +449,10 @@ impl State {
         lock(&self.inner).accelerations = false;
         Ok(())
     }
-    /// Forgets all wrenches; gravity stays.
+    /// Remove all external wrenches. Gravity stays.
     ///
+    /// Examples
+    /// --------
     /// >>> state.add_wrench("tip", [0, 0, 0, 0, 0, -5])
     /// >>> state.clear_wrenches()
     /// >>> bool((state.inverse_dynamics([0, 0]) == arm.bias_forces(q, v)).all())
@@ -270,11 +465,27 @@ impl State {
         lock(&self.inner).accelerations = false;
     }
 
-    /// Accelerations (nv,) from forces tau (nv,), with gravity and the wrenches. At prescribed
-    /// coordinates the acceleration is that of `vdot` (nv,), zero when left out, and `tau` is not
-    /// read. Accelerations in rad/s² and m/s². Forces in N m and N, by coordinate.
-    /// Raises LinkworkError for another shape, for NaN, and when a free coordinate moves nothing with inertia.
+    /// Compute the accelerations from generalized forces, gravity and the wrenches.
     ///
+    /// Parameters
+    /// ----------
+    /// tau : array_like, shape (nv,)
+    ///     Generalized forces, N m and N. Entries of prescribed coordinates are not read.
+    /// vdot : array_like, shape (nv,), optional
+    ///     Accelerations of the prescribed coordinates, rad/s² and m/s² (default: zeros).
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv,)
+    ///     Accelerations, rad/s² and m/s².
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a free coordinate moves no inertia, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> bool(np.allclose(state.forward_dynamics([1, 2]), arm.forward_dynamics(q, v, [1, 2])))
     /// True
     #[pyo3(signature = (tau, vdot=None))]
@@ -296,9 +507,25 @@ impl State {
         lock(&self.inner).accelerations = true;
         checked1(py, vdot)
     }
-    /// Forces (nv,) that produce the accelerations vdot (nv,), with gravity and the wrenches. Forces in N m and N, by coordinate.
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Compute the generalized forces that produce given accelerations, with gravity and the wrenches.
     ///
+    /// Parameters
+    /// ----------
+    /// vdot : array_like, shape (nv,)
+    ///     Accelerations, rad/s² and m/s².
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv,)
+    ///     Generalized forces, N m and N.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> state.inverse_dynamics([0, 0]).round(6).tolist()
     /// [4.331874, -1.530654]
     fn inverse_dynamics<'py>(&self, vdot: &Bound<'py, PyAny>) -> PyResult<Array1<'py>> {

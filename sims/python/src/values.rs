@@ -1,23 +1,22 @@
-//! Values of a simulation: overrides from Python into RON, resolved parameters back to Python,
-//! what a variable is.
+//! Values of a simulation: overrides from Python to RON, resolved parameters to Python, descriptions of variables.
 use crate::error::{refuse, refuse_with};
 use linkwork_runtime::{Seconds, Value};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString};
 
-/// Entries of a dict as they are now: code of others, which reading a value may run, can change the dict meanwhile.
+/// Returns a copy of the entries of a dict, because reading a value can run foreign code that changes the dict.
 pub fn pairs<'py>(given: &Bound<'py, PyDict>) -> Vec<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
     given.iter().collect()
 }
 
-/// Lists in lists, and numbers in all of them, that an override may have.
+/// Largest nesting of lists and largest number of values in an override.
 const DEEP: usize = 32;
 const MANY: usize = 1_000_000;
 
-/// A seed: an integer from 0 to 2⁶⁴ − 1.
+/// Reads a seed: an integer from 0 to 2⁶⁴ − 1.
 pub fn seed(given: &Bound<'_, PyAny>) -> PyResult<u64> {
     let whole = || given.extract::<u64>();
-    // True is an integer in Python, and 3.0 is none.
+    // In Python, True is an integer; 3.0 is not.
     match given.is_instance_of::<PyBool>() {
         false => whole(),
         true => Err(refuse("")),
@@ -31,12 +30,12 @@ pub fn seed(given: &Bound<'_, PyAny>) -> PyResult<u64> {
     })
 }
 
-/// A seed, or None for the file's.
+/// Reads a seed, or None for that of the file.
 pub fn seed_or_none(given: &Bound<'_, PyAny>) -> PyResult<Option<u64>> {
     if given.is_none() { Ok(None) } else { seed(given).map(Some) }
 }
 
-/// `PATH=VALUE` for each entry.
+/// Returns `PATH=VALUE` for each entry.
 pub fn overrides(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<String>> {
     let Some(given) = given else { return Ok(Vec::new()) };
     let one = |(path, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
@@ -50,15 +49,15 @@ pub fn overrides(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<String>> {
     pairs(given).into_iter().map(one).collect()
 }
 
-/// A number, truth value, text, list or array as RON; `deep`: lists in it, `many`: values so far.
+/// Converts a number, truth value, text, list or array to RON. `deep`: nesting depth of lists; `many`: number of values so far.
 fn ron(value: &Bound<'_, PyAny>, path: &str, deep: usize, many: &mut usize) -> PyResult<String> {
     *many += 1;
     if deep == 0 || *many > MANY {
         let fact = match deep {
-            0 => format!("the override of `{path}` has more than {DEEP} lists in one another"),
+            0 => format!("the override of `{path}` has more than {DEEP} nested lists"),
             _ => format!("the override of `{path}` has more than {MANY} values"),
         };
-        return Err(refuse_with(fact, "give a flat list; one that contains itself has no end"));
+        return Err(refuse_with(fact, "give a flat list; a list must not contain itself"));
     }
     if let Ok(b) = value.cast::<PyBool>() {
         return Ok(b.is_true().to_string());
@@ -85,7 +84,7 @@ fn ron(value: &Bound<'_, PyAny>, path: &str, deep: usize, many: &mut usize) -> P
     }
 }
 
-/// A resolved value as a Python object; `Name(..)` becomes {"Name": ..}.
+/// Converts a resolved value to a Python object; `Name(..)` becomes {"Name": ..}.
 pub fn object<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
     Ok(match value {
         Value::Null => py.None().into_bound(py),
@@ -115,11 +114,11 @@ pub fn object<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>
     })
 }
 
-/// A time: seconds, or a text such as "20 s" or "2 min".
+/// Reads a time: seconds, or a text such as "20 s" or "2 min".
 pub fn seconds(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Seconds> {
     let read = match (given.extract::<f64>(), given.extract::<String>()) {
         (Ok(x), _) => Seconds::from_decimal(x),
-        // A rate is no time here: "2 Hz" would mean half a second.
+        // A rate is not accepted as a time: "2 Hz" would mean half a second.
         (_, Ok(text)) if !text.contains("Hz") => Seconds::period(&Value::Text(text)).ok(),
         _ => None,
     };
@@ -129,41 +128,53 @@ pub fn seconds(given: &Bound<'_, PyAny>, what: &str) -> PyResult<Seconds> {
     })
 }
 
-/// The period of a rate in Hz.
+/// Returns the period of a rate in Hz.
 pub fn period(rate: f64) -> PyResult<Seconds> {
     let period = Seconds::from_decimal(rate).and_then(Seconds::inverse);
-    period.ok_or_else(|| refuse(format!("`rate` is {rate}\n  help: give a rate above zero, in Hz")))
+    period.ok_or_else(|| refuse(format!("`rate` is {rate}\n  help: give a positive rate, in Hz")))
 }
 
 /// A variable of a simulation.
 ///
+/// Examples
+/// --------
 /// >>> variable = linkwork.Simulation("sims/pendulum").variables()["Friction.torque"]
 /// >>> variable
 /// Variable("Friction.torque", "N m", output)
 #[pyclass(frozen, get_all, weakref, module = "linkwork")]
 pub struct Variable {
-    /// Its path.
+    /// Path of the variable.
     ///
+    /// Examples
+    /// --------
     /// >>> variable.path
     /// 'Friction.torque'
     pub path: String,
-    /// Its unit, as in its model; "" for none.
+    /// Unit, as in its model; "" for none.
     ///
+    /// Examples
+    /// --------
     /// >>> variable.unit
     /// 'N m'
     pub unit: String,
-    /// What it means.
+    /// Description of the variable.
     ///
+    /// Examples
+    /// --------
     /// >>> variable.doc
     /// 'Torque on the hinge.'
     pub doc: String,
-    /// "state", "output", "input" (without a wire: may be set) or "wired input".
+    /// "state", "output", "input" (unconnected, so it can be set) or "wired input".
     ///
+    /// Examples
+    /// --------
     /// >>> variable.role
     /// 'output'
     pub role: &'static str,
-    /// The part that owns it.
+    /// Path of the part to which it belongs.
     ///
+    /// Examples
+    /// --------
     /// >>> variable.part
     /// 'Friction'
     pub part: String,

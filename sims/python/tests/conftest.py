@@ -1,4 +1,4 @@
-"""What the tests share: the source tree, the reference robots, random mechanisms."""
+"""Shared fixtures and functions: the source tree, the reference robots, random mechanisms."""
 
 import contextlib
 import doctest
@@ -13,7 +13,7 @@ import pytest
 
 import linkwork as lw
 
-# A shell that runs the tests in the background ignores SIGINT, and so would they.
+# A shell that runs the tests in the background ignores SIGINT, and the tests would inherit that.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 SOURCE = Path(os.environ.get("LINKWORK_SOURCE", Path(__file__).resolve().parents[3]))
@@ -22,13 +22,13 @@ ROBOTS = SOURCE.parent / "shared" / "reference" / "robots"
 
 @pytest.fixture
 def at_source(monkeypatch):
-    """In the source tree, where `sims/...` and `assemblies` are found."""
+    """Change to the source tree, which contains `sims/...` and `assemblies`."""
     monkeypatch.chdir(SOURCE)
     return SOURCE
 
 
 def program():
-    """The command line, which `cargo build --release --bin linkwork` makes."""
+    """Return the path of the command line, which `cargo build --release --bin linkwork` builds."""
     path = Path(os.environ.get("CARGO_TARGET_DIR", SOURCE / "target")) / "release" / "linkwork"
     if not path.exists():
         assert "CI" not in os.environ, f"there is no {path}"
@@ -36,24 +36,24 @@ def program():
     return path
 
 
-#: What a campaign leaves, whoever ran it.
+#: The result files of a campaign.
 FILES = [f"{t}.{e}" for t in ("results", "statistics", "sensitivity", "requirements", "bands") for e in ("csv", "parquet")] + ["report.html"]
 
 
 def files_of(folder):
-    """{name: content} of what must not depend on how a campaign was run."""
+    """Return {name: content} of the files that must not depend on how a campaign was run."""
     return {name: (folder / name).read_bytes() for name in FILES}
 
 
 def left_by_runs(folder):
-    """{name: content} of what the runs of a campaign left: their histories, and what failures leave."""
+    """Return {name: content} of the files of the runs of a campaign: histories and folders of failures."""
     tops = [folder / "failures", folder / "histories"]
     files = [f for top in tops for f in top.rglob("*") if f.is_file()]
     return {str(f.relative_to(folder)): f.read_bytes() for f in files}
 
 
 def campaign_file(folder, runs):
-    """A campaign of pendulums for 2 s each. With much friction the step is too long, and the run fails; a text is refused."""
+    """Write a campaign of pendulums, 2 s each. With high friction the step is too long, so the run fails; a text is rejected."""
     file = folder / f"pendulums_{runs}.ron"
     file.write_text(f"""Campaign(
     simulation: "{SOURCE / "sims/pendulum"}",
@@ -72,7 +72,7 @@ def campaign_file(folder, runs):
 
 
 def robot(name):
-    """Pinocchio's values for a robot; where they are not at hand a skip, which CI does not take."""
+    """Return Pinocchio's values for a robot. Skips the test if they are missing, except in CI."""
     path = ROBOTS / f"{name}.json"
     if not path.exists():
         assert "CI" not in os.environ, f"there is no {path}"
@@ -96,7 +96,7 @@ def matrix_of(quaternion):
 
 
 def random_mechanism(seed, bodies=7, floating=False, prescribed=False):
-    """A branching tree with every kind of hinge, and a node on each body."""
+    """Return a branching tree with every kind of hinge, and a node on each body."""
     r = np.random.default_rng(seed)
 
     def some(n):
@@ -139,25 +139,25 @@ def random_mechanism(seed, bodies=7, floating=False, prescribed=False):
 
 
 def off(a, b):
-    """Largest difference over the largest size; NaN and wrong shapes count as infinite."""
+    """Return the largest difference relative to the largest magnitude; infinite for NaN and different shapes."""
     a, b = np.asarray(a, float), np.asarray(b, float)
     if a.shape != b.shape or not np.all(np.isfinite(a - b)):
         return np.inf
     return float(np.max(np.abs(a - b), initial=0.0) / max(np.max(np.abs(b), initial=0.0), 1e-300))
 
 
-#: Classes of which an object needs a run in another process; `test_docstrings.py` and the tests of `attach` make them.
+#: Classes whose objects need a run in another process; `test_docstrings.py` and the tests of `attach` create them.
 ELSEWHERE = {"Attached"}
 
 
 def exported_classes():
-    """{name: class} of all classes that the package exports, errors apart."""
+    """Return {name: class} of all classes that the package exports, except errors."""
     public = {name: getattr(lw, name) for name in lw.__all__}
     return {n: c for n, c in public.items() if inspect.isclass(c) and not issubclass(c, BaseException)}
 
 
 def exported_objects(folder):
-    """{name: object} of every class of `exported_classes` but `ELSEWHERE`, made by the example in its docstring. Files are found and written in `folder`."""
+    """Return {name: object} of every class of `exported_classes` except `ELSEWHERE`, created by the example in its docstring. The examples use files in `folder`."""
     found = {}
     for name in ("sims", "assemblies"):
         if not (folder / name).exists():
@@ -174,7 +174,7 @@ def exported_objects(folder):
 
 
 def made_by_example(name, cls):
-    """An object of a class: a name or a value in the example of its docstring."""
+    """Return an object of a class from the example of its docstring."""
     space, values = {"linkwork": lw, "np": np}, []
     for example in doctest.DocTestParser().get_examples(cls.__doc__ or ""):
         with contextlib.suppress(lw.LinkworkError):

@@ -1,4 +1,4 @@
-"""Campaigns from Python: the files of the command line, single runs, Ctrl-C, what is refused."""
+"""Campaigns from Python: the files of the command line, single runs, Ctrl-C, rejected input."""
 
 import csv
 import json
@@ -25,7 +25,7 @@ def rows(folder):
 def test_the_files_are_those_of_the_command_line_byte_for_byte(tmp_path):
     file = campaign_file(tmp_path, runs=12)
     command = [program(), "campaign", file, "--out", tmp_path / "shell", "--threads", "2", "--quiet"]
-    # Some runs fail: the exit code says so.
+    # Some runs fail, which the exit code reports.
     assert subprocess.run(command, check=False).returncode == 1
     seen = []
     results = lw.Campaign(file).execute(tmp_path / "here", threads=1, progress=lambda *p: seen.append(p))
@@ -41,7 +41,7 @@ def test_the_files_are_those_of_the_command_line_byte_for_byte(tmp_path):
     assert {int(name.removeprefix("run_")) for name in of_failures} == set(failed)
     assert sum(name.startswith("histories/") for name in left) > 0
     assert sum(name.endswith("before_failure.lwck") for name in left) == list(results.table["ended"]).count("failed") > 0
-    # Given again it makes nothing, and with other threads it would make the same.
+    # The same command runs nothing again; other threads would give the same.
     assert lw.Campaign(file).execute(tmp_path / "here").done == 12
     lw.Campaign(file).execute(tmp_path / "more", threads=3)
     assert files_of(tmp_path / "more") == files_of(tmp_path / "here")
@@ -65,7 +65,7 @@ def test_tables_are_columns(tmp_path):
     k = results.statistics["metric"].index("largest speed")
     assert results.statistics["mean"][k] == pytest.approx(speed.mean(), rel=1e-14)
     assert set(results.sensitivity["value"]) == {"bob.mass [kg]", "bob.com[2]"}
-    # What is required is judged of each run that ended in order.
+    # Requirements apply to runs that ended normally.
     orderly = [run for run in range(8) if table["ended"][run] == "until"]
     fast = [run for run in orderly if table["largest speed [rad/s]"][run] > 3]
     assert 0 < len(fast) < len(speed) and results.missed["it swings fast"] == fast
@@ -88,7 +88,7 @@ def test_a_single_run_with_a_log_and_a_checkpoint_has_the_same_bits(tmp_path):
     assert sim.state_hash == outcome.state_hash
     rate = lw.Simulation.resume(checkpoint)["bob.rate"]
     assert abs(rate) <= outcome.metrics["largest speed"]
-    # Another run is another one.
+    # Another run differs.
     other = next(k for k in range(8) if k != run and campaign.run(k).orderly)
     assert campaign.run(other).state_hash != outcome.state_hash
 
@@ -135,7 +135,7 @@ def test_ctrl_c_keeps_what_has_ended(tmp_path):
         campaign.execute(tmp_path / "out", progress=press)
     ended = len(rows(tmp_path / "out"))
     assert 3 <= ended < 5000
-    # The folder is free again: the same call would go on.
+    # The folder is free again: the same call would continue.
     gathering = campaign._gather(tmp_path / "out")
     assert len(gathering.todo()) == 5000 - ended
 
@@ -148,7 +148,7 @@ def test_mistakes_are_refused_with_place_and_remedy(tmp_path):
         (lambda: campaign.draws(4), "there is no run 4"),
         (lambda: campaign.simulation(4), "there is no run 4"),
         (lambda: campaign.execute(tmp_path / "out", threads=0), "`threads` is 0"),
-        (lambda: campaign.execute(file), "cannot be made"),
+        (lambda: campaign.execute(file), "cannot be created"),
         (lambda: lw.Campaign(tmp_path / "none.ron"), "cannot be read"),
     ]:
         with pytest.raises(lw.LinkworkError, match=text):
@@ -160,20 +160,20 @@ def test_mistakes_are_refused_with_place_and_remedy(tmp_path):
     wrong.write_text(file.read_text().replace("bob.mass", "bob.mas"))
     with pytest.raises(lw.LinkworkError, match=r"`bob\.mas` matches nothing\n.*wrong\.ron:\d+:\d+"):
         lw.Campaign(wrong)
-    # Another campaign's folder, and one that is in use.
+    # The folder of another campaign, and one that is in use.
     campaign.execute(tmp_path / "out")
     more = lw.Campaign(campaign_file(tmp_path, runs=5))
-    with pytest.raises(lw.LinkworkError, match="is of another campaign"):
+    with pytest.raises(lw.LinkworkError, match="belongs to another campaign"):
         more.execute(tmp_path / "out")
     gathering = campaign._gather(tmp_path / "out")
     with pytest.raises(lw.LinkworkError, match="another campaign is writing"):
         campaign.execute(tmp_path / "out")
-    # Lines that are none of this campaign's.
+    # Lines of another campaign.
     (line,) = more._make([4], tmp_path / "elsewhere")
     for text in ["{}", line, line.replace('"metrics":["', '"metrics":["1.0","')]:
         with pytest.raises(lw.LinkworkError):
             gathering.add(text)
-    # A run that is made again has to end as it did.
+    # A repeated run must end in the same way.
     (line,) = campaign._make([0], tmp_path / "elsewhere")
     gathering.add(line)
     state = json.loads(line)["hash"]

@@ -1,4 +1,4 @@
-"""`Collisions`: yes or no, distances, paths, settings, point clouds and voxel maps; against brute force; refusals."""
+"""`Collisions`: checks, distances, paths, settings, point clouds and voxel maps, compared with brute force; errors."""
 
 import doctest
 
@@ -149,8 +149,8 @@ def test_a_way_past_a_point_is_told():
         (lambda r: r.set_points("map", [[0, 0, 0, 1.0]]), "point cloud"),
         (lambda r: r.set_cells("cloud", [[0, 0, 0]]), "voxel map"),
         (lambda r: r.set_cells("map", [[0, 0, 16]]), "indices count from 0"),
-        (lambda r: r.set_cells("map", [[0, 0, -1]]), "whole numbers"),
-        (lambda r: r.set_cells("map", [[0, 0, 0.5]]), "whole numbers"),
+        (lambda r: r.set_cells("map", [[0, 0, -1]]), "give integers"),
+        (lambda r: r.set_cells("map", [[0, 0, 0.5]]), "give integers"),
         (lambda r: r.count("on two"), "point cloud"),
         (lambda r: r.path([0, 0, 0], [1, 1, 1], 0.0), "least"),
         (lambda r: r.clearance([0, 0, 0], np.nan), "limit"),
@@ -165,7 +165,7 @@ def test_mistakes_are_refused(call, words):
 
 
 def linkage(**more):
-    """A plane four-bar linkage whose coupler (0.8 m) ends at the rocker's (0.6 m) end, and a bar for each; y is out of the plane."""
+    """A plane four-bar linkage whose coupler (0.8 m) ends at the end of the rocker (0.6 m), with a bar for each; y is out of the plane."""
     pin, parts = lw.Hinge.pin([0, 1, 0]), lw.Builder()
     for name, parent, length, at in (("crank", "world", 0.3, 0.0), ("coupler", "crank", 0.8, 0.3), ("rocker", "world", 0.6, 0.7)):
         parts.body(name, parent, pin, mass=1, com=[length / 2, 0, 0], inertia=0.1 * np.eye(3), hinge_in_parent=[at, 0, 0])
@@ -173,7 +173,7 @@ def linkage(**more):
     m = parts.build()
     bars = [lw.Collider.box(n, n, [x, 0.02, 0.02], at=[x / 2, 0, 0]) for n, x in (("crank", 0.3), ("coupler", 0.8), ("rocker", 0.6))]
     post = lw.Collider.sphere("post", "world", 0.02, at=[0.455, 0, 0.46])
-    # The world is joined to crank and rocker by hinges: what is on it meets them when that is said.
+    # The world is connected to crank and rocker by hinges: its shapes collide with them only on request.
     return m, lw.Collisions(m, [*bars, post], collide=[("post", "crank"), ("post", "rocker")], **more)
 
 
@@ -182,7 +182,7 @@ def test_linkages_with_loops_are_asked_where_they_close():
     rng = np.random.default_rng(8)
     Q = np.array([m.close([a, 0.5, -1.9]) for a in rng.uniform(-1.2, -0.6, 60)])
     answers = robot.collides(Q, threads=2)
-    # By hand: the post is met by a bar whose middle line (half width 0.01 m) comes within its radius, corners apart.
+    # By hand: a bar touches the post if its centre line (half width 0.01 m) comes within its radius, except at corners.
     for q, hit in zip(Q, answers, strict=True):
         base, near = np.zeros(2), np.inf
         knee = 0.3 * np.array([np.cos(q[0]), -np.sin(q[0])])
@@ -194,7 +194,7 @@ def test_linkages_with_loops_are_asked_where_they_close():
         assert hit == (near <= 0.02) and robot.collides(q) == hit
         if near > 0:
             assert robot.clearance(q)[0] == pytest.approx(near - 0.02, abs=1e-9)
-        # Bodies that the loop joins pass each other, unless they are said to collide.
+        # Bodies of the same loop do not collide, except on request.
         assert ("coupler", "rocker") not in robot.hits(q)
     assert 5 < answers.sum() < 55
     assert ("coupler", "rocker") in linkage(neighbours="collide")[1].hits(Q[0])
@@ -206,9 +206,9 @@ def test_configurations_that_open_a_loop_are_refused():
     off = q + [0, 0, 2e-5]
     for call in (robot.collides, robot.hits, robot.first_hit, robot.clearance, lambda q: robot.distance(q, "post", "rocker")):
         call(q)
-        with pytest.raises(lw.LinkworkError, match=r"(?s)`q` does not keep `knee`.*mechanism.close"):
+        with pytest.raises(lw.LinkworkError, match=r"(?s)`q` violates the constraint `knee`.*mechanism.close"):
             call(off)
-    with pytest.raises(lw.LinkworkError, match="row 1 of `q` does not keep `knee`"):
+    with pytest.raises(lw.LinkworkError, match="row 1 of `q` violates the constraint `knee`"):
         robot.collides([q, off], threads=2)
     with pytest.raises(lw.LinkworkError, match="opens the loop `knee`"):
         robot.path(q, q)
@@ -234,5 +234,5 @@ def test_ways_of_coupled_joints_keep_the_coupling(tmp_path):
 
     assert robot.path(at(0), at(1.0)) == ("free", None, None) and robot.path(at(0), at(1.9))[0] == "hit"
     for q in (at(1.0) + [1e-3, 0], at(1.0) + [0, 1e-3]):
-        with pytest.raises(lw.LinkworkError, match="does not keep"):
+        with pytest.raises(lw.LinkworkError, match="violates the constraint"):
             robot.path(at(0), q)

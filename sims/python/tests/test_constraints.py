@@ -32,14 +32,14 @@ def four_bar(hinge=PIN):
 
 
 def closed(linkage, crank=-1.0):
-    """The linkage open upwards (z), at a crank angle; rates with the crank at 2 rad/s."""
+    """The linkage in its upper configuration (z), at a crank angle; rates with the crank at 2 rad/s."""
     q = linkage.close([crank, 0.5, -1.9])
     v = linkage.close(q, [2.0, 0.0, 0.0])[1]
     return q, v * (2.0 / v[0])
 
 
 def ends(q):
-    """Tips of coupler and rocker in the plane, from trigonometry."""
+    """Positions of the tips of coupler and rocker in the plane, by trigonometry."""
     direction = lambda angle: np.array([np.cos(angle), -np.sin(angle)])
     tip = A * direction(q[0]) + B * direction(q[0] + q[1])
     return tip, np.array([D, 0.0]) + C * direction(q[2])
@@ -76,7 +76,7 @@ def test_a_linkage_has_one_degree_of_freedom_and_names_redundant_rows():
 
 @pytest.mark.parametrize("solver", ["auto", "embed", "augment", "full"])
 def test_dynamics_is_that_of_lagrange_s_equation(solver):
-    """M(θ) θ̈ + M'(θ) θ̇²/2 + V'(θ) = Q of the crank angle, with M and V from the tree at closed states."""
+    """M(θ) θ̈ + M'(θ) θ̇²/2 + V'(θ) = Q for the crank angle, with M and V from the tree at closed states."""
     linkage = four_bar()
     q, v = closed(linkage)
 
@@ -87,12 +87,12 @@ def test_dynamics_is_that_of_lagrange_s_equation(solver):
         return rates @ linkage.mass_matrix(q) @ rates, linkage.potential_energy(q)
 
     def closed_near(theta):
-        # Continued from the known state, so that it stays on its branch; the crank angle is then corrected.
+        # Continued from the known state, so that it stays on its branch; then the crank angle is corrected.
         guess = q + (theta - q[0]) * v / v[0]
         return guess[1:]
 
     def at(theta):
-        # `close` moves all coordinates: the crank angle that it ends at is what the values belong to.
+        # `close` moves all coordinates: the values belong to the resulting crank angle.
         found = linkage.close([theta, *closed_near(theta)])
         return (found[0], *reduced(theta))
 
@@ -105,7 +105,7 @@ def test_dynamics_is_that_of_lagrange_s_equation(solver):
     motion = linkage.constrained_dynamics(q, v, tau, solver=solver)
     assert motion.vdot[0] == pytest.approx(want, rel=2e-6)
     assert np.allclose(motion.vdot, linkage.constrained_dynamics(q, v, tau).vdot, atol=1e-9)
-    # Not what the tree alone does.
+    # Different from the tree alone.
     assert abs(linkage.forward_dynamics(q, v, tau)[0] - want) > 0.5
 
 
@@ -137,9 +137,9 @@ def test_simulating_keeps_loops_closed_and_energy():
     start = energy(q, v)
     assert abs(energy(qs[-1], vs[-1]) - start) < 1e-7
     assert np.ptp(qs[:, 0]) > 0.1
-    with pytest.raises(lw.LinkworkError, match="`knee` is not closed at the start.*\n  help: begin with `q, v = mech"):
+    with pytest.raises(lw.LinkworkError, match="`knee` is not closed at the start.*\n  help: start from `q, v = mech"):
         linkage.simulate([-1.0, 0.5, -1.9], v, 1e-3, 1)
-    with pytest.raises(lw.LinkworkError, match="the rates at the start open what is closed"):
+    with pytest.raises(lw.LinkworkError, match="the rates at the start violate the constraints"):
         linkage.simulate(q, [1.0, 0.0, 0.0], 1e-3, 1)
 
 
@@ -158,14 +158,14 @@ def test_couplings_of_builders_and_of_files(tmp_path):
     lacking = pair.inverse_dynamics(q, [0.0, 0.0], motion.vdot) - [1.0, 0.0]
     assert np.allclose(lacking, motion.forces["differential"][0], atol=1e-12)
 
-    # mimic of a URDF: the second joint follows the first, at half its angle.
+    # Mimic joint of a URDF: the second joint follows the first, at half its angle.
     link = '<link name="{}"><inertial><mass value="1"/><origin xyz="0.1 0 0"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>'
     joint = '<joint name="{0}" type="continuous"><parent link="{1}"/><child link="{2}"/><axis xyz="0 1 0"/>{3}</joint>'
     text = '<robot name="r">' + "".join(link.format(n) for n in ("base", "a", "b"))
     text += joint.format("first", "base", "a", "") + joint.format("second", "base", "b", '<mimic joint="first" multiplier="0.5"/>')
     file = tmp_path / "r.urdf"
     file.write_text(text + "</robot>")
-    with pytest.warns(UserWarning, match="second.*obey them, the algorithms of the tree"):
+    with pytest.warns(UserWarning, match="second.*satisfy them, the tree algorithms"):
         robot = lw.load(file)
     q = robot.close([0.4, 0.0])
     first, second = (robot.coordinates(n)[0] for n in ("first", "second"))
@@ -250,7 +250,7 @@ def test_bad_input():
     parts.loop("knee", "crank", "rocker", PIN, at_a=[A, 0, 0], at_b=[C, 0, 0])
     with pytest.raises(lw.LinkworkError, match="loop `knee` does not close"):
         parts.build().close([0.1, 3.0])
-    # A tree has none, and says so quietly.
+    # A tree has none, and reports it without an error.
     tree = bar(lw.Builder(), "a", "world", 1.0, 1.0).build()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -261,7 +261,7 @@ def test_bad_input():
 
 
 def linkage_files(folder):
-    """One linkage as MJCF with a `connect`, as URDF beside a side-car with a loop, and as a simulation in RON with a loop."""
+    """One linkage as MJCF with a `connect`, as URDF with a companion file that contains a loop, and as a simulation in RON with a loop."""
     at = {"crank": 0.0, "rod": 0.2, "rocker": 0.4}
     parents = {"crank": "world", "rod": "crank", "rocker": "world"}
     inertial = '<inertial pos="0.1 0 0" mass="1" diaginertia="0.01 0.01 0.01"/><joint type="hinge" axis="0 0 1"/>'

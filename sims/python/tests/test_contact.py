@@ -1,4 +1,4 @@
-"""Contact of a `Mechanism`: closed forms, balances of momentum, the same motion as a simulation, refusals."""
+"""Contact of a `Mechanism`: closed forms, momentum balances, the same motion as a simulation, errors."""
 
 import doctest
 
@@ -42,7 +42,7 @@ def test_a_ball_at_rest_carries_its_weight():
     assert np.allclose(step.forces, [[0, 0, 2 * G]], atol=1e-9) and np.allclose(step.forces * 1e-3, step.impulses)
     assert np.allclose(step.normals, [[0, 0, 1]]) and np.allclose(step.points, [[0, 0, 0]], atol=1e-9)
     assert np.allclose(q, at(0, 0, 0.1), atol=1e-9) and np.allclose(v, 0, atol=1e-9)
-    # What presses is carried too, and what is lifted is let go.
+    # A pressed body is carried, and a lifted one is released.
     pressed = contact.step(q, v, 1e-3, wrenches={"ball": [0, 0, 0, 0, 0, -5.0]})
     assert np.allclose(pressed.forces, [[0, 0, 2 * G + 5]], atol=1e-9)
     lifted = contact.step(q, v, 1e-3, [0, 0, 0, 0, 0, 2 * G + 4])
@@ -55,7 +55,7 @@ def test_a_box_slides_as_the_closed_form_says(slope):
     box = lw.Builder().body("box", "world", lw.Hinge.free(), mass=mass, com=[0, 0, 0], inertia=np.diag([0.02, 0.03, 0.04]))
     box = box.build()
     box.gravity = [G * np.sin(slope), 0, -G * np.cos(slope)]
-    # Of a pair the geometric mean: 0.3.
+    # The geometric mean of the pair: 0.3.
     shapes = [
         lw.Collider.box("block", "box", [0.4, 0.3, 0.1], friction=0.9),
         lw.Collider.half_space("ground", friction=0.1),
@@ -69,7 +69,7 @@ def test_a_box_slides_as_the_closed_form_says(slope):
     steps = 200
     t, q, v = contact.simulate(at(0, 0, 0.05), moving(speed, 0, 0), dt, steps)
     deceleration = G * (mu * np.cos(slope) - np.sin(slope))
-    # Velocities are those of the closed form, places their sum.
+    # Velocities are those of the closed form, positions their sum.
     expected = speed - deceleration * t
     assert np.allclose(v[:, 3], expected, atol=1e-7) and np.allclose(v[:, [0, 1, 2, 4, 5]], 0, atol=1e-7)
     assert np.allclose(q[1:, 0], np.cumsum(expected[1:]) * dt, atol=1e-7)
@@ -88,7 +88,7 @@ def test_a_ball_bounces_to_e_squared_of_its_height():
     apex, bounced = 0.0, 0
     for _ in range(int(1.3 * np.sqrt(2 * height / G) / dt)):
         step = contact.step(q, v, dt)
-        # Momentum: what the ball gains is weight and impulses, impacts among them.
+        # Momentum: the ball gains weight and impulses, including impacts.
         gained = mass * (step.v[3:] - v[3:])
         assert np.allclose(gained, step.impulses.sum(axis=0) + [0, 0, -mass * G * dt], atol=1e-10)
         if step.impacts:
@@ -101,7 +101,7 @@ def test_a_ball_bounces_to_e_squared_of_its_height():
         if bounced:
             apex = max(apex, q[2])
     assert bounced == 1
-    # On its way up: height by energy.
+    # On its way up: height from the energy.
     assert q[2] - radius + v[5] ** 2 / (2 * G) == pytest.approx(e**2 * height, rel=3e-3)
     assert apex == q[2]
 
@@ -128,7 +128,7 @@ def test_balls_that_collide_keep_their_momentum():
         hits += step.impacts
         q, v = step.q, step.v
     p1, e1 = books(q, v)
-    # Without friction there is none here but between the two: 0.5; the line of centres is off the motion.
+    # The only friction is between the two: 0.5; the line of centres is not along the motion.
     assert hits >= 1 and np.allclose(p0[3:], p1[3:], atol=1e-12) and e1 <= e0 * (1 + 1e-12)
     assert np.linalg.norm(q[7:10] - q[:3]) > 0.25 and v[b][3] > 0
 
@@ -203,7 +203,7 @@ def test_a_table_of_a_file_stands_on_its_legs(tmp_path):
     free_to_bend = lw.Contact(robot, [*shapes, lw.Collider.half_space("ground")], limits="ignore")
     t, bent, _ = free_to_bend.simulate(q, np.zeros(robot.nv), 1e-3, 500, torque=springs)
     assert bent[-1, hips[0][0]] < -1e-3 and qs[-1, hips[0][0]] > -1e-4
-    # A step at a time is the same motion to the bit.
+    # Single steps give the same motion, bit for bit.
     contact.reset()
     state = (q, np.zeros(robot.nv))
     for k in range(20):
@@ -230,7 +230,7 @@ def test_loops_stay_closed_with_contact():
     assert min(h[2] for h in heights) > 0.9 + 0.05 - 2e-3
     with pytest.raises(lw.LinkworkError, match="knee.*not closed"):
         contact.step([-1, 0.5, -1.5], np.zeros(3), 1e-3)
-    # What a loop joins does not meet, as what a hinge joins does not: both have a ball at the knee.
+    # Bodies connected by a loop do not collide, like bodies connected by a hinge: both have a ball at the knee.
     balls = [lw.Collider.sphere("a", "coupler", 0.05, at=[0.8, 0, 0]), lw.Collider.sphere("b", "rocker", 0.05, at=[0.6, 0, 0.0999])]
     assert lw.Contact(linkage, balls).step(q, v, 1e-3).pairs == []
     assert lw.Contact(linkage, balls, neighbours="collide").step(q, v, 1e-3).pairs == [("a", "b")]
@@ -266,7 +266,7 @@ def test_mistakes_are_refused():
         ("`q`", (q[:3], v, 1e-3)),
         ("`v`", (q, v * np.nan, 1e-3)),
         ("`tau`", (q, v, 1e-3, [1.0])),
-        ("too large|no number", (q, v, 1e300, np.full(6, 1e300))),
+        ("overflowed|NaN or infinite", (q, v, 1e300, np.full(6, 1e300))),
     ]:
         with pytest.raises(lw.LinkworkError, match=match):
             contact.step(*args)
@@ -274,7 +274,7 @@ def test_mistakes_are_refused():
         contact.step(q, v, 1e-3, wrenches={"bal": np.zeros(6)})
     with pytest.raises(lw.LinkworkError, match="`torque` has the shape"):
         contact.simulate(q, v, 1e-3, 5, torque=np.zeros((4, 6)))
-    with pytest.raises(lw.LinkworkError, match="has no file that says what touches"):
+    with pytest.raises(lw.LinkworkError, match="does not have collision shapes of a file"):
         ball.file_colliders()
     for bad, match in [(np.zeros(3), r"give it the shape \(n, 3\)"), ([[0, 0, np.nan]], "points")]:
         with pytest.raises(lw.LinkworkError, match=match):
@@ -345,12 +345,12 @@ def test_a_file_with_contact_moves_as_its_simulation(tmp_path):
     sim.run_until(0.3)
     place = robot.state(qs[-1]).pose("box")[:3, 3]
     assert np.allclose(place, sim["box.position"], atol=1e-12) and place[0] > 0.12
-    # Without the file's dry friction of the arm it swings otherwise, and so it does with a wall that is there.
+    # Without the arm's dry friction of the file, it swings differently, and also with a hidden wall that is enabled.
     by_hand = lw.Contact(robot, robot.file_colliders(), tolerance=1e-8)
     t, others, _ = by_hand.simulate(q, v, 1e-3, 300)
     arm = robot.coordinates("arm")[0]
     assert abs(qs[-1, arm][0] - others[-1, arm][0]) > 1e-3
-    # On another root the arm keeps its dry friction: it falls with what is left of its weight's moment.
+    # With another root, the arm keeps its dry friction: it falls with the remaining moment of its weight.
     fixed = lw.load(path, root="fixed")
     t, falls, _ = lw.Contact(fixed).simulate([0.0], [0.0], 1e-3, 50)
     moment = 0.5 * G * 0.1 - 0.2
@@ -378,7 +378,7 @@ def test_two_materials_do_to_each_other_what_their_pair_says():
             step = contact.step(q, v, 1e-3)
             q, v = step.q, step.v
         slid[name] = v[3]
-    # Coulomb: 1 m/s less mu g t.
+    # Coulomb: 1 m/s minus mu g t.
     assert slid["alone"] == pytest.approx(0.0, abs=1e-9)
     assert slid["pair"] == pytest.approx(1.0 - 0.05 * G * 0.2, rel=1e-6)
     with pytest.raises(lw.LinkworkError, match="(?s)no collider is of the material `bord`.*did you mean `board`"):

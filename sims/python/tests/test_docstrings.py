@@ -1,4 +1,4 @@
-"""The examples in the package's docstrings run; and every method of every class has one, with what it takes, gives and refuses."""
+"""The examples in the docstrings of the package run. Every method has an example, and its docstring states shapes, units and errors."""
 
 import ast
 import contextlib
@@ -20,7 +20,7 @@ import linkwork as lw
 PUBLIC = {name: value for name, value in vars(lw).items() if name in lw.__all__}
 CLASSES = {n: c for n, c in PUBLIC.items() if inspect.isclass(c)}
 
-#: Methods that refuse nothing: they take no argument that could be wrong. Getters do not either, but those of `REFUSING`.
+#: Methods that never raise, because they do not have an argument that can be wrong. Getters never raise either, except those of `REFUSING`.
 REFUSE_NOTHING = {
     "Collider": {"material"},
     "Collisions": {"copy"},
@@ -33,10 +33,10 @@ REFUSE_NOTHING = {
     "Attached": {"close"},
 }
 
-#: Getters that refuse what is set, or have nothing to give.
+#: Getters that raise because a value is missing, or whose setters raise.
 REFUSING = {"Mechanism": {"gravity"}, "Robot": {"q"}, "Simulation": {"mechanism", "q", "v"}}
 
-#: Methods with numbers or arrays that have no unit: ratios, unit vectors, quaternions, factors.
+#: Methods with dimensionless numbers or arrays: ratios, unit vectors, quaternions, factors.
 RATIOS = {
     "Collider": {"friction", "restitution", "material"},
     "ContactStep": {"normals", "residual"},
@@ -50,15 +50,15 @@ RATIOS = {
 #: The shape of an array.
 SHAPE = re.compile(r"\((?:n|nq|nv|k|m|6m|rank|rows|columns|steps|links|bodies|\d+)\b[^)]*\)")
 
-#: A unit; "SI" where it is that of a variable or a parameter.
+#: A unit; "SI" if it depends on a variable or a parameter.
 UNIT = re.compile(r"\b(?:m|rad|kg|N|J|Hz|SI)\b|(?<!')\bs\b")
 
-#: What annotations call an array.
+#: Names of array types in annotations.
 ARRAY = re.compile(r"\b(?:_Array|ArrayLike|NDArray)\b")
 
 
 def annotated():
-    """{(class, method): text of all annotations}, by the type file (.pyi) of the compiled module and the package's own Python."""
+    """Return {(class, method): text of all annotations} from the stub file (.pyi) and the Python modules of the package."""
     package = Path(lw.__file__).parent
     found = {}
     classes = [cls for name in ["_linkwork.pyi", "live.py"] for cls in ast.parse((package / name).read_text()).body]
@@ -75,18 +75,18 @@ def annotated():
 
 ANNOTATED = annotated()
 
-#: What a call raises.
+#: Names of the exceptions of a call.
 RAISES = re.compile(r"LinkworkError|Refused|ConnectionError")
 
 
 def own_methods(cls):
-    """{name: docstring} of what a class adds itself, without what Python calls by itself."""
-    # By `getattr`: in `vars` a static method hides what it is about.
+    """Return {name: docstring} of the public attributes that a class defines itself."""
+    # With `getattr`, because static methods in `vars` do not have the docstring.
     return {n: inspect.getdoc(getattr(cls, n)) or "" for n in vars(cls) if not n.startswith("_")}
 
 
 def run(texts):
-    """Examples one after another, in one namespace; how many there were."""
+    """Run examples in order, in one namespace. Returns the number of examples."""
     space, count = {"linkwork": lw, "np": np}, 0
     for name, text in texts:
         parsed = doctest.DocTestParser().get_doctest(text, space, name, None, 0)
@@ -99,7 +99,7 @@ def run(texts):
 
 @pytest.fixture(autouse=True)
 def where_examples_find_files(tmp_path, monkeypatch):
-    """A folder to write in, with the simulations."""
+    """Change to a temporary folder that contains the simulations."""
     (tmp_path / "sims").symlink_to(SOURCE / "sims")
     (tmp_path / "assemblies").symlink_to(SOURCE / "assemblies")
     monkeypatch.chdir(tmp_path)
@@ -107,7 +107,7 @@ def where_examples_find_files(tmp_path, monkeypatch):
 
 @contextlib.contextmanager
 def served(folder):
-    """A run of the command line that `linkwork.attach("runs/pendulum")` finds, paced by the clock."""
+    """Start a run in real time to which `linkwork.attach("runs/pendulum")` can connect."""
     out = folder / "runs" / "pendulum"
     with contextlib.suppress(FileNotFoundError):
         (out / "live.json").unlink()
@@ -125,7 +125,7 @@ def served(folder):
 
 
 def surroundings(name, folder):
-    """What the examples of a class or function need besides files: those of a connection a run to connect to."""
+    """Return the context that the examples of a class or function need: a run to connect to, or none."""
     return served(folder) if name in ("Attached", "attach") else contextlib.nullcontext()
 
 
@@ -138,7 +138,7 @@ def test_examples_of_docstrings_run(name, tmp_path):
     with surroundings(name, tmp_path):
         assert run([own]) > 0, f"{name} has no example"
     if inspect.isclass(value):
-        # The example of the class makes what those of its methods use, anew for each.
+        # The example of the class creates the objects that the examples of its methods use; it runs again for each method.
         for method, text in own_methods(value).items():
             with surroundings(name, tmp_path):
                 run([own, (f"{name}.{method}", text)])
@@ -154,10 +154,10 @@ def test_every_method_has_an_example_shapes_units_and_says_what_it_refuses(name)
         words = text.split(">>>")[0]
         told = ANNOTATED[name, method]
         if ARRAY.search(told):
-            assert SHAPE.search(words), f"{name}.{method} tells no shape"
+            assert SHAPE.search(words), f"{name}.{method} does not state a shape"
         if (ARRAY.search(told) or re.search(r"\bfloat\b", told)) and method not in RATIOS.get(name, ()):
-            assert UNIT.search(words), f"{name}.{method} tells no unit"
-        assert RAISES.search(words) or method in silent, f"{name}.{method}: what does it refuse?"
+            assert UNIT.search(words), f"{name}.{method} does not state a unit"
+        assert RAISES.search(words) or method in silent, f"{name}.{method}: does not state what it raises"
 
 
 @pytest.mark.parametrize("table", [REFUSE_NOTHING, REFUSING, RATIOS])
@@ -166,19 +166,19 @@ def test_the_tables_above_name_what_there_is(table):
         assert methods <= set(own_methods(CLASSES[name])), name
 
 
-#: What Python calls by itself, by the syntax that does it: `x[k]`, `k in x`, `a * b`, `with x`.
+#: Special methods, which Python calls for syntax such as `x[k]`, `k in x`, `a * b`, `with x`.
 BINARY = {ast.Mult: "mul", ast.MatMult: "matmul", ast.Div: "truediv", ast.Add: "add", ast.Sub: "sub"}
 CALLED = {
     "len": "__len__", "print": "__str__", "str": "__str__", "list": "__iter__", "sorted": "__iter__", "copy.copy": "__copy__",
     "copy.deepcopy": "__deepcopy__", "pickle.dumps": "__reduce__",
 }
 SPECIAL = {"__getitem__", "__setitem__", "__contains__", "__enter__", "__neg__", *CALLED.values()}
-#: Of the reflected ones `2.0 * A` alone; pyo3 has the others in the same slot.
+#: Of the reflected operators only `2.0 * A`, because pyo3 defines the others in the same slot.
 SPECIAL |= {f"__{name}__" for name in BINARY.values()} | {"__rmul__"}
 
 
 class Watch(ast.NodeTransformer):
-    """Lets every operand that Python gives to a special method pass `_seen`, which tells its class."""
+    """Passes every operand of a special method through `_seen`, which records its class."""
 
     def wrap(self, node, name):
         call = ast.Call(ast.Name("_seen", ast.Load()), [ast.Constant(name), node], [])
@@ -227,7 +227,7 @@ class Watch(ast.NodeTransformer):
 
 
 def shown(texts):
-    """{(class, special method)} that the examples use, run one after another in one namespace."""
+    """Return {(class, special method)} that the examples use. They run in order, in one namespace."""
     used = set()
 
     def seen(name, value):
@@ -238,7 +238,7 @@ def shown(texts):
     for text in texts:
         for example in doctest.DocTestParser().get_examples(text):
             tree = ast.fix_missing_locations(Watch().visit(ast.parse(example.source)))
-            # A refusal that is shown is raised here, too.
+            # Examples of errors raise here, too.
             with contextlib.suppress(*([Exception] if example.exc_msg else [])), contextlib.redirect_stdout(None):
                 exec(compile(tree, "<example>", "exec"), space)
     return used
@@ -247,7 +247,7 @@ def shown(texts):
 @pytest.mark.parametrize("name", sorted(CLASSES))
 def test_what_python_calls_by_itself_is_shown(name, tmp_path):
     cls = CLASSES[name]
-    # Of a class in Python: what it adds; of a compiled one: its slots, of which pyo3 makes both of a pair.
+    # The special methods that the class defines. For compiled classes pyo3 defines both methods of a pair.
     mine = {m for m in SPECIAL if m in vars(cls)}
     if not mine:
         return

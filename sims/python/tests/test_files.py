@@ -1,4 +1,4 @@
-"""URDF, MJCF and SDF through the readers; URDF and RON written and read back."""
+"""URDF, MJCF and SDF with the readers; URDF and RON written and read back."""
 
 import numpy as np
 import pytest
@@ -67,7 +67,7 @@ def test_robots_from_their_own_files_agree_with_pinocchio():
         for s in data["states"][:5]:
             q, v, tau, want = np.empty(m.nq), np.empty(n), np.empty(n), np.empty(n)
             q[qs], v[places], tau[places], want[places] = s["q"], s["v"], s["tau"], s["aba"]
-            # Measured 3.4e-15 at most.
+            # Measured: 3.4e-15 at most.
             assert off(m.forward_dynamics(q, v, tau), want) < 1e-12, name
 
 

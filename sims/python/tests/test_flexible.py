@@ -1,4 +1,4 @@
-"""Flexible bodies: beams and plates made here, against closed forms; nothing of them is left out without a word."""
+"""Flexible bodies: beams and plates compared with closed forms; unsupported functions raise errors."""
 
 import inspect
 import pickle
@@ -24,14 +24,14 @@ def cantilever(modes):
 
 def test_a_beam_has_its_frequencies():
     modes = beam(bending_z=3, twist=1, stretch=1)
-    # Euler–Bernoulli: 1.8751, 4.6941, 7.8548; the sections' rotary inertia takes some 1e-4 of it.
+    # Euler–Bernoulli: 1.8751, 4.6941, 7.8548; the rotary inertia of the sections reduces it by some 1e-4.
     lengths = np.array([1.87510407, 4.69409113, 7.85475744])
     bending = lengths**2 * np.sqrt(YOUNG * SECOND / (DENSITY * AREA * LENGTH**4)) / (2 * np.pi)
     assert modes.frequencies[:3] == pytest.approx(bending, rel=3e-3)
     assert modes.frequencies[3] == pytest.approx(np.sqrt(26e9 * 0.141 * SIDE**4 / (DENSITY * 2 * SECOND)) / (4 * LENGTH), rel=1e-6)
     assert modes.frequencies[4] == pytest.approx(np.sqrt(YOUNG / DENSITY) / (4 * LENGTH), rel=1e-6)
     assert modes.mass == pytest.approx(DENSITY * AREA * LENGTH, rel=1e-12) and modes.count == 5
-    # The equations of motion have them, too: η'' = −ω² η beside what gravity does.
+    # The equations of motion contain them: η'' = −ω² η in addition to gravity.
     m = cantilever(modes)
     small, zero = 1e-7 * np.eye(5), np.zeros(5)
     at_rest = m.forward_dynamics(zero, zero, zero)
@@ -49,9 +49,9 @@ def test_a_beam_bends_under_a_force():
     K = beam(bending_z=6).stiffness
     force = np.array([0, 0, 0, 0, 0, 10.0])
     eta = np.linalg.solve(K, J.T @ force)
-    # P L³ / (3 E I), but for the modes above the sixth.
+    # P L³ / (3 E I), except for the modes above the sixth.
     assert (J @ eta)[5] == pytest.approx(10 * LENGTH**3 / (3 * YOUNG * SECOND), rel=1e-3)
-    # There the beam is at rest without any other force but gravity's.
+    # There, the beam is at rest under gravity alone.
     with_force = m.inverse_dynamics(eta, zero, zero, wrenches={"tip": force})
     assert with_force == pytest.approx(m.bias_forces(zero, zero), abs=1e-3 * np.abs(m.bias_forces(zero, zero)).max())
 
@@ -69,7 +69,7 @@ def test_a_plate_hangs_on_a_hinge():
     again = pickle.loads(pickle.dumps(m))
     q, v = m.random_q(3), m.random_v(3)
     assert (again.mass_matrix(q) == m.mass_matrix(q)).all()
-    # Energy is kept while it swings and bends.
+    # The energy is constant while it swings and bends.
     t, qs, vs = m.simulate(np.array([0.2, 0.0, 0.0, 0.0]), np.zeros(4), dt=1e-4, steps=2000)
     K = plate.stiffness
     energies = [m.kinetic_energy(q, v) + m.potential_energy(q) + 0.5 * q[1:] @ K @ q[1:] for q, v in zip(qs[::500], vs[::500])]
@@ -92,13 +92,13 @@ def test_what_cannot_be_is_refused():
         assert fact in str(e.value)
 
 
-#: Needs a viewer; wants many states, and has tests of its own.
+#: Needs a viewer; needs many states and has separate tests.
 ELSEWHERE = {"show", "fit_inertia", "calibrate_frames"}
 
 
 def given(m):
-    """What stands for a parameter of this name."""
-    # What closes the loop.
+    """Return a value for a parameter with this name."""
+    # The closure of the loop.
     q, v = m.close(m.initial_q, m.random_v(1))
     numbers = {"q": q, "q_from": q, "q_to": q, "v": v, "tau": v, "vdot": v, "dv": v, "x": v, "dt": 1e-4, "steps": 3}
     names = {"frame": "rod", "frames": ["rod"], "body": "rod", "name": "rod", "bodies": ["crank"]}
@@ -115,7 +115,7 @@ def test_every_method_answers_or_refuses_a_flexible_mechanism(of_state):
     answered, refused = set(), {}
     for name in [n for n in dir(thing) if not n.startswith("_") and n not in ELSEWHERE]:
         if of_state:
-            # Accelerations that some ask for; `clear_wrenches` among them forgets them.
+            # Accelerations that some methods need; methods such as `clear_wrenches` discard them.
             thing.forward_dynamics(values["tau"])
         try:
             member = getattr(thing, name)

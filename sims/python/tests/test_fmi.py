@@ -1,4 +1,4 @@
-"""Foreign units: FMPy validates and runs what Linkwork exports, Linkwork runs what Python makes."""
+"""Foreign units: FMPy validates and runs units exported by Linkwork, and Linkwork runs units from Python."""
 
 import math
 import subprocess
@@ -62,17 +62,17 @@ def test_fmpy_validates_and_runs_what_is_exported(arm):
         unit.setFloat64([refs["Servo.angle"]], [command(k * h)])
         unit.doStep(k * h, h)
         rows.append(angle())
-    # The same steps of the same code: what differs is the compiler's choice in two programs.
+    # The same steps of the same code: the programs differ only by the compiler's choices.
     assert max(abs(a - b) for a, b in zip(rows, native(h, n))) < 1e-12
     assert max(rows) - min(rows) > 0.5
-    # The second half again, out of the serialised state.
+    # The second half again, from the serialized state.
     state = unit.deserializeFMUState(half)
     unit.setFMUState(state)
     for k in range(n // 2, n):
         unit.setFloat64([refs["Servo.angle"]], [command(k * h)])
         unit.doStep(k * h, h)
         assert angle() == rows[k + 1]
-    # A step that is none, and a value that is none, are refused.
+    # An invalid step and an invalid value are rejected.
     with pytest.raises(fmpy.fmi1.FMICallException):
         unit.doStep(n * h, 0.0003)
     with pytest.raises(fmpy.fmi1.FMICallException):
@@ -124,7 +124,7 @@ def test_units_from_python_run(module, tmp_path):
             continuous=", variability=V.continuous",
             fixed=", variability=V.fixed",
         )
-    # Units share the interpreter of this process: each script is a module of its own name.
+    # Units share the interpreter of this process: each script is a separate module.
     script = f"tank_{module}.py"
     (tmp_path / script).write_text(TANK.format(module=module, **words))
     subprocess.run([sys.executable, "-m", module, "build", "-f", script], cwd=tmp_path, check=True)

@@ -1,4 +1,4 @@
-"""What is meant to harm: no call ends the interpreter, hangs, or takes for numbers what are none."""
+"""Hostile input: no call ends the interpreter, hangs, or accepts values that are not numbers."""
 
 import multiprocessing
 import os
@@ -27,7 +27,7 @@ def arm(n=3):
 
 
 def python(code, timeout=120, **more):
-    """Runs a program; its output."""
+    """Run a program and return its output."""
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=timeout, **more)
     assert run.returncode == 0, f"{run.returncode}\n{run.stdout}\n{run.stderr}"
     return run.stdout
@@ -38,13 +38,13 @@ def python(code, timeout=120, **more):
     [
         (np.ma.masked_array([0.1, 0.2, 0.3], [False, True, False]), "masked"),
         (np.ma.masked_array(np.zeros((4, 3)), np.eye(4, 3) > 0), "masked"),
-        (["0.1", "0.2", "0.3"], "texts"),
-        ([0.1, "0.2", 0.3], "texts"),
-        (np.array(["0.1", "0.2", "0.3"]), "texts"),
-        (np.array([b"0.1", b"0.2", b"0.3"]), "texts"),
-        (np.array([0.1, "0.2", 0.3], dtype=object), "texts"),
-        (["inf", "0", "0"], "texts"),
-        (["1e400", "0", "0"], "texts"),
+        (["0.1", "0.2", "0.3"], "strings"),
+        ([0.1, "0.2", 0.3], "strings"),
+        (np.array(["0.1", "0.2", "0.3"]), "strings"),
+        (np.array([b"0.1", b"0.2", b"0.3"]), "strings"),
+        (np.array([0.1, "0.2", 0.3], dtype=object), "strings"),
+        (["inf", "0", "0"], "strings"),
+        (["1e400", "0", "0"], "strings"),
         (np.array([1, 2, 3], dtype="m8[s]"), "timedelta"),
         (np.array(["2026-01-01"] * 3, dtype="M8[D]"), "datetime"),
         ([10**400, 0, 0], "number"),
@@ -69,7 +69,7 @@ def test_what_are_numbers_is_taken():
 
 
 class Raises:
-    """An array that raises when it is looked at."""
+    """An array that raises when it is accessed."""
 
     def __init__(self, what):
         self.what = what
@@ -88,7 +88,7 @@ def test_exceptions_that_end_programs_stay_themselves(what):
 
 
 class Changes:
-    """An array that changes a dict when it is looked at."""
+    """An array that changes a dict when it is accessed."""
 
     def __init__(self, of, values):
         self.of, self.values = of, np.asarray(values, float)
@@ -283,7 +283,7 @@ def test_saving_goes_through_a_link_and_refuses_what_is_no_file(tmp_path):
     os.mkfifo(pipe)
     for path in (pipe, "/dev/null", tmp_path):
         before = os.stat(path).st_mode
-        with pytest.raises(lw.LinkworkError, match="is no file"):
+        with pytest.raises(lw.LinkworkError, match="is not a file"):
             sim.save(path)
         assert os.stat(path).st_mode == before
 

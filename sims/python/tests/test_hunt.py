@@ -1,4 +1,4 @@
-"""Public reports about the Python interfaces of other simulators, tried on this one. The log is `tests/hunt/python.md`."""
+"""Public reports about the Python interfaces of other simulators, tested with this one. The list is `tests/hunt/python.md`."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def test_results_do_not_change_later(body, state):
     kept = place.copy()
     q[:3] = 99
     assert np.array_equal(now.position("n"), kept)
-    # grid2op #151: what a user does to a result does not come back.
+    # grid2op #151: changes to a result do not affect the simulator.
     place[:] = 7
     assert np.array_equal(now.position("n"), kept)
     sim = lw.Simulation(PENDULUM)
@@ -65,14 +65,14 @@ def test_the_velocity_of_a_body_is_of_its_frame(body, state):
 
 
 def test_quaternions_are_xyzw_and_any_length_is_the_same_attitude(body, state):
-    """pinocchio #1122, RoboManipBaselines PR 11: order of the quaternion, and one that is not of unit length."""
+    """pinocchio #1122, RoboManipBaselines PR 11: order of the quaternion, and one without unit length."""
     q, v = state
     assert np.array_equal(body.neutral_q(), [0, 0, 0, 0, 0, 0, 1])
     twice = q.copy()
     twice[3:] *= 2
     assert np.abs(body.state(twice, v).position("n") - body.state(q, v).position("n")).max() < 1e-15
     assert abs(body.state(twice, v).kinetic_energy() - body.state(q, v).kinetic_energy()) < 1e-14
-    # Zeros are no attitude: nothing comes of them in silence, neither here nor in a table of states.
+    # A zero quaternion is not an attitude: it raises an error, here and in a table of states.
     zeros = np.zeros(7)
     for ask in (
         lambda: body.state(zeros, v),
@@ -88,7 +88,7 @@ def test_quaternions_are_xyzw_and_any_length_is_the_same_attitude(body, state):
 
 
 def test_a_quaternion_of_zeros_does_not_hide_a_collision():
-    """Poses of NaN touch nothing: a robot in a rock would be valid."""
+    """Poses with NaN touch nothing: a robot inside a rock would be valid."""
     free = lw.Builder().body("a", "world", lw.Hinge.free(), mass=2.0, com=COM, inertia=INERTIA)
     free = free.body("l", "a", lw.Hinge.pin([0, 1, 0]), mass=1, com=[0.1, 0, 0], inertia=0.1 * np.eye(3)).build()
     shapes = [lw.Collider.sphere("hand", "l", 0.1), lw.Collider.sphere("rock", "world", 1.0)]
@@ -108,7 +108,7 @@ def test_a_quaternion_of_zeros_does_not_hide_a_collision():
 
 
 def test_what_overflows_is_refused(body, state):
-    """No number that is not finite comes back from a state."""
+    """A state never returns numbers that are not finite."""
     q, v = state
     at = body.state(q, v * 1e200)
     for ask in (at.kinetic_energy, lambda: at.bias_acceleration("n")):
@@ -133,7 +133,7 @@ def test_arrays_of_any_layout_are_read_as_numpy_reads_them(body, state):
 
 
 def test_a_reset_acts_at_once_and_an_action_is_held(tmp_path):
-    """bullet3 #2027: a reset of position and rate. Gymnasium: an action holds until the next one."""
+    """bullet3 #2027: a reset of position and rate. Gymnasium: an action applies until the next one."""
     sim = lw.Simulation(PENDULUM)
     sim["bob.angle"], sim["bob.rate"] = 0.0, 2.0
     sim.run_until(0.001)
@@ -154,7 +154,7 @@ def test_a_reset_acts_at_once_and_an_action_is_held(tmp_path):
 
 
 def test_episodes_of_one_seed_are_the_same(tmp_path):
-    """gymnasium: reset(seed) gives the same episode, another seed another one."""
+    """gymnasium: reset(seed) repeats the episode, another seed gives another one."""
     noisy = tmp_path / "noisy.ron"
     noisy.write_text(
         """Simulation(

@@ -1,6 +1,6 @@
-"""Whatever is given, the answer is a value or an exception: never a panic, never a dead interpreter.
+"""Any argument gives a value or an exception, never a panic and never the end of the interpreter.
 
-A panic in Rust arrives as `PanicException`, which is no `Exception`: it ends these tests.
+A panic in Rust raises `PanicException`, which is not a subclass of `Exception`: it ends these tests.
 """
 
 import random
@@ -15,7 +15,7 @@ PENDULUM = SOURCE / "sims" / "pendulum" / "sim.ron"
 
 
 def junk(m, r):
-    """Values that fit now and then, and values that never do."""
+    """Values that are sometimes valid, and values that never are."""
     q, v = m.random_q(r.randrange(99)), m.random_v(r.randrange(99))
     right = [q, v, q[:-1], np.append(v, 1.0), np.array([q, q]), np.array([v] * 3), np.zeros((0, m.nq)), np.zeros((0, m.nv))]
     names = ["b0", "n1", "world", "", "\0", "b0.x", "**", "**.angle", "ü", "1e999", "a" * 5000]
@@ -43,7 +43,7 @@ def junk(m, r):
 
 
 def objects(m, examples):
-    """Those of a random mechanism, often, and one of every class that the package exports."""
+    """Objects of a random mechanism, often, and one of every class that the package exports."""
     q, v = m.random_q(1), m.random_v(1)
     frames = lw.Frames()
     frames.add_mechanism("m", m)
@@ -52,7 +52,7 @@ def objects(m, examples):
     return [m, m, m, m, m.state(q, v), o, o.H, o.Phi * o.M, m.edit(q, v), frames, sim, sim.log(["**"]), *examples.values()]
 
 
-# What runs for as long as it is told to, or writes where it is told to.
+# Functions that run for a given time, or write to a given file.
 LONG = {"simulate", "run_until", "step", "run", "save", "record", "resume", "execute"}
 
 
@@ -68,7 +68,7 @@ def test_any_call_gives_a_value_or_an_exception(seed, tmp_path):
             thing = r.choice(things)
             public = [n for n in dir(thing) if not n.startswith("_") and n not in LONG]
             special = [n for n in ("__getitem__", "__setitem__", "__contains__", "__mul__", "__matmul__", "__rmul__", "__add__", "__truediv__") if hasattr(thing, n)]
-            # Some have nothing but their text.
+            # Some only have a string form.
             name = r.choice(public + special or ["__repr__"])
             try:
                 member = getattr(thing, name)
@@ -85,13 +85,13 @@ def test_any_call_gives_a_value_or_an_exception(seed, tmp_path):
             except Exception as e:  # noqa: BLE001
                 assert type(e).__name__ != "PanicException"
                 errors += 1
-    # Both happen often, or the test tries nothing.
+    # Both happen often; otherwise the test would be useless.
     assert values > 200 and errors > 200, (values, errors)
     assert asked >= set(exported_classes()) - ELSEWHERE
 
 
 def damaged(good, r):
-    """Bytes with a few pieces flipped, cut out, doubled, moved or overwritten."""
+    """Bytes with a few pieces flipped, removed, doubled, moved or overwritten."""
     data = bytearray(good)
     for _ in range(r.randrange(1, 4)):
         a = r.randrange(len(data))
@@ -112,7 +112,7 @@ def damaged(good, r):
 
 
 def checksum(body):
-    """Of a checkpoint: FNV-1a of 64 bits, and a mix."""
+    """Checksum of a checkpoint: FNV-1a of 64 bits, and a mixing step."""
     h, most = 0xCBF29CE484222325, 2**64 - 1
     for byte in body:
         h = (h ^ byte) * 0x100000001B3 & most
@@ -132,7 +132,7 @@ def test_damaged_checkpoints_are_refused_or_go_on(tmp_path):
     path = tmp_path / "bad.lwck"
     read = refused = 0
     for k in range(600):
-        # With the right checksum, as only somebody who wants it so makes it; every tenth with the old one.
+        # With a correct checksum, which only a deliberate change has; every tenth with the old one.
         bad = damaged(body, r)
         path.write_bytes(good[:8] + (good[8:16] if k % 10 == 0 else checksum(bad)) + bad)
         try:
@@ -159,18 +159,18 @@ def test_damaged_logs_are_refused_or_read_as_far_as_they_go(tmp_path):
         try:
             log = lw.read_log(path)
             angle = log["bob.angle"].y if "bob.angle" in log else np.zeros(0)
-            # Nothing that was not written.
+            # Nothing that was not written is read.
             assert np.array_equal(angle, whole[: len(angle)])
             read += 1
         except lw.LinkworkError as e:
             assert str(e)
             refused += 1
-    # How many are read hangs on where the damage falls in a log of this length.
+    # The number of readable ones depends on the position of the damage in a log of this length.
     assert read > 0 and refused > 100, (read, refused)
 
 
 def finite(result):
-    """An algorithm gives numbers, or raises."""
+    """An algorithm returns numbers, or raises."""
     for x in result if isinstance(result, tuple) else (result,):
         if isinstance(x, np.ndarray) and x.dtype == np.float64:
             assert np.isfinite(x).all()
@@ -186,7 +186,7 @@ def test_an_overflow_is_refused():
         lambda: m.regressor(q, huge, v),
         lambda: m.simulate(q, huge, 1.0, 3),
     ):
-        with pytest.raises(lw.LinkworkError, match="too large|no number|not finite"):
+        with pytest.raises(lw.LinkworkError, match="overflowed|NaN or infinite|not finite"):
             call()
 
 

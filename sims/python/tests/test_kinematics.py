@@ -8,7 +8,7 @@ import linkwork as lw
 
 
 def arm():
-    """Six pins with limits, the last frame turned."""
+    """Six pins with limits; the last frame is rotated."""
     b, axes = lw.Builder(), [[0, 0, 1], [0, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 0], [0, 0, 1]]
     for i, axis in enumerate(axes):
         b.body(
@@ -40,7 +40,7 @@ def test_inverse_kinematics_reaches_what_forward_kinematics_shows():
     for at in (turn, X[:3, :3]):
         found = m.inverse_kinematics(0.5 * q, [lw.Target("tool", at)])
         assert off(m.state(found).pose("tool")[:3, :3], matrix_of(turn)) < 1e-8
-    # Relative to another link, and with a hinge that stays.
+    # Relative to another link, and with a fixed hinge.
     rel = np.linalg.inv(m.state(q).pose("link1")) @ X
     start = q.copy()
     start[3:] += 0.2
@@ -72,7 +72,7 @@ def test_unreachable_targets_name_the_nearest():
         (lambda: m.inverse_kinematics(q, {"tol": [0, 0, 1]}), "did you mean `tool`"),
         (lambda: m.inverse_kinematics(q, {"tool": [0, 0]}), "shape"),
         (lambda: m.inverse_kinematics(q, {"tool": [0, 0, np.nan]}), "NaN"),
-        (lambda: m.inverse_kinematics(q, {"tool": 2 * np.eye(3)}), "no rotation matrix"),
+        (lambda: m.inverse_kinematics(q, {"tool": 2 * np.eye(3)}), "not a rotation matrix"),
         (lambda: m.inverse_kinematics(q[1:], {"tool": [0, 0, 1]}), "`q` has 5 numbers"),
         (lambda: m.inverse_kinematics(q, {"tool": [0, 0, 1]}, position_tolerance=-1), "position_tolerance"),
         (lambda: m.inverse_kinematics(q, [lw.Target("tool", [0, 0, 1], position_weight=np.nan)]), "NaN"),
@@ -100,7 +100,7 @@ def test_frames_agree_with_the_state_and_compute_only_what_is_asked():
         assert off(f.acceleration(f"m/{name}"), state.acceleration(name)) < 1e-12
     X = np.linalg.inv(state.pose("b1")) @ state.pose("n6")
     assert off(f.pose("m/n6", seen_from="m/b1"), X) < 1e-13
-    # What an observer on b1 sees is the derivative of what it sees.
+    # An observer on b1 sees the derivative of the observed pose.
     h = 1e-6
     seen = []
     for s in (h, -h):
@@ -113,7 +113,7 @@ def test_frames_agree_with_the_state_and_compute_only_what_is_asked():
     in_world = f.velocity("m/n6", "m/b1", axes="world")
     R = state.pose("b1")[:3, :3]
     assert off(in_world, np.concatenate([R @ p for p in np.split(f.velocity("m/n6", "m/b1"), 2)])) < 1e-13
-    # A new velocity computes no pose.
+    # A new velocity does not compute poses.
     poses = f.counts[0]
     f.set_state("m", v=2 * v)
     f.velocity("m/n6")
@@ -161,7 +161,7 @@ def test_detach_and_attach_keep_the_books():
     kept = [(a, b) for a, b in enumerate(edit.places_v) if b is not None]
     assert len(kept) == m.nv - (m.hinge(leaf).stop - m.hinge(leaf).start)
     assert all(edit.v[b] == v[a] for a, b in kept)
-    # Taken hold of again: momentum stays, energy falls.
+    # Grasped again: momentum is conserved, energy decreases.
     report = edit.attach(leaf, "b0", lw.Hinge.locked())
     assert off(report.momentum_after, report.momentum_before) < 1e-12
     assert report.energy_after < report.energy_before

@@ -1,4 +1,4 @@
-"""Which of several builds of the compiled part is loaded, and what goes over from one to another."""
+"""The choice between builds of the compiled module, and data that is transferred between them."""
 
 import os
 import shutil
@@ -14,7 +14,7 @@ import linkwork as lw
 from linkwork import _choose, _linkwork
 
 PACKAGE = Path(lw.__file__).parent
-#: The levels whose builds are in the package and run here; none when it has one build.
+#: The levels whose builds are in the package and run here; empty if it has one build.
 BUILDS = [level for level in _choose.LEVELS if list(PACKAGE.glob(f"_linkwork_{level}.*")) and level in _linkwork._levels()]
 
 
@@ -36,11 +36,11 @@ def test_the_highest_that_the_processor_has_or_the_one_that_is_wanted(there, has
 @pytest.mark.parametrize(
     "there, has, wanted, said",
     [
-        (["v2", "v3", "v4"], ["v2", "v3"], "v4", "asks for x86-64-v4, and this processor has x86-64-v2, x86-64-v3"),
+        (["v2", "v3", "v4"], ["v2", "v3"], "v4", "selects x86-64-v4, but this processor supports x86-64-v2, x86-64-v3"),
         (["v2", "v3"], ["v2", "v3", "v4"], "v4", "the package is built for x86-64-v2, x86-64-v3"),
         (["v2"], ["v2"], "avx2", "LINKWORK_CPU is `avx2`"),
-        (["v3", "v4"], ["v2"], "", "this processor has x86-64-v2, and the package is built for x86-64-v3"),
-        (["v2"], [], "", "this processor has none of the levels"),
+        (["v3", "v4"], ["v2"], "", "this processor supports x86-64-v2, but the package is built for x86-64-v3"),
+        (["v2"], [], "", "this processor supports none of the levels"),
     ],
 )
 def test_what_cannot_be_chosen_is_refused_with_a_remedy(there, has, wanted, said):
@@ -50,7 +50,7 @@ def test_what_cannot_be_chosen_is_refused_with_a_remedy(there, has, wanted, said
 
 
 def python(code, cpu="", folder=None):
-    """What a fresh interpreter prints, or raises in its last two lines."""
+    """Return the output of a fresh interpreter, or raise with its last two lines."""
     given = {**os.environ, "LINKWORK_CPU": cpu, "LINKWORK_SOURCE": str(SOURCE)}
     if folder is not None:
         given["PYTHONPATH"] = str(folder)
@@ -68,7 +68,7 @@ def test_the_processor_is_as_the_system_says():
 
 
 def builds(folder, levels):
-    """The installed package with the build in use under the names of these levels; without levels as the only one."""
+    """The installed package with the present build under the names of these levels; without levels as the only one."""
     package = folder / "linkwork"
     shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("_linkwork*.so", "_linkwork*.pyd", "__pycache__"))
     file = Path(_linkwork.__file__)
@@ -79,7 +79,7 @@ def builds(folder, levels):
 
 
 FILE = "import linkwork; print(linkwork._linkwork.__file__.split('/')[-1].split('.')[0], linkwork._linkwork.__name__)"
-#: What is pickled names the module, so that it goes over between builds.
+#: Pickles contain the name of the module, so that they can be transferred between builds.
 WORKS = (
     "import pickle, linkwork as lw; b = lw.Builder().body('a', hinge=lw.Hinge.pin([0, 1, 0]), mass=1, com=[0, 0, -1], inertia=[[1, 0, 0], [0, 1, 0], [0, 0, 1]]);"
     "m = pickle.loads(pickle.dumps(b.build())); print(m.forward_dynamics([0.5], [0.0], [0.0])[0], type(m).__module__, lw.LinkworkError.__module__)"
@@ -107,7 +107,7 @@ def test_a_package_works_with_the_builds_that_it_has(levels, tmp_path):
 @pytest.mark.parametrize("cpu", ["v1", "v4 ", "x86-64-v3"])
 def test_a_level_that_there_is_not_is_refused_at_import(cpu):
     said = python(FILE, cpu)
-    assert said.startswith("ImportError: LINKWORK_CPU is `") and "help: it may be v2, v3, v4" in said
+    assert said.startswith("ImportError: LINKWORK_CPU is `") and "help: set it to one of v2, v3, v4" in said
 
 
 def test_the_only_build_is_the_one_that_is_asked_for_or_refused(tmp_path):
@@ -117,7 +117,7 @@ def test_the_only_build_is_the_one_that_is_asked_for_or_refused(tmp_path):
         if lw.__cpu__ == f"x86-64-{level}":
             assert said == "_linkwork linkwork._linkwork"
         else:
-            assert f"asks for x86-64-{level}, and the package is built for {lw.__cpu__}\n  help: " in said
+            assert f"selects x86-64-{level}, but the package is built for {lw.__cpu__}\n  help: " in said
 
 
 RUN = """
@@ -131,7 +131,7 @@ print(lw.__cpu__, repr(sim['bob.angle']), sim.state_hash)
 
 
 def test_a_checkpoint_goes_over_to_another_level(tmp_path):
-    """Each level alone gives the same bits whether it is cut or not; from one level to another the values go on."""
+    """Within a level, results are bit-identical with and without interruption; from one level to another, values continue."""
     sim = SOURCE / "sims/pendulum"
 
     def run(cpu, start, stop, to):

@@ -1,4 +1,4 @@
-"""Structure, coordinates, dynamics of random mechanisms, batches, refusals, threads."""
+"""Structure, coordinates, dynamics of random mechanisms, batches, errors, threads."""
 
 import os
 import signal
@@ -87,7 +87,7 @@ def test_velocities_accelerations_and_momentum_are_derivatives(seed):
     still = m.state(q, v)
     still.inverse_dynamics(np.zeros(m.nv))
     assert off(still.acceleration("n3"), state.bias_acceleration("n3")) < 1e-12
-    # The inertia of the whole, from the base body: its lower right corner is the mass.
+    # The inertia of the whole mechanism, seen from the base body: its lower right corner is the mass.
     inertia = state.subtree_inertia("b0")
     assert off(inertia, inertia.T) < 1e-14
     assert off(inertia[3:, 3:], m.total_mass * np.eye(3)) < 1e-13
@@ -113,7 +113,7 @@ def test_jacobians_are_derivatives_and_batches_are_rows(seed):
         assert off(rate, slope) < 1e-7
         f = np.array([1.0, -2.0, 0.5, 3.0, 0.2, -0.7])
         assert off(m.node_jacobian_transpose_product(q, frame, f), J.T @ f) < 1e-13
-        # A wrench is what its transposed Jacobian says.
+        # A wrench acts like its transposed Jacobian.
         with_wrench = m.inverse_dynamics(q, v, 0 * v, wrenches={frame: f})
         assert off(with_wrench, m.bias_forces(q, v) - J.T @ f) < 1e-13
     assert off(m.com_jacobian(q) @ v, state.com_velocity()) < 1e-13
@@ -172,7 +172,7 @@ def test_derivatives_against_differences(seed):
     many = m.inverse_dynamics_derivatives(np.array([q, q]), v, x)
     single = m.inverse_dynamics_derivatives(q, v, x)
     assert all(off(a, [b, b]) < 1e-12 for a, b in zip(many, single, strict=True))
-    # With wrenches there are no lanes: the same numbers by another way.
+    # Wrenches exclude lanes: the same numbers by another path.
     none = {"n1": np.zeros(6)}
     loop = m.inverse_dynamics_derivatives(np.array([q, q]), v, x, wrenches=none, threads=2)
     assert all(off(a, [b, b]) < 1e-13 for a, b in zip(loop, single, strict=True))
@@ -217,7 +217,7 @@ def test_prescribed_coordinates():
 @pytest.mark.parametrize("bodies", [5, 30])
 def test_many_states_equal_single_ones(bodies):
     m = random_mechanism(9, bodies=bodies, floating=True)
-    n = 37  # no multiple of the lanes
+    n = 37  # not a multiple of the lanes
     Q = np.array([m.random_q(k) for k in range(n)])
     V, T = (np.array([m.random_v(s + k) for k in range(n)]) for s in (100, 200))
     for f, args in (
@@ -231,7 +231,7 @@ def test_many_states_equal_single_ones(bodies):
         assert off(many, single) < 1e-12, f.__name__
         for threads in (2, 5, 10**9):
             assert np.array_equal(f(*args, threads=threads), many), f.__name__
-    # One row for all, and none at all.
+    # One row for all, and no rows.
     assert off(m.forward_dynamics(Q, V[0], T), m.forward_dynamics(Q, np.tile(V[0], (n, 1)), T)) == 0
     assert m.mass_matrix(Q[:0]).shape == (0, m.nv, m.nv)
 
@@ -383,7 +383,7 @@ def test_small_integration_has_its_order():
     fine = end(10_000, "rk4")
     for method, order in (("rk4", 4), ("semi_implicit_euler", 1)):
         errors = [np.linalg.norm(end(n, method) - fine) for n in (100, 200)]
-        # Measured 4.00 and 1.02.
+        # Measured: 4.00 and 1.02.
         assert abs(np.log2(errors[0] / errors[1]) - order) < 0.1, (method, errors)
 
 
@@ -408,7 +408,7 @@ def test_small_integration_conserves_and_takes_torques():
 
     with pytest.raises(KeyError, match="mine"):
         m.simulate(q, v, 1e-3, 5, torque=fails)
-    # A pendulum with damping against small angles: x'' + 2 d x' + w² x = 0.
+    # A damped pendulum compared with small angles: x'' + 2 d x' + w² x = 0.
     p = pendulum()
     w2, d = 9.81 / 0.7, 0.1 / (2 * 2.0 * 0.49)
     t, qs, _ = p.simulate([1e-4], [0.0], 1e-3, 2000, torque=lambda t, q, v: -0.1 * v)
@@ -423,7 +423,7 @@ def test_a_run_that_explodes_is_reported():
 
 
 def test_other_threads_run_meanwhile():
-    """While a long call runs in one thread, another makes progress: the lock is not held."""
+    """During a long call in one thread, another thread continues: the lock is not held."""
     m = random_mechanism(9, bodies=30, floating=True)
     Q = np.tile(m.random_q(1), (100_000, 1))
     V = np.zeros(m.nv)
@@ -443,7 +443,7 @@ def test_other_threads_run_meanwhile():
     worker.join()
     begin, end = spans[0]
     during = [t for t in ticks if begin < t < end]
-    # With the lock held there would be none, or one at either end.
+    # With the lock held, there would be none, or one at either end.
     assert end - begin > 0.02, "too short to tell"
     assert len(during) > 5, (len(during), end - begin)
     # Two threads on one mechanism do not disturb each other.
@@ -471,7 +471,7 @@ def test_a_printed_mechanism_has_masses_without_rounding_in_the_last_digits():
 
 @pytest.mark.filterwarnings("ignore:.*fork")
 def test_a_child_after_fork_makes_threads_of_its_own():
-    """The child waited for the threads of its parent, which it does not have."""
+    """The child does not wait for the threads of its parent, which it does not have."""
     arm = lw.Builder().body("a", "world", lw.Hinge.pin([0, 1, 0]), mass=1.0, com=[0, 0, -1], inertia=np.eye(3)).build()
     many = np.linspace(0, 1, 1000)[:, None]
     wanted = arm.mass_matrix(many, threads=2)

@@ -1,4 +1,4 @@
-"""Calls keep no memory: 10⁵ of each leave the process as large as it was."""
+"""Calls do not leak memory: 10⁵ calls of each function do not enlarge the process."""
 
 import gc
 import inspect
@@ -15,7 +15,7 @@ CALLS = 100_000
 
 
 def resident():
-    """Bytes of this process in memory."""
+    """Memory of this process, in bytes."""
     return psutil.Process().memory_info().rss
 
 
@@ -126,20 +126,20 @@ def test_calls_keep_no_memory(name):
         call()
     gc.collect()
     grown = resident() - before
-    # An array of one number more for each call would be 10 MB.
+    # One retained number per call would be 10 MB.
     assert grown < 2**20, f"{grown / CALLS:.1f} bytes a call"
 
 
 @pytest.mark.parametrize("name", sorted(set(exported_classes()) - ELSEWHERE))
 def test_what_an_object_tells_keeps_no_memory(name, tmp_path):
-    """Every class that the package exports: its text, its getters, and each of its methods where it refuses what it is given."""
+    """Every class that the package exports: its string form, its getters, and each method with invalid arguments."""
     thing = exported_objects(tmp_path)[name]
     of = type(thing)
     getters = [n for n in dir(of) if inspect.isgetsetdescriptor(getattr(of, n, None)) and not n.startswith("_")]
     methods = [n for n in dir(of) if not n.startswith("_") and n not in getters and callable(getattr(of, n))]
 
     def refused_by(method):
-        # No method takes nine of these.
+        # No method accepts nine arguments.
         with pytest.raises((TypeError, lw.LinkworkError)):
             getattr(thing, method)(*[object()] * 9)
 

@@ -1,4 +1,4 @@
-"""Motions in time, control in order of priority, calibration: the same as the Rust floors, from Python."""
+"""Timed motions, prioritized control, calibration: the same as the Rust crates, from Python."""
 
 import math
 
@@ -51,13 +51,13 @@ def test_a_timed_way_keeps_its_limits_and_uses_them(round, held):
 
 def test_a_way_that_is_impossible_says_where_and_what_would_do():
     r = robot()
-    with pytest.raises(lw.LinkworkError, match="keeps the limits") as told:
+    with pytest.raises(lw.LinkworkError, match="satisfies the limits") as told:
         r.time_parameterize(WAY, acceleration=20.0, effort=3.0)
     share, q = told.value.share, told.value.q
     r.q = q
     assert share > 1 and np.abs(r.gravity_forces()).max() > 3.0
     r.time_parameterize(WAY, acceleration=20.0 * share * 1.001, effort=3.0 * share * 1.001)
-    with pytest.raises(lw.LinkworkError, match="keeps the limits"):
+    with pytest.raises(lw.LinkworkError, match="satisfies the limits"):
         r.time_parameterize(WAY, acceleration=20.0 * share * 0.999, effort=3.0 * share * 0.999)
 
 
@@ -67,7 +67,7 @@ def test_rounded_corners_that_touch_are_refused():
     rail = rail.body("y", "x", lw.Hinge.slider([0, 1, 0]), mass=1, inertia=np.eye(3)).build()
     ball = lw.Collider.sphere("ball", "y", 0.02)
     r = lw.Robot(rail, chains={"cart": ("world", "y")}, colliders=[wall, ball])
-    # Around a corner of which the inner side is taken.
+    # Around the inner side of a corner.
     way = [[-1.0, 0.06], [0.06, 0.06], [0.06, -1.0]]
     assert r.time_parameterize(way, acceleration=1.0, rate=1.0).duration > 0
     with pytest.raises(lw.LinkworkError, match="ball.*wall|wall.*ball"):
@@ -85,7 +85,7 @@ def test_moves_with_limits_of_jerk():
     assert np.allclose(q[-1], [0.9, -0.5, 0.3]) and np.allclose(rates[-1], [0.1, 0, 0.2], atol=1e-9)
     assert (np.abs(rates) <= np.array(v) + 1e-9).all() and (np.abs(accelerations) <= a + 1e-9).all()
     assert np.abs(np.diff(accelerations, axis=0)).max() <= 20.0 * t[1] + 1e-9
-    # From rest to rest by hand: 4 ∛(d/(2 j)) while neither rate nor acceleration is reached.
+    # From rest to rest by hand: 4 ∛(d/(2 j)) if neither rate nor acceleration is reached.
     assert r.transfer([0.01, 0, 0], start=[0, 0, 0], rate=9, acceleration=9, jerk=1.0).duration == pytest.approx(4 * (0.01 / 2) ** (1 / 3))
     with pytest.raises(lw.LinkworkError, match="beyond its limits") as told:
         r.transfer([2.7, 0, 0], start=[2.6, 0, 0], v=[1.9, 0, 0], rate=2, acceleration=2, jerk=5)
@@ -143,7 +143,7 @@ def test_rates_in_order_within_guards():
     v, residuals = r.prioritized_joint_rates([{"arm": twist}, posture])
     J = r.jacobian("arm")
     assert np.allclose(J @ v, twist, atol=1e-8) and residuals[0] < 1e-8
-    # Of all rates that do it, the ones nearest to the posture.
+    # Of all suitable rates, those nearest to the posture.
     want = posture + np.linalg.pinv(J) @ (twist - J @ posture)
     assert np.allclose(v, want, atol=1e-6)
     w, _ = r.manipulability("arm")
@@ -237,7 +237,7 @@ def test_parts_of_a_pose_for_chains_and_frames():
     Z = m.state(q).pose("tip")
     to = np.array([2, 0, 0]) - Z[:3, 3]
     assert abs((Z[:3, 3] - point - 0.05).sum()) < 1e-8 and np.arccos(Z[:3, 0] @ to / np.linalg.norm(to)) < 0.2 + 1e-8
-    for wrong, words in [({"axis": [1, 0, 0]}, "half"), ({"within": 0.1}, "half"), ({"plane": [0, 0, 0]}, "no length"), ({"plane": [1, 0, 0], "line": [1, 0, 0]}, "one of them"),
+    for wrong, words in [({"axis": [1, 0, 0]}, "incomplete"), ({"within": 0.1}, "incomplete"), ({"plane": [0, 0, 0]}, "length zero"), ({"plane": [1, 0, 0], "line": [1, 0, 0]}, "one of them"),
                          ({"axis": [1, 0, 0], "along": [1, 0, 0], "within": 4.0}, "cone")]:
         with pytest.raises(lw.LinkworkError, match=words):
             r.inverse_kinematics("arm", point, **wrong)

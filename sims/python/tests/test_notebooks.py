@@ -13,12 +13,12 @@ NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
 
 
 def run(notebook, folder):
-    """Executes in a kernel of this interpreter, in a folder. Raises with the cell and its error."""
+    """Execute a notebook in a kernel of this interpreter, in a folder. Raises with the cell and its error."""
     NotebookClient(notebook, timeout=120, kernel_name="python3", resources={"metadata": {"path": str(folder)}}).execute()
 
 
 def faults(path):
-    """What of a stored notebook is not as it should be."""
+    """Return the faults of a stored notebook."""
     notebook = nbformat.read(path, as_version=4)
     nbformat.validate(notebook)
     code = [cell for cell in notebook.cells if cell.cell_type == "code"]

@@ -1,4 +1,4 @@
-"""Operator expressions: the literature's lines as written, against dense algebra; refusals."""
+"""Operator expressions: the lines of the literature as written, compared with dense algebra; errors."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def test_the_expressions_of_the_literature_run_as_written(seed):
     assert off(T, mass @ udot) < 1e-13
 
     found = (I - H * Psi * K).T * D.inv() * (I - H * Psi * K) * T
-    # Measured 3e-15.
+    # Measured: 3e-15.
     assert off(found, udot) < 1e-13
     assert off(mass @ found, T) < 1e-13
 

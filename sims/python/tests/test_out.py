@@ -1,4 +1,4 @@
-"""`out=`: results in arrays of the caller's, and arrays that cannot be."""
+"""`out=`: results in arrays of the caller, and arrays that cannot be used."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def test_results_are_written_where_they_are_wanted(arm, name, many):
     expected, out = call(), np.full(shape, np.nan)
     assert call(out=out) is out and np.array_equal(out, expected)
     assert call(out=None) is not out
-    # A part of a greater array.
+    # A part of a larger array.
     whole = np.zeros((2,) + shape)
     call(out=whole[1])
     assert np.array_equal(whole[1], expected) and not whole[0].any()
@@ -50,14 +50,14 @@ def test_arrays_that_cannot_be_are_refused(arm, name, many):
     locked.flags.writeable = False
     apart = np.zeros(shape + (2,))[..., 0]
     bad = {
-        "no array of float64: float32": np.zeros(shape, np.float32),
-        "no array of float64": [0.0] * 3,
+        "not an array of float64: float32": np.zeros(shape, np.float32),
+        "not an array of float64": [0.0] * 3,
         "`out` has the shape": np.zeros(shape + (1,)),
-        "cannot be written": locked,
-        "not contiguous": apart,
+        "read-only": locked,
+        "not C-contiguous": apart,
     }
     if sum(n > 1 for n in shape) > 1:
-        bad["`out` is not contiguous"] = np.zeros(shape, order="F")
+        bad["`out` is not C-contiguous"] = np.zeros(shape, order="F")
     for match, out in bad.items():
         with pytest.raises(lw.LinkworkError, match=match) as e:
             call(out=out)
@@ -72,7 +72,7 @@ def test_memory_of_an_argument_is_refused(arm):
         with pytest.raises(lw.LinkworkError, match="shares memory with an argument"):
             arm.inverse_dynamics(q, v, a, out=out)
         assert np.array_equal(out, before)
-    # Neighbours in one array do not share.
+    # Adjacent parts of one array do not overlap.
     both = np.array([0.1, 0.2, 0.3, 0, 0, 0])
     arm.forward_dynamics(both[:3], v, a, out=both[3:])
     assert np.array_equal(both[3:], arm.forward_dynamics(q, v, a)) and np.array_equal(both[:3], q)

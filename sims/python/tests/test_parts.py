@@ -1,4 +1,4 @@
-"""Parts that are Python classes: their place in the order, their state, their mistakes."""
+"""Parts that are Python classes: their position in the order, their state, their errors."""
 
 import importlib.util
 import signal
@@ -25,7 +25,7 @@ SIM = """Simulation(
 
 
 class Counter:
-    """Adds up its input and turns the wheel."""
+    """Add up the input and turn the wheel."""
 
     inputs = {"u": "1", "shaft": "hinge state"}
     outputs = {"y": "1", "torque": "hinge torque", "pair": ("m", 2)}
@@ -56,7 +56,7 @@ def write(tmp_path, params='"k": 3', bind='"shaft": "hinge:wheel", "torque": "hi
 def test_a_part_runs_in_its_place_and_at_its_rate(tmp_path):
     sim = lw.Simulation(write(tmp_path), models={"t.part": Counter})
     sim.run_until(0.25)
-    # Sample 12 is at 0.24 s; what follows from it is of the same tick.
+    # Sample 12 is at 0.24 s; its consequences are of the same tick.
     want = 3 * np.sin(2 * np.pi * 0.24)
     assert abs(sim["Part.y"] - want) < 1e-12 and abs(sim["After.y"] - 2 * want) < 1e-12
     assert np.allclose(sim["Part.pair"], [0.24, 13])
@@ -111,7 +111,7 @@ def test_exceptions_stop_the_run_with_path_time_and_cause(tmp_path):
     with pytest.raises(lw.LinkworkError, match="t = 0.32 s: .*Part.*KeyError: 'no map'") as caught:
         sim.run()
     assert isinstance(caught.value.__cause__, KeyError)
-    # Ctrl-C in a part is Ctrl-C.
+    # Ctrl-C in a part acts as Ctrl-C.
     class Stopped(Counter):
         def step(self, t, u):
             if t > 0.5:
@@ -134,13 +134,13 @@ def test_exceptions_stop_the_run_with_path_time_and_cause(tmp_path):
 @pytest.mark.parametrize(
     ("answer", "message"),
     [
-        (None, "returned no dict"),
-        ({"y": 1.0}, "returned no `torque`"),
-        ({"y": "1", "torque": 0, "pair": [0, 0]}, "`y` is a text"),
+        (None, "did not return a dict"),
+        ({"y": 1.0}, "did not return the output `torque`"),
+        ({"y": "1", "torque": 0, "pair": [0, 0]}, "`y` is a string"),
         ({"y": float("nan"), "torque": 0, "pair": [0, 0]}, "`y` is NaN"),
         ({"y": 0, "torque": 0, "pair": [0, 0, 0]}, "`pair` has 3 numbers, not 2"),
         ({"y": 0, "torque": 0, "pair": [0, 0], "pear": 1}, "returned `pear`"),
-        ({"y": [1.0], "torque": object(), "pair": [0, 0]}, "no number"),
+        ({"y": [1.0], "torque": object(), "pair": [0, 0]}, "not a number"),
     ],
 )
 def test_wrong_answers_are_told(tmp_path, answer, message):
@@ -160,10 +160,10 @@ def test_wrong_answers_are_told(tmp_path, answer, message):
         ({"inputs": {"u": ("1", 0)}}, "has 0 numbers"),
         ({"inputs": {"u": 3}}, "have `u: 3`"),
         ({"inputs": ["u"]}, "not a dict"),
-        ({"inputs": {"y": "1"}}, "an input and an output"),
-        ({"inputs": {"a b": "1"}}, "no name of a port"),
-        ({"outputs": {"y": "hinge state"}}, "one of the inputs"),
-        ({"load": property()}, "`save` alone"),
+        ({"inputs": {"y": "1"}}, "both an input and an output"),
+        ({"inputs": {"a b": "1"}}, "not a valid port name"),
+        ({"outputs": {"y": "hinge state"}}, "only possible in `inputs`"),
+        ({"load": property()}, "only `save`"),
         ({"__init__": lambda self: None}, "cannot be called"),
     ],
 )
@@ -179,8 +179,8 @@ def test_wrong_models_are_refused(tmp_path):
     for models, message in [
         ({"t.part": Counter()}, "not a class"),
         ({"t.part": int}, "has no `step`"),
-        ({3: Counter}, "not a text"),
-        ({"t.part": Counter, "basics.gain": Counter}, "there is a model `basics.gain` already"),
+        ({3: Counter}, "not a string"),
+        ({"t.part": Counter, "basics.gain": Counter}, "there is already a model `basics.gain`"),
         ({}, "there is no model `t.part`"),
     ]:
         with pytest.raises(lw.LinkworkError, match=message):
@@ -202,7 +202,7 @@ def test_a_part_cannot_ask_the_run_that_runs_it(tmp_path):
 
     sim = lw.Simulation(write(tmp_path), models={"t.part": Curious})
     held.append(sim)
-    with pytest.raises(lw.LinkworkError, match="asks the simulation that runs it"):
+    with pytest.raises(lw.LinkworkError, match="accesses the simulation that runs it"):
         sim.run()
 
 
@@ -215,7 +215,7 @@ def test_the_example_balances_its_pole(at_source):
     sim, log = run.main()
     assert abs(log["pole.angle"][-1]) < 2e-3 and abs(sim["cart.displacement"] - 1.0) < 0.02
     assert np.abs(log["Controller.force"]).max() <= 20.0
-    # Cut by checkpoints it is the same run.
+    # Interrupted by checkpoints, the run is the same.
     other = lw.Simulation(
         at_source / "sims/python_controller/cart_pole.ron", models={"demo.balance": run.Balance}
     )

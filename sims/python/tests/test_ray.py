@@ -1,4 +1,4 @@
-"""Campaigns on a Ray cluster of three nodes on this machine: same bits, nodes and drivers that are killed."""
+"""Campaigns on a Ray cluster of three nodes on this machine: bit-identical results, killed nodes and drivers."""
 
 import inspect
 import os
@@ -22,7 +22,7 @@ STORE = 80 * 1024**2
 
 @pytest.fixture(scope="module")
 def cluster():
-    """A head without work, and two nodes of one CPU."""
+    """A head without work, and two nodes with one CPU."""
     os.environ.update({"RAY_USAGE_STATS_ENABLED": "0", "RAY_health_check_period_ms": "500"})
     head = {"num_cpus": 0, "object_store_memory": STORE, "include_dashboard": False}
     cluster = Cluster(initialize_head=True, head_node_args=head)
@@ -35,7 +35,7 @@ def cluster():
 
 
 def test_a_node_that_is_killed_leaves_no_trace(cluster, tmp_path):
-    # Workers are in other folders: what a path means there is what it means here.
+    # Workers are in other folders: paths must have the same meaning there.
     file = os.path.relpath(campaign_file(tmp_path, runs=60))
     lw.Campaign(file).execute(tmp_path / "here", threads=2)
     killed = []
@@ -43,7 +43,7 @@ def test_a_node_that_is_killed_leaves_no_trace(cluster, tmp_path):
     def kill(done, failed, runs, left):
         if done >= 10 and not killed:
             node = list(cluster.worker_nodes)[0]
-            # As by a power cut: nothing is said to the others.
+            # As in a power failure: the others are not notified.
             cluster.remove_node(node, allow_graceful=False)
             killed.append(done)
             cluster.add_node(num_cpus=1, object_store_memory=STORE)
@@ -83,7 +83,7 @@ def test_a_driver_that_is_killed_goes_on_by_its_journal(cluster, tmp_path):
     assert seen[-1] == (60, 60 - ended.count("until"), 60, 0.0)
     lw.Campaign(file).execute(tmp_path / "here", threads=2)
     assert files_of(out) == files_of(tmp_path / "here")
-    # What one way began another ends: nothing is left to do.
+    # A campaign started in one way and completed in the other: nothing remains to be done.
     assert lw.Campaign(file).execute(out).done == 60
 
 
@@ -91,7 +91,7 @@ def test_what_a_worker_refuses_is_told_in_its_words(cluster, tmp_path):
     file = campaign_file(tmp_path, runs=6)
     campaign = lw.Campaign(file)
     file.write_text(file.read_text().replace("runs: 6", "runs: 7"))
-    with pytest.raises(lw.LinkworkError, match="is another campaign on node"):
+    with pytest.raises(lw.LinkworkError, match="differs on node"):
         linkwork.ray.execute(campaign, tmp_path / "out")
     for wrong, text in [({"chunk": 0}, "`chunk`"), ({"retries": -1}, "`retries`"), ({"cpus": 0}, "`cpus`")]:
         with pytest.raises(lw.LinkworkError, match=text):

@@ -1,4 +1,4 @@
-"""Against Pinocchio's values for five robots, at full precision; and against the formulas in numpy."""
+"""Compared with Pinocchio's values for five robots, at full precision, and with the formulas in numpy."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ NAMES = ["double_pendulum", "ur5", "iiwa7", "solo12_ff", "chain10_rand"]
 
 
 class Robot:
-    """A robot of the reference data as a mechanism, and how its numbers map to ours."""
+    """A robot of the reference data as a mechanism, and the order of its numbers in ours."""
 
     def __init__(self, name):
         data = robot(name)
@@ -76,7 +76,7 @@ class Robot:
         return out
 
     def columns(self, J):
-        """Columns by our v; rows [linear; angular] turned to [angular; linear]."""
+        """Columns in the order of our v; rows [linear; angular] changed to [angular; linear]."""
         J = np.asarray(J)
         out = np.empty(J.shape)
         out[:, self.vs] = J
@@ -124,7 +124,7 @@ def test_external_wrenches(case):
         assert off(state.forward_dynamics(tau), forward) < 1e-14
         state.clear_wrenches()
         assert off(state.forward_dynamics(tau), case.v(s["aba"])) < TOL
-        # In many states at once each state feels them once.
+        # In a batch, each state has them once.
         many = m.inverse_dynamics(np.array([q] * 3), v, vdot, wrenches=wrenches)
         assert off(many, [inverse] * 3) < 1e-12
 
@@ -133,7 +133,7 @@ def test_frames(case):
     for s in case.states:
         q, v = case.q(s["q"]), case.v(s["v"])
         state = case.m.state(q, v)
-        with pytest.raises(lw.LinkworkError, match="not known"):
+        with pytest.raises(lw.LinkworkError, match="not computed yet"):
             state.acceleration(case.frames[0])
         state.inverse_dynamics(case.v(s["a_in"]))
         for name, f in zip(case.frames, s["frames"], strict=True):
@@ -175,7 +175,7 @@ def test_jacobians_compliance_and_inverse(case):
             want = case.matrix(s["Minv_upper_rowmajor"])
             assert off(m.inverse_mass_matrix(q), want) < TOL
             assert off(m.apply_inverse_mass(q, v), want @ v) < TOL
-        # Their compliance is in the frames' own axes, [linear; angular], of points the first three.
+        # Their compliance is in the frames' own axes, [linear; angular], with the linear rows first.
         state, blocks, turns = m.state(q), [], []
         for f in case.frames:
             R = state.pose(f)[:3, :3].T
@@ -194,7 +194,7 @@ def test_jacobians_compliance_and_inverse(case):
 
 
 def test_derivatives(case):
-    """At fixed base: there the derivative along v is that by q."""
+    """With a fixed base, where the derivative along v is that by q."""
     m = case.m
     for s in case.states[:3]:
         q, v, tau, vdot = case.q(s["q"]), *(case.v(s[k]) for k in ("v", "tau", "a_in"))
@@ -214,7 +214,7 @@ def test_derivatives(case):
 
 
 def test_operators(case):
-    """The seed's expressions against Pinocchio's matrices."""
+    """The expressions of the seed compared with Pinocchio's matrices."""
     for s in case.states[:3]:
         q = case.q(s["q"])
         ops = case.m.operators(q)

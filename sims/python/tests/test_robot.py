@@ -1,4 +1,4 @@
-"""`Robot`: parts, inverse kinematics, what hands hold, forces and ways; against the reference and by identities."""
+"""`Robot`: parts, inverse kinematics, grasped objects, forces and paths; compared with the reference and with identities."""
 
 import json
 import os
@@ -14,7 +14,7 @@ DARTS = ROBOTS.parent / "robodarts"
 
 
 def reference(name):
-    """A file of the reference; where it is not at hand a skip, which CI does not take."""
+    """A file of the reference; the test is skipped if it is missing, except in CI."""
     path = DARTS / name
     if not path.exists():
         assert "CI" not in os.environ, f"there is no {path}"
@@ -27,7 +27,7 @@ def load(path):
 
 
 def arm_of(n):
-    """n hinges about axes in turn, without files."""
+    """n hinges about alternating axes, without files."""
     builder, parent = lw.Builder(), "world"
     for k in range(n):
         hinge = lw.Hinge.pin(np.eye(3)[(2 * k + 2) % 3] + [0.1, 0.05, 0.2]).limits(-3, 3)
@@ -92,7 +92,7 @@ def test_targets_whole_and_in_part_are_met():
     with pytest.raises(lw.LinkworkError) as e:
         robot.inverse_kinematics("arm", [3.0, 0, 0], q=np.clip(np.zeros(6), low, high))
     p, turn = e.value.residual
-    assert p > 1.5 and turn == 0 and "no nearer" in str(e.value)
+    assert p > 1.5 and turn == 0 and "remaining error" in str(e.value)
     other.q = e.value.q
     assert np.linalg.norm(other.tip_pose("arm")[:3, 3] - [3, 0, 0]) == pytest.approx(p, abs=1e-9)
 
@@ -109,7 +109,7 @@ def test_a_search_goes_on_in_portions_to_the_same_bits(portion):
         search = robot.begin_inverse_kinematics("arm", at, q=start, orientation_tolerance=1e-3)
         assert (search.outcome, search.kinematics, search.restart, search.residual) == ("unfinished", 0, 0, None)
         assert (search.q == start).all() and not search.advance(0)
-        # What the robot does meanwhile is not the search's.
+        # The search does not depend on what the robot does in the meantime.
         robot.q = np.zeros(5)
         while not search.advance(portion):
             unfinished += 1
@@ -132,7 +132,7 @@ def test_a_search_that_ends_nowhere_tells_the_nearest():
         pass
     with pytest.raises(lw.LinkworkError) as at_once:
         robot.inverse_kinematics("arm", [9, 0, 0], q=[0.3, 0.3, 0.3])
-    with pytest.raises(lw.LinkworkError, match="no nearer") as e:
+    with pytest.raises(lw.LinkworkError, match="remaining error") as e:
         search.solution()
     assert search.outcome == "nearest" and (e.value.q == at_once.value.q).all()
     assert e.value.residual == at_once.value.residual == search.residual
@@ -213,7 +213,7 @@ def test_two_hands_share_a_load_and_leave_no_trace():
         J = [whole(robot, m, s) for s in ("left", "right")]
         p = robot.object_pose("beam")[:3, 3]
         C = J[0](p) - J[1](p)
-        # The difference does no work in the closed loop: it lies in the rows of C.
+        # The difference does no work in the closed loop: it is in the row space of C.
         off = shared - tau
         fit = np.linalg.lstsq(C.T, off, rcond=None)[0]
         assert np.abs(C.T @ fit - off).max() < 1e-9 * np.abs(off).max()
@@ -252,7 +252,7 @@ def test_two_tips_at_once_in_the_world_and_as_one_sees_the_other():
             assert search.kinematics <= robot.worst_case_steps(together=True)
             for X, Y in zip(tips(robot, q), (left, right), strict=True):
                 assert np.abs(X - Y).max() < 1e-8
-    # Seen from its own base, with the other arm kept.
+    # Seen from its own base, with the other arm fixed.
     start = robot.q
     near = tips(robot, start)[0][:3, 3] * 0.95
     q = robot.inverse_kinematics_together({"left": near}, keep=["right"])
@@ -260,7 +260,7 @@ def test_two_tips_at_once_in_the_world_and_as_one_sees_the_other():
     alone = robot.inverse_kinematics("left", [0.3, 0.2, 0.4], in_base=True)
     both = robot.inverse_kinematics_together({"left": [0.3, 0.2, 0.4]}, in_base=["left"])
     assert np.abs(tips(robot, alone)[0][:3, 3] - tips(robot, both)[0][:3, 3]).max() < 4e-9
-    with pytest.raises(lw.LinkworkError, match="the tips of `left`, `right` come no nearer") as e:
+    with pytest.raises(lw.LinkworkError, match="the tips of `left`, `right` do not reach their goals") as e:
         robot.inverse_kinematics_together({"left": [5, 0, 0], "right": right}, restarts=2)
     assert e.value.q.shape == (m.nq,) and e.value.residual[0] > 3
     liked, cost = robot.inverse_kinematics_together_best({"left": near}, starts=3)
@@ -269,7 +269,7 @@ def test_two_tips_at_once_in_the_world_and_as_one_sees_the_other():
         ({"targets": {"leg": near}}, "no part `leg`"),
         ({"targets": {"left": [1, 2]}}, "shape"),
         ({"targets": [lw.Target("left", near, relative_to="left")]}, "relative to itself"),
-        ({"targets": [lw.Target("left", near, relative_to="right")], "in_base": ["left"]}, "from its base and from a tip"),
+        ({"targets": [lw.Target("left", near, relative_to="right")], "in_base": ["left"]}, "both in its base and relative to a tip"),
         ({"keep": ["leg"]}, "no part `leg`"),
         ({"q": np.full(m.nq, 9.0)}, "limits"),
         ({"orientation_tolerance": 0.0}, "above zero"),
@@ -294,13 +294,13 @@ def test_what_two_hands_hold_stays_held_while_it_is_moved():
         if met:
             there = robot.inverse_kinematics_together({"left": goal})
         else:
-            with pytest.raises(lw.LinkworkError, match="the tip of `left` comes no nearer") as e:
+            with pytest.raises(lw.LinkworkError, match="the tip of `left` does not reach its goal") as e:
                 robot.inverse_kinematics_together({"left": goal}, restarts=4)
             there = e.value.q
         X, Y = tips(robot, there)
         assert np.abs(np.linalg.inv(X) @ Y - between).max() < 1e-8
         assert (np.abs(X - goal).max() < 1e-8) == met
-    # Nothing but one wrist may move, and the hands are apart.
+    # Only one wrist may move, and the hands are apart.
     off = q.copy()
     off[robot.dofs("left")[0]] += 0.1
     search = robot.begin_inverse_kinematics_together({}, q=off, keep=["left", "right"])
@@ -328,7 +328,7 @@ def test_a_robot_keeps_what_is_coupled():
     q = robot.inverse_kinematics_together({"arm": at}, q=[0.1, 0.2, 0.4, -0.2])
     robot.q = q
     assert np.abs(robot.tip_pose("arm")[:3, 3] - at).max() < 2e-9 and abs(q[2] + q[3] - 0.2) < 2e-9
-    with pytest.raises(lw.LinkworkError, match="no nearer") as e:
+    with pytest.raises(lw.LinkworkError, match="remaining error") as e:
         robot.inverse_kinematics_together({"arm": [3, 0, 0]})
     assert abs(e.value.q[2] + e.value.q[3] - 0.2) < 2e-9
     for refused in (lambda: robot.inverse_kinematics("arm", at), lambda: robot.plan("arm", q, q), lambda: robot.joint_rates("arm", np.zeros(6))):
@@ -338,7 +338,7 @@ def test_a_robot_keeps_what_is_coupled():
 
 
 def inverse(x):
-    """The pose (4, 4) that undoes x y z qx qy qz qw."""
+    """The pose (4, 4) that inverts x y z qx qy qz qw."""
     R = matrix_of(x[3:])
     X = np.eye(4)
     X[:3, :3], X[:3, 3] = R.T, -R.T @ np.array(x[:3])
@@ -410,7 +410,7 @@ def test_forces_of_two_hands_and_of_tips_are_those_of_the_reference():
     assert np.abs(tau[place] - golden["tau"]).max() < 1e-8 * np.abs(tau).max()
     A = np.linalg.inv(robot.task_inertia(["left", "right"]))
     assert np.abs(A - case["osim"]["compliance"]).max() < 1e-8 * np.abs(A).max()
-    # What acts besides moves no tip: (J M⁻¹) of the difference is nothing.
+    # Additional forces do not move the tip: (J M⁻¹) of the difference is zero.
     rest = np.linspace(-1, 1, m.nv)
     more = robot.task_forces(["left"], np.zeros(m.nv), golden["acceleration"], rest) - tau
     J = m.node_jacobian(q, "left_tcp")
@@ -479,7 +479,7 @@ def test_an_object_with_joints_is_the_same_as_a_mechanism_that_has_it():
         other = robot.copy()
         other.set_object_q("handle", [0, 0])
         assert robot.object_q("handle").tolist() == theta.tolist() and other.gravity_forces().tolist() != robot.gravity_forces().tolist()
-    # Let go, it stays where it is, and weighs on nobody.
+    # Released, it stays where it is, and loads nobody.
     assert np.abs(robot.object_body_pose("handle", "ring") - there).max() < 1e-15
     assert (robot.gravity_forces().tolist(), robot.mass_matrix().tolist(), robot.center_of_mass()[0]) == before
     robot.put("handle", np.eye(4))
@@ -523,7 +523,7 @@ def test_objects_with_joints_that_cannot_be_are_refused():
         (lambda: robot.grip("cup", np.zeros((2, 5)), friction=[([1, 0, 0], 0.5, 0.02, 9.0)] * 2), "(2, 6)"),
         (lambda: robot.task_inertia([]), "parts"),
         (lambda: robot.task_forces(["arm"], zero, np.zeros(6)), "no solution"),
-        (lambda: robot.feed_forward([1e200] * 3, zero), "too large"),
+        (lambda: robot.feed_forward([1e200] * 3, zero), "overflowed"),
     ):
         with pytest.raises(lw.LinkworkError) as e:
             call()
@@ -580,7 +580,7 @@ def test_the_solution_that_is_liked_best():
     first = robot.inverse_kinematics("arm", at, q=q)
     best, told = robot.inverse_kinematics_best("arm", at, q=q, starts=12)
     assert told == pytest.approx(cost(best), rel=1e-9) and told <= cost(first)
-    # Nothing along the null space is better.
+    # No motion along the null space is better.
     other = robot.copy()
     other.q = best
     assert np.abs(other.tip_pose("arm")[:3, 3] - at).max() < 1e-8
@@ -606,7 +606,7 @@ def test_rates_of_a_tip():
     twist = J @ [0.1, -0.2, 0.3]
     v, missing = robot.joint_rates("arm", twist)
     assert np.abs(J @ v - twist).max() < 1e-9 and max(missing) < 1e-9
-    # What a plane does not have is missing; rates stay within their limits.
+    # Motions out of the plane are missing; rates stay within their limits.
     v, (linear, angular) = robot.joint_rates("arm", [0, 0, 0, 0, 0.2, 0])
     assert linear == pytest.approx(0.2) and angular < 1e-9
     v, (linear, _) = robot.joint_rates("arm", 50 * twist)
@@ -635,7 +635,7 @@ def test_a_battery_goes_with_its_driver():
     robot.detach("battery")
     robot.ungrasp("driver")
     assert robot.gravity_forces().tobytes() == bare.tobytes()
-    # A jaw that carries: it goes with the jaw.
+    # A jaw that carries: the object moves with the jaw.
     body = lw.Builder().body("pliers", "world", lw.Hinge.free(), **block)
     pliers = body.body("jaw", "pliers", lw.Hinge.pin([0, 0, 1]), **block).build()
     fitter = lw.Robot(arm, chains={"arm": ("world", "hand")}, objects={"pliers": pliers, "nut": (0.1, [0, 0, 0], np.eye(3) / 1e4)}, colliders=[])
@@ -657,7 +657,7 @@ def test_ellipsoid_bias_and_forces_of_two_hands():
     v = np.array([0.4, -0.9])
     tau, tips = robot.bias(v, ["arm"])
     assert np.allclose(tau, robot.feed_forward(v, [0, 0]), atol=1e-14)
-    # The acceleration of the tip on a circle of its base alone: towards the base.
+    # The acceleration of the tip on a circle about its base: towards the base.
     expected = [0, 0, 0, -0.4 * np.cos(0.3) * v[0] ** 2, -0.4 * np.sin(0.3) * v[0] ** 2, 0]
     assert np.allclose(tips[0], expected, atol=1e-14)
     assert np.array_equal(robot.jacobian("arm", whole=True), J)

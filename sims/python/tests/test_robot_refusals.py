@@ -1,4 +1,4 @@
-"""`Robot`: mistakes are refused with what is known; what is not feasible comes with the best that is."""
+"""`Robot`: errors contain the known names; infeasible requests contain the best solution."""
 
 import numpy as np
 import pytest

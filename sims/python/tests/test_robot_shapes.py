@@ -1,4 +1,4 @@
-"""Shapes of `Robot`: distances of all pairs, coarse ones, and names that stand for several."""
+"""Shapes of `Robot`: distances of all pairs, coarse shapes, and names for several shapes."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""`show`: what is in the recordings that Rerun opens."""
+"""`show`: the contents of the recordings for Rerun."""
 
 import sys
 
@@ -21,7 +21,7 @@ def recorded(path):
 
 
 def column(chunks, name):
-    """All values of a column, row after row."""
+    """All values of a column, row by row."""
     rows = [row for chunk in chunks for row in chunk.to_record_batch().column(name).to_pylist()]
     return np.array(rows, dtype=float).reshape(len(rows), -1)
 
@@ -34,10 +34,10 @@ def test_a_motion_is_there_row_by_row(tmp_path):
     places = column(found["/bodies/tool"], "Transform3D:translation")
     turns = column(found["/bodies/tool"], "Transform3D:quaternion")
     states = [arm.state(row) for row in q]
-    # The viewer's numbers are single.
+    # The viewer uses single precision.
     assert np.allclose(places, [s.position("tool") for s in states], atol=1e-6)
     assert np.allclose(turns, [s.quaternion("tool") for s in states], atol=1e-6)
-    # Each shape that the file shows, once.
+    # Each visual shape of the file, once.
     shapes = {(s["body"], s["name"]): s for s in arm._shapes()}
     assert len(shapes) > 5 and all(f"/bodies/{b}/{n}" in found for b, n in shapes)
     one = shapes["forearm", "1"]
@@ -82,7 +82,7 @@ def test_a_simulation_makes_a_film(tmp_path):
     assert np.allclose(column(chunks, "Transform3D:quaternion"), seen, atol=1e-6)
     times = [t for c in chunks for t in c.to_record_batch().column("time").to_pylist()]
     assert times[-1].total_seconds() == pytest.approx(1.0)
-    # Elsewhere it begins anew, with the shapes.
+    # In another recording it begins again, with the shapes.
     sim.show(path=tmp_path / "other.rrd")
     assert any(e.startswith("/bodies/bob/") for e in recorded(tmp_path / "other.rrd"))
 
@@ -108,7 +108,7 @@ def test_a_film_has_the_shapes_of_the_phase(tmp_path):
     flag = found["/bodies/upper/flag"]
     assert [t.total_seconds() for c in flag for t in c.to_record_batch().column("time").to_pylist()] == pytest.approx([6.0])
     assert np.allclose(column(flag, "Boxes3D:half_sizes"), [[0.5, 1.0, 1.5]])
-    # What the phase no longer has is cleared when it begins; shapes are not drawn twice within a phase.
+    # Shapes that a phase no longer has are cleared when it begins; shapes are not drawn twice within a phase.
     for body, name in before - after:
         batches = [c.to_record_batch() for c in found[f"/bodies/{body}/{name}"]]
         cleared = [t.total_seconds() for b in batches if any("Clear" in n for n in b.schema.names) for t in b.column("time").to_pylist()]
@@ -126,7 +126,7 @@ def test_what_cannot_be_shown_is_refused(tmp_path, monkeypatch):
         '<robot name="m"><link name="cup"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
         '<visual><geometry><mesh filename="cup.stl"/></geometry></visual></link></robot>'
     )
-    with pytest.raises(lw.LinkworkError, match="cup.stl.*is not there"):
+    with pytest.raises(lw.LinkworkError, match="cup.stl.*does not exist"):
         lw.load(tmp_path / "mug.urdf", "free").show(path=tmp_path / "mug.rrd")
     monkeypatch.setitem(sys.modules, "rerun", None)
     with pytest.raises(lw.LinkworkError, match=r"pip install linkwork\[rerun\]"):

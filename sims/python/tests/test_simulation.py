@@ -1,4 +1,4 @@
-"""Simulations from RON: variables, callbacks, logs, recordings, checkpoints; the same bits as Rust."""
+"""Simulations from RON: variables, callbacks, logs, recordings, checkpoints; bit-identical to Rust."""
 
 import gc
 import json
@@ -23,7 +23,7 @@ def test_a_pendulum_against_an_independent_integration():
     assert (sim.time, sim.dt, sim.until) == (0.0, 0.001, 20.0)
     log = sim.log(["bob"], rate=100)
     sim.run_until(3)
-    # RK4 of the textbook's equation, here.
+    # RK4 for the textbook's equation.
     inertia, damping, g = 1.0 + 0.4 * 0.1**2, 0.05, 9.80665
 
     def f(y):
@@ -41,7 +41,7 @@ def test_a_pendulum_against_an_independent_integration():
     want = np.array(rows)
     assert log.rows == 301 and off(log.t, np.arange(301) / 100) < 1e-15
     assert off(log["bob.angle"], want[:, 0]) < 1e-12 and off(log["bob.rate"], want[:, 1]) < 1e-12
-    # The same with the mechanism alone.
+    # The same with only the mechanism.
     m = sim.mechanism
     assert off(m.gravity, [0, 0, -9.80665]) == 0.0
     _, qs, _ = m.simulate([np.pi / 3], [0.0], h, 3000, torque=lambda t, q, v: -damping * v)
@@ -71,7 +71,7 @@ def test_pins_hold_go_into_checkpoints_and_are_let_go(tmp_path):
         with pytest.raises(lw.LinkworkError, match="help: "):
             sim.pin(*wrong)
     assert set(sim.unpin("bob.*")) == {"bob.angle", "bob.rate"} and sim.pins == {}
-    with pytest.raises(lw.LinkworkError, match="nothing that is pinned"):
+    with pytest.raises(lw.LinkworkError, match="does not match a pinned variable"):
         sim.unpin()
     sim.run_until(2)
     assert sim["bob.angle"] != angle
@@ -112,7 +112,7 @@ def test_pieces_logs_callbacks_and_recordings_change_no_bit(tmp_path):
 
 
 def test_the_bits_are_those_of_the_command_line():
-    """Against `linkwork run`, when it is built: the same state after a second."""
+    """Compared with `linkwork run`, if it is built: the same state after a second."""
     target = os.environ.get("CARGO_TARGET_DIR", "target")
     for sim, until in ((PENDULUM, "3"), (ROVER, "1")):
         out = os.path.join(target, "python-bits")
@@ -161,7 +161,7 @@ def test_variables_are_read_and_set():
     assert (v.unit, v.role, v.part, v.path) == ("rad/s", "state", "bob", "bob.rate") and v.doc
     assert "bob.rate" in sim and "bob.speed" not in sim
     assert sim.variables("Friction.**").keys() == {"Friction.shaft.angle", "Friction.shaft.rate", "Friction.torque"}
-    # The mechanism is a part like any other.
+    # The mechanism is a part like the others.
     assert sim.parts == ["Friction", "Mechanism"]
     table = sim._repr_html_()
     assert f"t = {sim.time} s of" in table and "step 1 ms (1000 Hz)" in table and table.count("<tr>") == 3
@@ -188,9 +188,9 @@ def test_a_controller_in_a_callback():
     sim.every("10 ms", catch)
     log = sim.log(["bob.angle"])
     sim.run_until(3)
-    # Halving the rate 100 times a second makes the pendulum creep down.
+    # Halving the rate 100 times a second makes the pendulum move down slowly.
     assert 0 < sim["bob.angle"] < log["bob.angle"][0] and np.all(np.diff(log["bob.angle"]) <= 0)
-    # Rows show what the callback has set at their tick.
+    # Rows contain the values that the callback sets at their tick.
     both = lw.Simulation(PENDULUM)
     both.at(10, lambda s: s.__setitem__("bob.rate", 3.0))
     rate = both.log(["bob.rate"], rate=10)
@@ -217,10 +217,10 @@ def test_refusals():
         (setting("bob.rate", "fast"), "cannot be set to fast"),
         (lambda: sim.log(["bob.*x"]), "matches no variable"),
         (lambda: sim.log(["bob"], rate=0), "`rate` is 0"),
-        (lambda: sim.log(["bob"])["bob.x"], "the log has no `bob.x`"),
+        (lambda: sim.log(["bob"])["bob.x"], "the log does not contain `bob.x`"),
         (lambda: sim.at(-1, print), "`rate` is -1"),
         (lambda: sim.every(0, print), "`seconds` is 0"),
-        (lambda: sim.every(1, 3), "cannot be called"),
+        (lambda: sim.every(1, 3), "is not callable"),
         (lambda: sim.run_until("2 Hz"), "is not a time"),
         (lambda: sim.run_until(np.nan), "is not a time"),
         (lambda: sim.parameters("Frictoin"), "did you mean `Friction`"),
@@ -239,7 +239,7 @@ def test_refusals():
     ):
         with pytest.raises(lw.LinkworkError, match=text):
             call()
-    # All mistakes of a file at once, each with its place.
+    # All mistakes of a file at once, each with its position.
     with pytest.raises(lw.LinkworkError) as e:
         lw.Simulation(PENDULUM, {"Friction.dampin": 1, "step": "0 s"})
     assert "dampin" in str(e.value) and "step is zero" in str(e.value)
@@ -249,9 +249,9 @@ def test_a_time_that_lies_behind_is_refused():
     sim = lw.Simulation(PENDULUM)
     sim.run_until(1.5)
     hash = sim.state_hash
-    with pytest.raises(lw.LinkworkError, match="is at 1.5 s already, past 1 s"):
+    with pytest.raises(lw.LinkworkError, match="is already at 1.5 s, after 1 s"):
         sim.run_until(1)
-    # The present tick is no step behind: nothing is left to do.
+    # The present tick is not an earlier step: nothing remains to be done.
     sim.run_until(1.5)
     sim.run_until(1.4995)
     assert (sim.time, sim.state_hash) == (1.5, hash)
@@ -321,8 +321,8 @@ def test_a_simulation_goes_through_its_phases(tmp_path):
     sim.save(tmp_path / "here.lwck")
     sim.run_until(12)
     assert (sim.phase, sim.q.shape) == ("second_separation", (21,))
-    # What a phase has not is NaN in a log, before it is there.
-    there = log["t"] > 5  # `time > 5 s` does not hold at 5 s
+    # A variable that does not exist yet is NaN in a log.
+    there = log["t"] > 5  # `time > 5 s` is false at 5 s
     for name in ["upper.position.x", "Spring1.extension"]:
         assert np.isnan(log[name][~there]).all() and np.isfinite(log[name][there]).all()
     assert np.isfinite(log["booster.position.x"]).all()
@@ -333,7 +333,7 @@ def test_a_simulation_goes_through_its_phases(tmp_path):
 
 
 def test_what_the_kernels_do_not_know_is_a_warning(tmp_path):
-    with pytest.warns(UserWarning, match="couplings.*algorithms of the tree"):
+    with pytest.warns(UserWarning, match="couplings.*tree algorithms"):
         rover = lw.load(ROVER)
     assert rover.nv > 6
     with warnings.catch_warnings():
@@ -363,7 +363,7 @@ def test_logs_around_events_and_on_change(tmp_path):
     changed = np.concatenate([[True], np.diff(impacts) != 0])
     assert (few.t == every.t[changed]).all() and list(few["Ball.impacts"][:3]) == [0, 1, 2]
 
-    # A recording goes on where the run was saved, with the rows that waited then.
+    # A recording continues where the run was saved, with the rows that were waiting then.
     cut = (events[0] - 5) / 1000
     sim = ball()
     sim.record(tmp_path / "first.mcap", ["Ball.height"], **window)

@@ -1,4 +1,4 @@
-"""The program that mypy reads also does what it says, and its wrong lines are refused."""
+"""The program for mypy also runs correctly, and mypy rejects its wrong lines."""
 
 import re
 import subprocess

@@ -1,8 +1,8 @@
-"""One program with right lines and wrong ones. `test_typed.py` runs it; `mypy --strict` reads it.
+"""A program with correct and wrong lines. `test_typed.py` runs it; `mypy --strict` checks it.
 
-A wrong line is marked with the error that mypy has for it. `test_typed.py` takes the marks away and
-compares: these lines must be refused, with these errors, and no others. Runs in a folder that holds
-`sims`, and writes into the folder given.
+A wrong line is marked with its error of mypy. `test_typed.py` removes the marks and compares: mypy
+must reject exactly these lines, with these errors. Runs in a folder that contains `sims`, and writes
+into the given folder.
 """
 
 import sys

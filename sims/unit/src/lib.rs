@@ -1,8 +1,8 @@
-//! The shared library inside exported units: FMI 3.0 co-simulation over every model of the component
+//! The shared library inside exported units: FMI 3.0 co-simulation with every model of the component
 //! libraries. `linkwork export` copies it into the archive.
 //!
-//! A library of models of your own gets its own shared library in the same way: a crate with
-//! `crate-type = ["cdylib"]`, a function like `library` with its catalogue, and `export_unit!`.
+//! A shared library for your own models needs a crate with `crate-type = ["cdylib"]`, a function like
+//! `library` with its catalogue, and `export_unit!`.
 use linkwork_runner::Library;
 use linkwork_runtime::Catalogue;
 

@@ -25,10 +25,10 @@ pub fn page(entry: &Entry, header: Option<&Header>, behaviour: Option<&Behaviour
         out.push_str("Sampled: give the part a `rate`.\n\n");
     }
     if let Some(field) = &d.reads {
-        let _ = writeln!(out, "Reads a field of {field}: the nearest, when there is one.\n");
+        let _ = writeln!(out, "Reads a field of {field}: the nearest one, if there is any.\n");
     }
     if d.inertial {
-        out.push_str("Takes W for inertial axes: an error where W is a site of a planet.\n\n");
+        out.push_str("Assumes that W is inertial: an error if W is a site on a planet.\n\n");
     }
     if !d.params.is_empty() {
         out.push_str("## Parameters\n\n| name | unit or kind | default | range | meaning |\n|---|---|---|---|---|\n");
@@ -50,7 +50,7 @@ pub fn page(entry: &Entry, header: Option<&Header>, behaviour: Option<&Behaviour
     }
     let known = d.all_inputs().chain(d.all_outputs()).next().is_some() || !d.imprint.is_empty();
     if !known && entry.service_kind().is_none() {
-        out.push_str("Its ports follow from its parameters: `linkwork list SIM 'PART.**'` shows those of a part.\n\n");
+        out.push_str("Its ports depend on its parameters: `linkwork list SIM 'PART.**'` shows those of a part.\n\n");
     }
     if let Some(Behaviour { ron, plots }) = behaviour {
         let _ = writeln!(

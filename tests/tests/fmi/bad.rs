@@ -30,20 +30,20 @@ fn archives_that_are_none() {
     refused(&bench, PART, &["there is no file `unit.fmu`"]);
     let file = bench.path("unit.fmu");
     std::fs::write(&file, b"no archive at all").unwrap();
-    refused(&bench, PART, &["`unit.fmu` is not a readable archive"]);
+    refused(&bench, PART, &["`unit.fmu` is not a readable unit archive"]);
     bench.unit("unit.fmu", 2, Model::Spring, |t| t);
     let good = std::fs::read(&file).unwrap();
     assert!(bench.sim(PART).is_ok());
     std::fs::write(&file, &good[..good.len() / 2]).unwrap();
-    refused(&bench, PART, &["`unit.fmu` is not a readable archive"]);
+    refused(&bench, PART, &["`unit.fmu` is not a readable unit archive"]);
     // A flipped byte in the library's compressed content.
     let mut flipped = good.clone();
     let at = good.len() / 2;
     flipped[at] ^= 0x55;
     std::fs::write(&file, &flipped).unwrap();
-    refused(&bench, PART, &["`unit.fmu` is not a readable archive"]);
+    refused(&bench, PART, &["`unit.fmu` is not a readable unit archive"]);
     pack(&file, &[("readme.txt", b"hello")]);
-    refused(&bench, PART, &["no modelDescription.xml"]);
+    refused(&bench, PART, &["lacks modelDescription.xml"]);
     pack(&file, &[("modelDescription.xml", b"<fmiModelDescription")]);
     refused(&bench, PART, &["unit.fmu/modelDescription.xml:1:", "well-formed"]);
 }
@@ -63,11 +63,11 @@ fn units_for_another_platform_or_kind() {
     // The library of the other version, whose functions have other names.
     let other = library(bench.dir.path(), 3, Model::Spring);
     pack(&file, &[("modelDescription.xml", text.as_bytes()), (&binary(2), &other)]);
-    refused(&bench, PART, &["no function `fmi2Instantiate`"]);
+    refused(&bench, PART, &["lacks the function `fmi2Instantiate`"]);
     // Only model exchange.
     let equations: String = text.lines().filter(|l| !l.contains("<CoSim")).collect();
     pack(&file, &[("modelDescription.xml", equations.as_bytes()), (&binary(2), &code)]);
-    refused(&bench, PART, &["no unit for co-simulation", "fmi.model_exchange"]);
+    refused(&bench, PART, &["not a unit for co-simulation", "fmi.model_exchange"]);
     // A description that was changed after the library was built.
     let changed = text.replace(TOKEN, "{another}");
     pack(&file, &[("modelDescription.xml", changed.as_bytes()), (&binary(2), &code)]);
@@ -89,13 +89,13 @@ fn start_values_that_cannot_be() {
             )
         };
         for (values, phrases) in [
-            ("\"mas\": 2", vec!["no variable `mas`", "did you mean `mass`", "sim.ron:3"]),
+            ("\"mas\": 2", vec!["not have a variable `mas`", "did you mean `mass`", "sim.ron:3"]),
             ("\"mass\": \"2 s\"", vec!["`mass` is in kg"]),
-            ("\"mass\": true", vec!["`mass` is a number"]),
-            ("\"mass\": [1, 2]", vec!["takes 1 values, there are 2"]),
+            ("\"mass\": true", vec!["`mass` must be a number"]),
+            ("\"mass\": [1, 2]", vec!["requires 1 values, but there are 2"]),
             ("\"spring.a\": 2", vec!["cannot be set", "computes it"]),
             ("\"fault\": 1.5", vec!["a whole number", "1.5"]),
-            ("\"stiffness\": \"3 N/m\"", vec!["no defined unit"]),
+            ("\"stiffness\": \"3 N/m\"", vec!["does not define the unit"]),
             ("\"mass\": 2, \"mass\": 3", vec!["mass"]),
             ("\"fault\": 1", vec!["EnterInitializationMode", "returned error"]),
         ] {
@@ -145,7 +145,7 @@ fn units_that_fail_on_the_way() {
         cases.push((
             if version == 2 { "me" } else { "cs" },
             6,
-            vec!["`Spring`", "asks to end the simulation"],
+            vec!["`Spring`", "requests the end of the simulation"],
         ));
         for (kind, fault, phrases) in cases {
             let mut run = sim(kind, fault);

@@ -109,7 +109,7 @@ fn inputs_arrive_and_state_is_saved() {
         .replace("rate: \"10 ms\"", "rate: \"7 ms\"")
         .replace("step: \"10 ms\"", "step: \"7 ms\"");
     let told = bench.sim(&odd).err().unwrap();
-    assert!(told.contains("no multiple of the unit's own step 0.005 s"), "{told}");
+    assert!(told.contains("not a multiple of the unit's own step 0.005 s"), "{told}");
 }
 
 /// `sims/fmu`: the arm and its FMU differ by the delay of a held command, half a communication step.
@@ -150,7 +150,7 @@ fn what_cannot_be_exported_is_refused() {
         }
         assert!(!bench.path("x.fmu").exists() && !bench.path("x.fmu.part").exists());
     };
-    refused(what(&["Ball.height"], &[]), &["`Ball.height` matches", "nothing drives"]);
+    refused(what(&["Ball.height"], &[]), &["`Ball.height` matches", "unconnected inputs"]);
     refused(what(&[], &["Ball.hight"]), &["`Ball.hight` matches", "Ball.height"]);
     let lost = Export { library: "nowhere.so".into(), ..what(&[], &[]) };
     refused(lost, &["`nowhere.so` cannot be read", "--library"]);
@@ -166,6 +166,6 @@ fn what_cannot_be_exported_is_refused() {
         std::fs::write(bench.path("nested.ron"), text).unwrap();
         let nested = load(&bench.path("nested.ron"));
         let told = export(nested, &what(&[], &[]), &bench.path("x.fmu")).unwrap_err().render(false);
-        assert!(told.contains("reads `spring.fmu`, which a unit cannot carry"), "{told}");
+        assert!(told.contains("reads `spring.fmu`, which a unit cannot contain"), "{told}");
     }
 }

@@ -158,9 +158,9 @@ fn senseless_limits_and_springs_are_refused() {
     };
     for (hinge, wanted) in [
         ("Ball(limits: (lower: 0.1, upper: 1))", "`lower` of a ball is 0"),
-        ("Ball(limits: (rate: 1))", "no limits of rate"),
+        ("Ball(limits: (rate: 1))", "does not support limits of rate"),
         ("Ball(limits: (cone: -1))", "above 0"),
-        ("Pin(axis: [0, 0, 1], limits: (cone: 1))", "limits of balls"),
+        ("Pin(axis: [0, 0, 1], limits: (cone: 1))", "only balls support"),
         ("Pin(axis: [0, 0, 1], limits: (restitution: 0.5))", "a coordinate with a limit"),
         (
             "Pin(axis: [0, 0, 1], limits: (upper: 1, restitution: 0.5), stop: (stiffness: 9, damping: 1))",

@@ -336,9 +336,9 @@ fn closing_leaves_no_trace_of_cuts_and_refuses_what_it_is_not() {
     assert_eq!(sim.state(), straight.state());
     for (wrong, words) in [
         ("closing: Over(\"0 s\")", "`closing` is 0 s"),
-        ("closing: Over", "`Over` has no time"),
+        ("closing: Over", "`Over` lacks a time"),
         ("closing: Over(\"3 m\")", "closing"),
-        ("closing: AsFound(3)", "takes nothing"),
+        ("closing: AsFound(3)", "does not have arguments"),
         ("closing: Slowly", "Slowly"),
     ] {
         let e = common::scene(&meeting(wrong), &[]).err().unwrap_or_else(|| panic!("{wrong}"));

@@ -203,9 +203,9 @@ fn senseless_loads_and_pairs_are_refused() {
         )
     };
     for (contact, body, wanted) in [
-        (r#"pair_forces: [["a", "b"]]"#, "", "nothing touches `b`"),
+        (r#"pair_forces: [["a", "b"]]"#, "", "`b` does not have collision shapes"),
         (r#"pair_forces: [["world", "a"]]"#, "", "`world` is not a body"),
-        (r#"pair_forces: [["a", "a"]]"#, "", "are one body"),
+        (r#"pair_forces: [["a", "a"]]"#, "", "are the same body"),
         (r#"pair_forces: [["a"]]"#, "", "list of pairs"),
         ("rolling_friction: -1", "", "`rolling_friction` is -1"),
         ("spinning_friction: \"1 deg\"", "", "unit"),

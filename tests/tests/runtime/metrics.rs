@@ -311,13 +311,13 @@ fn metrics_allocate_nothing_while_stepping() {
 #[test]
 fn metrics_that_mean_nothing_are_rejected() {
     for (metric, wanted) in [
-        ("of: \"S.y\", take: \"percentile\"", "which percentile is not written"),
+        ("of: \"S.y\", take: \"percentile\"", "`percent` is missing"),
         ("of: \"S.y\", take: \"percentile\", percent: 101", "a percentile of 101 %"),
-        ("of: \"S.y\", take: \"mean\", percent: 50", "`percent` is of a percentile"),
-        ("of: \"S.y\", take: \"max\", at: \"time > 1 s\"", "`at` gives one value"),
+        ("of: \"S.y\", take: \"mean\", percent: 50", "`percent` requires take"),
+        ("of: \"S.y\", take: \"max\", at: \"time > 1 s\"", "`at` selects one value"),
         (
             "of: \"S.y\", take: \"time_of_max\", unit: \"m\"",
-            "an instant is shown in a unit of time, and m is none",
+            "an instant needs a unit of time, but m is not one",
         ),
         ("of: \"S.y\", take: \"largest\"", "largest"),
         ("of: \"Q.y\"", "there is no variable `Q.y`"),

@@ -259,7 +259,7 @@ fn profiles_that_make_no_sense_are_refused_with_the_remedy() {
         (
             r#""profile": [[0, 0], [1, 1]], "start": 1"#,
             "positions leave no choice of it",
-            "take `start` out",
+            "remove `start`",
         ),
         (
             r#""profile": [[0, 0], [1, 1]], "gives": "rate", "start_rate": 1"#,

@@ -133,10 +133,7 @@ fn a_sensor_that_nobody_reads_is_told() {
     let wires = r#"wires: ["Encoder.angle -> Twice.u"],"#;
     let all = warnings(&text(wires));
     assert_eq!(all.len(), 1, "{all:?}");
-    assert!(
-        all[0].starts_with("5: nobody reads anything of `Twice` / wire, log or plot"),
-        "{all:?}"
-    );
+    assert!(all[0].starts_with("5: no output of `Twice` is read / wire, log or plot"), "{all:?}");
     for reader in [
         r#"log: [(channels: ["Twice"])],"#,
         r#"log: [(channels: ["**"])],"#,
@@ -169,7 +166,7 @@ fn colliders_without_contact_are_told() {
     };
     let told = only(&text(""));
     assert!(
-        told.contains("2 shapes collide and nothing touches: there is no `contact`")
+        told.contains("2 shapes collide, but there is no `contact`, so nothing collides")
             && told.starts_with("3: "),
         "{told}"
     );

@@ -1,4 +1,4 @@
-//! Colliders as written, with their groups and surfaces.
+//! Colliders as written in a file, with their collision groups and surface properties.
 use crate::body::solid::{colliding, seen};
 use crate::schema::describe::Schema;
 use crate::schema::kind::{At, Kind, color, flag, number, raw, text, texts, vector, whole};
@@ -10,38 +10,38 @@ use linkwork_runtime::{Located, Origin, Value};
 use linkwork_spatial::{Pose, Quat, Vec3};
 
 record! {
-    /// What a shape of a body says when it collides, and a collider of its own.
+    /// Collision properties of a shape or a collider.
     pub(crate) struct Surface: "surface" {
-        /// The shape is taken to be this much thicker all around.
+        /// Padding: thickness that is added to the shape on all sides.
         padding: f64 = number("m").at_least(0.0).or(0.0),
-        /// A cylinder that rolls: it touches as so many thin discs across its length, so that forces are continuous.
+        /// Number of thin discs across its length that replace a rolling cylinder in contact, so that forces are continuous.
         discs: Option<u32> = whole::<u32>(1, 64).maybe(),
-        /// Groups that it is in; `default` when none is written.
+        /// Collision groups to which it belongs (default: `default`).
         group: Vec<Text> = texts().or(Vec::new()),
-        /// Groups that it meets; all when none is written.
+        /// Collision groups with which it collides (default: all).
         meets: Option<Vec<Text>> = texts().maybe(),
-        /// Whether it meets the terrain; `false` for a wheel, whose model of contact does.
+        /// Whether it collides with the terrain; `false` for a wheel, whose model computes the ground contact.
         terrain: bool = flag().or(true),
-        /// What it is made of, for `pairs` of `contact`.
+        /// Name of its material, for `pairs` of `contact`.
         material: Option<Text> = text().maybe(),
-        /// Coefficient of friction; a pair takes the geometric mean.
+        /// Friction coefficient; a pair has the geometric mean.
         friction: Option<f64> = number("").at_least(0.0).maybe(),
-        /// Coefficient of restitution; a pair takes the larger.
+        /// Coefficient of restitution; a pair has the larger value.
         restitution: Option<f64> = number("").within(0.0, 1.0).maybe(),
-        /// Coefficient of rolling friction: the moment across the normal for each newton of normal force; a pair takes the larger.
+        /// Coefficient of rolling friction: largest moment across the normal per newton of normal force; a pair has the larger value.
         rolling_friction: Option<f64> = number("m").at_least(0.0).maybe(),
-        /// Coefficient of spinning friction: the moment about the normal for each newton; a pair takes the larger.
+        /// Coefficient of spinning friction: largest moment about the normal per newton; a pair has the larger value.
         spinning_friction: Option<f64> = number("m").at_least(0.0).maybe(),
-        /// Velocity of the surface over its body, axes of the body: a belt or a track.
+        /// Velocity of the surface relative to its body, in body axes, such as that of a belt or a track.
         surface_velocity: Option<Vec3> = vector("m/s").maybe(),
-        /// Not there when the run begins.
+        /// Hidden at the start of the run.
         hidden: bool = flag().or(false),
-        /// A simpler shape in the same frame, for queries that ask for it.
+        /// A simpler shape in the same frame, for coarse queries.
         coarse: Option<Shape> = CoarseKind.maybe(),
     }
 }
 record! {
-    /// A collider that stands on its own, beside its [`Surface`].
+    /// A separate collider, in addition to its [`Surface`].
     pub(crate) struct Standing: "collider" {
         /// Body, node or `world`.
         on: Option<Text> = text().wanted("write `on: \"world\"`, or a body"),
@@ -51,7 +51,7 @@ record! {
         at: Pose = crate::schema::record::of::<Pose>().or(Pose::identity()),
         /// Red, green, blue, opacity.
         color: Option<[f64; 4]> = color().maybe(),
-        /// Whether it is seen.
+        /// Whether it is visible.
         visible: bool = flag().or(true),
         /// Documentation.
         doc: Option<Text> = text().maybe(),
@@ -67,8 +67,8 @@ impl Kind for CoarseKind {
             && let Some(axis) = inner.get("axis")
         {
             let what = &at.what;
-            let fact = format!("{what} stands in the frame of the fine shape, so it has no `axis`");
-            cx.fault(axis.origin, fact, "leave the axis out");
+            let fact = format!("{what} uses the frame of the fine shape, so `axis` is not allowed");
+            cx.fault(axis.origin, fact, "remove `axis`");
             return None;
         }
         colliding().read(cx, v, at).map(|(shape, _)| shape)
@@ -81,13 +81,13 @@ impl Kind for CoarseKind {
     }
 }
 
-/// A collider, ready but for its groups and what it takes from `contact`.
+/// A collider before its groups and the defaults of `contact` are resolved.
 #[derive(Clone, Debug)]
 pub(crate) struct Collider {
     pub spec: ColliderSpec,
-    /// Groups that it is in; none: `default`.
+    /// Collision groups to which it belongs; empty: `default`.
     pub groups: Vec<Text>,
-    /// Groups that it meets; `None`: all.
+    /// Collision groups with which it collides; `None`: all.
     pub meets: Option<Vec<Text>>,
     pub friction: Option<f64>,
     pub restitution: Option<f64>,

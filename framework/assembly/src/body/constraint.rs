@@ -1,4 +1,4 @@
-//! Loops and couplings as written.
+//! Loops and couplings as written in a file.
 //!
 //! ```text
 //! loop       frame of B in frame of A moves as its hinge permits;   frame = node · at
@@ -29,16 +29,15 @@ record! {
         at_a: Pose = of::<Pose>().or(Pose::identity()),
         /// The hinge's frame on the other side.
         at_b: Pose = of::<Pose>().or(Pose::identity()),
-        /// The motion that it permits; without one the frames stay together.
+        /// The permitted motion; without a hinge, the frames are welded.
         hinge: Hinge = hinge().or(Hinge::locked()),
-        /// Its coordinates follow commands.
+        /// Its coordinates are prescribed.
         prescribed: bool = flag().or(false),
-        /// How it is solved.
+        /// The constraint method.
         solve: ConstraintMethod = constraint_method().or(ConstraintMethod::Auto),
-        /// What happens to a gap between its ends: at once they are put together, and otherwise they stay as they are found, or come
-        /// together over a time.
+        /// ConstraintMethod of a gap at the start: `AtOnce` closes it at once, `AsFound` keeps it, `Over(time)` closes it over a time.
         closing: Option<Closing> = ClosingKind.or(None),
-        /// Where the prescribed coordinates start.
+        /// Initial values of the prescribed coordinates.
         initial: Option<Located> = raw(initial::schema).maybe(),
         /// Documentation.
         doc: Option<Text> = text().maybe(),
@@ -49,17 +48,17 @@ record! {
     pub(crate) struct CouplingForm: "coupling" {
         /// Coordinate → factor, or a list that keeps its order.
         terms: Option<Terms> = TermsKind.maybe(),
-        /// What the sum of factor · coordinate is.
+        /// Value of the sum of factor · coordinate.
         constant: Option<Located> = raw(|| drive_number("rad", "m").describe()).maybe(),
-        /// The coordinate that follows another, in short.
+        /// Short form: the coordinate that follows another.
         mimic: Option<Text> = text().maybe(),
         /// The coordinate that it follows.
         of: Option<Text> = text().maybe(),
-        /// How far it follows.
+        /// Ratio of the two coordinates.
         ratio: Option<f64> = number("").maybe(),
         /// Its value when the other is zero.
         offset: Option<Located> = raw(|| drive_number("rad", "m").describe()).maybe(),
-        /// How it is solved.
+        /// The constraint method.
         solve: ConstraintMethod = constraint_method().or(ConstraintMethod::Auto),
         /// Documentation.
         doc: Option<Text> = text().maybe(),
@@ -94,12 +93,12 @@ impl Kind for ClosingKind {
                 return Some(Some(Closing::Over(time)));
             }
             Value::Variant(name, _) | Value::Text(name) if name == "Over" => {
-                let message = format!("{}: `Over` has no time", at.what);
+                let message = format!("{}: `Over` lacks a time", at.what);
                 cx.fault(v.origin, message, "write e.g. Over(\"0.3 s\")");
                 return None;
             }
             Value::Variant(name, extra) if extra.value != Value::Null => {
-                let message = format!("{}: `{name}` takes nothing in brackets", at.what);
+                let message = format!("{}: `{name}` does not have arguments", at.what);
                 cx.fault(extra.origin, message, "write AtOnce, AsFound or Over(\"0.3 s\")");
                 return None;
             }
@@ -125,9 +124,9 @@ fn plain_closing() -> impl Kind<Of = Option<Closing>> {
 
 /// Coordinates with their factors.
 pub(crate) enum Terms {
-    /// Whose order means nothing.
+    /// A map, whose order is not relevant.
     Map(Vec<(Text, f64)>),
-    /// Whose order is kept.
+    /// A list, whose order is kept.
     List(Vec<(Text, f64)>),
 }
 
@@ -161,7 +160,7 @@ impl Kind for TermsKind {
 }
 
 impl CouplingForm {
-    /// Coordinates and factors, and whether their order is kept; faults when they are written in no way or in two.
+    /// Returns coordinates and factors, and whether their order is kept; adds faults if they are missing or written twice.
     pub fn terms(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<(Vec<(Text, f64)>, bool)> {
         let origin = at.origin.unwrap_or(v.origin);
         let short = ["mimic", "of", "ratio", "offset"].into_iter().find(|f| v.get(f).is_some());
@@ -175,7 +174,7 @@ impl CouplingForm {
             for field in ["mimic", "of"].into_iter().filter(|f| v.get(f).is_none()) {
                 let help =
                     "write (mimic: \"a\", of: \"b\", ratio: 1, offset: 0): a = ratio · b + offset";
-                cx.fault(origin, format!("{} has no `{field}`", at.what), help);
+                cx.fault(origin, format!("{} lacks `{field}`", at.what), help);
             }
             let (a, b) = (self.mimic.clone()?, self.of.clone()?);
             return Some((vec![(a, 1.0), (b, -self.ratio.unwrap_or(1.0))], true));
@@ -186,13 +185,13 @@ impl CouplingForm {
             None if v.get("terms").is_some_and(|t| t.value != Value::Null) => None,
             _ => {
                 let help = "write `terms: { \"left\": 1, \"right\": 1 }`: Σ factor · coordinate = constant";
-                cx.fault(origin, format!("{} has no `terms`", at.what), help);
+                cx.fault(origin, format!("{} lacks `terms`", at.what), help);
                 None
             }
         }
     }
 
-    /// What the sum is, in the unit of the sum when all terms have one: `slides` says which are lengths.
+    /// Returns the constant, in the unit of the sum if all terms have the same unit; `slides` marks terms that are lengths.
     pub fn constant(&self, cx: &mut Cx, slides: &[bool], at: &At<'_>) -> Option<f64> {
         if let Some(offset) = &self.offset {
             let slides = slides.first() == Some(&true);

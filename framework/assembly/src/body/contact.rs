@@ -1,4 +1,4 @@
-//! `contact: (..)` as written.
+//! `contact: (..)` as written in a file.
 use crate::schema::kind::{
     Kind, flag, list_of, mapped, number, raw, short, table_of, text, whole, word,
 };
@@ -13,73 +13,73 @@ use std::sync::LazyLock;
 static USUAL: LazyLock<ContactSettings> = LazyLock::new(ContactSettings::default);
 
 record! {
-    /// Non-smooth contact: how it is solved and who meets whom.
+    /// Non-smooth contact: settings of the solver, and collision rules.
     pub(crate) struct ContactForm: "contact" {
-        /// Smooth forces instead of impulses: `true`, or their numbers.
+        /// Compliant contact instead of impulses: `true`, or its parameters.
         compliant: Option<CompliantSettings> = compliant().or(None),
-        /// Path of the terrain that bodies meet; `"none"`: they meet none. Unwritten: the only one.
+        /// Path of the terrain with which bodies collide; `"none"`: no terrain (default: the only terrain of the simulation).
         terrain: Option<Text> = text().maybe(),
-        /// Gaps that are looked at.
+        /// Largest gap that is included in the contact problem.
         margin: f64 = number("m").at_least(0.0).or(USUAL.margin),
-        /// Penetration that is left alone.
+        /// Penetration that is not corrected.
         slop: f64 = number("m").at_least(0.0).or(USUAL.slop),
-        /// Part of the rest of it that is worked off in a step.
+        /// Fraction of the remaining penetration that one step corrects.
         correction: f64 = number("").within(0.0, 1.0).or(USUAL.correction),
-        /// At most so fast.
+        /// Largest velocity of that correction.
         push_max: f64 = number("m/s").at_least(0.0).or(USUAL.push_max),
-        /// Slower impacts do not bounce.
+        /// Impact velocity below which there is no restitution.
         bounce_min: f64 = number("m/s").at_least(0.0).or(USUAL.bounce_min),
-        /// Coefficient of friction of surfaces that say nothing.
+        /// Default friction coefficient of surfaces.
         friction: f64 = number("").at_least(0.0).or(linkwork_collision::Material::default().friction),
-        /// Coefficient of restitution of surfaces that say nothing.
+        /// Default coefficient of restitution of surfaces.
         restitution: f64 = number("").within(0.0, 1.0).or(linkwork_collision::Material::default().restitution),
-        /// Coefficient of rolling friction of surfaces that say nothing.
+        /// Default coefficient of rolling friction of surfaces.
         rolling_friction: f64 = number("m").at_least(0.0).or(0.0),
-        /// Coefficient of spinning friction of surfaces that say nothing.
+        /// Default coefficient of spinning friction of surfaces.
         spinning_friction: f64 = number("m").at_least(0.0).or(0.0),
-        /// Whether limits of hinges hold.
+        /// Whether limits of hinges are enforced.
         limits: bool = flag().or(true),
         /// Dry friction of coordinates: `"hinge:arm": "2 N m"`.
         dry: Vec<(Text, Located)> = table_of(raw(|| crate::schema::kind::drive_number("N m", "N").describe())).or(Vec::new()),
-        /// How the complementarity problem is solved.
+        /// Method for the complementarity problem.
         method: Method = word(&[
             ("Auto", Method::Auto),
             ("GaussSeidel", Method::GaussSeidel),
             ("Newton", Method::Newton),
             ("Lemke", Method::Lemke),
         ]).or(Method::default()),
-        /// When it stops, as part of the largest velocity at a contact.
+        /// Tolerance of the solver, relative to the largest velocity at a contact.
         tolerance: f64 = number("").within(1e-15, 1.0).or(USUAL.solver.tolerance),
-        /// Sweeps of Gauss–Seidel at most.
+        /// Largest number of Gauss–Seidel sweeps.
         sweeps: u32 = whole(0, 1_000_000_000).or(USUAL.solver.sweeps),
-        /// Steps of Newton at most.
+        /// Largest number of Newton steps.
         steps: u32 = whole(0, 1_000_000_000).or(USUAL.solver.steps),
         /// Over-relaxation of Gauss–Seidel.
         relaxation: f64 = number("").within(1e-3, 1.999).or(USUAL.solver.relaxation),
-        /// Edges of the friction pyramid of Lemke.
+        /// Number of edges of the friction pyramid for Lemke's method.
         directions: u32 = whole(3, 1_000_000_000).or(USUAL.solver.directions as u32),
-        /// Whether bodies joined by a hinge or loop meet.
+        /// Whether bodies that a hinge or loop connects collide.
         neighbours: Neighbours = word(&[("Pass", Neighbours::Pass), ("Collide", Neighbours::Collide)])
             .or(Neighbours::default()),
-        /// Pairs of bodies or colliders that do not meet.
+        /// Pairs of bodies or colliders that do not collide.
         ignore: Vec<Vec<Text>> = list_of(list_of(text())).or(Vec::new()),
-        /// Neighbours that meet; `ignore` goes before.
+        /// Connected pairs that collide; `ignore` has priority.
         collide: Vec<Vec<Text>> = list_of(list_of(text())).or(Vec::new()),
         /// Pairs of bodies that report the force on the first from the second, or from `world`.
         pair_forces: Vec<Vec<Text>> = list_of(list_of(text())).or(Vec::new()),
-        /// What pairs of materials do to each other; the first that fits counts.
+        /// Contact properties of pairs of materials; the first match counts.
         pairs: Vec<PairForm> = list_of(of::<PairForm>()).or(Vec::new()),
         /// Documentation.
         doc: Option<Text> = text().maybe(),
     }
 }
 record! {
-    /// What two materials do to each other; what is not written is as for all pairs.
+    /// Contact properties of two materials; omitted properties are those of all pairs.
     #[derive(Clone, Debug, PartialEq)]
     pub(crate) struct PairForm: "pair" {
-        /// One material, as `material` of colliders names it; that of the ground is `terrain`.
+        /// One material, the `material` of a collider; that of the ground is `terrain`.
         a: Option<Text> = text().wanted("write the `material` of a collider, or `terrain`"),
-        /// The other, or the same.
+        /// The other material, which may be the same.
         b: Option<Text> = text().wanted("write the `material` of a collider, or `terrain`"),
         /// Coefficient of friction.
         friction: Option<f64> = number("").at_least(0.0).maybe(),
@@ -93,7 +93,7 @@ record! {
         stiffness: Option<f64> = number("").positive().maybe(),
         /// Exponent of its penetration.
         exponent: Option<f64> = number("").within(1.0, 10.0).maybe(),
-        /// Its damping, as part of the stiffness.
+        /// Its damping, as a fraction of the stiffness.
         damping: Option<f64> = number("s/m").at_least(0.0).maybe(),
         /// Stiffness of its bristles.
         bristle_stiffness: Option<f64> = number("N/m").positive().maybe(),
@@ -107,20 +107,20 @@ record! {
         stiffness: number("").positive().or(CompliantSettings::default().stiffness),
         /// Exponent of the penetration.
         exponent: number("").within(1.0, 10.0).or(CompliantSettings::default().exponent),
-        /// Damping, as part of the stiffness.
+        /// Damping, as a fraction of the stiffness.
         damping: number("s/m").at_least(0.0).or(CompliantSettings::default().damping),
         /// Stiffness of the bristles of a pair.
         bristle_stiffness: number("N/m").positive().or(CompliantSettings::default().bristle_stiffness),
         /// Damping of the bristles.
         bristle_damping: number("N s/m").at_least(0.0).or(CompliantSettings::default().bristle_damping),
-        /// Time in which bristles of pairs that parted relax.
+        /// Relaxation time of the bristles of pairs that have separated.
         relaxation: number("s").positive().or(CompliantSettings::default().relaxation),
-        /// Radius of a contact point, for drilling friction.
+        /// Radius of the contact patch, for spinning friction.
         radius: number("m").at_least(0.0).or(CompliantSettings::default().radius),
     }
 }
 
-/// `true`, `false`, or the numbers.
+/// Reads `true`, `false`, or the parameters.
 fn compliant() -> impl Kind<Of = Option<CompliantSettings>> {
     short(
         mapped(flag(), |on| on.then(CompliantSettings::default), |_| None),
@@ -129,7 +129,7 @@ fn compliant() -> impl Kind<Of = Option<CompliantSettings>> {
 }
 
 impl PairForm {
-    /// Names of what is written of compliant contact.
+    /// Returns the names of the given parameters of compliant contact.
     pub fn compliant(&self) -> Vec<&'static str> {
         let all = [
             ("stiffness", self.stiffness),
@@ -141,7 +141,7 @@ impl PairForm {
         all.into_iter().filter_map(|(name, x)| x.map(|_| name)).collect()
     }
 
-    /// The constants of compliant contact, with those of all pairs where nothing is written.
+    /// Returns the parameters of compliant contact, with those of all pairs as defaults.
     pub fn over(&self, usual: CompliantSettings) -> CompliantSettings {
         CompliantSettings {
             stiffness: self.stiffness.unwrap_or(usual.stiffness),
@@ -155,7 +155,7 @@ impl PairForm {
 }
 
 impl ContactForm {
-    /// What the stepper is told.
+    /// Returns the settings of the stepper.
     pub fn settings(&self) -> ContactSettings {
         let mut out = USUAL.clone();
         (out.margin, out.slop, out.correction) = (self.margin, self.slop, self.correction);

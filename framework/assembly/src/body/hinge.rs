@@ -1,4 +1,4 @@
-//! Hinges as written: chains of subhinges with their drives and limits.
+//! Hinges as written in a file: chains of subhinges with their drives and limits.
 use crate::schema::describe::Schema;
 use crate::schema::kind::{
     At, Kind, direction, drive_number, flag, list_of, mapped, number, short,
@@ -37,13 +37,13 @@ record! {
     struct Thread: "thread" {
         /// Axis, in the frames of the hinge.
         axis: Vec3 = direction().need("write Screw(axis: [0, 0, 1], pitch: \"1 mm/rev\")"),
-        /// Way along the axis for the turn about it.
+        /// Advance along the axis per angle about it.
         pitch: f64 = number("m/rad").need("write Screw(axis: [0, 0, 1], pitch: \"1 mm/rev\")"),
     }
 }
 record! {
     struct Axes: "axes" {
-        /// The first axis, on the parent's side, and the second.
+        /// The two axes, beginning at the parent.
         axes: Vec<Vec3> = list_of(direction()).need("write Universal([1, 0, 0], [0, 1, 0])"),
     }
 }
@@ -52,23 +52,23 @@ record! {
 }
 
 record! {
-    /// What a subhinge has beside its kind; of a body for its whole hinge.
+    /// Properties of a subhinge in addition to its kind; in a body, of its whole hinge.
     pub(crate) struct Drive: "drive" {
         /// The coordinate follows a command instead of forces.
         prescribed: Option<bool> = flag().maybe(),
-        /// Inertia of a rotor, as the coordinate feels it.
+        /// Inertia of a rotor, before the gear.
         armature: Option<f64> = drive_number("kg m^2", "kg").maybe(),
-        /// Turns of the rotor for a turn of the coordinate.
+        /// Gear ratio: revolutions of the rotor per revolution of the coordinate.
         gear: Option<f64> = number("").maybe(),
         /// Limits of the coordinate.
         limits: Option<LimitsForm> = of::<LimitsForm>().maybe(),
-        /// What acts at the limits: `true`, `false`, or a spring with a damper.
+        /// Stop at the limits: `true`, `false`, or a spring with a damper.
         stop: Option<Stop> = stop().maybe(),
-        /// Spring: its stiffness, and the coordinate where it has no force.
+        /// Spring: its stiffness, and its rest position.
         spring: Option<Spring> = of::<Spring>().maybe(),
         /// Viscous damping.
         damping: Option<f64> = drive_number("N m s/rad", "N s/m").maybe(),
-        /// Dry friction, with the rate at which its smooth form reaches it.
+        /// Dry friction, and the rate at which its smooth form saturates.
         friction: Option<Friction> = friction().maybe(),
     }
 }
@@ -77,17 +77,17 @@ record! {
     /// Limits of a coordinate, or of a ball.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub(crate) struct LimitsForm: "limits" {
-        /// Lowest coordinate; 0 of a ball.
+        /// Lower limit of the coordinate; 0 for a ball.
         lower: f64 = drive_number("rad", "m").or(f64::NEG_INFINITY),
-        /// Highest coordinate; of a ball the greatest angle of its whole rotation.
+        /// Upper limit of the coordinate; for a ball, the largest angle of its whole rotation.
         upper: f64 = drive_number("rad", "m").or(f64::INFINITY),
-        /// Largest rate, either way.
+        /// Largest rate, in both directions.
         rate: f64 = drive_number("rad/s", "m/s").or(f64::INFINITY),
-        /// Largest force or torque of what drives the coordinate, either way.
+        /// Largest force or torque of the actuator, in both directions.
         effort: f64 = drive_number("N m", "N").or(f64::INFINITY),
-        /// Greatest angle between the z axes of the two sides of a ball hinge.
+        /// Largest angle between the z axes of the two sides of a ball hinge.
         cone: f64 = number("rad").or(f64::INFINITY),
-        /// Greatest rotation of a ball hinge about z, either way.
+        /// Largest rotation of a ball hinge about z, in both directions.
         twist: f64 = number("rad").or(f64::INFINITY),
         /// Coefficient of restitution at the limits.
         restitution: Option<f64> = number("").within(0.0, 1.0).maybe(),
@@ -105,16 +105,16 @@ record! {
     for Friction: "friction" {
         /// Force or torque.
         force: drive_number("N m", "N").or(0.0),
-        /// Rate at which the smooth form reaches 3/4 of it; 0: the usual one.
+        /// Rate at which the smooth form reaches 3/4 of it; 0: the default.
         rate: drive_number("rad/s", "m/s").or(0.0),
     }
 }
 record! {
     struct Soft: "stop" {
-        /// Stiffness past the limit.
+        /// Stiffness beyond the limit.
         stiffness: f64 = drive_number("N m/rad", "N/m")
             .need("write `stop: (stiffness: ..)`, or `false` if the coordinate may pass its limits"),
-        /// Damping past the limit, as part of the stiffness.
+        /// Damping beyond the limit, as a fraction of the stiffness.
         damping: f64 = drive_number("s/rad", "s/m").or(0.0),
     }
 }
@@ -158,7 +158,7 @@ impl Kind for HingeKind {
         let (kind, inner) = variant_name(cx, v, &at.what, ("hinge", "hinges", &HINGES))?;
         if kind == "Chain" {
             let mut chain = Vec::new();
-            // A chain of one arrives as the one itself.
+            // A chain of one hinge is parsed as that hinge.
             let one = std::slice::from_ref(inner);
             let items = if let Value::List(items) = &inner.value { items.as_slice() } else { one };
             for item in items {
@@ -237,7 +237,7 @@ fn driven<T: Record>(cx: &mut Cx, inner: &Located, at: &At<'_>, short: &str) -> 
     argument(cx, inner, at, short)
 }
 
-/// The subhinges of one item of a chain; `Locked` is a subhinge there.
+/// Returns the subhinges of one item of a chain; `Locked` is a subhinge there.
 fn link(cx: &mut Cx, item: &Located, at: &At<'_>) -> Option<Vec<Subhinge>> {
     match &item.value {
         Value::Variant(kind, inner) if kind == "Locked" => {
@@ -250,12 +250,12 @@ fn link(cx: &mut Cx, item: &Located, at: &At<'_>) -> Option<Vec<Subhinge>> {
     }
 }
 
-/// A coordinate that is a length.
+/// Returns whether a coordinate is a length.
 pub(crate) fn slides(kind: &SubhingeKind) -> bool {
     matches!(kind, SubhingeKind::Slider { .. })
 }
 
-/// [`Drive`] of a body for its whole hinge or of one hinge of a chain.
+/// Applies the [`Drive`] of a body to its whole hinge, or that of one hinge of a chain.
 pub(crate) fn options(cx: &mut Cx, v: &Located, at: &At<'_>, chain: &mut [Subhinge]) {
     for s in chain {
         let at = at.clone().sliding(slides(&s.kind));
@@ -275,7 +275,7 @@ pub(crate) fn options(cx: &mut Cx, v: &Located, at: &At<'_>, chain: &mut [Subhin
     }
 }
 
-/// Limits as written, of a coordinate or a ball.
+/// Applies limits of a coordinate or a ball.
 fn take_limits(cx: &mut Cx, v: &Located, at: &At<'_>, l: &LimitsForm, s: &mut Subhinge) {
     let origin = v.get("limits").map_or(v.origin, |l| l.origin);
     s.restitution = l.restitution;
@@ -286,20 +286,20 @@ fn take_limits(cx: &mut Cx, v: &Located, at: &At<'_>, l: &LimitsForm, s: &mut Su
             cx.fault(origin, fact, "write `upper`, `cone` or `twist`");
         }
         if l.rate.is_finite() || l.effort.is_finite() {
-            let fact = format!("{}: a ball has no limits of rate and effort", at.what);
+            let fact = format!("{}: a ball does not support limits of rate and effort", at.what);
             cx.fault(origin, fact, "write `upper`, `cone` or `twist`");
         }
         s.ball = BallLimits { angle: l.upper, cone: l.cone, twist: l.twist };
         return;
     }
     if l.cone.is_finite() || l.twist.is_finite() {
-        let fact = format!("{}: `cone` and `twist` are limits of balls", at.what);
+        let fact = format!("{}: only balls support `cone` and `twist`", at.what);
         cx.fault(origin, fact, "write `lower` and `upper`");
     }
     s.limits = Limits { lower: l.lower, upper: l.upper, rate: l.rate, effort: l.effort };
 }
 
-/// The limits of a subhinge as a file has them; `None` without any.
+/// Returns the limits of a subhinge in the form of the file; `None` without limits.
 fn written_limits(s: &Subhinge) -> Option<LimitsForm> {
     let Limits { lower, upper, rate, effort } = s.limits;
     let BallLimits { angle, cone, twist } = s.ball;

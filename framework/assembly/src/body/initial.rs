@@ -1,4 +1,4 @@
-//! How a body starts: `initial: (angle: "5 deg", rate: 0)`, or poses and velocities.
+//! Initial state of a body: `initial: (angle: "5 deg", rate: 0)`, or poses and velocities.
 use crate::body::hinge::slides;
 use crate::schema::describe::Schema;
 use crate::schema::kind::{At, Kind, drive_number, flag, list_of, number, text, vector, word};
@@ -21,39 +21,39 @@ record! {
         velocity: Vec3 = vector("m/s").or(Vec3::zeros()),
         /// Angular velocity, body axes.
         angular: Vec3 = vector("rad/s").or(Vec3::zeros()),
-        /// The values are only near: they may move where loops and couplings are closed at the start. Else they are kept.
+        /// The values are approximate: closing loops and couplings at the start may change them. Otherwise they are kept.
         approximate: bool = flag().or(false),
-        /// Instead of position and velocity: on an orbit about the body of the world.
+        /// Instead of position and velocity: orbital elements about the body of the world.
         elements: Option<OrbitForm> = of::<OrbitForm>().maybe(),
-        /// Instead of position and velocity: in named axes about the body of the world.
+        /// Instead of position and velocity: a state in named axes about the body of the world.
         state: Option<StateForm> = of::<StateForm>().maybe(),
-        /// Instead of position and velocity: over the ellipsoid of the world.
+        /// Instead of position and velocity: geodetic coordinates on the ellipsoid of the world.
         geodetic: Option<GeodeticForm> = of::<GeodeticForm>().maybe(),
-        /// Instead of position and velocity: by two-line elements of an Earth satellite.
+        /// Instead of position and velocity: two-line elements of an Earth satellite.
         tle: Option<TwoLineForm> = of::<TwoLineForm>().maybe(),
-        /// Instead of position and velocity: by an orbit ephemeris message.
+        /// Instead of position and velocity: an orbit ephemeris message.
         oem: Option<EphemerisForm> = of::<EphemerisForm>().maybe(),
     }
 }
 record! {
     struct OrbitForm: "osculating elements of an orbit" {
-        /// Semi-major axis; below zero for a hyperbola.
+        /// Semi-major axis; negative for a hyperbola.
         semi_major_axis: f64 = number("m").need("write `semi_major_axis: \"7000 km\"`"),
         /// Eccentricity.
         eccentricity: f64 = number("").at_least(0.0).or(0.0),
-        /// Inclination to x and y of the inertial axes.
+        /// Inclination relative to the x–y plane of the inertial axes.
         inclination: f64 = number("rad").turn().or(0.0),
         /// Right ascension of the ascending node.
         ascending_node: f64 = number("rad").turn().or(0.0),
         /// Argument of the pericentre.
         pericentre: f64 = number("rad").turn().or(0.0),
-        /// True anomaly; without it and `mean_anomaly` at the pericentre.
+        /// True anomaly (default, without `mean_anomaly`: 0, the pericentre).
         anomaly: Option<f64> = number("rad").turn().maybe(),
         /// Mean anomaly, instead of `anomaly`.
         mean_anomaly: Option<f64> = number("rad").maybe(),
     }
 }
-/// Axes of a state by their names in files.
+/// Names of the axes of a state in files.
 const FRAMES: &[(&str, StartFrame)] = &[
     ("inertial", StartFrame::Inertial),
     ("icrf", StartFrame::Icrf),
@@ -64,7 +64,7 @@ const FRAMES: &[(&str, StartFrame)] = &[
 ];
 record! {
     struct StateForm: "state in named axes" {
-        /// inertial, icrf, eme2000, fixed to the body of the world, itrf, teme; origin at the centre of the body.
+        /// Axes: inertial, icrf, eme2000, fixed (to the body of the world), itrf, teme; the origin is the centre of the body.
         frame: StartFrame = word(FRAMES).need("write `frame: inertial`, fixed or teme"),
         /// Position.
         position: Vec3 = vector("m").need("write `position: [.., .., ..]`"),
@@ -78,9 +78,9 @@ record! {
         latitude: f64 = number("rad").within(-FRAC_PI_2, FRAC_PI_2).need("write `latitude: ..`"),
         /// East longitude.
         longitude: f64 = number("rad").turn().need("write `longitude: ..`"),
-        /// Height over the ellipsoid.
+        /// Height above the ellipsoid.
         height: f64 = number("m").or(0.0),
-        /// Velocity over the ground: east, north, up.
+        /// Velocity relative to the ground: east, north, up.
         velocity: Vec3 = vector("m/s").or(Vec3::zeros()),
     }
 }
@@ -90,7 +90,7 @@ record! {
         file: Option<Text> = text().maybe(),
         /// The two lines, instead of `file`.
         lines: Option<Vec<Text>> = list_of(text()).maybe(),
-        /// Name or catalogue number of the satellite, where there are several.
+        /// Name or catalogue number of the satellite, if the file contains several.
         satellite: Option<Text> = text().maybe(),
     }
 }
@@ -98,12 +98,12 @@ record! {
     struct EphemerisForm: "orbit ephemeris message (CCSDS OEM), at the epoch of the world" {
         /// File in key-value notation.
         file: Text = text().need("write `file: \"orbit.oem\"`"),
-        /// `OBJECT_NAME`, where there are several.
+        /// `OBJECT_NAME`, if the file contains several.
         object: Option<Text> = text().maybe(),
     }
 }
 
-/// Where the world puts a free body; none where position and velocity are written.
+/// Returns the orbital or geodetic start of a free body; `None` if position and velocity are written.
 fn started(cx: &mut Cx, v: &Located, x: &Floating, at: &At<'_>) -> Option<Start> {
     let ways = [
         x.elements.is_some(),
@@ -115,7 +115,7 @@ fn started(cx: &mut Cx, v: &Located, x: &Floating, at: &At<'_>) -> Option<Start>
     let count = ways.iter().filter(|w| **w).count();
     let written = v.get("position").is_some() || v.get("velocity").is_some();
     if count > 1 || (count == 1 && written) {
-        let fact = format!("{}: position and velocity are written twice", at.what);
+        let fact = format!("{}: position and velocity are specified twice", at.what);
         let help = "write `position` and `velocity`, or one of `elements`, `state`, `geodetic`, `tle`, `oem`";
         cx.fault(v.origin, fact, help);
         return None;
@@ -149,7 +149,7 @@ fn started(cx: &mut Cx, v: &Located, x: &Floating, at: &At<'_>) -> Option<Start>
                 TwoLineSource::Lines(lines.iter().map(|l| l.text.clone()).collect())
             }
             _ => {
-                let fact = format!("{}: `tle` has one of `file` and `lines`", at.what);
+                let fact = format!("{}: `tle` needs either `file` or `lines`", at.what);
                 cx.fault(v.origin, fact, "write `tle: (file: \"satellite.tle\")`");
                 return None;
             }
@@ -176,7 +176,7 @@ record! {
         rotation: Quat = rotation().or(Quat::identity()),
         /// Angular velocity, body axes.
         angular: Vec3 = vector("rad/s").or(Vec3::zeros()),
-        /// The values are only near: they may move where loops and couplings are closed at the start. Else they are kept.
+        /// The values are approximate: closing loops and couplings at the start may change them. Otherwise they are kept.
         approximate: bool = flag().or(false),
     }
 }
@@ -186,32 +186,32 @@ record! {
         angle: f64 = number("rad").or(0.0),
         /// Rate of the angle.
         rate: f64 = number("rad/s").or(0.0),
-        /// The values are only near: they may move where loops and couplings are closed at the start. Else they are kept.
+        /// The values are approximate: closing loops and couplings at the start may change them. Otherwise they are kept.
         approximate: bool = flag().or(false),
     }
 }
 record! {
     struct Sliding: "start of a slider" {
-        /// Way along the axis.
+        /// Position along the axis.
         position: f64 = number("m").or(0.0),
-        /// Rate of the way.
+        /// Rate of the position.
         rate: f64 = number("m/s").or(0.0),
-        /// The values are only near: they may move where loops and couplings are closed at the start. Else they are kept.
+        /// The values are approximate: closing loops and couplings at the start may change them. Otherwise they are kept.
         approximate: bool = flag().or(false),
     }
 }
 record! {
     struct Chained: "start of a chain" {
-        /// A number for each subhinge, parent's side first; with a ball in the chain all numbers, in SI.
+        /// One number per subhinge, beginning at the parent; with a ball in the chain all numbers, in SI.
         coordinates: Option<Located> = crate::schema::kind::raw(|| list_of(drive_number("rad", "m")).describe()).maybe(),
         /// Their rates.
         rates: Option<Located> = crate::schema::kind::raw(|| list_of(drive_number("rad/s", "m/s")).describe()).maybe(),
-        /// The values are only near: they may move where loops and couplings are closed at the start. Else they are kept.
+        /// The values are approximate: closing loops and couplings at the start may change them. Otherwise they are kept.
         approximate: bool = flag().or(false),
     }
 }
 
-/// `initial` in the schema: which of these it is, the hinge says.
+/// Returns the schema of `initial`; the hinge determines which alternative applies.
 pub(crate) fn schema() -> Schema {
     Schema::Any(vec![
         Floating::describe(),
@@ -222,7 +222,7 @@ pub(crate) fn schema() -> Schema {
     ])
 }
 
-/// Which of the coordinates, then of the rates of one hinge are written, by their places among its rates, and not as approximate.
+/// Returns which coordinates, and which rates, of one hinge are specified and not approximate, by their indices among its rates.
 pub(crate) fn kept(v: Option<&Located>, hinge: &Hinge) -> [Vec<bool>; 2] {
     let is = |field: &str| v.is_some_and(|v| v.get(field).is_some_and(|v| v.value != Value::Null));
     let approximate = v.and_then(|v| v.get("approximate")).map(|v| &v.value);
@@ -231,7 +231,7 @@ pub(crate) fn kept(v: Option<&Located>, hinge: &Hinge) -> [Vec<bool>; 2] {
         return [vec![false; nv], vec![false; nv]];
     }
     match hinge.subhinges.as_slice() {
-        // Rates of a free body: of its rotation, then of its position.
+        // The rates of a free body are those of its rotation, then of its position.
         [s] if matches!(s.kind, SubhingeKind::Free) => {
             let of = |turn: &str, way: &str| [[is(turn); 3], [is(way); 3]].concat();
             [of("rotation", "position"), of("angular", "velocity")]
@@ -244,7 +244,7 @@ pub(crate) fn kept(v: Option<&Located>, hinge: &Hinge) -> [Vec<bool>; 2] {
     }
 }
 
-/// Coordinates and rates of one hinge, neutral where nothing is written; and where the world puts a free body.
+/// Reads coordinates and rates of one hinge (default: neutral and at rest), and the orbital or geodetic start of a free body.
 pub(crate) fn read(
     cx: &mut Cx,
     v: Option<&Located>,
@@ -269,7 +269,7 @@ pub(crate) fn read(
                 let (p, R) = (x.position, x.rotation);
                 q.copy_from_slice(&[p.x, p.y, p.z, R.i, R.j, R.k, R.w]);
                 rates[..3].copy_from_slice(x.angular.as_slice());
-                // β holds the velocity in child axes.
+                // β contains the velocity in child axes.
                 rates[3..].copy_from_slice((R.inverse() * x.velocity).as_slice());
             }
         }
@@ -289,8 +289,7 @@ pub(crate) fn read(
             (q[0], rates[0]) = x.map_or((0.0, 0.0), |x| (x.angle, x.rate));
         }
         [] => {
-            let help =
-                "a locked hinge has no coordinate: leave `initial` out or choose another hinge";
+            let help = "a locked hinge does not have a coordinate: remove `initial` or choose another hinge";
             cx.fault(v.origin, format!("{} cannot be set for this hinge", at.what), help);
         }
         chain => {
@@ -317,7 +316,7 @@ pub(crate) fn read(
     (q, rates, start)
 }
 
-/// As many numbers as there are, each in the unit of its subhinge.
+/// Reads one number per subhinge, each in the unit of its subhinge.
 fn numbers(
     cx: &mut Cx,
     v: &Located,
@@ -330,7 +329,7 @@ fn numbers(
     if items.len() != out.len() {
         let message =
             format!("{} has {} numbers, the hinge has {}", at.what, items.len(), out.len());
-        let help = "one for each subhinge, parent's side first; a chain with a ball takes all its \
+        let help = "one for each subhinge, beginning at the parent; a chain with a ball needs all its \
                     numbers, a quaternion as x, y, z, w";
         cx.fault(v.origin, message, help);
         return;
@@ -354,7 +353,7 @@ fn unit_quaternions(cx: &mut Cx, v: &Located, at: &At<'_>, chain: &[Subhinge], q
     }
 }
 
-/// A hinge's numbers of q in the words of its kind; `approximate` where loops and couplings may move them.
+/// Returns a hinge's part of q in the form of the file; `approximate` if loops and couplings may change it.
 pub(crate) fn value(h: &Hinge, q: &[f64], approximate: bool) -> Value {
     let quat = |q: &[f64]| {
         Quat::new_unchecked(linkwork_spatial::nalgebra::Quaternion::new(q[3], q[0], q[1], q[2]))

@@ -15,14 +15,15 @@ record! {
         mass: Option<f64> = number("kg").maybe(),
         /// Centre of mass in the body's frame.
         com: Vec3 = vector("m").or(Vec3::zeros()),
-        /// About the centre of mass, body axes: `[xx, yy, zz]`, `[xx, yy, zz, xy, xz, yz]`, nine numbers by rows, or a solid with the body's mass.
+        /// Inertia about the centre of mass, body axes: `[xx, yy, zz]`, `[xx, yy, zz, xy, xz, yz]`, nine numbers by rows, or a solid with the body's
+        /// mass.
         inertia: Option<Inertia> = InertiaKind.maybe(),
         /// `PositiveMoments` accepts published data with lumped rotors.
         inertia_check: InertiaCheck = inertia_check().or(InertiaCheck::Physical),
     }
 }
 
-/// What inertia has to be.
+/// Returns the reader for the inertia check.
 pub(crate) fn inertia_check() -> impl Kind<Of = InertiaCheck> {
     word(&[
         ("Physical", InertiaCheck::Physical),
@@ -84,7 +85,7 @@ impl Kind for InertiaKind {
     }
 }
 
-/// The fields are those of [`MassForm`], beside those of a body or station.
+/// The fields are those of [`MassForm`], in addition to those of a body or station.
 impl Record for MassProperties {
     const TITLE: &'static str = MassForm::TITLE;
     fn names() -> Vec<&'static str> {
@@ -95,7 +96,7 @@ impl Record for MassProperties {
     }
     fn read_fields(cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<Self> {
         let form = MassForm::read_fields(cx, v, at)?;
-        // After a mistake the rest of the body is still checked, with a mass that can exist.
+        // After a mistake, the rest of the body is checked with a valid mass.
         if form.mass.is_none() && v.get("mass").is_some() {
             return None;
         }
@@ -108,7 +109,7 @@ impl Record for MassProperties {
                     let help = "write `inertia: [ixx, iyy, izz]` about the centre of mass, \
                                 or a solid such as `inertia: Sphere(0.1)`";
                     let origin = at.origin.unwrap_or(v.origin);
-                    cx.fault(origin, format!("{} has mass but no `inertia`", at.what), help);
+                    cx.fault(origin, format!("{} has mass but lacks `inertia`", at.what), help);
                 }
                 if mass != 0.0 {
                     return None;

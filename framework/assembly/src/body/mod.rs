@@ -1,4 +1,4 @@
-//! A body with numbers: from fields whose parameters have been replaced.
+//! A body with numbers, from fields whose parameters have been replaced.
 pub(crate) mod collider;
 pub(crate) mod constraint;
 pub(crate) mod contact;
@@ -23,35 +23,35 @@ use linkwork_runtime::{Located, Origin, Start};
 use linkwork_spatial::{MassProperties, Pose, Vec3};
 
 record! {
-    /// A body, beside its mass and the drive of its hinge.
+    /// A body, without its mass and the drive of its hinge.
     pub(crate) struct BodyForm: "body" {
-        /// `world`, a body, a node or a mount that it hangs on.
+        /// The parent: `world`, a body, a node or a mount.
         parent: Option<Text> = text().wanted("write `parent: \"world\"`, another body, or a mount"),
         /// The hinge's frame in the parent.
         at: Pose = of::<Pose>().or(Pose::identity()),
-        /// How it may move; without one it is fixed.
+        /// The hinge (default: a weld).
         hinge: Hinge = hinge().or(Hinge::locked()),
         /// The hinge's frame in the body.
         hinge_frame: Pose = of::<Pose>().or(Pose::identity()),
-        /// Where it starts and how it moves then.
+        /// The initial state.
         initial: Option<Located> = raw(initial::schema).maybe(),
         /// Report the force and moment that its hinge transmits, and the effort at its coordinates.
         reaction: bool = flag().or(false),
-        /// How it bends.
+        /// The flexible modes.
         modes: Option<Modes> = modes().maybe(),
-        /// What it looks like, and what of it collides.
+        /// Visual and collision shapes.
         shapes: Option<Located> = raw(shapes::schema).maybe(),
-        /// Frames on it that can be named.
+        /// Named frames on the body.
         nodes: Vec<(Text, Pose)> = table_of(of::<Pose>()).or(Vec::new()),
         /// Documentation.
         doc: Option<Text> = text().maybe(),
     }
 }
 
-/// All that can be written in a body.
+/// All fields of a body.
 pub(crate) type BodyFields = (BodyForm, (Drive, MassProperties));
 
-/// A body, ready but for its parent's name.
+/// A body before the name of its parent is resolved.
 pub(crate) struct Body {
     pub name: String,
     pub parent: Text,
@@ -61,22 +61,22 @@ pub(crate) struct Body {
     pub mass: MassProperties,
     pub q: Vec<f64>,
     pub v: Vec<f64>,
-    /// Which of q and of v are written to be kept, by their places among the rates.
+    /// Which entries of q and of v are specified and must be kept, by their indices among the rates.
     pub kept: [Vec<bool>; 2],
-    /// Where the world puts it, in place of position and velocity.
+    /// The orbital or geodetic start, in place of position and velocity.
     pub start: Option<Start>,
     pub shapes: Vec<BodyShape>,
-    /// Place in `shapes`, collider.
+    /// Index in `shapes`, and collider.
     pub colliders: Vec<(usize, Collider)>,
     pub nodes: Vec<(String, Pose, Origin)>,
     /// Whether its hinge reports its load.
     pub reaction: bool,
-    /// Its hinge is locked, and a coordinate that never moves stands for it so that its load is known.
+    /// Its hinge is locked, and a prescribed coordinate replaces it, so that its load is computed.
     pub held: bool,
     pub origin: Origin,
-    /// Where mass and inertia are written, for faults about them.
+    /// Position of mass and inertia in the file, for faults.
     pub inertia_origin: Origin,
-    /// How it bends.
+    /// The flexible modes.
     pub modes: Option<Modes>,
     pub modes_origin: Origin,
 }

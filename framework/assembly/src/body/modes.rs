@@ -1,4 +1,4 @@
-//! Modes of flexible bodies: of a beam or plate, out of a file, or number by number.
+//! Modes of flexible bodies: of a beam or plate, from a file, or by explicit numbers.
 //!
 //! ```text
 //! Beam(length: 1, young: "70 GPa", shear: "26 GPa", density: 2700, area: .., I_y: .., I_z: .., J: .., count: 3)
@@ -34,25 +34,25 @@ record! {
         length: f64 = number("m").need("write `length: ..` in m"),
         /// Young's modulus.
         young: f64 = number("Pa").need("write `young: ..` in Pa"),
-        /// Shear modulus, when not `poisson`.
+        /// Shear modulus (alternative: `poisson`).
         shear: Option<f64> = number("Pa").maybe(),
-        /// Poisson's ratio, when not `shear`.
+        /// Poisson's ratio (alternative: `shear`).
         poisson: Option<f64> = number("").maybe(),
         /// Density.
         density: f64 = number("kg/m^3").need("write `density: ..` in kg/m^3"),
         /// Area of the section.
         area: Option<f64> = number("m^2").maybe(),
-        /// Second moment of area of bending along z.
+        /// Second moment of area for bending along z.
         I_y: Option<f64> = number("m^4").maybe(),
-        /// Second moment of area of bending along y.
+        /// Second moment of area for bending along y.
         I_z: Option<f64> = number("m^4").maybe(),
         /// Torsion constant.
         J: Option<f64> = number("m^4").maybe(),
-        /// Outer diameter of a tube, instead of the four before.
+        /// Outer diameter of a tube, instead of area and moments.
         diameter: Option<f64> = number("m").maybe(),
         /// Inner diameter of a tube.
         inner: f64 = number("m").or(0.0),
-        /// How the ends are held.
+        /// Boundary conditions.
         ends: Ends = word(&[
             ("ClampedFree", Ends::ClampedFree),
             ("ClampedClamped", Ends::ClampedClamped),
@@ -62,7 +62,7 @@ record! {
         ]).or(Ends::default()),
         /// Damping ratio of every mode.
         damping_ratio: f64 = number("").or(0.0),
-        /// Modes: so many along y and along z, or of each kind.
+        /// Number of modes: equal numbers along y and along z, or a number for each kind.
         count: BeamModes = beam_count().need(COUNT),
     }
 }
@@ -94,9 +94,9 @@ record! {
         density: f64 = number("kg/m^3").need("write `density: ..` in kg/m^3"),
         /// Damping ratio of every mode.
         damping_ratio: f64 = number("").or(0.0),
-        /// Places where other things hang, beside the corners.
+        /// Attachment points in addition to the corners.
         attach: Vec<[f64; 2]> = list_of(numbers::<2>("m")).or(Vec::new()),
-        /// How many modes.
+        /// Number of modes.
         count: usize = count().need("write how many modes: `count: 4`"),
     }
 }
@@ -106,7 +106,7 @@ record! {
         stiffness: list_of(number("")).or(Vec::new()),
         /// Damping likewise.
         damping: list_of(number("")).or(Vec::new()),
-        /// What hangs on it at a place: on the `Beam` between stations, or at the nearest.
+        /// Interpolation of attachment points: along the `Beam` between stations, or at the nearest station.
         attachment: attachment().or(Attachment::default()),
         /// Stations, each with mass and mode shapes.
         stations: list_of(StationKind).need(
@@ -133,17 +133,17 @@ record! {
 }
 record! {
     struct Nearest: "nearest station" {
-        /// Farthest distance of a station.
+        /// Largest distance to a station.
         tolerance: f64 = number("m").need("write `Nearest(tolerance: \"1 mm\")`"),
     }
 }
 
-/// A whole number of modes.
+/// Reads a number of modes.
 fn count() -> impl Kind<Of = usize> {
     mapped(whole::<u32>(0, 1000), |n| n as usize, |n| u32::try_from(*n).ok())
 }
 
-/// `count: 3` is three of bending along y and three along z.
+/// Reads the numbers of modes: `count: 3` means three of bending along y and three along z.
 fn beam_count() -> impl Kind<Of = BeamModes> {
     let both = |n| BeamModes { bending_y: n, bending_z: n, ..BeamModes::default() };
     short(mapped(count(), both, |_| None), of::<BeamModes>())
@@ -240,7 +240,7 @@ impl Kind for ModesKind {
             _ => argument(cx, inner, &at, ""),
         }
     }
-    /// Number by number, to every digit.
+    /// Writes explicit numbers in full precision.
     fn write(&self, m: &Modes) -> Value {
         variant("Modes", Record::write(m))
     }
@@ -265,7 +265,7 @@ fn generated(
 
 fn beam(cx: &mut Cx, v: &Located, b: BeamForm, at: &At<'_>) -> Option<Modes> {
     let none = |cx: &mut Cx, field: &str, help: &str| {
-        cx.fault(v.origin, format!("{} has no `{field}`", at.what), help);
+        cx.fault(v.origin, format!("{} lacks `{field}`", at.what), help);
     };
     if b.shear.is_some() && b.poisson.is_some() {
         let message = format!("{} has both `shear` and `poisson`", at.what);
@@ -309,14 +309,14 @@ fn beam(cx: &mut Cx, v: &Located, b: BeamForm, at: &At<'_>) -> Option<Modes> {
     generated(cx, v.origin, &at.what, beam.modes(b.count))
 }
 
-/// `File("boom.ron")`: modes as serde writes them.
+/// Reads `File("boom.ron")`: modes in the format of serde.
 fn file(cx: &mut Cx, inner: &Located, at: &At<'_>) -> Option<Modes> {
     let (what, (files, home)) = (&at.what, at.near?);
     let name = text().read(cx, inner, at)?;
     let read = match files.find(&name.text, home) {
         Ok((key, Home::Folder(_))) => linkwork_formats::whole_text(Path::new(&key)),
         Ok((key, Home::Embedded(_))) => {
-            files.embedded.get(&key).cloned().ok_or_else(|| "it is not there".into())
+            files.embedded.get(&key).cloned().ok_or_else(|| "it does not exist".into())
         }
         Err(tried) => {
             let message = format!("{what}: there is no file `{}`", name.text);
@@ -328,8 +328,7 @@ fn file(cx: &mut Cx, inner: &Located, at: &At<'_>) -> Option<Modes> {
         Ok(modes) => Some(modes),
         Err(why) => {
             let message = format!("{what}: `{}` cannot be read: {why}", name.text);
-            let help =
-                "it holds `(stiffness: [..], stations: [(pose: .., mass: .., translation: [..])])`";
+            let help = "it must contain `(stiffness: [..], stations: [(pose: .., mass: .., translation: [..])])`";
             cx.fault(name.origin, message, help);
             None
         }

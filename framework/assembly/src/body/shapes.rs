@@ -1,4 +1,4 @@
-//! The shapes of a body: what is seen, and what collides.
+//! The shapes of a body: visual shapes and collision shapes.
 use crate::body::collider::{Collider, Surface};
 use crate::body::solid::{colliding, only_collides, seen};
 use crate::schema::describe::Schema;
@@ -11,14 +11,14 @@ use linkwork_collision::Seen;
 use linkwork_runtime::{Located, Origin, Value};
 use linkwork_spatial::{Pose, Quat, Vec3};
 
-/// A shape on a body, for display.
+/// A visual shape of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyShape {
     /// Full name of the body.
     pub body: String,
     /// The shape's frame in the body.
     pub pose: Pose,
-    /// What it is.
+    /// The geometry.
     pub shape: Seen,
     /// Red, green, blue, opacity in 0 … 1.
     pub color: Option<[f64; 4]>,
@@ -40,7 +40,7 @@ record! {
     }
 }
 record! {
-    /// A box from the origin of its frame to a point: its x axis points there, its y axis stays level.
+    /// A box from the origin of its frame to a point: its x axis is directed at the point, its y axis is horizontal.
     struct Bar: "bar" {
         /// The point.
         to: Vec3 = vector("m").need("write `Bar(to: [1, 0, 0], width: 0.1, height: 0.1)`"),
@@ -51,28 +51,28 @@ record! {
     }
 }
 record! {
-    /// What a shape says when it may collide.
+    /// Fields of a shape that can collide.
     struct Touch: "touch" {
-        /// `true`, or how it collides.
+        /// `true`, or its collision properties.
         collide: Option<Located> = raw(|| Schema::Any(vec![Schema::Flag, Collide::describe()])).maybe(),
-        /// Whether it is seen.
+        /// Whether it is visible.
         visible: bool = flag().or(true),
     }
 }
 record! {
     struct OwnShape: "collide" {
-        /// What collides instead of what is shown.
+        /// A separate collision shape.
         shape: Option<Located> = raw(|| seen().describe()).maybe(),
     }
 }
 type Collide = (OwnShape, Surface);
 
-/// What `shape` may be: what can be seen or collides, and bars.
+/// Returns the schema of `shape`: visual and collision shapes, and bars.
 fn any_shape() -> Schema {
     Schema::Any(vec![seen().describe(), variant_of::<Bar>("Bar", "")])
 }
 
-/// A bar as a box with the box's frame in that of the shape; anything else as it is. `None`: recorded.
+/// Converts a bar to a box, with the box's frame in that of the shape; returns other shapes unchanged. `None`: a fault was added.
 fn straight(cx: &mut Cx, shape: Located, at: &At<'_>) -> Option<(Located, Pose)> {
     let Value::Variant(kind, inner) = &shape.value else { return Some((shape, Pose::identity())) };
     if kind != "Bar" {
@@ -81,7 +81,7 @@ fn straight(cx: &mut Cx, shape: Located, at: &At<'_>) -> Option<(Located, Pose)>
     let at = At { origin: Some(shape.origin), ..at.field("Bar") };
     let Bar { to, width, height } = argument(cx, inner, &at, "")?;
     if !(to.norm() > 0.0) {
-        let message = format!("{} ends where it begins", at.what);
+        let message = format!("{} has the length zero", at.what);
         cx.fault(shape.origin, message, "write another point in `to`");
         return None;
     }
@@ -92,20 +92,20 @@ fn straight(cx: &mut Cx, shape: Located, at: &At<'_>) -> Option<(Located, Pose)>
     Some((Located { value, origin: shape.origin }, Pose::new(turn, 0.5 * to)))
 }
 
-/// `shapes` of a body in the schema.
+/// Returns the schema of `shapes` of a body.
 pub(crate) fn schema() -> Schema {
     let framed = <(Framed, Touch)>::describe();
     Schema::List(Box::new(Schema::Any(vec![framed, any_shape()])), None)
 }
 
-/// The shapes of a body: what is seen, and what collides with the place in the list of each.
+/// The shapes of a body: visual shapes, and collision shapes with their index in the list.
 #[derive(Default)]
 pub(crate) struct Shapes {
     pub shown: Vec<BodyShape>,
     pub colliders: Vec<(usize, Collider)>,
 }
 
-/// The shapes of a body; where no files can be named, only to be seen.
+/// Reads the shapes of a body; only visual shapes if files cannot be used.
 pub(crate) fn shapes(cx: &mut Cx, v: &Located, body: &str, at: &At<'_>) -> Shapes {
     let (mut out, mut taken) = (Shapes::default(), Vec::<String>::new());
     for (k, item) in list(cx, v, format!("`{body}`: `shapes`")).iter().enumerate() {
@@ -148,7 +148,7 @@ pub(crate) fn shapes(cx: &mut Cx, v: &Located, body: &str, at: &At<'_>) -> Shape
     out
 }
 
-/// What one entry of `shapes` gives.
+/// Result of one entry of `shapes`.
 #[derive(Default)]
 struct Entry {
     shown: Option<(Seen, Quat)>,
@@ -159,8 +159,8 @@ fn entry(cx: &mut Cx, shape: &Located, touch: &Touch, at: &At<'_>) -> Entry {
     let collide = touch.collide.as_ref().filter(|c| c.value != Value::Bool(false));
     let only = only_collides(shape);
     if only && collide.is_none() {
-        let message = format!("{}: this shape only collides", at.what);
-        cx.fault(shape.origin, message, "add `collide: true`, or use a solid that can be shown");
+        let message = format!("{}: this shape cannot be shown", at.what);
+        cx.fault(shape.origin, message, "add `collide: true`, or use another solid");
         return Entry::default();
     }
     let mut out = Entry::default();

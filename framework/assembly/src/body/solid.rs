@@ -1,14 +1,14 @@
-//! Shapes of bodies: to be seen, to collide, and for inertia computed from the mass.
+//! Shapes of bodies: visual shapes, collision shapes, and solids for inertias that are computed from the mass.
 //!
 //! ```text
 //! Cylinder(radius: .., length: ..)  Capsule(radius: .., length: ..)  Box([x, y, z])  Sphere(radius)
 //! Ellipsoid([a, b, c])                               half axes along x, y, z
-//! Mesh(file: ..) | (vertices: [..], triangles: [..]) triangles, counter-clockwise from outside
+//! Mesh(file: ..) | (vertices: [..], triangles: [..]) triangles, counter-clockwise as seen from outside
 //! HalfSpace                                          all points with z ≤ 0
-//! ConvexHull(points: [..]) | (file: "x.stl")         the hull of points or of a mesh's corners
+//! ConvexHull(points: [..]) | (file: "x.stl")         the convex hull of points or of a mesh's vertices
 //! HeightField(spacing: .., heights: [[..], ..])      rows from low y to high y, each along x; centred
-//! PointCloud(points: [[x, y, z, r], ..], room: ..)   balls, which a program may replace
-//! VoxelMap(cells: [..], edge: .., occupied: [..])    cubes from the origin on, of which a program may make others occupied
+//! PointCloud(points: [[x, y, z, r], ..], room: ..)   spheres, which a program can replace at run time
+//! VoxelMap(cells: [..], edge: .., occupied: [..])    cubes that begin at the origin; a program can change which are occupied
 //! ```
 use crate::schema::describe::Schema;
 use crate::schema::kind::{
@@ -27,9 +27,9 @@ record! {
     struct Round: "cylinder or capsule" {
         /// Radius.
         radius: f64 = number("m").positive().need("write `radius: ..` in m"),
-        /// Whole length of a cylinder; of a capsule without its half spheres.
+        /// Full length of a cylinder; length of a capsule without its half spheres.
         length: f64 = number("m").positive().need("write `length: ..` in m"),
-        /// Axis, when it is not z.
+        /// Axis (default: z).
         axis: Option<Vec3> = direction().maybe(),
     }
 }
@@ -47,7 +47,7 @@ record! {
 }
 record! {
     struct Block: "box" {
-        /// Whole lengths along x, y, z.
+        /// Full lengths along x, y, z.
         size: [f64; 3] = numbers::<3>("m").need("write `Box([1, 2, 3])`"),
     }
 }
@@ -56,13 +56,13 @@ record! {
 }
 record! {
     struct Mesh: "mesh" {
-        /// STL file, binary or text; for what is only seen any that the viewer reads.
+        /// STL file, binary or text; for visual shapes any format that the viewer reads.
         file: Option<Text> = text().maybe(),
-        /// Factor from the file's unit to m, or one along each axis.
+        /// Scale factor from the file's unit to m, or one along each axis.
         scale: Vec3 = scale().or(Vec3::repeat(1.0)),
         /// Corners.
         vertices: Option<Vec<Vec3>> = list_of(vector("m")).maybe(),
-        /// Corners of each triangle by number from 0, counter-clockwise seen from outside.
+        /// Vertices of each triangle by index from 0, counter-clockwise as seen from outside.
         triangles: Option<Vec<[u32; 3]>> = list_of(corners()).maybe(),
     }
 }
@@ -72,28 +72,28 @@ record! {
         points: Option<Vec<Vec3>> = list_of(vector("m")).maybe(),
         /// STL file, binary or text.
         file: Option<Text> = text().maybe(),
-        /// Factor from the file's unit to m, or one along each axis.
+        /// Scale factor from the file's unit to m, or one along each axis.
         scale: Vec3 = scale().or(Vec3::repeat(1.0)),
     }
 }
 record! {
     struct Field: "height field" {
-        /// Distance of neighbours, or those along x and y.
+        /// Distance of neighbouring points, or the distances along x and y.
         spacing: [f64; 2] = spacing().need(FIELD),
-        /// Rows from low y to high y, each along x; or one row after another.
+        /// Rows from low y to high y, each along x; or all numbers in one list.
         heights: Vec<Vec<f64>> = rows().need(FIELD),
-        /// Number of rows, where they are not written one by one.
+        /// Number of rows, if all numbers are in one list.
         rows: Option<u32> = whole::<u32>(2, 1_000_000).maybe(),
-        /// Number of columns, where rows are not written one by one.
+        /// Number of columns, if all numbers are in one list.
         columns: Option<u32> = whole::<u32>(2, 1_000_000).maybe(),
     }
 }
 
 record! {
     struct Cloud: "point cloud" {
-        /// x, y, z, radius of each.
+        /// x, y, z and radius of each point.
         points: Vec<[f64; 4]> = list_of(numbers::<4>("m")).or(Vec::new()),
-        /// For so many there is room while a program runs; those given always have it.
+        /// Number of points for which memory is allocated; at least the number of given points.
         room: u32 = whole::<u32>(0, 100_000_000).or(0),
     }
 }
@@ -103,7 +103,7 @@ record! {
         cells: [u32; 3] = corners().need(VOXELS),
         /// Edge of a cell.
         edge: f64 = number("m").positive().need(VOXELS),
-        /// Indices along x, y, z of those that are occupied, from 0.
+        /// Indices of the occupied cells along x, y, z, from 0.
         occupied: Vec<[u32; 3]> = list_of(corners()).or(Vec::new()),
     }
 }
@@ -135,7 +135,7 @@ fn spacing() -> impl Kind<Of = [f64; 2]> {
     one_or_all(mapped(number("m"), |s| [s, s], |_| None), numbers::<2>("m"))
 }
 
-/// One number, or a list of them.
+/// Reads one number, or a list of numbers.
 struct OneOrAll<A, B>(A, B);
 
 fn one_or_all<A: Kind, B: Kind<Of = A::Of>>(one: A, all: B) -> OneOrAll<A, B> {
@@ -158,7 +158,7 @@ impl<A: Kind, B: Kind<Of = A::Of>> Kind for OneOrAll<A, B> {
     }
 }
 
-/// Rows of numbers, or one list of all of them.
+/// Reads rows of numbers, or one list of all numbers.
 fn rows() -> impl Kind<Of = Vec<Vec<f64>>> {
     struct Rows;
     impl Kind for Rows {
@@ -182,7 +182,7 @@ fn rows() -> impl Kind<Of = Vec<Vec<f64>>> {
     Rows
 }
 
-/// The corners of a triangle by number.
+/// Reads the vertex indices of a triangle.
 fn corners() -> impl Kind<Of = [u32; 3]> {
     struct Corners;
     impl Kind for Corners {
@@ -190,8 +190,8 @@ fn corners() -> impl Kind<Of = [u32; 3]> {
         fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<[u32; 3]> {
             let c = numbers::<3>("").read(cx, v, at)?;
             if c.iter().any(|c| c.fract() != 0.0 || !(0.0..=f64::from(u32::MAX)).contains(c)) {
-                let message = format!("{}: these are no indices", at.what);
-                cx.fault(v.origin, message, "count from 0");
+                let message = format!("{}: these are not indices", at.what);
+                cx.fault(v.origin, message, "write integers, 0 or larger");
                 return None;
             }
             Some(c.map(|c| c as u32))
@@ -206,34 +206,34 @@ fn corners() -> impl Kind<Of = [u32; 3]> {
     Corners
 }
 
-/// What a shape is for.
+/// Use of a shape.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Use {
-    /// To be seen: mesh files stay files.
+    /// Visual: mesh files are not read.
     Seen,
-    /// To collide: files are read.
+    /// Collision: mesh files are read.
     Collides,
 }
 
-/// A shape and the turn of its z axis.
+/// A shape and the rotation of its z axis.
 pub(crate) struct ShapeKind(Use);
 
-/// A shape to be seen.
+/// Returns the reader of a visual shape.
 pub(crate) fn seen() -> ShapeKind {
     ShapeKind(Use::Seen)
 }
 
-/// A shape that collides.
+/// Returns the reader of a collision shape.
 pub(crate) fn colliding() -> impl Kind<Of = (Shape, Quat)> {
     Geometry(&ALL, Use::Collides)
 }
 
-/// A solid that has an inertia.
+/// Returns the reader of a solid that has an inertia.
 pub(crate) fn solid() -> impl Kind<Of = (Shape, Quat)> {
     Geometry(&SOLIDS, Use::Collides)
 }
 
-/// True for what only collides and cannot be shown.
+/// Returns true for shapes that can only collide and cannot be shown.
 pub(crate) fn only_collides(v: &Located) -> bool {
     match &v.value {
         Value::Variant(kind, inner) if kind == "Mesh" => inner.get("file").is_none(),
@@ -267,7 +267,7 @@ impl Kind for ShapeKind {
     }
 }
 
-/// A shape whose geometry is known, one of some kinds.
+/// A shape of one of several kinds with known geometry.
 struct Geometry(&'static [&'static str], Use);
 
 impl Kind for Geometry {
@@ -364,17 +364,17 @@ fn read(
     Some((Seen::Shape(shape), Quat::identity()))
 }
 
-/// Three lengths, each above zero.
+/// Returns three lengths, each positive.
 fn positive(cx: &mut Cx, inner: &Located, at: &At<'_>, lengths: [f64; 3]) -> Option<Vec3> {
     if lengths.iter().any(|s| *s <= 0.0) {
         let message = format!("{} has a side that is not positive", at.what);
-        cx.fault(inner.origin, message, "write lengths above zero, in m");
+        cx.fault(inner.origin, message, "write positive lengths, in m");
         return None;
     }
     Some(Vec3::from(lengths))
 }
 
-/// The turn that brings z onto an axis.
+/// Returns the rotation of z onto an axis.
 fn turned(axis: Vec3) -> Quat {
     let half_turn = Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI);
     Quat::rotation_between(&Vec3::z(), &axis).unwrap_or(half_turn)
@@ -395,7 +395,7 @@ fn mesh_shape(
             if there.is_none() {
                 let help = "write vertices: [[x, y, z], ..] and triangles: [[0, 1, 2], ..], \
                             counter-clockwise seen from outside";
-                cx.fault(here, format!("{} has no `{field}`", at.what), help);
+                cx.fault(here, format!("{} lacks `{field}`", at.what), help);
             }
         }
         let (vertices, triangles) = (mesh.vertices?, mesh.triangles?);
@@ -404,7 +404,7 @@ fn mesh_shape(
     if what_for == Use::Seen {
         let Some(file) = mesh.file else {
             if inner.get("file").is_none() {
-                let message = format!("{} has no `file`", at.what);
+                let message = format!("{} lacks `file`", at.what);
                 cx.fault(here, message, "write `file: \"part.stl\"`");
             }
             return None;
@@ -434,7 +434,7 @@ fn missing<T>(cx: &mut Cx, file: &Text, at: &At<'_>) -> Option<T> {
     None
 }
 
-/// The corners of a mesh file, in m.
+/// Reads the vertices of a mesh file, in m.
 fn file_corners(
     cx: &mut Cx,
     file: Option<Text>,
@@ -461,7 +461,11 @@ fn file_corners(
         Ok(points) => Some(points.iter().map(|p| p.component_mul(&scale)).collect()),
         Err(why) => {
             let message = format!("{}: `{}` cannot be read: {why}", at.what, file.text);
-            cx.fault(file.origin, message, "what collides is an STL, OBJ, COLLADA or glTF file");
+            cx.fault(
+                file.origin,
+                message,
+                "collision shapes can be STL, OBJ, COLLADA or glTF files",
+            );
             None
         }
     }
@@ -474,7 +478,7 @@ fn height_field(cx: &mut Cx, f: Field, inner: &Located, at: &At<'_>) -> Option<S
         (true, ..) => (f.heights.len(), f.heights.first().map_or(0, Vec::len)),
         (false, Some(rows), Some(columns)) => (rows as usize, columns as usize),
         _ => {
-            let message = format!("{} needs `rows` and `columns`, 2 or more", at.what);
+            let message = format!("{} needs `rows` and `columns`, each at least 2", at.what);
             cx.fault(at.origin.unwrap_or(inner.origin), message, FIELD);
             return None;
         }
@@ -482,22 +486,23 @@ fn height_field(cx: &mut Cx, f: Field, inner: &Located, at: &At<'_>) -> Option<S
     let what = format!("{}: `heights`", at.what);
     if let Some(row) = f.heights.iter().find(|row| nested && row.len() != columns) {
         let origin = inner.get("heights").map_or(inner.origin, |h| h.origin);
-        let message = format!("{what}: a row has {} numbers, the first {columns}", row.len());
-        cx.fault(origin, message, "rows are of one length");
+        let message =
+            format!("{what}: a row has {} numbers, but the first has {columns}", row.len());
+        cx.fault(origin, message, "all rows must have the same length");
         return None;
     }
     for (field, said, n) in [("rows", f.rows, rows), ("columns", f.columns, columns)] {
         if let (true, Some(said), Some(v)) = (nested, said, inner.get(field))
             && said as usize != n
         {
-            cx.fault(v.origin, format!("{what} have {n} {field}"), "leave it out");
+            cx.fault(v.origin, format!("{what} have {n} {field}"), "remove it");
         }
     }
     let heights = f.heights.concat().into();
     Some(Shape::HeightField { x: columns, y: rows, spacing: f.spacing, heights })
 }
 
-/// The geometry as RON that needs no file, in the frame in which it stands.
+/// Returns the geometry as RON that does not need a file, in its own frame.
 pub(crate) fn value(shape: &Shape) -> Value {
     match shape {
         Shape::Sphere { radius } => variant("Sphere", Value::Number(*radius)),
@@ -542,7 +547,7 @@ pub(crate) fn value(shape: &Shape) -> Value {
     }
 }
 
-/// Inertia of a homogeneous solid about its centre, body axes; `None` for what is none.
+/// Computes the inertia of a homogeneous solid about its centre, body axes; `None` for shapes without volume.
 pub(crate) fn inertia(mass: f64, shape: &Shape, turn: &Quat) -> Option<Mat3> {
     let diagonal = match *shape {
         Shape::Cylinder { radius: r, half_length } => {
@@ -560,7 +565,7 @@ pub(crate) fn inertia(mass: f64, shape: &Shape, turn: &Quat) -> Option<Mat3> {
             Vec3::new(b + c, a + c, a + b) * (mass / 5.0)
         }
         Shape::Capsule { radius: r, half_length } => {
-            // Cylinder and two half spheres, whose centres are l/2 + 3r/8 away.
+            // A cylinder and two half spheres, whose centres are at the distance l/2 + 3r/8.
             let l = 2.0 * half_length;
             let (vc, vs) = (l, 4.0 / 3.0 * r);
             let (mc, ms) = (mass * vc / (vc + vs), mass * vs / (vc + vs));

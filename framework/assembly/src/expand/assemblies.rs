@@ -1,4 +1,4 @@
-//! Assembly files as they are named by parts, and variants of them.
+//! Assembly files that parts use, and their variants.
 use crate::expand::variant::{VariantForm, variant};
 use crate::form::assembly::{self, Assembly, AssemblyForm};
 use crate::schema::read::{fields, text_field};
@@ -12,14 +12,14 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// An assembly, and where the files that it names are looked for first.
+/// An assembly, and the folder in which its files are searched first.
 type Read = (Home, Arc<Assembly>);
 
 /// Assembly files, each read once.
 pub(crate) struct Assemblies<'o> {
     pub files: Files<'o>,
     read: BTreeMap<String, Option<Read>>,
-    /// The assembly of the text being loaded, by its name.
+    /// The assembly of the text that is being loaded, by its name.
     pub own: Option<(String, Home, Arc<Assembly>)>,
     /// Files whose variants are being read, the outermost first.
     open: Vec<String>,
@@ -30,7 +30,7 @@ impl<'o> Assemblies<'o> {
         Assemblies { files, read: BTreeMap::new(), own: None, open: Vec::new() }
     }
 
-    /// The assembly of a file; `None` when it cannot be found or read (recorded).
+    /// Returns the assembly of a file; `None` if it cannot be found or read (a fault is added).
     pub fn assembly(
         &mut self,
         cx: &mut Cx,
@@ -76,8 +76,7 @@ impl<'o> Assemblies<'o> {
         read.map(|(home, a)| (key, home, a))
     }
 
-    /// The assembly of a text among the sources. One that another load has read is not read again, but for variants, which
-    /// are made of two texts.
+    /// Returns the assembly of a source text. An assembly that another load has read is reused, except variants, which depend on two texts.
     fn of_file(&mut self, cx: &mut Cx, file: u32, key: &str, home: &Home) -> Option<Read> {
         let once = parse_once(cx, file);
         let known = once.as_ref().and_then(|once| once.form.get()?.clone().downcast().ok());
@@ -94,7 +93,7 @@ impl<'o> Assemblies<'o> {
         Some(read)
     }
 
-    /// The assembly that these fields of the file `key` say, alone or as a variant of another file.
+    /// Returns the assembly that these fields of the file `key` define, directly or as a variant of another file.
     pub fn of_fields(
         &mut self,
         cx: &mut Cx,
@@ -113,7 +112,11 @@ impl<'o> Assemblies<'o> {
         let like = text_field(cx, inner, "like", &what)?;
         if self.open.iter().any(|k| k == key) {
             let ring = format!("{} -> {key}", self.open.join(" -> "));
-            cx.fault(like.origin, format!("{what}: `like` goes round: {ring}"), "take one out");
+            cx.fault(
+                like.origin,
+                format!("{what}: `like` is circular: {ring}"),
+                "remove one of them",
+            );
             return None;
         }
         self.open.push(key.to_string());
@@ -124,19 +127,19 @@ impl<'o> Assemblies<'o> {
     }
 }
 
-/// The fields of the assembly that a file holds.
+/// Returns the fields of the assembly in a file.
 fn assembly_fields(cx: &mut Cx, file: u32, key: &str) -> Option<Located> {
     let v = parse(cx, file)?;
     match v.value {
         Value::Variant(name, inner) if name == "Assembly" => Some(*inner),
         Value::Variant(name, _) => {
             let origin = Origin { end: v.origin.start + name.len() as u32, ..v.origin };
-            let message = format!("`{key}` holds `{name}(..)`, an `Assembly(..)` is wanted");
+            let message = format!("`{key}` contains `{name}(..)` instead of `Assembly(..)`");
             cx.fault(origin, message, "a simulation cannot be a part");
             None
         }
         other => {
-            let message = format!("`{key}` holds {}, an `Assembly(..)` is wanted", other.what());
+            let message = format!("`{key}` contains {} instead of `Assembly(..)`", other.what());
             cx.fault(v.origin, message, "begin the file with `Assembly(`");
             None
         }

@@ -1,5 +1,4 @@
-//! From assemblies as written to a tree of instances: files read, parameters replaced, overrides
-//! applied, arrays unrolled.
+//! Expansion of assemblies to a tree of instances: files are read, parameters replaced, overrides applied, arrays unrolled.
 use crate::body::BodyFields;
 use crate::body::collider::{Standing, Surface};
 use crate::body::constraint::{CouplingForm, LoopForm};
@@ -21,7 +20,7 @@ use linkwork_runtime::{
 };
 use std::collections::BTreeMap;
 
-/// An override on its way down.
+/// An override on its way to the instance that it changes.
 #[derive(Clone)]
 pub(crate) struct Pending {
     id: usize,
@@ -36,28 +35,28 @@ struct Written {
     used: bool,
 }
 
-/// Expands; holds what all levels share.
+/// State of the expansion, which all levels share.
 pub(crate) struct Expander<'a, 'o> {
     pub cx: &'a mut Cx,
     pub files: Assemblies<'o>,
     pub catalogue: &'o Catalogue,
-    /// Files open above this place.
+    /// Files that are open above this level.
     stack: Vec<String>,
     overrides: Vec<Written>,
-    /// Overrides from outside that name nothing.
+    /// Overrides from outside without a match.
     pub unmatched: Vec<Unmatched>,
     /// The files that were imported.
     pub imports: Vec<Import>,
-    /// Parts, bodies and what hangs on them so far; `None` once there were too many, or too deep.
+    /// Number of parts, bodies and other items so far; `None` after a limit was exceeded.
     count: Option<usize>,
 }
 
-/// Parts, bodies, loops, couplings and colliders that a simulation has at most.
+/// Largest number of parts, bodies, loops, couplings and colliders of a simulation.
 const MOST: usize = 500_000;
-/// Files that stand in each other at most.
+/// Largest depth of nested files.
 const DEEPEST: usize = 100;
 
-/// What is in force where an assembly stands.
+/// Context of an assembly.
 struct Around<'p> {
     path: &'p str,
     kind: &'p str,
@@ -65,7 +64,7 @@ struct Around<'p> {
     home: &'p Home,
 }
 
-/// How many pieces of a path name parts, and whether they end at a model.
+/// Returns how many segments of a path name parts, and whether they end at a model.
 fn depth(root: &Instance, path: &str) -> (usize, bool) {
     let mut here = root;
     for (k, segment) in path.split('.').enumerate() {
@@ -78,15 +77,15 @@ fn depth(root: &Instance, path: &str) -> (usize, bool) {
     (path.split('.').count(), false)
 }
 
-/// An override from outside that names nothing in a phase; another phase may have it.
+/// An override from outside without a match in a phase; another phase may have one.
 pub struct Unmatched {
     /// Its path.
     pub path: String,
-    /// How many pieces of the path are there.
+    /// Number of segments of the path that exist.
     pub depth: usize,
-    /// The phase has the model that the path leads to, without such a parameter.
+    /// The phase has the model of the path, but without such a parameter.
     pub has_model: bool,
-    /// What to say when no phase has it.
+    /// The fault, if no phase has a match.
     pub fault: Fault,
 }
 
@@ -104,7 +103,8 @@ impl<'a, 'o> Expander<'a, 'o> {
         }
     }
 
-    /// Counts `more`; `None` when there are too many, which is told once. Files that stand twice in each other double at each level.
+    /// Counts `more` items; `None` if there are too many, which is reported once. Files that contain another file twice double the number at each
+    /// level.
     fn room(&mut self, more: usize, path: &str, origin: Origin) -> Option<()> {
         let count = self.count? + more;
         let told = match (count > MOST, self.stack.len() >= DEEPEST) {
@@ -113,14 +113,14 @@ impl<'a, 'o> Expander<'a, 'o> {
                 return Some(());
             }
             (true, _) => format!("`{path}`: the simulation has more than {MOST} parts and bodies"),
-            (_, true) => format!("`{path}` stands inside {DEEPEST} other assemblies"),
+            (_, true) => format!("`{path}` is nested in {DEEPEST} other assemblies"),
         };
-        self.cx.fault(origin, told, "look whether files hold each other more often than was meant");
+        self.cx.fault(origin, told, "check whether files include each other too often");
         self.count = None;
         None
     }
 
-    /// The model's description, when the catalogue has it.
+    /// Returns the model's description, if it is in the catalogue.
     fn description(&self, model: &str) -> Option<&'o Description> {
         Some(&self.catalogue.get(model)?.description)
     }
@@ -145,7 +145,7 @@ impl<'a, 'o> Expander<'a, 'o> {
         Pending { id: self.overrides.len() - 1, path: segments, value }
     }
 
-    /// The whole tree; faults of overrides that match nothing come last, those from outside go into `unmatched`.
+    /// Returns the whole tree. Faults of overrides without a match come last; those from outside are collected in `unmatched`.
     pub fn root(
         &mut self,
         a: &Assembly,
@@ -162,7 +162,7 @@ impl<'a, 'o> Expander<'a, 'o> {
         (root, env)
     }
 
-    /// Values of parameters with the overrides that name them.
+    /// Returns the values of parameters, with the overrides that apply to them.
     fn given<T>(
         &mut self,
         decls: &BTreeMap<String, T>,
@@ -185,7 +185,7 @@ impl<'a, 'o> Expander<'a, 'o> {
         mounts: BTreeMap<String, Text>,
         outer: Vec<Pending>,
     ) -> Instance {
-        // Own overrides first, those from outside after them: the outermost wins.
+        // The part's own overrides first, then those from outside, so that the outermost wins.
         let mut pending = Vec::new();
         for (path, value) in &a.overrides {
             let path = substitute_text(self.cx, around.env, path);
@@ -246,14 +246,14 @@ impl<'a, 'o> Expander<'a, 'o> {
                     continue;
                 };
                 if out.parts.insert(name.clone(), node).is_some() {
-                    let message = format!("`{}`: two parts are named `{name}`", around.path);
-                    self.cx.fault(part.origin, message, "give the array's elements other names");
+                    let message = format!("`{}`: two parts have the name `{name}`", around.path);
+                    self.cx.fault(part.origin, message, "rename the array's elements");
                 }
             }
         }
         for name in a.bodies.keys().filter(|n| out.mounts.contains_key(*n)) {
             let message = format!("`{name}` is both a body and a mount");
-            self.cx.fault(a.bodies[name].origin, message, "give one of them another name");
+            self.cx.fault(a.bodies[name].origin, message, "rename one of them");
         }
         let replace = |cx: &mut Cx, t: &Text| match t.text.contains("${") {
             true => substitute_text(cx, around.env, t),
@@ -269,7 +269,7 @@ impl<'a, 'o> Expander<'a, 'o> {
         out
     }
 
-    /// Bodies, loops, couplings or colliders with their parameters replaced and overridden, where `known` are their fields.
+    /// Replaces and overrides the parameters of bodies, loops, couplings or colliders; `known` are their fields.
     fn items(
         &mut self,
         forms: &BTreeMap<String, ItemForm>,
@@ -345,13 +345,13 @@ impl<'a, 'o> Expander<'a, 'o> {
                 if self.stack.contains(&key) {
                     let ring = format!("{} -> {key}", self.stack.join(" -> "));
                     let message = format!("`{path}`: assembly `{key}` contains itself: {ring}");
-                    self.cx.fault(file.origin, message, "take one of these parts out");
+                    self.cx.fault(file.origin, message, "remove one of these parts");
                     return None;
                 }
                 let given = self.given(&read.params, params, &pending);
                 let env = bind(self.cx, &path, part.origin, &read.params, &given, &Env::new());
                 let mounts = self.mounts(&path, part.origin, &read, mounts);
-                // Overrides written at the part are the parent's: between its own and the outer.
+                // Overrides in the part's entry belong to the parent: they come between the part's own and the outer ones.
                 let mut all = Vec::new();
                 let what = format!("`{path}`: `overrides`");
                 for (text, value) in read_overrides(self.cx, overrides, &what) {
@@ -387,7 +387,7 @@ impl<'a, 'o> Expander<'a, 'o> {
         let mut out = BTreeMap::new();
         for (key, v) in entries(given) {
             if !a.mounts.contains_key(key) {
-                let message = format!("`{path}` has no mount `{key}`");
+                let message = format!("`{path}` does not have a mount `{key}`");
                 self.cx.fault(self.cx.key(v), message, remedy(key, "mounts", &known));
             } else if let Some(t) = text(self.cx, v, format!("mount `{key}`")) {
                 out.insert(key.clone(), t);
@@ -398,13 +398,13 @@ impl<'a, 'o> Expander<'a, 'o> {
             let message = format!("`{path}`: mount `{key}` is not bound ({doc})");
             let help = format!("write `mounts: {{ \"{key}\": \"a body or node\" }}`");
             self.cx.fault(origin, message, help);
-            // So that what hangs on it is not reported as well.
+            // Avoids follow-up faults about bodies on this mount.
             out.insert(key.clone(), Text::new("world"));
         }
         out
     }
 
-    /// Faults for overrides that matched nothing: where their path stops to exist.
+    /// Adds faults for overrides without a match, with the point at which their path ends.
     fn unused(&mut self, root: &Instance, outer: usize) {
         let all = std::mem::take(&mut self.overrides).into_iter().enumerate();
         for (id, w) in all.filter(|(_, w)| !w.used) {
@@ -416,7 +416,7 @@ impl<'a, 'o> Expander<'a, 'o> {
             let fault = Fault::new(w.origin, format!("override `{}` matches nothing", w.text));
             let fault = fault.help(help);
             match id < outer {
-                // Given twice it is told once.
+                // An override that is given twice is reported once.
                 true if self.unmatched.iter().any(|u| u.path == w.text) => {}
                 true => {
                     let (depth, has_model) = depth(root, &w.text);
@@ -449,7 +449,7 @@ impl<'a, 'o> Expander<'a, 'o> {
                         Some(field) if ModelForm::names().contains(field) => {
                             let list = names("parameters", known.iter());
                             format!(
-                                "`{field}` stands beside the parameters of {what}, in the file that has the part: \
+                                "`{field}` is not a parameter of {what}, but a field in the file that has the part: \
                                  change it there, or give that file a parameter for it. {list}"
                             )
                         }
@@ -464,7 +464,7 @@ impl<'a, 'o> Expander<'a, 'o> {
                     };
                 }
                 None if segment.contains('*') => {
-                    return "no part has a parameter at such a path".into();
+                    return "no part has a parameter with this path".into();
                 }
                 None => {
                     let known: Vec<&str> = here.parts.keys().map(String::as_str).collect();

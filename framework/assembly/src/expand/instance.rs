@@ -1,4 +1,4 @@
-//! The tree of instances: assemblies and models at their places, parameters replaced.
+//! The tree of instances: assemblies and models with their paths, and with parameters replaced.
 use crate::form::wire::WireText;
 use crate::text::files::Home;
 use crate::text::patterns::segment_matches;
@@ -6,7 +6,7 @@ use crate::text::value::Text;
 use linkwork_runtime::{Located, Origin};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A model or service at its place.
+/// An instance of a model or service.
 #[derive(Clone, Debug)]
 pub(crate) struct ModelInst {
     pub path: String,
@@ -20,7 +20,7 @@ pub(crate) struct ModelInst {
     pub origin: Origin,
 }
 
-/// A body, loop, coupling or collider at its place, parameters replaced.
+/// An instance of a body, loop, coupling or collider, with parameters replaced.
 #[derive(Clone, Debug)]
 pub(crate) struct ItemInst {
     pub fields: Located,
@@ -28,14 +28,14 @@ pub(crate) struct ItemInst {
     pub home: Home,
 }
 
-/// A part at its place.
+/// An instance of a part.
 #[derive(Clone, Debug)]
 pub(crate) enum Node {
     Model(ModelInst),
     Assembly(Instance),
 }
 
-/// An assembly at its place.
+/// An instance of an assembly.
 #[derive(Clone, Debug)]
 pub(crate) struct Instance {
     pub path: String,
@@ -57,12 +57,12 @@ pub(crate) struct Instance {
     pub connect: Vec<Vec<Text>>,
     /// Names of the parameters, for messages.
     pub params: Vec<String>,
-    /// Parts that could not be read or found: what names them stays silent.
+    /// Parts that could not be read or found; references to them do not cause further faults.
     pub broken: BTreeSet<String>,
 }
 
 impl Instance {
-    /// The instance at a path below this one (`""`: itself).
+    /// Returns the instance at a path below this one (`""`: itself).
     pub fn at(&self, path: &str) -> Option<&Instance> {
         let mut here = self;
         for segment in path.split('.').filter(|s| !s.is_empty()) {
@@ -74,7 +74,7 @@ impl Instance {
         Some(here)
     }
 
-    /// True when a path leads into a part that could not be read.
+    /// Returns true if a path leads into a part that could not be read.
     pub fn is_broken(&self, path: &str) -> bool {
         let mut here = self;
         for segment in path.split('.') {
@@ -89,7 +89,7 @@ impl Instance {
         false
     }
 
-    /// Every instance, this one first, in path order.
+    /// Collects all instances, this one first, in path order.
     pub fn walk<'i>(&'i self, out: &mut Vec<&'i Instance>) {
         out.push(self);
         for node in self.parts.values() {

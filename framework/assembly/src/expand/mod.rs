@@ -1,4 +1,4 @@
-//! From assemblies as written to a tree of instances, and what is named in it.
+//! Expansion of assemblies to a tree of instances, and resolution of names in it.
 pub(crate) mod assemblies;
 pub(crate) mod expander;
 pub(crate) mod instance;

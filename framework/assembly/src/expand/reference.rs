@@ -1,4 +1,4 @@
-//! References to bodies and nodes, from the inside out.
+//! References to bodies and nodes, resolved from the inside outward.
 //!
 //! `wheel`, `wheel/hub`, a mount, `Arm/link1`, `Arm.Gripper/finger/tip`; a leading `/` starts at
 //! the top: `/Rover/chassis`.
@@ -6,11 +6,11 @@ use crate::expand::instance::{Instance, Node};
 use crate::text::value::{entries, full_name, join, outer};
 use linkwork_runtime::remedy;
 
-/// What a reference names.
+/// Target of a reference.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Target {
     World,
-    /// Something that could not be read: reported elsewhere.
+    /// An element that could not be read, which is reported elsewhere.
     Unknown,
     /// A body, by full name.
     Body(String),
@@ -18,7 +18,7 @@ pub(crate) enum Target {
     Node(String, String),
 }
 
-/// Resolves in the scope of the instance at a path; the error is fact and remedy.
+/// Resolves a reference in the scope of the instance at a path; the error contains fact and remedy.
 pub(crate) fn resolve(
     root: &Instance,
     scope: &str,
@@ -49,7 +49,7 @@ pub(crate) fn resolve(
     Err((format!("there is no body `{text}`"), remedy(text, "bodies", &known)))
 }
 
-/// `None`: this instance has nothing by that name; look further out.
+/// Resolves a reference inside an instance. `None`: it does not contain the name, so the search continues outward.
 fn inside(
     root: &Instance,
     here: &Instance,
@@ -60,17 +60,17 @@ fn inside(
         return Some(on_body(root, &full_name(&here.path, first), &pieces[1..]));
     }
     if let Some(bound) = here.mounts.get(first) {
-        // A mount is a reference that the parent wrote.
+        // A mount is a reference in the scope of the parent.
         let around = outer(&here.path);
         return Some(match (resolve(root, around, &bound.text), &pieces[1..]) {
             (Ok(Target::Body(body)), rest) => on_body(root, &body, rest),
             (Ok(target), []) => Ok(target),
             (Ok(Target::Unknown), _) => Ok(Target::Unknown),
             (Ok(_), _) => Err((
-                format!("mount `{first}` is bound to `{}`, which has no nodes", bound.text),
+                format!("mount `{first}` is bound to `{}`, which does not have nodes", bound.text),
                 "bind the mount to a body".into(),
             )),
-            // Reported once, where the parent bound it.
+            // Reported once, at the binding in the parent.
             (Err(_), _) => Ok(Target::Unknown),
         });
     }
@@ -90,12 +90,12 @@ fn inside(
         None => {
             let known: Vec<String> = below.bodies.keys().map(|b| format!("{first}/{b}")).collect();
             let fact = format!("`{first}` is an assembly, not a body");
-            Some(Err((fact, format!("name one of its bodies: {}", known.join(", ")))))
+            Some(Err((fact, format!("use one of its bodies: {}", known.join(", ")))))
         }
     }
 }
 
-/// The full name of the loop that a text names: `coupler`, `Arm/coupler`, `/Arm/coupler`; nothing when it could not be read.
+/// Returns the full name of the loop in a reference: `coupler`, `Arm/coupler`, `/Arm/coupler`; `None` if it could not be read.
 pub(crate) fn resolve_loop(
     root: &Instance,
     scope: &str,
@@ -159,7 +159,7 @@ fn nodes(root: &Instance, full: &str) -> Vec<String> {
     nodes.map(entries).unwrap_or_default().iter().map(|(k, _)| k.clone()).collect()
 }
 
-/// The bodies that a scope can name, each by its shortest name.
+/// Returns the bodies that are visible in a scope, each by its shortest name.
 pub(crate) fn visible(root: &Instance, scope: &str) -> Vec<String> {
     let mut out: Vec<(String, String)> = Vec::new();
     let mut here = scope;

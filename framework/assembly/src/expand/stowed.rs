@@ -1,8 +1,8 @@
-//! An assembly that is cargo: `stowed: (on: "stage", at: (position: ..))` leaves its bodies, in one rigid piece.
+//! An assembly as cargo: `stowed: (on: "stage", at: (position: ..))` keeps only its bodies, as one rigid piece.
 //!
-//! Hinges are locked at zero, and the body that hangs on the world hangs on `on` instead, at `at`. Models, services,
-//! wires, exports, loops, couplings and colliders are not there. A phase that says `stowed: None` has them all.
-//! `stowed: (held: true)` leaves its bodies where they are: every hinge is prescribed, and at rest.
+//! Hinges are locked at zero, and the body on the world is moved to `on`, at `at`. Models, services, wires, exports, loops, couplings and colliders
+//! are removed. A phase with `stowed: None` has all of them. `stowed: (held: true)` keeps its bodies at their poses: every hinge is prescribed and at
+//! rest.
 use crate::expand::instance::{Instance, Node};
 use crate::form::stowed::StowedForm;
 use crate::schema::kind::At;
@@ -11,17 +11,17 @@ use crate::text::report::Cx;
 use crate::text::value::{map, set};
 use linkwork_runtime::{Located, Value};
 
-/// Fields of a body that belong to its hinge's motion.
+/// Fields of a body about its hinge's motion.
 const MOTION: [&str; 9] =
     ["hinge", "initial", "prescribed", "armature", "gear", "limits", "stop", "damping", "friction"];
 
-/// Fields of a body that act on a coordinate which is free.
+/// Fields of a body that act on a free coordinate.
 const DRIVE: [&str; 7] =
     ["prescribed", "armature", "gear", "limits", "stop", "damping", "friction"];
-/// Words of `initial` that are rates.
+/// Fields of `initial` that are rates.
 const RATES: [&str; 4] = ["rate", "rates", "velocity", "angular"];
 
-/// Leaves the bodies of an instance, locked, on what `written` names.
+/// Reduces an instance to its locked bodies, carried as `written` specifies.
 pub(crate) fn stow(cx: &mut Cx, here: &mut Instance, written: &Located) {
     let what = format!("`{}`: `stowed`", here.path);
     let at = At::new(what.clone()).origin(written.origin);
@@ -29,13 +29,13 @@ pub(crate) fn stow(cx: &mut Cx, here: &mut Instance, written: &Located) {
     let (on, at) = (form.on, written.get("at").cloned());
     if form.held {
         if on.is_some() || at.is_some() {
-            let fact = format!("{what}: `held` is for what stays where it is");
+            let fact = format!("{what}: `held` cannot be combined with `on` and `at`");
             cx.fault(written.origin, fact, "write `held: true` alone, or `on` and `at` without it");
         }
         return hold(here);
     }
     let Some(on) = on else {
-        let fact = format!("{what}: nothing carries it");
+        let fact = format!("{what}: the body that carries it is missing");
         let help =
             "write stowed: (on: \"the body that carries it\"), stowed: (held: true), or `None`";
         return cx.fault(written.origin, fact, help);
@@ -45,15 +45,15 @@ pub(crate) fn stow(cx: &mut Cx, here: &mut Instance, written: &Located) {
     let roots = lock(here, &on, &at);
     if roots.len() != 1 {
         let fact = match roots.len() {
-            0 => "none of its bodies hangs on the world".to_string(),
-            n => format!("{n} of its bodies hang on the world: {}", roots.join(", ")),
+            0 => "none of its bodies is connected to the world".to_string(),
+            n => format!("{n} of its bodies are connected to the world: {}", roots.join(", ")),
         };
         let help = "only an assembly with one such body can be stowed";
         cx.fault(written.origin, format!("{what}: {fact}"), help);
     }
 }
 
-/// Leaves nothing of an instance but its bodies and the assemblies in it.
+/// Removes everything from an instance except its bodies and nested assemblies.
 fn strip(here: &mut Instance) {
     here.parts.retain(|_, node| matches!(node, Node::Assembly(_)));
     here.wires.clear();
@@ -67,7 +67,7 @@ fn strip(here: &mut Instance) {
     here.ignore = None;
 }
 
-/// Prescribes the hinges of all bodies, at rest. Where they stand is their `initial`, or, in a phase, where they are.
+/// Prescribes the hinges of all bodies, at rest. Their positions are those of `initial`, or, in a later phase, the present ones.
 fn hold(here: &mut Instance) {
     strip(here);
     for body in here.bodies.values_mut() {
@@ -92,7 +92,7 @@ fn hold(here: &mut Instance) {
     }
 }
 
-/// Locks all bodies; names of those that hung on the world.
+/// Locks all bodies; returns the names of those on the world.
 fn lock(here: &mut Instance, on: &Located, at: &Located) -> Vec<String> {
     strip(here);
     let mut roots = Vec::new();

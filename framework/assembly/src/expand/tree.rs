@@ -3,16 +3,16 @@ use crate::expand::instance::{Instance, Node};
 use crate::text::value::full_name;
 use linkwork_runtime::Catalogue;
 
-/// A part or assembly with what is in it.
+/// A part or assembly with its content.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TreeNode {
-    /// Last name of the path.
+    /// Last segment of the path.
     pub name: String,
     /// Whole path.
     pub path: String,
-    /// What it is.
+    /// Its kind.
     pub kind: TreeKind,
-    /// Documentation: of the part, else of its model or assembly.
+    /// Documentation of the part, or of its model or assembly.
     pub doc: String,
     /// Full names of its own bodies.
     pub bodies: Vec<String>,
@@ -20,7 +20,7 @@ pub struct TreeNode {
     pub children: Vec<TreeNode>,
 }
 
-/// What a node of the tree is.
+/// Kind of a node of the tree.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TreeKind {
     /// A model or service, by its name in the catalogue.
@@ -29,7 +29,7 @@ pub enum TreeKind {
     Assembly(String),
 }
 
-/// The tree of an instance.
+/// Returns the tree of an instance.
 pub(crate) fn tree(here: &Instance, catalogue: &Catalogue) -> TreeNode {
     let name = here.path.rsplit('.').next().unwrap_or("").to_string();
     let children = here.parts.iter().map(|(name, node)| match node {

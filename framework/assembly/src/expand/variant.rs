@@ -1,4 +1,4 @@
-//! Variants: an assembly file that is another one with other defaults of its parameters.
+//! Variants: an assembly file that is based on another one, with other defaults of its parameters.
 use crate::form::assembly::Assembly;
 use crate::schema::describe::Schema;
 use crate::schema::kind::{Kind, raw, table_of, text};
@@ -11,20 +11,20 @@ use linkwork_runtime::{Located, remedy};
 record! {
     /// The fields of a variant.
     pub(crate) struct VariantForm: "variant" {
-        /// The assembly file that it is like: beside this one, then in the search folders, then embedded.
+        /// The base assembly file: relative to this one, then in the search folders, then embedded.
         like: Text = text().need("write `like: \"rover.ron\"`"),
         /// Documentation.
         doc: Option<Text> = text().maybe(),
-        /// Name, when it stands alone.
+        /// Name of the assembly, if it is used alone.
         name: Option<Text> = text().maybe(),
-        /// Other defaults of its parameters, by name.
+        /// New defaults of its parameters, by name.
         params: Option<Located> = raw(|| table_of(of::<ParamForm>()).describe()).maybe(),
         /// Deep parameters by path.
         overrides: Option<Located> = raw(|| Schema::Table(Box::new(Schema::Any(Vec::new())))).maybe(),
     }
 }
 
-/// `base` with the defaults and the overrides of `own`.
+/// Returns `base` with the defaults and the overrides of `own`.
 pub(crate) fn variant(cx: &mut Cx, own: Assembly, base: &Assembly, base_key: &str) -> Assembly {
     let mut out = base.clone();
     let known: Vec<&str> = base.params.keys().map(String::as_str).collect();
@@ -35,8 +35,8 @@ pub(crate) fn variant(cx: &mut Cx, own: Assembly, base: &Assembly, base_key: &st
             continue;
         };
         if decl.unit.is_some() || decl.range_written.is_some() {
-            let message = format!("parameter `{key}`: a variant gives another default");
-            let help = format!("take `unit` and `range` out: they are those of `{base_key}`");
+            let message = format!("parameter `{key}`: a variant can only change the default");
+            let help = format!("remove `unit` and `range`: they are those of `{base_key}`");
             cx.fault(decl.origin, message, help);
         }
         decl.unit.clone_from(&of_base.unit);

@@ -1,6 +1,6 @@
-//! The intermediate form: an assembly as written, before parameters are known.
+//! The intermediate form: an assembly as written in a file, before parameters are replaced.
 //!
-//! RON and the Rust builder both make this; values that may hold `$name` stay located values.
+//! Both RON files and the Rust builder produce this form. Values that may contain `$name` stay unparsed, with their positions.
 use crate::body::BodyFields;
 use crate::body::collider::{Standing, Surface};
 use crate::body::constraint::{CouplingForm, LoopForm};
@@ -18,16 +18,16 @@ use crate::text::value::{Text, empty_map, is_unknown};
 use linkwork_runtime::{Located, Origin, Value};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A mount: a body or node that the parent must name.
+/// A mount: a body or node that the parent must provide.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MountDecl {
     /// Meaning.
     pub doc: String,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
 }
 
-/// What a part is.
+/// Kind of a part.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PartKind {
     /// A model or service of the catalogue.
@@ -40,10 +40,10 @@ pub enum PartKind {
         offset: Option<Located>,
         /// Nodes and hinges: binding → target.
         bind: Located,
-        /// Folder in which its files are looked for first.
+        /// Folder in which its files are searched first.
         folder: Option<Text>,
     },
-    /// An assembly in a file of its own.
+    /// An assembly in a separate file.
     File {
         /// The file.
         assembly: Text,
@@ -51,41 +51,41 @@ pub enum PartKind {
         mounts: Located,
         /// Deep parameters.
         overrides: Located,
-        /// As cargo: which body carries it, and where.
+        /// As cargo: the body that carries it, and the pose.
         stowed: Option<Located>,
     },
-    /// An assembly written in place; it sees the parameters around it.
+    /// An assembly written in place, in the scope of the surrounding parameters.
     Inline(Box<Assembly>),
 }
 
-/// A part as written.
+/// A part as written in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartForm {
-    /// What it is.
+    /// Its kind.
     pub kind: PartKind,
     /// Parameters (a map).
     pub params: Located,
-    /// Elements, when it is an array.
+    /// Elements of an array.
     pub array: Option<Vec<Located>>,
     /// Documentation.
     pub doc: String,
-    /// Where its name is written.
+    /// Position of its name in the file.
     pub origin: Origin,
 }
 
-/// A body, loop, coupling or collider as written: its fields wait for the parameters.
+/// A body, loop, coupling or collider as written in a file, before its parameters are replaced.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ItemForm {
     /// The fields.
     pub fields: Located,
-    /// Where its name is written.
+    /// Position of its name in the file.
     pub origin: Origin,
 }
 
-/// An assembly as written.
+/// An assembly as written in a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Assembly {
-    /// Name, when it stands alone.
+    /// Name, if it is used alone.
     pub name: Option<String>,
     /// Documentation.
     pub doc: String,
@@ -93,7 +93,7 @@ pub struct Assembly {
     pub params: BTreeMap<String, ParamDecl>,
     /// Attachment points.
     pub mounts: BTreeMap<String, MountDecl>,
-    /// Files whose bodies are added; nothing, one, or a list.
+    /// Files whose bodies are added: none, one, or a list.
     pub imports: Option<Located>,
     /// Bodies.
     pub bodies: BTreeMap<String, ItemForm>,
@@ -101,25 +101,25 @@ pub struct Assembly {
     pub loops: BTreeMap<String, ItemForm>,
     /// Linear relations between hinge coordinates.
     pub couplings: BTreeMap<String, ItemForm>,
-    /// Collision shapes on bodies and on the world, beside those of `shapes`.
+    /// Collision shapes on bodies and on the world, in addition to those of `shapes`.
     pub colliders: BTreeMap<String, ItemForm>,
-    /// Non-smooth contact: how it is solved and who meets whom.
+    /// Non-smooth contact: settings of the solver, and collision rules.
     pub contact: Option<Located>,
-    /// Whether its bodies, those of its parts too, meet one another.
+    /// Whether its bodies, including those of its parts, collide with each other.
     pub self_collision: Option<Located>,
-    /// Pairs of its bodies or colliders that do not meet, wherever `contact` is written.
+    /// Pairs of its bodies or colliders that do not collide, independent of where `contact` is written.
     pub ignore: Option<Located>,
     /// Parts.
     pub parts: BTreeMap<String, PartForm>,
     /// Wires.
     pub wires: Vec<WireText>,
-    /// Connectors that are joined: each entry names two or more.
+    /// Connected connectors: each entry lists two or more.
     pub connect: Vec<Vec<Text>>,
-    /// Ports seen from outside.
+    /// Exported ports.
     pub exports: BTreeMap<String, Text>,
     /// Deep parameters: path → value.
     pub overrides: Vec<(Text, Located)>,
-    /// Parts that could not be read: what names them stays silent.
+    /// Parts that could not be read; references to them do not cause further faults.
     pub(crate) broken: BTreeSet<String>,
 }
 
@@ -128,13 +128,13 @@ record! {
     pub(crate) struct AssemblyForm: "assembly" {
         /// Documentation.
         doc: Option<Text> = text().maybe(),
-        /// Name, when it stands alone.
+        /// Name, if it is used alone.
         name: Option<Text> = text().maybe(),
         /// Parameters by name.
         params: Option<Located> = raw(|| table_of(of::<ParamForm>()).describe()).maybe(),
-        /// Bodies or nodes that the parent must name, each with its meaning.
+        /// Bodies or nodes that the parent must provide, each with its description.
         mounts: Option<Located> = raw(|| table_of(text()).describe()).maybe(),
-        /// Files of other programs whose bodies are added: one, or a list.
+        /// URDF, MJCF or SDF files whose bodies are added: one, or a list.
         import: Option<Located> = raw(import_schema).maybe(),
         /// Bodies by name.
         bodies: Option<Located> = raw(|| table_of(of::<BodyFields>()).describe()).maybe(),
@@ -144,21 +144,21 @@ record! {
         couplings: Option<Located> = raw(|| table_of(of::<CouplingForm>()).describe()).maybe(),
         /// Collision shapes on bodies and on the world, by name.
         colliders: Option<Located> = raw(|| table_of(of::<(Standing, Surface)>()).describe()).maybe(),
-        /// How contact is solved, and who meets whom.
+        /// Settings of contact, and collision rules.
         contact: Option<Located> = raw(|| Schema::Any(vec![Schema::Flag, ContactForm::describe()])).maybe(),
-        /// `false`: bodies of this assembly and of its parts do not meet one another.
+        /// `false`: bodies of this assembly and of its parts do not collide with each other.
         self_collision: Option<Located> = raw(|| Schema::Flag).maybe(),
-        /// Pairs of bodies or colliders of this assembly that do not meet: `[["arm", "base"]]`.
+        /// Pairs of bodies or colliders of this assembly that do not collide: `[["arm", "base"]]`.
         ignore: Option<Located> = raw(|| list_of(list_of(text())).describe()).maybe(),
-        /// The world: body, date, rotation and site of the whole simulation, which `linkwork describe environment.world` lists.
+        /// The world: planet, date, rotation and site of the whole simulation; see `linkwork describe environment.world`.
         world: Option<Located> = raw(anything).maybe(),
         /// Parts by name.
         parts: Option<Located> = raw(|| Schema::Table(Box::new(part_schema()))).maybe(),
         /// Wires: `"Part.output -> Part.input"`.
         wires: Option<Located> = raw(|| Schema::List(Box::new(wire_schema()), None)).maybe(),
-        /// Connectors that are joined, two or more at a time: `("Motor.supply", "Battery.terminal")`.
+        /// Connected connectors, two or more per entry: `("Motor.supply", "Battery.terminal")`.
         connect: Option<Located> = raw(connect_schema).maybe(),
-        /// Ports seen from outside, by name.
+        /// Exported ports, by name.
         exports: Option<Located> = raw(|| table_of(text()).describe()).maybe(),
         /// Deep parameters by path.
         overrides: Option<Located> = raw(|| Schema::Table(Box::new(Schema::Any(Vec::new())))).maybe(),
@@ -170,7 +170,7 @@ record! {
     pub(crate) struct ModelForm: "model" {
         /// Its name there.
         model: Option<Text> = text().maybe(),
-        /// Its parameters, which `linkwork describe` lists.
+        /// Its parameters; see `linkwork describe`.
         params: Option<Located> = raw(anything).maybe(),
         /// Sample period, of sampled models.
         rate: Option<Located> = raw(|| period().describe()).maybe(),
@@ -178,18 +178,18 @@ record! {
         offset: Option<Located> = raw(|| period().describe()).maybe(),
         /// Binding → node, `hinge:BODY` or `loop:LOOP`.
         bind: Option<Located> = raw(anything).maybe(),
-        /// Elements, when it is an array: each with what differs.
+        /// Elements of an array, each with its differences.
         array: Option<Located> = raw(|| Schema::List(Box::new(anything()), None)).maybe(),
         /// Documentation.
         doc: Option<Text> = text().maybe(),
-        /// Folder in which its files are looked for first.
+        /// Folder in which its files are searched first.
         folder: Option<Text> = text().maybe(),
     }
 }
 record! {
-    /// A part that is an assembly in a file of its own.
+    /// A part that is an assembly in a separate file.
     struct FileForm: "assembly file" {
-        /// The file: beside this one, then in the search folders, then embedded.
+        /// The file: relative to this one, then in the search folders, then embedded.
         assembly: Option<Text> = text().maybe(),
         /// Values of its parameters.
         params: Option<Located> = raw(anything).maybe(),
@@ -199,7 +199,7 @@ record! {
         overrides: Option<Located> = raw(anything).maybe(),
         /// Only its bodies, in one rigid piece on another body.
         stowed: Option<Located> = raw(StowedForm::describe).maybe(),
-        /// Elements, when it is an array: each with what differs.
+        /// Elements of an array, each with its differences.
         array: Option<Located> = raw(|| Schema::List(Box::new(anything()), None)).maybe(),
         /// Documentation.
         doc: Option<Text> = text().maybe(),
@@ -215,15 +215,15 @@ fn import_schema() -> Schema {
     Schema::Any(vec![one.clone(), Schema::List(Box::new(one), None)])
 }
 
-/// The field that states the world, and the part that it makes.
+/// The field that defines the world, and the part that it creates.
 const WORLD: &str = "world";
 /// The model of that part.
 const WORLD_MODEL: &str = "environment.world";
 
-/// Fields of an assembly that one written in place has not.
+/// Fields that an assembly written in place does not have.
 const STANDING_ALONE: [&str; 2] = ["name", "mounts"];
 
-/// A part: a model, an assembly file, or an assembly written in place.
+/// Returns the schema of a part: a model, an assembly file, or an assembly written in place.
 fn part_schema() -> Schema {
     Schema::Named("part", || {
         let inline = Schema::Record("assembly in place", || {
@@ -235,8 +235,7 @@ fn part_schema() -> Schema {
     })
 }
 
-/// Reads the fields that belong to an assembly (the caller has checked for unknown ones). Bodies, loops, couplings and
-/// colliders are taken out of the value.
+/// Reads the fields of an assembly (the caller has checked for unknown ones). Bodies, loops, couplings and colliders are moved out of the value.
 pub(crate) fn read_assembly(cx: &mut Cx, v: &mut Located, what: &str) -> Assembly {
     let mut a = Assembly {
         doc: doc(cx, v, what),
@@ -284,9 +283,8 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &mut Located, what: &str) -> Assembl
         let kind = PartKind::Model { model, rate: None, offset: None, bind: none(), folder: None };
         let part = PartForm { kind, params, array: None, doc: String::new(), origin };
         if a.parts.insert(WORLD.into(), part).is_some() {
-            let message =
-                format!("{what}: there is a part `{WORLD}` beside the field of that name");
-            cx.fault(origin, message, "give the part another name");
+            let message = format!("{what}: there is both a part and a field `{WORLD}`");
+            cx.fault(origin, message, "rename the part");
         }
     }
     if let Some(wires) = v.get("wires") {
@@ -301,7 +299,7 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &mut Located, what: &str) -> Assembl
     }
     if let Some(exports) = v.get("exports") {
         for (key, value) in table(cx, exports, field_of("exports")) {
-            // `drive.rate` and `drive.brake` are a group: one wire to `drive` reaches both.
+            // `drive.rate` and `drive.brake` are a group: one wire to `drive` connects both.
             key.split('.').for_each(|piece| name_at(cx, piece, value, "export"));
             if let Some(t) = read::text(cx, value, format!("export `{key}`")) {
                 a.exports.insert(key.clone(), t);
@@ -314,13 +312,13 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &mut Located, what: &str) -> Assembl
     a
 }
 
-/// That a key can be a name.
+/// Checks that a key is a valid name.
 fn name_at(cx: &mut Cx, key: &str, v: &Located, kind: &str) {
     let origin = cx.key(v);
     name(cx, key, origin, kind);
 }
 
-/// Name → fields, of a field such as `bodies` whose entries are each a `body`.
+/// Returns name → fields for a field such as `bodies`, whose entries are each a `body`.
 fn items(
     cx: &mut Cx,
     v: &mut Located,
@@ -346,11 +344,11 @@ pub(crate) fn read_overrides(cx: &mut Cx, v: &Located, what: &str) -> Vec<(Text,
         .collect()
 }
 
-/// A field that is a map; empty when it is not written or is none (recorded).
+/// Returns a field that is a map; empty if it is missing or not a map (a fault is added).
 pub(crate) fn map_field(cx: &mut Cx, v: &Located, field: &str, what: &str) -> Located {
     let Some(written) = v.get(field) else { return empty_map() };
     if is_unknown(written) {
-        // `params: "$world"`: a map once the parameter is known.
+        // With `params: "$world"` the map is known only after the parameter is replaced.
         return written.clone();
     }
     table(cx, written, format!("{what}: `{field}`"));
@@ -361,18 +359,18 @@ fn doc(cx: &mut Cx, v: &Located, what: &str) -> String {
     text_field(cx, v, "doc", what).map(|t| t.text).unwrap_or_default()
 }
 
-/// Fields that only an assembly written in place has.
+/// Returns the fields that only an assembly written in place has.
 fn inline_marks() -> Vec<&'static str> {
     let not = [&STANDING_ALONE[..], &FileForm::names()].concat();
     AssemblyForm::names().into_iter().filter(|f| !not.contains(f)).collect()
 }
 
-/// A part as written; `None` when it cannot be told what it is, or is no map (recorded).
+/// Reads a part; `None` if its kind is not determined or it is not a map (a fault is added).
 pub(crate) fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm> {
     let what = format!("part `{key}`");
     let origin = cx.key(v);
     let Value::Map(written) = &v.value else {
-        let message = format!("{what} is `(field: ..)`, this is {}", v.value.what());
+        let message = format!("{what} must be `(field: ..)`, but it is {}", v.value.what());
         cx.fault(v.origin, message, "write (model: \"..\", params: {..}) or (assembly: \"..\")");
         return None;
     };

@@ -1,4 +1,4 @@
-//! Assemblies from a program: the same form as from RON, and it prints that RON.
+//! Builder of assemblies in Rust: it produces the same form as RON files, and can print that RON.
 //!
 //! ```
 //! use linkwork_assembly::{Assembly, fields, variant};
@@ -61,7 +61,7 @@ impl Assembly {
     /// A parameter: `fields! { unit: "m", default: 0.25, range: [1e-3, 5.0], doc: ".." }`.
     ///
     /// # Panics
-    /// When these are not the fields of a parameter: that is a mistake in the program.
+    /// If these are not the fields of a parameter, which is a bug in the calling program.
     #[must_use]
     pub fn param(mut self, name: &str, fields: Value) -> Self {
         let mut cx = Cx::default();
@@ -71,7 +71,7 @@ impl Assembly {
         self
     }
 
-    /// A mount and its meaning.
+    /// Adds a mount and its description.
     #[must_use]
     pub fn mount(mut self, name: &str, doc: &str) -> Self {
         let decl = assembly::MountDecl { doc: doc.into(), origin: Origin::NONE };
@@ -79,42 +79,42 @@ impl Assembly {
         self
     }
 
-    /// A body, by the fields of a body in RON.
+    /// Adds a body, with the fields of a body in RON.
     #[must_use]
     pub fn body(mut self, name: &str, fields: Value) -> Self {
         self.bodies.insert(name.into(), item(fields));
         self
     }
 
-    /// A hinge that closes a loop, by the fields of a loop in RON: `fields! { a: "crank/pin", b: "rod", hinge: .. }`.
+    /// Adds a loop, with the fields of a loop in RON: `fields! { a: "crank/pin", b: "rod", hinge: .. }`.
     #[must_use]
     pub fn loop_closure(mut self, name: &str, fields: Value) -> Self {
         self.loops.insert(name.into(), item(fields));
         self
     }
 
-    /// A relation between hinge coordinates: `fields! { terms: fields! { left: 1.0, right: 1.0 } }`.
+    /// Adds a coupling: `fields! { terms: fields! { left: 1.0, right: 1.0 } }`.
     #[must_use]
     pub fn coupling(mut self, name: &str, fields: Value) -> Self {
         self.couplings.insert(name.into(), item(fields));
         self
     }
 
-    /// A collision shape: `fields! { on: "world", shape: variant("HalfSpace", Value::Null) }`.
+    /// Adds a collision shape: `fields! { on: "world", shape: variant("HalfSpace", Value::Null) }`.
     #[must_use]
     pub fn collider(mut self, name: &str, fields: Value) -> Self {
         self.colliders.insert(name.into(), item(fields));
         self
     }
 
-    /// Non-smooth contact: `fields! { margin: "1 cm", friction: 0.6 }`.
+    /// Adds non-smooth contact: `fields! { margin: "1 cm", friction: 0.6 }`.
     #[must_use]
     pub fn contact(mut self, fields: Value) -> Self {
         self.contact = Some(fields.into());
         self
     }
 
-    /// Bodies of this assembly and of its parts do not meet one another; what `contact` lists in `collide` does.
+    /// Disables collisions between bodies of this assembly and of its parts, except the pairs in `collide` of `contact`.
     #[must_use]
     pub fn without_self_collision(mut self) -> Self {
         self.self_collision = Some(Value::Bool(false).into());
@@ -128,19 +128,19 @@ impl Assembly {
         self
     }
 
-    /// A model or service with its parameters.
+    /// Adds a model or service with its parameters.
     #[must_use]
     pub fn part(self, name: &str, model: &str, params: Value) -> Self {
         self.with_part(name, fields! { model: model, params: params })
     }
 
-    /// An assembly in a file of its own, with parameters and mounts.
+    /// Adds an assembly in a separate file, with parameters and mounts.
     #[must_use]
     pub fn include(self, name: &str, file: &str, params: Value, mounts: Value) -> Self {
         self.with_part(name, fields! { assembly: file, params: params, mounts: mounts })
     }
 
-    /// Another assembly in place; it sees the parameters and bodies around it.
+    /// Adds another assembly in place, in the scope of the surrounding parameters and bodies.
     #[must_use]
     pub fn nest(mut self, name: &str, inner: Assembly) -> Self {
         let doc = inner.doc.clone();
@@ -151,10 +151,10 @@ impl Assembly {
         self
     }
 
-    /// Sample period of a model: `"50 Hz"`.
+    /// Sets the sample period of a model: `"50 Hz"`.
     ///
     /// # Panics
-    /// When there is no such model: that is a mistake in the program.
+    /// If the model does not exist, which is a bug in the calling program.
     #[must_use]
     pub fn rate(mut self, part: &str, period: &str) -> Self {
         match self.parts.get_mut(part).map(|p| &mut p.kind) {
@@ -167,7 +167,7 @@ impl Assembly {
     /// Binds a model to a node or hinge: `.bind("Motor", "shaft", "hinge:wheel")`.
     ///
     /// # Panics
-    /// When there is no such model: that is a mistake in the program.
+    /// If the model does not exist, which is a bug in the calling program.
     #[must_use]
     pub fn bind(mut self, part: &str, binding: &str, target: &str) -> Self {
         match self.parts.get_mut(part).map(|p| &mut p.kind) {
@@ -177,21 +177,21 @@ impl Assembly {
         self
     }
 
-    /// A wire: `"Drive.volts[*] -> Wheel[*].volts"`.
+    /// Adds a wire: `"Drive.volts[*] -> Wheel[*].volts"`.
     #[must_use]
     pub fn wire(mut self, wire: &str) -> Self {
         self.wires.push(WireText { text: Text::new(wire), timing: WireTiming::AtOnce });
         self
     }
 
-    /// Joins two or more connectors: `["Motor.supply", "Battery.terminal"]`.
+    /// Connects two or more connectors: `["Motor.supply", "Battery.terminal"]`.
     #[must_use]
     pub fn connect<const N: usize>(mut self, connectors: [&str; N]) -> Self {
         self.connect.push(connectors.iter().map(|c| Text::new(*c)).collect());
         self
     }
 
-    /// A port of a part as a port of this assembly.
+    /// Exports a port of a part as a port of this assembly.
     #[must_use]
     pub fn export(mut self, name: &str, port: &str) -> Self {
         self.exports.insert(name.into(), Text::new(port));
@@ -208,7 +208,7 @@ impl Assembly {
     /// Reads an `Assembly(..)` text into this form, without expanding it.
     ///
     /// # Errors
-    /// Everything that is wrong with its structure, at once.
+    /// All mistakes in its structure.
     pub fn from_ron(name: &str, ron: &str) -> Result<Assembly, Failure> {
         let mut cx = Cx::default();
         let file = cx.sources.add(name, ron);
@@ -219,7 +219,11 @@ impl Assembly {
                 Some(read_assembly(&mut cx, &mut inner, &what))
             }
             _ => {
-                cx.fault(v.origin, format!("`{name}` is no assembly"), "begin with `Assembly(`");
+                cx.fault(
+                    v.origin,
+                    format!("`{name}` is not an assembly"),
+                    "begin with `Assembly(`",
+                );
                 None
             }
         });
@@ -229,14 +233,13 @@ impl Assembly {
         }
     }
 
-    /// As RON that reads back as the same form.
+    /// Returns RON text that reads back as the same form.
     #[must_use]
     pub fn to_ron(&self) -> String {
         document(&Value::Variant("Assembly".into(), Box::new(self.to_map().into())))
     }
 
-    /// As the RON of a simulation that holds this assembly, with settings such as
-    /// `fields! { step: "1 ms", until: "10 s" }`.
+    /// Returns the RON text of a simulation with this assembly, with settings such as `fields! { step: "1 ms", until: "10 s" }`.
     #[must_use]
     pub fn to_simulation(&self, settings: Value) -> String {
         let mut map: Located = settings.into();
@@ -297,7 +300,7 @@ fn item(fields: Value) -> assembly::ItemForm {
     assembly::ItemForm { fields: fields.into(), origin: Origin::NONE }
 }
 
-/// `contact: ()` switches contact on, and must not get lost.
+/// `contact: ()` enables contact, so it must be written although it is empty.
 fn contact(written: &Located) -> Value {
     match &written.value {
         Value::Map(fields) if !fields.is_empty() => written.value.clone(),

@@ -1,4 +1,4 @@
-//! `import: (..)` as written.
+//! `import: (..)` as written in a file.
 use crate::schema::kind::{flag, list_of, text, word};
 use crate::schema::record::{Presence, of, record};
 use crate::text::value::Text;
@@ -6,37 +6,37 @@ use linkwork_formats::{Root, Unphysical};
 use linkwork_spatial::{InertiaCheck, Pose};
 
 record! {
-    /// An import as written.
+    /// An import as written in a file.
     pub(crate) struct ImportForm: "import" {
-        /// The file: beside this one, then in the search folders, then embedded.
+        /// The file: relative to this one, then in the search folders, then embedded.
         file: Text = text().need("write `import: (file: \"robot.urdf\")`"),
-        /// What holds bodies that no joint of the file moves.
+        /// Hinge of the bodies that no joint of the file moves.
         root: Root = word(&[
             ("AsWritten", Root::AsWritten),
             ("Fixed", Root::Fixed),
             ("Free", Root::Free),
             ("Planar", Root::Planar),
         ]).or(Root::default()),
-        /// Where such bodies hang: `world`, a body, a node or a mount.
+        /// Parent of such bodies: `world`, a body, a node or a mount.
         parent: Option<Text> = text().maybe(),
         /// Their pose there.
         at: Pose = of::<Pose>().or(Pose::identity()),
-        /// What becomes of moments that no body has: `Warn` reads them with a warning, `Physical` refuses them, `PositiveMoments` accepts
+        /// ConstraintMethod of inertias that no rigid body can have: `Warn` reads them with a warning, `Physical` rejects them, `PositiveMoments` accepts
         /// published data with lumped rotors.
         inertia_check: ImportCheck = word(&[
             ("Warn", ImportCheck { inertia: InertiaCheck::Physical, unphysical: Unphysical::Read }),
             ("Physical", ImportCheck { inertia: InertiaCheck::Physical, unphysical: Unphysical::Refused }),
             ("PositiveMoments", ImportCheck { inertia: InertiaCheck::PositiveMoments, unphysical: Unphysical::Refused }),
         ]).or(ImportCheck { inertia: InertiaCheck::Physical, unphysical: Unphysical::Read }),
-        /// The keyframe of an MJCF file where the bodies start; default: the reference configuration.
+        /// Keyframe of an MJCF file that defines the start (default: the reference configuration).
         keyframe: Option<Text> = text().maybe(),
         /// Folders for `package://` and `model://` names.
         packages: Vec<Text> = list_of(text()).or(Vec::new()),
-        /// The side-car, when it is not `rover.linkwork.ron` beside `rover.urdf`.
+        /// The companion file (default: `rover.linkwork.ron` for `rover.urdf`).
         sidecar: Option<Text> = text().maybe(),
-        /// The file's collision shapes collide, and those of the side-car's `contacts`.
+        /// Whether the collision shapes of the file, and those in `contacts` of the companion file, collide.
         collide: bool = flag().or(false),
-        /// What of the file is not wanted.
+        /// Parts of the file that are omitted.
         leave_out: Vec<Kept> = list_of(word(&[
             ("couplings", Kept::Couplings),
             ("loops", Kept::Loops),
@@ -48,7 +48,7 @@ record! {
     }
 }
 
-/// What of a file can be left out.
+/// Parts of a file that can be omitted.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Kept {
     Couplings,
@@ -59,7 +59,7 @@ pub(crate) enum Kept {
     Sensors,
 }
 
-/// What becomes of moments in the file that no body has.
+/// ConstraintMethod of inertias in the file that no rigid body can have.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct ImportCheck {
     pub inertia: InertiaCheck,

@@ -1,4 +1,4 @@
-//! Assemblies and simulations as written, before parameters are known.
+//! Assemblies and simulations as written in files, before parameters are replaced.
 pub(crate) mod assembly;
 pub(crate) mod builder;
 pub(crate) mod import;

@@ -7,7 +7,7 @@ use crate::text::value::{entries, is_unknown, set};
 use linkwork_runtime::{Located, Origin, Value};
 
 impl PartForm {
-    /// The same with every parameter replaced; what must be a map is one.
+    /// Returns the part with all parameters replaced; checks that maps are maps.
     pub(crate) fn with_values(&self, cx: &mut Cx, env: &Env, path: &str) -> PartForm {
         let mut part = self.clone();
         let replace = |cx: &mut Cx, v: &mut Located| *v = substitute(cx, env, v);
@@ -36,7 +36,7 @@ impl PartForm {
         part
     }
 
-    /// The elements of an array as parts of their own, with names; a single part is itself.
+    /// Returns the elements of an array as separate parts, with names; a single part is returned unchanged.
     pub(crate) fn elements(&self, cx: &mut Cx, base: &str) -> Vec<(String, PartForm)> {
         let Some(array) = &self.array else {
             return vec![(base.to_string(), self.clone())];
@@ -80,7 +80,7 @@ impl PartForm {
     }
 }
 
-/// The entries of `more` over those of `map`.
+/// Overrides the entries of `map` by those of `more`.
 fn merge(map: &mut Located, more: &Located) {
     for (key, value) in entries(more) {
         set(map, std::slice::from_ref(key), value);

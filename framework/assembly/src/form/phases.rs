@@ -1,4 +1,4 @@
-//! Phases of a simulation: each is the file with an overlay on it.
+//! Phases of a simulation: each is the file with an overlay.
 //!
 //! ```ron
 //! start: "stacked",
@@ -7,8 +7,8 @@
 //!     "apart": (bodies: {"upper": (parent: "world", hinge: Free)}, remove: ["Spring"]),
 //! }
 //! ```
-//! Bodies, parts and the like are laid over those of the same name, field by field; wires are added; other
-//! fields are replaced. `like` builds on another phase. What is removed takes its wires along.
+//! Bodies, parts and similar entries override those with the same name, field by field; wires are added; other fields are replaced. `like` builds on
+//! another phase. Removing a part removes its wires.
 use crate::form::assembly::AssemblyForm;
 use crate::form::settings::{FIXED, MAPS, PhaseForm, may_change, phase_fields};
 use crate::schema::read::{self, fields, list, name, table, text_field};
@@ -18,7 +18,7 @@ use crate::text::value::{Text, entries, set};
 use linkwork_runtime::{Located, Origin, TransitionSpec, Value, remedy};
 use std::collections::BTreeMap;
 
-/// A phase: its name, and the whole file as it is then.
+/// A phase: its name, and the whole file in this phase.
 pub(crate) struct Phase {
     pub name: String,
     pub file: Located,
@@ -26,7 +26,7 @@ pub(crate) struct Phase {
     pub origin: Origin,
 }
 
-/// Takes the phases out of a file, the first one first. Without `phases` the file is its only phase.
+/// Splits a file into its phases, the start phase first. Without `phases`, the file is the only phase.
 pub(crate) fn split(cx: &mut Cx, mut file: Located) -> Vec<Phase> {
     let what = "simulation";
     let start = text_field(cx, &file, "start", what);
@@ -37,7 +37,7 @@ pub(crate) fn split(cx: &mut Cx, mut file: Located) -> Vec<Phase> {
     let Some(written) = written else {
         if let Some(start) = start {
             let message = "simulation: `start` names a phase, but there are no `phases`";
-            cx.fault(start.origin, message, "write `phases: {..}`, or take `start` out");
+            cx.fault(start.origin, message, "write `phases: {..}`, or remove `start`");
         }
         let origin = file.origin;
         return vec![Phase { name: String::new(), file, transitions: Vec::new(), origin }];
@@ -48,7 +48,7 @@ pub(crate) fn split(cx: &mut Cx, mut file: Located) -> Vec<Phase> {
         .collect();
     let names: Vec<&str> = overlays.keys().map(String::as_str).collect();
     if names.is_empty() {
-        cx.fault(written.origin, "`phases` is empty", "write at least one, or take it out");
+        cx.fault(written.origin, "`phases` is empty", "write at least one, or remove it");
     }
     let first = match &start {
         Some(s) if overlays.contains_key(&s.text) => s.text.clone(),
@@ -58,7 +58,7 @@ pub(crate) fn split(cx: &mut Cx, mut file: Located) -> Vec<Phase> {
             names.first().map_or(String::new(), |n| (*n).to_string())
         }
         None => {
-            let message = "simulation: with `phases`, `start` says in which a run begins";
+            let message = "simulation: `phases` requires `start`, the phase in which a run begins";
             cx.fault(written.origin, message, format!("write start: {:?}", names.first()));
             names.first().map_or(String::new(), |n| (*n).to_string())
         }
@@ -89,7 +89,7 @@ fn transitions(cx: &mut Cx, overlay: &Located, phase: &str) -> Vec<TransitionSpe
     out
 }
 
-/// The file with the overlays of a phase and of those that it is like.
+/// Returns the file with the overlays of a phase and of the phases in its `like`.
 fn build(
     cx: &mut Cx,
     file: &Located,
@@ -115,11 +115,15 @@ fn build(
         let names: Vec<&str> = overlays.keys().map(String::as_str).collect();
         if above.contains(&like.text) {
             let ring = format!("{} -> {}", above.join(" -> "), like.text);
-            cx.fault(like.origin, format!("{what}: `like` goes round: {ring}"), "take one out");
+            cx.fault(
+                like.origin,
+                format!("{what}: `like` is circular: {ring}"),
+                "remove one of them",
+            );
         } else if overlays.contains_key(&like.text) {
             base = build(cx, file, overlays, &like.text, above);
         } else {
-            let message = format!("{what}: there is no phase `{}` to be like", like.text);
+            let message = format!("{what}: there is no phase `{}` for `like`", like.text);
             cx.fault(like.origin, message, remedy(&like.text, "phases", &names));
         }
     }
@@ -141,7 +145,7 @@ fn build(
     }
     for (key, value) in entries(overlay) {
         let own = PhaseForm::names().contains(&key.as_str()) || key == "doc";
-        // What a phase cannot say has been refused.
+        // Fields that a phase cannot change have already been rejected.
         if own || !may_change(key) {
             continue;
         }
@@ -150,7 +154,7 @@ fn build(
     base
 }
 
-/// Lays one field of an overlay over the file.
+/// Applies one field of an overlay to the file.
 fn lay(base: &mut Located, key: &str, value: &Located) {
     let path = |names: &[&str]| names.iter().map(|n| (*n).to_string()).collect::<Vec<_>>();
     if ["wires", "connect", "import"].contains(&key) {
@@ -186,7 +190,7 @@ fn lay(base: &mut Located, key: &str, value: &Located) {
     }
 }
 
-/// Takes a named thing out of the file, with the wires of a part.
+/// Removes a named entry from the file, with the wires of a part.
 fn remove(cx: &mut Cx, base: &mut Located, gone: &Text, what: &str) {
     let Value::Map(file) = &mut base.value else { return };
     let mut found = false;
@@ -205,7 +209,7 @@ fn remove(cx: &mut Cx, base: &mut Located, gone: &Text, what: &str) {
         let known: Vec<&str> = known.iter().map(String::as_str).collect();
         let mut help = remedy(&gone.text, "names", &known);
         if gone.text.contains(['.', '/']) {
-            help = "only what the simulation itself names can be removed; parts of an assembly go with it".into();
+            help = "only entries of the simulation itself can be removed; parts of an assembly are removed with it".into();
         }
         let message = format!("{what}: there is no `{}` to remove", gone.text);
         cx.fault(gone.origin, message, help);
@@ -219,7 +223,7 @@ fn remove(cx: &mut Cx, base: &mut Located, gone: &Text, what: &str) {
                 let wire = w.get("wire").unwrap_or(w);
                 !matches!(&wire.value, Value::Text(t) if t.split("->").any(of))
             }),
-            // The other connectors of an entry stay joined.
+            // The other connectors of an entry stay connected.
             "connect" => items.retain_mut(|entry| {
                 let Value::List(ends) = &mut entry.value else { return true };
                 ends.retain(|end| !matches!(&end.value, Value::Text(t) if of(t)));

@@ -1,4 +1,4 @@
-//! What a simulation file says besides its parts: steps, stopping, logs, metrics, plots, view.
+//! Settings of a simulation file: steps, stopping, logs, metrics, plots, view.
 use crate::form::assembly;
 use crate::schema::describe::{Field, Schema};
 use crate::schema::kind::{
@@ -13,55 +13,55 @@ use linkwork_runtime::{Accuracy, Integrator, Located, Origin, Seconds, Value, re
 use linkwork_spatial::Vec3;
 
 record! {
-    /// One rule of what to log.
+    /// One rule of the log.
     #[derive(Clone, Debug, PartialEq)]
     pub struct LogRule: "log rule" {
-        /// Patterns over variable paths; see [`match_patterns`](crate::match_patterns).
+        /// Patterns for variable paths; see [`match_patterns`](crate::match_patterns).
         channels: Vec<Text> = texts().need("write channels: [\"Rover.**\"]"),
         /// Sample period; `None`: every step.
         rate: Option<Seconds> = period().maybe(),
-        /// Only rows of which a value has changed since the last.
+        /// Keep only samples in which a value has changed since the last one.
         on_change: bool = flag().or(false),
-        /// Only rows around events.
+        /// Keep only samples around events.
         around: Option<AroundForm> = of::<AroundForm>().maybe();
         origin
     }
 }
 record! {
-    /// Windows of time around the instants from which a condition holds.
+    /// Windows of time around the instants at which a condition becomes true.
     #[derive(Clone, Debug, PartialEq)]
     pub struct AroundForm: "window of a log" {
-        /// Condition, as those of transitions.
+        /// Condition, as in transitions.
         when: Text = text().need("write when: \"Part.output > 1 N\""),
-        /// From so long ahead of it.
+        /// Length of the window before the instant.
         before: Seconds = period().or(Seconds::ZERO),
-        /// To so long behind it.
+        /// Length of the window after the instant.
         after: Seconds = period().or(Seconds::ZERO);
         origin
     }
 }
-/// Which number of a variable's history a metric is.
+/// The statistic that a metric takes of a variable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Take {
     /// The value at the end.
     Last,
-    /// The least value, with its sign.
+    /// The smallest value, with its sign.
     Min,
     /// The largest value, with its sign.
     Max,
     /// The largest magnitude.
     MaxAbs,
-    /// The largest value less the least.
+    /// The difference between the largest and the smallest value.
     Range,
     /// The mean over time.
     Mean,
-    /// The root of the mean square over time.
+    /// RMS over time.
     Rms,
     /// The standard deviation over time.
     Std,
-    /// The value that the variable is below for this share of the time (%).
+    /// Percentile: the value below which the variable is for this fraction of the time (%).
     Percentile(f64),
-    /// The instant of the least value (s).
+    /// The instant of the smallest value (s).
     TimeOfMin,
     /// The instant of the largest value (s).
     TimeOfMax,
@@ -72,11 +72,11 @@ record! {
     struct MetricForm: "metric" {
         /// Variable.
         of: Option<Text> = text().maybe(),
-        /// Instead of a variable: a condition, as those of transitions; 1 while it holds, 0 while it does not.
+        /// Alternative to a variable: a condition, as in transitions; 1 while it is true, 0 while it is false.
         when: Option<Text> = text().maybe(),
-        /// Of a variable: its value at the first instant at which this condition holds; none where it never does.
+        /// Value of the variable at the first instant at which this condition is true; no value if it never is.
         at: Option<Text> = text().maybe(),
-        /// Which number of its history.
+        /// The statistic.
         take: Take = word(&[
             ("last", Take::Last),
             ("min", Take::Min),
@@ -91,35 +91,35 @@ record! {
             ("time_of_max", Take::TimeOfMax),
             ("time_of_max_abs", Take::TimeOfMaxAbs),
         ]).or(Take::Last),
-        /// Of a percentile: which one (%), from 0 to 100.
+        /// The percentile (%), from 0 to 100.
         percent: Option<f64> = number("").at_least(0.0).maybe(),
-        /// Unit as shown; that of the variable when none is written.
+        /// Displayed unit (default: that of the variable).
         unit: Option<Text> = unit().maybe();
         origin
     }
 }
-/// What a metric looks at.
+/// What a metric observes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MetricOf {
     /// A variable.
     Variable(Text),
-    /// A condition: 1 while it holds, 0 while it does not.
+    /// A condition: 1 while it is true, 0 while it is false.
     Condition(Text),
 }
-/// A number that sums up a run.
+/// A metric: a number that summarizes a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Metric {
     /// Name as shown.
     pub name: String,
-    /// What is looked at.
+    /// What it observes.
     pub of: MetricOf,
-    /// A condition: the number is that of the first instant at which it holds.
+    /// A condition: the metric is the value at the first instant at which it is true.
     pub at: Option<Text>,
     /// Which number.
     pub take: Take,
-    /// Unit as shown; `None`: that of the variable.
+    /// Displayed unit; `None`: that of the variable.
     pub unit: Option<Text>,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
 }
 record! {
@@ -128,26 +128,26 @@ record! {
     pub struct Plot: "plot" {
         /// Title.
         title: String = mapped(text(), |t| t.text, |s| Some(Text::new(s))).or(String::new()),
-        /// Patterns over variable paths.
+        /// Patterns for variable paths.
         of: Vec<Text> = texts().need("write of: [\"Part.output\"]"),
-        /// Unit as shown; `None`: that of the variables.
+        /// Displayed unit (default: that of the variables).
         unit: Option<Text> = unit().maybe();
         origin
     }
 }
-/// How a machine moves that was put on the ground.
+/// Motion of a machine that was placed on the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlaceMotion {
     /// By forces.
     Dynamics,
-    /// It rolls as its wheels turn and lies on the ground as its joints permit; nothing has inertia.
+    /// Kinematic: it rolls as its wheels rotate, and its joints adapt to the ground; no inertia.
     Kinematics,
-    /// Likewise, with wheels that sink in and slip as the ground's law of contact asks, all forces in balance.
+    /// Quasi-static: like kinematic, with wheel sinkage and slip that follow from the ground contact, and all forces in equilibrium.
     QuasiStatic,
 }
 
 impl PlaceMotion {
-    /// How, in words.
+    /// Returns its name.
     pub fn words(self) -> &'static str {
         match self {
             PlaceMotion::Dynamics => "by forces",
@@ -157,7 +157,7 @@ impl PlaceMotion {
     }
 }
 record! {
-    /// Where a machine is put on the ground.
+    /// Placement of a machine on the ground.
     #[derive(Clone, Debug, PartialEq)]
     pub struct PlacementForm: "place" {
         /// The free root body.
@@ -166,52 +166,52 @@ record! {
         at: [f64; 2] = numbers::<2>("m").need("write `at: [x, y]` in m"),
         /// Heading about the vertical (rad).
         heading: f64 = number("rad").turn().or(0.0),
-        /// Bodies that stand on the ground, by patterns; each axle is its body's y axis.
+        /// Wheels on the ground, by patterns; each axle is its body's y axis.
         wheels: Vec<Text> = texts().need("write `wheels: [\"Rover.Hardware.Wheels.*/wheel\"]`"),
         /// Radius of the wheels (m).
         radius: f64 = number("m").positive().need("write `radius: \"0.25 m\"`"),
         /// Bodies whose hinges adapt to the ground, by patterns.
         joints: Vec<Text> = texts().or(Vec::new()),
-        /// How it moves from there: by forces, by kinematics alone, or such that forces balance at each instant.
+        /// Motion: by forces, kinematic, or quasi-static.
         motion: PlaceMotion = word(&[
             ("dynamics", PlaceMotion::Dynamics),
             ("kinematics", PlaceMotion::Kinematics),
             ("quasi_static", PlaceMotion::QuasiStatic),
         ]).or(PlaceMotion::Dynamics),
-        /// Path of the terrain, when there are several.
+        /// Path of the terrain, if there are several.
         terrain: Option<Text> = text().maybe();
         origin
     }
 }
 record! {
-    /// What a viewer shows beside the bodies.
+    /// What a viewer shows in addition to the bodies.
     #[derive(Clone, Debug, PartialEq)]
     pub struct ViewForm: "view" {
-        /// Time between rows that are sent; 1/30 s when none is written.
+        /// Sample period (default: 1/30 s).
         rate: Option<Seconds> = period().maybe(),
-        /// The body that the eye follows; the first free one when neither this nor `eye` is written.
+        /// The body that the camera follows (default, without `eye`: the first free body).
         follow: Option<Text> = text().maybe(),
-        /// Where the eye stands, from that body, or in W without one (m).
+        /// Position of the camera relative to that body, or in W without one (m).
         eye: Option<Vec3> = vector("m").maybe(),
-        /// Bodies whose paths are drawn, by patterns.
+        /// Bodies with a trail, by patterns.
         trails: Vec<Text> = texts().or(Vec::new()),
-        /// Nodes whose axes are drawn, by patterns.
+        /// Nodes with visible axes, by patterns.
         frames: Vec<Text> = texts().or(Vec::new()),
-        /// Vectors that are drawn.
+        /// Vectors that are drawn as arrows.
         arrows: Vec<ArrowForm> = list_of(of::<ArrowForm>()).or(Vec::new()),
-        /// Lines that are drawn between two points: risers, bridles, tethers.
+        /// Lines between two points: risers, bridles, tethers.
         lines: Vec<LineForm> = list_of(of::<LineForm>()).or(Vec::new()),
         /// Jets of engines and thrusters.
         plumes: Vec<PlumeForm> = list_of(of::<PlumeForm>()).or(Vec::new()),
-        /// `PART.PARAMETER` that is a list of [x, y].
+        /// Labelled points: `PART.PARAMETER` that is a list of [x, y].
         markers: Option<Text> = text().maybe(),
-        /// Colour of the sky; dark grey when none is written.
+        /// Colour of the sky (default: dark grey).
         sky: Option<[f64; 4]> = color().maybe(),
-        /// Colour of the ground, lighter where it is high; that of Mars when none is written.
+        /// Colour of the ground, lighter at larger heights (default: that of Mars).
         ground: Option<[f64; 4]> = color().maybe(),
-        /// Colour of the planet that is drawn where W is a site on one, or has a radius here.
+        /// Colour of the planet, which is drawn if W is a site or `planet_radius` is given.
         planet: Option<[f64; 4]> = color().maybe(),
-        /// Radius of a planet about the origin of W, where W is no site (m).
+        /// Radius of a planet about the origin of W, if W is not a site (m).
         planet_radius: Option<f64> = number("m").positive().maybe();
         origin
     }
@@ -220,11 +220,11 @@ record! {
     /// Vectors of a view.
     #[derive(Clone, Debug, PartialEq)]
     pub struct ArrowForm: "arrow" {
-        /// Pattern of the vectors at whose ends arrows begin.
+        /// Pattern of the points at which arrows begin.
         at: Text = text().need("write `at: \"Part.point\"`"),
-        /// Pattern of the vectors that they show.
+        /// Pattern of the displayed vectors.
         along: Text = text().need("write `along: \"Part.force\"`"),
-        /// Length for one unit of the vector (m).
+        /// Length per unit of the vector (m).
         scale: f64 = number("").or(1.0),
         /// Red, green, blue, opacity.
         color: Option<[f64; 4]> = color().maybe();
@@ -235,12 +235,12 @@ record! {
     /// Lines of a view.
     #[derive(Clone, Debug, PartialEq)]
     pub struct LineForm: "line" {
-        /// Pattern of the nodes, bodies, or vectors (of points in W) at which they begin.
+        /// Pattern of the start points: nodes, bodies, or vectors (points in W).
         from: Text = text().need("write `from: \"stage/hub\"`"),
-        /// Pattern of those at which they end; as many, or one.
+        /// Pattern of the end points; an equal number, or one.
         to: Text = text().need("write `to: \"rover/hook*\"`"),
-        /// Pattern of the variables that are above zero while they pull, each dimmed while its own is not; as many, or
-        /// one. Without it they are bright always.
+        /// Pattern of variables that are positive while a line is taut; a line is dimmed while its variable is not. An equal number, or one. Default:
+        /// always bright.
         pull: Option<Text> = text().maybe(),
         /// Red, green, blue, opacity.
         color: Option<[f64; 4]> = color().maybe();
@@ -251,11 +251,11 @@ record! {
     /// Jets of a view.
     #[derive(Clone, Debug, PartialEq)]
     pub struct PlumeForm: "plume" {
-        /// Pattern of the nodes of the nozzles; their z is against the jet.
+        /// Pattern of the nodes of the nozzles; their z axis is opposite to the jet.
         at: Text = text().need("write `at: \"stage/engine*\"`"),
-        /// Pattern of the variables that say how strong each is: throttle or thrust; as many, or one.
+        /// Pattern of the variables of the jets' strength: throttle or thrust; an equal number, or one.
         by: Text = text().need("write `by: \"Engine*.thrust\"`"),
-        /// Length for one unit of the variable (m).
+        /// Length per unit of the variable (m).
         scale: f64 = number("").or(1.0),
         /// Red, green, blue, opacity.
         color: Option<[f64; 4]> = color().maybe();
@@ -264,9 +264,9 @@ record! {
 }
 record! {
     struct AccuracyForm: "accuracy" {
-        /// Part of the size of a state.
+        /// Relative to the size of a state.
         relative: f64 = number("").at_least(0.0).or(Accuracy::default().relative),
-        /// In the unit of the state.
+        /// Absolute, in the unit of the state.
         absolute: f64 = number("").at_least(0.0).or(Accuracy::default().absolute),
         /// Longest step.
         step_max: Option<Seconds> = period().maybe(),
@@ -275,48 +275,48 @@ record! {
     }
 }
 record! {
-    /// The fields of a simulation that an assembly has not.
+    /// The fields of a simulation that an assembly does not have.
     pub(crate) struct SettingsForm: "settings" {
-        /// Assembly file that is the whole machine, in short.
+        /// Short form: assembly file of the whole machine.
         assembly: Option<Text> = text().maybe(),
-        /// Time between rows: of logs, of sampled parts, of contact.
+        /// Time between ticks: of logs, sampled parts and contact.
         step: Seconds = period().or(Seconds { num: 1, den: 1000 }),
-        /// How it is integrated between rows.
+        /// Integrator between ticks.
         integrator: Option<Located> = raw(|| Schema::Words(Integrator::ALL.iter().map(|i| i.0).collect())).maybe(),
-        /// Errors that adaptive steps may make, or `"fixed"`.
+        /// Tolerances of adaptive steps, or `"fixed"`.
         accuracy: Option<Located> = raw(|| Schema::Any(vec![Schema::Words(vec!["fixed"]), AccuracyForm::describe()])).maybe(),
-        /// When the run ends.
+        /// End time of the run.
         until: Option<Seconds> = period().maybe(),
         /// Variable that ends the run when it becomes true.
         stop_when: Option<Text> = text().maybe(),
-        /// Seed of all noise: a whole number, above 9e15 in quotes.
+        /// Seed of all noise: an integer, in quotes above 9e15.
         seed: Option<Located> = raw(|| Schema::Any(vec![Schema::Whole { low: 0.0, high: 9e15 }, Schema::Text])).maybe(),
         /// Path of the gravity service, or `none`.
         gravity: Option<Text> = text().maybe(),
         /// Path of the mechanism as a part.
         mechanism: Option<Text> = text().maybe(),
-        /// Puts a machine on the ground, or several: a list.
+        /// Placement of a machine on the ground, or a list for several machines.
         place: Vec<PlacementForm> = places().or(Vec::new()),
-        /// What to log.
+        /// Rules of the log.
         log: Vec<LogRule> = list_of(of::<LogRule>()).or(Vec::new()),
-        /// What a viewer shows.
+        /// Scene of the viewer.
         view: Option<ViewForm> = of::<ViewForm>().maybe(),
-        /// Numbers that sum up a run.
+        /// Metrics: numbers that summarize a run.
         metrics: Option<Located> = raw(|| table_of(of::<MetricForm>()).describe()).maybe(),
-        /// Whether a run keeps balances of energy, mass and charge.
+        /// Whether balances of energy, mass and charge are computed.
         balance: bool = flag().or(true),
         /// Plots over time.
         plots: Vec<Plot> = list_of(of::<Plot>()).or(Vec::new()),
-        /// The text needs no other file.
+        /// The text does not need other files.
         resolved: Option<Located> = raw(|| Schema::Flag).maybe(),
-        /// Phases, each the file with an overlay on it.
+        /// Phases; each is the file with an overlay.
         phases: Option<Located> = raw(phases_schema).maybe(),
         /// The phase in which a run begins.
         start: Option<Text> = text().maybe(),
     }
 }
 
-/// One machine, or a list of them.
+/// Reads one machine, or a list of machines.
 fn places() -> impl Kind<Of = Vec<PlacementForm>> {
     let only =
         |all: &Vec<PlacementForm>| if let [one] = &all[..] { Some(one.clone()) } else { None };
@@ -332,7 +332,7 @@ pub struct Settings {
     pub step: Seconds,
     /// Integrator.
     pub integrator: Integrator,
-    /// Adaptive steps between rows; `None`: steps of the size of `step`.
+    /// Adaptive steps between ticks; `None`: fixed steps of the size `step`.
     pub accuracy: Option<Accuracy>,
     /// Seed of all noise.
     pub seed: u64,
@@ -344,22 +344,22 @@ pub struct Settings {
     pub until: Option<Seconds>,
     /// Variable that stops the run when it becomes true.
     pub stop_when: Option<Text>,
-    /// Machines that are put on the ground, one after the other.
+    /// Machines that are placed on the ground, one after the other.
     pub place: Vec<PlacementForm>,
-    /// What a viewer shows.
+    /// Scene of the viewer.
     pub view: Option<ViewForm>,
-    /// What to log.
+    /// Rules of the log.
     pub log: Vec<LogRule>,
-    /// Numbers that sum up a run, by name.
+    /// Metrics, by name.
     pub metrics: Vec<Metric>,
-    /// Whether a run keeps balances of energy, mass and charge.
+    /// Whether balances of energy, mass and charge are computed.
     pub balance: bool,
     /// Plots.
     pub plots: Vec<Plot>,
 }
 
 impl Settings {
-    /// Every pattern of variables in it: of logs, plots, metrics, arrows, lines, jets. Conditions are not patterns.
+    /// Returns all patterns of variables: of logs, plots, metrics, arrows, lines, jets. Conditions are not patterns.
     #[must_use]
     pub fn patterns(&self) -> Vec<Text> {
         let mut all: Vec<Text> = Vec::new();
@@ -378,38 +378,38 @@ impl Settings {
     }
 }
 
-/// All fields of a simulation.
+/// Returns the names of all fields of a simulation.
 pub(crate) fn all_fields() -> Vec<&'static str> {
     let of_assembly = assembly::AssemblyForm::names().into_iter().filter(|f| *f != "mounts");
     of_assembly.chain(SettingsForm::names()).collect()
 }
 
-/// The same in the schema.
+/// Returns all fields of a simulation for the schema.
 pub(crate) fn schema_fields() -> Vec<Field> {
     let of_assembly = assembly::AssemblyForm::fields().into_iter().filter(|f| f.name != "mounts");
     of_assembly.chain(SettingsForm::fields()).collect()
 }
 
 record! {
-    /// What only phases have.
+    /// Fields that only phases have.
     pub(crate) struct PhaseForm: "phase" {
-        /// Phase → the condition on which the run goes there.
+        /// Transitions: target phase → condition.
         to: Option<Located> = raw(|| table_of(text()).describe()).maybe(),
-        /// Names of bodies, parts, loops, couplings, colliders that are gone.
+        /// Names of bodies, parts, loops, couplings, colliders that are removed.
         remove: Option<Located> = raw(|| list_of(text()).describe()).maybe(),
-        /// The phase that this one begins from, instead of the file.
+        /// The phase on which this one is based, instead of the file.
         like: Option<Text> = text().maybe(),
-        /// It replaces all of the machine (resolved texts).
+        /// It replaces the whole machine (in resolved texts).
         whole: Option<Located> = raw(|| Schema::Flag).maybe(),
     }
 }
 
-/// `phases` in the schema.
+/// Returns the schema of `phases`.
 fn phases_schema() -> Schema {
     Schema::Table(Box::new(Schema::Record("phase", || {
         let mut fields = schema_fields();
         fields.retain(|f| may_change(f.name));
-        // What is laid over something has not all of its fields.
+        // Entries of an overlay need not be complete.
         for f in fields.iter_mut().filter(|f| MAPS.contains(&f.name)) {
             f.schema = Schema::Table(Box::new(Schema::Any(Vec::new())));
         }
@@ -436,17 +436,17 @@ pub(crate) const FIXED: [&str; 15] = [
     "start",
     "world",
 ];
-/// Maps of things with names.
+/// Fields that are maps of named entries.
 pub(crate) const MAPS: [&str; 7] =
     ["bodies", "parts", "loops", "couplings", "colliders", "params", "exports"];
 
-/// Fields that a phase may have.
+/// Returns the fields that a phase may have.
 pub(crate) fn phase_fields() -> Vec<&'static str> {
     let all = all_fields().into_iter().chain(PhaseForm::names());
     all.filter(|f| !FIXED.contains(f) && *f != "resolved").collect()
 }
 
-/// Whether a phase may say this.
+/// Returns whether a phase may change a field.
 pub(crate) fn may_change(field: &str) -> bool {
     phase_fields().contains(&field)
 }
@@ -508,7 +508,7 @@ fn integrator(cx: &mut Cx, v: &Located) -> Integrator {
     }
 }
 
-/// `(relative: 1e-9, absolute: 1e-9, step_max: "10 s", of: {"Body.position.*": 1e-3})`, or `fixed`.
+/// Reads `(relative: 1e-9, absolute: 1e-9, step_max: "10 s", of: {"Body.position.*": 1e-3})`, or `fixed`.
 fn accuracy(cx: &mut Cx, v: &Located, integrator: Integrator, at: &At<'_>) -> Option<Accuracy> {
     if plain_word(v) == Some("fixed") {
         return None;
@@ -519,7 +519,7 @@ fn accuracy(cx: &mut Cx, v: &Located, integrator: Integrator, at: &At<'_>) -> Op
         cx.fault(
             v.origin,
             format!("{}: this integrator has no error estimate", at.what),
-            format!("choose one that has: {}", names.join(", ")),
+            format!("choose one with an error estimate: {}", names.join(", ")),
         );
         return None;
     }
@@ -532,7 +532,7 @@ fn accuracy(cx: &mut Cx, v: &Located, integrator: Integrator, at: &At<'_>) -> Op
     })
 }
 
-/// A whole number; as a text when it has more digits than a double holds.
+/// Reads an integer, as text if a double cannot represent it.
 fn seed(cx: &mut Cx, v: &Located) -> Option<u64> {
     let seed = match &v.value {
         Value::Number(x) if x.fract() == 0.0 && (0.0..=9e15).contains(x) => Some(*x as u64),
@@ -540,7 +540,7 @@ fn seed(cx: &mut Cx, v: &Located) -> Option<u64> {
         _ => None,
     };
     if seed.is_none() {
-        let help = "write a whole number; above 9e15 in quotes: \"18446744073709551615\"";
+        let help = "write an integer, in quotes above 9e15: \"18446744073709551615\"";
         cx.fault(v.origin, format!("simulation: `{}` is not a seed", inline(&v.value)), help);
     }
     seed
@@ -557,40 +557,40 @@ fn metrics(cx: &mut Cx, v: &Located) -> Vec<Metric> {
             (Take::Percentile(_), _) => {
                 let fact = match percent {
                     Some(percent) => format!("{}: a percentile of {percent} %", at.what),
-                    None => format!("{}: which percentile is not written", at.what),
+                    None => format!("{}: `percent` is missing", at.what),
                 };
                 cx.fault(origin, fact, "write `percent`, from 0 to 100: percent: 95");
                 continue;
             }
             (take, None) => take,
             (_, Some(_)) => {
-                let fact = format!("{}: `percent` is of a percentile", at.what);
-                cx.fault(origin, fact, "write take: \"percentile\", or take `percent` out");
+                let fact = format!("{}: `percent` requires take: \"percentile\"", at.what);
+                cx.fault(origin, fact, "write take: \"percentile\", or remove `percent`");
                 continue;
             }
         };
         if first.is_some() && take != Take::Last {
-            let fact = format!("{}: `at` gives one value, of which nothing can be taken", at.what);
-            cx.fault(origin, fact, "leave `take` out, or `at`");
+            let fact = format!("{}: `at` selects one value, so `take` is not allowed", at.what);
+            cx.fault(origin, fact, "remove `take` or `at`");
             continue;
         }
         let of = match (of, when) {
             (Some(of), None) => MetricOf::Variable(of),
             (None, Some(when)) => {
                 if let Some(unit) = &unit {
-                    let fact = format!("{}: a condition has no unit", at.what);
-                    cx.fault(unit.origin, fact, "take `unit` out: it is 1 or 0");
+                    let fact = format!("{}: a condition does not have a unit", at.what);
+                    cx.fault(unit.origin, fact, "remove `unit`: the value is 1 or 0");
                 }
                 if let Some(first) = &first {
-                    let fact = format!("{}: `at` is of a variable", at.what);
-                    cx.fault(first.origin, fact, "write one condition, with `and` in it");
+                    let fact = format!("{}: `at` requires a variable", at.what);
+                    cx.fault(first.origin, fact, "combine the conditions with `and`");
                 }
                 MetricOf::Condition(when)
             }
             (both, _) => {
                 let fact = match both {
-                    Some(_) => "it is of a variable and of a condition",
-                    None => "it is of nothing",
+                    Some(_) => "it has both a variable and a condition",
+                    None => "it lacks a variable or a condition",
                 };
                 let help = "write of: \"Part.output\", or when: \"Part.output > 1 N\"";
                 cx.fault(origin, format!("{}: {fact}", at.what), help);

@@ -1,17 +1,17 @@
-//! `stowed: (..)` as written.
+//! `stowed: (..)` as written in a file.
 use crate::schema::kind::{flag, text};
 use crate::schema::record::{Presence, of, record};
 use crate::text::value::Text;
 use linkwork_spatial::Pose;
 
 record! {
-    /// Where an assembly is stowed as cargo.
+    /// Placement of an assembly as cargo.
     pub(crate) struct StowedForm: "stowed" {
-        /// The body or node that carries it, looked up as the parent of a body.
+        /// The body or node that carries it, resolved like the parent of a body.
         on: Option<Text> = text().maybe(),
-        /// Pose on it of the body that otherwise hangs on the world.
+        /// Pose of the assembly's root body on it.
         at: Pose = of::<Pose>().or(Pose::identity()),
-        /// Nothing carries it: its bodies stay where they are, at rest, every hinge as it stands.
+        /// No body carries it: its bodies stay at their poses, at rest, with all hinges fixed.
         held: bool = flag().or(false),
     }
 }

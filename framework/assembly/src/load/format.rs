@@ -6,9 +6,9 @@ use crate::machine::sidecar;
 use crate::schema::describe::{Parameters, Schema, document};
 use crate::schema::record::Record;
 
-/// The JSON Schema (draft 2020-12) of the files that this crate reads: `Simulation(..)`, `Assembly(..)`, `SideCar(..)`,
-/// as serde would write their RON in JSON: `(a: 1)` is an object, `Name` is `"Name"`, `Name(x)` is `{ "Name": x }`.
-/// Numbers have their unit in the description; what parameters a model takes, the catalogue says.
+/// Returns the JSON Schema (draft 2020-12) of the files that this crate reads: `Simulation(..)`, `Assembly(..)`, `SideCar(..)`, for JSON as serde
+/// would write their RON: `(a: 1)` is an object, `Name` is `"Name"`, `Name(x)` is `{ "Name": x }`. Units of numbers are in the descriptions; the
+/// catalogue describes the parameters of models.
 #[must_use]
 pub fn schema() -> serde_json::Value {
     let simulation = Schema::Record("simulation", settings::schema_fields);

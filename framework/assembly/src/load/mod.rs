@@ -1,4 +1,4 @@
-//! Loading: a file or text to a flat `Spec` and everything else that a simulation says.
+//! Loading: a file or text is converted to a flat `Spec` and the settings of the simulation.
 mod format;
 mod place;
 mod resolved;
@@ -39,25 +39,25 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What loading needs besides the text.
+/// Context of loading.
 #[derive(Clone)]
 pub struct Options<'a> {
     /// Models and services.
     pub catalogue: &'a Catalogue,
     /// Assemblies in the program: path → text.
     pub embedded: Arc<BTreeMap<String, String>>,
-    /// Folders in which files are looked for after the folder of the file that names them.
+    /// Folders in which files are searched, after the folder of the file that uses them.
     pub search: Vec<PathBuf>,
-    /// `PATH=VALUE`: parameters set from outside; the last one wins.
+    /// `PATH=VALUE`: overrides from outside; the last one wins.
     pub overrides: Vec<String>,
     /// Replaces the seed of the file.
     pub seed: Option<u64>,
-    /// Texts that other loads have parsed, or will: the same value comes out, sooner.
+    /// Cache of parsed texts that several loads share; it does not affect the result.
     pub parsed: Option<Arc<Parsed>>,
 }
 
 impl<'a> Options<'a> {
-    /// Nothing but a catalogue.
+    /// Options with only a catalogue.
     pub fn new(catalogue: &'a Catalogue) -> Self {
         Options {
             catalogue,
@@ -69,14 +69,14 @@ impl<'a> Options<'a> {
         }
     }
 
-    /// With an embedded assembly.
+    /// Adds an embedded assembly.
     #[must_use]
     pub fn embed(mut self, path: impl Into<String>, text: impl Into<String>) -> Self {
         Arc::make_mut(&mut self.embedded).insert(path.into(), text.into());
         self
     }
 
-    /// With a parameter set from outside: `Rover.Motor.resistance=0.7 ohm`.
+    /// Adds an override from outside: `Rover.Motor.resistance=0.7 ohm`.
     #[must_use]
     pub fn set(mut self, path_value: impl Into<String>) -> Self {
         self.overrides.push(path_value.into());
@@ -84,37 +84,36 @@ impl<'a> Options<'a> {
     }
 }
 
-/// A simulation, ready for `compile`.
+/// A loaded simulation, for `compile`.
 #[derive(Clone)]
 pub struct Loaded {
-    /// Parts, wires, bindings, mechanism: of the phase in which a run begins.
+    /// Parts, wires, bindings and mechanism of the phase in which a run begins.
     pub spec: Spec,
-    /// All phases, that one first; a simulation without phases is its only one.
+    /// All phases, the start phase first; a simulation without phases has one.
     pub phases: Vec<PhaseSpec>,
     /// Everything else.
     pub simulation: Settings,
-    /// Shapes of the bodies, to be seen: of the phase in which a run begins.
+    /// Visual shapes of the bodies in the phase in which a run begins.
     pub shapes: Vec<BodyShape>,
-    /// Ground that collides and that no shape stands for.
+    /// Colliding ground without a visual shape.
     pub grounds: Vec<BodyShape>,
-    /// The same of each phase, in the order of `phases`.
+    /// Visual shapes of each phase, in the order of `phases`.
     pub phase_shapes: Vec<Vec<BodyShape>>,
-    /// Shapes that collide, for queries too; nothing touches unless `contact` is written.
+    /// Collision shapes, also for queries; contact also needs `contact`.
     pub colliders: Option<Arc<Colliders>>,
-    /// Where the first of them is written.
+    /// Position of the first collision shape in the file.
     pub(crate) collides: Option<Origin>,
-    /// Imported files, with what of them is left out or was ignored.
+    /// Imported files, and what was omitted or ignored of them.
     pub imports: Vec<Import>,
     /// The assembly tree.
     pub tree: TreeNode,
-    /// The texts that origins point into.
+    /// The texts to which origins refer.
     pub sources: Sources,
-    /// One RON text with everything included, expanded and overridden: it loads to the same
-    /// `spec` without any other file.
+    /// One RON text with everything included, expanded and overridden: it loads to the same `spec` without other files.
     pub resolved: Resolved,
     /// Warnings about integrators that contact by impulses replaces.
     pub(crate) replaced: Vec<Fault>,
-    /// Files that parameters name and no folder has may be among these texts.
+    /// Embedded texts for files in parameters that are not in any folder.
     pub(crate) embedded: Arc<BTreeMap<String, String>>,
 }
 
@@ -122,7 +121,7 @@ impl Loaded {
     /// Compiles all phases.
     ///
     /// # Errors
-    /// Every fault of every phase.
+    /// All faults of all phases.
     pub fn compile(
         &self,
         catalogue: &Catalogue,
@@ -132,7 +131,7 @@ impl Loaded {
         linkwork_runtime::compile_program(&self.phases, catalogue, &files)
     }
 
-    /// Mesh files that no viewer can show, each once. A file that is not there is an error of its own where it is named.
+    /// Returns a fault for each mesh file that viewers cannot show. Missing files are reported where they are used.
     fn unreadable_meshes(&self) -> Vec<Fault> {
         let mut seen = std::collections::BTreeSet::new();
         let files = self.shapes.iter().filter_map(|s| match &s.shape {
@@ -144,20 +143,20 @@ impl Loaded {
             let why = (seen.insert(file) && path.is_file()).then(|| mesh_corners(path).err());
             let fact = format!("the mesh `{file}` of `{body}` cannot be shown: {}", why??);
             let help =
-                "meshes are STL, OBJ, COLLADA, glTF or MSH files; the simulation runs without it";
+                "supported meshes are STL, OBJ, COLLADA, glTF and MSH files; the simulation runs without it";
             Some(Fault::new(Origin::NONE, fact).help(help))
         });
         unread.collect()
     }
 
-    /// What imported files say and the simulation does not do, told at the `import` that brought it; integrators that
-    /// contact replaces; mesh files that cannot be shown; shapes that pass through the world because of a hinge; and shapes that collide while no phase has contact.
+    /// Returns warnings about unsupported content of imported files, reported at their `import`; integrators that contact replaces; mesh files that
+    /// cannot be shown; shapes that do not collide with the world because of a hinge; and collision shapes without `contact` in any phase.
     #[must_use]
     pub fn warnings(&self) -> Vec<Fault> {
         let mut all: Vec<Fault> = self.imports.iter().flat_map(Import::warnings).collect();
         all.extend(self.replaced.iter().cloned());
         all.extend(self.unreadable_meshes());
-        // What passes through in one phase and meets in another is meant.
+        // A shape that passes through the world in one phase but collides in another is intended.
         let machines = || self.phases.iter().filter_map(|p| p.spec.mechanism());
         let passing = machines().flat_map(MechanismSpec::passing);
         for found in passing.filter(|f| !machines().any(|m| m.meets(&f.colliders))) {
@@ -175,14 +174,13 @@ impl Loaded {
         {
             let n = colliders.len();
             let fact = format!(
-                "{n} {} and nothing touches: there is no `contact`",
+                "{n} {}, but there is no `contact`, so nothing collides",
                 match n {
                     1 => "shape collides",
                     _ => "shapes collide",
                 }
             );
-            let help =
-                "write `contact: ()` in the simulation, or take `collide` and `colliders` out";
+            let help = "write `contact: ()` in the simulation, or remove `collide` and `colliders`";
             all.push(Fault::new(origin, fact).help(help));
         }
         all
@@ -192,7 +190,7 @@ impl Loaded {
 /// Loads a simulation or an assembly from a file, or from the embedded texts.
 ///
 /// # Errors
-/// Everything that is wrong, at once.
+/// All mistakes.
 pub fn load_file(path: impl AsRef<Path>, options: &Options<'_>) -> Result<Loaded, Failure> {
     let path = path.as_ref();
     let name = path.display().to_string();
@@ -216,19 +214,18 @@ pub fn load_file(path: impl AsRef<Path>, options: &Options<'_>) -> Result<Loaded
     }
 }
 
-/// Loads a simulation or an assembly from a text; its neighbours are the embedded ones.
+/// Loads a simulation or an assembly from a text; other files are the embedded ones.
 ///
 /// # Errors
-/// Everything that is wrong, at once.
+/// All mistakes.
 pub fn load_text(name: &str, text: &str, options: &Options<'_>) -> Result<Loaded, Failure> {
     load(name, text.to_string(), Home::Embedded(String::new()), options)
 }
 
-/// Reads a text in the notation of these files, whatever it says: other programs have files of their own kind. The
-/// sources are those that the places in the value point into.
+/// Reads any text in RON, for file formats of other programs. The positions in the value refer to the returned sources.
 ///
 /// # Errors
-/// What is not RON, and keys that are written twice.
+/// Syntax errors, and duplicate keys.
 pub fn read_value(name: &str, text: &str) -> Result<(Located, Sources), Failure> {
     let mut cx = Cx::default();
     let file = cx.sources.add(name, text);
@@ -248,7 +245,7 @@ fn load(name: &str, text: String, home: Home, options: &Options<'_>) -> Result<L
             Ok(loaded)
         }
         _ => {
-            // Phases share most of a file: what is wrong in several of them is told once.
+            // Phases share most of a file, so equal mistakes in several phases are reported once.
             let mut told = std::collections::BTreeSet::new();
             let faults = std::mem::take(&mut cx.faults);
             let faults = faults.into_iter();
@@ -259,7 +256,7 @@ fn load(name: &str, text: String, home: Home, options: &Options<'_>) -> Result<L
     }
 }
 
-/// `rovers/rocker_bogie.ron` → `RockerBogie`.
+/// Converts `rovers/rocker_bogie.ron` to `RockerBogie`.
 fn camel(name: &str) -> String {
     let stem = name.rsplit('/').next().unwrap_or(name);
     let stem = stem.strip_suffix(".ron").unwrap_or(stem);
@@ -292,7 +289,7 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
             return None;
         }
     };
-    // In a resolved text parameters of assemblies are gone.
+    // A resolved text has no parameters of assemblies.
     let remark = is_resolved(&inner).then_some(RESOLVED);
     if kind == "Assembly" {
         let mut unmatched = Vec::new();
@@ -334,7 +331,7 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
     };
     let specs = compiled.iter().enumerate().map(|(k, (name, loaded, _, transitions, origin))| {
         let mut spec = loaded.spec.clone();
-        // Where a later phase begins, bodies are where they are.
+        // When a later phase begins, the bodies keep their positions.
         if let (Some(mechanism), true) = (spec.mechanism_mut(), k > 0) {
             mechanism.kept = Kept::default();
         }
@@ -349,14 +346,14 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
     let phases = specs.collect();
     let mut replaced: Vec<Fault> =
         compiled.iter().flat_map(|(_, loaded, ..)| loaded.replaced.iter().cloned()).collect();
-    // Phases share what none of them changes.
+    // Phases share data that none of them changes.
     replaced.dedup();
     let phase_shapes = compiled.iter().map(|(_, loaded, ..)| loaded.shapes.clone()).collect();
     let (_, loaded, ..) = compiled.into_iter().next()?;
     Some(Loaded { phases, phase_shapes, replaced, resolved: Resolved::new(resolved), ..loaded })
 }
 
-/// The conditions that a run watches in every phase: `stop_when`.
+/// The conditions that every phase checks during a run: `stop_when`.
 fn watches(file: &Settings) -> Vec<WatchSpec> {
     let stop = file.stop_when.iter().map(|when| WatchSpec {
         of: "stop_when".to_string(),
@@ -366,8 +363,8 @@ fn watches(file: &Settings) -> Vec<WatchSpec> {
     stop.collect()
 }
 
-/// Faults for overrides from outside that name nothing in any of so many phases, or a parameter that the model of some
-/// phase has not; each in the words of the phase that has most of its path, with a remark where it leads to no model.
+/// Reports overrides from outside that match nothing in any phase, and parameters that the model of a phase does not have. Each message is that of
+/// the phase that has most of the path.
 fn tell_unmatched(
     cx: &mut Cx,
     unmatched: Vec<Unmatched>,
@@ -380,7 +377,7 @@ fn tell_unmatched(
     }
     let wrong = |all: &Vec<Unmatched>| all.len() == phases || all.iter().any(|u| u.has_model);
     for all in by_path.into_values().filter(wrong) {
-        // The first of those that are alike.
+        // The first of those with the greatest depth.
         let deepest = all.into_iter().rev().max_by_key(|one| one.depth);
         cx.faults.extend(deepest.map(|mut one| {
             if let (Some(remark), false, Some(help)) = (remark, one.has_model, &mut one.fault.help)
@@ -392,16 +389,16 @@ fn tell_unmatched(
     }
 }
 
-/// What overrides cannot name in a resolved text.
-const RESOLVED: &str = "this text is resolved: it holds what became of the parameters of assemblies and of the simulation, and \
-                        not these. They are set where the file is loaded that has them: `linkwork fork CHECKPOINT --sim SIM --set PATH=VALUE`";
+/// The reason why overrides do not reach parameters of a resolved text.
+const RESOLVED: &str = "this text is resolved: it holds the results, not the parameters of assemblies and of the simulation. \
+                        To change parameters, load the original file: `linkwork fork CHECKPOINT --sim SIM --set PATH=VALUE`";
 
-/// Whether a simulation's fields are those of a resolved text.
+/// Whether the fields of a simulation are those of a resolved text.
 fn is_resolved(fields: &Located) -> bool {
     fields.get("resolved").is_some_and(|r| r.value == Value::Bool(true))
 }
 
-/// One phase, which does not stand among `phases` yet; what it is in full.
+/// One complete phase, before it is added to `phases`.
 fn single(
     cx: &mut Cx,
     name: &str,
@@ -416,7 +413,7 @@ fn single(
     if kind == "Assembly" {
         let (home, own) = files.of_fields(cx, &mut inner, name, &home)?;
         let part_name = own.name.clone().unwrap_or_else(|| camel(name));
-        // On its own, an assembly hangs on the world.
+        // Without a simulation, an assembly is attached to the world.
         let mounts = own.mounts.keys().map(|m| (m.clone(), Value::Text("world".into()).into()));
         let mounts: Located = Value::Map(mounts.collect()).into();
         files.own = Some((name.to_string(), home, own));
@@ -446,7 +443,7 @@ fn single(
     assemble(cx, &holder, inner, (home, files), (&outer, unmatched), options)
 }
 
-/// Overrides from the command line: settings go into the file's map, the rest is returned.
+/// Overrides from the command line: settings are inserted into the map of the file, the others are returned.
 fn outside(
     cx: &mut Cx,
     settings: &mut Located,
@@ -455,7 +452,7 @@ fn outside(
 ) -> Vec<(Text, Located)> {
     let mut out = Vec::new();
     for written in overrides {
-        // One text for all phases, so that a mistake in it is one mistake.
+        // All phases share one text, so that a mistake in it is one mistake.
         let known = cx.sources.files.iter().position(|(n, text)| n == "--set" && text == written);
         let file = known.map_or_else(|| cx.sources.add("--set", written.clone()), |k| k as u32);
         let Some((path, value)) = written.split_once('=') else {
@@ -488,7 +485,7 @@ fn outside(
     out
 }
 
-/// Places of values that stand for a parameter that was refused.
+/// Positions of the values of rejected parameters.
 fn unknown(v: &Located, places: &mut Vec<Origin>) {
     match &v.value {
         Value::List(items) => items.iter().for_each(|i| unknown(i, places)),
@@ -499,7 +496,7 @@ fn unknown(v: &Located, places: &mut Vec<Origin>) {
     }
 }
 
-/// Returns a warning when contact by impulses steps the mechanism instead of the integrator that is written.
+/// Returns a warning when contact by impulses advances the mechanism instead of the chosen integrator.
 fn replaced(simulation: &Settings, origin: Origin) -> Option<Fault> {
     let names = Integrator::ALL;
     let (name, _) = names.iter().find(|(_, i)| *i == simulation.integrator)?;
@@ -507,13 +504,13 @@ fn replaced(simulation: &Settings, origin: Origin) -> Option<Fault> {
         return None;
     }
     let fact = format!(
-        "`integrator: {name}` does not move the bodies: with `contact` they advance by semi-implicit Euler, once in a step; the other states are integrated by {name}"
+        "`integrator: {name}` does not move the bodies: with `contact` they advance by semi-implicit Euler, once per step; the other states are integrated by {name}"
     );
-    let help = "write `compliant: true` in `contact`, which is integrated like all else, or `integrator: semi_implicit_euler`";
+    let help = "write `compliant: true` in `contact`, which the integrator handles, or `integrator: semi_implicit_euler`";
     Some(Fault::new(origin, fact).help(help))
 }
 
-/// A value from the command line: RON, or else the text itself (`0.7 ohm`, `rk4`).
+/// A value from the command line: RON, or otherwise the text itself (`0.7 ohm`, `rk4`).
 fn plain_value(text: &str, origin: Origin) -> Located {
     fn at(v: Located, origin: Origin) -> Located {
         let value = match v.value {
@@ -586,12 +583,12 @@ fn assemble(
     };
     let wires = wiring.wires(cx);
     if !cx.faults.is_empty() {
-        // What the models say of their parameters belongs into the same report.
+        // Errors of models about their parameters belong to the same report.
         let files = files_of_parts;
         let spec = Spec { parts, ..Spec::default() };
         let mut more = linkwork_runtime::check_parts(&spec, options.catalogue, &files);
         more.extend(misspelt(&simulation.patterns(), &spec, options.catalogue, &files));
-        // But not what only follows from a fault at the same place.
+        // Except consequences of a fault at the same position.
         let touches = |a: Origin, b: Origin| a.file == b.file && a.start < b.end && b.start < a.end;
         let mut told: Vec<Origin> = cx.faults.iter().map(|f| f.origin).collect();
         spec.parts.iter().for_each(|p| unknown(&p.params, &mut told));
@@ -614,7 +611,7 @@ fn assemble(
         binds,
         host: mechanism.spec.map(|mut m| {
             if kinematic.is_some() {
-                // Nothing touches anything: machines go where their wheels roll.
+                // Without contact, machines follow their rolling wheels.
                 (m.contact, m.compliant) = (None, None);
             }
             m.kinematic = kinematic;

@@ -1,4 +1,4 @@
-//! `place`: putting a compiled machine on its ground.
+//! `place`: placement of a compiled machine on its ground.
 use crate::form::settings::{PlaceMotion, PlacementForm};
 use crate::text::patterns::path_matches;
 use crate::text::value::Text;
@@ -9,10 +9,10 @@ use linkwork_runtime::{
 };
 use linkwork_solvers::Vehicle;
 
-/// Puts machines on their ground: all until their wheels just touch, then all until they rest. Names may hold `*`.
+/// Places machines on their ground: first until their wheels just touch, then until they rest. Names may contain `*`.
 ///
 /// # Errors
-/// The first mistake in the names, or why a machine cannot be put down.
+/// The first mistake in the names, or the reason why a machine cannot be placed.
 pub fn place_machines(plan: &mut Plan, places: &[PlacementForm]) -> Result<(), Fault> {
     let mut put = Vec::new();
     for place in places {
@@ -27,7 +27,7 @@ pub fn place_machines(plan: &mut Plan, places: &[PlacementForm]) -> Result<(), F
     Ok(())
 }
 
-/// Names of the bodies that patterns match.
+/// Returns the names of the bodies that patterns match.
 fn expand(mb: &Multibody, patterns: &[Text]) -> Result<Vec<String>, Fault> {
     let names: Vec<&str> = mb.bodies().iter().map(|b| b.name()).collect();
     let mut out = Vec::new();
@@ -43,10 +43,10 @@ fn expand(mb: &Multibody, patterns: &[Text]) -> Result<Vec<String>, Fault> {
     Ok(out)
 }
 
-/// The machines that move without inertia, when `place` says so: by kinematics, or quasi-static.
+/// Returns the machines that move without inertia according to `place`: kinematic or quasi-static.
 ///
 /// # Errors
-/// Names that match nothing, machines of both kinds, several terrains.
+/// Names without a match, machines of both kinds, several terrains.
 pub(super) fn kinematic(
     places: &[PlacementForm],
     mb: &Multibody,
@@ -56,15 +56,16 @@ pub(super) fn kinematic(
     };
     if let Some(other) = places.iter().find(|p| p.motion != first.motion) {
         let [one, this] = [first, other].map(|p| p.motion.words());
-        let message = format!("`place`: one machine moves {one} and this one {this}");
-        let help = "write the same `motion` for all of a simulation's machines";
+        let message = format!("`place`: one machine moves {one}, but this one {this}");
+        let help = "write the same `motion` for all machines of a simulation";
         return Err(Fault::new(other.origin, message).help(help));
     }
     let mut vehicles = Vec::new();
     for place in places {
         if place.terrain != first.terrain {
-            let message = "`place`: machines that move without inertia drive on one terrain";
-            return Err(Fault::new(place.origin, message).help("name the same `terrain` for all"));
+            let message =
+                "`place`: machines that move without inertia must drive on the same terrain";
+            return Err(Fault::new(place.origin, message).help("write the same `terrain` for all"));
         }
         let find = |name: &str| mb.body(name);
         let Some(root) = find(&place.body.text) else {
@@ -89,7 +90,7 @@ pub(super) fn kinematic(
 fn touching(plan: &mut Plan, place: &PlacementForm) -> Result<Placed, Fault> {
     let mb = plan.mechanism().map(|m| m.multibody.clone()).ok_or_else(|| {
         Fault::new(place.origin, "`place`: there are no bodies")
-            .help("take `place` out, or give the simulation a machine")
+            .help("remove `place`, or add a machine to the simulation")
     })?;
     let terrain = place.terrain.as_ref();
     let handle: Handle<dyn Terrain> =
@@ -109,7 +110,7 @@ fn touching(plan: &mut Plan, place: &PlacementForm) -> Result<Placed, Fault> {
         .map_err(|e| Fault::new(place.origin, format!("`place`: {}", e.message)).help(e.help))
 }
 
-/// `Rover.Wheels.Wheel1/wheel` with the slash as one more dot, for patterns.
+/// Returns `Rover.Wheels.Wheel1/wheel` with a dot in place of the slash, for patterns.
 pub fn dotted(path: &str) -> String {
     path.replace('/', ".")
 }

@@ -1,4 +1,4 @@
-//! One RON text that loads to the same `Spec` without any other file, for logs and checkpoints.
+//! One RON text that loads to the same `Spec` without other files, for logs and checkpoints.
 use crate::body::{modes::modes, solid};
 use crate::expand::instance::{Instance, ItemInst, ModelInst, Node};
 use crate::form::settings::may_change;
@@ -15,8 +15,8 @@ use std::fmt;
 use std::ops::Deref;
 use std::sync::OnceLock;
 
-/// One RON text with everything included, expanded and overridden: it loads to the same specification without any
-/// other file. It is printed when it is first read: of most runs of a campaign nobody ever does.
+/// One RON text with everything included, expanded and overridden: it loads to the same specification without other files. It is printed on demand,
+/// because most runs of a campaign never need it.
 #[derive(Clone, Debug)]
 pub struct Resolved {
     value: Value,
@@ -59,7 +59,7 @@ fn text(t: impl Into<String>) -> Located {
     Value::Text(t.into()).into()
 }
 
-/// Everything expanded: no includes, parameters, mounts, arrays or overrides are left.
+/// Returns everything expanded: without includes, parameters, mounts, arrays or overrides.
 pub(crate) fn value(
     root: Instance,
     files: &Files<'_>,
@@ -112,7 +112,7 @@ pub(crate) fn value(
     Value::Null
 }
 
-/// The first phase with all phases in it, each in full.
+/// Returns the first phase with all phases in it, each complete.
 pub(crate) fn with_phases(phases: &[(&str, &Value, &Vec<TransitionSpec>)]) -> Value {
     let Some((first, value, _)) = phases.first() else { return Value::Null };
     let fields = |v: &Value| match v {
@@ -225,7 +225,7 @@ impl Printer<'_> {
         map(out)
     }
 
-    /// Shapes with meshes by the path at which they were found, and what collides without files.
+    /// Returns shapes with meshes by their resolved paths, and collision shapes without files.
     fn shapes(&self, body: &str, v: &Located, home: &Home) -> Located {
         let mut out = self.meshes(v, home);
         let Value::List(items) = &mut out.value else { return out };
@@ -243,7 +243,7 @@ impl Printer<'_> {
         out
     }
 
-    /// A standing collider without files.
+    /// Returns a separate collider without files.
     fn collider(&self, full: &str, item: &ItemInst) -> Located {
         let mut out = item.fields.clone();
         if let Some(on) = self.told.on.get(full) {
@@ -256,7 +256,7 @@ impl Printer<'_> {
         out
     }
 
-    /// Mesh files by the path at which they were found.
+    /// Replaces mesh files by their resolved paths.
     fn meshes(&self, v: &Located, home: &Home) -> Located {
         let value = match &v.value {
             Value::List(items) => Value::List(items.iter().map(|i| self.meshes(i, home)).collect()),
@@ -279,12 +279,12 @@ impl Printer<'_> {
     }
 }
 
-/// True for a hull or mesh out of a file.
+/// Returns true for a hull or mesh from a file.
 fn from_file(v: &Located) -> bool {
     matches!(&v.value, Value::Variant(_, inner) if inner.get("file").is_some())
 }
 
-/// Puts the fine or coarse geometry in, where it came out of a file.
+/// Inserts the fine or coarse geometry, if it comes from a file.
 fn geometry(fields: &mut Located, spec: &ColliderSpec, [fine, coarse]: [bool; 2]) {
     if fine {
         set(fields, &["shape".into()], &solid::value(&spec.fine).into());

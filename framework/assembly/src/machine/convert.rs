@@ -1,4 +1,4 @@
-//! A description of a mechanism as an assembly: the same bodies in RON, to every digit.
+//! Conversion of a description of a mechanism to an assembly: the same bodies in RON, in full precision.
 use crate::body::{hinge::hinge, initial, modes::modes};
 use crate::form::assembly::{Assembly, ItemForm};
 use crate::machine::devices;
@@ -14,19 +14,19 @@ use linkwork_multibody::{BodySpec, NodeSpec, SubhingeKind};
 use linkwork_runtime::{Located, Origin, Value};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// An assembly made from a description.
+/// An assembly converted from a description.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Converted {
     /// The assembly: [`Assembly::to_ron`] is its text.
     pub assembly: Assembly,
-    /// What a description may hold and an assembly may not, a line each.
+    /// Parts of the description that an assembly does not support, one line each.
     pub left_out: Vec<String>,
-    /// Name in the description → name in the assembly. They differ where the first has characters that
-    /// mean something in a reference, or is `NAME/..` already.
+    /// Name in the description → name in the assembly. They differ if the first contains characters with a meaning in references, or already begins
+    /// with `NAME/`.
     pub bodies: BTreeMap<String, String>,
 }
 
-/// Whether collision shapes come along.
+/// Whether collision shapes are converted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Collide {
     On,
@@ -34,15 +34,15 @@ pub(crate) enum Collide {
 }
 
 impl Assembly {
-    /// The bodies, nodes, shapes, loops, couplings and devices of a description as an assembly of this name. Loaded on its own, it
-    /// gives the description's mechanism bit for bit, its bodies, loops and couplings named `NAME/..`.
+    /// Returns the bodies, nodes, shapes, loops, couplings and devices of a description as an assembly with this name. Loaded alone, its mechanism is
+    /// bit-identical to that of the description, with bodies, loops and couplings named `NAME/..`.
     #[must_use]
     pub fn from_description(name: &str, d: &Description) -> Converted {
         convert(name, d, Collide::On)
     }
 }
 
-/// The same, with or without collision shapes.
+/// Like [`from_description`], with or without collision shapes.
 pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converted {
     let mut left_out = Vec::new();
     let bodies = local_names(name, d);
@@ -74,7 +74,7 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
             .collect();
         push(&mut out, "shapes", Value::List(shapes));
         if let Some(i) = initial.get(spec.name.as_str()) {
-            // The reference of the file: where the machine is closed, it follows what somebody writes over it.
+            // The reference configuration of the file. Where the machine has closed loops, it is approximate, so that it follows explicit values.
             let free = spec.hinge.subhinges.iter().any(|s| s.kind == SubhingeKind::Free);
             let closed = !d.builder.loops().is_empty() || !d.builder.couplings().is_empty();
             push(&mut out, "initial", initial::value(&spec.hinge, &i.q, closed && !free));
@@ -124,7 +124,7 @@ fn item(fields: Vec<(String, Located)>) -> ItemForm {
     ItemForm { fields: Value::Map(fields).into(), origin: Origin::NONE }
 }
 
-/// A name of its own among those of loops and couplings.
+/// Returns a unique name among those of loops and couplings.
 fn own_name(name: &str, written: &str, taken: &mut BTreeSet<String>) -> String {
     let short = written.strip_prefix(&format!("{name}/")).unwrap_or(written);
     let out = plain(short, |n| taken.contains(n));
@@ -132,7 +132,7 @@ fn own_name(name: &str, written: &str, taken: &mut BTreeSet<String>) -> String {
     out
 }
 
-/// Loops of the builder, and those that stand beside it.
+/// Returns the loops of the builder, and the separate ones.
 fn loops(
     name: &str,
     d: &Description,
@@ -154,7 +154,7 @@ fn loops(
     }
 }
 
-/// Couplings of the builder, and those that stand beside it.
+/// Returns the couplings of the builder, and the separate ones.
 fn couplings(
     name: &str,
     d: &Description,
@@ -167,7 +167,7 @@ fn couplings(
     for c in d.builder.couplings().iter().chain(&d.couplings) {
         let term = |t: &Term| (devices::coordinate(&t.coordinate, &specs, bodies), t.factor);
         let terms: Vec<(String, f64)> = c.terms.iter().map(term).collect();
-        // A map is read in the order of bodies and subhinges; a list keeps its own.
+        // A map is read in the order of bodies and subhinges; a list keeps its order.
         let place = |t: &Term| (bodies.get(&t.coordinate.body), t.coordinate.subhinge);
         let written = match c.terms.is_sorted_by(|a, b| place(a) < place(b)) {
             true => {
@@ -191,7 +191,7 @@ fn couplings(
     }
 }
 
-/// Collision shapes of the world as colliders.
+/// Adds collision shapes of the world as colliders.
 fn on_world(d: &Description, groups: &Groups, assembly: &mut Assembly, left_out: &mut Vec<String>) {
     let shapes = d.shapes.iter().enumerate();
     for (k, s) in shapes.filter(|(_, s)| s.body == "world" && s.role != ShapeRole::Visual) {
@@ -209,19 +209,19 @@ fn on_world(d: &Description, groups: &Groups, assembly: &mut Assembly, left_out:
     }
 }
 
-/// Groups of colliders that a description needs besides `default`.
+/// Largest number of collision groups of a description in addition to `default`.
 const GROUPS: usize = 126;
 
-/// The groups in which the collision shapes of a description are and which they meet.
+/// The collision groups of the shapes of a description.
 struct Groups {
     classes: CollisionClasses,
     /// The group of each class.
     names: Vec<String>,
-    /// Whether each class meets shapes from outside the file, which have the usual filter.
+    /// Whether each class collides with shapes from outside the file, which have the default filter.
     outside: Vec<bool>,
 }
 
-/// The groups of one shape; empty: `default`, and it meets all.
+/// The groups of one shape; empty: `default`, and it collides with all.
 #[derive(Default)]
 struct ShapeGroups {
     group: Option<String>,
@@ -246,7 +246,7 @@ impl Groups {
         }
         if names.len() > GROUPS {
             left_out.push(format!(
-                "bit masks of {} kinds of collision shapes ({GROUPS} are the most): all meet",
+                "bit masks of {} kinds of collision shapes (the limit is {GROUPS}): all of them collide",
                 names.len()
             ));
             return Self { classes, names: Vec::new(), outside: Vec::new() };
@@ -258,7 +258,7 @@ impl Groups {
     /// The groups of a shape of the description.
     fn of(&self, shape: usize) -> ShapeGroups {
         if self.names.len() < 2 {
-            return ShapeGroups::default(); // one class: all meet
+            return ShapeGroups::default(); // one class: all collide
         }
         let class = self.classes.of[shape];
         let used = |k: &&usize| **k > 0 || self.outside[class];
@@ -272,7 +272,7 @@ impl Groups {
     }
 }
 
-/// The fields that a colliding shape writes: its surface and its groups.
+/// Returns the fields of a colliding shape: its surface and its groups.
 fn surface_of(s: &BodyShape, groups: &ShapeGroups) -> Vec<(String, Located)> {
     let mut out = Vec::new();
     let texts =
@@ -281,7 +281,7 @@ fn surface_of(s: &BodyShape, groups: &ShapeGroups) -> Vec<(String, Located)> {
         push(&mut out, "group", Value::Text(group.clone()));
     }
     if let Some(meets) = &groups.meets {
-        // An empty list is written, too: the shape meets nothing.
+        // An empty list is written, too: the shape does not collide with anything.
         out.push(("meets".into(), texts(meets).into()));
     }
     for (field, x) in [
@@ -302,7 +302,7 @@ fn local_names(name: &str, d: &Description) -> BTreeMap<String, String> {
     let mut taken: BTreeSet<String> = BTreeSet::new();
     let prefix = format!("{name}/");
     let short = |n: &str| n.strip_prefix(&prefix).unwrap_or(n).to_owned();
-    // Names that can stay come first, so that nothing takes them.
+    // Names that need no change are assigned first, so that they stay available.
     let mut names: Vec<&str> = d.builder.bodies().iter().map(|b| b.name.as_str()).collect();
     names.sort_by_key(|n| (plain(&short(n), |_| false) != short(n), *n));
     for n in names {
@@ -338,19 +338,19 @@ fn nodes(spec: &BodySpec, local: &str, name: &str, all: &[&NodeSpec]) -> Vec<(St
     out
 }
 
-/// Why a shape cannot be taken; `None` for a mesh whose file is not there.
+/// Returns why a shape cannot be converted; `None` for a mesh whose file does not exist.
 fn unusable(geometry: &Geometry) -> Option<String> {
     Some(match geometry {
         Geometry::Mesh { path: None, .. } => return None,
         Geometry::Mesh { file, scale, .. } => {
             format!("mesh `{file}` with the scale {scale:?}, which mirrors or flattens it")
         }
-        Geometry::Plane { .. } => "plane that nothing meets".into(),
-        _ => "its sizes are not all above 0".into(),
+        Geometry::Plane { .. } => "plane without collisions".into(),
+        _ => "its sizes are not all positive".into(),
     })
 }
 
-/// A shape as an assembly writes it; `None`, and a line in `left_out`, for one that it cannot hold.
+/// Returns a shape in the form of an assembly; `None`, and a line in `left_out`, if it is not supported.
 fn shape(
     s: &BodyShape,
     meshes: CollisionMeshes,
@@ -381,7 +381,7 @@ fn shape(
         Geometry::Mesh { path: Some(path), scale: [x, y, z], file }
             if (x == y && y == z) || *x * *y * *z > 0.0 =>
         {
-            // A mesh that is only shown is reported by the warnings of a loaded simulation.
+            // An unreadable visual mesh is reported by the warnings of a loaded simulation.
             let hull = collides && meshes == CollisionMeshes::Hulls;
             let corners = if collides { mesh_corners(path) } else { Ok(Vec::new()) };
             let corners = corners.and_then(|corners| match hull.then(|| hull_surface(&corners)) {
@@ -402,7 +402,7 @@ fn shape(
         _ => None,
     };
     let Some(solid) = solid else {
-        // A mesh file that is not there is told by the reader.
+        // A missing mesh file is reported by the reader.
         if let Some(why) = unusable(&s.geometry) {
             left_out.push(format!("shape of `{}`: {why}", s.body));
         }

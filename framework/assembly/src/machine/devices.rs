@@ -8,7 +8,7 @@ use linkwork_multibody::BodySpec;
 use linkwork_runtime::{Located, Origin, Value};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The names that references of parts take.
+/// Names for the references of parts.
 pub(crate) struct Names<'a> {
     /// Body in the description → body of the assembly.
     pub bodies: &'a BTreeMap<String, String>,
@@ -16,7 +16,7 @@ pub(crate) struct Names<'a> {
     pub nodes: &'a BTreeMap<String, String>,
 }
 
-/// Adds the parts and exports of all devices; what cannot be added is a line in `left_out`.
+/// Adds the parts and exports of all devices; unsupported ones are lines in `left_out`.
 pub(crate) fn add(
     d: &Description,
     names: &Names<'_>,
@@ -26,7 +26,7 @@ pub(crate) fn add(
     let specs: BTreeMap<&str, &BodySpec> =
         d.builder.bodies().iter().map(|b| (b.name.as_str(), b)).collect();
     let of_bodies: BTreeSet<&str> = names.bodies.values().map(String::as_str).collect();
-    // Actuators keep their names before tendons and sensors.
+    // Actuators keep their names; tendons and sensors are renamed after conflicts.
     let mut order: Vec<&Device> = d.devices.iter().collect();
     order.sort_by_key(|device| match device.kind {
         DeviceKind::Actuator(_) => 0,
@@ -35,7 +35,7 @@ pub(crate) fn add(
     });
     let mut found: BTreeMap<(&str, bool), String> = BTreeMap::new();
     for device in order {
-        // Variables of parts and of bodies have paths of one form.
+        // Paths of parts and bodies must differ, because their variables have paths of the same form.
         let taken = |n: &str| {
             assembly.parts.contains_key(n)
                 || assembly.exports.contains_key(n)
@@ -94,7 +94,7 @@ fn text(t: String) -> Located {
     Value::Text(t).into()
 }
 
-/// `link` or `link[1]`: the coordinate of a term.
+/// Returns `link` or `link[1]`: the coordinate of a term.
 pub(crate) fn coordinate(
     at: &HingeCoordinate,
     specs: &BTreeMap<&str, &BodySpec>,
@@ -107,7 +107,7 @@ pub(crate) fn coordinate(
     if one { local.clone() } else { format!("{local}[{before}]") }
 }
 
-/// Parameters of a length, and what it binds; terms of one coordinate are added. `None`: a site is not there.
+/// Returns the parameters and bindings of a length; terms of the same coordinate are added. `None`: a site does not exist.
 fn length(l: &Length, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> Option<Fields> {
     let (mut params, mut bind) = (Vec::new(), Vec::new());
     match l {
@@ -137,7 +137,7 @@ fn length(l: &Length, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> O
     Some((params, bind))
 }
 
-/// The binding of a frame.
+/// Returns the binding of a frame.
 fn frame(f: &DeviceFrame, names: &Names<'_>) -> Option<Located> {
     let at = match f {
         DeviceFrame::Body(b) => names.bodies.get(b),

@@ -1,8 +1,7 @@
 //! `import: (file: "leo.urdf", root: Free)`: the bodies of a URDF, MJCF or SDF file in an assembly.
 //!
-//! The file's bodies become bodies of the assembly as if they had been written there: they can be bound,
-//! overridden and hung upon by their names. So do its couplings and loops, and its collision shapes when they are asked for. Its actuators,
-//! tendons and sensors become parts.
+//! The file's bodies become bodies of the assembly as if they were written there: parts can bind to them by name, and they can be overridden and used
+//! as parents. Its couplings and loops, and optionally its collision shapes, are imported, too. Its actuators, tendons and sensors become parts.
 use crate::form::assembly::{Assembly, ItemForm};
 use crate::form::import::{ImportCheck, ImportForm, Kept};
 use crate::machine::convert::{self, Collide};
@@ -19,47 +18,47 @@ use linkwork_spatial::Pose;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// A file that an assembly imports, as it was read, and with the list of what was ignored.
+/// A file that an assembly imports, with the list of ignored elements.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Import {
-    /// Path of the assembly; empty at the top.
+    /// Path of the assembly; empty at the top level.
     pub path: String,
     /// The file.
     pub file: String,
-    /// What it says, side-car included.
+    /// Its description, including the companion file.
     pub description: Description,
-    /// What of it is not in the assembly, a line each.
+    /// Elements that are not in the assembly, one line each.
     pub left_out: Vec<String>,
     /// Body in the file → full name in the mechanism.
     pub bodies: BTreeMap<String, String>,
-    /// Where the import is written.
+    /// Position of the import in the file.
     pub origin: Origin,
 }
 
 impl Import {
-    /// What of the file is not in the assembly or was not used by the reader, and what was read though no body has it.
+    /// Returns warnings about elements of the file that were not used, and about inertias that no rigid body can have.
     pub fn warnings(&self) -> impl Iterator<Item = Fault> {
         [self.unused(), self.doubtful()].into_iter().flatten()
     }
 
-    /// Mass properties that no body has and that were read all the same.
+    /// Returns a warning about mass properties that no rigid body can have.
     fn doubtful(&self) -> Option<Fault> {
         let lines = &self.description.doubtful;
         let first: Vec<String> = lines.iter().take(SHOWN).map(ToString::to_string).collect();
         let more = lines.len().saturating_sub(SHOWN);
         let more = if more > 0 { format!("\n    and {more} more") } else { String::new() };
         let text = format!(
-            "`{}` has mass properties that no body has:\n    {}{more}",
+            "`{}` has mass properties that no rigid body can have:\n    {}{more}",
             self.file,
             first.join("\n    ")
         );
-        let help = "correct the file; `inertia_check: Physical` in the import refuses it, and `PositiveMoments` \
-                    says that rotors are lumped into it";
+        let help = "correct the file; `inertia_check: Physical` in the import rejects it, and `PositiveMoments` \
+                    accepts it, for data with lumped rotors";
         (!lines.is_empty()).then(|| Fault::new(self.origin, text).help(help))
     }
 
-    /// What of the file is not in the assembly, and what the reader did not use: a line for each kind of thing, with
-    /// its first places.
+    /// Returns a warning about elements of the file that are not in the assembly or that the reader ignored: a line per kind, with its first
+    /// positions.
     fn unused(&self) -> Option<Fault> {
         let mut kinds: BTreeMap<String, Vec<String>> = BTreeMap::new();
         for line in &self.left_out {
@@ -73,7 +72,7 @@ impl Import {
         if kinds.is_empty() {
             return None;
         }
-        let mut text = format!("of `{}` is not used:", self.file);
+        let mut text = format!("elements of `{}` that are not used:", self.file);
         for (what, places) in kinds {
             let mut first: Vec<&str> = places.iter().map(String::as_str).collect();
             first.retain(|p| !p.is_empty());
@@ -85,19 +84,19 @@ impl Import {
                 text += &format!(" and {more} more");
             }
         }
-        let help = "the simulation runs without it: write what matters of it in the assembly or in the side-car, or \
-                    take it out of the file";
+        let help = "the simulation runs without them: write the important ones in the assembly or in the companion file, or \
+                    remove them from the file";
         Some(Fault::new(self.origin, text).help(help))
     }
 }
 
-/// Places that a warning names.
+/// Number of positions in a warning.
 const SHOWN: usize = 3;
 
-/// Reads a URDF, MJCF or SDF file and the side-car beside it (`robot.linkwork.ron` for `robot.urdf`), if there is one.
+/// Reads a URDF, MJCF or SDF file, and its companion file (`robot.linkwork.ron` for `robot.urdf`), if there is one.
 ///
 /// # Errors
-/// Everything that is wrong with the file, or with the side-car.
+/// All mistakes in the file or in the companion file.
 pub fn read_machine(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Description, Failure> {
     let (path, mut cx) = (path.as_ref(), Cx::default());
     let read = linkwork_formats::read_file(path, options);
@@ -133,7 +132,7 @@ fn side_car(cx: &mut Cx, origin: Origin, path: &Path, d: &mut Description) {
     }
 }
 
-/// The assembly with the bodies, loops, couplings and colliders of its imports beside its own.
+/// Returns the assembly together with the bodies, loops, couplings and colliders of its imports.
 pub(crate) fn with_imports(
     cx: &mut Cx,
     files: &Files<'_>,
@@ -161,9 +160,8 @@ pub(crate) fn with_imports(
         for (kind, forms, all) in kinds {
             for (name, form) in forms {
                 if all.insert(name.clone(), form).is_some() {
-                    let message =
-                        format!("the import has a {kind} `{name}`, which is there already");
-                    cx.fault(item.origin, message, "put the import into a part of its own");
+                    let message = format!("the import has a {kind} `{name}`, which already exists");
+                    cx.fault(item.origin, message, "use a separate part for the import");
                 }
             }
         }
@@ -269,13 +267,13 @@ fn named_side_car(cx: &mut Cx, files: &Files<'_>, name: &Text, home: &Home, d: &
             sidecar::read(cx, &key, &text, d);
         }
         Err(tried) => {
-            let message = format!("`import`: there is no side-car `{}`", name.text);
+            let message = format!("`import`: there is no companion file `{}`", name.text);
             cx.fault(name.origin, message, format!("tried: {}", tried.join(", ")));
         }
     }
 }
 
-/// What is on the world, as `field` says, hangs on the import's `parent`, at its `at`.
+/// Attaches an item on the world, according to `field`, to the import's `parent`, at its `at`.
 fn hang(cx: &mut Cx, import: &ImportForm, (form, field): (&mut ItemForm, &str)) {
     let on_world = matches!(
         form.fields.get(field).map(|p| &p.value),
@@ -306,7 +304,7 @@ fn options(import: &ImportForm, home: &Home) -> ReadOptions {
     out
 }
 
-/// What is named is taken out of the file: couplings, loops, the side-car's wheels.
+/// Removes the selected elements from the description: couplings, loops, wheels of the companion file.
 fn leave_out(import: &ImportForm, d: &mut Description) -> Vec<String> {
     let mut out = Vec::new();
     for kept in &import.leave_out {

@@ -1,6 +1,6 @@
-//! What URDF cannot say, in a RON file beside it: `robot.linkwork.ron`.
+//! Companion files in RON with data that URDF does not support: `robot.linkwork.ron`.
 //!
-//! Joints and links are named as in the file that it stands beside; a name that is not there is an error.
+//! Joints and links have the names of the URDF file. Unknown names are errors.
 use crate::body::hinge::{self, Drive, hinge, slides};
 use crate::body::shapes::{self, shapes};
 use crate::schema::describe::Schema;
@@ -25,7 +25,7 @@ record! {
     struct SideCar: "side-car" {
         /// Documentation.
         doc: Option<Text> = text().maybe(),
-        /// Joint → what its coordinate has beside the file.
+        /// Joint → additional properties of its coordinate.
         joints: Option<Located> = raw(|| table_of(of::<Drive>()).describe()).maybe(),
         /// Couplings by name.
         couplings: Option<Located> = raw(|| table_of(of::<CouplingForm>()).describe()).maybe(),
@@ -33,7 +33,7 @@ record! {
         loops: Option<Located> = raw(|| table_of(of::<LoopForm>()).describe()).maybe(),
         /// Link → its wheel.
         wheels: Option<Located> = raw(|| table_of(of::<WheelForm>()).describe()).maybe(),
-        /// Link → shapes that collide.
+        /// Link → collision shapes.
         contacts: Option<Located> = raw(|| Schema::Table(Box::new(shapes::schema()))).maybe(),
         /// Nodes by name.
         nodes: Option<Located> = raw(|| table_of(of::<(OnLink, Pose)>()).describe()).maybe(),
@@ -45,7 +45,7 @@ record! {
         doc: Option<Text> = text().maybe(),
         /// Joint → factor.
         terms: Vec<(Text, f64)> = table_of(number("")).or(Vec::new()),
-        /// What the sum of factor · coordinate is.
+        /// Value of the sum of factor · coordinate.
         constant: Option<Located> = raw(|| drive_number("rad", "m").describe()).maybe(),
     }
 }
@@ -57,7 +57,7 @@ record! {
         a: Option<(OnLink, Pose)> = of::<(OnLink, Pose)>().wanted("write `a: (body: \"link\", position: [0, 0, 0])`"),
         /// The other end.
         b: Option<(OnLink, Pose)> = of::<(OnLink, Pose)>().wanted("write `b: (body: \"link\", position: [0, 0, 0])`"),
-        /// The motion that it permits.
+        /// The permitted motion.
         hinge: Hinge = hinge().or(Hinge::locked()),
     }
 }
@@ -81,20 +81,20 @@ record! {
         axis: Vec3 = direction().or(Vec3::y()),
         /// Whether it is driven.
         role: WheelRole = word(&[("Driven", WheelRole::Driven), ("Idle", WheelRole::Idle)]).or(WheelRole::Driven),
-        /// Joint that steers it.
+        /// Steering joint.
         steering: Option<Text> = text().maybe(),
     }
 }
 
-/// The side-car in the schema.
+/// Returns the schema of companion files.
 pub(crate) fn schema() -> Schema {
     Schema::Variant("SideCar", Box::new(SideCar::describe()))
 }
 
-/// Reads a `SideCar(..)` text and adds what it says to a description.
+/// Reads a `SideCar(..)` text and adds its data to a description.
 ///
 /// # Errors
-/// Everything that is wrong with it, at once; the description is then only good to be dropped.
+/// All mistakes; the description must not be used after an error.
 pub fn apply_side_car(name: &str, text: &str, d: &mut Description) -> Result<(), Failure> {
     let mut cx = Cx::default();
     read(&mut cx, name, text, d);
@@ -104,7 +104,7 @@ pub fn apply_side_car(name: &str, text: &str, d: &mut Description) -> Result<(),
     Err(Failure { faults: tidy(cx.faults), sources: cx.sources })
 }
 
-/// The same, into the faults of a load that goes on.
+/// Like [`apply_side_car`], with faults added to those of a load.
 pub(crate) fn read(cx: &mut Cx, name: &str, text: &str, d: &mut Description) {
     let file = cx.sources.add(name, text);
     let Some(v) = parse(cx, file) else { return };
@@ -112,7 +112,7 @@ pub(crate) fn read(cx: &mut Cx, name: &str, text: &str, d: &mut Description) {
         Value::Variant(kind, inner) if kind == "SideCar" => &**inner,
         _ => {
             let help = "begin the file with `SideCar(`";
-            cx.fault(v.origin, format!("`{name}` is no side-car"), help);
+            cx.fault(v.origin, format!("`{name}` is not a companion file"), help);
             return;
         }
     };
@@ -142,7 +142,7 @@ pub(crate) fn read(cx: &mut Cx, name: &str, text: &str, d: &mut Description) {
     }
 }
 
-/// The name, if a body has it.
+/// Returns the name if a body has it.
 fn body(
     cx: &mut Cx,
     at: Origin,
@@ -158,7 +158,7 @@ fn body(
     None
 }
 
-/// The coordinate of a joint that has one.
+/// Returns the coordinate of a joint with one degree of freedom.
 fn coordinate(
     cx: &mut Cx,
     at: Origin,
@@ -171,7 +171,7 @@ fn coordinate(
         let movable = d.joints.iter().filter(|j| j.count == 1);
         let known: Vec<&str> = movable.map(|j| j.name.as_str()).collect();
         let fact = match d.joint(name) {
-            Some(_) => format!("{what}: joint `{name}` has no single coordinate"),
+            Some(_) => format!("{what}: joint `{name}` does not have exactly one coordinate"),
             None => format!("{what}: there is no joint `{name}`"),
         };
         cx.fault(at, fact, remedy(name, "joints", &known));
@@ -179,7 +179,7 @@ fn coordinate(
     found
 }
 
-/// `(armature: .., gear: .., limits: (..), stop: (..), damping: .., friction: ..)`.
+/// Applies `(armature: .., gear: .., limits: (..), stop: (..), damping: .., friction: ..)`.
 fn joint(cx: &mut Cx, key: &str, v: &Located, d: &mut Description) {
     let (what, origin) = (format!("joint `{key}`"), cx.key(v));
     fields(cx, v, &what, &Drive::names());
@@ -190,16 +190,24 @@ fn joint(cx: &mut Cx, key: &str, v: &Located, d: &mut Description) {
     let multiple = s.kind.nv() != 1;
     if (s.limits != Limits::NONE && multiple) || !s.limits.is_valid() {
         let place = v.get("limits").map_or(origin, |l| l.origin);
-        let help = "lower below upper, rate and effort not negative, on a joint of one coordinate";
-        cx.fault(place, format!("{what}: the limits cannot be kept"), help);
+        let help = "lower must be below upper, rate and effort not negative, and the joint must have one coordinate";
+        cx.fault(place, format!("{what}: the limits are not valid"), help);
     }
     if !(s.armature >= 0.0) || (s.armature != 0.0 && s.kind == SubhingeKind::Free) {
         let place = v.get("armature").map_or(origin, |l| l.origin);
-        cx.fault(place, format!("{what}: the armature is not usable"), "write 0 or more");
+        cx.fault(
+            place,
+            format!("{what}: the armature is negative or not finite"),
+            "write 0 or more",
+        );
     }
     if s.gear == 0.0 {
         let place = v.get("gear").map_or(origin, |l| l.origin);
-        cx.fault(place, format!("{what}: the gear ratio is 0"), "write turns of the rotor a turn");
+        cx.fault(
+            place,
+            format!("{what}: the gear ratio is 0"),
+            "write revolutions of the rotor per revolution of the joint",
+        );
     }
     for (field, x) in [("damping", s.damping), ("friction", s.friction.force)] {
         if !(x >= 0.0) {
@@ -214,7 +222,7 @@ fn joint(cx: &mut Cx, key: &str, v: &Located, d: &mut Description) {
     }
 }
 
-/// `(terms: { "left": 1, "right": 1 }, constant: 0)`: the sum of factor times coordinate is the constant.
+/// Adds `(terms: { "left": 1, "right": 1 }, constant: 0)`: the sum of factor times coordinate equals the constant.
 fn coupling(cx: &mut Cx, key: &str, v: &Located, d: &Description) -> Option<Coupling> {
     let at = At::new(format!("coupling `{key}`")).origin(cx.key(v));
     let form = CouplingForm::read(cx, v, &at)?;
@@ -229,7 +237,7 @@ fn coupling(cx: &mut Cx, key: &str, v: &Located, d: &Description) -> Option<Coup
         cx.fault(cx.key(v), format!("{} has no `terms`", at.what), help);
         return None;
     }
-    // The unit of the sum, when all terms have one.
+    // The unit of the sum, if all terms have the same unit.
     let lengths = terms.iter().filter(|t| is_slider(d, &t.coordinate)).count();
     let unit = match lengths {
         0 => number("rad"),
@@ -246,7 +254,7 @@ fn is_slider(d: &Description, at: &HingeCoordinate) -> bool {
     s.is_some_and(|s| slides(&s.kind))
 }
 
-/// `(a: (body: .., position: .., rotation: ..), b: (..), hinge: Ball)`.
+/// Adds `(a: (body: .., position: .., rotation: ..), b: (..), hinge: Ball)`.
 fn closure(cx: &mut Cx, key: &str, v: &Located, d: &Description) -> Option<LoopClosure> {
     let at = At::new(format!("loop `{key}`")).origin(cx.key(v));
     let form = LoopForm::read(cx, v, &at)?;
@@ -259,13 +267,13 @@ fn closure(cx: &mut Cx, key: &str, v: &Located, d: &Description) -> Option<LoopC
     Some(LoopClosure { name: key.into(), body_a, frame_a, body_b, frame_b, hinge: form.hinge })
 }
 
-/// The link that is named; `world` is one too.
+/// Returns the named link; `world` is also allowed.
 fn on_link(cx: &mut Cx, on: &OnLink, what: impl Display, d: &Description) -> Option<String> {
     let Text { text, origin } = &on.body;
     if text == "world" { Some(text.clone()) } else { body(cx, *origin, what, text, d) }
 }
 
-/// `(radius: .., width: .., axis: [0, 1, 0], role: Driven, steering: "joint")`.
+/// Adds `(radius: .., width: .., axis: [0, 1, 0], role: Driven, steering: "joint")`.
 fn wheel(cx: &mut Cx, key: &str, v: &Located, d: &Description) -> Option<Wheel> {
     let at = At::new(format!("wheel `{key}`")).origin(cx.key(v));
     let link = body(cx, cx.key(v), "`wheels`", key, d);
@@ -278,7 +286,7 @@ fn wheel(cx: &mut Cx, key: &str, v: &Located, d: &Description) -> Option<Wheel> 
     Some(Wheel { body: link?, axis, radius, width, role, steering })
 }
 
-/// Shapes as those of a body in an assembly, by link.
+/// Adds shapes by link, in the form of the shapes of a body in an assembly.
 fn contacts(cx: &mut Cx, key: &str, v: &Located, d: &mut Description) {
     let Some(link) = body(cx, cx.key(v), "`contacts`", key, d) else { return };
     for s in shapes(cx, v, key, &At::new(key)).shown {
@@ -292,7 +300,7 @@ fn contacts(cx: &mut Cx, key: &str, v: &Located, d: &mut Description) {
             Seen::Shape(Shape::Box { half }) => Geometry::Box { size: (2.0 * half).into() },
             Seen::Shape(Shape::Sphere { radius }) => Geometry::Sphere { radius },
             Seen::Shape(Shape::Ellipsoid { half }) => Geometry::Ellipsoid { radii: half.into() },
-            // A side-car names no other shapes: they have been refused.
+            // Other shapes have already been rejected.
             _ => continue,
         };
         let shape = BodyShape::new(&link, ShapeRole::Contact, s.pose, geometry);
@@ -308,8 +316,8 @@ fn node(cx: &mut Cx, key: &str, v: &Located, d: &mut Description) {
     if let Some(body) = on_link(cx, &on, &what, d) {
         let taken = d.builder.nodes().iter().any(|n| n.name == key);
         if body == "world" || taken {
-            let fact = if taken { "is there already" } else { "is on the world" };
-            cx.fault(origin, format!("{what} {fact}"), "give it another name, or a link");
+            let fact = if taken { "already exists" } else { "is on the world" };
+            cx.fault(origin, format!("{what} {fact}"), "rename it, or use a link");
         } else {
             d.builder.node(key, body, pose);
         }

@@ -1,4 +1,4 @@
-//! What loops, colliders and bindings hang on: bodies, nodes and coordinates by reference.
+//! References of loops, colliders and bindings: bodies, nodes and coordinates.
 use crate::body::Body;
 use crate::expand::instance::Instance;
 use crate::expand::reference::{Target, resolve};
@@ -11,7 +11,7 @@ use std::fmt::Display;
 /// Fact and remedy.
 pub(crate) type Problem = (String, String);
 
-/// `name[k]`: the name and k, 0 when it is not written.
+/// Splits `name[k]` into the name and k (default: 0).
 pub(crate) fn indexed(text: &str) -> Result<(&str, usize), Problem> {
     match text.trim().strip_suffix(']').and_then(|h| h.rsplit_once('[')) {
         Some((name, digits)) => match digits.parse() {
@@ -29,7 +29,7 @@ pub(crate) fn no_world() -> Problem {
     ("the world has neither nodes nor hinges".to_string(), "bind to a body".to_string())
 }
 
-/// `body` or `body[k]`: the body's full name and which of its one-dof coordinates; nothing when it could not be read.
+/// Resolves `body` or `body[k]`: the body's full name and the index among its one-dof coordinates; `None` if it could not be read.
 pub(crate) fn coordinate(
     root: &Instance,
     scope: &str,
@@ -47,17 +47,17 @@ pub(crate) fn coordinate(
     }
 }
 
-/// A body, or a node on one, or the world.
+/// A body, a node on a body, or the world.
 pub(crate) struct Anchor {
     /// Full name, or `world`.
     pub body: String,
-    /// The node's pose, when it is one.
+    /// The node's pose, if it is a node.
     pub node: Option<Pose>,
-    /// How it is named from the top.
+    /// Its reference from the top level.
     pub reference: String,
 }
 
-/// The body or node that a text names; `None` when there is none, which is recorded, or when it could not be read.
+/// Resolves a body or node; `None` if it does not exist (a fault is added) or could not be read.
 pub(crate) fn anchor(
     cx: &mut Cx,
     root: &Instance,
@@ -88,7 +88,7 @@ pub(crate) fn anchor(
 /// Bodies by full name, each with the path of its assembly.
 pub(crate) type Bodies = BTreeMap<String, (Body, String)>;
 
-/// The one-dof coordinate that a text names: body, which of its one-dof coordinates, and which of its subhinges that is.
+/// Resolves a one-dof coordinate: body, index among its one-dof coordinates, and index of the subhinge.
 pub(crate) fn one_dof(
     cx: &mut Cx,
     root: &Instance,
@@ -113,7 +113,7 @@ pub(crate) fn one_dof(
             all.len(),
             index + 1
         );
-        cx.fault(written.origin, message, "name a pin, slider or screw");
+        cx.fault(written.origin, message, "use a pin, slider or screw");
         return None;
     };
     Some((body, index, *subhinge))

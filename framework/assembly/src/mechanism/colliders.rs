@@ -1,4 +1,4 @@
-//! Colliders that stand on their own: those of `colliders`.
+//! Separate colliders, in `colliders`.
 use crate::body::collider::{self, Collider, Surface};
 use crate::body::shapes::BodyShape;
 use crate::body::solid::{colliding, only_collides, seen};
@@ -13,16 +13,16 @@ use linkwork_runtime::Value;
 use linkwork_spatial::Pose;
 use std::collections::BTreeMap;
 
-/// What `colliders` give.
+/// Result of `colliders`.
 #[derive(Default)]
 pub(crate) struct Standing {
     pub colliders: Vec<Collider>,
     pub shapes: Vec<BodyShape>,
-    /// Full name → reference of its body from the top.
+    /// Full name → reference of its body from the top level.
     pub references: BTreeMap<String, String>,
 }
 
-/// Every entry of every `colliders`.
+/// Returns all entries of all `colliders`.
 pub(crate) fn standing(
     cx: &mut Cx,
     root: &Instance,
@@ -53,7 +53,7 @@ fn one(
     let Some((form, surface)) = read else { return };
     let on = form.on.as_ref();
     let found = on.and_then(|on| anchor(cx, root, bodies, (&here.path, on), &at.field("on").what));
-    // A mesh is seen on a body alone: the resolved text holds its triangles and no file.
+    // Mesh files are only shown on bodies, because the resolved text contains the triangles instead of the file.
     let mesh = matches!(&form.shape.value, Value::Variant(kind, _) if kind == "Mesh");
     let shown = form.visible && !mesh && !only_collides(&form.shape);
     let shown = match shown.then(|| seen().read(cx, &form.shape, &at)) {
@@ -67,7 +67,7 @@ fn one(
     out.references.insert(full.into(), found.reference);
     if let Some((shape, turn)) = shown {
         let pose = frame * Pose::rotation(turn);
-        // Names of shapes are unique on their body; those of colliders are everywhere.
+        // Names of shapes are unique on their body; those of colliders must be unique everywhere.
         let (body, color, name) = (found.body.clone(), form.color, full.into());
         out.shapes.push(BodyShape { body, pose, shape, color, name });
     }

@@ -1,4 +1,4 @@
-//! Loops and couplings as written, with their ends found: what `Builder` and the solvers are told.
+//! Loops and couplings with resolved ends, for `Builder` and the solvers.
 //!
 //! ```text
 //! loop       frame of B in frame of A moves as its hinge permits;   frame = node · at
@@ -23,7 +23,7 @@ use linkwork_spatial::Pose;
 use std::collections::BTreeMap;
 use std::fmt::Display;
 
-/// What loops and couplings say beside the mechanism's structure, by full name.
+/// Data of loops and couplings in addition to the mechanism's structure, by full name.
 #[derive(Default)]
 pub(crate) struct Constraints {
     pub constraint_methods: BTreeMap<String, ConstraintMethod>,
@@ -31,11 +31,11 @@ pub(crate) struct Constraints {
     pub closings: BTreeMap<String, Closing>,
     /// The prescribed subhinges of each loop at the start.
     pub motions: BTreeMap<String, Vec<LoopMotion>>,
-    /// Where each is written.
+    /// Positions in the file.
     pub origins: BTreeMap<String, Origin>,
-    /// Pairs of bodies that a loop joins.
+    /// Pairs of bodies that a loop connects.
     pub joined: Vec<[String; 2]>,
-    /// The fields of each with references from the top.
+    /// The fields of each, with references from the top level.
     pub resolved: BTreeMap<String, Located>,
 }
 
@@ -64,7 +64,7 @@ pub(crate) fn read(
             let full = full_name(&here.path, name);
             if here.loops.contains_key(name) {
                 let message = format!("`{full}` is both a loop and a coupling");
-                cx.fault(item.origin, message, "give one of them another name");
+                cx.fault(item.origin, message, "rename one of them");
                 continue;
             }
             out.origins.insert(full.clone(), item.origin);
@@ -76,7 +76,7 @@ pub(crate) fn read(
     out
 }
 
-/// The loop, when both ends and the hinge could be read.
+/// Returns the loop, if both ends and the hinge could be read.
 fn closure(
     cx: &mut Cx,
     root: &Instance,
@@ -110,7 +110,7 @@ fn closure(
     Some(LoopClosure { name: full.into(), body_a, frame_a, body_b, frame_b, hinge })
 }
 
-/// The prescribed subhinges at the start, in the words of a body's `initial`.
+/// Reads the start of the prescribed subhinges, in the form of a body's `initial`.
 fn motions(cx: &mut Cx, v: Option<&Located>, hinge: &Hinge, at: &At<'_>) -> Vec<LoopMotion> {
     let given =
         |s: &&Subhinge| s.coordinate == Coordinate::Prescribed && s.kind != SubhingeKind::Locked;
@@ -118,15 +118,15 @@ fn motions(cx: &mut Cx, v: Option<&Located>, hinge: &Hinge, at: &At<'_>) -> Vec<
     if given.subhinges.is_empty() {
         if let Some(v) = v {
             let message =
-                format!("{}: `initial` is for prescribed subhinges, and it has none", at.what);
-            let help = "write `prescribed: true` in a slider or pin of its hinge; what is free \
-                        follows from the bodies' own `initial`";
+                format!("{}: `initial` is for prescribed subhinges, but there are none", at.what);
+            let help = "write `prescribed: true` in a slider or pin of its hinge; free coordinates \
+                        follow from the `initial` of the bodies";
             cx.fault(v.origin, message, help);
         }
         return Vec::new();
     }
     if given.subhinges.iter().any(|s| s.kind.nv() != 1) {
-        // The builder says what can be prescribed.
+        // The builder checks which subhinges can be prescribed.
         return Vec::new();
     }
     let (q, rates, _) = initial::read(cx, v, &given, &at.field("initial"));
@@ -134,14 +134,14 @@ fn motions(cx: &mut Cx, v: Option<&Located>, hinge: &Hinge, at: &At<'_>) -> Vec<
     q.iter().zip(&rates).map(motion).collect()
 }
 
-/// A coordinate with the subhinge that it is, and how it is named from the top.
+/// A coordinate with its subhinge, and its reference from the top level.
 struct Found {
     at: HingeCoordinate,
     kind: SubhingeKind,
     reference: String,
 }
 
-/// The coordinate that a text names: `arm`, `arm[1]`, `Arm/link1`.
+/// Resolves a coordinate: `arm`, `arm[1]`, `Arm/link1`.
 fn find(
     cx: &mut Cx,
     root: &Instance,
@@ -155,7 +155,7 @@ fn find(
     Some(Found { at: HingeCoordinate { body, subhinge }, kind, reference })
 }
 
-/// The coupling, when all its coordinates could be found.
+/// Returns the coupling, if all its coordinates could be resolved.
 fn coupling(
     cx: &mut Cx,
     root: &Instance,
@@ -177,7 +177,7 @@ fn coupling(
         return None;
     }
     if !keeps_order {
-        // The order in which a map is written leaves no trace.
+        // Sorted, because the order of a map must not affect the result.
         terms.sort_by_key(|t| (t.0.at.body.clone(), t.0.at.subhinge));
     }
     let sliders = terms.iter().map(|t| slides(&t.0.kind)).collect::<Vec<_>>();

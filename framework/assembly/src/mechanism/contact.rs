@@ -1,7 +1,7 @@
-//! `contact: (..)`: how contact is solved, who meets whom, and the colliders with all that they need.
+//! `contact: (..)`: settings of the solver, collision rules, and the colliders with their groups and materials.
 //!
-//! The outermost assembly that writes it counts. Without it, colliders are only there for queries. `self_collision: false`
-//! counts of every assembly that writes it, with or without contact.
+//! The outermost assembly with `contact` counts. Without it, colliders are only used for queries. `self_collision: false` counts in every assembly,
+//! with or without contact.
 use crate::body::collider::Collider;
 use crate::body::contact::ContactForm;
 use crate::body::hinge::slides;
@@ -20,34 +20,34 @@ use linkwork_runtime::{Located, Origin, Value, remedy};
 use linkwork_solvers::{CompliantLaws, ContactSettings};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The group of colliders that name none.
+/// The group of colliders without a group.
 const DEFAULT: &str = "default";
 
-/// What `contact` says, with names found.
+/// `contact` with resolved names.
 #[derive(Default)]
 pub(crate) struct Contact {
-    /// `None`: it is not written, and nothing touches.
+    /// `None`: it is not written, so there is no contact.
     pub settings: Option<ContactSettings>,
-    /// Smooth forces instead of impulses.
+    /// Compliant contact instead of impulses.
     pub compliant: Option<CompliantLaws>,
     rules: Rules,
     material: Material,
     resistance: Resistance,
     /// Whether every collider could be read.
     complete: bool,
-    /// Body, which of its one-dof coordinates, force.
+    /// Body, index among its one-dof coordinates, force.
     dry: Vec<(String, usize, f64)>,
-    /// Pairs of bodies that report their force.
+    /// Pairs of bodies that report their contact force.
     pub pair_forces: Vec<[String; 2]>,
-    /// Path of the terrain, as written.
+    /// Path of the terrain, as in the file.
     pub terrain: Option<String>,
-    /// Friction that is written for all contact: that of ground without a soil.
+    /// Friction of all contact, which also applies to ground without a soil.
     pub ground_friction: Option<f64>,
-    /// The fields with references from the top.
+    /// The fields, with references from the top level.
     pub resolved: Option<Located>,
 }
 
-/// Instances that write `contact`, the outermost first; those of one depth in path order.
+/// Returns the instances with `contact`, the outermost first; equal depths are in path order.
 fn outermost<'i>(instances: &[&'i Instance]) -> Vec<(&'i Instance, &'i Located)> {
     let depth = |i: &Instance| if i.path.is_empty() { 0 } else { 1 + i.path.matches('.').count() };
     let off = Value::Bool(false);
@@ -82,13 +82,13 @@ pub(crate) fn read(
         let message = format!("`{}` and `{}` both write `contact`", here.path, other.path);
         cx.fault(again.origin, message, "write it once, in the simulation");
     }
-    // `None` and `()` are one value: what was written tells them apart.
+    // `None` and `()` have the same value; the text distinguishes them.
     let place = (v.origin.start as usize)..(v.origin.end as usize);
     let source = cx.sources.files.get(v.origin.file as usize).and_then(|(_, t)| t.get(place));
     if v.value == Value::Null && source.is_some_and(|t| t.trim() == "None") {
         let help =
-            "write `contact: false` where nothing touches, `contact: ()` where it does as usual";
-        cx.fault(v.origin, "`contact: None` says neither", help);
+            "write `contact: false` to disable contact, `contact: ()` for the default settings";
+        cx.fault(v.origin, "`contact: None` is ambiguous", help);
     }
     let at = At::new("`contact`");
     let empty = Value::Null.into();
@@ -123,12 +123,12 @@ pub(crate) fn read(
         resolved: None,
     };
     out.resolved = Some(resolved(v, &out));
-    // Assemblies keep their own pairs in the resolved text.
+    // In the resolved text, assemblies keep their own pairs.
     out.rules.ignore.extend(own);
     out
 }
 
-/// Pairs in `ignore` of all assemblies, with full names.
+/// Returns the pairs in `ignore` of all assemblies, with full names.
 fn own_pairs(
     cx: &mut Cx,
     root: &Instance,
@@ -146,12 +146,12 @@ fn own_pairs(
     out
 }
 
-/// Bodies on locked hinges that stand as coordinates.
+/// Returns bodies on locked hinges that are represented by prescribed coordinates.
 fn welded(bodies: &Bodies) -> Vec<String> {
     bodies.iter().filter(|(_, (b, _))| b.held).map(|(name, _)| name.clone()).collect()
 }
 
-/// `pairs: [(a: "tyre", b: "rock", friction: 0.9), ..]`.
+/// Reads `pairs: [(a: "tyre", b: "rock", friction: 0.9), ..]`.
 fn laws(
     cx: &mut Cx,
     v: &Located,
@@ -172,14 +172,15 @@ fn laws(
         let mut key = [a.text.clone(), b.text.clone()];
         key.sort();
         if !seen.insert(key) {
-            let fact = format!("`contact`: `pairs`: `{}` and `{}` come twice", a.text, b.text);
+            let fact =
+                format!("`contact`: `pairs`: `{}` and `{}` are listed twice", a.text, b.text);
             cx.fault(a.origin, fact, "keep one of them");
         }
         let own = pair.compliant();
         if form.compliant.is_none() && !own.is_empty() {
             let origin = v.get("pairs").map_or(v.origin, |p| p.origin);
             let fact = format!("`contact`: `pairs`: {} without compliant contact", own.join(", "));
-            let help = "write `compliant: true` beside `pairs`, or leave them out: impulses know friction and restitution";
+            let help = "write `compliant: true`, or remove them: contact by impulses only uses friction and restitution";
             cx.fault(origin, fact, help);
         }
         out.push(PairLaw {
@@ -193,7 +194,7 @@ fn laws(
     out
 }
 
-/// Pairs of `pair_forces`, the terrain as the world: two bodies with colliders, or one and the world.
+/// Resolves the pairs of `pair_forces` (the terrain is part of the world): two bodies with colliders, or one and the world.
 fn of_bodies(
     cx: &mut Cx,
     v: &Located,
@@ -215,29 +216,28 @@ fn of_bodies(
         } else if !known(from) && from != "world" {
             format!("`{from}` is neither a body nor `world`")
         } else if of == from {
-            format!("`{of}` and `{from}` are one body")
+            format!("`{of}` and `{from}` are the same body")
         } else if let Some(name) = [of, from].into_iter().find(|n| known(n) && !touches(n)) {
-            format!("nothing touches `{name}`: no shape of it collides")
+            format!("`{name}` does not have collision shapes")
         } else {
             continue;
         };
         if complete {
-            let help =
-                "write [[\"body\", \"other body or world\"], ..]; the force is that on the first";
+            let help = "write [[\"body\", \"other body or world\"], ..]; the reported force acts on the first";
             cx.fault(origin, format!("`contact`: `pair_forces`: {fact}"), help);
         }
     }
     pairs
 }
 
-/// The bodies of each assembly with `self_collision: false`, those of its parts with them.
+/// Returns the bodies of each assembly with `self_collision: false`, including those of its parts.
 fn apart(cx: &mut Cx, instances: &[&Instance], bodies: &Bodies) -> Vec<Vec<String>> {
     let within = |path: &str, outer: &str| {
         let rest = path.strip_prefix(outer);
         outer.is_empty() || rest.is_some_and(|r| r.is_empty() || r.starts_with('.'))
     };
     let mut machines: Vec<&Instance> = Vec::new();
-    // Outer ones come first.
+    // Outer assemblies come first.
     for here in instances {
         let Some(written) = &here.self_collision else { continue };
         let name = if here.path.is_empty() { "simulation" } else { &here.path };
@@ -248,8 +248,7 @@ fn apart(cx: &mut Cx, instances: &[&Instance], bodies: &Bodies) -> Vec<Vec<Strin
             (Some(true), Some(outer)) => {
                 let outer = if outer.path.is_empty() { "simulation" } else { &outer.path };
                 let fact = format!("{} is true, and that of `{outer}` around it false", at.what);
-                let help =
-                    "leave one of them out; `collide` of `contact` names pairs that meet though";
+                let help = "remove one of them; `collide` of `contact` lists pairs that collide nevertheless";
                 cx.fault(written.origin, fact, help);
             }
             _ => {}
@@ -262,7 +261,7 @@ fn apart(cx: &mut Cx, instances: &[&Instance], bodies: &Bodies) -> Vec<Vec<Strin
     machines.into_iter().map(of).collect()
 }
 
-/// `dry: { "hinge:arm": "2 N m" }`.
+/// Reads `dry: { "hinge:arm": "2 N m" }`.
 fn dry(
     cx: &mut Cx,
     written: &[(Text, Located)],
@@ -279,7 +278,7 @@ fn dry(
             continue;
         };
         if out.iter().any(|(b, i, _)| *b == body && *i == index) {
-            let message = format!("{}: this coordinate comes twice", at.what);
+            let message = format!("{}: this coordinate is listed twice", at.what);
             cx.fault(key.origin, message, "keep one of them");
         }
         let kind = bodies.get(&body).map(|b| b.0.hinge.subhinges[subhinge].kind);
@@ -291,7 +290,7 @@ fn dry(
     out
 }
 
-/// Where the names of rules are looked up.
+/// Scope of the names in rules.
 struct Scope<'s> {
     root: &'s Instance,
     path: &'s str,
@@ -300,7 +299,7 @@ struct Scope<'s> {
 }
 
 impl Scope<'_> {
-    /// `[["a", "b"], ..]`: pairs of colliders or bodies, by full names.
+    /// Resolves `[["a", "b"], ..]`: pairs of colliders or bodies, by full names.
     fn pairs(&self, cx: &mut Cx, v: &Located, all: &[Vec<Text>], field: &str) -> Vec<[String; 2]> {
         let what = format!("`contact`: `{field}`");
         let mut out = Vec::new();
@@ -309,7 +308,7 @@ impl Scope<'_> {
                 let origin = pair.first().map(|t| t.origin);
                 let origin = origin.or(v.get(field).map(|f| f.origin)).unwrap_or(v.origin);
                 let help = "write [[\"body or collider\", \"another\"], ..]";
-                cx.fault(origin, format!("{what} is a list of pairs of names"), help);
+                cx.fault(origin, format!("{what} must be a list of pairs of names"), help);
                 continue;
             };
             let (a, b) = (self.name(cx, a, &what), self.name(cx, b, &what));
@@ -318,7 +317,7 @@ impl Scope<'_> {
         out
     }
 
-    /// The full name of a collider or body.
+    /// Returns the full name of a collider or body.
     fn name(&self, cx: &mut Cx, written: &Text, what: &str) -> Option<String> {
         let (text, origin) = (&written.text, written.origin);
         let mut here = self.path;
@@ -348,7 +347,7 @@ impl Scope<'_> {
             Ok(Target::Unknown) => None,
             Ok(Target::Node(body, node)) => {
                 let message = format!("{what}: `{text}` is the node `{node}` of `{body}`");
-                cx.fault(origin, message, "name a body or a collider");
+                cx.fault(origin, message, "use a body or a collider");
                 None
             }
             Err(_) if !self.complete => None,
@@ -364,7 +363,7 @@ impl Scope<'_> {
     }
 }
 
-/// The fields with names from the top.
+/// Returns the fields with names from the top level.
 fn resolved(v: &Located, contact: &Contact) -> Located {
     let pairs = |all: &[[String; 2]]| -> Located {
         let name = |n: &String| match n.as_str() {
@@ -393,7 +392,7 @@ fn resolved(v: &Located, contact: &Contact) -> Located {
     if out.is_empty() { Value::Bool(true).into() } else { map(out) }
 }
 
-/// Group → bit. At most 128.
+/// Returns group → bit; at most 128.
 fn groups(cx: &mut Cx, colliders: &[Collider]) -> BTreeMap<String, u128> {
     let named: BTreeSet<&str> = (colliders.iter().flat_map(|c| &c.groups))
         .map(|g| g.text.as_str())
@@ -403,13 +402,13 @@ fn groups(cx: &mut Cx, colliders: &[Collider]) -> BTreeMap<String, u128> {
         && let Some(c) = colliders.iter().find(|c| !c.groups.is_empty())
     {
         let message = format!("the colliders are in {} groups", named.len());
-        cx.fault(c.origin, message, "127 is the most; take together those that meet the same");
+        cx.fault(c.origin, message, "the limit is 127; merge groups with the same collision rules");
     }
     let all = std::iter::once(DEFAULT).chain(named).enumerate();
     all.map(|(bit, g)| (g.to_owned(), 1 << bit.min(127))).collect()
 }
 
-/// The colliders with groups and materials; checked when there is a mechanism.
+/// Returns the colliders with groups and materials; they are checked if there is a mechanism.
 pub(crate) fn colliders(
     cx: &mut Cx,
     contact: &Contact,
@@ -418,8 +417,10 @@ pub(crate) fn colliders(
     multibody: Option<&Multibody>,
 ) -> Option<Colliders> {
     for c in all.iter().filter(|c| c.spec.name == TERRAIN) {
-        let fact = format!("collider `{TERRAIN}`: the ground of a terrain service has this name");
-        cx.fault(c.origin, fact, "give it another name");
+        let fact = format!(
+            "collider `{TERRAIN}`: this name is reserved for the ground of a terrain service"
+        );
+        cx.fault(c.origin, fact, "use another name");
     }
     let bits = groups(cx, &all);
     let known: Vec<&str> = bits.keys().map(String::as_str).collect();
@@ -481,7 +482,7 @@ pub(crate) fn colliders(
 }
 
 impl Contact {
-    /// Dry friction as that of hinges: where contact is smooth there are no rows for it.
+    /// Converts dry friction to that of hinges, because compliant contact does not have constraint rows for it.
     pub fn rub(&self, bodies: &mut [BodySpec]) {
         for (body, index, force) in &self.dry {
             let spec = bodies.iter_mut().find(|b| b.name == *body);
@@ -493,7 +494,7 @@ impl Contact {
         }
     }
 
-    /// The settings with dry friction at its places in β.
+    /// Returns the settings with dry friction at its indices in β.
     pub fn on(&self, multibody: &Multibody) -> Option<ContactSettings> {
         let place = |(body, index, force): &(String, usize, f64)| {
             let body = multibody.get(multibody.body(body)?);

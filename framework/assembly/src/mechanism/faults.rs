@@ -1,10 +1,10 @@
-//! Faults of a mechanism at the places where their bodies and loops are written.
+//! Positions of faults of a mechanism: where their bodies and loops are written.
 use crate::mechanism::anchor::Bodies;
 use linkwork_multibody::MechanismFault;
 use linkwork_runtime::Origin;
 use std::collections::BTreeMap;
 
-/// The name behind a word: ``body `NAME` ``.
+/// Returns the name after a word: ``body `NAME` ``.
 fn named<'t>(text: &'t str, kind: &str) -> Option<&'t str> {
     text.strip_prefix(kind)?.strip_prefix(" `")?.split('`').next()
 }
@@ -22,7 +22,7 @@ pub(crate) fn fault_origin(
         let of_node = node.and_then(|(b, n)| body(b)?.nodes.iter().find(|x| x.0 == n).map(|x| x.2));
         of_node.or_else(|| body(named(place, "body")?).map(|b| b.origin))
     };
-    // What carries a hinge, or the place of a number.
+    // The body on a hinge, or the position of a number.
     let any = |what: &str| {
         let kinds = ["loop", "coupling"];
         let loops = kinds.iter().find_map(|kind| constraint(named(what, kind)?));
@@ -62,7 +62,7 @@ pub(crate) fn fault_origin(
     }
 }
 
-/// A fault with the remedy that it has in the words of a file.
+/// A fault with a remedy in the terms of the file.
 pub(crate) struct Placed(pub MechanismFault);
 
 impl std::fmt::Display for Placed {

@@ -1,4 +1,4 @@
-//! From the tree of instances to the mechanism: bodies, loops, couplings, colliders, contact.
+//! Conversion of the tree of instances to the mechanism: bodies, loops, couplings, colliders, contact.
 pub(crate) mod anchor;
 mod colliders;
 mod constraints;
@@ -29,31 +29,31 @@ use std::sync::Arc;
 pub(crate) struct Mechanism {
     pub spec: Option<MechanismSpec>,
     pub shapes: Vec<BodyShape>,
-    /// Ground that collides and that no shape stands for.
+    /// Colliding ground without a visual shape.
     pub grounds: Vec<BodyShape>,
     pub colliders: Option<Arc<Colliders>>,
-    /// Where the first collider is written.
+    /// Position of the first collider in the file.
     pub collides: Option<Origin>,
-    /// What the resolved text says instead of what was written.
+    /// Replacements for the resolved text.
     pub told: Told,
 }
 
-/// References from the top, and geometry that came out of files.
+/// References from the top level, and geometry from files.
 #[derive(Default)]
 pub(crate) struct Told {
-    /// Full name of each body → full reference of its parent; of each standing collider → that of its body.
+    /// Full name of each body → full reference of its parent; of each separate collider → that of its body.
     pub parents: BTreeMap<String, String>,
     /// Full name of each loop and coupling → its fields.
     pub constraints: BTreeMap<String, Located>,
-    /// Full name of each body → place in its shapes, collider.
+    /// Full name of each body → index of the shape, collider.
     pub colliders: BTreeMap<String, Vec<(usize, ColliderSpec)>>,
-    /// Full name of each standing collider → itself.
+    /// Full name of each separate collider → itself.
     pub standing: BTreeMap<String, ColliderSpec>,
-    /// References from the top of standing colliders.
+    /// References of separate colliders from the top level.
     pub on: BTreeMap<String, String>,
     /// Full name of each flexible body → its modes.
     pub modes: BTreeMap<String, Modes>,
-    /// What `contact` says.
+    /// The resolved `contact`.
     pub contact: Option<Located>,
 }
 
@@ -100,7 +100,7 @@ pub(crate) fn mechanism(
     let of_bodies = bodies.values().flat_map(|(b, _)| b.colliders.iter().map(|(_, c)| c.clone()));
     let all: Vec<Collider> = of_bodies.chain(standing.colliders).collect();
     let collides = all.first().map(|c| c.origin);
-    // After a mistake a collider may be missing: what names it stays silent.
+    // After a mistake, a collider may be missing; references to it do not cause further faults.
     let complete = cx.faults.len() == before;
     let contact = contact::read(cx, root, &instances, &bodies, (&all, complete));
     told.constraints = std::mem::take(&mut constraints.resolved);
@@ -167,11 +167,11 @@ pub(crate) fn mechanism(
     Mechanism { spec, shapes, grounds, colliders, collides, told }
 }
 
-/// Colour of ground that has none.
+/// Default colour of ground.
 const GROUND: [f64; 4] = [0.59, 0.53, 0.45, 1.0];
 
-/// Colliders that no shape stands for: what a machine meets is seen. Solids and mesh files are shown as shapes, unless
-/// the file says that they are not.
+/// Returns visual shapes for colliders without one, so that obstacles are visible. Solids and mesh files are shown as shapes, unless the file hides
+/// them.
 fn grounds(colliders: Option<&Colliders>, shapes: &[BodyShape]) -> Vec<BodyShape> {
     let shown = |name: &str| shapes.iter().any(|s| format!("{}/{}", s.body, s.name) == name);
     let ground = |c: &&ColliderSpec| {
@@ -197,7 +197,7 @@ fn grounds(colliders: Option<&Colliders>, shapes: &[BodyShape]) -> Vec<BodyShape
     all.filter(ground).map(shape).collect()
 }
 
-/// A shape as cameras see it.
+/// Returns a shape for cameras.
 fn sight(s: &BodyShape) -> Sight {
     Sight {
         body: s.body.clone(),
@@ -208,7 +208,7 @@ fn sight(s: &BodyShape) -> Sight {
     }
 }
 
-/// Every body of every instance.
+/// Returns all bodies of all instances.
 fn bodies(cx: &mut Cx, root: &Instance, instances: &[&Instance], files: &Files<'_>) -> Bodies {
     let mut bodies = Bodies::new();
     for here in instances {
@@ -242,7 +242,7 @@ fn parent(
     found.map_or_else(world, |a| (a.body, a.node.unwrap_or_else(Pose::identity), a.reference))
 }
 
-/// Bodies that the world puts somewhere: W has to be the frame of their hinge on both sides.
+/// Returns bodies with an orbital or geodetic start. W must be the frame of their hinge on both sides.
 fn starts(cx: &mut Cx, bodies: &Bodies) -> Vec<BodyStart> {
     let mut all = Vec::new();
     for (name, (body, _)) in bodies {
@@ -250,7 +250,7 @@ fn starts(cx: &mut Cx, bodies: &Bodies) -> Vec<BodyStart> {
         let plain = body.at == Pose::identity() && body.hinge_frame == Pose::identity();
         if body.parent.text != "world" || !plain {
             let fact = format!(
-                "body `{name}` starts on an orbit or in named axes, and its hinge is not at the origin of W"
+                "body `{name}` starts on an orbit or in named axes, but its hinge is not at the origin of W"
             );
             let help = "write `parent: \"world\"`, and neither `at` nor `hinge_frame`";
             cx.fault(body.origin, fact, help);

@@ -1,20 +1,20 @@
-//! What a file format is, as data: its JSON Schema is made of it.
+//! Description of a file format as data, from which the JSON Schema is made.
 //!
-//! RON stands in JSON as serde would have it: `(a: 1)` and `{ "a": 1 }` are objects, tuples are lists, `Name` is
-//! `"Name"`, and `Name(x)` is `{ "Name": x }`.
+//! RON corresponds to JSON as in serde: `(a: 1)` and `{ "a": 1 }` are objects, tuples are lists, `Name` is `"Name"`, and `Name(x)` is `{ "Name": x
+//! }`.
 use linkwork_runtime::Value;
 use serde_json::{Map, Value as Json, json};
 
-/// What may be written at a place of a file.
+/// The permitted values at a position of a file.
 #[derive(Clone)]
 pub enum Schema {
-    /// Whatever fits one of these; with none, anything.
+    /// A value that fits one of these; empty: any value.
     Any(Vec<Schema>),
     /// A number, or a text with a unit; the range is in SI.
     Number {
-        /// In which it is when none is written; empty for none.
+        /// Unit of a number without a unit; empty for dimensionless numbers.
         unit: String,
-        /// Least, SI; `f64::MIN_POSITIVE`: above zero.
+        /// Lower bound, SI; `f64::MIN_POSITIVE`: positive.
         low: f64,
         /// Greatest, SI.
         high: f64,
@@ -32,17 +32,17 @@ pub enum Schema {
     Text,
     /// One of these words.
     Words(Vec<&'static str>),
-    /// A list, of so many items when that is said.
+    /// A list, optionally with a fixed number of items.
     List(Box<Schema>, Option<usize>),
     /// Names, each with a value.
     Table(Box<Schema>),
-    /// The same, without these names.
+    /// A table without these names.
     TableBut(&'static [&'static str], Box<Schema>),
-    /// Fields, by a title that stands for them.
+    /// A record of fields, with a title.
     Record(&'static str, fn() -> Vec<Field>),
     /// `Name(value)`.
     Variant(&'static str, Box<Schema>),
-    /// Something with a title of its own that may hold itself.
+    /// A schema with a title, which may contain itself.
     Named(&'static str, fn() -> Schema),
 }
 
@@ -51,17 +51,17 @@ pub enum Schema {
 pub struct Field {
     /// Its name.
     pub name: &'static str,
-    /// What it means.
+    /// Its description.
     pub doc: &'static str,
-    /// What it holds.
+    /// Its values.
     pub schema: Schema,
-    /// Whether it must be written.
+    /// Whether it is required.
     pub required: bool,
-    /// What holds when it is not written.
+    /// Its default.
     pub default: Option<Value>,
 }
 
-/// Whether a parameter `$name` or an expression may stand for a value.
+/// Whether a parameter `$name` or an expression may replace a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parameters {
     /// For any.
@@ -76,7 +76,7 @@ struct Defs {
     parameters: Parameters,
 }
 
-/// The JSON Schema (draft 2020-12) of what begins at a place.
+/// Returns the JSON Schema (draft 2020-12) of a document.
 pub fn document(title: &str, root: &Schema, parameters: Parameters) -> Json {
     let mut defs = Defs { made: Map::new(), parameters };
     let root = json(root, &mut defs);
@@ -89,7 +89,7 @@ pub fn document(title: &str, root: &Schema, parameters: Parameters) -> Json {
     })
 }
 
-/// A parameter `$name` or an expression may stand for any value, where there are parameters.
+/// Adds the alternative of a parameter `$name` or an expression, if parameters are allowed.
 fn or_parameter(schema: Json, defs: &Defs) -> Json {
     if defs.parameters == Parameters::None {
         return schema;
@@ -164,7 +164,7 @@ fn json(schema: &Schema, defs: &mut Defs) -> Json {
     }
 }
 
-/// A reference to a definition, which is made once.
+/// Returns a reference to a definition, which is created once.
 fn named(title: &str, defs: &mut Defs, make: impl FnOnce(&mut Defs) -> Json) -> Json {
     if !defs.made.contains_key(title) {
         defs.made.insert(title.into(), Json::Null);
@@ -188,7 +188,7 @@ fn record(fields: &[Field], defs: &mut Defs) -> Json {
         properties.insert(f.name.into(), one);
     }
     let required: Vec<&str> = fields.iter().filter(|f| f.required).map(|f| f.name).collect();
-    // `()` is a record in which nothing is written.
+    // `()` is a record without fields.
     let kind = if required.is_empty() { json!(["object", "null"]) } else { json!("object") };
     let mut out = json!({ "type": kind, "properties": properties, "additionalProperties": false });
     if !required.is_empty() {
@@ -197,7 +197,7 @@ fn record(fields: &[Field], defs: &mut Defs) -> Json {
     out
 }
 
-/// A value of a file as JSON: `Name` is `"Name"`, `Name(x)` is `{ "Name": x }`.
+/// Converts a value of a file to JSON: `Name` is `"Name"`, `Name(x)` is `{ "Name": x }`.
 pub fn plain(v: &Value) -> Json {
     match v {
         Value::Null => Json::Null,

@@ -1,4 +1,4 @@
-//! Kinds of values that a field can have: each says how it is read, written and described.
+//! Kinds of field values: each defines how it is read, written and described.
 //!
 //! ```text
 //! number("kg").at_least(0.0)        vector("m")      pose()      word(&[("Auto", Method::Auto), ..])
@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 use std::fmt;
 use std::marker::PhantomData;
 
-/// The words for what owns a value; they are put together when there is something to say.
+/// The owner of a value for messages; the text is formatted only if there is a message.
 #[derive(Clone)]
 pub(crate) enum What<'a> {
     Named(Cow<'a, str>),
@@ -34,25 +34,25 @@ impl fmt::Display for What<'_> {
     }
 }
 
-/// Where reading is: what owns the value, in the words of a message, and what its units depend on.
+/// Context of reading: the owner of the value for messages, and how its units depend on it.
 #[derive(Clone)]
 pub(crate) struct At<'a> {
     /// ``body `arm`: `limits` ``.
     pub what: What<'a>,
     /// The coordinate is a length, not an angle.
     pub slides: bool,
-    /// Files that the text may name; `None`: it may name none.
+    /// Files that the text may use; `None`: none.
     pub near: Option<Near<'a>>,
-    /// Where it is written, when that is not where its value is: the key of an entry.
+    /// Position for faults, if it is not that of the value: the key of an entry.
     pub origin: Option<Origin>,
 }
 
 impl<'a> At<'a> {
-    /// An owner, without files.
+    /// Creates a context without files.
     pub fn new(what: impl Into<Cow<'a, str>>) -> At<'a> {
         At { what: What::Named(what.into()), slides: false, near: None, origin: None }
     }
-    /// A field of this owner.
+    /// Returns the context of a field.
     pub fn field<'b>(&'b self, name: &'b str) -> At<'b> {
         At {
             what: What::Field(&self.what, name),
@@ -61,30 +61,30 @@ impl<'a> At<'a> {
             origin: None,
         }
     }
-    /// The same with files.
+    /// Returns the context with files.
     pub fn among(self, near: Near<'a>) -> Self {
         At { near: Some(near), ..self }
     }
-    /// The same, written at a place.
+    /// Returns the context with a position.
     pub fn origin(self, origin: Origin) -> Self {
         At { origin: Some(origin), ..self }
     }
-    /// The same of a coordinate that is a length.
+    /// Returns the context of a coordinate that is a length.
     pub fn sliding(self, slides: bool) -> Self {
         At { slides, ..self }
     }
 }
 
-/// How a value is read, written and described. Reading records every fault and gives `None` after one.
+/// How a value is read, written and described. Reading adds a fault for each mistake and then returns `None`.
 pub(crate) trait Kind {
     type Of;
     fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<Self::Of>;
-    /// As it reads back; what has no written form of its own is `Null`.
+    /// Returns the value so that it reads back; `Null` if it does not have a written form.
     fn write(&self, x: &Self::Of) -> Value;
     fn describe(&self) -> Schema;
 }
 
-/// A finite number in SI, in one unit or another for coordinates that slide.
+/// A finite number in SI; its unit may depend on whether the coordinate is a length.
 pub(crate) struct Number {
     turns: &'static str,
     slides: &'static str,
@@ -96,7 +96,7 @@ pub(crate) fn number(unit: &'static str) -> Number {
     drive_number(unit, unit)
 }
 
-/// A number whose unit is one for angles, another for lengths.
+/// Returns the reader of a number with one unit for angles and another for lengths.
 pub(crate) fn drive_number(turns: &'static str, slides: &'static str) -> Number {
     Number { turns, slides, low: f64::NEG_INFINITY, high: f64::INFINITY }
 }
@@ -105,7 +105,7 @@ impl Number {
     pub fn within(self, low: f64, high: f64) -> Number {
         Number { low, high, ..self }
     }
-    /// An angle of a direction or place: more than a turn is one in degrees without its unit.
+    /// Restricts an angle of a direction or position to one revolution; larger values are probably degrees without their unit.
     pub fn turn(self) -> Number {
         self.within(-TAU, TAU)
     }
@@ -128,7 +128,7 @@ impl Number {
                 "write an angle from {:.4} to {:.4} rad, or one in degrees with its unit: \"90 deg\"",
                 self.low, self.high
             ),
-            (true, false) => "write a number above zero".to_string(),
+            (true, false) => "write a positive number".to_string(),
             (_, true) => format!("write a number from {} to {}", self.low, self.high),
             (false, false) => format!("write {} or more", self.low),
         };
@@ -159,7 +159,7 @@ impl Kind for Number {
 /// A whole number.
 pub(crate) struct Whole<T>(f64, f64, PhantomData<T>);
 
-/// From one number to another, both included.
+/// Reads an integer from one number to another, both included.
 pub(crate) fn whole<T>(low: u32, high: u32) -> Whole<T> {
     Whole(low.into(), high.into(), PhantomData)
 }
@@ -169,7 +169,7 @@ impl<T: TryFrom<u32> + TryInto<u32> + Copy> Kind for Whole<T> {
     fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<T> {
         let x = number("").within(self.0, self.1).read(cx, v, at)?;
         if x.fract() != 0.0 {
-            cx.fault(v.origin, format!("{} is {x}", at.what), "write a whole number");
+            cx.fault(v.origin, format!("{} is {x}", at.what), "write an integer");
             return None;
         }
         T::try_from(x as u32).ok()
@@ -182,7 +182,7 @@ impl<T: TryFrom<u32> + TryInto<u32> + Copy> Kind for Whole<T> {
     }
 }
 
-/// Kinds that are a function each way and a description.
+/// Defines kinds by a function in each direction and a description.
 macro_rules! plain_kinds {
     ($( $(#[$doc:meta])* $name:ident / $make:ident -> $of:ty,
         |$cx:ident, $v:ident, $at:ident| $read:expr, |$x:ident| $write:expr, $describe:expr; )*) => {$(
@@ -227,7 +227,7 @@ plain_kinds! {
         |cx, v, at| read::period(cx, v, &at.what),
         |x| Value::Text(format!("{:?} s", x.seconds())),
         Schema::Number { unit: "s, or Hz".into(), low: 0.0, high: f64::INFINITY };
-    /// The unit of a quantity that is shown.
+    /// The displayed unit of a quantity.
     UnitText / unit -> Text,
         |cx, v, at| {
             let t = read::text(cx, v, &at.what)?;
@@ -245,7 +245,7 @@ plain_kinds! {
         |cx, v, at| {
             let n = vector("").read(cx, v, at)?;
             if n.norm() < 1e-100 {
-                let message = format!("{} has no direction", at.what);
+                let message = format!("{} has the length zero", at.what);
                 cx.fault(v.origin, message, "write for example [0, 0, 1]");
                 return None;
             }
@@ -258,8 +258,8 @@ plain_kinds! {
             let c = match &v.value {
                 Value::List(items) if items.len() == 4 => read::numbers::<4>(cx, v, &at.what, "")?,
                 Value::List(items) if items.len() != 3 => {
-                    let message = format!("{} is a colour, this has {} numbers", at.what, items.len());
-                    cx.fault(v.origin, message, "write [red, green, blue], or with opacity behind");
+                    let message = format!("{} must be a colour, but it has {} numbers", at.what, items.len());
+                    cx.fault(v.origin, message, "write [red, green, blue] or [red, green, blue, opacity]");
                     return None;
                 }
                 _ => {
@@ -278,7 +278,7 @@ plain_kinds! {
         Schema::List(Box::new(number("").within(0.0, 1.0).describe()), None);
 }
 
-/// A value as it is written, for somebody else to read.
+/// A value that is kept as written, for another reader.
 pub(crate) struct Raw(fn() -> Schema);
 
 pub(crate) fn raw(schema: fn() -> Schema) -> Raw {
@@ -298,7 +298,7 @@ impl Kind for Raw {
     }
 }
 
-/// Exactly `N` numbers in one unit; after `turn` each of them is from −2π to 2π.
+/// Exactly `N` numbers in one unit; after `turn` each must be from −2π to 2π.
 pub(crate) struct Numbers<const N: usize>(&'static str, bool);
 
 pub(crate) fn numbers<const N: usize>(unit: &'static str) -> Numbers<N> {
@@ -306,7 +306,7 @@ pub(crate) fn numbers<const N: usize>(unit: &'static str) -> Numbers<N> {
 }
 
 impl<const N: usize> Numbers<N> {
-    /// As [`Number::turn`], each of them.
+    /// Like [`Number::turn`], for each number.
     pub fn turn(self) -> Numbers<N> {
         Numbers(self.0, true)
     }
@@ -365,7 +365,7 @@ impl<T: Copy + PartialEq> Kind for Word<T> {
         }
         let all: Vec<&str> = self.0.iter().map(|(w, _)| *w).collect();
         let (Value::Variant(given, _) | Value::Text(given)) = &v.value else {
-            let message = format!("{} is a word, this is {}", at.what, v.value.what());
+            let message = format!("{} must be a word, but it is {}", at.what, v.value.what());
             cx.fault(v.origin, message, format!("one of: {}", all.join(", ")));
             return None;
         };
@@ -412,7 +412,7 @@ impl<K: Kind> Kind for ListOf<K> {
     }
 }
 
-/// One of two forms, the first unless a map is written: `0.2`, or `(force: 0.2, rate: 0.01)`.
+/// One of two forms, the first unless the value is a map: `0.2`, or `(force: 0.2, rate: 0.01)`.
 pub(crate) struct Short<A, B>(A, B);
 
 pub(crate) fn short<A: Kind, B: Kind<Of = A::Of>>(short: A, long: B) -> Short<A, B> {
@@ -423,7 +423,7 @@ impl<A: Kind, B: Kind<Of = A::Of>> Kind for Short<A, B> {
     type Of = A::Of;
     fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<A::Of> {
         match v.value {
-            // `()`: the long form, with nothing in it.
+            // `()` is the long form without fields.
             Value::Map(_) | Value::Null => self.1.read(cx, v, at),
             _ => self.0.read(cx, v, at),
         }
@@ -439,7 +439,7 @@ impl<A: Kind, B: Kind<Of = A::Of>> Kind for Short<A, B> {
     }
 }
 
-/// A kind seen as another type; what has no form of this kind is not written.
+/// A kind converted to another type; values without this form are not written.
 pub(crate) struct Mapped<K: Kind, T>(K, fn(K::Of) -> T, fn(&T) -> Option<K::Of>);
 
 pub(crate) fn mapped<K: Kind, T>(

@@ -1,4 +1,4 @@
-//! Records of the file format, and the typed values in them: each kind of value is read, written and described in one place.
+//! Records of the file format and their typed values: each kind of value is read, written and described in one place.
 pub(crate) mod describe;
 pub(crate) mod kind;
 pub(crate) mod pose;

@@ -1,4 +1,4 @@
-//! Poses as written: position in m, rotation as rpy, quaternion or axis and angle.
+//! Poses as written in files: position in m, rotation as rpy, quaternion or axis and angle.
 use crate::schema::describe::Schema;
 use crate::schema::kind::{At, Kind, direction, number, numbers, vector};
 use crate::schema::read::fields;
@@ -10,13 +10,13 @@ use linkwork_spatial::nalgebra::{Quaternion, Unit};
 use linkwork_spatial::{Pose, Quat, Vec3};
 
 record! {
-    /// A rotation, in one of three ways.
+    /// A rotation, in one of three forms.
     struct RotationForm: "rotation" {
-        /// Roll, pitch and yaw: about x, then y, then z of the frame that stands.
+        /// Roll, pitch and yaw: about x, then y, then z of the fixed frame.
         rpy: Option<[f64; 3]> = numbers::<3>("rad").turn().maybe(),
         /// Quaternion x, y, z, w of length 1.
         quat: Option<[f64; 4]> = numbers::<4>("").maybe(),
-        /// Axis of a turn by `angle`.
+        /// Axis of a rotation by `angle`.
         axis: Option<Vec3> = direction().maybe(),
         /// Angle about `axis`.
         angle: Option<f64> = number("rad").turn().maybe(),
@@ -25,9 +25,9 @@ record! {
 
 record! {
     for Pose: "pose" {
-        /// Origin in the frame outside.
+        /// Origin in the outer frame.
         position: vector("m").or(Vec3::zeros()),
-        /// Rotation in the frame outside.
+        /// Rotation relative to the outer frame.
         rotation: rotation().or(Quat::identity()),
     }
 }
@@ -56,7 +56,7 @@ impl Kind for Rotation {
             written,
             [true, false, false, false] | [false, true, false, false] | [false, false, true, true]
         ) {
-            cx.fault(v.origin, format!("{what} is written in no way or in two"), help);
+            cx.fault(v.origin, format!("{what} is missing or specified twice"), help);
             return None;
         }
         let form = RotationForm::read_fields(cx, v, at)?;
@@ -74,7 +74,7 @@ impl Kind for Rotation {
             cx.fault(origin, message, "the order is [x, y, z, w]; divide by the length");
             return None;
         }
-        // A unit quaternion keeps its digits, so that what was written reads back the same.
+        // A unit quaternion is not normalized again, so that it reads back identically.
         let unit = (raw.norm_squared() - 1.0).abs() <= 8.0 * f64::EPSILON;
         Some(if unit { Quat::new_unchecked(raw) } else { Quat::new_normalize(raw) })
     }

@@ -1,20 +1,24 @@
-//! Typed values out of located ones: units, ranges and lists, each mistake with its place.
+//! Reading of typed values: units, ranges and lists; each mistake with its position.
 use crate::text::report::Cx;
 use crate::text::value::{Text, is_unknown};
 use linkwork_runtime::{Located, Origin, Seconds, Unit, Value, remedy, split_quantity};
 use std::fmt::Display;
 
 /// Fields that had another name, and their present name.
-const RENAMED: [(&str, &str); 2] = [("metrics", "metrics"), ("metric", "metric")];
+const RENAMED: [(&str, &str); 2] = [("figures", "metrics"), ("figure", "metric")];
 
-/// Rejects values that are not maps and unknown fields. `what` names the owner: "body `wheel`".
+/// Adds faults for values that are not maps and for unknown fields. `what` names the owner: "body `wheel`".
 pub(crate) fn fields(cx: &mut Cx, v: &Located, what: impl Display, known: &[&str]) -> bool {
     let entries = match &v.value {
         Value::Map(entries) => entries,
         Value::Null => return true,
         other => {
             let help = format!("fields: {}", known.join(", "));
-            cx.fault(v.origin, format!("{what} is `(field: ..)`, this is {}", other.what()), help);
+            cx.fault(
+                v.origin,
+                format!("{what} must be `(field: ..)`, but it is {}", other.what()),
+                help,
+            );
             return false;
         }
     };
@@ -37,7 +41,7 @@ pub(crate) fn text(cx: &mut Cx, v: &Located, what: impl Display) -> Option<Text>
     match &v.value {
         Value::Text(t) => Some(Text { text: t.clone(), origin: v.origin }),
         other => {
-            let message = format!("{what} is a text, this is {}", other.what());
+            let message = format!("{what} must be a text, but it is {}", other.what());
             cx.fault(v.origin, message, "write it in double quotes");
             None
         }
@@ -65,7 +69,7 @@ pub(crate) fn table<'v>(
         Value::Map(entries) => entries,
         Value::Null => &[],
         other => {
-            let message = format!("{what} is a map, this is {}", other.what());
+            let message = format!("{what} must be a map, but it is {}", other.what());
             cx.fault(v.origin, message, "write { \"name\": .. }");
             &[]
         }
@@ -78,7 +82,7 @@ pub(crate) fn list<'v>(cx: &mut Cx, v: &'v Located, what: impl Display) -> &'v [
         Value::List(items) => items,
         Value::Null => &[],
         other => {
-            let message = format!("{what} is a list, this is {}", other.what());
+            let message = format!("{what} must be a list, but it is {}", other.what());
             cx.fault(v.origin, message, "write [ .., .. ]");
             &[]
         }
@@ -90,7 +94,7 @@ pub(crate) fn flag(cx: &mut Cx, v: &Located, what: impl Display) -> Option<bool>
     match v.value {
         Value::Bool(b) => Some(b),
         _ => {
-            let message = format!("{what} is true or false, this is {}", v.value.what());
+            let message = format!("{what} must be true or false, but it is {}", v.value.what());
             cx.fault(v.origin, message, "write true or false");
             None
         }
@@ -99,17 +103,17 @@ pub(crate) fn flag(cx: &mut Cx, v: &Located, what: impl Display) -> Option<bool>
 
 fn wants(unit: &str) -> String {
     match unit {
-        "" => "write a plain number".into(),
+        "" => "write a number without a unit".into(),
         u => format!("write a number in {u}, or a text with a unit such as \"1 {u}\""),
     }
 }
 
-/// A finite number in SI; a bare one is in `unit` (empty: no unit).
+/// Reads a finite number in SI; a number without a unit is in `unit` (empty: dimensionless).
 pub(crate) fn number(cx: &mut Cx, v: &Located, what: impl Display, unit: &str) -> Option<f64> {
     number_in(cx, v, &what, (unit, &known(unit)))
 }
 
-/// The unit of a number that is wanted.
+/// Returns the expected unit.
 fn known(unit: &str) -> Unit {
     if unit.is_empty() { Unit::ONE } else { Unit::parse(unit).unwrap_or(Unit::ONE) }
 }
@@ -133,7 +137,7 @@ fn number_in(
             }
         },
         other => {
-            let message = format!("{what} is a number, this is {}", other.what());
+            let message = format!("{what} must be a number, but it is {}", other.what());
             cx.fault(v.origin, message, wants(unit));
             return None;
         }
@@ -159,7 +163,7 @@ fn quantity(text: &str, wanted: &Unit, unit: &str) -> Result<f64, String> {
     Ok(given.to_si(number))
 }
 
-/// Numbers in one unit, exactly `N`.
+/// Reads exactly `N` numbers in one unit.
 pub(crate) fn numbers<const N: usize>(
     cx: &mut Cx,
     v: &Located,
@@ -170,12 +174,12 @@ pub(crate) fn numbers<const N: usize>(
         return None;
     }
     let Value::List(items) = &v.value else {
-        let message = format!("{what} is a list of {N} numbers, this is {}", v.value.what());
+        let message = format!("{what} must be a list of {N} numbers, but it is {}", v.value.what());
         cx.fault(v.origin, message, wants(unit));
         return None;
     };
     if items.len() != N {
-        let message = format!("{what} takes {N} numbers, there are {}", items.len());
+        let message = format!("{what} must have {N} numbers, but it has {}", items.len());
         cx.fault(v.origin, message, wants(unit));
         return None;
     }
@@ -191,7 +195,7 @@ pub(crate) fn numbers<const N: usize>(
     whole.then_some(read)
 }
 
-/// A name of a part, body, node, mount or port: no dots, slashes, brackets, stars or spaces.
+/// Checks the name of a part, body, node, mount or port: without dots, slashes, brackets, stars or spaces.
 pub(crate) fn name(cx: &mut Cx, name: &str, origin: Origin, kind: &str) {
     let bad = |c: char| c.is_whitespace() || "./[]*$\"'->:".contains(c);
     if name.is_empty() || name.contains(bad) {
@@ -200,7 +204,7 @@ pub(crate) fn name(cx: &mut Cx, name: &str, origin: Origin, kind: &str) {
         cx.fault(origin, message, "use letters, digits and `_`");
     }
     if kind == "body" && name == "world" {
-        cx.fault(origin, "a body cannot be named `world`", "the world is there already");
+        cx.fault(origin, "a body cannot be named `world`", "this name is reserved");
     }
 }
 
@@ -209,7 +213,7 @@ pub(crate) fn period(cx: &mut Cx, v: &Located, what: impl Display) -> Option<Sec
     match Seconds::period(&v.value) {
         Ok(s) => Some(s),
         Err(fact) => {
-            // The fact without the remedy, which stands in the help.
+            // Only the fact, because the help contains the remedy.
             let fact = fact.split(": write").next().unwrap_or(&fact).replace('"', "");
             let fact = fact.replace("a period", "a time");
             let help = "write \"50 Hz\", \"20 ms\", \"2 min\" or a number of seconds";

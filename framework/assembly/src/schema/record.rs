@@ -1,4 +1,4 @@
-//! Records of the file format: [`record!`] declares a record once, and that is its reader, its writer and its description.
+//! Records of the file format: [`record!`] declares a record once and generates its reader, its writer and its description.
 use crate::schema::describe::{Field, Schema};
 use crate::schema::kind::{At, Kind};
 use crate::schema::read::fields;
@@ -9,16 +9,16 @@ use std::marker::PhantomData;
 
 /// A set of named fields.
 pub(crate) trait Record: Sized {
-    /// What it is called in the schema.
+    /// Title in the schema.
     const TITLE: &'static str;
-    /// The names of its fields.
+    /// Returns the names of its fields.
     fn names() -> Vec<&'static str>;
-    /// Its fields with kinds, defaults and meaning.
+    /// Returns its fields with kinds, defaults and descriptions.
     fn fields() -> Vec<Field>;
-    /// Reads the fields, all faults recorded; other names are the caller's to refuse. A field that cannot be read is
-    /// as if it were not written, so that the rest is still checked; `None` when it is one that must be there.
+    /// Reads the fields and adds a fault for each mistake; the caller must check for unknown names. A field with a mistake counts as missing, so that
+    /// the rest is still checked; returns `None` if a required field is missing.
     fn read_fields(cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<Self>;
-    /// The fields that are not at their defaults.
+    /// Writes the fields that differ from their defaults.
     fn write_fields(&self, out: &mut Vec<(String, Located)>);
 
     /// Reads it, and refuses other names. Nothing written is an empty record.
@@ -28,13 +28,13 @@ pub(crate) trait Record: Sized {
         }
         Self::read_fields(cx, v, at)
     }
-    /// As a map.
+    /// Returns the record as a map.
     fn write(&self) -> Value {
         let mut out = Vec::new();
         self.write_fields(&mut out);
         Value::Map(out)
     }
-    /// As a part of the schema, by its title.
+    /// Returns its schema, with its title.
     fn describe() -> Schema {
         Schema::Record(Self::TITLE, Self::fields)
     }
@@ -59,27 +59,27 @@ impl<A: Record, B: Record> Record for (A, B) {
     }
 }
 
-/// What a field of a record gives when it is written, and when it is not.
+/// A field of a record: its value if it is written, and if it is not.
 pub(crate) trait Entry {
     type Of;
     fn get(&self, cx: &mut Cx, map: &Located, name: &str, at: &At<'_>) -> Option<Self::Of>;
-    /// What stands for a value that cannot be read.
+    /// Returns the replacement for a value that cannot be read.
     fn fallback(&self) -> Option<Self::Of>;
     fn put(&self, out: &mut Vec<(String, Located)>, name: &str, x: &Self::Of);
     fn field(&self, name: &'static str, doc: &'static str) -> Field;
 }
 
-/// A value that is a default when it is not written.
+/// A value with a default.
 pub(crate) struct Or<K: Kind>(K, K::Of);
-/// A value that may not be there.
+/// An optional value.
 pub(crate) struct Maybe<K>(K);
-/// A value that must be there, with what to write.
+/// A required value, with help text.
 pub(crate) struct Need<K>(K, &'static str);
 
-/// A value that must be there, where the rest is still checked without it.
+/// A required value; without it, the rest of the record is still checked.
 pub(crate) struct Want<K>(K, &'static str);
 
-/// How a kind stands in a record.
+/// Presence of a kind in a record.
 pub(crate) trait Presence: Kind + Sized {
     fn or(self, default: Self::Of) -> Or<Self> {
         Or(self, default)
@@ -87,11 +87,11 @@ pub(crate) trait Presence: Kind + Sized {
     fn maybe(self) -> Maybe<Self> {
         Maybe(self)
     }
-    /// `help` says what to write where it is missing.
+    /// Makes it required; `help` is the remedy if it is missing.
     fn need(self, help: &'static str) -> Need<Self> {
         Need(self, help)
     }
-    /// The same, and without it the rest of the record is still read.
+    /// Makes it required, but the rest of the record is read without it.
     fn wanted(self, help: &'static str) -> Want<Self> {
         Want(self, help)
     }
@@ -197,7 +197,7 @@ impl<K: Kind> Entry for Want<K> {
     }
 }
 
-/// A record as a kind of its own.
+/// A record as a kind.
 pub(crate) struct Of<T>(PhantomData<T>);
 
 pub(crate) fn of<T: Record>() -> Of<T> {
@@ -220,9 +220,8 @@ impl<T: Record> Kind for Of<T> {
     }
 }
 
-/// Declares a record: `struct Name: "title" { /// meaning  field: Type = kind, .. }` makes the struct too,
-/// `for Name: "title" { /// meaning  field: kind, .. }` is for one that is there.
-/// `; origin` at the end keeps the place.
+/// Declares a record: `struct Name: "title" { /// meaning  field: Type = kind, .. }` also declares the struct; `for Name: "title" { /// meaning
+/// field: kind, .. }` uses an existing one. `; origin` at the end stores the position.
 macro_rules! record {
     (for $T:ty: $title:literal
         { $( $(#[doc = $doc:literal])+ $field:ident: $entry:expr ),* $(,)? $(; $origin:ident)? }) => {
@@ -269,7 +268,7 @@ macro_rules! record {
 }
 pub(crate) use record;
 
-/// What stands in the brackets of `Name(..)`: fields, or the value of the one field that `short` names.
+/// Reads the argument of `Name(..)`: fields, or the value of the one field that `short` names.
 pub(crate) fn argument<T: Record>(
     cx: &mut Cx,
     inner: &Located,
@@ -280,8 +279,8 @@ pub(crate) fn argument<T: Record>(
         Value::Map(_) | Value::Null => T::read(cx, inner, at),
         _ if short.is_empty() => {
             let message =
-                format!("{} takes nothing but fields, this is {}", at.what, inner.value.what());
-            cx.fault(inner.origin, message, "write the name alone, or fields in brackets");
+                format!("{} accepts only fields, but there is {}", at.what, inner.value.what());
+            cx.fault(inner.origin, message, "write only the name, or fields in brackets");
             None
         }
         _ => {
@@ -291,7 +290,7 @@ pub(crate) fn argument<T: Record>(
     }
 }
 
-/// `Name(fields)`, or `Name(value)` of the one field that `short` names, or `Name` alone, in the schema.
+/// Returns the schema of `Name(fields)`, `Name(value)` of the one field that `short` names, or `Name` alone.
 pub(crate) fn variant_of<T: Record>(name: &'static str, short: &str) -> Schema {
     let fields = T::fields();
     let mut forms = vec![Schema::Variant(name, Box::new(T::describe()))];
@@ -303,7 +302,7 @@ pub(crate) fn variant_of<T: Record>(name: &'static str, short: &str) -> Schema {
     Schema::Any(forms)
 }
 
-/// A name of a variant with what is in its brackets, and the place of the name; a fault when it is none of those `known`.
+/// Returns the name of a variant with its argument, and the position of the name; adds a fault if it is not in `known`.
 pub(crate) fn variant_name<'v>(
     cx: &mut Cx,
     v: &'v Located,
@@ -311,7 +310,7 @@ pub(crate) fn variant_name<'v>(
     (one, many, known): (&str, &str, &[&str]),
 ) -> Option<(&'v str, &'v Located)> {
     let Value::Variant(name, inner) = &v.value else {
-        let message = format!("{what} is a {one}, this is {}", v.value.what());
+        let message = format!("{what} must be a {one}, but it is {}", v.value.what());
         cx.fault(v.origin, message, format!("one of: {}", known.join(", ")));
         return None;
     };

@@ -1,7 +1,7 @@
-//! Arithmetic with parameters: `$track / 2`, `-$x`, `$radius + 5 cm`. Units are carried along.
+//! Arithmetic with parameters: `$track / 2`, `-$x`, `$radius + 5 cm`. Units are propagated.
 use linkwork_runtime::Unit;
 
-/// A number in SI with its unit; a bare number takes the unit of what it is added to.
+/// A number in SI with its unit; a number without a unit takes that of the other summand.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Quantity {
     pub value: f64,
@@ -19,16 +19,16 @@ impl Quantity {
     }
 }
 
-/// What a name, or an element of the list that it stands for (from 0), is as a number, or why it is none.
+/// Returns a name, or an element of its list (from 0), as a number, or why it is not a number.
 pub(crate) type Lookup<'a> = &'a dyn Fn(&str, Option<usize>) -> Result<Quantity, String>;
 
-/// Evaluates; the error says what is wrong with the text.
+/// Evaluates an expression; the error describes the mistake in the text.
 pub(crate) fn evaluate(text: &str, lookup: Lookup<'_>) -> Result<Quantity, String> {
     let mut p = Parser { rest: text, lookup, depth: 0 };
     let value = p.sum()?;
     p.blank();
     if !p.rest.is_empty() {
-        return Err(format!("`{}` is left over", p.rest));
+        return Err(format!("`{}` is unexpected at the end", p.rest));
     }
     if !value.value.is_finite() {
         return Err(format!("the result is {}", value.value));
@@ -137,13 +137,13 @@ impl<'t> Parser<'t> {
         }
     }
 
-    /// `[2]` behind a name.
+    /// Reads `[2]` after a name.
     fn element(&mut self) -> Result<Option<usize>, String> {
         let Some(rest) = self.rest.strip_prefix('[') else { return Ok(None) };
         let (index, rest) = rest.split_once(']').ok_or("`]` is missing")?;
         self.rest = rest;
         let number = index.trim().parse();
-        number.map(Some).map_err(|_| format!("`[{index}]` is no element: count from [0]"))
+        number.map(Some).map_err(|_| format!("`[{index}]` is not an element: indices begin at [0]"))
     }
 
     fn number(&mut self) -> Result<Quantity, String> {
@@ -189,7 +189,7 @@ impl<'t> Parser<'t> {
             "cos" if angle => Ok(ratio(q.value.cos())),
             "tan" if angle => Ok(ratio(q.value.tan())),
             "sqrt" | "sin" | "cos" | "tan" => {
-                Err(format!("`{name}` cannot be taken of a quantity in {}", q.unit()))
+                Err(format!("`{name}` is not defined for a quantity in {}", q.unit()))
             }
             _ => Err(format!("there is no function `{name}`: abs, sqrt, sin, cos, tan")),
         }
@@ -241,9 +241,9 @@ mod tests {
             ("track / 2", "a parameter is written `$track`"),
             ("($track", "`)` is missing"),
             ("$corner[0", "`]` is missing"),
-            ("$corner[-1]", "`[-1]` is no element: count from [0]"),
-            ("sin($mass)", "cannot be taken of a quantity in kg"),
-            ("$track $mass", "`$mass` is left over"),
+            ("$corner[-1]", "`[-1]` is not an element: indices begin at [0]"),
+            ("sin($mass)", "is not defined for a quantity in kg"),
+            ("$track $mass", "`$mass` is unexpected at the end"),
         ] {
             let error = value(text).unwrap_err();
             assert!(error.contains(part), "{text}: {error}");

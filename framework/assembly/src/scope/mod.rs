@@ -1,3 +1,3 @@
-//! Parameters: their values in force, and arithmetic with them.
+//! Parameters: their values in a scope, and arithmetic with them.
 mod expression;
 pub(crate) mod parameters;

@@ -1,4 +1,4 @@
-//! Parameters in force: `$name`, `-$name`, arithmetic and `${name}` inside texts.
+//! Parameters in a scope: `$name`, `-$name`, arithmetic and `${name}` inside texts.
 use crate::schema::describe::Schema;
 use crate::schema::kind::{raw, text};
 use crate::schema::read::{fields, number, text_field};
@@ -10,7 +10,7 @@ use crate::text::value::{Text, entries, is_unknown};
 use linkwork_runtime::{Located, Origin, Unit, Value, nearest, remedy, split_quantity};
 use std::collections::BTreeMap;
 
-/// The parameters in force at a place, by name.
+/// The parameters of a scope, by name.
 pub(crate) type Env = BTreeMap<String, Located>;
 
 /// Replaces every parameter in a value, deep.
@@ -103,20 +103,27 @@ fn interpolate(cx: &mut Cx, env: &Env, text: &str, origin: Origin) -> String {
     out + rest
 }
 
-/// Stands for a value that was refused: what uses it stays silent. See [`is_unknown`].
+/// Returns a placeholder for an invalid value; its use does not cause further faults. See [`is_unknown`].
 fn refused(key: &str, origin: Origin) -> Located {
     Located { value: Value::Text(format!("${key}")), origin }
 }
 
-/// The number that a parameter is, or that an element of it is.
+/// Returns the number of a parameter, or of an element of it.
 fn quantity_of(name: &str, v: &Located, element: Option<usize>) -> Result<Quantity, String> {
     let (v, name) = match (&v.value, element) {
         (_, None) => (v, name.to_string()),
         (Value::List(items), Some(k)) => match items.get(k) {
             Some(item) => (item, format!("{name}[{k}]")),
-            None => return Err(format!("`${name}` has {} elements, no [{k}]", items.len())),
+            None => {
+                return Err(format!(
+                    "`${name}` has {} elements, so [{k}] does not exist",
+                    items.len()
+                ));
+            }
         },
-        (other, Some(k)) => return Err(format!("`${name}` is {}: no [{k}]", other.what())),
+        (other, Some(k)) => {
+            return Err(format!("`${name}` is {}, so [{k}] does not exist", other.what()));
+        }
     };
     if is_unknown(v) {
         return Err(String::new());
@@ -137,12 +144,12 @@ fn as_quantity(v: &Located) -> Option<Quantity> {
     }
 }
 
-/// A quantity as a value that keeps its unit: `"0.25 m"`; without one, a number.
+/// Returns a quantity as a value with its unit, such as `"0.25 m"`, or as a number without one.
 fn show(q: &Quantity, written: Option<&str>) -> Value {
     if q.exponents == [0; 8] {
         return Value::Number(q.value);
     }
-    // The unit as its author wrote it when that is SI already, else in base units.
+    // The unit as written if it is SI, otherwise base units.
     let coherent =
         written.filter(|u| Unit::parse(u).is_ok_and(|u| u.scale == 1.0 && u.offset == 0.0));
     match coherent {
@@ -151,7 +158,7 @@ fn show(q: &Quantity, written: Option<&str>) -> Value {
     }
 }
 
-/// The parameters of an instance from those given, the overrides and the defaults.
+/// Returns the parameters of an instance from the given values, the overrides and the defaults.
 pub(crate) fn bind(
     cx: &mut Cx,
     at: &str,
@@ -183,7 +190,7 @@ pub(crate) fn bind(
             }
         }
     }
-    // Defaults may name other parameters: take those whose names are all known, until none is left.
+    // Defaults may depend on other parameters: repeatedly evaluate those whose parameters are all known.
     while !waiting.is_empty() {
         let before = waiting.len();
         let names: Vec<String> = waiting.iter().map(|(k, _)| (*k).clone()).collect();
@@ -192,7 +199,7 @@ pub(crate) fn bind(
         });
         waiting = rest;
         for (key, decl) in ready {
-            // A parameter that a misspelt one was meant for is not missing as well.
+            // A parameter for which there is a misspelt value is not reported as missing.
             if decl.default.is_none() && meant.contains(&key.as_str()) {
                 env.insert(key.clone(), refused(key, origin));
                 continue;
@@ -204,7 +211,7 @@ pub(crate) fn bind(
         if waiting.len() == before {
             for (key, decl) in waiting.drain(..) {
                 let message = format!("the default of `{at}.{key}` depends on itself");
-                cx.fault(decl.origin, message, "give one of the parameters a number");
+                cx.fault(decl.origin, message, "set one of the parameters to a number");
                 env.insert(key.clone(), refused(key, origin));
             }
         }
@@ -212,16 +219,16 @@ pub(crate) fn bind(
     env
 }
 
-/// Bytes of text and pieces of a value that a parameter may hold at most.
+/// Largest size of a value: bytes of text and number of elements.
 const LARGEST: usize = 1 << 20;
 
-/// The value, unless it is too large: parameters that name each other twice double at every one.
+/// Returns the value unless it is too large, because parameters that repeat each other can grow exponentially.
 fn bounded(cx: &mut Cx, at: &str, key: &str, v: Located) -> Located {
     if size(&v) <= LARGEST {
         return v;
     }
     let message = format!("the value of `{at}.{key}` is larger than {} MiB", LARGEST >> 20);
-    let help = "parameters that repeat others grow with each: put what is large into a file";
+    let help = "parameters that repeat others grow with each one: put large data into a file";
     cx.fault(v.origin, message, help);
     refused(key, v.origin)
 }
@@ -269,7 +276,7 @@ fn default(
             let message = format!("`{at}`: required parameter `{key}` is missing ({doc}{unit})");
             let help = if cx.alone == Some(origin) {
                 format!(
-                    "this file is an assembly: give it `--set '{at}.{key}=..'`, or name it as a part of a simulation and \
+                    "this file is an assembly: use `--set '{at}.{key}=..'`, or use it as a part of a simulation and \
                      write `params: {{ \"{key}\": .. }}` there"
                 )
             } else {
@@ -281,7 +288,7 @@ fn default(
     }
 }
 
-/// Unit and range of a given value; lists number by number. The result keeps the value's place.
+/// Checks unit and range of a given value; lists are checked number by number. The result keeps the value's position.
 fn check(cx: &mut Cx, at: &str, key: &str, decl: &ParamDecl, v: &Located) -> Located {
     let what = format!("`{at}.{key}`");
     let value = match &v.value {
@@ -341,28 +348,28 @@ fn outside(cx: &mut Cx, what: &str, decl: &ParamDecl, v: &Located, x: f64, range
 /// A parameter of an assembly.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParamDecl {
-    /// Unit; a bare number is in it.
+    /// Unit, also of numbers without a unit.
     pub unit: Option<Text>,
-    /// Value when the parent gives none; `None`: required.
+    /// Default; `None`: the parameter is required.
     pub default: Option<Located>,
-    /// Lowest and highest value, SI.
+    /// Range, SI.
     pub range: Option<(f64, f64)>,
     /// The range as written, in the declared unit.
     pub range_written: Option<Located>,
     /// Meaning.
     pub doc: String,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
 }
 
 record! {
-    /// A parameter as written.
+    /// A parameter as written in a file.
     pub(crate) struct ParamForm: "parameter" {
-        /// Unit; a bare number is in it.
+        /// Unit, also of numbers without a unit.
         unit: Option<Text> = text().maybe(),
-        /// Value when the parent gives none.
+        /// Default value.
         default: Option<Located> = raw(|| Schema::Any(Vec::new())).maybe(),
-        /// Lowest and highest value.
+        /// Smallest and largest value.
         range: Option<Located> = raw(|| Schema::List(Box::new(Schema::Any(Vec::new())), Some(2))).maybe(),
         /// Meaning.
         doc: Option<Text> = text().maybe(),
@@ -390,7 +397,7 @@ pub(crate) fn read_param(cx: &mut Cx, key: &str, v: &Located) -> ParamDecl {
         }
         _ => {
             let help = "write (lowest, highest), for example (0, 1) or (0, inf)";
-            cx.fault(r.origin, format!("{what}: `range` has two ends"), help);
+            cx.fault(r.origin, format!("{what}: `range` must have two numbers"), help);
             None
         }
     });

@@ -1,8 +1,8 @@
-//! Finding files: beside the text that names them, in the search folders, embedded.
+//! Search of files: relative to the text that uses them, in the search folders, and among the embedded texts.
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Where a text comes from, and so where its neighbours are.
+/// Origin of a text, which determines where its relative paths are resolved.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Home {
     /// A folder on disk.
@@ -11,15 +11,15 @@ pub(crate) enum Home {
     Embedded(String),
 }
 
-/// Where files are looked for.
+/// Locations in which files are searched.
 pub(crate) struct Files<'o> {
     pub search: &'o [PathBuf],
     pub embedded: &'o BTreeMap<String, String>,
-    /// Data files need not exist (a resolved text is read without them).
+    /// Missing data files are accepted (a resolved text is read without them).
     pub lenient: bool,
 }
 
-/// The files, and the home of the text that names one.
+/// The locations, and the origin of the text that uses a file.
 pub(crate) type Near<'p> = (&'p Files<'p>, &'p Home);
 
 /// `a/./b/../c` → `a/c`.
@@ -43,7 +43,7 @@ fn embedded_home(key: &str) -> Home {
 }
 
 impl Files<'_> {
-    /// The key of a file (its path) and its home, or the folders tried.
+    /// Returns the key of a file (its path) and its origin, or the folders that were tried.
     pub fn find(&self, name: &str, home: &Home) -> Result<(String, Home), Vec<String>> {
         let mut tried = Vec::new();
         let mut folders: Vec<&Path> = Vec::new();
@@ -78,7 +78,7 @@ impl Files<'_> {
         Err(tried)
     }
 
-    /// A data file such as a mesh, or `None`.
+    /// Returns the path of a data file such as a mesh, or `None`.
     pub fn data(&self, name: &str, home: &Home) -> Option<String> {
         match self.find(name, home) {
             Ok((key, _)) => Some(key),

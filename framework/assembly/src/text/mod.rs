@@ -1,4 +1,4 @@
-//! Texts, the located values in them, and what is said about them.
+//! Texts, their values with positions, and formatting of faults.
 pub(crate) mod files;
 pub(crate) mod parse;
 #[cfg(test)]

@@ -10,8 +10,8 @@ use linkwork_runtime::{Located, Origin};
 use ron::value::RawValue;
 use std::sync::{Arc, OnceLock};
 
-/// Reads a whole text; on a mistake records it and gives `None`. A text that another load has read at the same place
-/// among its sources is not read again.
+/// Parses a whole text; after a mistake adds a fault and returns `None`. A text that another load has parsed at the same index of its sources is
+/// reused.
 pub(crate) fn parse(cx: &mut Cx, file: u32) -> Option<Located> {
     match parse_once(cx, file) {
         Some(once) => Some(once.value.clone()),
@@ -19,7 +19,7 @@ pub(crate) fn parse(cx: &mut Cx, file: u32) -> Option<Located> {
     }
 }
 
-/// The same, shared with other loads; `None` when nothing is shared, or the text has mistakes.
+/// Parses a text for several loads; `None` if there is no shared cache, or the text has mistakes.
 pub(crate) fn parse_once(cx: &mut Cx, file: u32) -> Option<Arc<Once>> {
     if let Some((_, once)) = cx.shared.iter().find(|(known, _)| *known == file) {
         return Some(once.clone());

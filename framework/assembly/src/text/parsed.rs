@@ -1,21 +1,21 @@
-//! Texts that were read before: of several loads of one simulation each text is parsed, and each assembly read, once.
+//! Cache of parsed texts: for several loads of one simulation, each text is parsed, and each assembly read, once.
 use linkwork_runtime::{Located, Origin};
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// Values of texts without mistakes, by name and place among the sources; one for each is kept.
+/// Values of texts without mistakes, by name and index among the sources.
 #[derive(Debug, Default)]
 pub struct Parsed(Mutex<BTreeMap<(String, u32), Arc<Once>>>);
 
-/// What a text says.
+/// Content of a text.
 #[derive(Debug)]
 pub(crate) struct Once {
     pub text: String,
     pub value: Located,
     /// Origin of a value in a map → origin of its key.
     pub keys: BTreeMap<Origin, Origin>,
-    /// The form that it holds, an assembly, once it was read without a mistake: what that is is known above this layer.
+    /// The assembly in the text, if it was read without a mistake. Its type is defined above this layer.
     pub form: OnceLock<Arc<dyn Any + Send + Sync>>,
 }
 
@@ -24,7 +24,7 @@ impl Parsed {
         f(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// What a text at this place among the sources says, when it is known.
+    /// Returns the content of a text at this index among the sources, if it is cached.
     pub(crate) fn get(&self, name: &str, file: u32, text: &str) -> Option<Arc<Once>> {
         let was = self.with(|all| all.get(&(name.to_string(), file)).cloned());
         was.filter(|was| was.text == text)

@@ -1,4 +1,4 @@
-//! Patterns over paths of variables, as users write them: what they choose, and which choose nothing.
+//! Patterns for paths of variables: their matches, and patterns without a match.
 use crate::text::value::Text;
 pub use linkwork_runtime::pattern::path_matches;
 pub(crate) use linkwork_runtime::pattern::segment_matches;
@@ -8,15 +8,15 @@ fn no_match<S: AsRef<str>>(p: &Text, names: &[S]) -> Fault {
     let plain = p.text.replace("**", "").replace('*', "");
     let guess = did_you_mean(&plain, names.iter().map(AsRef::as_ref));
     Fault::new(p.origin, format!("`{}` matches no variable", p.text)).help(format!(
-        "{}`*` stands for one part of a path, `**` for any number; \
+        "{}`*` matches one segment of a path, `**` any number; \
          `linkwork list` shows all {} variables",
         guess.map(|g| format!("{g} ")).unwrap_or_default(),
         names.len()
     ))
 }
 
-/// What patterns name that cannot be there, in a simulation that has other mistakes and no plan: a variable
-/// that its part has not. Of bodies, and of parts that are not known, nothing is said.
+/// Returns faults for patterns that cannot match, in a simulation without a plan because of other mistakes: variables that a known part does not
+/// have. Bodies and unknown parts are not checked.
 pub fn misspelt(
     patterns: &[Text],
     spec: &Spec,
@@ -26,7 +26,7 @@ pub fn misspelt(
     let (names, dark) = known_variables(spec, catalogue, files);
     let known = |part: &str| !dark.iter().any(|d| d == part);
     let mut faults = Vec::new();
-    // A star may mean a part that could not be read.
+    // A star may match a part that could not be read.
     for p in patterns.iter().filter(|p| !p.text.contains(['*', '/'])) {
         let owner = spec.parts.iter().find(|part| {
             let below = p.text.strip_prefix(&part.path);
@@ -45,13 +45,12 @@ pub fn misspelt(
     faults
 }
 
-/// Indices of the names that any pattern matches, in the order of the names.
+/// Returns the indices of the names that any pattern matches, in the order of the names.
 ///
-/// A pattern without a star also matches what lies below it: `Rover.Motor` takes
-/// `Rover.Motor.current`.
+/// A pattern without a star also matches everything below it: `Rover.Motor` matches `Rover.Motor.current`.
 ///
 /// # Errors
-/// One fault for each pattern that matches nothing.
+/// One fault for each pattern without a match.
 pub fn match_patterns<S: AsRef<str>>(
     patterns: &[Text],
     names: &[S],
@@ -73,8 +72,8 @@ pub fn match_patterns<S: AsRef<str>>(
     Ok((0..names.len()).filter(|k| chosen[*k]).collect())
 }
 
-/// The positions of the names that a pattern matches, in order; empty when it matches none.
-/// [`match_patterns`] makes an error of that, with the most similar name, which takes far longer to find.
+/// Returns the indices of the names that a pattern matches, in order; empty without a match. [`match_patterns`] reports an error with the most
+/// similar name, which takes far longer to find.
 pub fn matches<S: AsRef<str>>(pattern: &str, names: &[S]) -> Vec<usize> {
     let plain = !pattern.contains('*');
     let (below, element) = (format!("{pattern}.**"), format!("{pattern}["));

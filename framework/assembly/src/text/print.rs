@@ -1,7 +1,7 @@
-//! Values as readable RON: one line when it fits, else indented; reads back as the same value.
+//! Prints values as readable RON: on one line if it fits, otherwise indented. The result reads back as the same value.
 use linkwork_runtime::{Located, Value};
 
-/// Fields whose keys are names that the author chose.
+/// Fields whose keys are names chosen by the author.
 const TABLES: [&str; 14] = [
     "params",
     "mounts",
@@ -20,12 +20,12 @@ const TABLES: [&str; 14] = [
 ];
 const WIDTH: usize = 100;
 
-/// The whole text, with a line end.
+/// Returns the whole text, with a line end.
 pub(crate) fn document(v: &Value) -> String {
     write(v, 0, false) + "\n"
 }
 
-/// A value on one line.
+/// Returns a value on one line.
 pub(crate) fn inline(v: &Value) -> String {
     one_line(v, false)
 }

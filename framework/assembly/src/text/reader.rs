@@ -369,7 +369,7 @@ impl<'t> Reader<'t> {
         let word = self.next().is_some_and(|c| c == b'r');
         if self.next() != Some(b'"') && !word {
             let help = "write { \"name\": .. } or (name: ..)";
-            return Err(self.stop("the keys of `{ .. }` are texts in quotes", help));
+            return Err(self.stop("the keys of `{ .. }` must be texts in quotes", help));
         }
         let value = if word { self.word()?.value } else { self.quoted()? };
         match value {
@@ -383,7 +383,7 @@ impl<'t> Reader<'t> {
                 let help = "write { \"name\": .. } or (name: ..)";
                 Err(Stop {
                     at: start,
-                    fact: "the keys of `{ .. }` are texts in quotes".into(),
+                    fact: "the keys of `{ .. }` must be texts in quotes".into(),
                     help,
                 })
             }

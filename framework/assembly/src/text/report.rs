@@ -1,4 +1,4 @@
-//! What is gathered on the way: the texts, the faults so far, and where keys were written.
+//! State of a load: the texts, the faults so far, and the positions of keys.
 use crate::text::parsed::{Once, Parsed};
 use linkwork_runtime::{Fault, Located, Origin, Sources};
 use std::collections::BTreeMap;
@@ -11,11 +11,11 @@ pub(crate) struct Cx {
     pub faults: Vec<Fault>,
     /// Origin of a value in a map → origin of its key.
     pub keys: BTreeMap<Origin, Origin>,
-    /// What was parsed before.
+    /// The cache of parsed texts.
     pub parsed: Option<Arc<Parsed>>,
-    /// Texts that this load shares with others, with places of keys of their own.
+    /// Texts that this load shares with others, with the positions of their keys.
     pub shared: Vec<(u32, Arc<Once>)>,
-    /// Where an assembly's file begins that is simulated by itself, not as a part of a simulation.
+    /// Beginning of the file of an assembly that is simulated alone, not as a part of a simulation.
     pub alone: Option<Origin>,
 }
 
@@ -27,7 +27,7 @@ impl Cx {
         self.faults.push(if help.is_empty() { fault } else { fault.help(help) });
     }
 
-    /// Records what another crate says is wrong, at a place of ours.
+    /// Adds an error of another crate, at a position in a text.
     pub fn explained<E: std::fmt::Display>(
         &mut self,
         origin: Origin,
@@ -43,7 +43,7 @@ impl Cx {
         }
     }
 
-    /// Where the key of a map entry is written; the value itself when there is no key.
+    /// Returns the position of the key of a map entry; that of the value itself without a key.
     pub fn key(&self, v: &Located) -> Origin {
         let keys = match self.shared.iter().find(|(file, _)| *file == v.origin.file) {
             Some((_, once)) => &once.keys,
@@ -52,7 +52,7 @@ impl Cx {
         keys.get(&v.origin).copied().unwrap_or(v.origin)
     }
 
-    /// `file:line:column`, or a word when there is no file.
+    /// Returns `file:line:column`, or a word if there is no file.
     pub fn place(&self, origin: Origin) -> String {
         match self.sources.place(origin) {
             Some((name, line, column)) => format!("{name}:{line}:{column}"),
@@ -61,9 +61,9 @@ impl Cx {
     }
 }
 
-/// Sorts faults by place and tells those of several instances of one text only once.
+/// Sorts faults by position and merges those of several instances of one text.
 pub fn tidy(mut faults: Vec<Fault>) -> Vec<Fault> {
-    // Wheel1 … Wheel6 are one mistake in wheel.ron: digits apart, the message is the same.
+    // Wheel1 … Wheel6 have the same mistake in wheel.ron: the messages are equal except for digits.
     let plain = |m: &str| m.chars().filter(|c| !c.is_ascii_digit()).collect::<String>();
     faults.sort_by_key(|f| f.origin);
     let mut kept: Vec<(usize, Fault)> = Vec::new();

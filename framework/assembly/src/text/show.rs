@@ -4,16 +4,16 @@ use ariadne::{CharSet, Color, Config, Label, Report, ReportKind, Source};
 use linkwork_runtime::{Fault, Sources};
 use std::ops::Range;
 
-/// Everything that is wrong with what was loaded, at least one fault.
+/// All mistakes of a load, at least one.
 #[derive(Clone, Debug)]
 pub struct Failure {
-    /// The faults, by place.
+    /// The faults, sorted by position.
     pub faults: Vec<Fault>,
-    /// The texts they point into.
+    /// The texts to which they refer.
     pub sources: Sources,
 }
 
-/// How to show faults.
+/// Format of faults.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Look {
     /// Three lines each, for logs and tests.
@@ -25,12 +25,12 @@ pub enum Look {
 }
 
 impl Failure {
-    /// As text; see [`Look`].
+    /// Returns the faults as text; see [`Look`].
     pub fn show(&self, look: Look) -> String {
         show_faults(&self.faults, &self.sources, look)
     }
 
-    /// With the source lines, coloured for a terminal that wants it.
+    /// Returns the faults with the source lines, optionally coloured for a terminal.
     pub fn render(&self, color: bool) -> String {
         self.show(if color { Look::Coloured } else { Look::Drawn })
     }
@@ -44,7 +44,7 @@ impl std::fmt::Display for Failure {
 
 impl std::error::Error for Failure {}
 
-/// Any faults as text, those of `compile` too.
+/// Returns any faults as text, including those of `compile`.
 pub fn show_faults(faults: &[Fault], sources: &Sources, look: Look) -> String {
     let mut out = String::new();
     for fault in faults {
@@ -74,7 +74,7 @@ fn drawn(fault: &Fault, sources: &Sources, look: Look) -> String {
     let Some((name, text)) = sources.files.get(fault.origin.file as usize) else {
         return plain(fault, sources) + "\n";
     };
-    // ariadne counts characters unless told; a span must not be empty nor run over many lines.
+    // ariadne counts characters by default; a span must not be empty or extend over many lines.
     let whole =
         |at: u32| (0..=(at as usize).min(text.len())).rev().find(|k| text.is_char_boundary(*k));
     let start = whole(fault.origin.start).unwrap_or(0);
@@ -104,7 +104,7 @@ fn drawn(fault: &Fault, sources: &Sources, look: Look) -> String {
     }
 }
 
-/// Without terminal colours: a custom kind of report is coloured whatever the configuration says.
+/// Removes terminal colours, because a custom kind of report is coloured despite the configuration.
 fn without_escapes(text: &str) -> String {
     let mut pieces = text.split('\u{1b}');
     let first = pieces.next().unwrap_or("").to_string();

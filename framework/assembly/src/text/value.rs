@@ -1,8 +1,8 @@
-//! Working on located values: looking into them, changing them, making them.
+//! Functions on values with positions: access, change, creation.
 use linkwork_runtime::{Located, Origin, Value};
 use linkwork_spatial::Vec3;
 
-/// A text and where it was written.
+/// A text and its position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Text {
     /// The text.
@@ -12,13 +12,13 @@ pub struct Text {
 }
 
 impl Text {
-    /// A text that a program wrote.
+    /// Creates a text without a position.
     pub fn new(text: impl Into<String>) -> Text {
         Text { text: text.into(), origin: Origin::NONE }
     }
 }
 
-/// The entries of a map; nothing is an empty map.
+/// Returns the entries of a map; `Null` is an empty map.
 pub(crate) fn entries(v: &Located) -> &[(String, Located)] {
     match &v.value {
         Value::Map(entries) => entries,
@@ -26,7 +26,7 @@ pub(crate) fn entries(v: &Located) -> &[(String, Located)] {
     }
 }
 
-/// A map of fields.
+/// Creates a map of fields.
 pub(crate) fn map(entries: Vec<(&str, Located)>) -> Located {
     Value::Map(entries.into_iter().map(|(k, v)| (k.to_string(), v)).collect()).into()
 }
@@ -56,7 +56,7 @@ pub(crate) fn set(map: &mut Located, path: &[String], value: &Located) {
     set(&mut entries[at].1, rest, value);
 }
 
-/// Brings the keys of every map into one order, deep: the order in a file leaves no trace.
+/// Sorts the keys of every map, recursively, so that the order in a file does not affect the result.
 pub(crate) fn sort(v: &mut Located) {
     match &mut v.value {
         Value::Map(entries) => {
@@ -69,14 +69,14 @@ pub(crate) fn sort(v: &mut Located) {
     }
 }
 
-/// True for a text with a parameter that could not be replaced: reported where that was tried.
+/// Returns true for a text with a parameter that could not be replaced, which has been reported.
 pub(crate) fn is_unknown(v: &Located) -> bool {
     matches!(&v.value, Value::Text(t) if t.contains('$'))
 }
 
-/// What can stand in an assembly.
+/// Types that can be values of an assembly.
 pub trait IntoValue {
-    /// As a value.
+    /// Converts it to a value.
     fn into_value(self) -> Value;
 }
 
@@ -122,7 +122,7 @@ impl<T: IntoValue, const N: usize> IntoValue for [T; N] {
     }
 }
 
-/// `Name` or `Name(..)`: `variant("Pin", [0.0, 1.0, 0.0])`, `variant("Free", Value::Null)`.
+/// Creates `Name` or `Name(..)`: `variant("Pin", [0.0, 1.0, 0.0])`, `variant("Free", Value::Null)`.
 pub fn variant(name: &str, inner: impl IntoValue) -> Value {
     Value::Variant(name.into(), Box::new(inner.into_value().into()))
 }
@@ -140,7 +140,7 @@ pub(crate) fn push(out: &mut Vec<(String, Located)>, key: &str, v: Value) {
     }
 }
 
-/// A name that a reference can carry and that nobody has yet.
+/// Returns an unused name without special characters of references.
 pub(crate) fn plain(name: &str, taken: impl Fn(&str) -> bool) -> String {
     let bad = |c: char| c.is_whitespace() || c.is_control() || "./[]*$\"'->:".contains(c);
     let mut out: String = name.chars().map(|c| if bad(c) { '_' } else { c }).collect();
@@ -163,17 +163,17 @@ pub(crate) fn vector(v: &Vec3) -> Value {
     list(v.iter().copied())
 }
 
-/// `Rover.Arm/link1`; a body at the top has its name alone.
+/// Returns `Rover.Arm/link1`; only the name for a body at the top level.
 pub(crate) fn full_name(path: &str, body: &str) -> String {
     if path.is_empty() { body.to_string() } else { format!("{path}/{body}") }
 }
 
-/// `path.name`, or the name alone at the root.
+/// Returns `path.name`, or only the name at the root.
 pub(crate) fn join(path: &str, name: &str) -> String {
     if path.is_empty() { name.to_string() } else { format!("{path}.{name}") }
 }
 
-/// The path around a path: `Rover.Arm` → `Rover`, and nothing around the top.
+/// Returns the path around a path: `Rover.Arm` → `Rover`; empty at the top level.
 pub(crate) fn outer(path: &str) -> &str {
     path.rsplit_once('.').map_or("", |(head, _)| head)
 }

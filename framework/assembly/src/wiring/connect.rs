@@ -1,11 +1,11 @@
-//! `connect`: joins connectors, which are groups of inputs and outputs that belong together.
+//! `connect`: connects connectors, which are groups of related inputs and outputs.
 //!
 //! ```text
 //! connect: [("Motor.supply", "Battery.terminal"), ("Heater.supply", "Battery.terminal")]
 //! ```
-//! All connectors that entries join, directly or through each other, make one node. One connector of a node is its source: it determines the voltage
-//! (temperature, pressure), which all others read, and takes the sum of the currents (heat flows, mass flows) of all others; its inputs take sums.
-//! So the flows at a node add up to zero. The wires that follow are ordinary ones; the runtime checks that none is missing
+//! All connectors that are connected, directly or indirectly, form a node. One connector of a node is its source: it determines the voltage
+//! (temperature, pressure), which all others read, and receives the sum of the currents (heat flows, mass flows) of all others, because its inputs
+//! are sums. The flows at a node therefore add up to zero. The resulting wires are ordinary ones; the runtime checks that none is missing
 //! (`framework/runtime/src/compile/connectors.rs`).
 use super::wires::{Problem, Wiring};
 use crate::expand::instance::Instance;
@@ -19,7 +19,7 @@ use std::collections::{BTreeMap, BTreeSet};
 struct Connector {
     /// `Part.supply`.
     path: String,
-    /// Outputs and inputs by their names in the connector; inputs with whether they take a sum.
+    /// Outputs and inputs by their names in the connector; for inputs, whether they are sums.
     outputs: BTreeMap<String, PortRef>,
     inputs: BTreeMap<String, (PortRef, bool)>,
 }
@@ -34,14 +34,14 @@ impl Connector {
     }
 }
 
-/// Connectors that are joined, and the entry that first did so.
+/// Connected connectors, and the first entry that connects them.
 struct Node<'a> {
     members: Vec<Connector>,
     entry: &'a [Text],
 }
 
 impl<'a> Wiring<'a> {
-    /// The wires of all `connect` entries of these instances.
+    /// Returns the wires of all `connect` entries of these instances.
     pub(super) fn connections(&self, instances: &[&'a Instance], cx: &mut Cx) -> Vec<WireSpec> {
         let mut nodes: Vec<Node<'a>> = Vec::new();
         for instance in instances {
@@ -85,7 +85,7 @@ impl<'a> Wiring<'a> {
         out
     }
 
-    /// The connectors that an end of an entry names: several where it has `[*]`.
+    /// Returns the connectors of an end of an entry; several with `[*]`.
     fn connectors(&self, scope: &'a Instance, end: &Text) -> Result<Vec<Connector>, Problem> {
         let [outputs, inputs] = [true, false].map(|output| self.group(scope, &end.text, output));
         let (outputs, inputs) = match (outputs, inputs) {
@@ -124,7 +124,7 @@ impl<'a> Wiring<'a> {
     }
 }
 
-/// Adds a node; nodes that share a connector become one.
+/// Adds a node; nodes that share a connector are merged.
 fn join<'a>(nodes: &mut Vec<Node<'a>>, mut new: Node<'a>) {
     let mut kept = Vec::new();
     for mut node in nodes.drain(..) {
@@ -146,10 +146,10 @@ fn wires(node: &Node<'_>) -> Result<Vec<WireSpec>, Problem> {
     let members = &node.members;
     let [first, others @ ..] = &members[..] else { return Ok(Vec::new()) };
     if others.is_empty() {
-        let fact = format!("it names `{}` only", first.path);
-        return Err((fact, "join two different connectors".into()));
+        let fact = format!("it lists only `{}`", first.path);
+        return Err((fact, "connect two different connectors".into()));
     }
-    // One that only gives a flow, such as the heat of a motor, has part of the quantities of its source.
+    // A connector that only provides a flow, such as the heat of a motor, has only some quantities of its source.
     let kind = members.iter().map(Connector::quantities).max_by_key(BTreeSet::len);
     let kind = kind.unwrap_or_default();
     let differs = |m: &Connector| {
@@ -159,20 +159,20 @@ fn wires(node: &Node<'_>) -> Result<Vec<WireSpec>, Problem> {
     if differs(first) || others.iter().any(differs) {
         let other = others.iter().find(|o| o.quantities() != first.quantities()).unwrap_or(first);
         let fact = format!(
-            "`{}` is a connector of ({}), `{}` of ({})",
+            "`{}` is a connector of ({}), but `{}` of ({})",
             first.path,
             first.list(),
             other.path,
             other.list()
         );
-        return Err((fact, "join connectors of one kind".into()));
+        return Err((fact, "connect connectors of the same kind".into()));
     }
     let sources: Vec<&Connector> =
         members.iter().filter(|m| m.inputs.values().any(|(_, sum)| *sum)).collect();
     let source = match sources[..] {
         [source] => source,
         [] => {
-            let fact = format!("no source among {}", paths(members));
+            let fact = format!("there is no source among {}", paths(members));
             return Err((
                 fact,
                 "connect a source, such as a battery, a tank or an ideal source".into(),
@@ -180,7 +180,7 @@ fn wires(node: &Node<'_>) -> Result<Vec<WireSpec>, Problem> {
         }
         [..] => {
             let fact = format!("{} sources: {}", sources.len(), paths(sources.iter().copied()));
-            return Err((fact, "leave one source at a node, or put a part between them".into()));
+            return Err((fact, "keep one source at a node, or insert a part between them".into()));
         }
     };
     let mut out = Vec::new();

@@ -7,7 +7,7 @@ use crate::text::report::Cx;
 use crate::text::value::{entries, outer};
 use linkwork_runtime::{BindSpec, BindTarget, Located, Origin, PartSpec, Seconds};
 
-/// Every model of the tree, in path order.
+/// Returns all models of the tree, in path order.
 pub(crate) fn models(root: &Instance) -> Vec<&ModelInst> {
     fn walk<'i>(here: &'i Instance, out: &mut Vec<&'i ModelInst>) {
         for node in here.parts.values() {
@@ -37,7 +37,7 @@ pub(crate) fn parts(cx: &mut Cx, root: &Instance) -> Vec<PartSpec> {
                 model_origin: m.model.origin,
                 params: Located {
                     value: m.params.value.clone(),
-                    // Nothing written: faults of parameters point at the part.
+                    // Without parameters, faults about them refer to the part.
                     origin: match m.params.origin {
                         Origin::NONE => m.origin,
                         origin => origin,
@@ -53,7 +53,7 @@ pub(crate) fn parts(cx: &mut Cx, root: &Instance) -> Vec<PartSpec> {
         .collect()
 }
 
-/// Bindings by part and name.
+/// Returns bindings by part and name.
 pub(crate) fn binds(cx: &mut Cx, root: &Instance) -> Vec<BindSpec> {
     let mut out = Vec::new();
     for m in models(root) {

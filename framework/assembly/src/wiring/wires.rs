@@ -1,4 +1,4 @@
-//! Wires and exports: relative paths, exports of nested assemblies, `[*]` over arrays and lanes, groups of ports.
+//! Wires and exports: relative paths, exports of nested assemblies, `[*]` over arrays and components, groups of ports.
 use crate::expand::instance::{Instance, ModelInst, Node};
 use crate::form::wire::WireText;
 use crate::text::report::Cx;
@@ -23,12 +23,12 @@ enum Index {
     At(usize),
 }
 
-/// What one end of a wire names.
+/// Target of one end of a wire.
 #[derive(Clone, Default)]
 struct End {
-    /// A port, whose name here is empty, or the ports of a group by their names in it.
+    /// A port, with an empty name here, or the ports of a group by their names in it.
     ports: Vec<(String, PortRef)>,
-    /// Which element of `[*]` in the names of ports.
+    /// Index for `[*]` in the names of ports.
     element: Option<usize>,
 }
 
@@ -36,29 +36,29 @@ impl End {
     fn of(port: PortRef) -> End {
         End { ports: vec![(String::new(), port)], element: None }
     }
-    /// The port, when it is one and no group.
+    /// Returns the port, if it is one and not a group.
     fn port(&self) -> Option<&PortRef> {
         match &self.ports[..] {
             [(name, port)] if name.is_empty() => Some(port),
             _ => None,
         }
     }
-    /// The names within a group.
+    /// Returns the names within a group.
     fn list(&self) -> String {
         self.ports.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>().join(", ")
     }
 }
 
-/// `rate` of `wheels[2].rate` under `wheels[2]`.
+/// Returns `rate` of `wheels[2].rate` under `wheels[2]`.
 fn within<'n>(name: &'n str, group: &str) -> Option<&'n str> {
     name.strip_prefix(group)?.strip_prefix('.')
 }
 
-/// Fact and remedy; an empty fact is one that has been reported elsewhere.
+/// Fact and remedy; an empty fact has been reported elsewhere.
 pub(super) type Problem = (String, String);
 
 fn segments(text: &str) -> Result<Vec<Segment>, Problem> {
-    let help = "an end of a wire is `Part.port`, `Part.port[2]`, `Array[*].port`";
+    let help = "write an end of a wire as `Part.port`, `Part.port[2]` or `Array[*].port`";
     let refuse = |why: String| (why, help.to_string());
     let mut out = Vec::new();
     for piece in text.split('.') {
@@ -67,7 +67,7 @@ fn segments(text: &str) -> Result<Vec<Segment>, Problem> {
             Some((name, rest)) => {
                 let inner = rest
                     .strip_suffix(']')
-                    .ok_or_else(|| refuse(format!("`{piece}` has no closing `]`")))?;
+                    .ok_or_else(|| refuse(format!("`{piece}` lacks a closing `]`")))?;
                 let index = match inner {
                     "*" => Index::All,
                     digits => Index::At(digits.parse().map_err(|_| {
@@ -83,7 +83,7 @@ fn segments(text: &str) -> Result<Vec<Segment>, Problem> {
         out.push(Segment { name: name.into(), index });
     }
     if out.len() < 2 {
-        return Err(refuse(format!("`{text}` names no port of a part")));
+        return Err(refuse(format!("`{text}` is not a port of a part")));
     }
     Ok(out)
 }
@@ -92,11 +92,11 @@ fn segments(text: &str) -> Result<Vec<Segment>, Problem> {
 pub(crate) struct Wiring<'a> {
     pub root: &'a Instance,
     pub catalogue: &'a Catalogue,
-    /// Where files are that tell the ports of a part.
+    /// Locations of the files that determine the ports of a part.
     pub files: linkwork_runtime::Files,
-    /// Path of the mechanism: its variables are left to `compile`.
+    /// Path of the mechanism, whose variables `compile` resolves.
     pub mechanism: &'a str,
-    /// Ports of parts by their paths, as they were found.
+    /// Cache of the ports of parts by their paths.
     pub found: RefCell<BTreeMap<&'a str, Option<Arc<Description>>>>,
 }
 
@@ -130,7 +130,7 @@ impl<'a> Wiring<'a> {
         out
     }
 
-    /// The ports of one direction of the connectors that a path names, each with its name inside its connector.
+    /// Returns the ports of one direction of the connectors at a path, each with its name inside its connector.
     pub(super) fn group(
         &self,
         scope: &'a Instance,
@@ -142,7 +142,7 @@ impl<'a> Wiring<'a> {
         Ok(groups.flat_map(|end| end.ports).collect())
     }
 
-    /// Whether an input takes the sum of several wires.
+    /// Returns whether an input is the sum of several wires.
     pub(super) fn takes_sum(&self, input: &PortRef) -> bool {
         let Some(Node::Model(m)) = self.node(&input.part) else { return false };
         let Some(d) = self.ports(m) else { return false };
@@ -158,7 +158,7 @@ impl<'a> Wiring<'a> {
         let ends: Vec<&str> = wire.text.split("->").map(str::trim).collect();
         let [from, to] = ends.as_slice() else {
             return Err((
-                "a wire has one `->`".into(),
+                "a wire must have one `->`".into(),
                 "write \"Part.output -> Part.input\"".into(),
             ));
         };
@@ -170,8 +170,8 @@ impl<'a> Wiring<'a> {
         if let (Some(a), Some(b)) = (elements(&from), elements(&to))
             && a != b
         {
-            let fact = format!("`{left}` has the elements {a:?}, `{right}` has {b:?}");
-            return Err((fact, "join them one by one, or give both the same elements".into()));
+            let fact = format!("`{left}` has the elements {a:?}, but `{right}` has {b:?}");
+            return Err((fact, "connect them one by one, or use the same elements".into()));
         }
         match (from.len(), to.len()) {
             (a, b) if a == b => {}
@@ -179,7 +179,10 @@ impl<'a> Wiring<'a> {
             (n, 1) => to = vec![to[0].clone(); n],
             (a, b) => {
                 let fact = format!("`[*]` is {a} on the left but {b} on the right");
-                return Err((fact, "make both sides equally long, or one side single".into()));
+                return Err((
+                    fact,
+                    "use equal numbers on both sides, or a single port on one side".into(),
+                ));
             }
         }
         let mut out = Vec::new();
@@ -187,7 +190,7 @@ impl<'a> Wiring<'a> {
             let absent =
                 |end: &End, output: bool| end.port().is_some_and(|p| !self.exists(p, output));
             let pairs = match absent(&from, true) || absent(&to, false) {
-                // Told by `compile`, which knows what else there is.
+                // Reported by `compile`, which knows the other wires.
                 true => vec![(from.ports[0].1.clone(), to.ports[0].1.clone())],
                 false => members((left, from), (right, to))?,
             };
@@ -199,7 +202,7 @@ impl<'a> Wiring<'a> {
         Ok(out)
     }
 
-    /// The ports that one end names, seen from a scope and then from those around it.
+    /// Returns the ports of one end, resolved in a scope and then in the surrounding ones.
     fn end(&self, scope: &'a Instance, text: &str, output: bool) -> Result<Vec<End>, Problem> {
         let path = segments(text)?;
         let first = path[0].name.as_str();
@@ -214,7 +217,7 @@ impl<'a> Wiring<'a> {
             }
             here = self.root.at(outer(&here.path)).unwrap_or(self.root);
         }
-        // A variable of the mechanism (`Rover/chassis.angle`) is for `compile` to know.
+        // `compile` resolves variables of the mechanism (`Rover/chassis.angle`).
         if first == self.mechanism || first.contains('/') {
             let (_, port) = text.split_once('.').unwrap_or(("", text));
             return Ok(vec![End::of(PortRef {
@@ -228,7 +231,7 @@ impl<'a> Wiring<'a> {
         Err((format!("there is no part `{first}` here"), remedy(first, "parts", &known)))
     }
 
-    /// Follows a path downwards from an instance.
+    /// Follows a path downward from an instance.
     fn down(
         &self,
         here: &'a Instance,
@@ -245,8 +248,8 @@ impl<'a> Wiring<'a> {
             let names: Vec<&String> = match index {
                 Index::All => names.iter().collect(),
                 Index::At(_) => {
-                    let fact = format!("`{}` is an array of parts, not of lanes", first.name);
-                    return Err((fact, format!("name the element: {}", names.join(", "))));
+                    let fact = format!("`{}` is an array of parts, not of components", first.name);
+                    return Err((fact, format!("write the element: {}", names.join(", "))));
                 }
             };
             let mut out = Vec::new();
@@ -289,8 +292,8 @@ impl<'a> Wiring<'a> {
         }
     }
 
-    /// What an export names: a port, a lane or member of what is exported (`pose.x`), or all exports whose names
-    /// begin with it (`drive` for `drive.rate` and `drive.brake`).
+    /// Returns the target of an export: a port, a component or member of it (`pose.x`), or all exports that begin with the name (`drive` for
+    /// `drive.rate` and `drive.brake`).
     fn exported(
         &self,
         inner: &'a Instance,
@@ -311,7 +314,7 @@ impl<'a> Wiring<'a> {
                 Index::At(k) => k.to_string(),
             };
             let fact = format!("`{name}[{index}]`: `{name}` is a group of exports, not an array");
-            Some((fact, "leave the index out, or put it at the port".to_string()))
+            Some((fact, "remove the index, or move it to the port".to_string()))
         };
         let longest = (1..=path.len()).rev().find(|n| inner.exports.contains_key(&name(*n)));
         let Some(n) = longest else {
@@ -323,8 +326,9 @@ impl<'a> Wiring<'a> {
                     export.split('.').map(|s| Segment { name: s.into(), index: None }).collect();
                 let mut found = self.exported(inner, &names, output)?;
                 let (Some(one), true) = (found.pop(), found.is_empty()) else {
-                    let fact = format!("export `{export}` of the group `{group}` is several ports");
-                    return Err((fact, "name one port by each export of a group".into()));
+                    let fact =
+                        format!("export `{export}` of the group `{group}` has several ports");
+                    return Err((fact, "export one port by each name of a group".into()));
                 };
                 end.ports.extend(one.ports.into_iter().map(|(deeper, port)| {
                     let dot = if deeper.is_empty() { "" } else { "." };
@@ -352,7 +356,7 @@ impl<'a> Wiring<'a> {
                 Some(Node::Model(m)) => return self.port(m, &[], output),
                 None => {}
             }
-            let fact = format!("`{}` exports no `{group}`", inner.path);
+            let fact = format!("`{}` does not export `{group}`", inner.path);
             return Err((fact, exports_help(inner, &group)));
         };
         if let Some(problem) = indexed(&path[..n - 1]) {
@@ -363,13 +367,16 @@ impl<'a> Wiring<'a> {
         let mut inward = segments(&target.text)?;
         if let (Some(last), Some(index)) = (inward.last_mut(), path[n - 1].index) {
             if last.index.is_some() {
-                let fact = format!("export `{export}` is `{}`: one lane already", target.text);
-                return Err((fact, "leave the index out".into()));
+                let fact = format!(
+                    "export `{export}` is `{}`, which is already one component",
+                    target.text
+                );
+                return Err((fact, "remove the index".into()));
             }
             last.index = Some(index);
         }
         inward.extend_from_slice(rest);
-        // Exports look only inwards, so this ends.
+        // This terminates because exports refer only to inner instances.
         self.down(inner, &inward, output)
     }
 
@@ -378,14 +385,14 @@ impl<'a> Wiring<'a> {
         if let Some((first, _)) = name.split_once('.') {
             let outer = inner.exports.keys().find(|other| within(name, other).is_some());
             let fact = match outer {
-                Some(outer) => format!("there is an export `{outer}`, too"),
+                Some(outer) => format!("there is also an export `{outer}`"),
                 None if inner.parts.contains_key(first) || inner.arrays.contains_key(first) => {
-                    format!("there is a part `{first}`, too")
+                    format!("there is also a part `{first}`")
                 }
                 None => String::new(),
             };
             if !fact.is_empty() {
-                return Err((fact, "give the group another name".into()));
+                return Err((fact, "rename the group".into()));
             }
         }
         let path: Vec<Segment> =
@@ -414,7 +421,7 @@ impl<'a> Wiring<'a> {
         self.root.at(head)?.parts.get(name)
     }
 
-    /// Whether a port may be there: not when its model is known and has none of that name.
+    /// Returns whether a port may exist: false if its model is known and does not have it.
     fn exists(&self, end: &PortRef, output: bool) -> bool {
         let Some(Node::Model(m)) = self.node(&end.part) else { return true };
         let Some(d) = self.ports(m) else { return true };
@@ -422,7 +429,7 @@ impl<'a> Wiring<'a> {
         if output { d.all_outputs().any(is) } else { d.all_inputs().any(is) }
     }
 
-    /// Ports of a part; `None` when the catalogue does not know its model, or its parameters do not say.
+    /// Returns the ports of a part; `None` if its model is not in the catalogue, or its parameters do not determine them.
     fn ports(&self, m: &'a ModelInst) -> Option<Arc<Description>> {
         let find = || {
             let files = self.files.first(m.folder.as_deref());
@@ -448,13 +455,13 @@ impl<'a> Wiring<'a> {
         let one =
             |port: &str, index| End::of(PortRef { part: part.clone(), port: port.into(), index });
         let (bare, written) = (joined(rest, false), joined(rest, true));
-        // A model or port that does not exist is for `compile` to report.
+        // `compile` reports models and ports that do not exist.
         let lane = match last.index {
             Some(Index::At(k)) => Some(k),
             _ => None,
         };
         let Some(ports) = ports else { return Ok(vec![one(&bare, lane)]) };
-        // A port whose last index is a lane of it.
+        // A port whose last index is a component of it.
         let plain = rest[..rest.len() - 1].iter().all(|s| s.index.is_none());
         if plain && let Some(spec) = ports.iter().find(|p| p.name == bare) {
             let Some(Index::All) = last.index else { return Ok(vec![one(&bare, lane)]) };
@@ -475,7 +482,7 @@ impl<'a> Wiring<'a> {
         };
         if after.contains("[*]") {
             let fact = format!("`{written}` has more than one `[*]`");
-            return Err((fact, "write a wire for each element of one of them".into()));
+            return Err((fact, "write one wire per element of one of them".into()));
         }
         let element = |p: &&PortSpec| {
             let (k, _) = p.name.strip_prefix(before)?.strip_prefix('[')?.split_once(']')?;
@@ -496,7 +503,7 @@ impl<'a> Wiring<'a> {
     }
 }
 
-/// The name that segments make, with what stands in their brackets or without that of the last.
+/// Joins segments to a name, with or without the index of the last one.
 fn joined(path: &[Segment], whole: bool) -> String {
     let each = path.iter().enumerate().map(|(i, s)| match s.index {
         Some(Index::At(k)) if whole || i + 1 < path.len() => format!("{}[{k}]", s.name),
@@ -506,7 +513,7 @@ fn joined(path: &[Segment], whole: bool) -> String {
     each.collect::<Vec<_>>().join(".")
 }
 
-/// The port of this very name, or lane of it, or the ports of the group.
+/// Returns the port with exactly this name, or a component of it, or the ports of the group.
 fn named(ports: &[&PortSpec], part: &str, name: &str) -> Option<End> {
     let one = |port: &str| PortRef { part: part.into(), port: port.into(), index: None };
     if ports.iter().any(|p| p.name == name || within(name, &p.name).is_some()) {
@@ -517,7 +524,7 @@ fn named(ports: &[&PortSpec], part: &str, name: &str) -> Option<End> {
     (!members.is_empty()).then_some(End { ports: members, element: None })
 }
 
-/// The wires between two ends: one port each, or two groups with the same ports.
+/// Returns the wires between two ends: one port each, or two groups with the same ports.
 fn members(
     (left, from): (&str, End),
     (right, to): (&str, End),
@@ -534,8 +541,9 @@ fn members(
                 [(lacks(&from, &to), left, right, &to), (lacks(&to, &from), right, left, &from)]
             {
                 let Some(name) = name else { continue };
-                let fact = format!("`{has}` has `{name}`, `{none}` has only {}", ends.list());
-                let help = "groups with the same ports are joined by one wire; these want a wire for each port";
+                let fact = format!("`{has}` has `{name}`, but `{none}` has only {}", ends.list());
+                let help =
+                    "one wire connects groups with the same ports; here each port needs a wire";
                 return Err((fact, help.into()));
             }
         }
@@ -544,8 +552,9 @@ fn members(
                 true => (right, &to, left),
                 false => (left, &from, right),
             };
-            let fact = format!("`{group}` is a group of ports ({}), `{port}` is one", end.list());
-            return Err((fact, format!("name one of them: `{group}.{}`", end.ports[0].0)));
+            let fact =
+                format!("`{group}` is a group of ports ({}), but `{port}` is one port", end.list());
+            return Err((fact, format!("write one of them: `{group}.{}`", end.ports[0].0)));
         }
     }
     let mut to: BTreeMap<String, PortRef> = to.ports.into_iter().collect();
@@ -558,7 +567,7 @@ fn exports_help(inner: &Instance, name: &str) -> String {
     if let Some(guess) = did_you_mean(name, inner.parts.keys().map(String::as_str))
         && known.is_empty()
     {
-        help.push_str(&format!("; to reach inside write the whole path ({guess})"));
+        help.push_str(&format!("; to connect to an inner part, write the whole path ({guess})"));
     }
     help
 }

@@ -57,7 +57,7 @@ impl Model for Motor {
     }
 }
 
-/// Nothing to set but a level.
+/// A single parameter, the level.
 #[derive(Params, Clone, Debug)]
 pub struct DriveParams {
     /// Level.
@@ -66,7 +66,7 @@ pub struct DriveParams {
 }
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DriveOut {
-    /// Volts of each wheel.
+    /// Voltage of each wheel.
     #[port("V")]
     volts: [f64; 2],
 }
@@ -146,7 +146,7 @@ pub struct PushParams {
 }
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct PushOut {
-    /// What the prescribed coordinate follows.
+    /// Acceleration of the prescribed coordinate.
     #[port(bind = "motion")]
     accel: HingeAccel,
 }
@@ -190,7 +190,7 @@ pub fn good(text: &str) -> Loaded {
     load(text).unwrap_or_else(|f| panic!("{}", f.show(Look::Plain)))
 }
 
-/// The faults as text.
+/// Returns the faults as text.
 #[track_caller]
 pub fn bad(text: &str) -> String {
     match load(text) {
@@ -204,7 +204,7 @@ pub fn bad(text: &str) -> String {
     }
 }
 
-/// Colliders as text, with who meets whom.
+/// Returns the colliders as text, with the pairs that collide.
 pub fn shown(colliders: &Colliders) -> String {
     let mut out = String::new();
     for a in colliders.ids() {
@@ -215,7 +215,7 @@ pub fn shown(colliders: &Colliders) -> String {
     out
 }
 
-/// A run of so many seconds; NaN is a fault of the run.
+/// Runs for some seconds; NaN is a fault of the run.
 #[track_caller]
 pub fn run(spec: &Spec, seconds: f64) -> Simulation {
     let plan = compile(spec, &catalogue(), &Files::default()).unwrap_or_else(|f| panic!("{f}"));
@@ -225,7 +225,7 @@ pub fn run(spec: &Spec, seconds: f64) -> Simulation {
     sim
 }
 
-/// Everything of a spec that matters to a run, as text (no places).
+/// Returns everything in a specification that affects a run, as text (without positions).
 pub fn digest(spec: &Spec) -> String {
     use std::fmt::Write;
     let mut out = String::new();
@@ -253,12 +253,12 @@ pub fn digest(spec: &Spec) -> String {
     out
 }
 
-/// The mechanism of a text.
+/// Returns the mechanism of a text.
 pub fn spec(loaded: &Loaded) -> &MechanismSpec {
     loaded.spec.mechanism().unwrap_or_else(|| panic!("there is no mechanism"))
 }
 
-/// Exactly these faults, in this order; a part with `+` belongs to the one before.
+/// Expects exactly these faults, in this order; a text with `+` is part of the fault before.
 #[track_caller]
 pub fn faults(text: &str, expected: &[&str]) {
     let shown = bad(text);
@@ -270,7 +270,7 @@ pub fn faults(text: &str, expected: &[&str]) {
     assert_eq!(count, expected.iter().filter(|e| !e.starts_with('+')).count(), "{shown}");
 }
 
-/// Loads to the same from the resolved text, and from that of the resolved one.
+/// Expects the same from the resolved text, and from the text resolved once more.
 #[track_caller]
 pub fn resolves(loaded: &Loaded) {
     let catalogue = catalogue();

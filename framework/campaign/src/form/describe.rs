@@ -1,10 +1,9 @@
-//! The fields of a campaign file, declared once: the reader takes their names from here, and the JSON Schema is made of
-//! them.
+//! The fields of a campaign file, declared once for the reader and for the JSON Schema.
 use super::{MOST_RUNS, MOST_SEED};
 use linkwork_assembly::{Field, Parameters, Schema, document};
 use linkwork_runtime::Value;
 
-/// What has numbers drawn from it, and the fields of each.
+/// The distributions.
 pub(super) const KINDS: [&str; 5] = ["Uniform", "Normal", "TruncatedNormal", "LogNormal", "Choice"];
 
 fn field(name: &'static str, doc: &'static str, schema: Schema) -> Field {
@@ -44,8 +43,8 @@ pub(super) fn campaign() -> Vec<Field> {
     let anything = || Schema::Table(Box::new(Schema::Any(Vec::new())));
     let word = |w: &str| Value::Text(w.into());
     vec![
-        or("doc", "What it is for.", Schema::Text, word("")),
-        need("simulation", "The simulation's file or folder, beside this file.", Schema::Text),
+        or("doc", "Description of the campaign.", Schema::Text, word("")),
+        need("simulation", "The simulation's file or folder, relative to this file.", Schema::Text),
         need(
             "runs",
             "Number of runs; they are numbered from 0.",
@@ -59,41 +58,37 @@ pub(super) fn campaign() -> Vec<Field> {
         ),
         or(
             "sampling",
-            "How the values of all runs spread.",
+            "Sampling method.",
             Schema::Words(vec!["Random", "LatinHypercube", "Sobol"]),
             word("Random"),
         ),
         or(
             "noise",
-            "Whether each run has a seed of noise of its own, or all that of the simulation's file.",
+            "Own: each run has its own noise seed. Same: all runs have that of the simulation's file.",
             Schema::Words(vec!["Own", "Same"]),
             word("Own"),
         ),
-        field("set", "Path → value, the same in all runs.", anything()),
+        field("set", "Path → constant value for all runs.", anything()),
         field(
             "vary",
-            "Path → a distribution, or a list or map with distributions in it.",
+            "Path → a distribution, or a list or map that contains distributions.",
             Schema::Table(Box::new(drawn())),
         ),
-        field(
-            "correlate",
-            "What is drawn together.",
-            list(Schema::Record("correlation", correlation)),
-        ),
-        field("limits", "Where a run is ended.", Schema::Record("limits", limits)),
+        field("correlate", "Correlated values.", list(Schema::Record("correlation", correlation))),
+        field("limits", "Limits of a run.", Schema::Record("limits", limits)),
         field(
             "scatter",
-            "Pairs of metrics or drawn numbers that the report draws against each other; the first two metrics unless written.",
+            "Pairs of metrics or drawn numbers for scatter plots in the report (default: the first two metrics).",
             list(pair(Schema::Text)),
         ),
         field(
             "require",
-            "Cause in words → bounds of a metric: a run beyond them has missed, and is counted by that cause.",
+            "Cause in words → bounds of a metric. Runs outside the bounds are counted under this cause.",
             Schema::Table(Box::new(Schema::Record("requirement", requirement))),
         ),
         field(
             "retain",
-            "Variables whose time histories every run keeps.",
+            "Variables whose time histories are kept for every run.",
             Schema::Record("retain", retain),
         ),
     ]
@@ -108,27 +103,27 @@ pub(super) fn correlation() -> Vec<Field> {
 
 pub(super) fn limits() -> Vec<Field> {
     vec![
-        field("time", "Latest simulated end of a run.", time()),
-        field("wall", "Most wall time for a run.", time()),
+        field("time", "Largest simulated time of a run.", time()),
+        field("wall", "Largest wall time of a run.", time()),
     ]
 }
 
 pub(super) fn requirement() -> Vec<Field> {
     vec![
         need("metric", "Name of a metric of the simulation.", Schema::Text),
-        field("least", "Least value that is good, in the metric's unit or with one.", number()),
-        field("most", "Greatest value that is good.", number()),
+        field("least", "Smallest acceptable value, in the metric's unit or with a unit.", number()),
+        field("most", "Largest acceptable value.", number()),
     ]
 }
 
 pub(super) fn retain() -> Vec<Field> {
     vec![
-        need("of", "Patterns over the paths of variables.", list(Schema::Text)),
-        need("every", "Time between the rows.", time()),
+        need("of", "Patterns for the paths of variables.", list(Schema::Text)),
+        need("every", "Sample period.", time()),
     ]
 }
 
-/// The fields of a distribution.
+/// Returns the fields of a distribution.
 pub(super) fn distribution(kind: &str) -> fn() -> Vec<Field> {
     match kind {
         "Uniform" => || vec![need("from", "Least.", number()), need("to", "Greatest.", number())],
@@ -147,21 +142,21 @@ pub(super) fn distribution(kind: &str) -> fn() -> Vec<Field> {
         "Choice" => || {
             vec![
                 need("of", "Numbers, texts or files.", list(Schema::Any(Vec::new()))),
-                field("weights", "How often each is taken; alike unless written.", list(number())),
+                field("weights", "Relative weights (default: equal).", list(number())),
             ]
         },
         _ => || {
             vec![
                 need("mean", "Mean of the normal distribution.", number()),
                 need("deviation", "Its standard deviation.", number()),
-                field("from", "Least; open unless written.", number()),
-                field("to", "Greatest; open unless written.", number()),
+                field("from", "Lower bound (default: none).", number()),
+                field("to", "Upper bound (default: none).", number()),
             ]
         },
     }
 }
 
-/// A value with distributions in it.
+/// Returns the schema of a value that may contain distributions.
 fn drawn() -> Schema {
     fn title(kind: &str) -> &'static str {
         match kind {
@@ -186,7 +181,7 @@ fn drawn() -> Schema {
     })
 }
 
-/// The JSON Schema (draft 2020-12) of campaign files, as serde would write their RON in JSON.
+/// Returns the JSON Schema (draft 2020-12) of campaign files, for JSON as serde would write their RON.
 #[must_use]
 pub fn schema() -> serde_json::Value {
     let campaign = Schema::Variant("Campaign", Box::new(Schema::Record("campaign", campaign)));

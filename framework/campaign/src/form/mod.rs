@@ -1,8 +1,8 @@
-//! The campaign file: RON text → what is drawn for each run, all mistakes at once.
+//! The campaign file: RON text → what is drawn for each run. All mistakes are reported at once.
 //!
 //! ```ron
 //! Campaign(
-//!     simulation: "sim.ron",                      // beside this file; a folder, too
+//!     simulation: "sim.ron",                      // file or folder, relative to this file
 //!     runs: 1000,
 //!     vary: {
 //!         "Friction.damping": Uniform(from: 0.01, to: 0.2),
@@ -11,7 +11,7 @@
 //!     },
 //! )
 //! ```
-//! A distribution may stand anywhere inside a value; each has a name, its path: `Capsule.velocity[0]`.
+//! A distribution can be anywhere inside a value. Its name is its path: `Capsule.velocity[0]`.
 mod describe;
 mod require;
 mod values;
@@ -27,20 +27,20 @@ use linkwork_assembly::{Failure, Field, Text, read_value, tidy};
 use linkwork_runtime::{Fault, Located, Origin, Seconds, Sources, Value, remedy};
 use std::path::{Path, PathBuf};
 
-/// A distribution and what it is of.
+/// A drawn value and its distribution.
 #[derive(Clone, Debug)]
 pub struct Drawn {
-    /// Its path: `bob.mass`, `Capsule.velocity[0]`.
+    /// Path: `bob.mass`, `Capsule.velocity[0]`.
     pub name: String,
-    /// What is drawn.
+    /// The distribution.
     pub of: Distribution,
     /// Unit of its numbers; empty for none.
     pub unit: String,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
 }
 
-/// What a value is made of: constants, and draws by their place in [`Form::drawn`].
+/// Structure of a value: constants, and drawn values by their index in [`Form::drawn`].
 #[derive(Clone, Debug)]
 pub(crate) enum Template {
     Constant(Value),
@@ -49,41 +49,41 @@ pub(crate) enum Template {
     Map(Vec<(String, Template)>),
 }
 
-/// Values that are drawn together.
+/// Correlated values.
 #[derive(Clone, Debug)]
 pub(crate) struct Together {
-    /// Places in [`Form::drawn`].
+    /// Indices in [`Form::drawn`].
     pub of: Vec<usize>,
-    /// Lower factor of the matrix of correlations.
+    /// Lower Cholesky factor of the correlation matrix.
     pub factor: Vec<Vec<f64>>,
 }
 
-/// Where the noise of a run comes from.
+/// Seed of the noise of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Noise {
-    /// Each run has a seed of its own.
+    /// Each run has its own seed.
     Own,
-    /// Every run has the seed of the simulation's file.
+    /// All runs have the seed of the simulation's file.
     Same,
 }
 
-/// Time histories that every run keeps.
+/// Time histories that are kept for every run.
 #[derive(Clone, Debug)]
 pub struct Retain {
     /// Patterns of variables.
     pub of: Vec<Text>,
-    /// Period of the rows.
+    /// Sample period.
     pub every: Seconds,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
 }
 
-/// A campaign file as read.
+/// A parsed campaign file.
 #[derive(Clone, Debug)]
 pub struct Form {
-    /// What the campaign is called: its file without folder and ending.
+    /// Name of the campaign: its file without folder and suffix.
     pub name: String,
-    /// What it is for.
+    /// Description.
     pub doc: String,
     /// The simulation's file or folder.
     pub simulation: PathBuf,
@@ -91,32 +91,32 @@ pub struct Form {
     pub runs: u64,
     /// Seed of all draws.
     pub seed: u64,
-    /// How values are spread.
+    /// Sampling method.
     pub sampling: Sampling,
-    /// Where the noise of a run comes from.
+    /// Seed of the noise of a run.
     pub noise: Noise,
-    /// The latest simulated end of a run.
+    /// Largest simulated time of a run.
     pub until: Option<Seconds>,
-    /// The most wall time that a run may take (s).
+    /// Largest wall time of a run (s).
     pub wall: Option<f64>,
-    /// Pairs of metrics or drawn numbers that the report draws against each other.
+    /// Pairs of metrics or drawn numbers for scatter plots in the report.
     pub scatter: Vec<(String, String, Origin)>,
-    /// What is required of the metrics of a run.
+    /// Requirements on the metrics of a run.
     pub require: Vec<Requirement>,
-    /// Variables whose time histories every run keeps.
+    /// Variables whose time histories are kept for every run.
     pub retain: Option<Retain>,
-    /// Everything drawn, in the order of names.
+    /// All drawn values, sorted by name.
     pub drawn: Vec<Drawn>,
-    /// Path, what is written there, and where that is said; constants first.
+    /// Path, value and position in the file of everything that is set; constants first.
     pub(crate) targets: Vec<(String, Template, Origin)>,
     pub(crate) together: Vec<Together>,
     /// The text.
     pub sources: Sources,
 }
 
-/// Runs of a campaign: a run's number is a 32-bit number in places, and results are held in memory.
+/// Largest number of runs, because some places use 32-bit run numbers, and results are in memory.
 const MOST_RUNS: u64 = 10_000_000;
-/// Whole numbers that a double holds.
+/// Integers up to this are exact in a double.
 const MOST_SEED: u64 = 1 << 53;
 
 struct Reader {
@@ -128,12 +128,12 @@ impl Form {
     /// Reads a file.
     ///
     /// # Errors
-    /// Everything that is wrong, at once.
+    /// All mistakes.
     pub fn read(path: &Path) -> Result<Form, Failure> {
         let name = path.display().to_string();
         let text = linkwork_formats::whole_text(path).map_err(|e| {
             let fault = Fault::new(Origin::NONE, format!("`{name}` cannot be read: {e}")).help(
-                format!("name a campaign file, which begins with `Campaign(`{}", inside(path)),
+                format!("give a campaign file, which begins with `Campaign(`{}", inside(path)),
             );
             Failure { faults: vec![fault], sources: Sources::default() }
         })?;
@@ -141,10 +141,10 @@ impl Form {
         Form::text(&name, &text, folder)
     }
 
-    /// Reads a text whose files lie in `folder`.
+    /// Reads a text. Paths in it are relative to `folder`.
     ///
     /// # Errors
-    /// Everything that is wrong, at once.
+    /// All mistakes.
     pub fn text(name: &str, text: &str, folder: &Path) -> Result<Form, Failure> {
         let (value, sources) = read_value(name, text)?;
         let mut r = Reader { faults: Vec::new(), drawn: Vec::new() };
@@ -160,7 +160,7 @@ impl Form {
     }
 }
 
-/// The campaign files of a folder, for whom names that.
+/// Returns a hint with the campaign files in a folder, for a path that is a folder.
 fn inside(folder: &Path) -> String {
     let Ok(entries) = std::fs::read_dir(folder) else { return String::new() };
     let campaign = |path: &PathBuf| {
@@ -186,15 +186,15 @@ impl Reader {
         let simulation = match inner.get("simulation") {
             Some(v) => self.text(v, "simulation").map(|t| folder.join(t)),
             None => {
-                let help = "write simulation: \"sim.ron\", a file or folder beside this one";
-                self.fault(v.origin, "the campaign has no `simulation`".into(), help);
+                let help = "write simulation: \"sim.ron\", a file or folder relative to this file";
+                self.fault(v.origin, "the campaign lacks `simulation`".into(), help);
                 None
             }
         };
         let runs = match inner.get("runs") {
             Some(v) => self.whole(v, "runs", 1, MOST_RUNS),
             None => {
-                self.fault(v.origin, "the campaign has no `runs`".into(), "write runs: 1000");
+                self.fault(v.origin, "the campaign lacks `runs`".into(), "write runs: 1000");
                 None
             }
         };
@@ -217,8 +217,8 @@ impl Reader {
             self.sobol(inner, runs);
         }
         if self.drawn.is_empty() && self.faults.is_empty() && noise == Noise::Same {
-            let help = "write `vary: { \"PATH\": Normal(..) }`, or take `noise: Same` out";
-            self.fault(v.origin, "all runs would be the same".into(), help);
+            let help = "write `vary: { \"PATH\": Normal(..) }`, or remove `noise: Same`";
+            self.fault(v.origin, "all runs would be identical".into(), help);
         }
         Some(Form {
             name: String::new(),
@@ -243,13 +243,15 @@ impl Reader {
     fn sobol(&mut self, campaign: &Located, runs: u64) {
         let origin = campaign.get("sampling").map_or(Origin::NONE, |v| v.origin);
         if runs > SOBOL_RUNS {
-            let message = format!("the Sobol sequence has {SOBOL_RUNS} runs, this asks for {runs}");
+            let message =
+                format!("the Sobol sequence supports {SOBOL_RUNS} runs, but `runs` is {runs}");
             self.fault(origin, message, "choose fewer runs, or sampling: LatinHypercube");
         }
         let values = self.drawn.len();
         if values > SOBOL_VALUES {
-            let message =
-                format!("the Sobol sequence has {SOBOL_VALUES} values, this draws {values}");
+            let message = format!(
+                "the Sobol sequence supports {SOBOL_VALUES} values, but the campaign draws {values}"
+            );
             self.fault(origin, message, "choose sampling: LatinHypercube");
         }
     }
@@ -296,7 +298,7 @@ impl Reader {
         if let Value::Text(t) = &v.value {
             return Some(t.clone());
         }
-        let message = format!("`{what}` is a text, this is {}", v.value.what());
+        let message = format!("`{what}` must be a text, but it is {}", v.value.what());
         self.fault(v.origin, message, "write it in quotes");
         None
     }
@@ -310,11 +312,11 @@ impl Reader {
             return Some(x as u64);
         }
         let message = format!("`{what}` is {}", v.value);
-        self.fault(v.origin, message, format!("write a whole number from {least} to {most}"));
+        self.fault(v.origin, message, format!("write an integer from {least} to {most}"));
         None
     }
 
-    /// The first word is the default.
+    /// Reads one of several words; the first is the default.
     fn word<T: Copy>(&mut self, campaign: &Located, field: &str, words: &[(&str, T)]) -> T {
         let names: Vec<&str> = words.iter().map(|w| w.0).collect();
         let found = campaign.get(field).and_then(|v| match &v.value {
@@ -344,19 +346,19 @@ impl Reader {
                 self.fault(v.origin, message, "write { \"PATH\": value, .. }");
                 continue;
             };
-            // The draws have the order of their names, whatever the order of the file.
+            // Draws are in the order of their names, independent of the order in the file.
             let mut entries: Vec<&(String, Located)> = entries.iter().collect();
             entries.sort_by(|a, b| a.0.cmp(&b.0));
             for (path, v) in entries {
                 if path == "seed" {
                     let help =
-                        "noise: Own gives each run a seed of its own, noise: Same the file's";
-                    self.fault(v.origin, "the seed of the noise is no value to set".into(), help);
+                        "noise: Own gives each run its own seed, noise: Same uses that of the file";
+                    self.fault(v.origin, "the seed of the noise cannot be set".into(), help);
                     continue;
                 }
                 if out.iter().any(|(p, ..)| p == path) {
-                    let message = format!("`{path}` is in `set` and in `vary`");
-                    self.fault(v.origin, message, "keep one of the two");
+                    let message = format!("`{path}` is both in `set` and in `vary`");
+                    self.fault(v.origin, message, "remove one of the two");
                 }
                 let before = self.drawn.len();
                 let faults = self.faults.len();
@@ -365,12 +367,8 @@ impl Reader {
                     _ => Template::Constant(v.value.clone()),
                 };
                 if field == "vary" && self.drawn.len() == before && self.faults.len() == faults {
-                    let message = format!("`{path}` has no distribution in it");
-                    self.fault(
-                        v.origin,
-                        message,
-                        "what is the same in all runs belongs into `set`",
-                    );
+                    let message = format!("`{path}` does not contain a distribution");
+                    self.fault(v.origin, message, "constant values belong into `set`");
                 }
                 out.push((path.clone(), template, v.origin));
             }
@@ -395,12 +393,12 @@ impl Reader {
             let rows = item.get("matrix").and_then(numbers);
             let Some(rows) = rows else {
                 let help = "write matrix: [[1, 0.5], [0.5, 1]]";
-                self.fault(item.origin, "`correlate` has no `matrix` of numbers".into(), help);
+                self.fault(item.origin, "`correlate` lacks a `matrix` of numbers".into(), help);
                 continue;
             };
             if let Some(k) = of.iter().find(|k| out.iter().any(|t| t.of.contains(k))) {
                 let message = format!("`{}` is correlated twice", self.drawn[*k].name);
-                self.fault(item.origin, message, "put all that hangs together into one matrix");
+                self.fault(item.origin, message, "put all correlated values into one matrix");
                 continue;
             }
             match factor(&rows, of.len()) {
@@ -416,11 +414,11 @@ impl Reader {
         out
     }
 
-    /// The values that `of` of a correlation names, by place.
+    /// Returns the indices of the values in `of` of a correlation.
     fn names(&mut self, item: &Located) -> Option<Vec<usize>> {
         let Some(Value::List(list)) = item.get("of").map(|v| &v.value) else {
             let help = "write of: [\"bob.mass\", \"Capsule.velocity[0]\"]";
-            self.fault(item.origin, "`correlate` has no list `of`".into(), help);
+            self.fault(item.origin, "`correlate` lacks a list `of`".into(), help);
             return None;
         };
         let mut of = Vec::new();
@@ -436,11 +434,11 @@ impl Reader {
                     Some((format!("`{n}` is not drawn"), remedy(n, "drawn values", &known)))
                 }
                 (Some(n), Some(k)) if !self.drawn[k].of.is_continuous() => {
-                    let help = "only numbers are correlated: take it out".to_string();
+                    let help = "only numbers can be correlated: remove it".to_string();
                     Some((format!("`{n}` is a Choice"), help))
                 }
                 (Some(n), Some(k)) if of.contains(&k) => {
-                    Some((format!("`{n}` is named twice"), "name each value once".into()))
+                    Some((format!("`{n}` is listed twice"), "list each value once".into()))
                 }
                 (Some(_), Some(k)) => {
                     of.push(k);
@@ -466,7 +464,7 @@ impl Reader {
             Ok(s) if s.num > 0 && !v.value.to_string().contains("Hz") => Some(s),
             _ => {
                 let message = format!("`{of}`: `{field}` is {}", v.value);
-                let help = "write a time above zero: 20, \"20 s\", \"2 min\"";
+                let help = "write a positive time: 20, \"20 s\", \"2 min\"";
                 self.fault(v.origin, message, help);
                 None
             }
@@ -492,13 +490,13 @@ impl Reader {
         });
         if (of.is_none() || every.is_none()) && matches!(v.value, Value::Map(_) | Value::Null) {
             let missing = if of.is_none() { "of" } else { "every" };
-            self.fault(v.origin, format!("`retain` has no `{missing}`"), help);
+            self.fault(v.origin, format!("`retain` lacks `{missing}`"), help);
         }
         Some(Retain { of: of??, every: every??, origin: v.origin })
     }
 
     fn scatter(&mut self, v: &Located) -> Vec<(String, String, Origin)> {
-        let help = "write scatter: [(\"first\", \"second\")]: metrics, or paths that are drawn";
+        let help = "write scatter: [(\"first\", \"second\")] with metrics or drawn paths";
         let Value::List(items) = &v.value else {
             self.fault(v.origin, format!("`scatter` holds {}", v.value.what()), help);
             return Vec::new();
@@ -510,11 +508,13 @@ impl Reader {
                     [Value::Text(a), Value::Text(b)] => {
                         out.push((a.clone(), b.clone(), item.origin))
                     }
-                    _ => {
-                        self.fault(item.origin, "`scatter`: this is no pair of names".into(), help)
-                    }
+                    _ => self.fault(
+                        item.origin,
+                        "`scatter`: this is not a pair of names".into(),
+                        help,
+                    ),
                 },
-                _ => self.fault(item.origin, "`scatter`: this is no pair of names".into(), help),
+                _ => self.fault(item.origin, "`scatter`: this is not a pair of names".into(), help),
             }
         }
         out
@@ -528,7 +528,7 @@ fn numbers(v: &Located) -> Option<Vec<Vec<f64>>> {
             .iter()
             .map(|i| if let Value::Number(x) = i.value { Some(x) } else { None })
             .collect(),
-        // `[1]` in brackets of one: a number.
+        // A list of one number, such as `[1]`, counts as a number.
         Value::Number(x) => Some(vec![*x]),
         _ => None,
     };

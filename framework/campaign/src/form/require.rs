@@ -1,4 +1,4 @@
-//! What a campaign requires of its runs: bounds of metrics, each with the cause that a run beyond them is counted by.
+//! Requirements of a campaign: bounds of metrics, each with the cause under which violations are counted.
 use super::{Reader, describe};
 use linkwork_runtime::{Located, Origin, Value};
 
@@ -11,18 +11,18 @@ pub struct Bound {
     pub unit: String,
 }
 
-/// What a metric has to be. A run of which it is not has missed, by this cause.
+/// A requirement on a metric. Runs that violate it are counted under this cause.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Requirement {
-    /// What is wrong with a run that misses it, in words.
+    /// Description of the failure, in words.
     pub cause: String,
     /// Name of the metric.
     pub metric: String,
-    /// Least value that is good; none: no bound below.
+    /// Smallest acceptable value; `None`: no lower bound.
     pub least: Option<Bound>,
-    /// Greatest value that is good; none: no bound above.
+    /// Largest acceptable value; `None`: no upper bound.
     pub most: Option<Bound>,
-    /// Where it is written.
+    /// Position in the file.
     pub origin: Origin,
 }
 
@@ -45,10 +45,10 @@ impl Reader {
             let (least, most) = (bound("least"), bound("most"));
             let metric = item.get("metric").map(|f| self.text(f, "metric"));
             if metric.is_none() {
-                self.fault(item.origin, format!("{what} has no `metric`"), help);
+                self.fault(item.origin, format!("{what} lacks a `metric`"), help);
             }
             if item.get("least").is_none() && item.get("most").is_none() {
-                let fact = format!("{what} has no bound");
+                let fact = format!("{what} lacks a bound");
                 self.fault(item.origin, fact, "write least, most or both");
             }
             let Some(Some(metric)) = metric else { continue };

@@ -1,11 +1,11 @@
-//! Values of a campaign: constants, distributions, and lists and maps with distributions in them.
+//! Values of a campaign: constants, distributions, and lists and maps that contain distributions.
 use super::describe::{self, KINDS};
 use super::{Drawn, Reader, Template};
 use crate::distribution::Distribution;
 use linkwork_runtime::{Located, Origin, Unit, Value, remedy, split_quantity};
 
 impl Reader {
-    /// A number, and its unit.
+    /// Reads a number and its unit.
     pub(super) fn number(&mut self, v: &Located, what: &str) -> Option<(f64, String)> {
         let read = match &v.value {
             Value::Number(x) => Some((*x, String::new())),
@@ -47,8 +47,7 @@ impl Reader {
                 };
                 Template::Map(entries.into_iter().map(one).collect())
             }
-            // `Pin(..)`, `Free`: a variant of the simulation's format. A misspelt distribution is refused here, not
-            // by a run.
+            // `Pin(..)` or `Free` can be a variant of the simulation's format. A misspelt distribution is reported here, not by a run.
             Value::Variant(kind, _) if likely(kind) => {
                 let message = format!("there is no distribution `{kind}`");
                 self.fault(v.origin, message, remedy(kind, "distributions", &KINDS));
@@ -84,7 +83,7 @@ impl Reader {
                 None => {
                     self.fault(
                         origin,
-                        format!("{what} has no `{field}`"),
+                        format!("{what} lacks `{field}`"),
                         format!("write {field}: .."),
                     );
                     None
@@ -95,19 +94,19 @@ impl Reader {
         let unit = read[0].1.clone();
         let mut x = Vec::new();
         for (field, (number, own)) in wanted.iter().zip(&read) {
-            // A deviation is a difference: 5 K about 20 degC. Its zero does not count.
+            // A deviation is a difference, such as 5 K for a mean of 20 degC, so the offset of its unit does not count.
             let difference = *field == "deviation";
             match in_unit(*number, own, &unit, difference) {
                 _ if *field == "sigma" && own.is_empty() => x.push(*number),
                 Some(y) => x.push(y),
-                // An open end has no unit.
+                // An infinite bound does not have a unit.
                 None if number.is_infinite() => x.push(*number),
                 None => {
                     let (a, b) = (shown(own), shown(&unit));
                     let message = format!("{what}: `{field}` is in {a}, `{}` in {b}", wanted[0]);
                     let help = match *field {
-                        "sigma" => "sigma is the deviation of the logarithm, a number".into(),
-                        _ => format!("write both in units of one quantity, for example {b}"),
+                        "sigma" => "sigma is the standard deviation of the logarithm, a number without a unit".into(),
+                        _ => format!("write both in units of the same quantity, for example {b}"),
                     };
                     self.fault(origin, message, help);
                     return None;
@@ -131,7 +130,7 @@ impl Reader {
 
     fn choice(&mut self, inner: &Located, origin: Origin, name: &str) -> Option<Distribution> {
         let what = format!("`{name}`: Choice");
-        // `Choice(["a", "b"])` in short.
+        // Short form `Choice(["a", "b"])`.
         let of = match &inner.value {
             Value::List(_) => Some(inner),
             _ => {
@@ -142,7 +141,7 @@ impl Reader {
         let Some(Value::List(items)) = of.map(|v| &v.value) else {
             self.fault(
                 origin,
-                format!("{what} has no list `of`"),
+                format!("{what} lacks a list `of`"),
                 "write Choice(of: [\"a\", \"b\"])",
             );
             return None;
@@ -150,8 +149,8 @@ impl Reader {
         if items.is_empty() {
             self.fault(
                 origin,
-                format!("{what} has nothing to choose from"),
-                "write one value or more",
+                format!("{what} does not have values to choose from"),
+                "write at least one value",
             );
             return None;
         }
@@ -168,11 +167,12 @@ impl Reader {
         };
         let sum: f64 = weights.iter().sum();
         if weights.len() != items.len() || !(sum > 0.0) || !sum.is_finite() {
-            let message = format!("{what}: `weights` are not {} numbers above zero", items.len());
+            let message =
+                format!("{what}: `weights` must be {} numbers that are not negative", items.len());
             self.fault(
                 origin,
                 message,
-                "write one weight for each value, none below zero, not all zero",
+                "write one weight for each value, not negative, and not all zero",
             );
             return None;
         }
@@ -181,7 +181,7 @@ impl Reader {
     }
 }
 
-/// A word that is meant to be a distribution: it is like one.
+/// Returns whether a word is probably a misspelt distribution.
 fn likely(kind: &str) -> bool {
     linkwork_runtime::nearest(kind, KINDS).is_some()
 }
@@ -190,7 +190,7 @@ fn shown(unit: &str) -> &str {
     if unit.is_empty() { "no unit" } else { unit }
 }
 
-/// The number of `x own` in `unit`; `None` when they are of different quantities.
+/// Converts `x own` to `unit`; `None` if their quantities differ.
 pub(crate) fn in_unit(x: f64, own: &str, unit: &str, difference: bool) -> Option<f64> {
     if own == unit {
         return Some(x);
@@ -206,12 +206,12 @@ pub(crate) fn in_unit(x: f64, own: &str, unit: &str, difference: bool) -> Option
     })
 }
 
-/// Why nothing can be drawn from a distribution.
+/// Returns why nothing can be drawn from a distribution.
 fn unsupported(d: &Distribution) -> Option<(String, String)> {
     let told = |fact: String, help: &str| Some((fact, help.to_string()));
     match *d {
         Distribution::Uniform { from, to } if !(from < to && (to - from).is_finite()) => {
-            told(format!("runs from {from} to {to}"), "write finite bounds, `from` below `to`")
+            told(format!("runs from {from} to {to}"), "write finite bounds with `from` below `to`")
         }
         Distribution::Normal { mean, deviation }
         | Distribution::TruncatedNormal { mean, deviation, .. }
@@ -219,7 +219,7 @@ fn unsupported(d: &Distribution) -> Option<(String, String)> {
         {
             told(
                 format!("has the mean {mean} and the deviation {deviation}"),
-                "write finite numbers, the deviation above zero; what is the same in all runs belongs into `set`",
+                "write finite numbers and a positive deviation; constant values belong into `set`",
             )
         }
         Distribution::TruncatedNormal { mean, deviation, from, to } => {
@@ -230,15 +230,15 @@ fn unsupported(d: &Distribution) -> Option<(String, String)> {
             let p = Distribution::between(alpha, beta);
             (!(p >= Distribution::LEAST_SUPPORT)).then(|| {
                 (
-                    format!("has no support: the normal distribution leaves {p:.1e} between {from} and {to}"),
-                    "bring the bounds nearer to the mean, or take Uniform".to_string(),
+                    format!("is empty: the normal distribution has the probability {p:.1e} between {from} and {to}"),
+                    "move the bounds closer to the mean, or use Uniform".to_string(),
                 )
             })
         }
         Distribution::LogNormal { median, sigma }
             if !(median > 0.0 && median.is_finite() && sigma > 0.0 && sigma.is_finite()) =>
         {
-            told(format!("has the median {median} and sigma {sigma}"), "write both above zero")
+            told(format!("has the median {median} and sigma {sigma}"), "write positive numbers")
         }
         _ => None,
     }

@@ -4,24 +4,23 @@
 //! without event mode    doStep(t, h)
 //! with event mode (3.0) doStep(t, rest) → returns early at an event → EnterEventMode → UpdateDiscreteStates until it is done → EnterStepMode → ..
 //! ```
-//! A unit with event mode stops at its own events; the rest of the communication step follows from there.
+//! A unit with event mode stops at its own events; the rest of the communication step continues from there.
 
 use super::{Instance, Kind, Result, ended, failure, there};
 use crate::unit::{Functions, Unit};
 use linkwork_formats::fmi::FmiVersion;
 
-/// Passes of one event, and events of one communication step, after which a unit is given up.
+/// Largest number of passes of one event, and of events in one communication step.
 const MOST: usize = 10_000;
 
-/// Whether a unit of co-simulation is run with event mode.
+/// Returns whether a co-simulation unit is run with event mode.
 pub(crate) fn has_events(unit: &Unit) -> bool {
     let d = &unit.description;
     d.version == FmiVersion::V3 && d.co_simulation.as_ref().is_some_and(|i| i.event_mode)
 }
 
 impl Instance {
-    /// Whether it is run with event mode as co-simulation: discrete inputs are set between [`Instance::enter_event`] and
-    /// [`Instance::handle_event`].
+    /// Returns whether it is run with event mode. Discrete inputs are then set between [`Instance::enter_event`] and [`Instance::handle_event`].
     pub fn steps_with_events(&self) -> bool {
         self.kind == Kind::CoSimulation && has_events(&self.unit)
     }
@@ -48,16 +47,16 @@ impl Instance {
                 Some(time) if time >= end => return Ok(()),
                 Some(time) if time < now || !time.is_finite() => {
                     let fact = format!("the unit stopped at {time} s in a step from {now} s");
-                    return Err(failure(fact, "ask the maker of the unit"));
+                    return Err(failure(fact, "contact the vendor of the unit"));
                 }
                 Some(time) => now = time,
             }
         }
         let fact = format!("the unit stopped {MOST} times in the step from {t} s, last at {now} s");
-        Err(failure(fact, "take a shorter step, or a unit without chattering events"))
+        Err(failure(fact, "use a shorter step, or a unit without chattering events"))
     }
 
-    /// One call of `fmi3DoStep`: whether there is an event, and where the unit stopped if it did so early.
+    /// Calls `fmi3DoStep` once. Returns whether there is an event, and where the unit stopped if it stopped early.
     fn step_once(&mut self, t: f64, h: f64) -> Result<(bool, Option<f64>)> {
         let unit = self.unit.clone();
         let Functions::V3(f) = &unit.functions else { return Ok((false, None)) };
@@ -73,13 +72,13 @@ impl Instance {
         if early != 0 && !has_events(&unit) {
             return Err(failure(
                 format!("the unit stopped inside its step, at {reached} s"),
-                "early return was not allowed: ask the maker of the unit, or take a shorter step",
+                "early return was not allowed: contact the vendor of the unit, or use a shorter step",
             ));
         }
         Ok((event != 0 && has_events(&unit), (early != 0).then_some(reached)))
     }
 
-    /// Ends event mode of co-simulation: the unit finds its discrete states and goes back to step mode.
+    /// Ends event mode of co-simulation: the unit updates its discrete states and returns to step mode.
     pub fn handle_event(&mut self) -> Result<()> {
         let unit = self.unit.clone();
         let Functions::V3(f) = &unit.functions else { return Ok(()) };
@@ -92,7 +91,7 @@ impl Instance {
             let status = unsafe { enter(self.raw) };
             return self.check(status, "EnterStepMode");
         }
-        let fact = format!("an event of the unit is not over after {MOST} passes");
-        Err(failure(fact, "ask the maker of the unit"))
+        let fact = format!("an event of the unit has not ended after {MOST} passes");
+        Err(failure(fact, "contact the vendor of the unit"))
     }
 }

@@ -1,4 +1,4 @@
-//! Static shots: what the file itself says must come out.
+//! Static shots: inputs of the file with expected results.
 
 use super::{DaveModel, Role};
 
@@ -9,11 +9,11 @@ pub struct ShotValue {
     pub variable: usize,
     /// Its value, in the variable's units.
     pub value: f64,
-    /// How far the model may be from it.
+    /// Permitted difference of the model.
     pub tolerance: f64,
 }
 
-/// Inputs, and what must come out.
+/// Inputs and expected values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shot {
     /// Name of the shot.
@@ -22,11 +22,11 @@ pub struct Shot {
     pub line: u32,
     /// Inputs; others keep their initial values.
     pub inputs: Vec<ShotValue>,
-    /// Values inside the model and outputs.
+    /// Expected values, inside the model and of outputs.
     pub wanted: Vec<ShotValue>,
 }
 
-/// A value that is not what the shot says.
+/// A value that differs from the shot.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("line {line}: static shot `{shot}`: `{variable}` is {found}, not {wanted} ± {tolerance}")]
 pub struct ShotFailure {
@@ -36,16 +36,16 @@ pub struct ShotFailure {
     pub line: u32,
     /// `varID`.
     pub variable: String,
-    /// What the model gives.
+    /// The value of the model.
     pub found: f64,
-    /// What the file says.
+    /// The value in the file.
     pub wanted: f64,
-    /// How far apart they may be.
+    /// Permitted difference.
     pub tolerance: f64,
 }
 
 impl DaveModel {
-    /// Every value of every shot that the model does not give; empty: the model is what its maker meant.
+    /// Returns the differences between the model and its shots. Without any, the model works as its author intended.
     pub fn check(&self) -> Vec<ShotFailure> {
         let mut values = vec![0.0; self.variables.len()];
         let mut out = Vec::new();
@@ -73,7 +73,7 @@ impl DaveModel {
         out
     }
 
-    /// Inputs that a shot may set.
+    /// Whether a shot may set variables of this role.
     pub(super) fn settable(role: Role) -> bool {
         role != Role::Result
     }

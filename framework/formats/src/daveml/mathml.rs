@@ -1,8 +1,7 @@
-//! Content MathML of `calculation`: elements → an expression over the variables.
+//! Content MathML of `calculation`: converts elements to an expression over the variables.
 //!
-//! Understood: cn (decimal, e-notation, rational), ci, csymbol atan2, constants, arithmetic, powers, roots,
-//! logarithms, circular and hyperbolic functions and their inverses, comparisons, logic, piecewise.
-//! True is 1, false 0; a condition holds when it is not 0. Another element is refused by name.
+//! Supported: cn (decimal, e-notation, rational), ci, csymbol atan2, constants, arithmetic, powers, roots, logarithms, circular and hyperbolic
+//! functions and their inverses, comparisons, logic, piecewise. True is 1, false is 0; a condition is true if it is not 0. Other elements are errors.
 
 use crate::error::{FaultKind, FileFault};
 use crate::xml::Element;
@@ -16,9 +15,9 @@ pub(super) enum Expression {
     Two(fn(f64, f64) -> f64, Box<[Expression; 2]>),
     /// Folded from the left.
     Many(fn(f64, f64) -> f64, Vec<Expression>),
-    /// Each neighbouring pair compares as the function says.
+    /// The function compares each pair of neighbours.
     Chain(fn(f64, f64) -> bool, Vec<Expression>),
-    /// Value and condition, then what holds otherwise (NaN when nothing does).
+    /// Value and condition, then the value otherwise (NaN if there is none).
     Piecewise(Vec<(Expression, Expression)>, Option<Box<Expression>>),
 }
 
@@ -49,7 +48,7 @@ impl Expression {
         }
     }
 
-    /// Every variable in it, once or more.
+    /// Adds the variables of the expression, some of them several times.
     pub fn variables(&self, out: &mut Vec<usize>) {
         match self {
             Expression::Number(_) => {}
@@ -70,7 +69,7 @@ impl Expression {
     }
 }
 
-/// Functions of one number.
+/// Returns a function of one number.
 fn one(name: &str) -> Option<fn(f64) -> f64> {
     Some(match name {
         "abs" => f64::abs,
@@ -134,11 +133,11 @@ fn chain(name: &str) -> Option<fn(f64, f64) -> bool> {
     })
 }
 
-/// What reading a formula needs.
+/// Data for reading a formula.
 pub(super) struct Formulas<'a> {
-    /// Place of a variable by its `varID`.
+    /// Index of a variable by its `varID`.
     pub find: &'a dyn Fn(&str) -> Option<usize>,
-    /// The remedy for one that is not there.
+    /// The remedy for an unknown variable.
     pub nearest: &'a dyn Fn(&str) -> String,
     pub faults: &'a mut Vec<FileFault>,
 }
@@ -154,12 +153,12 @@ impl Formulas<'_> {
             what: format!("<{}>", e.name),
             text: text.into(),
             expected: expected.into(),
-            help: "mend the formula at this place".into(),
+            help: "correct the formula at this position".into(),
         };
         self.fault(e, kind)
     }
 
-    /// The formula in a `<math>` element.
+    /// Reads the formula of a `<math>` element.
     pub fn math(&mut self, math: &Element) -> Option<Expression> {
         math.touch();
         match &math.children[..] {
@@ -173,7 +172,7 @@ impl Formulas<'_> {
 
     fn read(&mut self, e: &Element) -> Option<Expression> {
         e.touch_all();
-        // A prefix is as good as the namespace of `<math>`.
+        // A prefix may replace the namespace of `<math>`.
         let name = e.name.rsplit(':').next().unwrap_or_default();
         match name {
             "cn" => self.number(e),
@@ -203,7 +202,7 @@ impl Formulas<'_> {
 
     fn unknown(&mut self, e: &Element, name: &str) -> Option<Expression> {
         let kind = FaultKind::Unsupported {
-            what: format!("<{name}> of MathML is not understood here"),
+            what: format!("<{name}> of MathML is not supported"),
             help: "write the formula with arithmetic, elementary functions, comparisons and \
                    <piecewise>"
                 .into(),
@@ -216,7 +215,7 @@ impl Formulas<'_> {
         let parse = |t: &str| t.trim().parse::<f64>().ok().filter(|x| x.is_finite());
         let found = match kind.as_str() {
             "real" | "integer" | "double" => parse(&e.text),
-            // <cn type="e-notation">1.2<sep/>-3</cn>: both texts in one, apart by white space.
+            // <cn type="e-notation">1.2<sep/>-3</cn>: both texts joined, separated by white space.
             "e-notation" => {
                 let mut parts = e.text.split_whitespace();
                 match (parts.next(), parts.next(), parts.next()) {
@@ -247,7 +246,7 @@ impl Formulas<'_> {
     }
 
     fn arguments(&mut self, all: &[Element]) -> Option<Vec<Expression>> {
-        // All of them, so that all mistakes are told.
+        // Read all of them, to report all mistakes.
         let read: Vec<Option<Expression>> = all.iter().map(|e| self.read(e)).collect();
         read.into_iter().collect()
     }
@@ -263,7 +262,7 @@ impl Formulas<'_> {
             other => other,
         };
         if name == "piecewise" && rest.is_empty() {
-            // Files of NASA wrap the choice in an <apply> without an operator.
+            // Files of NASA wrap the piecewise element in an <apply> without an operator.
             return self.read(operator);
         }
         let qualifier = |q: &str| rest.iter().position(|c| c.name.rsplit(':').next() == Some(q));
@@ -326,7 +325,7 @@ impl Formulas<'_> {
         };
         let (argument, inner) = (self.read(argument), self.read(inner));
         let f: fn(f64, f64) -> f64 = match name {
-            // An odd root of a negative number is one.
+            // An odd root of a negative number is negative.
             "root" => |x, n| if n == 3.0 { x.cbrt() } else { x.powf(1.0 / n) },
             "log" => |x, base| x.ln() / base.ln(),
             _ => return self.unknown(e, name),

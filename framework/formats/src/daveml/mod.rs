@@ -7,9 +7,9 @@
 //!            or points without a grid, linear in the triangles between them
 //! checkData  static shots: inputs, and what must come out
 //! ```
-//! Read whole: variableDef, breakpointDef, griddedTableDef, ungriddedTableDef of one and of two variables, function, calculation,
-//! checkData. Refused with place and remedy: ungridded tables of more variables, splines, scripts. What describes and does not act (authors,
-//! provenance, uncertainty) is listed as not used. Values are in the units that the file names.
+//! Completely read: variableDef, breakpointDef, griddedTableDef, ungriddedTableDef of one and of two variables, function, calculation, checkData.
+//! Rejected with position and remedy: ungridded tables of more variables, splines, scripts. Elements without an effect (authors, provenance,
+//! uncertainty) are listed as not used. Values are in the units of the file.
 
 mod check;
 mod mathml;
@@ -26,14 +26,14 @@ use crate::Ignored;
 use mathml::Expression;
 use table::Function;
 
-/// What a variable is.
+/// The role of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// Given from outside: `isInput`, or one without a value or a formula.
+    /// An input: `isInput`, or a variable without a value or a formula.
     Input,
     /// Keeps its `initialValue`.
     Constant,
-    /// Made by a formula or a function.
+    /// The result of a formula or a function.
     Result,
 }
 
@@ -42,34 +42,34 @@ pub enum Role {
 pub struct DaveVariable {
     /// `varID`.
     pub id: String,
-    /// `name`; of a standard variable the name of AIAA S-119.
+    /// `name`; for a standard variable the name of AIAA S-119.
     pub name: String,
     /// `units` as written.
     pub units: String,
-    /// `sign`, the direction that counts as positive, such as `ANU`; empty when not written.
+    /// `sign`, the positive direction, such as `ANU`; empty if it is missing.
     pub sign: String,
     /// First lines of its description.
     pub doc: String,
-    /// What it is.
+    /// Its role.
     pub role: Role,
     /// `isOutput`.
     pub output: bool,
-    /// `isStdAIAA`: its name has the meaning that AIAA S-119 gives it.
+    /// `isStdAIAA`: its name has the meaning of AIAA S-119.
     pub standard: bool,
     /// `initialValue`.
     pub initial: Option<f64>,
-    /// `minValue`, `maxValue`: the value is cut off here.
+    /// `minValue`, `maxValue`: the value is clamped to these limits.
     pub limits: [f64; 2],
 }
 
-/// How a result is made.
+/// The computation of a result.
 #[derive(Clone, Debug)]
 enum Making {
     Formula(Expression),
     Table(Function),
 }
 
-/// A model that was read whole: evaluated in place on one slice of values, without memory of its own.
+/// A complete model. It is evaluated in place on one slice of values and has no state.
 #[derive(Clone, Debug)]
 pub struct DaveModel {
     /// Name in the header.
@@ -78,24 +78,24 @@ pub struct DaveModel {
     pub variables: Vec<DaveVariable>,
     /// Static shots of the file.
     pub shots: Vec<Shot>,
-    /// What was not used.
+    /// Unused elements.
     pub ignored: Vec<Ignored>,
-    /// Results in an order in which each follows what it is made of.
+    /// Results, each after the variables that it needs.
     order: Vec<(usize, Making)>,
 }
 
 impl DaveModel {
-    /// Place of a variable by its `varID`.
+    /// Returns the index of a variable by its `varID`.
     pub fn find(&self, id: &str) -> Option<usize> {
         self.variables.iter().position(|v| v.id == id)
     }
 
-    /// Place of a variable by its `name`.
+    /// Returns the index of a variable by its `name`.
     pub fn named(&self, name: &str) -> Option<usize> {
         self.variables.iter().position(|v| v.name == name)
     }
 
-    /// Some function has a table: inputs can lie outside.
+    /// Whether any function has a table, so that inputs can be outside.
     pub fn has_tables(&self) -> bool {
         self.order.iter().any(|(_, m)| matches!(m, Making::Table(_)))
     }
@@ -107,11 +107,10 @@ impl DaveModel {
         }
     }
 
-    /// Cuts inputs off at their limits and computes every result. Cost: one pass over formulas and tables;
-    /// nothing is allocated.
+    /// Clamps inputs to their limits and computes every result, in one pass over formulas and tables without allocation.
     ///
-    /// Returns how far all tables are inside their breakpoints, as a share of their width: 0 on an
-    /// edge, negative outside one that is clamped, 1 without tables. It is continuous in the inputs.
+    /// Returns the distance to the breakpoints of all tables as a share of their width: 0 on an edge, negative outside a clamped table, 1 without
+    /// tables. It is continuous in the inputs.
     pub fn evaluate(&self, values: &mut [f64]) -> f64 {
         for (value, variable) in values.iter_mut().zip(&self.variables) {
             if variable.role == Role::Input {
@@ -124,7 +123,7 @@ impl DaveModel {
                 Making::Formula(e) => e.value(values),
                 Making::Table(f) => {
                     let (y, margin) = f.value(values);
-                    // NaN is inside of nothing.
+                    // NaN is not inside.
                     if !(margin >= inside) {
                         inside = margin;
                     }

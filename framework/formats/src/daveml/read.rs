@@ -1,4 +1,4 @@
-//! Elements of a DAVE-ML file → [`DaveModel`]; mistakes are gathered.
+//! Reads the elements of a DAVE-ML file into a [`DaveModel`] and collects mistakes.
 
 use super::mathml::{Expression, Formulas};
 use super::scattered::Scattered;
@@ -13,8 +13,8 @@ use std::collections::BTreeMap;
 /// Reads a model.
 ///
 /// # Errors
-/// Every mistake with its place: not XML, another root, missing or unknown variables, breakpoints and
-/// tables, tables of another size than their breakpoints, formulas that make no sense, circles.
+/// Every mistake with its position: not XML, another root, missing or unknown variables, breakpoints and tables, tables of another size than their
+/// breakpoints, invalid formulas, circular definitions.
 pub fn read_dave(text: &str, file: &str) -> Result<DaveModel, FormatError> {
     let root = xml::parse_with(text, file, xml::Declarations::Allowed)?;
     let mut reader = Reader { faults: Vec::new(), variables: Vec::new(), ids: BTreeMap::new() };
@@ -24,22 +24,22 @@ pub fn read_dave(text: &str, file: &str) -> Result<DaveModel, FormatError> {
     }
 }
 
-/// Tables and breakpoints that functions refer to.
+/// Shared tables and breakpoints of functions.
 struct Shared<'e> {
     breakpoints: BTreeMap<String, Vec<f64>>,
     tables: BTreeMap<String, &'e Element>,
-    /// Those without a grid.
+    /// Tables without a grid.
     ungridded: BTreeMap<String, &'e Element>,
 }
 
 struct Reader {
     faults: Vec<FileFault>,
     variables: Vec<DaveVariable>,
-    /// Place of each variable, and where it is defined.
+    /// Index of each variable, and the position of its definition.
     ids: BTreeMap<String, (usize, FilePlace)>,
 }
 
-/// Numbers apart by commas or white space.
+/// Reads numbers separated by commas or white space.
 fn numbers(text: &str) -> Result<Vec<f64>, String> {
     text.split([',', ' ', '\t', '\n', '\r', ';'])
         .filter(|t| !t.is_empty())
@@ -93,7 +93,7 @@ impl Reader {
         found
     }
 
-    /// A number in an attribute that need not be there.
+    /// Reads an optional number in an attribute.
     fn number(&mut self, e: &Element, name: &str) -> Option<f64> {
         let text = e.attr(name)?;
         match text.parse::<f64>() {
@@ -134,12 +134,12 @@ impl Reader {
             let kind = FaultKind::WrongRoot {
                 found: root.name.clone(),
                 expected: "<DAVEfunc>",
-                help: "this is no DAVE-ML file".into(),
+                help: "this is not a DAVE-ML file".into(),
             };
             self.fault(root, "", kind);
             return None;
         }
-        // Names of the document's own schema.
+        // Attributes that refer to the schema of the document.
         for name in ["xmlns", "schemaLocation", "xsi:schemaLocation"] {
             root.attr(name);
         }
@@ -182,7 +182,7 @@ impl Reader {
             [limit(self, "minValue", f64::NEG_INFINITY), limit(self, "maxValue", f64::INFINITY)];
         if limits[0] > limits[1] {
             let text = format!("{}", limits[0]);
-            self.bad(e, "minValue", &text, "at most maxValue", "exchange the two");
+            self.bad(e, "minValue", &text, "at most maxValue", "swap the two");
             return;
         }
         let initial = self.number(e, "initialValue");
@@ -192,7 +192,7 @@ impl Reader {
                 true
             })
         };
-        // What the caller must give, even when it has a value to begin with.
+        // The caller must set it, even if it has an initial value.
         let given = flag("isInput") | flag("isControl") | flag("isDisturbance");
         let doc = e.child_text("description").map_or("", |(_, t)| t);
         let variable = DaveVariable {
@@ -207,7 +207,7 @@ impl Reader {
             limits,
             id: id.clone(),
         };
-        // Words about axes, symbols and states describe the variable only.
+        // Attributes about axes, symbols and states only describe the variable.
         for word in ["axisSystem", "symbol", "alias"] {
             e.attr(word);
         }
@@ -218,7 +218,7 @@ impl Reader {
         self.variables.push(variable);
     }
 
-    /// A result is made once, and is neither input nor constant.
+    /// Sets the computation of a result, which has only one and is neither input nor constant.
     fn make(&mut self, e: &Element, k: usize, new: Making, making: &mut [Option<Making>]) {
         let id = self.variables[k].id.clone();
         if making[k].is_some() {
@@ -227,8 +227,8 @@ impl Reader {
             return;
         }
         if self.variables[k].role == Role::Input {
-            let help = "take <isInput/> out, or the formula";
-            self.bad(e, "", &id, "a variable that is no input", help);
+            let help = "remove <isInput/> or the formula";
+            self.bad(e, "", &id, "a variable that is not an input", help);
             return;
         }
         making[k] = Some(new);
@@ -261,7 +261,7 @@ impl Reader {
             let Some(values) = self.need_child(e, "bpVals") else { continue };
             let Some(list) = self.list(values) else { continue };
             if list.is_empty() || list.windows(2).any(|w| !(w[1] > w[0])) {
-                let help = "write each breakpoint once, in rising order";
+                let help = "write each breakpoint once, in increasing order";
                 self.bad(values, "", &values.text, "rising breakpoints", help);
                 continue;
             }
@@ -287,7 +287,7 @@ impl Reader {
 
     fn function(&mut self, e: &Element, shared: &Shared<'_>, making: &mut [Option<Making>]) {
         e.attr("name");
-        // A simple function has its points beside it, another a definition.
+        // A simple function contains its points; others contain or refer to a definition.
         let read = match e.child("independentVarPts") {
             Some(_) => self.simple(e),
             None => self.gridded(e, shared),
@@ -311,7 +311,7 @@ impl Reader {
             "both" => [true, true],
             other => {
                 let help = "write neither, min, max or both";
-                self.bad(e, "extrapolate", other, "a way to extrapolate", help);
+                self.bad(e, "extrapolate", other, "a valid extrapolation", help);
                 return None;
             }
         };
@@ -322,19 +322,19 @@ impl Reader {
             "ceiling" => Way::Ceiling,
             other => {
                 let help = "write linear, discrete, floor or ceiling; resample a spline finely";
-                self.bad(e, "interpolate", other, "a way to interpolate that is known here", help);
+                self.bad(e, "interpolate", other, "a supported interpolation", help);
                 return None;
             }
         };
         let limits = [low.unwrap_or(f64::NEG_INFINITY), high.unwrap_or(f64::INFINITY)];
         if limits[0] > limits[1] {
-            self.bad(e, "min", &limits[0].to_string(), "at most max", "exchange the two");
+            self.bad(e, "min", &limits[0].to_string(), "at most max", "swap the two");
             return None;
         }
         Some(Axis { variable: variable?, points, way, beyond, limits })
     }
 
-    /// One independent variable, with points beside it.
+    /// Reads a function of one independent variable that contains its points.
     fn simple(&mut self, e: &Element) -> Option<(usize, Function)> {
         let independent: Vec<&Element> = e.all("independentVarPts").collect();
         let dependent = self.need_child(e, "dependentVarPts")?;
@@ -347,7 +347,7 @@ impl Reader {
         for i in independent {
             let points = self.list(i)?;
             if points.is_empty() || points.windows(2).any(|w| !(w[1] > w[0])) {
-                let help = "write each point once, in rising order";
+                let help = "write each point once, in increasing order";
                 self.bad(i, "", &i.text, "rising points", help);
                 return None;
             }
@@ -389,7 +389,7 @@ impl Reader {
         self.sized(table, axes, data).and_then(|f| Some((result?, f)))
     }
 
-    /// The table of a function: written in its definition, or referred to.
+    /// Finds the table of a function: contained in its definition, or referred to.
     fn referred<'e>(
         &mut self,
         e: &Element,
@@ -425,7 +425,7 @@ impl Reader {
         found
     }
 
-    /// Points without a grid: of one variable a table over the points, of two a triangulation.
+    /// Reads points without a grid: of one variable a table over the points, of two a triangulation.
     fn scattered(&mut self, e: &Element, axes: Vec<(&Element, Axis)>) -> Option<Function> {
         for word in ["name", "units", "utID"] {
             e.attr(word);
@@ -433,7 +433,7 @@ impl Reader {
         let n = axes.len();
         let mut rows = Vec::new();
         for point in e.all("dataPoint") {
-            // Which change of the file brought it.
+            // The change of the file that added it.
             point.attr("modID");
             let row = self.list(point)?;
             if row.len() != n + 1 {
@@ -447,12 +447,12 @@ impl Reader {
         if n == 1 {
             rows.sort_by(|a, b| a[0].total_cmp(&b[0]));
             if rows.is_empty() || rows.windows(2).any(|w| !(w[1][0] > w[0][0])) {
-                let help = "write one dataPoint for each place";
+                let help = "write one dataPoint for each position";
                 self.bad(
                     e,
                     "",
                     &format!("{} points", rows.len()),
-                    "points at places of their own",
+                    "points at different positions",
                     help,
                 );
                 return None;
@@ -479,8 +479,7 @@ impl Reader {
                         "<{}>: without a grid a table of two variables is linear, and ends at its hull",
                         r.label()
                     ),
-                    help: "leave `interpolate` and `extrapolate` out, or resample it on a grid"
-                        .into(),
+                    help: "remove `interpolate` and `extrapolate`, or resample it on a grid".into(),
                 };
                 self.fault(r, "", kind);
                 return None;
@@ -496,7 +495,7 @@ impl Reader {
         }
     }
 
-    /// Breakpoints of each axis, and data.
+    /// Reads breakpoints of each axis, and data.
     fn table(&mut self, e: &Element, shared: &Shared<'_>) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
         for word in ["name", "units", "gtID"] {
             e.attr(word);
@@ -541,7 +540,7 @@ impl Reader {
         Some(Function::Grid(Grid { axes, data }))
     }
 
-    /// What has neither value nor formula is an input.
+    /// Makes a variable without value and formula an input.
     fn roles(&mut self, making: &[Option<Making>]) {
         for (v, m) in self.variables.iter_mut().zip(making) {
             if m.is_some() {
@@ -591,8 +590,8 @@ impl Reader {
             return Some(order);
         }
         let kind = FaultKind::Unsupported {
-            what: format!("variables are made of each other in a circle: {}", left.join(", ")),
-            help: "make one of them an input".into(),
+            what: format!("the definitions of variables are circular: {}", left.join(", ")),
+            help: "change one of them to an input".into(),
         };
         let place = self.ids.get(left[0]).map_or_else(|| root.place(), |v| v.1.clone());
         self.faults.push(FileFault { place, kind });
@@ -633,7 +632,7 @@ impl Reader {
         let by_id = ["varID", "signalID"].iter().find_map(|n| e.child_text(n));
         let (place, variable) = match (by_id, e.child_text("signalName")) {
             (Some((c, id)), name) => {
-                // Both may be written.
+                // Both may be present.
                 let _ = name;
                 (c, self.ids.get(id).map(|v| v.0))
             }
@@ -674,7 +673,7 @@ impl Reader {
             }
         };
         let value = self.need_child(e, "signalValue").and_then(|c| parse(self, c))?;
-        // Without a tolerance: what a table of printed numbers can say.
+        // Without a tolerance: the precision of printed numbers.
         let tolerance = match e.child("tol") {
             Some(c) => parse(self, c)?.abs(),
             None => 1e-9 * value.abs().max(1e-3),

@@ -4,16 +4,16 @@
 //! inside      y = Σ b_k y_k over the corners of the triangle that x is in, b: barycentric coordinates
 //! outside     the value at the nearest place of the hull (in x)
 //! ```
-//! Delaunay's triangulation; of points on one circle it is one of several. Finding the triangle walks from one to the next, towards x:
-//! about √n of n. Nothing is allocated.
+//! The triangulation is Delaunay's; for points on one circle it is one of several. The search for a triangle goes from one to the next, towards x, in
+//! about √n of n steps, without allocation.
 
 use super::table::Axis;
 use spade::{DelaunayTriangulation, Point2, Triangulation};
 use std::collections::BTreeMap;
 
-/// No triangle: the edge is one of the hull.
+/// No triangle: the edge is on the hull.
 const NONE: u32 = u32::MAX;
-/// So far beyond an edge, as a share of the width, is still on it.
+/// A point this far outside an edge, as a share of the width, is still on it.
 const ON_EDGE: f64 = 1e-14;
 
 /// Corners counterclockwise, and the triangle beyond the edge from each to the next.
@@ -23,12 +23,12 @@ struct Triangle {
     beyond: [u32; 3],
 }
 
-/// Points of two variables, in triangles.
+/// Points of two variables, in a triangulation.
 #[derive(Clone, Debug)]
 pub(super) struct Scattered {
-    /// The variables with their limits; no breakpoints.
+    /// The variables with their limits; the breakpoints are empty.
     pub axes: [Axis; 2],
-    /// Least and width of each variable.
+    /// Minimum and width of each variable.
     scale: [[f64; 2]; 2],
     points: Vec<[f64; 2]>,
     values: Vec<f64>,
@@ -37,7 +37,7 @@ pub(super) struct Scattered {
     hull: Vec<[u32; 2]>,
 }
 
-/// Twice the area of a triangle, positive counterclockwise.
+/// Returns twice the area of a triangle, positive for counterclockwise corners.
 fn area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
@@ -47,17 +47,18 @@ fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 impl Scattered {
-    /// Rows are u₁, u₂, y.
+    /// Creates a function; rows are u₁, u₂, y.
     ///
     /// # Errors
-    /// What is wrong with the points, and what to do.
+    /// The mistake in the points, and a remedy.
     pub fn new(axes: [Axis; 2], rows: &[[f64; 3]]) -> Result<Self, [&'static str; 2]> {
         let scale = [0, 1].map(|i| {
             let column = rows.iter().map(|row| row[i]);
             let low = column.clone().fold(f64::INFINITY, f64::min);
             [low, column.fold(f64::NEG_INFINITY, f64::max) - low]
         });
-        let line = ["points that lie on a line", "write points of which three are no line"];
+        let line =
+            ["points that lie on a line", "write at least three points that are not on a line"];
         if !scale.iter().all(|[_, width]| *width > 0.0 && width.is_finite()) {
             return Err(line);
         }
@@ -69,16 +70,16 @@ impl Scattered {
                 if x < 1e-30 { 0.0 } else { x }
             });
             let Ok(handle) = triangulation.insert(Point2::new(x[0], x[1])) else {
-                return Err(["points too near to each other", "leave some of them out"]);
+                return Err(["points too close to each other", "remove some of them"]);
             };
-            // A point that is there already keeps its place.
+            // Of equal points, only the first is used.
             match values.get(handle.index()) {
                 None => {
                     points.push(x);
                     values.push(row[2]);
                 }
                 Some(before) if *before == row[2] => {}
-                Some(_) => return Err(["two values at one place", "leave one of them out"]),
+                Some(_) => return Err(["two values at the same point", "remove one of them"]),
             }
         }
         let numbers: BTreeMap<usize, u32> =
@@ -105,7 +106,7 @@ impl Scattered {
         self.points[k as usize]
     }
 
-    /// The value, and how far inside the hull it was looked for, as a share of the width; negative outside.
+    /// Returns the value, and the distance of the point from the hull as a share of the width, negative outside.
     pub fn value(&self, values: &[f64]) -> (f64, f64) {
         let x = [0, 1].map(|i| {
             let axis = &self.axes[i];
@@ -143,7 +144,7 @@ impl Scattered {
         (y, inside.fold(f64::INFINITY, f64::min).max(0.0))
     }
 
-    /// The value at the nearest place of the hull, and minus the distance to it.
+    /// Returns the value at the nearest point of the hull, and the negative distance to it.
     fn nearest(&self, x: [f64; 2]) -> (f64, f64) {
         let mut best = (f64::NAN, f64::INFINITY);
         for edge in &self.hull {

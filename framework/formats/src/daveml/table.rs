@@ -1,4 +1,4 @@
-//! Functions of one or more variables by tables on a grid of breakpoints, or of points without one.
+//! Functions of one or more variables from tables on a grid of breakpoints, or from points without a grid.
 //! ```text
 //! linear    y = Σ over the 2ⁿ corners of the cell  y_c Π (1 − f_i or f_i),  f = (u − b_k)/(b_k+1 − b_k)
 //! discrete  the nearer breakpoint; floor, ceiling: the one below, above
@@ -7,10 +7,10 @@
 
 use super::scattered::Scattered;
 
-/// Dimensions of a table, at most: a cell has 2ⁿ corners.
+/// Maximum number of dimensions of a table: a cell has 2ⁿ corners.
 pub(super) const DIMENSIONS: usize = 8;
 
-/// How one independent variable is interpolated.
+/// Interpolation along one independent variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Way {
     Linear,
@@ -24,12 +24,12 @@ pub(super) enum Way {
 pub(super) struct Axis {
     /// Which variable.
     pub variable: usize,
-    /// Breakpoints, rising, one at least.
+    /// Increasing breakpoints, at least one.
     pub points: Vec<f64>,
     pub way: Way,
-    /// Goes on below the first and above the last breakpoint.
+    /// Whether to extrapolate below the first and above the last breakpoint.
     pub beyond: [bool; 2],
-    /// `min`, `max`: the variable is cut off here first.
+    /// `min`, `max`: the variable is first clamped to these limits.
     pub limits: [f64; 2],
 }
 
@@ -40,7 +40,7 @@ pub(super) enum Function {
     Scattered(Scattered),
 }
 
-/// A table over axes, the last one fastest.
+/// A table over axes; the last axis varies fastest.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     pub axes: Vec<Axis>,
@@ -48,7 +48,7 @@ pub(super) struct Grid {
 }
 
 impl Axis {
-    /// Breakpoint below, share of the way to the next, and how far inside, as a share of the width.
+    /// Returns the breakpoint below, the fraction of the way to the next, and the distance from the edge as a share of the width.
     fn place(&self, values: &[f64]) -> (usize, f64, f64) {
         let p = &self.points;
         let (first, last) = (p[0], p[p.len() - 1]);
@@ -75,7 +75,7 @@ impl Axis {
 }
 
 impl Function {
-    /// The value, and how far inside the table it was looked for.
+    /// Returns the value, and the distance of the point from the edge of the table.
     pub fn value(&self, values: &[f64]) -> (f64, f64) {
         match self {
             Function::Grid(grid) => grid.value(values),
@@ -94,7 +94,7 @@ impl Function {
 }
 
 impl Grid {
-    /// The value, and how far inside the table it was looked for.
+    /// Returns the value, and the distance of the point from the edge of the table.
     pub fn value(&self, values: &[f64]) -> (f64, f64) {
         let n = self.axes.len();
         let mut at = [(0, 0.0); DIMENSIONS];
@@ -114,7 +114,7 @@ impl Grid {
                 index =
                     index * axis.points.len() + (k + usize::from(up)).min(axis.points.len() - 1);
             }
-            // A corner without weight may hold no number.
+            // A corner with the weight zero may be NaN.
             if weight != 0.0 {
                 sum += weight * self.data[index];
             }

@@ -1,8 +1,8 @@
-//! Units as DAVE-ML writes them (`slugft2`, `ft_s`, `_rad`) → `slug ft^2`, `ft/s`, `1/rad`.
+//! Converts units of DAVE-ML (`slugft2`, `ft_s`, `_rad`) to `slug ft^2`, `ft/s`, `1/rad`.
 //!
-//! Symbols stand side by side, each with its power; `_` divides by what follows.
+//! Symbols follow each other directly, each with its power; `_` divides by the following ones.
 
-/// Symbols of AIAA S-119 and the usual ones; the longest that fits is taken.
+/// Symbols of AIAA S-119 and common ones; the longest match is used.
 const SYMBOLS: [(&str, &str); 39] = [
     ("slug", "slug"),
     ("fract", "1"),
@@ -45,7 +45,7 @@ const SYMBOLS: [(&str, &str); 39] = [
     ("W", "W"),
 ];
 
-/// The unit in usual notation; `None` for one that is not known here.
+/// Returns the unit in the usual notation, or `None` if it is unknown.
 pub fn unit_text(units: &str) -> Option<String> {
     let units = units.trim();
     if units.is_empty() || units == "-" {

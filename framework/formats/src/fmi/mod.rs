@@ -1,10 +1,9 @@
 //! The description of a foreign unit: `modelDescription.xml` of FMI 2.0 and 3.0 → one neutral
 //! [`ModelDescription`] for both.
 //!
-//! What the two versions call differently has one name here: a guid and an instantiation token are
-//! the [`token`](ModelDescription::token); indices of scalar variables (2.0) and value references
-//! (3.0) in the model structure are places in [`variables`](ModelDescription::variables).
-//! Read with the FMI 2.0.4 and 3.0.2 standards.
+//! Terms that differ between the versions have one name here: a guid and an instantiation token are the [`token`](ModelDescription::token); indices
+//! of scalar variables (2.0) and value references (3.0) in the model structure are indices in [`variables`](ModelDescription::variables). The reader
+//! follows the FMI 2.0.4 and 3.0.2 standards.
 mod read;
 
 pub use read::read_model_description;
@@ -18,24 +17,24 @@ pub enum FmiVersion {
     V3,
 }
 
-/// How a unit is run.
+/// The interface for running a unit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Interface {
     /// Name of its shared library, a C identifier.
     pub identifier: String,
-    /// Only one instance may live in a process.
+    /// Whether a process may have only one instance.
     pub only_once: bool,
-    /// Its state can be taken and put back.
+    /// Whether its state can be saved and restored.
     pub state: bool,
-    /// The state can be written as bytes.
+    /// Whether the state can be serialized to bytes.
     pub serialize: bool,
-    /// It is to be told when a step of the integrator is complete (model exchange).
+    /// Whether it must be notified after each complete integrator step (model exchange).
     pub completed_step: bool,
     /// The communication step must be a multiple of this (s) (co-simulation, 3.0).
     pub fixed_step: Option<f64>,
-    /// It can be stopped at events inside a communication step (co-simulation, 3.0).
+    /// Whether it can stop at events inside a communication step (co-simulation, 3.0).
     pub event_mode: bool,
-    /// It only talks to another program that has to be there.
+    /// Whether it requires another installed program.
     pub needs_tool: bool,
 }
 
@@ -64,7 +63,7 @@ pub enum VariableKind {
     UInt64,
     /// `Boolean`.
     Boolean,
-    /// `Enumeration`: a whole number.
+    /// `Enumeration`: an integer.
     Enumeration,
     /// `String`.
     String,
@@ -101,20 +100,20 @@ impl VariableKind {
         matches!(self, Self::Float64 | Self::Float32)
     }
 
-    /// A number or a truth value: something that a lane can hold.
+    /// Whether it is a number or a boolean, which a lane can hold.
     pub fn is_numeric(self) -> bool {
         !matches!(self, Self::String | Self::Binary | Self::Clock)
     }
 }
 
-/// What a variable is for.
+/// The purpose of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Causality {
     /// Set before the start.
     Parameter,
     /// Follows from parameters.
     CalculatedParameter,
-    /// Sizes of arrays follow from it.
+    /// A parameter for sizes of arrays.
     StructuralParameter,
     /// Driven from outside.
     Input,
@@ -141,14 +140,14 @@ pub enum Variability {
     Continuous,
 }
 
-/// How a start value is meant.
+/// The meaning of a start value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Initial {
-    /// It is the value.
+    /// The exact value.
     Exact,
-    /// It is a guess.
+    /// A guess.
     Approx,
-    /// There is none: the unit computes it.
+    /// No start value: the unit computes it.
     Calculated,
 }
 
@@ -157,8 +156,7 @@ pub enum Initial {
 pub struct UnitDefinition {
     /// As written.
     pub name: String,
-    /// Exponents of kg, m, s, A, K, mol, cd, rad with factor and offset; `None` when the file
-    /// does not define it.
+    /// Exponents of kg, m, s, A, K, mol, cd, rad with factor and offset; `None` if the file does not define it.
     pub base: Option<([i8; 8], f64, f64)>,
 }
 
@@ -171,21 +169,21 @@ pub struct FmiVariable {
     pub reference: u32,
     /// Type.
     pub kind: VariableKind,
-    /// What it is for.
+    /// Its purpose.
     pub causality: Causality,
     /// When it may change.
     pub variability: Variability,
-    /// How its start value is meant, with the default of the standard.
+    /// The meaning of its start value, with the default of the standard.
     pub initial: Option<Initial>,
     /// Start values as written, in the order of the array (row by row).
     pub start: Vec<String>,
     /// Number of values: 1, or the product of the dimensions.
     pub size: usize,
-    /// It has dimensions, if only one of size 1.
+    /// Whether it has dimensions, even if its size is 1.
     pub is_array: bool,
-    /// Unit, when it has one; without an offset when it is a difference.
+    /// Unit, if it has one; without an offset for a difference.
     pub unit: Option<UnitDefinition>,
-    /// It is a difference (`relativeQuantity`): offsets of units do not count.
+    /// Whether it is a difference (`relativeQuantity`): offsets of units do not apply.
     pub relative: bool,
     /// Typical magnitude.
     pub nominal: Option<f64>,
@@ -193,16 +191,16 @@ pub struct FmiVariable {
     pub doc: String,
 }
 
-/// An output and what of the inputs it sees at once.
+/// An output and its direct dependencies on inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OutputStructure {
-    /// Place among the variables.
+    /// Index of the variable.
     pub variable: usize,
-    /// Places of what it depends on; `None`: not said, on everything.
+    /// Indices of the variables on which it depends; `None`: not specified, so all.
     pub dependencies: Option<Vec<usize>>,
 }
 
-/// A foreign unit as its description has it.
+/// The description of a foreign unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelDescription {
     /// Version of the standard.
@@ -211,18 +209,17 @@ pub struct ModelDescription {
     pub name: String,
     /// Meaning.
     pub doc: String,
-    /// What the shared library compares, to know that the description belongs to it.
+    /// Identifier that the shared library compares, to check that the description belongs to it.
     pub token: String,
-    /// As a unit with a solver of its own.
+    /// Interface for co-simulation, with the unit's own solver.
     pub co_simulation: Option<Interface>,
-    /// As equations.
+    /// Interface for model exchange, as equations.
     pub model_exchange: Option<Interface>,
     /// All variables, in the order of the file.
     pub variables: Vec<FmiVariable>,
     /// Outputs, in the order of the model structure.
     pub outputs: Vec<OutputStructure>,
-    /// Continuous states and their derivatives (places among the variables), in the order in which
-    /// the unit gives them.
+    /// Continuous states and their derivatives (indices of variables), in the order of the unit.
     pub states: Vec<(usize, usize)>,
     /// Number of event indicators.
     pub event_indicators: usize,
@@ -230,5 +227,5 @@ pub struct ModelDescription {
     pub tolerance: Option<f64>,
 }
 
-/// Most values that one array, or all ports together, may have.
+/// Maximum number of values of one array, and of all ports together.
 pub const VALUES_MAX: usize = 1 << 20;

@@ -1,4 +1,4 @@
-//! Elements of `modelDescription.xml` → [`ModelDescription`]; mistakes are gathered.
+//! Reads the elements of `modelDescription.xml` into a [`ModelDescription`] and collects mistakes.
 use super::*;
 use crate::FormatError;
 use crate::error::{FaultKind, FileFault};
@@ -8,8 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Reads a model description.
 ///
 /// # Errors
-/// Every mistake with its place: not XML, an unknown version, missing or wrong attributes,
-/// references that lead nowhere.
+/// Every mistake with its position: not XML, an unknown version, missing or wrong attributes, unknown references.
 pub fn read_model_description(text: &str, file: &str) -> Result<ModelDescription, FormatError> {
     let root = xml::parse(text, file)?;
     let mut reader = Reader { faults: Vec::new() };
@@ -30,14 +29,14 @@ struct Names {
     types: BTreeMap<String, OfType>,
 }
 
-/// What variables of a type have unless they say otherwise.
+/// Defaults for the variables of a type.
 struct OfType {
     unit: Option<String>,
     nominal: Option<f64>,
     relative: bool,
 }
 
-/// The attribute of differences.
+/// The attribute for differences.
 const RELATIVE: &str = "relativeQuantity";
 
 impl Reader {
@@ -51,14 +50,14 @@ impl Reader {
             let kind = FaultKind::Missing {
                 what: format!("<{}>", e.label()),
                 missing: format!("attribute `{name}`"),
-                help: "the standard demands it: ask the maker of the unit".into(),
+                help: "the standard requires it: contact the vendor of the unit".into(),
             };
             self.fault(e, name, kind);
         }
         found
     }
 
-    /// An attribute that need not be there, of a type that texts parse to.
+    /// Reads an optional attribute of a type that can be parsed from text.
     fn get<T: std::str::FromStr>(&mut self, e: &Element, name: &str, expected: &str) -> Option<T> {
         let text = e.attr(name)?;
         match text.parse() {
@@ -75,7 +74,9 @@ impl Reader {
             what: format!("`{name}` of <{}>", e.label()),
             text: text.into(),
             expected: expected.into(),
-            help: "the description is not one of the standard: ask the maker of the unit".into(),
+            help:
+                "the description does not conform to the standard: contact the vendor of the unit"
+                    .into(),
         };
         self.fault(e, name, kind);
     }
@@ -96,7 +97,7 @@ impl Reader {
             let kind = FaultKind::WrongRoot {
                 found: root.name.clone(),
                 expected: "<fmiModelDescription>",
-                help: "this is no description of an FMI unit".into(),
+                help: "this is not the description of an FMI unit".into(),
             };
             self.fault(root, "", kind);
             return None;
@@ -153,7 +154,8 @@ impl Reader {
             let kind = FaultKind::BadName {
                 kind: "model identifier",
                 name: identifier.into(),
-                help: "it names a file and C functions: letters, digits and _ only".into(),
+                help: "it is part of file and function names: use letters, digits and _ only"
+                    .into(),
             };
             self.fault(e, "modelIdentifier", kind);
             return None;
@@ -187,7 +189,7 @@ impl Reader {
                 let mut exponents = [0i8; 8];
                 let symbols = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
                 for (k, symbol) in symbols.iter().enumerate() {
-                    exponents[k] = self.get(b, symbol, "a small whole number").unwrap_or(0);
+                    exponents[k] = self.get(b, symbol, "a small integer").unwrap_or(0);
                 }
                 let factor = self.get(b, "factor", "a number").unwrap_or(1.0);
                 let offset = self.get(b, "offset", "a number").unwrap_or(0.0);
@@ -221,7 +223,7 @@ impl Reader {
             let kind = FaultKind::Missing {
                 what: "the description".into(),
                 missing: "<ModelVariables>".into(),
-                help: "the standard demands it: ask the maker of the unit".into(),
+                help: "the standard requires it: contact the vendor of the unit".into(),
             };
             self.fault(root, "", kind);
             return (variables, elements);
@@ -238,7 +240,8 @@ impl Reader {
                             let kind = FaultKind::Missing {
                                 what: format!("<{}>", e.label()),
                                 missing: "type (<Real>, <Integer>, <Boolean>, ..)".into(),
-                                help: "the standard demands it: ask the maker of the unit".into(),
+                                help: "the standard requires it: contact the vendor of the unit"
+                                    .into(),
                             };
                             self.fault(e, "", kind);
                             None
@@ -250,8 +253,8 @@ impl Reader {
                 }
                 _ => {
                     let kind = FaultKind::Unsupported {
-                        what: format!("<{}> is no variable of this version", e.label()),
-                        help: "the description is not one of the standard: ask the maker of the \
+                        what: format!("<{}> is not a variable type of this version", e.label()),
+                        help: "the description does not conform to the standard: contact the vendor of the \
                                unit"
                             .into(),
                     };
@@ -267,7 +270,7 @@ impl Reader {
         (variables, elements)
     }
 
-    /// A variable: `e` has its name, `typed` its type (in 3.0 the same element).
+    /// Reads a variable: `e` has its name, `typed` its type (in 3.0 the same element).
     fn variable(
         &mut self,
         e: &Element,
@@ -288,7 +291,7 @@ impl Reader {
             Some("output") => Causality::Output,
             Some("independent") => Causality::Independent,
             Some(other) => {
-                self.bad(e, "causality", other, "one of the standard's");
+                self.bad(e, "causality", other, "a value of the standard");
                 return None;
             }
         };
@@ -306,7 +309,7 @@ impl Reader {
             None if kind.is_float() => Variability::Continuous,
             None => Variability::Discrete,
             Some(other) => {
-                self.bad(e, "variability", other, "one of the standard's");
+                self.bad(e, "variability", other, "a value of the standard");
                 return None;
             }
         };
@@ -360,7 +363,7 @@ impl Reader {
         })
     }
 
-    /// Unit, typical magnitude, and whether it is a difference. The unit of a difference has no offset: 5 degC of it are 5 K.
+    /// Returns unit, typical magnitude, and whether it is a difference. The unit of a difference has no offset: 5 degC as a difference are 5 K.
     fn measure(
         &mut self,
         e: &Element,
@@ -434,12 +437,12 @@ impl Reader {
             what: format!("<{}>", e.name),
             kind: "variable",
             name: text.into(),
-            help: "the model structure refers to what is not among the variables".into(),
+            help: "the model structure refers to an unknown variable".into(),
         };
         self.fault(e, attribute, kind);
     }
 
-    /// Places of the variables that a list attribute names.
+    /// Returns the indices of the variables in a list attribute.
     fn places(
         &mut self,
         e: &Element,
@@ -534,13 +537,14 @@ impl Reader {
         let kind = FaultKind::Missing {
             what: format!("the state derivative <{}>", e.label()),
             missing: "attribute `derivative`".into(),
-            help: "it says which state it is the derivative of: ask the maker of the unit".into(),
+            help: "the state of the derivative must be specified: contact the vendor of the unit"
+                .into(),
         };
         self.fault(e, "derivative", kind);
     }
 }
 
-/// Start values of structural parameters and constants, by reference: sizes of arrays.
+/// Returns start values of structural parameters and constants, by reference, for the sizes of arrays.
 fn structural_sizes(list: &Element, version: FmiVersion) -> BTreeMap<u32, u64> {
     if version == FmiVersion::V2 {
         return BTreeMap::new();

@@ -4,7 +4,7 @@
 //! xllcenter, yllcenter   its node
 //! cellsize               or dx and dy
 //! ```
-//! Coordinates and heights are in metres unless a `.prj` beside it says otherwise.
+//! Coordinates and heights are in metres unless a `.prj` file next to it specifies other units.
 
 use super::degrees::degrees_apart;
 use super::units::Horizontal;
@@ -23,7 +23,7 @@ const KEYS: [&str; 10] = [
     "nodata_value",
 ];
 
-/// The grid of a text; `projection`: well-known text of its coordinates.
+/// Reads the grid of a text; `projection`: well-known text of its coordinates.
 pub(super) fn grid(
     bytes: &[u8],
     projection: Option<&[u8]>,
@@ -49,15 +49,15 @@ pub(super) fn grid(
             let known = KEYS.join(", ");
             return Err(HeightsError::at(
                 place,
-                format!("the header has no entry `{name}`"),
+                format!("the header lacks the entry `{name}`"),
                 format!("entries: {known}"),
             ));
         };
         let value = number.trim().parse::<f64>().map_err(|_| {
             HeightsError::at(
                 &place,
-                format!("`{number}` is no number"),
-                "one number follows a name",
+                format!("`{number}` is not a number"),
+                "write one number after a name",
             )
         })?;
         if header[k].replace(value).is_some() {
@@ -70,16 +70,15 @@ pub(super) fn grid(
     }
     let of = |key: &str| KEYS.iter().position(|k| *k == key).and_then(|k| header[k]);
     let count = |key: &str| {
-        let fault =
-            |fact: String| HeightsError::at(key, fact, "write how many there are, 2 or more");
+        let fault = |fact: String| HeightsError::at(key, fact, "write their number, 2 or more");
         let n = of(key).ok_or_else(|| fault("it is missing from the header".into()))?;
         match (1.0..=1e9).contains(&n) && n.fract() == 0.0 {
             true => Ok(n as u64),
-            false => Err(fault(format!("{n} is no number of nodes"))),
+            false => Err(fault(format!("{n} is not a valid number of nodes"))),
         }
     };
     let (nx, ny) = (count("ncols")?, count("nrows")?);
-    // A height is a digit and a space at least.
+    // A height has at least one digit and a space.
     bounded(bytes.len() as u64, nx, ny, 1)?;
     let missing = of("nodata_value");
     let (nx, ny) = (nx as usize, ny as usize);
@@ -90,7 +89,11 @@ pub(super) fn grid(
         for word in line.split_whitespace() {
             let place = || format!("line {}", at + 1);
             let value = word.parse::<f64>().map_err(|_| {
-                HeightsError::at(place(), format!("`{word}` is no height"), "heights are numbers")
+                HeightsError::at(
+                    place(),
+                    format!("`{word}` is not a height"),
+                    "heights must be numbers",
+                )
             })?;
             if read == nx * ny {
                 return Err(HeightsError::at(
@@ -112,7 +115,7 @@ pub(super) fn grid(
     if read < nx * ny {
         return Err(HeightsError::content(
             format!("it ends after {read} heights of {nx} by {ny}"),
-            "correct ncols and nrows, or take the whole file",
+            "correct ncols and nrows, or use the complete file",
         ));
     }
     let size = |key: &str| of(key).or(of("cellsize"));
@@ -135,7 +138,7 @@ pub(super) fn grid(
                 Horizontal::Degrees(ellipsoid) => {
                     (degrees_apart(ellipsoid, own, y, ny)?, [0.0, 0.0])
                 }
-                // Such files are 1 or 3 seconds of arc apart (0.0003 or 0.0008 degrees); no map has nodes less than a millimetre apart.
+                // The nodes of such files are 1 or 3 seconds of arc apart (0.0003 or 0.0008 degrees); no map has nodes less than a millimetre apart.
                 Horizontal::Lengths(_) if projection.is_none() && own[0].max(own[1]) < 1e-3 => {
                     return Err(HeightsError::Degrees { x: own[0], y: own[1] });
                 }
@@ -146,7 +149,7 @@ pub(super) fn grid(
     Ok(Heights { nx, ny, heights, datum: datum.unwrap_or(0.0), spacing, origin })
 }
 
-/// A row of heights may begin with a word that is a number: `nan`, `inf`.
+/// A row of heights may begin with a word for a number: `nan`, `inf`.
 fn is_value(line: &str) -> bool {
     line.split_whitespace().next().is_some_and(|word| word.parse::<f64>().is_ok())
 }

@@ -1,8 +1,8 @@
-//! Distances of nodes that a file gives in degrees.
+//! Spacings that a file specifies in degrees.
 //! ```text
 //! Δx = N cos φ Δλ,  Δy = M Δφ       N = a/√(1 − e² sin² φ),  M = a (1 − e²)/(1 − e² sin² φ)^{3/2}       φ: the middle of the map
 //! ```
-//! Nodes are in truth closer together at the edge nearer to the pole: a map for which this is more than 1 % is refused.
+//! The real distance between nodes is smaller at the edge nearer to the pole: a map with a difference of more than 1 % is rejected.
 
 use super::HeightsError;
 
@@ -16,7 +16,7 @@ pub(super) struct Ellipsoid {
 }
 
 impl Ellipsoid {
-    /// By the EPSG code of the ellipsoid.
+    /// Returns the ellipsoid with an EPSG code.
     pub(super) fn epsg(code: u16) -> Option<Ellipsoid> {
         let (major, inverse) = match code {
             7030 => (6_378_137.0, 298.257_223_563),
@@ -30,7 +30,7 @@ impl Ellipsoid {
         Some(Ellipsoid { major, flattening: 1.0 / inverse })
     }
 
-    /// By the EPSG code of a system of latitude and longitude: WGS 84, ETRS89, NAD83, WGS 72, NAD27, ED50.
+    /// Returns the ellipsoid of a geographic system with an EPSG code: WGS 84, ETRS89, NAD83, WGS 72, NAD27, ED50.
     pub(super) fn of_system(code: u16) -> Option<Ellipsoid> {
         Ellipsoid::epsg(match code {
             4326 | 4979 => 7030,
@@ -42,7 +42,7 @@ impl Ellipsoid {
         })
     }
 
-    /// Metres of a degree of longitude and of latitude at a latitude (degrees).
+    /// Returns the length of a degree of longitude and of latitude at a latitude (degrees), in metres.
     fn of_a_degree(self, latitude: f64) -> [f64; 2] {
         let (sin, cos) = latitude.to_radians().sin_cos();
         let e2 = self.flattening * (2.0 - self.flattening);
@@ -53,10 +53,10 @@ impl Ellipsoid {
     }
 }
 
-/// Greatest share by which distances at the edges of a map may differ from those in its middle.
+/// Maximum relative difference between distances at the edges of a map and in its middle.
 const DISTORTION: f64 = 0.01;
 
-/// Distance of nodes (m) that are `spacing` degrees apart; `south`: latitude of the southern row, of `ny` rows.
+/// Returns the spacing (m) of nodes that are `spacing` degrees apart; `south`: latitude of the southern row, of `ny` rows.
 pub(super) fn degrees_apart(
     ellipsoid: Option<Ellipsoid>,
     spacing: [f64; 2],
@@ -74,10 +74,10 @@ pub(super) fn degrees_apart(
     if !(most <= DISTORTION) {
         return Err(HeightsError::content(
             format!(
-                "its nodes are degrees apart, from {south:.4} to {north:.4} degrees of latitude: their distance along x changes by {:.1} % from the middle to an edge",
+                "its nodes are degrees apart, from {south:.4} to {north:.4} degrees of latitude, and their distance along x changes by {:.1} % from the middle to an edge",
                 100.0 * most
             ),
-            "cut a smaller map out of it (`gdal_translate -projwin`), or project it to metres (`gdalwarp -t_srs`)",
+            "cut out a smaller map (`gdal_translate -projwin`), or project it to metres (`gdalwarp -t_srs`)",
         ));
     }
     Ok([x * middle[0], y * middle[1]])

@@ -1,4 +1,4 @@
-//! Coordinate reference systems of the EPSG register (version 11.022) whose unit is not the metre: a file may name the system and not its unit.
+//! Coordinate reference systems of the EPSG register (version 11.022) whose unit is not the metre, because a file may specify only the system.
 
 /// Projected systems in US survey feet, 1200/3937 m: codes and ranges of codes.
 const SURVEY_FEET: &str = "2155 2194 2204 2225-2250 2254-2255 2257-2264 2267-2268 2271-2272 2274-2279 2283-2289 2870-2895 2899-2900 2902-2908 2911-2912 2915-2920 \
@@ -25,7 +25,7 @@ const FEET: &str = "2222-2224 2251-2253 2256 2265-2266 2269-2270 2273 2280-2282 
      6823 6825 6827 6829 6831 6833 6835 6837 6839 6841 6843 6845 6847 6849 6851 6853 6855 6857 6859 6861 6863 6868 6885 6887 7119-7127 \
      8065-8068 8312 8314 8316 8318 8320 8322 8324 8326 8328 8330 8332 8334 8336 8338 8340 8342 8344 8346 8348 20050";
 
-/// Projected systems in other units: code, metres of the unit.
+/// Projected systems in other units: code, length of the unit in metres.
 const OTHERS: [(u16, f64); 33] = [
     (2066, 0.201166195164),
     (2136, 0.3047997101815088),
@@ -62,7 +62,7 @@ const OTHERS: [(u16, f64); 33] = [
     (30200, 0.201166195164),
 ];
 
-/// Vertical systems that do not count in metres upwards: code, metres upwards of the unit.
+/// Vertical systems in other units or downwards: code, upward length of the unit in metres.
 const VERTICAL: [(u16, f64); 61] = [
     (5336, -1.0),
     (5612, -1.0),
@@ -136,7 +136,7 @@ fn has(list: &str, code: u16) -> bool {
     })
 }
 
-/// Metres of the unit of a projected system.
+/// Returns the length of the unit of a projected system, in metres.
 pub(super) fn projected(code: u16) -> f64 {
     if let Some((_, metres)) = OTHERS.iter().find(|(other, _)| *other == code) {
         return *metres;
@@ -148,7 +148,7 @@ pub(super) fn projected(code: u16) -> f64 {
     }
 }
 
-/// Metres upwards of the unit of a vertical system; negative for a system of depths.
+/// Returns the upward length of the unit of a vertical system in metres, negative for depths.
 pub(super) fn vertical(code: u16) -> f64 {
     VERTICAL.iter().find(|(other, _)| *other == code).map_or(1.0, |(_, metres)| *metres)
 }

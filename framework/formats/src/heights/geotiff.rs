@@ -1,16 +1,16 @@
-//! GeoTIFF and BigTIFF of one band: strips or tiles, uncompressed, LZW, deflate or PackBits, with predictors; integers
-//! and floating-point numbers of either order of bytes.
+//! GeoTIFF and BigTIFF with one band: strips or tiles, uncompressed, LZW, deflate or PackBits, with predictors; integers and floating-point numbers
+//! of either byte order.
 //! ```text
 //! x = x_t + (column + c − i) s_x,  y = y_t − (row + c − j) s_y    (tie point i, j → x_t, y_t)
 //! c = ½: pixels are areas (the standard's rule, unless it says points), 0: pixels are points
 //! h = (sample · scale + offset) · unit
 //! ```
-//! `scale`, `offset` and `unit` are those of GDAL's metadata; without a unit there, the unit of heights is that of the vertical reference system.
+//! `scale`, `offset` and `unit` come from GDAL's metadata; without a unit there, heights have the unit of the vertical reference system.
 //!
-//! Row 0 is the northern edge, or the southern one in a file whose transformation says so. Without data are: samples that equal GDAL's no-data text,
-//! pixels that an internal mask leaves out, strips and tiles that are not stored (of a file with a no-data text; of others they are zeros, as for
-//! GDAL), and the special pixels of ISIS. The no-data text is compared as a number in f64 and in f32, since files hold values such as
-//! −3.4028234663852886e+38 that do not survive a strict conversion.
+//! Row 0 is the northern edge, or the southern one if the transformation of the file says so. Nodes without data are: samples equal to GDAL's no-data
+//! text, pixels outside an internal mask, strips and tiles that are not stored (in a file with a no-data text; in others they are zeros, like in
+//! GDAL), and the special pixels of ISIS. The no-data text is compared as a number in f64 and in f32, because files contain values such as
+//! −3.4028234663852886e+38 that a strict conversion changes.
 
 mod mask;
 mod place;
@@ -22,16 +22,16 @@ use tiff::ColorType;
 use tiff::decoder::{ChunkType, Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 
-/// Pixels that a byte of a file can hold: compression (deflate, LZW) makes a few thousand equal ones of one.
+/// Maximum number of pixels per byte of a file: compression (deflate, LZW) stores a few thousand equal ones in one byte.
 const PIXELS_OF_A_BYTE: u64 = 8192;
 
-/// Most bytes of a chunk (strip or tile), decoded.
+/// Maximum number of bytes of a decoded chunk (strip or tile).
 const CHUNK_MAX: usize = 1 << 29;
 
-/// GDAL's metadata, which holds scale and offset of a band.
+/// GDAL's metadata, with scale and offset of a band.
 const GDAL_METADATA: Tag = Tag::Unknown(42112);
 
-/// An open GeoTIFF, of which rows are read as they are needed.
+/// An open GeoTIFF whose rows are read on demand.
 pub struct GeoTiff<R: Read + Seek> {
     decoder: Decoder<R>,
     bytes: u64,
@@ -42,18 +42,18 @@ pub struct GeoTiff<R: Read + Seek> {
     /// h = scale · sample + offset (m).
     scale: f64,
     offset: f64,
-    /// Height above which heights are given (m).
+    /// Height (m) to which all heights are relative.
     datum: f64,
-    /// One bit for each pixel that an internal mask keeps, the first row first.
+    /// One bit per pixel, 1 inside an internal mask, the first row first.
     mask: Option<Vec<u8>>,
-    /// Samples are floating-point numbers.
+    /// Whether samples are floating-point numbers.
     real: bool,
     chunk: [usize; 2],
     /// Stored bytes of each chunk.
     stored: Vec<u64>,
-    /// Bytes of a sample of a file that is not compressed.
+    /// Bytes of a sample in an uncompressed file.
     plain: Option<usize>,
-    /// Rows of chunks that were read last: number, heights.
+    /// The rows of chunks that were read last: number, heights.
     bands: Vec<(usize, Vec<f32>)>,
 }
 
@@ -64,13 +64,13 @@ impl<R: Read + Seek> std::fmt::Debug for GeoTiff<R> {
 }
 
 impl<R: Read + Seek> GeoTiff<R> {
-    /// Reads what a file of `bytes` bytes says of itself, and no heights.
+    /// Reads the metadata of a file of `bytes` bytes, without heights.
     ///
     /// # Errors
-    /// What is wrong with it, and the remedy.
+    /// The fault, with a remedy.
     pub fn open(reader: R, bytes: u64, options: &HeightsOptions) -> Result<Self, HeightsError> {
         let mut limits = Limits::default();
-        // Tags are held by the file.
+        // The size of tags is limited by the file.
         limits.ifd_value_size = usize::try_from(bytes).unwrap_or(usize::MAX).max(1024);
         limits.decoding_buffer_size = CHUNK_MAX;
         limits.intermediate_buffer_size = CHUNK_MAX;
@@ -94,7 +94,10 @@ impl<R: Read + Seek> GeoTiff<R> {
         let mask = mask::read(&mut decoder, [nx, ny], bytes)?;
         let (cw, ch) = decoder.chunk_dimensions();
         if cw == 0 || ch == 0 {
-            return Err(HeightsError::content("its strips or tiles are empty", "write it anew"));
+            return Err(HeightsError::content(
+                "its strips or tiles are empty",
+                "write the file again",
+            ));
         }
         let mut open = GeoTiff {
             decoder,
@@ -117,9 +120,9 @@ impl<R: Read + Seek> GeoTiff<R> {
         Ok(open)
     }
 
-    /// The datum of its heights, from the first height in the file.
+    /// Returns the datum of the heights, from the first height in the file.
     fn find_datum(&mut self) -> Result<f64, HeightsError> {
-        // Samples of up to 16 bits, and heights of f32 as they are, have no digits that could be lost.
+        // Samples of up to 16 bits, and unscaled heights of f32, do not lose digits.
         let exact = self.real
             && self.offset == 0.0
             && matches!(self.decoder.colortype()?, ColorType::Gray(32));
@@ -136,27 +139,27 @@ impl<R: Read + Seek> GeoTiff<R> {
         Ok(0.0)
     }
 
-    /// Nodes along x and y.
+    /// Returns the number of nodes along x and y.
     pub fn size(&self) -> [usize; 2] {
         [self.nx, self.ny]
     }
 
-    /// Distance of nodes along x and y (m).
+    /// Returns the spacing along x and y (m).
     pub fn spacing(&self) -> [f64; 2] {
         self.frame.spacing
     }
 
-    /// x, y of the south-west node (m); zero of a file in degrees.
+    /// Returns x, y of the south-west node (m); zero for a file in degrees.
     pub fn origin(&self) -> [f64; 2] {
         self.frame.origin
     }
 
-    /// Height above which heights are given (m): [`Heights::datum`].
+    /// Returns the height to which all heights are relative (m): [`Heights::datum`].
     pub fn datum(&self) -> f64 {
         self.datum
     }
 
-    /// All heights, in memory.
+    /// Reads all heights.
     ///
     /// # Errors
     /// More than 64 million nodes; strips or tiles that cannot be decoded.
@@ -171,14 +174,18 @@ impl<R: Read + Seek> GeoTiff<R> {
         Ok(Heights { nx, ny, heights, datum, spacing, origin })
     }
 
-    /// Heights above the datum (m) of row `j`, counted from the southern edge, into `row` of as many nodes as there are along x. Rows that
-    /// lie near each other cost one decoding of their strips or tiles.
+    /// Reads the heights above the datum (m) of row `j`, counted from the southern edge, into `row`, whose length is the number of nodes along x.
+    /// Neighbouring rows share one decoding of their strips or tiles.
     ///
     /// # Errors
-    /// Strips or tiles that cannot be decoded; a row that is not there.
+    /// Strips or tiles that cannot be decoded; a row that does not exist.
     pub fn row(&mut self, j: usize, row: &mut [f32]) -> Result<(), HeightsError> {
-        let outside =
-            || HeightsError::content(format!("there is no row {j}"), "count from the south");
+        let outside = || {
+            HeightsError::content(
+                format!("there is no row {j}"),
+                "rows are numbered from the south",
+            )
+        };
         let north = self.ny.checked_sub(j + 1).ok_or_else(outside)?;
         let line = if self.frame.from_south { j } else { north };
         let (band, within) = (line / self.chunk[1], line % self.chunk[1]);
@@ -193,7 +200,7 @@ impl<R: Read + Seek> GeoTiff<R> {
         Ok(())
     }
 
-    /// Heights above the datum (m) of a row of chunks, the file's first row first.
+    /// Returns the heights above the datum (m) of a row of chunks, the file's first row first.
     fn band(&mut self, band: usize, mut room: Vec<f32>) -> Result<Vec<f32>, HeightsError> {
         let [cw, ch] = self.chunk;
         let lines = ch.min(self.ny - band * ch);
@@ -204,10 +211,10 @@ impl<R: Read + Seek> GeoTiff<R> {
             let Some(bytes) = self.stored.get(index).copied() else {
                 let fact =
                     format!("it has {} strips or tiles, too few for its size", self.stored.len());
-                return Err(HeightsError::content(fact, "take the whole file"));
+                return Err(HeightsError::content(fact, "use the complete file"));
             };
             let columns = cw.min(self.nx - c * cw);
-            // A chunk of no bytes is not stored.
+            // A chunk with zero bytes is not stored.
             let samples = if bytes == 0 { None } else { Some(self.chunk(index, bytes, lines)?) };
             if let Some(found) =
                 samples.as_ref().map(Numbers::len).filter(|n| *n != columns * lines)
@@ -233,21 +240,21 @@ impl<R: Read + Seek> GeoTiff<R> {
         Ok(room)
     }
 
-    /// Samples of a chunk of which so many bytes are stored.
+    /// Returns the samples of a chunk with the given number of stored bytes.
     fn chunk(&mut self, index: usize, bytes: u64, lines: usize) -> Result<Numbers, HeightsError> {
         if let Some(size) = self.plain {
             let tile = self.decoder.get_chunk_type() == ChunkType::Tile;
             let [cw, ch] = self.chunk;
             let wanted = cw as u64 * (if tile { ch } else { lines } * size) as u64;
             if bytes < wanted {
-                let fact = format!("strip or tile {index} has {bytes} bytes of {wanted}");
-                return Err(HeightsError::content(fact, "take the whole file"));
+                let fact = format!("strip or tile {index} has {bytes} of {wanted} bytes");
+                return Err(HeightsError::content(fact, "use the complete file"));
             }
         }
         Ok(Numbers(self.decoder.read_chunk(u32::try_from(index).unwrap_or(u32::MAX))?))
     }
 
-    /// Height above the datum (m) of a sample; NaN without data.
+    /// Returns the height of a sample above the datum (m), NaN without data.
     fn height(&self, value: f64, pixel: usize) -> f32 {
         let special = match self.real {
             true => value.abs() >= SPECIAL_REAL,
@@ -262,13 +269,13 @@ impl<R: Read + Seek> GeoTiff<R> {
     }
 }
 
-/// Magnitude from which real samples are special pixels of ISIS (null, low and high saturation): valid ones are smaller.
+/// Smallest magnitude of floating-point special pixels of ISIS (null, low and high saturation): valid samples are smaller.
 const SPECIAL_REAL: f64 = 3.402_822_6e38;
 
-/// Greatest special pixel of ISIS among integers of 16 bits whose null is −32768.
+/// Largest special pixel of ISIS in 16-bit integers whose null is −32768.
 const SPECIAL_INTEGER: f64 = -32753.0;
 
-/// Samples as they were decoded.
+/// Decoded samples.
 struct Numbers(DecodingResult);
 
 impl Numbers {
@@ -305,7 +312,7 @@ impl Numbers {
     }
 }
 
-/// That there is one band of grey values, of a compression that is read here; whether they are floating-point numbers.
+/// Checks that there is one band of grey values with a supported compression; returns whether samples are floating-point numbers.
 fn one_band<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<bool, HeightsError> {
     let bands: u32 = decoder.find_tag_unsigned(Tag::SamplesPerPixel)?.unwrap_or(1);
     if bands != 1 {
@@ -316,8 +323,8 @@ fn one_band<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<bool, HeightsErr
         let name = COMPRESSIONS.iter().find(|(code, _)| *code == compression);
         let name = name.map_or(format!("number {compression}"), |(_, name)| (*name).to_string());
         return Err(HeightsError::content(
-            format!("its compression {name} is not read here"),
-            "write it with another one: `gdal_translate -co COMPRESS=DEFLATE`",
+            format!("its compression {name} is not supported"),
+            "use another one: `gdal_translate -co COMPRESS=DEFLATE`",
         ));
     }
     match decoder.colortype()? {
@@ -329,10 +336,10 @@ fn one_band<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<bool, HeightsErr
     Ok(decoder.find_tag_unsigned::<u16>(Tag::SampleFormat)? == Some(3))
 }
 
-/// Compressions that are read: none, LZW, deflate (two codes), PackBits, Zstandard.
+/// Supported compressions: none, LZW, deflate (two codes), PackBits, Zstandard.
 const READ: [u16; 6] = [1, 5, 8, 32946, 32773, 50000];
 
-/// Names of compressions that are not read.
+/// Names of unsupported compressions.
 const COMPRESSIONS: [(u16, &str); 7] = [
     (7, "JPEG"),
     (34712, "JPEG 2000"),
@@ -350,11 +357,12 @@ fn missing<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<Option<f64>, Heig
     let Some(text) = missing.filter(|text| !text.is_empty()) else { return Ok(None) };
     text.parse().map(Some).map_err(|_| {
         let fact = format!("its no-data value `{text}` is not a number");
-        HeightsError::content(fact, "write it anew (`gdal_translate -a_nodata`)")
+        HeightsError::content(fact, "write the file again (`gdal_translate -a_nodata`)")
     })
 }
 
-/// Stored bytes of each chunk; of a file that is not compressed, bytes of a sample: what is too short would be read from what follows.
+/// Returns the stored bytes of each chunk; for an uncompressed file, the bytes of a sample, because the decoder would read missing samples from the
+/// following bytes.
 fn stored<R: Read + Seek>(
     decoder: &mut Decoder<R>,
 ) -> Result<(Vec<u64>, Option<usize>), HeightsError> {
@@ -369,7 +377,7 @@ fn stored<R: Read + Seek>(
     Ok((counts, plain.then_some(size)))
 }
 
-/// Scale, offset and metres of the unit of the first band; a unit of NaN is not said.
+/// Returns scale, offset and the length of the unit of the first band in metres; the unit is NaN if it is missing.
 fn metadata<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<[f64; 3], HeightsError> {
     let mut out = [1.0, 0.0, f64::NAN];
     let Some(value) = decoder.find_tag(GDAL_METADATA)? else { return Ok(out) };

@@ -1,18 +1,18 @@
-//! Grey pictures: PNG of 1 to 16 bits, BMP of 1 to 32 bits. Black is low, white is high, the upper edge is north.
+//! Grey images: PNG of 1 to 16 bits, BMP of 1 to 32 bits. Black is low, white is high, the upper edge is north.
 //!
-//! Colours are read when each pixel is grey in fact; a pixel that is wholly transparent has no data.
+//! Colour images are accepted if each pixel is grey; a fully transparent pixel has no data.
 
 use super::{Heights, HeightsError, HeightsOptions, bounded};
 use std::io::Cursor;
 
-/// Pixels that a byte of a PNG can hold: deflate makes about a thousand bytes of one, of eight pixels each.
+/// Maximum number of pixels per byte of a PNG: deflate stores about a thousand bytes in one, each with eight pixels.
 const PIXELS_OF_A_BYTE: u64 = 8192;
 
 fn colour(column: usize, row: usize) -> HeightsError {
     HeightsError::Pixels { what: format!("colours (column {column}, row {row})") }
 }
 
-/// Heights of a PNG.
+/// Reads the heights of a PNG.
 pub(super) fn png_heights(bytes: &[u8], options: &HeightsOptions) -> Result<Heights, HeightsError> {
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::EXPAND);
@@ -20,7 +20,7 @@ pub(super) fn png_heights(bytes: &[u8], options: &HeightsOptions) -> Result<Heig
     bounded(bytes.len() as u64, width.into(), height.into(), PIXELS_OF_A_BYTE)?;
     let spacing = options.spacing.ok_or(HeightsError::NoScale { what: "a PNG" })?;
     let mut reader = decoder.read_info()?;
-    let too_large = || HeightsError::Pixels { what: "more bytes than memory has".into() };
+    let too_large = || HeightsError::Pixels { what: "more bytes than the memory".into() };
     let size = reader.output_buffer_size().ok_or_else(too_large)?;
     let mut data = vec![0; size];
     let info = reader.next_frame(&mut data)?;
@@ -55,9 +55,9 @@ pub(super) fn png_heights(bytes: &[u8], options: &HeightsOptions) -> Result<Heig
     Ok(Heights { nx, ny, heights, datum: 0.0, spacing, origin: [0.0, 0.0] })
 }
 
-/// Heights of an uncompressed BMP.
+/// Reads the heights of an uncompressed BMP.
 pub(super) fn bmp(bytes: &[u8], options: &HeightsOptions) -> Result<Heights, HeightsError> {
-    let cut = || HeightsError::content("the BMP is cut off", "take the whole file");
+    let cut = || HeightsError::content("the BMP is truncated", "use the complete file");
     let word = |at: usize| -> Result<u16, HeightsError> {
         let two = bytes.get(at..at + 2).ok_or_else(cut)?;
         Ok(u16::from_le_bytes([two[0], two[1]]))
@@ -80,19 +80,19 @@ pub(super) fn bmp(bytes: &[u8], options: &HeightsOptions) -> Result<Heights, Hei
         }
         _ => {
             return Err(HeightsError::content(
-                format!("a BMP header of {head} bytes is not known"),
+                format!("a BMP header of {head} bytes is not supported"),
                 "export it as a Windows bitmap",
             ));
         }
     };
     if compression != 0 {
         return Err(HeightsError::content(
-            "the BMP is compressed, or has masks of bits",
-            "export it without compression, 8 bits a pixel",
+            "the BMP is compressed, or has bit masks",
+            "export it without compression, with 8 bits per pixel",
         ));
     }
     if ![1, 4, 8, 24, 32].contains(&bits) {
-        let what = format!("{bits} bits a pixel");
+        let what = format!("{bits} bits per pixel");
         return Err(HeightsError::Pixels { what });
     }
     let (nx, ny) = (width.max(0) as u64, height.unsigned_abs());
@@ -107,7 +107,7 @@ pub(super) fn bmp(bytes: &[u8], options: &HeightsOptions) -> Result<Heights, Hei
     let mut heights = vec![0.0_f32; nx * ny];
     for line in 0..ny {
         let data = &bytes[start + line * stride..start + (line + 1) * stride];
-        // The lower edge comes first, unless the height is written negative.
+        // The lower edge is first, unless the height is negative.
         let j = if height > 0 { line } else { ny - 1 - line };
         for column in 0..nx {
             let entry = |k: u8| {

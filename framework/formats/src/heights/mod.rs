@@ -1,9 +1,9 @@
 //! Heights of ground from files of other programs: GeoTIFF, ESRI ASCII grids, lists of points, grey PNG and BMP,
 //! images of the Planetary Data System (PDS3, PDS4).
 //!
-//! Every reader gives [`Heights`]: a regular grid in metres, x east, y north, the southern row first, NaN where there is
-//! no data. Of a file in degrees the distance of nodes is that in the middle of the map, when the file says its ellipsoid and the
-//! map is not too tall for one distance; other files in degrees are rejected. Memory is taken for what a file holds, not for what it says it holds.
+//! Every reader returns [`Heights`]: a regular grid in metres, x east, y north, the southern row first, NaN where data is missing. For a file in
+//! degrees, the spacing is that in the middle of the map, if the file specifies its ellipsoid and one spacing is accurate enough for the height of
+//! the map; other files in degrees are rejected. Memory is allocated for the actual content of a file, not for the sizes in its header.
 //! ```text
 //! GeoTIFF  h = sample · scale + offset        x = x_t + (column − i) s_x,  y = y_t − (row − j) s_y
 //! PNG, BMP h = h_black + grey (h_white − h_black),  grey from 0 to 1
@@ -48,20 +48,20 @@ pub struct Heights {
     pub ny: usize,
     /// Heights above the datum (m): x fastest, the southern row first; NaN marks nodes without data.
     pub heights: Vec<f32>,
-    /// The datum (m), so that no digits are lost far from zero: 0 for heights below 16 km, else a whole number of metres near the first height.
+    /// The datum (m), which keeps all digits far from zero: 0 for heights below 16 km, otherwise a whole number of metres near the first height.
     pub datum: f64,
     /// Distance of nodes along x and y (m).
     pub spacing: [f64; 2],
-    /// x, y of the south-west node (m); zero when the file does not say.
+    /// x, y of the south-west node (m); zero if the file does not specify it.
     pub origin: [f64; 2],
 }
 
-/// What a file does not say.
+/// Settings that a file does not contain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightsOptions {
-    /// Distance of nodes along x and y (m), instead of what the file says; the south-west node is then at the origin.
+    /// Spacing along x and y (m), instead of the value in the file; the south-west node is then at the origin.
     pub spacing: Option<[f64; 2]>,
-    /// Heights (m) of black and white, of PNG and BMP.
+    /// Heights (m) of black and white, for PNG and BMP.
     pub range: [f64; 2],
 }
 
@@ -71,7 +71,7 @@ impl Default for HeightsOptions {
     }
 }
 
-/// Why a file is refused.
+/// The reason why a file is rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum HeightsError {
     /// The TIFF cannot be decoded.
@@ -83,25 +83,25 @@ pub enum HeightsError {
     /// The label in XML cannot be read.
     #[error("not a readable label: {0}")]
     Xml(#[from] crate::FormatError),
-    /// Pixels of a kind that holds no heights.
+    /// Pixels without heights.
     #[error(
-        "heights are one grey value for each pixel, and here are {what}\n  help: write one band of grey values to a file of its own"
+        "heights require one grey value per pixel, but there are {what}\n  help: write one band of grey values to a separate file"
     )]
     Pixels {
-        /// What there is.
+        /// The pixels found.
         what: String,
     },
-    /// No scale in the file.
+    /// A file without a scale.
     #[error(
-        "{what} has no scale\n  help: write `spacing: (0.1, 0.1)`: the distance of nodes in metres"
+        "{what} does not have a scale\n  help: write `spacing: (0.1, 0.1)`, the distance between nodes in metres"
     )]
     NoScale {
         /// The kind of file.
         what: &'static str,
     },
-    /// Nodes are degrees apart.
+    /// A spacing in degrees.
     #[error(
-        "its nodes are {x} by {y} degrees apart, and a degree is no length\n  help: project it to metres (`gdalwarp -t_srs`), or write `spacing: (30, 30)`, the distance of nodes in metres"
+        "its nodes are {x} by {y} degrees apart, but a degree is not a length\n  help: project it to metres (`gdalwarp -t_srs`), or write `spacing: (30, 30)`, the distance between nodes in metres"
     )]
     Degrees {
         /// Along x.
@@ -109,9 +109,9 @@ pub enum HeightsError {
         /// Along y.
         y: f64,
     },
-    /// More nodes than a map in memory may have.
+    /// More nodes than the maximum for a map in memory.
     #[error(
-        "{nx} by {ny} nodes are too many: 64 million at most\n  help: write it as GeoTIFF (`gdal_translate`) and make tiles of that, which are read when they are needed: `linkwork terrain convert`"
+        "{nx} by {ny} nodes are too many: the limit is 64 million\n  help: write it as GeoTIFF (`gdal_translate`) and convert it to tiles, which are read on demand: `linkwork terrain convert`"
     )]
     TooMany {
         /// Nodes along x.
@@ -119,8 +119,8 @@ pub enum HeightsError {
         /// Nodes along y.
         ny: u64,
     },
-    /// The file is far too short for its picture.
-    #[error("{bytes} bytes cannot hold the {nx} by {ny} samples that the file says it has")]
+    /// A file that is too short for its image.
+    #[error("{bytes} bytes cannot contain {nx} by {ny} samples, the size in the file")]
     Short {
         /// Bytes of the file.
         bytes: u64,
@@ -129,17 +129,17 @@ pub enum HeightsError {
         /// Nodes along y.
         ny: u64,
     },
-    /// A fault of the content.
+    /// Faulty content.
     #[error("{place}{fact}\n  help: {help}")]
     Content {
         /// Line or entry with a colon, or nothing.
         place: String,
-        /// What is wrong.
+        /// The fault.
         fact: String,
-        /// What to do about it.
+        /// The remedy.
         help: String,
     },
-    /// The file that a label names.
+    /// A data file of a label that cannot be read.
     #[error("its data file `{name}`: {why}")]
     Companion {
         /// Its name.
@@ -147,18 +147,18 @@ pub enum HeightsError {
         /// Why it cannot be read.
         why: String,
     },
-    /// An ending that no reader has.
-    #[error("`{name}` is of no kind that holds heights\n  help: {KINDS}")]
+    /// An unknown file extension.
+    #[error("`{name}` does not have a format with heights\n  help: {KINDS}")]
     Kind {
         /// Name of the file.
         name: String,
     },
 }
 
-/// Endings and what they are.
+/// File extensions and their formats.
 pub const KINDS: &str = "GeoTIFF (.tif, .tiff), ESRI ASCII grid (.asc), points (.xyz), PNG (.png), BMP (.bmp), PDS3 (.lbl, .img), PDS4 (.xml)";
 
-/// Most nodes of a map in memory.
+/// Maximum number of nodes of a map in memory.
 pub const NODES_MAX: u64 = 64_000_000;
 
 impl HeightsError {
@@ -176,7 +176,7 @@ impl HeightsError {
     }
 }
 
-/// That a grid may be held in memory, of a file of `bytes` whose one byte holds at most `of_a_byte` nodes.
+/// Checks that a grid can be in memory, for a file of `bytes` bytes with at most `of_a_byte` nodes per byte.
 fn bounded(bytes: u64, nx: u64, ny: u64, of_a_byte: u64) -> Result<(), HeightsError> {
     let nodes = nx.saturating_mul(ny);
     if nodes > NODES_MAX {
@@ -187,30 +187,30 @@ fn bounded(bytes: u64, nx: u64, ny: u64, of_a_byte: u64) -> Result<(), HeightsEr
     }
     if nx < 2 || ny < 2 {
         return Err(HeightsError::content(
-            format!("a grid of {nx} by {ny} nodes has no cell"),
-            "it needs at least 2 by 2",
+            format!("a grid of {nx} by {ny} nodes does not have cells"),
+            "at least 2 by 2 are required",
         ));
     }
     Ok(())
 }
 
-/// A length that is positive and finite.
+/// Checks that a length is positive and finite.
 fn length(place: &str, value: f64) -> Result<f64, HeightsError> {
     match value > 0.0 && value.is_finite() {
         true => Ok(value),
         false => Err(HeightsError::at(
             place,
-            format!("the distance of nodes is {value}"),
-            "it is a positive, finite number",
+            format!("the distance between nodes is {value}"),
+            "write a positive, finite number",
         )),
     }
 }
 
-/// Heights from the bytes of a file; its `name` says by its ending what it is ([`KINDS`]). Files beside it (the data of
-/// a label, the `.prj` of an ASCII grid) are asked for by name from `beside`, which says in words why there is none.
+/// Reads heights from the bytes of a file; the extension of `name` selects the format ([`KINDS`]). Other files in the folder (the data of a label,
+/// the `.prj` of an ASCII grid) are requested by name from `beside`, which otherwise returns the reason in words.
 ///
 /// # Errors
-/// What is wrong with the file, and the remedy.
+/// The fault of the file, with a remedy.
 pub fn read_heights(
     name: &str,
     bytes: &[u8],
@@ -233,13 +233,13 @@ pub fn read_heights(
         let (column, row) = (index % read.nx, read.ny - 1 - index / read.nx);
         return Err(HeightsError::content(
             format!("the height in column {column}, row {row} is infinite as a 32-bit number"),
-            "mark what has no data with the file's own value for it, or scale the heights",
+            "mark missing data with the no-data value of the file, or scale the heights",
         ));
     }
     Ok(read)
 }
 
-/// Text of ASCII or UTF-8; what is neither is replaced.
+/// Converts bytes of ASCII or UTF-8; invalid bytes are replaced.
 fn text(bytes: &[u8]) -> std::borrow::Cow<'_, str> {
     String::from_utf8_lossy(bytes)
 }

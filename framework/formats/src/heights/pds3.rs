@@ -12,7 +12,7 @@ use super::{Heights, HeightsError, HeightsOptions, length, text, units};
 /// An entry of a label.
 struct Entry {
     line: usize,
-    /// Objects that it stands in, outermost first, as in `UNCOMPRESSED_FILE/IMAGE`.
+    /// Enclosing objects, outermost first, as in `UNCOMPRESSED_FILE/IMAGE`.
     within: String,
     key: String,
     value: String,
@@ -20,7 +20,7 @@ struct Entry {
 
 struct Label(Vec<Entry>);
 
-/// Entries up to END. A value goes on over lines until its brackets and quotes are closed.
+/// Reads the entries up to END. A value continues over lines until its brackets and quotes are closed.
 fn read(head: &str) -> Result<Label, HeightsError> {
     let mut entries = Vec::new();
     let mut within: Vec<String> = Vec::new();
@@ -41,7 +41,7 @@ fn read(head: &str) -> Result<Label, HeightsError> {
         while is_open(&value) {
             let Some((_, more)) = lines.next() else {
                 let fact = format!("the value of `{key}` does not end");
-                return Err(HeightsError::at(place, fact, "take the whole label"));
+                return Err(HeightsError::at(place, fact, "use the complete label"));
             };
             value = format!("{value} {}", more.trim()).trim().to_string();
             if value.len() > 1 << 16 {
@@ -55,10 +55,10 @@ fn read(head: &str) -> Result<Label, HeightsError> {
             _ => entries.push(Entry { line: at + 1, within: within.join("/"), key, value }),
         }
     }
-    Err(HeightsError::content("the label has no END", "take the whole label"))
+    Err(HeightsError::content("the label lacks END", "use the complete label"))
 }
 
-/// Whether a value goes on in the next line: brackets outside of quotes, and the quotes themselves, are not closed.
+/// Whether a value continues in the next line because quotes, or brackets outside of quotes, are not closed.
 fn is_open(value: &str) -> bool {
     let (mut quoted, mut depth) = (false, 0);
     for c in value.chars() {
@@ -73,20 +73,20 @@ fn is_open(value: &str) -> bool {
 }
 
 impl Label {
-    /// The entry of an object at any depth.
+    /// Returns the entry of an object at any depth.
     fn of(&self, object: &str, key: &str) -> Option<&Entry> {
         let fits = |e: &&Entry| e.key == key && e.within.rsplit('/').next() == Some(object);
         self.0.iter().find(fits)
     }
 
-    /// The entry of any object.
+    /// Returns the entry of any object.
     fn any(&self, key: &str) -> Option<&Entry> {
         self.0.iter().find(|e| e.key == key)
     }
 
     fn wanted(&self, key: &str) -> Result<&Entry, HeightsError> {
-        let fact = format!("the label has no {key} of the object IMAGE");
-        self.of("IMAGE", key).ok_or_else(|| HeightsError::content(fact, "heights are an IMAGE"))
+        let fact = format!("the label lacks {key} of the object IMAGE");
+        self.of("IMAGE", key).ok_or_else(|| HeightsError::content(fact, "heights must be an IMAGE"))
     }
 }
 
@@ -94,14 +94,14 @@ impl Entry {
     fn place(&self) -> String {
         format!("line {}", self.line)
     }
-    /// Number and unit: `1.0 <M/PIXEL>`.
+    /// Reads number and unit: `1.0 <M/PIXEL>`.
     fn number(&self) -> Result<(f64, &str), HeightsError> {
         let (number, unit) = self.value.split_once('<').unwrap_or((&self.value, ""));
         let value = number.trim().trim_matches('"').parse::<f64>();
         match value {
             Ok(v) if v.is_finite() => Ok((v, unit.trim().trim_end_matches('>'))),
             _ => {
-                let fact = format!("`{}` is no number of {}", self.value, self.key);
+                let fact = format!("`{}` is not a valid number for {}", self.value, self.key);
                 Err(HeightsError::at(self.place(), fact, "write a number"))
             }
         }
@@ -111,8 +111,8 @@ impl Entry {
         match (0.0..=1e15).contains(&v) && v.fract() == 0.0 {
             true => Ok(v as u64),
             false => {
-                let fact = format!("{v} is no number of {}", self.key);
-                Err(HeightsError::at(self.place(), fact, "write a whole number"))
+                let fact = format!("{v} is not a valid number for {}", self.key);
+                Err(HeightsError::at(self.place(), fact, "write an integer"))
             }
         }
     }
@@ -121,12 +121,12 @@ impl Entry {
     }
 }
 
-/// Where the image begins: its file, unless it is this one, and the byte there.
+/// Returns the start of the image: its file, unless it is this one, and the offset there.
 fn pointer(label: &Label) -> Result<(Option<String>, u64), HeightsError> {
     let Some(entry) = label.any("^IMAGE") else {
         return Err(HeightsError::content(
-            "the label has no ^IMAGE",
-            "heights are an IMAGE: take the label of the image",
+            "the label lacks ^IMAGE",
+            "heights must be an IMAGE: use the label of the image",
         ));
     };
     let inner = entry.value.trim().trim_start_matches('(').trim_end_matches(')');
@@ -140,18 +140,20 @@ fn pointer(label: &Label) -> Result<(Option<String>, u64), HeightsError> {
         [] => 1,
         [at] => {
             let digits: String = at.chars().take_while(char::is_ascii_digit).collect();
-            digits.parse::<u64>().map_err(|_| fault(format!("`{at}` is no place of the image")))?
+            digits
+                .parse::<u64>()
+                .map_err(|_| fault(format!("`{at}` is not a position of the image")))?
         }
-        _ => return Err(fault(format!("`{}` is no place of one image", entry.value))),
+        _ => return Err(fault(format!("`{}` is not the position of one image", entry.value))),
     };
-    let start = start.checked_sub(1).ok_or_else(|| fault("places are counted from 1".into()))?;
+    let start = start.checked_sub(1).ok_or_else(|| fault("positions begin at 1".into()))?;
     if inner.to_uppercase().contains("<BYTES>") {
         return Ok((file, start));
     }
     let record = match label.any("RECORD_BYTES") {
         Some(record) => record.count()?,
         None if start == 0 => 0,
-        None => return Err(fault("the label has no RECORD_BYTES".into())),
+        None => return Err(fault("the label lacks RECORD_BYTES".into())),
     };
     Ok((file, start.saturating_mul(record)))
 }
@@ -175,13 +177,13 @@ fn kind(label: &Label) -> Result<(Sample, Order), HeightsError> {
         (w, 8 | 16 | 32) if w.ends_with("INTEGER") => Some(Sample::Signed(bits as usize / 8)),
         _ => None,
     };
-    // DEC's integers have the order of a PC.
+    // DEC's integers have the byte order of a PC.
     let little = word.contains("VAX");
     sample.map(|s| (s, if little { Order::Little } else { order(&word) })).ok_or_else(|| {
         HeightsError::at(
             entry.place(),
-            format!("heights are not read from samples of {bits} bits of the type {word}"),
-            "integers of 8, 16 and 32 bits, and IEEE_REAL and PC_REAL of 32 and 64 bits are",
+            format!("samples of {bits} bits of the type {word} are not supported"),
+            "use integers of 8, 16 or 32 bits, or IEEE_REAL or PC_REAL of 32 or 64 bits",
         )
     })
 }
@@ -202,7 +204,7 @@ fn array(label: &Label, start: u64) -> Result<Array, HeightsError> {
     if let Some(entry) = label.of("IMAGE", "ENCODING_TYPE")
         && !["N/A", "NONE"].contains(&entry.word().as_str())
     {
-        let fact = format!("the encoding {} is not read", entry.word());
+        let fact = format!("the encoding {} is not supported", entry.word());
         return Err(HeightsError::at(entry.place(), fact, "decode the image first"));
     }
     let metre = match label.of("IMAGE", "UNIT") {
@@ -213,7 +215,7 @@ fn array(label: &Label, start: u64) -> Result<Array, HeightsError> {
     for key in ["MISSING_CONSTANT", "MISSING", "NULL", "CORE_NULL", "INVALID_CONSTANT"] {
         let Some(entry) = label.of("IMAGE", key) else { continue };
         let parsed = Missing::parse(&entry.value).ok_or_else(|| {
-            let fact = format!("`{}` is no sample", entry.value);
+            let fact = format!("`{}` is not a sample", entry.value);
             HeightsError::at(entry.place(), fact, "write a number, or its bits as 16#FF7FFFFB#")
         })?;
         missing.push(parsed);
@@ -233,7 +235,7 @@ fn array(label: &Label, start: u64) -> Result<Array, HeightsError> {
     })
 }
 
-/// Distance of nodes, and the south-west node when the label says where the origin of the map is (m).
+/// Returns the spacing (m), and the south-west node if the label contains the origin of the map.
 fn frame(label: &Label, lines: u64) -> Result<([f64; 2], [f64; 2]), HeightsError> {
     let Some(scale) = label.any("MAP_SCALE") else {
         if let Some(resolution) = label.any("MAP_RESOLUTION") {
@@ -275,7 +277,7 @@ fn assemble(
     Ok(Heights { nx, ny, heights, datum, spacing, origin })
 }
 
-/// The image of a detached label, whose data file is asked for by the name that it says.
+/// Reads the image of a detached label, which names its data file.
 pub(super) fn labelled(
     bytes: &[u8],
     options: &HeightsOptions,
@@ -284,16 +286,16 @@ pub(super) fn labelled(
     let label = read(&text(bytes))?;
     let (file, start) = pointer(&label)?;
     let Some(file) = file else { return assemble(&label, start, bytes, options) };
-    // Names of files are written in capitals, and are not always so on the disk.
+    // Labels contain names in capitals, but files may have other cases.
     let data = beside(&file).or_else(|why| beside(&file.to_lowercase()).map_err(|_| why));
     let data = data.map_err(|why| HeightsError::Companion { name: file, why })?;
     assemble(&label, start, &data, options)
 }
 
-/// Bytes at the head of an image in which an attached label ends.
+/// Size of the part at the start of an image that may contain a label, in bytes.
 const HEAD: usize = 1 << 20;
 
-/// An image: with its label at its head, or in the file of the same name.
+/// Reads an image with its label at its start, or in a file with the same name.
 pub(super) fn image(
     stem: &str,
     bytes: &[u8],
@@ -307,8 +309,8 @@ pub(super) fn image(
         let found = beside(&format!("{stem}.lbl")).or_else(|_| beside(&format!("{stem}.LBL")));
         let label = found.map_err(|_| {
             HeightsError::content(
-                "the image has no PDS3 label at its head, and there is none beside it",
-                format!("put `{stem}.lbl` beside it, or name the label"),
+                "the image does not begin with a PDS3 label, and there is no label file next to it",
+                format!("put `{stem}.lbl` in its folder, or use the name of the label"),
             )
         })?;
         let label = read(&text(&label))?;

@@ -1,4 +1,4 @@
-//! PDS4 products: a label in XML (.xml), and the data file that it names.
+//! PDS4 products: an XML label (.xml) and its data file.
 //! ```text
 //! File_Area_Observational  File/file_name   Array_2D_Image, Array_2D_Map, Array_2D, Array_3D_Image of one band
 //!                          offset, Axis_Array (Line, Sample), Element_Array (data_type, scaling_factor, value_offset, unit)
@@ -12,15 +12,15 @@ use super::samples::{self, Array, First, Missing, Order, Sample};
 use super::{Heights, HeightsError, HeightsOptions, length, text, units};
 use crate::xml::{Declarations, Element, parse_with};
 
-/// Arrays that hold heights.
+/// Types of arrays with heights.
 const ARRAYS: [&str; 4] = ["Array_2D_Image", "Array_2D_Map", "Array_2D", "Array_3D_Image"];
 
-/// Name without its prefix.
+/// Returns the name without its prefix.
 fn local(e: &Element) -> &str {
     e.name.rsplit_once(':').map_or(e.name.as_str(), |(_, name)| name)
 }
 
-/// The first element of the name, in the order of the text.
+/// Returns the first element with a name, in the order of the text.
 fn inside<'a>(e: &'a Element, name: &str) -> Option<&'a Element> {
     e.children.iter().find_map(|c| if local(c) == name { Some(c) } else { inside(c, name) })
 }
@@ -31,28 +31,24 @@ fn child<'a>(e: &'a Element, name: &str) -> Option<&'a Element> {
 
 fn wanted<'a>(e: &'a Element, name: &str) -> Result<&'a Element, HeightsError> {
     inside(e, name).ok_or_else(|| {
-        let fact = format!("`{}` has no `{name}`", local(e));
-        HeightsError::at(
-            format!("line {}", e.line),
-            fact,
-            "take the label that belongs to the data",
-        )
+        let fact = format!("`{}` lacks `{name}`", local(e));
+        HeightsError::at(format!("line {}", e.line), fact, "use the label of the data")
     })
 }
 
 fn number<T: std::str::FromStr>(e: &Element) -> Result<T, HeightsError> {
     e.text.trim().parse().map_err(|_| {
-        let fact = format!("`{}` is no number of `{}`", e.text, local(e));
+        let fact = format!("`{}` is not a valid number for `{}`", e.text, local(e));
         HeightsError::at(format!("line {}", e.line), fact, "write a number")
     })
 }
 
-/// Unit of a value, as its attribute says.
+/// Returns the unit of a value, from its attribute.
 fn unit(e: &Element) -> &str {
     e.attributes.iter().find(|a| a.name == "unit").map_or("", |a| a.value.as_str())
 }
 
-/// Type of an element of an array.
+/// Returns the type of an element of an array.
 fn kind(e: &Element) -> Result<(Sample, Order), HeightsError> {
     let (sample, order) = match e.text.trim() {
         "UnsignedByte" => (Sample::Unsigned(1), Order::Big),
@@ -72,8 +68,8 @@ fn kind(e: &Element) -> Result<(Sample, Order), HeightsError> {
         other => {
             return Err(HeightsError::at(
                 format!("line {}", e.line),
-                format!("heights are not read from elements of the type `{other}`"),
-                "integers of 1, 2 and 4 bytes and IEEE 754 numbers are",
+                format!("elements of the type `{other}` are not supported"),
+                "use integers of 1, 2 or 4 bytes, or IEEE 754 numbers",
             ));
         }
     };
@@ -85,7 +81,7 @@ fn size(array: &Element) -> Result<[u64; 2], HeightsError> {
     if let Some(order) = child(array, "axis_index_order")
         && order.text.trim() != "Last Index Fastest"
     {
-        let fact = format!("the order of axes `{}` is not read", order.text);
+        let fact = format!("the order of axes `{}` is not supported", order.text);
         let help = "`Last Index Fastest` is";
         return Err(HeightsError::at(format!("line {}", order.line), fact, help));
     }
@@ -106,14 +102,14 @@ fn size(array: &Element) -> Result<[u64; 2], HeightsError> {
     match axes.as_slice() {
         [(_, lines), (_, columns)] => Ok([*lines, *columns]),
         _ => {
-            let fact = format!("the array has {} axes beside bands", axes.len());
-            let help = "heights have lines and samples";
+            let fact = format!("the array has {} axes besides bands", axes.len());
+            let help = "heights must have lines and samples";
             Err(HeightsError::at(format!("line {}", array.line), fact, help))
         }
     }
 }
 
-/// Heights of the array that a label describes.
+/// Reads the heights of the array that a label describes.
 pub(super) fn labelled(
     name: &str,
     bytes: &[u8],
@@ -131,7 +127,7 @@ pub(super) fn labelled(
     let [(area, array)] = all.as_slice() else {
         return Err(HeightsError::content(
             format!("the label describes {} arrays of two dimensions", all.len()),
-            "one array of heights is read: give it a label of its own",
+            "use a separate label for one array of heights",
         ));
     };
     let [lines, columns] = size(array)?;
@@ -150,7 +146,7 @@ pub(super) fn labelled(
             continue;
         }
         let parsed = Missing::parse(&constant.text).ok_or_else(|| {
-            let fact = format!("`{}` is no sample", constant.text);
+            let fact = format!("`{}` is not a sample", constant.text);
             HeightsError::at(format!("line {}", constant.line), fact, "write a number or 0x..")
         })?;
         missing.push(parsed);
@@ -185,7 +181,7 @@ pub(super) fn labelled(
     Ok(Heights { nx, ny, heights, datum, spacing, origin })
 }
 
-/// Distance of nodes (m), from the cartography.
+/// Returns the spacing (m), from the cartography.
 fn spacing_of(label: &Element) -> Result<[f64; 2], HeightsError> {
     let axis = |name: &str| {
         let Some(e) = inside(label, name) else { return Ok::<_, HeightsError>(None) };
@@ -207,7 +203,7 @@ fn spacing_of(label: &Element) -> Result<[f64; 2], HeightsError> {
     Ok([one(ex, x)?, one(ey, y)?])
 }
 
-/// The south-west node (m), from the corner of the north-west pixel.
+/// Returns the south-west node (m), from the corner of the north-west pixel.
 fn origin_of(label: &Element, s: [f64; 2], lines: u64) -> Result<[f64; 2], HeightsError> {
     let axis = |name: &str| {
         let Some(e) = inside(label, name) else { return Ok::<_, HeightsError>(None) };

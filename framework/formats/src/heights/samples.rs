@@ -1,4 +1,4 @@
-//! Arrays of samples as binary data: integers and floating-point numbers of either order of bytes.
+//! Binary arrays of samples: integers and floating-point numbers of either byte order.
 
 use super::{HeightsError, bounded, datum};
 
@@ -25,43 +25,43 @@ pub(super) enum Order {
     Little,
 }
 
-/// Which line comes first.
+/// The side of the first line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum First {
     North,
     South,
 }
 
-/// Where samples stand in a file.
+/// Layout of the samples in a file.
 #[derive(Clone, Debug)]
 pub(super) struct Array {
     pub sample: Sample,
     pub order: Order,
-    /// Byte of the first line.
+    /// Offset of the first line.
     pub start: u64,
     pub lines: u64,
     pub columns: u64,
-    /// Bytes before and behind the samples of a line.
+    /// Bytes before and after the samples of a line.
     pub around: [u64; 2],
     pub first: First,
-    /// Samples that say that there is no data.
+    /// Values that mean missing data.
     pub missing: Vec<Missing>,
     /// h = scale · sample + offset (m).
     pub scale: f64,
     pub offset: f64,
 }
 
-/// A sample without data, as labels write it.
+/// A value that means missing data, as in labels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Missing {
     /// By its value.
     Value(f64),
-    /// By its bits, as an integer.
+    /// The bits, as an integer.
     Bits(u64),
 }
 
 impl Missing {
-    /// `-32768`, `-3.4028227e+38`, `16#FF7FFFFB#`, `0xFF7FFFFB`.
+    /// Reads `-32768`, `-3.4028227e+38`, `16#FF7FFFFB#` or `0xFF7FFFFB`.
     pub fn parse(text: &str) -> Option<Missing> {
         let text = text.trim().trim_matches('"');
         let bits = |digits: &str| u64::from_str_radix(digits, 16).ok().map(Missing::Bits);
@@ -76,14 +76,14 @@ impl Missing {
 
     fn is(self, value: f64, bits: u64) -> bool {
         match self {
-            // Texts of 32-bit numbers often have too many digits or too few.
+            // Texts of 32-bit numbers often have too many or too few digits.
             Missing::Value(m) => value == m || value as f32 == m as f32,
             Missing::Bits(b) => bits == b,
         }
     }
 }
 
-/// Value and bits of the sample that `raw` is.
+/// Returns the value and the bits of the sample in `raw`.
 fn one(raw: &[u8], sample: Sample, order: Order) -> (f64, u64) {
     let mut bits = 0_u64;
     for k in 0..raw.len() {
@@ -105,7 +105,7 @@ fn one(raw: &[u8], sample: Sample, order: Order) -> (f64, u64) {
     (value, bits)
 }
 
-/// Heights of an array above a datum (m), the southern row first; and the datum.
+/// Returns the heights of an array above a datum (m), the southern row first, and the datum.
 pub(super) fn heights(bytes: &[u8], array: &Array) -> Result<(Vec<f32>, f64), HeightsError> {
     let (nx, ny) = (array.columns, array.lines);
     bounded(bytes.len() as u64, nx, ny, 1)?;

@@ -1,9 +1,9 @@
-//! Lengths of units, and what well-known text says of coordinates.
+//! Lengths of units, and coordinate systems in well-known text.
 
 use super::HeightsError;
 use super::degrees::Ellipsoid;
 
-/// Metres of a unit's name, as labels and bands write it: `METERS`, `m/pixel`, `KM`, `US survey foot`.
+/// Returns the length in metres of a unit, with names of labels and bands: `METERS`, `m/pixel`, `KM`, `US survey foot`.
 pub(super) fn metres(place: &str, unit: &str) -> Result<f64, HeightsError> {
     let name = unit.split('/').next().unwrap_or_default().trim().to_lowercase();
     match name.as_str() {
@@ -16,13 +16,13 @@ pub(super) fn metres(place: &str, unit: &str) -> Result<f64, HeightsError> {
         | "us_survey_foot" => Ok(1200.0 / 3937.0),
         _ => Err(HeightsError::at(
             place,
-            format!("`{unit}` is no unit of length that is known here"),
-            "it is m, km, cm, mm, ft or US survey foot",
+            format!("`{unit}` is not a known unit of length"),
+            "write m, km, cm, mm, ft or US survey foot",
         )),
     }
 }
 
-/// Metres of a linear unit by its EPSG code.
+/// Returns the length of a linear unit with an EPSG code, in metres.
 pub(super) fn epsg(code: u16) -> Option<f64> {
     match code {
         9001 => Some(1.0),
@@ -39,21 +39,21 @@ pub(super) fn epsg(code: u16) -> Option<f64> {
     }
 }
 
-/// What well-known text says of the coordinates of a map.
+/// The coordinates of a map according to well-known text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct WellKnown {
     /// Coordinates.
     pub horizontal: Horizontal,
-    /// Metres of the unit of heights.
+    /// Length of the unit of heights, in metres.
     pub vertical: f64,
 }
 
-/// Coordinates that well-known text describes.
+/// Horizontal coordinates in well-known text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Horizontal {
-    /// Lengths: metres of their unit.
+    /// Lengths; their unit in metres.
     Lengths(f64),
-    /// Degrees on an ellipsoid, when the text has it.
+    /// Degrees on an ellipsoid, if the text specifies one.
     Degrees(Option<Ellipsoid>),
 }
 
@@ -90,7 +90,7 @@ fn node<'a>(text: &'a str, heads: &[&str]) -> Option<&'a str> {
     Some(&text[from..])
 }
 
-/// Metres of the last unit that is directly inside a node; units of angles are in nodes of their own.
+/// Returns the length in metres of the last unit directly inside a node; units of angles are in separate nodes.
 fn unit(inside: &str) -> Result<f64, HeightsError> {
     let (mut depth, mut unit) = (0, None);
     for (at, c) in inside.char_indices() {
@@ -111,13 +111,13 @@ fn unit(inside: &str) -> Result<f64, HeightsError> {
         Some(Ok(metres)) if metres > 0.0 && metres.is_finite() => Ok(metres),
         Some(_) => Err(HeightsError::at(
             "the .prj file",
-            "its unit of length is no number",
-            "write `UNIT[\"metre\",1]`, or take the file away",
+            "its unit of length is not a number",
+            "write `UNIT[\"metre\",1]`, or remove the file",
         )),
     }
 }
 
-/// The ellipsoid of a node of degrees: `SPHEROID["name",a,1/f]`.
+/// Returns the ellipsoid of a node with degrees: `SPHEROID["name",a,1/f]`.
 fn ellipsoid(inside: &str) -> Option<Ellipsoid> {
     let inner = node(inside, &["SPHEROID[", "ELLIPSOID["])?;
     let mut numbers = inner.split(',').skip(1).map(|n| n.trim().parse::<f64>());

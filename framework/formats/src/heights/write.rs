@@ -1,4 +1,4 @@
-//! Writes heights for other programs: GeoTIFF in tiles, ESRI ASCII grids, grey PNG. Rows are asked for one by one.
+//! Writes heights for other programs: tiled GeoTIFF, ESRI ASCII grids, grey PNG. Rows are requested one by one.
 //! ```text
 //! GeoTIFF  f32, tiles of 256 by 256, deflated; pixels are points, metres; no data: NaN; BigTIFF when it would be longer than 4 GB
 //! ASCII    every height with the digits that give it back; no data: the least number that f32 has
@@ -7,17 +7,17 @@
 
 use std::io::{Seek, SeekFrom, Write};
 
-/// A map to be written.
+/// A map for writing.
 pub struct Map<'a> {
-    /// Nodes along x and y.
+    /// Number of nodes along x and y.
     pub size: [usize; 2],
-    /// Distance of nodes (m).
+    /// Spacing (m).
     pub spacing: [f64; 2],
     /// x, y of the south-west node (m).
     pub origin: [f64; 2],
-    /// Height above which heights are given (m); a GeoTIFF has it as the offset of its band, an ASCII grid adds it to its heights.
+    /// Height to which all heights are relative (m); a GeoTIFF stores it as the offset of its band, an ASCII grid adds it to the heights.
     pub datum: f64,
-    /// Gives the heights of a row above the datum (m), counted from the southern edge.
+    /// Returns the heights of a row above the datum (m), counted from the southern edge.
     pub row: &'a mut dyn FnMut(usize, &mut [f32]) -> std::io::Result<()>,
 }
 
@@ -33,11 +33,11 @@ const TILE: usize = 256;
 /// Writes a GeoTIFF.
 ///
 /// # Errors
-/// Rows that cannot be given, a file that cannot be written.
+/// Rows that cannot be read, a file that cannot be written.
 pub fn write_geotiff(out: &mut (impl Write + Seek), map: &mut Map<'_>) -> std::io::Result<()> {
     let [nx, ny] = map.size;
     let (across, down) = (nx.div_ceil(TILE), ny.div_ceil(TILE));
-    // What deflate makes longer it makes longer by less than this.
+    // Data that deflate cannot compress grows by less than this.
     let longest = (across * down) as u64 * (4 * TILE * TILE + 1024) as u64;
     let big = longest > u64::from(u32::MAX);
     out.write_all(&[0; 16][..if big { 16 } else { 8 }])?;
@@ -66,7 +66,7 @@ pub fn write_geotiff(out: &mut (impl Write + Seek), map: &mut Map<'_>) -> std::i
             at += packed.len() as u64;
         }
     }
-    // Values that a directory points to begin at even bytes.
+    // Values outside of a directory must begin at even bytes.
     if at % 2 == 1 {
         out.write_all(&[0])?;
         at += 1;
@@ -87,7 +87,7 @@ pub fn write_geotiff(out: &mut (impl Write + Seek), map: &mut Map<'_>) -> std::i
     directory.shorts(339, &[3]);
     directory.doubles(33550, &[map.spacing[0], map.spacing[1], 0.0]);
     directory.doubles(33922, &[0.0, 0.0, 0.0, x, top, 0.0]);
-    // Version 1.1.0; a projection of its own, pixels are points, metres.
+    // Version 1.1.0; a user-defined projection, pixels are points, metres.
     directory.shorts(
         34735,
         &[1, 1, 0, 4, 1024, 0, 1, 1, 1025, 0, 1, 2, 3072, 0, 1, 32767, 3076, 0, 1, 9001],
@@ -103,12 +103,12 @@ pub fn write_geotiff(out: &mut (impl Write + Seek), map: &mut Map<'_>) -> std::i
     directory.write(out)
 }
 
-/// The directory of a TIFF, with values of its own behind it.
+/// The directory of a TIFF, followed by its values.
 struct Directory {
     big: bool,
-    /// Where values begin.
+    /// Start of the values.
     at: u64,
-    /// Tag, type, count, value or its place among `far`.
+    /// Tag, type, count, value or its index in `far`.
     tags: Vec<(u16, u16, u64, Value)>,
     far: Vec<u8>,
 }
@@ -146,7 +146,7 @@ impl Directory {
     fn doubles(&mut self, tag: u16, v: &[f64]) {
         self.put(tag, 12, v.len(), v.iter().flat_map(|x| x.to_le_bytes()).collect());
     }
-    /// Places in the file, and lengths.
+    /// Adds offsets and lengths.
     fn places(&mut self, tag: u16, v: &[u64]) {
         match self.big {
             true => self.put(tag, 16, v.len(), v.iter().flat_map(|x| x.to_le_bytes()).collect()),
@@ -193,7 +193,7 @@ impl Directory {
 /// Writes an ESRI ASCII grid.
 ///
 /// # Errors
-/// Rows that cannot be given, a file that cannot be written.
+/// Rows that cannot be read, a file that cannot be written.
 pub fn write_ascii(out: &mut impl Write, map: &mut Map<'_>) -> std::io::Result<()> {
     let ([nx, ny], [x, y], [sx, sy]) = (map.size, map.origin, map.spacing);
     writeln!(out, "ncols {nx}\nnrows {ny}\nxllcenter {x}\nyllcenter {y}")?;
@@ -221,7 +221,7 @@ pub fn write_ascii(out: &mut impl Write, map: &mut Map<'_>) -> std::io::Result<(
 /// Writes a grey PNG of 16 bits, black at `range[0]` and white at `range[1]` (m).
 ///
 /// # Errors
-/// Rows that cannot be given, a file that cannot be written.
+/// Rows that cannot be read, a file that cannot be written.
 pub fn write_png(out: &mut impl Write, map: &mut Map<'_>, range: [f32; 2]) -> std::io::Result<()> {
     let [nx, ny] = map.size;
     let [low, high] = range.map(f64::from);
@@ -246,10 +246,10 @@ pub fn write_png(out: &mut impl Write, map: &mut Map<'_>, range: [f32; 2]) -> st
     picture(out, [nx, ny], kind, png::BitDepth::Sixteen, &pixels)
 }
 
-/// Writes a grey PNG of 8 bits, its rows from the north, for people to look at.
+/// Writes a grey PNG of 8 bits for viewing, the northern row first.
 ///
 /// # Errors
-/// A file that cannot be written; not a pixel for each place.
+/// A file that cannot be written; a number of pixels that does not match the size.
 pub fn write_shades(out: &mut impl Write, size: [usize; 2], pixels: &[u8]) -> std::io::Result<()> {
     picture(out, size, png::ColorType::Grayscale, png::BitDepth::Eight, pixels)
 }

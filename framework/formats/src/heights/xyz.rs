@@ -1,19 +1,19 @@
-//! Lists of points (.xyz): `x y z` a line, in any order, on a regular grid; other points are refused.
+//! Lists of points (.xyz): `x y z` per line, in any order, on a regular grid; other points are rejected.
 //! ```text
 //! i = (x − x_min)/s_x,  s_x: the least distance of two x that differ     |i − round(i)| ≤ 0.01
 //! ```
-//! Columns are separated by blanks, commas or semicolons. Lines that begin with `#` or `//` are notes, and the first line may
-//! name the columns. Nodes that no point names have no data.
+//! Columns are separated by blanks, commas or semicolons. Lines that begin with `#` or `//` are comments, and the first line may contain names of the
+//! columns. Nodes without a point have no data.
 
 use super::{Heights, HeightsError, HeightsOptions, NODES_MAX, bounded, datum, length, text};
 
-/// How far from a node a point may be, in distances of nodes: digits that were cut off.
+/// Maximum distance of a point from a node because of rounding, relative to the spacing.
 const ASIDE: f64 = 0.01;
 
-/// Nodes for each point that there may be: a grid that is nearly empty is none.
+/// Maximum number of nodes per point: a nearly empty grid is not a grid.
 const EMPTY: u64 = 100;
 
-/// The grid of a list.
+/// Reads the grid of a list.
 pub(super) fn points(bytes: &[u8], options: &HeightsOptions) -> Result<Heights, HeightsError> {
     let whole = text(bytes);
     let mut points: Vec<([f64; 2], f32, u32)> = Vec::new();
@@ -23,8 +23,8 @@ pub(super) fn points(bytes: &[u8], options: &HeightsOptions) -> Result<Heights, 
         if points.len() as u64 == NODES_MAX {
             return Err(HeightsError::at(
                 format!("line {}", at + 1),
-                "there are more than 64 million points before it",
-                "grid them to a GeoTIFF (`gdal_grid`) and make tiles of that: `linkwork terrain convert`",
+                "there are more than 64 million points",
+                "grid them to a GeoTIFF (`gdal_grid`) and convert it to tiles: `linkwork terrain convert`",
             ));
         }
         let line = line.trim();
@@ -46,15 +46,18 @@ pub(super) fn points(bytes: &[u8], options: &HeightsOptions) -> Result<Heights, 
             _ => {
                 return Err(HeightsError::at(
                     format!("line {}", at + 1),
-                    "it is no point".to_string(),
-                    "a line is three numbers: x, y and height",
+                    "it is not a point".to_string(),
+                    "write three numbers per line: x, y and height",
                 ));
             }
         }
         begun = true;
     }
     if points.is_empty() {
-        return Err(HeightsError::content("it has no points", "a line is three numbers: x y z"));
+        return Err(HeightsError::content(
+            "it does not contain points",
+            "write three numbers per line: x y z",
+        ));
     }
     let axes = [axis(&points, 0)?, axis(&points, 1)?];
     let (nx, ny) = (axes[0].nodes, axes[1].nodes);
@@ -69,10 +72,10 @@ pub(super) fn points(bytes: &[u8], options: &HeightsOptions) -> Result<Heights, 
                 return Err(HeightsError::at(
                     format!("line {line}"),
                     format!(
-                        "{name} = {at} is on no node: they are {} apart from {} on",
+                        "{name} = {at} is not at a node: nodes are {} apart, beginning at {}",
                         axis.spacing, axis.first
                     ),
-                    "points of no regular grid have to be gridded (`gdal_grid`)",
+                    "convert irregular points to a grid (`gdal_grid`)",
                 ));
             }
         }
@@ -80,8 +83,8 @@ pub(super) fn points(bytes: &[u8], options: &HeightsOptions) -> Result<Heights, 
         if from[at] > 0 && heights[at] != *z {
             return Err(HeightsError::at(
                 format!("line {line}"),
-                format!("line {} gives the same node another height", from[at]),
-                "give each node one height",
+                format!("line {} has another height for the same node", from[at]),
+                "write one height per node",
             ));
         }
         (heights[at], from[at]) = (*z, *line);
@@ -106,32 +109,32 @@ impl Axis {
     }
 }
 
-/// First node, spacing and number of nodes along an axis.
+/// Returns the first node, spacing and number of nodes along an axis.
 fn axis(points: &[([f64; 2], f32, u32)], k: usize) -> Result<Axis, HeightsError> {
     let name = ["x", "y"][k];
     let mut values: Vec<f64> = points.iter().map(|p| p.0[k]).collect();
     values.sort_by(f64::total_cmp);
     let (first, last) = (values[0], values[values.len() - 1]);
-    // Rounding makes two of one value: such gaps are no distance of nodes.
+    // Rounding can split one value into two: such gaps are not the spacing.
     let noise = 1e-9 * first.abs().max(last.abs());
     let gaps = || values.windows(2).map(|w| w[1] - w[0]).filter(|g| *g > noise);
     let least = gaps().fold(f64::INFINITY, f64::min);
     if !least.is_finite() {
         return Err(HeightsError::content(
-            format!("all points have one {name}"),
-            "a grid has two rows and two columns at least",
+            format!("all points have the same {name}"),
+            "a grid must have at least two rows and two columns",
         ));
     }
     let nodes = ((last - first) / least).round() + 1.0;
     if !(nodes <= NODES_MAX as f64) {
         return Err(HeightsError::content(
             format!(
-                "points from {name} = {first} to {last} are {least} apart at least: {nodes:.0} nodes"
+                "points from {name} = {first} to {last} are at least {least} apart: {nodes:.0} nodes"
             ),
-            "points of no regular grid have to be gridded (`gdal_grid`)",
+            "convert irregular points to a grid (`gdal_grid`)",
         ));
     }
-    // The mean of all steps has more digits than the least one.
+    // The mean of all steps is more precise than the smallest one.
     let spacing = length(name, (last - first) / (nodes - 1.0))?;
     Ok(Axis { first, spacing, nodes: nodes as u64 })
 }

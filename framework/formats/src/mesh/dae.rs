@@ -1,16 +1,16 @@
 //! Triangles of a COLLADA file (`.dae`): `triangles`, `polylist` and `polygons` of all meshes of its scene, in m.
 //!
-//! `<unit meter="..">` counts. `<up_axis>` does not: tools for robots write and read these files in the axes of the link.
+//! `<unit meter="..">` applies. `<up_axis>` does not: tools for robots write and read these files in the axes of the link.
 
 use crate::xml::{Declarations, Element, parse_with};
 use linkwork_spatial::nalgebra::Matrix4;
 use linkwork_spatial::{Quat, Vec3};
 use std::collections::BTreeMap;
 
-/// Corners that a file may have, so that instances of instances cannot fill the memory.
+/// Maximum number of corners of a file, so that instances of instances cannot fill the memory.
 const CORNERS: usize = 30_000_000;
 
-/// Corners of the triangles, three for each.
+/// Returns the corners of the triangles, three for each.
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
     let text = std::str::from_utf8(bytes).map_err(|_| "it is not a text file".to_string())?;
     let root = parse_with(text, "the mesh", Declarations::Allowed).map_err(|e| e.to_string())?;
@@ -21,7 +21,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
     let unit = match unit.map(str::parse::<f64>) {
         None => 1.0,
         Some(Ok(u)) if u > 0.0 && u.is_finite() => u,
-        Some(_) => return Err("the unit of length is not a number above 0".into()),
+        Some(_) => return Err("the unit of length is not a positive number".into()),
     };
     let by_id = |list: &str, item: &str| -> BTreeMap<String, &Element> {
         let all = root.children.iter().filter(|c| c.name == list).flat_map(|l| &l.children);
@@ -65,7 +65,7 @@ struct File<'e> {
 impl<'e> File<'e> {
     fn node(&mut self, e: &'e Element, outer: Matrix4<f64>, depth: usize) -> Result<(), String> {
         if depth > 100 {
-            return Err("nodes name each other in a ring, or are more than 100 deep".into());
+            return Err("references between nodes are circular, or deeper than 100".into());
         }
         let mut X = outer;
         for c in &e.children {
@@ -84,7 +84,7 @@ impl<'e> File<'e> {
                     self.geometry(g.ok_or(format!("there is no geometry `{url}`"))?, &X)?;
                 }
                 "instance_controller" => {
-                    // A skin in its bind pose: the geometry as it is.
+                    // A skin in its bind pose: the original geometry.
                     let skin = self.controllers.get(url).and_then(|c| c.child("skin"));
                     let source = skin.and_then(|s| s.attr("source")).unwrap_or_default();
                     let g = self.geometries.get(source.trim_start_matches('#')).copied();
@@ -108,12 +108,13 @@ impl<'e> File<'e> {
         let position = vertices.and_then(|v| input(v, "POSITION"));
         let source = position.and_then(|p| p.attr("source")).unwrap_or_default();
         let points = sources.get(source.trim_start_matches('#'));
-        let points = points.ok_or("a mesh has no positions")?;
+        let points = points.ok_or("a mesh does not have positions")?;
         for list in &mesh.children {
             let Some(faces) = faces(list)? else { continue };
             for face in faces {
                 let corner = |k: usize| -> Result<Vec3, String> {
-                    let p = points.get(k).ok_or("a triangle names a vertex that is not there")?;
+                    let p =
+                        points.get(k).ok_or("a triangle refers to a vertex that does not exist")?;
                     Ok((X * p.push(1.0)).xyz())
                 };
                 let all = face.into_iter().map(corner).collect::<Result<Vec<Vec3>, String>>()?;
@@ -129,7 +130,7 @@ impl<'e> File<'e> {
     }
 }
 
-/// The input of an element with a meaning.
+/// Returns the input of an element with a semantic.
 fn input<'e>(e: &'e Element, semantic: &str) -> Option<&'e Element> {
     e.children.iter().find(|i| i.name == "input" && i.attr("semantic") == Some(semantic))
 }
@@ -139,7 +140,7 @@ fn numbers<T: std::str::FromStr>(text: &str, what: &str) -> Result<Vec<T>, Strin
     text.split_whitespace().map(one).collect()
 }
 
-/// The points of a `<source>`: three numbers of each stride.
+/// Returns the points of a `<source>`: three numbers of each stride.
 fn points(source: &Element) -> Result<Vec<Vec3>, String> {
     let Some(array) = source.child("float_array") else { return Ok(Vec::new()) };
     let list: Vec<f64> = numbers(&array.text, "<float_array>")?;
@@ -154,7 +155,7 @@ fn points(source: &Element) -> Result<Vec<Vec3>, String> {
     Ok(three.map(|c| Vec3::new(c[0], c[1], c[2])).collect())
 }
 
-/// Vertices of each face of one list of primitives; `None` for other elements.
+/// Returns the vertices of each face of a list of primitives, or `None` for other elements.
 fn faces(list: &Element) -> Result<Option<Vec<Vec<usize>>>, String> {
     let lines = ["lines", "linestrips"].contains(&list.name.as_str());
     let kinds = ["triangles", "polylist", "polygons", "tristrips", "trifans"];
@@ -179,17 +180,17 @@ fn faces(list: &Element) -> Result<Option<Vec<Vec<usize>>>, String> {
         "polylist" => {
             let counts: Vec<usize> = match list.child_text("vcount") {
                 Some((_, text)) => numbers(text, "<vcount>")?,
-                None => return Err("a <polylist> has no <vcount>".into()),
+                None => return Err("a <polylist> lacks <vcount>".into()),
             };
             let (all, mut at, mut out) = (polygons.concat(), 0_usize, Vec::new());
             for n in counts {
                 let face = at.checked_add(n).and_then(|end| all.get(at..end));
-                out.push(face.ok_or("<vcount> counts more vertices than there are")?.to_vec());
+                out.push(face.ok_or("<vcount> counts more vertices than the mesh has")?.to_vec());
                 at += n;
             }
             out
         }
-        // Every second triangle of a strip turns the other way.
+        // Every second triangle of a strip has the opposite orientation.
         "tristrips" => (polygons.iter())
             .flat_map(|p| p.windows(3).enumerate())
             .map(|(k, w)| if k % 2 == 0 { vec![w[0], w[1], w[2]] } else { vec![w[1], w[0], w[2]] })
@@ -199,7 +200,7 @@ fn faces(list: &Element) -> Result<Option<Vec<Vec<usize>>>, String> {
     Ok(Some(faces))
 }
 
-/// One transformation of a node; the identity for other elements.
+/// Returns a transformation of a node, or the identity for other elements.
 fn transform(e: &Element) -> Result<Matrix4<f64>, String> {
     let kinds = [("matrix", 16), ("translate", 3), ("rotate", 4), ("scale", 3)];
     let Some((_, count)) = kinds.iter().find(|(name, _)| *name == e.name) else {

@@ -1,16 +1,16 @@
 //! Triangles of a glTF 2.0 file, as text (`.gltf`) or binary (`.glb`): all triangle meshes of its scene.
 //!
-//! The format says that +y is up; robots have +z up, so (x, y, z) of the file is (x, −z, y) here, as in Drake.
+//! In the format, +y is up; robots have +z up, so (x, y, z) of the file is (x, −z, y) here, as in Drake.
 
 use linkwork_spatial::nalgebra::{Matrix4, Quaternion, Unit};
 use linkwork_spatial::{Quat, Vec3};
 use serde_json::Value;
 use std::path::Path;
 
-/// Corners that a file may have, so that nodes that share meshes cannot fill the memory.
+/// Maximum number of corners of a file, so that nodes that share meshes cannot fill the memory.
 const CORNERS: usize = 30_000_000;
 
-/// Corners of the triangles, three for each.
+/// Returns the corners of the triangles, three for each.
 pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Vec<Vec3>, String> {
     let (json, chunk) = match bytes.starts_with(b"glTF") {
         true => parts(bytes)?,
@@ -22,13 +22,13 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Vec<Vec3>, String> {
         return Err(format!("its glTF version is {version}, not 2"));
     }
     if let Some(extension) = list(&json["extensionsRequired"]).first() {
-        return Err(format!("it needs the extension {extension}"));
+        return Err(format!("it requires the extension {extension}, which is not supported"));
     }
     let buffers = list(&json["buffers"]).iter().map(|b| buffer(b, chunk, path));
     let buffers: Vec<Vec<u8>> = buffers.collect::<Result<_, String>>()?;
     let mut file = File { json: &json, buffers, out: Vec::new() };
     let scene = json["scene"].as_u64().unwrap_or(0) as usize;
-    let scene = list(&json["scenes"]).get(scene).ok_or("it has no scene")?;
+    let scene = list(&json["scenes"]).get(scene).ok_or("it does not have a scene")?;
     for node in list(&scene["nodes"]) {
         file.node(node, Matrix4::identity(), 0)?;
     }
@@ -42,9 +42,9 @@ fn list(v: &Value) -> &[Value] {
     v.as_array().map_or(&[], Vec::as_slice)
 }
 
-/// The JSON and the binary chunk of a `.glb`.
+/// Returns the JSON and the binary chunk of a `.glb` file.
 fn parts(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
-    let cut = "the file is cut short";
+    let cut = "the file is truncated";
     let number = |at: usize| -> Option<usize> {
         let four: [u8; 4] = bytes.get(at..at + 4)?.try_into().ok()?;
         Some(u32::from_le_bytes(four) as usize)
@@ -66,10 +66,10 @@ fn parts(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     Ok((json.ok_or(cut)?, binary))
 }
 
-/// The bytes of a buffer: in the file, in its own text, or in a file next to it.
+/// Returns the bytes of a buffer: from the file, a data URI, or another file in the same folder.
 fn buffer(b: &Value, chunk: Option<&[u8]>, path: &Path) -> Result<Vec<u8>, String> {
     match b["uri"].as_str() {
-        None => chunk.map(<[u8]>::to_vec).ok_or("a buffer has no data".into()),
+        None => chunk.map(<[u8]>::to_vec).ok_or("a buffer does not have data".into()),
         Some(uri) if uri.starts_with("data:") => {
             let data = uri.split_once(";base64,").ok_or("a data URI is not base64")?.1;
             base64(data).ok_or("a data URI is not base64".into())
@@ -123,7 +123,7 @@ impl<'j> File<'j> {
 
     fn node(&mut self, index: &Value, outer: Matrix4<f64>, depth: usize) -> Result<(), String> {
         if depth > 100 {
-            return Err("nodes name each other in a ring, or are more than 100 deep".into());
+            return Err("references between nodes are circular, or deeper than 100".into());
         }
         let node = self.at("nodes", index)?;
         let X = outer * transform(node)?;
@@ -146,7 +146,7 @@ impl<'j> File<'j> {
             false => self.indices(&p["indices"])?,
         };
         let corner = |k: usize| -> Result<Vec3, String> {
-            let p = points.get(k).ok_or("a triangle names a vertex that is not there")?;
+            let p = points.get(k).ok_or("a triangle refers to a vertex that does not exist")?;
             Ok((X * p.push(1.0)).xyz())
         };
         let corners = indices.into_iter().map(corner).collect::<Result<Vec<Vec3>, String>>()?;
@@ -170,14 +170,14 @@ impl<'j> File<'j> {
         Ok(())
     }
 
-    /// The bytes of each entry of an accessor.
+    /// Returns the bytes of each entry of an accessor.
     fn entries(&self, accessor: &Value, size: usize) -> Result<Vec<&[u8]>, String> {
         if !accessor["sparse"].is_null() {
-            return Err("sparse accessors are not read".into());
+            return Err("sparse accessors are not supported".into());
         }
         let view = self.at("bufferViews", &accessor["bufferView"])?;
         let whole = |v: &Value| v.as_u64().unwrap_or(0) as usize;
-        let buffer = self.buffers.get(whole(&view["buffer"])).ok_or("there is no such buffer")?;
+        let buffer = self.buffers.get(whole(&view["buffer"])).ok_or("a buffer does not exist")?;
         let stride = view["byteStride"].as_u64().map_or(size, |s| s as usize).max(1);
         let start = whole(&view["byteOffset"]).saturating_add(whole(&accessor["byteOffset"]));
         let entry = |k: usize| {
@@ -185,13 +185,13 @@ impl<'j> File<'j> {
             buffer.get(at..at.checked_add(size)?)
         };
         let all: Option<Vec<&[u8]>> = (0..whole(&accessor["count"])).map(entry).collect();
-        all.ok_or("an accessor reaches past its buffer".into())
+        all.ok_or("an accessor is longer than its buffer".into())
     }
 
     fn points(&self, index: &Value) -> Result<Vec<Vec3>, String> {
         let accessor = self.at("accessors", index)?;
         if accessor["componentType"] != 5126 || accessor["type"] != "VEC3" {
-            return Err("positions that are not three 32 bit floats are not read".into());
+            return Err("positions must be three 32-bit floats".into());
         }
         let number = |b: &[u8]| b.try_into().map_or(f64::NAN, |b| f64::from(f32::from_le_bytes(b)));
         let point = |b: &[u8]| Vec3::new(number(&b[..4]), number(&b[4..8]), number(&b[8..12]));
@@ -204,7 +204,7 @@ impl<'j> File<'j> {
             Some(5121) => 1,
             Some(5123) => 2,
             Some(5125) => 4,
-            other => return Err(format!("indices of the type {other:?} are not read")),
+            other => return Err(format!("indices of the type {other:?} are not supported")),
         };
         let number = |b: &[u8]| b.iter().rev().fold(0_usize, |n, b| n << 8 | usize::from(*b));
         Ok(self.entries(accessor, size)?.into_iter().map(number).collect())

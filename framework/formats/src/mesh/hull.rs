@@ -1,12 +1,12 @@
-//! The convex hull of points: one point after another is joined to the faces' edges that it sees (O(n · faces)).
+//! The convex hull of points: each point is connected to the edges of the faces that it sees (O(n · faces)).
 
 use linkwork_spatial::Vec3;
 use std::collections::BTreeSet;
 
-/// Points that are taken; more would take minutes.
+/// Maximum number of points; more would take minutes.
 const POINTS: usize = 100_000;
 
-/// Part of the size of the points within which one counts as on a face.
+/// Distance, relative to the size of the points, within which a point is on a face.
 const FLAT: f64 = 1e-10;
 
 /// A face with its outward normal (not of unit length) and the distance of its plane.
@@ -16,8 +16,7 @@ struct Face {
     distance: f64,
 }
 
-/// Corners of the hull's triangles, three for each, counter-clockwise from outside; `None` for points in one plane, and for
-/// too many.
+/// Returns the corners of the hull's triangles, three for each, counter-clockwise from outside; `None` for points in one plane or too many points.
 pub(crate) fn hull(points: &[Vec3]) -> Option<Vec<Vec3>> {
     let mut points = points.to_vec();
     points.sort_by(|a, b| a.iter().partial_cmp(b.iter()).unwrap_or(std::cmp::Ordering::Equal));
@@ -49,14 +48,14 @@ pub(crate) fn hull(points: &[Vec3]) -> Option<Vec<Vec3>> {
             [[a, b], [b, c], [c, a]]
         };
         let all: BTreeSet<[usize; 2]> = seen.iter().flat_map(edges).collect();
-        // An edge of the rim is seen from one side only.
+        // An edge of the boundary is visible from one side only.
         let rim = all.iter().filter(|[a, b]| !all.contains(&[*b, *a]));
         faces.extend(rim.map(|[a, b]| face([*a, *b, k])));
     }
     Some(faces.iter().flat_map(|f| f.corners.map(|k| points[k])).collect())
 }
 
-/// Four points that are not in one plane.
+/// Returns four points that are not in one plane.
 fn tetrahedron(points: &[Vec3]) -> Option<[usize; 4]> {
     let farthest = |measure: &dyn Fn(&Vec3) -> f64| -> Option<(usize, f64)> {
         let all = points.iter().map(measure).enumerate();

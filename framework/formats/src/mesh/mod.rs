@@ -1,4 +1,4 @@
-//! Mesh files: where they are, and the triangles in them (STL, OBJ, COLLADA, glTF, MSH of MuJoCo).
+//! Mesh files: search, and reading of their triangles (STL, OBJ, COLLADA, glTF, MSH of MuJoCo).
 
 mod dae;
 mod gltf;
@@ -12,26 +12,29 @@ use crate::{ReadOptions, whole_file};
 use linkwork_spatial::Vec3;
 use std::path::{Component, Path, PathBuf};
 
-/// Endings of the mesh files that are read.
+/// File extensions of supported mesh files.
 pub const MESH_FILES: [&str; 6] = ["stl", "obj", "dae", "gltf", "glb", "msh"];
 
-/// Corners of the triangles of a mesh file, three for each, in the file's unit of length (COLLADA: m). The ending of its
-/// name says what it is. An OBJ file without faces gives its vertices.
+/// Reads the corners of the triangles of a mesh file, three for each, in the file's unit of length (COLLADA: m). The extension of its name selects
+/// the format. For an OBJ file without faces, returns its vertices.
 ///
 /// # Errors
-/// Why it cannot be read, in words.
+/// The reason why it cannot be read.
 pub fn mesh_corners(path: &Path) -> Result<Vec<Vec3>, String> {
     let kind = ending(path);
     if !MESH_FILES.contains(&kind.as_str()) {
-        return Err(format!("`.{kind}` files are not read; meshes are {}", MESH_FILES.join(", ")));
+        return Err(format!(
+            "`.{kind}` files are not supported; use one of {}",
+            MESH_FILES.join(", ")
+        ));
     }
     mesh_corners_of(&whole_file(path)?, path)
 }
 
-/// The corners of a mesh whose bytes are there already; `path` says by its ending what it is.
+/// Reads the corners of a mesh from bytes; the extension of `path` selects the format.
 ///
 /// # Errors
-/// Why it cannot be read, in words.
+/// The reason why it cannot be read.
 pub fn mesh_corners_of(bytes: &[u8], path: &Path) -> Result<Vec<Vec3>, String> {
     let corners = match ending(path).as_str() {
         "obj" => obj::read(bytes),
@@ -46,15 +49,15 @@ pub fn mesh_corners_of(bytes: &[u8], path: &Path) -> Result<Vec<Vec3>, String> {
     }
 }
 
-/// The ending of a file's name in lower case.
+/// Returns the extension of a file's name in lower case.
 fn ending(path: &Path) -> String {
     path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase()
 }
 
-/// The file that a mesh name means, if it exists.
+/// Returns the file of a mesh name, if it exists.
 ///
-/// `package://name/rest` is `folder/name/rest` for a folder of the options; else for the folders from the file
-/// upwards, either as a package in them or, when their own name is the package's, from there.
+/// `package://name/rest` is `folder/name/rest` for a folder of the options; otherwise the folders from the file upwards are searched for the package,
+/// and may be the package themselves.
 pub(crate) fn find(name: &str, options: &ReadOptions) -> Option<PathBuf> {
     let home = options.file.as_deref().and_then(Path::parent);
     let exists = |p: PathBuf| p.is_file().then_some(p);

@@ -1,12 +1,12 @@
-//! Triangles of a MuJoCo `.msh` file: four counts, then vertices, normals, texture coordinates and faces, each number of 32 bits.
+//! Triangles of a MuJoCo `.msh` file: four counts, then vertices, normals, texture coordinates and faces, all numbers of 32 bits.
 
 use linkwork_spatial::Vec3;
 
-/// Corners of the triangles, three for each; of a file without faces its vertices.
+/// Returns the corners of the triangles, three for each; for a file without faces, its vertices.
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
     let four = |at: usize| -> Option<[u8; 4]> { bytes.get(at..at + 4)?.try_into().ok() };
     let whole = |at: usize| four(at).map(i32::from_le_bytes);
-    let cut = || "the counts at its start do not fit its length".to_string();
+    let cut = || "the counts at its start do not match its length".to_string();
     let count = |k: usize| -> Result<usize, String> {
         whole(4 * k).and_then(|n| usize::try_from(n).ok()).ok_or_else(cut)
     };
@@ -24,7 +24,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
     let corner = |k: usize| {
         let index = whole(start + 4 * k).and_then(|i| usize::try_from(i).ok());
         let index =
-            index.filter(|i| *i < vertices).ok_or("a face names a vertex that is not there");
+            index.filter(|i| *i < vertices).ok_or("a face refers to a vertex that does not exist");
         Ok(vertex(index?))
     };
     (0..3 * faces).map(corner).collect()

@@ -2,7 +2,7 @@
 
 use linkwork_spatial::Vec3;
 
-/// Corners of the triangles, three for each; of a file without faces its vertices.
+/// Returns the corners of the triangles, three for each; for a file without faces, its vertices.
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
     let text = std::str::from_utf8(bytes).map_err(|_| "it is not a text file".to_string())?;
     let (mut vertices, mut out) = (Vec::new(), Vec::new());
@@ -13,7 +13,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
             Some("v") => {
                 let numbers: Vec<f64> = words.map_while(|w| w.parse().ok()).collect();
                 let [x, y, z, ..] = numbers[..] else {
-                    return Err(wrong("a vertex has three numbers"));
+                    return Err(wrong("a vertex must have three numbers"));
                 };
                 vertices.push(Vec3::new(x, y, z));
             }
@@ -26,7 +26,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
                 };
                 let all: Option<Vec<Vec3>> = words.map(corner).collect();
                 let Some(all) = all.filter(|all| all.len() >= 3) else {
-                    return Err(wrong("a face names three or more vertices that are there"));
+                    return Err(wrong("a face must refer to at least three existing vertices"));
                 };
                 out.extend(all[1..].windows(2).flat_map(|w| [all[0], w[0], w[1]]));
             }

@@ -1,4 +1,4 @@
-//! Volume, centre of mass and inertia of what a surface of triangles encloses, or of the surface itself.
+//! Volume, centre of mass and inertia of the solid inside a triangle surface, or of the surface itself.
 //!
 //! ```text
 //! Exact    Σ over tetrahedra (o, a, b, c):  V = a·(b×c)/6, signed        P = Σ V/20 (aaᵀ + bbᵀ + ccᵀ + ssᵀ), s = a + b + c
@@ -6,14 +6,13 @@
 //! Shell    Σ over triangles of area A:      P = Σ A/12 (aaᵀ + bbᵀ + ccᵀ + ssᵀ)
 //! J = tr(P) 1 − P
 //! ```
-//! The centre is computed with o at the centroid of the surface, then volume and P with o at the centre: MuJoCo does so,
-//! and of a surface with holes the result depends on o.
-//! `Legacy` is what MuJoCo computes unless a file asks for something else: it is the exact solid where the surface is
-//! star-shaped seen from its centroid, and counts parts twice elsewhere.
+//! The centre is computed with o at the centroid of the surface, then volume and P with o at the centre: MuJoCo does the same, and for a surface with
+//! holes the result depends on o. `Legacy` is MuJoCo's default: it is exact where the surface is star-shaped seen from its centroid, and counts parts
+//! twice elsewhere.
 
 use linkwork_spatial::{Mat3, Vec3};
 
-/// What a mesh stands for.
+/// Interpretation of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Filling {
     /// The volume inside a closed surface.
@@ -31,7 +30,7 @@ pub(crate) struct Properties {
     pub inertia: Mat3,
 }
 
-/// Properties of triangles, three corners for each; `None` where they have no volume or area above zero.
+/// Returns the properties of triangles, three corners for each; `None` without a positive volume or area.
 pub(crate) fn properties(corners: &[Vec3], filling: Filling) -> Option<Properties> {
     let faces = || corners.chunks_exact(3).map(|f| (f[0], f[1], f[2]));
     let area = |a: Vec3, b: Vec3, c: Vec3| 0.5 * (b - a).cross(&(c - a)).norm();

@@ -1,13 +1,13 @@
 //! Triangles of an STL file, binary or text: collision geometry. Normals and attributes are not used.
 use linkwork_spatial::Vec3;
 
-/// Corners of the triangles, three for each, as written.
+/// Returns the corners of the triangles, three for each, as written.
 ///
 /// # Errors
-/// What is wrong with the file.
+/// The fault of the file.
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
     let count = bytes.get(80..84).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
-    // A binary file says its own length; `solid` at the start is not to be trusted.
+    // A binary file contains its length; `solid` at the start is not reliable.
     let corners = match count {
         Some(n) if bytes.len() as u64 == 84 + 50 * u64::from(n) => binary(&bytes[84..]),
         _ => text(bytes)?,
@@ -39,7 +39,7 @@ fn text(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
         }
         let numbers: Vec<f64> = words.map_while(|w| w.parse().ok()).collect();
         let [x, y, z] = numbers[..] else {
-            return Err(format!("line {}: a vertex has three numbers", k + 1));
+            return Err(format!("line {}: a vertex must have three numbers", k + 1));
         };
         out.push(Vec3::new(x, y, z));
     }
@@ -77,7 +77,7 @@ mod tests {
         for (text, why) in [
             ("", "neither"),
             ("solid", "no triangles"),
-            ("solid\nvertex 1 2", "line 2: a vertex has three numbers"),
+            ("solid\nvertex 1 2", "line 2: a vertex must have three numbers"),
             ("solid\nvertex 1 2 3", "1 vertices are not a multiple"),
         ] {
             assert!(read(text.as_bytes()).is_err_and(|e| e.contains(why)), "{text}");

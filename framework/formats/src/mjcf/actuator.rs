@@ -7,9 +7,9 @@
 //! velocity   g = (kv, 0, 0)     b = (0, 0, −kv)
 //! damper     g = (0, 0, −kv)    b = 0
 //! ```
-//! All kinds share one set of default values, on which each element of a class, and then the actuator, writes; the law of force of one
-//! kind is not a default for another, unless that is `general`. A positive b₂ of a position
-//! servo is a damping ratio ζ: b₂ = −2 ζ √(kp m), with m = 1 / (J M⁻¹ Jᵀ), J = dl/dν, at the reference configuration.
+//! All kinds share one set of default values, which each element of a class, and then the actuator, overwrites; the force law of one kind is not a
+//! default for another, except that of `general`. A positive b₂ of a position servo is a damping ratio ζ: b₂ = −2 ζ √(kp m), with m = 1 / (J M⁻¹ Jᵀ),
+//! J = dl/dν, at the reference configuration.
 
 use super::defaults::MAIN;
 use super::tendon::Lengths;
@@ -19,13 +19,13 @@ use crate::xml::Element;
 use crate::{Actuator, Description, Device, DeviceKind, Length, Term};
 use std::collections::BTreeMap;
 
-/// Elements of actuators that are read.
+/// Supported elements of actuators.
 pub(super) const ACTUATORS: [&str; 5] = ["general", "motor", "position", "velocity", "damper"];
 
 /// Values of an actuator.
 #[derive(Clone)]
 struct Values<'e> {
-    /// The kind that wrote the law of force last.
+    /// The kind that set the force law last.
     kind: &'e str,
     gain_affine: bool,
     gain: [f64; 3],
@@ -34,9 +34,9 @@ struct Values<'e> {
     gear: f64,
     control: ([f64; 2], Option<bool>),
     force: ([f64; 2], Option<bool>),
-    /// Share of the joint's range that is the range of the control; 0: the control has its own.
+    /// Ratio of the control range to the range of the joint; 0: the control has its own range.
     inherit: f64,
-    /// Why it is not read.
+    /// The reason why it is not supported.
     beyond: Option<&'e str>,
 }
 
@@ -57,17 +57,19 @@ impl Default for Values<'_> {
     }
 }
 
-/// Attributes that say what an actuator acts on, and whether that is read.
+/// Attributes for the target of an actuator, with the reason if it is not supported.
 const TRANSMISSIONS: [(&str, Option<&str>); 6] = [
     ("joint", None),
     ("jointinparent", None),
     ("tendon", None),
     (
         "site",
-        Some("`site`: it acts on a site; use a wrench on a node, such as `flight.vector_thrust`"),
+        Some(
+            "`site`: an actuator on a site; use a wrench on a node, such as `flight.vector_thrust`",
+        ),
     ),
-    ("cranksite", Some("`cranksite`: it acts through a crank; model the crank as a loop")),
-    ("body", Some("`body`: it acts on a body")),
+    ("cranksite", Some("`cranksite`: an actuator with a crank; model the crank as a loop")),
+    ("body", Some("`body`: an actuator on a body")),
 ];
 
 impl<'e> Mj<'e> {
@@ -103,14 +105,15 @@ impl<'e> Mj<'e> {
                 Ok(None) => {} // a fault says why
                 Err(why) => {
                     e.touch_all();
-                    cx.ignored.push(e.ignored(&what, format!("an actuator is not read: {why}")));
+                    cx.ignored
+                        .push(e.ignored(&what, format!("an actuator is not supported: {why}")));
                 }
             }
         }
         self.limit_forces(cx, root, d);
     }
 
-    /// The length that an actuator acts along before its gear; `None` after a fault.
+    /// Returns the length along which an actuator acts, before its gear; `None` after a fault.
     fn acts_on(
         &self,
         cx: &mut Cx<'_>,
@@ -121,7 +124,7 @@ impl<'e> Mj<'e> {
     ) -> Result<Option<Length>, String> {
         let on = TRANSMISSIONS.iter().filter_map(|(k, not)| Some((*k, e.attr(k)?, *not)));
         let Some((key, target, not)) = on.last() else {
-            cx.missing(e, what, "`joint` or `tendon`", "name what it acts on");
+            cx.missing(e, what, "`joint` or `tendon`", "write the name of the joint or tendon");
             return Ok(None);
         };
         if let Some(why) = not.or(values.beyond) {
@@ -139,7 +142,7 @@ impl<'e> Mj<'e> {
         match lengths.tendon(target) {
             Some(length) => Ok(Some(length)),
             None if lengths.unread.contains(target) => {
-                Err(format!("its tendon `{target}` is not read"))
+                Err(format!("its tendon `{target}` is not supported"))
             }
             None => {
                 cx.unknown(e.place_of(key), what, "tendon", target, lengths.names());
@@ -195,7 +198,7 @@ impl<'e> Mj<'e> {
         Actuator { length, gain, bias, control, force }
     }
 
-    /// `actuatorfrcrange` of a joint bounds the sum of all actuators: of a single one that acts on nothing else, its force.
+    /// `actuatorfrcrange` of a joint limits the sum of all actuators: for a single one that acts on nothing else, it is its force range.
     fn limit_forces(&self, cx: &mut Cx<'_>, root: &Element, d: &mut Description) {
         let mut efforts: BTreeMap<(String, usize), f64> = BTreeMap::new();
         for b in d.builder.bodies() {
@@ -227,7 +230,7 @@ impl<'e> Mj<'e> {
                 a.force = Some([lower.clamp(-most, most), upper.clamp(-most, most)]);
             } else {
                 let note = format!(
-                    "actuatorfrcrange of a joint of `{}` on which several actuators act: their sum is not bounded",
+                    "actuatorfrcrange of a joint of `{}` with several actuators: their sum is not limited",
                     place.0
                 );
                 cx.ignored.push(root.ignored("mujoco/actuator", note));
@@ -242,7 +245,7 @@ impl<'e> Values<'e> {
         let number = |cx: &mut Cx<'_>, name: &str| cx.number(e, name, what);
         let kind = e.name.as_str();
         if kind != "general" {
-            // The law of one kind is not a default for another: that of an outer class is taken.
+            // The force law of one kind is not a default for another: use that of an outer class.
             let fits = |l: &Self| match l.kind {
                 "general" => kind == "damper" || !l.gain_affine,
                 other => other == kind,
@@ -307,7 +310,7 @@ impl<'e> Values<'e> {
         }
     }
 
-    /// The attributes of `<general>`.
+    /// Reads the attributes of `<general>`.
     fn general(&mut self, cx: &mut Cx<'_>, e: &'e Element, what: &str) {
         let beyond = |kind: &str| !matches!(kind, "fixed" | "none" | "affine");
         if let Some(kind) = e.attr("gaintype") {
@@ -341,7 +344,7 @@ impl<'e> Values<'e> {
     }
 }
 
-/// Bounds of the joint of a length, when it has them.
+/// Returns the limits of the joint of a length, if it has any.
 fn bounds(length: &Length, d: &Description) -> Option<[f64; 2]> {
     let Length::Joints(terms) = length else { return None };
     let at = &terms.first()?.coordinate;

@@ -5,8 +5,7 @@
 //! D S_a(q) = S_{Ra}(q) D       for a slide always; for a hinge when D only turns (R)
 //! C ← D S_a(−ref) T(−p_j)
 //! ```
-//! Joints that can share a hinge become one chain of subhinges; where D moves a later hinge's anchor,
-//! a massless body is put between.
+//! Joints that can share a hinge become one chain of subhinges; where D moves the anchor of a later hinge, a massless body is inserted.
 
 use super::defaults::MAIN;
 use super::{Classed, Mj};
@@ -18,29 +17,29 @@ use linkwork_multibody::names::suggest;
 use linkwork_multibody::{BallLimits, BodySpec, Friction, Hinge, Limits, Subhinge, SubhingeKind};
 use linkwork_spatial::{Pose, Vec3};
 
-/// A site: also those on the world, which are no nodes.
+/// A site, including sites on the world, which are not nodes.
 pub(super) struct Site<'e> {
     pub body: String,
     pub pose: Pose,
     pub e: &'e Element,
 }
 
-/// What equalities need to know of a joint.
+/// Data of a joint for equalities.
 #[derive(Clone, Copy)]
 pub(super) struct JointRef {
     pub reference: f64,
     pub scalar: bool,
 }
 
-/// An element inside a body, with the frames around it.
+/// An element inside a body, with the frames that contain it.
 pub(super) struct Inside<'e> {
     pub e: &'e Element,
-    /// Of the frames, in the body.
+    /// Pose of the frames in the body.
     pub pose: Pose,
     pub class: &'e str,
 }
 
-/// A body still to be read.
+/// A body that is not read yet.
 struct Pending<'e> {
     inside: Inside<'e>,
     parent: String,
@@ -48,7 +47,7 @@ struct Pending<'e> {
     parent_pose: Pose,
 }
 
-/// A joint with numbers.
+/// A joint with its values.
 struct Mover {
     name: String,
     kind: SubhingeKind,
@@ -59,7 +58,7 @@ struct Mover {
 }
 
 impl<'e> Mj<'e> {
-    /// All bodies, without recursion: chains may be long.
+    /// Reads all bodies, without recursion, because chains may be long.
     pub fn bodies(&mut self, cx: &mut Cx<'_>, root: &'e Element, d: &mut Description) {
         let mut todo: Vec<Pending<'_>> = Vec::new();
         let mut worlds = 0;
@@ -79,7 +78,7 @@ impl<'e> Mj<'e> {
         }
     }
 
-    /// The elements inside a body, frames taken apart.
+    /// Returns the elements inside a body and its frames.
     fn contents(&self, cx: &mut Cx<'_>, e: &'e Element, class: &'e str) -> Vec<Inside<'e>> {
         let mut out = Vec::new();
         self.collect(cx, e, Pose::identity(), class, &mut out);
@@ -180,13 +179,13 @@ impl<'e> Mj<'e> {
             let known = JointRef { reference: mover.reference, scalar };
             if self.joints.insert(name.clone(), known).is_some() {
                 let what = format!("joint `{name}` is defined again");
-                let help = "give each its own name".to_owned();
+                let help = "use different names".to_owned();
                 cx.fault(i.e.place(), FaultKind::Unsupported { what, help });
             }
             if mover.kind == SubhingeKind::Free && parent != "world" {
                 let what =
                     format!("joint `{name}` is free, but body `{body}` is not in <worldbody>");
-                let help = "put the body there, or use slides and a ball".to_owned();
+                let help = "move the body there, or use slides and a ball".to_owned();
                 cx.fault(i.e.place(), FaultKind::Unsupported { what, help });
             }
             out.push(mover);
@@ -195,8 +194,8 @@ impl<'e> Mj<'e> {
             && out.iter().any(|m| m.kind == SubhingeKind::Free)
             && let Some(first) = inside.iter().find(|i| i.e.name.ends_with("joint"))
         {
-            let what = format!("body `{body}` has a free joint and others");
-            let help = "a free joint stands alone".to_owned();
+            let what = format!("body `{body}` has a free joint and other joints");
+            let help = "a free joint must be the only joint".to_owned();
             cx.fault(first.e.place(), FaultKind::Unsupported { what, help });
         }
         out
@@ -276,7 +275,7 @@ impl<'e> Mj<'e> {
         })
     }
 
-    /// Reports attributes of a free joint, its own or those of its class, that are not used.
+    /// Reports unused attributes of a free joint, its own or those of its class.
     fn free_joint(&self, cx: &mut Cx<'_>, e: &Element, what: &str, data: &Joint) {
         for (name, value) in [("stiffness", data.stiffness), ("frictionloss", data.friction)] {
             if value != 0.0 {
@@ -286,7 +285,7 @@ impl<'e> Mj<'e> {
         }
     }
 
-    /// `range="0 angle"` of a ball: the greatest angle of its whole rotation.
+    /// Reads `range="0 angle"` of a ball: the largest angle of its whole rotation.
     fn ball_limits(&self, cx: &mut Cx<'_>, at: Classed<'e>, what: &str, unit: f64) -> BallLimits {
         match self.range(cx, at, ("limited", "range"), what) {
             Some([lower, upper]) if lower == 0.0 && upper > 0.0 => {
@@ -302,7 +301,7 @@ impl<'e> Mj<'e> {
         }
     }
 
-    /// The numbers of a range that holds. With `autolimits`, a range holds when its first number is below the second.
+    /// Reads an active range. With `autolimits`, a range is active if its first number is smaller than the second.
     pub(super) fn range(
         &self,
         cx: &mut Cx<'_>,
@@ -360,7 +359,7 @@ impl<'e> Mj<'e> {
             self.shape(cx, i, body, d);
         }
         for i in inside.iter().filter(|i| i.e.name == "site") {
-            // A site without a name stays in the list of what was not used.
+            // A site without a name stays in the list of unused elements.
             let Some((_, place)) =
                 self.attr(Classed { e: i.e, class: i.class, kind: &i.e.name }, "name")
             else {
@@ -378,7 +377,7 @@ impl<'e> Mj<'e> {
             self.sites.insert(name, Site { body: body.into(), pose, e: i.e });
             if body == "world" {
                 let path = format!("mujoco/worldbody/{}", i.e.label());
-                cx.ignored.push(i.e.ignored(path, "a site on the world is no node"));
+                cx.ignored.push(i.e.ignored(path, "a site on the world is not a node"));
             } else {
                 d.builder.node(name, body, pose);
             }
@@ -396,7 +395,7 @@ fn push_bodies<'e>(
     todo.extend(bodies.map(|inside| Pending { inside, parent: parent.into(), parent_pose }));
 }
 
-/// Adds the body with its joints, and massless bodies where one hinge is not enough.
+/// Adds the body with its joints, and massless bodies if one hinge is not sufficient.
 fn chain(
     start: BodySpec,
     X_PB: Pose,
@@ -471,7 +470,7 @@ fn free_subhinges(s: Subhinge) -> Vec<Subhinge> {
     kinds.map(|kind| Subhinge { kind, ..s }).collect()
 }
 
-/// The subhinge with its axis turned by C, and S(−ref) in the joint's own axes.
+/// Returns the subhinge with its axis rotated by C, and S(−ref) in the joint's own axes.
 fn turned(kind: SubhingeKind, C: &Pose, reference: f64) -> (SubhingeKind, Pose) {
     let back = match kind {
         SubhingeKind::Ball => Pose::identity(),

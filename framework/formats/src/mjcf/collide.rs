@@ -1,8 +1,8 @@
-//! Who meets whom in an MJCF file, and how surfaces rub.
+//! Collision filters and friction of an MJCF file.
 //!
 //! ```text
-//! geoms meet     contype₁ ∧ conaffinity₂ ≠ 0 or contype₂ ∧ conaffinity₁ ≠ 0
-//! <exclude>      two bodies that do not meet          <pair>    two geoms that meet whatever their masks are
+//! geoms collide  contype₁ ∧ conaffinity₂ ≠ 0 or contype₂ ∧ conaffinity₁ ≠ 0
+//! <exclude>      two bodies that do not collide       <pair>    two geoms that collide regardless of their masks
 //! friction       sliding, spinning (m, condim ≥ 4), rolling (m, condim 6)
 //! ```
 
@@ -14,11 +14,11 @@ use crate::{BodyShape, Description, Filter, ShapeRole, Surface};
 use linkwork_spatial::Vec3;
 use std::collections::BTreeSet;
 
-/// Friction of a surface that says nothing: MuJoCo's default.
+/// Default friction of MuJoCo.
 const FRICTION: [f64; 3] = [1.0, 0.005, 0.0001];
 
 impl<'e> Mj<'e> {
-    /// The bit masks of a geom.
+    /// Reads the bit masks of a geom.
     pub(super) fn filter(&self, cx: &mut Cx<'_>, at: Classed<'e>, what: &str) -> Filter {
         let mut mask = |name: &str| {
             let Some(x) = self.number(cx, at, name, what) else { return 1 };
@@ -35,7 +35,7 @@ impl<'e> Mj<'e> {
         Filter { category, meets: mask("conaffinity") }
     }
 
-    /// Friction of a geom; `condim` says which kinds act.
+    /// Reads the friction of a geom; `condim` selects the active kinds.
     pub(super) fn surface(&self, cx: &mut Cx<'_>, at: Classed<'e>, what: &str) -> Surface {
         let mut friction = FRICTION;
         if let Some((text, place)) = self.attr(at, "friction") {
@@ -59,7 +59,7 @@ impl<'e> Mj<'e> {
         }
     }
 
-    /// `<contact>`: pairs and exclusions, after all bodies are read.
+    /// Reads `<contact>`: pairs and exclusions, after all bodies.
     pub(super) fn contacts(&self, cx: &mut Cx<'_>, root: &'e Element, d: &mut Description) {
         for list in root.all("contact") {
             for e in list.all("exclude") {
@@ -95,7 +95,7 @@ impl<'e> Mj<'e> {
                 match self.geoms.contains_key(name) {
                     true => cx.ignored.push(e.ignored(
                         "<pair>",
-                        format!("its geom `{name}` has no shape that collides"),
+                        format!("its geom `{name}` does not have a collision shape"),
                     )),
                     false => cx.unknown(
                         e.place_of(key),
@@ -114,14 +114,14 @@ impl<'e> Mj<'e> {
     }
 }
 
-/// Names of the geoms that a `<pair>` names.
+/// Returns the names of the geoms in `<pair>` elements.
 pub(super) fn paired(root: &Element) -> BTreeSet<&str> {
     let pairs =
         root.all("contact").flat_map(|list| list.children.iter().filter(|e| e.name == "pair"));
     pairs.flat_map(|e| ["geom1", "geom2"].map(|k| e.attr(k))).flatten().collect()
 }
 
-/// MuJoCo takes the larger friction of two surfaces, this engine the geometric mean: a note where they differ.
+/// MuJoCo uses the larger friction of two surfaces, this engine the geometric mean: adds a note if they differ.
 fn note_frictions(cx: &mut Cx<'_>, root: &Element, shapes: &[BodyShape]) {
     let colliding = shapes.iter().filter(|s| s.role == ShapeRole::Collision);
     let mut all: Vec<f64> = colliding.filter_map(|s| s.surface.friction).collect();
@@ -129,14 +129,14 @@ fn note_frictions(cx: &mut Cx<'_>, root: &Element, shapes: &[BodyShape]) {
     let (Some(least), Some(most)) = (all.first(), all.last()) else { return };
     if least < most {
         let note = format!(
-            "friction of pairs of surfaces that differ ({least} to {most}): the geometric mean of the two acts, \
-             where MuJoCo takes the larger"
+            "friction of pairs of surfaces that differ ({least} to {most}): the geometric mean of the two is used, \
+             where MuJoCo uses the larger"
         );
         cx.ignored.push(root.ignored("mujoco", note));
     }
 }
 
-/// Reports a surface that moves (`surfacevel`), in the axes of the geom.
+/// Reports a moving surface (`surfacevel`), in the axes of the geom.
 pub(super) fn moving_surface(cx: &mut Cx<'_>, e: &Element, velocity: Option<[f64; 3]>, what: &str) {
     if velocity.is_some_and(|v| Vec3::from(v) != Vec3::zeros()) {
         cx.ignored.push(e.ignored(what, "attribute surfacevel"));

@@ -1,8 +1,7 @@
 //! Default classes of an MJCF file.
 //!
-//! When a class is read, it starts as a copy of the class around it; its own attributes then replace the copied
-//! ones. Later sections therefore change neither classes that were read before, nor their
-//! children. An element that writes an orientation in one form replaces the orientation of its class in every form.
+//! A class starts as a copy of the class that contains it; its own attributes then replace the copied ones. Later sections therefore change neither
+//! earlier classes nor their children. An element with an orientation in one form replaces the orientation of its class in every form.
 
 use super::actuator::ACTUATORS;
 use crate::error::FaultKind;
@@ -10,13 +9,13 @@ use crate::read::Cx;
 use crate::xml::Element;
 use std::collections::BTreeMap;
 
-/// The forms in which an orientation can be written.
+/// The forms of an orientation.
 pub(super) const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "euler", "xyaxes", "zaxis"];
 
-/// The class of elements that name none.
+/// The class of elements that do not name one.
 pub(super) const MAIN: &str = "main";
 
-/// The elements of a class that are read, besides actuators.
+/// Supported elements of a class, besides actuators.
 const READ: [&str; 6] = ["joint", "geom", "site", "mesh", "equality", "tendon"];
 
 /// Whether attributes of this element of a class are read.
@@ -24,15 +23,15 @@ fn is_read(kind: &str) -> bool {
     READ.contains(&kind) || ACTUATORS.contains(&kind)
 }
 
-/// Attributes by element name and attribute name, each with the element that holds it.
+/// Attributes by element name and attribute name, each with the element that contains it.
 type Values<'e> = BTreeMap<(&'e str, &'e str), &'e Element>;
 
 /// All default classes by name.
 pub(super) struct Classes<'e> {
     all: BTreeMap<&'e str, Values<'e>>,
-    /// The elements of actuators of each class after those of the classes around it, from the outermost.
+    /// The actuator elements of each class, after those of the classes that contain it, from the outermost.
     actuators: BTreeMap<&'e str, Vec<Vec<&'e Element>>>,
-    /// Where each nested class is defined.
+    /// The definition of each nested class.
     places: BTreeMap<&'e str, &'e Element>,
     /// Other names of the outermost class.
     aliases: Vec<&'e str>,
@@ -55,7 +54,7 @@ impl<'e> Classes<'e> {
     fn section(&mut self, cx: &mut Cx<'_>, e: &'e Element, name: &'e str) {
         let values = self.all.entry(name).or_default();
         for kind in e.children.iter().filter(|c| c.name != "default") {
-            // Elements of which no attribute is read are listed as a whole.
+            // Elements whose attributes are not read are listed as a whole.
             if is_read(&kind.name) {
                 kind.touch();
             }
@@ -95,13 +94,13 @@ impl<'e> Classes<'e> {
         }
     }
 
-    /// The name under which a class is kept.
+    /// Returns the name under which a class is stored.
     pub fn find(&self, name: &str) -> Option<&'e str> {
         let known = self.all.get_key_value(name).map(|(k, _)| *k);
         known.or_else(|| self.aliases.contains(&name).then_some(MAIN))
     }
 
-    /// The elements whose values an actuator of this class starts with, by class from the outermost.
+    /// Returns the elements with the initial values of an actuator of this class, by class from the outermost.
     pub fn actuators(&self, class: &str) -> Vec<Vec<&'e Element>> {
         let all: &BTreeMap<&str, Vec<Vec<&'e Element>>> = &self.actuators;
         all.get(class).cloned().unwrap_or_default()
@@ -112,9 +111,9 @@ impl<'e> Classes<'e> {
         self.all.keys().copied()
     }
 
-    /// The element of a class that holds an attribute of elements of this name.
+    /// Returns the element of a class that contains an attribute of elements with this name.
     pub fn holder(&self, class: &str, element: &str, attribute: &str) -> Option<&'e Element> {
-        // Shorter lifetimes of the key are enough to look it up.
+        // Shorter lifetimes of the key are sufficient for the lookup.
         let values: &BTreeMap<(&str, &str), &'e Element> = self.all.get(class)?;
         values.get(&(element, attribute)).copied()
     }

@@ -6,7 +6,7 @@
 //! joint     y − y₀ = a₀ + a₁ (x − x₀)                       → y − a₁ x = a₀ + y₀ − a₁ x₀
 //! tendon    the same for fixed tendons L = Σ cᵢ qᵢ
 //! ```
-//! Subscript 0 is the reference configuration, at which the frames of a loop are taken to meet.
+//! Subscript 0 is the reference configuration, at which the frames of a loop coincide.
 
 use super::defaults::MAIN;
 use super::tendon::{Lengths, Sum};
@@ -20,7 +20,7 @@ use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Pose, Quat, Vec3};
 
 impl<'e> Mj<'e> {
-    /// All equalities; what cannot be a loop or a linear coupling is listed as ignored.
+    /// Reads all equalities; unsupported ones are listed as ignored.
     pub fn equalities(
         &self,
         cx: &mut Cx<'_>,
@@ -147,7 +147,7 @@ impl<'e> Mj<'e> {
             let relative = self.relative(cx, at, what).unwrap_or(X_AB);
             (relative * anchor, anchor)
         } else {
-            // The anchor is in body 1; B's frame has A's axes where the file shows them.
+            // The anchor is in body 1; B's frame has A's axes at the reference configuration.
             let Some(anchor) = anchor else {
                 cx.missing(e, what, "`anchor`", "write anchor=\"x y z\" in body1, or two sites");
                 return None;
@@ -158,7 +158,7 @@ impl<'e> Mj<'e> {
         Some(LoopClosure { name, body_a, frame_a, body_b, frame_b, hinge })
     }
 
-    /// `relpose` of a weld, unless its quaternion is zero.
+    /// Reads `relpose` of a weld, unless its quaternion is zero.
     fn relative(&self, cx: &mut Cx<'_>, at: Classed<'e>, what: &str) -> Option<Pose> {
         let [px, py, pz, w, x, y, z] = self.numbers::<7>(cx, at, "relpose", what)?;
         let raw = Quaternion::new(w, x, y, z);

@@ -1,4 +1,4 @@
-//! Geoms of an MJCF body: shapes, and the inertia that comes from them.
+//! Geoms of an MJCF body: shapes, and the inertia that they define.
 //!
 //! ```text
 //! m = density · volume, unless the mass is given       J = Σ over geoms, about the body's frame
@@ -19,7 +19,7 @@ use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Pose, RigidInertia, V
 use std::f64::consts::PI;
 
 impl<'e> Mj<'e> {
-    /// Mass properties of a body from its `<inertial>` or its geoms, raised to `boundmass` and `boundinertia`.
+    /// Returns the mass properties of a body from its `<inertial>` or its geoms, increased to at least `boundmass` and `boundinertia`.
     pub fn mass(
         &self,
         cx: &mut Cx<'_>,
@@ -47,7 +47,7 @@ impl<'e> Mj<'e> {
             let mut axes = mass.inertia_com.symmetric_eigen();
             axes.eigenvalues.apply(|x| *x = x.max(least_moment));
             let I = axes.eigenvalues;
-            // Moments that satisfy the triangle inequality exactly are off by rounding.
+            // Rounding can violate an exactly satisfied triangle inequality.
             if self.settings.balance && I.sum() < 2.0 * I.max() * (1.0 - 1e-12) {
                 axes.eigenvalues = Vec3::repeat(I.sum() / 3.0);
             }
@@ -109,7 +109,7 @@ impl<'e> Mj<'e> {
             match own.validate() {
                 Ok(m) => sum += m.rotate(&X_BG.rotation).shift_to_parent(&X_BG.position),
                 Err(error) => {
-                    let help = "give the geom a size and a mass or density above zero".into();
+                    let help = "write a size and a positive mass or density for the geom".into();
                     cx.fault(i.e.place(), FaultKind::Inertia { what: geom, error, help });
                 }
             }
@@ -122,7 +122,7 @@ impl<'e> Mj<'e> {
         MassProperties::new(sum.mass(), sum.com(), J)
     }
 
-    /// Pose in the body, and volume and inertia for unit density, of a geom.
+    /// Returns the pose of a geom in the body, and its volume and inertia for unit density.
     fn solid_mass(
         &self,
         cx: &mut Cx<'_>,
@@ -145,12 +145,12 @@ impl<'e> Mj<'e> {
         Some((pose, Properties { volume, centre: Vec3::zeros(), inertia }))
     }
 
-    /// The type of a geom, and where it is written.
+    /// Returns the type of a geom, and its position in the file.
     fn kind(&self, i: &Inside<'e>, at: Classed<'e>) -> (&'e str, FilePlace) {
         self.attr(at, "type").unwrap_or_else(|| ("sphere", i.e.place()))
     }
 
-    /// The shapes that a geom is: what collides is also seen, unless its group is hidden.
+    /// Adds the shapes of a geom: colliding geoms are also visible, unless their group is hidden.
     pub fn shape(&mut self, cx: &mut Cx<'_>, i: &Inside<'e>, body: &str, d: &mut Description) {
         let at = self.classed(cx, i.e, i.class);
         let name = i.e.attr("name").unwrap_or_default().to_owned();
@@ -162,9 +162,9 @@ impl<'e> Mj<'e> {
         let solid = self.solid(cx, i, &what);
         let of_mesh = matches!(solid, Some((_, Geometry::Mesh { .. })));
         let Some((pose, geometry)) = solid else {
-            // A fault or a note says why, but for types that are not read.
+            // A fault or a note has been reported, except for unsupported types.
             if (cx.faults.len(), cx.ignored.len()) == before {
-                cx.ignored.push(i.e.ignored(what, "a geom of a type that is not read"));
+                cx.ignored.push(i.e.ignored(what, "a geom of an unsupported type"));
             }
             return;
         };
@@ -197,7 +197,7 @@ impl<'e> Mj<'e> {
         }
     }
 
-    /// Pose in the body and shape of a geom; `None` after a fault or for a type that is not read.
+    /// Returns the pose in the body and the shape of a geom; `None` after a fault or for an unsupported type.
     fn solid(&self, cx: &mut Cx<'_>, i: &Inside<'e>, what: &str) -> Option<(Pose, Geometry)> {
         let at = self.classed(cx, i.e, i.class);
         let (kind, place) = self.kind(i, at);
@@ -263,7 +263,7 @@ impl<'e> Mj<'e> {
         let place = self.attr(at, "size").map_or(i.e.place(), |(_, p)| p);
         if kind != "plane" && size.iter().take(needed.max(1)).any(|s| !(*s > 0.0)) {
             let text = size.iter().map(f64::to_string).collect::<Vec<_>>().join(" ");
-            let help = "write lengths above zero, in m";
+            let help = "write positive lengths in m";
             cx.bad(place, &format!("{what}: `size`"), &text, "positive lengths", help);
             return None;
         }
@@ -271,7 +271,7 @@ impl<'e> Mj<'e> {
     }
 }
 
-/// MuJoCo's sizes are halves.
+/// Converts sizes: those of MuJoCo are half lengths.
 fn of_size(kind: &str, s: &[f64]) -> Geometry {
     match kind {
         "sphere" => Geometry::Sphere { radius: s[0] },
@@ -285,7 +285,7 @@ fn of_size(kind: &str, s: &[f64]) -> Geometry {
     }
 }
 
-/// Volume (m³) and moments of inertia for 1 kg about the centre (m²); `None` for what has none.
+/// Returns the volume (m³) and moments of inertia for 1 kg about the centre (m²); `None` for shapes without volume.
 pub(crate) fn solid(geometry: &Geometry) -> Option<(f64, Vec3)> {
     Some(match *geometry {
         Geometry::Sphere { radius: r } => (4.0 / 3.0 * PI * r * r * r, Vec3::repeat(0.4 * r * r)),
@@ -302,7 +302,7 @@ pub(crate) fn solid(geometry: &Geometry) -> Option<(f64, Vec3)> {
             (PI * r * r * l, Vec3::new(x, x, 0.5 * r * r))
         }
         Geometry::Capsule { radius: r, length: l } => {
-            // A cylinder and two half spheres, whose own centres are 3r/8 beyond its ends.
+            // A cylinder and two hemispheres, whose centres of mass are 3r/8 beyond its ends.
             let (vc, vs) = (PI * r * r * l, 4.0 / 3.0 * PI * r * r * r);
             let (mc, ms) = (vc / (vc + vs), vs / (vc + vs));
             let x = mc * (3.0 * r * r + l * l) / 12.0
@@ -313,7 +313,7 @@ pub(crate) fn solid(geometry: &Geometry) -> Option<(f64, Vec3)> {
     })
 }
 
-/// Area (m²) and moments of inertia for 1 kg about the centre (m²) of a thin shell; `None` for planes and meshes.
+/// Returns the area (m²) and moments of inertia for 1 kg about the centre (m²) of a thin shell; `None` for planes and meshes.
 fn thin(geometry: &Geometry) -> Option<(f64, Vec3)> {
     Some(match *geometry {
         Geometry::Sphere { radius: r } => (4.0 * PI * r * r, Vec3::repeat(r * r * 2.0 / 3.0)),
@@ -321,7 +321,7 @@ fn thin(geometry: &Geometry) -> Option<(f64, Vec3)> {
             let [a, b, c] = size;
             let faces = [b * c, a * c, a * b];
             let area = 2.0 * faces.iter().sum::<f64>();
-            // Mean of x² over the surface: the two faces across x are at a/2, the others are as a bar along x.
+            // Mean of x² over the surface: the two faces perpendicular to x are at a/2, the others are like a bar along x.
             let square = |k: usize| {
                 let across = faces[k] * size[k] * size[k] / 4.0;
                 let along: f64 = (0..3).filter(|j| *j != k).map(|j| faces[j]).sum();
@@ -345,7 +345,7 @@ fn thin(geometry: &Geometry) -> Option<(f64, Vec3)> {
             (area, Vec3::new(x, x, side * r * r + ends * r * r * 2.0 / 3.0) / area)
         }
         Geometry::Ellipsoid { radii: [a, b, c] } => {
-            // Thomsen's area (within 1.1 %) and the shell between two ellipsoids, as MuJoCo takes them.
+            // Thomsen's area (within 1.1 %) and the shell between two ellipsoids, as in MuJoCo.
             let p = 1.6075;
             let power = |x: f64, y: f64| (x * y).powf(p);
             let mean = (power(a, b) + power(a, c) + power(b, c)) / 3.0;

@@ -1,11 +1,11 @@
-//! `<include file="..">`: its place is taken by what is inside the other file's outermost element.
+//! `<include file="..">`: the contents of the other file's outermost element replace it.
 
 use crate::error::FaultKind;
 use crate::read::Cx;
 use crate::xml::{DEPTH, Element, parse};
 use std::path::{Path, PathBuf};
 
-/// Replaces every include. Each file may be included once, as in MuJoCo, so the work is bounded.
+/// Replaces every include. Each file may be included once, as in MuJoCo, which limits the work.
 pub(super) fn expand(cx: &mut Cx<'_>, root: &mut Element) {
     let mut open: Vec<PathBuf> = cx.options.file.clone().into_iter().collect();
     let mut seen: Vec<PathBuf> = open.iter().map(|p| same(p)).collect();
@@ -37,7 +37,7 @@ fn inside(
     }
 }
 
-/// The elements of an included file, its own includes replaced.
+/// Returns the elements of an included file, with its own includes replaced.
 fn included(
     cx: &mut Cx<'_>,
     e: &Element,
@@ -47,11 +47,11 @@ fn included(
 ) -> Vec<Element> {
     let Some(name) = cx.required(e, "file", "<include>") else { return Vec::new() };
     let place = e.place_of("file");
-    // Beside the main file, as MuJoCo looks; then beside the file that includes.
+    // First in the folder of the main file, as in MuJoCo; then in that of the including file.
     let folders = [open.first(), open.last()].into_iter().flatten().filter_map(|f| f.parent());
     let candidates: Vec<PathBuf> = folders.map(|f| f.join(name)).collect();
     let Some(path) = candidates.iter().find(|p| p.is_file()).or(candidates.first()).cloned() else {
-        let reason = "the text came without a file to look beside".to_owned();
+        let reason = "the text does not have a file whose folder can be searched".to_owned();
         let help = "read the main file by its path".to_owned();
         let (what, name) = ("<include>".into(), name.into());
         cx.fault(place, FaultKind::NoFile { what, name, reason, help });
@@ -72,13 +72,13 @@ fn included(
     seen.push(same(&path));
     let text = match path.exists() {
         true => crate::whole_text(&path),
-        false => Err("there is no such file".to_owned()),
+        false => Err("the file does not exist".to_owned()),
     };
     let text = match text {
         Ok(text) => text,
         Err(reason) => {
             let (what, name) = ("<include>".into(), name.into());
-            let help = "give the path relative to the main file".into();
+            let help = "write the path relative to the main file".into();
             cx.fault(place, FaultKind::NoFile { what, name, reason, help });
             return Vec::new();
         }
@@ -103,7 +103,7 @@ fn included(
     }
 }
 
-/// One name for one file.
+/// Returns the unique name of a file.
 fn same(path: &Path) -> PathBuf {
     std::fs::canonicalize(path).unwrap_or_else(|_| path.into())
 }

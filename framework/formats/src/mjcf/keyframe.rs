@@ -1,4 +1,4 @@
-//! Keyframes of an MJCF file: one of them may be the start.
+//! Keyframes of an MJCF file; one of them may be the start.
 
 use super::Mj;
 use crate::error::FaultKind;
@@ -9,7 +9,7 @@ use linkwork_multibody::SubhingeKind;
 use std::collections::BTreeMap;
 
 impl<'e> Mj<'e> {
-    /// Replaces the start by the keyframe that the options name; lists the keyframes otherwise.
+    /// Uses the keyframe in the options as the start; without it, lists the keyframes.
     pub(super) fn keyframes(&self, cx: &mut Cx<'_>, root: &'e Element, d: &mut Description) {
         let mut keys: BTreeMap<String, &Element> = BTreeMap::new();
         let all = root.all("keyframe").flat_map(|list| list.all("key"));
@@ -44,7 +44,7 @@ impl<'e> Mj<'e> {
         let joints: BTreeMap<&str, _> = d.joints.iter().map(|j| (j.name.as_str(), j)).collect();
         let bodies: BTreeMap<&str, _> =
             d.builder.bodies().iter().map(|b| (b.name.as_str(), b)).collect();
-        // MuJoCo's numbers: joints in the order of the file, quaternions with w first.
+        // MuJoCo's coordinates: joints in the order of the file, quaternions with w first.
         let mut starts: BTreeMap<String, Vec<f64>> = BTreeMap::new();
         let mut places: Vec<(&str, usize)> = Vec::new();
         for name in &self.joint_order {

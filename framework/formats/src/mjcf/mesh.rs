@@ -1,4 +1,4 @@
-//! Meshes of an MJCF file: where they are, and the mass properties of geoms that are meshes.
+//! Meshes of an MJCF file: their files, and the mass properties of mesh geoms.
 //!
 //! ```text
 //! vertex of the geom = scale ∘ R(refquat)ᵀ (vertex of the file − refpos)
@@ -18,10 +18,10 @@ use std::rc::Rc;
 /// The message about points that do not have a convex hull.
 const FLAT: &str = "its vertices are in one plane, or too many for a convex hull";
 
-/// Corners of a mesh, three for each triangle, as written; or why there are none, in words.
+/// Corners of a mesh, three for each triangle, as written; or the reason why there are none.
 pub(super) type Corners = Rc<Result<Vec<Vec3>, String>>;
 
-/// A mesh that a geom names.
+/// The mesh of a geom.
 pub(super) struct MeshOf<'e> {
     name: String,
     asset: &'e Element,
@@ -31,7 +31,7 @@ pub(super) struct MeshOf<'e> {
 }
 
 impl<'e> Mj<'e> {
-    /// Collects meshes by name; default: the name of the file without its ending.
+    /// Collects meshes by name; the default is the name of the file without its extension.
     pub(super) fn find_meshes(&mut self, asset: &'e Element) {
         for m in asset.all("mesh") {
             let file = m.attr("file").unwrap_or_default();
@@ -41,10 +41,10 @@ impl<'e> Mj<'e> {
         }
     }
 
-    /// The mesh that a geom names; `None` after a fault.
+    /// Returns the mesh of a geom; `None` after a fault.
     pub(super) fn mesh(&self, cx: &mut Cx<'_>, at: Classed<'e>, what: &str) -> Option<MeshOf<'e>> {
         let (name, place) = self.attr(at, "mesh").or_else(|| {
-            cx.missing(at.e, what, "`mesh`", "name a mesh of <asset>");
+            cx.missing(at.e, what, "`mesh`", "write the name of a mesh in <asset>");
             None
         })?;
         let Some(&asset) = self.meshes.get(name) else {
@@ -60,7 +60,7 @@ impl<'e> Mj<'e> {
                 let raw = Quaternion::new(w, x, y, z);
                 if !(1e-100..=1e100).contains(&raw.norm()) {
                     let text = asset.attr("refquat").unwrap_or_default();
-                    let (expected, help) = ("a quaternion with a direction", "write w x y z");
+                    let (expected, help) = ("a nonzero quaternion", "write w x y z");
                     cx.bad(asset.place_of("refquat"), what, text, expected, help);
                     return None;
                 }
@@ -72,8 +72,7 @@ impl<'e> Mj<'e> {
         Some(MeshOf { name: name.to_owned(), asset, scale, pose })
     }
 
-    /// Returns the file that is shown and collides, with the frame of its vertices in the geom. `None`, and a note, for a
-    /// mesh without a file.
+    /// Returns the file for display and collision, with the frame of its vertices in the geom; `None`, and a note, for a mesh without a file.
     pub(super) fn mesh_geometry(
         &self,
         cx: &mut Cx<'_>,
@@ -96,7 +95,7 @@ impl<'e> Mj<'e> {
         Some((pose, Geometry::Mesh { file, path, scale: m.scale }))
     }
 
-    /// The name of the file, with the folder of meshes before it.
+    /// Returns the name of the file, with the folder of meshes.
     fn mesh_file(&self, asset: &Element) -> Option<String> {
         let mut file = asset.attr("file").filter(|f| !f.is_empty())?;
         if self.settings.strip_path {
@@ -107,7 +106,7 @@ impl<'e> Mj<'e> {
         Some(if plain { file.to_owned() } else { format!("{folder}/{file}") })
     }
 
-    /// Volume and inertia of a mesh geom, in the frame of the geom; `None`, and a note, where they cannot be computed.
+    /// Returns volume and inertia of a mesh geom, in the frame of the geom; `None`, and a note, if they cannot be computed.
     pub(super) fn mesh_mass(
         &self,
         cx: &mut Cx<'_>,
@@ -138,7 +137,7 @@ impl<'e> Mj<'e> {
         let scale = Vec3::from(m.scale);
         let moved: Vec<Vec3> =
             corners.iter().map(|p| m.pose.transform_point(p).component_mul(&scale)).collect();
-        // `None` stands for the convex hull.
+        // `None` means the convex hull.
         let solid = match filling {
             Some(_) => Some(moved.clone()),
             None => hull(&moved),
@@ -146,13 +145,15 @@ impl<'e> Mj<'e> {
         let Some(solid) = solid else { return note(FLAT.into()) };
         let filling = filling.unwrap_or(Filling::Exact);
         let mut out = properties(&solid, filling);
-        // A scale that mirrors turns the surface inside out.
+        // A mirroring scale turns the surface inside out.
         if out.is_none() && filling == Filling::Exact && m.scale.iter().product::<f64>() < 0.0 {
             let turned: Vec<Vec3> =
                 moved.chunks_exact(3).flat_map(|f| [f[0], f[2], f[1]]).collect();
             out = properties(&turned, filling);
         }
-        out.or_else(|| note("its mesh has no volume, or its triangles point inwards".into()))
+        out.or_else(|| {
+            note("its mesh does not have a volume, or its triangles point inwards".into())
+        })
     }
 
     fn corners(&self, m: &MeshOf<'e>) -> Corners {
@@ -182,7 +183,9 @@ impl<'e> Mj<'e> {
         let corner = |k: &f64| {
             let at = 3 * (*k as usize);
             let three = vertices.get(at..at + 3).filter(|_| *k >= 0.0 && k.fract() == 0.0);
-            three.map(Vec3::from_column_slice).ok_or(format!("a face names the vertex {k}"))
+            three
+                .map(Vec3::from_column_slice)
+                .ok_or(format!("a face refers to the vertex {k}, which does not exist"))
         };
         faces.iter().map(corner).collect()
     }

@@ -4,8 +4,8 @@
 //! X_PB = X_frames · (pos, orientation)              at the reference configuration, in which q = ref
 //! body  = X_PB · Π_j T(p_j) S_j(q_j − ref_j) T(−p_j)      its joints, in the order of the file
 //! ```
-//! Our coordinates of hinge, slide and free joints are MuJoCo's own numbers (quaternions in our order);
-//! [`Description::initial`] holds the reference configuration.
+//! Our coordinates of hinge, slide and free joints have MuJoCo's values (quaternions in our order); [`Description::initial`] contains the reference
+//! configuration.
 
 mod actuator;
 mod body;
@@ -33,11 +33,10 @@ use linkwork_spatial::{Pose, Vec3};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Reads an MJCF text; includes are looked for beside `options.file`.
+/// Reads an MJCF text; includes are searched in the folder of `options.file`.
 ///
 /// # Errors
-/// Every mistake: malformed XML, includes that are not there or form a ring, names that are
-/// doubled or lead nowhere, values that are not numbers, inertias that no body has.
+/// Every mistake: malformed XML, missing or circular includes, duplicate or unknown names, invalid numbers, inertias that no rigid body can have.
 pub fn read_mjcf(text: &str, options: &ReadOptions) -> Result<Description, FormatError> {
     let mut root = parse(text, &options.file_name())?;
     let mut cx = Cx::new(options);
@@ -71,7 +70,7 @@ pub fn read_mjcf(text: &str, options: &ReadOptions) -> Result<Description, Forma
     cx.finish(&root, d)
 }
 
-/// What holds for the whole file.
+/// Data of the whole file.
 struct Mj<'e> {
     settings: Settings,
     classes: Classes<'e>,
@@ -82,19 +81,19 @@ struct Mj<'e> {
     poses: BTreeMap<String, Pose>,
     sites: BTreeMap<&'e str, body::Site<'e>>,
     joints: BTreeMap<String, body::JointRef>,
-    /// Joints in the order of the file: their numbers in a keyframe.
+    /// Joints in the order of the file, which is the order of coordinates in a keyframe.
     joint_order: Vec<String>,
-    /// Geoms with a name that collide or may: the body of each.
+    /// Named geoms that collide or may collide, each with its body.
     geoms: BTreeMap<&'e str, String>,
-    /// Names of geoms in `<pair>`: they collide whatever their masks are.
+    /// Names of geoms in `<pair>`: they collide regardless of their masks.
     paired: BTreeSet<&'e str>,
-    /// Joints with a `springdamper`: time constant, damping ratio, place.
+    /// Joints with a `springdamper`: time constant, damping ratio, position in the file.
     spring_dampers: Vec<(String, [f64; 2], FilePlace)>,
-    /// Corners of meshes that have been read.
+    /// Corners of meshes that were read.
     corners: RefCell<BTreeMap<String, mesh::Corners>>,
-    /// Where mesh files are looked for.
+    /// Options, with folders of mesh files.
     options: ReadOptions,
-    /// Bodies without a name so far.
+    /// Number of unnamed bodies so far.
     unnamed: usize,
 }
 
@@ -102,23 +101,23 @@ struct Mj<'e> {
 struct Settings {
     /// Factor to rad.
     angle: f64,
-    /// Axes, and whether each turn is about the moving axes.
+    /// Axes, and whether each rotation is about the moving axes.
     euler: [(Vec3, bool); 3],
     autolimits: bool,
     inertia: FromGeoms,
     groups: [f64; 2],
     mesh_folder: String,
-    /// Only the last part of the name of a mesh file counts.
+    /// Whether only the last part of the name of a mesh file is used.
     strip_path: bool,
-    /// Least mass of a body, kg, and least principal moment, kg m².
+    /// Minimum mass of a body, kg, and minimum principal moment, kg m².
     least: [f64; 2],
-    /// Moments that break the triangle inequality are replaced by their mean.
+    /// Whether moments that violate the triangle inequality are replaced by their mean.
     balance: bool,
-    /// All masses and inertias are scaled so that the sum is this, kg.
+    /// Sum to which all masses and inertias are scaled, kg.
     total_mass: Option<f64>,
 }
 
-/// When the inertia of a body comes from its geoms.
+/// When the inertia of a body is computed from its geoms.
 #[derive(Clone, Copy, PartialEq)]
 enum FromGeoms {
     Never,
@@ -131,7 +130,7 @@ enum FromGeoms {
 struct Classed<'e> {
     e: &'e Element,
     class: &'e str,
-    /// The name of its attributes' element in a class.
+    /// The name of its element in a class.
     kind: &'e str,
 }
 
@@ -177,7 +176,7 @@ impl<'e> Mj<'e> {
         }
     }
 
-    /// The class that an element names in `attribute`, else the inherited one.
+    /// Returns the class in `attribute` of an element, otherwise the inherited one.
     fn class_of(
         &self,
         cx: &mut Cx<'_>,
@@ -198,9 +197,9 @@ impl<'e> Mj<'e> {
         Classed { e, class: self.class_of(cx, e, "class", inherited), kind: &e.name }
     }
 
-    /// An attribute of the element, else of its class.
+    /// Returns an attribute of the element, otherwise that of its class.
     fn attr(&self, at: Classed<'e>, name: &str) -> Option<(&'e str, FilePlace)> {
-        // An attribute of the class counts as read where the element has its own.
+        // An overridden attribute of the class counts as read.
         let holder = self.classes.holder(at.class, at.kind, name);
         let of_class = holder.and_then(|h| Some((h.attr(name)?, h)));
         let own = at.e.attr(name).map(|own| (own, at.e));
@@ -222,14 +221,14 @@ impl<'e> Mj<'e> {
         self.numbers::<1>(cx, at, name, what).map(|[x]| x)
     }
 
-    /// A number that must not be negative; 0 when it is not there.
+    /// Reads a number that must not be negative; 0 if it is missing.
     fn size(&self, cx: &mut Cx<'_>, at: Classed<'e>, name: &str, what: &str) -> f64 {
         let Some(x) = self.number(cx, at, name, what) else { return 0.0 };
         let place = self.attr(at, name).map_or(at.e.place(), |(_, p)| p);
         cx.not_negative(place, x, &format!("{what}: `{name}`")).unwrap_or(0.0)
     }
 
-    /// `true`, `false` or `auto` of an attribute; `None` for the last and when it is not there.
+    /// Reads `true`, `false` or `auto`; returns `None` for `auto` and for a missing attribute.
     fn flag(&self, cx: &mut Cx<'_>, at: Classed<'e>, name: &str, what: &str) -> Option<bool> {
         let (text, place) = self.attr(at, name)?;
         word(
@@ -243,7 +242,7 @@ impl<'e> Mj<'e> {
     }
 }
 
-/// The meaning of one of several words.
+/// Returns the meaning of one of several words.
 fn word<T: Copy>(
     cx: &mut Cx<'_>,
     place: FilePlace,
@@ -254,12 +253,12 @@ fn word<T: Copy>(
     let found = words.iter().find(|(w, _)| *w == text).map(|(_, t)| *t);
     if found.is_none() {
         let all: Vec<&str> = words.iter().map(|(w, _)| *w).collect();
-        cx.bad(place, what, text, "a word known here", &format!("one of: {}", all.join(", ")));
+        cx.bad(place, what, text, "a valid word", &format!("one of: {}", all.join(", ")));
     }
     found
 }
 
-/// The `<compiler>` elements; the last one that writes an attribute counts.
+/// Reads the `<compiler>` elements; for each attribute, the last one is used.
 fn settings(cx: &mut Cx<'_>, root: &Element) -> Settings {
     let mut s = Settings::default();
     for e in root.all("compiler") {
@@ -321,7 +320,7 @@ impl Default for Settings {
     }
 }
 
-/// Lower case turns about moving axes, upper case about fixed ones.
+/// Reads axes: lower case means moving axes, upper case fixed ones.
 fn euler(seq: &str) -> Option<[(Vec3, bool); 3]> {
     let axes: Option<Vec<(Vec3, bool)>> = seq
         .chars()

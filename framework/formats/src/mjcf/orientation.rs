@@ -8,7 +8,7 @@ use linkwork_spatial::nalgebra::{Quaternion, Unit};
 use linkwork_spatial::{Pose, Quat, Vec3};
 
 impl<'e> Mj<'e> {
-    /// `pos` and the orientation in whichever way it is written.
+    /// Reads `pos` and the orientation in any form.
     pub(super) fn pose(&self, cx: &mut Cx<'_>, at: Classed<'e>, what: &str) -> Pose {
         let p = self.numbers::<3>(cx, at, "pos", what).unwrap_or_default();
         Pose::new(self.rotation(cx, at, what).unwrap_or_else(Quat::identity), Vec3::from(p))
@@ -84,14 +84,13 @@ impl<'e> Mj<'e> {
             });
         }
         let (text, place) = self.attr(at, "quat").unwrap_or(("", at.e.place()));
-        let (expected, help) =
-            ("a quaternion with a direction", "write w x y z, for example 1 0 0 0");
+        let (expected, help) = ("a nonzero quaternion", "write w x y z, for example 1 0 0 0");
         cx.bad(place, &format!("{what}: `quat`"), text, expected, help);
         None
     }
 }
 
-/// The rotation of three angles, in the file's unit, about the axes of `eulerseq`.
+/// Returns the rotation of three angles, in the file's unit, about the axes of `eulerseq`.
 pub(super) fn turn_of_euler(settings: &Settings, angles: [f64; 3]) -> Quat {
     let mut q = Quat::identity();
     for ((axis, moving), angle) in settings.euler.iter().zip(angles) {
@@ -101,7 +100,7 @@ pub(super) fn turn_of_euler(settings: &Settings, angles: [f64; 3]) -> Quat {
     q
 }
 
-/// The smallest rotation that takes z to a unit vector; half a turn about x where it is −z.
+/// Returns the smallest rotation from z to a unit vector; half a turn about x for −z.
 pub(super) fn turn_of_z(z: &Vec3) -> Quat {
     let half_turn = || Quat::from_scaled_axis(Vec3::x() * std::f64::consts::PI);
     Quat::rotation_between(&Vec3::z(), z).unwrap_or_else(half_turn)

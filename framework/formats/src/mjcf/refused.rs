@@ -1,25 +1,24 @@
-//! Elements of MJCF that stand for bodies or joints and that are not read: reading a file without them would give
-//! another mechanism, so it is rejected.
+//! Unsupported elements of MJCF that define bodies or joints: without them the mechanism would be different, so the file is rejected.
 
 use crate::error::FaultKind;
 use crate::read::Cx;
 use crate::xml::Element;
 
-/// Element, and what to do instead.
+/// Element, and the remedy.
 const REFUSED: [(&str, &str); 5] = [
-    ("attach", "let MuJoCo write the composed model (`mj_saveLastXML`) and read that"),
+    ("attach", "save the composed model with MuJoCo (`mj_saveLastXML`) and read the result"),
     (
         "composite",
-        "write its bodies and joints out, or let MuJoCo write the expanded model and read that",
+        "write its bodies and joints explicitly, or save the expanded model with MuJoCo and read the result",
     ),
     ("flexcomp", "deformable bodies are not supported; replace it by rigid bodies"),
-    ("extension", "remove the plugins, or compute what they do in a part of the simulation"),
+    ("extension", "remove the plugins, or replace them by a part of the simulation"),
     ("deformable", "deformable bodies are not supported; replace it by rigid bodies"),
 ];
 
 /// Reports every such element.
 pub(super) fn report(cx: &mut Cx<'_>, e: &Element) {
-    // Skins only change how a model looks.
+    // Skins only change the appearance of a model.
     let found = REFUSED.iter().find(|(name, _)| *name == e.name);
     if let Some((name, help)) = found.filter(|_| e.name != "deformable" || holds(e, "flex")) {
         if *name == "extension" && e.children.is_empty() {

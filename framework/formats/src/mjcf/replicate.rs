@@ -1,4 +1,4 @@
-//! `<replicate count=".." offset=".." euler="..">`: its content many times, each in a frame further on.
+//! `<replicate count=".." offset=".." euler="..">`: copies of its content, each in a displaced frame.
 //!
 //! ```text
 //! R_k = R(k euler)        p_k₊₁ = p_k + R_k offset        names get the suffix `sep` and k, with leading zeros
@@ -11,7 +11,7 @@ use crate::read::Cx;
 use crate::xml::{DEPTH, Element};
 use linkwork_spatial::{Pose, Quat, Vec3};
 
-/// Copies of elements that one file may make.
+/// Maximum number of copied elements in a file.
 const COPIES: usize = 1_000_000;
 
 /// Replaces every `<replicate>` by one `<frame>` for each copy.
@@ -26,7 +26,7 @@ fn inside(cx: &mut Cx<'_>, e: &mut Element, settings: &Settings, left: &mut usiz
     if depth > DEPTH {
         return; // the parser refuses such files
     }
-    // Inner replications first: their suffix comes first in a name.
+    // Inner replications first: their suffix is the first in a name.
     e.children.iter_mut().for_each(|c| inside(cx, c, settings, left, depth + 1));
     if !e.children.iter().any(|c| c.name == "replicate") {
         return;
@@ -52,15 +52,15 @@ fn copies(cx: &mut Cx<'_>, e: &Element, settings: &Settings, left: &mut usize) -
             e.place_of("count"),
             &format!("{what}: `count`"),
             &text,
-            "a whole number above 0",
+            "a positive integer",
             "write count=\"2\"",
         );
         return Vec::new();
     }
     let size = elements(e).max(1);
     if count * size as f64 > *left as f64 {
-        let fact = format!("{what} makes more than {COPIES} elements");
-        let help = "make fewer copies, or write the bodies with a program".to_owned();
+        let fact = format!("{what} creates more than {COPIES} elements");
+        let help = "use fewer copies, or write the bodies with a program".to_owned();
         cx.fault(e.place(), FaultKind::Unsupported { what: fact, help });
         return Vec::new();
     }
@@ -88,7 +88,7 @@ fn copies(cx: &mut Cx<'_>, e: &Element, settings: &Settings, left: &mut usize) -
     out
 }
 
-/// Every digit of each number.
+/// Prints numbers with all digits.
 fn numbers(list: &[f64]) -> String {
     list.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>().join(" ")
 }

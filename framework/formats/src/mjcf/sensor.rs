@@ -1,4 +1,4 @@
-//! Sensors of an MJCF file, and bodies whose weight something carries.
+//! Sensors of an MJCF file, and bodies with gravity compensation.
 //!
 //! ```text
 //! jointpos, jointvel                                         a joint
@@ -6,7 +6,7 @@
 //! accelerometer                                              specific force at a frame
 //! tendonpos, tendonvel, actuatorpos, actuatorvel, actuatorfrc    outputs of other devices
 //! ```
-//! Readings are exact, as in MuJoCo, where `noise` is only a note.
+//! Readings are exact, as in MuJoCo, where `noise` is only information.
 
 use super::Mj;
 use super::tendon::Lengths;
@@ -27,7 +27,7 @@ const OWN: [&str; 8] = [
     "framelinvel",
 ];
 
-/// Element, the attribute that names another device, and the output of that device.
+/// Element, the attribute with the name of another device, and the output of that device.
 const OTHERS: [(&str, &str, &str); 5] = [
     ("tendonpos", "tendon", "length"),
     ("tendonvel", "tendon", "velocity"),
@@ -75,7 +75,8 @@ impl<'e> Mj<'e> {
                     let known = if *key == "tendon" { &tendons } else { &actuators };
                     if !known.contains(device) {
                         e.touch_all();
-                        let note = format!("a sensor of the {key} `{device}`, which is not read");
+                        let note =
+                            format!("a sensor of the {key} `{device}`, which is not supported");
                         cx.ignored.push(e.ignored(&what, note));
                         continue;
                     }
@@ -107,7 +108,7 @@ impl<'e> Mj<'e> {
         self.site_frame(cx, e, "site", site, what)
     }
 
-    /// The frame of a site of a body; `None` after a fault or a note.
+    /// Returns the frame of a site of a body; `None` after a fault or a note.
     fn site_frame(
         &self,
         cx: &mut Cx<'_>,
@@ -134,8 +135,10 @@ impl<'e> Mj<'e> {
     fn frame_sensor(&self, cx: &mut Cx<'_>, e: &'e Element, what: &str) -> Option<Sensor> {
         let note = match (e.attr("objtype"), e.attr("refname")) {
             (Some("site" | "xbody"), None) => None,
-            (_, Some(_)) => Some("`refname`: a sensor of a frame in another frame is not read"),
-            _ => Some("a sensor of a frame that is neither a site nor an xbody is not read"),
+            (_, Some(_)) => {
+                Some("`refname`: a sensor of a frame relative to another frame is not supported")
+            }
+            _ => Some("a sensor of a frame that is neither a site nor an xbody is not supported"),
         };
         if let Some(note) = note {
             e.touch_all();
@@ -155,7 +158,7 @@ impl<'e> Mj<'e> {
         Some(Sensor::Motion(DeviceFrame::Body(name.into())))
     }
 
-    /// `gravcomp` of all bodies, in the order of the bodies.
+    /// Reads `gravcomp` of all bodies, in the order of the bodies.
     pub(super) fn gravity_compensation(&self, cx: &mut Cx<'_>, d: &mut Description) {
         let names: Vec<String> = d.builder.bodies().iter().map(|b| b.name.clone()).collect();
         for body in names {

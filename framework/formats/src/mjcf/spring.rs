@@ -13,11 +13,11 @@ use linkwork_multibody::{Multibody, SubhingeKind};
 use linkwork_spatial::nalgebra::{Cholesky, DMatrix, Matrix6xX};
 use linkwork_spatial::{Pose, Vec3};
 
-/// Rates of the largest mechanism whose mass matrix is computed here.
+/// Maximum number of rates for which the mass matrix is computed here.
 const RATES: usize = 2000;
 
 impl<'e> Mj<'e> {
-    /// Keeps the `springdamper` of a joint until all bodies are known.
+    /// Stores the `springdamper` of a joint until all bodies are known.
     pub(super) fn spring_damper(&mut self, cx: &mut Cx<'_>, i: &Inside<'e>, name: &str) {
         if i.e.name != "joint" {
             return;
@@ -25,7 +25,7 @@ impl<'e> Mj<'e> {
         let at = self.classed(cx, i.e, i.class);
         let what = format!("joint `{name}`");
         let Some(both) = self.numbers::<2>(cx, at, "springdamper", &what) else { return };
-        // MuJoCo ignores a pair unless both numbers are above zero.
+        // MuJoCo ignores a pair unless both numbers are positive.
         if both.iter().all(|x| *x > 0.0) {
             let place = self.attr(at, "springdamper").map_or(i.e.place(), |(_, place)| place);
             self.spring_dampers.push((name.to_owned(), both, place));
@@ -42,11 +42,11 @@ impl<'e> Mj<'e> {
         let Some(inverse) = M.and_then(Cholesky::new).map(|c| c.inverse()) else {
             let (name, _, place) = &self.spring_dampers[0];
             let what = format!(
-                "joint `{name}` has a `springdamper`, and the mass matrix of {} rates cannot be inverted",
+                "joint `{name}` has a `springdamper`, but the mass matrix of {} rates cannot be inverted",
                 mbs.nv()
             );
             let help =
-                "give every moving body a mass, or write `stiffness` and `damping`".to_owned();
+                "add a mass to every moving body, or write `stiffness` and `damping`".to_owned();
             cx.fault(place.clone(), crate::error::FaultKind::Unsupported { what, help });
             return;
         };
@@ -80,17 +80,17 @@ impl<'e> Mj<'e> {
     }
 }
 
-/// How a mechanism moves at a configuration.
+/// Motion of a mechanism at a configuration.
 pub(super) struct Moving {
     /// The mass matrix, with armature.
     pub M: DMatrix<f64>,
-    /// Each column is the angular velocity, and the velocity of the world's origin, of the bodies that a unit of this rate moves.
+    /// Each column is the velocity of the moved bodies for a unit rate: angular velocity, and velocity of the world's origin.
     pub columns: Matrix6xX<f64>,
     /// Poses of the bodies.
     pub poses: Vec<Pose>,
 }
 
-/// How the mechanism moves at q; `None` for more than 2000 rates.
+/// Returns the motion of the mechanism at q, or `None` for more than 2000 rates.
 pub(super) fn moving(mbs: &Multibody, q: &[f64]) -> Option<Moving> {
     let n = mbs.nv();
     if n > RATES {
@@ -140,7 +140,7 @@ pub(super) fn moving(mbs: &Multibody, q: &[f64]) -> Option<Moving> {
     Some(Moving { M, columns, poses })
 }
 
-/// Angular velocity and velocity of the world's origin for a unit rate of each coordinate.
+/// Returns the angular velocity and the velocity of the world's origin for a unit rate of each coordinate.
 fn motions(kind: &SubhingeKind, X: &Pose, next: &Pose) -> Vec<(Vec3, Vec3)> {
     let turn = |pose: &Pose, axis: Vec3| {
         let w = pose.transform_vector(&axis);

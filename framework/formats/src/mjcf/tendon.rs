@@ -5,8 +5,7 @@
 //! spatial  L = Σ |pₖ₊₁ − pₖ|      straight from site to site
 //! limits   k = m / (0.95 T)²,  d = 2 m / (0.95 T)         T = 0.02 s, m = 1 / (J M⁻¹ Jᵀ) at the reference configuration
 //! ```
-//! Limits have the stiffness of MuJoCo's default `solreflimit` for a single limit that is passed. Tendons around geoms and
-//! with pulleys are not read.
+//! Limits have the stiffness of MuJoCo's default `solreflimit` for a single violated limit. Tendons around geoms and with pulleys are not supported.
 
 use super::defaults::MAIN;
 use super::spring::{Moving, moving};
@@ -28,39 +27,39 @@ pub(super) struct Sum {
     pub reference: f64,
 }
 
-/// The lengths that equalities, actuators and sensors may name.
+/// Lengths for equalities, actuators and sensors.
 pub(super) struct Lengths<'e> {
-    /// The coordinate of each joint that has one.
+    /// The coordinate of each joint with exactly one.
     coordinates: BTreeMap<String, HingeCoordinate>,
     /// Fixed tendons.
     pub tendons: BTreeMap<&'e str, Sum>,
     /// Sites of spatial tendons.
     lines: BTreeMap<&'e str, Vec<DeviceFrame>>,
-    /// Names of spatial tendons that are not read.
+    /// Names of unsupported spatial tendons.
     pub unread: BTreeSet<&'e str>,
-    /// Bodies that stand for sites of the world.
+    /// Bodies that represent sites of the world.
     anchors: BTreeMap<&'e str, String>,
-    /// The mechanism at the reference configuration, when somebody asked for it.
+    /// The mechanism at the reference configuration, computed on demand.
     moving: OnceCell<Option<(Multibody, Moving)>>,
 }
 
-/// Time constant (s) and greatest impedance of MuJoCo's limits, when nothing is written.
+/// Default time constant (s) and largest impedance of MuJoCo's limits.
 const LIMIT: [f64; 2] = [0.02, 0.95];
 
 impl Lengths<'_> {
-    /// The coordinate of a joint.
+    /// Returns the coordinate of a joint.
     pub fn coordinate(&self, joint: &str) -> Option<&HingeCoordinate> {
         self.coordinates.get(joint)
     }
 
-    /// The length of a tendon.
+    /// Returns the length of a tendon.
     pub fn tendon(&self, name: &str) -> Option<Length> {
         let fixed = self.tendons.get(name).map(|sum| Length::Joints(sum.terms.clone()));
         let line = || Some(Length::Line { gear: 1.0, sites: self.lines.get(name)?.clone() });
         fixed.or_else(line)
     }
 
-    /// Names of all tendons.
+    /// Returns the names of all tendons.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.tendons.keys().chain(self.lines.keys()).copied()
     }
@@ -74,7 +73,7 @@ impl Lengths<'_> {
         self.moving.get_or_init(make).as_ref()
     }
 
-    /// 1 / (J M⁻¹ Jᵀ).
+    /// Returns 1 / (J M⁻¹ Jᵀ).
     pub fn inertia(&self, length: &Length, d: &Description) -> Option<f64> {
         let (mbs, moving) = self.moving(d)?;
         let J = jacobian(length, mbs, moving)?;
@@ -83,7 +82,7 @@ impl Lengths<'_> {
     }
 }
 
-/// The body of a site and its place in the world.
+/// Returns the body of a site and its position in the world.
 fn place(
     f: &DeviceFrame,
     mbs: &Multibody,
@@ -98,7 +97,7 @@ fn place(
     }
 }
 
-/// dl/dν at the configuration of `moving`.
+/// Returns dl/dν at the configuration of `moving`.
 fn jacobian(length: &Length, mbs: &Multibody, moving: &Moving) -> Option<DVector<f64>> {
     let mut J = DVector::zeros(moving.M.nrows());
     match length {
@@ -177,7 +176,7 @@ impl<'e> Mj<'e> {
         lengths
     }
 
-    /// The sum of a fixed tendon, and its value where the springs of all joints are at rest.
+    /// Returns the sum of a fixed tendon, and its value with the springs of all joints relaxed.
     fn sum(
         &self,
         cx: &mut Cx<'_>,
@@ -204,7 +203,7 @@ impl<'e> Mj<'e> {
         (sum, rest)
     }
 
-    /// The sites of a spatial tendon; `None`, and a fault or a note, for one that is not read.
+    /// Returns the sites of a spatial tendon; `None`, and a fault or a note, for an unsupported one.
     fn line(
         &self,
         cx: &mut Cx<'_>,
@@ -250,7 +249,7 @@ impl<'e> Mj<'e> {
         Some(sites)
     }
 
-    /// Spring, damper and limits of a tendon.
+    /// Reads spring, damper and limits of a tendon.
     fn tendon(
         &self,
         cx: &mut Cx<'_>,
@@ -291,7 +290,7 @@ impl<'e> Mj<'e> {
         Tendon { length, stiffness, rest, damping, range, limit }
     }
 
-    /// q of one joint.
+    /// Returns a length that is q of one joint.
     pub(super) fn joint_sum(
         &self,
         cx: &mut Cx<'_>,
@@ -311,7 +310,7 @@ impl<'e> Mj<'e> {
     }
 }
 
-/// The length of a line where the springs of all joints are at rest.
+/// Returns the length of a line with the springs of all joints relaxed.
 fn rest_of_line(sites: &[DeviceFrame], d: &Description) -> Option<f64> {
     let mbs = d.builder.build().ok()?;
     let mut q = d.configuration(&mbs);

@@ -1,4 +1,4 @@
-//! The graph of an SDF file's frames: who is relative to whom, and which body carries each.
+//! The graph of an SDF file's frames, with the body of each.
 //!
 //! ```text
 //! link      relative to its model                       carried by itself
@@ -6,8 +6,7 @@
 //! frame     relative to what it is attached to          carried by the same body
 //! model     relative to the model or world around it    carried by its canonical link
 //! ```
-//! `relative_to` replaces the first column. Names are looked up in the model that writes them; `a::b` is b in
-//! the nested model a.
+//! `relative_to` replaces the first column. Names refer to the model that contains them; `a::b` is b in the nested model a.
 
 use crate::error::{FaultKind, FilePlace};
 use crate::read::Cx;
@@ -16,12 +15,12 @@ use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Pose, Quat, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A model's place in the tree of models.
+/// The position of a model in the tree of models.
 #[derive(Clone)]
 pub(super) struct Scope {
-    /// What precedes names in keys: `` or `model::nested::`.
+    /// Prefix of names in keys: `` or `model::nested::`.
     prefix: String,
-    /// What precedes names of bodies; without the model's own name when it is alone.
+    /// Prefix of names of bodies; without the model's own name if it is the only one.
     bodies: String,
 }
 
@@ -30,7 +29,7 @@ impl Scope {
         Self { prefix: String::new(), bodies: String::new() }
     }
 
-    /// The scope inside a model; `shown` is empty when its name need not be shown.
+    /// Returns the scope inside a model; `shown` is empty if names do not contain it.
     pub fn inner(&self, name: &str, shown: &str) -> Self {
         let colons = if shown.is_empty() { "" } else { "::" };
         Self {
@@ -39,12 +38,12 @@ impl Scope {
         }
     }
 
-    /// The name of a body, joint or node in the description.
+    /// Returns the name of a body, joint or node in the description.
     pub fn body(&self, name: &str) -> String {
         format!("{}{name}", self.bodies)
     }
 
-    /// The frame that everything without `relative_to` is relative to.
+    /// Returns the frame to which everything without `relative_to` is relative.
     fn base(&self) -> String {
         if self.prefix.is_empty() { "world".into() } else { format!("{}__model__", self.prefix) }
     }
@@ -59,13 +58,13 @@ struct Frame<'e> {
     pose: Pose,
     /// The frame that carries it; `None` for links and the world.
     attached_to: Option<Name>,
-    /// Of a link; of a `<frame>` the name of its node.
+    /// For a link its body; for a `<frame>` the name of its node.
     body: Option<String>,
-    /// The frame inside a model that is at its pose, when that is not the model's own.
+    /// The frame inside a model that is at the model's pose, if it is not the model's own.
     placement: Option<Name>,
 }
 
-/// A name as written, to be looked up when all frames are known.
+/// A name for a later lookup, when all frames are known.
 struct Name {
     text: String,
     scope: String,
@@ -76,7 +75,7 @@ struct Name {
 /// All frames by key.
 pub(super) struct Frames<'e> {
     all: BTreeMap<String, Frame<'e>>,
-    /// `X_WF` and the body that carries it (`world` too), after [`Frames::resolve`].
+    /// `X_WF` and the body of each frame (also `world`), after [`Frames::resolve`].
     placed: BTreeMap<String, (Pose, String)>,
     /// The key of each body.
     keys: BTreeMap<String, String>,
@@ -91,7 +90,8 @@ impl<'e> Frames<'e> {
     fn add(&mut self, cx: &mut Cx<'_>, key: &str, name: &str, frame: Frame<'e>) {
         let reserved = name.contains("::") || (name.starts_with("__") && name.ends_with("__"));
         if reserved && frame.kind != "model" {
-            let help = "names do not contain `::` and are not within `__`".to_owned();
+            let help =
+                "names must not contain `::`, and must not begin and end with `__`".to_owned();
             let kind = FaultKind::BadName { kind: frame.kind, name: name.into(), help };
             cx.fault(frame.e.place_of("name"), kind);
         }
@@ -191,7 +191,7 @@ impl<'e> Frames<'e> {
         self.add(cx, &key, name, frame);
     }
 
-    /// The key that a name means in a scope.
+    /// Returns the key of a name in a scope.
     fn key(&self, scope: &str, text: &str) -> Option<String> {
         let own = format!("{scope}{text}");
         let model = format!("{scope}{text}::__model__");
@@ -199,7 +199,7 @@ impl<'e> Frames<'e> {
         found.or_else(|| (text == "world").then(|| "world".to_owned()))
     }
 
-    /// The key of a name that a reader found, or a fault.
+    /// Returns the key of a name, or reports a fault.
     pub fn look_up(
         &self,
         cx: &mut Cx<'_>,
@@ -222,7 +222,7 @@ impl<'e> Frames<'e> {
         found
     }
 
-    /// Poses in the world and carriers of all frames.
+    /// Computes poses in the world and bodies of all frames.
     pub fn resolve(&mut self, cx: &mut Cx<'_>) {
         let keys: Vec<String> = self.all.keys().cloned().collect();
         let mut next: BTreeMap<String, (String, String)> = BTreeMap::new();
@@ -260,7 +260,7 @@ impl<'e> Frames<'e> {
         }
     }
 
-    /// The pose of a frame in that which it is relative to: of a model as written, less the pose of its placement frame.
+    /// Returns the pose of a frame relative to its parent; for a model as written, without the pose of its placement frame.
     fn own_pose(
         &self,
         cx: &mut Cx<'_>,
@@ -270,14 +270,14 @@ impl<'e> Frames<'e> {
     ) -> Option<Pose> {
         let frame = &self.all[key];
         let Some(name) = &frame.placement else { return Some(frame.pose) };
-        // This walks from the placement frame to the model, to which every frame inside is relative in the end.
+        // From the placement frame to the model, which is an ancestor of every frame inside.
         let mut at = self.find(cx, name)?;
         let mut X = Pose::identity();
         while at != key {
             let inside = next.get(&at).filter(|_| at != "world" && depth < PLACEMENTS);
             let Some((base, _)) = inside else {
                 let what = format!("{}: `{}` is not inside the model", name.what, name.text);
-                let help = "name a link or frame of the model".to_owned();
+                let help = "use a link or frame of the model".to_owned();
                 cx.fault(name.place.clone(), FaultKind::Unsupported { what, help });
                 return None;
             };
@@ -287,7 +287,7 @@ impl<'e> Frames<'e> {
         Some(frame.pose * X.inverse())
     }
 
-    /// The keys so that each follows the one that it is based on; `None` and a fault for a ring.
+    /// Returns the keys, each after the one to which it refers; `None` and a fault for a circle.
     fn order<'a>(
         &self,
         cx: &mut Cx<'_>,
@@ -305,8 +305,9 @@ impl<'e> Frames<'e> {
             }
             if let Some(first) = trail.iter().position(|k| *k == at) {
                 let ring: Vec<&str> = trail[first..].iter().copied().chain([at]).collect();
-                let what = format!("frames are {how} each other in a ring: {}", ring.join(" -> "));
-                let help = "make one of them relative to the model".to_owned();
+                let what =
+                    format!("frames are {how} each other in a circle: {}", ring.join(" -> "));
+                let help = "change one of them to be relative to the model".to_owned();
                 cx.fault(self.all[at].e.place(), FaultKind::Unsupported { what, help });
                 return None;
             }
@@ -315,27 +316,27 @@ impl<'e> Frames<'e> {
         Some(out)
     }
 
-    /// `X_WF` of a resolved frame.
+    /// Returns `X_WF` of a resolved frame.
     pub fn pose(&self, key: &str) -> Pose {
         self.placed.get(key).map_or(Pose::identity(), |(X, _)| *X)
     }
 
-    /// The body that carries a resolved frame, or `world`.
+    /// Returns the body of a resolved frame, or `world`.
     pub fn carrier(&self, key: &str) -> &str {
         self.placed.get(key).map_or("world", |(_, b)| b.as_str())
     }
 
-    /// `X_BF` of a resolved frame on the body that carries it.
+    /// Returns `X_BF` of a resolved frame on its body.
     pub fn on_body(&self, key: &str, body_key: &str) -> Pose {
         self.pose(body_key).inverse() * self.pose(key)
     }
 
-    /// The key of the link that is this body.
+    /// Returns the key of the link of a body.
     pub fn key_of_body(&self, body: &str) -> &str {
         self.keys.get(body).map_or("world", String::as_str)
     }
 
-    /// Nodes: every `<frame>` on a body.
+    /// Returns the nodes: every `<frame>` on a body.
     pub fn nodes(&self) -> Vec<(String, String, Pose)> {
         let frames = self.all.iter().filter(|(_, f)| f.kind == "frame");
         frames
@@ -348,10 +349,10 @@ impl<'e> Frames<'e> {
     }
 }
 
-/// Models with placement frames inside each other.
+/// Maximum nesting of models with placement frames.
 const PLACEMENTS: usize = 100;
 
-/// The placement frame of a model, a name inside it.
+/// Returns the placement frame of a model, a name inside it.
 fn placement(e: &Element, own: &Scope, what: &str) -> Option<Name> {
     let text = e.attr("placement_frame").filter(|t| !t.is_empty() && *t != "__model__")?;
     let (text, scope) = (text.to_owned(), own.prefix.clone());
@@ -365,7 +366,7 @@ fn base(scope: &Scope, e: &Element, what: &str) -> Name {
     Name { text, scope, place: e.place(), what: what.to_owned() }
 }
 
-/// `<pose>` of an element, and what it is relative to when that is written.
+/// Returns the `<pose>` of an element, and its `relative_to` if it is written.
 fn pose(cx: &mut Cx<'_>, e: &Element, what: &str, scope: &Scope) -> (Pose, Option<Name>) {
     let Some(p) = e.child("pose") else { return (Pose::identity(), None) };
     let what = format!("{what}: <pose>");
@@ -378,7 +379,7 @@ fn pose(cx: &mut Cx<'_>, e: &Element, what: &str, scope: &Scope) -> (Pose, Optio
     (plain_pose(cx, p, &what), relative)
 }
 
-/// The numbers of a `<pose>`: x y z and roll, pitch, yaw, or a quaternion x y z w.
+/// Reads the numbers of a `<pose>`: x y z and roll, pitch, yaw, or a quaternion x y z w.
 pub(super) fn plain_pose(cx: &mut Cx<'_>, p: &Element, what: &str) -> Pose {
     if p.text.is_empty() {
         return Pose::identity();
@@ -392,7 +393,7 @@ pub(super) fn plain_pose(cx: &mut Cx<'_>, p: &Element, what: &str) -> Pose {
         let size = raw.coords.amax();
         if !(1e-100..=1e100).contains(&size) {
             let help = "write x y z w, for example 0 0 0 1";
-            cx.bad(p.place(), what, &p.text, "a quaternion with a direction", help);
+            cx.bad(p.place(), what, &p.text, "a nonzero quaternion", help);
             return Pose::identity();
         }
         return Pose::new(Quat::new_normalize(raw / size), Vec3::new(px, py, pz));

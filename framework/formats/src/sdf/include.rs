@@ -1,9 +1,9 @@
-//! `<include>`: its place is taken by the model of another file.
+//! `<include>`: the model of another file replaces it.
 //!
 //! ```text
 //! include            the model of the file, with name, pose, placement_frame and static of the include
-//! include, merged    what is inside that model; poses relative to the model are then relative to a frame
-//!                    `_merged__NAME__model__`, which stands where the model would stand
+//! include, merged    the contents of that model; poses relative to the model become relative to a frame
+//!                    `_merged__NAME__model__` at the pose of the model
 //! ```
 
 use super::version;
@@ -12,7 +12,7 @@ use crate::read::{Cx, ReadOptions};
 use crate::xml::{Element, parse};
 use std::path::{Component, Path, PathBuf};
 
-/// Includes inside includes, and includes in all.
+/// Maximum nesting of includes, and maximum number of includes.
 const DEPTH: usize = 50;
 const FILES: usize = 10_000;
 
@@ -24,7 +24,7 @@ pub(super) fn expand(cx: &mut Cx<'_>, root: &mut Element) {
 }
 
 struct Walk {
-    /// The files that are being read, each included by the one before.
+    /// The open files, each included by the one before.
     open: Vec<PathBuf>,
     files: usize,
 }
@@ -45,7 +45,7 @@ impl Walk {
                     Some(model) => {
                         if is(child.attr("merge")) {
                             let note =
-                                "merge=\"true\" outside a model: the model is included as it is";
+                                "merge=\"true\" outside a model: the model is included unchanged";
                             cx.ignored.push(child.ignored("sdf/include", note));
                         }
                         e.children.push(model);
@@ -57,7 +57,7 @@ impl Walk {
         }
     }
 
-    /// The model that an include stands for; `None` after a fault.
+    /// Returns the model of an include; `None` after a fault.
     fn include(&mut self, cx: &mut Cx<'_>, e: &Element) -> Option<Element> {
         let Some((at, uri)) = e.child_text("uri").filter(|(_, text)| !text.is_empty()) else {
             cx.missing(e, "<include>", "<uri>", "write <uri>model://..</uri>");
@@ -66,8 +66,8 @@ impl Walk {
         let from = self.open.last().cloned();
         let Some(path) = find(uri, from.as_deref(), cx.options) else {
             let note = format!(
-                "the include of `{}` is not there: give its folder among the packages, or a path relative to \
-                 this file; models of the network must be downloaded first",
+                "the include of `{}` was not found: add its folder to the packages, or write a path relative to \
+                 this file; online models must be downloaded first",
                 crate::read::shortened(uri)
             );
             cx.ignored.push(at.ignored("sdf/include", note));
@@ -94,7 +94,7 @@ impl Walk {
         Some(placed(holder, e))
     }
 
-    /// The only model of a file.
+    /// Returns the only model of a file.
     fn model_of(&self, cx: &mut Cx<'_>, at: &Element, path: &Path) -> Option<Element> {
         let name = path.display().to_string();
         let text = match crate::whole_text(path) {
@@ -131,7 +131,7 @@ impl Walk {
             (Some(model), 1) => Some(model),
             _ => {
                 let what = format!("the included file has {count} models");
-                let help = "an included file holds one <model>".to_owned();
+                let help = "an included file must contain one <model>".to_owned();
                 cx.fault(root.place(), FaultKind::Unsupported { what, help });
                 None
             }
@@ -143,7 +143,7 @@ fn is(text: Option<&str>) -> bool {
     matches!(text, Some("true" | "1"))
 }
 
-/// The model with what its include says of it.
+/// Returns the model with the properties of its include.
 fn placed(mut model: Element, include: &Element) -> Element {
     for c in &include.children {
         match c.name.as_str() {
@@ -170,7 +170,7 @@ fn placed(mut model: Element, include: &Element) -> Element {
     model
 }
 
-/// The content of a merged model, with the frame that stands for the model.
+/// Returns the contents of a merged model, with a frame in place of the model.
 fn merged(model: Element) -> Vec<Element> {
     let name = model.attr("name").unwrap_or_default().to_owned();
     let frame = format!("_merged__{name}__model__");
@@ -205,7 +205,7 @@ fn merged(model: Element) -> Vec<Element> {
     out
 }
 
-/// Makes what was relative to the merged model relative to its frame.
+/// Changes references to the merged model to its frame.
 fn relative_to(e: &mut Element, frame: &str) {
     let named = |e: &Element, name: &str| e.attr(name).filter(|v| !v.is_empty()).map(str::to_owned);
     if e.name == "frame" {
@@ -250,7 +250,7 @@ fn in_joint(e: &mut Element, frame: &str) {
     }
 }
 
-/// The SDF file that a URI means: a file, or a folder with a `model.config` or a `model.sdf`.
+/// Returns the SDF file of a URI: a file, or a folder with a `model.config` or a `model.sdf`.
 fn find(uri: &str, from: Option<&Path>, options: &ReadOptions) -> Option<PathBuf> {
     let home = from.and_then(Path::parent);
     let path = match uri.strip_prefix("model://").or(uri.strip_prefix("package://")) {
@@ -278,7 +278,7 @@ fn find(uri: &str, from: Option<&Path>, options: &ReadOptions) -> Option<PathBuf
     file.is_file().then_some(file)
 }
 
-/// The newest file that a `model.config` names, else `model.sdf`.
+/// Returns the newest file in a `model.config`, otherwise `model.sdf`.
 fn of_folder(folder: &Path) -> PathBuf {
     let config = folder.join("model.config");
     let read = crate::whole_text(&config).ok().and_then(|t| parse(&t, "model.config").ok());
@@ -293,7 +293,7 @@ fn of_folder(folder: &Path) -> PathBuf {
     newest.unwrap_or_else(|| folder.join("model.sdf"))
 }
 
-/// One name for one file.
+/// Returns the unique name of a file.
 fn same(path: &Path) -> PathBuf {
     std::fs::canonicalize(path).unwrap_or_else(|_| path.into())
 }

@@ -1,7 +1,7 @@
 //! Mass properties of an SDF link: as written, or from its collisions (`<inertial auto="true">`).
 //!
 //! ```text
-//! m = Σ density · volume of the collisions; a <mass> that is written scales mass and inertia to it
+//! m = Σ density · volume of the collisions; an explicit <mass> scales mass and inertia
 //! ```
 
 use super::frames::plain_pose;
@@ -44,7 +44,7 @@ pub(super) fn inertial(cx: &mut Cx<'_>, link: &Element, body: &str) -> MassPrope
     cx.checked(e, what, MassProperties::new(mass, X_BC.position, turned(&J, &X_BC)))
 }
 
-/// Mass properties from the collisions of a link.
+/// Returns the mass properties from the collisions of a link.
 fn automatic(cx: &mut Cx<'_>, link: &Element, e: &Element, what: &str) -> MassProperties {
     let usual = number(cx, e, "density", what).unwrap_or(DENSITY);
     let mut sum = RigidInertia::zero();
@@ -71,8 +71,8 @@ fn automatic(cx: &mut Cx<'_>, link: &Element, e: &Element, what: &str) -> MassPr
         }
     }
     if !(sum.mass() > 0.0) {
-        let help = "give the link a collision with a volume, or write <mass> and <inertia>";
-        cx.missing(e, what, "collision with a volume, which `auto` needs", help);
+        let help = "add a collision with a volume to the link, or write <mass> and <inertia>";
+        cx.missing(e, what, "a collision with a volume, which `auto` requires", help);
         return MassProperties::massless();
     }
     let mass = number(cx, e, "mass", what).unwrap_or(sum.mass());
@@ -80,7 +80,7 @@ fn automatic(cx: &mut Cx<'_>, link: &Element, e: &Element, what: &str) -> MassPr
     cx.checked(e, what.into(), MassProperties::new(mass, sum.com(), (J + J.transpose()) * 0.5))
 }
 
-/// Volume and inertia for unit density, or why there are none.
+/// Returns volume and inertia for unit density, or the reason why there are none.
 fn filled(geometry: &Geometry) -> Result<Properties, String> {
     if let Geometry::Mesh { path, scale, file } = geometry {
         let path = path.as_deref().ok_or(format!("there is no file `{file}`"))?;
@@ -88,9 +88,10 @@ fn filled(geometry: &Geometry) -> Result<Properties, String> {
         let corners: Vec<Vec3> =
             mesh_corners(path)?.iter().map(|p| p.component_mul(&scale)).collect();
         let found = properties(&corners, Filling::Exact);
-        return found.ok_or("its mesh has no volume, or its triangles point inwards".into());
+        return found
+            .ok_or("its mesh does not have a volume, or its triangles point inwards".into());
     }
-    let (volume, moments) = solid_of(geometry).ok_or("it has no volume")?;
+    let (volume, moments) = solid_of(geometry).ok_or("it does not have a volume")?;
     let inertia = Mat3::from_diagonal(&(moments * volume));
     Ok(Properties { volume, centre: Vec3::zeros(), inertia })
 }

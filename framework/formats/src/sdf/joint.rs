@@ -32,7 +32,7 @@ const TYPES: [&str; 9] = [
 ];
 
 impl<'e> Sdf<'e> {
-    /// A joint becomes the hinge of its child, or closes a loop when the child has one.
+    /// Reads a joint, which becomes the hinge of its child, or closes a loop if the child already has one.
     pub fn read_joint(
         &self,
         cx: &mut Cx<'_>,
@@ -47,8 +47,9 @@ impl<'e> Sdf<'e> {
         }
         let Some((parent, child)) = self.ends(cx, j, &what) else { return };
         if child == "world" || child == parent {
-            let fact = format!("{what} joins `{parent}` and `{child}`, which is no child of it");
-            let help = "the child must be a link other than the parent; exchange them, or remove \
+            let fact =
+                format!("{what} connects `{parent}` and `{child}`, which cannot be its child");
+            let help = "the child must be a link other than the parent; swap them, or remove \
                         the joint";
             let kind = FaultKind::Unsupported { what: fact, help: help.into() };
             cx.fault(j.e.place(), kind);
@@ -77,7 +78,7 @@ impl<'e> Sdf<'e> {
         movers.insert(child, spec.hinge_in_parent(X_PJ).hinge_in_body(X_BJ).hinge(hinge));
     }
 
-    /// Names of the bodies that a joint joins.
+    /// Returns the names of the bodies of a joint.
     fn ends(&self, cx: &mut Cx<'_>, j: &JointAt<'e>, what: &str) -> Option<(String, String)> {
         let mut end = |tag: &str| {
             let (at, text) = j.e.child_text(tag)?;
@@ -138,20 +139,20 @@ impl<'e> Sdf<'e> {
         match number(cx, j.e, "thread_pitch", what) {
             Some(t) if t.abs() > 1e-100 => -1.0 / t,
             Some(t) => {
-                let help = "write <screw_thread_pitch> in m a revolution";
+                let help = "write <screw_thread_pitch> in m per revolution";
                 let expected = "a pitch that is not zero";
                 cx.bad(j.e.place(), what, &t.to_string(), expected, help);
                 0.0
             }
             None => {
-                let help = "write <screw_thread_pitch>..</screw_thread_pitch> in m a revolution";
+                let help = "write <screw_thread_pitch>..</screw_thread_pitch> in m per revolution";
                 cx.missing(j.e, what, "<screw_thread_pitch>", help);
                 0.0
             }
         }
     }
 
-    /// Axis in the joint's frame, limits, and damping, friction and spring.
+    /// Reads the axis in the joint's frame, limits, damping, friction and spring.
     fn axis(
         &self,
         cx: &mut Cx<'_>,
@@ -162,7 +163,7 @@ impl<'e> Sdf<'e> {
         let mut data = Joint::new("", "", 1);
         let what = format!("{what}: <{tag}>");
         let Some(e) = j.e.child(tag) else {
-            cx.missing(j.e, &what, "axis", format!("write <{tag}><xyz>0 0 1</xyz></{tag}>"));
+            cx.missing(j.e, &what, "an axis", format!("write <{tag}><xyz>0 0 1</xyz></{tag}>"));
             return (Vec3::z(), Limits::NONE, data);
         };
         let mut axis = Vec3::z();
@@ -206,7 +207,7 @@ impl<'e> Sdf<'e> {
         (axis, limits, data)
     }
 
-    /// `<mimic>` of an axis.
+    /// Reads `<mimic>` of axes.
     pub fn mimics(&self, cx: &mut Cx<'_>, d: &mut Description) {
         for j in &self.joints {
             for (index, tag) in ["axis", "axis2"].into_iter().enumerate() {
@@ -228,13 +229,19 @@ impl<'e> Sdf<'e> {
                 if let Some(own) = own.filter(|own| *own != other) {
                     d.couplings.push(Coupling::mimic(&j.name, own, other, ratio, constant));
                 } else {
-                    cx.bad(e.place(), &what, &leader, "another joint", "name the joint to follow");
+                    cx.bad(
+                        e.place(),
+                        &what,
+                        &leader,
+                        "another joint",
+                        "write the name of the joint to follow",
+                    );
                 }
             }
         }
     }
 
-    /// `gearbox` joints: couplings of the two pins on the reference body.
+    /// Reads `gearbox` joints: couplings of the two pins on the reference body.
     pub fn gearboxes(&self, cx: &mut Cx<'_>, d: &mut Description) {
         for j in self.joints.iter().filter(|j| j.e.attr("type") == Some("gearbox")) {
             let what = format!("joint `{}`", j.name);
@@ -255,7 +262,8 @@ impl<'e> Sdf<'e> {
                 self.turn(d, &base, body, self.frames.pose(&j.key).rotation * axis)
             });
             let [Some(mut one), Some(two)] = turns else {
-                let note = "a gearbox whose links do not turn on its reference body about its axes";
+                let note =
+                    "a gearbox whose links do not rotate on its reference body about its axes";
                 cx.ignored.push(j.e.ignored(&what, note));
                 continue;
             };
@@ -268,7 +276,7 @@ impl<'e> Sdf<'e> {
         }
     }
 
-    /// ± the coordinate by which `body` turns relative to `base` about an axis of the world.
+    /// Returns ± the coordinate by which `body` rotates relative to `base` about an axis of the world.
     fn turn(&self, d: &Description, base: &str, body: &str, axis: Vec3) -> Option<Term> {
         let joins = |child: &str, parent: &str| {
             let b = d.builder.bodies().iter().find(|b| b.name == child && b.parent == parent)?;
@@ -298,7 +306,7 @@ fn coordinate(d: &Description, joint: &str, index: usize) -> Option<HingeCoordin
         .then(|| HingeCoordinate { body: j.body.clone(), subhinge })
 }
 
-/// Negative effort and velocity, and bounds of 1e16 and beyond, are no limit.
+/// Negative effort and velocity, and bounds of at least 1e16, mean no limit.
 fn limits(cx: &mut Cx<'_>, e: &Element, what: &str) -> Limits {
     let what = format!("{what}: <limit>");
     let mut of = |name: &str, none: f64| {
@@ -315,7 +323,7 @@ fn limits(cx: &mut Cx<'_>, e: &Element, what: &str) -> Limits {
     let limits = Limits { lower, upper, rate, effort };
     if !limits.is_valid() || lower == f64::INFINITY || upper == f64::NEG_INFINITY {
         let text = format!("{lower} .. {upper}");
-        cx.bad(e.place(), &what, &text, "a range", "write <lower> below <upper>");
+        cx.bad(e.place(), &what, &text, "a range", "<lower> must be below <upper>");
         return Limits::NONE;
     }
     limits

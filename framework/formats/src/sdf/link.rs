@@ -6,7 +6,7 @@ use crate::xml::Element;
 use crate::{BodyShape, Description, Filter, Geometry, ShapeRole, Surface, geometry};
 use linkwork_spatial::{Pose, Quat, Vec3};
 
-/// Numbers inside a child element, or `None` when it is not there.
+/// Reads numbers of a child element; returns `None` if it is missing.
 pub(super) fn numbers<const N: usize>(
     cx: &mut Cx<'_>,
     e: &Element,
@@ -17,7 +17,7 @@ pub(super) fn numbers<const N: usize>(
     cx.parse::<N>(at.place(), text, &format!("{what}: <{name}>"))
 }
 
-/// One number inside a child element.
+/// Reads one number of a child element.
 pub(super) fn number(cx: &mut Cx<'_>, e: &Element, name: &str, what: &str) -> Option<f64> {
     numbers::<1>(cx, e, name, what).map(|[x]| x)
 }
@@ -48,7 +48,7 @@ pub(super) fn shapes(cx: &mut Cx<'_>, link: &Element, body: &str, d: &mut Descri
     }
 }
 
-/// `<surface>`: friction as ODE and Bullet read it (`mu`), and restitution.
+/// Reads `<surface>`: friction as in ODE and Bullet (`mu`), and restitution.
 fn surface(cx: &mut Cx<'_>, collision: &Element, what: &str) -> Surface {
     let mut out = Surface::default();
     let Some(e) = collision.child("surface") else { return out };
@@ -84,7 +84,7 @@ fn surface(cx: &mut Cx<'_>, collision: &Element, what: &str) -> Surface {
     out
 }
 
-/// `<collide_bitmask>` and `<category_bitmask>`: without the second, the first is both.
+/// Reads `<collide_bitmask>` and `<category_bitmask>`; without the second, the first is used for both.
 fn filter(cx: &mut Cx<'_>, collision: &Element, what: &str) -> Filter {
     let contact = collision.child("surface").and_then(|s| s.child("contact"));
     let mut mask = |name: &str| {
@@ -94,7 +94,7 @@ fn filter(cx: &mut Cx<'_>, collision: &Element, what: &str) -> Filter {
             None => text.parse().ok(),
         };
         if bits.is_none() {
-            let help = "write a whole number, such as 3 or 0x03";
+            let help = "write an integer, such as 3 or 0x03";
             cx.bad(at.place(), &format!("{what}: <{name}>"), text, "a mask of 32 bits", help);
         }
         bits
@@ -104,7 +104,7 @@ fn filter(cx: &mut Cx<'_>, collision: &Element, what: &str) -> Filter {
     Filter { category: category.unwrap_or(meets), meets }
 }
 
-/// Where no collision of a file writes a mask, all have the usual filter.
+/// Uses the usual filter for all collisions if none of a file has a mask.
 pub(super) fn usual_filters(shapes: &mut [BodyShape]) {
     let every = Filter { category: EVERY, meets: EVERY };
     if shapes.iter().all(|s| s.role == ShapeRole::Visual || s.filter == every) {
@@ -112,17 +112,17 @@ pub(super) fn usual_filters(shapes: &mut [BodyShape]) {
     }
 }
 
-/// All categories that a collision can be in by default.
+/// All default categories of a collision.
 const EVERY: u32 = 0xFFFF;
 
-/// Three or four numbers: opacity is 1 when it is not written.
+/// Reads three or four numbers; the default opacity is 1.
 fn color(cx: &mut Cx<'_>, material: &Element, what: &str) -> Option<[f64; 4]> {
     let (e, text) = material.child_text("diffuse").or_else(|| material.child_text("ambient"))?;
     let c = cx.parse_list(e.place(), text, &format!("{what}: <{}>", e.name), 3..=4)?;
     Some([c[0], c[1], c[2], c.get(3).copied().unwrap_or(1.0)])
 }
 
-/// The shape inside a `<geometry>`, and the rotation of its frame.
+/// Returns the shape inside a `<geometry>`, and the rotation of its frame.
 pub(super) fn solid(cx: &mut Cx<'_>, g: &Element, what: &str) -> Option<(Quat, Geometry)> {
     let kinds = ["box", "sphere", "cylinder", "capsule", "ellipsoid", "plane", "mesh"];
     let e = kinds.iter().find_map(|k| g.child(k))?;

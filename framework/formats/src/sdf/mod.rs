@@ -1,11 +1,11 @@
-//! SDF: models of links, joints and named frames, poses relative to any of them.
+//! SDF: models of links, joints and named frames, with poses relative to any of them.
 //!
 //! ```text
 //! X_MF = X_M,relative_to · pose                        for every link, joint and frame
 //! X_PJ = X_MP⁻¹ X_MJ        X_BJ = X_MB⁻¹ X_MJ          hinge frames where the file shows them
 //! ```
-//! A link that no joint moves floats, unless its model is static; the coordinates of its free hinge are
-//! its pose in the world. A joint to a link that another joint moves already closes a loop.
+//! A link without a joint floats, unless its model is static; the coordinates of its free hinge are its pose in the world. A second joint to a link
+//! closes a loop.
 
 mod frames;
 mod include;
@@ -25,8 +25,8 @@ use std::collections::BTreeMap;
 /// Reads an SDF text: its model, or all models of its world.
 ///
 /// # Errors
-/// Every mistake: malformed XML, names that are doubled or lead nowhere, frames in a ring, unknown
-/// joint types, values that are not numbers, inertias that no body has.
+/// Every mistake: malformed XML, duplicate or unknown names, circular frames, unknown joint types, invalid numbers, inertias that no rigid body can
+/// have.
 pub fn read_sdf(text: &str, options: &ReadOptions) -> Result<Description, FormatError> {
     let mut root = parse(text, &options.file_name())?;
     let mut cx = Cx::new(options);
@@ -88,7 +88,7 @@ struct Sdf<'e> {
 }
 
 impl<'e> Sdf<'e> {
-    /// The models of a world, or of the file.
+    /// Reads the models of a world, or of the file.
     fn holder(&mut self, cx: &mut Cx<'_>, holder: &'e Element, name: &mut String) {
         let models: Vec<&Element> = holder.all("model").collect();
         let alone = models.len() == 1;
@@ -140,7 +140,7 @@ impl<'e> Sdf<'e> {
                 let kind = FaultKind::BadName { kind: "link", name: body.clone(), help };
                 cx.fault(l.place_of("name"), kind);
             }
-            // The frame reports a second link of the name.
+            // Duplicate links are reported with their frames.
             self.links.entry(body).or_insert(Link { e: l, key, fixed });
         }
         for f in e.all("frame") {
@@ -173,7 +173,7 @@ impl<'e> Sdf<'e> {
         self.joints.push(JointAt { e, name, scope, key });
     }
 
-    /// All bodies, after the frames have their poses.
+    /// Adds all bodies, after the poses of the frames are known.
     fn build(&self, cx: &mut Cx<'_>, d: &mut Description) {
         let mut movers: BTreeMap<String, BodySpec> = BTreeMap::new();
         for j in &self.joints {
@@ -206,7 +206,7 @@ impl<'e> Sdf<'e> {
         self.gearboxes(cx, d);
     }
 
-    /// Links that hang on each other in a ring, each ring once.
+    /// Reports links that are circular parents of each other, each circle once.
     fn rings(&self, cx: &mut Cx<'_>, d: &Description) {
         let parents: BTreeMap<&str, &str> =
             d.builder.bodies().iter().map(|b| (b.name.as_str(), b.parent.as_str())).collect();

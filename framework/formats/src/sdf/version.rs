@@ -1,22 +1,22 @@
-//! The version of an SDF file: two whole numbers, 1.10 is after 1.9.
+//! The version of an SDF file: two integers; 1.10 is later than 1.9.
 
 use crate::read::Cx;
 use crate::xml::Element;
 
-/// The versions whose elements are known here.
+/// The supported versions.
 const OLDEST: (u32, u32) = (1, 0);
 const NEWEST: (u32, u32) = (1, 12);
 
 /// Since this version, axes of joints are in the frame of the joint; before, they were in the frame of the model.
 const AXES_IN_JOINTS: (u32, u32) = (1, 5);
 
-/// `1.10` as (1, 10); `None` for other texts.
+/// Reads `1.10` as (1, 10); returns `None` for other texts.
 pub(super) fn number(text: &str) -> Option<(u32, u32)> {
     let (major, minor) = text.trim().split_once('.')?;
     Some((major.parse().ok()?, minor.parse().ok()?))
 }
 
-/// Checks the version of a file and writes into its joints what the version implies.
+/// Checks the version of a file and adapts its joints to the version.
 pub(super) fn prepare(cx: &mut Cx<'_>, root: &mut Element) {
     let Some(text) = root.attr("version").map(str::to_owned) else {
         let note = format!("no `version`: read as {}.{}", NEWEST.0, NEWEST.1);
@@ -30,7 +30,7 @@ pub(super) fn prepare(cx: &mut Cx<'_>, root: &mut Element) {
         }
         Some(v) if !(OLDEST..=NEWEST).contains(&v) => {
             let note = format!(
-                "version {text}: versions {}.{} to {}.{} are known; read like the nearest of them",
+                "version {text}: versions {}.{} to {}.{} are supported; read as the nearest of them",
                 OLDEST.0, OLDEST.1, NEWEST.0, NEWEST.1
             );
             cx.ignored.push(root.ignored("sdf", note));

@@ -1,8 +1,8 @@
-//! Which elements and attributes the specifications of the formats have, and what becomes of each.
+//! Elements and attributes in the specifications of the formats, with their constraint method.
 //!
-//! The tables are text files next to this one, in the form that `mjcf.txt` describes. The readers mark each element and
-//! attribute that they read. The rest is listed, and names that are not in the table are reported as not part of the
-//! format. Tests hold every line of the tables against the readers.
+//! The tables are text files in this folder, in the form described in `mjcf.txt`. The readers mark each element and attribute that they read. The
+//! others are listed, and names that are not in the table are reported as not part of the format. Tests compare every line of the tables with the
+//! readers.
 
 #[cfg(test)]
 mod tests;

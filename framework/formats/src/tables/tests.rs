@@ -1,5 +1,5 @@
-//! Every line of the tables against the readers: an attribute that is equal is read and changes the mechanism, one that is
-//! ignored is listed, one that is rejected is an error; what is in no table is named.
+//! Compares every line of the tables with the readers: an attribute marked as equal is read and changes the mechanism, an ignored one is listed, a
+//! rejected one is an error; unknown names are reported.
 
 mod templates;
 
@@ -116,7 +116,7 @@ fn read(text: &str) -> Result<Description, String> {
     read_text(text, &options).map_err(|e| e.to_string())
 }
 
-/// The template with attributes in the place of those of the same names.
+/// Returns the template with some attributes replaced.
 fn with(template: &str, attributes: &str, inside: &str) -> String {
     let Some((before, after)) = template.split_once('@') else { panic!("no @ in {template}") };
     let end = after.find('>').unwrap_or(0);
@@ -133,14 +133,14 @@ fn with(template: &str, attributes: &str, inside: &str) -> String {
     format!("{before} {attributes} {own}{slash}{rest}").replace('#', inside)
 }
 
-/// What a description says apart from its lists of what was not used.
+/// Returns the contents of a description without its lists of unused elements.
 fn content(mut d: Description) -> Description {
     d.ignored.clear();
     d.doubtful.clear();
     d
 }
 
-/// Tries every attribute of a row; the faults that are found, in words.
+/// Tests every attribute of a row; returns the faults in words.
 fn attributes(key: &str, row: &Row, template: &str, silent: &[&str]) -> Vec<String> {
     let mut wrong = Vec::new();
     let also = |name: &str| {
@@ -168,7 +168,7 @@ fn attributes(key: &str, row: &Row, template: &str, silent: &[&str]) -> Vec<Stri
                 }
             }
             (Status::Equal, Ok(d)) => {
-                // Templates have classes that they need not use.
+                // Templates have classes that they may leave unused.
                 let elsewhere = |path: &str| path.contains("default") && !key.contains("default");
                 let line = format!("attribute {name}=\"{value}\"");
                 let listed =
@@ -197,7 +197,7 @@ fn every_attribute(format: Format, templates: &[Template], silent: &[&str]) {
                 tried += row.attributes.len();
                 wrong.extend(attributes(key, row, template, silent));
             }
-            // The elements that every template needs, and those without attributes.
+            // Elements that every template needs, and those without attributes.
             None if equal == 0 || ["joint/parent", "joint/child"].contains(&key.as_str()) => {}
             None if key.starts_with("gazebo/") => {}
             None => wrong.push(format!("{key}: no template")),
@@ -217,7 +217,7 @@ fn every_attribute_of_urdf_has_its_status() {
     every_attribute(Format::Urdf, URDF, URDF_SILENT);
 }
 
-/// Elements that are ignored or rejected as a whole.
+/// Tests elements that are ignored or rejected as a whole.
 fn whole_elements(format: Format, templates: &[Template], parents: &[(&str, &str)]) {
     let (mut wrong, mut tried) = (Vec::new(), 0);
     for (key, row) in of(format).rows.iter().filter(|(_, r)| r.whole) {
@@ -238,7 +238,7 @@ fn whole_elements(format: Format, templates: &[Template], parents: &[(&str, &str
             (Status::Rejected, Ok(_)) => wrong.push(format!("{key} is accepted: {text}")),
             (Status::Ignored, Err(why)) => wrong.push(format!("{key} is rejected: {why}\n{text}")),
             (Status::Ignored, Ok(d)) => {
-                // By itself, or with the element around it.
+                // Alone, or with the element that contains it.
                 let lines = [format!("<{name}>"), format!("<{parent}>")];
                 if !d.ignored.iter().any(|i| lines.iter().any(|l| i.what.contains(l.as_str()))) {
                     wrong.push(format!("{key} is not listed: {:?}", d.ignored));
@@ -314,7 +314,7 @@ fn what_no_specification_has_is_named_with_its_place_and_the_nearest() {
     assert_eq!(d.ignored[0].what, "attribute drake:x=\"1\"");
 }
 
-/// A file with every element and attribute of SDF that is read, but includes, which `cases.rs` tries.
+/// A file with every supported element and attribute of SDF, except includes, which `cases.rs` tests.
 const SDF: &str = r#"<sdf version="1.11"><world name="w">
 <frame name="wf" attached_to="m"><pose relative_to="m" degrees="true" rotation_format="euler_rpy">0 0 0 0 0 0</pose></frame>
 <joint name="wj" type="fixed"><parent>world</parent><child>m</child></joint>
@@ -346,7 +346,7 @@ const SDF: &str = r#"<sdf version="1.11"><world name="w">
 <joint name="p" type="gearbox"><parent>g</parent><child>h</child><gearbox_ratio>2</gearbox_ratio><gearbox_reference_body>a</gearbox_reference_body><axis><xyz>0 0 1</xyz></axis><axis2><xyz>0 0 1</xyz></axis2></joint>
 <model name="inner" canonical_link="x" placement_frame="x"><link name="x"><inertial><mass>1</mass><inertia><ixx>1</ixx></inertia></inertial></link></model></model></world></sdf>"#;
 
-/// All `parent/element` and `parent/element attribute` of a file.
+/// Collects `parent/element` and `parent/element attribute` of a file.
 fn places(e: &crate::xml::Element, parent: &str, out: &mut std::collections::BTreeSet<String>) {
     let key = if parent.is_empty() { e.name.clone() } else { format!("{parent}/{}", e.name) };
     out.extend(e.attributes.iter().map(|a| format!("{key} {}", a.name)));
@@ -381,7 +381,7 @@ fn every_element_of_sdf_has_its_status() {
         if !row.whole {
             continue;
         }
-        // Put into the first element that can hold it.
+        // Inserted into the first element that can contain it.
         let Some((parent, name)) = key.split_once('/').filter(|_| !elsewhere) else { continue };
         let end = format!("</{parent}>");
         let Some((before, after)) = SDF.split_once(&end) else {

@@ -1,4 +1,4 @@
-//! Files of heights that tests write themselves, and short ways to read them.
+//! Height files that tests write, and functions to read them.
 #![allow(dead_code)] // Each test takes a part of it.
 use linkwork_formats::heights::{Heights, HeightsError, HeightsOptions, read_heights};
 
@@ -12,12 +12,12 @@ pub fn read(name: &str, bytes: &[u8], beside: &[u8]) -> Result<Heights, HeightsE
     read_heights(name, bytes, &HeightsOptions::default(), &mut |_| Ok(beside.to_vec()))
 }
 
-/// The height of column `i` and row `j` from the south.
+/// Returns the height of column `i` and row `j` from the south.
 pub fn value(h: &Heights, i: usize, j: usize) -> f32 {
     h.heights[j * h.nx + i]
 }
 
-/// A little-endian TIFF of f32 in one strip, and what its tags say.
+/// A little-endian TIFF of f32 in one strip, with some tags.
 pub struct Tiff {
     pub width: u32,
     pub height: u32,
@@ -29,13 +29,13 @@ pub struct Tiff {
 }
 
 impl Tiff {
-    /// Of a size, nodes 2 m and 5 m apart, without a tie point.
+    /// Creates a file of a size, with nodes 2 m and 5 m apart, without a tie point.
     pub fn of(width: u32, height: u32) -> Tiff {
         let scale = Some([2.0, 5.0, 0.0]);
         Tiff { width, height, scale, tie: None, matrix: None, missing: None, bits: 32 }
     }
 
-    /// The file. With a matrix it has no scale.
+    /// Returns the bytes of the file. With a matrix, it does not have a scale.
     pub fn bytes(&self, samples: &[f32]) -> Vec<u8> {
         let data: Vec<u8> = samples.iter().flat_map(|s| s.to_le_bytes()).collect();
         let long = |v: u32| v.to_le_bytes().to_vec();
@@ -93,7 +93,7 @@ impl Tiff {
     }
 }
 
-/// A PNG that is a header: 8-bit grey, of this size.
+/// Returns a PNG that is only a header: 8-bit grey, of this size.
 pub fn png_of(width: u32, height: u32) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
@@ -102,7 +102,7 @@ pub fn png_of(width: u32, height: u32) -> Vec<u8> {
     bytes
 }
 
-/// A PNG of these pixels.
+/// Returns a PNG of these pixels.
 pub fn png(width: u32, height: u32, kind: png::ColorType, pixels: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
@@ -113,7 +113,7 @@ pub fn png(width: u32, height: u32, kind: png::ColorType, pixels: &[u8]) -> Vec<
     bytes
 }
 
-/// A BMP of `bits` a pixel with a palette; lines as they stand in the file, each padded to four bytes.
+/// Returns a BMP of `bits` per pixel with a palette; lines in the order of the file, each padded to four bytes.
 pub fn bmp(width: i32, height: i32, bits: u16, palette: &[[u8; 4]], lines: &[u8]) -> Vec<u8> {
     let start = 54 + 4 * palette.len() as u32;
     let mut bytes = b"BM".to_vec();

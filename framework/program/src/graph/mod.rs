@@ -1,4 +1,4 @@
-//! `linkwork graph`: parts and wires as text for Graphviz and Mermaid, or as a page to look around in.
+//! `linkwork graph`: parts and wires as text for Graphviz and Mermaid, or as an interactive page.
 mod page;
 
 use crate::voice::say_text;
@@ -12,11 +12,11 @@ use std::path::Path;
 /// Language of a graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum GraphFormat {
-    /// Graphviz; of a state machine the first phase.
+    /// Graphviz; only the first phase.
     Dot,
-    /// Mermaid, as in Markdown; of a state machine the first phase.
+    /// Mermaid, as in Markdown; only the first phase.
     Mermaid,
-    /// One page for a browser: every phase, folded and unfolded, searched.
+    /// A page for a browser: all phases, with folding and search.
     Html,
 }
 
@@ -35,7 +35,7 @@ pub fn graph(sim: &Path, format: GraphFormat) -> u8 {
     exit::OK
 }
 
-/// A wire between two parts, or between a part and a piece of the mechanism.
+/// A wire between two parts, or between a part and an element of the mechanism.
 struct Edge {
     from: End,
     to: End,
@@ -43,7 +43,7 @@ struct Edge {
     via: Via,
 }
 
-/// An end: the part, and what of it.
+/// An end: the part and its port.
 struct End {
     part: String,
     port: String,
@@ -75,7 +75,7 @@ fn edges(plan: &Plan) -> Vec<Edge> {
     plan.wires.iter().map(edge).collect()
 }
 
-/// Numbers for the parts in the order in which wires name them.
+/// Returns numbers for the parts in the order in which wires mention them.
 fn numbers(edges: &[Edge]) -> BTreeMap<&str, usize> {
     let mut ids = BTreeMap::new();
     for end in edges.iter().flat_map(|e| [&e.from, &e.to]) {

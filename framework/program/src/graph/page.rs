@@ -1,11 +1,11 @@
-//! The graph as one page: what `page.html` shows is put into it as JSON.
+//! The graph as one page: the data of `page.html` are inserted as JSON.
 use super::edges;
 use linkwork_runner::Ready;
 use linkwork_runtime::doc::first_sentence;
 use linkwork_runtime::{Fires, Plan, PortSpec, Via};
 use serde::Serialize;
 
-/// The page; `DATA` stands where the data goes.
+/// The page; `DATA` is the placeholder for the data.
 const PAGE: &str = include_str!("page.html");
 
 #[derive(Serialize)]
@@ -24,7 +24,7 @@ struct Phase {
     name: String,
     parts: Vec<Part>,
     wires: Vec<Wire>,
-    /// Where it goes from here, and when.
+    /// Transitions: target phase and condition.
     to: Vec<(String, String)>,
 }
 
@@ -33,7 +33,7 @@ struct Part {
     path: String,
     model: String,
     doc: String,
-    /// Sample period, s; none: continuous.
+    /// Sample period, s; `None`: continuous.
     period: Option<f64>,
     /// Numbers of continuous and discrete states.
     states: (usize, usize),
@@ -50,12 +50,12 @@ struct Port {
 
 #[derive(Serialize)]
 struct Wire {
-    /// Part, and what of it; no part: a node, body or hinge of the mechanism.
+    /// Part and port; without a part: a node, body or hinge of the mechanism.
     from: (Option<String>, String),
     to: (Option<String>, String),
-    /// A sample that a continuous reader holds.
+    /// A continuous reader holds the sample.
     hold: bool,
-    /// By a binding, not by a wire that is written.
+    /// The connection is a binding, not a wire in the file.
     bound: bool,
 }
 
@@ -99,7 +99,7 @@ fn phase(name: &str, plan: &Plan, names: &[String]) -> Phase {
     }
 }
 
-/// The page of a simulation of this name.
+/// Returns the page of a simulation with this name.
 pub fn page(name: &str, ready: &Ready) -> String {
     let names: Vec<String> = ready.program.phases.iter().map(|p| p.name.clone()).collect();
     let plan = ready.plan();
@@ -110,7 +110,7 @@ pub fn page(name: &str, ready: &Ready) -> String {
         integrator: plan.integration.method.name().into(),
         phases: ready.program.phases.iter().map(|p| phase(&p.name, &p.plan, &names)).collect(),
     };
-    // Numbers and texts alone: nothing that JSON cannot say. No text may end the script.
+    // The data contain only numbers and texts, so serialization cannot fail. `<` is escaped, so that no text ends the script.
     let json = serde_json::to_string(&data).unwrap_or_default().replace('<', "\\u003c");
     PAGE.replacen("\"DATA\"", &json, 1)
 }

@@ -1,13 +1,13 @@
-//! `linkwork new library`: a workspace of one's own with models, program, FMI unit and Python package.
+//! `linkwork new library`: a workspace for your own models, with program, FMI unit and Python package.
 use super::{Refusal, filled, folder_with, identifier, wrong};
 use crate::load;
 use crate::program::program;
 use std::path::{Path, PathBuf};
 
-/// The model that a library begins with.
+/// The example model of a new library.
 const MODEL: &str = "motor";
 
-/// File in the library → text with words between `@`.
+/// File in the library → template with words between `@`.
 const TEXTS: [(&str, &str); 14] = [
     ("Cargo.toml", include_str!("../../templates/library/workspace.toml")),
     ("README.md", include_str!("../../templates/library/readme.txt")),
@@ -25,20 +25,20 @@ const TEXTS: [(&str, &str); 14] = [
     ("python/tests/test_@name@.py", include_str!("../../templates/library/python/tests/test.txt")),
 ];
 
-/// Files that are Linkwork's own: versions, flags of the compiler, form of the source, what git leaves alone.
+/// Files copied from Linkwork: locked versions, compiler flags, formatting, ignored files.
 const COPIED: [&str; 4] = ["Cargo.lock", ".cargo/config.toml", ".gitignore", ".rustfmt.toml"];
 
-/// What of the Python package is Linkwork's own.
+/// Files of the Python package that are copied from Linkwork.
 const PYTHON: [&str; 7] =
     ["__init__.py", "_choose.py", "_linkwork.pyi", "_show.py", "live.py", "py.typed", "ray.py"];
 
-/// Makes a library. Gives its files.
+/// Creates a library and returns its files.
 pub fn library(folder: &Path, linkwork: Option<&Path>) -> Result<Vec<PathBuf>, Refusal> {
     let Some(name) = folder.file_name().and_then(|n| n.to_str()) else {
-        let fact = format!("`{}` has no name that a library can take", folder.display());
+        let fact = format!("`{}` does not have a name that a library can use", folder.display());
         return Err(wrong(
             fact,
-            format!("name a folder: `{} new library windmill`", program().name),
+            format!("give a folder: `{} new library windmill`", program().name),
         ));
     };
     let name = identifier(name, "library")?;
@@ -46,10 +46,10 @@ pub fn library(folder: &Path, linkwork: Option<&Path>) -> Result<Vec<PathBuf>, R
     let taken = catalogue.iter().any(|e| e.description.name.split('.').next() == Some(name));
     if taken || name == "linkwork" {
         let fact = format!(
-            "`{name}` cannot be the name of a library: `{}` has one of that name",
+            "`{name}` cannot be the name of a library, because `{}` already has one with that name",
             program().name
         );
-        return Err(wrong(fact, "give another name"));
+        return Err(wrong(fact, "choose another name"));
     }
     let source = sources(linkwork)?;
     let profiles = profiles(&read(&source.join("Cargo.toml"))?);
@@ -76,7 +76,7 @@ pub fn library(folder: &Path, linkwork: Option<&Path>) -> Result<Vec<PathBuf>, R
     folder_with(folder, &files)
 }
 
-/// The folder with Linkwork's sources.
+/// Returns the folder with Linkwork's sources.
 fn sources(given: Option<&Path>) -> Result<PathBuf, Refusal> {
     let built = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let folder = given.unwrap_or(&built);
@@ -84,7 +84,7 @@ fn sources(given: Option<&Path>) -> Result<PathBuf, Refusal> {
         folder.canonicalize().ok().filter(|f| f.join("framework/program/Cargo.toml").is_file());
     whole.ok_or_else(|| {
         let fact = format!("the sources of Linkwork are not in `{}`", folder.display());
-        wrong(fact, "a library is built with them: name their folder with --linkwork FOLDER")
+        wrong(fact, "a library needs them to build: give their folder with --linkwork FOLDER")
     })
 }
 
@@ -92,15 +92,15 @@ fn sources(given: Option<&Path>) -> Result<PathBuf, Refusal> {
 fn read(path: &Path) -> Result<String, Refusal> {
     std::fs::read_to_string(path).map_err(|e| {
         let fact = format!("`{}` cannot be read: {e}", path.display());
-        wrong(fact, "get the sources again, whole")
+        wrong(fact, "download the complete sources again")
     })
 }
 
-/// Packages of Linkwork's own workspace that no other workspace depends on: cargo would warn of their lines.
+/// Packages of Linkwork's own workspace on which no other workspace depends; cargo would warn of their profiles.
 const NOT_LIBRARIES: [&str; 4] =
     ["linkwork-cli", "linkwork-embedded-c", "linkwork-outsider", "linkwork-python-module"];
 
-/// The tables of a manifest for the profiles dev and release, with the packages that a library of models can depend on.
+/// Returns the tables of the profiles dev and release in a manifest, with the packages on which a model library can depend.
 fn profiles(manifest: &str) -> String {
     let mut wanted = false;
     let mut lines = Vec::new();
@@ -119,14 +119,14 @@ fn profiles(manifest: &str) -> String {
     lines.join("\n") + "\n"
 }
 
-/// A path as it may stand between quotes in TOML.
+/// Returns a path for a quoted string in TOML.
 fn toml_text(path: &Path) -> Result<String, Refusal> {
     match path.to_str() {
         Some(text) if !text.contains(['"', '@']) && !text.contains(char::is_control) => {
             Ok(text.replace('\\', "/"))
         }
         _ => Err(wrong(
-            format!("the path `{}` cannot stand in a Cargo.toml", path.display()),
+            format!("the path `{}` cannot be written in a Cargo.toml", path.display()),
             "move Linkwork to a folder without quotes, `@` and control characters in its path",
         )),
     }

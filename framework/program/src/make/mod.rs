@@ -1,6 +1,6 @@
-//! `linkwork new`: a simulation, a rover, a model or a library to begin from, which runs and is tested as it is.
+//! `linkwork new`: creates a simulation, a rover, a model or a library that runs and is tested as it is.
 //!
-//! The texts are in `framework/program/templates`; words between `@` are filled in. What is there already is never written over.
+//! The templates are in `framework/program/templates`; words between `@` are replaced. Existing files are never overwritten.
 mod library;
 mod model;
 mod rover;
@@ -10,44 +10,44 @@ use crate::program::program;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// What there is to make.
+/// What to create.
 #[derive(clap::Subcommand, Clone, Debug)]
 pub enum Kind {
-    /// A folder with a small simulation that runs: an arm that a servo swings, and what to change next.
+    /// A folder with a small simulation: an arm that a servo moves, with suggestions for changes.
     Simulation {
-        /// The folder, which must not be there yet. Its name becomes that of the simulation.
+        /// The folder, which must not exist yet. Its name becomes that of the simulation.
         folder: PathBuf,
     },
-    /// A folder with a rover from a URDF, MJCF or SDF file that drives: wheels, steering and suspension are found, motors chosen.
+    /// A folder with a rover from a URDF, MJCF or SDF file that drives: wheels, steering and suspension are detected, motors are sized.
     Rover {
-        /// The folder, which must not be there yet. Its name becomes that of the simulation.
+        /// The folder, which must not exist yet. Its name becomes that of the simulation.
         folder: PathBuf,
-        /// The file that describes the machine; a side-car beside it may name its wheels.
+        /// The file that describes the machine. A companion file next to it can define its wheels.
         #[arg(long, value_name = "FILE")]
         from: PathBuf,
     },
     /// A model in a library: a file with its parameters, ports, state and tests, and its line in the catalogue.
     Model {
-        /// Its name, e.g. `pump`: of the file, and behind the library's in simulations (`windmill.pump`).
+        /// Its name, e.g. `pump`, which is also the name of its file. Simulations use it with the name of the library (`windmill.pump`).
         name: String,
         /// The library: a folder with Cargo.toml and src/lib.rs.
         #[arg(long, value_name = "FOLDER", default_value = ".")]
         library: PathBuf,
     },
-    /// A library of models of one's own: with a program that has every command, an FMI unit, tests.
+    /// Your own model library, with a program that has all commands, an FMI unit, and tests.
     Library {
-        /// The folder, which must not be there yet. Its name becomes that of the library.
+        /// The folder, which must not exist yet. Its name becomes that of the library.
         folder: PathBuf,
-        /// Where the sources of Linkwork are; those that this program was built from unless given.
+        /// Folder of the sources of Linkwork (default: those from which this program was built).
         #[arg(long, value_name = "FOLDER")]
         linkwork: Option<PathBuf>,
     },
 }
 
-/// Exit code, fact, remedy (empty where the fact has it).
+/// Exit code, fact, remedy (empty if the fact contains it).
 type Refusal = (u8, String, String);
 
-/// Makes it, and prints the files that are new or changed.
+/// Creates it, and prints the new or changed files.
 pub fn make(kind: &Kind) -> u8 {
     let made = match kind {
         Kind::Simulation { folder } => simulation(folder),
@@ -79,23 +79,23 @@ fn wrong(fact: impl Into<String>, help: impl Into<String>) -> Refusal {
 
 fn failed(path: &Path, what: &str, e: &std::io::Error) -> Refusal {
     let fact = format!("`{}` cannot be {what}: {e}", path.display());
-    (exit::FAILED, fact, "name a place that can be written".into())
+    (exit::FAILED, fact, "choose a writable path".into())
 }
 
-/// The text with `@word@` replaced, for each pair (word, meaning).
+/// Returns the text with `@word@` replaced, for each pair (word, replacement).
 fn filled(text: &str, words: &[(&str, &str)]) -> String {
     words
         .iter()
         .fold(text.to_string(), |text, (word, meaning)| text.replace(&format!("@{word}@"), meaning))
 }
 
-/// Makes a folder that is not there, with files at paths in it. Either all of it or nothing stays.
+/// Creates a new folder with files. After an error, no files remain.
 fn folder_with(folder: &Path, files: &[(String, String)]) -> Result<Vec<PathBuf>, Refusal> {
     let shown = folder.display();
     if folder.symlink_metadata().is_ok() {
-        return Err(wrong(format!("`{shown}` is there already"), "give another name"));
+        return Err(wrong(format!("`{shown}` already exists"), "choose another name"));
     }
-    std::fs::create_dir_all(folder).map_err(|e| failed(folder, "made", &e))?;
+    std::fs::create_dir_all(folder).map_err(|e| failed(folder, "created", &e))?;
     let write = |(name, text): &(String, String)| {
         let path = folder.join(name);
         let parent = path.parent().unwrap_or(folder);
@@ -105,17 +105,17 @@ fn folder_with(folder: &Path, files: &[(String, String)]) -> Result<Vec<PathBuf>
         Ok(path)
     };
     files.iter().map(write).collect::<Result<_, _>>().inspect_err(|_| {
-        // It was made here, a moment ago.
+        // The folder was created here, so it can be removed.
         let _ = std::fs::remove_dir_all(folder);
     })
 }
 
 fn simulation(folder: &Path) -> Result<Vec<PathBuf>, Refusal> {
     let Some(name) = folder.file_name().and_then(|n| n.to_str()) else {
-        let fact = format!("`{}` has no name that a simulation can take", folder.display());
+        let fact = format!("`{}` does not have a name that a simulation can use", folder.display());
         return Err(wrong(
             fact,
-            format!("name a folder: `{} new simulation swing`", program().name),
+            format!("give a folder: `{} new simulation swing`", program().name),
         ));
     };
     let words = [("name", name), ("program", program().name)];
@@ -133,14 +133,14 @@ const RUST: &str = "as async await break const continue crate dyn else enum exte
     use where while abstract become box do final macro override priv try typeof unsized \
     virtual yield";
 
-/// Words of Python, in which a library is a package.
+/// Keywords of Python, because a library is also a Python package.
 const PYTHON: &str = "and assert class def del elif except finally from global import is lambda nonlocal not or \
     pass raise with";
 
-/// Names that a crate, module or package cannot take without trouble.
+/// Names that cause conflicts as a crate, module or package.
 const NAMES: &str = "alloc core std test tests catalogue library numpy pytest ray";
 
-/// Checks that a name can be that of a Rust module and stand in a file: `pump`, `relief_valve`.
+/// Checks that a name is valid for a Rust module and in files: `pump`, `relief_valve`.
 fn identifier<'a>(name: &'a str, what: &str) -> Result<&'a str, Refusal> {
     let letters = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
     let good = name.starts_with(|c: char| c.is_ascii_lowercase())
@@ -148,13 +148,13 @@ fn identifier<'a>(name: &'a str, what: &str) -> Result<&'a str, Refusal> {
         && !name.ends_with('_')
         && !name.contains("__");
     if !good {
-        let help = "small letters, digits and single `_`, beginning with a letter: `relief_valve`";
+        let help = "use lower-case letters, digits and single `_`, beginning with a letter: `relief_valve`";
         return Err(wrong(format!("`{name}` cannot be the name of a {what}"), help));
     }
     if [RUST, PYTHON, NAMES].iter().any(|words| words.split_whitespace().any(|word| word == name)) {
         let fact =
-            format!("`{name}` cannot be the name of a {what}: it is taken in Rust or Python");
-        return Err(wrong(fact, "give another name"));
+            format!("`{name}` cannot be the name of a {what}: it is reserved in Rust or Python");
+        return Err(wrong(fact, "choose another name"));
     }
     Ok(name)
 }

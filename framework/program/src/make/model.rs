@@ -4,23 +4,23 @@ use crate::program::program;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Adds a model to the library in a folder. Gives the files that are new or changed.
+/// Adds a model to the library in a folder. Returns the new or changed files.
 pub fn model(name: &str, folder: &Path) -> Result<Vec<PathBuf>, Refusal> {
     let name = identifier(name, "model")?;
     let (manifest, root) = (folder.join("Cargo.toml"), folder.join("src/lib.rs"));
     let none = |what: String| {
         let help = format!(
-            "go into a library, or name one with --library; `{} new library NAME` makes one",
+            "change to the folder of a library, or give one with --library; `{} new library NAME` creates one",
             program().name
         );
-        wrong(format!("`{}` is no library of models: {what}", folder.display()), help)
+        wrong(format!("`{}` is not a model library: {what}", folder.display()), help)
     };
     let read = |path: &Path| {
         std::fs::read_to_string(path).map_err(|e| none(format!("`{}`: {e}", path.display())))
     };
     let (manifest, text) = (read(&manifest)?, read(&root)?);
     let Some(package) = package(&manifest) else {
-        return Err(none("its Cargo.toml names no package".into()));
+        return Err(none("its Cargo.toml does not define a package".into()));
     };
     let Some(prelude) = prelude(&manifest) else {
         return Err(none(
@@ -28,15 +28,15 @@ pub fn model(name: &str, folder: &Path) -> Result<Vec<PathBuf>, Refusal> {
         ));
     };
     let Some(changed) = with_model(&text, name) else {
-        return Err(none("`src/lib.rs` has no function `catalogue` with a `vec![` in it".into()));
+        return Err(none("`src/lib.rs` lacks a function `catalogue` that contains `vec![`".into()));
     };
     let file = folder.join("src").join(format!("{name}.rs"));
     let module = text.lines().any(|l| has_module(l, name));
     if file.symlink_metadata().is_ok() || module {
-        let fact = format!("the library has `{name}` already");
-        return Err(wrong(fact, "give another name"));
+        let fact = format!("the library already has `{name}`");
+        return Err(wrong(fact, "choose another name"));
     }
-    // Linkwork's own libraries leave the name of the project out.
+    // Names of Linkwork's own libraries omit the prefix of the project.
     let library = package.strip_prefix("linkwork-").unwrap_or(package).replace('-', "_");
     let new = std::fs::File::create_new(&file);
     new.and_then(|mut f| f.write_all(model_text(&library, name, prelude).as_bytes()))
@@ -48,7 +48,7 @@ pub fn model(name: &str, folder: &Path) -> Result<Vec<PathBuf>, Refusal> {
     Ok(vec![file, root])
 }
 
-/// The name in the table `[package]`.
+/// Returns the name in the table `[package]`.
 fn package(manifest: &str) -> Option<&str> {
     let table = manifest.split("[package]").nth(1)?;
     let mut lines = table.lines().take_while(|l| !l.trim_start().starts_with('['));
@@ -57,7 +57,7 @@ fn package(manifest: &str) -> Option<&str> {
     value.trim().strip_prefix('"')?.split('"').next()
 }
 
-/// What a model imports: by the façade or by the runtime, whichever the library depends on.
+/// Returns the imports of a model: from `linkwork` or from the runtime, depending on the library's dependencies.
 fn prelude(manifest: &str) -> Option<&'static str> {
     let depends = |name: &str| {
         manifest.lines().any(|l| {
@@ -77,7 +77,7 @@ fn has_module(line: &str, name: &str) -> bool {
     rest.is_some_and(|r| r.trim_end_matches([';', '{', ' ']) == name)
 }
 
-/// `src/lib.rs` with the module and its entry; `None` where there is no catalogue to add to.
+/// Returns `src/lib.rs` with the module and its entry; `None` without a catalogue.
 fn with_model(text: &str, name: &str) -> Option<String> {
     let function = text.find("fn catalogue()")?;
     let list = function + text[function..].find("vec![")? + "vec![".len();
@@ -89,7 +89,7 @@ fn with_model(text: &str, name: &str) -> Option<String> {
         (false, true) => entry,
         (false, false) => format!("{entry}, "),
     };
-    // Behind the last module declared, or before the first import: whole lines at the left edge.
+    // After the last module declaration, or before the first import.
     let starts =
         |from: usize| [0].into_iter().chain(text[..from].match_indices('\n').map(|m| m.0 + 1));
     let written = || starts(function).map(|at| (at, text[at..].lines().next().unwrap_or_default()));

@@ -1,12 +1,12 @@
-//! How far what flew and what was simulated are apart, over the instants that both have.
+//! Differences between the flight data and the simulation, at the instants that both have.
 use std::fmt;
 
-/// Differences of one quantity: sizes that are not negative.
+/// Differences of one quantity: magnitudes.
 #[derive(Clone, Debug, Default)]
 pub struct Apart {
     /// Instants.
     pub count: u64,
-    /// Of those, the ones at which the table has a row.
+    /// Number of differences at rows of the table.
     pub rows: u64,
     most: (f64, f64),
     squares: f64,
@@ -14,11 +14,11 @@ pub struct Apart {
 }
 
 impl Apart {
-    /// A size at a time (s), in rising order.
+    /// Adds a magnitude at a time (s), in increasing order.
     pub fn take(&mut self, t: f64, size: f64, row: bool) {
         self.count += 1;
         self.rows += u64::from(row);
-        // What is no number is the largest there is.
+        // NaN counts as the largest value.
         if self.count == 1 || size.is_nan() || size > self.most.0 {
             self.most = (size, t);
         }
@@ -27,7 +27,7 @@ impl Apart {
     }
 }
 
-/// Differences as shown: what of, in which unit, and what one of that is in SI.
+/// Differences for printing: name, unit, and the SI value of the unit.
 pub struct Shown<'a>(pub &'a str, pub &'a str, pub f64, pub &'a Apart);
 
 impl fmt::Display for Shown<'_> {
@@ -47,7 +47,7 @@ impl fmt::Display for Shown<'_> {
     }
 }
 
-/// A time (s) to a nanosecond, without what binary fractions add.
+/// Rounds a time (s) to nanoseconds, to remove binary fractions.
 fn told(t: f64) -> f64 {
     (t * 1e9).round() / 1e9
 }

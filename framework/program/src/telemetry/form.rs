@@ -1,20 +1,20 @@
-//! The telemetry file: RON text → which columns are what, all mistakes at once.
+//! The telemetry file: RON text → the meaning of columns. All mistakes are reported at once.
 use linkwork_assembly::{Failure, read_value};
 use linkwork_runtime::{Fault, Located, Origin, Sources, Unit, Value, remedy, split_quantity};
 use linkwork_spatial::{Quat, Vec3};
 use std::path::{Path, PathBuf};
 
-/// A column of the table, and what one in it is in SI.
+/// A column of the table, with its conversion to SI.
 #[derive(Clone, Debug)]
 pub struct Column {
     pub title: String,
     pub unit: Unit,
-    /// The unit as written; empty where nobody says it.
+    /// The unit as in the file; empty if it is not defined.
     pub text: String,
     pub origin: Origin,
 }
 
-/// Axes in which a table gives components.
+/// Axes in which a table contains components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axes {
     World,
@@ -32,7 +32,7 @@ const AXES: [(&str, Axes); 5] = [
     ("east_north_up", Axes::EastNorthUp),
 ];
 
-/// Where a body is: three columns.
+/// Position of a body: three columns.
 #[derive(Clone, Debug)]
 pub enum Position {
     Cartesian(Axes, [Column; 3]),
@@ -40,7 +40,7 @@ pub enum Position {
     Geodetic([Column; 3]),
 }
 
-/// How a body stands.
+/// Attitude of a body.
 #[derive(Clone, Debug)]
 pub enum Turn {
     /// w, x, y, z.
@@ -53,19 +53,19 @@ pub enum Turn {
 pub struct Attitude {
     pub axes: Axes,
     pub turn: Turn,
-    /// The rotation takes components along the axes to those of the body, instead of the other way.
+    /// The rotation maps components from the axes to the body, instead of the opposite.
     pub to_body: bool,
 }
 
-/// A body of the simulation in the table.
+/// A body of the simulation that the table contains.
 #[derive(Clone, Debug)]
 pub struct BodyForm {
     pub name: String,
     pub position: Position,
     pub attitude: Option<Attitude>,
-    /// R_BT: the body axes of the table in those of the simulation.
+    /// R_BT: rotation from the body axes of the table to those of the simulation.
     pub turned: Quat,
-    /// The point whose position the table has, from the origin of the body, its axes (m).
+    /// The point whose position the table contains, relative to the origin of the body, body axes (m).
     pub point: Vec3,
     pub origin: Origin,
 }
@@ -75,7 +75,7 @@ pub struct BodyForm {
 pub struct CurveForm {
     pub title: String,
     pub column: Column,
-    /// Variable of the simulation that it is.
+    /// The corresponding variable of the simulation.
     pub variable: Option<String>,
     pub origin: Origin,
 }
@@ -85,15 +85,15 @@ pub struct CurveForm {
 pub struct PlanetForm {
     /// Equatorial radius (m), flattening.
     pub ellipsoid: Option<(f64, f64)>,
-    /// Rate (rad/s) and angle at time 0 (rad) about z, where W does not tell them.
+    /// Rate (rad/s) and angle at time 0 (rad) about z, if W does not define them.
     pub turn: Option<(f64, f64)>,
     pub origin: Option<Origin>,
 }
 
-/// A telemetry file as read.
+/// A parsed telemetry file.
 #[derive(Clone, Debug)]
 pub struct Telemetry {
-    /// The simulation whose view is shown, when the file names one.
+    /// The simulation whose view is shown, if the file defines one.
     pub simulation: Option<PathBuf>,
     pub table: PathBuf,
     pub time: Column,
@@ -115,21 +115,21 @@ impl Telemetry {
     /// Reads a file.
     ///
     /// # Errors
-    /// Everything that is wrong, at once.
+    /// All mistakes.
     pub fn read(path: &Path) -> Result<Telemetry, Failure> {
         let name = path.display().to_string();
         let text = linkwork_formats::whole_text(path).map_err(|e| {
             let fault = Fault::new(Origin::NONE, format!("`{name}` cannot be read: {e}"))
-                .help("name a telemetry file, which begins with `Telemetry(`");
+                .help("give a telemetry file, which begins with `Telemetry(`");
             Failure { faults: vec![fault], sources: Sources::default() }
         })?;
         Telemetry::text(&name, &text, path.parent().unwrap_or(Path::new("")))
     }
 
-    /// Reads a text whose files lie in `folder`.
+    /// Reads a text. Paths in it are relative to `folder`.
     ///
     /// # Errors
-    /// Everything that is wrong, at once.
+    /// All mistakes.
     pub fn text(name: &str, text: &str, folder: &Path) -> Result<Telemetry, Failure> {
         let (value, sources) = read_value(name, text)?;
         let mut r = Reader { faults: Vec::new() };
@@ -145,7 +145,7 @@ impl Reader {
         self.faults.push(Fault::new(origin, message).help(help));
     }
 
-    /// Entries of a map, none of them unknown.
+    /// Returns the entries of a map, with a fault for unknown ones.
     fn fields(&mut self, v: &Located, what: &str, known: &[&str]) -> bool {
         let Value::Map(entries) = &v.value else {
             let help = format!("write ({}: ..)", known.join(": .., "));
@@ -170,7 +170,7 @@ impl Reader {
         if found.is_none() {
             self.fault(
                 v.origin,
-                format!("{what} has no `{field}`"),
+                format!("{what} lacks `{field}`"),
                 format!("write {field}: {like}"),
             );
         }
@@ -183,7 +183,7 @@ impl Reader {
         }
         self.fault(
             v.origin,
-            format!("{what} is {}, not a text", v.value.what()),
+            format!("{what} must be a text, but it is {}", v.value.what()),
             "write it in quotes",
         );
         None
@@ -199,7 +199,7 @@ impl Reader {
         }
     }
 
-    /// A number or a quantity, in SI.
+    /// Reads a number or a quantity, in SI.
     fn number(&mut self, v: &Located, what: &str, unit: &str) -> Option<f64> {
         let wanted = Unit::parse(unit).unwrap_or(Unit::ONE);
         let read = match &v.value {
@@ -232,7 +232,7 @@ impl Reader {
         };
         if title.is_empty() {
             let help = format!("write [\"its title in the table\", \"{like}\"]");
-            self.fault(v.origin, format!("{what} is {}, no column", v.value), help);
+            self.fault(v.origin, format!("{what} must be a column, but it is {}", v.value), help);
             return None;
         }
         let wanted = Unit::parse(like).unwrap_or(Unit::ANY);
@@ -242,14 +242,15 @@ impl Reader {
             None => wanted_si(&wanted),
         };
         if !unit.same_quantity(&wanted) {
-            let message = format!("{what}: column `{title}` is in a unit that is no {like}");
+            let message =
+                format!("{what}: the unit of column `{title}` is not compatible with {like}");
             self.fault(v.origin, message, format!("write a unit such as {like}"));
             return None;
         }
         Some(Column { title, unit, text, origin: v.origin })
     }
 
-    /// Columns of several fields of a map.
+    /// Reads the columns of several fields of a map.
     fn columns<const N: usize>(
         &mut self,
         v: &Located,
@@ -282,7 +283,7 @@ impl Reader {
             Value::Variant(name, inner) if name == "Telemetry" => &**inner,
             other => {
                 let what = if let Value::Variant(name, _) = other { name } else { other.what() };
-                self.fault(v.origin, format!("the file holds {what}"), "write Telemetry(..)");
+                self.fault(v.origin, format!("the file contains {what}"), "write Telemetry(..)");
                 return None;
             }
         };
@@ -360,7 +361,7 @@ impl Reader {
             [(("flattening", flattening), ("radius", radius)), (("angle", angle), ("rate", rate))]
         {
             if a.1.is_some() && b.1.is_none() {
-                let message = format!("{what} has `{}` and no `{}`", a.0, b.0);
+                let message = format!("{what} has `{}`, but lacks `{}`", a.0, b.0);
                 self.fault(v.origin, message, format!("write {}: .., too", b.0));
             }
         }
@@ -406,8 +407,12 @@ impl Reader {
         };
         let (turned, point) = (three(self, "turned", "rad")?, three(self, "point", "m")?);
         if attitude.is_none() && (turned.norm() > 0.0 || point.norm() > 0.0) {
-            let help = "write its `attitude`, or leave `turned` and `point` out";
-            self.fault(v.origin, format!("{what} has no attitude to be turned or moved by"), help);
+            let help = "write its `attitude`, or remove `turned` and `point`";
+            self.fault(
+                v.origin,
+                format!("{what} has `turned` or `point`, but lacks an attitude"),
+                help,
+            );
         }
         let attitude = match attitude {
             Some(read) => Some(read?),
@@ -472,12 +477,12 @@ impl Reader {
     }
 }
 
-/// The unit in brackets at the end of a title.
+/// Returns the unit in brackets at the end of a title.
 fn bracketed(title: &str) -> Option<&str> {
     title.trim_end().strip_suffix(']')?.rsplit_once('[').map(|(_, unit)| unit)
 }
 
-/// The SI unit of a quantity: that of a column whose unit nobody says.
+/// Returns the SI unit of a quantity, for columns without a unit.
 fn wanted_si(of: &Unit) -> Unit {
     if *of == Unit::ANY { Unit::ONE } else { Unit { scale: 1.0, offset: 0.0, ..*of } }
 }

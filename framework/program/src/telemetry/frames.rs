@@ -1,11 +1,11 @@
-//! From the axes of a table to W.
+//! Conversion from the axes of a table to W.
 use super::form::{Attitude, Axes, BodyForm, PlanetForm, Position, Telemetry};
 use linkwork_runtime::{Fault, Site};
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Pose, Quat, Vec3};
 use linkwork_world::planet::{Ellipsoid, Geodetic};
 
-/// Where the planet of a table is in W.
+/// Pose of the planet of a table in W.
 pub struct Frames {
     site: Option<Site>,
     /// Rate and angle at time 0 about z.
@@ -13,14 +13,14 @@ pub struct Frames {
     ellipsoid: Option<Ellipsoid>,
 }
 
-/// Rates of one planet, written twice, differ by rounding alone (rad/s).
+/// Two rotation rates of one planet may differ by this round-off (rad/s).
 const SAME_RATE: f64 = 1e-12;
 
 fn about_z(angle: f64) -> Quat {
     Quat::from_euler_angles(0.0, 0.0, angle)
 }
 
-/// What of the planet a body's columns need.
+/// Returns which data of the planet the columns of a body need.
 fn needs(body: &BodyForm) -> (bool, bool, bool) {
     let geodetic = matches!(body.position, Position::Geodetic(_));
     let mut axes: Vec<Axes> = body.attitude.iter().map(|a| a.axes).collect();
@@ -33,10 +33,10 @@ fn needs(body: &BodyForm) -> (bool, bool, bool) {
 }
 
 impl Frames {
-    /// Checks that the file says of its planet what its columns need, where W does not.
+    /// Checks that the file defines the data of its planet that its columns need and W does not define.
     ///
     /// # Errors
-    /// What is missing, or contradicts W.
+    /// The missing data, or the contradiction to W.
     pub fn new(telemetry: &Telemetry, site: Option<Site>) -> Result<Frames, Vec<Fault>> {
         let PlanetForm { ellipsoid, turn, origin } = telemetry.planet;
         let place = origin.unwrap_or(telemetry.origin);
@@ -48,12 +48,16 @@ impl Frames {
         for body in &telemetry.bodies {
             let (planet, inertial, surface) = needs(body);
             if turn.is_none() && planet && site.is_none() {
-                need(body, "how the planet turns, since W is inertial", "rate: .., angle: ..");
+                need(
+                    body,
+                    "the rotation of the planet, because W is inertial",
+                    "rate: .., angle: ..",
+                );
             }
             if turn.is_none() && inertial && site.is_some() {
                 need(
                     body,
-                    "how the planet stands at time 0, since W turns with it",
+                    "the orientation of the planet at time 0, because W rotates with it",
                     "rate: .., angle: ..",
                 );
             }
@@ -64,11 +68,13 @@ impl Frames {
         if let (Some(site), Some((rate, _))) = (&site, turn)
             && (site.rate - rate).abs() > SAME_RATE
         {
-            let fact =
-                format!("`planet` turns at {rate} rad/s, that of the simulation at {}", site.rate);
+            let fact = format!(
+                "`planet` rotates at {rate} rad/s, but that of the simulation at {}",
+                site.rate
+            );
             faults.push(Fault::new(place, fact).help("write the rate of the simulation"));
         }
-        // It was checked where it was read.
+        // It was checked when the file was read.
         let ellipsoid = ellipsoid.and_then(|(a, f)| Ellipsoid::new(a, f).ok());
         if faults.is_empty() {
             Ok(Frames { site, turn: turn.unwrap_or_default(), ellipsoid })
@@ -77,7 +83,7 @@ impl Frames {
         }
     }
 
-    /// X_WP at a time (s): axes fixed to the planet.
+    /// Returns X_WP at a time (s): pose of the planet-fixed axes.
     fn planet(&self, t: f64) -> Pose {
         match &self.site {
             Some(site) => site.pose.inverse(),
@@ -85,7 +91,7 @@ impl Frames {
         }
     }
 
-    /// X_WA of axes whose origin is the planet's centre or that of W.
+    /// Returns X_WA of axes whose origin is the planet's centre or that of W.
     fn pose(&self, axes: Axes, t: f64) -> Pose {
         match axes {
             Axes::Planet => self.planet(t),
@@ -97,7 +103,7 @@ impl Frames {
         }
     }
 
-    /// A position in W (m), from the three numbers of a row in SI.
+    /// Returns a position in W (m) from the three numbers of a row in SI.
     pub fn position(&self, of: &Position, t: f64, row: [f64; 3]) -> Vec3 {
         match of {
             Position::Cartesian(axes, _) => self.pose(*axes, t).transform_point(&Vec3::from(row)),
@@ -110,10 +116,10 @@ impl Frames {
         }
     }
 
-    /// R_WA: the axes of an attitude at a place in W (m).
+    /// Returns R_WA: the axes of an attitude at a position in W (m).
     ///
     /// # Errors
-    /// A place so near the centre of the planet that it has no vertical.
+    /// A position so close to the centre of the planet that it does not have a vertical direction.
     fn axes(&self, axes: Axes, t: f64, at: &Vec3) -> Result<Quat, String> {
         let local = match axes {
             Axes::EastNorthUp => Quat::identity(),
@@ -131,10 +137,10 @@ impl Frames {
         Ok(planet.rotation * place.east_north_up() * local)
     }
 
-    /// R_WB of a body at a place in W (m), from R_AT of a row.
+    /// Returns R_WB of a body at a position in W (m), from R_AT of a row.
     ///
     /// # Errors
-    /// As of its axes.
+    /// Errors of its axes.
     pub fn attitude(
         &self,
         body: &BodyForm,
@@ -223,10 +229,13 @@ mod tests {
                 .collect::<String>()
         };
         let all = told("", None);
-        assert!(all.contains("how the planet turns") && all.contains("ellipsoid"), "{all}");
+        assert!(all.contains("the rotation of the planet") && all.contains("ellipsoid"), "{all}");
         assert!(all.contains("write planet: (radius"), "{all}");
         let site = Site { pose: Pose::identity(), rate: 7e-5, start: Quat::identity() };
         let all = told("planet: (radius: 1e6, rate: 8e-5),", Some(site));
-        assert!(all.contains("turns at 0.00008 rad/s, that of the simulation at 0.00007"), "{all}");
+        assert!(
+            all.contains("rotates at 0.00008 rad/s, but that of the simulation at 0.00007"),
+            "{all}"
+        );
     }
 }

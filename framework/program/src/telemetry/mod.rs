@@ -1,4 +1,4 @@
-//! Telemetry: a table of somebody else's flight, and what of a simulation its columns are.
+//! Telemetry: a table of external flight data, and the correspondence of its columns to a simulation.
 //!
 //! ```ron
 //! Telemetry(
@@ -16,12 +16,11 @@
 //!     curves: { "Dynamic pressure": (column: ["qbar", "psf"], variable: "Aero.pressure") },
 //! )
 //! ```
-//! A column is `["title", "unit"]`, or its title alone: then its unit is the one in brackets at the end of the title
-//! (`speed [km/s]`, as tables of Linkwork have it), and SI without one. Positions are given by `x`, `y`, `z` along
-//! `axes` or by latitude, longitude and height; attitudes by `w`, `x`, `y`, `z` or by `yaw`, `pitch`, `roll` (3-2-1).
-//! Axes are `world` (W of the simulation), `planet` (fixed to it, from its centre), `inertial` (from its centre, fixed
-//! to the stars; at time 0 those of the planet are turned against them by `angle`), and for attitudes `north_east_down` and `east_north_up` at the place.
-//! A gap in a column leaves out that row of that body or curve.
+//! A column is `["title", "unit"]`, or only its title; its unit is then the one in brackets at the end of the title (`speed [km/s]`, as in tables of
+//! Linkwork), or SI without brackets. Positions are given by `x`, `y`, `z` along `axes` or by latitude, longitude and height; attitudes by `w`, `x`,
+//! `y`, `z` or by `yaw`, `pitch`, `roll` (3-2-1). Axes are `world` (W of the simulation), `planet` (planet-fixed, origin at its centre), `inertial`
+//! (origin at its centre; at time 0 the planet-fixed axes are rotated relative to them by `angle`), and for attitudes also `north_east_down` and
+//! `east_north_up` at the position. An empty cell omits that row of that body or curve.
 //!
 //! ```text
 //! X_WP = X_PW⁻¹ of the site of W, or R_z(angle + rate t) where W is inertial      P: axes fixed to the planet

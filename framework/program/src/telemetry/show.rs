@@ -1,4 +1,4 @@
-//! A table in the view of a simulation: by itself, or beside what a run logged.
+//! A table in the view of a simulation: alone, or together with a log.
 use super::compare::{Apart, Shown};
 use super::form::Telemetry;
 use super::track::{Curve, Track, Tracks};
@@ -13,18 +13,18 @@ use linkwork_viz::{InUnit, Panel, Player, Scene, Shape, Told, View, VizError};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Colour that what flew is tinted with.
+/// Tint of the flight data.
 const TINT: [u8; 3] = [255, 60, 200];
 
-/// Where the bodies of a simulation stand at its start, and which told body carries each.
+/// Initial poses of the bodies of a simulation, and the flight body that carries each.
 struct Start {
     /// X_WB by name.
     poses: BTreeMap<String, Pose>,
-    /// The told body of each body that one carries, and X_TB.
+    /// The flight body of each body that one carries, and X_TB.
     carried: BTreeMap<String, (String, Pose)>,
 }
 
-/// The nearest body inboard of a body, itself included, that is told.
+/// Returns the nearest body inboard of a body, including itself, that the table contains.
 fn carrier<'a>(m: &'a Multibody, name: &'a str, told: &[&str]) -> Option<&'a str> {
     let mut at = m.get(m.body(name)?);
     loop {
@@ -70,7 +70,7 @@ fn read(telemetry: &Telemetry, program: &Program) -> Result<Tracks, Failure> {
     known.sort_unstable();
     known.dedup();
     for body in telemetry.bodies.iter().filter(|b| !known.contains(&b.name.as_str())) {
-        let message = format!("the simulation has no body `{}`", body.name);
+        let message = format!("the simulation does not have a body `{}`", body.name);
         faults.push(Fault::new(body.origin, message).help(remedy(&body.name, "bodies", &known)));
     }
     for curve in &tracks.curves {
@@ -81,7 +81,7 @@ fn read(telemetry: &Telemetry, program: &Program) -> Result<Tracks, Failure> {
                 let unit = Unit::parse(&variable.unit).unwrap_or(Unit::ANY);
                 if !unit.same_quantity(&curve.unit) {
                     let message = format!(
-                        "curve `{}`: `{name}` is in {}, its column in another quantity",
+                        "curve `{}`: `{name}` is in {}, but its column is another quantity",
                         curve.title,
                         if variable.unit.is_empty() { "1" } else { &variable.unit }
                     );
@@ -102,7 +102,7 @@ fn in_unit(unit: &Unit) -> InUnit {
     InUnit { offset: unit.offset, factor: 1.0 / unit.scale }
 }
 
-/// A difference in the same unit: it has no zero of its own.
+/// Returns the unit of a difference, which does not have an offset.
 fn difference(unit: &Unit) -> InUnit {
     InUnit { offset: 0.0, factor: 1.0 / unit.scale }
 }
@@ -112,10 +112,10 @@ fn ns(t: f64) -> Option<u64> {
     (0.0..9.2e18).contains(&ns).then_some(ns as u64)
 }
 
-/// With what the names of bodies and numbers of a table begin.
+/// Prefix of the names of flight bodies and numbers.
 pub const FLOWN: &str = "flown/";
 
-/// What is told of a body or curve: its place among the entities, and the names of its numbers.
+/// Returns the entity and the prefix of the numbers of a flight body or curve.
 fn flown(name: &str) -> String {
     format!("{FLOWN}{name}")
 }
@@ -123,23 +123,23 @@ fn flown(name: &str) -> String {
 const METRE: InUnit = InUnit { offset: 0.0, factor: 1.0 };
 const DEGREE: InUnit = InUnit { offset: 0.0, factor: 180.0 / std::f64::consts::PI };
 
-/// A flight beside a run.
+/// Flight data together with a run.
 pub struct Beside {
     tracks: Tracks,
-    /// Bodies and panels that the view gets.
+    /// Additional bodies and panels of the view.
     pub told: Told,
-    /// For each body and each curve, whether the log has instants at rows of the table: then differences are those at rows alone,
-    /// since between rows the table is guessed.
+    /// For each body and each curve, whether the log has instants at rows of the table. Differences are then computed only at rows, because values
+    /// between rows are interpolated.
     at_rows: [Vec<bool>; 2],
-    /// For each body position and attitude, for each curve its values at all instants and at rows.
+    /// Differences for each body (position and attitude) and each curve, at all instants and at rows.
     bodies: Vec<[Apart; 2]>,
     curves: Vec<[Apart; 2]>,
 }
 
-/// A flight beside the run whose log is drawn, which has poses at `instants` (ns): the scene gets its shapes.
+/// Adds flight data to the view of a log with poses at `instants` (ns). The scene gets their shapes.
 ///
 /// # Errors
-/// What of the telemetry is wrong, at once.
+/// All mistakes of the telemetry.
 pub fn beside(
     telemetry: &Telemetry,
     program: &Program,
@@ -180,12 +180,12 @@ pub fn beside(
     Ok(Beside { tracks, told, at_rows, bodies, curves })
 }
 
-/// Whether two at least of the instants of a log (ns, rising) are rows.
+/// Returns whether at least two of the instants of a log (ns, increasing) are rows.
 fn common(instants: &[u64], row: impl Fn(f64) -> bool) -> bool {
     instants.iter().filter(|ns| row(**ns as f64 / 1e9)).nth(1).is_some()
 }
 
-/// The shapes of a body and of what it carries, tinted, on the body that is told.
+/// Returns the tinted shapes of a body and of the bodies that it carries, on the flight body.
 fn ghosts(scene: &Scene, start: &Start, body: &str) -> Vec<Shape> {
     let own = |s: &Shape| {
         let pose = match start.carried.get(&s.body) {
@@ -201,7 +201,7 @@ fn ghosts(scene: &Scene, start: &Start, body: &str) -> Vec<Shape> {
     scene.shapes.iter().filter_map(own).collect()
 }
 
-/// The panel of a curve; beside a run with that of the simulation, and one of the difference.
+/// Returns the panel of a curve; with a run also that of the simulation, and one of the difference.
 fn panels(curve: &Curve, run: bool) -> Vec<Panel> {
     let name = flown(&curve.title);
     let shown = in_unit(&curve.unit);
@@ -218,7 +218,7 @@ fn panels(curve: &Curve, run: bool) -> Vec<Panel> {
 }
 
 impl Beside {
-    /// Poses of what flew at an instant of the log (ns), after those of the simulation, and differences to them.
+    /// Adds flight poses at an instant of the log (ns), after those of the simulation, and the differences.
     ///
     /// # Errors
     /// The recording cannot be written.
@@ -249,7 +249,7 @@ impl Beside {
             let numbers = [("x", d.x), ("y", d.y), ("z", d.z), ("distance", d.norm())];
             told.extend(numbers.map(|(label, x)| (format!("{name}.{label}"), x)));
             if let Some(rotation) = sample.rotation {
-                // By the sine: the cosine of a small angle has no digits of it.
+                // By the sine, because the cosine of a small angle loses precision.
                 let angle =
                     2.0 * (simulated.rotation.inverse() * rotation).imag().norm().min(1.0).asin();
                 apart[1].take(t, angle, sample.row);
@@ -262,7 +262,7 @@ impl Beside {
         told.iter().try_for_each(|(name, x)| player.value(ns, name, *x))
     }
 
-    /// A number of the log: a variable at an instant (ns), SI.
+    /// Adds a number of the log: a variable at an instant (ns), SI.
     ///
     /// # Errors
     /// The recording cannot be written.
@@ -294,13 +294,13 @@ impl Beside {
         Ok(())
     }
 
-    /// Says how far apart they are, and what could not be compared.
+    /// Prints the differences, and what could not be compared.
     pub fn tell(&self) {
         for (track, [position, attitude]) in self.tracks.bodies.iter().zip(&self.bodies) {
             if position.count == 0 {
                 let (first, last) = (track.times()[0], track.times()[track.times().len() - 1]);
                 tell!(
-                    "warning: body `{}`: the table goes from {first} to {last} s of the simulation, where the log has no \
+                    "warning: body `{}`: the table extends from {first} to {last} s of the simulation, where the log has no \
                      pose of it\n  help: write the time of the table at which the simulation begins: time: (.., zero: ..)",
                     track.body
                 );
@@ -323,7 +323,7 @@ impl Beside {
             let apart = if rows.count > 1 { rows } else { all };
             if apart.count == 0 {
                 tell!(
-                    "warning: curve `{}`: the log has no rows of `{variable}` at times of the table\n  help: name it in `log` \
+                    "warning: curve `{}`: the log has no samples of `{variable}` at times of the table\n  help: add it to `log` \
                      of the simulation",
                     curve.title
                 );
@@ -334,7 +334,7 @@ impl Beside {
     }
 }
 
-/// Instants of a table, and what is drawn at each.
+/// Returns the instants of a table, and what is drawn at each.
 fn instants(tracks: &Tracks) -> Vec<u64> {
     let bodies = tracks.bodies.iter().flat_map(|b| b.times());
     let curves = tracks.curves.iter().flat_map(|c| c.times());
@@ -344,13 +344,13 @@ fn instants(tracks: &Tracks) -> Vec<u64> {
     all
 }
 
-/// A table by itself, in the view of the simulation that its file names. Gives the number of instants.
+/// Draws a table alone, in the view of the simulation that its file defines. Returns the number of instants.
 ///
 /// # Errors
-/// An exit code; what is wrong has been said.
+/// An exit code; the error has been printed.
 pub fn alone(telemetry: &Telemetry, out: &Path) -> Result<u64, u8> {
     let Some(simulation) = &telemetry.simulation else {
-        let fault = Fault::new(telemetry.origin, "the telemetry names no simulation to be shown in")
+        let fault = Fault::new(telemetry.origin, "the telemetry does not define a simulation in whose view it is shown")
             .help("write simulation: \"sim.ron\", or give a log of the run with it: view run.mcap --flown FILE");
         let failure = Failure { faults: vec![fault], sources: telemetry.sources.clone() };
         return Err(crate::voice::report(&failure));
@@ -370,7 +370,7 @@ pub fn alone(telemetry: &Telemetry, out: &Path) -> Result<u64, u8> {
     let drawn = draw(&tracks, &all, &ready.program, (&scene, period), out);
     drawn.map_err(|e| {
         let _ = std::fs::remove_file(out);
-        tell!("error: {e}\n  help: choose another file with --out, or make room");
+        tell!("error: {e}\n  help: choose another file with --out, or free disk space");
         crate::exit::FAILED
     })?;
     Ok(all.len() as u64)
@@ -411,8 +411,8 @@ fn draw(
     let missing = player.finish()?;
     if !missing.variables.is_empty() {
         tell!(
-            "warning: {} curves, arrows, lines or jets of the view are not shown, because the table does not tell them: \
-             {}\n  help: name their variables in `curves`, where the table has such columns",
+            "warning: {} curves, arrows, lines or jets of the view are not shown, because the table does not contain them: \
+             {}\n  help: add their variables to `curves`, if the table has such columns",
             missing.variables.len(),
             missing.variables[..missing.variables.len().min(5)].join(", ")
         );
@@ -420,14 +420,14 @@ fn draw(
     Ok(())
 }
 
-/// Where a told body is: without attitudes it stands as at the start.
+/// Returns the pose of a flight body; without attitudes, its attitude is that of the start.
 fn pose(track: &Track, t: f64, start: &Start) -> Option<Pose> {
     let sample = track.at(t)?;
     let stood = || start.poses.get(&track.body).map_or_else(Quat::identity, |p| p.rotation);
     Some(Pose::new(sample.rotation.unwrap_or_else(stood), sample.position))
 }
 
-/// Poses of all bodies: told ones, what they carry as it stands at the start, and the others where they start.
+/// Returns the poses of all bodies: flight bodies, bodies that they carry in the relative pose of the start, and the others at their start.
 fn poses(told: &BTreeMap<&str, Pose>, start: &Start) -> Vec<(String, Pose)> {
     let mut all = Vec::new();
     for (name, begin) in &start.poses {

@@ -1,4 +1,4 @@
-//! The track of a body, and the values of a curve: rows of a table in W, and between them.
+//! The track of a body, and the values of a curve: rows of a table in W, and interpolation between them.
 use super::form::{BodyForm, Column, CurveForm, Position, Telemetry, Turn};
 use super::frames::Frames;
 use linkwork_assembly::Failure;
@@ -7,17 +7,17 @@ use linkwork_runtime::{Fault, Origin, Site};
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Quat, Vec3};
 
-/// Rows nearer in time than this are one instant (s): times in logs are rounded to nanoseconds.
+/// Rows closer in time than this are at the same instant (s), because times in logs are rounded to nanoseconds.
 const INSTANT: f64 = 1.5e-9;
 
-/// How far from 1 the length of a quaternion of a table may be.
+/// Largest deviation of the length of a quaternion in a table from 1.
 const LENGTH: f64 = 1e-3;
 
-/// Times of rows, strictly rising, since the beginning of the simulation (s).
+/// Times of rows, strictly increasing, since the beginning of the simulation (s).
 #[derive(Clone, Debug, Default)]
 struct Times(Vec<f64>);
 
-/// Where a time is among rows.
+/// Position of a time among rows.
 enum Among {
     Outside,
     /// On a row.
@@ -36,7 +36,7 @@ impl Times {
         }
     }
 
-    /// Weights of up to four rows around `t`, which is after row `k`: the polynomial through them.
+    /// Returns the weights of up to four rows around `t`, which is after row `k`, for polynomial interpolation.
     fn weights(&self, k: usize, t: f64) -> (usize, Vec<f64>) {
         let first = k.saturating_sub(1).min(self.0.len().saturating_sub(4));
         let rows = &self.0[first..(first + 4).min(self.0.len())];
@@ -48,34 +48,34 @@ impl Times {
     }
 }
 
-/// A body as the table has it.
+/// A body in the table.
 #[derive(Clone, Debug)]
 pub struct Track {
     /// Name of the body in the simulation.
     pub body: String,
     times: Times,
     positions: Vec<Vec3>,
-    /// R_WB; empty where the table has no attitudes.
+    /// R_WB; empty if the table does not contain attitudes.
     rotations: Vec<Quat>,
 }
 
-/// A place and an attitude in W.
+/// A position and an attitude in W.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
     pub position: Vec3,
     pub rotation: Option<Quat>,
-    /// It is a row of the table, not something between rows.
+    /// It is a row of the table, not an interpolated value.
     pub row: bool,
 }
 
 impl Track {
-    /// Times of its rows (s).
+    /// Returns the times of its rows (s).
     pub fn times(&self) -> &[f64] {
         &self.times.0
     }
 
-    /// Where the body is at a time (s): a row as it is; between rows a cubic through the four nearest, and the shortest
-    /// turn from row to row; `None` before the first and after the last.
+    /// Returns the pose of the body at a time (s): a row unchanged; between rows cubic interpolation of the position through the four nearest rows,
+    /// and the shortest rotation between two rows; `None` before the first and after the last row.
     pub fn at(&self, t: f64) -> Option<Sample> {
         match self.times.find(t) {
             Among::Outside => None,
@@ -98,13 +98,13 @@ impl Track {
     }
 }
 
-/// A curve as the table has it.
+/// A curve in the table.
 #[derive(Clone, Debug)]
 pub struct Curve {
     pub title: String,
     pub variable: Option<String>,
     pub unit: linkwork_runtime::Unit,
-    /// The unit as written.
+    /// The unit as in the file.
     pub text: String,
     pub origin: Origin,
     times: Times,
@@ -112,17 +112,17 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Times of its rows (s).
+    /// Returns the times of its rows (s).
     pub fn times(&self) -> &[f64] {
         &self.times.0
     }
 
-    /// Whether the table has a row with this value at a time (s).
+    /// Returns whether the table has a row with this value at a time (s).
     pub fn has_row(&self, t: f64) -> bool {
         matches!(self.times.find(t), Among::On(_))
     }
 
-    /// The value at a time (s), SI: a row as it is, a straight line between two.
+    /// Returns the value at a time (s), SI: a row unchanged, linear interpolation between two rows.
     pub fn at(&self, t: f64) -> Option<f64> {
         match self.times.find(t) {
             Among::Outside => None,
@@ -135,7 +135,7 @@ impl Curve {
     }
 }
 
-/// Everything that a table tells.
+/// All tracks and curves of a table.
 #[derive(Clone, Debug)]
 pub struct Tracks {
     pub bodies: Vec<Track>,
@@ -154,7 +154,7 @@ impl Tracks {
     /// Reads the table of a telemetry file, for a simulation whose W is at `site`.
     ///
     /// # Errors
-    /// The table cannot be read, has not what the file names, or its times do not rise: everything at once.
+    /// All mistakes: the table cannot be read, lacks columns of the file, or its times are not increasing.
     pub fn read(telemetry: &Telemetry, site: Option<Site>) -> Result<Tracks, Failure> {
         let fail = |faults| Failure { faults, sources: telemetry.sources.clone() };
         let frames = Frames::new(telemetry, site).map_err(fail)?;
@@ -193,18 +193,18 @@ impl Reader<'_> {
     }
 
     fn check_times(&mut self, of: &Column) {
-        // The first line has the titles.
+        // The first line contains the titles.
         let fact = if self.times.is_empty() {
-            Some("has no rows".to_owned())
+            Some("does not have rows".to_owned())
         } else if let Some(k) = self.times.iter().position(|t| !t.is_finite()) {
-            Some(format!("has no number in row {}", k + 1))
+            Some(format!("lacks a number in row {}", k + 1))
         } else {
             let back = self.times.windows(2).position(|t| t[1] <= t[0] + INSTANT);
-            back.map(|k| format!("does not rise from row {} to row {}", k + 1, k + 2))
+            back.map(|k| format!("does not increase from row {} to row {}", k + 1, k + 2))
         };
         if let Some(fact) = fact {
             let message = format!("the time of the table, its column `{}`, {fact}", of.title);
-            self.fault(of.origin, message, "give every row a time of its own, in rising order");
+            self.fault(of.origin, message, "give every row a unique time, in increasing order");
         }
     }
 
@@ -244,7 +244,11 @@ impl Reader<'_> {
                     }
                     Err(e) => {
                         let message = format!("body `{}`: row {}: {e}", of.name, k + 1);
-                        self.fault(of.origin, message, "mend that row, or leave its cells empty");
+                        self.fault(
+                            of.origin,
+                            message,
+                            "correct that row, or leave its cells empty",
+                        );
                         return None;
                     }
                 }
@@ -254,7 +258,7 @@ impl Reader<'_> {
         }
         if track.times.0.is_empty() {
             let message = format!("body `{}`: no row of the table has all of its columns", of.name);
-            self.fault(of.origin, message, "name columns that are filled");
+            self.fault(of.origin, message, "use columns with data");
             return None;
         }
         Some(track)
@@ -279,7 +283,7 @@ impl Reader<'_> {
     }
 }
 
-/// R_AT of a row: yaw, pitch, roll or w, x, y, z.
+/// Returns R_AT of a row: yaw, pitch, roll or w, x, y, z.
 fn rotation(row: &[f64]) -> Result<Quat, String> {
     match *row {
         [yaw, pitch, roll] => Ok(Quat::from_euler_angles(roll, pitch, yaw)),

@@ -1,4 +1,4 @@
-//! `@library@.@model@`: an output that follows its input with a lag. Put your own equations in its place.
+//! `@library@.@model@`: an output that follows its input with a first-order lag. Replace it by your own equations.
 //! ```text
 //! ẏ = (u − y)/τ          u: input, y: output, τ: time constant
 //! ```
@@ -12,23 +12,23 @@ pub struct @Model@Params {
     pub time: f64,
 }
 
-/// What goes in. A unit is written for each number: `#[port("m/s")]`, `#[port("N m")]`; `"1"` has none.
+/// Inputs. Each number needs a unit: `#[port("m/s")]`, `#[port("N m")]`; `"1"` for dimensionless numbers.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct @Model@In {
-    /// What is followed.
+    /// The input.
     #[port("1")]
     pub wanted: f64,
 }
 
-/// What comes out.
+/// Outputs.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct @Model@Out {
-    /// What follows.
+    /// The output.
     #[port("1")]
     pub value: f64,
 }
 
-/// What is remembered.
+/// State.
 #[derive(State, Clone, Copy, Debug)]
 pub struct @Model@State {
     /// Present value.
@@ -36,12 +36,12 @@ pub struct @Model@State {
     pub value: f64,
 }
 
-/// A model is its parameters: everything that changes is state.
+/// A model contains its parameters; everything that changes is state.
 pub struct @Model@ {
     p: @Model@Params,
 }
 
-/// An output that follows its input with a lag.
+/// An output that follows its input with a first-order lag.
 #[model("@library@.@model@")]
 impl Model for @Model@ {
     type Params = @Model@Params;
@@ -49,12 +49,12 @@ impl Model for @Model@ {
     type Outputs = @Model@Out;
     type State = @Model@State;
 
-    /// Outputs that follow from the state.
+    /// Computes the outputs, which depend only on the state.
     fn outputs(&self, x: &@Model@State) -> @Model@Out {
         @Model@Out { value: x.value }
     }
 
-    /// Rate of the state, at every stage of the integrator. Each function names the arguments that it reads.
+    /// Computes the rate of the state, at every stage of the integrator. Each function names the arguments that it reads.
     fn derivatives(&self, x: &@Model@State, u: &@Model@In) -> @Model@State {
         @Model@State { value: (u.wanted - x.value) / self.p.time }
     }

@@ -1,13 +1,13 @@
-//! The balances of a run: energy, mass of propellant and electric charge, integrated while it runs, in fixed memory.
+//! The balances of a run: energy, propellant mass and electric charge, integrated during the run with constant memory.
 //!
 //! ```text
-//! adaptive steps   ∫ rate dt by Simpson's rule on the dense output, halved until it agrees with itself
-//! fixed steps      from the values at rows and events, without an evaluation of their own: the trapezoidal rule
-//! work             received by the mechanism from methods of first order, which hold forces over a step: a₀ (b₀ + b₁)/2 of a product a b
-//! stored           difference of the values at the end and at the start
+//! adaptive steps   ∫ rate dt by Simpson's rule on the dense output, with intervals halved until the result converges
+//! fixed steps      the trapezoidal rule with the values at ticks and events, without further evaluations
+//! work             work on the mechanism by methods of first order, which hold forces over a step: a₀ (b₀ + b₁)/2 for a product a b
+//! stored           difference between the values at the end and at the start
 //! ```
-//! A sampled output jumps at a row. The trapezoidal rule takes its new value at both sides of the row: an error of at most h |Δ|/2 for the change Δ of the rate over a step h that ends
-//! at a sample. The sum of these bounds is the uncertainty of a term.
+//! A sampled output jumps at a tick. The trapezoidal rule uses its new value on both sides of the tick, which causes an error of at most h |Δ|/2 for
+//! a change Δ of the rate and a step h that ends at a sample. The sum of these bounds is the uncertainty of a term.
 mod report;
 
 pub use report::{Balances, Part, Report};
@@ -20,7 +20,7 @@ use std::collections::BTreeMap;
 /// A product of columns: factor, column, second column.
 type Product = (f64, u32, Option<u32>);
 
-/// A term of a part that changes at a rate.
+/// A term of a part that is integrated from a rate.
 #[derive(Clone, Debug)]
 struct Flow {
     part: usize,
@@ -30,7 +30,7 @@ struct Flow {
     products: std::ops::Range<usize>,
 }
 
-/// A stretch whose end is not known yet: its length, whether its method is of first order, and whether it ends at a sample.
+/// An interval whose end value is not known yet: its length, whether its method is of first order, and whether it ends at a sample.
 #[derive(Clone, Copy, Debug, Default)]
 struct Pending {
     length: f64,
@@ -38,7 +38,7 @@ struct Pending {
     sampled: bool,
 }
 
-/// An amount that a part stores.
+/// An amount that is stored in a part.
 #[derive(Clone, Debug)]
 struct Stock {
     part: usize,
@@ -47,7 +47,7 @@ struct Stock {
     column: u32,
 }
 
-/// An account of a block.
+/// A balance term that a block integrates itself.
 #[derive(Clone, Debug)]
 struct Own {
     part: usize,
@@ -56,16 +56,16 @@ struct Own {
     name: &'static str,
 }
 
-/// Integrals so far, of flows and then of accounts; first and last amounts, of stocks and then of accounts.
+/// Integrals so far, of flows and then of the blocks' own terms; first and last amounts, of stocks and then of the blocks' own terms.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Sums {
     keys: Vec<String>,
     sum: Vec<f64>,
     /// ∫ |rate| dt
     through: Vec<f64>,
-    /// Work as methods of first order do it; equal to `sum` for others.
+    /// Work as computed by methods of first order; equal to `sum` for other methods.
     held: Vec<f64>,
-    /// Bound of the error of `sum`: jumps at samples, and accounts between rows.
+    /// Bound of the error of `sum` from jumps at samples, and from the blocks' own terms between ticks.
     uncertainty: Vec<f64>,
     first: Vec<f64>,
     last: Vec<f64>,
@@ -82,29 +82,29 @@ pub struct Balance {
     places: Vec<Place>,
     accounts: Vec<(String, usize)>,
     sums: Sums,
-    /// Values at the begin of a stretch whose end is not known yet, its length, and whether its method is of first order.
+    /// Values at the beginning of an interval whose end is not known yet, its length, and whether its method is of first order.
     begin: Vec<f64>,
     pending: Pending,
-    /// Instant and rates of accounts at the last row.
+    /// Instant and rates of the blocks' own terms at the last tick.
     row: (f64, Vec<f64>),
-    /// Rates at an instant, sums of a rule, and the estimate before.
+    /// Rates at an instant, sums of a quadrature rule, and the previous estimate.
     rates: Vec<f64>,
     rule: Vec<f64>,
     estimate: Vec<f64>,
     inner: Vec<f64>,
-    /// The greatest mean rate of each flow over a step.
+    /// Largest mean rate of each flow over a step.
     size: Vec<f64>,
-    /// First column of its variables, and of accounts.
+    /// First column of the variables, and of the blocks' own terms.
     first: usize,
     first_own: usize,
 }
 
-/// Error of an integral over a step that is accepted, as a part of the greatest rate; how often steps are halved.
+/// Accepted error of an integral over a step, relative to the largest rate, and largest number of halvings of an interval.
 const ACCURACY: f64 = 1e-5;
 const HALVINGS: u32 = 7;
 
 impl Balance {
-    /// Returns the balances of a program; `None` without a term.
+    /// Returns the balances of a program; `None` if it does not have any term.
     pub fn new(program: &Program) -> Option<Balance> {
         let variables = &program.phases[0].plan.variables;
         let mut all = Balance { parts: terms(program), ..Balance::default() };
@@ -176,7 +176,7 @@ impl Balance {
         (!all.parts.is_empty()).then_some(all)
     }
 
-    /// Adds what it observes.
+    /// Adds the variables that it observes.
     pub(crate) fn want(&mut self, wanted: &mut Wanted) {
         self.first = wanted.places.len() + wanted.sparing.len();
         wanted.sparing.extend(&self.places);
@@ -184,12 +184,12 @@ impl Balance {
         wanted.accounts.extend(self.accounts.iter().cloned());
     }
 
-    /// The state, for a checkpoint.
+    /// Returns the state for a checkpoint.
     pub(crate) fn save(&self) -> Saved {
         Saved(self.sums.clone())
     }
 
-    /// Continues from a checkpoint of a run with the same terms; another begins anew.
+    /// Restores the state from a checkpoint of a run with the same terms. The balances of another run start again.
     pub(crate) fn restore(&mut self, saved: Saved) {
         let same = saved.0.keys == self.sums.keys
             && saved.0.sum.len() == self.sums.sum.len()
@@ -203,7 +203,7 @@ impl Balance {
         }
     }
 
-    /// The values at an instant.
+    /// Processes the values at an instant.
     pub(crate) fn instant(&mut self, t: f64, values: &[f64]) {
         let own = &values[self.first..self.first_own];
         self.close(own);
@@ -224,7 +224,7 @@ impl Balance {
             if h > 0.0 && before.is_finite() && y.is_finite() {
                 sums.sum[flows + k] += 0.5 * h * (before + y);
                 sums.through[flows + k] += 0.5 * h * (before.abs() + y.abs());
-                // Rows may be long: the trapezoidal rule errs by no more than this.
+                // Ticks can be far apart; this bounds the error of the trapezoidal rule.
                 sums.uncertainty[flows + k] += 0.5 * h * (y - before).abs();
             }
             self.row.1[k] = *y;
@@ -232,7 +232,7 @@ impl Balance {
         self.row.0 = t;
     }
 
-    /// Adds the stretch that waits for its end, which has these values.
+    /// Adds the pending interval, whose end has these values.
     fn close(&mut self, end: &[f64]) {
         let pending = std::mem::take(&mut self.pending);
         if pending.length > 0.0 {
@@ -242,7 +242,7 @@ impl Balance {
         }
     }
 
-    /// Adds a stretch from the values at its ends.
+    /// Adds an interval from the values at its ends.
     fn straight(&mut self, over: Pending, begin: &[f64], end: &[f64]) {
         let Pending { length, first_order, sampled } = over;
         for (k, flow) in self.flows.iter().enumerate() {
@@ -252,14 +252,14 @@ impl Balance {
                 let (b0, b1) = b.map_or((1.0, 1.0), |b| (begin[b as usize], end[b as usize]));
                 from += factor * a0 * b0;
                 to += factor * a1 * b1;
-                // A force is held over the step, and its work goes with the mean of both velocities.
+                // A force is held over the step, and its work uses the mean of the velocities at both ends.
                 held += if b.is_some() {
                     factor * a0 * 0.5 * (b0 + b1)
                 } else {
                     factor * 0.5 * (a0 + a1)
                 };
             }
-            // A part that comes or goes with a phase.
+            // A part appears or disappears with a phase.
             let mean = match (from.is_finite(), to.is_finite()) {
                 (true, true) => 0.5 * (from + to),
                 (true, false) => from,
@@ -277,7 +277,7 @@ impl Balance {
         }
     }
 
-    /// Values over a stretch.
+    /// Processes the values over an interval.
     pub(crate) fn stretch(&mut self, over: &mut Stretch<'_>) {
         let own = self.first..self.first_own;
         let pending = Pending {
@@ -286,7 +286,7 @@ impl Balance {
             sampled: over.ends_at_sample(),
         };
         if self.pending.length > 0.0 {
-            // The values at its begin are those at the end of the one before.
+            // The values at its beginning are the end values of the previous interval.
             self.close(&over.start()[own.clone()]);
         }
         if !over.has_all() {
@@ -300,7 +300,7 @@ impl Balance {
         }
     }
 
-    /// The rates of all flows at these values, into `rates`.
+    /// Computes the rates of all flows at these values, into `rates`.
     fn evaluate(&mut self, values: &[f64]) {
         let values = &values[self.first..self.first_own];
         for (rate, flow) in self.rates.iter_mut().zip(&self.flows) {
@@ -312,7 +312,7 @@ impl Balance {
         }
     }
 
-    /// Simpson's rule on the dense output of an adaptive step.
+    /// Integrates an adaptive step with Simpson's rule on the dense output.
     fn dense(&mut self, over: &mut Stretch<'_>) {
         let length = over.length();
         self.evaluate(over.start());
@@ -323,7 +323,7 @@ impl Balance {
             self.rule[k] = 0.5 * (self.rule[k] + self.rates[k]);
         }
         self.estimate.copy_from_slice(&self.rule);
-        // `rule` is the trapezoidal rule on n panels: half of the ends, and the points between.
+        // `rule` is the trapezoidal rule with n panels: half of the ends, and the points between.
         let mut panels = 1_u32;
         'halving: for level in 0..=HALVINGS {
             self.inner.fill(0.0);
@@ -340,7 +340,7 @@ impl Balance {
                     (self.rule[k] / n, (self.rule[k] + self.inner[k]) / (2.0 * n));
                 let simpson = (4.0 * halved - before) / 3.0;
                 self.size[k] = self.size[k].max(simpson.abs());
-                // The first estimate is the trapezoidal rule, whose error Simpson's rule squares.
+                // The first estimate is the trapezoidal rule. The error of Simpson's rule is about the square of its error.
                 let accuracy = if level == 0 { ACCURACY.sqrt() } else { ACCURACY };
                 agrees &= (simpson - self.estimate[k]).abs() <= accuracy * self.size[k];
                 self.estimate[k] = simpson;

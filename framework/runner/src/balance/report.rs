@@ -6,35 +6,35 @@ use linkwork_runtime::{Account, Fault};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Share of what a part exchanges that may be left before its balance counts as not closed.
+/// Residual, relative to the exchanged amount of a part, above which its balance is not closed.
 pub(crate) const TOLERANCE: f64 = 0.02;
 
-/// Residual, as a share of the greatest amount that any part has carried, that is not reported.
+/// Residual, relative to the largest exchanged amount of any part, that is not reported.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// The balance of a part, amounts positive into it.
+/// The balance of a part. Amounts are positive into the part.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Part {
     /// Amounts by term.
     pub terms: BTreeMap<String, f64>,
-    /// The residual; absent for a part that exchanges with the outside of the simulation.
+    /// The residual; `None` for a part that exchanges with the surroundings of the simulation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residual: Option<f64>,
-    /// The greatest amount that one of its terms has carried in both directions.
+    /// Largest amount that one of its terms has exchanged, counting both directions.
     pub carried: f64,
-    /// Bound of the error of the quadrature by jumps of sampled outputs, in fixed steps.
+    /// Bound of the quadrature error from jumps of sampled outputs, in fixed steps.
     pub uncertainty: f64,
 }
 
 impl Part {
-    /// Whether it has to close and does not.
+    /// Returns whether it must be closed and is not.
     pub fn is_open(&self) -> bool {
         let most = TOLERANCE * self.carried + self.uncertainty;
         self.residual.is_some_and(|r| !(r.abs() <= most))
     }
 }
 
-/// The balance of a quantity, amounts positive into the simulation or into its part.
+/// The balance of a quantity. Amounts are positive into the simulation or into the part.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Report {
     /// Unit of all amounts.
@@ -43,19 +43,19 @@ pub struct Report {
     pub totals: BTreeMap<&'static str, f64>,
     /// The parts.
     pub parts: BTreeMap<String, Part>,
-    /// Sum of the residuals of the parts that have to close.
+    /// Sum of the residuals of the parts that must be closed.
     pub residual: f64,
-    /// The greatest amount that a part has carried.
+    /// Largest amount that a part has exchanged.
     pub carried: f64,
-    /// Exchanges that are not counted, such as contact by impulses; the part that has them has no residual.
+    /// Exchanges that are not counted, such as contact by impulses. A part with such an exchange does not have a residual.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub not_counted: Vec<String>,
 }
 
-/// The balances of a run by quantity; those without a term are left out.
+/// The balances of a run by quantity; quantities without a term are omitted.
 pub type Balances = BTreeMap<&'static str, Report>;
 
-/// Name of a kind of term in the totals.
+/// Returns the name of a kind of term in the totals.
 fn total(kind: Kind, amount: f64) -> &'static str {
     match kind {
         Kind::Electrical if amount < 0.0 => "given to electrical nodes",
@@ -72,7 +72,7 @@ fn total(kind: Kind, amount: f64) -> &'static str {
 }
 
 impl Balance {
-    /// The balances from the start to the last instant.
+    /// Returns the balances from the start to the last instant.
     pub fn report(&self) -> Balances {
         Quantity::ALL.into_iter().filter_map(|q| Some((q.name(), self.of(q)?))).collect()
     }
@@ -83,7 +83,7 @@ impl Balance {
         let mut parts: Vec<Part> = vec![Part::default(); self.parts.len()];
         let mut any = vec![false; self.parts.len()];
         let mut put = |k: usize, name: String, amount: f64, carried: f64, uncertain: f64| {
-            // Two terms of a part may have one name: a connector and a binding.
+            // Two terms of a part can have the same name: a connector and a binding.
             *parts[k].terms.entry(name).or_default() += amount;
             parts[k].carried = parts[k].carried.max(carried);
             parts[k].uncertainty += uncertain;
@@ -154,16 +154,16 @@ impl Balance {
         (!report.parts.is_empty()).then_some(report)
     }
 
-    /// Torques and wrenches whose work no part reports.
+    /// Returns the torques and wrenches whose work no part reports.
     fn silent(&self) -> impl Iterator<Item = String> + '_ {
         self.parts.iter().flat_map(|p| p.silent.iter().map(|name| format!("`{}.{name}`", p.part)))
     }
 
-    /// A warning for each part whose balance is not closed.
+    /// Returns a warning for each part whose balance is not closed.
     pub fn warnings(&self) -> Vec<Fault> {
         let mut all = Vec::new();
         for (name, report) in self.report() {
-            // A part that hardly takes part: rounding and starts from rest.
+            // Ignore parts with a negligible exchange, such as round-off and starts from rest.
             let least = NEGLIGIBLE * report.carried;
             let open =
                 |part: &Part| part.is_open() && part.residual.is_some_and(|r| r.abs() > least);
@@ -175,12 +175,12 @@ impl Balance {
                     .map(|(name, y)| format!("{name} {} {unit}", number(*y)))
                     .collect();
                 let fact = format!(
-                    "the balance of {name} of `{path}` is not closed: {} {unit} are left of {} {unit} ({})",
+                    "the balance of {name} of `{path}` is not closed: the residual is {} {unit} of {} {unit} ({})",
                     number(part.residual.unwrap_or(f64::NAN)),
                     number(part.carried),
                     terms.join(", ")
                 );
-                let help = "take a shorter `step` or smaller tolerances in `accuracy`; if it stays, the model loses or makes it. `balance: false` switches balances off";
+                let help = "use a shorter `step` or smaller tolerances in `accuracy`; if the residual remains, the model does not conserve the quantity. `balance: false` disables balances";
                 let origin = self.parts.iter().find(|p| p.part == *path).map(|p| p.origin);
                 let origin = origin.unwrap_or(linkwork_runtime::Origin::NONE);
                 all.push(Fault::new(origin, fact).help(help));

@@ -1,7 +1,7 @@
-//! The simulation's own metrics: numbers that sum up a run, taken while it runs, in fixed memory.
+//! The metrics of a simulation: numbers that summarize a run, computed during the run with constant memory.
 //!
-//! Metrics observe the run ([`Observer`]). They take variables over time, not at rows: a mean does not depend on the length of
-//! rows, and an extreme between two rows is found. Metrics of one variable share its statistics.
+//! Metrics observe the run ([`Observer`]). They use variables as functions of time, not only samples: a mean does not depend on the length of the
+//! steps, and an extreme value between two ticks is found. Metrics of the same variable share its statistics.
 mod quantiles;
 mod statistics;
 
@@ -14,7 +14,7 @@ use linkwork_runtime::{
 use serde::{Deserialize, Serialize};
 use statistics::{Span, Statistics, Wants, crossing};
 
-/// One metric: its name and how it is shown.
+/// A metric: its name and its displayed unit.
 #[derive(Clone, Debug)]
 pub struct Tracked {
     /// Name.
@@ -26,7 +26,7 @@ pub struct Tracked {
     of: Of,
 }
 
-/// The series or the first value of a metric, by its place in [`Metrics`].
+/// The series or the first value of a metric, by its index in [`Metrics`].
 #[derive(Clone, Copy, Debug)]
 enum Of {
     Series(usize),
@@ -36,7 +36,7 @@ enum Of {
 /// A variable or a condition over time.
 #[derive(Clone, Debug)]
 struct Series {
-    /// As it was written: its key in checkpoints.
+    /// The text in the file: its key in checkpoints.
     key: String,
     source: Source,
     wants: Wants,
@@ -49,7 +49,7 @@ enum Source {
     Number(usize),
     /// The column of a truth value.
     Truth(usize),
-    /// 1 while it holds, else 0; also 0 in a phase that lacks one of its variables.
+    /// 1 while the condition holds, otherwise 0; also 0 in a phase that lacks one of its variables.
     Condition(Over),
 }
 
@@ -62,7 +62,7 @@ struct Over {
 }
 
 impl Over {
-    /// Not negative where it holds.
+    /// Not negative where the condition holds.
     fn value(&self, t: Times, values: &[f64]) -> f64 {
         let value = self.condition.margin(t, |place| {
             let column = self.columns.iter().find(|(own, _)| *own == place);
@@ -93,28 +93,28 @@ struct Kept {
 /// All metrics of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Metrics {
-    /// The metrics, in the order of their names.
+    /// The metrics, sorted by name.
     pub list: Vec<Tracked>,
     places: Vec<Place>,
     series: Vec<Series>,
     firsts: Vec<First>,
     memo: Memo,
-    /// The balances of the run, when they are taken.
+    /// The balances of the run, if enabled.
     pub balance: Option<Balance>,
 }
 
-/// Values inside a stretch that several metrics look at.
+/// Cache of values inside an interval that several metrics use.
 #[derive(Clone, Debug, Default)]
 struct Memo {
     known: [bool; PARTS.len()],
     values: Vec<f64>,
 }
 
-/// The parts of a stretch at which they are kept.
+/// The positions in the interval whose values are cached.
 const PARTS: [f64; 3] = [0.5, 0.25, 0.75];
 
 impl Memo {
-    /// The value of a column at a part of the stretch.
+    /// Returns the value of a column at a position in the interval.
     fn at(&mut self, over: &mut Stretch<'_>, part: f64, column: usize) -> Option<f64> {
         let Some(k) = PARTS.iter().position(|p| *p == part) else {
             return over.at(part).map(|values| values[column]);
@@ -130,10 +130,10 @@ impl Memo {
 }
 
 impl Metrics {
-    /// From the file.
+    /// Creates the metrics of a file.
     ///
     /// # Errors
-    /// Variables that are not there, units that do not fit, conditions that cannot be read.
+    /// Variables that do not exist, units of another quantity, conditions with syntax errors.
     pub fn new(plan: &Plan, metrics: &[Metric]) -> Result<Metrics, Vec<Fault>> {
         let (mut all, mut faults) = (Metrics::default(), Vec::new());
         for metric in metrics {
@@ -210,7 +210,7 @@ impl Metrics {
         })
     }
 
-    /// Observes a run from its present instant on. [`Metrics::of`] returns them from then on.
+    /// Observes a run from its present instant on. Afterwards, [`Metrics::of`] returns the metrics.
     pub fn observe(mut self, sim: &mut Simulation) {
         if self.list.is_empty() && self.balance.is_none() {
             return;
@@ -223,7 +223,7 @@ impl Metrics {
         sim.observe(&wanted, Box::new(self));
     }
 
-    /// The metrics that observe a run.
+    /// Returns the metrics that observe a run.
     pub fn of(sim: &Simulation) -> Option<&Metrics> {
         sim.observer()
     }
@@ -231,7 +231,7 @@ impl Metrics {
     /// Returns their state, for a checkpoint.
     ///
     /// # Errors
-    /// A message, when they cannot be serialized.
+    /// A message, if the state cannot be serialized.
     pub fn save(&self) -> Result<Vec<u8>, String> {
         let kept = Kept {
             series: self.series.iter().map(|s| (s.key.clone(), s.statistics.clone())).collect(),
@@ -241,7 +241,7 @@ impl Metrics {
         rmp_serde::to_vec_named(&kept).map_err(|e| format!("the metrics: {e}"))
     }
 
-    /// Restores the metrics of variables and conditions that the checkpoint has. Other metrics begin at its instant.
+    /// Restores the metrics of variables and conditions that the checkpoint contains. Other metrics begin at its instant.
     ///
     /// # Errors
     /// The saved state cannot be read.
@@ -265,7 +265,7 @@ impl Metrics {
         Ok(())
     }
 
-    /// Returns name, value and unit of each; the value is NaN when the variable never existed or the condition never held.
+    /// Returns name, value and unit of each metric. The value is NaN if the variable never existed or the condition never held.
     pub fn results(&self) -> impl Iterator<Item = (&str, f64, &str)> {
         self.list.iter().map(|f| {
             let value = match f.of {
@@ -278,12 +278,12 @@ impl Metrics {
 }
 
 impl Tracked {
-    /// A value of the variable as it is shown.
+    /// Converts a value of the variable to its displayed unit.
     fn point(&self, y: f64) -> f64 {
         (y - self.shown_in.offset) / self.shown_in.scale
     }
 
-    /// Returns the metric. Differences and deviations have no offset: a range of 10 K is one of 10 degC.
+    /// Returns the metric. Differences and deviations do not have an offset: a range of 10 K is one of 10 degC.
     fn value(&self, of: &Series) -> f64 {
         let (s, scale) = (&of.statistics, self.shown_in.scale);
         if s.last.is_nan() && s.time == 0.0 {
@@ -312,7 +312,7 @@ impl Tracked {
     }
 }
 
-/// The unit as written, and as read. Instants are shown in a unit of time.
+/// Returns the unit as text and as parsed. Instants are shown in a unit of time.
 fn shown(plan: &Plan, f: &Metric, own: Unit, what: &str) -> Result<(String, Unit), Fault> {
     let instant = matches!(f.take, Take::TimeOfMin | Take::TimeOfMax | Take::TimeOfMaxAbs);
     let (of, text) = match &f.of {
@@ -332,13 +332,14 @@ fn shown(plan: &Plan, f: &Metric, own: Unit, what: &str) -> Result<(String, Unit
         Ok(u) if u.same_quantity(&own) => Ok((unit, u)),
         Ok(_) if instant => Err(Fault::new(
             origin,
-            format!("{what}: an instant is shown in a unit of time, and {unit} is none"),
+            format!("{what}: an instant needs a unit of time, but {unit} is not one"),
         )
-        .help("write s, min, h or day, or leave `unit` out")),
-        Ok(_) => {
-            Err(Fault::new(origin, format!("{what}: `{of}` is in {text}, which is no {unit}"))
-                .help("choose a unit of the same quantity"))
-        }
+        .help("write s, min, h or day, or omit `unit`")),
+        Ok(_) => Err(Fault::new(
+            origin,
+            format!("{what}: `{of}` is in {text}, which is a different quantity than {unit}"),
+        )
+        .help("choose a unit of the same quantity")),
         Err(e) => Err(Fault::new(origin, format!("{what}: {e}"))),
     }
 }
@@ -430,15 +431,15 @@ impl Series {
     }
 }
 
-/// A function of time and columns that is not negative where something holds.
+/// A function of time and columns that is not negative where a condition holds.
 type Holds<'a> = dyn Fn(Times, &[f64]) -> f64 + 'a;
 
-/// The parts of a stretch in which something holds, and in which it does not.
+/// Returns the parts of an interval in which the condition holds, and in which it does not.
 fn shares(statistics: &mut Statistics, over: &mut Stretch<'_>, of: &Holds<'_>) {
     let (begin, length) = (over.begin(), over.length());
     let mut from = (0.0, of(over.times(begin), over.start()));
     let end = (1.0, of(over.times(begin + length), over.end()));
-    // It may hold, or cease to, between the two.
+    // The condition may change twice between the two ends.
     let middle = if over.is_wide() { at(over, 0.5, of) } else { None };
     for to in middle.map(|y| (0.5, y)).into_iter().chain([end]) {
         let split = split(over, from, to, of);
@@ -453,7 +454,7 @@ fn at(over: &mut Stretch<'_>, part: f64, of: &Holds<'_>) -> Option<f64> {
     over.at(part).map(|values| of(t, values))
 }
 
-/// Where between two parts of a stretch it begins or ceases to hold; the second where it does not.
+/// Returns where the condition changes between two positions in an interval, or the second position if it does not.
 fn split(over: &mut Stretch<'_>, from: (f64, f64), to: (f64, f64), of: &Holds<'_>) -> f64 {
     if holds(from.1) == holds(to.1) {
         return to.0;

@@ -1,23 +1,23 @@
-//! How a variable is spread over time, in fixed memory: values with the time that each was held, of which neighbours
-//! are joined when there is no more room.
+//! Distribution of a variable over time with constant memory: values, each with the time for which it was held. Neighbouring values are merged when
+//! the memory is full.
 //!
 //! ```text
 //! values  sorted, each with a weight (the time, s), and the part of it in which the variable passed through the value
-//!         without staying (all of it for samples of a smooth variable, none for values that are held)
-//! join    neighbours whose weights together are at most 4 q (1−q) W / N, with q the share of the time below them
+//!         without staying (all of it for samples of a smooth variable, none for held values)
+//! merge   neighbours whose weights together are at most 4 q (1−q) W / N, with q the fraction of the time below them
 //! ```
-//! So the tails stay fine (a merging t-digest, Dunning and Ertl 2019, with the scale function k₂ without its logarithm).
-//! Up to [`ROOM`] values nothing is joined, and a percentile of held values is exact.
+//! The tails therefore keep a fine resolution (a merging t-digest, Dunning and Ertl 2019, with the scale function k₂ without its logarithm). Up to
+//! [`ROOM`] values nothing is merged, and a percentile of held values is exact.
 use serde::{Deserialize, Serialize};
 
-/// Values that are kept before neighbours are joined, and how many are left at the most.
+/// Number of values that are kept before neighbours are merged, and largest number after that.
 const ROOM: usize = 8192;
 const LEFT: f64 = 1024.0;
 
-/// A value and its time (s), and the part of the time (s) in which the variable moved on.
+/// A value, its time (s), and the part of the time (s) in which the variable moved on.
 type Mass = (f64, f64, f64);
 
-/// Values and the time that each was held (s).
+/// Values and the time for which each was held (s).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Quantiles {
     values: Vec<Mass>,
@@ -29,18 +29,18 @@ impl Quantiles {
         Quantiles { values: Vec::with_capacity(ROOM) }
     }
 
-    /// Allocates the memory for all values again, after it was read from a file.
+    /// Allocates the memory for all values again, after reading from a file.
     pub fn make_room(&mut self) {
         self.values.truncate(ROOM);
         self.values.reserve_exact(ROOM - self.values.len());
     }
 
-    /// A value that is held for a time.
+    /// Adds a value that is held for a time.
     pub fn hold(&mut self, value: f64, time: f64) {
         self.add((value, time, 0.0));
     }
 
-    /// A value that the variable passes through in the middle of a time.
+    /// Adds a value that the variable passes through in the middle of a time.
     pub fn pass(&mut self, value: f64, time: f64) {
         self.add((value, time, time));
     }
@@ -83,7 +83,7 @@ impl Quantiles {
             }
         }
         self.values.truncate(kept + 1);
-        // Weights so uneven that little may be joined: each goes with its neighbour.
+        // With very uneven weights little can be merged; then each value is merged with its neighbour.
         if self.values.len() > ROOM / 2 {
             let n = self.values.len();
             for k in 0..n.div_ceil(2) {
@@ -95,16 +95,16 @@ impl Quantiles {
         }
     }
 
-    /// The value that the variable was below for this share of the time; `None` of nothing.
+    /// Returns the value below which the variable was for this fraction of the time; `None` without values.
     pub fn at(&self, share: f64) -> Option<f64> {
         let mut values = self.values.clone();
         Self::sort(&mut values);
         let total: f64 = values.iter().map(|v| v.1).sum();
-        // Rounding of sums must not make the next value of one whose time is just over.
+        // Round-off of the sums must not select the next value.
         let target = share * total * (1.0 - 1e-12);
         let (mut below, mut last): (f64, Option<(f64, f64)>) = (0.0, None);
         for (value, time, moving) in values {
-            // It stays in the middle of its time, and moves before and after.
+            // The variable stays at the value in the middle of its time, and moves before and after.
             let (from, to) = (below + 0.5 * moving, below + time - 0.5 * moving);
             if target <= from
                 && let Some((at, before)) = last
@@ -122,7 +122,7 @@ impl Quantiles {
     }
 }
 
-/// Two values as one; unless they are equal it stands for all between.
+/// Merges two values. Unless they are equal, the result stands for all values between them.
 fn joined(a: Mass, b: Mass) -> Mass {
     let time = a.1 + b.1;
     let moving = if a.0 == b.0 { a.2 + b.2 } else { time };

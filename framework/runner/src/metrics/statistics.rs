@@ -1,11 +1,11 @@
-//! Statistics of one variable over time, in fixed memory.
+//! Statistics of one variable over time, with constant memory.
 //!
 //! ```text
 //! mean   (1/T) ∫ y dt          std  √((1/T) ∫ (y − mean)² dt)        T: the time in which the variable exists
-//! held   y Δt                  smooth  Simpson's rule on the dense output, halved until it agrees with itself;
-//!                              the trapezoidal rule where the variable hardly bends within a step
-//! truth  the time from the instant at which it begins to hold to that at which it ceases to
-//! max    at instants, at ends of stretches, and where the dense output has its vertex
+//! held   y Δt                  smooth  Simpson's rule on the dense output, with intervals halved until it converges;
+//!                              the trapezoidal rule where the variable is nearly linear within a step
+//! truth  the time from the instant at which it becomes true to that at which it becomes false
+//! max    at instants, at ends of intervals, and at extrema of the dense output
 //! ```
 use super::quantiles::Quantiles;
 use serde::{Deserialize, Serialize};
@@ -13,54 +13,54 @@ use serde::{Deserialize, Serialize};
 /// The statistics that a metric needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Wants {
-    /// Its last value.
+    /// The last value.
     Last,
-    /// Integrals of it and its square.
+    /// Integrals of the variable and its square.
     Moments,
-    /// The least and the largest value.
+    /// The smallest and the largest value.
     Extremes,
-    /// How it is spread.
+    /// The distribution.
     Quantiles,
 }
 
 /// Statistics so far.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Statistics {
-    /// How long the variable has existed (s).
+    /// Time for which the variable has existed (s).
     pub time: f64,
-    /// The first value; integrals are of what is above it.
+    /// The first value; integrals are of the difference from it.
     first: f64,
     sum: f64,
     square: f64,
     /// Value and instant.
     pub min: (f64, f64),
     pub max: (f64, f64),
-    /// NaN before the first.
+    /// The last value; NaN before the first.
     pub last: f64,
     pub quantiles: Option<Quantiles>,
-    /// The last stretch had this slope and end, and its slope differed by `bend` from the slope before it.
+    /// Slope and end of the last interval; `bend` is the change of the slope from the interval before.
     slope: f64,
     end: f64,
     bend: f64,
 }
 
-/// Error of an integral over a panel that is accepted, as a part of the scale of the variable; how often panels are halved.
+/// Accepted error of an integral over a panel, relative to the scale of the variable, and largest number of halvings of a panel.
 const ACCURACY: f64 = 1e-6;
 const HALVINGS: u32 = 7;
-/// Points that are kept of a stretch while its extremes are sought.
+/// Largest number of points of an interval in the search for its extrema.
 const POINTS: usize = 257;
 
-/// Values inside a stretch: at a part of it (0 to 1).
+/// Values inside an interval, at a position from 0 to 1.
 pub(super) type Inside<'a> = dyn FnMut(f64) -> Option<f64> + 'a;
 
-/// A stretch of a variable: begin, length, first and last value.
+/// An interval of a variable: begin, length, first and last value.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span {
     pub begin: f64,
     pub length: f64,
     pub start: f64,
     pub end: f64,
-    /// It may bend strongly ([`Stretch::is_wide`](linkwork_runtime::Stretch::is_wide)).
+    /// The variable may be strongly nonlinear in it ([`Stretch::is_wide`](linkwork_runtime::Stretch::is_wide)).
     pub wide: bool,
 }
 
@@ -81,14 +81,14 @@ impl Statistics {
         }
     }
 
-    /// After it was read from a file: the memory for all that is to come.
+    /// Allocates the memory again, after reading from a file.
     pub fn make_room(&mut self) {
         if let Some(quantiles) = &mut self.quantiles {
             quantiles.make_room();
         }
     }
 
-    /// A value at an instant.
+    /// Adds a value at an instant.
     pub fn see(&mut self, t: f64, y: f64) {
         if self.first.is_nan() {
             self.first = y;
@@ -101,7 +101,7 @@ impl Statistics {
         }
     }
 
-    /// The value at an instant after all its work.
+    /// Adds the final value at an instant.
     pub fn instant(&mut self, t: f64, y: f64) {
         self.see(t, y);
         self.last = y;
@@ -124,7 +124,7 @@ impl Statistics {
         }
     }
 
-    /// A value that is held for a time.
+    /// Adds a value that is held for a time.
     pub fn held(&mut self, begin: f64, length: f64, y: f64) {
         self.see(begin, y);
         let above = y - self.first;
@@ -134,12 +134,12 @@ impl Statistics {
         self.end = f64::NAN;
     }
 
-    /// The size of the variable's variation, for tolerances.
+    /// Returns the scale of the variable's variation, for tolerances.
     fn scale(&self) -> f64 {
         (self.max.0 - self.min.0).max(1e-12 * self.max.0.abs().max(self.min.0.abs()))
     }
 
-    /// A stretch in which it varies without a jump.
+    /// Adds an interval in which the variable does not jump.
     pub fn smooth(&mut self, span: Span, wants: Wants, inside: &mut Inside<'_>) {
         let Span { begin, length, start, end, wide } = span;
         self.see(begin, start);
@@ -153,7 +153,7 @@ impl Statistics {
             self.bend = (slope - self.slope).abs();
         }
         (self.slope, self.end) = (slope, end);
-        // How far it may leave the straight line: a parabola by 1/8 of the change of slope over the stretch.
+        // Estimate of the deviation from a straight line: for a parabola, 1/8 of the change of slope over the interval.
         let scale = self.scale();
         let mut off = 0.25 * self.bend * length;
         if wide {
@@ -200,7 +200,7 @@ impl Statistics {
         }
     }
 
-    /// Simpson's rule over a panel, or over its halves when they say otherwise.
+    /// Integrates a panel with Simpson's rule, or its halves if the result differs.
     fn panel(
         &mut self,
         p: Panel,
@@ -270,7 +270,7 @@ impl Statistics {
     }
 }
 
-/// A part of a stretch with three values.
+/// A part of an interval with three values.
 #[derive(Clone, Copy)]
 struct Panel {
     from: f64,
@@ -285,7 +285,7 @@ impl Panel {
         (self.start + 4.0 * self.middle + self.end) / 6.0
     }
 
-    /// The parabola through its three values, at a part of it.
+    /// Evaluates the parabola through its three values at a position.
     fn parabola(&self, part: f64) -> f64 {
         let (a, m, b) = (self.start, self.middle, self.end);
         let (s, c) = (4.0 * m - 3.0 * a - b, 2.0 * (a - 2.0 * m + b));
@@ -293,7 +293,7 @@ impl Panel {
     }
 }
 
-/// Known values of a stretch, in order.
+/// Known values of an interval, in order.
 struct Points {
     list: [(f64, f64); POINTS],
     n: usize,
@@ -313,13 +313,13 @@ impl Points {
         }
     }
 
-    /// Where the largest (sign 1) or least (sign −1) value inside lies, when it is inside.
+    /// Returns the position of the largest (sign 1) or smallest (sign −1) interior value, if the extremum is in the interior.
     fn extreme(&self, sign: f64, scale: f64, inside: &mut Inside<'_>) -> Option<(f64, f64)> {
         let list = &self.list[..self.n];
         let above = |y: f64, than: f64| sign * (y - than) > 0.0;
         let best =
             (0..list.len()).reduce(|k, j| if above(list[j].1, list[k].1) { j } else { k })?;
-        // Three points with the largest in the middle, or the three at the end that it stands at.
+        // Three points with the extremum in the middle, or the first or last three.
         let middle = best.clamp(1, list.len().checked_sub(2)?);
         let [mut low, mut high] = [list[middle - 1], list[middle + 1]];
         let mut top = list[middle];
@@ -345,7 +345,7 @@ impl Points {
     }
 }
 
-/// The vertex of the parabola through three points, when it is a top (sign 1) or bottom (sign −1).
+/// Returns the vertex of the parabola through three points, if it is a maximum (sign 1) or minimum (sign −1).
 fn vertex(a: (f64, f64), m: (f64, f64), b: (f64, f64), sign: f64) -> Option<f64> {
     let (h, k) = (m.0 - a.0, b.0 - m.0);
     let (s, t) = ((m.1 - a.1) / h, (b.1 - m.1) / k);
@@ -357,8 +357,8 @@ fn vertex(a: (f64, f64), m: (f64, f64), b: (f64, f64), sign: f64) -> Option<f64>
     Some(m.0 - slope / (2.0 * curve))
 }
 
-/// Returns the part of a stretch at which a number changes its sign, given its values at both ends; it has the sign of the end there.
-/// `inside` returns the number at a part.
+/// Returns the position in an interval at which a number changes its sign, given its values at both ends. There it has the sign of the end of the
+/// interval. `inside` returns the number at a position.
 pub(super) fn crossing(start: f64, end: f64, inside: &mut Inside<'_>) -> f64 {
     let (mut low, mut high) = ((0.0, start), (1.0, end));
     let side = |y: f64| y >= 0.0;
@@ -367,14 +367,14 @@ pub(super) fn crossing(start: f64, end: f64, inside: &mut Inside<'_>) -> f64 {
         if high.0 - low.0 < 1e-10 {
             break;
         }
-        // The secant, each third time the middle: a jump has no slope.
+        // The secant method, with a bisection every third time, because a jump does not have a slope.
         let span = high.1 - low.1;
         let secant = low.0 - low.1 * (high.0 - low.0) / span;
         let middle = 0.5 * (low.0 + high.0);
         let inner = secant > low.0 && secant < high.0 && secant.is_finite() && k % 3 != 2;
         let part = if inner { secant } else { middle };
         let Some(y) = inside(part).filter(|y| !y.is_nan()) else { break };
-        // Illinois: an end that stays loses half of its value.
+        // Illinois variant: the value at an end that does not move is halved.
         if side(y) == side(end) {
             high = (part, y);
             low.1 *= if lean == 1 { 0.5 } else { 1.0 };

@@ -1,4 +1,4 @@
-//! What the tests of the command line share: the binary, run in a temporary folder.
+//! Common code of the tests of the command line: the program, run in a temporary folder.
 #![allow(clippy::unwrap_used)]
 #![allow(dead_code)] // Each test file uses a part of it.
 use std::path::{Path, PathBuf};
@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 static COUNT: AtomicU32 = AtomicU32::new(0);
 
-/// A temporary folder to run in, removed at the end. Made here and not by a crate: a dependency of
-/// the tests alone changes the features of others, and Rerun would be built twice.
+/// A temporary folder for a run, removed at the end. It does not use a crate: a dependency of the tests alone changes the features of others, and
+/// Rerun would be built twice.
 pub struct Lab(PathBuf);
 
 impl Drop for Lab {
@@ -17,7 +17,7 @@ impl Drop for Lab {
     }
 }
 
-/// How a command ended, and what it said.
+/// Exit code and output of a command.
 #[derive(Debug)]
 pub struct Said {
     pub code: i32,
@@ -42,7 +42,7 @@ impl Said {
         assert_eq!(self.code, wanted, "{}\n{}", self.out, self.err);
         self
     }
-    /// Asserts that standard error holds all of these.
+    /// Asserts that standard error contains all of these.
     #[track_caller]
     pub fn tells(self, wanted: &[&str]) -> Said {
         for w in wanted {
@@ -77,12 +77,12 @@ impl Lab {
     pub fn linkwork(&self, args: &[&str]) -> Said {
         self.command(args).output().unwrap().into()
     }
-    /// `run sim --out out --save-rrd off` with more arguments.
+    /// Runs `run sim --out out --save-rrd off` with more arguments.
     pub fn run(&self, sim: &str, out: &str, more: &[&str]) -> Said {
         let head = ["run", sim, "--out", out, "--save-rrd", "off"];
         self.linkwork(&[&head, more].concat())
     }
-    /// `resume` in the same way.
+    /// Runs `resume` in the same way.
     pub fn resume(&self, from: &str, out: &str, more: &[&str]) -> Said {
         let head = ["resume", from, "--out", out, "--save-rrd", "off"];
         self.linkwork(&[&head, more].concat())
@@ -90,7 +90,7 @@ impl Lab {
     pub fn spawn(&self, args: &[&str]) -> Child {
         self.command(args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
     }
-    /// summary.json of a run.
+    /// Returns the summary.json of a run.
     pub fn summary(&self, out: &str) -> serde_json::Value {
         let text = std::fs::read_to_string(self.path(out).join("summary.json")).unwrap();
         serde_json::from_str(&text).unwrap()
@@ -98,7 +98,7 @@ impl Lab {
     pub fn hash(&self, out: &str) -> String {
         self.summary(out)["state_hash"].as_str().unwrap().to_string()
     }
-    /// Files and folders here, sorted.
+    /// Returns the files and folders here, sorted.
     pub fn files(&self) -> Vec<String> {
         names(&self.0)
     }
@@ -108,7 +108,7 @@ impl Lab {
 pub struct Small(PathBuf);
 
 impl Small {
-    /// `None` where this process may not mount one.
+    /// Returns `None` if this process does not have the right to mount one.
     pub fn mount(at: PathBuf, size: &str) -> Option<Small> {
         std::fs::create_dir_all(&at).unwrap();
         let options = format!("size={size}");
@@ -124,7 +124,7 @@ impl Drop for Small {
     }
 }
 
-/// Sends a signal, by name.
+/// Sends a signal by its name.
 pub fn signal(child: &Child, name: &str) {
     let sent = Command::new("kill").args([&format!("-{name}"), &child.id().to_string()]).status();
     assert!(sent.unwrap().success());
@@ -146,7 +146,7 @@ pub fn killed(child: &mut Child) {
     child.wait().unwrap();
 }
 
-/// Waits until a file is there.
+/// Waits until a file exists.
 #[track_caller]
 pub fn wait_for(path: &Path) {
     for _ in 0..1500 {
@@ -158,7 +158,7 @@ pub fn wait_for(path: &Path) {
     panic!("`{}` does not come", path.display());
 }
 
-/// Names in a folder, sorted.
+/// Returns the names in a folder, sorted.
 pub fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).unwrap();
     let mut all: Vec<String> =
@@ -172,12 +172,12 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// A simulation that ships with Linkwork.
+/// Returns the path of a simulation of the repository.
 pub fn sim(name: &str) -> String {
     root().join("sims").join(name).display().to_string()
 }
 
-/// A pendulum with a chain of signals beside it. Lines and columns are asserted: keep the layout.
+/// A pendulum and a chain of signals. Tests assert lines and columns: keep the layout.
 pub const BASE: &str = r#"Simulation(
     bodies: {
         "bob": (
@@ -201,7 +201,7 @@ pub const BASE: &str = r#"Simulation(
 )
 "#;
 
-/// [`BASE`] with pieces replaced, each of which must be there.
+/// Returns [`BASE`] with some pieces replaced; each piece must exist.
 #[track_caller]
 pub fn edited(edits: &[(&str, &str)]) -> String {
     edits.iter().fold(BASE.to_string(), |text, (from, to)| {

@@ -1,7 +1,7 @@
-//! The compiled part of the Python package `linkwork`: everything of `linkwork_python`, with every model of the
+//! The compiled module of the Python package `linkwork`: all classes of `linkwork_python`, with all models of the
 //! component libraries.
-// `cargo test --workspace NAME` builds a test of this library although its manifest says it has
-// none, and an extension module does not link without an interpreter: then it is empty.
+// `cargo test --workspace NAME` builds a test of this library although its manifest disables tests. It would not
+// link without a Python interpreter, so the crate is empty then.
 #![cfg(not(test))]
 
 linkwork_python::module!(linkwork_python::library);

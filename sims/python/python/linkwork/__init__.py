@@ -1,4 +1,4 @@
-"""Machines made of parts: multibody dynamics, operator expressions, simulations, logs.
+"""Multibody dynamics, spatial operator expressions, robot models, simulations and logs.
 
 >>> import linkwork
 >>> arm = linkwork.load("arm.urdf")
@@ -6,10 +6,10 @@
 >>> vdot = arm.forward_dynamics(q, v, tau)
 >>> M = arm.mass_matrix(q)
 
-Arrays are numpy float64, in SI units and radians. Vectors are in world axes unless said
+Arrays are numpy float64, in SI units and radians. Vectors are in world axes unless stated
 otherwise; spatial vectors have the angular part first; quaternions are [x y z w].
-Whatever is refused raises `LinkworkError`, with place, fact and remedy.
-`__cpu__` says for which processors the compiled part in use was built.
+Errors raise `LinkworkError`. Its message states where the mistake is, what is wrong, and the remedy.
+`__cpu__` is the processor level for which the loaded build of the compiled module was made.
 """
 
 from pathlib import Path as _Path

@@ -1,9 +1,9 @@
-"""Which build of the compiled part is used.
+"""Selection of the build of the compiled module.
 
-A package has one build, `_linkwork.abi3.so`, or several for processors of different levels: `_linkwork_v2.abi3.so`, `_v3`, `_v4` for
-x86-64-v2 (any since 2009), -v3 (AVX2 and FMA) and -v4 (AVX-512). Of several, the highest that the processor has is
-loaded, always under the name `_linkwork`; the environment variable LINKWORK_CPU names another. The build for the lowest level
-says what the processor has.
+A package has one build, `_linkwork.abi3.so`, or several for different processor levels: `_linkwork_v2.abi3.so`, `_v3`, `_v4` for
+x86-64-v2 (any processor since 2009), -v3 (AVX2 and FMA) and -v4 (AVX-512). The highest level that the processor supports is
+loaded, always under the name `_linkwork`. The environment variable LINKWORK_CPU selects another level. The build for the
+lowest level detects what the processor supports.
 """
 
 import importlib
@@ -15,31 +15,31 @@ from importlib.machinery import EXTENSION_SUFFIXES, ExtensionFileLoader
 from pathlib import Path
 from types import ModuleType
 
-#: From the lowest on.
+#: The levels, lowest first.
 LEVELS = ("v2", "v3", "v4")
 
 
 def choose(there: Collection[str], has: Collection[str], wanted: str) -> str:
-    """The level to load, of those whose builds are in the package and that the processor has: the highest, or the
-    one that is wanted. Raises ImportError when there is none."""
+    """Return the level to load: the wanted one, or the highest of `there` (the builds in the package) that is in `has` (the
+    levels of the processor). Raises ImportError if there is none."""
     _known(wanted)
     if wanted and wanted not in there:
         raise _none_for(wanted, _list(there))
     best = wanted or next((level for level in reversed(LEVELS) if level in there and level in has), "")
     if not best:
         raise ImportError(
-            f"this processor has {_list(has)}, and the package is built for {_list(there)}\n  help: build it from the sources with "
+            f"this processor supports {_list(has)}, but the package is built for {_list(there)}\n  help: build it from source with "
             'RUSTFLAGS="-C target-cpu=native" pip install ./sims/python'
         )
     if best not in has:
         raise ImportError(
-            f"LINKWORK_CPU asks for {_list([best])}, and this processor has {_list(has)}\n  help: leave LINKWORK_CPU out"
+            f"LINKWORK_CPU selects {_list([best])}, but this processor supports {_list(has)}\n  help: unset LINKWORK_CPU"
         )
     return best
 
 
 def load(package: str, folder: Path) -> None:
-    """Loads the compiled part of a package in a folder, as its submodule `_linkwork`."""
+    """Load the compiled module of a package from a folder, as its submodule `_linkwork`."""
     name = f"{package}._linkwork"
     wanted = os.environ.get("LINKWORK_CPU", "")
     files = [(level, folder / f"_linkwork_{level}{suffix}") for level in LEVELS for suffix in EXTENSION_SUFFIXES]
@@ -71,12 +71,12 @@ def _open(name: str, file: Path) -> ModuleType:
 
 def _known(wanted: str) -> None:
     if wanted and wanted not in LEVELS:
-        raise ImportError(f"LINKWORK_CPU is `{wanted}`\n  help: it may be {', '.join(LEVELS)}, or left out")
+        raise ImportError(f"LINKWORK_CPU is `{wanted}`\n  help: set it to one of {', '.join(LEVELS)}, or unset it")
 
 
 def _none_for(wanted: str, there: str) -> ImportError:
     return ImportError(
-        f"LINKWORK_CPU asks for {_list([wanted])}, and the package is built for {there}\n  help: leave LINKWORK_CPU out, or make a "
+        f"LINKWORK_CPU selects {_list([wanted])}, but the package is built for {there}\n  help: unset LINKWORK_CPU, or build a "
         "wheel with all levels: sims/python/build"
     )
 

@@ -1,4 +1,4 @@
-"""Types of the compiled part. Shapes and units are in the docstrings of the functions."""
+"""Types of the compiled module. Shapes and units are in the docstrings of its functions."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from os import PathLike

@@ -1,4 +1,4 @@
-"""`Mechanism.show` and `Simulation.show`: bodies in the viewer Rerun."""
+"""`Mechanism.show` and `Simulation.show`: bodies in the Rerun viewer."""
 
 import weakref
 from pathlib import Path
@@ -8,10 +8,10 @@ import numpy as np
 
 from ._linkwork import LinkworkError
 
-#: Red, green, blue, opacity of what has no colour of its own.
+#: Default colour of shapes: red, green, blue, opacity.
 GREY = (0.72, 0.72, 0.75, 1.0)
 
-#: What is drawn of each simulation that is shown.
+#: The recording of each simulation that is shown.
 _films: "weakref.WeakKeyDictionary[Any, _Film]" = weakref.WeakKeyDictionary()
 
 
@@ -24,7 +24,7 @@ def _rerun() -> Any:
 
 
 def _opened(name: str, path: Path | None) -> Any:
-    """A recording that goes to a file, or to a viewer."""
+    """Open a recording to a file or to a viewer."""
     rr = _rerun()
     recording = rr.RecordingStream(f"linkwork_{name}")
     if path is None:
@@ -36,13 +36,13 @@ def _opened(name: str, path: Path | None) -> Any:
 
 
 def _entity(body: str) -> str:
-    """Of a body: parts of names that are separated by dots or slashes stay one level."""
+    """Return the entity of a body. Dots and slashes in its name do not create levels."""
     rr = _rerun()
     return "bodies/" + str(rr.escape_entity_path_part(body))
 
 
 def _shape(recording: Any, shape: dict[str, Any], *, static: bool) -> str:
-    """Draws it; its entity."""
+    """Draw a shape and return its entity."""
     rr = _rerun()
     entity = f"{_entity(shape['body'])}/{rr.escape_entity_path_part(shape['name'])}"
     pose, kind = shape["pose"], shape["kind"]
@@ -57,7 +57,7 @@ def _shape(recording: Any, shape: dict[str, Any], *, static: bool) -> str:
         radius, length = shape["size"]
         what = rr.Cylinders3D(lengths=[length], radii=[radius], **solid)
     elif kind == "capsule":
-        # Rerun's begins at the middle of one of its half spheres.
+        # The origin of a Rerun capsule is the centre of one of its half spheres.
         radius, length = shape["size"]
         what = rr.Capsules3D(lengths=[length], radii=[radius], translations=[[0, 0, -0.5 * length]], colors=[color], fill_mode="solid")
     elif kind == "surface":
@@ -66,7 +66,7 @@ def _shape(recording: Any, shape: dict[str, Any], *, static: bool) -> str:
         what = rr.Points3D(shape["points"][:, :3], radii=shape["points"][:, 3], colors=[color])
     else:
         if not Path(shape["file"]).is_file():
-            raise LinkworkError(f"the mesh `{shape['file']}` of `{shape['body']}` is not there\n  help: give `packages` to linkwork.load, or put it there")
+            raise LinkworkError(f"the mesh `{shape['file']}` of `{shape['body']}` does not exist\n  help: pass `packages` to linkwork.load, or provide the file")
         what = rr.Asset3D(path=shape["file"], albedo_factor=color)
         placed["scale"] = shape["scale"]
     recording.log(entity, rr.Transform3D(**placed), what, static=static)
@@ -83,7 +83,7 @@ def _place(recording: Any, state: Any, bodies: list[str]) -> None:
 def mechanism(machine: Any, q: Any, path: Path | None) -> None:
     """`Mechanism.show`."""
     rows = np.atleast_2d(np.asarray(machine.initial_q if q is None else q, dtype=float))
-    # What cannot be is refused before a viewer opens.
+    # Invalid configurations raise before a viewer opens.
     states = [machine.state(row) for row in rows]
     recording = _opened("mechanism", path)
     for shape in machine._shapes():
@@ -95,7 +95,7 @@ def mechanism(machine: Any, q: Any, path: Path | None) -> None:
 
 
 class _Film:
-    """What is drawn of a simulation: one recording for all its phases."""
+    """The recording of a simulation, for all of its phases."""
 
     def __init__(self, path: Path | None) -> None:
         self.path = path
@@ -105,7 +105,7 @@ class _Film:
         self.entities: set[str] = set()
 
     def enter(self, run: Any) -> None:
-        """Shapes of the phase that begins instead of those before; nothing within a phase."""
+        """Replace the shapes at the beginning of a phase."""
         if self.machine is not None and run.phase == self.phase:
             return
         rr = _rerun()
@@ -120,7 +120,7 @@ def simulation(run: Any, path: Path | None) -> None:
     """`Simulation.show`."""
     film = _films.get(run)
     if film is None or film.path != path:
-        # Refused before a viewer opens.
+        # A simulation without a mechanism raises here, before a viewer opens.
         _ = run.q
         film = _films[run] = _Film(path)
     film.recording.set_time("time", duration=run.time)

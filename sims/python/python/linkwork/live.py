@@ -1,6 +1,6 @@
-"""A client of a run that was started with `linkwork run SIM --serve`. It needs nothing but Python.
+"""Client for a run that was started with `linkwork run SIM --serve`. It needs only the standard library.
 
-The protocol is framework/live/PROTOCOL.md.
+The protocol is described in framework/live/PROTOCOL.md.
 """
 
 import json
@@ -16,19 +16,21 @@ LONGEST = 1 << 24
 
 
 class Refused(Exception):
-    """The run says no: the message, and what to do about it."""
+    """The run rejected a request. The message contains the reason and the remedy."""
 
 
 class Ended(ConnectionError):
-    """The run has closed the connection: it has ended, or has let this client go."""
+    """The run has closed the connection, because it has ended or has disconnected this client."""
 
 
 class Attached:
-    """A connection to a run. Close it, or use it in a `with` statement.
+    """A connection to a running simulation. Close it, or use it in a `with` statement.
 
-    What the run says no to raises `linkwork.live.Refused`, with the remedy; a run that has ended, or has let this client
-    go, raises ConnectionError in every call.
+    Create it with `linkwork.attach`. Requests that the run rejects raise `linkwork.live.Refused` with the remedy. Every
+    call raises ConnectionError if the run has ended or has disconnected this client.
 
+    Examples
+    --------
     >>> run = linkwork.attach("runs/pendulum")
     >>> _ = run.pause()
     >>> _ = run.set("bob.angle", "30 deg")
@@ -37,7 +39,17 @@ class Attached:
     """
 
     def __init__(self, address: str, token: str, timeout: float | None = 10.0) -> None:
-        """address: "127.0.0.1:43210"; token: of live.json; timeout: for every answer, s."""
+        """Connect to a run.
+
+        Parameters
+        ----------
+        address : str
+            Address and port, such as "127.0.0.1:43210".
+        token : str
+            The token in live.json.
+        timeout : float, optional
+            Longest time to wait for each answer, s.
+        """
         host, port = address.rsplit(":", 1)
         self._socket = socket.create_connection((host.strip("[]"), int(port)), timeout)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -51,8 +63,10 @@ class Attached:
             raise
 
     def close(self) -> None:
-        """Ends the connection; the run goes on.
+        """Close the connection. The run continues.
 
+        Examples
+        --------
         >>> run.close()
         >>> with linkwork.attach("runs/pendulum") as again:
         ...     len(again.variables("bob.*"))
@@ -82,14 +96,14 @@ class Attached:
         while len(data) < count:
             more = self._socket.recv(min(count - len(data), 1 << 16))
             if not more:
-                raise Ended("the run has closed the connection: it has ended, or let this client go")
+                raise Ended("the run has closed the connection: it has ended, or has disconnected this client")
             data += more
         return bytes(data)
 
     def _next(self) -> tuple[int, Any]:
         (length,) = struct.unpack("<I", self._take(4))
         if length > LONGEST:
-            raise ConnectionError(f"a reply of {length} bytes: this is no run of Linkwork")
+            raise ConnectionError(f"a reply of {length} bytes: this is not a Linkwork run")
         reply = json.loads(self._take(length))
         return reply["id"], reply["said"]
 
@@ -106,8 +120,25 @@ class Attached:
         return self._answer(self._send(ask))
 
     def variables(self, *patterns: str) -> dict[str, str]:
-        """{path: unit} of the variables that match any of the patterns; all without one. Raises ConnectionError.
+        """Return the units of variables.
 
+        Parameters
+        ----------
+        *patterns : str
+            Patterns of paths; `*` matches one segment, `**` any number (default: all variables).
+
+        Returns
+        -------
+        dict of str to str
+            {path: unit} of the variables that match any of the patterns.
+
+        Raises
+        ------
+        ConnectionError
+            If the run has ended.
+
+        Examples
+        --------
         >>> run.variables("bob.r*")
         {'bob.rate': 'rad/s'}
         """
@@ -115,9 +146,26 @@ class Attached:
         return dict(said["names"]["names"])
 
     def get(self, *paths: str) -> Any:
-        """Values now, SI: a number for one path, a list for several. None where there is no number, as
-        in a phase without it. Raises Refused for a path that is not there.
+        """Return present values of variables.
 
+        Parameters
+        ----------
+        *paths : str
+            Paths of variables.
+
+        Returns
+        -------
+        float or list of float
+            A value in SI for one path, a list for several. None for a variable without a value, for example in a phase
+            in which it does not exist.
+
+        Raises
+        ------
+        Refused
+            If a path does not exist.
+
+        Examples
+        --------
         >>> run.get("bob.angle", "Friction.shaft.angle") == [run.get("bob.angle")] * 2
         True
         """
@@ -125,9 +173,27 @@ class Attached:
         return values[0] if len(paths) == 1 else values
 
     def set(self, path: str, value: float | str) -> float:
-        """Sets a state, or an input without a wire, or all that match a pattern with a star: a number in SI,
-        or "12 deg". Gives the time, s. Raises Refused for what cannot be set, and for another unit.
+        """Set a state or an unconnected input, or all that match a pattern.
 
+        Parameters
+        ----------
+        path : str
+            Path of a variable, or a pattern with a star.
+        value : float or str
+            The value in SI, or a text such as "12 deg".
+
+        Returns
+        -------
+        float
+            The simulated time at which the value was set, s.
+
+        Raises
+        ------
+        Refused
+            If a variable cannot be set, or the value has another unit.
+
+        Examples
+        --------
         >>> run.set("bob.rate", 0.25) == run.pause()
         True
         >>> run.get("bob.rate")
@@ -138,10 +204,27 @@ class Attached:
         return float(self._ask({"set": {"path": path, "value": value}})["changed"]["time"])
 
     def pin(self, path: str, value: float | str | None = None) -> dict[str, float]:
-        """Pins a state, an output, or an input without a wire, or all that match a pattern with a star: it keeps
-        the value, or without one its present value, until it is unpinned. Gives {path: value}, SI. Raises Refused
-        for what cannot be pinned, and for another unit.
+        """Fix the value of a state, an output or an unconnected input, or of all that match a pattern, until `unpin`.
 
+        Parameters
+        ----------
+        path : str
+            Path of a variable, or a pattern with a star.
+        value : float or str, optional
+            The value in SI, or a text such as "12 deg" (default: the present value).
+
+        Returns
+        -------
+        dict of str to float
+            {path: value} of the pinned variables, SI.
+
+        Raises
+        ------
+        Refused
+            If a variable cannot be pinned, or the value has another unit.
+
+        Examples
+        --------
         >>> run.pin("bob.rate", 0.25)
         {'bob.rate': 0.25}
         """
@@ -151,9 +234,25 @@ class Attached:
         return dict(self._ask({"pin": ask})["changed"]["values"])
 
     def unpin(self, path: str = "**") -> dict[str, float]:
-        """Lets a pinned variable go, or all that match a pattern; gives {path: value}, SI. Raises Refused for a pattern
-        that nothing matches.
+        """Release a pinned variable, or all that match a pattern.
 
+        Parameters
+        ----------
+        path : str
+            Path of a variable, or a pattern with a star (default: all).
+
+        Returns
+        -------
+        dict of str to float
+            {path: value} of the released variables, SI.
+
+        Raises
+        ------
+        Refused
+            If the pattern does not match any variable.
+
+        Examples
+        --------
         >>> _ = run.pin("bob.rate", 0.25)
         >>> run.unpin()
         {'bob.rate': 0.25}
@@ -161,8 +260,20 @@ class Attached:
         return dict(self._ask({"unpin": {"path": path}})["changed"]["values"])
 
     def pins(self) -> dict[str, float]:
-        """What is pinned: {path: value}, SI. Raises ConnectionError.
+        """Return the pinned variables.
 
+        Returns
+        -------
+        dict of str to float
+            {path: value}, SI.
+
+        Raises
+        ------
+        ConnectionError
+            If the run has ended.
+
+        Examples
+        --------
         >>> run.pins()
         {}
         """
@@ -171,9 +282,31 @@ class Attached:
     def watch(
         self, paths: Sequence[str], rate: float = 10.0, count: int | None = None
     ) -> Iterator[tuple[float, list[float | None]]]:
-        """Yields (time in s, list of values in SI), at most `rate` times in a second, `count`
-        times or until the run ends. Raises Refused for a path that is not there.
+        """Iterate over samples of variables while the run continues.
 
+        Parameters
+        ----------
+        paths : sequence of str
+            Paths of variables.
+        rate : float
+            Largest number of samples per second of wall time, Hz.
+        count : int, optional
+            Number of samples (default: until the run ends).
+
+        Yields
+        ------
+        time : float
+            Simulated time, s.
+        values : list of float
+            Values in SI.
+
+        Raises
+        ------
+        Refused
+            If a path does not exist.
+
+        Examples
+        --------
         >>> _ = run.go()
         >>> [len(values) for time, values in run.watch(["bob.angle", "bob.rate"], rate=50, count=3)]
         [2, 2, 2]
@@ -195,17 +328,49 @@ class Attached:
                 self._ask({"watch": {"paths": [], "rate": 1.0}})
 
     def pause(self) -> float:
-        """The run stands still; gives the time, s. Raises ConnectionError.
+        """Pause the run.
 
+        Returns
+        -------
+        float
+            The simulated time, s.
+
+        Raises
+        ------
+        ConnectionError
+            If the run has ended.
+
+        Examples
+        --------
         >>> run.pause() == run.pause()
         True
         """
         return float(self._ask("pause")["done"]["time"])
 
     def step(self, steps: int = 1, timeout: float | None = None) -> float:
-        """So many steps, and then it stands still; gives the time, s. Waits for `timeout` s, or for ever.
-        Raises Refused for a number of steps that is none, TimeoutError when it takes longer.
+        """Make a number of steps, then pause the run.
 
+        Parameters
+        ----------
+        steps : int
+            Number of steps (default: 1).
+        timeout : float, optional
+            Longest time to wait, s (default: no limit).
+
+        Returns
+        -------
+        float
+            The simulated time after the steps, s.
+
+        Raises
+        ------
+        Refused
+            If the number of steps is not valid.
+        TimeoutError
+            If the steps take longer than `timeout`.
+
+        Examples
+        --------
         >>> before = run.pause()
         >>> round(run.step(10) - before, 6)
         0.01
@@ -218,8 +383,20 @@ class Attached:
             self._socket.settimeout(before)
 
     def go(self) -> float:
-        """The run goes on; gives the time, s. Raises ConnectionError.
+        """Continue a paused run.
 
+        Returns
+        -------
+        float
+            The simulated time, s.
+
+        Raises
+        ------
+        ConnectionError
+            If the run has ended.
+
+        Examples
+        --------
         >>> before = run.pause()
         >>> run.go() >= before
         True
@@ -227,26 +404,64 @@ class Attached:
         return float(self._ask("go")["done"]["time"])
 
     def checkpoint(self) -> str:
-        """Writes a checkpoint; gives the file. Raises Refused when it cannot be written.
+        """Write a checkpoint of the present state.
 
+        Returns
+        -------
+        str
+            Path of the file.
+
+        Raises
+        ------
+        Refused
+            If the file cannot be written.
+
+        Examples
+        --------
         >>> run.checkpoint().endswith(".lwck")
         True
         """
         return str(self._ask("checkpoint")["checkpoint"]["file"])
 
     def quit(self) -> None:
-        """The run ends as by Ctrl-C, with a checkpoint. Raises ConnectionError when it has ended already.
+        """Stop the run and write a checkpoint, like Ctrl-C.
 
+        Raises
+        ------
+        ConnectionError
+            If the run has already ended.
+
+        Examples
+        --------
         >>> run.quit()
         """
         self._ask("quit")
 
 
 def attach(folder: str | os.PathLike[str], timeout: float | None = 10.0) -> Attached:
-    """Connects to the run that writes into `folder`; it was started with `--serve`. timeout: for every answer, s.
+    """Connect to a run that was started with `--serve`.
 
-    Raises FileNotFoundError where no run is served, ConnectionError when it has ended.
+    Parameters
+    ----------
+    folder : str or path-like
+        The output folder of the run.
+    timeout : float, optional
+        Longest time to wait for each answer, s.
 
+    Returns
+    -------
+    Attached
+        The connection.
+
+    Raises
+    ------
+    FileNotFoundError
+        If no run with `--serve` uses the folder.
+    ConnectionError
+        If the run has ended.
+
+    Examples
+    --------
     >>> run = linkwork.attach("runs/pendulum")
     >>> run.variables("bob.angle")
     {'bob.angle': 'rad'}

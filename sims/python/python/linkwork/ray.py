@@ -1,14 +1,16 @@
-"""Campaigns on a Ray cluster, with the same files as on one machine. It needs `pip install linkwork[ray]`.
+"""Campaigns on a Ray cluster, with the same result files as on one machine. Needs `pip install linkwork[ray]`.
 
+Every node needs the campaign's files at the same paths, and the same version of the package. Both are checked before
+a node makes a run.
+
+Examples
+--------
 >>> import linkwork, linkwork.ray, ray
->>> cluster = ray.init()                      # on this machine; of a cluster: ray.init(address="auto")
+>>> cluster = ray.init()                      # on this machine; on a cluster: ray.init(address="auto")
 >>> campaign = linkwork.Campaign("sims/ballistic_entry/dispersions.ron")
 >>> results = linkwork.ray.execute(campaign, "runs/dispersions")
 >>> results.done
 1000
-
-Every node needs the campaign's files at the same paths and this version of the package; both are
-checked before a node makes a run.
 """
 
 import math
@@ -34,30 +36,30 @@ except ModuleNotFoundError as _missing:
 
 __all__ = ["execute"]
 
-#: A task costs Ray some 20 ms: runs are sent in chunks that take about so long, s.
+#: Duration of a chunk of runs, s. Chunks are this long because a task has an overhead of about 20 ms in Ray.
 _TASK = 2.0
-#: Tasks that wait for each worker, so that none has to wait for the next.
+#: Number of queued tasks per worker, so that a worker never waits for its next task.
 _AHEAD = 2
-#: Between two looks at tasks, s.
+#: Interval between two checks for completed tasks, s.
 _LOOK = 0.5
 
 _Left = dict[str, bytes]
 _Made = tuple[list[str], _Left]
 
-#: Of a worker: the campaign that it read last.
+#: In a worker: the campaign that it read last.
 _read: dict[tuple[str, str, str], Campaign] = {}
 
 
 def _campaign(folder: str, path: str, identity: str) -> Campaign:
-    """The campaign of this name as this node has it, which must be that of the caller."""
+    """Return the campaign as read on this node. Raises if it differs from that of the caller."""
     key = (folder, path, identity)
     if key not in _read:
         campaign = Campaign(path)
         if campaign.identity != identity:
             node = ray.util.get_node_ip_address()  # type: ignore[no-untyped-call]
             raise LinkworkError(
-                f"`{path}` is another campaign on node {node}: its files or the version of "
-                "linkwork differ\n  help: give every node the same files and the same package"
+                f"`{path}` differs on node {node}: its files or the version of "
+                "linkwork are different\n  help: give every node the same files and the same package"
             )
         _read.clear()
         _read[key] = campaign
@@ -65,13 +67,13 @@ def _campaign(folder: str, path: str, identity: str) -> Campaign:
 
 
 def _make(folder: str, path: str, identity: str, runs: list[int]) -> _Made:
-    """Makes runs in a worker: a line for each, and the files that they leave, by name."""
+    """Make runs in a worker. Returns one line per run, and the files that the runs wrote, by name."""
     before = os.getcwd()
     try:
         os.chdir(folder)
     except OSError as e:
         raise LinkworkError(
-            f"a node has no folder {folder}: {e.strerror}\n  help: put the files of the campaign at the same place on every node"
+            f"the folder {folder} does not exist on a node: {e.strerror}\n  help: put the files of the campaign at the same path on every node"
         ) from e
     try:
         with tempfile.TemporaryDirectory(prefix="linkwork-") as left:
@@ -86,7 +88,7 @@ def _keep(folder: Path, left: _Left) -> None:
     for name, content in left.items():
         file = folder / name
         file.parent.mkdir(parents=True, exist_ok=True)
-        # Never half a file: a run is made again when its history is not whole.
+        # Write to a temporary file and rename it, because a run whose history is incomplete would be repeated.
         beside = file.with_name(file.name + ".part")
         with beside.open("wb") as to:
             to.write(content)
@@ -96,7 +98,7 @@ def _keep(folder: Path, left: _Left) -> None:
 
 
 class _Chunks:
-    """Runs that no task has yet, in chunks of about `_TASK` seconds."""
+    """Runs that are not assigned to a task yet, in chunks of about `_TASK` seconds."""
 
     def __init__(self, runs: list[int], size: int | None) -> None:
         self.runs = runs
@@ -111,7 +113,7 @@ class _Chunks:
     def take(self, slots: int) -> list[int]:
         size = self.size
         if size is None:
-            # The first chunks find out how long a run takes; the last ones are shared by all workers.
+            # The first chunks measure the duration of a run; the last ones are small, so that all workers share them.
             long = _TASK * self.made / max(self.wall, 1e-9) if self.made else 1.0
             size = max(1, min(int(long), math.ceil(len(self.runs) / (_AHEAD * slots))))
         chunk, self.runs = self.runs[:size], self.runs[size:]
@@ -127,40 +129,67 @@ def execute(
     cpus: float = 1.0,
     progress: Callable[[int, int, int, float | None], object] | None = None,
 ) -> Results:
-    """Makes all runs of a campaign that have not ended yet on the Ray cluster that this program is connected to, and
-    writes into `folder`, on this machine, the files of `Campaign.execute`, byte for byte.
+    """Make all runs of a campaign that have not ended yet on a Ray cluster.
 
-    chunk: runs in a task; so many as take about two seconds when left out. retries: how often the runs of a worker or
-    node that died are given to another. cpus: what a task asks Ray for. progress: a function of
-    (done, failed, runs, left), left in s or None, called at the start and after each task.
+    Writes the same files as `Campaign.execute` into `folder` on this machine, byte for byte.
 
-    Ray lowers the priority of its workers: where other programs run beside them, start the nodes with
+    Parameters
+    ----------
+    campaign : Campaign
+        The campaign.
+    folder : str or path-like
+        The folder for the results.
+    chunk : int, optional
+        Number of runs per task (default: as many as take about two seconds).
+    retries : int
+        How often runs are repeated on another worker if their worker or node fails.
+    cpus : float
+        Number of processors that a task requests from Ray.
+    progress : callable, optional
+        Called with (done, failed, runs, left) at the start and after each task. `left` is the estimated remaining time,
+        s, or None.
+
+    Returns
+    -------
+    Results
+        The results.
+
+    Raises
+    ------
+    LinkworkError
+        If the folder belongs to another campaign or is in use, a node has different files, or runs lost their workers
+        more often than `retries`.
+
+    Notes
+    -----
+    Runs are recorded in the journal of the folder as soon as they have ended. After Ctrl-C or a kill, the same call
+    continues the campaign; so do `Campaign.execute` and the command line.
+
+    Ray lowers the priority of its workers. If other programs run on the same machine, start the nodes with
     RAY_worker_niceness=0 in their environment.
 
-    What ended is in the journal of the folder at once: after Ctrl-C, or a kill, the same call goes on, and so does
-    `Campaign.execute` or the command line. Raises LinkworkError when the folder belongs to another campaign or is in
-    use, when a node has other files, or when runs have lost their workers more often than `retries`.
-
+    Examples
+    --------
     >>> seen = []
     >>> again = execute(campaign, "runs/dispersions", progress=lambda *p: seen.append(p))
-    >>> seen[0][0], again.done                  # all had ended: nothing is left to do
+    >>> seen[0][0], again.done                  # all runs had already ended
     (1000, 1000)
     """
     if not ray.is_initialized():
         raise LinkworkError(
-            "this program is connected to no Ray cluster\n  help: call ray.init() for one on this machine, or "
+            "this program is not connected to a Ray cluster\n  help: call ray.init() for one on this machine, or "
             'ray.init(address="auto")'
         )
     if chunk is not None and chunk < 1:
-        raise LinkworkError(f"`chunk` is {chunk}\n  help: give 1 or more, or leave it out")
+        raise LinkworkError(f"`chunk` is {chunk}\n  help: give 1 or more, or omit it")
     if retries < 0:
         raise LinkworkError(f"`retries` is {retries}\n  help: give 0 or more")
     if not cpus > 0 or not math.isfinite(cpus):
-        raise LinkworkError(f"`cpus` is {cpus}\n  help: give what a run needs, such as 1")
+        raise LinkworkError(f"`cpus` is {cpus}\n  help: give the number of processors for a run, such as 1")
     largest = max((node["Resources"].get("CPU", 0.0) for node in _nodes()), default=0.0)
     if cpus > largest:
         raise LinkworkError(
-            f"`cpus` is {cpus}, and the largest node has {largest:g}\n  help: ask for less, or add a larger node first"
+            f"`cpus` is {cpus}, but the largest node has {largest:g}\n  help: use a smaller number, or add a larger node first"
         )
     gathering = campaign._gather(folder)
     begin = time.monotonic()
@@ -196,13 +225,13 @@ def execute(
     finally:
         for reference in under:
             ray.cancel(reference, force=True)
-        # What there is, is written, also when the campaign could not go on.
+        # The results so far are written even if the campaign cannot continue.
         results = gathering.finish()
     return results
 
 
 def _nodes() -> list[dict[str, Any]]:
-    """The nodes that are alive."""
+    """Return the nodes that are alive."""
     return [node for node in ray.nodes() if node["Alive"]]  # type: ignore[no-untyped-call]
 
 
@@ -211,14 +240,14 @@ def _result(reference: Any, runs: list[int]) -> _Made:
     try:
         made: _Made = ray.get(reference)
     except ray.exceptions.RayTaskError as e:
-        # What the worker raised, in its words.
+        # The exception of the worker, with its message.
         cause = e.cause if isinstance(e.cause, LinkworkError) else e
         raise LinkworkError(f"{named}: {cause}") from e
     except ray.exceptions.RayError as e:
         raise LinkworkError(
-            f"{named}: the worker or its node was lost, again and again: {e}\n  help: look whether one of these runs "
-            "ends the process or needs more memory than there is (Campaign.run); more `retries` for nodes that come and go"
+            f"{named}: the worker or its node was lost repeatedly: {e}\n  help: check whether one of these runs "
+            "terminates the process or runs out of memory (Campaign.run); increase `retries` for unreliable nodes"
         ) from e
     if len(made[0]) != len(runs):
-        raise LinkworkError(f"{named}: the worker was interrupted\n  help: give the same call again")
+        raise LinkworkError(f"{named}: the worker was interrupted\n  help: repeat the call")
     return made

@@ -7,6 +7,8 @@ use std::path::PathBuf;
 
 /// How a run of a campaign ended.
 ///
+/// Examples
+/// --------
 /// >>> import pathlib
 /// >>> text = 'Campaign(simulation: "sims/pendulum", runs: 4, set: {"until": "2 s"}, vary: {"bob.mass": Uniform(from: "0.5 kg", to: "2 kg")})'
 /// >>> _ = pathlib.Path("masses.ron").write_text(text)
@@ -22,32 +24,40 @@ pub struct Outcome {
 
 #[pymethods]
 impl Outcome {
-    /// Its number.
+    /// Number of the run.
     ///
+    /// Examples
+    /// --------
     /// >>> outcome.run
     /// 3
     #[getter]
     fn run(&self) -> u64 {
         self.outcome.run
     }
-    /// "until", "stop_when", "time_limit"; or, for a failure, "wall_limit", "failed", "refused", "panicked".
+    /// Reason of the end: "until", "stop_when", "time_limit"; or, for a failure, "wall_limit", "failed", "refused", "panicked".
     ///
+    /// Examples
+    /// --------
     /// >>> outcome.ended
     /// 'until'
     #[getter]
     fn ended(&self) -> &str {
         self.outcome.ended.name()
     }
-    /// Whether it came to an end that it was meant to have.
+    /// True if the run ended for one of the reasons for which it should end.
     ///
+    /// Examples
+    /// --------
     /// >>> outcome.orderly
     /// True
     #[getter]
     fn orderly(&self) -> bool {
         self.outcome.ended.is_orderly()
     }
-    /// What went wrong; "" when nothing did.
+    /// Error message of a failed run; "" otherwise.
     ///
+    /// Examples
+    /// --------
     /// >>> outcome.why
     /// ''
     #[getter]
@@ -56,22 +66,28 @@ impl Outcome {
     }
     /// Simulated time at the end, s.
     ///
+    /// Examples
+    /// --------
     /// >>> outcome.time
     /// 2.0
     #[getter]
     fn time(&self) -> f64 {
         self.outcome.time
     }
-    /// Seed of its noise.
+    /// Seed of the noise.
     ///
+    /// Examples
+    /// --------
     /// >>> outcome.seed == campaign.simulation(3).seed
     /// True
     #[getter]
     fn seed(&self) -> u64 {
         self.outcome.seed
     }
-    /// Hash of the last state: equal hashes, equal bits. "0000000000000000" when there was none.
+    /// Hash of the last state. Runs with equal hashes are bit-identical. "0000000000000000" if there is no state.
     ///
+    /// Examples
+    /// --------
     /// >>> sim = campaign.simulation(3)
     /// >>> sim.run()
     /// >>> outcome.state_hash == sim.state_hash
@@ -80,16 +96,20 @@ impl Outcome {
     fn state_hash(&self) -> String {
         format!("{:016x}", self.outcome.hash)
     }
-    /// Wall time that it took, s.
+    /// Wall time of the run, s.
     ///
+    /// Examples
+    /// --------
     /// >>> outcome.wall > 0
     /// True
     #[getter]
     fn wall(&self) -> f64 {
         self.outcome.wall
     }
-    /// {name: value} of its metrics, in the units of `Campaign.metrics`; empty when it had none.
+    /// Metrics of the run: {name: value}, in the units of `Campaign.metrics`. Empty if the run does not have any.
     ///
+    /// Examples
+    /// --------
     /// >>> list(outcome.metrics)
     /// ['largest speed']
     #[getter]
@@ -107,9 +127,12 @@ impl Outcome {
     }
 }
 
-/// What came out of a campaign. Tables are {title: column}, as in the .csv files: numbers as arrays (rows,), texts as
-/// lists; what is read is a copy.
+/// Results of a campaign.
 ///
+/// Tables are {title: column}, as in the .csv files: numbers as arrays (rows,), texts as lists. They are copies.
+///
+/// Examples
+/// --------
 /// >>> import pathlib
 /// >>> text = 'Campaign(simulation: "sims/pendulum", runs: 4, set: {"until": "2 s"}, vary: {"bob.mass": Uniform(from: "0.5 kg", to: "2 kg")})'
 /// >>> _ = pathlib.Path("masses.ron").write_text(text)
@@ -138,32 +161,41 @@ fn columns<'py>(py: Python<'py>, table: &Table) -> PyResult<Bound<'py, PyDict>> 
 
 #[pymethods]
 impl Results {
-    /// Runs that ended.
+    /// Number of runs that have ended.
     ///
+    /// Examples
+    /// --------
     /// >>> results.done
     /// 4
     #[getter]
     fn done(&self) -> u64 {
         self.done
     }
-    /// All runs.
+    /// Number of all runs.
     ///
+    /// Examples
+    /// --------
     /// >>> results.runs
     /// 4
     #[getter]
     fn runs(&self) -> u64 {
         self.runs
     }
-    /// The tables and the report.
+    /// Paths of the tables and of the report.
     ///
+    /// Examples
+    /// --------
     /// >>> [f.name for f in results.files][:2]
     /// ['results.csv', 'results.parquet']
     #[getter]
     fn files(&self) -> Vec<PathBuf> {
         self.files.clone()
     }
-    /// A row for each run that ended, in their order: run, how it ended, time (s), drawn values ("draw:PATH [UNIT]"), metrics.
+    /// One row per run that has ended, in the order of their numbers: run, how it ended, time (s), drawn values ("draw:PATH [UNIT]"), metrics.
+    /// Columns have the shape (rows,).
     ///
+    /// Examples
+    /// --------
     /// >>> results.table["run"].tolist()
     /// [0, 1, 2, 3]
     /// >>> results.table["draw:bob.mass [kg]"].round(3).tolist()
@@ -172,16 +204,20 @@ impl Results {
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         columns(py, &self.results.runs)
     }
-    /// A row for each metric, columns (rows,): n, mean, deviation, error of the mean, percentiles.
+    /// One row per metric, columns (rows,): n, mean, standard deviation, standard error of the mean, percentiles.
     ///
+    /// Examples
+    /// --------
     /// >>> bool(np.isclose(results.statistics["mean"][0], results.table["largest speed [rad/s]"].mean()))
     /// True
     #[getter]
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         columns(py, &self.results.statistics())
     }
-    /// A row for each metric and drawn number, columns (rows,): their rank correlation.
+    /// One row per metric and drawn number, columns (rows,): their rank correlation (Spearman).
     ///
+    /// Examples
+    /// --------
     /// >>> results.sensitivity["value"]
     /// ['bob.mass [kg]']
     /// >>> bool(abs(results.sensitivity["rank correlation"][0]) <= 1)
@@ -190,8 +226,10 @@ impl Results {
     fn sensitivity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         columns(py, &self.results.sensitivities())
     }
-    /// {cause: runs} of the runs that failed; the most frequent cause first.
+    /// Number of failed runs by cause, most frequent cause first: {cause: runs}.
     ///
+    /// Examples
+    /// --------
     /// >>> results.failures
     /// {}
     #[getter]
@@ -200,8 +238,10 @@ impl Results {
         self.results.failures.iter().try_for_each(|(kind, runs)| all.set_item(kind, runs))?;
         Ok(all)
     }
-    /// {cause: runs} of the orderly runs that missed what the campaign requires, in the order of its file.
+    /// Number of runs that ended normally but violated a requirement of the campaign, in the order of the file: {cause: runs}.
     ///
+    /// Examples
+    /// --------
     /// >>> results.missed
     /// {}
     #[getter]
@@ -210,8 +250,10 @@ impl Results {
         self.results.missed.iter().try_for_each(|m| all.set_item(&m.cause, &m.runs))?;
         Ok(all)
     }
-    /// Runs that ended in order and kept all that is required; where nothing is, all that ended in order.
+    /// Number of runs that ended normally and satisfied all requirements.
     ///
+    /// Examples
+    /// --------
     /// >>> results.kept
     /// 4
     #[getter]

@@ -1,18 +1,20 @@
-//! What is told of constraints: `Constraint`, `ConstrainedMotion`, `Rank`.
+//! Results about constraints: `Constraint`, `ConstrainedMotion`, `Rank`.
 use crate::array::{Array1, out1};
 use linkwork_solvers::Report;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// Numbers of rows as a dictionary.
+/// Converts numbers of rows to a dictionary.
 fn by_name<'py>(py: Python<'py>, rows: &[(String, usize)]) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     rows.iter().try_for_each(|(name, rows)| out.set_item(name, rows))?;
     Ok(out)
 }
 
-/// A loop that a hinge closes, or a linear relation between hinge coordinates.
+/// A loop that is closed by a hinge, or a linear relation between hinge coordinates (a coupling).
 ///
+/// Examples
+/// --------
 /// >>> pin, rod = linkwork.Hinge.pin([0, 1, 0]), dict(mass=1, com=[0.5, 0, 0], inertia=np.diag([0.01, 0.1, 0.1]))
 /// >>> parts = linkwork.Builder().body("crank", "world", pin, **rod).body("rod", "crank", pin, hinge_in_parent=[1, 0, 0], **rod)
 /// >>> crank = parts.loop("slide", "rod", "world", linkwork.Hinge.slider([1, 0, 0]), at_a=[1, 0, 0]).build()
@@ -30,8 +32,10 @@ pub struct Constraint {
 
 #[pymethods]
 impl Constraint {
-    /// Its name.
+    /// Name of the constraint.
     ///
+    /// Examples
+    /// --------
     /// >>> constraint.name
     /// 'slide'
     #[getter]
@@ -40,30 +44,38 @@ impl Constraint {
     }
     /// "loop" or "coupling".
     ///
+    /// Examples
+    /// --------
     /// >>> constraint.kind
     /// 'loop'
     #[getter]
     fn kind(&self) -> &'static str {
         self.kind
     }
-    /// Of a loop the bodies ("world" for the world) of frames A and B; of a coupling those whose hinges it joins.
+    /// For a loop: the bodies of its frames A and B ("world" for the world). For a coupling: the bodies whose hinges it relates.
     ///
+    /// Examples
+    /// --------
     /// >>> constraint.bodies
     /// ['rod', 'world']
     #[getter]
     fn bodies(&self) -> Vec<String> {
         self.bodies.clone()
     }
-    /// Scalar equations.
+    /// Number of scalar equations.
     ///
+    /// Examples
+    /// --------
     /// >>> constraint.rows
     /// 5
     #[getter]
     fn rows(&self) -> usize {
         self.rows
     }
-    /// Prescribed motions across the hinge of a loop, which `loop_motions` gives.
+    /// Number of prescribed motions across the hinge of a loop. `loop_motions` has a row for each.
     ///
+    /// Examples
+    /// --------
     /// >>> constraint.motions
     /// 0
     #[getter]
@@ -76,8 +88,10 @@ impl Constraint {
     }
 }
 
-/// Accelerations of a mechanism with loops and couplings, and what holds them.
+/// Accelerations of a mechanism with loops and couplings, and the constraint forces.
 ///
+/// Examples
+/// --------
 /// >>> pin, rod = linkwork.Hinge.pin([0, 1, 0]), dict(mass=1, com=[0.5, 0, 0], inertia=np.diag([0.01, 0.1, 0.1]))
 /// >>> parts = linkwork.Builder().body("crank", "world", pin, **rod).body("rod", "crank", pin, hinge_in_parent=[1, 0, 0], **rod)
 /// >>> parts = parts.coupling("gear", {"crank": 1.0, "rod": 1.0})
@@ -95,25 +109,33 @@ pub struct ConstrainedMotion {
 
 #[pymethods]
 impl ConstrainedMotion {
-    /// Accelerations (nv,) in rad/s² and m/s².
+    /// Accelerations (nv,), rad/s² and m/s².
     ///
+    /// Examples
+    /// --------
     /// >>> bool(abs(motion.vdot.sum()) < 1e-9)
     /// True
     #[getter]
     fn vdot<'py>(&self, py: Python<'py>) -> Array1<'py> {
         out1(py, self.vdot.clone())
     }
-    /// Forces of the coordinates (nv,): as given, for prescribed ones what holds them. Forces in N m and N, by coordinate.
+    /// Generalized forces (nv,), N m and N: the input, with the computed forces at prescribed coordinates.
     ///
+    /// Examples
+    /// --------
     /// >>> motion.tau.tolist()
     /// [0.0, 0.0]
     #[getter]
     fn tau<'py>(&self, py: Python<'py>) -> Array1<'py> {
         out1(py, self.tau.clone())
     }
-    /// Forces of each constraint by its name, one a row (N or N m): along the row's wrench on body B of a loop and
-    /// against it on body A, by its factors on the coordinates of a coupling. Redundant rows show zero. Arrays (rows,).
+    /// Constraint forces by name of the constraint: an array (rows,) each, N or N m.
     ///
+    /// For a loop, a force acts along the row's wrench on body B and in the opposite direction on body A. For a coupling, it acts with the factors of
+    /// the coupling on the coordinates. Redundant rows have zero.
+    ///
+    /// Examples
+    /// --------
     /// >>> list(motion.forces), motion.forces["gear"].shape
     /// (['gear'], (1,))
     #[getter]
@@ -124,32 +146,40 @@ impl ConstrainedMotion {
         }
         Ok(out)
     }
-    /// Rows that repeat others, by constraint; which of a group is named is not unique.
+    /// Number of redundant rows by name of the constraint. Which row of a dependent set is reported is not unique.
     ///
+    /// Examples
+    /// --------
     /// >>> motion.redundant
     /// {}
     #[getter]
     fn redundant<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         by_name(py, &self.redundant)
     }
-    /// Rows with multipliers; with "full" those of hinges, too.
+    /// Number of constraint rows with multipliers; with the solver "full" this includes the rows of hinges.
     ///
+    /// Examples
+    /// --------
     /// >>> motion.rows
     /// 1
     #[getter]
     fn rows(&self) -> usize {
         self.report.rows
     }
-    /// Independent ones among them.
+    /// Number of independent rows among them.
     ///
+    /// Examples
+    /// --------
     /// >>> motion.rank
     /// 1
     #[getter]
     fn rank(&self) -> usize {
         self.report.rank
     }
-    /// How far redundant rows contradict the others, rad/s² or m/s²; rounding when they are sound.
+    /// Largest inconsistency of the redundant rows, rad/s² or m/s². It is at round-off level if the constraints are consistent.
     ///
+    /// Examples
+    /// --------
     /// >>> motion.contradiction
     /// 0.0
     #[getter]
@@ -165,8 +195,10 @@ impl ConstrainedMotion {
     }
 }
 
-/// Degrees of freedom that constraints leave.
+/// Degrees of freedom that remain with all constraints.
 ///
+/// Examples
+/// --------
 /// >>> pin, rod = linkwork.Hinge.pin([0, 1, 0]), dict(mass=1, com=[0.5, 0, 0], inertia=np.diag([0.01, 0.1, 0.1]))
 /// >>> parts = linkwork.Builder().body("crank", "world", pin, **rod).body("rod", "crank", pin, hinge_in_parent=[1, 0, 0], **rod)
 /// >>> crank = parts.loop("slide", "rod", "world", linkwork.Hinge.slider([1, 0, 0]), at_a=[1, 0, 0]).build()
@@ -183,40 +215,50 @@ pub struct Rank {
 
 #[pymethods]
 impl Rank {
-    /// Rates of the tree that are not prescribed.
+    /// Number of rates of the tree that are not prescribed.
     ///
+    /// Examples
+    /// --------
     /// >>> rank.free
     /// 2
     #[getter]
     fn free(&self) -> usize {
         self.free
     }
-    /// Rows of all loops and couplings.
+    /// Number of rows of all loops and couplings.
     ///
+    /// Examples
+    /// --------
     /// >>> rank.rows
     /// 5
     #[getter]
     fn rows(&self) -> usize {
         self.rows
     }
-    /// Independent ones among them, at this configuration.
+    /// Number of independent rows at this configuration.
     ///
+    /// Examples
+    /// --------
     /// >>> rank.rank
     /// 2
     #[getter]
     fn rank(&self) -> usize {
         self.rank
     }
-    /// Degrees of freedom that are left: free - rank.
+    /// Number of remaining degrees of freedom: free - rank.
     ///
+    /// Examples
+    /// --------
     /// >>> rank.mobility
     /// 0
     #[getter]
     fn mobility(&self) -> usize {
         self.free.saturating_sub(self.rank)
     }
-    /// Rows that repeat others, by constraint; which of a group is named is not unique.
+    /// Number of redundant rows by name of the constraint. Which row of a dependent set is reported is not unique.
     ///
+    /// Examples
+    /// --------
     /// >>> rank.redundant
     /// {'slide': 3}
     #[getter]

@@ -1,4 +1,4 @@
-//! `Collider`: a shape on a body that touches others.
+//! `Collider`: a collision shape on a body.
 use super::Given;
 use crate::array::{Input, fixed, pose, vec3};
 use crate::collisions::balls;
@@ -7,18 +7,24 @@ use linkwork_collision::{ColliderSpec, Material, Shape};
 use linkwork_spatial::Vec3;
 use pyo3::prelude::*;
 
-/// A shape on a body that touches others.
+/// A collision shape on a body.
 ///
-/// Made by `sphere`, `box`, `capsule`, `cylinder`, `half_space`, `hull`, `mesh`, `terrain`, `point_cloud`, `voxel_map`. Each takes a name of its own, the
-/// body that carries it (or "world"), sizes in m, and by name: at, the shape's frame in the body ((3,), (7,) or (4, 4)); friction, Coulomb's
-/// coefficient (of a pair: the geometric mean); restitution (of a pair: the larger). Sizes are checked by `Contact`.
+/// Create it with `sphere`, `box`, `ellipsoid`, `capsule`, `cylinder`, `half_space`, `hull`, `mesh`, `terrain`, `point_cloud` or `voxel_map`.
 ///
+/// Notes
+/// -----
+/// Every constructor takes a unique name, the body that carries the shape (or "world"), and sizes in m. Keyword arguments: `at`, pose of the
+/// shape's frame in the body ((3,), (7,) or (4, 4)); `friction`, Coulomb coefficient (a pair of shapes has the geometric mean); `restitution` (a
+/// pair has the larger value). `Contact` checks the sizes.
+///
+/// Examples
+/// --------
 /// >>> import linkwork
 /// >>> linkwork.Collider.sphere("ball", "bob", 0.1, restitution=0.8)
 /// Collider(ball on bob: Sphere { radius: 0.1 })
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Collider {
-    /// What `linkwork_collision` takes.
+    /// The specification for `linkwork_collision`.
     pub spec: ColliderSpec,
 }
 
@@ -37,9 +43,31 @@ impl Collider {
 
 #[pymethods]
 impl Collider {
-    /// A ball about the origin; radius in m. pose: (3,), (7,) or (4, 4).
-    /// Raises LinkworkError for what is no pose.
+    /// Create a sphere about the origin of its frame.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Unique name.
+    /// body : str
+    ///     The body that carries the shape, or "world".
+    /// radius : float
+    ///     Radius, m.
+    /// at : array_like, optional
+    ///     Pose in the body, m: (3,), (7,) or (4, 4).
+    ///
+    /// Returns
+    /// -------
+    /// Collider
+    ///     The shape.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the pose is not valid.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Collider.sphere("ball", "bob", 0.1, at=[0, 0, -1])
     /// Collider(ball on bob: Sphere { radius: 0.1 })
     #[staticmethod]
@@ -54,9 +82,31 @@ impl Collider {
     ) -> PyResult<Self> {
         Self::made((name, body), Shape::Sphere { radius }, at, (friction, restitution))
     }
-    /// A box about the origin; size (3,): whole edges along x, y, z, m.
-    /// Raises LinkworkError for a size of another shape, and for what is no pose.
+    /// Create a box about the origin of its frame.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Unique name.
+    /// body : str
+    ///     The body that carries the shape, or "world".
+    /// size : array_like, shape (3,)
+    ///     Edge lengths along x, y, z, m.
+    /// at : array_like, optional
+    ///     Pose in the body, m: (3,), (7,) or (4, 4).
+    ///
+    /// Returns
+    /// -------
+    /// Collider
+    ///     The shape.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the size has a wrong shape, or the pose is not valid.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Collider.box("crate", "bob", [0.4, 0.2, 0.1])
     /// Collider(crate on bob: Box { half: [[0.2, 0.1, 0.05]] })
     #[staticmethod]
@@ -72,9 +122,31 @@ impl Collider {
         let half = 0.5 * vec3(size, "size")?;
         Self::made((name, body), Shape::Box { half }, at, (friction, restitution))
     }
-    /// An ellipsoid about the origin; radii (3,): half axes along x, y, z, m.
-    /// Raises LinkworkError for radii of another shape, and for what is no pose.
+    /// Create an ellipsoid about the origin of its frame.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Unique name.
+    /// body : str
+    ///     The body that carries the shape, or "world".
+    /// radii : array_like, shape (3,)
+    ///     Half axes along x, y, z, m.
+    /// at : array_like, optional
+    ///     Pose in the body, m: (3,), (7,) or (4, 4).
+    ///
+    /// Returns
+    /// -------
+    /// Collider
+    ///     The shape.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the radii have a wrong shape, or the pose is not valid.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Collider.ellipsoid("egg", "bob", [0.3, 0.2, 0.1])
     /// Collider(egg on bob: Ellipsoid { half: [[0.3, 0.2, 0.1]] })
     #[staticmethod]
@@ -90,9 +162,33 @@ impl Collider {
         let half = vec3(radii, "radii")?;
         Self::made((name, body), Shape::Ellipsoid { half }, at, (friction, restitution))
     }
-    /// All within a radius of a segment of this length on the z axis, about the origin, m. pose: (3,), (7,) or (4, 4).
-    /// Raises LinkworkError for what is no pose.
+    /// Create a capsule: all points within a radius of a segment on the z axis, about the origin of its frame.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Unique name.
+    /// body : str
+    ///     The body that carries the shape, or "world".
+    /// radius : float
+    ///     Radius, m.
+    /// length : float
+    ///     Length of the segment, m.
+    /// at : array_like, optional
+    ///     Pose in the body, m: (3,), (7,) or (4, 4).
+    ///
+    /// Returns
+    /// -------
+    /// Collider
+    ///     The shape.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the pose is not valid.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Collider.capsule("link", "bob", 0.05, 0.4)
     /// Collider(link on bob: Capsule { radius: 0.05, half_length: 0.2 })
     #[staticmethod]
@@ -109,9 +205,31 @@ impl Collider {
         let shape = Shape::Capsule { radius, half_length: 0.5 * length };
         Self::made((name, body), shape, at, (friction, restitution))
     }
-    /// A cylinder about the z axis with flat ends, about the origin, m. pose: (3,), (7,) or (4, 4).
-    /// Raises LinkworkError for what is no pose.
+    /// Create a cylinder about the z axis with flat ends, about the origin of its frame.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Unique name.
+    /// body : str
+    ///     The body that carries the shape, or "world".
+    /// radius, length : float
+    ///     Radius and length, m.
+    /// at : array_like, optional
+    ///     Pose in the body, m: (3,), (7,) or (4, 4).
+    ///
+    /// Returns
+    /// -------
+    /// Collider
+    ///     The shape.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the pose is not valid.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Collider.cylinder("wheel", "bob", 0.3, 0.1)
     /// Collider(wheel on bob: Cylinder { radius: 0.3, half_length: 0.05 })
     #[staticmethod]
@@ -128,9 +246,29 @@ impl Collider {
         let shape = Shape::Cylinder { radius, half_length: 0.5 * length };
         Self::made((name, body), shape, at, (friction, restitution))
     }
-    /// All points with z ≤ 0 of its frame: the ground, on "world".
-    /// Raises LinkworkError for what is no pose (at: (3,), m, (7,) or (4, 4)).
+    /// Create a half space: all points with z ≤ 0 of its frame. On "world", it is flat ground.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Unique name.
+    /// body : str
+    ///     The body that carries the shape (default: "world").
+    /// at : array_like, optional
+    ///     Pose in the body, m: (3,), (7,) or (4, 4).
+    ///
+    /// Returns
+    /// -------
+    /// Collider
+    ///     The shape.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the pose is not valid.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Collider.half_space("ground", at=[0, 0, -0.5])
     /// Collider(ground on world: HalfSpace)
     #[staticmethod]
@@ -144,9 +282,31 @@ impl Collider {
     ) -> PyResult<Self> {
         Self::made((name, body), Shape::HalfSpace, at, (friction, restitution))
     }
-    /// The convex hull of points (n, 3), m.
-    /// Raises LinkworkError for points of another shape, and for what is no pose.
+    /// Create the convex hull of points.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Unique name.
+    /// body : str
+    ///     The body that carries the shape, or "world".
+    /// points : array_like, shape (n, 3)
+    ///     Points, m.
+    /// at : array_like, optional
+    ///     Pose in the body, m: (3,), (7,) or (4, 4).
+    ///
+    /// Returns
+    /// -------
+    /// Collider
+    ///     The shape.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the points have a wrong shape, or the pose is not valid.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Collider.hull("wedge", "bob", [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     /// Collider(wedge on bob: hull of 4 points)
     #[staticmethod]
@@ -162,9 +322,33 @@ impl Collider {
         let shape = Shape::ConvexHull { points: places(points, "points")? };
         Self::made((name, body), shape, at, (friction, restitution))
     }
-    /// Triangles (m, 3): places among the vertices (n, 3) (m), counter-clockwise seen from outside. Only the outside pushes.
-    /// Raises LinkworkError for vertices of another shape, and for what is no pose.
+    /// Create a triangle mesh. Contact is resolved on the outer side of the triangles only.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Unique name.
+    /// body : str
+    ///     The body that carries the shape, or "world".
+    /// vertices : array_like, shape (n, 3)
+    ///     Vertices, m.
+    /// triangles : array_like of int, shape (m, 3)
+    ///     Indices of the vertices of each triangle, counter-clockwise as seen from outside.
+    /// at : array_like, optional
+    ///     Pose in the body, m: (3,), (7,) or (4, 4).
+    ///
+    /// Returns
+    /// -------
+    /// Collider
+    ///     The shape.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong shape, or the pose is not valid.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Collider.mesh("plate", "bob", [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [(0, 1, 2)])
     /// Collider(plate on bob: mesh of 1 triangles)
     #[staticmethod]
@@ -181,10 +365,33 @@ impl Collider {
         let shape = Shape::Mesh { vertices: places(vertices, "vertices")?, triangles };
         Self::made((name, body), shape, at, (friction, restitution))
     }
-    /// Ground of heights (ny, nx), m, over a grid centred on the origin, solid below: `heights[j, i]` is at the i-th x and the j-th y; spacing (2,): of
-    /// points along x and y, m.
-    /// Raises LinkworkError for heights or a spacing of another shape, and for what is no pose.
+    /// Create ground from a grid of heights, solid below and centred on the origin of its frame.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Unique name.
+    /// heights : array_like, shape (ny, nx)
+    ///     Heights, m; `heights[j, i]` is at the i-th x and the j-th y.
+    /// spacing : array_like, shape (2,)
+    ///     Distance of the grid points along x and y, m.
+    /// body : str
+    ///     The body that carries the shape (default: "world").
+    /// at : array_like, optional
+    ///     Pose in the body, m: (3,), (7,) or (4, 4).
+    ///
+    /// Returns
+    /// -------
+    /// Collider
+    ///     The shape.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the heights or the spacing have a wrong shape, or the pose is not valid.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Collider.terrain("hill", [[0, 0, 0], [0, 0.2, 0]], [0.5, 0.5])
     /// Collider(hill on world: terrain of 2 × 3 heights)
     #[staticmethod]
@@ -208,10 +415,33 @@ impl Collider {
         Self::made((name, body), shape, at, (friction, restitution))
     }
 
-    /// Balls about points (n, 4), x, y, z, radius (0 or more) of each, m: none when left out. room: for so many there is room in
-    /// `Collisions.set_points`, for those given in any case.
-    /// Raises LinkworkError for points of another shape, and for what is no pose.
+    /// Create a point cloud: a sphere about each point. `Collisions.set_points` replaces the points.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Unique name.
+    /// body : str
+    ///     The body that carries the shape, or "world".
+    /// points : array_like, shape (n, 4), optional
+    ///     x, y, z and radius (0 or more) of each point, m (default: no points).
+    /// room : int
+    ///     Number of points for which `Collisions.set_points` has memory; at least the number of `points`.
+    /// at : array_like, optional
+    ///     Pose in the body, m: (3,), (7,) or (4, 4).
+    ///
+    /// Returns
+    /// -------
+    /// Collider
+    ///     The shape.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the points have a wrong shape, or the pose is not valid.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Collider.point_cloud("scan", "world", [[0, 0, 1, 0.01], [0, 1, 1, 0.01]], room=1000)
     /// Collider(scan on world: cloud of 2 points)
     #[staticmethod]
@@ -228,10 +458,35 @@ impl Collider {
         let points = points.map_or(Ok(Vec::new()), balls)?;
         Self::made((name, body), Shape::PointCloud { points, room }, at, (friction, restitution))
     }
-    /// Cubes of a grid with edges of this length, m, that begins at the origin and has cells (3,) along +x, +y, +z; occupied (n, 3): indices from 0 of those
-    /// that are solid, none when left out. `Collisions.set_cells` changes them.
-    /// Raises LinkworkError for indices of another shape, and for what is no pose.
+    /// Create a voxel map: a grid of cubes that are solid or free. `Collisions.set_cells` changes the cells.
     ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Unique name.
+    /// body : str
+    ///     The body that carries the shape, or "world".
+    /// cells : sequence of int, shape (3,)
+    ///     Number of cells along x, y, z. The grid begins at the origin of its frame.
+    /// edge : float
+    ///     Edge length of a cell, m.
+    /// occupied : array_like of int, shape (n, 3), optional
+    ///     Indices, from 0, of the solid cells (default: none).
+    /// at : array_like, optional
+    ///     Pose in the body, m: (3,), (7,) or (4, 4).
+    ///
+    /// Returns
+    /// -------
+    /// Collider
+    ///     The shape.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the indices have a wrong shape, or the pose is not valid.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Collider.voxel_map("map", "world", (10, 10, 5), 0.1, occupied=[[0, 0, 0], [1, 0, 0]])
     /// Collider(map on world: voxel map of 10 × 10 × 5 cells)
     #[staticmethod]
@@ -251,8 +506,10 @@ impl Collider {
         Self::made((name, body), shape, at, (friction, restitution))
     }
 
-    /// Its name.
+    /// Name of the collider.
     ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Collider.half_space("ground").name
     /// 'ground'
     #[getter]
@@ -261,14 +518,18 @@ impl Collider {
     }
     /// The body that carries it, or "world".
     ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Collider.half_space("ground").body
     /// 'world'
     #[getter]
     fn body(&self) -> &str {
         &self.spec.body
     }
-    /// Coulomb's coefficient.
+    /// Coulomb friction coefficient.
     ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Collider.half_space("ground", friction=0.8).friction
     /// 0.8
     #[getter]
@@ -277,24 +538,43 @@ impl Collider {
     }
     /// Coefficient of restitution.
     ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Collider.half_space("ground", restitution=0.3).restitution
     /// 0.3
     #[getter]
     fn restitution(&self) -> f64 {
         self.spec.material.restitution
     }
-    /// What it is made of, for `pairs` of `Contact`; None: nothing that has a name.
+    /// Name of the material, for `pairs` of `Contact`; None if it has no name.
     ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Collider.half_space("ground").material(name="ice").material_name
     /// 'ice'
     #[getter]
     fn material_name(&self) -> Option<&str> {
         self.spec.material_name.as_deref()
     }
-    /// The same with a simpler shape, of another collider, for questions about coarse shapes (`Collisions.set_detail`): of that the shape alone counts, which has to be in the same frame,
-    /// `body` and `at`.
-    /// Raises LinkworkError for another frame.
+    /// Return a copy with a second, simpler shape for coarse queries (`Collisions.set_detail`).
     ///
+    /// Parameters
+    /// ----------
+    /// simpler : Collider
+    ///     The simpler shape; it must have the same `body` and `at`. Only its shape is used.
+    ///
+    /// Returns
+    /// -------
+    /// Collider
+    ///     The copy.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the two are in different frames.
+    ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Collider.box("crate", "bob", [0.4, 0.2, 0.1]).with_coarse(linkwork.Collider.sphere("ball", "bob", 0.23)).has_coarse
     /// True
     fn with_coarse(&self, simpler: &Self) -> PyResult<Self> {
@@ -305,17 +585,34 @@ impl Collider {
         }
         Ok(Self { spec: ColliderSpec { coarse: Some(other.fine.clone()), ..own.clone() } })
     }
-    /// Whether it has a coarse shape beside its fine one.
+    /// True if the collider has a coarse shape.
     ///
+    /// Examples
+    /// --------
     /// >>> linkwork.Collider.half_space("ground").has_coarse
     /// False
     #[getter]
     fn has_coarse(&self) -> bool {
         self.spec.coarse.is_some()
     }
-    /// The same shape with another friction and restitution, and what it is made of; what is left out stays.
-    /// What cannot be is refused by `Contact`.
+    /// Return a copy with another friction, restitution or material name. Omitted properties do not change.
     ///
+    /// `Contact` checks the values.
+    ///
+    /// Parameters
+    /// ----------
+    /// friction, restitution : float, optional
+    ///     The coefficients.
+    /// name : str, optional
+    ///     Name of the material.
+    ///
+    /// Returns
+    /// -------
+    /// Collider
+    ///     The copy.
+    ///
+    /// Examples
+    /// --------
     /// >>> ice = linkwork.Collider.half_space("ground", restitution=0.3).material(friction=0.05, name="ice")
     /// >>> ice.friction, ice.restitution, ice.material_name
     /// (0.05, 0.3, 'ice')
@@ -350,7 +647,7 @@ impl Collider {
     }
 }
 
-/// Points (n, 3).
+/// Reads points (n, 3).
 fn places(given: Given<'_, '_>, what: &str) -> PyResult<Vec<Vec3>> {
     let input = Input::read(given, what)?;
     match *input.shape() {

@@ -1,4 +1,4 @@
-//! Control: rates and forces for objectives in order of priority, impedance; momentum and composite inertias with what is held.
+//! Control: rates and forces for tasks in order of priority, impedance; momentum and composite inertias with grasped objects.
 use super::{Given, Robot, base};
 use crate::array::{Array1, Array2, Input, checked1, out_force, out1, out2, pose, vec3, vector};
 use crate::collisions::Collisions;
@@ -13,18 +13,18 @@ use linkwork_spatial::{Motion, Vec3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// One objective as it was given; postures own their numbers.
+/// One task as passed from Python; posture tasks own their numbers.
 enum Given1 {
     Tip(Part, Motion, Rows),
     Center(Vec3),
     Posture(Vec<f64>),
 }
 
-/// The key of a level that means the centre of mass.
+/// The key of a level that stands for the centre of mass.
 const CENTER: &str = "center_of_mass";
 
 impl Collisions {
-    /// Levels: dicts of parts (and the centre of mass), or arrays (nv,) for all degrees of freedom.
+    /// Reads levels: dicts of parts (and the centre of mass), or arrays (nv,) for all degrees of freedom.
     fn levels(&self, given: &[Bound<'_, PyAny>], length: f64) -> PyResult<Vec<(usize, Given1)>> {
         let mut all = Vec::new();
         for (level, objective) in given.iter().enumerate() {
@@ -51,7 +51,7 @@ impl Collisions {
                     ([3], [x, y, z]) => (Vec3::zeros(), Vec3::new(*x, *y, *z), Rows::Linear),
                     (shape, _) => {
                         let fact = format!("`{what}` has the shape {shape:?}");
-                        let help = "give (6,), angular and linear, or (3,), linear alone";
+                        let help = "give (6,), angular then linear, or (3,), only linear";
                         return Err(refuse_with(fact, help));
                     }
                 };
@@ -71,8 +71,10 @@ fn objectives(all: &[(usize, Given1)]) -> Vec<Objective<'_>> {
     all.iter().map(|(level, g)| Objective::new(*level, aim(g))).collect()
 }
 
-/// What `Robot.whole_body` answers.
+/// Result of `Robot.whole_body`.
 ///
+/// Examples
+/// --------
 /// >>> ball = linkwork.Builder().body("ball", "world", linkwork.Hinge.free(), mass=2, com=[0, 0, 0], inertia=np.eye(3)).build()
 /// >>> robot = linkwork.Robot(ball, chains={"ball": ("world", "ball")}, colliders=[])
 /// >>> balanced = robot.whole_body(np.zeros(6), [np.zeros(6)], touches=[("ball", [0, 0, 0], [0, 0, 1], 0.5)])
@@ -88,8 +90,10 @@ pub struct WholeBodyForces {
 
 #[pymethods]
 impl WholeBodyForces {
-    /// Forces (nv,), N m and N; zero where nothing drives.
+    /// Generalized forces (nv,), N m and N; zero at degrees of freedom without an actuator.
     ///
+    /// Examples
+    /// --------
     /// >>> balanced.tau.tolist()
     /// [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     #[getter]
@@ -98,38 +102,48 @@ impl WholeBodyForces {
     }
     /// Accelerations (nv,), rad/s² and m/s².
     ///
+    /// Examples
+    /// --------
     /// >>> bool(abs(balanced.vdot).max() < 1e-9)
     /// True
     #[getter]
     fn vdot<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         checked1(py, self.vdot.clone())
     }
-    /// Forces (k, 3) on the robot at the touching points, N, world axes.
+    /// Contact forces on the robot (k, 3), N, world axes.
     ///
+    /// Examples
+    /// --------
     /// >>> balanced.forces[0, 2].round(6).item()
     /// 19.62
     #[getter]
     fn forces<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
         out2(py, self.forces.clone(), self.forces.len() / 3, 3)
     }
-    /// What contacts cannot carry: forces at degrees of freedom that nothing drives, N m and N. 0: balanced.
+    /// Residual force at degrees of freedom without an actuator, which the contacts cannot provide, N m and N; 0 if the robot is balanced.
     ///
+    /// Examples
+    /// --------
     /// >>> balanced.unbalanced < 1e-9
     /// True
     #[getter]
     fn unbalanced(&self) -> f64 {
         self.told.unbalanced
     }
-    /// Accelerations of touching points that should stand still, m/s².
+    /// Residual acceleration of contact points that should be at rest, m/s².
     ///
+    /// Examples
+    /// --------
     /// >>> balanced.slipping < 1e-9
     /// True
     #[getter]
     fn slipping(&self) -> f64 {
         self.told.slipping
     }
-    /// By which share all limits of effort (N m, N) and normal forces (N) would have to be larger. 0: they suffice.
+    /// Fraction by which all effort limits (N m, N) and normal force limits (N) would have to be larger; 0 if they suffice.
     ///
+    /// Examples
+    /// --------
     /// >>> balanced.shortfall
     /// 0.0
     #[getter]
@@ -146,11 +160,36 @@ impl WholeBodyForces {
 
 #[pymethods]
 impl Robot {
-    /// Rates (nv,), rad/s and m/s, at the robot's q for objectives in order of priority, within limits of rates and coordinates: (v, residuals), what each level leaves to be wished.
-    /// What a level asks takes nothing from those before it. levels: dicts {part: (6,) twist [ω; v] of its tip, or (3,) velocity; "center_of_mass": (3,)}, world
-    /// axes, or (nv,) rates of all degrees of freedom. horizon, s: time in which a limit of a coordinate may be reached; manipulable: {part: least w}, below which the
-    /// manipulability (`manipulability(part)` with length 1 m) of a chain is not to fall. length, m: what 1 rad counts. Raises LinkworkError for names, other shapes, NaN, and guards that contradict each other.
+    /// Compute rates for tasks in strict order of priority, within limits of velocity and position (hierarchical control).
     ///
+    /// Tasks of lower levels do not disturb tasks of higher levels.
+    ///
+    /// Parameters
+    /// ----------
+    /// levels : sequence of dict or array_like
+    ///     Tasks of each level, highest priority first: a dict {part: (6,) twist [ω; v] of its tip, or (3,) velocity; "center_of_mass": (3,)}, in
+    ///     world axes, or rates (nv,) of all degrees of freedom.
+    /// horizon : float
+    ///     Time in which a coordinate may reach its limit, s.
+    /// manipulable : dict, optional
+    ///     {part: smallest w}: the manipulability of a chain (`manipulability(part)` with length 1 m) must not fall below it.
+    /// length : float
+    ///     Length, m, that weights 1 rad (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// v : ndarray, shape (nv,)
+    ///     Rates, rad/s and m/s.
+    /// residuals : ndarray, shape (k,)
+    ///     Residual of each level.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a name does not exist, an array has a wrong shape or contains NaN, or guards contradict each other.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.q = [0.3, 0.5, 0.4]
     /// >>> v, residuals = robot.prioritized_joint_rates([{"arm": [0.1, 0, 0]}, [0.0, 0.0, 0.5]])
     /// >>> bool(np.allclose((robot.jacobian("arm") @ v)[3:], [0.1, 0, 0])), float(residuals[0]) < 1e-9
@@ -179,10 +218,32 @@ impl Robot {
         Ok((checked1(py, v)?, checked1(py, residuals)?))
     }
 
-    /// Rates (nv,), rad/s and m/s, at the robot's q with which the tip of a chain moves as asked, or as nearly as it can: (v, (linear, angular)), the latter what is missing, m/s and rad/s. twist (6,): [ω; v]
-    /// of the tip's origin against the chain's base, rad/s and m/s, world axes. Of all such rates the least; within limits of rates, and not outward at a limit. The chain alone moves. Where there is more to objective for, or limits
-    /// are to be approached slowly, `prioritized_joint_rates` does it. Raises LinkworkError for a part that is no chain, another length and NaN.
+    /// Compute the smallest rates with which the tip of a chain moves as commanded, or as nearly as possible.
     ///
+    /// Only the chain moves. Velocity limits are respected, and a coordinate at its limit does not move outward. Use `prioritized_joint_rates` for several tasks,
+    /// or for a smooth approach to limits.
+    ///
+    /// Parameters
+    /// ----------
+    /// part : str
+    ///     Name of the chain.
+    /// twist : array_like, shape (6,)
+    ///     [ω; v] of the tip's origin relative to the chain's base, rad/s and m/s, world axes.
+    ///
+    /// Returns
+    /// -------
+    /// v : ndarray, shape (nv,)
+    ///     Rates, rad/s and m/s.
+    /// residual : tuple of float
+    ///     Remaining linear and angular error, m/s and rad/s.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the part is not a chain, or the twist has a wrong length or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.q = [0.3, 0.5, 0.4]
     /// >>> v, missing = robot.joint_rates("arm", [0, -0.2, 0, 0.1, 0, 0.05])
     /// >>> bool(np.allclose(robot.jacobian("arm") @ v, [0, -0.2, 0, 0.1, 0, 0.05])), bool(max(missing) < 1e-9)
@@ -201,11 +262,38 @@ impl Robot {
         Ok((checked1(slf.py(), v)?, (missing.position, missing.orientation)))
     }
 
-    /// Forces of the whole robot at its q and rates v (nv,) for accelerations in order of priority, with contacts that press and do not slip, within limits of
-    /// effort: a WholeBodyForces. levels: as `prioritized_joint_rates`, of accelerations, rad/s² and m/s². touches: [(part, point (3,) in its tip's frame, m, normal (3,) towards the robot in
-    /// the world, friction[, most normal force, N])]. effort: (nv,), N m and N, 0 where nothing drives; None: limits of the mechanism, and 0 for ball and free hinges. Where
-    /// the contacts cannot carry the robot or the joints are too weak, that is told with the best there is. Raises LinkworkError for names, other shapes, NaN, friction and normals that are none.
+    /// Compute generalized forces of the whole robot for acceleration tasks in order of priority, with contacts that push and do not slip, within
+    /// effort limits.
     ///
+    /// If the contacts cannot carry the robot, or the joints are too weak, the result is the best that is possible, and WholeBodyForces reports the
+    /// deficit.
+    ///
+    /// Parameters
+    /// ----------
+    /// v : array_like, shape (nv,)
+    ///     Rates, rad/s and m/s.
+    /// levels : sequence of dict or array_like
+    ///     Tasks as in `prioritized_joint_rates`, with accelerations, rad/s² and m/s².
+    /// touches : sequence of tuple, optional
+    ///     Contacts: (part, point (3,) in its tip's frame, m, normal (3,) towards the robot in the world, friction[, largest normal force, N]).
+    /// effort : array_like, shape (nv,), optional
+    ///     Limits of the forces, N m and N; 0 for degrees of freedom without an actuator. By default the limits of the mechanism, and 0 for ball
+    ///     and free hinges.
+    /// length : float
+    ///     Length, m, that weights 1 rad (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// WholeBodyForces
+    ///     Forces, accelerations and contact forces.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a name does not exist, an array has a wrong shape or contains NaN, or a friction coefficient or normal is not valid.
+    ///
+    /// Examples
+    /// --------
     /// >>> found = robot.whole_body([0, 0, 0], [{"arm": [0, 0, 1.0]}])
     /// >>> bool(np.allclose(robot.feed_forward([0, 0, 0], found.vdot), found.tau))
     /// True
@@ -226,7 +314,7 @@ impl Robot {
         for (k, touch) in touches.into_iter().flatten().enumerate() {
             let of = |what: &str| format!("touches[{k}]: {what}");
             let wrong = || {
-                let help = "give (part, point, normal, friction), or the greatest force besides";
+                let help = "give (part, point, normal, friction), optionally followed by the largest normal force";
                 refuse_with(of("no touch"), help)
             };
             let items: Vec<Bound<'_, PyAny>> = touch.extract().map_err(|_| wrong())?;
@@ -248,7 +336,7 @@ impl Robot {
         let effort = match effort {
             Some(given) => {
                 let fact =
-                    || refuse_with("`effort` is no array of numbers", format!("give ({nv},)"));
+                    || refuse_with("`effort` is not an array of numbers", format!("give ({nv},)"));
                 given.extract::<Vec<f64>>().map_err(|_| fact())?
             }
             None => {
@@ -271,10 +359,33 @@ impl Robot {
         Ok(WholeBodyForces { tau, vdot, forces, told })
     }
 
-    /// Forces (nv,), N m and N, that make the tip of each chain a spring and a damper to where it should be, at the robot's q and rates v (nv,). springs: {part: (place, stiffness (6,), damping (6,))}: place as
-    /// (7,) or (4, 4), N m/rad and N/m, N m s/rad and N s/m along world axes. rest (nv,) acts as far as it moves no tip. At rest the tips give way to a wrench by its
-    /// share of the stiffness. Raises LinkworkError for names, other shapes, NaN, stiffness or damping below zero, and where the tips cannot move independently.
+    /// Compute generalized forces of Cartesian impedance control: the tip of each chain behaves like a spring and a damper at its setpoint.
     ///
+    /// At rest, a tip yields to an external wrench according to its stiffness.
+    ///
+    /// Parameters
+    /// ----------
+    /// springs : dict
+    ///     {part: (place, stiffness (6,), damping (6,))}. The setpoint `place` is (7,) or (4, 4). Stiffness is in N m/rad and N/m, damping in N m
+    ///     s/rad and N s/m, along world axes.
+    /// v : array_like, shape (nv,)
+    ///     Rates, rad/s and m/s.
+    /// rest : array_like, shape (nv,), optional
+    ///     Generalized forces that act in the null space of the tips, N m and N.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv,)
+    ///     Generalized forces, N m and N.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a name does not exist, an array has a wrong shape or contains NaN, a stiffness or damping is negative, or the tips cannot move
+    ///     independently.
+    ///
+    /// Examples
+    /// --------
     /// >>> drone = linkwork.Builder().body("drone", "world", linkwork.Hinge.free(), mass=2, com=[0, 0, 0], inertia=np.eye(3) / 10).build()
     /// >>> flying = linkwork.Robot(drone, chains={"body": ("world", "drone")}, colliders=[])
     /// >>> flying.impedance({"body": ([0, 0, 0.1, 0, 0, 0, 1], 6 * [100.0], 6 * [5.0])}, np.zeros(6))[5].round(9).item()
@@ -292,7 +403,7 @@ impl Robot {
         for (name, value) in pairs(springs) {
             let name: String = name.extract()?;
             let wrong = || {
-                let fact = format!("`springs[\"{name}\"]` is no spring");
+                let fact = format!("`springs[\"{name}\"]` is not a spring");
                 refuse_with(fact, "give (place, stiffness (6,), damping (6,))")
             };
             let items: Vec<Bound<'_, PyAny>> = value.extract().map_err(|_| wrong())?;
@@ -313,9 +424,29 @@ impl Robot {
         checked1(slf.py(), tau)
     }
 
-    /// The composite inertia of a body at the robot's q: all that it carries, with what is held, as one: (mass, kg, centre of mass (3,), m, in the world, inertia (3, 3), kg m², about
-    /// that centre, world axes). Raises LinkworkError for an unknown body.
+    /// Return the composite inertia of a body: of the body and all bodies and grasped objects outboard of it, at the robot's q.
     ///
+    /// Parameters
+    /// ----------
+    /// body : str
+    ///     Name of a body.
+    ///
+    /// Returns
+    /// -------
+    /// mass : float
+    ///     Mass, kg.
+    /// com : ndarray, shape (3,)
+    ///     Centre of mass in the world, m.
+    /// inertia : ndarray, shape (3, 3)
+    ///     Inertia about the centre of mass, world axes, kg m².
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the body does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> mass, com, inertia = robot.composite_inertia("lower")
     /// >>> mass, inertia.shape
     /// (2.0, (3, 3))
@@ -337,9 +468,25 @@ impl Robot {
         Ok((mass, out1(py, com.as_slice().to_vec()), out2(py, rows, 3, 3)?))
     }
 
-    /// Momentum (6,) about the centre of mass at the robot's q and rates v (nv,), with what is held: angular, kg m²/s, and linear, kg m/s, world axes. Raises
-    /// LinkworkError for another length and NaN.
+    /// Return the momentum about the centre of mass at the robot's q, including grasped objects.
     ///
+    /// Parameters
+    /// ----------
+    /// v : array_like, shape (nv,)
+    ///     Rates, rad/s and m/s.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6,)
+    ///     Angular momentum, kg m²/s, then linear momentum, kg m/s, world axes.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If v has a wrong length or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.momentum([0.1, 0.2, 0.3]).shape
     /// (6,)
     fn momentum<'py>(slf: &Bound<'py, Self>, v: Given<'_, 'py>) -> PyResult<Array1<'py>> {
@@ -348,8 +495,15 @@ impl Robot {
         out_force(slf.py(), &own.ask(|r| r.momentum(v.slice()))?)
     }
 
-    /// The centroidal momentum matrix (6, nv) at the robot's q, with what is held: rates to `momentum`, kg m²/s and kg m/s.
+    /// Return the centroidal momentum matrix at the robot's q, including grasped objects: rates to `momentum`.
     ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6, nv)
+    ///     Its product with v is in kg m²/s and kg m/s.
+    ///
+    /// Examples
+    /// --------
     /// >>> bool(np.allclose(robot.centroidal_matrix() @ [0.1, 0.2, 0.3], robot.momentum([0.1, 0.2, 0.3])))
     /// True
     fn centroidal_matrix<'py>(slf: &Bound<'py, Self>) -> PyResult<Array2<'py>> {
@@ -361,7 +515,7 @@ impl Robot {
     }
 }
 
-/// Points in a plane (n, 2), m.
+/// Reads points in a plane (n, 2), m.
 fn plane(given: Given<'_, '_>, what: &str) -> PyResult<Vec<[f64; 2]>> {
     let input = Input::read(given, what)?;
     if !matches!(input.shape(), [_, 2]) && !input.slice().is_empty() {
@@ -371,8 +525,25 @@ fn plane(given: Given<'_, '_>, what: &str) -> PyResult<Vec<[f64; 2]>> {
     Ok(input.slice().chunks_exact(2).map(|p| [p[0], p[1]]).collect())
 }
 
-/// The support polygon of touching points (n, 2), m, on level ground: corners (k, 2), counter-clockwise. Raises LinkworkError for another shape and NaN.
+/// Compute the support polygon of contact points on level ground.
 ///
+/// Parameters
+/// ----------
+/// points : array_like, shape (n, 2)
+///     Contact points, m.
+///
+/// Returns
+/// -------
+/// ndarray, shape (k, 2)
+///     Corners, counter-clockwise, m.
+///
+/// Raises
+/// ------
+/// LinkworkError
+///     If an array has a wrong shape or contains NaN.
+///
+/// Examples
+/// --------
 /// >>> linkwork.support_polygon([[0, 0], [1, 0], [0.5, 0.2], [1, 1], [0, 1]]).tolist()
 /// [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
 #[pyfunction]
@@ -383,9 +554,27 @@ pub fn support_polygon<'py>(py: Python<'py>, points: Given<'_, 'py>) -> PyResult
     out2(py, hull[..n].iter().flatten().copied().collect(), n, 2)
 }
 
-/// How far a point (2,), m, such as the centre of mass, is within a support polygon (k, 2): the distance to its nearest edge, m, negative outside. Raises
-/// LinkworkError for other shapes and NaN, and for a polygon without corners.
+/// Compute the distance of a point, such as the projected centre of mass, from the nearest edge of a support polygon.
 ///
+/// Parameters
+/// ----------
+/// polygon : array_like, shape (k, 2)
+///     Corners, m.
+/// point : array_like, shape (2,)
+///     The point, m.
+///
+/// Returns
+/// -------
+/// float
+///     Distance, m; negative outside the polygon.
+///
+/// Raises
+/// ------
+/// LinkworkError
+///     If an array has a wrong shape or contains NaN, or the polygon has no corners.
+///
+/// Examples
+/// --------
 /// >>> linkwork.support_margin([[0, 0], [1, 0], [1, 1], [0, 1]], [0.5, 0.2])
 /// 0.2
 #[pyfunction]

@@ -1,4 +1,4 @@
-//! Forces of a robot: with what is held, of two hands, in the space of tips.
+//! Forces of a robot: with grasped objects, of two hands, in operational space.
 use super::{Given, Robot, base};
 use crate::array::{Array1, Array2, Input, checked1, out_force, out_vec3, out2, vector, wrench};
 use crate::collisions::Collisions;
@@ -13,14 +13,14 @@ use linkwork_spatial::{Force, Motion};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// Two wrenches (6,), one below the other.
+/// Converts two wrenches to an array (2, 6).
 fn two<'py>(py: Python<'py>, f: &[Force; 2]) -> PyResult<Array2<'py>> {
     let rows = f.iter().flat_map(|f| [f.moment, f.force]).flat_map(|x| [x.x, x.y, x.z]).collect();
     out2(py, rows, 2, 6)
 }
 
 impl Collisions {
-    /// Wrenches that tips exert, by part.
+    /// Reads the wrenches that tips exert, by part.
     fn pushes(&self, given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Push>> {
         let mut list = Vec::new();
         for (name, value) in given.into_iter().flat_map(pairs) {
@@ -31,7 +31,7 @@ impl Collisions {
         Ok(list)
     }
 
-    /// Degrees of freedom of an object's joints; refuses a rigid one.
+    /// Returns the number of degrees of freedom of an object's joints; an error for a rigid object.
     fn joints_of(&self, name: &str, object: Object) -> PyResult<usize> {
         let help = "give the object as a Mechanism";
         let none = || refuse_with(format!("`{name}` has no joints"), help);
@@ -45,7 +45,7 @@ impl Collisions {
     }
 }
 
-/// Wrenches (2, 6) of two hands.
+/// Reads the wrenches (2, 6) of two hands.
 fn of_two_hands(wrenches: Given<'_, '_>) -> PyResult<[Force; 2]> {
     let input = Input::read(wrenches, "wrenches")?;
     let (&[2, 6], [a, b, c, x, y, z, d, e, f, u, v, w]) = (input.shape(), input.slice()) else {
@@ -59,8 +59,15 @@ fn of_two_hands(wrenches: Given<'_, '_>) -> PyResult<[Force; 2]> {
 
 #[pymethods]
 impl Robot {
-    /// Forces (nv,), N m and N, that hold the robot's q still with what is held.
+    /// Compute the generalized forces that hold the robot at rest at its q, including grasped objects.
     ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv,)
+    ///     Generalized forces, N m and N.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.gravity_forces().shape
     /// (3,)
     fn gravity_forces<'py>(slf: &Bound<'py, Self>) -> PyResult<Array1<'py>> {
@@ -70,9 +77,29 @@ impl Robot {
         checked1(slf.py(), tau)
     }
 
-    /// Forces (nv,), N m and N, for the rates v (nv,) and accelerations a (nv,) at the robot's q, with what is held. pushes: {part: (6,)}, wrenches
-    /// [moment; force] that tips exert on what they touch, N m and N, at their origins, world axes. Raises LinkworkError for lengths, NaN and names.
+    /// Compute the generalized forces for given rates and accelerations at the robot's q, including grasped objects (inverse dynamics).
     ///
+    /// Parameters
+    /// ----------
+    /// v : array_like, shape (nv,)
+    ///     Rates, rad/s and m/s.
+    /// a : array_like, shape (nv,)
+    ///     Accelerations, rad/s² and m/s².
+    /// pushes : dict, optional
+    ///     {part: (6,)}: wrenches [moment; force] that tips exert on their surroundings, N m and N, about their origins, world axes.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv,)
+    ///     Generalized forces, N m and N.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a name does not exist, or an array has a wrong length or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.feed_forward([0.1, 0, 0], [0, 0, 0], pushes={"arm": [0, 0, 0, 0, 0, 5.0]}).shape
     /// (3,)
     #[pyo3(signature = (v, a, pushes=None))]
@@ -91,9 +118,29 @@ impl Robot {
         checked1(slf.py(), tau)
     }
 
-    /// Forces (nv,), N m and N, of the rates v (nv,) and of gravity at the robot's q, with what is held, and the accelerations (n, 6) [angular; linear], rad/s² and m/s², that the tips of n
-    /// parts have in the world while no rate changes: what operational space takes off. Raises LinkworkError for lengths, NaN, names, and parts that are no chain.
+    /// Compute the bias terms of operational-space control at the robot's q, including grasped objects.
     ///
+    /// Parameters
+    /// ----------
+    /// v : array_like, shape (nv,)
+    ///     Rates, rad/s and m/s.
+    /// parts : sequence of str
+    ///     Names of n chains.
+    ///
+    /// Returns
+    /// -------
+    /// tau : ndarray, shape (nv,)
+    ///     Generalized forces of the velocities and of gravity, N m and N.
+    /// a : ndarray, shape (n, 6)
+    ///     Accelerations [angular; linear] of the tips in the world for constant rates, rad/s² and m/s².
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a name does not exist, a part is not a chain, or an array has a wrong length or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> tau, tips = robot.bias([0.1, 0, 0], ["arm"])
     /// >>> tau.shape, tips.shape
     /// ((3,), (1, 6))
@@ -112,11 +159,41 @@ impl Robot {
         Ok((checked1(py, tau)?, out2(py, rows.collect(), parts.len(), 6)?))
     }
 
-    /// Where the state q (nq,), v (nv,) goes in dt seconds under the forces tau (nv,), N m and N, with what is held, and how well that is known: (q, v, covariance).
-    /// covariance (2 nv, 2 nv) is that of the errors [δq; δv], δq along v, in rad, m and per second; density (nv,): spectral densities of white noise of the
-    /// forces, (N m)² s and N² s, else none. By the midpoint rule, of second order in dt, and its exact derivative. The robot's own q is not asked and
-    /// does not move. Raises LinkworkError for lengths, NaN, a negative dt or density, and a joint that carries nothing.
+    /// Predict the state after a time dt and its covariance, including grasped objects.
     ///
+    /// The midpoint rule, of second order in dt, and its exact derivative. The robot's own q is neither used nor changed.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : array_like, shape (nq,)
+    ///     Configuration, rad and m.
+    /// v : array_like, shape (nv,)
+    ///     Rates, rad/s and m/s.
+    /// tau : array_like, shape (nv,)
+    ///     Generalized forces, N m and N.
+    /// dt : float
+    ///     Time, s.
+    /// covariance : array_like, shape (2 nv, 2 nv)
+    ///     Covariance of the errors [δq; δv]; δq is along v, in rad, m and these per second.
+    /// density : array_like, shape (nv,), optional
+    ///     Spectral densities of white noise of the forces, (N m)² s and N² s (default: none).
+    ///
+    /// Returns
+    /// -------
+    /// q : ndarray, shape (nq,)
+    ///     Predicted configuration.
+    /// v : ndarray, shape (nv,)
+    ///     Predicted rates.
+    /// covariance : ndarray, shape (2 nv, 2 nv)
+    ///     Predicted covariance.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an array has a wrong length or contains NaN, dt or a density is negative, or a joint moves no inertia.
+    ///
+    /// Examples
+    /// --------
     /// >>> q, v, P = robot.predict([0.1, 0.2, 0.3], [0, 0, 0], robot.gravity_forces(), 0.01, 1e-6 * np.eye(6), density=[1e-3] * 3)
     /// >>> P.shape, bool(P[0, 0] > 1e-6)
     /// ((6, 6), True)
@@ -152,10 +229,31 @@ impl Robot {
         Ok((checked1(py, q)?, checked1(py, v)?, out2(py, P, 2 * nv, 2 * nv)?))
     }
 
-    /// Shares the load of an object between its two hands: forces (nv,) for the same motion as tau (nv,), N m and N, of least Σ τ² (by="equal") or Σ (τ/limit)²
-    /// (by="effort"); and the greatest share |τ|/limit of a joint, above 1 where the joints cannot do it. Raises LinkworkError when not two hands hold it,
-    /// and for "effort" when a joint has no limit of its force.
+    /// Share the load of an object between its two hands.
     ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    /// tau : array_like, shape (nv,)
+    ///     Generalized forces, N m and N.
+    /// by : {"equal", "effort"}
+    ///     Minimize Σ τ² ("equal") or Σ (τ/limit)² ("effort").
+    ///
+    /// Returns
+    /// -------
+    /// tau : ndarray, shape (nv,)
+    ///     Generalized forces that cause the same motion, N m and N.
+    /// load : float
+    ///     Largest ratio |τ|/limit of a joint; above 1 if the joints are too weak.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If two hands do not hold the object, or by "effort" if a joint has no effort limit.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.balance("cup", robot.gravity_forces())
     /// Traceback (most recent call last):
     /// linkwork.LinkworkError: object 0 is not held
@@ -175,8 +273,15 @@ impl Robot {
         Ok((checked1(slf.py(), tau)?, found.largest_share))
     }
 
-    /// The mass matrix (nv, nv), kg m² and kg, at the robot's q, with what is held.
+    /// Return the mass matrix at the robot's q, including grasped objects.
     ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv, nv)
+    ///     kg m², kg m and kg.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.mass_matrix().shape
     /// (3, 3)
     fn mass_matrix<'py>(slf: &Bound<'py, Self>) -> PyResult<Array2<'py>> {
@@ -187,8 +292,17 @@ impl Robot {
         out2(slf.py(), M, nv, nv)
     }
 
-    /// Mass, kg, and centre of mass (3,), m, in the world at the robot's q, with what is held.
+    /// Return mass and centre of mass at the robot's q, including grasped objects.
     ///
+    /// Returns
+    /// -------
+    /// mass : float
+    ///     Mass, kg.
+    /// com : ndarray, shape (3,)
+    ///     Position in the world, m.
+    ///
+    /// Examples
+    /// --------
     /// >>> mass, com = robot.center_of_mass()
     /// >>> mass
     /// 3.0
@@ -197,9 +311,33 @@ impl Robot {
         Ok((mass, out_vec3(slf.py(), &com)?))
     }
 
-    /// As `feed_forward`, while the joints of a held object move at rates (n,) with accelerations (n,), rad/s and rad/s² (m/s, m/s²): forces (nv,) of the robot and
-    /// (n,) of those joints, N m and N. Raises LinkworkError for lengths, NaN, names, a rigid object, and one that nobody holds.
+    /// Compute the generalized forces of the robot and of the joints of a held object, as `feed_forward` does for the robot alone.
     ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    /// v, a : array_like, shape (nv,)
+    ///     Rates and accelerations of the robot, rad/s, m/s, rad/s², m/s².
+    /// rates, accelerations : array_like, shape (n,)
+    ///     Rates and accelerations of the object's joints.
+    /// pushes : dict, optional
+    ///     As in `feed_forward`.
+    ///
+    /// Returns
+    /// -------
+    /// tau : ndarray, shape (nv,)
+    ///     Generalized forces of the robot, N m and N.
+    /// tau_object : ndarray, shape (n,)
+    ///     Generalized forces of the object's joints, N m and N.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the object is rigid or not held, a name does not exist, or an array has a wrong length or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> block = dict(mass=0.1, com=[0.05, 0, 0], inertia=np.eye(3) / 1000)
     /// >>> pliers = linkwork.Builder().body("pliers", "world", linkwork.Hinge.free(), **block).body("jaw", "pliers", linkwork.Hinge.pin([0, 1, 0]), **block).build()
     /// >>> fitter = linkwork.Robot(parts.build(), chains={"arm": ("world", "hand")}, objects={"pliers": pliers}, colliders=[])
@@ -231,9 +369,25 @@ impl Robot {
         Ok((checked1(py, tau)?, checked1(py, forces)?))
     }
 
-    /// The mass matrix (nv + n, nv + n), kg m² and kg, of the robot and, last, the n joints of an object that it holds. Raises LinkworkError for a rigid object
-    /// and one that nobody holds.
+    /// Return the mass matrix of the robot and, in the last rows and columns, of the n joints of an object that it holds.
     ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv + n, nv + n)
+    ///     kg m², kg m and kg.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the object is rigid or not held.
+    ///
+    /// Examples
+    /// --------
     /// >>> block = dict(mass=0.1, com=[0.05, 0, 0], inertia=np.eye(3) / 1000)
     /// >>> pliers = linkwork.Builder().body("pliers", "world", linkwork.Hinge.free(), **block).body("jaw", "pliers", linkwork.Hinge.pin([0, 1, 0]), **block).build()
     /// >>> fitter = linkwork.Robot(parts.build(), chains={"arm": ("world", "hand")}, objects={"pliers": pliers}, colliders=[])
@@ -249,10 +403,31 @@ impl Robot {
         out2(slf.py(), M, n, n)
     }
 
-    /// Forces tau (nv,), N m and N, and what presses the two hands of an object towards each other with a force (N) besides: forces (nv,), and the wrenches
-    /// (2, 6) [moment; force] of first and second hand on the object, each about its tip, world axes, whose sum is nothing. Raises LinkworkError when not two
-    /// hands hold it, and when both tips are at one place.
+    /// Add forces with which two hands press an object between them.
     ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    /// tau : array_like, shape (nv,)
+    ///     Generalized forces, N m and N.
+    /// force : float
+    ///     Internal force between the hands, N.
+    ///
+    /// Returns
+    /// -------
+    /// tau : ndarray, shape (nv,)
+    ///     Generalized forces with the squeeze added, N m and N.
+    /// wrenches : ndarray, shape (2, 6)
+    ///     Wrenches [moment; force] of the first and the second hand on the object, about their tips, world axes. Their sum is zero.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If two hands do not hold the object, or both tips are at the same position.
+    ///
+    /// Examples
+    /// --------
     /// >>> rail = linkwork.Builder()
     /// >>> for name, x in (("left", -0.3), ("right", 0.3)):
     /// ...     rail = rail.body(name, "world", linkwork.Hinge.slider([1, 0, 0]), mass=1, com=[0, 0, 0], inertia=np.eye(3), hinge_in_parent=[x, 0, 0])
@@ -274,9 +449,29 @@ impl Robot {
         Ok((checked1(py, tau)?, two(py, &wrenches)?))
     }
 
-    /// Forces tau (nv,), N m and N, and what lets the two hands of an object exert wrenches (2, 6) [moment; force], N m and N, on it besides, first and second hand, each about its tip,
-    /// world axes: forces (nv,). Raises LinkworkError when not two hands hold it, for other shapes and NaN.
+    /// Add forces with which two hands exert given wrenches on an object.
     ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    /// tau : array_like, shape (nv,)
+    ///     Generalized forces, N m and N.
+    /// wrenches : array_like, shape (2, 6)
+    ///     Additional wrenches [moment; force] of the first and the second hand, N m and N, about their tips, world axes.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv,)
+    ///     Generalized forces, N m and N.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If two hands do not hold the object, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> rail = linkwork.Builder()
     /// >>> for name, x in (("left", -0.3), ("right", 0.3)):
     /// ...     rail = rail.body(name, "world", linkwork.Hinge.slider([1, 0, 0]), mass=1, com=[0, 0, 0], inertia=np.eye(3), hinge_in_parent=[x, 0, 0])
@@ -298,11 +493,37 @@ impl Robot {
         checked1(py, tau)
     }
 
-    /// Wrenches (2, 6) [moment; force], N m and N, of first and second hand on an object, each about its tip, world axes, told apart: (moving, squeezing, net),
-    /// (2, 6), (2, 6) and (6,), of which squeezing has no sum, moving has the least squares, and net is the sum about the object's origin. hands: what each
-    /// hand's count; moment: what 1 N m counts against 1 N, 1/m²: shares depend on them. Raises LinkworkError when not two hands hold it, for other shapes, NaN,
-    /// and weights that are not above zero.
+    /// Decompose the wrenches of two hands on an object into motion-inducing wrenches and internal wrenches.
     ///
+    /// The internal wrenches have a zero sum. The motion-inducing wrenches have the smallest weighted sum of squares.
+    ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    /// wrenches : array_like, shape (2, 6)
+    ///     Wrenches [moment; force] of the first and the second hand, N m and N, about their tips, world axes.
+    /// hands : tuple of float
+    ///     Weights of the two hands (default: (1, 1)).
+    /// moment : float
+    ///     Weight of 1 N m compared with 1 N, 1/m² (default: 1).
+    ///
+    /// Returns
+    /// -------
+    /// moving : ndarray, shape (2, 6)
+    ///     Motion-inducing wrenches.
+    /// squeezing : ndarray, shape (2, 6)
+    ///     Internal wrenches.
+    /// net : ndarray, shape (6,)
+    ///     Sum of all wrenches about the object's origin.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If two hands do not hold the object, an array has a wrong shape or contains NaN, or a weight is not positive.
+    ///
+    /// Examples
+    /// --------
     /// >>> rail = linkwork.Builder()
     /// >>> for name, x in (("left", -0.3), ("right", 0.3)):
     /// ...     rail = rail.body(name, "world", linkwork.Hinge.slider([1, 0, 0]), mass=1, com=[0, 0, 0], inertia=np.eye(3), hinge_in_parent=[x, 0, 0])
@@ -327,12 +548,35 @@ impl Robot {
         Ok((two(py, &found.moving)?, two(py, &found.squeezing)?, out_force(py, &found.net)?))
     }
 
-    /// Wrenches (2, 6) of first and second hand on an object under which neither slips, nearest to those given ([moment; force], N m and N, on the object, each
-    /// about its tip, world axes), and what is missing, N: (wrenches, missing). The net wrench stays, the hands press as much as friction asks.
-    /// missing: 0 when they hold; else no wrenches do, and cones and limits would all have to be wider by so much. friction: for each hand (normal, coefficient, radius,
-    /// most): where it presses the object to in the axes of its tip (3,), µ, the radius of the patch that touches, m, and the greatest normal force, N
-    /// (`math.inf` for none). Raises LinkworkError when not two hands hold it, for other shapes, NaN, and friction that is none.
+    /// Compute the wrenches nearest to given ones with which neither of two hands slips on an object.
     ///
+    /// The net wrench stays the same; the hands press as much as friction requires.
+    ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    /// wrenches : array_like, shape (2, 6)
+    ///     Wrenches [moment; force] of the first and the second hand on the object, N m and N, about their tips, world axes.
+    /// friction : sequence of tuple
+    ///     For each hand (normal, coefficient, radius, most): the direction (3,) in which it presses on the object, in the axes of its tip; the
+    ///     friction coefficient; the radius of the contact patch, m; the largest normal force, N (`math.inf` for none).
+    ///
+    /// Returns
+    /// -------
+    /// wrenches : ndarray, shape (2, 6)
+    ///     The wrenches.
+    /// missing : float
+    ///     0 if the grip holds. Otherwise, no wrenches hold the object, and all friction cones and limits would have to be wider by this amount,
+    ///     N.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If two hands do not hold the object, an array has a wrong shape or contains NaN, or `friction` is not valid.
+    ///
+    /// Examples
+    /// --------
     /// >>> rail = linkwork.Builder()
     /// >>> for name, x in (("left", -0.3), ("right", 0.3)):
     /// ...     rail = rail.body(name, "world", linkwork.Hinge.slider([1, 0, 0]), mass=1, com=[0, 0, 0], inertia=np.eye(3), hinge_in_parent=[x, 0, 0])
@@ -362,9 +606,25 @@ impl Robot {
         Ok((two(py, &found.wrenches)?, found.shortfall))
     }
 
-    /// What tips of chains feel of the robot's mass at its q, with what is held: Λ = (J M⁻¹ Jᵀ)⁻¹, (6 k, 6 k), kg m² and kg, rows [angular; linear] of each of
-    /// the k parts, world axes. Raises LinkworkError for parts that are no chains and where the tips cannot move independently.
+    /// Compute the operational-space inertia Λ = (J M⁻¹ Jᵀ)⁻¹ of the tips of chains at the robot's q, including grasped objects.
     ///
+    /// Parameters
+    /// ----------
+    /// parts : sequence of str
+    ///     Names of k chains.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6 k, 6 k)
+    ///     kg m², kg m and kg, with rows [angular; linear] of each part, world axes.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a part is not a chain, or the tips cannot move independently.
+    ///
+    /// Examples
+    /// --------
     /// >>> drone = linkwork.Builder().body("drone", "world", linkwork.Hinge.free(), mass=2, com=[0, 0, 0], inertia=np.eye(3) / 10).build()
     /// >>> flying = linkwork.Robot(drone, chains={"body": ("world", "drone")}, colliders=[])
     /// >>> flying.task_inertia(["body"]).diagonal().round(9).tolist()
@@ -378,10 +638,31 @@ impl Robot {
         out2(slf.py(), out, n, n)
     }
 
-    /// Forces (nv,), N m and N, that give tips of chains the accelerations a (6 k,), [angular; linear] of each of the k parts, rad/s² and m/s², world axes, at
-    /// the robot's q and rates v (nv,), with what is held; rest (nv,) acts as far as it moves no tip. Raises LinkworkError for parts that are no chains, where
-    /// the tips cannot move independently, for other lengths and NaN.
+    /// Compute the generalized forces that give the tips of chains prescribed accelerations at the robot's q, including grasped objects.
     ///
+    /// Parameters
+    /// ----------
+    /// parts : sequence of str
+    ///     Names of k chains.
+    /// v : array_like, shape (nv,)
+    ///     Rates, rad/s and m/s.
+    /// a : array_like, shape (6 k,)
+    ///     Accelerations [angular; linear] of each tip, rad/s² and m/s², world axes.
+    /// rest : array_like, shape (nv,), optional
+    ///     Generalized forces that act in the null space of the tips, N m and N.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nv,)
+    ///     Generalized forces, N m and N.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a part is not a chain, the tips cannot move independently, or an array has a wrong length or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> drone = linkwork.Builder().body("drone", "world", linkwork.Hinge.free(), mass=2, com=[0, 0, 0], inertia=np.eye(3) / 10).build()
     /// >>> flying = linkwork.Robot(drone, chains={"body": ("world", "drone")}, colliders=[])
     /// >>> flying.task_forces(["body"], np.zeros(6), [0, 0, 0, 0, 0, 1])[5].round(9).item()

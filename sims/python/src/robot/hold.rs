@@ -1,4 +1,4 @@
-//! What hands hold: objects, rigid or with joints, taken and let go.
+//! Grasped objects, rigid or with joints.
 use super::{Given, Robot, base};
 use crate::array::{Array1, Array2, mat3, out_pose, out1, out2, pose, vec3, vector};
 use crate::error::{refuse_with, unless_own};
@@ -10,8 +10,10 @@ use linkwork_spatial::MassProperties;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// What a hand holds, for `with`: at its end the hand lets go.
+/// Context manager of a grasp: at the end of the `with` block, the hand releases the object. Result of `Robot.grasp`.
 ///
+/// Examples
+/// --------
 /// >>> lift = linkwork.Builder().body("hand", "world", linkwork.Hinge.slider([0, 0, 1]), mass=1, com=[0, 0, 0], inertia=np.eye(3) / 100).build()
 /// >>> robot = linkwork.Robot(lift, chains={"arm": ("world", "hand")}, objects={"cup": (0.3, [0, 0, 0], np.eye(3) / 1000)}, colliders=[])
 /// >>> with robot.grasp("arm", "cup", [0, 0, 0.1]) as grip:
@@ -26,14 +28,14 @@ pub struct Grip {
     object: String,
 }
 
-/// Adds an object to a model: mass properties, or a mechanism of its own.
+/// Adds an object to a model: mass properties, or a separate mechanism.
 pub(super) fn object(name: String, given: Given<'_, '_>, spec: &mut ModelSpec) -> PyResult<()> {
     if let Ok(mechanism) = given.cast::<Mechanism>() {
         return jointed(name, &mechanism.get().core.mbs, spec);
     }
     let parts: (f64, Bound<'_, PyAny>, Bound<'_, PyAny>) = given.extract().map_err(|e| {
         let help = "give (mass, com (3,), inertia (3, 3)), or a Mechanism";
-        let fact = format!("objects[\"{name}\"] is no mass with its properties");
+        let fact = format!("objects[\"{name}\"] is not a tuple of mass properties");
         unless_own(given.py(), e, |_| refuse_with(fact, help))
     })?;
     let of = |what: &str| format!("objects[\"{name}\"]: {what}");
@@ -44,7 +46,7 @@ pub(super) fn object(name: String, given: Given<'_, '_>, spec: &mut ModelSpec) -
     Ok(())
 }
 
-/// An object with joints: the body on the world is the object, the others hang on it.
+/// Adds an object with joints: the body on its world is the object, the other bodies are outboard of it.
 fn jointed(name: String, mbs: &Multibody, spec: &mut ModelSpec) -> PyResult<()> {
     let wrong =
         |fact: String, help: String| refuse_with(format!("objects[\"{name}\"]: {fact}"), help);
@@ -60,7 +62,7 @@ fn jointed(name: String, mbs: &Multibody, spec: &mut ModelSpec) -> PyResult<()> 
     }
     if own.hinge.nv() != 6 {
         let fact = format!("its hinge on the world has {} degrees of freedom", own.hinge.nv());
-        let help = "use Hinge.free(): hands, and `put`, say where the object is";
+        let help = "use Hinge.free(), because hands and `put` determine the pose of the object";
         return Err(wrong(fact, help.into()));
     }
     if own.modes.is_some() {
@@ -70,13 +72,13 @@ fn jointed(name: String, mbs: &Multibody, spec: &mut ModelSpec) -> PyResult<()> 
     for b in mbs.body_ids().filter(|b| *b != root) {
         spec.linkages.body(mbs.spec(b));
     }
-    // The model says that it takes none.
+    // The model rejects loops of objects with its own message, so they are passed on.
     spec.linkages.loops_mut().extend(mbs.loops().iter().map(|l| l.closure.clone()));
     spec.linkages.couplings_mut().extend(mbs.couplings().iter().map(|c| c.coupling.clone()));
     Ok(())
 }
 
-/// The body of an object that has this name.
+/// Returns the body of an object with this name.
 fn body_of(slf: &Bound<'_, Robot>, object: &str, body: &str) -> PyResult<BodyId> {
     let own = base(slf);
     own.model.object_body(own.object(object)?, body).map_or_else(
@@ -92,11 +94,32 @@ fn body_of(slf: &Bound<'_, Robot>, object: &str, body: &str) -> PyResult<BodyId>
 
 #[pymethods]
 impl Robot {
-    /// A hand (the tip of a chain) takes an object, which then weighs on it and meets what is not its hand. at: where the object is in the tip's frame, a
-    /// pose (3,), (7,) or (4, 4), m; None: where it is now. The first hand carries it; a second one closes a loop and has to be where it says, within
-    /// 1e-6 m and rad. Used with `with`, the hand lets go at the end. Raises LinkworkError for what is held by this hand or by two, for a part that is no
-    /// chain, and for a loop that does not close; then nothing has changed.
+    /// Grasp an object with a hand (the tip of a chain).
     ///
+    /// The object then loads the hand and is checked for collisions with everything except its hand. The first hand carries the object. A second hand
+    /// closes a loop, so the object must be at the given pose within 1e-6 m and rad.
+    ///
+    /// Parameters
+    /// ----------
+    /// hand : str
+    ///     Name of the chain.
+    /// object : str
+    ///     Name of the object.
+    /// at : array_like, optional
+    ///     Pose of the object in the tip's frame, m: (3,), (7,) or (4, 4) (default: the current pose).
+    ///
+    /// Returns
+    /// -------
+    /// Grip
+    ///     With `with`, the hand releases the object at the end of the block.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If this hand or two hands hold the object, the part is not a chain, or the loop does not close. The robot is then unchanged.
+    ///
+    /// Examples
+    /// --------
     /// >>> with robot.grasp("arm", "cup", [0.1, 0, 0]) as grip:
     /// ...     robot.hands("cup")
     /// ['arm']
@@ -119,9 +142,26 @@ impl Robot {
         Ok(Grip { robot: slf.clone().unbind(), hand, object })
     }
 
-    /// Another pose of an object in a hand that holds it, as an estimator found it: (3,), (7,) or (4, 4) in the tip's frame, m. Its weight moves with it; with
-    /// two hands the other's follows. Raises LinkworkError when the hand does not hold it.
+    /// Correct the pose of an object in a hand that holds it, for example with the result of an estimator.
     ///
+    /// The load moves with the object. If two hands hold it, its pose in the other hand follows.
+    ///
+    /// Parameters
+    /// ----------
+    /// hand : str
+    ///     Name of the chain.
+    /// object : str
+    ///     Name of the object.
+    /// at : array_like
+    ///     Pose of the object in the tip's frame, m: (3,), (7,) or (4, 4).
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the hand does not hold the object.
+    ///
+    /// Examples
+    /// --------
     /// >>> with robot.grasp("arm", "cup", [0.1, 0, 0]):
     /// ...     robot.update_grasp("arm", "cup", [0.11, 0, 0])
     fn update_grasp(
@@ -135,8 +175,22 @@ impl Robot {
         own.ask(|r| r.update_grasp(part, what, X))
     }
 
-    /// A hand lets go of an object: it stays in the other hand, or where it is in the world. Raises LinkworkError when the hand does not hold it.
+    /// Release an object from a hand. It stays in the other hand, or at its place in the world.
     ///
+    /// Parameters
+    /// ----------
+    /// hand : str
+    ///     Name of the chain.
+    /// object : str
+    ///     Name of the object.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the hand does not hold the object.
+    ///
+    /// Examples
+    /// --------
     /// >>> grip = robot.grasp("arm", "cup")
     /// >>> robot.release("arm", "cup")
     fn release(slf: &Bound<'_, Self>, hand: &str, object: &str) -> PyResult<()> {
@@ -145,8 +199,20 @@ impl Robot {
         own.ask(|r| r.release(part, what))
     }
 
-    /// All hands let go of an object: it stays where it is in the world. Raises LinkworkError when nobody holds it.
+    /// Release an object from all hands. It stays at its place in the world.
     ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If no hand holds the object.
+    ///
+    /// Examples
+    /// --------
     /// >>> grip = robot.grasp("arm", "cup")
     /// >>> robot.ungrasp("cup")
     fn ungrasp(slf: &Bound<'_, Self>, object: &str) -> PyResult<()> {
@@ -155,10 +221,28 @@ impl Robot {
         own.ask(|r| r.ungrasp(what))
     }
 
-    /// Attaches an object that no hand holds to another one: a battery to its driver, a wheel to its hub. body: the body of that one that carries it; None: itself. at: where it is in
-    /// the frame of what carries it, a pose (3,), (7,) or (4, 4), m; None: where it is now. It then goes with that, and the hand that holds that carries both. Raises
-    /// LinkworkError for what is held or attached, and for an object that it carries itself; then nothing has changed.
+    /// Attach an object that no hand holds to another object, for example a battery to its driver.
     ///
+    /// It then moves with the other object, and a hand that holds the other object carries both.
+    ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    /// on : str
+    ///     Name of the other object.
+    /// body : str, optional
+    ///     Body of the other object to which it is attached (default: its main body).
+    /// at : array_like, optional
+    ///     Pose in the frame of that body, m: (3,), (7,) or (4, 4) (default: the current pose).
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the object is held or attached, or carries the other object. The robot is then unchanged.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.put("cup", [0.5, 0, 0.2])
     /// >>> robot.attach("cup", "cup")
     /// Traceback (most recent call last):
@@ -185,8 +269,20 @@ impl Robot {
         own.ask(|r| r.attach(what, carrier, body, place))
     }
 
-    /// Takes an object off what it is attached to: it stays where it is in the world. Raises LinkworkError when that is nothing.
+    /// Detach an object from the object to which it is attached. It stays at its place in the world.
     ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the object is not attached.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.detach("cup")
     /// Traceback (most recent call last):
     /// linkwork.LinkworkError: object 0 is attached to nothing
@@ -197,8 +293,25 @@ impl Robot {
         own.ask(|r| r.detach(what))
     }
 
-    /// The parts that hold an object: the one that carries it, then the second; an empty list when nobody does. Raises LinkworkError for an object that is not there.
+    /// Return the parts that hold an object: the hand that carries it, then the second hand.
     ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    ///
+    /// Returns
+    /// -------
+    /// list of str
+    ///     Names of the parts; empty if no hand holds it.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the object does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.hands("cup")
     /// []
     fn hands(slf: &Bound<'_, Self>, object: &str) -> PyResult<Vec<String>> {
@@ -209,8 +322,22 @@ impl Robot {
         Ok(hands.into_iter().flatten().flatten().map(|p| own.part_name(p)).collect())
     }
 
-    /// Puts an object that nobody holds somewhere in the world: a pose (3,), (7,) or (4, 4), m. Raises LinkworkError when it is held.
+    /// Place an object that no hand holds in the world.
     ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    /// at : array_like
+    ///     Pose in the world, m: (3,), (7,) or (4, 4).
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a hand holds the object.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.put("cup", [0.5, 0, 0.2])
     fn put(slf: &Bound<'_, Self>, object: &str, at: Given<'_, '_>) -> PyResult<()> {
         let own = base(slf);
@@ -218,8 +345,25 @@ impl Robot {
         own.ask(|r| r.put(what, X))
     }
 
-    /// Where an object is in the world at the robot's q: (4, 4), m. Raises LinkworkError for an object that is not there.
+    /// Return the pose of an object in the world at the robot's q.
     ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (4, 4)
+    ///     Homogeneous matrix, position in m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the object does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.put("cup", [0.5, 0, 0.2])
     /// >>> robot.object_pose("cup")[:3, 3].tolist()
     /// [0.5, 0.0, 0.2]
@@ -229,8 +373,25 @@ impl Robot {
         out_pose(slf.py(), &own.ask(|r| r.object_pose(what))?)
     }
 
-    /// Bodies of an object, itself first; of a rigid one its name alone. Raises LinkworkError for an object that is not there.
+    /// Return the bodies of an object. The first is the object itself; a rigid object has no others.
     ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    ///
+    /// Returns
+    /// -------
+    /// list of str
+    ///     Names of the bodies.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the object does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.object_bodies("cup")
     /// ['cup']
     fn object_bodies(slf: &Bound<'_, Self>, object: &str) -> PyResult<Vec<String>> {
@@ -240,9 +401,25 @@ impl Robot {
         Ok(mbs.map_or_else(|| vec![object.to_owned()], names))
     }
 
-    /// Coordinates (n,), rad and m, of an object's joints, neutral at first; none of a rigid one. They are in the order of its bodies. Raises LinkworkError for
-    /// an object that is not there.
+    /// Return the joint coordinates of an object, in the order of its bodies.
     ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (n,)
+    ///     Coordinates, rad and m; initially neutral. Empty for a rigid object.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the object does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> block = dict(mass=0.1, com=[0, 0, 0], inertia=np.eye(3) / 1000)
     /// >>> pliers = linkwork.Builder().body("pliers", "world", linkwork.Hinge.free(), **block).body("jaw", "pliers", linkwork.Hinge.pin([0, 0, 1]), **block).build()
     /// >>> fitter = linkwork.Robot(parts.build(), chains={"arm": ("world", "hand")}, objects={"pliers": pliers}, colliders=[])
@@ -254,9 +431,22 @@ impl Robot {
         Ok(out1(slf.py(), own.ask(|r| r.object_q(what).map(<[f64]>::to_vec))?))
     }
 
-    /// Other coordinates (n,), rad and m, of an object's joints, held or not, within limits or not; what the hand carries follows. Raises LinkworkError for
-    /// another length, NaN, and a rigid object; then nothing has changed.
+    /// Set the joint coordinates of an object, whether it is held or not. They may be outside the limits.
     ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    /// q : array_like, shape (n,)
+    ///     Coordinates, rad and m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If q has a wrong length or contains NaN, or the object is rigid. The robot is then unchanged.
+    ///
+    /// Examples
+    /// --------
     /// >>> block = dict(mass=0.1, com=[0.05, 0, 0], inertia=np.eye(3) / 1000)
     /// >>> pliers = linkwork.Builder().body("pliers", "world", linkwork.Hinge.free(), **block).body("jaw", "pliers", linkwork.Hinge.pin([0, 0, 1]), **block).build()
     /// >>> fitter = linkwork.Robot(parts.build(), chains={"arm": ("world", "hand")}, objects={"pliers": pliers}, colliders=[])
@@ -268,13 +458,32 @@ impl Robot {
         let own = base(slf);
         let what = own.object(object)?;
         let n = own.ask(|r| r.object_q(what).map(<[f64]>::len))?;
-        // Of a rigid object the model says more than a length.
+        // For a rigid object, the model's message is more specific than a wrong length.
         let q = if n == 0 { Vec::new() } else { vector(q, n, "q")?.slice().to_vec() };
         own.ask(|r| r.set_object_q(what, &q))
     }
 
-    /// Where a body of an object is in the world at the robot's q: (4, 4), m. Raises LinkworkError for an object and a body that are not there.
+    /// Return the pose of a body of an object in the world at the robot's q.
     ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    /// body : str
+    ///     Name of a body.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (4, 4)
+    ///     Homogeneous matrix, position in m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the object or the body does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.put("cup", [0.5, 0, 0.2])
     /// >>> robot.object_body_pose("cup", "cup")[:3, 3].tolist()
     /// [0.5, 0.0, 0.2]
@@ -292,9 +501,27 @@ impl Robot {
         out_pose(slf.py(), &own.ask(|r| r.object_body_pose(what, id))?)
     }
 
-    /// The Jacobian (6, n) of a body of an object: rates of the object's n joints to the velocity [w; v] of the body relative to where the object is held or stands, at
-    /// its origin, world axes; in rad/s and m/s by the joints' rad/s and m/s. Raises LinkworkError for an object without joints, and a body that is not there.
+    /// Compute the Jacobian of a body of an object: rates of the object's n joints to the velocity of the body.
     ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    /// body : str
+    ///     Name of a body.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (6, n)
+    ///     [ω; v] of the body's origin relative to the frame in which the object is held or placed, rad/s and m/s, world axes.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the object does not have joints, or the body does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> block = dict(mass=0.1, com=[0.05, 0, 0], inertia=np.eye(3) / 1000)
     /// >>> pliers = linkwork.Builder().body("pliers", "world", linkwork.Hinge.free(), **block).body("jaw", "pliers", linkwork.Hinge.pin([0, 0, 1]), **block).build()
     /// >>> fitter = linkwork.Robot(parts.build(), chains={"arm": ("world", "hand")}, objects={"pliers": pliers}, colliders=[])
@@ -315,9 +542,34 @@ impl Robot {
         out2(slf.py(), J, 6, n)
     }
 
-    /// What a closed loop leaves, as a dict of `rows`, `rank` and `mobility`: of both hands of an object; with `hand` and `body` of a hand that is welded to a body of it as both stand, such as a key in a
-    /// lock. `free`: for each joint of the object whether it may move; unwritten: all may. Raises LinkworkError for an object that is not held by two hands, and for names that are not there.
+    /// Return rank and mobility of a closed loop.
     ///
+    /// By default, it is the loop of the two hands that hold an object. With `hand` and `body`, it is the loop of a hand that is rigidly connected to
+    /// a body of the object at their current poses, such as the key in a lock.
+    ///
+    /// Parameters
+    /// ----------
+    /// object : str
+    ///     Name of the object.
+    /// hand : str, optional
+    ///     Name of the chain.
+    /// body : str, optional
+    ///     Body of the object.
+    /// free : sequence of bool, optional
+    ///     For each joint of the object, whether it may move (default: all may).
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     `rows`, `rank` and `mobility` of the loop.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If two hands do not hold the object, or a name does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> block = dict(mass=0.1, com=[0.05, 0, 0], inertia=np.eye(3) / 1000)
     /// >>> pliers = linkwork.Builder().body("pliers", "world", linkwork.Hinge.free(), **block).body("jaw", "pliers", linkwork.Hinge.pin([0, 0, 1]), **block).build()
     /// >>> fitter = linkwork.Robot(parts.build(), chains={"arm": ("world", "hand")}, objects={"pliers": pliers}, colliders=[])
@@ -344,8 +596,11 @@ impl Robot {
                 own.ask(|r| r.closure(onto))?
             }
             _ => {
-                let help = "give both, and `free` with them, or none of them";
-                return Err(refuse_with("a loop onto a body has a hand and a body", help));
+                let help = "give both `hand` and `body`, optionally with `free`, or neither";
+                return Err(refuse_with(
+                    "a loop between a hand and a body needs `hand` and `body`",
+                    help,
+                ));
             }
         };
         let out = PyDict::new(slf.py());
@@ -362,7 +617,7 @@ impl Grip {
         slf
     }
 
-    /// The hand lets go, unless it has done so already.
+    /// The hand releases the object, unless it has already done so.
     #[pyo3(signature = (*_exception))]
     fn __exit__(
         &self,

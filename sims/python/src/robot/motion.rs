@@ -1,4 +1,4 @@
-//! Motions in time: ways within limits of rate, acceleration and effort; moves with limits of jerk.
+//! Trajectories: time parameterization of paths within limits of velocity, acceleration and effort; transfers within limits of jerk.
 use super::{Given, Robot, base};
 use crate::array::{Array, Input, out, out1, vector};
 use crate::collisions::Collisions;
@@ -8,14 +8,16 @@ use linkwork_embedded::{MotionLimits, MotionState, Path, Timed, Timing, Transfer
 use pyo3::prelude::*;
 use std::sync::Mutex;
 
-/// What tells where the robot is at a time.
+/// The representation of a trajectory.
 enum Kind {
     PlanOutcome(Box<Timing>),
     Move(Box<Transfer>),
 }
 
-/// A motion in time, of `Robot.time_parameterize` and `Robot.transfer`: configurations, rates and accelerations at any time.
+/// A trajectory: configurations, rates and accelerations as functions of time. Result of `Robot.time_parameterize` and `Robot.transfer`.
 ///
+/// Examples
+/// --------
 /// >>> rail = linkwork.Builder().body("cart", "world", linkwork.Hinge.slider([1, 0, 0]), mass=2, com=[0, 0, 0], inertia=np.eye(3)).build()
 /// >>> robot = linkwork.Robot(rail, chains={"arm": ("world", "cart")}, colliders=[])
 /// >>> motion = robot.time_parameterize([[0.0], [1.0]], acceleration=4.0)
@@ -31,8 +33,10 @@ pub struct Trajectory {
 
 #[pymethods]
 impl Trajectory {
-    /// How long it takes, s.
+    /// Duration, s.
     ///
+    /// Examples
+    /// --------
     /// >>> round(motion.duration, 9)
     /// 1.0
     #[getter]
@@ -40,9 +44,32 @@ impl Trajectory {
         self.duration
     }
 
-    /// Configurations, rates and accelerations at a time, s: (nq,), (nv,), (nv,); or at many times (n,): (n, nq), (n, nv), (n, nv). Before its beginning
-    /// it is at its start; after its end it stays there, or, after a move that ends with rates, goes on with them. Raises LinkworkError for NaN and other shapes.
+    /// Evaluate the trajectory at one time or at many.
     ///
+    /// Before its beginning, it returns the start. After its end, it returns the end at rest; after a transfer that ends with nonzero rates, it
+    /// continues with these rates.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : array_like, scalar or shape (n,)
+    ///     Time, s.
+    ///
+    /// Returns
+    /// -------
+    /// q : ndarray, shape (nq,) or (n, nq)
+    ///     Configurations, rad and m.
+    /// v : ndarray, shape (nv,) or (n, nv)
+    ///     Rates, rad/s and m/s.
+    /// a : ndarray, shape (nv,) or (n, nv)
+    ///     Accelerations, rad/s² and m/s².
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If t has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> q, v, a = motion.at(0.5)
     /// >>> q.round(6).tolist(), v.round(6).tolist(), a.round(6).tolist()
     /// ([0.5], [2.0], [-4.0])
@@ -61,7 +88,7 @@ impl Trajectory {
             [n] => Some(*n),
             shape => {
                 let fact = format!("`t` has the shape {shape:?}");
-                return Err(refuse_with(fact, "give a time, or times (n,)"));
+                return Err(refuse_with(fact, "give one time, or times (n,)"));
             }
         };
         let count = n.unwrap_or(1);
@@ -91,18 +118,18 @@ impl Trajectory {
 }
 
 impl Collisions {
-    /// A limit of each degree of freedom: one number for all, or (nv,); infinite ones are allowed.
+    /// Reads a limit of each degree of freedom: one number for all, or (nv,). Infinite limits are allowed.
     fn limit(&self, given: Option<Given<'_, '_>>, what: &str, to: &mut [f64]) -> PyResult<()> {
         let Some(given) = given else { return Ok(()) };
         let wrong = || {
             let help = format!("give one number, or ({},); math.inf where there is none", to.len());
-            refuse_with(format!("`{what}` is no limit of each degree of freedom"), help)
+            refuse_with(format!("`{what}` is not a limit for each degree of freedom"), help)
         };
         if let Ok(one) = given.extract::<f64>() {
             to.fill(one);
             return Ok(());
         }
-        // Infinities are limits here, so that the usual reading of arrays does not do.
+        // Infinite limits are allowed, so the usual check of arrays cannot be used.
         let all: Vec<f64> =
             given.extract().map_err(|e| crate::error::unless_own(given.py(), e, |_| wrong()))?;
         if all.len() != to.len() {
@@ -130,20 +157,46 @@ impl Collisions {
 
 #[pymethods]
 impl Robot {
-    /// A way (n, nq), as `plan` gives it, in the least time from rest to rest: a Trajectory within limits of rate (rad/s, m/s), acceleration (rad/s², m/s²) and effort (N m,
-    /// N; gravity and what is held count). Each is one number or (nv,); None: of rate and effort those of the mechanism, of acceleration none.
+    /// Compute the time-optimal trajectory along a path, from rest to rest (time parameterization).
     ///
-    /// Between its configurations all coordinates move in proportion. With round 0 it stands still at each corner; else corners are rounded, within `round` of
-    /// the way (root of the sum of squares of rad and m), and proven free. sections: pieces of time-optimal control, 100 for each configuration at first. Limits
-    /// hold everywhere; the time is above the least by a share that falls as 1/sections. The robot's own q does not change. Raises LinkworkError when no motion keeps the limits: its attributes `q`
-    /// (where it becomes impossible) and `share` (what all limits of acceleration and effort would have to be multiplied by); when a rounded corner touches something;
-    /// for limits that are not above zero, a way whose speed nothing bounds, other shapes and NaN.
+    /// Between the configurations of the path, all coordinates move linearly. Limits hold everywhere on the trajectory. Its duration exceeds the
+    /// optimum by a fraction that decreases as 1/sections. The robot's own q does not change.
     ///
+    /// Parameters
+    /// ----------
+    /// way : array_like, shape (n, nq)
+    ///     The path, rad and m, such as the result of `plan`.
+    /// acceleration : float or array_like, shape (nv,), optional
+    ///     Acceleration limits, rad/s² and m/s² (default: none).
+    /// rate : float or array_like, shape (nv,), optional
+    ///     Velocity limits, rad/s and m/s (default: those of the mechanism).
+    /// effort : float or array_like, shape (nv,), optional
+    ///     Limits of the hinge forces, N m and N, including gravity and grasped objects (default: those of the mechanism).
+    /// round : float
+    ///     0 stops at each corner. A positive value rounds corners within this distance of the path (2-norm of rad and m) and checks the rounded
+    ///     path for collisions (default: 0).
+    /// sections : int, optional
+    ///     Number of sections of the time-optimal control problem (default: 100 for each configuration).
+    ///
+    /// Returns
+    /// -------
+    /// Trajectory
+    ///     The trajectory.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If no trajectory satisfies the limits: the attribute `q` of the error is where it becomes infeasible, and `share` is the factor by
+    ///     which all acceleration and effort limits would have to be multiplied. Also if a rounded corner touches something, a limit is not
+    ///     positive, the velocity along the path is unbounded, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.time_parameterize([[0, 0, 0], [0.5, 0.2, 0.1], [0.6, 0.8, 0.3]], rate=1.0, acceleration=2.0, round=0.1)
     /// Trajectory(1.562001 s, 3 dofs)
     /// >>> robot.time_parameterize([[0, 0, 0], [0.5, 0.2, 0.1]], rate=1.0, acceleration=2.0, effort=0.1)  # doctest: +ELLIPSIS
     /// Traceback (most recent call last):
-    /// linkwork.LinkworkError: no motion along the way keeps the limits ...
+    /// linkwork.LinkworkError: no trajectory along the path satisfies the limits ...
     #[pyo3(signature = (way, *, acceleration=None, rate=None, effort=None, round=0.0, sections=None))]
     fn time_parameterize(
         slf: &Bound<'_, Self>,
@@ -169,7 +222,7 @@ impl Robot {
         let sections = sections.unwrap_or(100 * rows.max(2));
         if sections > 1_000_000 {
             let fact = format!("`sections` is {sections}");
-            return Err(refuse_with(fact, "give 1000000 at most"));
+            return Err(refuse_with(fact, "give at most 1000000"));
         }
         let mut timing = Timing::new(&robot, rows.max(2), sections).map_err(refuse)?;
         let mut work = || {
@@ -189,7 +242,7 @@ impl Robot {
                 return Err(refuse_with(fact, "give a smaller `round`, or 0"));
             }
             Path::Undecided { .. } => {
-                let fact = "a rounded corner passes too near to tell it free";
+                let fact = "a rounded corner passes an obstacle too closely to prove that it is collision-free";
                 return Err(refuse_with(fact, "give a smaller `round`, or 0"));
             }
         }
@@ -200,9 +253,12 @@ impl Robot {
             }
             Timed::Infeasible { part, share } => {
                 let error = refuse_with(
-                    format!("no motion along the way keeps the limits from {:.4} of it on", part),
                     format!(
-                        "{share:.6} times the acceleration and effort would do (the error's `share`); the place is its `q`"
+                        "no trajectory along the path satisfies the limits beyond the fraction {:.4} of the path",
+                        part
+                    ),
+                    format!(
+                        "{share:.6} times the acceleration and effort limits would suffice (the error's `share`); its `q` is the configuration there"
                     ),
                 );
                 let mut q = vec![0.0; nq];
@@ -215,11 +271,38 @@ impl Robot {
         }
     }
 
-    /// The fastest move from one state to another with limits of rate (rad/s, m/s), acceleration (rad/s², m/s²) and jerk (rad/s³, m/s³), all coordinates arriving together: a
-    /// Trajectory. goal (nq,); start (nq,; None: the robot's own q); v, a: rates and accelerations (nv,) at the start, goal_v, goal_a at the end (None: rest). A limit
-    /// is one number or (nv,); a rate of None is the mechanism's. Nothing is asked about obstacles: that is `path`'s. Raises LinkworkError when the move
-    /// leaves the limits of a coordinate (its attribute `value`: how far it comes), for ends that limits forbid, limits that are not above zero, other shapes and NaN.
+    /// Compute the fastest trajectory between two states within limits of velocity, acceleration and jerk. All coordinates arrive together.
     ///
+    /// Obstacles are not checked; use `path` for that.
+    ///
+    /// Parameters
+    /// ----------
+    /// goal : array_like, shape (nq,)
+    ///     Goal configuration, rad and m.
+    /// start : array_like, shape (nq,), optional
+    ///     Start configuration (default: the robot's own).
+    /// v, a, goal_v, goal_a : array_like, shape (nv,), optional
+    ///     Rates and accelerations at the start and at the goal (default: zeros).
+    /// rate : float or array_like, shape (nv,), optional
+    ///     Velocity limits, rad/s and m/s (default: those of the mechanism).
+    /// acceleration : float or array_like, shape (nv,)
+    ///     Acceleration limits, rad/s² and m/s².
+    /// jerk : float or array_like, shape (nv,)
+    ///     Jerk limits, rad/s³ and m/s³.
+    ///
+    /// Returns
+    /// -------
+    /// Trajectory
+    ///     The trajectory.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the trajectory leaves the limits of a coordinate (the attribute `value` of the error is the coordinate's extreme value), the start
+    ///     or goal state violates limits, a limit is not positive, or an array has a wrong shape or contains NaN.
+    ///
+    /// Examples
+    /// --------
     /// >>> move = robot.transfer([0.5, 0.2, 0.1], start=[0, 0, 0], rate=1.0, acceleration=2.0, jerk=8.0)
     /// >>> round(move.duration, 9)
     /// 1.280776406
@@ -256,8 +339,10 @@ impl Robot {
             }
             Transferred::LeavesLimits { dof, value, .. } => {
                 let error = refuse_with(
-                    format!("the move takes coordinate {dof} of v to {value}, beyond its limits"),
-                    "start slower or farther from the limit, or allow more acceleration and jerk",
+                    format!(
+                        "the trajectory moves coordinate {dof} of v to {value}, beyond its limits"
+                    ),
+                    "start slower or farther from the limit, or increase the limits of acceleration and jerk",
                 );
                 error.value(slf.py()).setattr("value", value)?;
                 Err(error)

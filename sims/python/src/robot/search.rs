@@ -1,4 +1,4 @@
-//! Inverse kinematics of `Robot`: a search at once, and one that goes on as it is told.
+//! Inverse kinematics of `Robot`: a complete search, and a search that runs in portions.
 use super::{Given, Robot, above_zero, base, frame};
 use crate::array::{Array1, out1};
 use crate::core::lock;
@@ -10,9 +10,16 @@ use linkwork_embedded::{
 use pyo3::prelude::*;
 use std::sync::Mutex;
 
-/// A search of `Robot.begin_inverse_kinematics` or `Robot.begin_inverse_kinematics_together` that goes on as it is told: what planners and control loops ask that have so much time and no more. It has the configuration, and what
-/// hands held, of the moment it began; what the robot does afterwards does not change it.
+/// A search for inverse kinematics that runs in portions, for planners and control loops with a time budget.
 ///
+/// Result of `Robot.begin_inverse_kinematics` and `Robot.begin_inverse_kinematics_together`.
+///
+/// Notes
+/// -----
+/// The search uses the configuration and the grasped objects at the moment of its creation. Later changes of the robot do not affect it.
+///
+/// Examples
+/// --------
 /// >>> links = linkwork.Builder()
 /// >>> for link, parent in [("upper", "world"), ("lower", "upper"), ("hand", "lower")]:
 /// ...     at = [0, 0, 0] if parent == "world" else [0.4, 0, 0]
@@ -36,20 +43,20 @@ struct State {
     now: Now,
 }
 
-/// Of one chain, or of several tips.
+/// What is searched: one chain, or several tips.
 enum Of {
     Chain(Box<embedded::Robot>, Part),
     Whole(Box<WholeBodyIk>),
 }
 
-/// Where a search is.
+/// The present state of a search.
 #[derive(Clone)]
 pub(super) struct Now {
     pub q: Vec<f64>,
     pub answer: Answer,
-    /// Of each goal.
+    /// Residual of each goal.
     pub residuals: Vec<Residual>,
-    /// What cannot close; the answer's residual is then how far it is open.
+    /// The constraint that cannot be closed. The answer's residual is then its closure error.
     pub open: Option<RobotError>,
 }
 
@@ -58,7 +65,7 @@ impl Now {
         Self { q, answer, residuals: vec![answer.residual], open: None }
     }
 
-    /// What came of a portion of a search of several tips.
+    /// Stores the result of a portion of a search of several tips.
     pub fn take(&mut self, told: Result<Answer, RobotError>, search: &WholeBodyIk) -> PyResult<()> {
         match told {
             Ok(answer) => self.answer = answer,
@@ -87,7 +94,7 @@ impl Now {
     }
 }
 
-/// A solution, or the error that has the nearest configuration. `name`: of the tips.
+/// Returns the solution, or the error with the nearest configuration. `name` begins the message.
 pub(super) fn ended<'py>(py: Python<'py>, name: &str, now: Now) -> PyResult<Array1<'py>> {
     let Now { q, answer, open, .. } = now;
     let q = out1(py, q);
@@ -96,15 +103,15 @@ pub(super) fn ended<'py>(py: Python<'py>, name: &str, now: Now) -> PyResult<Arra
         (Outcome::Met, _) => return Ok(q),
         (Outcome::Nearest, Some(open)) => refuse(open),
         (Outcome::Nearest, None) => refuse_with(
-            format!("{name} no nearer than {p:.3e} m and {R:.3e} rad"),
-            "ask for less (a position alone), or from another start; the nearest configuration is the error's `q`",
+            format!("{name}: remaining error {p:.3e} m and {R:.3e} rad"),
+            "use a less restrictive goal (only a position), or another start; the nearest configuration is the error's `q`",
         ),
         (Outcome::Unfinished, _) => refuse_with(
             format!(
                 "the search has not ended after {} evaluations of the kinematics",
                 answer.kinematics
             ),
-            "go on with `advance` until it is True; the nearest configuration so far is the error's `q`",
+            "call `advance` until it returns True; the nearest configuration so far is the error's `q`",
         ),
     };
     let value = error.value(py);
@@ -117,9 +124,28 @@ pub(super) fn ended<'py>(py: Python<'py>, name: &str, now: Now) -> PyResult<Arra
 
 #[pymethods]
 impl InverseKinematicsSearch {
-    /// Goes on for so many evaluations of the kinematics at most; True when it has ended, which no further call changes. A step of the search is one evaluation: the same steps are taken in whatever
-    /// portions, to the same bits, and a portion takes the same time each, some µs an evaluation. After Ctrl-C it may be gone on with. Raises LinkworkError for a negative number.
+    /// Continue the search.
     ///
+    /// Each step of the search is one evaluation of the kinematics and takes a few µs, independent of the state of the search. The size of the
+    /// portions does not affect the result: it is bit-identical. After Ctrl-C the search can be continued.
+    ///
+    /// Parameters
+    /// ----------
+    /// kinematics : int
+    ///     Largest number of evaluations of the kinematics (default: 1000).
+    ///
+    /// Returns
+    /// -------
+    /// bool
+    ///     True if the search has ended. Further calls then have no effect.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the number is negative.
+    ///
+    /// Examples
+    /// --------
     /// >>> search = robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3])
     /// >>> search.advance(1), search.kinematics
     /// (False, 1)
@@ -129,13 +155,26 @@ impl InverseKinematicsSearch {
     fn advance(&self, py: Python<'_>, kinematics: i64) -> PyResult<bool> {
         let kinematics = usize::try_from(kinematics).map_err(|_| {
             let fact = format!("`kinematics` is {kinematics}");
-            refuse_with(fact, "give how many evaluations there may be, 0 or more")
+            refuse_with(fact, "give the number of evaluations, 0 or more")
         })?;
         self.resume(py, kinematics)
     }
 
-    /// The solution (nq,), rad and m. Raises LinkworkError while the search goes on, and when no start led to the goal; the error's `q` is then the nearest configuration, and at the end its `residual` (m, rad) how far that is.
+    /// Return the solution.
     ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nq,)
+    ///     The configuration, rad and m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the search has not ended, or no start led to the goal. The attribute `q` of the error is the nearest configuration so far; after
+    ///     the end of the search, `residual` has its errors (m, rad).
+    ///
+    /// Examples
+    /// --------
     /// >>> search = robot.begin_inverse_kinematics("arm", [5.0, 0, 0], q=[0.3, 0.3, 0.3])
     /// >>> search.advance(10**6)
     /// True
@@ -148,8 +187,11 @@ impl InverseKinematicsSearch {
         ended(py, &self.name, self.now(py))
     }
 
-    /// "met": within the tolerances; "nearest": no start led there; "open": what two hands hold, a loop or a coupling cannot close; "unfinished": it may go on.
+    /// State of the search: "met" (within the tolerances), "nearest" (no start led to the goal), "open" (a loop, a coupling or an object in two hands
+    /// cannot be closed) or "unfinished".
     ///
+    /// Examples
+    /// --------
     /// >>> robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2]).outcome
     /// 'unfinished'
     #[getter]
@@ -159,6 +201,8 @@ impl InverseKinematicsSearch {
 
     /// The solution, or the nearest configuration so far (nq,), rad and m.
     ///
+    /// Examples
+    /// --------
     /// >>> robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3]).q.tolist()
     /// [0.3, 0.3, 0.3]
     #[getter]
@@ -166,8 +210,12 @@ impl InverseKinematicsSearch {
         out1(py, self.now(py).q)
     }
 
-    /// How far the tip is from the goal at `q`, m and rad, of several the greatest of each; what is open where it ended "open"; None until the search has ended.
+    /// Position and orientation error of the tip at `q`, m and rad; None until the search has ended.
     ///
+    /// For several tips, it is the largest error of each kind. If the outcome is "open", it is the closure error.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2]).residual is None
     /// True
     #[getter]
@@ -177,8 +225,10 @@ impl InverseKinematicsSearch {
         now.ended().then_some((position, orientation))
     }
 
-    /// How far the tip of each goal is from it, m and rad, in their order; None until the search has ended.
+    /// Position and orientation error of each goal, m and rad, in the order of the goals; None until the search has ended.
     ///
+    /// Examples
+    /// --------
     /// >>> robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2]).residuals is None
     /// True
     #[getter]
@@ -188,8 +238,10 @@ impl InverseKinematicsSearch {
         now.ended().then_some(all)
     }
 
-    /// How many evaluations of the kinematics there were so far.
+    /// Number of evaluations of the kinematics so far.
     ///
+    /// Examples
+    /// --------
     /// >>> robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2]).kinematics
     /// 0
     #[getter]
@@ -197,8 +249,10 @@ impl InverseKinematicsSearch {
         self.now(py).answer.kinematics
     }
 
-    /// Which start led to `q`: 0 is the given one.
+    /// Number of the start that led to `q`; 0 is the given start.
     ///
+    /// Examples
+    /// --------
     /// >>> robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2]).restart
     /// 0
     #[getter]
@@ -214,17 +268,17 @@ impl InverseKinematicsSearch {
 }
 
 impl InverseKinematicsSearch {
-    /// Of several tips, begun.
+    /// Creates a search for several tips.
     pub(super) fn whole(name: String, search: WholeBodyIk, now: Now) -> Self {
         Self { name, state: Mutex::new(State { of: Of::Whole(Box::new(search)), now }) }
     }
 
-    /// Where it is. Waits without the interpreter, which another thread that goes on may need.
+    /// Returns the present state. The interpreter's lock is released during the wait, because another thread that runs the search may need it.
     pub(super) fn now(&self, py: Python<'_>) -> Now {
         py.detach(|| lock(&self.state).now.clone())
     }
 
-    /// Goes on with looks at Ctrl-C, between which others may go on, too; whether it has ended.
+    /// Continues the search in portions, with checks for Ctrl-C between them; other threads may continue it, too. Returns whether it has ended.
     pub(super) fn resume(&self, py: Python<'_>, mut kinematics: usize) -> PyResult<bool> {
         loop {
             py.check_signals()?;
@@ -257,18 +311,18 @@ impl InverseKinematicsSearch {
     }
 }
 
-/// Of which tip a message speaks.
+/// Returns the beginning of messages about a chain.
 fn tip(part: &str) -> String {
-    format!("the tip of `{part}` comes")
+    format!("the tip of `{part}` does not reach its goal")
 }
 
-/// A search as it is asked for.
+/// Arguments of a search.
 pub(super) struct Asked<'a, 'py> {
     pub part: &'a str,
     pub at: Option<Given<'a, 'py>>,
     pub q: Option<Given<'a, 'py>>,
     pub in_base: bool,
-    /// m and rad.
+    /// Tolerances, m and rad.
     pub tolerances: [f64; 2],
     pub steps: usize,
     pub restarts: usize,
@@ -276,7 +330,7 @@ pub(super) struct Asked<'a, 'py> {
 }
 
 impl Asked<'_, '_> {
-    /// Begins and goes on by so many evaluations: what came of it, and an instance for the rest if there is any.
+    /// Runs the first evaluations. Returns the state, and the search if it has not ended.
     fn begin(
         self,
         slf: &Bound<'_, Robot>,
@@ -296,7 +350,7 @@ impl Asked<'_, '_> {
         let (answer, robot) = slf.py().detach(|| {
             own.ask(|r| {
                 let answer = r.inverse_kinematics(part, &goal, frame, &effort, &mut q)?;
-                // What takes long goes on in an instance of its own.
+                // A long search continues in its own instance.
                 Ok((answer, (answer.outcome == Outcome::Unfinished).then(|| r.clone())))
             })
         })?;
@@ -308,7 +362,7 @@ impl Asked<'_, '_> {
         Ok((now, rest))
     }
 
-    /// At once.
+    /// Runs the whole search.
     pub fn solve<'py>(self, slf: &Bound<'py, Robot>) -> PyResult<Array1<'py>> {
         let (py, name) = (slf.py(), tip(self.part));
         let (mut now, rest) = self.begin(slf, PORTION)?;
@@ -319,7 +373,7 @@ impl Asked<'_, '_> {
         ended(py, &name, now)
     }
 
-    /// To be gone on with.
+    /// Creates the search without running it.
     pub fn search(self, slf: &Bound<'_, Robot>) -> PyResult<InverseKinematicsSearch> {
         let (_, rest) = self.begin(slf, 0)?;
         rest.ok_or_else(|| refuse_with("the search ended at once", "report this"))

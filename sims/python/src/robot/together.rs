@@ -11,9 +11,9 @@ use linkwork_embedded::{
 };
 use pyo3::prelude::*;
 
-/// What is asked, and the search for it.
+/// Arguments of a search, and the search.
 struct Asked {
-    /// Of whom messages speak.
+    /// The beginning of messages.
     name: String,
     goals: Vec<TipGoal>,
     search: WholeBodyIk,
@@ -42,10 +42,12 @@ impl Collisions {
                 (None, true) => Frame::Base,
                 (Some(other), false) => Frame::Tip(self.part(other)?),
                 (Some(_), true) => {
-                    let fact = format!("the goal of `{name}` is seen from its base and from a tip");
+                    let fact = format!(
+                        "the goal of `{name}` is given both in its base and relative to a tip"
+                    );
                     return Err(refuse_with(
                         fact,
-                        "leave out `relative_to`, or the part in `in_base`",
+                        "omit `relative_to`, or remove the part from `in_base`",
                     ));
                 }
             };
@@ -53,9 +55,9 @@ impl Collisions {
             names.push(format!("`{name}`"));
         }
         let name = match &names[..] {
-            [] => "what is held comes".to_owned(),
-            [one] => format!("the tip of {one} comes"),
-            all => format!("the tips of {} come", all.join(", ")),
+            [] => "the grasped objects do not close".to_owned(),
+            [one] => format!("the tip of {one} does not reach its goal"),
+            all => format!("the tips of {} do not reach their goals", all.join(", ")),
         };
         let mut search = WholeBodyIk::new(&lock(&self.robot), goals.len());
         for kept in keep.unwrap_or_default() {
@@ -75,7 +77,7 @@ fn effort_of(tolerances: [f64; 2], steps: usize, restarts: usize) -> PyResult<Ef
 }
 
 impl Asked {
-    /// Begun, and not gone on with.
+    /// Creates the search without running it.
     fn begin(mut self, own: &Collisions, effort: &Effort) -> PyResult<InverseKinematicsSearch> {
         self.search.begin(&lock(&own.robot), &self.goals, effort, &self.q).map_err(refuse)?;
         let residual = Residual { position: 0.0, orientation: 0.0 };
@@ -87,14 +89,38 @@ impl Asked {
 
 #[pymethods]
 impl Robot {
-    /// A configuration (nq,) in which several tips are where they are to be at once, within limits, from q (nq,; None: the robot's own) on, with all that carries them: a torso with both arms. What two hands hold is held in it,
-    /// held in q or not. The robot's own q does not change.
+    /// Compute a configuration within the limits in which several tips meet their goals at once.
     ///
-    /// targets: {part: at}, at as of `inverse_kinematics` (m and rad), in the world; or a list of `Target` with parts for frames: `relative_to` is a part at whose tip the target is seen, wherever that goes. Targets of parts in `in_base` are seen from their
-    /// bases. The hinges of parts in `keep` stay. Without targets what is held closes alone. Tolerances, steps and restarts as of `inverse_kinematics`.
-    /// Raises LinkworkError when no start led there: its attribute `q` is then the nearest configuration in which all is held, `residual` (m, rad) the greatest distances; where what two hands hold cannot be held, `q` has it least open and
-    /// `residual` says how far.
+    /// Everything that carries the tips moves, for example a torso with both arms. An object that two hands hold stays in both hands; its loop need
+    /// not be closed at the start. Without targets, the function closes such loops. The robot's own q does not change.
     ///
+    /// Parameters
+    /// ----------
+    /// targets : dict or sequence of Target
+    ///     {part: at} with `at` as in `inverse_kinematics` (m and rad, in the world), or Targets with names of parts as frames. `relative_to` of
+    ///     a Target is a part at whose tip the target is seen.
+    /// q : array_like, shape (nq,), optional
+    ///     Start, rad and m (default: the robot's own).
+    /// in_base : sequence of str, optional
+    ///     Parts whose goals are given in their bases.
+    /// keep : sequence of str, optional
+    ///     Parts whose hinges do not move.
+    /// position_tolerance, orientation_tolerance, steps, restarts : optional
+    ///     As in `inverse_kinematics`.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray, shape (nq,)
+    ///     The solution, rad and m.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If no start leads to a solution. The attributes `q` and `residual` of the error are the nearest configuration with closed loops and
+    ///     its largest errors (m, rad). If a loop cannot be closed, they are the configuration with the smallest closure error, and that error.
+    ///
+    /// Examples
+    /// --------
     /// >>> torso = linkwork.Builder().body("chest", "world", linkwork.Hinge.pin([0, 0, 1]).limits(-1, 1), mass=5)
     /// >>> for side, y in [("left", 0.2), ("right", -0.2)]:
     /// ...     parent = "chest"
@@ -135,9 +161,27 @@ impl Robot {
         ended(py, &name, search.now(py))
     }
 
-    /// The search of `inverse_kinematics_together`, with the same arguments, begun and not gone on with: `advance` of it does all the work, in portions of evaluations of the kinematics. It begins at q (nq,; None: the robot's own), m and rad, and knows what hands hold
-    /// now. Raises LinkworkError for what that refuses; that no start leads there is told by the search.
+    /// Create the search of `inverse_kinematics_together` without running it. `InverseKinematicsSearch.advance` does the work in portions.
     ///
+    /// The search uses the grasped objects at this moment.
+    ///
+    /// Parameters
+    /// ----------
+    /// targets, q, in_base, keep, position_tolerance, orientation_tolerance, steps, restarts : optional
+    ///     As in `inverse_kinematics_together`: q has the shape (nq,); units are m and rad.
+    ///
+    /// Returns
+    /// -------
+    /// InverseKinematicsSearch
+    ///     The search.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If an argument is not valid. A failed search is reported by the InverseKinematicsSearch.
+    ///
+    /// Examples
+    /// --------
     /// >>> robot.q = [0.3, 0.3, 0.3]
     /// >>> search = robot.begin_inverse_kinematics_together({"arm": [0.6, 0, 0.2]})
     /// >>> while not search.advance(100):
@@ -164,10 +208,32 @@ impl Robot {
         own.ask_together(targets, q, in_base, keep)?.begin(own, &effort)
     }
 
-    /// Of the configurations (nq,) that `inverse_kinematics_together` may find, the one that is liked best of those that `starts` searches find: (q, cost), with the cost of `inverse_kinematics_best` over all that moves, and w of each part that has
-    /// a target. Targets, q, in_base, keep: as there, m and rad; improve: evaluations of the kinematics for each solution, at most. Raises LinkworkError where no start led there, its attribute `q` the configuration
-    /// that came of the last one, and for weights that are negative or all zero.
+    /// Compute the best of several configurations that `inverse_kinematics_together` can return.
     ///
+    /// Parameters
+    /// ----------
+    /// targets, q, in_base, keep : optional
+    ///     As in `inverse_kinematics_together`: q has the shape (nq,); units are m and rad.
+    /// centred, near, manipulable, length, starts : optional
+    ///     As in `inverse_kinematics_best`. The cost includes everything that moves, and the manipulability w of each part with a target.
+    /// improve : int
+    ///     Largest number of evaluations of the kinematics for the improvement of each solution.
+    ///
+    /// Returns
+    /// -------
+    /// q : ndarray, shape (nq,)
+    ///     The best configuration.
+    /// cost : float
+    ///     Its cost.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If no start leads to a solution (the attribute `q` of the error is the result of the last search), or a weight is negative, or all
+    ///     weights are zero.
+    ///
+    /// Examples
+    /// --------
     /// >>> first = robot.inverse_kinematics("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3])
     /// >>> best, cost = robot.inverse_kinematics_together_best({"arm": [0.6, 0, 0.2]}, q=[0.3, 0.3, 0.3])
     /// >>> bool(cost <= 0.5 * ((first / 6) ** 2).sum())     # limits of −3 … 3 rad
@@ -198,8 +264,8 @@ impl Robot {
         let error = match found {
             Ok(best) if best.outcome == Outcome::Met => return Ok((out1(py, q), best.cost)),
             Ok(_) => {
-                let fact = format!("none of {starts} starts leads there");
-                refuse_with(fact, "give more `starts`, another q, or ask for less")
+                let fact = format!("the goals are not reached from any of {starts} starts");
+                refuse_with(fact, "use more `starts`, another q, or less restrictive goals")
             }
             Err(error @ RobotError::DoesNotClose { .. }) => refuse(error),
             Err(error) => return Err(refuse(error)),
@@ -208,9 +274,33 @@ impl Robot {
         Err(error)
     }
 
-    /// Evaluations of the kinematics after which `inverse_kinematics` has ended at the latest, or `inverse_kinematics_together` with together: whatever the robot, the start and the numbers, what a control loop may count on; most searches take
-    /// a hundredth of it. weight: the least one of any target (1 of `inverse_kinematics`). Tolerances in m and rad. Raises LinkworkError for tolerances and weights that are not above zero.
+    /// Return an upper bound of the number of evaluations of the kinematics in `inverse_kinematics`.
     ///
+    /// The bound holds for every robot, start and goal, so a control loop can rely on it. Most searches need about a hundredth of it.
+    ///
+    /// Parameters
+    /// ----------
+    /// together : bool
+    ///     Return the bound for `inverse_kinematics_together` (default: False).
+    /// weight : float
+    ///     Smallest weight of a target; `inverse_kinematics` uses 1.
+    /// position_tolerance, orientation_tolerance : float
+    ///     Tolerances, m and rad.
+    /// steps, restarts : int
+    ///     As in `inverse_kinematics`.
+    ///
+    /// Returns
+    /// -------
+    /// int
+    ///     Number of evaluations.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a tolerance or the weight is not positive.
+    ///
+    /// Examples
+    /// --------
     /// >>> at_most = robot.worst_case_steps(steps=20, restarts=0)
     /// >>> search = robot.begin_inverse_kinematics("arm", [5, 0, 0], q=[0.3, 0.3, 0.3], steps=20, restarts=0)
     /// >>> search.advance(at_most), search.kinematics <= at_most < 300

@@ -1,4 +1,4 @@
-//! Variables of a `Simulation`: read, set, pinned, logged and recorded by path.
+//! Variables of a `Simulation`: read, set, pin, log and record by path.
 use super::Simulation;
 use crate::array::{Input, out1};
 use crate::error::{no_variable, refuse, refuse_with};
@@ -16,7 +16,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 impl Simulation {
-    /// The places of `path`: one variable, or the lanes of a vector.
+    /// Returns the names of one variable, or of the components of a vector.
     fn places(&self, path: &str) -> PyResult<Vec<String>> {
         if self.plan.variables.contains_key(path) {
             return Ok(vec![path.to_string()]);
@@ -39,7 +39,7 @@ impl Simulation {
         }
     }
 
-    /// Says that a variable does not exist, or that it is a parameter.
+    /// Returns the error for a variable that does not exist, or for a parameter.
     fn unknown(&self, path: &str) -> PyErr {
         if let Some((part, name)) = path.rsplit_once('.')
             && let Some(p) = self.plan.parts.iter().find(|p| p.path == part)
@@ -47,7 +47,9 @@ impl Simulation {
             && params.iter().any(|(key, _)| key == name)
         {
             return refuse_with(
-                format!("`{path}` is a parameter: it is fixed when the simulation is loaded"),
+                format!(
+                    "`{path}` is a parameter, which cannot change after the simulation is loaded"
+                ),
                 format!(
                     "set it with Simulation(.., overrides={{\"{path}\": value}}), read it with parameters(\"{part}\")"
                 ),
@@ -55,7 +57,7 @@ impl Simulation {
         }
         match self.plan.variable(path) {
             Err(e) => no_variable(&e),
-            Ok(_) => refuse(format!("`{path}` has no lanes")),
+            Ok(_) => refuse(format!("`{path}` does not have components")),
         }
     }
 
@@ -80,12 +82,33 @@ impl Simulation {
 
 #[pymethods]
 impl Simulation {
-    /// A log of the variables that match the patterns (`*` one segment, `**` any number), from
-    /// now on: rate rows a second, or one each step. on_change: only rows of which a value has changed since the
-    /// last. around: only rows from `before` ahead of the instants from which this condition holds
-    /// ("Ball.height < 1 cm and time > 2 s") to `after` behind them (s, or a text such as "20 ms").
-    /// Raises LinkworkError for a pattern that nothing matches, a rate, Hz, that is not above zero, and a condition that cannot be read.
+    /// Log variables in memory from now on.
     ///
+    /// Parameters
+    /// ----------
+    /// channels : sequence of str
+    ///     Paths of variables; `*` matches one segment, `**` any number.
+    /// rate : float, optional
+    ///     Samples per second, Hz (default: one sample per step).
+    /// on_change : bool
+    ///     Keep only samples in which a value has changed since the last one.
+    /// around : str, optional
+    ///     A condition such as "Ball.height < 1 cm and time > 2 s". Only samples around the instants at which it becomes true are kept.
+    /// before, after : float or str, optional
+    ///     Length of the interval before and after these instants, s, or a text such as "20 ms".
+    ///
+    /// Returns
+    /// -------
+    /// Log
+    ///     The log. It grows while the simulation runs.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a pattern does not match any variable, the rate is not positive, or the condition has a syntax error.
+    ///
+    /// Examples
+    /// --------
     /// >>> log = sim.log(["bob.angle", "bob.rate"], 10)
     /// >>> sim.run_until(1.25)
     /// >>> log["t"].tolist()
@@ -93,7 +116,7 @@ impl Simulation {
     /// >>> log["bob.angle"].shape
     /// (3,)
     #[pyo3(signature = (channels, rate=None, *, on_change=false, around=None, before=None, after=None))]
-    #[allow(clippy::too_many_arguments)] // As Python sees it.
+    #[allow(clippy::too_many_arguments)] // The arguments of the Python method.
     fn log(
         &self,
         py: Python<'_>,
@@ -108,7 +131,7 @@ impl Simulation {
         let period = rate.map(period).transpose()?;
         let mut rule = rules::rule(&self.plan, &channels, period, on_change, around)?;
         if period.is_none() && rule.around.is_none() {
-            // Rows of parts that are sampled between two steps, too.
+            // Include samples of parts that are sampled between two steps.
             rule.period = self.plan.base;
         }
         let runtime::Rule { paths: names, period, on_change, around } = rule;
@@ -129,20 +152,41 @@ impl Simulation {
         Ok(Log { names, units, rows })
     }
 
-    /// Records into an MCAP file until `stop_recording`: the variables that match the patterns
-    /// at rate rows a second, Hz (one each step when left out), with `on_change` and `around` as of `log`; or what the
-    /// file's `log` says; and the poses of all bodies. Read it with read_log, Rerun, Foxglove, PlotJuggler.
-    /// What is pinned stands at its start. Rows begin at the start of a run, or after the present tick of one that is under way. A recording that is begun where a run was resumed, by the rules of the one
-    /// that was under way when the checkpoint was saved, goes on with that.
-    /// Raises LinkworkError while another recording is under way, for what `log` refuses, and when the file cannot be written.
+    /// Record variables and the poses of all bodies into an MCAP file until `stop_recording`.
     ///
+    /// Read the file with read_log, Rerun, Foxglove or PlotJuggler.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or path-like
+    ///     The file.
+    /// channels : sequence of str, optional
+    ///     Patterns of variables as in `log` (default: the channels of the file's `log`).
+    /// rate : float, optional
+    ///     Samples per second, Hz (default: one sample per step).
+    /// on_change, around, before, after : optional
+    ///     As in `log`.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If another recording is active, `log` would raise, or the file cannot be written.
+    ///
+    /// Notes
+    /// -----
+    /// The recording begins with the pinned variables. The first sample is that at the start of the run; for a run that has begun, it is the one
+    /// after the present tick. If the run was resumed from a checkpoint that was saved during a recording with the same rules, the new recording
+    /// continues that one.
+    ///
+    /// Examples
+    /// --------
     /// >>> sim.record("swing.mcap", ["bob.angle"], 10)
     /// >>> sim.run_until(1.25)
     /// >>> sim.stop_recording()
     /// >>> linkwork.read_log("swing.mcap")["bob.angle"].t.round(3).tolist()
     /// [1.1, 1.2]
     #[pyo3(signature = (path, channels=None, rate=None, *, on_change=false, around=None, before=None, after=None))]
-    #[allow(clippy::too_many_arguments)] // As Python sees it.
+    #[allow(clippy::too_many_arguments)] // The arguments of the Python method.
     fn record(
         &self,
         py: Python<'_>,
@@ -162,15 +206,17 @@ impl Simulation {
             }
             None if rate.is_some() || on_change || around.is_some() => {
                 return Err(refuse_with(
-                    "`rate`, `on_change` and `around` are of channels, and there are none",
-                    "give channels, or leave them out to record what the file's `log` says",
+                    "`rate`, `on_change` and `around` require `channels`",
+                    "give channels, or omit these arguments to record the channels of the file's `log`",
                 ));
             }
             None => log_rules(&self.plan, &self.rules).map_err(|faults| refused(&faults))?,
         };
         let open = |r: &mut Running| {
             if r.runner().has_tap(RECORDING) {
-                return Err("a recording is under way\n  help: call stop_recording() first".into());
+                return Err(
+                    "a recording is already active\n  help: call stop_recording() first".into()
+                );
             }
             let recorder = recording(r.sim(), &path, chosen, &self.configuration)?;
             r.record(recorder);
@@ -178,9 +224,15 @@ impl Simulation {
         };
         self.with(py, open)?.map_err(|e: String| refuse(e))
     }
-    /// Ends the recording: the file is whole when this returns. Nothing happens without one.
-    /// Raises LinkworkError when the file could not be written.
+    /// Stop the recording and complete the file. Without an active recording, the call has no effect.
     ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the file cannot be written.
+    ///
+    /// Examples
+    /// --------
     /// >>> sim.record("swing.mcap")
     /// >>> sim.step(100)
     /// >>> sim.stop_recording()
@@ -190,8 +242,8 @@ impl Simulation {
         self.with(py, |r| r.runner().finish_tap(RECORDING))?.map_err(refuse)
     }
 
-    /// The value of a variable, in its unit: a float, or a bool for truth values. The path of a
-    /// vector ("…velocity" of "…velocity.x") gives an array of its lanes.
+    /// Return the value of a variable in its unit: a float, or a bool for truth values. The path of a vector ("…velocity" for "…velocity.x") returns
+    /// an array of its components.
     fn __getitem__<'py>(&self, py: Python<'py>, path: &str) -> PyResult<Bound<'py, PyAny>> {
         let names = self.places(path)?;
         let places: Vec<Place> = names.iter().map(|n| self.plan.variables[n].place).collect();
@@ -206,7 +258,7 @@ impl Simulation {
             _ => PyFloat::new(py, values[0]).into_any(),
         })
     }
-    /// Sets a state, or an input without a wire, from the present tick on; a vector from an array, all of it or nothing.
+    /// Set a state or an unconnected input from the present tick on. A vector is set from an array, completely or not at all.
     fn __setitem__(&self, py: Python<'_>, path: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
         let names = self.places(path)?;
         let single = names.len() == 1 && names[0] == path;
@@ -229,12 +281,30 @@ impl Simulation {
         self.with(py, set)?.map_err(|e| no_variable(&e))
     }
 
-    /// Pins a variable, or all that match a pattern with a star: it has this value (SI, or a text such as "12 deg"),
-    /// or without one its present value, from now on and for every reader, until it is unpinned, whatever the
-    /// model does. States (their derivative is then zero), inputs without a wire and outputs can be pinned. Pins go into
-    /// checkpoints and recordings. Gives what is pinned now by this call, {path: value}, SI.
-    /// Raises LinkworkError for a pattern that nothing matches, a value that is no number or of another unit, and a variable that a wire drives.
+    /// Fix the value of a variable, or of all variables that match a pattern, until it is unpinned.
     ///
+    /// All readers see the pinned value, whatever the model computes. You can pin states (their derivative is then zero), unconnected inputs and
+    /// outputs. Checkpoints and recordings contain the pinned variables.
+    ///
+    /// Parameters
+    /// ----------
+    /// pattern : str
+    ///     Path of a variable, or a pattern with a star.
+    /// value : float or str, optional
+    ///     The value, SI, or a text such as "12 deg" (default: the present value).
+    ///
+    /// Returns
+    /// -------
+    /// dict of str to float
+    ///     {path: value} of the variables that this call pinned, SI.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the pattern does not match any variable, the value is not finite or has another unit, or a wire drives the variable.
+    ///
+    /// Examples
+    /// --------
     /// >>> sim.pin("bob.rate", "10 deg/s")
     /// {'bob.rate': 0.17453292519943295}
     /// >>> sim.run_until(2)
@@ -250,9 +320,25 @@ impl Simulation {
         let value = value.map(|v| amount(v, pattern)).transpose()?;
         self.change(py, pattern, Change::Pin, value)
     }
-    /// Lets a pinned variable go, or all that match a pattern with a star; gives them with their values, SI.
-    /// Raises LinkworkError for a pattern that nothing matches.
+    /// Release a pinned variable, or all that match a pattern.
     ///
+    /// Parameters
+    /// ----------
+    /// pattern : str
+    ///     Path of a variable, or a pattern with a star.
+    ///
+    /// Returns
+    /// -------
+    /// dict of str to float
+    ///     {path: value} of the released variables, SI.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the pattern does not match any variable.
+    ///
+    /// Examples
+    /// --------
     /// >>> _ = sim.pin("bob.rate", 0.25)
     /// >>> sim.unpin()
     /// {'bob.rate': 0.25}
@@ -260,8 +346,10 @@ impl Simulation {
     fn unpin(&self, py: Python<'_>, pattern: &str) -> PyResult<BTreeMap<String, f64>> {
         self.change(py, pattern, Change::Unpin, None)
     }
-    /// What is pinned, {path: value}, SI.
+    /// The pinned variables: {path: value}, SI.
     ///
+    /// Examples
+    /// --------
     /// >>> _ = sim.pin("bob.rate", 0.25)
     /// >>> sim.pins
     /// {'bob.rate': 0.25}
@@ -273,9 +361,25 @@ impl Simulation {
         self.plan.variables.contains_key(path)
     }
 
-    /// Every variable that matches a pattern, {path: Variable}, with unit and meaning.
-    /// Raises LinkworkError for a pattern that nothing matches.
+    /// Return all variables that match a pattern.
     ///
+    /// Parameters
+    /// ----------
+    /// pattern : str
+    ///     The pattern (default: all variables).
+    ///
+    /// Returns
+    /// -------
+    /// dict of str to Variable
+    ///     {path: Variable}, with unit and description.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the pattern does not match any variable.
+    ///
+    /// Examples
+    /// --------
     /// >>> sim.variables("bob.*")["bob.rate"]
     /// Variable("bob.rate", "rad/s", state)
     #[pyo3(signature = (pattern="**"))]
@@ -297,15 +401,33 @@ impl Simulation {
     }
     /// Paths of the parts that have a model.
     ///
+    /// Examples
+    /// --------
     /// >>> sim.parts
     /// ['Friction', 'Mechanism']
     #[getter]
     fn parts(&self) -> Vec<&str> {
         self.plan.parts.iter().map(|p| p.path.as_str()).collect()
     }
-    /// The parameters of a part, as resolved: {name: value}, SI units.
-    /// Raises LinkworkError for a part that is not there.
+    /// Return the resolved parameters of a part.
     ///
+    /// Parameters
+    /// ----------
+    /// part : str
+    ///     Path of the part.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     {name: value}, SI units.
+    ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If the part does not exist.
+    ///
+    /// Examples
+    /// --------
     /// >>> sim.parameters("Friction")
     /// {'stiffness': 0.0, 'damping': 0.05, 'rest': 0.0}
     fn parameters<'py>(&self, py: Python<'py>, part: &str) -> PyResult<Bound<'py, PyAny>> {
@@ -317,7 +439,7 @@ impl Simulation {
     }
 }
 
-/// A number, or a quantity as text.
+/// Reads a number, or a quantity as text.
 fn amount(value: &Bound<'_, PyAny>, pattern: &str) -> PyResult<Value> {
     if let Ok(text) = value.extract::<String>() {
         return Ok(Value::Text(text));

@@ -1,4 +1,4 @@
-//! The internal mask of a GeoTIFF: a picture of one bit for each pixel, which GDAL writes behind the heights.
+//! The internal mask of a GeoTIFF: an image with one bit per pixel, which GDAL writes after the heights.
 
 use super::super::{HeightsError, bounded};
 use super::PIXELS_OF_A_BYTE;
@@ -11,7 +11,7 @@ pub(super) fn keeps(mask: &[u8], pixel: usize) -> bool {
     mask[pixel / 8] >> (pixel % 8) & 1 != 0
 }
 
-/// The mask, one bit for each pixel, the file's first row first; the decoder is back at the heights afterwards.
+/// Reads the mask, one bit per pixel, the file's first row first; afterwards, the decoder is at the heights again.
 pub(super) fn read<R: Read + Seek>(
     decoder: &mut Decoder<R>,
     [nx, ny]: [usize; 2],
@@ -22,7 +22,7 @@ pub(super) fn read<R: Read + Seek>(
         decoder.next_image()?;
         let kind: u32 = decoder.find_tag_unsigned(Tag::NewSubfileType)?.unwrap_or(0);
         let (width, height) = decoder.dimensions()?;
-        // Bit 2 of the kind says that it is a mask; overviews have smaller ones of their own.
+        // Bit 2 of the kind marks a mask; overviews have separate, smaller ones.
         if kind & 4 != 0 && (width as usize, height as usize) == (nx, ny) {
             bounded(bytes, nx as u64, ny as u64, 8 * PIXELS_OF_A_BYTE)?;
             found = Some(bits(decoder, [nx, ny])?);
@@ -32,7 +32,7 @@ pub(super) fn read<R: Read + Seek>(
     Ok(found)
 }
 
-/// The bits of the picture at which the decoder is.
+/// Returns the bits of the decoder's present image.
 fn bits<R: Read + Seek>(
     decoder: &mut Decoder<R>,
     [nx, ny]: [usize; 2],
@@ -42,9 +42,9 @@ fn bits<R: Read + Seek>(
     if depth != 1 || ![1, 8, 32946].contains(&compression) {
         return Err(HeightsError::content(
             format!(
-                "its internal mask has {depth} bits a pixel and compression number {compression}, which are not read here"
+                "its internal mask has {depth} bits per pixel and the compression number {compression}, which are not supported"
             ),
-            "mark what has no data by a value: `gdalwarp -dstnodata -9999`",
+            "mark missing data by a value: `gdalwarp -dstnodata -9999`",
         ));
     }
     let (offsets, counts) = match decoder.get_chunk_type() {
@@ -59,7 +59,7 @@ fn bits<R: Read + Seek>(
     let mut mask = vec![0_u8; (nx * ny).div_ceil(8)];
     for (k, (at, count)) in offsets.iter().zip(&counts).enumerate() {
         let (i0, j0) = (k % across * cw, k / across * ch);
-        // A chunk that is not stored keeps nothing.
+        // A chunk that is not stored masks all its pixels.
         if *count == 0 || j0 >= ny {
             continue;
         }

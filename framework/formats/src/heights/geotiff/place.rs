@@ -1,4 +1,4 @@
-//! Where the nodes of a GeoTIFF are: its keys, tie point and scale or transformation.
+//! Positions of the nodes of a GeoTIFF: its keys, tie point and scale or transformation.
 
 use super::super::degrees::{Ellipsoid, degrees_apart};
 use super::super::{HeightsError, HeightsOptions, epsg, length, units};
@@ -6,20 +6,20 @@ use std::io::{Read, Seek};
 use tiff::decoder::Decoder;
 use tiff::tags::Tag;
 
-/// Where the nodes are.
+/// Positions of the nodes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
-    /// Distance of nodes (m).
+    /// Spacing (m).
     pub spacing: [f64; 2],
     /// x, y of the south-west node (m).
     pub origin: [f64; 2],
-    /// Metres upwards of the unit of heights.
+    /// Upward length of the unit of heights, in metres.
     pub height_unit: f64,
-    /// The first row is the southern one.
+    /// Whether the first row is the southern one.
     pub from_south: bool,
 }
 
-/// What the keys of a GeoTIFF say.
+/// The keys of a GeoTIFF.
 #[derive(Default)]
 struct Keys {
     keys: Vec<[u16; 4]>,
@@ -36,7 +36,7 @@ const ELLIPSOID: u16 = 2056;
 const MAJOR: u16 = 2057;
 const MINOR: u16 = 2058;
 const INVERSE_FLATTENING: u16 = 2059;
-/// ProjectedCRS, its unit and the size of a unit of its own.
+/// ProjectedCRS, its unit and the size of a user-defined unit.
 const PROJECTED: u16 = 3072;
 const LINEAR: u16 = 3076;
 const LINEAR_SIZE: u16 = 3077;
@@ -67,7 +67,7 @@ impl Keys {
         self.doubles.get(at).copied()
     }
 
-    /// Metres of the unit that a key says; without the key, of the unit of the system `of`.
+    /// Returns the length in metres of the unit in a key; without the key, of the unit of the system `of`.
     fn unit(&self, key: u16, of: f64, what: &str) -> Result<f64, HeightsError> {
         let Some(code) = self.short(key).filter(|c| *c != 0) else { return Ok(of) };
         let size = match code {
@@ -75,24 +75,24 @@ impl Keys {
             code => units::epsg(code),
         };
         size.filter(|s| *s > 0.0 && s.is_finite()).ok_or_else(|| {
-            let fact = format!("the unit {code} (EPSG) of {what} is not known here");
+            let fact = format!("the unit {code} (EPSG) of {what} is not supported");
             HeightsError::content(fact, "project it to metres (`gdalwarp -t_srs`)")
         })
     }
 
-    /// Metres upwards of the unit of heights.
+    /// Returns the upward length of the unit of heights, in metres.
     fn height_unit(&self) -> Result<f64, HeightsError> {
         let system = self.short(VERTICAL).map_or(1.0, epsg::vertical);
         Ok(self.unit(VERTICAL_UNIT, system.abs(), "heights")?.copysign(system))
     }
 
-    /// Metres of the unit of coordinates.
+    /// Returns the length of the unit of coordinates, in metres.
     fn unit_of_coordinates(&self) -> Result<f64, HeightsError> {
         let system = self.short(PROJECTED).map_or(1.0, epsg::projected);
         self.unit(LINEAR, system, "coordinates")
     }
 
-    /// The ellipsoid of angles; `None` when the file does not say it in a way that is known here.
+    /// Returns the ellipsoid of angles, or `None` if it is not specified in a supported form.
     fn ellipsoid(&self) -> Option<Ellipsoid> {
         let major = self.double(MAJOR).filter(|a| *a > 0.0 && a.is_finite());
         if let Some(major) = major {
@@ -142,7 +142,7 @@ pub(super) fn frame<R: Read + Seek>(
     Ok(Frame { spacing: spacing.map(|s| s * unit), origin, height_unit, from_south })
 }
 
-/// Spacing, where the node in the first row and column is, in the file's unit, and whether the first row is the southern one.
+/// Returns the spacing, the position of the node in the first row and column, in the file's unit, and whether the first row is the southern one.
 fn placed<R: Read + Seek>(
     decoder: &mut Decoder<R>,
     keys: &Keys,
@@ -159,7 +159,7 @@ fn placed<R: Read + Seek>(
         (None, _, Some([a, b, _, x, c, d, _, y, ..])) => {
             if *b != 0.0 || *c != 0.0 {
                 return Err(HeightsError::content(
-                    "its rows are turned against its coordinates",
+                    "its rows are rotated relative to its coordinates",
                     "warp it so that north is up (`gdalwarp`)",
                 ));
             }
@@ -168,7 +168,10 @@ fn placed<R: Read + Seek>(
         _ => return Err(HeightsError::NoScale { what: "the TIFF" }),
     };
     if !(x.is_finite() && y.is_finite()) {
-        return Err(HeightsError::content("its tie point is no place", "write it anew"));
+        return Err(HeightsError::content(
+            "its tie point is not a position",
+            "write the file again",
+        ));
     }
     let from_south = sy < 0.0;
     Ok(([length("pixel scale", sx)?, length("pixel scale", sy.abs())?], [x, y], from_south))

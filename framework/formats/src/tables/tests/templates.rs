@@ -1,6 +1,6 @@
-//! Files around each element of MJCF, in which the attributes of its line in the table are tried.
+//! Files for each element of MJCF, to test the attributes of its line in the table.
 
-/// A file around an element: `@` stands for its attributes, before those that it needs; `#` for an element inside.
+/// A file with an element: `@` is replaced by its attributes, before the required ones; `#` by an element inside.
 pub(super) type Template = (&'static str, &'static str);
 
 macro_rules! LOOP {
@@ -212,7 +212,7 @@ pub(super) const MJCF: &[Template] = &[
     ),
 ];
 
-/// Attributes that are read and do not change what these files describe by themselves.
+/// Attributes that are read but do not change these files.
 pub(super) const SILENT: &[&str] = &[
     "mujoco/compiler coordinate",
     "mujoco/compiler autolimits",
@@ -265,7 +265,7 @@ pub(super) const SILENT: &[&str] = &[
     "keyframe/key name",
 ];
 
-/// Attributes that need others: what is written with them.
+/// Attributes that require others, which are added.
 pub(super) const WITH: &[(&str, &str)] = &[
     ("default/joint limited", r#"range="0 30""#),
     ("body/joint limited", r#"range="0 30""#),

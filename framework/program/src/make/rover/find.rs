@@ -1,27 +1,26 @@
-//! Wheels, steering and suspension of a machine that a file describes.
+//! Detection of wheels, steering and suspension of a machine.
 //!
 //! ```text
-//! wheel        a body on one pin without limits, whose axis is level, with a cylinder or a round mesh about that axis
+//! wheel        a body on one pin without limits and with a level axis, with a cylinder or a round mesh about that axis
 //! steering     a pin with an upright axis that carries one wheel
 //! suspension   any other pin between a wheel and the root
-//! differential between a left and a right rocker on the root, where fewer wheels and couplings than coordinates that adapt
-//!              leave the pitch of the body open
+//! differential between a left and a right rocker on the root, if wheels and couplings do not determine the pitch of the body
 //! ```
-//! The machine stands as in its file, with all joints at zero; x is ahead, z up. A side-car that names wheels says which they
-//! are, how large, which are idle and what steers them.
+//! The machine is in the pose of its file, with all joints at zero; x is forward, z up. A companion file can define the wheels, their sizes, which of
+//! them are idle, and their steering.
 use linkwork_formats::{Description, Geometry, ShapeRole, WheelRole};
 use linkwork_multibody::{BodySpec, Coupling, SubhingeKind};
 use linkwork_spatial::{Pose, Vec3};
 use std::collections::BTreeMap;
 
-/// A wheel as it was found.
+/// A detected wheel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundWheel {
     /// Its body.
     pub body: String,
     /// Radius and width (m).
     pub size: [f64; 2],
-    /// Its centre and the axle, which points to the left of the machine, in its body (m).
+    /// Its centre in its body (m).
     pub centre: Vec3,
     /// The axle in its body, to the left.
     pub axle: Vec3,
@@ -29,44 +28,45 @@ pub struct FoundWheel {
     pub forwards: bool,
     /// Its centre in the axes of the root (m).
     pub place: Vec3,
-    /// A motor turns it.
+    /// Whether a motor drives it.
     pub driven: bool,
-    /// The body that steers it, and whether its axis points up.
+    /// The body that steers it, and whether its steering axis points up.
     pub steering: Option<(String, bool)>,
-    /// Limits of its hinge, where the file has them: greatest rate (rad/s) and torque (N m).
+    /// Limits of its hinge, if the file has them: largest rate (rad/s).
     pub rate: Option<f64>,
-    /// Greatest torque (N m).
+    /// Largest torque (N m).
     pub torque: Option<f64>,
 }
 
-/// A vehicle as it was found.
+/// A detected vehicle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
-    /// The body that all others hang on.
+    /// The root body.
     pub root: String,
     /// Mass of all bodies (kg).
     pub mass: f64,
     /// The wheels, front to rear, left before right.
     pub wheels: Vec<FoundWheel>,
-    /// Bodies on pins that adapt to the ground.
+    /// Suspension bodies, on pins that adapt to the ground.
     pub suspension: Vec<String>,
-    /// Rockers that a differential is to join, with the factors of their angles, where the file leaves open how the body lies between them.
+    /// Rockers to be connected by a differential, with the factors of their angles, if the file does not determine the pitch of the body between
+    /// them.
     pub differential: Option<[(String, f64); 2]>,
-    /// Bodies on other hinges that move: arms, masts.
+    /// Bodies on other moving hinges: arms, masts.
     pub others: Vec<String>,
 }
 
-/// Greatest sine of the angle between a wheel's axis and the level, and least of that between a steering axis and it.
+/// Largest sine of the angle between a wheel's axis and the horizontal plane. It is also used for the smallest angle of a steering axis.
 const LEVEL: f64 = 0.35;
 const UPRIGHT: f64 = 0.9;
-/// A mesh is round when its extents across the axis differ by no more than this part.
+/// A mesh is round if its extents across the axis differ by at most this fraction.
 const ROUND: f64 = 0.12;
 
-/// Where bodies are with all joints at zero, in the axes of the root.
+/// Returns the poses of the bodies with all joints at zero, in the axes of the root.
 fn poses(d: &Description, root: &str) -> BTreeMap<String, Pose> {
     let mut out = BTreeMap::from([(root.to_string(), Pose::identity())]);
     let bodies = d.builder.bodies();
-    // Files may name children before their parents.
+    // Files may list children before their parents.
     for _ in 0..bodies.len() {
         let before = out.len();
         for b in bodies {
@@ -83,7 +83,7 @@ fn poses(d: &Description, root: &str) -> BTreeMap<String, Pose> {
     out
 }
 
-/// The axis of a body on one pin, in the body.
+/// Returns the axis of a body on one pin, in body axes.
 pub fn pin(b: &BodySpec) -> Option<Vec3> {
     match &b.hinge.subhinges[..] {
         [s] => match s.kind {
@@ -98,7 +98,7 @@ fn unlimited(b: &BodySpec) -> bool {
     b.hinge.subhinges.iter().all(|s| s.limits.lower < -6.0 && s.limits.upper > 6.0)
 }
 
-/// Radius, width and centre of what turns about an axis of a body: of a cylinder, else of a mesh that can be read.
+/// Returns radius, width and centre of the rotating shape about an axis of a body: of a cylinder, or of a readable mesh.
 fn measured(
     d: &Description,
     body: &str,
@@ -124,7 +124,7 @@ fn measured(
                 _ => {}
             }
         }
-        // The tyre is the largest; what the file collides with goes before what it shows.
+        // The tyre is the largest shape. Collision shapes have priority over visual shapes.
         if let Some(largest) = found.iter().max_by(|a, b| a.0[0].total_cmp(&b.0[0])) {
             return Some(*largest);
         }
@@ -132,7 +132,7 @@ fn measured(
     None
 }
 
-/// Radius, width and centre of points about an axis, when they are round.
+/// Returns radius, width and centre of points about an axis, if they are round.
 fn round(points: impl Iterator<Item = Vec3> + Clone, axis: &Vec3) -> Option<([f64; 2], Vec3)> {
     let aside = if axis.x.abs() < 0.7 { Vec3::x() } else { Vec3::y() };
     let e1 = axis.cross(&aside).normalize();
@@ -152,10 +152,10 @@ fn round(points: impl Iterator<Item = Vec3> + Clone, axis: &Vec3) -> Option<([f6
     good.then(|| ([0.25 * (a + b), size(along)], centre))
 }
 
-/// What there is of a vehicle in a description.
+/// Detects a vehicle in a description.
 ///
 /// # Errors
-/// Fact and remedy: no wheels, wheels of several sizes, several roots.
+/// Fact and remedy: no wheels, wheels of different sizes, several roots.
 pub fn vehicle(
     d: &Description,
     corners: &dyn Fn(&std::path::Path) -> Option<Vec<Vec3>>,
@@ -165,7 +165,7 @@ pub fn vehicle(
     let [root] = roots[..] else {
         let names: Vec<&str> = roots.iter().map(|b| b.name.as_str()).collect();
         let fact = format!("the machine has {} roots: {}", roots.len(), names.join(", "));
-        return Err((fact, "give it one link that all others hang on".into()));
+        return Err((fact, "give it one root link".into()));
     };
     let poses = poses(d, &root.name);
     let body = |name: &str| bodies.iter().find(|b| b.name == name);
@@ -183,7 +183,7 @@ pub fn vehicle(
             },
         };
         let forwards = (pose.rotation * axis).y >= 0.0;
-        // The joint that the side-car names, else the nearest upright pin above the wheel that carries nothing else that rolls.
+        // The joint in the companion file, or the nearest upright pin above the wheel that carries no other wheel.
         let by_name = named.and_then(|w| w.steering.as_deref()).and_then(|j| d.joint(j));
         let steering = match by_name {
             Some(j) => Some(j.body.clone()),
@@ -211,7 +211,7 @@ pub fn vehicle(
             torque: known(limits.effort),
         });
     }
-    // A pin that carries several wheels steers none of them by itself.
+    // A pin that carries several wheels is not the steering of a single one.
     let shared: Vec<String> =
         wheels.iter().filter_map(|w| Some(w.steering.as_ref()?.0.clone())).collect();
     for w in &mut wheels {
@@ -219,22 +219,22 @@ pub fn vehicle(
     }
     if wheels.iter().filter(|w| w.driven).count() < 2 {
         let fact = format!(
-            "{} with a drive in it: a wheel is a body on one joint without limits, whose axis is level, with a cylinder or a round STL mesh about that axis",
+            "{} with a drive: a wheel is a body on one joint without limits and with a level axis, with a cylinder or a round STL mesh about that axis",
             match wheels.len() {
                 0 => "there is no wheel",
                 _ => "there are not two wheels",
             }
         );
-        let help = "name the wheels in a side-car beside the file: SideCar(wheels: { \"link\": (radius: \"10 cm\", width: \"5 cm\") })";
+        let help = "define the wheels in a companion file: SideCar(wheels: { \"link\": (radius: \"10 cm\", width: \"5 cm\") })";
         return Err((fact, help.into()));
     }
     let radius = wheels[0].size[0];
     if let Some(other) = wheels.iter().find(|w| (w.size[0] - radius).abs() > 0.05 * radius) {
         let fact = format!(
-            "the wheels are of several sizes: {radius} m (`{}`) and {} m (`{}`)",
+            "the wheels have different sizes: {radius} m (`{}`) and {} m (`{}`)",
             wheels[0].body, other.size[0], other.body
         );
-        let help = "say in a side-car which are wheels, with one radius; others can be added to what is made";
+        let help = "define wheels of one radius in a companion file; you can add others to the created rover";
         return Err((fact, help.into()));
     }
     let rows = |w: &FoundWheel| (-(w.place.x / radius).round() as i64, w.place.y < 0.0);
@@ -261,10 +261,10 @@ pub fn vehicle(
     }
     let mass = bodies.iter().map(|b| b.mass.mass).sum();
     if !(mass > 0.0) {
-        let fact = "no link of it has a mass".to_string();
+        let fact = "none of its links has a mass".to_string();
         return Err((fact, "write `inertial` into its links".into()));
     }
-    // Height, roll, pitch and the suspension are what wheels and couplings determine.
+    // Wheels and couplings must determine height, roll, pitch and the suspension.
     let coupled = |c: &&Coupling| c.terms.iter().any(|t| suspension.contains(&t.coordinate.body));
     let couplings = d.couplings.iter().filter(coupled).count() + d.loops.len();
     let known = wheels.len() + couplings;
@@ -286,16 +286,16 @@ pub fn vehicle(
     if 3 + suspension.len() > known + usize::from(differential.is_some()) {
         let (n, joints) = (wheels.len(), suspension.join(", "));
         if suspension.is_empty() {
-            let fact = format!("it would tip over: it has {n} wheels, and it takes three to stand");
-            let help = "name what else it stands on, such as casters, as wheels without a drive in a side-car beside the file: \
+            let fact = format!("it would tip over: it has {n} wheels, but it needs three");
+            let help = "define its other supports, such as casters, as wheels without a drive in a companion file: \
                         SideCar(wheels: { \"caster\": (radius: \"3 cm\", width: \"2 cm\", role: Idle) })";
             return Err((fact, help.into()));
         }
         let fact = format!(
-            "{n} wheels and {couplings} couplings do not determine how it lies on the ground with {} joints between wheels and body ({joints})",
+            "{n} wheels and {couplings} couplings do not determine its pose on the ground with {} joints between wheels and body ({joints})",
             suspension.len(),
         );
-        let help = "couple the joints, in a side-car: SideCar(couplings: { \"differential\": (terms: { \"left_joint\": 1, \"right_joint\": 1 }, constant: 0) }); or fix them in the file";
+        let help = "couple the joints in a companion file: SideCar(couplings: { \"differential\": (terms: { \"left_joint\": 1, \"right_joint\": 1 }, constant: 0) }); or fix them in the file";
         return Err((fact, help.into()));
     }
     Ok(Found { root: root.name.clone(), mass, wheels, suspension, differential, others })

@@ -1,16 +1,16 @@
-//! `linkwork new rover --from my.urdf FOLDER`: a vehicle that drives, of a machine that somebody else described.
+//! `linkwork new rover --from my.urdf FOLDER`: creates a rover that drives from the description of a machine.
 //!
-//! Sizes come from the file; what it does not say is chosen from them:
+//! Sizes come from the file; missing data are chosen from them:
 //! ```text
-//! worst support          N_w: twice an equal share; half of the weight where nothing adapts to the ground and two wheels may carry it all
-//! torque at standstill   μ N_w r, μ = 0.9: a wheel that carries N_w can spin                else the effort of the file
-//! rate without load      4 √r m/s at the rim                                               else the rate of the file
-//! contact                k = N/(0.005 r): a wheel sinks in by half a per cent of its radius; half of it sideways, damped as ζ = 0.14
-//! rotor                  a fiftieth of the machine's mass at the rim, shared; at least so heavy that the motor needs 20 ms
-//! gain of the rates      half of that at which a wheel in the air comes to its rate within one sample, at the most 2:
-//!                        min(2, a/(2 (1 − a))), a = e^(−h/T), T = J ω₀/τ₀ of rotor J, sample h = 10 ms; unstable is (1 + a)/(1 − a)
-//! brake                  holds the wheel as a spring on which the rotor would swing with 200 rad/s
-//! friction of joints     as in the file, as tanh of the rate over 0.05 rad/s; over more where the step would be too long for it
+//! largest wheel load     N_w: twice an equal share; half of the weight without a suspension, because two wheels may carry all of it
+//! stall torque           μ N_w r, μ = 0.9: a wheel that carries N_w can spin                or the effort limit of the file
+//! no-load rate           4 √r m/s at the rim                                               or the rate limit of the file
+//! contact                k = N/(0.005 r): penetration of 0.5 % of the radius; half of that stiffness sideways, with damping ratio ζ = 0.14
+//! rotor                  1/50 of the machine's mass at the rim, shared by the wheels; the time constant of the motor is at least 20 ms
+//! gain of the rate loop  half of the gain at which a wheel in the air reaches its rate within one sample, at most 2:
+//!                        min(2, a/(2 (1 − a))), a = e^(−h/T), T = J ω₀/τ₀ for the rotor J, sample h = 10 ms; unstable at (1 + a)/(1 − a)
+//! brake                  holds the wheel like a spring on which the rotor would oscillate with 200 rad/s
+//! joint friction         as in the file, as tanh of the rate over 0.05 rad/s; over a larger rate if the step would be too long for it
 //! ```
 mod find;
 
@@ -24,23 +24,23 @@ use std::path::{Component, Path, PathBuf};
 
 /// Gravity for which drives and contacts are sized (m/s²).
 const G: f64 = 9.81;
-/// Step of the simulation that is written, s.
+/// Step of the created simulation, s.
 const STEP: f64 = 1e-3;
 /// Friction for which drives are sized.
 const FRICTION: f64 = 0.9;
-/// Sample of the rate control in `parts/wheel_drive.ron`, s.
+/// Sample period of the rate control in `parts/wheel_drive.ron`, s.
 const SAMPLE: f64 = 0.01;
-/// Gain of the rate control above which more does not help, in units of the motor's own constant.
+/// Largest gain of the rate control, in units of the motor's own constant; larger gains do not help.
 const GAIN_MAX: f64 = 2.0;
 
-/// Gain of a sampled rate control, in units of the motor's own constant: half of that at which a motor with this time constant (s) and
-/// nothing on its shaft comes to the commanded rate within one sample.
+/// Returns the gain of a sampled rate control, in units of the motor's own constant: half of the gain at which a motor with this time constant (s)
+/// and without load reaches the commanded rate within one sample.
 fn rate_gain(time_constant: f64) -> f64 {
     let left = (-SAMPLE / time_constant).exp();
     (0.5 * left / (1.0 - left)).min(GAIN_MAX)
 }
 
-/// A number with five digits and no more than it needs.
+/// Formats a number with at most five digits.
 fn n(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
         return "0".into();
@@ -57,8 +57,8 @@ fn list(v: &[f64]) -> String {
     format!("[{}]", v.iter().map(|x| n(*x)).collect::<Vec<_>>().join(", "))
 }
 
-/// The rate at which the friction of a joint is full (rad/s): it acts as damping of force/rate below, which must not
-/// turn a body's motion about in a step. The body's own inertia is the least that it moves.
+/// Returns the rate at which the friction of a joint saturates (rad/s). Below it, the friction acts as damping force/rate, which must not reverse a
+/// body's motion within a step. The body's own inertia is the smallest inertia that it moves.
 fn friction_rate(d: &Description, body: &str, force: f64, armature: f64) -> f64 {
     let spec = d.builder.bodies().iter().find(|b| b.name == body);
     let inertia = spec
@@ -67,7 +67,7 @@ fn friction_rate(d: &Description, body: &str, force: f64, armature: f64) -> f64 
     if inertia > 0.0 { (2.0 * STEP * force / inertia).max(0.05) } else { 0.05 }
 }
 
-/// A path from one folder to a file.
+/// Returns the relative path from a folder to a file.
 fn relative(from: &Path, to: &Path) -> PathBuf {
     let (from, to): (Vec<Component>, Vec<Component>) =
         (from.components().collect(), to.components().collect());
@@ -76,24 +76,24 @@ fn relative(from: &Path, to: &Path) -> PathBuf {
     up.chain(to[same..].iter().copied()).collect()
 }
 
-/// Name of a body as the import gives it.
+/// Returns the name of a body after import.
 fn imported(name: &str) -> String {
     name.chars().map(|c| if ['.', '/', ':', ' '].contains(&c) { '_' } else { c }).collect()
 }
 
-/// A quaternion whose y axis is the axle.
+/// Returns a quaternion whose y axis is the axle.
 fn turn(axle: &Vec3) -> [f64; 4] {
     let q = Quat::rotation_between(&Vec3::y(), axle)
         .unwrap_or_else(|| Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI));
     [q.i, q.j, q.k, q.w]
 }
 
-/// A quaternion with all of its digits: its length has to be 1.
+/// Formats a quaternion in full precision, because its length must be 1.
 fn quaternion([x, y, z, w]: [f64; 4]) -> String {
     format!("[{x}, {y}, {z}, {w}]")
 }
 
-/// Whether a viewer shows anything of a body.
+/// Returns whether a viewer shows a shape of a body.
 fn shown_of(d: &Description, body: &str) -> bool {
     let seen = |g: &Geometry| match g {
         Geometry::Mesh { path, .. } => {
@@ -105,7 +105,7 @@ fn shown_of(d: &Description, body: &str) -> bool {
     d.shapes.iter().any(|s| s.body == body && s.role == ShapeRole::Visual && seen(&s.geometry))
 }
 
-/// Shapes to see of a body whose own cannot be shown: what it collides with, else a box between the wheels.
+/// Returns visual shapes for a body whose own shapes cannot be shown: its collision shapes, or a box between the wheels.
 fn hull(d: &Description, found: &Found) -> String {
     let mut shapes = Vec::new();
     for s in d.shapes.iter().filter(|s| s.body == found.root && s.role == ShapeRole::Collision) {
@@ -144,17 +144,17 @@ fn hull(d: &Description, found: &Found) -> String {
     )
 }
 
-/// The files of a rover.
+/// Creates the files of a rover.
 pub(super) fn rover(folder: &Path, file: &Path) -> Result<Vec<PathBuf>, Refusal> {
     let Some(name) = folder.file_name().and_then(|f| f.to_str()) else {
-        let fact = format!("`{}` has no name that a simulation can take", folder.display());
-        return Err(wrong(fact, "name a folder: `new rover scout --from scout.urdf`"));
+        let fact = format!("`{}` does not have a name that a simulation can use", folder.display());
+        return Err(wrong(fact, "give a folder: `new rover scout --from scout.urdf`"));
     };
     let shown = file.display().to_string();
     let there = std::fs::canonicalize(file).map_err(|e| {
-        wrong(format!("`{shown}` cannot be read: {e}"), "name a URDF, MJCF or SDF file")
+        wrong(format!("`{shown}` cannot be read: {e}"), "give a URDF, MJCF or SDF file")
     })?;
-    // As the assembly that is written reads it: `run` warns of moments that no body has.
+    // Read as the created assembly reads it: `run` warns of inertias that no rigid body can have.
     let options = ReadOptions { root: Root::Free, ..ReadOptions::default() };
     let description = linkwork_assembly::read_machine(&there, &options).map_err(|failure| {
         let told = linkwork_assembly::show_faults(
@@ -163,11 +163,11 @@ pub(super) fn rover(folder: &Path, file: &Path) -> Result<Vec<PathBuf>, Refusal>
             linkwork_assembly::Look::Plain,
         );
         let help = match failure.faults.iter().any(|f| f.help.is_some()) {
-            // Each says it itself.
+            // Each error contains its own remedy.
             true => "",
-            false => "mend the file",
+            false => "correct the file",
         };
-        wrong(format!("`{shown}` is not taken:\n{}", told.trim_end()), help)
+        wrong(format!("`{shown}` is rejected:\n{}", told.trim_end()), help)
     })?;
     let corners = |path: &Path| linkwork_assembly::mesh_corners(path).ok();
     let found = find::vehicle(&description, &corners)
@@ -176,7 +176,7 @@ pub(super) fn rover(folder: &Path, file: &Path) -> Result<Vec<PathBuf>, Refusal>
         Some(p) if !p.as_os_str().is_empty() => p,
         _ => Path::new("."),
     };
-    // The folder is not there yet: its parent may not be either.
+    // The folder does not exist yet, and neither may its parent.
     let whole = std::path::absolute(parent).unwrap_or_else(|_| parent.into()).join(name);
     let whole = whole.components().collect::<PathBuf>();
     let path = relative(&whole, &there).to_string_lossy().replace('\\', "/");
@@ -191,7 +191,7 @@ pub(super) fn rover(folder: &Path, file: &Path) -> Result<Vec<PathBuf>, Refusal>
     folder_with(folder, &files)
 }
 
-/// What is filled in.
+/// Returns the replacements of the templates.
 fn words(
     name: &str,
     (shown, path): (&str, &str),
@@ -207,7 +207,7 @@ fn words(
     let of_file = |get: fn(&FoundWheel) -> Option<f64>| {
         driven.iter().map(|w| get(w)).reduce(|a, b| Some(a?.min(b?))).flatten()
     };
-    // A machine without a suspension may stand on two wheels. With a suspension a wheel on a rock also carries the share of its neighbour.
+    // A machine without a suspension may rest on two wheels. With a suspension, a wheel on a rock also carries the share of its neighbour.
     let worst = if found.suspension.is_empty() {
         (2.0 * load).max(0.5 * found.mass * G)
     } else {
@@ -217,7 +217,7 @@ fn words(
     let rate = of_file(|w| w.rate).unwrap_or(4.0 / radius.sqrt());
     let stiffness = load / (0.005 * radius);
     let sideways = 0.5 * stiffness;
-    // Wheels far apart: lengths of the way follow.
+    // Dimensions of the course scale with the distance of the wheels.
     let span = |get: fn(&FoundWheel) -> f64| {
         let all = found.wheels.iter().map(get);
         all.clone().fold(f64::NEG_INFINITY, f64::max) - all.fold(f64::INFINITY, f64::min)
@@ -281,7 +281,7 @@ fn words(
         more += "            ],\n        ),\n";
         outer_wires += "\n        \"Software.Ackermann.wheels[*].steer -> Steering[*].angle_cmd\",";
     }
-    // Without `contact` dry friction acts in its smooth form alone.
+    // Without `contact`, dry friction acts only in its smooth form.
     let rubs = d.joints.iter().filter(|j| j.friction > 0.0 && !found.others.contains(&j.body));
     for joint in rubs {
         let (body, force) = (imported(&joint.body), n(joint.friction));
@@ -295,7 +295,7 @@ fn words(
         let _ = writeln!(overrides, "        \"{body}.friction\": (force: {force}, rate: {rate}),");
     }
     for other in &found.others {
-        // What nothing moves stays where the file has it.
+        // Joints without an actuator are held in the pose of the file.
         let _ = writeln!(overrides, "        \"{}.prescribed\": true,   // held", imported(other));
     }
     let mut table = String::from(
@@ -324,7 +324,7 @@ fn words(
     if let Some([(a, fa), (b, fb)]) = &found.differential {
         let _ = write!(
             told,
-            " A differential joins `{a}` and `{b}`, which the file does not have: without it nothing says how the body pitches."
+            " A differential, which the file does not have, connects `{a}` and `{b}`, because otherwise the pitch of the body is not determined."
         );
         differential = format!(
             "    couplings: {{ \"differential\": (terms: {{ \"{}\": {}, \"{}\": {} }}, constant: 0) }},\n",
@@ -335,11 +335,8 @@ fn words(
         );
     }
     if !found.others.is_empty() {
-        let _ = write!(
-            told,
-            " Joints that are held, since nothing here moves them: {}.",
-            names(&found.others)
-        );
+        let _ =
+            write!(told, " Joints without an actuator, which are held: {}.", names(&found.others));
     }
     let hub = |b: &String| format!("\"Rover/{}\"", imported(b));
     let joints = found.suspension.iter().map(hub).collect::<Vec<_>>().join(", ");

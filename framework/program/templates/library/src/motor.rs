@@ -1,6 +1,6 @@
-//! `@library@.@model@`: a torque that follows a wanted one with a lag.
+//! `@library@.@model@`: a torque that follows a command with a first-order lag.
 //! ```text
-//! Ṫ = (u − T)/τ          u: wanted torque, T: torque on the shaft, τ: time constant
+//! Ṫ = (u − T)/τ          u: commanded torque, T: torque on the shaft, τ: time constant
 //! ```
 use @prelude@;
 
@@ -12,7 +12,7 @@ pub struct @Model@Params {
     pub time: f64,
 }
 
-/// What goes in.
+/// Inputs.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct @Model@In {
     /// Wanted torque.
@@ -20,7 +20,7 @@ pub struct @Model@In {
     pub wanted: f64,
 }
 
-/// What comes out: a torque on the hinge that `shaft` is bound to.
+/// Outputs: a torque on the hinge to which `shaft` is bound.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct @Model@Out {
     /// Torque on the shaft.
@@ -28,7 +28,7 @@ pub struct @Model@Out {
     pub torque: HingeTorque,
 }
 
-/// What is remembered.
+/// State.
 #[derive(State, Clone, Copy, Debug)]
 pub struct @Model@State {
     /// Present torque.
@@ -36,12 +36,12 @@ pub struct @Model@State {
     pub torque: f64,
 }
 
-/// A model is its parameters: everything that changes is state.
+/// A model contains its parameters; everything that changes is state.
 pub struct @Model@ {
     p: @Model@Params,
 }
 
-/// A torque on a shaft that follows the wanted one with a lag.
+/// A torque on a shaft that follows a command with a first-order lag.
 #[model("@library@.@model@")]
 impl Model for @Model@ {
     type Params = @Model@Params;

@@ -1,4 +1,4 @@
-//! The simulation of this library does what its closed form says.
+//! Compares the simulation of this library with its closed form.
 use linkwork::runtime::{Seconds, Simulation};
 use std::path::Path;
 
