@@ -1,28 +1,15 @@
 //! The colliders of a mechanism: checked, sorted by name, constant.
 
-use crate::covered;
 use crate::discs::Discs;
 use crate::error::{ColliderFault, CollisionError};
-use crate::query::{Hiding, SurfaceVelocities};
+use crate::item::{ColliderId, Item, fellows};
 use crate::rules::{self, WORLD};
+use crate::settings::{Hiding, SurfaceVelocities};
 use crate::shape::{ColliderSpec, Detail, PairLaw, Resistance, Rules, Shape, Visibility};
 use crate::solid::Solid;
 use linkwork_multibody::names::nearest;
-use linkwork_multibody::spatial::Pose;
 use linkwork_multibody::{BodyId, Multibody};
 use std::sync::Arc;
-
-/// Handle of a collider of one [`Colliders`]: its index in the order of names.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct ColliderId(pub(crate) u32);
-
-impl ColliderId {
-    /// Returns its index in the order of names.
-    #[must_use]
-    pub fn index(self) -> usize {
-        self.0 as usize
-    }
-}
 
 /// All specifications and their geometry, from which [`Colliders::rebuild`] starts.
 #[derive(Debug)]
@@ -30,24 +17,6 @@ struct Book {
     specs: Vec<ColliderSpec>,
     solids: Vec<[Option<Arc<Solid>>; 2]>,
     rules: Rules,
-}
-
-/// A collider that is ready for queries.
-#[derive(Debug)]
-pub(crate) struct Item {
-    /// Its index in the book.
-    pub spec: usize,
-    /// Its body.
-    pub body: Option<BodyId>,
-    /// `X_BC`.
-    pub pose: Pose,
-    /// Padding, m.
-    pub padding: f64,
-    /// Discs that replace the fine shape in contact.
-    pub discs: Option<Discs>,
-    /// Other colliders of its rigid piece that touch or overlap it and may cover its faces.
-    pub fellows: Vec<u32>,
-    solids: [Option<Arc<Solid>>; 2],
 }
 
 impl Item {
@@ -149,7 +118,7 @@ impl Colliders {
                 items.push(Item { spec, body, pose, padding, discs, fellows, solids });
             }
         }
-        let fellows = covered::fellows(&items, multibody);
+        let fellows = fellows(&items, multibody);
         for (item, near) in items.iter_mut().zip(fellows) {
             item.fellows = near;
         }

@@ -11,55 +11,20 @@
 //! The points q matter where a wall stands on a larger block: the top of the block is covered under the wall but exposed next to it. Only convex
 //! shapes and half spaces can cover, and only convex shapes can be covered, because the triangles of a mesh have neighbour information.
 
-use crate::colliders::{Colliders, Item};
+use crate::colliders::Colliders;
 use crate::core::{Core, Placed, over_ellipsoid};
+use crate::item::OUTSIDE;
 use crate::pairs::on_cylinder;
 use crate::query::{ContactPoint, Seen};
-use crate::rules::groups;
 use crate::shape::Detail;
 use crate::solid::{Kind, Solid};
-use linkwork_multibody::Multibody;
 use linkwork_multibody::spatial::{Pose, Vec3};
 
 /// Distance from a contact point at which its face is tested, relative to the size of the pair.
 const ASIDE: f64 = 1e-2;
-/// Distance outside the face at which another shape is tested; narrower gaps count as closed.
-const OUTSIDE: f64 = 1e-3;
+
 /// Tolerance for a point on a surface.
 const ON: f64 = 1e-6;
-
-/// Returns, for each collider, the others of its rigid piece whose bounding boxes overlap with its own. O(n²) in the colliders.
-pub(crate) fn fellows(items: &[Item], multibody: &Multibody) -> Vec<Vec<u32>> {
-    let world = multibody.bodies().len();
-    let group = groups(multibody);
-    // Compute poses in the frame of the piece; parents come first.
-    let mut in_piece = vec![Pose::identity(); world + 1];
-    for (i, body) in multibody.bodies().iter().enumerate() {
-        if body.v().is_empty() {
-            let parent = in_piece[body.parent().map_or(world, |p| p.index())];
-            in_piece[i] = parent * body.hinge_in_parent() * body.hinge_in_body().inverse();
-        }
-    }
-    let place = |item: &Item| item.body.map_or(world, |b| b.index());
-    let bounds: Vec<Option<(Vec3, Vec3)>> = (items.iter())
-        .map(|item| {
-            let solid = item.solid(Detail::Fine)?;
-            let covers = matches!(solid.kind, Kind::Convex { .. } | Kind::HalfSpace);
-            let X = in_piece[place(item)] * item.pose;
-            covers.then(|| crate::query::around(solid, &X, item.padding + OUTSIDE * solid.size))
-        })
-        .collect();
-    let meet = |i: usize, j: usize| {
-        let (Some((lo, hi)), Some((low, high))) = (&bounds[i], &bounds[j]) else { return false };
-        (0..3).all(|k| lo[k] <= high[k] && low[k] <= hi[k])
-    };
-    let of = |i: usize| group[place(&items[i])];
-    let near = |i: usize| {
-        let all = (0..items.len()).filter(move |j| i != *j);
-        all.filter(|j| of(i) == of(*j) && meet(i, *j)).map(|j| j as u32).collect()
-    };
-    (0..items.len()).map(near).collect()
-}
 
 /// Returns the distance of a point from a solid at a pose, minus its padding, m; negative inside. For a polytope it is a lower bound.
 fn gap(solid: &Solid, X: &Pose, padding: f64, p: &Vec3) -> f64 {

@@ -12,8 +12,9 @@
 //! cylinder faces the other shape (the cylinder lies on its side), and on meshes, discs have the contact of a cylinder.
 
 use crate::axis::{self, Nearest, Source};
+use crate::contact_points::{Point, Room};
 use crate::core::{Core, Placed, mix};
-use crate::manifold::{Point, Room, inset};
+use crate::manifold::inset;
 use crate::pairs::{Ask, pair};
 use crate::polish::polish;
 use crate::relief::{Disc, Relief};

@@ -1,8 +1,8 @@
 //! Contact of two cores without a contact face: the point that determined the normal, or two points where edges are parallel.
 
 use crate::axis::{Axis, BIAS};
+use crate::contact_points::{OF_A, OF_B, Point, Room, corner, crossing};
 use crate::core::{Core, Corner, Placed, edge_name};
-use crate::manifold::{OF_A, OF_B, Point, Room, corner, crossing};
 use linkwork_multibody::spatial::Vec3;
 
 /// Sine of the angle below which edges count as parallel.

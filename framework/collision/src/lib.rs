@@ -68,6 +68,7 @@
 
 mod axis;
 mod colliders;
+mod contact_points;
 mod convert;
 mod core;
 mod covered;
@@ -75,6 +76,7 @@ mod discs;
 mod drawn;
 mod edges;
 mod error;
+mod item;
 mod manifold;
 mod near;
 mod pairs;
@@ -85,20 +87,23 @@ mod query;
 mod ray;
 pub mod relief;
 mod rules;
+mod settings;
 mod shape;
 mod solid;
 mod surface;
 mod thin;
 mod triangle;
 
-pub use colliders::{ColliderId, Colliders, Rebuilt};
+pub use colliders::{Colliders, Rebuilt};
 pub use drawn::{Triangles, box_of_inertia, drawn_plane, drawn_surface};
 pub use error::{ColliderFault, CollisionError, ShapeFault};
+pub use item::ColliderId;
 pub use linkwork_multibody as multibody;
 pub use probe::Probe;
-pub use query::{Closest, ContactPoint, Distance, Hiding, Query, Scratch, SurfaceVelocities};
+pub use query::{Closest, ContactPoint, Distance, Query, Scratch};
 pub use ray::{Ray, RayHit, Target};
 pub use rules::{TERRAIN, groups, neighbours};
+pub use settings::{Hiding, SurfaceVelocities};
 pub use shape::{
     ColliderSpec, Detail, Material, Neighbours, Occupancy, OnTerrain, PairLaw, Resistance, Rules,
     Seen, Shape, Varies, Visibility,

@@ -4,9 +4,11 @@
 //! `manifold.rs`. For surfaces each triangle is a separate pair (`triangle/mod.rs`).
 
 use crate::axis::direction;
+use crate::contact_points::least;
+use crate::contact_points::{Point, Room, corner};
 use crate::core::{Core, Corner, Placed, mix};
 use crate::edges::lines;
-use crate::manifold::{Point, Room, convex, corner, least};
+use crate::manifold::convex;
 use crate::near::within;
 use crate::pieces::points::{with_core, with_other, with_pieces};
 use crate::solid::{Kind, Solid};

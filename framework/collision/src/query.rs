@@ -1,63 +1,18 @@
 //! Contact points and distances for given poses.
 
-use crate::colliders::{ColliderId, Colliders};
+use crate::colliders::Colliders;
+use crate::contact_points::least;
+use crate::contact_points::{Point, Room};
 use crate::core::mix;
 use crate::discs::Rolls;
-use crate::manifold::{Point, Room, least};
+use crate::item::ColliderId;
+use crate::item::around;
 use crate::pairs::{Ask, Want, pair};
+use crate::settings::Hiding;
 use crate::shape::{ColliderSpec, Detail, Material, Visibility};
-use crate::solid::Solid;
 use crate::thin::thin;
 use linkwork_multibody::BodyId;
 use linkwork_multibody::spatial::{Pose, Vec3};
-
-/// Visibility of the colliders: the part of a run's state that belongs to collision.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Hiding {
-    pub(crate) hidden: Vec<bool>,
-}
-
-impl Hiding {
-    /// Hides or shows a collider.
-    #[track_caller]
-    pub fn set(&mut self, id: ColliderId, visibility: Visibility) {
-        self.hidden[id.index()] = visibility == Visibility::Hidden;
-    }
-
-    /// Returns true if a collider is hidden.
-    #[must_use]
-    #[track_caller]
-    pub fn of(&self, id: ColliderId) -> Visibility {
-        if self.hidden[id.index()] { Visibility::Hidden } else { Visibility::Shown }
-    }
-}
-
-/// Surface velocities relative to the bodies: the part of a run's state for belts and tracks.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SurfaceVelocities {
-    pub(crate) of: Vec<Vec3>,
-}
-
-impl SurfaceVelocities {
-    /// Sets the surface velocity of a collider, m/s, axes of its body.
-    #[track_caller]
-    pub fn set(&mut self, id: ColliderId, velocity: Vec3) {
-        self.of[id.index()] = velocity;
-    }
-
-    /// Returns the surface velocity of a collider, m/s, axes of its body.
-    #[must_use]
-    #[track_caller]
-    pub fn of(&self, id: ColliderId) -> Vec3 {
-        self.of[id.index()]
-    }
-
-    /// Returns true if the surface of any collider moves relative to its body. O(colliders).
-    #[must_use]
-    pub fn any(&self) -> bool {
-        self.of.iter().any(|v| *v != Vec3::zeros())
-    }
-}
 
 /// Parameters of a query.
 #[derive(Clone, Copy, Debug)]
@@ -158,21 +113,6 @@ impl Scratch {
             room: Room::default(),
         }
     }
-}
-
-/// Returns the box around a solid at a pose, enlarged by `grow`.
-pub(crate) fn around(solid: &Solid, X: &Pose, grow: f64) -> (Vec3, Vec3) {
-    let far = f64::INFINITY;
-    let finite = solid.lo.iter().chain(solid.hi.iter()).all(|x| x.is_finite());
-    if !finite {
-        return (Vec3::repeat(-far), Vec3::repeat(far));
-    }
-    let (mid, half) = ((solid.lo + solid.hi) / 2.0, (solid.hi - solid.lo) / 2.0);
-    let R = X.rotation.to_rotation_matrix().into_inner();
-    let at = R * mid + X.position;
-    let reach = crate::convert::magnitudes(&R) * half;
-    let room = grow + 1e-12 * (at.amax() + half.amax());
-    (at - reach.add_scalar(room), at + reach.add_scalar(room))
 }
 
 fn overlap(a: &Seen, b: &Seen) -> bool {

@@ -1,8 +1,9 @@
 //! First surface along a ray. Padding has no effect: a ray hits the shape itself.
 
-use crate::colliders::{ColliderId, Colliders};
+use crate::colliders::Colliders;
 use crate::core::{Core, Poly};
 use crate::error::ShapeFault;
+use crate::item::ColliderId;
 use crate::pieces::{Piece, Pieces};
 use crate::query::Query;
 use crate::shape::{Shape, Visibility};

@@ -1,10 +1,10 @@
 //! Converts a user's shape to the geometry of queries: a convex core with a radius, a half space, or a surface. Reports all faults at once.
 
 use crate::axis::complete;
+use crate::contact_points::Most;
 use crate::convert::{from_parry, to_parry};
 use crate::core::{Core, Face, Poly};
 use crate::error::ShapeFault;
-use crate::manifold::Most;
 use crate::pieces::{Balls, Cells, Pieces};
 use crate::shape::Shape;
 use crate::surface::{Grid, Surface, Triangles};

@@ -5,8 +5,8 @@
 //!
 //! The selection follows corners and edges, not the round-off of their positions: points that are equal within a tolerance are ordered by name.
 
+use crate::contact_points::Point;
 use crate::core::mix;
-use crate::manifold::Point;
 use linkwork_multibody::spatial::Vec3;
 
 /// Points for each direction: `FEW` or fewer points are never reduced, and at most `MOST` remain.

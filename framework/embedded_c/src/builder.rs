@@ -361,7 +361,7 @@ pub unsafe extern "C" fn lw_builder_object(
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let name = text("name", name)?.to_owned();
-            let mass = crate::mechanism::mass_of(mass, center, inertia)?;
+            let mass = crate::mass_properties::mass_of(mass, center, inertia)?;
             d.spec.objects.push(ObjectSpec { name, mass });
             Ok(())
         })

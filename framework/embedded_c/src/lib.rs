@@ -35,6 +35,7 @@ mod dual;
 mod edge;
 mod hold;
 mod mass;
+mod mass_properties;
 mod mechanism;
 mod model;
 mod path;

@@ -2,9 +2,10 @@
 
 use crate::builder::{Draft, LwBuilder};
 use crate::edge::{LwPose, alone, text, value};
+use crate::mass_properties::mass_of;
 use crate::status::{Fault, LwStatus};
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, HingeCoordinate, Limits};
-use linkwork_embedded::spatial::{MassProperties, Mat3, Vec3};
+use linkwork_embedded::spatial::Vec3;
 use std::ffi::c_char;
 
 /// The body is welded to its parent.
@@ -72,20 +73,6 @@ impl LwHinge {
             ))),
         }
     }
-}
-
-/// # Safety
-/// The conditions in the crate documentation apply.
-pub(crate) unsafe fn mass_of(
-    mass: f64,
-    center: *const f64,
-    inertia: *const f64,
-) -> Result<MassProperties, Fault> {
-    // SAFETY: guaranteed by the caller.
-    let (center, inertia) = unsafe {
-        (value("center", center.cast::<[f64; 3]>())?, value("inertia", inertia.cast::<[f64; 9]>())?)
-    };
-    Ok(MassProperties::new(mass, center.into(), Mat3::from_row_slice(&inertia)))
 }
 
 /// # Safety

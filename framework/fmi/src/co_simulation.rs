@@ -6,7 +6,7 @@
 //! ```
 //! Inputs are held over a step, and outputs are known at its end, so the coupling error is of first order in h. Units of 3.0 with event mode stop at
 //! their own events inside the step and receive discrete inputs in event mode.
-use crate::instance::Kind;
+use crate::kind::Kind;
 use crate::part::{Live, Part, describe, get_all};
 use crate::start::UnitParams;
 use linkwork_runtime::{

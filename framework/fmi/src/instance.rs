@@ -9,24 +9,16 @@
 mod stepping;
 
 use crate::abi::{Callbacks2, EventInfo2, Raw, Status, calloc, free};
+use crate::kind::Kind;
 use crate::log::{Log, logger2, logger3};
 use crate::slot::Slot;
+use crate::unit::has_events;
 use crate::unit::{Functions, Unit};
 use linkwork_formats::fmi::{FmiVersion, VariableKind};
 use linkwork_runtime::Failure;
 use std::ffi::{CString, c_int, c_void};
 use std::ptr::null_mut;
 use std::sync::Arc;
-use stepping::has_events;
-
-/// Interface of a unit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
-    /// With its own solver.
-    CoSimulation,
-    /// As equations that Linkwork integrates.
-    ModelExchange,
-}
 
 /// Largest size of a serialized state, bytes.
 const STATE_MAX: usize = 1 << 30;

@@ -25,6 +25,7 @@ mod co_simulation;
 mod export;
 mod functions;
 mod instance;
+mod kind;
 mod log;
 mod model_exchange;
 mod part;

@@ -10,7 +10,8 @@
 //!
 //! The unit is informed of a completed step at each tick of the run and at each event; with an adaptive method, not of each step between two ticks.
 //! Discrete inputs reach the unit at events: a change at the end of a tick, or a difference from the unit's start values, causes an event.
-use crate::instance::{Instance, Kind, Result};
+use crate::instance::{Instance, Result};
+use crate::kind::Kind;
 use crate::part::{Live, Part, Saved, describe, get_all, settle};
 use crate::slot::Slot;
 use crate::start::UnitParams;

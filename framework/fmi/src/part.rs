@@ -2,7 +2,8 @@
 //!
 //! The unit's own state is in the instance. A copy of a run (fork, snapshot, checkpoint) contains the instance's state as bytes; the copy creates its
 //! own instance and restores the bytes. A part whose instance failed stays failed until a state is restored.
-use crate::instance::{Instance, Kind, Result};
+use crate::instance::{Instance, Result};
+use crate::kind::Kind;
 use crate::ports::{Ports, ports};
 use crate::slot::Slot;
 use crate::start::{Start, UnitParams, apply, find};

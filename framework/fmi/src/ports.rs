@@ -3,7 +3,7 @@
 //! A variable `spring.x[2]` is the port `spring_x_2`: characters other than letters, digits and `_` become `_`. Numbers are converted to SI; a
 //! variable without a unit is compatible with any unit (`*`). Texts, binaries and clocks are not ports.
 use crate::Refusal;
-use crate::instance::Kind;
+use crate::kind::Kind;
 use crate::slot::Slot;
 use linkwork_formats::fmi::{
     Causality, FmiVariable, ModelDescription, VALUES_MAX, Variability, VariableKind,

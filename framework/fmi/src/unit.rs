@@ -2,7 +2,7 @@
 use crate::Refusal;
 use crate::abi::{Fmi2, Fmi3};
 use crate::archive::Archive;
-use crate::instance::Kind;
+use crate::kind::Kind;
 use libloading::Library;
 use linkwork_formats::fmi::{FmiVersion, Interface, ModelDescription};
 use linkwork_runtime::Failure;
@@ -148,4 +148,10 @@ pub(crate) fn savable(version: FmiVersion, interface: &Interface) -> Result<(), 
         "the foreign unit `{}` cannot save its state (it lacks `{lacks}{state}`)",
         interface.identifier
     ))
+}
+
+/// Returns whether a co-simulation unit is run with event mode.
+pub(crate) fn has_events(unit: &Unit) -> bool {
+    let d = &unit.description;
+    d.version == FmiVersion::V3 && d.co_simulation.as_ref().is_some_and(|i| i.event_mode)
 }

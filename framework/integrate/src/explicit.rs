@@ -1,7 +1,7 @@
 //! One attempt of an explicit Runge–Kutta step, driven by its table.
 use crate::combine::{Row, Stages, axpy, combine, first_bad, four};
-use crate::method::Explicit;
 use crate::system::System;
+use crate::tableau::Explicit;
 use crate::work::{Attempt, Work};
 
 /// The table without its zeros.

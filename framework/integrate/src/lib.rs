@@ -44,6 +44,7 @@ mod lu;
 pub mod method;
 mod rosenbrock;
 pub mod system;
+mod tableau;
 pub mod tolerances;
 mod work;
 
@@ -51,6 +52,7 @@ pub use adaptive::{Accepted, Control, Limits, Memory};
 pub use dense::Dense;
 pub use errors::{Failure, Setup};
 pub use integrator::Integrator;
-pub use method::{Explicit, METHODS, Method, Rosenbrock};
+pub use method::{METHODS, Method};
 pub use system::{At, Field, System};
+pub use tableau::{Explicit, Rosenbrock};
 pub use tolerances::{Norm, Tolerances};

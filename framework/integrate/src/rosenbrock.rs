@@ -1,8 +1,8 @@
 //! One attempt of a Rosenbrock step: Jacobian, one LU factorization, s solutions.
 use crate::combine::{Row, Stages, combine, finite, first_bad};
 use crate::lu::Lu;
-use crate::method::Rosenbrock;
 use crate::system::{At, System};
+use crate::tableau::Rosenbrock;
 use crate::work::{Attempt, Work};
 
 /// Table and workspace of a Rosenbrock method.

@@ -2,6 +2,7 @@
 
 use linkwork_collision::ShapeFault;
 use linkwork_collision::relief::GridFault;
+use linkwork_spatial::Vec3;
 use thiserror::Error;
 
 /// Reason why something cannot be rendered.
@@ -108,4 +109,9 @@ pub(crate) fn number(
         true => Ok(()),
         false => Err(RenderError::Number { what, value, help }),
     }
+}
+
+/// Checks that a direction is a unit vector.
+pub(crate) fn check_direction(what: &'static str, v: &Vec3) -> Result<(), RenderError> {
+    number(what, v.norm(), |n| (n - 1.0).abs() < 1e-6, "it must be a unit vector")
 }

@@ -7,8 +7,8 @@
 //! Radiance L is in W/(m² sr), irradiance E in W/m², each for red, green and blue. Light that surfaces reflect onto each other is not simulated; E_d
 //! is the same everywhere. The Sun is a point source, so shadows are hard.
 
+use crate::error::check_direction;
 use crate::error::{RenderError, number};
-use crate::scene::check_direction;
 use linkwork_runtime::noise;
 use linkwork_spatial::Vec3;
 

@@ -6,7 +6,7 @@
 //! At equal distance, the ground takes precedence over objects, and objects in the order in which they were added.
 
 use crate::beam::Beam;
-use crate::error::{RenderError, number};
+use crate::error::RenderError;
 use crate::height_map::{HeightMap, Line, Region};
 use crate::light::{Light, Look};
 use linkwork_collision::{Shape, Target};
@@ -430,9 +430,4 @@ pub(crate) fn check_pose(what: &str, X: &Pose) -> Result<(), RenderError> {
         true => Ok(()),
         false => Err(RenderError::Pose { what: what.into() }),
     }
-}
-
-/// Checks that a direction is a unit vector.
-pub(crate) fn check_direction(what: &'static str, v: &Vec3) -> Result<(), RenderError> {
-    number(what, v.norm(), |n| (n - 1.0).abs() < 1e-6, "it must be a unit vector")
 }

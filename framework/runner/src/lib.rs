@@ -24,6 +24,7 @@
 mod balance;
 mod built;
 mod change;
+mod conditions;
 mod folder;
 mod load;
 mod metrics;
@@ -31,6 +32,7 @@ mod pace;
 mod prepare;
 mod run;
 mod saves;
+mod stop;
 mod unread;
 
 pub use balance::{Balance, Balances, Part as PartBalance, Report};
@@ -41,5 +43,6 @@ pub use load::{Library, Ready, Shared, sim_file};
 pub use metrics::{Metrics, Tracked};
 pub use pace::{Lateness, Pace, Realtime, SystemClock, WallClock};
 pub use prepare::{Prepared, log_rules, prepare};
-pub use run::{Ended, Goal, Need, Pause, RecorderEnd, Runner, Stop, Watch, recorder_entry};
+pub use run::{Ended, Goal, Need, Pause, RecorderEnd, Runner, Watch, recorder_entry};
 pub use saves::{BUILT, Extra, Saves, signal_names, time_name};
+pub use stop::Stop;

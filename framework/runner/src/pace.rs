@@ -6,7 +6,7 @@
 //! ```
 //! The lateness of ticks is recorded with constant memory. A tick is an overrun if the work before it was not done in time. The lateness of other
 //! ticks is the time that the system takes to wake a sleeping thread.
-use crate::run::Stop;
+use crate::stop::Stop;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 

@@ -1,7 +1,8 @@
 //! Resolution of names before a run: no file is written before all names are correct.
+use crate::conditions::condition;
 use crate::metrics::Metrics;
-use linkwork_assembly::{AroundForm, LogRule, Settings, Text, match_patterns};
-use linkwork_runtime::{Around, Condition, Fault, Plan, Rule};
+use linkwork_assembly::{AroundForm, LogRule, Settings, match_patterns};
+use linkwork_runtime::{Around, Fault, Plan, Rule};
 
 /// The names in a simulation's file, resolved in the plan.
 pub struct Prepared {
@@ -64,17 +65,4 @@ pub fn log_rules(plan: &Plan, rules: &[LogRule]) -> Result<Vec<Rule>, Vec<Fault>
 fn around(plan: &Plan, form: &AroundForm) -> Result<Around, Fault> {
     let when = condition(plan, &form.when, "log")?;
     Ok(Around { when, before: form.before, after: form.after })
-}
-
-/// Returns a condition over the variables of a plan; a condition that never changes is an error.
-pub(crate) fn condition(plan: &Plan, text: &Text, of: &str) -> Result<Condition, Fault> {
-    let fault =
-        |fact: String, help: &str| Fault::new(text.origin, format!("{of}: {fact}")).help(help);
-    let when =
-        Condition::parse(&text.text, &plan.variables).map_err(|e| fault(e.to_string(), &e.help))?;
-    if !when.timed() && when.places().next().is_none() {
-        let fact = format!("condition `{}`: nothing in it ever changes", text.text);
-        return Err(fault(fact, "test a state, an output that varies, or `time`"));
-    }
-    Ok(when)
 }

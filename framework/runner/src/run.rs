@@ -2,32 +2,12 @@
 use crate::metrics::Metrics;
 use crate::pace::{Pace, Realtime, SystemClock, WallClock};
 use crate::saves::{Extra, Saves};
+use crate::stop::Stop;
 use linkwork_runtime::{
     Change, Checkpoint, Recorder, RunError, Schedule, Seconds, Simulation, Stop as Step,
 };
 use std::collections::BTreeMap;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
-
-/// Requests that a run stops at its next tick. It may be set from a signal handler or another thread.
-#[derive(Clone, Debug, Default)]
-pub struct Stop(Arc<AtomicBool>);
-
-impl Stop {
-    /// Requests the stop. Returns true if it was already requested.
-    pub fn set(&self) -> bool {
-        self.0.swap(true, Ordering::SeqCst)
-    }
-    /// Returns the flag, for a simulation that checks it between two ticks.
-    fn flag(&self) -> Arc<AtomicBool> {
-        self.0.clone()
-    }
-    /// Returns whether the stop was requested.
-    pub fn is_set(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-}
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, Default)]

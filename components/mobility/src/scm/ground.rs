@@ -4,7 +4,7 @@ use crate::changed::Changed;
 use crate::multipass::Unloading;
 use crate::rigid_contact::Hub;
 use crate::scm::contact::{Damping, GroundLoad, Law, Node, Sum};
-use crate::scm::heaps::{Heap, Heaps};
+use crate::scm::heap::{Heap, Heaps};
 use crate::scm::shape::{Form, Presser};
 use crate::tiles;
 use linkwork_runtime::prelude::*;

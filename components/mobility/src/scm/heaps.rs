@@ -8,36 +8,8 @@
 
 use crate::scm::contact::Node;
 use crate::scm::ground::{Nodes, ScmGround, Touched};
+use crate::scm::heap::{Heap, Heaps};
 use crate::scm::shape::Presser;
-
-/// Where displaced soil goes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Heaps {
-    /// Share of it that is heaped.
-    pub share: f64,
-    /// Slope at which it slides, rise over run.
-    pub slope: f64,
-}
-
-/// The nodes that are pressed: first and last column and row.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Heap {
-    from: [i32; 2],
-    to: [i32; 2],
-}
-
-impl Heap {
-    /// One node.
-    pub fn at(i: i32, j: i32) -> Heap {
-        Heap { from: [i, j], to: [i, j] }
-    }
-
-    /// With another.
-    pub fn with(self, i: i32, j: i32) -> Heap {
-        let ([x0, y0], [x1, y1]) = (self.from, self.to);
-        Heap { from: [x0.min(i), y0.min(j)], to: [x1.max(i), y1.max(j)] }
-    }
-}
 
 /// Nodes around the pressed ones on which soil may slide.
 const AROUND: i32 = 6;

@@ -17,5 +17,6 @@
 
 pub mod contact;
 pub mod ground;
+mod heap;
 pub mod heaps;
 pub mod shape;

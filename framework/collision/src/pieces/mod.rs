@@ -14,8 +14,8 @@ pub(crate) mod points;
 pub(crate) use balls::Balls;
 pub(crate) use cells::Cells;
 
+use crate::contact_points::Room;
 use crate::core::{Core, Placed};
-use crate::manifold::Room;
 use crate::near::exact;
 use crate::pairs::close;
 use crate::solid::Kind;

@@ -1,8 +1,9 @@
 //! Contact points of pieces with any other solid, either all or only the deepest.
 
 use super::{Piece, Pieces, around, beyond, exact, matrix, slack, within};
+use crate::contact_points::Room;
+use crate::contact_points::least;
 use crate::core::{Placed, mix};
-use crate::manifold::{Room, least};
 use crate::pairs::{Want, two_cores};
 use linkwork_multibody::spatial::{Pose, Vec3};
 use std::cell::Cell;

@@ -1,9 +1,10 @@
 //! Distances of colliders: one pair, the closest pair, all pairs.
 
 use super::{Probe, Whereabouts, before, solid};
-use crate::colliders::{ColliderId, Colliders};
+use crate::colliders::Colliders;
+use crate::contact_points::least;
 use crate::core::Placed;
-use crate::manifold::least;
+use crate::item::ColliderId;
 use crate::near::{Near, near};
 use crate::pairs::{Ask, Want, pair};
 use crate::query::{Closest, Distance};

@@ -1,8 +1,9 @@
 //! Obstacles from sensor data: points of clouds and cells of maps that change between queries without rebuilding.
 
 use super::{Probe, ball};
-use crate::colliders::{ColliderId, Colliders};
+use crate::colliders::Colliders;
 use crate::error::ShapeFault;
+use crate::item::ColliderId;
 use crate::pieces::Pieces;
 use crate::shape::Occupancy;
 use crate::solid::{Kind, Solid};

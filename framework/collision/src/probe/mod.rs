@@ -12,9 +12,10 @@
 mod distance;
 mod live;
 
-use crate::colliders::{ColliderId, Colliders};
+use crate::colliders::Colliders;
+use crate::contact_points::{Most, Room};
 use crate::core::{Core, Placed};
-use crate::manifold::{Most, Room};
+use crate::item::ColliderId;
 use crate::near::exact;
 use crate::pairs::close;
 use crate::pieces::{self, matrix};

@@ -17,9 +17,11 @@ mod ridge;
 mod tests;
 
 use crate::axis::{Axis, BIAS, Source};
+use crate::contact_points::Point;
+use crate::contact_points::least;
+use crate::contact_points::{Room, corner};
 use crate::core::{Core, Placed};
-use crate::manifold::Point;
-use crate::manifold::{EQUAL, Room, SLACK, across, convex, corner, least, over_triangle, settle};
+use crate::manifold::{EQUAL, SLACK, across, convex, over_triangle, settle};
 use crate::surface::{Facet, LEAN, Surface};
 use linkwork_multibody::spatial::Vec3;
 use ridge::{apart, ridge};

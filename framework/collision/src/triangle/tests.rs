@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 use super::{TOUCH, Tile, general, short};
+use crate::contact_points::{Point, Room};
 use crate::core::{Core, Placed};
-use crate::manifold::{Point, Room};
 use crate::pairs::{Want, surface};
 use crate::shape::Shape;
 use crate::solid::{Kind, Solid};

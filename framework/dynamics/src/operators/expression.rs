@@ -4,6 +4,7 @@
 //! become coefficients of a sum, a transposed product is the product of the transposed factors, and a transposed sum stays a sum with a star.
 
 use super::error::{Operand, OperatorError};
+use super::side::Side;
 use super::snapshot::Snapshot;
 use super::sweeps::Symbol;
 use std::fmt;
@@ -40,19 +41,6 @@ impl fmt::Display for Space {
             Space::Hinges(nv) => write!(f, "nv = {nv}"),
             Space::Nodes(_) => write!(f, "6·nodes = {}", self.size()),
         }
-    }
-}
-
-/// A symbol, or its transpose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Side {
-    Plain,
-    Transposed,
-}
-
-impl Side {
-    pub fn flip(self) -> Self {
-        if self == Side::Plain { Side::Transposed } else { Side::Plain }
     }
 }
 

@@ -8,7 +8,8 @@
 //! ```
 
 use super::error::OperatorError;
-use super::expression::{Expr, Operator, Side};
+use super::expression::{Expr, Operator};
+use super::side::Side;
 use super::sweeps::Symbol;
 
 use Side::{Plain, Transposed};

@@ -27,6 +27,7 @@ mod error;
 mod expression;
 mod inverse;
 mod product;
+mod side;
 mod snapshot;
 mod sweeps;
 
@@ -37,8 +38,9 @@ pub use product::Scratch;
 use crate::error::DynamicsError;
 use crate::tree::Tree;
 use crate::work::Workspace;
-use expression::{Expr, Side};
+use expression::Expr;
 use linkwork_multibody::NodeId;
+use side::Side;
 use snapshot::{Articulation, Snapshot};
 use std::sync::Arc;
 use sweeps::Symbol;

@@ -4,7 +4,8 @@
 //! visits s · links links.
 
 use super::error::OperatorError;
-use super::expression::{Expr, Operator, Side, Sound, Space};
+use super::expression::{Expr, Operator, Sound, Space};
+use super::side::Side;
 use super::sweeps::Sweep;
 use linkwork_spatial::nalgebra::DMatrix;
 use std::ops::Mul;

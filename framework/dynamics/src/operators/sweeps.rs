@@ -8,7 +8,7 @@
 //! K x    y(p) = Σ_k φ(p,k) G(k) x(k)                     K* x           y(k) = G*(k) φ*(p,k) x(p)
 //! ```
 
-use super::expression::Side;
+use super::side::Side;
 use super::snapshot::{LinkAt, Snapshot};
 use linkwork_spatial::nalgebra::{Matrix6, Vector6};
 use linkwork_spatial::{Force, Motion, Vec3};

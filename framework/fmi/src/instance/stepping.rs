@@ -7,17 +7,11 @@
 //! A unit with event mode stops at its own events; the rest of the communication step continues from there.
 
 use super::{Instance, Kind, Result, ended, failure, there};
-use crate::unit::{Functions, Unit};
-use linkwork_formats::fmi::FmiVersion;
+use crate::unit::Functions;
+use crate::unit::has_events;
 
 /// Largest number of passes of one event, and of events in one communication step.
 const MOST: usize = 10_000;
-
-/// Returns whether a co-simulation unit is run with event mode.
-pub(crate) fn has_events(unit: &Unit) -> bool {
-    let d = &unit.description;
-    d.version == FmiVersion::V3 && d.co_simulation.as_ref().is_some_and(|i| i.event_mode)
-}
 
 impl Instance {
     /// Returns whether it is run with event mode. Discrete inputs are then set between [`Instance::enter_event`] and [`Instance::handle_event`].

@@ -11,6 +11,7 @@
 //! Rejected with position and remedy: ungridded tables of more variables, splines, scripts. Elements without an effect (authors, provenance,
 //! uncertainty) are listed as not used. Values are in the units of the file.
 
+mod axis;
 mod check;
 mod mathml;
 mod read;

@@ -1,8 +1,9 @@
 //! Reads the elements of a DAVE-ML file into a [`DaveModel`] and collects mistakes.
 
+use super::axis::{Axis, Way};
 use super::mathml::{Expression, Formulas};
 use super::scattered::Scattered;
-use super::table::{Axis, DIMENSIONS, Function, Grid, Way};
+use super::table::{DIMENSIONS, Function, Grid};
 use super::{DaveModel, DaveVariable, Making, Role, Shot, ShotValue};
 use crate::FormatError;
 use crate::error::{FaultKind, FileFault, FilePlace};

@@ -7,7 +7,7 @@
 //! The triangulation is Delaunay's; for points on one circle it is one of several. The search for a triangle goes from one to the next, towards x, in
 //! about √n of n steps, without allocation.
 
-use super::table::Axis;
+use super::axis::Axis;
 use spade::{DelaunayTriangulation, Point2, Triangulation};
 use std::collections::BTreeMap;
 
@@ -164,7 +164,7 @@ impl Scattered {
 
 #[cfg(test)]
 mod tests {
-    use super::super::table::Way;
+    use super::super::axis::Way;
     use super::*;
 
     fn axis(variable: usize) -> Axis {

@@ -11,16 +11,13 @@
 //! default for another, except that of `general`. A positive b₂ of a position servo is a damping ratio ζ: b₂ = −2 ζ √(kp m), with m = 1 / (J M⁻¹ Jᵀ),
 //! J = dl/dν, at the reference configuration.
 
-use super::defaults::MAIN;
+use super::defaults::{ACTUATORS, MAIN};
 use super::tendon::Lengths;
 use super::{Mj, word};
 use crate::read::Cx;
 use crate::xml::Element;
 use crate::{Actuator, Description, Device, DeviceKind, Length, Term};
 use std::collections::BTreeMap;
-
-/// Supported elements of actuators.
-pub(super) const ACTUATORS: [&str; 5] = ["general", "motor", "position", "velocity", "damper"];
 
 /// Values of an actuator.
 #[derive(Clone)]

@@ -8,6 +8,7 @@
 //! Joints that can share a hinge become one chain of subhinges; where D moves the anchor of a later hinge, a massless body is inserted.
 
 use super::defaults::MAIN;
+use super::inside::Inside;
 use super::{Classed, Mj};
 use crate::error::FaultKind;
 use crate::read::{Cx, root_body};
@@ -29,14 +30,6 @@ pub(super) struct Site<'e> {
 pub(super) struct JointRef {
     pub reference: f64,
     pub scalar: bool,
-}
-
-/// An element inside a body, with the frames that contain it.
-pub(super) struct Inside<'e> {
-    pub e: &'e Element,
-    /// Pose of the frames in the body.
-    pub pose: Pose,
-    pub class: &'e str,
 }
 
 /// A body that is not read yet.

@@ -3,7 +3,6 @@
 //! A class starts as a copy of the class that contains it; its own attributes then replace the copied ones. Later sections therefore change neither
 //! earlier classes nor their children. An element with an orientation in one form replaces the orientation of its class in every form.
 
-use super::actuator::ACTUATORS;
 use crate::error::FaultKind;
 use crate::read::Cx;
 use crate::xml::Element;
@@ -14,6 +13,9 @@ pub(super) const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "euler", "xyaxe
 
 /// The class of elements that do not name one.
 pub(super) const MAIN: &str = "main";
+
+/// Supported elements of actuators.
+pub(super) const ACTUATORS: [&str; 5] = ["general", "motor", "position", "velocity", "damper"];
 
 /// Supported elements of a class, besides actuators.
 const READ: [&str; 6] = ["joint", "geom", "site", "mesh", "equality", "tendon"];

@@ -4,8 +4,8 @@
 //! m = density · volume, unless the mass is given       J = Σ over geoms, about the body's frame
 //! ```
 
-use super::body::Inside;
 use super::collide::moving_surface;
+use super::inside::Inside;
 use super::orientation::turn_of_z;
 use super::{Classed, FromGeoms, Mj};
 use crate::error::{FaultKind, FilePlace};

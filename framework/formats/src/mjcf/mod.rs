@@ -14,6 +14,7 @@ mod defaults;
 mod equality;
 mod geom;
 mod include;
+mod inside;
 mod keyframe;
 mod mesh;
 mod orientation;

@@ -6,7 +6,7 @@
 //! ```
 
 use super::Mj;
-use super::body::Inside;
+use super::inside::Inside;
 use crate::Description;
 use crate::read::Cx;
 use linkwork_multibody::{Multibody, SubhingeKind};

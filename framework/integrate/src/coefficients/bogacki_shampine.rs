@@ -1,6 +1,6 @@
 //! Bogacki, Shampine: A 3(2) pair of Runge–Kutta formulas. Applied Mathematics Letters 2 (1989) 321–325.
 use super::interpolation::hermite;
-use crate::method::Explicit;
+use crate::tableau::Explicit;
 
 const B: [f64; 4] = [2.0 / 9.0, 1.0 / 3.0, 4.0 / 9.0, 0.0];
 const DENSE: [[f64; 3]; 4] = hermite(B, 3);

@@ -2,7 +2,7 @@
 //! Mathematics 6 (1980) 19–26; continuous extension of order 4 by Shampine (1986) as in DOPRI5 of
 //! Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, section II.6.
 use super::interpolation::quartic;
-use crate::method::Explicit;
+use crate::tableau::Explicit;
 
 const B: [f64; 7] =
     [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0, 0.0];

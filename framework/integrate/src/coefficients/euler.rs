@@ -1,5 +1,5 @@
 //! Explicit Euler, order 1.
-use crate::method::Explicit;
+use crate::tableau::Explicit;
 
 /// x₊ = x + h f(t, x), with linear interpolation.
 pub const EULER: Explicit = Explicit {

@@ -1,7 +1,7 @@
 //! The classical Runge–Kutta method of order 4 (Kutta 1901; Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, section II.1), with
 //! cubic Hermite interpolation.
 use super::interpolation::hermite;
-use crate::method::Explicit;
+use crate::tableau::Explicit;
 
 /// Weights, and a stage at the end for the interpolant.
 const B: [f64; 5] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0, 0.0];

@@ -1,7 +1,7 @@
 //! Steinebach: Order-reduction of ROW-methods for DAEs and method of lines applications. Preprint 1741,
 //! TH Darmstadt (1995): RODASP, six stages, L-stable, stiffly accurate. Coefficients as in
 //! RODAS of Hairer, Wanner, Solving Ordinary Differential Equations II, section IV.7, method 3.
-use crate::method::Rosenbrock;
+use crate::tableau::Rosenbrock;
 
 /// Order 4 with an error estimate of order 3, also on semi-discretised parabolic problems.
 pub const RODAS_4P: Rosenbrock = Rosenbrock {

@@ -4,7 +4,7 @@
 //!
 //! This published set has smaller weights than others (largest 32; the revision of 2024 has 14 782), so that round-off stays small at the tight
 //! tolerances for which the method is used.
-use crate::method::Explicit;
+use crate::tableau::Explicit;
 
 const B: [f64; 13] = [
     0.04427989419007951,

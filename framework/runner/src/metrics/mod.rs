@@ -6,7 +6,7 @@ mod quantiles;
 mod statistics;
 
 use crate::balance::{Balance, Saved};
-use crate::prepare::condition;
+use crate::conditions::condition;
 use linkwork_assembly::{Metric, MetricOf, Take};
 use linkwork_runtime::{
     Condition, Fault, Observer, Place, Plan, PortKind, Simulation, Stretch, Times, Unit, Wanted,

@@ -19,6 +19,7 @@ mod dense;
 mod error;
 mod gauss_seidel;
 mod lanes;
+mod largest;
 mod law;
 mod layout;
 mod lemke;

@@ -14,6 +14,7 @@
 //! The natural map is a velocity (m/s or rad/s): the error of the velocity after, or the change of velocity if the impulse were corrected. `velocity`
 //! is the scale of the problem; by default the largest |b|, or 1 if all are 0. residual × velocity is in m/s.
 
+use super::largest::larger;
 use super::layout::Layout;
 use super::problem::{Cone, Problem};
 use wide::f64x4;
@@ -59,14 +60,6 @@ pub(crate) fn measure(problem: &Problem, layout: &mut Layout, lambda: &[[f64; 4]
         complementarity: work / problem.scale / impulse,
         violation: violation / impulse,
         velocity: problem.scale,
-    }
-}
-
-/// Updates a maximum, and keeps NaN.
-#[inline(always)]
-pub(crate) fn larger(most: &mut f64, x: f64) {
-    if !(x.abs() <= *most) && !most.is_nan() {
-        *most = x.abs();
     }
 }
 

@@ -6,13 +6,16 @@
 //! ```
 
 use super::FullyAugmentedError;
-use super::joint::join;
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::{BodyId, Multibody, SubhingeKind};
 use linkwork_spatial::nalgebra::Vector6;
 use linkwork_spatial::{Mat3, RigidInertia, Vec3};
 
 type V6 = Vector6<f64>;
+
+pub(super) fn join(n: &Vec3, f: &Vec3) -> V6 {
+    V6::new(n.x, n.y, n.z, f.x, f.y, f.z)
+}
 
 /// A moving body and the bodies welded to it.
 #[derive(Clone, Debug)]

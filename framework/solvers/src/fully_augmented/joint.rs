@@ -12,7 +12,7 @@
 //! ```
 //! θ̈_a are coordinates with rotors: unknowns with separate inertia I_a. θ̈_p are prescribed.
 
-use super::bodies::State;
+use super::bodies::{State, join};
 use linkwork_multibody::{Body, Coordinate, SubhingeKind};
 use linkwork_spatial::nalgebra::Vector6;
 use linkwork_spatial::{Mat3, Pose, Vec3};
@@ -255,8 +255,4 @@ fn columns(kind: &SubhingeKind, h: &Vec3, R: &Mat3, r: &Vec3, out: &mut [V6]) ->
         SubhingeKind::Locked => {}
     }
     kind.nv()
-}
-
-pub(super) fn join(n: &Vec3, f: &Vec3) -> V6 {
-    V6::new(n.x, n.y, n.z, f.x, f.y, f.z)
 }

@@ -1,7 +1,7 @@
 //! Computes G and γ of each block of rows from the states of the bodies.
 
 use super::closing::{self, End};
-use super::joint::{self, Role};
+use super::joint::Role;
 use super::{FullyAugmentedSolver, V6};
 use crate::constrained::{Report, Stabilisation, greater};
 use linkwork_dynamics::{Tree, Workspace};
@@ -73,7 +73,7 @@ impl FullyAugmentedSolver {
                 row.rate -= gap.rate;
                 row.bias -= gap.acceleration;
             }
-            let w = joint::join(&row.n, &row.f);
+            let w = super::bodies::join(&row.n, &row.f);
             for (anchor, sign) in sides {
                 let Some(g) = anchor.body.and_then(|b| self.of[b.index()]) else { continue };
                 let w = self.states[g].gathered(&w, &B.p) * sign;

@@ -3,8 +3,6 @@ use super::machine::{COUPLING, Machine};
 use super::{DRIVE, RollingError, WheelLoad};
 use linkwork_spatial::{Mat3, Vec3};
 
-/// Maximum number of balances while wheels reach their limits, and relative change of the resistance at which the iteration stops.
-pub const LIMITS: (usize, f64) = (50, 1e-6);
 /// If rims slide faster than this (m/s) and faster than [`FASTER`] times the fastest rim rotates, the forces cannot be balanced.
 const SLIDES: f64 = 1.0;
 const FASTER: f64 = 3.0;

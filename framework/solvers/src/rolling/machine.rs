@@ -1,5 +1,4 @@
 //! One vehicle: rows of its wheels and couplings, and the motions that they permit.
-use super::balance::LIMITS;
 use super::contact::{self, Footing, footing};
 use super::small::Symmetric;
 use super::{DRIVE, RollingError, RollingGround, SETTLES, Traction, Vehicle, WheelLoad};
@@ -9,6 +8,8 @@ use linkwork_spatial::nalgebra::Matrix6;
 
 /// Weight of a coupling (rad) relative to the gap of a wheel (m), so that couplings are exact where wheels are not.
 pub const COUPLING: f64 = 100.0;
+/// Maximum number of balances while wheels reach their limits, and relative change of the resistance at which the iteration stops.
+pub const LIMITS: (usize, f64) = (50, 1e-6);
 /// Elements of a twist (angular, linear) in the order of the root's unknowns: x, y, heading, height, roll, pitch.
 const TWIST: [usize; 2 * DRIVE] = [3, 4, 2, 5, 0, 1];
 

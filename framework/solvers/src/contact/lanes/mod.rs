@@ -18,8 +18,8 @@ mod law;
 #[cfg(test)]
 mod tests;
 
+use super::largest::larger;
 use super::problem::Problem;
-use super::residual::larger;
 pub(crate) use colours::Colours;
 use colours::SIX;
 use law::Law;

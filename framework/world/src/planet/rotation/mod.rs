@@ -1,13 +1,13 @@
 //! Rotation of planets: orientation and angular velocity over time.
 
 mod earth;
+mod earth_parameters;
 mod iau;
 mod orientation;
 mod pck;
 
-pub use earth::{
-    Earth, EarthParameters, earth_rotation_angle, eme2000_to_gcrs, gcrs_to_itrs, teme_to_gcrs,
-};
+pub use earth::{Earth, earth_rotation_angle, eme2000_to_gcrs, gcrs_to_itrs, teme_to_gcrs};
+pub use earth_parameters::EarthParameters;
 pub use iau::{IauRotation, IauTerm};
 pub use orientation::EarthOrientation;
 pub use pck::PckConstants;

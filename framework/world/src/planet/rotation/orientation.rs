@@ -10,7 +10,7 @@
 //! does not have leap seconds. Tides with periods of a day and less (0.05 ms of UT1, 0.5 mas of the pole: a few centimetres on the ground) are
 //! missing in all these files and are neglected.
 
-use super::earth::EarthParameters;
+use super::earth_parameters::EarthParameters;
 use crate::error::WorldError;
 use crate::planet::Epoch;
 use std::f64::consts::TAU;
