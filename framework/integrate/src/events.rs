@@ -14,9 +14,9 @@
 //!
 //! 1. Evaluate g at a few samples. A change of side between two neighbours brackets a crossing.
 //! 2. If a parabola through two neighbours on one side and a third sample has an extremum towards zero between the two, search for this extremum. If
-//! it lies beyond zero, there are two crossings. Two crossings that are closer than the time tolerance count as a touch.
+//!    it lies beyond zero, there are two crossings. Two crossings that are closer than the time tolerance count as a touch.
 //! 3. Narrow a bracket to the time tolerance with ITP (Oliveira, Takahashi: An enhancement of the bisection method average performance preserving
-//! minmax optimality. ACM Transactions on Mathematical Software 47 (2020) 5:1–24), which never needs more than one evaluation more than bisection.
+//!    minmax optimality. ACM Transactions on Mathematical Software 47 (2020) 5:1–24), which never needs more than one evaluation more than bisection.
 //!
 //! Excursions that lie wholly between samples and do not bend the parabola are not detected.
 

@@ -4,8 +4,8 @@
 //! Σᵢ bᵢ Φᵢ(τ) = 1/γ(τ)      Φᵢ([τ₁ … τₘ]) = Πₗ Σⱼ aᵢⱼ Φⱼ(τₗ)      γ(τ) = |τ| Π γ(τₗ)
 //! Σᵢ bᵢ(θ) Φᵢ(τ) = θ^|τ| / γ(τ)            for the dense output
 //! ```
-//! The conditions are from Hairer, Nørsett, Wanner I, section II.2, and for Rosenbrock methods from II, section IV.7: a vertex with one branch has α
-//! + γ in place of a, others α.
+//! The conditions are from Hairer, Nørsett, Wanner I, section II.2, and for Rosenbrock methods from II, section IV.7: a vertex with one branch has
+//! α + γ in place of a, others α.
 use linkwork_integrate::{Explicit, METHODS, Method, Rosenbrock};
 
 /// A rooted tree: the subtrees on its root, by index in the list.

@@ -1,4 +1,4 @@
-//! Ball hinges with limits and springs, springs of coordinates, and restitution at limits, as a file has them. The cases: dimforge/rapier #379,
+//! Ball hinges with limits and springs, springs of coordinates, and restitution at limits, as written in files. The cases: dimforge/rapier #379,
 //! gazebosim/sdformat #860, DanielChappuis/reactphysics3d #242.
 use crate::common;
 use linkwork_runtime::{Seconds, Simulation};
@@ -22,7 +22,7 @@ fn angles(sim: &Simulation) -> [f64; 3] {
     [whole, tilt, twist.abs()]
 }
 
-/// A stick that stands on a ball hinge falls over, or turns about itself: with contact it stays within its limit, whichever it is.
+/// A stick that stands on a ball hinge falls over, or rotates about itself: with contact it stays within each kind of limit.
 #[test]
 fn a_ball_hinge_keeps_its_limits() {
     let limit = 40.0_f64.to_radians();
@@ -42,13 +42,14 @@ fn a_ball_hinge_keeps_its_limits() {
             until(&mut sim, f64::from(k) * 0.01);
             most = most.max(angles(&sim)[which]);
         }
-        // It may pass by the slop of 1e-4 rad.
+        // It may exceed the limit by the slop of 1e-4 rad.
         assert!((most - limit).abs() < 1e-3, "{limits}: {most} {limit}");
     }
 }
 
-/// Without contact the usual stop follows from the inertia along the direction in which the limit is passed: the sticks above, whose inertias are 0.091 and
-/// 0.001 kg m², pass their limits by no more than `5 v step + 50 a step²` of FORMAT.md. The stop of the least inertia let the first through by 9 degrees.
+/// Without contact the default stop follows from the inertia along the direction in which the limit is exceeded. The sticks above, with inertias of
+/// 0.091 and 0.001 kg m², exceed their limits by at most `5 v step + 50 a step²` of FORMAT.md. A stop from the smallest inertia let the first exceed
+/// it by 9 degrees.
 #[test]
 fn the_usual_stop_of_a_ball_holds_in_every_direction() {
     let limit = 40.0_f64.to_radians();
@@ -76,7 +77,8 @@ fn the_usual_stop_of_a_ball_holds_in_every_direction() {
     }
 }
 
-/// A ball with a spring turns about a main axis as a torsion pendulum: φ = φ₀ cos √(k/I) t; a pin with one about its rest; a slider too.
+/// A ball with a spring rotates about a principal axis as a torsion pendulum: φ = φ₀ cos √(k/I) t; a pin with a spring about its rest angle; a slider
+/// too.
 #[test]
 fn springs_at_hinges_swing_with_their_frequency() {
     let text = |hinge: &str, initial: &str| {
@@ -107,7 +109,7 @@ fn springs_at_hinges_swing_with_their_frequency() {
     assert!((slider.get("b.displacement").unwrap() - want).abs() < 1e-8);
 }
 
-/// A bar without gravity meets a limit at rate 2: it comes back with e times that, so e² of the energy, by impulses and by a soft stop.
+/// A bar without gravity hits a limit at rate 2 and returns with e times this rate, so with e² of the energy, by impulses and with a soft stop.
 #[test]
 fn restitution_at_a_limit_returns_its_part_of_the_energy() {
     for e in [0.0, 0.4, 0.8, 1.0] {

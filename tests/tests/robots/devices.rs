@@ -1,4 +1,4 @@
-//! Actuators, tendons, sensors and `gravcomp` of an MJCF file as parts, against simulations of MuJoCo 4.0 (RK4, 0.5 ms).
+//! Actuators, tendons, sensors and `gravcomp` of an MJCF file as parts, compared with simulations of MuJoCo 4.0 (RK4, 0.5 ms).
 use crate::common::in_folder;
 use linkwork_runtime::{Seconds, Simulation};
 
@@ -35,7 +35,8 @@ fn arm(text: &str, more: &str) -> Result<Simulation, String> {
     in_folder(&file)
 }
 
-/// Controls, and what MuJoCo has at 0.5 s and 1 s: coordinates, rates, gyro, accelerometer, velocimeter, place of the tip, length of the belt, force of `pull`.
+/// Controls, and MuJoCo's results at 0.5 s and 1 s: coordinates, rates, gyro, accelerometer, velocimeter, position of the tip, length of the belt,
+/// force of `pull`.
 #[test]
 fn an_arm_with_actuators_and_tendons_moves_as_in_mujoco() {
     let mut sim = arm(ARM, "").unwrap_or_else(|e| panic!("{e}"));

@@ -1,12 +1,12 @@
-//! Ball hinges driven by ports (`actuators.ball_drive`), and surfaces whose velocity a port drives (`actuators.belt`): closed forms, MuJoCo, and what
-//! is rejected.
+//! Ball hinges driven by ports (`actuators.ball_drive`), and surfaces whose velocity a port drives (`actuators.belt`): closed forms, MuJoCo, and
+//! errors.
 use super::loads::{GRAVITY, near, sim, three, until};
 use crate::common;
 use linkwork_runtime::Simulation;
 
 const SUPPLY: &str = r#""Supply": (model: "power.ideal_supply", params: { "voltage": 24 }), "Zero": (model: "basics.constant", params: { "value": 0 })"#;
 
-/// A body on a ball at its centre of mass, turned by `angle` about an axis, with a drive of these parameters.
+/// A body on a ball at its centre of mass, rotated by `angle` about an axis, with a drive of these parameters.
 fn turned(axis: usize, angle: f64, params: &str, more: &str) -> Simulation {
     let mut q = [0.0, 0.0, 0.0, (0.5 * angle).cos()];
     q[axis] = (0.5 * angle).sin();
@@ -52,7 +52,7 @@ fn a_driven_ball_swings_as_a_spherical_spring_and_damper() {
     }
 }
 
-/// Beyond its limit the drive turns the body with the acceleration τ_max/I; without a supply the body is free.
+/// At its torque limit the drive rotates the body with the acceleration τ_max/I; without a supply the body is free.
 #[test]
 fn a_driven_ball_keeps_to_its_greatest_torque() {
     let more = r#"integrator: "rk4", step: "1 ms""#;
@@ -94,7 +94,7 @@ fn a_driven_ball_moves_as_in_mujoco() {
     }
 }
 
-/// A wanted rotation and rate come by wires: with damping the body comes to rest at the rotation that a target of 1 rad about x says.
+/// Commanded rotation and rate come from connections: with damping the body comes to rest at the target rotation of 1 rad about x.
 #[test]
 fn a_driven_ball_goes_to_its_target() {
     let mut sim = sim(&format!(
@@ -115,11 +115,11 @@ fn a_driven_ball_goes_to_its_target() {
     until(&mut sim, 8.0);
     near(angle_about(&sim, 0), 1.0, 1e-9);
     near(sim.get("Drive.error").unwrap(), 0.0, 1e-9);
-    // Torques inside of a machine do not change its angular momentum.
+    // Internal torques do not change the angular momentum of the mechanism.
     near(sim.get("arm.rate").unwrap(), 0.0, 1e-9);
 }
 
-/// A box of 1 kg on a belt that runs at a t; `contact` is what the simulation says of contact.
+/// A box of 1 kg on a belt with speed a t; `contact` is the contact field of the simulation.
 fn on_belt(acceleration: f64, contact: &str) -> Simulation {
     sim(&format!(
         r#"Simulation(bodies: {{
@@ -133,7 +133,7 @@ fn on_belt(acceleration: f64, contact: &str) -> Simulation {
     ))
 }
 
-/// A belt that accelerates by more than μ g leaves the box behind, which reaches μ g t; one that accelerates by less takes it along.
+/// A belt that accelerates by more than μ g leaves the box behind, whose speed is μ g t; one that accelerates less takes it along.
 #[test]
 fn a_belt_carries_a_box_by_friction() {
     let compliant =
@@ -152,7 +152,7 @@ fn a_belt_carries_a_box_by_friction() {
     }
 }
 
-/// What cannot be meant is rejected with the remedy.
+/// Meaningless input is rejected with the remedy.
 #[test]
 fn senseless_drives_of_balls_and_belts_are_refused() {
     let scene = |hinge: &str, shape: &str, part: &str, wire: &str| {

@@ -18,8 +18,8 @@ fn until(sim: &mut Simulation, ms: u64) {
     sim.run_until(Seconds { num: ms, den: 1000 }).unwrap();
 }
 
-/// Small rolling about the shortest axis c, in the plane of the axis a. The contact point moves ρ θ with the radius of curvature ρ = a²/c, so that
-/// the potential is m g (ρ − c) θ²/2, and the body turns about the contact point: ω² = m g (a²/c − c) / (m (a² + c²)/5 + m c²).
+/// Small rolling about the shortest axis c, in the plane of the axis a. The contact point moves by ρ θ with the radius of curvature ρ = a²/c, so the
+/// potential is m g (ρ − c) θ²/2, and the body rotates about the contact point: ω² = m g (a²/c − c) / (m (a² + c²)/5 + m c²).
 #[test]
 fn an_ellipsoid_rocks_with_the_frequency_of_its_curvature() {
     let radii = [0.3, 0.2, 0.1];
@@ -28,7 +28,7 @@ fn an_ellipsoid_rocks_with_the_frequency_of_its_curvature() {
         let a = radii[k];
         let omega = (G * (a * a / c - c) / ((a * a + c * c) / 5.0 + c * c)).sqrt();
         let start = 0.01;
-        // The height of the centre over the lowest point, exact.
+        // The exact height of the centre over the lowest point.
         let (sin, cos) = f64::sin_cos(start);
         let height = (a * a * sin * sin + c * c * cos * cos).sqrt();
         let initial =
@@ -52,7 +52,7 @@ fn an_ellipsoid_rocks_with_the_frequency_of_its_curvature() {
     }
 }
 
-/// Dropped in any attitude, with rolling friction, it ends on the end of its shortest axis: the centre is at half of it.
+/// Dropped in any attitude, with rolling friction, it comes to rest on the end of its shortest axis, with the centre at half of its length.
 #[test]
 fn an_ellipsoid_comes_to_rest_on_its_shortest_axis() {
     for rpy in [[0.4, 1.1, 0.3], [1.5, 0.2, 2.0], [0.0, 1.5, 0.0]] {
@@ -66,7 +66,8 @@ fn an_ellipsoid_comes_to_rest_on_its_shortest_axis() {
         until(&mut sim, 20_000);
         let [z, v] = ["egg.position.z", "egg.velocity.z"].map(|n| sim.get(n).unwrap());
         println!("{rpy:?}: {z}");
-        // Rolling friction holds the body where the restoring moment m g (ρ − c) θ is below 4 mm times m g; its centre is then less than 0.1 mm higher (ρ = b²/c).
+        // Rolling friction holds the body where the restoring moment m g (ρ − c) θ is below 4 mm times m g; its centre is then less than 0.1 mm
+        // higher (ρ = b²/c).
         assert!((z - 0.1).abs() < 2e-4 && v.abs() < 1e-3, "{rpy:?}: {z} {v}");
     }
 }

@@ -1,7 +1,8 @@
-//! The simulations of tasks with noise in what is seen and errors in the models of controllers: small ones they stand, and
-//! of those that are too large they say that the task was not done.
+//! The task simulations with noise in measurements and errors in the controllers' models: small ones must not cause failure, and with too large ones
+//! the run must report that the task failed.
 //!
-//! `noise`, `believed`, `mass_believed` are parameters of all of them by these names (`noise` of the place of the work in m, of the attitude of what stands in rad).
+//! `noise`, `believed`, `mass_believed` are parameters with these names in all of them (`noise` of the work's position in m, of the attitude of fixed
+//! objects in rad).
 
 use crate::common;
 use linkwork_assembly::{Options, load_file};
@@ -17,14 +18,15 @@ const TASKS: [&str; 8] = [
     "legged_stand",
 ];
 
-/// Success as told, and all metrics.
+/// Success as reported, and all metrics.
 fn run(task: &str, set: &[&str]) -> bool {
     let metrics = common::metrics(task, set).unwrap_or_else(|e| panic!("{task} {set:?}: {e}"));
     println!("{task} {set:?}: {metrics:#.3?}");
     metrics["success"] > 0.5
 }
 
-/// A condition counts 1 while it holds: at the end, ever, always, for what share of the time; in a phase that has not all of its variables it does not hold.
+/// A condition counts as 1 while it holds: at the end, ever, always, or as a fraction of time. In a phase that lacks any of its variables it does not
+/// hold.
 #[test]
 fn a_condition_is_a_metric() {
     let text = |when: &str| {
@@ -65,7 +67,7 @@ fn every_task_has_noise_and_model_error_as_parameters_and_tells_success() {
         let mut said = Vec::new();
         for set in ["noise=-1", "mass_believed=-1", "mass=-1"] {
             options.overrides = vec![set.into()];
-            // Out of their ranges: they are there.
+            // Out of their ranges, which shows that the parameters exist.
             let refused = load_file(folder.join("sim.ron"), &options).err();
             said.push(refused.unwrap_or_else(|| panic!("{task} takes {set}")).render(false));
         }

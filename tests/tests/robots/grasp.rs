@@ -1,5 +1,4 @@
-//! Bodies that are taken and let go while the run goes on: with loops, couplings and contact in play, and
-//! with a body that bends.
+//! Bodies that are grasped and released during the run: with active loops, couplings and contact, and with a flexible body.
 use linkwork_dynamics::{Workspace, kinematics, kinetic_energy, momentum};
 use linkwork_runtime::{Role, Seconds, Simulation};
 
@@ -9,8 +8,7 @@ fn seconds(x: f64) -> Seconds {
     Seconds::from_decimal(x).unwrap()
 }
 
-/// A hand on a rail with two coupled fingers and a four-bar linkage on its back, lifted by a jet; a box
-/// that stands on the floor.
+/// A hand on a rail with two coupled fingers and a four-bar linkage on its back, lifted by a jet; a box that stands on the floor.
 const GRIPPER: &str = r#"Simulation(
     bodies: {
         "hand": (parent: "world", at: (position: [0, 0, 1]), hinge: Chain(Slider([0, 0, 1]), Pin([0, 0, 1])), mass: 10, inertia: [0.2, 0.2, 0.1], initial: (coordinates: [0, 0], rates: [0.1, 0.4]),
@@ -83,21 +81,21 @@ fn a_box_is_grasped_lifted_and_dropped_with_a_loop_a_coupling_and_contact_in_pla
             let after = books(&sim);
             let moves = sim.take_moves();
             println!("{} {moves:?}", sim.phase());
-            // Vertical momentum and angular momentum about the rail, which the rail does not take.
-            // A step of 1 ms of weight and thrust lies between at most.
+            // Vertical momentum, and angular momentum about the rail, which the rail does not absorb. The difference is at most one step of 1 ms of
+            // weight and thrust.
             for k in [2, 5] {
                 let change = (after.0[k] - before.0[k]).abs();
                 assert!(change < 0.2, "{} {k}: {change}", sim.phase());
             }
             if sim.phase() == "held" {
-                // The box took part in the motion of the hand, and energy was lost.
+                // The box moved with the hand, and energy was lost.
                 assert!(after.1 < before.1);
                 assert_eq!(sim.get("box.velocity.z").unwrap(), 0.0);
                 held = Some(poses(&sim, "box"));
             }
         }
         if sim.phase() == "held" {
-            // Held where it was, to rounding.
+            // Held at its pose, up to round-off.
             for (a, b) in poses(&sim, "box").iter().zip(held.unwrap()) {
                 assert!((a - b).abs() < 1e-12);
             }
@@ -142,7 +140,7 @@ fn cuts_leave_no_trace_while_things_are_grasped() {
     assert_eq!(sim.state(), straight.state());
 }
 
-/// Two free bodies of which one bends part while they tumble and vibrate.
+/// Two free bodies, one of them flexible, separate while they tumble and vibrate.
 #[test]
 fn a_flexible_boom_separates_and_loses_nothing() {
     let text = r#"Simulation(
@@ -188,7 +186,7 @@ fn a_flexible_boom_separates_and_loses_nothing() {
             assert!(far(before.0.0, after.0) < 1e-11, "{:?} {after:?}", before.0);
             let kept: Vec<f64> = modes.iter().map(|m| sim.get(m).unwrap()).collect();
             let moved = shape.iter().zip(&kept).map(|(a, b)| (a - b).abs());
-            // The step to the event lies between.
+            // The difference is the step to the event.
             assert!(moved.fold(0.0, f64::max) < 5e-2, "{shape:?} {kept:?}");
         }
     }
@@ -213,7 +211,7 @@ fn meeting(closing: &str) -> String {
         phases: {
             "apart": (to: { "joined": "time > 0.2 s" }),
             "joined": (loops: { "weld": (a: "tug/port", b: "box/grip", CLOSING) }, to: { "later": "time > 1.7 s" }),
-            // The loop goes on: its gap, too.
+            // The loop continues, and so does its gap.
             "later": (like: "joined", step: "2 ms"),
         },
     )"#;
@@ -224,7 +222,7 @@ fn lanes(sim: &Simulation, name: &str) -> Vec<f64> {
     (0..6).map(|k| sim.get(&format!("Mechanism.weld.{name}[{k}]")).unwrap()).collect()
 }
 
-/// Where frame B is seen from frame A: place, and columns of the rotation.
+/// Returns frame B in frame A: position, and columns of the rotation.
 fn between(sim: &Simulation) -> (linkwork_spatial::Vec3, linkwork_spatial::Quat) {
     let m = sim.plan().mechanism().unwrap();
     let (nq, nv) = (m.multibody.nq(), m.multibody.nv());
@@ -236,7 +234,7 @@ fn between(sim: &Simulation) -> (linkwork_spatial::Vec3, linkwork_spatial::Quat)
     (X.position, X.rotation)
 }
 
-/// Over a time nothing jumps, the gap follows its closed form, it is the gap that the bodies have, and no momentum is lost.
+/// Over a closing time nothing jumps, the gap follows its closed form and equals that of the bodies, and momentum is conserved.
 #[test]
 fn a_loop_closes_over_a_time_without_a_jump() {
     let mut ends = Vec::new();
@@ -251,7 +249,7 @@ fn a_loop_closes_over_a_time_without_a_jump() {
             let before = (poses(&sim, "box"), common::get(&sim, "box.velocity"));
             sim.step_event().unwrap();
             if phase == "apart" && sim.phase() == "joined" {
-                // The step to the event lies between the rows: 1 ms of these velocities.
+                // The step to the event is between the samples: 1 ms of these velocities.
                 let after = (poses(&sim, "box"), common::get(&sim, "box.velocity"));
                 let jump = before.0.iter().zip(after.0).map(|(a, b)| (a - b).abs());
                 assert!(jump.fold(0.0, f64::max) < 1e-3 && (before.1 - after.1).norm() < 1e-3);
@@ -287,7 +285,7 @@ fn a_loop_closes_over_a_time_without_a_jump() {
     assert!(apart < 1e-9, "constraint_methods agree: {apart}");
 }
 
-/// As found the bodies stay as they were to each other, in an inelastic impact; at once they jump together.
+/// With `AsFound` the bodies keep their relative pose, in an inelastic impact; with `AtOnce` they jump together.
 #[test]
 fn a_loop_holds_its_ends_as_they_are_found() {
     let mut sim =

@@ -1,5 +1,5 @@
-//! Impacts with restitution as a user writes them. The cases are public reports of other simulators: dimforge/rapier #630
-//! (cradle), moorepants/learn-multibody-dynamics #110 (row of boxes), newton-physics/newton #1137 (a box dropped flat).
+//! Impacts with restitution as users write them. The cases are public issue reports of other simulators: dimforge/rapier #630 (cradle),
+//! moorepants/learn-multibody-dynamics #110 (row of boxes), newton-physics/newton #1137 (a box dropped flat).
 use crate::common;
 use linkwork_runtime::{Seconds, Simulation};
 
@@ -20,8 +20,8 @@ fn get(sim: &Simulation, name: &str) -> f64 {
 
 const GRAVITY: &str = r#"parts: { "Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -9.81] }) }"#;
 
-/// Five balls on rods, restitution 1, no friction: one goes up for one that comes down, and after 10 s the energy is
-/// that at the start. Before, it was 0.39 of it at 0.5 ms.
+/// Five balls on rods, restitution 1, no friction: one ball rises for each one that falls, and after 10 s the energy equals the initial one. Before,
+/// it was 0.39 of it at 0.5 ms.
 #[test]
 fn a_cradle_swings_on() {
     for step in STEPS {
@@ -82,7 +82,7 @@ fn a_row_of_boxes_passes_on_its_speed() {
     }
 }
 
-/// A box and a cylinder on its side from 1 m: e v0 less what gravity takes until 0.5 s, and no rotation.
+/// A box and a cylinder on its side from 1 m: e v0 minus the effect of gravity until 0.5 s, and no rotation.
 #[test]
 fn what_falls_flat_comes_up_flat() {
     for e in [0.5, 0.8, 1.0] {
@@ -103,7 +103,7 @@ fn what_falls_flat_comes_up_flat() {
             let want = e * 9.81 * fall - 9.81 * (0.5 - fall);
             for name in ["box", "side"] {
                 let v = get(&sim, &format!("{name}.velocity.z"));
-                // Semi-implicit Euler is up to a step late.
+                // Semi-implicit Euler is up to one step late.
                 let most = 1.6 * 9.81 * step as f64 * 1e-4;
                 assert!((v - want).abs() < most, "{name}, e {e}, {step}: {v} {want}");
                 for axis in ["x", "y", "z"] {

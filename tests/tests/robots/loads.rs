@@ -1,6 +1,6 @@
-//! Loads of hinges, forces between pairs of bodies, resistance to rolling and spinning, belts: as files of users have them,
-//! with what metrics, logs and wires read. The cases: reactions (drake #11723, #292, #12769; bullet3 #406, #2966; box2d.c #160),
-//! rolling friction and belts (nphysics #204; cannon.js #256; dart #473; bullet3 #4188; gz-physics #569).
+//! Hinge loads, forces between pairs of bodies, resistance to rolling and spinning, and belts, as in users' files, read by metrics, logs and
+//! connections. The cases: reactions (drake #11723, #292, #12769; bullet3 #406, #2966; box2d.c #160), rolling friction and belts (nphysics #204;
+//! cannon.js #256; dart #473; bullet3 #4188; gz-physics #569).
 use crate::common;
 use linkwork_runtime::{Seconds, Simulation};
 
@@ -23,7 +23,7 @@ pub(super) fn near(a: f64, b: f64, tolerance: f64) {
     assert!((a - b).abs() <= tolerance, "{a} is not {b} within {tolerance}");
 }
 
-/// A pendulum let go at 90 degrees; how its pin is made, and what else the simulation says.
+/// A pendulum released at 90 degrees, with variants of its pin and of the simulation.
 fn pendulum(more: &str) -> String {
     format!(
         r#"Simulation(bodies: {{
@@ -53,7 +53,7 @@ fn the_pin_of_a_pendulum_carries_three_times_its_weight() {
     }
 }
 
-/// Metrics find the largest force inside steps, at rows of 50 ms too.
+/// Metrics find the largest force inside steps, also with samples of 50 ms.
 #[test]
 fn metrics_and_conditions_see_reactions_inside_steps() {
     let metrics = r#"step: "50 ms", integrator: "verner_87",
@@ -65,7 +65,7 @@ fn metrics_and_conditions_see_reactions_inside_steps() {
     near(found["angle"], (40.0_f64 / 58.86).acos(), 1e-4);
 }
 
-/// The same pin as a loop of a free body: the free hinge carries nothing, and a welded sensor at the world carries what the loop does.
+/// The same pin as a loop of a free body: the free hinge has zero load, and a welded sensor at the world carries the load of the loop.
 #[test]
 fn loops_carry_what_hinges_do_not() {
     for solve in ["Embed", "Augment"] {
@@ -84,14 +84,13 @@ fn loops_carry_what_hinges_do_not() {
             let [x, _, z] = three(&sim, "post.reaction_force");
             let pin = [0, 1, 2].map(|i| sim.get(&format!("Mechanism.pin.force[{i}]")).unwrap());
             let size = pin.iter().map(|f| f * f).sum::<f64>().sqrt();
-            // The post carries its weight and what the bob pulls with.
+            // The post carries its weight and the pull of the bob.
             near((x * x + (z - 5.0 * 9.81).powi(2)).sqrt(), size, 1e-8);
         }
     }
 }
 
-/// A locked hinge carries its bodies without taking part: the motion is bit-identical with and without the measurement, and no
-/// coordinate appears.
+/// A locked hinge measures the load of its bodies without adding coordinates: the motion is bit-identical with and without the measurement.
 #[test]
 fn a_locked_hinge_reports_its_load_and_changes_nothing() {
     let text = |reaction: &str| {
@@ -114,7 +113,7 @@ fn a_locked_hinge_reports_its_load_and_changes_nothing() {
     assert!(told.help.contains("`reaction: true`"), "{told:?}");
 }
 
-/// A crank that a profile turns: its effort is inverse dynamics, m r² α + m g r cos φ.
+/// A crank that follows a profile: its effort equals inverse dynamics, m r² α + m g r cos φ.
 #[test]
 fn a_prescribed_crank_reports_the_torque_that_it_takes() {
     let text = format!(
@@ -133,7 +132,7 @@ fn a_prescribed_crank_reports_the_torque_that_it_takes() {
     }
 }
 
-/// A box that leans on two others: the force on it is the sum of those of its pairs, and pairs are opposite.
+/// A box that leans on two others: the force on it is the sum of those of its pairs, and the forces of a pair are opposite.
 #[test]
 fn pairs_of_bodies_share_the_contact_force_of_each() {
     for contact in ["", "compliant: true, "] {
@@ -164,7 +163,7 @@ fn pairs_of_bodies_share_the_contact_force_of_each() {
     }
 }
 
-/// The case of the cannon.js and bullet users: a ball that rolls and one that spins come to rest, and a belt carries a box.
+/// The cases of cannon.js and bullet users: a rolling and a spinning ball come to rest, and a belt carries a box.
 #[test]
 fn rolling_and_spinning_friction_and_belts_are_fields() {
     let text = format!(
@@ -191,7 +190,7 @@ fn rolling_and_spinning_friction_and_belts_are_fields() {
     near(sim.get("spin.angular.z").unwrap(), 0.0, 1e-9);
 }
 
-/// What cannot be meant is refused with its place.
+/// Meaningless input is rejected with its location.
 #[test]
 fn senseless_loads_and_pairs_are_refused() {
     let scene = |contact: &str, body: &str| {

@@ -1,4 +1,4 @@
-//! The simulations of closed loops and of contact do what their READMEs say.
+//! The simulations of closed loops and of contact agree with their READMEs.
 use linkwork_runtime::{Seconds, Simulation};
 
 use crate::common;
@@ -9,7 +9,7 @@ fn sim(path: &str) -> Simulation {
     common::scene(&text, &[]).unwrap_or_else(|e| panic!("{path}: {e}"))
 }
 
-/// Greatest value of each variable over a run, sampled every `ms` milliseconds.
+/// Returns the largest value of each variable over a run, sampled every `ms` milliseconds.
 fn greatest(sim: &mut Simulation, seconds: u64, ms: u64, of: &[&str]) -> Vec<f64> {
     let mut worst = vec![f64::NEG_INFINITY; of.len()];
     for k in 1..=seconds * 1000 / ms {
@@ -77,7 +77,7 @@ fn the_peg_goes_in() {
     assert!(depth < -0.15, "stuck at {depth}");
 }
 
-/// Closing loops, bending and touching allocate nothing once memory has its size.
+/// Closing loops, flexible bodies and contact do not allocate once memory has its size.
 #[test]
 fn stepping_allocates_nothing() {
     for (path, seconds) in [

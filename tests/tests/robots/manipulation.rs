@@ -1,5 +1,5 @@
-//! What the simulations of robot arms say in their READMEs: a button, a drill, a handset, a key and a door, a beam between two arms, a wire, a wheel;
-//! and a quadruped that stands.
+//! The simulations of robot arms agree with their READMEs: a button, a drill, a handset, a key and a door, a beam between two arms, a wire, a wheel;
+//! and a standing quadruped.
 use linkwork_runtime::Simulation;
 
 use crate::common;
@@ -12,7 +12,7 @@ fn get(sim: &Simulation, name: &str) -> f64 {
     sim.get(name).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Runs until the arm is done or has failed, and looks at each row; seconds that it took.
+/// Runs until the arm succeeds or fails, and checks each sample. Returns the duration in seconds.
 fn work(sim: &mut Simulation, longest: f64, look: impl FnMut(&Simulation)) -> f64 {
     work_of(sim, "Arm", longest, look)
 }
@@ -34,8 +34,8 @@ fn work_of(
     sim.time()
 }
 
-/// The button clicks at 3 mm; what the finger feels there is preload and spring, 2.2 N, and the friction's 0.05 N. Where the
-/// controller believes the button 5 mm nearer or farther, it finds it by touch all the same.
+/// The button clicks at 3 mm; the force on the finger there is preload and spring, 2.2 N, and 0.05 N of friction. If the controller assumes the
+/// button 5 mm nearer or farther, it still finds it by touch.
 #[test]
 fn the_button_is_found_by_touch_and_clicks() {
     for wrong in [0.0, -0.005, 0.005] {
@@ -50,7 +50,7 @@ fn the_button_is_found_by_touch_and_clicks() {
             }
         });
         let (way, force) = click.unwrap();
-        // Slowly pressed: the spring's force, friction and 2 N s/m of damping at some mm/s.
+        // Pressed slowly: the spring's force, friction and 2 N s/m of damping at some mm/s.
         let spring = 400.0 * (way + 0.0025);
         println!("{wrong}: {:.2} N at {:.2} mm, to {:.2} mm", force, 1e3 * way, 1e3 * travel);
         assert!((force - spring).abs() < 0.5, "{force} N, spring {spring} N");
@@ -59,7 +59,7 @@ fn the_button_is_found_by_touch_and_clicks() {
     }
 }
 
-/// The hole is as deep as the plate is thick, and the drill cut it by its own law: work of the spindle is the cut's.
+/// The hole is as deep as the plate is thick, and the work of the spindle equals that of the cutting model.
 #[test]
 fn the_drill_goes_through_and_stops_at_its_depth() {
     let mut sim = load("drill/sim.ron", &[]);
@@ -75,7 +75,7 @@ fn the_drill_goes_through_and_stops_at_its_depth() {
         }
     });
     assert!((get(&sim, "Cut.state.hole") - 4e-3).abs() < 1e-5);
-    // 60 N: f = 2 (60 − 15)/(K D) a turn, at 120 rad/s; the tip's damper takes a little of the thrust.
+    // 60 N: f = 2 (60 − 15)/(K D) per revolution, at 120 rad/s; the tip's damper takes a small part of the thrust.
     let feed = 2.0 * 45.0 / (0.8e9 * 6e-3) * 120.0 / std::f64::consts::TAU;
     let mean = fed.iter().sum::<f64>() / fed.len() as f64;
     println!(
@@ -88,7 +88,7 @@ fn the_drill_goes_through_and_stops_at_its_depth() {
     assert!(most < 80.0 && side < 15.0 && deep > 6e-3 && deep < 9e-3, "{most} {side} {deep}");
 }
 
-/// Carried it weighs nothing for the controller's errors; let go it lies on the cradle with its weight.
+/// While it is carried, its weight does not cause control errors; when released, its weight is on the cradle.
 #[test]
 fn the_handset_is_hung_up_and_stays_there() {
     let mut sim = load("hang_up_phone/sim.ron", &[]);
@@ -111,8 +111,8 @@ fn the_handset_is_hung_up_and_stays_there() {
     assert!(get(&sim, "handset.velocity.z").abs() < 1e-6);
 }
 
-/// The key turns by 90°, the door goes with the hand as far as the arm leads it, and the key stays in the lock. An arm that
-/// believes the lock 1 mm beside gives way.
+/// The key rotates by 90°, the door moves with the hand as far as the arm leads it, and the key stays in the lock. An arm that assumes the lock 1 mm
+/// off complies.
 #[test]
 fn the_key_turns_and_the_door_opens() {
     for wrong in [0.0, 1e-3] {
@@ -120,7 +120,7 @@ fn the_key_turns_and_the_door_opens() {
         let mut sim = load("key_and_door/sim.ron", &[&believed]);
         let (mut most, mut turned, mut early) = (0.0_f64, 0.0_f64, 0.0_f64);
         work(&mut sim, 20.0, |s| {
-            // From where the key goes into the lock, which stands beside: the loop closes over a time.
+            // From where the key enters the displaced lock: the loop closes over a time.
             if get(s, "Arm.Controller.index") > 1.5 {
                 most = most.max(get(s, "Arm.Controller.push"));
             }
@@ -139,8 +139,8 @@ fn the_key_turns_and_the_door_opens() {
     }
 }
 
-/// Two palms carry a beam of 8 kg: both press as hard as friction needs, which the forces of the simulated grip say as well, no
-/// joint comes near to its limit, and it lies where it was to be put, also when they stood up to 5 mm beside or believe it to weigh 1 kg less.
+/// Two palms carry a beam of 8 kg. Both press as hard as friction needs, as the forces of the simulated grip confirm; all joints stay far from their
+/// limits; and the beam ends at its target, also if it starts up to 5 mm off or is assumed 1 kg too light.
 #[test]
 fn two_arms_carry_a_beam_between_their_palms() {
     let at = |x: f64, y: f64, z: f64| format!("believed=[{x}, {y}, {z}]");
@@ -179,11 +179,11 @@ fn two_arms_carry_a_beam_between_their_palms() {
             1e3 * error
         );
         assert!(carried > 700 && needs < 0.6 && told < 0.6 / 1.3 + 1e-6, "{needs} {told}");
-        // As its page says: 0.43 as it is, 0.1 mm, and 0.7 mm when it is believed to be 1 kg too light.
+        // As in the README: 0.43 nominally, 0.1 mm, and 0.7 mm when it is assumed 1 kg too light.
         let light = set.starts_with("mass");
         assert!(share < 0.8 && error < if light { 7.5e-4 } else { 1.5e-4 }, "{share} {error}");
         assert!(light || (needs - 0.43).abs() < 5e-3, "{needs}");
-        // Where it is put is measured from where it was believed to be, and it is in the hands where it was.
+        // Its target is relative to the assumed pose, and its pose in the hands to the real one.
         assert!((x - 0.35).abs() < 8e-3 && y.abs() < 8e-3 && (z - 0.2795).abs() < 1e-3);
         assert!(
             (turned - 15.0).abs() < 0.5 && i.abs() < 2e-3 && j.abs() < 2e-3,
@@ -193,8 +193,8 @@ fn two_arms_carry_a_beam_between_their_palms() {
     }
 }
 
-/// A finger closes the trimmers: the edges take what shearing the wire takes, 62 MPa of 3.14 mm², the arm feels nothing of it, and the end that
-/// was cut off lies on the table. A finger that is too weak dents the wire.
+/// A finger closes the trimmers: the cutting force equals the shear strength of the wire, 62 MPa times 3.14 mm², the arm does not feel it, and the
+/// cut end lies on the table. A finger that is too weak only dents the wire.
 #[test]
 fn the_wire_is_cut_and_its_end_drops() {
     for (set, grip) in
@@ -217,7 +217,7 @@ fn the_wire_is_cut_and_its_end_drops() {
         });
         let cut = get(&sim, "Cut.cut");
         println!("{set}: {cut:.3}, {most:.1} N, push {push:.2} N, shoulder {torque:.2?} N m");
-        // Of the 6.6 N m about the pin the arm feels nothing; what it feels is the handle that swings.
+        // The arm does not feel the 6.6 N m about the pin, only the swinging handle.
         assert!(push < 3.0 && torque[1] - torque[0] < 1.0, "{push} {torque:?}");
         if grip < 50.0 {
             let least = 62e6 * std::f64::consts::PI * 1e-6;
@@ -225,7 +225,7 @@ fn the_wire_is_cut_and_its_end_drops() {
             continue;
         }
         let strength = 62e6 * std::f64::consts::PI * 1e-6;
-        // The force of cutting is that of the wire's strength; it is larger for a moment when the edges meet the wire.
+        // The cutting force follows from the wire's strength; it is larger for a moment when the edges hit the wire.
         assert!((inside / strength - 1.0).abs() < 0.02, "{inside} of {strength}");
         assert!(cut == 1.0 && most > strength && most < 1.15 * strength, "{most} of {strength}");
         assert_eq!(sim.phase(), "cut");
@@ -238,8 +238,7 @@ fn the_wire_is_cut_and_its_end_drops() {
     }
 }
 
-/// The wheel comes onto the hub with a push, and each nut ends on its stud as far as the hand knows where that is: along the
-/// studs it feels it.
+/// The wheel is pushed onto the hub, and each nut ends on its stud within the hand's position accuracy; along the studs the hand feels contact.
 #[test]
 fn a_wheel_is_mounted_and_five_nuts_are_put_on() {
     let beside = "believed=[0.548, 0.002, 0.379]";
@@ -253,14 +252,14 @@ fn a_wheel_is_mounted_and_five_nuts_are_put_on() {
                 let [x, y, z] = [0, 1, 2].map(|k| get(s, &format!("Mechanism.grip.force[{k}]")));
                 needs = needs.max(x.hypot(z) / y);
             } else if s.phase() != "waiting" {
-                // The wheel is on the hub, and they are told to ignore each other: nothing presses.
+                // The wheel is on the hub, and their pair is ignored, so they do not press on each other.
                 let force = common::get(s, "hub.contact_force").norm();
                 assert!(force == 0.0, "{force} N in {}", s.phase());
                 mounted += 1;
             }
         });
         assert!(mounted > 1000, "{mounted}");
-        // As its page says.
+        // As in the README.
         assert!(set == beside || (needs - 0.54).abs() < 5e-3, "{needs}");
         let turned = get(&sim, "hub.angle").to_degrees();
         println!(
@@ -274,14 +273,15 @@ fn a_wheel_is_mounted_and_five_nuts_are_put_on() {
             let most = if set == beside { 6e-4 } else { 4e-4 };
             assert!((p.y - off[0]).abs() < most && (p.z - off[1]).abs() < most, "{p}");
         }
-        // 70 mm before the face, as thick as half of it is.
+        // 70 mm in front of the face, minus half its thickness.
         let wheel = common::get(&sim, "wheel.position");
         assert!((wheel.x + 0.07).abs() < 5e-4 && (wheel.y - off[0]).abs() < 5e-4, "{wheel}");
     }
 }
 
-/// A quadruped stands up, is pushed to the left with 8 N for 0.2 s, sways, and its feet stay where they stood, but for the rolling of their balls; with a trunk that is a third heavier
-/// than it believes, and on ground that is as slippery as it believes, too. Pushed with 12 N it loses two feet for a moment and stands again; with 20 N it falls, and says so.
+/// A quadruped stands up, is pushed to the left with 8 N for 0.2 s and sways; its feet stay in place, except for the rolling of their spheres. This
+/// also works with a trunk a third heavier than assumed, and on slippery ground as assumed. Pushed with 12 N two feet lift for a moment; with 20 N it
+/// falls and reports this.
 #[test]
 fn a_quadruped_stands_up_is_pushed_and_stays() {
     let settings = ["push=8", "mass=1.6 mass_believed=1.2", "friction=0.6", "push=12", "push=20"];
@@ -332,7 +332,7 @@ fn a_quadruped_stands_up_is_pushed_and_stays() {
             assert!(stands < 0.5 && inside < 0.0);
             continue;
         }
-        // The metrics of its page that are no metrics of the file.
+        // Numbers in its README that are not metrics of the file.
         let page = match set {
             "push=8" => Some([(pushed, 0.017), (side[1], 0.031), (moved, 2e-3)]),
             "push=12" => Some([(moved, 0.033); 3]),

@@ -1,4 +1,4 @@
-//! Arms, hands and legs: what they take, carry and press.
+//! Arms, hands and legs: grasping, carrying and pressing.
 
 mod balls;
 mod devices;

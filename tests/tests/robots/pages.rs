@@ -1,20 +1,20 @@
-//! What the pages of the simulations of tasks say: each metric to its last digit.
+//! The READMEs of the task simulations: checks each number to its last digit.
 
 use crate::common;
 
-/// Metrics of a run, and sentences of the page of which each has `#` where a metric stands.
+/// Metrics of a run, and sentences of the README with `#` in place of each number.
 fn says(task: &str, set: &[&str], sentences: &[(&str, &str)]) {
     let metrics = common::metrics(task, set).unwrap_or_else(|e| panic!("{task} {set:?}: {e}"));
     println!("{task} {set:?}: {metrics:#.4?}");
     let page = linkwork_tests::root().join("sims").join(task).join("README.md");
     let page = std::fs::read_to_string(page).unwrap();
-    // Lines of a page end anywhere.
+    // Lines of the README may break anywhere.
     let page = page.split_whitespace().collect::<Vec<&str>>().join(" ");
     let mut wrong = Vec::new();
     for (metric, sentence) in sentences {
         let value = metrics.get(*metric).unwrap_or_else(|| panic!("{task}: no metric `{metric}`"));
         let (before, after) = sentence.split_once('#').unwrap();
-        // Where words before and after stand about a number.
+        // Positions where the words before and after a number match.
         let between = |(at, _): (usize, &str)| {
             let rest = &page[at + before.len()..];
             let number = &rest[..rest.find(after)?];
@@ -25,7 +25,7 @@ fn says(task: &str, set: &[&str], sentences: &[(&str, &str)]) {
             continue;
         };
         let digits = number.split_once('.').map_or(0, |n| n.1.len() as i32);
-        // Half of the last digit, and a rounding on the edge.
+        // Half of the last digit, plus tolerance for rounding at the edge.
         if !((said - value.abs()).abs() <= 0.5000001 * 10f64.powi(-digits)) {
             wrong.push(format!("`{metric}` is {value:.4}, the page says {number} in `{sentence}`"));
         }

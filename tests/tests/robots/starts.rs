@@ -1,4 +1,4 @@
-//! How machines with loops and couplings start: what is written stays, the rest follows, whatever `solve` says.
+//! Initial states of mechanisms with loops and couplings: written values stay, the others follow, for every `solve`.
 use crate::common;
 use linkwork_assembly::{Look, Options, load_text, show_faults};
 use linkwork_runtime::{Files, Simulation};
@@ -22,7 +22,7 @@ fn values<const N: usize>(sim: &Simulation, names: [&str; N]) -> [f64; N] {
 
 const SOLVES: [&str; 3] = ["Auto", "Embed", "Augment"];
 
-/// A gear pair b = 2 a with what is written for each.
+/// A gear pair b = 2 a with the values written for each.
 fn gears(a: &str, b: &str, solve: &str) -> Result<Simulation, String> {
     started(&format!(
         r#"Simulation(gravity: "none",
@@ -34,8 +34,8 @@ fn gears(a: &str, b: &str, solve: &str) -> Result<Simulation, String> {
     ))
 }
 
-/// Simbody #221, dairlib PR 134: a gear pair of which one is given a rate, or an angle. The other follows, and both were zero, or less, by
-/// the method that solves the coupling.
+/// Simbody #221, dairlib PR 134: a gear pair with a written rate, or angle, of one member. The other must follow; both used to be zero, or smaller,
+/// depending on the method that solves the coupling.
 #[test]
 fn what_is_written_for_one_gear_stays_and_the_other_follows() {
     for solve in SOLVES {
@@ -85,7 +85,7 @@ fn a_gripper_opens_with_its_driver() {
     }
 }
 
-/// A slider-crank with r = 0.1 m and l = 0.4 m, and what is written for crank, rod and piston.
+/// A slider-crank with r = 0.1 m and l = 0.4 m, and the values written for crank, rod and piston.
 fn slider_crank(initial: [&str; 3], solve: &str) -> Result<Simulation, String> {
     let [crank, rod, piston] = initial;
     started(&format!(
@@ -100,7 +100,7 @@ fn slider_crank(initial: [&str; 3], solve: &str) -> Result<Simulation, String> {
     ))
 }
 
-/// The crank stays where it is written, and at its rate; rod and piston follow on the branch that the file is near to.
+/// The crank keeps its written position and rate; rod and piston follow on the branch nearest to the file.
 #[test]
 fn a_slider_crank_starts_at_its_crank_on_the_branch_that_is_near() {
     let (crank, rate) = ((-40.0_f64).to_radians(), 3.0);
@@ -134,7 +134,7 @@ fn a_slider_crank_starts_at_its_crank_on_the_branch_that_is_near() {
     }
 }
 
-/// What cannot be kept is an error with the numbers and where they are written; a value that is rounded moves by that.
+/// Contradictory values are an error with the numbers and their locations; a rounded value is adjusted.
 #[test]
 fn values_that_do_not_fit_together_are_refused_with_those_that_do() {
     let error = |a: &str, b: &str| gears(a, b, "Auto").err().unwrap();
@@ -153,7 +153,7 @@ fn values_that_do_not_fit_together_are_refused_with_those_that_do() {
         e.contains("rates that are written") && e.contains("`a` 3.000000, `b` 5.000000"),
         "{e}"
     );
-    // The one that is only near gives way.
+    // The value that is only approximate is adjusted.
     let near = r#"initial: (angle: "50 deg", approximate: true),"#;
     let sim = gears(r#"initial: (angle: "30 deg"),"#, near, "Auto").unwrap();
     let [a, b] = values(&sim, ["a.angle", "b.angle"]);
@@ -161,13 +161,13 @@ fn values_that_do_not_fit_together_are_refused_with_those_that_do() {
     let sim = gears("initial: (angle: 0.33333),", "initial: (angle: 0.66667),", "Auto").unwrap();
     let [a, b] = values(&sim, ["a.angle", "b.angle"]);
     assert!((b - 2.0 * a).abs() < 1e-12 && (a - 0.33333).abs() < 1e-5, "{a} {b}");
-    // What cannot be reached at all: the piston is beyond the crank and the rod.
+    // Infeasible: the piston is beyond the reach of crank and rod.
     let e = slider_crank(["", "", r#"initial: (position: "60 cm"),"#], "Auto").err().unwrap();
     assert!(e.contains("do not fit loop `wrist`") && e.contains("`piston` 0.600000"), "{e}");
 }
 
-/// A later phase begins where its bodies are, whatever their `initial` says of the start, and the impact that couples them shares their
-/// momentum by their inertias, whatever `solve` says.
+/// A later phase starts where its bodies are, independent of their `initial`, and the impact that couples them distributes their momentum by their
+/// inertias, for every `solve`.
 #[test]
 fn a_later_phase_begins_where_its_bodies_are() {
     for solve in SOLVES {
@@ -186,7 +186,7 @@ fn a_later_phase_begins_where_its_bodies_are() {
         let mut sim = started(&text).unwrap();
         sim.run_until(common::seconds(1.0)).unwrap();
         let [a, b, va, vb] = values(&sim, ["a.angle", "b.angle", "a.rate", "b.rate"]);
-        // One part of the inertia meets three at rest; angles continue from 1 and 0.5.
+        // One part of the inertia couples to three parts at rest; angles continue from 1 and 0.5.
         assert!((va - 0.25).abs() < 1e-9 && (vb - 0.25).abs() < 1e-9, "{solve}: {va} {vb}");
         assert!((a - 1.125).abs() < 1e-9 && (b - 0.625).abs() < 1e-9, "{solve}: {a} {b}");
     }

@@ -1,4 +1,4 @@
-//! `sims/arm_placement`: an arm on a rover presses an instrument on a rock with the force that it is told.
+//! `sims/arm_placement`: an arm on a rover presses an instrument on a rock with the commanded force.
 use linkwork_runtime::Simulation;
 
 use crate::common;
@@ -21,7 +21,7 @@ fn carried(sim: &Simulation) -> f64 {
 /// Weight of rover, bracket, arm (of its URDF file) and instrument, N.
 const WEIGHT: f64 = (899.0 + 1.0 + 21.1 + 0.6) * 3.72076;
 
-/// Means in the last two seconds of pressing: the force on the instrument, and the load of all wheels; N.
+/// Means over the last two seconds of pressing: the force on the instrument, and the load of all wheels; N.
 fn pressed(set: &[&str]) -> [f64; 2] {
     let mut sim =
         common::repository("arm_placement/sim.ron", set).unwrap_or_else(|e| panic!("{e}"));
@@ -54,7 +54,7 @@ fn the_instrument_is_pressed_with_the_force_that_is_told_wherever_the_rock_is() 
     ] {
         let [force, wheels] = pressed(set);
         assert!((force / wanted - 1.0).abs() < 0.02, "{set:?}: {force} N, not {wanted} N");
-        // What the rock carries the wheels do not.
+        // The wheels do not carry the part carried by the rock.
         let off = wheels + force - WEIGHT;
         assert!(off.abs() < 0.5, "{set:?}: {off} N more than the weight");
     }

@@ -1,4 +1,4 @@
-//! A rover that sees for itself, with all of its dynamics: `sims/rover_navigation`.
+//! Autonomous navigation of a rover with its full dynamics: `sims/rover_navigation`.
 use linkwork_runtime::{Seconds, Simulation};
 
 use crate::common;
@@ -21,17 +21,16 @@ fn get(sim: &Simulation, port: &str) -> f64 {
 fn it_drives_by_what_it_sees() {
     let mut sim = rover(&[]);
     run(&mut sim, 60);
-    // A picture a second, taken in from the row after it was taken.
+    // One image per second, processed from the sample after it was taken.
     assert_eq!(get(&sim, "pictures"), 60.0);
     assert!(get(&sim, "mapped") > 150.0, "{}", get(&sim, "mapped"));
     assert_eq!(get(&sim, "status"), 1.0);
-    // 80 m at the start; 0.25 m/s on ground that is nearly free.
+    // 80 m at the start; 0.25 m/s on ground that is almost free.
     let left = get(&sim, "distance");
     assert!(left < 70.0, "{left}");
 }
 
-/// By kinematics, among many rocks: what it sees keeps it off those that are too high, and when it takes all ground for good it drives
-/// over one.
+/// With kinematics, among many rocks: perception keeps it off rocks that are too high; if it takes all ground as safe, it drives over one.
 #[test]
 fn what_it_came_over_is_told() {
     const MODE: [&str; 5] =
@@ -40,7 +39,7 @@ fn what_it_came_over_is_told() {
     let mut sees = rover(&MODE);
     run(&mut sees, 110);
     assert_eq!(truth(&sees, "Body.touched"), 0.0);
-    // It has come over some: a rock of Golombek's on each few square metres.
+    // It has driven over some: one rock of Golombek's distribution on each few square metres.
     assert!(truth(&sees, "Body.highest") > 0.1);
     let blind = ["step=5", "roughness=5", "slope=1.5"].map(|p| format!("{NAV}.{p}"));
     let mut drives = rover(&[&MODE[..], &blind.each_ref().map(String::as_str)[..]].concat());
@@ -52,12 +51,12 @@ fn what_it_came_over_is_told() {
 
 #[test]
 fn without_sight_it_stands() {
-    // It sees nothing of the ground: all ranges are beyond its reach.
+    // It does not observe the ground, because all ranges are beyond the sensor's limit.
     let mut sim = rover(&["Rover.NavigationSoftware.Camera.reach=0.1"]);
     run(&mut sim, 30);
     assert_eq!(get(&sim, "mapped"), 0.0);
     let left = get(&sim, "distance");
-    // Ground that was not seen is not driven on: it leaves the free ground around its start by no more than an arc.
+    // Unobserved ground is avoided: it leaves the free area around its start by at most one arc.
     assert!(left > 75.0, "{left}");
 }
 

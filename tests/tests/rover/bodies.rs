@@ -1,12 +1,12 @@
-//! The rover's wheels meet bodies: parked on a slab it holds, it rolls on it as on rigid ground, and no edge is a jolt.
+//! The rover's wheels on bodies: it stays parked on a slab, rolls on it as on rigid ground, and edges do not cause jolts.
 use linkwork_runtime::Simulation;
 
 use crate::common;
 
-/// The rover on a slab whose top rises by `slope` (deg) along x and is `height` (m) above the ground at x = 0; `bodies` beside it.
+/// The rover on a slab whose top rises by `slope` (deg) along x and is `height` (m) above the ground at x = 0; with additional `bodies`.
 fn on_slab(slope: f64, waypoint: f64, tyres: &str, bodies: &str) -> Simulation {
     let (sin, cos) = slope.to_radians().sin_cos();
-    // The chassis is 0.751 m above what its wheels stand on, the slab's middle 0.1 m below its top.
+    // The chassis is 0.751 m above the surface under its wheels, the slab's middle 0.1 m below its top.
     let (top, up) = (1.5, 0.7505);
     let text = format!(
         r#"Simulation(
@@ -44,7 +44,7 @@ fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 
-/// Of a wheel: a number of its contact with bodies.
+/// Returns a number of a wheel's contact with bodies.
 fn wheel(sim: &Simulation, k: usize, port: &str) -> f64 {
     sim.get(&format!("Rover.Hardware.Wheels.Wheel{k}/wheel.{port}")).unwrap()
 }
@@ -63,7 +63,7 @@ fn parked_on_a_body_it_does_not_creep() {
         });
         println!("{slope}°: {speed:.2e} m/s; loads {loads:.0?} N");
         assert!(speed < 1e-6, "{slope}: {speed} m/s");
-        // The slab carries it alone, and says so.
+        // Only the slab carries it, as the outputs state.
         let mass = sim.plan().clone().mechanism().unwrap().multibody.total_mass();
         let weight = mass * 3.72076 * cos;
         let sum: f64 = loads.iter().sum();
@@ -80,7 +80,8 @@ fn parked_on_a_body_it_does_not_creep() {
     }
 }
 
-/// How smoothly it drives between two times (s): the range of the chassis' height (m), and the greatest change of a wheel's load in one step (N).
+/// Returns the smoothness of driving between two times (s): the range of the chassis' height (m), and the largest change of a wheel's load in one
+/// step (N).
 fn smoothness(sim: &mut Simulation, from: f64, to: f64, load: &str) -> (f64, f64) {
     until(sim, from);
     let height = sim.variable("Rover.Hardware.Chassis/chassis.position.z").unwrap().place;
@@ -127,7 +128,7 @@ fn it_rolls_on_a_body_as_on_rigid_ground() {
 
 #[test]
 fn it_drives_over_planks_without_a_jolt_and_through_them_when_told() {
-    // Square, across, and along under a wheel.
+    // Square, transverse, and longitudinal under a wheel.
     let planks = r#"
         "square": (parent: "world", at: (position: [2.2, 0, 1.515]), shapes: [(shape: Box([0.4, 4, 0.03]), collide: (friction: 0.7), name: "plank")]),
         "across": (parent: "world", at: (position: [3.4, 0, 1.515], rotation: (rpy: [0, 0, "25 deg"])), shapes: [(shape: Box([0.3, 5, 0.03]), collide: (friction: 0.7), name: "plank")]),
@@ -135,10 +136,10 @@ fn it_drives_over_planks_without_a_jolt_and_through_them_when_told() {
     let mut sim = on_slab(0.0, 7.0, "", planks);
     let (lifted, jolt) = smoothness(&mut sim, 3.0, 26.0, "/wheel.contact_force.z");
     println!("lifted by {lifted:.4} m, load by {jolt:.0} N a step, at {} m", chassis(&sim)[0]);
-    // A wheel that comes to an edge of 3 cm at 0.25 m/s is hit by it; what a step of 1 ms changes stays a part of its load of 600 N.
+    // A wheel that meets an edge of 3 cm at 0.25 m/s gets an impact; the change in a step of 1 ms stays a fraction of its load of 600 N.
     assert!(chassis(&sim)[0] > 4.5, "{:?}", chassis(&sim));
     assert!(lifted > 0.015 && jolt < 600.0, "{lifted} {jolt}");
-    // Wheels that are told to pass bodies fall through the slab, and its chassis lies on it.
+    // Wheels that ignore bodies fall through the slab, and the chassis lies on it.
     let mut sim = on_slab(0.0, 0.0, r#""tyres": false"#, "");
     until(&mut sim, 3.0);
     assert!(chassis(&sim)[2] < 1.6, "{:?}", chassis(&sim));
@@ -161,7 +162,7 @@ fn a_wheel_that_its_model_and_its_shape_carry_is_told() {
     );
 }
 
-/// A loaded wheel that is led along x over a yard of rocks at 0.2 m/s and may rise and fall: its hub's height at each millimetre, and its load.
+/// A loaded wheel is led along x over rocks at 0.2 m/s, free to rise and fall: returns its hub's height at each millimetre, and its load.
 fn led(length: f64, wheel: &str, part: &str) -> Vec<[f64; 2]> {
     let text = format!(
         r#"Simulation(
@@ -195,7 +196,7 @@ fn led(length: f64, wheel: &str, part: &str) -> Vec<[f64; 2]> {
 
 #[test]
 fn by_its_shape_alone_a_wheel_meets_the_ground_as_by_its_model() {
-    // The model's three discs are the middles of strips of its width, those of a shape reach from end to end.
+    // The model's three discs are the middles of strips of its width; those of a shape span its whole width.
     let (width, strip) = (0.4, 0.4 / 3.0);
     let shape = led(2.0 * strip, "(discs: 3, friction: 0.7)", "");
     let model = led(

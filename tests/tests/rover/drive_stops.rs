@@ -1,4 +1,4 @@
-//! What stops a rover's drive: a wheel that stalls, wheels that slip; and how a plan comes out of it.
+//! Conditions that stop a rover's drive: a stalled wheel, slipping wheels; and the recovery of a plan.
 use linkwork_runtime::Simulation;
 
 use crate::common;
@@ -6,7 +6,7 @@ use crate::common;
 const MONITOR: &str = "Rover.LocomotionSoftware.Monitor";
 const PLAN: &str = "Rover.NavigationSoftware.Plan";
 
-/// The rover of Curiosity's class 1 m before a wall that it is told to drive through. When that stops it, it backs out.
+/// The rover of Curiosity's class 1 m in front of a wall that it is commanded to drive through. When the wall stops it, it backs out.
 fn before_a_wall(params: &str) -> Simulation {
     let text = format!(
         r#"Simulation(
@@ -47,7 +47,7 @@ fn x(sim: &Simulation) -> f64 {
     get(sim, "Rover.Hardware.Chassis/chassis.position.x")
 }
 
-/// Until the plan runs this step, at the most 40 s more; the time.
+/// Runs until the plan starts this step, at most 40 s more. Returns the time.
 fn reach(sim: &mut Simulation, step: &str) -> f64 {
     let last = sim.time() + 40.0;
     while get(sim, &format!("{PLAN}.running.{step}")) < 0.5 && sim.time() < last {
@@ -57,7 +57,7 @@ fn reach(sim: &mut Simulation, step: &str) -> f64 {
     sim.time()
 }
 
-/// It stands, and backs out: what stops it in the end.
+/// It stands, and backs out, because of the condition that stopped it.
 fn stands_and_backs_out(sim: &mut Simulation) {
     assert_eq!(get(sim, &format!("{PLAN}.failures")), 0.0);
     let t = sim.time();
@@ -112,7 +112,7 @@ fn strong_drives_slip_before_a_wall_and_stop() {
 fn without_limits_it_pushes_on() {
     let mut sim = before_a_wall("");
     reach(&mut sim, "stand");
-    // Its time ran out.
+    // The step timed out.
     assert_eq!(get(&sim, &format!("{PLAN}.failures")), 1.0);
     assert!(sim.time() > 30.0 && get(&sim, &format!("{MONITOR}.slip")) > 0.6);
 }

@@ -1,10 +1,10 @@
-//! A rover whose battery is empty: it stands.
+//! A rover with an empty battery does not move.
 use crate::common;
 use linkwork_runtime::Simulation;
 
 const CHASSIS: &str = "Rover.Hardware.Chassis/chassis";
 
-/// A rover of Curiosity's class that is told to drive straight on over level ground, with a charge of its battery and no light.
+/// A rover of Curiosity's class that is commanded to drive straight over level ground, with a given battery charge and no light.
 fn rover(motion: &str, charge: f64) -> Simulation {
     let text = format!(
         r#"Simulation(
@@ -31,7 +31,7 @@ fn way(sim: &mut Simulation, t: f64) -> f64 {
     x(sim) - start
 }
 
-/// It drove the same way to the last digit with an empty battery as with a full one, because its motors took their voltage from a constant.
+/// With an empty battery it used to drive bit-identical with a full one, because its motors got their voltage from a constant.
 #[test]
 fn a_rover_without_a_volt_stands() {
     for motion in ["dynamics", "kinematics"] {
@@ -42,7 +42,7 @@ fn a_rover_without_a_volt_stands() {
     }
 }
 
-/// A battery that runs flat on the way stops the rover there.
+/// A battery that becomes empty during the drive stops the rover there.
 #[test]
 fn a_rover_stops_where_its_battery_runs_flat() {
     // 2.9 A s of 40 A h; it draws 4 W at 28 V.
@@ -54,7 +54,7 @@ fn a_rover_stops_where_its_battery_runs_flat() {
         sim.run_until(common::seconds(next)).unwrap();
     }
     assert!(sim.time() > 5.0, "it drives at first: {} s", sim.time());
-    // Within two seconds it has come to rest.
+    // It comes to rest within two seconds.
     let next = sim.time() + 2.0;
     sim.run_until(common::seconds(next)).unwrap();
     let end = sim.time() + 5.0;

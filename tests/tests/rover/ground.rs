@@ -1,4 +1,4 @@
-//! Bodies meet the terrain: by impulses, by smooth forces, at its edge, and a rover that rolls over.
+//! Bodies on terrain: with impulses, with smooth forces, at its edge, and a rover that rolls over.
 use linkwork_environment::map_file::{open_map, write_map};
 use linkwork_runtime::{Seconds, Simulation};
 
@@ -9,7 +9,7 @@ fn dropped(contact: &str, more: &str) -> Result<Simulation, String> {
     dropped_with(contact, more, "")
 }
 
-/// The same with more fields of the simulation, each behind a comma.
+/// The crate with more fields of the simulation, each after a comma.
 fn dropped_with(contact: &str, more: &str, fields: &str) -> Result<Simulation, String> {
     let text = format!(
         r#"Simulation(
@@ -78,7 +78,7 @@ fn contact_says_which_terrain_is_met() {
     assert_eq!(text.plan().warnings.len(), 0, "{:?}", text.plan().warnings);
 }
 
-/// A hinge to the world does not hold the ground away: a crate on a vertical slider lands, too. Named pairs pass.
+/// A hinge to the world does not disable contact with the ground: a crate on a vertical slider lands, too. Named pairs are ignored.
 #[test]
 fn what_a_hinge_joins_to_the_world_meets_the_ground() {
     let at_rest = |contact: &str| {
@@ -111,7 +111,7 @@ fn what_a_hinge_joins_to_the_world_meets_the_ground() {
     assert!(told.contains("collider `terrain`") && told.contains("another name"), "{told}");
 }
 
-/// The rover is thrown over by hand and lies on its body and its mast.
+/// The rover is turned over by hand and lies on its body and mast.
 #[test]
 fn a_rover_that_rolls_over_lies_on_the_ground() {
     let text = r#"Simulation(
@@ -135,7 +135,7 @@ fn a_rover_that_rolls_over_lies_on_the_ground() {
     assert!((get(&sim, "Chassis/chassis.position.z") - z).abs() < 1e-3);
 }
 
-/// A machine with contact by impulses moves by its own step, once, whatever integrates the other states.
+/// With impulse-based contact, a mechanism moves once, by its own step, independent of the integrator of other states.
 #[test]
 fn the_integrator_of_other_states_does_not_move_what_has_contact() {
     let fallen = |integrator: &str| {
@@ -156,7 +156,7 @@ fn the_integrator_of_other_states_does_not_move_what_has_contact() {
 
 #[test]
 fn a_crate_holds_or_slides_by_the_friction_of_the_soil_under_it() {
-    // A slope of 5 degrees asks for 0.087; a pair takes the geometric mean of the crate's 0.5 and the soil's.
+    // A slope of 5 degrees needs 0.087; a pair uses the geometric mean of the crate's 0.5 and the soil's.
     for (soil, holds) in [(0.004, false), (0.03, true)] {
         for contact in ["", "compliant: (stiffness: 1e5, bristle_stiffness: 1e5)"] {
             let text = format!(
@@ -182,7 +182,7 @@ fn a_crate_holds_or_slides_by_the_friction_of_the_soil_under_it() {
 
 #[test]
 fn two_materials_do_to_each_other_what_their_pair_says() {
-    // Two crates on a slope of 20 degrees, which asks for 0.36: alike but for what they are made of.
+    // Two crates on a slope of 20 degrees, which needs 0.36: they differ only in their material.
     for contact in ["", "compliant: (stiffness: 1e5, bristle_stiffness: 1e5)"] {
         let crates = ["wood", "ice"].map(|of| {
             let y = if of == "wood" { 2.0 } else { -2.0 };
@@ -217,7 +217,7 @@ fn two_materials_do_to_each_other_what_their_pair_says() {
     }
 }
 
-/// A free wheel coasts with c g/(1 + J/(m r²)) and stands on a slope below tan⁻¹ c; on one above it rolls.
+/// A free wheel decelerates by c g/(1 + J/(m r²)), stays at rest on a slope below tan⁻¹ c, and rolls on a steeper one.
 #[test]
 fn a_wheel_with_rolling_resistance_coasts_to_a_stop_and_stands_on_a_slope() {
     let run = |slope: f64, speed: f64| {
@@ -248,8 +248,8 @@ fn a_wheel_with_rolling_resistance_coasts_to_a_stop_and_stands_on_a_slope() {
     assert!((rolls / want - 1.0).abs() < 0.02, "{rolls} {want}");
 }
 
-/// A map of radii of the Moon (DOI-USGS/ISIS3 issue 5786): in 32 bits its heights would have steps of 12.5 cm, on which a ball lay still. A ball that
-/// rolls down x = x₀ − 5/14 g sin α cos α t² is at 3.3010 m after 2 s. In tiles and as text the map has the same digits.
+/// A map of radii of the Moon (DOI-USGS/ISIS3 issue 5786): in 32 bits its heights would have steps of 12.5 cm, on which a ball stayed at rest. A ball
+/// that rolls down x = x₀ − 5/14 g sin α cos α t² is at 3.3010 m after 2 s. As tiles and as text the map has the same digits.
 #[test]
 fn a_ball_rolls_down_a_map_of_radii_as_down_a_plane() {
     let folder = tempfile::tempdir().unwrap();
@@ -307,8 +307,8 @@ fn a_ball_rolls_down_a_map_of_radii_as_down_a_plane() {
     }
 }
 
-/// A soil that carries nothing under a narrow face is refused wherever on the map it is, by all that press it. The wheels looked at the soil
-/// in the middle of the map, and those on nodes and the feet at none: they sank without a word.
+/// A soil with zero bearing capacity under a narrow face is rejected wherever it is on the map, by all models that press on it. Wheels used to check
+/// only the soil in the middle of the map, and wheels on nodes and feet none: they sank silently.
 #[test]
 fn a_soil_that_carries_nothing_is_refused_wherever_it_is() {
     let wheel = r#"params: { "radius": 0.2, "width": 0.1 }"#;
@@ -331,7 +331,7 @@ fn a_soil_that_carries_nothing_is_refused_wherever_it_is() {
                     step: "1 ms", until: "1 s")"#
             )
         };
-        // k_phi is 1.528e6 N/m^(n+2): under 0.1 m the modulus is below zero from k_c = −1.528e5 on.
+        // k_phi is 1.528e6 N/m^(n+2): below 0.1 m the modulus is negative from k_c = −1.528e5 on.
         assert!(
             common::scene(&text(-1.5e5), &[]).is_ok(),
             "{model}: {:?}",

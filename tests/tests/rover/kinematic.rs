@@ -1,5 +1,5 @@
-//! Machines that move by kinematics: a rover that rolls over the same ground to the same places as by forces, whatever cuts the run,
-//! with what its wheels carry; what cannot be is refused.
+//! Mechanisms that move by kinematics: a rover that rolls over the same ground to the same positions as with forces, bit-identical after
+//! interruptions, with wheel loads; errors.
 use linkwork_runtime::{Seconds, Simulation};
 
 use crate::common;
@@ -42,7 +42,7 @@ fn it_drives_where_the_rover_with_forces_drives() {
         let (a, b) = (place(&rolls), place(&forces));
         let apart = (a[0] - b[0]).hypot(a[1] - b[1]);
         println!("{t} s: {apart:.4} m apart, {:.4} m in height", a[2] - b[2]);
-        // Wheels with forces slip by some per cent, and press into their springs by 1.5 mm.
+        // Wheels with forces slip by some per cent, and compress their springs by 1.5 mm.
         assert!(apart < 0.02 * 0.25 * t + 0.02, "{t}: {apart}");
     }
     let angles = |sim: &Simulation| {
@@ -54,7 +54,7 @@ fn it_drives_where_the_rover_with_forces_drives() {
     assert!(gap < 1e-6, "{gap}");
 }
 
-/// On level ground, where friction has no say in it; the slopes are in `framework/solvers/tests/rolling.rs`.
+/// On level ground, where friction has no influence; `framework/solvers/tests/rolling.rs` tests slopes.
 #[test]
 fn at_rest_wheels_carry_what_they_carry_by_forces() {
     let world = r#""world": "worlds/slope.ron", "world_params": { "slope": 0 } } )"#;
@@ -87,7 +87,7 @@ fn cuts_leave_no_trace_and_it_stands_still_when_it_is_told() {
     }
     run(&mut cut, 12.0);
     assert_eq!(straight.hash(), cut.hash());
-    // No waypoint left to drive to: it does not creep.
+    // Without remaining waypoints it does not creep.
     let mut parked =
         common::scene(ROVER, &["Rover.speed=0.001", "Rover.waypoints=[[-16, -20]]"]).unwrap();
     run(&mut parked, 1.0);
@@ -176,7 +176,7 @@ fn two_steps_agree() {
 #[test]
 fn what_cannot_roll_is_refused_with_place_and_remedy() {
     let told = |set: &[&str]| common::scene(ROVER, set).err().unwrap();
-    // The machine is by forces, its place by kinematics.
+    // The mechanism uses forces, its placement kinematics.
     let text = ROVER.replace("\"motion\": \"$motion\", \"imu_rate\"", "\"imu_rate\"");
     let e = common::scene(&text, &[]).err().unwrap();
     assert!(
@@ -187,7 +187,7 @@ fn what_cannot_roll_is_refused_with_place_and_remedy() {
     assert!(e.contains("6 wheels and 0 couplings do not determine"), "{e}");
     let e = told(&["place.motion=kinematic"]);
     assert!(e.contains("kinematics"), "{e}");
-    // Over the edge of the map it stops, and says where.
+    // At the edge of the map it stops, and reports the position.
     let edge = &[
         "Rover.waypoints=[[-80, -20]]",
         "Rover.start=[-46, -20, 3.14]",

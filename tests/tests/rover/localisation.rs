@@ -1,4 +1,4 @@
-//! A rover that finds out where it is: wheels, inertial unit, Sun and visual odometry, in `sims/rover_navigation`.
+//! Localization of a rover with wheels, inertial unit, Sun and visual odometry, in `sims/rover_navigation`.
 use linkwork_runtime::Simulation;
 use linkwork_spatial::nalgebra::{Matrix3, Vector3};
 
@@ -16,7 +16,7 @@ fn run(sim: &mut Simulation, seconds: f64) {
     sim.run_until(common::seconds(seconds)).unwrap();
 }
 
-/// How far off an estimate is: x, y (m), heading (rad); and that squared in units of its covariance.
+/// Errors of an estimate: x, y (m), heading (rad); and their squared norm in units of its covariance.
 struct Off {
     error: Vector3<f64>,
     nees: f64,
@@ -34,12 +34,12 @@ fn off(sim: &Simulation) -> Off {
     Off { error, nees: error.dot(&(P.try_inverse().unwrap() * error)) }
 }
 
-/// So long the drive takes: 40 s, or as many as `LINKWORK_SECONDS` says.
+/// Duration of the drive: 40 s, or `LINKWORK_SECONDS`.
 fn length() -> u32 {
     std::env::var("LINKWORK_SECONDS").map_or(40, |n| n.parse().unwrap())
 }
 
-/// By forces, so that its wheels slip and scrub: the metrics of README.
+/// With forces, so that its wheels slip and scrub: checks the numbers of the README.
 #[test]
 fn it_knows_where_it_is_and_how_well() {
     let mut sim = rover(&[VISUAL]);
@@ -66,7 +66,7 @@ fn it_knows_where_it_is_and_how_well() {
             estimator("matches"),
             get(&sim, "NavigationSoftware.AutoNav.status"),
         );
-        // χ² of three numbers that one of a thousand is beyond.
+        // The 99.9 % quantile of χ² with three degrees of freedom.
         assert!(at.nees < 16.3, "{} s: NEES {}", 10 * k, at.nees);
         let off = at.error.xy().norm();
         worst = if off <= worst { worst } else { off };
@@ -76,7 +76,7 @@ fn it_knows_where_it_is_and_how_well() {
     }
     let get = |port: &str| sim.get(&format!("{ESTIMATOR}.{port}")).unwrap();
     assert!(way > 0.1 * f64::from(length()).min(400.0) - 1.0, "{way}");
-    // Of the first picture there is no motion; the last may still be on its way.
+    // The first image does not give motion; the last may still be in processing.
     let pictures = get("motions") + get("lost");
     assert!(get("motions") > 0.9 * pictures && pictures >= 37.0, "{pictures}");
     assert!(worst < 0.05 + 0.01 * way, "{worst} m off after {way} m");
@@ -87,7 +87,7 @@ fn without_its_camera_it_is_further_off_and_says_so() {
     let blind = format!("{ESTIMATOR}.gate=1");
     let mode = [&KINEMATICS[..], &[VISUAL, "Rover.Localisation.Pair.reach=0.1"]].concat();
     let (mut with, mut without) = (rover(&[&KINEMATICS[..], &[VISUAL]].concat()), rover(&mode));
-    // A picture a second.
+    // One image per second.
     let t = linkwork_tests::size(15.0, 30.0);
     run(&mut with, t);
     run(&mut without, t);
@@ -97,7 +97,7 @@ fn without_its_camera_it_is_further_off_and_says_so() {
     let sigma = |sim| get(sim, "deviation.x").hypot(get(sim, "deviation.y"));
     println!("{} m with, {} m without", sigma(&with), sigma(&without));
     assert!(sigma(&without) > 2.0 * sigma(&with) && off(&without).nees < 16.3);
-    // What agrees with nothing is left out.
+    // Inconsistent matches are rejected.
     let mut gated = rover(&[&KINEMATICS[..], &[VISUAL, &blind]].concat());
     run(&mut gated, t);
     assert!(get(&gated, "lost") > get(&with, "lost") + t / 6.0);
@@ -105,7 +105,7 @@ fn without_its_camera_it_is_further_off_and_says_so() {
 
 #[test]
 fn it_begins_where_it_is_told_and_maps_from_there() {
-    // Two metres beside the truth: so is its map, and its goal is as far as it takes it to be.
+    // With an error of two metres its map is shifted, and its goal is reached relative to its estimate.
     let moved = format!("{ESTIMATOR}.start=[-38, 1, 0]");
     let mut sim = rover(&[&KINEMATICS[..], &[VISUAL, &moved]].concat());
     run(&mut sim, 12.0);
@@ -144,7 +144,7 @@ fn what_cannot_be_is_refused() {
         (&["localisation=guess"][..], "localisation_guess.ron"),
         (&[VISUAL, &walk], "no random walk"),
         (&[VISUAL, &start], "start_heading"),
-        // What it estimates is read by `navigation.autonav` alone.
+        // Only `navigation.autonav` reads its estimate.
         (&[VISUAL, "Rover.navigation=waypoints"], "AutoNav"),
     ] {
         let told = common::repository("rover_navigation/sim.ron", set).err().unwrap();

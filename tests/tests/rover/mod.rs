@@ -1,4 +1,4 @@
-//! Rovers: on slopes, soils, rocks and bodies, by forces and by kinematics, finding their way and driving it.
+//! Rovers on slopes, soils, rocks and bodies, with forces and with kinematics, with autonomous navigation.
 
 mod arm;
 mod autonav;

@@ -1,4 +1,4 @@
-//! A rover that sees for itself drives to its goal through rocks: the whole of its software, without the dynamics.
+//! A rover drives autonomously to its goal through rocks: its complete software, without dynamics.
 //! ```text
 //! ground     generated: relief of 0.2 m RMS, rocks of 0.2 to 1.8 m as Golombek's model with k = 0.08 has them, half as high as wide:
 //!            those higher than the clearance are wider than 0.8 m
@@ -17,9 +17,9 @@ use std::sync::Arc;
 
 const START: Place = [-40.0, 0.0, 0.0];
 const GOAL: [f64; 2] = [40.0, 0.0];
-/// Rocks that are higher touch the rover's body.
+/// Higher rocks touch the rover's body.
 const CLEARANCE: f64 = 0.4;
-/// Seconds between samples, and samples between pictures.
+/// Seconds between samples, and samples between images.
 const SAMPLE: f64 = 0.4;
 const EVERY: u32 = 4;
 
@@ -114,7 +114,7 @@ fn world(seed: u64) -> World {
     World { scene, ground, rocks }
 }
 
-/// How deep (m) the rover stands in the rock that is higher than its clearance and deepest in it; negative: none touches it.
+/// Returns the overlap (m) of the rover with the rock above its clearance that overlaps most; negative if it touches none.
 fn overlap(w: &World, [x, y, heading]: Place, half: [f64; 2]) -> f64 {
     let (s, c) = heading.sin_cos();
     let depth = |r: &MadeRock| {
@@ -127,12 +127,12 @@ fn overlap(w: &World, [x, y, heading]: Place, half: [f64; 2]) -> f64 {
     high.map(depth).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// What came of a drive.
+/// Result of a drive.
 struct Outcome {
     status: Status,
     /// Deepest overlap with a rock higher than the clearance, m.
     deepest: f64,
-    /// Way driven, m.
+    /// Distance driven, m.
     way: f64,
     time: f64,
     place: Place,
@@ -172,7 +172,7 @@ fn drive(seed: u64) -> Outcome {
         if !memory.status.goes_on() {
             break;
         }
-        // What it is told, as an arc of a circle.
+        // The command, as an arc of a circle.
         if let Some(mv) = memory.doing {
             at = rover.after(at, mv, SAMPLE);
             way += speed.abs() * SAMPLE;
@@ -184,13 +184,13 @@ fn drive(seed: u64) -> Outcome {
     Outcome { status: memory.status, deepest, way, time, place: at }
 }
 
-/// How many fields: 4, or as many as `LINKWORK_FIELDS` says. Of 100 all lead to the goal, after 97 m in the median and 209 m at most, and
-/// the nearest that one comes to a rock that is too high is 0.08 m; they take ten minutes of processor time.
+/// Number of fields: 4, or `LINKWORK_FIELDS`. Of 100 all lead to the goal, after 97 m in the median and at most 209 m; the smallest distance to a
+/// rock that is too high is 0.08 m. They take ten minutes of processor time.
 fn fields() -> u64 {
     std::env::var("LINKWORK_FIELDS").map_or(4, |n| n.parse().unwrap())
 }
 
-/// The drives of some seeds, in as many threads as there are cores.
+/// Drives several seeds, in as many threads as there are cores.
 fn drives(seeds: std::ops::RangeInclusive<u64>) -> Vec<(u64, Outcome)> {
     let next = std::sync::atomic::AtomicU64::new(*seeds.start());
     let some = || {

@@ -1,5 +1,5 @@
-//! The rover of Curiosity's class on single obstacles that are bodies: each axle in turn climbs a step with the friction that statics asks for
-//! and stalls with less; on a block under one wheel all six wheels keep their loads.
+//! The rover of Curiosity's class on single obstacles that are bodies: each axle climbs a step with the friction that statics requires and stalls
+//! with less; on a block under one wheel all six wheels keep their loads.
 use linkwork_runtime::Simulation;
 
 use crate::common;
@@ -11,7 +11,7 @@ const PIVOT: [f64; 2] = [-0.54, -0.1067];
 const HUB_Z: f64 = -0.501;
 const HUB_X: [f64; 3] = [1.095, -0.089, -1.163];
 
-/// A planar pose of the rover, nose up for positive angles (rad), in which the wheels of each axle stand at given heights.
+/// A planar pose of the rover, nose up for positive angles (rad), in which the wheels of each axle are at given heights.
 struct Stance {
     chassis: [f64; 2],
     pitch: f64,
@@ -20,13 +20,13 @@ struct Stance {
     hubs: [f64; 3],
 }
 
-/// `v` turned nose up.
+/// Returns `v` rotated nose up.
 fn turned([x, z]: [f64; 2], angle: f64) -> [f64; 2] {
     let (sin, cos) = angle.sin_cos();
     [x * cos - z * sin, x * sin + z * cos]
 }
 
-/// The pose with hubs of front, middle and rear at z = `R` + `heights` (m).
+/// Returns the pose with hubs of front, middle and rear at z = `R` + `heights` (m).
 fn stance(heights: [f64; 3]) -> Stance {
     let [front, middle, rear] = heights.map(|h| h + R);
     let arm = |k: usize| [HUB_X[k] - PIVOT[0], HUB_Z - PIVOT[1]];
@@ -44,7 +44,8 @@ fn stance(heights: [f64; 3]) -> Stance {
     }
 }
 
-/// A rover with light links and its centre of mass 0.75 m up, at a pose, driving along x among bodies; the friction is that of wheels, ground and bodies.
+/// A rover with light links and its centre of mass 0.75 m up, at a pose, driving along x among bodies; one friction coefficient for wheels, ground
+/// and bodies.
 fn rover(
     pose: &Stance,
     [friction, width]: [f64; 2],
@@ -94,7 +95,7 @@ fn hub(sim: &Simulation, wheel: usize, axis: &str) -> f64 {
     sim.get(&format!("Hub{wheel}.{axis}")).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// How far up the wheels of an axle come on a step before which they stand, m: the lower of left and right, in 20 s.
+/// Returns how high the wheels of an axle climb on a step in front of them, m: the lower of left and right, in 20 s.
 fn climbs(axle: usize, friction: f64) -> f64 {
     let before = [[0.0; 3], [R, 0.0, 0.0], [R, R, 0.0]][axle];
     let pose = stance(before);
@@ -132,7 +133,7 @@ fn each_axle_climbs_a_step_with_the_friction_that_statics_asks_for_and_stalls_wi
 
 #[test]
 fn on_a_block_under_one_wheel_all_wheels_keep_their_loads() {
-    // 0.2 m under a front wheel. What turns are the rockers, against each other, and the chassis by half of it.
+    // 0.2 m under a front wheel. The rockers rotate against each other, and the chassis by half as much.
     let block = format!(
         r#""block": (parent: "world", at: (position: [{:?}, 1.063, 0.1]),
             shapes: [(shape: Box([0.7, 0.7, 0.2]), name: "block", collide: (friction: 0.1))]),"#,
@@ -160,8 +161,8 @@ fn on_a_block_under_one_wheel_all_wheels_keep_their_loads() {
         ([1, 2, 3, 4, 5, 6].map(|k| load(&sim, k)), [angle("left"), angle("right")], lifted)
     };
     let (level, _, _) = loads("", 0.0);
-    // Let down onto the block from above it, on wheels that roll, on slippery ground: tractions would stay that the bogies feel. Narrow wheels:
-    // wide ones would stand on their edges, as the body leans by 2 degrees.
+    // Lowered onto the block from above, on rolling wheels and slippery ground, because tractions would remain and load the bogies. Narrow wheels,
+    // because wide ones would stand on their edges, as the body leans by 2 degrees.
     let (on_block, rockers, lifted) = loads(&block, 0.2);
     println!(
         "level {level:.1?} N, on the block {on_block:.1?} N; rockers {rockers:.4?} rad, lifted by {lifted:.3} m"

@@ -1,21 +1,21 @@
-//! The rocker-bogie rover against statics: parked on slopes, its weight, the loads of its axles, its differential.
+//! The rocker-bogie rover compared with statics: parked on slopes, its weight, the loads of its axles, its differential.
 use linkwork_runtime::{Seconds, Simulation};
 
 use crate::common;
 
 const GRAVITY: f64 = 3.72076;
 
-/// The rover on an even slope (deg), nose uphill for positive angles, at rest.
+/// The rover at rest on an even slope (deg), nose uphill for positive angles.
 fn on_slope(angle: f64, soil: bool) -> Simulation {
     made(angle, soil, "", &[])
 }
 
-/// The same with further parameters of the rover, and of parts in it.
+/// With further parameters of the rover, and of its parts.
 fn made(angle: f64, soil: bool, params: &str, set: &[&str]) -> Simulation {
     made_with(angle, soil, params, set, "")
 }
 
-/// The same with bodies beside the rover or on it.
+/// With further bodies next to the rover or on it.
 fn made_with(angle: f64, soil: bool, params: &str, set: &[&str], bodies: &str) -> Simulation {
     let uphill = if angle < 0.0 { 180 } else { 0 };
     let contact = if soil { "mobility.wheel_soil" } else { "mobility.wheel_rigid" };
@@ -61,7 +61,7 @@ fn axles(sim: &Simulation, slope: f64) -> [[f64; 2]; 3] {
     })
 }
 
-/// Distance of two places, m.
+/// Distance of two positions, m.
 fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
@@ -89,14 +89,14 @@ fn parked_it_does_not_creep() {
             );
             assert!(speed < bound, "soil {soil} slope {slope}: {speed} m/s");
             if soil && slope <= 20.0 {
-                // It dies out.
+                // It decays.
                 let later = creep(&mut sim, 28, 32);
                 assert!(
                     later <= speed.max(1e-9) && later < 1e-6,
                     "slope {slope}: later {later} m/s"
                 );
             }
-            // By hand-set brakes it rolled 60 to 94 mm before.
+            // With manually set brakes it used to roll 60 to 94 mm.
             assert!(went < 1e-3, "soil {soil} slope {slope}: {went} m from the start");
         }
     }
@@ -104,7 +104,7 @@ fn parked_it_does_not_creep() {
 
 #[test]
 fn it_starts_in_balance() {
-    // From 253 to 1782 N at the start before, where every wheel just touched.
+    // Initial loads used to be from 253 to 1782 N, because every wheel just touched.
     let loads = |sim: &Simulation| [1, 2, 3, 4, 5, 6].map(|k| contact(sim, k, "normal_force"));
     for (slope, soil) in [(0.0, false), (0.0, true), (20.0, false), (-15.0, true), (25.0, true)] {
         let mut sim = on_slope(slope, soil);
@@ -119,7 +119,7 @@ fn it_starts_in_balance() {
         println!("slope {slope}°, soil {soil}: {start:.1?} N, changing by {most:.2e}");
         assert!(most < 0.03, "slope {slope}, soil {soil}: {most}");
     }
-    // On rough ground of several seeds too; it begins to drive after a tenth of a second.
+    // Also on rough ground of several seeds; it starts to drive after a tenth of a second.
     for (contact_model, seed) in
         [("mobility.wheel_rigid", 7), ("mobility.wheel_rigid", 9), ("mobility.wheel_soil", 8)]
     {
@@ -143,11 +143,11 @@ fn what_does_not_rest_where_it_is_put_down_is_told() {
         warnings.iter().find(|w| w.message.contains("does not rest")).cloned()
     };
     assert!(told(&on_slope(25.0, false)).is_none());
-    // Steeper than the friction of 0.7 holds.
+    // Too steep for a friction of 0.7.
     let sim = on_slope(40.0, false);
     let warning = told(&sim).unwrap();
     assert!(warning.message.contains("chassis") && warning.help.is_some(), "{warning:?}");
-    // Without brakes the wheels are held while it settles: it starts in balance and then rolls away.
+    // Without brakes the wheels are locked while it settles: it starts in balance and then rolls away.
     let brakes =
         [1, 2, 3, 4, 5, 6].map(|k| format!("Rover.Hardware.Wheels.Wheel{k}.Motor.brake=0"));
     let mut sim = made(25.0, false, "", &brakes.each_ref().map(String::as_str));
@@ -185,8 +185,8 @@ fn side_by_side(brakes: &[bool]) -> Simulation {
     common::scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Settling one machine after the other took time with the square of their number. All in one run, each comes to rest as it does
-/// alone, also where another one needs its wheels held for that.
+/// The time for settling several rovers one after the other grew with the square of their number. All in one run, each comes to rest as it does
+/// alone, also if another one needs locked wheels.
 #[test]
 fn machines_settled_together_rest_as_each_does_alone() {
     let height = |sim: &Simulation, k: usize| {
@@ -203,7 +203,7 @@ fn machines_settled_together_rest_as_each_does_alone() {
         let found = height(&together, k);
         println!("{k}: {found:?}, alone {wanted:?}");
         for (a, b) in found.iter().zip(wanted) {
-            // The slope rises along x and the rovers stand side by side along y: their heights are equal.
+            // The slope rises along x and the rovers are side by side along y, so their heights are equal.
             assert!((a - b).abs() < 1e-6 * b.abs().max(1.0), "{k}: {a} and alone {b}");
         }
     }
@@ -228,7 +228,7 @@ fn placing_one_machine_moves_no_other_and_tells_what_gave_way() {
         assert_eq!(sim.get(&format!("drone.{variable}")).unwrap(), wanted, "{variable}");
     }
     assert!(gave_way(&sim).is_empty());
-    // A boom that nothing holds hangs down before the run begins: that is told.
+    // An unactuated boom drops before the run starts, which is reported.
     let boom = r#""boom": (parent: "Rover.Hardware.Chassis/chassis", at: (position: [1, 0, 1]), hinge: Pin([0, 1, 0]),
         mass: 1, com: [0.2, 0, 0], inertia: [0.01, 0.01, 0.01]),"#;
     let sim = made_with(0.0, false, "", &[], boom);
@@ -293,8 +293,8 @@ fn level_it_weighs_what_it_weighs() {
 
 #[test]
 fn with_light_links_its_axle_loads_are_the_published_ones() {
-    // Planar statics of this geometry, links without mass, level: shares of front, middle, rear axle.
-    // Wheels that roll freely: brakes would keep tractions that the bogies feel.
+    // Planar statics of this geometry, massless links, level: shares of front, middle, rear axle. Wheels roll freely, because brakes would keep
+    // tractions that load the bogies.
     let brakes =
         [1, 2, 3, 4, 5, 6].map(|k| format!("Rover.Hardware.Wheels.Wheel{k}.Motor.brake=0"));
     for (x, shares) in [(0.0, [0.3303, 0.3885, 0.2812]), (-0.1, [0.2691, 0.4240, 0.3069])] {
@@ -313,13 +313,13 @@ fn with_light_links_its_axle_loads_are_the_published_ones() {
         let off: Vec<f64> =
             loads.iter().zip(shares).map(|(l, s)| (l / total / s - 1.0).abs()).collect();
         println!("x_c = {x}: shares {:?}, off {off:?}", loads.map(|l| l / total));
-        // Measured: 1.2 % at most: the friction of drives and gears leaves tractions of some newtons, which the bogies
-        // feel. Still lighter links would need a smaller step.
+        // Measured: at most 1.2 %, because the friction of drives and gears leaves tractions of some newtons, which load the bogies. Even lighter
+        // links would need a smaller step.
         assert!(off.iter().all(|o| *o < 0.015), "x_c = {x}: {off:?}");
     }
 }
 
-/// Masses (kg) with x and height (m) above the ground; the second list hangs on the bogies.
+/// Masses (kg) with x and height (m) above the ground; the second list belongs to the bogies.
 struct Statics {
     upper: Vec<[f64; 3]>,
     bogie: Vec<[f64; 3]>,
@@ -349,8 +349,8 @@ impl Statics {
         }
     }
 
-    /// Normal loads of the axles (N) on a slope (deg): balance of the whole, and of the bogies about their pivot,
-    /// with the traction `t` (uphill) of middle and rear given as `t[0] + t[1] N` for each.
+    /// Normal loads of the axles (N) on a slope (deg): balance of the whole, and of the bogies about their pivot, with the traction `t` (uphill) of
+    /// middle and rear given as `t[0] + t[1] N` for each.
     fn loads(&self, slope: f64, traction: [[f64; 2]; 2]) -> [f64; 3] {
         let (sin, cos) = slope.to_radians().sin_cos();
         let (mut weight, mut moment, mut own) = (0.0, 0.0, 0.0);
@@ -399,8 +399,8 @@ fn the_equations_are_those_of_the_reference() {
 
 #[test]
 fn axle_loads_are_those_of_statics() {
-    // With locked wheels the bristles share the traction by the history of settling, so the measured traction of the
-    // bogies' wheels enters the equations.
+    // With locked wheels the distribution of traction depends on the settling history, so the measured traction of the bogies' wheels enters the
+    // equations.
     for slope in [0.0, 10.0, 20.0, 30.0, -10.0, -20.0, -30.0] {
         let mut sim = on_slope(slope, false);
         run(&mut sim, 8);
@@ -419,13 +419,14 @@ fn axle_loads_are_those_of_statics() {
     }
 }
 
-/// Shares of front, middle and rear axle of a rover of light links that is about to slide on a slope (deg): tractions are then in proportion to loads. And the traction over the load that is asked.
+/// Shares of front, middle and rear axle of a rover with light links that is about to slide on a slope (deg): tractions are then proportional to
+/// loads. Also the required ratio of traction to load.
 fn shares_about_to_slide(angle: f64) -> [f64; 3] {
-    // A little less friction than holds it: each wheel slides, slowly.
+    // Friction slightly below the required value: each wheel slides slowly.
     let friction = 0.998 * angle.to_radians().tan().abs();
     let set = [
         format!("Rover.Hardware.Wheels.Wheel*.SurfaceContact.friction={friction}"),
-        // Tractions reach the ground undiminished.
+        // Tractions are transmitted to the ground in full.
         "Rover.Hardware.Wheels.Wheel*.Motor.brake=2000".to_string(),
     ];
     let light = r#""chassis_mass": 899, "mast_mass": 0.01, "rocker_mass": 1, "bogie_mass": 1, "yoke_mass": 0.5, "wheel_mass": 3,"#;
@@ -464,7 +465,7 @@ fn on_slopes_its_axle_loads_are_those_of_the_table() {
 
 #[test]
 fn bogie_wheels_lift_at_the_slopes_of_the_reference() {
-    // With tractions in proportion to loads the bogie's hinge is above the line of the other wheel's force at tan α = (x_b − x_r)/h_b = 44.0 deg
+    // With tractions proportional to loads the bogie's hinge is above the line of the other wheel's force at tan α = (x_b − x_r)/h_b = 44.0 deg
     // uphill (middle wheel) and (x_m − x_b)/h_b = 35.0 deg downhill (rear wheel).
     for (sign, lifts, k, near) in [(1.0, 44.0, 1, [41.0, 42.5]), (-1.0, 35.0, 2, [32.0, 33.5])] {
         let shares = near.map(|angle: f64| shares_about_to_slide(sign * angle)[k]);
@@ -481,7 +482,7 @@ fn rocker(sim: &Simulation, side: &str) -> f64 {
 
 #[test]
 fn the_rockers_turn_by_equal_and_opposite_angles() {
-    // The differential is a coupling, embedded: nothing gives, at any step of a drive over rough ground.
+    // The differential is an embedded coupling: its error is zero at every step of a drive over rough ground.
     let mut sim = common::traverse(&[]).unwrap();
     let places = ["left", "right"].map(|side| {
         sim.variable(&format!("Rover.Hardware.Chassis/rocker_{side}.angle")).unwrap().place
@@ -499,8 +500,8 @@ fn the_rockers_turn_by_equal_and_opposite_angles() {
 
 #[test]
 fn coupling_and_spring_drive_the_same_traverse() {
-    // The spring gives by the moment that it carries over its stiffness, which is at most that of the chassis behind the
-    // rockers' axis and what the wheels add; the coupling by nothing. What that moves the rover by is of the same size.
+    // The spring deflects by its moment divided by its stiffness. The moment is at most that of the chassis behind the rockers' axis plus the wheels'
+    // contribution; the coupling does not deflect. The effect on the rover's position has the same size.
     let mut exact = common::traverse(&[]).unwrap();
     let mut elastic = common::traverse(&["Rover.differential=spring"]).unwrap();
     let (mut gives, mut apart, mut angles) = (0.0_f64, 0.0_f64, 0.0_f64);
@@ -512,7 +513,7 @@ fn coupling_and_spring_drive_the_same_traverse() {
         run(&mut exact, k);
         run(&mut elastic, k);
         gives = gives.max((rocker(&elastic, "left") + rocker(&elastic, "right")).abs());
-        // A rocker's share of what gives is half of it, beside the pitch of the chassis by as much.
+        // A rocker gets half of the deflection, in addition to the pitch of the chassis by the same amount.
         angles = angles.max((rocker(&exact, "left") - rocker(&elastic, "left")).abs());
         let (a, b) = (chassis(&exact), chassis(&elastic));
         apart = apart.max((0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt());
@@ -534,8 +535,8 @@ fn a_wrong_differential_is_told_with_the_file_that_is_not_there() {
 
 #[test]
 fn the_chassis_pitches_by_the_mean_of_the_rockers() {
-    // On rough ground the rockers turn against each other, by equal angles seen from the chassis, but for what the
-    // weight of the chassis, behind the rockers' axis, winds the elastic differential (1e5 N m/rad on each side) up.
+    // On rough ground the rockers rotate against each other by equal angles relative to the chassis, except for the twist of the elastic differential
+    // (1e5 N m/rad on each side) by the weight of the chassis behind the rockers' axis.
     let moment = GRAVITY * (708.0 * 0.214 - 15.0 * (0.75 - 0.214));
     let wound = moment / (2.0 * 1e5) / 2.0;
     let mut sim = common::traverse(&["Rover.differential=spring"]).unwrap();

@@ -1,4 +1,4 @@
-//! Machines that are quasi-static: a rover that slips and sinks in as it does by forces, whatever cuts the run; what cannot be is refused.
+//! Quasi-static mechanisms: a rover that slips and sinks as with forces, bit-identical after interruptions; errors.
 use linkwork_runtime::{Seconds, Simulation};
 
 use crate::common;
@@ -49,7 +49,7 @@ fn up_a_slope_it_slips_as_by_forces() {
     }
 }
 
-/// In ruts that it makes itself: those of the bogies run in the prints of those in front.
+/// In its own ruts: the bogies' wheels run in the tracks of the front wheels.
 #[test]
 fn in_ruts_it_slips_and_sinks_as_by_forces() {
     let ruts = ["slope=12 deg", "Rover.Environment.ruts=on"];
@@ -68,7 +68,7 @@ fn in_ruts_it_slips_and_sinks_as_by_forces() {
     assert!(wheels(&quasi, "slip")[0] > 0.34 && wheels(&quasi, "rut")[4] > 5e-3);
 }
 
-/// Along the side of a hill it slides down as it does by forces.
+/// Across a hillside it slides down as with forces.
 #[test]
 fn across_a_slope_it_crabs_downhill_as_by_forces() {
     let across = [
@@ -87,8 +87,8 @@ fn across_a_slope_it_crabs_downhill_as_by_forces() {
     assert!((a[0] - b[0]).abs() < 0.25 * a[0].abs() && (a[1] - b[1]).abs() < 0.03, "{a:?} {b:?}");
 }
 
-/// On rigid ground it drives where the rover with forces drives. Its wheels, at exact rates, work against each other up to the limit
-/// of friction where motors yield, so that it comes less far by 2.5 %.
+/// On rigid ground it follows the rover with forces. Its wheels, at exact rates, work against each other up to the friction limit where motors would
+/// yield, so it moves 2.5 % less.
 #[test]
 fn on_rigid_ground_it_drives_where_the_rover_with_forces_drives() {
     let mut forces = scene("rover_traverse", &["step=2ms"]);
@@ -118,7 +118,7 @@ fn cuts_leave_no_trace_with_ruts_and_a_parked_one_stays() {
     }
     run(&mut cut, 20.0);
     assert_eq!(straight.hash(), cut.hash());
-    // Those of the bogies run in the ruts of those in front.
+    // The bogies' wheels run in the ruts of the front wheels.
     let ruts = wheels(&straight, "rut");
     println!("{ruts:?}");
     assert!(ruts[0] == 0.0 && ruts[2] > 2e-3 && ruts[3] > 2e-3, "{ruts:?}");
@@ -129,14 +129,14 @@ fn cuts_leave_no_trace_with_ruts_and_a_parked_one_stays() {
     run(&mut parked, 22.0);
     let creep = (0..3).map(|k| (place(&parked)[k] - before[k]).abs()).fold(0.0, f64::max) / 20.0;
     println!("creep {creep:e} m/s");
-    // A hundredth of what is asked of soil.
+    // A hundredth of the tolerance for soil.
     assert!(creep < 1e-7, "{creep}");
 }
 
 #[test]
 fn what_cannot_be_is_told() {
     let told = |set: &[&str]| common::repository("slope_slip/sim.ron", set).err().unwrap();
-    // The machine and its place do not say the same.
+    // The mechanism and its placement contradict each other.
     let e = told(&["motion=kinematics", "step=20ms", "imu_rate=50Hz", "place.motion=quasi_static"]);
     assert!(
         e.contains("nothing says how the ground resists it")
@@ -145,7 +145,7 @@ fn what_cannot_be_is_told() {
     );
     let e = told(&["motion=quasi_static", "step=20ms", "imu_rate=50Hz", "place.motion=kinematics"]);
     assert!(e.contains("has a model for the wheels of quasi-static machines"), "{e}");
-    // A law of contact that has no such form.
+    // A contact model without a quasi-static form.
     let e = told(&[
         "motion=quasi_static",
         "step=20ms",
@@ -153,7 +153,7 @@ fn what_cannot_be_is_told() {
         "Rover.contact=mobility.wheel_scm",
     ]);
     assert!(e.contains("wheel_scm_quasi_static"), "{e}");
-    // Too steep for the soil: it ends, and says why.
+    // Too steep for the soil: the run ends and reports the reason.
     let mut sim = scene("slope_slip", &[&QUASI_STATIC[..], &["slope=33 deg"]].concat());
     let e = sim.run_until(Seconds::from_decimal(40.0).unwrap()).unwrap_err().to_string();
     assert!(e.contains("the traction of its wheels is not sufficient"), "{e}");

@@ -1,5 +1,5 @@
-//! Rocky 8 against what its makers published: the committed files follow from the JSON files, masses and kinetic
-//! energy from an independent reading of them, and the rover stands, drives and turns as it should.
+//! Rocky 8 compared with data published by its makers: the committed files follow from the JSON files, masses and kinetic energy from an independent
+//! reading of them, and the rover stands, drives and steers as it should.
 use linkwork_dynamics::{Workspace, kinematics};
 use linkwork_runtime::{Seconds, Simulation};
 use linkwork_spatial::nalgebra::Matrix3;
@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use crate::common;
 
-/// A reference file, or nothing where there are none; with CI=true that is a failure.
+/// Reads a reference file; `None` without reference data, which is a failure if CI=true.
 fn reference(name: &str) -> Option<String> {
     let file = linkwork_tests::root().join("../shared/reference/rocky8").join(name);
     match std::fs::read_to_string(&file) {
@@ -28,7 +28,7 @@ fn run(file: &str, set: &[&str], t: f64) -> Simulation {
     sim
 }
 
-/// Path of a variable of a model by the last part of it.
+/// Returns the path of a model's variable by its last part.
 fn get(sim: &Simulation, ending: &str) -> f64 {
     let mut found = sim.plan().variables.keys().filter(|k| k.ends_with(ending));
     let path = found.next().unwrap_or_else(|| panic!("{ending}"));
@@ -61,7 +61,7 @@ fn the_committed_files_follow_from_the_published_ones() {
                 .unwrap();
         assert!(committed == text, "{name} is not what the converter writes: run it again");
     }
-    // What the converter does not know it refuses with the place.
+    // The converter rejects unknown entries with their location.
     for (from, to, told) in [
         (
             "\"DCMotorVin\"",
@@ -80,7 +80,7 @@ fn the_committed_files_follow_from_the_published_ones() {
     assert!(e.contains("the bodies of the two files differ"), "{e}");
 }
 
-/// A body as the makers have it: axes with z down.
+/// A body in the makers' convention: axes with z down.
 struct Theirs {
     name: String,
     parent: Option<usize>,
@@ -179,7 +179,7 @@ fn masses_centre_of_mass_and_kinetic_energy_are_the_makers() {
             if name == "chassis" {
                 q[at..at + 3].copy_from_slice(place.as_slice());
                 q[at + 3..at + 7].copy_from_slice(turn.coords.as_slice());
-                // Our body axes are theirs turned by 180° about x; velocities in the world's axes.
+                // Our body axes are theirs rotated by 180° about x; velocities are in the world's axes.
                 let half = Quat::from_scaled_axis(Vec3::x() * std::f64::consts::PI);
                 let w = turn * Vec3::from_column_slice(&v[rate..rate + 3]);
                 let u = turn * Vec3::from_column_slice(&v[rate + 3..rate + 6]);
@@ -225,7 +225,7 @@ fn it_settles_on_its_wheels() {
         if set.is_empty() {
             assert!(sum.abs() < 1e-12 && pair[0].abs() > 1e-6, "{pair:?}");
         } else {
-            // The makers' springs carry the chassis: 33.5 kg, 0.1044 m ahead of the rockers' axis, on 2 · 1000 N m/rad.
+            // The makers' springs carry the chassis: 33.5 kg, 0.1044 m in front of the rockers' axis, on 2 · 1000 N m/rad.
             let wanted = -33.5 * 9.81 * (0.142 - 0.0376) / 2000.0;
             assert!((sum / wanted - 1.0).abs() < 0.02, "{sum} {wanted}");
         }
@@ -249,7 +249,7 @@ fn it_drives_as_far_as_its_wheels_turn() {
     for wheel in ["RockerSideLeft", "CenterRight", "BogeySideLeft"] {
         let rate = middle.get(&format!("{BODY}Wheel{wheel}.rate")).unwrap();
         assert!((rate - 0.5).abs() < 5e-3, "{wheel}: {rate}");
-        // The motor that the makers give: u = R i + k n ω.
+        // The makers' motor model: u = R i + k n ω.
         let motor = format!("Wheel{wheel}_motor");
         let (u, i) =
             (get(&middle, &format!("{motor}.volts")), get(&middle, &format!("{motor}.current")));
@@ -277,12 +277,12 @@ fn it_turns_in_place_with_its_wheels_as_prescribed() {
     let sim = run("rocky8/turn.ron", &[], 34.0);
     let [x, y, heading] = ["x", "y", "heading"].map(|n| get(&sim, &format!("{POSE}.{n}")));
     println!("x {x}, y {y}, heading {} deg", heading.to_degrees());
-    // A quarter to the left; wide wheels that turn on the spot slip a little.
+    // A quarter turn to the left; wide wheels that turn in place slip slightly.
     assert!((heading.to_degrees() - 90.0).abs() < 1.0 && x.hypot(y) < 3e-3);
     assert!((heading - get(&sim, "Odometry.heading")).to_degrees().abs() < 0.5);
 }
 
-/// A folder of its own, cut in the middle of a steering motion: same bits.
+/// Interrupted in the middle of a steering motion and resumed in a new folder: bit-identical.
 #[test]
 fn a_cut_in_a_steering_motion_leaves_no_trace() {
     let whole = run("rocky8/turn.ron", &[], 6.0);

@@ -1,4 +1,4 @@
-//! Ruts under a whole rover: who runs in them, what a checkpoint and a fork keep, and that without them there is none.
+//! Ruts under a complete rover: wheels that use them, their state in checkpoints and forks, and a run without them.
 use linkwork_runtime::{Seconds, Simulation};
 
 use crate::common;
@@ -45,8 +45,8 @@ fn wheels_behind_run_in_the_ruts_of_those_before() {
         );
         assert_eq!(wheel(&fresh, k, "rut"), 0.0);
     }
-    // Front wheels meet fresh ground and leave what the rear ones run in: these stand on the same track, 1.06 m from the
-    // middle. The middle wheels, 0.13 m farther out, run with two thirds of their width in it.
+    // Front wheels meet fresh ground and leave the ruts in which the rear wheels run, because both have the same track, 1.06 m from the middle. The
+    // middle wheels, 0.13 m farther out, run with two thirds of their width in it.
     for k in [1, 2] {
         assert!(wheel(&sim, k, "rut") < 1e-6);
         let (front, rear) = (wheel(&sim, k, "sinkage"), wheel(&sim, k + 4, "rut"));
@@ -66,7 +66,7 @@ fn split_equals_straight_with_ruts() {
     for k in 1..=6 {
         run(&mut sim, 20 * k);
         let saved = sim.checkpoint("").unwrap();
-        // What is done from here leaves no trace.
+        // Actions from here on leave no trace.
         let mut other = sim.fork();
         run(&mut other, 20 * k + 10);
         sim = driving("on");

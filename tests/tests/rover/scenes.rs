@@ -1,4 +1,4 @@
-//! What the simulations of the rover say in their READMEs: a step, slopes of soft soil, two rovers.
+//! The simulations of the rover agree with their READMEs: a step, slopes of soft soil, two rovers.
 use linkwork_runtime::Simulation;
 
 use crate::common;
@@ -11,12 +11,12 @@ fn until(sim: &mut Simulation, t: f64) {
     sim.run_until(common::seconds(t)).unwrap();
 }
 
-/// Where the chassis is: x, z.
+/// Position of the chassis: x, z.
 fn place(sim: &Simulation) -> [f64; 2] {
     ["x", "z"].map(|a| get(sim, &format!("Rover.Hardware.Chassis/chassis.position.{a}")))
 }
 
-/// `sims/step_climb` with further settings, until it has arrived or for so long (s).
+/// Runs `sims/step_climb` with further settings until it has arrived, or for this time (s).
 fn climb(set: &[&str], longest: f64) -> [f64; 2] {
     let mut sim = common::repository("step_climb/sim.ron", set).unwrap_or_else(|e| panic!("{e}"));
     let done = sim.variable("Rover.NavigationSoftware.Follower.done").unwrap().place;
@@ -32,7 +32,7 @@ fn climb(set: &[&str], longest: f64) -> [f64; 2] {
 fn with_friction_enough_it_climbs_a_step_as_high_as_a_wheels_radius_and_without_it_stalls() {
     let [x, z] = climb(&[], 90.0);
     assert!(x > 4.0 && (z - 1.0).abs() < 0.01, "({x}, {z})");
-    // Below what the front wheels need it stands before the step, its wheels turning.
+    // With less friction than the front wheels need it stands in front of the step, with rotating wheels.
     let [x, z] = climb(&["friction=0.6"], 40.0);
     assert!(x < 0.7 && z < 0.85, "({x}, {z})");
 }
@@ -56,14 +56,14 @@ fn slip_rises_with_the_slope_until_it_stalls() {
     let all = [0.0, 5.0, 10.0, 15.0, 20.0, 25.0].map(slip);
     assert!(all.windows(2).all(|w| w[1].0 > w[0].0 && w[1].1 > w[0].1 * 0.95), "{all:?}");
     assert!(all[0].0.abs() < 0.1 && all[5].0 > 0.95, "{all:?}");
-    // The soil is made so that one wheel slips by 43 % at 15 degrees and 76 % at 20 degrees, as on a single-wheel rig on Earth.
+    // The soil is tuned so that one wheel slips by 43 % at 15 degrees and 76 % at 20 degrees, as on a single-wheel rig on Earth.
     assert!((all[3].0 - 0.43).abs() < 0.08 && (all[4].0 - 0.76).abs() < 0.08, "{all:?}");
     assert!(all[5].1 > 1.2 * all[0].1, "slip sinks them: {all:?}");
 }
 
 #[test]
 fn a_dune_that_stops_it_is_crossed_at_an_angle() {
-    // It has shown enough after half of its patience.
+    // Half of its timeout is enough.
     let mut sim = common::repository("dunes/sim.ron", &["patience=45 s"]).unwrap();
     let plan =
         |sim: &Simulation, what: &str| get(sim, &format!("Rover.NavigationSoftware.Plan.{what}"));
@@ -98,12 +98,12 @@ fn one_rover_pushes_another() {
             .fold(0.0, f64::max)
     };
     until(&mut sim, 0.1);
-    // Put down and settled alike: none stood in the soil while the other came to rest.
+    // Placed and settled in the same way: none sank into the soil while the other came to rest.
     let start = [sunk(&sim, "Pusher"), sunk(&sim, "Ahead")];
     assert!(start.iter().all(|s| *s < 0.03), "{start:?} m deep at the start");
     until(&mut sim, 5.0);
     let (pusher, ahead) = (x(&sim, "Pusher"), x(&sim, "Ahead"));
-    // It stands until it is met.
+    // It stands until the other arrives.
     assert!((ahead - 4.2).abs() < 0.02 && pusher > 0.2, "{pusher} {ahead}");
     assert_eq!(get(&sim, "bar.contact_force.x"), 0.0);
     until(&mut sim, 35.0);
@@ -113,7 +113,7 @@ fn one_rover_pushes_another() {
     println!("at {pusher:.3} and {ahead:.3} m, pushing with {push:.1} N");
     assert!(ahead > 5.2 && (ahead - pusher - 3.04).abs() < 0.01, "{pusher} {ahead}");
     assert!(push > 20.0 && (push - back).abs() < 1e-6 * push, "{push} {back}");
-    // Behind each other on one ground: the wheels of the second run in the ruts of the first.
+    // One behind the other on the same ground: the wheels of the second run in the ruts of the first.
     println!(
         "wheels {:.1} and {:.1} mm deep",
         1e3 * sunk(&sim, "Pusher"),

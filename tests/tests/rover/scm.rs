@@ -1,4 +1,4 @@
-//! A whole rover on ground that deforms node by node: its weight, rest on a slope, ruts of the wheels before, checkpoints, mirrored.
+//! A complete rover on ground that deforms node by node: weight, rest on a slope, ruts of the preceding wheels, checkpoints, mirror symmetry.
 use linkwork_runtime::Simulation;
 
 use crate::common;
@@ -79,7 +79,7 @@ fn on_its_way_it_carries_its_weight_and_each_pass_deepens_the_rut_by_less() {
     println!("mean load off by {off:.2e}; mean sinkage {:.1?} mm", sunk.map(|s| 1e3 * s / n));
     assert!(off.abs() < 0.01, "{off}");
     assert!(chassis(&sim)[0] > 1.5);
-    // Below the first surface: fresh ground, the ruts of the front wheels for two thirds of the width, those of both.
+    // Below the first surface: fresh ground, the ruts of the front wheels over two thirds of the width, and the ruts of both.
     for k in [0, 1] {
         let [first, second, third] = [sunk[k], sunk[k + 2], sunk[k + 4]];
         assert!(second > first && third - second < 0.5 * (second - first), "{sunk:?}");
@@ -95,7 +95,7 @@ fn split_equals_straight() {
     for k in 1..=4 {
         until(&mut sim, f64::from(k));
         let saved = sim.checkpoint("").unwrap();
-        // What is done from here leaves no trace.
+        // Actions from here on leave no trace.
         let mut other = sim.fork();
         until(&mut other, f64::from(k) + 0.5);
         sim = rover(0.0, "[[30, 0]]", &[]);

@@ -1,4 +1,4 @@
-//! `sims/sol`: a sol of a rover, with the metrics of its page.
+//! `sims/sol`: a sol of a rover, with the numbers of its README.
 use linkwork_runtime::Simulation;
 
 use crate::common;
@@ -21,7 +21,7 @@ fn close(what: &str, got: f64, wanted: f64, tolerance: f64) {
     assert!((got - wanted).abs() <= tolerance, "{what}: {got} instead of {wanted}");
 }
 
-/// Where the chassis stands, and how its joints do.
+/// Position of the chassis, and its joints.
 fn stance(sim: &Simulation) -> Vec<f64> {
     let chassis = "Rover.Hardware.Chassis/chassis";
     let place =
@@ -46,7 +46,7 @@ fn a_sol_has_the_metrics_that_its_page_says() {
             held = stance(&sim);
         }
         if phase != "drive" {
-            // Held as it stands, to rounding.
+            // Held at its pose, up to round-off.
             let moved = stance(&sim).iter().zip(&held).map(|(a, b)| (a - b).abs()).sum::<f64>();
             assert!(moved < 1e-9, "{moved} at {} s", sim.time());
         }
@@ -60,7 +60,7 @@ fn a_sol_has_the_metrics_that_its_page_says() {
         }
     }
     println!("{changes:?}");
-    // The first sample behind 10.75 h, and one until the command is out.
+    // The first sample after 10.75 h, and one more until the command is output.
     assert_eq!(changes.len(), 2);
     assert_eq!((changes[0].0.as_str(), changes[1].0.as_str()), ("drive", "afternoon"));
     close("begins to drive, h", changes[0].1 / HOUR, 10.75, 20.0 / HOUR);
@@ -74,7 +74,7 @@ fn a_sol_has_the_metrics_that_its_page_says() {
     close("least charge, %", 100.0 * charge[0], 62.9, 0.3);
     close("greatest charge, %", 100.0 * charge[1], 94.4, 0.3);
     close("charge at the end, %", 100.0 * get(&sim, "Power.Battery.charge"), 84.3, 0.3);
-    // What the thermostats hold, and the warmest.
+    // The thermostats' temperatures, and the highest.
     close("coldest electronics, °C", electronics[0] - 273.15, -30.0, 0.01);
     close("warmest electronics, °C", electronics[1] - 273.15, -7.3, 0.3);
     close("coldest battery, °C", battery[0] - 273.15, -20.0, 0.01);
@@ -87,10 +87,10 @@ fn a_sol_has_the_metrics_that_its_page_says() {
 
 #[test]
 fn without_shadow_the_array_gives_what_the_sun_of_the_textbook_says() {
-    // Rays a millimetre long meet nothing.
+    // Rays of a millimetre length hit nothing.
     let mut sim = sol(&["Power.Sunlit.range=0.001", "Power.Dust.settling=0"]);
     let mut rise = f64::NAN;
-    // Until it is to drive.
+    // Until the planned drive.
     while sim.time() < 39_600.0 {
         sim.step_event().unwrap_or_else(|e| panic!("{e}"));
         if rise.is_nan() && get(&sim, "Clock.day") > 0.5 {

@@ -4,7 +4,7 @@ use crate::common;
 
 use linkwork_runtime::{Seconds, Simulation};
 
-/// Two balls in weightlessness, joined at their middles (or at points beside them) by a strut of 2 m.
+/// Two balls in weightlessness, joined at their centres (or at points off them) by a strut of 2 m.
 fn balls(damping: f64, beside: f64, apart: f64) -> Simulation {
     let text = format!(
         r#"Simulation(
@@ -40,7 +40,7 @@ fn two_balls_swing_as_the_closed_form_says() {
             let want = 2.0 + 0.5 * (-sigma * t).exp() * (c + sigma / omega * s);
             let length = sim.get("Strut.length").unwrap();
             assert!((length - want).abs() < 1e-9, "{damping} {t}: {length} {want}");
-            // Their centre goes on as it went.
+            // Their common centre continues unchanged.
             let (a, b) = (vector(&sim, "left.position"), vector(&sim, "right.position"));
             let center: Vec<f64> = a.iter().zip(&b).map(|(a, b)| 0.4 * a + 0.6 * b).collect();
             let begin = [1.0 + 0.6 * 2.5, 0.0, 0.0];
@@ -51,7 +51,7 @@ fn two_balls_swing_as_the_closed_form_says() {
     }
 }
 
-/// Fastened beside the middles it turns both balls: without damping the energy stays.
+/// Attached off the centres it rotates both balls: without damping the energy is conserved.
 #[test]
 fn energy_stays_without_damping_and_falls_with_it() {
     let energy = |sim: &Simulation| {

@@ -1,9 +1,9 @@
-//! The rover knows neither left nor right, nor north: mirrored it drives the mirrored path, turned the turned one.
+//! The rover has mirror and rotational symmetry: mirrored it drives the mirrored path, rotated the rotated one.
 use linkwork_runtime::{Seconds, Simulation};
 
 use crate::common;
 
-/// An image of the world: turned by an angle (rad), then mirrored left and right where that is so.
+/// An image of the world: rotated by an angle (rad), then optionally mirrored left and right.
 #[derive(Clone, Copy)]
 struct Image {
     turn: f64,

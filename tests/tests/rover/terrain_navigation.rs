@@ -4,7 +4,7 @@ use common::{get, scene, seconds};
 use linkwork_runtime::Simulation;
 use linkwork_spatial::Vec3;
 
-/// A lander that coasts over craters; what navigation knows of it stands beside it and goes with it.
+/// A lander that coasts over craters; the known state of navigation is a second object that moves with it.
 fn over(ground: &str, map: &str) -> Simulation {
     let text = format!(
         r#"Simulation(
@@ -41,12 +41,12 @@ fn a_lander_finds_its_place_on_the_map() {
     for k in 0..=9 {
         sim.run_until(seconds(0.5 * f64::from(k))).unwrap();
         assert!(sim.get("Fix.matched").unwrap() > 0.5, "{k}: why {}", sim.get("Fix.why").unwrap());
-        // The lidar itself, beside which `known` stands as the axes of the lander do.
+        // The lidar itself; `known` has the axes of the lander.
         let lander = get(&sim, "lander.position");
         let truth = lander + common::rotation(&sim, "lander") * Vec3::new(0.4, 0.0, -0.8);
         let error = get(&sim, "Fix.position") - truth;
         let told = get(&sim, "Fix.deviation");
-        // Ground is triangles to the lidar and smooth to the map: a part of σ.
+        // The lidar sees triangles, but the map is smooth: the difference is a fraction of σ.
         for axis in 0..3 {
             let bound = 4.0 * told[axis];
             assert!(error[axis].abs() < bound && told[axis] < 0.3, "{k}: {error} {told}");

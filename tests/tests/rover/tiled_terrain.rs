@@ -1,5 +1,5 @@
-//! Ground in tiles under machines: the bits of one array, runs that stop at a damaged tile, regions for bodies and cameras,
-//! and plans that know every tile.
+//! Tiled terrain under mechanisms: bit-identical with a single array, runs that stop at a damaged tile, regions for bodies and cameras, and checks of
+//! files that test every tile.
 use linkwork_environment::height_field::HeightField;
 use linkwork_environment::map_file::{OpenMap, open_map, write_map};
 use linkwork_runtime::{Seconds, Simulation};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::common;
 
-/// A folder with a map of 60 m × 40 m that falls to the east, as GeoTIFF and as tiles of 8 m.
+/// A folder with a map of 60 m × 40 m that descends to the east, as GeoTIFF and as tiles of 8 m.
 struct Maps(PathBuf);
 
 impl Drop for Maps {
@@ -52,7 +52,7 @@ impl Maps {
     }
 }
 
-/// Changes a bit of a tile: its entry of the index says where it is.
+/// Changes a bit of a tile; its index entry gives the position.
 fn damage(path: &Path, tile: usize) {
     let mut bytes = std::fs::read(path).unwrap();
     let entry = 112 + 16 * tile;
@@ -139,13 +139,13 @@ fn a_damaged_tile_stops_the_run_with_its_place_and_the_remedy() {
         "{told}"
     );
     assert!(error.help.unwrap().contains("linkwork terrain convert"));
-    // It goes on stopping, and does not go on.
+    // It keeps stopping, and does not continue.
     assert!(sim.step().is_err());
-    // Under the machine at its start it is told before the run.
+    // Under the mechanism at its start, it is reported before the run.
     maps.damage(2 * 8 + 1);
     let told = common::scene(&text, &[]).err().unwrap();
     assert!(told.contains("tile 1, 2") && told.contains("linkwork terrain convert"), "{told}");
-    // Where the height of z = 0 is taken from, it is told at the file, and only then.
+    // Where the height of z = 0 is read, it is reported at the file, and only then.
     let origin = Maps::new("origin");
     origin.damage(2 * 8 + 3);
     let told = common::scene(&tiled(&origin, ""), &[]).err().unwrap();
@@ -153,7 +153,7 @@ fn a_damaged_tile_stops_the_run_with_its_place_and_the_remedy() {
     assert!(common::scene(&tiled(&origin, "\"level\": false"), &[]).is_ok());
 }
 
-/// Beyond the edge and where there are no data there is no ground: what rolls there falls, and the run goes on.
+/// Beyond the edge and in gaps there is no ground: a body that rolls there falls, and the run continues.
 #[test]
 fn over_an_edge_a_cart_falls() {
     let maps = Maps::new("edge");
@@ -201,7 +201,7 @@ fn bodies_meet_a_region_and_are_refused_without_one() {
     };
     let (a, b) = (rest(&whole), rest(&text("environment.tiled_terrain", &region)));
     println!("on the array {a:?}, on the region {b:?}");
-    // The grids begin elsewhere, so that rounding differs.
+    // The grids start elsewhere, so round-off differs.
     assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-6), "{a:?} {b:?}");
     let wide = format!("{tiles}, \"region\": [-60, -8, 12, 6]");
     let told = common::scene(&text("environment.tiled_terrain", &wide), &[]).err().unwrap();
@@ -218,7 +218,7 @@ fn a_plan_knows_every_tile() {
     let hash = || common::scene(&text, &[]).unwrap().plan().hash();
     let before = hash();
     assert_eq!(before, hash());
-    // A tile far from the machine, written anew with another height.
+    // A tile far from the mechanism, rewritten with another height.
     let mut field = maps.field();
     let [.., x1, y1] = field.bounds();
     field.map_around(x1, y1, 0.1, |_, h| h + 0.01);

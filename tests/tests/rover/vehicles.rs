@@ -1,9 +1,9 @@
-//! The rovers that ship: each carries its weight as statics say, drives where it is told, and the mirrored way mirrored.
+//! The supplied rovers: each carries its weight as statics predict, drives as commanded, and the mirrored path mirrored.
 use linkwork_runtime::Simulation;
 
 use crate::common;
 
-/// A rover, and what of its file statics need: wheels as x and count, masses as kg and x.
+/// A rover, and its data for statics: wheels as x and count, masses as kg and x.
 struct Vehicle {
     name: &'static str,
     gravity: f64,
@@ -14,7 +14,7 @@ struct Vehicle {
     joints: &'static str,
     /// Foot of its mast, m.
     mast: [f64; 3],
-    /// Time that the course may take, s.
+    /// Time limit of the course, s.
     longest: f64,
 }
 
@@ -71,7 +71,7 @@ fn vehicles() -> [Vehicle; 6] {
 }
 
 impl Vehicle {
-    /// On an even slope (deg) that rises to its left, or its image; it is told to drive a bend.
+    /// On an even slope (deg) that rises to its left, or its mirror image; it is commanded to drive a bend.
     fn at_rest(&self, slope: f64, mirrored: bool) -> Simulation {
         let side = if mirrored { -1.0 } else { 1.0 };
         let Vehicle { name, gravity, radius, unit, joints, .. } = self;
@@ -141,15 +141,15 @@ fn weight(masses: &[[f64; 2]], gravity: f64) -> [f64; 2] {
     masses.iter().fold([0.0, 0.0], |[w, m], [mass, x]| [w + mass * gravity, m + mass * gravity * x])
 }
 
-/// A bogie: its weight (N) with the moment (N m) of it, its hinge, and how far that is above the ground; m.
+/// A bogie: its weight (N) with its moment (N m), its hinge, and the hinge's height above the ground; m.
 struct Bogie {
     weight: [f64; 2],
     hinge: f64,
     above: f64,
 }
 
-/// Loads of the rocker's, the inner and the outer wheels by statics: those of the rover and of its bogies about their hinges, N of both
-/// sides; `along`: the forces along x that the braked wheels hold against each other.
+/// Loads of the rocker's, the inner and the outer wheels by statics: balances of the rover and of its bogies about their hinges, N of both sides;
+/// `along`: the forces along x that the braked wheels exert against each other.
 fn on_bogies(all: [f64; 2], bogie: &Bogie, [r, i, o]: [f64; 3], along: &[f64]) -> Vec<f64> {
     // N_r + N_i + N_o = W;  Σ N x = M;  N_i (i − h) + N_o (o − h) = M_b − W_b h − above (F_i + F_o).
     let [weight, moment] = all;
@@ -163,13 +163,13 @@ fn on_bogies(all: [f64; 2], bogie: &Bogie, [r, i, o]: [f64; 3], along: &[f64]) -
     vec![weight - inner - outer, inner, outer]
 }
 
-/// Loads of axles at x on springs that are all alike: N = W/n + M x/Σx².
+/// Loads of axles at x on equal springs: N = W/n + M x/Σx².
 fn on_springs<const N: usize>([weight, moment]: [f64; 2], x: [f64; N]) -> [f64; N] {
     let squares: f64 = x.iter().map(|x| x * x).sum();
     x.map(|x| weight / N as f64 + moment * x / squares)
 }
 
-/// Axles' loads of the rover at rest on the level, N, against statics of the forces along x.
+/// Compares the axle loads of the rover at rest on level ground, N, with statics including the forces along x.
 fn loads_agree(vehicle: &Vehicle, wanted: impl Fn(&[f64]) -> Vec<f64>, tolerance: f64) {
     let mut sim = vehicle.at_rest(0.0, false);
     until(&mut sim, 0.05);
@@ -213,14 +213,14 @@ fn wheels_carry_what_statics_say() {
     let own = [[6.5, 0.0], [0.2, 0.22], [0.6, -0.03 + 0.0156]];
     let at = [-0.25, 0.02, 0.25];
     bogies(&sojourner, own, [0.25, 0.1092], [0.15, 0.35], [0.13, 0.19 - 0.045], at);
-    // Arms: what they carry is under their wheels, and the trailing ones have their middle ahead of them.
+    // Arms: their load is on their wheels, and the trailing ones have their centre in front of them.
     let wheels = [4.0 * (6.0 + 4.0 + 4.0 + 12.0), 0.0];
     let all = weight(&[[310.0, 0.0], [16.0, 0.45], wheels], MOON);
     loads_agree(&four, |_| on_springs(all, [0.6418, -0.6418]).to_vec(), 0.02);
     let all = weight(&[[576.0, 0.0], [12.0, 0.6], [8.0 * 17.0, 0.0], [32.0, 0.125]], MOON);
     let axles = [0.85, 0.85 / 3.0, -0.85 / 3.0, -0.85];
     loads_agree(&eight, |_| on_springs(all, axles).to_vec(), 0.02);
-    // Two bodies that are one in pitch, about their joint.
+    // Two bodies that pitch as one, about their joint.
     let masses = [[70.0, 0.65], [6.0, 0.65 + 0.15], [16.0, 0.65], [6.0, 0.0], [96.0, -0.65]];
     let all = weight(&masses, MARS);
     loads_agree(&articulated, |_| on_springs(all, [0.65, -0.65]).to_vec(), 0.005);
@@ -256,7 +256,7 @@ fn a_rover_that_bends_drives_the_circle_of_its_joint() {
         let (a, b) = (at(sim, first), at(sim, first + 1));
         [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
     };
-    // The middle of the circle, by where the front axle is a half and a whole turn later.
+    // The centre of the circle, from the positions of the front axle half a turn and a whole turn later.
     let turn = std::f64::consts::TAU / 0.05;
     let mut ways = Vec::new();
     for share in [0.0, 0.25, 0.5, 0.75] {

@@ -1,4 +1,4 @@
-//! The single-wheel rig of `sims/wheel_rig` against the stress integrals that `linkwork wheel-test` prints.
+//! The single-wheel rig of `sims/wheel_rig` compared with the stress integrals that `linkwork wheel-test` prints.
 use linkwork_environment::soil::{SoilKind, SoilParams};
 use linkwork_mobility::terramechanics::{Rim, Shear, Sinkage, WheelSoil};
 use linkwork_mobility::wheel_test::against_slip;
@@ -42,8 +42,8 @@ fn the_rig_measures_the_curves_of_the_stress_integrals() {
             last = slip;
         }
         println!("{soil}: pull, sinkage, torque off by {worst:?}");
-        // The spin grows slowly: what is left is the lag of the soil's state, and the armature's own torque.
-        // Measured: 4e-5 of the load, 1.1e-3 of the sinkage, 1.1e-3 of load times radius.
+        // The spin increases slowly: the remaining difference is the lag of the soil's state, and the armature's own torque. Measured: 4e-5 of the
+        // load, 1.1e-3 of the sinkage, 1.1e-3 of load times radius.
         assert!(worst[0] < 2e-4 && worst.iter().all(|w| *w < 2e-3), "{soil}: {worst:?}");
         assert!(last > 0.8, "{last}");
     }

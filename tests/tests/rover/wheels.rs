@@ -1,4 +1,4 @@
-//! Wheels on the soils of the library, and on height fields: what no crate of components can test alone.
+//! Wheels on the soils of the library, and on height fields: tests that involve several component crates.
 use linkwork_collision::relief::{DISCS, DiscContact, Wheel};
 use linkwork_environment::height_field::HeightField;
 use linkwork_environment::soil::{SoilKind, SoilParams};
@@ -18,7 +18,7 @@ fn wheel(kind: SoilKind) -> WheelSoil {
     }
 }
 
-/// Pull (N) and sinkage (m) under a load (N) at a slip.
+/// Returns pull (N) and sinkage (m) under a load (N) at a slip.
 fn pull(w: &WheelSoil, load: f64, slip: f64) -> (f64, f64) {
     let m = Motion::rolling(slip, 0.0);
     let z = w.sinkage_under(load, &m).unwrap();
@@ -57,8 +57,8 @@ fn every_published_soil_carries_a_rover_and_grips_more_the_more_it_slips() {
 
 #[test]
 fn slip_against_slope_is_that_for_which_the_soil_is_made() {
-    // The soil is made for the slips of a single-wheel rig on Earth (lunar prototype wheel of 0.225 m in simulant of the type GRC-1):
-    // 43 % at 15 degrees, 76 % at 20 degrees.
+    // The soil is tuned to the slips of a single-wheel rig on Earth (lunar prototype wheel of 0.225 m in simulant of the type GRC-1): 43 % at 15
+    // degrees, 76 % at 20 degrees.
     let w = wheel(SoilKind::MarsDrift);
     let slips =
         [0.0, 5.0, 10.0, 15.0, 20.0, 25.0].map(|d| slip_on_slope(&w, 560.0, f64::to_radians(d)));
@@ -66,7 +66,7 @@ fn slip_against_slope_is_that_for_which_the_soil_is_made() {
     let [s0, s5, s10, s15, s20] = [0, 1, 2, 3, 4].map(|k| slips[k].unwrap());
     assert!(s0 > 0.0 && s0 < 0.1 && (s15 - 0.43).abs() < 0.03 && (s20 - 0.76).abs() < 0.03);
     assert!(slips[5].is_none(), "25 degrees are too steep");
-    // Steeper and steeper.
+    // Increasingly steep.
     assert!(s10 - s5 > s5 - s0 && s15 - s10 > s10 - s5 && s20 - s15 > s15 - s10);
 }
 
@@ -82,7 +82,7 @@ fn slip_sinks_a_wheel_where_the_soil_has_slip_sinkage() {
     assert!(ratio(SoilKind::MarsDrift) > 1.25 && ratio(SoilKind::SoilSimulant) > 2.0);
 }
 
-/// Posts 5 cm apart with relief, rocks and a step, as a generated yard has.
+/// Nodes 5 cm apart with relief, rocks and a step, as in a generated yard.
 fn yard() -> HeightField {
     let n = 121;
     let mut heights = Vec::new();
@@ -105,7 +105,7 @@ fn yard() -> HeightField {
 
 #[test]
 fn a_wheel_crosses_a_yard_of_rocks_without_a_jolt() {
-    // Before, penetration went from 2.9 mm to 21.4 mm within one step of 0.25 mm.
+    // Before, penetration jumped from 2.9 mm to 21.4 mm within one step of 0.25 mm.
     let field = yard();
     let wheel = Wheel { radius: 0.25, width: 0.4 };
     let ground = |x: f64, y: f64| field.ground(x, y);

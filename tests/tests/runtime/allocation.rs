@@ -1,4 +1,4 @@
-//! Nothing is allocated while stepping: the whole of `zoo::system`, both integrators.
+//! Stepping does not allocate: the complete `zoo::system`, both integrators.
 use allocation_counter::measure;
 use linkwork_runtime::{Integrator, Simulation, Snapshot};
 use linkwork_tests::zoo;
@@ -12,7 +12,7 @@ fn the_counter_counts() {
 fn stepping_allocates_nothing() {
     for integrator in [Integrator::Rk4, Integrator::SemiImplicitEuler] {
         let mut sim = Simulation::new(zoo::plan(&zoo::system(integrator, 3)));
-        // From the very first step; a whole hyperperiod (1 s) and more.
+        // From the first step on, for a whole hyperperiod (1 s) and more.
         let counts = measure(|| {
             for _ in 0..700 {
                 sim.step().unwrap();
@@ -27,7 +27,7 @@ fn stepping_allocates_nothing() {
 fn stepping_with_pins_allocates_nothing() {
     for integrator in [Integrator::Rk4, Integrator::SemiImplicitEuler] {
         let mut sim = Simulation::new(zoo::plan(&zoo::system(integrator, 3)));
-        // Of every kind that can be pinned.
+        // One of every kind that can be pinned.
         let names: Vec<String> = sim.plan().lanes.keys().cloned().collect();
         let pinned = names.iter().step_by(7).filter(|n| {
             let now = sim.get(n).unwrap();

@@ -1,10 +1,10 @@
-//! Balances of energy, mass and charge: against closed forms, and of every simulation that ships with the project.
+//! Balances of energy, mass and charge: compared with closed forms, and checked for every supplied simulation.
 use crate::common;
 use linkwork_runner::{Balance, Balances, Metrics, Report, Shared};
 use linkwork_runtime::{Seconds, Simulation};
 use std::sync::Arc;
 
-/// The balances of a program after a time, with the rows taken.
+/// Returns the balances of a program after a time, and the samples.
 fn run(
     program: linkwork_runtime::Program,
     until: Seconds,
@@ -46,7 +46,7 @@ fn near(y: f64, want: f64, within: f64) {
     assert!((y - want).abs() <= within, "{y} for {want}");
 }
 
-/// Methods and rows: the amounts are those of the closed form, whatever integrates.
+/// Integrators and sample rates: the amounts agree with the closed form for each.
 const METHODS: [(&str, &str); 4] = [
     ("semi_implicit_euler", "1 ms"),
     ("rk4", "10 ms"),
@@ -75,13 +75,13 @@ fn a_load_on_a_battery_takes_its_power_and_its_charge() {
             )"#
         ));
         let energy = &all["energy"];
-        // 60 W from 20 s on. A load of fixed steps jumps inside of one.
+        // 60 W from 20 s on. The load switches inside a fixed step.
         near(term(energy, "Load", "supply"), 4800.0, 0.7);
         near(term(energy, "Load", "case"), -3600.0, 0.5);
         near(term(energy, "Charger", "output"), -1000.0, 1e-6);
         let battery = &energy.parts["Battery"];
         assert!(battery.residual.unwrap().abs() < 1.0, "{method} {step}: {battery:#?}");
-        // The charge falls by the current of the loads less the current that is fed in, but for the losses of charging.
+        // The charge decreases by the current of the loads minus the supplied current, except for charging losses.
         let charge = &all["charge"];
         let battery = &charge.parts["Battery"];
         assert!(battery.residual.unwrap().abs() < 0.1, "{method} {step}: {battery:#?}");
@@ -113,8 +113,8 @@ fn propellant_that_leaves_is_missing_in_the_tank() {
     }
 }
 
-/// A drive of a ball takes what it gives to the body; a belt under a box gives μ m g times its path, of which the motion of the box is a part and the
-/// rest is heat of the contact.
+/// The energy of a ball drive equals that given to the body; a belt under a box gives μ m g times its path, part of which is motion of the box, and
+/// the rest is contact heat.
 #[test]
 fn a_driven_ball_and_a_belt_close() {
     let all = of(r#"Simulation(
@@ -181,7 +181,7 @@ fn a_motor_turns_electricity_into_work_and_heat() {
         near(term(energy, "Supply", "terminal"), -taken, 1e-9);
         let motor = &energy.parts["Motor"];
         assert!(motor.residual.unwrap().abs() < 2e-3 * taken, "{method}: {motor:#?}");
-        // The wheel: ½ J ω² and what its damping has taken.
+        // The wheel: ½ J ω² plus the energy dissipated by its damping.
         let wheel = &energy.parts["Mechanism"];
         let work = term(energy, "Mechanism", "work of parts");
         assert!(work > 10.0 && wheel.residual.unwrap().abs() < 2e-3 * work, "{method}: {wheel:#?}");
@@ -201,7 +201,7 @@ fn a_pendulum_loses_what_its_hinge_takes() {
             )"#
         ));
         let energy = &all["energy"];
-        // m g (1 − cos 1.5) at the start, nothing at the end.
+        // m g (1 − cos 1.5) at the start, zero at the end.
         let height = 2.0 * 9.81 * (1.0 - f64::cos(1.5));
         near(term(energy, "Mechanism", "potential energy"), height, 1e-4);
         near(term(energy, "Mechanism", "friction and stops of hinges"), -height, 1e-3);
@@ -241,7 +241,7 @@ fn what_is_not_counted_is_named() {
 
 #[test]
 fn a_part_that_makes_energy_is_reported() {
-    // A step of 20 ms on a motor with a lag of 7 ms: the steps are stable, and far from accurate.
+    // A step of 20 ms on a motor with a time constant of 7 ms: stable, but inaccurate.
     let text = r#"Simulation(
         bodies: { "wheel": (parent: "world", hinge: Pin([0, 0, 1]), mass: 2, inertia: [0.1, 0.1, 0.01]) },
         gravity: "none",
@@ -259,7 +259,7 @@ fn a_part_that_makes_energy_is_reported() {
     assert!(told.iter().any(|w| w.contains("is not closed")), "{told:?} {balances:#?}");
 }
 
-/// The balances of the first rows of every simulation that ships: each part closes to 2 % of what it has carried.
+/// The balances of the first samples of every supplied simulation: each closes to 2 % of its throughput.
 #[test]
 fn the_balances_of_every_simulation_close() {
     let (library, shared, mut open) = (super::splits::library(), Shared::default(), Vec::new());

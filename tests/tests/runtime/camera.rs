@@ -1,11 +1,11 @@
-//! Cameras of a simulation: what they see of bodies that move, what a checkpoint keeps, what a log and a viewer get.
+//! Cameras of a simulation: images of moving bodies, their state in checkpoints, their output in logs and viewers.
 use linkwork_record::{Entry, Log, LogSpec, walk_log};
 use linkwork_render::Picture;
 use linkwork_runtime::{Recorder, Seconds, Simulation};
 
 use crate::common;
 
-/// A ball on a string swings before a camera on a mast, in front of a wall; a second camera sees the wall only.
+/// A ball on a string swings in front of a camera on a mast and a wall; a second camera sees only the wall.
 const SWING: &str = r#"Simulation(
     doc: "A ball before two cameras.",
     parts: {
@@ -34,7 +34,7 @@ fn picture(sim: &Simulation, camera: &str) -> Picture {
     sim.seen::<Picture>(camera).unwrap().data.clone()
 }
 
-/// Column of the middle of the object with a number in the mask.
+/// Returns the column of the middle of the object with a given number in the mask.
 fn middle(picture: &Picture, object: u16) -> Option<f64> {
     let of = |(k, o): (usize, &u16)| (*o == object).then_some((k % picture.width) as f64);
     let columns: Vec<f64> = picture.objects.iter().enumerate().filter_map(of).collect();
@@ -50,12 +50,12 @@ fn a_camera_sees_bodies_where_they_are_at_its_samples() {
         let angle = sim.get("ball.angle").unwrap();
         let seen = picture(&sim, "Camera");
         assert!(seen.number == k + 1 && (seen.time - 0.05 * k as f64).abs() < 1e-12);
-        // The ball hangs 1 m below the hinge and turns about x: y = sin θ, left is +y.
+        // The ball hangs 1 m below the hinge and rotates about x: y = sin θ, left is +y.
         let y = angle.sin();
         let want = 39.5 - focal * y / 5.0;
         let ball = middle(&seen, 2).unwrap();
         assert!((ball - want).abs() < 0.6, "{k}: column {ball}, not {want}");
-        // 5 m to the wall behind less its half, to the ball less its radius.
+        // 5 m to the wall behind minus its half thickness, and to the ball minus its radius.
         let near = seen.range.iter().copied().fold(f32::INFINITY, f32::min);
         let of_ball = (25.0 + y * y + (1.0 - angle.cos()).powi(2)).sqrt() - 0.2;
         assert!((f64::from(near) - of_ball).abs() < 6e-3, "{near} {of_ball}");
@@ -74,7 +74,7 @@ fn split_equals_straight_with_cameras() {
     for ms in [1, 49, 50, 51, 333] {
         sim.run_until(seconds(ms)).unwrap();
         let saved = sim.checkpoint("").unwrap();
-        // What a fork does leaves no trace; who keeps a picture keeps that picture.
+        // A fork does not influence the run, and a stored image stays unchanged.
         let kept = sim.seen::<Picture>("Camera").unwrap();
         let before = kept.data.clone();
         let mut other = sim.fork();
@@ -120,7 +120,7 @@ fn a_log_has_every_picture_once() {
         |name: &str| -> Vec<u64> { found.iter().filter(|f| f.1 == name).map(|f| f.0).collect() };
     assert_eq!(times("Camera"), (0..=8).map(|k| 50 * k).collect::<Vec<_>>());
     assert_eq!(times("Blind"), [0, 100, 200, 300, 400]);
-    // The file is the picture, number by number.
+    // The file equals the image, number by number.
     let png = &found.iter().rfind(|f| f.1 == "Camera").unwrap().2;
     let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
     let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
@@ -136,7 +136,7 @@ fn who_sees_nothing_is_refused() {
     for part in ["`Blind.sees`: no body with a shape is `bal`", "did you mean `ball`?"] {
         assert!(told.contains(part), "{told}");
     }
-    // A camera that is refused is one mistake: who reads it is not told that there is none.
+    // An invalid camera is one error: its readers do not additionally report it as missing.
     let set = "Rover.NavigationSoftware.Camera.sees=[\"nobody\"]";
     let told = common::repository("rover_navigation/sim.ron", &[set]).err().unwrap();
     assert!(told.contains("no body with a shape") && !told.contains("no field"), "{told}");

@@ -1,4 +1,4 @@
-//! Runs of a campaign share texts and services; each is, to the bit, what it would be alone.
+//! Runs of a campaign share texts and services; each is bit-identical with a run on its own.
 use linkwork_campaign::{Campaign, LoadError};
 use linkwork_runner::{Library, Ready};
 use linkwork_runtime::{Catalogue, Simulation};
@@ -20,7 +20,7 @@ fn read(path: &Path, library: &Library) -> Campaign {
     Campaign::read(path, library).unwrap_or_else(|f| panic!("{}", f.render(false)))
 }
 
-/// All that a run is: its program, its configuration, the files that it read, and its state on the way.
+/// Everything that makes a run: its program, its configuration, the files that it read, and its state.
 fn all(ready: Ready, steps: usize) -> (u64, String, String, Vec<u64>) {
     let (hash, text) = (ready.program.hash(), ready.loaded.resolved.to_string());
     let files = format!("{:?} {:?}", ready.files.prints(), ready.loaded.sources.files);
@@ -32,7 +32,7 @@ fn all(ready: Ready, steps: usize) -> (u64, String, String, Vec<u64>) {
     (hash, text, files, (0..steps).map(step).collect())
 }
 
-/// Every run, after all others, in turn and backwards, beside the same loaded by itself.
+/// Compares every run, in forward and reverse order after all others, with the same run loaded alone.
 fn compare(campaign: &Campaign, library: &Library, steps: usize) {
     let runs = campaign.form().runs;
     for run in (0..runs).chain((0..runs).rev()) {
@@ -48,7 +48,7 @@ fn compare(campaign: &Campaign, library: &Library, steps: usize) {
     }
 }
 
-/// A campaign over a simulation that ships.
+/// A campaign over a supplied simulation.
 fn of(simulation: &str, rest: &str, steps: usize) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("c.ron");
@@ -78,7 +78,7 @@ fn parameters_of_parts_and_bodies_and_the_noise() {
 
 #[test]
 fn services_that_are_drawn_and_services_that_are_not() {
-    // Each run has an atmosphere of its own; all have one field of gravity.
+    // Each run has a separate atmosphere; all share one gravity field.
     let library = library();
     let dispersions = read(&sims().join("ballistic_entry/dispersions.ron"), &library);
     let mut form = dispersions.form().clone();
@@ -88,7 +88,7 @@ fn services_that_are_drawn_and_services_that_are_not() {
 
 #[test]
 fn parameters_of_the_simulation_that_services_follow() {
-    // The degree of the harmonics is read from a file; others keep theirs.
+    // The degree of the harmonics is read from a file; other services keep theirs.
     of(
         "earth_orbit/sim.ron",
         r#"vary: { "degree": Choice(of: [4, 8]), "craft.mass": Uniform(from: 900, to: 1100) }"#,
@@ -142,7 +142,7 @@ fn files_that_are_drawn_and_files_that_change() {
     let library = library();
     let campaign = read(&folder.path().join("c.ron"), &library);
     compare(&campaign, &library, 5);
-    // What was kept of a file is not taken for another one of the same name and length.
+    // Cached content of a file is not used for another file of the same name and length.
     write("a.txt", &field.replacen("E-0", "E-2", 1));
     let changed = (0..6).filter(|run| match campaign.load(*run, &library) {
         Err(LoadError::Changed(file)) => file.ends_with("a.txt"),
@@ -151,7 +151,7 @@ fn files_that_are_drawn_and_files_that_change() {
     });
     let drawn = (0..6).filter(|run| campaign.overrides(*run)[0].contains("a.txt"));
     assert_eq!(changed.collect::<Vec<_>>(), drawn.collect::<Vec<_>>());
-    // The same of a text.
+    // The same for a text.
     write("a.txt", &field);
     let text = std::fs::read_to_string(folder.path().join("sim.ron")).unwrap();
     write("sim.ron", &text.replacen("until: ", "until:  ", 1));

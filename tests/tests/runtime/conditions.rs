@@ -1,5 +1,5 @@
-//! One meaning of conditions and guards: equality, levels at the start, several guards at one instant, the end of a run within a
-//! step. The cases are public reports to other tools, tried on this one.
+//! Consistent semantics of conditions and guards: equality, levels at the start, several guards at one instant, the end of a run within a step. The
+//! cases are public bug reports of other tools, tried on this one.
 use crate::common::metrics_of;
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ fn close(metrics: &BTreeMap<String, f64>, name: &str, want: f64, within: f64) {
     assert!((y - want).abs() <= within, "{name}: {y}, not {want}");
 }
 
-/// OpenModelica #13680: a threshold that is reached exactly. A valve closes in one second to exactly 0 and stays shut.
+/// OpenModelica #13680: a threshold that is reached exactly. A valve closes in one second to exactly 0 and stays closed.
 #[test]
 fn a_condition_holds_with_equality() {
     let y = metrics(
@@ -46,7 +46,7 @@ fn a_condition_holds_with_equality() {
     close(&y, "since", 1.0, 0.0);
 }
 
-/// Simulink's relay and Modelica's hysteresis look at the level at the start, and take `>=` (Drake #9707, OpenModelica #13680).
+/// Simulink's relay and Modelica's hysteresis use the level at the start, with `>=` (Drake #9707, OpenModelica #13680).
 #[test]
 fn a_relay_that_starts_above_its_threshold_is_on_and_one_that_rests_at_it() {
     let y = metrics(
@@ -84,7 +84,7 @@ fn a_ball_that_starts_on_the_floor_lies_there() {
     }
 }
 
-/// A sensor falls from 320 K to 250 K at once: both thresholds are passed at one instant, and the heater heats from then on.
+/// A sensor jumps from 320 K to 250 K: both thresholds are passed at one instant, and the heater is on from then on.
 #[test]
 fn a_thermostat_that_is_passed_at_once_heats() {
     let y = metrics(
@@ -105,7 +105,7 @@ fn a_thermostat_that_is_passed_at_once_heats() {
     assert_eq!((y["on"], y["heat"]), (1.0, 10.0));
 }
 
-/// A step at 0.55 s, or on a row (OMSimulator #668, #1609): RK4 gave 0.483 and 0.517.
+/// A step at 0.55 s, or at a sample (OMSimulator #668, #1609): RK4 gave 0.483 and 0.517.
 #[test]
 fn a_step_is_integrated_exactly() {
     for (time, want) in [(0.55, 0.45), (0.5, 0.5)] {
@@ -120,7 +120,7 @@ fn a_step_is_integrated_exactly() {
     }
 }
 
-/// nyx #377, #381: a low lunar orbit meets the surface between two rows of a minute, and the run ends there.
+/// nyx #377, #381: a low lunar orbit reaches the surface between two samples of a minute, and the run ends there.
 #[test]
 fn stop_when_ends_the_run_within_the_step() {
     for (stop, wires) in [
@@ -146,7 +146,7 @@ fn stop_when_ends_the_run_within_the_step() {
     }
 }
 
-/// A burn of 400 N for 20 s at 5000 s on 1000 kg (RocketPy #411, OpenRocket #2432): nothing of it was left in rows of an hour.
+/// A burn of 400 N for 20 s at 5000 s on 1000 kg (RocketPy #411, OpenRocket #2432): with samples of an hour it was lost.
 #[test]
 fn a_burn_between_two_rows_is_not_lost() {
     for throttle in [
@@ -177,7 +177,8 @@ fn a_burn_between_two_rows_is_not_lost() {
     }
 }
 
-/// A wheel at its greatest speed with friction, and an engine that a controller throttles below its least: jumps in a feedback. One
+/// A wheel at its speed limit with friction, and an engine that a controller throttles below its minimum: jumps in a feedback loop. One second of
+/// simulation took minutes.
 /// second of simulation took minutes.
 #[test]
 fn jumps_in_a_feedback_have_two_thresholds() {
@@ -217,7 +218,7 @@ fn jumps_in_a_feedback_have_two_thresholds() {
     close(&y, "speed", -0.19, 0.02);
 }
 
-/// A canopy whose `deploy` is 1 in the phase that brings it opens at once.
+/// A canopy whose `deploy` is 1 in the phase that adds it opens at once.
 #[test]
 fn a_canopy_that_is_commanded_when_it_appears_opens() {
     let y = metrics(
@@ -243,7 +244,7 @@ fn a_canopy_that_is_commanded_when_it_appears_opens() {
     close(&y, "share", 1.0, 0.0);
 }
 
-/// After its arrival a guidance asks for nothing; the last force was held for ever.
+/// After its arrival a guidance commands zero; the last force used to be held for ever.
 #[test]
 fn a_powered_descent_ends_at_its_arrival() {
     let y = metrics(

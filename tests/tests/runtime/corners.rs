@@ -1,5 +1,5 @@
-//! Outputs with jumps or corners and no guard: every model of the catalogue that acts between rows is in one of the lists, with the reason
-//! why a step may go across. `jumps.rs` has the models with guards.
+//! Outputs with jumps or kinks but without guard: every continuous model of the catalogue is in one of the lists, with the reason why a step may
+//! cross them. `jumps.rs` has the models with guards.
 use crate::common;
 use std::collections::BTreeSet;
 
@@ -38,8 +38,7 @@ const SMOOTH: &[&str] = &[
     "sensors.specific_force",
 ];
 
-/// The only jumps are those of a truth value that it reads (`supply`, `brake`, `grip`, a command), or of a number that its source
-/// lets jump: the source ends the step.
+/// The only jumps are those of a boolean input (`supply`, `brake`, `grip`, a command), or of a number whose source jumps: the source ends the step.
 const BY_ITS_INPUT: &[&str] = &[
     "flight.drain",
     "flight.feed_line",
@@ -50,8 +49,8 @@ const BY_ITS_INPUT: &[&str] = &[
     "power.source",
 ];
 
-/// A continuous output with a corner by the motion of what it acts on: no pulse is lost, because the output does not come back by
-/// itself, and adaptive methods take shorter steps there.
+/// A continuous output with a kink that depends on the motion of the driven object. No pulse is lost, because the output does not return by itself,
+/// and adaptive methods take shorter steps there.
 const CORNER_BY_MOTION: &[(&str, &str)] = &[
     ("actuators.angle_follower", "its greatest rate and acceleration"),
     ("actuators.ball_drive", "its greatest torque; half a turn has no axis"),
@@ -92,13 +91,13 @@ const CORNER_BY_MOTION: &[(&str, &str)] = &[
 const JUMPS_APART: &[(&str, &str)] =
     &[("control.pointing", "half a turn from the target: the shorter way is on either side")];
 
-/// Models that should have a guard and have none yet: a pulse that lies within one step may be missed.
+/// Models that should have a guard but lack one: a pulse within one step may be missed.
 const NOT_YET: &[(&str, &str)] = &[(
     "power.solar_panel",
     "a shadow that is shorter than a step; give it the edges of `flight.radiation_pressure`",
 )];
 
-/// A new model that acts between rows without a guard is put into a list, or gets a guard.
+/// A new continuous model without guards must be put into a list, or get a guard.
 #[test]
 fn every_model_without_a_guard_is_considered() {
     let lists = SMOOTH.iter().chain(BY_ITS_INPUT).copied();

@@ -1,5 +1,5 @@
-//! Same bits: whatever the chunks, the order of the file, a recorder, a fork, or a fresh process; other
-//! bits for another seed. The system is `zoo::system`: every container, and a mechanism.
+//! Bit-identical results for any chunks, order of the file, recorder, fork, or fresh process; different results for another seed. The system is
+//! `zoo::system`: every container, and a mechanism.
 use linkwork_runtime::*;
 use linkwork_tests::zoo;
 use std::sync::{Arc, Mutex};
@@ -17,7 +17,7 @@ fn whole(spec: &Spec) -> u64 {
     sim.hash()
 }
 
-/// Golden values would tie the test to one processor; runs are compared with each other instead.
+/// Golden values would tie the test to one processor, so runs are compared with each other instead.
 #[test]
 fn chunks_of_any_size_leave_no_trace() {
     for integrator in BOTH {
@@ -101,7 +101,7 @@ fn a_recorder_changes_nothing() {
     assert_eq!(sim.hash(), whole(&spec));
 }
 
-/// Set in the child process: the checkpoint that it resumes.
+/// Set in the child process: the checkpoint to resume.
 const RESUME: &str = "LINKWORK_TESTS_RESUME";
 
 #[test]
@@ -118,7 +118,7 @@ fn a_fresh_process_resumes_bit_for_bit() {
     for (integrator, name) in BOTH.into_iter().zip(["rk4", "euler"]) {
         let spec = zoo::system(integrator, 7);
         let expected = format!("hash={:016x}", whole(&spec));
-        // In mid-period of every rate.
+        // In the middle of the period of every rate.
         let mut sim = Simulation::new(zoo::plan(&spec));
         sim.run_until(Seconds { num: 1357, den: 1000 }).unwrap();
         let folder = tempfile::tempdir().unwrap();

@@ -1,29 +1,29 @@
-//! Jumps and corners of signals and forces end a step: their integral is the same for every integrator and every row.
+//! Jumps and kinks of signals and forces end a step, so their integral is the same for every integrator and any sampling.
 use crate::common;
 use linkwork_assembly::{Options, load_text};
 use linkwork_runtime::{Files, Seconds, Simulation};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// How an output goes between its jumps: which methods then integrate it exactly, however long the row.
+/// Shape of an output between its jumps, which determines the methods that integrate it exactly for any step.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Between {
-    /// Constant, or an average over the step: exact for all of them.
+    /// Constant, or an average over the step: exact for all methods.
     Constant,
-    /// Straight: exact but for the Euler method.
+    /// Linear: exact except for the Euler method.
     Straight,
     /// Adaptive methods only.
     Curved,
 }
 use Between::{Constant, Curved, Straight};
 
-/// What is integrated: models that jump, parts and wires that bring it to `I.u` or to the speed of a body, its integral.
+/// The integrated system: models that jump, and parts and connections that pass the signal to `I.u` or to the speed of a body, its integral.
 struct Rig {
     models: &'static [&'static str],
     between: Between,
     parts: &'static str,
     wires: &'static str,
-    /// The variable that is read at the end, and its value there.
+    /// The variable read at the end, and its expected value.
     reads: (&'static str, f64),
 }
 
@@ -191,7 +191,7 @@ const RIGS: &[Rig] = &[
     },
 ];
 
-/// Models with guards whose outputs have no jump by time or by their inputs, with the reason.
+/// Models with guards whose outputs do not jump with time or inputs, with the reason.
 const OTHERS: &[(&str, &str)] = &[
     ("basics.bouncing_ball", "its state jumps, by its own motion"),
     ("basics.hinge_trajectory", "meets its positions; a test of its own"),
@@ -276,8 +276,8 @@ fn end(rig: &Rig, integrator: &str, row: f64) -> Result<f64, String> {
     sim.get(rig.reads.0).map_err(|e| e.to_string())
 }
 
-/// A pulse of half a second is not lost in a row of an hour, and no method sees behind a jump within a step. Before steps ended at
-/// jumps, 3600 s gave 0 under adaptive methods, and RK4 gave 0.483 for a step at 0.55 s that integrates to 0.45.
+/// A pulse of half a second is not lost with samples of an hour, and no method evaluates beyond a jump within a step. Before steps ended at jumps,
+/// 3600 s gave 0 with adaptive methods, and RK4 gave 0.483 for a step at 0.55 s that integrates to 0.45.
 #[test]
 fn the_integral_of_what_jumps_is_that_of_the_closed_form() {
     let methods = [
@@ -299,7 +299,7 @@ fn the_integral_of_what_jumps_is_that_of_the_closed_form() {
             if !exact {
                 continue;
             }
-            // Coarse and fine rows; 1 ms for one method of each kind, since 3000 rows take their time.
+            // Coarse and fine sampling; 1 ms for only one method of each kind, since 3000 samples take long.
             let rows: &[f64] =
                 if matches!(k, 1 | 3) { &[0.001, 1.0, 60.0, 3600.0] } else { &[1.0, 60.0, 3600.0] };
             for &row in rows {
@@ -318,7 +318,7 @@ fn the_integral_of_what_jumps_is_that_of_the_closed_form() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// A new model with guards is put into one of the two lists.
+/// A new model with guards must be put into one of the two lists.
 #[test]
 fn every_model_of_the_catalogue_that_has_events_is_considered() {
     let catalogue = common::catalogue();

@@ -1,11 +1,11 @@
-//! ∂ẋ/∂x of whole machines, operation by operation, against differences of the whole: every simulation of the
-//! repository, and scenes for each of the mechanism's own derivatives.
+//! ∂ẋ/∂x of complete mechanisms, operation by operation, compared with differences of the whole: every simulation of the repository, and scenes for
+//! each of the mechanism's analytic derivatives.
 use linkwork_runtime::{Place, Seconds, Simulation};
 
 use crate::common;
 
-/// The greatest disagreement of a row, relative to the greatest number of that row, each number times the size of its
-/// state; with the names of the two lanes.
+/// Returns the largest difference of a row, relative to the largest number of this row, each number scaled by the size of its state; with the names
+/// of the two signals.
 fn worst(sim: &mut Simulation) -> (f64, String) {
     let plan = sim.plan().clone();
     let A = sim.state_matrix().unwrap().unwrap();
@@ -35,7 +35,7 @@ fn worst(sim: &mut Simulation) -> (f64, String) {
     let mut worst = (0.0, String::new());
     for i in 0..n {
         let scale = (0..n).map(|j| (B[i][j] * size[j]).abs()).fold(1e-9, f64::max);
-        // A supply counts its energy. At rest its power is quadratic in the rates, and the row is the error of a one-sided difference alone.
+        // A supply integrates its energy. At rest its power is quadratic in the rates, so the row contains only the error of a one-sided difference.
         if scale < 1e-6 && name(i).ends_with("Supply.state.energy") {
             continue;
         }
@@ -60,8 +60,8 @@ fn agrees(what: &str, sim: &mut Simulation, times: &[f64], bound: f64) {
     }
 }
 
-/// A free hull with a ball on it, hinges with damping, friction and a stop that presses, motors with inductance, a line
-/// between two bodies, a turning that is given, uniform gravity: the mechanism has all derivatives of its own.
+/// A free hull with a ball on it, hinges with damping, friction and an active stop, motors with inductance, a line between two bodies, a prescribed
+/// rotation, uniform gravity: all derivatives of the mechanism are analytic.
 #[test]
 fn of_a_mechanism_that_knows_its_own() {
     let text = r#"Simulation(
@@ -89,17 +89,17 @@ fn of_a_mechanism_that_knows_its_own() {
         wires: ["Volts.y -> Motor.volts"], connect: [("Motor.supply", "Supply.terminal")], integrator: "rodas4p", accuracy: "fixed", step: "5 ms", until: "1 s")"#;
     let mut sim = common::scene(text, &[]).unwrap_or_else(|e| panic!("{e}"));
     agrees("hull", &mut sim, &[0.0], 1e-6);
-    // Later the friction of the motor is at the kink of its bristle, and differences do not say anything.
+    // Later the friction of the motor is at the kink of its bristle, where differences are meaningless.
     let motor = text.lines().find(|l| l.contains("Motor")).unwrap();
     let text = text.replace(motor, "").replace("\"Volts.y -> Motor.volts\"", "");
     let text = text.replace("(\"Motor.supply\", \"Supply.terminal\")", "");
     let mut sim = common::scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"));
-    // The line is differentiated by differences of its ends' positions: where the hull's z is near zero the step is small, and round-off of
-    // the difference gives 1.4e-5.
+    // The line is differentiated by differences of its ends' positions: where the hull's z is near zero the increment is small, and the round-off of
+    // the difference is 1.4e-5.
     agrees("hull without the motor", &mut sim, &[0.0, 0.2, 0.9], 3e-5);
 }
 
-/// What is outside of that: a bending beam, gravity by place, masses that change, loops and couplings.
+/// Other cases: a flexible beam, position-dependent gravity, changing masses, loops and couplings.
 #[test]
 fn of_the_simulations() {
     for (path, times) in [
@@ -113,13 +113,13 @@ fn of_the_simulations() {
         ("lunar_landing/sim.ron", [5.0, 10.0]),
     ] {
         let mut sim = common::repository(path, &[]).unwrap_or_else(|e| panic!("{path}: {e}"));
-        // Differences to one side see half of the second derivative.
+        // One-sided differences include half of the second derivative.
         agrees(path, &mut sim, &times, 1e-5);
     }
 }
 
-/// A crate that lies on terrain on bristles: derivatives of its contact, by differences of the mechanism alone; by
-/// impulses it has no rates, and the matrix is none.
+/// A crate on terrain with compliant contact: derivatives of its contact, by differences of the mechanism alone. Impulse-based contact does not have
+/// rates, so the matrix does not exist.
 #[test]
 fn of_contact() {
     let text = |contact: &str| {
@@ -139,10 +139,10 @@ fn of_contact() {
     let A = sim.state_matrix().unwrap().unwrap();
     let n = A.nrows();
     assert_eq!(n, 17);
-    // Bristles bend as the surface slips: ż by the speed of the crate is a turn of the unit matrix.
+    // Bristles deflect as the surface slips: ż as a function of the crate's speed is a rotated unit matrix.
     let slip = A.view((13, 10), (4, 3));
     assert!((slip.norm() - 2f64.sqrt()).abs() < 1e-3, "{slip}");
-    // The stiffness of the ground: what pushes the crate up grows by four corners, k/m each.
+    // The stiffness of the ground: the supporting force increases at four corners, k/m each.
     let push: f64 = (10..13).map(|i| A[(i, 2)]).map(|v| v * v).sum::<f64>().sqrt();
     assert!((push / (4.0 * 1e5 / 20.0) - 1.0).abs() < 0.1, "{push}");
     let mut sim = common::scene(&text(""), &[]).unwrap_or_else(|e| panic!("{e}"));

@@ -1,5 +1,4 @@
-//! Masses that change while the run goes on: closed forms, the same mass from the file, phases, and no
-//! trace of any cut.
+//! Masses that change during the run: closed forms, comparison with the same mass in the file, phases, and bit-identical continuation.
 use linkwork_assembly::{Options, load_text};
 use linkwork_runtime::{Files, Program, Role, Seconds, Simulation};
 use linkwork_spatial::Vec3;
@@ -46,10 +45,10 @@ fn rocket(spin: &str, more: &str) -> String {
     )
 }
 
-/// Tsiolkovsky: Δv = I_sp g₀ ln(m₀/m₁); and the way until the tank is dry as the integral of it.
+/// Tsiolkovsky: Δv = I_sp g₀ ln(m₀/m₁); and the distance until the tank is empty as its integral.
 #[test]
 fn a_rocket_reaches_the_speed_that_tsiolkovsky_says() {
-    // The payload off the axis would turn it.
+    // The off-axis payload would rotate it.
     let text = rocket("0, 0, 0", "").replace("com: [0, 0.02, 0.3]", "com: [0, 0, 0.3]");
     let mut sim = Simulation::of(program(&text));
     let (c, m0, m1) = (310.0 * 9.80665, 1100.0_f64, 300.0_f64);
@@ -65,8 +64,7 @@ fn a_rocket_reaches_the_speed_that_tsiolkovsky_says() {
     assert!((z / h - 1.0).abs() < 1e-11, "{z} {h}");
 }
 
-/// Propellant flows from the centre of mass to the nozzle, l away, and the body's inertia stays:
-/// I ω̇ = −ṁ l² ω across the axis.
+/// Propellant flows from the centre of mass to the nozzle at a distance l, and the body's inertia stays: I ω̇ = −ṁ l² ω about the transverse axis.
 #[test]
 fn jet_damping_follows_its_closed_form() {
     let text = format!(
@@ -85,16 +83,15 @@ fn jet_damping_follows_its_closed_form() {
     let flow = 5e3 / (200.0 * 9.80665);
     let want = 0.2 * (-flow * 1.5 * 1.5 * 20.0 / 50.0_f64).exp();
     let omega = get(&sim, "rocket.angular.x");
-    // The propellant is 16 nm high: that much is not a point (measured 1.6e-8).
+    // The propellant is 16 nm high, so it is not exactly a point (measured 1.6e-8).
     assert!((omega / want - 1.0).abs() < 1e-7, "{omega} {want}");
     assert!(get(&sim, "Tank.propellant") > 400.0 && want < 0.1);
 }
 
-/// A tank that nobody drains is the same machine as one whose bodies have that mass in the file: on a
-/// chain with a loop, and in contact, all kernels see it.
+/// A tank that is never drained gives the same mechanism as one with that mass in the file: on a chain with a loop, and in contact, for all kernels.
 #[test]
 fn mass_from_a_wire_is_mass_from_the_file() {
-    // A cylinder of 3 kg in a turned frame on the second link.
+    // A cylinder of 3 kg in a rotated frame on the second link.
     let bodies = |tank: &str, parts: &str, more: &str| {
         format!(
             r#"Simulation(
@@ -133,7 +130,7 @@ fn mass_from_a_wire_is_mass_from_the_file() {
     ] {
         let mut wired = Simulation::of(program(&bodies("", part, more)));
         let mut filed = Simulation::of(program(&bodies(&welded, "", more)));
-        // The start is put onto the loop with the masses of the file, which moves each otherwise.
+        // The start is projected onto the loop with the masses of the file, which gives different coordinates otherwise.
         for (path, variable) in &*filed.plan().variables.clone() {
             if variable.role == Role::State && path.starts_with(['a', 'b']) {
                 wired.set(path, get(&filed, path)).unwrap();
@@ -146,7 +143,7 @@ fn mass_from_a_wire_is_mass_from_the_file() {
             let (p, q) = (get(&wired, path), get(&filed, path));
             assert!((p - q).abs() < bound, "{more} {path}: {p} {q}");
         }
-        // It is not a small thing.
+        // The effect is significant.
         let mut empty = Simulation::of(program(&bodies("", "", more)));
         empty.run_until(seconds(1.0)).unwrap();
         let differs = |c: &str| (get(&empty, c) - get(&filed, c)).abs() > 1e-3;
@@ -154,8 +151,8 @@ fn mass_from_a_wire_is_mass_from_the_file() {
     }
 }
 
-/// The payload leaves a rocket that has burnt half of its propellant, and is caught by a hinge later: the
-/// books are kept with the masses of the moment, and no cut leaves a trace.
+/// The payload separates from a rocket that has burnt half of its propellant, and a hinge catches it later: momentum is balanced with the momentary
+/// masses, and results after interruptions are bit-identical.
 #[test]
 fn a_transition_knows_the_mass_of_the_moment_and_leaves_no_trace() {
     let phases = r#"start: "boost", phases: {
@@ -204,7 +201,7 @@ fn a_transition_knows_the_mass_of_the_moment_and_leaves_no_trace() {
     assert_eq!(sim.state(), straight.state());
 }
 
-/// A mass that cannot be stops the run with the body, the fact and the remedy.
+/// An impossible mass stops the run with the body, the fact and the remedy.
 #[test]
 fn impossible_masses_stop_the_run_in_order() {
     let text = rocket("0, 0, 0", "")
@@ -220,7 +217,7 @@ fn impossible_masses_stop_the_run_in_order() {
     assert!(error.contains("help:"), "{error}");
 }
 
-/// A vehicle far from the origin of W with an arm, a tank that empties and a second body that is not part of it: mass, centre and inertia by hand.
+/// A vehicle far from the origin of W with an arm, a tank that empties and a separate second body: mass, centre and inertia computed by hand.
 #[test]
 fn the_mass_of_a_vehicle_is_that_of_all_its_bodies_and_tanks() {
     let text = r#"Simulation(

@@ -1,5 +1,5 @@
-//! Metrics are taken over time: closed forms for every integrator and any rows, extremes between rows, shares of the time that are
-//! located inside a step, units of differences; through checkpoints, and without a trace in the run.
+//! Metrics are computed over time: closed forms for every integrator and any sampling, extremes between samples, fractions of time located inside a
+//! step, units of differences; through checkpoints, and without influence on the run.
 use crate::common;
 use allocation_counter::measure;
 use linkwork_runner::{Metrics, prepare};
@@ -16,7 +16,7 @@ fn metrics(text: &str) -> BTreeMap<String, f64> {
     common::metrics_of(text).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// x = cos t by two integrators, and what it squares to, with every metric.
+/// x = cos t by two integrators, and its square, with every metric.
 fn oscillator(integrator: &str, step: &str, until: &str) -> String {
     format!(
         r#"Simulation(
@@ -41,7 +41,7 @@ fn oscillator(integrator: &str, step: &str, until: &str) -> String {
     )
 }
 
-/// Over 0 to 4 s: one minimum of x at π, one maximum of v = −sin t is at the end, its greatest magnitude at π/2.
+/// From 0 to 4 s: one minimum of x at π, one maximum of v = −sin t at the end, its largest magnitude at π/2.
 fn check(f: &BTreeMap<String, f64>, tolerance: f64) {
     let end: f64 = 4.0;
     let mean = end.sin() / end;
@@ -56,7 +56,7 @@ fn check(f: &BTreeMap<String, f64>, tolerance: f64) {
     close(f, "std", (square - mean * mean).sqrt(), tolerance);
     close(f, "mean square", square, tolerance);
     close(f, "least square", 0.0, tolerance);
-    // The top of a parabola is found to the root of the error.
+    // The time of a parabola's maximum has the square root of the error.
     close(f, "at the minimum", PI, 10.0 * tolerance.sqrt());
     close(f, "at the greatest", PI / 2.0, 10.0 * tolerance.sqrt());
     close(f, "at the maximum", end / 60.0, tolerance);
@@ -73,7 +73,7 @@ fn check(f: &BTreeMap<String, f64>, tolerance: f64) {
 fn metrics_are_those_of_the_continuous_variable_for_every_integrator() {
     for (name, integrator) in Integrator::ALL {
         let order = integrator.method().order();
-        // Fixed steps: the error is that of the method.
+        // Fixed steps have the error of the method.
         let fixed = oscillator(name, "10 ms", "4 s");
         let tolerance = if order == 1 {
             3e-2
@@ -84,7 +84,7 @@ fn metrics_are_those_of_the_continuous_variable_for_every_integrator() {
         };
         check(&metrics(&fixed), tolerance);
         if integrator.method().error_order() > 0 {
-            // Rows of 4 s: everything lies between two rows.
+            // Samples of 4 s: everything happens between two samples.
             let accuracy = "accuracy: (relative: 1e-9, absolute: 1e-9)";
             let adaptive = oscillator(name, "4 s", "4 s").replace("accuracy: \"fixed\"", accuracy);
             check(&metrics(&adaptive), 2e-5);
@@ -113,13 +113,13 @@ fn means_and_shares_do_not_count_rows() {
     close(&f, "rms", 0.1_f64.sqrt(), 1e-9);
     close(&f, "std", 0.3, 1e-9);
     close(&f, "p89", 0.0, 1e-9);
-    // Taken at 0, 0.3, 0.6, 0.9 s, and held until 1.2 s.
+    // Sampled at 0, 0.3, 0.6, 0.9 s, and held until 1.2 s.
     close(&f, "held", 0.12, 1e-12);
     close(&f, "p85", 0.0, 0.0);
     close(&f, "p91", 1.0, 0.0);
 }
 
-/// Rows at 0.5, 0.99, 1, 1.5 s: a sine of 1 Hz is zero at most of them.
+/// Samples at 0.5, 0.99, 1, 1.5 s: a sine of 1 Hz is zero at most of them.
 #[test]
 fn rows_that_fall_unevenly_do_not_matter() {
     let f = metrics(
@@ -136,7 +136,7 @@ fn rows_that_fall_unevenly_do_not_matter() {
     close(&f, "first", 0.25, 1e-4);
 }
 
-/// T = 10 sin(2πt) degC: the root mean square of the numbers that are shown, and differences without an offset.
+/// T = 10 sin(2πt) degC: the RMS of the displayed numbers, and differences without an offset.
 #[test]
 fn differences_of_temperatures_have_no_offset() {
     let f = metrics(
@@ -164,7 +164,7 @@ fn differences_of_temperatures_have_no_offset() {
     close(&f, "kelvin", (273.15_f64.powi(2) + 50.0).sqrt(), 1e-6);
 }
 
-/// A ball that is thrown back: its velocity jumps at each impact, and neither its mean nor its range sees the jump as a ramp.
+/// A bouncing ball: its velocity jumps at each impact, and neither its mean nor its range treats the jump as a ramp.
 #[test]
 fn a_jump_at_an_event_is_no_ramp() {
     let f = metrics(
@@ -188,7 +188,7 @@ fn a_jump_at_an_event_is_no_ramp() {
     close(&f, "mean speed", (0.36 - 1.0) / 2.8, 1e-6);
 }
 
-/// Text, run to an instant by pieces of a row.
+/// Runs a text to an instant in fractions of a sample.
 fn started(
     text: &str,
     until: f64,
@@ -225,7 +225,7 @@ fn metrics_continue_through_a_checkpoint_and_with_other_metrics_beside_them() {
         let saved = Metrics::of(&first).unwrap().save().unwrap();
         let then = started(&text, 4.0, Some((&checkpoint, &saved)));
         assert_eq!(bits(&straight), bits(&then), "cut at {cut} s");
-        // A fork that has one metric less and one more: the others stay what they are.
+        // A fork with one metric removed and one added: the others are unchanged.
         let fewer = text.replace(
             "\"rms\": (of: \"X.y\", take: \"rms\"),",
             "\"new\": (of: \"V.y\", take: \"mean\"),",
@@ -239,7 +239,7 @@ fn metrics_continue_through_a_checkpoint_and_with_other_metrics_beside_them() {
     }
 }
 
-/// Looks everywhere, at everything.
+/// Records everything at all samples.
 struct Nosy {
     seen: f64,
     stretches: u64,

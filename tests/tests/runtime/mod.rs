@@ -1,4 +1,4 @@
-//! What holds for every simulation: the same bits, cuts, warnings, energy, allocation, the house rules.
+//! Properties of every simulation: determinism, checkpoints, warnings, energy, allocation, repository rules.
 
 mod allocation;
 mod balance;

@@ -1,4 +1,4 @@
-//! Power and heat as whole systems: books of energy, closed forms, thermostats, a battery that runs flat, cuts anywhere.
+//! Power and heat as complete systems: energy balance, closed forms, thermostats, an empty battery, interruptions at any time.
 use linkwork_runtime::Simulation;
 
 use crate::common::{scene, seconds};
@@ -13,7 +13,7 @@ fn until(sim: &mut Simulation, t: f64) {
     sim.run_until(seconds(t)).unwrap_or_else(|e| panic!("{e}"));
 }
 
-/// A box with a generator and a heater in it, a battery beside it, a skin in sun and wind.
+/// A box with a generator and a heater in it, a battery next to it, and a skin in sun and wind.
 const NETWORK: &str = r#"Simulation(
     parts: {
         "Box": (model: "power.thermal_node", params: { "capacity": "41 kJ/K", "temperature": "252 K" }),
@@ -45,7 +45,7 @@ const NETWORK: &str = r#"Simulation(
     step: "2 min", until: "40 h",
 )"#;
 
-/// Heat in the three nodes above their starts, J.
+/// Heat in the three nodes relative to the start, J.
 fn stored(sim: &Simulation) -> f64 {
     [("Box", 41e3, 252.0), ("Pack", 7e3, 263.0), ("Skin", 13e3, 201.0)]
         .iter()
@@ -79,7 +79,7 @@ fn what_is_put_in_is_stored_radiated_or_given_to_the_air_by_every_integrator() {
         }
         let switchings = get(&sim, "Heater.state.switchings");
         println!("{integrator}: {worst:.1e} J of {most:.1e} J, {switchings} switchings");
-        // Measured: 2e-15 of what has passed; 2e-13 by the stiff method, whose slopes are differences.
+        // Measured: 2e-15 of the energy throughput; 2e-13 with the stiff method, whose derivatives are differences.
         assert!(worst < 1e-12 * most && switchings > 30.0, "{integrator}: {worst} of {most} J");
     }
 }
@@ -124,14 +124,14 @@ const CHAIN: &str = r#"Simulation(
 fn a_chain_comes_to_rest_by_its_resistances_with_its_two_time_constants() {
     let mut sim = scene(CHAIN, &[]).unwrap_or_else(|e| panic!("{e}"));
     let air = 1.6 * 0.5;
-    // Ṫ = A T of the departures from rest; modes by the quadratic formula.
+    // Ṫ = A T of the deviations from equilibrium; modes by the quadratic formula.
     let a = [[-0.7 / 4e3, 0.7 / 4e3], [0.7 / 3e3, -(0.7 + air) / 3e3]];
     let (half, det): (f64, f64) =
         (0.5 * (a[0][0] + a[1][1]), a[0][0] * a[1][1] - a[0][1] * a[1][0]);
     let root: f64 = (half * half - det).sqrt();
     let (slow, fast) = (half + root, half - root);
     let rest = [230.0 + 24.0 / air + 24.0 / 0.7, 230.0 + 24.0 / air];
-    // Departures at the start in the two modes (1, (λ − a₀₀)/a₀₁).
+    // Initial deviations in the two modes (1, (λ − a₀₀)/a₀₁).
     let mode = |l: f64| (l - a[0][0]) / a[0][1];
     let (x, y) = (230.0 - rest[0], 230.0 - rest[1]);
     let s = (y - mode(fast) * x) / (mode(slow) - mode(fast));
@@ -192,7 +192,7 @@ fn a_thermostat_cycles_with_the_period_of_its_time_constant() {
     assert!((get(&sim, "Energy.energy") / (55.0 * on * cycles) - 1.0).abs() < 0.02);
 }
 
-/// A battery with a load, a heater in a cold box, and a source that comes after three hours.
+/// A battery with a load, a heater in a cold box, and a source that starts after three hours.
 const FLAT: &str = r#"Simulation(
     parts: {
         "Source": (model: "basics.step", params: { "time": "3 h", "before": 0, "after": 50 }),
@@ -215,7 +215,7 @@ const FLAT: &str = r#"Simulation(
     step: "10 s", until: "8 h",
 )"#;
 
-/// By the stiff method, with adaptive steps.
+/// With the stiff method and adaptive steps.
 fn stiff(text: &str, set: &[&str]) -> Simulation {
     let with = "integrator: \"rodas4p\", accuracy: (relative: 1e-6, absolute: 1e-6), step:";
     scene(&text.replace("step:", with), set).unwrap_or_else(|e| panic!("{e}"))
@@ -224,7 +224,7 @@ fn stiff(text: &str, set: &[&str]) -> Simulation {
 #[test]
 fn a_battery_that_runs_flat_cuts_its_loads_off_and_takes_them_on_again() {
     let mut sim = stiff(FLAT, &[]);
-    // 31 W and losses from 1.8 A h at 24 to 32 V.
+    // 31 W plus losses from 1.8 A h at 24 to 32 V.
     let mut flat = f64::NAN;
     while get(&sim, "Battery.empty") < 0.5 {
         sim.step_event().unwrap();
@@ -235,7 +235,7 @@ fn a_battery_that_runs_flat_cuts_its_loads_off_and_takes_them_on_again() {
     assert!((1.4 * 3600.0..1.8 * 3600.0).contains(&flat), "{flat}");
     assert!(get(&sim, "Battery.charge").abs() < 1e-9, "located at the event");
     until(&mut sim, 10_000.0);
-    // A state that is defined and in the log: no voltage, the load browned out once, the heater cold.
+    // A defined state that is in the log: zero voltage, one brown-out of the load, a cold heater.
     assert_eq!(get(&sim, "Battery.terminal.voltage"), 0.0);
     assert_eq!((get(&sim, "Battery.state.flat"), get(&sim, "Load.state.count")), (1.0, 1.0));
     assert_eq!((get(&sim, "Load.browned_out"), get(&sim, "Load.supply.current")), (1.0, 0.0));
@@ -244,7 +244,7 @@ fn a_battery_that_runs_flat_cuts_its_loads_off_and_takes_them_on_again() {
         (0.0, 0.0, 0.0)
     );
     assert!(get(&sim, "Battery.charge").abs() < 1e-9);
-    // With 50 W it is back at a twentieth of its charge, and everything works again; more is given than taken.
+    // With 50 W the battery is back at a twentieth of its charge, and everything works again; the supplied power exceeds the load.
     let mut back = f64::NAN;
     while get(&sim, "Battery.empty") > 0.5 {
         sim.step_event().unwrap();
@@ -269,7 +269,7 @@ fn a_full_battery_sheds_what_its_sources_give_beyond_its_loads() {
         most = most.max(get(&sim, "Battery.charge"));
     }
     assert!(most - 1.0 < 1e-9 && most > 0.999_999, "{most}");
-    // 50 W less 5 W of loads are shed.
+    // 50 W minus 5 W of loads are shed.
     assert!(get(&sim, "Battery.full") > 0.5 && (get(&sim, "Battery.shed") - 45.0).abs() < 1e-6);
     assert!(get(&sim, "Shed.energy") > 45.0 * 5.0 * 3600.0);
     assert_eq!(get(&sim, "Battery.state.flat"), 0.0);

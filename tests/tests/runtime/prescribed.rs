@@ -1,5 +1,4 @@
-//! Hinges that follow a profile: exact positions, the order of the integrator, no trace of a cut, and what is
-//! refused or warned about.
+//! Hinges that follow a profile: exact positions, the order of the integrator, bit-identical continuation, errors and warnings.
 use linkwork_assembly::{Loaded, Options, load_file, load_text};
 use linkwork_runtime::{Catalogue, Fault, Files, Seconds, Simulation};
 use std::sync::Arc;
@@ -12,7 +11,7 @@ fn catalogue() -> Catalogue {
     Catalogue::new(linkwork_assemblies::libraries())
 }
 
-/// A turntable that a profile turns, with an arm that swings on it.
+/// A turntable driven by a profile, with an arm that swings on it.
 fn table(profile: &str, initial: &str, settings: &str) -> String {
     format!(
         r#"Simulation(
@@ -42,7 +41,7 @@ fn sim(text: &str) -> Simulation {
     sim_of(&loaded(text))
 }
 
-/// Everything that is wrong with a text, facts and remedies.
+/// Returns all errors of a text, with facts and remedies.
 fn faults(text: &str) -> String {
     let catalogue = catalogue();
     let faults: Vec<Fault> = match load_text("test.ron", text, &Options::new(&catalogue)) {
@@ -103,7 +102,7 @@ fn positions_are_met_and_ends_are_held() {
     assert!(sim.get("table.rate").unwrap().abs() < 1e-7);
 }
 
-/// From beside the profile: critically damped, e (1 + ω t) e^(−ω t).
+/// From a start off the profile: critically damped, e (1 + ω t) e^(−ω t).
 #[test]
 fn what_lies_beside_the_profile_goes_away_as_stated() {
     let profile = r#""profile": [[5, 0], [6, 1]], "natural_frequency": "3 rad/s""#;
@@ -123,12 +122,12 @@ fn what_lies_beside_the_profile_goes_away_as_stated() {
         let want = 0.2 * (1.0 + 3.0 * t) * (-3.0 * t).exp();
         assert!((off.get("Motion.error").unwrap() - want).abs() < 1e-10);
     }
-    // Without feedback it stays.
+    // Without feedback the error stays.
     let free = profile.replace("3 rad/s", "0 rad/s");
     let mut off = sim(&table(&free, "angle: 0.2", r#"step: "1 ms""#));
     off.run_until(seconds(2.0)).unwrap();
     assert_eq!(off.get("table.angle").unwrap(), 0.2);
-    // A start on the profile is nothing to remark.
+    // A start on the profile does not cause a warning.
     assert!(sim(&table(WAVE, START, "")).startup_warnings().is_empty());
 }
 
@@ -155,7 +154,7 @@ fn a_cut_anywhere_leaves_no_trace() {
     }
 }
 
-/// A part that comes with a phase finds its place in the profile.
+/// A part that is added by a phase joins the profile at the current time.
 #[test]
 fn a_profile_that_comes_late_goes_on_where_it_is() {
     let text = r#"Simulation(
@@ -281,7 +280,7 @@ fn profiles_that_make_no_sense_are_refused_with_the_remedy() {
         let told = faults(&table(profile, START, ""));
         assert!(told.contains(what) && told.contains(remedy), "{profile}: {told}");
     }
-    // Degrees would be taken for metres.
+    // Degrees would be taken as metres.
     let slider =
         table(WAVE, "position: 0", "").replace("Pin(axis: [0, 0, 1]", "Slider(axis: [0, 0, 1]");
     let told = faults(&slider);
@@ -293,10 +292,10 @@ fn profiles_that_make_no_sense_are_refused_with_the_remedy() {
     assert!(slides.startup_warnings().is_empty());
     slides.run_until(seconds(1.1)).unwrap();
     assert!((slides.get("table.displacement").unwrap() - 0.6).abs() < 1e-6);
-    // A hinge that is free cannot be prescribed.
+    // A free hinge cannot be prescribed.
     let free = table(WAVE, START, "").replace(", prescribed: true", "");
     assert!(faults(&free).contains("prescribes the motion of `hinge table`, which is free"));
-    // Two that prescribe one coordinate would act in each other's place.
+    // Two profiles on one coordinate would override each other.
     let other = format!(
         r#""Other": (model: "basics.hinge_trajectory", params: {{ {WAVE} }}, bind: {{ "hinge": "hinge:table" }}), "Motion": (model"#
     );

@@ -1,4 +1,4 @@
-//! What constraints leave of a mechanism's motion: rank, mobility, repeated and contradicting constraints by name.
+//! Analysis of constraints: rank, mobility, redundant and contradicting constraints by name.
 use linkwork_assembly::{Options, load_text};
 use linkwork_runtime::{Catalogue, Fault, Files, RankReport, Seconds, Simulation};
 use std::sync::Arc;
@@ -41,14 +41,14 @@ fn fault(text: &str) -> (Fault, usize) {
 #[test]
 fn rank_and_mobility_are_those_of_the_linkage() {
     let r = rank(&four_bar("", "", LOOP));
-    // A planar loop in space: two of its five equations say something.
+    // A planar loop in space: two of its five equations are independent.
     assert_eq!((r.free, r.prescribed, r.rows, r.rank, r.mobility()), (3, 0, 5, 2, 1));
     assert_eq!(r.redundant, [("loop `wrist`".to_string(), 3, 5)]);
     assert!(r.over_prescribed.is_empty());
     let r = rank(&four_bar(GIVEN, "", LOOP));
     assert_eq!((r.free, r.prescribed, r.rank, r.mobility()), (2, 1, 2, 0));
     assert!(r.over_prescribed.is_empty(), "one crank of one degree of freedom may be given");
-    // A coupling that says what the parallelogram does anyway, and one that does not.
+    // A coupling that the parallelogram already implies, and one that is independent.
     let with = |c: &str| four_bar("", "", &format!("{LOOP} couplings: {{ {c} }},"));
     let r = rank(&with(r#""gear": (mimic: "crank", of: "rocker")"#));
     assert_eq!((r.rows, r.rank, r.mobility()), (6, 2, 1));
@@ -115,14 +115,14 @@ fn prescribed_motions_against_a_loop_are_a_warning_and_end_a_run_by_name() {
         assert!(told[0].message.contains("loop `wrist`: held only while prescribed motions agree"));
         sim.run_until(Seconds::from_decimal(2.0).unwrap())
     };
-    // A parallelogram: equal motions of both cranks agree.
+    // A parallelogram: equal motions of both cranks are consistent.
     go(1.5).unwrap();
     let e = go(1.4).unwrap_err();
     assert!(e.message.contains("loop `wrist` does not close"), "{e}");
     assert!(e.time >= 0.5 && e.time < 0.52, "{e}");
 }
 
-/// No constraint method of the constraint makes it silent.
+/// Every constraint method reports the contradiction.
 #[test]
 fn every_treatment_reports() {
     for solve in ["Embed", "Augment"] {
@@ -136,7 +136,7 @@ fn every_treatment_reports() {
     assert!(Simulation::new(Arc::clone(&plan)).startup_warnings().is_empty());
 }
 
-/// A parallelogram of two cranks and a coupler (m) with their masses (kg); its links are in line at half a turn and at a whole one.
+/// A parallelogram of two cranks and a coupler (m) with their masses (kg); its links are in line at half a turn and at a full turn.
 struct Parallelogram {
     crank: f64,
     coupler: f64,
@@ -167,8 +167,8 @@ impl Parallelogram {
         )
     }
 
-    /// Angle of a crank after some time: while the coupler keeps its direction this is one pendulum, I θ̈ = m g sin θ with I = r² ((m₁ + m₂)/3 + m₃) and
-    /// m = r ((m₁ + m₂)/2 + m₃), integrated here by RK4 at 0.1 ms.
+    /// Returns the angle of a crank after some time. While the coupler keeps its direction this is one pendulum, I θ̈ = m g sin θ with I = r² ((m₁ +
+    /// m₂)/3 + m₃) and m = r ((m₁ + m₂)/2 + m₃), integrated here by RK4 at 0.1 ms.
     fn angle(&self, time: f64) -> f64 {
         let ([a, b, c], r) = (self.masses, self.crank);
         let pull = 9.81 * ((a + b) / 2.0 + c) / (r * ((a + b) / 3.0 + c));
@@ -188,8 +188,8 @@ impl Parallelogram {
     }
 }
 
-/// A parallelogram that turns ten times through the positions in which its links are in line stays one: the coupler keeps its direction, and the
-/// cranks are where one pendulum is. Every integrator, both constraint methods of the loop, several proportions.
+/// A parallelogram that rotates ten times through the configurations in which its links are in line stays a parallelogram: the coupler keeps its
+/// direction, and the cranks follow one pendulum. Every integrator, both constraint methods for the loop, several proportions.
 #[test]
 fn a_parallelogram_passes_the_positions_in_line() {
     let all = [
@@ -199,7 +199,7 @@ fn a_parallelogram_passes_the_positions_in_line() {
         Parallelogram { crank: 0.7, coupler: 1.3, masses: [2.0, 1.0, 0.5] },
     ];
     let mut ways = Vec::new();
-    // Rows of 1 ms; the adaptive methods step within them at their usual accuracy.
+    // Samples of 1 ms; the adaptive methods step within them at their default accuracy.
     for method in ["rk4", "verner_87", "dormand_prince_54"] {
         ways.push((format!(r#"step: "1 ms", integrator: "{method}""#), 1e-5));
     }
@@ -225,7 +225,7 @@ fn a_parallelogram_passes_the_positions_in_line() {
                     .unwrap_or_else(|e| panic!("{e}"));
                 let done = sim.run_until(Seconds { num: 10, den: 1 });
                 let [v, h] = ["v0.angle", "h0.angle"].map(|n| sim.get(n).unwrap());
-                // Known limit: so accurate a stiff method may end the run with a message.
+                // Known limitation: the stiff method at this accuracy may end the run with a message.
                 if done.is_err() && integrator.contains("rodas4p") && integrator.contains("1e-12") {
                     ended += 1;
                     continue;

@@ -1,7 +1,7 @@
-//! Sampled loops are examined at load: an unstable one is a warning with a gain that works.
+//! Sampled control loops are analysed at load: an unstable one gives a warning with a stable gain.
 use crate::common;
 
-/// Rotor and wheel of 5 g m² on a motor that reaches 10 rad/s and 5 N m, and the rate control that `linkwork new rover` wrote for it.
+/// Rotor and wheel of 5 g m² on a motor that reaches 10 rad/s and 5 N m, and the rate controller that `linkwork new rover` generated for it.
 fn drive(kp: f64, rate: &str) -> String {
     format!(
         r#"Simulation(
@@ -53,21 +53,21 @@ fn a_gain_that_is_too_high_is_reported_with_one_that_works() {
     let gain = help.strip_prefix("write `kp: ").and_then(|h| h.split('`').next());
     let gain: f64 = gain.unwrap_or_else(|| panic!("{help}")).parse().unwrap();
     assert!(gain > 0.5 && gain < 6.0, "{gain}");
-    // It swings between its limits; with the gain of the message it keeps its rate.
+    // It oscillates between its limits; with the gain of the message it keeps its rate.
     let (swings, _) = swing(&text);
     assert!(swings > 0.5, "{swings}");
     let calm = drive(gain, "100 Hz");
     let (still, mean) = swing(&calm);
-    // Its start from rest alone has 0.18 rad/s.
+    // The start from rest alone causes 0.18 rad/s.
     assert!(still < 0.25 && (mean - 3.0).abs() < 0.1, "{still} {mean}");
     assert!(warnings(&calm).is_empty());
-    // Sampled ten times as often it is stable as it is.
+    // Sampled ten times as often it is stable without changes.
     assert!(warnings(&drive(1.7 * 2.4 * 2.0, "1 kHz")).is_empty());
 }
 
 #[test]
 fn a_loop_near_its_limit_is_reported_as_such() {
-    // The gain at which the loop begins to swing, by bisection of the warning itself.
+    // The gain at which the loop becomes unstable, by bisection of the warning itself.
     let unstable =
         |kp: f64| warnings(&drive(kp, "100 Hz")).iter().any(|w| w.0.contains(" is unstable"));
     let (mut low, mut high) = (0.5, 20.0);
@@ -78,7 +78,7 @@ fn a_loop_near_its_limit_is_reported_as_such() {
     let near = warnings(&drive(0.9 * low, "100 Hz"));
     assert!(near.len() == 1 && near[0].0.contains("nearly unstable"), "{near:?}");
     assert!(warnings(&drive(0.5 * low, "100 Hz")).is_empty());
-    // The simulation agrees on where the limit is, but for the friction that helps it.
+    // The simulation has the same stability limit, except for the stabilizing friction.
     assert!(swing(&drive(0.6 * low, "100 Hz")).0 < 0.3);
     assert!(swing(&drive(1.3 * high, "100 Hz")).0 > 1.0);
 }

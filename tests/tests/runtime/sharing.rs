@@ -1,4 +1,4 @@
-//! Wheels that share their torque: on hard ground they work less against each other, and the rover goes where it went.
+//! Wheels with torque sharing: on hard ground they work less against each other, and the rover reaches the same position.
 use linkwork_runtime::Simulation;
 
 use crate::common;
@@ -7,7 +7,7 @@ fn get(sim: &Simulation, name: &str) -> f64 {
     sim.get(name).unwrap()
 }
 
-/// Mean power that wheels give and others take (W), and the place at the end (m), from 5 to 30 s of `sims/rover_traverse`.
+/// Returns the mean power that wheels transfer to each other (W), and the final position (m), from 5 to 30 s of `sims/rover_traverse`.
 fn fought(droop: &str) -> (f64, [f64; 2]) {
     let mut sim = common::traverse(&[&format!("Rover.droop={droop}")]).unwrap();
     sim.run_until(common::seconds(5.0)).unwrap();

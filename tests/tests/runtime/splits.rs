@@ -1,5 +1,5 @@
-//! Law 6 for what ships: every simulation with every integrator, cut at random instants (rows and events),
-//! copied, saved and resumed by a new instance, and run in several threads at once, ends in the same bits.
+//! Rule 6 for everything supplied: every simulation with every integrator, interrupted at random instants (samples and events), copied, saved and
+//! resumed by a new instance, and run in several threads at once, ends bit-identical.
 use linkwork_integrate::{Control, Limits, Norm, Tolerances};
 use linkwork_runner::{Library, Ready};
 use linkwork_runtime::{Catalogue, Integration, Integrator, Program, Seconds, Simulation};
@@ -14,7 +14,7 @@ pub(super) fn library() -> Library {
     }
 }
 
-/// Every file with a simulation, but those that need what their READMEs make first (a unit, a class).
+/// All files with a simulation, except those whose README has a preparation step (an FMU, a class).
 pub(super) fn simulations() -> Vec<PathBuf> {
     let elsewhere = ["fmu/side_by_side.ron", "python_controller/cart_pole.ron", "fmu/arm.ron"];
     let mut files = Vec::new();
@@ -39,7 +39,7 @@ fn gather(folder: &Path, out: &mut Vec<PathBuf>) {
     }
 }
 
-/// Every integrator with steps of the size of the rows, and those that estimate their error with adaptive ones, too.
+/// Every integrator with steps of the sampling size, and those with an error estimate also with adaptive steps.
 fn methods() -> Vec<(Integrator, bool)> {
     let each = Integrator::ALL.iter().flat_map(|&(_, integrator)| {
         let adaptive = integrator.method().error_order() > 0;
@@ -48,8 +48,8 @@ fn methods() -> Vec<(Integrator, bool)> {
     each.flatten().collect()
 }
 
-/// What is left out, with the reason: the stiff method makes the derivatives of these by differences, state by state, and its
-/// adaptive steps collapse where wheels slip on soil. Sixty rows take minutes of processor time: only `.ci/verify splits` runs them.
+/// Exclusions, with the reason: the stiff method computes the derivatives of these by differences, state by state, and its adaptive steps collapse
+/// where wheels slip on soil. Sixty samples take minutes of processor time, so only `.ci/verify splits` runs them.
 const LEFT_OUT: [(&str, Integrator); 2] =
     [("two_rovers/sim.ron", Integrator::Rodas), ("slope_slip/sim.ron", Integrator::Rodas)];
 
@@ -60,15 +60,15 @@ fn load(file: &Path) -> Ready {
         .iter()
         .any(|f| file.ends_with(f))
     {
-        // Ground on a coarse grid is made sooner.
+        // Ground on a coarse grid is built faster.
         set.push("Rover.Environment.spacing=0.5".into());
     }
     let ready = library().file(file, &set, None);
     ready.map_err(|f| format!("{}: {}", file.display(), f.render(false))).unwrap()
 }
 
-/// The same program by another method, from the same start: what is compiled and settled once serves all. Adaptive steps
-/// are held to 1e-9, as where a file says nothing.
+/// Returns the same program with another method, from the same start, so that compiling and settling once is enough. Adaptive steps use a tolerance
+/// of 1e-9, the default of files.
 fn integrate(program: &mut Arc<Program>, (integrator, adaptive): (Integrator, bool)) {
     let method = integrator.method();
     for phase in &mut Arc::get_mut(program).unwrap().phases {
@@ -83,7 +83,7 @@ fn integrate(program: &mut Arc<Program>, (integrator, adaptive): (Integrator, bo
     }
 }
 
-/// Random numbers by a fixed recurrence.
+/// Random numbers from a fixed recurrence.
 struct Dice(u64);
 impl Dice {
     fn below(&mut self, n: u64) -> u64 {
@@ -92,7 +92,7 @@ impl Dice {
     }
 }
 
-/// How a run ended: its bits, or what stopped it.
+/// Result of a run: its hash, or the reason why it stopped.
 type Ended = Result<u64, String>;
 
 fn ended(sim: &Simulation, result: Result<(), linkwork_runtime::RunError>) -> Ended {
@@ -105,7 +105,7 @@ fn straight(program: &Arc<Program>, end: Seconds) -> Ended {
     ended(&sim, result)
 }
 
-/// The same, cut at random instants: rows, and events between them and at them.
+/// Runs it again, interrupted at random instants: samples, and events between and at them.
 fn cut(program: &Arc<Program>, end: Seconds, seed: u64) -> Ended {
     let (mut sim, mut dice) = (Simulation::of(program.clone()), Dice(seed));
     let mut snapshot = Default::default();
@@ -126,19 +126,19 @@ fn cut(program: &Arc<Program>, end: Seconds, seed: u64) -> Ended {
                 sim.restore(&checkpoint).unwrap();
             }
             _ => {
-                // Ahead and back, as after a step that is rejected.
+                // Ahead and back, as after a rejected step.
                 sim.save_into(&mut snapshot);
                 let _ = sim.step_event();
                 sim.load_from(&snapshot).unwrap();
             }
         }
     }
-    // Events may be left at the last row.
+    // Events may remain at the last sample.
     let result = sim.run_until(end);
     ended(&sim, result)
 }
 
-/// What of one simulation did not run to its end, by its method.
+/// Runs of one simulation that did not reach the end, by method.
 fn every_integrator(file: &Path) -> Vec<String> {
     let mut stopped = Vec::new();
     let ready = load(file);
@@ -162,7 +162,7 @@ fn every_integrator(file: &Path) -> Vec<String> {
     stopped
 }
 
-/// What [`integrate`] makes of a program is what the file gives with this integrator.
+/// The program from [`integrate`] equals that from the file with this integrator.
 #[test]
 fn a_program_by_another_method_is_that_of_the_file() {
     for name in ["pendulum/sim.ron", "bouncing_ball/sim.ron", "staging/sim.ron"] {
@@ -187,7 +187,7 @@ fn a_program_by_another_method_is_that_of_the_file() {
 
 #[test]
 fn every_simulation_with_every_integrator_split_equals_straight() {
-    // A thread a core takes the next file.
+    // Each thread takes the next file.
     let (files, next) = (simulations(), AtomicUsize::new(0));
     let work = || {
         let mut stopped = Vec::new();
@@ -201,8 +201,8 @@ fn every_simulation_with_every_integrator_split_equals_straight() {
         let workers: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
         workers.into_iter().flat_map(|w| w.join().unwrap()).collect()
     });
-    // Two pairs are known to stop, each with a message. Semi-implicit Euler does not hold the flexible wishbone. Fixed steps of 20 ms by
-    // Rodas4P diverge in the whole landing of the capsule, where the second stage of the drogue fills: its riser pulls with 150 MN.
+    // Two pairs are known to stop, each with a message. Semi-implicit Euler cannot integrate the flexible wishbone. Fixed steps of 20 ms with Rodas4P
+    // diverge in the complete landing of the capsule, where the second stage of the drogue opens: its riser pulls with 150 MN.
     let known = [
         "double_wishbone/flexible.ron with (SemiImplicitEuler,",
         "capsule_landing/sim.ron with (Rodas, false)",
@@ -239,7 +239,7 @@ fn runs_in_several_threads_do_not_know_of_each_other() {
     }
 }
 
-/// The resolved text, which logs and checkpoints carry, is the same program: else a run could not be resumed from them.
+/// The resolved text, which is part of logs and checkpoints, gives the same program; otherwise a run could not be resumed from them.
 #[test]
 fn every_simulation_comes_back_from_its_resolved_text() {
     for file in simulations() {
@@ -251,7 +251,7 @@ fn every_simulation_comes_back_from_its_resolved_text() {
     }
 }
 
-/// Lanes, stores and fields of a machine that did not change go over whole, bristles of its contacts too.
+/// Signals, stores and fields of an unchanged mechanism are carried over completely, including bristles of its contacts.
 #[test]
 fn a_move_to_the_same_plan_leaves_no_trace() {
     let slope = "Simulation(until: \"1 s\", step: \"1 ms\", integrator: \"rk4\", parts: { \"G\": (model: \"environment.uniform_gravity\", params: { \"acceleration\": [2, 0, -9.6] }) },
@@ -263,7 +263,7 @@ fn a_move_to_the_same_plan_leaves_no_trace() {
         .into_iter()
         .filter(|file| !file.ends_with("double_wishbone/flexible.ron"))
         .map(|file| (file.display().to_string(), load(&file)))
-        // A move by hand leaves the phases of a file behind: nothing to compare with.
+        // A manual move leaves the phases of a file, so there is no comparison.
         .filter(|(_, ready)| ready.program.phases.len() == 1)
         .collect();
     let ready = library().text("slope.ron", slope).map_err(|f| f.render(false)).unwrap();

@@ -1,19 +1,19 @@
-//! The house rules, applied to this repository.
+//! The repository's rules, checked on this repository.
 use linkwork_tests::root;
 use linkwork_tests::tidy::{docs, layers, manifest, sources};
 use std::path::{Path, PathBuf};
 
-/// Test dependencies that point up, each with its reason.
+/// Test dependencies on higher layers, each with its reason.
 const ALLOWED_UP: [(&str, &str); 2] = [
     // Closed forms of motions are compared with integrated ones.
     ("linkwork-dynamics", "linkwork-solvers"),
-    // Optional, for the features of third-party crates alone: the wheel that is tested takes what was compiled before.
+    // Optional, only for the features of third-party crates: the tested wheel uses what was compiled before.
     ("linkwork-python-module", "linkwork-features"),
 ];
 
 const FOLDERS: [&str; 5] = ["framework", "components", "assemblies", "sims", "tests"];
 
-/// All files below a folder, sorted; build output and hidden folders left out.
+/// Returns all files below a folder, sorted, without build output and hidden folders.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut entries: Vec<_> =
@@ -99,7 +99,7 @@ fn every_file_of_tests_is_compiled() {
         let files: Vec<(&str, &str)> = (texts.iter())
             .filter_map(|(name, text)| Some((name.strip_prefix(&folder)?, text.as_str())))
             .collect();
-        // A program of its own is named by the manifest.
+        // A program is named by its manifest.
         let text =
             std::fs::read_to_string(root().join(&manifest.folder).join("Cargo.toml")).unwrap();
         let programs_of_their_own = |name: &str| text.contains(&format!("path = \"tests/{name}\""));
@@ -135,7 +135,7 @@ fn documents_name_paths_that_exist() {
         let folders = ["framework/", "sims/", "tests/benches/"];
         name.ends_with(".md") && folders.iter().any(|f| name.starts_with(f))
     });
-    // From the top, or from the document's own folder.
+    // Relative to the top, or to the document's own folder.
     let found = pages
         .chain(top.into_iter().filter(|(_, p)| p.exists()))
         .flat_map(|(name, page)| {
@@ -155,7 +155,8 @@ fn documents_name_paths_that_exist() {
     none(found);
 }
 
-/// Lints of the workspace forbid `unsafe`; the crates at whose edge foreign code stands, and the one that defines functions of C, have their own, which ask for the
+/// The workspace lints forbid `unsafe`. The crates that call foreign code, and the one that defines functions of C, have their own lints, which
+/// require the reason of each block.
 /// reason of each block.
 #[test]
 fn unsafe_code_has_three_homes() {
@@ -180,7 +181,7 @@ fn unsafe_code_has_three_homes() {
     }
 }
 
-/// The scheduler knows parts and blocks: what a mechanism is, only its folder does.
+/// The scheduler only uses parts and blocks; only the folder of the mechanism depends on mechanisms.
 #[test]
 fn only_its_own_folder_names_the_mechanism() {
     let names = |line: &str| {
@@ -204,7 +205,7 @@ fn only_its_own_folder_names_the_mechanism() {
     none(found);
 }
 
-/// Who imports whom on the assembly floor: each folder, and those above it in this list that it uses.
+/// Imports in the assembly layer: each folder, and the folders above it in this list that it uses.
 const ASSEMBLY: [(&str, &[&str]); 10] = [
     ("text", &[]),
     ("schema", &["text"]),

@@ -1,5 +1,4 @@
-//! Mistakes that are allowed and silent otherwise: each is a warning with place and remedy, and no simulation
-//! that ships with the project has one.
+//! Mistakes that are allowed: each gives a warning with location and remedy, and supplied simulations have none.
 use linkwork_runner::Library;
 use linkwork_runtime::Catalogue;
 use std::path::{Path, PathBuf};
@@ -11,7 +10,7 @@ fn library() -> Library {
     }
 }
 
-/// Warnings of a text as `line: fact / remedy`.
+/// Returns the warnings of a text as `line: fact / remedy`.
 fn warnings(text: &str) -> Vec<String> {
     let ready = library().text("test.ron", text).map_err(|f| f.render(false)).unwrap();
     let told = ready.warnings();
@@ -50,11 +49,11 @@ fn no_simulation_of_the_project_has_a_warning() {
     simulations(&linkwork_tests::root().join("sims"), &mut files);
     assert!(files.len() > 15, "{files:?}");
     let mut found = Vec::new();
-    // These need what their READMEs make first (a unit, a class); in the arm the unit's input is open.
+    // These have a preparation step in their READMEs (an FMU, a class); in the arm the FMU's input is open.
     let elsewhere = ["fmu/side_by_side.ron", "python_controller/cart_pole.ron", "fmu/arm.ron"];
     files.retain(|file| !elsewhere.iter().any(|e| file.ends_with(e)));
     for file in files {
-        // Ground on a coarse grid is made sooner, and says the same.
+        // Ground on a coarse grid is built faster, and gives the same warnings.
         let rovers = ["rover_traverse/sim.ron", "mars_edl/sim.ron"];
         let coarse = rovers.iter().any(|f| file.ends_with(f));
         let set = if coarse { vec!["Rover.Environment.spacing=0.5".to_string()] } else { vec![] };
@@ -96,7 +95,7 @@ fn an_axle_across_its_wheel_is_told() {
     );
     assert!(warnings(&wheel("[0, 1, 0]", 0.2, "wheel")).is_empty());
     assert!(warnings(&wheel("[0.1, 1, 0]", 0.2, "wheel/hub")).is_empty(), "a little camber");
-    // Other hinges than a pin say nothing of an axle.
+    // Only pins have an axle.
     assert!(warnings(&wheel("[0, 1, 0]", 0.2, "fork")).is_empty());
 }
 
@@ -145,7 +144,7 @@ fn a_sensor_that_nobody_reads_is_told() {
         let all = warnings(&text(&format!("{wires} {reader}")));
         assert!(all.is_empty(), "{reader}: {all:?}");
     }
-    // Read in a later phase only.
+    // Read only in a later phase.
     let later = r#"start: "a", phases: { "a": (to: { "b": "time > 1 s" }), "b": (wires: ["Twice.y -> Again.u"], parts: { "Again": (model: "basics.gain", params: { "k": 2 }) }) },"#;
     let all = warnings(&text(&format!("{wires} {later}")));
     assert!(all.is_empty(), "{all:?}");
@@ -178,7 +177,7 @@ fn colliders_without_contact_are_told() {
     assert!(warnings(&text(phase)).is_empty(), "contact in a later phase");
 }
 
-/// A mass on a spring, and a lag beside it.
+/// A mass on a spring, and an independent lag.
 fn stiff(step: &str, more: &str) -> String {
     format!(
         r#"Simulation(
@@ -197,7 +196,7 @@ fn stiff(step: &str, more: &str) -> String {
 
 #[test]
 fn a_step_too_long_is_told_with_the_one_that_would_do() {
-    // The lag: RK4 wants h / T < 2.785: 5.57 ms; the spring's 100 rad/s would take 28 ms.
+    // The lag: RK4 requires h / T < 2.785: 5.57 ms; the spring's 100 rad/s would permit 28 ms.
     let told = only(&stiff("6 ms", ""));
     assert!(
         told.starts_with(
@@ -220,11 +219,11 @@ fn a_step_too_long_is_told_with_the_one_that_would_do() {
     assert!(told.contains("`mass.") && told.contains("0.022 s"), "{told}");
     assert!(warnings(&spring("22 ms", "")).is_empty());
     assert!(only(&spring("30 ms", euler)).contains("`step: \"0.015 s\"`"));
-    // Adaptive methods find their steps.
+    // Adaptive methods choose their steps.
     for integrator in ["dormand_prince_54", "rodas4p"] {
         assert!(warnings(&stiff("6 ms", &format!("integrator: \"{integrator}\","))).is_empty());
     }
-    // A whole machine: back-EMF 55.6 N m s/rad on the 0.33 kg m² of a wheel, and what it drives on.
+    // A complete mechanism: back-EMF 55.6 N m s/rad on the 0.33 kg m² of a wheel, and the ground that it drives on.
     let set = ["step=30 ms".to_string()];
     let file = linkwork_tests::root().join("sims/rocky8/sim.ron");
     let ready = library().file(&file, &set, None).map_err(|f| f.render(false)).unwrap();
@@ -232,7 +231,7 @@ fn a_step_too_long_is_told_with_the_one_that_would_do() {
     assert_eq!(told.len(), 1, "{told:?}");
     let fact = &told[0].message;
     assert!(fact.contains("the step of 0.03 s is too long"), "{fact}");
-    // Said and shown: just above the step that is told it grows, at that step it does not.
+    // The warning is correct: slightly above the stated step it diverges, at this step it does not.
     let end = |step: &str| {
         let ready =
             library().text("test.ron", &stiff(step, "")).map_err(|f| f.render(false)).unwrap();
@@ -269,7 +268,7 @@ fn an_integrator_that_contact_replaces_is_told() {
     assert!(warnings(&box_on_floor("compliant: true", "integrator: \"rk4\"")).is_empty());
 }
 
-/// Once in a run, with the residual and the remedy.
+/// Once per run, with the residual and the remedy.
 #[test]
 fn a_contact_step_that_was_not_solved_is_told() {
     let told = |contact: &str| {
@@ -288,7 +287,7 @@ fn a_contact_step_that_was_not_solved_is_told() {
     assert!(help.starts_with("raise `sweeps`"), "{help}");
 }
 
-/// One report, whatever it is about: a unit, a parameter, a body, a wire, and a plot of a variable that is not there.
+/// One report for everything: a unit, a parameter, a body, a connection, and a plot of a variable that does not exist.
 #[test]
 fn mistakes_of_all_kinds_are_in_one_report() {
     let told = |text: &str| library().text("test.ron", text).err().unwrap().render(false);
@@ -318,7 +317,7 @@ fn mistakes_of_all_kinds_are_in_one_report() {
     {
         assert!(report.contains(part), "{part} is missing in\n{report}");
     }
-    // Of what cannot be known nothing is said.
+    // Unknowable facts are not reported.
     let log = "\"chassis/body.angle\", \"C.*.y\"";
     let report = told(&text("\"k\": 2", "\"kk\": 3", "\"A.y -> B.v\"", log));
     assert_eq!(report.matches("matches no variable").count(), 1, "{report}");

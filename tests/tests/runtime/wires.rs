@@ -1,5 +1,4 @@
-//! Wires with a delay and wires that are solved for, written in a file; their way through the resolved text
-//! and into phases, and mistakes in them.
+//! Connections with a delay and solved algebraic loops, written in a file; also in the resolved text and in phases, and their errors.
 use linkwork_assembly::{Options, load_text};
 use linkwork_runtime::{Files, Seconds, Simulation};
 use std::sync::Arc;

@@ -130,8 +130,8 @@ impl Effort {
     /// Returns an upper bound for the kinematics evaluations of a search for these goals, for every mechanism, start and all values of the goals.
     /// Real-time callers can rely on it. Most searches take one hundredth of it. `closures` is true if the mechanism or the caller has any.
     ///
-    /// One start has at most n steps. The k-th consecutive rejection raises the damping c by k bits, and an accepted step lowers it by at most log₂
-    /// 10. c begins at 10⁻², and the start ends where c ≥ 10¹⁸ (1 + 1/F). Because F ≥ ½ (w tolerance)² while targets are not met, with r rejections
+    /// One start has at most n steps. The k-th consecutive rejection raises the damping c by k bits, and an accepted step lowers it by at most
+    /// log₂ 10. c begins at 10⁻², and the start ends where c ≥ 10¹⁸ (1 + 1/F). Because F ≥ ½ (w tolerance)² while targets are not met, with r rejections
     /// in total:
     /// ```text
     /// Σ r_i (r_i + 1)/2 ≤ n log₂ 10 + log₂(10²⁰ (1 + 1/F)) + 24,      r (r + 1)/2 ≥ 3 r − 3,      r_i ≤ 24
