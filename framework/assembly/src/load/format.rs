@@ -132,7 +132,7 @@ mod tests {
         let lost: Vec<_> =
             fields.iter().filter(|f| !said.contains(*f) && !own.contains(&f.as_str())).collect();
         assert!(lost.is_empty(), "FORMAT.md does not say: {lost:?}");
-        // Returns the first column of tables of fields.
+        // The first column of tables of fields.
         let mut odd = Vec::new();
         for row in page().lines().filter(|l| l.starts_with("| `")) {
             let cell = row.trim_start_matches("| ").split(" | ").next().unwrap_or_default();
