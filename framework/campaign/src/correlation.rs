@@ -154,11 +154,11 @@ mod tests {
             let CorrelationError::Entry { row, column, .. } = e else { panic!("{e}") };
             assert_eq!((row, column), at);
         }
-        // a like b, b like c, and c the opposite of a.
+        // a equals b, b equals c, and c is the opposite of a.
         let m = rows(&[&[1.0, 0.9, -0.9], &[0.9, 1.0, 0.9], &[-0.9, 0.9, 1.0]]);
         let e = factor(&m, 3).unwrap_err();
         assert!(matches!(e, CorrelationError::Indefinite { row: 3, .. }), "{e}");
-        // The same where the second follows from the first.
+        // The same, with the second determined by the first.
         let m = rows(&[&[1.0, 1.0, 0.5], &[1.0, 1.0, -0.5], &[0.5, -0.5, 1.0]]);
         let e = factor(&m, 3).unwrap_err();
         assert!(matches!(e, CorrelationError::Indefinite { row: 3, .. }), "{e}");

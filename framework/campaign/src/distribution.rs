@@ -155,7 +155,7 @@ mod tests {
         }
     }
 
-    /// Mean and variance by the midpoint rule over u, which is exact for these to its error.
+    /// Returns mean and variance by the midpoint rule over u, which is exact up to its error for these distributions.
     fn moments(d: &Distribution) -> (f64, f64) {
         let n = 400_000;
         let (mut sum, mut square) = (0.0, 0.0);
@@ -220,7 +220,7 @@ mod tests {
             let (a, b) = (number(&up, u), number(&down, 1.0 - u));
             assert!((6.0..=6.5).contains(&a), "{a}");
             near(a, -b, 1e-12);
-            // Half of what is above 6 is above 6.11: the tail is not flat.
+            // Half of the values above 6 are above 6.11: the tail is not flat.
             let share = (phi(-6.0) - phi(-a)) / (phi(-6.0) - phi(-6.5));
             near(share, u, 1e-9);
         }

@@ -284,7 +284,7 @@ mod tests {
         }
     }
 
-    /// A flipped bit costs the run of its line, or of the two lines that it joins, and no other.
+    /// A flipped bit costs the run of its line, or of the two lines that it joins, but no other.
     #[test]
     fn a_flipped_bit_anywhere_costs_one_run() {
         let (_folder, path) = journal();
@@ -314,7 +314,7 @@ mod tests {
                             (0..3).filter(|k| !lost(k)).map(|k| runs[k]).collect();
                         left.sort_unstable();
                         assert!(found.keys().copied().eq(left), "byte {at} bit {bit}");
-                        // The end of the last line is gone: that line was never whole.
+                        // The end of the last line is missing: that line was never complete.
                         assert!(
                             at + 1 == bytes.len() || !damaged.is_empty(),
                             "byte {at} bit {bit}"
@@ -327,7 +327,7 @@ mod tests {
                 }
             }
         }
-        // The run is made again, and the line stays.
+        // The run is repeated, and the line stays.
         let mut wrong = bytes.clone();
         let second = bytes.iter().position(|b| *b == b'\n').unwrap() + 30;
         wrong[second] ^= 1;

@@ -123,8 +123,7 @@ mod tests {
         assert!(r.abs() < 3.0 / (n as f64).sqrt(), "correlation {r}");
     }
 
-    /// The mean of f = Π 2 u over two values, whose exact value is 1: errors fall as 1/√N for random numbers and
-    /// faster for the others.
+    /// The mean of f = Π 2 u over two values, whose exact value is 1: errors decrease as 1/√N for random numbers and faster for the others.
     #[test]
     fn sobol_integrates_better_than_random() {
         let n = 4096;
@@ -133,7 +132,7 @@ mod tests {
             let sum: f64 = (0..n).map(|r| 4.0 * a.at(r) * b.at(r)).sum();
             (sum / n as f64 - 1.0).abs()
         };
-        // The deviation of the product is 0.88: one standard error is 0.0138.
+        // The deviation of the product is 0.88, so the standard error is 0.0138.
         assert!(error(Sampling::Random) < 3.0 * 0.0138);
         assert!(error(Sampling::Sobol) < 1e-3, "{}", error(Sampling::Sobol));
     }

@@ -179,14 +179,13 @@ mod tests {
         near(rank_correlation(&x, &up), 1.0, 1e-15);
         near(rank_correlation(&x, &down), -1.0, 1e-15);
         assert!(rank_correlation(&x, &[1.0; 20]).is_nan());
-        // With ties, by hand: ranks (0, 1.5, 1.5, 3) against (1, 0, 2, 3): 3 / √(4.5 · 5).
+        // With ties, by hand: ranks (0, 1.5, 1.5, 3) and (1, 0, 2, 3): 3 / √(4.5 · 5).
         near(rank_correlation(&[1.0, 2.0, 2.0, 3.0], &[5.0, 4.0, 6.0, 7.0]), 0.632_455_532, 1e-9);
-        // A NaN takes its pair with it.
+        // A NaN excludes its pair.
         near(rank_correlation(&[1.0, f64::NAN, 3.0], &[1.0, -9.0, 2.0]), 1.0, 1e-15);
     }
 
-    /// Points on an ellipse of known axes, evenly spaced in its parameter: their covariance is that of the ellipse
-    /// times (n/(n − 1))/2.
+    /// Points on an ellipse with known axes, evenly spaced in its parameter: their covariance is that of the ellipse times (n/(n − 1))/2.
     #[test]
     fn the_ellipse_of_points_on_an_ellipse() {
         let known = Ellipse { centre: (3.0, -2.0), axes: (5.0, 1.0), angle: 0.6 };

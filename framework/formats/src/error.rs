@@ -107,7 +107,7 @@ pub enum FaultKind {
     /// An unknown name.
     #[error("{what} refers to the {kind} `{name}`, which does not exist\n  help: {help}")]
     UnknownName {
-        /// Who names it.
+        /// The element with this reference.
         what: String,
         /// Kind of item.
         kind: &'static str,
@@ -190,11 +190,11 @@ pub enum FaultKind {
     /// A file that cannot be read.
     #[error("{what} refers to the file `{name}`, which cannot be read: {reason}\n  help: {help}")]
     NoFile {
-        /// Who names it.
+        /// The element with this reference.
         what: String,
         /// The name.
         name: String,
-        /// Why.
+        /// The reason.
         reason: String,
         /// The remedy.
         help: String,

@@ -29,7 +29,7 @@ pub fn escaped(text: &str) -> String {
 mod tests {
     use super::escaped;
 
-    /// A reader gets every text back, but for what XML cannot hold.
+    /// A reader returns every text unchanged, except for characters that XML does not allow.
     #[test]
     fn a_reader_of_xml_gets_the_text_back() {
         let all: String = (0..=0x2_ffff_u32).filter_map(char::from_u32).collect();

@@ -437,7 +437,7 @@ mod tests {
         }
     }
 
-    /// Against counting from the beginning, in short lines and long ones, with characters of several bytes; no count goes far.
+    /// Compared with counting from the beginning, in short and long lines, with multi-byte characters; no count is long.
     #[test]
     fn places_are_those_of_counting() {
         let long = "<é a='ü'/>€".repeat(900);

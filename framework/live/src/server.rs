@@ -421,7 +421,7 @@ mod tests {
 
     #[test]
     fn a_row_waits_as_numbers_and_is_never_longer_than_it_is_counted_as() {
-        // The longest numbers that there are, and some that are none.
+        // The longest possible numbers, and values that are not finite.
         let extremes = [-f64::MIN_POSITIVE / 3.0, -f64::MAX, -1.0 / 3.0 * 1e-300, f64::NAN, 0.1];
         let values: Vec<f64> = (0..1000).map(|k| extremes[k % 5]).collect();
         let row = |lost| Row { time: -f64::MAX, values: values.clone(), lost };
@@ -457,11 +457,11 @@ mod tests {
         assert!(!send.push(zeros(half)), "more than {LONGEST_REPLY} bytes wait");
         assert!(send.push(zeros(4)), "a short one still fits");
         let Unwritten { queue, bytes } = unwritten;
-        // What is written makes room.
+        // Sent messages make room.
         let (first, rest) = (queue.recv().unwrap(), queue);
         bytes.fetch_sub(first.length(), Ordering::SeqCst);
         assert!(send.push(zeros(half)));
-        // The longest reply alone fits; nobody is there to write: no fault of the queue's.
+        // The longest reply fits if it is the only one; without a reader, this is not a fault of the queue.
         let (send, unwritten) = replies();
         assert!(send.push(zeros(LONGEST_REPLY + 4)) && !send.push(zeros(1)));
         drop((rest, unwritten));

@@ -288,7 +288,7 @@ mod tests {
     #[test]
     fn no_peak_is_missed_and_memory_stays() {
         let rows = 1_000_000_u32;
-        // Farther apart than intervals are long at the end, at any place in them.
+        // Farther apart than the length of the final intervals, at any position in them.
         let (up, down) = (|k: u32| k % 7193 == 5000, |k: u32| k % 8311 == 6000);
         let value = |k: u32| match f64::from(k) {
             x if up(k) => 9.0 + x * 1e-6,

@@ -175,7 +175,7 @@ mod tests {
         assert_eq!(clean(&long), "became 1e308 at");
         let small = format!("x = {} m", -1.5e-300);
         assert_eq!(clean(&small), "x = -1.5e-300 m");
-        // Hashes, versions and usual numbers stay.
+        // Hashes, versions and ordinary numbers stay unchanged.
         for same in ["0123456789abcdef", "1.2.3", "299792458.123456789", "t = 3."] {
             assert_eq!(clean(same), same);
         }

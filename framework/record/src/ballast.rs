@@ -151,7 +151,7 @@ mod tests {
 
     #[test]
     fn the_reserve_is_given_up_once_and_then_the_error_is_told() {
-        // Every write to this device says that the disk is full.
+        // Every write to this device fails because the disk is full.
         let Ok(file) = OpenOptions::new().write(true).open("/dev/full") else {
             println!("skipped: there is no /dev/full here");
             return;

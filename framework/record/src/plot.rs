@@ -241,7 +241,7 @@ mod tests {
                 std::thread::spawn(move || {
                     let _ = done.send(drawn(&own, equal));
                 });
-                // A hang is the failure: the picture itself takes some milliseconds.
+                // The failure would be a hang: the plot itself takes some milliseconds.
                 let svg = wait
                     .recv_timeout(Duration::from_secs(20))
                     .unwrap_or_else(|_| panic!("no picture of {values:?}, equal {equal}"));
@@ -262,7 +262,7 @@ mod tests {
         assert!(svg.contains("4.0") && !drawn(&[1.0, 4.0], false).contains("or NaN"));
     }
 
-    /// The numbers of an attribute of every element of a kind.
+    /// Returns the numbers of an attribute of every element of one kind.
     fn numbers(svg: &str, element: &str, attribute: &str) -> Vec<f64> {
         let all = svg.split('<').filter(|e| e.starts_with(element));
         let value =

@@ -664,7 +664,7 @@ mod tests {
         let found = compare(&other, &coarse, Rows::Common, none);
         assert!(found.len() == 1 && (found[0].largest - 0.25).abs() < 1e-12, "{found:?}");
         assert!(found[0].what.ends_with("t = 0.2 s"), "{found:?}");
-        // A later and an earlier part overlap; parts that do not are not equal.
+        // An earlier and a later part overlap; parts without overlap are not equal.
         let part = |from: usize, to: usize| {
             let s = &fine["a.y"];
             let (t, y) = (s.t[from..to].to_vec(), s.y[from..to].to_vec());

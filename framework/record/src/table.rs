@@ -17,7 +17,7 @@ use std::path::Path;
 pub struct TableError {
     /// The file.
     pub table: String,
-    /// What is wrong, and where.
+    /// The fault, with its position.
     pub fact: String,
     /// The remedy.
     pub help: String,
@@ -308,7 +308,7 @@ mod tests {
         same(table.numbers("z").unwrap(), &[sparse, sparse].concat());
         let e = table.numbers("why").unwrap_err().to_string();
         assert!(e.contains("BYTE_ARRAY instead of numbers"), "{e}");
-        // Cut anywhere it is refused, and nothing panics.
+        // A truncated file is rejected without a panic.
         for at in [0, 3, 40, bytes.len() / 2, bytes.len() - 1] {
             let (_folder, path) = written("cut.parquet", &bytes[..at]);
             let e = Table::read(&path).unwrap_err().to_string();

@@ -26,7 +26,7 @@ struct Layer {
 /// Smallest x and y, largest x and y (m).
 pub type Bounds = [f64; 4];
 
-/// What must be drawn again.
+/// The parts that must be drawn again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum News {
     /// The shape of the ground.
@@ -154,7 +154,7 @@ mod tests {
     #[test]
     fn it_is_linear_between_the_middles_of_squares_and_across_tiles() {
         let mut layers = Layers::default();
-        // Nodes at whole multiples of 0.5: their squares begin a quarter before.
+        // Nodes at multiples of 0.5: their squares begin a quarter before.
         let first = tile([-0.25, -0.25], OverlayValues::Change(vec![0.0, -0.1, 0.0, -0.1]));
         assert_eq!(layers.take("Soil", first), News::Shape([-0.75, -0.75, 1.25, 1.25]));
         layers.take("Soil", tile([0.75, -0.25], OverlayValues::Change(vec![0.3, 0.0, 0.3, 0.0])));
@@ -168,13 +168,13 @@ mod tests {
         {
             near(x, 0.0, want);
             near(x, 0.4, want);
-            // To the ground as it was within one square.
+            // Within one square of the previous ground.
             near(x, 0.75, 0.5 * want);
             near(x, -7.0, 0.0);
         }
         assert_eq!((layers.pitch(), layers.grain()), (Some(0.5), None));
         assert!(layers.changed([0.6, 0.1, 0.7, 0.2]) && !layers.changed([2.1, 0.0, 3.0, 1.0]));
-        // A tile takes the place of the one before; of other size, that of all.
+        // A tile replaces the previous one; with another size, it replaces all.
         layers.take("Soil", tile([0.75, -0.25], OverlayValues::Change(vec![0.0; 4])));
         assert_eq!(layers.change(1.0, 0.0), 0.0);
         let other =

@@ -182,7 +182,7 @@ mod tests {
             let up = (p - planet.centre).normalize();
             assert!((planet.level(&p) * Vec3::z() - up).norm() < 1e-12);
         }
-        // Under the feet of the antipode there is some level, too.
+        // At the antipode of the camera, there is also some level.
         let below = Planet { centre: Vec3::z() * 5.0, radius: 5.0, ..planet };
         assert!((below.level(&Vec3::zeros()) * Vec3::z() + Vec3::z()).norm() < 1e-12);
     }

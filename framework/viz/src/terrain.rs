@@ -20,7 +20,7 @@ const FINEST: f64 = 32.0;
 const TEXELS: f64 = 256.0;
 /// Fraction of a tile by which its texture extends beyond the tile, because textures wrap around at their edges.
 const MARGIN: f64 = 1.0 / 16.0;
-/// How much darker compressed soil is, and at which depth (m).
+/// Relative darkening of compressed soil, and its depth (m).
 const PRESSED: f32 = 0.2;
 const PRESSED_AT: f32 = 0.01;
 
@@ -385,9 +385,9 @@ mod tests {
                 lowest = lowest.min(z - plane);
             }
         }
-        // Each place once, but for the cell of the hole.
+        // Each position once, except for the cell of the hole.
         assert!((area - (4.0 * 2.4 - 0.2)).abs() < 1e-5, "{area}");
-        // A vertex comes within a tenth of a metre of the deepest point, and the sides are steeper than the slope.
+        // A vertex is within a tenth of a metre of the deepest point, and the sides are steeper than the slope.
         assert!((-0.0500001..-0.03).contains(&lowest), "{lowest}");
         let before: usize = (0..tiles.fine.len())
             .map(|k| tiles.soup(k, [1, 1], &Layers::default()).points.len())
@@ -413,7 +413,7 @@ mod tests {
             let t = Tiles::new(surface, None, draped).unwrap();
             (t.count, t.per, t.stride)
         };
-        // 300 m at 0.5 m: 16 tiles along an edge, as fine as the map; 60 of 5 m where parts show something.
+        // 300 m at 0.5 m: 16 tiles along an edge, as fine as the map; 60 tiles of 5 m where parts have overlays.
         assert_eq!(of(600, 0.5, false), ([16; 2], [38; 2], [1; 2]));
         assert_eq!(of(600, 0.5, true), ([60; 2], [10; 2], [1; 2]));
         // 1 km at 0.25 m: tiles of 128 nodes; every fifth of the nodes at first.
@@ -449,7 +449,7 @@ mod tests {
         colors[6] = [255, 0, 0, 255];
         let seen = OverlayValues::Colors(colors);
         layers.take("Map", OverlayTile { corner: [-0.5, 2.0], cell: 0.25, columns: 4, seen });
-        // Tile 0 is 2.5 m by 2.4 m from (-2, 1) on, its texture an eighth larger. The square is from (0, 2.25) to (0.25, 2.5).
+        // Tile 0 is 2.5 m by 2.4 m, beginning at (-2, 1); its texture is an eighth larger. The square is from (0, 2.25) to (0.25, 2.5).
         let texture = tiles.texture(0, &layers).unwrap();
         let buffer = texture.albedo_texture_buffer.unwrap();
         let bytes = re_sdk_types::components::ImageBuffer::from_arrow(&buffer.array).unwrap();
@@ -463,14 +463,14 @@ mod tests {
     fn the_ground_has_the_colour_that_it_is_given() {
         let level = [0.0, 0.0, 1.0];
         let at = |colors: &Colors, z| shade(colors, z, (-1.0, 1.0), level);
-        // 0.765 of the light falls on level ground.
+        // Level ground receives 0.765 of the light.
         let grey = colors(Some([200, 200, 200, 255]));
         assert_eq!(
             [at(&grey, -1.0), at(&grey, 0.0), at(&grey, 1.0)],
             [[122; 3], [153; 3], [183; 3]]
         );
         assert_eq!(at(&colors(None), 0.0), [139, 92, 65]);
-        // Turned from the sun it is darker.
+        // Facing away from the sun it is darker.
         let north_east = [0.5, 0.5, std::f32::consts::FRAC_1_SQRT_2];
         let south_east = [0.5, -0.5, std::f32::consts::FRAC_1_SQRT_2];
         let light = |n| shade(&grey, 0.0, (-1.0, 1.0), n)[0];

@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn what_is_near_stays_fine_and_what_is_far_goes() {
         let mut trail = Trail::new(0, "body", false, &Base::World);
-        // From 4000 km away to a stop, then 30 m at a walk.
+        // From a distance of 4000 km to a stop, then 30 m at walking speed.
         let mut far = 4e6;
         while far > 0.06 {
             trail.add(&Vec3::new(far, 0.0, 0.0), 0);
@@ -171,7 +171,7 @@ mod tests {
             places[from..].windows(2).map(|w| apart(&w[0], &w[1])).fold(0.0, f64::max)
         };
         assert!(gaps(places.len() - 20) < 0.11, "{}", gaps(places.len() - 20));
-        // A point that is not away from the last is none.
+        // A point at the position of the last one is ignored.
         assert!(!trail.add(&Vec3::new(0.0, 29.92, 0.0), 1));
         assert!(color(0) != color(1));
     }
@@ -183,7 +183,7 @@ mod tests {
         strips.iter().flat_map(|s| &s.0).map(|p| Vec3::from(p.0.map(f64::from))).collect()
     }
 
-    /// In orbit at the rate of a screen, and once in ten seconds.
+    /// In orbit at the rate of a screen, and once per ten seconds.
     #[test]
     fn far_from_the_origin_its_end_keeps_its_digits_and_nothing_is_missing() {
         let (radius, speed) = (6.7e6, 7.7e3);
@@ -211,7 +211,7 @@ mod tests {
             let whole = far.len() + positions(&trail.changes()[0].1).len();
             assert_eq!(whole, trail.points.len() + 1, "the joint is in both");
             assert!(step > 0.99 * speed * apart_s, "{step}");
-            // One of them in 64 points at the rate of a screen.
+            // One in 64 points at the rate of a screen.
             let stretches = f64::from(count) * (speed * apart_s / REACH).min(1.0);
             assert!((f64::from(new) / stretches - 1.0).abs() < 0.2, "{new} for {stretches}");
         }

@@ -228,7 +228,7 @@ impl Kind for HingeKind {
 
 type Driven = (Bare, Drive);
 
-/// Reads what is in the brackets but the drive, and refuses what belongs to neither.
+/// Reads the contents of the brackets without the fields of the drive, and rejects unknown fields.
 fn driven<T: Record>(cx: &mut Cx, inner: &Located, at: &At<'_>, short: &str) -> Option<T> {
     if matches!(inner.value, Value::Map(_)) {
         fields(cx, inner, &at.what, &[T::names(), Drive::names()].concat());

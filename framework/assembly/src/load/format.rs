@@ -68,7 +68,7 @@ mod tests {
         let mut texts: Vec<(String, String)> = Vec::new();
         for f in files {
             let text = std::fs::read_to_string(&f).expect("a text");
-            // Campaigns and telemetry have forms of their own, above this floor.
+            // Campaigns and telemetry define their own forms in crates above this one.
             if !["Campaign(", "Telemetry("].iter().any(|own| text.starts_with(own)) {
                 texts.push((f.display().to_string(), text));
             }
@@ -103,7 +103,7 @@ mod tests {
         }
     }
 
-    /// All names of fields, and the names of variants and words.
+    /// Returns all names of fields, variants and words.
     fn names(s: &Json, fields: &mut BTreeSet<String>, words: &mut BTreeSet<String>) {
         match s {
             Json::Object(map) => {
@@ -126,7 +126,7 @@ mod tests {
         let split = |text: &str| -> BTreeSet<String> {
             text.split(|c: char| !(c.is_alphanumeric() || c == '_')).map(String::from).collect()
         };
-        // What only resolved texts have.
+        // Fields that only resolved texts have.
         let own = ["resolved", "whole", "folder"];
         let said = split(page());
         let lost: Vec<_> =

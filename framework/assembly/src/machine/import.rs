@@ -312,7 +312,7 @@ fn leave_out(import: &ImportForm, d: &mut Description) -> Vec<String> {
             Kept::Couplings => {
                 out.extend(d.couplings.drain(..).map(|c| format!("coupling `{}`", c.name)));
             }
-            // Those who say so have made of them what they are for.
+            // Omitted wheels are not reported: the assembly has its own parts for them.
             Kept::Wheels => d.wheels.clear(),
             Kept::Loops => out.extend(d.loops.drain(..).map(|l| format!("loop `{}`", l.name))),
             Kept::Actuators | Kept::Tendons | Kept::Sensors => {

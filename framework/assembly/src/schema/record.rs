@@ -21,7 +21,7 @@ pub(crate) trait Record: Sized {
     /// Writes the fields that differ from their defaults.
     fn write_fields(&self, out: &mut Vec<(String, Located)>);
 
-    /// Reads it, and refuses other names. Nothing written is an empty record.
+    /// Reads the record, and rejects unknown fields.
     fn read(cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<Self> {
         if !fields(cx, v, &at.what, &Self::names()) {
             return None;

@@ -168,7 +168,7 @@ mod tests {
             r#""nested": {"k": [Deep(Deeper([1.0, 2.0]))]}, "trailing": 2.0})"#
         );
         assert_eq!(shown, expected);
-        // Printed, it reads back the same.
+        // The printed text reads back the same.
         assert_eq!(of(&shown).0.unwrap().value.to_string(), shown);
     }
 

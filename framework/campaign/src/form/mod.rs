@@ -560,8 +560,8 @@ mod tests {
         Form::text("c.ron", text, Path::new(""))
     }
 
-    /// Files with pieces cut out, doubled, moved and overwritten, always the same ones: each is read, or refused with
-    /// words, and neither panics nor takes long.
+    /// Files with pieces removed, doubled, moved and overwritten, always the same ones: each is read or rejected with a message, without a panic and
+    /// without a long time.
     #[test]
     fn damaged_files_are_read_or_refused() {
         assert!(read(FILE).is_ok());
@@ -612,7 +612,7 @@ mod tests {
                 }
             }
         }
-        // Both happen: the damage is neither nothing nor everything.
+        // Both happen: the damage is neither without effect nor always fatal.
         assert!(fine > 20 && refused > 1000, "{fine} read, {refused} refused");
     }
 }

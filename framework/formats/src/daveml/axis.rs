@@ -12,7 +12,7 @@ pub(super) enum Way {
 /// One independent variable.
 #[derive(Clone, Debug)]
 pub(super) struct Axis {
-    /// Which variable.
+    /// Index of the variable.
     pub variable: usize,
     /// Increasing breakpoints, at least one.
     pub points: Vec<f64>,

@@ -5,7 +5,7 @@ use super::{DaveModel, Role};
 /// A value of a shot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShotValue {
-    /// Which variable.
+    /// Index of the variable.
     pub variable: usize,
     /// Its value, in the variable's units.
     pub value: f64,

@@ -176,7 +176,7 @@ mod tests {
         Scattered::new([axis(0), axis(1)], rows)
     }
 
-    /// Mach from 0 to 5, angles of some degrees: points anywhere of a plane give the plane, whatever the triangles.
+    /// Mach from 0 to 5, angles of some degrees: points of a plane reproduce the plane for any triangulation.
     fn plane(rows: usize) -> Vec<[f64; 3]> {
         let mut seed = 3_u64;
         let mut random = move || {
@@ -216,8 +216,8 @@ mod tests {
         assert!(table.value(&[f64::NAN, 0.0]).0.is_nan());
     }
 
-    /// Every point of the table has its own value, and between it is continuous; the triangles are Delaunay's: no point is in the
-    /// circle of another triangle.
+    /// Every point of the table has its own value, and the function is continuous; the triangulation is Delaunay's: no point is inside the
+    /// circumcircle of another triangle.
     #[test]
     fn points_keep_their_values_in_triangles_without_slivers() {
         let mut rows = plane(300);
@@ -235,7 +235,7 @@ mod tests {
             last = y;
         }
         let n = table.points.len();
-        // Euler: of n points of which h are on the hull.
+        // Euler's formula for n points, h of them on the hull.
         assert_eq!(table.triangles.len(), 2 * n - 2 - table.hull.len());
         for Triangle { corners, .. } in &table.triangles {
             let [a, b, c] = corners.map(|k| table.point(k));

@@ -13,10 +13,10 @@ use linkwork_multibody::names::suggest;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-/// What becomes of an element or attribute.
+/// ConstraintMethod of an element or attribute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Status {
-    /// Read, with the meaning that the format gives it.
+    /// Read, with its meaning in the format.
     Equal,
     /// Rejected with a message.
     Rejected,
@@ -27,18 +27,18 @@ pub(crate) enum Status {
 /// A line of a table.
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
-    /// Of the element itself.
+    /// ConstraintMethod of the element itself.
     pub status: Status,
-    /// Whether everything inside has the status of the element.
+    /// Whether the contents are treated like the element.
     pub whole: bool,
-    /// Status of each attribute, and a value to try.
+    /// ConstraintMethod of each attribute, with a value for the test.
     pub attributes: BTreeMap<String, (Status, Option<String>)>,
 }
 
 /// A table: rows by `parent/element`.
 pub(crate) struct Table {
     pub rows: BTreeMap<String, Row>,
-    /// Elements that hold what another holds.
+    /// Elements with the same contents as another.
     alias: fn(&str) -> &str,
 }
 
@@ -57,7 +57,7 @@ static MJCF: LazyLock<Table> = LazyLock::new(|| {
 static URDF: LazyLock<Table> = LazyLock::new(|| Table::read(include_str!("urdf.txt"), |n| n));
 static SDF: LazyLock<Table> = LazyLock::new(|| Table::read(include_str!("sdf.txt"), |n| n));
 
-/// The table of a format.
+/// Returns the table of a format.
 pub(crate) fn of(format: Format) -> &'static Table {
     match format {
         Format::Urdf => &URDF,
@@ -73,7 +73,7 @@ impl Table {
         Self { rows, alias }
     }
 
-    /// The row of an element inside another.
+    /// Returns the row of an element inside another.
     pub fn row(&self, parent: Option<&str>, element: &str) -> Option<&Row> {
         match parent {
             Some(parent) => self.rows.get(&format!("{}/{element}", (self.alias)(parent))),
@@ -81,7 +81,7 @@ impl Table {
         }
     }
 
-    /// Why an element that was not read is not part of the format, with the nearest that is; `None` when it is.
+    /// Returns the message that an unread element is not part of the format, with the nearest name, or `None` if it is.
     pub fn strange_element(&self, parent: &Element, element: &str) -> Option<String> {
         // Names with a prefix are extensions of other programs, which formats permit.
         if element.contains(':') || self.row(Some(&parent.name), element).is_some() {
@@ -92,11 +92,11 @@ impl Table {
         let near = suggest(element, "element", known.clone());
         let near =
             if near.starts_with("did you mean") { format!("; {near}") } else { String::new() };
-        // A parent without a line of its own has no line for its elements.
+        // A parent without a line in the table does not have lines for its elements either.
         (known.count() > 0).then(|| format!("is not part of the format{near}"))
     }
 
-    /// Why an attribute that was not read is not part of the format.
+    /// Returns the message that an unread attribute is not part of the format.
     pub fn strange_attribute(
         &self,
         parent: Option<&str>,

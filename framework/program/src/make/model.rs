@@ -121,7 +121,7 @@ mod tests {
         assert!(text.contains("pub mod pump;\n\nuse x::E;"), "{text}");
         assert!(text.contains("vec![Entry::model::<pump::Pump>()]"), "{text}");
         assert_eq!(with_model("use a;\nfn list() {}", "pump"), None);
-        // What is written in words, and what lies within another module, is no place.
+        // Text in words and text inside another module are not suitable positions.
         let text = "//! Parts for use in pumps.\n\npub mod util {\n    pub mod deep;\n}\n\nuse x::E;\n\nfn catalogue() -> Vec<E> { vec![] }";
         let text = with_model(text, "pump").unwrap();
         assert!(text.contains("}\n\npub mod pump;\n\nuse x::E;"), "{text}");

@@ -157,7 +157,7 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    /// A body over the equator at longitude 0 of a planet that has turned by a quarter.
+    /// A body over the equator at longitude 0 of a planet that has rotated by a quarter turn.
     const FILE: &str = "Telemetry(table: \"t.csv\", time: (column: \"t\"), PLANET bodies: { \"b\": (
         position: (latitude: [\"a\", \"deg\"], longitude: [\"b\", \"deg\"], height: [\"c\", \"m\"]),
         attitude: (axes: \"north_east_down\", yaw: [\"d\", \"deg\"], pitch: [\"e\", \"deg\"], roll: [\"f\", \"deg\"]),
@@ -180,7 +180,7 @@ mod tests {
         let t = (quarter - 0.5) / 0.01;
         let p = frames.position(&body.position, t, [0.0, 0.0, 10.0]);
         near(&p, &Vec3::new(0.0, 1010.0, 0.0));
-        // Yaw 90° points east, which is −x there; its right is south, its down the centre.
+        // Yaw 90° points east, which is −x there; its right is south, its down is the centre.
         let attitude = body.attitude.as_ref().unwrap();
         let yaw = Quat::from_euler_angles(0.0, 0.0, quarter);
         let r = frames.attitude(body, attitude, (t, &p, yaw)).unwrap();
@@ -210,7 +210,7 @@ mod tests {
             [0.0, std::f64::consts::FRAC_PI_2, 25.0],
         );
         near(&p, &Vec3::new(0.0, 0.0, 25.0));
-        // Inertial axes stay where they are while W turns away to the east.
+        // Inertial axes stay fixed while W rotates to the east.
         let telemetry = read("planet: (radius: 1000, rate: 0.01, angle: 0.2),");
         let frames = Frames::new(&telemetry, Some(site)).unwrap();
         let t = (std::f64::consts::FRAC_PI_2 - 0.2) / 0.01;

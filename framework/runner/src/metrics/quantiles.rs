@@ -145,7 +145,7 @@ mod tests {
             (1.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0)
         );
         assert_eq!(Quantiles::with_room().at(0.5), None);
-        // A million values in an order that is none: x² of a uniform x has the percentile p².
+        // A million values in irregular order: x² of a uniform x has the percentile p².
         let mut q = Quantiles::with_room();
         for k in 0..1_000_000_u64 {
             let x = (k * 382_293 % 1_000_000) as f64 * 1e-6;
@@ -154,7 +154,7 @@ mod tests {
         assert!(q.values.len() <= ROOM && q.values.capacity() == ROOM, "fixed memory");
         for p in [0.001, 0.01, 0.25, 0.5, 0.95, 0.99, 0.999] {
             let found = q.at(p).unwrap();
-            // Of the rank: q (1 - q) / 256.
+            // Error of the rank: q (1 - q) / 256.
             let rank = found.sqrt();
             assert!((rank - p).abs() < p * (1.0 - p) / 100.0 + 2e-6, "{p}: {rank}");
         }

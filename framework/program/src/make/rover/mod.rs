@@ -427,7 +427,7 @@ mod tests {
             let [i, j, k, w] = turn(&axle);
             let q = Quat::from_quaternion(linkwork_spatial::nalgebra::Quaternion::new(w, i, j, k));
             assert!((q * Vec3::y() - axle).norm() < 1e-12);
-            // As written it is a rotation still: five digits of 1/√2 are none.
+            // The written numbers are still a rotation: five digits of 1/√2 are not.
             let text = quaternion(turn(&axle));
             let digits =
                 text.trim_matches(['[', ']']).split(", ").map(|x| x.parse::<f64>().unwrap());
@@ -456,7 +456,7 @@ mod tests {
         }
     }
 
-    /// A vehicle with all that can be found: an axle of each direction, steering upside down, a rocker, an arm, an idle wheel's size.
+    /// A vehicle with all features: axles in each direction, inverted steering, a rocker, an arm, an idle wheel with its size.
     fn tests_urdf() -> String {
         let wheel = |name: &str, parent: &str, xyz: &str, axis: &str, roll: &str| {
             format!(
@@ -486,8 +486,8 @@ mod tests {
         )
     }
 
-    /// A wheel in the air, its rate measured as the mean over the last sample, as an encoder's ticks give it; with integral part and feed-forward
-    /// of `parts/wheel_drive.ron`. A gain of 2 with a time constant of 4 ms made the wheel swing between the greatest voltages.
+    /// A wheel in the air whose rate is measured as the mean over the last sample, as with the ticks of an encoder, with integral part and
+    /// feed-forward of `parts/wheel_drive.ron`. A gain of 2 with a time constant of 4 ms made the wheel oscillate between the voltage limits.
     #[test]
     fn a_wheel_in_the_air_comes_to_its_rate_without_swinging() {
         for time_constant in [2e-3, 4e-3, 0.02, 0.05, 0.3] {

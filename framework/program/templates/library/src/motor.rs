@@ -69,7 +69,7 @@ mod tests {
             let rate = model.derivatives(&x, &u);
             x.torque += step * rate.torque;
         }
-        // After one second: two time constants. Steps of Euler's method are what differs.
+        // After one second: two time constants. The difference is the error of Euler's method.
         let expected = 3.0 * (1.0 - (-2.0f64).exp());
         assert!((x.torque - expected).abs() < 1e-4, "{x:?}");
         let out = model.outputs(&x);
