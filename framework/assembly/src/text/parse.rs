@@ -91,9 +91,9 @@ fn not_read(cx: &mut Cx, file: u32, text: &str, stop: Stop) {
         }
         (ron::Error::Eof, _) => "begin the file with `Simulation(` or `Assembly(`".into(),
         (ron::Error::ExpectedComma, _) => {
-            "put a comma before this; a quantity with a unit stands in quotes: \"1 ms\"".into()
+            "put a comma before this; write a quantity with a unit in quotes: \"1 ms\"".into()
         }
-        _ => "look for a missing comma, quote or bracket just before this place".into(),
+        _ => "check for a missing comma, quote or bracket just before this position".into(),
     };
     let start = offset(text, error.span.start.line, error.span.start.col);
     cx.fault(at(start), message, help);
