@@ -12,15 +12,17 @@
 //! | `schema` | records of the format: `record!` declares one, and that is its reader, its writer and its JSON Schema |
 //! | `scope` | parameters in force, arithmetic with them |
 //! | `body` | records of bodies, loops, couplings, colliders, contact |
-//! | `form` | assemblies, phases and settings as written; the Rust builder |
+//! | `form` | assemblies, phases and settings as written |
 //! | `machine` | mechanisms of URDF, MJCF and SDF files, and any other, as assemblies; side-cars |
 //! | `expand` | the tree of instances, and references in it |
 //! | `mechanism` | bodies, loops, couplings, contact as one mechanism |
 //! | `wiring` | parts, bindings, wires |
-//! | `load` | all of these in order, and the resolved text that needs no other file |
+//! | `load` | all of these in order, and the resolved text that needs no other file; simulations that are ready to run |
+//! | `build` | assemblies that a Rust program builds |
 #![allow(non_snake_case)]
 
 mod body;
+mod build;
 mod expand;
 mod form;
 mod load;
@@ -32,14 +34,16 @@ mod text;
 mod wiring;
 
 pub use body::shapes::BodyShape;
+pub use build::{Assembly, Body, BodyInertia, NewPart, NewWire};
 pub use expand::tree::{TreeKind, TreeNode};
-pub use form::assembly::{Assembly, ItemForm, MountDecl, PartForm, PartKind};
+pub use form::assembly::{AssemblyForm, ItemForm, MountDecl, PartForm, PartKind};
 pub use form::settings::{
     AroundForm, ArrowForm, Figure, FigureOf, LineForm, LogRule, PlaceForm, Plot, PlumeForm,
     Settings, Take, ViewForm,
 };
 pub use linkwork_formats::{MESH_FILES, mesh_corners, mesh_corners_of};
-pub use linkwork_runtime::Value;
+pub use linkwork_runtime::{IntoValue, Value};
+pub use load::library::{Library, Ready, Shared, sim_file};
 pub use load::{
     Loaded, Options, Resolved, dotted, load_file, load_text, put_down, read_value, schema,
 };
@@ -52,4 +56,4 @@ pub use text::parsed::Parsed;
 pub use text::patterns::{match_patterns, matches, misspelt, path_matches};
 pub use text::report::tidy;
 pub use text::show::{Failure, Look, show_faults};
-pub use text::value::{IntoValue, Text, variant};
+pub use text::value::{Text, variant};

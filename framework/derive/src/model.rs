@@ -1,5 +1,5 @@
 //! `#[model("actuators.dc_motor")]`: completes an `impl Model` and reads its dependencies.
-use crate::{doc_of, runtime};
+use crate::{doc_of, part_type, runtime};
 use proc_macro2::TokenStream as Tokens;
 use quote::{format_ident, quote};
 use syn::{FnArg, ImplItem, ImplItemFn, ItemImpl, LitStr, Pat, parse_quote};
@@ -105,7 +105,8 @@ pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
             deriv_outputs: #outputs, direct_after_moore: false, guards: #g, modes: false, averages: false, steps: false, overlay: #o,
         };
     });
-    Ok(quote!(#item))
+    let part_type = part_type(&item, "model");
+    Ok(quote!(#item #part_type))
 }
 
 /// Adds the trailing arguments that were left out; tells whether the clock is used.

@@ -10,8 +10,8 @@
 //!
 //! | module | what it holds |
 //! |---|---|
-//! | `load` | files → a compiled simulation with what else its file says |
 //! | `prepare` | every name of the file looked up, all mistakes at once |
+//! | `recording` | variables of a run over time, in memory |
 //! | `run` | the loop, with its taps |
 //! | `change` | variables set and pinned while it runs |
 //! | `saves` | when checkpoints are written, their names, what they carry |
@@ -27,20 +27,20 @@ mod built;
 mod change;
 mod figures;
 mod folder;
-mod load;
 mod pace;
 mod prepare;
+mod recording;
 mod run;
 mod saves;
-mod unread;
 
 pub use balance::{Balance, Balances, Part as PartBalance, Report};
 pub use built::built;
 pub use change::{assignment, changed};
 pub use figures::{Figures, Tracked};
 pub use folder::{Folder, FolderError};
-pub use load::{Library, Ready, Shared, sim_file};
+pub use linkwork_assembly::{Library, Ready, Shared, sim_file};
 pub use pace::{Lateness, Pace, Realtime, SystemClock, WallClock};
 pub use prepare::{Prepared, log_rules, prepare};
+pub use recording::{Columns, Recording};
 pub use run::{Ended, Goal, Need, Pause, Runner, Stop, TapEnd, Watch, tap_entry};
 pub use saves::{BUILT, Extra, Saves, signal_names, time_name};

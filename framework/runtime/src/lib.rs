@@ -49,7 +49,7 @@ pub use balance::Account;
 pub use block::{
     Block, Carried, Evaluation, Failure, Indices, Named, Now, Outcome, Prototype, Wiring,
 };
-pub use catalogue::{Catalogue, Entry, Foreign, Making};
+pub use catalogue::{Catalogue, Entry, Foreign, Making, PartType};
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile, known_variables};
 pub use condition::{Condition, ConditionError, Times};
@@ -66,7 +66,7 @@ pub use model::{BuildError, Description, Fired, Functions, Model, Store};
 pub use overlay::{
     OVERLAY_PERIOD, Overlay, OverlayNews, OverlayTile, OverlayValues, SharedOverlay,
 };
-pub use params::{Param, ParamSpec, Params, Range, ReadCx};
+pub use params::{NoParams, Param, ParamSpec, Params, ParamsBuilder, Range, ReadCx};
 pub use plan::{
     FieldPlan, Fires, GuardPlan, Guarded, Integration, Op, PartPlan, Place, Plan, Role, Row, Sizes,
     Sum, TickWork, Variable, Via, Watched, WirePlan,
@@ -97,9 +97,9 @@ pub use step::{
     Stretch, VariableError, Wanted,
 };
 pub use tap::{Change, Consumer, Overflow, SetRow, Tap};
-pub use time::{Clock, Seconds};
+pub use time::{Clock, IntoSeconds, Seconds};
 pub use units::{Unit, UnitError, split_quantity};
-pub use value::{Fault, Faults, Located, Origin, Sources, Value, remedy, told};
+pub use value::{Fault, Faults, IntoValue, Located, Origin, Sources, Value, remedy, told};
 pub use world::{Geographic, PlainWorld, Vertical, World, needs_level_ground};
 
 /// What a library of models needs in scope.

@@ -7,20 +7,14 @@ use linkwork_formats::{Description, DeviceKind, ReadOptions, Root};
 use linkwork_multibody::{Hinge, Multibody};
 use linkwork_runner::Library;
 pub use linkwork_runner::Ready;
-use linkwork_runtime::{Catalogue, Entry};
+use linkwork_runtime::Entry;
 use linkwork_solvers::ContactSettings;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Every model and service of the component libraries.
-pub fn catalogue() -> Catalogue {
-    let libraries = linkwork_assemblies::libraries().into_iter();
-    Catalogue::new(libraries.chain([linkwork_fmi::catalogue()]))
-}
-
 /// All models, and the assemblies in the program.
 pub fn library() -> Library {
-    Library { catalogue: catalogue(), embedded: linkwork_assemblies::embedded() }
+    linkwork_assemblies::library().with(linkwork_fmi::catalogue())
 }
 
 /// The library with more models.

@@ -2,59 +2,27 @@
 use crate::array::{Array1, out1};
 use crate::core::lock;
 use crate::error::{refuse, refuse_with};
-use linkwork_runtime::{self as runtime, Simulation, Sink, TapRow, remedy};
+use linkwork_runner::Columns;
+use linkwork_runtime::{self as runtime, Simulation, remedy};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-/// What a log has gathered.
-#[derive(Default)]
-pub struct Rows {
-    pub t: Vec<f64>,
-    pub columns: Vec<Vec<f64>>,
-}
-
 /// A log as the run fills it.
 pub struct Filling {
     /// Which rows it takes.
     pub due: runtime::Rows,
-    pub into: Filler,
-}
-
-/// Where its rows go.
-pub struct Filler {
-    pub rows: Arc<Mutex<Rows>>,
-    /// The row under way.
-    row: Option<TapRow>,
-}
-
-impl Filler {
-    pub fn new(rows: Arc<Mutex<Rows>>) -> Filler {
-        Filler { rows, row: None }
-    }
-}
-
-impl Sink for Filler {
-    fn room(&mut self) -> Result<Option<TapRow>, String> {
-        Ok(Some(self.row.take().unwrap_or_default()))
-    }
-    fn send(&mut self, row: TapRow) -> Result<(), String> {
-        let mut rows = lock(&self.rows);
-        rows.t.push(row.t);
-        rows.columns.iter_mut().zip(&row.values).for_each(|(column, y)| column.push(*y));
-        drop(rows);
-        self.row = Some(row);
-        Ok(())
-    }
+    /// Where its rows go.
+    pub into: Arc<Mutex<Columns>>,
 }
 
 impl Filling {
     /// Takes the rows that go at the present tick.
     pub fn sample(&mut self, sim: &Simulation) {
         // There is always room.
-        let _ = self.due.sample(sim, &mut self.into);
+        let _ = self.due.sample(sim, &mut *lock(&self.into));
     }
 }
 
@@ -74,7 +42,7 @@ impl Filling {
 pub struct Log {
     pub names: Vec<String>,
     pub units: Vec<String>,
-    pub rows: Arc<Mutex<Rows>>,
+    pub rows: Arc<Mutex<Columns>>,
 }
 
 #[pymethods]
@@ -115,7 +83,7 @@ impl Log {
             return Ok(self.t(py));
         }
         let k = self.column(name)?;
-        Ok(PyArray1::from_slice(py, &lock(&self.rows).columns[k]))
+        Ok(PyArray1::from_slice(py, &lock(&self.rows).values[k]))
     }
     fn __len__(&self) -> usize {
         self.names.len() + 1

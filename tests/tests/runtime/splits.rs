@@ -1,18 +1,12 @@
 //! Law 6 for what ships: every simulation with every integrator, cut at random instants (rows and events),
 //! copied, saved and resumed by a new instance, and run in several threads at once, ends in the same bits.
+use linkwork_assemblies::library;
 use linkwork_integrate::{Control, Limits, Norm, Tolerances};
-use linkwork_runner::{Library, Ready};
-use linkwork_runtime::{Catalogue, Integration, Integrator, Program, Seconds, Simulation};
+use linkwork_runner::Ready;
+use linkwork_runtime::{Integration, Integrator, Program, Seconds, Simulation};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-
-pub(super) fn library() -> Library {
-    Library {
-        catalogue: Catalogue::new(linkwork_assemblies::libraries()),
-        embedded: linkwork_assemblies::embedded(),
-    }
-}
 
 /// Every file with a simulation, but those that need what their READMEs make first (a unit, a class).
 pub(super) fn simulations() -> Vec<PathBuf> {

@@ -205,7 +205,7 @@ fn only_its_own_folder_names_the_mechanism() {
 }
 
 /// Who imports whom on the assembly floor: each folder, and those above it in this list that it uses.
-const ASSEMBLY: [(&str, &[&str]); 10] = [
+const ASSEMBLY: [(&str, &[&str]); 11] = [
     ("text", &[]),
     ("schema", &["text"]),
     ("scope", &["text", "schema"]),
@@ -219,6 +219,7 @@ const ASSEMBLY: [(&str, &[&str]); 10] = [
         "load",
         &["text", "schema", "scope", "body", "form", "machine", "expand", "mechanism", "wiring"],
     ),
+    ("build", &["text", "schema", "body", "load"]),
 ];
 
 #[test]

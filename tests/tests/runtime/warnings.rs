@@ -1,15 +1,7 @@
 //! Mistakes that are allowed and silent otherwise: each is a warning with place and remedy, and no simulation
 //! that ships with the project has one.
-use linkwork_runner::Library;
-use linkwork_runtime::Catalogue;
+use linkwork_assemblies::library;
 use std::path::{Path, PathBuf};
-
-fn library() -> Library {
-    Library {
-        catalogue: Catalogue::new(linkwork_assemblies::libraries()),
-        embedded: linkwork_assemblies::embedded(),
-    }
-}
 
 /// Warnings of a text as `line: fact / remedy`.
 fn warnings(text: &str) -> Vec<String> {

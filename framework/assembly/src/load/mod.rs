@@ -1,7 +1,9 @@
 //! Loading: a file or text to a flat `Spec` and everything else that a simulation says.
 mod format;
+pub(crate) mod library;
 mod place;
 mod resolved;
+mod unread;
 
 pub use format::schema;
 pub use place::{dotted, put_down};
@@ -11,7 +13,7 @@ use crate::body::shapes::BodyShape;
 use crate::expand::assemblies::Assemblies;
 use crate::expand::expander::{Expander, Unmatched};
 use crate::expand::tree::{TreeNode, tree};
-use crate::form::assembly::{self, Assembly, PartForm, PartKind};
+use crate::form::assembly::{self, AssemblyForm, PartForm, PartKind};
 use crate::form::phases;
 use crate::form::settings::{self, Settings, SettingsForm};
 use crate::machine::import::Import;
@@ -242,6 +244,24 @@ fn load(name: &str, text: String, home: Home, options: &Options<'_>) -> Result<L
     let mut cx = Cx { parsed: options.parsed.clone(), ..Cx::default() };
     let file = cx.sources.add(name, text);
     let loaded = parse(&mut cx, file).and_then(|v| whole(&mut cx, name, v, home, options));
+    loaded_or_faults(cx, loaded)
+}
+
+/// Loads what a program has built, as if it had been parsed; what was wrong before is reported with the rest. Files that it
+/// names are found from the working directory.
+pub(crate) fn load_value(
+    name: &str,
+    value: Located,
+    faults: Vec<Fault>,
+    options: &Options<'_>,
+) -> Result<Loaded, Failure> {
+    let mut cx = Cx { faults, ..Cx::default() };
+    let loaded = whole(&mut cx, name, value, Home::Folder(PathBuf::new()), options);
+    loaded_or_faults(cx, loaded)
+}
+
+/// What was loaded; all faults instead, when there is one.
+fn loaded_or_faults(mut cx: Cx, loaded: Option<Loaded>) -> Result<Loaded, Failure> {
     match loaded {
         Some(mut loaded) if cx.faults.is_empty() => {
             loaded.sources = cx.sources;
@@ -420,7 +440,7 @@ fn single(
         let mounts = own.mounts.keys().map(|m| (m.clone(), Value::Text("world".into()).into()));
         let mounts: Located = Value::Map(mounts.collect()).into();
         files.own = Some((name.to_string(), home, own));
-        holder = Assembly::default();
+        holder = AssemblyForm::default();
         let origin = Origin { start: origin.start, end: origin.start + 8, ..origin };
         cx.alone = Some(origin);
         holder
@@ -451,7 +471,7 @@ fn outside(
     cx: &mut Cx,
     settings: &mut Located,
     overrides: &[String],
-    holder: &Assembly,
+    holder: &AssemblyForm,
 ) -> Vec<(Text, Located)> {
     let mut out = Vec::new();
     for written in overrides {
@@ -459,7 +479,7 @@ fn outside(
         let known = cx.sources.files.iter().position(|(n, text)| n == "--set" && text == written);
         let file = known.map_or_else(|| cx.sources.add("--set", written.clone()), |k| k as u32);
         let Some((path, value)) = written.split_once('=') else {
-            let origin = Origin { file, start: 0, end: written.len() as u32 };
+            let origin = Origin::in_file(file, 0, written.len() as u32);
             let message = format!("`--set {written}` has no `=`");
             cx.fault(
                 origin,
@@ -469,7 +489,7 @@ fn outside(
             continue;
         };
         let start = path.len() as u32 + 1;
-        let origin = Origin { file, start, end: written.len() as u32 };
+        let origin = Origin::in_file(file, start, written.len() as u32);
         let value = plain_value(value, origin);
         let path = path.trim();
         let segments: Vec<String> = path.split('.').map(str::to_string).collect();
@@ -481,7 +501,7 @@ fn outside(
             }
             set(settings, &segments, &value);
         } else {
-            let origin = Origin { file, start: 0, end: path.len() as u32 };
+            let origin = Origin::in_file(file, 0, path.len() as u32);
             out.push((Text { text: path.into(), origin }, value));
         }
     }
@@ -542,7 +562,7 @@ fn plain_value(text: &str, origin: Origin) -> Located {
 
 fn assemble(
     cx: &mut Cx,
-    holder: &Assembly,
+    holder: &AssemblyForm,
     mut settings: Located,
     (home, files): (Home, Assemblies<'_>),
     (outer, unmatched): (&[(Text, Located)], &mut Vec<Unmatched>),
@@ -592,7 +612,10 @@ fn assemble(
         let mut more = linkwork_runtime::check_parts(&spec, options.catalogue, &files);
         more.extend(misspelt(&simulation.patterns(), &spec, options.catalogue, &files));
         // But not what only follows from a fault at the same place.
-        let touches = |a: Origin, b: Origin| a.file == b.file && a.start < b.end && b.start < a.end;
+        let touches = |a: Origin, b: Origin| match a.call.or(b.call) {
+            Some(_) => a.call == b.call,
+            None => a.file == b.file && a.start < b.end && b.start < a.end,
+        };
         let mut told: Vec<Origin> = cx.faults.iter().map(|f| f.origin).collect();
         spec.parts.iter().for_each(|p| unknown(&p.params, &mut told));
         cx.faults.extend(more.into_iter().filter(|f| !told.iter().any(|t| touches(*t, f.origin))));

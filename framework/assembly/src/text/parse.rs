@@ -70,14 +70,14 @@ pub(crate) fn read_pieces(cx: &mut Cx, file: u32) -> Option<Located> {
     if let Err(error) = ron::from_str::<&RawValue>(&text) {
         let at = offset(&text, error.span.start.line, error.span.start.col);
         let end = at + text[at..].chars().next().map_or(0, char::len_utf8);
-        let origin = Origin { file, start: at as u32, end: end as u32 };
+        let origin = Origin::in_file(file, at as u32, end as u32);
         let message = format!("not RON: {}", lower(&error.code.to_string()));
         let help = match (&error.code, unclosed(&text)) {
             (ron::Error::ExpectedStringEnd, _) => {
                 "close the text that starts here with `\"`".into()
             }
             (_, Some((open, at))) => {
-                let here = Origin { file, start: at as u32, end: at as u32 + 1 };
+                let here = Origin::in_file(file, at as u32, at as u32 + 1);
                 format!("the `{open}` at {} is never closed", cx.place(here))
             }
             (ron::Error::Eof, _) => "begin the file with `Simulation(` or `Assembly(`".into(),
@@ -182,7 +182,7 @@ impl<'t> Reader<'_, 't> {
     /// Bytes of a slice of the text.
     fn origin(&self, piece: &str) -> Origin {
         let start = piece.as_ptr() as usize - self.text.as_ptr() as usize;
-        Origin { file: self.file, start: start as u32, end: (start + piece.len()) as u32 }
+        Origin::in_file(self.file, start as u32, (start + piece.len()) as u32)
     }
 
     fn value(&mut self, raw: &'t str) -> Option<Located> {

@@ -36,7 +36,7 @@ impl<'t> Quick<'t> {
     }
 
     fn origin(&self, start: usize) -> Origin {
-        Origin { file: self.file, start: start as u32, end: self.at as u32 }
+        Origin::in_file(self.file, start as u32, self.at as u32)
     }
 
     /// Over a character that must be there.

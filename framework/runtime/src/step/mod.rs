@@ -39,7 +39,7 @@ use crate::block::{Block, Evaluation, Now};
 use crate::condition::{Condition, Times};
 use crate::plan::{FieldPlan, Fires, Plan};
 use crate::program::Program;
-use crate::time::Seconds;
+use crate::time::{IntoSeconds, Seconds};
 use evaluate::Stopped;
 use linearise::Linear;
 use linkwork_integrate::{Integrator, Method};
@@ -399,16 +399,37 @@ impl Simulation {
         if self.is_bad() { Err(self.first_bad()) } else { Ok(()) }
     }
 
-    /// Runs to the first row at or after `t`; equal states whatever the chunks.
+    /// Runs to the first row at or after `t`, in seconds (`10.0`), as a text (`"2 min"`) or as [`Seconds`]. The states are equal
+    /// however a run is divided into calls.
     ///
     /// # Errors
-    /// As [`Simulation::step`]. The state is then that of the bad instant.
-    pub fn run_until(&mut self, t: Seconds) -> Result<(), RunError> {
+    /// As [`Simulation::step`], with the state of the instant at which it failed; and a `t` that is no time.
+    pub fn run_until(&mut self, t: impl IntoSeconds) -> Result<(), RunError> {
+        self.run_with(t, |_| Ok(()))
+    }
+
+    /// Runs as [`Simulation::run_until`], and calls `at_row` at the present row and at every row that follows: to read
+    /// variables, to set inputs, or to end the run with an error.
+    ///
+    /// # Errors
+    /// As [`Simulation::run_until`], and those of `at_row`.
+    pub fn run_with(
+        &mut self,
+        t: impl IntoSeconds,
+        mut at_row: impl FnMut(&mut Simulation) -> Result<(), RunError>,
+    ) -> Result<(), RunError> {
+        let t = t.into_seconds().map_err(|message| {
+            let (time, path) = (self.time(), String::new());
+            let help = Some("give seconds, or a text such as \"2 min\"".to_string());
+            RunError { time, path, message, help }
+        })?;
+        at_row(self)?;
         let mut plan = self.plan.clone();
         while self.before(t) {
             if self.go_to_row(&plan)? == Stop::Interrupted {
                 return Ok(());
             }
+            at_row(self)?;
             if !Arc::ptr_eq(&plan, &self.plan) {
                 plan = self.plan.clone();
             }

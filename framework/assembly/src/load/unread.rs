@@ -1,5 +1,7 @@
 //! Parts that act on nothing and that nobody reads: a sensor that was put in and forgotten.
-use linkwork_assembly::{FigureOf, Loaded, matches};
+use crate::form::settings::FigureOf;
+use crate::load::Loaded;
+use crate::text::patterns::matches;
 use linkwork_runtime::{Fault, PartSpec, Plan, PortSpec, Program};
 use std::collections::BTreeSet;
 
