@@ -40,9 +40,9 @@ pub struct Spring {
 #[model("example.torsion_spring")]
 impl Model for Spring {
     type Params = SpringParams;
-    type Ud = SpringIn;
-    type Yd = SpringOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &SpringIn) -> SpringOut {
+    type FeedthroughInputs = SpringIn;
+    type FeedthroughOutputs = SpringOut;
+    fn feedthrough(&self, u: &SpringIn) -> SpringOut {
         SpringOut { torque: HingeTorque(-self.p.stiffness * u.shaft.angle) }
     }
 }

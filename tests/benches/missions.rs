@@ -42,12 +42,12 @@ pub struct Plain {
 #[model("bench.plain")]
 impl Model for Plain {
     type Params = K;
-    type Ym = Y;
-    type X = X;
-    fn moore(&self, _: &Clock, x: &X, _: &()) -> Y {
+    type Outputs = Y;
+    type State = X;
+    fn outputs(&self, x: &X) -> Y {
         Y { y: x.x }
     }
-    fn deriv(&self, _: &Clock, _: &X, _: &()) -> X {
+    fn derivatives(&self) -> X {
         X { x: self.p.k }
     }
 }
@@ -58,19 +58,19 @@ pub struct Watched {
 #[model("bench.watched")]
 impl Model for Watched {
     type Params = K;
-    type Ym = Y;
-    type X = X;
-    type G = Far;
-    fn moore(&self, _: &Clock, x: &X, _: &()) -> Y {
+    type Outputs = Y;
+    type State = X;
+    type Guards = Far;
+    fn outputs(&self, x: &X) -> Y {
         Y { y: x.x }
     }
-    fn deriv(&self, _: &Clock, _: &X, _: &()) -> X {
+    fn derivatives(&self) -> X {
         X { x: self.p.k }
     }
-    fn guards(&self, _: &Clock, x: &X) -> Far {
+    fn guards(&self, x: &X) -> Far {
         Far { far: 1e6 - x.x }
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, x: &X) -> (X, ()) {
+    fn handle_event(&self, x: &X) -> (X, ()) {
         (*x, ())
     }
 }

@@ -43,9 +43,9 @@ pub struct Gain {
 #[model("bench.gain")]
 impl Model for Gain {
     type Params = K;
-    type Ud = U;
-    type Yd = Y;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &U) -> Y {
+    type FeedthroughInputs = U;
+    type FeedthroughOutputs = Y;
+    fn feedthrough(&self, u: &U) -> Y {
         Y { y: self.p.k * u.u }
     }
 }
@@ -56,13 +56,13 @@ pub struct Integrator {
 #[model("bench.integrator")]
 impl Model for Integrator {
     type Params = K;
-    type U = U;
-    type Ym = Y;
-    type X = X;
-    fn moore(&self, _: &Clock, x: &X, _: &()) -> Y {
+    type Inputs = U;
+    type Outputs = Y;
+    type State = X;
+    fn outputs(&self, x: &X) -> Y {
         Y { y: x.x }
     }
-    fn deriv(&self, _: &Clock, _: &X, _: &(), u: &U) -> X {
+    fn derivatives(&self, u: &U) -> X {
         X { x: self.p.k * u.u }
     }
 }
@@ -73,13 +73,13 @@ pub struct Hold {
 #[model("bench.hold")]
 impl Model for Hold {
     type Params = K;
-    type U = U;
-    type Ym = Y;
-    type D = X;
-    fn moore(&self, _: &Clock, _: &(), d: &X) -> Y {
+    type Inputs = U;
+    type Outputs = Y;
+    type DiscreteState = X;
+    fn outputs(&self, d: &X) -> Y {
         Y { y: d.x }
     }
-    fn update(&self, _: &Clock, _: &(), _: &X, u: &U) -> X {
+    fn update(&self, u: &U) -> X {
         X { x: self.p.k * u.u }
     }
 }

@@ -109,9 +109,9 @@ with_factor!(
 #[model("zoo.sum")]
 impl Model for Sum {
     type Params = Factor;
-    type Ud = Many;
-    type Yd = Out;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &Many) -> Out {
+    type FeedthroughInputs = Many;
+    type FeedthroughOutputs = Out;
+    fn feedthrough(&self, u: &Many) -> Out {
         Out { y: self.p.k * u.u }
     }
 }
@@ -119,13 +119,13 @@ impl Model for Sum {
 #[model("zoo.lag")]
 impl Model for Lag {
     type Params = Factor;
-    type U = In;
-    type Ym = Out;
-    type X = One;
-    fn moore(&self, _: &Clock, x: &One, _: &()) -> Out {
+    type Inputs = In;
+    type Outputs = Out;
+    type State = One;
+    fn outputs(&self, x: &One) -> Out {
         Out { y: x.x }
     }
-    fn deriv(&self, _: &Clock, x: &One, _: &(), u: &In) -> One {
+    fn derivatives(&self, x: &One, u: &In) -> One {
         One { x: self.p.k * u.u - x.x }
     }
 }
@@ -133,13 +133,13 @@ impl Model for Lag {
 #[model("zoo.hold")]
 impl Model for Hold {
     type Params = Factor;
-    type U = In;
-    type Ym = Out;
-    type D = One;
-    fn moore(&self, _: &Clock, _: &(), d: &One) -> Out {
+    type Inputs = In;
+    type Outputs = Out;
+    type DiscreteState = One;
+    fn outputs(&self, d: &One) -> Out {
         Out { y: d.x }
     }
-    fn update(&self, _: &Clock, _: &(), _: &One, u: &In) -> One {
+    fn update(&self, u: &In) -> One {
         One { x: self.p.k * u.u }
     }
 }
@@ -147,9 +147,9 @@ impl Model for Hold {
 #[model("zoo.noise")]
 impl Model for Noise {
     type Params = Factor;
-    type Yd = Out;
-    fn direct(&self, c: &Clock, _: &(), _: &(), _: &()) -> Out {
-        Out { y: self.p.k * c.normal(0) }
+    type FeedthroughOutputs = Out;
+    fn feedthrough(&self, clock: &Clock) -> Out {
+        Out { y: self.p.k * clock.normal(0) }
     }
 }
 /// The last eight samples.
@@ -163,27 +163,27 @@ impl Store for Ring {}
 #[model("zoo.mean")]
 impl Model for Mean {
     type Params = Factor;
-    type U = In;
-    type Ym = Out;
+    type Inputs = In;
+    type Outputs = Out;
     type Store = Ring;
     fn init_store(&self) -> Ring {
         Ring { samples: vec![0.0; 8], next: 0 }
     }
-    fn moore(&self, _: &Clock, _: &(), _: &(), s: &Ring) -> Out {
-        Out { y: self.p.k * s.samples.iter().sum::<f64>() / 8.0 }
+    fn outputs(&self, store: &Ring) -> Out {
+        Out { y: self.p.k * store.samples.iter().sum::<f64>() / 8.0 }
     }
-    fn update(&self, _: &Clock, _: &(), _: &(), u: &In, _: &(), s: &mut Ring) {
-        s.samples[s.next] = u.u;
-        s.next = (s.next + 1) % s.samples.len();
+    fn update(&self, u: &In, store: &mut Ring) {
+        store.samples[store.next] = u.u;
+        store.next = (store.next + 1) % store.samples.len();
     }
 }
 /// τ = −k (q − wanted) − 0.1 q̇.
 #[model("zoo.spring")]
 impl Model for Spring {
     type Params = Factor;
-    type Ud = Shaft;
-    type Yd = Torque;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &Shaft) -> Torque {
+    type FeedthroughInputs = Shaft;
+    type FeedthroughOutputs = Torque;
+    fn feedthrough(&self, u: &Shaft) -> Torque {
         let torque = -self.p.k * (u.shaft.angle - u.wanted) - 0.1 * u.shaft.rate;
         Torque { torque: HingeTorque(torque) }
     }
@@ -192,9 +192,9 @@ impl Model for Spring {
 #[model("zoo.thruster")]
 impl Model for Thruster {
     type Params = Factor;
-    type Ud = Mount;
-    type Yd = Push;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &Mount) -> Push {
+    type FeedthroughInputs = Mount;
+    type FeedthroughOutputs = Push;
+    fn feedthrough(&self, u: &Mount) -> Push {
         let thrust = u.mount.rotation * Vec3::z() * (self.p.k * (1.0 + u.throttle));
         let drag = -u.mount.velocity * (0.05 * u.mount.velocity.norm());
         Push { wrench: Wrench { moment: -u.mount.angular * 0.02, force: thrust + drag } }
@@ -204,9 +204,9 @@ impl Model for Thruster {
 #[model("zoo.accelerometer")]
 impl Model for Accelerometer {
     type Params = Factor;
-    type Ud = Feel;
-    type Yd = Out;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &Feel) -> Out {
+    type FeedthroughInputs = Feel;
+    type FeedthroughOutputs = Out;
+    fn feedthrough(&self, u: &Feel) -> Out {
         Out { y: self.p.k * u.accel.linear.norm() }
     }
 }

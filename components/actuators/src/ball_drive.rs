@@ -73,9 +73,9 @@ pub struct BallDrive {
 #[model("actuators.ball_drive")]
 impl Model for BallDrive {
     type Params = BallDriveParams;
-    type Ud = BallDriveIn;
-    type Yd = BallDriveOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &BallDriveIn) -> BallDriveOut {
+    type FeedthroughInputs = BallDriveIn;
+    type FeedthroughOutputs = BallDriveOut;
+    fn feedthrough(&self, u: &BallDriveIn) -> BallDriveOut {
         let (p, ball) = (&self.p, &u.ball);
         // The length of a wired quaternion may differ from 1.
         let wanted = Quat::new_normalize(*u.rotation.quaternion());
@@ -112,7 +112,7 @@ mod tests {
     }
 
     fn drive(p: BallDriveParams, u: &BallDriveIn) -> BallDriveOut {
-        BallDrive { p }.direct(&Clock::at(0.0, 1e-3, 0), &(), &(), u, &())
+        BallDrive { p }.feedthrough(u)
     }
 
     /// The power of the spring is −d/dt of ½ k |e|², by a difference over the motion of the ball.

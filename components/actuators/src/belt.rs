@@ -40,8 +40,8 @@ pub struct Belt {
 #[model("actuators.belt")]
 impl Model for Belt {
     type Params = BeltParams;
-    type Ud = BeltIn;
-    type Yd = BeltOut;
+    type FeedthroughInputs = BeltIn;
+    type FeedthroughOutputs = BeltOut;
     fn build(p: BeltParams) -> Result<Self, BuildError> {
         match p.direction.try_normalize(0.0).filter(|d| d.iter().all(|x| x.is_finite())) {
             Some(direction) => Ok(Belt { direction }),
@@ -53,7 +53,7 @@ impl Model for Belt {
             .at("direction")),
         }
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &BeltIn) -> BeltOut {
+    fn feedthrough(&self, u: &BeltIn) -> BeltOut {
         BeltOut { surface: SurfaceVelocity { velocity: self.direction * u.speed } }
     }
 }

@@ -74,8 +74,8 @@ pub struct Bushing {
 #[model("actuators.bushing")]
 impl Model for Bushing {
     type Params = BushingParams;
-    type Ud = BushingIn;
-    type Yd = BushingOut;
+    type FeedthroughInputs = BushingIn;
+    type FeedthroughOutputs = BushingOut;
     fn build(p: BushingParams) -> Result<Self, BuildError> {
         let all = [
             ("stiffness", p.stiffness),
@@ -93,7 +93,7 @@ impl Model for Bushing {
         }
         Ok(Bushing { p })
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &BushingIn) -> BushingOut {
+    fn feedthrough(&self, u: &BushingIn) -> BushingOut {
         let (p, a, b) = (&self.p, &u.a, &u.b);
         let to_a = a.rotation.inverse();
         let apart = b.position - a.position;
@@ -143,7 +143,7 @@ mod tests {
     }
 
     fn energy(b: &Bushing, u: &BushingIn) -> f64 {
-        let y = b.direct(&Clock::at(0.0, 0.01, 0), &(), &(), u, &());
+        let y = b.feedthrough(u);
         let half = |k: &Vec3, x: &Vec3| 0.5 * k.component_mul(x).dot(x);
         half(&b.p.stiffness, &y.displacement) + half(&b.p.angular_stiffness, &y.rotation)
     }
@@ -155,7 +155,7 @@ mod tests {
         let b = bushing();
         for k in 0..40 {
             let u = BushingIn { a: node(f64::from(k)), b: node(0.7 * f64::from(k) + 0.4) };
-            let y = b.direct(&Clock::at(0.0, 0.01, 0), &(), &(), &u, &());
+            let y = b.feedthrough(&u);
             if y.rotation.norm() > 2.9 {
                 continue;
             }

@@ -172,10 +172,10 @@ impl DcMotor {
 #[model("actuators.dc_motor")]
 impl Model for DcMotor {
     type Params = DcMotorParams;
-    type Ud = DcMotorIn;
-    type Yd = DcMotorOut;
-    type X = MotorState;
-    fn direct(&self, _: &Clock, x: &MotorState, _: &(), u: &DcMotorIn) -> DcMotorOut {
+    type FeedthroughInputs = DcMotorIn;
+    type FeedthroughOutputs = DcMotorOut;
+    type State = MotorState;
+    fn feedthrough(&self, x: &MotorState, u: &DcMotorIn) -> DcMotorOut {
         let p = &self.p;
         let current = self.current(x, u);
         let (friction, rate) = (self.friction(u, current), u.shaft.rate);
@@ -197,7 +197,7 @@ impl Model for DcMotor {
             supply: u.supply.current_of(power),
         }
     }
-    fn deriv(&self, _: &Clock, x: &MotorState, _: &(), _: &(), u: &DcMotorIn) -> MotorState {
+    fn derivatives(&self, x: &MotorState, u: &DcMotorIn) -> MotorState {
         let p = &self.p;
         let emf = p.torque_constant * p.gear * u.shaft.rate;
         let mut rise = 0.0;
@@ -243,7 +243,7 @@ mod tests {
 
     /// The motor after its gear has turned long enough at this rate to slide.
     fn at(volts: f64, rate: f64) -> DcMotorOut {
-        let (m, mut x, clock) = (motor(), MotorState::zero(), Clock::at(0.0, 1e-3, 0));
+        let (m, mut x) = (motor(), MotorState::zero());
         let u = DcMotorIn {
             supply: SUPPLY,
             volts,
@@ -251,10 +251,9 @@ mod tests {
             shaft: HingeState { angle: 0.0, rate },
         };
         for _ in 0..20_000 {
-            let y = m.direct(&clock, &x, &(), &u, &());
-            x.deflection += 1e-4 * m.deriv(&clock, &x, &(), &(), &u, &(), &y).deflection;
+            x.deflection += 1e-4 * m.derivatives(&x, &u).deflection;
         }
-        m.direct(&clock, &x, &(), &u, &())
+        m.feedthrough(&x, &u)
     }
 
     #[test]
@@ -306,7 +305,6 @@ mod tests {
                 .wrapping_add(1_442_695_040_888_963_407);
             (seed >> 11) as f64 / (1u64 << 53) as f64 * 2.0 - 1.0
         };
-        let clock = Clock::at(0.0, 1e-3, 0);
         for k in 0..200_000 {
             let inductance = if k % 2 == 0 { 0.02 } else { 0.0 };
             let p = DcMotorParams { inductance, coulomb: 1.5, viscous: 0.3, ..motor().p };
@@ -319,8 +317,8 @@ mod tests {
                 brake: random() > 0.0,
                 shaft,
             };
-            let y = m.direct(&clock, &x, &(), &u, &());
-            let d = m.deriv(&clock, &x, &(), &(), &u, &(), &y);
+            let y = m.feedthrough(&x, &u);
+            let d = m.derivatives(&x, &u);
             let stored = inductance * x.current * d.current + 1e4 * x.deflection * d.deflection;
             let lost = y.power - y.shaft_torque * shaft.rate - stored;
             assert!(lost > -1e-9, "{lost} W made at {u:?} {x:?}");
@@ -337,7 +335,7 @@ mod tests {
         let p = DcMotorParams { resistance: 1.0, current_max: 5.0, ..motor().p };
         let shaft = HingeState { angle: 0.0, rate: 0.0 };
         let u = DcMotorIn { supply: Voltage { voltage: 28.0 }, volts: 24.0, brake: false, shaft };
-        let y = DcMotor { p }.direct(&Clock::at(0.0, 1e-3, 0), &MotorState::zero(), &(), &u, &());
+        let y = DcMotor { p }.feedthrough(&MotorState::zero(), &u);
         assert_eq!((y.current, y.power), (5.0, 25.0));
         assert!((y.supply.current - 25.0 / 28.0).abs() < 1e-15);
     }
@@ -352,7 +350,7 @@ mod tests {
                 brake: false,
                 shaft: HingeState { angle: 0.0, rate },
             };
-            motor().direct(&Clock::at(0.0, 1e-3, 0), &MotorState::zero(), &(), &u, &())
+            motor().feedthrough(&MotorState::zero(), &u)
         };
         assert_eq!(with(6.0, 12.0, 0.0).current, 3.0);
         assert_eq!(with(6.0, -12.0, 0.0).current, -3.0);
@@ -376,8 +374,8 @@ mod tests {
                 brake: true,
                 shaft: HingeState { angle, rate },
             };
-            let y = m.direct(&Clock::at(0.0, dt, 0), &x, &(), &u, &());
-            let d = m.deriv(&Clock::at(0.0, dt, 0), &x, &(), &(), &u, &(), &y);
+            let y = m.feedthrough(&x, &u);
+            let d = m.derivatives(&x, &u);
             x.deflection += dt * d.deflection;
             rate += dt * (y.torque.0 + 40.0) / 2.0;
             angle += dt * rate;
@@ -399,8 +397,7 @@ mod tests {
             shaft: HingeState { angle: 0.0, rate: 0.0 },
         };
         for _ in 0..1000 {
-            let y = m.direct(&Clock::at(0.0, 1e-5, 0), &x, &(), &u, &());
-            let d = m.deriv(&Clock::at(0.0, 1e-5, 0), &x, &(), &(), &u, &(), &y);
+            let d = m.derivatives(&x, &u);
             x.current += 1e-5 * d.current;
         }
         // One time constant L/R = 10 ms.

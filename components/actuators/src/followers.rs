@@ -84,9 +84,9 @@ fn towards(c: &Clock, wanted: f64, rate: f64, time_constant: f64, most: f64) -> 
 #[model("actuators.rate_follower")]
 impl Model for RateFollower {
     type Params = RateFollowerParams;
-    type Ud = RateFollowerIn;
-    type Yd = RateFollowerOut;
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &RateFollowerIn) -> RateFollowerOut {
+    type FeedthroughInputs = RateFollowerIn;
+    type FeedthroughOutputs = RateFollowerOut;
+    fn feedthrough(&self, clock: &Clock, u: &RateFollowerIn) -> RateFollowerOut {
         let p = &self.p;
         let stands = u.brake || u.supply.voltage <= 0.0;
         let wanted = if stands { 0.0 } else { u.target.clamp(-p.rate_max, p.rate_max) };
@@ -95,7 +95,7 @@ impl Model for RateFollower {
         let power =
             if u.supply.voltage > 0.0 { drawn + if u.brake { 0.0 } else { p.idle } } else { 0.0 };
         RateFollowerOut {
-            motion: towards(c, wanted, u.shaft.rate, p.time_constant, p.acceleration_max),
+            motion: towards(clock, wanted, u.shaft.rate, p.time_constant, p.acceleration_max),
             shaft_torque: u.torque,
             power,
             limited: !u.brake && u.target.abs() > p.rate_max,
@@ -155,14 +155,14 @@ pub struct AngleFollower {
 #[model("actuators.angle_follower")]
 impl Model for AngleFollower {
     type Params = AngleFollowerParams;
-    type Ud = AngleFollowerIn;
-    type Yd = AngleFollowerOut;
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &AngleFollowerIn) -> AngleFollowerOut {
+    type FeedthroughInputs = AngleFollowerIn;
+    type FeedthroughOutputs = AngleFollowerOut;
+    fn feedthrough(&self, clock: &Clock, u: &AngleFollowerIn) -> AngleFollowerOut {
         let p = &self.p;
-        let (error, constant) = (u.angle - u.shaft.angle, p.time_constant.max(c.dt));
+        let (error, constant) = (u.angle - u.shaft.angle, p.time_constant.max(clock.dt));
         let rate_max = u.supply.limit(p.rate_max);
         let wanted = (error / (4.0 * constant)).clamp(-rate_max, rate_max);
-        let motion = towards(c, wanted, u.shaft.rate, p.time_constant, p.acceleration_max);
+        let motion = towards(clock, wanted, u.shaft.rate, p.time_constant, p.acceleration_max);
         AngleFollowerOut { motion, error, supply: Current { current: 0.0 } }
     }
 }
@@ -195,36 +195,36 @@ mod tests {
         let (mut v, mut t) = (0.0, 0.0);
         while t < 0.3 {
             let c = Clock::at(t, dt, 0);
-            v += dt * model.direct(&c, &(), &(), &told(0.4, false, v, 0.0), &()).motion.0;
+            v += dt * model.feedthrough(&c, &told(0.4, false, v, 0.0)).motion.0;
             t += dt;
         }
         // Euler's steps: first order in dt.
         assert!((v - 0.4 * (1.0 - (-t / 0.1_f64).exp())).abs() < 1e-3, "{v}");
-        let y = model.direct(&Clock::at(0.0, dt, 0), &(), &(), &told(9.0, false, 0.0, 0.0), &());
+        let y = model.feedthrough(&Clock::at(0.0, dt, 0), &told(9.0, false, 0.0, 0.0));
         assert!(y.limited && y.motion.0 == 5.0);
         // A step longer than the time constant goes to the command and not beyond.
-        let y = model.direct(&Clock::at(0.0, 0.5, 0), &(), &(), &told(0.4, false, 0.1, 0.0), &());
+        let y = model.feedthrough(&Clock::at(0.0, 0.5, 0), &told(0.4, false, 0.1, 0.0));
         assert!((0.1 + 0.5 * y.motion.0 - 0.4).abs() < 1e-15);
     }
 
     #[test]
     fn the_brake_stops_it_and_power_flows_both_ways() {
         let (model, c) = (rate(), Clock::at(0.0, 1e-3, 0));
-        let braked = model.direct(&c, &(), &(), &told(1.0, true, 0.2, 0.0), &());
+        let braked = model.feedthrough(&c, &told(1.0, true, 0.2, 0.0));
         assert!(braked.motion.0 == -2.0 && braked.power == 0.0 && !braked.limited);
-        let drives = model.direct(&c, &(), &(), &told(1.0, false, 1.0, 8.0), &());
+        let drives = model.feedthrough(&c, &told(1.0, false, 1.0, 8.0));
         assert_eq!(drives.power, 3.0 + 16.0);
-        let driven = model.direct(&c, &(), &(), &told(1.0, false, 1.0, -8.0), &());
+        let driven = model.feedthrough(&c, &told(1.0, false, 1.0, -8.0));
         assert_eq!(driven.power, 3.0 - 4.0);
         assert!((driven.supply.current * 28.0 + 1.0).abs() < 1e-15);
         // Without a supply both stand for every command.
         let supply = Voltage { voltage: 0.0 };
         let u = RateFollowerIn { supply, ..told(1.0, false, 0.2, 8.0) };
-        let dark = model.direct(&c, &(), &(), &u, &());
+        let dark = model.feedthrough(&c, &u);
         assert_eq!((dark.motion.0, dark.power, dark.supply.current), (-2.0, 0.0, 0.0));
         let p = AngleFollowerParams { time_constant: 0.05, rate_max: 0.5, acceleration_max: 50.0 };
         let u = AngleFollowerIn { supply, shaft: HingeState { angle: 0.0, rate: 0.1 }, angle: 0.6 };
-        assert_eq!(AngleFollower { p }.direct(&c, &(), &(), &u, &()).motion.0, -2.0);
+        assert_eq!(AngleFollower { p }.feedthrough(&c, &u).motion.0, -2.0);
     }
 
     #[test]
@@ -236,7 +236,7 @@ mod tests {
             let c = Clock::at(dt * f64::from(k), dt, 0);
             let shaft = HingeState { angle: q, rate: v };
             let a = model
-                .direct(&c, &(), &(), &AngleFollowerIn { supply: SUPPLY, shaft, angle: 0.6 }, &())
+                .feedthrough(&c, &AngleFollowerIn { supply: SUPPLY, shaft, angle: 0.6 })
                 .motion
                 .0;
             q += dt * (v + 0.5 * dt * a);
@@ -251,7 +251,7 @@ mod tests {
             let c = Clock::at(1e-4 * f64::from(k), 1e-4, 0);
             let shaft = HingeState { angle: q, rate: v };
             let a = model
-                .direct(&c, &(), &(), &AngleFollowerIn { supply: SUPPLY, shaft, angle: 0.01 }, &())
+                .feedthrough(&c, &AngleFollowerIn { supply: SUPPLY, shaft, angle: 0.01 })
                 .motion
                 .0;
             q += 1e-4 * (v + 0.5e-4 * a);

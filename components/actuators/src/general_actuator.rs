@@ -65,11 +65,10 @@ fn bounded(x: f64, range: Option<[f64; 2]>) -> f64 {
     range.map_or(x, |[lower, upper]| x.clamp(lower, upper))
 }
 
+/// Force affine in control, length and rate on a joint, a weighted sum of joints or a line over sites: motors and servos of MJCF files.
+#[model("actuators.general_actuator")]
 impl SizedModel for GeneralActuator {
-    const NAME: &'static str = "actuators.general_actuator";
-    const DOC: &'static str = "Force affine in control, length and rate on a joint, a weighted sum of joints or a line over sites: motors and servos of MJCF files.";
     type Params = GeneralActuatorParams;
-    type Store = ();
 
     fn ports(p: &GeneralActuatorParams) -> SizedPorts {
         let control = PortSpec::named("control", PortKind::Numbers, 1).unit_of("1");
@@ -77,8 +76,8 @@ impl SizedModel for GeneralActuator {
             control.doc_of("Control, in the unit that the gain makes a force of.").or(0.0);
         let inputs = std::iter::once(control).chain(p.transmission().inputs());
         SizedPorts {
-            direct_inputs: inputs.collect(),
-            direct_outputs: (GeneralActuatorOut::specs().into_iter())
+            feedthrough_inputs: inputs.collect(),
+            feedthrough_outputs: (GeneralActuatorOut::specs().into_iter())
                 .chain(p.transmission().outputs())
                 .collect(),
             ..SizedPorts::default()
@@ -92,7 +91,7 @@ impl SizedModel for GeneralActuator {
         Ok(GeneralActuator { p })
     }
 
-    fn direct(&self, _: &Clock, _: &[f64], _: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+    fn feedthrough(&self, u: &[f64], y: &mut [f64]) {
         let p = &self.p;
         let [length, velocity] = p.transmission().motion(&u[1..]);
         let affine = |c: &[f64; 3]| c[0] + c[1] * length + c[2] * velocity;
@@ -112,7 +111,7 @@ mod tests {
     fn force(p: &GeneralActuatorParams, control: f64) -> Vec<f64> {
         let m = GeneralActuator::build(p.clone()).unwrap();
         let mut y = vec![0.0; 6];
-        m.direct(&Clock::at(0.0, 1e-3, 0), &[], &[], &[control, 0.5, 2.0, -1.0, 4.0], &(), &mut y);
+        m.feedthrough(&[control, 0.5, 2.0, -1.0, 4.0], &mut y);
         y
     }
 

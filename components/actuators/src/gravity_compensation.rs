@@ -45,20 +45,14 @@ pub struct GravityCompensation {
 #[model("actuators.gravity_compensation")]
 impl Model for GravityCompensation {
     type Params = GravityCompensationParams;
-    type Ud = GravityCompensationIn;
-    type Yd = GravityCompensationOut;
-    fn direct(
-        &self,
-        c: &Clock,
-        _: &(),
-        _: &(),
-        u: &GravityCompensationIn,
-    ) -> GravityCompensationOut {
+    type FeedthroughInputs = GravityCompensationIn;
+    type FeedthroughOutputs = GravityCompensationOut;
+    fn feedthrough(&self, clock: &Clock, u: &GravityCompensationIn) -> GravityCompensationOut {
         let Some(gravity) = &self.p.gravity else {
             return GravityCompensationOut { load: Wrench::zero() };
         };
         let arm = u.body.rotation * u.own.com;
-        let pull = gravity.acceleration(c.t, u.body.position + arm);
+        let pull = gravity.acceleration(clock.t, u.body.position + arm);
         let force = pull * (-self.p.share * u.own.mass);
         GravityCompensationOut { load: Wrench { moment: arm.cross(&force), force } }
     }
@@ -85,8 +79,7 @@ mod tests {
         body.rotation = Quat::from_axis_angle(&Vec3::z_axis(), std::f64::consts::FRAC_PI_2);
         body.position = Vec3::new(1.0, 0.0, 0.0);
         let own = BodyMass { mass: 2.0, com: Vec3::new(0.0, -0.5, 0.3), inertia: [0.0; 6] };
-        let y =
-            m.direct(&Clock::at(0.0, 1e-3, 0), &(), &(), &GravityCompensationIn { body, own }, &());
+        let y = m.feedthrough(&Clock::at(0.0, 1e-3, 0), &GravityCompensationIn { body, own });
         // The centre of mass is at x = 1.5: half of 2 kg · 10.5 m/s², with the arm (0.5, 0, 0.3).
         assert!((y.load.force - Vec3::new(0.0, 0.0, 10.5)).norm() < 1e-14);
         assert!((y.load.moment - Vec3::new(0.0, -5.25, 0.0)).norm() < 1e-14, "{}", y.load.moment);

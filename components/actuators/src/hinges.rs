@@ -48,9 +48,9 @@ pub struct SpringDamper {
 #[model("actuators.spring_damper")]
 impl Model for SpringDamper {
     type Params = SpringDamperParams;
-    type Ud = ShaftIn;
-    type Yd = ShaftOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &ShaftIn) -> ShaftOut {
+    type FeedthroughInputs = ShaftIn;
+    type FeedthroughOutputs = ShaftOut;
+    fn feedthrough(&self, u: &ShaftIn) -> ShaftOut {
         let p = &self.p;
         let torque = -p.stiffness * (u.shaft.angle - p.rest) - p.damping * u.shaft.rate;
         ShaftOut { torque: HingeTorque(torque) }
@@ -83,15 +83,15 @@ pub struct SoftStop {
 #[model("actuators.soft_stop")]
 impl Model for SoftStop {
     type Params = SoftStopParams;
-    type Ud = ShaftIn;
-    type Yd = ShaftOut;
+    type FeedthroughInputs = ShaftIn;
+    type FeedthroughOutputs = ShaftOut;
     fn build(p: SoftStopParams) -> Result<Self, BuildError> {
         if p.lower >= p.upper {
             return Err(BuildError::new("the lower stop must lie below the upper one").at("lower"));
         }
         Ok(SoftStop { p })
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &ShaftIn) -> ShaftOut {
+    fn feedthrough(&self, u: &ShaftIn) -> ShaftOut {
         let p = &self.p;
         let push = |depth: f64, speed: f64| {
             p.stiffness * depth.max(0.0) * (1.0 + p.dissipation * speed).max(0.0)
@@ -150,9 +150,9 @@ pub struct Differential {
 #[model("actuators.differential")]
 impl Model for Differential {
     type Params = DifferentialParams;
-    type Ud = DifferentialIn;
-    type Yd = DifferentialOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &DifferentialIn) -> DifferentialOut {
+    type FeedthroughInputs = DifferentialIn;
+    type FeedthroughOutputs = DifferentialOut;
+    fn feedthrough(&self, u: &DifferentialIn) -> DifferentialOut {
         let p = &self.p;
         let error = u.left.angle + p.ratio * u.right.angle;
         let speed = u.left.rate + p.ratio * u.right.rate;
@@ -169,10 +169,6 @@ impl Model for Differential {
 mod tests {
     use super::*;
 
-    fn clock() -> Clock {
-        Clock::at(0.0, 1e-3, 0)
-    }
-
     fn shaft(angle: f64, rate: f64) -> ShaftIn {
         ShaftIn { shaft: HingeState { angle, rate } }
     }
@@ -180,7 +176,7 @@ mod tests {
     #[test]
     fn spring_pulls_back_to_rest() {
         let p = SpringDamperParams { stiffness: 10.0, damping: 2.0, rest: 0.1 };
-        let y = SpringDamper { p }.direct(&clock(), &(), &(), &shaft(0.4, 0.5), &());
+        let y = SpringDamper { p }.feedthrough(&shaft(0.4, 0.5));
         assert!((y.torque.0 + 4.0).abs() < 1e-12);
     }
 
@@ -188,7 +184,7 @@ mod tests {
     fn stops_push_inwards_and_never_pull() {
         let p = SoftStopParams { lower: -1.0, upper: 0.5, stiffness: 100.0, dissipation: 2.0 };
         let stop = SoftStop::build(p.clone()).unwrap();
-        let torque = |a, r| stop.direct(&clock(), &(), &(), &shaft(a, r), &()).torque.0;
+        let torque = |a, r| stop.feedthrough(&shaft(a, r)).torque.0;
         assert_eq!(torque(0.0, 9.0), 0.0);
         assert!(
             (torque(0.6, 0.0) + 10.0).abs() < 1e-12 && (torque(-1.1, 0.0) - 10.0).abs() < 1e-12
@@ -207,7 +203,7 @@ mod tests {
                 left: HingeState { angle: l, rate: 0.0 },
                 right: HingeState { angle: r, rate: 0.0 },
             };
-            d.direct(&clock(), &(), &(), &u, &())
+            d.feedthrough(&u)
         };
         assert_eq!(at(0.2, -0.2).left_torque.0, 0.0);
         let y = at(0.2, 0.1);

@@ -54,9 +54,9 @@ pub struct TorqueDrive {
 #[model("actuators.torque_drive")]
 impl Model for TorqueDrive {
     type Params = TorqueDriveParams;
-    type Ud = TorqueDriveIn;
-    type Yd = TorqueDriveOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &TorqueDriveIn) -> TorqueDriveOut {
+    type FeedthroughInputs = TorqueDriveIn;
+    type FeedthroughOutputs = TorqueDriveOut;
+    fn feedthrough(&self, u: &TorqueDriveIn) -> TorqueDriveOut {
         let limit = u.supply.limit(self.p.torque_max);
         let torque = u.torque.clamp(-limit, limit);
         let power = torque * u.shaft.rate;
@@ -119,9 +119,9 @@ pub struct RateServo {
 #[model("actuators.rate_servo")]
 impl Model for RateServo {
     type Params = RateServoParams;
-    type Ud = RateServoIn;
-    type Yd = ServoOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &RateServoIn) -> ServoOut {
+    type FeedthroughInputs = RateServoIn;
+    type FeedthroughOutputs = ServoOut;
+    fn feedthrough(&self, u: &RateServoIn) -> ServoOut {
         servo(self.p.gain * (u.rate - u.shaft.rate), self.p.torque_max, &u.supply, u.shaft.rate)
     }
 }
@@ -163,9 +163,9 @@ pub struct PositionServo {
 #[model("actuators.position_servo")]
 impl Model for PositionServo {
     type Params = PositionServoParams;
-    type Ud = PositionServoIn;
-    type Yd = ServoOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &PositionServoIn) -> ServoOut {
+    type FeedthroughInputs = PositionServoIn;
+    type FeedthroughOutputs = ServoOut;
+    fn feedthrough(&self, u: &PositionServoIn) -> ServoOut {
         let p = &self.p;
         let wanted = p.stiffness * (u.angle - u.shaft.angle) - p.damping * u.shaft.rate;
         servo(wanted, p.torque_max, &u.supply, u.shaft.rate)
@@ -178,29 +178,25 @@ mod tests {
 
     #[test]
     fn servos_push_towards_the_command_up_to_their_limit() {
-        let c = Clock::at(0.0, 1e-3, 0);
         let shaft = HingeState { angle: 0.2, rate: 1.0 };
         let s = RateServo { p: RateServoParams { gain: 5.0, torque_max: 8.0 } };
         let supply = Voltage { voltage: 28.0 };
-        let torque =
-            |rate| s.direct(&c, &(), &(), &RateServoIn { supply, rate, shaft }, &()).torque.0;
+        let torque = |rate| s.feedthrough(&RateServoIn { supply, rate, shaft }).torque.0;
         assert_eq!((torque(2.0), torque(9.0), torque(-9.0)), (5.0, 8.0, -8.0));
         let drive = TorqueDrive { p: TorqueDriveParams { torque_max: 4.0 } };
-        let load =
-            |torque| drive.direct(&c, &(), &(), &TorqueDriveIn { supply, torque, shaft }, &());
+        let load = |torque| drive.feedthrough(&TorqueDriveIn { supply, torque, shaft });
         assert_eq!((load(3.0).load.0, load(-7.0).load.0, load(3.0).power), (3.0, -4.0, 3.0));
         let p = PositionServoParams { stiffness: 10.0, damping: 1.0, torque_max: 3.5 };
         let s = PositionServo { p };
-        let torque =
-            |angle| s.direct(&c, &(), &(), &PositionServoIn { supply, angle, shaft }, &()).torque.0;
+        let torque = |angle| s.feedthrough(&PositionServoIn { supply, angle, shaft }).torque.0;
         assert!((torque(0.5) - 2.0).abs() < 1e-12 && torque(5.0) == 3.5);
         // A driven hinge feeds power back. Without a supply torque and current are zero.
         assert_eq!(load(-2.8).supply.current, -2.8 / 28.0);
         let supply = Voltage { voltage: 0.0 };
         let u = TorqueDriveIn { supply, torque: 3.0, shaft };
-        let y = drive.direct(&c, &(), &(), &u, &());
+        let y = drive.feedthrough(&u);
         assert_eq!((y.load.0, y.power, y.supply.current), (0.0, 0.0, 0.0));
-        let y = s.direct(&c, &(), &(), &PositionServoIn { supply, angle: 5.0, shaft }, &());
+        let y = s.feedthrough(&PositionServoIn { supply, angle: 5.0, shaft });
         assert_eq!((y.torque.0, y.supply.current), (0.0, 0.0));
     }
 }

@@ -62,9 +62,9 @@ pub struct Strut {
 #[model("actuators.strut")]
 impl Model for Strut {
     type Params = StrutParams;
-    type Ud = StrutIn;
-    type Yd = StrutOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &StrutIn) -> StrutOut {
+    type FeedthroughInputs = StrutIn;
+    type FeedthroughOutputs = StrutOut;
+    fn feedthrough(&self, u: &StrutIn) -> StrutOut {
         let d = u.b.position - u.a.position;
         let length = d.norm();
         let n = if length > 0.0 { d / length } else { Vec3::zeros() };
@@ -74,7 +74,7 @@ impl Model for Strut {
         let back = Wrench { moment: Vec3::zeros(), force: -pull.force };
         StrutOut { on_a: pull, on_b: back, force, length, rate }
     }
-    fn remarks(&self, _: &Clock, _: &(), _: &(), _: &(), u: &StrutIn) -> Vec<BuildError> {
+    fn startup_warnings(&self, u: &StrutIn) -> Vec<BuildError> {
         let length = (u.b.position - u.a.position).norm();
         let pointless = self.p.rest > 0.0 && length < 1e-9 * self.p.rest;
         let fact = "both of its ends are at one place, where it has no direction and no force";
@@ -96,7 +96,7 @@ mod tests {
         let n = Vec3::new(2.0, -1.0, 2.0) / 3.0;
         let across = Vec3::new(1.0, 2.0, 0.0);
         let b = NodeState { position: a.position + n * apart, velocity: n * rate + across, ..a };
-        strut(rest).direct(&Clock::at(0.0, 0.01, 0), &(), &(), &StrutIn { a, b }, &())
+        strut(rest).feedthrough(&StrutIn { a, b })
     }
 
     #[test]
@@ -119,8 +119,7 @@ mod tests {
         let told = |rest: f64, x: f64| {
             let a = NodeState::identity();
             let b = NodeState { position: Vec3::new(x, 0.0, 0.0), ..a };
-            let c = Clock::at(0.0, 0.01, 0);
-            strut(rest).remarks(&c, &(), &(), &(), &StrutIn { a, b }, &()).len()
+            strut(rest).startup_warnings(&StrutIn { a, b }).len()
         };
         assert_eq!((told(1.0, 0.0), told(1.0, 0.5), told(0.0, 0.0)), (1, 0, 0));
     }

@@ -63,16 +63,15 @@ pub struct Tendon {
     p: TendonParams,
 }
 
+/// Spring, damper and soft limits on a weighted sum of joint coordinates or on a line over sites: tendons of MJCF files.
+#[model("actuators.tendon")]
 impl SizedModel for Tendon {
-    const NAME: &'static str = "actuators.tendon";
-    const DOC: &'static str = "Spring, damper and soft limits on a weighted sum of joint coordinates or on a line over sites: tendons of MJCF files.";
     type Params = TendonParams;
-    type Store = ();
 
     fn ports(p: &TendonParams) -> SizedPorts {
         SizedPorts {
-            direct_inputs: p.transmission().inputs(),
-            direct_outputs: (TendonOut::specs().into_iter())
+            feedthrough_inputs: p.transmission().inputs(),
+            feedthrough_outputs: (TendonOut::specs().into_iter())
                 .chain(p.transmission().outputs())
                 .collect(),
             ..SizedPorts::default()
@@ -86,7 +85,7 @@ impl SizedModel for Tendon {
         Ok(Tendon { p })
     }
 
-    fn direct(&self, _: &Clock, _: &[f64], _: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+    fn feedthrough(&self, u: &[f64], y: &mut [f64]) {
         let p = &self.p;
         let [length, velocity] = p.transmission().motion(u);
         let stretch = length - length.clamp(p.rest[0], p.rest[1]);
@@ -125,7 +124,7 @@ mod tests {
     fn outputs(q: [f64; 2], v: [f64; 2]) -> Vec<f64> {
         let m = Tendon::build(tendon()).unwrap();
         let mut y = vec![0.0; 5];
-        m.direct(&Clock::at(0.0, 1e-3, 0), &[], &[], &[q[0], v[0], q[1], v[1]], &(), &mut y);
+        m.feedthrough(&[q[0], v[0], q[1], v[1]], &mut y);
         y
     }
 

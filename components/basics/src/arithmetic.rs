@@ -28,9 +28,9 @@ pub struct Gain {
 #[model("basics.gain")]
 impl Model for Gain {
     type Params = GainParams;
-    type Ud = Input;
-    type Yd = Output;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &Input) -> Output {
+    type FeedthroughInputs = Input;
+    type FeedthroughOutputs = Output;
+    fn feedthrough(&self, u: &Input) -> Output {
         Output { y: self.p.k * u.u + self.p.offset }
     }
 }
@@ -46,12 +46,12 @@ pub struct Sum {}
 #[model("basics.sum")]
 impl Model for Sum {
     type Params = NoParams;
-    type Ud = Inputs;
-    type Yd = Output;
+    type FeedthroughInputs = Inputs;
+    type FeedthroughOutputs = Output;
     fn build(_: NoParams) -> Result<Self, BuildError> {
         Ok(Sum {})
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &Inputs) -> Output {
+    fn feedthrough(&self, u: &Inputs) -> Output {
         Output { y: u.u }
     }
 }
@@ -63,12 +63,12 @@ pub struct Product {}
 #[model("basics.product")]
 impl Model for Product {
     type Params = NoParams;
-    type Ud = Pair;
-    type Yd = Output;
+    type FeedthroughInputs = Pair;
+    type FeedthroughOutputs = Output;
     fn build(_: NoParams) -> Result<Self, BuildError> {
         Ok(Product {})
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &Pair) -> Output {
+    fn feedthrough(&self, u: &Pair) -> Output {
         Output { y: u.a * u.b }
     }
 }
@@ -120,26 +120,26 @@ pub struct Quotient {
 impl Model for Quotient {
     const MODES: bool = true;
     type Params = QuotientParams;
-    type Ud = Pair;
-    type Yd = Output;
-    type D = Piece;
-    type G = Ends;
-    fn direct(&self, _: &Clock, _: &(), d: &Piece, u: &Pair) -> Output {
+    type FeedthroughInputs = Pair;
+    type FeedthroughOutputs = Output;
+    type DiscreteState = Piece;
+    type Guards = Ends;
+    fn feedthrough(&self, d: &Piece, u: &Pair) -> Output {
         let least = self.p.least;
         let none = if least == 0.0 { u.b == 0.0 } else { d.piece < 0.5 };
         // Within a step the piece stays, and its divisor does not come nearer to zero.
         let b = if u.b.abs() < least { least.copysign(u.b) } else { u.b };
         Output { y: if none { 0.0 } else { u.a / b } }
     }
-    fn mode(&self, _: &Clock, _: &(), _: &Piece, u: &Pair) -> Piece {
+    fn mode(&self, u: &Pair) -> Piece {
         Piece::new(f64::from(u8::from(u.b.abs() >= self.p.least)))
     }
-    fn guards(&self, _: &Clock, _: &(), _: &Piece, _: &(), u: &Pair) -> Ends {
+    fn guards(&self, u: &Pair) -> Ends {
         let none = self.p.least == 0.0;
         Ends { upper: -1.0, lower: if none { -1.0 } else { self.p.least - u.b.abs() } }
     }
-    fn fired(&self, _: &Clock, which: Fired<'_>) -> ((), Piece) {
-        ((), Piece::new(f64::from(u8::from(which.fell(LOWER)))))
+    fn handle_event(&self, fired: Fired<'_>) -> ((), Piece) {
+        ((), Piece::new(f64::from(u8::from(fired.fell(LOWER)))))
     }
 }
 
@@ -161,18 +161,18 @@ pub struct Saturation {
 #[model("basics.saturation")]
 impl Model for Saturation {
     const MODES: bool = true;
-    type D = Piece;
-    type G = Ends;
+    type DiscreteState = Piece;
+    type Guards = Ends;
     type Params = SaturationParams;
-    type Ud = Input;
-    type Yd = Output;
+    type FeedthroughInputs = Input;
+    type FeedthroughOutputs = Output;
     fn build(p: SaturationParams) -> Result<Self, BuildError> {
         if p.lower.is_nan() || p.upper.is_nan() || p.lower > p.upper {
             return Err(BuildError::new("the lower limit is above the upper one").at("lower"));
         }
         Ok(Saturation { p })
     }
-    fn direct(&self, _: &Clock, _: &(), d: &Piece, u: &Input) -> Output {
+    fn feedthrough(&self, d: &Piece, u: &Input) -> Output {
         let (lower, upper) = (self.p.lower, self.p.upper);
         let y = match () {
             () if d.piece > 0.5 => upper,
@@ -181,26 +181,18 @@ impl Model for Saturation {
         };
         Output { y }
     }
-    fn mode(&self, _: &Clock, _: &(), _: &Piece, u: &Input) -> Piece {
+    fn mode(&self, u: &Input) -> Piece {
         let (lower, upper) = (self.p.lower, self.p.upper);
         Piece::new(f64::from(u8::from(u.u > upper)) - f64::from(u8::from(u.u < lower)))
     }
-    fn guards(&self, _: &Clock, _: &(), _: &Piece, _: &(), u: &Input) -> Ends {
+    fn guards(&self, u: &Input) -> Ends {
         // An infinite limit has no edge.
         let or = |x: f64| if x.is_finite() { x } else { -1.0 };
         Ends { upper: or(u.u - self.p.upper), lower: or(self.p.lower - u.u) }
     }
-    fn fired(
-        &self,
-        _: &Clock,
-        which: Fired<'_>,
-        _: &(),
-        _: &Piece,
-        _: &(),
-        u: &Input,
-    ) -> ((), Piece) {
-        let above = which.rose(UPPER) || (u.u > self.p.upper && !which.fell(UPPER));
-        let below = which.rose(LOWER) || (u.u < self.p.lower && !which.fell(LOWER));
+    fn handle_event(&self, fired: Fired<'_>, u: &Input) -> ((), Piece) {
+        let above = fired.rose(UPPER) || (u.u > self.p.upper && !fired.fell(UPPER));
+        let below = fired.rose(LOWER) || (u.u < self.p.lower && !fired.fell(LOWER));
         ((), Piece::new(f64::from(u8::from(above)) - f64::from(u8::from(below))))
     }
 }
@@ -228,11 +220,11 @@ impl Lookup {
 #[model("basics.lookup")]
 impl Model for Lookup {
     const MODES: bool = true;
-    type D = Piece;
-    type G = Ends;
+    type DiscreteState = Piece;
+    type Guards = Ends;
     type Params = LookupParams;
-    type Ud = Input;
-    type Yd = Output;
+    type FeedthroughInputs = Input;
+    type FeedthroughOutputs = Output;
     fn build(p: LookupParams) -> Result<Self, BuildError> {
         if p.table.is_empty() || p.table.windows(2).any(|w| w[0][0] >= w[1][0]) {
             return Err(BuildError::new("the first column of the table must rise")
@@ -241,7 +233,7 @@ impl Model for Lookup {
         }
         Ok(Lookup { p })
     }
-    fn direct(&self, _: &Clock, _: &(), d: &Piece, u: &Input) -> Output {
+    fn feedthrough(&self, d: &Piece, u: &Input) -> Output {
         let t = &self.p.table;
         let i = (d.piece as usize).min(t.len());
         let y = if i == 0 {
@@ -254,29 +246,21 @@ impl Model for Lookup {
         };
         Output { y }
     }
-    fn mode(&self, _: &Clock, _: &(), _: &Piece, u: &Input) -> Piece {
+    fn mode(&self, u: &Input) -> Piece {
         Piece::new(self.level(u.u) as f64)
     }
-    fn guards(&self, _: &Clock, _: &(), d: &Piece, _: &(), u: &Input) -> Ends {
+    fn guards(&self, d: &Piece, u: &Input) -> Ends {
         let (t, k) = (&self.p.table, d.piece as usize);
         Ends {
             upper: t.get(k).map_or(-1.0, |r| u.u - r[0]),
             lower: if k == 0 { -1.0 } else { t.get(k - 1).map_or(-1.0, |r| r[0] - u.u) },
         }
     }
-    fn fired(
-        &self,
-        _: &Clock,
-        which: Fired<'_>,
-        _: &(),
-        d: &Piece,
-        _: &(),
-        u: &Input,
-    ) -> ((), Piece) {
+    fn handle_event(&self, fired: Fired<'_>, d: &Piece, u: &Input) -> ((), Piece) {
         let (level, was) = (self.level(u.u), d.piece as usize);
         let piece = match () {
-            () if which.rose(UPPER) => level.max(was + 1),
-            () if which.rose(LOWER) => level.min(was.saturating_sub(1)),
+            () if fired.rose(UPPER) => level.max(was + 1),
+            () if fired.rose(LOWER) => level.min(was.saturating_sub(1)),
             () => level,
         };
         ((), Piece::new(piece as f64))
@@ -308,21 +292,21 @@ impl Comparator {
 impl Model for Comparator {
     const MODES: bool = true;
     type Params = ComparatorParams;
-    type Ud = Pair;
-    type Yd = Truth;
-    type D = Piece;
-    type G = Ends;
-    fn direct(&self, _: &Clock, _: &(), d: &Piece, _: &Pair) -> Truth {
+    type FeedthroughInputs = Pair;
+    type FeedthroughOutputs = Truth;
+    type DiscreteState = Piece;
+    type Guards = Ends;
+    fn feedthrough(&self, d: &Piece) -> Truth {
         Truth { y: d.piece > 0.5 }
     }
-    fn mode(&self, _: &Clock, _: &(), _: &Piece, u: &Pair) -> Piece {
+    fn mode(&self, u: &Pair) -> Piece {
         Piece::new(f64::from(u8::from(self.over(u) > 0.0)))
     }
-    fn guards(&self, _: &Clock, _: &(), _: &Piece, _: &(), u: &Pair) -> Ends {
+    fn guards(&self, u: &Pair) -> Ends {
         Ends { upper: self.over(u), lower: -1.0 }
     }
-    fn fired(&self, _: &Clock, which: Fired<'_>) -> ((), Piece) {
-        ((), Piece::new(f64::from(u8::from(which.rose(UPPER)))))
+    fn handle_event(&self, fired: Fired<'_>) -> ((), Piece) {
+        ((), Piece::new(f64::from(u8::from(fired.rose(UPPER)))))
     }
 }
 
@@ -335,20 +319,20 @@ mod tests {
     }
 
     /// The output where the piece follows from the input, as at a row.
-    fn y<M>(m: &M, u: M::Ud) -> M::Yd
+    fn y<M>(m: &M, u: M::FeedthroughInputs) -> M::FeedthroughOutputs
     where
-        M: Model<X = (), D = Piece, Store = ()>,
+        M: Model<State = (), DiscreteState = Piece, Store = ()>,
     {
         let d = m.mode(&c(), &(), &Piece::new(0.0), &u, &());
-        m.direct(&c(), &(), &d, &u, &())
+        m.feedthrough(&c(), &(), &d, &u, &())
     }
 
     #[test]
     fn algebra() {
         let g = Gain { p: GainParams { k: -2.0, offset: 1.0 } };
-        assert_eq!(g.direct(&c(), &(), &(), &Input { u: 3.0 }, &()).y, -5.0);
-        assert_eq!(Sum {}.direct(&c(), &(), &(), &Inputs { u: 3.0 }, &()).y, 3.0);
-        assert_eq!(Product {}.direct(&c(), &(), &(), &Pair { a: 3.0, b: 4.0 }, &()).y, 12.0);
+        assert_eq!(g.feedthrough(&Input { u: 3.0 }).y, -5.0);
+        assert_eq!(Sum {}.feedthrough(&Inputs { u: 3.0 }).y, 3.0);
+        assert_eq!(Product {}.feedthrough(&Pair { a: 3.0, b: 4.0 }).y, 12.0);
         let q = Quotient { p: QuotientParams { least: 0.5 } };
         let of = [4.0, -0.5, 0.4, 0.0].map(|b| y(&q, Pair { a: 3.0, b }).y);
         assert_eq!(of, [0.75, -6.0, 0.0, 0.0]);
@@ -368,12 +352,12 @@ mod tests {
         assert_eq!(of, [1.0, 1.0, 3.0, 5.0, 2.5, 0.0]);
         // Within a step a piece continues beyond its row, and the guard is above zero there.
         let (d, u) = (Piece::new(1.0), Input { u: 2.5 });
-        assert_eq!(t.direct(&c(), &(), &d, &u, &()).y, 6.0);
-        assert_eq!(t.guards(&c(), &(), &d, &(), &u, &()).upper, 0.5);
+        assert_eq!(t.feedthrough(&d, &u).y, 6.0);
+        assert_eq!(t.guards(&d, &u).upper, 0.5);
         // At the end of a piece, but for round-off, the event decides.
         let near = Input { u: 2.0 - 1e-13 };
-        assert_eq!(t.fired(&c(), Fired::rising(UPPER), &(), &d, &(), &near, &mut ()).1.piece, 2.0);
-        assert_eq!(t.mode(&c(), &(), &Piece::new(2.0), &Input { u: 1.9 }, &()).piece, 1.0);
+        assert_eq!(t.handle_event(Fired::rising(UPPER), &d, &near).1.piece, 2.0);
+        assert_eq!(t.mode(&Input { u: 1.9 }).piece, 1.0);
         assert!(Lookup::build(LookupParams { table: vec![[0.0, 1.0], [0.0, 2.0]] }).is_err());
         assert!(Saturation::build(SaturationParams { lower: 1.0, upper: 0.0 }).is_err());
     }

@@ -26,16 +26,16 @@ pub struct Integrator {
 #[model("basics.integrator")]
 impl Model for Integrator {
     type Params = IntegratorParams;
-    type U = Input;
-    type Ym = Output;
-    type X = One;
+    type Inputs = Input;
+    type Outputs = Output;
+    type State = One;
     fn init_x(&self) -> One {
         One { x: self.p.start }
     }
-    fn moore(&self, _: &Clock, x: &One, _: &()) -> Output {
+    fn outputs(&self, x: &One) -> Output {
         Output { y: x.x }
     }
-    fn deriv(&self, _: &Clock, _: &One, _: &(), u: &Input) -> One {
+    fn derivatives(&self, u: &Input) -> One {
         One { x: self.p.k * u.u }
     }
 }
@@ -60,16 +60,16 @@ pub struct Lag {
 #[model("basics.lag")]
 impl Model for Lag {
     type Params = LagParams;
-    type U = Input;
-    type Ym = Output;
-    type X = One;
+    type Inputs = Input;
+    type Outputs = Output;
+    type State = One;
     fn init_x(&self) -> One {
         One { x: self.p.start }
     }
-    fn moore(&self, _: &Clock, x: &One, _: &()) -> Output {
+    fn outputs(&self, x: &One) -> Output {
         Output { y: x.x }
     }
-    fn deriv(&self, _: &Clock, x: &One, _: &(), u: &Input) -> One {
+    fn derivatives(&self, x: &One, u: &Input) -> One {
         One { x: (u.u - x.x) / self.p.time_constant }
     }
 }
@@ -109,16 +109,16 @@ pub struct EnergyMeter {}
 #[model("basics.energy_meter")]
 impl Model for EnergyMeter {
     type Params = MeterParams;
-    type U = EnergyIn;
-    type Ym = EnergyOut;
-    type X = EnergyState;
+    type Inputs = EnergyIn;
+    type Outputs = EnergyOut;
+    type State = EnergyState;
     fn build(_: MeterParams) -> Result<Self, BuildError> {
         Ok(EnergyMeter {})
     }
-    fn moore(&self, _: &Clock, x: &EnergyState, _: &()) -> EnergyOut {
+    fn outputs(&self, x: &EnergyState) -> EnergyOut {
         EnergyOut { energy: x.energy }
     }
-    fn deriv(&self, _: &Clock, _: &EnergyState, _: &(), u: &EnergyIn) -> EnergyState {
+    fn derivatives(&self, u: &EnergyIn) -> EnergyState {
         EnergyState { energy: u.power }
     }
 }
@@ -154,16 +154,16 @@ pub struct PathMeter {}
 #[model("basics.path_length")]
 impl Model for PathMeter {
     type Params = MeterParams;
-    type U = PathIn;
-    type Ym = PathOut;
-    type X = PathState;
+    type Inputs = PathIn;
+    type Outputs = PathOut;
+    type State = PathState;
     fn build(_: MeterParams) -> Result<Self, BuildError> {
         Ok(PathMeter {})
     }
-    fn moore(&self, _: &Clock, x: &PathState, _: &()) -> PathOut {
+    fn outputs(&self, x: &PathState) -> PathOut {
         PathOut { length: x.length }
     }
-    fn deriv(&self, _: &Clock, _: &PathState, _: &(), u: &PathIn) -> PathState {
+    fn derivatives(&self, u: &PathIn) -> PathState {
         PathState { length: u.node.velocity.norm() }
     }
 }
@@ -174,20 +174,15 @@ mod tests {
 
     #[test]
     fn rates() {
-        let c = Clock::at(0.0, 0.1, 0);
         let i = Integrator { p: IntegratorParams { k: 2.0, start: 5.0 } };
         assert_eq!(i.init_x().x, 5.0);
-        assert_eq!(i.deriv(&c, &i.init_x(), &(), &Input { u: 3.0 }, &(), &(), &()).x, 6.0);
+        assert_eq!(i.derivatives(&Input { u: 3.0 }).x, 6.0);
         let l = Lag { p: LagParams { time_constant: 0.5, start: 1.0 } };
-        assert_eq!(l.deriv(&c, &l.init_x(), &(), &Input { u: 3.0 }, &(), &(), &()).x, 4.0);
+        assert_eq!(l.derivatives(&l.init_x(), &Input { u: 3.0 }).x, 4.0);
         let e = EnergyState { energy: 9.0 };
-        assert_eq!(
-            EnergyMeter {}.deriv(&c, &e, &(), &EnergyIn { power: 4.0 }, &(), &(), &()).energy,
-            4.0
-        );
-        assert_eq!(EnergyMeter {}.moore(&c, &e, &(), &()).energy, 9.0);
+        assert_eq!(EnergyMeter {}.derivatives(&EnergyIn { power: 4.0 }).energy, 4.0);
+        assert_eq!(EnergyMeter {}.outputs(&e).energy, 9.0);
         let node = NodeState { velocity: Vec3::new(3.0, 0.0, 4.0), ..NodeState::identity() };
-        let s = PathState { length: 0.0 };
-        assert_eq!(PathMeter {}.deriv(&c, &s, &(), &PathIn { node }, &(), &(), &()).length, 5.0);
+        assert_eq!(PathMeter {}.derivatives(&PathIn { node }).length, 5.0);
     }
 }

@@ -49,11 +49,10 @@ impl DropOut {
     }
 }
 
+/// A sampled signal of which samples are lost, singly or in bursts; the last one that arrived is kept.
+#[model("basics.drop_out")]
 impl SizedModel for DropOut {
-    const NAME: &'static str = "basics.drop_out";
-    const DOC: &'static str = "A sampled signal of which samples are lost, singly or in bursts; the last one that arrived is kept.";
     type Params = DropOutParams;
-    type Store = ();
 
     fn ports(p: &DropOutParams) -> SizedPorts {
         let signal = |name: &'static str, doc: &'static str| {
@@ -63,8 +62,8 @@ impl SizedModel for DropOut {
             PortSpec::named(name, PortKind::Numbers, 1).unit_of(unit).doc_of(doc)
         };
         SizedPorts {
-            direct_inputs: vec![signal("u", "The signal.")],
-            direct_outputs: vec![
+            feedthrough_inputs: vec![signal("u", "The signal.")],
+            feedthrough_outputs: vec![
                 signal("y", "The last sample that arrived; 0 before the first."),
                 number("received", "1", "1 when this sample arrived, else 0."),
                 number("age", "s", "Time since a sample arrived."),
@@ -93,16 +92,16 @@ impl SizedModel for DropOut {
         Ok(DropOut { lanes: p.lanes as usize, lost: [p.share, enter, 1.0 - 1.0 / length] })
     }
 
-    fn direct(&self, c: &Clock, _: &[f64], d: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
-        let now = self.next(c, d);
+    fn feedthrough(&self, clock: &Clock, d: &[f64], u: &[f64], y: &mut [f64]) {
+        let now = self.next(clock, d);
         let last = &d[Link::N..];
         y[..self.lanes].copy_from_slice(if now.lost > 0.0 { last } else { u });
         y[self.lanes] = f64::from(u8::from(now.lost == 0.0));
-        y[self.lanes + 1] = now.lost * c.dt;
+        y[self.lanes + 1] = now.lost * clock.dt;
     }
 
-    fn update(&self, c: &Clock, _: &[f64], d: &mut [f64], u: &[f64], _: &mut ()) {
-        let now = self.next(c, d);
+    fn update(&self, clock: &Clock, d: &mut [f64], u: &[f64]) {
+        let now = self.next(clock, d);
         now.put(d);
         if now.lost == 0.0 {
             d[Link::N..].copy_from_slice(u);
@@ -123,8 +122,8 @@ mod tests {
             let c = Clock::at(k as f64, 1.0, k);
             let mut y = [f64::NAN; 3];
             let last = d[Link::N];
-            m.direct(&c, &[], &d, &[k as f64], &(), &mut y);
-            m.update(&c, &[], &mut d, &[k as f64], &mut ());
+            m.feedthrough(&c, &d, &[k as f64], &mut y);
+            m.update(&c, &mut d, &[k as f64]);
             let received = y[1] == 1.0;
             assert_eq!(y[0], if received { k as f64 } else { last });
             if !received {

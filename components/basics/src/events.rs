@@ -85,27 +85,27 @@ pub struct BouncingBall {
 #[model("basics.bouncing_ball")]
 impl Model for BouncingBall {
     type Params = BallParams;
-    type Ym = BallOut;
-    type X = Fall;
-    type D = Impacts;
-    type G = Floor;
+    type Outputs = BallOut;
+    type State = Fall;
+    type DiscreteState = Impacts;
+    type Guards = Floor;
     fn init_x(&self) -> Fall {
         Fall { height: self.p.height, speed: 0.0 }
     }
-    fn moore(&self, _: &Clock, x: &Fall, d: &Impacts) -> BallOut {
+    fn outputs(&self, x: &Fall, d: &Impacts) -> BallOut {
         let Fall { height, speed } = *x;
         BallOut { height, speed, impacts: d.impacts, last_impact: d.last_impact }
     }
-    fn deriv(&self, _: &Clock, x: &Fall, d: &Impacts) -> Fall {
+    fn derivatives(&self, x: &Fall, d: &Impacts) -> Fall {
         if d.rests {
             return Fall { height: 0.0, speed: 0.0 };
         }
         Fall { height: x.speed, speed: -self.p.gravity }
     }
-    fn guards(&self, _: &Clock, x: &Fall) -> Floor {
+    fn guards(&self, x: &Fall) -> Floor {
         Floor { gap: x.height }
     }
-    fn fired(&self, c: &Clock, _: Fired<'_>, x: &Fall, d: &Impacts) -> (Fall, Impacts) {
+    fn handle_event(&self, clock: &Clock, x: &Fall, d: &Impacts) -> (Fall, Impacts) {
         // Thrown up from the floor.
         if x.speed > 0.0 {
             return (*x, *d);
@@ -113,7 +113,7 @@ impl Model for BouncingBall {
         let speed = -self.p.restitution * x.speed;
         let rests = speed < self.p.speed_min;
         let after = Fall { height: 0.0, speed: if rests { 0.0 } else { speed } };
-        (after, Impacts { impacts: d.impacts + 1.0, last_impact: c.t, rests })
+        (after, Impacts { impacts: d.impacts + 1.0, last_impact: clock.t, rests })
     }
 }
 
@@ -157,10 +157,10 @@ pub struct Relay {
 #[model("basics.relay")]
 impl Model for Relay {
     type Params = RelayParams;
-    type U = Input;
-    type Ym = Output;
-    type D = Switched;
-    type G = Thresholds;
+    type Inputs = Input;
+    type Outputs = Output;
+    type DiscreteState = Switched;
+    type Guards = Thresholds;
     fn build(p: RelayParams) -> Result<Self, BuildError> {
         if p.off > p.on {
             return Err(BuildError::new(format!(
@@ -175,14 +175,14 @@ impl Model for Relay {
     fn init_d(&self) -> Switched {
         Switched { on: self.p.start }
     }
-    fn moore(&self, _: &Clock, _: &(), d: &Switched) -> Output {
+    fn outputs(&self, d: &Switched) -> Output {
         Output { y: f64::from(u8::from(d.on)) }
     }
-    fn guards(&self, _: &Clock, _: &(), _: &Switched, u: &Input) -> Thresholds {
+    fn guards(&self, u: &Input) -> Thresholds {
         Thresholds { above_on: u.u - self.p.on, above_off: u.u - self.p.off }
     }
-    fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &Switched) -> ((), Switched) {
-        ((), Switched { on: which.rose(0) || (d.on && !which.fell(1)) })
+    fn handle_event(&self, fired: Fired<'_>, d: &Switched) -> ((), Switched) {
+        ((), Switched { on: fired.rose(0) || (d.on && !fired.fell(1)) })
     }
 }
 
@@ -197,11 +197,10 @@ mod tests {
         let clock = Clock { t: 2.5, dt: 0.1, n: 0, key: 0, sampled: false, span: None };
         let before = Impacts { impacts: 3.0, last_impact: 0.0, rests: false };
         let fall = |speed| Fall { height: -1e-13, speed };
-        let (x, d) = ball.fired(&clock, Fired::falling(0), &fall(-4.0), &before, &(), &(), &mut ());
+        let (x, d) = ball.handle_event(&clock, &fall(-4.0), &before);
         assert_eq!((x.height, x.speed), (0.0, 2.0));
         assert_eq!((d.impacts, d.last_impact, d.rests), (4.0, 2.5, false));
-        let (x, d) =
-            ball.fired(&clock, Fired::falling(0), &fall(-1e-3), &before, &(), &(), &mut ());
+        let (x, d) = ball.handle_event(&clock, &fall(-1e-3), &before);
         assert_eq!((x.speed, d.rests), (0.0, true));
     }
 

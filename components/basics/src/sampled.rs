@@ -18,15 +18,15 @@ pub struct Hold {}
 #[model("basics.hold")]
 impl Model for Hold {
     type Params = SampledParams;
-    type Ud = Input;
-    type Yd = Output;
+    type FeedthroughInputs = Input;
+    type FeedthroughOutputs = Output;
     fn build(_: SampledParams) -> Result<Self, BuildError> {
         Ok(Hold {})
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &Input) -> Output {
+    fn feedthrough(&self, u: &Input) -> Output {
         Output { y: u.u }
     }
-    fn update(&self, _: &Clock, _: &(), _: &(), _: &()) {}
+    fn update(&self) {}
 }
 
 /// First output.
@@ -46,16 +46,16 @@ pub struct Delay {
 #[model("basics.delay")]
 impl Model for Delay {
     type Params = DelayParams;
-    type U = Input;
-    type Ym = Output;
-    type D = One;
+    type Inputs = Input;
+    type Outputs = Output;
+    type DiscreteState = One;
     fn init_d(&self) -> One {
         One { x: self.p.start }
     }
-    fn moore(&self, _: &Clock, _: &(), d: &One) -> Output {
+    fn outputs(&self, d: &One) -> Output {
         Output { y: d.x }
     }
-    fn update(&self, _: &Clock, _: &(), _: &One, u: &Input) -> One {
+    fn update(&self, u: &Input) -> One {
         One { x: u.u }
     }
 }
@@ -78,16 +78,16 @@ pub struct Differentiator {}
 #[model("basics.differentiator")]
 impl Model for Differentiator {
     type Params = SampledParams;
-    type Ud = Input;
-    type Yd = Output;
-    type D = Last;
+    type FeedthroughInputs = Input;
+    type FeedthroughOutputs = Output;
+    type DiscreteState = Last;
     fn build(_: SampledParams) -> Result<Self, BuildError> {
         Ok(Differentiator {})
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Last, u: &Input) -> Output {
-        Output { y: if d.started && c.dt > 0.0 { (u.u - d.u) / c.dt } else { 0.0 } }
+    fn feedthrough(&self, clock: &Clock, d: &Last, u: &Input) -> Output {
+        Output { y: if d.started && clock.dt > 0.0 { (u.u - d.u) / clock.dt } else { 0.0 } }
     }
-    fn update(&self, _: &Clock, _: &(), _: &Last, _: &(), u: &Input) -> Last {
+    fn update(&self, u: &Input) -> Last {
         Last { u: u.u, started: true }
     }
 }
@@ -139,13 +139,13 @@ pub struct Statistics {}
 #[model("basics.statistics")]
 impl Model for Statistics {
     type Params = SampledParams;
-    type U = Input;
-    type Ym = StatisticsOut;
-    type D = Tally;
+    type Inputs = Input;
+    type Outputs = StatisticsOut;
+    type DiscreteState = Tally;
     fn build(_: SampledParams) -> Result<Self, BuildError> {
         Ok(Statistics {})
     }
-    fn moore(&self, _: &Clock, _: &(), d: &Tally) -> StatisticsOut {
+    fn outputs(&self, d: &Tally) -> StatisticsOut {
         StatisticsOut {
             count: d.count,
             min: d.min,
@@ -154,7 +154,7 @@ impl Model for Statistics {
             rms: d.square.max(0.0).sqrt(),
         }
     }
-    fn update(&self, _: &Clock, _: &(), d: &Tally, u: &Input) -> Tally {
+    fn update(&self, d: &Tally, u: &Input) -> Tally {
         let (u, count) = (u.u, d.count + 1.0);
         let first = d.count == 0.0;
         Tally {
@@ -175,21 +175,20 @@ mod tests {
     fn samples() {
         let c = Clock::at(0.0, 0.5, 0);
         let d = Delay { p: DelayParams { start: 4.0 } };
-        assert_eq!(d.moore(&c, &(), &d.init_d(), &()).y, 4.0);
-        assert_eq!(d.update(&c, &(), &d.init_d(), &Input { u: 2.0 }, &(), &mut ()).x, 2.0);
-        let y = |d: Last| Differentiator {}.direct(&c, &(), &d, &Input { u: 3.0 }, &()).y;
+        assert_eq!(d.outputs(&d.init_d()).y, 4.0);
+        assert_eq!(d.update(&Input { u: 2.0 }).x, 2.0);
+        let y = |d: Last| Differentiator {}.feedthrough(&c, &d, &Input { u: 3.0 }).y;
         assert_eq!((y(Last { u: 1.0, started: true }), y(Last::zero())), (4.0, 0.0));
-        assert_eq!(Hold {}.direct(&c, &(), &(), &Input { u: 3.0 }, &()).y, 3.0);
+        assert_eq!(Hold {}.feedthrough(&Input { u: 3.0 }).y, 3.0);
     }
 
     #[test]
     fn statistics_of_a_short_series() {
-        let c = Clock::at(0.0, 0.5, 0);
         let mut d = Tally::zero();
         for u in [3.0, -1.0, 4.0, 2.0] {
-            d = Statistics {}.update(&c, &(), &d, &Input { u }, &(), &mut ());
+            d = Statistics {}.update(&d, &Input { u });
         }
-        let y = Statistics {}.moore(&c, &(), &d, &());
+        let y = Statistics {}.outputs(&d);
         assert_eq!((y.count, y.min, y.max, y.mean), (4.0, -1.0, 4.0, 2.0));
         assert!((y.rms - 7.5f64.sqrt()).abs() < 1e-12);
     }

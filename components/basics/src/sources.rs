@@ -23,8 +23,8 @@ pub struct Constant {
 #[model("basics.constant")]
 impl Model for Constant {
     type Params = ConstantParams;
-    type Yd = Output;
-    fn direct(&self, _: &Clock, _: &(), _: &(), _: &()) -> Output {
+    type FeedthroughOutputs = Output;
+    fn feedthrough(&self) -> Output {
         Output { y: self.p.value }
     }
 }
@@ -55,10 +55,10 @@ pub struct Sine {
 #[model("basics.sine")]
 impl Model for Sine {
     type Params = SineParams;
-    type Yd = Output;
-    fn direct(&self, c: &Clock, _: &(), _: &(), _: &()) -> Output {
+    type FeedthroughOutputs = Output;
+    fn feedthrough(&self, clock: &Clock) -> Output {
         let p = &self.p;
-        let angle = std::f64::consts::TAU * p.frequency * c.t + p.phase;
+        let angle = std::f64::consts::TAU * p.frequency * clock.t + p.phase;
         Output { y: p.offset + p.amplitude * angle.sin() }
     }
 }
@@ -109,21 +109,21 @@ pub struct Step {
 impl Model for Step {
     const MODES: bool = true;
     type Params = StepParams;
-    type Yd = Output;
-    type D = Begun;
-    type G = Begins;
-    fn direct(&self, c: &Clock, _: &(), d: &Begun) -> Output {
+    type FeedthroughOutputs = Output;
+    type DiscreteState = Begun;
+    type Guards = Begins;
+    fn feedthrough(&self, clock: &Clock, d: &Begun) -> Output {
         // The clock is named, because the output changes with time: without it the output would count as constant.
-        let _ = c;
+        let _ = clock;
         Output { y: if d.begun { self.p.after } else { self.p.before } }
     }
-    fn mode(&self, c: &Clock) -> Begun {
-        Begun::at(c, self.p.time)
+    fn mode(&self, clock: &Clock) -> Begun {
+        Begun::at(clock, self.p.time)
     }
-    fn guards(&self, c: &Clock) -> Begins {
-        Begins { since: c.t - self.p.time }
+    fn guards(&self, clock: &Clock) -> Begins {
+        Begins { since: clock.t - self.p.time }
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>) -> ((), Begun) {
+    fn handle_event(&self) -> ((), Begun) {
         ((), Begun { begun: true })
     }
 }
@@ -152,21 +152,21 @@ pub struct Ramp {
 impl Model for Ramp {
     const MODES: bool = true;
     type Params = RampParams;
-    type Yd = Output;
-    type D = Begun;
-    type G = Begins;
-    fn direct(&self, c: &Clock, _: &(), d: &Begun) -> Output {
+    type FeedthroughOutputs = Output;
+    type DiscreteState = Begun;
+    type Guards = Begins;
+    fn feedthrough(&self, clock: &Clock, d: &Begun) -> Output {
         let p = &self.p;
-        let grown = if d.begun { p.slope * (c.t - p.time) } else { 0.0 };
+        let grown = if d.begun { p.slope * (clock.t - p.time) } else { 0.0 };
         Output { y: p.start + grown }
     }
-    fn mode(&self, c: &Clock) -> Begun {
-        Begun::at(c, self.p.time)
+    fn mode(&self, clock: &Clock) -> Begun {
+        Begun::at(clock, self.p.time)
     }
-    fn guards(&self, c: &Clock) -> Begins {
-        Begins { since: c.t - self.p.time }
+    fn guards(&self, clock: &Clock) -> Begins {
+        Begins { since: clock.t - self.p.time }
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>) -> ((), Begun) {
+    fn handle_event(&self) -> ((), Begun) {
         ((), Begun { begun: true })
     }
 }
@@ -179,19 +179,19 @@ mod tests {
     fn signals_of_time() {
         let at = |t: f64| Clock::at(t, 0.1, 0);
         let s = Sine { p: SineParams { amplitude: 2.0, frequency: 0.5, phase: 0.0, offset: 1.0 } };
-        assert!((s.direct(&at(0.5), &(), &(), &(), &()).y - 3.0).abs() < 1e-12);
+        assert!((s.feedthrough(&at(0.5)).y - 3.0).abs() < 1e-12);
         let s = Step { p: StepParams { time: 1.0, before: -1.0, after: 4.0 } };
-        let mode = |t: f64| s.mode(&at(t), &(), &Begun { begun: false }, &(), &());
-        let y = |t: f64| s.direct(&at(t), &(), &mode(t), &(), &()).y;
+        let mode = |t: f64| s.mode(&at(t));
+        let y = |t: f64| s.feedthrough(&at(t), &mode(t)).y;
         assert_eq!([0.9, 1.0, 2.0].map(y), [-1.0, 4.0, 4.0]);
         let r = Ramp { p: RampParams { time: 1.0, start: 2.0, slope: 3.0 } };
-        let y = |t: f64| r.direct(&at(t), &(), &mode(t), &(), &()).y;
+        let y = |t: f64| r.feedthrough(&at(t), &mode(t)).y;
         assert_eq!([0.0, 3.0].map(y), [2.0, 8.0]);
         // Within a step the piece stays.
         let before = Begun { begun: false };
-        assert_eq!(s.direct(&at(1.4), &(), &before, &(), &()).y, -1.0);
-        assert_eq!(s.guards(&at(0.75), &(), &before, &(), &(), &()).since, -0.25);
+        assert_eq!(s.feedthrough(&at(1.4), &before).y, -1.0);
+        assert_eq!(s.guards(&at(0.75)).since, -0.25);
         let k = Constant { p: ConstantParams { value: 7.0 } };
-        assert_eq!(k.direct(&at(0.0), &(), &(), &(), &()).y, 7.0);
+        assert_eq!(k.feedthrough().y, 7.0);
     }
 }

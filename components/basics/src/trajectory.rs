@@ -238,10 +238,10 @@ macro_rules! trajectory {
         #[model($name)]
         impl Model for $model {
             type Params = $params;
-            type Ud = $in;
-            type Yd = $out;
-            type D = Held;
-            type G = NextRow;
+            type FeedthroughInputs = $in;
+            type FeedthroughOutputs = $out;
+            type DiscreteState = Held;
+            type Guards = NextRow;
             fn build(p: $params) -> Result<Self, BuildError> {
                 let starts = (p.start, p.start_rate);
                 let profile = profile(&p.profile, (p.gives, p.between), starts, [$u0, $u1, $u2])?;
@@ -250,8 +250,8 @@ macro_rules! trajectory {
             fn init_d(&self) -> Held {
                 Held { passed: self.follower.profile.piece(0.0) as f64 }
             }
-            fn direct(&self, c: &Clock, _: &(), d: &Held, u: &$in) -> $out {
-                let m = self.follower.motion(c, d);
+            fn feedthrough(&self, clock: &Clock, d: &Held, u: &$in) -> $out {
+                let m = self.follower.motion(clock, d);
                 $out {
                     prescribed: HingeAccel(self.follower.acceleration(&m, &u.hinge)),
                     position: m.position,
@@ -260,14 +260,14 @@ macro_rules! trajectory {
                     error: u.hinge.angle - m.position,
                 }
             }
-            fn guards(&self, c: &Clock, _: &(), d: &Held) -> NextRow {
-                self.follower.next_row(c, d)
+            fn guards(&self, clock: &Clock, d: &Held) -> NextRow {
+                self.follower.next_row(clock, d)
             }
-            fn fired(&self, c: &Clock, _: Fired<'_>, _: &(), d: &Held) -> ((), Held) {
-                ((), self.follower.passed(c, d))
+            fn handle_event(&self, clock: &Clock, d: &Held) -> ((), Held) {
+                ((), self.follower.passed(clock, d))
             }
-            fn remarks(&self, c: &Clock, _: &(), d: &Held, _: &(), u: &$in) -> Vec<BuildError> {
-                self.follower.remark(c, d, &u.hinge, ($u0, $field))
+            fn startup_warnings(&self, clock: &Clock, d: &Held, u: &$in) -> Vec<BuildError> {
+                self.follower.remark(clock, d, &u.hinge, ($u0, $field))
             }
         }
     };

@@ -94,22 +94,21 @@ fn towards(now: f64, wanted: f64, most: f64) -> f64 {
     now + (wanted - now).clamp(-most, most)
 }
 
+/// Ackermann steering and wheel rates of a rover on any number of wheels, on the spot or on a circle; steers before it drives.
+#[model("control.ackermann")]
 impl SizedModel for Ackermann {
-    const NAME: &'static str = "control.ackermann";
-    const DOC: &'static str = "Ackermann steering and wheel rates of a rover on any number of wheels, on the spot or on a circle; steers before it drives.";
     type Params = AckermannParams;
-    type Store = ();
 
     fn ports(p: &AckermannParams) -> SizedPorts {
-        let mut moore_outputs = Vec::new();
+        let mut outputs = Vec::new();
         for (k, wheel) in p.wheels.iter().enumerate() {
             let drive = format!("wheels[{k}].drive");
-            moore_outputs.extend(PortSpec::group::<Drive>(drive, "Drive of the wheel"));
+            outputs.extend(PortSpec::group::<Drive>(drive, "Drive of the wheel"));
             if wheel.steered {
                 let steer = format!("wheels[{k}].steer");
                 let doc = "Steering angle, to the left.";
                 let port = PortSpec::named(steer, PortKind::Numbers, 1).unit_of("rad").doc_of(doc);
-                moore_outputs.push(port);
+                outputs.push(port);
             }
         }
         let each = |name: &'static str, unit: &'static str, doc: &'static str| {
@@ -117,7 +116,7 @@ impl SizedModel for Ackermann {
         };
         let doc = "The drives do not reach the wanted motion, and it was cut to `rate_max`.";
         let limited = PortSpec::named("limited", PortKind::Bool, 1).doc_of(doc);
-        moore_outputs.push(limited.clone());
+        outputs.push(limited.clone());
         let torque = |k: usize| {
             let doc = "Torque at the wheel, positive where it drives forward; for `droop`.";
             let port = PortSpec::named(format!("wheels[{k}].torque"), PortKind::Numbers, 1);
@@ -127,7 +126,7 @@ impl SizedModel for Ackermann {
         inputs.extend((0..p.wheels.len()).map(torque));
         SizedPorts {
             inputs,
-            moore_outputs,
+            outputs,
             discrete: vec![
                 each("steer", "rad", "Steering commands."),
                 each("rate", "rad/s", "Wheel rate commands."),
@@ -144,7 +143,7 @@ impl SizedModel for Ackermann {
         Ok(Ackermann { p, layout })
     }
 
-    fn moore(&self, _: &Clock, _: &[f64], d: &[f64], _: &(), y: &mut [f64]) {
+    fn outputs(&self, d: &[f64], y: &mut [f64]) {
         let (steer, rest) = d.split_at(self.layout.count());
         let (rate, rest) = rest.split_at(self.layout.count());
         let (limited, shared) = rest.split_at(1);
@@ -162,7 +161,7 @@ impl SizedModel for Ackermann {
         out.copy_from_slice(limited);
     }
 
-    fn update(&self, c: &Clock, _: &[f64], d: &mut [f64], u: &[f64], _: &mut ()) {
+    fn update(&self, clock: &Clock, d: &mut [f64], u: &[f64]) {
         let p = &self.p;
         let wanted = self.wanted(&AckermannIn::get(u));
         let (steer, rest) = d.split_at_mut(self.layout.count());
@@ -174,7 +173,7 @@ impl SizedModel for Ackermann {
             for (i, steer) in steer.iter_mut().enumerate() {
                 let [angle, _] = self.layout.command(i, speed, turn);
                 let angle = angle.clamp(-p.steer_max, p.steer_max);
-                *steer = towards(*steer, angle, p.steer_rate * c.dt);
+                *steer = towards(*steer, angle, p.steer_rate * clock.dt);
                 error = error.max((angle - *steer).abs());
             }
         }
@@ -184,7 +183,7 @@ impl SizedModel for Ackermann {
                 wanted.map_or(0.0, |(speed, turn, _)| self.layout.command(i, speed, turn)[1]);
             ready * wanted - rate
         };
-        let change = p.acceleration * c.dt / p.radius;
+        let change = p.acceleration * clock.dt / p.radius;
         // All wheels change in step, so that they never work against each other.
         let needed =
             rate.iter().enumerate().map(|(i, r)| missing(i, *r).abs()).fold(0.0_f64, f64::max);
@@ -198,7 +197,7 @@ impl SizedModel for Ackermann {
         let most = SHARED_MAX * rate.iter().map(|r| r.abs()).fold(0.0, f64::max);
         for (shared, torque) in shared.iter_mut().zip(torque) {
             let now =
-                *shared + (c.dt / SHARED_OVER).min(1.0) * (p.droop * (mean - torque) - *shared);
+                *shared + (clock.dt / SHARED_OVER).min(1.0) * (p.droop * (mean - torque) - *shared);
             *shared = now.clamp(-most, most);
         }
     }
@@ -229,13 +228,7 @@ mod tests {
         let model = Ackermann::build(params()).unwrap();
         for n in 0..steps {
             let c = Clock::at(0.02 * n as f64, 0.02, n);
-            model.update(
-                &c,
-                &[],
-                &mut d,
-                &[speed, turn_rate, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-                &mut (),
-            );
+            model.update(&c, &mut d, &[speed, turn_rate, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         }
         d
     }
@@ -257,14 +250,14 @@ mod tests {
     #[test]
     fn the_brakes_are_on_while_no_wheel_is_to_turn() {
         // Outputs by name: what the brake of the third wheel, which does not steer, is told.
-        let ports = Ackermann::ports(&params()).moore_outputs;
+        let ports = Ackermann::ports(&params()).outputs;
         let at = |name: &str| ports.iter().position(|p| p.name == name).unwrap();
         assert_eq!((ports.len(), at("wheels[1].steer")), (17, 5));
         assert!(ports.iter().all(|p| p.name != "wheels[2].steer"));
         let outputs = |d: &Commands| {
             let mut y = [f64::NAN; 17];
             let model = Ackermann::build(params()).unwrap();
-            model.moore(&Clock::at(0.0, 0.02, 0), &[], d, &(), &mut y);
+            model.outputs(d, &mut y);
             y
         };
         let stands = |d: &Commands| outputs(d)[at("wheels[2].drive.brake")] == 1.0;
@@ -295,14 +288,14 @@ mod tests {
         let loads = [30.0, -10.0, 5.0, 5.0, 0.0, 0.0];
         let outputs = |d: &Commands| {
             let mut y = [f64::NAN; 17];
-            model.moore(&Clock::at(0.0, 0.02, 0), &[], d, &(), &mut y);
+            model.outputs(d, &mut y);
             y
         };
         let drive = |d: Commands, speed: f64, loads: [f64; 6]| {
             let mut d = d;
             for n in 0..400 {
                 let u: Vec<f64> = [speed, 0.0].into_iter().chain(loads).collect();
-                model.update(&Clock::at(0.02 * n as f64, 0.02, n), &[], &mut d, &u, &mut ());
+                model.update(&Clock::at(0.02 * n as f64, 0.02, n), &mut d, &u);
             }
             d
         };

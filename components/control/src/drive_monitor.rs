@@ -151,11 +151,10 @@ impl DriveMonitor {
     }
 }
 
+/// Stops a drive on a stalled wheel or on too much slip, says which, and lets it go on when it is cleared.
+#[model("control.drive_monitor")]
 impl SizedModel for DriveMonitor {
-    const NAME: &'static str = "control.drive_monitor";
-    const DOC: &'static str = "Stops a drive on a stalled wheel or on too much slip, says which, and lets it go on when it is cleared.";
     type Params = DriveMonitorParams;
-    type Store = ();
 
     fn ports(p: &DriveMonitorParams) -> SizedPorts {
         let n = p.wheels.len();
@@ -175,9 +174,9 @@ impl SizedModel for DriveMonitor {
         discrete.push(PortSpec::named("stood", PortKind::Numbers, n).unit_of("s").doc_of(doc));
         SizedPorts {
             inputs,
-            direct_inputs: WantedIn::specs(),
-            moore_outputs: MonitorOut::specs(),
-            direct_outputs: AllowedOut::specs(),
+            feedthrough_inputs: WantedIn::specs(),
+            outputs: MonitorOut::specs(),
+            feedthrough_outputs: AllowedOut::specs(),
             discrete,
             sampled: true,
             ..SizedPorts::default()
@@ -192,12 +191,12 @@ impl SizedModel for DriveMonitor {
         Ok(DriveMonitor { p })
     }
 
-    fn moore(&self, _: &Clock, _: &[f64], d: &[f64], _: &(), y: &mut [f64]) {
+    fn outputs(&self, d: &[f64], y: &mut [f64]) {
         let MonitorState { stalled, slipping, wheel, slip, .. } = MonitorState::get(d);
         MonitorOut { stalled, slipping, wheel, slip }.put(y);
     }
 
-    fn direct(&self, _: &Clock, _: &[f64], d: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+    fn feedthrough(&self, d: &[f64], u: &[f64], y: &mut [f64]) {
         let d = MonitorState::get(d);
         let WantedIn { speed, turn_rate } = WantedIn::get(u);
         let out = match d.stalled || d.slipping {
@@ -207,23 +206,23 @@ impl SizedModel for DriveMonitor {
         out.put(y);
     }
 
-    fn update(&self, c: &Clock, _: &[f64], lanes: &mut [f64], u: &[f64], _: &mut ()) {
-        let (head, stood) = lanes.split_at_mut(MonitorState::N);
+    fn update(&self, clock: &Clock, d: &mut [f64], u: &[f64]) {
+        let (head, stood) = d.split_at_mut(MonitorState::N);
         let d = MonitorState::get(head);
         let (own, rest) = u.split_at(MonitorIn::N);
         let own = MonitorIn::get(own);
         if own.clear {
             stood.fill(0.0);
-            self.checked(MonitorState::zero(), &own, c.dt).put(head);
+            self.checked(MonitorState::zero(), &own, clock.dt).put(head);
             return;
         }
-        let mut next = self.checked(d, &own, c.dt);
+        let mut next = self.checked(d, &own, clock.dt);
         for (k, (stood, wheel)) in stood.iter_mut().zip(rest.chunks_exact(3)).enumerate() {
             let [target, rate, torque] = [wheel[0], wheel[1], wheel[2]];
             let stands =
                 target != 0.0 && rate * target.signum() < self.p.stall_share * target.abs();
             let limit = torque * target.signum() >= self.p.stall_torque;
-            *stood = if stands && limit { *stood + c.dt } else { 0.0 };
+            *stood = if stands && limit { *stood + clock.dt } else { 0.0 };
             if *stood > self.p.stall_after && !next.stalled {
                 (next.stalled, next.wheel) = (true, (k + 1) as f64);
             }
@@ -253,12 +252,12 @@ mod tests {
     /// Inputs without the wheels, then target, rate and torque of each.
     fn sample(m: &DriveMonitor, d: &mut [f64; 12], own: [f64; 5], wheels: [[f64; 3]; 2]) {
         let u: Vec<f64> = own.into_iter().chain(wheels.into_iter().flatten()).collect();
-        m.update(&Clock::at(0.0, 0.1, 0), &[], d, &u, &mut ());
+        m.update(&Clock::at(0.0, 0.1, 0), d, &u);
     }
 
     fn drives(m: &DriveMonitor, d: &[f64; 12]) -> bool {
         let mut y = [f64::NAN; 2];
-        m.direct(&Clock::at(0.0, 0.1, 0), &[], d, &[0.2, 0.1], &(), &mut y);
+        m.feedthrough(d, &[0.2, 0.1], &mut y);
         assert!(y == [0.2, 0.1] || y == [0.0, 0.0], "{y:?}");
         y[0] != 0.0
     }

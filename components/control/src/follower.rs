@@ -140,9 +140,9 @@ impl Follower {
 #[model("control.waypoint_follower")]
 impl Model for Follower {
     type Params = FollowerParams;
-    type U = FollowerIn;
-    type Ym = FollowerOut;
-    type D = FollowerState;
+    type Inputs = FollowerIn;
+    type Outputs = FollowerOut;
+    type DiscreteState = FollowerState;
     fn build(p: FollowerParams) -> Result<Self, BuildError> {
         if p.waypoints.is_empty() {
             return Err(BuildError::new("there is no waypoint")
@@ -151,7 +151,7 @@ impl Model for Follower {
         }
         Ok(Follower { p })
     }
-    fn moore(&self, _: &Clock, _: &(), d: &FollowerState) -> FollowerOut {
+    fn outputs(&self, d: &FollowerState) -> FollowerOut {
         FollowerOut {
             speed: d.speed,
             turn_rate: d.turn_rate,
@@ -161,7 +161,7 @@ impl Model for Follower {
             stopped: d.stopped,
         }
     }
-    fn update(&self, _: &Clock, _: &(), d: &FollowerState, u: &FollowerIn) -> FollowerState {
+    fn update(&self, d: &FollowerState, u: &FollowerIn) -> FollowerState {
         let p = &self.p;
         let mut out = *d;
         (out.speed, out.turn_rate) = (0.0, 0.0);
@@ -224,9 +224,9 @@ mod tests {
     /// Drives a unicycle; returns the state, the pose and the greatest distance from the x axis before x = 3.
     fn drive(f: &Follower, mut pose: [f64; 3], seconds: f64) -> (FollowerState, [f64; 3]) {
         let (dt, mut d) = (0.1, FollowerState::zero());
-        for n in 0..(seconds / dt) as u64 {
+        for _ in 0..(seconds / dt) as u64 {
             let u = FollowerIn { x: pose[0], y: pose[1], heading: pose[2], tilt: 0.0, slip: 0.0 };
-            d = f.update(&Clock::at(0.0, dt, n), &(), &d, &u, &(), &mut ());
+            d = f.update(&d, &u);
             pose[0] += dt * d.speed * pose[2].cos();
             pose[1] += dt * d.speed * pose[2].sin();
             pose[2] += dt * d.turn_rate;
@@ -240,7 +240,7 @@ mod tests {
         let (d, pose) = drive(&f, [0.0, 0.0, 0.3], 400.0);
         assert_eq!(d.waypoint, 4.0);
         assert!(pose[0].hypot(pose[1] - 0.5) <= 0.2 + 0.02, "{pose:?}");
-        assert!(f.moore(&Clock::at(0.0, 0.1, 0), &(), &d, &()).done && d.speed == 0.0);
+        assert!(f.outputs(&d).done && d.speed == 0.0);
     }
 
     #[test]
@@ -258,9 +258,9 @@ mod tests {
         let mut d = FollowerState::zero();
         d.started = true; // the leg starts at the origin although the rover is beside it
         let mut pose = [0.0, 0.4, 0.0_f64];
-        for n in 0..1000 {
+        for _ in 0..1000 {
             let u = FollowerIn { x: pose[0], y: pose[1], heading: pose[2], tilt: 0.0, slip: 0.0 };
-            d = f.update(&Clock::at(0.0, 0.1, n), &(), &d, &u, &(), &mut ());
+            d = f.update(&d, &u);
             pose[0] += 0.1 * d.speed * pose[2].cos();
             pose[1] += 0.1 * d.speed * pose[2].sin();
             pose[2] += 0.1 * d.turn_rate;
@@ -273,11 +273,10 @@ mod tests {
         let f = follower(vec![[5.0, 0.0]]);
         for (tilt, slip) in [(0.6, 0.0), (0.0, 0.9)] {
             let u = FollowerIn { x: 0.0, y: 0.0, heading: 0.0, tilt, slip };
-            let c = Clock::at(0.0, 0.1, 0);
-            let d = f.update(&c, &(), &FollowerState::zero(), &u, &(), &mut ());
+            let d = f.update(&FollowerState::zero(), &u);
             assert!(d.stopped && d.speed == 0.0);
             let calm = FollowerIn { tilt: 0.0, slip: 0.0, ..u };
-            assert!(f.update(&c, &(), &d, &calm, &(), &mut ()).stopped);
+            assert!(f.update(&d, &calm).stopped);
         }
         assert!(Follower::build(FollowerParams { waypoints: vec![], ..f.p }).is_err());
     }

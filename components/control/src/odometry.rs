@@ -84,12 +84,10 @@ pub struct Odometry {
     layout: Layout,
 }
 
+/// Dead reckoning of a rover on any number of wheels from wheel rates and steering angles.
+#[model("control.odometry")]
 impl SizedModel for Odometry {
-    const NAME: &'static str = "control.odometry";
-    const DOC: &'static str =
-        "Dead reckoning of a rover on any number of wheels from wheel rates and steering angles.";
     type Params = OdometryParams;
-    type Store = ();
 
     fn ports(p: &OdometryParams) -> SizedPorts {
         let number = |name: String, unit: &'static str, doc: &'static str| {
@@ -110,7 +108,7 @@ impl SizedModel for Odometry {
             .push(number("pitch".into(), "rad", "Turn of the deck about y, with x down.").or(0.0));
         SizedPorts {
             inputs,
-            moore_outputs: OdometryOut::specs(),
+            outputs: OdometryOut::specs(),
             discrete: OdometryState::specs(),
             sampled: true,
             ..SizedPorts::default()
@@ -141,14 +139,14 @@ impl SizedModel for Odometry {
         .put(d);
     }
 
-    fn moore(&self, _: &Clock, _: &[f64], d: &[f64], _: &(), y: &mut [f64]) {
+    fn outputs(&self, d: &[f64], y: &mut [f64]) {
         let OdometryState { position: [px, py], height, heading, speed, turn_rate, path } =
             OdometryState::get(d);
         OdometryOut { x: px, y: py, z: height, heading, speed, turn_rate, path }.put(y);
     }
 
-    fn update(&self, c: &Clock, _: &[f64], lanes: &mut [f64], u: &[f64], _: &mut ()) {
-        let d = OdometryState::get(lanes);
+    fn update(&self, clock: &Clock, d: &mut [f64], u: &[f64]) {
+        let before = OdometryState::get(d);
         // Rate of each wheel, and steering of those that steer.
         let measured = |i: usize| {
             let before = self.layout.wheels()[..i].iter().map(|w| 1 + usize::from(w.steered));
@@ -163,21 +161,21 @@ impl SizedModel for Odometry {
         let about_deck = if self.p.gyro { yaw_rate - self.turning * cr * cp } else { wheels };
         // A deck that stands upright has no heading.
         let turn_rate = about_deck * cr / cp.max(1e-3);
-        let (sin, cos) = (d.heading + 0.5 * turn_rate * c.dt).sin_cos();
+        let (sin, cos) = (before.heading + 0.5 * turn_rate * clock.dt).sin_cos();
         // Components along the heading, across it and upwards.
         let (ahead, left, up) = (vx * cp + vy * sr * sp, vy * cr, vy * sr * cp - vx * sp);
         OdometryState {
             position: [
-                d.position[0] + c.dt * (ahead * cos - left * sin),
-                d.position[1] + c.dt * (ahead * sin + left * cos),
+                before.position[0] + clock.dt * (ahead * cos - left * sin),
+                before.position[1] + clock.dt * (ahead * sin + left * cos),
             ],
-            height: d.height + c.dt * up,
-            heading: d.heading + turn_rate * c.dt,
+            height: before.height + clock.dt * up,
+            heading: before.heading + turn_rate * clock.dt,
             speed: vx,
             turn_rate,
-            path: d.path + c.dt * vx.hypot(vy),
+            path: before.path + clock.dt * vx.hypot(vy),
         }
-        .put(lanes);
+        .put(d);
     }
 }
 
@@ -219,7 +217,7 @@ mod tests {
             let mut d = [0.0; 7];
             o.initial(&mut [], &mut d);
             for n in 0..steps {
-                o.update(&Clock::at(0.0, dt, n), &[], &mut d, &u, &mut ());
+                o.update(&Clock::at(0.0, dt, n), &mut d, &u);
             }
             assert!((d[0] - 1.0).abs() < 1e-6 && (d[1] - 2.0).abs() < 1e-6, "{d:?}");
             assert!((d[3] - 0.5 - std::f64::consts::TAU).abs() < 1e-9);
@@ -249,7 +247,7 @@ mod tests {
             let (roll, pitch, _) = turn_of.euler_angles();
             let rate = speed / 0.2;
             let u = [rate, rate, rate, rate, turn, roll, pitch];
-            o.update(&Clock::at(0.0, dt, n as u64), &[], &mut d, &u, &mut ());
+            o.update(&Clock::at(0.0, dt, n as u64), &mut d, &u);
         }
         // Two thirds of a circle of 10 m.
         let error = Vec3::new(d[0], d[1], d[2]) - place;

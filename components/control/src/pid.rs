@@ -83,14 +83,14 @@ pub struct RateController {
 #[model("control.rate_controller")]
 impl Model for RateController {
     type Params = PidParams;
-    type U = RateIn;
-    type Ym = PidOut;
-    type D = PidState;
-    fn moore(&self, _: &Clock, _: &(), d: &PidState) -> PidOut {
+    type Inputs = RateIn;
+    type Outputs = PidOut;
+    type DiscreteState = PidState;
+    fn outputs(&self, d: &PidState) -> PidOut {
         PidOut { volts: d.output }
     }
-    fn update(&self, c: &Clock, _: &(), d: &PidState, u: &RateIn) -> PidState {
-        step(&self.p, d, u.target, u.rate, c.dt)
+    fn update(&self, clock: &Clock, d: &PidState, u: &RateIn) -> PidState {
+        step(&self.p, d, u.target, u.rate, clock.dt)
     }
 }
 
@@ -114,14 +114,14 @@ pub struct PositionController {
 #[model("control.position_controller")]
 impl Model for PositionController {
     type Params = PidParams;
-    type U = PositionIn;
-    type Ym = PidOut;
-    type D = PidState;
-    fn moore(&self, _: &Clock, _: &(), d: &PidState) -> PidOut {
+    type Inputs = PositionIn;
+    type Outputs = PidOut;
+    type DiscreteState = PidState;
+    fn outputs(&self, d: &PidState) -> PidOut {
         PidOut { volts: d.output }
     }
-    fn update(&self, c: &Clock, _: &(), d: &PidState, u: &PositionIn) -> PidState {
-        step(&self.p, d, u.target, u.angle, c.dt)
+    fn update(&self, clock: &Clock, d: &PidState, u: &PositionIn) -> PidState {
+        step(&self.p, d, u.target, u.angle, clock.dt)
     }
 }
 

@@ -312,11 +312,10 @@ impl Plan {
     }
 }
 
+/// A plan of the day: steps with conditions, durations and time-outs that switch named commands, and what follows when one fails.
+#[model("control.plan")]
 impl SizedModel for Plan {
-    const NAME: &'static str = "control.plan";
-    const DOC: &'static str = "A plan of the day: steps with conditions, durations and time-outs that switch named commands, and what follows when one fails.";
     type Params = PlanParams;
-    type Store = ();
 
     fn ports(p: &PlanParams) -> SizedPorts {
         let input = |s: &Signal| {
@@ -336,7 +335,7 @@ impl SizedModel for Plan {
         };
         SizedPorts {
             inputs: p.signals.iter().map(input).collect(),
-            moore_outputs: (p.commands.iter().map(command))
+            outputs: (p.commands.iter().map(command))
                 .chain(OUTPUTS.iter().map(output))
                 .chain(p.steps.iter().map(running))
                 .collect(),
@@ -378,7 +377,7 @@ impl SizedModel for Plan {
         }
     }
 
-    fn moore(&self, c: &Clock, _: &[f64], d: &[f64], _: &(), y: &mut [f64]) {
+    fn outputs(&self, clock: &Clock, d: &[f64], y: &mut [f64]) {
         let (fixed, commands) = d.split_at(FIXED.len());
         let (out, rest) = y.split_at_mut(commands.len());
         out.copy_from_slice(commands);
@@ -388,7 +387,7 @@ impl SizedModel for Plan {
         let begun = fixed[BEGUN] != 0.0;
         out.copy_from_slice(&[
             fixed[STEP] + 1.0,
-            if done || fixed[STARTED] == 0.0 { 0.0 } else { c.t - fixed[SINCE] },
+            if done || fixed[STARTED] == 0.0 { 0.0 } else { clock.t - fixed[SINCE] },
             truth(!done && !begun),
             truth(done),
             fixed[ABORTED],
@@ -400,12 +399,12 @@ impl SizedModel for Plan {
         }
     }
 
-    fn update(&self, c: &Clock, _: &[f64], d: &mut [f64], u: &[f64], _: &mut ()) {
+    fn update(&self, clock: &Clock, d: &mut [f64], u: &[f64]) {
         if d[STARTED] == 0.0 {
-            (d[STARTED], d[SINCE]) = (1.0, c.t);
+            (d[STARTED], d[SINCE]) = (1.0, clock.t);
         }
         for _ in 0..2 * self.steps.len() {
-            if !self.advance(c.t, d, u) {
+            if !self.advance(clock.t, d, u) {
                 break;
             }
         }

@@ -87,7 +87,7 @@ struct Run {
 impl Run {
     fn of(p: &PlanParams, samples: usize, at: At) -> Run {
         let ports = Plan::ports(p);
-        let names: Vec<String> = ports.moore_outputs.iter().map(|p| p.name.to_string()).collect();
+        let names: Vec<String> = ports.outputs.iter().map(|p| p.name.to_string()).collect();
         let plan = Plan::build(p.clone()).unwrap();
         let mut d = vec![0.0; ports.discrete.len()];
         plan.initial(&mut [], &mut d);
@@ -95,9 +95,9 @@ impl Run {
         for k in 0..samples {
             let c = Clock::at(DT * k as f64, DT, k as u64);
             let mut y = vec![f64::NAN; names.len()];
-            plan.moore(&c, &[], &d, &(), &mut y);
+            plan.outputs(&c, &d, &mut y);
             rows.push(y);
-            plan.update(&c, &[], &mut d, &at(c.t), &mut ());
+            plan.update(&c, &mut d, &at(c.t));
         }
         Run { names, rows }
     }
@@ -208,12 +208,12 @@ fn cut_anywhere_it_goes_on_with_the_same_bits() {
     let mut d = vec![0.0; lanes];
     plan.initial(&mut [], &mut d);
     for k in 0..300 {
-        plan.update(&at(k), &[], &mut d, &usual(DT * k as f64), &mut ());
+        plan.update(&at(k), &mut d, &usual(DT * k as f64));
         // Another instance, which knows nothing but the lanes.
         let other = Plan::build(day()).unwrap();
         let (mut a, mut b) = (d.clone(), d.clone());
-        plan.update(&at(k + 1), &[], &mut a, &usual(DT * (k + 1) as f64), &mut ());
-        other.update(&at(k + 1), &[], &mut b, &usual(DT * (k + 1) as f64), &mut ());
+        plan.update(&at(k + 1), &mut a, &usual(DT * (k + 1) as f64));
+        other.update(&at(k + 1), &mut b, &usual(DT * (k + 1) as f64));
         assert_eq!(a, b);
     }
 }

@@ -204,20 +204,20 @@ fn diameter(volume: f64) -> f64 {
 #[model("flight.balloon")]
 impl Model for Balloon {
     type Params = BalloonParams;
-    type Ud = BalloonIn;
-    type Ym = GasOut;
-    type Yd = BalloonOut;
-    type X = Gas;
-    type G = Fullness;
+    type FeedthroughInputs = BalloonIn;
+    type Outputs = GasOut;
+    type FeedthroughOutputs = BalloonOut;
+    type State = Gas;
+    type Guards = Fullness;
     fn init_x(&self) -> Gas {
         Gas { mass: self.p.gas, temperature: self.p.heat.map_or(0.0, |h| h.temperature) }
     }
-    fn moore(&self, _: &Clock, x: &Gas) -> GasOut {
+    fn outputs(&self, x: &Gas) -> GasOut {
         GasOut { gas: x.mass.max(0.0) }
     }
-    fn direct(&self, c: &Clock, x: &Gas, _: &(), u: &BalloonIn) -> BalloonOut {
+    fn feedthrough(&self, clock: &Clock, x: &Gas, u: &BalloonIn) -> BalloonOut {
         let p = &self.p;
-        let now = self.now(c, x, u);
+        let now = self.now(clock, x, u);
         let displaced = now.air.density * now.volume;
         let speed = now.through.norm();
         let section = 0.25 * PI * diameter(now.volume).powi(2);
@@ -236,9 +236,9 @@ impl Model for Balloon {
             flow: now.flow,
         }
     }
-    fn deriv(&self, c: &Clock, x: &Gas, _: &(), _: &(), u: &BalloonIn) -> Gas {
+    fn derivatives(&self, clock: &Clock, x: &Gas, u: &BalloonIn) -> Gas {
         let p = &self.p;
-        let now = self.now(c, x, u);
+        let now = self.now(clock, x, u);
         let Some(h) = p.heat.filter(|_| x.mass > 0.0) else {
             return Gas { mass: -now.flow, temperature: 0.0 };
         };
@@ -254,10 +254,10 @@ impl Model for Balloon {
         };
         Gas { mass: -now.flow, temperature: rate }
     }
-    fn guards(&self, c: &Clock, x: &Gas, _: &(), _: &(), u: &BalloonIn) -> Fullness {
-        Fullness { over: self.now(c, x, u).free - self.p.volume }
+    fn guards(&self, clock: &Clock, x: &Gas, u: &BalloonIn) -> Fullness {
+        Fullness { over: self.now(clock, x, u).free - self.p.volume }
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, x: &Gas) -> (Gas, ()) {
+    fn handle_event(&self, x: &Gas) -> (Gas, ()) {
         (*x, ())
     }
 }
@@ -323,8 +323,8 @@ mod tests {
             BalloonIn { envelope, vent, superheat: 0.0, gust: Vec3::zeros() },
         );
         let x = Gas { mass: y[2], temperature: y[3] };
-        let out = m.direct(&c, &x, &(), &u, &());
-        let rate = m.deriv(&c, &x, &(), &(), &u, &(), &out);
+        let out = m.feedthrough(&c, &x, &u);
+        let rate = m.derivatives(&c, &x, &u);
         let mass = dry + out.added.mass;
         [y[1], out.load.force.z / mass - G, rate.mass, rate.temperature]
     }
@@ -343,7 +343,7 @@ mod tests {
         let m = balloon(BalloonParams { atmosphere: air, duct: 0.1, ..params() });
         let envelope = NodeState::identity();
         let u = BalloonIn { envelope, vent: 0.0, superheat: 0.0, gust: Vec3::zeros() };
-        let y = m.direct(&Clock::at(0.0, 0.1, 0), &m.init_x(), &(), &u, &());
+        let y = m.feedthrough(&Clock::at(0.0, 0.1, 0), &m.init_x(), &u);
         let want = 4.0 * 2077.26 * T / 5000.0;
         assert!((y.over_pressure / want - 1.0).abs() < 1e-12, "{} {want}", y.over_pressure);
         assert!(y.flow > 0.0 && y.flow.is_finite() && y.volume == 5000.0);

@@ -164,12 +164,12 @@ impl Capture {
 #[model("flight.capture")]
 impl Model for Capture {
     type Params = CaptureParams;
-    type Ud = CaptureIn;
-    type Ym = CaptureState;
-    type Yd = CaptureOut;
-    type X = Taken;
-    type D = Latches;
-    type G = CaptureEdge;
+    type FeedthroughInputs = CaptureIn;
+    type Outputs = CaptureState;
+    type FeedthroughOutputs = CaptureOut;
+    type State = Taken;
+    type DiscreteState = Latches;
+    type Guards = CaptureEdge;
     fn build(p: CaptureParams) -> Result<Self, BuildError> {
         for (name, v) in [
             ("stiffness", p.stiffness),
@@ -184,10 +184,10 @@ impl Model for Capture {
         }
         Ok(Capture { p })
     }
-    fn moore(&self, _: &Clock, x: &Taken, d: &Latches) -> CaptureState {
+    fn outputs(&self, x: &Taken, d: &Latches) -> CaptureState {
         CaptureState { caught: d.caught, taken: x.energy }
     }
-    fn direct(&self, _: &Clock, _: &Taken, d: &Latches, u: &CaptureIn) -> CaptureOut {
+    fn feedthrough(&self, d: &Latches, u: &CaptureIn) -> CaptureOut {
         let p = &self.p;
         let r = relative(u);
         let (force, moment) = if d.caught { self.load(&r) } else { (Vec3::zeros(), Vec3::zeros()) };
@@ -208,7 +208,7 @@ impl Model for Capture {
             settled,
         }
     }
-    fn deriv(&self, _: &Clock, _: &Taken, d: &Latches, _: &(), u: &CaptureIn) -> Taken {
+    fn derivatives(&self, d: &Latches, u: &CaptureIn) -> Taken {
         if !d.caught {
             return Taken { energy: 0.0 };
         }
@@ -216,10 +216,10 @@ impl Model for Capture {
         let linear = p.damping.component_mul(&r.speed).dot(&r.speed);
         Taken { energy: linear + p.turn_damping.component_mul(&r.rate).dot(&r.rate) }
     }
-    fn guards(&self, _: &Clock, _: &Taken, d: &Latches, _: &(), u: &CaptureIn) -> CaptureEdge {
+    fn guards(&self, d: &Latches, u: &CaptureIn) -> CaptureEdge {
         CaptureEdge { within: if d.caught { -1.0 } else { self.within(&relative(u)) } }
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, x: &Taken, _: &Latches) -> (Taken, Latches) {
+    fn handle_event(&self, x: &Taken) -> (Taken, Latches) {
         (*x, Latches { caught: true })
     }
 }
@@ -262,8 +262,8 @@ mod tests {
     #[test]
     fn loads_balance_and_take_what_the_motion_loses() {
         let m = Capture::build(params()).unwrap();
-        let (c, x, u) = (Clock::at(0.0, 0.1, 0), Taken::zero(), ports());
-        let y = m.direct(&c, &x, &Latches { caught: true }, &u, &());
+        let u = ports();
+        let y = m.feedthrough(&Latches { caught: true }, &u);
         assert!((y.on_a.force + y.on_b.force).norm() < 1e-12 && y.force > 10.0);
         let about = |s: &NodeState, w: &Wrench| w.moment + s.position.cross(&w.force);
         let total = about(&u.a, &y.on_a) + about(&u.b, &y.on_b);
@@ -281,7 +281,7 @@ mod tests {
             let turn = p.turn_stiffness.component_mul(&r.turn).dot(&r.turn);
             0.5 * (p.stiffness.component_mul(&r.place).dot(&r.place) + turn)
         };
-        let lost = m.deriv(&c, &x, &Latches { caught: true }, &(), &u, &(), &y).energy;
+        let lost = m.derivatives(&Latches { caught: true }, &u).energy;
         let spring = (stored(1e-5) - stored(-1e-5)) / 2e-5;
         let done = power(&u.a, &y.on_a) + power(&u.b, &y.on_b);
         assert!((done + lost + spring).abs() < 1e-7 && lost > 0.0, "{done} {lost} {spring}");
@@ -290,10 +290,10 @@ mod tests {
     #[test]
     fn it_catches_within_all_limits_only() {
         let m = Capture::build(params()).unwrap();
-        let (c, x, d) = (Clock::at(0.0, 0.1, 0), Taken::zero(), Latches { caught: false });
-        let within = |u: &CaptureIn| m.guards(&c, &x, &d, &(), u, &()).within;
+        let (x, d) = (Taken::zero(), Latches { caught: false });
+        let within = |u: &CaptureIn| m.guards(&d, u).within;
         assert!(within(&ports()) > 0.0);
-        assert_eq!(m.direct(&c, &x, &d, &ports(), &()).force, 0.0);
+        assert_eq!(m.feedthrough(&d, &ports()).force, 0.0);
         let mut far = ports();
         far.b.position.z += 0.1;
         let mut fast = ports();
@@ -305,7 +305,7 @@ mod tests {
         for u in [far, fast, turned, spun] {
             assert!(within(&u) < 0.0);
         }
-        assert!(m.fired(&c, Fired::rising(0), &x, &d, &(), &ports(), &mut ()).1.caught);
+        assert!(m.handle_event(&x).1.caught);
         let p = CaptureParams { damping: Vec3::new(1.0, -1.0, 0.0), ..params() };
         assert_eq!(Capture::build(p).err().unwrap().param.as_deref(), Some("damping"));
     }

@@ -76,15 +76,15 @@ pub struct Drag {
 #[model("flight.drag")]
 impl Model for Drag {
     type Params = DragParams;
-    type Ud = DragIn;
-    type Yd = DragOut;
+    type FeedthroughInputs = DragIn;
+    type FeedthroughOutputs = DragOut;
     fn build(p: DragParams) -> Result<Self, BuildError> {
         let heating = heating_constant(p.heating_constant, &p.atmosphere)?;
         Ok(Drag { p, heating })
     }
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &DragIn) -> DragOut {
+    fn feedthrough(&self, clock: &Clock, u: &DragIn) -> DragOut {
         let p = &self.p;
-        let a = AirData::met(&p.atmosphere, c.t, &u.body, &Vec3::zeros(), &u.gust);
+        let a = AirData::met(&p.atmosphere, clock.t, &u.body, &Vec3::zeros(), &u.gust);
         let through = u.body.rotation * a.velocity;
         let force = through * (-0.5 * a.density * a.speed * p.coefficient * p.area);
         DragOut {
@@ -130,7 +130,7 @@ mod tests {
 
     fn at(d: &Drag, position: Vec3, velocity: Vec3) -> DragOut {
         let body = NodeState { position, velocity, ..NodeState::identity() };
-        d.direct(&Clock::at(0.0, 0.01, 0), &(), &(), &DragIn { body, gust: Vec3::zeros() }, &())
+        d.feedthrough(&Clock::at(0.0, 0.01, 0), &DragIn { body, gust: Vec3::zeros() })
     }
 
     #[test]

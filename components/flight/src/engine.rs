@@ -131,29 +131,29 @@ pub struct Engine {
 impl Model for Engine {
     const MODES: bool = true;
     type Params = EngineParams;
-    type D = Burning;
-    type G = LeastThrottle;
-    type Ud = EngineIn;
-    type Yd = EngineOut;
-    fn mode(&self, _: &Clock, _: &(), d: &Burning, u: &EngineIn) -> Burning {
+    type DiscreteState = Burning;
+    type Guards = LeastThrottle;
+    type FeedthroughInputs = EngineIn;
+    type FeedthroughOutputs = EngineOut;
+    fn mode(&self, d: &Burning, u: &EngineIn) -> Burning {
         let least = self.p.throttle_min;
         // A throttle that is not a number burns, and stops the run.
         Burning { burns: !(u.throttle < least) || (d.burns && u.throttle > OUT * least) }
     }
-    fn guards(&self, _: &Clock, _: &(), _: &Burning, _: &(), u: &EngineIn) -> LeastThrottle {
+    fn guards(&self, u: &EngineIn) -> LeastThrottle {
         let least = self.p.throttle_min;
         if least == 0.0 {
             return LeastThrottle { lights: -1.0, goes_out: -1.0 };
         }
         LeastThrottle { lights: u.throttle - least, goes_out: OUT * least - u.throttle }
     }
-    fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &Burning) -> ((), Burning) {
-        ((), Burning { burns: which.rose(0) || (d.burns && !which.rose(1)) })
+    fn handle_event(&self, fired: Fired<'_>, d: &Burning) -> ((), Burning) {
+        ((), Burning { burns: fired.rose(0) || (d.burns && !fired.rose(1)) })
     }
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         crate::engine::needs_pressure(self.p.exit_area)
     }
-    fn direct(&self, _: &Clock, _: &(), d: &Burning, u: &EngineIn) -> EngineOut {
+    fn feedthrough(&self, d: &Burning, u: &EngineIn) -> EngineOut {
         let p = &self.p;
         let throttle = u.throttle.clamp(0.0, 1.0);
         let off = p.throttle_min == 0.0 && throttle <= 0.0;
@@ -205,7 +205,7 @@ mod tests {
                 gimbal_x: 0.0,
                 gimbal_y: 0.0,
             };
-            m.direct(&Clock::at(0.0, 0.1, 0), &(), &Burning { burns: throttle > 0.0 }, &u, &())
+            m.feedthrough(&Burning { burns: throttle > 0.0 }, &u)
         };
         assert!(at(0.05).thrust == 0.0 && at(0.05).propellant.flow > 0.0 && at(0.0).thrust == 0.0);
         // NaN stays NaN.
@@ -236,9 +236,9 @@ mod tests {
             gimbal_y: 0.0,
         };
         {
-            let (m, c) = (engine(), Clock::at(0.0, 0.01, 0));
-            let d = m.mode(&c, &(), &Burning { burns: false }, &u, &());
-            m.direct(&c, &(), &d, &u, &())
+            let m = engine();
+            let d = m.mode(&Burning { burns: false }, &u);
+            m.feedthrough(&d, &u)
         }
     }
 
@@ -272,9 +272,9 @@ mod tests {
                 gimbal_y,
             };
             {
-                let (m, c) = (engine(), Clock::at(0.0, 0.01, 0));
-                let d = m.mode(&c, &(), &Burning { burns: false }, &u, &());
-                m.direct(&c, &(), &d, &u, &())
+                let m = engine();
+                let d = m.mode(&Burning { burns: false }, &u);
+                m.feedthrough(&d, &u)
             }
             .load
             .force

@@ -77,15 +77,15 @@ pub struct KickoffSpring {
 #[model("flight.kickoff_spring")]
 impl Model for KickoffSpring {
     type Params = KickoffParams;
-    type Ud = KickoffIn;
-    type Ym = Over;
-    type Yd = KickoffOut;
-    type D = LetGo;
-    type G = End;
-    fn moore(&self, _: &Clock, _: &(), d: &LetGo) -> Over {
+    type FeedthroughInputs = KickoffIn;
+    type Outputs = Over;
+    type FeedthroughOutputs = KickoffOut;
+    type DiscreteState = LetGo;
+    type Guards = End;
+    fn outputs(&self, d: &LetGo) -> Over {
         Over { over: d.over }
     }
-    fn direct(&self, _: &Clock, _: &(), d: &LetGo, u: &KickoffIn) -> KickoffOut {
+    fn feedthrough(&self, d: &LetGo, u: &KickoffIn) -> KickoffOut {
         let line = u.b.position - u.a.position;
         let length = line.norm();
         let pushes = !d.over && length > 0.0;
@@ -98,11 +98,11 @@ impl Model for KickoffSpring {
             force,
         }
     }
-    fn guards(&self, _: &Clock, _: &(), _: &LetGo, _: &(), u: &KickoffIn) -> End {
+    fn guards(&self, u: &KickoffIn) -> End {
         End { left: self.p.length - (u.b.position - u.a.position).norm() }
     }
-    fn remarks(&self, c: &Clock, _: &(), d: &LetGo, _: &(), u: &KickoffIn) -> Vec<BuildError> {
-        let left = self.guards(c, &(), d, &(), u, &()).left;
+    fn startup_warnings(&self, d: &LetGo, u: &KickoffIn) -> Vec<BuildError> {
+        let left = self.guards(u).left;
         if !d.over && left >= self.p.length {
             let fact = "its ends coincide: the line along which it pushes has no direction";
             let help = "let its ends begin apart: a spring that is pressed in still has a length";
@@ -119,7 +119,7 @@ impl Model for KickoffSpring {
         });
         gone.into_iter().collect()
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, _: &(), _: &LetGo) -> ((), LetGo) {
+    fn handle_event(&self) -> ((), LetGo) {
         ((), LetGo { over: true })
     }
 }
@@ -163,7 +163,7 @@ mod tests {
         let a = NodeState { position: Vec3::new(1.0, 2.0, 3.0), ..NodeState::identity() };
         let at = |length: f64, over: bool| {
             let b = NodeState { position: a.position + n * length, ..a };
-            m.direct(&Clock::at(0.0, 0.1, 0), &(), &LetGo { over }, &KickoffIn { a, b }, &())
+            m.feedthrough(&LetGo { over }, &KickoffIn { a, b })
         };
         let y = at(0.15, false);
         assert!((y.on_b.force - n * 100.0).norm() < 1e-9 && y.on_a.force == -y.on_b.force);

@@ -103,20 +103,20 @@ pub struct Orbit {
 #[model("flight.orbit")]
 impl Model for Orbit {
     type Params = OrbitParams;
-    type Ud = OrbitIn;
-    type Yd = OrbitOut;
+    type FeedthroughInputs = OrbitIn;
+    type FeedthroughOutputs = OrbitOut;
     fn build(p: OrbitParams) -> Result<Self, BuildError> {
         let (mu, site) = (body_mu(&p.world)?, orbital(&p.world)?);
         let to_equator = p.world.planet_axes(0.0).inverse();
         let radius = p.radius.unwrap_or_else(|| p.world.radius());
         Ok(Orbit { mu, radius, site, to_equator })
     }
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &OrbitIn) -> OrbitOut {
+    fn feedthrough(&self, clock: &Clock, u: &OrbitIn) -> OrbitOut {
         let (mu, radius) = (self.mu, self.radius);
         let (r, v) = inertial(self.site.as_ref(), &u.body);
         // Along the planet's axes at t = 0.
         let turn = self.site.map_or(self.to_equator, |s| {
-            Quat::from_scaled_axis(Vec3::z() * (s.rate * c.t)) * s.pose.rotation
+            Quat::from_scaled_axis(Vec3::z() * (s.rate * clock.t)) * s.pose.rotation
         });
         let state = PointMotion { position: turn * r, velocity: turn * v };
         // What moves along the vertical has no plane: its orbit is a line through the centre.
@@ -182,7 +182,7 @@ mod tests {
 
     fn at(m: &Orbit, t: f64, position: Vec3, velocity: Vec3) -> OrbitOut {
         let body = NodeState { position, velocity, ..NodeState::identity() };
-        m.direct(&Clock::at(t, 0.1, 0), &(), &(), &OrbitIn { body }, &())
+        m.feedthrough(&Clock::at(t, 0.1, 0), &OrbitIn { body })
     }
 
     #[test]

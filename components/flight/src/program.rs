@@ -86,21 +86,21 @@ pub struct Sequence {
 #[model("flight.sequence")]
 impl Model for Sequence {
     type Params = SequenceParams;
-    type Yd = Value;
-    type D = Passed;
-    type G = NextRow;
+    type FeedthroughOutputs = Value;
+    type DiscreteState = Passed;
+    type Guards = NextRow;
     fn build(p: SequenceParams) -> Result<Self, BuildError> {
         let times = Times::new(p.rows.iter().map(|r| r[0]).collect(), "rows")?;
         Ok(Sequence { p, times })
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Passed) -> Value {
-        Value { y: self.p.rows[self.times.row(c, d)][1] }
+    fn feedthrough(&self, clock: &Clock, d: &Passed) -> Value {
+        Value { y: self.p.rows[self.times.row(clock, d)][1] }
     }
-    fn guards(&self, c: &Clock, _: &(), d: &Passed) -> NextRow {
-        self.times.since(c, d)
+    fn guards(&self, clock: &Clock, d: &Passed) -> NextRow {
+        self.times.since(clock, d)
     }
-    fn fired(&self, c: &Clock, _: Fired<'_>, _: &(), d: &Passed) -> ((), Passed) {
-        ((), self.times.pass(c, d))
+    fn handle_event(&self, clock: &Clock, d: &Passed) -> ((), Passed) {
+        ((), self.times.pass(clock, d))
     }
 }
 
@@ -151,24 +151,24 @@ pub struct BodyLoad {
 #[model("flight.body_load")]
 impl Model for BodyLoad {
     type Params = BodyLoadParams;
-    type Ud = BodyLoadIn;
-    type Yd = BodyLoadOut;
-    type D = Passed;
-    type G = NextRow;
+    type FeedthroughInputs = BodyLoadIn;
+    type FeedthroughOutputs = BodyLoadOut;
+    type DiscreteState = Passed;
+    type Guards = NextRow;
     fn build(p: BodyLoadParams) -> Result<Self, BuildError> {
         let times = Times::new(p.rows.iter().map(|r| r.time).collect(), "rows")?;
         Ok(BodyLoad { p, times })
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Passed, u: &BodyLoadIn) -> BodyLoadOut {
-        let row = &self.p.rows[self.times.row(c, d)];
+    fn feedthrough(&self, clock: &Clock, d: &Passed, u: &BodyLoadIn) -> BodyLoadOut {
+        let row = &self.p.rows[self.times.row(clock, d)];
         let R = u.body.rotation;
         BodyLoadOut { load: Wrench { moment: R * row.moment, force: R * row.force } }
     }
-    fn guards(&self, c: &Clock, _: &(), d: &Passed) -> NextRow {
-        self.times.since(c, d)
+    fn guards(&self, clock: &Clock, d: &Passed) -> NextRow {
+        self.times.since(clock, d)
     }
-    fn fired(&self, c: &Clock, _: Fired<'_>, _: &(), d: &Passed) -> ((), Passed) {
-        ((), self.times.pass(c, d))
+    fn handle_event(&self, clock: &Clock, d: &Passed) -> ((), Passed) {
+        ((), self.times.pass(clock, d))
     }
 }
 
@@ -186,15 +186,15 @@ mod tests {
         let m = sequence();
         let mut d = Passed { rows: 0.0 };
         let at = |t: f64| Clock::at(t, 0.1, 0);
-        let y = |t: f64, d: &Passed| m.direct(&at(t), &(), d, &(), &()).y;
+        let y = |t: f64, d: &Passed| m.feedthrough(&at(t), d).y;
         assert_eq!((y(-1.0, &d), y(1.9, &d)), (1.0, 1.0));
-        assert!((m.guards(&at(1.5), &(), &d, &(), &(), &()).since + 0.5).abs() < 1e-15);
+        assert!((m.guards(&at(1.5), &d).since + 0.5).abs() < 1e-15);
         // The event is located to 1 ps on either side.
-        d = m.fired(&at(2.0 - 1e-12), Fired::rising(0), &(), &d, &(), &(), &mut ()).1;
+        d = m.handle_event(&at(2.0 - 1e-12), &d).1;
         assert_eq!((d.rows, y(2.0 - 1e-12, &d), y(2.2, &d)), (1.0, -3.0, -3.0));
-        d = m.fired(&at(2.5), Fired::rising(0), &(), &d, &(), &(), &mut ()).1;
+        d = m.handle_event(&at(2.5), &d).1;
         assert_eq!(y(9.0, &d), 7.0);
-        assert_eq!(m.guards(&at(9.0), &(), &d, &(), &(), &()).since, -1.0);
+        assert_eq!(m.guards(&at(9.0), &d).since, -1.0);
         // A part of a later phase begins in the middle.
         assert_eq!(y(2.2, &Passed { rows: 0.0 }), -3.0);
     }
@@ -214,7 +214,7 @@ mod tests {
             BodyLoad::build(BodyLoadParams { rows: vec![row(0.0, 0.0), row(1.0, 5.0)] }).unwrap();
         let rotation = Quat::from_scaled_axis(Vec3::new(0.3, 0.2, -0.9));
         let u = BodyLoadIn { body: NodeState { rotation, ..NodeState::identity() } };
-        let y = m.direct(&Clock::at(1.5, 0.1, 0), &(), &Passed { rows: 1.0 }, &u, &());
+        let y = m.feedthrough(&Clock::at(1.5, 0.1, 0), &Passed { rows: 1.0 }, &u);
         assert!((y.load.force - rotation * Vec3::x() * 5.0).norm() < 1e-14);
         assert!((y.load.moment - rotation * Vec3::z() * 5.0).norm() < 1e-14);
     }

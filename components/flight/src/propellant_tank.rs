@@ -129,11 +129,11 @@ impl PropellantTank {
 #[model("flight.propellant_tank")]
 impl Model for PropellantTank {
     type Params = TankParams;
-    type U = Drawn;
-    type Ym = TankOut;
-    type X = Content;
-    type D = Dry;
-    type G = Bottom;
+    type Inputs = Drawn;
+    type Outputs = TankOut;
+    type State = Content;
+    type DiscreteState = Dry;
+    type Guards = Bottom;
     fn must_be_read(&self) -> Vec<(&'static str, BuildError)> {
         if self.p.slosh == SloshMode::Settled {
             return Vec::new();
@@ -148,7 +148,7 @@ impl Model for PropellantTank {
     fn init_d(&self) -> Dry {
         Dry { dry: self.p.propellant == 0.0 }
     }
-    fn moore(&self, _: &Clock, x: &Content, d: &Dry) -> TankOut {
+    fn outputs(&self, x: &Content, d: &Dry) -> TankOut {
         // A stage of the integrator may look behind the end of the propellant.
         let m = x.mass.max(0.0);
         let r2 = self.p.radius * self.p.radius;
@@ -181,12 +181,12 @@ impl Model for PropellantTank {
             swing_stiffness: mode.per_acceleration(),
         }
     }
-    fn deriv(&self, _: &Clock, _: &Content, d: &Dry, u: &Drawn) -> Content {
+    fn derivatives(&self, d: &Dry, u: &Drawn) -> Content {
         // A dry tank gives nothing; it can be filled.
         let flow = u.outlet.flow;
         Content { mass: if d.dry { (-flow).max(0.0) } else { -flow } }
     }
-    fn guards(&self, _: &Clock, x: &Content, d: &Dry) -> Bottom {
+    fn guards(&self, x: &Content, d: &Dry) -> Bottom {
         let filled = x.mass - FILM * self.per_metre();
         match d.dry {
             // Above zero: the end of the propellant is past, and is not due again in a later phase.
@@ -194,8 +194,8 @@ impl Model for PropellantTank {
             false => Bottom { left: x.mass, filled: -1.0 },
         }
     }
-    fn fired(&self, _: &Clock, which: Fired<'_>, x: &Content, _: &Dry) -> (Content, Dry) {
-        if which.rose(FILLED) {
+    fn handle_event(&self, fired: Fired<'_>, x: &Content) -> (Content, Dry) {
+        if fired.rose(FILLED) {
             return (*x, Dry { dry: false });
         }
         (Content { mass: 0.0 }, Dry { dry: true })
@@ -219,7 +219,7 @@ mod tests {
             let at = |slosh| {
                 let tank = PropellantTank { p: TankParams { slosh, ..params(propellant, 800.0) } };
                 let x = tank.init_x();
-                tank.moore(&Clock::at(0.0, 0.01, 0), &x, &Dry { dry: false }, &())
+                tank.outputs(&x, &Dry { dry: false })
             };
             let (all, apart) = (at(SloshMode::Settled), at(SloshMode::Apart));
             assert!(all.swinging == 0.0 && apart.swinging > 0.0);
@@ -246,7 +246,7 @@ mod tests {
         let p = params(1000.0, 800.0);
         let tank = PropellantTank { p };
         let x = tank.init_x();
-        let y = tank.moore(&Clock::at(0.0, 0.01, 0), &x, &Dry { dry: false }, &());
+        let y = tank.outputs(&x, &Dry { dry: false });
         let h = 1000.0 / (800.0 * std::f64::consts::PI * 0.25);
         assert!((y.level - h).abs() < 1e-15 && y.outlet.available);
         assert!((y.added.first_moment - Vec3::new(0.0, 0.0, 500.0 * h)).norm() < 1e-12);
@@ -259,52 +259,29 @@ mod tests {
     #[test]
     fn it_ends_empty_and_draws_no_more() {
         let tank = PropellantTank { p: params(1.0, 1000.0) };
-        let c = Clock::at(0.0, 0.01, 0);
-        let (x, d) = tank.fired(
-            &c,
-            Fired::falling(0),
-            &Content { mass: -1e-15 },
-            &Dry { dry: false },
-            &Drawn { outlet: MassFlows { flow: 0.0 } },
-            &(),
-            &mut (),
-        );
+        let (x, d) = tank.handle_event(Fired::falling(0), &Content { mass: -1e-15 });
         assert_eq!((x.mass, d.dry), (0.0, true));
-        let rate =
-            tank.deriv(&c, &x, &d, &Drawn { outlet: MassFlows { flow: 3.0 } }, &(), &(), &());
+        let rate = tank.derivatives(&d, &Drawn { outlet: MassFlows { flow: 3.0 } });
         assert_eq!(rate.mass, 0.0);
-        let y = tank.moore(&c, &x, &d, &());
+        let y = tank.outputs(&x, &d);
         assert!(!y.outlet.available && y.added == AddedMass::zero());
     }
 
     #[test]
     fn a_dry_tank_can_be_filled() {
         let tank = PropellantTank { p: params(0.0, 1000.0) };
-        let (c, x, d) = (Clock::at(0.0, 0.01, 0), tank.init_x(), tank.init_d());
+        let d = tank.init_d();
         assert!(d.dry);
-        let rate = |d: &Dry| {
-            tank.deriv(&c, &x, d, &Drawn { outlet: MassFlows { flow: -2.0 } }, &(), &(), &()).mass
-        };
+        let rate = |d: &Dry| tank.derivatives(d, &Drawn { outlet: MassFlows { flow: -2.0 } }).mass;
         assert_eq!((rate(&d), rate(&Dry { dry: false })), (2.0, 2.0));
         // A film of 0.1 mm is 78.5 g.
         let film = 0.1 * std::f64::consts::PI * 0.25;
-        let over = |mass: f64| {
-            tank.guards(
-                &c,
-                &Content { mass },
-                &d,
-                &Drawn { outlet: MassFlows { flow: 0.0 } },
-                &(),
-                &(),
-            )
-            .filled
-        };
+        let over = |mass: f64| tank.guards(&Content { mass }, &d).filled;
         assert!(over(film - 1e-6) < 0.0 && over(film + 1e-6) > 0.0);
         let full = Content { mass: film };
-        let y = tank.moore(&c, &full, &d, &());
+        let y = tank.outputs(&full, &d);
         assert!((y.added.mass - film).abs() < 1e-15 && (y.volume * 1000.0 - film).abs() < 1e-15);
-        let u = Drawn { outlet: MassFlows { flow: 0.0 } };
-        let (x, d) = tank.fired(&c, Fired::rising(FILLED), &full, &d, &u, &(), &mut ());
+        let (x, d) = tank.handle_event(Fired::rising(FILLED), &full);
         assert!(x.mass == film && !d.dry);
     }
 }

@@ -115,23 +115,23 @@ pub struct Pyro {
 impl Model for Pyro {
     const AVERAGES: bool = true;
     type Params = PyroParams;
-    type Ud = PyroIn;
-    type Yd = PyroOut;
-    type X = Waited;
-    type D = Charge;
-    type G = NextStage;
+    type FeedthroughInputs = PyroIn;
+    type FeedthroughOutputs = PyroOut;
+    type State = Waited;
+    type DiscreteState = Charge;
+    type Guards = NextStage;
     fn build(mut p: PyroParams) -> Result<Self, BuildError> {
         p.axis = crate::axis::unit(p.axis, "[1, 0, 0]")?;
         Ok(Pyro { p })
     }
-    fn direct(&self, c: &Clock, _: &Waited, d: &Charge, u: &PyroIn) -> PyroOut {
+    fn feedthrough(&self, clock: &Clock, d: &Charge, u: &PyroIn) -> PyroOut {
         let tau = self.p.duration;
         let force = if d.stage == 2.0 {
             let share = |t: f64| ((t - d.begins) / tau).clamp(0.0, 1.0);
             let given = |t: f64| -0.5 * d.impulse * (PI * share(t)).cos();
-            match c.span {
+            match clock.span {
                 Some([a, b]) if b > a => (given(b) - given(a)) / (b - a),
-                _ => 0.5 * d.impulse * PI / tau * (PI * share(c.t)).sin(),
+                _ => 0.5 * d.impulse * PI / tau * (PI * share(clock.t)).sin(),
             }
         } else {
             0.0
@@ -145,44 +145,42 @@ impl Model for Pyro {
             spent: d.stage == 3.0,
         }
     }
-    fn deriv(&self, _: &Clock, _: &Waited) -> Waited {
+    fn derivatives(&self) -> Waited {
         Waited { time: 1.0 }
     }
-    fn guards(&self, c: &Clock, x: &Waited, d: &Charge, _: &(), u: &PyroIn) -> NextStage {
+    fn guards(&self, clock: &Clock, x: &Waited, d: &Charge, u: &PyroIn) -> NextStage {
         let since = match d.stage {
             0.0 => self.p.after.map_or(u.fire - 0.5, |after| x.time - after),
-            1.0 => c.t - d.begins,
-            2.0 => c.t - (d.begins + self.p.duration),
+            1.0 => clock.t - d.begins,
+            2.0 => clock.t - (d.begins + self.p.duration),
             _ => -1.0,
         };
         NextStage { since, command: u.fire - 0.5 }
     }
-    fn fired(&self, c: &Clock, which: Fired<'_>, x: &Waited, d: &Charge) -> (Waited, Charge) {
+    fn handle_event(
+        &self,
+        clock: &Clock,
+        fired: Fired<'_>,
+        x: &Waited,
+        d: &Charge,
+    ) -> (Waited, Charge) {
         let p = &self.p;
-        if !which.rose(STAGE) {
+        if !fired.rose(STAGE) {
             return (*x, *d);
         }
         if d.stage > 0.0 {
             return (*x, Charge { stage: d.stage + 1.0, ..*d });
         }
-        let late = p.delay + p.delay_sigma * c.normal(1).abs();
-        let impulse = p.impulse * (1.0 + p.impulse_sigma * c.normal(0)).max(0.0);
+        let late = p.delay + p.delay_sigma * clock.normal(1).abs();
+        let impulse = p.impulse * (1.0 + p.impulse_sigma * clock.normal(0)).max(0.0);
         let stage = if late > 0.0 { 1.0 } else { 2.0 };
-        (*x, Charge { stage, begins: c.t + late, impulse })
+        (*x, Charge { stage, begins: clock.t + late, impulse })
     }
-    fn tells(
-        &self,
-        c: &Clock,
-        which: Fired<'_>,
-        _: &Waited,
-        d: &Charge,
-        _: &(),
-        _: &PyroIn,
-    ) -> Option<BuildError> {
-        if !which.rose(COMMAND) {
+    fn runtime_warning(&self, clock: &Clock, fired: Fired<'_>, d: &Charge) -> Option<BuildError> {
+        if !fired.rose(COMMAND) {
             return None;
         }
-        let t = c.t;
+        let t = clock.t;
         if let Some(after) = self.p.after {
             let fact = format!(
                 "it is commanded at {t:.6} s, and `after` fires it {after} s after it is there"
@@ -226,17 +224,17 @@ mod tests {
         let m = pyro(0.0, 0.5);
         let (x, mut d) = (Waited::zero(), Charge::zero());
         let guard = |t: f64, d: &Charge, fire: f64| {
-            m.guards(&Clock::at(t, 0.1, 0), &x, d, &(), &input(fire), &()).since
+            m.guards(&Clock::at(t, 0.1, 0), &x, d, &input(fire)).since
         };
         assert!(guard(1.0, &d, 0.0) < 0.0 && guard(1.0, &d, 1.0) > 0.0);
         let fire = |t: f64, d: &Charge| {
-            m.fired(&Clock::at(t, 0.1, 0), Fired::rising(STAGE), &x, d, &(), &input(1.0), &mut ()).1
+            m.handle_event(&Clock::at(t, 0.1, 0), Fired::rising(STAGE), &x, d).1
         };
         d = fire(1.0, &d);
         assert_eq!((d.stage, d.begins), (1.0, 1.5));
         assert!(guard(1.4, &d, 1.0) < 0.0 && guard(1.51, &d, 1.0) > 0.0);
         d = fire(1.5, &d);
-        let force = |t: f64, d: &Charge| m.direct(&Clock::at(t, 0.1, 0), &x, d, &input(1.0), &());
+        let force = |t: f64, d: &Charge| m.feedthrough(&Clock::at(t, 0.1, 0), d, &input(1.0));
         // By Simpson's rule.
         let n = 200;
         let sum: f64 = (0..=n)
@@ -256,11 +254,11 @@ mod tests {
         // A second command does nothing, and is told.
         assert!(guard(2.0, &d, 0.0) < 0.0 && guard(2.0, &d, 1.0) < 0.0);
         let c = Clock::at(2.0, 0.1, 0);
-        let after = m.fired(&c, Fired::rising(COMMAND), &x, &d, &(), &input(1.0), &mut ()).1;
+        let after = m.handle_event(&c, Fired::rising(COMMAND), &x, &d).1;
         assert_eq!((after.stage, after.begins), (3.0, 1.5));
-        let told = m.tells(&c, Fired::rising(COMMAND), &x, &d, &(), &input(1.0), &()).unwrap();
+        let told = m.runtime_warning(&c, Fired::rising(COMMAND), &d).unwrap();
         assert!(told.message.contains("used at 1.5"), "{told}");
-        assert!(m.tells(&c, Fired::rising(STAGE), &x, &d, &(), &input(1.0), &()).is_none());
+        assert!(m.runtime_warning(&c, Fired::rising(STAGE), &d).is_none());
     }
 
     #[test]
@@ -268,17 +266,7 @@ mod tests {
         let m = pyro(0.05, 0.0);
         let drawn = |key: u64| {
             let c = Clock { t: 1.0, dt: 0.0, n: 0, key, sampled: false, span: None };
-            m.fired(
-                &c,
-                Fired::rising(STAGE),
-                &Waited::zero(),
-                &Charge::zero(),
-                &(),
-                &input(1.0),
-                &mut (),
-            )
-            .1
-            .impulse
+            m.handle_event(&c, Fired::rising(STAGE), &Waited::zero(), &Charge::zero()).1.impulse
         };
         let all: Vec<f64> = (0..4000).map(drawn).collect();
         let mean = all.iter().sum::<f64>() / 4000.0;
@@ -290,8 +278,7 @@ mod tests {
     #[test]
     fn a_command_that_is_on_from_the_start_fires() {
         let (c, d) = (Clock::at(0.0, 0.1, 0), Charge::zero());
-        let since =
-            |fire| pyro(0.0, 0.0).guards(&c, &Waited::zero(), &d, &(), &input(fire), &()).since;
+        let since = |fire| pyro(0.0, 0.0).guards(&c, &Waited::zero(), &d, &input(fire)).since;
         assert!(since(1.0) >= 0.0 && since(0.5) >= 0.0 && since(0.0) < 0.0);
     }
 }

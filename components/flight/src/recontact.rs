@@ -100,23 +100,23 @@ impl Recontact {
 #[model("flight.recontact")]
 impl Model for Recontact {
     type Params = RecontactParams;
-    type Ud = RecontactIn;
-    type Yd = RecontactOut;
-    type D = Least;
+    type FeedthroughInputs = RecontactIn;
+    type FeedthroughOutputs = RecontactOut;
+    type DiscreteState = Least;
     fn init_d(&self) -> Least {
         Least { taken: false, clearance: 0.0 }
     }
-    fn direct(&self, _: &Clock, _: &(), d: &Least, u: &RecontactIn) -> RecontactOut {
+    fn feedthrough(&self, d: &Least, u: &RecontactIn) -> RecontactOut {
         let (clearance, rate) = clearance(&self.p, u);
         let (predicted, time) = ahead(&self.p, self.p.horizon, u);
         RecontactOut { clearance, rate, least: self.least(d, clearance), predicted, time }
     }
-    fn update(&self, c: &Clock, _: &(), d: &Least, _: &(), u: &RecontactIn) -> Least {
+    fn update(&self, clock: &Clock, d: &Least, u: &RecontactIn) -> Least {
         if !d.taken && self.p.parted.is_some_and(|parted| !(clearance(&self.p, u).0 >= parted)) {
             return *d;
         }
         // Until the next sample.
-        let (until_next, _) = ahead(&self.p, c.dt, u);
+        let (until_next, _) = ahead(&self.p, clock.dt, u);
         Least { taken: true, clearance: self.least(d, until_next) }
     }
 }
@@ -158,7 +158,7 @@ mod tests {
             let t = n as f64 * period;
             let (p, v) = of(t);
             let u = pair(p, v);
-            d = m.update(&Clock::at(t, period, n), &(), &d, &(), &u, &mut ());
+            d = m.update(&Clock::at(t, period, n), &d, &u);
             truth = (0..1000)
                 .map(|k| of(t + 1e-3 * f64::from(k) * period).0.norm() - 1.5)
                 .fold(truth, f64::min);
@@ -196,14 +196,14 @@ mod tests {
         assert!((least - end).abs() < 0.01 && least < 0.0, "{least} {end}");
         // Until then nothing is taken.
         let mut d = m.init_d();
-        d = m.update(&Clock::at(0.0, 0.1, 0), &(), &d, &(), &pair(Vec3::x(), Vec3::x()), &mut ());
+        d = m.update(&Clock::at(0.0, 0.1, 0), &d, &pair(Vec3::x(), Vec3::x()));
         assert!(!d.taken);
     }
 
     #[test]
     fn it_looks_ahead_as_far_as_its_horizon() {
         let m = watch();
-        let at = |u: RecontactIn| m.direct(&Clock::at(0.0, 0.1, 0), &(), &m.init_d(), &u, &());
+        let at = |u: RecontactIn| m.feedthrough(&m.init_d(), &u);
         let y = at(pair(Vec3::new(-30.0, 4.0, 3.0), Vec3::new(2.0, 0.0, 0.0)));
         assert!((y.predicted - 3.5).abs() < 1e-9 && (y.time - 15.0).abs() < 1e-9);
         assert!((y.clearance - (925f64.sqrt() - 1.5)).abs() < 1e-9 && y.rate < 0.0);

@@ -84,15 +84,15 @@ pub struct SeparationSpring {
 #[model("flight.separation_spring")]
 impl Model for SeparationSpring {
     type Params = SpringParams;
-    type Ud = SpringIn;
-    type Yd = SpringOut;
-    type D = Released;
-    type G = SpringEnd;
+    type FeedthroughInputs = SpringIn;
+    type FeedthroughOutputs = SpringOut;
+    type DiscreteState = Released;
+    type Guards = SpringEnd;
     fn build(mut p: SpringParams) -> Result<Self, BuildError> {
         p.axis = crate::axis::unit(p.axis, "[1, 0, 0]")?;
         Ok(SeparationSpring { p })
     }
-    fn direct(&self, _: &Clock, _: &(), d: &Released, u: &SpringIn) -> SpringOut {
+    fn feedthrough(&self, d: &Released, u: &SpringIn) -> SpringOut {
         let n = u.a.rotation * self.p.axis;
         let p_ab = u.b.position - u.a.position;
         let extension = p_ab.dot(&n);
@@ -110,12 +110,12 @@ impl Model for SeparationSpring {
             speed,
         }
     }
-    fn guards(&self, _: &Clock, _: &(), _: &Released, _: &(), u: &SpringIn) -> SpringEnd {
+    fn guards(&self, u: &SpringIn) -> SpringEnd {
         let n = u.a.rotation * self.p.axis;
         SpringEnd { left: self.p.stroke - (u.b.position - u.a.position).dot(&n) }
     }
-    fn remarks(&self, c: &Clock, _: &(), d: &Released, _: &(), u: &SpringIn) -> Vec<BuildError> {
-        let left = self.guards(c, &(), d, &(), u, &()).left;
+    fn startup_warnings(&self, d: &Released, u: &SpringIn) -> Vec<BuildError> {
+        let left = self.guards(u).left;
         if !d.released && left > self.p.stroke * (1.0 + 1e-9) {
             let fact = format!(
                 "b is {:.6} m behind a along its axis: the spring is pressed further than its stroke of {} m",
@@ -136,7 +136,7 @@ impl Model for SeparationSpring {
         });
         gone.into_iter().collect()
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, _: &(), _: &Released) -> ((), Released) {
+    fn handle_event(&self) -> ((), Released) {
         ((), Released { released: true })
     }
 }
@@ -158,8 +158,7 @@ mod tests {
     }
 
     fn push(height: f64, released: bool) -> SpringOut {
-        let clock = Clock { t: 0.0, dt: 0.1, n: 0, key: 0, sampled: false, span: None };
-        spring().direct(&clock, &(), &Released { released }, &at(height), &())
+        spring().feedthrough(&Released { released }, &at(height))
     }
 
     #[test]

@@ -46,9 +46,9 @@ pub struct WiredMass {}
 /// Mass, centre of mass and moments of inertia of a body from wires.
 #[model("flight.wired_mass")]
 impl Model for WiredMass {
-    type Ud = WiredMassIn;
-    type Yd = WiredMassOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &WiredMassIn) -> WiredMassOut {
+    type FeedthroughInputs = WiredMassIn;
+    type FeedthroughOutputs = WiredMassOut;
+    fn feedthrough(&self, u: &WiredMassIn) -> WiredMassOut {
         let com = Vec3::new(u.x, u.y, u.z);
         let central = Vec3::new(u.inertia_x, u.inertia_y, u.inertia_z);
         WiredMassOut { added: AddedMass::of(u.mass, &com, &central) }
@@ -70,7 +70,7 @@ mod tests {
             inertia_y: 1.5,
             inertia_z: 0.5,
         };
-        let y = WiredMass {}.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &u, &());
+        let y = WiredMass {}.feedthrough(&u);
         assert_eq!(y.added.first_moment, Vec3::new(0.0, 0.0, 6.0));
         assert_eq!(y.added.inertia, [19.0, 19.5, 0.5, 0.0, 0.0, 0.0]);
     }

@@ -260,11 +260,10 @@ pub(crate) fn damping(
     Some(())
 }
 
+/// Carries out moves of an arm's tip by an embedded model of the arm: tracking or compliant, with what the hand holds.
+#[model("manipulation.arm_controller")]
 impl SizedModel for ArmController {
-    const NAME: &'static str = "manipulation.arm_controller";
-    const DOC: &'static str = "Carries out moves of an arm's tip by an embedded model of the arm: tracking or compliant, with what the hand holds.";
     type Params = ArmParams;
-    type Store = ();
 
     fn ports(p: &ArmParams) -> SizedPorts {
         // A description that makes no arm is refused when the part is built.
@@ -273,8 +272,8 @@ impl SizedModel for ArmController {
         let inputs = (0..joints).flat_map(|k| PortSpec::group::<JointIn>(group(k), "Encoder"));
         let torques = (0..joints).flat_map(|k| PortSpec::group::<JointOut>(group(k), "Drive"));
         SizedPorts {
-            direct_inputs: inputs.collect(),
-            direct_outputs: torques.chain(ArmOut::specs()).collect(),
+            feedthrough_inputs: inputs.collect(),
+            feedthrough_outputs: torques.chain(ArmOut::specs()).collect(),
             discrete: Progress::specs(),
             sampled: true,
             ..SizedPorts::default()
@@ -316,7 +315,7 @@ impl SizedModel for ArmController {
         .put(d);
     }
 
-    fn direct(&self, _: &Clock, _: &[f64], d: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+    fn feedthrough(&self, d: &[f64], u: &[f64], y: &mut [f64]) {
         let d = Progress::get(d);
         let step = self.step(&d);
         let n = self.arm.joints();
@@ -353,7 +352,7 @@ impl SizedModel for ArmController {
         self.arm.give_back(m);
     }
 
-    fn update(&self, c: &Clock, _: &[f64], d: &mut [f64], u: &[f64], _: &mut ()) {
+    fn update(&self, clock: &Clock, d: &mut [f64], u: &[f64]) {
         let mut p = Progress::get(d);
         let step = self.step(&p);
         let Some(mut m) = self.memory(u, step) else { return };
@@ -381,9 +380,9 @@ impl SizedModel for ArmController {
             };
             let Progress { begun, index, elapsed, done, failed, .. } = p;
             let mut place = Place { begun, index, elapsed, done, failed };
-            if place.sample(&met, self.steps.len(), self.p.patience, c.dt) {
+            if place.sample(&met, self.steps.len(), self.p.patience, clock.dt) {
                 (p.position, p.rotation) = (X.position, X.rotation);
-                p.seen = look(c, self.p.work_noise);
+                p.seen = look(clock, self.p.work_noise);
             }
             (p.begun, p.index, p.elapsed) = (place.begun, place.index, place.elapsed);
             (p.done, p.failed) = (place.done, place.failed);

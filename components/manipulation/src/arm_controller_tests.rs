@@ -101,9 +101,9 @@ impl Plant {
     fn sample(&mut self) {
         let c = Clock::at(0.002 * self.n as f64, 0.002, self.n);
         let u: Vec<f64> = self.q.iter().zip(&self.v).flat_map(|(q, v)| [*q, *v]).collect();
-        self.c.direct(&c, &[], &self.d, &u, &(), &mut self.y);
+        self.c.feedthrough(&self.d, &u, &mut self.y);
         let mut d = self.d.clone();
-        self.c.update(&c, &[], &mut d, &u, &mut ());
+        self.c.update(&c, &mut d, &u);
         let tau = self.y[..6].to_vec();
         let h = 0.0005;
         for _ in 0..4 {
@@ -305,7 +305,7 @@ fn the_work_is_looked_at_when_a_move_begins() {
             let clock = Clock::at(0.002 * n as f64, 0.002, n);
             let before = Progress::get(&d);
             // The arm stands still: moves that need not arrive go on all the same.
-            c.update(&clock, &[], &mut d, &u, &mut ());
+            c.update(&clock, &mut d, &u);
             let now = Progress::get(&d);
             if now.index > before.index {
                 ends.push(now.position - place);
@@ -365,12 +365,12 @@ fn outstretched_it_holds_itself_and_says_that_it_is_singular() {
     let mut y = vec![0.0; 6 + <ArmOut as Lanes>::N];
     let mut u = [0.0; 12];
     u[1] = 0.5;
-    c.direct(&Clock::at(0.0, 2e-3, 0), &[], &d, &u, &(), &mut y);
+    c.feedthrough(&d, &u, &mut y);
     let out = ArmOut::get(&y[6..]);
     assert!(out.singular && y.iter().all(|y| y.is_finite()));
     assert!(y[0] < 0.0, "damped");
     u[3] = f64::NAN;
-    c.direct(&Clock::at(0.0, 2e-3, 0), &[], &d, &u, &(), &mut y);
+    c.feedthrough(&d, &u, &mut y);
     assert!(y[0].is_nan(), "joints that are no numbers give torques that are none");
 }
 

@@ -141,12 +141,12 @@ impl Cutting {
 #[model("manipulation.cutting")]
 impl Model for Cutting {
     type Params = CuttingParams;
-    type Ud = CuttingIn;
-    type Yd = CuttingOut;
-    type X = Hole;
-    type D = Place;
-    type G = Crossed;
-    fn direct(&self, _: &Clock, x: &Hole, d: &Place, u: &CuttingIn) -> CuttingOut {
+    type FeedthroughInputs = CuttingIn;
+    type FeedthroughOutputs = CuttingOut;
+    type State = Hole;
+    type DiscreteState = Place;
+    type Guards = Crossed;
+    fn feedthrough(&self, x: &Hole, d: &Place, u: &CuttingIn) -> CuttingOut {
         let p = &self.p;
         let (at, v) = seen(u);
         let depth = -at.z;
@@ -176,35 +176,18 @@ impl Model for Cutting {
             feed: f * u.spindle.abs() / TAU,
         }
     }
-    fn deriv(
-        &self,
-        _: &Clock,
-        _: &Hole,
-        _: &Place,
-        _: &(),
-        _: &CuttingIn,
-        _: &(),
-        y: &CuttingOut,
-    ) -> Hole {
+    fn derivatives(&self, y: &CuttingOut) -> Hole {
         Hole { hole: y.feed }
     }
-    fn guards(&self, _: &Clock, _: &Hole, _: &Place, _: &(), u: &CuttingIn) -> Crossed {
+    fn guards(&self, u: &CuttingIn) -> Crossed {
         let depth = -seen(u).0.z;
         Crossed { enters: depth, leaves: depth }
     }
-    fn fired(
-        &self,
-        _: &Clock,
-        which: Fired<'_>,
-        x: &Hole,
-        d: &Place,
-        _: &(),
-        u: &CuttingIn,
-    ) -> (Hole, Place) {
+    fn handle_event(&self, fired: Fired<'_>, x: &Hole, d: &Place, u: &CuttingIn) -> (Hole, Place) {
         let at = seen(u).0;
         // What comes back to a hole goes where the hole is.
         let entry = if x.hole > 0.0 { d.entry } else { at };
-        (*x, Place { inside: which.rose(ENTERS), entry })
+        (*x, Place { inside: fired.rose(ENTERS), entry })
     }
 }
 
@@ -240,14 +223,14 @@ mod tests {
     /// With a thrust of 60 N the bit feeds 2 (60 − 20)/(K D) a turn, and all power of the spindle beyond the thrust's is the cut's.
     #[test]
     fn thrust_gives_feed_and_torque() {
-        let (m, c) = (steel(), Clock::at(0.0, 1e-3, 0));
+        let m = steel();
         let inside = Place { inside: true, entry: Vec3::zeros() };
         let (hole, u) = (Hole { hole: 1e-3 }, at(1e-3 + 60.0 / 2e5));
-        let y = m.direct(&c, &hole, &inside, &u, &());
+        let y = m.feedthrough(&hole, &inside, &u);
         let f = 2.0 * 40.0 / (2e9 * 6e-3);
         assert!((y.thrust - 60.0).abs() < 1e-9 && (y.feed - f * 100.0 / TAU).abs() < 1e-15);
         assert!((y.torque - 2e9 * 36e-6 * f / 8.0).abs() < 1e-12);
-        let grown = m.deriv(&c, &hole, &inside, &(), &u, &(), &y).hole;
+        let grown = m.derivatives(&y).hole;
         assert_eq!(grown, y.feed);
         // Loads are equal and opposite about any point.
         assert!((y.on_bit.force + y.on_work.force).norm() < 1e-12);
@@ -260,47 +243,33 @@ mod tests {
 
     #[test]
     fn too_little_thrust_cuts_nothing_and_a_hole_through_the_plate_pushes_no_more() {
-        let (m, c) = (steel(), Clock::at(0.0, 1e-3, 0));
+        let m = steel();
         let inside = Place { inside: true, entry: Vec3::zeros() };
-        let y = m.direct(&c, &Hole { hole: 0.0 }, &inside, &at(15.0 / 2e5), &());
+        let y = m.feedthrough(&Hole { hole: 0.0 }, &inside, &at(15.0 / 2e5));
         assert!((y.thrust - 15.0).abs() < 1e-9 && y.feed == 0.0 && y.torque == 0.0);
-        let y = m.direct(&c, &Hole { hole: 4e-3 }, &inside, &at(5e-3), &());
+        let y = m.feedthrough(&Hole { hole: 4e-3 }, &inside, &at(5e-3));
         assert!(y.thrust == 0.0 && y.feed == 0.0);
         let still = CuttingIn { spindle: 0.0, ..at(1e-3) };
-        let y = m.direct(&c, &Hole { hole: 0.0 }, &inside, &still, &());
+        let y = m.feedthrough(&Hole { hole: 0.0 }, &inside, &still);
         assert!(y.torque == 0.0 && y.feed == 0.0 && y.thrust > 0.0);
     }
 
     #[test]
     fn a_hole_stays_where_the_bit_entered_first() {
-        let (m, c) = (steel(), Clock::at(0.0, 1e-3, 0));
+        let m = steel();
         let out = Place { inside: false, entry: Vec3::zeros() };
         let aside = |depth: f64, x: f64| {
             let mut u = at(depth);
             u.bit.position += u.work.rotation * Vec3::x() * x;
             u
         };
-        let (_, first) = m.fired(
-            &c,
-            Fired::rising(ENTERS),
-            &Hole { hole: 0.0 },
-            &out,
-            &(),
-            &aside(1e-9, 2e-3),
-            &mut (),
-        );
+        let (_, first) =
+            m.handle_event(Fired::rising(ENTERS), &Hole { hole: 0.0 }, &out, &aside(1e-9, 2e-3));
         assert!(first.inside && (first.entry.x - 2e-3).abs() < 1e-12);
-        let (_, again) = m.fired(
-            &c,
-            Fired::rising(ENTERS),
-            &Hole { hole: 1e-3 },
-            &first,
-            &(),
-            &aside(1e-9, 3e-3),
-            &mut (),
-        );
+        let (_, again) =
+            m.handle_event(Fired::rising(ENTERS), &Hole { hole: 1e-3 }, &first, &aside(1e-9, 3e-3));
         assert!((again.entry.x - 2e-3).abs() < 1e-12);
-        let y = m.direct(&c, &Hole { hole: 1e-3 }, &again, &aside(5e-4, 3e-3), &());
+        let y = m.feedthrough(&Hole { hole: 1e-3 }, &again, &aside(5e-4, 3e-3));
         assert!((y.side - 20.0).abs() < 1e-6, "{}", y.side);
     }
 }

@@ -314,11 +314,10 @@ impl DualArmController {
     }
 }
 
+/// Carries out moves of two arms by an embedded model of the robot: each by itself, or both with what they hold between them, whose load they share and which they press as friction needs.
+#[model("manipulation.dual_arm_controller")]
 impl SizedModel for DualArmController {
-    const NAME: &'static str = "manipulation.dual_arm_controller";
-    const DOC: &'static str = "Carries out moves of two arms by an embedded model of the robot: each by itself, or both with what they hold between them, whose load they share and which they press as friction needs.";
     type Params = DualArmParams;
-    type Store = ();
 
     fn ports(p: &DualArmParams) -> SizedPorts {
         // A description that makes no arms is refused when the part is built.
@@ -330,8 +329,8 @@ impl SizedModel for DualArmController {
         let inputs = names().flat_map(|name| PortSpec::group::<JointIn>(name, "Encoder"));
         let torques = names().flat_map(|name| PortSpec::group::<JointOut>(name, "Drive"));
         SizedPorts {
-            direct_inputs: inputs.collect(),
-            direct_outputs: torques.chain(DualArmOut::specs()).collect(),
+            feedthrough_inputs: inputs.collect(),
+            feedthrough_outputs: torques.chain(DualArmOut::specs()).collect(),
             discrete: DualProgress::specs(),
             sampled: true,
             ..SizedPorts::default()
@@ -386,7 +385,7 @@ impl SizedModel for DualArmController {
         .put(d);
     }
 
-    fn direct(&self, _: &Clock, _: &[f64], d: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+    fn feedthrough(&self, d: &[f64], u: &[f64], y: &mut [f64]) {
         let d = DualProgress::get(d);
         let step = self.step(&d);
         // Joints that are no numbers give torques that are none, at which the run stops.
@@ -433,7 +432,7 @@ impl SizedModel for DualArmController {
         self.arm.give_back(m);
     }
 
-    fn update(&self, c: &Clock, _: &[f64], d: &mut [f64], u: &[f64], _: &mut ()) {
+    fn update(&self, clock: &Clock, d: &mut [f64], u: &[f64]) {
         let mut p = DualProgress::get(d);
         let step = self.step(&p);
         let Some((mut m, in_hands)) = self.memory(u, &p) else { return };
@@ -450,8 +449,8 @@ impl SizedModel for DualArmController {
             };
             let DualProgress { begun, index, elapsed, done, failed, .. } = p;
             let mut place = Place { begun, index, elapsed, done, failed };
-            if place.sample(&met, self.steps.len(), self.p.patience, c.dt) {
-                p.seen = look(c, self.p.work_noise);
+            if place.sample(&met, self.steps.len(), self.p.patience, clock.dt) {
+                p.seen = look(clock, self.p.work_noise);
                 match &moving {
                     Moving::Apart(now) => p.set_tips([0, 1].map(|k| now[k].wanted.X)),
                     Moving::Together(now) => {

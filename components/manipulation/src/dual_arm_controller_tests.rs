@@ -119,9 +119,9 @@ impl Plant {
     fn sample(&mut self, stuck: bool) {
         let c = Clock::at(0.002 * self.n as f64, 0.002, self.n);
         let u: Vec<f64> = self.q.iter().zip(&self.v).flat_map(|(q, v)| [*q, *v]).collect();
-        self.c.direct(&c, &[], &self.d, &u, &(), &mut self.y);
+        self.c.feedthrough(&self.d, &u, &mut self.y);
         let mut d = self.d.clone();
-        self.c.update(&c, &[], &mut d, &u, &mut ());
+        self.c.update(&c, &mut d, &u);
         self.d = d;
         self.n += 1;
         for _ in 0..if stuck { 0 } else { 4 } {
@@ -228,11 +228,11 @@ fn joints_that_are_no_numbers_give_torques_that_are_none() {
     let mut u = [0.1; 24];
     u[3] = f64::NAN;
     let mut y = plant.y.clone();
-    plant.c.direct(&Clock::at(0.0, 2e-3, 0), &[], &plant.d, &u, &(), &mut y);
+    plant.c.feedthrough(&plant.d, &u, &mut y);
     assert!(y.iter().all(|y| y.is_nan()));
     // Outstretched it holds itself.
     let u = [0.0; 24];
-    plant.c.direct(&Clock::at(0.0, 2e-3, 0), &[], &plant.d, &u, &(), &mut y);
+    plant.c.feedthrough(&plant.d, &u, &mut y);
     assert!(DualArmOut::get(&y[12..]).singular && y.iter().all(|y| y.is_finite()));
 }
 

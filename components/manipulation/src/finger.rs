@@ -57,13 +57,13 @@ pub struct Finger {
 #[model("manipulation.finger")]
 impl Model for Finger {
     type Params = FingerParams;
-    type U = FingerIn;
-    type Ym = FingerOut;
-    type X = FingerState;
-    fn moore(&self, _: &Clock, x: &FingerState, _: &()) -> FingerOut {
+    type Inputs = FingerIn;
+    type Outputs = FingerOut;
+    type State = FingerState;
+    fn outputs(&self, x: &FingerState) -> FingerOut {
         FingerOut { torque: HingeTorque(-x.force * self.p.lever), force: x.force }
     }
-    fn deriv(&self, _: &Clock, x: &FingerState, _: &(), u: &FingerIn) -> FingerState {
+    fn derivatives(&self, x: &FingerState, u: &FingerIn) -> FingerState {
         let wanted = if u.grip { self.p.force } else { 0.0 };
         FingerState { force: (wanted - x.force) / self.p.time_constant }
     }
@@ -77,14 +77,13 @@ mod tests {
     #[test]
     fn its_force_comes_and_goes() {
         let m = Finger { p: FingerParams { force: 60.0, lever: 0.11, time_constant: 0.1 } };
-        let c = Clock::at(0.0, 1e-3, 0);
         let mut x = FingerState { force: 0.0 };
         let mut run = |grip: bool, seconds: f64| {
             for _ in 0..(seconds / 1e-5).round() as u64 {
-                let rate = m.deriv(&c, &x, &(), &FingerIn { grip }, &(), &(), &()).force;
+                let rate = m.derivatives(&x, &FingerIn { grip }).force;
                 x.force += 1e-5 * rate;
             }
-            m.moore(&c, &x, &(), &())
+            m.outputs(&x)
         };
         let y = run(true, 0.1);
         assert!((y.force - 60.0 * (1.0 - (-1.0_f64).exp())).abs() < 0.01, "{y:?}");

@@ -149,12 +149,12 @@ impl Shearing {
 #[model("manipulation.shearing")]
 impl Model for Shearing {
     type Params = ShearingParams;
-    type Ud = ShearingIn;
-    type Yd = ShearingOut;
-    type X = Depth;
-    type D = Caught;
-    type G = Opened;
-    fn direct(&self, _: &Clock, x: &Depth, d: &Caught, u: &ShearingIn) -> ShearingOut {
+    type FeedthroughInputs = ShearingIn;
+    type FeedthroughOutputs = ShearingOut;
+    type State = Depth;
+    type DiscreteState = Caught;
+    type Guards = Opened;
+    fn feedthrough(&self, x: &Depth, d: &Caught, u: &ShearingIn) -> ShearingOut {
         let (p, jaw) = (&self.p, jaw(u));
         let whole = d.caught && x.depth < 2.0 * p.radius;
         let deep = 2.0 * p.radius - jaw.gap - x.depth;
@@ -171,34 +171,17 @@ impl Model for Shearing {
             feed: if whole && over > 0.0 { over / p.viscosity } else { 0.0 },
         }
     }
-    fn deriv(
-        &self,
-        _: &Clock,
-        _: &Depth,
-        _: &Caught,
-        _: &(),
-        _: &ShearingIn,
-        _: &(),
-        y: &ShearingOut,
-    ) -> Depth {
+    fn derivatives(&self, y: &ShearingOut) -> Depth {
         Depth { depth: y.feed }
     }
-    fn guards(&self, _: &Clock, _: &Depth, _: &Caught, _: &(), u: &ShearingIn) -> Opened {
+    fn guards(&self, u: &ShearingIn) -> Opened {
         let gap = jaw(u).from[1] - self.p.radius;
         Opened { closes: gap, opens: gap }
     }
-    fn fired(
-        &self,
-        _: &Clock,
-        which: Fired<'_>,
-        x: &Depth,
-        _: &Caught,
-        _: &(),
-        u: &ShearingIn,
-    ) -> (Depth, Caught) {
+    fn handle_event(&self, fired: Fired<'_>, x: &Depth, u: &ShearingIn) -> (Depth, Caught) {
         let jaw = jaw(u);
         // An edge that opens lets it go, or goes by outside. At the start the edges may be in the wire.
-        let closing = which.fell(CLOSES);
+        let closing = fired.fell(CLOSES);
         let R = self.p.radius;
         let inside = jaw.from[0] > -R && jaw.from[0] < R + self.p.sideways;
         let reached = jaw.lever > 0.0 && jaw.lever < self.p.blades;
@@ -245,8 +228,8 @@ mod tests {
     }
 
     fn look(depth: f64, u: &ShearingIn) -> ShearingOut {
-        let (c, d) = (Clock::at(0.0, 1e-3, 0), Caught { caught: true });
-        copper().direct(&c, &Depth { depth }, &d, u, &())
+        let d = Caught { caught: true };
+        copper().feedthrough(&Depth { depth }, &d, u)
     }
 
     /// What the edges do to each other through the wire adds up to nothing, and opens the jaw at the lever of the wire.
@@ -299,22 +282,22 @@ mod tests {
     /// What is in the jaw when it closes is cut, and nothing else.
     #[test]
     fn only_what_is_between_the_edges_is_caught() {
-        let (m, c) = (copper(), Clock::at(0.0, 1e-3, 0));
+        let m = copper();
         let (x, d) = (Depth { depth: 0.0 }, Caught { caught: false });
         // Edge b touches a wire at (x, z) at this opening.
         let touch = |x: f64, z: f64| x.atan2(z) + (1.5e-3 / x.hypot(z)).asin();
         let caught = |x0: f64, z: f64, rate: f64| {
             let u = at(touch(x0, z), x0, z, rate);
-            assert!(m.guards(&c, &x, &d, &(), &u, &()).closes.abs() < 1e-12);
+            assert!(m.guards(&u).closes.abs() < 1e-12);
             let way = |rate| if rate < 0.0 { Fired::falling(CLOSES) } else { Fired::rising(1) };
-            m.fired(&c, way(rate), &x, &d, &(), &u, &mut ()).1.caught
+            m.handle_event(way(rate), &x, &u).1.caught
         };
         assert!(caught(0.0, 0.02, -1.0) && caught(4e-3, 0.02, -1.0));
         assert!(!caught(-2e-3, 0.02, -1.0), "behind edge a");
         assert!(!caught(7e-3, 0.02, -1.0), "it does not give way so far");
         assert!(!caught(0.0, 0.031, -1.0), "beyond the blades");
         assert!(!caught(4e-3, 0.02, 1.0), "opening lets it go");
-        let y = m.direct(&c, &x, &d, &jaw_at(0.05, 0.02), &());
+        let y = m.feedthrough(&x, &d, &jaw_at(0.05, 0.02));
         assert!(y.force == 0.0 && y.feed == 0.0);
     }
 }

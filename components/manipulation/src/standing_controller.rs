@@ -392,11 +392,10 @@ fn inside(corners: &[Vec3], p: &Vec3) -> f64 {
     edges.fold(f64::INFINITY, f64::min)
 }
 
+/// A legged machine stands up, keeps its centre of mass where it is to be, and sways: inverse dynamics by an embedded model, with forces of the feet within friction.
+#[model("manipulation.standing_controller")]
 impl SizedModel for StandingController {
-    const NAME: &'static str = "manipulation.standing_controller";
-    const DOC: &'static str = "A legged machine stands up, keeps its centre of mass where it is to be, and sways: inverse dynamics by an embedded model, with forces of the feet within friction.";
     type Params = StandingParams;
-    type Store = ();
 
     fn ports(p: &StandingParams) -> SizedPorts {
         // A description that makes no machine is refused when the part is built.
@@ -405,8 +404,8 @@ impl SizedModel for StandingController {
         let inputs = (0..joints).flat_map(|k| PortSpec::group::<JointIn>(group(k), "Encoder"));
         let torques = (0..joints).flat_map(|k| PortSpec::group::<JointOut>(group(k), "Drive"));
         SizedPorts {
-            direct_inputs: inputs.chain(TrunkIn::specs()).collect(),
-            direct_outputs: torques.chain(StandingOut::specs()).collect(),
+            feedthrough_inputs: inputs.chain(TrunkIn::specs()).collect(),
+            feedthrough_outputs: torques.chain(StandingOut::specs()).collect(),
             discrete: Stand::specs(),
             sampled: true,
             ..SizedPorts::default()
@@ -442,7 +441,7 @@ impl SizedModel for StandingController {
         Stand { begun: false, elapsed: 0.0, heading: 0.0, start: Vec3::zeros() }.put(d);
     }
 
-    fn direct(&self, _: &Clock, _: &[f64], d: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+    fn feedthrough(&self, d: &[f64], u: &[f64], y: &mut [f64]) {
         let mut d = Stand::get(d);
         // Numbers that are none give torques that are none, at which the run stops.
         y.fill(f64::NAN);
@@ -481,7 +480,7 @@ impl SizedModel for StandingController {
         self.give_back(m);
     }
 
-    fn update(&self, c: &Clock, _: &[f64], d: &mut [f64], u: &[f64], _: &mut ()) {
+    fn update(&self, clock: &Clock, d: &mut [f64], u: &[f64]) {
         let mut p = Stand::get(d);
         if !p.begun {
             let Some(mut m) = self.take() else { return };
@@ -490,7 +489,7 @@ impl SizedModel for StandingController {
             }
             self.give_back(m);
         }
-        p.elapsed += c.dt;
+        p.elapsed += clock.dt;
         p.put(d);
     }
 }

@@ -50,7 +50,7 @@ fn outputs(c: &StandingController, d: &Stand, u: &[f64]) -> (Vec<f64>, StandingO
     let mut lanes = vec![0.0; <Stand as Lanes>::N];
     d.put(&mut lanes);
     let mut y = vec![0.0; 12 + <StandingOut as Lanes>::N];
-    c.direct(&Clock::at(0.0, 2e-3, 0), &[], &lanes, u, &(), &mut y);
+    c.feedthrough(&lanes, u, &mut y);
     (y[..12].to_vec(), StandingOut::get(&y[12..]))
 }
 

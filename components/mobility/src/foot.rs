@@ -78,8 +78,8 @@ impl Foot {
 #[model("mobility.foot")]
 impl Model for Foot {
     type Params = FootParams;
-    type Ud = FootIn;
-    type Yd = ScmOut;
+    type FeedthroughInputs = FootIn;
+    type FeedthroughOutputs = ScmOut;
     fn build(p: FootParams) -> Result<Self, BuildError> {
         p.terrain.needs_soil()?;
         let form = match (p.outline, p.width) {
@@ -109,14 +109,14 @@ impl Model for Foot {
         Ok(Foot { p, form })
     }
     type Store = View<Touched>;
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &FootIn, ground: &View<Touched>) -> ScmOut {
+    fn feedthrough(&self, clock: &Clock, u: &FootIn, store: &View<Touched>) -> ScmOut {
         let p = &self.p;
         let presser = self.presser(&u.hub);
         let at = u.hub.position;
         let law = Law::of(p.terrain.soil(at.x, at.y), presser.narrow(), 0.0);
         let damping = Damping { shear: p.shear_damping, normal: p.normal_damping };
-        let load = match ground.with::<ScmGround>() {
-            Some((field, data)) => field.load(data, &presser, &law, &damping, c.t),
+        let load = match store.with::<ScmGround>() {
+            Some((field, data)) => field.load(data, &presser, &law, &damping, clock.t),
             None => GroundLoad::none(at),
         };
         // A sole does not turn: it slips as a wheel that stands does.
@@ -125,16 +125,8 @@ impl Model for Foot {
         let slip = [-(slides / slides.max(1e-3)), 0.0];
         ScmOut::of(&load, &Imprint::of(&presser, 0.0), slip)
     }
-    fn remarks(
-        &self,
-        _: &Clock,
-        _: &(),
-        _: &(),
-        _: &(),
-        _: &FootIn,
-        ground: &View<Touched>,
-    ) -> Vec<BuildError> {
-        without_ground(ground)
+    fn startup_warnings(&self, store: &View<Touched>) -> Vec<BuildError> {
+        without_ground(store)
     }
 }
 
@@ -185,7 +177,7 @@ mod tests {
             for k in 0..6000_u64 {
                 let clock = Clock::at(dt * k as f64, dt, k);
                 let view = View::of(ground(), data.clone());
-                let y = foot.direct(&clock, &(), &(), &FootIn { hub }, &view);
+                let y = foot.feedthrough(&clock, &FootIn { hub }, &view);
                 // Set down slowly, then pulled.
                 let weight = weight * (k as f64 / 1500.0).min(1.0);
                 let pull = share * limit * ((k as f64 - 1500.0) / 2000.0).clamp(0.0, 1.0);
@@ -219,7 +211,7 @@ mod tests {
         hub.position.z = -0.01;
         hub.rotation = Quat::from_axis_angle(&Vec3::x_axis(), 0.03);
         let view = View::of(ground(), Touched::default());
-        let y = foot.direct(&Clock::at(0.0, 1e-3, 0), &(), &(), &FootIn { hub }, &view);
+        let y = foot.feedthrough(&Clock::at(0.0, 1e-3, 0), &FootIn { hub }, &view);
         assert!(y.load.moment.x < -1.0 && y.load.moment.y.abs() < 1e-6, "{:?}", y.load);
         assert!(y.normal_force > 0.0 && y.contact_point.y < -0.01, "{y:?}");
     }
@@ -235,9 +227,7 @@ mod tests {
             assert!(e.param.as_deref() == Some("width") && e.help.is_some(), "{outline:?}: {e:?}");
         }
         let foot = Foot::build(params(Outline::Rectangular, 0.1, None)).unwrap();
-        let hub = NodeState::identity();
-        let c = Clock::at(0.0, 1e-3, 0);
-        let told = foot.remarks(&c, &(), &(), &(), &FootIn { hub }, &View::default());
+        let told = foot.startup_warnings(&View::default());
         assert!(told[0].message.contains("mobility.scm_ground"), "{told:?}");
     }
 }

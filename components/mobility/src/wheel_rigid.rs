@@ -224,10 +224,10 @@ impl Model for WheelRigid {
         p.ground()?;
         Ok(WheelRigid { p })
     }
-    type Ud = WheelIn;
-    type Yd = RigidOut;
-    type X = BristleState;
-    fn direct(&self, _: &Clock, x: &BristleState, _: &(), u: &WheelIn) -> RigidOut {
+    type FeedthroughInputs = WheelIn;
+    type FeedthroughOutputs = RigidOut;
+    type State = BristleState;
+    fn feedthrough(&self, x: &BristleState, u: &WheelIn) -> RigidOut {
         let hub = hub_of(&u.hub);
         let (load, [right_rate, middle_rate, left_rate]) =
             self.contact(&hub).evaluate(&hub, &x.array(), &*self.p.terrain);
@@ -250,16 +250,7 @@ impl Model for WheelRigid {
             rolling_rate,
         }
     }
-    fn deriv(
-        &self,
-        _: &Clock,
-        _: &BristleState,
-        _: &(),
-        _: &(),
-        _: &WheelIn,
-        _: &(),
-        y: &RigidOut,
-    ) -> BristleState {
+    fn derivatives(&self, y: &RigidOut) -> BristleState {
         BristleState {
             right: y.right_rate,
             middle: y.middle_rate,
@@ -267,8 +258,8 @@ impl Model for WheelRigid {
             rolling: y.rolling_rate,
         }
     }
-    fn remarks(&self, c: &Clock, x: &BristleState, d: &(), _: &(), u: &WheelIn) -> Vec<BuildError> {
-        let depth = self.direct(c, x, d, u, &()).sinkage;
+    fn startup_warnings(&self, x: &BristleState, u: &WheelIn) -> Vec<BuildError> {
+        let depth = self.feedthrough(x, u).sinkage;
         in_the_ground(depth, self.p.radius, STARTS_IN)
     }
 }
@@ -340,11 +331,11 @@ pub(crate) mod tests {
         hub.rotation = Quat::from_axis_angle(&Vec3::y_axis(), 2.0);
         hub.velocity.x = 1.0;
         let x = BristleState::zero();
-        let y = model.direct(&Clock::at(0.0, 1e-3, 0), &x, &(), &WheelIn { hub }, &());
+        let y = model.feedthrough(&x, &WheelIn { hub });
         assert!((y.normal_force - 400.0).abs() < 1e-6);
         assert!((y.load.force.x + 0.65 * 400.0).abs() < 1e-6, "{:?}", y.load);
         assert!((y.slip + 1.0).abs() < 1e-12 && y.power > 0.0);
-        let rate = model.deriv(&Clock::at(0.0, 1e-3, 0), &x, &(), &(), &WheelIn { hub }, &(), &y);
+        let rate = model.derivatives(&y);
         assert!((rate.middle - Vec3::x()).norm() < 1e-12);
     }
 }

@@ -74,9 +74,9 @@ pub struct WheelRolling {
 #[model("mobility.wheel_rolling")]
 impl Model for WheelRolling {
     type Params = WheelRollingParams;
-    type Ud = RollingIn;
-    type Yd = RollingOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &RollingIn) -> RollingOut {
+    type FeedthroughInputs = RollingIn;
+    type FeedthroughOutputs = RollingOut;
+    fn feedthrough(&self, u: &RollingIn) -> RollingOut {
         let (hub, p) = (hub_of(&u.hub), &self.p);
         let ContactLoad { force, point } = u.load;
         let normal = p.terrain.ground(point.x, point.y).map_or_else(Vec3::z, |g| g.normal);
@@ -114,7 +114,7 @@ mod tests {
             velocity: heading * (0.25 * rate),
         };
         let load = ContactLoad { force: Vec3::z() * 100.0, point: Vec3::zeros() };
-        WheelRolling { p }.direct(&Clock::at(0.0, 0.02, 0), &(), &(), &RollingIn { hub, load }, &())
+        WheelRolling { p }.feedthrough(&RollingIn { hub, load })
     }
 
     #[test]

@@ -166,10 +166,10 @@ impl Model for WheelScm {
         soils.iter().try_for_each(|soil| presses_back(soil, p.width, "width"))?;
         Ok(WheelScm { p })
     }
-    type Ud = WheelIn;
-    type Yd = ScmOut;
+    type FeedthroughInputs = WheelIn;
+    type FeedthroughOutputs = ScmOut;
     type Store = View<Touched>;
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &WheelIn, ground: &View<Touched>) -> ScmOut {
+    fn feedthrough(&self, clock: &Clock, u: &WheelIn, store: &View<Touched>) -> ScmOut {
         let (p, radius) = (&self.p, self.shear_radius());
         let form = Form::Rim { radius, width: p.width };
         let presser = Presser { form, hub: hub_of(&u.hub), along: Vec3::zeros() };
@@ -178,24 +178,21 @@ impl Model for WheelScm {
         let slip = soft_slip(hub, radius, &up);
         let law = Law::of(p.terrain.soil(at.x, at.y), presser.narrow(), slip);
         let damping = Damping { shear: p.shear_damping, normal: p.normal_damping };
-        let load = match ground.with::<ScmGround>() {
-            Some((field, data)) => field.load(data, &presser, &law, &damping, c.t),
+        let load = match store.with::<ScmGround>() {
+            Some((field, data)) => field.load(data, &presser, &law, &damping, clock.t),
             None => GroundLoad::none(at),
         };
         let (told, angle) = slip_of(hub, radius, &load.normal);
         ScmOut::of(&load, &Imprint::of(&presser, slip), [told, angle])
     }
-    fn remarks(
+    fn startup_warnings(
         &self,
-        c: &Clock,
-        x: &(),
-        d: &(),
-        _: &(),
+        clock: &Clock,
         u: &WheelIn,
-        ground: &View<Touched>,
+        store: &View<Touched>,
     ) -> Vec<BuildError> {
-        let depth = self.direct(c, x, d, u, ground).sinkage;
-        let mut all = without_ground(ground);
+        let depth = self.feedthrough(clock, u, store).sinkage;
+        let mut all = without_ground(store);
         all.extend(in_the_ground(depth, self.p.radius, STARTS_IN));
         all
     }
@@ -220,7 +217,7 @@ mod tests {
         let mut hub = NodeState::identity();
         hub.position.z = 0.24;
         let (clock, u) = (Clock::at(0.0, 1e-3, 0), WheelIn { hub });
-        let told = WheelScm { p }.remarks(&clock, &(), &(), &(), &u, &View::default());
+        let told = WheelScm { p }.startup_warnings(&clock, &u, &View::default());
         assert!(told.len() == 1 && told[0].message.contains("mobility.scm_ground"), "{told:?}");
     }
 }

@@ -200,9 +200,9 @@ impl WheelSoilModel {
 #[model("mobility.wheel_soil")]
 impl Model for WheelSoilModel {
     type Params = WheelSoilParams;
-    type Ud = WheelIn;
-    type Yd = SoilOut;
-    type X = SoilLanes;
+    type FeedthroughInputs = WheelIn;
+    type FeedthroughOutputs = SoilOut;
+    type State = SoilLanes;
     fn build(p: WheelSoilParams) -> Result<Self, BuildError> {
         p.terrain.needs_soil()?;
         let soils = p.terrain.soils();
@@ -211,19 +211,18 @@ impl Model for WheelSoilModel {
         Ok(model)
     }
     type Store = View<Tracks>;
-    fn direct(
+    fn feedthrough(
         &self,
-        c: &Clock,
+        clock: &Clock,
         x: &SoilLanes,
-        _: &(),
         u: &WheelIn,
-        ruts: &View<Tracks>,
+        store: &View<Tracks>,
     ) -> SoilOut {
         let hub = hub_of(&u.hub);
         let soil = self.soil(&hub);
         let ground = &*self.p.terrain;
-        let contact = self.contact(soil, c.t, &hub);
-        let past = ruts.with::<Ruts>().map(|(ruts, tracks)| ruts.past(tracks));
+        let contact = self.contact(soil, clock.t, &hub);
+        let past = store.with::<Ruts>().map(|(store, tracks)| store.past(tracks));
         let (load, rate) = contact.evaluate(soil, &hub, &x.state(), ground, past);
         SoilOut {
             load: Wrench { moment: load.moment, force: load.force },
@@ -247,16 +246,7 @@ impl Model for WheelSoilModel {
             rolled_rate: rate.rolled,
         }
     }
-    fn deriv(
-        &self,
-        _: &Clock,
-        _: &SoilLanes,
-        _: &(),
-        _: &(),
-        _: &WheelIn,
-        _: &View<Tracks>,
-        y: &SoilOut,
-    ) -> SoilLanes {
+    fn derivatives(&self, y: &SoilOut) -> SoilLanes {
         SoilLanes {
             shear_x: y.shear_x_rate,
             shear_y: y.shear_y_rate,
@@ -264,16 +254,14 @@ impl Model for WheelSoilModel {
             rolled: y.rolled_rate,
         }
     }
-    fn remarks(
+    fn startup_warnings(
         &self,
-        c: &Clock,
+        clock: &Clock,
         x: &SoilLanes,
-        d: &(),
-        _: &(),
         u: &WheelIn,
-        ruts: &View<Tracks>,
+        store: &View<Tracks>,
     ) -> Vec<BuildError> {
-        let depth = self.direct(c, x, d, u, ruts).sinkage;
+        let depth = self.feedthrough(clock, x, u, store).sinkage;
         in_the_ground(depth, self.p.radius, STARTS_IN)
     }
 }
@@ -316,12 +304,11 @@ mod tests {
             pressed: 0.02,
             rolled: 1.0,
         };
-        let y = model.direct(&Clock::at(0.0, 1e-3, 0), &x, &(), &WheelIn { hub }, &View::default());
+        let y = model.feedthrough(&Clock::at(0.0, 1e-3, 0), &x, &WheelIn { hub }, &View::default());
         assert!((y.normal_force - 99.967897801).abs() < 1e-8, "{y:?}");
         assert!((y.load.force.x - 29.435818268).abs() < 1e-8);
         assert!((y.load.moment.y + 6.353369400).abs() < 1e-8);
-        let (clock, u) = (Clock::at(0.0, 1e-3, 0), WheelIn { hub });
-        let rate = model.deriv(&clock, &x, &(), &(), &u, &View::default(), &y);
+        let rate = model.derivatives(&y);
         assert!(rate.shear_x.abs() < 1e-12 && rate.rolled.abs() < 1e-12);
     }
 }

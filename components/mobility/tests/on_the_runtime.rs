@@ -104,9 +104,9 @@ struct Drive {
 #[model("t.drive")]
 impl Model for Drive {
     type Params = DriveParams;
-    type Ud = Shaft;
-    type Yd = Torque;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &Shaft) -> Torque {
+    type FeedthroughInputs = Shaft;
+    type FeedthroughOutputs = Torque;
+    fn feedthrough(&self, u: &Shaft) -> Torque {
         let hold = if self.p.rate == 0.0 { -3e4 * u.shaft.angle } else { 0.0 };
         Torque { torque: HingeTorque(hold + 300.0 * (self.p.rate - u.shaft.rate)) }
     }

@@ -221,8 +221,8 @@ pub struct AutoNav {
 #[model("navigation.autonav")]
 impl Model for AutoNav {
     type Params = AutoNavParams;
-    type Ud = AutoNavIn;
-    type Ym = AutoNavOut;
+    type FeedthroughInputs = AutoNavIn;
+    type Outputs = AutoNavOut;
     type Store = Mind;
 
     fn build(p: AutoNavParams) -> Result<Self, BuildError> {
@@ -304,22 +304,22 @@ impl Model for AutoNav {
         Ok(AutoNav { cell: p.cell, rovers: p.goals.iter().map(rover).collect(), judge })
     }
 
-    fn moore(&self, _: &Clock, _: &(), _: &(), mind: &Mind) -> AutoNavOut {
-        let done = mind.goal == self.rovers.len();
-        let status = mind.memory.status;
+    fn outputs(&self, store: &Mind) -> AutoNavOut {
+        let done = store.goal == self.rovers.len();
+        let status = store.memory.status;
         let stopped = !done && !status.goes_on();
         let place = Status::ALL.iter().position(|s| *s == status).unwrap_or(0);
         AutoNavOut {
-            speed: mind.command[0],
-            turn_rate: mind.command[1],
-            goal: mind.goal as f64,
-            distance: mind.distance,
+            speed: store.command[0],
+            turn_rate: store.command[1],
+            goal: store.goal as f64,
+            distance: store.distance,
             done,
             stopped,
             ended: done || stopped,
             status: place as f64,
-            pictures: mind.taken as f64,
-            mapped: mind.mapped,
+            pictures: store.taken as f64,
+            mapped: store.mapped,
         }
     }
 
@@ -328,31 +328,32 @@ impl Model for AutoNav {
         Some(Arc::new(HazardMap::of(rover, &self.judge, &mind.knowledge, &mind.memory)))
     }
 
-    fn update(&self, c: &Clock, _: &(), _: &(), _: &(), u: &AutoNavIn, mind: &mut Mind) {
+    fn update(&self, clock: &Clock, u: &AutoNavIn, store: &mut Mind) {
         let place = [u.x, u.y, u.heading];
-        let Some(rover) = self.rovers.get(mind.goal) else { return };
+        let Some(rover) = self.rovers.get(store.goal) else { return };
         if u.eye_given && u.eye_known {
-            mind.place_eye(c.t, Pose3::new(u.eye_attitude, u.eye));
+            store.place_eye(clock.t, Pose3::new(u.eye_attitude, u.eye));
         }
-        if let Some(picture) = mind.picture.get().filter(|p| p.number != mind.last && p.number > 0)
+        if let Some(picture) =
+            store.picture.get().filter(|p| p.number != store.last && p.number > 0)
         {
-            let at = if u.eye_given { mind.eye(picture.time) } else { Some(picture.pose) };
+            let at = if u.eye_given { store.eye(picture.time) } else { Some(picture.pose) };
             let points: Vec<Vec3> = at.into_iter().flat_map(|at| picture.points_from(at)).collect();
-            (mind.last, mind.taken) = (picture.number, mind.taken + 1);
-            rover.see(&self.judge, &mut mind.knowledge, &points, place, picture.time);
-            mind.mapped = mind.knowledge.seen() as f64 * self.cell * self.cell;
+            (store.last, store.taken) = (picture.number, store.taken + 1);
+            rover.see(&self.judge, &mut store.knowledge, &points, place, picture.time);
+            store.mapped = store.knowledge.seen() as f64 * self.cell * self.cell;
         }
         let pose = Pose { place, tilt: u.tilt, slip: u.slip };
-        let Mind { knowledge, memory, .. } = mind;
-        let sees = mind.taken > 0;
-        mind.command = rover.decide(&self.judge, knowledge, memory, &pose, c.t, sees);
-        mind.distance = (u.x - rover.goal[0]).hypot(u.y - rover.goal[1]);
-        if mind.memory.status == Status::Arrived {
-            mind.goal += 1;
-            if mind.goal < self.rovers.len() {
+        let Mind { knowledge, memory, .. } = store;
+        let sees = store.taken > 0;
+        store.command = rover.decide(&self.judge, knowledge, memory, &pose, clock.t, sees);
+        store.distance = (u.x - rover.goal[0]).hypot(u.y - rover.goal[1]);
+        if store.memory.status == Status::Arrived {
+            store.goal += 1;
+            if store.goal < self.rovers.len() {
                 // A way to the next; what was seen stays.
-                mind.knowledge.planner = None;
-                mind.memory = Memory { status: Status::Driving, ..Memory::default() };
+                store.knowledge.planner = None;
+                store.memory = Memory { status: Status::Driving, ..Memory::default() };
             }
         }
     }

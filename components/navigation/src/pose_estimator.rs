@@ -275,8 +275,8 @@ impl PoseEstimator {
 #[model("navigation.pose_estimator")]
 impl Model for PoseEstimator {
     type Params = PoseEstimatorParams;
-    type Ud = PoseEstimatorIn;
-    type Ym = PoseEstimatorOut;
+    type FeedthroughInputs = PoseEstimatorIn;
+    type Outputs = PoseEstimatorOut;
     type Store = Belief;
 
     fn build(p: PoseEstimatorParams) -> Result<Self, BuildError> {
@@ -320,11 +320,11 @@ impl Model for PoseEstimator {
         Ok(PoseEstimator { p, instruments, start })
     }
 
-    fn moore(&self, _: &Clock, _: &(), _: &(), belief: &Belief) -> PoseEstimatorOut {
+    fn outputs(&self, store: &Belief) -> PoseEstimatorOut {
         let [x, y, heading] = self.p.start;
         let start = Pose::new(Quat::from_scaled_axis(Vec3::z() * heading), Vec3::new(x, y, 0.0));
-        let filter = belief.filter.unwrap_or_else(|| PoseFilter::new(start, &self.start, 0.0));
-        let pose = if belief.filter.is_some() { belief.ahead } else { start };
+        let filter = store.filter.unwrap_or_else(|| PoseFilter::new(start, &self.start, 0.0));
+        let pose = if store.filter.is_some() { store.ahead } else { start };
         let forward = pose.rotation * Vec3::x();
         let up = pose.rotation * Vec3::z();
         let P = filter.planar();
@@ -342,40 +342,39 @@ impl Model for PoseEstimator {
             eye: eye.position,
             eye_attitude: eye.rotation,
             eye_given: true,
-            eye_known: belief.filter.is_some(),
-            motions: belief.motions as f64,
-            lost: belief.lost as f64,
-            matches: belief.matches as f64,
+            eye_known: store.filter.is_some(),
+            motions: store.motions as f64,
+            lost: store.lost as f64,
+            matches: store.matches as f64,
         }
     }
 
-    fn update(&self, c: &Clock, _: &(), _: &(), _: &(), u: &PoseEstimatorIn, belief: &mut Belief) {
+    fn update(&self, clock: &Clock, u: &PoseEstimatorIn, store: &mut Belief) {
         let i = &self.instruments;
         let now = Rates { gyro: u.gyro, speed: u.speed, change: Vec3::zeros() };
-        let mut filter = match belief.filter {
+        let mut filter = match store.filter {
             Some(filter) => filter,
             None => {
-                (belief.time, belief.since, belief.rates) = (c.t, c.t, now);
+                (store.time, store.since, store.rates) = (clock.t, clock.t, now);
                 self.begin(u)
             }
         };
-        let rates = belief.rates.until(&now);
-        let last = belief.scenery.as_ref().map_or(0, |s| s.picture.number);
-        if let Some(new) =
-            belief.picture.get().filter(|p| p.number > 0 && p.number != last).cloned()
+        let rates = store.rates.until(&now);
+        let last = store.scenery.as_ref().map_or(0, |s| s.picture.number);
+        if let Some(new) = store.picture.get().filter(|p| p.number > 0 && p.number != last).cloned()
         {
             // Of an instant since the last sample, or of that one.
-            let at = new.time.clamp(belief.time, c.t);
-            filter.go(i, &rates, at - belief.time);
-            self.look(c, belief, &mut filter, &new);
-            belief.time = at;
+            let at = new.time.clamp(store.time, clock.t);
+            filter.go(i, &rates, at - store.time);
+            self.look(clock, store, &mut filter, &new);
+            store.time = at;
         }
-        filter.go(i, &rates, c.t - belief.time);
-        belief.force += filter.pose.rotation * u.force * c.dt;
-        belief.rates = now;
-        self.level_and_sun(c.t, belief, &mut filter, u);
-        belief.time = c.t;
-        belief.ahead = filter.ahead(i, &belief.rates, c.dt);
-        belief.filter = Some(filter);
+        filter.go(i, &rates, clock.t - store.time);
+        store.force += filter.pose.rotation * u.force * clock.dt;
+        store.rates = now;
+        self.level_and_sun(clock.t, store, &mut filter, u);
+        store.time = clock.t;
+        store.ahead = filter.ahead(i, &store.rates, clock.dt);
+        store.filter = Some(filter);
     }
 }

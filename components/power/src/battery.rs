@@ -207,12 +207,12 @@ impl Battery {
 #[model("power.battery")]
 impl Model for Battery {
     type Params = BatteryParams;
-    type Ud = BatteryIn;
-    type Ym = BatteryOut;
-    type Yd = BatteryFlows;
-    type X = BatteryState;
-    type D = Contactors;
-    type G = ChargeGuards;
+    type FeedthroughInputs = BatteryIn;
+    type Outputs = BatteryOut;
+    type FeedthroughOutputs = BatteryFlows;
+    type State = BatteryState;
+    type DiscreteState = Contactors;
+    type Guards = ChargeGuards;
     fn build(p: BatteryParams) -> Result<Self, BuildError> {
         if p.curve.len() < 2 || p.curve.windows(2).any(|w| w[0][0] >= w[1][0] || w[0][1] > w[1][1])
         {
@@ -231,7 +231,7 @@ impl Model for Battery {
         let empty = p.charge <= p.charge_min;
         Contactors { empty, full: p.charge >= 1.0, flat: f64::from(u8::from(empty)) }
     }
-    fn moore(&self, _: &Clock, x: &BatteryState, d: &Contactors) -> BatteryOut {
+    fn outputs(&self, x: &BatteryState, d: &Contactors) -> BatteryOut {
         BatteryOut {
             terminal: Voltage { voltage: if d.empty { 0.0 } else { self.cells(x) } },
             charger: Voltage { voltage: self.cells(x) },
@@ -244,7 +244,7 @@ impl Model for Battery {
             held: 3600.0 * self.p.capacity_ah * x.charge,
         }
     }
-    fn direct(&self, _: &Clock, x: &BatteryState, d: &Contactors, u: &BatteryIn) -> BatteryFlows {
+    fn feedthrough(&self, x: &BatteryState, d: &Contactors, u: &BatteryIn) -> BatteryFlows {
         let p = &self.p;
         let [asked, passes] = self.currents(d, u);
         let beside = (asked - passes) * self.cells(x);
@@ -255,14 +255,7 @@ impl Model for Battery {
             lost: (1.0 - p.charge_efficiency) * (-passes).max(0.0) + (passes - asked),
         }
     }
-    fn deriv(
-        &self,
-        _: &Clock,
-        x: &BatteryState,
-        d: &Contactors,
-        _: &(),
-        u: &BatteryIn,
-    ) -> BatteryState {
+    fn derivatives(&self, x: &BatteryState, d: &Contactors, u: &BatteryIn) -> BatteryState {
         let p = &self.p;
         let [_, current] = self.currents(d, u);
         let stored = if current < 0.0 { p.charge_efficiency * current } else { current };
@@ -271,7 +264,7 @@ impl Model for Battery {
             current: (current - x.current) / p.lag,
         }
     }
-    fn guards(&self, _: &Clock, x: &BatteryState, _: &Contactors) -> ChargeGuards {
+    fn guards(&self, x: &BatteryState) -> ChargeGuards {
         let p = &self.p;
         ChargeGuards {
             above_min: x.charge - p.charge_min,
@@ -280,28 +273,27 @@ impl Model for Battery {
             above_recharge: x.charge - 1.0 + p.recharge,
         }
     }
-    fn fired(
+    fn handle_event(
         &self,
-        _: &Clock,
-        which: Fired<'_>,
+        fired: Fired<'_>,
         x: &BatteryState,
         d: &Contactors,
     ) -> (BatteryState, Contactors) {
         let mut d = *d;
-        if which.fell(0) {
+        if fired.fell(0) {
             d.flat += f64::from(u8::from(!d.empty));
             d.empty = true;
-        } else if which.rose(1) {
+        } else if fired.rose(1) {
             d.empty = false;
         }
-        if which.rose(2) {
+        if fired.rose(2) {
             d.full = true;
-        } else if which.fell(3) {
+        } else if fired.fell(3) {
             d.full = false;
         }
         (*x, d)
     }
-    fn remarks(&self, _: &Clock) -> Vec<BuildError> {
+    fn startup_warnings(&self) -> Vec<BuildError> {
         let p = &self.p;
         if p.charge_min + p.restart < 1.0 {
             return Vec::new();
@@ -342,19 +334,19 @@ mod tests {
         u: BatteryIn,
         seconds: f64,
     ) -> ((BatteryState, Contactors), [f64; 3]) {
-        let (dt, clock) = (0.01, Clock::at(0.0, 0.01, 0));
+        let dt = 0.01;
         let ((mut x, mut d), mut books) = (start, [0.0; 3]);
         for _ in 0..(seconds / dt) as usize {
-            let flows = b.direct(&clock, &x, &d, &u, &());
+            let flows = b.feedthrough(&x, &d, &u);
             let given = -b.currents(&d, &u)[1] * b.cells(&x);
             for (sum, power) in books.iter_mut().zip([given, flows.case.heat, flows.shed]) {
                 *sum += dt * power;
             }
-            let before = b.guards(&clock, &x, &d, &(), &u, &());
-            let rate = b.deriv(&clock, &x, &d, &(), &u, &(), &BatteryFlows::zero());
+            let before = b.guards(&x);
+            let rate = b.derivatives(&x, &d, &u);
             x.charge += dt * rate.charge;
             x.current += dt * rate.current;
-            let after = b.guards(&clock, &x, &d, &(), &u, &());
+            let after = b.guards(&x);
             let rises = |g: [f64; 2]| g[0] < 0.0 && g[1] >= 0.0;
             let crossed = [
                 rises([-before.above_min, -after.above_min]),
@@ -365,7 +357,7 @@ mod tests {
             for (which, _) in crossed.iter().enumerate().filter(|c| *c.1) {
                 let which =
                     if which % 3 == 0 { Fired::falling(which) } else { Fired::rising(which) };
-                (x, d) = b.fired(&clock, which, &x, &d, &(), &u, &mut ());
+                (x, d) = b.handle_event(which, &x, &d);
             }
         }
         ((x, d), books)
@@ -376,7 +368,7 @@ mod tests {
     }
 
     fn volts(b: &Battery, (x, d): &(BatteryState, Contactors)) -> f64 {
-        b.moore(&Clock::at(0.0, 0.01, 0), x, d, &()).terminal.voltage
+        b.outputs(x, d).terminal.voltage
     }
 
     fn load(load: f64) -> BatteryIn {

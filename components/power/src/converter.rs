@@ -87,16 +87,16 @@ pub struct Converter {
 #[model("power.converter")]
 impl Model for Converter {
     type Params = ConverterParams;
-    type Ud = ConverterIn;
-    type Ym = ConverterOut;
-    type Yd = ConverterFlow;
-    type D = Switch;
-    type G = ConverterGuards;
-    fn moore(&self, _: &Clock, _: &(), d: &Switch) -> ConverterOut {
+    type FeedthroughInputs = ConverterIn;
+    type Outputs = ConverterOut;
+    type FeedthroughOutputs = ConverterFlow;
+    type DiscreteState = Switch;
+    type Guards = ConverterGuards;
+    fn outputs(&self, d: &Switch) -> ConverterOut {
         let voltage = if d.off { 0.0 } else { self.p.voltage };
         ConverterOut { output: Voltage { voltage }, on: !d.off }
     }
-    fn direct(&self, _: &Clock, _: &(), d: &Switch, u: &ConverterIn) -> ConverterFlow {
+    fn feedthrough(&self, d: &Switch, u: &ConverterIn) -> ConverterFlow {
         let p = &self.p;
         let given =
             if d.off || u.input.voltage <= 0.0 { 0.0 } else { p.voltage * u.output.current };
@@ -104,12 +104,12 @@ impl Model for Converter {
         let case = HeatFlow { heat: power - given };
         ConverterFlow { input: u.input.current_of(power), power, case }
     }
-    fn guards(&self, _: &Clock, _: &(), _: &Switch, _: &(), u: &ConverterIn) -> ConverterGuards {
+    fn guards(&self, u: &ConverterIn) -> ConverterGuards {
         let above_min = u.input.voltage - self.p.volts_min;
         ConverterGuards { above_min, above_restart: above_min - self.p.margin }
     }
-    fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &Switch) -> ((), Switch) {
-        ((), Switch { off: which.fell(0) || (d.off && !which.rose(1)) })
+    fn handle_event(&self, fired: Fired<'_>, d: &Switch) -> ((), Switch) {
+        ((), Switch { off: fired.fell(0) || (d.off && !fired.rose(1)) })
     }
 }
 
@@ -125,7 +125,7 @@ mod tests {
 
     fn flow(off: bool, voltage: f64, current: f64) -> ConverterFlow {
         let u = ConverterIn { input: Voltage { voltage }, output: Currents { current } };
-        converter().direct(&Clock::at(0.0, 0.1, 0), &(), &Switch { off }, &u, &())
+        converter().feedthrough(&Switch { off }, &u)
     }
 
     #[test]
@@ -146,18 +146,17 @@ mod tests {
 
     #[test]
     fn it_is_off_below_its_least_input_until_there_is_a_margin() {
-        let (m, c) = (converter(), Clock::at(0.0, 0.1, 0));
+        let m = converter();
         let u = ConverterIn { input: Voltage { voltage: 20.0 }, output: Currents { current: 0.0 } };
-        let g = m.guards(&c, &(), &Switch { off: false }, &(), &u, &());
+        let g = m.guards(&u);
         assert_eq!((g.above_min, g.above_restart), (0.0, -2.0));
-        let after =
-            |off: bool, which| m.fired(&c, which, &(), &Switch { off }, &(), &u, &mut ()).1.off;
+        let after = |off: bool, which| m.handle_event(which, &Switch { off }).1.off;
         assert!(
             after(false, Fired::falling(0))
                 && !after(true, Fired::rising(1))
                 && !after(false, Fired::rising(1))
         );
-        assert_eq!(m.moore(&c, &(), &Switch { off: true }, &()).output.voltage, 0.0);
-        assert_eq!(m.moore(&c, &(), &Switch { off: false }, &()).output.voltage, 12.0);
+        assert_eq!(m.outputs(&Switch { off: true }).output.voltage, 0.0);
+        assert_eq!(m.outputs(&Switch { off: false }).output.voltage, 12.0);
     }
 }

@@ -74,24 +74,24 @@ pub struct Dust {
 #[model("power.dust")]
 impl Model for Dust {
     type Params = DustParams;
-    type U = DustIn;
-    type Ym = DustOut;
-    type X = Layer;
-    type D = Gusts;
-    type G = DustGuards;
+    type Inputs = DustIn;
+    type Outputs = DustOut;
+    type State = Layer;
+    type DiscreteState = Gusts;
+    type Guards = DustGuards;
     fn init_x(&self) -> Layer {
         Layer { passes: self.p.passes }
     }
-    fn moore(&self, _: &Clock, x: &Layer, _: &Gusts) -> DustOut {
+    fn outputs(&self, x: &Layer) -> DustOut {
         DustOut { passes: x.passes }
     }
-    fn deriv(&self, _: &Clock, x: &Layer, _: &Gusts) -> Layer {
+    fn derivatives(&self, x: &Layer) -> Layer {
         Layer { passes: -self.p.settling * x.passes }
     }
-    fn guards(&self, _: &Clock, _: &Layer, _: &Gusts, u: &DustIn) -> DustGuards {
+    fn guards(&self, u: &DustIn) -> DustGuards {
         DustGuards { above_wind: u.wind - self.p.wind }
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, x: &Layer, d: &Gusts) -> (Layer, Gusts) {
+    fn handle_event(&self, x: &Layer, d: &Gusts) -> (Layer, Gusts) {
         let passes = x.passes + self.p.cleaned * (1.0 - x.passes);
         (Layer { passes }, Gusts { gusts: d.gusts + 1.0 })
     }
@@ -104,13 +104,13 @@ mod tests {
     #[test]
     fn a_gust_gives_back_its_share_and_settling_takes_its_own() {
         let p = DustParams { passes: 0.8, settling: 3e-8, wind: 12.0, cleaned: 0.75 };
-        let (dust, clock) = (Dust { p }, Clock::at(0.0, 1.0, 0));
+        let dust = Dust { p };
         let (x, d) = (dust.init_x(), Gusts { gusts: 2.0 });
         let u = DustIn { wind: 11.0 };
-        assert_eq!(dust.deriv(&clock, &x, &d, &u, &(), &(), &()).passes, -3e-8 * 0.8);
-        assert_eq!(dust.guards(&clock, &x, &d, &u, &(), &()).above_wind, -1.0);
-        let (x, d) = dust.fired(&clock, Fired::rising(0), &x, &d, &u, &(), &mut ());
+        assert_eq!(dust.derivatives(&x).passes, -3e-8 * 0.8);
+        assert_eq!(dust.guards(&u).above_wind, -1.0);
+        let (x, d) = dust.handle_event(&x, &d);
         assert!((x.passes - 0.95).abs() < 1e-15 && d.gusts == 3.0, "{x:?}");
-        assert_eq!(dust.moore(&clock, &x, &d, &()).passes, x.passes);
+        assert_eq!(dust.outputs(&x).passes, x.passes);
     }
 }

@@ -23,12 +23,12 @@ pub struct HeatSource;
 /// Heat source: gives a commanded heat to a thermal node.
 #[model("power.heat_source")]
 impl Model for HeatSource {
-    type Ud = HeatSourceIn;
-    type Yd = HeatSourceOut;
+    type FeedthroughInputs = HeatSourceIn;
+    type FeedthroughOutputs = HeatSourceOut;
     fn build(_: ()) -> Result<Self, BuildError> {
         Ok(HeatSource)
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &HeatSourceIn) -> HeatSourceOut {
+    fn feedthrough(&self, u: &HeatSourceIn) -> HeatSourceOut {
         HeatSourceOut { node: HeatFlow { heat: u.power } }
     }
 }
@@ -41,7 +41,7 @@ mod tests {
     fn it_gives_what_is_commanded() {
         for power in [12.5, -3.0] {
             let u = HeatSourceIn { power };
-            let y = HeatSource.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &u, &());
+            let y = HeatSource.feedthrough(&u);
             assert_eq!(y.node.heat, power);
         }
     }

@@ -94,14 +94,14 @@ pub struct Heater {
 #[model("power.heater")]
 impl Model for Heater {
     type Params = HeaterParams;
-    type Ud = HeaterIn;
-    type Yd = HeaterOut;
-    type D = Thermostat;
-    type G = ThermostatGuards;
+    type FeedthroughInputs = HeaterIn;
+    type FeedthroughOutputs = HeaterOut;
+    type DiscreteState = Thermostat;
+    type Guards = ThermostatGuards;
     fn init_d(&self) -> Thermostat {
         Thermostat { closed: self.p.start, crossed: false, switchings: 0.0 }
     }
-    fn direct(&self, _: &Clock, _: &(), d: &Thermostat, u: &HeaterIn) -> HeaterOut {
+    fn feedthrough(&self, d: &Thermostat, u: &HeaterIn) -> HeaterOut {
         let p = &self.p;
         let closed = if d.crossed || (0.0..=p.band).contains(&(u.node.temperature - p.on_below)) {
             d.closed
@@ -112,15 +112,15 @@ impl Model for Heater {
         let power = if on { p.power } else { 0.0 };
         HeaterOut { node: HeatFlow { heat: power }, power, supply: u.supply.current_of(power), on }
     }
-    fn guards(&self, _: &Clock, _: &(), _: &Thermostat, _: &(), u: &HeaterIn) -> ThermostatGuards {
+    fn guards(&self, u: &HeaterIn) -> ThermostatGuards {
         ThermostatGuards {
             above_on: u.node.temperature - self.p.on_below,
             above_off: u.node.temperature - self.p.on_below - self.p.band,
         }
     }
     /// At the lower threshold and below it the contact is closed, at the upper one and above it is open.
-    fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &Thermostat) -> ((), Thermostat) {
-        let closed = which.fell(0) || (d.closed && !which.rose(1));
+    fn handle_event(&self, fired: Fired<'_>, d: &Thermostat) -> ((), Thermostat) {
+        let closed = fired.fell(0) || (d.closed && !fired.rose(1));
         let switchings = d.switchings + f64::from(u8::from(closed != d.closed));
         ((), Thermostat { closed, crossed: true, switchings })
     }
@@ -140,16 +140,15 @@ mod tests {
 
     fn on(h: &Heater, d: &Thermostat, temperature: f64) -> bool {
         let u = HeaterIn { node: Temperature { temperature }, enable: true, supply: SUPPLY };
-        let y = h.direct(&Clock::at(0.0, 1.0, 0), &(), d, &u, &());
+        let y = h.feedthrough(d, &u);
         assert_eq!((y.node.heat, y.power), (if y.on { 12.0 } else { 0.0 }, y.node.heat));
         assert_eq!(y.supply.current * 24.0, y.power);
         y.on
     }
 
     fn fire(h: &Heater, d: &Thermostat, which: usize) -> Thermostat {
-        let u = HeaterIn { node: Temperature { temperature: 0.0 }, enable: true, supply: SUPPLY };
         let which = if which == 0 { Fired::falling(0) } else { Fired::rising(1) };
-        h.fired(&Clock::at(0.0, 1.0, 0), which, &(), d, &(), &u, &mut ()).1
+        h.handle_event(which, d).1
     }
 
     #[test]
@@ -178,7 +177,7 @@ mod tests {
             enable: true,
             supply: SUPPLY,
         };
-        let g = h.guards(&Clock::at(0.0, 1.0, 0), &(), &h.init_d(), &(), &u(254.5), &());
+        let g = h.guards(&u(254.5));
         assert_eq!((g.above_on, g.above_off), (1.5, -3.5));
     }
 
@@ -191,7 +190,7 @@ mod tests {
                 enable,
                 supply: Voltage { voltage },
             };
-            let y = h.direct(&Clock::at(0.0, 1.0, 0), &(), &h.init_d(), &u, &());
+            let y = h.feedthrough(&h.init_d(), &u);
             assert!(!y.on && y.power == 0.0 && y.node.heat == 0.0 && y.supply.current == 0.0);
         }
     }

@@ -122,11 +122,11 @@ pub struct Load {
 #[model("power.load")]
 impl Model for Load {
     type Params = LoadParams;
-    type Ud = LoadIn;
-    type Yd = LoadOut;
-    type D = BrownOut;
-    type G = LoadGuards;
-    fn direct(&self, _: &Clock, _: &(), d: &BrownOut, u: &LoadIn) -> LoadOut {
+    type FeedthroughInputs = LoadIn;
+    type FeedthroughOutputs = LoadOut;
+    type DiscreteState = BrownOut;
+    type Guards = LoadGuards;
+    fn feedthrough(&self, d: &BrownOut, u: &LoadIn) -> LoadOut {
         let p = &self.p;
         let browned_out = d.out || (!d.crossed && u.supply.voltage < p.volts_min);
         let wanted = match (u.on, u.standby) {
@@ -151,15 +151,15 @@ impl Model for Load {
             browned_out,
         }
     }
-    fn guards(&self, _: &Clock, _: &(), _: &BrownOut, _: &(), u: &LoadIn) -> LoadGuards {
+    fn guards(&self, u: &LoadIn) -> LoadGuards {
         LoadGuards {
             above_min: u.supply.voltage - self.p.volts_min,
             above_restart: u.supply.voltage - self.p.volts_min - self.p.margin,
         }
     }
     /// The load is browned out at `volts_min` and below it, and runs again at the restart voltage and above it.
-    fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &BrownOut) -> ((), BrownOut) {
-        let out = which.fell(0) || (d.out && !which.rose(1));
+    fn handle_event(&self, fired: Fired<'_>, d: &BrownOut) -> ((), BrownOut) {
+        let out = fired.fell(0) || (d.out && !fired.rose(1));
         let count = d.count + f64::from(u8::from(out && !d.out));
         ((), BrownOut { out, crossed: true, count })
     }
@@ -185,7 +185,7 @@ mod tests {
     const FINE: BrownOut = BrownOut { out: false, crossed: true, count: 0.0 };
 
     fn at(l: &Load, d: &BrownOut, u: LoadIn) -> LoadOut {
-        l.direct(&Clock::at(0.0, 1.0, 0), &(), d, &u, &())
+        l.feedthrough(d, &u)
     }
 
     fn on(volts: f64) -> LoadIn {
@@ -230,7 +230,7 @@ mod tests {
         let l = load(Law::Power);
         let fire = |d: &BrownOut, which: usize| {
             let which = if which == 0 { Fired::falling(0) } else { Fired::rising(1) };
-            l.fired(&Clock::at(0.0, 1.0, 0), which, &(), d, &(), &on(21.0), &mut ()).1
+            l.handle_event(which, d).1
         };
         let out = fire(&FINE, 0);
         assert!(out.out && out.count == 1.0);
@@ -244,7 +244,7 @@ mod tests {
         let start = BrownOut { out: false, crossed: false, count: 0.0 };
         assert!(at(&l, &start, on(20.0)).browned_out && !at(&l, &start, on(22.0)).browned_out);
         assert!(at(&l, &fire(&start, 0), on(22.0)).browned_out);
-        let g = l.guards(&Clock::at(0.0, 1.0, 0), &(), &FINE, &(), &on(22.0), &());
+        let g = l.guards(&on(22.0));
         assert_eq!((g.above_min, g.above_restart), (1.0, -2.0));
     }
 }

@@ -80,15 +80,15 @@ impl Rtg {
 #[model("power.rtg")]
 impl Model for Rtg {
     type Params = RtgParams;
-    type Ud = RtgIn;
-    type Ym = RtgOut;
-    type Yd = RtgFeed;
-    fn moore(&self, c: &Clock, _: &(), _: &()) -> RtgOut {
-        let [thermal, power] = self.powers(c);
+    type FeedthroughInputs = RtgIn;
+    type Outputs = RtgOut;
+    type FeedthroughOutputs = RtgFeed;
+    fn outputs(&self, clock: &Clock) -> RtgOut {
+        let [thermal, power] = self.powers(clock);
         RtgOut { thermal, power }
     }
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &RtgIn) -> RtgFeed {
-        let [thermal, power] = self.powers(c);
+    fn feedthrough(&self, clock: &Clock, u: &RtgIn) -> RtgFeed {
+        let [thermal, power] = self.powers(clock);
         let output = u.output.current_of(-power);
         let case = HeatFlow { heat: thermal + output.current * u.output.voltage };
         RtgFeed { output, case }
@@ -102,7 +102,7 @@ mod tests {
     const YEAR: f64 = 365.25 * 86_400.0;
 
     fn at(p: &RtgParams, t: f64) -> RtgOut {
-        Rtg { p: p.clone() }.moore(&Clock::at(t, 1.0, 0), &(), &(), &())
+        Rtg { p: p.clone() }.outputs(&Clock::at(t, 1.0, 0))
     }
 
     fn params() -> RtgParams {
@@ -132,12 +132,12 @@ mod tests {
         for t in [0.0, 0.3 * YEAR, 20.0 * YEAR] {
             let y = at(&p, t);
             let u = RtgIn { output: OpenVoltage { voltage: 28.0 } };
-            let feed = Rtg { p: p.clone() }.direct(&Clock::at(t, 1.0, 0), &(), &(), &u, &());
+            let feed = Rtg { p: p.clone() }.feedthrough(&Clock::at(t, 1.0, 0), &u);
             assert!((feed.output.current * 28.0 + y.power).abs() < 1e-12);
             assert!((feed.case.heat + y.power - y.thermal).abs() < 1e-9);
             // What nothing takes stays as heat.
             let u = RtgIn { output: OpenVoltage { voltage: 0.0 } };
-            let open = Rtg { p: p.clone() }.direct(&Clock::at(t, 1.0, 0), &(), &(), &u, &());
+            let open = Rtg { p: p.clone() }.feedthrough(&Clock::at(t, 1.0, 0), &u);
             assert_eq!((open.output.current, open.case.heat), (0.0, y.thermal));
             let worn = 0.055 * f64::exp(-0.035 * (2.0 + t / YEAR));
             assert!((y.power / y.thermal / worn - 1.0).abs() < 1e-12, "{y:?}");

@@ -98,8 +98,8 @@ pub fn irradiance(n: &Vec3, light: &Light, up: &Vec3, optical_depth: f64, sunlit
 #[model("power.solar_panel")]
 impl Model for SolarPanel {
     type Params = SolarPanelParams;
-    type Ud = SolarPanelIn;
-    type Yd = SolarPanelOut;
+    type FeedthroughInputs = SolarPanelIn;
+    type FeedthroughOutputs = SolarPanelOut;
     fn build(p: SolarPanelParams) -> Result<Self, BuildError> {
         if p.optical_depth > 0.0 && p.world.as_ref().is_some_and(|w| w.axes() == Axes::Inertial) {
             let fact = format!(
@@ -117,11 +117,11 @@ impl Model for SolarPanel {
         };
         Ok(SolarPanel { p, vertical })
     }
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &SolarPanelIn) -> SolarPanelOut {
+    fn feedthrough(&self, clock: &Clock, u: &SolarPanelIn) -> SolarPanelOut {
         let (p, place) = (&self.p, &u.panel.position);
-        let sun = p.sun.light(c.t, place);
+        let sun = p.sun.light(clock.t, place);
         let n = u.panel.rotation * Vec3::z();
-        let up = self.vertical.up(c.t, place);
+        let up = self.vertical.up(clock.t, place);
         let light = irradiance(&n, &sun, &up, p.optical_depth, u.sunlit);
         let power = p.efficiency * p.area * p.dust * u.passes * light;
         SolarPanelOut {
@@ -235,7 +235,7 @@ mod tests {
             passes: 0.8,
             sunlit: 0.5,
         };
-        let y = panel.direct(&Clock::at(0.0, 1.0, 0), &(), &(), &u, &());
+        let y = panel.feedthrough(&Clock::at(0.0, 1.0, 0), &u);
         assert!((y.power - 0.5 * 0.9 * 0.8 * 0.5 * 1361.0).abs() < 1e-9, "{y:?}");
         assert_eq!((y.output.current * 28.0, y.irradiance), (-y.power, 0.5 * 1361.0));
     }

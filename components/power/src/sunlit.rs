@@ -59,12 +59,10 @@ impl Sunlit {
     }
 }
 
+/// Share of a solar panel that sees the sun, by rays against terrain and bodies; sampled.
+#[model("power.sunlit")]
 impl SizedModel for Sunlit {
-    const NAME: &'static str = "power.sunlit";
-    const DOC: &'static str =
-        "Share of a solar panel that sees the sun, by rays against terrain and bodies; sampled.";
     type Params = SunlitParams;
-    type Store = ();
 
     fn ports(p: &SunlitParams) -> SizedPorts {
         let mut panel = PortSpec::named("panel", PortKind::NodeState, <NodeState as Lane>::N)
@@ -74,8 +72,8 @@ impl SizedModel for Sunlit {
             .unit_of("1")
             .doc_of("Share of the panel that sees the sun: for `sunlit` of a solar panel.");
         SizedPorts {
-            direct_inputs: std::iter::once(panel).chain(p.sees.ports()).collect(),
-            direct_outputs: vec![share],
+            feedthrough_inputs: std::iter::once(panel).chain(p.sees.ports()).collect(),
+            feedthrough_outputs: vec![share],
             sampled: true,
             ..SizedPorts::default()
         }
@@ -93,9 +91,9 @@ impl SizedModel for Sunlit {
         Ok(Sunlit { size, points, clearance, range, sun, around })
     }
 
-    fn direct(&self, c: &Clock, _: &[f64], _: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+    fn feedthrough(&self, clock: &Clock, u: &[f64], y: &mut [f64]) {
         let panel = NodeState::get(u);
-        let light = self.sun.light(c.t, &panel.position);
+        let light = self.sun.light(clock.t, &panel.position);
         let sun = light.direction;
         if light.visible <= 0.0 || (panel.rotation * Vec3::z()).dot(&sun) <= 0.0 {
             y[0] = 0.0;
@@ -165,7 +163,7 @@ mod tests {
         panel.put(&mut u);
         let mut y = [f64::NAN];
         let model = Sunlit::build(p).unwrap();
-        model.direct(&Clock::at(0.0, 1.0, 0), &[], &[], &u, &(), &mut y);
+        model.feedthrough(&Clock::at(0.0, 1.0, 0), &u, &mut y);
         y[0]
     }
 

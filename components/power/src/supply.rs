@@ -60,31 +60,18 @@ pub struct IdealSupply {
 #[model("power.ideal_supply")]
 impl Model for IdealSupply {
     type Params = IdealSupplyParams;
-    type Ud = IdealSupplyIn;
-    type Ym = IdealSupplyOut;
-    type Yd = IdealSupplyFlow;
-    type X = IdealSupplyState;
-    fn moore(&self, _: &Clock, x: &IdealSupplyState, _: &()) -> IdealSupplyOut {
+    type FeedthroughInputs = IdealSupplyIn;
+    type Outputs = IdealSupplyOut;
+    type FeedthroughOutputs = IdealSupplyFlow;
+    type State = IdealSupplyState;
+    fn outputs(&self, x: &IdealSupplyState) -> IdealSupplyOut {
         IdealSupplyOut { terminal: Voltage { voltage: self.p.voltage }, energy: x.energy }
     }
-    fn direct(
-        &self,
-        _: &Clock,
-        _: &IdealSupplyState,
-        _: &(),
-        u: &IdealSupplyIn,
-    ) -> IdealSupplyFlow {
+    fn feedthrough(&self, u: &IdealSupplyIn) -> IdealSupplyFlow {
         let current = u.terminal.current;
         IdealSupplyFlow { current, power: self.p.voltage * current }
     }
-    fn deriv(
-        &self,
-        _: &Clock,
-        _: &IdealSupplyState,
-        _: &(),
-        _: &(),
-        u: &IdealSupplyIn,
-    ) -> IdealSupplyState {
+    fn derivatives(&self, u: &IdealSupplyIn) -> IdealSupplyState {
         IdealSupplyState { energy: self.p.voltage * u.terminal.current }
     }
 }
@@ -112,31 +99,18 @@ pub struct ProgrammableSupply;
 #[model("power.programmable_supply")]
 impl Model for ProgrammableSupply {
     // The voltage does not follow from the currents: they are inputs without feedthrough.
-    type U = IdealSupplyIn;
-    type Ud = ProgrammableIn;
-    type Yd = ProgrammableOut;
-    type X = IdealSupplyState;
+    type Inputs = IdealSupplyIn;
+    type FeedthroughInputs = ProgrammableIn;
+    type FeedthroughOutputs = ProgrammableOut;
+    type State = IdealSupplyState;
     fn build(_: ()) -> Result<Self, BuildError> {
         Ok(ProgrammableSupply)
     }
-    fn direct(
-        &self,
-        _: &Clock,
-        _: &IdealSupplyState,
-        _: &(),
-        u: &ProgrammableIn,
-    ) -> ProgrammableOut {
-        ProgrammableOut { terminal: Voltage { voltage: u.volts.max(0.0) } }
+    fn feedthrough(&self, ud: &ProgrammableIn) -> ProgrammableOut {
+        ProgrammableOut { terminal: Voltage { voltage: ud.volts.max(0.0) } }
     }
-    fn deriv(
-        &self,
-        _: &Clock,
-        _: &IdealSupplyState,
-        _: &(),
-        drawn: &IdealSupplyIn,
-        u: &ProgrammableIn,
-    ) -> IdealSupplyState {
-        IdealSupplyState { energy: u.volts.max(0.0) * drawn.terminal.current }
+    fn derivatives(&self, u: &IdealSupplyIn, ud: &ProgrammableIn) -> IdealSupplyState {
+        IdealSupplyState { energy: ud.volts.max(0.0) * u.terminal.current }
     }
 }
 
@@ -168,12 +142,12 @@ pub struct Source;
 /// Feeds a commanded power into a bus, as a charger does.
 #[model("power.source")]
 impl Model for Source {
-    type Ud = SourceIn;
-    type Yd = SourceOut;
+    type FeedthroughInputs = SourceIn;
+    type FeedthroughOutputs = SourceOut;
     fn build(_: ()) -> Result<Self, BuildError> {
         Ok(Source)
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &SourceIn) -> SourceOut {
+    fn feedthrough(&self, u: &SourceIn) -> SourceOut {
         let output = u.output.current_of(-u.power);
         SourceOut { output, fed: -output.current * u.output.voltage }
     }
@@ -186,14 +160,14 @@ mod tests {
     #[test]
     fn an_ideal_supply_gives_and_counts_what_is_drawn() {
         let s = IdealSupply { p: IdealSupplyParams { voltage: 28.0 } };
-        let (c, x) = (Clock::at(0.0, 0.1, 0), IdealSupplyState { energy: 5.0 });
-        let y = s.moore(&c, &x, &(), &());
+        let x = IdealSupplyState { energy: 5.0 };
+        let y = s.outputs(&x);
         assert_eq!((y.terminal.voltage, y.energy), (28.0, 5.0));
         for current in [3.0, -2.0] {
             let u = IdealSupplyIn { terminal: Currents { current } };
-            let flow = s.direct(&c, &x, &(), &u, &());
+            let flow = s.feedthrough(&u);
             assert_eq!((flow.current, flow.power), (current, 28.0 * current));
-            assert_eq!(s.deriv(&c, &x, &(), &(), &u, &(), &flow).energy, flow.power);
+            assert_eq!(s.derivatives(&u).energy, flow.power);
         }
     }
 
@@ -201,7 +175,7 @@ mod tests {
     fn a_source_feeds_its_power_at_any_voltage_and_none_without() {
         let fed = |voltage: f64| {
             let u = SourceIn { power: 40.0, output: Voltage { voltage } };
-            Source.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &u, &())
+            Source.feedthrough(&u)
         };
         for voltage in [20.0, 33.0] {
             let y = fed(voltage);

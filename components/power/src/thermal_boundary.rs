@@ -40,17 +40,17 @@ pub struct ThermalBoundary;
 #[model("power.thermal_boundary")]
 impl Model for ThermalBoundary {
     // The temperature does not follow from the heat, which is an input without feedthrough.
-    type U = ThermalBoundaryHeat;
-    type Ud = ThermalBoundaryIn;
-    type Yd = ThermalBoundaryOut;
-    type X = Received;
+    type Inputs = ThermalBoundaryHeat;
+    type FeedthroughInputs = ThermalBoundaryIn;
+    type FeedthroughOutputs = ThermalBoundaryOut;
+    type State = Received;
     fn build(_: ()) -> Result<Self, BuildError> {
         Ok(ThermalBoundary)
     }
-    fn direct(&self, _: &Clock, _: &Received, _: &(), u: &ThermalBoundaryIn) -> ThermalBoundaryOut {
-        ThermalBoundaryOut { port: Temperature { temperature: u.temperature } }
+    fn feedthrough(&self, ud: &ThermalBoundaryIn) -> ThermalBoundaryOut {
+        ThermalBoundaryOut { port: Temperature { temperature: ud.temperature } }
     }
-    fn deriv(&self, _: &Clock, _: &Received, _: &(), u: &ThermalBoundaryHeat) -> Received {
+    fn derivatives(&self, u: &ThermalBoundaryHeat) -> Received {
         Received { energy: u.port.heat }
     }
 }
@@ -61,11 +61,10 @@ mod tests {
 
     #[test]
     fn it_keeps_its_temperature_and_counts_the_heat() {
-        let (c, x) = (Clock::at(0.0, 0.1, 0), Received { energy: 4.0 });
         let u = ThermalBoundaryIn { temperature: 253.0 };
-        let y = ThermalBoundary.direct(&c, &x, &(), &u, &());
+        let y = ThermalBoundary.feedthrough(&u);
         assert_eq!(y.port.temperature, 253.0);
         let heat = ThermalBoundaryHeat { port: HeatFlows { heat: -7.5 } };
-        assert_eq!(ThermalBoundary.deriv(&c, &x, &(), &heat, &u, &(), &y).energy, -7.5);
+        assert_eq!(ThermalBoundary.derivatives(&heat).energy, -7.5);
     }
 }

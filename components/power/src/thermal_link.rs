@@ -49,9 +49,9 @@ pub struct ThermalLink {
 #[model("power.thermal_link")]
 impl Model for ThermalLink {
     type Params = ThermalLinkParams;
-    type Ud = ThermalLinkIn;
-    type Yd = ThermalLinkOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &ThermalLinkIn) -> ThermalLinkOut {
+    type FeedthroughInputs = ThermalLinkIn;
+    type FeedthroughOutputs = ThermalLinkOut;
+    fn feedthrough(&self, u: &ThermalLinkIn) -> ThermalLinkOut {
         let p = &self.p;
         let (a, b) = (u.a.temperature, u.b.temperature);
         let heat = p.conductance * (a - b) + p.exchange_area * radiation(a, b);
@@ -70,7 +70,7 @@ mod tests {
 
     fn heat(l: &ThermalLink, a: f64, b: f64) -> ThermalLinkOut {
         let [a, b] = [a, b].map(|temperature| Temperature { temperature });
-        l.direct(&Clock::at(0.0, 1.0, 0), &(), &(), &ThermalLinkIn { a, b }, &())
+        l.feedthrough(&ThermalLinkIn { a, b })
     }
 
     #[test]

@@ -100,11 +100,11 @@ pub struct ThermalNode {
 #[model("power.thermal_node")]
 impl Model for ThermalNode {
     type Params = ThermalNodeParams;
-    type U = ThermalNodeIn;
-    type Ud = ThermalNodeAround;
-    type Ym = ThermalNodeOut;
-    type Yd = ThermalNodeFlows;
-    type X = Warmth;
+    type Inputs = ThermalNodeIn;
+    type FeedthroughInputs = ThermalNodeAround;
+    type Outputs = ThermalNodeOut;
+    type FeedthroughOutputs = ThermalNodeFlows;
+    type State = Warmth;
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         let p = &self.p;
         let why = |param: &str, help: &str| {
@@ -139,34 +139,25 @@ impl Model for ThermalNode {
     fn init_x(&self) -> Warmth {
         Warmth { temperature: self.p.temperature }
     }
-    fn moore(&self, _: &Clock, x: &Warmth) -> ThermalNodeOut {
+    fn outputs(&self, x: &Warmth) -> ThermalNodeOut {
         let temperature = x.temperature;
         let energy = self.p.capacity * temperature;
         ThermalNodeOut { port: Temperature { temperature }, temperature, energy }
     }
-    fn direct(&self, _: &Clock, x: &Warmth, _: &(), u: &ThermalNodeAround) -> ThermalNodeFlows {
+    fn feedthrough(&self, x: &Warmth, ud: &ThermalNodeAround) -> ThermalNodeFlows {
         let p = &self.p;
         let t = x.temperature;
         ThermalNodeFlows {
-            radiated: p.emissivity * p.area * radiation(t, u.sky),
-            convected: p.convection * p.area * (t - u.air),
-            absorbed: p.absorptivity * p.area * u.light,
+            radiated: p.emissivity * p.area * radiation(t, ud.sky),
+            convected: p.convection * p.area * (t - ud.air),
+            absorbed: p.absorptivity * p.area * ud.light,
         }
     }
-    fn deriv(
-        &self,
-        _: &Clock,
-        _: &Warmth,
-        _: &(),
-        u: &ThermalNodeIn,
-        _: &ThermalNodeAround,
-        _: &(),
-        y: &ThermalNodeFlows,
-    ) -> Warmth {
+    fn derivatives(&self, u: &ThermalNodeIn, y: &ThermalNodeFlows) -> Warmth {
         let heat = u.port.heat + y.absorbed - y.radiated - y.convected;
         Warmth { temperature: heat / self.p.capacity }
     }
-    fn remarks(&self, _: &Clock) -> Vec<BuildError> {
+    fn startup_warnings(&self) -> Vec<BuildError> {
         let p = &self.p;
         let acts = p.emissivity > 0.0 || p.absorptivity > 0.0 || p.convection > 0.0;
         let (fact, help) = match p.area > 0.0 {
@@ -207,10 +198,9 @@ mod tests {
 
     fn rate(p: &ThermalNodeParams, t: f64, heat: f64, around: ThermalNodeAround) -> f64 {
         let node = ThermalNode { p: p.clone() };
-        let (clock, x) = (Clock::at(0.0, 1.0, 0), Warmth { temperature: t });
-        let y = node.direct(&clock, &x, &(), &around, &());
-        node.deriv(&clock, &x, &(), &ThermalNodeIn { port: HeatFlows { heat } }, &around, &(), &y)
-            .temperature
+        let x = Warmth { temperature: t };
+        let y = node.feedthrough(&x, &around);
+        node.derivatives(&ThermalNodeIn { port: HeatFlows { heat } }, &y).temperature
     }
 
     #[test]
@@ -238,17 +228,8 @@ mod tests {
     #[test]
     fn a_surface_without_a_use_and_a_use_without_a_surface_are_told() {
         let told = |p: ThermalNodeParams| {
-            let clock = Clock::at(0.0, 1.0, 0);
-            let u = ThermalNodeAround { sky: 2.7, air: 220.0, light: 0.0 };
             let node = ThermalNode { p };
-            node.remarks(
-                &clock,
-                &node.init_x(),
-                &(),
-                &ThermalNodeIn { port: HeatFlows { heat: 0.0 } },
-                &u,
-                &(),
-            )
+            node.startup_warnings()
         };
         assert!(told(params()).is_empty());
         let bare =

@@ -44,11 +44,14 @@ pub struct Attitude {
 #[model("sensors.attitude")]
 impl Model for Attitude {
     type Params = AttitudeParams;
-    type Ud = AttitudeIn;
-    type Yd = AttitudeOut;
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &AttitudeIn) -> AttitudeOut {
+    type FeedthroughInputs = AttitudeIn;
+    type FeedthroughOutputs = AttitudeOut;
+    fn feedthrough(&self, clock: &Clock, u: &AttitudeIn) -> AttitudeOut {
         let noise = |first: u32, sigma: f64| match sigma > 0.0 {
-            true => Vec3::new(c.normal(first), c.normal(first + 1), c.normal(first + 2)) * sigma,
+            true => {
+                Vec3::new(clock.normal(first), clock.normal(first + 1), clock.normal(first + 2))
+                    * sigma
+            }
             false => Vec3::zeros(),
         };
         let R = u.mount.rotation;
@@ -57,7 +60,7 @@ impl Model for Attitude {
             angular: R.inverse() * u.mount.angular + noise(3, self.p.rate_sigma),
         }
     }
-    fn update(&self, _: &Clock, _: &(), _: &(), _: &()) {}
+    fn update(&self) {}
 }
 
 #[cfg(test)]
@@ -75,7 +78,7 @@ mod tests {
         let look = |sigma: f64, n: u64| {
             let m =
                 Attitude { p: AttitudeParams { rotation_sigma: sigma, rate_sigma: 2.0 * sigma } };
-            m.direct(&Clock::at(0.01 * n as f64, 0.01, n), &(), &(), &AttitudeIn { mount }, &())
+            m.feedthrough(&Clock::at(0.01 * n as f64, 0.01, n), &AttitudeIn { mount })
         };
         let y = look(0.0, 0);
         assert!(y.rotation.angle_to(&mount.rotation) < 1e-12);

@@ -84,9 +84,9 @@ impl ContactSwitch {
 #[model("sensors.contact_switch")]
 impl Model for ContactSwitch {
     type Params = ContactSwitchParams;
-    type Ud = ContactSwitchIn;
-    type Yd = ContactSwitchOut;
-    type D = ContactSwitchState;
+    type FeedthroughInputs = ContactSwitchIn;
+    type FeedthroughOutputs = ContactSwitchOut;
+    type DiscreteState = ContactSwitchState;
     fn build(p: ContactSwitchParams) -> Result<Self, BuildError> {
         let open = p.open.unwrap_or(0.5 * p.close);
         if !(open >= 0.0 && open <= p.close) {
@@ -96,25 +96,22 @@ impl Model for ContactSwitch {
         }
         Ok(ContactSwitch { p, open })
     }
-    fn direct(
+    fn feedthrough(
         &self,
-        c: &Clock,
-        _: &(),
+        clock: &Clock,
         d: &ContactSwitchState,
         u: &ContactSwitchIn,
     ) -> ContactSwitchOut {
-        let d = self.next(d, u.load.force.norm(), c.dt);
+        let d = self.next(d, u.load.force.norm(), clock.dt);
         ContactSwitchOut { closed: d.closed, touched: d.count > 0.0, count: d.count }
     }
     fn update(
         &self,
-        c: &Clock,
-        _: &(),
+        clock: &Clock,
         d: &ContactSwitchState,
-        _: &(),
         u: &ContactSwitchIn,
     ) -> ContactSwitchState {
-        self.next(d, u.load.force.norm(), c.dt)
+        self.next(d, u.load.force.norm(), clock.dt)
     }
 }
 
@@ -133,8 +130,8 @@ mod tests {
             let c = Clock::at(0.01 * n as f64, 0.01, n as u64);
             let force = Vec3::new(0.6, 0.0, 0.8) * *force;
             let u = ContactSwitchIn { load: ContactLoad { force, point: Vec3::zeros() } };
-            let y = m.direct(&c, &(), &d, &u, &());
-            d = m.update(&c, &(), &d, &(), &u, &mut ());
+            let y = m.feedthrough(&c, &d, &u);
+            d = m.update(&c, &d, &u);
             y
         };
         forces.iter().enumerate().map(of).collect()

@@ -58,8 +58,8 @@ pub struct Current {
 #[model("sensors.current")]
 impl Model for Current {
     type Params = CurrentParams;
-    type Ud = CurrentIn;
-    type Yd = CurrentOut;
+    type FeedthroughInputs = CurrentIn;
+    type FeedthroughOutputs = CurrentOut;
     fn build(p: CurrentParams) -> Result<Self, BuildError> {
         if let Some(bits) = p.bits.filter(|b| !(1..=32).contains(b)) {
             let fact = format!("a converter of {bits} bits");
@@ -78,9 +78,9 @@ impl Model for Current {
         };
         Ok(Current { p, converter })
     }
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &CurrentIn) -> CurrentOut {
+    fn feedthrough(&self, clock: &Clock, u: &CurrentIn) -> CurrentOut {
         let p = &self.p;
-        let noise = if p.sigma > 0.0 { p.sigma * c.normal(0) } else { 0.0 };
+        let noise = if p.sigma > 0.0 { p.sigma * clock.normal(0) } else { 0.0 };
         let x = (1.0 + p.gain_error) * u.current + p.offset + noise;
         let most = p.range.unwrap_or(f64::INFINITY);
         let reading = match self.converter {
@@ -89,7 +89,7 @@ impl Model for Current {
         };
         CurrentOut { reading, valid: u.current.abs() <= most }
     }
-    fn update(&self, _: &Clock, _: &(), _: &(), _: &()) {}
+    fn update(&self) {}
 }
 
 #[cfg(test)]
@@ -102,7 +102,7 @@ mod tests {
 
     fn read(p: CurrentParams, current: f64, row: u64) -> CurrentOut {
         let m = Current::build(p).unwrap();
-        m.direct(&Clock::at(0.0, 0.1, row), &(), &(), &CurrentIn { current }, &())
+        m.feedthrough(&Clock::at(0.0, 0.1, row), &CurrentIn { current })
     }
 
     #[test]

@@ -66,20 +66,20 @@ impl Encoder {
 #[model("sensors.encoder")]
 impl Model for Encoder {
     type Params = EncoderParams;
-    type Ud = EncoderIn;
-    type Yd = EncoderOut;
-    type D = EncoderState;
-    fn direct(&self, c: &Clock, _: &(), d: &EncoderState, u: &EncoderIn) -> EncoderOut {
+    type FeedthroughInputs = EncoderIn;
+    type FeedthroughOutputs = EncoderOut;
+    type DiscreteState = EncoderState;
+    fn feedthrough(&self, clock: &Clock, d: &EncoderState, u: &EncoderIn) -> EncoderOut {
         let count = self.count(u.shaft.angle);
         let tick = TAU / (self.p.ticks * self.p.gear);
         let before = match d.started {
             true => d.angle,
-            false => self.count(u.shaft.angle - u.shaft.rate * c.dt) * tick,
+            false => self.count(u.shaft.angle - u.shaft.rate * clock.dt) * tick,
         };
-        let rate = if c.dt > 0.0 { (count * tick - before) / c.dt } else { 0.0 };
+        let rate = if clock.dt > 0.0 { (count * tick - before) / clock.dt } else { 0.0 };
         EncoderOut { count, angle: count * tick, rate }
     }
-    fn update(&self, _: &Clock, _: &(), _: &EncoderState, _: &(), u: &EncoderIn) -> EncoderState {
+    fn update(&self, u: &EncoderIn) -> EncoderState {
         let angle = self.count(u.shaft.angle) * (TAU / (self.p.ticks * self.p.gear));
         EncoderState { angle, started: true }
     }
@@ -98,13 +98,13 @@ mod tests {
             let shaft = HingeState { angle: -0.5 * dt * n as f64, rate: -0.5 };
             let c = Clock::at(0.0, dt, n);
             let u = EncoderIn { shaft };
-            let y = e.direct(&c, &(), &d, &u, &());
+            let y = e.feedthrough(&c, &d, &u);
             assert_eq!(y.count.fract(), 0.0);
             assert!((y.angle - shaft.angle).abs() <= TAU / 200.0 + 1e-12);
             // In every sample, the first one too, by whole ticks: within one of them.
             assert!((y.rate + 0.5).abs() <= TAU / 200.0 / dt + 1e-12, "{n}: {}", y.rate);
             sum += y.rate;
-            d = e.update(&c, &(), &d, &(), &u, &mut ());
+            d = e.update(&u);
         }
         assert!((sum / 1001.0 + 0.5).abs() < 2e-3, "{}", sum / 1001.0);
     }

@@ -62,15 +62,15 @@ pub struct ForceTorque {
 #[model("sensors.force_torque")]
 impl Model for ForceTorque {
     type Params = ForceTorqueParams;
-    type Ud = ForceTorqueIn;
-    type Yd = ForceTorqueOut;
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &ForceTorqueIn) -> ForceTorqueOut {
+    type FeedthroughInputs = ForceTorqueIn;
+    type FeedthroughOutputs = ForceTorqueOut;
+    fn feedthrough(&self, clock: &Clock, u: &ForceTorqueIn) -> ForceTorqueOut {
         let p = &self.p;
         let mut valid = true;
         let mut read = |x: Vec3, offset: [f64; 3], sigma: f64, range: Option<f64>, lane: u32| {
             let range = range.unwrap_or(f64::INFINITY);
             valid &= x.iter().all(|v| v.abs() <= range);
-            let noise = |k: u32| if sigma > 0.0 { sigma * c.normal(lane + k) } else { 0.0 };
+            let noise = |k: u32| if sigma > 0.0 { sigma * clock.normal(lane + k) } else { 0.0 };
             let noise = Vec3::new(noise(0), noise(1), noise(2));
             (x + Vec3::from(offset) + noise).map(|v| v.clamp(-range, range))
         };
@@ -80,7 +80,7 @@ impl Model for ForceTorque {
             valid,
         }
     }
-    fn update(&self, _: &Clock, _: &(), _: &(), _: &()) {}
+    fn update(&self) {}
 }
 
 #[cfg(test)]
@@ -104,7 +104,7 @@ mod tests {
         let (mut mean, mut square) = (0.0, 0.0);
         for k in 0..n {
             let c = Clock::at(0.0, 0.1, u64::from(k));
-            let y = m.direct(&c, &(), &(), &ForceTorqueIn { load }, &());
+            let y = m.feedthrough(&c, &ForceTorqueIn { load });
             assert_eq!((y.torque, y.valid), (Vec3::new(0.0, 2.1, -1.0), false));
             assert_eq!(y.force.y, -15.0);
             mean += (y.force.x - 1.5) / f64::from(n);

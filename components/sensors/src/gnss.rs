@@ -327,11 +327,10 @@ struct Solution {
     pdop: f64,
 }
 
+/// Position, velocity and clock from ranges to navigation satellites over the horizon, with their errors; sampled.
+#[model("sensors.gnss")]
 impl SizedModel for Gnss {
-    const NAME: &'static str = "sensors.gnss";
-    const DOC: &'static str = "Position, velocity and clock from ranges to navigation satellites over the horizon, with their errors; sampled.";
     type Params = GnssParams;
-    type Store = ();
 
     fn ports(p: &GnssParams) -> SizedPorts {
         let count = (p.planes.min(SIDE_MAX) * p.per_plane.min(SIDE_MAX)) as usize;
@@ -339,8 +338,8 @@ impl SizedModel for Gnss {
             .unit_of("m")
             .doc_of("Error of each satellite's range that goes on, plane by plane.");
         SizedPorts {
-            direct_inputs: GnssIn::specs(),
-            direct_outputs: GnssOut::specs(),
+            feedthrough_inputs: GnssIn::specs(),
+            feedthrough_outputs: GnssOut::specs(),
             discrete: GnssClock::specs().into_iter().chain([errors]).collect(),
             sampled: true,
             ..SizedPorts::default()
@@ -378,14 +377,14 @@ impl SizedModel for Gnss {
         Ok(Gnss { p, mu, a, radius, site, pole })
     }
 
-    fn direct(&self, c: &Clock, _: &[f64], d: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+    fn feedthrough(&self, clock: &Clock, d: &[f64], u: &[f64], y: &mut [f64]) {
         let mount = GnssIn::get(u).mount;
         if !mount.position.iter().chain(mount.velocity.iter()).all(|x| x.is_finite()) {
             // A pose that is none stops the run: its lanes are checked at every row.
             y.fill(f64::NAN);
             return;
         }
-        let (count, found) = self.fix(c, &mount, d);
+        let (count, found) = self.fix(clock, &mount, d);
         let satellites = f64::from(count);
         let zero = Vec3::zeros();
         let none = GnssOut {
@@ -398,34 +397,34 @@ impl SizedModel for Gnss {
             pdop: 0.0,
         };
         let told = found.map_or(none, |s| {
-            let (position, velocity) = self.in_W(c.t, &s.at);
+            let (position, velocity) = self.in_W(clock.t, &s.at);
             let (clock, drift) = (s.bias / LIGHT, s.rate / LIGHT);
             GnssOut { position, velocity, clock, drift, fix: true, satellites, pdop: s.pdop }
         });
         told.put(y);
     }
 
-    fn update(&self, c: &Clock, _: &[f64], d: &mut [f64], _: &[f64], _: &mut ()) {
+    fn update(&self, clock: &Clock, d: &mut [f64]) {
         let p = &self.p;
-        let (clock, errors) = self.state(c, d);
-        let (root, dt) = (c.dt.max(0.0).sqrt(), c.dt.max(0.0));
+        let (own, errors) = self.state(clock, d);
+        let (root, dt) = (clock.dt.max(0.0).sqrt(), clock.dt.max(0.0));
         let (white, walk) = (LIGHT * p.clock_white * root, LIGHT * p.clock_walk * root);
-        let n = [3, 4, 5].map(|lane| c.normal(lane));
+        let n = [3, 4, 5].map(|lane| clock.normal(lane));
         let next = GnssClock {
-            bias: clock.bias
-                + clock.rate * dt
+            bias: own.bias
+                + own.rate * dt
                 + white * n[0]
                 + walk * dt * (0.5 * n[1] + n[2] / 12f64.sqrt()),
-            rate: clock.rate + walk * n[1],
+            rate: own.rate + walk * n[1],
             drawn: true,
         };
         let phi = (-dt / p.wander_time).exp();
         let fresh = p.wander_sigma * (1.0 - phi * phi).sqrt();
-        let (own, each) = d.split_at_mut(GnssClock::N);
-        next.put(own);
+        let (first, each) = d.split_at_mut(GnssClock::N);
+        next.put(first);
         for (k, (e, old)) in each.iter_mut().zip(errors).enumerate() {
             // Beside those of the ranges' first errors: the sample after.
-            *e = phi * old + fresh * c.normal(NEXT + k as u32);
+            *e = phi * old + fresh * clock.normal(NEXT + k as u32);
         }
     }
 }

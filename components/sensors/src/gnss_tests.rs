@@ -69,7 +69,7 @@ fn read(m: &Gnss, c: &Clock, d: &[f64], mount: &NodeState) -> GnssOut {
     let mut u = vec![0.0; <NodeState as Lane>::N];
     mount.put(&mut u);
     let mut y = vec![f64::NAN; GnssOut::N];
-    m.direct(c, &[], d, &u, &(), &mut y);
+    m.feedthrough(c, d, &u, &mut y);
     GnssOut::get(&y)
 }
 
@@ -99,7 +99,7 @@ fn without_errors_it_tells_where_it_is_how_it_moves_and_its_clock() {
             let (clock, _) = m.state(&c, &d);
             assert!((y.clock * LIGHT - clock.bias).abs() < 1e-6 && clock.bias != 0.0);
             assert!((y.drift * LIGHT - clock.rate).abs() < 1e-9 && clock.rate != 0.0);
-            m.update(&c, &[], &mut d, &[], &mut ());
+            m.update(&c, &mut d);
         }
         // A clock without noise goes on as it drifts.
         let (c, end) = (Clock::at(0.0, 1.0, 0), GnssClock::get(&d));
@@ -193,7 +193,7 @@ fn errors_go_on_with_their_time_constant_and_clocks_walk() {
         let c = Clock::at(dt * n as f64, dt, n);
         let (clock, before) = m.state(&c, &d);
         clocks.push(clock.bias / LIGHT);
-        m.update(&c, &[], &mut d, &[], &mut ());
+        m.update(&c, &mut d);
         for (a, b) in before.iter().zip(&d[first..]) {
             (square, product, terms) = (square + a * a, product + a * b, terms + 1.0);
         }

@@ -341,9 +341,9 @@ pub struct Imu {
 #[model("sensors.imu")]
 impl Model for Imu {
     type Params = ImuParams;
-    type Ud = ImuIn;
-    type Yd = ImuOut;
-    type D = ImuState;
+    type FeedthroughInputs = ImuIn;
+    type FeedthroughOutputs = ImuOut;
+    type DiscreteState = ImuState;
     fn build(p: ImuParams) -> Result<Self, BuildError> {
         if p.bandwidth.is_some_and(|b| !(b > 0.0)) {
             let help = "write a frequency above 0, such as \"100 Hz\", or leave it out";
@@ -351,18 +351,18 @@ impl Model for Imu {
         }
         Ok(Imu { triads: Triads::new(p) })
     }
-    fn direct(&self, c: &Clock, _: &(), d: &ImuState, u: &ImuIn) -> ImuOut {
-        let (rate, force) = self.triads.smooth(c, d, u);
+    fn feedthrough(&self, clock: &Clock, d: &ImuState, u: &ImuIn) -> ImuOut {
+        let (rate, force) = self.triads.smooth(clock, d, u);
         let (rate, force, saturated) = self.triads.limited(rate, force);
         let (rate, force) = self.triads.stepped(rate, force);
         ImuOut { rate, force, saturated }
     }
-    fn update(&self, c: &Clock, _: &(), d: &ImuState, _: &(), u: &ImuIn) -> ImuState {
+    fn update(&self, clock: &Clock, d: &ImuState, u: &ImuIn) -> ImuState {
         let (smooth_rate, smooth_force) = match self.triads.p.bandwidth {
-            Some(_) => self.triads.smooth(c, d, u),
+            Some(_) => self.triads.smooth(clock, d, u),
             None => (Vec3::zeros(), Vec3::zeros()),
         };
-        ImuState { smooth_rate, smooth_force, ..self.triads.later(c, d) }
+        ImuState { smooth_rate, smooth_force, ..self.triads.later(clock, d) }
     }
 }
 
@@ -410,8 +410,8 @@ pub(crate) mod tests {
         (0..n)
             .map(|k| {
                 let c = Clock::at(k as f64 * dt, dt, k);
-                let y = imu.direct(&c, &(), &d, &at_rest(), &());
-                d = imu.update(&c, &(), &d, &(), &at_rest(), &mut ());
+                let y = imu.feedthrough(&c, &d, &at_rest());
+                d = imu.update(&c, &d, &at_rest());
                 y.rate.x
             })
             .collect()
@@ -432,12 +432,10 @@ pub(crate) mod tests {
 
     #[test]
     fn at_rest_it_feels_the_ground_push_up() {
-        let y = imu(Grade::Ideal, None, None).direct(
+        let y = imu(Grade::Ideal, None, None).feedthrough(
             &Clock::at(0.0, 0.01, 0),
-            &(),
             &ImuState::zero(),
             &at_rest(),
-            &(),
         );
         assert_eq!((y.rate, y.force), (Vec3::zeros(), Vec3::new(0.0, 0.0, 3.72)));
     }
@@ -448,7 +446,7 @@ pub(crate) mod tests {
         u.mount.rotation = Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::FRAC_PI_2);
         u.mount.angular = Vec3::new(0.0, 0.0, 0.5);
         let c = Clock::at(0.0, 0.01, 0);
-        let y = imu(Grade::Ideal, None, None).direct(&c, &(), &ImuState::zero(), &u, &());
+        let y = imu(Grade::Ideal, None, None).feedthrough(&c, &ImuState::zero(), &u);
         assert!((y.force - Vec3::new(0.0, 3.72, 0.0)).norm() < 1e-12, "{}", y.force);
         assert!((y.rate - Vec3::new(0.0, 0.5, 0.0)).norm() < 1e-12);
     }
@@ -495,7 +493,7 @@ pub(crate) mod tests {
             let all = (0..2000).map(|key| {
                 let mut d = ImuState::zero();
                 for n in 0..samples {
-                    d = m.update(&c(key, n), &(), &d, &(), &at_rest(), &mut ());
+                    d = m.update(&c(key, n), &d, &at_rest());
                 }
                 m.triads.felt(0.0, &d, &at_rest()).0.x.powi(2)
             });
@@ -526,8 +524,8 @@ pub(crate) mod tests {
             let c = Clock::at(k as f64 * dt, dt, k);
             let mut u = at_rest();
             u.mount.angular.x = (std::f64::consts::TAU * B * c.t).sin();
-            let y = m.direct(&c, &(), &d, &u, &());
-            d = m.update(&c, &(), &d, &(), &u, &mut ());
+            let y = m.feedthrough(&c, &d, &u);
+            d = m.update(&c, &d, &u);
             most = if k > 10_000 { most.max(y.rate.x) } else { most };
         }
         assert!((most / 0.5f64.sqrt() - 1.0).abs() < 0.01, "{most}");
@@ -543,7 +541,7 @@ pub(crate) mod tests {
         let mut m = imu(Grade::Ideal, Some(0.0), Some(0.0));
         let mut u = at_rest();
         u.mount.angular = Vec3::new(0.26, -7.0, 0.0);
-        let read = |m: &Imu| m.direct(&Clock::at(0.0, 0.01, 0), &(), &ImuState::zero(), &u, &());
+        let read = |m: &Imu| m.feedthrough(&Clock::at(0.0, 0.01, 0), &ImuState::zero(), &u);
         assert!(!read(&m).saturated);
         (m.triads.p.gyro_range, m.triads.p.gyro_resolution) = (Some(5.0), 0.1);
         let y = read(&m);
@@ -563,8 +561,8 @@ pub(crate) mod tests {
         let (mut mean, mut square, mut product) = (Vec3::zeros(), Vec3::zeros(), 0.0);
         for key in 0..u64::from(n) {
             let c = Clock { t: 0.0, dt: 0.1, n: 0, key, sampled: true, span: None };
-            let still = m.direct(&c, &(), &ImuState::zero(), &at_rest(), &()).rate;
-            let s = m.direct(&c, &(), &ImuState::zero(), &u, &()).rate - still - Vec3::repeat(1.0);
+            let still = m.feedthrough(&c, &ImuState::zero(), &at_rest()).rate;
+            let s = m.feedthrough(&c, &ImuState::zero(), &u).rate - still - Vec3::repeat(1.0);
             mean += s / f64::from(n);
             square += s.component_mul(&s) / f64::from(n);
             product += s.x * s.y / f64::from(n);

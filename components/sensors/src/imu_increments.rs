@@ -73,10 +73,10 @@ impl ImuIncrements {
 #[model("sensors.imu_increments")]
 impl Model for ImuIncrements {
     type Params = ImuParams;
-    type Ud = ImuIn;
-    type Ym = IncrementsOut;
-    type X = Integrals;
-    type D = Sampled;
+    type FeedthroughInputs = ImuIn;
+    type Outputs = IncrementsOut;
+    type State = Integrals;
+    type DiscreteState = Sampled;
     fn build(p: ImuParams) -> Result<Self, BuildError> {
         if p.bandwidth.is_some() {
             let fact = "a unit that integrates has no low-pass of its samples";
@@ -85,25 +85,25 @@ impl Model for ImuIncrements {
         }
         Ok(ImuIncrements { triads: Triads::new(p) })
     }
-    fn moore(&self, _: &Clock, x: &Integrals, d: &Sampled) -> IncrementsOut {
+    fn outputs(&self, x: &Integrals, d: &Sampled) -> IncrementsOut {
         let (angle, velocity) = self.counts(x, d);
         IncrementsOut { angle: angle - d.angle_before, velocity: velocity - d.velocity_before }
     }
-    fn deriv(&self, c: &Clock, _: &Integrals, d: &Sampled, _: &(), u: &ImuIn) -> Integrals {
+    fn derivatives(&self, clock: &Clock, d: &Sampled, u: &ImuIn) -> Integrals {
         // Before the first sample, where the errors are drawn, nothing counts.
-        let (angle, velocity) = self.triads.felt(c.t, &d.errors, u);
+        let (angle, velocity) = self.triads.felt(clock.t, &d.errors, u);
         let (angle, velocity, _) = self.triads.limited(angle, velocity);
         Integrals { angle, velocity }
     }
-    fn update(&self, c: &Clock, x: &Integrals, d: &Sampled, _: &(), _: &ImuIn) -> Sampled {
-        let (rate, force) = self.triads.noise(c);
+    fn update(&self, clock: &Clock, x: &Integrals, d: &Sampled) -> Sampled {
+        let (rate, force) = self.triads.noise(clock);
         let (angle_before, velocity_before) = self.counts(x, d);
         Sampled {
-            errors: self.triads.later(c, &d.errors),
+            errors: self.triads.later(clock, &d.errors),
             angle_before,
             velocity_before,
-            angle_noise: d.angle_noise + rate * c.dt,
-            velocity_noise: d.velocity_noise + force * c.dt,
+            angle_noise: d.angle_noise + rate * clock.dt,
+            velocity_noise: d.velocity_noise + force * clock.dt,
         }
     }
 }
@@ -150,7 +150,7 @@ mod tests {
             let (mut sum, mut push) = (0.0, 0.0);
             for k in 0..=n {
                 let c = Clock { t: k as f64 * dt, dt, n: k, key, sampled: false, span: None };
-                let y = m.moore(&c, &x, &d, &());
+                let y = m.outputs(&x, &d);
                 // The first sample ends where it begins.
                 if k > 0 {
                     sum += y.angle.x;
@@ -158,8 +158,8 @@ mod tests {
                 } else {
                     assert_eq!((y.angle, y.velocity), (Vec3::zeros(), Vec3::zeros()));
                 }
-                d = m.update(&c, &x, &d, &(), &u, &mut ());
-                let rate = m.deriv(&c, &x, &d, &(), &u, &(), &());
+                d = m.update(&c, &x, &d);
+                let rate = m.derivatives(&c, &d, &u);
                 x.angle += rate.angle * dt;
                 x.velocity += rate.velocity * dt;
             }

@@ -62,13 +62,13 @@ pub struct Inclinometer {
 #[model("sensors.inclinometer")]
 impl Model for Inclinometer {
     type Params = InclinometerParams;
-    type Ud = InclinometerIn;
-    type Yd = InclinometerOut;
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &InclinometerIn) -> InclinometerOut {
+    type FeedthroughInputs = InclinometerIn;
+    type FeedthroughOutputs = InclinometerOut;
+    fn feedthrough(&self, clock: &Clock, u: &InclinometerIn) -> InclinometerOut {
         let p = &self.p;
-        let gravity = p.gravity.free_fall(c.t, u.mount.position, u.mount.velocity);
+        let gravity = p.gravity.free_fall(clock.t, u.mount.position, u.mount.velocity);
         let f = u.mount.rotation.inverse() * (u.motion.linear - gravity);
-        let noise = |lane: u32| if p.sigma > 0.0 { p.sigma * c.normal(lane) } else { 0.0 };
+        let noise = |lane: u32| if p.sigma > 0.0 { p.sigma * clock.normal(lane) } else { 0.0 };
         let roll = f.y.atan2(f.z) + p.offset[0] + noise(0);
         let pitch = (-f.x).atan2(f.y.hypot(f.z)) + p.offset[1] + noise(1);
         InclinometerOut {
@@ -77,7 +77,7 @@ impl Model for Inclinometer {
             valid: roll.abs() <= p.range && pitch.abs() <= p.range,
         }
     }
-    fn update(&self, _: &Clock, _: &(), _: &(), _: &()) {}
+    fn update(&self) {}
 }
 
 #[cfg(test)]
@@ -99,7 +99,7 @@ mod tests {
         let motion = NodeAccel { angular: Vec3::zeros(), linear: a };
         let c = Clock::at(0.1 * row as f64, 0.1, row);
         let u = InclinometerIn { mount, motion };
-        let y = Inclinometer { p }.direct(&c, &(), &(), &u, &());
+        let y = Inclinometer { p }.feedthrough(&c, &u);
         [y.roll, y.pitch, f64::from(u8::from(y.valid))]
     }
 

@@ -27,9 +27,9 @@ pub struct JointMotion {}
 /// Angle and rate of a joint, exact and continuous.
 #[model("sensors.joint_motion")]
 impl Model for JointMotion {
-    type Ud = JointMotionIn;
-    type Yd = JointMotionOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &JointMotionIn) -> JointMotionOut {
+    type FeedthroughInputs = JointMotionIn;
+    type FeedthroughOutputs = JointMotionOut;
+    fn feedthrough(&self, u: &JointMotionIn) -> JointMotionOut {
         JointMotionOut { angle: u.shaft.angle, rate: u.shaft.rate }
     }
 }
@@ -41,8 +41,7 @@ mod tests {
     #[test]
     fn the_joint_is_read_as_it_is() {
         let shaft = HingeState { angle: 0.3, rate: -2.0 };
-        let c = Clock::at(0.0, 0.1, 0);
-        let y = JointMotion {}.direct(&c, &(), &(), &JointMotionIn { shaft }, &());
+        let y = JointMotion {}.feedthrough(&JointMotionIn { shaft });
         assert_eq!((y.angle, y.rate), (0.3, -2.0));
     }
 }

@@ -67,11 +67,10 @@ pub struct LidarSensor {
     around: Surroundings,
 }
 
+/// Ranges to the ground along beams, with noise and losses; sampled.
+#[model("sensors.lidar")]
 impl SizedModel for LidarSensor {
-    const NAME: &'static str = "sensors.lidar";
-    const DOC: &'static str = "Ranges to the ground along beams, with noise and losses; sampled.";
     type Params = LidarParams;
-    type Store = ();
 
     fn ports(p: &LidarParams) -> SizedPorts {
         let mut mount = PortSpec::named("mount", PortKind::NodeState, <NodeState as Lane>::N)
@@ -85,8 +84,8 @@ impl SizedModel for LidarSensor {
             .unit_of("1")
             .doc_of("How many beams have an echo.");
         SizedPorts {
-            direct_inputs: std::iter::once(mount).chain(p.sees.ports()).collect(),
-            direct_outputs: vec![range, echoes],
+            feedthrough_inputs: std::iter::once(mount).chain(p.sees.ports()).collect(),
+            feedthrough_outputs: vec![range, echoes],
             sampled: true,
             ..SizedPorts::default()
         }
@@ -123,7 +122,7 @@ impl SizedModel for LidarSensor {
         Ok(Self { lidar, around })
     }
 
-    fn direct(&self, c: &Clock, _: &[f64], _: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+    fn feedthrough(&self, clock: &Clock, u: &[f64], y: &mut [f64]) {
         let mount = NodeState::get(u);
         let X_WS = Pose::new(mount.rotation, mount.position);
         let Some(scene) = self.around.now(&u[<NodeState as Lane>::N..]) else {
@@ -134,7 +133,7 @@ impl SizedModel for LidarSensor {
         let Some((echoes, ranges)) = y.split_last_mut() else { return };
         *echoes = 0.0;
         for (k, range) in ranges.iter_mut().enumerate() {
-            let echo = self.lidar.echo(&scene, &X_WS, c.key, c.n, k);
+            let echo = self.lidar.echo(&scene, &X_WS, clock.key, clock.n, k);
             let found = echo.range.is_finite();
             *range = if found { echo.range } else { 0.0 };
             *echoes += f64::from(u8::from(found));
@@ -166,11 +165,11 @@ mod tests {
     }
 
     fn read(p: LidarParams, mount: NodeState) -> Vec<f64> {
-        let lanes: usize = LidarSensor::ports(&p).direct_outputs.iter().map(|s| s.lanes).sum();
+        let lanes: usize = LidarSensor::ports(&p).feedthrough_outputs.iter().map(|s| s.lanes).sum();
         let m = LidarSensor::build(p).unwrap();
         let (mut u, mut y) = (vec![0.0; <NodeState as Lane>::N], vec![f64::NAN; lanes]);
         mount.put(&mut u);
-        m.direct(&Clock::at(0.0, 0.1, 0), &[], &[], &u, &(), &mut y);
+        m.feedthrough(&Clock::at(0.0, 0.1, 0), &u, &mut y);
         y
     }
 
@@ -216,13 +215,13 @@ mod tests {
             ..params()
         };
         let m = LidarSensor::build(p.clone()).map_err(|e| e.message).unwrap();
-        assert_eq!(LidarSensor::ports(&p).direct_inputs.len(), 2);
+        assert_eq!(LidarSensor::ports(&p).feedthrough_inputs.len(), 2);
         let range = |at: Vec3| {
             let n = <NodeState as Lane>::N;
             let (mut u, mut y) = (vec![0.0; 2 * n], [f64::NAN; 2]);
             NodeState::identity().put(&mut u[..n]);
             NodeState { position: at, ..NodeState::identity() }.put(&mut u[n..]);
-            m.direct(&Clock::at(0.0, 0.1, 0), &[], &[], &u, &(), &mut y);
+            m.feedthrough(&Clock::at(0.0, 0.1, 0), &u, &mut y);
             y
         };
         assert_eq!(range(Vec3::new(6.0, 2.0, 0.0)), [0.0, 0.0]);

@@ -86,9 +86,9 @@ impl Magnetometer {
 #[model("sensors.magnetometer")]
 impl Model for Magnetometer {
     type Params = MagnetometerParams;
-    type Ud = MagnetometerIn;
-    type Yd = MagnetometerOut;
-    type D = Biased;
+    type FeedthroughInputs = MagnetometerIn;
+    type FeedthroughOutputs = MagnetometerOut;
+    type DiscreteState = Biased;
     fn build(p: MagnetometerParams) -> Result<Self, BuildError> {
         if p.scale.iter().any(|s| !(s.abs() < 1.0)) {
             return Err(BuildError::new("a scale error is not within ± 1")
@@ -97,23 +97,23 @@ impl Model for Magnetometer {
         }
         Ok(Magnetometer { p })
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Biased, u: &MagnetometerIn) -> MagnetometerOut {
+    fn feedthrough(&self, clock: &Clock, d: &Biased, u: &MagnetometerIn) -> MagnetometerOut {
         let p = &self.p;
         let h = u.mount.rotation.inverse() * u.field + u.disturbance;
         let turned = h + p.misalignment.cross(&h);
         let noise = match p.sigma > 0.0 {
-            true => Vec3::new(c.normal(0), c.normal(1), c.normal(2)) * p.sigma,
+            true => Vec3::new(clock.normal(0), clock.normal(1), clock.normal(2)) * p.sigma,
             false => Vec3::zeros(),
         };
-        let bias = p.bias + Self::drawn(c, d) * p.bias_spread;
+        let bias = p.bias + Self::drawn(clock, d) * p.bias_spread;
         let whole = turned + turned.component_mul(&p.scale) + bias + noise;
         let cut = whole.map(|x| x.clamp(-p.limit, p.limit));
         let step = p.resolution;
         let measured = if step > 0.0 { cut.map(|x| (x / step).round() * step) } else { cut };
         MagnetometerOut { measured, saturated: cut != whole }
     }
-    fn update(&self, c: &Clock, _: &(), d: &Biased, _: &()) -> Biased {
-        Biased { first: Self::drawn(c, d), drawn: true }
+    fn update(&self, clock: &Clock, d: &Biased) -> Biased {
+        Biased { first: Self::drawn(clock, d), drawn: true }
     }
 }
 
@@ -147,8 +147,8 @@ mod tests {
         let mut d = Biased::zero();
         let one = |n| {
             let c = Clock::at(0.1 * n as f64, 0.1, n);
-            let y = m.direct(&c, &(), &d, &u, &());
-            d = m.update(&c, &(), &d, &(), &u, &mut ());
+            let y = m.feedthrough(&c, &d, &u);
+            d = m.update(&c, &d);
             y
         };
         (0..count).map(one).collect()

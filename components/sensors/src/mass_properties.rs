@@ -37,9 +37,9 @@ pub struct MassProperties {}
 /// Mass, centre of mass and inertia of a whole vehicle, exact and continuous.
 #[model("sensors.mass_properties")]
 impl Model for MassProperties {
-    type Ud = MassPropertiesIn;
-    type Yd = MassPropertiesOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &MassPropertiesIn) -> MassPropertiesOut {
+    type FeedthroughInputs = MassPropertiesIn;
+    type FeedthroughOutputs = MassPropertiesOut;
+    fn feedthrough(&self, u: &MassPropertiesIn) -> MassPropertiesOut {
         let [xx, yy, zz, xy, xz, yz] = u.vehicle.inertia;
         MassPropertiesOut {
             mass: u.vehicle.mass,

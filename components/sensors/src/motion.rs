@@ -39,9 +39,9 @@ pub struct Motion {}
 /// Position, attitude and velocities of a node, exact and continuous.
 #[model("sensors.motion")]
 impl Model for Motion {
-    type Ud = MotionIn;
-    type Yd = MotionOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &MotionIn) -> MotionOut {
+    type FeedthroughInputs = MotionIn;
+    type FeedthroughOutputs = MotionOut;
+    fn feedthrough(&self, u: &MotionIn) -> MotionOut {
         let NodeState { position, rotation, angular, velocity } = u.mount;
         let back = rotation.inverse();
         MotionOut {
@@ -64,7 +64,7 @@ mod tests {
         mount.rotation = Quat::from_axis_angle(&Vec3::z_axis(), std::f64::consts::FRAC_PI_2);
         mount.angular = Vec3::new(0.0, 2.0, 0.5);
         mount.velocity = Vec3::new(-3.0, 0.0, 1.0);
-        let y = Motion {}.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &MotionIn { mount }, &());
+        let y = Motion {}.feedthrough(&MotionIn { mount });
         assert!((y.rate - Vec3::new(2.0, 0.0, 0.5)).norm() < 1e-15);
         assert!((y.body_velocity - Vec3::new(0.0, 3.0, 1.0)).norm() < 1e-15);
         assert_eq!((y.attitude, y.velocity), (mount.rotation, mount.velocity));

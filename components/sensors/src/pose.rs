@@ -63,12 +63,13 @@ pub struct PoseSensor {
 #[model("sensors.pose")]
 impl Model for PoseSensor {
     type Params = PoseParams;
-    type Ud = PoseIn;
-    type Yd = PoseOut;
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &PoseIn) -> PoseOut {
+    type FeedthroughInputs = PoseIn;
+    type FeedthroughOutputs = PoseOut;
+    fn feedthrough(&self, clock: &Clock, u: &PoseIn) -> PoseOut {
         let forward = u.mount.rotation * Vec3::x();
         let up = u.mount.rotation * Vec3::z();
-        let noise = |lane: u32, sigma: f64| if sigma > 0.0 { sigma * c.normal(lane) } else { 0.0 };
+        let noise =
+            |lane: u32, sigma: f64| if sigma > 0.0 { sigma * clock.normal(lane) } else { 0.0 };
         let s = self.p.position_sigma;
         PoseOut {
             x: u.mount.position.x + noise(0, s),
@@ -81,7 +82,7 @@ impl Model for PoseSensor {
             speed: forward.dot(&u.mount.velocity),
         }
     }
-    fn update(&self, _: &Clock, _: &(), _: &(), _: &()) {}
+    fn update(&self) {}
 }
 
 #[cfg(test)]
@@ -95,7 +96,7 @@ mod tests {
             * Quat::from_axis_angle(&Vec3::x_axis(), 0.3);
         mount.velocity = Vec3::new(2f64.cos(), 2f64.sin(), 0.0) * 0.4;
         let s = PoseSensor { p: PoseParams { position_sigma: 0.0, heading_sigma: 0.0 } };
-        let y = s.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &PoseIn { mount }, &());
+        let y = s.feedthrough(&Clock::at(0.0, 0.1, 0), &PoseIn { mount });
         assert!((y.heading - 2.0).abs() < 1e-12 && (y.tilt - 0.3).abs() < 1e-12);
         assert!((y.speed - 0.4).abs() < 1e-12);
     }

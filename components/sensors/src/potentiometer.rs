@@ -58,8 +58,8 @@ pub struct Potentiometer {
 #[model("sensors.potentiometer")]
 impl Model for Potentiometer {
     type Params = PotentiometerParams;
-    type Ud = PotentiometerIn;
-    type Yd = PotentiometerOut;
+    type FeedthroughInputs = PotentiometerIn;
+    type FeedthroughOutputs = PotentiometerOut;
     fn build(p: PotentiometerParams) -> Result<Self, BuildError> {
         if !(p.upper > p.lower) || !(p.upper - p.lower).is_finite() {
             let fact = format!("the track ends at {} rad and begins at {} rad", p.upper, p.lower);
@@ -72,9 +72,9 @@ impl Model for Potentiometer {
         let steps = p.bits.map(|bits| 2f64.powi(bits.cast_signed()));
         Ok(Potentiometer { p, steps })
     }
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &PotentiometerIn) -> PotentiometerOut {
+    fn feedthrough(&self, clock: &Clock, u: &PotentiometerIn) -> PotentiometerOut {
         let p = &self.p;
-        let noise = if p.sigma > 0.0 { p.sigma * c.normal(0) } else { 0.0 };
+        let noise = if p.sigma > 0.0 { p.sigma * clock.normal(0) } else { 0.0 };
         let place = (u.shaft.angle + noise - p.lower) / (p.upper - p.lower);
         let place = place.clamp(0.0, 1.0);
         let ratio = self
@@ -83,7 +83,7 @@ impl Model for Potentiometer {
         let valid = (p.lower..=p.upper).contains(&u.shaft.angle);
         PotentiometerOut { angle: p.lower + (p.upper - p.lower) * ratio, ratio, valid }
     }
-    fn update(&self, _: &Clock, _: &(), _: &(), _: &()) {}
+    fn update(&self) {}
 }
 
 #[cfg(test)]
@@ -96,7 +96,7 @@ mod tests {
 
     fn read(m: &Potentiometer, angle: f64, row: u64) -> PotentiometerOut {
         let shaft = HingeState { angle, rate: 0.3 };
-        m.direct(&Clock::at(0.0, 0.1, row), &(), &(), &PotentiometerIn { shaft }, &())
+        m.feedthrough(&Clock::at(0.0, 0.1, row), &PotentiometerIn { shaft })
     }
 
     #[test]

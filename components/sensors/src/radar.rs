@@ -154,11 +154,10 @@ impl Radar {
     }
 }
 
+/// Slant ranges and speeds along beams to the ground and to bodies, and the velocity of them, with noise and losses; sampled.
+#[model("sensors.radar")]
 impl SizedModel for Radar {
-    const NAME: &'static str = "sensors.radar";
-    const DOC: &'static str = "Slant ranges and speeds along beams to the ground and to bodies, and the velocity of them, with noise and losses; sampled.";
     type Params = RadarParams;
-    type Store = ();
 
     fn ports(p: &RadarParams) -> SizedPorts {
         let mut mount = PortSpec::named("mount", PortKind::NodeState, <NodeState as Lane>::N)
@@ -174,8 +173,8 @@ impl SizedModel for Radar {
             each("found", "1", "1 for a beam with an echo, else 0."),
         ];
         SizedPorts {
-            direct_inputs: std::iter::once(mount).chain(p.sees.ports()).collect(),
-            direct_outputs: beams.into_iter().chain(RadarOut::specs()).collect(),
+            feedthrough_inputs: std::iter::once(mount).chain(p.sees.ports()).collect(),
+            feedthrough_outputs: beams.into_iter().chain(RadarOut::specs()).collect(),
             sampled: true,
             ..SizedPorts::default()
         }
@@ -213,7 +212,7 @@ impl SizedModel for Radar {
         Ok(Self { beams, around, site, spin, bodies, p })
     }
 
-    fn direct(&self, c: &Clock, _: &[f64], _: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+    fn feedthrough(&self, clock: &Clock, u: &[f64], y: &mut [f64]) {
         let mount = NodeState::get(u);
         let moving = &u[<NodeState as Lane>::N..];
         let Some(scene) = self.around.now(moving) else {
@@ -228,7 +227,9 @@ impl SizedModel for Radar {
             let d = mount.rotation * beam;
             let Some(hit) = self.first(&scene, &mount.position, &d, moving) else { continue };
             let closing = d.dot(&(mount.velocity - hit.velocity));
-            let Some((range, speed)) = self.measured(c, &hit, closing, k as u32) else { continue };
+            let Some((range, speed)) = self.measured(clock, &hit, closing, k as u32) else {
+                continue;
+            };
             (y[k], y[n + k], y[2 * n + k]) = (range, speed, 1.0);
             normal += beam * beam.transpose();
             right += beam * speed;
@@ -285,7 +286,7 @@ mod tests {
         let count = p.beams.len();
         let m = Radar::build(p.clone()).map_err(|e| e.message).unwrap();
         let mut y = vec![f64::NAN; 3 * count + 5];
-        m.direct(&Clock::at(0.05 * n as f64, 0.05, n), &[], &[], lanes, &(), &mut y);
+        m.feedthrough(&Clock::at(0.05 * n as f64, 0.05, n), lanes, &mut y);
         let each = (0..count).map(|k| [y[k], y[count + k], y[2 * count + k]]).collect();
         (each, RadarOut::get(&y[3 * count..]))
     }

@@ -71,9 +71,9 @@ impl Rectangle {
     }
 }
 
+/// The highest rock that rectangles about nodes have come over, and how many that are too high; truth, no instrument.
+#[model("sensors.rock_overlap")]
 impl SizedModel for RockOverlap {
-    const NAME: &'static str = "sensors.rock_overlap";
-    const DOC: &'static str = "The highest rock that rectangles about nodes have come over, and how many that are too high; truth, no instrument.";
     type Params = RockOverlapParams;
     /// Rocks that were overlapped, by their numbers in the terrain's list, in order.
     type Store = Vec<usize>;
@@ -89,7 +89,7 @@ impl SizedModel for RockOverlap {
         };
         SizedPorts {
             inputs: (0..p.rectangles.len().min(MOUNTS_MAX)).map(mount).collect(),
-            moore_outputs: RockOverlapOut::specs(),
+            outputs: RockOverlapOut::specs(),
             sampled: true,
             ..SizedPorts::default()
         }
@@ -113,7 +113,7 @@ impl SizedModel for RockOverlap {
         Ok(RockOverlap { p, rocks })
     }
 
-    fn moore(&self, _: &Clock, _: &[f64], _: &[f64], store: &Vec<usize>, y: &mut [f64]) {
+    fn outputs(&self, store: &Vec<usize>, y: &mut [f64]) {
         let heights = || store.iter().filter_map(|k| self.rocks.get(*k)).map(|rock| rock.height);
         RockOverlapOut {
             highest: heights().fold(0.0, f64::max),
@@ -122,7 +122,7 @@ impl SizedModel for RockOverlap {
         .put(y);
     }
 
-    fn update(&self, _: &Clock, _: &[f64], _: &mut [f64], u: &[f64], store: &mut Vec<usize>) {
+    fn update(&self, u: &[f64], store: &mut Vec<usize>) {
         let mounts = u.chunks_exact(<NodeState as Lane>::N).map(NodeState::get);
         for (mount, size) in mounts.zip(&self.p.rectangles) {
             let rectangle = Rectangle::about(&mount, *size);
@@ -159,10 +159,9 @@ mod tests {
                 * Quat::from_axis_angle(&Vec3::y_axis(), 1.1);
             at.put(lanes);
         }
-        let c = Clock::at(0.0, 0.1, 0);
-        model.update(&c, &[], &mut [], &u, store);
+        model.update(&u, store);
         let mut y = [0.0; 2];
-        model.moore(&c, &[], &[], store, &mut y);
+        model.outputs(store, &mut y);
         y
     }
 

@@ -52,7 +52,7 @@ pub struct SolarClock {
 #[model("sensors.solar_clock")]
 impl Model for SolarClock {
     type Params = SolarClockParams;
-    type Ym = SolarClockOut;
+    type Outputs = SolarClockOut;
     fn build(p: SolarClockParams) -> Result<Self, BuildError> {
         let help = "write a `site` in `world`, or remove this part";
         let Some(site) = p.world.axes().place() else {
@@ -67,8 +67,8 @@ impl Model for SolarClock {
         let north = Vec3::z().cross(&east);
         Ok(SolarClock { sun: p.sun, latitude, east, north })
     }
-    fn moore(&self, c: &Clock, _: &(), _: &()) -> SolarClockOut {
-        let s = self.sun.state(c.t).direction;
+    fn outputs(&self, clock: &Clock) -> SolarClockOut {
+        let s = self.sun.state(clock.t).direction;
         let s = Vec3::new(s.dot(&self.east), s.dot(&self.north), s.z);
         let (sin, cos) = self.latitude.sin_cos();
         let hour = (-s.x).atan2(cos * s.z - sin * s.y);
@@ -118,7 +118,7 @@ mod tests {
 
     fn read(dec: f64, hours: f64, lat: f64) -> SolarClockOut {
         let hour = (hours - 12.0) / 24.0 * TAU;
-        clock(At(dec, hour, lat), lat).unwrap().moore(&Clock::at(0.0, 1.0, 0), &(), &(), &())
+        clock(At(dec, hour, lat), lat).unwrap().outputs(&Clock::at(0.0, 1.0, 0))
     }
 
     #[test]

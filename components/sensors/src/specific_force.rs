@@ -42,12 +42,12 @@ pub struct SpecificForce {
 #[model("sensors.specific_force")]
 impl Model for SpecificForce {
     type Params = SpecificForceParams;
-    type Ud = SpecificForceIn;
-    type Yd = SpecificForceOut;
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &SpecificForceIn) -> SpecificForceOut {
+    type FeedthroughInputs = SpecificForceIn;
+    type FeedthroughOutputs = SpecificForceOut;
+    fn feedthrough(&self, clock: &Clock, u: &SpecificForceIn) -> SpecificForceOut {
         let NodeState { position, rotation, velocity, .. } = u.mount;
         let gravity = self.p.gravity.as_ref();
-        let fall = gravity.map_or(Vec3::zeros(), |g| g.free_fall(c.t, position, velocity));
+        let fall = gravity.map_or(Vec3::zeros(), |g| g.free_fall(clock.t, position, velocity));
         SpecificForceOut { force: rotation.inverse() * (u.motion.linear - fall) }
     }
 }
@@ -76,7 +76,7 @@ mod tests {
             [(gravity, Vec3::new(2.0, 9.0, 0.0)), (None, Vec3::new(2.0, 0.0, 0.0))]
         {
             let m = SpecificForce { p: SpecificForceParams { gravity } };
-            let y = m.direct(&c, &(), &(), &SpecificForceIn { mount, motion }, &());
+            let y = m.feedthrough(&c, &SpecificForceIn { mount, motion });
             assert!((y.force - want).norm() < 1e-14, "{}", y.force);
         }
     }

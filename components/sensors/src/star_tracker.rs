@@ -54,8 +54,8 @@ pub struct StarTracker {
 #[model("sensors.star_tracker")]
 impl Model for StarTracker {
     type Params = StarTrackerParams;
-    type Ud = StarTrackerIn;
-    type Yd = StarTrackerOut;
+    type FeedthroughInputs = StarTrackerIn;
+    type FeedthroughOutputs = StarTrackerOut;
     fn build(p: StarTrackerParams) -> Result<Self, BuildError> {
         if p.sigma.iter().any(|s| !(*s >= 0.0)) {
             return Err(BuildError::new("a standard deviation is below 0")
@@ -65,19 +65,20 @@ impl Model for StarTracker {
         let site = p.world.as_ref().and_then(|w| w.axes().site());
         Ok(StarTracker { p, site })
     }
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &StarTrackerIn) -> StarTrackerOut {
+    fn feedthrough(&self, clock: &Clock, u: &StarTrackerIn) -> StarTrackerOut {
         let turning = self.site.map_or_else(Vec3::zeros, |s| s.omega());
         let fix = (u.mount.angular + turning).norm() <= self.p.rate_max;
         if !fix {
             let none = Quat::identity();
             return StarTrackerOut { attitude: none, in_world: none, fix };
         }
-        let noise = Vec3::new(c.normal(0), c.normal(1), c.normal(2)).component_mul(&self.p.sigma);
+        let noise = Vec3::new(clock.normal(0), clock.normal(1), clock.normal(2))
+            .component_mul(&self.p.sigma);
         let in_world = u.mount.rotation * Quat::from_scaled_axis(noise);
-        let attitude = self.site.map_or(in_world, |s| s.to_inertial(c.t) * in_world);
+        let attitude = self.site.map_or(in_world, |s| s.to_inertial(clock.t) * in_world);
         StarTrackerOut { attitude, in_world, fix }
     }
-    fn update(&self, _: &Clock, _: &(), _: &(), _: &()) {}
+    fn update(&self) {}
 }
 
 #[cfg(test)]
@@ -87,7 +88,7 @@ mod tests {
     fn read(p: &StarTrackerParams, row: u64, angular: Vec3, q: Quat) -> StarTrackerOut {
         let m = StarTracker::build(p.clone()).unwrap();
         let mount = NodeState { rotation: q, angular, ..NodeState::identity() };
-        m.direct(&Clock::at(0.1 * row as f64, 0.1, row), &(), &(), &StarTrackerIn { mount }, &())
+        m.feedthrough(&Clock::at(0.1 * row as f64, 0.1, row), &StarTrackerIn { mount })
     }
 
     #[test]

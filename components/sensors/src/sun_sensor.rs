@@ -80,11 +80,11 @@ pub fn shaded(terrain: &dyn Terrain, from: Vec3, along: Vec3, range: f64) -> boo
 #[model("sensors.sun_sensor")]
 impl Model for SunSensor {
     type Params = SunSensorParams;
-    type Ud = SunSensorIn;
-    type Yd = SunSensorOut;
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &SunSensorIn) -> SunSensorOut {
+    type FeedthroughInputs = SunSensorIn;
+    type FeedthroughOutputs = SunSensorOut;
+    fn feedthrough(&self, clock: &Clock, u: &SunSensorIn) -> SunSensorOut {
         let p = &self.p;
-        let light = p.sun.light(c.t, &u.mount.position);
+        let light = p.sun.light(clock.t, &u.mount.position);
         let sun = light.direction;
         let seen = u.mount.rotation.inverse() * sun;
         let up = match p.world.as_ref().map(|w| w.axes()) {
@@ -101,11 +101,11 @@ impl Model for SunSensor {
         if !valid {
             return SunSensorOut { direction: Vec3::zeros(), valid, elevation };
         }
-        let turn = Vec3::new(c.normal(0), c.normal(1), c.normal(2)) * p.sigma;
+        let turn = Vec3::new(clock.normal(0), clock.normal(1), clock.normal(2)) * p.sigma;
         let direction = (seen + turn.cross(&seen)).normalize();
         SunSensorOut { direction, valid, elevation }
     }
-    fn update(&self, _: &Clock, _: &(), _: &(), _: &()) {}
+    fn update(&self) {}
 }
 
 #[cfg(test)]
@@ -163,7 +163,7 @@ mod tests {
     }
 
     fn look(s: &SunSensor, n: u64, mount: NodeState) -> SunSensorOut {
-        s.direct(&Clock::at(0.0, 1.0, n), &(), &(), &SunSensorIn { mount }, &())
+        s.feedthrough(&Clock::at(0.0, 1.0, n), &SunSensorIn { mount })
     }
 
     #[test]

@@ -3,7 +3,7 @@ use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_collision::Shape;
 use linkwork_multibody::{Coordinate, Friction, Hinge, Limits, Spring, Stop, Subhinge};
-use linkwork_runtime::prelude::{Clock, Model, Ports, Vec3, model};
+use linkwork_runtime::prelude::{Model, Ports, Vec3, model};
 use linkwork_runtime::{Integrator, ParamsBuilder, Value};
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Mat3, Pose, Quat};
@@ -176,8 +176,8 @@ struct Impostor {}
 /// It takes the name of another model.
 #[model("test.motor")]
 impl Model for Impostor {
-    type Ym = ImpostorOut;
-    fn moore(&self, _: &Clock) -> ImpostorOut {
+    type Outputs = ImpostorOut;
+    fn outputs(&self) -> ImpostorOut {
         ImpostorOut { zero: 0.0 }
     }
 }

@@ -51,16 +51,16 @@ pub struct Source;
 /// A source of 28 V that measures what it gives.
 #[model("test.source")]
 impl Model for Source {
-    type Ud = SourceIn;
-    type Ym = SourceVolts;
-    type Yd = SourceGiven;
+    type FeedthroughInputs = SourceIn;
+    type Outputs = SourceVolts;
+    type FeedthroughOutputs = SourceGiven;
     fn build(_: ()) -> Result<Self, BuildError> {
         Ok(Source)
     }
-    fn moore(&self, _: &Clock) -> SourceVolts {
+    fn outputs(&self) -> SourceVolts {
         SourceVolts { terminal: Volts { voltage: 28.0 } }
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &SourceIn) -> SourceGiven {
+    fn feedthrough(&self, u: &SourceIn) -> SourceGiven {
         SourceGiven { given: u.terminal.current }
     }
 }
@@ -108,12 +108,12 @@ pub struct Load {
 #[model("test.load")]
 impl Model for Load {
     type Params = LoadParams;
-    type Ud = LoadIn;
-    type Yd = LoadOut;
+    type FeedthroughInputs = LoadIn;
+    type FeedthroughOutputs = LoadOut;
     fn build(p: LoadParams) -> Result<Self, BuildError> {
         Ok(Load { p })
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &LoadIn) -> LoadOut {
+    fn feedthrough(&self, u: &LoadIn) -> LoadOut {
         LoadOut { supply: DrawsAmps { current: u.supply.voltage / self.p.resistance } }
     }
 }
@@ -137,12 +137,12 @@ pub struct Mass;
 /// A thermal mass at 300 K.
 #[model("test.mass")]
 impl Model for Mass {
-    type Ud = MassIn;
-    type Ym = MassOut;
+    type FeedthroughInputs = MassIn;
+    type Outputs = MassOut;
     fn build(_: ()) -> Result<Self, BuildError> {
         Ok(Mass)
     }
-    fn moore(&self, _: &Clock) -> MassOut {
+    fn outputs(&self) -> MassOut {
         MassOut { surface: Temperature { temperature: 300.0 } }
     }
 }
@@ -152,11 +152,11 @@ pub struct Constant;
 /// A voltage that is not a connector.
 #[model("test.constant")]
 impl Model for Constant {
-    type Ym = Volts;
+    type Outputs = Volts;
     fn build(_: ()) -> Result<Self, BuildError> {
         Ok(Constant)
     }
-    fn moore(&self, _: &Clock) -> Volts {
+    fn outputs(&self) -> Volts {
         Volts { voltage: 5.0 }
     }
 }

@@ -24,27 +24,26 @@ pub struct FleetParams {
 pub struct Fleet {
     p: FleetParams,
 }
+/// Commands each wheel.
+#[model("test.fleet")]
 impl SizedModel for Fleet {
-    const NAME: &'static str = "test.fleet";
-    const DOC: &'static str = "Commands each wheel.";
     type Params = FleetParams;
-    type Store = ();
     fn ports(p: &FleetParams) -> SizedPorts {
-        let mut moore_outputs = Vec::new();
+        let mut outputs = Vec::new();
         for (k, steered) in p.steered.iter().enumerate() {
             let group = PortSpec::group::<Command>(format!("wheels[{k}].drive"), "Drive.");
-            moore_outputs.extend(group);
+            outputs.extend(group);
             if *steered {
                 let port = PortSpec::named(format!("wheels[{k}].steer"), PortKind::Numbers, 1);
-                moore_outputs.push(port.unit_of("rad"));
+                outputs.push(port.unit_of("rad"));
             }
         }
-        SizedPorts { moore_outputs, ..SizedPorts::default() }
+        SizedPorts { outputs, ..SizedPorts::default() }
     }
     fn build(p: FleetParams) -> Result<Self, BuildError> {
         Ok(Fleet { p })
     }
-    fn moore(&self, _: &Clock, _: &[f64], _: &[f64], _: &(), mut y: &mut [f64]) {
+    fn outputs(&self, mut y: &mut [f64]) {
         for (k, steered) in self.p.steered.iter().enumerate() {
             let k = k as f64;
             let (drive, rest) = y.split_at_mut(Command::N);
@@ -60,11 +59,10 @@ impl SizedModel for Fleet {
 
 /// Takes the steering of those wheels that steer.
 pub struct Taker;
+/// Takes steering.
+#[model("test.taker")]
 impl SizedModel for Taker {
-    const NAME: &'static str = "test.taker";
-    const DOC: &'static str = "Takes steering.";
     type Params = FleetParams;
-    type Store = ();
     fn ports(p: &FleetParams) -> SizedPorts {
         let steered = p.steered.iter().enumerate().filter(|(_, steered)| **steered);
         let port =
@@ -91,11 +89,11 @@ pub struct Pair;
 /// Commands two wheels and a spare one.
 #[model("test.pair")]
 impl Model for Pair {
-    type Ym = PairOut;
+    type Outputs = PairOut;
     fn build(_: ()) -> Result<Self, BuildError> {
         Ok(Pair)
     }
-    fn moore(&self, _: &Clock) -> PairOut {
+    fn outputs(&self) -> PairOut {
         let command = |rate: f64| Command { rate, push: Vec3::new(rate, 0.0, 0.0) };
         PairOut { pair: [command(5.0), command(6.0)], spare: command(7.0) }
     }
@@ -129,12 +127,12 @@ pub struct Wheel;
 /// A wheel that does as it is told.
 #[model("test.wheel")]
 impl Model for Wheel {
-    type Ud = WheelIn;
-    type Yd = WheelOut;
+    type FeedthroughInputs = WheelIn;
+    type FeedthroughOutputs = WheelOut;
     fn build(_: ()) -> Result<Self, BuildError> {
         Ok(Wheel)
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &WheelIn) -> WheelOut {
+    fn feedthrough(&self, u: &WheelIn) -> WheelOut {
         WheelOut { rate: u.command.rate, push: u.command.push.z, steer: u.steer }
     }
 }

@@ -49,7 +49,7 @@ fn slips_of_the_pen() {
     refused(
         "Simulation(\n parts: { A: (model: \"x\") })",
         &[
-            "error: the keys of `{ .. }` are texts in quotes\n  --> sim.ron:2:9\n  help: write { \"name\": .. } or (name: ..)",
+            "error: the keys of `{ .. }` are texts in quotes\n  --> sim.ron:2:11\n  help: write { \"name\": .. } or (name: ..)",
         ],
     );
     refused(

@@ -91,17 +91,17 @@ struct Stepping {
 }
 
 impl Block for Stepping {
-    fn moore(&mut self, now: &Now, _: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
+    fn outputs(&mut self, now: &Now, _: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         let ym = self.w.ym;
         self.live.get_mut().with(now.t, |_, saved, _| {
             sig[ym..ym + saved.outputs.len()].copy_from_slice(&saved.outputs);
             Ok(())
         })
     }
-    fn direct(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
         Ok(())
     }
-    fn deriv(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn derivatives(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
         Ok(())
     }
     fn update(&mut self, now: &Now, _: &[f64], _: &mut [f64], sig: &[f64]) -> Outcome {

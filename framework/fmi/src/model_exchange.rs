@@ -180,7 +180,7 @@ impl Continuous {
 }
 
 impl Block for Continuous {
-    fn moore(&mut self, now: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
+    fn outputs(&mut self, now: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         let Continuous { live, w, work } = self;
         let x = if work.x.is_empty() { &[][..] } else { &x[w.x..w.x + work.x.len()] };
         live.get_mut().with(now.t, |unit, _, part| {
@@ -191,7 +191,7 @@ impl Block for Continuous {
             get_all(unit, slots, &mut sig[w.ym..w.ym + lanes])
         })
     }
-    fn direct(&mut self, now: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, now: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         let yd = self.w.yd;
         // Inputs first: outputs are lanes of the same signals.
         let Continuous { live, w, work } = self;
@@ -214,7 +214,14 @@ impl Block for Continuous {
             get_all(unit, slots, &mut sig[yd..yd + lanes])
         })
     }
-    fn deriv(&mut self, now: &Now, x: &[f64], _: &[f64], sig: &[f64], xdot: &mut [f64]) -> Outcome {
+    fn derivatives(
+        &mut self,
+        now: &Now,
+        x: &[f64],
+        _: &[f64],
+        sig: &[f64],
+        xdot: &mut [f64],
+    ) -> Outcome {
         let (first, n) = (self.w.x, self.work.x.len());
         self.at(now, x, sig, |unit, _, part, _| {
             let rates = &mut xdot[first..first + n];
@@ -253,7 +260,7 @@ impl Block for Continuous {
             Ok(())
         })
     }
-    fn fired(
+    fn handle_event(
         &mut self,
         now: &Now,
         _: Fired<'_>,

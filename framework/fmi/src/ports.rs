@@ -127,13 +127,13 @@ pub(crate) fn ports(
         direct.extend(&seen);
         !seen.is_empty()
     };
-    let (through, moore): (Vec<_>, Vec<_>) = outputs.into_iter().partition(|(k, _)| sees(*k));
+    let (through, from_state): (Vec<_>, Vec<_>) = outputs.into_iter().partition(|(k, _)| sees(*k));
     let (ud, u): (Vec<&FmiVariable>, Vec<&FmiVariable>) =
         inputs.iter().copied().partition(|v| direct.contains(&*v.name));
-    let (moore, through): (Vec<&FmiVariable>, Vec<&FmiVariable>) =
-        (moore.into_iter().map(|o| o.1).collect(), through.into_iter().map(|o| o.1).collect());
-    distinct(u.iter().chain(&ud).chain(&moore).chain(&through))?;
-    let lanes: usize = u.iter().chain(&ud).chain(&moore).chain(&through).map(|v| v.size).sum();
+    let (from_state, through): (Vec<&FmiVariable>, Vec<&FmiVariable>) =
+        (from_state.into_iter().map(|o| o.1).collect(), through.into_iter().map(|o| o.1).collect());
+    distinct(u.iter().chain(&ud).chain(&from_state).chain(&through))?;
+    let lanes: usize = u.iter().chain(&ud).chain(&from_state).chain(&through).map(|v| v.size).sum();
     if lanes > VALUES_MAX {
         return Err(Refusal::new(format!(
             "the unit has {lanes} values at its ports, the limit is {VALUES_MAX}"
@@ -167,20 +167,20 @@ pub(crate) fn ports(
             own => format!("{doc} This one: {}, {own}", d.name).into(),
         },
         functions: Functions {
-            moore: !moore.is_empty(),
-            direct: !through.is_empty(),
-            deriv: !scales.is_empty(),
+            outputs: !from_state.is_empty(),
+            feedthrough: !through.is_empty(),
+            derivatives: !scales.is_empty(),
             update: !me,
             guards: me,
-            moore_timed: true,
-            direct_timed: true,
+            outputs_timed: true,
+            feedthrough_timed: true,
             ..Functions::default()
         },
         params: <crate::UnitParams as linkwork_runtime::Params>::specs(),
         inputs: specs(&u, input),
-        direct_inputs: specs(&ud, input),
-        moore_outputs: specs(&moore, port),
-        direct_outputs: specs(&through, port),
+        feedthrough_inputs: specs(&ud, input),
+        outputs: specs(&from_state, port),
+        feedthrough_outputs: specs(&through, port),
         continuous: specs(&states, port),
         guards,
         ..Description::default()
@@ -189,7 +189,7 @@ pub(crate) fn ports(
     let ports = Ports {
         discrete: u.iter().chain(&ud).map(|v| at_events(v)).collect(),
         inputs: [slots(&u), slots(&ud)],
-        outputs: [slots(&moore), slots(&through)],
+        outputs: [slots(&from_state), slots(&through)],
         states: scales,
         indicators: nz,
     };

@@ -160,9 +160,9 @@ pub fn describe(model: &str) -> u8 {
         params(&mut out, &d.params, 0);
     }
     ports(&mut out, "inputs (no feedthrough)", &d.inputs);
-    ports(&mut out, "inputs (with feedthrough)", &d.direct_inputs);
-    ports(&mut out, "outputs (from state)", &d.moore_outputs);
-    ports(&mut out, "outputs (with feedthrough)", &d.direct_outputs);
+    ports(&mut out, "inputs (with feedthrough)", &d.feedthrough_inputs);
+    ports(&mut out, "outputs (from state)", &d.outputs);
+    ports(&mut out, "outputs (with feedthrough)", &d.feedthrough_outputs);
     connectors(&mut out, d);
     ports(&mut out, "continuous state", &d.continuous);
     ports(&mut out, "discrete state", &d.discrete);

@@ -66,17 +66,17 @@ pub type Indices = SmallVec<[u32; 8]>;
 /// Where a block finds and puts its lanes.
 #[derive(Clone, Debug, Default)]
 pub struct Wiring {
-    /// Signal lane of each lane of U.
+    /// Signal lane of each lane of the inputs.
     pub u: Indices,
-    /// Signal lane of each lane of Ud.
+    /// Signal lane of each lane of the feedthrough inputs.
     pub ud: Indices,
-    /// First signal lane of Ym.
+    /// First signal lane of the outputs.
     pub ym: usize,
-    /// First signal lane of Yd.
+    /// First signal lane of the feedthrough outputs.
     pub yd: usize,
-    /// First lane of X.
+    /// First lane of the continuous state.
     pub x: usize,
-    /// First lane of D.
+    /// First lane of the discrete state.
     pub d: usize,
     /// Sample period in ticks; 0: continuous.
     pub period: u64,
@@ -94,11 +94,18 @@ pub struct Wiring {
 /// is a function of its arguments and the store: what else a block keeps is work space.
 pub trait Block: Send {
     /// Outputs from state.
-    fn moore(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome;
+    fn outputs(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome;
     /// Outputs with feedthrough.
-    fn direct(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome;
+    fn feedthrough(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome;
     /// Derivatives.
-    fn deriv(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64], xdot: &mut [f64]) -> Outcome;
+    fn derivatives(
+        &mut self,
+        now: &Now,
+        x: &[f64],
+        d: &[f64],
+        sig: &[f64],
+        xdot: &mut [f64],
+    ) -> Outcome;
     /// Derivatives of an operation at (x, d, sig), where the block knows them better than differences do: it fills
     /// the columns of `out` that it knows. Only stiff methods ask.
     fn slopes(
@@ -128,7 +135,7 @@ pub trait Block: Send {
         Ok(())
     }
     /// State after guards reached zero.
-    fn fired(
+    fn handle_event(
         &mut self,
         _now: &Now,
         _which: Fired<'_>,
@@ -139,11 +146,17 @@ pub trait Block: Send {
         Ok(())
     }
     /// What is allowed and probably not meant, seen at the start of a run.
-    fn remarks(&mut self, _now: &Now, _x: &[f64], _d: &[f64], _sig: &[f64]) -> Vec<BuildError> {
+    fn startup_warnings(
+        &mut self,
+        _now: &Now,
+        _x: &[f64],
+        _d: &[f64],
+        _sig: &[f64],
+    ) -> Vec<BuildError> {
         Vec::new()
     }
     /// Returns a warning about a guard that is due, before it fires; it may stop the run. One guard of `which` is due.
-    fn tells(
+    fn runtime_warning(
         &mut self,
         _now: &Now,
         _which: Fired<'_>,
@@ -384,7 +397,7 @@ impl<M: Model> Prototype for Built<M> {
     }
     fn block(&self, w: Wiring) -> Box<dyn Block> {
         let store = self.model.init_store();
-        Box::new(Wired { model: self.model.clone(), w, store, none: M::Yd::zero() })
+        Box::new(Wired { model: self.model.clone(), w, store, none: M::FeedthroughOutputs::zero() })
     }
 }
 
@@ -392,8 +405,8 @@ struct Wired<M: Model> {
     model: Arc<M>,
     w: Wiring,
     store: M::Store,
-    /// What a `deriv` is given that does not ask for outputs.
-    none: M::Yd,
+    /// Zeros: the argument `y` of `derivatives` that does not read it.
+    none: M::FeedthroughOutputs,
 }
 
 impl Wiring {
@@ -419,39 +432,50 @@ impl Wiring {
 
 impl<M: Model> Wired<M> {
     #[inline(always)]
-    fn x(&self, x: &[f64]) -> M::X {
-        if M::X::N == 0 { M::X::get(&[]) } else { M::X::get(&x[self.w.x..]) }
+    fn x(&self, x: &[f64]) -> M::State {
+        if M::State::N == 0 { M::State::get(&[]) } else { M::State::get(&x[self.w.x..]) }
     }
     #[inline(always)]
-    fn d(&self, d: &[f64]) -> M::D {
-        if M::D::N == 0 { M::D::get(&[]) } else { M::D::get(&d[self.w.d..]) }
+    fn d(&self, d: &[f64]) -> M::DiscreteState {
+        if M::DiscreteState::N == 0 {
+            M::DiscreteState::get(&[])
+        } else {
+            M::DiscreteState::get(&d[self.w.d..])
+        }
     }
     #[inline(always)]
-    fn inputs(&self, sig: &[f64]) -> (M::U, M::Ud) {
-        (M::U::gather(sig, &self.w.u), M::Ud::gather(sig, &self.w.ud))
+    fn inputs(&self, sig: &[f64]) -> (M::Inputs, M::FeedthroughInputs) {
+        (M::Inputs::gather(sig, &self.w.u), M::FeedthroughInputs::gather(sig, &self.w.ud))
     }
 }
 
 impl<M: Model> Block for Wired<M> {
-    fn moore(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
+    fn outputs(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
         let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
-        self.model.moore(&c, &x, &d, &self.store).put(&mut sig[self.w.ym..]);
+        self.model.outputs(&c, &x, &d, &self.store).put(&mut sig[self.w.ym..]);
         Ok(())
     }
-    fn direct(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
         let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
-        let ud = M::Ud::gather(sig, &self.w.ud);
-        self.model.direct(&c, &x, &d, &ud, &self.store).put(&mut sig[self.w.yd..]);
+        let ud = M::FeedthroughInputs::gather(sig, &self.w.ud);
+        self.model.feedthrough(&c, &x, &d, &ud, &self.store).put(&mut sig[self.w.yd..]);
         Ok(())
     }
-    fn deriv(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64], xdot: &mut [f64]) -> Outcome {
+    fn derivatives(
+        &mut self,
+        now: &Now,
+        x: &[f64],
+        d: &[f64],
+        sig: &[f64],
+        xdot: &mut [f64],
+    ) -> Outcome {
         let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
         let (u, ud) = self.inputs(sig);
-        let rate = if M::FUNCTIONS.deriv_outputs {
-            let yd = M::Yd::get(&sig[self.w.yd..]);
-            self.model.deriv(&c, &x, &d, &u, &ud, &self.store, &yd)
+        let rate = if M::FUNCTIONS.derivatives_read_outputs {
+            let yd = M::FeedthroughOutputs::get(&sig[self.w.yd..]);
+            self.model.derivatives(&c, &x, &d, &u, &ud, &self.store, &yd)
         } else {
-            self.model.deriv(&c, &x, &d, &u, &ud, &self.store, &self.none)
+            self.model.derivatives(&c, &x, &d, &u, &ud, &self.store, &self.none)
         };
         rate.put(&mut xdot[self.w.x..]);
         Ok(())
@@ -460,7 +484,7 @@ impl<M: Model> Block for Wired<M> {
         let (c, x, old) = (self.w.clock(now), self.x(x), self.d(d));
         let (u, ud) = self.inputs(sig);
         let new = self.model.update(&c, &x, &old, &u, &ud, &mut self.store);
-        if M::D::N > 0 {
+        if M::DiscreteState::N > 0 {
             new.put(&mut d[self.w.d..]);
         }
         Ok(())
@@ -480,14 +504,14 @@ impl<M: Model> Block for Wired<M> {
     }
     fn mode(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
         let (c, x, old) = (self.w.clock(now), self.x(x), self.d(d));
-        let ud = M::Ud::gather(sig, &self.w.ud);
+        let ud = M::FeedthroughInputs::gather(sig, &self.w.ud);
         let new = self.model.mode(&c, &x, &old, &ud, &self.store);
-        if M::D::N > 0 {
+        if M::DiscreteState::N > 0 {
             new.put(&mut d[self.w.d..]);
         }
         Ok(())
     }
-    fn fired(
+    fn handle_event(
         &mut self,
         now: &Now,
         which: Fired<'_>,
@@ -497,21 +521,27 @@ impl<M: Model> Block for Wired<M> {
     ) -> Outcome {
         let (c, old_x, old_d) = (self.w.clock(now), self.x(x), self.d(d));
         let (u, ud) = self.inputs(sig);
-        let (x1, d1) = self.model.fired(&c, which, &old_x, &old_d, &u, &ud, &mut self.store);
-        if M::X::N > 0 {
+        let (x1, d1) = self.model.handle_event(&c, which, &old_x, &old_d, &u, &ud, &mut self.store);
+        if M::State::N > 0 {
             x1.put(&mut x[self.w.x..]);
         }
-        if M::D::N > 0 {
+        if M::DiscreteState::N > 0 {
             d1.put(&mut d[self.w.d..]);
         }
         Ok(())
     }
-    fn remarks(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64]) -> Vec<BuildError> {
+    fn startup_warnings(
+        &mut self,
+        now: &Now,
+        x: &[f64],
+        d: &[f64],
+        sig: &[f64],
+    ) -> Vec<BuildError> {
         let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
         let (u, ud) = self.inputs(sig);
-        self.model.remarks(&c, &x, &d, &u, &ud, &self.store)
+        self.model.startup_warnings(&c, &x, &d, &u, &ud, &self.store)
     }
-    fn tells(
+    fn runtime_warning(
         &mut self,
         now: &Now,
         which: Fired<'_>,
@@ -521,7 +551,7 @@ impl<M: Model> Block for Wired<M> {
     ) -> Option<BuildError> {
         let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
         let (u, ud) = self.inputs(sig);
-        self.model.tells(&c, which, &x, &d, &u, &ud, &self.store)
+        self.model.runtime_warning(&c, which, &x, &d, &u, &ud, &self.store)
     }
     fn overlay(&self) -> Option<SharedOverlay> {
         self.model.overlay(&self.store)
@@ -549,6 +579,6 @@ impl<M: Model> Block for Wired<M> {
     }
     fn fork(&self) -> Box<dyn Block> {
         let (model, w, store) = (self.model.clone(), self.w.clone(), self.store.clone());
-        Box::new(Wired::<M> { model, w, store, none: M::Yd::zero() })
+        Box::new(Wired::<M> { model, w, store, none: M::FeedthroughOutputs::zero() })
     }
 }

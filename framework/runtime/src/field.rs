@@ -201,13 +201,13 @@ struct WiredField<F: Field> {
 }
 
 impl<F: Field> Block for WiredField<F> {
-    fn moore(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn outputs(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
         Ok(())
     }
-    fn direct(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
         Ok(())
     }
-    fn deriv(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn derivatives(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
         Ok(())
     }
     fn update(&mut self, now: &Now, _: &[f64], _: &mut [f64], sig: &[f64]) -> Outcome {

@@ -1,4 +1,4 @@
-//! A model: pure functions of plain data. What depends on what is read from their signatures.
+//! Models: pure functions of plain data. The arguments that they name decide the order of evaluation.
 use crate::field::{BINDING, Shown};
 use crate::overlay::SharedOverlay;
 use crate::params::{ParamSpec, Params};
@@ -6,34 +6,34 @@ use crate::ports::{Lanes, PortSpec, Text};
 use crate::time::Clock;
 use serde::{Serialize, de::DeserializeOwned};
 
-/// Which functions a model has, and which of them look at the clock.
+/// Functions that a model has, and the arguments that decide the order of evaluation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Functions {
-    /// Outputs from state only.
-    pub moore: bool,
-    /// Outputs with feedthrough.
-    pub direct: bool,
-    /// Derivatives of the continuous state.
-    pub deriv: bool,
-    /// Discrete update at the part's own ticks.
+    /// It has outputs that follow from its state.
+    pub outputs: bool,
+    /// It has outputs that follow from inputs of the same instant.
+    pub feedthrough: bool,
+    /// It has derivatives of a continuous state.
+    pub derivatives: bool,
+    /// It updates a discrete state at the sample times of the part.
     pub update: bool,
-    /// `moore` reads the clock.
-    pub moore_timed: bool,
-    /// `direct` reads the clock.
-    pub direct_timed: bool,
-    /// `deriv` reads the model's own direct outputs of the same evaluation.
-    pub deriv_outputs: bool,
-    /// `direct` uses what `moore` found in the same evaluation.
-    pub direct_after_moore: bool,
-    /// Numbers that are events where they reach zero.
+    /// `outputs` reads the clock.
+    pub outputs_timed: bool,
+    /// `feedthrough` reads the clock.
+    pub feedthrough_timed: bool,
+    /// `derivatives` reads the feedthrough outputs of the same evaluation.
+    pub derivatives_read_outputs: bool,
+    /// `feedthrough` uses results of `outputs` of the same evaluation.
+    pub feedthrough_after_outputs: bool,
+    /// It has guards: functions whose zero crossings are events.
     pub guards: bool,
-    /// Its guards keep steps off the jumps and corners of its outputs ([`Model::MODES`]).
+    /// Its guards end a step at the jumps and corners of its outputs ([`Model::MODES`]).
     pub modes: bool,
-    /// Its outputs are averages over a step of a fixed method ([`Model::AVERAGES`]).
+    /// Its outputs are averages over a step of a fixed-step method ([`Model::AVERAGES`]).
     pub averages: bool,
-    /// Its continuous state advances by a method of its own, from row to row.
+    /// It integrates its continuous state itself, with a custom method.
     pub steps: bool,
-    /// It shows something on the ground.
+    /// It draws something on the ground.
     pub overlay: bool,
 }
 
@@ -89,18 +89,33 @@ pub trait Store: Serialize + DeserializeOwned + Clone + Default + Send + Sync + 
 impl Store for () {}
 impl<T: Serialize + DeserializeOwned + Clone + Send + Sync + 'static> Store for Vec<T> {}
 
-/// A model. Write the functions it has; `#[model("library.name")]` fills in the rest.
+/// A model: functions of its state and inputs. `#[model("library.name")]` above the `impl` completes it.
+///
+/// Write the functions that the model needs. Each takes `&self` and, in any order, those arguments that it reads; the names of the
+/// arguments decide what they receive:
+///
+/// | argument | type | content |
+/// |---|---|---|
+/// | `clock` | `&Clock` | time, step or sample period, noise |
+/// | `x` | `&Self::State` | continuous state |
+/// | `d` | `&Self::DiscreteState` | discrete state |
+/// | `u` | `&Self::Inputs` | inputs; `&Self::FeedthroughInputs` in a model that has no other inputs |
+/// | `ud` | `&Self::FeedthroughInputs` | inputs that feedthrough outputs depend on, in a model that has both kinds |
+/// | `y` | `&Self::FeedthroughOutputs` | in `derivatives`: the feedthrough outputs of the same evaluation |
+/// | `store` | `&Self::Store` | large discrete state; `&mut` in `update` and `handle_event` |
+/// | `fired` | `Fired` | in `handle_event` and `runtime_warning`: the guards that have reached zero |
 ///
 /// ```text
-/// y_k   = moore(x_k, d_k), direct(x_k, d_k, ud_k)
-/// ẋ     = deriv(x, d, u, ud, yd)          at every stage of the integrator; yd: of the same evaluation
-/// d_k+1 = update(x_k, d_k, u_k, ud_k)     at the part's own ticks
-/// g     = guards(x, d, u, ud)             where one reaches zero is located, then
-/// x, d  = fired(which, x, d, u, ud)       at that instant, once for all guards that are due
-/// d     = mode(x, d, ud)                  at rows and events, before `direct`; not within a step
+/// y    = outputs(x, d), feedthrough(x, d, ud)
+/// ẋ    = derivatives(x, d, u, ud, y)        at every stage of the integrator
+/// d⁺   = update(x, d, u, ud)                at the sample times of the part
+/// g    = guards(x, d, u, ud)                zero crossings are located within a step, then
+/// x, d = handle_event(fired, x, d, u, ud)   at that instant, once for all guards that are due
+/// d    = mode(x, d, ud)                     at samples and events before `feedthrough`, not within a step
 /// ```
-/// A guard with a direction is a level: where it has reached zero at the start of the run, or of the phase that brings the part,
-/// `fired` is called there, before the first row is logged. So `fired` decides from the present values, and takes [`Fired`] for the side of what is exactly at zero.
+/// A guard with a direction is a level: where it has reached zero at the start of the run, or of the phase that adds the part,
+/// `handle_event` is called there, before the first sample is logged. `handle_event` therefore decides from the present values and
+/// uses [`Fired`] only where a value is exactly at zero.
 #[allow(unused_variables)]
 pub trait Model: Sized + Send + Sync + 'static {
     /// Name in the catalogue.
@@ -109,177 +124,186 @@ pub trait Model: Sized + Send + Sync + 'static {
     const DOC: &'static str;
     /// Functions it has.
     const FUNCTIONS: Functions;
-    /// It takes W for inertial axes: it is refused where W is a [`Site`](crate::Site) of a planet.
+    /// It assumes that the axes of the world frame W are inertial: it is rejected where W is a [`Site`](crate::Site) of a planet.
     const INERTIAL: bool = false;
-    /// Its outputs have jumps or corners, and its discrete state says which smooth piece holds. Within a step the piece stays, also
-    /// beyond its end; a guard ends the step there and `fired` changes the piece. [`Model::mode`] gives the piece at rows and
-    /// events. Where its outputs change at rows and events only ([`Clock::sampled`]) its guards are not watched, and `mode` alone gives the piece.
+    /// Its outputs have jumps or corners, and its discrete state is the number of the smooth piece that holds. Within a step the
+    /// piece is kept, also beyond its end; a guard ends the step there and `handle_event` changes the piece. [`Model::mode`] returns
+    /// the piece at samples and events. Where the outputs change at samples and events only ([`Clock::sampled`]), the guards are
+    /// not evaluated and `mode` alone decides.
     const MODES: bool = false;
-    /// It pushes shorter than a step may be. Where [`Clock::span`] gives a step of a fixed method, its outputs are averages over
-    /// that step, so that the step has the whole impulse. Adaptive methods follow the outputs themselves.
+    /// It makes pulses that may be shorter than a step. Where [`Clock::span`] is the step of a fixed-step method, its outputs are
+    /// averages over that step, so that the step delivers the whole impulse. Adaptive methods resolve the pulse itself.
     const AVERAGES: bool = false;
     /// Parameters; constant during a run.
     type Params: Params;
-    /// Inputs that outputs do not see at once.
-    type U: Lanes;
-    /// Inputs that `direct` may see.
-    type Ud: Lanes;
-    /// Outputs from state only.
-    type Ym: Lanes;
-    /// Outputs with feedthrough.
-    type Yd: Lanes;
+    /// Inputs that no output depends on at the same instant.
+    type Inputs: Lanes;
+    /// Inputs that feedthrough outputs depend on.
+    type FeedthroughInputs: Lanes;
+    /// Outputs that follow from the state.
+    type Outputs: Lanes;
+    /// Outputs that depend on inputs of the same instant.
+    type FeedthroughOutputs: Lanes;
     /// Continuous state.
-    type X: Lanes;
+    type State: Lanes;
     /// Discrete state.
-    type D: Lanes;
+    type DiscreteState: Lanes;
     /// Large discrete state.
     type Store: Store;
-    /// Guards: numbers that are events where they reach zero.
-    type G: Lanes;
+    /// Guards: functions whose zero crossings are events.
+    type Guards: Lanes;
 
     /// Makes the model.
     fn build(p: Self::Params) -> Result<Self, BuildError>;
-    /// Outputs that another part has to take up, each with what is lost where none does: a warning of the plan.
+    /// Returns the outputs that another part has to read, each with a warning that says what is lost where none does.
     fn must_be_read(&self) -> Vec<(&'static str, BuildError)> {
         Vec::new()
     }
-    /// Inputs with a default that with these parameters have to be wired all the same, each with the reason: the default would decide a result.
+    /// Returns the inputs that have a default but must be wired with these parameters, because the default would decide a result;
+    /// each with the reason.
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         Vec::new()
     }
-    /// Continuous state at the start.
-    fn init_x(&self) -> Self::X {
-        Self::X::zero()
+    /// Returns the initial continuous state.
+    fn init_x(&self) -> Self::State {
+        Self::State::zero()
     }
-    /// Discrete state at the start.
-    fn init_d(&self) -> Self::D {
-        Self::D::zero()
+    /// Returns the initial discrete state.
+    fn init_d(&self) -> Self::DiscreteState {
+        Self::DiscreteState::zero()
     }
-    /// Store at the start.
+    /// Returns the initial store.
     fn init_store(&self) -> Self::Store {
         Self::Store::default()
     }
-    /// Outputs from state only.
-    fn moore(&self, c: &Clock, x: &Self::X, d: &Self::D, store: &Self::Store) -> Self::Ym {
-        Self::Ym::zero()
-    }
-    /// Outputs with feedthrough.
-    fn direct(
+    /// Returns the outputs that follow from the state.
+    fn outputs(
         &self,
-        c: &Clock,
-        x: &Self::X,
-        d: &Self::D,
-        ud: &Self::Ud,
+        clock: &Clock,
+        x: &Self::State,
+        d: &Self::DiscreteState,
         store: &Self::Store,
-    ) -> Self::Yd {
-        Self::Yd::zero()
+    ) -> Self::Outputs {
+        Self::Outputs::zero()
     }
-    /// Derivative of the continuous state. `yd` is what `direct` gave in the same evaluation, when the
-    /// function names that argument (else zeros): what both need is computed once.
-    fn deriv(
+    /// Returns the outputs that depend on inputs of the same instant.
+    fn feedthrough(
         &self,
-        c: &Clock,
-        x: &Self::X,
-        d: &Self::D,
-        u: &Self::U,
-        ud: &Self::Ud,
+        clock: &Clock,
+        x: &Self::State,
+        d: &Self::DiscreteState,
+        ud: &Self::FeedthroughInputs,
         store: &Self::Store,
-        yd: &Self::Yd,
-    ) -> Self::X {
-        Self::X::zero()
+    ) -> Self::FeedthroughOutputs {
+        Self::FeedthroughOutputs::zero()
     }
-    /// The next discrete state.
+    /// Returns the derivative of the continuous state. A function that names `y` receives the feedthrough outputs of the same
+    /// evaluation, so that terms that both need are computed once; otherwise `y` is zero.
+    fn derivatives(
+        &self,
+        clock: &Clock,
+        x: &Self::State,
+        d: &Self::DiscreteState,
+        u: &Self::Inputs,
+        ud: &Self::FeedthroughInputs,
+        store: &Self::Store,
+        y: &Self::FeedthroughOutputs,
+    ) -> Self::State {
+        Self::State::zero()
+    }
+    /// Returns the next discrete state.
     fn update(
         &self,
-        c: &Clock,
-        x: &Self::X,
-        d: &Self::D,
-        u: &Self::U,
-        ud: &Self::Ud,
+        clock: &Clock,
+        x: &Self::State,
+        d: &Self::DiscreteState,
+        u: &Self::Inputs,
+        ud: &Self::FeedthroughInputs,
         store: &mut Self::Store,
-    ) -> Self::D {
-        Self::D::zero()
+    ) -> Self::DiscreteState {
+        Self::DiscreteState::zero()
     }
-    /// Numbers that are events where they reach zero: continuous between events.
+    /// Returns the values of the guards: functions, continuous between events, whose zero crossings are events.
     fn guards(
         &self,
-        c: &Clock,
-        x: &Self::X,
-        d: &Self::D,
-        u: &Self::U,
-        ud: &Self::Ud,
+        clock: &Clock,
+        x: &Self::State,
+        d: &Self::DiscreteState,
+        u: &Self::Inputs,
+        ud: &Self::FeedthroughInputs,
         store: &Self::Store,
-    ) -> Self::G {
-        Self::G::zero()
+    ) -> Self::Guards {
+        Self::Guards::zero()
     }
-    /// The discrete state that follows from the present levels, for a model with [`Model::MODES`]: the piece that holds. It is not asked
-    /// while a guard of the part is due, nor at the instant at which one has fired as long as it stands at its zero but for round-off:
-    /// [`Model::fired`] decides there.
+    /// Returns the smooth piece that holds at the present values, for a model with [`Model::MODES`]. It is not called while a guard
+    /// of the part is due, nor at the instant of its event while the guard is zero within round-off: there
+    /// [`Model::handle_event`] decides.
     fn mode(
         &self,
-        c: &Clock,
-        x: &Self::X,
-        d: &Self::D,
-        ud: &Self::Ud,
+        clock: &Clock,
+        x: &Self::State,
+        d: &Self::DiscreteState,
+        ud: &Self::FeedthroughInputs,
         store: &Self::Store,
-    ) -> Self::D {
-        let mut lanes = vec![0.0; Self::D::N];
+    ) -> Self::DiscreteState {
+        let mut lanes = vec![0.0; Self::DiscreteState::N];
         d.put(&mut lanes);
-        Self::D::get(&lanes)
+        Self::DiscreteState::get(&lanes)
     }
-    /// State after guards reached zero; `which` says which of them, by their places among the lanes of `G`, and which way they
-    /// went. Called once for all that are due at one instant. Outputs and inputs are those just before the event.
-    fn fired(
+    /// Returns the states after an event. `fired` says which guards reached zero, by their indices in `Guards`, and in which
+    /// direction. It is called once for all guards that are due at one instant. Inputs are those just before the event.
+    fn handle_event(
         &self,
-        c: &Clock,
-        which: Fired<'_>,
-        x: &Self::X,
-        d: &Self::D,
-        u: &Self::U,
-        ud: &Self::Ud,
+        clock: &Clock,
+        fired: Fired<'_>,
+        x: &Self::State,
+        d: &Self::DiscreteState,
+        u: &Self::Inputs,
+        ud: &Self::FeedthroughInputs,
         store: &mut Self::Store,
-    ) -> (Self::X, Self::D) {
-        let mut lanes = vec![0.0; Self::X::N + Self::D::N];
-        let (a, b) = lanes.split_at_mut(Self::X::N);
+    ) -> (Self::State, Self::DiscreteState) {
+        let mut lanes = vec![0.0; Self::State::N + Self::DiscreteState::N];
+        let (a, b) = lanes.split_at_mut(Self::State::N);
         x.put(a);
         d.put(b);
-        (Self::X::get(a), Self::D::get(b))
+        (Self::State::get(a), Self::DiscreteState::get(b))
     }
-    /// What is allowed and probably not meant, seen at the start of a run, or of the phase that brings the part: each a fact with its
-    /// remedy. One that [stops](BuildError::stops) refuses the start: it is asked of parts with guards.
-    fn remarks(
+    /// Returns warnings about a start that is allowed but probably a mistake, each with its remedy. It is called at the start of a
+    /// run, or of the phase that adds the part. A warning of a part with guards that [stops](BuildError::stops) rejects the start.
+    fn startup_warnings(
         &self,
-        c: &Clock,
-        x: &Self::X,
-        d: &Self::D,
-        u: &Self::U,
-        ud: &Self::Ud,
+        clock: &Clock,
+        x: &Self::State,
+        d: &Self::DiscreteState,
+        u: &Self::Inputs,
+        ud: &Self::FeedthroughInputs,
         store: &Self::Store,
     ) -> Vec<BuildError> {
         Vec::new()
     }
-    /// Returns a warning when a guard is due, before [`Model::fired`]: allowed and probably not meant. Called for each guard
-    /// separately, so that one guard of `which` is due. The warning is given once in a run for each guard, and the run goes on; or it [stops](BuildError::stops) the run at that instant. What `direct` and `deriv`
-    /// give beyond the guard are still numbers: steps are tried there before the guard is located.
-    fn tells(
+    /// Returns a warning about a guard that is due, before [`Model::handle_event`]. It is called for each guard separately, so that
+    /// exactly one guard of `fired` is due. Each guard warns once in a run, and the run continues, unless the warning
+    /// [stops](BuildError::stops) it at that instant. `feedthrough` and `derivatives` must return finite numbers beyond the guard,
+    /// because the integrator evaluates them there before the zero crossing is located.
+    fn runtime_warning(
         &self,
-        c: &Clock,
-        which: Fired<'_>,
-        x: &Self::X,
-        d: &Self::D,
-        u: &Self::U,
-        ud: &Self::Ud,
+        clock: &Clock,
+        fired: Fired<'_>,
+        x: &Self::State,
+        d: &Self::DiscreteState,
+        u: &Self::Inputs,
+        ud: &Self::FeedthroughInputs,
         store: &Self::Store,
     ) -> Option<BuildError> {
         None
     }
-    /// What it shows on the ground, for viewers and logs: a copy of what is to be drawn, cheap since it is made while the run waits.
+    /// Returns what it draws on the ground, for viewers and logs. The copy must be cheap, because the run waits for it.
     fn overlay(&self, store: &Self::Store) -> Option<SharedOverlay> {
         None
     }
 }
 
-/// The guards of one part that are due at one instant, by their places among the lanes of `G`.
+/// The guards of one part that are due at one instant, by their indices in [`Model::Guards`].
 #[derive(Clone, Copy, Debug)]
 pub struct Fired<'a>(&'a [i8]);
 
@@ -332,14 +356,14 @@ pub struct Description {
     pub functions: Functions,
     /// Parameters.
     pub params: Vec<ParamSpec>,
-    /// Inputs without feedthrough (U).
+    /// Inputs that no output depends on at the same instant.
     pub inputs: Vec<PortSpec>,
-    /// Inputs with feedthrough (Ud).
-    pub direct_inputs: Vec<PortSpec>,
-    /// Outputs from state (Ym).
-    pub moore_outputs: Vec<PortSpec>,
-    /// Outputs with feedthrough (Yd).
-    pub direct_outputs: Vec<PortSpec>,
+    /// Inputs that feedthrough outputs depend on.
+    pub feedthrough_inputs: Vec<PortSpec>,
+    /// Outputs that follow from the state.
+    pub outputs: Vec<PortSpec>,
+    /// Outputs that depend on inputs of the same instant.
+    pub feedthrough_outputs: Vec<PortSpec>,
     /// Continuous state.
     pub continuous: Vec<PortSpec>,
     /// Discrete state.
@@ -369,13 +393,13 @@ impl Description {
             doc: M::DOC.into(),
             functions: Functions { modes: M::MODES, averages: M::AVERAGES, ..M::FUNCTIONS },
             params: M::Params::specs(),
-            inputs: M::U::specs(),
-            direct_inputs: M::Ud::specs(),
-            moore_outputs: M::Ym::specs(),
-            direct_outputs: M::Yd::specs(),
-            continuous: M::X::specs(),
-            discrete: M::D::specs(),
-            guards: M::G::specs(),
+            inputs: M::Inputs::specs(),
+            feedthrough_inputs: M::FeedthroughInputs::specs(),
+            outputs: M::Outputs::specs(),
+            feedthrough_outputs: M::FeedthroughOutputs::specs(),
+            continuous: M::State::specs(),
+            discrete: M::DiscreteState::specs(),
+            guards: M::Guards::specs(),
             positions: 0..0,
             turning: Vec::new(),
             reads: M::Store::READS.map(Text::from),
@@ -386,11 +410,11 @@ impl Description {
     }
     /// All inputs, U first.
     pub fn all_inputs(&self) -> impl Iterator<Item = &PortSpec> {
-        self.inputs.iter().chain(&self.direct_inputs)
+        self.inputs.iter().chain(&self.feedthrough_inputs)
     }
-    /// All outputs, Ym first.
+    /// All outputs, those of the state first.
     pub fn all_outputs(&self) -> impl Iterator<Item = &PortSpec> {
-        self.moore_outputs.iter().chain(&self.direct_outputs)
+        self.outputs.iter().chain(&self.feedthrough_outputs)
     }
     /// The names that `bind` may use, each once.
     pub fn bindings(&self) -> Vec<&str> {

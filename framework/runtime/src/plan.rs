@@ -207,7 +207,7 @@ impl GuardPlan {
 /// What a guard fires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fires {
-    /// `fired` of a part.
+    /// `handle_event` of a part.
     Part {
         /// The block.
         block: u32,
@@ -266,9 +266,9 @@ pub struct PartPlan {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Op {
     /// State outputs of a block.
-    Moore(u32),
+    Outputs(u32),
     /// Feedthrough outputs of a block.
-    Direct(u32),
+    Feedthrough(u32),
     /// A reduction (index into `sums`).
     Sum(u32),
     /// An algebraic loop (index into `loops`).
@@ -424,7 +424,7 @@ impl PartPlan {
         Sizes {
             x: lanes(&d.continuous),
             d: lanes(&d.discrete),
-            sig: lanes(&d.moore_outputs) + lanes(&d.direct_outputs),
+            sig: lanes(&d.outputs) + lanes(&d.feedthrough_outputs),
         }
     }
 }

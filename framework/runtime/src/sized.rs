@@ -1,5 +1,5 @@
-//! Models whose ports follow from their parameters: n wheels, n tanks, a table of thrusters. Lanes are
-//! slices in the order of the ports; the scheduler sees the same block as of any other model.
+//! Models whose ports follow from their parameters: n wheels, n tanks, a table of thrusters. They read and write slices in the
+//! order of their ports.
 use crate::block::{Block, Now, Outcome, Prototype, Wiring, copy_into, read_store, store_bytes};
 use crate::field::Shown;
 use crate::model::{BuildError, Description, Fired, Functions, Store, lanes};
@@ -13,14 +13,14 @@ use std::sync::Arc;
 /// The ports of one instance.
 #[derive(Clone, Debug, Default)]
 pub struct SizedPorts {
-    /// Inputs without feedthrough.
+    /// Inputs that no output depends on at the same instant.
     pub inputs: Vec<PortSpec>,
-    /// Inputs that `direct` may see.
-    pub direct_inputs: Vec<PortSpec>,
-    /// Outputs from state.
-    pub moore_outputs: Vec<PortSpec>,
-    /// Outputs with feedthrough.
-    pub direct_outputs: Vec<PortSpec>,
+    /// Inputs that feedthrough outputs depend on.
+    pub feedthrough_inputs: Vec<PortSpec>,
+    /// Outputs that follow from the state.
+    pub outputs: Vec<PortSpec>,
+    /// Outputs that depend on inputs of the same instant.
+    pub feedthrough_outputs: Vec<PortSpec>,
     /// Continuous state.
     pub continuous: Vec<PortSpec>,
     /// Discrete state.
@@ -31,8 +31,9 @@ pub struct SizedPorts {
     pub sampled: bool,
 }
 
-/// A model whose ports follow from its parameters. As [`Model`](crate::Model), over slices: a function is
-/// called when the ports that it writes exist.
+/// A model whose ports follow from its parameters. Its functions are those of [`Model`](crate::Model), with slices in the order of
+/// the ports; a function is called when the ports that it writes exist. `#[model("library.name")]` above the `impl` completes
+/// it: each function names, in any order, the arguments that it reads.
 #[allow(unused_variables)]
 pub trait SizedModel: Sized + Send + Sync + 'static {
     /// Name in the catalogue.
@@ -44,44 +45,62 @@ pub trait SizedModel: Sized + Send + Sync + 'static {
     /// Large discrete state.
     type Store: Store;
 
-    /// The ports that follow from parameters; asked before the model is built, to check wires.
+    /// Returns the ports that follow from parameters. It is called before the model is built, to check wires.
     fn ports(p: &Self::Params) -> SizedPorts;
     /// Makes the model.
     ///
     /// # Errors
     /// Why these parameters make none.
     fn build(p: Self::Params) -> Result<Self, BuildError>;
-    /// State at the start; lanes come as zeros.
+    /// Writes the initial states; both slices come as zeros.
     fn initial(&self, x: &mut [f64], d: &mut [f64]) {}
-    /// Store at the start.
+    /// Returns the initial store.
     fn initial_store(&self) -> Self::Store {
         Self::Store::default()
     }
-    /// Outputs from state.
-    fn moore(&self, c: &Clock, x: &[f64], d: &[f64], store: &Self::Store, y: &mut [f64]) {}
-    /// Outputs with feedthrough.
-    fn direct(
+    /// Writes the outputs that follow from the state to `y`.
+    fn outputs(&self, clock: &Clock, x: &[f64], d: &[f64], store: &Self::Store, y: &mut [f64]) {}
+    /// Writes the outputs that depend on inputs of the same instant to `y`. `u`: the feedthrough inputs.
+    fn feedthrough(
         &self,
-        c: &Clock,
+        clock: &Clock,
         x: &[f64],
         d: &[f64],
-        u_direct: &[f64],
+        u: &[f64],
         store: &Self::Store,
         y: &mut [f64],
     ) {
     }
-    /// Derivatives; `u`: inputs, then those that `direct` sees.
-    fn deriv(&self, c: &Clock, x: &[f64], d: &[f64], u: &[f64], s: &Self::Store, xdot: &mut [f64]) {
-    }
-    /// The next discrete state, in place.
-    fn update(&self, c: &Clock, x: &[f64], d: &mut [f64], u: &[f64], store: &mut Self::Store) {}
-    /// Values of the guards.
-    fn guards(&self, c: &Clock, x: &[f64], d: &[f64], u: &[f64], s: &Self::Store, g: &mut [f64]) {}
-    /// State after guards reached zero, in place: called once for all that are due at one instant.
-    fn fired(
+    /// Writes the derivative of the continuous state to `rates`. `u`: the inputs, then the feedthrough inputs; in the functions
+    /// below, too.
+    fn derivatives(
         &self,
-        c: &Clock,
-        which: Fired<'_>,
+        clock: &Clock,
+        x: &[f64],
+        d: &[f64],
+        u: &[f64],
+        store: &Self::Store,
+        rates: &mut [f64],
+    ) {
+    }
+    /// Changes the discrete state to the next one.
+    fn update(&self, clock: &Clock, x: &[f64], d: &mut [f64], u: &[f64], store: &mut Self::Store) {}
+    /// Writes the values of the guards.
+    fn guards(
+        &self,
+        clock: &Clock,
+        x: &[f64],
+        d: &[f64],
+        u: &[f64],
+        store: &Self::Store,
+        values: &mut [f64],
+    ) {
+    }
+    /// Changes the states after an event: called once for all guards that are due at one instant.
+    fn handle_event(
+        &self,
+        clock: &Clock,
+        fired: Fired<'_>,
         x: &mut [f64],
         d: &mut [f64],
         u: &[f64],
@@ -97,20 +116,20 @@ pub(crate) fn describe<M: SizedModel>(p: &M::Params) -> Description {
         name: M::NAME.into(),
         doc: M::DOC.into(),
         functions: Functions {
-            moore: !ports.moore_outputs.is_empty(),
-            direct: !ports.direct_outputs.is_empty(),
-            deriv: !ports.continuous.is_empty(),
+            outputs: !ports.outputs.is_empty(),
+            feedthrough: !ports.feedthrough_outputs.is_empty(),
+            derivatives: !ports.continuous.is_empty(),
             update: ports.sampled,
             guards: !ports.guards.is_empty(),
-            moore_timed: true,
-            direct_timed: true,
+            outputs_timed: true,
+            feedthrough_timed: true,
             ..Functions::default()
         },
         params: M::Params::specs(),
         inputs: ports.inputs,
-        direct_inputs: ports.direct_inputs,
-        moore_outputs: ports.moore_outputs,
-        direct_outputs: ports.direct_outputs,
+        feedthrough_inputs: ports.feedthrough_inputs,
+        outputs: ports.outputs,
+        feedthrough_outputs: ports.feedthrough_outputs,
         continuous: ports.continuous,
         discrete: ports.discrete,
         guards: ports.guards,
@@ -151,8 +170,8 @@ impl<M: SizedModel> Prototype for BuiltSized<M> {
             sizes: [
                 lanes(&d.continuous),
                 lanes(&d.discrete),
-                lanes(&d.moore_outputs),
-                lanes(&d.direct_outputs),
+                lanes(&d.outputs),
+                lanes(&d.feedthrough_outputs),
             ],
             u: vec![0.0; w.u.len() + w.ud.len()],
             store: self.model.initial_store(),
@@ -166,7 +185,7 @@ struct WiredSized<M: SizedModel> {
     model: Arc<M>,
     w: Wiring,
     store: M::Store,
-    /// Lanes of X, D, Ym, Yd.
+    /// Lanes of the continuous state, the discrete state, outputs and feedthrough outputs.
     sizes: [usize; 4],
     /// Inputs, gathered.
     u: Vec<f64>,
@@ -187,24 +206,31 @@ impl<M: SizedModel> WiredSized<M> {
 }
 
 impl<M: SizedModel> Block for WiredSized<M> {
-    fn moore(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
+    fn outputs(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
         let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
         let y = &mut sig[self.w.ym..self.w.ym + self.sizes[2]];
-        self.model.moore(&c, x, d, &self.store, y);
+        self.model.outputs(&c, x, d, &self.store, y);
         Ok(())
     }
-    fn direct(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
         self.gather(sig);
         let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
         let y = &mut sig[self.w.yd..self.w.yd + self.sizes[3]];
-        self.model.direct(&c, x, d, &self.u[self.w.u.len()..], &self.store, y);
+        self.model.feedthrough(&c, x, d, &self.u[self.w.u.len()..], &self.store, y);
         Ok(())
     }
-    fn deriv(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64], xdot: &mut [f64]) -> Outcome {
+    fn derivatives(
+        &mut self,
+        now: &Now,
+        x: &[f64],
+        d: &[f64],
+        sig: &[f64],
+        xdot: &mut [f64],
+    ) -> Outcome {
         self.gather(sig);
         let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
         let rates = &mut xdot[self.w.x..self.w.x + self.sizes[0]];
-        self.model.deriv(&c, x, d, &self.u, &self.store, rates);
+        self.model.derivatives(&c, x, d, &self.u, &self.store, rates);
         Ok(())
     }
     fn update(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
@@ -227,7 +253,7 @@ impl<M: SizedModel> Block for WiredSized<M> {
         self.model.guards(&c, x, d, &self.u, &self.store, values);
         Ok(())
     }
-    fn fired(
+    fn handle_event(
         &mut self,
         now: &Now,
         which: Fired<'_>,
@@ -239,7 +265,7 @@ impl<M: SizedModel> Block for WiredSized<M> {
         let c = self.w.clock(now);
         let x = &mut x[self.w.x..self.w.x + self.sizes[0]];
         let d = &mut d[self.w.d..self.w.d + self.sizes[1]];
-        self.model.fired(&c, which, x, d, &self.u, &mut self.store);
+        self.model.handle_event(&c, which, x, d, &self.u, &mut self.store);
         Ok(())
     }
     fn see(&mut self, shown: Option<&Shown>) {

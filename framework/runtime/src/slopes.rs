@@ -3,13 +3,14 @@
 /// An operation that follows from state and signals without changing either.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Operation {
-    /// [`Block::moore`](crate::block::Block::moore): writes Ym, reads X.
-    Moore,
-    /// [`Block::direct`](crate::block::Block::direct): writes Yd, reads X and Ud.
-    Direct,
-    /// [`Block::deriv`](crate::block::Block::deriv): writes the rates of X, reads X, U, Ud and, when the model says so,
-    /// its own Yd.
-    Deriv,
+    /// [`Block::outputs`](crate::block::Block::outputs): writes the outputs, reads the continuous state.
+    Outputs,
+    /// [`Block::feedthrough`](crate::block::Block::feedthrough): writes the feedthrough outputs, reads the continuous state and the
+    /// feedthrough inputs.
+    Feedthrough,
+    /// [`Block::derivatives`](crate::block::Block::derivatives): writes the rates of the continuous state, reads that state, all inputs
+    /// and, when the model names `y`, its own feedthrough outputs.
+    Derivatives,
 }
 
 /// The Jacobian of one operation, written column by column. Rows are the lanes that the operation writes, in their

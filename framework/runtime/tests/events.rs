@@ -51,25 +51,25 @@ const G: f64 = 9.81;
 #[model("t.ball")]
 impl Model for Ball {
     type Params = BallParams;
-    type Ym = Fall;
-    type X = Fall;
-    type D = Impacts;
-    type G = Ground;
+    type Outputs = Fall;
+    type State = Fall;
+    type DiscreteState = Impacts;
+    type Guards = Ground;
     fn init_x(&self) -> Fall {
         Fall { height: self.p.height, speed: 0.0 }
     }
-    fn moore(&self, _: &Clock, x: &Fall) -> Fall {
+    fn outputs(&self, x: &Fall) -> Fall {
         *x
     }
-    fn deriv(&self, _: &Clock, x: &Fall) -> Fall {
+    fn derivatives(&self, x: &Fall) -> Fall {
         Fall { height: x.speed, speed: -G }
     }
-    fn guards(&self, _: &Clock, x: &Fall) -> Ground {
+    fn guards(&self, x: &Fall) -> Ground {
         Ground { gap: x.height }
     }
-    fn fired(&self, c: &Clock, _: Fired<'_>, x: &Fall, d: &Impacts) -> (Fall, Impacts) {
+    fn handle_event(&self, clock: &Clock, x: &Fall, d: &Impacts) -> (Fall, Impacts) {
         let speed = -self.p.restitution * x.speed;
-        (Fall { height: 0.0, speed }, Impacts { count: d.count + 1.0, last: c.t })
+        (Fall { height: 0.0, speed }, Impacts { count: d.count + 1.0, last: clock.t })
     }
 }
 /// How far a chain of counters goes.
@@ -100,17 +100,17 @@ pub struct Link {
 #[model("t.link")]
 impl Model for Link {
     type Params = ChainParams;
-    type U = Required;
-    type Ym = Count;
-    type D = Count;
-    type G = Passed;
-    fn moore(&self, _: &Clock, _: &(), d: &Count) -> Count {
+    type Inputs = Required;
+    type Outputs = Count;
+    type DiscreteState = Count;
+    type Guards = Passed;
+    fn outputs(&self, d: &Count) -> Count {
         *d
     }
-    fn guards(&self, _: &Clock, _: &(), _: &Count, u: &Required) -> Passed {
+    fn guards(&self, u: &Required) -> Passed {
         Passed { over: u.u - self.p.at }
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, _: &(), d: &Count) -> ((), Count) {
+    fn handle_event(&self, d: &Count) -> ((), Count) {
         ((), Count { n: d.n + 1.0 })
     }
 }
@@ -122,17 +122,17 @@ pub struct Flip {
 #[model("t.flip")]
 impl Model for Flip {
     type Params = ChainParams;
-    type Ym = Count;
-    type D = Count;
-    type G = Passed2;
-    fn moore(&self, _: &Clock, _: &(), d: &Count) -> Count {
+    type Outputs = Count;
+    type DiscreteState = Count;
+    type Guards = Passed2;
+    fn outputs(&self, d: &Count) -> Count {
         *d
     }
-    fn guards(&self, c: &Clock, _: &(), d: &Count) -> Passed2 {
+    fn guards(&self, clock: &Clock, d: &Count) -> Passed2 {
         let side = if (d.n as u64).is_multiple_of(2) { 1.0 } else { -1.0 };
-        Passed2 { a: side * (c.t - self.p.at), b: side }
+        Passed2 { a: side * (clock.t - self.p.at), b: side }
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, _: &(), d: &Count) -> ((), Count) {
+    fn handle_event(&self, d: &Count) -> ((), Count) {
         ((), Count { n: d.n + 1.0 })
     }
 }
@@ -160,16 +160,16 @@ pub struct Wave {
 #[model("t.bump")]
 impl Model for Wave {
     type Params = WaveParams;
-    type Ym = One;
-    type X = X;
-    fn moore(&self, _: &Clock, x: &X) -> One {
+    type Outputs = One;
+    type State = X;
+    fn outputs(&self, x: &X) -> One {
         One { y: x.x }
     }
     fn init_x(&self) -> X {
         X { x: self.p.size - 0.25 }
     }
-    fn deriv(&self, c: &Clock, _: &X) -> X {
-        X { x: -2.0 * (c.t - 0.5) }
+    fn derivatives(&self, clock: &Clock) -> X {
+        X { x: -2.0 * (clock.t - 0.5) }
     }
 }
 
@@ -186,25 +186,25 @@ pub struct Growth;
 #[model("t.growth")]
 impl Model for Growth {
     type Params = ();
-    type Ym = Fall;
-    type X = Fall;
-    type G = Corner;
+    type Outputs = Fall;
+    type State = Fall;
+    type Guards = Corner;
     fn build((): ()) -> Result<Self, BuildError> {
         Ok(Growth)
     }
     fn init_x(&self) -> Fall {
         Fall { height: 0.0, speed: 1.0 }
     }
-    fn moore(&self, _: &Clock, x: &Fall) -> Fall {
+    fn outputs(&self, x: &Fall) -> Fall {
         *x
     }
-    fn deriv(&self, _: &Clock, x: &Fall) -> Fall {
+    fn derivatives(&self, x: &Fall) -> Fall {
         Fall { height: 1.0, speed: x.speed * (1.0 + 5.0 * (x.height - 1.0).max(0.0)) }
     }
-    fn guards(&self, _: &Clock, x: &Fall) -> Corner {
+    fn guards(&self, x: &Fall) -> Corner {
         Corner { side: x.height - 1.0 }
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, x: &Fall) -> (Fall, ()) {
+    fn handle_event(&self, x: &Fall) -> (Fall, ()) {
         (*x, ())
     }
 }

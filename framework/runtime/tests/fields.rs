@@ -107,16 +107,16 @@ pub struct Walker {
 #[model("t.walker")]
 impl Model for Walker {
     type Params = WalkerParams;
-    type Ym = Steps;
-    type X = At;
+    type Outputs = Steps;
+    type State = At;
     type Store = View<Pits>;
-    fn moore(&self, _: &Clock, x: &At, _: &(), sand: &View<Pits>) -> Steps {
+    fn outputs(&self, x: &At, store: &View<Pits>) -> Steps {
         let (gone, last) =
-            sand.with::<Sand>().map_or((0.0, 0.0), |(f, p)| (f.dug(p, x.at), p.last));
+            store.with::<Sand>().map_or((0.0, 0.0), |(f, p)| (f.dug(p, x.at), p.last));
         Steps { at: x.at, sand: 0.1 * self.p.speed, gone, last }
     }
-    fn deriv(&self, _: &Clock, x: &At, _: &(), _: &(), _: &(), sand: &View<Pits>) -> At {
-        let gone = sand.with::<Sand>().map_or(0.0, |(f, p)| f.dug(p, x.at));
+    fn derivatives(&self, x: &At, store: &View<Pits>) -> At {
+        let gone = store.with::<Sand>().map_or(0.0, |(f, p)| f.dug(p, x.at));
         At { at: self.p.speed / (1.0 + gone) }
     }
 }
@@ -132,10 +132,10 @@ pub struct Watcher {}
 /// Only looks.
 #[model("t.watcher")]
 impl Model for Watcher {
-    type Yd = Count;
+    type FeedthroughOutputs = Count;
     type Store = View<Pits>;
-    fn direct(&self, _: &Clock, _: &(), _: &(), _: &(), sand: &View<Pits>) -> Count {
-        Count { rows: sand.get().map_or(-1.0, |pits| pits.rows as f64) }
+    fn feedthrough(&self, store: &View<Pits>) -> Count {
+        Count { rows: store.get().map_or(-1.0, |pits| pits.rows as f64) }
     }
 }
 /// Half a writer.
@@ -150,8 +150,8 @@ pub struct Where {
 /// Writes half of an imprint.
 #[model("t.half")]
 impl Model for Half {
-    type Ym = Where;
-    fn moore(&self, _: &Clock, _: &(), _: &()) -> Where {
+    type Outputs = Where;
+    fn outputs(&self) -> Where {
         Where { at: 0.0 }
     }
 }

@@ -34,17 +34,17 @@ pub struct Latch {
 #[model("t.latch")]
 impl Model for Latch {
     type Params = LatchParams;
-    type U = U;
-    type Ym = One;
-    type D = Fires;
-    type G = Over;
-    fn moore(&self, _: &Clock, _: &(), d: &Fires) -> One {
+    type Inputs = U;
+    type Outputs = One;
+    type DiscreteState = Fires;
+    type Guards = Over;
+    fn outputs(&self, d: &Fires) -> One {
         One { y: d.count }
     }
-    fn guards(&self, _: &Clock, _: &(), _: &Fires, u: &U) -> Over {
+    fn guards(&self, u: &U) -> Over {
         Over { over: u.u - self.p.at }
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, _: &(), d: &Fires) -> ((), Fires) {
+    fn handle_event(&self, d: &Fires) -> ((), Fires) {
         ((), Fires { count: d.count + 1.0 })
     }
 }
@@ -56,21 +56,21 @@ pub struct Other {
 #[model("t.other")]
 impl Model for Other {
     type Params = LatchParams;
-    type U = U;
-    type Ym = One;
-    type X = X;
-    type D = Fires;
-    type G = Over;
-    fn moore(&self, _: &Clock, _: &X, d: &Fires) -> One {
+    type Inputs = U;
+    type Outputs = One;
+    type State = X;
+    type DiscreteState = Fires;
+    type Guards = Over;
+    fn outputs(&self, d: &Fires) -> One {
         One { y: d.count }
     }
-    fn deriv(&self, _: &Clock, _: &X) -> X {
+    fn derivatives(&self) -> X {
         X { x: 1.0 }
     }
-    fn guards(&self, _: &Clock, _: &X, _: &Fires, u: &U) -> Over {
+    fn guards(&self, u: &U) -> Over {
         Over { over: u.u - self.p.at }
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, x: &X, d: &Fires) -> (X, Fires) {
+    fn handle_event(&self, x: &X, d: &Fires) -> (X, Fires) {
         (*x, Fires { count: d.count + 1.0 })
     }
 }
@@ -93,19 +93,19 @@ pub struct Switch {
 impl Model for Switch {
     const MODES: bool = true;
     type Params = LatchParams;
-    type Yd = One;
-    type D = Switched;
-    type G = Over;
-    fn direct(&self, c: &Clock, _: &(), d: &Switched) -> One {
-        One { y: f64::from(u8::from(d.on)) + 0.0 * c.t }
+    type FeedthroughOutputs = One;
+    type DiscreteState = Switched;
+    type Guards = Over;
+    fn feedthrough(&self, clock: &Clock, d: &Switched) -> One {
+        One { y: f64::from(u8::from(d.on)) + 0.0 * clock.t }
     }
-    fn mode(&self, c: &Clock, _: &(), d: &Switched) -> Switched {
-        Switched { on: c.t >= self.p.at, ..*d }
+    fn mode(&self, clock: &Clock, d: &Switched) -> Switched {
+        Switched { on: clock.t >= self.p.at, ..*d }
     }
-    fn guards(&self, c: &Clock, _: &(), d: &Switched) -> Over {
-        Over { over: if d.on { -1.0 } else { c.t - self.p.at } }
+    fn guards(&self, clock: &Clock, d: &Switched) -> Over {
+        Over { over: if d.on { -1.0 } else { clock.t - self.p.at } }
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, _: &(), d: &Switched) -> ((), Switched) {
+    fn handle_event(&self, d: &Switched) -> ((), Switched) {
         ((), Switched { on: true, count: d.count + 1.0 })
     }
 }

@@ -10,7 +10,7 @@ mod instants;
 mod joints;
 mod mechanism;
 mod model_macro;
-mod outputs_in_deriv;
+mod outputs_in_derivatives;
 mod pins;
 mod run;
 mod shared;

@@ -49,13 +49,13 @@ struct Motor {
 #[model("test.motor")]
 impl Model for Motor {
     type Params = MotorParams;
-    type U = MotorIn;
-    type Ym = MotorOut;
-    type X = Winding;
-    fn moore(&self, _: &Clock, x: &Winding, _: &()) -> MotorOut {
+    type Inputs = MotorIn;
+    type Outputs = MotorOut;
+    type State = Winding;
+    fn outputs(&self, x: &Winding) -> MotorOut {
         MotorOut { torque: HingeTorque(self.p.gear * x.current), current: x.current }
     }
-    fn deriv(&self, _: &Clock, x: &Winding, _: &(), u: &MotorIn) -> Winding {
+    fn derivatives(&self, x: &Winding, u: &MotorIn) -> Winding {
         let back_emf = self.p.gear * u.shaft.rate;
         Winding {
             current: (u.volts - self.p.resistance * x.current - back_emf) / self.p.inductance,
@@ -71,7 +71,7 @@ fn map(entries: Vec<(&str, Value)>) -> Located {
 fn description_is_read_from_the_source() {
     let d = Description::of::<Motor>();
     assert_eq!((&*d.name, &*d.doc), ("test.motor", "A motor."));
-    let f = Functions { moore: true, deriv: true, ..Functions::default() };
+    let f = Functions { outputs: true, derivatives: true, ..Functions::default() };
     assert_eq!(d.functions, f);
     assert_eq!(d.bindings(), ["shaft"]);
     assert_eq!(d.inputs[1].lanes, 2);

@@ -282,7 +282,7 @@ fn sampled_values_are_held_and_listed_as_holds() {
         (0..plan.parts.len() as u32).filter(|&k| plan.parts[k as usize].rate.is_some()).collect();
     assert_eq!(sampled.len(), 3);
     for op in staged {
-        let (Op::Moore(k) | Op::Direct(k)) = op else { continue };
+        let (Op::Outputs(k) | Op::Feedthrough(k)) = op else { continue };
         assert!(!sampled.contains(&k), "{op:?} is sampled and staged");
     }
 }

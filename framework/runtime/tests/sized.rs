@@ -18,9 +18,9 @@ pub struct FleetParams {
 pub struct Fleet {
     p: FleetParams,
 }
+/// Follows a command for each wheel.
+#[model("t.fleet")]
 impl SizedModel for Fleet {
-    const NAME: &'static str = "t.fleet";
-    const DOC: &'static str = "Follows a command for each wheel.";
     type Params = FleetParams;
     type Store = Vec<u32>;
     fn ports(p: &FleetParams) -> SizedPorts {
@@ -30,7 +30,7 @@ impl SizedModel for Fleet {
         };
         SizedPorts {
             inputs: vec![rates("wanted").or(0.0)],
-            moore_outputs: vec![rates("rate"), PortSpec::named("fast", PortKind::Numbers, 1)],
+            outputs: vec![rates("rate"), PortSpec::named("fast", PortKind::Numbers, 1)],
             continuous: vec![rates("rate")],
             discrete: vec![PortSpec::named("fast", PortKind::Numbers, 1)],
             guards: vec![rates("over").when(Direction::Rising)],
@@ -43,29 +43,21 @@ impl SizedModel for Fleet {
         }
         Ok(Fleet { p })
     }
-    fn moore(&self, _: &Clock, x: &[f64], d: &[f64], _: &Vec<u32>, y: &mut [f64]) {
+    fn outputs(&self, x: &[f64], d: &[f64], y: &mut [f64]) {
         y[..x.len()].copy_from_slice(x);
         y[x.len()] = d[0];
     }
-    fn deriv(&self, _: &Clock, x: &[f64], _: &[f64], u: &[f64], _: &Vec<u32>, xdot: &mut [f64]) {
-        for ((rate, x), u) in xdot.iter_mut().zip(x).zip(u) {
+    fn derivatives(&self, x: &[f64], u: &[f64], rates: &mut [f64]) {
+        for ((rate, x), u) in rates.iter_mut().zip(x).zip(u) {
             *rate = (u - x) / self.p.time;
         }
     }
-    fn guards(&self, _: &Clock, x: &[f64], _: &[f64], _: &[f64], _: &Vec<u32>, g: &mut [f64]) {
-        g.iter_mut().zip(x).for_each(|(g, x)| *g = x - 1.0);
+    fn guards(&self, x: &[f64], values: &mut [f64]) {
+        values.iter_mut().zip(x).for_each(|(values, x)| *values = x - 1.0);
     }
-    fn fired(
-        &self,
-        _: &Clock,
-        which: Fired<'_>,
-        _: &mut [f64],
-        d: &mut [f64],
-        _: &[f64],
-        store: &mut Vec<u32>,
-    ) {
+    fn handle_event(&self, fired: Fired<'_>, d: &mut [f64], store: &mut Vec<u32>) {
         d[0] += 1.0;
-        store.extend((0..d.len() as u32 + 9).filter(|k| which.is_due(*k as usize)));
+        store.extend((0..d.len() as u32 + 9).filter(|k| fired.is_due(*k as usize)));
     }
 }
 

@@ -29,9 +29,9 @@ fn description() -> Description {
     Description {
         name: "user.oscillator".into(),
         doc: "A mass on a spring, by leapfrog steps of its own.".into(),
-        functions: Functions { moore: true, steps: true, ..Functions::default() },
+        functions: Functions { outputs: true, steps: true, ..Functions::default() },
         inputs: vec![port("push").or(0.0)],
-        moore_outputs: vec![port("at")],
+        outputs: vec![port("at")],
         continuous: vec![port("at"), port("speed")],
         ..Description::default()
     }
@@ -72,14 +72,14 @@ struct Stepping {
 }
 
 impl Block for Stepping {
-    fn moore(&mut self, _: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
+    fn outputs(&mut self, _: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         sig[self.w.ym] = x[self.w.x];
         Ok(())
     }
-    fn direct(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
         Ok(())
     }
-    fn deriv(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn derivatives(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
         Ok(())
     }
     fn update(&mut self, _: &Now, _: &[f64], _: &mut [f64], _: &[f64]) -> Outcome {
@@ -143,24 +143,24 @@ pub struct Sign {}
 impl Model for Sign {
     const MODES: bool = true;
     type Params = ();
-    type Ud = Required;
-    type Yd = One;
-    type D = Above;
-    type G = Zero;
+    type FeedthroughInputs = Required;
+    type FeedthroughOutputs = One;
+    type DiscreteState = Above;
+    type Guards = Zero;
     fn build((): ()) -> Result<Self, BuildError> {
         Ok(Sign {})
     }
-    fn direct(&self, _: &Clock, _: &(), d: &Above, _: &Required) -> One {
+    fn feedthrough(&self, d: &Above) -> One {
         One { y: f64::from(u8::from(d.above)) }
     }
-    fn mode(&self, _: &Clock, _: &(), _: &Above, u: &Required) -> Above {
+    fn mode(&self, u: &Required) -> Above {
         Above { above: u.u > 0.0 }
     }
-    fn guards(&self, _: &Clock, _: &(), _: &Above, _: &(), u: &Required) -> Zero {
+    fn guards(&self, u: &Required) -> Zero {
         Zero { over: u.u }
     }
-    fn fired(&self, _: &Clock, which: Fired<'_>) -> ((), Above) {
-        ((), Above { above: which.rose(0) })
+    fn handle_event(&self, fired: Fired<'_>) -> ((), Above) {
+        ((), Above { above: fired.rose(0) })
     }
 }
 

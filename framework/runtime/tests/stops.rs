@@ -45,29 +45,29 @@ impl Table {
 #[model("t.table")]
 impl Model for Table {
     type Params = EdgeParams;
-    type Ym = One;
-    type X = X;
-    type D = LeftAt;
-    type G = Inside;
+    type Outputs = One;
+    type State = X;
+    type DiscreteState = LeftAt;
+    type Guards = Inside;
     fn init_x(&self) -> X {
         X { x: self.p.start }
     }
-    fn moore(&self, _: &Clock, x: &X) -> One {
+    fn outputs(&self, x: &X) -> One {
         One { y: x.x }
     }
-    fn deriv(&self, _: &Clock, x: &X) -> X {
+    fn derivatives(&self, x: &X) -> X {
         X { x: 1.0 + x.x.min(self.p.end) }
     }
-    fn guards(&self, _: &Clock, x: &X) -> Inside {
+    fn guards(&self, x: &X) -> Inside {
         Inside { inside: self.p.end - x.x }
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, x: &X, d: &LeftAt) -> (X, LeftAt) {
+    fn handle_event(&self, x: &X, d: &LeftAt) -> (X, LeftAt) {
         (*x, LeftAt { count: d.count + 1.0 })
     }
-    fn tells(&self, _: &Clock, _: Fired<'_>, x: &X) -> Option<BuildError> {
+    fn runtime_warning(&self, x: &X) -> Option<BuildError> {
         Some(self.says(x.x))
     }
-    fn remarks(&self, _: &Clock, x: &X) -> Vec<BuildError> {
+    fn startup_warnings(&self, x: &X) -> Vec<BuildError> {
         (x.x > self.p.end).then(|| self.says(x.x)).into_iter().collect()
     }
 }
@@ -169,7 +169,7 @@ fn what_only_tells_tells_once_and_goes_on_also_under_a_profile() {
 fn a_start_that_a_part_refuses_is_no_start() {
     let plan = compiled(table(&[("start", 1.5)]), Integrator::DormandPrince);
     let mut sim = Simulation::new(plan.clone());
-    assert!(sim.remarks().is_empty(), "it is an error, no warning");
+    assert!(sim.startup_warnings().is_empty(), "it is an error, no warning");
     let error = sim.check().unwrap_err();
     assert!(error.to_string().contains("`cell.table`: 1.500000 is beyond 1"), "{error}");
     assert_eq!((error.time, error.help.as_deref()), (0.0, Some("extend the table")));
@@ -199,7 +199,7 @@ fn a_start_that_a_part_refuses_is_no_start() {
     // Told only:
     let told = compiled(table(&[("start", 1.5), ("stop", 0.0)]), Integrator::Rk4);
     let mut sim = Simulation::new(told);
-    assert!(sim.remarks()[0].message.contains("1.500000 is beyond 1"));
+    assert!(sim.startup_warnings()[0].message.contains("1.500000 is beyond 1"));
     sim.check().and_then(|()| sim.step()).unwrap();
 }
 

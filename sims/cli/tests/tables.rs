@@ -79,10 +79,10 @@ fn profiled(simulation: &str, until: &str, has: &[&str]) {
 
 #[test]
 fn a_profile_changes_no_bits_and_adds_up() {
-    profiled(&sim("attitude"), "20s", &["Software;Filter;update", "Mechanism;direct"]);
+    profiled(&sim("attitude"), "20s", &["Software;Filter;update", "Mechanism;feedthrough"]);
 }
 
 #[test]
 fn a_profile_goes_over_from_phase_to_phase() {
-    profiled(&sim("staging"), "20s", &["Mechanism;direct"]);
+    profiled(&sim("staging"), "20s", &["Mechanism;feedthrough"]);
 }

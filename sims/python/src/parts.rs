@@ -134,13 +134,13 @@ impl Class {
         let description = Description {
             name: self.name.clone().into(),
             functions: Functions {
-                direct: true,
-                direct_timed: true,
+                feedthrough: true,
+                feedthrough_timed: true,
                 update: true,
                 ..Functions::default()
             },
-            direct_inputs: inputs,
-            direct_outputs: outputs,
+            feedthrough_inputs: inputs,
+            feedthrough_outputs: outputs,
             ..Description::default()
         };
         Ok(Python_ {
@@ -295,8 +295,10 @@ impl Prototype for Python_ {
         }
     }
     fn block(&self, w: Wiring) -> Box<dyn Block> {
-        let (inputs, outputs) =
-            (self.description.direct_inputs.clone(), self.description.direct_outputs.clone());
+        let (inputs, outputs) = (
+            self.description.feedthrough_inputs.clone(),
+            self.description.feedthrough_outputs.clone(),
+        );
         let class = Python::attach(|py| self.class.clone_ref(py));
         let class = Class { name: self.name.clone(), class };
         Box::new(Running {
@@ -489,11 +491,11 @@ fn unpack<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<Bound<'py, PyAny>> {
 }
 
 impl Block for Running {
-    fn moore(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn outputs(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
         Ok(())
     }
     /// Runs once at each sample: what is sampled is not evaluated in between.
-    fn direct(&mut self, now: &Now, _: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, now: &Now, _: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         Python::attach(|py| {
             let before = INSIDE.replace(true);
             let outcome = self.call(py, now.t, sig);
@@ -501,7 +503,7 @@ impl Block for Running {
             outcome
         })
     }
-    fn deriv(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn derivatives(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
         Ok(())
     }
     fn update(&mut self, _: &Now, _: &[f64], _: &mut [f64], _: &[f64]) -> Outcome {

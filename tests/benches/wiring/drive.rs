@@ -62,8 +62,8 @@ pub struct Command {}
 /// A constant rate.
 #[model("drive.command")]
 impl Model for Command {
-    type Yd = Rate;
-    fn direct(&self, _: &Clock) -> Rate {
+    type FeedthroughOutputs = Rate;
+    fn feedthrough(&self) -> Rate {
         Rate { rate: 2.0 }
     }
 }
@@ -71,13 +71,13 @@ pub struct Controller {}
 /// ż = e, u = 4 e + 20 z.
 #[model("drive.controller")]
 impl Model for Controller {
-    type Ud = Loop;
-    type Yd = Volts;
-    type X = Angle;
-    fn direct(&self, _: &Clock, z: &Angle, _: &(), u: &Loop) -> Volts {
-        Volts { volts: 4.0 * (u.wanted - u.rate) + 20.0 * z.x }
+    type FeedthroughInputs = Loop;
+    type FeedthroughOutputs = Volts;
+    type State = Angle;
+    fn feedthrough(&self, x: &Angle, u: &Loop) -> Volts {
+        Volts { volts: 4.0 * (u.wanted - u.rate) + 20.0 * x.x }
     }
-    fn deriv(&self, _: &Clock, _: &Angle, _: &(), _: &(), u: &Loop) -> Angle {
+    fn derivatives(&self, u: &Loop) -> Angle {
         Angle { x: u.wanted - u.rate }
     }
 }
@@ -85,27 +85,27 @@ pub struct Motor {}
 /// L di/dt = u − R i − k ω, τ = k i.
 #[model("drive.motor")]
 impl Model for Motor {
-    type U = Terminals;
-    type Ym = Shaft;
-    type X = Current;
-    fn moore(&self, _: &Clock, i: &Current, _: &()) -> Shaft {
-        Shaft { torque: 0.1 * i.x }
+    type Inputs = Terminals;
+    type Outputs = Shaft;
+    type State = Current;
+    fn outputs(&self, x: &Current) -> Shaft {
+        Shaft { torque: 0.1 * x.x }
     }
-    fn deriv(&self, _: &Clock, i: &Current, _: &(), u: &Terminals) -> Current {
-        Current { x: 200.0 * (u.volts - 2.0 * i.x - 0.1 * u.rate) }
+    fn derivatives(&self, x: &Current, u: &Terminals) -> Current {
+        Current { x: 200.0 * (u.volts - 2.0 * x.x - 0.1 * u.rate) }
     }
 }
 pub struct Wheel {}
 /// J ω̇ = τ − b ω.
 #[model("drive.wheel")]
 impl Model for Wheel {
-    type U = Shaft;
-    type Ym = Rate;
-    type X = Spin;
-    fn moore(&self, _: &Clock, x: &Spin, _: &()) -> Rate {
+    type Inputs = Shaft;
+    type Outputs = Rate;
+    type State = Spin;
+    fn outputs(&self, x: &Spin) -> Rate {
         Rate { rate: x.x }
     }
-    fn deriv(&self, _: &Clock, x: &Spin, _: &(), u: &Shaft) -> Spin {
+    fn derivatives(&self, x: &Spin, u: &Shaft) -> Spin {
         Spin { x: 20.0 * u.torque - x.x }
     }
 }
@@ -113,13 +113,13 @@ pub struct Encoder {}
 /// The rate of the sample before.
 #[model("drive.encoder")]
 impl Model for Encoder {
-    type U = Rate;
-    type Ym = Rate2;
-    type D = Spin;
-    fn moore(&self, _: &Clock, _: &(), d: &Spin) -> Rate2 {
+    type Inputs = Rate;
+    type Outputs = Rate2;
+    type DiscreteState = Spin;
+    fn outputs(&self, d: &Spin) -> Rate2 {
         Rate2 { measured: d.x }
     }
-    fn update(&self, _: &Clock, _: &(), _: &Spin, u: &Rate) -> Spin {
+    fn update(&self, u: &Rate) -> Spin {
         Spin { x: u.rate }
     }
 }

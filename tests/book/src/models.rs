@@ -37,9 +37,9 @@ pub fn page(entry: &Entry, header: Option<&Header>, behaviour: Option<&Behaviour
     }
     let lists: [(&str, &[PortSpec]); 8] = [
         ("Inputs", &d.inputs),
-        ("Inputs with feedthrough", &d.direct_inputs),
-        ("Outputs from state", &d.moore_outputs),
-        ("Outputs with feedthrough", &d.direct_outputs),
+        ("Inputs with feedthrough", &d.feedthrough_inputs),
+        ("Outputs from state", &d.outputs),
+        ("Outputs with feedthrough", &d.feedthrough_outputs),
         ("Continuous state", &d.continuous),
         ("Discrete state", &d.discrete),
         ("Guards", &d.guards),

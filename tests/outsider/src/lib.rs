@@ -49,17 +49,17 @@ pub struct Fan {
 #[model("outsider.fan")]
 impl Model for Fan {
     type Params = FanParams;
-    type U = FanIn;
-    type Ym = FanOut;
-    type X = FanState;
-    fn moore(&self, _: &Clock, x: &FanState) -> FanOut {
+    type Inputs = FanIn;
+    type Outputs = FanOut;
+    type State = FanState;
+    fn outputs(&self, x: &FanState) -> FanOut {
         let drive = match self.p.law {
             Law::Linear => x.volts,
             Law::Square => x.volts * x.volts.abs(),
         };
         FanOut { torque: self.p.gain * drive }
     }
-    fn deriv(&self, _: &Clock, x: &FanState, _: &(), u: &FanIn) -> FanState {
+    fn derivatives(&self, x: &FanState, u: &FanIn) -> FanState {
         FanState { volts: u.volts - x.volts }
     }
 }
@@ -94,11 +94,10 @@ pub struct TanksParams {
 pub struct Tanks {
     p: TanksParams,
 }
+/// Tanks that empty, each by its own drain; one that runs dry closes.
+#[model("outsider.tanks")]
 impl SizedModel for Tanks {
-    const NAME: &'static str = "outsider.tanks";
-    const DOC: &'static str = "Tanks that empty, each by its own drain; one that runs dry closes.";
     type Params = TanksParams;
-    type Store = ();
     fn ports(p: &TanksParams) -> SizedPorts {
         let each = |name: &'static str, unit: &'static str, doc: &'static str| {
             PortSpec::named(name, PortKind::Numbers, p.tanks as usize).unit_of(unit).doc_of(doc)
@@ -106,7 +105,7 @@ impl SizedModel for Tanks {
         let dry = PortSpec::named("dry", PortKind::Numbers, 1).unit_of("1").doc_of("Dry tanks.");
         SizedPorts {
             inputs: vec![each("drain", "kg/s", "Mass flow out of each tank.").or(0.0)],
-            moore_outputs: vec![each("mass", "kg", "Content of each tank."), dry.clone()],
+            outputs: vec![each("mass", "kg", "Content of each tank."), dry.clone()],
             continuous: vec![each("mass", "kg", "Content of each tank.")],
             discrete: vec![each("closed", "1", "Whether a tank is closed."), dry],
             guards: vec![each("left", "kg", "Content that is left.").when(Direction::Falling)],
@@ -122,20 +121,20 @@ impl SizedModel for Tanks {
     fn initial(&self, x: &mut [f64], _: &mut [f64]) {
         x.fill(self.p.filled);
     }
-    fn moore(&self, _: &Clock, x: &[f64], d: &[f64], _: &(), y: &mut [f64]) {
+    fn outputs(&self, x: &[f64], d: &[f64], y: &mut [f64]) {
         y[..x.len()].copy_from_slice(x);
         y[x.len()] = d[x.len()];
     }
-    fn deriv(&self, _: &Clock, x: &[f64], d: &[f64], u: &[f64], _: &(), xdot: &mut [f64]) {
+    fn derivatives(&self, x: &[f64], d: &[f64], u: &[f64], rates: &mut [f64]) {
         for k in 0..x.len() {
-            xdot[k] = if d[k] > 0.5 { 0.0 } else { -u[k] };
+            rates[k] = if d[k] > 0.5 { 0.0 } else { -u[k] };
         }
     }
-    fn guards(&self, _: &Clock, x: &[f64], _: &[f64], _: &[f64], _: &(), g: &mut [f64]) {
-        g.copy_from_slice(x);
+    fn guards(&self, x: &[f64], values: &mut [f64]) {
+        values.copy_from_slice(x);
     }
-    fn fired(&self, _: &Clock, k: Fired<'_>, x: &mut [f64], d: &mut [f64], _: &[f64], _: &mut ()) {
-        for i in (0..x.len()).filter(|i| k.is_due(*i)) {
+    fn handle_event(&self, fired: Fired<'_>, x: &mut [f64], d: &mut [f64]) {
+        for i in (0..x.len()).filter(|i| fired.is_due(*i)) {
             (x[i], d[i]) = (0.0, 1.0);
             d[x.len()] += 1.0;
         }
@@ -145,13 +144,6 @@ impl SizedModel for Tanks {
 /// The models of this library.
 pub fn catalogue() -> Vec<Entry> {
     vec![Entry::model::<Fan>(), Entry::sized::<Tanks>(), Entry::service::<Weightless>()]
-}
-
-impl linkwork::runtime::PartType for Tanks {
-    type Builder = TanksParamsBuilder;
-    fn entry() -> Entry {
-        Entry::sized::<Self>()
-    }
 }
 
 #[cfg(test)]

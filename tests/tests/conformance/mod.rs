@@ -71,7 +71,7 @@ fn the_remedy_for_a_loop_exists() {
         |part: &str, port: &str| PortRef { part: part.into(), port: port.into(), index: None };
     let gain = catalogue.find("basics.gain", Origin::NONE, "test").unwrap();
     let (d, params) = (&gain.description, sample::params(gain));
-    let (u, y) = (&*d.direct_inputs[0].name, &*d.direct_outputs[0].name);
+    let (u, y) = (&*d.feedthrough_inputs[0].name, &*d.feedthrough_outputs[0].name);
     let wire = |from, to| WireSpec {
         timing: Default::default(),
         from: end(from, y),

@@ -41,10 +41,10 @@ impl Rig {
     /// Sampled every 20 ms when it has updates, else continuous.
     pub fn new(prototype: &dyn Prototype) -> Rig {
         let description = prototype.description().clone();
-        let (nu, nud) = (lanes(&description.inputs), lanes(&description.direct_inputs));
+        let (nu, nud) = (lanes(&description.inputs), lanes(&description.feedthrough_inputs));
         let ym = nu + nud;
-        let yd = ym + lanes(&description.moore_outputs);
-        let end = yd + lanes(&description.direct_outputs);
+        let yd = ym + lanes(&description.outputs);
+        let end = yd + lanes(&description.feedthrough_outputs);
         let guards = lanes(&description.guards);
         let period = if description.functions.update { PERIOD } else { 0 };
         let wiring = Wiring {
@@ -82,7 +82,7 @@ impl Rig {
         let evaluation = Evaluation::Tick;
         let now = Now { t, dt: STEP, tick: self.tick, evaluation, span: None, number: self.tick };
         let mut at = 0;
-        for spec in self.description.inputs.iter().chain(&self.description.direct_inputs) {
+        for spec in self.description.inputs.iter().chain(&self.description.feedthrough_inputs) {
             move_input(spec, at, t, &mut self.sig[at..at + spec.lanes]);
             at += spec.lanes;
         }
@@ -90,23 +90,23 @@ impl Rig {
         let due = self.period == 0 || self.tick.is_multiple_of(self.period);
         let continuous = !self.x.is_empty();
         for _ in 0..self.repeats {
-            if f.moore && (due || continuous) {
-                self.block.moore(&now, &self.x, &self.d, &mut self.sig).unwrap();
+            if f.outputs && (due || continuous) {
+                self.block.outputs(&now, &self.x, &self.d, &mut self.sig).unwrap();
             }
             if f.modes && (due || continuous) {
                 self.block.mode(&now, &self.x, &mut self.d, &self.sig).unwrap();
             }
-            if f.direct && (due || continuous) {
-                self.block.direct(&now, &self.x, &self.d, &mut self.sig).unwrap();
+            if f.feedthrough && (due || continuous) {
+                self.block.feedthrough(&now, &self.x, &self.d, &mut self.sig).unwrap();
             }
         }
         if f.update && due {
             self.block.update(&now, &self.x, &mut self.d, &self.sig).unwrap();
         }
-        if f.deriv {
+        if f.derivatives {
             for _ in 0..self.repeats {
                 let (x, d, sig) = (&self.x, &self.d, &self.sig);
-                self.block.deriv(&now, x, d, sig, &mut self.xdot).unwrap();
+                self.block.derivatives(&now, x, d, sig, &mut self.xdot).unwrap();
             }
             for (x, dx) in self.x.iter_mut().zip(&self.xdot) {
                 *x += STEP * dx;
@@ -130,7 +130,7 @@ impl Rig {
                 let mut ways = [0; 64];
                 ways[k] = if value > 0.0 { 1 } else { -1 };
                 let which = Fired::new(&ways);
-                self.block.fired(now, which, &mut self.x, &mut self.d, &self.sig).unwrap();
+                self.block.handle_event(now, which, &mut self.x, &mut self.d, &self.sig).unwrap();
             }
             self.guards[k] = value;
         }

@@ -55,11 +55,11 @@ pub struct Good {
 #[model("toy.good")]
 impl Model for Good {
     type Params = Ranged;
-    type Ud = In;
-    type Yd = Out;
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &In) -> Out {
+    type FeedthroughInputs = In;
+    type FeedthroughOutputs = Out;
+    fn feedthrough(&self, clock: &Clock, u: &In) -> Out {
         let scale = self.p.k + self.p.inner.pair[0] * f64::from(self.p.inner.n);
-        Out { y: scale * u.u + c.t }
+        Out { y: scale * u.u + clock.t }
     }
 }
 
@@ -70,11 +70,11 @@ pub struct Impure {
 /// Not pure.
 #[model("toy.impure")]
 impl Model for Impure {
-    type Yd = Out;
+    type FeedthroughOutputs = Out;
     fn build(_: ()) -> Result<Self, BuildError> {
         Ok(Impure { calls: AtomicU64::new(0) })
     }
-    fn direct(&self, _: &Clock) -> Out {
+    fn feedthrough(&self) -> Out {
         Out { y: self.calls.fetch_add(1, Ordering::Relaxed) as f64 }
     }
 }
@@ -92,15 +92,15 @@ pub struct Forgetful {}
 /// Forgets a field of its store.
 #[model("toy.forgetful")]
 impl Model for Forgetful {
-    type U = In;
-    type Ym = Out;
+    type Inputs = In;
+    type Outputs = Out;
     type Store = Leaky;
-    fn moore(&self, _: &Clock, _: &(), _: &(), s: &Leaky) -> Out {
-        Out { y: s.kept + s.lost }
+    fn outputs(&self, store: &Leaky) -> Out {
+        Out { y: store.kept + store.lost }
     }
-    fn update(&self, _: &Clock, _: &(), _: &(), u: &In, _: &(), s: &mut Leaky) {
-        s.kept += u.u;
-        s.lost += 1.0;
+    fn update(&self, u: &In, store: &mut Leaky) {
+        store.kept += u.u;
+        store.lost += 1.0;
     }
 }
 
@@ -109,9 +109,9 @@ pub struct Greedy {}
 /// Makes a list at every call.
 #[model("toy.greedy")]
 impl Model for Greedy {
-    type Ud = In;
-    type Yd = Out;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &In) -> Out {
+    type FeedthroughInputs = In;
+    type FeedthroughOutputs = Out;
+    fn feedthrough(&self, u: &In) -> Out {
         Out { y: std::hint::black_box(vec![u.u; 3]).iter().sum() }
     }
 }
@@ -121,9 +121,9 @@ pub struct Sloppy {}
 /// .
 #[model("toy.sloppy")]
 impl Model for Sloppy {
-    type Ud = In;
-    type Yd = Clash;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &In) -> Clash {
+    type FeedthroughInputs = In;
+    type FeedthroughOutputs = Clash;
+    fn feedthrough(&self, u: &In) -> Clash {
         Clash { u: u.u, far: (-1.0 - u.u.abs()).sqrt() }
     }
 }
@@ -136,11 +136,11 @@ pub struct Fussy {
 #[model("toy.fussy")]
 impl Model for Fussy {
     type Params = Ranged;
-    type Yd = Out;
+    type FeedthroughOutputs = Out;
     fn build(p: Ranged) -> Result<Self, BuildError> {
         if p.k >= 4.0 { Err(BuildError::new("too far").at("k")) } else { Ok(Fussy { p }) }
     }
-    fn direct(&self, _: &Clock) -> Out {
+    fn feedthrough(&self) -> Out {
         Out { y: self.p.k }
     }
 }

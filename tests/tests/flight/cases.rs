@@ -179,7 +179,7 @@ fn a_descent_ends_at_its_arrival() {
     let v1 = velocity(&sim, "c");
     assert!((v1 - v0 - Vec3::z() * (-1.62 * 0.05)).norm() < 1e-9, "{}", v1 - v0);
     let mut late = scene(&text(0.0), &[]).unwrap();
-    let told: Vec<String> = late.remarks().into_iter().map(|f| f.message).collect();
+    let told: Vec<String> = late.startup_warnings().into_iter().map(|f| f.message).collect();
     assert!(told.iter().any(|m| m.contains("`arrival` is 0 s")), "{told:?}");
 }
 
@@ -274,7 +274,7 @@ fn gusts_end_with_their_specification() {
     assert!(figures(&text(1.5e4, ""))("u") > 0.1);
     assert!(figures(&text(3e5, "\"length\": [500, 500, 500], \"sigma\": [1, 1, 1]"))("u") > 0.1);
     let mut sim = scene(&text(3e5, ""), &[]).unwrap();
-    let told: Vec<String> = sim.remarks().into_iter().map(|f| f.message).collect();
+    let told: Vec<String> = sim.startup_warnings().into_iter().map(|f| f.message).collect();
     assert!(told.iter().any(|m| m.contains("gusts of MIL-F-8785C end at 24384 m")), "{told:?}");
 }
 

@@ -107,11 +107,11 @@ fn a_convex_descent_without_a_plan_says_so_and_comes_down() {
     };
     let planned = text("position: [2000, 450, 1500], velocity: [-40, 12, -65]");
     let mut sim = scene(&planned, &[]).unwrap();
-    assert!(sim.remarks().is_empty());
+    assert!(sim.startup_warnings().is_empty());
     sim.run_until(seconds(0.2)).unwrap();
     assert_eq!(sim.get("Guidance.planned").unwrap(), 1.0);
     let mut sim = scene(&text("position: [1500, 0, 150], velocity: [-20, 0, 2]"), &[]).unwrap();
-    let told = sim.remarks();
+    let told = sim.startup_warnings();
     assert!(told.len() == 1 && told[0].message.contains("`Guidance`: no plan within 30 to 70 s"));
     for k in 1..=700 {
         sim.run_until(seconds(f64::from(k) * 0.1)).unwrap();

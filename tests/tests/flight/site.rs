@@ -462,11 +462,11 @@ struct InertialOnly;
 impl Model for InertialOnly {
     const INERTIAL: bool = true;
     type Params = ();
-    type Ym = Nothing;
+    type Outputs = Nothing;
     fn build((): ()) -> Result<Self, BuildError> {
         Ok(InertialOnly)
     }
-    fn moore(&self, _: &Clock, _: &(), _: &()) -> Nothing {
+    fn outputs(&self) -> Nothing {
         Nothing { zero: 0.0 }
     }
 }

@@ -145,7 +145,7 @@ fn a_start_beyond_the_tables_is_refused_with_the_same_words() {
         assert_eq!(sim.step().unwrap_err(), e);
         // Clamped, it is a remark at the start and the run goes on.
         let mut sim = scene(&text("clamp"), &[]).unwrap();
-        let told = sim.remarks();
+        let told = sim.startup_warnings();
         assert!(told.iter().any(|fault| fault.message == e.message), "{told:?} {e}");
         sim.run_until(seconds(0.5)).unwrap();
     }

@@ -87,32 +87,34 @@ impl Touch {
 #[model("test.touch_and_go")]
 impl Model for Touch {
     type Params = TouchParams;
-    type Ud = TouchIn;
-    type Yd = TouchOut;
-    type D = Touched;
-    type G = TouchGuards;
+    type FeedthroughInputs = TouchIn;
+    type FeedthroughOutputs = TouchOut;
+    type DiscreteState = Touched;
+    type Guards = TouchGuards;
     fn init_d(&self) -> Touched {
         Touched { contact: -1.0, release: -1.0, presses: false, burns: false }
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Touched, u: &TouchIn) -> TouchOut {
-        let (n, height, speed) = self.face(c.t, &u.craft);
+    fn feedthrough(&self, clock: &Clock, d: &Touched, u: &TouchIn) -> TouchOut {
+        let (n, height, speed) = self.face(clock.t, &u.craft);
         let foot = if d.presses { self.force(height, speed) } else { 0.0 };
         let engine = if d.burns { self.p.engine[0] } else { 0.0 };
         TouchOut { load: Wrench { moment: Vec3::zeros(), force: n * (foot + engine) } }
     }
-    fn guards(&self, c: &Clock, _: &(), d: &Touched, _: &(), u: &TouchIn) -> TouchGuards {
-        let (_, height, speed) = self.face(c.t, &u.craft);
+    fn guards(&self, clock: &Clock, d: &Touched, u: &TouchIn) -> TouchGuards {
+        let (_, height, speed) = self.face(clock.t, &u.craft);
         let force = if d.presses { self.force(height, speed) } else { 1.0 };
         let [_, delay, burn] = self.p.engine;
-        let since = if d.contact < 0.0 { -1.0 } else { c.t - d.contact - delay };
+        let since = if d.contact < 0.0 { -1.0 } else { clock.t - d.contact - delay };
         TouchGuards { height, force, ignition: since, end: since - burn }
     }
-    fn fired(&self, c: &Clock, which: Fired<'_>, _: &(), d: &Touched) -> ((), Touched) {
+    fn handle_event(&self, clock: &Clock, fired: Fired<'_>, d: &Touched) -> ((), Touched) {
         let next = match () {
-            () if which.fell(0) && d.contact < 0.0 => Touched { contact: c.t, presses: true, ..*d },
-            () if which.fell(1) => Touched { release: c.t, presses: false, ..*d },
-            () if which.rose(2) => Touched { burns: true, ..*d },
-            () if which.rose(3) => Touched { burns: false, ..*d },
+            () if fired.fell(0) && d.contact < 0.0 => {
+                Touched { contact: clock.t, presses: true, ..*d }
+            }
+            () if fired.fell(1) => Touched { release: clock.t, presses: false, ..*d },
+            () if fired.rose(2) => Touched { burns: true, ..*d },
+            () if fired.rose(3) => Touched { burns: false, ..*d },
             () => *d,
         };
         ((), next)

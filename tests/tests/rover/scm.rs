@@ -108,6 +108,6 @@ fn split_equals_straight() {
 #[test]
 fn without_ground_that_deforms_it_is_told() {
     let mut sim = rover(0.0, "[[0, 0]]", &["Rover.Environment.ruts=off"]);
-    let told = sim.remarks();
+    let told = sim.startup_warnings();
     assert!(told.iter().any(|w| w.message.contains("mobility.scm_ground")), "{told:?}");
 }

@@ -110,7 +110,7 @@ fn every_model_without_a_guard_is_considered() {
     let without: BTreeSet<&str> = (catalogue.iter())
         .map(|entry| &entry.description)
         .filter(|d| !d.functions.guards && !d.functions.update)
-        .filter(|d| d.functions.direct || d.functions.moore || d.functions.deriv)
+        .filter(|d| d.functions.feedthrough || d.functions.outputs || d.functions.derivatives)
         .map(|d| d.name.as_ref())
         .filter(|name| !name.starts_with("fmi."))
         .collect();

@@ -109,7 +109,7 @@ fn what_lies_beside_the_profile_goes_away_as_stated() {
     let profile = r#""profile": [[5, 0], [6, 1]], "natural_frequency": "3 rad/s""#;
     let l = loaded(&table(profile, "angle: 0.2", r#"step: "1 ms""#));
     let mut off = sim_of(&l);
-    let remarks = off.remarks();
+    let remarks = off.startup_warnings();
     let [told] = &remarks[..] else { panic!("{remarks:?}") };
     assert!(told.message.contains("`Motion`: the hinge starts at 0.200000 rad"), "{told:?}");
     assert_eq!(
@@ -129,7 +129,7 @@ fn what_lies_beside_the_profile_goes_away_as_stated() {
     off.run_until(seconds(2.0)).unwrap();
     assert_eq!(off.get("table.angle").unwrap(), 0.2);
     // A start on the profile is nothing to remark.
-    assert!(sim(&table(WAVE, START, "")).remarks().is_empty());
+    assert!(sim(&table(WAVE, START, "")).startup_warnings().is_empty());
 }
 
 #[test]
@@ -290,7 +290,7 @@ fn profiles_that_make_no_sense_are_refused_with_the_remedy() {
     assert!(faults(&metres).contains("the values are in deg, but m is wanted"));
     let right = metres.replace(" deg", " cm").replace("position: 0", r#"position: "10 cm""#);
     let mut slides = sim(&right);
-    assert!(slides.remarks().is_empty());
+    assert!(slides.startup_warnings().is_empty());
     slides.run_until(seconds(1.1)).unwrap();
     assert!((slides.get("table.displacement").unwrap() - 0.6).abs() < 1e-6);
     // A hinge that is free cannot be prescribed.

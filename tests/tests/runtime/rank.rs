@@ -110,7 +110,7 @@ fn prescribed_motions_against_a_loop_are_a_warning_and_end_a_run_by_name() {
     };
     let go = |end: f64| {
         let mut sim = common::scene(&parts(end), &[]).unwrap();
-        let told = sim.remarks();
+        let told = sim.startup_warnings();
         assert_eq!(told.len(), 1, "{told:?}");
         assert!(told[0].message.contains("loop `wrist`: held only while prescribed motions agree"));
         sim.run_until(Seconds::from_decimal(2.0).unwrap())
@@ -133,7 +133,7 @@ fn every_treatment_reports() {
         assert_eq!((r.rank, r.mobility()), (2, 1));
     }
     let plan = common::scene(&four_bar("", "", LOOP), &[]).unwrap().plan().clone();
-    assert!(Simulation::new(Arc::clone(&plan)).remarks().is_empty());
+    assert!(Simulation::new(Arc::clone(&plan)).startup_warnings().is_empty());
 }
 
 /// A parallelogram of two cranks and a coupler (m) with their masses (kg); its links are in line at half a turn and at a whole one.

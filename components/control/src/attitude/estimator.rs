@@ -163,9 +163,9 @@ impl AttitudeFilter {
 #[model("control.attitude_filter")]
 impl Model for AttitudeFilter {
     type Params = FilterParams;
-    type Ud = FilterIn;
-    type Yd = FilterOut;
-    type D = Estimate;
+    type FeedthroughInputs = FilterIn;
+    type FeedthroughOutputs = FilterOut;
+    type DiscreteState = Estimate;
     fn build(p: FilterParams) -> Result<Self, BuildError> {
         if p.star.iter().any(|s| !(*s > 0.0)) {
             return Err(BuildError::new("a star tracker without noise leaves nothing to estimate")
@@ -185,8 +185,8 @@ impl Model for AttitudeFilter {
         let (bias, gyro) = (Vec3::zeros(), Vec3::zeros());
         Estimate { attitude, bias, covariance, rejected, samples, gyro, fixes }
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Estimate, u: &FilterIn) -> FilterOut {
-        let e = self.step(c, d, u);
+    fn feedthrough(&self, clock: &Clock, d: &Estimate, u: &FilterIn) -> FilterOut {
+        let e = self.step(clock, d, u);
         let variance = [0, 7, 14].map(|k| e.covariance[k].max(0.0).sqrt());
         FilterOut {
             attitude: e.attitude,
@@ -196,8 +196,8 @@ impl Model for AttitudeFilter {
             rejected: e.rejected,
         }
     }
-    fn update(&self, c: &Clock, _: &(), d: &Estimate, _: &(), u: &FilterIn) -> Estimate {
-        self.step(c, d, u)
+    fn update(&self, clock: &Clock, d: &Estimate, u: &FilterIn) -> Estimate {
+        self.step(clock, d, u)
     }
 }
 
@@ -245,7 +245,7 @@ mod tests {
         for n in 0..=20u64 {
             let (t, star) = (n as f64 * dt, Quat::identity());
             let u = FilterIn { gyro: Vec3::z() * (0.02 * t), star, fix: n == 0 };
-            d = m.update(&Clock::at(t, dt, n), &(), &d, &(), &u, &mut ());
+            d = m.update(&Clock::at(t, dt, n), &d, &u);
         }
         let angle = d.attitude.scaled_axis();
         assert!((angle - Vec3::z()).norm() < 1e-12, "{angle}");
@@ -274,7 +274,7 @@ mod tests {
             }
             let u = FilterIn { gyro, star: truth * Quat::from_scaled_axis(noise), fix: n % 5 == 0 };
             let c = Clock::at(t, dt, n);
-            d = m.update(&c, &(), &d, &(), &u, &mut ());
+            d = m.update(&c, &d, &u);
             let e = (d.attitude.inverse() * truth).scaled_axis();
             if n > 3000 {
                 errors.push(e.x * e.x + e.y * e.y);
@@ -313,7 +313,7 @@ mod tests {
         let mut d = m.init_d();
         for n in 0..2000 {
             let u = FilterIn { gyro: Vec3::new(0.3, -0.2, 0.5), star: d.attitude, fix: n % 3 == 0 };
-            d = m.update(&Clock::at(n as f64 * 0.1, 0.1, n), &(), &d, &(), &u, &mut ());
+            d = m.update(&Clock::at(n as f64 * 0.1, 0.1, n), &d, &u);
             let p = M6::from_column_slice(&d.covariance);
             assert!(p.cholesky().is_some() && p == p.transpose(), "sample {n}");
         }
@@ -327,10 +327,10 @@ mod tests {
         let c = |n: u64| Clock::at(n as f64 * 0.1, 0.1, n);
         let away = Quat::from_axis_angle(&Vec3::x_axis(), 2.0);
         let with = |star: Quat| FilterIn { gyro: Vec3::zeros(), fix: true, star };
-        let d = f.update(&c(0), &(), &f.init_d(), &(), &with(away), &mut ());
+        let d = f.update(&c(0), &f.init_d(), &with(away));
         assert!(d.attitude.angle_to(&away) < 1e-12 && d.rejected == 0.0);
         let far = away * Quat::from_axis_angle(&Vec3::z_axis(), 0.1);
-        let d = f.update(&c(1), &(), &d, &(), &with(far), &mut ());
+        let d = f.update(&c(1), &d, &with(far));
         assert!(d.attitude.angle_to(&away) < 1e-12 && d.rejected == 1.0);
     }
 }

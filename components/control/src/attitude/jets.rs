@@ -184,19 +184,18 @@ impl JetSelection {
     }
 }
 
+/// Which jets of a set are open in each period, for a force and a torque; what whole periods cannot give is carried on; sampled.
+#[model("control.jet_selection")]
 impl SizedModel for JetSelection {
-    const NAME: &'static str = "control.jet_selection";
-    const DOC: &'static str = "Which jets of a set are open in each period, for a force and a torque; what whole periods cannot give is carried on; sampled.";
     type Params = JetSelectionParams;
-    type Store = ();
 
     fn ports(p: &JetSelectionParams) -> SizedPorts {
         let open = PortSpec::named("open", PortKind::Numbers, p.jets.len().min(JETS_MAX))
             .unit_of("1")
             .doc_of("1 for a jet that is open in this period, else 0; in the order of the jets.");
         SizedPorts {
-            direct_inputs: Wanted::specs(),
-            direct_outputs: std::iter::once(open).chain(Given::specs()).collect(),
+            feedthrough_inputs: Wanted::specs(),
+            feedthrough_outputs: std::iter::once(open).chain(Given::specs()).collect(),
             discrete: Carried::specs(),
             sampled: true,
             ..SizedPorts::default()
@@ -228,7 +227,7 @@ impl SizedModel for JetSelection {
         Ok(Self { columns, normal, weights, size: mean.sqrt() })
     }
 
-    fn direct(&self, _: &Clock, _: &[f64], d: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+    fn feedthrough(&self, d: &[f64], u: &[f64], y: &mut [f64]) {
         let (open, given, _) = self.select(&Carried::get(d), &Wanted::get(u));
         let (jets, rest) = y.split_at_mut(self.columns.len());
         for (lane, open) in jets.iter_mut().zip(open) {
@@ -240,7 +239,7 @@ impl SizedModel for JetSelection {
             .put(rest);
     }
 
-    fn update(&self, _: &Clock, _: &[f64], d: &mut [f64], u: &[f64], _: &mut ()) {
+    fn update(&self, d: &mut [f64], u: &[f64]) {
         let (_, _, carried) = self.select(&Carried::get(d), &Wanted::get(u));
         carried.put(d);
     }

@@ -50,8 +50,8 @@ pub struct WheelDistribution {
 #[model("control.wheel_distribution")]
 impl Model for WheelDistribution {
     type Params = DistributionParams;
-    type Ud = DistributionIn;
-    type Yd = DistributionOut;
+    type FeedthroughInputs = DistributionIn;
+    type FeedthroughOutputs = DistributionOut;
     fn build(p: DistributionParams) -> Result<Self, BuildError> {
         let wrong = |fact: String, help: &str| Err(BuildError::new(fact).help(help).at("axes"));
         if p.axes.len() > WHEELS {
@@ -71,7 +71,7 @@ impl Model for WheelDistribution {
         let shares = axes.iter().map(|a| -(inverse * a)).collect();
         Ok(WheelDistribution { axes, shares })
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &DistributionIn) -> DistributionOut {
+    fn feedthrough(&self, u: &DistributionIn) -> DistributionOut {
         let mut out = DistributionOut { torques: [0.0; WHEELS], momentum: Vec3::zeros() };
         for (k, (axis, share)) in self.axes.iter().zip(&self.shares).enumerate() {
             out.torques[k] = share.dot(&u.torque);
@@ -120,9 +120,9 @@ pub struct Desaturation {
 #[model("control.desaturation")]
 impl Model for Desaturation {
     type Params = DesaturationParams;
-    type Ud = DesaturationIn;
-    type Yd = DesaturationOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &DesaturationIn) -> DesaturationOut {
+    type FeedthroughInputs = DesaturationIn;
+    type FeedthroughOutputs = DesaturationOut;
+    fn feedthrough(&self, u: &DesaturationIn) -> DesaturationOut {
         let square = u.field.norm_squared();
         let excess = u.momentum - self.p.wanted;
         // Without a field there is nothing to push against.
@@ -150,7 +150,7 @@ mod tests {
         let torque = Vec3::new(0.3, -0.1, 0.2);
         let momenta = [1.0, 2.0, -1.0, 0.5, 9.0, 9.0];
         let u = DistributionIn { torque, momenta };
-        let y = m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &u, &());
+        let y = m.feedthrough(&u);
         // Each wheel turns the body the other way.
         let on_body: Vec3 = m.axes.iter().zip(y.torques).map(|(a, t)| -a * t).sum();
         assert!((on_body - torque).norm() < 1e-15);
@@ -175,13 +175,13 @@ mod tests {
         let m = Desaturation { p: DesaturationParams { gain: 2e-3, wanted: Vec3::x() } };
         let (momentum, field) = (Vec3::new(5.0, -3.0, 2.0), Vec3::new(1e-5, 2e-5, -3e-5));
         let u = DesaturationIn { momentum, field };
-        let d = m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &u, &()).dipole;
+        let d = m.feedthrough(&u).dipole;
         let torque = d.cross(&field);
         let excess = momentum - Vec3::x();
         let along = field.normalize();
         let across = excess - along * excess.dot(&along);
         assert!((torque + across * 2e-3).norm() < 1e-15, "{torque} {across}");
         let none = DesaturationIn { field: Vec3::zeros(), ..u };
-        assert_eq!(m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &none, &()).dipole, Vec3::zeros());
+        assert_eq!(m.feedthrough(&none).dipole, Vec3::zeros());
     }
 }

@@ -92,15 +92,15 @@ impl PhasePlane {
 #[model("control.phase_plane")]
 impl Model for PhasePlane {
     type Params = PhasePlaneParams;
-    type Ud = AxisIn;
-    type Yd = Jets;
-    type D = Firing;
-    fn direct(&self, c: &Clock, _: &(), d: &Firing, u: &AxisIn) -> Jets {
-        let f = self.decide(c, d, u);
+    type FeedthroughInputs = AxisIn;
+    type FeedthroughOutputs = Jets;
+    type DiscreteState = Firing;
+    fn feedthrough(&self, clock: &Clock, d: &Firing, u: &AxisIn) -> Jets {
+        let f = self.decide(clock, d, u);
         Jets { forward: f.jet.max(0.0), backward: (-f.jet).max(0.0), pulses: f.pulses }
     }
-    fn update(&self, c: &Clock, _: &(), d: &Firing, _: &(), u: &AxisIn) -> Firing {
-        self.decide(c, d, u)
+    fn update(&self, clock: &Clock, d: &Firing, u: &AxisIn) -> Firing {
+        self.decide(clock, d, u)
     }
 }
 
@@ -166,19 +166,19 @@ impl PulseWidth {
 #[model("control.pulse_width")]
 impl Model for PulseWidth {
     type Params = PulseWidthParams;
-    type Ud = PulseIn;
-    type Yd = PulseOut;
-    type D = Rest;
-    fn direct(&self, c: &Clock, _: &(), d: &Rest, u: &PulseIn) -> PulseOut {
-        let (w, _) = self.width(c, d, u);
+    type FeedthroughInputs = PulseIn;
+    type FeedthroughOutputs = PulseOut;
+    type DiscreteState = Rest;
+    fn feedthrough(&self, clock: &Clock, d: &Rest, u: &PulseIn) -> PulseOut {
+        let (w, _) = self.width(clock, d, u);
         PulseOut { forward: w.max(0.0), backward: (-w).max(0.0) }
     }
-    fn update(&self, c: &Clock, _: &(), d: &Rest, _: &(), u: &PulseIn) -> Rest {
-        Rest { impulse: self.width(c, d, u).1 }
+    fn update(&self, clock: &Clock, d: &Rest, u: &PulseIn) -> Rest {
+        Rest { impulse: self.width(clock, d, u).1 }
     }
-    fn remarks(&self, c: &Clock) -> Vec<BuildError> {
+    fn startup_warnings(&self, clock: &Clock) -> Vec<BuildError> {
         let fact = "the shortest pulse is longer than the period: no jet ever fires";
-        let never = self.p.minimum > c.dt;
+        let never = self.p.minimum > clock.dt;
         let told = never.then(|| BuildError::new(fact).help("sample it less often").at("minimum"));
         told.into_iter().collect()
     }
@@ -201,7 +201,7 @@ mod tests {
         let mut fastest = 0.0_f64;
         for k in 0..600_000 {
             let c = Clock::at(f64::from(k) * h, h, 0);
-            d = m.update(&c, &(), &d, &(), &AxisIn { angle: e, rate: w }, &mut ());
+            d = m.update(&c, &d, &AxisIn { angle: e, rate: w });
             let a = d.jet * torque / inertia;
             e += w * h + 0.5 * a * h * h;
             w += a * h;
@@ -234,10 +234,10 @@ mod tests {
             let (mut d, mut sum) = (Rest { impulse: 0.0 }, 0.0);
             for _ in 0..1000 {
                 let u = PulseIn { torque };
-                let y = m.direct(&c, &(), &d, &u, &());
+                let y = m.feedthrough(&c, &d, &u);
                 assert!(y.forward == 0.0 || y.forward >= 0.02);
                 sum += (y.forward - y.backward) * 5.0;
-                d = m.update(&c, &(), &d, &(), &u, &mut ());
+                d = m.update(&c, &d, &u);
             }
             sum / 100.0
         };

@@ -64,8 +64,8 @@ pub struct Pointing {
 #[model("control.pointing")]
 impl Model for Pointing {
     type Params = PointingParams;
-    type Ud = PointingIn;
-    type Yd = PointingOut;
+    type FeedthroughInputs = PointingIn;
+    type FeedthroughOutputs = PointingOut;
     fn build(p: PointingParams) -> Result<Self, BuildError> {
         if p.inertia.iter().any(|j| !(*j > 0.0)) {
             return Err(BuildError::new("an inertia is not above 0")
@@ -74,7 +74,7 @@ impl Model for Pointing {
         }
         Ok(Pointing { p })
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &PointingIn) -> PointingOut {
+    fn feedthrough(&self, u: &PointingIn) -> PointingOut {
         let p = &self.p;
         let q = u.target.inverse() * u.attitude;
         let sign = if q.w < 0.0 { -2.0 } else { 2.0 };
@@ -140,7 +140,7 @@ pub(super) mod tests {
 
     fn at(m: &Pointing, q: &Quat, w: &Vec3, target: &Quat) -> PointingOut {
         let u = PointingIn { attitude: *q, rate: *w, target: *target, target_rate: Vec3::zeros() };
-        m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &u, &())
+        m.feedthrough(&u)
     }
 
     #[test]

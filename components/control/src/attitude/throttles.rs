@@ -86,11 +86,10 @@ impl Throttles {
     }
 }
 
+/// Throttles of engines that are fixed to a body, for a force and a torque; what they cannot give is left out by weights.
+#[model("control.throttles")]
 impl SizedModel for Throttles {
-    const NAME: &'static str = "control.throttles";
-    const DOC: &'static str = "Throttles of engines that are fixed to a body, for a force and a torque; what they cannot give is left out by weights.";
     type Params = ThrottlesParams;
-    type Store = ();
 
     fn ports(p: &ThrottlesParams) -> SizedPorts {
         let throttle =
@@ -98,8 +97,8 @@ impl SizedModel for Throttles {
                 .unit_of("1")
                 .doc_of("Throttle of each engine, 0 to 1; in the order of the engines.");
         SizedPorts {
-            direct_inputs: Wanted::specs(),
-            direct_outputs: std::iter::once(throttle).chain(Given::specs()).collect(),
+            feedthrough_inputs: Wanted::specs(),
+            feedthrough_outputs: std::iter::once(throttle).chain(Given::specs()).collect(),
             ..SizedPorts::default()
         }
     }
@@ -151,7 +150,7 @@ impl SizedModel for Throttles {
         Ok(Throttles { columns, on, normal, weights, least: p.throttle_min })
     }
 
-    fn direct(&self, _: &Clock, _: &[f64], _: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+    fn feedthrough(&self, u: &[f64], y: &mut [f64]) {
         let Wanted { force, torque } = Wanted::get(u);
         let s = self.throttles(&[torque.x, torque.y, torque.z, force.x, force.y, force.z]);
         let (lanes, rest) = y.split_at_mut(self.columns.len());
@@ -196,7 +195,7 @@ mod tests {
     fn at(m: &Throttles, force: Vec3, torque: Vec3) -> (Vec<f64>, Given) {
         let (mut u, mut y) = ([0.0; 6], vec![0.0; m.columns.len() + Given::N]);
         Wanted { force, torque }.put(&mut u);
-        m.direct(&Clock::at(0.0, 0.05, 0), &[], &[], &u, &(), &mut y);
+        m.feedthrough(&u, &mut y);
         let given = Given::get(&y[m.columns.len()..]);
         (y[..m.columns.len()].to_vec(), given)
     }

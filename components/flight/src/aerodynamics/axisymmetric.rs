@@ -278,12 +278,12 @@ impl Axisymmetric {
 #[model("flight.axisymmetric_aerodynamics")]
 impl Model for Axisymmetric {
     type Params = AxisymmetricParams;
-    type Ud = BodyIn;
-    type Ym = Passed;
-    type Yd = AxisymmetricOut;
-    type X = Heat;
-    type D = Left;
-    type G = Edge;
+    type FeedthroughInputs = BodyIn;
+    type Outputs = Passed;
+    type FeedthroughOutputs = AxisymmetricOut;
+    type State = Heat;
+    type DiscreteState = Left;
+    type Guards = Edge;
     fn build(p: AxisymmetricParams) -> Result<Self, BuildError> {
         check_air_rate(&p.air_rate, p.world.as_ref(), "air_rate")?;
         let table = |rows: &[Vec<f64>], name: &str| {
@@ -310,46 +310,35 @@ impl Model for Axisymmetric {
         let scales = Scales { area, length, reference, damping, heating_constant, nose_radius };
         Ok(Axisymmetric { p, scales, tables })
     }
-    fn moore(&self, _: &Clock, x: &Heat, d: &Left) -> Passed {
+    fn outputs(&self, x: &Heat, d: &Left) -> Passed {
         Passed { heat_load: x.load, outside: d.outside }
     }
-    fn direct(&self, c: &Clock, _: &Heat, _: &Left, u: &BodyIn) -> AxisymmetricOut {
-        let (a, _) = self.air(c.t, u);
+    fn feedthrough(&self, clock: &Clock, u: &BodyIn) -> AxisymmetricOut {
+        let (a, _) = self.air(clock.t, u);
         let coefficients = [0, 1, 2].map(|k| self.tables[k].at(a.alpha_total(), a.mach));
         self.scales.loaded(&a, &u.body.rotation, coefficients)
     }
-    fn deriv(
-        &self,
-        _: &Clock,
-        _: &Heat,
-        _: &Left,
-        _: &(),
-        _: &BodyIn,
-        _: &(),
-        y: &AxisymmetricOut,
-    ) -> Heat {
+    fn derivatives(&self, y: &AxisymmetricOut) -> Heat {
         Heat { load: y.heating }
     }
-    fn guards(&self, c: &Clock, _: &Heat, d: &Left, _: &(), u: &BodyIn) -> Edge {
-        Edge::at(self.air(c.t, u).1, d)
+    fn guards(&self, clock: &Clock, d: &Left, u: &BodyIn) -> Edge {
+        Edge::at(self.air(clock.t, u).1, d)
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, x: &Heat) -> (Heat, Left) {
+    fn handle_event(&self, x: &Heat) -> (Heat, Left) {
         // It leaves the range or comes in: it has been outside.
         (*x, Left { outside: true })
     }
-    fn tells(
+    fn runtime_warning(
         &self,
-        c: &Clock,
-        which: Fired<'_>,
-        _: &Heat,
+        clock: &Clock,
+        fired: Fired<'_>,
         d: &Left,
-        _: &(),
         u: &BodyIn,
     ) -> Option<BuildError> {
-        leaves(self.p.outside, which, || self.reach(&self.air(c.t, u).0), d)
+        leaves(self.p.outside, fired, || self.reach(&self.air(clock.t, u).0), d)
     }
-    fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Vec<BuildError> {
-        let (a, inside) = self.air(c.t, u);
+    fn startup_warnings(&self, clock: &Clock, u: &BodyIn) -> Vec<BuildError> {
+        let (a, inside) = self.air(clock.t, u);
         remark(self.p.outside, inside, || self.reach(&a))
     }
 }
@@ -391,13 +380,9 @@ mod tests {
 
     fn at(m: &Axisymmetric, v: Vec3, angular: Vec3) -> AxisymmetricOut {
         let body = NodeState { velocity: v, angular, ..NodeState::identity() };
-        let (x, d) = (Heat { load: 0.0 }, Left { outside: false });
-        m.direct(
+        m.feedthrough(
             &Clock::at(0.0, 0.01, 0),
-            &x,
-            &d,
             &BodyIn { body, gust: Vec3::zeros(), gust_rate: Vec3::zeros() },
-            &(),
         )
     }
 
@@ -478,10 +463,10 @@ mod tests {
         let (c, x, d) = (Clock::at(0.0, 0.01, 0), Heat { load: 3.0 }, Left { outside: false });
         for (outside, stops) in [(Outside::Clamp, false), (Outside::Stop, true)] {
             let m = capsule(outside);
-            assert!(m.guards(&c, &x, &d, &(), &u, &()).outside > 0.0);
+            assert!(m.guards(&c, &d, &u).outside > 0.0);
             let (told, begins) = (
-                m.tells(&c, Fired::rising(LEAVES), &x, &d, &(), &u, &()).unwrap(),
-                m.remarks(&c, &x, &d, &(), &u, &()),
+                m.runtime_warning(&c, Fired::rising(LEAVES), &d, &u).unwrap(),
+                m.startup_warnings(&c, &u),
             );
             for (told, does) in [(&told, "leaves"), (&begins[0], "begins outside")] {
                 let words = format!(
@@ -491,12 +476,9 @@ mod tests {
             }
         }
         let m = capsule(Outside::Clamp);
-        let (x, d) = m.fired(&c, Fired::rising(LEAVES), &x, &d, &(), &u, &mut ());
-        let y = m.moore(&c, &x, &d, &());
+        let (x, d) = m.handle_event(&x);
+        let y = m.outputs(&x, &d);
         assert!(y.outside && y.heat_load == 3.0);
-        assert!(
-            m.tells(&c, Fired::rising(LEAVES), &x, &d, &(), &u, &()).is_none(),
-            "it is said once"
-        );
+        assert!(m.runtime_warning(&c, Fired::rising(LEAVES), &d, &u).is_none(), "it is said once");
     }
 }

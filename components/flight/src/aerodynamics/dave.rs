@@ -404,11 +404,11 @@ fn reynolds(p: &DaveParams, k: usize, start: &[f64]) -> Result<(f64, f64), Build
 #[model("flight.dave_aerodynamics")]
 impl Model for DaveAerodynamics {
     type Params = DaveParams;
-    type Ud = DaveIn;
-    type Ym = Seen;
-    type Yd = DaveOut;
-    type D = Left;
-    type G = Edge;
+    type FeedthroughInputs = DaveIn;
+    type Outputs = Seen;
+    type FeedthroughOutputs = DaveOut;
+    type DiscreteState = Left;
+    type Guards = Edge;
     fn build(p: DaveParams) -> Result<Self, BuildError> {
         check_air_rate(&p.air_rate, p.world.as_ref(), "air_rate")?;
         let m = p.model.model.clone();
@@ -517,12 +517,12 @@ impl Model for DaveAerodynamics {
         }
         Ok(DaveAerodynamics { p, flow, length, controls, results, stability, start })
     }
-    fn moore(&self, _: &Clock, _: &(), d: &Left) -> Seen {
+    fn outputs(&self, d: &Left) -> Seen {
         Seen { outside: d.outside }
     }
-    fn direct(&self, c: &Clock, _: &(), _: &Left, u: &DaveIn) -> DaveOut {
-        let a = self.air(c.t, u);
-        let r = self.evaluate(c.t, &a, u).0;
+    fn feedthrough(&self, clock: &Clock, u: &DaveIn) -> DaveOut {
+        let a = self.air(clock.t, u);
+        let r = self.evaluate(clock.t, &a, u).0;
         let (s, co) = a.alpha().sin_cos();
         let force = if self.stability {
             Vec3::new(-r[4] * co + r[3] * s, r[1], -r[4] * s - r[3] * co)
@@ -548,26 +548,24 @@ impl Model for DaveAerodynamics {
             beta: a.beta(),
         }
     }
-    fn guards(&self, c: &Clock, _: &(), d: &Left, _: &(), u: &DaveIn) -> Edge {
-        Edge::at(self.inside(c.t, u), d)
+    fn guards(&self, clock: &Clock, d: &Left, u: &DaveIn) -> Edge {
+        Edge::at(self.inside(clock.t, u), d)
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>) -> ((), Left) {
+    fn handle_event(&self) -> ((), Left) {
         // It leaves the range or comes in: it has been outside.
         ((), Left { outside: true })
     }
-    fn tells(
+    fn runtime_warning(
         &self,
-        c: &Clock,
-        which: Fired<'_>,
-        _: &(),
+        clock: &Clock,
+        fired: Fired<'_>,
         d: &Left,
-        _: &(),
         u: &DaveIn,
     ) -> Option<BuildError> {
-        leaves(self.p.outside, which, || self.reach(&self.air(c.t, u)), d)
+        leaves(self.p.outside, fired, || self.reach(&self.air(clock.t, u)), d)
     }
-    fn remarks(&self, c: &Clock, _: &(), _: &Left, _: &(), u: &DaveIn) -> Vec<BuildError> {
-        remark(self.p.outside, self.inside(c.t, u), || self.reach(&self.air(c.t, u)))
+    fn startup_warnings(&self, clock: &Clock, u: &DaveIn) -> Vec<BuildError> {
+        remark(self.p.outside, self.inside(clock.t, u), || self.reach(&self.air(clock.t, u)))
     }
 }
 

@@ -64,12 +64,11 @@ fn port(v: &DaveVariable) -> PortSpec {
     PortSpec::named(name, PortKind::Numbers, 1).unit_of(unit).doc_of(doc)
 }
 
+/// A static model of a DAVE-ML file: inertia, propulsion or a control law, with a port for each of its inputs and outputs.
+#[model("flight.dave_model")]
 impl SizedModel for DaveStatic {
-    const NAME: &'static str = "flight.dave_model";
-    const DOC: &'static str = "A static model of a DAVE-ML file: inertia, propulsion or a control law, with a port for each of its inputs and outputs.";
     type Params = DaveModelParams;
     /// Values of all variables.
-    type Store = ();
 
     fn ports(p: &DaveModelParams) -> SizedPorts {
         let open = |v: &DaveVariable| match v.initial {
@@ -77,8 +76,8 @@ impl SizedModel for DaveStatic {
             None => port(v),
         };
         SizedPorts {
-            direct_inputs: inputs(p).map(|(_, v)| open(v)).collect(),
-            direct_outputs: outputs(p).map(|(_, v)| port(v)).collect(),
+            feedthrough_inputs: inputs(p).map(|(_, v)| open(v)).collect(),
+            feedthrough_outputs: outputs(p).map(|(_, v)| port(v)).collect(),
             ..SizedPorts::default()
         }
     }
@@ -116,7 +115,7 @@ impl SizedModel for DaveStatic {
         Ok(DaveStatic { inputs, outputs, start, p })
     }
 
-    fn direct(&self, _: &Clock, _: &[f64], _: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+    fn feedthrough(&self, u: &[f64], y: &mut [f64]) {
         let mut memory = [0.0; super::dave::VARIABLES];
         let values = &mut memory[..self.start.len()];
         values.copy_from_slice(&self.start);
@@ -159,13 +158,13 @@ mod tests {
         let names = |all: &[PortSpec]| -> Vec<String> {
             all.iter().map(|p| format!("{} {}", p.name, p.unit)).collect()
         };
-        let inputs = names(&ports.direct_inputs);
+        let inputs = names(&ports.feedthrough_inputs);
         assert_eq!(inputs, ["stagedFlag 1", "stg1fuelUsed kg", "stg2fuelUsed kg"]);
-        assert_eq!(names(&ports.direct_outputs), ["frac1 1", "frac2 1", "XIXX kg m^2"]);
+        assert_eq!(names(&ports.feedthrough_outputs), ["frac1 1", "frac2 1", "XIXX kg m^2"]);
         let run = |set, u: [f64; 3]| {
             let mut y = [0.0; 3];
             let m = DaveStatic::build(p(set)).unwrap();
-            m.direct(&Clock::at(0.0, 0.1, 0), &[], &[], &u, &(), &mut y);
+            m.feedthrough(&u, &mut y);
             y
         };
         // With half of the first stage's propellant, the mean of 353250 and 150750.

@@ -43,7 +43,7 @@ fn at(m: &DaveAerodynamics, alpha: f64, elevator: f64) -> DaveOut {
     let mut controls = [0.0; CONTROLS];
     controls[0] = elevator;
     let u = DaveIn { body, controls, gust: Vec3::zeros(), gust_rate: Vec3::zeros() };
-    m.direct(&Clock::at(0.0, 0.01, 0), &(), &Left { outside: false }, &u, &())
+    m.feedthrough(&Clock::at(0.0, 0.01, 0), &u)
 }
 
 #[test]
@@ -66,11 +66,11 @@ fn units_axes_and_controls_are_those_of_the_file() {
     let u =
         DaveIn { body, controls: [0.0; CONTROLS], gust: Vec3::zeros(), gust_rate: Vec3::zeros() };
     let (c, d) = (Clock::at(0.0, 0.01, 0), Left { outside: false });
-    assert!(m.guards(&c, &(), &d, &(), &u, &()).outside > 0.0);
-    let told = m.tells(&c, Fired::rising(LEAVES), &(), &d, &(), &u, &()).unwrap();
+    assert!(m.guards(&c, &d, &u).outside > 0.0);
+    let told = m.runtime_warning(&c, Fired::rising(LEAVES), &d, &u).unwrap();
     let words = "leaves the tables, those of wing.dml, at Mach 0.2941, α 28.65 deg, β 0.00 deg";
     assert!(told.stops && told.message.contains(words), "{}", told.message);
-    assert!(m.remarks(&c, &(), &d, &(), &u, &())[0].stops);
+    assert!(m.startup_warnings(&c, &u)[0].stops);
 }
 
 #[test]
@@ -192,7 +192,7 @@ fn lift_and_drag(p: DaveParams, z: f64, speed: f64, alpha: f64, controls: &[f64]
     let mut all = [0.0; CONTROLS];
     all[..controls.len()].copy_from_slice(controls);
     let u = DaveIn { body, controls: all, gust: Vec3::zeros(), gust_rate: Vec3::zeros() };
-    let y = m.direct(&Clock::at(0.0, 0.01, 0), &(), &Left { outside: false }, &u, &());
+    let y = m.feedthrough(&Clock::at(0.0, 0.01, 0), &u);
     let f = y.force_coefficient;
     [f.x * s - f.z * c, -f.x * c - f.z * s]
 }

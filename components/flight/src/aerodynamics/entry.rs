@@ -139,12 +139,12 @@ impl EntryAerodynamics {
 #[model("flight.entry_aerodynamics")]
 impl Model for EntryAerodynamics {
     type Params = EntryParams;
-    type Ud = EntryIn;
-    type Ym = Passed;
-    type Yd = EntryOut;
-    type X = Heat;
-    type D = Left;
-    type G = Edge;
+    type FeedthroughInputs = EntryIn;
+    type Outputs = Passed;
+    type FeedthroughOutputs = EntryOut;
+    type State = Heat;
+    type DiscreteState = Left;
+    type Guards = Edge;
     fn build(p: EntryParams) -> Result<Self, BuildError> {
         let (drag, ratio) =
             (Curve::new(&p.drag, "drag")?, Curve::new(&p.lift_to_drag, "lift_to_drag")?);
@@ -159,17 +159,17 @@ impl Model for EntryAerodynamics {
         };
         Ok(EntryAerodynamics { p, drag, ratio, vertical, heating })
     }
-    fn moore(&self, _: &Clock, x: &Heat, d: &Left) -> Passed {
+    fn outputs(&self, x: &Heat, d: &Left) -> Passed {
         Passed { heat_load: x.load, outside: d.outside }
     }
-    fn direct(&self, c: &Clock, _: &Heat, _: &Left, u: &EntryIn) -> EntryOut {
+    fn feedthrough(&self, clock: &Clock, u: &EntryIn) -> EntryOut {
         let p = &self.p;
-        let air = gusty(&p.atmosphere, c.t, &u.body.position, &u.gust);
+        let air = gusty(&p.atmosphere, clock.t, &u.body.position, &u.gust);
         let a = AirData::of(&u.body, &air, &Vec3::zeros());
         let drag = a.pressure * p.area * self.drag.at(a.mach) * p.drag_factor;
         let lift = drag * self.ratio.at(a.mach) * p.lift_to_drag_factor;
         let through = u.body.rotation * a.velocity;
-        let up = self.vertical.up(c.t, &u.body.position);
+        let up = self.vertical.up(clock.t, &u.body.position);
         let force = force(&through, &up, u.bank, lift, drag);
         EntryOut {
             load: Wrench { moment: Vec3::zeros(), force },
@@ -183,38 +183,27 @@ impl Model for EntryAerodynamics {
             heating: a.heating(self.heating, p.nose_radius),
         }
     }
-    fn deriv(
-        &self,
-        _: &Clock,
-        _: &Heat,
-        _: &Left,
-        _: &(),
-        _: &EntryIn,
-        _: &(),
-        y: &EntryOut,
-    ) -> Heat {
+    fn derivatives(&self, y: &EntryOut) -> Heat {
         Heat { load: y.heating }
     }
-    fn guards(&self, c: &Clock, _: &Heat, d: &Left, _: &(), u: &EntryIn) -> Edge {
-        Edge::at(self.inside(self.mach(c.t, u)), d)
+    fn guards(&self, clock: &Clock, d: &Left, u: &EntryIn) -> Edge {
+        Edge::at(self.inside(self.mach(clock.t, u)), d)
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, x: &Heat) -> (Heat, Left) {
+    fn handle_event(&self, x: &Heat) -> (Heat, Left) {
         // It leaves the range or comes in: it has been outside.
         (*x, Left { outside: true })
     }
-    fn tells(
+    fn runtime_warning(
         &self,
-        c: &Clock,
-        which: Fired<'_>,
-        _: &Heat,
+        clock: &Clock,
+        fired: Fired<'_>,
         d: &Left,
-        _: &(),
         u: &EntryIn,
     ) -> Option<BuildError> {
-        leaves(self.p.outside, which, || self.reach(self.mach(c.t, u)), d)
+        leaves(self.p.outside, fired, || self.reach(self.mach(clock.t, u)), d)
     }
-    fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &EntryIn) -> Vec<BuildError> {
-        let mach = self.mach(c.t, u);
+    fn startup_warnings(&self, clock: &Clock, u: &EntryIn) -> Vec<BuildError> {
+        let mach = self.mach(clock.t, u);
         remark(self.p.outside, self.inside(mach), || self.reach(mach))
     }
 }

@@ -142,9 +142,9 @@ impl Gusts {
 #[model("flight.gusts")]
 impl Model for Gusts {
     type Params = GustParams;
-    type Ud = GustIn;
-    type Yd = GustOut;
-    type D = GustState;
+    type FeedthroughInputs = GustIn;
+    type FeedthroughOutputs = GustOut;
+    type DiscreteState = GustState;
     fn build(p: GustParams) -> Result<Self, BuildError> {
         let fixed = match (p.length, p.sigma) {
             (Some(length), Some(sigma)) => {
@@ -166,14 +166,14 @@ impl Model for Gusts {
         };
         Ok(Gusts { p, fixed })
     }
-    fn direct(&self, c: &Clock, _: &(), d: &GustState, u: &GustIn) -> GustOut {
-        let through = self.through(c.t, &u.body);
-        let up = -self.p.gravity.acceleration(c.t, u.body.position);
+    fn feedthrough(&self, clock: &Clock, d: &GustState, u: &GustIn) -> GustOut {
+        let through = self.through(clock.t, &u.body);
+        let up = -self.p.gravity.acceleration(clock.t, u.body.position);
         let Some(turbulence) = self.turbulence(u.height) else {
             let none = Vec3::repeat(f64::NAN);
             return GustOut { velocity: none, rotation: none };
         };
-        let (state, rates) = self.present(c, d, &turbulence);
+        let (state, rates) = self.present(clock, d, &turbulence);
         let [e, left, across] = axes(&through, &up);
         let turned = |x: Vec3| e * x.x + left * x.y + across * x.z;
         let rotation = match self.p.span {
@@ -182,22 +182,24 @@ impl Model for Gusts {
         };
         GustOut { velocity: turned(Dryden::gust(&state, &turbulence)), rotation }
     }
-    fn update(&self, c: &Clock, _: &(), d: &GustState, _: &(), u: &GustIn) -> GustState {
-        let speed = self.through(c.t, &u.body).norm();
+    fn update(&self, clock: &Clock, d: &GustState, u: &GustIn) -> GustState {
+        let speed = self.through(clock.t, &u.body).norm();
         let Some(t) = self.turbulence(u.height) else {
-            let now = if d.begun { filters(d) } else { Dryden::stationary(&normals(c, FIRST)) };
+            let now = if d.begun { filters(d) } else { Dryden::stationary(&normals(clock, FIRST)) };
             return GustState { u: now.u, v: now.v, w: now.w, rates: d.rates, begun: true };
         };
-        let ((now, rates), noise) = (self.present(c, d, &t), normals(c, 0));
-        let next = Dryden::step(&now, &t, speed, c.dt, &noise);
+        let ((now, rates), noise) = (self.present(clock, d, &t), normals(clock, 0));
+        let next = Dryden::step(&now, &t, speed, clock.dt, &noise);
         let rates = match self.p.span {
-            Some(span) => rates.step(&now, (&t, span), (speed, c.dt), &noise, &normals(c, RATES)),
+            Some(span) => {
+                rates.step(&now, (&t, span), (speed, clock.dt), &noise, &normals(clock, RATES))
+            }
             None => rates,
         };
         let rates = [rates.p, rates.w, rates.v];
         GustState { u: next.u, v: next.v, w: next.w, rates, begun: true }
     }
-    fn remarks(&self, _: &Clock, _: &(), _: &GustState, _: &(), u: &GustIn) -> Vec<BuildError> {
+    fn startup_warnings(&self, u: &GustIn) -> Vec<BuildError> {
         if self.fixed.is_some() || u.height <= TOP {
             return Vec::new();
         }
@@ -267,8 +269,8 @@ mod tests {
         (0..n)
             .map(|k| {
                 let c = Clock::at(k as f64 * dt, dt, k);
-                let y = m.direct(&c, &(), &d, u, &()).velocity;
-                d = m.update(&c, &(), &d, &(), u, &mut ());
+                let y = m.feedthrough(&c, &d, u).velocity;
+                d = m.update(&c, &d, u);
                 // Along y; left of it is −x with z up; across both is +z.
                 [y.y, -y.x, y.z]
             })
@@ -299,7 +301,7 @@ mod tests {
         let (n, u) = (20_000, flying(f64::NAN));
         let mut sums = Vec3::zeros();
         for k in 0..n {
-            let y = m.direct(&Clock::at(0.0, 0.1, k), &(), &GustState::zero(), &u, &()).velocity;
+            let y = m.feedthrough(&Clock::at(0.0, 0.1, k), &GustState::zero(), &u).velocity;
             sums += Vec3::new(y.y, -y.x, y.z).map(|x| x * x);
         }
         let sigma = (sums / n as f64).map(f64::sqrt);
@@ -315,13 +317,13 @@ mod tests {
         let (mut a, mut b, mut squares, n) = (GustState::zero(), GustState::zero(), 0.0, 100_000);
         for k in 0..n {
             let c = Clock::at(k as f64 * dt, dt, k);
-            let y = wide.direct(&c, &(), &a, &u, &());
-            let without = plain.direct(&c, &(), &b, &u, &());
+            let y = wide.feedthrough(&c, &a, &u);
+            let without = plain.feedthrough(&c, &b, &u);
             assert_eq!((y.velocity, Vec3::zeros()), (without.velocity, without.rotation));
             // The flight is along y.
             squares += y.rotation.y * y.rotation.y;
-            a = wide.update(&c, &(), &a, &(), &u, &mut ());
-            b = plain.update(&c, &(), &b, &(), &u, &mut ());
+            a = wide.update(&c, &a, &u);
+            b = plain.update(&c, &b, &u);
         }
         let want: f64 = 9.0 * 0.8 * (pi * 300.0 / 80.0).cbrt() * pi * pi / (8.0 * 20.0 * 300.0);
         assert!((squares / n as f64 / want - 1.0).abs() < 0.03, "{} {want}", squares / n as f64);
@@ -338,7 +340,7 @@ mod tests {
         assert!((deviation(100.0) / 1.54 - 1.0).abs() < 0.04, "{}", deviation(100.0));
         assert!((deviation(700.0) / 1.5 - 1.0).abs() < 0.04, "{}", deviation(700.0));
         let (c, d, u) = (Clock::at(0.0, 0.1, 0), GustState::zero(), flying(f64::NAN));
-        assert!(m.direct(&c, &(), &d, &u, &()).velocity.x.is_nan(), "a height that is no number");
+        assert!(m.feedthrough(&c, &d, &u).velocity.x.is_nan(), "a height that is no number");
     }
 
     #[test]

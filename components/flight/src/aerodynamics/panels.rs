@@ -154,8 +154,8 @@ pub struct PanelAerodynamics {
 #[model("flight.panel_aerodynamics")]
 impl Model for PanelAerodynamics {
     type Params = PanelParams;
-    type Ud = PanelIn;
-    type Yd = PanelOut;
+    type FeedthroughInputs = PanelIn;
+    type FeedthroughOutputs = PanelOut;
     fn build(mut p: PanelParams) -> Result<Self, BuildError> {
         unit_normals(&mut p.panels)?;
         if let Some(mesh) = &p.mesh {
@@ -165,9 +165,9 @@ impl Model for PanelAerodynamics {
         some_panels(p.panels.len())?;
         Ok(PanelAerodynamics { p })
     }
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &PanelIn) -> PanelOut {
+    fn feedthrough(&self, clock: &Clock, u: &PanelIn) -> PanelOut {
         let p = &self.p;
-        let air = gusty(&p.atmosphere, c.t, &u.body.position, &u.gust);
+        let air = gusty(&p.atmosphere, clock.t, &u.body.position, &u.gust);
         let data = AirData::of(&u.body, &air, &Vec3::zeros());
         let molar_mass = p.molar_mass.unwrap_or_else(|| molar_mass(&air));
         let molecule = molar_mass / AVOGADRO;
@@ -300,13 +300,7 @@ mod tests {
         let at = |density: f64| {
             let body = NodeState { velocity: Vec3::x() * 7500.0, ..NodeState::identity() };
             let m = model(density, plate()).unwrap();
-            m.direct(
-                &Clock::at(0.0, 0.01, 0),
-                &(),
-                &(),
-                &PanelIn { body, gust: Vec3::zeros() },
-                &(),
-            )
+            m.feedthrough(&Clock::at(0.0, 0.01, 0), &PanelIn { body, gust: Vec3::zeros() })
         };
         let coefficient = |y: &PanelOut| -y.load.force.x / (y.dynamic_pressure * 2.0);
         let (thick, thin) = (at(1e-2), at(1e-12));
@@ -373,7 +367,7 @@ mod tests {
             let error = |m: &PanelAerodynamics| -> f64 {
                 let body = NodeState { velocity, ..NodeState::identity() };
                 let u = PanelIn { body, gust: Vec3::zeros() };
-                let y = m.direct(&Clock::at(0.0, 0.01, 0), &(), &(), &u, &());
+                let y = m.feedthrough(&Clock::at(0.0, 0.01, 0), &u);
                 let qs = y.dynamic_pressure * PI * size * size;
                 let nose_up = Vec3::x().cross(&-across);
                 [
@@ -399,7 +393,7 @@ mod tests {
         let force = |m: PanelAerodynamics| {
             let body = NodeState { velocity: Vec3::x() * 7500.0, ..NodeState::identity() };
             let u = PanelIn { body, gust: Vec3::zeros() };
-            let y = m.direct(&Clock::at(0.0, 0.01, 0), &(), &(), &u, &());
+            let y = m.feedthrough(&Clock::at(0.0, 0.01, 0), &u);
             y.load.force.x / y.dynamic_pressure
         };
         let both = force(meshed(1e-2, array(), cube()).unwrap());

@@ -46,8 +46,8 @@ pub struct RateDamping {
 #[model("flight.rate_damping")]
 impl Model for RateDamping {
     type Params = RateDampingParams;
-    type Ud = RateDampingIn;
-    type Yd = RateDampingOut;
+    type FeedthroughInputs = RateDampingIn;
+    type FeedthroughOutputs = RateDampingOut;
     fn build(p: RateDampingParams) -> Result<Self, BuildError> {
         if p.damping.iter().any(|c| !(*c >= 0.0)) {
             return Err(BuildError::new("a negative damping feeds the motion")
@@ -57,7 +57,7 @@ impl Model for RateDamping {
         super::air_data::check_air_rate(&p.against, p.world.as_ref(), "against")?;
         Ok(RateDamping { p })
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &RateDampingIn) -> RateDampingOut {
+    fn feedthrough(&self, u: &RateDampingIn) -> RateDampingOut {
         let R = u.body.rotation;
         let rate = R.inverse() * (u.body.angular - self.p.against - u.gust_rate);
         let moment = R * -rate.component_mul(&self.p.damping);
@@ -102,7 +102,7 @@ mod tests {
         let rate = Vec3::new(0.1, -0.2, 0.4);
         let angular = rotation * rate + Vec3::z();
         let body = NodeState { rotation, angular, ..NodeState::identity() };
-        let at = |u: &RateDampingIn| m.direct(&Clock::at(0.0, 0.01, 0), &(), &(), u, &());
+        let at = |u: &RateDampingIn| m.feedthrough(u);
         let y = at(&RateDampingIn { body, gust_rate: Vec3::zeros() });
         let want = rotation * Vec3::new(-0.9, 3.0, 0.0);
         assert!((y.load.moment - want).norm() < 1e-14);

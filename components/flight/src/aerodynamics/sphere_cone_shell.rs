@@ -108,12 +108,12 @@ impl SphereConeShell {
 #[model("flight.sphere_cone")]
 impl Model for SphereConeShell {
     type Params = SphereConeParams;
-    type Ud = BodyIn;
-    type Ym = Passed;
-    type Yd = AxisymmetricOut;
-    type X = Heat;
-    type D = Left;
-    type G = Edge;
+    type FeedthroughInputs = BodyIn;
+    type Outputs = Passed;
+    type FeedthroughOutputs = AxisymmetricOut;
+    type State = Heat;
+    type DiscreteState = Left;
+    type Guards = Edge;
     fn build(p: SphereConeParams) -> Result<Self, BuildError> {
         check_air_rate(&p.air_rate, p.world.as_ref(), "air_rate")?;
         let (half_angle, bluntness) = (p.half_angle, p.bluntness);
@@ -128,11 +128,11 @@ impl Model for SphereConeShell {
         };
         Ok(SphereConeShell { p, shape, scales })
     }
-    fn moore(&self, _: &Clock, x: &Heat, d: &Left) -> Passed {
+    fn outputs(&self, x: &Heat, d: &Left) -> Passed {
         Passed { heat_load: x.load, outside: d.outside }
     }
-    fn direct(&self, c: &Clock, _: &Heat, _: &Left, u: &BodyIn) -> AxisymmetricOut {
-        let (a, _) = self.air(c.t, u);
+    fn feedthrough(&self, clock: &Clock, u: &BodyIn) -> AxisymmetricOut {
+        let (a, _) = self.air(clock.t, u);
         let by_shape = self.shape.at(a.alpha_total().min(self.p.half_angle), 0.0);
         let base = match self.p.base {
             Base::Viking => base_pressure(a.mach),
@@ -141,40 +141,29 @@ impl Model for SphereConeShell {
         let coefficients = [by_shape.axial - base, by_shape.normal, by_shape.pitch];
         self.scales.loaded(&a, &u.body.rotation, coefficients)
     }
-    fn deriv(
-        &self,
-        _: &Clock,
-        _: &Heat,
-        _: &Left,
-        _: &(),
-        _: &BodyIn,
-        _: &(),
-        y: &AxisymmetricOut,
-    ) -> Heat {
+    fn derivatives(&self, y: &AxisymmetricOut) -> Heat {
         Heat { load: y.heating }
     }
-    fn guards(&self, c: &Clock, _: &Heat, d: &Left, _: &(), u: &BodyIn) -> Edge {
-        Edge::at(self.air(c.t, u).1, d)
+    fn guards(&self, clock: &Clock, d: &Left, u: &BodyIn) -> Edge {
+        Edge::at(self.air(clock.t, u).1, d)
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, x: &Heat) -> (Heat, Left) {
+    fn handle_event(&self, x: &Heat) -> (Heat, Left) {
         // It leaves the range or comes in: it has been outside.
         (*x, Left { outside: true })
     }
-    fn tells(
+    fn runtime_warning(
         &self,
-        c: &Clock,
-        which: Fired<'_>,
-        _: &Heat,
+        clock: &Clock,
+        fired: Fired<'_>,
         d: &Left,
-        _: &(),
         u: &BodyIn,
     ) -> Option<BuildError> {
         // With `outside: stop` the run stops even if the flow has been outside before.
         let silent = d.outside && self.p.outside == Outside::Clamp;
-        (which.rose(LEAVES) && !silent).then(|| self.beyond("goes on", &self.air(c.t, u).0))
+        (fired.rose(LEAVES) && !silent).then(|| self.beyond("goes on", &self.air(clock.t, u).0))
     }
-    fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Vec<BuildError> {
-        let (a, inside) = self.air(c.t, u);
+    fn startup_warnings(&self, clock: &Clock, u: &BodyIn) -> Vec<BuildError> {
+        let (a, inside) = self.air(clock.t, u);
         let outside = inside < 0.0;
         outside.then(|| self.beyond("begins", &a)).into_iter().collect()
     }
@@ -229,7 +218,7 @@ mod tests {
     }
 
     fn at(m: &SphereConeShell, u: &BodyIn) -> AxisymmetricOut {
-        m.direct(&Clock::at(0.0, 0.01, 0), &STATE.0, &STATE.1, u, &())
+        m.feedthrough(&Clock::at(0.0, 0.01, 0), u)
     }
 
     /// (C_A, C_N, C_m about the node, C_D, C_L) from the load.
@@ -303,15 +292,15 @@ mod tests {
 
     #[test]
     fn below_mach_1_it_says_that_the_flow_is_not_newtonian() {
-        let (c, (x, d)) = (Clock::at(0.0, 0.01, 0), STATE);
+        let (c, (_, d)) = (Clock::at(0.0, 0.01, 0), STATE);
         let m = shell(params());
         let at = |speed| inputs(0.1, 0.0, speed, Vec3::zeros());
-        assert!(m.remarks(&c, &x, &d, &(), &at(260.0), &()).is_empty());
-        let slow = m.remarks(&c, &x, &d, &(), &at(75.0), &());
+        assert!(m.startup_warnings(&c, &at(260.0)).is_empty());
+        let slow = m.startup_warnings(&c, &at(75.0));
         assert!(slow.len() == 1 && slow[0].message.contains("Mach 0.3000"));
-        assert!(m.guards(&c, &x, &d, &(), &at(75.0), &()).outside > 0.0);
+        assert!(m.guards(&c, &d, &at(75.0)).outside > 0.0);
         assert!(
-            m.tells(&c, Fired::rising(LEAVES), &x, &d, &(), &at(249.0), &())
+            m.runtime_warning(&c, Fired::rising(LEAVES), &d, &at(249.0))
                 .unwrap()
                 .message
                 .contains("Mach 0.99")
@@ -321,35 +310,31 @@ mod tests {
     /// Where a part of the fore-body is in the lee: the end of the closed form, said once, or what stops the run.
     #[test]
     fn above_the_half_angle_it_clamps_or_stops_and_says_so() {
-        let (c, (x, d)) = (Clock::at(0.0, 0.01, 0), STATE);
+        let (c, (_, d)) = (Clock::at(0.0, 0.01, 0), STATE);
         let m = shell(SphereConeParams { half_angle: 0.5, ..params() });
-        let edge = m.guards(&c, &x, &d, &(), &inputs(0.4, 0.0, 900.0, Vec3::zeros()), &());
+        let edge = m.guards(&c, &d, &inputs(0.4, 0.0, 900.0, Vec3::zeros()));
         assert!((edge.outside + 0.2).abs() < 1e-12, "{edge:?}");
         let (end, beyond) = (coefficients(&m, 0.5, 0.0), coefficients(&m, 0.8, 0.0));
         assert!((0..3).all(|k| (end[k] - beyond[k]).abs() < 1e-12), "{end:?} {beyond:?}");
         let u = inputs(0.8, 0.0, 900.0, Vec3::zeros());
-        assert!(m.guards(&c, &x, &d, &(), &u, &()).outside > 0.0);
-        let begins = m.remarks(&c, &x, &d, &(), &u, &());
+        assert!(m.guards(&c, &d, &u).outside > 0.0);
+        let begins = m.startup_warnings(&c, &u);
         assert!(begins.len() == 1 && begins[0].message.contains("45.84 deg, above"));
         assert!(begins[0].param.as_deref() == Some("outside") && begins[0].help.is_some());
-        let told = m.tells(&c, Fired::rising(LEAVES), &x, &d, &(), &u, &()).unwrap();
+        let told = m.runtime_warning(&c, Fired::rising(LEAVES), &d, &u).unwrap();
         assert!(told.message.contains("half-angle of 28.65 deg"), "{}", told.message);
-        let (x, d) = m.fired(&c, Fired::rising(LEAVES), &Heat { load: 3.0 }, &d, &(), &u, &mut ());
-        let y = m.moore(&c, &x, &d, &());
+        let (x, d) = m.handle_event(&Heat { load: 3.0 });
+        let y = m.outputs(&x, &d);
         assert!(y.outside && y.heat_load == 3.0);
-        assert!(
-            m.tells(&c, Fired::rising(LEAVES), &x, &d, &(), &u, &()).is_none(),
-            "it is said once"
-        );
+        assert!(m.runtime_warning(&c, Fired::rising(LEAVES), &d, &u).is_none(), "it is said once");
         let near = inputs(0.4, 0.0, 900.0, Vec3::zeros());
-        assert!(m.remarks(&c, &x, &d, &(), &near, &()).is_empty());
+        assert!(m.startup_warnings(&c, &near).is_empty());
         let stops = shell(SphereConeParams { half_angle: 0.5, outside: Outside::Stop, ..params() });
         // A step that is tried beyond sees the number at the end.
         assert_eq!(at(&stops, &u), at(&m, &u));
-        let (begins, told) =
-            (stops.remarks(&c, &x, &STATE.1, &(), &u, &()), |m: &SphereConeShell| {
-                m.tells(&c, Fired::rising(LEAVES), &x, &STATE.1, &(), &u, &()).unwrap()
-            });
+        let (begins, told) = (stops.startup_warnings(&c, &u), |m: &SphereConeShell| {
+            m.runtime_warning(&c, Fired::rising(LEAVES), &STATE.1, &u).unwrap()
+        });
         assert!(begins.len() == 1 && begins[0].stops && told(&stops).stops && !told(&m).stops);
         assert!(told(&stops).help.unwrap().contains("`outside: clamp`"));
     }

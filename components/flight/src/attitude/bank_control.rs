@@ -93,8 +93,8 @@ fn bank(n: &Vec3, velocity: &Vec3, up: &Vec3) -> Option<(f64, Vec3)> {
 #[model("flight.bank_control")]
 impl Model for BankControl {
     type Params = BankControlParams;
-    type Ud = BankControlIn;
-    type Yd = BankControlOut;
+    type FeedthroughInputs = BankControlIn;
+    type FeedthroughOutputs = BankControlOut;
     fn build(p: BankControlParams) -> Result<Self, BuildError> {
         if p.inertia.iter().any(|j| !(*j > 0.0)) {
             return Err(BuildError::new("an inertia is not above 0")
@@ -109,12 +109,13 @@ impl Model for BankControl {
         let frame = Frame::new(p.world.as_ref(), p.gravity.as_ref())?;
         Ok(BankControl { nose: p.nose.normalize(), frame, p })
     }
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &BankControlIn) -> BankControlOut {
+    fn feedthrough(&self, clock: &Clock, u: &BankControlIn) -> BankControlOut {
         let p = &self.p;
         let body = &u.body;
         let over = self.frame.over_ground(body);
         let to_body = body.rotation.inverse();
-        let found = bank(&(body.rotation * self.nose), &over, &self.frame.up(c.t, &body.position));
+        let found =
+            bank(&(body.rotation * self.nose), &over, &self.frame.up(clock.t, &body.position));
         let (measured, wanted) = found.unwrap_or((0.0, Vec3::zeros()));
         let turn = u.bank - measured;
         let error = if found.is_some() { turn.sin().atan2(turn.cos()) } else { 0.0 };
@@ -164,7 +165,7 @@ mod tests {
     }
 
     fn at(m: &BankControl, body: NodeState, bank: f64) -> BankControlOut {
-        m.direct(&Clock::at(0.0, 0.05, 0), &(), &(), &BankControlIn { body, bank }, &())
+        m.feedthrough(&Clock::at(0.0, 0.05, 0), &BankControlIn { body, bank })
     }
 
     #[test]

@@ -97,9 +97,9 @@ impl ControlMomentGyro {
 #[model("flight.control_moment_gyro")]
 impl Model for ControlMomentGyro {
     type Params = GyroParams;
-    type Ud = GyroIn;
-    type Yd = GyroOut;
-    type X = Gimbal;
+    type FeedthroughInputs = GyroIn;
+    type FeedthroughOutputs = GyroOut;
+    type State = Gimbal;
     fn build(p: GyroParams) -> Result<Self, BuildError> {
         let turning = turning(p.world.as_ref());
         Ok(ControlMomentGyro { p, turning })
@@ -107,7 +107,7 @@ impl Model for ControlMomentGyro {
     fn init_x(&self) -> Gimbal {
         Gimbal { angle: self.p.angle }
     }
-    fn direct(&self, _: &Clock, x: &Gimbal, _: &(), u: &GyroIn) -> GyroOut {
+    fn feedthrough(&self, x: &Gimbal, u: &GyroIn) -> GyroOut {
         let R = u.gimbal.rotation;
         let axis = R * Vec3::z();
         let rate = self.rate(u);
@@ -121,7 +121,7 @@ impl Model for ControlMomentGyro {
         let load = Wrench { moment, force: Vec3::zeros() };
         GyroOut { load, angle: x.angle, momentum: h, motor, supply, power, case: HeatFlow { heat } }
     }
-    fn deriv(&self, _: &Clock, _: &Gimbal, _: &(), _: &(), u: &GyroIn) -> Gimbal {
+    fn derivatives(&self, u: &GyroIn) -> Gimbal {
         Gimbal { angle: self.rate(u) }
     }
 }
@@ -147,7 +147,7 @@ mod tests {
             let rotation = Quat::from_scaled_axis(omega * t);
             let gimbal = NodeState { rotation, angular: omega, ..NodeState::identity() };
             let x = Gimbal { angle: 0.4 + rate * t };
-            m.direct(&Clock::at(t, 0.01, 0), &x, &(), &GyroIn { gimbal, supply: SUPPLY, rate }, &())
+            m.feedthrough(&x, &GyroIn { gimbal, supply: SUPPLY, rate })
         };
         let h = 1e-5;
         let slope = (at(h).momentum - at(-h).momentum) / (2.0 * h);
@@ -155,17 +155,17 @@ mod tests {
         // Torque across the gimbal is amplified: much for little motor.
         assert!(at(0.0).load.moment.norm() > 15.0 && at(0.0).motor.abs() < 2.0);
         let u = GyroIn { gimbal: NodeState::identity(), supply: SUPPLY, rate: 7.0 };
-        let x = m.deriv(&Clock::at(0.0, 0.01, 0), &m.init_x(), &(), &(), &u, &(), &GyroOut::zero());
+        let x = m.derivatives(&u);
         assert_eq!(x.angle, 1.0);
         // The gimbal does not move without a supply.
         let u = GyroIn { supply: Voltage { voltage: 0.0 }, ..u };
-        let x = m.deriv(&Clock::at(0.0, 0.01, 0), &m.init_x(), &(), &(), &u, &(), &GyroOut::zero());
+        let x = m.derivatives(&u);
         assert_eq!(x.angle, 0.0);
         // The gimbal's motor does the work that the body receives; the rest is heat.
         let angular = Vec3::new(0.3, -0.2, 0.5);
         let gimbal = NodeState { angular, ..NodeState::identity() };
         let u = GyroIn { gimbal, supply: SUPPLY, rate: 0.6 };
-        let y = m.direct(&Clock::at(0.0, 0.01, 0), &m.init_x(), &(), &u, &());
+        let y = m.feedthrough(&m.init_x(), &u);
         let work = y.load.moment.dot(&angular);
         assert!((y.power - 20.0 - work).abs() < 1e-12 && work.abs() > 1.0 && y.case.heat == 20.0);
         assert!((y.supply.current * 28.0 - y.power).abs() < 1e-12);
@@ -179,7 +179,7 @@ mod tests {
         let at = |t: f64| {
             let x = Gimbal { angle: 0.4 + rate * t };
             let u = GyroIn { gimbal: turning_node(&omega, t), supply: SUPPLY, rate };
-            m.direct(&Clock::at(t, 0.01, 0), &x, &(), &u, &())
+            m.feedthrough(&x, &u)
         };
         let momentum = |t: f64| site.to_inertial(t) * at(t).momentum;
         let (t, h) = (7.0, 1e-5);
@@ -187,12 +187,9 @@ mod tests {
         let load = site.to_inertial(t) * at(t).load.moment;
         assert!((load + slope).norm() < 1e-7, "{load} {slope}");
         // The planet's part is not small here.
-        let own = gyro(None).direct(
-            &Clock::at(t, 0.01, 0),
+        let own = gyro(None).feedthrough(
             &Gimbal { angle: 0.4 + rate * t },
-            &(),
             &GyroIn { gimbal: turning_node(&omega, t), supply: SUPPLY, rate },
-            &(),
         );
         assert!((own.load.moment - at(t).load.moment).norm() > 0.3);
     }

@@ -69,8 +69,8 @@ impl GravityGradientParams {
 #[model("flight.gravity_gradient")]
 impl Model for GravityGradient {
     type Params = GravityGradientParams;
-    type Ud = GravityGradientIn;
-    type Yd = GravityGradientOut;
+    type FeedthroughInputs = GravityGradientIn;
+    type FeedthroughOutputs = GravityGradientOut;
     fn build(p: GravityGradientParams) -> Result<Self, BuildError> {
         let inertia = p.written();
         if let Some(inertia) = inertia {
@@ -88,7 +88,7 @@ impl Model for GravityGradient {
         let (mu, site) = (body_mu(&p.world)?, p.world.axes().place());
         Ok(GravityGradient { mu, inertia, site })
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &GravityGradientIn) -> GravityGradientOut {
+    fn feedthrough(&self, u: &GravityGradientIn) -> GravityGradientOut {
         let (inertia, at) = match self.inertia {
             Some(inertia) => (inertia, u.body.position),
             None => (u.own.inertia_matrix(), u.body.position + u.body.rotation * u.own.com),
@@ -98,7 +98,7 @@ impl Model for GravityGradient {
         let load = Wrench { moment: u.body.rotation * torque, force: Vec3::zeros() };
         GravityGradientOut { load, torque }
     }
-    fn remarks(&self, _: &Clock, _: &(), _: &(), _: &(), u: &GravityGradientIn) -> Vec<BuildError> {
+    fn startup_warnings(&self, u: &GravityGradientIn) -> Vec<BuildError> {
         let own = u.own.inertia_matrix();
         let differs = |written: &Mat3| (written - own).amax() > 1e-6 * own.amax();
         let told = self.inertia.filter(differs).map(|written| {
@@ -141,7 +141,7 @@ mod tests {
     fn at(p: GravityGradientParams, body: NodeState) -> GravityGradientOut {
         let m = GravityGradient::build(p).unwrap();
         let u = GravityGradientIn { body, own: own() };
-        m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &u, &())
+        m.feedthrough(&u)
     }
 
     /// Unwritten it is the torque of the body's own inertia at its own centre of mass; written otherwise, a remark tells.
@@ -160,7 +160,7 @@ mod tests {
         let remarks = |p: &GravityGradientParams| {
             let m = GravityGradient::build(p.clone()).unwrap();
             let u = GravityGradientIn { body, own: own() };
-            m.remarks(&Clock::at(0.0, 0.1, 0), &(), &(), &(), &u, &())
+            m.startup_warnings(&u)
         };
         assert!(remarks(&bare).is_empty() && remarks(&params()).is_empty());
         let other = GravityGradientParams { products: Vec3::new(20.0, -15.0, 30.1), ..params() };

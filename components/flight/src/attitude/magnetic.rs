@@ -150,14 +150,14 @@ impl FieldParams {
 #[model("flight.magnetic_field")]
 impl Model for MagneticField {
     type Params = FieldParams;
-    type Ud = FieldIn;
-    type Yd = FieldOut;
+    type FeedthroughInputs = FieldIn;
+    type FeedthroughOutputs = FieldOut;
     fn build(p: FieldParams) -> Result<Self, BuildError> {
         Ok(MagneticField { source: p.source()?, world: p.world })
     }
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &FieldIn) -> FieldOut {
+    fn feedthrough(&self, clock: &Clock, u: &FieldIn) -> FieldOut {
         let (turn, r) =
-            (self.world.planet_axes(c.t), self.world.relative_to_centre(&u.body.position));
+            (self.world.planet_axes(clock.t), self.world.relative_to_centre(&u.body.position));
         let field = turn * self.source.at(&(turn.inverse() * r));
         FieldOut { field, in_body: u.body.rotation.inverse() * field }
     }
@@ -220,9 +220,9 @@ pub struct MagneticTorquer {
 #[model("flight.magnetic_torquer")]
 impl Model for MagneticTorquer {
     type Params = TorquerParams;
-    type Ud = TorquerIn;
-    type Yd = TorquerOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &TorquerIn) -> TorquerOut {
+    type FeedthroughInputs = TorquerIn;
+    type FeedthroughOutputs = TorquerOut;
+    fn feedthrough(&self, u: &TorquerIn) -> TorquerOut {
         let limit = u.supply.limit(self.p.dipole_max);
         let given = u.dipole.map(|d| d.clamp(-limit, limit));
         let moment = (u.body.rotation * given).cross(&u.field);
@@ -312,7 +312,7 @@ mod tests {
         let turn = Quat::from_scaled_axis(Vec3::z() * (0.3 + 1e-4 * 500.0));
         let rotation = Quat::from_scaled_axis(Vec3::new(0.4, 0.2, -0.6));
         let body = NodeState { position: turn * r, rotation, ..NodeState::identity() };
-        let y = m.direct(&Clock::at(500.0, 0.1, 0), &(), &(), &FieldIn { body }, &());
+        let y = m.feedthrough(&Clock::at(500.0, 0.1, 0), &FieldIn { body });
         assert!((turn.inverse() * y.field - want).norm() < 1e-18, "{}", y.field);
         assert!((rotation * y.in_body - y.field).norm() < 1e-20);
     }
@@ -340,8 +340,8 @@ mod tests {
                     (turn * site.relative_to_centre(&body.position), turn * body.rotation);
                 let outside = NodeState { position, rotation, ..body };
                 let c = Clock::at(t, 0.1, 0);
-                let a = here.direct(&c, &(), &(), &FieldIn { body }, &());
-                let b = there.direct(&c, &(), &(), &FieldIn { body: outside }, &());
+                let a = here.feedthrough(&c, &FieldIn { body });
+                let b = there.feedthrough(&c, &FieldIn { body: outside });
                 assert!((turn * a.field - b.field).norm() < 1e-17, "{} {}", a.field, b.field);
                 assert!((a.in_body - b.in_body).norm() < 1e-17 && a.field.norm() > 1e-6);
             }
@@ -364,7 +364,7 @@ mod tests {
             let p = FieldParams { degree: Some(13), ..earth(own, Some(date)) };
             let m = MagneticField::build(p).unwrap();
             let body = NodeState { position: turn * r, ..NodeState::identity() };
-            let y = m.direct(&Clock::at(t, 0.1, 0), &(), &(), &FieldIn { body }, &());
+            let y = m.feedthrough(&Clock::at(t, 0.1, 0), &FieldIn { body });
             let b = place.east_north_up().inverse() * (turn.inverse() * y.field) * 1e9;
             let off = (Vec3::new(b.y, b.x, -b.z) - Vec3::from(want)).amax();
             assert!(off < near, "{date}: {b}");
@@ -406,7 +406,7 @@ mod tests {
         let m = MagneticField::build(other_dipole(Some(2e7), of("moon", date))).unwrap();
         let position = DIPOLE.normalize() * 2e7;
         let body = NodeState { position, ..NodeState::identity() };
-        let y = m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &FieldIn { body }, &());
+        let y = m.feedthrough(&Clock::at(0.0, 0.1, 0), &FieldIn { body });
         assert!((y.field - 2.0 * DIPOLE).norm() < 1e-18, "{}", y.field);
     }
 
@@ -422,7 +422,7 @@ mod tests {
         let body = NodeState { rotation, ..NodeState::identity() };
         let supply = Voltage { voltage: 28.0 };
         let u = TorquerIn { body, supply, dipole: Vec3::new(4.0, -30.0, 1.0), field };
-        let y = m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &u, &());
+        let y = m.feedthrough(&u);
         assert_eq!(y.given, Vec3::new(4.0, -10.0, 1.0));
         let want = (rotation * y.given).cross(&field);
         assert!((y.load.moment - want).norm() < 1e-20 && y.load.moment.dot(&field).abs() < 1e-20);
@@ -432,7 +432,7 @@ mod tests {
             (y.case.heat - heat).abs() < 1e-12 && (y.supply.current * 28.0 - heat).abs() < 1e-12
         );
         let dark = TorquerIn { supply: Voltage { voltage: 0.0 }, ..u };
-        let y = m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &dark, &());
+        let y = m.feedthrough(&dark);
         assert_eq!((y.given, y.power, y.supply.current), (Vec3::zeros(), 0.0, 0.0));
     }
 }

@@ -177,11 +177,11 @@ impl ReactionWheel {
 impl Model for ReactionWheel {
     const MODES: bool = true;
     type Params = WheelParams;
-    type D = AtLimit;
-    type G = SpeedLimit;
-    type Ud = WheelIn;
-    type Yd = WheelOut;
-    type X = Spin;
+    type DiscreteState = AtLimit;
+    type Guards = SpeedLimit;
+    type FeedthroughInputs = WheelIn;
+    type FeedthroughOutputs = WheelOut;
+    type State = Spin;
     fn build(p: WheelParams) -> Result<Self, BuildError> {
         if p.breakaway != 0.0 && p.breakaway < p.coulomb {
             let fact = format!(
@@ -197,7 +197,7 @@ impl Model for ReactionWheel {
     fn init_x(&self) -> Spin {
         Spin { momentum: self.p.inertia * self.p.speed, angle: 0.0 }
     }
-    fn direct(&self, _: &Clock, x: &Spin, d: &AtLimit, u: &WheelIn) -> WheelOut {
+    fn feedthrough(&self, x: &Spin, d: &AtLimit, u: &WheelIn) -> WheelOut {
         let p = &self.p;
         let R = u.wheel.rotation;
         let axis = R * Vec3::z();
@@ -231,43 +231,32 @@ impl Model for ReactionWheel {
             energy: 0.5 * x.momentum * x.momentum / p.inertia,
         }
     }
-    fn mode(&self, _: &Clock, x: &Spin, d: &AtLimit, u: &WheelIn) -> AtLimit {
+    fn mode(&self, x: &Spin, d: &AtLimit, u: &WheelIn) -> AtLimit {
         self.limit(self.speed(x, u), d)
     }
-    fn guards(&self, _: &Clock, x: &Spin, _: &AtLimit, _: &(), u: &WheelIn) -> SpeedLimit {
+    fn guards(&self, x: &Spin, u: &WheelIn) -> SpeedLimit {
         let (speed, most) = (self.speed(x, u).abs(), self.p.speed_max);
         if most.is_infinite() {
             return SpeedLimit { above: -1.0, below: -1.0 };
         }
         SpeedLimit { above: speed - most, below: AGAIN * most - speed }
     }
-    fn fired(
+    fn handle_event(
         &self,
-        _: &Clock,
-        which: Fired<'_>,
+        fired: Fired<'_>,
         x: &Spin,
         d: &AtLimit,
-        _: &(),
         u: &WheelIn,
     ) -> (Spin, AtLimit) {
         let speed = self.speed(x, u);
         let limit = match () {
-            () if which.rose(0) => 1.0_f64.copysign(speed),
-            () if which.rose(1) => 0.0,
+            () if fired.rose(0) => 1.0_f64.copysign(speed),
+            () if fired.rose(1) => 0.0,
             () => self.limit(speed, d).limit,
         };
         (*x, AtLimit { limit })
     }
-    fn deriv(
-        &self,
-        _: &Clock,
-        _: &Spin,
-        _: &AtLimit,
-        _: &(),
-        _: &WheelIn,
-        _: &(),
-        y: &WheelOut,
-    ) -> Spin {
+    fn derivatives(&self, y: &WheelOut) -> Spin {
         Spin { momentum: y.net_torque, angle: y.speed }
     }
 }
@@ -301,9 +290,8 @@ mod tests {
     fn at(m: &ReactionWheel, x: &Spin, torque: f64, angular: Vec3) -> WheelOut {
         let wheel = NodeState { angular, ..NodeState::identity() };
         let u = WheelIn { wheel, supply: SUPPLY, torque };
-        let c = Clock::at(0.0, 0.01, 0);
-        let d = m.mode(&c, x, &AtLimit { limit: 0.0 }, &u, &());
-        m.direct(&c, x, &d, &u, &())
+        let d = m.mode(x, &AtLimit { limit: 0.0 }, &u);
+        m.feedthrough(x, &d, &u)
     }
 
     #[test]
@@ -342,7 +330,7 @@ mod tests {
         };
         let mode = |w: f64, limit: f64| {
             let (x, u) = u(w);
-            m.mode(&Clock::at(0.0, 0.01, 0), &x, &AtLimit { limit }, &u, &()).limit
+            m.mode(&x, &AtLimit { limit }, &u).limit
         };
         assert_eq!([mode(627.9, 0.0), mode(627.9, 1.0), mode(627.0, 1.0)], [0.0, 1.0, 0.0]);
         assert_eq!([mode(628.0, 0.0), mode(-629.0, 0.0)], [1.0, -1.0]);
@@ -374,8 +362,7 @@ mod tests {
         // Friction alone brakes the wheel without a supply.
         let supply = Voltage { voltage: 0.0 };
         let u = WheelIn { wheel: NodeState::identity(), supply, torque: 0.1 };
-        let c = Clock::at(0.0, 0.01, 0);
-        let y = m.direct(&c, &m.init_x(), &AtLimit { limit: 0.0 }, &u, &());
+        let y = m.feedthrough(&m.init_x(), &AtLimit { limit: 0.0 }, &u);
         assert_eq!((y.supply.current, y.power), (0.0, 0.0));
         assert_eq!(y.net_torque, -m.friction(y.speed));
     }
@@ -391,13 +378,7 @@ mod tests {
         let (t, h) = (7.0, 1e-5);
         let y = |t: f64, momentum: f64| {
             let u = WheelIn { wheel: turning_node(&omega, t), supply: SUPPLY, torque: 0.1 };
-            m.direct(
-                &Clock::at(t, 0.01, 0),
-                &Spin { momentum, angle: 0.0 },
-                &AtLimit { limit: 0.0 },
-                &u,
-                &(),
-            )
+            m.feedthrough(&Spin { momentum, angle: 0.0 }, &AtLimit { limit: 0.0 }, &u)
         };
         let axis = |t: f64| site.to_inertial(t) * (turning_node(&omega, t).rotation * Vec3::z());
         let now = y(t, 30.0);
@@ -428,13 +409,8 @@ mod tests {
         let slope = |y: &[f64; 8]| {
             let n = node(y);
             let u = WheelIn { wheel: n, supply: SUPPLY, torque: 0.1 };
-            let o = m.direct(
-                &Clock::at(0.0, 0.01, 0),
-                &Spin { momentum: y[7], angle: 0.0 },
-                &AtLimit { limit: 0.0 },
-                &u,
-                &(),
-            );
+            let o =
+                m.feedthrough(&Spin { momentum: y[7], angle: 0.0 }, &AtLimit { limit: 0.0 }, &u);
             let w = Vec3::new(y[4], y[5], y[6]);
             let torque = n.rotation.inverse() * o.load.moment - w.cross(&inertia.component_mul(&w));
             let a = torque.component_div(&inertia);

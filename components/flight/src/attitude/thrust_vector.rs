@@ -67,9 +67,9 @@ pub struct ThrustVectorControl {
 #[model("flight.thrust_vector_control")]
 impl Model for ThrustVectorControl {
     type Params = ThrustVectorParams;
-    type Ud = ThrustVectorIn;
-    type Yd = ThrustVectorOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &ThrustVectorIn) -> ThrustVectorOut {
+    type FeedthroughInputs = ThrustVectorIn;
+    type FeedthroughOutputs = ThrustVectorOut;
+    fn feedthrough(&self, u: &ThrustVectorIn) -> ThrustVectorOut {
         let p = &self.p;
         let size = u.command.norm();
         if size == 0.0 {
@@ -117,7 +117,7 @@ mod tests {
 
     fn command(body: NodeState, command: Vec3) -> ThrustVectorOut {
         let u = ThrustVectorIn { body, command };
-        law().direct(&Clock::at(0.0, 0.01, 0), &(), &(), &u, &())
+        law().feedthrough(&u)
     }
 
     /// A rigid body turned by the engine itself: its z comes to the direction as the closed form says.
@@ -151,9 +151,7 @@ mod tests {
                     gimbal_x: y.gimbal_x,
                     gimbal_y: y.gimbal_y,
                 };
-                let load = engine
-                    .direct(&Clock::at(0.0, h, 0), &(), &Burning { burns: true }, &u, &())
-                    .load;
+                let load = engine.feedthrough(&Burning { burns: true }, &u).load;
                 (q * Vec3::z() * -ARM).cross(&load.force)
             };
             let half = w + torque(&q, &w) * (0.5 * h / INERTIA);

@@ -127,25 +127,25 @@ impl Transfer {
 #[model("flight.transfer")]
 impl Model for Transfer {
     type Params = TransferParams;
-    type Ud = StationIn;
-    type Ym = TransferCost;
-    type Yd = TransferOut;
-    type D = Taken;
+    type FeedthroughInputs = StationIn;
+    type Outputs = TransferCost;
+    type FeedthroughOutputs = TransferOut;
+    type DiscreteState = Taken;
     fn build(p: TransferParams) -> Result<Self, BuildError> {
         let site = orbital(&p.world)?;
         Ok(Transfer { p, site })
     }
-    fn moore(&self, _: &Clock, _: &(), d: &Taken) -> TransferCost {
+    fn outputs(&self, d: &Taken) -> TransferCost {
         TransferCost { dv: d.dv }
     }
-    fn direct(&self, c: &Clock, _: &(), _: &Taken, u: &StationIn) -> TransferOut {
-        self.ask(c, u)
+    fn feedthrough(&self, clock: &Clock, u: &StationIn) -> TransferOut {
+        self.ask(clock, u)
     }
-    fn update(&self, c: &Clock, _: &(), d: &Taken, _: &(), u: &StationIn) -> Taken {
-        Taken { dv: d.dv + self.ask(c, u).force.norm() * c.dt / self.p.mass }
+    fn update(&self, clock: &Clock, d: &Taken, u: &StationIn) -> Taken {
+        Taken { dv: d.dv + self.ask(clock, u).force.norm() * clock.dt / self.p.mass }
     }
-    fn remarks(&self, c: &Clock) -> Vec<BuildError> {
-        super::powered_descent::past(self.p.arrival, self.p.freeze, c.t)
+    fn startup_warnings(&self, clock: &Clock) -> Vec<BuildError> {
+        super::powered_descent::past(self.p.arrival, self.p.freeze, clock.t)
     }
 }
 
@@ -236,24 +236,24 @@ impl Glideslope {
 impl Model for Glideslope {
     const MODES: bool = true;
     type Params = GlideslopeParams;
-    type Ud = StationIn;
-    type Yd = GlideslopeOut;
-    type D = Far;
-    type G = SpeedCorner;
+    type FeedthroughInputs = StationIn;
+    type FeedthroughOutputs = GlideslopeOut;
+    type DiscreteState = Far;
+    type Guards = SpeedCorner;
     fn build(p: GlideslopeParams) -> Result<Self, BuildError> {
         let site = orbital(&p.world)?;
         Ok(Glideslope { p, site })
     }
-    fn mode(&self, _: &Clock, _: &(), _: &Far, u: &StationIn) -> Far {
+    fn mode(&self, u: &StationIn) -> Far {
         Far { far: self.over(u) > 0.0 }
     }
-    fn guards(&self, _: &Clock, _: &(), _: &Far, _: &(), u: &StationIn) -> SpeedCorner {
+    fn guards(&self, u: &StationIn) -> SpeedCorner {
         SpeedCorner { over: self.over(u) }
     }
-    fn fired(&self, _: &Clock, which: Fired<'_>) -> ((), Far) {
-        ((), Far { far: which.rose(0) })
+    fn handle_event(&self, fired: Fired<'_>) -> ((), Far) {
+        ((), Far { far: fired.rose(0) })
     }
-    fn direct(&self, _: &Clock, _: &(), d: &Far, u: &StationIn) -> GlideslopeOut {
+    fn feedthrough(&self, d: &Far, u: &StationIn) -> GlideslopeOut {
         let p = &self.p;
         let Some(s) = seen(self.site.as_ref(), u) else {
             let force = Vec3::zeros();
@@ -326,9 +326,9 @@ mod tests {
                 // Once in two steps of four stages.
                 if calls % 8 == 0 {
                     let c = Clock::at(t, 1.0, 0);
-                    let y = m.direct(&c, &(), &d, &u, &());
+                    let y = m.feedthrough(&c, &u);
                     assert!(!y.lost && (y.to_go - (arrival - t)).abs() < 1e-9);
-                    d = m.update(&c, &(), &d, &(), &u, &mut ());
+                    d = m.update(&c, &d, &u);
                     held = y.force;
                 }
                 calls += 1;
@@ -344,31 +344,13 @@ mod tests {
         let half = std::f64::consts::PI / rate();
         let (chief, deputy) = pair(Vec3::new(0.0, -500.0, 30.0), Vec3::zeros());
         let u = StationIn { chief, deputy };
-        let y = transfer(Vec3::zeros(), half, 0.0).direct(
-            &Clock::at(0.0, 1.0, 0),
-            &(),
-            &Taken { dv: 0.0 },
-            &u,
-            &(),
-        );
+        let y = transfer(Vec3::zeros(), half, 0.0).feedthrough(&Clock::at(0.0, 1.0, 0), &u);
         assert!(y.lost && y.force == Vec3::zeros() && y.distance > 500.0);
         let still = StationIn { chief: NodeState::identity(), deputy: NodeState::identity() };
-        let y = transfer(Vec3::zeros(), 900.0, 0.0).direct(
-            &Clock::at(0.0, 1.0, 0),
-            &(),
-            &Taken { dv: 0.0 },
-            &still,
-            &(),
-        );
+        let y = transfer(Vec3::zeros(), 900.0, 0.0).feedthrough(&Clock::at(0.0, 1.0, 0), &still);
         assert!(y.lost && y.force == Vec3::zeros());
         // In the last seconds nothing is done, and that is no failure.
-        let y = transfer(Vec3::zeros(), 10.0, 0.0).direct(
-            &Clock::at(0.0, 1.0, 0),
-            &(),
-            &Taken { dv: 0.0 },
-            &u,
-            &(),
-        );
+        let y = transfer(Vec3::zeros(), 10.0, 0.0).feedthrough(&Clock::at(0.0, 1.0, 0), &u);
         assert!(!y.lost && y.force == Vec3::zeros());
     }
 
@@ -406,7 +388,7 @@ mod tests {
         let mut worst = 0.0_f64;
         let (r, v) = fly((start, v), 240.0, 0.5, &mut |t, chief, deputy| {
             let u = StationIn { chief: *chief, deputy: *deputy };
-            let y = m.direct(&Clock::at(t, 0.1, 0), &(), &Far { far: false }, &u, &());
+            let y = m.feedthrough(&Far { far: false }, &u);
             let want = (way.norm() + 5.0) * (-0.01 * t).exp() - 5.0;
             let error = (y.distance - want).abs().max(y.across * 10.0);
             worst = if error <= worst { worst } else { error };
@@ -421,12 +403,11 @@ mod tests {
     #[test]
     fn it_is_no_faster_than_allowed() {
         let (chief, deputy) = pair(Vec3::new(0.0, -500.0, 0.0), Vec3::zeros());
-        let (m, c, u) =
-            (glideslope(Vec3::zeros(), 0.8), Clock::at(0.0, 0.1, 0), StationIn { chief, deputy });
-        let d = m.mode(&c, &(), &Far { far: false }, &u, &());
-        let y = m.direct(&c, &(), &d, &u, &());
+        let (m, u) = (glideslope(Vec3::zeros(), 0.8), StationIn { chief, deputy });
+        let d = m.mode(&u);
+        let y = m.feedthrough(&d, &u);
         // The slope would be 0.05 + 0.01 · 500 m/s.
-        assert!((m.guards(&c, &(), &d, &(), &u, &()).over - 4.25).abs() < 1e-8);
+        assert!((m.guards(&u).over - 4.25).abs() < 1e-8);
         assert!(y.wanted == 0.8 && (y.distance - 500.0).abs() < 1e-6 && y.closing.abs() < 1e-6);
     }
 }

@@ -194,22 +194,22 @@ impl LinearTangent {
 #[model("flight.linear_tangent")]
 impl Model for LinearTangent {
     type Params = TangentParams;
-    type Ud = TangentIn;
-    type Yd = TangentOut;
-    type D = Solved;
+    type FeedthroughInputs = TangentIn;
+    type FeedthroughOutputs = TangentOut;
+    type DiscreteState = Solved;
     fn build(p: TangentParams) -> Result<Self, BuildError> {
         let (mu, site) = (body_mu(&p.world)?, orbital(&p.world)?);
         Ok(LinearTangent { p, mu, site })
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Solved, u: &TangentIn) -> TangentOut {
-        let s = self.solve(c, d, u);
+    fn feedthrough(&self, clock: &Clock, d: &Solved, u: &TangentIn) -> TangentOut {
+        let s = self.solve(clock, d, u);
         let (r, v) = inertial(self.site.as_ref(), &u.body);
         let up = r.normalize();
         let across = v - up * v.dot(&up);
-        let to_go = s.burnout - c.t;
+        let to_go = s.burnout - clock.t;
         // A vehicle that does not move along has no plane yet: straight up.
         let (sine, along) = if across.norm() > 1e-9 {
-            ((s.a + s.b * (c.t - s.since)).clamp(-1.0, 1.0), across.normalize())
+            ((s.a + s.b * (clock.t - s.since)).clamp(-1.0, 1.0), across.normalize())
         } else {
             (1.0, Vec3::zeros())
         };
@@ -219,8 +219,8 @@ impl Model for LinearTangent {
         let force = if over { Vec3::zeros() } else { direction * self.p.thrust };
         TangentOut { force, pitch: sine.asin(), to_go: to_go.max(0.0), lost: s.lost }
     }
-    fn update(&self, c: &Clock, _: &(), d: &Solved, _: &(), u: &TangentIn) -> Solved {
-        self.solve(c, d, u)
+    fn update(&self, clock: &Clock, d: &Solved, u: &TangentIn) -> Solved {
+        self.solve(clock, d, u)
     }
 }
 
@@ -268,7 +268,7 @@ mod tests {
                 TangentIn { body, mass: 92e3 },
                 Solved { a: 0.0, b: 0.0, burnout: 0.0, since: 0.0, lost: false },
             );
-            m.direct(&c, &(), &d, &u, &())
+            m.feedthrough(&c, &d, &u)
         };
         let here = push(law(radius, along, Some(site)), body);
         let there = push(law(radius, along, None), seen);
@@ -298,10 +298,10 @@ mod tests {
             let u = TangentIn { body, mass };
             let c = Clock::at(t, h, 0);
             if k % 50 == 0 {
-                d = m.update(&c, &(), &d, &(), &u, &mut ());
+                d = m.update(&c, &d, &u);
                 assert!(!d.lost, "{t} s");
             }
-            let y = m.direct(&c, &(), &d, &u, &());
+            let y = m.feedthrough(&c, &d, &u);
             if y.to_go <= 0.0 {
                 over = true;
                 break;

@@ -63,9 +63,9 @@ pub struct PitchProgram {
 #[model("flight.pitch_program")]
 impl Model for PitchProgram {
     type Params = PitchParams;
-    type Yd = PitchOut;
-    type D = Passed;
-    type G = NextRow;
+    type FeedthroughOutputs = PitchOut;
+    type DiscreteState = Passed;
+    type Guards = NextRow;
     fn build(p: PitchParams) -> Result<Self, BuildError> {
         let east = match p.world.as_ref().map_or(Axes::Any, |w| w.axes()) {
             Axes::Any => Vec3::x(),
@@ -90,16 +90,16 @@ impl Model for PitchProgram {
         let ahead = east * p.azimuth.sin() + north * p.azimuth.cos();
         Ok(PitchProgram { p, times, curve, up: Vec3::z(), ahead })
     }
-    fn direct(&self, c: &Clock, _: &(), _: &Passed) -> PitchOut {
-        let pitch = self.curve.at(c.t);
+    fn feedthrough(&self, clock: &Clock) -> PitchOut {
+        let pitch = self.curve.at(clock.t);
         let direction = self.up * pitch.cos() + self.ahead * pitch.sin();
         PitchOut { force: direction * self.p.thrust, pitch }
     }
-    fn guards(&self, c: &Clock, _: &(), d: &Passed) -> NextRow {
-        self.times.since(c, d)
+    fn guards(&self, clock: &Clock, d: &Passed) -> NextRow {
+        self.times.since(clock, d)
     }
-    fn fired(&self, c: &Clock, _: Fired<'_>, _: &(), d: &Passed) -> ((), Passed) {
-        ((), self.times.pass(c, d))
+    fn handle_event(&self, clock: &Clock, d: &Passed) -> ((), Passed) {
+        ((), self.times.pass(clock, d))
     }
 }
 
@@ -142,10 +142,10 @@ pub struct GravityTurn {
 #[model("flight.gravity_turn")]
 impl Model for GravityTurn {
     type Params = TurnParams;
-    type Ud = TurnIn;
-    type Yd = TurnOut;
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &TurnIn) -> TurnOut {
-        let through = u.body.velocity - self.p.atmosphere.air(c.t, u.body.position).wind;
+    type FeedthroughInputs = TurnIn;
+    type FeedthroughOutputs = TurnOut;
+    fn feedthrough(&self, clock: &Clock, u: &TurnIn) -> TurnOut {
+        let through = u.body.velocity - self.p.atmosphere.air(clock.t, u.body.position).wind;
         let airspeed = through.norm();
         let direction = if airspeed > 0.0 { through / airspeed } else { Vec3::zeros() };
         TurnOut { force: direction * self.p.thrust, airspeed }
@@ -181,7 +181,7 @@ mod tests {
         let rows = vec![[10.0, 0.0], [22.0, 0.12], [40.0, 0.12]];
         for heading in [0.0, 1.1] {
             let m = program(Some(site(0.5, heading)), rows.clone()).unwrap();
-            let at = |t: f64| m.direct(&Clock::at(t, 0.1, 0), &(), &Passed { rows: 0.0 }, &(), &());
+            let at = |t: f64| m.feedthrough(&Clock::at(t, 0.1, 0));
             assert_eq!(at(3.0).force, Vec3::z() * 10.0);
             let y = at(16.0);
             assert!((y.pitch - 0.06).abs() < 1e-15 && (y.force.norm() - 10.0).abs() < 1e-14);
@@ -199,11 +199,9 @@ mod tests {
         let m = program(Some(site(0.5, 0.0)), vec![[0.0, 0.0], [10.0, 0.0], [22.0, 0.1]]).unwrap();
         let c = Clock::at(9.0, 0.1, 0);
         let d = Passed { rows: 0.0 };
-        assert!((m.guards(&c, &(), &d, &(), &(), &()).since + 1.0).abs() < 1e-12);
-        let d = m.fired(&Clock::at(10.0, 0.1, 0), Fired::rising(0), &(), &d, &(), &(), &mut ()).1;
-        assert!(
-            (m.guards(&Clock::at(10.0, 0.1, 0), &(), &d, &(), &(), &()).since + 12.0).abs() < 1e-9
-        );
+        assert!((m.guards(&c, &d).since + 1.0).abs() < 1e-12);
+        let d = m.handle_event(&Clock::at(10.0, 0.1, 0), &d).1;
+        assert!((m.guards(&Clock::at(10.0, 0.1, 0), &d).since + 12.0).abs() < 1e-9);
     }
 
     #[test]
@@ -229,7 +227,7 @@ mod tests {
         let m = GravityTurn { p: TurnParams { thrust: 500.0, atmosphere } };
         let at = |velocity: Vec3| {
             let body = NodeState { velocity, ..NodeState::identity() };
-            m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &TurnIn { body }, &())
+            m.feedthrough(&Clock::at(0.0, 0.1, 0), &TurnIn { body })
         };
         let y = at(Vec3::new(40.0, -30.0, 0.0));
         assert!(y.airspeed == 40.0 && (y.force - Vec3::x() * 500.0).norm() < 1e-12);

@@ -214,9 +214,9 @@ impl ConvexDescent {
 #[model("flight.convex_descent")]
 impl Model for ConvexDescent {
     type Params = ConvexDescentParams;
-    type Ud = DescentIn;
-    type Yd = ConvexDescentOut;
-    type D = Last;
+    type FeedthroughInputs = DescentIn;
+    type FeedthroughOutputs = ConvexDescentOut;
+    type DiscreteState = Last;
     type Store = Plan;
     fn build(p: ConvexDescentParams) -> Result<Self, BuildError> {
         let [low, high] = p.times;
@@ -231,31 +231,29 @@ impl Model for ConvexDescent {
         }
         Ok(ConvexDescent { p })
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Last, u: &DescentIn, plan: &Plan) -> ConvexDescentOut {
-        if plan.made {
-            return self.command((c.t, c.dt), d, u, plan);
-        }
-        self.command((c.t, c.dt), d, u, &self.plan(c.t, u))
-    }
-    fn update(&self, c: &Clock, _: &(), d: &Last, _: &(), u: &DescentIn, plan: &mut Plan) -> Last {
-        if !plan.made {
-            *plan = self.plan(c.t, u);
-        }
-        Last { force: self.command((c.t, c.dt), d, u, plan).force }
-    }
-    fn remarks(
+    fn feedthrough(
         &self,
-        c: &Clock,
-        _: &(),
-        _: &Last,
-        _: &(),
+        clock: &Clock,
+        d: &Last,
         u: &DescentIn,
-        plan: &Plan,
-    ) -> Vec<BuildError> {
-        let why = match plan {
+        store: &Plan,
+    ) -> ConvexDescentOut {
+        if store.made {
+            return self.command((clock.t, clock.dt), d, u, store);
+        }
+        self.command((clock.t, clock.dt), d, u, &self.plan(clock.t, u))
+    }
+    fn update(&self, clock: &Clock, d: &Last, u: &DescentIn, store: &mut Plan) -> Last {
+        if !store.made {
+            *store = self.plan(clock.t, u);
+        }
+        Last { force: self.command((clock.t, clock.dt), d, u, store).force }
+    }
+    fn startup_warnings(&self, clock: &Clock, u: &DescentIn, store: &Plan) -> Vec<BuildError> {
+        let why = match store {
             Plan { made: true, nodes, .. } if nodes.is_empty() => String::new(),
             Plan { made: true, .. } => return Vec::new(),
-            Plan { made: false, .. } => match self.best(c.t, u) {
+            Plan { made: false, .. } => match self.best(clock.t, u) {
                 Ok(_) => return Vec::new(),
                 Err(NoPlan::Infeasible { .. }) => ": no trajectory keeps its limits".into(),
                 Err(NoPlan::Solver { status, .. }) => format!(": the solver stopped with {status}"),
@@ -320,8 +318,8 @@ mod tests {
         loop {
             let c = Clock::at(0.1 * n as f64, 0.1, n);
             let u = DescentIn { body, mass };
-            let y = m.direct(&c, &(), &d, &u, &plan);
-            d = m.update(&c, &(), &d, &(), &u, &mut plan);
+            let y = m.feedthrough(&c, &d, &u, &plan);
+            d = m.update(&c, &d, &u, &mut plan);
             first.get_or_insert(y);
             if y.to_go < 0.05 {
                 return (body.position, body.velocity, 1905.0 - mass, first.unwrap());
@@ -397,9 +395,9 @@ mod tests {
             let u = DescentIn { body, mass: 1905.0 };
             let mut plan = Plan::default();
             if begun {
-                m.update(&c, &(), &d, &(), &u, &mut plan);
+                m.update(&c, &d, &u, &mut plan);
             }
-            m.remarks(&c, &(), &d, &(), &u, &plan)
+            m.startup_warnings(&c, &u, &plan)
         };
         let low = (Vec3::new(1500.0, 0.0, 150.0), Vec3::new(-20.0, 0.0, 2.0));
         for begun in [false, true] {

@@ -359,11 +359,10 @@ impl DescentFilter {
     }
 }
 
+/// Position, velocity and attitude of a lander from an inertial unit and a landing radar, by an error-state Kalman filter; sampled.
+#[model("flight.descent_filter")]
 impl SizedModel for DescentFilter {
-    const NAME: &'static str = "flight.descent_filter";
-    const DOC: &'static str = "Position, velocity and attitude of a lander from an inertial unit and a landing radar, by an error-state Kalman filter; sampled.";
     type Params = DescentFilterParams;
-    type Store = ();
 
     fn ports(p: &DescentFilterParams) -> SizedPorts {
         let count = p.beams.len();
@@ -378,8 +377,8 @@ impl SizedModel for DescentFilter {
             each("found", "1", "1 for a beam with an echo, else 0."),
         ];
         SizedPorts {
-            direct_inputs: DescentFilterIn::specs().into_iter().chain(beams).collect(),
-            direct_outputs: DescentFilterOut::specs(),
+            feedthrough_inputs: DescentFilterIn::specs().into_iter().chain(beams).collect(),
+            feedthrough_outputs: DescentFilterOut::specs(),
             discrete: Navigated::specs(),
             sampled: true,
             ..SizedPorts::default()
@@ -428,10 +427,10 @@ impl SizedModel for DescentFilter {
         none.put(d);
     }
 
-    fn direct(&self, c: &Clock, _: &[f64], d: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+    fn feedthrough(&self, clock: &Clock, d: &[f64], u: &[f64], y: &mut [f64]) {
         let (input, radar) = u.split_at(DescentFilterIn::N);
         let input = DescentFilterIn::get(input);
-        let e = self.step(c, &Navigated::get(d), &input, radar);
+        let e = self.step(clock, &Navigated::get(d), &input, radar);
         let deviation =
             |from: usize| Vec3::from_fn(|k, _| e.covariance[(from + k) * (N + 1)].max(0.0).sqrt());
         let estimate = NodeState {
@@ -456,9 +455,9 @@ impl SizedModel for DescentFilter {
         .put(y);
     }
 
-    fn update(&self, c: &Clock, _: &[f64], d: &mut [f64], u: &[f64], (): &mut ()) {
+    fn update(&self, clock: &Clock, d: &mut [f64], u: &[f64]) {
         let (input, radar) = u.split_at(DescentFilterIn::N);
-        self.step(c, &Navigated::get(d), &DescentFilterIn::get(input), radar).put(d);
+        self.step(clock, &Navigated::get(d), &DescentFilterIn::get(input), radar).put(d);
     }
 }
 

@@ -243,9 +243,9 @@ impl EntryGuidance {
 #[model("flight.entry_guidance")]
 impl Model for EntryGuidance {
     type Params = EntryGuidanceParams;
-    type Ud = EntryGuidanceIn;
-    type Yd = EntryGuidanceOut;
-    type D = Banking;
+    type FeedthroughInputs = EntryGuidanceIn;
+    type FeedthroughOutputs = EntryGuidanceOut;
+    type DiscreteState = Banking;
     fn build(p: EntryGuidanceParams) -> Result<Self, BuildError> {
         let frame = Frame::new(Some(&p.world), None)?;
         if frame.is_level() {
@@ -301,16 +301,16 @@ impl Model for EntryGuidance {
             .at("end_speed")),
         }
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Banking, u: &EntryGuidanceIn) -> EntryGuidanceOut {
-        let place = (self.frame.rate, self.radius, c.t);
+    fn feedthrough(&self, clock: &Clock, d: &Banking, u: &EntryGuidanceIn) -> EntryGuidanceOut {
+        let place = (self.frame.rate, self.radius, clock.t);
         let body = self.frame.node(&u.body);
         let (range, heading_error, _, _) = to_target(&body, &self.target, place);
-        let now = self.decide(c, d, u);
+        let now = self.decide(clock, d, u);
         let Banking { bank, phase, reversals, lift, short, .. } = now;
         EntryGuidanceOut { bank, range, heading_error, phase, reversals, lift, short }
     }
-    fn update(&self, c: &Clock, _: &(), d: &Banking, _: &(), u: &EntryGuidanceIn) -> Banking {
-        self.decide(c, d, u)
+    fn update(&self, clock: &Clock, d: &Banking, u: &EntryGuidanceIn) -> Banking {
+        self.decide(clock, d, u)
     }
 }
 
@@ -404,7 +404,7 @@ mod tests {
             let body = NodeState { position: r, velocity: v, ..NodeState::identity() };
             let u = EntryGuidanceIn { body, drag };
             if (t * 4.0) as i64 != ((t - h) * 4.0) as i64 {
-                d = m.update(&Clock::at(t, 0.25, 0), &(), &d, &(), &u, &mut ());
+                d = m.update(&Clock::at(t, 0.25, 0), &d, &u);
             }
             let (range, error, speed, _) = to_target(&body, &m.target, (rate, radius, t));
             if speed < 450.0 || height < 0.0 {

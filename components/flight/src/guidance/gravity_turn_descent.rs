@@ -138,25 +138,24 @@ impl GravityTurnDescent {
 #[model("flight.gravity_turn_descent")]
 impl Model for GravityTurnDescent {
     type Params = GravityTurnDescentParams;
-    type Ud = GravityTurnDescentIn;
-    type Yd = GravityTurnDescentOut;
-    type D = Braking;
+    type FeedthroughInputs = GravityTurnDescentIn;
+    type FeedthroughOutputs = GravityTurnDescentOut;
+    type DiscreteState = Braking;
     fn build(p: GravityTurnDescentParams) -> Result<Self, BuildError> {
         thrust_limits(p.thrust_min, p.thrust_max)?;
         let frame = Frame::new(p.world.as_ref(), Some(&p.gravity))?;
         Ok(GravityTurnDescent { p, frame })
     }
-    fn direct(
+    fn feedthrough(
         &self,
-        c: &Clock,
-        _: &(),
+        clock: &Clock,
         d: &Braking,
         u: &GravityTurnDescentIn,
     ) -> GravityTurnDescentOut {
-        self.decide(c, d, u)
+        self.decide(clock, d, u)
     }
-    fn update(&self, c: &Clock, _: &(), d: &Braking, _: &(), u: &GravityTurnDescentIn) -> Braking {
-        Braking { phase: self.decide(c, d, u).phase }
+    fn update(&self, clock: &Clock, d: &Braking, u: &GravityTurnDescentIn) -> Braking {
+        Braking { phase: self.decide(clock, d, u).phase }
     }
 }
 
@@ -229,8 +228,8 @@ mod tests {
             let body = NodeState { position: r, velocity: v, ..NodeState::identity() };
             let u = GravityTurnDescentIn { body, height: r.z, mass };
             let c = Clock::at(t, dt, 0);
-            let y = m.direct(&c, &(), &d, &u, &());
-            d = m.update(&c, &(), &d, &(), &u, &mut ());
+            let y = m.feedthrough(&c, &d, &u);
+            d = m.update(&c, &d, &u);
             if y.phase == 1.0 {
                 lit.get_or_insert(r.z);
                 held.push((y.force.norm() / mass / 1.62, v.norm()));

@@ -102,8 +102,8 @@ pub struct GroundMotion {
 #[model("flight.ground_motion")]
 impl Model for GroundMotion {
     type Params = GroundMotionParams;
-    type Ud = GroundMotionIn;
-    type Yd = GroundMotionOut;
+    type FeedthroughInputs = GroundMotionIn;
+    type FeedthroughOutputs = GroundMotionOut;
     fn build(p: GroundMotionParams) -> Result<Self, BuildError> {
         let frame = Frame::new(p.world.as_ref(), p.gravity.as_ref())?;
         frame.of_a_planet(p.ground_radius, "ground_radius")?;
@@ -118,17 +118,17 @@ impl Model for GroundMotion {
         let site = east_north_up(&site);
         Ok(GroundMotion { frame, world: p.world, radius, site })
     }
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &GroundMotionIn) -> GroundMotionOut {
+    fn feedthrough(&self, clock: &Clock, u: &GroundMotionIn) -> GroundMotionOut {
         let (rate, frame) = (self.frame.rate, &self.frame);
-        let place = self.world.as_ref().and_then(|w| w.geographic(c.t, u.body.position));
+        let place = self.world.as_ref().and_then(|w| w.geographic(clock.t, u.body.position));
         let (velocity, height, offset) = if frame.is_level() {
-            let axes = frame.level_axes(c.t, &u.body.position).transpose();
+            let axes = frame.level_axes(clock.t, &u.body.position).transpose();
             let offset = axes * u.body.position;
             (axes * u.body.velocity, offset.z, offset)
         } else {
             let body = frame.node(&u.body);
             let o = over(&body, rate);
-            let turned = Quat::from_scaled_axis(Vec3::z() * (rate * c.t)).inverse();
+            let turned = Quat::from_scaled_axis(Vec3::z() * (rate * clock.t)).inverse();
             let from_site = turned * body.position - self.site.column(2) * self.radius;
             let height = body.position.norm() - self.radius;
             (o.R_WE.transpose() * o.velocity, height, self.site.transpose() * from_site)
@@ -170,7 +170,7 @@ mod tests {
             let place = position + position.normalize() * height;
             let velocity = (Vec3::z() * rate).cross(&place) + east_north_up(&place) * local;
             let body = NodeState { position: place, velocity, ..NodeState::identity() };
-            m.direct(&Clock::at(t, 0.1, 0), &(), &(), &GroundMotionIn { body }, &())
+            m.feedthrough(&Clock::at(t, 0.1, 0), &GroundMotionIn { body })
         };
         assert!(with_ground.norm() > 100.0);
         let y = at(0.0, Vec3::zeros());
@@ -200,7 +200,7 @@ mod tests {
             ..NodeState::identity()
         };
         let c = Clock::at(t, 0.1, 0);
-        let z = standing.unwrap().direct(&c, &(), &(), &GroundMotionIn { body }, &());
+        let z = standing.unwrap().feedthrough(&c, &GroundMotionIn { body });
         assert!((z.height - y.height).abs() < 1e-8 && (z.offset - y.offset).norm() < 1e-8, "{z:?}");
         assert!((z.velocity - y.velocity).norm() < 1e-11);
         let pole = east_north_up(&Vec3::z());
@@ -223,7 +223,7 @@ mod tests {
         let velocity = Vec3::new(3.0, 4.0, -12.0);
         let body =
             NodeState { position: Vec3::new(1e5, 0.0, 50.0), velocity, ..NodeState::identity() };
-        let y = m.direct(&Clock::at(9.0, 0.1, 0), &(), &(), &GroundMotionIn { body }, &());
+        let y = m.feedthrough(&Clock::at(9.0, 0.1, 0), &GroundMotionIn { body });
         assert_eq!((y.height, y.altitude, y.velocity), (50.0, 50.0, velocity));
         assert!((y.path_angle + f64::atan2(12.0, 5.0)).abs() < 1e-12 && y.rise == -12.0);
         let wrong = GroundMotionParams { ground_radius: Some(3e6), ..level };

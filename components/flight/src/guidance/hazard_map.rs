@@ -216,9 +216,9 @@ impl HazardMap {
 #[model("flight.hazard_map")]
 impl Model for HazardMap {
     type Params = HazardMapParams;
-    type Ud = HazardMapIn;
-    type Yd = HazardMapOut;
-    type D = Found;
+    type FeedthroughInputs = HazardMapIn;
+    type FeedthroughOutputs = HazardMapOut;
+    type DiscreteState = Found;
     fn build(p: HazardMapParams) -> Result<Self, BuildError> {
         let wrong =
             |at: &str, fact: String, help: &str| Err(BuildError::new(fact).help(help).at(at));
@@ -241,12 +241,12 @@ impl Model for HazardMap {
         let (mapped, found, aimed) = (false, false, false);
         Found { mapped, found, aimed, place, slope: 0.0, roughness: 0.0, safe: 0.0 }
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Found, u: &HazardMapIn) -> HazardMapOut {
-        let Found { found, aimed, place, slope, roughness, safe, .. } = self.now(c, d, &u.body);
+    fn feedthrough(&self, clock: &Clock, d: &Found, u: &HazardMapIn) -> HazardMapOut {
+        let Found { found, aimed, place, slope, roughness, safe, .. } = self.now(clock, d, &u.body);
         HazardMapOut { place, found, aimed, slope, roughness, safe }
     }
-    fn update(&self, c: &Clock, _: &(), d: &Found, _: &(), u: &HazardMapIn) -> Found {
-        self.now(c, d, &u.body)
+    fn update(&self, clock: &Clock, d: &Found, u: &HazardMapIn) -> Found {
+        self.now(clock, d, &u.body)
     }
 }
 

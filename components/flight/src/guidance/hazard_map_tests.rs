@@ -134,9 +134,9 @@ fn the_map_is_kept_and_what_makes_no_sense_is_refused() {
     let c = |n: u64| Clock::at(0.1 * n as f64, 0.1, n);
     let d = m.init_d();
     let u = |x: f64| HazardMapIn { body: lander(x, 0.0) };
-    let first = m.direct(&c(0), &(), &d, &u(5.0), &());
-    let d = m.update(&c(0), &(), &d, &(), &u(5.0), &mut ());
-    let later = m.direct(&c(1), &(), &d, &u(60.0), &());
+    let first = m.feedthrough(&c(0), &d, &u(5.0));
+    let d = m.update(&c(0), &d, &u(5.0));
+    let later = m.feedthrough(&c(1), &d, &u(60.0));
     assert!(first.found && first.place == later.place && first.place.x < 10.0);
     let refused = |p: HazardMapParams| HazardMap::build(p).err().unwrap().param.unwrap();
     let level = || params(|_, _| 0.0);

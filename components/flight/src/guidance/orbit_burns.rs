@@ -283,9 +283,9 @@ impl OrbitBurns {
 #[model("flight.orbit_burns")]
 impl Model for OrbitBurns {
     type Params = OrbitBurnParams;
-    type Ud = OrbitBurnIn;
-    type Yd = OrbitBurnOut;
-    type D = Plan;
+    type FeedthroughInputs = OrbitBurnIn;
+    type FeedthroughOutputs = OrbitBurnOut;
+    type DiscreteState = Plan;
     fn build(p: OrbitBurnParams) -> Result<Self, BuildError> {
         for (k, b) in p.burns.iter().enumerate() {
             let refuse = |fact: &str, help: &str| {
@@ -314,21 +314,21 @@ impl Model for OrbitBurns {
         let pole = p.world.planet_axes(0.0) * Vec3::z();
         Ok(OrbitBurns { p, mu, site, pole })
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Plan, u: &OrbitBurnIn) -> OrbitBurnOut {
-        self.decide(c, d, u).1
+    fn feedthrough(&self, clock: &Clock, d: &Plan, u: &OrbitBurnIn) -> OrbitBurnOut {
+        self.decide(clock, d, u).1
     }
-    fn update(&self, c: &Clock, _: &(), d: &Plan, _: &(), u: &OrbitBurnIn) -> Plan {
-        self.decide(c, d, u).0
+    fn update(&self, clock: &Clock, d: &Plan, u: &OrbitBurnIn) -> Plan {
+        self.decide(clock, d, u).0
     }
-    fn remarks(&self, c: &Clock, _: &(), d: &Plan, _: &(), u: &OrbitBurnIn) -> Vec<BuildError> {
+    fn startup_warnings(&self, clock: &Clock, d: &Plan, u: &OrbitBurnIn) -> Vec<BuildError> {
         let (r, v) = inertial(self.site.as_ref(), &u.body);
         let Some(burn) = self.p.burns.get(d.done as usize) else { return Vec::new() };
         let told = match (burn.time, burn.at) {
-            (Some(time), _) if time < c.t => Some((
+            (Some(time), _) if time < clock.t => Some((
                 format!(
                     "burn {}: its time, {time} s, is over at {} s: it begins at once",
                     d.done + 1.0,
-                    c.t
+                    clock.t
                 ),
                 "write a later `time`",
             )),
@@ -377,8 +377,8 @@ mod tests {
             let body = NodeState { position: r, velocity: v, ..NodeState::identity() };
             let u = OrbitBurnIn { body, mass: 1000.0 };
             let c = Clock::at(t, dt, 0);
-            let y = m.direct(&c, &(), &d, &u, &());
-            d = m.update(&c, &(), &d, &(), &u, &mut ());
+            let y = m.feedthrough(&c, &d, &u);
+            d = m.update(&c, &d, &u);
             let push = y.force / 1000.0;
             spent += push.norm() * dt;
             let a = |r: &Vec3| r * (-MU / r.norm().powi(3)) + push;

@@ -174,18 +174,18 @@ pub struct PoweredDescent {
 #[model("flight.powered_descent")]
 impl Model for PoweredDescent {
     type Params = DescentParams;
-    type Ud = DescentIn;
-    type Yd = DescentOut;
-    type D = Last;
+    type FeedthroughInputs = DescentIn;
+    type FeedthroughOutputs = DescentOut;
+    type DiscreteState = Last;
     fn build(p: DescentParams) -> Result<Self, BuildError> {
         thrust_limits(p.thrust_min, p.thrust_max)?;
         let target =
             Target { position: p.position, velocity: p.velocity, acceleration: p.acceleration };
         Ok(PoweredDescent { p, target })
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Last, u: &DescentIn) -> DescentOut {
+    fn feedthrough(&self, clock: &Clock, d: &Last, u: &DescentIn) -> DescentOut {
         let p = &self.p;
-        let to_go = p.arrival - c.t;
+        let to_go = p.arrival - clock.t;
         if to_go < 1e-9 {
             return DescentOut { force: Vec3::zeros(), to_go, limited: false };
         }
@@ -198,15 +198,15 @@ impl Model for PoweredDescent {
             Law::Quadratic => quadratic(r, v, &self.target, to_go),
             Law::Linear => linear(r, v, &self.target, to_go),
         };
-        let falls = p.gravity.free_fall(c.t, *r, *v);
+        let falls = p.gravity.free_fall(clock.t, *r, *v);
         let (force, limited) = commanded(&a, &falls, u.mass, (p.thrust_min, p.thrust_max));
         DescentOut { force, to_go, limited }
     }
-    fn update(&self, c: &Clock, x: &(), d: &Last, _: &(), u: &DescentIn) -> Last {
-        Last { force: self.direct(c, x, d, u, &()).force }
+    fn update(&self, clock: &Clock, d: &Last, u: &DescentIn) -> Last {
+        Last { force: self.feedthrough(clock, d, u).force }
     }
-    fn remarks(&self, c: &Clock) -> Vec<BuildError> {
-        past(self.p.arrival, self.p.freeze, c.t)
+    fn startup_warnings(&self, clock: &Clock) -> Vec<BuildError> {
+        past(self.p.arrival, self.p.freeze, clock.t)
     }
 }
 

@@ -98,13 +98,13 @@ pub(super) fn at_most(force: Vec3, most: f64) -> Vec3 {
 #[model("flight.station_keeping")]
 impl Model for StationKeeping {
     type Params = StationParams;
-    type Ud = StationIn;
-    type Yd = StationOut;
+    type FeedthroughInputs = StationIn;
+    type FeedthroughOutputs = StationOut;
     fn build(p: StationParams) -> Result<Self, BuildError> {
         let site = orbital(&p.world)?;
         Ok(StationKeeping { p, site })
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &StationIn) -> StationOut {
+    fn feedthrough(&self, u: &StationIn) -> StationOut {
         let p = &self.p;
         let Some((r, v, R, n)) = relative(self.site.as_ref(), &u.chief, &u.deputy) else {
             let zero = Vec3::zeros();
@@ -180,9 +180,9 @@ pub(super) mod tests {
         let p = StationParams { place, frequency, damping, mass, force_max, world: world() };
         let m = StationKeeping::build(p).unwrap();
         let start = (Vec3::new(20.0, -150.0, 8.0), Vec3::new(0.015, -0.05, -0.01));
-        fly(start, until, 0.5, &mut |t, chief, deputy| {
+        fly(start, until, 0.5, &mut |_, chief, deputy| {
             let u = StationIn { chief: *chief, deputy: *deputy };
-            m.direct(&Clock::at(t, 0.1, 0), &(), &(), &u, &()).force / 100.0
+            m.feedthrough(&u).force / 100.0
         })
     }
 

@@ -156,9 +156,9 @@ impl TerminalDescent {
 #[model("flight.terminal_descent")]
 impl Model for TerminalDescent {
     type Params = TerminalDescentParams;
-    type Ud = TerminalDescentIn;
-    type Yd = TerminalDescentOut;
-    type D = Chosen;
+    type FeedthroughInputs = TerminalDescentIn;
+    type FeedthroughOutputs = TerminalDescentOut;
+    type DiscreteState = Chosen;
     fn build(p: TerminalDescentParams) -> Result<Self, BuildError> {
         thrust_limits(p.thrust_min, p.thrust_max)?;
         let frame = Frame::new(p.world.as_ref(), Some(&p.gravity))?;
@@ -169,17 +169,17 @@ impl Model for TerminalDescent {
     fn init_d(&self) -> Chosen {
         Chosen { chosen: false, arrival: 0.0, place: Vec3::x(), ground: 0.0 }
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Chosen, u: &TerminalDescentIn) -> TerminalDescentOut {
+    fn feedthrough(&self, clock: &Clock, d: &Chosen, u: &TerminalDescentIn) -> TerminalDescentOut {
         let p = &self.p;
         let body = self.frame.node(&u.body);
-        let d = self.choose(c, d, u);
-        let (to_go, omega) = (d.arrival - c.t, Vec3::z() * self.frame.rate);
+        let d = self.choose(clock, d, u);
+        let (to_go, omega) = (d.arrival - clock.t, Vec3::z() * self.frame.rate);
         let (r, v) = (body.position, body.velocity);
         let level = self.frame.is_level();
         // Up at the place now and at the end, and where its height counts from.
         let [vertical, up] = match level {
-            true => [self.frame.up(c.t, &u.body.position); 2],
-            false => [self.turned(c.t) * d.place, self.turned(d.arrival) * d.place],
+            true => [self.frame.up(clock.t, &u.body.position); 2],
+            false => [self.turned(clock.t) * d.place, self.turned(d.arrival) * d.place],
         };
         let foot = if level { d.place } else { Vec3::zeros() };
         let off = r - foot;
@@ -197,15 +197,15 @@ impl Model for TerminalDescent {
             let off = v - (omega.cross(&r) - vertical * p.speed);
             omega.cross(&omega.cross(&r)) - sideways * (k * k) - off * (2.0 * k)
         };
-        let falls = p.gravity.free_fall(c.t, u.body.position, u.body.velocity);
+        let falls = p.gravity.free_fall(clock.t, u.body.position, u.body.velocity);
         let a = self.frame.to_W(&a);
         let (force, limited) = commanded(&a, &falls, u.mass, (p.thrust_min, p.thrust_max));
         TerminalDescentOut { force, to_go, off: sideways.norm(), limited }
     }
-    fn update(&self, c: &Clock, _: &(), d: &Chosen, _: &(), u: &TerminalDescentIn) -> Chosen {
-        self.choose(c, d, u)
+    fn update(&self, clock: &Clock, d: &Chosen, u: &TerminalDescentIn) -> Chosen {
+        self.choose(clock, d, u)
     }
-    fn remarks(&self, _: &Clock) -> Vec<BuildError> {
+    fn startup_warnings(&self) -> Vec<BuildError> {
         let p = &self.p;
         let none = p.freeze >= p.duration;
         let fact = format!(
@@ -289,16 +289,16 @@ mod tests {
             };
             let u = TerminalDescentIn { place, aimed: true, ..free(body, 1000.0) };
             let (c, d) = (Clock::at(3.0, 0.1, 0), m.init_d());
-            let y = m.direct(&c, &(), &d, &u, &());
+            let y = m.feedthrough(&c, &d, &u);
             let want = ((up_W * (20.0 - 900.0) - side * 120.0) * 12.0 / 1600.0)
                 - (up_W * (-0.75 - 60.0)) * 6.0 / 40.0;
             let pull = m.p.gravity.free_fall(3.0, body.position, body.velocity);
             assert!((y.force / 1000.0 + pull - want).norm() < 2e-6, "{} {want}", y.force / 1000.0);
             assert!((y.off - 120.0).abs() < 1e-2, "{}", y.off);
-            let d = m.update(&c, &(), &d, &(), &u, &mut ());
+            let d = m.update(&c, &d, &u);
             // Kept, whatever is told later.
             let later = TerminalDescentIn { place: Vec3::zeros(), aimed: false, ..u };
-            assert_eq!(m.direct(&c, &(), &d, &later, &()).force, y.force);
+            assert_eq!(m.feedthrough(&c, &d, &later).force, y.force);
             assert!((d.ground - from(place).norm()).abs() < 1e-6);
         }
     }
@@ -316,9 +316,9 @@ mod tests {
             let c = Clock::at(f64::from(row) * dt, dt, u64::from(row));
             let body = NodeState { position: r, velocity: v, ..NodeState::identity() };
             let u = free(body, mass);
-            let y = m.direct(&c, &(), &d, &u, &());
+            let y = m.feedthrough(&c, &d, &u);
             assert!(!y.limited, "{row}: {y:?}");
-            d = m.update(&c, &(), &d, &(), &u, &mut ());
+            d = m.update(&c, &d, &u);
             let a = |r: Vec3| y.force / mass + Point.acceleration(0.0, r);
             let middle = r + v * (0.5 * dt);
             r += v * dt + a(r) * (0.5 * dt * dt);
@@ -350,16 +350,16 @@ mod tests {
             ..NodeState::identity()
         };
         let c = Clock::at(0.0, 0.1, 0);
-        let y = m.direct(&c, &(), &m.init_d(), &free(body, 2200.0), &());
+        let y = m.feedthrough(&c, &m.init_d(), &free(body, 2200.0));
         assert!(y.limited && (y.force.norm() - 9e3).abs() < 1e-9);
-        let y = m.direct(&c, &(), &m.init_d(), &free(body, 20.0), &());
+        let y = m.feedthrough(&c, &m.init_d(), &free(body, 20.0));
         assert!(y.limited && (y.force.norm() - 8.5e3).abs() < 1e-9);
         let p = TerminalDescentParams { thrust_min: 30e3, ..params() };
         let e = TerminalDescent::build(p).err().unwrap();
         assert!(e.param.as_deref() == Some("thrust_min") && e.help.is_some());
         let said = |freeze: f64| {
             let m = TerminalDescent::build(TerminalDescentParams { freeze, ..params() }).unwrap();
-            m.remarks(&c, &(), &m.init_d(), &(), &free(body, 1.0), &())
+            m.startup_warnings()
         };
         assert!(said(2.0).is_empty() && said(40.0)[0].param.as_deref() == Some("freeze"));
     }
@@ -387,8 +387,8 @@ mod tests {
                     let body = NodeState { position: r, velocity: v, ..NodeState::identity() };
                     let u = TerminalDescentIn { place, aimed, ..free(body, mass) };
                     let c = Clock::at(dt * f64::from(k), dt, 0);
-                    let y = m.direct(&c, &(), &d, &u, &());
-                    d = m.update(&c, &(), &d, &(), &u, &mut ());
+                    let y = m.feedthrough(&c, &d, &u);
+                    d = m.update(&c, &d, &u);
                     let a = y.force / mass - Vec3::z() * 1.62;
                     r += v * dt + a * (0.5 * dt * dt);
                     v += a * dt;

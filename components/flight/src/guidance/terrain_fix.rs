@@ -310,11 +310,10 @@ impl TerrainFix {
 /// Most nodes of a search, times echoes: what a sample may cost.
 const WORK_MAX: f64 = 1e8;
 
+/// Position of a lander by matching ranges of a lidar with a map of the ground; doubtful matches are rejected and reported; sampled.
+#[model("flight.terrain_fix")]
 impl SizedModel for TerrainFix {
-    const NAME: &'static str = "flight.terrain_fix";
-    const DOC: &'static str = "Position of a lander by matching ranges of a lidar with a map of the ground; doubtful matches are refused and told; sampled.";
     type Params = TerrainFixParams;
-    type Store = ();
 
     fn ports(p: &TerrainFixParams) -> SizedPorts {
         let count = p.columns as usize * p.rows as usize;
@@ -322,11 +321,11 @@ impl SizedModel for TerrainFix {
             .unit_of("m")
             .doc_of("Range of each beam, as `sensors.lidar` orders them; 0 without an echo.");
         SizedPorts {
-            direct_inputs: TerrainFixIn::specs()
+            feedthrough_inputs: TerrainFixIn::specs()
                 .into_iter()
                 .chain(std::iter::once(range))
                 .collect(),
-            direct_outputs: TerrainFixOut::specs(),
+            feedthrough_outputs: TerrainFixOut::specs(),
             sampled: true,
             ..SizedPorts::default()
         }
@@ -365,7 +364,7 @@ impl SizedModel for TerrainFix {
         Ok(TerrainFix { p, beams })
     }
 
-    fn direct(&self, _: &Clock, _: &[f64], _: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+    fn feedthrough(&self, u: &[f64], y: &mut [f64]) {
         let (input, ranges) = u.split_at(TerrainFixIn::N);
         self.find(&TerrainFixIn::get(input).estimate, ranges).put(y);
     }

@@ -88,8 +88,8 @@ fn within(z: &Vec3, up: &Vec3, forward: &Vec3, most: f64) -> (Vec3, bool) {
 #[model("flight.thrust_direction")]
 impl Model for ThrustDirection {
     type Params = ThrustDirectionParams;
-    type Ud = ThrustDirectionIn;
-    type Yd = ThrustDirectionOut;
+    type FeedthroughInputs = ThrustDirectionIn;
+    type FeedthroughOutputs = ThrustDirectionOut;
     fn build(p: ThrustDirectionParams) -> Result<Self, BuildError> {
         if !(p.forward.norm() > 1e-9) {
             return Err(BuildError::new("`forward` has no direction")
@@ -99,13 +99,13 @@ impl Model for ThrustDirection {
         let vertical = Vertical::new(p.world.as_ref(), p.gravity.as_ref())?;
         Ok(ThrustDirection { p, vertical })
     }
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &ThrustDirectionIn) -> ThrustDirectionOut {
+    fn feedthrough(&self, clock: &Clock, u: &ThrustDirectionIn) -> ThrustDirectionOut {
         let (size, body) = (u.force.norm(), &u.body);
         if !(size > 0.0) {
             let (target, thrust) = (body.rotation, Vec3::zeros());
             return ThrustDirectionOut { target, thrust, off: 0.0, limited: false };
         }
-        let up = self.vertical.up(c.t, &body.position);
+        let up = self.vertical.up(clock.t, &body.position);
         let forward = self.p.forward.normalize();
         let (z, limited) = within(&(u.force / size), &up, &forward, self.p.tilt_max);
         let mut y = z.cross(&forward);
@@ -140,7 +140,7 @@ mod tests {
     }
 
     fn at(m: &ThrustDirection, body: NodeState, force: Vec3) -> ThrustDirectionOut {
-        m.direct(&Clock::at(0.0, 0.05, 0), &(), &(), &ThrustDirectionIn { body, force }, &())
+        m.feedthrough(&Clock::at(0.0, 0.05, 0), &ThrustDirectionIn { body, force })
     }
 
     fn body() -> NodeState {

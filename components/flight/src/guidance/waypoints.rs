@@ -163,10 +163,10 @@ impl Waypoints {
 #[model("flight.waypoints")]
 impl Model for Waypoints {
     type Params = WaypointsParams;
-    type Ud = WaypointsIn;
-    type Ym = Progress;
-    type Yd = WaypointsOut;
-    type D = Leg;
+    type FeedthroughInputs = WaypointsIn;
+    type Outputs = Progress;
+    type FeedthroughOutputs = WaypointsOut;
+    type DiscreteState = Leg;
     fn build(p: WaypointsParams) -> Result<Self, BuildError> {
         let wrong =
             |fact: String, help: &str| Err(BuildError::new(fact).help(help).at("waypoints"));
@@ -197,17 +197,17 @@ impl Model for Waypoints {
     fn init_d(&self) -> Leg {
         Leg { passed: 0.0, from: Vec3::zeros(), begun: false, there: false, since: 0.0 }
     }
-    fn moore(&self, _: &Clock, _: &(), d: &Leg) -> Progress {
+    fn outputs(&self, d: &Leg) -> Progress {
         Progress { passed: d.passed, there: d.there }
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Leg, u: &WaypointsIn) -> WaypointsOut {
+    fn feedthrough(&self, clock: &Clock, d: &Leg, u: &WaypointsIn) -> WaypointsOut {
         let (position, velocity) = relative(u);
         let (wanted, slowing) = self.wanted(d, &position);
         let a = slowing + (wanted - velocity) * (4.0 / self.p.settle);
         let (R, w) = (u.frame.rotation, u.frame.angular);
         let carried = u.frame.velocity + w.cross(&(u.body.position - u.frame.position));
         let turning = w.cross(&carried) + w.cross(&(R * velocity)) * 2.0;
-        let falls = self.p.gravity.free_fall(c.t, u.body.position, u.body.velocity);
+        let falls = self.p.gravity.free_fall(clock.t, u.body.position, u.body.velocity);
         let to = self.p.waypoints[d.passed as usize].position;
         WaypointsOut {
             force: at_most((R * a + turning - falls) * u.mass, self.p.force_max),
@@ -216,7 +216,7 @@ impl Model for Waypoints {
             distance: (to - position).norm(),
         }
     }
-    fn update(&self, c: &Clock, _: &(), d: &Leg, _: &(), u: &WaypointsIn) -> Leg {
+    fn update(&self, clock: &Clock, d: &Leg, u: &WaypointsIn) -> Leg {
         let (position, _) = relative(u);
         let mut d = if d.begun { *d } else { Leg { from: position, begun: true, ..*d } };
         let places = &self.p.waypoints;
@@ -229,10 +229,10 @@ impl Model for Waypoints {
                 d = Leg { passed: d.passed + 1.0, from: to.position, ..d };
             }
         } else if there && !d.there {
-            d = Leg { there: true, since: c.t, ..d };
+            d = Leg { there: true, since: clock.t, ..d };
         }
         // A row is at its time to rounding.
-        let stayed = d.there && c.t - d.since > to.hold - 1e-9;
+        let stayed = d.there && clock.t - d.since > to.hold - 1e-9;
         if stayed && (d.passed as usize) + 1 < places.len() {
             d = Leg { passed: d.passed + 1.0, from: to.position, there: false, ..d };
         }
@@ -292,9 +292,9 @@ mod tests {
             let c = Clock::at(t, dt, n);
             let body = NodeState { position: r, velocity: v, ..NodeState::identity() };
             let u = WaypointsIn { body, frame: site(t), mass: MASS };
-            let y = m.direct(&c, &(), &d, &u, &());
+            let y = m.feedthrough(&c, &d, &u);
             see(t, &d, &y);
-            d = m.update(&c, &(), &d, &(), &u, &mut ());
+            d = m.update(&c, &d, &u);
             let a = y.force / MASS + m.p.gravity.acceleration(t, r);
             r += v * dt + a * (0.5 * dt * dt);
             v += a * dt;
@@ -341,7 +341,7 @@ mod tests {
         let m = Waypoints::build(params(vec![place(Vec3::zeros(), 0.1, 0.0, 0.0)])).unwrap();
         let frame = site(500.0);
         let u = WaypointsIn { body: frame, frame, mass: MASS };
-        let y = m.direct(&Clock::at(0.0, 1.0, 0), &(), &m.init_d(), &u, &());
+        let y = m.feedthrough(&Clock::at(0.0, 1.0, 0), &m.init_d(), &u);
         let r = frame.position;
         let want =
             (r * (4.89 / r.norm().powi(3)) - Vec3::new(r.x, r.y, 0.0) * (RATE * RATE)) * MASS;

@@ -153,11 +153,11 @@ pub fn flow_function(ratio: f64, gamma: f64) -> f64 {
 #[model("flight.airbag")]
 impl Model for Airbag {
     type Params = AirbagParams;
-    type Ud = AirbagIn;
-    type Yd = AirbagOut;
-    type X = Gas;
-    type D = Vent;
-    type G = Opening;
+    type FeedthroughInputs = AirbagIn;
+    type FeedthroughOutputs = AirbagOut;
+    type State = Gas;
+    type DiscreteState = Vent;
+    type Guards = Opening;
     fn build(p: AirbagParams) -> Result<Self, BuildError> {
         needs_level_ground(p.world.as_ref())?;
         if p.pressure < p.ambient {
@@ -173,7 +173,7 @@ impl Model for Airbag {
     fn init_x(&self) -> Gas {
         Gas { share: 1.0 }
     }
-    fn direct(&self, _: &Clock, x: &Gas, d: &Vent, u: &AirbagIn) -> AirbagOut {
+    fn feedthrough(&self, x: &Gas, d: &Vent, u: &AirbagIn) -> AirbagOut {
         let p = &self.p;
         let (_, pressure, area) = self.pressed(x.share, &u.centre);
         let force = ((pressure - p.ambient) * area).max(0.0);
@@ -187,40 +187,23 @@ impl Model for Airbag {
         let load = Wrench { moment: Vec3::zeros(), force: Vec3::z() * force };
         AirbagOut { load, force, pressure, flow }
     }
-    fn deriv(
-        &self,
-        _: &Clock,
-        _: &Gas,
-        _: &Vent,
-        _: &(),
-        _: &AirbagIn,
-        _: &(),
-        y: &AirbagOut,
-    ) -> Gas {
+    fn derivatives(&self, y: &AirbagOut) -> Gas {
         let p = &self.p;
         let whole = 4.0 / 3.0 * std::f64::consts::PI * p.radius.powi(3);
         let mass = p.pressure * whole / (p.gas_constant * p.temperature);
         Gas { share: -y.flow / mass }
     }
-    fn guards(&self, _: &Clock, x: &Gas, _: &Vent, _: &(), u: &AirbagIn) -> Opening {
+    fn guards(&self, x: &Gas, u: &AirbagIn) -> Opening {
         let p = &self.p;
         let (_, pressure, _) = self.pressed(x.share, &u.centre);
         let touches = p.radius - (u.centre.position.z - p.ground);
         let over = p.vent.map_or(-1.0, |v| pressure - p.ambient - v);
         Opening { over, touches, flat: touches - PRESSED * p.radius }
     }
-    fn tells(
-        &self,
-        _: &Clock,
-        which: Fired<'_>,
-        _: &Gas,
-        _: &Vent,
-        _: &(),
-        u: &AirbagIn,
-    ) -> Option<BuildError> {
-        which.rose(FLAT).then(|| self.flat(&u.centre))
+    fn runtime_warning(&self, fired: Fired<'_>, u: &AirbagIn) -> Option<BuildError> {
+        fired.rose(FLAT).then(|| self.flat(&u.centre))
     }
-    fn remarks(&self, _: &Clock, _: &Gas, _: &Vent, _: &(), u: &AirbagIn) -> Vec<BuildError> {
+    fn startup_warnings(&self, u: &AirbagIn) -> Vec<BuildError> {
         let p = &self.p;
         if u.centre.position.z - p.ground <= (1.0 - PRESSED) * p.radius {
             return vec![self.flat(&u.centre)];
@@ -237,8 +220,8 @@ impl Model for Airbag {
             "choose `vent` above pressure less ambient, and give `vent_area`, or leave `vent` out";
         vec![BuildError::new(fact).help(help).at("vent")]
     }
-    fn fired(&self, _: &Clock, which: Fired<'_>, x: &Gas, d: &Vent) -> (Gas, Vent) {
-        (*x, Vent { open: d.open || which.rose(0) })
+    fn handle_event(&self, fired: Fired<'_>, x: &Gas, d: &Vent) -> (Gas, Vent) {
+        (*x, Vent { open: d.open || fired.rose(0) })
     }
 }
 
@@ -265,18 +248,18 @@ mod tests {
 
     fn fall(m: &Airbag, mass: f64, speed: f64, until: f64) -> (f64, f64, f64) {
         let (mut z, mut v, mut x, mut d) = (1.2, -speed, m.init_x(), Vent { open: false });
-        let (c, h) = (Clock::at(0.0, 0.1, 0), 1e-5);
+        let h = 1e-5;
         let mut most = 0.0_f64;
         for _ in 0..(until / h) as usize {
             let node = |z: f64| {
                 let position = Vec3::z() * z;
                 AirbagIn { centre: NodeState { position, ..NodeState::identity() } }
             };
-            if m.guards(&c, &x, &d, &(), &node(z), &()).over > 0.0 {
-                d = m.fired(&c, Fired::rising(0), &x, &d, &(), &node(z), &mut ()).1;
+            if m.guards(&x, &node(z)).over > 0.0 {
+                d = m.handle_event(Fired::rising(0), &x, &d).1;
             }
-            let y = m.direct(&c, &x, &d, &node(z + 0.5 * h * v), &());
-            x.share += h * m.deriv(&c, &x, &d, &(), &node(z), &(), &y).share;
+            let y = m.feedthrough(&x, &d, &node(z + 0.5 * h * v));
+            x.share += h * m.derivatives(&y).share;
             let a = y.force / mass - 3.71;
             z += h * (v + 0.5 * h * a);
             v += h * a;

@@ -235,11 +235,11 @@ struct Met {
 #[model("flight.crushable_leg")]
 impl Model for CrushableLeg {
     type Params = LegParams;
-    type Ud = LegIn;
-    type Ym = Stroke;
-    type Yd = LegOut;
-    type X = Crush;
-    type G = Touch;
+    type FeedthroughInputs = LegIn;
+    type Outputs = Stroke;
+    type FeedthroughOutputs = LegOut;
+    type State = Crush;
+    type Guards = Touch;
     fn build(p: LegParams) -> Result<Self, BuildError> {
         needs_level_ground(p.world.as_ref())?;
         if p.pad.is_some() && (p.terrain.is_none() || p.ground.is_some()) {
@@ -262,21 +262,21 @@ impl Model for CrushableLeg {
         }
         Ok(CrushableLeg { p })
     }
-    fn moore(&self, _: &Clock, x: &Crush) -> Stroke {
+    fn outputs(&self, x: &Crush) -> Stroke {
         Stroke { crushed: x.crushed, taken: x.taken, sinkage: x.sinkage }
     }
-    fn direct(&self, _: &Clock, x: &Crush, _: &(), u: &LegIn) -> LegOut {
+    fn feedthrough(&self, x: &Crush, u: &LegIn) -> LegOut {
         let Met { up, along, normal, .. } = self.met(x, &u.foot);
         LegOut { load: Wrench { moment: Vec3::zeros(), force: normal * up + along }, force: up }
     }
-    fn deriv(&self, _: &Clock, x: &Crush, _: &(), _: &(), u: &LegIn) -> Crush {
+    fn derivatives(&self, x: &Crush, u: &LegIn) -> Crush {
         let Met { up, crushing, sinking, aside, .. } = self.met(x, &u.foot);
         Crush { crushed: crushing, taken: up * crushing, sinkage: sinking, aside }
     }
-    fn guards(&self, _: &Clock, x: &Crush, _: &(), _: &(), u: &LegIn) -> Touch {
+    fn guards(&self, x: &Crush, u: &LegIn) -> Touch {
         Touch { touches: self.sunk(&u.foot).0 - x.crushed - x.sinkage }
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, x: &Crush) -> (Crush, ()) {
+    fn handle_event(&self, x: &Crush) -> (Crush, ()) {
         (*x, ())
     }
 }
@@ -347,7 +347,7 @@ mod tests {
         let m = leg(vec![stage(0.05, 2000.0), stage(0.2, 6000.0)]);
         let at = |crushed: f64, z: f64| {
             let x = Crush { crushed, ..whole() };
-            m.direct(&Clock::at(0.0, 0.1, 0), &x, &(), &foot(z, Vec3::zeros()), &()).force
+            m.feedthrough(&x, &foot(z, Vec3::zeros())).force
         };
         assert_eq!(at(0.0, 0.1), 0.0);
         // The strut is not yet at the force of the first stage; then it is.
@@ -365,11 +365,10 @@ mod tests {
     #[test]
     fn friction_holds_up_to_its_limit_and_slips_beyond() {
         let mut m = leg(vec![Stage { stroke: 0.05, force: 2000.0 }]);
-        let c = Clock::at(0.0, 0.1, 0);
         let at = |m: &CrushableLeg, aside: Vec3, v: Vec3, z: f64| {
             let (x, u) = (Crush { aside, ..whole() }, foot(z, v));
-            let y = m.direct(&c, &x, &(), &u, &());
-            (y.load.force, m.deriv(&c, &x, &(), &(), &u, &(), &y).aside)
+            let y = m.feedthrough(&x, &u);
+            (y.load.force, m.derivatives(&x, &u).aside)
         };
         // 1000 N on it: held up to 500 N, which is 5 µm.
         let to = Vec3::new(0.6, 0.8, 0.0);
@@ -398,33 +397,31 @@ mod tests {
         m.p.terrain =
             Some(Handle::new("hill", std::sync::Arc::new(Hill) as std::sync::Arc<dyn Terrain>));
         let turn = Quat::from_scaled_axis(Vec3::y() * -slope.atan());
-        let (c, x) = (Clock::at(0.0, 0.1, 0), whole());
+        let x = whole();
         for (z, v) in [(-1e-5, Vec3::new(0.02, -0.01, 0.0)), (-3e-5, Vec3::new(-1.0, 0.4, -0.5))] {
             let (flat, there) = (foot(z, v), turn * Vec3::new(4.0, 1.0, z) + Vec3::z() * height);
             let moved = NodeState { position: there, velocity: turn * v, ..NodeState::identity() };
             let u = LegIn { foot: moved };
-            let (a, b) = (level.direct(&c, &x, &(), &flat, &()), m.direct(&c, &x, &(), &u, &()));
+            let (a, b) = (level.feedthrough(&x, &flat), m.feedthrough(&x, &u));
             assert!(
                 (turn * a.load.force - b.load.force).norm() < 1e-4,
                 "{} {}",
                 a.load.force,
                 b.load.force
             );
-            let rate = |m: &CrushableLeg, u: &LegIn, y: &LegOut| {
-                m.deriv(&c, &x, &(), &(), u, &(), y).crushed
-            };
-            let (p, q) = (rate(&level, &flat, &a), rate(&m, &u, &b));
+            let rate = |m: &CrushableLeg, u: &LegIn| m.derivatives(&x, u).crushed;
+            let (p, q) = (rate(&level, &flat), rate(&m, &u));
             assert!((p - q).abs() < 1e-9 * p + 1e-12, "{p} {q}");
-            assert!((m.guards(&c, &x, &(), &(), &u, &()).touches + z).abs() < 1e-12);
+            assert!((m.guards(&x, &u).touches + z).abs() < 1e-12);
         }
         let mut off = foot(-5.0, Vec3::zeros());
         off.foot.position.x = 200.0;
-        assert_eq!(m.direct(&c, &x, &(), &off, &()).load, Wrench::zero());
+        assert_eq!(m.feedthrough(&x, &off).load, Wrench::zero());
         // What is written counts.
         m.p.ground = Some(-6.0);
-        assert_eq!(m.direct(&c, &x, &(), &off, &()).force, 0.0);
+        assert_eq!(m.feedthrough(&x, &off).force, 0.0);
         off.foot.position.z = -6.00001;
-        assert!((m.direct(&c, &x, &(), &off, &()).force - 1000.0).abs() < 1e-6);
+        assert!((m.feedthrough(&x, &off).force - 1000.0).abs() < 1e-6);
     }
 
     /// n 1.1, k_c 1400, k_φ 820000 (lunar soil, SI), level at height 0.
@@ -455,14 +452,14 @@ mod tests {
         m.p.terrain = Some(Handle::new("ground", ground));
         let bearing =
             |z: f64| std::f64::consts::PI * 0.04 * (1400.0 / 0.2 + 820_000.0) * z.powf(1.1);
-        let (c, h) = (Clock::at(0.0, 0.1, 0), 1e-6);
+        let h = 1e-6;
         let (mut x, mut z, speed) = (whole(), 0.0, 0.05);
         let mut press = |to: f64, x: &mut Crush, v: f64| {
             let mut last = 0.0;
             while (to - z) * v > 0.0 {
                 let u = foot(z, Vec3::z() * v);
-                let y = m.direct(&c, x, &(), &u, &());
-                let r = m.deriv(&c, x, &(), &(), &u, &(), &y);
+                let y = m.feedthrough(x, &u);
+                let r = m.derivatives(x, &u);
                 x.crushed += r.crushed * h;
                 x.sinkage += r.sinkage * h;
                 z += v * h;
@@ -515,13 +512,13 @@ mod tests {
         let mut m = leg(vec![Stage { stroke: 1.0, force: 4500.0 }]);
         (m.p.stiffness, m.p.creep) = (1e7, 1.0);
         let (mut z, mut v, mut x) = (0.0, -2.4, whole());
-        let (c, h) = (Clock::at(0.0, 0.1, 0), 5e-8);
+        let h = 5e-8;
         // ċ adjusts within d_c/k = 1e-7 s: small steps, and only as long as it sinks.
         let mut t = 0.0;
         while v < 0.0 && t < 1.0 {
             let u = foot(z, Vec3::z() * v);
-            let y = m.direct(&c, &x, &(), &u, &());
-            let r = m.deriv(&c, &x, &(), &(), &u, &(), &y);
+            let y = m.feedthrough(&x, &u);
+            let r = m.derivatives(&x, &u);
             x = Crush { crushed: x.crushed + r.crushed * h, taken: x.taken + r.taken * h, ..x };
             v += h * (3.0 * y.force / mass - g);
             z += h * v;

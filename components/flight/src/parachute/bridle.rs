@@ -105,50 +105,41 @@ impl Bridle {
 #[model("flight.bridle")]
 impl Model for Bridle {
     type Params = BridleParams;
-    type Ud = LineIn;
-    type Ym = BridleState;
-    type Yd = LineOut;
-    type X = Paid;
-    type D = Pulling;
-    type G = BridleChange;
+    type FeedthroughInputs = LineIn;
+    type Outputs = BridleState;
+    type FeedthroughOutputs = LineOut;
+    type State = Paid;
+    type DiscreteState = Pulling;
+    type Guards = BridleChange;
     fn init_x(&self) -> Paid {
         Paid { length: self.p.length }
     }
     fn init_d(&self) -> Pulling {
         Pulling { taut: false, out: self.p.let_out <= 0.0 }
     }
-    fn moore(&self, _: &Clock, x: &Paid, d: &Pulling) -> BridleState {
+    fn outputs(&self, x: &Paid, d: &Pulling) -> BridleState {
         BridleState { length: x.length, taut: d.taut, out: d.out }
     }
-    fn direct(&self, _: &Clock, x: &Paid, d: &Pulling, u: &LineIn) -> LineOut {
+    fn feedthrough(&self, x: &Paid, d: &Pulling, u: &LineIn) -> LineOut {
         LineOut::of(self.stretch(x, d, u), (self.p.stiffness, self.p.damping), d.taut)
     }
-    fn deriv(
-        &self,
-        _: &Clock,
-        _: &Paid,
-        d: &Pulling,
-        _: &(),
-        _: &LineIn,
-        _: &(),
-        _: &LineOut,
-    ) -> Paid {
+    fn derivatives(&self, d: &Pulling) -> Paid {
         Paid { length: self.paying(d) }
     }
-    fn guards(&self, _: &Clock, x: &Paid, d: &Pulling, _: &(), u: &LineIn) -> BridleChange {
+    fn guards(&self, x: &Paid, d: &Pulling, u: &LineIn) -> BridleChange {
         // The rate without the brake: continuous whether it lets go or not.
         let (_, extension, rate) = super::line::stretch(u, x.length);
         let end = if d.out { -1.0 } else { x.length - self.full() };
         BridleChange { extension, pull: extension + self.p.damping / self.p.stiffness * rate, end }
     }
-    fn fired(&self, _: &Clock, which: Fired<'_>, x: &Paid, d: &Pulling) -> (Paid, Pulling) {
-        let taut = (d.taut || which.rose(0)) && !which.fell(1);
-        match which.rose(2) {
+    fn handle_event(&self, fired: Fired<'_>, x: &Paid, d: &Pulling) -> (Paid, Pulling) {
+        let taut = (d.taut || fired.rose(0)) && !fired.fell(1);
+        match fired.rose(2) {
             true => (Paid { length: self.full() }, Pulling { taut, out: true }),
             false => (*x, Pulling { taut, ..*d }),
         }
     }
-    fn remarks(&self, _: &Clock, x: &Paid, d: &Pulling, _: &(), u: &LineIn) -> Vec<BuildError> {
+    fn startup_warnings(&self, x: &Paid, d: &Pulling, u: &LineIn) -> Vec<BuildError> {
         let (_, extension, _) = self.stretch(x, d, u);
         let stretched = !d.taut && extension > 1e-6 * x.length;
         let fact = format!("it starts slack and {extension:.6} m longer than without tension");
@@ -178,41 +169,29 @@ mod tests {
 
     #[test]
     fn it_pulls_both_ends_alike_and_never_pushes() {
-        let (m, c) = (bridle(7.0), Clock::at(0.0, 0.01, 0));
+        let m = bridle(7.0);
         let (x, taut) = (Paid { length: 3.0 }, Pulling { taut: true, out: false });
-        let y = m.direct(&c, &x, &taut, &ends(3.02, 1.5), &());
+        let y = m.feedthrough(&x, &taut, &ends(3.02, 1.5));
         // The brake gives 1.2 of the 1.5 m/s.
         assert!((y.tension - (4e4 * 0.02 + 300.0 * 0.3)).abs() < 1e-9, "{}", y.tension);
         assert_eq!(y.on_a.force, -y.on_b.force);
         assert!(y.on_a.force.z < 0.0 && y.on_b.force.z > 0.0);
-        assert_eq!(m.direct(&c, &x, &taut, &ends(2.9, -1.0), &()).tension, 0.0);
+        assert_eq!(m.feedthrough(&x, &taut, &ends(2.9, -1.0)).tension, 0.0);
         let slack = Pulling { taut: false, out: false };
-        assert_eq!(m.direct(&c, &x, &slack, &ends(3.02, 1.5), &()).tension, 0.0);
+        assert_eq!(m.feedthrough(&x, &slack, &ends(3.02, 1.5)).tension, 0.0);
     }
 
     #[test]
     fn it_is_paid_out_while_it_pulls_and_stops_at_its_end() {
-        let (m, c, u) = (bridle(7.0), Clock::at(0.0, 0.01, 0), ends(3.01, 1.2));
+        let (m, u) = (bridle(7.0), ends(3.01, 1.2));
         let rate = |taut: bool, out: bool| {
-            let (x, d) = (Paid { length: 3.0 }, Pulling { taut, out });
-            let y = m.direct(&c, &x, &d, &u, &());
-            m.deriv(&c, &x, &d, &(), &u, &(), &y).length
+            let d = Pulling { taut, out };
+            m.derivatives(&d).length
         };
         assert_eq!([rate(true, false), rate(false, false), rate(true, true)], [1.2, 0.0, 0.0]);
-        let (x, d) = m.fired(
-            &c,
-            Fired::rising(2),
-            &Paid { length: 7.5 + 1e-13 },
-            &m.init_d(),
-            &(),
-            &u,
-            &mut (),
-        );
+        let (x, d) = m.handle_event(Fired::rising(2), &Paid { length: 7.5 + 1e-13 }, &m.init_d());
         assert!(x.length == 7.5 && d.out);
-        assert!(
-            m.guards(&c, &x, &d, &(), &u, &()).end < 0.0,
-            "an end that has come does not come again"
-        );
+        assert!(m.guards(&x, &d, &u).end < 0.0, "an end that has come does not come again");
         assert!(bridle(0.0).init_d().out, "a brake that lets nothing out is at its end");
     }
 }

@@ -227,10 +227,10 @@ impl Canopy {
 #[model("flight.canopy")]
 impl Model for Canopy {
     type Params = CanopyParams;
-    type Ud = CanopyIn;
-    type Yd = CanopyOut;
-    type D = Filling;
-    type G = NextChange;
+    type FeedthroughInputs = CanopyIn;
+    type FeedthroughOutputs = CanopyOut;
+    type DiscreteState = Filling;
+    type Guards = NextChange;
     fn build(p: CanopyParams) -> Result<Self, BuildError> {
         let efficiency = Curve::new(&p.efficiency, "efficiency")?
             .not_negative("the efficiency of the drag", "efficiency")?;
@@ -255,15 +255,15 @@ impl Model for Canopy {
         }
         Ok(Canopy { p, efficiency })
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Filling, u: &CanopyIn) -> CanopyOut {
+    fn feedthrough(&self, clock: &Clock, d: &Filling, u: &CanopyIn) -> CanopyOut {
         let p = &self.p;
         let (place, velocity) = (u.canopy.position, u.canopy.velocity);
-        let air = gusty(&p.atmosphere, c.t, &place, &u.gust);
+        let air = gusty(&p.atmosphere, clock.t, &place, &u.gust);
         let v = velocity - air.wind;
         let speed = v.norm();
         let mach = speed / air.speed_of_sound.max(1e-9);
-        let (f, rate) = self.share(c.t, d);
-        let wave = (2.0 * std::f64::consts::PI * p.breathing_frequency * c.t).sin();
+        let (f, rate) = self.share(clock.t, d);
+        let wave = (2.0 * std::f64::consts::PI * p.breathing_frequency * clock.t).sin();
         let nominal = 0.25 * std::f64::consts::PI * p.diameter * p.diameter;
         let full = p.drag_coefficient * nominal * self.efficiency.at(mach);
         let drag_area = full * f * (1.0 + p.breathing * wave);
@@ -273,11 +273,11 @@ impl Model for Canopy {
         let mut apparent_mass = 0.0;
         if volume > 0.0 {
             let h = 1e-3;
-            let density = |s: f64| p.atmosphere.air(c.t + s, place + velocity * s).density;
+            let density = |s: f64| p.atmosphere.air(clock.t + s, place + velocity * s).density;
             let slope = (density(h) - density(-h)) / (2.0 * h);
             apparent_mass = volume * air.density * f.powf(1.5);
             let growth = volume * (slope * f.powf(1.5) + 1.5 * air.density * f.sqrt() * rate);
-            let pull = gravity_in_air(&p.gravity, p.world.as_ref(), c.t, &place);
+            let pull = gravity_in_air(&p.gravity, p.world.as_ref(), clock.t, &place);
             force -= v * growth + pull * apparent_mass;
         }
         let load = Wrench { moment: Vec3::zeros(), force };
@@ -292,40 +292,38 @@ impl Model for Canopy {
             apparent_mass,
         }
     }
-    fn guards(&self, c: &Clock, _: &(), d: &Filling, _: &(), u: &CanopyIn) -> NextChange {
+    fn guards(&self, clock: &Clock, d: &Filling, u: &CanopyIn) -> NextChange {
         let since = if d.stage < 0.5 {
-            self.p.start.map_or(u.deploy - 0.5, |start| c.t - start)
+            self.p.start.map_or(u.deploy - 0.5, |start| clock.t - start)
         } else {
             let end = if d.full { f64::INFINITY } else { d.began + d.takes };
             let next = self.next_stage(d).unwrap_or(f64::INFINITY).min(end);
-            if next.is_finite() { c.t - next } else { -1.0 }
+            if next.is_finite() { clock.t - next } else { -1.0 }
         };
         // When all is told the air is not asked again; what is to stop stops, whatever was told before.
         let silent = d.outside && self.p.outside != Outside::Stop;
         let told = silent || (d.stage < 0.5 && self.p.packed == 0.0);
-        let inside = if told { 1.0 } else { self.inside(self.mach(c.t, u), d) };
+        let inside = if told { 1.0 } else { self.inside(self.mach(clock.t, u), d) };
         NextChange { since, command: u.deploy - 0.5, inside }
     }
-    fn fired(
+    fn handle_event(
         &self,
-        c: &Clock,
-        which: Fired<'_>,
-        _: &(),
+        clock: &Clock,
+        fired: Fired<'_>,
         d: &Filling,
-        _: &(),
         u: &CanopyIn,
     ) -> ((), Filling) {
         let p = &self.p;
-        let d = &Filling { outside: d.outside || which.fell(INSIDE), ..*d };
-        if !which.rose(SINCE) {
+        let d = &Filling { outside: d.outside || fired.fell(INSIDE), ..*d };
+        if !fired.rose(SINCE) {
             return ((), *d);
         }
         // The event is at its instant to 1 ps: either side of it.
-        let begins = d.stage < 0.5 || self.next_stage(d).is_some_and(|t| c.t > t - 1e-9);
+        let begins = d.stage < 0.5 || self.next_stage(d).is_some_and(|t| clock.t > t - 1e-9);
         if !begins {
             return ((), Filling { full: true, ..*d });
         }
-        let air = gusty(&p.atmosphere, c.t, &u.canopy.position, &u.gust);
+        let air = gusty(&p.atmosphere, clock.t, &u.canopy.position, &u.gust);
         let speed = (u.canopy.velocity - air.wind).norm();
         let takes = p.filling_time.unwrap_or_else(|| {
             // At rest it would never fill: as at 1 m/s.
@@ -334,32 +332,30 @@ impl Model for Canopy {
         });
         let first = d.stage < 0.5;
         // It opens at `start` but for the round-off of the event; at once where the part comes after it.
-        let at = p.start.filter(|start| c.t - start < 1e-6).unwrap_or(c.t);
-        let began = if first { at } else { self.next_stage(d).unwrap_or(c.t) };
+        let at = p.start.filter(|start| clock.t - start < 1e-6).unwrap_or(clock.t);
+        let began = if first { at } else { self.next_stage(d).unwrap_or(clock.t) };
         let filling = Filling {
             stage: d.stage + 1.0,
             full: false,
             opened: if first { began } else { d.opened },
             began,
             takes,
-            from: self.share(c.t, d).0,
+            from: self.share(clock.t, d).0,
             outside: d.outside,
         };
         ((), filling)
     }
-    fn tells(
+    fn runtime_warning(
         &self,
-        c: &Clock,
-        which: Fired<'_>,
-        _: &(),
+        clock: &Clock,
+        fired: Fired<'_>,
         d: &Filling,
-        _: &(),
         u: &CanopyIn,
     ) -> Option<BuildError> {
-        let t = c.t;
+        let t = clock.t;
         let said =
             |fact: String, help: &str, at: &str| Some(BuildError::new(fact).help(help).at(at));
-        let commanded = which.rose(COMMAND);
+        let commanded = fired.rose(COMMAND);
         match self.p.start {
             Some(start) if commanded => {
                 let fact = format!(
@@ -383,21 +379,21 @@ impl Model for Canopy {
                     "start",
                 )
             }
-            _ if which.fell(INSIDE) => Some(self.beyond(self.mach(t, u))),
+            _ if fired.fell(INSIDE) => Some(self.beyond(self.mach(t, u))),
             _ => None,
         }
     }
-    fn remarks(&self, c: &Clock, _: &(), d: &Filling, _: &(), u: &CanopyIn) -> Vec<BuildError> {
-        let late = self.p.start.filter(|s| d.stage < 0.5 && *s < c.t - 1e-6);
+    fn startup_warnings(&self, clock: &Clock, d: &Filling, u: &CanopyIn) -> Vec<BuildError> {
+        let late = self.p.start.filter(|s| d.stage < 0.5 && *s < clock.t - 1e-6);
         let told = late.map(|s| {
             BuildError::new(format!(
                 "it should have opened at {s} s and begins at {:.6} s: it opens at once",
-                c.t
+                clock.t
             ))
             .help("write a later `start`, or wire `deploy`")
             .at("start")
         });
-        let mach = self.mach(c.t, u);
+        let mach = self.mach(clock.t, u);
         let beyond = (self.inside(mach, d) < 0.0).then(|| self.beyond(mach));
         told.into_iter().chain(beyond).collect()
     }
@@ -459,8 +455,8 @@ mod tests {
         let mut d = Filling::zero();
         for k in 0..=(t * 1000.0) as usize {
             let now = k as f64 * 1e-3;
-            while m.guards(&at(now), &(), &d, &(), u, &()).since >= 0.0 {
-                d = m.fired(&at(now), Fired::rising(SINCE), &(), &d, &(), u, &mut ()).1;
+            while m.guards(&at(now), &d, u).since >= 0.0 {
+                d = m.handle_event(&at(now), Fired::rising(SINCE), &d, u).1;
             }
         }
         d
@@ -482,11 +478,11 @@ mod tests {
         let wind = Vec3::x() * 3.0;
         let mut d = until(&m, 1.999, &input(0.0, wind));
         assert_eq!(d.stage, 0.0);
-        d = m.fired(&at(2.0), Fired::rising(SINCE), &(), &d, &(), &input(0.0, wind), &mut ()).1;
+        d = m.handle_event(&at(2.0), Fired::rising(SINCE), &d, &input(0.0, wind)).1;
         let (mut v, h) = (70.0, 1e-4);
         let force = |d: &Filling, t: f64, v: f64| {
             let u = input(0.0, wind + Vec3::y() * v);
-            m.direct(&at(t), &(), d, &u, &()).load.force.y
+            m.feedthrough(&at(t), d, &u).load.force.y
         };
         let mut peak = 0.0_f64;
         for k in 0..15_000 {
@@ -540,7 +536,7 @@ mod tests {
             from: 0.0,
             outside: false,
         };
-        let y = m.direct(&at(2.9), &(), &d, &u, &());
+        let y = m.feedthrough(&at(2.9), &d, &u);
         let density = |h: f64| 0.02 * (-h / 10_000.0_f64).exp();
         let volume = 0.35 * 4.0 / 3.0 * std::f64::consts::PI * 7.5f64.powi(3);
         let f = 0.36_f64;
@@ -573,7 +569,7 @@ mod tests {
         let open = until(&m, 5.0, &slow);
         let tells = |m: &Canopy, t: f64, which: usize, d: &Filling, u: &CanopyIn| {
             let which = if which == INSIDE { Fired::falling(which) } else { Fired::rising(which) };
-            m.tells(&at(t), which, &(), d, &(), u, &())
+            m.runtime_warning(&at(t), which, d, u)
         };
         // The command that opened it says nothing, the next one does; packed away it meets no air.
         assert!(open.stage == 1.0 && tells(&m, open.opened, COMMAND, &open, &slow).is_none());
@@ -588,7 +584,7 @@ mod tests {
         let timed = Canopy::build(timed).unwrap();
         let told = tells(&timed, 1.0, COMMAND, &Filling::zero(), &slow).unwrap();
         assert!(told.message.contains("`start` opens it at 2 s") && told.help.is_some());
-        let inside = |d: &Filling, u: &CanopyIn| m.guards(&at(5.0), &(), d, &(), u, &()).inside;
+        let inside = |d: &Filling, u: &CanopyIn| m.guards(&at(5.0), d, u).inside;
         assert!(
             (inside(&open, &slow) - 10.0 / 15.0).abs() < 1e-9
                 && inside(&Filling::zero(), &fast) == 1.0
@@ -598,10 +594,10 @@ mod tests {
         assert!(
             told.message.contains("Mach 0.0300 is beyond") && told.message.contains("end at 0.02")
         );
-        let gone = m.fired(&at(5.0), Fired::falling(INSIDE), &(), &open, &(), &fast, &mut ()).1;
+        let gone = m.handle_event(&at(5.0), Fired::falling(INSIDE), &open, &fast).1;
         assert!(gone.outside && inside(&gone, &fast) == 1.0 && gone.stage == 1.0);
         // It goes on with the last row, as does a step that is tried beyond; what is said stops the run or does not.
-        let drag = |m: &Canopy| m.direct(&at(5.0), &(), &open, &fast, &()).load.force;
+        let drag = |m: &Canopy| m.feedthrough(&at(5.0), &open, &fast).load.force;
         assert!(
             (drag(&m).norm()
                 / (0.5 * 0.01 * 9e4 * 0.8 * 0.6 * 0.25 * std::f64::consts::PI * 225.0)
@@ -612,10 +608,10 @@ mod tests {
         p.outside = Outside::Stop;
         let stops = Canopy::build(p).unwrap();
         assert_eq!(drag(&stops), drag(&m));
-        let begins = stops.remarks(&at(5.0), &(), &open, &(), &fast, &());
+        let begins = stops.startup_warnings(&at(5.0), &open, &fast);
         let said = tells(&stops, 5.0, INSIDE, &open, &fast).unwrap();
         assert!(said.stops && !told.stops && begins == [said]);
-        assert!(stops.remarks(&at(5.0), &(), &open, &(), &slow, &()).is_empty());
+        assert!(stops.startup_warnings(&at(5.0), &open, &slow).is_empty());
     }
 
     #[test]
@@ -634,9 +630,6 @@ mod tests {
         let e = Canopy::build(p).err().unwrap();
         assert!(e.param.as_deref() == Some("filling_time") && e.help.is_some());
         let m = Canopy::build(params(1.0)).unwrap();
-        assert_eq!(
-            m.remarks(&at(3.0), &(), &Filling::zero(), &(), &input(0.0, Vec3::x()), &()).len(),
-            1
-        );
+        assert_eq!(m.startup_warnings(&at(3.0), &Filling::zero(), &input(0.0, Vec3::x())).len(), 1);
     }
 }

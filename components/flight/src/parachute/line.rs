@@ -142,33 +142,33 @@ pub(super) fn stretch(u: &LineIn, length: f64) -> (Vec3, f64, f64) {
 impl Model for Line {
     const MODES: bool = true;
     type Params = LineParams;
-    type Ud = LineIn;
-    type Ym = TautOut;
-    type Yd = LineOut;
-    type D = Taut;
-    type G = Change;
+    type FeedthroughInputs = LineIn;
+    type Outputs = TautOut;
+    type FeedthroughOutputs = LineOut;
+    type DiscreteState = Taut;
+    type Guards = Change;
     fn init_d(&self) -> Taut {
         Taut { taut: self.p.taut, changes: 0.0 }
     }
-    fn moore(&self, _: &Clock, _: &(), d: &Taut) -> TautOut {
+    fn outputs(&self, d: &Taut) -> TautOut {
         TautOut { taut: d.taut, changes: d.changes }
     }
-    fn direct(&self, _: &Clock, _: &(), d: &Taut, u: &LineIn) -> LineOut {
+    fn feedthrough(&self, d: &Taut, u: &LineIn) -> LineOut {
         let law = (self.p.stiffness, self.p.damping);
         LineOut::of(stretch(u, self.p.length), law, d.taut)
     }
-    fn guards(&self, _: &Clock, _: &(), _: &Taut, _: &(), u: &LineIn) -> Change {
+    fn guards(&self, u: &LineIn) -> Change {
         let (_, extension, rate) = stretch(u, self.p.length);
         Change::of(extension, rate, (self.p.stiffness, self.p.damping))
     }
-    fn mode(&self, _: &Clock, _: &(), d: &Taut, u: &LineIn) -> Taut {
+    fn mode(&self, d: &Taut, u: &LineIn) -> Taut {
         let (_, extension, rate) = stretch(u, self.p.length);
         d.after(Change::of(extension, rate, (self.p.stiffness, self.p.damping)).within > 0.0)
     }
-    fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &Taut) -> ((), Taut) {
-        ((), d.after(which.rose(0)))
+    fn handle_event(&self, fired: Fired<'_>, d: &Taut) -> ((), Taut) {
+        ((), d.after(fired.rose(0)))
     }
-    fn remarks(&self, _: &Clock, _: &(), d: &Taut, _: &(), u: &LineIn) -> Vec<BuildError> {
+    fn startup_warnings(&self, d: &Taut, u: &LineIn) -> Vec<BuildError> {
         let (_, extension, _) = stretch(u, self.p.length);
         let stretched = !d.taut && extension > 1e-6 * self.p.length;
         let fact = format!("it starts slack and {extension:.6} m longer than without tension");
@@ -194,8 +194,7 @@ mod tests {
 
     fn at(taut: bool, apart: f64, rate: f64) -> (LineOut, Change) {
         let (m, d, u) = (line(5.0), Taut { taut, changes: 0.0 }, ends(apart, rate));
-        let c = Clock::at(0.0, 0.01, 0);
-        (m.direct(&c, &(), &d, &u, &()), m.guards(&c, &(), &d, &(), &u, &()))
+        (m.feedthrough(&d, &u), m.guards(&u))
     }
 
     #[test]
@@ -217,9 +216,9 @@ mod tests {
         // A line that became slack like that is taut again as soon as it would pull.
         assert!(at(false, 5.04, -1.0).1.within < 0.0 && at(false, 5.04, -0.7).1.within > 0.0);
         let fire = |which: usize, taut: bool| {
-            let (c, u, d) = (Clock::at(0.0, 0.01, 0), ends(5.0, 1.0), Taut { taut, changes: 2.0 });
+            let d = Taut { taut, changes: 2.0 };
             let which = if which == 0 { Fired::rising(0) } else { Fired::falling(0) };
-            let (_, d) = line(5.0).fired(&c, which, &(), &d, &(), &u, &mut ());
+            let (_, d) = line(5.0).handle_event(which, &d);
             (d.taut, d.changes)
         };
         assert_eq!((fire(0, false), fire(0, true)), ((true, 3.0), (true, 2.0)));
@@ -228,10 +227,9 @@ mod tests {
 
     #[test]
     fn a_start_that_is_probably_not_meant_is_remarked() {
-        let c = Clock::at(0.0, 0.01, 0);
         let told = |length: f64| {
             let d = Taut { taut: false, changes: 0.0 };
-            line(length).remarks(&c, &(), &d, &(), &ends(5.2, 0.0), &()).len()
+            line(length).startup_warnings(&d, &ends(5.2, 0.0)).len()
         };
         assert_eq!((told(5.0), told(5.3)), (1, 0));
     }

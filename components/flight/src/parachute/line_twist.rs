@@ -121,12 +121,12 @@ impl LineTwist {
 #[model("flight.line_twist")]
 impl Model for LineTwist {
     type Params = LineTwistParams;
-    type Ud = LineTwistIn;
-    type Ym = TwistOut;
-    type Yd = LineTwistOut;
-    type X = Twist;
-    type D = Wound;
-    type G = HalfTurn;
+    type FeedthroughInputs = LineTwistIn;
+    type Outputs = TwistOut;
+    type FeedthroughOutputs = LineTwistOut;
+    type State = Twist;
+    type DiscreteState = Wound;
+    type Guards = HalfTurn;
     fn build(p: LineTwistParams) -> Result<Self, BuildError> {
         if !(p.length > p.radius_a + p.radius_b) {
             let fact = format!(
@@ -144,10 +144,10 @@ impl Model for LineTwist {
     fn init_d(&self) -> Wound {
         Wound { wound: self.p.twist.abs() > std::f64::consts::PI }
     }
-    fn moore(&self, _: &Clock, x: &Twist, d: &Wound) -> TwistOut {
+    fn outputs(&self, x: &Twist, d: &Wound) -> TwistOut {
         TwistOut { angle: x.angle, wound: d.wound }
     }
-    fn direct(&self, _: &Clock, x: &Twist, d: &Wound, u: &LineTwistIn) -> LineTwistOut {
+    fn feedthrough(&self, x: &Twist, d: &Wound, u: &LineTwistIn) -> LineTwistOut {
         let (n, rate) = Self::turning(u);
         let h = self.height(x.angle);
         let spring = u.tension.max(0.0) * self.p.radius_a * self.p.radius_b * x.angle.sin() / h;
@@ -160,14 +160,14 @@ impl Model for LineTwist {
             shortening: self.height(0.0) - h,
         }
     }
-    fn deriv(&self, _: &Clock, _: &Twist, _: &Wound, _: &(), u: &LineTwistIn) -> Twist {
+    fn derivatives(&self, u: &LineTwistIn) -> Twist {
         Twist { angle: Self::turning(u).1 }
     }
-    fn guards(&self, _: &Clock, x: &Twist, _: &Wound, _: &(), _: &LineTwistIn) -> HalfTurn {
+    fn guards(&self, x: &Twist) -> HalfTurn {
         HalfTurn { beyond: x.angle.abs() - std::f64::consts::PI }
     }
-    fn fired(&self, _: &Clock, which: Fired<'_>, x: &Twist, _: &Wound) -> (Twist, Wound) {
-        (*x, Wound { wound: which.rose(0) })
+    fn handle_event(&self, fired: Fired<'_>, x: &Twist) -> (Twist, Wound) {
+        (*x, Wound { wound: fired.rose(0) })
     }
 }
 
@@ -195,7 +195,7 @@ mod tests {
 
     fn at(m: &LineTwist, angle: f64, rate: f64) -> LineTwistOut {
         let (x, d) = (Twist { angle }, Wound { wound: false });
-        m.direct(&Clock::at(0.0, 0.01, 0), &x, &d, &ends(rate), &())
+        m.feedthrough(&x, &d, &ends(rate))
     }
 
     #[test]
@@ -230,10 +230,9 @@ mod tests {
     fn beyond_half_a_turn_there_is_no_torque_and_short_lines_are_refused() {
         let m = lines(0.0);
         let (x, u) = (Twist { angle: 3.5 }, ends(0.0));
-        let c = Clock::at(0.0, 0.01, 0);
-        let y = m.direct(&c, &x, &Wound { wound: true }, &u, &());
+        let y = m.feedthrough(&x, &Wound { wound: true }, &u);
         assert_eq!(y.torque, 0.0);
-        assert!(m.guards(&c, &x, &Wound { wound: true }, &(), &u, &()).beyond > 0.0);
+        assert!(m.guards(&x).beyond > 0.0);
         let p =
             LineTwistParams { length: 2.0, radius_a: 1.0, radius_b: 1.5, damping: 0.0, twist: 0.0 };
         let e = LineTwist::build(p).err().unwrap().to_string();

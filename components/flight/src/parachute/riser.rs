@@ -238,11 +238,11 @@ impl Riser {
 impl Model for Riser {
     const MODES: bool = true;
     type Params = RiserParams;
-    type Ud = RiserIn;
-    type Ym = TautOut;
-    type Yd = RiserOut;
-    type D = Taut;
-    type G = Change;
+    type FeedthroughInputs = RiserIn;
+    type Outputs = TautOut;
+    type FeedthroughOutputs = RiserOut;
+    type DiscreteState = Taut;
+    type Guards = Change;
     fn build(p: RiserParams) -> Result<Self, BuildError> {
         let wrong = |fact: String, help: &str| Err(BuildError::new(fact).help(help).at("legs"));
         let n = p.legs.len();
@@ -269,10 +269,10 @@ impl Model for Riser {
     fn init_d(&self) -> Taut {
         Taut { taut: self.p.taut, changes: 0.0 }
     }
-    fn moore(&self, _: &Clock, _: &(), d: &Taut) -> TautOut {
+    fn outputs(&self, d: &Taut) -> TautOut {
         TautOut { taut: d.taut, changes: d.changes }
     }
-    fn direct(&self, _: &Clock, _: &(), d: &Taut, u: &RiserIn) -> RiserOut {
+    fn feedthrough(&self, d: &Taut, u: &RiserIn) -> RiserOut {
         let s = self.stretch(u);
         let law = (self.p.stiffness, self.p.damping);
         let line = LineOut::of((s.n, s.extension, s.rate), law, d.taut);
@@ -290,19 +290,19 @@ impl Model for Riser {
             joint: u.body.position + s.arm,
         }
     }
-    fn guards(&self, _: &Clock, _: &(), _: &Taut, _: &(), u: &RiserIn) -> Change {
+    fn guards(&self, u: &RiserIn) -> Change {
         let s = self.stretch(u);
         Change::of(s.extension, s.rate, (self.p.stiffness, self.p.damping))
     }
-    fn mode(&self, _: &Clock, _: &(), d: &Taut, u: &RiserIn) -> Taut {
+    fn mode(&self, d: &Taut, u: &RiserIn) -> Taut {
         let s = self.stretch(u);
         let law = (self.p.stiffness, self.p.damping);
         d.after(Change::of(s.extension, s.rate, law).within > 0.0)
     }
-    fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &Taut) -> ((), Taut) {
-        ((), d.after(which.rose(0)))
+    fn handle_event(&self, fired: Fired<'_>, d: &Taut) -> ((), Taut) {
+        ((), d.after(fired.rose(0)))
     }
-    fn remarks(&self, _: &Clock, _: &(), d: &Taut, _: &(), u: &RiserIn) -> Vec<BuildError> {
+    fn startup_warnings(&self, d: &Taut, u: &RiserIn) -> Vec<BuildError> {
         let extension = self.stretch(u).extension;
         let stretched = !d.taut && extension > 1e-6 * self.p.length;
         let fact = format!("it starts slack and {extension:.6} m longer than without tension");

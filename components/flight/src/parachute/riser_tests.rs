@@ -29,7 +29,7 @@ fn ends(canopy: Vec3) -> RiserIn {
 
 fn at(m: &Riser, u: &RiserIn) -> RiserOut {
     let d = Taut { taut: true, changes: 0.0 };
-    m.direct(&Clock::at(0.0, 0.01, 0), &(), &d, u, &())
+    m.feedthrough(&d, u)
 }
 
 /// Places of the canopy for which one, two and three legs are taut.
@@ -168,11 +168,7 @@ fn it_never_pushes_and_what_makes_no_sense_is_refused() {
     // A canopy among the legs.
     let y = at(&m, &ends(Vec3::z() * 0.5));
     assert!(y.extension == -10.0 && y.tension == 0.0 && y.rate == 0.0);
-    let c = Clock::at(0.0, 0.01, 0);
-    let guards = |z: f64| {
-        let d = Taut { taut: false, changes: 0.0 };
-        m.guards(&c, &(), &d, &(), &ends(Vec3::z() * z), &())
-    };
+    let guards = |z: f64| m.guards(&ends(Vec3::z() * z));
     let full = 10.0 + 0.4 + (2.0_f64.powi(2) - 0.8_f64.powi(2)).sqrt();
     assert!(guards(full - 1e-6).within < 0.0 && guards(full + 1e-6).within > 0.0);
     let refused = |legs: Vec<Leg>| {
@@ -182,5 +178,5 @@ fn it_never_pushes_and_what_makes_no_sense_is_refused() {
     assert_eq!(refused(Vec::new()).param.as_deref(), Some("legs"));
     assert!(refused(legs(0.8, 0.7)).message.contains("too short"));
     let d = Taut { taut: false, changes: 0.0 };
-    assert_eq!(m.remarks(&c, &(), &d, &(), &ends(Vec3::z() * 13.0), &()).len(), 1);
+    assert_eq!(m.startup_warnings(&d, &ends(Vec3::z() * 13.0)).len(), 1);
 }

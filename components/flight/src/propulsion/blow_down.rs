@@ -78,14 +78,14 @@ pub struct BlowDown {
 impl Model for BlowDown {
     const MODES: bool = true;
     type Params = BlowDownParams;
-    type Ud = BlowDownIn;
-    type Yd = BlowDownOut;
-    type D = Filled;
-    type G = Squeezed;
-    fn mode(&self, _: &Clock, _: &(), d: &Filled, u: &BlowDownIn) -> Filled {
+    type FeedthroughInputs = BlowDownIn;
+    type FeedthroughOutputs = BlowDownOut;
+    type DiscreteState = Filled;
+    type Guards = Squeezed;
+    fn mode(&self, d: &Filled, u: &BlowDownIn) -> Filled {
         if d.begun { *d } else { Filled { volume: u.volume, begun: true } }
     }
-    fn direct(&self, _: &Clock, _: &(), d: &Filled, u: &BlowDownIn) -> BlowDownOut {
+    fn feedthrough(&self, d: &Filled, u: &BlowDownIn) -> BlowDownOut {
         let p = &self.p;
         // A step may look behind the end of the gas.
         let (gas, least) = (p.ullage + (d.volume - u.volume), LEAST * p.ullage);
@@ -93,14 +93,14 @@ impl Model for BlowDown {
         let ratio = (p.ullage / gas).powf(p.exponent);
         BlowDownOut { pressure: p.pressure * ratio, throttle: ratio.powf(p.thrust_exponent) }
     }
-    fn guards(&self, _: &Clock, _: &(), d: &Filled, _: &(), u: &BlowDownIn) -> Squeezed {
+    fn guards(&self, d: &Filled, u: &BlowDownIn) -> Squeezed {
         let room = (1.0 - LEAST) * self.p.ullage;
         Squeezed { full: if d.begun { u.volume - d.volume - room } else { -1.0 } }
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, _: &(), d: &Filled) -> ((), Filled) {
+    fn handle_event(&self, d: &Filled) -> ((), Filled) {
         ((), *d)
     }
-    fn tells(&self, _: &Clock, _: Fired<'_>, _: &(), d: &Filled) -> Option<BuildError> {
+    fn runtime_warning(&self, d: &Filled) -> Option<BuildError> {
         let fact = format!(
             "the tank is filled beyond the {} m³ of propellant and {} m³ of gas with which it began",
             d.volume, self.p.ullage
@@ -118,13 +118,12 @@ mod tests {
     fn pressure_times_volume_to_the_gamma_stays() {
         let p = BlowDownParams { pressure: 2e6, ullage: 0.05, exponent: 1.4, thrust_exponent: 0.9 };
         let m = BlowDown { p };
-        let c = Clock::at(0.0, 0.1, 0);
         let full = BlowDownIn { volume: 0.15 };
-        let d = m.mode(&c, &(), &m.init_d(), &full, &());
-        assert_eq!(m.mode(&c, &(), &d, &BlowDownIn { volume: 0.1 }, &()).volume, 0.15);
-        let at = |left: f64| m.direct(&c, &(), &d, &BlowDownIn { volume: left }, &());
+        let d = m.mode(&m.init_d(), &full);
+        assert_eq!(m.mode(&d, &BlowDownIn { volume: 0.1 }).volume, 0.15);
+        let at = |left: f64| m.feedthrough(&d, &BlowDownIn { volume: left });
         assert_eq!((at(0.15).pressure, at(0.15).throttle), (2e6, 1.0));
-        let full = |volume: f64| m.guards(&c, &(), &d, &(), &BlowDownIn { volume }, &()).full;
+        let full = |volume: f64| m.guards(&d, &BlowDownIn { volume }).full;
         assert!(full(0.1999) < 0.0 && full(0.2) > 0.0);
         // Also where the tank is filled again.
         for left in [0.12, 0.06, 0.0, 0.17] {

@@ -39,16 +39,16 @@ pub struct IdealFeed;
 /// Ideal feed: propellant that never ends and that no body carries; counts what is drawn.
 #[model("flight.ideal_feed")]
 impl Model for IdealFeed {
-    type U = IdealFeedIn;
-    type Ym = IdealFeedOut;
-    type X = Delivered;
+    type Inputs = IdealFeedIn;
+    type Outputs = IdealFeedOut;
+    type State = Delivered;
     fn build(_: ()) -> Result<Self, BuildError> {
         Ok(IdealFeed)
     }
-    fn moore(&self, _: &Clock, x: &Delivered, _: &()) -> IdealFeedOut {
+    fn outputs(&self, x: &Delivered) -> IdealFeedOut {
         IdealFeedOut { outlet: Propellant { available: true }, drawn: x.drawn }
     }
-    fn deriv(&self, _: &Clock, _: &Delivered, _: &(), u: &IdealFeedIn) -> Delivered {
+    fn derivatives(&self, u: &IdealFeedIn) -> Delivered {
         Delivered { drawn: u.outlet.flow }
     }
 }
@@ -78,12 +78,12 @@ pub struct Drain;
 /// A commanded outflow of a tank that gives no thrust: ballast, a vent, a leak; negative: a tank is filled.
 #[model("flight.drain")]
 impl Model for Drain {
-    type Ud = DrainIn;
-    type Yd = DrainOut;
+    type FeedthroughInputs = DrainIn;
+    type FeedthroughOutputs = DrainOut;
     fn build(_: ()) -> Result<Self, BuildError> {
         Ok(Drain)
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &DrainIn) -> DrainOut {
+    fn feedthrough(&self, u: &DrainIn) -> DrainOut {
         let flows = u.tank.available || u.flow < 0.0;
         DrainOut { tank: MassFlow { flow: if flows { u.flow } else { 0.0 } } }
     }
@@ -95,18 +95,18 @@ mod tests {
 
     #[test]
     fn an_ideal_feed_gives_and_counts_what_is_drawn() {
-        let (c, x) = (Clock::at(0.0, 0.1, 0), Delivered { drawn: 3.0 });
-        let y = IdealFeed.moore(&c, &x, &(), &());
+        let x = Delivered { drawn: 3.0 };
+        let y = IdealFeed.outputs(&x);
         assert!(y.outlet.available && y.drawn == 3.0);
         let u = IdealFeedIn { outlet: MassFlows { flow: 0.7 } };
-        assert_eq!(IdealFeed.deriv(&c, &x, &(), &u, &(), &(), &()).drawn, 0.7);
+        assert_eq!(IdealFeed.derivatives(&u).drawn, 0.7);
     }
 
     #[test]
     fn a_drain_takes_what_there_is_and_fills_what_is_empty() {
         let flow = |flow: f64, available: bool| {
             let u = DrainIn { flow, tank: Propellant { available } };
-            Drain.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &u, &()).tank.flow
+            Drain.feedthrough(&u).tank.flow
         };
         assert_eq!((flow(0.5, true), flow(0.5, false)), (0.5, 0.0));
         assert_eq!((flow(-0.5, true), flow(-0.5, false)), (-0.5, -0.5));

@@ -154,13 +154,13 @@ fn surface(bottom: &NodeState, level: f64) -> (Vec3, Vec3) {
 #[model("flight.feed_line")]
 impl Model for FeedLine {
     type Params = FeedLineParams;
-    type Ud = FeedLineIn;
-    type Yd = FeedLineOut;
-    type X = UnderWay;
+    type FeedthroughInputs = FeedLineIn;
+    type FeedthroughOutputs = FeedLineOut;
+    type State = UnderWay;
     fn init_x(&self) -> UnderWay {
         UnderWay { moving: 0.0, level_a: 0.0, level_b: 0.0 }
     }
-    fn direct(&self, _: &Clock, x: &UnderWay, _: &(), u: &FeedLineIn) -> FeedLineOut {
+    fn feedthrough(&self, x: &UnderWay, u: &FeedLineIn) -> FeedLineOut {
         let source = if x.moving > 0.0 { u.tank_a.available } else { u.tank_b.available };
         let flow = if source { x.moving } else { 0.0 };
         let (difference, dx) = (self.steady(u).1, self.rate(x, u));
@@ -181,7 +181,7 @@ impl Model for FeedLine {
             difference,
         }
     }
-    fn deriv(&self, _: &Clock, x: &UnderWay, _: &(), _: &(), u: &FeedLineIn) -> UnderWay {
+    fn derivatives(&self, x: &UnderWay, u: &FeedLineIn) -> UnderWay {
         self.rate(x, u)
     }
 }
@@ -220,18 +220,17 @@ mod tests {
     /// The flow that has become steady.
     fn flow(line: &FeedLine, u: &FeedLineIn) -> f64 {
         let (moving, _) = line.steady(u);
-        let (c, x) =
-            (Clock::at(0.0, 0.1, 0), UnderWay { moving, level_a: u.level_a, level_b: u.level_b });
-        let y = line.direct(&c, &x, &(), u, &());
+        let x = UnderWay { moving, level_a: u.level_a, level_b: u.level_b };
+        let y = line.feedthrough(&x, u);
         assert!(y.tank_a.flow == -y.tank_b.flow && y.tank_a.flow == moving);
-        assert_eq!(line.deriv(&c, &x, &(), &(), u, &(), &y).moving, 0.0);
+        assert_eq!(line.derivatives(&x, u).moving, 0.0);
         // A tank that runs dry ends it at once.
         let dry = FeedLineIn {
             tank_a: Propellant { available: moving < 0.0 },
             tank_b: Propellant { available: moving > 0.0 },
             ..*u
         };
-        assert_eq!(line.direct(&c, &x, &(), &dry, &()).tank_a.flow, 0.0);
+        assert_eq!(line.feedthrough(&x, &dry).tank_a.flow, 0.0);
         y.tank_a.flow
     }
 

@@ -62,17 +62,17 @@ impl HeldThruster {
 #[model("flight.held_thruster")]
 impl Model for HeldThruster {
     type Params = HeldThrusterParams;
-    type Ud = ThrusterIn;
-    type Ym = Given;
-    type Yd = ThrusterOut;
-    type X = Done;
+    type FeedthroughInputs = ThrusterIn;
+    type Outputs = Given;
+    type FeedthroughOutputs = ThrusterOut;
+    type State = Done;
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         crate::engine::needs_pressure(self.p.exit_area)
     }
-    fn moore(&self, _: &Clock, x: &Done, _: &()) -> Given {
+    fn outputs(&self, x: &Done) -> Given {
         Given { impulse: x.done }
     }
-    fn direct(&self, _: &Clock, _: &Done, _: &(), u: &ThrusterIn) -> ThrusterOut {
+    fn feedthrough(&self, u: &ThrusterIn) -> ThrusterOut {
         let share = Self::share(u);
         let force = share * nozzle_thrust(self.p.thrust, u.pressure, self.p.exit_area);
         ThrusterOut {
@@ -81,7 +81,7 @@ impl Model for HeldThruster {
             propellant: MassFlow { flow: share * self.p.thrust / (self.p.specific_impulse * G0) },
         }
     }
-    fn deriv(&self, _: &Clock, _: &Done, _: &(), _: &(), u: &ThrusterIn) -> Done {
+    fn derivatives(&self, u: &ThrusterIn) -> Done {
         Done { done: Self::share(u) * self.p.thrust }
     }
 }
@@ -100,7 +100,7 @@ mod tests {
         let m = held(0.0);
         let rotation = Quat::from_scaled_axis(Vec3::new(0.4, -0.7, 1.1));
         let nozzle = NodeState { rotation, ..NodeState::identity() };
-        let (c, x, sample) = (Clock::at(0.3, 0.1, 0), m.init_x(), 0.1);
+        let sample = 0.1;
         for width in [0.0, 0.003, 0.02, 0.1] {
             let u = ThrusterIn {
                 nozzle,
@@ -109,15 +109,15 @@ mod tests {
                 pressure: 1e3,
             };
             let want = pulse_impulse(22.0, width, 0.006, 0.006);
-            let y = m.direct(&c, &x, &(), &u, &());
-            let given = m.deriv(&c, &x, &(), &(), &u, &(), &y).done * sample;
+            let y = m.feedthrough(&u);
+            let given = m.derivatives(&u).done * sample;
             assert!((given - want).abs() <= 1e-15 && (y.force * sample - want).abs() <= 1e-15);
             assert!((y.propellant.flow * sample * 220.0 * G0 - want).abs() <= 1e-15);
             assert!((y.load.force - rotation * Vec3::z() * y.force).norm() < 1e-14);
             // Without propellant there is nothing of it.
             let u = ThrusterIn { propellant: Propellant { available: false }, ..u };
-            let y = m.direct(&c, &x, &(), &u, &());
-            let dx = m.deriv(&c, &x, &(), &(), &u, &(), &y);
+            let y = m.feedthrough(&u);
+            let dx = m.derivatives(&u);
             assert_eq!(
                 (y.force, y.propellant.flow, y.load, dx.done),
                 (0.0, 0.0, Wrench::zero(), 0.0)
@@ -129,15 +129,15 @@ mod tests {
             propellant: Propellant { available: true },
             pressure: 1e3,
         };
-        assert_eq!(m.direct(&c, &x, &(), &over, &()).force, 22.0);
+        assert_eq!(m.feedthrough(&over).force, 22.0);
         // On 5 cm² 1 kPa takes 0.5 N while the valve is open, and nothing from one that is closed.
-        let half = held(5e-4).direct(&c, &x, &(), &ThrusterIn { command: 0.5, ..over }, &());
+        let half = held(5e-4).feedthrough(&ThrusterIn { command: 0.5, ..over });
         assert!(
             (half.force - 10.75).abs() < 1e-12
                 && (half.propellant.flow * 220.0 * G0 - 11.0).abs() < 1e-9
         );
-        let off = held(5e-4).direct(&c, &x, &(), &ThrusterIn { command: 0.0, ..over }, &());
+        let off = held(5e-4).feedthrough(&ThrusterIn { command: 0.0, ..over });
         assert_eq!((off.force, off.load), (0.0, Wrench::zero()));
-        assert_eq!(m.moore(&c, &Done { done: 3.5 }, &(), &()).impulse, 3.5);
+        assert_eq!(m.outputs(&Done { done: 3.5 }).impulse, 3.5);
     }
 }

@@ -77,14 +77,14 @@ pub fn flux(place: &Vec3, axis: &Vec3, exponent: f64, near: f64) -> f64 {
 #[model("flight.plume")]
 impl Model for Plume {
     type Params = PlumeParams;
-    type Ud = PlumeIn;
-    type Yd = PlumeOut;
+    type FeedthroughInputs = PlumeIn;
+    type FeedthroughOutputs = PlumeOut;
     fn build(mut p: PlumeParams) -> Result<Self, BuildError> {
         p.axis = crate::axis::unit(p.axis, "[0, 0, -1]")?;
         crate::aerodynamics::panels::unit_normals(&mut p.panels)?;
         Ok(Plume { p })
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &PlumeIn) -> PlumeOut {
+    fn feedthrough(&self, u: &PlumeIn) -> PlumeOut {
         let p = &self.p;
         let back = u.body.rotation.inverse();
         let from = back * (u.nozzle.position - u.body.position);
@@ -129,7 +129,7 @@ mod tests {
     }
 
     fn met(m: &Plume, u: PlumeIn) -> PlumeOut {
-        m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &u, &())
+        m.feedthrough(&u)
     }
 
     fn input() -> PlumeIn {

@@ -77,9 +77,9 @@ pub struct Sloshing {
 #[model("flight.slosh")]
 impl Model for Sloshing {
     type Params = SloshParams;
-    type Ud = SloshIn;
-    type Yd = SloshOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &SloshIn) -> SloshOut {
+    type FeedthroughInputs = SloshIn;
+    type FeedthroughOutputs = SloshOut;
+    fn feedthrough(&self, u: &SloshIn) -> SloshOut {
         let m = u.swinging.max(0.0);
         let frequency = (u.acceleration * u.swing_stiffness).max(0.0).sqrt();
         let (k, c) = (m * frequency * frequency, 2.0 * self.p.damping * frequency * m);
@@ -137,12 +137,12 @@ mod tests {
     #[model("t.probe")]
     impl Model for Probe {
         type Params = ();
-        type Ud = Seen;
-        type Yd = Told;
+        type FeedthroughInputs = Seen;
+        type FeedthroughOutputs = Told;
         fn build(_: ()) -> Result<Self, BuildError> {
             Ok(Probe)
         }
-        fn direct(&self, _: &Clock, _: &(), _: &(), u: &Seen) -> Told {
+        fn feedthrough(&self, u: &Seen) -> Told {
             let b = &u.body;
             let (x, z) = (b.rotation * Vec3::x(), b.rotation * Vec3::z());
             Told { p: b.position, v: b.velocity, w: b.angular, x, z }
@@ -432,7 +432,7 @@ mod tests {
             swing_stiffness: 4.0,
             acceleration: -1.0,
         };
-        let y = m.direct(&Clock::at(0.0, 0.01, 0), &(), &(), &u, &());
+        let y = m.feedthrough(&u);
         assert_eq!((y.force_x.0, y.frequency, y.added.mass), (0.0, 0.0, 10.0));
     }
 }

@@ -102,10 +102,10 @@ pub struct SolidMotor {
 impl Model for SolidMotor {
     const AVERAGES: bool = true;
     type Params = SolidMotorParams;
-    type Ud = MotorIn;
-    type Yd = MotorOut;
-    type D = Burn;
-    type G = NextRow;
+    type FeedthroughInputs = MotorIn;
+    type FeedthroughOutputs = MotorOut;
+    type DiscreteState = Burn;
+    type Guards = NextRow;
     fn build(p: SolidMotorParams) -> Result<Self, BuildError> {
         let curve = Curve::new(&p.curve, "curve")?;
         let wrong = |fact: &str, help: &str| Err(BuildError::new(fact).help(help).at("curve"));
@@ -120,7 +120,7 @@ impl Model for SolidMotor {
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         crate::engine::needs_pressure(self.p.exit_area)
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Burn, u: &MotorIn) -> MotorOut {
+    fn feedthrough(&self, clock: &Clock, d: &Burn, u: &MotorIn) -> MotorOut {
         let p = &self.p;
         let total = self.curve.integral(self.curve.ends()[1]) / (p.specific_impulse * G0);
         let over = d.rows as usize >= p.curve.len();
@@ -128,9 +128,9 @@ impl Model for SolidMotor {
             let burnt = if over { total } else { 0.0 };
             return MotorOut { load: Wrench::zero(), thrust: 0.0, flow: 0.0, burnt };
         }
-        let since = (c.t - d.lit).max(0.0);
+        let since = (clock.t - d.lit).max(0.0);
         let back = u.pressure * p.exit_area;
-        let (vacuum, thrust) = match c.span.map(|span| span.map(|t| (t - d.lit).max(0.0))) {
+        let (vacuum, thrust) = match clock.span.map(|span| span.map(|t| (t - d.lit).max(0.0))) {
             Some([a, b]) if b > a => {
                 let mean = (self.curve.integral(b) - self.curve.integral(a)) / (b - a);
                 // A step ends at the rows of the curve: it is straight from a to b.
@@ -149,25 +149,28 @@ impl Model for SolidMotor {
             burnt: self.curve.integral(since) / (p.specific_impulse * G0),
         }
     }
-    fn guards(&self, c: &Clock, _: &(), d: &Burn, _: &(), u: &MotorIn) -> NextRow {
+    fn guards(&self, clock: &Clock, d: &Burn, u: &MotorIn) -> NextRow {
         let since = if d.rows < 0.5 {
-            self.p.start.map_or(u.ignite - 0.5, |start| c.t - start)
+            self.p.start.map_or(u.ignite - 0.5, |start| clock.t - start)
         } else {
-            self.p.curve.get(d.rows as usize).map_or(-1.0, |row| c.t - d.lit - row[0])
+            self.p.curve.get(d.rows as usize).map_or(-1.0, |row| clock.t - d.lit - row[0])
         };
         NextRow { since }
     }
-    fn fired(&self, c: &Clock, _: Fired<'_>, _: &(), d: &Burn) -> ((), Burn) {
+    fn handle_event(&self, clock: &Clock, d: &Burn) -> ((), Burn) {
         // Lit at `start` but for the round-off of the event; at once where the part comes after it.
-        let at = self.p.start.filter(|start| c.t - start < 1e-6).unwrap_or(c.t);
+        let at = self.p.start.filter(|start| clock.t - start < 1e-6).unwrap_or(clock.t);
         let lit = if d.rows < 0.5 { at } else { d.lit };
         ((), Burn { rows: d.rows + 1.0, lit })
     }
-    fn remarks(&self, c: &Clock, _: &(), d: &Burn) -> Vec<BuildError> {
+    fn startup_warnings(&self, clock: &Clock, d: &Burn) -> Vec<BuildError> {
         let waits = d.rows < 0.5;
         let fact = match self.p.start {
-            Some(s) if waits && s < c.t - 1e-6 => {
-                format!("it should be lit at {s} s and begins at {:.6} s: it is lit at once", c.t)
+            Some(s) if waits && s < clock.t - 1e-6 => {
+                format!(
+                    "it should be lit at {s} s and begins at {:.6} s: it is lit at once",
+                    clock.t
+                )
             }
             _ => return Vec::new(),
         };
@@ -192,27 +195,27 @@ mod tests {
         let u = |ignite: f64| MotorIn { nozzle: NodeState::identity(), ignite, pressure: 5e3 };
         let at = |t: f64| Clock::at(t, 0.001, 0);
         let (mut d, mut flow, h) = (Burn { rows: 0.0, lit: 0.0 }, 0.0, 1e-3);
-        assert!(m.guards(&at(1.0), &(), &d, &(), &u(0.0), &()).since < 0.0);
+        assert!(m.guards(&at(1.0), &d, &u(0.0)).since < 0.0);
         for k in 0..8000 {
             let t = 1.0 + f64::from(k) * h;
-            while m.guards(&at(t), &(), &d, &(), &u(1.0), &()).since >= -1e-9 {
-                d = m.fired(&at(t), Fired::rising(0), &(), &d, &(), &u(1.0), &mut ()).1;
+            while m.guards(&at(t), &d, &u(1.0)).since >= -1e-9 {
+                d = m.handle_event(&at(t), &d).1;
             }
-            flow += m.direct(&at(t + 0.5 * h), &(), &d, &u(1.0), &()).flow * h;
+            flow += m.feedthrough(&at(t + 0.5 * h), &d, &u(1.0)).flow * h;
         }
         let total = (250.0 + 2700.0 + 200.0) / (250.0 * G0);
         assert!((flow / total - 1.0).abs() < 1e-6, "{flow} {total}");
-        let end = m.direct(&at(9.0), &(), &d, &u(1.0), &());
+        let end = m.feedthrough(&at(9.0), &d, &u(1.0));
         assert!(end.thrust == 0.0 && (end.burnt / total - 1.0).abs() < 1e-14);
-        let middle = m.direct(&at(3.0), &(), &Burn { rows: 2.0, lit: 1.0 }, &u(0.0), &());
+        let middle = m.feedthrough(&at(3.0), &Burn { rows: 2.0, lit: 1.0 }, &u(0.0));
         assert!((middle.thrust - (900.0 - 50.0)).abs() < 1e-12);
         // Where the curve begins the ambient pressure is stronger than the jet.
-        let begins = m.direct(&at(1.001), &(), &Burn { rows: 1.0, lit: 1.0 }, &u(0.0), &());
+        let begins = m.feedthrough(&at(1.001), &Burn { rows: 1.0, lit: 1.0 }, &u(0.0));
         assert_eq!(begins.thrust, 0.0);
         // A step of 0.2 s from ignition on: the jet fills the nozzle from 0.025 s on, 50 N; the mean thrust of 200 N less 50 N is another number.
         let begins = Burn { rows: 1.0, lit: 1.0 };
         let span = Clock { span: Some([1.0, 1.2]), ..at(1.0) };
-        let mean = m.direct(&span, &(), &begins, &u(0.0), &());
+        let mean = m.feedthrough(&span, &begins, &u(0.0));
         assert!((mean.thrust - 0.5 * 350.0 * 0.175 / 0.2).abs() < 1e-9, "{}", mean.thrust);
         assert!((mean.flow * 250.0 * G0 - 200.0).abs() < 1e-9);
         for curve in [vec![[0.1, 1.0], [1.0, 1.0]], vec![[0.0, 1.0]], vec![[0.0, 1.0], [1.0, -1.0]]]

@@ -190,11 +190,11 @@ impl Thruster {
 impl Model for Thruster {
     const AVERAGES: bool = true;
     type Params = ThrusterParams;
-    type Ud = ThrusterIn;
-    type Ym = Given;
-    type Yd = ThrusterOut;
-    type D = Valve;
-    type G = Switching;
+    type FeedthroughInputs = ThrusterIn;
+    type Outputs = Given;
+    type FeedthroughOutputs = ThrusterOut;
+    type DiscreteState = Valve;
+    type Guards = Switching;
     fn init_d(&self) -> Valve {
         Valve {
             open: false,
@@ -210,12 +210,12 @@ impl Model for Thruster {
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         crate::engine::needs_pressure(self.p.exit_area)
     }
-    fn moore(&self, c: &Clock, _: &(), d: &Valve) -> Given {
-        Given { impulse: self.now(c.t, d).1, pulses: d.pulses }
+    fn outputs(&self, clock: &Clock, d: &Valve) -> Given {
+        Given { impulse: self.now(clock.t, d).1, pulses: d.pulses }
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Valve, u: &ThrusterIn) -> ThrusterOut {
+    fn feedthrough(&self, clock: &Clock, d: &Valve, u: &ThrusterIn) -> ThrusterOut {
         let back = u.pressure * self.p.exit_area;
-        let (vacuum, force) = match c.span {
+        let (vacuum, force) = match clock.span {
             _ if !u.propellant.available => (0.0, 0.0),
             // Valve and supply change at events only, which end a step.
             Some([a, b]) if b > a => {
@@ -223,7 +223,7 @@ impl Model for Thruster {
                 (vacuum, if back == 0.0 { vacuum } else { self.mean([a, b], d, back) })
             }
             _ => {
-                let vacuum = self.now(c.t, d).0 * self.p.thrust;
+                let vacuum = self.now(clock.t, d).0 * self.p.thrust;
                 (vacuum, nozzle_thrust(vacuum, u.pressure, self.p.exit_area))
             }
         };
@@ -233,9 +233,9 @@ impl Model for Thruster {
             propellant: MassFlow { flow: vacuum / (self.p.specific_impulse * G0) },
         }
     }
-    fn guards(&self, c: &Clock, _: &(), d: &Valve, _: &(), u: &ThrusterIn) -> Switching {
+    fn guards(&self, clock: &Clock, d: &Valve, u: &ThrusterIn) -> Switching {
         // 1e30 s would swallow the digits of t: any negative number does.
-        let since = |t: f64| if t < NEVER { c.t - t } else { -1.0 };
+        let since = |t: f64| if t < NEVER { clock.t - t } else { -1.0 };
         let over = u.command - 0.5;
         Switching {
             on: over,
@@ -245,40 +245,38 @@ impl Model for Thruster {
             supply: if u.propellant.available { 1.0 } else { -1.0 },
         }
     }
-    fn fired(
+    fn handle_event(
         &self,
-        c: &Clock,
-        which: Fired<'_>,
-        _: &(),
+        clock: &Clock,
+        fired: Fired<'_>,
         d: &Valve,
-        _: &(),
         u: &ThrusterIn,
     ) -> ((), Valve) {
         let p = &self.p;
         let (on, off) = (p.dead_time, p.dead_time_off.unwrap_or(p.dead_time));
-        let (share, impulse) = self.now(c.t, d);
-        let mut d = Valve { since: c.t, share, impulse, fed: u.propellant.available, ..*d };
+        let (share, impulse) = self.now(clock.t, d);
+        let mut d = Valve { since: clock.t, share, impulse, fed: u.propellant.available, ..*d };
         // The valve moves first, because a command of the same instant acts on the valve as it is then.
-        if which.rose(OPENS) {
+        if fired.rose(OPENS) {
             (d.open, d.opens, d.pulses) = (true, NEVER, d.pulses + 1.0);
         }
-        if which.rose(CLOSES) {
+        if fired.rose(CLOSES) {
             (d.open, d.closes) = (false, NEVER);
         }
         // A change that would come after the next one in the other direction does not come at all.
         let (to_open, to_close) = (d.opens < NEVER, d.closes < NEVER);
-        if which.rose(ON) {
+        if fired.rose(ON) {
             match () {
-                () if to_close && d.closes >= c.t + on => d.closes = NEVER,
+                () if to_close && d.closes >= clock.t + on => d.closes = NEVER,
                 () if (d.open && !to_close) || to_open => {}
-                () if on > 0.0 => d.opens = c.t + on,
+                () if on > 0.0 => d.opens = clock.t + on,
                 () => (d.open, d.pulses) = (true, d.pulses + 1.0),
             }
-        } else if which.fell(OFF) {
+        } else if fired.fell(OFF) {
             match () {
-                () if to_open && d.opens >= c.t + off => d.opens = NEVER,
+                () if to_open && d.opens >= clock.t + off => d.opens = NEVER,
                 () if (!d.open && !to_open) || to_close => {}
-                () if off > 0.0 => d.closes = c.t + off,
+                () if off > 0.0 => d.closes = clock.t + off,
                 () => d.open = false,
             }
         }
@@ -321,15 +319,13 @@ mod tests {
         // Where the guard is found the command may be just ½: which guard it is tells the direction.
         let edge = u(0.5);
         let at = |t: f64| Clock::at(t, 0.001, 0);
-        let fire = |t: f64, which: usize, d: &Valve| {
-            m.fired(&at(t), one(which), &(), d, &(), &edge, &mut ()).1
-        };
+        let fire = |t: f64, which: usize, d: &Valve| m.handle_event(&at(t), one(which), d, &edge).1;
         let d = fire(1.0, 0, &m.init_d());
         assert!(!d.open && (d.opens - 1.01).abs() < 1e-15 && d.closes == NEVER);
         // A pulse shorter than the dead time is late and whole.
         let d = fire(1.005, 1, &d);
         assert!((d.closes - 1.013).abs() < 1e-15 && !d.open);
-        let g = m.guards(&at(1.011), &(), &d, &(), &u(0.0), &());
+        let g = m.guards(&at(1.011), &d, &u(0.0));
         assert!(g.opens > 0.0 && g.closes < 0.0 && g.on < 0.0 && g.off < 0.0);
         let d = fire(1.01, 2, &d);
         assert!(d.open && d.opens == NEVER && d.pulses == 1.0);
@@ -355,15 +351,14 @@ mod tests {
         let at = |t: f64| Clock::at(t, 0.001, 0);
         for w in [0.003, 0.02, 0.1] {
             let (h, mut sum, mut flow) = (1e-6, 0.0, 0.0);
-            let fire = |t: f64, which: usize, d: &Valve| {
-                m.fired(&at(t), one(which), &(), d, &(), &u, &mut ()).1
-            };
+            let fire =
+                |t: f64, which: usize, d: &Valve| m.handle_event(&at(t), one(which), d, &u).1;
             let opened = fire(1.0, 2, &m.init_d());
             let closed = fire(1.0 + w, 3, &opened);
             for k in 0..300_000 {
                 let t = 1.0 + (f64::from(k) + 0.5) * h;
                 let d = if t < 1.0 + w { &opened } else { &closed };
-                let y = m.direct(&at(t), &(), d, &u, &());
+                let y = m.feedthrough(&at(t), d, &u);
                 (sum, flow) = (sum + y.force * h, flow + y.propellant.flow * h);
                 // ȧ by a difference.
                 if k % 10_000 == 5000 {
@@ -375,21 +370,21 @@ mod tests {
             let want = pulse_impulse(22.0, w, 0.006, 0.011);
             assert!((sum / want - 1.0).abs() < 1e-6, "{w}: {sum} {want}");
             assert!((flow * 220.0 * G0 / want - 1.0).abs() < 1e-6);
-            let told = m.moore(&at(1.3), &(), &closed, &()).impulse;
+            let told = m.outputs(&at(1.3), &closed).impulse;
             assert!((told - sum).abs() < 1e-6 * want, "{told} {sum}");
         }
         // The supply fails 20 ms after the valve has opened, and comes back.
         let dry = ThrusterIn { propellant: Propellant { available: false }, ..u };
-        let d = m.fired(&at(1.0), one(2), &(), &m.init_d(), &(), &u, &mut ()).1;
-        let before = m.moore(&at(1.02), &(), &d, &()).impulse;
-        let d = m.fired(&at(1.02), one(4), &(), &d, &(), &dry, &mut ()).1;
-        let y = m.direct(&at(1.03), &(), &d, &dry, &());
+        let d = m.handle_event(&at(1.0), one(2), &m.init_d(), &u).1;
+        let before = m.outputs(&at(1.02), &d).impulse;
+        let d = m.handle_event(&at(1.02), one(4), &d, &dry).1;
+        let y = m.feedthrough(&at(1.03), &d, &dry);
         assert_eq!((y.force, y.propellant.flow), (0.0, 0.0));
-        assert_eq!(m.moore(&at(1.5), &(), &d, &()).impulse, before);
-        let d = m.fired(&at(1.5), one(4), &(), &d, &(), &u, &mut ()).1;
-        let after = m.moore(&at(1.6), &(), &d, &()).impulse - before;
+        assert_eq!(m.outputs(&at(1.5), &d).impulse, before);
+        let d = m.handle_event(&at(1.5), one(4), &d, &u).1;
+        let after = m.outputs(&at(1.6), &d).impulse - before;
         assert!((after - 2.2).abs() < 1e-9, "{after}");
-        let [on, off] = [u, dry].map(|u| m.guards(&at(1.0), &(), &d, &(), &u, &()).supply);
+        let [on, off] = [u, dry].map(|u| m.guards(&at(1.0), &d, &u).supply);
         assert!(on > 0.0 && off < 0.0);
     }
 
@@ -404,14 +399,12 @@ mod tests {
             pressure: 1e3,
         };
         let at = |t: f64| Clock::at(t, 0.001, 0);
-        let fire = |t: f64, which: usize, d: &Valve| {
-            m.fired(&at(t), one(which), &(), d, &(), &u, &mut ()).1
-        };
-        let off = m.direct(&at(3.0), &(), &m.init_d(), &u, &());
+        let fire = |t: f64, which: usize, d: &Valve| m.handle_event(&at(t), one(which), d, &u).1;
+        let off = m.feedthrough(&at(3.0), &m.init_d(), &u);
         assert_eq!((off.load, off.force, off.propellant.flow), (Wrench::zero(), 0.0, 0.0));
         let opened = fire(1.0, 2, &m.init_d());
         let closed = fire(1.02, 3, &opened);
-        let full = m.direct(&at(2.0), &(), &opened, &u, &());
+        let full = m.feedthrough(&at(2.0), &opened, &u);
         assert!(
             (full.force - 21.5).abs() < 1e-12
                 && (full.propellant.flow * 220.0 * G0 - 22.0).abs() < 1e-9
@@ -421,10 +414,10 @@ mod tests {
             let (n, mut sum) = (200_000, 0.0);
             for k in 0..n {
                 let t = from + (f64::from(k) + 0.5) * (to - from) / f64::from(n);
-                sum += m.direct(&at(t), &(), d, &u, &()).force / f64::from(n);
+                sum += m.feedthrough(&at(t), d, &u).force / f64::from(n);
             }
             let step = Clock { span: Some([from, to]), ..at(from) };
-            let mean = m.direct(&step, &(), d, &u, &()).force;
+            let mean = m.feedthrough(&step, d, &u).force;
             assert!((mean - sum).abs() < 1e-5 * sum, "{mean} {sum}");
         }
     }
@@ -443,15 +436,15 @@ mod tests {
             pressure: 0.0,
             nozzle: NodeState::identity(),
         };
-        let (_, d) = t.fired(&at(0.0), one(0), &(), &t.init_d(), &(), &with(1.0), &mut ());
+        let (_, d) = t.handle_event(&at(0.0), one(0), &t.init_d(), &with(1.0));
         assert_eq!(d.opens, 0.02);
-        let (_, d) = t.fired(&at(0.01), one(1), &(), &d, &(), &with(0.0), &mut ());
+        let (_, d) = t.handle_event(&at(0.01), one(1), &d, &with(0.0));
         assert!(!d.open && d.opens == NEVER && d.closes == NEVER, "{d:?}");
         // And the other way round: the valve stays open.
         let open = Valve { open: true, pulses: 1.0, ..t.init_d() };
         let t = times(0.005, 0.02);
-        let (_, d) = t.fired(&at(1.0), one(1), &(), &open, &(), &with(0.0), &mut ());
-        let (_, d) = t.fired(&at(1.01), one(0), &(), &d, &(), &with(1.0), &mut ());
+        let (_, d) = t.handle_event(&at(1.0), one(1), &open, &with(0.0));
+        let (_, d) = t.handle_event(&at(1.01), one(0), &d, &with(1.0));
         assert!(d.open && d.closes == NEVER && d.opens == NEVER, "{d:?}");
     }
 }

@@ -76,16 +76,16 @@ pub struct VectorThrust {
 #[model("flight.vector_thrust")]
 impl Model for VectorThrust {
     type Params = VectorThrustParams;
-    type Ud = VectorThrustIn;
-    type Yd = VectorThrustOut;
-    type X = Force;
+    type FeedthroughInputs = VectorThrustIn;
+    type FeedthroughOutputs = VectorThrustOut;
+    type State = Force;
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         crate::engine::needs_pressure(self.p.exit_area)
     }
     fn init_x(&self) -> Force {
         Force { force: self.p.start }
     }
-    fn direct(&self, _: &Clock, x: &Force, _: &(), u: &VectorThrustIn) -> VectorThrustOut {
+    fn feedthrough(&self, x: &Force, u: &VectorThrustIn) -> VectorThrustOut {
         let force = match (u.propellant.available, self.p.lag > 0.0) {
             (false, _) => Vec3::zeros(),
             (true, true) => x.force,
@@ -100,7 +100,7 @@ impl Model for VectorThrust {
             propellant: MassFlow { flow: vacuum / (self.p.specific_impulse * G0) },
         }
     }
-    fn deriv(&self, _: &Clock, x: &Force, _: &(), _: &(), u: &VectorThrustIn) -> Force {
+    fn derivatives(&self, x: &Force, u: &VectorThrustIn) -> Force {
         let lag = self.p.lag;
         let zero = Vec3::zeros();
         Force { force: if lag > 0.0 { (u.command - x.force) / lag } else { zero } }
@@ -127,7 +127,7 @@ mod tests {
                 propellant: Propellant { available: true },
                 pressure,
             };
-            m.direct(&Clock::at(0.0, 0.1, 0), &Force { force: Vec3::zeros() }, &(), &u, &())
+            m.feedthrough(&Force { force: Vec3::zeros() }, &u)
         };
         let command = Vec3::new(-3.0e5, 0.0, 4.0e5);
         let (vacuum, ground) = (at(command, 0.0), at(command, 1e5));
@@ -162,15 +162,14 @@ mod tests {
             propellant: Propellant { available: true },
             pressure: 0.0,
         };
-        let c = Clock::at(0.0, 0.1, 0);
         let x = Force { force: Vec3::y() * 60.0 };
-        let y = m.direct(&c, &x, &(), &u, &());
+        let y = m.feedthrough(&x, &u);
         assert!(y.thrust == 60.0 && (y.propellant.flow * 222.0 * G0 - 60.0).abs() < 1e-12);
-        let rate = m.deriv(&c, &x, &(), &(), &u, &(), &y).force;
+        let rate = m.derivatives(&x, &u).force;
         assert!((rate - Vec3::new(0.0, 2000.0, 400.0 / 0.12)).norm() < 1e-9);
         let dry = VectorThrustIn { propellant: Propellant { available: false }, ..u };
-        assert_eq!(m.direct(&c, &x, &(), &dry, &()).load, Wrench::zero());
+        assert_eq!(m.feedthrough(&x, &dry).load, Wrench::zero());
         let p = VectorThrustParams { lag: 0.0, start: Vec3::zeros(), ..m.p.clone() };
-        assert_eq!(VectorThrust { p }.direct(&c, &x, &(), &u, &()).thrust, 500.0);
+        assert_eq!(VectorThrust { p }.feedthrough(&x, &u).thrust, 500.0);
     }
 }

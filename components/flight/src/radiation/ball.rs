@@ -54,21 +54,21 @@ pub struct RadiationPressure {
 #[model("flight.radiation_pressure")]
 impl Model for RadiationPressure {
     type Params = RadiationParams;
-    type Ud = RadiationIn;
-    type Yd = RadiationOut;
-    type G = Edges;
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &RadiationIn) -> RadiationOut {
-        let light = self.p.sun.light(c.t, &u.body.position);
+    type FeedthroughInputs = RadiationIn;
+    type FeedthroughOutputs = RadiationOut;
+    type Guards = Edges;
+    fn feedthrough(&self, clock: &Clock, u: &RadiationIn) -> RadiationOut {
+        let light = self.p.sun.light(clock.t, &u.body.position);
         let pressure = light.visible * light.pressure();
         let force = light.direction * (-pressure * self.p.reflectivity * self.p.area);
         let load = Wrench { moment: Vec3::zeros(), force };
         RadiationOut { load, visible: light.visible, pressure }
     }
-    fn guards(&self, c: &Clock, _: &(), _: &(), _: &(), u: &RadiationIn) -> Edges {
-        Edges::of(&self.p.sun.light(c.t, &u.body.position))
+    fn guards(&self, clock: &Clock, u: &RadiationIn) -> Edges {
+        Edges::of(&self.p.sun.light(clock.t, &u.body.position))
     }
     /// Nothing is remembered: the integrator begins anew behind the edge, and that is all.
-    fn fired(&self, _: &Clock, _: Fired<'_>) -> ((), ()) {
+    fn handle_event(&self) -> ((), ()) {
         ((), ())
     }
 }
@@ -102,12 +102,12 @@ mod tests {
             let sun = Handle::new("sun", Arc::new(Along(visible)) as Arc<dyn Sun>);
             let m = RadiationPressure { p: RadiationParams { area: 18.0, reflectivity: 1.3, sun } };
             let (c, u) = (Clock::at(0.0, 0.01, 0), RadiationIn { body: NodeState::identity() });
-            let y = m.direct(&c, &(), &(), &u, &());
+            let y = m.feedthrough(&c, &u);
             let pressure =
                 visible * linkwork_runtime::SOLAR_CONSTANT / linkwork_runtime::SPEED_OF_LIGHT;
             assert!((y.pressure - pressure).abs() < 1e-20 && y.visible == visible);
             assert!((y.load.force + Vec3::x() * (pressure * 1.3 * 18.0)).norm() < 1e-18);
-            let g = m.guards(&c, &(), &(), &(), &u, &());
+            let g = m.guards(&c, &u);
             assert_eq!((g.penumbra, g.umbra), (-0.1, 0.2));
         }
     }

@@ -109,9 +109,9 @@ impl PanelRadiation {
 #[model("flight.panel_radiation_pressure")]
 impl Model for PanelRadiation {
     type Params = RadiationPanelParams;
-    type Ud = LitIn;
-    type Yd = LitOut;
-    type G = Edges;
+    type FeedthroughInputs = LitIn;
+    type FeedthroughOutputs = LitOut;
+    type Guards = Edges;
     fn build(mut p: RadiationPanelParams) -> Result<Self, BuildError> {
         for (k, panel) in p.panels.iter_mut().enumerate() {
             let refuse = |fact: String, help: &str| {
@@ -154,16 +154,16 @@ impl Model for PanelRadiation {
         }
         Ok(PanelRadiation { p })
     }
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &LitIn) -> LitOut {
+    fn feedthrough(&self, clock: &Clock, u: &LitIn) -> LitOut {
         let p = &self.p;
-        let light = p.sun.light(c.t, &u.body.position);
+        let light = p.sun.light(clock.t, &u.body.position);
         let (visible, to_body) = (light.visible, u.body.rotation.inverse());
         let sunlight = visible * light.pressure();
         let (mut force, mut moment) = self.lit(sunlight, &(to_body * light.direction));
         // At the planet the Sun is as far as it is from its centre.
         let (e, planet_light_pressure) = match &p.world {
             Some(world) if p.albedo > 0.0 || p.infrared > 0.0 => {
-                let (seen, r) = (p.sun.state(c.t), world.relative_to_centre(&u.body.position));
+                let (seen, r) = (p.sun.state(clock.t), world.relative_to_centre(&u.body.position));
                 let e = planet_light(&r, &seen.direction, world.radius(), p.albedo, p.infrared);
                 (e, light.pressure() * (light.distance / (seen.distance_au * AU)).powi(2))
             }
@@ -180,11 +180,11 @@ impl Model for PanelRadiation {
         let load = Wrench { moment: turn * moment, force: turn * force };
         LitOut { load, visible, pressure: sunlight, planet_pressure }
     }
-    fn guards(&self, c: &Clock, _: &(), _: &(), _: &(), u: &LitIn) -> Edges {
-        Edges::of(&self.p.sun.light(c.t, &u.body.position))
+    fn guards(&self, clock: &Clock, u: &LitIn) -> Edges {
+        Edges::of(&self.p.sun.light(clock.t, &u.body.position))
     }
     /// Nothing is remembered: the integrator begins anew behind the edge, and that is all.
-    fn fired(&self, _: &Clock, _: Fired<'_>) -> ((), ()) {
+    fn handle_event(&self) -> ((), ()) {
         ((), ())
     }
 }
@@ -254,7 +254,7 @@ mod tests {
 
     fn at(model: &PanelRadiation, position: Vec3, rotation: Quat) -> LitOut {
         let body = NodeState { position, rotation, ..NodeState::identity() };
-        model.direct(&Clock::at(0.0, 0.01, 0), &(), &(), &LitIn { body }, &())
+        model.feedthrough(&Clock::at(0.0, 0.01, 0), &LitIn { body })
     }
 
     #[test]

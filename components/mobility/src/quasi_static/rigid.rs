@@ -56,9 +56,9 @@ impl Model for WheelRigidQuasiStatic {
         p.ground()?;
         Ok(WheelRigidQuasiStatic { p })
     }
-    type Ud = QuasiStaticIn;
-    type Yd = RigidQuasiStaticOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &QuasiStaticIn) -> RigidQuasiStaticOut {
+    type FeedthroughInputs = QuasiStaticIn;
+    type FeedthroughOutputs = RigidQuasiStaticOut;
+    fn feedthrough(&self, u: &QuasiStaticIn) -> RigidQuasiStaticOut {
         let p = &self.p;
         let wheel = Sliding::of(u, p.radius, &*p.terrain);
         let at = wheel.hub.position;
@@ -122,7 +122,7 @@ mod tests {
             velocity: Vec3::new(0.249 + u[0], u[1], 0.0),
         };
         let load = ContactLoad { force: Vec3::new(30.0, 0.0, 400.0), point: Vec3::zeros() };
-        wheel().direct(&Clock::at(0.0, 0.02, 0), &(), &(), &QuasiStaticIn { hub, load }, &())
+        wheel().feedthrough(&QuasiStaticIn { hub, load })
     }
 
     #[test]
@@ -149,8 +149,7 @@ mod tests {
     fn in_the_air_there_is_no_traction() {
         let hub = NodeState::identity();
         let load = ContactLoad { force: -Vec3::z(), point: Vec3::zeros() };
-        let y =
-            wheel().direct(&Clock::at(0.0, 0.02, 0), &(), &(), &QuasiStaticIn { hub, load }, &());
+        let y = wheel().feedthrough(&QuasiStaticIn { hub, load });
         assert_eq!((y.traction.resistance, y.sinkage), ([0.0; 2], 0.0));
         assert!((y.normal_force + 1.0).abs() < 1e-15);
     }

@@ -97,24 +97,22 @@ impl WheelSoilQuasiStatic {
 #[model("mobility.wheel_soil_quasi_static")]
 impl Model for WheelSoilQuasiStatic {
     type Params = WheelSoilParams;
-    type Ud = QuasiStaticIn;
-    type Yd = SoilQuasiStaticOut;
+    type FeedthroughInputs = QuasiStaticIn;
+    type FeedthroughOutputs = SoilQuasiStaticOut;
     type Store = View<Tracks>;
     fn build(p: WheelSoilParams) -> Result<Self, BuildError> {
         Ok(WheelSoilQuasiStatic { model: WheelSoilModel::build(p)? })
     }
-    fn direct(
+    fn feedthrough(
         &self,
-        c: &Clock,
-        _: &(),
-        _: &(),
+        clock: &Clock,
         u: &QuasiStaticIn,
-        ruts: &View<Tracks>,
+        store: &View<Tracks>,
     ) -> SoilQuasiStaticOut {
         let (p, force) = (self.model.params(), u.load.force);
         let wheel = Sliding::of(u, p.radius, &*p.terrain);
         let constants = self.model.soil(&wheel.hub);
-        let contact = self.model.contact(constants, c.t, &wheel.hub);
+        let contact = self.model.contact(constants, clock.t, &wheel.hub);
         let soil = contact.stresses(constants);
         let (forwards, load, scale) = (wheel.direction(), wheel.carries, wheel.scale);
         let travel = 0.5 * (wheel.rim + wheel.speed);
@@ -124,11 +122,11 @@ impl Model for WheelSoilQuasiStatic {
         let [a, b] = [ahead, side].map(|u| u.abs().max(LEAST_SLIP * scale));
         let aside = b.copysign(side);
         let now = motion([ahead, side], scale, rolling);
-        let rut = match ruts.with::<Ruts>() {
-            Some((ruts, tracks)) if load > 0.0 => {
+        let rut = match store.with::<Ruts>() {
+            Some((store, tracks)) if load > 0.0 => {
                 let fresh = Self::sinks(&soil, load, &now, &Rut::default());
                 let m = forwards * rolling;
-                contact.met(&ruts.past(tracks), fresh, &wheel.point, wheel.axes, m)
+                contact.met(&store.past(tracks), fresh, &wheel.point, wheel.axes, m)
             }
             _ => Rut::default(),
         };
@@ -218,7 +216,7 @@ mod tests {
         };
         let load = ContactLoad { force: Vec3::z() * 400.0, point: Vec3::zeros() };
         let u = QuasiStaticIn { hub, load };
-        wheel().direct(&Clock::at(0.0, 0.02, 0), &(), &(), &u, &View::default())
+        wheel().feedthrough(&Clock::at(0.0, 0.02, 0), &u, &View::default())
     }
 
     fn steady(s: f64, beta: f64) -> (f64, WheelForces) {

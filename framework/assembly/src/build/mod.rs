@@ -119,8 +119,8 @@ impl Assembly {
     /// # #[model("example.constant")]
     /// # impl Model for Constant {
     /// #     type Params = ConstantParams;
-    /// #     type Ym = Out;
-    /// #     fn moore(&self, _: &Clock) -> Out {
+    /// #     type Outputs = Out;
+    /// #     fn outputs(&self) -> Out {
     /// #         Out { y: self.p.value }
     /// #     }
     /// # }

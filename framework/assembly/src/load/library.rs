@@ -217,13 +217,13 @@ impl Library {
         }
         if start == Start::LookedAt {
             let mut sim = Simulation::new(program.phases[0].plan.clone());
-            let mut remarks = sim.remarks();
-            remarks.extend(sim.stiffness());
-            remarks.extend(sim.sampled_loops());
+            let mut warnings = sim.startup_warnings();
+            warnings.extend(sim.stiffness());
+            warnings.extend(sim.sampled_loops());
             drop(sim);
-            remarks.extend(unread(&loaded, &program));
+            warnings.extend(unread(&loaded, &program));
             if let Some(plan) = Arc::get_mut(&mut program.phases[0].plan) {
-                plan.warnings.extend(remarks);
+                plan.warnings.extend(warnings);
             }
         }
         Ok(Ready { loaded, program, files })

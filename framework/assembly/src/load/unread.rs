@@ -60,13 +60,13 @@ fn read(plan: &Plan) -> Vec<usize> {
         let d = part.prototype.description();
         let count = |ports: &[PortSpec]| ports.iter().map(|p| p.lanes).sum::<usize>();
         let w = &part.wiring;
-        let (m, n) = (count(&d.moore_outputs), count(&d.direct_outputs));
+        let (m, n) = (count(&d.outputs), count(&d.feedthrough_outputs));
         own.push((k, w.ym..w.ym + m, w.yd..w.yd + n));
     }
     for (k, part) in plan.parts.iter().enumerate() {
-        let (_, moore, direct) = &own[k];
+        let (_, from_state, through) = &own[k];
         let all = part.wiring.u.iter().chain(&part.wiring.ud).map(|lane| *lane as usize);
-        lanes.extend(all.filter(|lane| !moore.contains(lane) && !direct.contains(lane)));
+        lanes.extend(all.filter(|lane| !from_state.contains(lane) && !through.contains(lane)));
     }
     lanes.extend(plan.sums.iter().flat_map(|s| &s.sources).map(|lane| *lane as usize));
     let reads = |(k, a, b): (usize, std::ops::Range<usize>, std::ops::Range<usize>)| {

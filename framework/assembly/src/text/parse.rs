@@ -1,16 +1,12 @@
-//! RON text to located values: every piece knows its bytes, keys are unique, variants keep names.
+//! RON text to located values: every value knows its bytes, keys are unique, variants keep names.
 //!
-//! `ron` checks the grammar and cuts the text into raw pieces; the place of a piece is where its
-//! slice lies in the text.
+//! Where the [`Reader`] stops, `ron` reads the text again and says what is wrong, so that messages are those of the library of the
+//! notation.
 use crate::text::parsed::Once;
-use crate::text::pieces::{KEY, Key, Piece, Pieces};
-use crate::text::quick;
+use crate::text::reader::{Reader, Stop, blank};
 use crate::text::report::Cx;
-use linkwork_runtime::{Located, Origin, Value};
-use ron::Deserializer;
+use linkwork_runtime::{Located, Origin};
 use ron::value::RawValue;
-use serde::de;
-use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 /// Reads a whole text; on a mistake records it and gives `None`. A text that another load has read at the same place
@@ -37,7 +33,7 @@ pub(crate) fn parse_once(cx: &mut Cx, file: u32) -> Option<Arc<Once>> {
             let value = read(cx, file);
             let keys = std::mem::replace(&mut cx.keys, others);
             let Some(value) = value.filter(|_| cx.faults.len() == faults) else {
-                // It is read again, and told, by whoever asks without sharing.
+                // A caller without sharing reads it again and reports the faults.
                 cx.faults.truncate(faults);
                 return None;
             };
@@ -50,50 +46,59 @@ pub(crate) fn parse_once(cx: &mut Cx, file: u32) -> Option<Arc<Once>> {
     Some(once)
 }
 
+/// Reads a text and adds the places of its keys, or faults, to `cx`.
 fn read(cx: &mut Cx, file: u32) -> Option<Located> {
-    let text = &cx.sources.files.get(file as usize)?.1;
-    if let Some((value, keys)) = quick::read(text, file) {
-        if cx.keys.is_empty() {
-            // All at once: they need no place one by one.
-            cx.keys = keys.into_iter().collect();
-        } else {
-            cx.keys.extend(keys);
-        }
-        return Some(value);
-    }
-    read_pieces(cx, file)
-}
-
-/// The same, of every text that is RON, with faults where it is not.
-pub(crate) fn read_pieces(cx: &mut Cx, file: u32) -> Option<Located> {
     let text = cx.sources.files.get(file as usize)?.1.clone();
-    if let Err(error) = ron::from_str::<&RawValue>(&text) {
-        let at = offset(&text, error.span.start.line, error.span.start.col);
-        let end = at + text[at..].chars().next().map_or(0, char::len_utf8);
-        let origin = Origin::in_file(file, at as u32, end as u32);
-        let message = format!("not RON: {}", lower(&error.code.to_string()));
-        let help = match (&error.code, unclosed(&text)) {
-            (ron::Error::ExpectedStringEnd, _) => {
-                "close the text that starts here with `\"`".into()
-            }
-            (_, Some((open, at))) => {
-                let here = Origin::in_file(file, at as u32, at as u32 + 1);
-                format!("the `{open}` at {} is never closed", cx.place(here))
-            }
-            (ron::Error::Eof, _) => "begin the file with `Simulation(` or `Assembly(`".into(),
-            (ron::Error::ExpectedComma, _) => {
-                "put a comma before this; a quantity with a unit stands in quotes: \"1 ms\"".into()
-            }
-            _ => "look for a missing comma, quote or bracket just before this place".into(),
-        };
-        cx.fault(origin, message, help);
-        return None;
+    let mut reader = Reader::new(&text, file);
+    let value = reader.whole();
+    let Reader { keys, twice, .. } = reader;
+    let value = match value {
+        Ok(value) => value,
+        Err(stop) => {
+            not_read(cx, file, &text, stop);
+            return None;
+        }
+    };
+    for (name, place, first) in &twice {
+        let help = format!("keep one of the two; the first is at {}", cx.place(*first));
+        cx.fault(*place, format!("`{name}` is written twice"), help);
     }
-    let mut reader = Reader { cx, text: &text, file };
-    reader.value(&text)
+    if cx.keys.is_empty() {
+        // All at once: they need no place one by one.
+        cx.keys = keys.into_iter().collect();
+    } else {
+        cx.keys.extend(keys);
+    }
+    twice.is_empty().then_some(value)
 }
 
-fn lower(text: &str) -> String {
+/// Reports why a text is not read: what `ron` says of it, or, of a text that is RON, what stopped the reader.
+fn not_read(cx: &mut Cx, file: u32, text: &str, stop: Stop) {
+    let at = |start: usize| {
+        let end = start + text[start..].chars().next().map_or(0, char::len_utf8);
+        Origin::in_file(file, start as u32, end as u32)
+    };
+    let Err(error) = ron::from_str::<&RawValue>(text) else {
+        cx.fault(at(stop.at.min(text.len())), stop.fact, stop.help);
+        return;
+    };
+    let message = format!("not RON: {}", lower(&error.code.to_string()));
+    let help = match (&error.code, unclosed(text)) {
+        (ron::Error::ExpectedStringEnd, _) => "close the text that starts here with `\"`".into(),
+        (_, Some((open, place))) => {
+            format!("the `{open}` at {} is never closed", cx.place(at(place)))
+        }
+        (ron::Error::Eof, _) => "begin the file with `Simulation(` or `Assembly(`".into(),
+        (ron::Error::ExpectedComma, _) => {
+            "put a comma before this; a quantity with a unit stands in quotes: \"1 ms\"".into()
+        }
+        _ => "look for a missing comma, quote or bracket just before this place".into(),
+    };
+    let start = offset(text, error.span.start.line, error.span.start.col);
+    cx.fault(at(start), message, help);
+}
+
+pub(super) fn lower(text: &str) -> String {
     let mut chars = text.chars();
     chars.next().map_or(String::new(), |c| c.to_lowercase().chain(chars).collect())
 }
@@ -103,42 +108,6 @@ fn offset(text: &str, line: usize, column: usize) -> usize {
     let rest = &text[start..];
     let skip: usize = rest.chars().take(column.saturating_sub(1)).map(char::len_utf8).sum();
     (start + skip).min(text.len())
-}
-
-/// Length of leading whitespace and comments.
-fn blank(text: &str) -> usize {
-    let mut at = 0;
-    loop {
-        let rest = &text[at..];
-        let trimmed = rest.trim_start();
-        at += rest.len() - trimmed.len();
-        if trimmed.starts_with("//") {
-            at += trimmed.find('\n').unwrap_or(trimmed.len());
-        } else if trimmed.starts_with("/*") {
-            at += block_comment(trimmed);
-        } else {
-            return at;
-        }
-    }
-}
-
-fn block_comment(text: &str) -> usize {
-    let (mut depth, mut at) = (0, 0);
-    while at < text.len() {
-        if text[at..].starts_with("/*") {
-            depth += 1;
-            at += 2;
-        } else if text[at..].starts_with("*/") {
-            depth -= 1;
-            at += 2;
-            if depth == 0 {
-                return at;
-            }
-        } else {
-            at += text[at..].chars().next().map_or(1, char::len_utf8);
-        }
-    }
-    text.len()
 }
 
 /// The innermost bracket that is never closed, and its byte.
@@ -172,120 +141,10 @@ fn unclosed(text: &str) -> Option<(char, usize)> {
     open.pop()
 }
 
-struct Reader<'c, 't> {
-    cx: &'c mut Cx,
-    text: &'t str,
-    file: u32,
-}
-
-impl<'t> Reader<'_, 't> {
-    /// Bytes of a slice of the text.
-    fn origin(&self, piece: &str) -> Origin {
-        let start = piece.as_ptr() as usize - self.text.as_ptr() as usize;
-        Origin::in_file(self.file, start as u32, (start + piece.len()) as u32)
-    }
-
-    fn value(&mut self, raw: &'t str) -> Option<Located> {
-        let raw = &raw[blank(raw)..];
-        let word = raw.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(raw.len());
-        let starts = raw.starts_with(|c: char| c.is_alphabetic() || c == '_');
-        let plain = ["true", "false", "None", "inf", "NaN", "inff64", "NaNf64"];
-        let quoted = raw[word..].starts_with(['"', '#', '\'']);
-        if starts && !quoted && !plain.contains(&&raw[..word]) {
-            return self.variant(raw, word);
-        }
-        let mut de = Deserializer::from_str(raw).map_err(|e| self.refuse(raw, &e.code)).ok()?;
-        let piece = match de::Deserializer::deserialize_any(&mut de, Pieces) {
-            Ok(piece) => piece,
-            Err(e) => {
-                self.refuse(raw, &e);
-                return None;
-            }
-        };
-        let origin = self.origin(raw[..raw.len() - de.remainder().len()].trim_end());
-        let value = match piece {
-            Piece::Value(value) => value,
-            Piece::List(items) => {
-                let items: Vec<Option<Located>> =
-                    items.into_iter().map(|item| self.value(item)).collect();
-                Value::List(items.into_iter().collect::<Option<_>>()?)
-            }
-            Piece::Map(entries) => Value::Map(self.entries(entries)?),
-        };
-        Some(Located { value, origin })
-    }
-
-    fn entries(&mut self, raw: Vec<(Key<'t>, &'t str)>) -> Option<Vec<(String, Located)>> {
-        let mut out: Vec<(String, Located)> = Vec::with_capacity(raw.len());
-        let mut seen: BTreeMap<String, Origin> = BTreeMap::new();
-        let mut whole = true;
-        for (key, piece) in raw {
-            let value = self.value(piece);
-            let fallback = value.as_ref().map_or(self.origin(piece), |v| v.origin);
-            let (name, place) = match key {
-                Key::Borrowed(k) => (k.to_string(), self.origin(k)),
-                Key::Owned(k) => (k, fallback),
-            };
-            if let Some(first) = seen.get(&name) {
-                let message = format!("`{name}` is written twice");
-                let help =
-                    format!("keep one of the two; the first is at {}", self.cx.place(*first));
-                self.cx.fault(place, message, help);
-                whole = false;
-            }
-            match value {
-                Some(v) => {
-                    self.cx.keys.insert(v.origin, place);
-                    seen.entry(name.clone()).or_insert(place);
-                    out.push((name, v));
-                }
-                None => whole = false,
-            }
-        }
-        whole.then_some(out)
-    }
-
-    fn variant(&mut self, raw: &'t str, word: usize) -> Option<Located> {
-        let (name, rest) = raw.split_at(word);
-        let inner = &rest[blank(rest)..];
-        if !inner.starts_with('(') {
-            let value = Value::Variant(name.into(), Box::new(Value::Null.into()));
-            return Some(Located { value, origin: self.origin(name) });
-        }
-        let mut content = self.value(inner)?;
-        let end = content.origin.end;
-        let origin = Origin { end, ..self.origin(name) };
-        if let Value::List(items) = &mut content.value {
-            // `Name(x)` holds x itself; `Name()` holds nothing.
-            match items.len() {
-                0 => content.value = Value::Null,
-                1 => content = items.remove(0),
-                _ => {}
-            }
-        }
-        let value = match name {
-            "Some" => return Some(content),
-            _ => Value::Variant(name.into(), Box::new(content)),
-        };
-        Some(Located { value, origin })
-    }
-
-    fn refuse(&mut self, raw: &str, error: &ron::Error) {
-        let text = error.to_string();
-        let whole = self.origin(raw);
-        let origin = Origin { end: whole.end.min(whole.start + 1), ..whole };
-        if text.contains(KEY) {
-            let help = "write { \"name\": .. } or (name: ..)";
-            self.cx.fault(origin, "the keys of `{ .. }` are texts in quotes", help);
-        } else {
-            self.cx.fault(origin, format!("not RON: {}", lower(&text)), "");
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use linkwork_runtime::Value;
 
     fn of(text: &str) -> (Option<Located>, Cx) {
         let mut cx = Cx::default();

@@ -46,13 +46,13 @@ pub struct Motor {
 #[model("test.motor")]
 impl Model for Motor {
     type Params = MotorParams;
-    type U = MotorIn;
-    type Ym = MotorOut;
-    type X = Winding;
-    fn moore(&self, _: &Clock, x: &Winding, _: &()) -> MotorOut {
+    type Inputs = MotorIn;
+    type Outputs = MotorOut;
+    type State = Winding;
+    fn outputs(&self, x: &Winding) -> MotorOut {
         MotorOut { torque: HingeTorque(self.p.gear * x.current), current: x.current }
     }
-    fn deriv(&self, _: &Clock, x: &Winding, _: &(), u: &MotorIn) -> Winding {
+    fn derivatives(&self, x: &Winding, u: &MotorIn) -> Winding {
         Winding { current: u.volts / self.p.resistance - x.current - u.shaft.rate }
     }
 }
@@ -77,8 +77,8 @@ pub struct Drive {
 #[model("test.drive")]
 impl Model for Drive {
     type Params = DriveParams;
-    type Ym = DriveOut;
-    fn moore(&self, _c: &Clock, _: &(), _: &()) -> DriveOut {
+    type Outputs = DriveOut;
+    fn outputs(&self) -> DriveOut {
         DriveOut { volts: [self.p.level; 2] }
     }
 }
@@ -100,12 +100,12 @@ pub struct Battery;
 #[model("test.battery")]
 impl Model for Battery {
     type Params = ();
-    type U = BatteryIn;
-    type X = Charge;
+    type Inputs = BatteryIn;
+    type State = Charge;
     fn build(_: ()) -> Result<Self, BuildError> {
         Ok(Battery)
     }
-    fn deriv(&self, _: &Clock, _: &Charge, _: &(), u: &BatteryIn) -> Charge {
+    fn derivatives(&self, u: &BatteryIn) -> Charge {
         Charge { drawn: u.load }
     }
 }
@@ -128,12 +128,12 @@ pub struct Pad;
 #[model("test.pad")]
 impl Model for Pad {
     type Params = ();
-    type Ud = PadIn;
-    type Yd = PadOut;
+    type FeedthroughInputs = PadIn;
+    type FeedthroughOutputs = PadOut;
     fn build(_: ()) -> Result<Self, BuildError> {
         Ok(Pad)
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &PadIn) -> PadOut {
+    fn feedthrough(&self, u: &PadIn) -> PadOut {
         PadOut { push: Wrench { moment: Vec3::zeros(), force: -u.hub.position } }
     }
 }
@@ -157,8 +157,8 @@ pub struct Push {
 #[model("test.push")]
 impl Model for Push {
     type Params = PushParams;
-    type Ym = PushOut;
-    fn moore(&self, _: &Clock, _: &(), _: &()) -> PushOut {
+    type Outputs = PushOut;
+    fn outputs(&self) -> PushOut {
         PushOut { accel: HingeAccel(self.p.acceleration) }
     }
 }

@@ -45,17 +45,17 @@ pub struct @Model@ {
 #[model("@library@.@model@")]
 impl Model for @Model@ {
     type Params = @Model@Params;
-    type U = @Model@In;
-    type Ym = @Model@Out;
-    type X = @Model@State;
+    type Inputs = @Model@In;
+    type Outputs = @Model@Out;
+    type State = @Model@State;
 
-    /// Outputs from the state alone.
-    fn moore(&self, _: &Clock, x: &@Model@State) -> @Model@Out {
+    /// Outputs that follow from the state.
+    fn outputs(&self, x: &@Model@State) -> @Model@Out {
         @Model@Out { value: x.value }
     }
 
-    /// Rate of the state, at every stage of the integrator. The third argument is discrete state; here is none.
-    fn deriv(&self, _: &Clock, x: &@Model@State, _: &(), u: &@Model@In) -> @Model@State {
+    /// Rate of the state, at every stage of the integrator. Each function names the arguments that it reads.
+    fn derivatives(&self, x: &@Model@State, u: &@Model@In) -> @Model@State {
         @Model@State { value: (u.wanted - x.value) / self.p.time }
     }
 }
@@ -70,14 +70,13 @@ mod tests {
         let u = @Model@In { wanted: 3.0 };
         let (step, mut x) = (1e-4, @Model@State { value: 0.0 });
         for _ in 0..10_000 {
-            // Arguments that a function leaves out above are given here, in the order of the trait: `()` is nothing.
-            let rate = model.deriv(&Clock::at(0.0, step, 0), &x, &(), &u, &(), &(), &());
+            let rate = model.derivatives(&x, &u);
             x.value += step * rate.value;
         }
         // After one second: two time constants. Steps of Euler's method are what differs.
         let expected = 3.0 * (1.0 - (-2.0f64).exp());
         assert!((x.value - expected).abs() < 1e-4, "{x:?}");
-        let out = model.moore(&Clock::at(1.0, step, 0), &x, &(), &());
+        let out = model.outputs(&x);
         assert_eq!(out.value, x.value);
     }
 }

@@ -17,7 +17,7 @@ struct Arrival {
     source: u32,
 }
 
-/// Input lanes are counted through all parts: those of U and then of Ud of the first, of the second, …
+/// Input lanes are counted through all parts: the inputs and then the feedthrough inputs of the first, of the second, …
 pub(super) struct Arrivals {
     /// First input lane of each part.
     first: Vec<usize>,
@@ -36,7 +36,7 @@ impl Arrivals {
         let count = |p: &Part<'_>| {
             let d = p.prototype.description();
             let first = n;
-            n += lanes(&d.inputs) + lanes(&d.direct_inputs);
+            n += lanes(&d.inputs) + lanes(&d.feedthrough_inputs);
             first
         };
         let first = parts.iter().map(count).collect();
@@ -125,7 +125,7 @@ impl Sorted {
         let d = part.prototype.description();
         let unbound = |bind: &str| bind != BINDING && bound.binary_search(&(k, bind)).is_err();
         let (u_lanes, mut lane) = (lanes(&d.inputs), 0);
-        let mut all = Vec::with_capacity(u_lanes + lanes(&d.direct_inputs));
+        let mut all = Vec::with_capacity(u_lanes + lanes(&d.feedthrough_inputs));
         let mut missing: Vec<&str> = Vec::new();
         let mut open: Vec<&str> = Vec::new();
         let needed = part.prototype.must_be_wired();

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 /// The result of connecting.
 #[derive(Default)]
 pub(crate) struct Connections {
-    /// For each part: source lane of each lane of U and of Ud.
+    /// For each part: source lane of each lane of the inputs and of the feedthrough inputs.
     pub inputs: Vec<(Vec<u32>, Vec<u32>)>,
     /// Reductions.
     pub sums: Vec<Sum>,

@@ -138,9 +138,9 @@ impl Delay {
         let description = Description {
             name: "delay".into(),
             doc: "A wire whose values arrive some samples later.".into(),
-            functions: Functions { moore: true, update: true, ..Functions::default() },
+            functions: Functions { outputs: true, update: true, ..Functions::default() },
             inputs: vec![port("u", "What is sent.")],
-            moore_outputs: vec![port("y", "What arrives.")],
+            outputs: vec![port("y", "What arrives.")],
             discrete: vec![held],
             ..Description::default()
         };
@@ -178,14 +178,14 @@ struct Held {
 }
 
 impl Block for Held {
-    fn moore(&mut self, _: &Now, _: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
+    fn outputs(&mut self, _: &Now, _: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
         sig[self.w.ym..self.w.ym + self.lanes].copy_from_slice(&d[self.w.d..self.w.d + self.lanes]);
         Ok(())
     }
-    fn direct(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
         Ok(())
     }
-    fn deriv(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn derivatives(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
         Ok(())
     }
     fn update(&mut self, _: &Now, _: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {

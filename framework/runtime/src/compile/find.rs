@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 pub(super) struct Found<'a> {
     pub part: usize,
     pub spec: &'a PortSpec,
-    /// First lane: of the signals for outputs, of all inputs (U then Ud) for inputs.
+    /// First lane: of the signals for outputs, of all inputs (feedthrough inputs last) for inputs.
     pub lane: usize,
 }
 
@@ -159,8 +159,8 @@ impl<'a, 'b> Finder<'a, 'b> {
 /// All inputs or all outputs.
 fn side(d: &Description, output: bool) -> impl Iterator<Item = &PortSpec> {
     let (first, second) = match output {
-        true => (&d.moore_outputs, &d.direct_outputs),
-        false => (&d.inputs, &d.direct_inputs),
+        true => (&d.outputs, &d.feedthrough_outputs),
+        false => (&d.inputs, &d.feedthrough_inputs),
     };
     first.iter().chain(second)
 }

@@ -44,7 +44,7 @@ pub(super) fn hold(parts: &mut [Part<'_>], c: &Connections, order: &Order) {
     for (k, part) in parts.iter_mut().enumerate() {
         let f = part.prototype.description().functions;
         let moves = part.wiring.period == 0
-            && (f.direct_timed
+            && (f.feedthrough_timed
                 || c.inputs[k].0.iter().chain(&c.inputs[k].1).any(|l| order.continuous_lane(*l)));
         part.wiring.held = f.modes && !moves;
     }

@@ -168,7 +168,7 @@ pub(crate) fn compile_phase(
         fields,
         positions: settings::lanes_of(&parts, |d, x| x + d.positions.start..x + d.positions.end),
         turning: settings::turning(&parts),
-        still: settings::lanes_of(&parts, |d, x| match d.functions.deriv {
+        still: settings::lanes_of(&parts, |d, x| match d.functions.derivatives {
             true => 0..0,
             false => x..x + lanes(&d.continuous),
         }),
@@ -360,11 +360,11 @@ fn layout(parts: &mut [Part<'_>], seed: u64) -> Sizes {
         let d = part.prototype.description();
         let w = &mut part.wiring;
         (w.x, w.d, w.ym) = (sizes.x, sizes.d, sizes.sig);
-        w.yd = w.ym + lanes(&d.moore_outputs);
+        w.yd = w.ym + lanes(&d.outputs);
         w.key = noise::key(seed, &part.spec.path);
         sizes.x += lanes(&d.continuous);
         sizes.d += lanes(&d.discrete);
-        sizes.sig = w.yd + lanes(&d.direct_outputs);
+        sizes.sig = w.yd + lanes(&d.feedthrough_outputs);
     }
     sizes
 }

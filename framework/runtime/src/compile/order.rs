@@ -108,16 +108,16 @@ pub(super) struct Flat {
 impl Flat {
     fn new(parts: &[Part<'_>], c: &Connections) -> Flat {
         let mut ops = Vec::new();
-        // The moore operation of each block.
-        let mut moore = vec![NONE; parts.len()];
+        // The operation `outputs` of each block.
+        let mut state_outputs = vec![NONE; parts.len()];
         for (k, part) in parts.iter().enumerate() {
             let f = part.prototype.description().functions;
-            if f.moore {
-                moore[k] = ops.len() as u32;
-                ops.push(Op::Moore(k as u32));
+            if f.outputs {
+                state_outputs[k] = ops.len() as u32;
+                ops.push(Op::Outputs(k as u32));
             }
-            if f.direct {
-                ops.push(Op::Direct(k as u32));
+            if f.feedthrough {
+                ops.push(Op::Feedthrough(k as u32));
             }
         }
         ops.extend((0..c.sums.len() as u32).map(Op::Sum));
@@ -134,11 +134,11 @@ impl Flat {
             .map(|(op, reads)| {
                 let mut set: BTreeSet<u32> =
                     reads.iter().map(|&l| producer[l as usize]).filter(|&p| p != NONE).collect();
-                if let Op::Direct(k) = *op
-                    && parts[k as usize].prototype.description().functions.direct_after_moore
-                    && moore[k as usize] != NONE
+                if let Op::Feedthrough(k) = *op
+                    && parts[k as usize].prototype.description().functions.feedthrough_after_outputs
+                    && state_outputs[k as usize] != NONE
                 {
-                    set.insert(moore[k as usize]);
+                    set.insert(state_outputs[k as usize]);
                 }
                 set
             })
@@ -167,12 +167,12 @@ pub(crate) fn order(parts: &[Part<'_>], c: &Connections) -> Result<Order, Vec<Fa
         .collect();
     let mut directs = vec![NONE; parts.len()];
     for (k, op) in ops.iter().enumerate() {
-        if let Op::Direct(block) = op {
+        if let Op::Feedthrough(block) = op {
             directs[*block as usize] = place[k];
         }
     }
     for (op, g) in inside {
-        if let (Op::Direct(block), Some(at)) =
+        if let (Op::Feedthrough(block), Some(at)) =
             (op, ops.iter().position(|o| *o == Op::Loop(g as u32)))
         {
             directs[block as usize] = place[at];
@@ -213,13 +213,13 @@ pub(crate) fn order(parts: &[Part<'_>], c: &Connections) -> Result<Order, Vec<Fa
 
 fn reads_and_writes(op: Op, parts: &[Part<'_>], c: &Connections) -> (Vec<u32>, Vec<u32>) {
     match op {
-        Op::Moore(k) => {
+        Op::Outputs(k) => {
             let w = &parts[k as usize].wiring;
             (Vec::new(), (w.ym as u32..w.yd as u32).collect())
         }
-        Op::Direct(k) => {
+        Op::Feedthrough(k) => {
             let part = &parts[k as usize];
-            let n = lanes(&part.prototype.description().direct_outputs);
+            let n = lanes(&part.prototype.description().feedthrough_outputs);
             let yd = part.wiring.yd as u32;
             (c.inputs[k as usize].1.clone(), (yd..yd + n as u32).collect())
         }
@@ -264,12 +264,12 @@ pub(super) fn vary(
     let inputs = || depends.iter().fold(Variability::Constant, |v, &d| v.join(&known[d as usize]));
     match op {
         Op::Sum(_) | Op::Loop(_) => inputs(),
-        Op::Moore(k) | Op::Direct(k) => {
+        Op::Outputs(k) | Op::Feedthrough(k) => {
             let part = &parts[k as usize];
             let d = part.prototype.description();
             let timed = match op {
-                Op::Moore(_) => d.functions.moore_timed,
-                _ => d.functions.direct_timed,
+                Op::Outputs(_) => d.functions.outputs_timed,
+                _ => d.functions.feedthrough_timed,
             };
             // The pieces of a part with modes follow from its inputs and the clock.
             let events = d.functions.guards && !d.functions.modes;
@@ -300,14 +300,15 @@ fn stage(
         let all = 0..parts.len() as u32;
         all.filter(|&k| test(parts[k as usize].prototype.description())).collect()
     };
-    let derivs = with(&|d| d.functions.deriv && !d.continuous.is_empty());
-    let staged = with(&|d| (d.functions.deriv && !d.continuous.is_empty()) || d.functions.steps);
+    let derivs = with(&|d| d.functions.derivatives && !d.continuous.is_empty());
+    let staged =
+        with(&|d| (d.functions.derivatives && !d.continuous.is_empty()) || d.functions.steps);
     let mut needed = vec![false; depends.len()];
     let mut stack: Vec<u32> = Vec::new();
     for &k in &staged {
         let (u, ud) = &c.inputs[k as usize];
         stack.extend(u.iter().chain(ud).map(|&l| producer[l as usize]).filter(|&p| p != NONE));
-        if parts[k as usize].prototype.description().functions.deriv_outputs {
+        if parts[k as usize].prototype.description().functions.derivatives_read_outputs {
             stack.extend(Some(directs[k as usize]).filter(|&p| p != NONE));
         }
     }
@@ -341,7 +342,7 @@ fn loops(
         }
     }
     let name = |k: usize| match ops[k] {
-        Op::Moore(b) | Op::Direct(b) => parts[b as usize].spec.path.as_str(),
+        Op::Outputs(b) | Op::Feedthrough(b) => parts[b as usize].spec.path.as_str(),
         Op::Sum(_) | Op::Loop(_) => "a sum",
     };
     let mut faults = Vec::new();
@@ -353,7 +354,7 @@ fn loops(
         }
         let reader_op = |reader: usize| {
             ops.iter().position(|o| match o {
-                Op::Direct(b) => *b as usize == reader,
+                Op::Feedthrough(b) => *b as usize == reader,
                 _ => false,
             })
         };

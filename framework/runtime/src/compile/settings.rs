@@ -34,7 +34,7 @@ pub(super) fn turning(parts: &[Part<'_>]) -> Vec<Turning> {
 pub(super) fn stepped_outputs(parts: &[Part<'_>]) -> Vec<Range<usize>> {
     let steps = parts.iter().filter(|p| p.prototype.description().functions.steps);
     let all = steps.map(|p| {
-        let n = lanes(&p.prototype.description().direct_outputs);
+        let n = lanes(&p.prototype.description().feedthrough_outputs);
         p.wiring.yd..p.wiring.yd + n
     });
     all.filter(|r| !r.is_empty()).collect()
@@ -50,7 +50,8 @@ pub(super) fn asked(parts: &[Part<'_>], services: &Services) -> Vec<Asked> {
         let objects = services.iter().filter(|(path, _)| part.asks.iter().any(|p| p == path));
         let d = part.prototype.description();
         for (service, object) in objects.filter(|(_, object)| of_places(object)) {
-            for (ports, wired) in [(&d.inputs, &part.wiring.u), (&d.direct_inputs, &part.wiring.ud)]
+            for (ports, wired) in
+                [(&d.inputs, &part.wiring.u), (&d.feedthrough_inputs, &part.wiring.ud)]
             {
                 let mut lane = 0;
                 for port in ports {
@@ -121,7 +122,7 @@ pub(super) fn integration(
     if !faults.is_empty() {
         return Err(faults);
     }
-    for still in lanes_of(parts, |d, x| match d.functions.deriv {
+    for still in lanes_of(parts, |d, x| match d.functions.derivatives {
         true => 0..0,
         false => x..x + lanes(&d.continuous),
     }) {

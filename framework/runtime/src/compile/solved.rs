@@ -134,7 +134,7 @@ pub(super) fn vary(
     let each = l.ops.iter().map(|op| super::order::vary(*op, depends, known, parts));
     let all = each.fold(Variability::Constant, |v, w| v.join(&w));
     let sampled = l.ops.iter().find_map(|op| match op {
-        Op::Moore(k) | Op::Direct(k) => {
+        Op::Outputs(k) | Op::Feedthrough(k) => {
             let part = &parts[*k as usize];
             (part.wiring.period > 0).then_some(part)
         }

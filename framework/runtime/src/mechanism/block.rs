@@ -127,7 +127,7 @@ impl MechanismBlock {
 
     /// First signal lanes of the bristles' rates, the reports of constraints, of contact, of pairs and hinges, and the
     /// accelerations of frames.
-    pub(super) fn outputs(&self) -> [usize; 5] {
+    pub(super) fn output_lanes(&self) -> [usize; 5] {
         let rates = self.w.yd + self.plan.multibody.nv();
         let reports = rates + self.plan.bristles();
         let constraints = self.plan.multibody.constraints();
@@ -260,7 +260,7 @@ impl MechanismBlock {
         if plan.ports.accels.is_empty() {
             return;
         }
-        let [.., first] = self.outputs();
+        let [.., first] = self.output_lanes();
         for (i, frame) in plan.ports.accels.iter().enumerate() {
             let a = match frame {
                 Frame::Node(n) => self.ws.node_acceleration(&self.tree, *n),
@@ -273,7 +273,7 @@ impl MechanismBlock {
 
     /// What bodies touch, to those who asked for it: copies of the reports.
     pub(super) fn put_touches(&self, sig: &mut [f64]) {
-        let [_, _, _, pairs, accels] = self.outputs();
+        let [_, _, _, pairs, accels] = self.output_lanes();
         let (ports, touched) = (&self.plan.ports, &self.plan.touched);
         let reports = pairs - touch::LANES * touched.len();
         let first = accels + 6 * ports.accels.len();
@@ -289,7 +289,7 @@ impl MechanismBlock {
         if self.compliant.is_none() {
             return;
         }
-        let [_, _, at, end, _] = self.outputs();
+        let [_, _, at, end, _] = self.output_lanes();
         let Some(contact) = &self.compliant else { return };
         let press = contact.points().iter().filter(|p| p.gap < 0.0);
         let (mut count, mut deepest) = (0.0, 0.0_f64);
@@ -310,7 +310,7 @@ impl MechanismBlock {
         if self.solver.is_none() {
             return;
         }
-        let [_, mut lane, ..] = self.outputs();
+        let [_, mut lane, ..] = self.output_lanes();
         let Some(solver) = &mut self.solver else { return };
         let plan = &*self.plan;
         for c in plan.multibody.constraints() {
@@ -326,7 +326,7 @@ impl MechanismBlock {
 }
 
 impl Block for MechanismBlock {
-    fn moore(&mut self, now: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
+    fn outputs(&mut self, now: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         self.kinematics(now, x);
         let plan = &*self.plan;
         let mut lane = self.w.ym;
@@ -368,7 +368,7 @@ impl Block for MechanismBlock {
         Ok(())
     }
 
-    fn direct(&mut self, now: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, now: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         self.kinematics(now, x);
         self.forces(now, x, sig)?;
         let (rates, nv) = (self.w.yd + self.vdot.len(), self.vdot.len());
@@ -417,7 +417,14 @@ impl Block for MechanismBlock {
         Ok(())
     }
 
-    fn deriv(&mut self, _: &Now, x: &[f64], _: &[f64], sig: &[f64], xdot: &mut [f64]) -> Outcome {
+    fn derivatives(
+        &mut self,
+        _: &Now,
+        x: &[f64],
+        _: &[f64],
+        sig: &[f64],
+        xdot: &mut [f64],
+    ) -> Outcome {
         let (q, v) = self.split(x);
         let (at, nq, nv) = (self.w.x, q.len(), v.len());
         self.plan.multibody.qdot(q, v, &mut xdot[at..at + nq]);
@@ -453,12 +460,12 @@ impl Block for MechanismBlock {
         out: &mut Slopes,
     ) -> Outcome {
         match operation {
-            Operation::Moore => {
-                self.moore_slopes(now, x, out);
+            Operation::Outputs => {
+                self.output_slopes(now, x, out);
                 Ok(())
             }
-            Operation::Direct => self.direct_slopes(now, x, sig, out),
-            Operation::Deriv => {
+            Operation::Feedthrough => self.feedthrough_slopes(now, x, sig, out),
+            Operation::Derivatives => {
                 self.deriv_slopes(x, out);
                 Ok(())
             }
@@ -513,7 +520,7 @@ impl Block for MechanismBlock {
             impulse: i.impulse.into(),
         }));
         sig[self.w.yd..self.w.yd + nv].copy_from_slice(&self.vdot);
-        let [_, _, at, end, _] = self.outputs();
+        let [_, _, at, end, _] = self.output_lanes();
         sig[at..at + CONTACT_NUMBERS].copy_from_slice(&[
             report.contacts as f64,
             report.penetration.max(0.0),
@@ -549,7 +556,7 @@ impl Block for MechanismBlock {
         Ok(())
     }
 
-    fn remarks(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64]) -> Vec<BuildError> {
+    fn startup_warnings(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64]) -> Vec<BuildError> {
         let over = self.plan.rank().map(|r| r.over_prescribed).unwrap_or_default();
         if over.is_empty() {
             return Vec::new();

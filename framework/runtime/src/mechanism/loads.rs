@@ -127,7 +127,7 @@ pub(super) fn lanes(plan: &MechanismPlan) -> usize {
 impl MechanismBlock {
     /// Writes the loads of hinges, after a solution whose accelerations are in `vdot`; `step`: of a step with contact its length.
     pub(super) fn put_loads(&mut self, step: Option<f64>, sig: &mut [f64]) {
-        let [.., first, accels] = self.outputs();
+        let [.., first, accels] = self.output_lanes();
         let Some(loads) = &mut self.loads else { return };
         let plan = &*self.plan;
         loads.begin(&self.ws);

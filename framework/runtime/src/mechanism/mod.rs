@@ -1,7 +1,7 @@
 //! The mechanism as one part with two operations: kinematics (from state) and dynamics (from forces).
 //!
 //! ```text
-//! moore:  q, v → poses and velocities of the bound nodes, hinge states
+//! outputs:  q, v → poses and velocities of the bound nodes, hinge states
 //! direct: Σ wrenches, Σ torques, gravity, damping and stops of hinges → accelerations, forces of constraints
 //! deriv:  q̇ = N(q) v,  v̇ from direct
 //! ```

@@ -253,10 +253,10 @@ impl MechanismPlan {
             name: "mechanism".into(),
             doc: "Bodies on hinges, with loops, couplings and contact.".into(),
             functions: Functions {
-                direct: !steps,
-                deriv: !steps,
-                deriv_outputs: !steps,
-                direct_after_moore: !steps,
+                feedthrough: !steps,
+                derivatives: !steps,
+                derivatives_read_outputs: !steps,
+                feedthrough_after_outputs: !steps,
                 steps,
                 ..Functions::default()
             },
@@ -266,11 +266,11 @@ impl MechanismPlan {
         };
         let numbers = |name: &'static str, n| PortSpec::named(name, PortKind::Numbers, n);
         d.continuous.push(numbers("coordinates", self.lanes()));
-        d.direct_outputs.push(numbers("acceleration", self.multibody.nv()));
-        d.direct_outputs.push(numbers("bristle_rate", self.bristles()));
-        d.direct_outputs.push(numbers("report", self.reports().len()));
+        d.feedthrough_outputs.push(numbers("acceleration", self.multibody.nv()));
+        d.feedthrough_outputs.push(numbers("bristle_rate", self.bristles()));
+        d.feedthrough_outputs.push(numbers("report", self.reports().len()));
         self.ports.describe(&mut d);
-        d.functions.moore = !d.moore_outputs.is_empty();
+        d.functions.outputs = !d.outputs.is_empty();
         d
     }
 

@@ -289,14 +289,14 @@ impl MechanismPorts {
 
     /// Puts the ports into a description, in the order of their lanes.
     pub(super) fn describe(&self, d: &mut Description) {
-        let moore = &mut d.moore_outputs;
-        moore.extend(self.states.iter().map(|f| port("state", *f, PortKind::NodeState, 13)));
-        moore.extend(self.hinges.iter().map(|(_, v)| hinge_state(format!("hinge:{v}"))));
-        moore.extend(self.loop_states.iter().map(|i| hinge_state(format!("loop:{i}"))));
+        let outputs = &mut d.outputs;
+        outputs.extend(self.states.iter().map(|f| port("state", *f, PortKind::NodeState, 13)));
+        outputs.extend(self.hinges.iter().map(|(_, v)| hinge_state(format!("hinge:{v}"))));
+        outputs.extend(self.loop_states.iter().map(|i| hinge_state(format!("loop:{i}"))));
         let ball = |v: &u32| PortSpec::named(format!("ball:{v}"), PortKind::BallState, 7);
-        moore.extend(self.balls.iter().map(|(_, v)| ball(v)));
-        moore.extend(self.bodies.iter().map(|f| port("body", *f, PortKind::BodyMass, 10)));
-        let inputs = &mut d.direct_inputs;
+        outputs.extend(self.balls.iter().map(|(_, v)| ball(v)));
+        outputs.extend(self.bodies.iter().map(|f| port("body", *f, PortKind::BodyMass, 10)));
+        let inputs = &mut d.feedthrough_inputs;
         let mass = |f: &Frame| port("mass", *f, PortKind::AddedMass, 10).summed();
         inputs.extend(self.masses.iter().map(mass));
         let wrench = |f: &Frame| port("wrench", *f, PortKind::Wrench, 6).summed();
@@ -319,19 +319,19 @@ impl MechanismPorts {
         };
         inputs.extend(self.tractions.iter().map(traction));
         let accels = self.accels.iter().map(|f| port("accel", *f, PortKind::NodeAccel, 6));
-        d.direct_outputs.extend(accels);
+        d.feedthrough_outputs.extend(accels);
         let contacts = self.contacts.iter();
         let contact = |b: &BodyId| {
             let name = format!("contact:body:{}", b.index());
             PortSpec::named(name, PortKind::ContactLoad, 6)
         };
-        d.direct_outputs.extend(contacts.map(contact));
+        d.feedthrough_outputs.extend(contacts.map(contact));
         let load = |b: &BodyId| {
             PortSpec::named(format!("load:body:{}", b.index()), PortKind::HingeLoad, 6)
         };
-        d.direct_outputs.extend(self.loads.iter().map(load));
+        d.feedthrough_outputs.extend(self.loads.iter().map(load));
         let vehicle = |f: &Frame| port("vehicle", *f, PortKind::VehicleMass, VehicleMass::N);
-        d.direct_outputs.extend(self.vehicles.iter().map(vehicle));
+        d.feedthrough_outputs.extend(self.vehicles.iter().map(vehicle));
     }
 }
 

@@ -111,7 +111,7 @@ impl MechanismBlock {
             self.put_accelerations(sig);
         }
         self.put_vehicles(sig);
-        let [_, constraints, first, end, _] = self.outputs();
+        let [_, constraints, first, end, _] = self.output_lanes();
         // Couplings, the only constraints: they hold to the accuracy of the settling.
         for (lanes, force) in
             sig[constraints..first].chunks_exact_mut(2).zip(rolling.coupling_forces())

@@ -53,7 +53,7 @@ impl ForwardSlopes {
 }
 
 impl MechanismBlock {
-    /// Whether the kernels have all derivatives of `direct`.
+    /// Whether the kernels have all derivatives of `feedthrough`.
     fn differentiable(&self) -> bool {
         let plan = &*self.plan;
         self.solver.is_none()
@@ -71,7 +71,7 @@ impl MechanismBlock {
 
     /// Hinge states are states; velocities of frames are linear in v. Poses and velocities by q are left to
     /// differences where frames are read.
-    pub(super) fn moore_slopes(&mut self, now: &Now, x: &[f64], out: &mut Slopes) {
+    pub(super) fn output_slopes(&mut self, now: &Now, x: &[f64], out: &mut Slopes) {
         self.kinematics(now, x);
         let plan = self.plan.clone();
         let ports = &plan.ports;
@@ -131,7 +131,7 @@ impl MechanismBlock {
     }
 
     /// ∂v̇ by the block's states, and by torques and wrenches.
-    pub(super) fn direct_slopes(
+    pub(super) fn feedthrough_slopes(
         &mut self,
         now: &Now,
         x: &[f64],
@@ -285,7 +285,7 @@ impl MechanismBlock {
         for i in 0..plan.bristles() {
             out.column(outputs + nv + i)[bristles + i] = 1.0;
         }
-        let [_, reports, .., accels] = self.outputs();
+        let [_, reports, .., accels] = self.output_lanes();
         let ports = &plan.ports;
         let frames = ports.accels.len() + ports.contacts.len() + ports.loads.len();
         let lanes = 6 * frames + VehicleMass::N * ports.vehicles.len();

@@ -32,7 +32,7 @@ impl MechanismBlock {
         if ports.vehicles.is_empty() {
             return;
         }
-        let [.., accels] = self.outputs();
+        let [.., accels] = self.output_lanes();
         let before = ports.accels.len() + ports.contacts.len() + ports.loads.len();
         let lanes = sig[accels + 6 * before..].chunks_exact_mut(VehicleMass::N);
         for ((frame, members), lanes) in ports.vehicles.iter().zip(&self.plan.vehicles).zip(lanes) {

@@ -31,8 +31,8 @@ pub(super) fn run(
     sig: &mut [f64],
 ) -> Result<(), Stopped> {
     match op {
-        Op::Moore(k) => blocks[k as usize].moore(now, x, d, sig).map_err(of(k)),
-        Op::Direct(k) => blocks[k as usize].direct(now, x, d, sig).map_err(of(k)),
+        Op::Outputs(k) => blocks[k as usize].outputs(now, x, d, sig).map_err(of(k)),
+        Op::Feedthrough(k) => blocks[k as usize].feedthrough(now, x, d, sig).map_err(of(k)),
         Op::Sum(j) => {
             let sum = &plan.sums[j as usize];
             let (dst, n) = (sum.dst as usize, sum.lanes as usize);
@@ -92,7 +92,7 @@ pub(super) fn run_all_now(
     }
     for &k in ops {
         let op = plan.ops[k as usize];
-        if let Op::Direct(block) = op
+        if let Op::Feedthrough(block) = op
             && plan.moded[block as usize]
             && !is_decided(blocks, plan, (block, now), (x, d, sig), (guards, &mut *values))?
         {
@@ -145,7 +145,7 @@ pub(super) fn derivatives(
         xdot[still.clone()].fill(0.0);
     }
     for &k in &plan.derivs {
-        blocks[k as usize].deriv(now, x, d, sig, xdot).map_err(of(k))?;
+        blocks[k as usize].derivatives(now, x, d, sig, xdot).map_err(of(k))?;
     }
     if let Some(pins) = pins {
         pins.still(xdot);

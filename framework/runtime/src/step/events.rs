@@ -4,7 +4,7 @@
 //! after a step:   guards at its end, and inside where they may have crossed twice
 //! a crossing:     sought on the dense output, then located to 1 ps by steps that end there; all guards that have reached
 //!                 zero at that instant are due, and one that has not, by however little, waits for its own
-//! an event:       the first part in path order of which a guard is due: `fired` once, with all of its guards that are due
+//! an event:       the first part in path order of which a guard is due: `handle_event` once, with all of its guards that are due
 //!                 → operations that follow → guards again
 //! ```
 //! A guard with a direction is a level: it is due at the start of the run, or of the phase that brings its part, where it has
@@ -178,7 +178,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Calls `fired` of a part with all of its guards that are due.
+    /// Calls `handle_event` of a part with all of its guards that are due.
     fn fire_part(&mut self, plan: &Plan, block: u32) -> Result<(), Stopped> {
         let Some(g) = plan.guarded.iter().find(|g| g.block == block) else { return Ok(()) };
         let all = g.first as usize..(g.first + g.count) as usize;
@@ -206,7 +206,7 @@ impl Simulation {
         let now = self.next(Evaluation::Tick);
         let State { x, d, sig, pins, .. } = &mut self.state;
         let which = Fired::new(&ways[..all.len()]);
-        let done = self.blocks[block as usize].fired(&now, which, x, d, sig);
+        let done = self.blocks[block as usize].handle_event(&now, which, x, d, sig);
         if let Some(pins) = pins {
             pins.hold(x, d, sig);
         }

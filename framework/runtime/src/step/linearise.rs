@@ -35,9 +35,9 @@ struct Own {
 impl Own {
     fn writes(&self, operation: Operation) -> Range<usize> {
         match operation {
-            Operation::Moore => self.ym.clone(),
-            Operation::Direct => self.yd.clone(),
-            Operation::Deriv => self.x.clone(),
+            Operation::Outputs => self.ym.clone(),
+            Operation::Feedthrough => self.yd.clone(),
+            Operation::Derivatives => self.x.clone(),
         }
     }
 }
@@ -86,14 +86,14 @@ impl Linear {
         let own: Vec<Own> = (plan.parts.iter())
             .map(|p| {
                 let (w, d) = (&p.wiring, p.prototype.description());
-                let ym = crate::model::lanes(&d.moore_outputs);
-                let yd = crate::model::lanes(&d.direct_outputs);
+                let ym = crate::model::lanes(&d.outputs);
+                let yd = crate::model::lanes(&d.feedthrough_outputs);
                 Own {
                     x: w.x..w.x + p.lanes().x,
                     ym: w.ym..w.ym + ym,
                     yd: w.yd..w.yd + yd,
-                    reads_outputs: d.functions.deriv_outputs,
-                    after_moore: d.functions.direct_after_moore,
+                    reads_outputs: d.functions.derivatives_read_outputs,
+                    after_moore: d.functions.feedthrough_after_outputs,
                 }
             })
             .collect();
@@ -210,7 +210,7 @@ impl Running<'_> {
         let n = at.x.len();
         out.fill(0.0);
         for &k in &plan.derivs {
-            self.slopes_of(linear, k, Operation::Deriv, &now, at)?;
+            self.slopes_of(linear, k, Operation::Derivatives, &now, at)?;
             for (row, i) in linear.own[k as usize].x.clone().enumerate() {
                 linear.chain(k, row);
                 out[i * n..(i + 1) * n].copy_from_slice(&linear.row[..n]);
@@ -229,8 +229,8 @@ impl Running<'_> {
         at: &At<'_>,
     ) -> Result<bool, Stopped> {
         let (k, operation) = match op {
-            Op::Moore(k) => (k, Operation::Moore),
-            Op::Direct(k) => (k, Operation::Direct),
+            Op::Outputs(k) => (k, Operation::Outputs),
+            Op::Feedthrough(k) => (k, Operation::Feedthrough),
             Op::Sum(j) => {
                 let sum = &self.plan.sums[j as usize];
                 let (dst, n) = (sum.dst as usize, sum.lanes as usize);
@@ -281,8 +281,8 @@ impl Running<'_> {
         }
         for op in &l.ops {
             let lanes = match *op {
-                Op::Moore(k) => linear.own[k as usize].ym.clone(),
-                Op::Direct(k) => linear.own[k as usize].yd.clone(),
+                Op::Outputs(k) => linear.own[k as usize].ym.clone(),
+                Op::Feedthrough(k) => linear.own[k as usize].yd.clone(),
                 Op::Sum(j) => {
                     let sum = &self.plan.sums[j as usize];
                     sum.dst as usize..(sum.dst + sum.lanes) as usize
@@ -308,13 +308,13 @@ impl Running<'_> {
         let own = linear.own[k as usize].clone();
         let wiring = &plan.parts[k as usize].wiring;
         linear.reads.clear();
-        if operation == Operation::Deriv {
+        if operation == Operation::Derivatives {
             linear.reads.extend(wiring.u.iter().map(|l| *l as usize));
         }
-        if operation != Operation::Moore {
+        if operation != Operation::Outputs {
             linear.reads.extend(wiring.ud.iter().map(|l| *l as usize));
         }
-        if operation == Operation::Deriv && own.reads_outputs {
+        if operation == Operation::Derivatives && own.reads_outputs {
             linear.reads.extend(own.yd.clone());
         }
         let writes = own.writes(operation);
@@ -401,18 +401,18 @@ impl Running<'_> {
         let (block, d) = (&mut self.blocks[k as usize], self.d);
         let (x, sig) = (&linear.x[..], &mut *self.sig);
         let outcome = match operation {
-            Operation::Moore => block.moore(now, x, d, sig),
-            Operation::Direct if linear.own[k as usize].after_moore => {
-                block.moore(now, x, d, sig).and_then(|()| block.direct(now, x, d, sig))
+            Operation::Outputs => block.outputs(now, x, d, sig),
+            Operation::Feedthrough if linear.own[k as usize].after_moore => {
+                block.outputs(now, x, d, sig).and_then(|()| block.feedthrough(now, x, d, sig))
             }
-            Operation::Direct => block.direct(now, x, d, sig),
-            Operation::Deriv => block.deriv(now, x, d, sig, &mut linear.xdot),
+            Operation::Feedthrough => block.feedthrough(now, x, d, sig),
+            Operation::Derivatives => block.derivatives(now, x, d, sig, &mut linear.xdot),
         };
         outcome.map_err(|failure| Stopped { block: k, failure })
     }
 
     fn written(&self, linear: &Linear, operation: Operation, lane: usize) -> f64 {
-        if operation == Operation::Deriv { linear.xdot[lane] } else { self.sig[lane] }
+        if operation == Operation::Derivatives { linear.xdot[lane] } else { self.sig[lane] }
     }
 }
 

@@ -245,7 +245,7 @@ impl Simulation {
         let unseen = || (&[][..], &mut [][..]);
         for (k, (op, due)) in (0..).zip(plan.ops.iter().zip(due)) {
             let fresh = match op {
-                Op::Moore(k) | Op::Direct(k) => !whole[*k as usize],
+                Op::Outputs(k) | Op::Feedthrough(k) => !whole[*k as usize],
                 Op::Sum(_) | Op::Loop(_) => true,
             };
             if due || fresh {

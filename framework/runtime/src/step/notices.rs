@@ -53,7 +53,7 @@ impl Simulation {
     ) -> Result<(), Stopped> {
         let now = self.next(Evaluation::Tick);
         let (x, d, sig) = (&self.state.x, &self.state.d, &self.state.sig);
-        if let Some(told) = self.blocks[block as usize].tells(&now, which, x, d, sig) {
+        if let Some(told) = self.blocks[block as usize].runtime_warning(&now, which, x, d, sig) {
             if told.stops {
                 return Err(stop(block, told));
             }
@@ -94,7 +94,7 @@ impl Simulation {
         let (x, d, sig) = (&self.state.x, &self.state.d, &self.state.sig);
         let rests = |k: u32| plan.rest.as_ref().is_some_and(|rest| rest.parts.contains(&k));
         for (k, block) in (0u32..).zip(&mut self.blocks).filter(|(k, _)| !rests(*k)) {
-            let mut remarks = block.remarks(&now, x, d, sig).into_iter();
+            let mut remarks = block.startup_warnings(&now, x, d, sig).into_iter();
             if let Some(told) = remarks.find(|remark| remark.stops) {
                 self.broken = Some(Box::new(self.stopped(stop(k, told))));
                 return;
@@ -110,7 +110,7 @@ impl Simulation {
             if !new.contains(&part.path) {
                 continue;
             }
-            for remark in block.remarks(&now, x, d, sig).into_iter().filter(|r| !r.stops) {
+            for remark in block.startup_warnings(&now, x, d, sig).into_iter().filter(|r| !r.stops) {
                 let message = format!("`{}`: {}", part.path, remark.message);
                 let fault = Fault { message, origin: part.origin, help: remark.help };
                 let name = format!("{}: {}", part.path, remark.param.unwrap_or_default());

@@ -107,12 +107,12 @@ enum Target {
 /// Signal lanes that an operation writes.
 fn writes(plan: &Plan, op: Op) -> Vec<Range<usize>> {
     match op {
-        Op::Moore(k) | Op::Direct(k) => {
+        Op::Outputs(k) | Op::Feedthrough(k) => {
             let part = &plan.parts[k as usize];
             let (d, w) = (part.prototype.description(), &part.wiring);
             vec![match op {
-                Op::Moore(_) => w.ym..w.ym + lanes(&d.moore_outputs),
-                _ => w.yd..w.yd + lanes(&d.direct_outputs),
+                Op::Outputs(_) => w.ym..w.ym + lanes(&d.outputs),
+                _ => w.yd..w.yd + lanes(&d.feedthrough_outputs),
             }]
         }
         Op::Sum(j) => {
@@ -196,7 +196,7 @@ fn target(lanes: &Lanes<'_>, (path, v): (&str, &Variable)) -> Result<Target, Var
             ),
             "pin what drives the loop",
         ),
-        (Role::Input, Some((_, Op::Moore(k) | Op::Direct(k)))) => {
+        (Role::Input, Some((_, Op::Outputs(k) | Op::Feedthrough(k)))) => {
             let is = |w: &&Variable| w.role == Role::Output && w.place == v.place;
             let source = plan.lanes.iter().find(|(_, w)| is(w));
             match source {

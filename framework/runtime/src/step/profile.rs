@@ -28,8 +28,17 @@ pub struct Spent {
 
 /// The operations of a block that take time in a step.
 const OPERATIONS: [&str; 11] = [
-    "moore", "direct", "deriv", "update", "guards", "fired", "project", "retract", "advance",
-    "slopes", "mode",
+    "outputs",
+    "feedthrough",
+    "derivatives",
+    "update",
+    "guards",
+    "handle_event",
+    "project",
+    "retract",
+    "advance",
+    "slopes",
+    "mode",
 ];
 
 /// Calls and nanoseconds of each operation.
@@ -135,14 +144,21 @@ impl Timed {
 }
 
 impl Block for Timed {
-    fn moore(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
-        self.clock(0, |b| b.moore(now, x, d, sig))
+    fn outputs(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
+        self.clock(0, |b| b.outputs(now, x, d, sig))
     }
-    fn direct(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
-        self.clock(1, |b| b.direct(now, x, d, sig))
+    fn feedthrough(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
+        self.clock(1, |b| b.feedthrough(now, x, d, sig))
     }
-    fn deriv(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64], xdot: &mut [f64]) -> Outcome {
-        self.clock(2, |b| b.deriv(now, x, d, sig, xdot))
+    fn derivatives(
+        &mut self,
+        now: &Now,
+        x: &[f64],
+        d: &[f64],
+        sig: &[f64],
+        xdot: &mut [f64],
+    ) -> Outcome {
+        self.clock(2, |b| b.derivatives(now, x, d, sig, xdot))
     }
     fn update(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
         self.clock(3, |b| b.update(now, x, d, sig))
@@ -157,7 +173,7 @@ impl Block for Timed {
     ) -> Outcome {
         self.clock(4, |b| b.guards(now, x, d, sig, values))
     }
-    fn fired(
+    fn handle_event(
         &mut self,
         now: &Now,
         which: Fired<'_>,
@@ -165,7 +181,7 @@ impl Block for Timed {
         d: &mut [f64],
         sig: &[f64],
     ) -> Outcome {
-        self.clock(5, |b| b.fired(now, which, x, d, sig))
+        self.clock(5, |b| b.handle_event(now, which, x, d, sig))
     }
     fn mode(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
         self.clock(10, |b| b.mode(now, x, d, sig))
@@ -191,10 +207,16 @@ impl Block for Timed {
     ) -> Outcome {
         self.clock(9, |b| b.slopes(operation, now, at, out))
     }
-    fn remarks(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64]) -> Vec<BuildError> {
-        self.inner.remarks(now, x, d, sig)
+    fn startup_warnings(
+        &mut self,
+        now: &Now,
+        x: &[f64],
+        d: &[f64],
+        sig: &[f64],
+    ) -> Vec<BuildError> {
+        self.inner.startup_warnings(now, x, d, sig)
     }
-    fn tells(
+    fn runtime_warning(
         &mut self,
         now: &Now,
         which: Fired<'_>,
@@ -202,7 +224,7 @@ impl Block for Timed {
         d: &[f64],
         sig: &[f64],
     ) -> Option<BuildError> {
-        self.inner.tells(now, which, x, d, sig)
+        self.inner.runtime_warning(now, which, x, d, sig)
     }
     fn warns(&mut self) -> Option<BuildError> {
         self.inner.warns()

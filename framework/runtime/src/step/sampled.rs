@@ -275,8 +275,8 @@ impl Simulation {
         for op in &l.ops {
             let op = plan.ops[*op as usize];
             let (block, role) = match op {
-                Op::Moore(k) => (k, Role::Moore),
-                Op::Direct(k) => (k, Role::Direct),
+                Op::Outputs(k) => (k, Role::Outputs),
+                Op::Feedthrough(k) => (k, Role::Feedthrough),
                 Op::Sum(j) => {
                     let sum = &plan.sums[j as usize];
                     let n = sum.lanes as usize;
@@ -309,8 +309,8 @@ impl Simulation {
 /// A function of a block.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Role {
-    Moore,
-    Direct,
+    Outputs,
+    Feedthrough,
     Update,
 }
 
@@ -337,13 +337,13 @@ impl Scratch<'_> {
         let own = &mut self.blocks[block as usize];
         let (mut sig, mut next) = (self.sig.clone(), self.d.clone());
         Some(match role {
-            Role::Moore => {
-                own.moore(&self.now, self.x, &self.d, &mut sig).ok()?;
-                sig[w.ym..w.ym + lanes(&d.moore_outputs)].to_vec()
+            Role::Outputs => {
+                own.outputs(&self.now, self.x, &self.d, &mut sig).ok()?;
+                sig[w.ym..w.ym + lanes(&d.outputs)].to_vec()
             }
-            Role::Direct => {
-                own.direct(&self.now, self.x, &self.d, &mut sig).ok()?;
-                sig[w.yd..w.yd + lanes(&d.direct_outputs)].to_vec()
+            Role::Feedthrough => {
+                own.feedthrough(&self.now, self.x, &self.d, &mut sig).ok()?;
+                sig[w.yd..w.yd + lanes(&d.feedthrough_outputs)].to_vec()
             }
             Role::Update => {
                 own.update(&self.now, self.x, &mut next, &self.sig).ok()?;
@@ -363,13 +363,13 @@ impl Scratch<'_> {
     ) -> Option<BTreeMap<usize, Vec<f64>>> {
         let w = &plan.parts[block as usize].wiring;
         let first = match role {
-            Role::Moore => w.ym,
-            Role::Direct => w.yd,
+            Role::Outputs => w.ym,
+            Role::Feedthrough => w.yd,
             Role::Update => w.d,
         };
         let read: BTreeSet<usize> = match role {
-            Role::Moore => BTreeSet::new(),
-            Role::Direct => w.ud.iter().map(|l| *l as usize).collect(),
+            Role::Outputs => BTreeSet::new(),
+            Role::Feedthrough => w.ud.iter().map(|l| *l as usize).collect(),
             Role::Update => w.u.iter().chain(&w.ud).map(|l| *l as usize).collect(),
         };
         let n = self.values(plan, block, role)?.len();
@@ -462,7 +462,7 @@ fn discrete(
 /// The block of an operation.
 fn block_of(op: Op) -> Option<u32> {
     match op {
-        Op::Moore(k) | Op::Direct(k) => Some(k),
+        Op::Outputs(k) | Op::Feedthrough(k) => Some(k),
         Op::Sum(_) | Op::Loop(_) => None,
     }
 }

@@ -69,9 +69,9 @@ with_factor!(
 #[model("t.gain")]
 impl Model for Gain {
     type Params = Factor;
-    type Ud = U;
-    type Yd = One;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &U) -> One {
+    type FeedthroughInputs = U;
+    type FeedthroughOutputs = One;
+    fn feedthrough(&self, u: &U) -> One {
         One { y: self.p.k * u.u }
     }
 }
@@ -79,9 +79,9 @@ impl Model for Gain {
 #[model("t.adder")]
 impl Model for Adder {
     type Params = Factor;
-    type Ud = Many;
-    type Yd = One;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &Many) -> One {
+    type FeedthroughInputs = Many;
+    type FeedthroughOutputs = One;
+    fn feedthrough(&self, u: &Many) -> One {
         One { y: self.p.k * u.u }
     }
 }
@@ -89,13 +89,13 @@ impl Model for Adder {
 #[model("t.integrator")]
 impl Model for Integral {
     type Params = Factor;
-    type U = U;
-    type Ym = One;
-    type X = X;
-    fn moore(&self, _: &Clock, x: &X, _: &()) -> One {
+    type Inputs = U;
+    type Outputs = One;
+    type State = X;
+    fn outputs(&self, x: &X) -> One {
         One { y: x.x }
     }
-    fn deriv(&self, _: &Clock, _: &X, _: &(), u: &U) -> X {
+    fn derivatives(&self, u: &U) -> X {
         X { x: self.p.k * u.u }
     }
 }
@@ -103,13 +103,13 @@ impl Model for Integral {
 #[model("t.hold")]
 impl Model for Hold {
     type Params = Factor;
-    type U = U;
-    type Ym = One;
-    type D = Count;
-    fn moore(&self, _: &Clock, _: &(), d: &Count) -> One {
+    type Inputs = U;
+    type Outputs = One;
+    type DiscreteState = Count;
+    fn outputs(&self, d: &Count) -> One {
         One { y: d.held }
     }
-    fn update(&self, _: &Clock, _: &(), d: &Count, u: &U) -> Count {
+    fn update(&self, d: &Count, u: &U) -> Count {
         Count { held: u.u, updates: d.updates + 1.0 }
     }
 }
@@ -117,9 +117,9 @@ impl Model for Hold {
 #[model("t.noise")]
 impl Model for Noise {
     type Params = Factor;
-    type Yd = One;
-    fn direct(&self, c: &Clock, _: &(), _: &(), _: &()) -> One {
-        One { y: self.p.k * c.normal(0) }
+    type FeedthroughOutputs = One;
+    fn feedthrough(&self, clock: &Clock) -> One {
+        One { y: self.p.k * clock.normal(0) }
     }
 }
 /// Volts.
@@ -133,9 +133,9 @@ pub struct V {
 #[model("t.volts")]
 impl Model for Volts {
     type Params = Factor;
-    type Ud = V;
-    type Yd = One;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &V) -> One {
+    type FeedthroughInputs = V;
+    type FeedthroughOutputs = One;
+    fn feedthrough(&self, u: &V) -> One {
         One { y: self.p.k * u.volts }
     }
 }
@@ -143,30 +143,30 @@ impl Model for Volts {
 #[model("t.recall")]
 impl Model for Recall {
     type Params = Factor;
-    type U = U;
-    type Ym = One;
+    type Inputs = U;
+    type Outputs = One;
     type Store = Vec<f64>;
-    fn moore(&self, _: &Clock, _: &(), _: &(), s: &Vec<f64>) -> One {
-        One { y: s.iter().sum() }
+    fn outputs(&self, store: &Vec<f64>) -> One {
+        One { y: store.iter().sum() }
     }
-    fn update(&self, _: &Clock, _: &(), _: &(), u: &U, _: &(), s: &mut Vec<f64>) {
-        s.push(u.u);
+    fn update(&self, u: &U, store: &mut Vec<f64>) {
+        store.push(u.u);
     }
 }
 /// ẋ = u², runs away.
 #[model("t.bounce")]
 impl Model for Bounce {
     type Params = Factor;
-    type U = Required;
-    type Ym = One;
-    type X = X;
+    type Inputs = Required;
+    type Outputs = One;
+    type State = X;
     fn init_x(&self) -> X {
         X { x: self.p.k }
     }
-    fn moore(&self, _: &Clock, x: &X, _: &()) -> One {
+    fn outputs(&self, x: &X) -> One {
         One { y: x.x }
     }
-    fn deriv(&self, _: &Clock, _: &X, _: &(), u: &Required) -> X {
+    fn derivatives(&self, u: &Required) -> X {
         X { x: u.u * u.u }
     }
 }
@@ -191,9 +191,9 @@ pub struct Spring {
 #[model("t.spring")]
 impl Model for Spring {
     type Params = Factor;
-    type Ud = Shaft;
-    type Yd = Torque;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &Shaft) -> Torque {
+    type FeedthroughInputs = Shaft;
+    type FeedthroughOutputs = Torque;
+    fn feedthrough(&self, u: &Shaft) -> Torque {
         Torque { torque: HingeTorque(-self.p.k * u.shaft.angle) }
     }
 }
@@ -201,9 +201,9 @@ impl Model for Spring {
 #[model("t.cosine")]
 impl Model for Cosine {
     type Params = Factor;
-    type Ud = U;
-    type Yd = One;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &U) -> One {
+    type FeedthroughInputs = U;
+    type FeedthroughOutputs = One;
+    fn feedthrough(&self, u: &U) -> One {
         One { y: (self.p.k * u.u).cos() }
     }
 }
@@ -211,9 +211,9 @@ impl Model for Cosine {
 #[model("t.square")]
 impl Model for Square {
     type Params = Factor;
-    type Ud = U;
-    type Yd = One;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &U) -> One {
+    type FeedthroughInputs = U;
+    type FeedthroughOutputs = One;
+    fn feedthrough(&self, u: &U) -> One {
         One { y: u.u * u.u + self.p.k }
     }
 }
@@ -221,10 +221,10 @@ impl Model for Square {
 #[model("t.sampled")]
 impl Model for Sampled {
     type Params = Factor;
-    type Ud = U;
-    type Yd = One;
-    fn direct(&self, c: &Clock, _: &(), _: &(), u: &U) -> One {
-        One { y: self.p.k * u.u + 0.0 * c.t }
+    type FeedthroughInputs = U;
+    type FeedthroughOutputs = One;
+    fn feedthrough(&self, clock: &Clock, u: &U) -> One {
+        One { y: self.p.k * u.u + 0.0 * clock.t }
     }
 }
 /// A node's acceleration.
@@ -238,9 +238,9 @@ pub struct Accelerated {
 #[model("t.felt")]
 impl Model for Felt {
     type Params = Factor;
-    type Ud = Accelerated;
-    type Yd = One;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &Accelerated) -> One {
+    type FeedthroughInputs = Accelerated;
+    type FeedthroughOutputs = One;
+    fn feedthrough(&self, u: &Accelerated) -> One {
         One { y: self.p.k * u.body.linear.x }
     }
 }
@@ -255,9 +255,9 @@ pub struct Pushed {
 #[model("t.push")]
 impl Model for Push {
     type Params = Factor;
-    type Ud = U;
-    type Yd = Pushed;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &U) -> Pushed {
+    type FeedthroughInputs = U;
+    type FeedthroughOutputs = Pushed;
+    fn feedthrough(&self, u: &U) -> Pushed {
         Pushed { load: Wrench { force: Vec3::x() * (self.p.k * u.u), moment: Vec3::zeros() } }
     }
 }

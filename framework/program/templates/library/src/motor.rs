@@ -45,13 +45,13 @@ pub struct @Model@ {
 #[model("@library@.@model@")]
 impl Model for @Model@ {
     type Params = @Model@Params;
-    type U = @Model@In;
-    type Ym = @Model@Out;
-    type X = @Model@State;
-    fn moore(&self, _: &Clock, x: &@Model@State) -> @Model@Out {
+    type Inputs = @Model@In;
+    type Outputs = @Model@Out;
+    type State = @Model@State;
+    fn outputs(&self, x: &@Model@State) -> @Model@Out {
         @Model@Out { torque: HingeTorque(x.torque) }
     }
-    fn deriv(&self, _: &Clock, x: &@Model@State, _: &(), u: &@Model@In) -> @Model@State {
+    fn derivatives(&self, x: &@Model@State, u: &@Model@In) -> @Model@State {
         @Model@State { torque: (u.wanted - x.torque) / self.p.time }
     }
 }
@@ -66,13 +66,13 @@ mod tests {
         let u = @Model@In { wanted: 3.0 };
         let (step, mut x) = (1e-4, @Model@State { torque: 0.0 });
         for _ in 0..10_000 {
-            let rate = model.deriv(&Clock::at(0.0, step, 0), &x, &(), &u, &(), &(), &());
+            let rate = model.derivatives(&x, &u);
             x.torque += step * rate.torque;
         }
         // After one second: two time constants. Steps of Euler's method are what differs.
         let expected = 3.0 * (1.0 - (-2.0f64).exp());
         assert!((x.torque - expected).abs() < 1e-4, "{x:?}");
-        let out = model.moore(&Clock::at(1.0, step, 0), &x, &(), &());
+        let out = model.outputs(&x);
         assert_eq!(out.torque.0, x.torque);
     }
 }

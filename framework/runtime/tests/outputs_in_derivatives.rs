@@ -1,4 +1,4 @@
-//! `deriv` that reads the model's own direct outputs: order of evaluation, order of the integrator, checkpoint.
+//! `derivatives` that reads the model's own feedthrough outputs: order of evaluation, order of the integrator, checkpoint.
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{
     Catalogue, Description, Entry, Integrator, Located, Origin, PartSpec, PortRef, Seconds,
@@ -30,16 +30,16 @@ struct Riccati {}
 /// Riccati's equation, its right side as an output.
 #[model("test.riccati")]
 impl Model for Riccati {
-    type Ud = Rate;
-    type Yd = Out;
-    type X = Angle;
+    type FeedthroughInputs = Rate;
+    type FeedthroughOutputs = Out;
+    type State = Angle;
     fn init_x(&self) -> Angle {
         Angle { s: 1.0 }
     }
-    fn direct(&self, _: &Clock, x: &Angle, _: &(), u: &Rate) -> Out {
+    fn feedthrough(&self, x: &Angle, u: &Rate) -> Out {
         Out { y: u.u - x.s * x.s }
     }
-    fn deriv(&self, _: &Clock, _: &Angle, _: &(), _: &(), _: &Rate, _: &(), y: &Out) -> Angle {
+    fn derivatives(&self, y: &Out) -> Angle {
         Angle { s: y.y }
     }
 }
@@ -49,16 +49,16 @@ struct Twice {}
 /// Riccati's equation without the short cut.
 #[model("test.twice")]
 impl Model for Twice {
-    type Ud = Rate;
-    type X = Angle;
-    type Ym = Out;
+    type FeedthroughInputs = Rate;
+    type State = Angle;
+    type Outputs = Out;
     fn init_x(&self) -> Angle {
         Angle { s: 1.0 }
     }
-    fn moore(&self, _: &Clock, x: &Angle) -> Out {
+    fn outputs(&self, x: &Angle) -> Out {
         Out { y: x.s }
     }
-    fn deriv(&self, _: &Clock, x: &Angle, _: &(), _: &(), u: &Rate) -> Angle {
+    fn derivatives(&self, x: &Angle, u: &Rate) -> Angle {
         Angle { s: u.u - x.s * x.s }
     }
 }
@@ -68,9 +68,9 @@ struct Wave {}
 /// 1 + sin t.
 #[model("test.wave")]
 impl Model for Wave {
-    type Yd = Out;
-    fn direct(&self, c: &Clock) -> Out {
-        Out { y: 1.0 + c.t.sin() }
+    type FeedthroughOutputs = Out;
+    fn feedthrough(&self, clock: &Clock) -> Out {
+        Out { y: 1.0 + clock.t.sin() }
     }
 }
 
@@ -113,13 +113,13 @@ fn run(wired: bool, step: Seconds, integrator: Integrator) -> Simulation {
 
 #[test]
 fn the_macro_tells_that_outputs_are_read() {
-    assert!(Description::of::<Riccati>().functions.deriv_outputs);
-    assert!(!Description::of::<Twice>().functions.deriv_outputs);
+    assert!(Description::of::<Riccati>().functions.derivatives_read_outputs);
+    assert!(!Description::of::<Twice>().functions.derivatives_read_outputs);
 }
 
 #[test]
 fn outputs_are_those_of_the_same_evaluation() {
-    // Bit for bit the run of the model that computes its right side in `deriv`, for both integrators.
+    // Bit for bit the run of the model that computes its right side in `derivatives`, for both integrators.
     for integrator in [Integrator::Rk4, Integrator::SemiImplicitEuler] {
         let mut sim = run(true, Seconds { num: 1, den: 50 }, integrator);
         for k in 1..=100 {
