@@ -40,6 +40,7 @@ mod spec;
 mod start;
 mod step;
 mod tap;
+pub mod testing;
 mod time;
 mod units;
 mod value;
