@@ -71,7 +71,7 @@ pub use linkwork_spatial as spatial;
 pub use linkwork_viz as viz;
 pub use linkwork_world as world;
 
-/// What a program needs that builds or loads simulations and runs them.
+/// The names that programs need to build or load simulations and to run them.
 ///
 /// ```no_run
 /// use linkwork::components;
@@ -98,7 +98,9 @@ pub mod prelude {
 
 /// Models of your own.
 pub mod model {
-    /// What the author of models needs: traits, derive macros, types of ports, services, vectors.
+    pub use linkwork_runtime::testing;
+
+    /// The names that authors of models need: traits, derive macros, types of ports, services, vectors.
     pub mod prelude {
         pub use linkwork_runtime::prelude::*;
     }
