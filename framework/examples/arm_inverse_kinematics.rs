@@ -3,7 +3,7 @@
 //!
 //!     cargo run --release -p linkwork --example arm_inverse_kinematics
 //!
-//! By the law of cosines: cos q₂ = (d² − l₁² − l₂²)/(2 l₁ l₂) for a target at distance d.
+//! The law of cosines gives cos q₂ = (d² − l₁² − l₂²)/(2 l₁ l₂) for a target at distance d.
 use linkwork::embedded::{Effort, Frame, Goal, ModelSpec, PartSpec, Robot, RobotModel};
 use linkwork::formats::Description;
 use linkwork::prelude::*;

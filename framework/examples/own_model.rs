@@ -7,10 +7,8 @@ use linkwork::model::prelude::*;
 use linkwork::prelude::*;
 use std::error::Error;
 use std::f64::consts::TAU;
-
 const INERTIA: f64 = 0.02; // kg m²
 const STIFFNESS: f64 = 1.5; // N m/rad
-
 /// Parameters. Their units, ranges and descriptions are checked and shown wherever the model is used.
 #[derive(Params)]
 pub struct SpringParams {
@@ -18,21 +16,18 @@ pub struct SpringParams {
     #[param(unit = "N m/rad", range = 0.0..)]
     pub stiffness: f64,
 }
-/// Inputs.
 #[derive(Ports)]
 pub struct SpringIn {
     /// Angle and rate of the hinge that is bound to `shaft`.
     #[port(bind = "shaft")]
     pub shaft: HingeState,
 }
-/// Outputs.
 #[derive(Ports)]
 pub struct SpringOut {
     /// Torque on the same hinge.
     #[port(bind = "shaft")]
     pub torque: HingeTorque,
 }
-/// The model.
 pub struct Spring {
     p: SpringParams,
 }
@@ -59,7 +54,6 @@ pub fn simulated() -> Result<f64, Box<dyn Error>> {
     Ok(sim.get("disc.angle")?)
 }
 
-/// Prints it.
 pub fn main() -> Result<(), Box<dyn Error>> {
     println!("angle after one period: {:.6} rad; it started at 0.3 rad", simulated()?);
     Ok(())

@@ -30,8 +30,10 @@ pub fn simulated() -> Result<[f64; 2], Box<dyn Error>> {
 
     rig.part::<UniformGravity>("Gravity", |p| p.acceleration([0.0, 0.0, -9.81]));
     rig.part::<Flat>("Ground", |p| p.size(50.0));
-    rig.part::<WheelRigid>("Contact", |p| p.radius(RADIUS).width(0.1).friction(0.6))
-        .bind("hub", "node:wheel");
+    rig.part::<WheelRigid>("Contact", |p| {
+        p.radius(RADIUS).width(0.1).friction(0.6).terrain("Ground")
+    })
+    .bind("hub", "node:wheel");
     rig.step(5e-4);
 
     let mut sim = rig.simulation()?;

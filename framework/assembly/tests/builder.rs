@@ -1,5 +1,6 @@
 //! Assemblies that a program builds: the same specification as from a file, the same checks, each mistake at its call.
 use crate::common::*;
+use linkwork_assembly::form::AssemblyForm;
 use linkwork_assembly::*;
 use linkwork_collision::Shape;
 use linkwork_multibody::{Coordinate, Friction, Hinge, Limits, Spring, Stop, Subhinge};

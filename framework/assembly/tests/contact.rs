@@ -1,5 +1,6 @@
 //! Colliders and contact of a text: read, run, resolved, refused.
 use crate::common::*;
+use linkwork_assembly::form::AssemblyForm;
 use linkwork_assembly::*;
 use linkwork_collision::{Shape as Solid, Visibility};
 use linkwork_solvers::JointLimits;

@@ -1,6 +1,8 @@
 //! Mechanisms in RON to the last bit, files of other formats in an assembly, and side-cars.
 use crate::common::*;
 use crate::splitmix::splitmix;
+use linkwork_assembly::form::AssemblyForm;
+use linkwork_assembly::machine::{apply_side_car, read_machine};
 use linkwork_assembly::*;
 use linkwork_collision::Seen;
 use linkwork_formats::{

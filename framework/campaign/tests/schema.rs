@@ -1,6 +1,7 @@
 //! The JSON Schema of campaign files against the files that ship, and against the reader.
 use crate::misfit::misfit;
-use linkwork_assembly::{plain, read_value};
+use linkwork_assembly::read_value;
+use linkwork_assembly::schema::plain;
 use linkwork_campaign::{Form, schema};
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,8 @@
 //! What is looked up before a run: nothing is written before all of it is right.
 use crate::figures::Figures;
-use linkwork_assembly::{AroundForm, LogRule, Settings, Text, match_patterns};
+use linkwork_assembly::Text;
+use linkwork_assembly::form::{AroundForm, LogRule, Settings};
+use linkwork_assembly::patterns::match_patterns;
 use linkwork_runtime::{Around, Condition, Fault, Plan, Rule};
 
 /// What a simulation's file names, found in the plan.

@@ -1,6 +1,7 @@
 //! Variables of a run over time, in memory: one column for each.
 use crate::prepare::log_rules;
-use linkwork_assembly::{Failure, LogRule, Text};
+use linkwork_assembly::form::LogRule;
+use linkwork_assembly::{Failure, Text};
 use linkwork_runtime::{
     Fault, Group, IntoSeconds, Origin, Rows, RunError, Simulation, Sink, Sources, TapRow,
 };
@@ -17,7 +18,7 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// Makes columns for so many variables.
+    /// Makes columns for this number of variables.
     #[must_use]
     pub fn new(variables: usize) -> Columns {
         Columns { values: vec![Vec::new(); variables], ..Columns::default() }
@@ -69,7 +70,7 @@ impl Recording {
     /// the time between rows (s).
     ///
     /// # Errors
-    /// Patterns that match nothing, and a period that is no time.
+    /// Patterns that match nothing, and a period that is not a time above zero.
     #[track_caller]
     pub fn new<C: AsRef<str>>(
         sim: &Simulation,
@@ -102,7 +103,7 @@ impl Recording {
     /// Runs to the first row of the simulation at or after `t`, in seconds or as a text (`"2 min"`).
     ///
     /// # Errors
-    /// As [`Simulation::run_until`]. What was recorded before remains.
+    /// The errors of [`Simulation::run_until`]. Rows that were recorded before remain.
     pub fn run_until(&mut self, sim: &mut Simulation, t: impl IntoSeconds) -> Result<(), RunError> {
         sim.run_with(t, |sim| {
             self.sample(sim);

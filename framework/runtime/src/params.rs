@@ -111,10 +111,10 @@ fn moved(key: &str, specs: &[ParamSpec]) -> Option<String> {
     ))
 }
 
-/// Parameters as a program sets them, some or all of those of a struct: `#[derive(Params)]` makes one for each struct,
-/// with a setter for each field.
+/// Sets some or all parameters of a struct from a program. `#[derive(Params)]` makes a builder for each struct, with a setter
+/// for each field.
 pub trait ParamsBuilder: Default {
-    /// What is set so far: names and values, each with the place of its call.
+    /// Returns the parameters that are set: names and values, each with the place of its call.
     fn entries(&mut self) -> &mut Vec<(String, Located)>;
 
     /// Sets a parameter by its name to anything that a file may hold: a text with a unit (`"0.6 ohm"`), a file, or the
@@ -128,7 +128,7 @@ pub trait ParamsBuilder: Default {
         self
     }
 
-    /// Returns what is set as a map.
+    /// Returns the parameters that are set, as a map.
     fn into_map(mut self) -> Value {
         Value::Map(std::mem::take(self.entries()))
     }

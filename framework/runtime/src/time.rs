@@ -125,12 +125,12 @@ impl Seconds {
     }
 }
 
-/// What can be given where a time is wanted: seconds as a number, a text with a unit (`"2 min"`), or [`Seconds`].
+/// Types that are accepted as a time: seconds as a number, a text with a unit (`"2 min"`), or [`Seconds`].
 pub trait IntoSeconds {
     /// Returns the time.
     ///
     /// # Errors
-    /// A message, when this is no time: a negative number, one that is not finite, or another unit.
+    /// A message, when the value is negative or not finite, or its unit is not a unit of time.
     fn into_seconds(self) -> Result<Seconds, String>;
 }
 
@@ -142,7 +142,7 @@ impl IntoSeconds for Seconds {
 impl IntoSeconds for f64 {
     fn into_seconds(self) -> Result<Seconds, String> {
         Seconds::from_decimal(self)
-            .ok_or_else(|| format!("{self} is no time: give seconds, zero or more"))
+            .ok_or_else(|| format!("{self} s is not a time: it must be finite and at least zero"))
     }
 }
 impl IntoSeconds for i32 {

@@ -1,7 +1,8 @@
 //! Reading mechanisms (RON, URDF, MJCF, SDF) and simulations, with every model of the component
 //! libraries.
 use crate::package;
-use linkwork_assembly::{BodyShape, read_machine};
+use linkwork_assembly::BodyShape;
+use linkwork_assembly::machine::read_machine;
 use linkwork_collision::Colliders;
 use linkwork_formats::{Description, DeviceKind, ReadOptions, Root};
 use linkwork_multibody::{Hinge, Multibody};

@@ -2,7 +2,7 @@
 use crate::array::{Array1, Array2, out1, out2};
 use crate::error::refuse;
 use crate::mechanism::Mechanism;
-use linkwork_assembly::AssemblyForm;
+use linkwork_assembly::form::AssemblyForm;
 use linkwork_formats::{Description, write_urdf};
 use numpy::PyArray1;
 use pyo3::prelude::*;

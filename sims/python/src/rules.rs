@@ -1,7 +1,8 @@
 //! What a log is asked for in Python: rules as those of a file, and the file that they fill.
 use crate::error::{refuse, refuse_with};
 use crate::values::seconds;
-use linkwork_assembly::{AroundForm, LogRule, Text};
+use linkwork_assembly::Text;
+use linkwork_assembly::form::{AroundForm, LogRule};
 use linkwork_record::LogSpec;
 use linkwork_runner::log_rules;
 use linkwork_runtime::{Fault, Origin, Plan, Rule, Seconds, Simulation, Sources, Tap};

@@ -37,8 +37,8 @@ pub struct Body {
 }
 
 impl Body {
-    /// Hangs a body on `"world"`, on another body (`"chassis"`) or on a node of one (`"chassis/mast"`). Without a hinge it is
-    /// fixed there.
+    /// Hangs a body on `"world"`, on another body (`"chassis"`) or on a node of one (`"chassis/mast"`). The body is fixed there
+    /// unless [`Body::hinge`] is called.
     #[must_use]
     #[track_caller]
     pub fn on(parent: &str) -> Body {
@@ -50,7 +50,7 @@ impl Body {
     #[track_caller]
     pub fn hinge(self, value: Hinge) -> Self {
         match hinge().write(&value) {
-            // Without the field, the body is fixed.
+            // A body that has no hinge is fixed.
             Value::Null => self,
             written => self.set("hinge", written),
         }
@@ -147,7 +147,7 @@ impl Body {
         self.inside("nodes", name, here(of::<Pose>().write(&frame.into())))
     }
 
-    /// Adds a shape that is shown. With [`Body::set`] a shape can have a frame, a colour and contact.
+    /// Adds a shape that is shown. [`Body::set`] can give shapes a frame, a colour and contact.
     #[must_use]
     #[track_caller]
     pub fn shape(mut self, shape: &Shape) -> Self {

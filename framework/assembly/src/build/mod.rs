@@ -22,8 +22,8 @@
 //! # Ok(())
 //! # }
 //! ```
-//! Every call writes the value that a file would hold at this place, and the place of the call with it. From there on a built
-//! assembly is loaded as a file is: the same checks, the same errors, each with `file.rs:line:column` of the call.
+//! Every call writes the value that a file would hold, together with the place of the call. The loader then continues as it does
+//! with a file: the same checks report the same errors, each with `file.rs:line:column` of the call.
 mod body;
 mod items;
 
@@ -51,7 +51,7 @@ macro_rules! fields {
     };
 }
 
-/// A value with the place of the caller in it, and in everything inside that has none.
+/// Returns a value with the place of the caller. Values inside it that have a place keep it.
 #[track_caller]
 fn here(value: impl IntoValue) -> Located {
     let mut value: Located = value.into_value().into();
@@ -61,8 +61,8 @@ fn here(value: impl IntoValue) -> Located {
 
 /// An assembly of parts, bodies and wires, with the settings of its simulation.
 ///
-/// Names, paths and fields are those of files (`framework/assembly/FORMAT.md`). Nothing is checked before
-/// [`Assembly::load`], [`Assembly::ready`] or [`Assembly::simulation`], which report all mistakes together.
+/// Files use the same names, paths and fields (`framework/assembly/FORMAT.md`). [`Assembly::load`], [`Assembly::ready`] and
+/// [`Assembly::simulation`] check the assembly and report all mistakes together.
 #[derive(Clone, Default)]
 pub struct Assembly {
     fields: Vec<(String, Located)>,

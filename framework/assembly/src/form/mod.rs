@@ -7,3 +7,10 @@ mod print;
 pub(crate) mod settings;
 pub(crate) mod stowed;
 pub(crate) mod wire;
+
+pub use crate::scope::parameters::ParamDecl;
+pub use assembly::{AssemblyForm, ItemForm, MountDecl, PartForm, PartKind};
+pub use settings::{
+    AroundForm, ArrowForm, Figure, FigureOf, LineForm, LogRule, PlaceForm, Plot, PlumeForm,
+    Settings, Take, ViewForm,
+};

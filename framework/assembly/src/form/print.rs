@@ -39,7 +39,7 @@ impl AssemblyForm {
         }
     }
 
-    /// As RON that reads back as the same form.
+    /// Returns RON that reads back as the same form.
     #[must_use]
     pub fn to_ron(&self) -> String {
         document(&Value::Variant("Assembly".into(), Box::new(self.to_map().into())))

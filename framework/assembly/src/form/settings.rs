@@ -16,7 +16,7 @@ record! {
     /// One rule of what to log.
     #[derive(Clone, Debug, PartialEq)]
     pub struct LogRule: "log rule" {
-        /// Patterns over variable paths; see [`match_patterns`](crate::match_patterns).
+        /// Patterns over variable paths; see [`match_patterns`](crate::patterns::match_patterns).
         channels: Vec<Text> = texts().need("write channels: [\"Rover.**\"]"),
         /// Sample period; `None`: every step.
         rate: Option<Seconds> = period().maybe(),

@@ -247,8 +247,8 @@ fn load(name: &str, text: String, home: Home, options: &Options<'_>) -> Result<L
     loaded_or_faults(cx, loaded)
 }
 
-/// Loads what a program has built, as if it had been parsed; what was wrong before is reported with the rest. Files that it
-/// names are found from the working directory.
+/// Loads a value that a program has built, as if it had been parsed, and reports `faults` with the faults of the value. Files that
+/// the value names are found from the working directory.
 pub(crate) fn load_value(
     name: &str,
     value: Located,
@@ -260,7 +260,7 @@ pub(crate) fn load_value(
     loaded_or_faults(cx, loaded)
 }
 
-/// What was loaded; all faults instead, when there is one.
+/// Returns the loaded simulation, or all faults when there is one.
 fn loaded_or_faults(mut cx: Cx, loaded: Option<Loaded>) -> Result<Loaded, Failure> {
     match loaded {
         Some(mut loaded) if cx.faults.is_empty() => {

@@ -1,7 +1,7 @@
 //! The fields of a campaign file, declared once: the reader takes their names from here, and the JSON Schema is made of
 //! them.
 use super::{MOST_RUNS, MOST_SEED};
-use linkwork_assembly::{Field, Parameters, Schema, document};
+use linkwork_assembly::schema::{Field, Parameters, Schema, document};
 use linkwork_runtime::Value;
 
 /// What has numbers drawn from it, and the fields of each.

@@ -7,7 +7,7 @@ mod statistics;
 
 use crate::balance::{Balance, Saved};
 use crate::prepare::condition;
-use linkwork_assembly::{Figure, FigureOf, Take};
+use linkwork_assembly::form::{Figure, FigureOf, Take};
 use linkwork_runtime::{
     Condition, Fault, Observer, Place, Plan, PortKind, Simulation, Stretch, Times, Unit, Wanted,
 };

@@ -403,33 +403,49 @@ impl Simulation {
     /// however a run is divided into calls.
     ///
     /// # Errors
-    /// As [`Simulation::step`], with the state of the instant at which it failed; and a `t` that is no time.
+    /// The errors of [`Simulation::step`], with the state of the instant at which it failed; a `t` that is not a time.
     pub fn run_until(&mut self, t: impl IntoSeconds) -> Result<(), RunError> {
-        self.run_with(t, |_| Ok(()))
+        let t = self.end(t)?;
+        self.run_to(t)
     }
 
     /// Runs as [`Simulation::run_until`], and calls `at_row` at the present row and at every row that follows: to read
     /// variables, to set inputs, or to end the run with an error.
     ///
     /// # Errors
-    /// As [`Simulation::run_until`], and those of `at_row`.
+    /// The errors of [`Simulation::run_until`], and errors that `at_row` returns.
     pub fn run_with(
         &mut self,
         t: impl IntoSeconds,
         mut at_row: impl FnMut(&mut Simulation) -> Result<(), RunError>,
     ) -> Result<(), RunError> {
-        let t = t.into_seconds().map_err(|message| {
+        let t = self.end(t)?;
+        at_row(self)?;
+        while self.before(t) {
+            if self.step_watched()? == Stop::Interrupted {
+                return Ok(());
+            }
+            at_row(self)?;
+        }
+        self.run_to(t)
+    }
+
+    /// The time at which a run is to end.
+    fn end(&self, t: impl IntoSeconds) -> Result<Seconds, RunError> {
+        t.into_seconds().map_err(|message| {
             let (time, path) = (self.time(), String::new());
             let help = Some("give seconds, or a text such as \"2 min\"".to_string());
             RunError { time, path, message, help }
-        })?;
-        at_row(self)?;
+        })
+    }
+
+    /// The loop of [`Simulation::run_until`], compiled once.
+    fn run_to(&mut self, t: Seconds) -> Result<(), RunError> {
         let mut plan = self.plan.clone();
         while self.before(t) {
             if self.go_to_row(&plan)? == Stop::Interrupted {
                 return Ok(());
             }
-            at_row(self)?;
             if !Arc::ptr_eq(&plan, &self.plan) {
                 plan = self.plan.clone();
             }
