@@ -38,7 +38,7 @@ pub fn simulated() -> Result<[f64; 2], Box<dyn Error>> {
 
     let mut sim = rig.simulation()?;
     sim.run_until(5.0)?;
-    Ok([sim.get("carriage.rate")?, sim.get("Contact.slip")?])
+    Ok([sim.get("carriage.speed")?, sim.get("Contact.slip")?])
 }
 
 /// Returns the speed (m/s) at which the wheel rolls, by the balance of angular momentum.

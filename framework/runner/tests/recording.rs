@@ -20,31 +20,31 @@ fn it_holds_the_values_at_each_multiple_of_its_period() {
     let mut sim = oscillator();
     let mut log = Recording::new(&sim, ["mass.*"], 0.02).unwrap();
     log.run_until(&mut sim, 1).unwrap();
-    assert_eq!((log.t().len(), log.names().len(), sim.time()), (51, 2, 1.0));
-    assert_eq!((log.unit("mass.position"), log.unit("mass.colour")), (Some("m"), None));
+    assert_eq!((log.t().len(), log.names().len(), sim.time()), (51, 3, 1.0));
+    assert_eq!((log.unit("mass.displacement"), log.unit("mass.colour")), (Some("m"), None));
     let mut other = oscillator();
-    for (k, (t, x)) in log.t().iter().zip(&log["mass.position"]).enumerate() {
+    for (k, (t, x)) in log.t().iter().zip(&log["mass.displacement"]).enumerate() {
         assert_eq!(*t, k as f64 / 50.0);
         assert!((x - (10.0 * t).cos()).abs() < 1e-8, "{t} {x}");
         // A run that nobody records has the same bits.
         other.run_until(*t).unwrap();
-        assert_eq!(other.get("mass.position").unwrap(), *x);
-        assert_eq!(other.get("mass.rate").unwrap(), log["mass.rate"][k]);
+        assert_eq!(other.get("mass.displacement").unwrap(), *x);
+        assert_eq!(other.get("mass.speed").unwrap(), log["mass.speed"][k]);
     }
 }
 
 #[test]
 fn several_calls_give_the_rows_of_one() {
     let (mut whole, mut parts) = (oscillator(), oscillator());
-    let mut one = Recording::new(&whole, ["mass.position"], "100 Hz").unwrap();
-    let mut many = Recording::new(&parts, ["mass.position"], "100 Hz").unwrap();
+    let mut one = Recording::new(&whole, ["mass.displacement"], "100 Hz").unwrap();
+    let mut many = Recording::new(&parts, ["mass.displacement"], "100 Hz").unwrap();
     one.run_until(&mut whole, 0.5).unwrap();
     for t in [0.0, 0.013, 0.02, 0.02, 0.3, 0.5] {
         many.run_until(&mut parts, t).unwrap();
     }
-    assert_eq!((one.t(), &one["mass.position"]), (many.t(), &many["mass.position"]));
+    assert_eq!((one.t(), &one["mass.displacement"]), (many.t(), &many["mass.displacement"]));
     // From the middle of a run on, at the next multiple of the period.
-    let mut late = Recording::new(&parts, ["mass.position"], 0.2).unwrap();
+    let mut late = Recording::new(&parts, ["mass.displacement"], 0.2).unwrap();
     late.run_until(&mut parts, 1.0).unwrap();
     assert_eq!(late.t(), [0.6, 0.8, 1.0]);
 }
@@ -58,10 +58,10 @@ fn what_cannot_be_recorded_is_refused_with_its_place() {
         assert!(text.contains(expected) && text.contains("help: "), "{text}");
         assert!(text.contains(&format!("--> {}:{line}:", file!())), "{text}");
     };
-    refused("mass.positon", 0.1, "`mass.positon` matches no");
-    refused("mass.position", 0.0, "the period of a recording is zero");
-    refused("mass.position", -0.1, "-0.1 s is not a time");
-    refused("mass.position", f64::NAN, "NaN s is not a time");
+    refused("mass.displacment", 0.1, "`mass.displacment` matches no");
+    refused("mass.displacement", 0.0, "the period of a recording is zero");
+    refused("mass.displacement", -0.1, "-0.1 s is not a time");
+    refused("mass.displacement", f64::NAN, "NaN s is not a time");
 }
 
 #[test]
@@ -80,7 +80,7 @@ fn a_function_at_each_row_sees_all_rows_and_may_end_the_run() {
         message: "far enough".into(),
         help: None,
     };
-    let ended = sim.run_with(1.0, |sim| match sim.get("mass.position") {
+    let ended = sim.run_with(1.0, |sim| match sim.get("mass.displacement") {
         Ok(x) if x < 0.5 => Err(end(sim)),
         _ => Ok(()),
     });

@@ -275,7 +275,8 @@ impl Assembly {
     /// Everything that is wrong, at once, each mistake with the place of its call.
     pub fn load(&self) -> Result<crate::Loaded, Failure> {
         let faults = self.faults.clone();
-        let options = self.library.options(&[], None);
+        let mut options = self.library.options(&[], None);
+        options.search.insert(0, std::path::PathBuf::from("."));
         load_value("the assembly", self.value("Simulation").into(), faults, &options)
     }
 

@@ -248,7 +248,7 @@ fn load(name: &str, text: String, home: Home, options: &Options<'_>) -> Result<L
 }
 
 /// Loads a value that a program has built, as if it had been parsed, and reports `faults` with the faults of the value. Files that
-/// the value names are found from the working directory.
+/// the value names are found among the embedded texts and in the folders of `options`.
 pub(crate) fn load_value(
     name: &str,
     value: Located,
@@ -256,7 +256,7 @@ pub(crate) fn load_value(
     options: &Options<'_>,
 ) -> Result<Loaded, Failure> {
     let mut cx = Cx { faults, ..Cx::default() };
-    let loaded = whole(&mut cx, name, value, Home::Folder(PathBuf::new()), options);
+    let loaded = whole(&mut cx, name, value, Home::Embedded(String::new()), options);
     loaded_or_faults(cx, loaded)
 }
 
