@@ -9,9 +9,6 @@
 //! | `rovers/eight_wheeler.ron` | 8, none steers, on sprung arms | Lunokhod |
 //!
 //! ```
-//! use linkwork_assembly::{Options, load_text};
-//! use linkwork_runtime::{Catalogue, Files, Seconds, Simulation};
-//!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let text = r#"Simulation(
 //!     parts: {
@@ -21,17 +18,15 @@
 //!     wires: ["Source.y -> Filter.u"],
 //!     until: "1 s",
 //! )"#;
-//! let catalogue = Catalogue::new(linkwork_assemblies::libraries());
-//! let options = Options { embedded: linkwork_assemblies::embedded(), ..Options::new(&catalogue) };
-//! let loaded = load_text("filter.ron", text, &options)?;
-//! let mut sim = Simulation::of(loaded.compile(&catalogue, &Files::default())?.into());
-//! sim.run_until(Seconds { num: 1, den: 1 })?;
+//! let mut sim = linkwork_assemblies::library().text("filter.ron", text)?.simulation();
+//! sim.run_until(1.0)?;
 //! assert!((sim.get("Filter.y")? - 2.0 * (1.0 - (-1f64).exp())).abs() < 1e-9);
 //! # Ok(())
 //! # }
 //! ```
 use include_dir::{Dir, include_dir};
-use linkwork_runtime::Entry;
+use linkwork_assembly::Library;
+use linkwork_runtime::{Catalogue, Entry};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -42,6 +37,12 @@ static ROVERS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/rovers");
 static FLIGHT: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/flight");
 static BEHAVIOURS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/behaviours");
 static WORLDS: Dir<'static> = include_dir!("$CARGO_MANIFEST_DIR/worlds");
+
+/// All models and services of the component libraries, and all assemblies that ship with Linkwork.
+#[must_use]
+pub fn library() -> Library {
+    Library { catalogue: Catalogue::new(libraries()), embedded: embedded() }
+}
 
 /// Every model and service of the component libraries, library by library.
 #[must_use]

@@ -1,7 +1,8 @@
 //! The rover of `sims/rover_traverse`, and small scenes with it, loaded as the command line does; files of the
 //! reference data, and what flights are compared by.
 #![allow(dead_code, missing_docs, clippy::unwrap_used)]
-use linkwork_assembly::{Failure, Loaded, Options, Settings, load_file, load_text, place_machines};
+use linkwork_assembly::form::Settings;
+use linkwork_assembly::{Failure, Loaded, Options, load_file, load_text, place_machines};
 use linkwork_runner::{Ended, Goal, Metrics, Pause, Runner, Watch, prepare};
 use linkwork_runtime::{Catalogue, Entry, Files, Program, Seconds, Simulation};
 use linkwork_spatial::nalgebra::Quaternion;

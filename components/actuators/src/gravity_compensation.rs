@@ -61,19 +61,11 @@ impl Model for GravityCompensation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Arc;
-
-    struct Down;
-
-    impl Gravity for Down {
-        fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
-            Vec3::new(0.0, 0.0, -9.0 - p.x)
-        }
-    }
+    use linkwork_runtime::testing;
 
     #[test]
     fn the_share_of_the_weight_acts_at_the_centre_of_mass() {
-        let gravity = Some(Handle::new("gravity", Arc::new(Down) as Arc<dyn Gravity>));
+        let gravity = Some(testing::gravity(|_, p| Vec3::new(0.0, 0.0, -9.0 - p.x)));
         let m = GravityCompensation { p: GravityCompensationParams { share: 0.5, gravity } };
         let mut body = NodeState::identity();
         body.rotation = Quat::from_axis_angle(&Vec3::z_axis(), std::f64::consts::FRAC_PI_2);

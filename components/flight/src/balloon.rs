@@ -265,7 +265,7 @@ impl Model for Balloon {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Arc;
+    use linkwork_runtime::testing;
 
     /// Isothermal air: ρ = ρ₀ e^(−z/H), H = R_a T/g.
     const G: f64 = 3.71;
@@ -273,21 +273,6 @@ mod tests {
     const R_A: f64 = 190.0;
     const H: f64 = R_A * T / G;
     const RHO: f64 = 0.016;
-    struct Still;
-    impl Atmosphere for Still {
-        fn air(&self, _: f64, p: Vec3) -> Air {
-            let density = RHO * (-p.z / H).exp();
-            let pressure = density * R_A * T;
-            Air { density, pressure, temperature: T, speed_of_sound: 230.0, wind: Vec3::x() * 7.0 }
-        }
-    }
-    struct Down;
-    impl Gravity for Down {
-        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
-            Vec3::z() * -G
-        }
-    }
-
     fn params() -> BalloonParams {
         BalloonParams {
             gas: 4.0,
@@ -300,8 +285,18 @@ mod tests {
             valve: 0.0,
             discharge: 0.6,
             heat: None,
-            atmosphere: Handle::new("air", Arc::new(Still) as Arc<dyn Atmosphere>),
-            gravity: Handle::new("g", Arc::new(Down) as Arc<dyn Gravity>),
+            atmosphere: testing::air(|_, p| {
+                let density = RHO * (-p.z / H).exp();
+                let pressure = density * R_A * T;
+                Air {
+                    density,
+                    pressure,
+                    temperature: T,
+                    speed_of_sound: 230.0,
+                    wind: Vec3::x() * 7.0,
+                }
+            }),
+            gravity: testing::gravity(|_, _| Vec3::z() * -G),
             world: None,
         }
     }
@@ -332,14 +327,10 @@ mod tests {
     /// In a vacuum the envelope is full, and its over-pressure is m R T/V.
     #[test]
     fn without_air_the_gas_has_its_own_pressure() {
-        struct Nothing;
-        impl Atmosphere for Nothing {
-            fn air(&self, _: f64, _: Vec3) -> Air {
-                let (density, pressure, wind) = (0.0, 0.0, Vec3::zeros());
-                Air { density, pressure, temperature: T, speed_of_sound: 230.0, wind }
-            }
-        }
-        let air = Handle::new("air", Arc::new(Nothing) as Arc<dyn Atmosphere>);
+        let air = testing::air(|_, _| {
+            let (density, pressure, wind) = (0.0, 0.0, Vec3::zeros());
+            Air { density, pressure, temperature: T, speed_of_sound: 230.0, wind }
+        });
         let m = balloon(BalloonParams { atmosphere: air, duct: 0.1, ..params() });
         let envelope = NodeState::identity();
         let u = BalloonIn { envelope, vent: 0.0, superheat: 0.0, gust: Vec3::zeros() };

@@ -102,20 +102,7 @@ impl Model for Drag {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Arc;
-
-    struct Layer(Vec3);
-    impl Atmosphere for Layer {
-        fn air(&self, _: f64, p: Vec3) -> Air {
-            Air {
-                density: 0.020 * (-p.z / 11_100.0).exp(),
-                pressure: 0.0,
-                temperature: 200.0,
-                speed_of_sound: 230.0,
-                wind: self.0,
-            }
-        }
-    }
+    use linkwork_runtime::testing;
 
     fn drag(wind: Vec3) -> Drag {
         let p = DragParams {
@@ -123,7 +110,13 @@ mod tests {
             area: 5.5,
             nose_radius: 0.66,
             heating_constant: Some(1.9027e-4),
-            atmosphere: Handle::new("air", Arc::new(Layer(wind)) as Arc<dyn Atmosphere>),
+            atmosphere: testing::air(move |_, p| Air {
+                density: 0.020 * (-p.z / 11_100.0).exp(),
+                pressure: 0.0,
+                temperature: 200.0,
+                speed_of_sound: 230.0,
+                wind,
+            }),
         };
         Drag::build(p).unwrap()
     }

@@ -267,46 +267,16 @@ impl Model for WheelRigid {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use std::sync::Arc;
-
-    /// A plane rising along x.
-    pub(crate) struct Plane {
-        pub slope: f64,
-        pub soil: Soil,
-    }
-
-    impl Terrain for Plane {
-        fn ground(&self, x: f64, _: f64) -> Option<Ground> {
-            let normal = Vec3::new(-self.slope, 0.0, 1.0).normalize();
-            Some(Ground { height: self.slope * x, normal })
-        }
-        fn bounds(&self) -> [f64; 4] {
-            [-100.0, -100.0, 100.0, 100.0]
-        }
-        fn soil(&self, _: f64, _: f64) -> &Soil {
-            &self.soil
-        }
-        fn surface(&self) -> Surface {
-            Surface { origin: [0.0; 2], spacing: [1.0; 2], nx: 0, ny: 0, heights: vec![] }
-        }
-    }
-
-    struct Down(f64);
-
-    impl Gravity for Down {
-        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
-            Vec3::new(0.0, 0.0, -self.0)
-        }
-    }
+    use linkwork_runtime::testing::{self, Plane};
 
     /// Gravity along −z, m/s².
     pub(crate) fn gravity(g: f64) -> Handle<dyn Gravity> {
-        Handle::new("gravity", Arc::new(Down(g)) as Arc<dyn Gravity>)
+        testing::gravity(move |_, _| Vec3::new(0.0, 0.0, -g))
     }
 
     pub(crate) fn plane(slope: f64) -> Handle<dyn Terrain> {
         let soil = crate::test_soils::lunar();
-        Handle::new("ground", Arc::new(Plane { slope, soil }) as Arc<dyn Terrain>)
+        Plane { slope, soil, ..Plane::default() }.handle()
     }
 
     #[test]

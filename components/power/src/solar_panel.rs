@@ -136,8 +136,8 @@ impl Model for SolarPanel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use linkwork_runtime::testing;
     use linkwork_runtime::{AU, SOLAR_CONSTANT};
-    use std::sync::Arc;
 
     fn light(direction: Vec3, au: f64) -> Light {
         let irradiance = SOLAR_CONSTANT / (au * au);
@@ -183,20 +183,13 @@ mod tests {
         assert!((of(0.7, 1.0) - of(0.7, 0.0) - beam).abs() < 1e-10 && of(0.7, 0.0) > 20.0);
     }
 
-    struct Noon;
-    impl Sun for Noon {
-        fn state(&self, _: f64) -> SunState {
-            SunState { direction: Vec3::z(), distance_au: 1.0 }
-        }
-    }
-
     fn params() -> SolarPanelParams {
         SolarPanelParams {
             area: 2.0,
             efficiency: 0.25,
             optical_depth: 0.0,
             dust: 0.9,
-            sun: Handle::new("sun", Arc::new(Noon) as Arc<dyn Sun>),
+            sun: testing::sun(Vec3::z(), 1.0),
             world: None,
             gravity: None,
         }

@@ -255,33 +255,10 @@ mod tests {
     use super::*;
     use linkwork_render::collision::{Seen, Shape};
     use linkwork_runtime::Sight;
-    use std::sync::Arc;
-
-    /// Level ground at z = 0.
-    struct Level(Soil);
-    impl Terrain for Level {
-        fn ground(&self, _: f64, _: f64) -> Option<Ground> {
-            Some(Ground { height: 0.0, normal: Vec3::z() })
-        }
-        fn bounds(&self) -> [f64; 4] {
-            [-100.0, -100.0, 100.0, 100.0]
-        }
-        fn soil(&self, _: f64, _: f64) -> &Soil {
-            &self.0
-        }
-        fn surface(&self) -> Surface {
-            Surface {
-                origin: [-100.0; 2],
-                spacing: [200.0; 2],
-                nx: 2,
-                ny: 2,
-                heights: vec![0.0; 4],
-            }
-        }
-    }
+    use linkwork_runtime::testing::{self, Plane};
 
     fn params() -> CameraParams {
-        let ground = Arc::new(Level(crate::test_ground::firm())) as Arc<dyn Terrain>;
+        let ground = Plane { soil: crate::test_ground::firm(), ..Plane::default() };
         CameraParams {
             width: 64,
             height: 48,
@@ -300,25 +277,10 @@ mod tests {
             contrast: 0.6,
             grain: 0.3,
             sees: Scenery::default(),
-            terrain: Some(Handle::new("ground", ground)),
+            terrain: Some(ground.handle()),
             sun: None,
             world: None,
             atmosphere: None,
-        }
-    }
-
-    struct Noon;
-    impl Sun for Noon {
-        fn state(&self, _: f64) -> SunState {
-            SunState { direction: Vec3::z(), distance_au: 1.0 }
-        }
-    }
-
-    struct Thin;
-    impl Atmosphere for Thin {
-        fn air(&self, _: f64, _: Vec3) -> Air {
-            let (density, temperature) = (1e-3, 200.0);
-            Air { density, pressure: 50.0, temperature, speed_of_sound: 230.0, wind: Vec3::zeros() }
         }
     }
 
@@ -328,10 +290,13 @@ mod tests {
         let pose = linkwork_spatial::Pose::new(Quat::identity(), Vec3::z() * 2e6);
         let site = Site { pose, rate: 0.0, start: Quat::identity() };
         let rock = linkwork_runtime::PlainWorld::of_site(5e12, 2e6, site).handle();
-        let sun = Arc::new(Noon) as Arc<dyn Sun>;
-        let air = Handle::new("air", Arc::new(Thin) as Arc<dyn Atmosphere>);
+        let sun = testing::sun(Vec3::z(), 1.0);
+        let air = testing::air(|_, _| {
+            let (density, temperature) = (1e-3, 200.0);
+            Air { density, pressure: 50.0, temperature, speed_of_sound: 230.0, wind: Vec3::zeros() }
+        });
         let sky = |world, atmosphere| {
-            let sun = Some(Handle::new("sun", sun.clone()));
+            let sun = Some(sun.clone());
             let m = CameraSensor::build(CameraParams { sun, world, atmosphere, ..params() });
             let light = m.unwrap().light(0.0, &Vec3::zeros());
             assert!(light.sun_irradiance[0] > 0.0);

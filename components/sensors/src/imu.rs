@@ -369,14 +369,7 @@ impl Model for Imu {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use std::sync::Arc;
-
-    struct Mars;
-    impl Gravity for Mars {
-        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
-            Vec3::new(0.0, 0.0, -3.72)
-        }
-    }
+    use linkwork_runtime::testing;
 
     fn imu(grade: Grade, white: Option<f64>, walk: Option<f64>) -> Imu {
         let p = ImuParams {
@@ -393,7 +386,7 @@ pub(crate) mod tests {
             accel_resolution: 0.0,
             bandwidth: None,
             misalignment: Vec3::zeros(),
-            gravity: Handle::new("gravity", Arc::new(Mars) as Arc<dyn Gravity>),
+            gravity: testing::gravity(|_, _| Vec3::new(0.0, 0.0, -3.72)),
             world: None,
         };
         Imu::build(p).unwrap()

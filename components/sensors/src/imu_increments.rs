@@ -112,14 +112,7 @@ impl Model for ImuIncrements {
 mod tests {
     use super::*;
     use crate::imu::Grade;
-    use std::sync::Arc;
-
-    struct Down;
-    impl Gravity for Down {
-        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
-            Vec3::new(0.0, 0.0, -9.81)
-        }
-    }
+    use linkwork_runtime::testing;
 
     #[test]
     fn white_noise_walks_with_the_root_of_time() {
@@ -138,7 +131,7 @@ mod tests {
             accel_resolution: 0.0,
             bandwidth: None,
             misalignment: Vec3::zeros(),
-            gravity: Handle::new("gravity", Arc::new(Down) as Arc<dyn Gravity>),
+            gravity: testing::gravity(|_, _| Vec3::new(0.0, 0.0, -9.81)),
             world: None,
         })
         .unwrap();

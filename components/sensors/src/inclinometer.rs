@@ -83,17 +83,10 @@ impl Model for Inclinometer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Arc;
-
-    struct Mars;
-    impl Gravity for Mars {
-        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
-            Vec3::new(0.0, 0.0, -3.72)
-        }
-    }
+    use linkwork_runtime::testing;
 
     fn read(sigma: f64, offset: [f64; 2], range: f64, q: Quat, a: Vec3, row: u64) -> [f64; 3] {
-        let gravity = Handle::new("gravity", Arc::new(Mars) as Arc<dyn Gravity>);
+        let gravity = testing::gravity(|_, _| Vec3::new(0.0, 0.0, -3.72));
         let p = InclinometerParams { sigma, offset, range, gravity };
         let mount = NodeState { rotation: q, ..NodeState::identity() };
         let motion = NodeAccel { angular: Vec3::zeros(), linear: a };

@@ -113,7 +113,7 @@ impl SizedModel for RockOverlap {
         Ok(RockOverlap { p, rocks })
     }
 
-    fn outputs(&self, store: &Vec<usize>, y: &mut [f64]) {
+    fn outputs(&self, store: &[usize], y: &mut [f64]) {
         let heights = || store.iter().filter_map(|k| self.rocks.get(*k)).map(|rock| rock.height);
         RockOverlapOut {
             highest: heights().fold(0.0, f64::max),

@@ -55,22 +55,14 @@ impl Model for SpecificForce {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Arc;
-
-    struct Down;
-
-    impl Gravity for Down {
-        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
-            Vec3::new(0.0, 0.0, -9.0)
-        }
-    }
+    use linkwork_runtime::testing;
 
     #[test]
     fn a_node_at_rest_feels_its_weight_in_its_own_axes() {
         let mut mount = NodeState::identity();
         mount.rotation = Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::FRAC_PI_2);
         let motion = NodeAccel { angular: Vec3::zeros(), linear: Vec3::new(2.0, 0.0, 0.0) };
-        let gravity = Some(Handle::new("gravity", Arc::new(Down) as Arc<dyn Gravity>));
+        let gravity = Some(testing::gravity(|_, _| Vec3::new(0.0, 0.0, -9.0)));
         let c = Clock::at(0.0, 0.1, 0);
         for (gravity, want) in
             [(gravity, Vec3::new(2.0, 9.0, 0.0)), (None, Vec3::new(2.0, 0.0, 0.0))]

@@ -16,39 +16,41 @@
 //! | `expand` | the tree of instances, and references in it |
 //! | `mechanism` | bodies, loops, couplings, contact as one mechanism |
 //! | `wiring` | parts, bindings, wires |
-//! | `load` | all steps in order, and the resolved text that does not need other files |
+//! | `load` | all steps in order, and the resolved text that does not need other files; simulations that are ready to run |
+//! | `build` | assemblies that a Rust program builds |
 #![allow(non_snake_case)]
 
 mod body;
+mod build;
 mod expand;
-mod form;
+pub mod form;
 mod load;
-mod machine;
+pub mod machine;
 mod mechanism;
-mod schema;
+pub mod schema;
 mod scope;
 mod text;
 mod wiring;
 
 pub use body::shapes::BodyShape;
-pub use expand::tree::{TreeKind, TreeNode};
-pub use form::assembly::{Assembly, ItemForm, MountDecl, PartForm, PartKind};
-pub use form::settings::{
-    AroundForm, ArrowForm, LineForm, LogRule, Metric, MetricOf, PlacementForm, Plot, PlumeForm,
-    Settings, Take, ViewForm,
-};
-pub use linkwork_formats::{MESH_FILES, mesh_corners, mesh_corners_of};
-pub use linkwork_runtime::Value;
+pub use build::{Assembly, Body, BodyInertia, NewPart, NewWire};
+pub use linkwork_runtime::{IntoValue, Value};
+pub use load::library::{Library, Ready, Shared, sim_file};
 pub use load::{
-    Loaded, Options, Resolved, dotted, load_file, load_text, place_machines, read_value, schema,
+    Loaded, Options, Resolved, load_file, load_text, place_machines, read_value, schema,
 };
-pub use machine::convert::Converted;
-pub use machine::import::{Import, read_machine};
-pub use machine::sidecar::apply_side_car;
-pub use schema::describe::{Field, Parameters, Schema, document, plain};
-pub use scope::parameters::ParamDecl;
 pub use text::parsed::Parsed;
-pub use text::patterns::{match_patterns, matches, misspelt, path_matches};
 pub use text::report::tidy;
 pub use text::show::{Failure, Look, show_faults};
-pub use text::value::{IntoValue, Text, variant};
+pub use text::value::{Text, variant};
+
+/// The tree of instances of a loaded simulation.
+pub mod tree {
+    pub use crate::expand::tree::{TreeKind, TreeNode};
+}
+
+/// Patterns over the paths of variables: `"Rover.**.torque"`.
+pub mod patterns {
+    pub use crate::load::dotted;
+    pub use crate::text::patterns::{match_patterns, matches, misspelt, path_matches};
+}

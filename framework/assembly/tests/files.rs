@@ -1,5 +1,6 @@
 //! Files on disk: in the same folder, in search folders, data folders, meshes; settings from outside.
 use crate::common::*;
+use linkwork_assembly::patterns::match_patterns;
 use linkwork_assembly::*;
 use linkwork_runtime::{Integrator, Seconds};
 use std::fs;

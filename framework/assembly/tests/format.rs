@@ -1,5 +1,6 @@
 //! Every example of FORMAT.md loads.
 use crate::common::*;
+use linkwork_assembly::form::Take;
 use linkwork_assembly::*;
 use linkwork_runtime::{Files, Seconds, Simulation};
 

@@ -1,5 +1,6 @@
 //! The corpus and the findings of fuzzing do not cause a panic in the loader and the reader of companion files.
-use linkwork_assembly::{Options, apply_side_car, load_text};
+use linkwork_assembly::machine::apply_side_car;
+use linkwork_assembly::{Options, load_text};
 use linkwork_formats::{ReadOptions, read_urdf};
 use linkwork_runtime::Catalogue;
 use std::path::PathBuf;

@@ -1,5 +1,6 @@
 //! Loading of valid files: expansion, numbers, references, canonical order, the resolved text.
 use crate::common::*;
+use linkwork_assembly::form::Take;
 use linkwork_assembly::*;
 use linkwork_runtime::{BindTarget, Integrator, Seconds};
 

@@ -1,6 +1,8 @@
 //! Mechanisms in RON without loss of a bit, files of other formats in an assembly, and companion files.
 use crate::common::*;
 use crate::splitmix::splitmix;
+use linkwork_assembly::form::AssemblyForm;
+use linkwork_assembly::machine::{apply_side_car, read_machine};
 use linkwork_assembly::*;
 use linkwork_collision::Seen;
 use linkwork_formats::{
@@ -208,7 +210,7 @@ fn flexible_machines_come_back_bit_for_bit() {
             .modes(plate.modes(3).unwrap()),
     );
     let mbs = b.build().unwrap();
-    let made = Assembly::from_description("M", &Description::from(&mbs));
+    let made = AssemblyForm::from_description("M", &Description::from(&mbs));
     assert!(made.left_out.is_empty(), "{:?}", made.left_out);
     let catalogue = catalogue();
     let loaded = load_text("m.ron", &made.assembly.to_ron(), &Options::new(&catalogue));
@@ -224,7 +226,7 @@ fn mechanism(loaded: &Loaded) -> &Multibody {
 fn any_mechanism_comes_back_from_its_ron_bit_for_bit() {
     for seed in 0..60 {
         let mbs = machine(seed);
-        let made = Assembly::from_description("M", &Description::from(&mbs));
+        let made = AssemblyForm::from_description("M", &Description::from(&mbs));
         assert!(made.left_out.is_empty(), "{:?}", made.left_out);
         let catalogue = catalogue();
         let text = made.assembly.to_ron();
@@ -328,8 +330,8 @@ fn an_import_hangs_where_it_is_told_and_may_be_embedded() {
     assert!((X.position - Vec3::new(0.0, 1.0, 2.0)).amax() < 1e-15, "{X:?}");
     assert!((X.transform_vector(&Vec3::y()) - Vec3::z()).amax() < 1e-15, "{X:?}");
     // The form still contains the import.
-    let form = Assembly::from_ron("a.ron", text).unwrap();
-    assert_eq!(Assembly::from_ron("a.ron", &form.to_ron()).unwrap().to_ron(), form.to_ron());
+    let form = AssemblyForm::from_ron("a.ron", text).unwrap();
+    assert_eq!(AssemblyForm::from_ron("a.ron", &form.to_ron()).unwrap().to_ron(), form.to_ron());
     assert!(form.to_ron().contains("import:"));
 }
 
@@ -419,7 +421,7 @@ fn collision_shapes_come_back_to_the_last_digit() {
         let shape = linkwork_formats::BodyShape::new(body, role, r.pose(), geometry);
         d.shapes.push(linkwork_formats::BodyShape { name: name.into(), ..shape });
     }
-    let made = Assembly::from_description("M", &d);
+    let made = AssemblyForm::from_description("M", &d);
     assert_eq!(made.left_out.len(), 1, "{:?}", made.left_out);
     assert!(made.left_out[0].contains("sizes are not all positive"), "{:?}", made.left_out);
     let catalogue = catalogue();
@@ -578,7 +580,7 @@ fn descriptions_keep_their_picture_and_odd_names() {
         initial: vec![initial("x::a", &q), initial("x::a/1", &turn), initial("x__a", &both)],
         ..Description::default()
     };
-    let made = Assembly::from_description("M", &d);
+    let made = AssemblyForm::from_description("M", &d);
     assert_eq!(made.bodies["x__a"], "x__a");
     assert_eq!((made.bodies["x::a"].as_str(), made.bodies["x::a/1"].as_str()), ("x__a_", "x__a_1"));
     let catalogue = catalogue();

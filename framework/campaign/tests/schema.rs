@@ -1,6 +1,7 @@
 //! Compares the JSON Schema of campaign files with the files in the repository, and with the reader.
 use crate::misfit::misfit;
-use linkwork_assembly::{plain, read_value};
+use linkwork_assembly::read_value;
+use linkwork_assembly::schema::plain;
 use linkwork_campaign::{Form, schema};
 use std::path::{Path, PathBuf};
 

@@ -327,6 +327,9 @@ fn clip(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact_points::Most;
+    use crate::core::Poly;
+    use linkwork_multibody::spatial::Quat;
 
     /// Relative poses of two axes, from equal to arbitrary, including small angles, at which curved cores need most steps.
     #[test]

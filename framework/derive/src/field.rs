@@ -1,5 +1,5 @@
 //! `#[field("mobility.ruts")]`: completes an `impl Field`.
-use crate::{doc_of, runtime};
+use crate::{doc_of, part_type, runtime};
 use proc_macro2::TokenStream as Tokens;
 use quote::quote;
 use syn::{ImplItem, ItemImpl, LitStr, parse_quote};
@@ -24,5 +24,6 @@ pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
     item.items.push(parse_quote!(const OVERLAY: bool = #overlay;));
     item.items.push(parse_quote!(const NAME: &'static str = #name;));
     item.items.push(parse_quote!(const DOC: &'static str = #doc;));
-    Ok(quote!(#item))
+    let part_type = part_type(&item, "field");
+    Ok(quote!(#item #part_type))
 }

@@ -14,7 +14,7 @@ use proc_macro::TokenStream;
 use proc_macro_crate::{FoundCrate, crate_name};
 use proc_macro2::{Span, TokenStream as Tokens};
 use quote::quote;
-use syn::{Attribute, Expr, ExprLit, Ident, Lit, Meta};
+use syn::{Attribute, Expr, ExprLit, Ident, ItemImpl, Lit, Meta};
 
 /// Lanes, names, units and bindings of an input or output struct.
 ///
@@ -60,6 +60,21 @@ pub fn service(attr: TokenStream, item: TokenStream) -> TokenStream {
 pub fn field(attr: TokenStream, item: TokenStream) -> TokenStream {
     let name = syn::parse_macro_input!(attr as syn::LitStr);
     finish(field::expand(&name, syn::parse_macro_input!(item as syn::ItemImpl)))
+}
+
+/// Makes the type of an `impl` a type of part: `kind` is the constructor of its entry in a catalogue.
+fn part_type(item: &ItemImpl, kind: &str) -> Tokens {
+    let (rt, ty) = (runtime(), &item.self_ty);
+    let (generics, _, bounds) = item.generics.split_for_impl();
+    let trait_path = item.trait_.as_ref().map(|(_, path, _)| path);
+    let kind = Ident::new(kind, Span::call_site());
+    quote! {
+        #[automatically_derived]
+        impl #generics #rt::PartType for #ty #bounds {
+            type Builder = <<Self as #trait_path>::Params as #rt::Params>::Builder;
+            fn entry() -> #rt::Entry { #rt::Entry::#kind::<Self>() }
+        }
+    }
 }
 
 fn finish(result: syn::Result<Tokens>) -> TokenStream {

@@ -3,7 +3,7 @@
 //! An author writes each function with the arguments that it reads, in any order. The names of the arguments decide what they
 //! receive. The macro moves these functions to an inherent `impl` and writes the functions of the trait, which take all
 //! arguments and call them. Tests of the same crate therefore call a function as it is written: `motor.feedthrough(&x, &u)`.
-use crate::{doc_of, runtime};
+use crate::{doc_of, part_type, runtime};
 use proc_macro2::{Group, TokenStream as Tokens, TokenTree};
 use quote::{ToTokens, format_ident, quote};
 use std::collections::BTreeMap;
@@ -104,14 +104,17 @@ impl Written {
 
 pub fn expand(name: &LitStr, item: ItemImpl) -> syn::Result<Tokens> {
     let last = item.trait_.as_ref().and_then(|(_, path, _)| path.segments.last());
-    match last.map(|segment| segment.ident.to_string()).as_deref() {
-        Some("Model") => model(name, item),
-        Some("SizedModel") => sized(name, item),
-        _ => Err(Error::new_spanned(
-            &item.self_ty,
-            "#[model] stands above an `impl Model` or an `impl SizedModel`",
-        )),
-    }
+    let (part_type, rest) = match last.map(|segment| segment.ident.to_string()).as_deref() {
+        Some("Model") => (part_type(&item, "model"), model(name, item)?),
+        Some("SizedModel") => (part_type(&item, "sized"), sized(name, item)?),
+        _ => {
+            return Err(Error::new_spanned(
+                &item.self_ty,
+                "#[model] stands above an `impl Model` or an `impl SizedModel`",
+            ));
+        }
+    };
+    Ok(quote!(#rest #part_type))
 }
 
 /// Completes an `impl Model`.

@@ -2,7 +2,10 @@
 use crate::{doc_of, runtime};
 use proc_macro2::TokenStream as Tokens;
 use quote::quote;
-use syn::{Data, DataEnum, DeriveInput, Expr, Fields, Ident, LitStr, Token, parse::ParseStream};
+use syn::{
+    Data, DataEnum, DeriveInput, Expr, Fields, GenericArgument, Ident, LitStr, PathArguments,
+    Token, Type, parse::ParseStream,
+};
 
 #[derive(Default)]
 struct ParamAttr {
@@ -43,13 +46,13 @@ pub fn derive(input: &DeriveInput) -> syn::Result<Tokens> {
     let name = &input.ident;
     match &input.data {
         Data::Enum(data) => derive_enum(name, data),
-        Data::Struct(data) => derive_struct(name, &data.fields),
+        Data::Struct(data) => derive_struct(input, &data.fields),
         Data::Union(_) => Err(syn::Error::new_spanned(name, "Params is for structs and enums")),
     }
 }
 
-fn derive_struct(name: &Ident, fields: &Fields) -> syn::Result<Tokens> {
-    let rt = runtime();
+fn derive_struct(input: &DeriveInput, fields: &Fields) -> syn::Result<Tokens> {
+    let (rt, name) = (runtime(), &input.ident);
     let empty = syn::punctuated::Punctuated::new();
     let named = match fields {
         Fields::Named(f) => &f.named,
@@ -59,6 +62,7 @@ fn derive_struct(name: &Ident, fields: &Fields) -> syn::Result<Tokens> {
         }
     };
     let (mut specs, mut reads, mut idents, mut shows) = (vec![], vec![], vec![], vec![]);
+    let mut setters = vec![];
     for (k, field) in named.iter().enumerate() {
         let mut attr = ParamAttr::default();
         for a in field.attrs.iter().filter(|a| a.path().is_ident("param")) {
@@ -101,10 +105,37 @@ fn derive_struct(name: &Ident, fields: &Fields) -> syn::Result<Tokens> {
         });
         shows.push(quote!((#text.to_string(), #rt::Param::show(&self.#ident).into())));
         idents.push(ident);
+        setters.push(setter(ident, &text, ty, &doc));
     }
+    let builder = quote::format_ident!("{name}Builder");
+    let vis = &input.vis;
+    let about = format!("Sets parameters of [`{name}`]. What is not set has its default.");
     Ok(quote! {
+        #[doc = #about]
+        #[derive(Clone, Debug, Default)]
+        #vis struct #builder(Vec<(String, #rt::Located)>);
+        #[automatically_derived]
+        #[allow(dead_code)]
+        impl #builder { #(#setters)* }
+        #[automatically_derived]
+        impl #rt::ParamsBuilder for #builder {
+            fn entries(&mut self) -> &mut Vec<(String, #rt::Located)> { &mut self.0 }
+        }
+        #[automatically_derived]
+        impl From<#name> for #builder {
+            #[track_caller]
+            fn from(all: #name) -> Self {
+                let #rt::Value::Map(mut entries) = <#name as #rt::Params>::show_map(&all) else {
+                    return Self::default();
+                };
+                let origin = #rt::Origin::caller();
+                entries.iter_mut().for_each(|(_, v)| v.place(origin));
+                Self(entries)
+            }
+        }
         #[automatically_derived]
         impl #rt::Params for #name {
+            type Builder = #builder;
             fn specs() -> Vec<#rt::ParamSpec> { vec![#(#specs),*] }
             #[allow(unused_variables)]
             fn read_map(map: &#rt::Located, cx: &mut #rt::ReadCx<'_>) -> Option<Self> {
@@ -128,6 +159,50 @@ fn derive_struct(name: &Ident, fields: &Fields) -> syn::Result<Tokens> {
             fn show(&self) -> #rt::Value { <Self as #rt::Params>::show_map(self) }
         }
     })
+}
+
+/// The setter of one field in the builder.
+fn setter(ident: &Ident, text: &str, ty: &Type, doc: &str) -> Tokens {
+    let rt = runtime();
+    let ty = inside("Option", ty).unwrap_or(ty);
+    let (argument, value) = if inside("Handle", ty).is_some() {
+        // A service is named by the path of its part.
+        (quote!(&str), quote!(value))
+    } else if is_exact(ty) {
+        (quote!(#ty), quote!(#rt::Param::show(&value)))
+    } else {
+        (quote!(impl Into<#ty>), quote!(#rt::Param::show(&<_ as Into<#ty>>::into(value))))
+    };
+    quote! {
+        #[doc = #doc]
+        #[must_use]
+        #[track_caller]
+        #[inline]
+        pub fn #ident(self, value: #argument) -> Self {
+            #rt::ParamsBuilder::set(self, #text, #value)
+        }
+    }
+}
+
+/// The argument of a generic type of this name: `T` of `Option<T>`.
+fn inside<'t>(name: &str, ty: &'t Type) -> Option<&'t Type> {
+    let Type::Path(path) = ty else { return None };
+    let last = path.path.segments.last().filter(|s| s.ident == name)?;
+    let PathArguments::AngleBracketed(arguments) = &last.arguments else { return None };
+    match arguments.args.first()? {
+        GenericArgument::Type(inner) => Some(inner),
+        _ => None,
+    }
+}
+
+/// Types whose setter takes exactly them: with a conversion, the type of a literal such as `3` or `[1, 2]` would be open.
+fn is_exact(ty: &Type) -> bool {
+    const EXACT: [&str; 6] = ["bool", "u8", "u32", "u64", "i64", "usize"];
+    match ty {
+        Type::Array(_) => true,
+        Type::Path(path) => path.path.get_ident().is_some_and(|i| EXACT.iter().any(|e| i == e)),
+        _ => false,
+    }
 }
 
 fn derive_enum(name: &Ident, data: &DataEnum) -> syn::Result<Tokens> {

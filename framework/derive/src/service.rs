@@ -1,5 +1,5 @@
 //! `#[service("environment.height_field", Terrain)]`: completes an `impl Service`.
-use crate::{doc_of, runtime};
+use crate::{doc_of, part_type, runtime};
 use proc_macro2::TokenStream as Tokens;
 use quote::quote;
 use syn::{Ident, ItemImpl, LitStr, Token, parse::ParseStream, parse_quote};
@@ -36,5 +36,6 @@ pub fn expand(attr: &Attr, mut item: ItemImpl) -> syn::Result<Tokens> {
             #rt::ServiceObject::#kind(::std::sync::Arc::new(self))
         }
     });
-    Ok(quote!(#item))
+    let part_type = part_type(&item, "service");
+    Ok(quote!(#item #part_type))
 }

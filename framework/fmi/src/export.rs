@@ -4,7 +4,8 @@
 //! in SI.
 use crate::archive::{platform, write_archive};
 use crate::provide::{Contents, Shown};
-use linkwork_assembly::{Failure, Text, match_patterns};
+use linkwork_assembly::patterns::match_patterns;
+use linkwork_assembly::{Failure, Text};
 use linkwork_formats::escaped;
 use linkwork_formats::fmi::FmiVersion;
 use linkwork_runner::Ready;

@@ -7,7 +7,8 @@
 //! samples, so a replay repeats it.
 use crate::protocol::{Amount, Ask, Reply, Request, Said};
 use crate::server::{Guest, Row, Server};
-use linkwork_assembly::{Text, match_patterns};
+use linkwork_assembly::Text;
+use linkwork_assembly::patterns::match_patterns;
 use linkwork_runner::{Runner, Watch, time_name};
 use linkwork_runtime::{Change, Origin, Place, Value, Variable};
 use std::time::{Duration, Instant};

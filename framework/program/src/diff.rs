@@ -1,7 +1,7 @@
 //! `linkwork diff`: two logs, two checkpoints or two recordings, with tolerances.
 use crate::exit;
 use clap::Args;
-use linkwork_assembly::path_matches;
+use linkwork_assembly::patterns::path_matches;
 use linkwork_record::{Difference, End, Rows, Series, Tolerances, compare, read_log_with_poses};
 use linkwork_runtime::Checkpoint;
 use std::collections::BTreeMap;

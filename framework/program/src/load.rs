@@ -2,7 +2,7 @@
 use crate::program::program;
 use crate::voice::{MOST, report};
 use linkwork_assembly::Loaded;
-pub use linkwork_assembly::dotted;
+pub use linkwork_assembly::patterns::dotted;
 use linkwork_runner::Library;
 pub use linkwork_runner::{Ready, sim_file};
 use linkwork_runtime::{Catalogue, Fault, Plan, Sources, Value};

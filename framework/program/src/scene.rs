@@ -1,9 +1,9 @@
 //! The scene of the viewer, from the shapes of the bodies and the `view` of the simulation file.
 use crate::load::{dotted, params_of};
 use crate::strands::{self, Places};
-use linkwork_assembly::{
-    ArrowForm, BodyShape, Loaded, Text, ViewForm, match_patterns, path_matches,
-};
+use linkwork_assembly::form::{ArrowForm, ViewForm};
+use linkwork_assembly::patterns::{match_patterns, path_matches};
+use linkwork_assembly::{BodyShape, Loaded, Text};
 use linkwork_collision::{Seen, box_of_inertia};
 use linkwork_multibody::Body;
 use linkwork_runtime::{

@@ -1,6 +1,8 @@
 //! Lines and jets in the `view` of a simulation file: patterns, resolved over all phases.
 use crate::load::dotted;
-use linkwork_assembly::{LineForm, PlumeForm, Text, path_matches};
+use linkwork_assembly::Text;
+use linkwork_assembly::form::{LineForm, PlumeForm};
+use linkwork_assembly::patterns::path_matches;
 use linkwork_runtime::{Fault, Origin, Plan, Program, remedy};
 use linkwork_spatial::{Pose, Vec3};
 use linkwork_viz::{End, Line, Plume};

@@ -187,7 +187,7 @@ mod tests {
         let text = "a: \"\u{1b}]0;owned\u{7}\",\n  b: \u{202e}2\n";
         let file = sources.add("sim\u{1b}[2J.ron", text);
         let at = text.find('2').unwrap() as u32;
-        let origin = Origin { file, start: at, end: at + 1 };
+        let origin = Origin::in_file(file, at, at + 1);
         let fault = Fault::new(origin, "no \u{1b}[8msecret").help("\u{1b}c");
         let safe = harmless(&Failure { faults: vec![fault], sources });
         for look in [Look::Plain, Look::Drawn] {

@@ -2,7 +2,8 @@
 //!
 //! A change acts from the present tick on, before its samples are taken, and logs contain it.
 use crate::run::{Runner, Watch};
-use linkwork_assembly::{Text, match_patterns};
+use linkwork_assembly::Text;
+use linkwork_assembly::patterns::match_patterns;
 use linkwork_runtime::{
     Change, Origin, Role, Simulation, Unit, Value, VariableError, split_quantity,
 };

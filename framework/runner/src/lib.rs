@@ -9,8 +9,8 @@
 //!
 //! | module | content |
 //! |---|---|
-//! | `load` | files → a compiled simulation with the settings of its file |
 //! | `prepare` | resolves all names of the file; reports all mistakes at once |
+//! | `recording` | variables of a run over time, in memory |
 //! | `run` | the time loop, with its recorders |
 //! | `change` | set and pin variables during the run |
 //! | `saves` | when checkpoints are written, their names, their additional content |
@@ -26,23 +26,23 @@ mod built;
 mod change;
 mod conditions;
 mod folder;
-mod load;
 mod metrics;
 mod pace;
 mod prepare;
+mod recording;
 mod run;
 mod saves;
 mod stop;
-mod unread;
 
 pub use balance::{Balance, Balances, Part as PartBalance, Report};
 pub use built::built;
 pub use change::{assignment, changed};
 pub use folder::{Folder, FolderError};
-pub use load::{Library, Ready, Shared, sim_file};
+pub use linkwork_assembly::{Library, Ready, Shared, sim_file};
 pub use metrics::{Metrics, Tracked};
 pub use pace::{Lateness, Pace, Realtime, SystemClock, WallClock};
 pub use prepare::{Prepared, log_rules, prepare};
+pub use recording::{Columns, Recording};
 pub use run::{Ended, Goal, Need, Pause, RecorderEnd, Runner, Watch, recorder_entry};
 pub use saves::{BUILT, Extra, Saves, signal_names, time_name};
 pub use stop::Stop;

@@ -1,7 +1,8 @@
 //! Resolution of names before a run: no file is written before all names are correct.
 use crate::conditions::condition;
 use crate::metrics::Metrics;
-use linkwork_assembly::{AroundForm, LogRule, Settings, match_patterns};
+use linkwork_assembly::form::{AroundForm, LogRule, Settings};
+use linkwork_assembly::patterns::match_patterns;
 use linkwork_runtime::{Around, Fault, Plan, Rule};
 
 /// The names in a simulation's file, resolved in the plan.

@@ -2,4 +2,5 @@
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
 mod pace;
+mod recording;
 mod runner;

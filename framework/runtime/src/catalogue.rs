@@ -4,11 +4,12 @@ use crate::error::BuildError;
 use crate::field::{self, BuiltField, Field};
 use crate::files::Files;
 use crate::model::{Description, Functions, Model};
-use crate::params::{Params, ReadCx};
+use crate::params::{Params, ParamsBuilder, ReadCx};
 use crate::provider::Service;
 use crate::services::{ServiceKind, ServiceObject};
 use crate::sized::{self, BuiltSized, SizedModel};
 use crate::value::{Fault, Located, remedy};
+use std::any::TypeId;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -50,12 +51,23 @@ enum Maker {
     Service(ServiceKind, MakeService),
 }
 
+/// A Rust type of which a part can be made: a model, a service or a field. The macros `#[model]`, `#[service]` and
+/// `#[field]` implement it.
+pub trait PartType: 'static {
+    /// Sets its parameters.
+    type Builder: ParamsBuilder;
+    /// Returns it as an entry of a catalogue.
+    fn entry() -> Entry;
+}
+
 /// One model or service.
 #[derive(Clone)]
 pub struct Entry {
     /// What is known of it.
     pub description: Arc<Description>,
     maker: Maker,
+    /// The Rust type, when there is one.
+    of: Option<TypeId>,
 }
 
 fn built<T>(result: Result<T, BuildError>, params: &Located, cx: &mut ReadCx<'_>) -> Option<T> {
@@ -77,6 +89,7 @@ impl Entry {
     /// A model type.
     pub fn model<M: Model>() -> Entry {
         Entry {
+            of: Some(TypeId::of::<M>()),
             description: Arc::new(Description::of::<M>()),
             maker: Maker::Model(|description, params, cx| {
                 let p = M::Params::read_map(params, cx)?;
@@ -114,12 +127,14 @@ impl Entry {
             let p = M::Params::read_map(params, &mut ReadCx::looking(&none, files))?;
             Some(sized::describe::<M>(&p))
         };
-        Entry { description: Arc::new(description), maker: Maker::Sized(make, describe) }
+        let (description, of) = (Arc::new(description), Some(TypeId::of::<M>()));
+        Entry { description, maker: Maker::Sized(make, describe), of }
     }
 
     /// A type of field.
     pub fn field<F: Field>() -> Entry {
         Entry {
+            of: Some(TypeId::of::<F>()),
             description: Arc::new(field::describe::<F>()),
             maker: Maker::Model(|_, params, cx| {
                 let p = F::Params::read_map(params, cx)?;
@@ -149,12 +164,13 @@ impl Entry {
             let p = F::Params::read_map(params, &mut ReadCx::looking(&none, files))?;
             F::describe(&p, files)
         };
-        Entry { description: Arc::new(description), maker: Maker::Sized(make, describe) }
+        let (description, of) = (Arc::new(description), Some(TypeId::of::<F>()));
+        Entry { description, maker: Maker::Sized(make, describe), of }
     }
 
     /// Parts that `making` makes; `description` says what is known before parameters are.
     pub fn given(description: Description, making: Arc<dyn Making>) -> Entry {
-        Entry { description: Arc::new(description), maker: Maker::Given(making) }
+        Entry { description: Arc::new(description), maker: Maker::Given(making), of: None }
     }
 
     /// What is known of the instance with these parameters. Ports of a sized model, or of one that a
@@ -171,6 +187,7 @@ impl Entry {
     /// A service type.
     pub fn service<S: Service>() -> Entry {
         Entry {
+            of: Some(TypeId::of::<S>()),
             description: Arc::new(Description {
                 name: S::NAME.into(),
                 doc: S::DOC.into(),
@@ -254,6 +271,17 @@ impl Catalogue {
         }
         self.entries.insert(name, entry);
         Ok(())
+    }
+
+    /// Adds one, unless the very same type is there.
+    ///
+    /// # Errors
+    /// Its name, when something else has that name.
+    pub fn include(&mut self, entry: Entry) -> Result<(), String> {
+        match self.entries.get(&*entry.description.name) {
+            Some(there) if there.of.is_some() && there.of == entry.of => Ok(()),
+            _ => self.add(entry),
+        }
     }
 
     /// All, by name.

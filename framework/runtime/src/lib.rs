@@ -48,6 +48,7 @@ mod spec;
 mod start;
 mod step;
 mod surroundings;
+pub mod testing;
 mod time;
 mod units;
 mod value;
@@ -59,7 +60,7 @@ pub use binding::{BindSpec, BindTarget};
 pub use block::{
     Block, Carried, Evaluation, Failure, Indices, Named, Now, Outcome, Prototype, Wiring,
 };
-pub use catalogue::{Catalogue, Entry, Foreign, Making};
+pub use catalogue::{Catalogue, Entry, Foreign, Making, PartType};
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile, known_variables};
 pub use condition::{Condition, ConditionError, Times};
@@ -78,7 +79,7 @@ pub use model::{Description, Fired, Functions, Model, Store};
 pub use overlay::{
     OVERLAY_PERIOD, Overlay, OverlayNews, OverlayTile, OverlayValues, SharedOverlay,
 };
-pub use params::{Param, ParamSpec, Params, Range, ReadCx};
+pub use params::{NoParams, Param, ParamSpec, Params, ParamsBuilder, Range, ReadCx};
 pub use plan::{
     FieldPlan, Fires, GuardPlan, Guarded, Integration, Op, PartPlan, Plan, Row, Sizes, Sum,
     TickWork, Via, Watched, WirePlan,
@@ -108,9 +109,9 @@ pub use step::{
     Stretch, VariableError, Wanted,
 };
 pub use surroundings::{Vertical, needs_level_ground};
-pub use time::{Clock, Seconds};
+pub use time::{Clock, IntoSeconds, Seconds};
 pub use units::{AU, Unit, UnitError, split_quantity};
-pub use value::{Fault, Faults, Located, Origin, Sources, Value, remedy, told};
+pub use value::{Fault, Faults, IntoValue, Located, Origin, Sources, Value, remedy, told};
 pub use variable::{Place, Role, Variable};
 pub use world::{Geographic, PlainWorld, World};
 

@@ -2,7 +2,7 @@
 use crate::files::Files;
 use crate::services::{Handle, Services};
 use crate::units::{Unit, split_quantity};
-use crate::value::{Fault, Located, Origin, Value, remedy};
+use crate::value::{Fault, IntoValue, Located, Origin, Value, remedy};
 use crate::world::World;
 use linkwork_multibody::names::nearest;
 use linkwork_spatial::Vec3;
@@ -111,8 +111,43 @@ fn moved(key: &str, specs: &[ParamSpec]) -> Option<String> {
     ))
 }
 
+/// Sets some or all parameters of a struct from a program. `#[derive(Params)]` makes a builder for each struct, with a setter
+/// for each field.
+pub trait ParamsBuilder: Default {
+    /// Returns the parameters that are set: names and values, each with the place of its call.
+    fn entries(&mut self) -> &mut Vec<(String, Located)>;
+
+    /// Sets a parameter by its name to anything that a file may hold: a text with a unit (`"0.6 ohm"`), a file, or the
+    /// parameter of an assembly (`"$radius"`). The name and the value are checked when the assembly is loaded.
+    #[must_use]
+    #[track_caller]
+    fn set(mut self, name: &str, value: impl IntoValue) -> Self {
+        let mut value = Located::from(value.into_value());
+        value.place(Origin::caller());
+        self.entries().push((name.to_string(), value));
+        self
+    }
+
+    /// Returns the parameters that are set, as a map.
+    fn into_map(mut self) -> Value {
+        Value::Map(std::mem::take(self.entries()))
+    }
+}
+
+/// The builder of `()`, for parts without parameters.
+#[derive(Clone, Debug, Default)]
+pub struct NoParams(Vec<(String, Located)>);
+
+impl ParamsBuilder for NoParams {
+    fn entries(&mut self) -> &mut Vec<(String, Located)> {
+        &mut self.0
+    }
+}
+
 /// A struct of parameters (derive it).
 pub trait Params: Sized + Send + Sync + 'static {
+    /// Sets some of them, or all.
+    type Builder: ParamsBuilder;
     /// What there is to set.
     fn specs() -> Vec<ParamSpec>;
     /// Reads a map, gathering faults.
@@ -122,6 +157,7 @@ pub trait Params: Sized + Send + Sync + 'static {
 }
 
 impl Params for () {
+    type Builder = NoParams;
     fn specs() -> Vec<ParamSpec> {
         Vec::new()
     }

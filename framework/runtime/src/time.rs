@@ -125,6 +125,37 @@ impl Seconds {
     }
 }
 
+/// Types that are accepted as a time: seconds as a number, a text with a unit (`"2 min"`), or [`Seconds`].
+pub trait IntoSeconds {
+    /// Returns the time.
+    ///
+    /// # Errors
+    /// A message, when the value is negative or not finite, or its unit is not a unit of time.
+    fn into_seconds(self) -> Result<Seconds, String>;
+}
+
+impl IntoSeconds for Seconds {
+    fn into_seconds(self) -> Result<Seconds, String> {
+        Ok(self)
+    }
+}
+impl IntoSeconds for f64 {
+    fn into_seconds(self) -> Result<Seconds, String> {
+        Seconds::from_decimal(self)
+            .ok_or_else(|| format!("{self} s is not a time: it must be finite and at least zero"))
+    }
+}
+impl IntoSeconds for i32 {
+    fn into_seconds(self) -> Result<Seconds, String> {
+        f64::from(self).into_seconds()
+    }
+}
+impl IntoSeconds for &str {
+    fn into_seconds(self) -> Result<Seconds, String> {
+        Seconds::period(&Value::Text(self.into()))
+    }
+}
+
 /// Time of a tick (ns), rounded down.
 pub(crate) fn nanoseconds(tick: u64, base: Seconds) -> u64 {
     let n = u128::from(tick) * u128::from(base.num) * 1_000_000_000;

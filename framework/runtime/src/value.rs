@@ -1,8 +1,10 @@
 //! Located values: what a configuration file holds, each piece with the place it was written.
 use linkwork_multibody::names::did_you_mean;
+use linkwork_spatial::Vec3;
 use std::fmt;
+use std::panic::Location;
 
-/// A place in a source: file index (of the [`Sources`]) and byte range.
+/// The place where a value was written: a byte range of a file (an index into the [`Sources`]), or a call in a Rust program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Origin {
     /// Index into [`Sources`]; `u32::MAX` when built by a program.
@@ -11,11 +13,25 @@ pub struct Origin {
     pub start: u32,
     /// One past the last byte.
     pub end: u32,
+    /// The call that built the value, when a program did.
+    pub call: Option<&'static Location<'static>>,
 }
 
 impl Origin {
-    /// Not from a file.
-    pub const NONE: Origin = Origin { file: u32::MAX, start: 0, end: 0 };
+    /// Neither from a file nor from a known call.
+    pub const NONE: Origin = Origin { file: u32::MAX, start: 0, end: 0, call: None };
+
+    /// The given bytes of a file.
+    pub const fn in_file(file: u32, start: u32, end: u32) -> Origin {
+        Origin { file, start, end, call: None }
+    }
+
+    /// The call of the function that calls this one; every function between it and the user's code carries `#[track_caller]`.
+    #[track_caller]
+    #[must_use]
+    pub fn caller() -> Origin {
+        Origin { call: Some(Location::caller()), ..Origin::NONE }
+    }
 }
 
 /// The texts that origins point into.
@@ -32,8 +48,12 @@ impl Sources {
         (self.files.len() - 1) as u32
     }
 
-    /// `file:line:column` of an origin (line and column from 1), or `None` for a built one.
+    /// `file:line:column` of an origin (line and column from 1): of a value that a program built, the place of the call.
+    /// `None` when neither a file nor a call is known.
     pub fn place(&self, o: Origin) -> Option<(String, usize, usize)> {
+        if let Some(call) = o.call {
+            return Some((call.file().to_string(), call.line() as usize, call.column() as usize));
+        }
         let (name, text) = self.files.get(o.file as usize)?;
         let before = text.get(..o.start as usize)?;
         let line = before.matches('\n').count() + 1;
@@ -85,6 +105,19 @@ impl Located {
         }
     }
 
+    /// Gives this value, and every value inside it, a place where none is known.
+    pub fn place(&mut self, origin: Origin) {
+        if self.origin == Origin::NONE {
+            self.origin = origin;
+        }
+        match &mut self.value {
+            Value::List(items) => items.iter_mut().for_each(|item| item.place(origin)),
+            Value::Map(entries) => entries.iter_mut().for_each(|(_, v)| v.place(origin)),
+            Value::Variant(_, inner) => inner.place(origin),
+            Value::Null | Value::Bool(_) | Value::Number(_) | Value::Text(_) => {}
+        }
+    }
+
     /// The same, to be changed.
     pub fn get_mut(&mut self, key: &str) -> Option<&mut Located> {
         match &mut self.value {
@@ -106,6 +139,65 @@ impl Value {
             Value::Map(_) => "a map",
             Value::Variant(..) => "a variant",
         }
+    }
+}
+
+/// Rust values that can be written into an assembly or into the parameters of a part.
+pub trait IntoValue {
+    /// Returns it as a value.
+    fn into_value(self) -> Value;
+}
+
+impl IntoValue for Value {
+    fn into_value(self) -> Value {
+        self
+    }
+}
+impl IntoValue for f64 {
+    fn into_value(self) -> Value {
+        Value::Number(self)
+    }
+}
+impl IntoValue for i32 {
+    fn into_value(self) -> Value {
+        Value::Number(self.into())
+    }
+}
+impl IntoValue for bool {
+    fn into_value(self) -> Value {
+        Value::Bool(self)
+    }
+}
+impl IntoValue for String {
+    fn into_value(self) -> Value {
+        Value::Text(self)
+    }
+}
+impl<T: IntoValue> IntoValue for Vec<T> {
+    fn into_value(self) -> Value {
+        Value::List(self.into_iter().map(|t| t.into_value().into()).collect())
+    }
+}
+impl IntoValue for &str {
+    fn into_value(self) -> Value {
+        Value::Text(self.into())
+    }
+}
+
+impl<T: IntoValue, const N: usize> IntoValue for [T; N] {
+    fn into_value(self) -> Value {
+        Value::List(self.into_iter().map(|t| t.into_value().into()).collect())
+    }
+}
+
+impl IntoValue for Vec3 {
+    fn into_value(self) -> Value {
+        [self.x, self.y, self.z].into_value()
+    }
+}
+impl IntoValue for Located {
+    fn into_value(self) -> Value {
+        self.value
     }
 }
 
@@ -200,6 +292,9 @@ impl fmt::Display for Faults {
                 writeln!(f)?;
             }
             write!(f, "error: {}", fault.message)?;
+            if let Some(call) = fault.origin.call {
+                write!(f, "\n  --> {call}")?;
+            }
             if let Some(help) = &fault.help {
                 write!(f, "\n  help: {help}")?;
             }

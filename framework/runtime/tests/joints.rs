@@ -238,7 +238,7 @@ fn what_cannot_act_is_a_warning_with_place_and_remedy() {
     let told = |mut spec: Spec, step: Option<f64>| -> Vec<String> {
         let m = spec.mechanism_mut().unwrap();
         m.step = step;
-        Arc::make_mut(&mut m.bodies).insert("bar".into(), Origin { file: 0, start: 7, end: 9 });
+        Arc::make_mut(&mut m.bodies).insert("bar".into(), Origin::in_file(0, 7, 9));
         let plan = plan(&spec);
         assert!(plan.warnings.iter().all(|w| w.origin.start == 7 && w.help.is_some()));
         plan.warnings.iter().map(|w| w.message.clone()).collect()

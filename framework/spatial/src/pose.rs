@@ -19,6 +19,19 @@ impl Default for Pose {
     }
 }
 
+impl From<Vec3> for Pose {
+    /// The pose without rotation at this position.
+    fn from(position: Vec3) -> Self {
+        Pose::new(Quat::identity(), position)
+    }
+}
+impl From<[f64; 3]> for Pose {
+    /// The pose without rotation at this position.
+    fn from(position: [f64; 3]) -> Self {
+        Pose::from(Vec3::from(position))
+    }
+}
+
 impl Pose {
     /// Returns the identity.
     #[must_use]

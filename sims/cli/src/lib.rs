@@ -4,15 +4,10 @@ pub mod wheel_test;
 
 use linkwork_program::Program;
 use linkwork_runner::Library;
-use linkwork_runtime::Catalogue;
 
 /// Returns every model, service and assembly of the component libraries, and the models for foreign FMI units.
 pub fn library() -> Library {
-    let libraries = linkwork_assemblies::libraries().into_iter();
-    Library {
-        catalogue: Catalogue::new(libraries.chain([linkwork_fmi::catalogue()])),
-        embedded: linkwork_assemblies::embedded(),
-    }
+    linkwork_assemblies::library().with(linkwork_fmi::catalogue())
 }
 
 /// The program `linkwork`.

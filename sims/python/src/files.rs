@@ -1,26 +1,21 @@
 //! Reading mechanisms (RON, URDF, MJCF, SDF) and simulations, with every model of the component
 //! libraries.
 use crate::package;
-use linkwork_assembly::{BodyShape, read_machine};
+use linkwork_assembly::BodyShape;
+use linkwork_assembly::machine::read_machine;
 use linkwork_collision::Colliders;
 use linkwork_formats::{Description, DeviceKind, ReadOptions, Root};
 use linkwork_multibody::{Hinge, Multibody};
 use linkwork_runner::Library;
 pub use linkwork_runner::Ready;
-use linkwork_runtime::{Catalogue, Entry};
+use linkwork_runtime::Entry;
 use linkwork_solvers::ContactSettings;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Returns all models and services of the component libraries.
-pub fn catalogue() -> Catalogue {
-    let libraries = linkwork_assemblies::libraries().into_iter();
-    Catalogue::new(libraries.chain([linkwork_fmi::catalogue()]))
-}
-
 /// Returns all models, and the assemblies that are embedded in the package.
 pub fn library() -> Library {
-    Library { catalogue: catalogue(), embedded: linkwork_assemblies::embedded() }
+    linkwork_assemblies::library().with(linkwork_fmi::catalogue())
 }
 
 /// Returns the library with additional models.

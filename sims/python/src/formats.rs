@@ -2,7 +2,7 @@
 use crate::array::{Array1, Array2, out1, out2};
 use crate::error::refuse;
 use crate::mechanism::Mechanism;
-use linkwork_assembly::Assembly;
+use linkwork_assembly::form::AssemblyForm;
 use linkwork_formats::{Description, write_urdf};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -143,7 +143,7 @@ impl Mechanism {
     /// True
     #[pyo3(signature = (name="Machine"))]
     fn to_ron(&self, name: &str) -> (String, Vec<String>) {
-        let made = Assembly::from_description(name, &self.description());
+        let made = AssemblyForm::from_description(name, &self.description());
         (made.assembly.to_ron(), made.left_out)
     }
 }

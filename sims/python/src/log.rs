@@ -2,59 +2,27 @@
 use crate::array::{Array1, out1};
 use crate::core::lock;
 use crate::error::{refuse, refuse_with};
-use linkwork_runtime::{self as runtime, Sample, Simulation, Sink, remedy};
+use linkwork_runner::Columns;
+use linkwork_runtime::{self as runtime, Simulation, remedy};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-/// The samples of a log so far.
-#[derive(Default)]
-pub struct Rows {
-    pub t: Vec<f64>,
-    pub columns: Vec<Vec<f64>>,
-}
-
 /// A log that a run fills.
 pub struct Filling {
     /// Selects the samples.
     pub due: runtime::Rows,
-    pub into: Filler,
-}
-
-/// Stores the samples.
-pub struct Filler {
-    pub rows: Arc<Mutex<Rows>>,
-    /// The sample that is being written.
-    row: Option<Sample>,
-}
-
-impl Filler {
-    pub fn new(rows: Arc<Mutex<Rows>>) -> Filler {
-        Filler { rows, row: None }
-    }
-}
-
-impl Sink for Filler {
-    fn room(&mut self) -> Result<Option<Sample>, String> {
-        Ok(Some(self.row.take().unwrap_or_default()))
-    }
-    fn send(&mut self, row: Sample) -> Result<(), String> {
-        let mut rows = lock(&self.rows);
-        rows.t.push(row.t);
-        rows.columns.iter_mut().zip(&row.values).for_each(|(column, y)| column.push(*y));
-        drop(rows);
-        self.row = Some(row);
-        Ok(())
-    }
+    /// Where its rows go.
+    pub into: Arc<Mutex<Columns>>,
 }
 
 impl Filling {
     /// Stores the samples that are due at the present tick.
     pub fn sample(&mut self, sim: &Simulation) {
-        // The sink always has room, so the result is not needed.
-        let _ = self.due.sample(sim, &mut self.into);
+        // There is always room, so the result is not needed.
+        let _ = self.due.sample(sim, &mut *lock(&self.into));
     }
 }
 
@@ -78,7 +46,7 @@ impl Filling {
 pub struct Log {
     pub names: Vec<String>,
     pub units: Vec<String>,
-    pub rows: Arc<Mutex<Rows>>,
+    pub rows: Arc<Mutex<Columns>>,
 }
 
 #[pymethods]
@@ -146,7 +114,7 @@ impl Log {
             return Ok(self.t(py));
         }
         let k = self.column(name)?;
-        Ok(PyArray1::from_slice(py, &lock(&self.rows).columns[k]))
+        Ok(PyArray1::from_slice(py, &lock(&self.rows).values[k]))
     }
     fn __len__(&self) -> usize {
         self.names.len() + 1

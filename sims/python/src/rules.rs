@@ -1,7 +1,8 @@
 //! Log rules from Python: they are equal to those of a file, and so is the recording that they define.
 use crate::error::{refuse, refuse_with};
 use crate::values::seconds;
-use linkwork_assembly::{AroundForm, LogRule, Text};
+use linkwork_assembly::Text;
+use linkwork_assembly::form::{AroundForm, LogRule};
 use linkwork_record::LogSpec;
 use linkwork_runner::log_rules;
 use linkwork_runtime::{Fault, Origin, Plan, Recorder, Rule, Seconds, Simulation, Sources};

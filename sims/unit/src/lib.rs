@@ -4,14 +4,9 @@
 //! A shared library for your own models needs a crate with `crate-type = ["cdylib"]`, a function like
 //! `library` with its catalogue, and `export_unit!`.
 use linkwork_runner::Library;
-use linkwork_runtime::Catalogue;
 
 linkwork_fmi::export_unit!(crate::library);
 
 fn library() -> Library {
-    let libraries = linkwork_assemblies::libraries().into_iter();
-    Library {
-        catalogue: Catalogue::new(libraries.chain([linkwork_fmi::catalogue()])),
-        embedded: linkwork_assemblies::embedded(),
-    }
+    linkwork_assemblies::library().with(linkwork_fmi::catalogue())
 }

@@ -29,6 +29,8 @@ pub fn catalogue() -> Catalogue {
 #[cfg(doctest)]
 #[allow(rustdoc::invalid_codeblock_attributes)] // `ron,file=PATH` is for another test.
 mod pages {
+    #[doc = include_str!("../../../framework/book/src/rust.md")]
+    mod rust {}
     #[doc = include_str!("../../../framework/book/src/writing_a_model.md")]
     mod writing_a_model {}
     #[doc = include_str!("../../../framework/book/src/events.md")]

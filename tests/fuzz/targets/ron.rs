@@ -2,7 +2,8 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use linkwork_assembly::{Options, apply_side_car, load_text};
+use linkwork_assembly::{Options, load_text};
+use linkwork_assembly::machine::apply_side_car;
 use linkwork_formats::{ReadOptions, read_urdf};
 use linkwork_runtime::Catalogue;
 

@@ -1,5 +1,5 @@
 //! A library of models as a user writes it: the macros work with the façade as the only dependency.
-use linkwork::prelude::*;
+use linkwork::model::prelude::*;
 
 /// Strength and law.
 #[derive(Params, Clone, Debug)]
@@ -148,25 +148,16 @@ pub fn catalogue() -> Vec<Entry> {
 
 #[cfg(test)]
 mod tests {
-    use linkwork::runtime::{
-        Catalogue, Files, PartSpec, Seconds, Simulation, Spec, Value, compile,
-    };
+    use super::*;
+    use linkwork::prelude::*;
 
     #[test]
     fn a_fan_runs_up() {
-        let law = Value::Map(vec![("law".into(), Value::Text("square".into()).into())]);
-        let nothing = Value::Map(Vec::new());
-        let spec = Spec {
-            parts: vec![
-                PartSpec::new("fan", "outsider.fan", law),
-                PartSpec::new("space", "outsider.weightless", nothing),
-            ],
-            ..Spec::default()
-        };
-        let catalogue = Catalogue::new([super::catalogue()]);
-        let plan = compile(&spec, &catalogue, &Files::default()).unwrap();
-        let mut sim = Simulation::new(plan.into());
-        sim.run_until(Seconds { num: 1, den: 1 }).unwrap();
+        let mut assembly = Assembly::new();
+        assembly.part::<Fan>("fan", |p| p.law(Law::Square));
+        assembly.part::<Weightless>("space", |p| p);
+        let mut sim = assembly.simulation().unwrap();
+        sim.run_until(1.0).unwrap();
         let volts = 2.0 * (1.0 - (-1f64).exp());
         assert!((sim.get("fan.torque").unwrap() - 0.1 * volts * volts).abs() < 1e-9);
     }
@@ -174,28 +165,24 @@ mod tests {
     /// A state machine over a part with as many ports as a parameter says, and guards.
     #[test]
     fn tanks_run_dry_one_after_another_and_the_mission_goes_on() {
-        use linkwork::assembly::{Options, load_text};
-        let text = r#"Simulation(
-            parts: {
-                "Tanks": (model: "outsider.tanks", params: { "tanks": 3, "filled": "2 kg" }),
+        let mut mission = Assembly::new();
+        mission.with_library(&Library::default().with(catalogue()));
+        mission.part::<Tanks>("Tanks", |p| p.tanks(3.0).set("filled", "2 kg"));
+        mission.step("100 ms").integrator(Integrator::DormandPrince);
+        mission.set("start", "draining").set(
+            "phases",
+            fields! {
+                draining: fields! { to: fields! { coasting: "Tanks.dry > 1.5" } },
+                coasting: fields! { parts: fields! { Fan: fields! { model: "outsider.fan" } } },
             },
-            step: "100 ms", integrator: "dormand_prince_54", until: "10 s",
-            start: "draining",
-            phases: {
-                "draining": (to: { "coasting": "Tanks.dry > 1.5" }),
-                "coasting": (parts: { "Fan": (model: "outsider.fan") }),
-            },
-        )"#;
-        let catalogue = Catalogue::new([super::catalogue()]);
-        let loaded = load_text("tanks.ron", text, &Options::new(&catalogue)).unwrap();
-        let program = loaded.compile(&catalogue, &Files::default()).unwrap();
-        let mut sim = Simulation::of(program.into());
+        );
+        let mut sim = mission.simulation().unwrap();
         for (k, drain) in [1.0, 0.5, 0.0].into_iter().enumerate() {
             sim.set(&format!("Tanks.drain[{k}]"), drain).unwrap();
         }
-        sim.run_until(Seconds { num: 3, den: 1 }).unwrap();
+        sim.run_until(3.0).unwrap();
         assert_eq!((sim.get("Tanks.dry").unwrap(), sim.phase()), (1.0, "draining"));
-        sim.run_until(Seconds { num: 5, den: 1 }).unwrap();
+        sim.run_until(5.0).unwrap();
         // Dry at 2 s and 4 s; the fan runs up from then on.
         assert_eq!((sim.get("Tanks.dry").unwrap(), sim.phase()), (2.0, "coasting"));
         assert_eq!(sim.get("Tanks.mass[2]").unwrap(), 2.0);

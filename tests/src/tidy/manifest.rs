@@ -94,7 +94,7 @@ const FLOORS: [(&str, u32); 24] = [
     ("framework/live", 64),
     ("framework/fmi", 64),
     ("framework/program", 65),
-    ("framework", 65),
+    ("framework", 85),
     ("assemblies", 80),
 ];
 

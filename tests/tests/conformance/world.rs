@@ -1,34 +1,9 @@
 //! Small services for models that need them: level soil, uniform gravity, thin air, a fixed sun, a position on a small Earth.
 use linkwork_environment::world::{Centre, PlanetWorld, SiteParams, WorldParams};
 use linkwork_runtime::prelude::*;
+use linkwork_runtime::testing::{Plane, sun, uniform_gravity};
 use linkwork_runtime::{ServiceObject, Services};
 use std::sync::Arc;
-
-struct Level(Soil);
-impl Terrain for Level {
-    fn ground(&self, _: f64, _: f64) -> Option<Ground> {
-        Some(Ground { height: 0.0, normal: Vec3::z() })
-    }
-    fn bounds(&self) -> [f64; 4] {
-        [-1e3, -1e3, 1e3, 1e3]
-    }
-    fn soil(&self, _: f64, _: f64) -> &Soil {
-        &self.0
-    }
-    fn surface(&self) -> Surface {
-        Surface { origin: [-1e3; 2], spacing: [2e3; 2], nx: 2, ny: 2, heights: vec![0.0; 4] }
-    }
-}
-
-struct Pull;
-impl Gravity for Pull {
-    fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
-        Vec3::new(0.0, 0.0, -3.71)
-    }
-    fn uniform(&self) -> Option<Vec3> {
-        Some(Vec3::new(0.0, 0.0, -3.71))
-    }
-}
 
 struct Thin;
 impl Atmosphere for Thin {
@@ -45,13 +20,6 @@ impl Atmosphere for Thin {
     }
     fn heating_constant(&self) -> Option<f64> {
         Some(1.9e-4)
-    }
-}
-
-struct Still;
-impl Sun for Still {
-    fn state(&self, _: f64) -> SunState {
-        SunState { direction: Vec3::new(0.3, 0.2, 0.9).normalize(), distance_au: 1.5 }
     }
 }
 
@@ -84,9 +52,13 @@ pub fn services() -> Services {
     let world = PlanetWorld::handle(world, &Files::default()).map_err(|e| e.message).unwrap();
     let mut all = Services::default();
     all.add("world", ServiceObject::World(world.object().clone()));
-    all.add("world.ground", ServiceObject::Terrain(Arc::new(Level(soil))));
-    all.add("world.gravity", ServiceObject::Gravity(Arc::new(Pull)));
+    all.add(
+        "world.ground",
+        ServiceObject::Terrain(Arc::new(Plane { half: 1e3, soil, ..Plane::default() })),
+    );
+    all.add("world.gravity", ServiceObject::Gravity(uniform_gravity(3.71).object().clone()));
     all.add("world.air", ServiceObject::Atmosphere(Arc::new(Thin)));
-    all.add("world.sun", ServiceObject::Sun(Arc::new(Still)));
+    let sun = sun(Vec3::new(0.3, 0.2, 0.9), 1.5);
+    all.add("world.sun", ServiceObject::Sun(sun.object().clone()));
     all
 }

@@ -2,16 +2,12 @@
 use super::support::{Bench, Model, compiler, run};
 use linkwork_fmi::{Export, export, find_library};
 use linkwork_runner::{Library, Ready};
-use linkwork_runtime::{Catalogue, Simulation};
+use linkwork_runtime::Simulation;
 use std::path::Path;
 use std::sync::Arc;
 
 fn library() -> Library {
-    let libraries = linkwork_assemblies::libraries().into_iter();
-    Library {
-        catalogue: Catalogue::new(libraries.chain([linkwork_fmi::catalogue()])),
-        embedded: linkwork_assemblies::embedded(),
-    }
+    linkwork_assemblies::library().with(linkwork_fmi::catalogue())
 }
 
 fn load(path: &Path) -> Ready {

@@ -262,7 +262,8 @@ fn a_part_that_makes_energy_is_reported() {
 /// The balances of the first samples of every supplied simulation: each closes to 2 % of its throughput.
 #[test]
 fn the_balances_of_every_simulation_close() {
-    let (library, shared, mut open) = (super::splits::library(), Shared::default(), Vec::new());
+    let (library, shared, mut open) =
+        (linkwork_assemblies::library(), Shared::default(), Vec::new());
     for file in super::splits::simulations() {
         let name = file.display().to_string();
         let rovers = ["rover_traverse/sim.ron", "mars_edl/sim.ron"];

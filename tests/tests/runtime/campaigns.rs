@@ -1,16 +1,10 @@
 //! Runs of a campaign share texts and services; each is bit-identical with a run on its own.
+use linkwork_assemblies::library;
 use linkwork_campaign::{Campaign, LoadError};
 use linkwork_runner::{Library, Ready};
-use linkwork_runtime::{Catalogue, Simulation};
+use linkwork_runtime::Simulation;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-fn library() -> Library {
-    Library {
-        catalogue: Catalogue::new(linkwork_assemblies::libraries()),
-        embedded: linkwork_assemblies::embedded(),
-    }
-}
 
 fn sims() -> PathBuf {
     linkwork_tests::root().join("sims")

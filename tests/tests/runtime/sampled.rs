@@ -30,7 +30,7 @@ fn drive(kp: f64, rate: &str) -> String {
 
 fn warnings(text: &str) -> Vec<(String, String)> {
     let ready =
-        super::splits::library().text("test.ron", text).map_err(|f| f.render(false)).unwrap();
+        linkwork_assemblies::library().text("test.ron", text).map_err(|f| f.render(false)).unwrap();
     let told = ready.warnings();
     told.iter().map(|f| (f.message.clone(), f.help.clone().unwrap())).collect()
 }

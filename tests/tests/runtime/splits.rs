@@ -1,18 +1,12 @@
 //! Rule 6 for everything supplied: every simulation with every integrator, interrupted at random instants (samples and events), copied, saved and
 //! resumed by a new instance, and run in several threads at once, ends bit-identical.
+use linkwork_assemblies::library;
 use linkwork_integrate::{Control, Limits, Norm, Tolerances};
-use linkwork_runner::{Library, Ready};
-use linkwork_runtime::{Catalogue, Integration, Integrator, Program, Seconds, Simulation};
+use linkwork_runner::Ready;
+use linkwork_runtime::{Integration, Integrator, Program, Seconds, Simulation};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-
-pub(super) fn library() -> Library {
-    Library {
-        catalogue: Catalogue::new(linkwork_assemblies::libraries()),
-        embedded: linkwork_assemblies::embedded(),
-    }
-}
 
 /// All files with a simulation, except those whose README has a preparation step (an FMU, a class).
 pub(super) fn simulations() -> Vec<PathBuf> {

@@ -206,7 +206,7 @@ fn only_its_own_folder_names_the_mechanism() {
 }
 
 /// Imports in the assembly layer: each folder, and the folders above it in this list that it uses.
-const ASSEMBLY: [(&str, &[&str]); 10] = [
+const ASSEMBLY: [(&str, &[&str]); 11] = [
     ("text", &[]),
     ("schema", &["text"]),
     ("scope", &["text", "schema"]),
@@ -220,6 +220,7 @@ const ASSEMBLY: [(&str, &[&str]); 10] = [
         "load",
         &["text", "schema", "scope", "body", "form", "machine", "expand", "mechanism", "wiring"],
     ),
+    ("build", &["text", "schema", "body", "load"]),
 ];
 
 #[test]

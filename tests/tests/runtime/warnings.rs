@@ -1,14 +1,6 @@
 //! Mistakes that are allowed: each gives a warning with location and remedy, and supplied simulations have none.
-use linkwork_runner::Library;
-use linkwork_runtime::Catalogue;
+use linkwork_assemblies::library;
 use std::path::{Path, PathBuf};
-
-fn library() -> Library {
-    Library {
-        catalogue: Catalogue::new(linkwork_assemblies::libraries()),
-        embedded: linkwork_assemblies::embedded(),
-    }
-}
 
 /// Returns the warnings of a text as `line: fact / remedy`.
 fn warnings(text: &str) -> Vec<String> {

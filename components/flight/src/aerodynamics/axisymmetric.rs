@@ -346,15 +346,7 @@ impl Model for Axisymmetric {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Arc;
-
-    struct Still;
-    impl Atmosphere for Still {
-        fn air(&self, _: f64, _: Vec3) -> Air {
-            let wind = Vec3::zeros();
-            Air { density: 0.02, pressure: 1.0, temperature: 200.0, speed_of_sound: 250.0, wind }
-        }
-    }
+    use linkwork_runtime::testing;
 
     fn capsule(outside: Outside) -> Axisymmetric {
         let column = |v: [f64; 3]| v.map(|x| vec![x]).to_vec();
@@ -373,7 +365,16 @@ mod tests {
             outside,
             nose_radius: 0.5,
             heating_constant: Some(1.9027e-4),
-            atmosphere: Handle::new("air", Arc::new(Still) as Arc<dyn Atmosphere>),
+            atmosphere: testing::air(|_, _| {
+                let wind = Vec3::zeros();
+                Air {
+                    density: 0.02,
+                    pressure: 1.0,
+                    temperature: 200.0,
+                    speed_of_sound: 250.0,
+                    wind,
+                }
+            }),
         })
         .unwrap()
     }

@@ -68,8 +68,6 @@ fn port(v: &DaveVariable) -> PortSpec {
 #[model("flight.dave_model")]
 impl SizedModel for DaveStatic {
     type Params = DaveModelParams;
-    /// Values of all variables.
-
     fn ports(p: &DaveModelParams) -> SizedPorts {
         let open = |v: &DaveVariable| match v.initial {
             Some(x) => port(v).or(x * unit(v).map_or(1.0, |u| u.scale)),

@@ -1,6 +1,7 @@
 //! Models of DAVE-ML files: units, inputs of the flow, ends of tables, refusals.
 use super::super::axisymmetric::LEAVES;
 use super::*;
+use linkwork_runtime::testing;
 
 const FILE: &str = r#"<DAVEfunc xmlns="http://daveml.org/2010/DAVEML"><fileHeader name="wing"/>
 <variableDef name="referenceWingArea" varID="S" units="ft2" initialValue="10"/>
@@ -15,14 +16,6 @@ const FILE: &str = r#"<DAVEfunc xmlns="http://daveml.org/2010/DAVEML"><fileHeade
 <function name="lift"><independentVarPts varID="ALP">-10, 20</independentVarPts>
   <dependentVarPts varID="CL">-1, 2</dependentVarPts></function></DAVEfunc>"#;
 
-struct Still;
-impl Atmosphere for Still {
-    fn air(&self, _: f64, _: Vec3) -> Air {
-        let wind = Vec3::zeros();
-        Air { density: 1.2, pressure: 1e5, temperature: 280.0, speed_of_sound: 340.0, wind }
-    }
-}
-
 fn params(text: &str) -> DaveParams {
     DaveParams {
         model: DaveFile::new("wing.dml", text).unwrap(),
@@ -33,7 +26,10 @@ fn params(text: &str) -> DaveParams {
         world: None,
         reynolds_length: None,
         outside: Outside::Stop,
-        atmosphere: Handle::new("air", Arc::new(Still) as Arc<dyn Atmosphere>),
+        atmosphere: testing::air(|_, _| {
+            let wind = Vec3::zeros();
+            Air { density: 1.2, pressure: 1e5, temperature: 280.0, speed_of_sound: 340.0, wind }
+        }),
     }
 }
 

@@ -228,21 +228,7 @@ fn filters(d: &GustState) -> DrydenState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Arc;
-
-    struct Windy;
-    impl Atmosphere for Windy {
-        fn air(&self, _: f64, _: Vec3) -> Air {
-            let wind = Vec3::new(0.0, 20.0, 0.0);
-            Air { density: 1.0, pressure: 1.0, temperature: 280.0, speed_of_sound: 330.0, wind }
-        }
-    }
-    struct Down;
-    impl Gravity for Down {
-        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
-            Vec3::z() * -9.81
-        }
-    }
+    use linkwork_runtime::testing;
 
     fn gusts(fixed: Option<(Vec3, Vec3)>) -> Gusts {
         Gusts::build(GustParams {
@@ -251,8 +237,11 @@ mod tests {
             length: fixed.map(|f| f.0),
             sigma: fixed.map(|f| f.1),
             span: None,
-            atmosphere: Handle::new("air", Arc::new(Windy) as Arc<dyn Atmosphere>),
-            gravity: Handle::new("gravity", Arc::new(Down) as Arc<dyn Gravity>),
+            atmosphere: testing::air(|_, _| {
+                let wind = Vec3::new(0.0, 20.0, 0.0);
+                Air { density: 1.0, pressure: 1.0, temperature: 280.0, speed_of_sound: 330.0, wind }
+            }),
+            gravity: testing::gravity(|_, _| Vec3::z() * -9.81),
         })
         .unwrap()
     }

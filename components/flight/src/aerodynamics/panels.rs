@@ -225,8 +225,8 @@ pub fn sphere_cone(half_angle: f64, bluntness: f64, rings: usize, around: usize)
 mod tests {
     use super::super::sphere_cone::SphereCone;
     use super::*;
+    use linkwork_runtime::testing;
     use std::f64::consts::PI;
-    use std::sync::Arc;
 
     /// Two ways to one number: panels and the closed form.
     #[test]
@@ -252,14 +252,6 @@ mod tests {
         }
     }
 
-    struct Gas(f64);
-    impl Atmosphere for Gas {
-        fn air(&self, _: f64, _: Vec3) -> Air {
-            let wind = Vec3::zeros();
-            Air { density: self.0, pressure: 1.0, temperature: 900.0, speed_of_sound: 600.0, wind }
-        }
-    }
-
     fn model(density: f64, panels: Vec<Panel>) -> Result<PanelAerodynamics, BuildError> {
         meshed(density, panels, None)
     }
@@ -269,7 +261,10 @@ mod tests {
         panels: Vec<Panel>,
         mesh: Option<MeshParams>,
     ) -> Result<PanelAerodynamics, BuildError> {
-        let atmosphere = Handle::new("air", Arc::new(Gas(density)) as Arc<dyn Atmosphere>);
+        let atmosphere = testing::air(move |_, _| {
+            let wind = Vec3::zeros();
+            Air { density, pressure: 1.0, temperature: 900.0, speed_of_sound: 600.0, wind }
+        });
         PanelAerodynamics::build(PanelParams {
             panels,
             mesh,

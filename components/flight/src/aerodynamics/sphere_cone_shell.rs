@@ -172,15 +172,7 @@ impl Model for SphereConeShell {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Arc;
-
-    struct Still;
-    impl Atmosphere for Still {
-        fn air(&self, _: f64, _: Vec3) -> Air {
-            let wind = Vec3::zeros();
-            Air { density: 0.02, pressure: 1.0, temperature: 200.0, speed_of_sound: 250.0, wind }
-        }
-    }
+    use linkwork_runtime::testing;
 
     const RADIUS: f64 = 2.25;
 
@@ -198,7 +190,16 @@ mod tests {
             world: None,
             outside: Outside::Clamp,
             heating_constant: Some(1.9027e-4),
-            atmosphere: Handle::new("air", Arc::new(Still) as Arc<dyn Atmosphere>),
+            atmosphere: testing::air(|_, _| {
+                let wind = Vec3::zeros();
+                Air {
+                    density: 0.02,
+                    pressure: 1.0,
+                    temperature: 200.0,
+                    speed_of_sound: 250.0,
+                    wind,
+                }
+            }),
         }
     }
 

@@ -156,7 +156,7 @@ impl Model for GravityTurn {
 mod tests {
     use super::*;
     use linkwork_runtime::PlainWorld;
-    use std::sync::Arc;
+    use linkwork_runtime::testing;
 
     fn program(axes: Option<Site>, rows: Vec<[f64; 2]>) -> Result<PitchProgram, BuildError> {
         let world = match axes {
@@ -216,14 +216,10 @@ mod tests {
 
     #[test]
     fn a_gravity_turn_follows_the_air() {
-        struct Windy;
-        impl Atmosphere for Windy {
-            fn air(&self, _: f64, _: Vec3) -> Air {
-                let wind = Vec3::new(0.0, -30.0, 0.0);
-                Air { density: 1.0, pressure: 1e5, temperature: 288.0, speed_of_sound: 340.0, wind }
-            }
-        }
-        let atmosphere = Handle::new("air", Arc::new(Windy) as Arc<dyn Atmosphere>);
+        let atmosphere = testing::air(|_, _| {
+            let wind = Vec3::new(0.0, -30.0, 0.0);
+            Air { density: 1.0, pressure: 1e5, temperature: 288.0, speed_of_sound: 340.0, wind }
+        });
         let m = GravityTurn { p: TurnParams { thrust: 500.0, atmosphere } };
         let at = |velocity: Vec3| {
             let body = NodeState { velocity, ..NodeState::identity() };

@@ -272,14 +272,7 @@ impl Model for ConvexDescent {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Arc;
-
-    struct Down;
-    impl Gravity for Down {
-        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
-            Vec3::new(0.0, 0.0, -3.7114)
-        }
-    }
+    use linkwork_runtime::testing;
 
     fn params() -> ConvexDescentParams {
         ConvexDescentParams {
@@ -299,7 +292,7 @@ mod tests {
             frequency: 0.4,
             damping: 0.9,
             freeze: 0.5,
-            gravity: Handle::new("g", Arc::new(Down) as Arc<dyn Gravity>),
+            gravity: testing::gravity(|_, _| Vec3::new(0.0, 0.0, -3.7114)),
         }
     }
 

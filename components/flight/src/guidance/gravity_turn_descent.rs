@@ -162,14 +162,7 @@ impl Model for GravityTurnDescent {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Arc;
-
-    struct Moon;
-    impl Gravity for Moon {
-        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
-            Vec3::z() * -1.62
-        }
-    }
+    use linkwork_runtime::testing;
 
     fn params() -> GravityTurnDescentParams {
         GravityTurnDescentParams {
@@ -180,7 +173,7 @@ mod tests {
             thrust_min: 0.0,
             thrust_max: 10_000.0,
             world: None,
-            gravity: Handle::new("gravity", Arc::new(Moon) as Arc<dyn Gravity>),
+            gravity: testing::gravity(|_, _| Vec3::z() * -1.62),
         }
     }
 

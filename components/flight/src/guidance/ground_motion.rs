@@ -151,6 +151,7 @@ impl Model for GroundMotion {
 mod tests {
     use super::*;
     use linkwork_runtime::PlainWorld;
+    use linkwork_runtime::testing;
 
     #[test]
     fn what_stands_on_the_ground_stands_and_what_climbs_north_is_seen_so() {
@@ -210,14 +211,7 @@ mod tests {
     /// On level ground the distance from the origin of W tilts nothing.
     #[test]
     fn on_level_ground_up_is_against_gravity() {
-        struct Down;
-        impl Gravity for Down {
-            fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
-                Vec3::z() * -1.62
-            }
-        }
-        let down = std::sync::Arc::new(Down) as std::sync::Arc<dyn Gravity>;
-        let gravity = Some(Handle::new("g", down));
+        let gravity = Some(testing::gravity(|_, _| Vec3::z() * -1.62));
         let level = GroundMotionParams { site: None, ground_radius: None, world: None, gravity };
         let m = GroundMotion::build(level.clone()).unwrap();
         let velocity = Vec3::new(3.0, 4.0, -12.0);

@@ -222,6 +222,7 @@ mod tests {
     use super::super::ground_motion::east_north_up;
     use super::*;
     use linkwork_runtime::PlainWorld;
+    use linkwork_runtime::testing;
     use std::sync::Arc;
 
     const MU: f64 = 4.282_837e13;
@@ -367,13 +368,7 @@ mod tests {
     /// Over level ground, far from the origin of W, it comes down as it does over the origin, to the place or where it goes of itself.
     #[test]
     fn on_level_ground_the_origin_does_not_matter() {
-        struct Down;
-        impl Gravity for Down {
-            fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
-                Vec3::z() * -1.62
-            }
-        }
-        let gravity = Handle::new("g", Arc::new(Down) as Arc<dyn Gravity>);
+        let gravity = testing::gravity(|_, _| Vec3::z() * -1.62);
         let p = TerminalDescentParams { ground_radius: None, world: None, gravity, ..params() };
         let m = TerminalDescent::build(p).map_err(|e| e.message).unwrap();
         for aimed in [false, true] {

@@ -243,15 +243,7 @@ impl Model for Waypoints {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Arc;
-
-    /// A point of attraction at the origin of W.
-    struct Point(f64);
-    impl Gravity for Point {
-        fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
-            p * (-self.0 / p.norm().powi(3))
-        }
-    }
+    use linkwork_runtime::testing;
 
     const MASS: f64 = 1300.0;
     const RATE: f64 = 4e-4;
@@ -261,7 +253,7 @@ mod tests {
     }
 
     fn params(waypoints: Vec<Waypoint>) -> WaypointsParams {
-        let gravity = Handle::new("g", Arc::new(Point(4.89)) as Arc<dyn Gravity>);
+        let gravity = testing::gravity(move |_, p| p * (-4.89 / p.norm().powi(3)));
         WaypointsParams {
             waypoints,
             braking: 0.005,

@@ -285,6 +285,7 @@ impl Model for CrushableLeg {
 mod tests {
     use super::super::tip_over::crush;
     use super::*;
+    use linkwork_runtime::testing::Plane;
 
     #[test]
     fn stages_are_soft_before_hard() {
@@ -311,24 +312,6 @@ mod tests {
                 terrain: None,
                 world: None,
             },
-        }
-    }
-
-    /// h = 12 + 0.3 x within 100 m.
-    struct Hill;
-    impl Terrain for Hill {
-        fn ground(&self, x: f64, _: f64) -> Option<Ground> {
-            let normal = Vec3::new(-0.3, 0.0, 1.0).normalize();
-            (x.abs() < 100.0).then_some(Ground { height: 12.0 + 0.3 * x, normal })
-        }
-        fn bounds(&self) -> [f64; 4] {
-            [-100.0, -100.0, 100.0, 100.0]
-        }
-        fn soil(&self, _: f64, _: f64) -> &Soil {
-            unreachable!("a leg does not ask for soil")
-        }
-        fn surface(&self) -> Surface {
-            Surface { origin: [0.0; 2], spacing: [1.0; 2], nx: 0, ny: 0, heights: vec![] }
         }
     }
 
@@ -394,8 +377,7 @@ mod tests {
         let mut m = leg(vec![Stage { stroke: 0.05, force: 2000.0 }]);
         let (slope, height) = (0.3_f64, 12.0);
         (level.p.damping, m.p.damping) = (20.0, 20.0);
-        m.p.terrain =
-            Some(Handle::new("hill", std::sync::Arc::new(Hill) as std::sync::Arc<dyn Terrain>));
+        m.p.terrain = Some(Plane { height: 12.0, slope: 0.3, ..Plane::default() }.handle());
         let turn = Quat::from_scaled_axis(Vec3::y() * -slope.atan());
         let x = whole();
         for (z, v) in [(-1e-5, Vec3::new(0.02, -0.01, 0.0)), (-3e-5, Vec3::new(-1.0, 0.4, -0.5))] {
@@ -424,23 +406,6 @@ mod tests {
         assert!((m.feedthrough(&x, &off).force - 1000.0).abs() < 1e-6);
     }
 
-    /// n 1.1, k_c 1400, k_φ 820000 (lunar soil, SI), level at height 0.
-    struct Regolith(Soil);
-    impl Terrain for Regolith {
-        fn ground(&self, _: f64, _: f64) -> Option<Ground> {
-            Some(Ground { height: 0.0, normal: Vec3::z() })
-        }
-        fn bounds(&self) -> [f64; 4] {
-            [-1.0, -1.0, 1.0, 1.0]
-        }
-        fn soil(&self, _: f64, _: f64) -> &Soil {
-            &self.0
-        }
-        fn surface(&self) -> Surface {
-            Surface { origin: [0.0; 2], spacing: [1.0; 2], nx: 0, ny: 0, heights: vec![] }
-        }
-    }
-
     /// Pressed slowly: the soil first, along Bekker's curve, then the honeycomb; on the way back neither.
     #[test]
     fn a_pad_sinks_until_the_honeycomb_is_weaker() {
@@ -448,8 +413,7 @@ mod tests {
             Soil { n: 1.1, k_c: 1400.0, k_phi: 820_000.0, ..crate::guidance::test_soil::firm() };
         let mut m = leg(vec![Stage { stroke: 0.2, force: 3000.0 }]);
         (m.p.pad, m.p.creep, m.p.stiffness) = (Some(0.2), 50.0, 1e7);
-        let ground = std::sync::Arc::new(Regolith(soil)) as std::sync::Arc<dyn Terrain>;
-        m.p.terrain = Some(Handle::new("ground", ground));
+        m.p.terrain = Some(Plane { soil, ..Plane::default() }.handle());
         let bearing =
             |z: f64| std::f64::consts::PI * 0.04 * (1400.0 / 0.2 + 820_000.0) * z.powf(1.1);
         let h = 1e-6;

@@ -403,22 +403,7 @@ impl Model for Canopy {
 mod tests {
     use super::super::inflation::FiniteMass;
     use super::*;
-    use std::sync::Arc;
-
-    struct Level(f64);
-    impl Atmosphere for Level {
-        fn air(&self, _: f64, p: Vec3) -> Air {
-            let density = self.0 * (-p.z / 10_000.0).exp();
-            let wind = Vec3::new(3.0, 0.0, 0.0);
-            Air { density, pressure: 1.0, temperature: 200.0, speed_of_sound: 1e4, wind }
-        }
-    }
-    struct Down;
-    impl Gravity for Down {
-        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
-            Vec3::z() * -3.71
-        }
-    }
+    use linkwork_runtime::testing;
 
     fn params(density: f64) -> CanopyParams {
         CanopyParams {
@@ -435,8 +420,12 @@ mod tests {
             breathing: 0.0,
             breathing_frequency: 1.0,
             apparent: 0.0,
-            atmosphere: Handle::new("air", Arc::new(Level(density)) as Arc<dyn Atmosphere>),
-            gravity: Handle::new("gravity", Arc::new(Down) as Arc<dyn Gravity>),
+            atmosphere: testing::air(move |_, p| {
+                let density = density * (-p.z / 10_000.0).exp();
+                let wind = Vec3::new(3.0, 0.0, 0.0);
+                Air { density, pressure: 1.0, temperature: 200.0, speed_of_sound: 1e4, wind }
+            }),
+            gravity: testing::gravity(|_, _| Vec3::z() * -3.71),
             world: None,
         }
     }

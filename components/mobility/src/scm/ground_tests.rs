@@ -4,8 +4,8 @@ use super::*;
 use crate::scm::contact::Damping;
 use crate::terramechanics::Motion;
 use crate::test_soils::{golden_wheel, lunar};
-use crate::wheel_rigid::tests::{Plane, plane};
-use std::sync::Arc;
+use crate::wheel_rigid::tests::plane;
+use linkwork_runtime::testing::Plane;
 
 const NONE: Damping = Damping { shear: 0.0, normal: 0.0 };
 const USUAL: Damping = Damping { shear: 0.02, normal: 4.0 };
@@ -34,7 +34,7 @@ fn slick() -> Soil {
 
 /// A soil level at zero.
 fn level(soil: Soil) -> Handle<dyn Terrain> {
-    Handle::new("ground", Arc::new(Plane { slope: 0.0, soil }) as Arc<dyn Terrain>)
+    Plane { soil, ..Plane::default() }.handle()
 }
 
 fn body(form: Form, position: Vec3, axle: Vec3) -> Presser {

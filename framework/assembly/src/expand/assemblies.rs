@@ -1,6 +1,6 @@
 //! Assembly files that parts use, and their variants.
 use crate::expand::variant::{VariantForm, variant};
-use crate::form::assembly::{self, Assembly, AssemblyForm};
+use crate::form::assembly::{self, AssemblyFields, AssemblyForm};
 use crate::schema::read::{fields, text_field};
 use crate::schema::record::Record;
 use crate::text::files::{Files, Home};
@@ -13,14 +13,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// An assembly, and the folder in which its files are searched first.
-type Read = (Home, Arc<Assembly>);
+type Read = (Home, Arc<AssemblyForm>);
 
 /// Assembly files, each read once.
 pub(crate) struct Assemblies<'o> {
     pub files: Files<'o>,
     read: BTreeMap<String, Option<Read>>,
     /// The assembly of the text that is being loaded, by its name.
-    pub own: Option<(String, Home, Arc<Assembly>)>,
+    pub own: Option<(String, Home, Arc<AssemblyForm>)>,
     /// Files whose variants are being read, the outermost first.
     open: Vec<String>,
 }
@@ -37,7 +37,7 @@ impl<'o> Assemblies<'o> {
         name: &Text,
         home: &Home,
         user: &str,
-    ) -> Option<(String, Home, Arc<Assembly>)> {
+    ) -> Option<(String, Home, Arc<AssemblyForm>)> {
         if let Some((key, home, read)) = self.own.as_ref().filter(|own| own.0 == name.text) {
             return Some((key.clone(), home.clone(), read.clone()));
         }
@@ -103,7 +103,7 @@ impl<'o> Assemblies<'o> {
     ) -> Option<Read> {
         let what = format!("assembly `{key}`");
         let is_variant = inner.get("like").is_some();
-        let known = if is_variant { VariantForm::names() } else { AssemblyForm::names() };
+        let known = if is_variant { VariantForm::names() } else { AssemblyFields::names() };
         fields(cx, inner, &what, &known);
         let own = assembly::read_assembly(cx, inner, &what);
         if !is_variant {

@@ -5,7 +5,9 @@ use crate::body::constraint::{CouplingForm, LoopForm};
 use crate::expand::assemblies::Assemblies;
 use crate::expand::instance::{Instance, ItemInst, ModelInst, Node};
 use crate::expand::stowed::stow;
-use crate::form::assembly::{Assembly, ItemForm, ModelForm, PartForm, PartKind, read_overrides};
+use crate::form::assembly::{
+    AssemblyForm, ItemForm, ModelForm, PartForm, PartKind, read_overrides,
+};
 use crate::form::wire::WireText;
 use crate::machine::import::{self, Import};
 use crate::schema::read::text;
@@ -148,7 +150,7 @@ impl<'a, 'o> Expander<'a, 'o> {
     /// Returns the whole tree. Faults of overrides without a match come last; those from outside are collected in `unmatched`.
     pub fn root(
         &mut self,
-        a: &Assembly,
+        a: &AssemblyForm,
         home: &Home,
         outer: &[(Text, Located)],
     ) -> (Instance, Env) {
@@ -180,7 +182,7 @@ impl<'a, 'o> Expander<'a, 'o> {
 
     fn instance(
         &mut self,
-        a: &Assembly,
+        a: &AssemblyForm,
         around: &Around<'_>,
         mounts: BTreeMap<String, Text>,
         outer: Vec<Pending>,
@@ -380,7 +382,7 @@ impl<'a, 'o> Expander<'a, 'o> {
         &mut self,
         path: &str,
         origin: Origin,
-        a: &Assembly,
+        a: &AssemblyForm,
         given: &Located,
     ) -> BTreeMap<String, Text> {
         let known: Vec<&str> = a.mounts.keys().map(String::as_str).collect();

@@ -1,5 +1,5 @@
 //! Variants: an assembly file that is based on another one, with other defaults of its parameters.
-use crate::form::assembly::Assembly;
+use crate::form::assembly::AssemblyForm;
 use crate::schema::describe::Schema;
 use crate::schema::kind::{Kind, raw, table_of, text};
 use crate::schema::record::{Presence, of, record};
@@ -25,7 +25,12 @@ record! {
 }
 
 /// Returns `base` with the defaults and the overrides of `own`.
-pub(crate) fn variant(cx: &mut Cx, own: Assembly, base: &Assembly, base_key: &str) -> Assembly {
+pub(crate) fn variant(
+    cx: &mut Cx,
+    own: AssemblyForm,
+    base: &AssemblyForm,
+    base_key: &str,
+) -> AssemblyForm {
     let mut out = base.clone();
     let known: Vec<&str> = base.params.keys().map(String::as_str).collect();
     for (key, mut decl) in own.params {

@@ -55,7 +55,7 @@ pub enum PartKind {
         stowed: Option<Located>,
     },
     /// An assembly written in place, in the scope of the surrounding parameters.
-    Inline(Box<Assembly>),
+    Inline(Box<AssemblyForm>),
 }
 
 /// A part as written in a file.
@@ -84,7 +84,7 @@ pub struct ItemForm {
 
 /// An assembly as written in a file.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Assembly {
+pub struct AssemblyForm {
     /// Name, if it is used alone.
     pub name: Option<String>,
     /// Documentation.
@@ -125,7 +125,7 @@ pub struct Assembly {
 
 record! {
     /// The fields of an assembly.
-    pub(crate) struct AssemblyForm: "assembly" {
+    pub(crate) struct AssemblyFields: "assembly" {
         /// Documentation.
         doc: Option<Text> = text().maybe(),
         /// Name, if it is used alone.
@@ -227,7 +227,7 @@ const STANDING_ALONE: [&str; 2] = ["name", "mounts"];
 fn part_schema() -> Schema {
     Schema::Named("part", || {
         let inline = Schema::Record("assembly in place", || {
-            let mut fields = AssemblyForm::fields();
+            let mut fields = AssemblyFields::fields();
             fields.retain(|f| !STANDING_ALONE.contains(&f.name));
             fields
         });
@@ -236,12 +236,12 @@ fn part_schema() -> Schema {
 }
 
 /// Reads the fields of an assembly (the caller has checked for unknown ones). Bodies, loops, couplings and colliders are moved out of the value.
-pub(crate) fn read_assembly(cx: &mut Cx, v: &mut Located, what: &str) -> Assembly {
-    let mut a = Assembly {
+pub(crate) fn read_assembly(cx: &mut Cx, v: &mut Located, what: &str) -> AssemblyForm {
+    let mut a = AssemblyForm {
         doc: doc(cx, v, what),
         name: text_field(cx, v, "name", what).map(|t| t.text),
         imports: v.get("import").filter(|i| i.value != Value::Null).cloned(),
-        ..Assembly::default()
+        ..AssemblyForm::default()
     };
     let field_of = |field: &str| format!("{what}: `{field}`");
     if let Some(params) = v.get("params") {
@@ -362,7 +362,7 @@ fn doc(cx: &mut Cx, v: &Located, what: &str) -> String {
 /// Returns the fields that only an assembly written in place has.
 fn inline_marks() -> Vec<&'static str> {
     let not = [&STANDING_ALONE[..], &FileForm::names()].concat();
-    AssemblyForm::names().into_iter().filter(|f| !not.contains(f)).collect()
+    AssemblyFields::names().into_iter().filter(|f| !not.contains(f)).collect()
 }
 
 /// Reads a part; `None` if its kind is not determined or it is not a map (a fault is added).
@@ -396,7 +396,7 @@ pub(crate) fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm>
         };
         (kind, or_empty(cx, "params"))
     } else if inline_marks().iter().any(|f| has(f)) {
-        let mut known = AssemblyForm::names();
+        let mut known = AssemblyFields::names();
         known.retain(|f| !STANDING_ALONE.contains(f));
         fields(cx, v, &what, &known);
         (PartKind::Inline(Box::new(read_assembly(cx, &mut v.clone(), &what))), empty_map())

@@ -9,7 +9,7 @@
 //! ```
 //! Bodies, parts and similar entries override those with the same name, field by field; wires are added; other fields are replaced. `like` builds on
 //! another phase. Removing a part removes its wires.
-use crate::form::assembly::AssemblyForm;
+use crate::form::assembly::AssemblyFields;
 use crate::form::settings::{FIXED, MAPS, PhaseForm, may_change, phase_fields};
 use crate::schema::read::{self, fields, list, name, table, text_field};
 use crate::schema::record::Record;
@@ -132,7 +132,7 @@ fn build(
         && let Value::Map(entries) = &mut base.value
     {
         entries.retain(|(k, _)| {
-            !AssemblyForm::names().contains(&k.as_str()) || k == "doc" || k == "name"
+            !AssemblyFields::names().contains(&k.as_str()) || k == "doc" || k == "name"
         });
     }
     if let Some(gone) = overlay.get("remove") {

@@ -380,13 +380,13 @@ impl Settings {
 
 /// Returns the names of all fields of a simulation.
 pub(crate) fn all_fields() -> Vec<&'static str> {
-    let of_assembly = assembly::AssemblyForm::names().into_iter().filter(|f| *f != "mounts");
+    let of_assembly = assembly::AssemblyFields::names().into_iter().filter(|f| *f != "mounts");
     of_assembly.chain(SettingsForm::names()).collect()
 }
 
 /// Returns all fields of a simulation for the schema.
 pub(crate) fn schema_fields() -> Vec<Field> {
-    let of_assembly = assembly::AssemblyForm::fields().into_iter().filter(|f| f.name != "mounts");
+    let of_assembly = assembly::AssemblyFields::fields().into_iter().filter(|f| f.name != "mounts");
     of_assembly.chain(SettingsForm::fields()).collect()
 }
 

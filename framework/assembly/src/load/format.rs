@@ -1,6 +1,6 @@
 //! The file format as a JSON Schema.
 use crate::expand::variant::VariantForm;
-use crate::form::assembly::AssemblyForm;
+use crate::form::assembly::AssemblyFields;
 use crate::form::settings;
 use crate::machine::sidecar;
 use crate::schema::describe::{Parameters, Schema, document};
@@ -16,7 +16,7 @@ pub fn schema() -> serde_json::Value {
         Schema::Variant("Simulation", Box::new(simulation)),
         Schema::Variant(
             "Assembly",
-            Box::new(Schema::Any(vec![AssemblyForm::describe(), VariantForm::describe()])),
+            Box::new(Schema::Any(vec![AssemblyFields::describe(), VariantForm::describe()])),
         ),
         sidecar::schema(),
     ];

@@ -1,7 +1,9 @@
 //! Loading: a file or text is converted to a flat `Spec` and the settings of the simulation.
 mod format;
+pub(crate) mod library;
 mod place;
 mod resolved;
+mod unread;
 
 pub use format::schema;
 pub use place::{dotted, place_machines};
@@ -11,7 +13,7 @@ use crate::body::shapes::BodyShape;
 use crate::expand::assemblies::Assemblies;
 use crate::expand::expander::{Expander, Unmatched};
 use crate::expand::tree::{TreeNode, tree};
-use crate::form::assembly::{self, Assembly, PartForm, PartKind};
+use crate::form::assembly::{self, AssemblyForm, PartForm, PartKind};
 use crate::form::phases;
 use crate::form::settings::{self, Settings, SettingsForm};
 use crate::machine::import::Import;
@@ -239,6 +241,24 @@ fn load(name: &str, text: String, home: Home, options: &Options<'_>) -> Result<L
     let mut cx = Cx { parsed: options.parsed.clone(), ..Cx::default() };
     let file = cx.sources.add(name, text);
     let loaded = parse(&mut cx, file).and_then(|v| whole(&mut cx, name, v, home, options));
+    loaded_or_faults(cx, loaded)
+}
+
+/// Loads a value that a program has built, as if it had been parsed, and reports `faults` with the faults of the value. Files that
+/// the value names are found among the embedded texts and in the folders of `options`.
+pub(crate) fn load_value(
+    name: &str,
+    value: Located,
+    faults: Vec<Fault>,
+    options: &Options<'_>,
+) -> Result<Loaded, Failure> {
+    let mut cx = Cx { faults, ..Cx::default() };
+    let loaded = whole(&mut cx, name, value, Home::Embedded(String::new()), options);
+    loaded_or_faults(cx, loaded)
+}
+
+/// Returns the loaded simulation, or all faults when there is one.
+fn loaded_or_faults(mut cx: Cx, loaded: Option<Loaded>) -> Result<Loaded, Failure> {
     match loaded {
         Some(mut loaded) if cx.faults.is_empty() => {
             loaded.sources = cx.sources;
@@ -417,7 +437,7 @@ fn single(
         let mounts = own.mounts.keys().map(|m| (m.clone(), Value::Text("world".into()).into()));
         let mounts: Located = Value::Map(mounts.collect()).into();
         files.own = Some((name.to_string(), home, own));
-        holder = Assembly::default();
+        holder = AssemblyForm::default();
         let origin = Origin { start: origin.start, end: origin.start + 8, ..origin };
         cx.alone = Some(origin);
         holder
@@ -448,7 +468,7 @@ fn outside(
     cx: &mut Cx,
     settings: &mut Located,
     overrides: &[String],
-    holder: &Assembly,
+    holder: &AssemblyForm,
 ) -> Vec<(Text, Located)> {
     let mut out = Vec::new();
     for written in overrides {
@@ -456,7 +476,7 @@ fn outside(
         let known = cx.sources.files.iter().position(|(n, text)| n == "--set" && text == written);
         let file = known.map_or_else(|| cx.sources.add("--set", written.clone()), |k| k as u32);
         let Some((path, value)) = written.split_once('=') else {
-            let origin = Origin { file, start: 0, end: written.len() as u32 };
+            let origin = Origin::in_file(file, 0, written.len() as u32);
             let message = format!("`--set {written}` has no `=`");
             cx.fault(
                 origin,
@@ -466,7 +486,7 @@ fn outside(
             continue;
         };
         let start = path.len() as u32 + 1;
-        let origin = Origin { file, start, end: written.len() as u32 };
+        let origin = Origin::in_file(file, start, written.len() as u32);
         let value = plain_value(value, origin);
         let path = path.trim();
         let segments: Vec<String> = path.split('.').map(str::to_string).collect();
@@ -478,7 +498,7 @@ fn outside(
             }
             set(settings, &segments, &value);
         } else {
-            let origin = Origin { file, start: 0, end: path.len() as u32 };
+            let origin = Origin::in_file(file, 0, path.len() as u32);
             out.push((Text { text: path.into(), origin }, value));
         }
     }
@@ -539,7 +559,7 @@ fn plain_value(text: &str, origin: Origin) -> Located {
 
 fn assemble(
     cx: &mut Cx,
-    holder: &Assembly,
+    holder: &AssemblyForm,
     mut settings: Located,
     (home, files): (Home, Assemblies<'_>),
     (outer, unmatched): (&[(Text, Located)], &mut Vec<Unmatched>),
@@ -589,7 +609,10 @@ fn assemble(
         let mut more = linkwork_runtime::check_parts(&spec, options.catalogue, &files);
         more.extend(misspelt(&simulation.patterns(), &spec, options.catalogue, &files));
         // Except consequences of a fault at the same position.
-        let touches = |a: Origin, b: Origin| a.file == b.file && a.start < b.end && b.start < a.end;
+        let touches = |a: Origin, b: Origin| match a.call.or(b.call) {
+            Some(_) => a.call == b.call,
+            None => a.file == b.file && a.start < b.end && b.start < a.end,
+        };
         let mut told: Vec<Origin> = cx.faults.iter().map(|f| f.origin).collect();
         spec.parts.iter().for_each(|p| unknown(&p.params, &mut told));
         cx.faults.extend(more.into_iter().filter(|f| !told.iter().any(|t| touches(*t, f.origin))));

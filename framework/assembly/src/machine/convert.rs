@@ -1,6 +1,6 @@
 //! Conversion of a description of a mechanism to an assembly: the same bodies in RON, in full precision.
 use crate::body::{hinge::hinge, initial, modes::modes};
-use crate::form::assembly::{Assembly, ItemForm};
+use crate::form::assembly::{AssemblyForm, ItemForm};
 use crate::machine::devices;
 use crate::schema::kind::Kind;
 use crate::schema::record::Record;
@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, BTreeSet};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Converted {
     /// The assembly: [`Assembly::to_ron`] is its text.
-    pub assembly: Assembly,
+    pub assembly: AssemblyForm,
     /// Parts of the description that an assembly does not support, one line each.
     pub left_out: Vec<String>,
     /// Name in the description → name in the assembly. They differ if the first contains characters with a meaning in references, or already begins
@@ -33,7 +33,7 @@ pub(crate) enum Collide {
     Off,
 }
 
-impl Assembly {
+impl AssemblyForm {
     /// Returns the bodies, nodes, shapes, loops, couplings and devices of a description as an assembly with this name. Loaded alone, its mechanism is
     /// bit-identical to that of the description, with bodies, loops and couplings named `NAME/..`.
     #[must_use]
@@ -46,7 +46,7 @@ impl Assembly {
 pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converted {
     let mut left_out = Vec::new();
     let bodies = local_names(name, d);
-    let mut assembly = Assembly::new(name);
+    let mut assembly = AssemblyForm { name: Some(name.into()), ..AssemblyForm::default() };
     let groups = Groups::new(d, &mut left_out);
     let mut shapes_of: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for (k, s) in d.shapes.iter().enumerate() {
@@ -137,7 +137,7 @@ fn loops(
     name: &str,
     d: &Description,
     bodies: &BTreeMap<String, String>,
-    assembly: &mut Assembly,
+    assembly: &mut AssemblyForm,
     taken: &mut BTreeSet<String>,
 ) {
     for l in d.builder.loops().iter().chain(&d.loops) {
@@ -159,7 +159,7 @@ fn couplings(
     name: &str,
     d: &Description,
     bodies: &BTreeMap<String, String>,
-    assembly: &mut Assembly,
+    assembly: &mut AssemblyForm,
     taken: &mut BTreeSet<String>,
 ) {
     let specs: BTreeMap<&str, &BodySpec> =
@@ -192,7 +192,12 @@ fn couplings(
 }
 
 /// Adds collision shapes of the world as colliders.
-fn on_world(d: &Description, groups: &Groups, assembly: &mut Assembly, left_out: &mut Vec<String>) {
+fn on_world(
+    d: &Description,
+    groups: &Groups,
+    assembly: &mut AssemblyForm,
+    left_out: &mut Vec<String>,
+) {
     let shapes = d.shapes.iter().enumerate();
     for (k, s) in shapes.filter(|(_, s)| s.body == "world" && s.role != ShapeRole::Visual) {
         let surface = groups.of(k);

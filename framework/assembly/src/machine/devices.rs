@@ -1,5 +1,5 @@
 //! Devices of a description as parts of an assembly: actuators, tendons, sensors, balancers.
-use crate::form::assembly::{Assembly, PartForm, PartKind};
+use crate::form::assembly::{AssemblyForm, PartForm, PartKind};
 use crate::text::value::{Text, empty_map, list, plain, push};
 use linkwork_formats::{
     Actuator, Description, Device, DeviceFrame, DeviceKind, HingeCoordinate, Length, Sensor, Tendon,
@@ -20,7 +20,7 @@ pub(crate) struct Names<'a> {
 pub(crate) fn add(
     d: &Description,
     names: &Names<'_>,
-    assembly: &mut Assembly,
+    assembly: &mut AssemblyForm,
     left_out: &mut Vec<String>,
 ) {
     let specs: BTreeMap<&str, &BodySpec> =

@@ -2,7 +2,7 @@
 //!
 //! The file's bodies become bodies of the assembly as if they were written there: parts can bind to them by name, and they can be overridden and used
 //! as parents. Its couplings and loops, and optionally its collision shapes, are imported, too. Its actuators, tendons and sensors become parts.
-use crate::form::assembly::{Assembly, ItemForm};
+use crate::form::assembly::{AssemblyForm, ItemForm};
 use crate::form::import::{ImportCheck, ImportForm, Kept};
 use crate::machine::convert::{self, Collide};
 use crate::machine::sidecar;
@@ -138,9 +138,9 @@ pub(crate) fn with_imports(
     files: &Files<'_>,
     imports: &Located,
     place: (&str, &Home),
-    own: &Assembly,
+    own: &AssemblyForm,
     found: &mut Vec<Import>,
-) -> Assembly {
+) -> AssemblyForm {
     let mut out = own.clone();
     let one = std::slice::from_ref(imports);
     let items = match &imports.value {
@@ -181,7 +181,7 @@ pub(crate) fn with_imports(
 }
 
 /// Adds pairs that do not meet to those that an assembly has.
-fn add_pairs(to: &mut Assembly, more: Option<Located>) {
+fn add_pairs(to: &mut AssemblyForm, more: Option<Located>) {
     let Some(more) = more else { return };
     match (&mut to.ignore, more.value) {
         (Some(Located { value: Value::List(own), .. }), Value::List(pairs)) => own.extend(pairs),
@@ -195,7 +195,7 @@ fn read(
     files: &Files<'_>,
     v: &Located,
     (path, home): (&str, &Home),
-) -> Option<(Import, Assembly)> {
+) -> Option<(Import, AssemblyForm)> {
     let form = ImportForm::read(cx, v, &At::new("`import`"))?;
     let file = &form.file;
     let (key, found) = match files.find(&file.text, home) {

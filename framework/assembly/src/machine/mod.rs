@@ -3,3 +3,8 @@ pub(crate) mod convert;
 pub(crate) mod devices;
 pub(crate) mod import;
 pub(crate) mod sidecar;
+
+pub use convert::Converted;
+pub use import::{Import, read_machine};
+pub use linkwork_formats::{MESH_FILES, mesh_corners, mesh_corners_of};
+pub use sidecar::apply_side_car;

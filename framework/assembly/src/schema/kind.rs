@@ -145,7 +145,8 @@ impl Kind for Number {
         self.in_range(cx, v, at, x)
     }
     fn write(&self, x: &f64) -> Value {
-        if x.is_finite() { Value::Number(*x) } else { Value::Null }
+        // An absent field stands for infinity. NaN is written, so that the reader refuses it.
+        if x.is_infinite() { Value::Null } else { Value::Number(*x) }
     }
     fn describe(&self) -> Schema {
         let unit = match self.turns == self.slides {

@@ -4,3 +4,5 @@ pub(crate) mod kind;
 pub(crate) mod pose;
 pub(crate) mod read;
 pub(crate) mod record;
+
+pub use describe::{Field, Parameters, Schema, document, plain};

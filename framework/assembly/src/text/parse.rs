@@ -77,7 +77,7 @@ fn read(cx: &mut Cx, file: u32) -> Option<Located> {
 fn not_read(cx: &mut Cx, file: u32, text: &str, stop: Stop) {
     let at = |start: usize| {
         let end = start + text[start..].chars().next().map_or(0, char::len_utf8);
-        Origin { file, start: start as u32, end: end as u32 }
+        Origin::in_file(file, start as u32, end as u32)
     };
     let Err(error) = ron::from_str::<&RawValue>(text) else {
         cx.fault(at(stop.at.min(text.len())), stop.fact, stop.help);

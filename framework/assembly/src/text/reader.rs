@@ -110,7 +110,7 @@ impl<'t> Reader<'t> {
     }
 
     fn origin(&self, start: usize) -> Origin {
-        Origin { file: self.file, start: start as u32, end: self.at as u32 }
+        Origin::in_file(self.file, start as u32, self.at as u32)
     }
 
     /// Moves over a character if it is the next one.

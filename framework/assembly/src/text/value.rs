@@ -1,5 +1,5 @@
 //! Functions on values with positions: access, change, creation.
-use linkwork_runtime::{Located, Origin, Value};
+use linkwork_runtime::{IntoValue, Located, Origin, Value};
 use linkwork_spatial::Vec3;
 
 /// A text and its position.
@@ -72,54 +72,6 @@ pub(crate) fn sort(v: &mut Located) {
 /// Returns true for a text with a parameter that could not be replaced, which has been reported.
 pub(crate) fn is_unknown(v: &Located) -> bool {
     matches!(&v.value, Value::Text(t) if t.contains('$'))
-}
-
-/// Types that can be values of an assembly.
-pub trait IntoValue {
-    /// Converts it to a value.
-    fn into_value(self) -> Value;
-}
-
-impl IntoValue for Value {
-    fn into_value(self) -> Value {
-        self
-    }
-}
-impl IntoValue for f64 {
-    fn into_value(self) -> Value {
-        Value::Number(self)
-    }
-}
-impl IntoValue for i32 {
-    fn into_value(self) -> Value {
-        Value::Number(self.into())
-    }
-}
-impl IntoValue for bool {
-    fn into_value(self) -> Value {
-        Value::Bool(self)
-    }
-}
-impl IntoValue for String {
-    fn into_value(self) -> Value {
-        Value::Text(self)
-    }
-}
-impl<T: IntoValue> IntoValue for Vec<T> {
-    fn into_value(self) -> Value {
-        Value::List(self.into_iter().map(|t| t.into_value().into()).collect())
-    }
-}
-impl IntoValue for &str {
-    fn into_value(self) -> Value {
-        Value::Text(self.into())
-    }
-}
-
-impl<T: IntoValue, const N: usize> IntoValue for [T; N] {
-    fn into_value(self) -> Value {
-        Value::List(self.into_iter().map(|t| t.into_value().into()).collect())
-    }
 }
 
 /// Creates `Name` or `Name(..)`: `variant("Pin", [0.0, 1.0, 0.0])`, `variant("Free", Value::Null)`.

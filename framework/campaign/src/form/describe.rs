@@ -1,6 +1,6 @@
 //! The fields of a campaign file, declared once for the reader and for the JSON Schema.
 use super::{MOST_RUNS, MOST_SEED};
-use linkwork_assembly::{Field, Parameters, Schema, document};
+use linkwork_assembly::schema::{Field, Parameters, Schema, document};
 use linkwork_runtime::Value;
 
 /// The distributions.

@@ -23,7 +23,8 @@ pub(crate) use values::in_unit;
 use crate::correlation::factor;
 use crate::distribution::Distribution;
 use crate::sampling::{SOBOL_RUNS, SOBOL_VALUES, Sampling};
-use linkwork_assembly::{Failure, Field, Text, read_value, tidy};
+use linkwork_assembly::schema::Field;
+use linkwork_assembly::{Failure, Text, read_value, tidy};
 use linkwork_runtime::{Fault, Located, Origin, Seconds, Sources, Value, remedy};
 use std::path::{Path, PathBuf};
 

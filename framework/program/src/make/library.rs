@@ -57,7 +57,7 @@ pub fn library(folder: &Path, linkwork: Option<&Path>) -> Result<Vec<PathBuf>, R
     let words = [
         ("name", name),
         ("library", name),
-        ("prelude", "linkwork::prelude::*"),
+        ("prelude", "linkwork::model::prelude::*"),
         ("model", MODEL),
         ("Model", "Motor"),
         ("linkwork", shown.as_str()),

@@ -195,6 +195,6 @@ mod tests {
 
     #[test]
     fn nothing_is_left_to_fill_in() {
-        assert!(!model_text("windmill", "pump", "linkwork::prelude::*").contains('@'));
+        assert!(!model_text("windmill", "pump", "linkwork::model::prelude::*").contains('@'));
     }
 }

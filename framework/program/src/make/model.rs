@@ -66,7 +66,7 @@ fn prelude(manifest: &str) -> Option<&'static str> {
         })
     };
     match (depends("linkwork"), depends("linkwork-runtime")) {
-        (true, _) => Some("linkwork::prelude::*"),
+        (true, _) => Some("linkwork::model::prelude::*"),
         (_, true) => Some("linkwork_runtime::prelude::*"),
         _ => None,
     }
@@ -134,7 +134,7 @@ mod tests {
         assert_eq!(prelude(own), Some("linkwork_runtime::prelude::*"));
         let theirs = "[workspace]\n[package]\nname=\"windmill\"\n[dependencies]\nlinkwork = \"1\"";
         assert_eq!(package(theirs), Some("windmill"));
-        assert_eq!(prelude(theirs), Some("linkwork::prelude::*"));
+        assert_eq!(prelude(theirs), Some("linkwork::model::prelude::*"));
         assert_eq!(
             (package("[workspace]"), prelude("[dependencies]\nserde = \"1\"")),
             (None, None)

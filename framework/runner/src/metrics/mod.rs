@@ -7,7 +7,7 @@ mod statistics;
 
 use crate::balance::{Balance, Saved};
 use crate::conditions::condition;
-use linkwork_assembly::{Metric, MetricOf, Take};
+use linkwork_assembly::form::{Metric, MetricOf, Take};
 use linkwork_runtime::{
     Condition, Fault, Observer, Place, Plan, PortKind, Simulation, Stretch, Times, Unit, Wanted,
 };

@@ -45,7 +45,7 @@ use crate::block::{Block, Evaluation, Now};
 use crate::condition::{Condition, Times};
 use crate::plan::{FieldPlan, Fires, Plan};
 use crate::program::Program;
-use crate::time::Seconds;
+use crate::time::{IntoSeconds, Seconds};
 use reports::Notices;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -276,11 +276,48 @@ impl Simulation {
         if self.is_bad() { Err(self.first_bad()) } else { Ok(()) }
     }
 
-    /// Runs to the first row at or after `t`; equal states whatever the chunks.
+    /// Runs to the first row at or after `t`, in seconds (`10.0`), as a text (`"2 min"`) or as [`Seconds`]. The states are equal
+    /// however a run is divided into calls.
     ///
     /// # Errors
-    /// As [`Simulation::step`]. The state is then that of the bad instant.
-    pub fn run_until(&mut self, t: Seconds) -> Result<(), RunError> {
+    /// The errors of [`Simulation::step`], with the state of the instant at which it failed; a `t` that is not a time.
+    pub fn run_until(&mut self, t: impl IntoSeconds) -> Result<(), RunError> {
+        let t = self.end(t)?;
+        self.run_to(t)
+    }
+
+    /// Runs as [`Simulation::run_until`], and calls `at_row` at the present row and at every row that follows: to read
+    /// variables, to set inputs, or to end the run with an error.
+    ///
+    /// # Errors
+    /// The errors of [`Simulation::run_until`], and errors that `at_row` returns.
+    pub fn run_with(
+        &mut self,
+        t: impl IntoSeconds,
+        mut at_row: impl FnMut(&mut Simulation) -> Result<(), RunError>,
+    ) -> Result<(), RunError> {
+        let t = self.end(t)?;
+        at_row(self)?;
+        while self.before(t) {
+            if self.step_watched()? == Stop::Interrupted {
+                return Ok(());
+            }
+            at_row(self)?;
+        }
+        self.run_to(t)
+    }
+
+    /// The time at which a run is to end.
+    fn end(&self, t: impl IntoSeconds) -> Result<Seconds, RunError> {
+        t.into_seconds().map_err(|message| {
+            let (time, path) = (self.time(), String::new());
+            let help = Some("give seconds, or a text such as \"2 min\"".to_string());
+            RunError { time, path, message, help }
+        })
+    }
+
+    /// The loop of [`Simulation::run_until`], compiled once.
+    fn run_to(&mut self, t: Seconds) -> Result<(), RunError> {
         let mut plan = self.plan.clone();
         while self.before(t) {
             if self.go_to_row(&plan)? == Stop::Interrupted {

@@ -146,7 +146,7 @@ impl Model for Recall {
     type Inputs = U;
     type Outputs = One;
     type Store = Vec<f64>;
-    fn outputs(&self, store: &Vec<f64>) -> One {
+    fn outputs(&self, store: &[f64]) -> One {
         One { y: store.iter().sum() }
     }
     fn update(&self, u: &U, store: &mut Vec<f64>) {

@@ -2,12 +2,13 @@
 use super::Simulation;
 use crate::array::{Input, out1};
 use crate::error::{no_variable, refuse, refuse_with};
-use crate::log::{Filler, Filling, Log, Rows};
+use crate::log::{Filling, Log};
 use crate::rules::{self, recording, refused, text, window};
 use crate::running::{RECORDING, Running};
 use crate::values::{Variable, object, period};
-use linkwork_assembly::{Text, match_patterns};
-use linkwork_runner::log_rules;
+use linkwork_assembly::Text;
+use linkwork_assembly::patterns::match_patterns;
+use linkwork_runner::{Columns, log_rules};
 use linkwork_runtime::{self as runtime, Change, Group, Place, PortKind, Role, Value, remedy};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat};
@@ -135,13 +136,12 @@ impl Simulation {
             rule.period = self.plan.base;
         }
         let runtime::Rule { paths: names, period, on_change, around } = rule;
-        let rows = Rows { t: Vec::new(), columns: vec![Vec::new(); names.len()] };
-        let rows = Arc::new(Mutex::new(rows));
+        let rows = Arc::new(Mutex::new(Columns::new(names.len())));
         let variables: Vec<&runtime::Variable> =
             names.iter().map(|n| &self.plan.variables[n]).collect();
         let places = variables.iter().map(|v| v.place).collect();
         let group = Group { period, places, on_change, around, ..Group::default() };
-        let into = Filler::new(rows.clone());
+        let into = rows.clone();
         self.with(py, |r| {
             let due = runtime::Rows::from_now(r.sim(), 0, group)?;
             r.log(Filling { due, into });

@@ -97,7 +97,7 @@ fn quaternion([x, y, z, w]: [f64; 4]) -> String {
 fn shown_of(d: &Description, body: &str) -> bool {
     let seen = |g: &Geometry| match g {
         Geometry::Mesh { path, .. } => {
-            path.as_deref().is_some_and(|p| linkwork_assembly::mesh_corners(p).is_ok())
+            path.as_deref().is_some_and(|p| linkwork_assembly::machine::mesh_corners(p).is_ok())
         }
         Geometry::Plane { .. } => false,
         _ => true,
@@ -156,20 +156,21 @@ pub(super) fn rover(folder: &Path, file: &Path) -> Result<Vec<PathBuf>, Refusal>
     })?;
     // Read as the created assembly reads it: `run` warns of inertias that no rigid body can have.
     let options = ReadOptions { root: Root::Free, ..ReadOptions::default() };
-    let description = linkwork_assembly::read_machine(&there, &options).map_err(|failure| {
-        let told = linkwork_assembly::show_faults(
-            &failure.faults,
-            &failure.sources,
-            linkwork_assembly::Look::Plain,
-        );
-        let help = match failure.faults.iter().any(|f| f.help.is_some()) {
-            // Each error contains its own remedy.
-            true => "",
-            false => "correct the file",
-        };
-        wrong(format!("`{shown}` is rejected:\n{}", told.trim_end()), help)
-    })?;
-    let corners = |path: &Path| linkwork_assembly::mesh_corners(path).ok();
+    let description =
+        linkwork_assembly::machine::read_machine(&there, &options).map_err(|failure| {
+            let told = linkwork_assembly::show_faults(
+                &failure.faults,
+                &failure.sources,
+                linkwork_assembly::Look::Plain,
+            );
+            let help = match failure.faults.iter().any(|f| f.help.is_some()) {
+                // Each error contains its own remedy.
+                true => "",
+                false => "correct the file",
+            };
+            wrong(format!("`{shown}` is rejected:\n{}", told.trim_end()), help)
+        })?;
+    let corners = |path: &Path| linkwork_assembly::machine::mesh_corners(path).ok();
     let found = find::vehicle(&description, &corners)
         .map_err(|(fact, help)| wrong(format!("`{shown}`: {fact}"), help))?;
     let parent = match folder.parent() {

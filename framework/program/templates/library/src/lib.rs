@@ -2,9 +2,8 @@
 
 pub mod @model@;
 
-use linkwork::prelude::Entry;
-use linkwork::runner::Library;
-use linkwork::runtime::Catalogue;
+use linkwork::model::prelude::Entry;
+use linkwork::prelude::Library;
 
 /// Returns the models of this library.
 pub fn catalogue() -> Vec<Entry> {
@@ -13,9 +12,5 @@ pub fn catalogue() -> Vec<Entry> {
 
 /// Returns everything that a simulation can name: Linkwork's models and assemblies, FMI units, and the models above.
 pub fn library() -> Library {
-    let libraries = linkwork_assemblies::libraries().into_iter();
-    Library {
-        catalogue: Catalogue::new(libraries.chain([linkwork_fmi::catalogue(), catalogue()])),
-        embedded: linkwork_assemblies::embedded(),
-    }
+    linkwork::components::library().with(linkwork_fmi::catalogue()).with(catalogue())
 }

@@ -1,16 +1,19 @@
 //! Loading: a file or text is compiled and placed, and all mistakes are reported at once.
-use crate::unread::unread;
-use linkwork_assembly::{
-    Failure, Loaded, Options, Parsed, load_file, load_text, misspelt, place_machines, tidy,
-};
+use crate::load::unread::unread;
+use crate::load::{Loaded, Options, load_file, load_text, place_machines};
+use crate::text::parsed::Parsed;
+use crate::text::patterns::misspelt;
+use crate::text::report::tidy;
+use crate::text::show::Failure;
 use linkwork_runtime::{
-    Catalogue, Fault, Files, Made, Origin, Plan, Program, Simulation, Sources, nearest,
+    Catalogue, Entry, Fault, Files, Made, Origin, Plan, Program, Simulation, Sources, nearest,
 };
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The models of a program, and the assemblies embedded in it.
+#[derive(Clone, Default)]
 pub struct Library {
     /// Models and services.
     pub catalogue: Catalogue,
@@ -46,6 +49,12 @@ impl Ready {
         &self.program.phases[0].plan
     }
 
+    /// Makes a simulation at time zero.
+    #[must_use]
+    pub fn simulation(self) -> Simulation {
+        Simulation::of(Arc::new(self.program))
+    }
+
     /// Returns all warnings of the files, of every phase, and of the start, each once.
     pub fn warnings(&self) -> Vec<Fault> {
         let of_plans = self.program.phases.iter().flat_map(|p| p.plan.warnings.clone());
@@ -76,6 +85,19 @@ enum Start {
 }
 
 impl Library {
+    /// Adds models and services.
+    ///
+    /// # Panics
+    /// When one has the name of another: that is a mistake in the program.
+    #[must_use]
+    pub fn with(mut self, entries: Vec<Entry>) -> Library {
+        for entry in entries {
+            let added = self.catalogue.add(entry);
+            added.unwrap_or_else(|name| panic!("two models are named `{name}`"));
+        }
+        self
+    }
+
     /// Returns options with `PATH=VALUE` overrides and a seed that replaces that of the file.
     pub fn options(&self, set: &[String], seed: Option<u64>) -> Options<'_> {
         let mut options = Options::new(&self.catalogue);
@@ -125,7 +147,7 @@ impl Library {
     /// All mistakes.
     pub fn file(&self, path: &Path, set: &[String], seed: Option<u64>) -> Result<Ready, Failure> {
         self.find(path)?;
-        self.finish(self.loaded(path, set, seed)?, Start::LookedAt, None)
+        self.ready(self.loaded(path, set, seed)?)
     }
 
     /// Loads one of many runs. Data that the runs have in common are reused, and the start is not checked for warnings (stiffness, unread parts),
@@ -160,7 +182,15 @@ impl Library {
     /// # Errors
     /// All mistakes.
     pub fn text_with(&self, name: &str, text: &str, set: &[String]) -> Result<Ready, Failure> {
-        self.finish(load_text(name, text, &self.options(set, None))?, Start::LookedAt, None)
+        self.ready(load_text(name, text, &self.options(set, None))?)
+    }
+
+    /// Compiles and places what was loaded with this library.
+    ///
+    /// # Errors
+    /// Everything that is wrong, at once.
+    pub fn ready(&self, loaded: Loaded) -> Result<Ready, Failure> {
+        self.finish(loaded, Start::LookedAt, None)
     }
 
     fn finish(

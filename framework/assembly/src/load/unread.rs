@@ -1,5 +1,7 @@
 //! Detection of parts that have no effect and that nobody reads, such as a forgotten sensor.
-use linkwork_assembly::{Loaded, MetricOf, matches};
+use crate::form::settings::MetricOf;
+use crate::load::Loaded;
+use crate::text::patterns::matches;
 use linkwork_runtime::{Fault, PartSpec, Plan, PortSpec, Program};
 use std::collections::BTreeSet;
 

@@ -1,0 +1,2 @@
+//! The examples, run and held to their right answers.
+mod examples;
