@@ -41,7 +41,6 @@ impl Model for Spring {
         SpringOut { torque: HingeTorque(-self.p.stiffness * u.shaft.angle) }
     }
 }
-
 /// Returns the angle after one period, started at 0.3 rad.
 pub fn simulated() -> Result<f64, Box<dyn Error>> {
     let mut machine = Assembly::new();
@@ -54,7 +53,7 @@ pub fn simulated() -> Result<f64, Box<dyn Error>> {
     Ok(sim.get("disc.angle")?)
 }
 
-/// Prints the angle after one period.
+/// Prints it.
 pub fn main() -> Result<(), Box<dyn Error>> {
     println!("angle after one period: {:.6} rad; it started at 0.3 rad", simulated()?);
     Ok(())
