@@ -6,7 +6,7 @@
 //! 1. `xml`: text → elements with places, which remember whether they were read.
 //! 2. `urdf`, `mjcf`, `sdf`: elements → [`Description`].
 //! 3. Elements that were never read become [`Description::ignored`]. `tables` lists every element and attribute of the three formats as read,
-//!   rejected, or ignored with a warning; a name without an entry is reported as not part of the format.
+//!    rejected, or ignored with a warning; a name without an entry is reported as not part of the format.
 //! 4. `mesh`: corners of STL, OBJ, COLLADA and glTF files.
 //!
 //! `srdf` reads names for groups of links from files of motion planners. `fmi` reads descriptions of foreign units (FMI 2.0 and 3.0), `daveml` static
