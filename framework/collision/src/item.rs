@@ -7,7 +7,7 @@ use linkwork_multibody::spatial::{Pose, Vec3};
 use linkwork_multibody::{BodyId, Multibody};
 use std::sync::Arc;
 
-/// Handle of a collider of one [`Colliders`]: its index in the order of names.
+/// Handle of a collider of one [`Colliders`](crate::Colliders): its index in the order of names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ColliderId(pub(crate) u32);
 

@@ -16,7 +16,7 @@ record! {
     /// One rule of the log.
     #[derive(Clone, Debug, PartialEq)]
     pub struct LogRule: "log rule" {
-        /// Patterns for variable paths; see [`match_patterns`](crate::match_patterns).
+        /// Patterns for variable paths; see [`match_patterns`](crate::patterns::match_patterns).
         channels: Vec<Text> = texts().need("write channels: [\"Rover.**\"]"),
         /// Sample period; `None`: every step.
         rate: Option<Seconds> = period().maybe(),

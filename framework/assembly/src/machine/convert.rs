@@ -17,7 +17,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// An assembly converted from a description.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Converted {
-    /// The assembly: [`Assembly::to_ron`] is its text.
+    /// The assembly: [`AssemblyForm::to_ron`] is its text.
     pub assembly: AssemblyForm,
     /// Parts of the description that an assembly does not support, one line each.
     pub left_out: Vec<String>,
