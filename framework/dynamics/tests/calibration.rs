@@ -274,7 +274,7 @@ fn what_cannot_be_told_or_is_no_number_is_refused() {
     let tip = mbs.node("tip").unwrap();
     let mut few = places(&mbs, 0, 1, true);
     let told = calibrate_kinematics(&mbs, tip, &few, 1.0, 1e-8).unwrap_err();
-    assert!(told.to_string().contains("too few"), "{told}");
+    assert!(told.to_string().contains("not enough"), "{told}");
     few[0].position.x = f64::INFINITY;
     let told = calibrate_kinematics(&mbs, tip, &few, 1.0, 1e-8).unwrap_err();
     assert!(told.to_string().contains("inf"), "{told}");

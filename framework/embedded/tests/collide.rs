@@ -558,6 +558,6 @@ fn a_robot_is_loaded_with_its_shapes_and_couplings() {
     write("tip.dae", "<COLLADA/>");
     let told = RobotModel::load(folder.join("r.urdf"), None, &options()).unwrap_err().to_string();
     assert!(told.contains("tip.dae`: it has no triangles"), "{told}");
-    assert!(told.contains("help: give that body solids"), "{told}");
+    assert!(told.contains("help: give that body primitive shapes"), "{told}");
     std::fs::remove_dir_all(folder).unwrap();
 }

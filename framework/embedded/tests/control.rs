@@ -131,13 +131,13 @@ fn bad_guards_and_wishes_are_refused() {
     };
     let zero = Guards { horizon: 0.0, ..NO_GUARD };
     assert!(say(&mut robot, &[objective], &zero, &mut left).contains("horizon"));
-    assert!(say(&mut robot, &[objective, objective], &NO_GUARD, &mut left).contains("room"));
+    assert!(say(&mut robot, &[objective, objective], &NO_GUARD, &mut left).contains("reserved"));
     assert!(say(&mut robot, &[objective], &NO_GUARD, &mut []).contains("residuals"));
     let bad = Objective::new(0, tip(part, Motion::zero(), Rows::All { length: 0.0 }));
     assert!(say(&mut robot, &[bad], &NO_GUARD, &mut left).contains("length"));
     let many = [(part, 0.1), (part, 0.1)];
     let two = Guards { manipulable: &many, ..NO_GUARD };
-    assert!(say(&mut robot, &[objective], &two, &mut left).contains("room"));
+    assert!(say(&mut robot, &[objective], &two, &mut left).contains("reserved"));
     let nan = [(part, f64::NAN)];
     assert!(
         say(&mut robot, &[objective], &Guards { manipulable: &nan, ..NO_GUARD }, &mut left)

@@ -252,7 +252,7 @@ fn mistakes_are_told_with_place_and_remedy() {
     assert!(robot.q().iter().all(|x| x.is_finite()));
     let length = Rows::All { length: 0.0 };
     let refused = robot.manipulability(follows, length, None).unwrap_err();
-    assert!(refused.to_string().contains("help: a length is positive"));
+    assert!(refused.to_string().contains("help: the length must be positive"));
     let other = RobotModel::new(&spec(vec![])).unwrap();
     assert_eq!(Robot::new(&other).tip_pose(gripper), Err(RobotError::ForeignHandle));
     // Loops are not silently ignored.

@@ -321,7 +321,7 @@ fn bad_input_is_refused() {
     };
     assert!(say(&two[..5], &good, 0.0).contains("numbers"));
     assert!(say(&[], &good, 0.0).contains("numbers"));
-    assert!(say(&WAY.concat(), &good, 0.0).contains("room"));
+    assert!(say(&WAY.concat(), &good, 0.0).contains("reserved"));
     assert!(say(&[0.0, 0.0, 0.0, f64::NAN, 0.5, 0.5], &good, 0.0).contains("NaN"));
     assert!(say(&two, &good, -0.1).contains("round"));
     let mut bad = good.clone();

@@ -288,7 +288,7 @@ fn what_cannot_be_is_told() {
     assert!(say(&v, &bad, &[], &strong).contains("unit vector"));
     assert!(say(&v, &[Touch { friction: 0.0, ..all[0] }], &[], &strong).contains("friction"));
     assert!(say(&v, &[Touch { most: -1.0, ..all[0] }], &[], &strong).contains("force"));
-    assert!(say(&v, &all, &[], &strong).contains("room"));
+    assert!(say(&v, &all, &[], &strong).contains("reserved"));
     assert!(say(&v[1..], &[], &[], &strong).contains("numbers"));
     assert!(say(&v, &[], &[], &strong[1..]).contains("numbers"));
     let nan = Objective::new(0, Aim::Center(Vec3::repeat(f64::NAN)));

@@ -311,7 +311,7 @@ fn mistakes_are_codes_with_messages() {
             |push: &[LwPush]| lw_robot_feed_forward(r, p, p, 3, push.as_ptr(), push.len(), one);
         robot(ff(&[push]), NotFinite, &["`moment`"]);
         robot(ff(&[far]), Foreign, &[]);
-        robot(ff(&pushes), NoRoom, &["2 pushes", "room was reserved for 1"]);
+        robot(ff(&pushes), NoRoom, &["2 pushes", "memory is reserved for 1"]);
         let reach = |g: &LwGoal, e: *const LwEffort, a: *mut LwAnswer| {
             lw_robot_inverse_kinematics(r, 0, g, e, p, 3, a)
         };

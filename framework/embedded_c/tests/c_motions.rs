@@ -146,7 +146,7 @@ fn ways_and_their_times() {
         two.refused(ask(&beyond, &how, o), LwStatus::OutsideLimits, "coordinate 1");
         two.refused(ask(&goal, &LwSearch { step: 0.0, ..how }, o), LwStatus::OutOfRange, "step");
         let w = way.as_mut_ptr();
-        two.refused(lw_planner_path(r, p, w, 13), LwStatus::Length, "`way`");
+        two.refused(lw_planner_path(r, p, w, 13), LwStatus::Length, "`path`");
         two.refused(lw_planner_new(r, LEFT, 1, &mut none), LwStatus::OutOfRange, "room");
         two.refused(
             lw_planner_new(r, LEFT, usize::MAX, &mut none),
@@ -238,8 +238,8 @@ unsafe fn timed(two: &mut Two, way: &[f64]) {
 
         let kept = (q, v, vdot);
         let ask = |n, l, round, o| lw_timing_plan(r, t, w, n, l, round, o);
-        two.refused(ask(n - 1, l, 0.0, o), LwStatus::Length, "`way`");
-        two.refused(ask(0, l, 0.0, o), LwStatus::Length, "`way`");
+        two.refused(ask(n - 1, l, 0.0, o), LwStatus::Length, "`path`");
+        two.refused(ask(0, l, 0.0, o), LwStatus::Length, "`path`");
         two.refused(ask(n, l, -1.0, o), LwStatus::OutOfRange, "round");
         two.refused(
             ask(n, &LwMotionLimits { n: 12, ..limits }, 0.0, o),
@@ -549,7 +549,9 @@ fn shapes_that_are_none_are_refused() {
         // When the model is built.
         let (flat, wrong) = ([[0.0; 3]; 4], [[0_u32, 1, 9]]);
         for (k, needle) in
-            ["lie in one plane", "vertex 9 of 4", "at least 2 by 2"].iter().enumerate()
+            ["lie in one plane", "refers to vertex 9, but there are 4", "at least 2 by 2"]
+                .iter()
+                .enumerate()
         {
             let (mut b, mut m) = (null_mut(), null_mut());
             assert_eq!(lw_builder_new(&mut b), LwStatus::Ok);

@@ -153,7 +153,7 @@ pub enum FaultKind {
     },
     /// Links that are circular parents of each other.
     #[error(
-        "links form a circle: {}\n  help: remove one joint of the ring; what closes a loop is a \
+        "links form a circle: {}\n  help: remove one joint of the circle; what closes a loop is a \
          constraint",
         path.join(" -> ")
     )]

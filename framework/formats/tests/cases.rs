@@ -422,7 +422,7 @@ fn versions_are_compared_as_versions() {
         assert!((shown - axis).amax() < 1e-15, "{version}: {shown:?}");
     }
     let odd = sdf(r#"<sdf version="1.13"><model name="m"><link name="a">@</link></model></sdf>"#);
-    assert!(odd.ignored[0].what.contains("version 1.13: versions 1.0 to 1.12 are known"));
+    assert!(odd.ignored[0].what.contains("version 1.13: versions 1.0 to 1.12 are supported"));
     let wrong = read_sdf(
         r#"<sdf version="new"><model name="m"><link name="a"/></model></sdf>"#,
         &ReadOptions::default(),

@@ -160,7 +160,7 @@ fn mistakes_are_told_with_place_fact_and_remedy() {
         (
             "<ci>MACH</ci></apply><apply><and/>",
             "<ci>LATE</ci></apply><apply><and/>",
-            vec!["circle: LATE, EARLY"],
+            vec!["circular: LATE, EARLY"],
         ),
         (
             " varID=\"LINE\">5, 6, 7",
@@ -262,7 +262,7 @@ fn points_that_make_no_table_are_told_with_place_and_remedy() {
         ("0.5 15 1.5", "2.0 15 1.5", vec!["two values at the same point", "remove one"]),
         ("<dataPoint>0.0 0.02", "<dataPoint>1.0 0.02", vec!["points at different positions"]),
         ("utID=\"CL_POINTS\"/>", "utID=\"CL_POINT\"/>", vec!["did you mean `CL_POINTS`"]),
-        ("max=\"12\"", "extrapolate=\"both\"", vec!["ends at its hull", "leave"]),
+        ("max=\"12\"", "extrapolate=\"both\"", vec!["ends at its hull", "remove"]),
         ("max=\"12\"", "interpolate=\"floor\"", vec!["is linear", "grid"]),
         (
             "<independentVarRef varID=\"ALPHA\" max=\"12\"/>",

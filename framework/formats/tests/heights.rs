@@ -365,7 +365,7 @@ fn labels_of_pds3_are_refused_with_the_line_and_the_remedy() {
         assert!(told.contains(wanted), "{from} -> {to}: {told}");
     }
     let told = alone("a.img", &bytes).unwrap_err().to_string();
-    assert!(told.contains("`a.lbl` beside it"), "{told}");
+    assert!(told.contains("`a.lbl` in its folder"), "{told}");
 }
 
 #[test]
@@ -384,7 +384,7 @@ fn degrees_bands_and_turned_rows_are_refused_with_the_remedy() {
         ..raster::Tiff::of(3, 2)
     };
     let told = alone("a.tif", &turned.bytes(&[1.0; 6])).unwrap_err().to_string();
-    assert!(told.contains("turned"), "{told}");
+    assert!(told.contains("rotated"), "{told}");
     let straight = raster::Tiff {
         matrix: Some([2.0, 0.0, 0.0, 5.0, 0.0, -3.0, 0.0, 7.0]),
         ..raster::Tiff::of(3, 2)

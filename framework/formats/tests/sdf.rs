@@ -295,7 +295,7 @@ fn names_that_lead_nowhere_and_rings_are_refused() {
     has(
         "<link name=\"a\"/><link name=\"b\"/><joint name=\"j\" type=\"ball\"><parent>a</parent><child>b</child></joint>\
          <joint name=\"k\" type=\"ball\"><parent>b</parent><child>a</child></joint>",
-        "links form a ring: a -> b -> a",
+        "links form a circle: a -> b -> a",
     );
     has(
         "<link name=\"a\"/><joint name=\"j\" type=\"ball\"><parent>a</parent><child>a</child></joint>",

@@ -205,7 +205,9 @@ mod tests {
             columns.into_iter().map(bits).collect::<Vec<_>>(),
             [bits(twice.clone()), bits(twice)]
         );
-        for (title, fact) in [("y", "no column"), ("why", "not contain numbers"), ("z", "gaps")] {
+        for (title, fact) in
+            [("y", "not have a column"), ("why", "not contain numbers"), ("z", "gaps")]
+        {
             assert!(parquet_numbers(&path, title).unwrap_err().contains(fact), "{title}");
         }
         let reader = SerializedFileReader::new(File::open(&path).unwrap()).unwrap();

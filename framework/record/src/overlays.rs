@@ -210,7 +210,7 @@ mod tests {
                 ("not a grid", &|g| g.column_count = 0),
                 ("not a grid", &|g| g.data = Vec::new().into()),
                 ("not a grid", &|g| g.cell_size = Some(Vector2 { x: f64::NAN, y: f64::NAN })),
-                ("no place", &|g| g.pose = None),
+                ("lacks a pose", &|g| g.pose = None),
                 ("fields", &|g| g.fields.clear()),
             ];
             for (says, spoil) in spoilt {

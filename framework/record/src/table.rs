@@ -272,7 +272,7 @@ mod tests {
         let e = table.numbers("note").unwrap_err().to_string();
         assert!(e.contains("column `note` holds `start` in line 2") && e.contains("help: "), "{e}");
         let e = table.numbers("tiem").unwrap_err().to_string();
-        assert!(e.contains("no column `tiem`") && e.contains("did you mean `time`"), "{e}");
+        assert!(e.contains("not have a column `tiem`") && e.contains("did you mean `time`"), "{e}");
     }
 
     #[test]

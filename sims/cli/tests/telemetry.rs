@@ -169,7 +169,11 @@ fn mistakes_are_told_with_their_place_and_nothing_is_written() {
         lab.linkwork(&args).code(2).tells(tells).tells(&["help: "]);
         assert!(!lab.path("bad.rrd").exists());
     };
-    refused("\"block\": (", "\"blokc\": (", &["bad.ron:7:", "no body `blokc`", "block"]);
+    refused(
+        "\"block\": (",
+        "\"blokc\": (",
+        &["bad.ron:7:", "does not have a body `blokc`", "block"],
+    );
     refused(
         "[\"x\", \"ft\"]",
         "[\"xx\", \"ft\"]",

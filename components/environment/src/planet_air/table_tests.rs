@@ -225,7 +225,7 @@ fn a_planet_that_is_none_of_the_list_has_its_air_from_columns() {
     refused(
         TableAirParams { layout, columns: None, world: mars(), ..full.clone() },
         "file",
-        "no column `HgtMOLA`; there are z, rho, T",
+        "column `HgtMOLA` is missing; found z, rho, T",
     );
     let counts = Altitudes::Geopotential;
     of_body(
@@ -251,7 +251,7 @@ fn a_planet_that_is_none_of_the_list_has_its_air_from_columns() {
         "file",
         "venus.txt:3: `km` in column `z`",
     );
-    refused(with(Columns { density: "ro".into(), ..columns }), "file", "no column `ro`");
+    refused(with(Columns { density: "ro".into(), ..columns }), "file", "column `ro` is missing");
     refused(TableAirParams { file: "none.txt".into(), ..full }, "file", "none.txt");
 }
 
@@ -260,14 +260,14 @@ fn a_planet_that_is_none_of_the_list_has_its_air_from_columns() {
 fn files_of_another_layout_are_refused() {
     let Some(files) = reference() else { return };
     let cases = [
-        (EARTH_GRAM, TableLayout::MarsGram, "no column `HgtMOLA`"),
-        (MARS_GRAM, TableLayout::EarthGram, "no column `Hgtkm`"),
-        (US76, TableLayout::EarthGram, "no column `Hgtkm`"),
-        (MARS_GRAM, TableLayout::Us76, "no column `Altitude`"),
+        (EARTH_GRAM, TableLayout::MarsGram, "column `HgtMOLA` is missing"),
+        (MARS_GRAM, TableLayout::EarthGram, "column `Hgtkm` is missing"),
+        (US76, TableLayout::EarthGram, "column `Hgtkm` is missing"),
+        (MARS_GRAM, TableLayout::Us76, "column `Altitude` is missing"),
     ];
     for (file, layout, fact) in cases {
         let e = TableAtmosphere::build(params(file, layout), &files).err().unwrap();
-        assert!(e.message.contains(&format!("{file}:1: there is {fact}")), "{}", e.message);
+        assert!(e.message.contains(&format!("{file}:1: {fact}")), "{}", e.message);
         assert!(e.param.as_deref() == Some("file") && e.help.is_some());
     }
 }

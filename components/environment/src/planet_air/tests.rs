@@ -186,7 +186,7 @@ fn the_air_of_mars_from_a_line_or_a_table() {
     assert!(e.message.contains("air.txt:3") && e.message.contains("`hot`"), "{}", e.message);
     assert_eq!(e.param.as_deref(), Some("table"));
     let e = file(&rows.replace("Denkgm3", "Dens")).err().unwrap();
-    assert!(e.message.contains("no column `Denkgm3`") && e.help.is_some(), "{}", e.message);
+    assert!(e.message.contains("column `Denkgm3` is missing") && e.help.is_some(), "{}", e.message);
     let missing = MarsAirParams { table: Some("none.txt".into()), ..p };
     let e = MarsAtmosphere::build(missing, &Files::default()).err().unwrap();
     assert!(e.message.contains("none.txt"));

@@ -59,7 +59,7 @@ impl Robot {
         room: usize,
     ) -> Result<(), RobotError> {
         if objectives.len() > room {
-            return Err(RobotError::NoRoom { what: "tasks", wanted: objectives.len(), room });
+            return Err(RobotError::NoRoom { what: "objectives", wanted: objectives.len(), room });
         }
         for w in objectives {
             if !(w.weight > 0.0 && w.weight.is_finite()) {

@@ -192,9 +192,9 @@ impl Transfer {
             }
             let help = "give every coordinate that moves a limit of rate, acceleration and jerk";
             let all = [
-                ("rate of what moves", limits.rate[*v]),
+                ("rate limit of a moving coordinate", limits.rate[*v]),
                 ("acceleration limit of a moving coordinate", limits.acceleration[*v]),
-                ("jerk of what moves", limits.jerk[*v]),
+                ("jerk limit of a moving coordinate", limits.jerk[*v]),
             ];
             if let Some((what, value)) = all.into_iter().find(|x| !x.1.is_finite()) {
                 return Err(RobotError::OutOfRange { what, value, help });

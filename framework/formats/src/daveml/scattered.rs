@@ -259,7 +259,7 @@ mod tests {
         assert_eq!(told(&[[0.0, 1.0, 1.0], [1.0, 1.0, 1.0]]), Some("points that lie on a line"));
         assert_eq!(told(&[]), Some("points that lie on a line"));
         let twice = [[0.0, 0.0, 1.0], [1.0, 0.0, 2.0], [0.0, 1.0, 3.0], [1.0, 0.0, 2.5]];
-        assert_eq!(told(&twice), Some("two values at one place"));
+        assert_eq!(told(&twice), Some("two values at the same point"));
         let same = [[0.0, 0.0, 1.0], [1.0, 0.0, 2.0], [0.0, 1.0, 3.0], [1.0, 0.0, 2.0]];
         assert_eq!(of(&same).unwrap().value(&[0.25, 0.25]).0, 1.75);
     }

@@ -644,7 +644,10 @@ mod tests {
             &THREE.replace("start=\"2\"/><Dim", "start=\"999999999\"/><Dim"),
             &["the limit is"],
         );
-        refused(&THREE.replace("valueReference=\"9\"/>", "valueReference=\"8\"/>"), &["no size"]);
+        refused(
+            &THREE.replace("valueReference=\"9\"/>", "valueReference=\"8\"/>"),
+            &["lacks size"],
+        );
         refused(&THREE.replace("\"3\" causality", "\"2\" causality"), &["unique"]);
     }
 }
