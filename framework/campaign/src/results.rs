@@ -70,7 +70,7 @@ pub struct Table {
 }
 
 /// The cause of a run in which a required metric does not have a value.
-const NEVER: &str = "a required metric does not have a value: its variable never existed in this run, or its condition never held";
+const NEVER: &str = "a required metric does not have a value: its variable never existed in this run or its condition never held";
 
 /// A requirement, and the runs that violated it.
 #[derive(Clone, Debug, PartialEq)]

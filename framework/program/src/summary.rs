@@ -171,7 +171,7 @@ pub fn print(s: &Summary) {
     for (name, (value, unit)) in &s.metrics {
         if value.is_nan() {
             say!(
-                "  {name:width$}  n/a: the variable never existed in this run, or its condition never held"
+                "  {name:width$}  n/a: the variable never existed in this run or its condition never held"
             );
             continue;
         }

@@ -55,7 +55,7 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
         assert_eq!((row[5], row[6], row[7]), (&*n.to_string(), &*share(n), "0"));
     }
     // A missing event is a separate cause, for 18 runs the only one.
-    let never = "a required metric does not have a value: its variable never existed in this run, or its condition never held";
+    let never = "a required metric does not have a value: its variable never existed in this run or its condition never held";
     assert_eq!(rows[3], [never, "", "", "NaN", "NaN", "30", "1.0", "18"], "{table}");
     for (k, missed) in column(&lab, "out", "missed").iter().enumerate() {
         let first = if far.contains(&k) { "it swings too far; " } else { "" };

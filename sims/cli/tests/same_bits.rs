@@ -169,7 +169,7 @@ fn differences_are_named() {
     lab.run("slow.ron", "slow", &["--until", "1.5s"]).code(0);
     let slow =
         |more: &[&str]| lab.linkwork(&[&["diff", "a/run.mcap", "slow/run.mcap"], more].concat());
-    assert!(slow(&[]).code(1).out.contains("rows"));
+    assert!(slow(&[]).code(1).out.contains("samples"));
     assert!(slow(&["--common"]).code(0).out.contains("at common samples"));
     let same = ["diff", "c/run.mcap", "slow/run.mcap", "--common"];
     assert!(lab.linkwork(&same).code(1).out.contains("Gain.y"));
