@@ -707,7 +707,8 @@ enum LwStatus lw_builder_robot_text(struct LwBuilder *builder,
                                     uint32_t inertia);
 
 // Adds parts and disabled pairs of collisions from an SRDF file; each group is a part. Call it after the robot is read.
-enum LwStatus lw_builder_groups_file(struct LwBuilder *builder, const char *path);
+enum LwStatus lw_builder_groups_file(struct LwBuilder *builder,
+                                     const char *path);
 
 // Like `lw_builder_groups_file`, but reads the text of such a file.
 enum LwStatus lw_builder_groups_text(struct LwBuilder *builder, const char *xml);
@@ -962,7 +963,9 @@ enum LwStatus lw_model_object_hinge(const struct LwModel *model,
                                     size_t *v_count);
 
 // Writes the number of degrees of freedom of a chain, which is the number of columns of its Jacobian, to `count`.
-enum LwStatus lw_model_part_size(const struct LwModel *model, uint32_t part, size_t *count);
+enum LwStatus lw_model_part_size(const struct LwModel *model,
+                                 uint32_t part,
+                                 size_t *count);
 
 // Writes the indices of a chain's degrees of freedom among all to `dofs` of length `n` (`lw_model_part_size`).
 enum LwStatus lw_model_part_dofs(const struct LwModel *model,
@@ -997,7 +1000,8 @@ enum LwStatus lw_robot_new(const struct LwModel *model,
                            struct LwRobot **out);
 
 // Creates an independent robot with the same configuration, held objects and settings, and writes it to `out`.
-enum LwStatus lw_robot_clone(const struct LwRobot *robot, struct LwRobot **out);
+enum LwStatus lw_robot_clone(const struct LwRobot *robot,
+                             struct LwRobot **out);
 
 // Frees a robot; NULL has no effect.
 void lw_robot_free(struct LwRobot *robot);
@@ -1605,8 +1609,7 @@ enum LwStatus lw_robot_hits(struct LwRobot *robot,
                             size_t *count);
 
 // Selects the shapes for all later collision queries: one of `LW_DETAIL_..`; default: fine.
-enum LwStatus lw_robot_set_detail(struct LwRobot *robot,
-                                  uint32_t detail);
+enum LwStatus lw_robot_set_detail(struct LwRobot *robot, uint32_t detail);
 
 // Like `lw_robot_set_detail`, for one collider.
 enum LwStatus lw_robot_set_detail_of(struct LwRobot *robot, uint32_t collider, uint32_t detail);
@@ -1634,7 +1637,9 @@ enum LwStatus lw_robot_show(struct LwRobot *robot, uint32_t collider);
 enum LwStatus lw_robot_look_at(struct LwRobot *robot, uint32_t a, uint32_t b);
 
 // Disables the collision check of a pair, regardless of the rules and of held objects, so that the two may touch.
-enum LwStatus lw_robot_allow(struct LwRobot *robot, uint32_t a, uint32_t b);
+enum LwStatus lw_robot_allow(struct LwRobot *robot,
+                             uint32_t a,
+                             uint32_t b);
 
 // Removes the override of a pair, so that the rules and held objects decide again.
 enum LwStatus lw_robot_by_rule(struct LwRobot *robot, uint32_t a, uint32_t b);
