@@ -205,7 +205,10 @@ fn what_is_no_lidar_and_no_pair_is_refused() {
     refused(Matcher { half_window: 0, ..m }.match_pair(&image(80, 60), &image(80, 60)), "window");
     let colour = Image { channels: 3, data: vec![0; 3 * 4800], ..image(80, 60) };
     refused(m.match_pair(&colour, &colour.clone()), "colours");
-    refused(m.match_pair(&Image { data: vec![0; 3], ..image(80, 60) }, &image(80, 60)), "numbers");
+    refused(
+        m.match_pair(&Image { data: vec![0; 3], ..image(80, 60) }, &image(80, 60)),
+        "number per pixel",
+    );
     // Stripes with a period of six pixels match in many places, so none is certain.
     let stripes = |x: usize| if x % 6 < 3 { 900 } else { 200 };
     let data: Vec<u16> = (0..80 * 60).map(|p| stripes(p % 80)).collect();

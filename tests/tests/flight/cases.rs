@@ -421,7 +421,7 @@ fn a_craft_starts_by_its_elements() {
         (
             earth,
             "elements: (semi_major_axis: 7e6), position: [7e6, 0, 0]".to_string(),
-            "written twice",
+            "specified twice",
         ),
         (earth, "state: (frame: itrf, position: [7e6, 0, 0])".to_string(), "turns by the IAU"),
         (earth, "elements: (semi_major_axis: 7e6, eccentricity: 1.5)".to_string(), "eccentricity"),

@@ -176,6 +176,6 @@ fn a_rate_that_the_unit_cannot_take() {
         )
     });
     let told = bench.sim(PART).err().unwrap();
-    assert!(told.contains("no multiple of the unit's own step 0.004 s"), "{told}");
+    assert!(told.contains("not a multiple of the unit's own step 0.004 s"), "{told}");
     assert!(bench.sim(&PART.replace("rate: \"10 ms\"", "rate: \"20 ms\"")).is_ok());
 }
