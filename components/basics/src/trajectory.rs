@@ -65,7 +65,7 @@ fn profile(
     rows.check_unit(units[gives as usize]).map_err(|e| e.at("profile"))?;
     let useless = |name: &str, what: &str| {
         BuildError::new(format!("{what} leave no choice of it"))
-            .help(format!("take `{name}` out"))
+            .help(format!("remove `{name}`"))
             .at(name)
     };
     if gives == Gives::Position && start.is_some() {

@@ -451,7 +451,7 @@ fn tables_that_do_not_fit_are_refused() {
     for (epoch, span) in [("2008-12-27 00:00:00 UTC", 0.0), ("2008-12-29 00:00:00 UTC", 1e6)] {
         let said =
             Earth::by_day(&Epoch::parse(epoch).unwrap(), &table, span).unwrap_err().to_string();
-        assert!(said.contains("from 2008-12-28") && said.contains("help: "), "{said}");
+        assert!(said.contains("covers 2008-12-28") && said.contains("help: "), "{said}");
     }
 }
 

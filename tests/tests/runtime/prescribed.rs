@@ -263,7 +263,7 @@ fn profiles_that_make_no_sense_are_refused_with_the_remedy() {
         (
             r#""profile": [[0, 0], [1, 1]], "gives": "rate", "start_rate": 1"#,
             "leave no choice",
-            "take `start_rate` out",
+            "remove `start_rate`",
         ),
         (
             r#""profile": [[0, 0], [1, 1]], "between": "hold""#,

@@ -54,7 +54,7 @@ fn mistakes_in_such_wires_are_told() {
     for (wire, parts) in [
         (r#""Half.y -> Sum.u""#, &["loop of direct outputs", "`delay: 1`", "`solve: 1e-10`"][..]),
         (r#"(wire: "Half.y -> Sum.u", delay: 0)"#, &["`delay`", "from 1 to 100000"]),
-        (r#"(wire: "Half.y -> Sum.u", delay: 1.5)"#, &["`delay`", "whole number"]),
+        (r#"(wire: "Half.y -> Sum.u", delay: 1.5)"#, &["`delay`", "integer"]),
         (r#"(wire: "Half.y -> Sum.u", delay: "1 s")"#, &["`delay`"]),
         (r#"(wire: "Half.y -> Sum.u", solve: 2)"#, &["`solve`"]),
         (r#"(wire: "Half.y -> Sum.u", solve: 1e-9, delay: 1)"#, &["has both `delay` and `solve`"]),
