@@ -196,7 +196,7 @@ fn a_search_that_costs_too_much_or_has_no_rivals_is_refused() {
         let p = TerrainFixParams { steps, apart, ..fix(Shape::Hills, 0.1).p };
         TerrainFix::build(p).err().unwrap().to_string()
     };
-    assert!(refused(500, 3).contains("heights a sample"));
+    assert!(refused(500, 3).contains("map heights per sample"));
     assert!(refused(3, 3).contains("no place for a rival"));
 }
 
