@@ -64,7 +64,10 @@ pub(crate) struct Heavens {
 }
 
 impl Heavens {
-    /// Creates the ephemeris around the body of a world. /// /// # Errors /// The world has no epoch, or its kernel cannot be read.
+    /// Creates the ephemeris around the body of a world.
+    ///
+    /// # Errors
+    /// The world has no epoch, or its kernel cannot be read.
     pub fn around(world: &WorldParams, files: &Files) -> Result<Heavens, BuildError> {
         let epoch = world.epoch("an ephemeris")?;
         let source = match &world.kernel {

@@ -51,7 +51,7 @@ pub fn open_map(path: &Path, options: &HeightsOptions) -> Result<OpenMap, BuildE
         }
         "tif" | "tiff" => {
             if !there.is_file() {
-                return Err(fault(&"it is no regular file").help("name a file"));
+                return Err(fault(&"it is not a regular file").help("name a file"));
             }
             let file = BufReader::new(File::open(path).map_err(|e| fault(&e))?);
             let open = GeoTiff::open(file, there.len(), options).map_err(|e| fault(&e))?;

@@ -12,7 +12,8 @@ use linkwork_runtime::prelude::*;
 use linkwork_world::ephemeris::Body;
 use linkwork_world::planet::AU;
 
-/// Parameters of the ephemeris Sun. #[derive(Params, Clone, Debug)]
+/// Parameters of the ephemeris Sun.
+#[derive(Params, Clone, Debug)]
 pub struct EphemerisSunParams {
     /// The world, which defines body, epoch and axes.
     #[param(service)]

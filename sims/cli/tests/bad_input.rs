@@ -364,8 +364,8 @@ fn only_regular_files_are_read() {
     let pipe = lab.path("pipe.png");
     let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
     assert!(made.success());
-    lab.linkwork(&["check", "/dev/zero"]).code(2).tells(&["no regular file"]);
-    lab.linkwork(&["check", "pipe.png"]).code(2).tells(&["no regular file"]);
+    lab.linkwork(&["check", "/dev/zero"]).code(2).tells(&["not a regular file"]);
+    lab.linkwork(&["check", "pipe.png"]).code(2).tells(&["not a regular file"]);
     let field = |file: &str| {
         edited(&[(
             "\"Source\": (",

@@ -214,7 +214,7 @@ fn a_kernel_moves_sun_and_moon_and_the_run_stops_where_it_ends() {
     assert_eq!(sim.time(), 518_000.0, "{told}");
     for part in [
         "`Gravity`: the kernel `",
-        "made.bsp` has the Moon from the Earth from 2150-03-01T12:00:00",
+        "made.bsp` covers the Moon relative to the Earth from 2150-03-01T12:00:00",
         " to 2150-03-07T12:00:00",
         "after the epoch 2150-03-01T12:00:00",
     ] {

@@ -197,7 +197,7 @@ fn a_search_that_costs_too_much_or_has_no_rivals_is_refused() {
         TerrainFix::build(p).err().unwrap().to_string()
     };
     assert!(refused(500, 3).contains("map heights per sample"));
-    assert!(refused(3, 3).contains("no place for a rival"));
+    assert!(refused(3, 3).contains("no shift can be more than"));
 }
 
 /// A map that counts how often it is asked.
