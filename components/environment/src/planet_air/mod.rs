@@ -45,14 +45,14 @@ pub struct Us76Params {
     /// The world, whose body this air surrounds.
     #[param(service)]
     pub world: Handle<dyn World>,
-    /// Wind over the ground by height, in rising order; none: still air that turns with the planet.
+    /// Wind relative to the ground by height, in ascending order; default: still air that rotates with the planet.
     #[param(default = Vec::new())]
     pub winds: Vec<WindLayer>,
-    /// Wind over the ground from a file instead of `winds`: output of Mars-GRAM (columns HgtMOLA, EWind, NWind) or Earth-GRAM (Hgtkm, EWmean, NSmean), or columns altitude, east,
-    /// north (m, m/s), and up where there is one; straight lines between rows, constant beyond the ends.
+    /// Wind relative to the ground from a file instead of `winds`: output of Mars-GRAM (columns HgtMOLA, EWind, NWind) or Earth-GRAM (Hgtkm, EWmean,
+    /// NSmean), or columns altitude, east, north (m, m/s) and optionally up. Interpolated linearly, constant beyond the ends.
     #[param(default = None)]
     pub wind_table: Option<String>,
-    /// Factors on the model's density by height, in rising order; none: the air of the model.
+    /// Factors on density and pressure of the model by height, in ascending order; default: none.
     #[param(default = Vec::new())]
     pub density: Vec<DensityLayer>,
     /// Offset added to the standard temperature for hot and cold days: constant up to 71 km, decreasing to zero at 86 km. The pressure at height 0 is
@@ -105,14 +105,14 @@ pub struct MsisParams {
     /// Daily magnetic index A_p.
     #[param(default = 4.0, range = 0.0..=400.0)]
     pub ap: f64,
-    /// Wind over the ground by height, in rising order.
+    /// Wind relative to the ground by height, in ascending order.
     #[param(default = Vec::new())]
     pub winds: Vec<WindLayer>,
-    /// Wind over the ground from a file instead of `winds`: output of Mars-GRAM (columns HgtMOLA, EWind, NWind) or Earth-GRAM (Hgtkm, EWmean, NSmean), or columns altitude, east,
-    /// north (m, m/s), and up where there is one; straight lines between rows, constant beyond the ends.
+    /// Wind relative to the ground from a file instead of `winds`: output of Mars-GRAM (columns HgtMOLA, EWind, NWind) or Earth-GRAM (Hgtkm, EWmean,
+    /// NSmean), or columns altitude, east, north (m, m/s) and optionally up. Interpolated linearly, constant beyond the ends.
     #[param(default = None)]
     pub wind_table: Option<String>,
-    /// Factors on the model's density by height, in rising order; none: the air of the model.
+    /// Factors on density and pressure of the model by height, in ascending order; default: none.
     #[param(default = Vec::new())]
     pub density: Vec<DensityLayer>,
     /// Behaviour outside 0 to 2000 km: `continue` uses the air at 0 km below and a vacuum above, `clamp` holds the air at the end, `stop` stops the
@@ -200,14 +200,14 @@ pub struct MarsAirParams {
     /// The world, whose body this air surrounds.
     #[param(service)]
     pub world: Handle<dyn World>,
-    /// Wind over the ground by height, in rising order.
+    /// Wind relative to the ground by height, in ascending order.
     #[param(default = Vec::new())]
     pub winds: Vec<WindLayer>,
-    /// Wind over the ground from a file instead of `winds`: output of Mars-GRAM (columns HgtMOLA, EWind, NWind) or Earth-GRAM (Hgtkm, EWmean, NSmean), or columns altitude, east,
-    /// north (m, m/s), and up where there is one; straight lines between rows, constant beyond the ends.
+    /// Wind relative to the ground from a file instead of `winds`: output of Mars-GRAM (columns HgtMOLA, EWind, NWind) or Earth-GRAM (Hgtkm, EWmean,
+    /// NSmean), or columns altitude, east, north (m, m/s) and optionally up. Interpolated linearly, constant beyond the ends.
     #[param(default = None)]
     pub wind_table: Option<String>,
-    /// Factors on the model's density by height, in rising order; none: the air of the model.
+    /// Factors on density and pressure of the model by height, in ascending order; default: none.
     #[param(default = Vec::new())]
     pub density: Vec<DensityLayer>,
     /// Behaviour outside the table, or outside −8.5 to 30 km for the simple model: `continue` extrapolates ln ρ with its last slope, `clamp` holds
@@ -244,7 +244,7 @@ impl Service for MarsAtmosphere {
         };
         let table = match (&p.table, p.climate.is_empty()) {
             (Some(_), false) => {
-                return Err(BuildError::new("`table` and `climate` cannot both be given")
+                return Err(BuildError::new("`table` and `climate` are both given")
                     .help("remove one of them: `table` is one table, `climate` a list of tables by season and dust")
                     .at("climate"));
             }
