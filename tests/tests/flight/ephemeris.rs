@@ -108,7 +108,10 @@ fn a_flight_past_the_moon_is_the_same_about_the_earth_and_about_the_moon() {
     // A body that cannot be a central body here is rejected.
     let twice = text_with_fields(&format!("{field}, {field}"), &file("earth.txt"), epoch);
     for (text, fact) in [
-        (twice, "a field of `moon`, which is no third body here, or has one"),
+        (
+            twice,
+            "`fields` has an entry for `moon`, which is not a third body here, or has two entries",
+        ),
         (
             text_with_fields(&field.replace("moon", "mars"), &file("earth.txt"), epoch),
             "a field of `mars`",
