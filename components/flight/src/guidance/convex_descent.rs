@@ -422,6 +422,9 @@ mod tests {
             told(ConvexDescentParams { times: [50.0, 40.0], ..params() })
                 .contains("is not an interval")
         );
-        assert!(told(ConvexDescentParams { throttle: [0.9, 0.2], ..params() }).contains("is none"));
+        assert!(
+            told(ConvexDescentParams { throttle: [0.9, 0.2], ..params() })
+                .contains("within 0 to 1")
+        );
     }
 }
