@@ -168,11 +168,11 @@ mod tests {
 
     #[test]
     fn the_least_is_that_of_a_pass_between_samples() {
-        // For straight motion the result is exact, although the closest approach is between two samples.
+        // The result is exact for straight motion, although the closest approach is between two samples.
         let straight = |t: f64| (Vec3::new(-10.05 + 2.0 * t, 3.0, 4.0), Vec3::new(2.0, 0.0, 0.0));
         let (least, truth) = flown(straight, 0.1, 200);
         assert!((least - 3.5).abs() < 1e-9 && (truth - 3.5).abs() < 1e-6, "{least} {truth}");
-        // For a body that drag brings back the error is at most a Δt²/8.
+        // The error is at most a Δt²/8 for a body that drag brings back.
         let back =
             |t: f64| (Vec3::new(4.0 * t - 0.5 * t * t, 2.0, 0.0), Vec3::new(4.0 - t, 0.0, 0.0));
         let (least, truth) = flown(|t| back(t + 0.5), 0.1, 120);
@@ -182,7 +182,7 @@ mod tests {
         assert!((flown(away, 0.1, 50).0 - 0.5).abs() < 1e-9);
     }
 
-    /// For bodies that overlap at the start, the least clearance is the value at separation, or a later smaller one.
+    /// The least clearance of bodies that overlap at the start is the value at separation, or a later smaller one.
     #[test]
     fn what_was_one_body_counts_from_where_it_has_parted() {
         let m = Recontact { p: RecontactParams { parted: Some(1.0), ..watch().p } };
