@@ -1,4 +1,4 @@
-//! Component library `environment`: terrain, gravity, atmosphere and Sun as services that other parts query.
+//! Component library: environment. Terrain, gravity, atmosphere and Sun as services that other parts query.
 //!
 //! A program includes the library by its catalogue, and a file names its models (`model: "environment.mars_air"`):
 //! ```
