@@ -1,12 +1,12 @@
-//! The field of a body from a file of harmonics: its axes, and the permanent tide within it.
+//! Gravity field of a body from a file of spherical harmonics: axes of the coefficients and permanent tide.
 //! ```text
 //! a_P = R_PF ∇V(R_PFᵀ p)                R_PF: from the field's axes to those of the body's rotation
 //! Moon: R_PF = R_x(0.30″) R_y(78.56″) R_z(67.92″)      principal axes to mean-Earth axes, DE421 (Archinal and others, 2011)
 //! C̄₂₀ = C̄₂₀(tide-free) + k₂ A₀H₀       zero tide:    A₀H₀ = 4.4228e-8 · (−0.31460)  (IERS Conventions 2010, eq. 6.13)
 //!                        + A₀H₀          mean tide
 //! ```
-//! Fields of the Moon from Lunar Prospector and GRAIL are given in principal axes, and the rotation of the IAU is that of
-//! mean-Earth axes: 1.7 km apart at the surface.
+//! Fields of the Moon from Lunar Prospector and GRAIL are given in principal axes, but the IAU rotation of the Moon refers to mean-Earth axes. The
+//! difference is 1.7 km at the surface.
 
 use crate::third::Third;
 use crate::world::{Centre, Inner, Turning, fault};
@@ -14,14 +14,14 @@ use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_world::gravity::{Coefficients, Format, Harmonics, Keep, TideSystem, read};
 
-/// The field of a third body that the run comes near to.
+/// Gravity field of a third body that the run comes close to.
 #[derive(Params, Clone, Debug)]
 pub struct ThirdField {
-    /// Which of `third_bodies`: earth, mars, moon.
+    /// Body, one of `third_bodies`: earth, mars, moon.
     pub body: Centre,
-    /// File of coefficients, whose μ goes before that of the ephemeris.
+    /// File of coefficients; its μ replaces the μ of the ephemeris.
     pub file: String,
-    /// Its layout: gmat, basilisk, icgem, shadr.
+    /// Format of the file: gmat, basilisk, icgem, shadr.
     pub format: FieldFormat,
     /// Highest degree.
     #[param(default = 20, range = 0.0..=360.0)]
@@ -29,16 +29,16 @@ pub struct ThirdField {
     /// Highest order; default: the degree.
     #[param(range = 0.0..=360.0)]
     pub order: Option<usize>,
-    /// Axes of its coefficients; default: of the Moon principal, else those of its IAU rotation.
+    /// Axes of the coefficients; default: principal axes for the Moon, otherwise the axes of the IAU rotation.
     pub axes: Option<FieldAxes>,
 }
 
-/// A field of harmonics, the planet that carries it, and who else pulls.
+/// Spherical harmonics of a planet, third bodies and tides.
 #[derive(Params, Clone, Debug)]
 pub struct HarmonicsParams {
     /// File of coefficients.
     pub file: String,
-    /// Its layout: gmat, basilisk, icgem, shadr.
+    /// Format of the file: gmat, basilisk, icgem, shadr.
     pub format: FieldFormat,
     /// Highest degree.
     #[param(default = 20, range = 0.0..=360.0)]
@@ -46,26 +46,26 @@ pub struct HarmonicsParams {
     /// Highest order; default: the degree.
     #[param(range = 0.0..=360.0)]
     pub order: Option<usize>,
-    /// Axes of its coefficients; default: of the Moon with `turns: iau` principal, else those of the world's rotation.
+    /// Axes of the coefficients; default: principal axes for the Moon with `turns: iau`, otherwise the axes of the world's rotation.
     pub axes: Option<FieldAxes>,
-    /// Whether the permanent tide is within the coefficients; default: as the file says, else `tide_free`.
+    /// Permanent tide in the coefficients; default: as the file states, otherwise `tide_free`.
     pub tide_system: Option<Permanent>,
     /// The world, whose body has this field.
     #[param(service)]
     pub world: Handle<dyn World>,
-    /// Who else pulls: sun, moon, earth, venus, mars, jupiter; needs an epoch in `world`.
+    /// Bodies whose gravity acts in addition: sun, moon, earth, venus, mars, jupiter; needs an epoch in `world`.
     #[param(default = Vec::new())]
     pub third_bodies: Vec<Third>,
-    /// Fields of third bodies that the run comes near to: so that it has several centres, as on the way from the Earth to an orbit about
-    /// the Moon. Each turns by the IAU; W is in the axes of the ICRF.
+    /// Gravity fields of third bodies that the run comes close to, for example on a transfer from the Earth to an orbit about the Moon. Each body
+    /// rotates by the IAU; W has ICRF axes.
     #[param(default = Vec::new())]
     pub fields: Vec<ThirdField>,
-    /// Love number k₂ of the solid tide that the third bodies raise on the planet: the Earth 0.3, Mars 0.17; 0: none.
+    /// Love number k₂ of the solid tide that the third bodies raise on the planet: the Earth 0.3, Mars 0.17; 0: no tide.
     #[param(default = 0.0, range = 0.0..=1.5)]
     pub love: f64,
 }
 
-/// Layouts of coefficient files.
+/// Formats of coefficient files.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FieldFormat {
     /// `.cof` of GMAT.
@@ -81,14 +81,14 @@ pub enum FieldFormat {
 /// Axes in which coefficients are given.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FieldAxes {
-    /// Those of the body's rotation; of the Moon by the IAU the mean-Earth axes.
+    /// Axes of the body's rotation; mean-Earth axes for the Moon by the IAU.
     Rotation,
     /// The Moon's principal axes of inertia.
     Principal,
 }
 
 impl FieldAxes {
-    /// Those of published fields of a body.
+    /// Returns the usual axes of published fields of a body.
     pub(crate) fn of(body: Centre, turning: Turning) -> FieldAxes {
         match (body, turning) {
             (Centre::Moon, Turning::Iau) => FieldAxes::Principal,
@@ -96,18 +96,18 @@ impl FieldAxes {
         }
     }
 
-    /// Refuses principal axes of a body, or of a rotation, beside which they are not known.
+    /// Returns an error for principal axes of a body or rotation for which they are not known.
     pub(crate) fn known(self, body: Centre, turning: Turning) -> Result<(), BuildError> {
         if (self, body, turning) == (FieldAxes::Principal, Centre::Moon, Turning::Iau)
             || self == FieldAxes::Rotation
         {
             return Ok(());
         }
-        let fact = "`principal` is known for the Moon that rotates by the IAU alone";
+        let fact = "`axes: principal` is only supported for the Moon with `turns: iau`";
         Err(BuildError::new(fact).help("write `rotation`, or an `epoch` in `world`").at("axes"))
     }
 
-    /// R_PF.
+    /// Returns R_PF, or `None` for the identity.
     fn turn(self) -> Option<Quat> {
         let arcsec = std::f64::consts::PI / 648_000.0;
         let about = |axis: Vec3, angle: f64| Quat::from_scaled_axis(axis * (angle * arcsec));
@@ -116,21 +116,21 @@ impl FieldAxes {
     }
 }
 
-/// Whether C̄₂₀ has the permanent tide of Sun and Moon in it.
+/// Parts of the permanent tide of Sun and Moon that C̄₂₀ includes.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Permanent {
-    /// It has not.
+    /// No permanent tide.
     TideFree,
-    /// It has the deformation of the body.
+    /// Includes the permanent deformation of the body.
     ZeroTide,
-    /// It has the attraction of Sun and Moon, too.
+    /// Includes the permanent deformation and the mean attraction of Sun and Moon.
     MeanTide,
 }
 
-/// Coefficients in the axes of a body's rotation, ready to be evaluated.
+/// Gravity field of a body, evaluated in the axes of its rotation.
 pub struct BodyField {
     field: Harmonics,
-    /// R_PF, where it is not the identity.
+    /// R_PF; `None` for the identity.
     turn: Option<Quat>,
 }
 
@@ -143,12 +143,12 @@ impl BodyField {
         self.field.degree()
     }
 
-    /// m.
+    /// Returns the reference radius, m.
     pub(crate) fn radius(&self) -> f64 {
         self.field.radius()
     }
 
-    /// m/s² at `p` (m), axes of the body's rotation.
+    /// Returns the acceleration (m/s²) at `p` (m), axes of the body's rotation.
     pub(crate) fn acceleration(&self, p: &Vec3) -> Vec3 {
         match &self.turn {
             Some(R) => R * self.field.acceleration(&(R.inverse() * p)),
@@ -156,7 +156,7 @@ impl BodyField {
         }
     }
 
-    /// ∂a/∂p, 1/s².
+    /// Returns the gradient ∂a/∂p (1/s²) at `p` (m), axes of the body's rotation.
     pub(crate) fn gradient(&self, p: &Vec3) -> Mat3 {
         match &self.turn {
             Some(turn) => {
@@ -168,7 +168,7 @@ impl BodyField {
     }
 }
 
-/// Coefficients from a file, cut at a degree and order.
+/// Reads coefficients from a file and truncates them at a degree and order.
 pub(crate) fn coefficients(
     file: &str,
     format: FieldFormat,
@@ -177,7 +177,7 @@ pub(crate) fn coefficients(
 ) -> Result<Coefficients, BuildError> {
     let path = files.resolve(file).map_err(|e| e.at("file"))?;
     let text = linkwork_formats::whole_text(&path).map_err(|e| {
-        BuildError::new(format!("`{file}`: {e}")).help("a text file is wanted").at("file")
+        BuildError::new(format!("`{file}`: {e}")).help("`file` must name a text file").at("file")
     })?;
     let format = match format {
         FieldFormat::Gmat => Format::Gmat,
@@ -193,7 +193,7 @@ pub(crate) fn coefficients(
 /// A₀H₀ of Sun and Moon: the change of C̄₂₀ by their mean tide for k₂ = 1.
 const MEAN_TIDE: [(Third, f64); 2] = [(Third::Sun, -4.4024e-9), (Third::Moon, -9.5120e-9)];
 
-/// Takes the permanent tide out of the coefficients that the third bodies bring along themselves: their solid tide has a mean, too.
+/// Removes from the coefficients the permanent tide that the model computes from the third bodies, because it would be counted twice.
 pub(crate) fn take_permanent_tide(
     coefficients: &mut Coefficients,
     p: &HarmonicsParams,
@@ -214,10 +214,10 @@ pub(crate) fn take_permanent_tide(
     }
     if world.params.body != Centre::Earth {
         let fact = format!(
-            "a permanent tide is in the field, and that of `{}` is not known",
+            "the field includes a permanent tide, whose size is not known for `{}`",
             world.params.body.word()
         );
-        let help = "use a tide-free field, or leave `love` out";
+        let help = "use a tide-free field, or remove `love`";
         return Err(BuildError::new(fact).help(help).at("tide_system"));
     }
     let raised = MEAN_TIDE.iter().filter(|(third, _)| p.third_bodies.contains(third));

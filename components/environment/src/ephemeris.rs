@@ -1,9 +1,9 @@
-//! Where Sun, Moon and planets are from the centre of a simulation, from an epoch on: by series, or by an SPK kernel that the
-//! planet names.
+//! Positions of the Sun, the Moon and the planets relative to the centre of a simulation, from built-in series or from the SPK kernel that `kernel`
+//! of the world names.
 //! ```text
 //! s(t) = r_body − r_centre at TDB(epoch) + t, ICRF, geometric          within `span` by a table, beyond it by the source itself
 //! ```
-//! Beyond what the source covers there is no answer, and the service says so by its `failure`.
+//! Outside the time span of the source the position is NaN, and `failure` of the service returns an error that stops the run.
 
 use crate::world::{WorldParams, fault};
 use linkwork_runtime::prelude::*;
@@ -12,14 +12,14 @@ use linkwork_world::ephemeris::{Analytic, Body, Ephemeris, Sampled, Spk, date};
 use linkwork_world::planet::{Epoch, PointMotion};
 use std::sync::Arc;
 
-/// By which the ends of a span are taken inwards, s: more than a date in seconds is rounded by.
+/// Margin by which both ends of a source's span are moved inwards, s. It exceeds the round-off of a date in seconds past J2000.
 const ROUNDING: f64 = 1e-6;
 
-/// A source of positions.
+/// Ephemeris that positions are read from.
 enum Source {
-    /// Series and ellipses.
+    /// Built-in series and Keplerian elements.
     Analytic(Analytic),
-    /// A kernel, and the name of its file.
+    /// SPK kernel, and the name of its file for messages.
     Kernel(Spk, String),
 }
 
@@ -52,19 +52,22 @@ impl Ephemeris for Source {
     }
 }
 
-/// The bodies around a planet from an epoch on.
+/// Ephemeris of the bodies around the centre of a simulation.
 #[derive(Clone)]
 pub(crate) struct Heavens {
     source: Arc<Source>,
-    /// None of a body that no ephemeris knows.
+    /// Centre that positions are relative to; `None` for a body that is not in any ephemeris.
     centre: Option<Body>,
     epoch: Epoch,
-    /// How long tables are made for, s.
+    /// Length of the interpolation tables, s.
     span: f64,
 }
 
 impl Heavens {
-    /// Those around the body of a world with an epoch.
+    /// Creates the ephemeris around the body of a world.
+    ///
+    /// # Errors
+    /// The world has no epoch, or its kernel cannot be read.
     pub fn around(world: &WorldParams, files: &Files) -> Result<Heavens, BuildError> {
         let epoch = world.epoch("an ephemeris")?;
         let source = match &world.kernel {
@@ -72,7 +75,7 @@ impl Heavens {
             Some(file) => {
                 let path = files.resolve(file).map_err(|e| e.at("kernel"))?;
                 let bytes = std::fs::read(&path).map_err(|e| {
-                    let help = "give an SPK kernel (.bsp), such as de440.bsp of NAIF";
+                    let help = "`kernel` must be an SPK file (.bsp), such as de440.bsp of NAIF";
                     BuildError::new(format!("`{file}` cannot be read: {e}")).help(help).at("kernel")
                 })?;
                 let spk = Spk::parse(file, &bytes).map_err(|e| fault(&e, "kernel"))?;
@@ -83,7 +86,7 @@ impl Heavens {
         Ok(Heavens { source: Arc::new(source), centre, epoch, span })
     }
 
-    /// The same seen from another centre.
+    /// Returns a copy with positions relative to another centre.
     pub fn from(&self, centre: Body) -> Heavens {
         Heavens { centre: Some(centre), ..self.clone() }
     }
@@ -93,11 +96,11 @@ impl Heavens {
         self.epoch
     }
 
-    /// The way of one body; `param` names what asks for it.
+    /// Returns the trajectory of one body; `param` is the parameter that error messages name.
     pub fn course(&self, body: Body, param: &str) -> Result<Course, BuildError> {
         let Some(origin) = self.centre else {
-            let fact = "where the body of `world` is among the others is not known";
-            let help = "write `orbit`, its way about the Sun, in `environment.polyhedral_gravity`; or `body: earth`, mars or moon";
+            let fact = "the position of the body of `world` relative to the Sun and the planets is not known";
+            let help = "write `orbit`, the elements of its orbit about the Sun, in `environment.polyhedral_gravity`; or choose `body: earth`, `mars` or `moon`";
             return Err(BuildError::new(fact).help(help).at(param));
         };
         let source = self.source.clone();
@@ -118,24 +121,24 @@ impl Heavens {
     }
 }
 
-/// Where one body is from the centre: a table, and the source itself for times that the table has not.
+/// Trajectory of one body relative to the centre: an interpolation table, and the source itself for times outside the table.
 pub(crate) struct Course {
     source: Arc<Source>,
     body: Body,
     origin: Body,
     /// The date of t = 0.
     epoch: Epoch,
-    /// The same, TDB, days past J2000 in two parts.
+    /// Date of t = 0 as TDB days past J2000, in two parts.
     start: (f64, f64),
     table: Sampled,
-    /// First and last t for which the source answers, s.
+    /// First and last t that the source covers, s.
     range: [f64; 2],
-    /// The same as TDB seconds past J2000.
+    /// First and last date that the source covers, TDB seconds past J2000.
     ends: [f64; 2],
 }
 
 impl Course {
-    /// From the centre to the body at t (s), m, ICRF; NaN where the source has nothing.
+    /// Returns the vector from the centre to the body at t (s), m, ICRF; NaN outside the span of the source.
     pub fn at(&self, t: f64) -> Vec3 {
         if self.is_beyond(t) {
             return Vec3::repeat(f64::NAN);
@@ -153,7 +156,7 @@ impl Course {
         !(first - 2.0 * ROUNDING..=last + 2.0 * ROUNDING).contains(&t)
     }
 
-    /// Why there is no answer at t (s): what the source covers, and what to do.
+    /// Returns an error if the source does not cover t (s).
     pub fn failure(&self, t: f64) -> Option<BuildError> {
         self.is_beyond(t).then(|| self.told(t))
     }
@@ -162,7 +165,7 @@ impl Course {
     fn told(&self, t: f64) -> BuildError {
         let [first, last] = self.ends.map(date);
         let fact = format!(
-            "{} has the {:?} from the {:?} from {first} to {last}, and not at {}, t = {t} s after the epoch {}",
+            "{} covers the {:?} relative to the {:?} from {first} to {last}, but not {}, t = {t} s after the epoch {}",
             self.source.name(),
             self.body,
             self.origin,
@@ -170,7 +173,7 @@ impl Course {
             self.epoch,
         );
         let help = format!(
-            "end the run before t = {:.0} s, begin it at another epoch, or write in `world` a `kernel` (SPK file) that covers it",
+            "end the run before t = {:.0} s, choose another epoch, or set `kernel` of `world` to an SPK file that covers this date",
             self.range[1].floor()
         );
         BuildError::new(fact).help(help)

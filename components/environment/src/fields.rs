@@ -1,5 +1,5 @@
-//! Services of gravity, air and sun: `environment.uniform_gravity`, `environment.point_mass_gravity`,
-//! `environment.exponential_atmosphere`, `environment.fixed_sun`.
+//! Services for gravity, atmosphere and Sun: `environment.uniform_gravity`, `environment.point_mass_gravity`, `environment.exponential_atmosphere`,
+//! `environment.fixed_sun`.
 
 use crate::air::{Exponential, point_mass};
 use crate::gravity::relative_to_centre;
@@ -15,14 +15,14 @@ use linkwork_world::gravity::point_mass_gradient;
 use linkwork_world::planet::AU;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// One acceleration everywhere.
+/// Parameters of uniform gravity.
 #[derive(Params, Clone, Debug)]
 pub struct UniformGravityParams {
-    /// Acceleration in W. By default, on level ground of a world (`turning: false`): that of the body's mass and rotation at the origin, along −z.
-    /// One that is written there and differs from that by more than 1.5 % is an error.
+    /// Acceleration in W. Default on level ground of a world (`turning: false`): computed from mass and rotation of the body at the origin, along −z.
+    /// There, a written value that differs from it by more than 1.5 % is an error.
     #[param(unit = "m/s^2")]
     pub acceleration: Option<Vec3>,
-    /// The world, where there is one.
+    /// The world, if the simulation has one.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
@@ -45,7 +45,7 @@ impl Gravity for UniformGravity {
 /// Greatest relative difference between a written acceleration and the acceleration of the world's body.
 const SAME_BODY: f64 = 0.015;
 
-/// Size (m/s²) of gravity at the origin of level ground, with the centrifugal part.
+/// Returns the magnitude (m/s²) of gravity at the origin of level ground, including the centrifugal part.
 fn at_the_origin(world: &PlanetWorld) -> Result<f64, BuildError> {
     let mu = world.needs_mu()?;
     let at = world.planet.site.map_or(Vec3::zeros(), |site| {
@@ -55,7 +55,7 @@ fn at_the_origin(world: &PlanetWorld) -> Result<f64, BuildError> {
     Ok(at.norm())
 }
 
-/// The same gravity everywhere: for level ground of some kilometres.
+/// Uniform gravity, for level ground of some kilometres.
 #[service("environment.uniform_gravity", Gravity)]
 impl Service for UniformGravity {
     type Params = UniformGravityParams;
@@ -63,22 +63,22 @@ impl Service for UniformGravity {
         let world = p.world.as_ref().map(PlanetWorld::of).transpose()?;
         match (world, p.acceleration) {
             (Some(world), _) if world.planet.site.is_none() => {
-                let fact = "uniform gravity is for level ground, and by `world` the centre of a body is the origin of W";
+                let fact = "uniform gravity is for level ground, but by `world` the origin of W is the centre of a body";
                 let help = "use `environment.point_mass_gravity`, or write `site: (.., turning: false)` in `world`";
                 Err(BuildError::new(fact).help(help))
             }
             (Some(world), Some(acceleration)) if world.mu().is_some() => {
-                // The mass as a point leaves out J₂: 0.3 % at the poles of the Earth and of Mars.
+                // A point mass neglects J₂: 0.3 % at the poles of the Earth and of Mars.
                 let g = at_the_origin(&world)?;
                 if (acceleration.norm() / g - 1.0).abs() <= SAME_BODY {
                     return Ok(UniformGravity(acceleration));
                 }
                 let fact = format!(
-                    "`acceleration` is {} m/s², and at the site of `world` (`body: {}`) gravity is {g:.4} m/s²",
+                    "`acceleration` is {} m/s², but at the site of `world` (`body: {}`) gravity is {g:.4} m/s²",
                     acceleration.norm(),
                     world.params.body.word()
                 );
-                let help = "leave `acceleration` out, or write the `body`, or its `mu`, that it belongs to";
+                let help = "remove `acceleration`, or write the `body` or `mu` that it belongs to";
                 Err(BuildError::new(fact).help(help).at("acceleration"))
             }
             (_, Some(acceleration)) => Ok(UniformGravity(acceleration)),
@@ -92,10 +92,10 @@ impl Service for UniformGravity {
     }
 }
 
-/// The body of the world as a point.
+/// Parameters of point-mass gravity.
 #[derive(Params, Clone, Debug)]
 pub struct PointMassGravityParams {
-    /// The world, whose body it is.
+    /// The world, whose body attracts.
     #[param(service)]
     pub world: Handle<dyn World>,
 }
@@ -138,10 +138,10 @@ pub struct AtmosphereParams {
     /// Density at the reference height.
     #[param(unit = "kg/m^3", range = 0.0..)]
     pub density: f64,
-    /// Scale height.
+    /// Scale height of the density.
     #[param(unit = "m", range = 1.0..)]
     pub scale_height: f64,
-    /// Temperature.
+    /// Constant temperature.
     #[param(unit = "K", range = 1.0..)]
     pub temperature: f64,
     /// Specific gas constant.
@@ -150,18 +150,18 @@ pub struct AtmosphereParams {
     /// Ratio of specific heats.
     #[param(range = 1.0..)]
     pub heat_ratio: f64,
-    /// Height over the ellipsoid of the world's body, without a world z of W, at which the density is `density`.
+    /// Height above the ellipsoid of the world's body at which the density is `density`; without a world, z of W.
     #[param(unit = "m", default = 0.0)]
     pub reference_height: f64,
-    /// Viscosity of the gas, for Reynolds numbers; default: not known.
+    /// Viscosity of the gas, for Reynolds numbers; default: none.
     pub viscosity: Option<SutherlandParams>,
-    /// Constant k (kg^½/m) of Sutton and Graves, q = k √(ρ/r_n) V³: air 1.7415e-4, carbon dioxide 1.9027e-4; default: not known.
+    /// Sutton-Graves constant k (kg^½/m), q = k √(ρ/r_n) V³: air 1.7415e-4, carbon dioxide 1.9027e-4; default: none.
     #[param(range = 0.0..)]
     pub heating_constant: Option<f64>,
     /// Steady wind in addition to the rotation of the body, W.
     #[param(unit = "m/s", default = Vec3::zeros())]
     pub wind: Vec3,
-    /// The world; without one W is level ground, z up.
+    /// The world; without a world W is level ground with z up.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
@@ -175,10 +175,10 @@ pub struct ExponentialAtmosphere {
 }
 
 impl ExponentialAtmosphere {
-    /// Height over the ellipsoid, without a world over z = 0; and the velocity of the ground under p.
+    /// Returns the height above the ellipsoid (without a world above z = 0), m, and the velocity of the ground under p, m/s.
     fn height(&self, t: f64, p: Vec3) -> (f64, Vec3) {
         let Some(world) = &self.world else { return (p.z, Vec3::zeros()) };
-        // Level ground has the height of its origin, and no curvature.
+        // Level ground has no curvature; z counts from the height of its origin.
         if let (Axes::Level(_), Some(site)) = (world.planet.axes(), &world.params.site) {
             return (site.height + p.z, Vec3::zeros());
         }
@@ -210,7 +210,7 @@ impl Atmosphere for ExponentialAtmosphere {
     }
 }
 
-/// Density that falls exponentially with height, one temperature, air that turns with the world's body.
+/// Isothermal atmosphere with exponential density, rotating with the world's body.
 #[service("environment.exponential_atmosphere", Atmosphere)]
 impl Service for ExponentialAtmosphere {
     type Params = AtmosphereParams;
@@ -230,37 +230,38 @@ impl Service for ExponentialAtmosphere {
     }
 }
 
-/// A sun that stands still in W, or among the stars.
+/// Parameters of a Sun in a fixed direction.
 #[derive(Params, Clone, Debug)]
 pub struct FixedSunParams {
-    /// On level ground or a site: azimuth from north towards east. North is y of W and east is x if the simulation has no world; else the `heading` of the world's `site` gives them.
+    /// On level ground or a site: azimuth from north towards east. Without a world north is y of W and east is x; otherwise the `heading` of the
+    /// world's `site` defines them.
     #[param(unit = "rad", range = -TAU..=TAU)]
     pub azimuth: Option<f64>,
     /// On level ground or a site: elevation above the horizon.
     #[param(unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
     pub elevation: Option<f64>,
-    /// Where W is inertial: direction to the Sun, W.
+    /// If W is inertial: direction to the Sun, W.
     pub direction: Option<Vec3>,
     /// Distance in AU; default: the mean distance of the world's body.
     #[param(range = 0.01..)]
     pub distance_au: Option<f64>,
-    /// The world, where there is one.
+    /// The world, if the simulation has one.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
 
-/// A fixed sun.
+/// Sun in a fixed direction.
 pub struct FixedSun {
-    /// At t = 0.
+    /// State at t = 0.
     start: SunState,
     world: Option<PlanetWorld>,
-    /// It is given over level ground, whose horizon hides it.
+    /// The direction is relative to level ground, so the horizon can hide the Sun.
     level: bool,
 }
 
 impl Sun for FixedSun {
     fn state(&self, t: f64) -> SunState {
-        // From a site that turns it stands still among the stars.
+        // At a rotating site the direction is fixed in inertial axes.
         let turning = |w: &PlanetWorld| w.planet.site.filter(|_| w.planet.turning);
         let Some(site) = self.world.as_ref().and_then(turning) else { return self.start };
         let turned = site.to_inertial(t).inverse() * site.to_inertial(0.0);
@@ -280,7 +281,8 @@ impl Sun for FixedSun {
     }
 }
 
-/// A sun at a fixed direction in W: over level ground by azimuth and elevation, in inertial axes by a vector; from a site that turns it stands still among the stars.
+/// Sun in a fixed direction: azimuth and elevation over level ground or a site, or a vector in inertial axes. At a rotating site the direction is
+/// fixed in inertial axes, so that the Sun rises and sets.
 #[service("environment.fixed_sun", Sun)]
 impl Service for FixedSun {
     type Params = FixedSunParams;
@@ -289,7 +291,8 @@ impl Service for FixedSun {
             |fact: &str, help: &str, param: &str| Err(BuildError::new(fact).help(help).at(param));
         let world = p.world.as_ref().map(PlanetWorld::of).transpose()?;
         if let Some(epoch) = world.as_ref().and_then(|w| w.planet.epoch.as_deref()) {
-            let fact = format!("`world` has the date {epoch}, which says where the Sun is");
+            let fact =
+                format!("`world` has the epoch {epoch}, which determines the direction of the Sun");
             let help = "use `environment.ephemeris_sun`, or remove `epoch` from `world`";
             return Err(BuildError::new(fact).help(help));
         }
@@ -308,28 +311,32 @@ impl Service for FixedSun {
             }
             (None, None, Some(direction)) if world.is_none() || inertial => {
                 let Some(direction) = direction.try_normalize(1e-12) else {
-                    return wrong("it has no length", "write a vector to the Sun", "direction");
+                    return wrong(
+                        "`direction` is the zero vector",
+                        "write a vector to the Sun",
+                        "direction",
+                    );
                 };
                 (direction, false)
             }
             _ if inertial => {
                 return wrong(
                     "W is inertial, with the centre of a body at its origin: there is no horizon",
-                    "write the `direction` to the Sun in W, and neither `azimuth` nor `elevation`",
+                    "write the `direction` to the Sun in W, and remove `azimuth` and `elevation`",
                     "direction",
                 );
             }
             _ if world.is_some() => {
                 return wrong(
-                    "W is a place on a planet",
-                    "write `azimuth` and `elevation` over its horizon, and no `direction`",
+                    "W is a site on a planet",
+                    "write `azimuth` and `elevation` relative to its horizon, and remove `direction`",
                     "azimuth",
                 );
             }
             _ => {
                 return wrong(
-                    "where the Sun stands is not written, or twice",
-                    "write `azimuth` and `elevation` over level ground, or in space its `direction`",
+                    "the direction of the Sun is not written, or written twice",
+                    "write `azimuth` and `elevation` on level ground, or `direction` in space",
                     "azimuth",
                 );
             }
@@ -338,10 +345,8 @@ impl Service for FixedSun {
         if let (Some(here), Some(there)) = (p.distance_au, stated)
             && here != there
         {
-            let fact = format!(
-                "`distance_au` is {here}, and `sun_distance` of `world` is {there}: the Sun has one distance"
-            );
-            return Err(BuildError::new(fact).help("write it in one of the two").at("distance_au"));
+            let fact = format!("`distance_au` is {here}, but `sun_distance` of `world` is {there}");
+            return Err(BuildError::new(fact).help("write only one of them").at("distance_au"));
         }
         let of_world = || world.as_ref().and_then(|w| w.sun_distance());
         let Some(distance_au) = p.distance_au.or_else(of_world) else {
@@ -390,7 +395,7 @@ mod tests {
         assert!(day.visible == 1.0 && (day.irradiance - 1361.0).abs() < 1e-9);
     }
 
-    /// An azimuth counts from north, wherever x of the site points.
+    /// The azimuth is relative to north for any heading of the site.
     #[test]
     fn an_azimuth_knows_the_heading_of_its_site() {
         for turning in [true, false] {
@@ -415,7 +420,7 @@ mod tests {
         let at = |world: Option<WorldParams>, t: f64| {
             sun(level(FRAC_PI_2, 0.2, world)).unwrap().state(t).direction
         };
-        // On the equator: up in the east by a radian in 1000 s, over the zenith and down.
+        // On the equator the Sun rises in the east by a radian in 1000 s, passes the zenith and sets.
         for t in [0.0, 1000.0, 2500.0] {
             let height: f64 = 0.2 + 1e-3 * t;
             let want = Vec3::new(height.cos(), 0.0, height.sin());
@@ -442,14 +447,14 @@ mod tests {
             world: world.map(handle),
         };
         let site = Some(here(true));
-        told(by_vector(Some(WorldParams { site, ..mars.clone() })), "a place on a planet");
+        told(by_vector(Some(WorldParams { site, ..mars.clone() })), "a site on a planet");
         told(by_vector(None), "distance of the Sun");
         told(FixedSunParams { direction: None, ..by_vector(None) }, "is not written");
         let dated = WorldParams { epoch: Some("2021-02-18 00:00:00 UTC".into()), ..mars.clone() };
-        told(by_vector(Some(dated)), "which says where the Sun is");
+        told(by_vector(Some(dated)), "which determines the direction of the Sun");
         let twice = WorldParams { sun_distance: Some(1.4), ..mars.clone() };
         let two = FixedSunParams { distance_au: Some(1.5), ..by_vector(Some(twice.clone())) };
-        told(two.clone(), "the Sun has one distance");
+        told(two.clone(), "but `sun_distance` of `world` is");
         assert!(sun(FixedSunParams { distance_au: Some(1.4), ..two }).is_ok());
         let state = sun(by_vector(Some(mars))).unwrap().state(0.0);
         assert!((state.distance_au - 1.5237).abs() < 1e-4 && state.direction == Vec3::x());
@@ -467,7 +472,7 @@ mod tests {
         let e = of(Some(written), Some(mars.clone())).err().unwrap();
         assert!(e.message.contains("level ground") && e.help.unwrap().contains("turning: false"));
         assert!(of(None, None).err().unwrap().param.as_deref() == Some("acceleration"));
-        // On the equator of Mars: μ/R² less ω² R. A written acceleration has to agree with it.
+        // On the equator of Mars gravity is μ/R² − ω² R. A written acceleration must agree with it.
         let site = Some(here(false));
         let level = WorldParams { site, ..mars.clone() };
         let e = of(Some(written), Some(level.clone())).err().unwrap();
@@ -500,7 +505,7 @@ mod tests {
         ExponentialAtmosphere::build(p, &Files::default()).unwrap()
     }
 
-    /// Over level ground its height is z, wherever on it; around a planet that over the ellipsoid, and it turns along.
+    /// Over level ground the height is z everywhere; around a planet it is the height above the ellipsoid, and the air rotates with the planet.
     #[test]
     fn air_is_over_the_ground_that_there_is() {
         let flat = air(None);

@@ -7,7 +7,7 @@
 //! in a site:   r from the planet's centre
 //! zonal: V = μ/r (1 − Σ J_n (R/r)ⁿ P_n(z/r))
 //! ```
-//! A series of high degree means nothing below the planet's surface.
+//! A series of high degree diverges below the planet's surface.
 
 use crate::body_field::{BodyField, coefficients, take_permanent_tide};
 pub use crate::body_field::{FieldAxes, FieldFormat, HarmonicsParams, Permanent, ThirdField};
@@ -18,38 +18,38 @@ use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_world::gravity::{TideRaiser, solid_tide, solid_tide_gradient, zonal, zonal_gradient};
 
-/// A field of harmonics on a turning planet, and third bodies.
+/// Spherical harmonics of a rotating planet, and third bodies.
 pub struct SphericalHarmonics {
     field: BodyField,
     world: PlanetWorld,
     pullers: Vec<Puller>,
-    /// Love number, and the radius that belongs to it, m.
+    /// Love number k₂, and its reference radius, m.
     love: (f64, f64),
 }
 
 impl SphericalHarmonics {
-    /// From the planet's centre to a third body, m, W; NaN where the ephemeris has nothing.
+    /// Returns the vector from the planet's centre to a third body, m, W; NaN outside the span of the ephemeris.
     fn towards(&self, third: &Puller, t: f64) -> Vec3 {
         third.towards(self.world.planet.site.as_ref(), t)
     }
 
-    /// From the planet's centre to a point (m, W).
+    /// Returns the vector from the planet's centre to a point (m, W).
     fn around_centre(&self, p: &Vec3) -> Vec3 {
         self.world.planet.site.map_or(*p, |s| s.relative_to_centre(p))
     }
 
-    /// Acceleration (m/s²) of the planet's field alone at `p` (m), both in W, with the centrifugal part in a site.
+    /// Returns the acceleration (m/s²) of the planet's field alone at `p` (m), both in W; at a site it includes the centrifugal part.
     pub fn field(&self, t: f64, p: Vec3) -> Vec3 {
         self.world.planet.gravity(t, p, |p| self.field.acceleration(p))
     }
 
-    /// Acceleration (m/s², W) relative to the planet by the third bodies alone, in the order written; `p` in W.
+    /// Returns the accelerations (m/s², W) relative to the planet due to each third body, in the order of the file; `p` in W.
     pub fn thirds(&self, t: f64, p: Vec3) -> impl Iterator<Item = Vec3> + '_ {
         let r = self.around_centre(&p);
         self.pullers.iter().map(move |k| k.pull(self.world.planet.site.as_ref(), t, &r))
     }
 
-    /// Acceleration (m/s², W) at `p` (m, W) by the tide that the third bodies raise on the planet.
+    /// Returns the acceleration (m/s², W) at `p` (m, W) due to the solid tide that the third bodies raise on the planet.
     pub fn tide(&self, t: f64, p: Vec3) -> Vec3 {
         let (k2, radius) = self.love;
         if k2 == 0.0 {
@@ -94,7 +94,7 @@ impl Gravity for SphericalHarmonics {
     }
 }
 
-/// Those who pull, with their fields.
+/// Returns the third bodies with their gravity fields.
 fn sources(
     p: &HarmonicsParams,
     world: &PlanetWorld,
@@ -110,10 +110,10 @@ fn sources(
             p.fields[..k].iter().any(|before| before.body == own.body),
         ) else {
             let fact = format!(
-                "a field of `{}`, which is no third body here, or has one",
+                "`fields` has an entry for `{}`, which is not a third body here, or has two entries",
                 own.body.word()
             );
-            let help = "name it once in `third_bodies`, and its field once in `fields`";
+            let help = "list the body in `third_bodies`, and its field once in `fields`";
             return Err(BuildError::new(fact).help(help).at("fields"));
         };
         let turns = WorldParams { epoch: own_params.epoch.clone(), ..WorldParams::of(own.body) };
@@ -131,10 +131,10 @@ fn sources(
     Ok(all)
 }
 
-/// Differences of a file's gravity parameter from that of the world: as written, and of the body that it is.
+/// Greatest relative differences of the gravitational parameters of file and world: if `mu` is written in the world, and if it comes from `body`.
 const SAME: (f64, f64) = (1e-6, 0.02);
 
-/// Whether a field from a file belongs to the body of the world.
+/// Returns an error if a field from a file does not belong to the body of the world.
 fn of_the_world(mu: f64, file: &str, world: &PlanetWorld) -> Result<(), BuildError> {
     let off = |other: f64| (mu / other - 1.0).abs();
     let wrong = match (world.params.mu, world.params.body.mu()) {
@@ -146,12 +146,12 @@ fn of_the_world(mu: f64, file: &str, world: &PlanetWorld) -> Result<(), BuildErr
         }
         _ => return Ok(()),
     };
-    let fact = format!("`{file}` is the field of a body of {mu:e} m³/s², and {wrong}");
+    let fact = format!("`{file}` is the field of a body of {mu:e} m³/s², but {wrong}");
     Err(BuildError::new(fact).help("use the field of that body, or change `world`").at("file"))
 }
 
-/// Gravity of a planet from a file of spherical harmonics, turning with the planet, and of third bodies.
-/// W is inertial with the planet at its origin, with `turns: iau` or third bodies in the axes of the ICRF; or it is a site, with third bodies on a planet that turns by the IAU.
+/// Gravity of a planet from a file of spherical harmonics, rotating with the planet, and of third bodies. W is inertial with the planet at its
+/// origin, or a site. With `turns: iau` or third bodies inertial axes are ICRF axes. Third bodies at a site need `turns: iau`.
 #[service("environment.spherical_harmonics", Gravity)]
 impl Service for SphericalHarmonics {
     type Params = HarmonicsParams;
@@ -161,9 +161,11 @@ impl Service for SphericalHarmonics {
         of_the_world(coefficients.mu, &p.file, &world)?;
         let pullers = sources(&p, &world, files)?;
         if p.love > 0.0 && pullers.is_empty() {
-            return Err(BuildError::new("nobody raises a tide: there are no third bodies")
-                .help("write third_bodies: [\"sun\", \"moon\"], or leave `love` out")
-                .at("love"));
+            return Err(BuildError::new(
+                "`love` needs third bodies, which raise the tide, but there are none",
+            )
+            .help("write third_bodies: [\"sun\", \"moon\"], or remove `love`")
+            .at("love"));
         }
         take_permanent_tide(&mut coefficients, &p, &world)?;
         let (body, turning) = (world.params.body, world.params.turning());
@@ -175,15 +177,15 @@ impl Service for SphericalHarmonics {
     }
 }
 
-/// Distance (m) of a place in W from the planet's centre.
+/// Returns the distance (m) of a point in W from the planet's centre.
 pub(crate) fn relative_to_centre(site: Option<&Site>, p: Vec3) -> f64 {
     site.map_or(p, |s| s.relative_to_centre(&p)).norm()
 }
 
-/// The zonal harmonics of the world's body.
+/// Zonal harmonics of the world's body.
 #[derive(Params, Clone, Debug)]
 pub struct ZonalParams {
-    /// Radius that belongs to the coefficients; default: from the world's body.
+    /// Reference radius of the coefficients; default: equatorial radius of the world's body.
     #[param(unit = "m", range = 1e-3..)]
     pub radius: Option<f64>,
     /// J₂, not normalised: the Earth 1.08262982e-3, Mars 1.9566e-3, the Moon 2.033e-4.
@@ -194,7 +196,7 @@ pub struct ZonalParams {
     /// J₄, not normalised.
     #[param(default = 0.0)]
     pub j4: f64,
-    /// The world, whose body it is.
+    /// The world, whose body has these coefficients.
     #[param(service)]
     pub world: Handle<dyn World>,
 }
@@ -203,10 +205,10 @@ pub struct ZonalParams {
 pub struct ZonalGravity {
     mu: f64,
     radius: f64,
-    /// J₂ … as far as the last that is not zero.
+    /// J₂ and higher coefficients up to the last one that is not zero.
     j: Vec<f64>,
     world: PlanetWorld,
-    /// The pole is not z of W, and W is inertial.
+    /// W is inertial, and its z is not the pole of the body.
     leans: bool,
 }
 
@@ -226,7 +228,7 @@ impl Gravity for ZonalGravity {
         })
     }
     fn scale(&self, _: f64, p: Vec3) -> f64 {
-        // As a series of degree 4.
+        // Same length scale as for a series of degree 4.
         relative_to_centre(self.world.planet.site.as_ref(), p) / 6.0
     }
     fn axes(&self) -> Axes {

@@ -1,4 +1,4 @@
-//! Forms that are put on made ground: dunes, and steps, ramps, washboards, egg cartons, levelled places and trenches.
+//! Landforms added to generated terrain: dunes, steps, ramps, washboards, egg cartons, levelled areas and trenches.
 //! ```text
 //! dunes      h += H/2 (1 − cos π s/a)   0 ≤ s < a = λ − b      the windward side
 //!            h += H/2 (1 + cos π (s − a)/b)   a ≤ s < λ        the lee side, b = π H/(2 tan α): α where it is steepest
@@ -18,40 +18,40 @@ use std::f64::consts::{PI, TAU};
 /// A field of transverse dunes.
 #[derive(Params, Clone, Copy, Debug, PartialEq)]
 pub struct Dunes {
-    /// From trough to crest.
+    /// Height from trough to crest.
     #[param(unit = "m", range = 0.0..)]
     pub height: f64,
-    /// From crest to crest.
+    /// Wavelength from crest to crest.
     #[param(unit = "m", range = 1e-3..)]
     pub wavelength: f64,
-    /// Direction of the wind, to which the lee side falls, from x towards y.
+    /// Wind direction, from x towards y; the lee side descends in this direction.
     #[param(unit = "rad", default = 0.0)]
     pub heading: f64,
-    /// Slope of the lee side where it is steepest: the angle of repose.
+    /// Greatest slope of the lee side, equal to the angle of repose.
     #[param(unit = "rad", default = 0.5585, range = 0.01..=1.2)]
     pub lee: f64,
-    /// How far the crests wander from straight lines, in wavelengths.
+    /// Deviation of the crests from straight lines, in wavelengths.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub wander: f64,
 }
 
 impl Dunes {
-    /// Length of the lee side (m); an error when it is longer than the dune.
+    /// Returns the length of the lee side (m), or an error if it is not shorter than the wavelength.
     pub fn lee_length(&self) -> Result<f64, BuildError> {
         let b = PI * self.height / (2.0 * self.lee.tan());
         if b < self.wavelength {
             return Ok(b);
         }
         let fact = format!(
-            "dunes of {} m every {} m are steeper than their lee side",
+            "dunes of height {} m and wavelength {} m are steeper than `lee` allows",
             self.height, self.wavelength
         );
         Err(BuildError::new(fact)
             .at("dunes")
-            .help("make `height` smaller, or `wavelength` or `lee` larger"))
+            .help("reduce `height`, or increase `wavelength` or `lee`"))
     }
 
-    /// Height (m) at the place s (m) along the wind.
+    /// Returns the height (m) at the distance s (m) along the wind.
     pub fn profile(&self, s: f64) -> f64 {
         let b = PI * self.height / (2.0 * self.lee.tan());
         let a = self.wavelength - b;
@@ -60,7 +60,7 @@ impl Dunes {
         0.5 * self.height * wave
     }
 
-    /// Puts them on the ground.
+    /// Adds the dunes to a height field.
     pub fn raise(&self, field: &mut HeightField, seed: u64) {
         let (sin, cos) = self.heading.sin_cos();
         field.map_rows(|| {
@@ -82,87 +82,87 @@ impl Dunes {
     }
 }
 
-/// What a form does.
+/// Kind of a landform.
 #[derive(Params, Clone, Copy, Debug, PartialEq)]
 pub enum LandformKind {
-    /// Raises the ground, with upright edges.
+    /// Raised area with vertical edges.
     Step,
-    /// Raises it the more the farther along.
+    /// Ramp that rises along the heading.
     Ramp,
-    /// Waves along.
+    /// Waves along the heading.
     Washboard,
-    /// Waves along and across.
+    /// Waves along and across the heading.
     EggCarton,
-    /// Levels it.
+    /// Levelled area.
     Level,
-    /// A trench along, a parabola across.
+    /// Trench along the heading with a parabolic cross-section.
     Trench,
 }
 
-/// A form in a rectangle.
+/// Landform in a rectangle.
 #[derive(Params, Clone, Copy, Debug, PartialEq)]
 pub struct Landform {
-    /// What it does.
+    /// Kind of the landform.
     pub kind: LandformKind,
-    /// x, y of the middle of its near edge, m.
+    /// x, y of the middle of the near edge, m.
     pub at: [f64; 2],
-    /// Direction in which it goes on from there, from x towards y.
+    /// Heading of the landform from the near edge, from x towards y.
     #[param(unit = "rad", default = 0.0)]
     pub heading: f64,
-    /// Its extent along that.
+    /// Length along the heading.
     #[param(unit = "m", range = 1e-3..)]
     pub length: f64,
-    /// Its extent across.
+    /// Width across the heading.
     #[param(unit = "m", range = 1e-3..)]
     pub width: f64,
-    /// Step: its height; ramp: that of its far edge; waves: from trough to crest; trench: its depth; level: over the mean of
-    /// the ground there.
+    /// Height of a step or of the far edge of a ramp; height of waves from trough to crest; depth of a trench; height of a levelled area above the
+    /// mean of the ground there.
     #[param(unit = "m", default = 0.0)]
     pub height: f64,
-    /// From crest to crest, of waves.
+    /// Wavelength from crest to crest; for washboard and egg carton only.
     #[param(unit = "m", default = None, range = 1e-3..)]
     pub wavelength: Option<f64>,
 }
 
 impl Landform {
-    /// That it says what its kind needs.
+    /// Checks the parameters for the kind of the landform.
     ///
     /// # Errors
-    /// Waves without a wavelength, or a wavelength of what has no waves; numbers that are not finite.
+    /// Waves have no wavelength, another kind has one, or a number is not finite.
     pub fn check(&self) -> Result<(), BuildError> {
         let waves = matches!(self.kind, LandformKind::Washboard | LandformKind::EggCarton);
         let numbers = [self.at[0], self.at[1], self.heading, self.length, self.width, self.height];
         if !numbers.iter().all(|x| x.is_finite()) {
-            return Err(
-                BuildError::new("a form has a number that is not finite").help("write numbers")
-            );
+            return Err(BuildError::new("a number of the landform is not finite")
+                .help("write finite numbers"));
         }
         match (waves, self.wavelength) {
             (true, None) => Err(BuildError::new(format!(
-                "a form of the kind {:?} has waves of no length",
+                "a landform of kind {:?} needs `wavelength`",
                 self.kind
             ))
             .help("write `wavelength: 0.5`, in metres")),
-            (false, Some(_)) => {
-                Err(BuildError::new(format!("a form of the kind {:?} has no waves", self.kind))
-                    .help("take `wavelength` out"))
-            }
+            (false, Some(_)) => Err(BuildError::new(format!(
+                "a landform of kind {:?} has no waves, but `wavelength` is written",
+                self.kind
+            ))
+            .help("remove `wavelength`")),
             _ => Ok(()),
         }
     }
 
-    /// Along and across (m), where it is.
+    /// Returns the coordinates along and across (m) of a point inside the rectangle.
     fn inside(&self, x: f64, y: f64) -> Option<(f64, f64)> {
         let (sin, cos) = self.heading.sin_cos();
         let (dx, dy) = (x - self.at[0], y - self.at[1]);
         let (u, v) = (cos * dx + sin * dy, cos * dy - sin * dx);
-        // What is written as the place of a node is that node.
+        // The tolerance includes nodes on the edge in spite of round-off.
         let near = 1e-9 * (self.length + self.width);
         (u >= -near && u <= self.length + near && v.abs() <= 0.5 * self.width + near)
             .then_some((u, v))
     }
 
-    /// x_min, y_min, x_max, y_max around it, m.
+    /// Returns the bounding box x_min, y_min, x_max, y_max, m.
     fn around(&self) -> [f64; 4] {
         let (sin, cos) = self.heading.sin_cos();
         let corner =
@@ -176,7 +176,7 @@ impl Landform {
         })
     }
 
-    /// Puts it on the ground.
+    /// Adds the landform to a height field.
     pub fn form(&self, field: &mut HeightField) {
         let mut mean = (0.0, 0.0);
         if self.kind == LandformKind::Level {
@@ -213,7 +213,7 @@ mod tests {
 
     fn put(kind: LandformKind, height: f64, wavelength: Option<f64>) -> HeightField {
         let mut field = level();
-        // Turned by 90 degrees: along y.
+        // Rotated by 90 degrees, so the heading is along y.
         let heading = 0.5 * PI;
         let form = Landform {
             kind,
@@ -309,7 +309,7 @@ mod tests {
         }
         assert!((least + 0.55f64.tan()).abs() < 1e-3, "{least}");
         assert!((most - PI * 1.2 / (2.0 * (12.0 - b))).abs() < 1e-3, "{most}");
-        // On the ground: the lee side falls along the wind.
+        // The lee side descends along the wind.
         let mut field = level();
         dunes.raise(&mut field, 1);
         let (sin, cos) = 0.6f64.sin_cos();
@@ -321,7 +321,7 @@ mod tests {
         assert!(across.abs() < 1e-3, "{across}");
         let steep = Dunes { height: 6.0, ..dunes };
         assert!(steep.lee_length().unwrap_err().help.unwrap().contains("wavelength"));
-        // Crests that wander keep the height.
+        // Wandering of the crests does not change the height.
         let mut winding = level();
         Dunes { wander: 0.5, ..dunes }.raise(&mut winding, 1);
         assert_ne!(winding, field);

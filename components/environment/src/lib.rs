@@ -1,7 +1,6 @@
-//! Component library: environment. Terrain, gravity, air and sun as services: what other parts ask about the
-//! place where they are.
+//! Component library: environment. Terrain, gravity, atmosphere and Sun as services that other parts query.
 //!
-//! A program takes it by its catalogue, and a file names its models (`model: "environment.mars_air"`):
+//! A program includes the library by its catalogue, and a file names its models (`model: "environment.mars_air"`):
 //! ```
 //! let catalogue = linkwork_runtime::Catalogue::new([linkwork_environment::catalogue()]);
 //! assert!(catalogue.get("environment.mars_air").is_some());
@@ -9,8 +8,8 @@
 //!
 //! ## Ground from files
 //! `environment.height_field` holds a map in memory, of at most 64 million nodes: GeoTIFF, ESRI ASCII grids, points on a
-//! grid, grey PNG and BMP, images of PDS3 and PDS4. `environment.tiled_terrain` reads a map of any size from a file of tiles while
-//! it is driven on. `linkwork terrain` looks at such files and makes them:
+//! grid, grey PNG and BMP, images of PDS3 and PDS4. `environment.tiled_terrain` reads a map of any size from a tile file during the run.
+//! `linkwork terrain` shows and makes such files:
 //! ```text
 //! linkwork terrain show crater.tif --picture crater.png       size, heights, histogram, picture
 //! linkwork terrain convert crater.tif crater.tiles            .tif and .tiles may be larger than memory
@@ -20,12 +19,12 @@
 //! linkwork terrain make yard.tif --set size=[50,50] --set rock_cover=0.1 --set crater_age_gyr=3
 //! ```
 //! * If a map is in degrees, its node spacing in metres is computed from the ellipsoid that the file states, at the latitude of the middle of the map. A map is rejected if that spacing is wrong by more than 1 % at its northern or southern edge. Rotated maps and files with several bands or colours are rejected as well.
-//! * Made ground has its rocks in its heights; a file of it has no list of them. `make` holds the whole map in memory; a larger one is
-//!   made of it by `resample`.
-//! * A terrain in tiles keeps 256 of them (`kept`), some 70 MB; which are kept changes no number. What needs all heights at once (bodies
-//!   with colliders, cameras, lidars) is given the `region` that is written, and is refused without one. A tile that is damaged
-//!   or cannot be read stops the run with its place.
-//! * Where a map has no data, and beyond its edge, there is no ground: wheels and bodies fall, `place` refuses.
+//! * Generated terrain contains its rocks in the heights; a file of it has no list of rocks. `make` holds the whole map in memory; use `resample` for
+//!   a larger map.
+//! * A tiled terrain keeps 256 tiles in memory (`kept`), about 70 MB; the number does not affect results. Bodies with colliders, cameras and lidars
+//!   need all heights at once: they use the `region` of the terrain, and return an error without it. A tile that is damaged or cannot be read stops
+//!   the run with a message that contains its position.
+//! * Where a map has no data, and beyond its edge, there is no ground: wheels and bodies fall, and `place` returns an error.
 #![allow(non_snake_case)]
 
 pub mod air;

@@ -1,6 +1,6 @@
-//! Maps of heights as files: rows of any of them, one by one, and all formats that are written.
+//! Height maps in files: reads maps of all formats row by row, and writes them.
 //!
-//! Tiles and GeoTIFF are read row by row, so that a map may be larger than memory; the others are held as a whole.
+//! Tiles and GeoTIFF are read row by row, so that a map may be larger than memory; other formats are read into memory as a whole.
 
 use crate::height_field::HeightField;
 use crate::terrain::heights_of;
@@ -14,14 +14,14 @@ use std::fs::File;
 use std::io::{BufReader, BufWriter, Seek, Write};
 use std::path::Path;
 
-/// A map that is open.
+/// Open map.
 #[derive(Debug)]
 pub enum OpenMap {
     /// All heights in memory.
     Whole(HeightField),
-    /// Tiles, read as they are needed.
+    /// Tile file, read on demand.
     Tiles(Box<Tiles>),
-    /// A GeoTIFF, read as rows are needed.
+    /// GeoTIFF, read row by row on demand.
     Rows(Box<GeoTiff<BufReader<File>>>, Lattice),
 }
 
@@ -29,21 +29,21 @@ fn ending(path: &Path) -> String {
     path.extension().map_or(String::new(), |e| e.to_string_lossy().to_lowercase())
 }
 
-/// Opens a map by its ending: `.tiles`, or any that `environment.height_field` reads.
+/// Opens a map; the extension of the file selects the format: `.tiles`, or any format of `environment.height_field`.
 ///
 /// # Errors
-/// What is wrong with the file, and the remedy.
+/// The file cannot be read or is not valid; the message contains the remedy.
 pub fn open_map(path: &Path, options: &HeightsOptions) -> Result<OpenMap, BuildError> {
     let name = path.display().to_string();
     let fault = |e: &dyn std::fmt::Display| BuildError::of(&format!("`{name}`: {e}"));
-    // Asked before it is opened: opening a pipe waits for who writes into it.
+    // Checked before opening, because opening a named pipe would block until a writer appears.
     let there = path.metadata().map_err(|e| {
-        fault(&e).help("name a map that is there: .tif, .asc, .xyz, .png, .bmp, .lbl, .img, .xml, or a folder .tiles")
+        fault(&e).help("name an existing map: .tif, .asc, .xyz, .png, .bmp, .lbl, .img, .xml, or a folder .tiles")
     })?;
     match ending(path).as_str() {
         "tiles" => {
             let tiles = Tiles::open(path, 1).map_err(|e| fault(&e))?;
-            // Rows go across all tiles: two bands of them are kept.
+            // A row crosses all tiles of a band, so two bands are kept in memory.
             let across = tiles.grid().size()[0].div_ceil(tiles.tile());
             Tiles::open(path, 2 * across + 2)
                 .map(|t| OpenMap::Tiles(Box::new(t)))
@@ -51,7 +51,7 @@ pub fn open_map(path: &Path, options: &HeightsOptions) -> Result<OpenMap, BuildE
         }
         "tif" | "tiff" => {
             if !there.is_file() {
-                return Err(fault(&"it is no regular file").help("name a file"));
+                return Err(fault(&"it is not a regular file").help("name a file"));
             }
             let file = BufReader::new(File::open(path).map_err(|e| fault(&e))?);
             let open = GeoTiff::open(file, there.len(), options).map_err(|e| fault(&e))?;
@@ -98,7 +98,7 @@ impl HeightRows for OpenMap {
 }
 
 impl OpenMap {
-    /// Height (m) and normal at x, y (m), from maps that have them without order: not of a GeoTIFF, which is first held in memory.
+    /// Returns a map with random access to heights. A GeoTIFF is read into memory for this, other maps are returned unchanged.
     ///
     /// # Errors
     /// A GeoTIFF of more than 64 million nodes.
@@ -121,36 +121,36 @@ impl OpenMap {
     }
 }
 
-/// The smooth surface of a map at other nodes; where these are farther apart than the map's, the mean around each.
+/// Map resampled to other nodes: interpolated, or averaged around each node where the new spacing is coarser.
 pub struct Resampled {
     map: OpenMap,
     grid: Lattice,
-    /// Samples along x and y for each node, and the distance between them (m).
+    /// Number of samples along x and y for each node, and their distance (m).
     samples: [usize; 2],
     apart: [f64; 2],
 }
 
-/// Most samples along an edge for one node.
+/// Greatest number of samples per axis for one node.
 const SAMPLES_MAX: usize = 64;
 
 impl Resampled {
-    /// A map with nodes `spacing` apart (m), from its south-west node on.
+    /// Creates a map with the node distance `spacing` (m), which begins at the south-west node.
     ///
     /// # Errors
-    /// A map that cannot be asked anywhere ([`OpenMap::anywhere`]), a spacing that leaves no cell.
+    /// The map has no random access ([`OpenMap::anywhere`]), or the spacing leaves no cell.
     pub fn new(map: OpenMap, spacing: [f64; 2]) -> Result<Resampled, BuildError> {
         let map = map.anywhere()?;
         let old = map.grid();
-        // Says what is wrong with a spacing before it is counted with.
+        // Checks the spacing before it is used as a divisor.
         Lattice::new(old.origin(), spacing, 2, 2).map_err(|e| BuildError::of(&e))?;
         let [x0, y0, x1, y1] = old.bounds();
-        // A last node that rounding puts beyond the edge is the edge.
+        // The tolerance keeps a last node that round-off moves beyond the edge.
         let count = |k: usize, length: f64| (length / spacing[k] * (1.0 + 1e-12)).floor() + 1.0;
         let (nx, ny) = (count(0, x1 - x0), count(1, y1 - y0));
         if !(nx.max(ny) <= f64::from(1_u32 << 31)) {
             let fact = format!("{nx:.0} by {ny:.0} nodes are too many");
             return Err(BuildError::new(fact)
-                .help("choose a larger distance: 2^31 nodes along an edge at most"));
+                .help("increase the spacing: at most 2^31 nodes along an edge are possible"));
         }
         let (nx, ny) = (nx as usize, ny as usize);
         let grid = Lattice::new(old.origin(), spacing, nx, ny).map_err(|e| BuildError::of(&e))?;
@@ -169,7 +169,7 @@ impl Resampled {
                 let aside = |k: usize, n: usize, of: usize| {
                     (n as f64 - 0.5 * (of as f64 - 1.0)) * self.apart[k]
                 };
-                // Around an edge only what lies inside counts.
+                // Near an edge only samples inside the map are averaged.
                 let (px, py) = (x + aside(0, a, mx), y + aside(1, b, my));
                 let (px, py) = if mx == 1 && my == 1 { (px.min(x1), py.min(y1)) } else { (px, py) };
                 if px < x0 || py < y0 || px > x1 || py > y1 {
@@ -203,14 +203,14 @@ impl HeightRows for Resampled {
     }
 }
 
-/// Endings that are written.
+/// Formats that can be written, for messages.
 pub const WRITTEN: &str = "GeoTIFF (.tif), ESRI ASCII grid (.asc), PNG (.png), tiles (.tiles)";
 
-/// Writes a map by the ending of its name; the file appears when it is whole. Of a PNG it gives the heights of black and
-/// white (m).
+/// Writes a map in the format of the file's extension. The file appears only when it is complete. For a PNG, returns the heights of black and white
+/// (m).
 ///
 /// # Errors
-/// An ending that is not written; rows that cannot be read; a file that cannot be written.
+/// The format is not supported, a row cannot be read, or the file cannot be written.
 pub fn write_map(
     path: &Path,
     rows: &mut dyn HeightRows,
@@ -225,7 +225,7 @@ pub fn write_map(
         "png" => {
             let [nx, ny] = rows.grid().size();
             if nx as u64 * ny as u64 > linkwork_formats::heights::NODES_MAX {
-                let fact = format!("{nx} by {ny} nodes are too many for a picture");
+                let fact = format!("{nx} by {ny} nodes are too many for an image");
                 return Err(fault(&fact).help("write a GeoTIFF or tiles, or resample it first"));
             }
             let survey = survey(rows, 2).map_err(|e| fault(&e))?;
@@ -237,7 +237,7 @@ pub fn write_map(
     }
 }
 
-/// Writes beside the file and renames.
+/// Writes to a temporary file in the same folder, then renames it.
 fn whole(
     path: &Path,
     rows: &mut dyn HeightRows,
@@ -259,29 +259,29 @@ fn whole(
         std::fs::rename(part, path)
     });
     if written.is_err() {
-        // What is left of it is of no use; that it cannot be removed is no further fault.
+        // Remove the incomplete file; the first error is returned, even if the removal fails, too.
         let _ = std::fs::remove_file(part);
     }
     written
 }
 
-/// What there is to say of a map.
+/// Summary of a map.
 #[derive(Clone, Debug)]
 pub struct Survey {
-    /// Height above which all are given (m).
+    /// Datum that the heights are relative to (m).
     pub datum: f64,
     /// Least and greatest height above the datum (m); NaN without data.
     pub range: [f32; 2],
-    /// Nodes without data.
+    /// Number of nodes without data.
     pub missing: u64,
-    /// Every so many nodes.
+    /// Coarse copy of the map for display.
     pub overview: Surface,
 }
 
-/// Looks at all rows; `most`: nodes along an edge of the overview.
+/// Reads all rows and returns a summary; `most` is the greatest number of nodes along an edge of the overview.
 ///
 /// # Errors
-/// Rows that cannot be read.
+/// A row cannot be read.
 pub fn survey(rows: &mut dyn HeightRows, most: usize) -> Result<Survey, TileError> {
     let grid = rows.grid();
     let [nx, ny] = grid.size();
@@ -309,10 +309,10 @@ pub fn survey(rows: &mut dyn HeightRows, most: usize) -> Result<Survey, TileErro
 }
 
 impl OpenMap {
-    /// What there is to say of it: a file of tiles says it itself, of others all rows are read.
+    /// Returns a summary of the map. A tile file contains it; for other formats all rows are read.
     ///
     /// # Errors
-    /// Rows that cannot be read.
+    /// A row cannot be read.
     pub fn survey(&mut self, most: usize) -> Result<Survey, TileError> {
         let OpenMap::Tiles(tiles) = self else { return survey(self, most) };
         let (_, overview) = tiles.overview()?;
@@ -325,8 +325,8 @@ impl OpenMap {
     }
 }
 
-/// A map as it looks in light from the north-west, 45° high: brightness 0 to 1 of each node, the northern row first; NaN without data.
-/// Slopes are shown `steeper` times as steep.
+/// Returns a hillshade with light from the north-west at 45° elevation: brightness 0 to 1 of each node, northern row first; NaN without data. Slopes
+/// are exaggerated by the factor `steeper`.
 pub fn hillshade(surface: &Surface, steeper: f64) -> Vec<f32> {
     let (nx, ny) = (surface.nx, surface.ny);
     let at = |i: usize, j: usize| f64::from(surface.heights[j * nx + i]);
@@ -400,7 +400,7 @@ mod tests {
         let got = finer.node(2.0 + 0.2 * 33.0, -3.0 + 0.2 * 71.0).unwrap();
         let want = field.ground(2.0 + 0.2 * 33.0, -3.0 + 0.2 * 71.0).unwrap().0;
         assert_eq!(got, want as f32);
-        // A wave that is as long as the new spacing has no height in the mean.
+        // A wave as long as the new spacing averages to zero.
         let nx = 241;
         let wave: Vec<f32> = (0..nx * nx)
             .map(|k| 3.0 + (std::f32::consts::TAU * (k % nx) as f32 / 8.0).sin())
@@ -428,7 +428,7 @@ mod tests {
         };
         let of = |dx: f32, dy: f32| hillshade(&surface(dx, dy), 1.0)[4];
         assert!((of(0.0, 0.0) - 0.5f32.sqrt()).abs() < 1e-6);
-        // Square to the light: as bright as it can be.
+        // A slope perpendicular to the light has the greatest brightness.
         let square = 0.5f32.sqrt();
         assert!((of(square, -square) - 1.0).abs() < 1e-6);
         assert!(of(-square, square) < 1e-6 && of(0.2, 0.0) > of(-0.2, 0.0));

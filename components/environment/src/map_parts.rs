@@ -1,14 +1,14 @@
-//! Parts of maps, and maps put together, row by row.
+//! Cropped maps and mosaics of maps, read row by row.
 
 use crate::map_file::OpenMap;
 use crate::tiles::{HeightRows, TileError};
 use linkwork_collision::relief::Lattice;
 use linkwork_runtime::prelude::*;
 
-/// How far from a common node nodes may be, in distances of nodes.
+/// Greatest offset of nodes of two maps that count as common, in node spacings.
 const ASIDE: f64 = 0.01;
 
-/// Columns and rows of a map.
+/// Rectangular part of a map.
 #[derive(Debug)]
 pub struct Cropped {
     map: OpenMap,
@@ -19,27 +19,26 @@ pub struct Cropped {
 }
 
 impl Cropped {
-    /// The nodes of a map within x_min, y_min, x_max, y_max (m).
+    /// Selects the nodes of a map within x_min, y_min, x_max, y_max (m).
     ///
     /// # Errors
-    /// Limits that are out of order or contain fewer than two nodes along an axis.
+    /// The limits are out of order or contain fewer than two nodes along an axis.
     pub fn new(map: OpenMap, within: [f64; 4]) -> Result<Cropped, BuildError> {
         let (old, [x0, y0, x1, y1]) = (map.grid(), within);
         let (size, origin, spacing) = (old.size(), old.origin(), old.spacing());
         let mut ends = [[0, 0]; 2];
         for (k, (low, high)) in [(x0, x1), (y0, y1)].into_iter().enumerate() {
-            // A limit that rounding puts beside a node has the node.
+            // The tolerance includes a node at a limit in spite of round-off.
             let at = |p: f64| (p - origin[k]) / spacing[k];
             let first = (at(low) - 1e-6).ceil().max(0.0);
             let last = (at(high) + 1e-6).floor().min(size[k] as f64 - 1.0);
             if !(last - first >= 1.0) {
                 let axis = ["x", "y"][k];
                 let end = origin[k] + (size[k] as f64 - 1.0) * spacing[k];
-                let fact = format!(
-                    "from {axis} = {low} to {high} m there are fewer than two nodes of the map"
-                );
+                let fact =
+                    format!("the map has fewer than two nodes from {axis} = {low} to {high} m");
                 return Err(BuildError::new(fact)
-                    .help(format!("{axis} of the map goes from {} to {end} m", origin[k])));
+                    .help(format!("the map extends from {axis} = {} to {end} m", origin[k])));
             }
             ends[k] = [first as usize, last as usize];
         }
@@ -68,14 +67,14 @@ impl HeightRows for Cropped {
     }
 }
 
-/// A map of a mosaic: its first column and row in the mosaic.
+/// Map of a mosaic, with its first column and row in the mosaic.
 #[derive(Debug)]
 struct Piece {
     map: OpenMap,
     first: [usize; 2],
 }
 
-/// Maps with common nodes as one map; where several have data, the last one counts.
+/// Several maps with common nodes as one map; where they overlap, the last map with data is used.
 #[derive(Debug)]
 pub struct Mosaic {
     pieces: Vec<Piece>,
@@ -84,13 +83,13 @@ pub struct Mosaic {
 }
 
 impl Mosaic {
-    /// Puts maps together; each with its name, for messages.
+    /// Combines maps; each has a name for messages.
     ///
     /// # Errors
-    /// Maps whose nodes are other distances apart, or are beside the nodes of the first one.
+    /// The spacing or the position of a map's nodes differs from the first map.
     pub fn new(maps: Vec<(String, OpenMap)>) -> Result<Mosaic, BuildError> {
         let Some((first_name, first)) = maps.first() else {
-            return Err(BuildError::new("there is no map").help("name two maps or more"));
+            return Err(BuildError::new("the list of maps is empty").help("name at least two maps"));
         };
         let (spacing, origin, first_name) =
             (first.grid().spacing(), first.grid().origin(), first_name.clone());
@@ -103,8 +102,8 @@ impl Mosaic {
                 let apart = (grid.spacing()[k] / spacing[k] - 1.0).abs() * grid.size()[k] as f64;
                 let at = (grid.origin()[k] - origin[k]) / spacing[k];
                 if apart > ASIDE || !((at - at.round()).abs() <= ASIDE) || at.abs() > 1e9 {
-                    let fact = format!("the nodes of `{name}` are not those of `{first_name}`");
-                    return Err(BuildError::new(fact).help("give both the same nodes: `linkwork terrain resample`, or `gdalwarp -tap -tr`"));
+                    let fact = format!("`{name}` and `{first_name}` have different nodes");
+                    return Err(BuildError::new(fact).help("resample one of them to the nodes of the other: `linkwork terrain resample`, or `gdalwarp -tap -tr`"));
                 }
                 place[k] = at.round() as i64;
                 low[k] = low[k].min(place[k]);
@@ -217,7 +216,7 @@ mod tests {
             Mosaic::new(vec![("a".into(), map([0.0; 2], 3, 3, |_, _| 1.0)), ("b".into(), aside)])
                 .unwrap_err();
         assert!(
-            told.message.contains("`b` are not those of `a`")
+            told.message.contains("`b` and `a` have different nodes")
                 && told.help.unwrap().contains("resample")
         );
         assert!(Mosaic::new(vec![]).is_err());

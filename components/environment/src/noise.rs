@@ -1,24 +1,24 @@
-//! Gradient noise on a square lattice, and the sum of octaves of which generated relief consists.
+//! Gradient noise on a square lattice, and octaves of it, whose sum is the relief of generated terrain.
 //! ```text
 //! n(x, y) = √2 Σ_k g_k · (p − p_k) w(u, v)     over the four corners k of the cell, w from the fade t³(t(6t − 15) + 10)
 //! ```
-//! A row of nodes is computed four at a time; each node gets the same bits as [`Cell::noise`] gives it.
+//! Rows of nodes are computed with four SIMD lanes; the results are bit-identical to [`Cell::noise`].
 
 use crate::random::mix;
 use wide::f64x4;
 
-/// A cell of the noise's lattice with the gradients at its corners, kept while neighbours are asked for, and gradients that
-/// were asked for before: the next row of nodes asks for most of them again.
+/// Current cell of the noise lattice with the gradients at its corners, and a cache of earlier gradients, because the next row of nodes uses most of
+/// them again.
 pub(crate) struct Cell {
     at: [f64; 2],
     seed: u64,
     /// cos and sin at (0, 0), (1, 0), (0, 1), (1, 1).
     gradients: [[f64; 2]; 4],
-    /// The hash of a place in the lattice, and cos and sin there; the last one of those with the same last bits.
+    /// Cache, indexed by the low bits of the hash of a lattice point: the hash, and cos and sin of the gradient there.
     known: Vec<(u64, [f64; 2])>,
 }
 
-/// Gradients that are kept: a power of two; more than two rows of the finest lattice over a map of 2000 nodes.
+/// Size of the cache, a power of two. It holds more than two rows of the finest lattice over a map of 2000 nodes.
 const KNOWN: usize = 1 << 14;
 
 impl Cell {
@@ -32,7 +32,7 @@ impl Cell {
         self.at = [i, j];
         self.gradients = CORNERS.map(|[di, dj]| {
             let (i, j) = (i + di, j + dj);
-            // Corners of a neighbour are known; NaN is none.
+            // Shared corners with the previous cell are copied. The comparisons are false for the initial NaN.
             let (a, b) = (i - oi, j - oj);
             if (a == 0.0 || a == 1.0) && (b == 0.0 || b == 1.0) {
                 return before[a as usize + 2 * b as usize];
@@ -48,7 +48,7 @@ impl Cell {
         });
     }
 
-    /// The gradients at the corners of the cell `i`, `j`.
+    /// Returns the gradients at the corners of the cell `i`, `j`.
     fn corners(&mut self, i: f64, j: f64) -> &[[f64; 2]; 4] {
         if self.at != [i, j] {
             self.move_to(i, j);
@@ -56,7 +56,7 @@ impl Cell {
         &self.gradients
     }
 
-    /// Gradient noise with a C² fade, about −1 to 1.
+    /// Returns gradient noise with a C² fade, about −1 to 1.
     pub(crate) fn noise(&mut self, x: f64, y: f64) -> f64 {
         let (i, j) = (x.floor(), y.floor());
         let (u, v) = (x - i, y - j);
@@ -73,7 +73,7 @@ impl Cell {
     }
 }
 
-/// cos and sin of the angle that a hash stands for.
+/// Returns cos and sin of the angle that is derived from a hash.
 fn turned(hash: u64) -> [f64; 2] {
     let turn = (hash >> 11) as f64 / (1u64 << 53) as f64;
     let (sin, cos) = (turn * std::f64::consts::TAU).sin_cos();
@@ -82,7 +82,7 @@ fn turned(hash: u64) -> [f64; 2] {
 
 const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
 
-/// Noise of one wavelength, turned and scaled.
+/// Noise of one wavelength, rotated and scaled.
 pub(crate) struct Octave {
     /// Wavelength, m.
     pub length: f64,
@@ -120,7 +120,7 @@ impl Octave {
 fn noise_of_four(cell: &mut Cell, x: f64x4, y: f64x4) -> f64x4 {
     let (i, j) = (x.floor(), y.floor());
     let (iu, jv) = (i.to_array(), j.to_array());
-    // cos and sin at each corner, a lane for each point.
+    // cos and sin at each corner, one SIMD lane per point.
     let mut gradients = [[f64x4::ZERO; 2]; 4];
     if iu == [iu[0]; 4] && jv == [jv[0]; 4] {
         let corners = cell.corners(iu[0], jv[0]);
@@ -157,7 +157,7 @@ fn noise_of_four(cell: &mut Cell, x: f64x4, y: f64x4) -> f64x4 {
 mod tests {
     use super::*;
 
-    /// Rows that begin anywhere, with lattices coarser and finer than the nodes: the lanes have the bits of single points.
+    /// SIMD rows that begin anywhere are bit-identical to single points, for lattices coarser and finer than the node spacing.
     #[test]
     fn four_points_at_a_time_have_the_bits_of_one_at_a_time() {
         for (length, step) in [(40.0, 0.05), (0.11, 0.05), (3.0, 1.0), (1e-3, 0.25)] {
@@ -165,7 +165,7 @@ mod tests {
             let xs: Vec<f64> = (0..1003).map(|k| -20.0 + f64::from(k) * step).collect();
             let mut sum = vec![0.25; xs.len()];
             octave.add(&mut Cell::new(octave.seed), &xs, 3.7, &mut sum);
-            // One point at a time, each with a new cell: what is kept changes nothing.
+            // Each reference point uses a new cell, so that a difference would show an error of the cache.
             for (x, sum) in xs.iter().zip(&sum) {
                 let mut alone = [0.25];
                 octave.add(&mut Cell::new(octave.seed), &[*x], 3.7, &mut alone);

@@ -1,9 +1,10 @@
-//! `environment.ephemeris_sun`: the Sun as seen from a planet's centre.
+//! `environment.ephemeris_sun`: direction and distance of the Sun from a planet's centre.
 //! ```text
 //! s = r_Sun − r_planet, ICRF, geometric: SOFA's epv00 (Earth, some km), Keplerian elements of JPL (Mars, 27″), or a kernel
 //! ```
-//! W is the planet's inertial frame with axes of the ICRF, or a site of a planet that turns by the IAU: then s is turned by R_WI, so that
-//! the Sun rises and sets. It is where it is from the planet's centre (from the ground 9″ aside at the most, by the Earth). Light time and aberration (20″) are left out.
+//! W is the planet's inertial frame with ICRF axes, or a site on a planet with `turns: iau`. At a site s is rotated by R_WI, so that the Sun rises
+//! and sets. The direction is from the planet's centre; the parallax of a point on the ground (at most 9″ on the Earth) is neglected, as are light
+//! time and aberration (20″).
 
 use crate::ephemeris::Course;
 use crate::world::PlanetWorld;
@@ -11,22 +12,22 @@ use linkwork_runtime::prelude::*;
 use linkwork_world::ephemeris::Body;
 use linkwork_world::planet::AU;
 
-/// The world.
+/// Parameters of the ephemeris Sun.
 #[derive(Params, Clone, Debug)]
 pub struct EphemerisSunParams {
-    /// The world: its body, date and axes.
+    /// The world, which defines body, epoch and axes.
     #[param(service)]
     pub world: Handle<dyn World>,
 }
 
-/// The Sun from the body of the world.
+/// Position of the Sun relative to the body of the world.
 pub struct EphemerisSun {
     course: Course,
     world: PlanetWorld,
 }
 
 impl EphemerisSun {
-    /// From the centre of the body at t (s), m, W.
+    /// Returns the vector from the centre of the body to the Sun at t (s), m, W.
     fn place(&self, t: f64) -> Vec3 {
         let s = self.course.at(t);
         self.world.planet.site.map_or(s, |site| site.to_inertial(t).inverse() * s)
@@ -47,7 +48,8 @@ impl Sun for EphemerisSun {
     }
 }
 
-/// The Sun by ephemeris, or by the `kernel` of the world; W has the axes of the ICRF, or is a site of a planet that turns by the IAU. Times beyond the `span` of the world cost 30 µs; beyond the ephemeris the run stops.
+/// Position of the Sun from the built-in ephemeris, or from the `kernel` of the world. W has ICRF axes, or is a site on a planet with `turns: iau`. A
+/// query costs 30 µs at times beyond the `span` of the world; the run stops at times that the ephemeris does not cover.
 #[service("environment.ephemeris_sun", Sun)]
 impl Service for EphemerisSun {
     type Params = EphemerisSunParams;
@@ -85,7 +87,7 @@ mod tests {
         // The March equinox of 2020: 20 March, 03:50 UTC; the true equinox is 0.28° from that of J2000.
         let s = at(Centre::Earth, "2020-03-20 03:50:00 UTC").state(0.0);
         assert!((s.direction - Vec3::x()).norm() < 0.006 && (s.distance_au - 0.996).abs() < 1e-3);
-        // A quarter of a year later it stands 23.4° north, beyond the table as within it.
+        // A quarter of a year later, beyond the end of the table, the Sun is 23.4° north.
         let june = 93.0 * 86_400.0;
         let s = at(Centre::Earth, "2020-03-20 03:50:00 UTC").state(june);
         assert!((s.direction.z - 23.43f64.to_radians().sin()).abs() < 1e-3, "{:?}", s.direction);
@@ -93,7 +95,7 @@ mod tests {
         assert!((mars.distance_au - 1.3814).abs() < 1e-3, "perihelion: {}", mars.distance_au);
     }
 
-    /// Over sites: as in inertial axes, and as by the algorithm for Mars's sundials, which is another one.
+    /// At a site, the direction agrees with the inertial one and with the independent Mars24 sundial algorithm.
     #[test]
     fn over_a_site_it_rises_and_sets() {
         let (latitude, longitude) = (0.32, 1.35);
@@ -111,10 +113,10 @@ mod tests {
             let dial = crate::mars_sun::MarsTime::at(days + t / 86_400.0);
             let dial = dial.sun_direction(latitude.to_degrees(), longitude.to_degrees());
             let dial = Quat::from_scaled_axis(Vec3::z() * -0.4) * dial;
-            // It has 0.2 mrad of the hour angle (3 s) and light time and aberration, 0.1 mrad.
+            // The sundial algorithm has an error of 0.2 mrad in the hour angle (3 s), and includes light time and aberration, 0.1 mrad.
             assert!((s.direction - dial).norm() < 6e-4, "{t} s: {} {dial}", s.direction);
             (highest, lowest) = (highest.max(s.direction.z), lowest.min(s.direction.z));
-            // What the horizon hides presses on nothing and drives no panel.
+            // Below the horizon there is no sunlight, hence no radiation pressure and no panel power.
             let light = site.light(t, &Vec3::zeros());
             assert!((light.visible > 0.5) == (s.direction.z > 0.0), "{t} s: {light:?}");
         }

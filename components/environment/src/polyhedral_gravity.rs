@@ -1,11 +1,11 @@
-//! `environment.polyhedral_gravity`: a body of uniform density whose surface is a mesh, turning at the origin of W, or under a site.
+//! `environment.polyhedral_gravity`: gravity of a body of uniform density whose surface is a mesh; the body rotates at the origin of W, or carries
+//! the site W.
 //! ```text
 //! a = R_IP ∇U(R_IPᵀ p) + Σ_k third body k      R_IP = R_z(angle + rate t)      U: Werner and Scheeres 1997, exact outside and inside
 //! ```
-//! Third bodies are those of `third_bodies.rs`, seen from the body's `orbit` about the Sun. Their places are in the axes of the ICRF, which W then has: the body turns about
-//! the pole of the ICRF.
-//! W is inertial, or a site on this body: then the field does not rotate in W, and has its centrifugal part. Cost: proportional
-//! to the number of faces and edges.
+//! Third bodies (`third_bodies.rs`) are relative to the body on its `orbit` about the Sun. Their positions are in ICRF axes, so W then has ICRF axes,
+//! and the body rotates about the pole of the ICRF. W is inertial, or a site on this body. At a site the field does not rotate in W and includes the
+//! centrifugal acceleration. The computing time is proportional to the number of faces and edges.
 
 use crate::third::Third;
 use crate::third_bodies::{Puller, SolarOrbit, pullers};
@@ -14,47 +14,49 @@ use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_world::gravity::polyhedron::{Polyhedron, from_obj};
 
-/// Constant of gravitation, m³/(kg s²): CODATA 2018.
+/// Gravitational constant, m³/(kg s²): CODATA 2018.
 const G: f64 = 6.674_30e-11;
 
-/// A mesh with a density or a gravitational parameter.
+/// Mesh, density and third bodies.
 #[derive(Params, Clone, Debug)]
 pub struct PolyhedralParams {
-    /// Wavefront OBJ file: a closed surface whose faces look outwards.
+    /// Wavefront OBJ file of a closed surface with outward normals.
     pub file: String,
-    /// Metres for a unit of the file: 1000 for the usual shape models in km.
+    /// Length of one unit of the file: 1000 m for the usual shape models in km.
     #[param(unit = "m", default = 1.0, range = 1e-9..)]
     pub scale: f64,
     /// Density; instead of `mu` of the world.
     #[param(unit = "kg/m^3", range = 1e-9..)]
     pub density: Option<f64>,
-    /// The world, whose body has this shape: its axis is z of the file, and `angle` leads from x of W to x of the file.
+    /// The world, whose body has this shape. The body rotates about z of the file; `angle` is the angle from x of W to x of the file at t = 0.
     #[param(service)]
     pub world: Handle<dyn World>,
-    /// Who else pulls: sun, moon, earth, venus, mars, jupiter; needs an epoch in `world`, no site, and `orbit`, or a shape of the Earth, Mars or the Moon with its mass.
+    /// Other bodies whose gravity acts: sun, moon, earth, venus, mars, jupiter. They need an epoch in `world`, no site, and either `orbit` or a shape
+    /// with the mass of the Earth, Mars or the Moon.
     #[param(default = Vec::new())]
     pub third_bodies: Vec<Third>,
-    /// With `third_bodies`: the way of this body about the Sun.
+    /// With `third_bodies`: the orbit of this body about the Sun.
     #[param(default = None)]
     pub orbit: Option<SolarOrbit>,
 }
 
-/// By which factor the mass of a shape may differ from that of the planet that it is to be.
+/// Greatest ratio of the mass of a shape and the mass of the planet of the world for which both are the same body.
 const SAME_MASS: f64 = 1.5;
 
-/// Whether a shape of `mu` (m³/s²) by its density is the body of the world, whose gravity parameter other parts take.
+/// Returns an error if a shape of `mu` (m³/s²) by its density is not the body of the world, because other parts use the gravitational parameter of
+/// the world.
 fn of_the_world(mu: f64, world: &PlanetWorld) -> Result<(), BuildError> {
     let Some(own) = world.mu().filter(|own| (mu / own - 1.0).abs() > 0.02) else { return Ok(()) };
     let body = world.params.body.word();
     let fact = format!(
-        "with `density` the shape has {mu:.4e} m³/s², and `body: {body}` of `world` {own:.4e} m³/s²"
+        "with `density` the shape has {mu:.4e} m³/s², but `body: {body}` of `world` {own:.4e} m³/s²"
     );
     let help = "write `body: other`, or leave `density` out and write `mu` in `world`";
     Err(BuildError::new(fact).help(help).at("density"))
 }
 
 impl PolyhedralParams {
-    /// Who else pulls on a body of `mu` (m³/s²).
+    /// Returns the third bodies for a body of `mu` (m³/s²).
     fn thirds(&self, mu: f64, world: &PlanetWorld) -> Result<Vec<Puller>, BuildError> {
         let told =
             |fact: String, help: &str, param: &str| Err(BuildError::new(fact).help(help).at(param));
@@ -63,15 +65,15 @@ impl PolyhedralParams {
                 None => Ok(Vec::new()),
                 Some(_) => {
                     let help = "write third_bodies: [\"sun\"], or leave `orbit` out";
-                    told("`orbit`, and no third bodies to be seen from it".into(), help, "orbit")
+                    told("`orbit` is written, but no third bodies".into(), help, "orbit")
                 }
             };
         }
         if world.planet.site.is_some() {
-            let fact = "third bodies by an ephemeris need W in the axes of the ICRF, and the site of this body has a pole of its own";
+            let fact = "third bodies by an ephemeris need W in ICRF axes, but the site of this body has its own pole";
             return told(
                 fact.into(),
-                "leave `site` out of `world`, or the third bodies",
+                "remove `site` from `world`, or remove `third_bodies`",
                 "third_bodies",
             );
         }
@@ -80,15 +82,15 @@ impl PolyhedralParams {
         if self.orbit.is_none() && !same {
             let body = world.params.body.word();
             let fact = format!(
-                "where this body of {mu:.3e} m³/s² is among the others is not written, and `{body}` of the world is not that body"
+                "the orbit of this body of {mu:.3e} m³/s² is not known: `orbit` is missing, and its mass is not the mass of `{body}` of the world"
             );
-            return told(fact, "write its `orbit` about the Sun", "orbit");
+            return told(fact, "write `orbit`, the elements of its orbit about the Sun", "orbit");
         }
         pullers(world, &self.third_bodies, self.orbit.as_ref())
     }
 }
 
-/// Gravity of a mesh, and third bodies.
+/// Gravity of a mesh and of third bodies.
 pub struct PolyhedralGravity {
     body: Polyhedron,
     world: PlanetWorld,
@@ -96,7 +98,7 @@ pub struct PolyhedralGravity {
 }
 
 impl PolyhedralGravity {
-    /// From the body's origin to a point (m, W).
+    /// Returns the vector from the body's origin to a point (m, W).
     fn around_centre(&self, p: &Vec3) -> Vec3 {
         self.world.planet.site.map_or(*p, |s| s.relative_to_centre(p))
     }
@@ -122,20 +124,21 @@ impl Gravity for PolyhedralGravity {
     }
 }
 
-/// Gravity of an asteroid or comet from its shape: uniform density, turning about z at the origin of W, or around the site that W is; and of third bodies.
+/// Gravity of an asteroid or comet of uniform density from its shape, and of third bodies. The body rotates about z at the origin of W, or W is a
+/// site on it.
 #[service("environment.polyhedral_gravity", Gravity)]
 impl Service for PolyhedralGravity {
     type Params = PolyhedralParams;
     fn build(p: PolyhedralParams, files: &Files) -> Result<Self, BuildError> {
         let path = files.resolve(&p.file).map_err(|e| e.at("file"))?;
         let text = linkwork_formats::whole_text(&path).map_err(|e| {
-            let help = "the text of a Wavefront OBJ file is wanted";
+            let help = "`file` must name the text of a Wavefront OBJ file";
             BuildError::new(format!("`{}`: {e}", p.file)).help(help).at("file")
         })?;
         let read = |g_rho| from_obj(&p.file, &text, p.scale, g_rho).map_err(|e| fault(&e, "file"));
         let world = PlanetWorld::of(&p.world)?;
         if world.params.turning() == Turning::Iau {
-            let fact = "a shape from a file turns about z of the file, and `turns: iau` of the world has axes of its own";
+            let fact = "a shape from a file rotates about z of the file, but `turns: iau` of the world defines other axes";
             let help = "write `turns: fixed` with `rate` and `angle` in `world`, or `turns: still`";
             return Err(BuildError::new(fact).help(help).at("file"));
         }
@@ -165,11 +168,11 @@ mod tests {
     use crate::world::{Centre, SiteParams, WorldParams, handle};
     use linkwork_runtime::AU;
 
-    /// Two metres along each edge, its middle at the origin.
+    /// Cube with edges of 2 m, centred at the origin.
     const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
         f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
-    /// A body of 150 m that turns about z of W.
+    /// Body of 150 m that rotates about z of W.
     fn turning() -> WorldParams {
         WorldParams {
             rate: Some(1e-3),
@@ -203,14 +206,14 @@ mod tests {
         let mu = G * 2000.0 * 200.0_f64.powi(3);
         let far = Vec3::new(3e4, -2e4, 1e4);
         let want = -far * (mu / far.norm().powi(3));
-        // A cube differs from a point by the fourth power of size over distance.
+        // The field of a cube differs from that of a point mass by the fourth power of size over distance.
         assert!((body.acceleration(0.0, far) - want).norm() < 1e-8 * want.norm());
-        // A quarter of a turn takes a cube into itself, an eighth does not.
+        // A rotation by 90° maps a cube onto itself, a rotation by 45° does not.
         let (near, quarter) = (Vec3::new(150.0, 20.0, 30.0), std::f64::consts::FRAC_PI_2 / 1e-3);
         let now = body.acceleration(0.0, near);
         assert!((body.acceleration(quarter, near) - now).norm() < 1e-12 * now.norm());
         assert!((body.acceleration(0.5 * quarter, near) - now).norm() > 1e-2 * now.norm());
-        // By its parameter instead of its density: the same.
+        // `mu` of the world instead of `density` gives the same field.
         let world = handle(WorldParams { mu: Some(mu), ..turning() });
         let by_mu = PolyhedralParams { density: None, world, ..params() };
         let same = built(by_mu, CUBE).unwrap().acceleration(7.0, near);
@@ -228,8 +231,8 @@ mod tests {
         WorldParams { site: Some(site), ..turning() }
     }
 
-    /// From a site, with the centrifugal part taken off, it is the field of inertial axes, wherever the body has turned to; and so is its
-    /// gradient, which is the slope of the acceleration.
+    /// At a site, the field without the centrifugal part equals the field in inertial axes at any rotation angle. The gradient agrees as well, and
+    /// equals finite differences of the acceleration.
     #[test]
     fn a_site_on_it_has_its_field_and_turns_with_it() {
         let there = built(params(), CUBE).unwrap();
@@ -257,7 +260,7 @@ mod tests {
                 }
             }
         }
-        // A shape has no axes of the IAU.
+        // A shape cannot be combined with IAU axes.
         let epoch = Some("2012-08-06 05:17:57 UTC".to_string());
         let e = built(p_of(WorldParams { epoch, ..WorldParams::of(Centre::Moon) }), CUBE);
         let e = e.err().unwrap();
@@ -268,7 +271,7 @@ mod tests {
         PolyhedralParams { world: handle(world), ..params() }
     }
 
-    /// A round orbit in the ecliptic, a third of a turn from the equinox.
+    /// Circular orbit in the ecliptic, 120° from the equinox.
     fn round_orbit() -> SolarOrbit {
         SolarOrbit {
             semi_major_axis: 1.5 * AU,
@@ -289,7 +292,7 @@ mod tests {
         WorldParams { epoch: Some("2012-08-06 05:17:57 UTC".to_string()), ..turning() }
     }
 
-    /// The Sun from where the body is on a circle, by hand; Jupiter from its ellipse: what they do to a craft minus what they do to the body.
+    /// Compares third-body accelerations with direct formulas: the Sun for a circular orbit, and Jupiter from its ellipse.
     #[test]
     fn third_bodies_pull_as_from_where_the_body_is() {
         use linkwork_world::ephemeris::{Body, OBLIQUITY_J2000, planet};
@@ -300,7 +303,7 @@ mod tests {
         let epoch = Epoch::parse("2012-08-06 05:17:57 UTC").unwrap();
         let rate = (MU_SUN / (1.5 * AU).powi(3)).sqrt();
         let p = Vec3::new(2.1e3, -1.7e3, 0.9e3);
-        // Within the table of Jupiter, and beyond it.
+        // Times within the interpolation table of Jupiter and beyond it.
         for t in [0.0, 5e4, 4e5] {
             let (sin, cos) = (std::f64::consts::TAU / 3.0 + rate * t).sin_cos();
             let (tilt, lean) = OBLIQUITY_J2000.sin_cos();
@@ -311,7 +314,7 @@ mod tests {
                 third_body(MU_SUN, &p, &-body) + third_body(MU_JUPITER, &p, &(jupiter - body));
             let have = all.acceleration(t, p) - alone.acceleration(t, p);
             assert!((have - want).norm() < 1e-6 * want.norm(), "{have} {want} at {t}");
-            // To first order it is the tide μ₃/s³ (3 ŝ ŝᵀ − 1) r.
+            // To first order the acceleration is the tidal term μ₃/s³ (3 ŝ ŝᵀ − 1) r.
             let s = -body.normalize();
             let tide = (s * (3.0 * s.dot(&p)) - p) * (MU_SUN / (1.5 * AU).powi(3));
             assert!((have - tide).norm() < 1e-3 * tide.norm(), "{have} {tide}");
@@ -321,7 +324,7 @@ mod tests {
         assert!(all.failure(0.0).is_none() && all.failure(4e9).is_some());
     }
 
-    /// A shape of the Earth's mass is the Earth, and needs no orbit.
+    /// A shape with the Earth's mass is treated as the Earth and needs no orbit.
     #[test]
     fn third_bodies_of_a_planet_are_those_of_its_ephemeris() {
         use linkwork_world::ephemeris::moon;
@@ -363,13 +366,13 @@ mod tests {
         let site = at_site().site;
         let on_it = handle(WorldParams { site, ..dated() });
         let on_it = PolyhedralParams { world: on_it, ..p.clone() };
-        refused(on_it, "third_bodies", "a pole of its own");
+        refused(on_it, "third_bodies", "its own pole");
         let third_bodies = vec![Third::Earth];
         refused(PolyhedralParams { third_bodies, ..earth() }, "third_bodies", "the planet itself");
     }
 
     impl PolyhedralParams {
-        /// Without others.
+        /// Returns the parameters without third bodies.
         fn alone(self) -> PolyhedralParams {
             PolyhedralParams { third_bodies: vec![], orbit: None, ..self }
         }

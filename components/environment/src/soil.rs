@@ -15,13 +15,13 @@
 //! | CrushedGranite | 1.15 | 0 | 0 | 1.85e6 | 5000 | 38 | 0.04 | outdoor rover yard, middle of the published range; public code |
 //! | MarsDrift | 1.0 | 0.1 | 1400 | 8.2e5 | 250 | 32 | 0.039 | estimate: slip of a wheel on slopes on Earth, see below |
 //!
-//! *Secondary*: the numbers are those that other works repeat; the first source was not looked at. What a source does not
-//! give (a₀, a₁, λ, density, friction) is that of Lunar. Constants belong to the size of wheel and the range of slip from which they
-//! come. Without n₁ a soil has no slip sinkage.
+//! *Secondary*: the values are cited from other works; the original source was not checked. Values that a source does not give (a₀, a₁, λ, density,
+//! friction) are taken from Lunar. The constants are valid for the wheel size and the slip range of their measurements. A soil with n₁ = 0 has no
+//! slip sinkage.
 //!
-//! MarsDrift is a guess at loose drift: no soil of Mars was measured for it. Its constants are chosen so that a 0.25 m × 0.4 m wheel under 560 N slips by
-//! 43 % on a slope of 15° and 76 % on 20° (`tests/tests/rover/wheels.rs` holds it). These slips come from a single-wheel rig on Earth: a wheel of a
-//! lunar rover prototype, 0.225 m in radius, on a lunar simulant of the type GRC-1.
+//! MarsDrift is an estimate of loose drift, which is not based on measurements of Mars soil. Its constants are chosen so that a 0.25 m × 0.4 m wheel
+//! under 560 N slips by 43 % on a slope of 15° and 76 % on 20° (`tests/tests/rover/wheels.rs` holds it). These slips come from a single-wheel rig on
+//! Earth: a wheel of a lunar rover prototype, 0.225 m in radius, on a lunar simulant of the type GRC-1.
 
 use linkwork_runtime::prelude::*;
 
@@ -50,7 +50,7 @@ pub enum SoilKind {
     SilicaSand,
     /// Crushed granite of an outdoor rover yard.
     CrushedGranite,
-    /// A guess at loose drift on Mars, which slips as a wheel did on a rig on Earth.
+    /// Estimate of loose drift on Mars, fitted to the slip of a wheel on a test rig on Earth.
     MarsDrift,
 }
 
@@ -83,7 +83,7 @@ pub struct SoilParams {
     /// Angle of greatest stress over the entry angle, without slip.
     #[param(default = None)]
     pub a0: Option<f64>,
-    /// Its growth with slip.
+    /// Growth with slip of the ratio `a0`.
     #[param(default = None)]
     pub a1: Option<f64>,
     /// Rear contact ratio: 0 leaves a rut, 1 springs back.
@@ -98,7 +98,7 @@ pub struct SoilParams {
 }
 
 impl SoilParams {
-    /// A published soil as it is.
+    /// Returns the parameters of a published soil without changes.
     pub fn of(kind: SoilKind) -> Self {
         SoilParams {
             kind,
@@ -118,7 +118,7 @@ impl SoilParams {
     }
 }
 
-/// The constants of a kind.
+/// Returns the constants of a published soil.
 pub fn published(kind: SoilKind) -> Soil {
     let lunar = Soil {
         n: 1.0,
@@ -246,7 +246,7 @@ pub fn published(kind: SoilKind) -> Soil {
 }
 
 impl SoilParams {
-    /// The soil; refuses constants that no soil has.
+    /// Returns the soil, or an error for constants that are not physically possible.
     pub fn soil(&self) -> Result<Soil, BuildError> {
         let s = published(self.kind);
         let soil = Soil {

@@ -13,7 +13,7 @@ pub struct SoilPatch {
     pub soil: SoilParams,
 }
 
-/// What a number of a raster means.
+/// Meaning of the numbers of a raster.
 #[derive(Params, Clone, Debug)]
 pub struct SoilNumber {
     /// The number: of a grey picture of 8 bits its grey value.
@@ -28,7 +28,7 @@ pub struct SoilRaster {
     /// A file of any format that heights come in: grey PNG or BMP, GeoTIFF, ASCII grid. Its samples are whole numbers; where it
     /// has no data the ground has the soil that is everywhere.
     pub file: String,
-    /// x_min, y_min, x_max, y_max of the picture's edges, m; unwritten: those of the terrain.
+    /// x_min, y_min, x_max, y_max of the image's edges, m; default: the bounds of the terrain.
     #[param(default = None)]
     pub bounds: Option<[f64; 4]>,
     /// What each number means.

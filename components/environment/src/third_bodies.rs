@@ -1,4 +1,4 @@
-//! Bodies that pull from afar, and where a small body is that the ephemerides do not know.
+//! Third-body gravity, and the heliocentric orbit of a small body that is not in the ephemerides.
 //! ```text
 //! third body:  a = −μ₃/|r − s|³ (r + f s)                  Battin: what it does to the craft minus what it does to the planet
 //!              + R₃ (∇V₃(R₃ᵀ d) + μ₃ d/|d|³),  d = r − s   with a field of its own, whose axes R₃ turn by the IAU
@@ -17,10 +17,10 @@ use linkwork_world::gravity::{point_mass, point_mass_gradient, third_body, third
 use linkwork_world::orbit::{Elements, propagate};
 use linkwork_world::planet::{Epoch, MU_SUN, PointMotion, Rotation};
 
-/// Ellipse of a small body about the Sun, osculating, in the mean ecliptic and equinox of J2000, as JPL's Small-Body Database has it.
+/// Osculating elliptic orbit of a small body about the Sun, in the mean ecliptic and equinox of J2000, as in JPL's Small-Body Database.
 #[derive(Params, Clone, Debug)]
 pub struct SolarOrbit {
-    /// Half of the major axis, such as 1.126 AU.
+    /// Semi-major axis, such as 1.126 AU.
     #[param(unit = "m", range = 1e9..)]
     pub semi_major_axis: f64,
     /// Eccentricity.
@@ -43,17 +43,17 @@ pub struct SolarOrbit {
     pub epoch: Option<String>,
 }
 
-/// The same, ready to be evaluated.
+/// Solar orbit, prepared for evaluation.
 #[derive(Clone, Debug)]
 struct Orbit {
-    /// State in the perihelion from the Sun, ICRF.
+    /// State at the perihelion relative to the Sun, ICRF.
     perihelion: PointMotion,
-    /// Time since then at t = 0, s.
+    /// Time from the perihelion passage to t = 0, s.
     since: f64,
 }
 
 impl SolarOrbit {
-    /// For a run that begins at `start`.
+    /// Prepares the orbit for a run that begins at `start`.
     fn orbit(&self, start: &Epoch) -> Result<Orbit, BuildError> {
         let told = |e| fault(&e, "orbit");
         let a = self.semi_major_axis;
@@ -74,18 +74,18 @@ impl SolarOrbit {
 }
 
 impl Orbit {
-    /// From the Sun at t (s), m, ICRF.
+    /// Returns the position relative to the Sun at t (s), m, ICRF.
     fn at(&self, t: f64) -> Vec3 {
         let now = propagate(MU_SUN, &self.perihelion, self.since + t);
         now.map_or(Vec3::repeat(f64::NAN), |s| s.position)
     }
 }
 
-/// Where a body is from the centre of a run.
+/// Position of a third body relative to the centre of the simulation.
 enum Way {
-    /// From a planet.
+    /// The centre is a planet.
     Course(Course),
-    /// From a small body: the way from the Sun, none for the Sun itself, and that of the small body.
+    /// The centre is a small body: trajectory of the third body relative to the Sun (`None` for the Sun itself), and the orbit of the small body.
     Around(Option<Course>, Orbit),
 }
 
@@ -94,11 +94,11 @@ pub(crate) struct Puller {
     /// Gravitational parameter, m³/s².
     pub mu: f64,
     way: Way,
-    /// Its field and how it turns, where it is more than a point.
+    /// Gravity field and rotation, if the body is not treated as a point mass.
     pub field: Option<(BodyField, Rotation)>,
 }
 
-/// Those who pull, in the order written, as points: on a planet, or on a small body on its `orbit`.
+/// Returns the third bodies as point masses, in the order of the file, relative to a planet or to a small body on its `orbit`.
 pub(crate) fn pullers(
     world: &Inner,
     third_bodies: &[Third],
@@ -141,13 +141,13 @@ pub(crate) fn pullers(
     Ok(all)
 }
 
-/// From inertial axes to W.
+/// Returns the rotation from inertial axes to W.
 fn to_W(site: Option<&Site>, t: f64) -> Quat {
     site.map_or_else(Quat::identity, |site| site.to_inertial(t).inverse())
 }
 
 impl Puller {
-    /// From the planet's centre to it at t (s), m, W; NaN where the ephemeris has nothing.
+    /// Returns the vector from the planet's centre to the body at t (s), m, W; NaN outside the span of the ephemeris.
     pub fn towards(&self, site: Option<&Site>, t: f64) -> Vec3 {
         let s = match &self.way {
             Way::Course(course) => course.at(t),
@@ -158,17 +158,17 @@ impl Puller {
         site.map_or(s, |_| to_W(site, t) * s)
     }
 
-    /// Acceleration (m/s², W) relative to the planet at `r` (m, W) from the planet's centre.
+    /// Returns the third-body acceleration (m/s², W) relative to the planet's centre, at `r` (m, W) from it.
     pub fn pull(&self, site: Option<&Site>, t: f64, r: &Vec3) -> Vec3 {
         let s = self.towards(site, t);
         let point = third_body(self.mu, r, &s);
         let Some((field, rotation)) = &self.field else { return point };
         let (d, R) = (r - s, to_W(site, t) * rotation.at(t).R_IP);
-        // The planet is far away from it, and feels a point.
+        // The planet is far from this body, so its own acceleration is computed with a point mass.
         point + R * field.acceleration(&(R.inverse() * d)) - point_mass(self.mu, &d)
     }
 
-    /// ∂a/∂p (1/s²) of the same.
+    /// Returns the gradient ∂a/∂p (1/s²) of the third-body acceleration.
     pub fn gradient(&self, site: Option<&Site>, t: f64, r: &Vec3) -> Mat3 {
         let s = self.towards(site, t);
         let point = third_body_gradient(self.mu, r, &s);
@@ -179,13 +179,14 @@ impl Puller {
         point + R * own * R.transpose() - point_mass_gradient(self.mu, &d)
     }
 
-    /// Length (m) over which its field changes by its own size at `r` (m, W) from the planet's centre.
+    /// Returns the length scale (m) of the body's field at `r` (m, W) from the planet's centre: the distance over which it changes by its own
+    /// magnitude.
     pub fn scale(&self, site: Option<&Site>, t: f64, r: &Vec3) -> f64 {
         let degree = self.field.as_ref().map_or(0, |(field, _)| field.degree());
         (self.towards(site, t) - r).norm() / (degree + 2) as f64
     }
 
-    /// Why there is no answer at t (s).
+    /// Returns an error if the ephemeris does not cover t (s).
     pub fn failure(&self, t: f64) -> Option<BuildError> {
         match &self.way {
             Way::Course(course) | Way::Around(Some(course), _) => course.failure(t),
@@ -199,7 +200,7 @@ mod tests {
     use super::*;
     use linkwork_world::ephemeris::planet;
 
-    /// Standish's elements of Mars at J2000 are the place of Mars that the ephemeris has; a year and a half later it is back.
+    /// An orbit with Standish's elements of Mars at J2000 agrees with the ephemeris of Mars, at J2000 and one and a half years later.
     #[test]
     fn an_orbit_by_its_elements_is_where_the_planet_is() {
         let mars = SolarOrbit {
@@ -220,7 +221,7 @@ mod tests {
         assert!((speed - wanted.velocity).norm() < 1e-3, "{speed} {}", wanted.velocity);
         let turn = std::f64::consts::TAU * (mars.semi_major_axis.powi(3) / MU_SUN).sqrt();
         assert!(off(orbit.at(turn)) < 1e-9);
-        // A run that begins 100 days later has the elements of then, and the place of 100 days.
+        // The elements keep their own epoch: a run that begins 100 days later has the position of day 100.
         let later = mars.orbit(&Epoch::parse("2000-04-10 12:00:00 TDB").unwrap()).unwrap();
         let there = orbit.at(100.0 * 86_400.0);
         assert!((later.at(0.0) - there).norm() < 1.0, "{}", (later.at(0.0) - there).norm());

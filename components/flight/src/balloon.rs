@@ -1,4 +1,4 @@
-//! `flight.balloon`: an envelope with a light gas, open at its foot (zero-pressure) or closed (super-pressure).
+//! `flight.balloon`: balloon with a light gas, open at its foot (zero-pressure) or closed (super-pressure).
 //! ```text
 //! V  = min(m R T/p_a, V_max)       p = m R T/V       Δp = p − p_a ≥ 0       d = (6 V/π)^⅓: seen as a ball
 //! F  = −ρ V g − ½ ρ C_D (π d²/4) |v| v + C_v ρ V g      v: through the air;  buoyancy, drag, virtual mass without weight
@@ -6,50 +6,52 @@
 //! T  = T_a + ΔT, or with `heat` a state, p_a′ = ρ g·v:
 //!      slack  m c_p Ṫ = h π d² (T_a + ΔT − T) + V p_a′        full  m (c_p − R) Ṫ = h π d² (T_a + ΔT − T) + ṁ R T
 //! ```
-//! A balloon without a duct keeps its gas and floats where ρ V_max is its whole mass, envelope and load with it. One with a duct loses what is beyond V_max, so that Δp
-//! stays small. The gas and the virtual mass C_v ρ V are added to the envelope's body at the node, the middle of the ball; the mass in the file is that of the envelope. That it becomes full
-//! or slack is an event. Ballast is a `flight.propellant_tank` of the load. g is gravity at the node less the acceleration of air that turns with its planet, in inertial W as from a site,
-//! so that air at rest is in balance. Below a tenth of a pascal the flow goes down as Δp. Not here: the envelope's elasticity and strength, its own heat, winds that change along the path (ṁ_v, acceleration of the air).
-//! Sources: buoyancy, virtual mass of a ball (½) and gas law are textbook physics; orifices by Bernoulli's equation.
+//! A balloon without a duct keeps its gas and floats where ρ V_max equals its total mass: gas, envelope and load. A balloon with a duct releases gas
+//! beyond V_max, so that Δp stays small. The gas and the virtual mass C_v ρ V are added to the envelope's body at the node, which is the centre of
+//! the sphere; the mass of this body in the file is the mass of the envelope. Becoming full or slack is an event. Model ballast as a
+//! `flight.propellant_tank` of the load. g is gravity at the node minus the acceleration of air that rotates with its planet, both for inertial W and
+//! at a site, so that air at rest is in equilibrium. Below Δp of about 0.1 Pa the flow is linear in Δp. Not modelled: elasticity, strength and heat
+//! capacity of the envelope, and winds that change along the path (ṁ_v, acceleration of the air). Sources: buoyancy, virtual mass of a sphere (½) and
+//! gas law are textbook physics; orifices by Bernoulli's equation.
 
 use crate::aerodynamics::air_data::gravity_in_air;
 use crate::aerodynamics::gusty;
 use linkwork_runtime::prelude::*;
 use std::f64::consts::PI;
 
-/// Over-pressure below which flow is linear in it, Pa.
+/// Over-pressure below which the flow is linear in it, Pa.
 const STILL: f64 = 0.1;
 
-/// Heat of the gas.
+/// Heat transfer of the gas.
 #[derive(Params, Clone, Copy, Debug)]
 pub struct HeatParams {
     /// Heat transfer h between gas and air.
     #[param(unit = "W/(m^2 K)", range = 0.0..)]
     pub transfer: f64,
-    /// Temperature of the gas at the start.
+    /// Initial temperature of the gas.
     #[param(unit = "K", range = 1.0..)]
     pub temperature: f64,
 }
 
-/// Envelope and gas.
+/// Parameters of envelope and gas.
 #[derive(Params, Clone, Debug)]
 pub struct BalloonParams {
-    /// Gas at the start, m.
+    /// Initial mass m of the gas.
     #[param(unit = "kg", range = 1e-9..)]
     pub gas: f64,
-    /// Gas constant R; helium when not written.
+    /// Specific gas constant R; default: helium.
     #[param(unit = "J/(kg K)", default = 2077.26, range = 1.0..)]
     pub gas_constant: f64,
-    /// Ratio of its specific heats γ: c_p = γ R/(γ − 1); helium when not written.
+    /// Ratio of specific heats γ: c_p = γ R/(γ − 1); default: helium.
     #[param(default = 5.0 / 3.0, range = 1.01..=2.0)]
     pub heat_ratio: f64,
     /// Volume V_max of the full envelope.
     #[param(unit = "m^3", range = 1e-6..)]
     pub volume: f64,
-    /// Drag coefficient C_D over the section of the ball.
+    /// Drag coefficient C_D, relative to the cross-section of the sphere.
     #[param(default = 0.47, range = 0.0..)]
     pub drag_coefficient: f64,
-    /// Virtual mass over displaced mass, C_v: ½ of a ball.
+    /// Virtual mass coefficient C_v, relative to the displaced mass: ½ for a sphere.
     #[param(default = 0.5, range = 0.0..)]
     pub virtual_mass: f64,
     /// Area of the open duct at the foot; 0: closed, a super-pressure balloon.
@@ -58,46 +60,46 @@ pub struct BalloonParams {
     /// Area of the valve at the top.
     #[param(unit = "m^2", default = 0.0, range = 0.0..)]
     pub valve: f64,
-    /// Discharge coefficient C of both.
+    /// Discharge coefficient C of duct and valve.
     #[param(default = 0.6, range = 0.0..=1.0)]
     pub discharge: f64,
-    /// Heat of the gas; default: it has the air's temperature and ΔT at once.
+    /// Heat transfer of the gas; default: the gas always has the temperature of the air plus ΔT.
     pub heat: Option<HeatParams>,
-    /// The air.
+    /// Atmosphere.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
     /// Gravity.
     #[param(service)]
     pub gravity: Handle<dyn Gravity>,
-    /// The world, whose air turns with it.
+    /// The world, with which the air rotates.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
 
-/// The envelope, and commands.
+/// State of the envelope, and commands.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BalloonIn {
-    /// The middle of the envelope.
+    /// Node at the centre of the envelope.
     #[port(bind = "envelope")]
     pub envelope: NodeState,
-    /// How far the valve is open, 0 to 1.
+    /// Opening of the valve, 0 to 1.
     #[port("1", default = 0.0)]
     pub vent: f64,
-    /// Temperature ΔT of the gas over the air's at which it takes up no heat: sunlight on the envelope.
+    /// Equilibrium temperature difference ΔT between gas and air, caused by sunlight on the envelope.
     #[port("K", default = 0.0)]
     pub superheat: f64,
-    /// Gust over the wind, W, as of `flight.gusts`.
+    /// Gust velocity in addition to the wind, W, for example from `flight.gusts`.
     #[port("m/s", default = Vec3::zeros())]
     pub gust: Vec3,
 }
 
-/// Loads and gas.
+/// Loads and state of the gas.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BalloonOut {
-    /// Buoyancy and drag on the envelope.
+    /// Buoyancy and drag on the envelope, without the weight of the virtual mass.
     #[port(bind = "envelope")]
     pub load: Wrench,
-    /// Gas and virtual mass.
+    /// Mass of gas and virtual mass, added to the envelope.
     #[port(bind = "envelope")]
     pub added: AddedMass,
     /// Volume.
@@ -115,10 +117,10 @@ pub struct BalloonOut {
     /// Drag.
     #[port("N")]
     pub drag: f64,
-    /// Speed through the air.
+    /// Airspeed.
     #[port("m/s")]
     pub airspeed: f64,
-    /// Gas that leaves through duct and valve.
+    /// Mass flow of gas out of duct and valve.
     #[port("kg/s")]
     pub flow: f64,
 }
@@ -126,15 +128,15 @@ pub struct BalloonOut {
 /// The gas.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Gas {
-    /// Its mass.
+    /// Mass of the gas.
     #[port("kg")]
     pub mass: f64,
-    /// Its temperature, with `heat`.
+    /// Temperature of the gas; used with `heat` only.
     #[port("K")]
     pub temperature: f64,
 }
 
-/// The same as an output.
+/// Gas mass as an output.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct GasOut {
     /// Mass of the gas.
@@ -142,26 +144,26 @@ pub struct GasOut {
     pub gas: f64,
 }
 
-/// Where it becomes full or slack.
+/// Guard for the transition between slack and full.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Fullness {
-    /// Volume that the gas would take, less that of the envelope.
+    /// Volume of the gas at air pressure minus the volume of the full envelope.
     #[port("m^3")]
     pub over: f64,
 }
 
-/// A balloon.
+/// Zero-pressure or super-pressure balloon.
 pub struct Balloon {
     p: BalloonParams,
 }
 
-/// What is derived from state and air.
+/// Quantities derived from the state and the air.
 struct Now {
     air: Air,
     pull: Vec3,
     through: Vec3,
     temperature: f64,
-    /// Volume without a limit, and as it is.
+    /// Volume at air pressure without the limit of the envelope, and actual volume, m³.
     free: f64,
     volume: f64,
     over: f64,
@@ -176,10 +178,10 @@ impl Balloon {
         let pull = gravity_in_air(&p.gravity, p.world.as_ref(), c.t, place);
         let temperature =
             if p.heat.is_some() { x.temperature } else { air.temperature + u.superheat };
-        // A stage of the integrator may look behind the end of the gas.
+        // A stage of the integrator may evaluate a negative gas mass.
         let mass = x.mass.max(0.0);
         let work = mass * p.gas_constant * temperature;
-        // The envelope is full where there is no air.
+        // In a vacuum the envelope is full; avoid a division by zero.
         let free = work / air.pressure.max(f64::MIN_POSITIVE);
         let volume = free.min(p.volume);
         let over = if free > p.volume { work / p.volume - air.pressure } else { 0.0 };
@@ -195,12 +197,12 @@ impl Balloon {
     }
 }
 
-/// Diameter of a ball, m.
+/// Returns the diameter (m) of a sphere of the given volume (m³).
 fn diameter(volume: f64) -> f64 {
     (6.0 * volume / PI).cbrt()
 }
 
-/// A balloon with buoyancy, drag and virtual mass, its gas by the gas law: zero-pressure or super-pressure, with a valve.
+/// Zero-pressure or super-pressure balloon with buoyancy, drag, virtual mass, gas law and a valve.
 #[model("flight.balloon")]
 impl Model for Balloon {
     type Params = BalloonParams;
@@ -305,10 +307,10 @@ mod tests {
         Balloon { p }
     }
 
-    /// Height, rate, mass and temperature of the gas.
+    /// Height, vertical speed, and mass and temperature of the gas.
     type State = [f64; 4];
 
-    /// With a dry mass, moving straight up in air that carries it along.
+    /// Balloon with a dry mass in vertical motion, in air that moves with it horizontally.
     fn slope(m: &Balloon, dry: f64, vent: f64, y: &State) -> State {
         let position = Vec3::z() * y[0];
         let velocity = Vec3::new(7.0, 0.0, y[1]);
@@ -324,7 +326,7 @@ mod tests {
         [y[1], out.load.force.z / mass - G, rate.mass, rate.temperature]
     }
 
-    /// In a vacuum the envelope is full, and its over-pressure is m R T/V.
+    /// In a vacuum the envelope is full with an over-pressure m R T/V.
     #[test]
     fn without_air_the_gas_has_its_own_pressure() {
         let air = testing::air(|_, _| {
@@ -371,7 +373,7 @@ mod tests {
                 risen = Some(*y);
             }
         });
-        // Slack: displaced mass m R_g T/(R_a T); drag balances what is over the whole mass but for the growth of the section.
+        // Slack: the displaced mass is m R_g T/(R_a T). Drag balances the net buoyancy, except for the growth of the cross-section.
         let [z, rate, gas, _] = risen.unwrap();
         let displaced = gas * 2077.26 / R_A;
         let density = RHO * (-z / H).exp();
@@ -379,14 +381,14 @@ mod tests {
         let want = ((displaced - dry - gas) * G / (0.5 * density * 0.47 * section)).sqrt();
         println!("rises at {rate} m/s, closed form {want} m/s; floats at {} m", y[0]);
         assert!((rate / want - 1.0).abs() < 3e-3, "{rate} {want}");
-        // Drag as v² damps ever more slowly: 1 m is left of the bobbing after four hours.
+        // Quadratic drag damps small oscillations slowly: an amplitude of 1 m remains after four hours.
         let float = H * (RHO * 5000.0 / (dry + 4.0)).ln();
         assert!((y[0] - float).abs() < 2.0 && y[1].abs() < 0.02, "{} {float}", y[0]);
     }
 
     #[test]
     fn about_its_float_height_it_bobs_with_the_period_of_its_displaced_air() {
-        // (1 + C_v) m z̈ = −m g z/H: virtual mass slows it down.
+        // (1 + C_v) m z̈ = −m g z/H: virtual mass lowers the frequency.
         let m = balloon(BalloonParams { drag_coefficient: 0.0, ..params() });
         let float = H * (RHO * 5000.0 / 32.0).ln();
         let (mut crossings, mut before) = (Vec::new(), 1.0);
@@ -413,11 +415,11 @@ mod tests {
         let want = T * (-y[0] / H).exp().powf(0.4);
         println!("{} m: {} K, closed form {want} K", y[0], y[3]);
         assert!(y[0] > 300.0 && (y[3] - want).abs() < 1e-6, "{y:?} {want}");
-        // Full, it keeps volume and energy: no work, no heat.
+        // A full balloon has constant volume, and without heat transfer constant energy.
         let full = balloon(BalloonParams { volume: 100.0, ..m.p.clone() });
         let rate = slope(&full, 20.0, 0.0, &[0.0, 3.0, 4.0, 205.0]);
         assert_eq!(rate[3], 0.0);
-        // With heat it comes to the air's temperature.
+        // With heat transfer the gas approaches the temperature of the air.
         let warm = balloon(BalloonParams {
             heat: Some(HeatParams { transfer: 50.0, temperature: T }),
             ..m.p.clone()
@@ -434,12 +436,12 @@ mod tests {
                 top = Some(*y);
             }
         });
-        // At its highest place: full, without over-pressure.
+        // At the greatest height the balloon is full, without over-pressure.
         let top = top.unwrap();
         let density = RHO * (-top[0] / H).exp();
         println!("{} m with {} kg of gas", top[0], top[2]);
         assert!((top[2] / (density * R_A * 3500.0 / 2077.26) - 1.0).abs() < 1e-3, "{top:?}");
-        // It came past the height where it displaces its mass, has lost what held it there, and sinks with the rest.
+        // The balloon overshot the height of equilibrium, lost gas there, and sinks afterwards.
         assert!(density * 3500.0 < 24.0 + top[2] && top[2] < 3.9, "{top:?}");
         assert!(y[0] < top[0] && (y[2] / top[2] - 1.0).abs() < 1e-3, "{y:?} {top:?}");
     }
@@ -450,7 +452,7 @@ mod tests {
         let gas = slope(&m, 28.0, 0.4, &[0.0, 0.0, 4.0, 0.0])[2];
         let light = RHO * R_A / 2077.26;
         let d = (6.0 * 4.0 / light / PI).cbrt();
-        // The head of 0.9 Pa, with what is done below a tenth of a pascal.
+        // Hydrostatic head of 0.9 Pa, including the regularization below 0.1 Pa.
         let head = (RHO - light) * G * d;
         let want = -0.4 * 0.6 * 0.1 * head * (2.0 * light / (head + 0.1)).sqrt();
         assert!((gas / want - 1.0).abs() < 1e-9 && head > 0.8, "{gas} {want} {head}");

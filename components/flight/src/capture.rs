@@ -1,30 +1,30 @@
-//! `flight.capture`: a docking mechanism that catches a port softly: latches, then springs and dampers in six directions.
+//! `flight.capture`: soft-capture docking mechanism: latches, then springs and dampers in six degrees of freedom.
 //! ```text
 //! p = R_aᵀ (p_b − p_a), R = R_aᵀ R_b, φ = log R: place and turn of b in the axes of a; v = ṗ, ω: their rates
 //! catches     when |p| < `radius`, |φ| < `angle`, |v| < `speed_max`, |ω| < `rate_max`
 //! from then   F = −k p − c v,  M = −J(φ)⁻ᵀ k_φ φ − c_φ ω        on b, in the axes of a, at b; the opposite on a, at the same point
 //! J(φ)⁻¹      φ̇ = J(φ)⁻¹ ω, as in `actuators.bushing`: the springs have the potential ½ p·k p + ½ φ·k_φ φ
 //! ```
-//! Momentum and angular momentum of the pair stay as they were. The springs are as long as the ports are apart when the latches catch, as those of a mechanism
-//! that reaches out: they draw the ports together. What the dampers take is counted in `taken`. How near the ports come
-//! is an event. Once the motion is damped a phase may lock the two together (`settled`).
+//! Momentum and angular momentum of the pair are conserved. The springs have zero rest length, so at capture they are stretched by the distance of
+//! the ports and draw the ports together, like an extended mechanism. `taken` is the energy that the dampers dissipate. Reaching the capture limits
+//! is an event. When the motion is damped (`settled`), a phase can lock the two bodies together.
 
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::moment_of_gradient;
 
-/// Catching, springs and dampers.
+/// Capture limits, springs and dampers.
 #[derive(Params, Clone, Debug)]
 pub struct CaptureParams {
-    /// Distance of the ports within which it catches.
+    /// Greatest distance of the ports at capture.
     #[param(unit = "m", default = 0.05, range = 1e-6..)]
     pub radius: f64,
-    /// Angle between them within which it catches.
+    /// Greatest angle between the ports at capture.
     #[param(unit = "rad", default = 0.087, range = 1e-6..=3.0)]
     pub angle: f64,
-    /// Speed up to which it catches.
+    /// Greatest relative speed at capture.
     #[param(unit = "m/s", default = 0.1, range = 0.0..)]
     pub speed_max: f64,
-    /// Turn rate up to which it catches.
+    /// Greatest relative angular rate at capture.
     #[param(unit = "rad/s", default = 0.02, range = 0.0..)]
     pub rate_max: f64,
     /// Stiffness along the axes of a.
@@ -33,98 +33,98 @@ pub struct CaptureParams {
     /// Damping along the axes of a.
     #[param(unit = "N s/m", range = 0.0..)]
     pub damping: Vec3,
-    /// Stiffness against turning about the axes of a, N m/rad.
+    /// Rotational stiffness about the axes of a, N m/rad.
     #[param(default = Vec3::zeros(), range = 0.0..)]
     pub turn_stiffness: Vec3,
-    /// Damping against turning about the axes of a, N m s/rad.
+    /// Rotational damping about the axes of a, N m s/rad.
     #[param(default = Vec3::zeros(), range = 0.0..)]
     pub turn_damping: Vec3,
-    /// Speed of the ports below which the capture is settled; with `radius`/10 and `angle`/10.
+    /// Relative speed below which the capture is settled, if distance and angle are also below `radius`/10 and `angle`/10.
     #[param(unit = "m/s", default = 1e-3, range = 0.0..)]
     pub settled_speed: f64,
 }
 
-/// The ports.
+/// Docking ports.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct CaptureIn {
     /// Port with the latches.
     #[port(bind = "a")]
     pub a: NodeState,
-    /// Port that is caught; on a when docked, with the same axes.
+    /// Port that is captured; coincides with a when docked.
     #[port(bind = "b")]
     pub b: NodeState,
 }
 
-/// Loads and how far it is.
+/// Loads and relative state.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct CaptureOut {
-    /// On a.
+    /// Load on a.
     #[port(bind = "a")]
     pub on_a: Wrench,
-    /// On b.
+    /// Load on b.
     #[port(bind = "b")]
     pub on_b: Wrench,
     /// Distance of the ports.
     #[port("m")]
     pub distance: f64,
-    /// Angle between them.
+    /// Angle between the ports.
     #[port("rad")]
     pub misaligned: f64,
-    /// Speed against each other.
+    /// Relative speed.
     #[port("m/s")]
     pub speed: f64,
-    /// Size of the force.
+    /// Magnitude of the force.
     #[port("N")]
     pub force: f64,
-    /// Size of the moment.
+    /// Magnitude of the moment.
     #[port("N m")]
     pub moment: f64,
-    /// Caught, and at rest.
+    /// Captured, and at relative rest.
     #[port]
     pub settled: bool,
 }
 
-/// Whether it has caught.
+/// State of the capture.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct CaptureState {
-    /// The latches have caught.
+    /// The latches are closed.
     #[port]
     pub caught: bool,
-    /// Energy that the dampers have taken.
+    /// Energy dissipated by the dampers.
     #[port("J")]
     pub taken: f64,
 }
 
-/// Energy that is taken.
+/// Dissipated energy.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Taken {
-    /// By the dampers.
+    /// Energy dissipated by the dampers.
     #[port("J")]
     pub energy: f64,
 }
 
-/// The latches.
+/// State of the latches.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Latches {
-    /// They have caught.
+    /// The latches are closed.
     #[port]
     pub caught: bool,
 }
 
-/// What is left of each condition, as a share of its limit.
+/// Guard of the capture: margins of the conditions, relative to their limits.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct CaptureEdge {
-    /// The least; above zero it catches.
+    /// Least margin; capture occurs when it becomes positive.
     #[port("1", rising)]
     pub within: f64,
 }
 
-/// A docking mechanism.
+/// Docking mechanism.
 pub struct Capture {
     p: CaptureParams,
 }
 
-/// Place and turn of b in the axes of a, and their rates.
+/// Position and rotation vector of b in the axes of a, and their rates.
 struct Relative {
     place: Vec3,
     turn: Vec3,
@@ -151,7 +151,7 @@ impl Capture {
             .min(left(r.rate.norm(), p.rate_max))
     }
 
-    /// Force and moment on b, axes of a.
+    /// Returns force (N) and moment (N m) on b, axes of a.
     fn load(&self, r: &Relative) -> (Vec3, Vec3) {
         let p = &self.p;
         let force = p.stiffness.component_mul(&r.place) + p.damping.component_mul(&r.speed);
@@ -160,7 +160,7 @@ impl Capture {
     }
 }
 
-/// A docking mechanism that catches a port within limits and brings it to rest by springs and dampers.
+/// Soft-capture docking mechanism: captures a port within limits and brings it to relative rest by springs and dampers.
 #[model("flight.capture")]
 impl Model for Capture {
     type Params = CaptureParams;
@@ -178,7 +178,8 @@ impl Model for Capture {
             ("turn_damping", p.turn_damping),
         ] {
             if v.iter().any(|x| !(*x >= 0.0)) {
-                let fact = format!("{name} is below 0: it would drive the ports apart");
+                let fact =
+                    format!("{name} has a negative component, which would drive the ports apart");
                 return Err(BuildError::new(fact).help("write numbers of at least 0").at(name));
             }
         }

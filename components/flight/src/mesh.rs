@@ -1,7 +1,7 @@
-//! Meshes and other files as parameters: a surface from a Wavefront OBJ file, whose facets are panels.
+//! Files as parameters: surface meshes from Wavefront OBJ files, whose facets are used as panels.
 //!
-//! A closed mesh is the whole surface of a body and is checked as such; an open one is a part of a surface, such as
-//! the front of a heat shield without its base, and only the sides of its normals count.
+//! A closed mesh is the whole surface of a body, and is checked for gaps. An open mesh is a part of a surface, such as the front of a heat shield
+//! without its base; only the side of its normals is exposed.
 
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{Located, Param, ParamSpec, ReadCx, Value};
@@ -9,7 +9,7 @@ use linkwork_world::error::WorldError;
 use linkwork_world::gravity::polyhedron::{Facet, Surface, facets_from_obj};
 use std::sync::Arc;
 
-/// Name and text of a file that a parameter names, or of (name, text); `example` is a name for the remedy.
+/// Returns name and text of a file that a parameter names, or that it contains as (name, text). `example` is a file name for the help text.
 pub(crate) fn named_text(
     v: &Located,
     spec: &ParamSpec,
@@ -31,7 +31,7 @@ pub(crate) fn named_text(
             }
         },
         other => {
-            let fact = format!("{at} is the name of a file, this is {}", other.what());
+            let fact = format!("{at} must be the name of a file, but it is {}", other.what());
             (fact, format!("write e.g. \"{example}\""))
         }
     };
@@ -39,7 +39,7 @@ pub(crate) fn named_text(
     None
 }
 
-/// A parameter of [`named_text`], as it is shown.
+/// Returns the value of a parameter of [`named_text`] for display.
 pub(crate) fn show_text(name: &str, text: &str) -> Value {
     Value::Map(vec![
         ("name".into(), Value::Text(name.into()).into()),
@@ -47,12 +47,12 @@ pub(crate) fn show_text(name: &str, text: &str) -> Value {
     ])
 }
 
-/// A Wavefront OBJ file as a parameter: its name, or (name, text) with the text in place.
+/// Wavefront OBJ file as a parameter: its name, or (name, text) with the text itself.
 #[derive(Clone, Debug)]
 pub struct MeshFile {
-    /// For messages.
+    /// Name for messages.
     pub name: String,
-    /// What is in it; read where a model is built.
+    /// Text of the file; parsed when the model is built.
     pub text: Arc<str>,
 }
 
@@ -69,36 +69,36 @@ impl Param for MeshFile {
     }
 }
 
-/// What a mesh has to be.
+/// Kind of surface of a mesh.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MeshSurface {
-    /// The whole surface of a body, without a gap, normals outwards.
+    /// Whole surface of a body without gaps, with outward normals.
     Closed,
-    /// A part of a surface; neighbours look to the same side.
+    /// Part of a surface; adjacent facets have the same orientation.
     Open,
 }
 
-/// A mesh on a body.
+/// Surface mesh of a body.
 #[derive(Params, Clone, Debug)]
 pub struct MeshParams {
-    /// Wavefront OBJ file (lines `v` and `f`), corners counter-clockwise from outside, axes those of the body.
+    /// Wavefront OBJ file (lines `v` and `f`), corners counter-clockwise seen from outside, body axes.
     pub file: MeshFile,
-    /// Metres for a unit of the file.
+    /// Length of one unit of the file.
     #[param(unit = "m", default = 1.0, range = 1e-9..)]
     pub scale: f64,
-    /// Origin of the file, from the node, body axes.
+    /// Position of the file's origin relative to the node, body axes.
     #[param(unit = "m", default = Vec3::zeros())]
     pub origin: Vec3,
-    /// What it has to be: closed, open.
+    /// Kind of surface: closed, open.
     #[param(default = MeshSurface::Closed)]
     pub surface: MeshSurface,
 }
 
 impl MeshParams {
-    /// The facets, centres from the node, body axes.
+    /// Returns the facets; centres relative to the node, m, body axes.
     ///
     /// # Errors
-    /// All that [`facets_from_obj`] refuses, at `mesh`.
+    /// All errors of [`facets_from_obj`], for the parameter `mesh`.
     pub fn facets(&self) -> Result<Vec<Facet>, BuildError> {
         let surface = match self.surface {
             MeshSurface::Closed => Surface::Closed,
@@ -108,10 +108,10 @@ impl MeshParams {
         let mut facets = read.map_err(|e| {
             let (fact, help) = match &e {
                 WorldError::Mesh { place, fact, help } => (format!("{place}: {fact}"), *help),
-                other => (other.to_string(), "mend the mesh"),
+                other => (other.to_string(), "repair the mesh"),
             };
             let help = match surface {
-                Surface::Closed => format!("{help}; a mesh with a gap on purpose: `surface: open`"),
+                Surface::Closed => format!("{help}; write `surface: open` if the gap is intended"),
                 Surface::Open => help.to_string(),
             };
             BuildError::new(fact).help(help).at("mesh")
@@ -121,15 +121,15 @@ impl MeshParams {
     }
 }
 
-/// That a body has panels, typed or from a mesh.
+/// Checks that a body has panels, from the file or from a mesh.
 ///
 /// # Errors
-/// It has none.
+/// The body has no panels.
 pub(crate) fn some_panels(count: usize) -> Result<(), BuildError> {
     if count > 0 {
         return Ok(());
     }
-    Err(BuildError::new("neither `panels` nor `mesh` is written: the body has no surface")
+    Err(BuildError::new("neither `panels` nor `mesh` is written, so the body has no surface")
         .help("write `panels: [(area: 1, normal: [1, 0, 0])]`, or `mesh: (file: \"bus.obj\")`")
         .at("panels"))
 }
@@ -138,7 +138,7 @@ pub(crate) fn some_panels(count: usize) -> Result<(), BuildError> {
 pub(crate) mod tests {
     use super::*;
 
-    /// Sides of 2 m, its middle at the origin.
+    /// Cube with edges of 2 m, centred at the origin.
     pub(crate) const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
         f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
@@ -191,7 +191,7 @@ pub(crate) mod tests {
         assert_eq!(read(show_text("cube.obj", CUBE)), (Some(CUBE.into()), String::new()));
         for (value, fact) in [
             (Value::Text("gone.obj".into()), "gone.obj"),
-            (Value::Number(1.0), "`Craft.file` is the name of a file"),
+            (Value::Number(1.0), "`Craft.file` must be the name of a file"),
             (Value::Map(vec![]), "`name` or `text` is missing"),
         ] {
             let (file, told) = read(value);

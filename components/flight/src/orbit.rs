@@ -1,48 +1,48 @@
-//! `flight.orbit`: the orbit that a craft is on at the moment, as if its planet were a point.
+//! `flight.orbit`: the osculating orbit of a spacecraft, that is, its two-body orbit about the planet as a point mass.
 //! ```text
 //! E = v²/2 − μ/r      h = r × v      p = h²/μ      e = |v × h/μ − r̂|      i: h from z of the planet
 //! pericentre p/(1 + e) − R      apocentre p/(1 − e) − R, 10³⁰ m on an orbit that is open: farther than any
 //! ```
-//! r and v are inertial, and inclination and node are those against the planet's equator and its prime meridian at t = 0, wherever the pole
-//! stands in W. All but the apocentre is continuous where an orbit opens, so that a phase may end at an energy or a height.
+//! r and v are inertial. Inclination and ascending node refer to the planet's equator and to its prime meridian at t = 0, for any direction of the
+//! pole in W. All outputs except the apocentre are continuous at escape, so that conditions of phases can use energy or height.
 
 use crate::guidance::planet::inertial;
 use linkwork_runtime::prelude::*;
 use linkwork_world::orbit::Elements;
 use linkwork_world::planet::PointMotion;
 
-/// The planet.
+/// Parameters of the orbit.
 #[derive(Params, Clone, Debug)]
 pub struct OrbitParams {
-    /// Radius R from which heights are counted; default: the equatorial radius of the world's body.
+    /// Radius R above which heights are measured; default: the equatorial radius of the world's body.
     #[param(unit = "m", range = 0.0..)]
     pub radius: Option<f64>,
-    /// The world, whose body it is about.
+    /// The world, whose body the orbit is about.
     #[param(service)]
     pub world: Handle<dyn World>,
 }
 
-/// The craft.
+/// The spacecraft.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct OrbitIn {
-    /// The craft.
+    /// Node on the spacecraft.
     #[port(bind = "body")]
     pub body: NodeState,
 }
 
-/// Its orbit.
+/// The osculating orbit.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct OrbitOut {
-    /// Height over the sphere of R.
+    /// Height above the sphere of radius R.
     #[port("m")]
     pub height: f64,
     /// Inertial speed.
     #[port("m/s")]
     pub speed: f64,
-    /// Angle of the inertial velocity over the horizontal.
+    /// Flight path angle: angle of the inertial velocity above the horizontal.
     #[port("rad")]
     pub path_angle: f64,
-    /// Energy E of a kilogram; below zero on an ellipse.
+    /// Specific energy E; negative on an ellipse.
     #[port("m^2/s^2")]
     pub energy: f64,
     /// Eccentricity.
@@ -51,26 +51,26 @@ pub struct OrbitOut {
     /// Inclination to the planet's equator.
     #[port("rad")]
     pub inclination: f64,
-    /// Ascending node.
+    /// Longitude of the ascending node from the prime meridian at t = 0.
     #[port("rad")]
     pub ascending_node: f64,
     /// Height of the pericentre.
     #[port("m")]
     pub pericentre: f64,
-    /// Height of the apocentre; 1e30 m on an orbit that is open, so that a condition such as `apocentre < 500 km` does not hold there.
+    /// Height of the apocentre; 1e30 m on an open orbit, so that a condition such as `apocentre < 500 km` is false there.
     #[port("m")]
     pub apocentre: f64,
 }
 
-/// Height of the apocentre of an orbit that is open, m.
+/// Height of the apocentre of an open orbit, m.
 const OPEN: f64 = 1e30;
-/// Nearer to the centre the energy is as from here, m.
+/// Least distance from the centre for the potential energy, m; avoids a division by zero.
 const NEAREST: f64 = 1.0;
 
-/// Gravity parameter (m³/s²) of the world's body.
+/// Returns the gravitational parameter (m³/s²) of the world's body.
 ///
 /// # Errors
-/// It is not known.
+/// The gravitational parameter of the body is not known.
 pub(crate) fn body_mu(world: &Handle<dyn World>) -> Result<f64, BuildError> {
     world.mu().ok_or_else(|| {
         let fact = "the gravity parameter of the world's body is not known";
@@ -78,28 +78,28 @@ pub(crate) fn body_mu(world: &Handle<dyn World>) -> Result<f64, BuildError> {
     })
 }
 
-/// The site that W may be, for motion about the centre of the world's body in inertial axes.
+/// Returns the site if W is a site, for laws that need inertial motion about the centre of the world's body.
 ///
 /// # Errors
 /// W is level ground, which has no inertial axes.
 pub(crate) fn orbital(world: &Handle<dyn World>) -> Result<Option<Site>, BuildError> {
     if let Axes::Level(_) = world.axes() {
-        let fact = "an orbit is about the centre of a body, and by `turning: false` of the world the ground is level and W does not turn";
+        let fact = "an orbit is about the centre of a body, but `turning: false` of the world makes the ground level and W has no inertial axes";
         return Err(BuildError::new(fact).help("remove `turning: false`, or this part"));
     }
     Ok(world.axes().site())
 }
 
-/// An orbit.
+/// Osculating orbit about the world's body.
 pub struct Orbit {
     mu: f64,
     radius: f64,
     site: Option<Site>,
-    /// `R_QW` from inertial axes W to those of the planet at t = 0.
+    /// `R_QW`, from inertial axes W to the axes of the planet at t = 0.
     to_equator: Quat,
 }
 
-/// Osculating orbit of a craft: energy, elements, heights of the apses.
+/// Osculating orbit of a spacecraft: energy, elements, heights of pericentre and apocentre.
 #[model("flight.orbit")]
 impl Model for Orbit {
     type Params = OrbitParams;
@@ -119,7 +119,7 @@ impl Model for Orbit {
             Quat::from_scaled_axis(Vec3::z() * (s.rate * clock.t)) * s.pose.rotation
         });
         let state = PointMotion { position: turn * r, velocity: turn * v };
-        // What moves along the vertical has no plane: its orbit is a line through the centre.
+        // Vertical motion has no orbital plane: the orbit is a line through the centre.
         let line = Elements {
             semi_latus_rectum: 0.0,
             eccentricity: 1.0,
@@ -135,7 +135,7 @@ impl Model for Orbit {
         let energy = 0.5 * speed * speed - mu / distance.max(NEAREST);
         let apocentre = match e.eccentricity < 1.0 {
             true => e.semi_latus_rectum / (1.0 - e.eccentricity) - radius,
-            // Straight up and not fast enough to escape.
+            // Vertical motion below escape speed.
             false if energy < 0.0 => -mu / energy - radius,
             false => OPEN,
         };
@@ -169,7 +169,7 @@ mod tests {
         Orbit::build(OrbitParams { radius: None, world: world.handle() }).unwrap()
     }
 
-    /// Inclination and node are against the planet's equator, however its pole stands in W.
+    /// Inclination and node refer to the planet's equator for any direction of its pole in W.
     #[test]
     fn the_equator_is_that_of_the_planet() {
         let lean = Quat::from_euler_angles(0.4, -0.3, 0.9);
@@ -194,7 +194,7 @@ mod tests {
             let of = Elements::with_axis(a, e, 0.9, 2.1, 0.7, anomaly).unwrap();
             let s = of.state(MU);
             let y = at(&orbit(None), 0.0, s.position, s.velocity);
-            // As seen from a site 700 s later, on the ground that has turned.
+            // The same state relative to a site 700 s later, after the planet has rotated.
             let pose = linkwork_spatial::Pose::new(
                 Quat::from_euler_angles(0.3, -0.8, 1.1),
                 Vec3::new(3e6, -4e6, 3.9e6),

@@ -7,12 +7,12 @@
 //! the surface. The body's own mass in the file is the dry mass. Running dry is an event. A dry tank can be filled: it gives
 //! nothing until its bottom is covered by 0.1 mm of propellant, so that supply does not switch without end.
 //!
-//! With `slosh: apart` the mass m₁ of the first slosh mode is left to a `flight.slosh`, which takes it from here:
+//! If `slosh: apart` is written, a `flight.slosh` part carries the mass m₁ of the first slosh mode, with data from these outputs:
 //! ```text
 //! m₀ = m − m₁      m₀ h₀ = m h/2 − m₁ h₁      I₀ + m₀ h₀² = m (r²/4 + h²/3) − m₁ h₁²      I_z: the less of m r²/2 and 2 I₀
 //! ```
-//! Mass, first moment and the moments across are those of all of the propellant while nothing swings. These are of the propellant
-//! as if it were solid, which a liquid exceeds in no axis.
+//! While the slosh mass is at rest, mass, first moment and lateral moments of inertia equal those of the whole propellant. These are of the
+//! propellant as if it were solid, which a liquid exceeds in no axis.
 
 use crate::propulsion::slosh::Slosh;
 use linkwork_runtime::prelude::*;
@@ -51,7 +51,7 @@ pub struct Drawn {
     pub outlet: MassFlows,
 }
 
-/// Mass, and what is left.
+/// Mass properties and remaining propellant.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TankOut {
     /// Mass that the propellant adds to the body.
@@ -212,7 +212,7 @@ mod tests {
         TankParams { propellant, radius: 0.5, density, slosh: SloshMode::Settled }
     }
 
-    /// From a film to a tower: with the particle that swings, mass and moments are those of all; and the rest is a body.
+    /// At all fill levels, mass and moments including the slosh mass equal those of the whole propellant, and the remainder is physically possible.
     #[test]
     fn what_swings_is_taken_from_the_rest() {
         for propellant in [1e-3, 1.0, 30.0, 200.0, 600.0, 5000.0] {

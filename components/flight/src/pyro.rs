@@ -1,96 +1,96 @@
-//! `flight.pyro`: a pyrotechnic device between two bodies that parts them by an impulse.
+//! `flight.pyro`: pyrotechnic device that separates two bodies by an impulse.
 //! ```text
 //! F(t) = J π/(2 τ) sin(π (t − t₀)/τ)  for t₀ ≤ t ≤ t₀ + τ:  ∫ F dt = J           n: the axis, fixed in a
 //! on b: F n at b          on a: −F n at b as well
 //! J = `impulse` (1 + `impulse_sigma` w₁)   t₀ = time of the command + `delay` + `delay_sigma` |w₂|          w: N(0, 1) by the run's seed
 //! ```
-//! Both forces act along one line: momentum and angular momentum of the pair stay as they were. Several of them, each with its
-//! own scatter, tip off what they part: Δω = J⁻¹ Σ r_k × ΔJ_k n. What holds the bodies together is released by a phase.
-//! Beginning and end are events.
+//! Both forces act along one line, so momentum and angular momentum of the pair are conserved. Several devices with individual scatter cause a
+//! tip-off rate of the separated body: Δω = J⁻¹ Σ r_k × ΔJ_k n. The connection of the bodies must be released by a phase. Beginning and end of the
+//! pulse are events.
 
 use linkwork_runtime::prelude::*;
 use std::f64::consts::PI;
 
-/// A device.
+/// Parameters of a pyrotechnic device.
 #[derive(Params, Clone, Debug)]
 pub struct PyroParams {
     /// Impulse J.
     #[param(unit = "N s", range = 0.0..)]
     pub impulse: f64,
-    /// How long it pushes, τ.
+    /// Duration τ of the pulse.
     #[param(unit = "s", default = 0.01, range = 1e-6..)]
     pub duration: f64,
     /// Direction from a to b, in the axes of node a.
     #[param(default = Vec3::x())]
     pub axis: Vec3,
-    /// Time from the command to the beginning.
+    /// Delay from the command to the beginning of the pulse.
     #[param(unit = "s", default = 0.0, range = 0.0..)]
     pub delay: f64,
     /// Relative standard deviation of the impulse.
     #[param(default = 0.0, range = 0.0..=0.3)]
     pub impulse_sigma: f64,
-    /// Scatter of the delay: only later.
+    /// Standard deviation of an additional delay, which is never negative.
     #[param(unit = "s", default = 0.0, range = 0.0..)]
     pub delay_sigma: f64,
-    /// When it has its command, after it is there (0: as its phase begins); unwritten: where `fire` is at ½ or above, also from the start.
+    /// Time of the command after the part exists (0: when its phase begins); default: when `fire` is at ½ or above, also at the start.
     #[param(unit = "s", range = 0.0..)]
     pub after: Option<f64>,
 }
 
-/// The two nodes, and the command.
+/// Nodes of the two bodies, and the command.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct PyroIn {
-    /// The node that stays behind.
+    /// Node on the body that stays behind.
     #[port(bind = "a")]
     pub a: NodeState,
-    /// The node that is pushed.
+    /// Node on the body that is pushed.
     #[port(bind = "b")]
     pub b: NodeState,
-    /// Fires it where it is at ½ or above, unless `after` says when.
+    /// Fires the device when it is at ½ or above; not used with `after`.
     #[port("1", default = 0.0)]
     pub fire: f64,
 }
 
-/// Forces.
+/// Forces and state.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct PyroOut {
-    /// On a.
+    /// Load on a.
     #[port(bind = "a")]
     pub on_a: Wrench,
-    /// On b.
+    /// Load on b.
     #[port(bind = "b")]
     pub on_b: Wrench,
     /// Force along the axis.
     #[port("N")]
     pub force: f64,
-    /// It has been used.
+    /// The device has been fired.
     #[port]
     pub spent: bool,
 }
 
-/// How long it has been there.
+/// Age of the part.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Waited {
-    /// Time since it is there.
+    /// Time since the part exists.
     #[port("s")]
     pub time: f64,
 }
 
-/// How far it is.
+/// State of the device.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Charge {
-    /// 0 waits, 1 has its command, 2 pushes, 3 is spent.
+    /// 0 waiting, 1 commanded, 2 pulse, 3 spent.
     #[port("1")]
     pub stage: f64,
-    /// When the push begins.
+    /// Time at which the pulse begins.
     #[port("s")]
     pub begins: f64,
-    /// Its impulse.
+    /// Impulse of the pulse.
     #[port("N s")]
     pub impulse: f64,
 }
 
-/// The next change.
+/// Guards of the device.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct NextStage {
     /// Time since it begins or ends, or command over ½.
@@ -110,7 +110,7 @@ pub struct Pyro {
     p: PyroParams,
 }
 
-/// A pyrotechnic device that parts two bodies by an impulse, with scatter of its size and instant.
+/// Pyrotechnic device that separates two bodies by an impulse, with scatter of impulse and delay.
 #[model("flight.pyro")]
 impl Model for Pyro {
     const AVERAGES: bool = true;
@@ -251,7 +251,7 @@ mod tests {
         assert!(y.force > 100.0 && total.norm() < 1e-9, "{total}");
         d = fire(1.52, &d);
         assert!(force(1.53, &d).spent && force(1.53, &d).force == 0.0);
-        // A second command does nothing, and is told.
+        // A second command has no effect and causes a warning.
         assert!(guard(2.0, &d, 0.0) < 0.0 && guard(2.0, &d, 1.0) < 0.0);
         let c = Clock::at(2.0, 0.1, 0);
         let after = m.handle_event(&c, Fired::rising(COMMAND), &x, &d).1;

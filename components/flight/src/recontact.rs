@@ -1,28 +1,28 @@
-//! `flight.recontact`: how near two bodies have come since they parted, and how near they will come.
+//! `flight.recontact`: clearance of two bodies after separation: present, least so far, and predicted.
 //! ```text
 //! d = p_b − p_a       clearance = |d| − r_a − r_b       rate = d · v/|d|,  v = v_b − v_a
 //! predicted: both go straight on, t* = max(0, −d·v/v²), at most `horizon`:  |d + v t*| − r_a − r_b
 //! parted:    the least counts from where the clearance has first been so large: what was one body is together at the start
 //! ```
-//! Each body is a ball about its node that holds all of it. Sampled: the least clearance is that of the samples and of what
-//! lies between each and the next when both go straight on there, which is right to the square of the period times the relative
-//! acceleration. W may turn: nearness is the same in all axes; the prediction is for times that are short beside a turn of W.
+//! Each body is represented by a bounding sphere about its node. The model is sampled. The least clearance includes the motion between samples, which
+//! is extrapolated with constant relative velocity; the error is at most a Δt²/8 for the relative acceleration a. W may rotate, because distances do
+//! not depend on the axes; the prediction is then valid for times that are short compared with a rotation of W.
 
 use linkwork_runtime::prelude::*;
 
-/// The balls around the bodies.
+/// Bounding spheres and limits.
 #[derive(Params, Clone, Debug)]
 pub struct RecontactParams {
-    /// Radius of the ball around a.
+    /// Radius of the bounding sphere of a.
     #[param(unit = "m", range = 0.0..)]
     pub radius_a: f64,
-    /// Radius of the ball around b.
+    /// Radius of the bounding sphere of b.
     #[param(unit = "m", range = 0.0..)]
     pub radius_b: f64,
-    /// Clearance from which on the least counts, once it was reached: below it they come back. Unwritten: it counts from the start.
+    /// Clearance at which the bodies count as separated; the least clearance is recorded from then on. Default: recorded from the start.
     #[param(unit = "m", range = 0.0..)]
     pub parted: Option<f64>,
-    /// How far ahead it looks.
+    /// Prediction horizon.
     #[param(unit = "s", default = 60.0, range = 0.0..)]
     pub horizon: f64,
 }
@@ -30,46 +30,46 @@ pub struct RecontactParams {
 /// The two bodies.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RecontactIn {
-    /// One.
+    /// Node on body a.
     #[port(bind = "a")]
     pub a: NodeState,
-    /// The other.
+    /// Node on body b.
     #[port(bind = "b")]
     pub b: NodeState,
 }
 
-/// Nearness.
+/// Clearances.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RecontactOut {
-    /// Between the balls; below zero they overlap.
+    /// Clearance of the spheres; negative if they overlap.
     #[port("m")]
     pub clearance: f64,
-    /// How fast it grows.
+    /// Rate of the clearance.
     #[port("m/s")]
     pub rate: f64,
-    /// The least so far; until they have parted that of now.
+    /// Least clearance so far; before separation the present clearance.
     #[port("m")]
     pub least: f64,
-    /// The least that comes within the horizon if both go straight on.
+    /// Least clearance within the horizon for constant relative velocity.
     #[port("m")]
     pub predicted: f64,
-    /// When that is, from now.
+    /// Time until the predicted least clearance.
     #[port("s")]
     pub time: f64,
 }
 
-/// The least so far.
+/// Least clearance so far.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Least {
-    /// It has been taken.
+    /// Recording has begun.
     #[port]
     pub taken: bool,
-    /// Least clearance of the samples so far and of what came between them.
+    /// Least clearance at the samples so far and between them.
     #[port("m")]
     pub clearance: f64,
 }
 
-/// Clearance (m) and its rate (m/s) of two balls.
+/// Returns clearance (m) and its rate (m/s) of two spheres.
 fn clearance(p: &RecontactParams, u: &RecontactIn) -> (f64, f64) {
     let (d, v) = (u.b.position - u.a.position, u.b.velocity - u.a.velocity);
     let distance = d.norm();
@@ -77,7 +77,7 @@ fn clearance(p: &RecontactParams, u: &RecontactIn) -> (f64, f64) {
     (distance - p.radius_a - p.radius_b, rate)
 }
 
-/// The least clearance (m) within the horizon when both go straight on, and when that is (s).
+/// Returns the least clearance (m) within the horizon for constant relative velocity, and the time until then (s).
 fn ahead(p: &RecontactParams, horizon: f64, u: &RecontactIn) -> (f64, f64) {
     let (d, v) = (u.b.position - u.a.position, u.b.velocity - u.a.velocity);
     let square = v.norm_squared();
@@ -85,7 +85,7 @@ fn ahead(p: &RecontactParams, horizon: f64, u: &RecontactIn) -> (f64, f64) {
     ((d + v * t).norm() - p.radius_a - p.radius_b, t)
 }
 
-/// A watch over two bodies that have parted.
+/// Monitor of the clearance of two bodies.
 pub struct Recontact {
     p: RecontactParams,
 }
@@ -96,7 +96,7 @@ impl Recontact {
     }
 }
 
-/// Clearance of two bodies that have parted: now, the least so far, the least ahead.
+/// Clearance of two bodies after separation: present, least so far, and predicted; sampled.
 #[model("flight.recontact")]
 impl Model for Recontact {
     type Params = RecontactParams;
@@ -115,7 +115,7 @@ impl Model for Recontact {
         if !d.taken && self.p.parted.is_some_and(|parted| !(clearance(&self.p, u).0 >= parted)) {
             return *d;
         }
-        // Until the next sample.
+        // Covers the time until the next sample.
         let (until_next, _) = ahead(&self.p, clock.dt, u);
         Least { taken: true, clearance: self.least(d, until_next) }
     }
@@ -141,7 +141,7 @@ mod tests {
         RecontactIn { a, b }
     }
 
-    /// Least clearance after rows of a relative motion, and the true one by fine steps.
+    /// Returns the least clearance after samples of a relative motion, and the true one from fine steps.
     fn flown(of: impl Fn(f64) -> (Vec3, Vec3), period: f64, rows: u64) -> (f64, f64) {
         flown_by(&watch(), of, period, rows)
     }
@@ -168,21 +168,21 @@ mod tests {
 
     #[test]
     fn the_least_is_that_of_a_pass_between_samples() {
-        // Straight on: exact, though the pass is in the middle between two rows.
+        // The result is exact for straight motion, although the closest approach is between two samples.
         let straight = |t: f64| (Vec3::new(-10.05 + 2.0 * t, 3.0, 4.0), Vec3::new(2.0, 0.0, 0.0));
         let (least, truth) = flown(straight, 0.1, 200);
         assert!((least - 3.5).abs() < 1e-9 && (truth - 3.5).abs() < 1e-6, "{least} {truth}");
-        // What drag brings back: an error of a Δt²/8 at most.
+        // The error is at most a Δt²/8 for a body that drag brings back.
         let back =
             |t: f64| (Vec3::new(4.0 * t - 0.5 * t * t, 2.0, 0.0), Vec3::new(4.0 - t, 0.0, 0.0));
         let (least, truth) = flown(|t| back(t + 0.5), 0.1, 120);
         assert!((least - truth).abs() < 1.3e-3 && least < 0.51, "{least} {truth}");
-        // What only goes away was nearest at the start.
+        // A body that only moves away is nearest at the start.
         let away = |t: f64| (Vec3::new(2.0 + t, 0.0, 0.0), Vec3::x());
         assert!((flown(away, 0.1, 50).0 - 0.5).abs() < 1e-9);
     }
 
-    /// Two that begin within each other: what leaves is least where it has parted, what comes back is seen.
+    /// The least clearance of bodies that overlap at the start is the value at separation, or a later smaller one.
     #[test]
     fn what_was_one_body_counts_from_where_it_has_parted() {
         let m = Recontact { p: RecontactParams { parted: Some(1.0), ..watch().p } };
@@ -194,7 +194,7 @@ mod tests {
         let (least, _) = flown_by(&m, back, 0.1, 66);
         let end = 3.5 * 6.6 - 0.5 * 6.6 * 6.6 - 1.5;
         assert!((least - end).abs() < 0.01 && least < 0.0, "{least} {end}");
-        // Until then nothing is taken.
+        // Before separation nothing is recorded.
         let mut d = m.init_d();
         d = m.update(&Clock::at(0.0, 0.1, 0), &d, &pair(Vec3::x(), Vec3::x()));
         assert!(!d.taken);
@@ -209,7 +209,7 @@ mod tests {
         assert!((y.clearance - (925f64.sqrt() - 1.5)).abs() < 1e-9 && y.rate < 0.0);
         let y = at(pair(Vec3::new(-500.0, 0.0, 0.0), Vec3::new(2.0, 0.0, 0.0)));
         assert!((y.time - 100.0).abs() < 1e-12 && (y.predicted - 298.5).abs() < 1e-6);
-        // Apart, at rest, and within each other.
+        // Separate, at rest, and overlapping bodies.
         let y = at(pair(Vec3::new(30.0, 0.0, 0.0), Vec3::x()));
         assert_eq!((y.time, y.predicted), (0.0, y.clearance));
         assert_eq!(at(pair(Vec3::new(30.0, 0.0, 0.0), Vec3::zeros())).time, 0.0);

@@ -1,18 +1,18 @@
-//! Tables that parts of this library look numbers up in: linear between rows, clamped at their ends.
+//! Lookup tables with linear interpolation, clamped at their ends.
 //! ```text
 //! curve   y(x)       surface   z(x, y)      inside: share of the width to the nearest end, < 0 outside
 //! ```
 
 use linkwork_runtime::prelude::BuildError;
 
-/// Numbers over one variable.
+/// Table over one variable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
     x: Vec<f64>,
     y: Vec<f64>,
 }
 
-/// Cell below `x` and the share of the way through it, clamped.
+/// Returns the index of the cell that contains `x` and the fraction within the cell, clamped.
 fn cell(points: &[f64], x: f64) -> (usize, f64) {
     let n = points.len();
     if n == 1 {
@@ -20,11 +20,11 @@ fn cell(points: &[f64], x: f64) -> (usize, f64) {
     }
     let k = points.partition_point(|p| *p <= x).clamp(1, n - 1) - 1;
     let f = (x - points[k]) / (points[k + 1] - points[k]);
-    // NaN goes through.
+    // NaN is propagated.
     (k, f.clamp(0.0, 1.0))
 }
 
-/// Distance to the nearer end over the width; 1 for a single point.
+/// Returns the distance of `x` to the nearer end, relative to the width; 1 for a single point.
 fn inside(points: &[f64], x: f64) -> f64 {
     let (first, last) = (points[0], points[points.len() - 1]);
     if points.len() == 1 { 1.0 } else { (x - first).min(last - x) / (last - first) }
@@ -32,55 +32,57 @@ fn inside(points: &[f64], x: f64) -> f64 {
 
 fn rising(points: &[f64], param: &str) -> Result<(), BuildError> {
     if points.is_empty() {
-        return Err(BuildError::new("the table is empty").help("write a row at least").at(param));
+        return Err(BuildError::new("the table is empty").help("write at least one row").at(param));
     }
     if let Some(k) = points.windows(2).position(|w| !(w[1] > w[0])) {
-        let fact = format!("{} does not come after {}", points[k + 1], points[k]);
-        return Err(BuildError::new(fact).help("write each once, in rising order").at(param));
+        let fact = format!("{} is not greater than the preceding {}", points[k + 1], points[k]);
+        return Err(BuildError::new(fact)
+            .help("write each value once, in ascending order")
+            .at(param));
     }
     Ok(())
 }
 
 impl Curve {
-    /// From rows (x, y); `param` names them in the message.
+    /// Creates a table from rows (x, y); `param` is the parameter that messages name.
     ///
     /// # Errors
-    /// No row, or x that does not rise.
+    /// There are no rows, or x is not strictly increasing.
     pub fn new(rows: &[[f64; 2]], param: &str) -> Result<Curve, BuildError> {
         let x: Vec<f64> = rows.iter().map(|r| r[0]).collect();
         rising(&x, param)?;
         Ok(Curve { x, y: rows.iter().map(|r| r[1]).collect() })
     }
 
-    /// Refuses values below zero, and NaN; `what` says what they are.
+    /// Checks that no value is negative or NaN; `what` names the quantity in the message.
     ///
     /// # Errors
-    /// The first of them, with its row.
+    /// A value is negative or NaN; the message contains the first one and its x.
     pub fn not_negative(self, what: &str, param: &str) -> Result<Curve, BuildError> {
         let Some(k) = self.y.iter().position(|y| !(*y >= 0.0)) else { return Ok(self) };
         let fact = format!("{what} is {} at {}, below zero", self.y[k], self.x[k]);
         Err(BuildError::new(fact)
-            .help("it would push a body along its way: write 0 or more")
+            .help("a negative value would accelerate the body; write 0 or more")
             .at(param))
     }
 
-    /// The value; beyond the ends that of the end.
+    /// Returns the interpolated value; beyond the ends the value at the end.
     pub fn at(&self, x: f64) -> f64 {
         let (k, f) = cell(&self.x, x);
         if self.x.len() == 1 { self.y[0] } else { self.y[k] + f * (self.y[k + 1] - self.y[k]) }
     }
 
-    /// How far inside `x` is, as a share of the width.
+    /// Returns the distance of `x` to the nearer end, relative to the width; negative outside.
     pub fn inside(&self, x: f64) -> f64 {
         inside(&self.x, x)
     }
 
-    /// First and last x.
+    /// Returns the first and the last x.
     pub fn ends(&self) -> [f64; 2] {
         [self.x[0], self.x[self.x.len() - 1]]
     }
 
-    /// ∫ y dx from the first row to `x`; the curve goes on level beyond its ends.
+    /// Returns ∫ y dx from the first row to `x`; y is constant beyond the ends.
     pub fn integral(&self, x: f64) -> f64 {
         let n = self.x.len();
         let mut sum = self.y[0] * (x - self.x[0]).min(0.0);
@@ -91,7 +93,7 @@ impl Curve {
         sum + self.y[n - 1] * (x - self.x[n - 1]).max(0.0)
     }
 
-    /// x at which the integral is `sum`, for a curve that is nowhere negative; the last x when it never is.
+    /// Returns the x at which the integral reaches `sum`, for a curve without negative values; the last x if it is never reached.
     pub fn reaches(&self, sum: f64) -> f64 {
         let (mut low, mut high) = (self.x[0], self.x[self.x.len() - 1]);
         for _ in 0..200 {
@@ -102,7 +104,7 @@ impl Curve {
     }
 }
 
-/// Numbers over two variables.
+/// Table over two variables.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     x: Vec<f64>,
@@ -111,10 +113,10 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// `rows[i][j]` at `x[i]`, `y[j]`; an empty `y`: one column that holds for every y.
+    /// Creates a table with the value `rows[i][j]` at `x[i]`, `y[j]`. With an empty `y` the single column is used for every y.
     ///
     /// # Errors
-    /// Points that do not rise, rows of another size than the points.
+    /// The points are not strictly increasing, or the size of the rows does not match them.
     pub fn new(
         (x, x_name): (&[f64], &str),
         (y, y_name): (&[f64], &str),
@@ -136,7 +138,7 @@ impl Surface {
         Ok(Surface { x: x.to_vec(), y: y.to_vec(), z: rows.concat() })
     }
 
-    /// The value; beyond the ends that of the end.
+    /// Returns the interpolated value; beyond the ends the value at the end.
     pub fn at(&self, x: f64, y: f64) -> f64 {
         let ((i, f), (j, g)) = (cell(&self.x, x), cell(&self.y, y));
         let n = self.y.len();
@@ -145,7 +147,7 @@ impl Surface {
         row(i) * (1.0 - f) + row(i1) * f
     }
 
-    /// How far inside the point is, as a share of the widths.
+    /// Returns the least distance of the point to an end, relative to the widths; negative outside.
     pub fn inside(&self, x: f64, y: f64) -> f64 {
         inside(&self.x, x).min(inside(&self.y, y))
     }
@@ -174,7 +176,7 @@ mod tests {
         assert!((c.inside(2.0) - 1.0 / 3.0).abs() < 1e-15 && (c.inside(4.6) + 0.2).abs() < 1e-15);
         assert_eq!(c.ends(), [1.0, 4.0]);
         assert!(c.at(f64::NAN).is_nan());
-        // 8 to x = 3, 3 more to 4.
+        // The integral is 8 up to x = 3, plus 3 up to 4.
         assert!((c.integral(3.0) - 8.0).abs() < 1e-15 && (c.integral(5.0) - 11.0).abs() < 1e-15);
         assert!((c.integral(0.0) + 2.0).abs() < 1e-15);
         assert!((c.integral(c.reaches(5.0)) - 5.0).abs() < 1e-12);
@@ -195,7 +197,7 @@ mod tests {
         let column = make(&[0.0, 2.0], &[], &[vec![1.0], vec![2.0]]).unwrap();
         assert_eq!((column.at(1.0, 77.0), column.inside(1.0, 77.0)), (1.5, 0.5));
         for (e, param, phrase) in [
-            (make(&[0.0, 0.0], &[], &rows), "alpha", "does not come after"),
+            (make(&[0.0, 0.0], &[], &rows), "alpha", "is not greater than"),
             (make(&[0.0], &[0.0, 1.0, 3.0], &rows), "table", "2 rows for 1"),
             (make(&[0.0, 1.0], &[0.0, 1.0], &rows), "table", "row 1 has 3 numbers"),
         ] {

@@ -1,25 +1,25 @@
-//! Rigid wheel on rigid ground: the law of compliant contact (`linkwork_solvers::contact_law`) on the discs of a wheel.
+//! Rigid wheel on rigid ground: the compliant contact law (`linkwork_solvers::contact_law`) at each disc of a wheel.
 //! ```text
 //! normal     N_j = w_j k δ_j^p (1 + 1.5 e δ̇_j)₊  of each patch
 //! bristle    ξ of each disc, by the law;  ξ_max = μ N/k_t
 //! friction   F = −k_t ξ − d v,  cut to |F| ≤ μ N
 //! ```
-//! ξ is the tangential deflection of the contact in W and v the material point's velocity in
-//! the tangent plane, spin of the wheel included. Each of the discs across the width is a contact of its own with its share
-//! of the stiffness, so the wheel resists turning about the normal and tilting.
+//! ξ is the tangential deflection of the contact in W. v is the velocity of the material point in the tangent plane, including the spin of the wheel.
+//! Each of the discs across the width is a separate contact with its share of the stiffness, so the wheel resists rotation about the normal and
+//! tilting.
 //!
-//! A disc that touches floor and step has several patches and one bristle, along the rim and across: v is the mean of
-//! the patches' velocities weighted by N_j, N their sum, and each patch takes its part of F along its own rim, which
-//! conserves power: Σ F_j·v_j = F·v.
+//! A disc that touches both floor and step has several patches but one bristle, with components along the rim and across. v is the mean of the
+//! patches' velocities weighted by N_j, and N is the sum of N_j. F is distributed to the patches in proportion to N_j, each in its own rim direction,
+//! which conserves power: Σ F_j·v_j = F·v.
 
 use linkwork_collision::relief::{DISCS, DiscContact, PATCHES, Patch, Relief, Wheel};
 use linkwork_solvers::contact_law::{RELAX, elastic, gives_way};
 use linkwork_spatial::Vec3;
 
-/// Constants of the contact of a whole wheel.
+/// Contact parameters of a whole wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidContact {
-    /// Wheel.
+    /// Geometry of the wheel.
     pub wheel: Wheel,
     /// Normal stiffness `k`, N/m^p.
     pub stiffness: f64,
@@ -35,7 +35,7 @@ pub struct RigidContact {
     pub friction: f64,
 }
 
-/// Pose and velocity of the hub in W; only the axle's direction of the attitude matters.
+/// Pose and velocity of the hub in W; the attitude is given by the direction of the axle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hub {
     /// Centre, m.
@@ -51,7 +51,7 @@ pub struct Hub {
 /// Deflections of the bristles, m, W.
 pub type Bristles = [Vec3; DISCS];
 
-/// Force and moment of the ground on the wheel with what one wants to plot; W frame.
+/// Force and moment of the ground on the wheel, and quantities for plots; frame W.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLoad {
     /// Force, N.
@@ -62,24 +62,24 @@ pub struct ContactLoad {
     pub normal_force: f64,
     /// Greatest penetration (sinkage), m.
     pub depth: f64,
-    /// Point where the force acts (weighted by normal force), m; the hub when there is no contact.
+    /// Centre of pressure (weighted by normal force), m; the hub without contact.
     pub point: Vec3,
-    /// Ground normal there.
+    /// Ground normal at the centre of pressure.
     pub normal: Vec3,
-    /// Friction over its limit, 0 to 1.
+    /// Ratio of friction to its limit, 0 to 1.
     pub friction_used: f64,
     /// Power lost in the contact, W.
     pub dissipation: f64,
 }
 
-/// What a disc does: its patches with their normal forces, and the mean over them.
+/// Contact state of a disc: its patches, their normal forces, and their mean.
 struct DiscState<'a> {
     contact: &'a DiscContact,
     /// Unit vectors along the rim and across at each patch.
     axes: [[Vec3; 2]; PATCHES],
     /// Normal forces, N.
     normal: [f64; PATCHES],
-    /// Power lost in their damping, W.
+    /// Power dissipated by normal damping, W.
     damped: f64,
     /// Sum of the normal forces, N.
     total: f64,
@@ -90,12 +90,12 @@ struct DiscState<'a> {
     slide: [f64; 2],
 }
 
-/// Unit vectors along the rim (where the wheel heads) and across at a contact of the normal `n`.
+/// Returns unit vectors along the rim (the heading of the wheel) and across, at a contact with the normal `n`.
 fn rim_axes(axle: &Vec3, n: &Vec3) -> [Vec3; 2] {
     let along = axle.cross(n);
     let length = along.norm();
     if length < 1e-9 {
-        // A wall along the wheel's side: any direction in it.
+        // The contact is with a wall at the side of the wheel: choose any tangent direction.
         let along = n.cross(&Vec3::z()).try_normalize(1e-9).unwrap_or_else(Vec3::x);
         return [along, n.cross(&along)];
     }
@@ -104,7 +104,7 @@ fn rim_axes(axle: &Vec3, n: &Vec3) -> [Vec3; 2] {
 }
 
 impl RigidContact {
-    /// The load on the wheel and the rate of its bristles (m/s).
+    /// Returns the load on the wheel and the rates of its bristles (m/s).
     pub fn evaluate(
         &self,
         hub: &Hub,
@@ -144,7 +144,7 @@ impl RigidContact {
             load.depth = load.depth.max(d.contact.depth());
             load.normal_force += d.total;
             used += length(friction);
-            // Elastic power is returned; what the bristle does not store is lost.
+            // Elastic power is stored in the bristle; the rest of the friction power is dissipated.
             let stored = -self.tangential_stiffness / DISCS as f64 * bristles[i].dot(&rate);
             let rubbed = friction[0] * d.slide[0] + friction[1] * d.slide[1];
             load.dissipation += stored - rubbed + d.damped;
@@ -160,7 +160,7 @@ impl RigidContact {
         (load, rates)
     }
 
-    /// The rates of the bristles alone, m/s.
+    /// Returns the rates of the bristles alone, m/s.
     pub fn rates(
         &self,
         hub: &Hub,
@@ -205,7 +205,7 @@ impl RigidContact {
             out.slide[0] += v.dot(&out.axes[k][0]) * normal;
             out.slide[1] += v.dot(&out.axes[k][1]) * normal;
         }
-        // A contact that parts faster than it can push has no friction; its bristle goes on with the first patch.
+        // A contact that separates so fast that the normal force is zero has no friction; its bristle follows the first patch.
         if out.total > 0.0 {
             out.slide = out.slide.map(|v| v / out.total);
         }
@@ -216,7 +216,7 @@ impl RigidContact {
         Some(out)
     }
 
-    /// Friction along the rim and across (N), and the rate of the bristle (W).
+    /// Returns friction along the rim and across (N), and the rate of the bristle (m/s, W).
     fn friction(&self, d: &DiscState<'_>, bristle: &Vec3) -> ([f64; 2], Vec3) {
         let share = DISCS as f64;
         let kt = self.tangential_stiffness / share;
@@ -224,7 +224,7 @@ impl RigidContact {
         let limit = self.friction * d.total;
         let longest = limit / kt;
         let [along, across] = d.mean_axes;
-        // As the wheel moves on, the deflection is kept in the tangent plane.
+        // The tangent plane changes as the wheel rolls; the normal component of the deflection decays.
         let off = d.mean * d.mean.dot(bristle);
         let xi = [bristle.dot(&along), bristle.dot(&across)];
         let size = length(xi);

@@ -1,13 +1,13 @@
-//! `mobility.ruts`: ground that remembers what has pressed it, as a field that soft-ground wheels read and write.
+//! `mobility.ruts`: soft ground that stores the compaction by earlier passes, as a field that wheels read and write.
 //! ```text
 //! cells      squares of the horizontal plane; each keeps the deepest press z_u, its pressure p_u, the rut z_r
 //! print      z(s) = Z − (r − √(r² − s²)) under a rim, s along the heading, |t| ≤ b/2 across
 //! update     a cell takes its state after a press to z(s) (`multipass`); the deepest press stays
 //! reading    bilinear between the middles of cells in z_u, p_u, z_r;  k_u = p_u/(z_u − z_r)
 //! ```
-//! Depths are along the normal of the ground, below its first surface, which the terrain goes on to give.
-//! Cells are kept in tiles of 32 by 32 that are made when they are first pressed, 12 bytes a cell: at 4 cm the track of a wheel of
-//! 0.4 m takes some 0.2 MB in 10 m, and all of a region of 100 m by 100 m 75 MB.
+//! Depths are along the normal of the ground, below its undisturbed surface, which the terrain still returns. Cells are stored in tiles of 32 by 32
+//! cells, which are allocated when they are first pressed; a cell takes 12 bytes. With cells of 4 cm, the track of a wheel of 0.4 m takes about 0.2
+//! MB per 10 m, and a whole region of 100 m by 100 m takes 75 MB.
 use crate::changed::Changed;
 use crate::multipass::{Rut, Unloading};
 use linkwork_runtime::prelude::*;
@@ -25,33 +25,33 @@ pub struct RutsParams {
     /// Edge of a cell.
     #[param(unit = "m", default = 0.04, range = 0.001..=10.0)]
     pub cell: f64,
-    /// x_min, y_min, x_max, y_max (m) of the ground that remembers; unwritten: the whole terrain.
+    /// Region x_min, y_min, x_max, y_max (m) in which ruts are stored; default: the whole terrain.
     #[param(default = None)]
     pub region: Option<[f64; 4]>,
-    /// Stiffness of pressed soil without its growth with depth, N/m³.
+    /// Unloading stiffness of pressed soil at depth zero, N/m³.
     #[param(default = 0.0, range = 0.0..)]
     pub stiffness: f64,
-    /// Growth of the stiffness of pressed soil with depth, N/m⁴; the default is Wong's for LETE sand.
+    /// Increase of the unloading stiffness with depth, N/m⁴; the default is Wong's value for LETE sand.
     #[param(default = 5.03e8, range = 0.0..)]
     pub stiffness_growth: f64,
-    /// The ground.
+    /// Terrain of the ground.
     #[param(service)]
     pub terrain: Handle<dyn Terrain>,
 }
 
-/// The print of one wheel. Without sinkage there is none.
+/// Print of one wheel; zero sinkage leaves no print.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Print {
     /// Lowest point of the rim, W.
     #[port("m")]
     pub contact_point: Vec3,
-    /// Depth of that point below the first surface.
+    /// Depth of that point below the undisturbed surface.
     #[port("m")]
     pub sinkage: f64,
     /// Ground normal, unit, W.
     #[port("1")]
     pub print_normal: Vec3,
-    /// Heading of the wheel in the ground, unit, W.
+    /// Heading of the wheel in the ground plane, unit, W.
     #[port("1")]
     pub print_heading: Vec3,
     /// Radius of the rim.
@@ -68,18 +68,18 @@ pub struct Print {
     pub print_exponent: f64,
 }
 
-/// Cells of the ground and how stiff they are once pressed.
+/// Cell grid of the ground, and the unloading stiffness of pressed soil.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RutGrid {
     /// Edge of a cell, m.
     pub cell: f64,
     /// x_min, y_min, x_max, y_max, m.
     pub region: [f64; 4],
-    /// Stiffness of pressed soil.
+    /// Unloading stiffness of pressed soil.
     pub unloading: Unloading,
 }
 
-/// What was pressed so far: the field's data. A copy shares the tiles that do not change.
+/// Data of the field: all cells that have been pressed. Copies share tiles that do not change.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Tracks {
@@ -91,19 +91,19 @@ impl Shows for Tracks {
 }
 
 impl Tracks {
-    /// Bytes of all tiles.
+    /// Returns the number of bytes of all tiles.
     pub fn bytes(&self) -> usize {
         self.tiles.bytes()
     }
 
-    /// The middles of all pressed cells (m) with their states, in a fixed order.
+    /// Returns the centres (m) of all pressed cells with their states, in a fixed order.
     pub fn pressed<'a>(&'a self, grid: &'a RutGrid) -> impl Iterator<Item = ([f64; 2], Rut)> + 'a {
         let pressed = self.tiles.cells().filter(|(_, c)| c[0] > 0.0);
         pressed.map(move |([i, j], c)| ([grid.middle(i), grid.middle(j)], rut(c.map(f64::from))))
     }
 }
 
-/// The state that a cell's numbers, or a mean of some, stand for.
+/// Converts the numbers of a cell, or a mean of several cells, to a state.
 fn rut([sinkage, pressure, depth]: [f64; 3]) -> Rut {
     let rebound = sinkage - depth;
     let stiffness = if rebound > 0.0 { pressure / rebound } else { 0.0 };
@@ -115,15 +115,15 @@ impl RutGrid {
         (f64::from(i) + 0.5) * self.cell
     }
 
-    /// State of the ground at x, y (m): the default where nothing has pressed it. Cost: one search of a tile, of four at
-    /// the edge of a tile.
+    /// Returns the state of the ground at x, y (m); the default where it was never pressed. It costs one tile lookup, or up to four at the edge of a
+    /// tile.
     pub fn at(&self, tracks: &Tracks, x: f64, y: f64) -> Rut {
         rut(self.mean(tracks, x, y))
     }
 
     fn mean(&self, tracks: &Tracks, x: f64, y: f64) -> [f64; 3] {
         let (gx, gy) = (x / self.cell - 0.5, y / self.cell - 0.5);
-        // Written so that NaN and what is far off is ground that was never pressed.
+        // The negated comparison also treats NaN as ground that was never pressed.
         if !(gx.abs() < 1e9 && gy.abs() < 1e9) {
             return [0.0; 3];
         }
@@ -150,7 +150,7 @@ impl RutGrid {
         sum
     }
 
-    /// Mean state at several points (x, y in m) with weights whose sum is 1.
+    /// Returns the weighted mean state at several points (x, y in m); the weights must sum to 1.
     pub fn mean_at(&self, tracks: &Tracks, points: impl Iterator<Item = ([f64; 2], f64)>) -> Rut {
         let mut sum = [0.0; 3];
         for ([x, y], w) in points {
@@ -164,7 +164,7 @@ impl RutGrid {
     /// Presses a print into the ground.
     pub fn press(&self, tracks: &mut Tracks, print: &Print) {
         let (r, half, depth) = (print.print_radius, 0.5 * print.print_width, print.sinkage);
-        // Written so that NaN presses nothing.
+        // The negated comparison also ignores NaN.
         if !(depth > 0.0 && print.print_normal.z > 0.0) {
             return;
         }
@@ -193,7 +193,7 @@ impl RutGrid {
 
     fn press_cell(&self, tracks: &mut Tracks, i: i32, j: i32, z: f64, print: &Print) {
         let was = tracks.tiles.get(i, j).copied().unwrap_or_default();
-        // As f32 keeps it: a wheel that stands still changes nothing.
+        // Compared in f32, as stored, so that a wheel at rest does not change the cell.
         if z as f32 <= was[0] {
             return;
         }
@@ -206,16 +206,16 @@ impl RutGrid {
     }
 }
 
-/// The ground as a wheel meets it: cells and what they keep.
+/// Ground for a wheel model: the grid and its stored tracks.
 #[derive(Clone, Copy, Debug)]
 pub struct Past<'a> {
-    /// The cells.
+    /// The cell grid.
     pub grid: &'a RutGrid,
-    /// What was pressed.
+    /// Stored tracks.
     pub tracks: &'a Tracks,
 }
 
-/// Ground that remembers.
+/// Soft ground that stores ruts.
 pub struct Ruts {
     /// The cells.
     pub grid: RutGrid,
@@ -223,28 +223,28 @@ pub struct Ruts {
 }
 
 impl Ruts {
-    /// What a view of this field shows.
+    /// Returns the view of this field for wheel models.
     pub fn past<'a>(&'a self, tracks: &'a Tracks) -> Past<'a> {
         Past { grid: &self.grid, tracks }
     }
 }
 
-/// Whether a region holds ground.
+/// Checks that a region has a positive area.
 ///
 /// # Errors
-/// Ends that are not apart, or no numbers.
+/// The maxima do not exceed the minima, or a number is not finite.
 pub(crate) fn check_region(region: [f64; 4]) -> Result<(), BuildError> {
     let [x0, y0, x1, y1] = region;
     if x1 > x0 && y1 > y0 && region.iter().all(|v| v.is_finite()) {
         return Ok(());
     }
-    Err(BuildError::new(format!("the region {region:?} holds no ground"))
+    Err(BuildError::new(format!("the region {region:?} is empty"))
         .at("region")
-        .help("write (x_min, y_min, x_max, y_max) in metres, both ends apart"))
+        .help("write (x_min, y_min, x_max, y_max) in metres, with maxima greater than minima"))
 }
 
-/// Ruts: soft ground that keeps the deepest press of each cell. Wheels of `mobility.wheel_soil` read it as it was after the last
-/// row and press it at its ticks; choose a rate at which a wheel moves less than half the length of its contact.
+/// Soft ground that stores the deepest compaction of each cell. Wheels of `mobility.wheel_soil` read the state of the last sample and press the
+/// ground at each sample. Choose a rate at which a wheel moves less than half of its contact length per sample.
 #[field("mobility.ruts")]
 impl Field for Ruts {
     type Params = RutsParams;

@@ -312,7 +312,7 @@ fn a_region_without_ground_is_refused() {
     assert_eq!(build(None).unwrap().grid.region, [-100.0, -100.0, 100.0, 100.0]);
     for bad in [[0.0, 0.0, -1.0, 1.0], [0.0, 0.0, 1.0, f64::NAN], [0.0, 0.0, f64::INFINITY, 1.0]] {
         let told = build(Some(bad)).err().unwrap();
-        assert!(told.message.contains("holds no ground"), "{}", told.message);
+        assert!(told.message.contains("is empty"), "{}", told.message);
     }
 }
 

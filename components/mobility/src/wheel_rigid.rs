@@ -1,19 +1,20 @@
-//! `mobility.wheel_rigid`: a rigid wheel on rigid ground, the contact of `rigid_contact` as a model.
+//! `mobility.wheel_rigid`: rigid wheel on rigid ground with the contact of `rigid_contact`.
 //! ```text
 //! rolling resistance   M = −k ζ − d ω, cut to |M| ≤ c_rr N r      about the axle, ω: rate of the rim; ζ: a bristle as of dry friction
 //!                      k = k_t r², d = d_t r²                     k_t, d_t: tangential stiffness and damping
 //! ```
-//! With rolling resistance a free wheel stands on slopes of up to tan⁻¹ c_rr and coasts with the deceleration c_rr g (of a wheel that is light).
+//! With rolling resistance a free wheel stays at rest on slopes up to tan⁻¹ c_rr, and a vehicle with light wheels coasts with the deceleration c_rr
+//! g.
 //!
-//! The hub's node turns with the wheel or stands still; only the direction of its y axis (the axle, to
-//! the left) and its angular velocity matter.
+//! The node of the hub may rotate with the wheel or not; the model uses only the direction of its y axis (the axle, to the left) and its angular
+//! velocity.
 
 use crate::rigid_contact::{Bristles, Hub, RigidContact};
 use linkwork_collision::relief::Wheel;
 use linkwork_runtime::prelude::*;
 use linkwork_solvers::contact_law::gives_way;
 
-/// Wheel, ground and contact constants.
+/// Wheel, ground and contact parameters.
 #[derive(Params, Clone, Debug)]
 pub struct WheelRigidParams {
     /// Radius of the rim.
@@ -22,10 +23,10 @@ pub struct WheelRigidParams {
     /// Width along the axle.
     #[param(unit = "m", range = 1e-3..)]
     pub width: f64,
-    /// Normal stiffness (per metre to the power of the exponent).
+    /// Normal stiffness k, N/m^p with the exponent p.
     #[param(default = 4e5, range = 1.0..)]
     pub stiffness: f64,
-    /// Exponent of the normal force: 1 flat, 1.5 sphere.
+    /// Exponent p of the normal force: 1 for a flat contact, 1.5 for a sphere.
     #[param(default = 1.0, range = 1.0..=2.0)]
     pub exponent: f64,
     /// Hunt-Crossley dissipation.
@@ -37,36 +38,36 @@ pub struct WheelRigidParams {
     /// Tangential damping.
     #[param(unit = "N s/m", default = 1500.0, range = 0.0..)]
     pub tangential_damping: f64,
-    /// Coulomb coefficient; the terrain's soil has the default.
+    /// Coulomb friction coefficient; default: from the soil of the terrain.
     #[param(default = None, range = 0.0..)]
     pub friction: Option<f64>,
-    /// Coefficient of rolling resistance c_rr: the share of the normal force that resists.
+    /// Coefficient of rolling resistance c_rr: ratio of resistance to normal force.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub rolling_resistance: f64,
-    /// The ground.
+    /// Terrain of the ground.
     #[param(service)]
     pub terrain: Handle<dyn Terrain>,
 }
 
 impl WheelRigidParams {
-    /// Checks that the friction is known.
+    /// Checks that a friction coefficient is given.
     ///
     /// # Errors
-    /// Neither the wheel nor the terrain has one.
+    /// Neither the wheel nor the terrain has a friction coefficient.
     pub(crate) fn ground(&self) -> Result<(), BuildError> {
         if self.friction.is_some() {
             return Ok(());
         }
         self.terrain.needs_soil().map_err(|e| {
             let help = e.help.unwrap_or_default();
-            BuildError::new(format!("{}, and the wheel no `friction`", e.message))
+            BuildError::new(format!("{}, and the wheel has no `friction`", e.message))
                 .help(format!("write `friction`, or {help}"))
                 .at("friction")
         })
     }
 }
 
-/// What the contact sees.
+/// Hub of the wheel.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct WheelIn {
     /// Hub of the wheel: its y axis is the axle.
@@ -74,7 +75,7 @@ pub struct WheelIn {
     pub hub: NodeState,
 }
 
-/// What the contact does, with the rates of its bristles.
+/// Contact load, slip and rates of the bristles.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RigidOut {
     /// Load of the ground on the wheel.
@@ -92,13 +93,13 @@ pub struct RigidOut {
     /// Greatest penetration.
     #[port("m")]
     pub sinkage: f64,
-    /// Point where the load acts, W.
+    /// Point at which the load acts, W.
     #[port("m")]
     pub contact_point: Vec3,
     /// Force of the ground, W.
     #[port("N")]
     pub contact_force: Vec3,
-    /// Power lost in the contact.
+    /// Power dissipated in the contact.
     #[port("W")]
     pub power: f64,
     /// Rate of the right disc's bristle, W.
@@ -130,7 +131,7 @@ pub struct BristleState {
     /// Left disc, W.
     #[port("m")]
     pub left: Vec3,
-    /// Rolling resistance.
+    /// Bristle of rolling resistance.
     #[port("rad")]
     pub rolling: f64,
 }
@@ -146,23 +147,23 @@ pub struct WheelRigid {
     p: WheelRigidParams,
 }
 
-/// A rigid wheel that starts deeper than this part of its radius is thrown out.
+/// Depth relative to the radius above which a wheel at the start causes a warning, because the contact would throw it out.
 const STARTS_IN: f64 = 0.1;
 
-/// What there is to say of a wheel that starts in the ground.
+/// Returns a warning for a wheel that starts deep in the ground.
 pub(crate) fn in_the_ground(depth: f64, radius: f64, most: f64) -> Vec<BuildError> {
     if !(depth > most * radius) {
         return Vec::new();
     }
     let fact = format!(
-        "the wheel starts {depth:.3} m deep in the ground, {:.0} % of its radius: it is thrown out",
+        "the wheel starts {depth:.3} m deep in the ground, {:.0} % of its radius; the contact force will throw it out",
         100.0 * depth / radius
     );
     let help = "start higher, or let `place` put the machine on the ground";
     vec![BuildError::new(fact).help(help)]
 }
 
-/// Pose and motion of a hub as the contacts want them.
+/// Converts the state of a node to the hub state of the contact models.
 pub(crate) fn hub_of(n: &NodeState) -> Hub {
     Hub {
         position: n.position,
@@ -172,7 +173,7 @@ pub(crate) fn hub_of(n: &NodeState) -> Hub {
     }
 }
 
-/// Slip and slip angle (rad) of a wheel of the radius `r` (m) over a ground of the normal `n`.
+/// Returns slip and slip angle (rad) of a wheel of radius `r` (m) on ground with the normal `n`.
 pub(crate) fn slip_of(hub: &Hub, r: f64, n: &Vec3) -> (f64, f64) {
     const STANDING: f64 = 1e-3; // m/s
     let heading = hub.axle.cross(n);
@@ -185,7 +186,7 @@ pub(crate) fn slip_of(hub: &Hub, r: f64, n: &Vec3) -> (f64, f64) {
 }
 
 impl WheelRigid {
-    /// Moment of rolling resistance (N m), the rate of its bristle `z` (rad/s), and the power lost (W).
+    /// Returns the moment of rolling resistance (N m), the rate of its bristle `z` (rad/s), and the dissipated power (W).
     fn rolls(&self, z: f64, spin: f64, normal: f64) -> [f64; 3] {
         let p = &self.p;
         if p.rolling_resistance == 0.0 {
@@ -216,7 +217,7 @@ impl WheelRigid {
 }
 
 /// Rigid wheel on rigid ground: Hunt-Crossley normal force and elasto-plastic bristle friction on three
-/// discs across the width. Parked, it holds without creep.
+/// discs across the width. A parked wheel does not creep.
 #[model("mobility.wheel_rigid")]
 impl Model for WheelRigid {
     type Params = WheelRigidParams;
@@ -297,7 +298,7 @@ pub(crate) mod tests {
         };
         let mut hub = NodeState::identity();
         hub.position.z = 0.249;
-        // Turned about its axle by any angle the wheel is the same.
+        // The rotation angle about the axle has no effect.
         hub.rotation = Quat::from_axis_angle(&Vec3::y_axis(), 2.0);
         hub.velocity.x = 1.0;
         let x = BristleState::zero();

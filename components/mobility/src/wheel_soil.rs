@@ -1,7 +1,7 @@
-//! `mobility.wheel_soil`: a wheel on soft ground, the contact of `soil_contact` as a model.
+//! `mobility.wheel_soil`: wheel on soft ground with the contact of `soil_contact`.
 //!
-//! The soil's constants come from the terrain under the hub. With a `mobility.ruts` in the simulation the wheel runs in the ruts of
-//! the wheels before, and leaves its own; without one every wheel meets fresh ground.
+//! The soil's constants come from the terrain under the hub. With a `mobility.ruts` field in the simulation, the wheel runs in the ruts of earlier
+//! passes and leaves its own rut. Without it, every wheel runs on undisturbed ground.
 
 use crate::rigid_contact::Hub;
 use crate::ruts::{Ruts, Tracks};
@@ -11,16 +11,16 @@ use crate::wheel_rigid::{WheelIn, hub_of, in_the_ground};
 use linkwork_collision::relief::Wheel;
 use linkwork_runtime::prelude::*;
 
-/// How shear stress is shared between the two directions.
+/// Shear law for the two directions in the contact plane.
 #[derive(Params, Clone, Copy, Debug, PartialEq)]
 pub enum ShearLaw {
-    /// One Mohr-Coulomb limit for the vector of shear stress.
+    /// A common Mohr-Coulomb limit for the vector of shear stress.
     Isotropic,
-    /// Ishigami's two independent axes, with the soil's one modulus.
+    /// Independent limits for both axes (Ishigami), with the same shear modulus.
     Independent,
 }
 
-/// Wheel, ground and contact constants.
+/// Wheel, ground and contact parameters.
 #[derive(Params, Clone, Debug)]
 pub struct WheelSoilParams {
     /// Radius of the rim.
@@ -32,33 +32,33 @@ pub struct WheelSoilParams {
     /// Height of the grousers.
     #[param(unit = "m", default = 0.0, range = 0.0..)]
     pub grouser_height: f64,
-    /// Share of the grousers' height that belongs to the shear radius.
+    /// Fraction of the grouser height that is added to the shear radius.
     #[param(default = 1.0, range = 0.0..=1.0)]
     pub grouser_share: f64,
-    /// Sharing of shear stress.
+    /// Shear law: isotropic, independent.
     #[param(default = ShearLaw::Isotropic)]
     pub shear: ShearLaw,
     /// Damping time of the shear deflection.
     #[param(unit = "s", default = 0.02, range = 0.0..)]
     pub shear_damping: f64,
-    /// How much stiffer the soil is sheared back than forth.
+    /// Ratio of the shear stiffness on unloading to that on loading.
     #[param(default = 20.0, range = 1.0..=1000.0)]
     pub shear_unloading: f64,
     /// Normal damping: the load grows by this fraction for each m/s of approach.
     #[param(unit = "s/m", default = 4.0, range = 0.0..)]
     pub normal_damping: f64,
-    /// Stiffness of unloading and reloading below the deepest press.
+    /// Stiffness of unloading and reloading, for depths less than the deepest one.
     #[param(unit = "N/m", default = 3e5, range = 0.0..)]
     pub unloading_stiffness: f64,
-    /// The ground.
+    /// Terrain of the ground.
     #[param(service)]
     pub terrain: Handle<dyn Terrain>,
-    /// Gravity, for the weight of the soil that the wall pushes.
+    /// Gravity, for the weight of the bulldozed soil.
     #[param(service)]
     pub gravity: Handle<dyn Gravity>,
 }
 
-/// What the contact does, with the rates of the soil's state.
+/// Contact load, slip, print, and rates of the soil's state.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SoilOut {
     /// Load of the ground on the wheel.
@@ -67,16 +67,16 @@ pub struct SoilOut {
     /// Sum of the normal forces.
     #[port("N")]
     pub normal_force: f64,
-    /// Slip as the stresses see it, signed.
+    /// Slip that the stress model uses, signed.
     #[port("1")]
     pub slip: f64,
-    /// Slip angle as the stresses see it.
+    /// Slip angle that the stress model uses.
     #[port("rad")]
     pub slip_angle: f64,
-    /// Sinkage below the first surface.
+    /// Sinkage below the undisturbed surface.
     #[port("m", bind = "field")]
     pub sinkage: f64,
-    /// Depth of the rut that the wheel runs in.
+    /// Depth of the rut under the wheel.
     #[port("m")]
     pub rut: f64,
     /// Point where the load acts, W.
@@ -85,19 +85,19 @@ pub struct SoilOut {
     /// Force of the ground, W.
     #[port("N")]
     pub contact_force: Vec3,
-    /// Power given to the soil.
+    /// Power dissipated in the soil.
     #[port("W")]
     pub power: f64,
     /// Ground normal, unit, W.
     #[port("1", bind = "field")]
     pub print_normal: Vec3,
-    /// Heading of the wheel in the ground, unit, W.
+    /// Heading of the wheel in the ground plane, unit, W.
     #[port("1", bind = "field")]
     pub print_heading: Vec3,
-    /// Radius of the rim that prints.
+    /// Radius of the rim, for the print.
     #[port("m", bind = "field")]
     pub print_radius: f64,
-    /// Width of the rim that prints.
+    /// Width of the rim, for the print.
     #[port("m", bind = "field")]
     pub print_width: f64,
     /// Sinkage modulus of the print, N/m^(n+2).
@@ -112,7 +112,7 @@ pub struct SoilOut {
     /// Rate of the shear deflection along the axle.
     #[port("m/s")]
     pub shear_y_rate: f64,
-    /// Rate of the deepest press.
+    /// Rate of the greatest depth.
     #[port("m/s")]
     pub pressed_rate: f64,
     /// Rate of the footprint's shape.
@@ -129,10 +129,10 @@ pub struct SoilLanes {
     /// Shear deflection along the axle.
     #[port("m")]
     pub shear_y: f64,
-    /// Deepest press under the wheel.
+    /// Greatest depth to which the soil under the wheel was pressed.
     #[port("m")]
     pub pressed: f64,
-    /// Shape of the footprint: 0 set down, ±1 rolled.
+    /// Shape of the footprint: 0 after vertical loading, ±1 in rolling.
     #[port("1")]
     pub rolled: f64,
 }
@@ -158,7 +158,7 @@ impl WheelSoilModel {
         &self.p
     }
 
-    /// The contact at a time (s) on a soil.
+    /// Returns the contact model at a time (s) on a soil.
     pub(crate) fn contact(&self, soil: &Soil, t: f64, hub: &Hub) -> SoilContact {
         let p = &self.p;
         let radius = p.radius + p.grouser_share * p.grouser_height;
@@ -177,7 +177,7 @@ impl WheelSoilModel {
         }
     }
 
-    /// The stress model of the rim on a soil.
+    /// Returns the stress model of the rim on a soil.
     fn steady(&self, soil: &Soil) -> WheelSoil {
         WheelSoil {
             rim: Rim { radius: self.p.radius, width: self.p.width },
@@ -189,14 +189,14 @@ impl WheelSoilModel {
         }
     }
 
-    /// The soil under a hub.
+    /// Returns the soil under a hub.
     pub(crate) fn soil(&self, hub: &Hub) -> &Soil {
         self.p.terrain.soil(hub.position.x, hub.position.y)
     }
 }
 
 /// Wheel on soft soil: Bekker pressure with slip sinkage, Wong-Reece normal stress, Janosi shear, bulldozing,
-/// as eight-node integrals over the contact arc; holds at rest. Slip and slip angle are those of the stresses.
+/// as eight-node integrals over the contact arc. A wheel at rest does not creep.
 #[model("mobility.wheel_soil")]
 impl Model for WheelSoilModel {
     type Params = WheelSoilParams;
@@ -266,7 +266,8 @@ impl Model for WheelSoilModel {
     }
 }
 
-/// Soft ground carries a wheel at a fifth of its radius or so; a wheel that starts deeper is thrown out.
+/// Depth relative to the radius above which a wheel at the start causes a warning. Soft ground supports a wheel at a sinkage of about a fifth of its
+/// radius.
 const STARTS_IN: f64 = 0.4;
 
 #[cfg(test)]

@@ -319,7 +319,7 @@ fn warnings_of_one_place_in_six_wheels_are_one() {
     let rover = root().join("assemblies/rovers/rocker_bogie.ron").display().to_string();
     let said = lab.linkwork(&["check", &rover, "--set", "RockerBogie.waypoints=[[1, 1]]"]).code(0);
     assert_eq!(said.err.matches("deep in the ground").count(), 1, "{}", said.err);
-    said.tells(&["it is thrown out (and 5 more like it)"]);
+    said.tells(&["the contact force will throw it out (and 5 more like it)"]);
 }
 
 #[test]

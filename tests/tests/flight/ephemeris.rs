@@ -108,7 +108,10 @@ fn a_flight_past_the_moon_is_the_same_about_the_earth_and_about_the_moon() {
     // A body that cannot be a central body here is rejected.
     let twice = text_with_fields(&format!("{field}, {field}"), &file("earth.txt"), epoch);
     for (text, fact) in [
-        (twice, "a field of `moon`, which is no third body here, or has one"),
+        (
+            twice,
+            "`fields` has an entry for `moon`, which is not a third body here, or has two entries",
+        ),
         (
             text_with_fields(&field.replace("moon", "mars"), &file("earth.txt"), epoch),
             "a field of `mars`",
@@ -214,7 +217,7 @@ fn a_kernel_moves_sun_and_moon_and_the_run_stops_where_it_ends() {
     assert_eq!(sim.time(), 518_000.0, "{told}");
     for part in [
         "`Gravity`: the kernel `",
-        "made.bsp` has the Moon from the Earth from 2150-03-01T12:00:00",
+        "made.bsp` covers the Moon relative to the Earth from 2150-03-01T12:00:00",
         " to 2150-03-07T12:00:00",
         "after the epoch 2150-03-01T12:00:00",
     ] {

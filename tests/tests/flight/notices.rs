@@ -103,7 +103,11 @@ fn air_beyond_its_data_is_told_once_or_stops_the_run() {
         has(
             &all,
             29.0,
-            &["`Air`: its data reach from -5 to 1000 km, not to 1000.", "`Drag` asks", "`outside`"],
+            &[
+                "`Air`: its data extend from -5 to 1000 km, not to 1000.",
+                "`Drag` asks",
+                "`outside`",
+            ],
         );
     }
     // With `continue`, continuing is expected, so nothing is reported.

@@ -203,7 +203,7 @@ fn a_run_beyond_the_years_of_the_ephemeris_stops_and_says_so() {
     assert!(get(&sim, "craft.position").norm() < 5e7 && sim.check().is_ok());
     for part in [
         &format!(
-            "t = {} s: `Gravity`: the built-in ephemeris has the Sun from the Earth",
+            "t = {} s: `Gravity`: the built-in ephemeris covers the Sun relative to the Earth",
             sim.time()
         ),
         "from 1899-12-31T11:59:",

@@ -417,7 +417,7 @@ fn a_world_that_contradicts_itself_or_its_parts_is_refused() {
         1,
     );
     let e = scene(&dated.replacen("parts: {", sun, 1), &[]).err().unwrap();
-    assert!(e.contains("pole among the stars") && e.contains("turns: iau"), "{e}");
+    assert!(e.contains("direction of the planet's pole") && e.contains("turns: iau"), "{e}");
     // Former parameters of each service are now stated once.
     let old = text.replacen(
         "(model: \"environment.point_mass_gravity\")",

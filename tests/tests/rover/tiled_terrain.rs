@@ -206,7 +206,7 @@ fn bodies_meet_a_region_and_are_refused_without_one() {
     let wide = format!("{tiles}, \"region\": [-60, -8, 12, 6]");
     let told = common::scene(&text("environment.tiled_terrain", &wide), &[]).err().unwrap();
     assert!(
-        told.contains("is not on the map") && told.contains("it lies within [-30.0, -20.0"),
+        told.contains("is not on the map") && told.contains("the map extends over [-30.0, -20.0"),
         "{told}"
     );
 }

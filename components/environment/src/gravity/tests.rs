@@ -166,7 +166,7 @@ fn the_planet_answers_to_who_pulls() {
     let both = g.tide(100.0, r).dot(&r) / 7e6;
     assert!((0.5..2.0).contains(&(both / wanted)), "{both} {wanted}");
     let e = built(&HarmonicsParams { love: 0.3, ..params() }, FIELD).err().unwrap();
-    assert!(e.message.contains("nobody raises a tide") && e.param.as_deref() == Some("love"));
+    assert!(e.message.contains("`love` needs third bodies") && e.param.as_deref() == Some("love"));
 }
 
 #[test]

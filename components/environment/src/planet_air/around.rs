@@ -1,42 +1,42 @@
-//! What all air around planets has in common: the ground that turns under it, the wind over that, factors of a day, and where data end.
+//! Common part of all atmospheres of planets: rotation with the planet, wind, density factors, and behaviour outside the data.
 use crate::world::{DensityLayer, PlanetWorld, WindLayer, fault};
 use linkwork_runtime::prelude::*;
 use linkwork_world::atmosphere::{self as world, Profile, Sutherland};
 use linkwork_world::planet::Geodetic;
 
-/// What to do where the data of an atmosphere end.
+/// Behaviour outside the height range of an atmosphere's data.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outside {
-    /// Go on as the model does beyond its end, and say nothing of it.
+    /// Extrapolate as the model does, without a warning.
     Continue,
-    /// Go on with the air at the end; a run tells it once.
+    /// Use the air at the end of the data; one warning per run.
     Clamp,
-    /// Stop the run at the first row at which a part asks there.
+    /// Stop the run at the first step in which a part queries the air there.
     Stop,
 }
 
 /// Viscosity of a gas by Sutherland's law, μ = μ₀ (T₀ + S)/(T + S) (T/T₀)^1.5.
 #[derive(Params, Clone, Debug)]
 pub struct SutherlandParams {
-    /// μ₀, at the temperature T₀: 14.8e-6 Pa s for carbon dioxide.
+    /// Viscosity μ₀ at the temperature T₀: 14.8e-6 Pa s for carbon dioxide.
     #[param(unit = "Pa s", range = 1e-9..)]
     pub viscosity: f64,
-    /// T₀: 293.15 K for carbon dioxide.
+    /// Reference temperature T₀: 293.15 K for carbon dioxide.
     #[param(unit = "K", range = 1.0..)]
     pub temperature: f64,
-    /// S: 240 K for carbon dioxide.
+    /// Sutherland constant S: 240 K for carbon dioxide.
     #[param(unit = "K", range = 0.0..)]
     pub constant: f64,
 }
 
 impl SutherlandParams {
-    /// The law.
+    /// Returns Sutherland's law with these parameters.
     pub fn law(&self) -> Sutherland {
         Sutherland::through(self.viscosity, self.temperature, self.constant)
     }
 }
 
-/// What the user wrote of it.
+/// Parameters that all services of this module share.
 pub(super) struct Written<'a> {
     pub world: PlanetWorld,
     pub winds: &'a [WindLayer],
@@ -45,7 +45,7 @@ pub(super) struct Written<'a> {
     pub outside: Option<Outside>,
 }
 
-/// What all parameters of these services say alike.
+/// Collects the shared parameters of a service in [`Written`].
 macro_rules! written {
     ($p:ident, $world:expr) => {
         Written {
@@ -59,7 +59,7 @@ macro_rules! written {
 }
 pub(super) use written;
 
-/// What all of these services do alike, each with its air `at` a time and a place.
+/// Implements `Atmosphere` for services that have a field `around` and a function `at` with the air at a time and a geodetic position.
 macro_rules! around_a_planet {
     ($($service:ty),*) => {$(
         impl Atmosphere for $service {
@@ -83,23 +83,23 @@ macro_rules! around_a_planet {
 }
 pub(super) use around_a_planet;
 
-/// The ground under the air, and the wind over it.
+/// Planet, wind and data range of an atmosphere.
 pub(super) struct Around {
     pub world: PlanetWorld,
-    /// Constant of Sutton and Graves for its gas, where it is known.
+    /// Sutton-Graves constant of the gas, if known.
     pub heating: Option<f64>,
-    /// What the user wrote.
+    /// Behaviour outside the data from the file; `None` continues with a warning.
     outside: Option<Outside>,
-    /// Heights for which there are data, m.
+    /// Height range of the data, m.
     range: [f64; 2],
-    /// That of its gas, where it is known.
+    /// Viscosity law of the gas, if known.
     pub viscosity: Option<Sutherland>,
     winds: Option<Profile<Vec3>>,
     factors: Option<Profile<f64>>,
 }
 
 impl Around {
-    /// With data for heights in `range`, m.
+    /// Creates the common part for data in the height `range`, m.
     pub fn new(
         w: &Written<'_>,
         range: [f64; 2],
@@ -118,12 +118,12 @@ impl Around {
         Ok(Around { world, heating, outside: w.outside, range, viscosity, winds, factors })
     }
 
-    /// Height (m) of p (m, W) above the ellipsoid, NaN near the planet's centre.
+    /// Returns the height (m) of p (m, W) above the ellipsoid, NaN near the planet's centre.
     pub fn altitude(&self, t: f64, p: Vec3) -> f64 {
         self.world.planet.place(t, p).1.map_or(f64::NAN, |place| place.altitude)
     }
 
-    /// What there is to say of a point whose height the data do not reach: nothing where going on is what was asked for.
+    /// Returns a warning or error if the height of p (m, W) is outside the data; `None` with `outside: continue`.
     pub fn out_of_range(&self, t: f64, p: Vec3) -> Option<BuildError> {
         if self.outside == Some(Outside::Continue) {
             return None;
@@ -136,19 +136,19 @@ impl Around {
     #[cold]
     fn told(&self, h: f64) -> BuildError {
         let [low, high] = self.range.map(|h| h.round() / 1000.0);
-        let fact = format!("its data reach from {low} to {high} km, not to {:.3} km", h / 1000.0);
+        let fact = format!("its data extend from {low} to {high} km, not to {:.3} km", h / 1000.0);
         let goes_on = match self.outside {
-            None | Some(Outside::Continue) => "the model goes on beyond its end; ",
-            Some(Outside::Clamp) => "the air at the end is taken; ",
+            None | Some(Outside::Continue) => "the model extrapolates; ",
+            Some(Outside::Clamp) => "the air at the end of the data is used; ",
             Some(Outside::Stop) => "",
         };
         let help = format!(
-            "{goes_on}take an atmosphere whose data reach there, or write `outside`: continue (which is then not told), clamp or stop"
+            "{goes_on}choose an atmosphere whose data extend to this height, or write `outside`: continue (without this warning), clamp or stop"
         );
         BuildError::new(fact).help(help).stopping(self.outside == Some(Outside::Stop))
     }
 
-    /// The air at `p`, given what it is at a geodetic place.
+    /// Returns the air at `p` (m, W); `gas` returns the air of the model at a geodetic position.
     pub fn air(&self, t: f64, p: Vec3, gas: impl FnOnce(&Geodetic) -> world::Air) -> Air {
         let (spin, place) = self.world.planet.place(t, p);
         let Some(place) = place else {
@@ -183,7 +183,7 @@ impl Around {
     }
 }
 
-/// Wind over height, from layers or a file.
+/// Returns the wind profile, from layers or a file.
 fn winds(w: &Written<'_>, files: &Files) -> Result<Option<Profile<Vec3>>, BuildError> {
     let Some(name) = w.wind_table else {
         let wind = |w: &WindLayer| (w.altitude, Vec3::new(w.east, w.north, w.up));
@@ -193,14 +193,14 @@ fn winds(w: &Written<'_>, files: &Files) -> Result<Option<Profile<Vec3>>, BuildE
     };
     if !w.winds.is_empty() {
         return Err(BuildError::new("`winds` and `wind_table` are both given")
-            .help("give layers, or a file of them")
+            .help("remove one of them: `winds` lists layers, `wind_table` names a file")
             .at("wind_table"));
     }
     let text = text_of(name, "wind_table", files)?;
     Ok(Some(Profile::read_winds(name, &text).map_err(|e| fault(&e, "wind_table"))?))
 }
 
-/// The text of a file that a parameter names.
+/// Reads the text file that a parameter names.
 pub(super) fn text_of(
     name: &str,
     param: &'static str,
@@ -208,6 +208,8 @@ pub(super) fn text_of(
 ) -> Result<String, BuildError> {
     let path = files.resolve(name).map_err(|e| e.at(param))?;
     linkwork_formats::whole_text(&path).map_err(|e| {
-        BuildError::new(format!("`{name}`: {e}")).help("a text file is wanted").at(param)
+        BuildError::new(format!("`{name}`: {e}"))
+            .help("the parameter must name a text file")
+            .at(param)
     })
 }

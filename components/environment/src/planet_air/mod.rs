@@ -1,4 +1,4 @@
-//! Air that turns with its planet: `environment.us76`, `environment.msis`, `environment.mars_air`, `environment.table_air`.
+//! Atmospheres that rotate with their planet: `environment.us76`, `environment.msis`, `environment.mars_air`, `environment.table_air`.
 //! ```text
 //! h     geodetic height above the planet's ellipsoid
 //! wind  ω_I × p + R_IP R_PE w(h)        in a site: R_WP R_PE w(h); what drag sees as moving air; w: straight lines between layers, east-north-up
@@ -9,7 +9,7 @@
 //! table any table over altitude: ln ρ and T linear between rows, p = ρ R T
 //! μ     b T^1.5/(T + S), Sutherland: of air around the Earth, of carbon dioxide around Mars, of a gas that is written
 //! ```
-//! Nearer to the centre than 43 km (Earth) there is no geodetic height and the numbers are NaN.
+//! Within 43 km of the centre (Earth) the geodetic height is undefined, and all outputs are NaN.
 
 mod around;
 mod table;
@@ -29,37 +29,38 @@ use linkwork_world::planet::{Epoch, Geodetic};
 
 /// Boltzmann's constant, J/K (exact).
 const BOLTZMANN: f64 = 1.380_649e-23;
-/// Highest place of NRLMSISE-00 here, m.
+/// Greatest height at which this service evaluates NRLMSISE-00, m.
 const MSIS_TOP: f64 = 2e6;
-/// Constants of Sutton and Graves, kg^½/m: air, and the atmosphere of Mars.
+/// Sutton-Graves constants of air and of the Mars atmosphere, kg^½/m.
 pub(crate) const HEATING_AIR: f64 = 1.7415e-4;
 pub(crate) const HEATING_MARS: f64 = 1.9027e-4;
-/// Heights of the standard, m.
+/// Height range of the US Standard Atmosphere 1976, m.
 const US76_RANGE: [f64; 2] = [-5e3, 1e6];
-/// Heights for which the simple model of Mars is of use, m: the lowest ground, and where it leaves what was measured.
+/// Height range of the simple Mars model, m: from the lowest terrain to the height above which it deviates from measurements.
 const SIMPLE_RANGE: [f64; 2] = [-8.5e3, 3e4];
 
-/// The standard atmosphere around a planet.
+/// Parameters of the US Standard Atmosphere 1976.
 #[derive(Params, Clone, Debug)]
 pub struct Us76Params {
     /// The world, whose body this air surrounds.
     #[param(service)]
     pub world: Handle<dyn World>,
-    /// Wind over the ground by height, in rising order; none: still air that turns with the planet.
+    /// Wind relative to the ground by height, in ascending order; default: still air that rotates with the planet.
     #[param(default = Vec::new())]
     pub winds: Vec<WindLayer>,
-    /// Wind over the ground from a file instead of `winds`: output of Mars-GRAM (columns HgtMOLA, EWind, NWind) or Earth-GRAM (Hgtkm, EWmean, NSmean), or columns altitude, east,
-    /// north (m, m/s), and up where there is one; straight lines between rows, constant beyond the ends.
+    /// Wind relative to the ground from a file instead of `winds`: output of Mars-GRAM (columns HgtMOLA, EWind, NWind) or Earth-GRAM (Hgtkm, EWmean,
+    /// NSmean), or columns altitude, east, north (m, m/s) and optionally up. Interpolated linearly, constant beyond the ends.
     #[param(default = None)]
     pub wind_table: Option<String>,
-    /// Factors on the model's density by height, in rising order; none: the air of the model.
+    /// Factors on density and pressure of the model by height, in ascending order; default: none.
     #[param(default = Vec::new())]
     pub density: Vec<DensityLayer>,
-    /// Added to the temperature of the standard, for hot and cold days: up to 71 km, fading to zero at 86 km. The pressure at height 0 stays, and the
-    /// air is in hydrostatic balance.
+    /// Offset added to the standard temperature for hot and cold days: constant up to 71 km, decreasing to zero at 86 km. The pressure at height 0 is
+    /// unchanged, and the air stays in hydrostatic equilibrium.
     #[param(unit = "K", default = 0.0, range = -80.0..=80.0)]
     pub temperature_offset: f64,
-    /// What happens where its data end (−5 and 1000 km, beyond which density falls on): continue, clamp, stop; default: it goes on, and the run tells it once.
+    /// Behaviour outside −5 to 1000 km: `continue` extrapolates the density, `clamp` holds the air at the end, `stop` stops the run. Default:
+    /// continue, with one warning per run.
     #[param(default = None)]
     pub outside: Option<Outside>,
 }
@@ -76,7 +77,7 @@ impl StandardAtmosphere {
     }
 }
 
-/// US Standard Atmosphere 1976 from −5 to 1000 km above an ellipsoid that turns, with winds.
+/// US Standard Atmosphere 1976 from −5 to 1000 km above the rotating ellipsoid, with winds.
 #[service("environment.us76", Atmosphere)]
 impl Service for StandardAtmosphere {
     type Params = Us76Params;
@@ -89,32 +90,33 @@ impl Service for StandardAtmosphere {
     }
 }
 
-/// NRLMSISE-00: the date is that of the world.
+/// Parameters of NRLMSISE-00; the date comes from the epoch of the world.
 #[derive(Params, Clone, Debug)]
 pub struct MsisParams {
-    /// The world: the Earth, with an epoch.
+    /// The world; its body must be the Earth, and it must have an epoch.
     #[param(service)]
     pub world: Handle<dyn World>,
     /// Solar flux at 10.7 cm of the day before, 1e-22 W/(m² Hz).
     #[param(default = 150.0, range = 1.0..=500.0)]
     pub f107: f64,
-    /// Its mean over 81 days; default: as `f107`.
+    /// Mean of the 10.7 cm solar flux over 81 days; default: `f107`.
     #[param(range = 1.0..=500.0)]
     pub f107_mean: Option<f64>,
     /// Daily magnetic index A_p.
     #[param(default = 4.0, range = 0.0..=400.0)]
     pub ap: f64,
-    /// Wind over the ground by height, in rising order.
+    /// Wind relative to the ground by height, in ascending order.
     #[param(default = Vec::new())]
     pub winds: Vec<WindLayer>,
-    /// Wind over the ground from a file instead of `winds`: output of Mars-GRAM (columns HgtMOLA, EWind, NWind) or Earth-GRAM (Hgtkm, EWmean, NSmean), or columns altitude, east,
-    /// north (m, m/s), and up where there is one; straight lines between rows, constant beyond the ends.
+    /// Wind relative to the ground from a file instead of `winds`: output of Mars-GRAM (columns HgtMOLA, EWind, NWind) or Earth-GRAM (Hgtkm, EWmean,
+    /// NSmean), or columns altitude, east, north (m, m/s) and optionally up. Interpolated linearly, constant beyond the ends.
     #[param(default = None)]
     pub wind_table: Option<String>,
-    /// Factors on the model's density by height, in rising order; none: the air of the model.
+    /// Factors on density and pressure of the model by height, in ascending order; default: none.
     #[param(default = Vec::new())]
     pub density: Vec<DensityLayer>,
-    /// What happens where its data end (0 and 2000 km, below as at 0, above nothing): continue, clamp, stop; default: it goes on, and the run tells it once.
+    /// Behaviour outside 0 to 2000 km: `continue` uses the air at 0 km below and a vacuum above, `clamp` holds the air at the end, `stop` stops the
+    /// run. Default: continue, with one warning per run.
     #[param(default = None)]
     pub outside: Option<Outside>,
 }
@@ -128,7 +130,7 @@ pub struct MsisAtmosphere {
 }
 
 impl MsisAtmosphere {
-    /// The model's air; below 0 m as at 0 m, above 2000 km nothing.
+    /// Returns the air of the model; below 0 m the air at 0 m, above 2000 km zero density.
     fn at(&self, t: f64, place: &Geodetic) -> world::Air {
         let inside = Geodetic { altitude: place.altitude.clamp(0.0, MSIS_TOP), ..*place };
         let found = self.model.at(&self.epoch.plus(t), &inside, &self.weather);
@@ -148,7 +150,7 @@ impl MsisAtmosphere {
     }
 }
 
-/// NRLMSISE-00 of the Earth by date, place, hour and the Sun's mood, 0 to 2000 km; 5 µs a look.
+/// NRLMSISE-00 as a function of date, position, local time and solar and geomagnetic activity, 0 to 2000 km; about 5 µs per query.
 #[service("environment.msis", Atmosphere)]
 impl Service for MsisAtmosphere {
     type Params = MsisParams;
@@ -167,53 +169,54 @@ impl Service for MsisAtmosphere {
     }
 }
 
-/// A table of a climate.
+/// One Mars-GRAM table of a climate.
 #[derive(Params, Clone, Debug)]
 pub struct ClimateTable {
-    /// The Sun's longitude L_s for which it was made.
+    /// Solar longitude L_s of the table.
     #[param(unit = "rad")]
     pub season: f64,
-    /// Optical depth of the dust for which it was made.
+    /// Dust optical depth of the table.
     #[param(range = 0.0..)]
     pub dust: f64,
     /// Output of Mars-GRAM, as in `table`.
     pub table: String,
 }
 
-/// The air of Mars.
+/// Parameters of the Mars atmosphere.
 #[derive(Params, Clone, Debug)]
 pub struct MarsAirParams {
-    /// Output of Mars-GRAM with columns HgtMOLA, Denkgm3, Temp; default: the simple model, which holds below 30 km.
+    /// Output of Mars-GRAM with columns HgtMOLA, Denkgm3, Temp; default: the simple model, which is valid below 30 km.
     #[param(default = None)]
     pub table: Option<String>,
-    /// Such tables at several seasons and dust loads, one for each pair of them, instead of `table`.
+    /// Mars-GRAM tables for several seasons and dust optical depths, one for each pair, instead of `table`.
     #[param(default = Vec::new())]
     pub climate: Vec<ClimateTable>,
-    /// With `climate`: the Sun's longitude L_s, 0 at the northern spring equinox; default: from the epoch of the world.
+    /// With `climate`: solar longitude L_s, 0 at the northern spring equinox; default: from the epoch of the world.
     #[param(unit = "rad")]
     pub season: Option<f64>,
-    /// With `climate`: optical depth of the dust.
+    /// With `climate`: dust optical depth.
     #[param(range = 0.0..)]
     pub dust: Option<f64>,
     /// The world, whose body this air surrounds.
     #[param(service)]
     pub world: Handle<dyn World>,
-    /// Wind over the ground by height, in rising order.
+    /// Wind relative to the ground by height, in ascending order.
     #[param(default = Vec::new())]
     pub winds: Vec<WindLayer>,
-    /// Wind over the ground from a file instead of `winds`: output of Mars-GRAM (columns HgtMOLA, EWind, NWind) or Earth-GRAM (Hgtkm, EWmean, NSmean), or columns altitude, east,
-    /// north (m, m/s), and up where there is one; straight lines between rows, constant beyond the ends.
+    /// Wind relative to the ground from a file instead of `winds`: output of Mars-GRAM (columns HgtMOLA, EWind, NWind) or Earth-GRAM (Hgtkm, EWmean,
+    /// NSmean), or columns altitude, east, north (m, m/s) and optionally up. Interpolated linearly, constant beyond the ends.
     #[param(default = None)]
     pub wind_table: Option<String>,
-    /// Factors on the model's density by height, in rising order; none: the air of the model.
+    /// Factors on density and pressure of the model by height, in ascending order; default: none.
     #[param(default = Vec::new())]
     pub density: Vec<DensityLayer>,
-    /// What happens where its data end (the ends of the table, beyond which density goes on with its last slope; −8.5 and 30 km of the simple model): continue, clamp, stop; default: it goes on, and the run tells it once.
+    /// Behaviour outside the table, or outside −8.5 to 30 km for the simple model: `continue` extrapolates ln ρ with its last slope, `clamp` holds
+    /// the air at the end, `stop` stops the run. Default: continue, with one warning per run.
     #[param(default = None)]
     pub outside: Option<Outside>,
 }
 
-/// A table of Mars-GRAM or the simple model, around Mars.
+/// Mars atmosphere from Mars-GRAM tables or the simple model.
 pub struct MarsAtmosphere {
     around: Around,
     table: Option<Table>,
@@ -228,8 +231,8 @@ impl MarsAtmosphere {
     }
 }
 
-/// The air of Mars from a Mars-GRAM table, from several by season and dust, or as one line each; heights are above the ellipsoid, the areoid
-/// differs from it by up to 2 km. Beyond the table density goes on with its last slope.
+/// Mars atmosphere from a Mars-GRAM table, from several tables by season and dust, or from a simple model with closed formulas. Heights are above the
+/// ellipsoid; the areoid differs from it by up to 2 km. Outside the table the density is extrapolated with its last logarithmic slope.
 #[service("environment.mars_air", Atmosphere)]
 impl Service for MarsAtmosphere {
     type Params = MarsAirParams;
@@ -242,7 +245,7 @@ impl Service for MarsAtmosphere {
         let table = match (&p.table, p.climate.is_empty()) {
             (Some(_), false) => {
                 return Err(BuildError::new("`table` and `climate` are both given")
-                    .help("give one table, or a climate of several")
+                    .help("remove one of them: `table` is one table, `climate` a list of tables by season and dust")
                     .at("climate"));
             }
             (table, true) => {

@@ -1,4 +1,4 @@
-//! `environment.table_air`: the air of any planet from the rows of a file over altitude.
+//! `environment.table_air`: atmosphere of any planet from a table over altitude in a file.
 use super::around::{Around, Outside, SutherlandParams, Written, text_of, written};
 use super::{HEATING_AIR, HEATING_MARS};
 use crate::world::{Centre, DensityLayer, PlanetWorld, WindLayer, fault};
@@ -10,36 +10,36 @@ use linkwork_world::planet::Geodetic;
 /// Gas constant, J/(mol K) (exact).
 const GAS_CONSTANT: f64 = 8.314_462_618_153_24;
 
-/// Which columns of a file are what.
+/// Layout of the columns of a file.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TableLayout {
     /// Output of Mars-GRAM: HgtMOLA (km), Denkgm3, Temp.
     MarsGram,
     /// Output of Earth-GRAM: Hgtkm, DensMean, Tmean.
     EarthGram,
-    /// `USStandardAtmosphere1976.csv` of Basilisk: Altitude, Density, Temperature, a line of units below; its metres are geopotential.
+    /// `USStandardAtmosphere1976.csv` of Basilisk: Altitude, Density, Temperature, a line of units below; its altitudes are geopotential.
     Us76,
-    /// Those that `columns` names.
+    /// The columns that `columns` names.
     Columns,
 }
 
-/// What a column of altitude counts.
+/// Kind of altitude in a column.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Altitudes {
-    /// Lengths above the ellipsoid.
+    /// Geometric height above the ellipsoid.
     Geometric,
-    /// Geopotential lengths of the US Standard Atmosphere (r₀ = 6356766 m).
+    /// Geopotential height of the US Standard Atmosphere (r₀ = 6356766 m).
     Geopotential,
 }
 
-/// Columns by their headings.
+/// Names and units of the columns.
 #[derive(Params, Clone, Debug)]
 pub struct Columns {
     /// Heading of the altitude.
     pub altitude: String,
     /// Heading of the density.
     pub density: String,
-    /// Heading of the temperature, which is in K.
+    /// Heading of the temperature, K.
     pub temperature: String,
     /// Unit of the altitude, such as km or ft.
     #[param(default = "m".to_string())]
@@ -47,10 +47,10 @@ pub struct Columns {
     /// Unit of the density, such as g/cm^3.
     #[param(default = "kg/m^3".to_string())]
     pub density_unit: String,
-    /// What the altitude counts: geometric, geopotential (of the Earth).
+    /// Kind of altitude: geometric, geopotential (of the Earth).
     #[param(default = Altitudes::Geometric)]
     pub counts: Altitudes,
-    /// Lines between the headings and the numbers, such as one of units.
+    /// Number of lines between the headings and the numbers, such as a line of units.
     #[param(default = 0)]
     pub skip: usize,
 }
@@ -67,9 +67,9 @@ pub struct GasParams {
     /// Molar mass; instead of `constant`.
     #[param(unit = "kg/mol", range = 1e-3..)]
     pub molar_mass: Option<f64>,
-    /// Its viscosity, for Reynolds numbers; default: not known.
+    /// Viscosity, for Reynolds numbers; default: none.
     pub viscosity: Option<SutherlandParams>,
-    /// Its constant k (kg^½/m) of Sutton and Graves, for heating; default: not known.
+    /// Sutton-Graves constant k (kg^½/m), for heating; default: none.
     #[param(range = 0.0..)]
     pub heating_constant: Option<f64>,
 }
@@ -92,39 +92,41 @@ impl GasParams {
     }
 }
 
-/// A file and what is not in it.
+/// File with the table, and properties that are not in the file.
 #[derive(Params, Clone, Debug)]
 pub struct TableAirParams {
-    /// Text with columns under headings, apart by commas or blanks, in rising or falling order of altitude.
+    /// Text file with columns under headings, separated by commas or blanks, in ascending or descending order of altitude.
     pub file: String,
-    /// Which columns are what: mars_gram, earth_gram, us76 (Basilisk's file), columns.
+    /// Layout of the columns: mars_gram, earth_gram, us76 (Basilisk's file), or columns (named by `columns`).
     pub layout: TableLayout,
-    /// The columns, with `layout: columns`.
+    /// With `layout: columns`: names and units of the columns.
     #[param(default = None)]
     pub columns: Option<Columns>,
-    /// The gas, for pressure and speed of sound; default: dry air of the Earth (R 287.05 J/(kg K), γ 1.4), with `mars_gram` that of Mars
-    /// (188.92, 1.29), and Sutherland's viscosity of air and of carbon dioxide. `columns` needs it.
+    /// The gas, for pressure and speed of sound; default: dry air of the Earth (R 287.05 J/(kg K), γ 1.4), with `mars_gram` the Mars atmosphere
+    /// (188.92, 1.29); both with Sutherland's viscosity of air or carbon dioxide. Required with `layout: columns`.
     #[param(default = None)]
     pub gas: Option<GasParams>,
     /// The world, whose body this air surrounds.
     #[param(service)]
     pub world: Handle<dyn World>,
-    /// Wind over the ground by height, in rising order.
+    /// Wind relative to the ground by height, in ascending order.
     #[param(default = Vec::new())]
     pub winds: Vec<WindLayer>,
-    /// Wind over the ground from a file instead of `winds`, which may be the same: output of Mars-GRAM (columns HgtMOLA, EWind, NWind) or Earth-GRAM (Hgtkm, EWmean, NSmean), or columns
-    /// altitude, east, north (m, m/s), and up where there is one; straight lines between rows, constant beyond the ends.
+    /// Wind relative to the ground from a file instead of `winds`; may be the file of the table. Output of Mars-GRAM (columns HgtMOLA, EWind, NWind)
+    /// or Earth-GRAM (Hgtkm, EWmean, NSmean), or columns altitude, east, north (m, m/s) and optionally up. Interpolated linearly, constant beyond the
+    /// ends.
     #[param(default = None)]
     pub wind_table: Option<String>,
-    /// Factors on the table's density by height, in rising order; none: the air of the table.
+    /// Factors on density and pressure of the table by height, in ascending order; default: none.
     #[param(default = Vec::new())]
     pub density: Vec<DensityLayer>,
-    /// What happens where the rows end, beyond which density goes on with its last slope and temperature stays: continue, clamp, stop; default: it goes on, and the run tells it once.
+    /// Behaviour outside the table: `continue` extrapolates ln ρ with its last slope at constant temperature, `clamp` holds the air at the end,
+    /// `stop` stops the run. Default: continue, with one warning per run.
     #[param(default = None)]
     pub outside: Option<Outside>,
 }
 
-/// Air over altitude, around a planet.
+/// Atmosphere from a table over altitude, around a planet.
 pub struct TableAtmosphere {
     pub(super) around: Around,
     table: Table,
@@ -136,7 +138,7 @@ impl TableAtmosphere {
     }
 }
 
-/// A table from a file; `param` names it. Beyond its ends it goes on.
+/// Reads a table from a file, which the parameter `param` names. The table extrapolates beyond its ends.
 pub(super) fn table(
     file: &str,
     param: &'static str,
@@ -148,15 +150,18 @@ pub(super) fn table(
     Table::read(file, &text, layout, world::Outside::Continue, gas).map_err(|e| fault(&e, param))
 }
 
-/// The factor of a unit to SI, which must be of the quantity of `wanted`.
+/// Returns the factor of a unit to SI.
 fn scale(unit: &str, wanted: &str) -> Result<f64, BuildError> {
-    let wrong =
-        |fact: String| BuildError::new(fact).help(format!("write it as {wanted}")).at("columns");
+    let wrong = |fact: String| {
+        BuildError::new(fact)
+            .help(format!("write a unit of the same quantity as {wanted}"))
+            .at("columns")
+    };
     let want = Unit::parse(wanted).map_err(|e| wrong(e.to_string()))?;
     let read = Unit::parse(unit).map_err(|e| wrong(e.to_string()))?;
     match read.exponents == want.exponents && read.offset == 0.0 {
         true => Ok(read.scale),
-        false => Err(wrong(format!("`{unit}` is no unit of {wanted}"))),
+        false => Err(wrong(format!("`{unit}` is not compatible with the unit {wanted}"))),
     }
 }
 
@@ -183,12 +188,13 @@ impl TableAirParams {
         match (self.layout, &self.columns) {
             (TableLayout::Columns, Some(columns)) => columns.layout(),
             (TableLayout::Columns, None) => wrong(
-                "`layout: columns`, and no `columns`",
+                "`layout: columns` needs `columns`, which is missing",
                 "write columns: (altitude: .., density: .., temperature: ..) with the headings of the file",
             ),
-            (_, Some(_)) => {
-                wrong("`columns` beside a layout that has its own", "write `layout: columns`")
-            }
+            (_, Some(_)) => wrong(
+                "`columns` cannot be combined with a layout that defines its own columns",
+                "write `layout: columns`",
+            ),
             (TableLayout::MarsGram, None) => Ok(Layout::MARS_GRAM),
             (TableLayout::EarthGram, None) => Ok(Layout::EARTH_GRAM),
             (TableLayout::Us76, None) => Ok(Layout::BASILISK_US76),
@@ -206,15 +212,15 @@ impl TableAirParams {
             (None, TableLayout::EarthGram | TableLayout::Us76) => {
                 Ok((Gas::EARTH, (Some(Sutherland::EARTH), Some(HEATING_AIR))))
             }
-            (None, TableLayout::Columns) => {
-                Err(BuildError::new("of which gas these columns are is not written")
-                    .help("write gas: (heat_ratio: 1.4, molar_mass: \"28.96 g/mol\")")
-                    .at("gas"))
-            }
+            (None, TableLayout::Columns) => Err(BuildError::new(
+                "`layout: columns` needs the `gas` of the table, which is missing",
+            )
+            .help("write gas: (heat_ratio: 1.4, molar_mass: \"28.96 g/mol\")")
+            .at("gas")),
         }
     }
 
-    /// Refuses a table of another body than the world's.
+    /// Returns an error if the table belongs to another body than the body of the world.
     fn check(&self, world: &PlanetWorld, kind: AltitudeKind) -> Result<(), BuildError> {
         let own = match self.layout {
             TableLayout::MarsGram => Some(Centre::Mars),
@@ -225,8 +231,9 @@ impl TableAirParams {
     }
 }
 
-/// The air of a planet from a file over altitude: output of Mars-GRAM or Earth-GRAM, Basilisk's standard atmosphere, or any columns of altitude, density and temperature.
-/// ln ρ and T are straight lines between rows; pressure and speed of sound are those of a perfect gas. Heights are above the ellipsoid.
+/// Atmosphere of a planet from a table over altitude: output of Mars-GRAM or Earth-GRAM, Basilisk's standard atmosphere, or any columns of altitude,
+/// density and temperature. ln ρ and T are interpolated linearly; pressure and speed of sound follow from the perfect gas. Heights are above the
+/// ellipsoid.
 #[service("environment.table_air", Atmosphere)]
 impl Service for TableAtmosphere {
     type Params = TableAirParams;

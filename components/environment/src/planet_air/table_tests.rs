@@ -215,7 +215,11 @@ fn a_planet_that_is_none_of_the_list_has_its_air_from_columns() {
     let of = |gas: GasParams| TableAirParams { gas: Some(gas), ..full.clone() };
     refused(TableAirParams { columns: None, ..full.clone() }, "columns", "no `columns`");
     let layout = TableLayout::MarsGram;
-    refused(TableAirParams { layout, ..full.clone() }, "columns", "beside a layout");
+    refused(
+        TableAirParams { layout, ..full.clone() },
+        "columns",
+        "cannot be combined with a layout",
+    );
     let of_body = |p: TableAirParams, body: &str| {
         let e = build(&p).err().unwrap();
         assert!(e.message.contains(body) && e.help.is_some(), "{}", e.message);
@@ -232,14 +236,14 @@ fn a_planet_that_is_none_of_the_list_has_its_air_from_columns() {
         TableAirParams { world: mars(), ..with(Columns { counts, ..columns.clone() }) },
         "heights are of `earth`",
     );
-    refused(TableAirParams { gas: None, ..full.clone() }, "gas", "of which gas");
+    refused(TableAirParams { gas: None, ..full.clone() }, "gas", "needs the `gas`");
     refused(of(GasParams { constant: Some(190.0), ..gas.clone() }), "gas", "both");
     refused(of(GasParams { molar_mass: None, ..gas.clone() }), "gas", "neither");
     let lb = "lb".to_string();
     refused(
         with(Columns { density_unit: lb.clone(), ..columns.clone() }),
         "columns",
-        "`lb` is no unit of kg/m^3",
+        "`lb` is not compatible with the unit kg/m^3",
     );
     refused(
         with(Columns { altitude_unit: "furlong".into(), ..columns.clone() }),

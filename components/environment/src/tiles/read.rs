@@ -1,4 +1,4 @@
-//! An open file of tiles: heights and normals anywhere, tiles read when they are asked for.
+//! Reader of tile files: returns heights and normals at any point, and reads tiles on demand.
 
 use super::cache::Cache;
 use super::head::{Head, Nodes, Piece, unpack};
@@ -12,16 +12,16 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
-/// An open file of tiles. Answers are those of a [`HeightField`](crate::height_field::HeightField) of the same heights, bit for bit,
-/// in whatever order they are asked for and however many tiles are kept.
+/// Open tile file. The results are bit-identical to a [`HeightField`](crate::height_field::HeightField) of the same heights, for any order of queries
+/// and any size of the cache.
 pub struct Tiles {
     head: Head,
     grid: Lattice,
-    /// Taken off each height, then each is multiplied (m, 1).
+    /// Offset subtracted from each height of the file, m, before multiplication by `factor`.
     zero: f64,
     factor: f64,
     inner: Mutex<Inner>,
-    /// What went wrong first.
+    /// First read error since the file was opened.
     trouble: OnceLock<TileError>,
 }
 
@@ -30,7 +30,7 @@ struct Inner {
     cache: Cache,
 }
 
-/// The file, and room for packed bytes and for planes.
+/// The file, and buffers for compressed bytes and byte planes.
 struct Source {
     file: File,
     length: u64,
@@ -46,7 +46,7 @@ impl std::fmt::Debug for Tiles {
 }
 
 impl Source {
-    /// The bytes of a piece, which are as its checksum says.
+    /// Reads the bytes of a piece into `packed` and verifies their checksum.
     fn piece(&mut self, piece: Piece) -> Result<(), TileError> {
         let length = u64::from(piece.length);
         if piece.start.checked_add(length).is_none_or(|end| end > self.length) {
@@ -62,7 +62,7 @@ impl Source {
         }
     }
 
-    /// Heights of a piece of so many nodes; NaN where there is no piece.
+    /// Reads the heights of a piece with `nodes` nodes; NaN for an empty piece.
     fn heights(&mut self, piece: Piece, nodes: usize, to: &mut Vec<f32>) -> Result<(), TileError> {
         to.clear();
         to.resize(nodes, f32::NAN);
@@ -75,14 +75,17 @@ impl Source {
 }
 
 impl Tiles {
-    /// Opens a file and reads its head and index; at most `most` tiles are kept in memory.
+    /// Opens a file and reads its header and index; at most `most` tiles are kept in memory.
     ///
     /// # Errors
-    /// The file cannot be read, is none of tiles, or its head or index is damaged.
+    /// The file cannot be read, is not a tile file, or its header or index is damaged.
     pub fn open(path: &Path, most: usize) -> Result<Tiles, TileError> {
-        // Asked before it is opened: opening a pipe waits for who writes into it.
+        // Checked before opening, because opening a named pipe would block until a writer appears.
         if !path.metadata().map_err(TileError::system("opening"))?.is_file() {
-            return Err(TileError::System { what: "opening", why: "it is no regular file".into() });
+            return Err(TileError::System {
+                what: "opening",
+                why: "it is not a regular file".into(),
+            });
         }
         let mut file = File::open(path).map_err(TileError::system("opening"))?;
         let length = file.metadata().map_err(TileError::system("opening"))?.len();
@@ -99,14 +102,14 @@ impl Tiles {
         })
     }
 
-    /// The same with its middle at x = y = 0.
+    /// Returns the map shifted so that its centre is at x = y = 0.
     #[must_use]
     pub fn centred(mut self) -> Tiles {
         self.grid = self.grid.centred();
         self
     }
 
-    /// The same with `zero` (m) taken off each height, then multiplied by `factor`.
+    /// Returns the map with `zero` (m) subtracted from each height, then multiplied by `factor`.
     #[must_use]
     pub fn scaled(mut self, zero: f64, factor: f64) -> Tiles {
         (self.zero, self.factor) = (zero, factor);
@@ -114,37 +117,37 @@ impl Tiles {
         self
     }
 
-    /// Where its nodes are.
+    /// Returns the grid of the nodes.
     pub fn grid(&self) -> &Lattice {
         &self.grid
     }
 
-    /// Cells of a tile's edge.
+    /// Returns the number of cells along the edge of a tile.
     pub fn tile(&self) -> usize {
         self.head.tile
     }
 
-    /// Height above which the file gives its heights (m).
+    /// Returns the datum (m) that the heights of the file are relative to.
     pub fn datum(&self) -> f64 {
         self.head.datum
     }
 
-    /// Least and greatest height in the file, above its datum (m); NaN without data.
+    /// Returns the least and the greatest height in the file, above its datum (m); NaN without data.
     pub fn range(&self) -> [f32; 2] {
         self.head.range
     }
 
-    /// Nodes without data.
+    /// Returns the number of nodes without data.
     pub fn missing(&self) -> u64 {
         self.head.missing
     }
 
-    /// Tiles in memory.
+    /// Returns the number of tiles in memory.
     pub fn kept(&self) -> usize {
         self.inner().cache.len()
     }
 
-    /// What went wrong first since it was opened: a tile that is damaged or cannot be read.
+    /// Returns the first error since the file was opened: a tile is damaged or cannot be read.
     pub fn failure(&self) -> Option<&TileError> {
         self.trouble.get()
     }
@@ -153,12 +156,12 @@ impl Tiles {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A height of the file as it is told.
+    /// Applies offset and factor to a height of the file.
     fn told(&self, h: f32) -> f32 {
         ((f64::from(h) - self.zero) * self.factor) as f32
     }
 
-    /// Does something with the heights of a tile.
+    /// Calls `then` with the heights of a tile, which is read if it is not in the cache.
     fn with<T>(&self, tile: usize, then: impl FnOnce(Nodes, &[f32]) -> T) -> Result<T, TileError> {
         let nodes = self.head.nodes(tile);
         let mut inner = self.inner();
@@ -173,7 +176,7 @@ impl Tiles {
         heights.map(|heights| then(nodes, heights)).map_err(|e| self.at(tile, e))
     }
 
-    /// An error with the place of its tile.
+    /// Adds the position of the tile to an error.
     fn at(&self, tile: usize, e: TileError) -> TileError {
         let across = self.head.tiles()[0];
         let place = format!("tile {}, {} (from the south-west)", tile % across, tile / across);
@@ -186,8 +189,8 @@ impl Tiles {
         }
     }
 
-    /// Height (m) and unit normal at x, y (m); `None` off the map, where there is no data, and where the tile cannot be
-    /// read, which [`Tiles::failure`] then tells. A tile that is not in memory is read, and memory may be taken for it.
+    /// Returns height (m) and unit normal at x, y (m); `None` off the map, without data, and if the tile cannot be read, which [`Tiles::failure`]
+    /// then reports. A tile that is not in memory is read, which may allocate.
     #[inline]
     pub fn ground(&self, x: f64, y: f64) -> Option<(f64, Vec3)> {
         self.look(x, y, None, |cell, nodes| {
@@ -195,7 +198,7 @@ impl Tiles {
         })
     }
 
-    /// Height (m), ∂h/∂x and ∂h/∂y at x, y (m); NaN where [`Tiles::ground`] has `None`.
+    /// Returns height (m), ∂h/∂x and ∂h/∂y at x, y (m); NaN where [`Tiles::ground`] returns `None`.
     #[inline]
     pub fn relief(&self, x: f64, y: f64) -> [f64; 3] {
         self.look(x, y, [f64::NAN; 3], |cell, nodes| {
@@ -203,7 +206,7 @@ impl Tiles {
         })
     }
 
-    /// What there is in the cell of x, y; `none` off the map and where the tile cannot be read.
+    /// Calls `then` with the cell at x, y (m) and its tile; returns `none` off the map and if the tile cannot be read.
     #[inline]
     fn look<R>(&self, x: f64, y: f64, none: R, then: impl FnOnce(Inside, Window<'_>) -> R) -> R {
         let Some(cell) = self.grid.cell(x, y) else { return none };
@@ -217,7 +220,7 @@ impl Tiles {
         })
     }
 
-    /// Every so many nodes of the whole map, for display; how many is the first number.
+    /// Returns a coarse copy of the whole map for display, and its step: every step-th node is included.
     ///
     /// # Errors
     /// The overview is damaged.
@@ -235,7 +238,7 @@ impl Tiles {
         Ok((step, Surface { origin: self.grid.origin(), spacing, nx, ny, heights }))
     }
 
-    /// All nodes within x_min, y_min, x_max, y_max (m).
+    /// Returns all nodes within x_min, y_min, x_max, y_max (m).
     ///
     /// # Errors
     /// The region is not on the map or has fewer than 2 by 2 or more than `most` nodes; a tile cannot be read.
@@ -243,7 +246,7 @@ impl Tiles {
         let (origin, spacing, size) = (self.grid.origin(), self.grid.spacing(), self.grid.size());
         let size_fault = |fact: String, help: &str| TileError::Size { fact, help: help.into() };
         let span = |low: f64, high: f64, k: usize| {
-            // A bound that is written as a node's place is that node.
+            // The tolerance includes a node whose position is given as a bound, in spite of round-off.
             let at = |p: f64| (p - origin[k]) / spacing[k];
             let (a, b) = ((at(low) - 1e-6).ceil(), (at(high) + 1e-6).floor());
             (a >= 0.0 && b <= (size[k] - 1) as f64 && b >= a + 1.0)
@@ -253,14 +256,17 @@ impl Tiles {
             let fact = format!("the region {:?} is not on the map", [x0, y0, x1, y1]);
             let bounds = self.grid.bounds();
             let help = format!(
-                "it lies within {bounds:?} (x_min, y_min, x_max, y_max), two nodes wide at least"
+                "the map extends over {bounds:?} (x_min, y_min, x_max, y_max); the region must be at least two nodes wide"
             );
             return Err(size_fault(fact, &help));
         };
         let (nx, ny) = (i1 - i0, j1 - j0);
         if nx.saturating_mul(ny) > most {
             let fact = format!("the region has {nx} by {ny} nodes");
-            return Err(size_fault(fact, &format!("{most} at most: make it smaller")));
+            return Err(size_fault(
+                fact,
+                &format!("at most {most} nodes are possible: make the region smaller"),
+            ));
         }
         let mut heights = vec![0.0; nx * ny];
         for j in (j0 / self.head.tile)..=((j1 - 1) / self.head.tile) {

@@ -15,23 +15,23 @@ fn told(e: &WorldError) -> BuildError {
     BuildError::of(e)
 }
 
-/// A mistake that the physics found, as the runtime reports it: the fact, the remedy, the parameter.
+/// Converts an error of the physics library to an error of the runtime, with the parameter.
 pub(crate) fn fault(e: &WorldError, param: &str) -> BuildError {
     BuildError::of(e).at(param)
 }
 
-/// How a planet turns in W.
+/// Rotation of a planet in W.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turning {
-    /// Not at all: W is fixed to the planet's axes at `angle`.
+    /// No rotation: the planet's axes are fixed in W at `angle`.
     Still,
-    /// About z of W at one rate.
+    /// Rotation about z of W at a constant rate.
     Fixed,
-    /// Pole and meridian of the IAU; needs an epoch.
+    /// Pole and prime meridian of the IAU; needs an epoch.
     Iau,
 }
 
-/// A place of the ellipsoid, with axes there.
+/// Site on the ellipsoid, with local axes.
 #[derive(Params, Clone, Copy, Debug, PartialEq)]
 pub struct SiteParams {
     /// Geodetic latitude, north positive.
@@ -46,77 +46,78 @@ pub struct SiteParams {
     /// Angle of x from east towards north: y is north for 0.
     #[param(unit = "rad", default = 0.0, range = -TAU..=TAU)]
     pub heading: f64,
-    /// `false`: level ground, on which the centrifugal and Coriolis accelerations of the planet's rotation are left out.
+    /// `false`: level ground without the centrifugal and Coriolis accelerations of the planet's rotation.
     #[param(default = true)]
     pub turning: bool,
 }
 
-/// The world of a simulation: a body, its rotation, the date, and what W is.
+/// Parameters of the world of a simulation: body, rotation, epoch and frame W.
 #[derive(Params, Clone, Debug)]
 pub struct WorldParams {
-    /// Body around which the simulation is: earth, mars, moon; other: write `radius`, `rate` (or `turns: still`), and `mu` where it is needed.
+    /// Central body of the simulation: earth, mars, moon. With `other` write `radius`, `rate` (or `turns: still`), and `mu` if gravity needs it.
     pub body: Centre,
-    /// Gravity parameter; default: the body's.
+    /// Gravitational parameter; default: value of the body.
     #[param(unit = "m^3/s^2", range = 1e-12..)]
     pub mu: Option<f64>,
-    /// How it turns: still, fixed (about z of W), iau (W is then the ICRF). Default: iau where there is an `epoch`, else fixed.
+    /// Rotation: still, fixed (about z of W), iau (inertial axes are then the ICRF). Default: iau with an `epoch`, otherwise fixed.
     pub turns: Option<Turning>,
-    /// Rate about z of W for `fixed`; default: the body's own.
+    /// Rotation rate about z of W for `fixed`; default: value of the body.
     #[param(unit = "rad/s")]
     pub rate: Option<f64>,
-    /// Angle from x of W (in a site: of the inertial axes) to the prime meridian at t = 0, for `still` and `fixed`; default: 0. `fixed` with an `epoch` needs it.
+    /// Angle from x of W (at a site: of the inertial axes) to the prime meridian at t = 0, for `still` and `fixed`; default: 0. Required for `fixed`
+    /// with an `epoch`.
     #[param(unit = "rad")]
     pub angle: Option<f64>,
     /// Date of t = 0, such as 2012-08-06 05:17:57 UTC (or TAI, TT, TDB).
     #[param(default = None)]
     pub epoch: Option<String>,
-    /// SPK kernel (.bsp, such as de440.bsp of NAIF, or one of a small body or spacecraft: types 1, 2, 3, 8, 9, 12, 13, 21) by which Sun, Moon and planets move; default: by series for
-    /// 1900 to 2100 (Sun, Earth, Moon, some km) and ellipses for 1800 to 2050 (planets, 27″ for Mars).
+    /// SPK kernel (.bsp, such as de440.bsp of NAIF, or one of a small body or spacecraft: types 1, 2, 3, 8, 9, 12, 13, 21) for the positions of Sun,
+    /// Moon and planets; default: series for 1900 to 2100 (Sun, Earth, Moon, some km) and ellipses for 1800 to 2050 (planets, 27″ for Mars).
     #[param(default = None)]
     pub kernel: Option<String>,
-    /// How long tables of the Earth's axis and of Sun and Moon are made for; beyond it they are computed
-    /// anew at each look, a thousand times slower.
+    /// Time span of the interpolation tables for the Earth's axis, Sun and Moon. At later times every query is computed directly, which is a thousand
+    /// times slower.
     #[param(unit = "s", default = 172_800.0, range = 1.0..=1e9)]
     pub span: f64,
-    /// UT1 − UTC at the epoch, for the Earth; 0 is wrong by up to 0.9 s, 400 m on the ground.
+    /// UT1 − UTC at the epoch, for the Earth. The default 0 is wrong by up to 0.9 s, which is 400 m on the ground.
     #[param(unit = "s", default = 0.0, range = -1.0..=1.0)]
     pub dut1: f64,
     /// Coordinates x, y of the Earth's pole, rad.
     #[param(default = [0.0, 0.0])]
     pub pole: [f64; 2],
     /// File with UT1, the pole and its offsets day by day, for the Earth with `turns: iau`: finals2000A or EOP 20 C04 of the IERS,
-    /// EOP-All.csv of CelesTrak. It takes the place of `dut1` and `pole`.
+    /// EOP-All.csv of CelesTrak. It replaces `dut1` and `pole`.
     #[param(default = None)]
     pub orientation: Option<String>,
     /// Text kernel of planetary constants (.tpc, such as pck00011.tpc of NAIF): pole and prime meridian of the body `naif` with `turns: iau`,
-    /// and its radii where they are not written.
+    /// and its radii as defaults.
     #[param(default = None)]
     pub constants: Option<String>,
-    /// NAIF's number of the body in `constants`, such as 499 for Mars, 2000001 for Ceres.
+    /// NAIF ID of the body in `constants`, such as 499 for Mars, 2000001 for Ceres.
     #[param(default = None)]
     pub naif: Option<u32>,
-    /// Equatorial radius for heights; default: the body's (WGS 84, IAU).
+    /// Equatorial radius for heights; default: value of the body (WGS 84, IAU).
     #[param(unit = "m", range = 1.0..)]
     pub radius: Option<f64>,
-    /// Flattening for heights; default: the body's.
+    /// Flattening for heights; default: value of the body.
     #[param(range = 0.0..=0.5)]
     pub flattening: Option<f64>,
-    /// Where W is on the planet; default: W is inertial, with the body's centre at its origin.
+    /// Site of W on the planet; default: W is inertial, with the body's centre at its origin.
     pub site: Option<SiteParams>,
-    /// Mean distance of the Sun in AU, for a Sun without an ephemeris; default: the body's.
+    /// Mean distance of the Sun in AU, for a Sun without an ephemeris; default: value of the body.
     #[param(range = 1e-3..)]
     pub sun_distance: Option<f64>,
-    /// Power of sunlight at 1 AU; its pressure is this over the speed of light.
+    /// Solar irradiance at 1 AU; the solar radiation pressure is this value over the speed of light.
     #[param(unit = "W/m^2", default = SOLAR_CONSTANT, range = 0.0..)]
     pub solar_constant: f64,
-    /// Bodies that hide the Sun in addition to the central one, with an `epoch`: moon, earth, venus, mars, jupiter. Default: the Moon at the
-    /// Earth, the Earth at the Moon.
+    /// Bodies that eclipse the Sun in addition to the central one; need an `epoch`: moon, earth, venus, mars, jupiter. Default: the Moon for the
+    /// Earth, the Earth for the Moon.
     #[param(default = None)]
     pub shadows: Option<Vec<Third>>,
 }
 
 impl WorldParams {
-    /// A body that turns about z of W at its own rate.
+    /// Returns the parameters of a body with default values.
     pub fn of(body: Centre) -> WorldParams {
         WorldParams {
             body,
@@ -141,27 +142,27 @@ impl WorldParams {
         }
     }
 
-    /// How it turns, where that is not written.
+    /// Returns the kind of rotation, by default from `epoch`.
     pub(crate) fn turning(&self) -> Turning {
         let of_date = self.epoch.is_some() && self.body != Centre::Other;
         let otherwise = if of_date { Turning::Iau } else { Turning::Fixed };
         self.turns.unwrap_or(otherwise)
     }
 
-    /// Directions by an ephemeris are known from a site whose pole is that of the IAU: `fixed` and `still` have a pole of their own.
+    /// Checks that directions by an ephemeris are defined: a site needs the pole of the IAU, but `fixed` and `still` define another pole.
     pub(crate) fn among_the_stars(&self, what: &str) -> Result<(), BuildError> {
         if self.site.is_none() || self.turning() == Turning::Iau {
             return Ok(());
         }
         let fact = format!(
-            "{what} by an ephemeris needs the planet's pole among the stars, and the `site` of `world` has another"
+            "{what} by an ephemeris needs the inertial direction of the planet's pole, which the `site` of `world` does not define"
         );
         let help =
             "write `turns: iau` in `world`; a Sun without an ephemeris is `environment.fixed_sun`";
         Err(BuildError::new(fact).help(help))
     }
 
-    /// The epoch; `why` says what needs it.
+    /// Returns the epoch; `why` names the feature that needs it.
     pub fn epoch(&self, why: &str) -> Result<Epoch, BuildError> {
         let Some(text) = &self.epoch else {
             return Err(BuildError::new(format!("{why} needs an epoch, and there is none"))
@@ -170,12 +171,13 @@ impl WorldParams {
         Epoch::parse(text).map_err(|e| told(&e))
     }
 
-    /// The Earth by its table, where one is written.
+    /// Returns the Earth's rotation by the table `orientation`, if one is written.
     fn by_day(&self, epoch: &Epoch, files: &Files) -> Result<Option<Earth>, BuildError> {
         let Some(file) = &self.orientation else { return Ok(None) };
         if self.dut1 != 0.0 || self.pole != [0.0, 0.0] {
-            let fact =
-                format!("`dut1` or `pole` is written beside the table `{file}`, which has both");
+            let fact = format!(
+                "`dut1` or `pole` is written in addition to the table `{file}`, which contains both"
+            );
             return Err(BuildError::new(fact).help("remove them, or `orientation`"));
         }
         let text = files.text(file)?;
@@ -183,7 +185,7 @@ impl WorldParams {
         Earth::by_day(epoch, &table, self.span).map(Some).map_err(|e| told(&e))
     }
 
-    /// The constants of `constants`, and the body's number in them.
+    /// Returns the constants of `constants`, and the NAIF ID of the body.
     fn constants(&self, files: &Files) -> Result<Option<(PckConstants, u32)>, BuildError> {
         match (&self.constants, self.naif) {
             (None, None) => Ok(None),
@@ -193,7 +195,7 @@ impl WorldParams {
                 Ok(Some((pck, body)))
             }
             _ => {
-                let fact = "`constants` and `naif` belong together";
+                let fact = "`constants` and `naif` must be written together";
                 let help = "write both, such as constants: \"pck00011.tpc\", naif: 499";
                 Err(BuildError::new(fact).help(help))
             }
@@ -210,17 +212,18 @@ impl WorldParams {
         let fixed =
             |rate: f64| FixedRate::about_z(self.angle.unwrap_or(0.0), rate).map(Rotation::Fixed);
         if let (Turning::Iau, Some(_)) = (turns, self.angle) {
-            let fact = "`angle` is written, and `turns: iau` has the meridian of the date";
+            let fact =
+                "`angle` is written, but `turns: iau` computes the prime meridian from the epoch";
             return Err(BuildError::new(fact).help("remove `angle`, or write `turns: fixed`"));
         }
         if (turns, self.angle, self.epoch.is_some()) == (Turning::Fixed, None, true) {
-            let fact = "there is an `epoch`, and `turns: fixed` does not say where the prime meridian is at that date";
-            let help = "write `turns: iau`, by which it follows from the date, or the `angle` from x of W to the prime meridian";
+            let fact = "there is an `epoch`, but `turns: fixed` does not define the prime meridian at that date";
+            let help = "write `turns: iau` to compute it from the epoch, or the `angle` from x of W to the prime meridian";
             return Err(BuildError::new(fact).help(help));
         }
         if let Some((pck, body)) = self.constants(files)? {
             if (turns, self.body == Centre::Earth) != (Turning::Iau, false) {
-                let fact = "`constants` is written, and the body does not turn by them";
+                let fact = "`constants` is written, but the rotation of the body does not use it";
                 let help = "write `turns: iau` and a body other than earth, or remove `constants`";
                 return Err(BuildError::new(fact).help(help));
             }
@@ -238,7 +241,7 @@ impl WorldParams {
                 }
             },
             (Turning::Iau, Centre::Other) => {
-                let fact = "`turns: iau` is known for the Earth, Mars and the Moon";
+                let fact = "`turns: iau` without `constants` is only supported for the Earth, Mars and the Moon";
                 return Err(BuildError::new(fact).help(
                     "write `constants: \"pck00011.tpc\", naif: 499`, `turns: fixed` with `rate` and `angle`, or `turns: still`",
                 ));
@@ -264,12 +267,14 @@ impl WorldParams {
     /// Checks it and makes its tables; `files` has the one of `orientation`.
     pub fn planet(&self, files: &Files) -> Result<Planet, BuildError> {
         if self.rate.is_some() && self.turning() != Turning::Fixed {
-            return Err(BuildError::new("`rate` is written, but the planet does not turn by it")
-                .help("remove `rate`, or write `turns: fixed`"));
+            return Err(BuildError::new(
+                "`rate` is written, but the rotation of the planet does not use it",
+            )
+            .help("remove `rate`, or write `turns: fixed`"));
         }
         let own = match self.constants(files)? {
             Some((pck, body)) => match pck.radii(body) {
-                // The mean of the two radii of the equator, which heights are counted from.
+                // Heights use the mean of the two equatorial radii.
                 Some([x, y, z]) if 2.0 * z <= x + y => {
                     let equator = 0.5 * (x + y);
                     Some(Ellipsoid::new(equator, 1.0 - z / equator).map_err(|e| told(&e))?)
@@ -280,7 +285,8 @@ impl WorldParams {
         };
         let Some(radius) = self.radius.or(own.map(|o| o.equatorial_radius())) else {
             let fact = "`body: other` has no `radius`";
-            return Err(BuildError::new(fact).help("write the radius from which heights count"));
+            return Err(BuildError::new(fact)
+                .help("write the equatorial radius above which heights are measured"));
         };
         let flattening = self.flattening.or(own.map(|o| o.flattening())).unwrap_or(0.0);
         let ellipsoid = Ellipsoid::new(radius, flattening).map_err(|e| told(&e))?;
@@ -295,22 +301,22 @@ impl WorldParams {
     }
 }
 
-/// W at a place of a planet that turns on as it does at t = 0.
+/// Returns the site of W on a planet that continues to rotate as at t = 0.
 fn site(s: &SiteParams, ellipsoid: &Ellipsoid, rotation: &Rotation) -> Result<Site, BuildError> {
     let place = Geodetic { latitude: s.latitude, longitude: s.longitude, altitude: s.height };
     let pose = world::Site::new(ellipsoid, place, s.heading).pose;
     if !(s.height > -ellipsoid.polar_radius() && pose.position.norm().is_finite()) {
-        let fact = format!("a site at a height of {} m is inside the planet's centre", s.height);
+        let fact = format!("a site at a height of {} m is beyond the planet's centre", s.height);
         let help = "write its height above the ellipsoid, negative below it";
         return Err(BuildError::new(fact).help(help));
     }
     let spin = rotation.at(0.0);
-    // The rate that is written, no digit changed, where one is.
+    // Use the written rate itself, without round-off from a conversion.
     let rate = if let Rotation::Fixed(f) = rotation { f.rate } else { spin.omega_P().z };
     Ok(Site { pose, rate, start: spin.R_IP })
 }
 
-/// A layer of wind over the ground.
+/// Wind relative to the ground at one height.
 #[derive(Params, Clone, Debug)]
 pub struct WindLayer {
     /// Height above the ellipsoid.
@@ -327,29 +333,29 @@ pub struct WindLayer {
     pub up: f64,
 }
 
-/// How the air at a height differs from its model's.
+/// Factor on the density of an atmosphere model at one height.
 #[derive(Params, Clone, Debug)]
 pub struct DensityLayer {
     /// Height above the ellipsoid.
     #[param(unit = "m")]
     pub altitude: f64,
-    /// Density over that of the model; the pressure has the same factor.
+    /// Ratio of the density to the model's density; the pressure has the same factor.
     #[param(default = 1.0, range = 0.0..)]
     pub factor: f64,
 }
 
-/// Shape and rotation, ready to be evaluated.
+/// Shape and rotation of the planet, prepared for evaluation.
 #[derive(Clone, Debug)]
 pub struct Planet {
     /// Shape for heights.
     pub ellipsoid: Ellipsoid,
-    /// Rotation in inertial axes, which W is without a site.
+    /// Rotation in inertial axes; without a site these are W.
     pub rotation: Rotation,
-    /// W, when it stands on the planet.
+    /// Site, if W is on the planet.
     pub site: Option<Site>,
-    /// W turns with the planet in the dynamics, where it stands on it.
+    /// The dynamics at a site include the rotation of the planet.
     pub turning: bool,
-    /// The date of t = 0, as written.
+    /// Date of t = 0 as in the file.
     pub epoch: Option<String>,
 }
 
@@ -363,8 +369,8 @@ impl Planet {
         }
     }
 
-    /// The spin at t (s) and the geodetic place of a point (m, W); no place within 43 km of the centre.
-    /// Seen from a site the planet stands still: its axes in W, and no angular velocity.
+    /// Returns the rotation state at t (s) and the geodetic position of a point (m, W), which is `None` within 43 km of the centre. At a site the
+    /// planet is at rest in W: its axes are constant and its angular velocity is zero.
     pub fn place(&self, t: f64, p: Vec3) -> (Spin, Option<Geodetic>) {
         if let Some(site) = &self.site {
             let place = self.ellipsoid.geodetic(&site.to_planet(&p)).ok();
@@ -376,7 +382,7 @@ impl Planet {
         (spin, place)
     }
 
-    /// `R_WP` at t (s): the planet's axes in W.
+    /// Returns `R_WP` at t (s), the rotation from planet-fixed axes to W.
     pub fn axes_at(&self, t: f64) -> Quat {
         match &self.site {
             Some(site) => site.pose.rotation.inverse(),
@@ -384,8 +390,7 @@ impl Planet {
         }
     }
 
-    /// Acceleration (m/s², W) at `p` (m, W) in a field that is fixed to the planet and given in its axes, with the
-    /// centrifugal part where W is a site.
+    /// Returns the acceleration (m/s², W) at `p` (m, W) of a field in planet-fixed axes, including the centrifugal part at a site.
     pub fn gravity(&self, t: f64, p: Vec3, field: impl Fn(&Vec3) -> Vec3) -> Vec3 {
         if self.site.is_some() {
             return crate::world::around(self, p, field);
@@ -394,7 +399,7 @@ impl Planet {
         R_IP * field(&(R_IP.inverse() * p))
     }
 
-    /// ∂a/∂p (1/s², W) of [`Planet::gravity`], given that of the field in the planet's axes.
+    /// Returns the gradient ∂a/∂p (1/s², W) of [`Planet::gravity`] from the gradient of the field in planet-fixed axes.
     pub fn gradient(&self, t: f64, p: Vec3, gradient: impl Fn(&Vec3) -> Mat3) -> Mat3 {
         if self.site.is_some() {
             return crate::world::gradient_around(self, p, gradient);
@@ -405,7 +410,8 @@ impl Planet {
     }
 }
 
-/// A field (m/s²) that is given in axes of the planet, at a site that W is, with the centrifugal part where W turns; without a site, in axes of W.
+/// Returns the acceleration (m/s², W) of a field in planet-fixed axes, including the centrifugal part if W is a rotating site; without a site the
+/// field is in axes of W.
 pub(crate) fn around(planet: &Planet, p: Vec3, field: impl Fn(&Vec3) -> Vec3) -> Vec3 {
     match &planet.site {
         Some(s) => {
@@ -416,7 +422,7 @@ pub(crate) fn around(planet: &Planet, p: Vec3, field: impl Fn(&Vec3) -> Vec3) ->
     }
 }
 
-/// ∂a/∂p (1/s²) of the same, given that of the field.
+/// Returns the gradient ∂a/∂p (1/s²) of [`around`] from the gradient of the field.
 pub(crate) fn gradient_around(planet: &Planet, p: Vec3, gradient: impl Fn(&Vec3) -> Mat3) -> Mat3 {
     let Some(s) = &planet.site else { return gradient(&p) };
     let (R, omega) = (s.pose.rotation.to_rotation_matrix().into_inner(), s.omega());

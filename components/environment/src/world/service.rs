@@ -1,4 +1,4 @@
-//! The service: what a world knows of its body, its date and its light.
+//! Service `world`: body, epoch, rotation and light of a simulation.
 
 use super::body::Centre;
 use super::params::{Planet, WorldParams};
@@ -37,7 +37,7 @@ impl std::ops::Deref for PlanetWorld {
 }
 
 impl PlanetWorld {
-    /// From a handle of this library's world.
+    /// Returns the world of this library that a handle refers to.
     ///
     /// # Errors
     /// It is a world of another library.
@@ -48,7 +48,7 @@ impl PlanetWorld {
         })
     }
 
-    /// As a service that parameters take, for programs and tests.
+    /// Returns the world as a service handle for parameters, for programs and tests.
     ///
     /// # Errors
     /// What of it is wrong, with the remedy.
@@ -58,7 +58,7 @@ impl PlanetWorld {
     }
 }
 
-/// Distance from the origin of a site, over the radius of the planet, within which the horizon is that of its ground.
+/// Distance from the origin of a site, relative to the radius of the planet, within which the horizon of the site's ground plane is used.
 const NEAR: f64 = 0.01;
 
 impl Inner {

@@ -1,4 +1,4 @@
-//! Starts on an orbit, in named axes and over the ground, as positions and velocities in W at t = 0.
+//! Initial states: converts orbital elements, states in named frames and geodetic states to position and velocity in W at t = 0.
 //! ```text
 //! inertial   r_I, v_I                                      elements: R_z(Ω) R_x(i) R_z(ω) of the conic about the body
 //! fixed      r_I = R_IP r_P,  v_I = R_IP v_P + ω × r_I     geodetic: r_P of the ellipsoid, v_P from east, north, up
@@ -14,7 +14,7 @@ use linkwork_world::planet::rotation::{eme2000_to_gcrs, teme_to_gcrs};
 use linkwork_world::planet::{Geodetic, PointMotion};
 
 impl Inner {
-    /// Position (m) and velocity (m/s) in W at t = 0.
+    /// Returns position (m) and velocity (m/s) in W at t = 0.
     pub(super) fn started(&self, start: &Start) -> Result<(Vec3, Vec3), BuildError> {
         match start {
             Start::Elements { .. } => {
@@ -58,7 +58,7 @@ impl Inner {
         }
     }
 
-    /// The axes exist in this world.
+    /// Returns an error if the frame is not defined in this world.
     fn named(&self, frame: StartFrame) -> Result<(), BuildError> {
         let iau = self.params.turning() == Turning::Iau;
         let earth = self.params.body == Centre::Earth;
@@ -77,13 +77,14 @@ impl Inner {
         } else {
             "the Earth"
         };
-        let fact =
-            format!("`frame: {name}` is of {of} that turns by the IAU, and the world has none");
+        let fact = format!(
+            "`frame: {name}` needs {of} that turns by the IAU (`turns: iau`), which this world does not have"
+        );
         let help = "write `epoch` in `world` (with `body: earth` for itrf and teme), or `frame: inertial` or `fixed`";
         Err(BuildError::new(fact).help(help))
     }
 
-    /// On an orbit about the body, inertial axes.
+    /// Returns the state on an orbit about the body, inertial axes.
     fn on_orbit(&self, start: &Start) -> Result<PointMotion, BuildError> {
         let Start::Elements {
             semi_major_axis,
@@ -113,14 +114,14 @@ impl Inner {
                 let elements = at(angle).map_err(told)?;
                 if 1.0 + eccentricity * angle.cos() <= 0.0 {
                     let fact = format!(
-                        "a hyperbola of e = {eccentricity} has no place at an anomaly of {angle} rad"
+                        "a hyperbola of eccentricity {eccentricity} has no point at the true anomaly {angle} rad"
                     );
-                    return Err(BuildError::new(fact).help("write an anomaly nearer to 0"));
+                    return Err(BuildError::new(fact).help("write an anomaly closer to 0"));
                 }
                 Ok(elements.state(mu))
             }
             Anomaly::Mean(mean) => {
-                // A mean anomaly counts time from the pericentre.
+                // The mean anomaly is proportional to the time since the pericentre.
                 let rate = (mu / semi_major_axis.abs().powi(3)).sqrt();
                 let pericentre = at(0.0).map_err(told)?.state(mu);
                 let turns =
@@ -134,7 +135,8 @@ impl Inner {
     fn of_inertial(&self, r: Vec3, v: Vec3) -> Result<(Vec3, Vec3), BuildError> {
         let Some(site) = &self.planet.site else { return Ok((r, v)) };
         if !self.planet.turning {
-            let fact = "by `turning: false` of the world the ground is level: W has no inertial axes around it";
+            let fact =
+                "`turning: false` of the world makes the ground level, so W has no inertial axes";
             return Err(BuildError::new(fact)
                 .help("remove `turning: false`, or write `geodetic` or `frame: fixed`"));
         }
@@ -237,7 +239,7 @@ mod tests {
         assert!((v - want).norm() < 3e-3, "{}", (v - want).norm());
     }
 
-    /// What stands over the ground has the velocity of the ground; and W as a site has the same motion.
+    /// A body at rest relative to the ground has the velocity of the ground; W as a site gives the same motion.
     #[test]
     fn a_place_over_the_ground_is_that_of_every_world() {
         let start = Start::Geodetic {
@@ -261,7 +263,7 @@ mod tests {
         let (sin, cos) = 0.4_f64.sin_cos();
         let want = Vec3::new(30.0 * cos - 20.0 * sin, -30.0 * sin - 20.0 * cos, 5.0);
         assert!((v1 - want).norm() < 1e-9, "{v1} {want}");
-        // The same state by inertial axes.
+        // The same state, given in inertial axes.
         for start in [
             Start::State { frame: StartFrame::Icrf, position: r, velocity: v },
             Start::State {
@@ -271,7 +273,7 @@ mod tests {
             },
         ] {
             let (r2, v2) = on_it.start(&start).unwrap();
-            // A site rotates about z of the body; the pole of the Earth is some 1e-11 rad/s beside that.
+            // A site rotates about z of the body; the rotation axis of the Earth deviates by about 1e-11 rad/s.
             assert!((r2 - r1).norm() < 1e-3 && (v2 - v1).norm() < 1e-3, "{r2} {v2}");
             let (r3, v3) = world.start(&start).unwrap();
             assert!((r3 - r).norm() < 1e-3 && (v3 - v).norm() < 1e-3, "{r3} {v3}");

@@ -129,7 +129,7 @@ fn the_earth_turns_by_a_table() {
         let e = p.planet(&files).err().unwrap();
         assert!(e.message.contains(fact) && e.help.is_some(), "{}", e.message);
     };
-    refused(WorldParams { dut1: 0.1, ..p.clone() }, "`dut1` or `pole` is written beside");
+    refused(WorldParams { dut1: 0.1, ..p.clone() }, "`dut1` or `pole` is written in addition");
     refused(WorldParams { turns: Some(Turning::Fixed), ..p.clone() }, "no Earth that turns");
     refused(WorldParams { body: Centre::Mars, ..p.clone() }, "no Earth that turns");
     refused(WorldParams { span: 1e6, ..p.clone() }, "covers 2012-03-14");
@@ -275,8 +275,8 @@ fn a_body_turns_by_a_kernel_of_constants() {
     let rate = ceres.rotation.at(0.0).omega_P().z;
     assert!((rate - 952.1532_f64.to_radians() / 86_400.0).abs() < 1e-15, "{rate}");
     for (p, part) in [
-        (p(Centre::Mars, None), "belong together"),
-        (p(Centre::Earth, Some(499)), "does not turn by them"),
+        (p(Centre::Mars, None), "must be written together"),
+        (p(Centre::Earth, Some(499)), "does not use it"),
         (p(Centre::Mars, Some(7)), "BODY7_POLE_RA is missing"),
     ] {
         let message = p.planet(&files).err().unwrap().message;

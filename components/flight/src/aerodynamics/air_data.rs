@@ -1,4 +1,4 @@
-//! What the air does past a body: speed, angles, pressure.
+//! Motion of a body relative to the air: airspeed, flow angles, dynamic pressure, Mach number.
 //! ```text
 //! v_B = R_WBᵀ (v − wind) = (u, v, w)      V = |v_B|      q = ½ ρ V²      M = V/a
 //! α = atan2(w, u)      β = asin(v/V)      α_t = acos(u/V)      all zero at rest; found when they are asked for
@@ -8,12 +8,12 @@
 
 use linkwork_runtime::prelude::*;
 
-/// Motion through the air, body axes.
+/// Motion relative to the air.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AirData {
     /// Velocity through the air, body axes, m/s.
     pub velocity: Vec3,
-    /// Angular velocity against the air, body axes, rad/s.
+    /// Angular velocity relative to the air, body axes, rad/s.
     pub angular: Vec3,
     /// Speed through the air, m/s.
     pub speed: f64,
@@ -28,7 +28,8 @@ pub struct AirData {
 }
 
 impl AirData {
-    /// Of a node at time `t` (s) in the air of `atmosphere` with a `gust` (m/s, W), which turns at `air_rate` (rad/s, W).
+    /// Computes the air data of a node at time `t` (s) in `atmosphere` with a `gust` (m/s, W) added to the wind; the air rotates at `air_rate`
+    /// (rad/s, W).
     pub fn met(
         atmosphere: &Handle<dyn Atmosphere>,
         t: f64,
@@ -39,7 +40,7 @@ impl AirData {
         AirData::of(node, &gusty(atmosphere, t, &node.position, gust), air_rate)
     }
 
-    /// Of a node in `air` that turns at `air_rate` (rad/s, W).
+    /// Computes the air data of a node in `air` that rotates at `air_rate` (rad/s, W).
     pub fn of(node: &NodeState, air: &Air, air_rate: &Vec3) -> AirData {
         let velocity = node.rotation.inverse() * (node.velocity - air.wind);
         let speed = velocity.norm();
@@ -54,35 +55,35 @@ impl AirData {
         }
     }
 
-    /// Angle of attack α, rad.
+    /// Returns the angle of attack α, rad.
     pub fn alpha(&self) -> f64 {
         self.angle(self.velocity.z, self.velocity.x)
     }
 
-    /// Angle of sideslip β, rad.
+    /// Returns the angle of sideslip β, rad.
     pub fn beta(&self) -> f64 {
         self.angle(self.velocity.y, self.velocity.x.hypot(self.velocity.z))
     }
 
-    /// Angle between x and the velocity α_t, rad.
+    /// Returns the total angle of attack α_t, the angle between x and the velocity, rad.
     pub fn alpha_total(&self) -> f64 {
-        // acos would lose half the digits at small angles.
+        // acos would lose half of the significant digits at small angles.
         self.angle(self.velocity.y.hypot(self.velocity.z), self.velocity.x)
     }
 
-    /// The angle of (x, y); at rest, where zeros have signs, zero.
+    /// Returns the angle of (x, y), rad; zero at rest, where atan2 would depend on the signs of zeros.
     fn angle(&self, y: f64, x: f64) -> f64 {
         if self.speed > 0.0 { y.atan2(x) } else { 0.0 }
     }
 
-    /// ρ V/μ, 1/m: the Reynolds number for a length of 1 m, at the dynamic viscosity μ (Pa s).
+    /// Returns ρ V/μ, 1/m, the Reynolds number per metre of length at the dynamic viscosity μ (Pa s).
     pub fn unit_reynolds(&self, viscosity: f64) -> f64 {
         self.density * self.speed / viscosity
     }
 
-    /// Heat flux at the stagnation point of a nose of `radius` m, W/m²: by Sutton and Graves in continuous flow, q_c = k √(ρ/r_n) V³,
-    /// and no more than the energy that the gas brings where it is thin, q_f = ρ V³/2; between them q = q_c/√(1 + (q_c/q_f)²). It differs
-    /// from q_c by less than 1 % where q_f is more than 7.1 times as large. 0 without a gas.
+    /// Returns the heat flux at the stagnation point of a nose of `radius` m, W/m². In continuum flow it is q_c = k √(ρ/r_n) V³ (Sutton and Graves).
+    /// In free molecular flow it is the energy flux of the gas, q_f = ρ V³/2. Between both it is q = q_c/√(1 + (q_c/q_f)²), which differs from q_c by
+    /// less than 1 % if q_f is more than 7.1 times as large. Returns 0 in a vacuum.
     pub fn heating(&self, constant: f64, radius: f64) -> f64 {
         if self.density == 0.0 {
             return 0.0;
@@ -93,7 +94,7 @@ impl AirData {
         continuous / (1.0 + over).sqrt()
     }
 
-    /// Unit vector across x along which the velocity leans, body axes (0, v, w)/√(v² + w²); zero when it does not.
+    /// Returns the unit vector of the velocity component perpendicular to x, body axes: (0, v, w)/√(v² + w²); zero if that component vanishes.
     pub fn lean(&self) -> Vec3 {
         let across = self.velocity.y.hypot(self.velocity.z);
         if across > 0.0 {
@@ -104,14 +105,14 @@ impl AirData {
     }
 }
 
-/// The air at `p` (m, W) with a `gust` (m/s, W) over its wind.
+/// Returns the air at `p` (m, W) with a `gust` (m/s, W) added to its wind.
 pub fn gusty(atmosphere: &Handle<dyn Atmosphere>, t: f64, p: &Vec3, gust: &Vec3) -> Air {
     let air = atmosphere.air(t, *p);
     Air { wind: air.wind + gust, ..air }
 }
 
-/// Gravity (m/s², W) less the acceleration of air that turns with its planet, at p (m, W): what displaced air weighs, and what an apparent
-/// mass m_a (a − a_air) is spared. From a site gravity has the centrifugal part already.
+/// Returns gravity (m/s², W) minus the acceleration of air that rotates with its planet, at p (m, W). It gives the weight of displaced air
+/// (buoyancy), and the reduction for the apparent mass in m_a (a − a_air). At a site, gravity already includes the centrifugal part.
 pub fn gravity_in_air(
     gravity: &Handle<dyn Gravity>,
     world: Option<&Handle<dyn World>>,
@@ -122,11 +123,11 @@ pub fn gravity_in_air(
     gravity.acceleration(t, *p) - turns.cross(&turns.cross(p))
 }
 
-/// Checks a written turn rate of the air (rad/s, W) against the rate of the world's body. Zero means rates against W and is always accepted.
-/// `param` names the parameter.
+/// Checks a rotation rate of the air (rad/s, W) from the file against the rate of the world's body. Zero means that body rates are relative to W, and
+/// is always accepted. `param` names the parameter.
 ///
 /// # Errors
-/// The air of the world does not turn like that: both rates.
+/// The rate differs from the rate of the world's body; the message contains both rates.
 pub(super) fn check_air_rate(
     written: &Vec3,
     world: Option<&Handle<dyn World>>,
@@ -139,44 +140,45 @@ pub(super) fn check_air_rate(
     }
     let show = |v: &Vec3| format!("[{:e}, {:e}, {:e}]", v.x, v.y, v.z);
     let fact = format!(
-        "the air turns at {} rad/s in W here, and at {} rad/s by the `world`",
+        "the air rotates at {} rad/s in W here, but at {} rad/s by the `world`",
         show(written),
         show(&turns)
     );
-    let help = "write the rate of the world, or leave it out: body rates are then taken against W";
+    let help = "write the rate of the world, or leave it out to use body rates relative to W";
     Err(BuildError::new(fact).help(help).at(param))
 }
 
-/// Constant of Sutton and Graves (kg^½/m): the one that is written, or else that of the gas.
+/// Returns the Sutton-Graves constant (kg^½/m): the one in the file, or else the constant of the gas.
 ///
 /// # Errors
-/// Neither is known.
+/// Neither of them is given.
 pub fn heating_constant(
     written: Option<f64>,
     atmosphere: &Handle<dyn Atmosphere>,
 ) -> Result<f64, BuildError> {
     written.or_else(|| atmosphere.heating_constant()).ok_or_else(|| {
-        let fact = format!("for heating, `{}` does not know the constant of its gas", atmosphere.path());
+        let fact = format!("`{}` has no Sutton-Graves constant for its gas, which heating needs", atmosphere.path());
         let help = "write `heating_constant` there or here: air 1.7415e-4, carbon dioxide 1.9027e-4; 0 where heating does not matter";
         BuildError::new(fact).help(help).at("heating_constant")
     })
 }
 
-/// What to do where a table ends.
+/// Behaviour outside the range of a table.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outside {
-    /// Go on with the value at the end; that it happened is an event and stays to be seen in `outside`.
+    /// Hold the value at the end of the table. An event is logged, and the output `outside` stays set.
     Clamp,
-    /// Stop the run at that instant with what was left and where; a run that begins there is refused.
+    /// Stop the run at that instant with a message that names quantity and range; a run that begins outside is rejected.
     Stop,
 }
 
 impl Outside {
-    /// What is said of a flow beyond the end, which stops the run or not: the `fact`; what is `taken` there; what else the user may do.
+    /// Builds the message for a flow outside the table from the `fact`, the value that is `taken` there and the `remedy`; it stops the run for
+    /// `Stop`.
     pub fn says(self, fact: String, taken: &str, remedy: &str) -> BuildError {
         let help = match self {
-            Outside::Clamp => format!("{taken} taken; {remedy}, or write `outside: stop`"),
-            Outside::Stop => format!("{remedy}, or write `outside: clamp`: {taken} taken then"),
+            Outside::Clamp => format!("{taken} used; {remedy}, or write `outside: stop`"),
+            Outside::Stop => format!("{remedy}, or write `outside: clamp`: {taken} used then"),
         };
         BuildError::new(fact).help(help).at("outside").stopping(self == Outside::Stop)
     }
@@ -210,11 +212,11 @@ mod tests {
         assert!((a.pressure - 2500.0).abs() < 1e-9);
         assert!((rotation * a.angular - Vec3::new(0.1, 0.2, 0.0)).norm() < 1e-15);
         assert!((a.lean().norm() - 1.0).abs() < 1e-15 && a.lean().dot(&v) > 0.0);
-        // The flux without gas is zero, and NaN stays NaN.
+        // In a vacuum the flux is zero; NaN is propagated.
         let heat =
             |density: f64| AirData::of(&node, &air(density, wind), &rate).heating(1.9e-4, 2.25);
         assert!(heat(0.0) == 0.0 && heat(f64::NAN).is_nan() && heat(1e-300) > 0.0);
-        // Seven times: 1/√(1 + 1/49) is 1.01 % less.
+        // For q_f = 7 q_c, 1/√(1 + 1/49) is 1.01 % below 1.
         let thin = 49.0 * 4.0 * 1.9e-4 * 1.9e-4 / 2.25;
         let continuous = 1.9e-4 * (thin / 2.25_f64).sqrt() * 500f64.powi(3);
         assert!((heat(thin) / continuous - 0.98995).abs() < 1e-5);

@@ -1,20 +1,20 @@
-//! `flight.axisymmetric_aerodynamics`: a capsule or a shell by tables over total angle of attack and Mach number.
+//! `flight.axisymmetric_aerodynamics`: aerodynamics of a capsule or aeroshell from tables over total angle of attack and Mach number.
 //! ```text
 //! F = q S (−C_A, −C_N l_y, −C_N l_z)             l = (0, v, w)/√(v² + w²): the velocity leans to l
 //! M_ref = q S D C_m (0, l_z, −l_y)               about the point that the tables speak of
 //! M = M_ref + p_ref × F + q S D²/(2V) (C_lp p, C_mq q, C_mq r)       p_ref: from the node, body axes
 //! q̇ = k √(ρ/r_n) V³      Q = ∫ q̇ dt              heat at the stagnation point (Sutton, Graves)
 //! ```
-//! Nothing pushes along the velocity: C_A cos α_t + C_N sin α_t ≥ 0 is required of the tables, and beyond their end what would push is left out.
-//! Positive C_m raises the nose at positive α; a stable shell has a negative one. Tables are linear
-//! between their points; where they end, `outside` says what happens: the value at the end, or an end of the run at that instant.
+//! The force never accelerates the body along its velocity: the tables must satisfy C_A cos α_t + C_N sin α_t ≥ 0, and beyond their ends an
+//! accelerating component is removed. Positive C_m raises the nose at positive α; a stable shell has negative C_m. Tables are interpolated linearly.
+//! Outside their range, `outside` selects the value at the end or a stop of the run.
 
 use super::air_data::{AirData, Outside};
 use super::air_data::{check_air_rate, heating_constant};
 use crate::table::Surface;
 use linkwork_runtime::prelude::*;
 
-/// Shape and tables.
+/// Reference quantities and tables.
 #[derive(Params, Clone, Debug)]
 pub struct AxisymmetricParams {
     /// Reference area S.
@@ -23,40 +23,40 @@ pub struct AxisymmetricParams {
     /// Reference length D.
     #[param(unit = "m", range = 1e-6..)]
     pub length: f64,
-    /// Total angles of attack of the rows, rising.
+    /// Total angles of attack of the rows, in ascending order.
     #[param(unit = "rad")]
     pub angles: Vec<f64>,
-    /// Mach numbers of the columns, rising; none: one column for every Mach number.
+    /// Mach numbers of the columns, in ascending order; default: one column for all Mach numbers.
     #[param(default = Vec::new())]
     pub machs: Vec<f64>,
-    /// C_A: a row for each angle, a column for each Mach number.
+    /// Axial force coefficient C_A: a row for each angle, a column for each Mach number.
     pub axial: Vec<Vec<f64>>,
-    /// C_N.
+    /// Normal force coefficient C_N.
     pub normal: Vec<Vec<f64>>,
-    /// C_m about the reference point.
+    /// Pitching moment coefficient C_m about the reference point.
     pub pitch: Vec<Vec<f64>>,
-    /// The reference point of C_m, from the node, body axes.
+    /// Reference point of C_m relative to the node, body axes.
     #[param(unit = "m", default = Vec3::zeros())]
     pub reference: Vec3,
-    /// Damping (C_lp, C_mq, C_nr), for rates times D/(2V).
+    /// Damping coefficients (C_lp, C_mq, C_nr), for rates times D/(2V).
     #[param(default = Vec3::zeros())]
     pub damping: Vec3,
-    /// How the air turns with its planet, W, for the damping: the rate of the `world`; zero: rates against W.
+    /// Rotation rate of the air with its planet, W, for the damping: the rate of the `world`; default: body rates relative to W.
     #[param(unit = "rad/s", default = Vec3::zeros())]
     pub air_rate: Vec3,
-    /// What happens where the tables end: clamp, stop.
+    /// Behaviour outside the tables: clamp, stop.
     #[param(default = Outside::Clamp)]
     pub outside: Outside,
     /// Nose radius, for heating.
     #[param(unit = "m", default = 1.0, range = 1e-6..)]
     pub nose_radius: f64,
-    /// Constant k (kg^½/m) of Sutton and Graves; default: from the gas of the atmosphere.
+    /// Sutton-Graves constant k (kg^½/m); default: from the gas of the atmosphere.
     #[param(range = 0.0..)]
     pub heating_constant: Option<f64>,
-    /// The air.
+    /// Atmosphere.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
-    /// The world, with whose body the air turns.
+    /// The world, with whose body the air rotates.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
@@ -67,21 +67,21 @@ pub struct BodyIn {
     /// Node with body axes, usually at the centre of mass.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// Gust over the wind, W, as of `flight.gusts`.
+    /// Gust velocity in addition to the wind, W, for example from `flight.gusts`.
     #[port("m/s", default = Vec3::zeros())]
     pub gust: Vec3,
-    /// Angular velocity of the air over `air_rate`, W, as `rotation` of `flight.gusts`.
+    /// Angular velocity of the air in addition to `air_rate`, W, for example `rotation` of `flight.gusts`.
     #[port("rad/s", default = Vec3::zeros())]
     pub gust_rate: Vec3,
 }
 
-/// Load and flow.
+/// Aerodynamic load and flow quantities.
 #[derive(Ports, Clone, Copy, Debug, PartialEq)]
 pub struct AxisymmetricOut {
     /// Force and moment at the node.
     #[port(bind = "body")]
     pub load: Wrench,
-    /// Speed through the air.
+    /// Airspeed.
     #[port("m/s")]
     pub airspeed: f64,
     /// Mach number.
@@ -96,7 +96,7 @@ pub struct AxisymmetricOut {
     /// Angle of sideslip.
     #[port("rad")]
     pub beta: f64,
-    /// Size of the aerodynamic force.
+    /// Magnitude of the aerodynamic force.
     #[port("N")]
     pub force: f64,
     /// Heat flux at the stagnation point.
@@ -104,10 +104,10 @@ pub struct AxisymmetricOut {
     pub heating: f64,
 }
 
-/// What has come so far.
+/// Accumulated heat and the flag of the table range.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Passed {
-    /// Heat at the stagnation point so far.
+    /// Accumulated heat per area at the stagnation point.
     #[port("J/m^2")]
     pub heat_load: f64,
     /// The flow has been outside the range of the coefficients.
@@ -115,15 +115,15 @@ pub struct Passed {
     pub outside: bool,
 }
 
-/// Heat so far.
+/// Accumulated heat.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Heat {
-    /// Heat at the stagnation point.
+    /// Heat per area at the stagnation point.
     #[port("J/m^2")]
     pub load: f64,
 }
 
-/// What has happened.
+/// Flag of the table range.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Left {
     /// The flow has been outside the range of the coefficients.
@@ -131,39 +131,39 @@ pub struct Left {
     pub outside: bool,
 }
 
-/// The edge of the tables, or of where a closed form holds.
+/// Guards for the edge of the tables, or of the range of a closed form.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Edge {
-    /// How far outside the range of the coefficients, as a share of its width; below zero inside. An event in both directions,
-    /// since the coefficients have a corner there.
+    /// Distance outside the range of the coefficients, relative to its width; negative inside. An event in both directions, because the coefficients
+    /// have a kink there.
     #[port("1")]
     pub outside: f64,
-    /// Like `outside`, but a level, for a run that begins outside; below zero once the flow has been outside.
+    /// Like `outside`, but for a run that begins outside; negative once the flow has been outside.
     #[port("1", rising)]
     pub begins: f64,
 }
 
 impl Edge {
-    /// Returns the guards for a flow that is inside by this share of the range; `was`: whether it has been outside.
+    /// Returns the guards for a flow that is `inside` by this fraction of the range; `was` states whether it has been outside.
     pub(super) fn at(inside: f64, was: &Left) -> Edge {
-        // A flow that begins on the edge is inside; one that leaves is seen by the other guard first.
+        // A flow that begins exactly on the edge counts as inside; the guard `outside` detects a flow that leaves.
         Edge { outside: -inside, begins: if was.outside { -1.0 } else { -inside - BEGINS } }
     }
 }
 
-/// Share of the range's width beyond its edge from which a flow begins outside.
+/// Fraction of the range's width beyond the edge from which a flow counts as beginning outside.
 const BEGINS: f64 = 1e-9;
 
-/// The guard at which a flow leaves, where it rises, by its place in [`Edge`].
+/// Index in [`Edge`] of the guard that rises when the flow leaves the range.
 pub(super) const LEAVES: usize = 0;
 
-/// What is said of a flow that `does` so to the tables, at a place that `reach` compares with their ends.
+/// Builds the message for a flow outside the tables; `reach` describes the flow and the ends of the tables.
 fn beyond(outside: Outside, does: &str, reach: impl FnOnce() -> String) -> BuildError {
     let fact = format!("the flow {does} {}", reach());
     outside.says(fact, "the value at the end is", "extend the tables")
 }
 
-/// What is said of a flow that begins outside the tables.
+/// Returns the startup warning for a flow that begins outside the tables.
 pub(super) fn remark(
     outside: Outside,
     inside: f64,
@@ -173,28 +173,28 @@ pub(super) fn remark(
     (inside < 0.0).then(begins).into_iter().collect()
 }
 
-/// What is said of a flow that leaves the tables; that it comes in is an event without words.
+/// Returns the warning for a flow that leaves the tables; entering them causes no message.
 pub(super) fn leaves(
     outside: Outside,
     which: Fired<'_>,
     reach: impl FnOnce() -> String,
     was: &Left,
 ) -> Option<BuildError> {
-    // What was clamped once is told no more; what is to stop stops, whatever it was told before.
+    // With `clamp` only the first exit is reported; with `stop` every exit stops the run.
     let silent = was.outside && outside == Outside::Clamp;
     (which.rose(LEAVES) && !silent).then(|| beyond(outside, "leaves the tables,", reach))
 }
 
-/// What coefficients of an axisymmetric body are multiplied with.
+/// Reference quantities that scale the coefficients of an axisymmetric body.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scales {
     /// Reference area S, m².
     pub(super) area: f64,
     /// Reference length D, m.
     pub(super) length: f64,
-    /// The point of C_m, from the node, body axes, m.
+    /// Reference point of C_m relative to the node, body axes, m.
     pub(super) reference: Vec3,
-    /// (C_lp, C_mq, C_nr), for rates times D/(2V).
+    /// Damping coefficients (C_lp, C_mq, C_nr), for rates times D/(2V).
     pub(super) damping: Vec3,
     /// Sutton-Graves constant, SI.
     pub(super) heating_constant: f64,
@@ -203,7 +203,7 @@ pub(super) struct Scales {
 }
 
 impl Scales {
-    /// Load and flow by C_A, C_N and C_m, with axes of the body `R` (body to W).
+    /// Computes load and flow quantities from C_A, C_N and C_m; `R` rotates body axes to W.
     pub(super) fn loaded(
         &self,
         a: &AirData,
@@ -213,13 +213,13 @@ impl Scales {
         let lean = a.lean();
         let qs = a.pressure * self.area;
         let mut force = Vec3::new(-axial, -normal * lean.y, -normal * lean.z) * qs;
-        // Coefficients that are held beyond the end of their table may push.
+        // Coefficients that are held beyond the end of their table may accelerate the body along its velocity.
         let push = force.dot(&a.velocity);
         if push > 0.0 {
             force -= a.velocity * (push / (a.speed * a.speed));
         }
         let about = Vec3::new(0.0, lean.z, -lean.y) * (qs * self.length * pitch);
-        // q S D²/(2V) = ρ V S D²/4, which is no division by zero at rest.
+        // q S D²/(2V) = ρ V S D²/4 avoids a division by zero at rest.
         let rate = 0.25 * a.density * a.speed * self.area * self.length * self.length;
         let damping = a.angular.component_mul(&self.damping) * rate;
         let moment = about + self.reference.cross(&force) + damping;
@@ -236,7 +236,7 @@ impl Scales {
     }
 }
 
-/// A capsule by tables.
+/// Aerodynamics of a capsule from tables.
 pub struct Axisymmetric {
     p: AxisymmetricParams,
     scales: Scales,
@@ -244,7 +244,7 @@ pub struct Axisymmetric {
 }
 
 impl Axisymmetric {
-    /// The flow, and how far inside the tables it is; an axis of angles that begins at 0 has no lower end.
+    /// Returns the air data and the distance inside the tables, relative to their width; an axis of angles that begins at 0 has no lower end.
     fn air(&self, t: f64, u: &BodyIn) -> (AirData, f64) {
         let data =
             AirData::met(&self.p.atmosphere, t, &u.body, &(self.p.air_rate + u.gust_rate), &u.gust);
@@ -259,7 +259,7 @@ impl Axisymmetric {
 }
 
 impl Axisymmetric {
-    /// Where a flow is, and where the tables end.
+    /// Describes the flow and the ends of the tables, for messages.
     fn reach(&self, a: &AirData) -> String {
         let ends = |points: &[f64]| [points[0], points[points.len() - 1]];
         let [low, high] = ends(&self.p.angles).map(f64::to_degrees);
@@ -274,7 +274,7 @@ impl Axisymmetric {
     }
 }
 
-/// Force and moment of a capsule by tables over total angle of attack and Mach number, with stagnation heating.
+/// Aerodynamic force and moment of a capsule from tables over total angle of attack and Mach number, with stagnation heating.
 #[model("flight.axisymmetric_aerodynamics")]
 impl Model for Axisymmetric {
     type Params = AxisymmetricParams;
@@ -297,7 +297,7 @@ impl Model for Axisymmetric {
             let row = p.axial[k].iter().zip(&p.normal[k]).map(along);
             if let Some(push) = row.into_iter().find(|along| !(*along > -1e-6)) {
                 let fact = format!(
-                    "C_A cos α + C_N sin α is {push:.4} at {:.2} deg: the air would push the body on",
+                    "C_A cos α + C_N sin α is {push:.4} at {:.2} deg, so the air would accelerate the body",
                     angle.to_degrees()
                 );
                 let help = "C_A is along the body axis: beyond 90 deg a drag has a negative C_A";
@@ -325,7 +325,7 @@ impl Model for Axisymmetric {
         Edge::at(self.air(clock.t, u).1, d)
     }
     fn handle_event(&self, x: &Heat) -> (Heat, Left) {
-        // It leaves the range or comes in: it has been outside.
+        // The flow leaves or enters the range, so it has been outside.
         (*x, Left { outside: true })
     }
     fn runtime_warning(
@@ -402,7 +402,7 @@ mod tests {
             let want = about + Vec3::new(0.7, 0.0, 0.02).cross(&want);
             assert!((y.load.moment - want).norm() < 1e-9);
         }
-        // A positive angle of attack (w > 0) with C_m < 0: the nose goes down (−y).
+        // A positive angle of attack (w > 0) with C_m < 0 lowers the nose (moment along −y).
         let y = at(&m, Vec3::new(490.0, 0.0, 80.0), Vec3::zeros());
         assert!(y.alpha > 0.0 && y.load.force.z < 0.0);
         let heat = 1.9027e-4 * (0.02f64 / 0.5).sqrt() * y.airspeed.powi(3);
@@ -424,7 +424,7 @@ mod tests {
         assert_eq!(at(&m, Vec3::zeros(), omega).load, Wrench::zero());
     }
 
-    /// A capsule whose table ends at 0.4 rad and that flies backwards is not driven on: C_A of the end would push it with 1.3 q S.
+    /// A capsule that flies backwards, beyond the end of its table at 0.4 rad, is not accelerated: C_A at the end would push it with 1.3 q S.
     #[test]
     fn nothing_pushes_along_the_velocity() {
         let m = capsule(Outside::Clamp);
@@ -457,7 +457,7 @@ mod tests {
         let v = Vec3::new(400.0, 0.0, 300.0);
         let clamped = at(&capsule(Outside::Clamp), v, Vec3::zeros());
         assert!((clamped.load.force.x + 1.3 * clamped.dynamic_pressure * 4.0).abs() < 1e-9);
-        // What a step finds that is tried beyond; the run stops by what is said.
+        // A trial step may evaluate the flow beyond the edge; the run stops with the message.
         assert_eq!(at(&capsule(Outside::Stop), v, Vec3::zeros()), clamped);
         let body = NodeState { velocity: v, ..NodeState::identity() };
         let u = BodyIn { body, gust: Vec3::zeros(), gust_rate: Vec3::zeros() };

@@ -1,47 +1,47 @@
-//! `flight.entry_aerodynamics`: a point with lift, drag and a bank angle, for entry in three degrees of freedom.
+//! `flight.entry_aerodynamics`: lift and drag of a point mass with a bank angle, for entry with three degrees of freedom.
 //! ```text
 //! e = v/V (through the air)      l₀ = up − (up · e) e, made unit      up = p/|p|, from the planet's centre
 //! F = q S C_D (−e + (L/D) (cos σ l₀ + sin σ e × l₀))                   σ: bank; positive turns to the right
 //! C_D, L/D: a table times a factor
 //! q̇ = k √(ρ/r_n) V³      Q = ∫ q̇ dt
 //! ```
-//! C_D and L/D are tables over Mach number, linear, clamped at their ends; that the flow left them is an
-//! event, at which `outside` says whether the run stops. The body's attitude is not asked and gets no moment. Straight up or down there is no lift.
+//! C_D and L/D are tables over Mach number with linear interpolation, clamped at their ends. Leaving the tables is an event, at which `outside`
+//! selects whether the run stops. The model does not use the attitude of the body and exerts no moment. In vertical flight there is no lift.
 
 use super::air_data::{AirData, Outside, gusty, heating_constant};
 use super::axisymmetric::{Edge, Heat, Left, Passed, leaves, remark};
 use crate::table::Curve;
 use linkwork_runtime::prelude::*;
 
-/// Coefficients and air.
+/// Coefficients and atmosphere.
 #[derive(Params, Clone, Debug)]
 pub struct EntryParams {
     /// Reference area S.
     #[param(unit = "m^2", range = 0.0..)]
     pub area: f64,
-    /// Rows (Mach, C_D), rising.
+    /// Rows (Mach, C_D), in ascending order of Mach number.
     pub drag: Vec<[f64; 2]>,
-    /// Rows (Mach, L/D), rising.
+    /// Rows (Mach, L/D), in ascending order of Mach number.
     pub lift_to_drag: Vec<[f64; 2]>,
-    /// Factor on all of C_D, for what is not known of it.
+    /// Factor on C_D, to model its uncertainty.
     #[param(default = 1.0, range = 0.0..)]
     pub drag_factor: f64,
-    /// Factor on all of L/D.
+    /// Factor on L/D.
     #[param(default = 1.0)]
     pub lift_to_drag_factor: f64,
-    /// What happens where the tables end: clamp, stop.
+    /// Behaviour outside the tables: clamp, stop.
     #[param(default = Outside::Clamp)]
     pub outside: Outside,
     /// Nose radius, for heating.
     #[param(unit = "m", default = 1.0, range = 1e-6..)]
     pub nose_radius: f64,
-    /// Constant k (kg^½/m) of Sutton and Graves; default: from the gas of the atmosphere.
+    /// Sutton-Graves constant k (kg^½/m); default: from the gas of the atmosphere.
     #[param(range = 0.0..)]
     pub heating_constant: Option<f64>,
-    /// The air.
+    /// Atmosphere.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
-    /// The world, for the vertical; without one the ground is level.
+    /// The world, for the vertical; without a world the ground is level.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
     /// Gravity, for the vertical of level ground.
@@ -49,21 +49,21 @@ pub struct EntryParams {
     pub gravity: Option<Handle<dyn Gravity>>,
 }
 
-/// Body and bank.
+/// Body, bank angle and gust.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct EntryIn {
-    /// Where the force acts.
+    /// Node at which the force acts.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// Bank angle: 0 lifts up, positive to the right.
+    /// Bank angle: 0 is lift up, positive is lift to the right.
     #[port("rad", default = 0.0)]
     pub bank: f64,
-    /// Gust over the wind, W, as of `flight.gusts`.
+    /// Gust velocity in addition to the wind, W, for example from `flight.gusts`.
     #[port("m/s", default = Vec3::zeros())]
     pub gust: Vec3,
 }
 
-/// Force and flow.
+/// Aerodynamic force and flow quantities.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct EntryOut {
     /// Lift and drag.
@@ -75,7 +75,7 @@ pub struct EntryOut {
     /// Drag.
     #[port("N")]
     pub drag: f64,
-    /// Speed through the air.
+    /// Airspeed.
     #[port("m/s")]
     pub airspeed: f64,
     /// Mach number.
@@ -87,7 +87,7 @@ pub struct EntryOut {
     /// Density.
     #[port("kg/m^3")]
     pub density: f64,
-    /// Pressure of the air at rest.
+    /// Static pressure of the air.
     #[port("Pa")]
     pub ambient_pressure: f64,
     /// Heat flux at the stagnation point.
@@ -95,7 +95,7 @@ pub struct EntryOut {
     pub heating: f64,
 }
 
-/// A point with lift and drag.
+/// Lift and drag of a point mass.
 pub struct EntryAerodynamics {
     p: EntryParams,
     drag: Curve,
@@ -104,7 +104,7 @@ pub struct EntryAerodynamics {
     heating: f64,
 }
 
-/// Force on a point: `lift` and `drag` (N) along a path through the air.
+/// Returns the aerodynamic force (N) of `lift` and `drag` (N) for a velocity relative to the air, in the axes of `velocity` and `up`.
 pub fn force(velocity: &Vec3, up: &Vec3, bank: f64, lift: f64, drag: f64) -> Vec3 {
     let speed = velocity.norm();
     if !(speed > 0.0) {
@@ -126,7 +126,7 @@ impl EntryAerodynamics {
         AirData::met(&self.p.atmosphere, t, &u.body, &Vec3::zeros(), &u.gust).mach
     }
 
-    /// Where a flow is, and where the tables end.
+    /// Describes the flow and the ends of the tables, for messages.
     fn reach(&self, mach: f64) -> String {
         let ([a, b], [c, d]) = (self.drag.ends(), self.ratio.ends());
         format!(
@@ -135,7 +135,7 @@ impl EntryAerodynamics {
     }
 }
 
-/// Lift, drag and heating of a point by tables over Mach number, with a bank angle as input.
+/// Lift, drag and heating of a point mass from tables over Mach number, with the bank angle as input.
 #[model("flight.entry_aerodynamics")]
 impl Model for EntryAerodynamics {
     type Params = EntryParams;
@@ -190,7 +190,7 @@ impl Model for EntryAerodynamics {
         Edge::at(self.inside(self.mach(clock.t, u)), d)
     }
     fn handle_event(&self, x: &Heat) -> (Heat, Left) {
-        // It leaves the range or comes in: it has been outside.
+        // The flow leaves or enters the range, so it has been outside.
         (*x, Left { outside: true })
     }
     fn runtime_warning(

@@ -1,49 +1,49 @@
-//! `flight.gusts`: gusts that a craft flies through, with the Dryden spectra of MIL-F-8785C.
+//! `flight.gusts`: turbulence along the flight of a vehicle, with the Dryden spectra of MIL-F-8785C.
 //! ```text
 //! v = velocity − wind          e_u = v/|v|      e_v = up × e_u (to the left in level flight)      e_w = e_u × e_v
 //! gust = u e_u + v e_v + w e_w, W              u, v, w: white noise through the filters at the airspeed |v|
 //! ```
-//! Lengths and intensities are written, or follow the height above the ground by MIL-F-8785C. From sample to sample the filters
-//! are exact; between samples the gust stays. Wire `velocity` to the `gust` of the craft's aerodynamics, drag, canopy or balloon.
-//! The first sample is of air that has been gusty for ever.
+//! Length scales and intensities are parameters, or follow the height above the ground by MIL-F-8785C. The discretization of the filters is exact;
+//! the gust is constant between samples. Wire `velocity` to the input `gust` of aerodynamics, drag, canopy or balloon. The first sample is drawn from
+//! the stationary distribution.
 //!
-//! MIL-F-8785C gives intensities up to 80 000 ft (24 384 m): above that height the gusts are zero. With `length` and `sigma` gusts blow at every height.
-//! The parameter `span` adds the rotation of the air over the width of the vehicle, by the spectra of p, q and r of MIL-F-8785C
-//! (`framework/world/src/atmosphere/dryden_rates.rs`): wire `rotation` to `gust_rate` of the models that damp its rates.
+//! MIL-F-8785C gives intensities up to 80 000 ft (24 384 m); above that height the gusts are zero. With `length` and `sigma` there are gusts at all
+//! heights. The parameter `span` adds the rotation of the air over the width of the vehicle, by the spectra of p, q and r of MIL-F-8785C
+//! (`framework/world/src/atmosphere/dryden_rates.rs`): wire `rotation` to the input `gust_rate` of the models with rate damping.
 
 use linkwork_runtime::prelude::*;
 use linkwork_world::atmosphere::{Dryden, DrydenRates, DrydenState, Turbulence};
 
-/// Intensity of the gusts, and the air.
+/// Intensity of the turbulence.
 #[derive(Params, Clone, Debug)]
 pub struct GustParams {
-    /// Wind at 20 ft (6.1 m), which sets the gusts below 1000 ft (305 m): light 7.7, moderate 15.4, severe 23.2 m/s.
+    /// Wind at 20 ft (6.1 m), which determines the intensity below 1000 ft (305 m): light 7.7, moderate 15.4, severe 23.2 m/s.
     #[param(unit = "m/s", default = 15.4, range = 0.0..)]
     pub wind_20ft: f64,
     /// Intensity σ above 2000 ft (610 m).
     #[param(unit = "m/s", default = 1.5, range = 0.0..)]
     pub sigma_high: f64,
-    /// L_u, L_v, L_w at every height, instead of those of MIL-F-8785C; with `sigma`.
+    /// Length scales L_u, L_v, L_w at all heights, instead of MIL-F-8785C; requires `sigma`.
     #[param(unit = "m")]
     pub length: Option<Vec3>,
-    /// σ_u, σ_v, σ_w at every height, instead of those of MIL-F-8785C; with `length`.
+    /// Intensities σ_u, σ_v, σ_w at all heights, instead of MIL-F-8785C; requires `length`.
     #[param(unit = "m/s")]
     pub sigma: Option<Vec3>,
-    /// Span b of the vehicle, for the rotation of the air. Default: the air does not rotate.
+    /// Span b of the vehicle, for the rotation of the air. Default: no rotation.
     #[param(unit = "m", range = 1e-3..)]
     pub span: Option<f64>,
-    /// The air.
+    /// Atmosphere, for wind and airspeed.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
-    /// Gravity, for what is up.
+    /// Gravity, for the vertical.
     #[param(service)]
     pub gravity: Handle<dyn Gravity>,
 }
 
-/// The craft.
+/// Vehicle and height.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct GustIn {
-    /// Where the gusts are.
+    /// Node at which the gust is computed.
     #[port(bind = "body")]
     pub body: NodeState,
     /// Height above the ground, for MIL-F-8785C.
@@ -54,7 +54,7 @@ pub struct GustIn {
 /// The gust.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct GustOut {
-    /// Velocity of the gust over the wind, W.
+    /// Velocity of the gust relative to the mean wind, W.
     #[port("m/s")]
     pub velocity: Vec3,
     /// Angular velocity of the air over the span of the vehicle, W; zero without `span`.
@@ -62,22 +62,22 @@ pub struct GustOut {
     pub rotation: Vec3,
 }
 
-/// States of the filters, and the gust that they gave.
+/// States of the filters.
 #[derive(State, Clone, Copy, Debug)]
 pub struct GustState {
-    /// Of the longitudinal filter.
+    /// State of the longitudinal filter.
     #[port("1")]
     pub u: f64,
-    /// Of the sideways filter.
+    /// States of the lateral filter.
     #[port("1")]
     pub v: [f64; 2],
-    /// Of the vertical filter.
+    /// States of the vertical filter.
     #[port("1")]
     pub w: [f64; 2],
-    /// States of the low-pass filters for the rotation of the air: roll, vertical gust, sideways gust.
+    /// States of the low-pass filters for the rotation of the air: roll, vertical gust, lateral gust.
     #[port("1")]
     pub rates: [f64; 3],
-    /// The filters have begun.
+    /// The filters have been initialized.
     #[port]
     pub begun: bool,
 }
@@ -85,13 +85,14 @@ pub struct GustState {
 /// Height (m) above which MIL-F-8785C gives no intensity: 80 000 ft.
 const TOP: f64 = 24_384.0;
 
-/// Gusts by Dryden's spectra.
+/// Turbulence with Dryden spectra.
 pub struct Gusts {
     p: GustParams,
     fixed: Option<Turbulence>,
 }
 
-/// Right-handed axes along the flight, to its left, and across both; any across where it is vertical.
+/// Returns right-handed axes: along the airspeed, to its left, and perpendicular to both. In vertical flight the direction of the lateral axes is
+/// arbitrary.
 fn axes(through: &Vec3, up: &Vec3) -> [Vec3; 3] {
     let speed = through.norm();
     let u = if speed > 0.0 { through / speed } else { Vec3::x() };
@@ -99,7 +100,7 @@ fn axes(through: &Vec3, up: &Vec3) -> [Vec3; 3] {
     let v = if level.norm() > 1e-9 * up.norm() {
         level.normalize()
     } else {
-        // The axis that the flight is least along.
+        // The coordinate axis with the largest angle to the airspeed.
         let k = u.iamin();
         let mut e = Vec3::zeros();
         e[k] = 1.0;
@@ -118,7 +119,7 @@ impl Gusts {
         self.fixed.or_else(|| Turbulence::mil_f_8785c(height, p.wind_20ft, p.sigma_high).ok())
     }
 
-    /// Returns the filters as the last step left them; at the first sample, a draw from air that has been gusty for ever.
+    /// Returns the filter states of the last step, or at the first sample a draw from their stationary distribution.
     fn present(&self, c: &Clock, d: &GustState, t: &Turbulence) -> (DrydenState, DrydenRates) {
         if d.begun {
             let [p, w, v] = d.rates;
@@ -132,13 +133,13 @@ impl Gusts {
         (Dryden::stationary(&noise), rates.unwrap_or_default())
     }
 
-    /// Velocity through the air without the gust, m/s, W.
+    /// Returns the velocity relative to the mean wind, m/s, W.
     fn through(&self, t: f64, body: &NodeState) -> Vec3 {
         body.velocity - self.p.atmosphere.air(t, body.position).wind
     }
 }
 
-/// Gusts along the flight of a craft with the Dryden spectra of MIL-F-8785C; sampled.
+/// Dryden turbulence of MIL-F-8785C along the flight of a vehicle; sampled.
 #[model("flight.gusts")]
 impl Model for Gusts {
     type Params = GustParams;
@@ -149,17 +150,21 @@ impl Model for Gusts {
         let fixed = match (p.length, p.sigma) {
             (Some(length), Some(sigma)) => {
                 if !(length.min() > 0.0) {
-                    return Err(BuildError::new("a length is not above 0").at("length"));
+                    return Err(BuildError::new(
+                        "the components of `length` must be greater than 0",
+                    )
+                    .at("length"));
                 }
                 if !(sigma.min() >= 0.0) {
-                    return Err(BuildError::new("an intensity is below 0").at("sigma"));
+                    return Err(BuildError::new("the components of `sigma` must not be negative")
+                        .at("sigma"));
                 }
                 Some(Turbulence { length, sigma })
             }
             (None, None) => None,
             (length, _) => {
                 let at = if length.is_some() { "sigma" } else { "length" };
-                return Err(BuildError::new("`length` and `sigma` go together")
+                return Err(BuildError::new("`length` and `sigma` must be given together")
                     .help("write both, or neither for MIL-F-8785C")
                     .at(at));
             }
@@ -204,15 +209,15 @@ impl Model for Gusts {
             return Vec::new();
         }
         let fact = format!(
-            "it begins {:.0} m above the ground, and gusts of MIL-F-8785C end at {TOP} m: there are none above",
+            "the run begins {:.0} m above the ground, but MIL-F-8785C gives gusts only up to {TOP} m",
             u.height
         );
-        let help = "write `length` and `sigma` for gusts at every height, or leave it out";
+        let help = "write `length` and `sigma` for gusts at all heights, or remove this part";
         vec![BuildError::new(fact).help(help)]
     }
 }
 
-/// Lanes of noise: of the start of the gusts, of a step of the rotation of the air, and of its start.
+/// First noise channels: for the initial gust, for a step of the rotation of the air, and for its initial state.
 const FIRST: u32 = 5;
 const RATES: u32 = 10;
 const FIRST_RATES: u32 = 13;
@@ -246,13 +251,13 @@ mod tests {
         .unwrap()
     }
 
-    /// To the east through air that goes north: 150 m/s through it, along (0, 1, 0).
+    /// Flight in wind with an airspeed of 150 m/s along (0, 1, 0).
     fn flying(height: f64) -> GustIn {
         let velocity = Vec3::new(0.0, 170.0, 0.0);
         GustIn { body: NodeState { velocity, ..NodeState::identity() }, height }
     }
 
-    /// Rows of gusts along, left of and across the flight.
+    /// Samples of gusts along, left of and perpendicular to the flight.
     fn series(m: &Gusts, n: u64, dt: f64, u: &GustIn) -> Vec<[f64; 3]> {
         let mut d = GustState::zero();
         (0..n)
@@ -260,7 +265,7 @@ mod tests {
                 let c = Clock::at(k as f64 * dt, dt, k);
                 let y = m.feedthrough(&c, &d, u).velocity;
                 d = m.update(&c, &d, u);
-                // Along y; left of it is −x with z up; across both is +z.
+                // The airspeed is along y; left of it is −x with z up; the third axis is +z.
                 [y.y, -y.x, y.z]
             })
             .collect()
@@ -285,7 +290,7 @@ mod tests {
 
     #[test]
     fn the_first_sample_is_as_gusty_as_any() {
-        // Over many seeds, by the noise of many first samples.
+        // Statistics over many seeds, from the noise of many first samples.
         let m = gusts(Some((Vec3::repeat(533.4), Vec3::new(1.0, 2.0, 3.0))));
         let (n, u) = (20_000, flying(f64::NAN));
         let mut sums = Vec3::zeros();
@@ -297,7 +302,7 @@ mod tests {
         assert!((sigma - Vec3::new(1.0, 2.0, 3.0)).abs().max() < 0.06, "{sigma}");
     }
 
-    /// The air of a wing of 20 m rotates with σ_p² = 0.8 (π L/4b)^⅓ π²/(8 b L) σ_w² about the flight; the gusts are those without a span.
+    /// For a span of 20 m the roll rate of the air has σ_p² = 0.8 (π L/4b)^⅓ π²/(8 b L) σ_w²; the gust velocities do not depend on `span`.
     #[test]
     fn the_air_rotates_about_the_axes_of_the_flight() {
         let fixed = Some((Vec3::repeat(300.0), Vec3::new(1.0, 2.0, 3.0)));
@@ -309,7 +314,7 @@ mod tests {
             let y = wide.feedthrough(&c, &a, &u);
             let without = plain.feedthrough(&c, &b, &u);
             assert_eq!((y.velocity, Vec3::zeros()), (without.velocity, without.rotation));
-            // The flight is along y.
+            // The airspeed is along y.
             squares += y.rotation.y * y.rotation.y;
             a = wide.update(&c, &a, &u);
             b = plain.update(&c, &b, &u);

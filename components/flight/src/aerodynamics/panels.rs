@@ -6,8 +6,8 @@
 //! F = −q A (C_p n + C_τ τ)     τ: the direction of motion along the panel
 //! Kn = λ/L    λ = m/(√2 π d² ρ)    bridged by sin²
 //! ```
-//! Panels are typed, or the facets of a `mesh`, or both: what is typed (a solar array, an antenna) comes on top of the mesh.
-//! No panel shades another: right for convex bodies. The turning of the body is not felt by the panels.
+//! Panels are listed in the file, or are the facets of a `mesh`, or both; listed panels (a solar array, an antenna) are added to the mesh. Panels do
+//! not shade each other, so the model is correct for convex bodies. The rotation of the body has no effect on the forces.
 
 use super::air_data::{AirData, gusty};
 use super::rarefied::{bridge, free_molecular};
@@ -15,7 +15,7 @@ use crate::mesh::{MeshParams, some_panels};
 use linkwork_runtime::prelude::*;
 use linkwork_world::gravity::polyhedron::Facet;
 
-/// A flat panel.
+/// Flat panel.
 #[derive(Params, Clone, Debug)]
 pub struct Panel {
     /// Area.
@@ -23,38 +23,38 @@ pub struct Panel {
     pub area: f64,
     /// Outward normal, body axes; its length does not matter.
     pub normal: Vec3,
-    /// Centre, from the node, body axes.
+    /// Centre relative to the node, body axes.
     #[param(unit = "m", default = Vec3::zeros())]
     pub centre: Vec3,
 }
 
-/// Panels and gas.
+/// Panels and gas properties.
 #[derive(Params, Clone, Debug)]
 pub struct PanelParams {
-    /// Panels, one for each side that the air reaches; they count beside those of `mesh`.
+    /// Panels, one for each side that is exposed to the air; added to the facets of `mesh`.
     #[param(default = Vec::new())]
     pub panels: Vec<Panel>,
-    /// A mesh each facet of which is a panel.
+    /// Mesh whose facets are panels.
     pub mesh: Option<MeshParams>,
     /// Pressure coefficient at the stagnation point; 2: Newton.
     #[param(default = 2.0, range = 0.0..=4.0)]
     pub pressure_max: f64,
-    /// Length of the Knudsen number.
+    /// Reference length of the Knudsen number.
     #[param(unit = "m", default = 1.0, range = 1e-6..)]
     pub length: f64,
-    /// Share of molecules that leave the wall diffusely.
+    /// Fraction of molecules that are reflected diffusely (accommodation).
     #[param(default = 1.0, range = 0.0..=1.0)]
     pub diffuse: f64,
     /// Temperature of the wall.
     #[param(unit = "K", default = 300.0, range = 1.0..)]
     pub wall_temperature: f64,
-    /// Molar mass of the gas; default: by pressure, density and temperature of the atmosphere, R ρ T/p.
+    /// Molar mass of the gas; default: from pressure, density and temperature of the atmosphere, R ρ T/p.
     #[param(unit = "kg/mol", range = 1e-3..)]
     pub molar_mass: Option<f64>,
     /// Diameter of a molecule.
     #[param(unit = "m", default = 3.7e-10, range = 1e-11..)]
     pub molecule: f64,
-    /// The air.
+    /// Atmosphere.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
 }
@@ -65,12 +65,12 @@ pub struct PanelIn {
     /// Node with body axes.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// Gust over the wind, W, as of `flight.gusts`.
+    /// Gust velocity in addition to the wind, W, for example from `flight.gusts`.
     #[port("m/s", default = Vec3::zeros())]
     pub gust: Vec3,
 }
 
-/// Load, and in which flow it is.
+/// Aerodynamic load and flow regime.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct PanelOut {
     /// Force and moment at the node.
@@ -82,7 +82,7 @@ pub struct PanelOut {
     /// Dynamic pressure.
     #[port("Pa")]
     pub dynamic_pressure: f64,
-    /// Angle between x and the velocity.
+    /// Total angle of attack: angle between x and the velocity.
     #[port("rad")]
     pub alpha_total: f64,
 }
@@ -91,13 +91,13 @@ pub struct PanelOut {
 const GAS: f64 = 8.314_462_618_153_24;
 const AVOGADRO: f64 = 6.022_140_76e23;
 
-/// Molar mass of the perfect gas that `air` is, kg/mol; hydrogen where there is no gas.
+/// Returns the molar mass of `air` as a perfect gas, kg/mol; hydrogen in a vacuum.
 fn molar_mass(air: &Air) -> f64 {
     let here = GAS * air.density * air.temperature / air.pressure;
     if here.is_finite() && here > 0.0 { here } else { 1.008e-3 }
 }
 
-/// Force and moment coefficients times area (m², m³), body axes: what q is multiplied with.
+/// Returns force and moment per dynamic pressure (m², m³), body axes.
 ///
 /// `direction`: unit vector of motion, body axes; `share` of free molecules; `(s, a, wall)` as in
 /// [`free_molecular`].
@@ -128,29 +128,32 @@ pub fn sum(
     (force, moment)
 }
 
-/// Makes the normals unit vectors.
+/// Normalizes the normals of panels.
 ///
 /// # Errors
-/// A normal without length.
+/// A normal is the zero vector.
 pub fn unit_normals(panels: &mut [Panel]) -> Result<(), BuildError> {
     for (k, panel) in panels.iter_mut().enumerate() {
         let length = panel.normal.norm();
         if !(length > 1e-9) {
-            return Err(BuildError::new(format!("the normal of panel {} has no length", k + 1))
-                .help("write a direction, e.g. normal: [1, 0, 0]")
-                .at("panels"));
+            return Err(BuildError::new(format!(
+                "the normal of panel {} is the zero vector",
+                k + 1
+            ))
+            .help("write a direction, e.g. normal: [1, 0, 0]")
+            .at("panels"));
         }
         panel.normal /= length;
     }
     Ok(())
 }
 
-/// Panels in a stream.
+/// Aerodynamics of flat panels.
 pub struct PanelAerodynamics {
     p: PanelParams,
 }
 
-/// Aerodynamic force and moment of flat panels, from Newtonian flow through the bridge to free molecules.
+/// Aerodynamic force and moment of flat panels in Newtonian, transitional and free molecular flow.
 #[model("flight.panel_aerodynamics")]
 impl Model for PanelAerodynamics {
     type Params = PanelParams;
@@ -172,7 +175,7 @@ impl Model for PanelAerodynamics {
         let molar_mass = p.molar_mass.unwrap_or_else(|| molar_mass(&air));
         let molecule = molar_mass / AVOGADRO;
         let area = 2f64.sqrt() * std::f64::consts::PI * p.molecule * p.molecule;
-        // Without any air the flow is free, and the force zero.
+        // In a vacuum the flow counts as free molecular, and the force is zero.
         let knudsen = (molecule / (area * air.density * p.length)).min(1e12);
         let mut load = Wrench::zero();
         if data.speed > 0.0 && data.pressure > 0.0 {
@@ -187,8 +190,8 @@ impl Model for PanelAerodynamics {
     }
 }
 
-/// Panels of a sphere-cone: nose at the origin, x forward, base radius 1; `rings` along each part, `around` of them in
-/// a ring. The base is left out: the lee of Newtonian flow.
+/// Returns panels of a sphere-cone: nose at the origin, x forward, base radius 1; `rings` along each part, `around` panels per ring. The base is
+/// omitted, because it is in the lee of the flow.
 pub fn sphere_cone(half_angle: f64, bluntness: f64, rings: usize, around: usize) -> Vec<Panel> {
     let (sd, cd) = half_angle.sin_cos();
     let mut panels = Vec::new();
@@ -228,7 +231,7 @@ mod tests {
     use linkwork_runtime::testing;
     use std::f64::consts::PI;
 
-    /// Two ways to one number: panels and the closed form.
+    /// Panels agree with the closed form.
     #[test]
     fn panels_go_to_the_closed_form_with_the_square_of_their_size() {
         let (delta, nu) = (70f64.to_radians(), 0.5);
@@ -239,7 +242,7 @@ mod tests {
                 let panels = sphere_cone(delta, nu, n, 4 * n);
                 let v = Vec3::new(f64::cos(alpha), 0.0, f64::sin(alpha));
                 let (f, m) = sum(&panels, &v, 2.0, 0.0, (1.0, 1.0, 1.0));
-                // About a point 0.3 behind the nose, over the diameter; nose up is +y.
+                // Moment about a point 0.3 behind the nose, divided by the diameter; nose up is +y.
                 let m = m + Vec3::new(0.3, 0.0, 0.0).cross(&f);
                 [-f.x / PI, -f.z / PI, m.y / PI / 2.0]
             };
@@ -304,14 +307,14 @@ mod tests {
         let s = 7500.0 / (2.0 * 8.314_462_618_153_24 / 0.02897 * 900.0f64).sqrt();
         let want = free_molecular(1.0, s, 1.0, 1.0 / 3.0).0;
         assert!((coefficient(&thin) - want).abs() < 1e-12 && want > 2.0 && want < 2.5);
-        // The plate is to the right: a drag there turns the nose to the right (+z).
+        // The plate is on the right, so its drag yaws the nose to the right (+z).
         assert!((thick.load.moment.z + thick.load.force.x).abs() < 1e-9);
         assert_eq!(at(0.0).load, Wrench::zero());
         let flat = vec![Panel { area: 1.0, normal: Vec3::zeros(), centre: Vec3::zeros() }];
         assert!(model(1.0, flat).is_err_and(|e| e.param.as_deref() == Some("panels")));
     }
 
-    /// OBJ text of a whole sphere-cone, base included: corners on the surface, so that it lies inside of it.
+    /// Returns the OBJ text of a complete sphere-cone with base. The corners are on the surface, so the mesh is inside it.
     fn obj(delta: f64, nu: f64, rings: usize, around: usize) -> String {
         let mut text = "v 0 0 0\n".to_string();
         let (sd, cd) = delta.sin_cos();
@@ -343,7 +346,7 @@ mod tests {
         text + &format!("f {}\n", base.join(" "))
     }
 
-    /// Through the model, from a file's text: to the closed form with the square of the facets' size, whatever the roll.
+    /// The model with a mesh converges to the closed form with the square of the facet size, at any roll angle.
     #[test]
     fn a_meshed_sphere_cone_goes_to_the_closed_form() {
         let (delta, nu, size) = (70f64.to_radians(), 0.5, 1.5);
@@ -376,7 +379,7 @@ mod tests {
             };
             let (coarse, fine) = (error(&coarse), error(&fine));
             assert!(coarse < 2e-2 && fine < 1e-3, "{alpha}: {coarse:e} {fine:e}");
-            // Four times as fine: a sixteenth, less what is of higher order.
+            // With facets four times smaller the error is a sixteenth, apart from higher-order terms.
             assert!((12.0..20.0).contains(&(coarse / fine)), "{alpha}: {coarse:e} {fine:e}");
         }
     }

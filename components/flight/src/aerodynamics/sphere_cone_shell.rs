@@ -1,13 +1,13 @@
-//! `flight.sphere_cone`: a blunt cone in Newtonian flow by its shape alone, without a table.
+//! `flight.sphere_cone`: aerodynamics of a blunt cone in Newtonian flow, from its shape without tables.
 //! ```text
 //! C_A, C_N, C_m    the closed form of `SphereCone`, C_p,max = 4/(γ+1) ((γ+1)²/4γ)^(γ/(γ−1))
 //! C_A + C_p,b      base: viking adds −C_p,b(M) over the base, on the axis; none adds nothing
 //! S = π r_b²       D = 2 r_b       r_n = ν r_b, of the heat flux, too
 //! F, M, q̇         as `flight.axisymmetric_aerodynamics`, whose point of reference is the tip of the nose here
 //! ```
-//! The closed form holds where the stream wets all of the fore-body: total angle of attack up to the half-angle. Above it,
-//! `outside` says what happens: the coefficients at the half-angle, or an end of the run. C_p,max is that of M → ∞: at
-//! Mach 3 it is 5 % too high for air, and below the flow is not Newtonian: below Mach 1 `outside` counts, too.
+//! The closed form is valid while the flow reaches the whole fore-body, that is, for total angles of attack up to the half-angle. Above, `outside`
+//! selects the coefficients at the half-angle or a stop of the run. C_p,max is the limit for M → ∞; at Mach 3 it is 5 % too high for air. At lower
+//! Mach numbers the flow is not Newtonian; `outside` applies below Mach 1, too.
 
 use super::air_data::{AirData, Outside};
 use super::air_data::{check_air_rate, heating_constant};
@@ -16,57 +16,57 @@ use super::sphere_cone::{SphereCone, base_pressure, pressure_max};
 use linkwork_runtime::prelude::*;
 use std::f64::consts::PI;
 
-/// What pulls on the base.
+/// Model of the base pressure.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Base {
-    /// The pressure that was fitted to Viking, over the Mach number.
+    /// Base pressure over Mach number, fitted to Viking.
     Viking,
-    /// Nothing: Newtonian flow, whose lee has the pressure of the free stream.
+    /// No base drag: the base has the pressure of the free stream, as in Newtonian flow.
     None,
 }
 
-/// Shape and gas.
+/// Shape and gas properties.
 #[derive(Params, Clone, Debug)]
 pub struct SphereConeParams {
-    /// Half angle of the cone, between its axis and its side.
+    /// Half-angle of the cone, between axis and side.
     #[param(unit = "rad", range = 0.01..=0.5 * PI)]
     pub half_angle: f64,
-    /// Nose radius over base radius.
+    /// Ratio of nose radius to base radius.
     #[param(range = 1e-6..=1.0)]
     pub bluntness: f64,
     /// Radius of the base.
     #[param(unit = "m", range = 1e-6..)]
     pub base_radius: f64,
-    /// Ratio of heats of the gas: air 1.4, carbon dioxide 1.29; 1: the pressure coefficient 2 of Newton.
+    /// Ratio of specific heats of the gas: air 1.4, carbon dioxide 1.29; 1 gives the Newtonian pressure coefficient 2.
     #[param(range = 1.0..=2.0)]
     pub gamma: f64,
-    /// What pulls on the base: viking, none.
+    /// Base pressure model: viking, none.
     #[param(default = Base::Viking)]
     pub base: Base,
-    /// Tip of the nose, from the node, body axes.
+    /// Tip of the nose relative to the node, body axes.
     #[param(unit = "m", default = Vec3::zeros())]
     pub nose: Vec3,
-    /// Damping (C_lp, C_mq, C_nr), for rates times D/(2V).
+    /// Damping coefficients (C_lp, C_mq, C_nr), for rates times D/(2V).
     #[param(default = Vec3::zeros())]
     pub damping: Vec3,
-    /// How the air turns with its planet, W, for the damping: the rate of the `world`; zero: rates against W.
+    /// Rotation rate of the air with its planet, W, for the damping: the rate of the `world`; default: body rates relative to W.
     #[param(unit = "rad/s", default = Vec3::zeros())]
     pub air_rate: Vec3,
-    /// What happens above the half-angle and below Mach 1: clamp, stop.
+    /// Behaviour above the half-angle and below Mach 1: clamp, stop.
     #[param(default = Outside::Clamp)]
     pub outside: Outside,
-    /// Constant k (kg^½/m) of Sutton and Graves; default: from the gas of the atmosphere.
+    /// Sutton-Graves constant k (kg^½/m); default: from the gas of the atmosphere.
     #[param(range = 0.0..)]
     pub heating_constant: Option<f64>,
-    /// The air.
+    /// Atmosphere.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
-    /// The world, with whose body the air turns.
+    /// The world, with whose body the air rotates.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
 
-/// A sphere-cone.
+/// Aerodynamics of a sphere-cone.
 pub struct SphereConeShell {
     p: SphereConeParams,
     shape: SphereCone,
@@ -74,37 +74,37 @@ pub struct SphereConeShell {
 }
 
 impl SphereConeShell {
-    /// The flow, and how far below the half-angle it is, as a share of it, or above Mach 1.
+    /// Returns the air data and the distance inside the valid range: the relative distance below the half-angle or the distance above Mach 1,
+    /// whichever is less.
     fn air(&self, t: f64, u: &BodyIn) -> (AirData, f64) {
         let data =
             AirData::met(&self.p.atmosphere, t, &u.body, &(self.p.air_rate + u.gust_rate), &u.gust);
         let by_angle = (self.p.half_angle - data.alpha_total()) / self.p.half_angle;
-        // Without air the Mach number says nothing.
+        // In a vacuum the Mach number is meaningless.
         let fast = if data.density > 0.0 { data.mach - 1.0 } else { by_angle };
         (data, by_angle.min(fast))
     }
 
-    /// The warning about a flow that `does` so.
+    /// Builds the message for a flow outside the valid range.
     fn beyond(&self, does: &str, a: &AirData) -> BuildError {
         let (total, half) = (a.alpha_total().to_degrees(), self.p.half_angle.to_degrees());
         if total <= half {
             let fact = format!(
-                "the flow {does} at Mach {:.4}: pressures of Newtonian flow are those far above Mach 1",
+                "the flow {does} at Mach {:.4}, but Newtonian flow is only valid far above Mach 1",
                 a.mach
             );
-            let remedy = "take `flight.axisymmetric_aerodynamics` with tables";
+            let remedy = "use `flight.axisymmetric_aerodynamics` with tables";
             return self.p.outside.says(fact, "the coefficients of fast flow are", remedy);
         }
         let fact = format!(
-            "the flow {does} at a total angle of attack of {total:.2} deg, above the half-angle of {half:.2} deg: \
-             it does not wet all of the fore-body"
+            "the flow {does} at a total angle of attack of {total:.2} deg, above the half-angle of {half:.2} deg, where it does not reach all of the fore-body"
         );
-        let remedy = "take `flight.panel_aerodynamics` with a mesh";
+        let remedy = "use `flight.panel_aerodynamics` with a mesh";
         self.p.outside.says(fact, "the coefficients at the half-angle are", remedy)
     }
 }
 
-/// Force and moment of a blunt cone in Newtonian flow by half-angle, bluntness and radius, with stagnation heating.
+/// Aerodynamic force and moment of a blunt cone in Newtonian flow from half-angle, bluntness and radius, with stagnation heating.
 #[model("flight.sphere_cone")]
 impl Model for SphereConeShell {
     type Params = SphereConeParams;
@@ -148,7 +148,7 @@ impl Model for SphereConeShell {
         Edge::at(self.air(clock.t, u).1, d)
     }
     fn handle_event(&self, x: &Heat) -> (Heat, Left) {
-        // It leaves the range or comes in: it has been outside.
+        // The flow leaves or enters the range, so it has been outside.
         (*x, Left { outside: true })
     }
     fn runtime_warning(
@@ -236,7 +236,7 @@ mod tests {
         [-f.x, -f.dot(&across), moment.dot(&nose_up), -f.dot(&drag), f.dot(&lift)]
     }
 
-    /// EDL.md d to all digits printed; the moment taken at the nose and carried to the node.
+    /// Agrees with table d of EDL.md to all printed digits; the moment is computed at the nose and shifted to the node.
     #[test]
     fn the_table_of_the_seventy_degree_cone() {
         let m = shell(params());
@@ -263,7 +263,7 @@ mod tests {
         for (g, n) in gas.iter().zip(newton) {
             assert!((g - n * 1.876_968_671_833_093 / 2.0).abs() < 1e-12, "{gas:?}");
         }
-        // Mach 5: the base is 0.030821 below the stream, on the axis; no moment about a node on it.
+        // At Mach 5 the base pressure coefficient is −0.030821; the force is on the axis and has no moment about a node on it.
         let based = shell(SphereConeParams { base: Base::Viking, ..params() });
         let u = inputs(0.2, 0.0, 1250.0, Vec3::zeros());
         let without = at(&shell(params()), &u);
@@ -271,7 +271,7 @@ mod tests {
         let want = -0.030_821 * without.dynamic_pressure * PI * RADIUS * RADIUS;
         assert!((pull - Vec3::x() * want).norm() < 1e-9 * want.abs(), "{pull}");
         assert!((at(&based, &u).load.moment - without.load.moment).norm() < 1e-9);
-        // The heat is that of a nose of half the base radius.
+        // The heat flux is that of a nose of half the base radius.
         let heat = 1.9027e-4 * (0.02f64 / (0.5 * RADIUS)).sqrt() * 1250f64.powi(3);
         let free = 0.5 * 0.02 * without.airspeed.powi(3);
         let bounded = heat / (1.0 + (heat / free).powi(2)).sqrt();
@@ -308,7 +308,7 @@ mod tests {
         );
     }
 
-    /// Where a part of the fore-body is in the lee: the end of the closed form, said once, or what stops the run.
+    /// If a part of the fore-body is in the lee, the closed form is left: one warning with `clamp`, or the run stops.
     #[test]
     fn above_the_half_angle_it_clamps_or_stops_and_says_so() {
         let (c, (_, d)) = (Clock::at(0.0, 0.01, 0), STATE);
@@ -331,7 +331,7 @@ mod tests {
         let near = inputs(0.4, 0.0, 900.0, Vec3::zeros());
         assert!(m.startup_warnings(&c, &near).is_empty());
         let stops = shell(SphereConeParams { half_angle: 0.5, outside: Outside::Stop, ..params() });
-        // A step that is tried beyond sees the number at the end.
+        // A trial step beyond the edge uses the coefficients at the edge.
         assert_eq!(at(&stops, &u), at(&m, &u));
         let (begins, told) = (stops.startup_warnings(&c, &u), |m: &SphereConeShell| {
             m.runtime_warning(&c, Fired::rising(LEAVES), &STATE.1, &u).unwrap()

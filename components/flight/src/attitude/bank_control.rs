@@ -1,4 +1,4 @@
-//! `flight.bank_control`: the torque that turns the lift of an entry capsule about its velocity, and damps its pitch and yaw.
+//! `flight.bank_control`: attitude control of an entry capsule: rotates the lift about the velocity, and damps pitch and yaw.
 //! ```text
 //! e = u/|u|, u: velocity over the ground      n: nose, W; up = p/|p|, from the planet's centre
 //! l  = −(n − (n·e) e), made unit              lift of a blunt nose: to the side from which the nose leans away
@@ -6,35 +6,35 @@
 //! w  = sat(k (σ_c − σ), w_max) e              rate that is wanted, W; the shorter way
 //! M  = J λ (Rᵀ w − ω) + ω × J ω               body axes, cut off at torque_max by axis
 //! ```
-//! Angle of attack and sideslip are left to the air: the moment only damps them, with the time constant 1/λ. The error of the bank decays as
-//! the second-order system s² + λ s + λ k; λ = 4 k is critical damping. With the nose along the velocity (sin below 1e-3), or straight
-//! up or down, there is no lift to turn, and w = 0. The path's own turning (g cos γ/V, mrad/s) is not fed forward.
+//! Angle of attack and sideslip follow the aerodynamic trim: the torque only damps them, with the time constant 1/λ. The bank error decays as the
+//! second-order system s² + λ s + λ k; λ = 4 k is critical damping. If the nose is along the velocity (sine below 1e-3) or the flight is vertical,
+//! the bank angle is undefined and w = 0. The rotation rate of the trajectory (g cos γ/V, mrad/s) is not fed forward.
 
 use super::super::guidance::planet::Frame;
 use linkwork_runtime::prelude::*;
 
-/// Body, gains and limits.
+/// Inertia, gains and limits.
 #[derive(Params, Clone, Debug)]
 pub struct BankControlParams {
-    /// Principal inertia J, body axes.
+    /// Principal moments of inertia J, body axes.
     #[param(unit = "kg m^2")]
     pub inertia: Vec3,
     /// Direction of the nose, body axes.
     #[param(default = Vec3::x())]
     pub nose: Vec3,
-    /// Gain k, rate over error of the bank.
+    /// Gain k: bank rate per bank error.
     #[param(unit = "1/s", default = 0.3, range = 0.0..)]
     pub gain: f64,
-    /// Gain λ, angular acceleration over error of the rate.
+    /// Gain λ: angular acceleration per rate error.
     #[param(unit = "1/s", default = 1.2, range = 0.0..)]
     pub damping: f64,
-    /// Greatest rate of the bank.
+    /// Greatest bank rate.
     #[param(unit = "rad/s", default = 0.35, range = 0.0..)]
     pub rate_max: f64,
     /// Greatest torque about each axis.
     #[param(unit = "N m", default = f64::INFINITY, range = 0.0..)]
     pub torque_max: f64,
-    /// The world; without one the ground is level.
+    /// The world; without a world the ground is level.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
     /// Gravity, for the vertical of level ground.
@@ -42,39 +42,39 @@ pub struct BankControlParams {
     pub gravity: Option<Handle<dyn Gravity>>,
 }
 
-/// What is known of the capsule, and what is wanted.
+/// Estimated state of the capsule, and bank command.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BankControlIn {
-    /// The capsule, as navigation knows it.
+    /// Estimated state of the capsule from navigation.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// Bank that is wanted.
+    /// Commanded bank angle.
     #[port("rad")]
     pub bank: f64,
 }
 
-/// What to do.
+/// Torque command and bank error.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BankControlOut {
-    /// Torque that is wanted, body axes.
+    /// Commanded torque, body axes.
     #[port("N m")]
     pub torque: Vec3,
-    /// Bank as it is.
+    /// Present bank angle.
     #[port("rad")]
     pub measured: f64,
-    /// Bank that is wanted less that; the shorter way.
+    /// Commanded minus present bank angle, in the shorter direction.
     #[port("rad")]
     pub error: f64,
 }
 
-/// Control of the bank by torque.
+/// Bank angle control.
 pub struct BankControl {
     p: BankControlParams,
     nose: Vec3,
     frame: Frame,
 }
 
-/// Bank of a body whose nose is `n`, and the unit velocity: none where one of the two planes is none.
+/// Returns the bank angle (rad) of a body with the nose direction `n`, and the unit velocity; `None` if the bank angle is undefined.
 fn bank(n: &Vec3, velocity: &Vec3, up: &Vec3) -> Option<(f64, Vec3)> {
     let speed = velocity.norm();
     if !(speed > 0.0) {
@@ -89,7 +89,7 @@ fn bank(n: &Vec3, velocity: &Vec3, up: &Vec3) -> Option<(f64, Vec3)> {
     Some((lift.dot(&e.cross(&level)).atan2(lift.dot(&level)), e))
 }
 
-/// Turns the lift of an entry capsule about its velocity and damps pitch and yaw.
+/// Bank angle control of an entry capsule: rotates its lift about the velocity and damps pitch and yaw.
 #[model("flight.bank_control")]
 impl Model for BankControl {
     type Params = BankControlParams;
@@ -97,12 +97,12 @@ impl Model for BankControl {
     type FeedthroughOutputs = BankControlOut;
     fn build(p: BankControlParams) -> Result<Self, BuildError> {
         if p.inertia.iter().any(|j| !(*j > 0.0)) {
-            return Err(BuildError::new("an inertia is not above 0")
-                .help("write the three principal ones, e.g. inertia: [5600, 4100, 4100]")
+            return Err(BuildError::new("the components of `inertia` must be greater than 0")
+                .help("write the three principal moments of inertia, e.g. inertia: [5600, 4100, 4100]")
                 .at("inertia"));
         }
         if !(p.nose.norm() > 1e-9) {
-            return Err(BuildError::new("the nose has no direction")
+            return Err(BuildError::new("`nose` is the zero vector")
                 .help("write a direction in body axes, e.g. nose: [1, 0, 0]")
                 .at("nose"));
         }
@@ -149,7 +149,7 @@ mod tests {
     /// A capsule with its nose 16° from the velocity, at a bank.
     fn capsule(bank: f64) -> NodeState {
         let (position, velocity) = (Vec3::new(3.4e6, 2e5, -1e5), Vec3::new(-1100.0, 5100.0, 700.0));
-        // The lift of a point with this bank says where the nose leans away from.
+        // The lift direction of a point mass with this bank angle is opposite to the side of the nose.
         let lift = force(&velocity, &position, bank, 1.0, 0.0);
         let (e, a) = (velocity.normalize(), 16f64.to_radians());
         let nose = e * a.cos() - lift * a.sin();
@@ -175,11 +175,11 @@ mod tests {
             let y = at(&m, capsule(want), 0.0);
             assert!((y.measured - want).abs() < 1e-12, "{} {want}", y.measured);
         }
-        // The shorter way over the back.
+        // The shorter direction passes 180°.
         assert!((at(&m, capsule(-3.0), 3.0).error + (std::f64::consts::TAU - 6.0)).abs() < 1e-12);
     }
 
-    /// A free body under the law alone: the bank comes to what is wanted as the second-order system, and nothing else turns.
+    /// A free body under the control law alone: the bank angle follows the second-order system, and there is no other rotation.
     #[test]
     fn the_error_decays_as_its_closed_form() {
         let m = BankControl::build(params()).unwrap();
@@ -206,7 +206,7 @@ mod tests {
         let m = BankControl::build(BankControlParams { torque_max: 50.0, ..params() }).unwrap();
         let y = at(&m, capsule(0.0), 2.0);
         assert!(y.torque.amax() == 50.0 && (y.error - 2.0).abs() < 1e-12, "{}", y.torque);
-        // The nose along the velocity: no lift, and only the rate is damped.
+        // With the nose along the velocity there is no lift, and only the rates are damped.
         let mut body = capsule(0.0);
         body.rotation = Quat::rotation_between(&Vec3::x(), &body.velocity).unwrap();
         assert_eq!(at(&m, body, 1.0).torque, Vec3::zeros());

@@ -1,16 +1,16 @@
-//! `flight.control_moment_gyro`: a wheel of constant speed in a gimbal that turns it.
+//! `flight.control_moment_gyro`: single-gimbal control moment gyro, a wheel of constant speed in a driven gimbal.
 //! ```text
 //! h = h₀ (cos δ s + sin δ t)      s, t = a × s, a: axes of the gimbal, fixed in the body
 //! on the body: M = −δ̇ a × h − ω × h        δ̇ = the rate asked for, within its limit; ω: inertial rate of the body
 //! P = δ̇ (ω × h) · a + P_idle, i = P/V of the supply;   without a supply (V = 0) δ̇ = 0, and the wheel keeps its speed
 //! ```
-//! The gimbal follows its rate at once and has no inertia of its own; its motor holds what the body's
-//! turning asks of it. Node z is the gimbal's axis a, x the wheel's axis s at δ = 0. Where W is a site, ω is the rate in W and that of the planet.
+//! The gimbal follows the rate command without lag and has no inertia. Its motor provides the gyroscopic torque that the rotation of the body
+//! requires. Node z is the gimbal axis a, node x the wheel axis s at δ = 0. If W is a site, ω is the sum of the rate in W and the rate of the planet.
 
 use super::turning;
 use linkwork_runtime::prelude::*;
 
-/// A gyro.
+/// Parameters of a control moment gyro.
 #[derive(Params, Clone, Debug)]
 pub struct GyroParams {
     /// Momentum h₀ of the wheel.
@@ -22,32 +22,32 @@ pub struct GyroParams {
     /// Greatest rate of the gimbal.
     #[param(unit = "rad/s", default = 1.0, range = 0.0..)]
     pub rate_max: f64,
-    /// Power of the wheel's motor, which makes up for its friction, and of the electronics.
+    /// Power of the wheel motor, which compensates friction, and of the electronics.
     #[param(unit = "W", default = 0.0, range = 0.0..)]
     pub idle: f64,
-    /// The world: the momentum of the wheel turns with a site that W may be.
+    /// The world; needed if W is a rotating site, because the rotation adds gyroscopic torque.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
 
-/// Body and command.
+/// Body, supply and command.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct GyroIn {
-    /// Node at the gimbal: z its axis, x the wheel's axis at angle 0.
+    /// Node at the gimbal: z is the gimbal axis, x the wheel axis at angle 0.
     #[port(bind = "gimbal")]
     pub gimbal: NodeState,
     /// Supply of gimbal and wheel.
     #[port(connector)]
     pub supply: Voltage,
-    /// Rate of the gimbal that is asked for.
+    /// Commanded rate of the gimbal.
     #[port("rad/s", default = 0.0)]
     pub rate: f64,
 }
 
-/// Load and angle.
+/// Torque, angle and power.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct GyroOut {
-    /// On the body.
+    /// Torque on the body.
     #[port(bind = "gimbal")]
     pub load: Wrench,
     /// Gimbal angle.
@@ -73,7 +73,7 @@ pub struct GyroOut {
 /// State of the gimbal.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Gimbal {
-    /// Its angle.
+    /// Gimbal angle.
     #[port("rad")]
     pub angle: f64,
 }
@@ -81,12 +81,12 @@ pub struct Gimbal {
 /// A single-gimbal control moment gyro.
 pub struct ControlMomentGyro {
     p: GyroParams,
-    /// Of W in inertial space, rad/s, W.
+    /// Rotation rate of W in inertial space, rad/s, W.
     turning: Vec3,
 }
 
 impl ControlMomentGyro {
-    /// Rate of the gimbal: none without a supply.
+    /// Returns the rate of the gimbal, rad/s; 0 without supply voltage.
     fn rate(&self, u: &GyroIn) -> f64 {
         let most = u.supply.limit(self.p.rate_max);
         u.rate.clamp(-most, most)
@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn the_load_is_what_the_momentum_loses() {
-        // −d/dt of h in inertial axes, by differences, on a turning body.
+        // The torque is −dh/dt in inertial axes, by finite differences on a rotating body.
         let m = gyro(None);
         let (omega, rate) = (Vec3::new(0.02, -0.05, 0.03), 0.6);
         let at = |t: f64| {
@@ -152,7 +152,7 @@ mod tests {
         let h = 1e-5;
         let slope = (at(h).momentum - at(-h).momentum) / (2.0 * h);
         assert!((at(0.0).load.moment + slope).norm() < 1e-8, "{slope}");
-        // Torque across the gimbal is amplified: much for little motor.
+        // Torque amplification: a large output torque for a small gimbal motor torque.
         assert!(at(0.0).load.moment.norm() > 15.0 && at(0.0).motor.abs() < 2.0);
         let u = GyroIn { gimbal: NodeState::identity(), supply: SUPPLY, rate: 7.0 };
         let x = m.derivatives(&u);
@@ -186,7 +186,7 @@ mod tests {
         let slope = (momentum(t + h) - momentum(t - h)) / (2.0 * h);
         let load = site.to_inertial(t) * at(t).load.moment;
         assert!((load + slope).norm() < 1e-7, "{load} {slope}");
-        // The planet's part is not small here.
+        // The contribution of the planet's rotation is not small here.
         let own = gyro(None).feedthrough(
             &Gimbal { angle: 0.4 + rate * t },
             &GyroIn { gimbal: turning_node(&omega, t), supply: SUPPLY, rate },

@@ -1,28 +1,28 @@
-//! `flight.gravity_gradient`: the torque by which a planet's pull turns a long body towards the vertical.
+//! `flight.gravity_gradient`: gravity-gradient torque, which aligns a long body with the vertical.
 //! ```text
 //! M = 3 μ/r³ r̂ × (I r̂)      body axes      I about the centre of mass, r from the planet's centre to it
 //! ```
-//! Of a point mass, and to the first order in the body's size over r: J₂ of the Earth changes it by some 0.1 %. A body feels it
-//! only through this part: gravity acts on each body of the mechanism at its centre of mass. Bodies of a mechanism
-//! that are small or locked together need one part with the inertia of the whole, written, on one of them; of bodies far apart the pull on
-//! each one gives the torque of their distance, and a part on each that of its own inertia, which it knows from the body.
+//! The planet is a point mass, and the torque is of first order in the body's size over r; J₂ of the Earth changes it by about 0.1 %. This torque
+//! needs this part, because gravity acts on each body of the mechanism at its centre of mass. For bodies that are small or locked together, use one
+//! part on one of them with the `inertia` of the whole. For bodies that are far apart, use one part on each body: gravity on each body already gives
+//! the torque due to their distance, and the part adds the torque due to the body's own inertia, which it reads from the body.
 
 use crate::orbit::body_mu;
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::{MassProperties, Mat3};
 use linkwork_world::gravity::torque;
 
-/// Planet and body.
+/// Parameters of the gravity-gradient torque.
 #[derive(Params, Clone, Debug)]
 pub struct GravityGradientParams {
-    /// Moments of inertia xx, yy, zz about the centre of mass, axes of the node; default: those of the body itself, without what wires
-    /// add to it. Written of the whole where bodies are locked together: the node is then taken for its centre of mass.
+    /// Moments of inertia xx, yy, zz about the centre of mass, axes of the node; default: the inertia of the body itself, without mass that wires
+    /// add. For bodies that are locked together, write the inertia of the whole; the node is then used as the centre of mass.
     #[param(unit = "kg m^2")]
     pub inertia: Option<Vec3>,
-    /// With `inertia`, the rest of its matrix: xy, xz, yz.
+    /// With `inertia`: products of inertia xy, xz, yz (matrix elements).
     #[param(unit = "kg m^2", default = Vec3::zeros())]
     pub products: Vec3,
-    /// The world, whose body pulls.
+    /// The world, whose body attracts.
     #[param(service)]
     pub world: Handle<dyn World>,
 }
@@ -38,34 +38,34 @@ pub struct GravityGradientIn {
     pub own: BodyMass,
 }
 
-/// Load.
+/// Gravity-gradient torque.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct GravityGradientOut {
-    /// On the body.
+    /// Torque as a load on the body.
     #[port(bind = "body")]
     pub load: Wrench,
-    /// The torque, axes of the node.
+    /// Torque in the axes of the node.
     #[port("N m")]
     pub torque: Vec3,
 }
 
-/// Torque of a gravity gradient.
+/// Gravity-gradient torque on a body.
 pub struct GravityGradient {
     mu: f64,
-    /// Where it is written.
+    /// Inertia from the file; `None` uses the body's own inertia.
     inertia: Option<Mat3>,
     site: Option<Site>,
 }
 
 impl GravityGradientParams {
-    /// The matrix that is written.
+    /// Returns the inertia matrix from the file.
     fn written(&self) -> Option<Mat3> {
         let (i, j) = (self.inertia?, self.products);
         Some(Mat3::new(i.x, j.x, j.y, j.x, i.y, j.z, j.y, j.z, i.z))
     }
 }
 
-/// Torque of a planet's gravity gradient on a body.
+/// Gravity-gradient torque of a planet on a body.
 #[model("flight.gravity_gradient")]
 impl Model for GravityGradient {
     type Params = GravityGradientParams;
@@ -74,15 +74,15 @@ impl Model for GravityGradient {
     fn build(p: GravityGradientParams) -> Result<Self, BuildError> {
         let inertia = p.written();
         if let Some(inertia) = inertia {
-            // Any mass will do: it is about the centre.
+            // The mass does not matter, because the inertia is about the centre of mass.
             MassProperties::new(1.0, Vec3::zeros(), inertia).validate().map_err(|e| {
-                BuildError::new(format!("no body has this inertia: {e}"))
-                    .help("leave it out: the body's own is taken")
+                BuildError::new(format!("this inertia is not physically possible: {e}"))
+                    .help("correct it, or leave it out to use the body's own inertia")
                     .at(if p.products == Vec3::zeros() { "inertia" } else { "products" })
             })?;
         } else if p.products != Vec3::zeros() {
             return Err(BuildError::new("`products` is written without `inertia`")
-                .help("write both, or neither: the body's own is taken")
+                .help("write both, or neither to use the body's own inertia")
                 .at("products"));
         }
         let (mu, site) = (body_mu(&p.world)?, p.world.axes().place());
@@ -105,11 +105,11 @@ impl Model for GravityGradient {
             let moments =
                 |m: &Mat3| format!("({:.6}, {:.6}, {:.6})", m[(0, 0)], m[(1, 1)], m[(2, 2)]);
             let fact = format!(
-                "`inertia` is {} kg m^2 about the axes of the node, and that of its body {}",
+                "`inertia` is {} kg m^2 about the axes of the node, but its body has {}",
                 moments(&written),
                 moments(&own)
             );
-            let help = "leave it out, unless it is that of several bodies that are locked together";
+            let help = "remove `inertia`, unless it is the inertia of several bodies that are locked together";
             BuildError::new(fact).help(help).at("inertia")
         });
         told.into_iter().collect()
@@ -144,7 +144,7 @@ mod tests {
         m.feedthrough(&u)
     }
 
-    /// Unwritten it is the torque of the body's own inertia at its own centre of mass; written otherwise, a remark tells.
+    /// By default the torque uses the body's own inertia and centre of mass; a different `inertia` in the file causes a warning.
     #[test]
     fn unwritten_it_is_the_inertia_of_the_body() {
         let rotation = Quat::from_euler_angles(0.4, 0.2, -0.6);
@@ -171,7 +171,7 @@ mod tests {
         assert!(e.param.as_deref() == Some("products") && e.help.is_some());
     }
 
-    /// Golden numbers of `framework/world/tests/gravity.rs`; and the pull on six masses that have this inertia.
+    /// Compares with the golden values of `framework/world/tests/gravity.rs` and with the gravity on six point masses that have this inertia.
     #[test]
     fn it_is_the_sum_of_the_pull_on_the_parts_of_the_body() {
         let rotation = Quat::from_euler_angles(0.4, 0.2, -0.6);
@@ -186,7 +186,7 @@ mod tests {
         let p = params();
         let inertia = p.written().unwrap();
         let spread = (Mat3::identity() * (0.5 * inertia.trace()) - inertia).symmetric_eigen();
-        // Arms of some kilometres, so that the difference is not lost in rounding.
+        // Arms of some kilometres, so that the difference is above round-off.
         let (mut moment, mass) = (Vec3::zeros(), 1e-4);
         for k in 0..3 {
             let axis = spread.eigenvectors.column(k) * (spread.eigenvalues[k] / mass).sqrt();
@@ -228,7 +228,7 @@ mod tests {
             let e = GravityGradient::build(p).err().unwrap();
             assert!(e.param.as_deref() == Some(name) && e.help.is_some(), "{}", e.message);
         }
-        // A rod and a plate are bodies.
+        // The inertias of a thin rod and of a plate are valid.
         for inertia in [Vec3::new(0.0, 5.0, 5.0), Vec3::new(1.0, 2.0, 3.0)] {
             let products = Vec3::zeros();
             let p = GravityGradientParams { inertia: Some(inertia), products, ..params() };

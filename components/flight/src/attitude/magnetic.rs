@@ -1,29 +1,29 @@
-//! `flight.magnetic_field`, `flight.magnetic_torquer`: coils that push against a planet's field.
+//! `flight.magnetic_field`, `flight.magnetic_torquer`: magnetic field of a planet, and magnetorquers.
 //! ```text
 //! dipole   B = (a/r)³ (3 (m · r̂) r̂ − m)      m = (g₁¹, h₁¹, g₁⁰) in the planet's axes for the radius a; the Earth's a is 6371.2 km
 //! degree   B = −∇V, V = a Σ (a/r)ⁿ⁺¹ Σ P̃_nm(sin φ)(g cos mλ + h sin mλ): IGRF-14 at the epoch, to the degree that is written
 //! M = d × B                                  d: the dipole of the coils, body axes, within its limit by axis
 //! P = Σ P_max (d/d_max)² + M · ω             i = P/V of the supply; without a supply (V = 0) d = 0
 //! ```
-//! Axes and epoch are those of the world, so that no two parts can disagree; in a site the field stands still in W. The field of the epoch is kept: it changes by some 100 nT a year. Currents in the ionosphere and
-//! beyond are not in it.
+//! Axes and epoch come from the world. At a site the field is constant in W. The field is evaluated at the epoch and kept during the run; it changes
+//! by about 100 nT a year. Fields of ionospheric and magnetospheric currents are not included.
 
 use linkwork_runtime::prelude::*;
 use linkwork_world::WorldError;
 use linkwork_world::magnetic::{self, Igrf, dipole};
 use linkwork_world::planet::Epoch;
 
-/// A planet's dipole, or the reference field of the Earth.
+/// Dipole of a planet, or the reference field of the Earth.
 #[derive(Params, Clone, Debug)]
 pub struct FieldParams {
-    /// (g₁¹, h₁¹, g₁⁰); unwritten, and without `degree`: at the Earth that of 2020 (IGRF).
+    /// Dipole coefficients (g₁¹, h₁¹, g₁⁰); default without `degree`: the Earth's dipole of 2020 (IGRF).
     #[param(unit = "T")]
     pub dipole: Option<Vec3>,
-    /// Reference radius a of these coefficients, as their source gives it (Jupiter: 71 492 km). Default: 6371.2 km at the Earth; a `dipole` of
-    /// another body needs it.
+    /// Reference radius a of these coefficients in their source (Jupiter: 71 492 km). Default: 6371.2 km for the Earth; required for the `dipole` of
+    /// another body.
     #[param(unit = "m", range = 1.0..)]
     pub dipole_radius: Option<f64>,
-    /// Degree of IGRF-14 instead of a dipole, 13 at the most; needs the Earth and an epoch, 1900 to 2030.
+    /// Degree of IGRF-14 instead of a dipole, at most 13; requires `body: earth` and an epoch from 1900 to 2030.
     #[param(range = 1.0..=13.0)]
     pub degree: Option<usize>,
     /// The world, whose body has this field.
@@ -31,26 +31,26 @@ pub struct FieldParams {
     pub world: Handle<dyn World>,
 }
 
-/// Where.
+/// Node of the field.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FieldIn {
-    /// Where the field is wanted; the planet is at the origin of W, or under the site that W is.
+    /// Node at which the field is evaluated; the planet is at the origin of W, or W is a site on it.
     #[port(bind = "body")]
     pub body: NodeState,
 }
 
-/// The field.
+/// Magnetic field.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FieldOut {
     /// Flux density, W.
     #[port("T")]
     pub field: Vec3,
-    /// Flux density in the axes of the node: what a magnetometer shows.
+    /// Flux density in the axes of the node, as a magnetometer measures it.
     #[port("T")]
     pub in_body: Vec3,
 }
 
-/// What the field is in the planet's axes.
+/// Field model in planet-fixed axes.
 enum Source {
     /// Coefficients (T) and their reference radius (m).
     Dipole(Vec3, f64),
@@ -58,7 +58,7 @@ enum Source {
 }
 
 impl Source {
-    /// B (T) at `p` (m), the planet's axes.
+    /// Returns B (T) at `p` (m), both in planet-fixed axes.
     fn at(&self, p: &Vec3) -> Vec3 {
         match self {
             Source::Dipole(m, radius) => dipole(m, *radius, p),
@@ -67,43 +67,45 @@ impl Source {
     }
 }
 
-/// A magnetic field.
+/// Magnetic field of a planet.
 pub struct MagneticField {
     source: Source,
     world: Handle<dyn World>,
 }
 
-/// Of the Earth in 2020, T.
+/// Dipole of the Earth in 2020, T.
 const DIPOLE: Vec3 = Vec3::new(-1.4509e-6, 4.6525e-6, -2.94048e-5);
 
-/// A mistake that the physics found, with its parameter.
+/// Converts an error of the physics library and names the parameter.
 fn fault(e: &WorldError, param: &str) -> BuildError {
     BuildError::of(e).at(param)
 }
 
 impl FieldParams {
-    /// Refuses another body than the Earth; `what` is the Earth's.
+    /// Returns an error if the body is not the Earth; `what` names the model that is valid for the Earth only.
     fn at_the_earth(&self, what: &str, param: &str) -> Result<(), BuildError> {
         match self.world.body() {
             "earth" => Ok(()),
             other => {
                 let fact =
-                    format!("{what} is that of the Earth, and `body` of `world` is `{other}`");
+                    format!("{what} is valid for the Earth, but `body` of `world` is `{other}`");
                 Err(BuildError::new(fact).help("write the `dipole` of that body").at(param))
             }
         }
     }
 
-    /// Refuses a radius without coefficients.
+    /// Returns an error for a radius without coefficients.
     fn no_radius_alone(&self) -> Result<(), BuildError> {
         if self.dipole_radius.is_none() || self.dipole.is_some() {
             return Ok(());
         }
-        let fact = "`dipole_radius` is the radius of the coefficients in `dipole`, and these are not written";
-        Err(BuildError::new(fact).help("write `dipole`, or leave it out").at("dipole_radius"))
+        let fact = "`dipole_radius` is the radius of the coefficients in `dipole`, but `dipole` is not written";
+        Err(BuildError::new(fact)
+            .help("write `dipole`, or remove `dipole_radius`")
+            .at("dipole_radius"))
     }
 
-    /// Radius (m) of the coefficients that are written: each source has its own, and the field goes with its third power.
+    /// Returns the reference radius (m) of the coefficients. Sources differ in it, and the field is proportional to its third power.
     fn reference_radius(&self) -> Result<f64, BuildError> {
         if let Some(radius) = self.dipole_radius {
             return Ok(radius);
@@ -123,7 +125,7 @@ impl FieldParams {
         let Some(degree) = self.degree else {
             let Some(dipole) = self.dipole else {
                 self.no_radius_alone()?;
-                self.at_the_earth("the dipole that is taken where none is written", "dipole")?;
+                self.at_the_earth("the default dipole", "dipole")?;
                 return Ok(Source::Dipole(DIPOLE, magnetic::RADIUS));
             };
             return self.reference_radius().map(|radius| Source::Dipole(dipole, radius));
@@ -131,12 +133,12 @@ impl FieldParams {
         self.no_radius_alone()?;
         if self.dipole.is_some() {
             return Err(BuildError::new("`dipole` and `degree` are both written")
-                .help("take one of them out")
+                .help("remove one of them")
                 .at("dipole"));
         }
         self.at_the_earth("IGRF-14", "degree")?;
         let Some(epoch) = self.world.epoch() else {
-            return Err(BuildError::new("`degree` needs an epoch, and there is none")
+            return Err(BuildError::new("`degree` needs an epoch, but the world has none")
                 .help("write one in `world`, e.g. epoch: \"2025-01-01 00:00:00 UTC\"")
                 .at("degree"));
         };
@@ -146,7 +148,7 @@ impl FieldParams {
     }
 }
 
-/// The magnetic field of a planet that turns with it: a tilted dipole, or the Earth's reference field IGRF-14.
+/// Magnetic field of a planet, rotating with it: a tilted dipole, or the Earth's reference field IGRF-14.
 #[model("flight.magnetic_field")]
 impl Model for MagneticField {
     type Params = FieldParams;
@@ -163,13 +165,13 @@ impl Model for MagneticField {
     }
 }
 
-/// Coils.
+/// Limits of the magnetorquers.
 #[derive(Params, Clone, Debug)]
 pub struct TorquerParams {
     /// Greatest dipole about each axis.
     #[param(unit = "A m^2", range = 0.0..)]
     pub dipole_max: f64,
-    /// Power that the coils of an axis take at their greatest dipole.
+    /// Power of the coil of one axis at its greatest dipole.
     #[param(unit = "W", default = 0.0, range = 0.0..)]
     pub power_max: f64,
 }
@@ -183,7 +185,7 @@ pub struct TorquerIn {
     /// Supply of the coils.
     #[port(connector)]
     pub supply: Voltage,
-    /// Dipole that is asked for, axes of the node.
+    /// Commanded dipole, axes of the node.
     #[port("A m^2")]
     pub dipole: Vec3,
     /// Flux density, W.
@@ -191,13 +193,13 @@ pub struct TorquerIn {
     pub field: Vec3,
 }
 
-/// Load.
+/// Torque, dipole and power.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TorquerOut {
-    /// On the body.
+    /// Torque on the body.
     #[port(bind = "body")]
     pub load: Wrench,
-    /// Dipole that there is, axes of the node.
+    /// Actual dipole after limiting, axes of the node.
     #[port("A m^2")]
     pub given: Vec3,
     /// Supply of the coils.
@@ -211,12 +213,12 @@ pub struct TorquerOut {
     pub case: HeatFlow,
 }
 
-/// Three coils.
+/// Three orthogonal magnetorquers.
 pub struct MagneticTorquer {
     p: TorquerParams,
 }
 
-/// Three coils whose dipole feels a torque in a magnetic field.
+/// Three orthogonal magnetorquers: torque of their commanded dipole in a magnetic field.
 #[model("flight.magnetic_torquer")]
 impl Model for MagneticTorquer {
     type Params = TorquerParams;
@@ -247,7 +249,7 @@ mod tests {
     use linkwork_runtime::PlainWorld;
     use std::sync::Arc;
 
-    /// A body with a date, whose axes turn as they are told.
+    /// World with an epoch and given planet axes.
     struct Dated {
         body: &'static str,
         epoch: Option<&'static str>,
@@ -305,7 +307,7 @@ mod tests {
     fn the_field_turns_with_the_planet() {
         let start = Quat::from_scaled_axis(Vec3::z() * 0.3);
         let m = MagneticField::build(earth(turning(start, 1e-4), None)).unwrap();
-        // Computed elsewhere, in the planet's axes.
+        // Reference value from an independent computation, planet-fixed axes.
         let r = Vec3::new(6.9e6, 1.0e6, 2.0e6);
         let want =
             Vec3::new(-1.6128006771743223e-05, -5.633075575567971e-06, 1.4968916584129132e-05);
@@ -320,7 +322,7 @@ mod tests {
     #[test]
     fn from_a_site_it_is_the_field_of_inertial_axes() {
         let (site, _) = fast_site();
-        // Axes in which the planet turns about z, as the other one has them.
+        // Axes in which the planet rotates about z.
         let start = Quat::from_scaled_axis(Vec3::z() * 0.3);
         let about_z = Site { start, ..site };
         let body = NodeState {
@@ -348,7 +350,7 @@ mod tests {
         }
     }
 
-    /// North, east, down (nT) of the cases of EDL.md, j (ppigrf), through the model, at an Earth that leans.
+    /// North, east, down (nT) of the cases of EDL.md, j (ppigrf), through the model, for an Earth with a tilted pole.
     #[test]
     fn the_reference_field_has_the_golden_numbers() {
         use linkwork_world::planet::{Ellipsoid, Geodetic};

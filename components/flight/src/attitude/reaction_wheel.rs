@@ -1,4 +1,4 @@
-//! `flight.reaction_wheel`: a wheel that turns its craft, with friction and imbalance.
+//! `flight.reaction_wheel`: reaction wheel with friction, limits and imbalance.
 //! ```text
 //! h = J (Ω + g · ω)          g: spin axis, ω: inertial rate of the body, Ω: speed against it
 //! ḣ = u − τ_f(Ω)             Ω = h/J − g · ω
@@ -8,48 +8,47 @@
 //! P = u Ω + c u² + P_idle, i = P/V of the supply;   without a supply (V = 0) u = 0: friction brakes the wheel
 //! static imbalance   F = U_s Ω² a(θ)       dynamic   T = U_d Ω² a(θ)       θ̇ = Ω,  a ⊥ g turns with the wheel
 //! ```
-//! The body's inertia in the file has the wheel's mass and its inertia across g, and not J about g: the
-//! absolute axial momentum h is a state of its own, so that no acceleration is needed. Node z is g. Where W is a site, ω is the rate in W and
-//! that of the planet: of its turning the mechanism knows the body, and this model the wheel.
+//! The inertia of the body in the file must include the mass of the wheel and its inertia perpendicular to g, but not J about g. The inertial axial
+//! momentum h is a state of this model, so that the model does not need the acceleration of the body. Node z is g. If W is a site, ω is the sum of
+//! the rate in W and the rate of the planet, because the momentum of the wheel rotates with the planet, too.
 
 use super::turning;
 use linkwork_runtime::prelude::*;
 
-/// A wheel.
+/// Parameters of a reaction wheel.
 #[derive(Params, Clone, Debug)]
 pub struct WheelParams {
     /// Inertia J about the spin axis.
     #[param(unit = "kg m^2", range = 1e-9..)]
     pub inertia: f64,
-    /// Speed against the body at the start, when that does not turn in inertial axes.
+    /// Initial speed relative to the body, for a body that does not rotate in inertial axes.
     #[param(unit = "rad/s", default = 0.0)]
     pub speed: f64,
     /// Greatest torque of the motor.
     #[param(unit = "N m", default = f64::INFINITY, range = 0.0..)]
     pub torque_max: f64,
-    /// Losses c of the winding, R/k²: resistance over the square of the torque constant.
+    /// Winding loss coefficient c = R/k²: resistance over the square of the torque constant.
     #[param(unit = "W/(N^2 m^2)", default = 0.0, range = 0.0..)]
     pub winding_loss: f64,
-    /// Power of its electronics.
+    /// Power of the electronics.
     #[param(unit = "W", default = 0.0, range = 0.0..)]
     pub idle: f64,
-    /// Speed at which the motor gives no more torque that would drive it faster: it holds the speed against friction there. It
-    /// drives again below 0.999 of it.
+    /// Greatest speed. At this speed the motor only compensates friction or brakes; it accelerates the wheel again below 0.999 of it.
     #[param(unit = "rad/s", default = f64::INFINITY, range = 0.0..)]
     pub speed_max: f64,
     /// Coulomb friction T_c.
     #[param(unit = "N m", default = 0.0, range = 0.0..)]
     pub coulomb: f64,
-    /// Friction T_s at the beginning of motion, at least T_c. Default: T_c.
+    /// Breakaway friction T_s, at least T_c. Default: T_c.
     #[param(unit = "N m", default = 0.0, range = 0.0..)]
     pub breakaway: f64,
-    /// Speed Ω_s over which that goes down to T_c.
+    /// Stribeck speed Ω_s, over which friction decreases from T_s to T_c.
     #[param(unit = "rad/s", default = 1.0, range = 1e-6..)]
     pub stribeck: f64,
-    /// Speed ε below which friction is smooth.
+    /// Speed ε below which Coulomb friction is smoothed.
     #[param(unit = "rad/s", default = 0.01, range = 1e-9..)]
     pub smoothing: f64,
-    /// Viscous friction b.
+    /// Viscous friction coefficient b.
     #[param(unit = "N m s/rad", default = 0.0, range = 0.0..)]
     pub viscous: f64,
     /// Static imbalance U_s.
@@ -58,12 +57,12 @@ pub struct WheelParams {
     /// Dynamic imbalance U_d.
     #[param(unit = "kg m^2", default = 0.0, range = 0.0..)]
     pub dynamic_imbalance: f64,
-    /// The world: the momentum of the wheel turns with a site that W may be.
+    /// The world; needed if W is a rotating site, because the rotation adds gyroscopic torque.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
 
-/// Body and command.
+/// Body, supply and command.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct WheelIn {
     /// Node at the wheel; z is its spin axis.
@@ -72,21 +71,21 @@ pub struct WheelIn {
     /// Supply of motor and electronics.
     #[port(connector)]
     pub supply: Voltage,
-    /// Torque on the wheel that is asked for; what is beyond the motor is cut off.
+    /// Commanded torque on the wheel, limited to the torque of the motor.
     #[port("N m", default = 0.0)]
     pub torque: f64,
 }
 
-/// Load and motion.
+/// Torque, speed and power.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct WheelOut {
-    /// On the body.
+    /// Force and torque on the body.
     #[port(bind = "wheel")]
     pub load: Wrench,
-    /// Speed Ω against the body.
+    /// Speed Ω relative to the body.
     #[port("rad/s")]
     pub speed: f64,
-    /// Torque on the wheel, friction taken off.
+    /// Motor torque minus friction, on the wheel.
     #[port("N m")]
     pub net_torque: f64,
     /// Momentum h about the spin axis, inertial.
@@ -101,7 +100,7 @@ pub struct WheelOut {
     /// Outlet of the heat of winding, electronics and friction, for the port of a thermal node. If it is not connected, the heat goes to the surroundings.
     #[port(connector)]
     pub case: HeatFlow,
-    /// Energy of the wheel's rotation about its axis, inertial.
+    /// Kinetic energy of the wheel's inertial rotation about its axis.
     #[port("J", stored)]
     pub energy: f64,
 }
@@ -117,50 +116,50 @@ pub struct Spin {
     pub angle: f64,
 }
 
-/// Whether the wheel is at its greatest speed.
+/// State of the speed limit.
 #[derive(State, Clone, Copy, Debug)]
 pub struct AtLimit {
-    /// 1 at it, −1 at it backwards, 0 below it.
+    /// 1 at the greatest speed, −1 at the greatest speed backwards, 0 below.
     #[port("1")]
     pub limit: f64,
 }
 
-/// The greatest speed.
+/// Guards of the speed limit.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SpeedLimit {
-    /// Speed over the greatest one.
+    /// Speed minus the greatest speed.
     #[port("rad/s", rising)]
     pub above: f64,
-    /// How far the speed is below that at which the motor drives again.
+    /// Speed at which the motor accelerates again, minus the speed.
     #[port("rad/s", rising)]
     pub below: f64,
 }
 
-/// Share of the greatest speed below which the motor drives again.
+/// Fraction of the greatest speed below which the motor accelerates the wheel again.
 const AGAIN: f64 = 0.999;
 
-/// A reaction wheel.
+/// Reaction wheel.
 pub struct ReactionWheel {
     p: WheelParams,
-    /// Of W in inertial space, rad/s, W.
+    /// Rotation rate of W in inertial space, rad/s, W.
     turning: Vec3,
 }
 
 impl ReactionWheel {
-    /// Speed against the body.
+    /// Returns the speed relative to the body, rad/s.
     fn speed(&self, x: &Spin, u: &WheelIn) -> f64 {
         let axis = u.wheel.rotation * Vec3::z();
         x.momentum / self.p.inertia - axis.dot(&(u.wheel.angular + self.turning))
     }
 
-    /// At the greatest speed or not, with room between both.
+    /// Returns the state of the speed limit, with hysteresis.
     fn limit(&self, speed: f64, d: &AtLimit) -> AtLimit {
         let high = speed.abs() >= self.p.speed_max;
         let was = d.limit != 0.0 && speed.abs() > AGAIN * self.p.speed_max;
         AtLimit { limit: if high || was { 1.0_f64.copysign(speed) } else { 0.0 } }
     }
 
-    /// Friction torque at a speed; against the motion.
+    /// Returns the friction torque (N m) at a speed (rad/s), with the sign of the speed; it opposes the motion.
     pub fn friction(&self, speed: f64) -> f64 {
         let p = &self.p;
         if p.coulomb == 0.0 && p.breakaway == 0.0 {
@@ -185,10 +184,10 @@ impl Model for ReactionWheel {
     fn build(p: WheelParams) -> Result<Self, BuildError> {
         if p.breakaway != 0.0 && p.breakaway < p.coulomb {
             let fact = format!(
-                "friction at the beginning of motion is {} N m, less than the {} N m of a wheel that rotates",
+                "`breakaway` is {} N m, less than the Coulomb friction of {} N m",
                 p.breakaway, p.coulomb
             );
-            let help = "write at least `coulomb`, or leave `breakaway` out";
+            let help = "write at least `coulomb`, or remove `breakaway`";
             return Err(BuildError::new(fact).help(help).at("breakaway"));
         }
         let turning = turning(p.world.as_ref());
@@ -323,7 +322,7 @@ mod tests {
         let fast = Spin { momentum: 0.0796 * 630.0, angle: 0.0 };
         assert_eq!(at(&m, &fast, 0.1, Vec3::zeros()).net_torque, 0.0, "it holds its speed");
         assert!(at(&m, &fast, 0.001, Vec3::zeros()).net_torque < 0.0, "friction brakes it");
-        // Room between the two speeds.
+        // Hysteresis between the two speeds.
         let u = |w: f64| {
             let x = Spin { momentum: 0.0796 * w, angle: 0.0 };
             (x, WheelIn { wheel: NodeState::identity(), supply: SUPPLY, torque: 0.1 })
@@ -335,7 +334,7 @@ mod tests {
         assert_eq!([mode(627.9, 0.0), mode(627.9, 1.0), mode(627.0, 1.0)], [0.0, 1.0, 0.0]);
         assert_eq!([mode(628.0, 0.0), mode(-629.0, 0.0)], [1.0, -1.0]);
         assert!(at(&m, &fast, -0.1, Vec3::zeros()).net_torque < -0.1);
-        // A body that turns about the axis turns under the wheel.
+        // Rotation of the body about the axis changes the relative speed.
         let y = at(&m, &m.init_x(), 0.0, Vec3::z() * 5.0);
         assert!((y.speed - 595.0).abs() < 1e-10);
     }
@@ -355,7 +354,7 @@ mod tests {
                 "{y:?}"
             );
         }
-        // It takes u Ω and c u², and gives back what braking leaves.
+        // The motor takes u Ω + c u², and feeds power back while braking.
         let y = at(&m, &m.init_x(), 0.1, Vec3::zeros());
         assert!((y.power - (60.0 + 0.4 + 3.0)).abs() < 1e-12, "{y:?}");
         assert!(at(&m, &m.init_x(), -0.1, Vec3::zeros()).power < -50.0);
@@ -386,13 +385,13 @@ mod tests {
         let slope = (vector(h) - vector(-h)) / (2.0 * h);
         let load = site.to_inertial(t) * now.load.moment;
         assert!((load + slope).norm() < 1e-7, "{load} {slope}");
-        // Its speed is against the body: in inertial axes that turns with W, too.
+        // The speed is relative to the body, whose inertial rate includes the rotation of W.
         let node = turning_node(&omega, t);
         let about = (node.rotation * Vec3::z()).dot(&(omega + site.omega()));
         assert!((0.0796 * (now.speed + about) - 30.0).abs() < 1e-12, "{}", now.speed);
     }
 
-    /// Free body and wheel: total momentum in inertial axes stays, whatever the motor does.
+    /// A free body with a wheel conserves total angular momentum in inertial axes for any motor torque.
     #[test]
     fn momentum_goes_from_the_body_to_the_wheel_and_none_is_lost() {
         let mut p = params();

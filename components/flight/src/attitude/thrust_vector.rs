@@ -1,19 +1,19 @@
-//! `flight.thrust_vector_control`: turns a vehicle to a direction of thrust by the gimbal of its engine.
+//! `flight.thrust_vector_control`: rotates a vehicle to a commanded thrust direction by gimballing its engine.
 //! ```text
 //! e = angle from z to d, along z × d             d: direction that is wanted, body axes
 //! τ = J (ω_n² e − 2 ζ ω_n ω)                     across z; nothing turns it about z
 //! f = z × τ/(l T)                                part of the thrust across, at the nozzle, l behind the centre of mass
 //! δ_y = asin f_x,  δ_x = −asin f_y               cut off at the gimbal's end
 //! ```
-//! With the J, l and T that the vehicle has, errors decay as e^(−ζ ω_n t); J and l of the full vehicle make a law
-//! that grows faster as the propellant goes. A direction that turns at Ω is followed 2 ζ Ω/ω_n behind.
+//! With the actual J, l and T of the vehicle, errors decay as e^(−ζ ω_n t). With J and l of the full vehicle, the loop becomes faster as propellant
+//! is used. A direction that rotates at Ω is followed with a lag of 2 ζ Ω/ω_n.
 
 use linkwork_runtime::prelude::*;
 
-/// Vehicle and law.
+/// Vehicle properties and control gains.
 #[derive(Params, Clone, Debug)]
 pub struct ThrustVectorParams {
-    /// Inertia J across z, about the centre of mass.
+    /// Moment of inertia J about axes perpendicular to z, about the centre of mass.
     #[param(unit = "kg m^2", range = 1e-9..)]
     pub inertia: f64,
     /// Distance l from the nozzle to the centre of mass.
@@ -22,13 +22,13 @@ pub struct ThrustVectorParams {
     /// Thrust T.
     #[param(unit = "N", range = 1e-9..)]
     pub thrust: f64,
-    /// Frequency ω_n.
+    /// Natural frequency ω_n of the loop.
     #[param(unit = "rad/s", default = 1.0, range = 1e-9..)]
     pub frequency: f64,
-    /// Share of the critical damping ζ.
+    /// Damping ratio ζ.
     #[param(default = 1.0, range = 0.0..)]
     pub damping: f64,
-    /// End of the gimbal about each axis.
+    /// Greatest gimbal angle about each axis.
     #[param(unit = "rad", default = 0.1, range = 0.0..=1.5)]
     pub gimbal_max: f64,
 }
@@ -36,15 +36,15 @@ pub struct ThrustVectorParams {
 /// Attitude and command.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThrustVectorIn {
-    /// The vehicle: a node whose z is that of the nozzle, against the jet.
+    /// Node on the vehicle; its z is along the nozzle, opposite to the exhaust.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// Force that is wanted, W; only its direction counts. Zero: the gimbal stays in its middle.
+    /// Commanded force, W; only its direction is used. Zero: the gimbal is centred.
     #[port("N")]
     pub command: Vec3,
 }
 
-/// Gimbal and error.
+/// Gimbal angles and error.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThrustVectorOut {
     /// Angle of the gimbal about x.
@@ -53,7 +53,7 @@ pub struct ThrustVectorOut {
     /// Angle of the gimbal about y.
     #[port("rad")]
     pub gimbal_y: f64,
-    /// Angle from z to the direction that is wanted.
+    /// Angle from z to the commanded direction.
     #[port("rad")]
     pub error: f64,
 }
@@ -63,7 +63,7 @@ pub struct ThrustVectorControl {
     p: ThrustVectorParams,
 }
 
-/// Turns a vehicle so that its z goes to a direction, by the gimbal of its engine.
+/// Thrust vector control: rotates a vehicle so that its z axis points along a commanded direction, by gimballing its engine.
 #[model("flight.thrust_vector_control")]
 impl Model for ThrustVectorControl {
     type Params = ThrustVectorParams;
@@ -79,7 +79,7 @@ impl Model for ThrustVectorControl {
         let d = to_body * (u.command / size);
         let across = Vec3::z().cross(&d);
         let (sine, error) = (across.norm(), across.norm().atan2(d.z));
-        // Straight behind there is no nearer side.
+        // For a direction opposite to z the rotation axis is undefined; x is chosen.
         let e = match (sine > 0.0, d.z < 0.0) {
             (true, _) => across * (error / sine),
             (false, true) => Vec3::x() * error,
@@ -120,7 +120,7 @@ mod tests {
         law().feedthrough(&u)
     }
 
-    /// A rigid body turned by the engine itself: its z comes to the direction as the closed form says.
+    /// A rigid body rotated by the gimballed engine approaches the direction according to the closed form.
     #[test]
     fn an_error_decays_as_its_closed_form() {
         let engine = Engine {
@@ -175,10 +175,10 @@ mod tests {
         let y = command(NodeState::identity(), -Vec3::z());
         assert!((y.error - std::f64::consts::PI).abs() < 1e-15);
         assert!(y.gimbal_x.hypot(y.gimbal_y) > 0.09, "it begins to turn: {y:?}");
-        // Towards x: the nozzle, behind, pushes the other way.
+        // To rotate towards x, the nozzle behind the centre of mass pushes the other way.
         let y = command(NodeState::identity(), Vec3::new(1.0, 0.0, 0.0));
         assert_eq!((y.gimbal_x, y.gimbal_y), (0.0, -0.1));
-        // Turning about its own axis is not its business.
+        // Rotation about z is not controlled.
         let spin = NodeState { angular: Vec3::z() * 0.3, ..NodeState::identity() };
         assert_eq!(command(spin, Vec3::z()).gimbal_y, 0.0);
     }

@@ -1,4 +1,4 @@
-//! `flight.transfer`, `flight.glideslope`: from one place beside a chief to another, in the chief's turning axes.
+//! `flight.transfer`, `flight.glideslope`: relative motion guidance from one position near a chief to another, in the chief's rotating (RTN) axes.
 //! ```text
 //! x radial, y along the motion, z normal to the orbit (RTN); Φ: transition of Clohessy and Wiltshire, n = |r × v|/r²
 //! transfer    v_T = Φ_rv(T)⁻¹ (x_T − Φ_rr(T) x)      T: time that is left;  Δv = v_T − v, given as a force while
@@ -6,25 +6,25 @@
 //! glideslope  ρ = |x − x_T|, ρ̂ its direction;  s(ρ) = min(v_max, v_T + k ρ);  wanted: ẋ = −s ρ̂
 //!             a = −a_CW(x, ẋ) + s s′ ρ̂ + (−s ρ̂ − ẋ)/τ
 //! ```
-//! In a circular orbit the transfer is two impulses, the second of which is the next law's. On the glideslope
-//! (Hablani, Tapper, Dana-Bashian 2001) ρ = (ρ₀ + v_T/k) e^(−kt) − v_T/k, so that the closing speed goes down with
-//! the distance and ends at v_T. Both know the linear field: they measure anew at each sample or stage.
+//! In a circular orbit the transfer consists of two impulses; this part gives the first one, the next guidance law gives the second. On the
+//! glideslope (Hablani, Tapper, Dana-Bashian 2001) ρ = (ρ₀ + v_T/k) e^(−kt) − v_T/k, so that the closing speed decreases with the distance and ends
+//! at v_T. Both laws use the linear relative gravity field; feedback at each sample or stage corrects its errors.
 
 use super::rendezvous::{StationIn, at_most, relative};
 use crate::orbit::orbital;
 use linkwork_runtime::prelude::*;
 use linkwork_world::orbit::{ClohessyWiltshire, Relative};
 
-/// The deputy in the chief's axes, as the laws see it.
+/// State of the deputy relative to the chief, in the chief's axes (m, m/s), and the linear gravity field.
 struct Seen {
     position: Vec3,
     velocity: Vec3,
-    /// To W.
+    /// Rotation from the chief's axes to W.
     R: Quat,
     field: ClohessyWiltshire,
 }
 
-/// None without an orbit, which has no axes.
+/// Returns `None` if the chief has no orbital motion, because its axes are then undefined.
 fn seen(site: Option<&Site>, u: &StationIn) -> Option<Seen> {
     let (position, velocity, R, n) = relative(site, &u.chief, &u.deputy)?;
     // n² = μ/r³, with r = 1.
@@ -32,13 +32,13 @@ fn seen(site: Option<&Site>, u: &StationIn) -> Option<Seen> {
     Some(Seen { position, velocity, R, field })
 }
 
-/// A transfer.
+/// Parameters of a transfer.
 #[derive(Params, Clone, Debug)]
 pub struct TransferParams {
-    /// Place x_T at the end, chief's axes: radial, along the motion, normal.
+    /// Final position x_T in the chief's axes: radial, along the motion, normal.
     #[param(unit = "m", default = Vec3::zeros())]
     pub place: Vec3,
-    /// When it is to be there.
+    /// Time of arrival.
     #[param(unit = "s")]
     pub arrival: f64,
     /// Mass of the deputy.
@@ -47,38 +47,38 @@ pub struct TransferParams {
     /// Greatest force.
     #[param(unit = "N", range = 1e-12..)]
     pub force_max: f64,
-    /// |Δv| below which nothing is done.
+    /// |Δv| below which no force is commanded.
     #[param(unit = "m/s", default = 0.005, range = 0.0..)]
     pub deadband: f64,
-    /// Time before the arrival from which on nothing is done: the law asks for more and more there.
+    /// Time before the arrival at which the corrections end, because the gain of the law grows without bound there.
     #[param(unit = "s", default = 60.0, range = 1e-3..)]
     pub freeze: f64,
-    /// The world, about whose body the two are.
+    /// The world, whose body chief and deputy orbit.
     #[param(service)]
     pub world: Handle<dyn World>,
 }
 
-/// What a transfer wants.
+/// Command of a transfer.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TransferOut {
-    /// Force that is wanted, W.
+    /// Commanded force, W.
     #[port("N")]
     pub force: Vec3,
-    /// Size of the change of velocity that is missing.
+    /// Magnitude of the velocity change Δv that is still required.
     #[port("m/s")]
     pub missing: f64,
-    /// Time to the arrival; below zero after it.
+    /// Time to the arrival; negative after it.
     #[port("s")]
     pub to_go: f64,
-    /// Distance from the place at the end.
+    /// Distance to the final position.
     #[port("m")]
     pub distance: f64,
-    /// No velocity reaches the place in this time (whole and half turns of the orbit); nothing is done.
+    /// The final position cannot be reached in the remaining time, for example after a whole or half orbit; the force is zero.
     #[port]
     pub lost: bool,
 }
 
-/// What it has taken.
+/// State of a transfer.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Taken {
     /// Sum of the changes of velocity that were asked for.
@@ -86,7 +86,7 @@ pub struct Taken {
     pub dv: f64,
 }
 
-/// The same as an output.
+/// Velocity change of a transfer, as an output.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TransferCost {
     /// Sum of the changes of velocity that were asked for.
@@ -94,14 +94,14 @@ pub struct TransferCost {
     pub dv: f64,
 }
 
-/// A transfer by impulses.
+/// Guidance law for a transfer by impulses.
 pub struct Transfer {
     p: TransferParams,
     site: Option<Site>,
 }
 
 impl Transfer {
-    /// What this sample asks for.
+    /// Computes the command of this sample.
     fn ask(&self, c: &Clock, u: &StationIn) -> TransferOut {
         let p = &self.p;
         let to_go = p.arrival - c.t;
@@ -117,13 +117,13 @@ impl Transfer {
         };
         let dv = wanted - s.velocity;
         let missing = dv.norm();
-        // No more than what is missing, within the sample.
+        // Applied over one sample, this force gives exactly the required velocity change.
         let push = if missing > p.deadband { dv * (p.mass / c.dt) } else { Vec3::zeros() };
         TransferOut { force: s.R * at_most(push, p.force_max), missing, lost: false, ..nothing }
     }
 }
 
-/// Brings a deputy to a place beside its chief at a time, by impulses that are corrected on the way; sampled.
+/// Rendezvous guidance: brings a deputy to a position near its chief at a given time, by impulses that are corrected during the transfer; sampled.
 #[model("flight.transfer")]
 impl Model for Transfer {
     type Params = TransferParams;
@@ -149,10 +149,10 @@ impl Model for Transfer {
     }
 }
 
-/// A glideslope.
+/// Parameters of a glideslope.
 #[derive(Params, Clone, Debug)]
 pub struct GlideslopeParams {
-    /// Place x_T at its end, chief's axes.
+    /// Final position x_T in the chief's axes.
     #[param(unit = "m", default = Vec3::zeros())]
     pub place: Vec3,
     /// Closing speed v_T at the end.
@@ -164,7 +164,7 @@ pub struct GlideslopeParams {
     /// Greatest closing speed v_max.
     #[param(unit = "m/s", default = f64::INFINITY, range = 0.0..)]
     pub speed_max: f64,
-    /// Time constant τ with which the velocity is followed.
+    /// Time constant τ of the velocity tracking.
     #[param(unit = "s", default = 10.0, range = 1e-3..)]
     pub time_constant: f64,
     /// Mass of the deputy.
@@ -173,55 +173,55 @@ pub struct GlideslopeParams {
     /// Greatest force.
     #[param(unit = "N", default = f64::INFINITY, range = 0.0..)]
     pub force_max: f64,
-    /// The world, about whose body the two are.
+    /// The world, whose body chief and deputy orbit.
     #[param(service)]
     pub world: Handle<dyn World>,
 }
 
-/// What a glideslope wants, and where it is.
+/// Command and state of a glideslope.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct GlideslopeOut {
-    /// Force that is wanted, W.
+    /// Commanded force, W.
     #[port("N")]
     pub force: Vec3,
-    /// Distance ρ to the place at the end.
+    /// Distance ρ to the final position.
     #[port("m")]
     pub distance: f64,
-    /// Speed towards it.
+    /// Closing speed: speed towards the final position.
     #[port("m/s")]
     pub closing: f64,
-    /// Closing speed s(ρ) that is wanted.
+    /// Commanded closing speed s(ρ).
     #[port("m/s")]
     pub wanted: f64,
-    /// Speed across the way to it.
+    /// Speed perpendicular to the line to the final position.
     #[port("m/s")]
     pub across: f64,
 }
 
-/// Which part of the speed s(ρ) holds.
+/// Branch of the speed profile s(ρ).
 #[derive(State, Clone, Copy, Debug)]
 pub struct Far {
-    /// The greatest closing speed is wanted, since the slope would be faster.
+    /// The closing speed is limited to its maximum, because the slope would require more.
     #[port]
     pub far: bool,
 }
 
-/// The corner of s(ρ), where the force that is wanted jumps by m s s′.
+/// Guard for the corner of s(ρ), where the commanded force jumps by m s s′.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SpeedCorner {
-    /// Speed of the slope over the greatest one.
+    /// Speed by the slope minus the maximum speed.
     #[port("m/s")]
     pub over: f64,
 }
 
-/// A glideslope approach.
+/// Guidance law for a glideslope approach.
 pub struct Glideslope {
     p: GlideslopeParams,
     site: Option<Site>,
 }
 
 impl Glideslope {
-    /// How much faster than allowed the slope is; below zero without an orbit.
+    /// Returns the speed by the slope minus the maximum speed, m/s; negative without a limit or without an orbit.
     fn over(&self, u: &StationIn) -> f64 {
         if self.p.speed_max.is_infinite() {
             return -1.0;
@@ -231,7 +231,7 @@ impl Glideslope {
     }
 }
 
-/// Approaches a place beside a chief on a straight line, slower as it comes nearer.
+/// Approaches a position near a chief on a straight line, with a closing speed that decreases with the distance.
 #[model("flight.glideslope")]
 impl Model for Glideslope {
     const MODES: bool = true;
@@ -293,7 +293,7 @@ mod tests {
         (MU / RADIUS.powi(3)).sqrt()
     }
 
-    /// Without corrections what misses is of second order in the distance: a third of the distance, a ninth.
+    /// Without corrections the miss distance is of second order in the initial distance: a third of the distance gives a ninth of the miss.
     #[test]
     fn one_impulse_misses_by_the_square_of_the_distance() {
         let place = Vec3::new(10.0, -30.0, 5.0);
@@ -323,7 +323,7 @@ mod tests {
         let (r, _) =
             fly((start, Vec3::new(0.15, -0.5, -0.1)), arrival, 0.5, &mut |t, chief, deputy| {
                 let u = StationIn { chief: *chief, deputy: *deputy };
-                // Once in two steps of four stages.
+                // Evaluated once per two steps of four stages.
                 if calls % 8 == 0 {
                     let c = Clock::at(t, 1.0, 0);
                     let y = m.feedthrough(&c, &u);
@@ -334,7 +334,7 @@ mod tests {
                 calls += 1;
                 held / m.p.mass
             });
-        // The same law and flight in Python: 1.0 mm off, 1.1573 m/s. The first impulse alone misses by 1.07 m.
+        // Reference values from a Python implementation of law and flight: miss 1.0 mm, 1.1573 m/s. With the first impulse alone the miss is 1.07 m.
         println!("{} m off, {} m/s", (r - place).norm(), d.dv);
         assert!((r - place).norm() < 5e-3 && (d.dv - 1.1573).abs() < 1e-3, "{r} {}", d.dv);
     }
@@ -349,7 +349,7 @@ mod tests {
         let still = StationIn { chief: NodeState::identity(), deputy: NodeState::identity() };
         let y = transfer(Vec3::zeros(), 900.0, 0.0).feedthrough(&Clock::at(0.0, 1.0, 0), &still);
         assert!(y.lost && y.force == Vec3::zeros());
-        // In the last seconds nothing is done, and that is no failure.
+        // During `freeze` no force is commanded, and `lost` stays false.
         let y = transfer(Vec3::zeros(), 10.0, 0.0).feedthrough(&Clock::at(0.0, 1.0, 0), &u);
         assert!(!y.lost && y.force == Vec3::zeros());
     }
@@ -383,7 +383,7 @@ mod tests {
         let m = glideslope(place, f64::INFINITY);
         let way = Vec3::new(6.0, -150.0, 20.0);
         let start = place + way;
-        // It begins with the speed that is wanted there.
+        // The initial velocity is the commanded one.
         let v = -way.normalize() * (0.05 + 0.01 * way.norm());
         let mut worst = 0.0_f64;
         let (r, v) = fly((start, v), 240.0, 0.5, &mut |t, chief, deputy| {
@@ -395,7 +395,8 @@ mod tests {
             y.force / 100.0
         });
         println!("{worst} m from the closed form");
-        // The law knows the linear field only: what is left is of second order in 150 m over the radius.
+        // The law uses the linear field only, so the residual is of second order in 150 m over the radius. ---- *# Sum of the changes of velocity
+        // that were asked for. => Sum of the commanded velocity changes.
         assert!(worst < 1e-3, "{worst}");
         assert!((v + (r - place).normalize() * (0.05 + 0.01 * (r - place).norm())).norm() < 1e-4);
     }

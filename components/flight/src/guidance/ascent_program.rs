@@ -1,20 +1,19 @@
-//! `flight.pitch_program`, `flight.gravity_turn`: where to push in the first minutes of an ascent, without looking at
-//! the orbit.
+//! `flight.pitch_program`, `flight.gravity_turn`: open-loop guidance for the first minutes of an ascent.
 //! ```text
 //! pitch_program   d = cos θ up + sin θ (sin A east + cos A north)      θ(t): table, linear between rows; A: azimuth
 //! gravity_turn    d = v_air/|v_air|                                    F = T d
 //! ```
-//! up, east and north are those of the site that W is: fixed to the planet, up along the normal of its ellipsoid.
-//! Rows of the table are events, so that no step of an integrator goes over a kink.
+//! up, east and north are the axes of the site W: planet-fixed, with up along the normal of the ellipsoid. Rows of the table are events, so that no
+//! integration step crosses a kink.
 
 use crate::program::{NextRow, Passed, Times};
 use crate::table::Curve;
 use linkwork_runtime::prelude::*;
 
-/// A row of a pitch programme.
+/// Row of a pitch program.
 #[derive(Params, Clone, Debug)]
 pub struct PitchRow {
-    /// When.
+    /// Time of the simulation.
     #[param(unit = "s")]
     pub time: f64,
     /// Angle θ from the vertical.
@@ -22,26 +21,26 @@ pub struct PitchRow {
     pub pitch: f64,
 }
 
-/// Table and thrust.
+/// Pitch table, azimuth and thrust.
 #[derive(Params, Clone, Debug)]
 pub struct PitchParams {
-    /// Angle by time, rising in time; level before the first row and after the last.
+    /// Pitch angle over time, in ascending order of time; constant before the first row and after the last.
     pub rows: Vec<PitchRow>,
-    /// Azimuth A of the launch: from north towards east.
+    /// Launch azimuth A, from north towards east.
     #[param(unit = "rad", default = std::f64::consts::FRAC_PI_2)]
     pub azimuth: f64,
-    /// Size T of the force.
+    /// Magnitude T of the force.
     #[param(unit = "N", range = 0.0..)]
     pub thrust: f64,
-    /// The world, which knows the site. Without one W is x east, y north, z up.
+    /// The world with the launch site. Default: W has x east, y north, z up.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
 
-/// Where to push.
+/// Force command.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct PitchOut {
-    /// Force that is wanted, W.
+    /// Commanded force, W.
     #[port("N")]
     pub force: Vec3,
     /// Angle from the vertical of the site.
@@ -49,17 +48,17 @@ pub struct PitchOut {
     pub pitch: f64,
 }
 
-/// A pitch programme.
+/// Pitch program.
 pub struct PitchProgram {
     p: PitchParams,
     times: Times,
     curve: Curve,
-    /// Up, and where the azimuth points, W.
+    /// Unit vectors upwards and along the launch azimuth, W.
     up: Vec3,
     ahead: Vec3,
 }
 
-/// Pushes along a direction that a table turns from the vertical of the site towards an azimuth.
+/// Open-loop ascent guidance: the thrust direction is rotated from the vertical towards an azimuth by a table over time.
 #[model("flight.pitch_program")]
 impl Model for PitchProgram {
     type Params = PitchParams;
@@ -69,7 +68,7 @@ impl Model for PitchProgram {
     fn build(p: PitchParams) -> Result<Self, BuildError> {
         let east = match p.world.as_ref().map_or(Axes::Any, |w| w.axes()) {
             Axes::Any => Vec3::x(),
-            // Whatever the heading of the site. At a pole east is x of the planet, as elsewhere.
+            // East does not depend on the heading of the site. At a pole it is x of the planet, as in the other guidance laws.
             Axes::Site(s) | Axes::Level(s) => {
                 let axis = s.from_planet_axes(&Vec3::z());
                 let east = axis.cross(&Vec3::z());
@@ -77,7 +76,7 @@ impl Model for PitchProgram {
                 if at_pole { s.from_planet_axes(&Vec3::x()) } else { east.normalize() }
             }
             Axes::Inertial => {
-                let fact = "W is inertial, and a launch site has no fixed vertical in it";
+                let fact = "W is inertial, so the vertical of a launch site is not fixed in it";
                 return Err(
                     BuildError::new(fact).help("write the launch site as `site` in `world`")
                 );
@@ -103,13 +102,13 @@ impl Model for PitchProgram {
     }
 }
 
-/// Thrust and air.
+/// Thrust and atmosphere.
 #[derive(Params, Clone, Debug)]
 pub struct TurnParams {
-    /// Size T of the force.
+    /// Magnitude T of the force.
     #[param(unit = "N", range = 0.0..)]
     pub thrust: f64,
-    /// The air.
+    /// Atmosphere, for the airspeed.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
 }
@@ -117,28 +116,28 @@ pub struct TurnParams {
 /// The vehicle.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TurnIn {
-    /// The vehicle.
+    /// Node on the vehicle.
     #[port(bind = "body")]
     pub body: NodeState,
 }
 
-/// Where to push.
+/// Force command.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TurnOut {
-    /// Force that is wanted, W; none while the vehicle rests in the air.
+    /// Commanded force, W; zero while the airspeed is zero.
     #[port("N")]
     pub force: Vec3,
-    /// Speed through the air.
+    /// Airspeed.
     #[port("m/s")]
     pub airspeed: f64,
 }
 
-/// A gravity turn.
+/// Gravity turn.
 pub struct GravityTurn {
     p: TurnParams,
 }
 
-/// Pushes along the velocity through the air, so that gravity turns the path and the air bends nothing.
+/// Gravity turn: the thrust is along the airspeed, so that gravity bends the trajectory and the angle of attack stays zero.
 #[model("flight.gravity_turn")]
 impl Model for GravityTurn {
     type Params = TurnParams;
@@ -185,7 +184,7 @@ mod tests {
             assert_eq!(at(3.0).force, Vec3::z() * 10.0);
             let y = at(16.0);
             assert!((y.pitch - 0.06).abs() < 1e-15 && (y.force.norm() - 10.0).abs() < 1e-14);
-            // Azimuth of W's x is 90° less the heading.
+            // The azimuth of W's x is 90° minus the heading.
             let azimuth = std::f64::consts::FRAC_PI_2 - heading - y.force.y.atan2(y.force.x);
             assert!((azimuth - 0.6).abs() < 1e-12, "{azimuth}");
             assert!((at(99.0).pitch - 0.12).abs() < 1e-15);

@@ -67,7 +67,7 @@ pub struct Node {
     pub gap: f64,
 }
 
-/// Why there is no plan.
+/// Reason for which no plan was found.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoPlan {
     /// The descent cannot be flown in this time.
@@ -86,7 +86,7 @@ pub enum NoPlan {
         /// Its words.
         status: String,
     },
-    /// Numbers that are no descent.
+    /// The input does not describe a valid descent.
     #[error("{what}\n  help: {help}")]
     Input {
         /// The fact.
@@ -154,7 +154,7 @@ impl Descent {
 /// The plan of `nodes` intervals that takes `time` s, with the most mass at the end.
 ///
 /// # Errors
-/// Numbers that are no descent; no trajectory; a solver that gives up.
+/// The input is not valid, no trajectory satisfies the limits, or the solver fails.
 pub fn plan(d: &Descent, time: f64, nodes: usize) -> Result<Vec<Node>, NoPlan> {
     d.check()?;
     if !(time > 0.0) || nodes < 2 {
@@ -279,7 +279,7 @@ pub fn plan(d: &Descent, time: f64, nodes: usize) -> Result<Vec<Node>, NoPlan> {
     let mut solver = DefaultSolver::new(&p, &q, &a, &rows.b, &cones, settings)
         .map_err(|e| told(format!("{e:?}")))?;
     solver.solve();
-    // Rounding may keep the iteration from the last of the digits that are asked for: accept a solution whose residuals and gap are small all the same.
+    // Round-off can prevent the required tolerance: accept a solution whose residuals and gap are small.
     let found = &solver.solution;
     let gap = (found.obj_val - found.obj_val_dual).abs() / found.obj_val.abs().max(1.0);
     let small = found.r_prim < ALMOST && found.r_dual < ALMOST && gap < ALMOST;

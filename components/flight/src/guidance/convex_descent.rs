@@ -1,13 +1,14 @@
-//! `flight.convex_descent`: a powered descent with the least propellant, planned at the first row and flown from there on.
+//! `flight.convex_descent`: fuel-optimal powered descent by convex optimization. The trajectory is planned at the first sample and then tracked with
+//! feedback.
 //! ```text
 //! plan      `convex::best_plan` from where the lander is at the first row: r*(t), v*(t), u*(t), within thrust less a margin, glide slope, pointing
 //! between nodes  u* straight, v* and r* its integrals
 //! force     F = m (u* + g* + ω² (r* − r) + 2 ζ ω (v* − v) − g),  within the throttle         g*: the plan's gravity, g: of free fall now
 //! no plan   the quadratic law of `flight.powered_descent` to the end of `times`; `planned` is false, and the run says so once
 //! ```
-//! The plan is of flat ground and uniform gravity, that at the target; what differs (a planet that curves and turns) the feedback takes.
-//! `freeze` before the end the last force is held. A part that a phase brings plans when the phase begins. Planning costs some 40 convex
-//! problems of `nodes` intervals, three times, at the first row alone; later rows take no memory.
+//! The plan assumes flat ground and uniform gravity (the gravity at the target); the feedback corrects the effects of curvature and rotation of the
+//! planet. From `freeze` before the end the last force is held. A part that a phase adds plans when the phase begins. Planning solves about 40 convex
+//! problems with `nodes` intervals, three times, at the first sample only; later samples allocate no memory.
 
 use super::convex::{Descent, NoPlan, Node, best_plan};
 use super::powered_descent::{DescentIn, Last, Target, commanded, quadratic};
@@ -23,46 +24,46 @@ pub struct ConvexDescentParams {
     /// Specific impulse.
     #[param(unit = "s", range = 1e-3..)]
     pub specific_impulse: f64,
-    /// Thrust of all engines at full throttle.
+    /// Total thrust of the engines at full throttle.
     #[param(unit = "N", range = 1e-6..)]
     pub thrust: f64,
     /// Least and greatest throttle.
     #[param(default = [0.1, 1.0])]
     pub throttle: [f64; 2],
-    /// Angle of the engines from the thrust's direction.
+    /// Cant angle of the engines from the direction of the total thrust.
     #[param(unit = "rad", default = 0.0, range = 0.0..1.5)]
     pub cant: f64,
-    /// Position at the end, W.
+    /// Target position, W.
     #[param(unit = "m", default = Vec3::zeros())]
     pub position: Vec3,
-    /// Velocity at the end, W.
+    /// Target velocity, W.
     #[param(unit = "m/s", default = Vec3::zeros())]
     pub velocity: Vec3,
-    /// Least angle over the horizon as seen from the target.
+    /// Glide slope: least elevation of the lander above the horizon, seen from the target.
     #[param(unit = "rad", default = 0.0, range = 0.0..1.57)]
     pub glide: f64,
-    /// Greatest angle of the thrust from straight up.
+    /// Greatest angle between thrust and vertical.
     #[param(unit = "rad", default = std::f64::consts::PI, range = 0.0..=3.2)]
     pub pointing: f64,
     /// Shortest and longest time of flight.
     #[param(unit = "s")]
     pub times: [f64; 2],
-    /// How exactly the time of flight is found.
+    /// Tolerance of the optimal time of flight.
     #[param(unit = "s", default = 0.5, range = 1e-3..)]
     pub exact: f64,
-    /// Intervals of the plan.
+    /// Number of intervals of the plan.
     #[param(default = 40, range = 2.0..=400.0)]
     pub nodes: u32,
-    /// Share of the throttle's span that the plan leaves at each end: what is planned at a limit leaves nothing to correct with.
+    /// Fraction of the throttle range that the plan reserves at each limit for feedback corrections.
     #[param(default = 0.05, range = 0.0..=0.4)]
     pub margin: f64,
-    /// Frequency ω with which errors against the plan are taken away.
+    /// Natural frequency ω of the feedback on errors relative to the plan.
     #[param(unit = "rad/s", default = 0.4, range = 0.0..)]
     pub frequency: f64,
-    /// Its damping ζ.
+    /// Damping ratio ζ of the feedback.
     #[param(default = 0.9, range = 0.0..)]
     pub damping: f64,
-    /// Time before the end from which on the last force is held.
+    /// Time before the end from which the last force is held.
     #[param(unit = "s", default = 1.0, range = 1e-3..)]
     pub freeze: f64,
     /// Gravity.
@@ -70,45 +71,45 @@ pub struct ConvexDescentParams {
     pub gravity: Handle<dyn Gravity>,
 }
 
-/// What to do, and whether there is a plan.
+/// Force command and status of the plan.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ConvexDescentOut {
-    /// Force that is wanted, W.
+    /// Commanded force, W.
     #[port("N")]
     pub force: Vec3,
-    /// Time that is left.
+    /// Time to go.
     #[port("s")]
     pub to_go: f64,
-    /// The force was outside the limits.
+    /// The force was limited to the throttle range.
     #[port]
     pub limited: bool,
-    /// It flies a plan; else by the quadratic law.
+    /// A plan is tracked; false: the quadratic law is used.
     #[port]
     pub planned: bool,
-    /// Propellant that the plan takes; 0 without one.
+    /// Propellant mass of the plan; 0 without a plan.
     #[port("kg")]
     pub propellant: f64,
-    /// Distance from the plan; 0 without one.
+    /// Distance from the planned position; 0 without a plan.
     #[port("m")]
     pub off: f64,
 }
 
-/// A plan from its beginning on.
+/// Planned trajectory.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Plan {
     made: bool,
-    /// When it begins, and how long it takes (s).
+    /// Start time and duration, s.
     start: f64,
     time: f64,
     propellant: f64,
-    /// Position, velocity and thrust over mass at nodes that are equally apart; none: there is no plan.
+    /// Position, velocity and thrust over mass at equally spaced nodes; empty without a plan.
     nodes: Vec<[Vec3; 3]>,
 }
 
 impl Store for Plan {}
 
 impl Plan {
-    /// Position, velocity, thrust over mass a time (s) after its beginning, under a uniform gravity.
+    /// Returns position, velocity and thrust over mass at time `t` (s) after the start, under uniform gravity `g`.
     fn at(&self, t: f64, g: &Vec3) -> Option<[Vec3; 3]> {
         let intervals = self.nodes.len().checked_sub(1).filter(|n| *n > 0)?;
         let h = self.time / intervals as f64;
@@ -125,13 +126,13 @@ impl Plan {
     }
 }
 
-/// A descent that is planned and flown.
+/// Convex powered descent guidance.
 pub struct ConvexDescent {
     p: ConvexDescentParams,
 }
 
 impl ConvexDescent {
-    /// Of free fall at the target, at rest: the plan's.
+    /// Returns the gravity of the plan: acceleration of free fall at the target, at rest.
     fn gravity(&self, t: f64) -> Vec3 {
         self.p.gravity.free_fall(t, self.p.position, Vec3::zeros())
     }
@@ -167,7 +168,8 @@ impl ConvexDescent {
         }
     }
 
-    /// What a plan, or the law without one, says now. The thrust is that of the middle of the sample, over which it is held.
+    /// Computes the command from the plan, or from the quadratic law without a plan. The planned thrust is evaluated at the middle of the sample,
+    /// over which it is held.
     fn command(
         &self,
         (t, period): (f64, f64),
@@ -189,7 +191,7 @@ impl ConvexDescent {
             propellant: plan.propellant,
             off: now.map_or(0.0, |[place, ..]| (place - r).norm()),
         };
-        // A row is at its time to rounding.
+        // The tolerance covers the round-off of sample times.
         if to_go < p.freeze - 1e-9 {
             return out;
         }
@@ -210,7 +212,7 @@ impl ConvexDescent {
     }
 }
 
-/// Powered descent with the least propellant: a convex plan, flown with feedback; sampled.
+/// Fuel-optimal powered descent: a trajectory by convex optimization, tracked with feedback; sampled.
 #[model("flight.convex_descent")]
 impl Model for ConvexDescent {
     type Params = ConvexDescentParams;
@@ -221,12 +223,14 @@ impl Model for ConvexDescent {
     fn build(p: ConvexDescentParams) -> Result<Self, BuildError> {
         let [low, high] = p.times;
         if !(low > 0.0 && low < high) {
-            let fact = format!("times of flight from {low} to {high} s are no span");
+            let fact =
+                format!("`times` from {low} to {high} s is not an interval of positive times");
             return Err(BuildError::new(fact).help("write times: [30, 90]").at("times"));
         }
         let [least, most] = p.throttle;
         if !(least >= 0.0 && least < most && most <= 1.0) {
-            let fact = format!("a throttle from {least} to {most} is none");
+            let fact =
+                format!("`throttle` from {least} to {most} is not an interval within 0 to 1");
             return Err(BuildError::new(fact).help("write throttle: [0.3, 0.8]").at("throttle"));
         }
         Ok(ConvexDescent { p })
@@ -255,16 +259,16 @@ impl Model for ConvexDescent {
             Plan { made: true, .. } => return Vec::new(),
             Plan { made: false, .. } => match self.best(clock.t, u) {
                 Ok(_) => return Vec::new(),
-                Err(NoPlan::Infeasible { .. }) => ": no trajectory keeps its limits".into(),
+                Err(NoPlan::Infeasible { .. }) => ": no trajectory satisfies the limits".into(),
                 Err(NoPlan::Solver { status, .. }) => format!(": the solver stopped with {status}"),
                 Err(NoPlan::Input { what, .. }) => format!(": {what}"),
             },
         };
         let [low, high] = self.p.times;
         let fact = format!(
-            "no plan within {low} to {high} s{why}; it flies the quadratic law to the end of `times`, which knows no glide slope, pointing and propellant"
+            "no plan within {low} to {high} s{why}; the quadratic law is used to the end of `times`, without limits of glide slope, pointing and propellant"
         );
-        let help = "allow other `times`, a lower `glide`, more `pointing` or thrust, or begin elsewhere; `planned` tells it, too";
+        let help = "change `times`, reduce `glide`, increase `pointing` or `thrust`, or start elsewhere; the output `planned` is false in this case";
         vec![BuildError::new(fact).help(help).at("times")]
     }
 }
@@ -296,7 +300,7 @@ mod tests {
         }
     }
 
-    /// Flown at 10 Hz from a place and with an error of the thrust: where it is at the end, its propellant, what was told first.
+    /// Simulates a descent at 10 Hz from a given state with a thrust error; returns the final state, the propellant and the first output.
     fn flown(
         p: ConvexDescentParams,
         (r, v): (Vec3, Vec3),
@@ -331,15 +335,15 @@ mod tests {
     fn it_flies_its_plan_and_takes_the_propellant_that_it_says() {
         let (r, v, used, y) = flown(params(), START, 1.0);
         assert!(y.planned && y.off < 1e-3, "{y:?}");
-        // Measured: 2 cm, 0.3 m/s by the half second of held force, 0.2 %.
+        // Measured errors: 2 cm, 0.3 m/s (due to half a second of held force), 0.2 %.
         assert!(r.norm() < 1.0 && (v - Vec3::new(0.0, 0.0, -0.5)).norm() < 0.5, "{r} {v}");
         assert!((used / y.propellant - 1.0).abs() < 0.01, "{used} {}", y.propellant);
-        // Engines that give 3 % less than they say: the feedback takes it.
+        // The feedback compensates engines with 3 % less thrust.
         let (r, v, ..) = flown(params(), START, 0.97);
         assert!(r.norm() < 5.0 && v.norm() < 2.0, "{r} {v}");
     }
 
-    /// The plan between nodes is the motion under its thrust: slopes of r* and v* by differences.
+    /// Between nodes the plan satisfies the equations of motion, tested by finite differences of r* and v*.
     #[test]
     fn between_nodes_the_plan_moves_as_its_thrust_says() {
         let m = ConvexDescent::build(params()).map_err(|e| e.message).unwrap();
@@ -359,7 +363,7 @@ mod tests {
 
     #[test]
     fn without_a_plan_it_goes_on_by_the_quadratic_law_and_says_so() {
-        // Below the glide slope nothing can be planned.
+        // From a state below the glide slope no plan exists.
         let low = (Vec3::new(1500.0, 0.0, 150.0), Vec3::new(-20.0, 0.0, 2.0));
         let (r, v, _, y) = flown(params(), low, 1.0);
         assert!(!y.planned && y.propellant == 0.0 && (y.to_go - 70.0).abs() < 1e-9, "{y:?}");
@@ -378,7 +382,7 @@ mod tests {
         assert!(r.norm() < 5.0 && v.norm() < 2.0, "{r} {v}");
     }
 
-    /// At the start, and where a run is taken up again; not where there is a plan.
+    /// Without a plan the warning is given at the start and when a run resumes; with a plan there is none.
     #[test]
     fn that_there_is_no_plan_is_a_remark() {
         let m = ConvexDescent::build(params()).map_err(|e| e.message).unwrap();
@@ -399,7 +403,7 @@ mod tests {
             let [remark] = &remarks[..] else { panic!("{} remarks", remarks.len()) };
             assert!(remark.message.contains("no plan within 30 to 70 s"), "{}", remark.message);
             assert!(!remark.stops && remark.help.is_some() && remark.message.contains("quadratic"));
-            let why = remark.message.contains("no trajectory keeps its limits");
+            let why = remark.message.contains("no trajectory satisfies the limits");
             assert_eq!(why, !begun, "{}", remark.message);
         }
     }
@@ -408,8 +412,12 @@ mod tests {
     fn what_is_no_descent_is_refused() {
         let told = |p: ConvexDescentParams| ConvexDescent::build(p).err().unwrap().to_string();
         assert!(
-            told(ConvexDescentParams { times: [50.0, 40.0], ..params() }).contains("are no span")
+            told(ConvexDescentParams { times: [50.0, 40.0], ..params() })
+                .contains("is not an interval")
         );
-        assert!(told(ConvexDescentParams { throttle: [0.9, 0.2], ..params() }).contains("is none"));
+        assert!(
+            told(ConvexDescentParams { throttle: [0.9, 0.2], ..params() })
+                .contains("within 0 to 1")
+        );
     }
 }

@@ -1,5 +1,5 @@
 //! `flight.descent_filter`: position, velocity and attitude of an entry vehicle or lander from an inertial unit and a landing radar
-//! (error-state Kalman filter). Where no radar is wired it goes by the inertial unit alone.
+//! (error-state Kalman filter). Without a wired radar it integrates the inertial unit alone.
 //! ```text
 //! from the inertial unit   ω = ω_m − b_ω − Rᵀ ω_W       R ← R exp(Δ (ω₀ + ω₁)/2)                 0, 1: the ends of an interval Δ
 //!                          a = R (f_m − b_f) + g(r, v)   v ← v + Δ (a₀ + a₁)/2    r ← r + Δ v₀ + Δ² (2 a₀ + a₁)/6
@@ -12,41 +12,42 @@
 //! each by itself:  S = H P Hᵀ + σ²    K = E P Hᵀ/S    x ← K ν    P ← P − K H P − P Hᵀ Kᵀ + K S Kᵀ
 //!     E leaves of the position what is vertical, all of the rest: no beam sees where on the sphere it is (Schmidt: a state to consider)
 //! ```
-//! f_m, ω_m: specific force and turn rate of an inertial unit at the same node and in the same axes as the radar; g: of free fall as W moves; ω_W: turn rate of a W that is a site.
-//! The ground is a sphere of `ground_radius` about the planet's centre, and what stands out of it has the deviation σ_g and is alike over a way L: the height over the sphere is
-//! observed to about σ_g, the place on it is not: it keeps the error that it has, and does not wander while a lander comes down on it. A measurement
-//! further off than `gate` deviations is left out and counted. The first row takes the true motion with errors drawn from the start's deviations: what navigation
-//! knew before the radar. Scale and misalignment of the inertial unit are no states: give the biases a spread and walks that cover them.
-//! Between two rows the force goes along a straight line: for one that jumps, `accel_white` is to cover half a jump over an interval.
+//! f_m and ω_m are specific force and angular rate of an inertial unit at the same node and in the same axes as the radar. g is the free-fall
+//! acceleration in the moving frame W, ω_W the rotation rate of W if it is a site. The ground is a sphere of `ground_radius` about the planet's
+//! centre, plus terrain with standard deviation σ_g and correlation length L. The radar observes the height above the sphere to about σ_g. It does
+//! not observe the horizontal position, whose error therefore stays constant. Measurements whose residual exceeds `gate` standard deviations are
+//! rejected and counted. The first sample initializes the estimate with the true motion plus errors drawn from the initial standard deviations. Scale
+//! factor and misalignment of the inertial unit are not states; choose the spreads and random walks of the biases so that they cover them. The force
+//! is interpolated linearly between samples; if it jumps, `accel_white` must cover half of the jump over one interval.
 
 use super::planet::Frame;
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_spatial::nalgebra::{SMatrix, SVector};
 
-/// Errors of position, velocity, attitude, the two biases and the ground's height.
+/// Number of error states: position, velocity, attitude, two biases and height of the ground.
 const N: usize = 16;
 type Covariance = SMatrix<f64, N, N>;
 type Row = SVector<f64, N>;
 
-/// Beams, noise and start; defaults of an inertial unit are those of the LN-200S class.
+/// Beams, noise and initial errors; the default noise of the inertial unit is of the LN-200S class.
 #[derive(Params, Clone, Debug)]
 pub struct DescentFilterParams {
-    /// Directions of the radar's beams, axes of the mount, as `sensors.radar` has them.
+    /// Directions of the radar beams, axes of the mount, as in `sensors.radar`.
     pub beams: Vec<Vec3>,
     /// Standard deviation σ_r of a range.
     #[param(unit = "m", default = 0.0, range = 0.0..)]
     pub range_sigma: f64,
-    /// Standard deviation of a range over the range, κ.
+    /// Standard deviation of a range relative to the range, κ.
     #[param(default = 0.01, range = 0.0..=1.0)]
     pub range_share: f64,
     /// Standard deviation σ_v of a speed.
     #[param(unit = "m/s", default = 0.1, range = 1e-9..)]
     pub speed_sigma: f64,
-    /// Standard deviation σ_g of the ground's height over the sphere.
+    /// Standard deviation σ_g of the terrain height above the sphere.
     #[param(unit = "m", default = 1.0, range = 1e-9..)]
     pub ground_sigma: f64,
-    /// Way L over which the ground's height is alike.
+    /// Correlation length L of the terrain height.
     #[param(unit = "m", default = 20.0, range = 1e-3..)]
     pub ground_length: f64,
     /// White noise N_ω of the gyroscopes, rad/s/√Hz.
@@ -61,32 +62,31 @@ pub struct DescentFilterParams {
     /// Random walk K_f of their bias, m/s²/√s.
     #[param(default = 1e-4, range = 0.0..)]
     pub accel_walk: f64,
-    /// Standard deviation of the position at the start, along the axes of W.
+    /// Standard deviation of the initial position, along the axes of W.
     #[param(unit = "m", default = Vec3::new(100.0, 100.0, 100.0))]
     pub position_start: Vec3,
-    /// Standard deviation of the velocity at the start, along the axes of W.
+    /// Standard deviation of the initial velocity, along the axes of W.
     #[param(unit = "m/s", default = Vec3::new(1.0, 1.0, 1.0))]
     pub velocity_start: Vec3,
-    /// Standard deviation of the attitude at the start, about each axis.
+    /// Standard deviation of the initial attitude, about each axis.
     #[param(unit = "rad", default = 1e-3, range = 0.0..)]
     pub attitude_start: f64,
-    /// Spread of the gyroscopes' bias.
+    /// Standard deviation of the initial gyroscope bias.
     #[param(unit = "rad/s", default = 5e-6, range = 0.0..)]
     pub gyro_bias: f64,
-    /// Spread of the accelerometers' bias.
+    /// Standard deviation of the initial accelerometer bias.
     #[param(unit = "m/s^2", default = 5e-3, range = 0.0..)]
     pub accel_bias: f64,
-    /// Rows from one sample of the radar to the next, where it is slower than the filter and both count from time 0: the others go by
-    /// the inertial unit alone.
+    /// Number of filter samples per radar sample, both counted from time 0; the other samples use the inertial unit alone.
     #[param(default = 1, range = 1.0..)]
     pub radar_every: u32,
-    /// Standard deviations beyond which a measurement is left out; 0: none is.
+    /// Number of standard deviations beyond which a measurement is rejected; 0: no rejection.
     #[param(default = 0.0, range = 0.0..)]
     pub gate: f64,
-    /// Distance of the ground from the planet's centre; default: of the origin of the site that W is, or the equatorial radius.
+    /// Distance of the ground from the planet's centre; default: the distance of the origin of the site W, or the equatorial radius.
     #[param(unit = "m", range = 1.0..)]
     pub ground_radius: Option<f64>,
-    /// The world, over whose body it comes down.
+    /// The world, on whose body the vehicle lands.
     #[param(service)]
     pub world: Handle<dyn World>,
     /// Gravity.
@@ -94,16 +94,16 @@ pub struct DescentFilterParams {
     pub gravity: Handle<dyn Gravity>,
 }
 
-/// The mount and the inertial unit; ranges, speeds and echoes of the beams follow.
+/// Mount and inertial unit; ranges, speeds and echoes of the beams follow as further inputs.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DescentFilterIn {
-    /// True motion, of which the first row alone is read.
+    /// True motion of the mount; read at the first sample only.
     #[port(bind = "mount")]
     pub mount: NodeState,
-    /// Turn rate that the inertial unit tells, its axes.
+    /// Angular rate measured by the inertial unit, its axes.
     #[port("rad/s")]
     pub rate: Vec3,
-    /// Specific force that it tells, its axes.
+    /// Specific force measured by the inertial unit, its axes.
     #[port("m/s^2")]
     pub force: Vec3,
 }
@@ -111,16 +111,16 @@ pub struct DescentFilterIn {
 /// The estimate.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DescentFilterOut {
-    /// Motion of the mount, W; guidance takes it in place of a body's: wire it to the port that it would bind.
+    /// Estimated motion of the mount, W. Wire it to the port of a guidance part instead of binding that port to a body.
     #[port]
     pub estimate: NodeState,
-    /// Height over the sphere.
+    /// Height above the sphere.
     #[port("m")]
     pub height: f64,
-    /// Speed over the ground.
+    /// Ground-relative speed.
     #[port("m/s")]
     pub speed: f64,
-    /// Specific force against the velocity over the ground: the deceleration by drag, where there is no thrust.
+    /// Specific force opposite to the ground-relative velocity: the drag deceleration if there is no thrust.
     #[port("m/s^2")]
     pub braking: f64,
     /// Standard deviation of the position along the axes of W.
@@ -132,7 +132,7 @@ pub struct DescentFilterOut {
     /// Standard deviation of the attitude about the axes of W.
     #[port("rad")]
     pub attitude_deviation: Vec3,
-    /// Measurements that were left out.
+    /// Number of rejected measurements.
     #[port("1")]
     pub rejected: f64,
 }
@@ -140,7 +140,7 @@ pub struct DescentFilterOut {
 /// State of the filter.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Navigated {
-    /// Time of the last row: a phase may change the rate.
+    /// Time of the last sample, because a phase may change the rate.
     #[port("s")]
     pub time: f64,
     /// Position, W.
@@ -158,27 +158,27 @@ pub struct Navigated {
     /// Bias of the accelerometers.
     #[port("m/s^2")]
     pub accel: Vec3,
-    /// Height η of the ground over the sphere.
+    /// Height η of the ground above the sphere.
     #[port("m")]
     pub ground: f64,
-    /// Turn rate of the last row against W, without its bias, axes of the mount.
+    /// Angular rate relative to W at the last sample, without bias, axes of the mount.
     #[port("rad/s")]
     pub rate: Vec3,
-    /// Specific force of the last row without its bias, W.
+    /// Specific force at the last sample, without bias, W.
     #[port("m/s^2")]
     pub force: Vec3,
     /// Covariance of the errors, by columns.
     #[port("1")]
     pub covariance: [f64; N * N],
-    /// Measurements that were left out.
+    /// Number of rejected measurements.
     #[port("1")]
     pub rejected: f64,
-    /// There is an estimate.
+    /// The filter has been initialized.
     #[port]
     pub begun: bool,
 }
 
-/// What a beam is expected to tell.
+/// Expected measurement of a beam and its derivatives.
 struct Expected {
     range: f64,
     /// ∂ range / ∂ errors.
@@ -189,12 +189,12 @@ struct Expected {
     by_speed: Row,
 }
 
-/// The filter.
+/// Error-state Kalman filter of a descent.
 pub struct DescentFilter {
     p: DescentFilterParams,
     beams: Vec<Vec3>,
     site: Option<Site>,
-    /// Angular velocity of the planet in W (rad/s), where W is inertial.
+    /// Angular velocity of the planet in W (rad/s), used if W is inertial.
     rate: Vec3,
     /// Distance of the ground from the planet's centre, m.
     radius: f64,
@@ -205,7 +205,7 @@ fn skew(v: &Vec3) -> Mat3 {
 }
 
 impl DescentFilter {
-    /// Velocity of the ground (m/s) at a place from the planet's centre, in W: none where W turns with it.
+    /// Returns the velocity of the ground (m/s, W) at a position from the planet's centre; zero at a site.
     fn ground(&self, from: &Vec3) -> Vec3 {
         if self.site.is_some() {
             return Vec3::zeros();
@@ -244,13 +244,13 @@ impl DescentFilter {
         }
     }
 
-    /// Turn rate against W, axes of the mount.
+    /// Returns the angular rate relative to W, axes of the mount.
     fn over_w(&self, d: &Navigated, u: &DescentFilterIn) -> Vec3 {
         let turning = self.site.as_ref().map_or(Vec3::zeros(), Site::omega);
         u.rate - d.gyro - d.attitude.inverse() * turning
     }
 
-    /// Carried on by the inertial unit over an interval.
+    /// Propagates state and covariance with the inertial unit over an interval.
     fn carry(&self, c: &Clock, d: &mut Navigated, u: &DescentFilterIn) {
         let (p, h) = (&self.p, c.t - d.time);
         d.time = c.t;
@@ -285,7 +285,7 @@ impl DescentFilter {
         d.covariance.copy_from_slice(((cov + cov.transpose()) * 0.5).as_slice());
     }
 
-    /// What beam `k` tells if the estimate is right; none where it misses the ground.
+    /// Returns the expected measurement of beam `k`; `None` if it misses the ground.
     fn expected(&self, d: &Navigated, k: usize) -> Option<Expected> {
         let beam = d.attitude * self.beams[k];
         let from = self.site.as_ref().map_or(d.position, |s| s.relative_to_centre(&d.position));
@@ -308,7 +308,7 @@ impl DescentFilter {
         Some(Expected { range, by_range, facing: facing.abs(), speed: beam.dot(&u), by_speed })
     }
 
-    /// Mended by one number; its difference from what was expected is `off`.
+    /// Updates the estimate with one measurement, whose residual is `off`.
     fn mend(&self, d: &mut Navigated, h: &Row, off: f64, sigma: f64) {
         let mut cov = Covariance::from_column_slice(&d.covariance);
         let to = cov * h;
@@ -337,7 +337,7 @@ impl DescentFilter {
         d.covariance.copy_from_slice(((cov + cov.transpose()) * 0.5).as_slice());
     }
 
-    /// The estimate at this row; `radar`: ranges, speeds, and 1 or 0 for an echo, of all beams.
+    /// Returns the estimate at this sample. `radar` contains ranges, speeds, and 1 or 0 for an echo, of all beams.
     fn step(&self, c: &Clock, d: &Navigated, u: &DescentFilterIn, radar: &[f64]) -> Navigated {
         let (mut d, n, p) = (*d, self.beams.len(), &self.p);
         if d.begun {
@@ -359,21 +359,21 @@ impl DescentFilter {
     }
 }
 
-/// Position, velocity and attitude of a lander from an inertial unit and a landing radar, by an error-state Kalman filter; sampled.
+/// Error-state Kalman filter for position, velocity and attitude of a lander from an inertial unit and a landing radar; sampled.
 #[model("flight.descent_filter")]
 impl SizedModel for DescentFilter {
     type Params = DescentFilterParams;
 
     fn ports(p: &DescentFilterParams) -> SizedPorts {
         let count = p.beams.len();
-        // Unwired: there is no radar, and no echo.
+        // Default without a wire: no radar, hence no echo.
         let each = |name: &'static str, unit: &'static str, doc: &'static str| {
             let beams = PortSpec::named(name, PortKind::Numbers, count);
             beams.unit_of(unit).doc_of(doc).or(0.0)
         };
         let beams = [
             each("range", "m", "Slant range of each beam."),
-            each("speed", "m/s", "Speed towards what each beam meets."),
+            each("speed", "m/s", "Speed along each beam relative to the ground."),
             each("found", "1", "1 for a beam with an echo, else 0."),
         ];
         SizedPorts {
@@ -389,25 +389,25 @@ impl SizedModel for DescentFilter {
         let wrong =
             |at: &str, fact: String, help: &str| Err(BuildError::new(fact).help(help).at(at));
         if p.beams.is_empty() {
-            let help = "write those of the radar, e.g. [[0, 0, -1], [0.4, 0, -1]]";
-            return wrong("beams", "there are no beams".into(), help);
+            let help = "write the beams of the radar, e.g. [[0, 0, -1], [0.4, 0, -1]]";
+            return wrong("beams", "`beams` is empty".into(), help);
         }
         if let Some(k) = p.beams.iter().position(|d| !(d.norm() > 1e-9)) {
-            let fact = format!("beam {k} has no direction");
-            return wrong("beams", fact, "write one of any length, e.g. [0.3, 0, -1]");
+            let fact = format!("beam {k} is the zero vector");
+            return wrong("beams", fact, "write a direction of any length, e.g. [0.3, 0, -1]");
         }
         for (at, sigma) in
             [("position_start", p.position_start), ("velocity_start", p.velocity_start)]
         {
             if sigma.iter().any(|s| !(*s >= 0.0)) {
-                let fact = "a standard deviation is below 0".to_string();
+                let fact = "a standard deviation is negative".to_string();
                 return wrong(at, fact, "write three numbers that are 0 or more");
             }
         }
         let frame = Frame::new(Some(&p.world), Some(&p.gravity))?;
         if frame.is_level() {
             let fact =
-                "its ground is a sphere about the centre of a planet, and the ground is level here"
+                "this filter needs spherical ground about the centre of a planet, but the ground is level here"
                     .into();
             return wrong(
                 "ground_radius",

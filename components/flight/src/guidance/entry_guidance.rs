@@ -1,4 +1,4 @@
-//! `flight.entry_guidance`: the bank angle of an Apollo-class entry with phases, reversals and limits.
+//! `flight.entry_guidance`: Apollo-class entry guidance by bank angle, with phases, bank reversals and limits.
 //! ```text
 //! before D reaches `begin`          σ = `pre_bank` (sign towards the target)
 //! range control, V > heading_speed  |σ| = arccos u of [`lift`](super::entry::lift), u in −1 … 1
@@ -8,8 +8,8 @@
 //! commanded σ follows with `rate_max` and `acceleration_max`, as a held value between samples, and stops where it is wanted
 //! heading error: angle from the ground track to the target, positive to the right; cross = angle · range to go
 //! ```
-//! The planet is at the origin of W and turns about z, or W is a site on it: speeds are against its surface. The reference is
-//! made at load from a vehicle in exponential air ([`Vehicle::reference`](super::entry::Vehicle::reference)).
+//! The planet is at the origin of W and rotates about z, or W is a site on it; speeds are relative to its surface. The reference trajectory is
+//! computed when the model is built, for a vehicle in an exponential atmosphere ([`Vehicle::reference`](super::entry::Vehicle::reference)).
 
 use super::entry::{ReferenceRow, Vehicle, at_speed, lift};
 use super::ground_motion::east_north_up;
@@ -20,87 +20,87 @@ use linkwork_runtime::prelude::*;
 /// Target, reference and limits.
 #[derive(Params, Clone, Debug)]
 pub struct EntryGuidanceParams {
-    /// Direction of the target from the planet's centre, in axes that are fixed to the planet. Default: the site that W is.
+    /// Direction of the target from the planet's centre, in planet-fixed axes. Default: the site W.
     pub target: Option<Vec3>,
     /// Distance east and north by which the target is moved over the surface.
     #[param(default = [0.0, 0.0])]
     pub offset: [f64; 2],
-    /// The world, over whose body it enters.
+    /// The world, whose atmosphere the vehicle enters.
     #[param(service)]
     pub world: Handle<dyn World>,
-    /// Density at height 0 of the reference.
+    /// Density at height 0 of the reference atmosphere.
     #[param(unit = "kg/m^3")]
     pub density: f64,
-    /// Scale height of the reference.
+    /// Scale height of the reference atmosphere.
     #[param(unit = "m")]
     pub scale_height: f64,
-    /// m/(C_D S) of the reference.
+    /// Ballistic coefficient m/(C_D S) of the reference.
     #[param(unit = "kg/m^2")]
     pub ballistic: f64,
-    /// L/D of the reference.
+    /// Lift-to-drag ratio L/D of the reference.
     pub lift_to_drag: f64,
-    /// cos σ of the reference.
+    /// Vertical lift fraction cos σ of the reference.
     #[param(default = 0.5)]
     pub lift_ref: f64,
-    /// Height at which the reference begins.
+    /// Initial height of the reference.
     #[param(unit = "m")]
     pub start_height: f64,
-    /// Speed there.
+    /// Initial speed of the reference.
     #[param(unit = "m/s")]
     pub start_speed: f64,
-    /// Path angle there, negative down.
+    /// Initial flight path angle of the reference, negative downwards.
     #[param(unit = "rad")]
     pub start_angle: f64,
-    /// Speed at which the reference ends.
+    /// Final speed of the reference.
     #[param(unit = "m/s")]
     pub end_speed: f64,
-    /// Gain K.
+    /// Overcontrol gain K of the range control.
     #[param(default = 5.0, range = 0.0..)]
     pub gain: f64,
     /// Drag deceleration at which range control begins.
     #[param(unit = "m/s^2", default = 1.96, range = 0.0..)]
     pub begin: f64,
-    /// Bank before that.
+    /// Bank angle before range control.
     #[param(unit = "rad", default = 1.0, range = 0.0..=3.15)]
     pub pre_bank: f64,
-    /// Deadband of the crossrange, c₀.
+    /// Crossrange deadband c₀.
     #[param(unit = "m", default = 2000.0, range = 0.0..)]
     pub deadband: f64,
-    /// Its growth with V², c₁.
+    /// Growth c₁ of the crossrange deadband with V².
     #[param(unit = "s^2/m", default = 2e-4, range = 0.0..)]
     pub deadband_growth: f64,
-    /// Speed below which it aligns its heading.
+    /// Speed below which the heading is aligned with the target.
     #[param(unit = "m/s", default = 1100.0, range = 0.0..)]
     pub heading_speed: f64,
-    /// Bank over heading error there.
+    /// Gain of bank angle over heading error during heading alignment.
     #[param(default = 4.0, range = 0.0..)]
     pub heading_gain: f64,
-    /// Greatest bank there.
+    /// Greatest bank angle during heading alignment.
     #[param(unit = "rad", default = 0.52, range = 0.0..=3.15)]
     pub heading_limit: f64,
-    /// Greatest rate of the bank.
+    /// Greatest bank rate.
     #[param(unit = "rad/s", default = 0.35, range = 1e-6..)]
     pub rate_max: f64,
-    /// Greatest angular acceleration of the bank; MSL 5 deg/s².
+    /// Greatest bank acceleration; MSL used 5 deg/s².
     #[param(unit = "rad/s^2", default = f64::INFINITY, range = 1e-6..)]
     pub acceleration_max: f64,
 }
 
-/// What is measured.
+/// Navigation state.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct EntryGuidanceIn {
-    /// The vehicle, as navigation knows it.
+    /// Estimated state of the vehicle from navigation.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// Drag deceleration.
+    /// Measured drag deceleration.
     #[port("m/s^2")]
     pub drag: f64,
 }
 
-/// The command.
+/// Bank command and status.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct EntryGuidanceOut {
-    /// Bank angle; positive turns to the right.
+    /// Commanded bank angle; positive turns the trajectory to the right.
     #[port("rad")]
     pub bank: f64,
     /// Range to go along the surface.
@@ -109,42 +109,42 @@ pub struct EntryGuidanceOut {
     /// Heading error; positive: the target is to the right.
     #[port("rad")]
     pub heading_error: f64,
-    /// 0 before range control, 1 in it, 2 aligning the heading.
+    /// Phase: 0 before range control, 1 range control, 2 heading alignment.
     #[port("1")]
     pub phase: f64,
-    /// Reversals so far.
+    /// Number of bank reversals.
     #[port("1")]
     pub reversals: f64,
-    /// Vertical share of the lift that range control asks for, cos σ; beyond −1 … 1 there is not so much: all of it is flown up or down.
+    /// Vertical lift fraction cos σ that range control requires. Values outside −1 … 1 cannot be reached; full lift up or down is then commanded.
     #[port("1")]
     pub lift: f64,
-    /// For how long so far it has asked for more than there is: the target was out of reach as far as could be seen.
+    /// Accumulated time in which the required lift exceeded the available lift, so that the target was out of reach.
     #[port("s")]
     pub short: f64,
 }
 
-/// What it remembers.
+/// State of the guidance.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Banking {
-    /// Bank that is commanded.
+    /// Commanded bank angle.
     #[port("rad")]
     pub bank: f64,
-    /// Rate at which it turns.
+    /// Rate of the commanded bank angle.
     #[port("rad/s")]
     pub rate: f64,
     /// Side of the lift: 1 right, −1 left, 0 not chosen yet.
     #[port("1")]
     pub side: f64,
-    /// Phase.
+    /// Phase of the guidance.
     #[port("1")]
     pub phase: f64,
-    /// Reversals so far.
+    /// Number of bank reversals.
     #[port("1")]
     pub reversals: f64,
-    /// Vertical share of the lift that range control asked for last.
+    /// Vertical lift fraction that range control required last.
     #[port("1")]
     pub lift: f64,
-    /// For how long it has asked for more than there is.
+    /// Accumulated time in which the required lift exceeded the available lift.
     #[port("s")]
     pub short: f64,
 }
@@ -154,12 +154,12 @@ pub struct EntryGuidance {
     p: EntryGuidanceParams,
     frame: Frame,
     radius: f64,
-    /// Unit vector to the target, axes that turn with the planet.
+    /// Unit vector to the target, planet-fixed axes.
     target: Vec3,
     rows: Vec<ReferenceRow>,
 }
 
-/// Range to go (m), heading error (rad), speed over the ground and rate of height (m/s).
+/// Returns range to go (m), heading error (rad), ground-relative speed (m/s) and vertical speed (m/s).
 pub fn to_target(
     body: &NodeState,
     target: &Vec3,
@@ -176,9 +176,9 @@ pub fn to_target(
     (range, error, v.norm(), rise)
 }
 
-/// Step in the next `dt` of what has still `error` to go and moves at `rate`: within both limits, and such that it can come
-/// to rest there without going past. With n + 1 samples left in which the rate r falls by a Δ each, the way is
-/// Δ ((n + 1) r − a Δ n (n + 1)/2).
+/// Returns the step in the next `dt` (s) of a quantity with the remaining `error` and the present `rate`. The step respects both limits, and the
+/// quantity can stop at the target without overshoot. With n + 1 samples left, in each of which the rate r decreases by a Δ, the distance is Δ ((n +
+/// 1) r − a Δ n (n + 1)/2).
 fn follow(error: f64, rate: f64, (rate_max, acceleration_max): (f64, f64), dt: f64) -> f64 {
     let (most, change) = (rate_max * dt, acceleration_max * dt * dt);
     let stopping = if change.is_finite() && change > 0.0 {
@@ -224,7 +224,7 @@ impl EntryGuidance {
                 p.pre_bank
             };
             let cross = range * error.sin();
-            // The lift pushes away from the target, and too far already.
+            // The lift points away from the target, and the crossrange exceeds the deadband.
             let limit = p.deadband + p.deadband_growth * speed * speed;
             if out.phase > 0.5 && -cross * out.side > limit {
                 out.side = -out.side;
@@ -239,7 +239,7 @@ impl EntryGuidance {
     }
 }
 
-/// Entry guidance after a reference: range control by bank, reversals, heading alignment; sampled.
+/// Entry guidance with a reference trajectory: range control by bank angle, bank reversals, heading alignment; sampled.
 #[model("flight.entry_guidance")]
 impl Model for EntryGuidance {
     type Params = EntryGuidanceParams;
@@ -249,7 +249,8 @@ impl Model for EntryGuidance {
     fn build(p: EntryGuidanceParams) -> Result<Self, BuildError> {
         let frame = Frame::new(Some(&p.world), None)?;
         if frame.is_level() {
-            let fact = "it counts ranges over the sphere of a planet, and the ground is level here";
+            let fact =
+                "ranges are measured over the sphere of a planet, but the ground is level here";
             return Err(
                 BuildError::new(fact).help("remove `turning: false` from the `site` of `world`")
             );
@@ -259,7 +260,9 @@ impl Model for EntryGuidance {
         let target = p.target.or(frame.site()).unwrap_or_else(Vec3::zeros);
         if !(target.norm() > 1e-9) {
             let help = "write a vector from the planet's centre, e.g. target: [1, 0, 0], or write a `site` in `world`";
-            return Err(BuildError::new("the target has no direction").help(help).at("target"));
+            return Err(BuildError::new("the target direction is missing or zero")
+                .help(help)
+                .at("target"));
         }
         let [east, north] = p.offset.map(|d| d / radius);
         let target = target.normalize() + east_north_up(&target) * Vec3::new(east, north, 0.0);
@@ -272,13 +275,13 @@ impl Model for EntryGuidance {
             ("end_speed", p.end_speed),
         ] {
             if !(value > 0.0 && value.is_finite()) {
-                let fact = format!("{name} is {value}: there is no reference");
-                return Err(BuildError::new(fact).help("write a number above 0").at(name));
+                let fact = format!("{name} is {value}, so no reference trajectory exists");
+                return Err(BuildError::new(fact).help("write a number greater than 0").at(name));
             }
         }
         if !(p.lift_ref.abs() <= 1.0) {
-            let fact = format!("cos σ of the reference is {}", p.lift_ref);
-            return Err(BuildError::new(fact).help("write a cosine").at("lift_ref"));
+            let fact = format!("`lift_ref` is {}, which is not a cosine", p.lift_ref);
+            return Err(BuildError::new(fact).help("write a number from -1 to 1").at("lift_ref"));
         }
         let vehicle = Vehicle {
             radius,
@@ -294,7 +297,7 @@ impl Model for EntryGuidance {
                 Ok(EntryGuidance { p, frame, radius, target: target.normalize(), rows })
             }
             _ => Err(BuildError::new(format!(
-                "the reference does not come down to {} m/s above the ground",
+                "the reference trajectory does not slow down to {} m/s above the ground",
                 p.end_speed
             ))
             .help("change `lift_ref`, `start_angle`, `ballistic` or `end_speed`")
@@ -357,7 +360,7 @@ mod tests {
             velocity: Vec3::new(-500.0, 4000.0 + 7e-5 * 3.45e6, 0.0),
             ..NodeState::identity()
         };
-        // 0.1 rad ahead, a little to the south: to the right of a track to the east.
+        // The target is 0.1 rad ahead and slightly south, that is, to the right of an eastward track.
         let target = Vec3::new(0.1f64.cos(), 0.1f64.sin(), -0.002).normalize();
         let (range, error, speed, rise) = to_target(&body, &target, (7e-5, 3.4e6, 0.0));
         assert!(
@@ -365,12 +368,12 @@ mod tests {
             "{range} {error}"
         );
         assert!((rise + 500.0).abs() < 1e-9 && (speed - 4031.1).abs() < 0.1);
-        // The target turns with the planet.
+        // The target rotates with the planet.
         let later = to_target(&body, &target, (7e-5, 3.4e6, 100.0));
         assert!(later.0 > range + 2e4);
     }
 
-    /// A whole guided entry in three dimensions, the air 10 % off: it comes to the target's heading and range.
+    /// A complete guided entry in three dimensions, with a density error of 10 %, reaches range and heading of the target.
     fn miss(thicker: f64, (far, aside): (f64, f64), guided: bool) -> (f64, f64, Banking) {
         let (rate, radius) = (7.088_218_1e-5, 3_396_190.0);
         let omega = Vec3::z() * rate;
@@ -383,7 +386,7 @@ mod tests {
             lift_to_drag: 0.24,
         };
         let rows = vehicle.reference([0.0, 5845.0, -0.26, 80_000.0], 0.5, 450.0, 0.25).unwrap();
-        // As far as the reference flies and `far` farther, and aside.
+        // Target at the range of the reference plus `far`, with a crossrange offset.
         let mut x = [0.0, 5845.0, -0.26, 80_000.0];
         while x[1] < rows[0].speed - 1e-9 {
             x = vehicle.step(&x, 0.5, 0.25);
@@ -434,7 +437,7 @@ mod tests {
             assert!(along.abs() < 6000.0 && across.abs() < 2500.0 && reversals >= 1.0);
             shortest = shortest.max(short);
         }
-        // Out of reach, too far and too near: all of the lift up, or down, and it says so.
+        // For targets out of reach, too far or too near, full lift up or down is commanded, and `short` reports it.
         for (far, down) in [(200e3, 1.0), (-200e3, -1.0)] {
             let (along, _, d) = miss(1.0, (far, 0.0), true);
             println!(
@@ -445,7 +448,7 @@ mod tests {
         }
     }
 
-    /// A step of the bank: within both limits, without going past, and about as fast as can be.
+    /// A step of the bank angle respects both limits, does not overshoot, and takes nearly the least time.
     #[test]
     fn the_bank_comes_to_rest_where_it_is_wanted() {
         let (rate_max, most, dt) = (0.35, 0.0873, 0.25);
@@ -463,7 +466,7 @@ mod tests {
                 }
             }
             assert!((bank - wanted).abs() < 1e-12 && rate.abs() < 1e-12, "{bank} of {wanted}");
-            // By continuous control it would take this long.
+            // Least time with continuous control.
             let size = wanted.abs();
             let least = if size < rate_max * rate_max / most {
                 2.0 * (size / most).sqrt()
@@ -473,7 +476,7 @@ mod tests {
             let took = arrived.unwrap();
             assert!(took < least + 3.0 * dt, "{took} s, {least} at least");
         }
-        // Without the limit as before: at once, at most by the rate.
+        // Without an acceleration limit only the rate is limited.
         assert_eq!(follow(0.01, 0.0, (0.35, f64::INFINITY), 0.25), 0.01);
         assert_eq!(follow(-9.0, 0.35, (0.35, f64::INFINITY), 0.25), -0.35 * 0.25);
     }
@@ -493,7 +496,7 @@ mod tests {
         };
         let (range, error, _, _) = to_target(&body, &m.target, (0.0, 3_396_190.0, 0.0));
         assert!((range - 5000.0).abs() < 0.01, "{range}");
-        // From north over east to the south-east.
+        // Headings from north over east to south-east.
         assert!((error - (std::f64::consts::FRAC_PI_2 + (4.0f64 / 3.0).atan())).abs() < 1e-6);
     }
 
@@ -507,7 +510,7 @@ mod tests {
         assert!(EntryGuidance::build(p).is_err_and(|e| e.help.is_some()));
     }
 
-    /// A reference that begins so high that its speed rises before it falls has two rows of one speed: only those after the greatest count.
+    /// A reference that begins so high that its speed first increases has two rows with the same speed; only rows after the greatest speed are used.
     #[test]
     fn a_reference_that_speeds_up_at_first_asks_for_its_own_lift() {
         let p = EntryGuidanceParams {

@@ -1,4 +1,5 @@
-//! `flight.gravity_turn_descent`: braking against the velocity down to a place in the air over the ground, then slowly down.
+//! `flight.gravity_turn_descent`: gravity-turn descent. The thrust is opposite to the velocity until a given height above the ground, followed by a
+//! slow vertical descent.
 //! ```text
 //! V̇ = −N g + g cos ψ, ψ̇ = −g sin ψ/V        N g = T/m, ψ: velocity from straight down, z = tan(ψ/2)
 //! with constant N:  V = C z^(N−1) (1 + z²);  V = 0 lies lower by  h = V²/(g (1 + z²)²) [1/(2N − 2) − z⁴/(2N + 2)]
@@ -6,35 +7,35 @@
 //! waits             until m N g ≥ `ignition` T_max: then T = m N g along −v, N anew at each sample, at most T_max
 //! last              from where V ≤ `speed`:  F = m (−g + k (−`speed` up − v)),  k = 1/`settle`
 //! ```
-//! v is over the ground of the planet, which is at the origin of W and turns about z, or on which W is a site. g is that of the
-//! place, and the ground is flat: for the last kilometres. Where on the ground it comes down is left open.
+//! v is relative to the ground of the planet, which is at the origin of W and rotates about z, or on which W is a site. The law assumes flat ground
+//! and constant g, and is valid for the last kilometres. The landing site is not controlled.
 
 use super::planet::Frame;
 use super::powered_descent::thrust_limits;
 use linkwork_runtime::prelude::*;
 
-/// Limits and the end.
+/// End conditions and limits.
 #[derive(Params, Clone, Debug)]
 pub struct GravityTurnDescentParams {
-    /// Height over the ground at which the speed would be none.
+    /// Height above the ground at which the speed of the braking phase would reach zero.
     #[param(unit = "m", default = 20.0, range = 0.0..)]
     pub height: f64,
-    /// Speed of the last part, downwards.
+    /// Descent speed of the final phase.
     #[param(unit = "m/s", default = 1.0, range = 1e-3..)]
     pub speed: f64,
-    /// Share of the greatest force at which it ignites; the rest is kept for what is not foreseen.
+    /// Fraction of the greatest force at which braking begins; the rest is the control margin.
     #[param(default = 0.8, range = 0.01..=1.0)]
     pub ignition: f64,
-    /// Time constant of the last part.
+    /// Time constant of the final phase.
     #[param(unit = "s", default = 2.0, range = 1e-3..)]
     pub settle: f64,
-    /// Smallest force once it burns.
+    /// Least force after ignition.
     #[param(unit = "N", default = 0.0, range = 0.0..)]
     pub thrust_min: f64,
     /// Greatest force.
     #[param(unit = "N", range = 0.0..)]
     pub thrust_max: f64,
-    /// The world; without one the ground is level.
+    /// The world; without a world the ground is level.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
     /// Gravity.
@@ -42,56 +43,56 @@ pub struct GravityTurnDescentParams {
     pub gravity: Handle<dyn Gravity>,
 }
 
-/// What is measured.
+/// State of the lander.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct GravityTurnDescentIn {
     /// The lander, W.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// Height over the ground.
+    /// Height above the ground.
     #[port("m")]
     pub height: f64,
-    /// Mass that the force carries.
+    /// Mass of the lander.
     #[port("kg")]
     pub mass: f64,
 }
 
-/// What to do.
+/// Force command.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct GravityTurnDescentOut {
-    /// Force that is wanted, W; none before ignition.
+    /// Commanded force, W; zero before ignition.
     #[port("N")]
     pub force: Vec3,
-    /// Force over weight that a constant one would need to the end, N; 1e6 where nothing of the height is left.
+    /// Constant thrust-to-weight ratio N that brings the speed to zero at `height`; 1e6 at and below that height.
     #[port("1")]
     pub needed: f64,
-    /// 0 falls, 1 brakes, 2 comes down slowly.
+    /// Phase: 0 free fall, 1 braking, 2 final descent.
     #[port("1")]
     pub phase: f64,
-    /// The force was outside the limits.
+    /// The force was limited to its least or greatest value.
     #[port]
     pub limited: bool,
 }
 
-/// How far it is.
+/// State of the guidance.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Braking {
-    /// 0 falls, 1 brakes, 2 comes down slowly.
+    /// Phase: 0 free fall, 1 braking, 2 final descent.
     #[port("1")]
     pub phase: f64,
 }
 
-/// Greatest force over weight that is told: nothing of the height is left.
+/// Greatest value of the output `needed`, used at and below the final height.
 const MOST: f64 = 1e6;
 
-/// Braking along the velocity.
+/// Gravity-turn descent guidance.
 pub struct GravityTurnDescent {
     p: GravityTurnDescentParams,
     frame: Frame,
 }
 
-/// Constant force over weight that brings a speed (m/s) whose direction has the cosine `down` with straight down to none after
-/// falling by `height` (m) under `gravity` (m/s²); without end where nothing of the height is left.
+/// Returns the constant thrust-to-weight ratio that brings a speed (m/s) to zero after a descent by `height` (m) under `gravity` (m/s²). `down` is
+/// the cosine of the angle between velocity and vertical. Returns infinity if `height` is not positive.
 pub fn force_over_weight(speed: f64, down: f64, height: f64, gravity: f64) -> f64 {
     if !(height > 0.0) {
         return f64::INFINITY;
@@ -134,7 +135,7 @@ impl GravityTurnDescent {
     }
 }
 
-/// Brakes a lander along its velocity by constant force over weight, then brings it slowly down; sampled.
+/// Gravity-turn descent guidance: brakes a lander against its velocity with a constant thrust-to-weight ratio, then descends slowly; sampled.
 #[model("flight.gravity_turn_descent")]
 impl Model for GravityTurnDescent {
     type Params = GravityTurnDescentParams;
@@ -177,13 +178,13 @@ mod tests {
         }
     }
 
-    /// EDL.md: V̇ = −T/m + g cos ψ, ψ̇ = −g sin ψ/V, by Runge and Kutta, until the speed is a hundred-thousandth.
+    /// EDL.md: V̇ = −T/m + g cos ψ, ψ̇ = −g sin ψ/V, integrated by a Runge-Kutta method until the speed is 1e-5 of its initial value.
     fn fall(speed: f64, psi: f64, n: f64) -> f64 {
         let g = 1.62;
         let rate = |[v, a, _]: [f64; 3]| [g * (a.cos() - n), -g * a.sin() / v, v * a.cos()];
         let (mut s, end) = ([speed, psi, 0.0], 1e-5 * speed);
         while s[0] > end {
-            // Shorter towards the end, where the angle turns fast.
+            // Shorter steps towards the end, where the angle changes fast.
             let h = 2e-4 * s[0] / g;
             let step = |k: [f64; 3], w: f64| std::array::from_fn(|i| s[i] + w * h * k[i]);
             let k1 = rate(s);
@@ -209,7 +210,7 @@ mod tests {
         assert!(force_over_weight(50.0, 1.0, 0.0, 1.62).is_infinite());
     }
 
-    /// From 200 m/s at 60° from the vertical: it waits, brakes with a force that hardly changes, comes down at 1 m/s.
+    /// From 200 m/s at 60° from the vertical, the lander waits, brakes with a nearly constant force, and descends at 1 m/s.
     #[test]
     fn a_lander_comes_down_as_it_should() {
         let m = GravityTurnDescent::build(params()).unwrap();
@@ -238,7 +239,7 @@ mod tests {
         println!("ignition at {lit:?} m, {} samples, {} kg", held.len(), mass);
         assert!((v + Vec3::z()).norm() < 0.01, "{v}");
         let first = held[0].0;
-        // Held samples are no constant deceleration: near the end, where N turns fast, it may differ.
+        // With sampled commands the deceleration is not exactly constant, so N may differ near the end, where it changes fast.
         assert!(held.iter().filter(|h| h.1 > 20.0).all(|h| (h.0 / first - 1.0).abs() < 0.02));
         assert!(lit.unwrap() < 8900.0 && held.len() > 200);
     }

@@ -1,26 +1,25 @@
-//! `flight.ground_motion`: how a craft moves over the ground, where it is on its planet, and where it is from a site.
+//! `flight.ground_motion`: velocity of a vehicle relative to the ground, its geodetic position, and its position relative to a site.
 //! ```text
 //! v_g = v − ω × p           over the ground, W       up = p/|p|,  east = pole × up,  north = up × east
 //! h   = |p| − R             over a sphere of radius R
 //! latitude, longitude, altitude                       geodetic, over the ellipsoid of the world's body
 //! offset = (R_site)ᵀ (p − p_site)                     east, north, up of the site, which turns with the planet
 //! ```
-//! Pole, rate and radius are those of the world. On level ground up is against gravity, east and north are x and y of W, and h = p · up.
-//! At the poles east is x. This is the true motion: noise is the business of a sensor.
+//! Pole, rotation rate and radius come from the world. On level ground up is opposite to gravity, east and north are x and y of W, and h = p · up. At
+//! the poles east is x. The outputs are true values; use a sensor model for noise.
 
 use super::planet::{Frame, over_ground};
 use linkwork_runtime::prelude::*;
 
-/// Planet and site.
+/// Planet and reference site.
 #[derive(Params, Clone, Debug)]
 pub struct GroundMotionParams {
-    /// Direction of the site from the planet's centre, in axes that are fixed to the planet.
-    /// Default: the site that W is, or x.
+    /// Direction of the site from the planet's centre, in planet-fixed axes. Default: the site W, or x.
     pub site: Option<Vec3>,
-    /// Distance R of the ground from the planet's centre; default: of the origin of the site that W is, or the equatorial radius.
+    /// Distance R of the ground from the planet's centre; default: the distance of the origin of the site W, or the equatorial radius.
     #[param(unit = "m", range = 1.0..)]
     pub ground_radius: Option<f64>,
-    /// The world; without one the ground is level.
+    /// The world; without a world the ground is level.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
     /// Gravity, for the vertical of level ground.
@@ -28,33 +27,33 @@ pub struct GroundMotionParams {
     pub gravity: Option<Handle<dyn Gravity>>,
 }
 
-/// The craft.
+/// The vehicle.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct GroundMotionIn {
-    /// The craft.
+    /// Node on the vehicle.
     #[port(bind = "body")]
     pub body: NodeState,
 }
 
-/// Its motion over the ground.
+/// Motion relative to the ground.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct GroundMotionOut {
-    /// Height over the sphere.
+    /// Height above the sphere of radius R.
     #[port("m")]
     pub height: f64,
-    /// Speed over the ground.
+    /// Ground-relative speed.
     #[port("m/s")]
     pub speed: f64,
-    /// Rate of the height.
+    /// Vertical speed, positive upwards.
     #[port("m/s")]
     pub rise: f64,
-    /// Angle of the path over the horizontal; down is negative.
+    /// Flight path angle above the horizontal; negative during descent.
     #[port("rad")]
     pub path_angle: f64,
-    /// Velocity over the ground: east, north, up of where it is.
+    /// Velocity relative to the ground: east, north, up at the vehicle.
     #[port("m/s")]
     pub velocity: Vec3,
-    /// Position from the site: east, north, up of the site; on level ground from the origin of W.
+    /// Position relative to the site: east, north, up of the site; on level ground relative to the origin of W.
     #[port("m")]
     pub offset: Vec3,
     /// Geodetic latitude, north positive; 0 on level ground without a world.
@@ -63,20 +62,20 @@ pub struct GroundMotionOut {
     /// East longitude, −π to π; 0 on level ground without a world.
     #[port("rad")]
     pub longitude: f64,
-    /// Height over the ellipsoid; on level ground without a world as `height`.
+    /// Height above the ellipsoid; on level ground without a world equal to `height`.
     #[port("m")]
     pub altitude: f64,
 }
 
-/// Where and how something moves, told by its planet.
+/// Ground-relative velocity of a node and the local axes.
 pub struct Over {
-    /// Velocity over the ground, W, m/s.
+    /// Velocity relative to the ground, W, m/s.
     pub velocity: Vec3,
-    /// East, north, up at the place as columns, to W.
+    /// East, north and up at the node as columns: rotation from these axes to W.
     pub R_WE: linkwork_spatial::Mat3,
 }
 
-/// East, north and up at `p` (m, the planet at the origin, its axis z) as columns.
+/// Returns east, north and up at `p` as columns (m; the planet is at the origin, its axis is z).
 pub fn east_north_up(p: &Vec3) -> linkwork_spatial::Mat3 {
     let up = p.normalize();
     let across = Vec3::z().cross(&up);
@@ -84,21 +83,21 @@ pub fn east_north_up(p: &Vec3) -> linkwork_spatial::Mat3 {
     linkwork_spatial::Mat3::from_columns(&[east, up.cross(&east), up])
 }
 
-/// Motion of a node over a planet that turns at `rate` (rad/s) about z of W.
+/// Computes the motion of a node relative to a planet that rotates at `rate` (rad/s) about z of W.
 pub fn over(node: &NodeState, rate: f64) -> Over {
     Over { velocity: over_ground(node, rate), R_WE: east_north_up(&node.position) }
 }
 
-/// Motion over the ground.
+/// Motion relative to the ground.
 pub struct GroundMotion {
     frame: Frame,
     world: Option<Handle<dyn World>>,
     radius: f64,
-    /// East, north, up of the site, planet's axes.
+    /// East, north and up of the site as columns, planet-fixed axes.
     site: linkwork_spatial::Mat3,
 }
 
-/// True height and velocity over a planet that turns, and the position from a site on it.
+/// True height, velocity and geodetic position over a rotating planet, and the position relative to a site on it.
 #[model("flight.ground_motion")]
 impl Model for GroundMotion {
     type Params = GroundMotionParams;
@@ -111,7 +110,7 @@ impl Model for GroundMotion {
         let radius = p.ground_radius.unwrap_or_else(|| frame.ground_radius());
         let site = p.site.or(frame.site()).unwrap_or_else(Vec3::x);
         if !(site.norm() > 1e-9) {
-            return Err(BuildError::new("the site has no direction")
+            return Err(BuildError::new("`site` is the zero vector")
                 .help("write a vector from the planet's centre, e.g. site: [1, 0, 0]")
                 .at("site"));
         }
@@ -181,9 +180,9 @@ mod tests {
         assert!((y.velocity - Vec3::new(0.0, 30.0, 40.0)).norm() < 1e-11);
         assert!((y.speed - 50.0).abs() < 1e-11 && (y.rise - 40.0).abs() < 1e-11);
         assert!((y.path_angle.tan() - 4.0 / 3.0).abs() < 1e-12);
-        // To the east is where the planet turns to.
+        // East is the direction of the planet's rotation.
         assert!((east_north_up(&position).transpose() * with_ground).x > 100.0);
-        // The same from a site that turns with the planet, whose axes it does not need to know.
+        // W as a site that rotates with the planet gives the same outputs.
         let R = Quat::from_euler_angles(0.3, -0.8, 1.1);
         let pose = linkwork_spatial::Pose::new(R, site.normalize() * radius);
         let here = Site { pose, rate, start: Quat::identity() };
@@ -208,7 +207,7 @@ mod tests {
         assert!((pole.transpose() * pole - linkwork_spatial::Mat3::identity()).norm() < 1e-15);
     }
 
-    /// On level ground the distance from the origin of W tilts nothing.
+    /// On level ground the local axes do not depend on the distance from the origin of W.
     #[test]
     fn on_level_ground_up_is_against_gravity() {
         let gravity = Some(testing::gravity(|_, _| Vec3::z() * -1.62));

@@ -1,4 +1,5 @@
-//! `flight.hazard_map`: a map of the ground under a lander by slope and roughness, and the place on it that is safe and near.
+//! `flight.hazard_map`: hazard detection. It maps slope and roughness of the ground under a lander, and selects a safe landing site near the centre
+//! of the map.
 //! ```text
 //! middle    p + `lead` v, the horizontal part: the map is square, 2 `radius` wide, about the node of the lattice next to it
 //! disc      nodes of a lattice of `spacing` within `footprint` of a place: heights h_k = h(x_k, y_k) + σ n_k
@@ -6,41 +7,42 @@
 //! danger    the greater of slope/slope_max and roughness/roughness_max; without ground in the disc it is infinite
 //! place     of those with a danger of no more than 1, that with the least (danger)² + (distance from the middle/radius)²
 //! ```
-//! Where no place is safe, `found` is false and the place is that of the least danger; without any ground `aimed` is false, too. Made at the first row, kept from there on: a part that a phase brings makes
-//! its map when the phase begins. Ground and map have the axes of W, z up: for a site, and heights that are small beside a planet. What stands between the lander and
-//! the ground hides nothing; n_k is noise of the instrument, one number for each node of the lattice. Cost: (2 radius/spacing)² places of π (footprint/spacing)² nodes, once.
+//! If no place is safe, `found` is false and the place with the least danger is selected; without any ground `aimed` is false, too. The map is made
+//! at the first sample and then kept, so a part that a phase adds makes its map when the phase begins. Terrain and map have the axes of W with z up:
+//! use the model at a site, and for maps that are small compared with the planet. Occlusion is not modelled. n_k is the instrument noise, one number
+//! per node of the lattice. The map costs (2 radius/spacing)² places with π (footprint/spacing)² nodes each, once.
 
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 
-/// Nodes of a map to a side at most: noise has a number for each.
+/// Greatest number of nodes along a side of the map, because each node has its own noise channel.
 const SIDE_MAX: f64 = 4000.0;
 
-/// Map, lander and limits.
+/// Map size, lander footprint and limits.
 #[derive(Params, Clone, Debug)]
 pub struct HazardMapParams {
-    /// Half of the width of the map.
+    /// Half width of the map.
     #[param(unit = "m", range = 1e-3..)]
     pub radius: f64,
-    /// Distance of two nodes of the lattice.
+    /// Spacing of the nodes of the lattice.
     #[param(unit = "m", range = 1e-2..)]
     pub spacing: f64,
-    /// Radius of the disc that the lander needs: its feet, and what it may miss the place by.
+    /// Radius of the disc that must be safe: radius of the footpads plus landing error.
     #[param(unit = "m", range = 0.1..)]
     pub footprint: f64,
-    /// Greatest slope that is safe.
+    /// Greatest safe slope.
     #[param(unit = "rad", default = 0.174, range = 1e-6..=1.5)]
     pub slope_max: f64,
-    /// Greatest height over the plane of the disc that is safe.
+    /// Greatest safe roughness: deviation of a height from the plane of the disc.
     #[param(unit = "m", default = 0.3, range = 1e-6..)]
     pub roughness_max: f64,
-    /// Time over which the lander goes on as it moves, to the middle of the map.
+    /// Time over which the position of the lander is extrapolated with its velocity to the centre of the map.
     #[param(unit = "s", default = 0.0, range = 0.0..)]
     pub lead: f64,
-    /// Standard deviation of the height of a node.
+    /// Standard deviation of the measured height of a node.
     #[param(unit = "m", default = 0.0, range = 0.0..)]
     pub sigma: f64,
-    /// The ground.
+    /// Terrain under the lander.
     #[param(service)]
     pub terrain: Handle<dyn Terrain>,
 }
@@ -48,82 +50,82 @@ pub struct HazardMapParams {
 /// The lander.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct HazardMapIn {
-    /// The lander, as navigation knows it, W.
+    /// Estimated state of the lander from navigation, W.
     #[port(bind = "body")]
     pub body: NodeState,
 }
 
-/// The place.
+/// Landing site.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct HazardMapOut {
-    /// Where to land, W.
+    /// Position of the landing site, W.
     #[port("m")]
     pub place: Vec3,
-    /// It is safe.
+    /// The landing site is safe.
     #[port]
     pub found: bool,
-    /// There is a place: a safe one, or that of the least danger.
+    /// A site was selected: a safe one, or else the one with the least danger.
     #[port]
     pub aimed: bool,
-    /// Slope of the ground there.
+    /// Slope of the ground at the site.
     #[port("rad")]
     pub slope: f64,
-    /// Roughness there.
+    /// Roughness of the ground at the site.
     #[port("m")]
     pub roughness: f64,
-    /// Share of the map's places that are safe.
+    /// Fraction of the map that is safe.
     #[port("1")]
     pub safe: f64,
 }
 
-/// What was found.
+/// Map result, kept after the first sample.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Found {
-    /// There is a map.
+    /// The map has been made.
     #[port]
     pub mapped: bool,
-    /// The place is safe.
+    /// The site is safe.
     #[port]
     pub found: bool,
-    /// There is a place.
+    /// A site was selected.
     #[port]
     pub aimed: bool,
-    /// Where, W.
+    /// Position of the site, W.
     #[port("m")]
     pub place: Vec3,
-    /// Slope there.
+    /// Slope at the site.
     #[port("rad")]
     pub slope: f64,
-    /// Roughness there.
+    /// Roughness at the site.
     #[port("m")]
     pub roughness: f64,
-    /// Share of the places that are safe.
+    /// Fraction of the map that is safe.
     #[port("1")]
     pub safe: f64,
 }
 
-/// A disc of ground.
+/// Plane fit of a disc of ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Disc {
     slope: f64,
     roughness: f64,
-    /// Height of its plane in the middle, m.
+    /// Height of the fitted plane at the centre of the disc, m.
     height: f64,
 }
 
-/// A map of hazards.
+/// Hazard detection with a map of slope and roughness.
 pub struct HazardMap {
     p: HazardMapParams,
 }
 
 impl HazardMap {
-    /// Nodes from the middle of the map to its edge, and of a disc to its edge.
+    /// Returns the number of nodes from the centre of the map to its edge, and from the centre of a disc to its edge.
     fn reach(&self) -> (i32, i32) {
         let p = &self.p;
         ((p.radius / p.spacing + 1e-9) as i32, (p.footprint / p.spacing + 1e-9) as i32)
     }
 
-    /// Calls `f` with x, y (m, from the middle of the disc) and height (m) of each node of a disc; false where there is no ground.
+    /// Calls `f` with x, y (m, from the centre of the disc) and height (m) of each node of a disc; returns false if a node has no ground.
     fn nodes(
         &self,
         c: &Clock,
@@ -153,7 +155,7 @@ impl HazardMap {
         true
     }
 
-    /// The disc about node (i, j) of a map with its middle at (x, y) (m); none without ground.
+    /// Returns the plane fit of the disc about node (i, j) of a map with centre (x, y) (m); `None` without ground.
     fn disc(&self, c: &Clock, middle: (f64, f64), node: (i32, i32)) -> Option<Disc> {
         let (mut normal, mut right) = (Mat3::zeros(), Vec3::zeros());
         let whole = self.nodes(c, middle, node, |x, y, h| {
@@ -169,7 +171,7 @@ impl HazardMap {
         Some(Disc { slope: plane.y.hypot(plane.z).atan(), roughness, height: plane.x })
     }
 
-    /// The place of a map made from where a lander is.
+    /// Makes the map for the state of a lander and selects the landing site.
     fn map(&self, c: &Clock, body: &NodeState) -> Found {
         let p = &self.p;
         let at = body.position + body.velocity * p.lead;
@@ -206,13 +208,13 @@ impl HazardMap {
         best
     }
 
-    /// What was found, or is now.
+    /// Returns the stored result, or makes the map.
     fn now(&self, c: &Clock, d: &Found, body: &NodeState) -> Found {
         if d.mapped { *d } else { self.map(c, body) }
     }
 }
 
-/// A map of slope and roughness under a lander, and the place that is safe and near; sampled.
+/// Hazard detection: maps slope and roughness of the ground under a lander and selects a safe landing site; sampled.
 #[model("flight.hazard_map")]
 impl Model for HazardMap {
     type Params = HazardMapParams;
@@ -224,15 +226,15 @@ impl Model for HazardMap {
             |at: &str, fact: String, help: &str| Err(BuildError::new(fact).help(help).at(at));
         if p.footprint < p.spacing {
             let fact = format!(
-                "a disc of {} m has one node of a lattice of {} m: it has no slope",
+                "`footprint` is {} m and `spacing` {} m: a disc with a single node has no slope",
                 p.footprint, p.spacing
             );
-            return wrong("footprint", fact, "write a smaller `spacing`");
+            return wrong("footprint", fact, "`spacing` must not exceed `footprint`");
         }
         let side = 2.0 * (p.radius + p.footprint) / p.spacing + 1.0;
         if side > SIDE_MAX {
-            let fact = format!("the map has {side:.0} nodes to a side, more than {SIDE_MAX}");
-            return wrong("spacing", fact, "write a greater `spacing` or a smaller `radius`");
+            let fact = format!("the map has {side:.0} nodes along a side, more than {SIDE_MAX}");
+            return wrong("spacing", fact, "increase `spacing` or reduce `radius`");
         }
         Ok(HazardMap { p })
     }

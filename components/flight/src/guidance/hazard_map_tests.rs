@@ -1,9 +1,9 @@
-//! Tests of `flight.hazard_map`: planes and bumps in closed form, the choice, noise, what is refused.
+//! Tests of `flight.hazard_map`: planes and bumps in closed form, site selection, noise, rejected parameters.
 use super::*;
 use crate::guidance::test_soil::firm;
 use std::sync::Arc;
 
-/// Ground whose height is a function of its place, within 500 m of the origin.
+/// Ground whose height is a function of position, within 500 m of the origin.
 struct Hills<F>(F, Soil);
 impl<F: Fn(f64, f64) -> f64 + Send + Sync> Terrain for Hills<F> {
     fn ground(&self, x: f64, y: f64) -> Option<Ground> {
@@ -44,7 +44,7 @@ fn found(p: HazardMapParams, body: NodeState) -> Found {
     m.map(&Clock::at(0.0, 0.1, 0), &body)
 }
 
-/// A plane is its own plane; a bump of one node stands over it as least squares say.
+/// The fit of a plane is exact; the height of a bump of one node above the fit agrees with least squares.
 #[test]
 fn a_disc_tells_slope_and_roughness_of_closed_forms() {
     let m =
@@ -59,7 +59,7 @@ fn a_disc_tells_slope_and_roughness_of_closed_forms() {
     assert!((d.roughness - 0.5 * 48.0 / 49.0).abs() < 1e-12 && d.slope < 1e-15, "{d:?}");
 }
 
-/// Everything is as good on level ground: the middle. A boulder there is avoided by the disc's radius, and no more.
+/// On level ground the centre is selected. A boulder there is avoided by the radius of the disc, and by no more.
 #[test]
 fn it_goes_no_further_than_it_must() {
     let f = found(params(|_, _| -2.0), lander(10.3, -4.8));
@@ -71,13 +71,14 @@ fn it_goes_no_further_than_it_must() {
     assert!(f.found && f.roughness < 1e-12, "{f:?}");
     // A node of the boulder, 1.4 from its middle, and a disc that ends at 4: 5.1 to 6.
     assert!((5.0..6.5).contains(&off), "{off}");
-    // As it moves on, so does the map.
+    // The map moves with the lander's velocity and `lead`.
     let p = HazardMapParams { lead: 2.0, ..params(boulder) };
     let body = NodeState { velocity: Vec3::new(-6.0, 9.0, -30.0), ..lander(10.3, -4.8) };
     assert_eq!(found(p, body).place.xy(), Vec3::new(-2.0, 13.0, 0.0).xy());
 }
 
-/// A hillside that is too steep but for a shelf: the shelf. Without it nothing is safe, and the least steep is taken.
+/// On a hillside that is too steep except for a shelf, the shelf is selected. Without the shelf no place is safe, and the least steep one is
+/// selected.
 #[test]
 fn it_finds_the_shelf_and_tells_when_there_is_none() {
     let hill = |shelf: f64| {
@@ -95,7 +96,7 @@ fn it_finds_the_shelf_and_tells_when_there_is_none() {
     assert!(f.place.y <= -30.0, "it is less steep in the south: {f:?}");
 }
 
-/// Without ground there is no place; noise is rough, each node has its own, and the same in all discs.
+/// Without ground no site is selected. Noise increases the roughness; each node has its own noise, which is the same in all discs.
 #[test]
 fn edges_and_noise() {
     let f = found(params(|_, _| 0.0), lander(498.0, 0.0));

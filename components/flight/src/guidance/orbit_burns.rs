@@ -1,4 +1,4 @@
-//! `flight.orbit_burns`: a plan of burns that change an orbit, one after another.
+//! `flight.orbit_burns`: executes a sequence of orbital maneuvers (finite burns).
 //! ```text
 //! when    at a time, or at the next periapsis, apoapsis, ascending or descending node; the burn is centred on it: it begins
 //!         Δt/2 before, Δt = m v_g/F
@@ -8,55 +8,55 @@
 //! v_g = v_w − v (closed loop), or Δv less what has been felt:  Δv_felt = v_k − v_(k−1) − g Δt, g in the middle
 //! F along v_g, at most `thrust`; a sample in which less does is the last one of its burn:  F = min(`thrust`, m v_g/Δt)
 //! ```
-//! The planet is at the origin of W, or W is a site on it. Apsides and nodes are those of the ellipse at the moment.
+//! The planet is at the origin of W, or W is a site on it. Apsides and nodes refer to the osculating ellipse.
 
 use super::planet::inertial;
 use crate::orbit::{body_mu, orbital};
 use linkwork_runtime::prelude::*;
 use std::f64::consts::TAU;
 
-/// A place on the orbit.
+/// Point on the orbit.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// Nearest to the planet.
+    /// Point closest to the planet.
     Periapsis,
-    /// Farthest from it.
+    /// Point farthest from the planet.
     Apoapsis,
-    /// Through the equator to the north.
+    /// Northward crossing of the equator.
     AscendingNode,
-    /// Through the equator to the south.
+    /// Southward crossing of the equator.
     DescendingNode,
 }
 
-/// One burn: one of `time` and `at`, one of `delta_v`, `opposite` and `inclination`.
+/// One burn. Write one of `time` and `at`, and one of `delta_v`, `opposite` and `inclination`.
 #[derive(Params, Clone, Debug)]
 pub struct Burn {
-    /// Time of its middle.
+    /// Time of the middle of the burn.
     #[param(unit = "s")]
     pub time: Option<f64>,
-    /// Place of its middle.
+    /// Point of the orbit at the middle of the burn.
     pub at: Option<Place>,
-    /// Change of velocity: radial, along the motion, normal to the orbit, as they will stand in the middle of the burn.
+    /// Velocity change: radial, along the motion, normal to the orbit, in the axes at the middle of the burn.
     #[param(unit = "m/s")]
     pub delta_v: Option<Vec3>,
-    /// Radius of the apsis on the other side.
+    /// Target radius of the opposite apsis.
     #[param(unit = "m", range = 1.0..)]
     pub opposite: Option<f64>,
-    /// Inclination that it turns to.
+    /// Target inclination.
     #[param(unit = "rad", range = 0.0..=3.15)]
     pub inclination: Option<f64>,
 }
 
-/// The plan.
+/// Burns and engine.
 #[derive(Params, Clone, Debug)]
 pub struct OrbitBurnParams {
-    /// The burns in their order.
+    /// Burns in the order of execution.
     #[param(default = Vec::new())]
     pub burns: Vec<Burn>,
-    /// Force of the engine.
+    /// Thrust of the engine.
     #[param(unit = "N", range = 1e-9..)]
     pub thrust: f64,
-    /// The world, about whose body the orbit is.
+    /// The world, whose body the orbit is about.
     #[param(service)]
     pub world: Handle<dyn World>,
     /// Gravity.
@@ -64,50 +64,50 @@ pub struct OrbitBurnParams {
     pub gravity: Handle<dyn Gravity>,
 }
 
-/// The craft.
+/// The spacecraft.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct OrbitBurnIn {
-    /// As navigation knows it, W.
+    /// Estimated state of the spacecraft from navigation, W.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// Mass that the force carries.
+    /// Mass of the spacecraft.
     #[port("kg")]
     pub mass: f64,
 }
 
-/// What to do.
+/// Force command and status.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct OrbitBurnOut {
-    /// Force that is wanted, W; none between burns.
+    /// Commanded force, W; zero between burns.
     #[port("N")]
     pub force: Vec3,
-    /// Direction of the present burn or of the next one as it would be now, W; none after the last.
+    /// Direction of the present or next burn for the present state, W; zero after the last burn.
     #[port("1")]
     pub direction: Vec3,
-    /// It burns.
+    /// A burn is in progress.
     #[port]
     pub burning: bool,
-    /// Velocity to be gained in this burn or the next, v_g.
+    /// Velocity to be gained v_g in the present or next burn.
     #[port("m/s")]
     pub to_gain: f64,
-    /// Time until the next one begins; 0 in a burn and after the last.
+    /// Time until the next burn begins; 0 during a burn and after the last one.
     #[port("s")]
     pub to_go: f64,
-    /// Burns that are done.
+    /// Number of completed burns.
     #[port("1")]
     pub done: f64,
 }
 
-/// Where the plan stands.
+/// Progress of the sequence.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Plan {
-    /// Burns that are done.
+    /// Number of completed burns.
     #[port("1")]
     pub done: f64,
-    /// It burns.
+    /// A burn is in progress.
     #[port]
     pub burning: bool,
-    /// For `delta_v`: what is left of it, along the axes of W that stand still.
+    /// With `delta_v`: remaining velocity change, along non-rotating axes that coincide with W at this sample.
     #[port("m/s")]
     pub left: Vec3,
     /// Horizontal speed at the beginning of the burn.
@@ -119,21 +119,21 @@ pub struct Plan {
     /// Gravity at the last sample.
     #[port("m/s^2")]
     pub pull: Vec3,
-    /// At the last sample: time until the next one begins.
+    /// Time until the next burn at the last sample.
     #[port("s")]
     pub to_go: f64,
 }
 
-/// A plan of burns.
+/// Sequence of orbital maneuvers.
 pub struct OrbitBurns {
     p: OrbitBurnParams,
     mu: f64,
     site: Option<Site>,
-    /// Pole of the planet (W) at t = 0, where W is inertial, and in a site at all times.
+    /// Pole of the planet in W: at t = 0 if W is inertial, constant at a site.
     pole: Vec3,
 }
 
-/// Radial, along the motion (horizontal), normal.
+/// Returns unit vectors: radial, along the motion (horizontal), normal; `None` for vertical motion.
 fn axes(r: &Vec3, v: &Vec3) -> Option<[Vec3; 3]> {
     let h = r.cross(v);
     if !(h.norm() > 0.0) {
@@ -143,7 +143,8 @@ fn axes(r: &Vec3, v: &Vec3) -> Option<[Vec3; 3]> {
     Some([x, z.cross(&x), z])
 }
 
-/// Time (s) until a place of the osculating ellipse comes, with nodes on the equator of a planet with that `pole`; none on a parabola or hyperbola, or where nothing has a node.
+/// Returns the time (s) until a point of the osculating ellipse is reached; nodes are on the equator of a planet with the given `pole`. Returns
+/// `None` on a parabola or hyperbola, and for nodes of an equatorial orbit.
 pub fn time_to(place: Place, (r, v): (&Vec3, &Vec3), mu: f64, pole: &Vec3) -> Option<f64> {
     let h = r.cross(v);
     let energy = 0.5 * v.norm_squared() - mu / r.norm();
@@ -153,7 +154,7 @@ pub fn time_to(place: Place, (r, v): (&Vec3, &Vec3), mu: f64, pole: &Vec3) -> Op
     let a = -0.5 * mu / energy;
     let eccentric = v.cross(&h) / mu - r / r.norm();
     let e = eccentric.norm();
-    // On a circle every point is an apsis: count from here.
+    // On a circle every point is an apsis; use the present position.
     let toward = if e > 1e-12 { eccentric / e } else { r.normalize() };
     let across = h.normalize().cross(&toward);
     let mean = |direction: &Vec3| {
@@ -173,14 +174,14 @@ pub fn time_to(place: Place, (r, v): (&Vec3, &Vec3), mu: f64, pole: &Vec3) -> Op
         Place::DescendingNode => -node,
     };
     let rate = (mu / (a * a * a)).sqrt();
-    // −0 would be a whole turn.
+    // A small negative difference would give a whole revolution.
     let turn = mean(&there) - mean(r);
     let turn = if turn.abs() < 1e-13 { 0.0 } else { turn.rem_euclid(TAU) };
     Some(turn / rate)
 }
 
 impl OrbitBurns {
-    /// Velocity to be gained, m/s; `begun`: with that horizontal speed, m/s, else now.
+    /// Returns the velocity to be gained, m/s. `begun` is the horizontal speed (m/s) at the beginning of the burn; default: the present one.
     fn wanted(
         &self,
         burn: &Burn,
@@ -240,7 +241,7 @@ impl OrbitBurns {
             next.burning = false;
             return (next, out);
         };
-        // What has been felt since the last sample, in axes that turned meanwhile.
+        // Velocity change by thrust since the last sample; the axes of W have rotated in the meantime.
         if d.burning && burn.delta_v.is_some() {
             let back = self
                 .site
@@ -261,7 +262,8 @@ impl OrbitBurns {
             let Some(until) = self.until(burn, c.t, &r, &v) else { return (next, out) };
             let go = until - before;
             next.to_go = go;
-            // Places come again: what was just missed is a whole turn away, and the time before it was short.
+            // If the point has just been passed, the time to it jumps to a whole revolution, while the last time was short. The burn then begins at
+            // once.
             let missed =
                 burn.at.is_some() && go > d.to_go + 1.0 && d.to_go > 0.0 && d.to_go <= c.dt;
             if go > 0.5 * c.dt && !missed {
@@ -279,7 +281,7 @@ impl OrbitBurns {
     }
 }
 
-/// Carries out a plan of burns at times, apsides and nodes, by force; sampled.
+/// Executes a sequence of orbital maneuvers at times, apsides and nodes as finite burns; sampled.
 #[model("flight.orbit_burns")]
 impl Model for OrbitBurns {
     type Params = OrbitBurnParams;
@@ -292,13 +294,16 @@ impl Model for OrbitBurns {
                 Err(BuildError::new(format!("burn {}: {fact}", k + 1)).help(help).at("burns"))
             };
             if b.time.is_some() == b.at.is_some() {
-                return refuse("one of `time` and `at` says when", "write one of them");
+                return refuse(
+                    "exactly one of `time` and `at` must be written",
+                    "remove or add one of them",
+                );
             }
             let whats = [b.delta_v.is_some(), b.opposite.is_some(), b.inclination.is_some()];
             if whats.iter().filter(|w| **w).count() != 1 {
                 return refuse(
-                    "one of `delta_v`, `opposite` and `inclination` says what",
-                    "write one of them",
+                    "exactly one of `delta_v`, `opposite` and `inclination` must be written",
+                    "remove or add one of them",
                 );
             }
         }
@@ -306,7 +311,7 @@ impl Model for OrbitBurns {
             .windows(2)
             .any(|w| matches!((w[0].time, w[1].time), (Some(a), Some(b)) if b <= a))
         {
-            return Err(BuildError::new("the times of the burns do not rise")
+            return Err(BuildError::new("burn times must be strictly increasing")
                 .help("sort them by `time`")
                 .at("burns"));
         }
@@ -326,15 +331,18 @@ impl Model for OrbitBurns {
         let told = match (burn.time, burn.at) {
             (Some(time), _) if time < clock.t => Some((
                 format!(
-                    "burn {}: its time, {time} s, is over at {} s: it begins at once",
+                    "burn {}: its time, {time} s, is before the present time {} s; the burn begins at once",
                     d.done + 1.0,
                     clock.t
                 ),
                 "write a later `time`",
             )),
             (_, Some(place)) if time_to(place, (&r, &v), self.mu, &self.pole).is_none() => Some((
-                format!("burn {}: the orbit has no {place:?} now: it waits for one", d.done + 1.0),
-                "write a `time`, or begin on an ellipse that is inclined",
+                format!(
+                    "burn {}: the orbit has no {place:?} at present; the burn waits until it has one",
+                    d.done + 1.0
+                ),
+                "write a `time`, or begin on an inclined ellipse",
             )),
             _ => None,
         };
@@ -355,7 +363,7 @@ mod tests {
         leaning(burns, thrust, Quat::identity())
     }
 
-    /// Around a planet whose axes are turned in W.
+    /// World with a planet whose axes are rotated in W.
     fn leaning(burns: Vec<Burn>, thrust: f64, start: Quat) -> Result<OrbitBurns, BuildError> {
         let point = Point { mu: MU, site: None };
         OrbitBurns::build(OrbitBurnParams {
@@ -370,7 +378,7 @@ mod tests {
         Burn { time: None, at: None, delta_v: None, opposite: None, inclination: None }
     }
 
-    /// Flies a craft of 1000 kg (without loss of mass) by Runge and Kutta until all burns are done.
+    /// Integrates a spacecraft of 1000 kg (constant mass) by a Runge-Kutta method until all burns are completed.
     fn fly(m: &OrbitBurns, mut r: Vec3, mut v: Vec3, dt: f64) -> (Vec3, Vec3, f64, f64) {
         let (mut d, mut t, mut spent) = (Plan::zero(), 0.0, 0.0);
         while (d.done as usize) < m.p.burns.len() {
@@ -399,7 +407,7 @@ mod tests {
         (Vec3::x() * radius, along * (MU / radius).sqrt())
     }
 
-    /// From a low circle to the geostationary one: 2.4257 and 1.4668 km/s by impulses (from 300 km).
+    /// Transfer from a circular orbit at 300 km to the geostationary orbit: 2.4257 and 1.4668 km/s by impulses.
     #[test]
     fn two_burns_make_hohmanns_transfer() {
         let (low, high) = (6_678_137.0, 42_164_000.0);
@@ -414,7 +422,7 @@ mod tests {
             speed(low, transfer) - speed(low, low) + speed(high, high) - speed(high, transfer);
         let half = std::f64::consts::PI * (transfer.powi(3) / MU).sqrt();
         println!("{spent} m/s for {impulses}, {t} s for {}", 600.0 + half);
-        // 50 m/s² for 48 s, in which the faster craft would rise, and is kept level.
+        // 50 m/s² for 48 s; the faster spacecraft would climb, but is kept horizontal.
         assert!((0.0..6e-3).contains(&(spent / impulses - 1.0)));
         assert!((t - 600.0 - half).abs() < 120.0);
         assert!((r.norm() / high - 1.0).abs() < 2e-3, "{}", r.norm());
@@ -436,7 +444,7 @@ mod tests {
         assert!((t - half).abs() < 25.0, "{t}");
     }
 
-    /// Inclinations and nodes are those to the equator of the planet, wherever its pole is in W: all turned, all is the same.
+    /// Inclinations and nodes refer to the equator of the planet: rotating planet and orbit together gives the same result.
     #[test]
     fn the_equator_is_that_of_the_planet() {
         let lean = Quat::from_euler_angles(0.4, -0.7, 1.2);
@@ -458,7 +466,7 @@ mod tests {
         assert!((a.unwrap() - b.unwrap()).abs() < 1e-6);
     }
 
-    /// Burns need an orbit, which level ground does not have.
+    /// Level ground is rejected, because burns need an orbit.
     #[test]
     fn level_ground_is_refused() {
         let site = Site {
@@ -486,7 +494,7 @@ mod tests {
         let (r, v) = circular(7e6, 0.5);
         let (r1, v1, t, spent) = fly(&m, r, v, 1.0);
         assert!((spent - dv.norm()).abs() < 1e-3, "{spent}");
-        // The energy of the impulse in the middle, but for the bend of the path (20 s of 5829 s, squared).
+        // The energy equals that of an impulse at the middle of the burn, except for the curvature of the trajectory (20 s of 5829 s, squared).
         let energy = |r: &Vec3, v: &Vec3| 0.5 * v.norm_squared() - MU / r.norm();
         let speed = (MU / 7e6f64).sqrt();
         let want = -20.0 * speed + 0.5 * dv.norm_squared();
@@ -531,7 +539,7 @@ mod tests {
             (vec![Burn { time: None, ..whole.clone() }], "`at`"),
             (vec![Burn { at: Some(Place::Apoapsis), ..whole.clone() }], "`at`"),
             (vec![Burn { inclination: Some(0.1), ..whole.clone() }], "`inclination`"),
-            (vec![whole.clone(), whole], "do not rise"),
+            (vec![whole.clone(), whole], "strictly increasing"),
         ] {
             let e = plan(burns, 10.0).err().unwrap();
             assert!(e.message.contains(word) && e.param.as_deref() == Some("burns"), "{e:?}");

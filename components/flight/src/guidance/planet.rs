@@ -1,54 +1,55 @@
-//! The ground as guidance sees it: a planet at the origin that turns about z, a site on one that does not turn, or level ground.
+//! The ground for guidance laws: a planet at the origin that rotates about z, a site on a planet, or level ground.
 //! ```text
 //! W inertial   Q: axes of the planet at t = 0, origin at its centre; it turns about z of Q at `rate`
 //! W a site     p_P = X_PW p,  v_P = R_PW v: the planet's own axes, in which it stands still
 //! level        no planet, or one whose rotation is left out: up is against gravity, the ground stands still
 //! ```
-//! Laws are written once, for a planet at the origin that turns at the rate of its world. Everything comes from the world of the simulation.
+//! Guidance laws are implemented once, for a planet at the origin that rotates at the rate of the world. This module converts states and forces
+//! between W and these axes.
 
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 
-/// Position from the planet's centre (m) and inertial velocity (m/s) of a node, along the axes of W as they stand
-/// at the moment, where W is inertial with the planet at its origin, or a site.
+/// Returns the position from the planet's centre (m) and the inertial velocity (m/s) of a node, in the instantaneous axes of W. W is inertial with
+/// the planet at its origin, or a site.
 pub fn inertial(site: Option<&Site>, node: &NodeState) -> (Vec3, Vec3) {
     let Some(s) = site else { return (node.position, node.velocity) };
     let r = s.relative_to_centre(&node.position);
     (r, node.velocity + s.omega().cross(&r))
 }
 
-/// Velocity (m/s) over the ground of a planet at the origin that turns at `rate` (rad/s) about z.
+/// Returns the velocity (m/s) relative to the ground of a planet at the origin that rotates at `rate` (rad/s) about z.
 pub fn over_ground(node: &NodeState, rate: f64) -> Vec3 {
     node.velocity - (Vec3::z() * rate).cross(&node.position)
 }
 
-/// What W is for guidance.
+/// Kind of the frame W.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
-    /// Inertial; `R_WQ`, none where it is the identity.
+    /// Inertial; holds `R_WQ`, or `None` for the identity.
     Inertial(Option<Quat>),
-    /// A site that turns with its planet.
+    /// Site that rotates with its planet.
     Site(Site),
     /// Level ground.
     Level,
 }
 
-/// How states and forces go between W and the axes that guidance works in.
+/// Conversion of states and forces between W and the axes of the guidance laws.
 #[derive(Clone, Debug)]
 pub struct Frame {
     kind: Kind,
     vertical: Vertical,
-    /// Rate of the planet about z of those axes, rad/s; 0 from a site and on level ground.
+    /// Rotation rate of the planet about z of the guidance axes, rad/s; 0 at a site and on level ground.
     pub rate: f64,
-    /// Equatorial radius of the planet (m), where there is one.
+    /// Equatorial radius of the planet, m; `None` without a world.
     radius: Option<f64>,
 }
 
 impl Frame {
-    /// From the world, and gravity where there is none.
+    /// Creates the conversion from the world, or from gravity if there is no world.
     ///
     /// # Errors
-    /// There is neither a world nor gravity: nothing says which way is up.
+    /// There is neither a world nor gravity, so the vertical is undefined; or gravity is that of a body and there is no world.
     pub fn new(
         world: Option<&Handle<dyn World>>,
         gravity: Option<&Handle<dyn Gravity>>,
@@ -58,9 +59,9 @@ impl Frame {
             let axes = gravity.map_or(Axes::Any, |g| g.axes());
             let kind = match axes {
                 Axes::Site(site) => Kind::Site(site),
-                // Gravity of a body without a world is that of another library; how the body turns is not known.
+                // Gravity of a body without a world comes from another library; the rotation of the body is not known.
                 Axes::Inertial => {
-                    let fact = "gravity is that of a body at the origin of W, and the simulation has no `world` that says how it turns";
+                    let fact = "gravity is that of a body at the origin of W, but the simulation has no `world` that defines the rotation of the body";
                     let help = "write `world: (body: ..)` in the simulation";
                     return Err(BuildError::new(fact).help(help));
                 }
@@ -81,12 +82,12 @@ impl Frame {
         Ok(Frame { kind, vertical, rate, radius: Some(world.radius()) })
     }
 
-    /// There is no planet, or its rotation and curvature are left out.
+    /// Returns true without a planet, or if the world neglects its rotation and curvature.
     pub fn is_level(&self) -> bool {
         matches!(self.kind, Kind::Level)
     }
 
-    /// A node around the planet; on level ground as it is in W.
+    /// Returns the state of a node in the guidance axes; on level ground the state in W.
     pub fn node(&self, node: &NodeState) -> NodeState {
         match &self.kind {
             Kind::Site(s) => s.around_planet(node),
@@ -103,7 +104,7 @@ impl Frame {
         }
     }
 
-    /// A vector of these axes in W.
+    /// Converts a vector from the guidance axes to W.
     pub fn to_W(&self, v: &Vec3) -> Vec3 {
         match &self.kind {
             Kind::Site(s) => s.from_planet_axes(v),
@@ -112,13 +113,13 @@ impl Frame {
         }
     }
 
-    /// Direction of the site's origin from the planet's centre, in these axes; none where W is no site.
+    /// Returns the unit vector from the planet's centre to the origin of the site, guidance axes; `None` if W is not a site.
     pub fn site(&self) -> Option<Vec3> {
         if let Kind::Site(s) = &self.kind { Some(s.pose.position.normalize()) } else { None }
     }
 
-    /// Distance (m) of the ground from the planet's centre where nothing else is written: of the origin of a site, else the equatorial
-    /// radius. 0 on level ground.
+    /// Returns the default distance (m) of the ground from the planet's centre: the distance of the site's origin, or the equatorial radius. 0 on
+    /// level ground.
     pub fn ground_radius(&self) -> f64 {
         match &self.kind {
             Kind::Site(s) => s.pose.position.norm(),
@@ -127,12 +128,12 @@ impl Frame {
         }
     }
 
-    /// Unit vector upwards at p (m, W), W.
+    /// Returns the unit vector upwards at p (m, W), in W.
     pub fn up(&self, t: f64, p: &Vec3) -> Vec3 {
         self.vertical.up(t, p)
     }
 
-    /// Velocity (m/s, W) over the ground of a node.
+    /// Returns the velocity (m/s, W) of a node relative to the ground.
     pub fn over_ground(&self, node: &NodeState) -> Vec3 {
         match &self.kind {
             Kind::Inertial(turn) => {
@@ -143,7 +144,7 @@ impl Frame {
         }
     }
 
-    /// East, north and up of level ground as columns: x and y of W, turned so that up is against gravity.
+    /// Returns east, north and up of level ground as columns: x and y of W, rotated so that up is opposite to gravity.
     pub fn level_axes(&self, t: f64, p: &Vec3) -> Mat3 {
         let up = self.up(t, p);
         let across = Vec3::x() - up * up.x;
@@ -151,12 +152,12 @@ impl Frame {
         Mat3::from_columns(&[east, up.cross(&east), up])
     }
 
-    /// Refuses a parameter that only a planet gives a meaning.
+    /// Returns an error if a parameter is written that has a meaning only on a planet.
     pub fn of_a_planet<T>(&self, written: Option<T>, param: &str) -> Result<(), BuildError> {
         if written.is_none() || !self.is_level() {
             return Ok(());
         }
-        let fact = "it is a distance from the centre of a planet, and the ground is level here";
+        let fact = "this parameter is a distance from the centre of a planet, but the ground of this simulation is level";
         let help = format!("remove `{param}`, or write `world: (body: ..)` in the simulation");
         Err(BuildError::new(fact).help(help).at(param))
     }
@@ -168,7 +169,7 @@ pub(crate) mod tests {
     use linkwork_runtime::PlainWorld;
     use std::sync::Arc;
 
-    /// A point of attraction around which W is a site, or at whose centre W is.
+    /// Gravity of a point mass; W is a site around it, or has its origin at its centre.
     pub struct Point {
         pub mu: f64,
         pub site: Option<Site>,
@@ -203,7 +204,8 @@ pub(crate) mod tests {
         let lean = Quat::from_euler_angles(0.4, -0.3, 0.9);
         let world = PlainWorld { start: lean, ..PlainWorld::inertial(4.3e13, 3.4e6, 7e-5) };
         let frame = Frame::new(Some(&world.handle()), None).unwrap();
-        // What stands on the ground has no velocity over it, and its latitude in the frame is the planet's.
+        // A point at rest on the ground has zero velocity relative to the ground, and its latitude in the guidance axes is the latitude on the
+        // planet.
         let in_planet = Vec3::new(1e6, 2e6, 2.5e6);
         let p = lean * in_planet;
         let v = world.planet_rate(0.0).cross(&p);

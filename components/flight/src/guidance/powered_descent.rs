@@ -1,15 +1,15 @@
-//! `flight.powered_descent`: the force that brings a lander to its target at the time that is left.
+//! `flight.powered_descent`: polynomial guidance that brings a lander to its target at a given time.
 //! ```text
 //! t = t_go      quadratic: a = a_T + 12 (r_T − r)/t² − 6 (v_T + v)/t        (Klumpp, Apollo: position, velocity, acceleration)
 //!               linear:    a = 6 (r_T − r)/t² − 2 (v_T + 2 v)/t             (E-guidance: position, velocity)
 //! F = m (a − g), scaled into T_min … T_max with its direction; below `freeze` the last one is held
 //! gravity turn: thrust against the velocity, V̇ = −T/m + g cos ψ, ψ̇ = −g sin ψ/V
 //! ```
-//! Without limits and lag both are the exact polynomial, so that guiding again changes nothing.
+//! Without limits and lag both laws reproduce the exact polynomial, so that re-evaluation during the flight does not change it.
 
 use linkwork_runtime::prelude::*;
 
-/// Where to be at the end.
+/// Target state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
     /// Position, m.
@@ -20,21 +20,21 @@ pub struct Target {
     pub acceleration: Vec3,
 }
 
-/// Total acceleration (m/s²) that reaches position, velocity and acceleration after `to_go` s: a quadratic in time.
+/// Returns the total acceleration (m/s²) of the quadratic law, which reaches position, velocity and acceleration of the target after `to_go` s.
 pub fn quadratic(r: &Vec3, v: &Vec3, target: &Target, to_go: f64) -> Vec3 {
     target.acceleration + (target.position - r) * (12.0 / (to_go * to_go))
         - (target.velocity + v) * (6.0 / to_go)
 }
 
-/// Total acceleration (m/s²) that reaches position and velocity after `to_go` s: linear in time.
+/// Returns the total acceleration (m/s²) of the linear law, which reaches position and velocity of the target after `to_go` s.
 pub fn linear(r: &Vec3, v: &Vec3, target: &Target, to_go: f64) -> Vec3 {
     (target.position - r) * (6.0 / (to_go * to_go)) - (target.velocity + v * 2.0) * (2.0 / to_go)
 }
 
-/// Coefficients c₀, c₁, c₂ of a(t) = c₀ + c₁ t + c₂ t² of the quadratic law.
+/// Returns the coefficients c₀, c₁, c₂ of a(t) = c₀ + c₁ t + c₂ t² of the quadratic law.
 pub fn quadratic_coefficients(r: &Vec3, v: &Vec3, target: &Target, to_go: f64) -> [Vec3; 3] {
     let c0 = quadratic(r, v, target, to_go);
-    // Mean velocity gives one equation, the acceleration at the end the other.
+    // The velocity change gives one equation, the final acceleration the other.
     let dv = target.velocity - v - c0 * to_go;
     let da = target.acceleration - c0;
     let t = to_go;
@@ -44,7 +44,7 @@ pub fn quadratic_coefficients(r: &Vec3, v: &Vec3, target: &Target, to_go: f64) -
     [c0, c1, c2]
 }
 
-/// Speed and its angle from straight down under thrust against the velocity: derivatives (V̇, ψ̇).
+/// Returns the derivatives (V̇, ψ̇) of speed (m/s) and angle from the nadir (rad) under thrust opposite to the velocity.
 pub fn gravity_turn(
     speed: f64,
     from_nadir: f64,
@@ -55,32 +55,32 @@ pub fn gravity_turn(
     (-thrust_over_mass + gravity * c, -gravity * s / speed)
 }
 
-/// A force brought between two sizes with its direction; zero stays zero.
+/// Returns a force with its magnitude clamped to `low` … `high`; a zero force stays zero.
 pub fn limited(force: &Vec3, low: f64, high: f64) -> Vec3 {
     let size = force.norm();
     if size > 0.0 { force * (size.clamp(low, high) / size) } else { Vec3::zeros() }
 }
 
-/// The force F = m (a − g) within its limits, and whether it was outside them.
+/// Returns the force F = m (a − g) within its limits, and whether it was limited.
 pub(super) fn commanded(a: &Vec3, g: &Vec3, mass: f64, (low, high): (f64, f64)) -> (Vec3, bool) {
     let wanted = (a - g) * mass;
     let size = wanted.norm();
     (limited(&wanted, low, high), size < low || size > high)
 }
 
-/// Limits of a thrust.
+/// Checks the limits of a thrust.
 ///
 /// # Errors
-/// The smaller one is the greater.
+/// `min` exceeds `max`.
 pub(super) fn thrust_limits(min: f64, max: f64) -> Result<(), BuildError> {
     if min <= max {
         return Ok(());
     }
     let fact = format!("thrust_min {min} N is above thrust_max {max} N");
-    Err(BuildError::new(fact).help("exchange the two").at("thrust_min"))
+    Err(BuildError::new(fact).help("`thrust_min` must not exceed `thrust_max`").at("thrust_min"))
 }
 
-/// Which polynomial.
+/// Polynomial of the guidance law.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Law {
     /// Position, velocity and acceleration at the end.
@@ -92,25 +92,25 @@ pub enum Law {
 /// Target and limits.
 #[derive(Params, Clone, Debug)]
 pub struct DescentParams {
-    /// quadratic or linear.
+    /// Guidance law: quadratic or linear.
     #[param(default = Law::Quadratic)]
     pub law: Law,
-    /// Position at the end, W.
+    /// Target position, W.
     #[param(unit = "m", default = Vec3::zeros())]
     pub position: Vec3,
-    /// Velocity at the end, W.
+    /// Target velocity, W.
     #[param(unit = "m/s", default = Vec3::zeros())]
     pub velocity: Vec3,
-    /// Acceleration at the end, W; for the quadratic law.
+    /// Target acceleration, W; for the quadratic law.
     #[param(unit = "m/s^2", default = Vec3::zeros())]
     pub acceleration: Vec3,
-    /// When the end is.
+    /// Time of arrival.
     #[param(unit = "s")]
     pub arrival: f64,
-    /// Time before it from which on the last force is held, until the end. After the end there is no force.
+    /// Time before the arrival from which the last force is held. After the arrival the force is zero.
     #[param(unit = "s", default = 1.0, range = 1e-3..)]
     pub freeze: f64,
-    /// Smallest force.
+    /// Least force.
     #[param(unit = "N", default = 0.0, range = 0.0..)]
     pub thrust_min: f64,
     /// Greatest force.
@@ -121,27 +121,27 @@ pub struct DescentParams {
     pub gravity: Handle<dyn Gravity>,
 }
 
-/// Where it is.
+/// State of the lander.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DescentIn {
     /// The lander, W.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// Its mass.
+    /// Mass of the lander.
     #[port("kg")]
     pub mass: f64,
 }
 
-/// What to do.
+/// Force command.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DescentOut {
-    /// Force that is wanted, W.
+    /// Commanded force, W.
     #[port("N")]
     pub force: Vec3,
-    /// Time that is left.
+    /// Time to go.
     #[port("s")]
     pub to_go: f64,
-    /// The force was outside the limits.
+    /// The force was limited to its least or greatest value.
     #[port]
     pub limited: bool,
 }
@@ -154,12 +154,12 @@ pub struct Last {
     pub force: Vec3,
 }
 
-/// The warning for a guidance whose end is over at the start of the run or phase, or so near that it does nothing any more.
+/// Returns a warning if the arrival is in the past or within `freeze` at the start of the run or phase, because the guidance then has no effect.
 pub(super) fn past(arrival: f64, freeze: f64, t: f64) -> Vec<BuildError> {
     let fact = format!(
-        "`arrival` is {arrival} s and the time is {t:.6} s: it does nothing later than {freeze} s before its arrival"
+        "`arrival` is {arrival} s, but the time is {t:.6} s: the guidance has no effect later than {freeze} s before the arrival"
     );
-    let help = "write a later `arrival`: it is the time of the simulation, not of the phase";
+    let help = "write a later `arrival`; it is a time of the simulation, not of the phase";
     let late = || BuildError::new(fact).help(help).at("arrival");
     (arrival - t < freeze).then(late).into_iter().collect()
 }
@@ -189,7 +189,7 @@ impl Model for PoweredDescent {
         if to_go < 1e-9 {
             return DescentOut { force: Vec3::zeros(), to_go, limited: false };
         }
-        // A row is at its time to rounding: half a millisecond does not unfreeze.
+        // The tolerance covers the round-off of sample times.
         if to_go < p.freeze - 1e-9 {
             return DescentOut { force: d.force, to_go, limited: false };
         }
@@ -238,7 +238,7 @@ mod tests {
         assert!((position(70.0) - Vec3::new(3112.5, -362.5, 565.625)).norm() < 1e-9);
         assert!((position(t) - target().position).norm() < 1e-9);
         assert!((velocity(t) - target().velocity).norm() < 1e-11);
-        // Guided again on the way, the acceleration is the same.
+        // Re-evaluated along the trajectory, the law gives the same acceleration.
         let s = 50.0;
         let again = quadratic(&position(s), &velocity(s), &target(), t - s);
         assert!((again - (c0 + c1 * s + c2 * s * s)).norm() < 1e-12);
@@ -262,7 +262,7 @@ mod tests {
 
     #[test]
     fn a_gravity_turn_ends_upright_with_its_speed() {
-        // ψ goes down as V^(1/(n − 1)): 0.8 · 0.01^0.7 at a hundredth of the speed.
+        // ψ decreases as V^(1/(n − 1)): 0.8 · 0.01^0.7 at a hundredth of the speed.
         let (mut v, mut psi, h) = (500.0, 0.8, 1e-3);
         while v > 5.0 {
             let (dv, dpsi) = gravity_turn(v, psi, 9.0, 3.71);

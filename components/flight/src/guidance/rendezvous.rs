@@ -1,26 +1,26 @@
-//! `flight.station_keeping`: a deputy held at a place beside a chief, in the chief's turning axes.
+//! `flight.station_keeping`: holds a deputy at a position relative to a chief, in the chief's rotating (RTN) axes.
 //! ```text
 //! x radial, y along the motion, z normal to the orbit (RTN), n = |r × v|/r² of the chief
 //! a = −a_CW(x, ẋ) − 2 ζ ω ẋ − ω² (x − x_T)         a_CW: what Clohessy and Wiltshire's equations do without thrust
 //! F = m a, cut off at F_max, in W
 //! ```
-//! What the orbit does is taken away first, so that the error decays as e^(−ζωt) on a circular orbit.
-//! r and v are inertial: where W is a site, its planet's turning is added. Transfers and approaches are in `approach`.
+//! The law first cancels the relative orbital acceleration, so that the error decays as e^(−ζωt) on a circular orbit. r and v are inertial; if W is a
+//! site, the rotation of its planet is added. Transfers and approaches are in `approach`.
 
 use super::planet::inertial;
 use crate::orbit::orbital;
 use linkwork_runtime::prelude::*;
 
-/// Place and law.
+/// Position and gains of the law.
 #[derive(Params, Clone, Debug)]
 pub struct StationParams {
-    /// Place x_T in the chief's axes: radial, along the motion, normal.
+    /// Commanded position x_T in the chief's axes: radial, along the motion, normal.
     #[param(unit = "m", default = Vec3::zeros())]
     pub place: Vec3,
-    /// Frequency ω of the law.
+    /// Natural frequency ω of the law.
     #[param(unit = "rad/s", default = 0.01, range = 0.0..)]
     pub frequency: f64,
-    /// Share of the critical damping ζ.
+    /// Damping ratio ζ.
     #[param(default = 1.0, range = 0.0..)]
     pub damping: f64,
     /// Mass of the deputy.
@@ -29,15 +29,15 @@ pub struct StationParams {
     /// Greatest force F_max.
     #[param(unit = "N", default = f64::INFINITY, range = 0.0..)]
     pub force_max: f64,
-    /// The world, about whose body the two are.
+    /// The world, whose body chief and deputy orbit.
     #[param(service)]
     pub world: Handle<dyn World>,
 }
 
-/// The two craft.
+/// The two spacecraft.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct StationIn {
-    /// The chief; the planet is at the origin of W, or under the site that W is.
+    /// The chief; the planet is at the origin of W, or W is a site on it.
     #[port(bind = "chief")]
     pub chief: NodeState,
     /// The deputy.
@@ -45,16 +45,16 @@ pub struct StationIn {
     pub deputy: NodeState,
 }
 
-/// Force and error.
+/// Force command and relative state.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct StationOut {
-    /// Force that is wanted, W.
+    /// Commanded force, W.
     #[port("N")]
     pub force: Vec3,
-    /// Position in the chief's axes.
+    /// Position of the deputy in the chief's axes.
     #[port("m")]
     pub position: Vec3,
-    /// Velocity in the chief's turning axes.
+    /// Velocity of the deputy in the chief's rotating axes.
     #[port("m/s")]
     pub velocity: Vec3,
 }
@@ -65,8 +65,9 @@ pub struct StationKeeping {
     site: Option<Site>,
 }
 
-/// Position and velocity of the deputy in the chief's turning axes, the rotation from these to W, and n; none where
-/// the chief is on no orbit, which has no axes. W is inertial with the planet at its origin, or a site.
+/// Returns position (m) and velocity (m/s) of the deputy in the chief's rotating axes, the rotation from these axes to W, and the orbital rate n
+/// (rad/s). Returns `None` if the chief has no orbital motion, because the axes are then undefined. W is inertial with the planet at its origin, or a
+/// site.
 pub fn relative(
     site: Option<&Site>,
     chief: &NodeState,
@@ -88,13 +89,13 @@ pub fn relative(
     Some((r, v, R, n))
 }
 
-/// A force, cut off at its greatest size.
+/// Returns a force limited to the magnitude `most`, N.
 pub(super) fn at_most(force: Vec3, most: f64) -> Vec3 {
     let size = force.norm();
     if size > most { force * (most / size) } else { force }
 }
 
-/// Holds a deputy at a place in the turning axes of a chief.
+/// Station keeping: holds a deputy at a position in the rotating axes of a chief.
 #[model("flight.station_keeping")]
 impl Model for StationKeeping {
     type Params = StationParams;
@@ -127,13 +128,13 @@ pub(super) mod tests {
 
     pub const RADIUS: f64 = 6_778_137.0;
 
-    /// The body about which they are.
+    /// World whose body they orbit.
     pub fn world() -> Handle<dyn World> {
         linkwork_runtime::PlainWorld::inertial(MU, 6_378_137.0, 0.0).handle()
     }
 
-    /// Two craft in true two-body motion, the chief on a circle, the deputy with an acceleration of `push` (time,
-    /// chief, deputy) in W; where it is at the end, and how fast, in the chief's axes.
+    /// Integrates two spacecraft in two-body motion: the chief on a circular orbit, the deputy with an acceleration `push` (time, chief, deputy) in
+    /// W. Returns position and velocity of the deputy at the end, in the chief's axes.
     pub fn fly(
         (r0, v0): (Vec3, Vec3),
         until: f64,
@@ -174,7 +175,7 @@ pub(super) mod tests {
         (r, v)
     }
 
-    /// The deputy of 100 kg under the law, from one place.
+    /// Deputy of 100 kg under the law, from one initial position.
     fn kept(place: Vec3, until: f64, force_max: f64) -> (Vec3, Vec3) {
         let (frequency, damping, mass) = (0.01, 1.0, 100.0);
         let p = StationParams { place, frequency, damping, mass, force_max, world: world() };
@@ -186,7 +187,7 @@ pub(super) mod tests {
         })
     }
 
-    /// Level ground has no orbit: the motion of the chief about a centre is not known there.
+    /// Level ground is rejected, because the motion of the chief about a centre is not known there.
     #[test]
     fn level_ground_is_refused() {
         let (place, frequency, damping, mass) = (Vec3::zeros(), 0.01, 1.0, 100.0);
@@ -215,7 +216,7 @@ pub(super) mod tests {
             velocity: Vec3::new(0.015, -0.05, -0.01),
         };
         let want = cw.after(&state, 1388.0);
-        // What is left is of second order in 150 m over the radius.
+        // The residual is of second order in 150 m over the radius.
         assert!((r - want.position).norm() < 0.02, "{r} {}", want.position);
         assert!((v - want.velocity).norm() < 2e-5);
     }
@@ -224,7 +225,7 @@ pub(super) mod tests {
     fn with_force_it_comes_to_its_place_and_stays() {
         let place = Vec3::new(10.0, -30.0, 5.0);
         let (r, v) = kept(place, 2500.0, 10.0);
-        // The law knows the linear field: the second order leaves millimetres.
+        // The law uses the linear field; the second-order error is some millimetres.
         assert!((r - place).norm() < 1e-2 && v.norm() < 1e-5, "{r} {v}");
     }
 }

@@ -1,38 +1,38 @@
-//! `flight.terminal_descent`: the force that brings a lander from wherever it begins to a slow, vertical descent
-//! over a place of the ground that it chooses at the beginning.
+//! `flight.terminal_descent`: guidance force that brings a lander from its initial state to a slow, vertical descent over a target on the ground. The
+//! target is chosen at the first sample.
 //! ```text
 //! place     that which is told (`aimed`), on the ground there; else under the lander, moved by v_h Δ/2 (as a constant deceleration takes it) and by `divert`
 //! approach  a = quadratic law to r_T = place at `height`, v_T = ω × r_T − `speed` up, at Δ = `duration`
 //! last      a = ω × (ω × r) − k² e_h − 2 k (v − v_T),  k = 1/`settle`: e_h is the way off the place's vertical
 //! F = m (a − g), scaled into T_min … T_max with its direction
 //! ```
-//! The planet is at the origin of W and turns about z, or W is a site on it, and all is in the planet's axes. The last part begins `freeze` before the end of the
-//! approach and goes on until the part is removed.
+//! The planet is at the origin of W and rotates about z, or W is a site on it; the law works in the planet's axes. The final descent begins `freeze`
+//! before the end of the approach and continues until the part is removed.
 
 use super::ground_motion::over;
 use super::planet::Frame;
 use super::powered_descent::{Target, commanded, quadratic, thrust_limits};
 use linkwork_runtime::prelude::*;
 
-/// Where to go and within what.
+/// Target, times and limits.
 #[derive(Params, Clone, Debug)]
 pub struct TerminalDescentParams {
-    /// Time of the approach.
+    /// Duration of the approach.
     #[param(unit = "s", range = 1e-3..)]
     pub duration: f64,
-    /// Height over the ground at its end.
+    /// Height above the ground at the end of the approach.
     #[param(unit = "m", default = 20.0)]
     pub height: f64,
-    /// Speed downwards at its end and after it.
+    /// Descent speed at the end of the approach and after it.
     #[param(unit = "m/s", default = 0.75, range = 0.0..)]
     pub speed: f64,
-    /// Distance east and north by which the place is moved.
+    /// Distance east and north by which the target is moved, m; without a commanded `place`.
     #[param(default = [0.0, 0.0])]
     pub divert: [f64; 2],
-    /// Time before the end at which the last part begins.
+    /// Time before the end of the approach at which the final descent begins.
     #[param(unit = "s", default = 2.0, range = 1e-3..)]
     pub freeze: f64,
-    /// Time constant of the last part.
+    /// Time constant of the final descent.
     #[param(unit = "s", default = 2.0, range = 1e-3..)]
     pub settle: f64,
     /// Smallest force.
@@ -41,10 +41,10 @@ pub struct TerminalDescentParams {
     /// Greatest force.
     #[param(unit = "N", range = 0.0..)]
     pub thrust_max: f64,
-    /// Distance of the ground from the planet's centre; default: of the origin of the site that W is, or the equatorial radius.
+    /// Distance of the ground from the planet's centre; default: the distance of the origin of the site W, or the equatorial radius.
     #[param(unit = "m", range = 1.0..)]
     pub ground_radius: Option<f64>,
-    /// The world; without one the ground is level.
+    /// The world; without a world the ground is level.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
     /// Gravity.
@@ -52,58 +52,58 @@ pub struct TerminalDescentParams {
     pub gravity: Handle<dyn Gravity>,
 }
 
-/// Where it is.
+/// State of the lander, and an optional target.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TerminalDescentIn {
     /// The lander, W.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// Mass that the force carries.
+    /// Mass of the lander.
     #[port("kg")]
     pub mass: f64,
-    /// Place on the ground to go to, W; read at the first row.
+    /// Target on the ground, W; read at the first sample.
     #[port("m", default = Vec3::zeros())]
     pub place: Vec3,
-    /// There is such a place.
+    /// Use `place` as the target.
     #[port(default = false)]
     pub aimed: bool,
 }
 
-/// What to do.
+/// Force command.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TerminalDescentOut {
-    /// Force that is wanted, W.
+    /// Commanded force, W.
     #[port("N")]
     pub force: Vec3,
     /// Time to the end of the approach; negative after it.
     #[port("s")]
     pub to_go: f64,
-    /// Distance from the vertical of the place.
+    /// Horizontal distance from the target.
     #[port("m")]
     pub off: f64,
-    /// The force was outside the limits.
+    /// The force was limited to its least or greatest value.
     #[port]
     pub limited: bool,
 }
 
-/// What was chosen at the beginning.
+/// Target that was chosen at the first sample.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Chosen {
-    /// There is a place.
+    /// A target has been chosen.
     #[port]
     pub chosen: bool,
-    /// When the approach ends.
+    /// Time at which the approach ends.
     #[port("s")]
     pub arrival: f64,
-    /// Direction of the place from the planet's centre, axes of the planet; on level ground the place in W less its height (m).
+    /// Unit vector from the planet's centre to the target, axes of the planet; on level ground the position in W without its height (m).
     #[port("1")]
     pub place: Vec3,
-    /// Distance of the ground there from the planet's centre; on level ground its height.
+    /// Distance of the ground at the target from the planet's centre; on level ground its height.
     #[port("m")]
     pub ground: f64,
 }
 
-/// Terminal descent.
+/// Terminal descent guidance.
 pub struct TerminalDescent {
     p: TerminalDescentParams,
     frame: Frame,
@@ -152,7 +152,7 @@ impl TerminalDescent {
     }
 }
 
-/// Brings a lander to a slow vertical descent over a place that it chooses at the beginning; sampled.
+/// Terminal descent guidance: brings a lander to a slow vertical descent over a target that is chosen at the first sample; sampled.
 #[model("flight.terminal_descent")]
 impl Model for TerminalDescent {
     type Params = TerminalDescentParams;
@@ -176,7 +176,7 @@ impl Model for TerminalDescent {
         let (to_go, omega) = (d.arrival - clock.t, Vec3::z() * self.frame.rate);
         let (r, v) = (body.position, body.velocity);
         let level = self.frame.is_level();
-        // Up at the place now and at the end, and where its height counts from.
+        // Vertical at the target now and at the end of the approach, and the origin of its height.
         let [vertical, up] = match level {
             true => [self.frame.up(clock.t, &u.body.position); 2],
             false => [self.turned(clock.t) * d.place, self.turned(d.arrival) * d.place],
@@ -209,10 +209,10 @@ impl Model for TerminalDescent {
         let p = &self.p;
         let none = p.freeze >= p.duration;
         let fact = format!(
-            "the last part begins {} s before the end of an approach of {} s: there is no approach",
+            "`freeze` is {} s and `duration` {} s: the final descent begins at once, without an approach",
             p.freeze, p.duration
         );
-        let help = "write a `freeze` below `duration`";
+        let help = "`freeze` must be less than `duration`";
         none.then(|| BuildError::new(fact).help(help).at("freeze")).into_iter().collect()
     }
 }
@@ -249,12 +249,12 @@ mod tests {
         }
     }
 
-    /// Without a place that is told.
+    /// Inputs without a commanded target.
     fn free(body: NodeState, mass: f64) -> TerminalDescentIn {
         TerminalDescentIn { body, mass, place: Vec3::zeros(), aimed: false }
     }
 
-    /// The place that it is told is that of its target, with the height of the ground there.
+    /// The lander goes to the commanded target, at the height of the ground there.
     #[test]
     fn it_goes_to_the_place_that_it_is_told() {
         use super::super::planet::tests::Point as Around;
@@ -282,7 +282,7 @@ mod tests {
             let up = from(place).normalize();
             let up_W = site.map_or(up, |s| s.from_planet_axes(&up));
             let side = up_W.cross(&Vec3::x()).normalize();
-            // Where the quadratic law ends: at the target, falling at its speed, nothing but weight is carried.
+            // The expected acceleration is the quadratic law evaluated by hand for a target at rest.
             let body = NodeState {
                 position: place + up_W * 900.0 + side * 120.0,
                 velocity: up_W * -60.0,
@@ -297,7 +297,7 @@ mod tests {
             assert!((y.force / 1000.0 + pull - want).norm() < 2e-6, "{} {want}", y.force / 1000.0);
             assert!((y.off - 120.0).abs() < 1e-2, "{}", y.off);
             let d = m.update(&c, &d, &u);
-            // Kept, whatever is told later.
+            // The first target is kept; later inputs have no effect.
             let later = TerminalDescentIn { place: Vec3::zeros(), aimed: false, ..u };
             assert_eq!(m.feedthrough(&c, &d, &later).force, y.force);
             assert!((d.ground - from(place).norm()).abs() < 1e-6);
@@ -329,7 +329,7 @@ mod tests {
         let body = NodeState { position: r, velocity: v, ..NodeState::identity() };
         let local = east_north_up(&r).transpose() * over(&body, rate).velocity;
         assert!((local - Vec3::z() * -0.75).norm() < 2e-3, "{local}");
-        // 20 m at 40 s, and 20 s at 0.75 m/s.
+        // Height 20 m at 40 s, then 20 s at 0.75 m/s.
         assert!((r.norm() - 3.39e6 - 5.0).abs() < 0.3, "{}", r.norm() - 3.39e6);
         let back = Quat::from_scaled_axis(Vec3::z() * (rate * t)).inverse() * r;
         let moved = east_north_up(&start).transpose() * (back - start);

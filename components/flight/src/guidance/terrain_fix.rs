@@ -1,4 +1,4 @@
-//! `flight.terrain_fix`: where a lander is, by the ranges of a lidar against a map of the ground (terrain-relative navigation).
+//! `flight.terrain_fix`: terrain-relative navigation. It estimates the position of a lander by matching lidar ranges with a height map.
 //! ```text
 //! places   q_k = p̂ + R̂ d_k r_k              of the echoes, from the estimate (p̂, R̂)
 //! misfit   e_k(s) = h_map(x_k + s_x, y_k + s_y) − z_k        s: shift over the ground;  ē: their mean, the shift upwards
@@ -6,38 +6,38 @@
 //! search   a lattice of `step`, `steps` to each side; from the best node Gauss-Newton with the map's slopes
 //! fix      p̂ + (s*, ē)     covariance (Σ g_k g_kᵀ/σ²)⁻¹, g: slopes less their means; vertical σ²/n and what the slopes add
 //! ```
-//! A match is *refused*, and `why` says so, when it may be false:
-//! 1 fewer echoes than `echoes_min`, or less than half of them over the map; 2 the ground is too even: a deviation over `step`;
-//! 3 a rival: another place, more than `apart` steps from the best, whose cost is less than `gate`² above it; 4 the best does not fit:
-//! J/(n − 3) over `misfit_max`; 5 the best is at the edge of the search, so that the truth may lie outside.
-//! σ is that of a height: of the lidar, of the map, and of what the attitude's error makes over the range. W is a site (z up) or flat ground. A beam
-//! that meets what the map does not have counts as misfit. Sampled; cost: (2 steps + 1)² heights of the map for each echo, those of 2 apart + 1 rows twice.
+//! A match is rejected when it may be false; the output `why` has the reason: 1: there are fewer echoes than `echoes_min`, or less than half of them
+//! are on the map. 2: the ground is too flat, so a standard deviation exceeds `step`. 3: a rival exists, that is, another shift more than `apart`
+//! steps from the best one whose cost is less than `gate`² above the best cost. 4: the best fit is poor, J/(n − 3) exceeds `misfit_max`. 5: the best
+//! shift is at the edge of the search, so the true shift may be outside. σ is the standard deviation of a height residual: lidar noise, map error,
+//! and attitude error times range. W must be a site (z up) or flat ground. Objects that are not in the map increase the misfit. The model is sampled.
+//! A sample evaluates (2 steps + 1)² map heights per echo; the 2 apart + 1 rows around the best shift are evaluated twice.
 
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::nalgebra::{Matrix2, Vector2};
 
-/// Beams, search and limits.
+/// Lidar beams, search lattice and acceptance limits.
 #[derive(Params, Clone, Debug)]
 pub struct TerrainFixParams {
-    /// Beams side by side, as the lidar has them.
+    /// Number of beam columns of the lidar.
     #[param(default = 36, range = 1.0..=4096.0)]
     pub columns: u32,
-    /// Beams above each other.
+    /// Number of beam rows of the lidar.
     #[param(default = 1, range = 1.0..=256.0)]
     pub rows: u32,
-    /// From which to which angle columns are spread, from x towards y.
+    /// Azimuth range of the columns, from x towards y.
     #[param(unit = "rad", default = [-std::f64::consts::PI, std::f64::consts::PI])]
     pub azimuth: [f64; 2],
-    /// From which to which angle rows are spread, upwards.
+    /// Elevation range of the rows, positive upwards.
     #[param(unit = "rad", default = [-0.4, 0.0])]
     pub elevation: [f64; 2],
-    /// Distance of two shifts that are tried; below the length of the ground's features.
+    /// Spacing of the shifts that are tried; must be smaller than the terrain features.
     #[param(unit = "m", default = 1.0, range = 1e-3..)]
     pub step: f64,
-    /// Shifts to each side, along x and along y: `reach` is so many steps.
+    /// Number of shifts to each side along x and along y; the search covers ± `steps` · `step`.
     #[param(default = 30, range = 2.0..=500.0)]
     pub steps: u32,
-    /// Nodes within so many steps of the best are its own slope and no rivals.
+    /// Shifts within this many steps of the best one belong to the same minimum and are not rivals.
     #[param(default = 1, range = 1.0..)]
     pub apart: u32,
     /// Standard deviation σ of a height against the map.
@@ -46,21 +46,21 @@ pub struct TerrainFixParams {
     /// Fewest echoes of a match.
     #[param(default = 20, range = 4.0..)]
     pub echoes_min: u32,
-    /// A rival within so many deviations makes a match doubtful.
+    /// A match is rejected if a rival is less than this many standard deviations worse.
     #[param(default = 5.0, range = 0.0..)]
     pub gate: f64,
-    /// Greatest J/(n − 3) of a match.
+    /// Greatest J/(n − 3) of an accepted match.
     #[param(default = 2.0, range = 1.0..)]
     pub misfit_max: f64,
-    /// The map.
+    /// Height map.
     #[param(service)]
     pub map: Handle<dyn Terrain>,
 }
 
-/// The estimate; the ranges of the beams follow.
+/// Estimated state; the ranges of the beams follow as further inputs.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TerrainFixIn {
-    /// The lidar, as navigation knows it, W.
+    /// Estimated state of the lidar from navigation, W.
     #[port(bind = "estimate")]
     pub estimate: NodeState,
 }
@@ -68,25 +68,25 @@ pub struct TerrainFixIn {
 /// The fix.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TerrainFixOut {
-    /// Where the lidar is, W; the estimate itself where there is no match.
+    /// Position of the lidar, W; equal to the estimate without a match.
     #[port("m")]
     pub position: Vec3,
-    /// That less the estimate.
+    /// Position minus estimate.
     #[port("m")]
     pub shift: Vec3,
-    /// Standard deviation of each component of the position; 0 where there is no match.
+    /// Standard deviation of each component of the position; 0 without a match.
     #[port("m")]
     pub deviation: Vec3,
-    /// The match is good.
+    /// The match is accepted.
     #[port]
     pub matched: bool,
-    /// Why not: 0 it is; 1 few echoes, 2 even ground, 3 a rival, 4 a bad fit, 5 at the edge.
+    /// Reason for a rejection: 0 accepted, 1 too few echoes, 2 flat ground, 3 rival, 4 poor fit, 5 edge of the search.
     #[port("1")]
     pub why: f64,
-    /// J/(n − 3) of the best place.
+    /// J/(n − 3) of the best shift.
     #[port("1")]
     pub misfit: f64,
-    /// How much worse the best rival is, in deviations.
+    /// Cost difference between the best rival and the best shift, in standard deviations.
     #[port("1")]
     pub rival: f64,
     /// Echoes that were used.
@@ -94,7 +94,7 @@ pub struct TerrainFixOut {
     pub echoes: f64,
 }
 
-/// Why a match is refused.
+/// Reason for which a match is rejected; the values are those of `why`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Refusal {
     Echoes = 1,
@@ -104,15 +104,15 @@ enum Refusal {
     Edge = 5,
 }
 
-/// The best node of a lattice.
+/// Result of the lattice search.
 struct Search {
     best: [i32; 2],
     cost: f64,
-    /// Least cost of what is away from the best.
+    /// Least cost of the nodes more than `apart` steps from the best one.
     rival: f64,
 }
 
-/// What the echoes say of an estimate: places on the ground, made when they are asked for, so that no memory is taken.
+/// Echo points on the ground for an estimated state. They are computed on the fly, so that no memory is allocated.
 struct Seen<'a> {
     beams: &'a [Vec3],
     ranges: &'a [f64],
@@ -139,14 +139,14 @@ pub struct TerrainFix {
 /// Rows of the largest lattice: `steps` is 500 at most.
 const ROWS_MAX: usize = 1001;
 
-/// Steps of Gauss and Newton at most, and where they end (m).
+/// Greatest number of Gauss-Newton steps, and the step length at which they end (m).
 const STEPS: usize = 12;
 const STILL: f64 = 1e-9;
 
 impl TerrainFix {
-    /// J at a shift, the mean ē, and how many places are on the map.
+    /// Returns J at a shift, the mean ē (m), and the number of echo points on the map.
     fn cost(&self, seen: &Seen<'_>, s: [f64; 2]) -> (f64, f64, usize) {
-        // Relative to the first: heights may be large beside their differences.
+        // Residuals are relative to the first one, because heights may be large compared with their differences.
         let (mut all, mut n, mut sum, mut squares, mut first) = (0_usize, 0_usize, 0.0, 0.0, 0.0);
         for q in seen.places() {
             all += 1;
@@ -161,20 +161,20 @@ impl TerrainFix {
         }
         let count = n.max(1) as f64;
         let mean = sum / count;
-        // A place off the map says nothing: the cost is that of as many as there are, scaled to all.
+        // Points off the map are left out; the cost of the others is scaled to the full number.
         let share = all as f64 / count;
         let cost = (squares - mean * sum).max(0.0) * share / (self.p.sigma * self.p.sigma);
         (cost, mean + first, n)
     }
 
-    /// Cost of a node of the lattice; infinite where less than half of the places are on the map.
+    /// Returns the cost of a lattice node; infinite if less than half of the echo points are on the map.
     fn node_cost(&self, seen: &Seen<'_>, all: usize, node: [i32; 2]) -> f64 {
         let (cost, _, n) = self.cost(seen, node.map(|k| f64::from(k) * self.p.step));
         if 2 * n < all { f64::INFINITY } else { cost }
     }
 
-    /// The best node of the lattice and its rival; none where the map is nowhere under half of the places.
-    /// Each row of the lattice leaves its least cost, so that only rows that pass near the best are looked at again.
+    /// Returns the best node of the lattice and its rival; `None` if for every shift less than half of the echo points are on the map. The least cost
+    /// of each row is kept, so that only rows near the best node are evaluated again.
     fn search(&self, seen: &Seen<'_>) -> Option<Search> {
         let (half, apart, all) = (self.p.steps as i32, self.p.apart as i32, seen.count());
         let mut least = [f64::INFINITY; ROWS_MAX];
@@ -204,7 +204,8 @@ impl TerrainFix {
         Some(Search { best, cost, rival })
     }
 
-    /// Σ g gᵀ/σ², Σ g (e − ē)/σ² at a shift, with slopes less their means; the mean slope; how many places.
+    /// Returns the normal equations Σ g gᵀ/σ² and Σ g (e − ē)/σ² at a shift, where g is the map gradient minus its mean; then the mean gradient and
+    /// the number of points.
     fn normal(
         &self,
         seen: &Seen<'_>,
@@ -230,7 +231,7 @@ impl TerrainFix {
         (matrix * weight, right * weight, slope, n)
     }
 
-    /// From a node of the lattice to the nearest minimum, no further than a step of the lattice.
+    /// Refines a lattice node to the nearest minimum by Gauss-Newton steps, within one lattice step.
     fn refine(&self, seen: &Seen<'_>, node: [f64; 2]) -> [f64; 2] {
         let mut s = node;
         let mut cost = self.cost(seen, s).0;
@@ -238,7 +239,7 @@ impl TerrainFix {
             let (matrix, right, ..) = self.normal(seen, s);
             let Some(inverse) = matrix.try_inverse() else { break };
             let mut d = -(inverse * right);
-            // Halved until it is better: the ground bends.
+            // The step is halved until the cost decreases, because the terrain is not linear.
             let mut better = false;
             for _ in 0..STEPS {
                 let next = [s[0] + d.x, s[1] + d.y];
@@ -257,7 +258,7 @@ impl TerrainFix {
         s
     }
 
-    /// What ranges say of an estimate.
+    /// Computes the fix for an estimated state and measured ranges (m).
     fn find(&self, estimate: &NodeState, ranges: &[f64]) -> TerrainFixOut {
         let seen = Seen { beams: &self.beams, ranges, estimate };
         let places = seen.count();
@@ -278,7 +279,7 @@ impl TerrainFix {
         let s = self.refine(&seen, found.best.map(|k| f64::from(k) * self.p.step));
         let (cost, up, n) = self.cost(&seen, s);
         out.misfit = cost / (n as f64 - 3.0);
-        // Against the node, not against what was refined: a rival was not refined either.
+        // Compared with the cost of the best node before refinement, because the rival is not refined either.
         out.rival = (found.rival - found.cost).clamp(0.0, 1e12).sqrt();
         let (matrix, _, slope, count) = self.normal(&seen, s);
         let covariance = matrix.try_inverse().filter(|c| c[(0, 0)] > 0.0 && c[(1, 1)] > 0.0);
@@ -307,10 +308,11 @@ impl TerrainFix {
     }
 }
 
-/// Most nodes of a search, times echoes: what a sample may cost.
+/// Greatest number of shifts times beams: limits the computing time of a sample.
 const WORK_MAX: f64 = 1e8;
 
-/// Position of a lander by matching ranges of a lidar with a map of the ground; doubtful matches are rejected and reported; sampled.
+/// Terrain-relative navigation: estimates the position of a lander by matching lidar ranges with a height map; doubtful matches are rejected and
+/// reported; sampled.
 #[model("flight.terrain_fix")]
 impl SizedModel for TerrainFix {
     type Params = TerrainFixParams;
@@ -319,7 +321,7 @@ impl SizedModel for TerrainFix {
         let count = p.columns as usize * p.rows as usize;
         let range = PortSpec::named("range", PortKind::Numbers, count)
             .unit_of("m")
-            .doc_of("Range of each beam, as `sensors.lidar` orders them; 0 without an echo.");
+            .doc_of("Range of each beam in the order of `sensors.lidar`; 0 without an echo.");
         SizedPorts {
             feedthrough_inputs: TerrainFixIn::specs()
                 .into_iter()
@@ -336,18 +338,19 @@ impl SizedModel for TerrainFix {
         let work = side * side * f64::from(p.columns) * f64::from(p.rows);
         if work > WORK_MAX {
             let beams = p.columns * p.rows;
-            let fact =
-                format!("{side} × {side} shifts of {beams} beams are {work:.0} heights a sample");
-            let help = "write fewer `steps`, or fewer beams";
+            let fact = format!(
+                "{side} × {side} shifts of {beams} beams need {work:.0} map heights per sample"
+            );
+            let help = "reduce `steps` or the number of beams; the limit is 1e8";
             return Err(BuildError::new(fact).help(help).at("steps"));
         }
         if p.apart >= p.steps {
             let fact = format!(
-                "a search of {} steps has no place for a rival {} steps away",
+                "`steps` is {}, so no shift can be more than `apart` = {} steps from the best one",
                 p.steps, p.apart
             );
             return Err(BuildError::new(fact)
-                .help("write more `steps`, or a smaller `apart`")
+                .help("increase `steps` or reduce `apart`")
                 .at("apart"));
         }
         let middle = |[from, to]: [f64; 2], count: u32, k: u32| {

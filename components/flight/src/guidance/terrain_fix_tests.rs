@@ -1,11 +1,11 @@
-//! Tests of `flight.terrain_fix`: shifts are found, to the deviation that is told; what may be false is refused.
+//! Tests of `flight.terrain_fix`: shifts are found within the reported deviation; doubtful matches are rejected.
 use super::*;
 use crate::guidance::test_soil::firm;
 use linkwork_spatial::Quat;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Waves that repeat nowhere within the search, or that do.
+/// Terrain made of waves, with or without repetition within the search.
 #[derive(Clone, Copy)]
 enum Shape {
     Hills,
@@ -28,12 +28,12 @@ impl Field {
             }
             Shape::Even => 0.03 * x - 0.01 * y,
             Shape::Furrows => 1.5 * (0.5 * x).sin(),
-            // Every 12 m the same.
+            // Periodic with 12 m along x and y.
             Shape::Tiles => {
                 let k = std::f64::consts::TAU / 12.0;
                 1.5 * (k * x).sin() * (k * y).cos() + 0.5 * (2.0 * k * y).sin()
             }
-            // Every 12 m along x alone.
+            // Periodic with 12 m along x, constant along y.
             Shape::Rows => {
                 let k = std::f64::consts::TAU / 12.0;
                 (k * x).sin() * (1.5 + (0.19 * y).cos()) + 0.9 * (0.33 * y + 0.4).sin()
@@ -86,7 +86,7 @@ fn fix(shape: Shape, sigma: f64) -> TerrainFix {
     .unwrap()
 }
 
-/// Ranges from a true place, by marching along each beam; noise of the range.
+/// Computes ranges from the true state by marching along each beam, with range noise.
 fn ranges(m: &TerrainFix, shape: Shape, at: &NodeState, noise: f64, sample: u64) -> Vec<f64> {
     let ground = field(shape);
     let over = |p: Vec3| p.z - ground.height(p.x, p.y);
@@ -132,7 +132,7 @@ fn an_error_of_the_estimate_is_found_exactly_without_noise() {
 
 #[test]
 fn errors_with_noise_are_those_that_it_tells() {
-    // Beams are within 40° of the vertical: noise of a range is nearly that of a height.
+    // Beams are within 40° of the vertical, so the noise of a range is nearly the noise of a height.
     let m = fix(Shape::Hills, 0.1);
     let truth = lander();
     let estimate = NodeState { position: truth.position + Vec3::new(3.4, 2.7, -1.0), ..truth };
@@ -144,7 +144,7 @@ fn errors_with_noise_are_those_that_it_tells() {
         let e = y.position - truth.position;
         squares += e.component_div(&y.deviation).map(|x| x * x) / runs as f64;
     }
-    // Of 60 normal numbers the root mean square is within 0.7 and 1.3 with three deviations.
+    // The RMS of 60 standard normal numbers is between 0.7 and 1.3 at three standard deviations.
     for k in 0..3 {
         assert!((0.6..1.3).contains(&squares[k].sqrt()), "{k}: {}", squares[k].sqrt());
     }
@@ -163,24 +163,24 @@ fn what_may_be_a_false_match_is_told() {
         assert!(y.shift == Vec3::zeros() && y.deviation == Vec3::zeros());
     };
     told(at(&fix(Shape::Even, 0.1), Shape::Even, small), 2.0);
-    // Along furrows nothing tells where one is.
+    // Position along furrows is not observable.
     told(at(&fix(Shape::Furrows, 0.1), Shape::Furrows, small), 2.0);
-    // Tiles that repeat within the search: the match is perfect, and so is its rival.
+    // With a pattern that repeats within the search, the rival fits as well as the match.
     let y = at(&fix(Shape::Tiles, 0.1), Shape::Tiles, small);
     assert!(y.misfit < 1.0, "{}", y.misfit);
     told(y, 3.0);
     let y = at(&fix(Shape::Rows, 0.1), Shape::Rows, small);
     assert!(y.misfit < 1.0, "{}", y.misfit);
     told(y, 3.0);
-    // Another ground than that of the map.
+    // The ground differs from the map.
     told(at(&fix(Shape::Hills, 0.1), Shape::Tiles, small), 4.0);
-    // The truth is outside of the search: never a match, whatever the reason that is told.
+    // The true shift is outside the search, so the match must be rejected, for any reason.
     for error in
         [Vec3::new(25.0, 3.0, 0.0), Vec3::new(-4.0, -31.0, 2.0), Vec3::new(19.0, 19.0, 0.0)]
     {
         assert!(!at(&fix(Shape::Hills, 0.1), Shape::Hills, error).matched, "{error}");
     }
-    // On the edge itself it is found and not believed.
+    // A true shift at the edge of the search is found but rejected.
     told(at(&fix(Shape::Hills, 0.1), Shape::Hills, Vec3::new(15.0, 0.0, 0.0)), 5.0);
     let m = fix(Shape::Hills, 0.1);
     let mut few = ranges(&m, Shape::Hills, &truth, 0.0, 0);
@@ -196,11 +196,11 @@ fn a_search_that_costs_too_much_or_has_no_rivals_is_refused() {
         let p = TerrainFixParams { steps, apart, ..fix(Shape::Hills, 0.1).p };
         TerrainFix::build(p).err().unwrap().to_string()
     };
-    assert!(refused(500, 3).contains("heights a sample"));
-    assert!(refused(3, 3).contains("no place for a rival"));
+    assert!(refused(500, 3).contains("map heights per sample"));
+    assert!(refused(3, 3).contains("no shift can be more than"));
 }
 
-/// A map that counts how often it is asked.
+/// A map that counts its queries.
 struct Counted(Field, AtomicUsize);
 
 impl Terrain for Counted {
@@ -219,8 +219,8 @@ impl Terrain for Counted {
     }
 }
 
-/// Best and rival are those of a list of all nodes, wherever the best is; the map is asked once for each node and echo,
-/// and once more in the rows beside the best.
+/// Best node and rival agree with a list of all nodes, for any position of the best node. The map is queried once for each node and echo, and a
+/// second time in the rows near the best node.
 #[test]
 fn the_search_finds_best_and_rival_of_all_nodes_and_looks_once() {
     let truth = lander();

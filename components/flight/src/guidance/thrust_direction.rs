@@ -1,25 +1,25 @@
-//! `flight.thrust_direction`: the attitude in which engines that push along z of a body give a force, and what they give of it as the body stands.
+//! `flight.thrust_direction`: attitude in which engines along z of a body exert a commanded force, and the thrust for the present attitude.
 //! ```text
 //! z_T = F/|F|, turned towards `up` until its angle to it is `tilt_max`           y_T = (z_T × forward), made unit      x_T = y_T × z_T
 //! T = max(0, F · z)            z: of the body as it is
 //! ```
-//! with x_T as near to `forward` as z_T permits. Without a force the target is the present attitude. Where z_T lies along `forward`, x of the body takes its place, or its y.
-//! A force straight down is turned towards `forward`, or towards x or y of W where `forward` is vertical.
+//! x_T is as close to `forward` as z_T permits. Without a force the target is the present attitude. If z_T is parallel to `forward`, x of the body is
+//! used instead, or its y. A force straight down is rotated towards `forward`, or towards x or y of W if `forward` is vertical.
 
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_spatial::nalgebra::Rotation3;
 
-/// What is wanted about z, and how far it may lean.
+/// Heading of the body and limit of the tilt.
 #[derive(Params, Clone, Debug)]
 pub struct ThrustDirectionParams {
-    /// Direction to which x of the body is turned, W.
+    /// Direction towards which x of the body points, W.
     #[param(default = Vec3::x())]
     pub forward: Vec3,
     /// Greatest angle of the thrust to the vertical.
     #[param(unit = "rad", default = 1.0471975511965976, range = 0.0..=3.15)]
     pub tilt_max: f64,
-    /// The world; without one the ground is level.
+    /// The world; without a world the ground is level.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
     /// Gravity, for the vertical of level ground.
@@ -27,35 +27,35 @@ pub struct ThrustDirectionParams {
     pub gravity: Option<Handle<dyn Gravity>>,
 }
 
-/// The body and the force.
+/// State of the body and commanded force.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThrustDirectionIn {
-    /// The body.
+    /// Node of the body.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// Force that is wanted, W.
+    /// Commanded force, W.
     #[port("N")]
     pub force: Vec3,
 }
 
-/// Attitude and thrust.
+/// Attitude and thrust commands.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThrustDirectionOut {
-    /// Attitude that is wanted, body to W.
+    /// Commanded attitude, body to W.
     #[port]
     pub target: Quat,
-    /// Force that is wanted of the engines, body axes: along z.
+    /// Commanded force of the engines along z, body axes.
     #[port("N")]
     pub thrust: Vec3,
     /// Angle from z of the body to the direction of the force.
     #[port("rad")]
     pub off: f64,
-    /// The force leans further than it may.
+    /// The direction of the force was limited to `tilt_max`.
     #[port]
     pub limited: bool,
 }
 
-/// Attitude for a force.
+/// Attitude command for a force.
 pub struct ThrustDirection {
     p: ThrustDirectionParams,
     vertical: Vertical,
@@ -69,8 +69,8 @@ fn across(axis: &Vec3, of: [Vec3; 3]) -> Vec3 {
     found.unwrap_or_else(|| part(&of[2])).normalize()
 }
 
-/// Unit vector `z` turned towards `up` until the angle between them is no more than `most`; whether it was turned. One that points straight
-/// down is turned to the side of `forward`.
+/// Returns the unit vector `z`, rotated towards `up` until the angle between them is at most `most` (rad), and whether it was rotated. A vector
+/// straight down is rotated to the side of `forward`.
 fn within(z: &Vec3, up: &Vec3, forward: &Vec3, most: f64) -> (Vec3, bool) {
     let level = z - up * z.dot(up);
     let (sine, cosine) = (level.norm(), z.dot(up));
@@ -84,7 +84,7 @@ fn within(z: &Vec3, up: &Vec3, forward: &Vec3, most: f64) -> (Vec3, bool) {
     (up * most.cos() + side, true)
 }
 
-/// The attitude in which a body gives a force by thrust along its z, and the part of it that it gives as it stands.
+/// Attitude in which a body exerts a commanded force by thrust along its z, and the thrust for the present attitude.
 #[model("flight.thrust_direction")]
 impl Model for ThrustDirection {
     type Params = ThrustDirectionParams;
@@ -92,7 +92,7 @@ impl Model for ThrustDirection {
     type FeedthroughOutputs = ThrustDirectionOut;
     fn build(p: ThrustDirectionParams) -> Result<Self, BuildError> {
         if !(p.forward.norm() > 1e-9) {
-            return Err(BuildError::new("`forward` has no direction")
+            return Err(BuildError::new("`forward` is the zero vector")
                 .help("write a direction in W, e.g. forward: [1, 0, 0]")
                 .at("forward"));
         }
@@ -159,10 +159,10 @@ mod tests {
         let there = at(&m, NodeState { rotation: told.target, ..body() }, force);
         assert!((there.target * there.thrust - force).norm() < 1e-9 * force.norm());
         assert!(there.off < 1e-9 && !there.limited);
-        // x leans to `forward` as far as z lets it.
+        // x is as close to `forward` as z permits.
         let (x, y) = (told.target * Vec3::x(), told.target * Vec3::y());
         assert!(y.dot(&Vec3::new(1.0, 2.0, 0.5)).abs() < 1e-12 && x.dot(&Vec3::y()) > 0.0);
-        // Turned away by an angle it gives the cosine of it, and behind, nothing.
+        // Rotated away by an angle, the thrust is reduced by its cosine; beyond 90° it is zero.
         let turned = |angle: f64| {
             let rotation = told.target * Quat::from_scaled_axis(Vec3::x() * angle);
             at(&m, NodeState { rotation, ..body() }, force)
@@ -183,7 +183,7 @@ mod tests {
             assert!((z - (up * want.cos() + side * want.sin())).norm() < 1e-12, "{angle}");
             assert_eq!(y.limited, angle > 0.6);
         }
-        // From a site the vertical is that of the place, and W has the site's axes.
+        // At a site the vertical is the local one, and W has the axes of the site.
         let pose = linkwork_spatial::Pose::new(
             Quat::from_scaled_axis(Vec3::new(0.2, 0.5, -0.1)),
             Vec3::new(3.0e6, 1.0e6, 4e5),
@@ -196,7 +196,7 @@ mod tests {
         assert!(((y.target * Vec3::z()).dot(&up) - 0.6_f64.cos()).abs() < 1e-12 && y.limited);
     }
 
-    /// A force straight down has no side on which it leans least: the thrust leans to `forward`, or to x or y of W, and no further than it may.
+    /// For a force straight down the tilt direction is undefined: the thrust tilts towards `forward`, or towards x or y of W, within the limit.
     #[test]
     fn a_force_straight_down_leans_no_further_than_it_may_either() {
         let up = body().position.normalize();
@@ -214,7 +214,7 @@ mod tests {
         let m = law(1.0, Vec3::x(), None);
         let y = at(&m, body(), Vec3::zeros());
         assert_eq!((y.target, y.thrust, y.limited), (body().rotation, Vec3::zeros(), false));
-        // A force along `forward`: x is as near as it can to where it was.
+        // For a force along `forward`, x stays as close as possible to its present direction.
         let m = law(3.1, Vec3::x(), None);
         let y = at(&m, body(), Vec3::x() * 9.0);
         let x = body().rotation * Vec3::x();
@@ -222,7 +222,7 @@ mod tests {
         assert!(
             (y.target * Vec3::y()).dot(&x).abs() < 1e-12 && (y.target * Vec3::x()).dot(&x) > 0.0
         );
-        // x of the body lies along it as well: its y takes the place.
+        // x of the body is parallel to the force as well, so its y is used.
         let y = at(&m, NodeState { rotation: Quat::identity(), ..body() }, Vec3::x() * 9.0);
         assert!((y.target * Vec3::z() - Vec3::x()).norm() < 1e-12, "{:?}", y.target);
         let gravity = Arc::new(Point { mu: 1.0, site: None }) as Arc<dyn Gravity>;

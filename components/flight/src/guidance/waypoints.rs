@@ -1,4 +1,4 @@
-//! `flight.waypoints`: a programme of places in the axes of a node that turns: hover, descend, come to a stop, back away.
+//! `flight.waypoints`: waypoint guidance in the axes of a rotating node: hover, descend, stop, back away.
 //! ```text
 //! ρ = Rᵀ (r − r_F)      ρ̇ = Rᵀ (v − v_F − ω × (r − r_F))       F: the node, R and ω its rotation and turn rate
 //! leg     from the place before (at first: from where it is) to P along t̂;  d = (P − ρ)·t̂,  e = P − ρ
@@ -8,41 +8,41 @@
 //! a = a_w + 4 (ρ̇_w − ρ̇)/T             critically damped with the time constant T/2 at P
 //! F = m (R a + ω × (v_F + ω × (r − r_F)) + 2 ω × R ρ̇ − g), cut off at F_max
 //! ```
-//! At the last place it stays. ω × v_F is the acceleration of a node on a body that turns at a constant rate about an axis that rests in W.
-//! W is inertial, or a site: g has Coriolis' part there.
+//! The spacecraft stays at the last waypoint. The term ω × v_F is the acceleration of a node on a body that rotates at a constant rate about an axis
+//! at rest in W. W is inertial, or a site, where g includes the Coriolis acceleration.
 
 use super::rendezvous::at_most;
 use linkwork_runtime::prelude::*;
 
-/// A place on the way.
+/// A waypoint.
 #[derive(Params, Clone, Debug)]
 pub struct Waypoint {
-    /// Place, axes of the node.
+    /// Position in the axes of the node.
     #[param(unit = "m")]
     pub position: Vec3,
-    /// Greatest speed on the way to it.
+    /// Greatest speed on the leg to this waypoint.
     #[param(unit = "m/s", range = 1e-6..)]
     pub speed: f64,
-    /// Speed at it; 0: it stops.
+    /// Speed at this waypoint; 0: stop there.
     #[param(unit = "m/s", default = 0.0, range = 0.0..)]
     pub through: f64,
-    /// How long it stays where it stops.
+    /// Time to stay at a waypoint where the spacecraft stops.
     #[param(unit = "s", default = 0.0, range = 0.0..)]
     pub hold: f64,
 }
 
-/// Programme and law.
+/// Waypoints and parameters of the guidance law.
 #[derive(Params, Clone, Debug)]
 pub struct WaypointsParams {
-    /// The places, one after another.
+    /// Waypoints in order.
     pub waypoints: Vec<Waypoint>,
-    /// Acceleration b with which it brakes.
+    /// Braking deceleration b.
     #[param(unit = "m/s^2", default = 0.01, range = 1e-9..)]
     pub braking: f64,
-    /// Time T within which what is off the way goes away.
+    /// Time T for the decay of deviations from the leg.
     #[param(unit = "s", default = 20.0, range = 1e-3..)]
     pub settle: f64,
-    /// Distance at which it is at a place where it stops.
+    /// Distance within which a waypoint with a stop is reached.
     #[param(unit = "m", default = 0.5, range = 1e-6..)]
     pub reach: f64,
     /// Greatest force F_max.
@@ -53,74 +53,74 @@ pub struct WaypointsParams {
     pub gravity: Handle<dyn Gravity>,
 }
 
-/// Craft and node.
+/// Spacecraft and reference node.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct WaypointsIn {
-    /// The craft.
+    /// Node on the spacecraft.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// The node in whose axes the places are.
+    /// Node whose axes the waypoints are in.
     #[port(bind = "frame")]
     pub frame: NodeState,
-    /// Mass of the craft.
+    /// Mass of the spacecraft.
     #[port("kg")]
     pub mass: f64,
 }
 
-/// Force, and where it is.
+/// Force command and relative state.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct WaypointsOut {
-    /// Force that is wanted, W.
+    /// Commanded force, W.
     #[port("N")]
     pub force: Vec3,
     /// Position ρ, axes of the node.
     #[port("m")]
     pub position: Vec3,
-    /// Velocity ρ̇ over the node, its axes.
+    /// Velocity ρ̇ relative to the node, axes of the node.
     #[port("m/s")]
     pub velocity: Vec3,
-    /// Distance to the next place.
+    /// Distance to the next waypoint.
     #[port("m")]
     pub distance: f64,
 }
 
-/// How far the programme is.
+/// Progress through the waypoints.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Leg {
-    /// Places that are behind; at the last one it stays.
+    /// Number of waypoints passed; the last one is never passed.
     #[port("1")]
     pub passed: f64,
-    /// Where this leg began, axes of the node.
+    /// Start of this leg, axes of the node.
     #[port("m")]
     pub from: Vec3,
-    /// It has begun.
+    /// The first leg has begun.
     #[port]
     pub begun: bool,
-    /// It is at the place and stays.
+    /// The spacecraft holds at the waypoint.
     #[port]
     pub there: bool,
-    /// Since when.
+    /// Start time of the hold.
     #[port("s")]
     pub since: f64,
 }
 
-/// The same as outputs.
+/// Progress as outputs.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Progress {
-    /// Places that are behind.
+    /// Number of waypoints passed.
     #[port("1")]
     pub passed: f64,
-    /// It is at a place and stays.
+    /// The spacecraft holds at a waypoint.
     #[port]
     pub there: bool,
 }
 
-/// A programme of places.
+/// Waypoint guidance.
 pub struct Waypoints {
     p: WaypointsParams,
 }
 
-/// A node's motion over another that turns: position and velocity in the other's axes.
+/// Returns position (m) and velocity (m/s) of the spacecraft relative to the rotating reference node, in its axes.
 fn relative(u: &WaypointsIn) -> (Vec3, Vec3) {
     let (f, b) = (&u.frame, &u.body);
     let way = b.position - f.position;
@@ -129,7 +129,7 @@ fn relative(u: &WaypointsIn) -> (Vec3, Vec3) {
 }
 
 impl Waypoints {
-    /// Speed towards a place at the distance `d` of it, and the acceleration of whoever keeps to it.
+    /// Returns the commanded speed (m/s) at the distance `d` (m) from a waypoint, and the acceleration (m/s²) along the speed profile.
     fn profile(&self, to: &Waypoint, d: f64) -> (f64, f64) {
         let settling = to.through + d / self.p.settle;
         let braking = (to.through * to.through + 2.0 * self.p.braking * d.max(0.0)).sqrt();
@@ -142,7 +142,7 @@ impl Waypoints {
         }
     }
 
-    /// Velocity and acceleration that are wanted at a position, axes of the node.
+    /// Returns the commanded velocity and acceleration at a position, axes of the node.
     fn wanted(&self, d: &Leg, position: &Vec3) -> (Vec3, Vec3) {
         let to = &self.p.waypoints[d.passed as usize];
         let off = to.position - position;
@@ -159,7 +159,7 @@ impl Waypoints {
     }
 }
 
-/// Flies a programme of places in the axes of a node that turns, such as a site on a small body; sampled.
+/// Waypoint guidance in the axes of a rotating node, such as a site on a small body; sampled.
 #[model("flight.waypoints")]
 impl Model for Waypoints {
     type Params = WaypointsParams;
@@ -172,24 +172,25 @@ impl Model for Waypoints {
             |fact: String, help: &str| Err(BuildError::new(fact).help(help).at("waypoints"));
         let Some(last) = p.waypoints.last() else {
             let help = "write at least one, e.g. waypoints: [(position: [0, 0, 50], speed: 0.3)]";
-            return wrong("there is no place to go to".into(), help);
+            return wrong("`waypoints` is empty".into(), help);
         };
         if last.through > 0.0 {
-            let fact = "it is to go through the last place, where it stays".to_string();
-            return wrong(fact, "leave `through` out there, or add a place");
+            let fact =
+                "the last waypoint has `through`, but the spacecraft stops there".to_string();
+            return wrong(fact, "remove `through` from the last waypoint, or add a waypoint");
         }
         for (k, w) in p.waypoints.iter().enumerate() {
             if w.through > w.speed {
                 let fact = format!(
-                    "place {k} is to be passed at {} m/s, its way at most at {}",
+                    "waypoint {k} has `through` {} m/s, which exceeds its `speed` {} m/s",
                     w.through, w.speed
                 );
                 return wrong(fact, "raise `speed` or lower `through`");
             }
             if w.through > 0.0 && w.hold > 0.0 {
                 let fact =
-                    format!("place {k} has `through`, at which it does not stop, and `hold`");
-                return wrong(fact, "leave one of them out");
+                    format!("waypoint {k} has both `through` and `hold`, but `hold` needs a stop");
+                return wrong(fact, "remove one of them");
             }
         }
         Ok(Waypoints { p })
@@ -231,7 +232,7 @@ impl Model for Waypoints {
         } else if there && !d.there {
             d = Leg { there: true, since: clock.t, ..d };
         }
-        // A row is at its time to rounding.
+        // The tolerance covers the round-off of sample times.
         let stayed = d.there && clock.t - d.since > to.hold - 1e-9;
         if stayed && (d.passed as usize) + 1 < places.len() {
             d = Leg { passed: d.passed + 1.0, from: to.position, there: false, ..d };
@@ -264,7 +265,7 @@ mod tests {
         }
     }
 
-    /// A site on a ball of 250 m that turns about z.
+    /// Site on a sphere of radius 250 m that rotates about z.
     fn site(t: f64) -> NodeState {
         let turn = Quat::from_scaled_axis(Vec3::z() * (RATE * t));
         let position = turn * Vec3::new(170.0, 60.0, 150.0);
@@ -273,7 +274,7 @@ mod tests {
         NodeState { position, rotation, angular, velocity: angular.cross(&position) }
     }
 
-    /// Flown by semi-implicit Euler at `dt`, a command for each step; what is seen at each, until `end`.
+    /// Integrates the motion by semi-implicit Euler with step `dt` and one command per step until `end`; returns the outputs of each step.
     fn fly(m: &Waypoints, start: Vec3, end: f64, mut see: impl FnMut(f64, &Leg, &WaypointsOut)) {
         let (dt, first) = (0.1, site(0.0));
         let mut r = first.position + first.rotation * start;
@@ -318,9 +319,9 @@ mod tests {
         });
         println!("{times:?} {speeds:?}, off the vertical {across} m");
         assert_eq!(passed, 3.0);
-        // It went through the second place at its speed, and stood at the others.
+        // It passed the second waypoint at the commanded speed, and stopped at the others.
         assert!((speeds[1] - 0.1).abs() < 2e-3 && speeds[0] < 0.02 && speeds[2] < 0.02);
-        // 40 m at 0.3 m/s but for braking from 0.3 to 0.1 m/s at 5 mm/s²: 40 s in place of 8/0.3 s, and the start.
+        // 40 m at 0.3 m/s, except for braking from 0.3 to 0.1 m/s at 5 mm/s² (40 s instead of 8/0.3 s) and the start.
         let legs = times[1] - times[0];
         assert!((legs - (40.0 / 0.3 + 40.0 - 8.0 / 0.3 + 5.0)).abs() < 3.0, "{legs}");
         assert!(across < 0.6, "{across}");
@@ -345,9 +346,9 @@ mod tests {
         let refused = |w| Waypoints::build(params(w)).err().unwrap();
         let z = Vec3::zeros();
         for (w, part) in [
-            (vec![], "no place"),
+            (vec![], "is empty"),
             (vec![place(z, 0.3, 0.1, 0.0)], "last"),
-            (vec![place(z, 0.3, 0.4, 0.0), place(z, 0.3, 0.0, 0.0)], "place 0"),
+            (vec![place(z, 0.3, 0.4, 0.0), place(z, 0.3, 0.0, 0.0)], "waypoint 0"),
             (vec![place(z, 0.3, 0.1, 2.0), place(z, 0.3, 0.0, 0.0)], "hold"),
         ] {
             let e = refused(w);

@@ -1,4 +1,4 @@
-//! `flight.crushable_leg`: a leg whose honeycomb crushes once, on a foot that meets the ground.
+//! `flight.crushable_leg`: landing leg with a honeycomb absorber that crushes irreversibly, and contact of its foot with the ground.
 //! ```text
 //! s = (h − z) n_z of the foot: how far the foot would be in the ground if the leg were rigid
 //! h, n: height and normal of the ground under the foot: of the terrain, or of the plane z = `ground`
@@ -10,28 +10,29 @@
 //! along the ground: q = k_t z + d_t v_t pulls back; where |q| > μ F the foot slips at u = (|q| − μ F)/(d_u + d_t) along q:
 //! force on the foot: F n − q, or F n − (μ F + d_u u) q/|q|          ż = v_t − u q/|q|, ṡ = −v·n
 //! ```
-//! k is the stiffness of what does not crush (strut, soil), so that contact begins without a jump. c is a
-//! state: it follows ċ = max(0, (F_free − F_stage)/d_c), a fast creep that keeps the force at the stage
-//! within d_c ċ; d_u does the same for friction, and what stands on a slope stays there. In the air z fades with d_u/k_t. Touching and leaving the ground are events. Off the map of a terrain there is no ground.
+//! k is the elastic stiffness of strut and soil, so that contact begins without a jump of the force. The crushed length c is a state that follows ċ =
+//! max(0, (F_free − F_stage)/d_c), a fast creep that exceeds the force of the stage by d_c ċ only. The coefficient d_u regularizes friction in the
+//! same way; a foot at rest on a slope does not creep. In the air the tangential deflection z decays with the time constant d_u/k_t. Touchdown and
+//! lift-off are events. There is no ground outside the map of a terrain.
 
 use linkwork_runtime::needs_level_ground;
 use linkwork_runtime::prelude::*;
 
-/// A stage of honeycomb.
+/// One stage of the honeycomb.
 #[derive(Params, Clone, Copy, Debug)]
 pub struct Stage {
-    /// Its stroke.
+    /// Stroke of the stage.
     #[param(unit = "m", range = 1e-6..)]
     pub stroke: f64,
-    /// Its force while it crushes.
+    /// Crush force.
     #[param(unit = "N", range = 0.0..)]
     pub force: f64,
 }
 
-/// Depth (m) off the map.
+/// Depth of the foot outside the map, m: far above the ground.
 const NOWHERE: f64 = -1e6;
 
-/// A leg.
+/// Parameters of a landing leg.
 #[derive(Params, Clone, Debug)]
 pub struct LegParams {
     /// Stages in the order in which they crush.
@@ -42,78 +43,78 @@ pub struct LegParams {
     /// Damping d of strut and ground.
     #[param(unit = "N s/m", default = 0.0, range = 0.0..)]
     pub damping: f64,
-    /// Force over speed of the crushing beyond the stage's force, d_c.
+    /// Creep coefficient d_c: force above the crush force per crushing speed.
     #[param(unit = "N s/m", default = 100.0, range = 1e-3..)]
     pub creep: f64,
-    /// Height of a plane that is the ground, W; unwritten: the terrain is, or z = 0 where there is none.
+    /// Height of a plane as the ground, W; default: the terrain, or z = 0 without a terrain.
     #[param(unit = "m")]
     pub ground: Option<f64>,
-    /// Friction of the foot μ.
+    /// Friction coefficient μ of the foot.
     #[param(default = 0.5, range = 0.0..)]
     pub friction: f64,
-    /// Stiffness k_t of strut and ground along the ground; unwritten: k.
+    /// Stiffness k_t of strut and ground along the ground; default: k.
     #[param(unit = "N/m", range = 1.0..)]
     pub side_stiffness: Option<f64>,
-    /// Damping d_t along the ground; unwritten: d.
+    /// Damping d_t along the ground; default: d.
     #[param(unit = "N s/m", range = 0.0..)]
     pub side_damping: Option<f64>,
-    /// Force over speed of the slipping beyond friction, d_u; unwritten: d_c.
+    /// Slip coefficient d_u: force above the friction limit per sliding speed; default: d_c.
     #[param(unit = "N s/m", range = 1e-3..)]
     pub slip: Option<f64>,
-    /// Radius b of a round pad that sinks into the soil of the terrain; unwritten: the ground does not give way.
+    /// Radius b of a round footpad that sinks into the soil of the terrain; default: no sinkage.
     #[param(unit = "m", range = 1e-3..)]
     pub pad: Option<f64>,
-    /// The ground, when there is one and `ground` is not written.
+    /// Terrain, used as the ground if `ground` is not written.
     #[param(service)]
     pub terrain: Option<Handle<dyn Terrain>>,
-    /// The world: z of W has to be up in it.
+    /// The world; z of W must be up.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
 
-/// The foot.
+/// Foot of the leg.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct LegIn {
-    /// Node at the foot, where it is with the honeycomb whole.
+    /// Node at the foot, in its position with uncrushed honeycomb.
     #[port(bind = "foot")]
     pub foot: NodeState,
 }
 
-/// Load.
+/// Contact force.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct LegOut {
-    /// On the lander at the foot.
+    /// Force on the lander at the foot.
     #[port(bind = "foot")]
     pub load: Wrench,
-    /// Force of the ground upwards.
+    /// Normal force of the ground.
     #[port("N")]
     pub force: f64,
 }
 
-/// Stroke so far.
+/// Crushed length, absorbed energy and sinkage.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Stroke {
-    /// Honeycomb that is crushed.
+    /// Crushed length of the honeycomb.
     #[port("m")]
     pub crushed: f64,
-    /// Energy that it has taken.
+    /// Energy absorbed by the honeycomb.
     #[port("J")]
     pub taken: f64,
-    /// Depth of the pad in the soil.
+    /// Sinkage of the footpad in the soil.
     #[port("m")]
     pub sinkage: f64,
 }
 
-/// State of the honeycomb.
+/// State of honeycomb, soil and tangential contact.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Crush {
-    /// Honeycomb that is crushed.
+    /// Crushed length of the honeycomb.
     #[port("m")]
     pub crushed: f64,
-    /// Energy that it has taken.
+    /// Energy absorbed by the honeycomb.
     #[port("J")]
     pub taken: f64,
-    /// Depth of the pad in the soil.
+    /// Sinkage of the footpad in the soil.
     #[port("m")]
     pub sinkage: f64,
     /// Deflection z of the foot along the ground, W.
@@ -121,21 +122,21 @@ pub struct Crush {
     pub aside: Vec3,
 }
 
-/// The ground.
+/// Guard for contact with the ground.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Touch {
-    /// Depth of the foot less what is crushed.
+    /// Depth of the foot minus crushed length and sinkage.
     #[port("m")]
     pub touches: f64,
 }
 
-/// A crushable leg.
+/// Landing leg with a crushable absorber.
 pub struct CrushableLeg {
     p: LegParams,
 }
 
 impl CrushableLeg {
-    /// Force at which the honeycomb gives way; none after the last stage.
+    /// Returns the force (N) at which the honeycomb crushes; `None` after the last stage.
     fn stage(&self, crushed: f64) -> Option<f64> {
         let mut end = 0.0;
         self.p.stages.iter().find_map(|s| {
@@ -144,7 +145,7 @@ impl CrushableLeg {
         })
     }
 
-    /// How far the foot would be in the ground (m) if the leg were rigid and whole, and the ground's normal, W.
+    /// Returns the depth (m) of the foot in the ground for a rigid, uncrushed leg, and the normal of the ground, W.
     fn sunk(&self, foot: &NodeState) -> (f64, Vec3) {
         let at = &foot.position;
         match (self.p.ground, &self.p.terrain) {
@@ -156,7 +157,7 @@ impl CrushableLeg {
         }
     }
 
-    /// What the ground does to the foot.
+    /// Computes contact forces and rates of the foot.
     fn met(&self, x: &Crush, foot: &NodeState) -> Met {
         let p = &self.p;
         let (sunk, normal) = self.sunk(foot);
@@ -190,7 +191,7 @@ impl CrushableLeg {
         Met { up, crushing, sinking, along, aside: sliding - to * slips, normal }
     }
 
-    /// What the soil bears (N) under a pad that is in it by `sinkage` (m); none without a pad.
+    /// Returns the bearing force (N) of the soil under a footpad with the given `sinkage` (m); `None` without a pad.
     fn bearing(&self, at: &Vec3, sinkage: f64) -> Option<f64> {
         let (b, terrain) = (self.p.pad?, self.p.terrain.as_ref()?);
         let soil = terrain.soil(at.x, at.y);
@@ -198,8 +199,8 @@ impl CrushableLeg {
         Some(std::f64::consts::PI * b * b * modulus * sinkage.max(0.0).powf(soil.n))
     }
 
-    /// Force (N) where strut and ground would give `free`, and the rates at which honeycomb and soil give way, whose forces are
-    /// `limits` (N; none: it does not give way). Strut (k, d), honeycomb and soil stand in a row, one force goes through all:
+    /// Returns the normal force (N), and the rates (m/s) at which honeycomb and soil yield. `free` is the elastic force without yielding (N),
+    /// `limits` are the yield forces (N; `None`: does not yield). Strut (k, d), honeycomb and soil are in series, so they carry the same force:
     /// ```text
     /// F = free − d (ċ + ż),  ċ = (F − F_c)₊/d_c,  ż = (F − F_z)₊/d_c
     /// ```
@@ -220,8 +221,8 @@ impl CrushableLeg {
     }
 }
 
-/// What the ground does to a foot: force along the normal (N), rates of crushing and of sinking (m/s), force along the ground (N), rate of the
-/// deflection (m/s), normal.
+/// Contact of a foot: force along the normal (N), rates of crushing and sinking (m/s), force along the ground (N), rate of the tangential deflection
+/// (m/s), normal.
 struct Met {
     up: f64,
     crushing: f64,
@@ -231,7 +232,7 @@ struct Met {
     normal: Vec3,
 }
 
-/// A landing leg with honeycomb in stages that crushes once, on ground with friction.
+/// Landing leg with a honeycomb absorber in stages that crushes irreversibly, on ground with friction.
 #[model("flight.crushable_leg")]
 impl Model for CrushableLeg {
     type Params = LegParams;
@@ -244,9 +245,9 @@ impl Model for CrushableLeg {
         needs_level_ground(p.world.as_ref())?;
         if p.pad.is_some() && (p.terrain.is_none() || p.ground.is_some()) {
             return Err(BuildError::new(
-                "a pad sinks into the soil of a terrain, and the ground is a plane",
+                "`pad` needs the soil of a terrain, but the ground is a plane",
             )
-            .help("add a terrain and leave `ground` out, or leave `pad` out")
+            .help("add a terrain and remove `ground`, or remove `pad`")
             .at("pad"));
         }
         if let (Some(_), Some(terrain)) = (p.pad, &p.terrain) {
@@ -254,10 +255,11 @@ impl Model for CrushableLeg {
         }
         if let Some(k) = p.stages.windows(2).position(|w| w[1].force < w[0].force) {
             let (hard, soft) = (p.stages[k].force, p.stages[k + 1].force);
-            let fact =
-                format!("a stage of {hard} N before one of {soft} N: the softer one crushes first");
+            let fact = format!(
+                "a stage of {hard} N is listed before one of {soft} N, but the softer one crushes first"
+            );
             return Err(BuildError::new(fact)
-                .help("write the stages soft before hard")
+                .help("list the stages in ascending order of their force")
                 .at("stages"));
         }
         Ok(CrushableLeg { p })
@@ -333,18 +335,18 @@ mod tests {
             m.feedthrough(&x, &foot(z, Vec3::zeros())).force
         };
         assert_eq!(at(0.0, 0.1), 0.0);
-        // The strut is not yet at the force of the first stage; then it is.
+        // First the strut is below the force of the first stage, then it reaches it.
         assert!((at(0.0, -1e-5) - 1000.0).abs() < 1e-9);
         assert_eq!(m.stage(0.04), Some(2000.0));
         assert_eq!((m.stage(0.06), m.stage(0.26)), (Some(6000.0), None));
-        // Solid at the end.
+        // After the last stage the leg is solid.
         assert!((at(0.25, -0.2501) - 1e8 * 1e-4).abs() < 1e-3);
-        // It does not come back.
+        // Crushing is irreversible.
         assert_eq!(at(0.1, -0.05), 0.0);
     }
 
-    /// Below μ F it is a spring, beyond it the foot slips with μ F against its motion; on its feet it stays on a slope. In the air
-    /// the deflection goes.
+    /// Below μ F the foot is held by a spring; above, it slips with a force μ F against its motion. A lander at rest stays on a slope. In the air the
+    /// deflection decays.
     #[test]
     fn friction_holds_up_to_its_limit_and_slips_beyond() {
         let mut m = leg(vec![Stage { stroke: 0.05, force: 2000.0 }]);
@@ -353,16 +355,16 @@ mod tests {
             let y = m.feedthrough(&x, &u);
             (y.load.force, m.derivatives(&x, &u).aside)
         };
-        // 1000 N on it: held up to 500 N, which is 5 µm.
+        // With a normal force of 1000 N the foot sticks up to 500 N, a deflection of 5 µm.
         let to = Vec3::new(0.6, 0.8, 0.0);
         let (force, rate) = at(&m, to * 4e-6, to * 0.3, -1e-5);
         assert!((force - Vec3::new(-240.0, -320.0, 1000.0)).norm() < 1e-9 && rate == to * 0.3);
-        // Slipping for long at 5 m/s: the deflection stands, and the force is μ F and d_u times 5 m/s.
+        // In steady sliding at 5 m/s the deflection is constant, and the force is μ F plus d_u times 5 m/s.
         let stands = to * ((500.0 + 5.0) / 1e8);
         let (force, rate) = at(&m, stands, to * 5.0, -1e-5);
         assert!((force - Vec3::new(-303.0, -404.0, 1000.0)).norm() < 1e-9, "{force}");
         assert!(rate.norm() < 1e-12, "{rate}");
-        // With damping it is the same: the strut does not move.
+        // Damping has no effect, because the strut does not move.
         m.p.side_damping = Some(40.0);
         let (force, rate) = at(&m, stands, to * 5.0, -1e-5);
         assert!((force - Vec3::new(-303.0, -404.0, 1000.0)).norm() < 1e-9 && rate.norm() < 1e-12);
@@ -370,7 +372,7 @@ mod tests {
         assert!(force == Vec3::zeros() && (rate + stands * 1e8).norm() < 1e-12);
     }
 
-    /// On a slope it is the leg on a plane, turned: force, rate and depth along the normal. Where the map ends there is nothing.
+    /// On a slope the result equals that of a plane, rotated: force, rate and depth are along the normal. Outside the map there is no force.
     #[test]
     fn on_a_slope_it_pushes_along_the_normal() {
         let mut level = leg(vec![Stage { stroke: 0.05, force: 2000.0 }]);
@@ -399,14 +401,14 @@ mod tests {
         let mut off = foot(-5.0, Vec3::zeros());
         off.foot.position.x = 200.0;
         assert_eq!(m.feedthrough(&x, &off).load, Wrench::zero());
-        // What is written counts.
+        // `ground` takes precedence over the terrain.
         m.p.ground = Some(-6.0);
         assert_eq!(m.feedthrough(&x, &off).force, 0.0);
         off.foot.position.z = -6.00001;
         assert!((m.feedthrough(&x, &off).force - 1000.0).abs() < 1e-6);
     }
 
-    /// Pressed slowly: the soil first, along Bekker's curve, then the honeycomb; on the way back neither.
+    /// Under a slowly increasing force the soil yields first, along Bekker's curve, then the honeycomb. On unloading neither recovers.
     #[test]
     fn a_pad_sinks_until_the_honeycomb_is_weaker() {
         let soil =
@@ -432,7 +434,7 @@ mod tests {
             last
         };
         let force = press(-0.02, &mut x, -speed);
-        // Force of the creep: 50 N s/m at 0.05 m/s.
+        // Creep force: 50 N s/m at 0.05 m/s.
         assert!((force - bearing(x.sinkage) - 2.5).abs() < 0.5, "{force} {}", bearing(x.sinkage));
         assert!(x.crushed == 0.0 && (x.sinkage - 0.02 + force / 1e7).abs() < 1e-6);
         let force = press(-0.1, &mut x, -speed);
@@ -442,13 +444,13 @@ mod tests {
         assert!((x.crushed + x.sinkage + force / 1e7 - 0.1).abs() < 1e-6 && x.crushed > 0.0);
         let before = (x.crushed, x.sinkage);
         assert_eq!(press(-0.09, &mut x, speed), 0.0);
-        // What the strut still held gives way while it relaxes.
+        // The elastic energy in the strut causes further yielding while it relaxes.
         assert!((x.crushed - before.0).abs() < 1e-6 && x.sinkage == before.1);
         let p = LegParams { terrain: None, ..m.p.clone() };
         assert_eq!(CrushableLeg::build(p).err().unwrap().param.as_deref(), Some("pad"));
     }
 
-    /// Damping in the strut: one force through strut, honeycomb and soil, whichever of them give way.
+    /// With damping in the strut, strut, honeycomb and soil carry the same force in all combinations of yielding.
     #[test]
     fn one_force_goes_through_all_in_a_row() {
         let mut m = leg(vec![Stage { stroke: 0.2, force: 3000.0 }]);
@@ -469,7 +471,7 @@ mod tests {
         }
     }
 
-    /// A lander on three legs beside the closed form: stroke and energy.
+    /// Compares stroke and energy of a lander on three legs with the closed form.
     #[test]
     fn a_landing_takes_the_stroke_of_the_closed_form() {
         let (mass, g) = (600.0, 3.71);
@@ -489,7 +491,7 @@ mod tests {
             t += h;
         }
         let (stroke, _) = crush(mass, 2.4, g, 3.0, 4500.0).unwrap();
-        // The strut gives 4500/1e7 = 0.45 mm, and holds 1 J of it.
+        // The strut deflects by 4500/1e7 = 0.45 mm and stores 1 J.
         assert!((x.crushed - stroke).abs() < 6e-4, "{} {stroke}", x.crushed);
         assert!((x.taken / (4500.0 * x.crushed) - 1.0).abs() < 2e-3, "{}", x.taken);
         assert!((t - 0.12772751463544438).abs() < 6e-4);

@@ -1,12 +1,11 @@
-//! `flight.bridle`: a line that is paid out by a brake while it pulls, as those of a sky crane.
+//! `flight.bridle`: line on a drum with a brake that pays it out while it is taut, as in a sky crane.
 //! ```text
 //! d = p_b − p_a      δ = |d| − L      T = k δ + c (δ̇_geometric − L̇) while taut, else 0
 //! L̇ = v_p            while taut and L < L_full: the brake lets the line out at one speed, and stops at its end
 //! ```
-//! It becomes slack where k δ + c δ̇_geometric falls to zero; while it pays out, the tension has gone to zero (never below) at
-//! an extension of c v_p/k before that, and the drum turns on over this short way.
-//! k is the stiffness of the line at any length. Taut, slack and the end of the line are events, as those of
-//! `flight.line`.
+//! The line becomes slack when k δ + c δ̇_geometric falls to zero. During payout the tension reaches zero already at an extension of c v_p/k (it is
+//! never negative), and the drum continues to rotate over this short distance. k is the stiffness of the line at any length. Transitions between taut
+//! and slack and the end of the payout are events, as in `flight.line`.
 
 use super::line::{LineIn, LineOut};
 use linkwork_runtime::prelude::*;
@@ -14,13 +13,13 @@ use linkwork_runtime::prelude::*;
 /// A line on a drum with a brake.
 #[derive(Params, Clone, Debug)]
 pub struct BridleParams {
-    /// Length without tension at the start.
+    /// Initial unstretched length.
     #[param(unit = "m", range = 1e-6..)]
     pub length: f64,
-    /// How much the brake lets out.
+    /// Length of line that the brake pays out.
     #[param(unit = "m", range = 0.0..)]
     pub let_out: f64,
-    /// Speed at which the brake lets it out.
+    /// Payout speed v_p of the brake.
     #[param(unit = "m/s", range = 1e-9..)]
     pub payout: f64,
     /// Stiffness k.
@@ -31,49 +30,49 @@ pub struct BridleParams {
     pub damping: f64,
 }
 
-/// Length of the line.
+/// State of the payout.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Paid {
-    /// Length without tension.
+    /// Unstretched length.
     #[port("m")]
     pub length: f64,
 }
 
-/// Whether it pulls, and has ended.
+/// Discrete state of the line.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Pulling {
-    /// It pulls.
+    /// The line is taut.
     #[port]
     pub taut: bool,
-    /// All of it is out.
+    /// The line is fully paid out.
     #[port]
     pub out: bool,
 }
 
-/// The same as outputs.
+/// State of the line as outputs.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BridleState {
-    /// Length without tension.
+    /// Unstretched length.
     #[port("m")]
     pub length: f64,
-    /// It pulls.
+    /// The line is taut.
     #[port]
     pub taut: bool,
-    /// All of it is out.
+    /// The line is fully paid out.
     #[port]
     pub out: bool,
 }
 
-/// Where it changes.
+/// Guards of the line.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BridleChange {
-    /// Length over that without tension.
+    /// Extension over the unstretched length.
     #[port("m", rising)]
     pub extension: f64,
-    /// Tension of a line that is taut and would not pay out, over its stiffness.
+    /// Tension of a taut line without payout, over its stiffness.
     #[port("m", falling)]
     pub pull: f64,
-    /// Length over the full one.
+    /// Unstretched length minus its final value.
     #[port("m", rising)]
     pub end: f64,
 }
@@ -84,24 +83,24 @@ pub struct Bridle {
 }
 
 impl Bridle {
-    /// Length at which it ends.
+    /// Returns the final length, m.
     fn full(&self) -> f64 {
         self.p.length + self.p.let_out
     }
 
-    /// Speed at which the line gets longer.
+    /// Returns the payout speed, m/s.
     fn paying(&self, d: &Pulling) -> f64 {
         if d.taut && !d.out { self.p.payout } else { 0.0 }
     }
 
-    /// Direction from a to b, extension and its rate.
+    /// Returns the unit vector from a to b, the extension (m) and its rate (m/s), including the payout.
     fn stretch(&self, x: &Paid, d: &Pulling, u: &LineIn) -> (Vec3, f64, f64) {
         let (n, extension, rate) = super::line::stretch(u, x.length);
         (n, extension, rate - self.paying(d))
     }
 }
 
-/// A line between two bodies that a brake pays out at one speed while it pulls, to its end.
+/// Line between two bodies that a brake pays out at constant speed while it is taut, up to its final length.
 #[model("flight.bridle")]
 impl Model for Bridle {
     type Params = BridleParams;
@@ -127,7 +126,7 @@ impl Model for Bridle {
         Paid { length: self.paying(d) }
     }
     fn guards(&self, x: &Paid, d: &Pulling, u: &LineIn) -> BridleChange {
-        // The rate without the brake: continuous whether it lets go or not.
+        // The rate without payout is continuous at transitions of the brake.
         let (_, extension, rate) = super::line::stretch(u, x.length);
         let end = if d.out { -1.0 } else { x.length - self.full() };
         BridleChange { extension, pull: extension + self.p.damping / self.p.stiffness * rate, end }
@@ -142,9 +141,10 @@ impl Model for Bridle {
     fn startup_warnings(&self, x: &Paid, d: &Pulling, u: &LineIn) -> Vec<BuildError> {
         let (_, extension, _) = self.stretch(x, d, u);
         let stretched = !d.taut && extension > 1e-6 * x.length;
-        let fact = format!("it starts slack and {extension:.6} m longer than without tension");
-        let told =
-            stretched.then(|| BuildError::new(fact).help("write a greater `length`").at("length"));
+        let fact = format!(
+            "the line starts slack, but it is {extension:.6} m longer than its unstretched length"
+        );
+        let told = stretched.then(|| BuildError::new(fact).help("increase `length`").at("length"));
         told.into_iter().collect()
     }
 }
@@ -172,7 +172,7 @@ mod tests {
         let m = bridle(7.0);
         let (x, taut) = (Paid { length: 3.0 }, Pulling { taut: true, out: false });
         let y = m.feedthrough(&x, &taut, &ends(3.02, 1.5));
-        // The brake gives 1.2 of the 1.5 m/s.
+        // The brake pays out 1.2 of the 1.5 m/s.
         assert!((y.tension - (4e4 * 0.02 + 300.0 * 0.3)).abs() < 1e-9, "{}", y.tension);
         assert_eq!(y.on_a.force, -y.on_b.force);
         assert!(y.on_a.force.z < 0.0 && y.on_b.force.z > 0.0);

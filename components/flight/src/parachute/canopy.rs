@@ -1,16 +1,15 @@
-//! `flight.canopy`: a parachute's canopy: it fills in stages, brakes, and carries air with it.
+//! `flight.canopy`: parachute canopy with staged inflation, drag and apparent mass.
 //! ```text
 //! C_D S(t) = C_D S₀ η(M) f(t) (1 + A sin 2πFt)           F_drag = −½ ρ C_D S |v| v,  v: through the air
 //! f        share of the area: `packed` before it opens; each stage fills from what is there to its own share
 //! m_a      = k_a ρ (4/3) π (D₀/2)³ f^(3/2)                apparent mass, at the node
 //! m a + m_a (a − a_air) = F_drag + m g − ṁ_a v + lines     no gravity on m_a; a_air = ω × (ω × r): of air that turns with its planet
 //! ```
-//! A stage that is the only one and goes to 1 is a canopy without reefing. The instants at which it opens,
-//! at which a stage begins and is full are events. It opens at the time `start`, or where `deploy`
-//! is at ½ or above when there is none; once open it stays so, a second command does nothing, which a run tells.
-//! Above the last Mach number of `efficiency`, `outside` says what happens: the value there, or an end of the run; below the first it is as slow as there.
-//! Without `filling_time` each stage fills after Greene: t_f = 0.65 λ D₀/V, V at its beginning, λ the `porosity` in percent.
-//! ρ̇ in ṁ_a is taken along the path over ±1 ms.
+//! A single stage that fills to 1 is a canopy without reefing. Opening, the beginning of a stage and its complete filling are events. The canopy
+//! opens at the time `start`, or without `start` when `deploy` reaches ½. It stays open; a second command has no effect and causes a warning. Above
+//! the last Mach number of `efficiency`, `outside` selects the value there or a stop of the run; below the first Mach number the first value is used.
+//! Without `filling_time` each stage fills after Greene: t_f = 0.65 λ D₀/V, with V at the beginning of the stage and λ the `porosity` in percent. ρ̇
+//! in ṁ_a is computed along the trajectory over ±1 ms.
 
 use super::inflation::{DISK_GAP_BAND, filling_time, share};
 use crate::aerodynamics::air_data::{Outside, gravity_in_air};
@@ -18,13 +17,13 @@ use crate::aerodynamics::gusty;
 use crate::table::Curve;
 use linkwork_runtime::prelude::*;
 
-/// A stage of filling.
+/// Stage of the inflation.
 #[derive(Params, Clone, Debug)]
 pub struct Stage {
-    /// When it begins, after the canopy has opened.
+    /// Beginning of the stage after the opening of the canopy.
     #[param(unit = "s", default = 0.0, range = 0.0..)]
     pub after: f64,
-    /// Share of the full area at its end.
+    /// Fraction of the full area at the end of the stage.
     #[param(default = 1.0, range = 0.0..=1.0)]
     pub share: f64,
 }
@@ -35,71 +34,71 @@ pub struct CanopyParams {
     /// Nominal diameter D₀.
     #[param(unit = "m", range = 1e-3..)]
     pub diameter: f64,
-    /// Drag coefficient C_D over the nominal area π D₀²/4, full and slow.
+    /// Drag coefficient C_D of the full canopy at low speed, relative to the nominal area π D₀²/4.
     #[param(range = 0.0..)]
     pub drag_coefficient: f64,
-    /// Rows (Mach, η), rising; as it stands of a disk-gap-band canopy.
+    /// Rows (Mach, η), in ascending order of Mach number; the default is for a disk-gap-band canopy.
     #[param(default = DISK_GAP_BAND.to_vec())]
     pub efficiency: Vec<[f64; 2]>,
-    /// What happens above the last of these Mach numbers: clamp, stop.
+    /// Behaviour above the last of these Mach numbers: clamp, stop.
     #[param(default = Outside::Clamp)]
     pub outside: Outside,
-    /// When it opens; default: where the input `deploy` is at ½ or above, also from the start.
+    /// Time of opening; default: when the input `deploy` is at ½ or above, also at the start.
     #[param(unit = "s")]
     pub start: Option<f64>,
-    /// Share of the area before it opens.
+    /// Fraction of the area before the opening.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub packed: f64,
-    /// Stages of filling; one that goes to 1 is a canopy without reefing.
+    /// Stages of the inflation; a single stage that fills to 1 is a canopy without reefing.
     #[param(default = vec![Stage { after: 0.0, share: 1.0 }])]
     pub stages: Vec<Stage>,
     /// Filling time of a stage; default: after Greene, from `porosity`.
     #[param(unit = "s", range = 1e-6..)]
     pub filling_time: Option<f64>,
-    /// Geometric porosity λ in percent, for the filling time after Greene; it is needed where `filling_time` is not written.
+    /// Geometric porosity λ in percent, for the filling time after Greene; required without `filling_time`.
     #[param(range = 0.0..=100.0)]
     pub porosity: Option<f64>,
-    /// Exponent n of the filling: 1 ribbon, 2 to 3 disk-gap-band and solid.
+    /// Exponent n of the filling: 1 for ribbon canopies, 2 to 3 for disk-gap-band and solid canopies.
     #[param(default = 2.0, range = 1.0..=10.0)]
     pub exponent: f64,
-    /// Amplitude A of the breathing of the area.
+    /// Relative amplitude A of the area oscillation (breathing).
     #[param(default = 0.0, range = 0.0..=0.9)]
     pub breathing: f64,
-    /// Its frequency F.
+    /// Frequency F of the area oscillation.
     #[param(unit = "Hz", default = 1.3, range = 0.0..)]
     pub breathing_frequency: f64,
-    /// Coefficient k_a of the apparent mass; 0: none.
+    /// Coefficient k_a of the apparent mass; 0: no apparent mass.
     #[param(default = 0.0, range = 0.0..)]
     pub apparent: f64,
     /// The air.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
-    /// Gravity, which does not pull at the apparent mass.
+    /// Gravity, which does not act on the apparent mass.
     #[param(service)]
     pub gravity: Handle<dyn Gravity>,
-    /// The world, whose air turns with it.
+    /// The world, with which the air rotates.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
 
-/// The canopy and the command.
+/// State of the canopy, and commands.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct CanopyIn {
-    /// The canopy's node, in the middle of its drag.
+    /// Node of the canopy at its centre of drag.
     #[port(bind = "canopy")]
     pub canopy: NodeState,
-    /// Opens it where it is at ½ or above, unless `start` says when.
+    /// Opens the canopy when it is at ½ or above; not used with `start`.
     #[port("1", default = 0.0)]
     pub deploy: f64,
-    /// Gust over the wind, W, as of `flight.gusts`.
+    /// Gust velocity in addition to the wind, W, for example from `flight.gusts`.
     #[port("m/s", default = Vec3::zeros())]
     pub gust: Vec3,
 }
 
-/// Drag, air that moves with it, and how far it is.
+/// Drag, apparent mass and progress of the inflation.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct CanopyOut {
-    /// Drag, and what the apparent mass takes.
+    /// Drag and the forces of the apparent mass.
     #[port(bind = "canopy")]
     pub load: Wrench,
     /// Apparent mass.
@@ -108,13 +107,13 @@ pub struct CanopyOut {
     /// Drag.
     #[port("N")]
     pub drag: f64,
-    /// C_D S.
+    /// Drag area C_D S.
     #[port("m^2")]
     pub drag_area: f64,
-    /// Share of the full area.
+    /// Fraction of the full area.
     #[port("1")]
     pub share: f64,
-    /// Speed through the air.
+    /// Airspeed.
     #[port("m/s")]
     pub airspeed: f64,
     /// Mach number.
@@ -125,33 +124,33 @@ pub struct CanopyOut {
     pub apparent_mass: f64,
 }
 
-/// How far the filling is.
+/// State of the inflation.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Filling {
-    /// Stages that have begun; 0: packed.
+    /// Number of stages that have begun; 0: packed.
     #[port("1")]
     pub stage: f64,
-    /// The stage has its share.
+    /// The stage is filled.
     #[port]
     pub full: bool,
-    /// When the first stage began.
+    /// Time at which the first stage began.
     #[port("s")]
     pub opened: f64,
-    /// When this stage began.
+    /// Time at which this stage began.
     #[port("s")]
     pub began: f64,
-    /// How long it takes.
+    /// Filling time of this stage.
     #[port("s")]
     pub takes: f64,
-    /// Share at its beginning.
+    /// Area fraction at the beginning of this stage.
     #[port("1")]
     pub from: f64,
-    /// It has met the air faster than its table of Mach numbers knows.
+    /// The Mach number has exceeded the table.
     #[port]
     pub outside: bool,
 }
 
-/// The next change.
+/// Guards of the inflation.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct NextChange {
     /// Time since the next stage begins or is full, or command over ½.
@@ -160,7 +159,7 @@ pub struct NextChange {
     /// Command over ½.
     #[port("1", rising)]
     pub command: f64,
-    /// How far below the last Mach number of the table, as a share of its width, once it is open.
+    /// Distance below the last Mach number of the table, relative to its width, once the canopy is open.
     #[port("1")]
     pub inside: f64,
 }
@@ -177,7 +176,7 @@ pub struct Canopy {
 }
 
 impl Canopy {
-    /// Share of the area and its derivative by time.
+    /// Returns the area fraction and its time derivative (1/s).
     fn share(&self, t: f64, d: &Filling) -> (f64, f64) {
         let stage = d.stage as usize;
         if stage == 0 {
@@ -191,13 +190,13 @@ impl Canopy {
         (f, slope / d.takes)
     }
 
-    /// Mach number at the canopy.
+    /// Returns the Mach number at the canopy.
     fn mach(&self, t: f64, u: &CanopyIn) -> f64 {
         let air = gusty(&self.p.atmosphere, t, &u.canopy.position, &u.gust);
         (u.canopy.velocity - air.wind).norm() / air.speed_of_sound.max(1e-9)
     }
 
-    /// What is said of a Mach number beyond the table.
+    /// Returns the message for a Mach number beyond the table.
     fn beyond(&self, mach: f64) -> BuildError {
         let last = self.efficiency.ends()[1];
         let fact =
@@ -205,14 +204,14 @@ impl Canopy {
         self.p.outside.says(fact, "the value at the end is", "extend the rows")
     }
 
-    /// How far below the end of the table `mach` is, as a share of its width; what is packed away meets no air.
+    /// Returns the distance of `mach` below the end of the table, relative to its width; a packed canopy is always inside.
     fn inside(&self, mach: f64, d: &Filling) -> f64 {
         let [first, last] = self.efficiency.ends();
         let open = d.stage > 0.5 || self.p.packed > 0.0;
         if open && last > first { (last - mach) / (last - first) } else { 1.0 }
     }
 
-    /// Time of the next stage, after the first.
+    /// Returns the time of the next stage, after the first one.
     fn next_stage(&self, d: &Filling) -> Option<f64> {
         self.p.stages.get(d.stage as usize).map(|s| d.opened + s.after)
     }
@@ -223,7 +222,7 @@ impl Canopy {
     }
 }
 
-/// A parachute's canopy that fills in stages: drag with Mach efficiency and breathing, and apparent mass.
+/// Parachute canopy with staged inflation, drag with Mach efficiency and breathing, and apparent mass.
 #[model("flight.canopy")]
 impl Model for Canopy {
     type Params = CanopyParams;
@@ -326,12 +325,12 @@ impl Model for Canopy {
         let air = gusty(&p.atmosphere, clock.t, &u.canopy.position, &u.gust);
         let speed = (u.canopy.velocity - air.wind).norm();
         let takes = p.filling_time.unwrap_or_else(|| {
-            // At rest it would never fill: as at 1 m/s.
+            // At rest the canopy would never fill, so the speed is at least 1 m/s.
             let porosity = p.porosity.unwrap_or_default();
             filling_time(porosity, p.diameter, speed.max(1.0)).max(1e-6)
         });
         let first = d.stage < 0.5;
-        // It opens at `start` but for the round-off of the event; at once where the part comes after it.
+        // The canopy opens at `start` within the round-off of the event, or at once if the part is added later.
         let at = p.start.filter(|start| clock.t - start < 1e-6).unwrap_or(clock.t);
         let began = if first { at } else { self.next_stage(d).unwrap_or(clock.t) };
         let filling = Filling {
@@ -367,7 +366,7 @@ impl Model for Canopy {
                     "start",
                 )
             }
-            // The command that has opened it is no second one.
+            // The command that opened the canopy does not count as a second command.
             None if commanded && d.stage > 0.5 && t - d.opened > 1e-6 => {
                 let fact = format!(
                     "it is commanded to open at {t:.6} s, and is open since {:.6} s",
@@ -451,7 +450,7 @@ mod tests {
         d
     }
 
-    /// The model integrated beside the closed form of a finite mass.
+    /// Compares the integrated model with the closed form for a finite mass.
     #[test]
     fn it_shocks_a_finite_mass_as_the_closed_form_says() {
         let m = Canopy::build(params(0.4)).unwrap();
@@ -560,7 +559,7 @@ mod tests {
             let which = if which == INSIDE { Fired::falling(which) } else { Fired::rising(which) };
             m.runtime_warning(&at(t), which, d, u)
         };
-        // The command that opened it says nothing, the next one does; packed away it meets no air.
+        // The command that opens the canopy causes no warning, the next one does; a packed canopy has no drag.
         assert!(open.stage == 1.0 && tells(&m, open.opened, COMMAND, &open, &slow).is_none());
         let told = tells(&m, 5.0, COMMAND, &open, &slow).unwrap();
         assert!(

@@ -1,18 +1,18 @@
-//! `flight.line`: a riser, a bridle leg or a tether: it pulls and never pushes.
+//! `flight.line`: tension-only line, such as a riser, a bridle leg or a tether.
 //! ```text
 //! d = p_b − p_a      δ = |d| − L      δ̇ = (v_b − v_a) · d/|d|
 //! T = k δ + c δ̇  while taut, else 0        on a: T d/|d|,  on b: −T d/|d|
 //! taut while both δ and k δ + c δ̇ are positive
 //! ```
-//! Changes between slack and taut are events, so that no step of an integrator crosses the corner. A line that goes slack while it is
-//! still longer than L (its ends approach faster than the damper lets it contract) is taut again as soon as k δ + c δ̇ is positive.
+//! Changes between slack and taut are events, so that no integration step crosses the kink of the force. A line that goes slack while it is still
+//! longer than L (its ends approach faster than the damper lets it contract) is taut again as soon as k δ + c δ̇ is positive.
 
 use linkwork_runtime::prelude::*;
 
-/// A line.
+/// Parameters of a line.
 #[derive(Params, Clone, Debug)]
 pub struct LineParams {
-    /// Length without tension L.
+    /// Unstretched length L.
     #[param(unit = "m", range = 1e-6..)]
     pub length: f64,
     /// Stiffness k of the whole line.
@@ -21,18 +21,18 @@ pub struct LineParams {
     /// Damping c along the line.
     #[param(unit = "N s/m", default = 0.0, range = 0.0..)]
     pub damping: f64,
-    /// It begins under tension; without this a line that begins longer than L is a warning.
+    /// The line is taut at the start; otherwise a line that is longer than L at the start causes a warning.
     #[param(default = false)]
     pub taut: bool,
 }
 
-/// Its ends.
+/// Ends of the line.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct LineIn {
-    /// One end.
+    /// Node at end a.
     #[port(bind = "a")]
     pub a: NodeState,
-    /// The other.
+    /// Node at end b.
     #[port(bind = "b")]
     pub b: NodeState,
 }
@@ -40,26 +40,26 @@ pub struct LineIn {
 /// Forces and length.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct LineOut {
-    /// On a.
+    /// Load on a.
     #[port(bind = "a")]
     pub on_a: Wrench,
-    /// On b.
+    /// Load on b.
     #[port(bind = "b")]
     pub on_b: Wrench,
     /// Tension.
     #[port("N")]
     pub tension: f64,
-    /// Length over that without tension; negative when slack.
+    /// Extension over the unstretched length; negative when slack.
     #[port("m")]
     pub extension: f64,
-    /// Its rate.
+    /// Rate of the extension.
     #[port("m/s")]
     pub rate: f64,
 }
 
 impl LineOut {
-    /// Of a line with a direction from a to b, an extension (m) and its rate (m/s), a stiffness (N/m) and a damping
-    /// (N s/m): it pulls while it is taut, and never pushes.
+    /// Computes the loads of a line from the direction from a to b, the extension (m) and its rate (m/s), the stiffness (N/m) and the damping (N
+    /// s/m). The tension is never negative.
     pub(super) fn of(
         (n, extension, rate): (Vec3, f64, f64),
         (k, c): (f64, f64),
@@ -77,41 +77,41 @@ impl LineOut {
     }
 }
 
-/// Whether it pulls.
+/// State of a line.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Taut {
-    /// It pulls.
+    /// The line is taut.
     #[port]
     pub taut: bool,
-    /// Changes between slack and taut so far.
+    /// Number of transitions between slack and taut.
     #[port("1")]
     pub changes: f64,
 }
 
 impl Taut {
-    /// What follows when it becomes taut, or slack.
+    /// Returns the state after a transition to taut or slack.
     pub(super) fn after(self, taut: bool) -> Taut {
         let changes = self.changes + f64::from(u8::from(taut != self.taut));
         Taut { taut, changes }
     }
 }
 
-/// The same as outputs.
+/// State of a line as outputs.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TautOut {
-    /// It pulls.
+    /// The line is taut.
     #[port]
     pub taut: bool,
-    /// Changes between slack and taut so far.
+    /// Number of transitions between slack and taut.
     #[port("1")]
     pub changes: f64,
 }
 
-/// Where a line becomes taut and slack.
+/// Guard of the transitions between slack and taut.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Change {
-    /// The lesser of its extension and of the tension of a taut line over its stiffness: above zero the line is taut. It is continuous
-    /// whether the line is taut or not.
+    /// Minimum of the extension and of the tension of a taut line over its stiffness; the line is taut while it is positive. It is continuous at a
+    /// transition.
     #[port("m")]
     pub within: f64,
 }
@@ -129,7 +129,7 @@ pub struct Line {
     p: LineParams,
 }
 
-/// Direction from a to b, extension and its rate.
+/// Returns the unit vector from a to b, the extension (m) and its rate (m/s).
 pub(super) fn stretch(u: &LineIn, length: f64) -> (Vec3, f64, f64) {
     let d = u.b.position - u.a.position;
     let now = d.norm();
@@ -137,7 +137,7 @@ pub(super) fn stretch(u: &LineIn, length: f64) -> (Vec3, f64, f64) {
     (n, now - length, (u.b.velocity - u.a.velocity).dot(&n))
 }
 
-/// A line between two bodies that pulls and never pushes; slack and taut are events.
+/// Tension-only line between two bodies; transitions between slack and taut are events.
 #[model("flight.line")]
 impl Model for Line {
     const MODES: bool = true;
@@ -171,8 +171,10 @@ impl Model for Line {
     fn startup_warnings(&self, d: &Taut, u: &LineIn) -> Vec<BuildError> {
         let (_, extension, _) = stretch(u, self.p.length);
         let stretched = !d.taut && extension > 1e-6 * self.p.length;
-        let fact = format!("it starts slack and {extension:.6} m longer than without tension");
-        let help = "write `taut: true`, or a greater `length`";
+        let fact = format!(
+            "the line starts slack, but it is {extension:.6} m longer than its unstretched length"
+        );
+        let help = "write `taut: true`, or increase `length`";
         stretched.then(|| BuildError::new(fact).help(help).at("taut")).into_iter().collect()
     }
 }
@@ -211,9 +213,9 @@ mod tests {
     #[test]
     fn it_is_taut_when_long_and_slack_when_it_would_push() {
         assert!(at(false, 4.99, 1.0).1.within < 0.0 && at(false, 5.01, 1.0).1.within > 0.0);
-        // Stretched, and slack all the same: the damper would push.
+        // The line is longer than L but slack, because the damper would push.
         assert!(at(true, 5.06, -1.0).1.within > 0.0 && at(true, 5.04, -1.0).1.within < 0.0);
-        // A line that became slack like that is taut again as soon as it would pull.
+        // A line that became slack in this way is taut again as soon as the tension would be positive.
         assert!(at(false, 5.04, -1.0).1.within < 0.0 && at(false, 5.04, -0.7).1.within > 0.0);
         let fire = |which: usize, taut: bool| {
             let d = Taut { taut, changes: 2.0 };

@@ -1,4 +1,4 @@
-//! `flight.riser`: a riser between a canopy and the legs of a bridle on a body that turns: it pulls and never pushes.
+//! `flight.riser`: tension-only riser between a canopy and the legs of a bridle on a rotating body.
 //! ```text
 //! K = { p : |p − a_i| ≤ l_i for all legs }        where the legs let their joint be, fixed in the body
 //! p: the point of K next to the canopy            d = p_c − p      δ = |d| − L      δ̇ = (v_c − v_p) · d/|d|
@@ -6,35 +6,36 @@
 //! T d/|d| = Σ t_i (p − a_i)/|p − a_i|,  t_i ≥ 0   legs that are taut; one, two or three hold the joint
 //! taut while both δ and k δ + c δ̇ are positive
 //! ```
-//! Legs do not stretch (k is that of riser, lines and legs together) and have no mass, nor has their joint. So the force is that of the potential ½ k δ²: the point
-//! of K next to the canopy is where that is least, and v_p the velocity of the body there. While three legs are taut it is a riser on a point that stands off the
-//! body; further to the side one leg, then a second, goes slack, continuously. Taut and slack of the whole are events, as those of `flight.line`.
+//! The legs are inextensible (k is the stiffness of riser, lines and legs in series) and massless, as is their joint. The force therefore derives
+//! from the potential ½ k δ², which is least at the point of K closest to the canopy; v_p is the velocity of the body at that point. While three legs
+//! are taut, the riser acts at a point fixed to the body. As the canopy moves to the side, one leg and then a second goes slack, and the force stays
+//! continuous. Transitions of the riser between taut and slack are events, as in `flight.line`.
 
 use super::line::{Change, LineOut, Taut, TautOut};
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 
-/// Legs of a bridle at most.
+/// Greatest number of legs of a bridle.
 const LEGS_MAX: usize = 8;
 
-/// A leg of the bridle.
+/// Leg of the bridle.
 #[derive(Params, Clone, Debug)]
 pub struct Leg {
-    /// Where it is fixed, from the node of the body, its axes.
+    /// Attachment point relative to the node of the body, axes of the node.
     #[param(unit = "m")]
     pub at: Vec3,
-    /// Its length.
+    /// Length of the leg.
     #[param(unit = "m", range = 1e-6..)]
     pub length: f64,
 }
 
-/// A riser and the legs of its bridle.
+/// Parameters of a riser and its bridle.
 #[derive(Params, Clone, Debug)]
 pub struct RiserParams {
-    /// Length L without tension, from the canopy to the joint of the legs.
+    /// Unstretched length L from the canopy to the joint of the legs.
     #[param(unit = "m", range = 1e-6..)]
     pub length: f64,
-    /// Stiffness k of all.
+    /// Stiffness k of riser, lines and legs in series.
     #[param(unit = "N/m", range = 1e-9..)]
     pub stiffness: f64,
     /// Damping c along the riser.
@@ -42,18 +43,18 @@ pub struct RiserParams {
     pub damping: f64,
     /// Legs of the bridle, 1 to 8.
     pub legs: Vec<Leg>,
-    /// It begins under tension; without this a riser that begins longer than L is a warning.
+    /// The riser is taut at the start; otherwise a riser that is longer than L at the start causes a warning.
     #[param(default = false)]
     pub taut: bool,
 }
 
-/// Its ends.
+/// Ends of the riser.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RiserIn {
-    /// The body that has the legs.
+    /// Node of the body with the legs.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// The canopy.
+    /// Node of the canopy.
     #[port(bind = "canopy")]
     pub canopy: NodeState,
 }
@@ -61,36 +62,36 @@ pub struct RiserIn {
 /// Forces and length.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RiserOut {
-    /// On the body, at its node.
+    /// Load on the body, at its node.
     #[port(bind = "body")]
     pub on_body: Wrench,
-    /// On the canopy.
+    /// Load on the canopy.
     #[port(bind = "canopy")]
     pub on_canopy: Wrench,
     /// Tension of the riser.
     #[port("N")]
     pub tension: f64,
-    /// Length over that without tension; negative when slack.
+    /// Extension over the unstretched length; negative when slack.
     #[port("m")]
     pub extension: f64,
-    /// Its rate.
+    /// Rate of the extension.
     #[port("m/s")]
     pub rate: f64,
     /// Angle from the body's z to the riser.
     #[port("rad")]
     pub angle: f64,
-    /// Legs that are taut; 0 when the riser is slack.
+    /// Number of taut legs; 0 when the riser is slack.
     #[port("1")]
     pub legs: f64,
     /// Greatest tension of a leg.
     #[port("N")]
     pub leg_tension: f64,
-    /// Where the legs meet, W; of a slack riser where they would, next to the canopy.
+    /// Joint of the legs, W; for a slack riser the point of K closest to the canopy.
     #[port("m")]
     pub joint: Vec3,
 }
 
-/// Where the joint of the legs is next to a point: its place, body axes, and the legs that hold it.
+/// Joint of the legs closest to a point: position in body axes, m, and the taut legs.
 #[derive(Clone, Copy, Debug)]
 struct Joint {
     at: Vec3,
@@ -98,7 +99,7 @@ struct Joint {
     taut: usize,
 }
 
-/// A circle on which two legs are taut: its centre, unit normal and radius.
+/// Circle on which two legs are taut: centre, unit normal and radius.
 struct Circle {
     legs: [usize; 2],
     centre: Vec3,
@@ -106,7 +107,7 @@ struct Circle {
     radius: f64,
 }
 
-/// A riser.
+/// Riser with a bridle.
 pub struct Riser {
     p: RiserParams,
     circles: Vec<Circle>,
@@ -114,7 +115,7 @@ pub struct Riser {
     corners: Vec<Joint>,
 }
 
-/// The geometry of a riser: point of the joint from the body's node (W), unit vector to the canopy, extension and its rate.
+/// Geometry of a riser: joint relative to the body's node (W), unit vector to the canopy, extension and its rate.
 struct Stretch {
     joint: Joint,
     arm: Vec3,
@@ -124,7 +125,7 @@ struct Stretch {
 }
 
 impl Riser {
-    /// The circle on which legs i and j are both taut, if there is one.
+    /// Returns the circle on which legs i and j are both taut, if it exists.
     fn circle(legs: &[Leg], i: usize, j: usize) -> Option<Circle> {
         let between = legs[j].at - legs[i].at;
         let apart = between.norm();
@@ -139,7 +140,7 @@ impl Riser {
         (square > 0.0).then(|| Circle { legs: [i, j], centre, normal, radius: square.sqrt() })
     }
 
-    /// The two points of a circle that lie at the length of leg k from its end.
+    /// Returns the points of a circle at which leg k is taut, too.
     fn corners(legs: &[Leg], c: &Circle, k: usize) -> Vec<Joint> {
         let to = legs[k].at - c.centre;
         let height = to.dot(&c.normal);
@@ -163,14 +164,14 @@ impl Riser {
         vec![at(1.0), at(-1.0)]
     }
 
-    /// Whether all legs reach a point.
+    /// Returns true if all legs reach a point.
     fn reached(&self, p: &Vec3) -> bool {
-        // Points of its edge are found to the rounding of their coordinates.
+        // The tolerance covers the round-off of points on the boundary of K.
         let slop = 1e-12 * (1.0 + p.norm());
         self.p.legs.iter().all(|l| (p - l.at).norm() <= l.length + slop)
     }
 
-    /// The joint next to a point, body axes; none where the legs do not reach each other.
+    /// Returns the joint closest to a point, body axes; `None` if the legs are too short to meet.
     fn nearest(&self, c: &Vec3) -> Option<Joint> {
         if self.reached(c) {
             return Some(Joint { at: *c, legs: [0; 3], taut: 0 });
@@ -187,7 +188,7 @@ impl Riser {
             let at = s.centre + flat * (s.radius / off);
             (off > 0.0).then_some(Joint { at, legs: [s.legs[0], s.legs[1], 0], taut: 2 })
         };
-        // The point that is sought holds one, two or three legs taut: of what all reach, the nearest.
+        // At the closest point one, two or three legs are taut: choose the closest candidate that all legs reach.
         let mut best: Option<(f64, Joint)> = None;
         let mut take = |j: Joint| {
             let apart = (c - j.at).norm_squared();
@@ -208,14 +209,14 @@ impl Riser {
         let joint = self.nearest(&c).unwrap_or(none);
         let arm = u.body.rotation * joint.at;
         let d = u.canopy.position - u.body.position - arm;
-        // Among the legs the canopy is where the joint is.
+        // If the canopy is inside K, the joint is at the canopy.
         let now = if joint.taut > 0 { d.norm() } else { 0.0 };
         let n = if now > 0.0 { d / now } else { Vec3::zeros() };
         let moved = u.canopy.velocity - u.body.velocity - u.body.angular.cross(&arm);
         Stretch { joint, arm, n, extension: now - self.p.length, rate: moved.dot(&n) }
     }
 
-    /// Tensions of the taut legs, as shares of that of a riser with the direction `n`, body axes.
+    /// Returns the tensions of the taut legs relative to the tension of a riser with the direction `n`, body axes.
     fn shares(&self, joint: &Joint, n: &Vec3) -> Vec3 {
         let e = |i: usize| (joint.at - self.p.legs[joint.legs[i]].at).normalize();
         match joint.taut {
@@ -233,7 +234,7 @@ impl Riser {
     }
 }
 
-/// The riser of a parachute, from its canopy to the legs of a bridle on a rotating body; slack and taut are events.
+/// Riser of a parachute, from its canopy to the legs of a bridle on a rotating body; transitions between slack and taut are events.
 #[model("flight.riser")]
 impl Model for Riser {
     const MODES: bool = true;
@@ -247,8 +248,8 @@ impl Model for Riser {
         let wrong = |fact: String, help: &str| Err(BuildError::new(fact).help(help).at("legs"));
         let n = p.legs.len();
         if n == 0 || n > LEGS_MAX {
-            let help = "write 1 to 8, e.g. legs: [(at: [0, 0, 1], length: 2)]";
-            return wrong(format!("a bridle of {n} legs"), help);
+            let help = "write 1 to 8 legs, e.g. legs: [(at: [0, 0, 1], length: 2)]";
+            return wrong(format!("the bridle has {n} legs"), help);
         }
         let mut circles = Vec::new();
         for i in 0..n {
@@ -262,7 +263,7 @@ impl Model for Riser {
         let m = Riser { p, circles, corners };
         let far = m.p.legs.iter().map(|l| l.at.norm() + l.length).sum::<f64>();
         if m.nearest(&Vec3::new(0.3 * far, -0.2 * far, 2.0 * far)).is_none() {
-            return wrong("the legs are too short to meet".into(), "write greater lengths");
+            return wrong("the legs are too short to meet".into(), "increase the lengths");
         }
         Ok(m)
     }
@@ -305,8 +306,10 @@ impl Model for Riser {
     fn startup_warnings(&self, d: &Taut, u: &RiserIn) -> Vec<BuildError> {
         let extension = self.stretch(u).extension;
         let stretched = !d.taut && extension > 1e-6 * self.p.length;
-        let fact = format!("it starts slack and {extension:.6} m longer than without tension");
-        let help = "write `taut: true`, or a greater `length`";
+        let fact = format!(
+            "the riser starts slack, but it is {extension:.6} m longer than its unstretched length"
+        );
+        let help = "write `taut: true`, or increase `length`";
         stretched.then(|| BuildError::new(fact).help(help).at("taut")).into_iter().collect()
     }
 }

@@ -1,79 +1,79 @@
-//! `flight.slosh`: propellant that swings in a tank: the first lateral mode as a mass on a spring, across and across.
+//! `flight.slosh`: the first lateral slosh mode of a tank, as a mass on springs along both lateral axes.
 //! ```text
 //! m₁, h₁, 1/L    from `flight.propellant_tank` with `slosh: apart`, at its level of the moment (`Slosh`)
 //! ω² = a/L       k = m₁ ω²     c = 2 ζ ω m₁            a: acceleration that presses the propellant down, along z of the tank
 //! f_x = −k x − c ẋ             f_y = −k y − c ẏ        on the two sliders of the body that swings
 //! ```
-//! The mass that swings is a body of the mechanism, so that it and the tank feel each other in all motions of the craft:
+//! The slosh mass is a body of the mechanism, so that the coupling with the tank is exact in all motions of the vehicle:
 //! ```text
 //! "swing": (parent: "craft", at: (position: …), hinge: Chain([Slider([1, 0, 0]), Slider([0, 1, 0])]), mass: "0.1 kg", inertia: [0, 0, 0])
 //! ```
-//! with the tank's `bottom` as its place and z as its axis. This model gives it m₁ at the height h₁ as the propellant goes
-//! down, and the forces of the springs; displacements and rates are the states of its hinge. The body's own mass stands for
-//! what never drains (and for a mechanism that can be solved when the tank is empty). The tank keeps the rest, so that mass and
-//! first moment at rest are those of all of the propellant.
+//! Its hinge frame is at the `bottom` of the tank, with z along the axis of the tank. This model adds the mass m₁ at the height h₁, which follow the
+//! propellant level, and applies the spring and damper forces. Displacements and rates are the states of the hinge. The body's own mass represents
+//! the propellant that never drains, and keeps the mass matrix regular when the tank is empty. The tank part carries the remaining propellant, so
+//! that total mass and first moment at rest are correct.
 //!
-//! What is left out: higher modes, motion along the axis, rotary sloshing and breaking waves (small displacements only, below
-//! some 0.2 R), what the drained mass carries away of its motion against the tank. Where a is not above zero the propellant is
-//! not settled, and there is no spring. `acceleration` is an input of its own, since a spring that follows the acceleration of
-//! the craft would depend on itself: thrust over mass, gravity on the pad, or an accelerometer of the sample before.
+//! Not modelled: higher modes, motion along the axis, rotary sloshing, breaking waves, and the relative momentum of the drained propellant. The model
+//! is valid for displacements below about 0.2 R. For a ≤ 0 the propellant is not settled, and there is no spring force. `acceleration` is a separate
+//! input, because a spring that depends on the acceleration of the vehicle would close an algebraic loop. Wire it to thrust over mass, to gravity on
+//! the pad, or to an accelerometer that is sampled.
 
 use linkwork_runtime::prelude::*;
 
-/// What is not the tank's.
+/// Parameters of the slosh mode that do not come from the tank.
 #[derive(Params, Clone, Debug)]
 pub struct SloshParams {
-    /// Damping as a share of the critical one: smooth walls 0.005, with baffles to 0.05 and more.
+    /// Damping ratio ζ: about 0.005 for smooth walls, 0.05 and more with baffles.
     #[param(default = 0.01, range = 0.0..=1.0)]
     pub damping: f64,
 }
 
-/// The tank and the two sliders.
+/// Slosh properties from the tank, and the states of the two sliders.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SloshIn {
-    /// Displacement along the tank's x.
+    /// Displacement of the slosh mass along x of the tank.
     #[port(bind = "x")]
     pub x: HingeState,
-    /// Displacement along the tank's y.
+    /// Displacement of the slosh mass along y of the tank.
     #[port(bind = "y")]
     pub y: HingeState,
-    /// Mass that swings, of the tank.
+    /// Slosh mass m₁, from the tank.
     #[port("kg")]
     pub swinging: f64,
-    /// Its height over the bottom, of the tank.
+    /// Height h₁ of the slosh mass above the bottom, from the tank.
     #[port("m")]
     pub swing_height: f64,
-    /// ω²/a, of the tank.
+    /// ω²/a, from the tank.
     #[port("1/m")]
     pub swing_stiffness: f64,
-    /// Acceleration that presses the propellant on the bottom.
+    /// Acceleration a that presses the propellant onto the bottom of the tank.
     #[port("m/s^2")]
     pub acceleration: f64,
 }
 
-/// Mass and forces of what swings.
+/// Slosh mass and the forces on its hinge.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SloshOut {
-    /// The mass that swings, on its body.
+    /// Slosh mass, added to its body.
     #[port(bind = "swing")]
     pub added: AddedMass,
-    /// Spring and damper along x.
+    /// Spring and damper force along x.
     #[port(bind = "x")]
     pub force_x: HingeTorque,
-    /// Spring and damper along y.
+    /// Spring and damper force along y.
     #[port(bind = "y")]
     pub force_y: HingeTorque,
-    /// Frequency of the mode with the tank held.
+    /// Frequency ω of the mode in a tank that is held fixed.
     #[port("rad/s")]
     pub frequency: f64,
 }
 
-/// Propellant that swings.
+/// First lateral slosh mode of a tank.
 pub struct Sloshing {
     p: SloshParams,
 }
 
-/// The first slosh mode of a tank as a mass on springs, which follows the level of the propellant.
+/// First lateral slosh mode of a tank as a mass on springs; mass, height and frequency follow the propellant level.
 #[model("flight.slosh")]
 impl Model for Sloshing {
     type Params = SloshParams;
@@ -106,14 +106,14 @@ mod tests {
     use linkwork_spatial::{MassProperties, Pose};
     use std::sync::Arc;
 
-    /// Motion of a node, for the books.
+    /// Motion of a node, for the momentum balance.
     #[derive(Ports, Clone, Copy, Debug)]
     struct Seen {
         /// The node.
         #[port(bind = "body")]
         body: NodeState,
     }
-    /// The same as numbers.
+    /// Motion of a node as numbers.
     #[derive(Ports, Clone, Copy, Debug)]
     struct Told {
         /// Position, W.
@@ -133,7 +133,7 @@ mod tests {
         z: Vec3,
     }
     struct Probe;
-    /// Tells the motion of a node.
+    /// Outputs the motion of a node.
     #[model("t.probe")]
     impl Model for Probe {
         type Params = ();
@@ -152,7 +152,7 @@ mod tests {
     const RADIUS: f64 = 0.4;
     const DENSITY: f64 = 800.0;
     const HUB: f64 = 300.0;
-    /// What never drains.
+    /// Mass that never drains, kg.
     const REST: f64 = 1e-3;
     fn hub_inertia() -> Vec3 {
         Vec3::new(90.0, 120.0, 70.0)
@@ -164,7 +164,7 @@ mod tests {
         drained: f64,
         acceleration: f64,
         damping: f64,
-        /// Of the hub, then of the sliders.
+        /// Coordinates of the hub, then of the sliders.
         q: Vec<f64>,
         v: Vec<f64>,
     }
@@ -283,13 +283,13 @@ mod tests {
         })
     }
 
-    /// EDL.md g: ω² = 1.841 (a/R) tanh(1.841 h/R) at three fills, from the phase of the motion; both ways alike.
+    /// EDL.md g: ω² = 1.841 (a/R) tanh(1.841 h/R) at three fill levels, measured by the phase of the motion; both lateral axes agree.
     #[test]
     fn its_frequency_is_that_of_the_formula_at_three_fills() {
         for propellant in [20.0, 120.0, 600.0] {
             let h = mode(propellant).height;
             let k = 1.841_183_781_340_659;
-            // What never drains swings, too.
+            // The mass that never drains swings, too.
             let m = mode(propellant).swinging();
             let omega = (k * 3.0 / RADIUS * (k * h / RADIUS).tanh() * m / (m + REST)).sqrt();
             let mut sim = held(propellant, 0.0, [1e-3, -2e-3]);
@@ -305,13 +305,13 @@ mod tests {
         }
     }
 
-    /// Damped oscillator in closed form, 0.02 of the critical damping; its energy falls by e^(−2 ζ ω t).
+    /// Compares with the closed form of a damped oscillator with ζ = 0.02; its energy decays as e^(−2 ζ ω t).
     #[test]
     fn its_energy_falls_with_the_damping() {
         let (propellant, zeta, t) = (120.0, 0.02, 9.0);
         let s = mode(propellant);
         let m = s.swinging() + REST;
-        // By k and c over the mass with what never drains.
+        // k and c are divided by the slosh mass plus the mass that never drains.
         let omega = (s.stiffness(3.0) / m).sqrt();
         let zeta_all = s.damping(3.0, zeta) / (2.0 * m * omega);
         let damped = omega * (1.0 - zeta_all * zeta_all).sqrt();
@@ -328,12 +328,12 @@ mod tests {
         let found = sim.get("Swing.p.x").unwrap() - 0.15;
         assert!((found - want).abs() < 1e-12, "{found} {want}");
         let ratio = energy(&sim) / before / (fade * fade);
-        // Within a period it wavers by 2 ζ about the exponential.
+        // Within a period the energy oscillates by a fraction 2 ζ about the exponential.
         assert!((ratio - 1.0).abs() < 2.0 * zeta, "{ratio}");
         assert!(fade < 0.7);
     }
 
-    /// Momentum, angular momentum about the origin and about the common centre, and that centre, of craft, tank and what swings.
+    /// Returns momentum, angular momentum about the origin and about the centre of mass, and the centre of mass, of hub, tank and slosh mass.
     fn books(sim: &Simulation, propellant: f64) -> (Vec3, Vec3, Vec3) {
         let s = mode(propellant);
         let (m1, h1, h) = (s.swinging(), s.attachment(), s.height);
@@ -345,7 +345,7 @@ mod tests {
         let R = Matrix3::from_columns(&[x, y, z]);
         let (mut mass, mut first, mut P, mut H) = (HUB, p * HUB, v * HUB, p.cross(&v) * HUB);
         H += R * hub_inertia().component_mul(&(R.transpose() * w));
-        // The rest of the propellant, by moments of all of it less those of the particle.
+        // The remaining propellant: moments of the full propellant minus the moments of the slosh mass.
         let h0 = (propellant * 0.5 * h - m1 * h1) / m0;
         let across =
             propellant * (RADIUS * RADIUS / 4.0 + h * h / 3.0) - m1 * h1 * h1 - m0 * h0 * h0;
@@ -366,8 +366,8 @@ mod tests {
         (P, H - centre.cross(&P), centre)
     }
 
-    /// Left alone and tumbling, craft and propellant keep momentum, angular momentum about the common centre, and its path;
-    /// the damping is between them.
+    /// In free tumbling, hub and propellant conserve momentum and angular momentum about the centre of mass, and the centre of mass moves uniformly;
+    /// damping is an internal force.
     #[test]
     fn craft_and_propellant_keep_momentum_and_angular_momentum() {
         for damping in [0.0, 0.05] {
@@ -393,7 +393,7 @@ mod tests {
         }
     }
 
-    /// To the last drop: the mechanism can be solved, the mode fades out with the propellant.
+    /// With an empty tank the mechanism can still be solved; the mode vanishes with the propellant.
     #[test]
     fn it_drains_with_the_tank() {
         let mut sim = simulation(&Case {

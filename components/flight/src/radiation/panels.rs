@@ -1,12 +1,12 @@
-//! `flight.panel_radiation_pressure`: sunlight, and light from the planet, press on flat panels.
+//! `flight.panel_radiation_pressure`: solar radiation pressure, planetary albedo and infrared pressure on flat panels.
 //! ```text
 //! F_k = −p A cos θ [(1 − ρ_s) ŝ + 2 (ρ_s cos θ + ρ_d/3) n̂]  where cos θ = n̂ · ŝ > 0          M = Σ c_k × F_k
 //! Sun       p = ν E/c, ŝ to the Sun; E power of its light, ν visible part of its disc
 //! planet    p ŝ = −e E/c: light that its ground scatters (albedo), and its heat (infrared), as if from one place
 //! ```
-//! Panels are typed, or the facets of a `mesh`, or both: what is typed (a solar array, an antenna) comes on top of the mesh.
-//! Edges of penumbra and umbra are events. No panel shades another: right for convex bodies, an overestimate for others.
-//! The planet is a ball; its light is that of `linkwork_world::eclipse::planet_light`.
+//! Panels are listed in the file, or are the facets of a `mesh`, or both; listed panels (a solar array, an antenna) are added to the mesh. The edges
+//! of penumbra and umbra are events. Panels do not shade each other: the model is correct for convex bodies and overestimates the force on others.
+//! The planet is a sphere; its light is computed by `linkwork_world::eclipse::planet_light`.
 
 use super::Edges;
 use crate::mesh::{MeshParams, some_panels};
@@ -15,7 +15,7 @@ use linkwork_runtime::prelude::*;
 use linkwork_world::eclipse::{planet_light, plate};
 use linkwork_world::gravity::polyhedron::Facet;
 
-/// A flat panel, lit from the side of its normal. What has two sides is two panels.
+/// Flat panel, lit from the side of its normal. Use two panels for a plate with two sides.
 #[derive(Params, Clone, Debug)]
 pub struct LitPanel {
     /// Area.
@@ -23,41 +23,41 @@ pub struct LitPanel {
     pub area: f64,
     /// Outward normal, body axes; its length does not matter.
     pub normal: Vec3,
-    /// Centre, from the node, body axes.
+    /// Centre relative to the node, body axes.
     #[param(unit = "m", default = Vec3::zeros())]
     pub centre: Vec3,
-    /// Part of the light that is mirrored.
+    /// Specular reflectivity ρ_s.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub specular: f64,
-    /// Part that is scattered; the rest is swallowed.
+    /// Diffuse reflectivity ρ_d; the rest is absorbed.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub diffuse: f64,
 }
 
-/// Panels, planet, Sun.
+/// Panels, planet and Sun.
 #[derive(Params, Clone, Debug)]
 pub struct RadiationPanelParams {
-    /// Panels; they count beside those of `mesh`.
+    /// Panels, added to the facets of `mesh`.
     #[param(default = Vec::new())]
     pub panels: Vec<LitPanel>,
-    /// A mesh each facet of which is a panel.
+    /// Mesh whose facets are panels.
     pub mesh: Option<MeshParams>,
-    /// Part of the light that the facets of `mesh` mirror.
+    /// Specular reflectivity of the facets of `mesh`.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub mesh_specular: f64,
-    /// Part that they scatter.
+    /// Diffuse reflectivity of the facets of `mesh`.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub mesh_diffuse: f64,
-    /// Part of the sunlight that the planet's ground scatters: the Earth 0.3, Mars 0.25, the Moon 0.12.
+    /// Albedo of the planet: the Earth 0.3, Mars 0.25, the Moon 0.12.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub albedo: f64,
-    /// Part of the mean sunlight that it gives off as heat: 1 − albedo in balance.
+    /// Fraction of the mean sunlight that the planet emits as infrared radiation: 1 − albedo in equilibrium.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub infrared: f64,
-    /// The Sun, with the bodies that stand before it.
+    /// The Sun, including eclipses by other bodies.
     #[param(service)]
     pub sun: Handle<dyn Sun>,
-    /// The world, whose body throws light back.
+    /// The world, whose body reflects sunlight.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
@@ -70,30 +70,30 @@ pub struct LitIn {
     pub body: NodeState,
 }
 
-/// Load and light.
+/// Radiation load and pressures.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct LitOut {
     /// Force and moment at the node.
     #[port(bind = "body")]
     pub load: Wrench,
-    /// Visible part of the Sun.
+    /// Visible fraction of the solar disc.
     #[port("1")]
     pub visible: f64,
-    /// Pressure of sunlight on what swallows it, shadow included.
+    /// Solar radiation pressure on an absorbing surface, including the shadow.
     #[port("N/m^2")]
     pub pressure: f64,
-    /// Pressure of the planet's light.
+    /// Radiation pressure of albedo and infrared.
     #[port("N/m^2")]
     pub planet_pressure: f64,
 }
 
-/// Light on panels.
+/// Radiation pressure on flat panels.
 pub struct PanelRadiation {
     p: RadiationPanelParams,
 }
 
 impl PanelRadiation {
-    /// Force and moment of light with a pressure (N/m²) from a direction, body axes.
+    /// Returns force and moment of light with a pressure (N/m²) from a direction, body axes.
     fn lit(&self, pressure: f64, from: &Vec3) -> (Vec3, Vec3) {
         let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
         for k in &self.p.panels {
@@ -105,7 +105,7 @@ impl PanelRadiation {
     }
 }
 
-/// Pressure of sunlight and of the planet's light on flat panels, with the conical shadow of the planet.
+/// Solar radiation pressure, planetary albedo and infrared pressure on flat panels, with conical shadows.
 #[model("flight.panel_radiation_pressure")]
 impl Model for PanelRadiation {
     type Params = RadiationPanelParams;
@@ -120,14 +120,14 @@ impl Model for PanelRadiation {
             let length = panel.normal.norm();
             if !(length > 1e-9) {
                 return refuse(
-                    "its normal has no length".into(),
+                    "its normal is the zero vector".into(),
                     "write a direction, e.g. normal: [1, 0, 0]",
                 );
             }
             let sent = panel.specular + panel.diffuse;
             if sent > 1.0 {
-                let fact = format!("it sends back {sent} of the light");
-                return refuse(fact, "specular and diffuse are 1 together at most");
+                let fact = format!("it reflects {sent} of the light");
+                return refuse(fact, "the sum of `specular` and `diffuse` must not exceed 1");
             }
             panel.normal /= length;
         }
@@ -135,8 +135,8 @@ impl Model for PanelRadiation {
             let (specular, diffuse) = (p.mesh_specular, p.mesh_diffuse);
             let sent = specular + diffuse;
             if sent > 1.0 {
-                return Err(BuildError::new(format!("the mesh sends back {sent} of the light"))
-                    .help("mesh_specular and mesh_diffuse are 1 together at most")
+                return Err(BuildError::new(format!("the mesh reflects {sent} of the light"))
+                    .help("the sum of `mesh_specular` and `mesh_diffuse` must not exceed 1")
                     .at("mesh_specular"));
             }
             let lit = |f: &Facet| {
@@ -147,9 +147,9 @@ impl Model for PanelRadiation {
         }
         some_panels(p.panels.len())?;
         if p.world.is_none() && (p.albedo > 0.0 || p.infrared > 0.0) {
-            let fact = "light of a planet, and the simulation has no `world` that has one";
+            let fact = "`albedo` and `infrared` need a planet, but the simulation has no `world`";
             let help =
-                "write `world: (body: ..)` in the simulation, or leave `albedo` and `infrared` out";
+                "write `world: (body: ..)` in the simulation, or remove `albedo` and `infrared`";
             return Err(BuildError::new(fact).help(help).at("albedo"));
         }
         Ok(PanelRadiation { p })
@@ -160,7 +160,7 @@ impl Model for PanelRadiation {
         let (visible, to_body) = (light.visible, u.body.rotation.inverse());
         let sunlight = visible * light.pressure();
         let (mut force, mut moment) = self.lit(sunlight, &(to_body * light.direction));
-        // At the planet the Sun is as far as it is from its centre.
+        // The sunlight on the planet is scaled to the distance of the planet's centre from the Sun.
         let (e, planet_light_pressure) = match &p.world {
             Some(world) if p.albedo > 0.0 || p.infrared > 0.0 => {
                 let (seen, r) = (p.sun.state(clock.t), world.relative_to_centre(&u.body.position));
@@ -183,7 +183,7 @@ impl Model for PanelRadiation {
     fn guards(&self, clock: &Clock, u: &LitIn) -> Edges {
         Edges::of(&self.p.sun.light(clock.t, &u.body.position))
     }
-    /// Nothing is remembered: the integrator begins anew behind the edge, and that is all.
+    /// The event has no state; it only restarts the integrator at the edge of the shadow.
     fn handle_event(&self) -> ((), ()) {
         ((), ())
     }
@@ -198,7 +198,7 @@ mod tests {
 
     const RADIUS: f64 = 6_378_137.0;
 
-    /// A Sun at 1 AU from a planet at a place in W, with a shadow without a penumbra.
+    /// Sun at 1 AU from a planet at a given position in W, with a shadow without penumbra.
     struct Along(Vec3, Vec3);
     impl Sun for Along {
         fn state(&self, _: f64) -> SunState {
@@ -266,18 +266,18 @@ mod tests {
         let arm = Vec3::new(0.2, -0.5, 1.1);
         let back = |v: Vec3| turn.inverse() * v;
         let m = model(vec![panel(4.0, back(normal * 3.0), back(arm))], 0.0, 0.0).unwrap();
-        // On the line to the Sun, which is nearer by the way.
+        // The point is on the line to the Sun, and closer to the Sun by its distance from the planet.
         let y = at(&m, Vec3::new(7e6, 0.0, 0.0), turn);
         assert!((y.load.force - golden).norm() < 1e-13 * golden.norm(), "{:?}", y.load.force);
         assert!((y.load.moment - arm.cross(&golden)).norm() < 1e-12 * golden.norm());
-        // From behind, and in the shadow, there is none.
+        // There is no force on the back side and in the shadow.
         let m = model(vec![panel(4.0, -Vec3::x(), arm)], 0.0, 0.0).unwrap();
         assert_eq!(at(&m, Vec3::new(0.0, 7e6, 0.0), Quat::identity()).load.force, Vec3::zeros());
         let m = model(vec![panel(4.0, Vec3::x(), arm)], 0.0, 0.0).unwrap();
         assert_eq!(at(&m, Vec3::new(-7e6, 0.0, 0.0), Quat::identity()).load.force, Vec3::zeros());
     }
 
-    /// Black panels all around a small box are pushed as a black ball of the same shadow would be: F = −p A_shadow ŝ.
+    /// The force on a box of black panels equals that on a black body with the same projected area: F = −p A_shadow ŝ.
     #[test]
     fn a_black_cube_swallows_the_light_of_its_shadow() {
         let axes = [Vec3::x(), Vec3::y(), Vec3::z()];
@@ -295,7 +295,7 @@ mod tests {
 
     #[test]
     fn the_planet_pushes_up() {
-        // A little towards the Sun from abeam, so that it does not see the panel that looks down.
+        // The position is slightly sunward of the terminator, so that the Sun does not light the panel that faces down.
         let r = Vec3::new(2e6, 6.7e6, 0.3e6);
         let up = r.normalize();
         let lit = |infrared: f64, albedo: f64| {
@@ -303,7 +303,7 @@ mod tests {
             let black = LitPanel { specular: 0.0, diffuse: 0.0, ..down };
             at(&model(vec![black], albedo, infrared).unwrap(), r, Quat::identity())
         };
-        // Heat: (R/r)²/4 of the sunlight's pressure, straight up.
+        // Infrared: (R/r)²/4 of the solar radiation pressure, directed upwards.
         let y = lit(1.0, 0.0);
         let wanted = 4.56e-6 * 0.25 * (6_378_137.0 / r.norm()).powi(2);
         assert!((y.planet_pressure / wanted - 1.0).abs() < 1e-8, "{}", y.planet_pressure);
@@ -343,10 +343,10 @@ mod tests {
         let told = |p: LitPanel| model(vec![p], 0.0, 0.0).err().unwrap().to_string();
         assert!(
             told(panel(1.0, Vec3::zeros(), Vec3::zeros()))
-                .contains("panel 1: its normal has no length")
+                .contains("panel 1: its normal is the zero vector")
         );
         let mirror = LitPanel { specular: 0.9, ..panel(1.0, Vec3::x(), Vec3::zeros()) };
-        assert!(told(mirror).contains("sends back 1.1 of the light"));
+        assert!(told(mirror).contains("reflects 1.1 of the light"));
     }
 
     fn meshed(
@@ -387,7 +387,7 @@ mod tests {
         let (f, m) = (turn.inverse() * y.load.force, turn.inverse() * y.load.moment);
         assert!((f - force).norm() < 1e-13 * force.norm(), "{f} {force}");
         assert!((m - moment).norm() < 1e-13 * moment.norm(), "{m} {moment}");
-        // A wing that is typed counts as well.
+        // A listed panel is added to the mesh.
         let wing = || vec![panel(5.0, Vec3::x(), Vec3::y() * 3.0)];
         let both = at(&meshed(wing(), CUBE, specular).unwrap(), Vec3::new(8e6, 0.0, 0.0), turn);
         let wing = at(&model(wing(), 0.0, 0.0).unwrap(), Vec3::new(8e6, 0.0, 0.0), turn);

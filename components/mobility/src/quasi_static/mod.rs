@@ -1,11 +1,12 @@
-//! Wheels of machines that are quasi-static: what the ground does to them at the load that they carry and the speed at which they slide.
+//! Wheels of quasi-static machines: the ground reaction at the load that a wheel carries and the velocity at which it slides.
 //! ```text
 //! u    = (v_x − r ω, v_y)             velocity of the rim over the ground, ahead and to the side
 //! f(u) = c − R u                      as a secant: c is the mean of the forces at −|u_x| and |u_x|, R their difference over 2 |u_x|
 //! V    = max(|r ω|, |v_x|, 10 nm/s)    speed that slip is a part of
 //! ```
-//! The mechanism moves so that these forces balance all others, and comes back with the load and the speed of the next instant. Where
-//! nothing changes c − R u is the law itself. A secant, not a tangent: beyond the ground's greatest pull a tangent would throw the machine.
+//! The mechanism moves so that these forces balance all others, and returns the load and velocity of the next instant. In a steady state c − R u
+//! equals the traction law itself. A secant is used instead of a tangent, because beyond the greatest traction of the ground a tangent would have the
+//! wrong sign and make the velocity unbounded.
 mod rigid;
 mod soil;
 
@@ -16,44 +17,44 @@ use crate::rigid_contact::Hub;
 use crate::wheel_rigid::hub_of;
 use linkwork_runtime::prelude::*;
 
-/// Speed that slip of a parked wheel is a part of, m/s.
+/// Reference speed for the slip of a parked wheel, m/s.
 const PARKED: f64 = 1e-8;
-/// Speed from which a wheel rolls as any faster one does, and its slip angle means something, m/s.
+/// Speed above which a wheel counts as rolling and its slip angle is defined, m/s.
 const ROLLING: f64 = 1e-4;
 
-/// Hub and load.
+/// Hub and ground load.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct QuasiStaticIn {
     /// Hub of the wheel: its y axis is the axle.
     #[port(bind = "hub", axle = "y")]
     pub hub: NodeState,
-    /// What the ground carries.
+    /// Load that the ground carries.
     #[port(bind = "hub")]
     pub load: ContactLoad,
 }
 
-/// A wheel on the ground and how it slides there.
+/// Contact of a wheel with the ground, and its sliding velocity.
 struct Sliding {
     hub: Hub,
-    /// Where the ground carries it, its normal there, ahead and side along it, W.
+    /// Contact point, ground normal there, and tangent axes ahead and to the side, W.
     point: Vec3,
     normal: Vec3,
     axes: [Vec3; 2],
     /// Normal force, N; not negative.
     carries: f64,
-    /// From the hub to the rim that slides, m.
+    /// Distance from the hub to the sliding rim, m.
     radius: f64,
     /// Speed of the hub ahead, and of the rim, rω, m/s.
     speed: f64,
     rim: f64,
     /// Velocity of the rim over the ground, m/s.
     slides: [f64; 2],
-    /// What slip is a part of, m/s.
+    /// Reference speed of the slip, m/s.
     scale: f64,
 }
 
 impl Sliding {
-    /// `radius` (m): of the rim, until the wheel carries something.
+    /// Computes the contact; `radius` (m) is the radius of the rim, used while the wheel carries no load.
     fn of(u: &QuasiStaticIn, radius: f64, terrain: &dyn Terrain) -> Sliding {
         let hub = hub_of(&u.hub);
         let ContactLoad { force, point } = u.load;
@@ -78,13 +79,13 @@ impl Sliding {
         }
     }
 
-    /// 1 forwards, −1 backwards.
+    /// Returns the direction of travel: 1 forwards, −1 backwards.
     fn direction(&self) -> f64 {
         let faster = if self.rim.abs() >= self.speed.abs() { self.rim } else { self.speed };
         if faster < 0.0 { -1.0 } else { 1.0 }
     }
 
-    /// Slip −1 to 1, signed as the wheel's rate is.
+    /// Returns the slip, −1 to 1, positive while driving forwards.
     fn slip(&self) -> f64 {
         (-self.slides[0] / self.scale).clamp(-1.0, 1.0)
     }

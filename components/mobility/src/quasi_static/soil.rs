@@ -1,4 +1,5 @@
-//! `mobility.wheel_soil_quasi_static`: a wheel on soft ground without inertia: the stress integrals of `terramechanics` in steady rolling.
+//! `mobility.wheel_soil_quasi_static`: massless wheel on soft ground for quasi-static machines, by the stress integrals of `terramechanics` in steady
+//! rolling.
 //! ```text
 //! z                   the sinkage that carries N at the slip s and the slip angle β
 //! c, R_x              of the drawbar pull at ±|u_x|, so that c is what rolling resists
@@ -11,13 +12,13 @@ use crate::terramechanics::{Motion, WheelForces, WheelSoil};
 use crate::wheel_soil::{WheelSoilModel, WheelSoilParams};
 use linkwork_runtime::prelude::*;
 
-/// What the ground does.
+/// Ground reaction and print.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SoilQuasiStaticOut {
-    /// For the balance of the machine.
+    /// Traction for the force balance of the machine.
     #[port(bind = "hub")]
     pub traction: Traction,
-    /// Normal force; negative where only a pull would keep the wheel down.
+    /// Normal force; negative if the wheel would have to be pulled down.
     #[port("N")]
     pub normal_force: f64,
     /// Slip (rω − v)/max(|rω|, |v|), signed.
@@ -26,10 +27,10 @@ pub struct SoilQuasiStaticOut {
     /// Angle of the hub's velocity to the heading.
     #[port("rad")]
     pub slip_angle: f64,
-    /// Sinkage below the first surface.
+    /// Sinkage below the undisturbed surface.
     #[port("m", bind = "field")]
     pub sinkage: f64,
-    /// Depth of the rut that the wheel runs in.
+    /// Depth of the rut under the wheel.
     #[port("m")]
     pub rut: f64,
     /// Point where the load acts, W.
@@ -38,22 +39,22 @@ pub struct SoilQuasiStaticOut {
     /// Force of the ground, W.
     #[port("N")]
     pub contact_force: Vec3,
-    /// Torque that the drive gives to the axle.
+    /// Drive torque on the axle.
     #[port("N m")]
     pub torque: f64,
-    /// Power given to the soil.
+    /// Power dissipated in the soil.
     #[port("W")]
     pub power: f64,
     /// Ground normal, unit, W.
     #[port("1", bind = "field")]
     pub print_normal: Vec3,
-    /// Heading of the wheel in the ground, unit, W.
+    /// Heading of the wheel in the ground plane, unit, W.
     #[port("1", bind = "field")]
     pub print_heading: Vec3,
-    /// Radius of the rim that prints.
+    /// Radius of the rim, for the print.
     #[port("m", bind = "field")]
     pub print_radius: f64,
-    /// Width of the rim that prints.
+    /// Width of the rim, for the print.
     #[port("m", bind = "field")]
     pub print_width: f64,
     /// Sinkage modulus of the print, N/m^(n+2).
@@ -64,19 +65,19 @@ pub struct SoilQuasiStaticOut {
     pub print_exponent: f64,
 }
 
-/// A wheel on soft ground without inertia.
+/// Massless wheel on soft ground.
 pub struct WheelSoilQuasiStatic {
     model: WheelSoilModel,
 }
 
-/// Slip at which the stresses are looked at where the wheel slides less.
+/// Least slip at which the stresses are evaluated.
 const LEAST_SLIP: f64 = 1e-5;
-/// Greatest slip of a braked wheel: a locked one slides as one that turns a little.
+/// Greatest slip of a braked wheel; a locked wheel is treated as one that rotates slowly.
 const BRAKED: f64 = 0.95;
-/// Deepest that a wheel stands which its soil does not carry, over its radius.
+/// Sinkage, relative to the radius, of a wheel that the soil cannot support.
 const DEEPEST: f64 = 1.5;
 
-/// How a wheel rolls whose rim slides at `u` (m/s) in the direction of travel, where slip is a part of `scale` (m/s).
+/// Returns the motion of a wheel whose rim slides at `u` (m/s) along and across the direction of travel; slip is relative to `scale` (m/s).
 fn motion(u: [f64; 2], scale: f64, rolling: f64) -> Motion {
     let s = (-u[0] / scale).clamp(-BRAKED, 1.0);
     let (rim, speed) = if s >= 0.0 { (1.0, 1.0 - s) } else { (1.0 + s, 1.0) };
@@ -86,14 +87,14 @@ fn motion(u: [f64; 2], scale: f64, rolling: f64) -> Motion {
 }
 
 impl WheelSoilQuasiStatic {
-    /// Sinkage (m) in a rut that carries the load (N).
+    /// Returns the sinkage (m) in a rut at which the soil supports the load (N).
     fn sinks(soil: &WheelSoil, load: f64, motion: &Motion, rut: &Rut) -> f64 {
         soil.sinkage_in(load, motion, rut).unwrap_or(DEEPEST * soil.rim.radius)
     }
 }
 
-/// A wheel on soft ground, of a machine that is quasi-static: the stresses of `mobility.wheel_soil` in steady rolling, at the sinkage that
-/// carries its load. Of its parameters those of damping and of unloading play no part.
+/// Wheel on soft ground for a quasi-static machine: the stresses of `mobility.wheel_soil` in steady rolling, at the sinkage that supports the load.
+/// The parameters for damping and unloading have no effect.
 #[model("mobility.wheel_soil_quasi_static")]
 impl Model for WheelSoilQuasiStatic {
     type Params = WheelSoilParams;
@@ -117,7 +118,7 @@ impl Model for WheelSoilQuasiStatic {
         let (forwards, load, scale) = (wheel.direction(), wheel.carries, wheel.scale);
         let travel = 0.5 * (wheel.rim + wheel.speed);
         let rolling = (travel.abs() / ROLLING).min(1.0);
-        // In the direction of travel, at least as much as a law can be told from its noise.
+        // Sliding in the direction of travel, at least so large that differences of the law exceed round-off.
         let [ahead, side] = [forwards * wheel.slides[0], wheel.slides[1]];
         let [a, b] = [ahead, side].map(|u| u.abs().max(LEAST_SLIP * scale));
         let aside = b.copysign(side);
@@ -136,7 +137,7 @@ impl Model for WheelSoilQuasiStatic {
         let is = if ahead < 0.0 { drives } else { brakes };
         let still = forwards * 0.5 * (drives.fx + brakes.fx);
         let resistance = [(0.5 * (drives.fx - brakes.fx) / a).max(0.0), (-is.fy / aside).max(0.0)];
-        // All that it gives: at full slip, and across, about where it has sunk in for that.
+        // Greatest forces: at full slip along and across, near the sinkage that belongs to it.
         let most = |u: [f64; 2]| {
             let motion = motion(u, scale, rolling);
             let flat = soil.forces_in(z, &motion, &rut).fz.max(f64::MIN_POSITIVE);
@@ -156,7 +157,7 @@ impl Model for WheelSoilQuasiStatic {
         let (modulus, exponent) = soil.press(&now);
         let [heading, across] = wheel.axes;
         let pushes = heading * (forwards * is.fx) + across * is.fy;
-        // Of the stresses about the hub, less that of their forces at the footing.
+        // Moment of the stresses about the hub, minus the moment of their resultant at the contact point.
         let arm = wheel.point - wheel.hub.position;
         let moment = heading * (is.mx + arm.dot(&across) * load) - wheel.hub.axle * torque
             + wheel.normal * (forwards * is.mz)
@@ -206,7 +207,7 @@ mod tests {
         WheelSoilQuasiStatic::build(p).unwrap()
     }
 
-    /// Turning for `rim` (m/s), sliding at `u` (m/s), under 400 N.
+    /// Wheel with rim speed `rim` (m/s), sliding at `u` (m/s), under 400 N.
     fn slides(rim: f64, u: [f64; 2]) -> SoilQuasiStaticOut {
         let hub = NodeState {
             position: Vec3::new(0.0, 0.0, 0.25),
@@ -255,7 +256,7 @@ mod tests {
     #[test]
     fn parked_it_holds_and_pushes_nowhere() {
         let t = slides(0.0, [0.0, 0.0]).traction;
-        // The secant of a wheel that stands: it resists 1 nm/s with what it resists a small slip.
+        // Secant resistance of a wheel at rest: it resists 1 nm/s with the coefficient for a small slip.
         assert!(t.force.norm() < 1e-5, "{t:?}");
         assert!(t.resistance.iter().all(|r| *r > 1e9), "{t:?}");
         assert!(t.sinkage > 0.003, "{t:?}");

@@ -389,7 +389,7 @@ fn outside_of_its_region_and_without_numbers_nothing_is_touched() {
     g.update(&clock, &mut data, &[print, Imprint::of(&wheel, 0.0), nothing], &[]);
     assert_eq!(data.nodes.bytes(), 0);
     let bad = ScmGroundParams { region: Some([0.0, 0.0, -1.0, 1.0]), ..params(0.02, plane(0.0)) };
-    assert!(ScmGround::build(bad).err().unwrap().message.contains("holds no ground"));
+    assert!(ScmGround::build(bad).err().unwrap().message.contains("is empty"));
     // Off the map there is none.
     let far = body(Form::Rim { radius: 0.25, width: 0.4 }, Vec3::new(1e4, 0.0, 0.2), Vec3::y());
     assert_eq!(ground(0.025).load(&data, &far, &law, &NONE, 0.0).force, Vec3::zeros());

@@ -32,7 +32,7 @@ pub enum Form {
     },
 }
 
-/// A body over the ground: its form, and where it is and how it moves. For soles the axle of the hub is their normal, upwards.
+/// A body over the ground: its form, and where it is and how it moves. The axle of the hub of a sole is its upward normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Presser {
     /// Form and size.
@@ -100,7 +100,7 @@ impl Presser {
         (c.z - h) * (c.z - h) * flat > fall * fall && c.z > h
     }
 
-    /// The lower side over x, y on cells of an edge (m); `None` beside it, and where it is too steep to press.
+    /// Returns the lower side over x, y on cells of an edge (m); `None` outside the shape, and where it is too steep to press.
     #[inline(always)]
     pub fn under(&self, x: f64, y: f64, cell: f64) -> Option<Under> {
         let (a, c) = (self.hub.axle, self.hub.position);
