@@ -1,9 +1,9 @@
 //! `manipulation.arm_controller`: executes a sequence of moves of an arm's tip with an embedded model of the arm.
 //! ```text
-//! e = [log(R_r Rᵀ); p_r − p], ė = V_r − J v base axes; r: the commanded pose (`moves`)
+//! e = [log(R_r Rᵀ); p_r − p],  ė = V_r − J v                              base axes; r: the commanded pose (`moves`)
 //! tracking     a = A_r + 2 ω ė + ω² e + Λ⁻¹ f
 //! compliant    a = A_r + Λ⁻¹ (K e + D ė + f),    D_ii = 2 √(K_ii/(Λ⁻¹)_ii)
-//! torque τ = Jᵀ Λ (a − J̇ v) + C v + g with the held load; for more than six joints plus Nᵀ τ₀, τ₀ = −2 ω M_kk v_k
+//! torque       τ = Jᵀ Λ (a − J̇ v) + C v + g       with the held load; for more than six joints plus Nᵀ τ₀, τ₀ = −2 ω M_kk v_k
 //! ```
 //! Source: O. Khatib, IEEE J. Robotics and Automation 3 (1987) 43. ω is `bandwidth`, f the move's force and moment. Where the tip cannot
 //! move independently in six directions (a singular pose), the arm compensates gravity and damps its joints, and the output `singular` is true.

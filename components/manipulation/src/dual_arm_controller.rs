@@ -1,13 +1,13 @@
 //! `manipulation.dual_arm_controller`: controls two arms of one robot. Each arm follows its own moves, or both move an object that they hold between
 //! them.
 //! ```text
-//! O frame halfway between the tips; its pose in each hand, X_LO and X_RO, is computed from the joints at the moment of grasping
-//! apart a as in `manipulation.arm_controller`, for the tips of both hands at once
-//! together e, ė of O, from the mean of its poses in both hands; a_O = A_r + 2 ω ė + ω² e + Λ_O⁻¹ f, or compliant
+//! O                   frame halfway between the tips; its pose in each hand, X_LO and X_RO, is computed from the joints at the moment of grasping
+//! apart               a as in `manipulation.arm_controller`, for the tips of both hands at once
+//! together            e, ė of O, from the mean of its poses in both hands; a_O = A_r + 2 ω ė + ω² e + Λ_O⁻¹ f, or compliant
 //!                     Λ_O = Gᵀ Λ G,  a_i = [α; a + α × r_i + ω × (ω × r_i)],  G_i = [1, 0; −r_i×, 1]       r_i: O to tip i
-//! torque τ₀ = Jᵀ Λ (a − J̇ v) + C v + g with the held loads; a shared load is attached to the left hand
-//! shared τ = τ₀ − Cᵀ λ, min Σ (τ/limit)² λ: wrench of the right hand on the object
-//! squeeze s = max(wanted, margin |t_i|/µ − n_i) n_i, t_i: force of hand i along and across the line through the tips
+//! torque              τ₀ = Jᵀ Λ (a − J̇ v) + C v + g                             with the held loads; a shared load is attached to the left hand
+//! shared              τ = τ₀ − Cᵀ λ,  min Σ (τ/limit)²                          λ: wrench of the right hand on the object
+//! squeeze             s = max(wanted, margin |t_i|/µ − n_i)                     n_i, t_i: force of hand i along and across the line through the tips
 //! ```
 //! Sources: O. Khatib, IEEE J. Robotics and Automation 3 (1987) 43; load sharing and squeeze are computed by `linkwork-embedded`.
 //! The grip model is two flat palms that press towards each other; contact moments are neglected. The forces of the hands on the object are computed

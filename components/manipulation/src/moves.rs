@@ -1,6 +1,6 @@
 //! Moves of a tip: lines and arcs with minimum jerk.
 //! ```text
-//! path parameter s(u) = 10 u³ − 15 u⁴ + 6 u⁵ u = t/T, 0 … 1: no rate, no acceleration at either end
+//! path parameter        s(u) = 10 u³ − 15 u⁴ + 6 u⁵           u = t/T, 0 … 1: no rate, no acceleration at either end
 //! line                  p = p₀ + s (p₁ − p₀)                   R = exp(s θ n) R₀,  θ n = log(R₁ R₀⁻¹)
 //! arc about (c, n)      p = c + exp(s θ n) (p₀ − c)            R = exp(s θ n) R₀
 //! ```

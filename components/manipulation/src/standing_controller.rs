@@ -1,13 +1,12 @@
 //! `manipulation.standing_controller`: a legged machine stands up, keeps its balance and sways. Torques come from inverse dynamics with contact
 //! forces within friction limits.
 //! ```text
-//! estimate attitude and angular velocity from a sensor; the feet are assumed at rest: their mean position is the origin, their mean velocity is zero
-//! command c: centre of mass, minimum-jerk rise, then sway A sin(2π t/T); R: level, with the heading of the start
+//! estimate     attitude and angular velocity from a sensor; the feet are assumed at rest: their mean position is the origin, their mean velocity is zero
+//! command      c: centre of mass, minimum-jerk rise, then sway A sin(2π t/T);   R: level, with the heading of the start
 //!              a_c = A_r + 2 ω ė + ω² e,   α = ω² log(R_r Rᵀ) − 2 ω w
-//!              a_trunk ← a_trunk + a_c − a(a_trunk), four times from a_c − α × r − w × (w × r) r: from the trunk's origin to c; a: of c, from all
-//!              moving bodies
-//! legs J_leg q̈ = −2 ω ẋ − J̇ v − J_trunk v̇_trunk the feet come to rest
-//! forces τ' = M v̇ + C + g; the feet must supply its trunk rows: B s = τ'_trunk
+//!              a_trunk ← a_trunk + a_c − a(a_trunk), four times from a_c − α × r − w × (w × r)      r: from the trunk's origin to c; a: of c, from all bodies
+//! legs         J_leg q̈ = −2 ω ẋ − J̇ v − J_trunk v̇_trunk           the feet come to rest
+//! forces       τ' = M v̇ + C + g;  the feet must supply its trunk rows: B s = τ'_trunk
 //!              s = argmin |W (B s − τ'_trunk)|² + ε |s|²,  0 ≤ s ≤ s_max       s: four edges of the friction pyramid of each foot, W = diag(1/ℓ, 1)
 //! torques      τ = τ'_joints − Jᵀ f
 //! ```
