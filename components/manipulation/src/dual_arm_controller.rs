@@ -1,7 +1,7 @@
 //! `manipulation.dual_arm_controller`: controls two arms of one robot. Each arm follows its own moves, or both move an object that they hold between
 //! them.
 //! ```text
-//! O                   frame halfway between the tips; its pose in each hand, X_LO and X_RO, is computed from the joints at the moment of grasping
+//! O                                     frame halfway between the tips; its pose in each hand, X_LO and X_RO, is computed from the joints at the moment of grasping
 //! apart               a as in `manipulation.arm_controller`, for the tips of both hands at once
 //! together            e, ė of O, from the mean of its poses in both hands; a_O = A_r + 2 ω ė + ω² e + Λ_O⁻¹ f, or compliant
 //!                     Λ_O = Gᵀ Λ G,  a_i = [α; a + α × r_i + ω × (ω × r_i)],  G_i = [1, 0; −r_i×, 1]       r_i: O to tip i

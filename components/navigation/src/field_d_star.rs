@@ -1,9 +1,9 @@
 //! Field D*: cost to the goal from any point of a cost grid that changes as the ground is observed.
 //! ```text
-//! V(s)       minimum cost from a cell corner s to the goal, in cell edges: cost of a cell × length in it
+//! V(s)             minimum cost from a cell corner s to the goal, in cell edges: cost of a cell × length in it
 //! on edges   V is linear between corners;  a path from s goes straight to a point of an opposite edge, or along an edge and then across
-//! rhs(s)     minimum of these over the eight edges around s; corners of the goal's cell: also the straight line to the goal
-//! g(s)       current value of V(s). Corners with g ≠ rhs are queued in order of min(g, rhs); the first is expanded:
+//! rhs(s)         minimum of these over the eight edges around s; corners of the goal's cell: also the straight line to the goal
+//! g(s)             current value of V(s). Corners with g ≠ rhs are queued in order of min(g, rhs); the first is expanded:
 //!            g > rhs:  g = rhs          g < rhs:  g = ∞          and rhs of its neighbours is recomputed
 //! ```
 //! Ferguson & Stentz, "Field D*: an interpolation-based path planner and replanner", ISRR 2005, figures 4 and 5; replanning as in Koenig &

@@ -4,7 +4,7 @@
 //! cost        1 + w (1 − goodness/255) of the worst map cell inside; ∞ for a hazard; 1 + w u for unknown ground; three times as much where the outer discs
 //! of the body would touch a hazard at some headings
 //! sample      plan from here; votes of the arcs; the move with most votes; speed and turn rate
-//! stops       permanently, if tilt or slip exceeds its limit, if there is no path or no open move for longer than `patience`,
+//! stops             permanently, if tilt or slip exceeds its limit, if there is no path or no open move for longer than `patience`,
 //!             or if the cost to the goal has had no new minimum for `progress`
 //! ```
 //! The rover stands while no move is open. A rover that has stopped permanently or has arrived stays in that state until it is restarted.

@@ -3,7 +3,7 @@
 //! landmark    a corner of the old picture at x/z, y/z with its inverse depth 1/z                        z = [x/z, y/z, 1/z]
 //! match       the same patch in the new picture, and the inverse depth there
 //! residual    r = z₁ − π(R_01ᵀ (p₀ − t_01)),     Σ = D₁ + J R_01ᵀ G D₀ Gᵀ R_01 Jᵀ     G = ∂p₀/∂z₀, J = ∂π/∂p
-//! agreement   RANSAC: motions from three matches each (least squares of their points); the one with which most matches agree, rᵀ Σ⁻¹ r < 9 χ²
+//! agreement     RANSAC: motions from three matches each (least squares of their points); the one with which most matches agree, rᵀ Σ⁻¹ r < 9 χ²
 //! motion      Σ rᵀ Σ⁻¹ r → least by Gauss–Newton over those, then over those within χ²;   P = s (Σ Aᵀ Σ⁻¹ A)⁻¹,  A = ∂r/∂(t, φ),  s = max(1, Σ rᵀ Σ⁻¹ r/(3 n − 6))
 //! ```
 //! D₁ = diag(σ², σ², σ_ρ²) and D₀ = diag(0, 0, σ_ρ²): the position of a patch in the old picture is taken as exact, and its match carries the error
