@@ -14,9 +14,9 @@ use linkwork_runtime::prelude::*;
 /// Dependence of the current on the voltage.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Law {
-    /// The same power at any voltage.
+    /// Constant power.
     Power,
-    /// The same current at any voltage.
+    /// Constant current.
     Current,
     /// Current in proportion to the voltage.
     Resistance,

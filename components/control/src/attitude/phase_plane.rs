@@ -39,10 +39,10 @@ pub struct AxisIn {
 /// Jets.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Jets {
-    /// The jet that turns forwards: 1 on, 0 off.
+    /// Jet with positive torque: 1 on, 0 off.
     #[port("1")]
     pub forward: f64,
-    /// The jet that turns backwards.
+    /// Jet with negative torque: 1 on, 0 off.
     #[port("1")]
     pub backward: f64,
     /// Number of pulses.
