@@ -1,26 +1,26 @@
-//! `actuators.rate_follower`, `actuators.angle_follower`: prescribed hinges that do what they are told, for machines that move by
-//! kinematics.
+//! `actuators.rate_follower`, `actuators.angle_follower`: prescribed hinges that follow commands, for machines with prescribed kinematics.
 //! ```text
 //! rate     β̇ = (w − β)/T                                     w: the commanded rate, zero while the brake is on
 //! angle    β̇ = (w − β)/T,   w = (δ_c − δ)/(4T) within ±rate_max        critically damped: (1 + t/2T) e^(−t/2T)
 //! |β̇| ≤ acceleration_max
-//! without a supply (V = 0) both stand: w = 0
-//! power    P = P_idle + τ β/η  where the drive works,  P_idle + η τ β  where it is driven
+//! without a supply (V = 0) both stop: w = 0
+//! power    P = P_idle + τ β/η  while motoring, P_idle + η τ β while back-driven
 //! ```
-//! No torque moves them: the load of the axle (τ) only counts for the power. An angle follower is not told a torque and draws no power. A step longer than T is followed as if T were the step.
+//! The hinge motion does not depend on torques: the torque of the axle (τ) affects only the power. An angle follower has no torque input and draws no
+//! power. For steps longer than T, the step replaces T.
 
 use linkwork_runtime::prelude::*;
 
-/// Following a rate.
+/// Parameters of a rate follower.
 #[derive(Params, Clone, Debug)]
 pub struct RateFollowerParams {
     /// Time constant T.
     #[param(unit = "s", default = 0.1, range = 1e-4..)]
     pub time_constant: f64,
-    /// Greatest acceleration.
+    /// Maximum acceleration.
     #[param(unit = "rad/s^2", default = 10.0, range = 1e-6..)]
     pub acceleration_max: f64,
-    /// Greatest rate; a command beyond it is cut, and told by `limited`.
+    /// Maximum rate; larger commands are limited, and the output `limited` is true.
     #[param(unit = "rad/s", default = 1.7, range = 1e-6..)]
     pub rate_max: f64,
     /// Efficiency η of motor and gear.
@@ -31,7 +31,7 @@ pub struct RateFollowerParams {
     pub idle: f64,
 }
 
-/// Command, and what the axle carries.
+/// Command and load of the axle.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RateFollowerIn {
     /// Supply of the drive.
@@ -46,7 +46,7 @@ pub struct RateFollowerIn {
     /// Whether the brake is on.
     #[port("1", default = false)]
     pub brake: bool,
-    /// Torque that the drive gives to the axle.
+    /// Torque of the drive on the axle.
     #[port("N m", default = 0.0)]
     pub torque: f64,
 }
@@ -57,13 +57,13 @@ pub struct RateFollowerOut {
     /// Acceleration of the hinge.
     #[port(bind = "shaft")]
     pub motion: HingeAccel,
-    /// Torque that the drive gives to the axle, as it is told.
+    /// Torque of the drive on the axle: the value of the input.
     #[port("N m")]
     pub shaft_torque: f64,
-    /// Electrical power drawn; negative: given back.
+    /// Electrical power drawn; negative while energy is returned.
     #[port("W")]
     pub power: f64,
-    /// The command is beyond `rate_max`.
+    /// The command exceeds `rate_max`.
     #[port("1")]
     pub limited: bool,
     /// Supply of the drive.
@@ -80,7 +80,7 @@ fn towards(c: &Clock, wanted: f64, rate: f64, time_constant: f64, most: f64) -> 
     HingeAccel(((wanted - rate) / time_constant.max(c.dt)).clamp(-most, most))
 }
 
-/// A prescribed hinge that follows a commanded rate with a time constant; draws the power of the torque that it is told.
+/// Prescribed hinge that follows a commanded rate with a time constant; its power follows from the torque input.
 #[model("actuators.rate_follower")]
 impl Model for RateFollower {
     type Params = RateFollowerParams;
@@ -104,16 +104,16 @@ impl Model for RateFollower {
     }
 }
 
-/// Following an angle.
+/// Parameters of an angle follower.
 #[derive(Params, Clone, Debug)]
 pub struct AngleFollowerParams {
     /// Time constant T.
     #[param(unit = "s", default = 0.05, range = 1e-4..)]
     pub time_constant: f64,
-    /// Greatest rate.
+    /// Maximum rate.
     #[param(unit = "rad/s", default = 1.0, range = 1e-6..)]
     pub rate_max: f64,
-    /// Greatest acceleration.
+    /// Maximum acceleration.
     #[param(unit = "rad/s^2", default = 10.0, range = 1e-6..)]
     pub acceleration_max: f64,
 }
@@ -138,10 +138,10 @@ pub struct AngleFollowerOut {
     /// Acceleration of the hinge.
     #[port(bind = "shaft")]
     pub motion: HingeAccel,
-    /// How far the hinge is from its command.
+    /// Error: command minus angle of the hinge.
     #[port("rad")]
     pub error: f64,
-    /// Supply of the drive: no current, because its torque is not known.
+    /// Supply of the drive: no current, because its torque is unknown.
     #[port(connector)]
     pub supply: Current,
 }
@@ -151,7 +151,7 @@ pub struct AngleFollower {
     p: AngleFollowerParams,
 }
 
-/// A prescribed hinge that follows a commanded angle, critically damped, at a limited rate.
+/// Prescribed hinge that follows a commanded angle, critically damped, at a limited rate.
 #[model("actuators.angle_follower")]
 impl Model for AngleFollower {
     type Params = AngleFollowerParams;

@@ -3,8 +3,8 @@
 //! d = p_b − p_a      L = |d|      L̇ = (v_b − v_a) · d/L
 //! F = k (L − L₀) + c L̇            on a: F d/L,  on b: −F d/L
 //! ```
-//! What only pulls is `flight.line`. Where both ends are at one place there is no direction and no force; a strut of
-//! rest length 0 is smooth there but for its damping.
+//! What only pulls is `flight.line`. If both ends coincide, the direction is undefined and the force is zero; a strut of rest length 0 is smooth
+//! there except for its damping.
 
 use linkwork_runtime::prelude::*;
 
@@ -110,7 +110,7 @@ mod tests {
             assert!((y.length - apart).abs() < 1e-12 && (y.rate - rate).abs() < 1e-12);
         }
         assert_eq!(at(5.0, 0.0, 0.0).on_a.force, Vec3::zeros());
-        // Of rest length 0: towards the other end, in proportion.
+        // For rest length 0 the force points to the other end and is proportional to the distance.
         assert!((at(0.0, 1e-3, 0.0).on_a.force - n).norm() < 1e-9);
     }
 

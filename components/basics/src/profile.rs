@@ -1,28 +1,28 @@
-//! Profiles: a position, its rate and its acceleration over time, in pieces of polynomials.
+//! Profiles: position, rate and acceleration as piecewise polynomials of time.
 //! ```text
 //! piece k        q = Σ cᵢ τⁱ, i ≤ 5, τ = t − t_k          from row k to row k + 1
 //! smooth         q, q̇, q̈ of a cubic spline at the rows inside; q̇ = q̈ = 0 at both ends: quintics, q̈ continuous
-//! stops          q̇ = q̈ = 0 at every row: quintics of least jerk
-//! rates          straight between rows, or with q̈ = 0 at every row
-//! accelerations  straight between rows, or held from row to row
+//! stops          q̇ = q̈ = 0 at every row: minimum-jerk quintics
+//! rates                   linear between rows, or with q̈ = 0 at every row
+//! accelerations   linear between rows, or constant from row to row
 //! ```
-//! Beyond its ends a profile holds what it gives: a position stays, a rate goes on, an acceleration goes on.
-//! The cubic spline is the one with no rate at both ends; like any spline it may go beyond its rows.
+//! Beyond its ends a profile is extrapolated with a constant value of its rows: constant position, rate or acceleration. The cubic spline has zero
+//! rate at both ends; like any spline it may overshoot its rows.
 
-/// How a profile goes from row to row.
+/// Interpolation between the rows of a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Between {
-    /// Without a jump in what the rows give or in its derivatives: positions up to q̈, rates up to q̈.
+    /// Continuous up to q̈, for positions and rates.
     Smooth,
-    /// Positions: standing still at every row.
+    /// Positions: at rest at every row.
     Stops,
-    /// Rates, accelerations: straight lines.
+    /// Rates, accelerations: linear.
     Straight,
-    /// Accelerations: the value of a row until the next.
+    /// Accelerations: constant from each row to the next.
     Hold,
 }
 
-/// What a profile gives at a time.
+/// Motion of a profile at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// Position.
@@ -39,13 +39,13 @@ type Piece = [f64; 6];
 /// A profile.
 #[derive(Clone, Debug)]
 pub struct Profile {
-    /// Times of the rows (s), rising.
+    /// Times of the rows (s), strictly increasing.
     times: Vec<f64>,
-    /// The piece before the first row, those that begin at each row.
+    /// The piece before the first row, followed by the pieces that begin at each row.
     pieces: Vec<Piece>,
 }
 
-/// The quintic with these ends, h s apart.
+/// Returns the quintic between two end motions over a duration of `h` (s).
 fn quintic(a: Motion, b: Motion, h: f64) -> Piece {
     let step = b.position - a.position;
     let (v0, v1, a0, a1) = (a.rate * h, b.rate * h, a.acceleration * h * h, b.acceleration * h * h);
@@ -56,7 +56,7 @@ fn quintic(a: Motion, b: Motion, h: f64) -> Piece {
     [a.position, a.rate, 0.5 * a.acceleration, c3 / h3, c4 / (h3 * h), c5 / (h3 * h * h)]
 }
 
-/// Rates at the rows of the cubic spline with no rate at its ends (tridiagonal, Thomas).
+/// Returns the rates at the rows of the cubic spline with zero rate at its ends (tridiagonal system, Thomas algorithm).
 fn spline_rates(rows: &[[f64; 2]]) -> Vec<f64> {
     let n = rows.len();
     let (mut upper, mut m) = (vec![0.0; n], vec![0.0; n]);
@@ -76,7 +76,7 @@ fn spline_rates(rows: &[[f64; 2]]) -> Vec<f64> {
 }
 
 impl Profile {
-    /// Through positions (time, position), smooth or with stops. Two rows at least, times rising.
+    /// Creates a profile through positions (time, position), smooth or with stops. Needs at least two rows with strictly increasing times.
     #[must_use]
     pub fn of_positions(rows: &[[f64; 2]], between: Between) -> Profile {
         let at = |row: &[f64; 2]| Motion { position: row[1], rate: 0.0, acceleration: 0.0 };
@@ -99,7 +99,7 @@ impl Profile {
         Profile { times: rows.iter().map(|r| r[0]).collect(), pieces }
     }
 
-    /// From rates (time, rate), straight or smooth; `start`: the position at the first row.
+    /// Creates a profile from rates (time, rate), linear or smooth; `start`: position at the first row.
     #[must_use]
     pub fn of_rates(rows: &[[f64; 2]], between: Between, start: f64) -> Profile {
         let mut q = start;
@@ -117,7 +117,7 @@ impl Profile {
         Profile { times: rows.iter().map(|r| r[0]).collect(), pieces }
     }
 
-    /// From accelerations (time, acceleration), straight or held; `start`, `start_rate`: position and rate at
+    /// Creates a profile from accelerations (time, acceleration), linear or constant between rows; `start`, `start_rate`: position and rate at
     /// the first row.
     #[must_use]
     pub fn of_accelerations(
@@ -139,20 +139,20 @@ impl Profile {
         Profile { times: rows.iter().map(|r| r[0]).collect(), pieces }
     }
 
-    /// How many rows lie at or before `t`: the piece that holds there.
+    /// Returns the number of rows at or before `t`, which is the index of the piece at `t`.
     #[must_use]
     pub fn piece(&self, t: f64) -> usize {
         self.times.partition_point(|row| *row <= t)
     }
 
-    /// Where a piece begins and ends (s).
+    /// Returns the start and end of a piece (s).
     #[must_use]
     pub fn ends(&self, piece: usize) -> (f64, f64) {
         let begin = if piece == 0 { f64::NEG_INFINITY } else { self.times[piece - 1] };
         (begin, self.times.get(piece).copied().unwrap_or(f64::INFINITY))
     }
 
-    /// What a piece gives at `t`, also beyond its ends.
+    /// Evaluates a piece at `t`, also beyond its ends.
     #[must_use]
     pub fn at(&self, piece: usize, t: f64) -> Motion {
         let tau = t - self.times[piece.saturating_sub(1)];

@@ -88,7 +88,7 @@ impl Rows {
             out.unit = out.unit.or(unit);
             out.rows.push([t, y]);
         }
-        // Bare numbers are in SI, whatever stands beside them.
+        // Numbers without a unit are in SI, regardless of the units of other values.
         debug_assert!(bare || out.unit.is_some() || out.rows.is_empty());
         Some(out)
     }

@@ -2,17 +2,15 @@
 //! ```text
 //! β̇ = q̈_p + 2 ω (q̇_p − q̇) + ω² (q_p − q)          ω: natural frequency, critically damped
 //! ```
-//! The hinge is prescribed: its acceleration is given, and integrated. The feedback takes away what a start
-//! beside the profile or the integrator leaves, as e^(−ω t) (1 + ω t); without it (ω = 0) the error of the
-//! integrator stays, and grows with the time at most as its rate's error. Every row of the profile is an
-//! event, so that no step of an integrator goes across a jump of q̈ or of its derivative: the whole system
-//! keeps the order of its integrator.
+//! The hinge is prescribed: its acceleration is an input of the dynamics and is integrated. The feedback removes initial errors and integration
+//! errors as e^(−ω t) (1 + ω t). Without it (ω = 0) the integration error remains and grows at most linearly with time. Every row of the profile is
+//! an event, so that no integrator step crosses a jump of q̈ or of its derivative, and the integrator keeps its order.
 
 use crate::profile::{Between, Motion, Profile};
 use crate::rows::Rows;
 use linkwork_runtime::prelude::*;
 
-/// What the rows of a profile give.
+/// Quantity of the rows of a profile.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Gives {
     /// Positions.
@@ -23,25 +21,25 @@ pub enum Gives {
     Acceleration,
 }
 
-/// How a profile goes from row to row.
+/// Interpolation between the rows of a profile.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// As suits what the rows give: positions smooth, rates and accelerations straight.
+    /// Default for the quantity: positions smooth, rates and accelerations linear.
     Usual,
-    /// Without a jump up to the acceleration.
+    /// Continuous up to the acceleration.
     Smooth,
-    /// Standing still at every row.
+    /// At rest at every row.
     Stops,
-    /// Straight from row to row.
+    /// Linear between rows.
     Straight,
-    /// The value of a row until the next.
+    /// Constant from each row to the next.
     Hold,
 }
 
-/// Which piece of the profile holds.
+/// Current piece of the profile.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Held {
-    /// Rows that have been passed.
+    /// Number of passed rows.
     #[port("1")]
     pub passed: f64,
 }
@@ -54,7 +52,7 @@ pub struct NextRow {
     pub since_row: f64,
 }
 
-/// A profile as its parameters say, or why there is none.
+/// Creates a profile from its parameters, or returns an error.
 fn profile(
     rows: &Rows,
     (gives, way): (Gives, Interpolation),
@@ -104,14 +102,14 @@ fn profile(
     }
 }
 
-/// What both models do.
+/// Common part of both models.
 struct Follower {
     profile: Profile,
     omega: f64,
 }
 
 impl Follower {
-    /// The piece of the state; `None` when the part came into a run later than that piece.
+    /// Returns the piece of the state; `None` if the part joined the run after that piece ended.
     fn held(&self, c: &Clock, d: &Held) -> Option<usize> {
         let k = d.passed as usize;
         let (begin, end) = self.profile.ends(k);
@@ -135,18 +133,18 @@ impl Follower {
         let k = self.piece(c, d);
         let end = self.profile.ends(k).1;
         let rest = if end.is_finite() { end - c.t } else { 1.0 };
-        // A part that comes into a run later than its piece takes the present one at once.
+        // A part that joins a run after its piece ended switches to the current piece immediately.
         NextRow { since_row: if self.held(c, d).is_none() { 1.0 } else { -rest } }
     }
 
     fn passed(&self, c: &Clock, d: &Held) -> Held {
         let k = self.piece(c, d);
         let end = self.profile.ends(k).1;
-        // The event is at the row, to 1 ps: either side of it.
+        // The event is located within 1 ps of the row, on either side.
         Held { passed: (if c.t > end - 1e-9 { k + 1 } else { k }) as f64 }
     }
 
-    /// The hinge does not start on the profile.
+    /// Returns a warning if the hinge does not start on the profile.
     fn remark(
         &self,
         c: &Clock,
@@ -161,8 +159,8 @@ impl Follower {
             return Vec::new();
         }
         let then = match self.omega > 0.0 {
-            true => "it is brought there with the natural frequency",
-            false => "it stays beside the profile",
+            true => "the feedback removes the difference with the natural frequency",
+            false => "the difference remains",
         };
         let fact = format!(
             "the hinge starts at {:.6} {unit} and {:.6} {unit}/s, the profile at {:.6} and {:.6}: {then}",
@@ -181,26 +179,24 @@ macro_rules! trajectory {
         $(#[$doc:meta])* $model:ident, $params:ident, $in:ident, $out:ident, $name:tt, $field:tt,
         $u0:tt, $u1:tt, $u2:tt
     ) => {
-        /// A profile, and how it is followed.
+        /// Parameters of a profile and its feedback.
         #[derive(Params, Clone, Debug)]
         pub struct $params {
             /// Rows (time, value), or a column of a CSV file.
             pub profile: Rows,
-            /// What the rows give.
+            /// Quantity of the rows.
             #[param(default = Gives::Position)]
             pub gives: Gives,
-            /// How the profile goes from row to row; positions: smooth or stops, rates: straight or smooth,
-            /// accelerations: straight or hold.
+            /// Interpolation between rows. Positions: smooth or stops; rates: straight or smooth; accelerations: straight or hold.
             #[param(default = Interpolation::Usual)]
             pub between: Interpolation,
-            /// Of rates and accelerations: the position at the first row; 0 when not written.
+            /// Position at the first row, for rates and accelerations. Default: 0.
             #[param(unit = $u0)]
             pub start: Option<f64>,
-            /// Of accelerations: the rate at the first row; 0 when not written.
+            /// Rate at the first row, for accelerations. Default: 0.
             #[param(unit = $u1)]
             pub start_rate: Option<f64>,
-            /// How fast what lies beside the profile goes away; 0: never. Explicit methods want
-            /// step · frequency below 2.
+            /// Natural frequency of the feedback that removes errors; 0: no feedback. Explicit methods need step · frequency below 2.
             #[param(unit = "rad/s", default = 10.0, range = 0.0..)]
             pub natural_frequency: f64,
         }
@@ -213,22 +209,22 @@ macro_rules! trajectory {
             pub hinge: HingeState,
         }
 
-        /// The motion, as the profile has it.
+        /// Motion of the profile.
         #[derive(Ports, Clone, Copy, Debug)]
         pub struct $out {
             /// Acceleration of the hinge.
             #[port($u2, bind = "hinge")]
             pub prescribed: HingeAccel,
-            /// Position by the profile.
+            /// Position of the profile.
             #[port($u0)]
             pub position: f64,
-            /// Rate by the profile.
+            /// Rate of the profile.
             #[port($u1)]
             pub rate: f64,
-            /// Acceleration by the profile.
+            /// Acceleration of the profile.
             #[port($u2)]
             pub acceleration: f64,
-            /// Position of the hinge less that of the profile.
+            /// Position error: hinge minus profile.
             #[port($u0)]
             pub error: f64,
         }

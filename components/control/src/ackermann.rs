@@ -1,14 +1,13 @@
-//! `control.ackermann`: from a speed and a turn rate to steering angles and wheel rates of a rover with any number
-//! of wheels, steered or not.
+//! `control.ackermann`: computes steering angles and wheel rates from a speed and a turn rate, for a rover with any number of wheels, steered or not.
 //!
-//! Steer, then drive: steering commands move at a limited rate, and wheels turn in proportion to how close they
-//! are to their wanted angles. Speed changes at a limited acceleration (a trapezoid). Curvature is cut to
-//! what the steering limit allows, except on the spot (speed zero). While no wheel is to turn, the brakes are on.
+//! Steer, then drive: steering commands move at a limited rate, and wheel rates are scaled down until the steering angles are close to their
+//! commands. Speed changes at a limited acceleration (trapezoidal profile). Curvature is limited by the steering limit, except on the spot (speed
+//! zero). While all wheel commands are zero, the brakes are on.
 //!
-//! On hard ground wheels that are held at exact rates work against each other: over bumps their ways differ. With `droop` each gives
-//! way to its load, by speed droop, and the torque is shared:
+//! On hard ground, wheels at exact rates work against each other, because their path lengths over bumps differ. With `droop`, each rate decreases
+//! with its load (speed droop), so that the torque is shared:
 //! ```text
-//! rate_i = ω_i − clamp(κ (τ_i − mean τ), ±0.15 max |ω|)        τ: torque at the wheel, over a fifth of a second
+//! rate_i = ω_i − clamp(κ (τ_i − mean τ), ±0.15 max |ω|)        τ: torque at the wheel, low-pass filtered over 0.2 s
 //! ```
 
 use crate::geometry::{Drive, Layout, STEER_MAX, WheelPlace};
@@ -22,33 +21,32 @@ pub struct AckermannParams {
     /// Wheel radius.
     #[param(unit = "m", range = 1e-3..)]
     pub radius: f64,
-    /// Greatest steering angle.
+    /// Maximum steering angle.
     #[param(unit = "rad", default = 1.5, range = 0.01..=STEER_MAX)]
     pub steer_max: f64,
-    /// Rate at which steering commands move.
+    /// Rate limit of steering commands.
     #[param(unit = "rad/s", default = 0.5, range = 1e-3..)]
     pub steer_rate: f64,
-    /// Acceleration of the wheel speeds.
+    /// Acceleration limit of the wheel speeds.
     #[param(unit = "m/s^2", default = 0.1, range = 1e-4..)]
     pub acceleration: f64,
-    /// Steering error at which the wheels stand still.
+    /// Steering error at which the wheels stop.
     #[param(unit = "rad", default = 0.3, range = 1e-3..)]
     pub alignment: f64,
-    /// Greatest rate that the drives reach: speed and turn rate are cut together so that no wheel is told more.
+    /// Maximum rate of the drives: speed and turn rate are scaled together so that no wheel command exceeds it.
     #[param(unit = "rad/s", range = 1e-3..)]
     pub rate_max: Option<f64>,
-    /// Speed droop κ: by how much a wheel turns slower for each newton metre that it drives more than the mean of all, rad/s; 0: wheels
-    /// are told exact rates.
+    /// Speed droop κ, rad/s per N m: decrease of a wheel's rate command for each newton metre of torque above the mean of all wheels; 0: exact rates.
     #[param(default = 0.0, range = 0.0..)]
     pub droop: f64,
 }
 
-/// Share of the fastest wheel's rate that sharing takes or gives at most.
+/// Maximum rate correction by torque sharing, relative to the rate of the fastest wheel.
 const SHARED_MAX: f64 = 0.15;
-/// Time over which torques are taken, s.
+/// Averaging time of torques, s.
 const SHARED_OVER: f64 = 0.2;
 
-/// Wanted motion.
+/// Commanded motion.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct AckermannIn {
     /// Forward speed.
@@ -60,16 +58,15 @@ pub struct AckermannIn {
 }
 
 /// Steering angles and wheel rates. Discrete state: the steering of each wheel (rad), then the rate of each (rad/s),
-/// then whether the motion was cut, then by how much each rate gives way to its load (rad/s).
+/// then whether the motion was limited, then the rate correction of each wheel by torque sharing (rad/s).
 pub struct Ackermann {
     p: AckermannParams,
     layout: Layout,
 }
 
 impl Ackermann {
-    /// Speed and turn rate that are wanted, with the curvature that the steering limit allows and the rates that the
-    /// drives reach, and whether they were cut for the drives. `None` when both are zero: there is no direction, and
-    /// steering stays.
+    /// Returns the commanded speed and turn rate after the limits of curvature and drive rates, and whether the drive limit applied. Returns `None`
+    /// if both are zero: without a direction, the steering angles stay.
     fn wanted(&self, u: &AckermannIn) -> Option<(f64, f64, bool)> {
         let turn = if u.speed == 0.0 {
             u.turn_rate
@@ -114,7 +111,7 @@ impl SizedModel for Ackermann {
         let each = |name: &'static str, unit: &'static str, doc: &'static str| {
             PortSpec::named(name, PortKind::Numbers, p.wheels.len()).unit_of(unit).doc_of(doc)
         };
-        let doc = "The drives do not reach the wanted motion, and it was cut to `rate_max`.";
+        let doc = "The commanded motion exceeded `rate_max` of the drives and was scaled down.";
         let limited = PortSpec::named("limited", PortKind::Bool, 1).doc_of(doc);
         outputs.push(limited.clone());
         let torque = |k: usize| {
@@ -131,7 +128,7 @@ impl SizedModel for Ackermann {
                 each("steer", "rad", "Steering commands."),
                 each("rate", "rad/s", "Wheel rate commands."),
                 limited,
-                each("shared", "rad/s", "What rates give way to their loads."),
+                each("shared", "rad/s", "Rate corrections by torque sharing."),
             ],
             sampled: true,
             ..SizedPorts::default()
@@ -184,14 +181,14 @@ impl SizedModel for Ackermann {
             ready * wanted - rate
         };
         let change = p.acceleration * clock.dt / p.radius;
-        // All wheels change in step, so that they never work against each other.
+        // All wheel speeds change in proportion, so that the wheels never work against each other.
         let needed =
             rate.iter().enumerate().map(|(i, r)| missing(i, *r).abs()).fold(0.0_f64, f64::max);
         let share = if needed > change { change / needed } else { 1.0 };
         for (i, rate) in rate.iter_mut().enumerate() {
             *rate += share * missing(i, *rate);
         }
-        // Nothing is shared while the rover stands.
+        // Torque sharing is off while the rover stands.
         let torque = &u[AckermannIn::N..];
         let mean = torque.iter().sum::<f64>() / torque.len() as f64;
         let most = SHARED_MAX * rate.iter().map(|r| r.abs()).fold(0.0, f64::max);
@@ -221,7 +218,7 @@ mod tests {
         }
     }
 
-    /// Steering and rates of the six wheels, whether they were cut, and what is shared.
+    /// Steering angles and rates of the six wheels, the limit flag, and the rate corrections.
     type Commands = [f64; 19];
 
     fn run(speed: f64, turn_rate: f64, mut d: Commands, steps: u64) -> Commands {

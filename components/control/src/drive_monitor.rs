@@ -1,12 +1,12 @@
-//! `control.drive_monitor`: stops a drive on a stalled wheel or on too much slip, and says which.
+//! `control.drive_monitor`: stops a drive on a stalled wheel or on excessive slip, and reports the cause.
 //! ```text
 //! stall    |ω| < share · |ω*|  and  |τ| ≥ τ_stall  of one wheel, for `stall_after`
-//! slip     s = 1 − Δx/Δw        Δw: way of the wheels since the last check, of length `slip_distance`; Δx: way of the rover along its heading, sample by sample
+//! slip     s = 1 − Δx/Δw        Δw: wheel travel since the last check, of length `slip_distance`; Δx: travel of the rover along its heading, summed over samples
 //!          s > slip_max
 //! ```
-//! It stands between what wants a motion and `control.ackermann`. What stopped it holds, and the drive stands with its brakes on, until
-//! `clear` is on; while `clear` is on nothing is checked, so that a plan can back out of what stopped it. The way of the rover is from its
-//! estimate of the pose: slip is as good as that. Turning on the spot says nothing of slip.
+//! Connect it between the source of motion commands and `control.ackermann`. After a stop the rover stands with its brakes on until `clear` is true.
+//! While `clear` is true nothing is checked, so that a plan can drive the rover back. The travel of the rover comes from its pose estimate, which
+//! limits the accuracy of slip. Turns on the spot do not contribute to slip.
 
 use crate::geometry::{WHEELS_MAX, WheelPlace};
 use linkwork_runtime::prelude::*;
@@ -14,29 +14,29 @@ use linkwork_runtime::prelude::*;
 /// Wheels and limits.
 #[derive(Params, Clone, Debug)]
 pub struct DriveMonitorParams {
-    /// The wheels, in the order of the inputs; where they are makes no difference here.
+    /// The wheels, in the order of the inputs; their positions are not used here.
     pub wheels: Vec<WheelPlace>,
     /// Torque at which a drive is at its limit.
     #[param(unit = "N m", default = 1e9, range = 0.0..)]
     pub stall_torque: f64,
-    /// Share of its commanded rate below which a wheel does not turn.
+    /// Fraction of the commanded rate below which a wheel counts as not turning.
     #[param(default = 0.1, range = 0.0..=1.0)]
     pub stall_share: f64,
-    /// So long it does not turn before that is a stall.
+    /// Time without turning after which a wheel counts as stalled.
     #[param(unit = "s", default = 2.0, range = 0.0..)]
     pub stall_after: f64,
     /// Slip that stops the drive.
     #[param(default = 1e9, range = 0.0..)]
     pub slip_max: f64,
-    /// Way of the wheels between two checks of slip.
+    /// Wheel travel between two checks of slip.
     #[param(unit = "m", default = 0.5, range = 1e-3..)]
     pub slip_distance: f64,
 }
 
-/// What is wanted, and how the rover moves.
+/// Estimated motion of the rover.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct MonitorIn {
-    /// Way of the wheels in a second: the forward speed of the wheels' odometry.
+    /// Forward speed from wheel odometry.
     #[port("m/s", default = 0.0)]
     pub wheel_speed: f64,
     /// x in W.
@@ -48,43 +48,43 @@ pub struct MonitorIn {
     /// Heading from x towards y.
     #[port("rad", default = 0.0)]
     pub heading: f64,
-    /// While it is on, what stopped the drive is forgotten and nothing is checked.
+    /// Clears the stop. While true, nothing is checked.
     #[port("1", default = false)]
     pub clear: bool,
 }
 
-/// Wanted motion.
+/// Commanded motion.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct WantedIn {
-    /// Wanted forward speed.
+    /// Commanded forward speed.
     #[port("m/s", default = 0.0)]
     pub speed: f64,
-    /// Wanted turn rate, to the left.
+    /// Commanded turn rate, to the left.
     #[port("rad/s", default = 0.0)]
     pub turn_rate: f64,
 }
 
-/// Motion that may be driven.
+/// Permitted motion.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct AllowedOut {
-    /// Forward speed: what is wanted, or zero.
+    /// Forward speed: the command, or zero after a stop.
     #[port("m/s")]
     pub drive_speed: f64,
-    /// Turn rate: what is wanted, or zero.
+    /// Turn rate: the command, or zero after a stop.
     #[port("rad/s")]
     pub drive_turn_rate: f64,
 }
 
-/// What stopped it.
+/// Cause of the stop.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct MonitorOut {
-    /// A wheel stalled; holds until it is cleared.
+    /// A wheel has stalled; latched until cleared.
     #[port("1")]
     pub stalled: bool,
-    /// Slip was too great; holds until it is cleared.
+    /// Slip exceeded `slip_max`; latched until cleared.
     #[port("1")]
     pub slipping: bool,
-    /// The wheel that stalled, counted from 1; 0: none.
+    /// Number of the stalled wheel, from 1; 0: none.
     #[port("1")]
     pub wheel: f64,
     /// Slip at the last check.
@@ -92,34 +92,34 @@ pub struct MonitorOut {
     pub slip: f64,
 }
 
-/// Checks under way. The time that each wheel has not turned for (s) follows.
+/// State of the checks, followed by the time for which each wheel has not turned (s).
 #[derive(State, Clone, Copy, Debug)]
 pub struct MonitorState {
     /// A wheel stalled.
     #[port("1")]
     pub stalled: bool,
-    /// Slip was too great.
+    /// Slip exceeded `slip_max`.
     #[port("1")]
     pub slipping: bool,
-    /// The wheel that stalled, from 1.
+    /// Number of the stalled wheel, from 1.
     #[port("1")]
     pub wheel: f64,
     /// Slip at the last check.
     #[port("1")]
     pub slip: f64,
-    /// Where the last sample was, W.
+    /// Position at the last sample, W.
     #[port("m")]
     pub from: [f64; 2],
-    /// Heading there.
+    /// Heading at the last sample.
     #[port("rad")]
     pub heading: f64,
-    /// Way of the rover along its heading since the last check, signed.
+    /// Travel of the rover along its heading since the last check, signed.
     #[port("m")]
     pub moved: f64,
-    /// Way of the wheels since then, signed.
+    /// Wheel travel since the last check, signed.
     #[port("m")]
     pub way: f64,
-    /// There was a first sample.
+    /// A first sample has been taken.
     #[port("1")]
     pub started: bool,
 }
@@ -130,7 +130,7 @@ pub struct DriveMonitor {
 }
 
 impl DriveMonitor {
-    /// The state after a sample's checks; `u` without the wheels.
+    /// Returns the state after the checks of a sample; `u` are the inputs without the wheels.
     fn checked(&self, d: MonitorState, u: &MonitorIn, dt: f64) -> MonitorState {
         let (from, heading) = ([u.x, u.y], u.heading);
         let here = MonitorState { from, heading, way: 0.0, moved: 0.0, started: true, ..d };
@@ -138,7 +138,7 @@ impl DriveMonitor {
             return here;
         }
         let way = d.way + u.wheel_speed * dt;
-        // On a curve the heading changes: take the heading in the middle of the sample. Angles may wrap.
+        // On a curve the heading changes, so use the heading at the middle of the sample. Angles may wrap.
         let turned = (u.heading - d.heading).sin().atan2((u.heading - d.heading).cos());
         let (sin, cos) = (d.heading + 0.5 * turned).sin_cos();
         let moved = d.moved + (u.x - d.from[0]) * cos + (u.y - d.from[1]) * sin;
@@ -151,7 +151,7 @@ impl DriveMonitor {
     }
 }
 
-/// Stops a drive on a stalled wheel or on too much slip, says which, and lets it go on when it is cleared.
+/// Stops a drive on a stalled wheel or on excessive slip, reports the cause, and permits motion again when cleared.
 #[model("control.drive_monitor")]
 impl SizedModel for DriveMonitor {
     type Params = DriveMonitorParams;
@@ -161,7 +161,7 @@ impl SizedModel for DriveMonitor {
         let mut inputs = MonitorIn::specs();
         for k in 0..n {
             for (name, unit, doc) in [
-                ("target", "rad/s", "Rate that the wheel is told."),
+                ("target", "rad/s", "Commanded rate of the wheel."),
                 ("rate", "rad/s", "Measured rate."),
                 ("torque", "N m", "Torque of its drive."),
             ] {

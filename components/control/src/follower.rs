@@ -1,10 +1,10 @@
 //! `control.waypoint_follower`: pure pursuit through waypoints, with turns on the spot and reactive stops.
 //! ```text
-//! look-ahead point: on the leg from the last waypoint, the distance L beyond the foot of the rover
+//! look-ahead point: on the leg from the last waypoint, at distance L beyond the projection of the rover
 //! κ = 2 y_L/L²        y_L: its lateral offset in the rover's frame;   turn rate = v κ
 //! ```
 //! When the look-ahead point lies further off the heading than `spot_angle`, the rover turns on the spot until it
-//! is within a fifth of it. Tilt or slip beyond its limit stops the rover for good (until restarted).
+//! is within a fifth of it. Tilt or slip beyond its limit stops the rover permanently (until restarted).
 
 use linkwork_runtime::prelude::*;
 
@@ -36,7 +36,7 @@ pub struct FollowerParams {
     pub slip_max: f64,
 }
 
-/// Where the rover is.
+/// Pose of the rover.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FollowerIn {
     /// x in W.
@@ -59,16 +59,16 @@ pub struct FollowerIn {
 /// Drive command and progress.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FollowerOut {
-    /// Wanted forward speed.
+    /// Commanded forward speed.
     #[port("m/s")]
     pub speed: f64,
-    /// Wanted turn rate, to the left.
+    /// Commanded turn rate, to the left.
     #[port("rad/s")]
     pub turn_rate: f64,
-    /// Index of the waypoint that is driven to.
+    /// Index of the current waypoint.
     #[port("1")]
     pub waypoint: f64,
-    /// Distance to it.
+    /// Distance to the current waypoint.
     #[port("m")]
     pub distance: f64,
     /// All waypoints are reached.
@@ -82,7 +82,7 @@ pub struct FollowerOut {
 /// Progress and command.
 #[derive(State, Clone, Copy, Debug)]
 pub struct FollowerState {
-    /// Index of the waypoint that is driven to.
+    /// Index of the current waypoint.
     #[port("1")]
     pub waypoint: f64,
     /// Start of the leg, W.
@@ -119,7 +119,7 @@ fn wrapped(angle: f64) -> f64 {
 }
 
 impl Follower {
-    /// The point to steer for, in the rover's frame.
+    /// Returns the look-ahead point, in the rover's frame.
     fn target(&self, d: &FollowerState, u: &FollowerIn, goal: [f64; 2]) -> [f64; 2] {
         let leg = [goal[0] - d.from[0], goal[1] - d.from[1]];
         let length = leg[0].hypot(leg[1]);
@@ -136,7 +136,7 @@ impl Follower {
     }
 }
 
-/// Follows waypoints by pure pursuit, turns on the spot when it must, and stops on tilt or slip.
+/// Follows waypoints by pure pursuit, turns on the spot at large heading errors, and stops on excessive tilt or slip.
 #[model("control.waypoint_follower")]
 impl Model for Follower {
     type Params = FollowerParams;

@@ -1,4 +1,4 @@
-//! Steering geometry of a rover on any number of wheels: where wheels point and how fast they turn.
+//! Steering geometry of a rover with any number of wheels: steering angles and wheel rates.
 //! ```text
 //! velocity of wheel i    w = (v − ω y_i, ω (x_i − x₀))          x₀: the axis about which the rover turns
 //! steered                δ = atan2(w_y, w_x), folded into −90° … 90° with the sign of the speed;   rate = ±|w|/r
@@ -6,20 +6,20 @@
 //! turning circle ρ = v/ω:  δ = atan2(x_i − x₀, ρ − y_i),  |w|/v = √((x_i − x₀)² + (ρ − y_i)²)/|ρ|
 //! least squares  w_i cos δ_i = v_x − ω y_i,  w_i sin δ_i = v_y + ω x_i       2 n equations, 3 unknowns
 //! ```
-//! A wheel that neither steers nor lies on the axis slips sideways in a turn: it says nothing of v_y.
+//! A wheel that neither steers nor lies on the axis slips sideways in a turn, so it does not contribute to v_y.
 
 use linkwork_runtime::prelude::*;
 
-/// Most wheels of one rover.
+/// Maximum number of wheels of one rover.
 pub const WHEELS_MAX: usize = 64;
-/// Greatest steering angle of any wheel, rad: tan is finite.
+/// Maximum steering angle of any wheel, rad; its tangent is finite.
 pub const STEER_MAX: f64 = 1.57;
-/// How far off the axis a wheel that does not steer may lie and still roll in a turn, m.
+/// Maximum distance from the axis at which an unsteered wheel still rolls in a turn, m.
 const ON_AXIS: f64 = 1e-3;
-/// Wheels whose squared distances add up to less than this do not tell a turn, m².
+/// Wheels whose squared distances sum to less than this do not determine a turn rate, m².
 const TOGETHER: f64 = 1e-12;
 
-/// Where a wheel is.
+/// Position of a wheel.
 #[derive(Params, Clone, Debug, PartialEq)]
 pub struct WheelPlace {
     /// x (forward) and y (left) of the wheel.
@@ -30,18 +30,18 @@ pub struct WheelPlace {
     pub steered: bool,
 }
 
-/// The command of a wheel's drive.
+/// Command to a wheel drive.
 #[derive(Ports, Clone, Copy, Debug, PartialEq)]
 pub struct Drive {
     /// Rate, positive forward.
     #[port("rad/s")]
     pub rate: f64,
-    /// The wheel is to stand: for its brake.
+    /// Brake command: the wheel is to stand.
     #[port("1")]
     pub brake: bool,
 }
 
-/// Where the wheels are.
+/// Positions and radius of the wheels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
     wheels: Vec<WheelPlace>,
@@ -50,17 +50,18 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Of wheels with one radius (m).
+    /// Creates the layout of wheels with one radius (m).
     ///
     /// # Errors
-    /// No wheel, or too many.
+    /// Returns an error for no wheel or too many wheels.
     pub fn new(wheels: &[WheelPlace], radius: f64) -> Result<Self, BuildError> {
         if wheels.is_empty() || wheels.len() > WHEELS_MAX {
             let why = format!("{} wheels", wheels.len());
             let help = format!("write 1 to {WHEELS_MAX}");
             return Err(BuildError::new(why).help(help).at("wheels"));
         }
-        // The axis: what does not steer cannot turn about another; else the middle.
+        // The turning axis passes through the unsteered wheels, because they cannot turn about another axis. If all wheels steer, it passes through
+        // their centre.
         let mean = |of: &dyn Fn(&&WheelPlace) -> bool| {
             let x: Vec<f64> = wheels.iter().filter(of).map(|w| w.position[0]).collect();
             (!x.is_empty()).then(|| x.iter().sum::<f64>() / x.len() as f64)
@@ -69,7 +70,7 @@ impl Layout {
         Ok(Layout { wheels: wheels.to_vec(), radius, axis })
     }
 
-    /// Number of wheels.
+    /// Returns the number of wheels.
     pub fn count(&self) -> usize {
         self.wheels.len()
     }
@@ -96,7 +97,7 @@ impl Layout {
         [(forward * wy).atan2(forward * wx), forward * wx.hypot(wy) / self.radius]
     }
 
-    /// The smallest |ρ| (m) at which no wheel steers beyond `limit` (rad), and none turns backwards.
+    /// Returns the smallest |ρ| (m) at which no wheel steers beyond `limit` (rad) and none turns backwards.
     pub fn radius_min(&self, limit: f64) -> f64 {
         let tan = limit.min(STEER_MAX).tan();
         let reach = |w: &WheelPlace| match (w.steered, w.position) {
@@ -132,7 +133,7 @@ impl Layout {
             }
         }
         if across == 0.0 {
-            // All slip sideways: the rover turns about its axis.
+            // All wheels slip sideways, so the rover turns about its axis.
             (across, sx) = (1.0, self.axis);
             s2 += self.axis * self.axis;
         }

@@ -2,8 +2,8 @@
 //! ```text
 //! ṗ = R_z(ψ) R_y(θ) R_x(φ) (v_x, v_y, 0),  ψ̇ = ω cos φ/cos θ          midpoint heading over a sample; φ: `roll`, θ: `pitch`
 //! ```
-//! Roll and pitch of the deck are defined as in `sensors.pose` and `sensors.inclinometer`. Without them the ground counts as level, and a slope of
-//! 15° makes x and y 3.5 % too long. With a gyro ω is its rate less the rate of the planet about the vertical, where W is a site that turns.
+//! Roll and pitch of the deck are defined as in `sensors.pose` and `sensors.inclinometer`. Without them the ground is assumed level; on a slope of
+//! 15° x and y are then 3.5 % too large. With a gyro, ω is its rate minus the planet's rotation about the vertical, if W is a rotating site.
 
 use crate::geometry::{Layout, WheelPlace};
 use linkwork_runtime::prelude::*;
@@ -19,10 +19,10 @@ pub struct OdometryParams {
     /// x, y (m) and heading (rad) at the start.
     #[param(default = [0.0, 0.0, 0.0])]
     pub start: [f64; 3],
-    /// Takes the turn rate from `yaw_rate` instead of the wheels.
+    /// Whether the turn rate comes from `yaw_rate` instead of the wheels.
     #[param(default = false)]
     pub gyro: bool,
-    /// The world: a gyro on a planet measures its rotation about the vertical, too, which is taken off.
+    /// The world: a gyro on a planet also measures its rotation about the vertical, which is subtracted.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
@@ -118,8 +118,10 @@ impl SizedModel for Odometry {
     fn build(p: OdometryParams) -> Result<Self, BuildError> {
         let layout = Layout::new(&p.wheels, p.radius)?;
         if layout.twist(|_| [0.0, 0.0]).is_none() {
-            let fact = BuildError::new("the wheels are all in one place or one line");
-            return Err(fact.help("give at least two wheels beside each other").at("wheels"));
+            let fact = BuildError::new(
+                "the wheels do not determine a turn rate: all are at one position or on one line",
+            );
+            return Err(fact.help("write at least two wheels side by side").at("wheels"));
         }
         let site = p.world.as_ref().and_then(|w| w.axes().site());
         let turning = site.map_or(0.0, |s| s.omega().z);
@@ -153,13 +155,13 @@ impl SizedModel for Odometry {
             let at: usize = before.sum();
             [if self.layout.wheels()[i].steered { u[at + 1] } else { 0.0 }, u[at]]
         };
-        // That the wheels determine it was seen when it was built.
+        // `build` has checked that the wheels determine the twist.
         let [vx, vy, wheels] = self.layout.twist(measured).unwrap_or([0.0; 3]);
         let [yaw_rate, roll, pitch] = std::array::from_fn(|k| u[u.len() - 3 + k]);
         let ((sr, cr), (sp, cp)) = (roll.sin_cos(), pitch.sin_cos());
         // The planet's rotation about the deck's z axis.
         let about_deck = if self.p.gyro { yaw_rate - self.turning * cr * cp } else { wheels };
-        // A deck that stands upright has no heading.
+        // A vertical deck has no heading.
         let turn_rate = about_deck * cr / cp.max(1e-3);
         let (sin, cos) = (before.heading + 0.5 * turn_rate * clock.dt).sin_cos();
         // Components along the heading, across it and upwards.

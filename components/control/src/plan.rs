@@ -1,26 +1,25 @@
-//! `control.plan`: a sequence of activities for the day, which switches commands by conditions and times.
+//! `control.plan`: sequence of activities (a day plan) that switches commands by conditions and times.
 //! ```text
 //! waiting ── `when` holds ──> begun: commands `set` ── `until` holds and `duration` is over ──> ended: commands `then`
 //!    └── `wait_max` is over ──> failed <── `time_out` is over ──┘            failed: commands `then`, then `on_failure`
 //! ```
-//! One step after the other. Conditions are those of phases (`"charge > 40 % and local_time > 10 h"`) over the plan's own
-//! signals, `time`, and `elapsed`: the time since the step began to wait, or began. They are looked at at each sample, in
-//! which a plan goes as far as it can, each step once at the most; what a sample decides is at the outputs from the next on.
-//! Commands keep their values from step to step. All of it is discrete state.
+//! Steps run one after the other. Conditions have the syntax of phase conditions (`"charge > 40 % and local_time > 10 h"`) over the plan's signals,
+//! `time`, and `elapsed`: the time since the step began to wait, or began. They are evaluated at each sample. A sample may advance several steps, but
+//! each step at most once; the outputs change at the next sample. Commands keep their values from step to step. The whole state is discrete.
 
 use crate::plan_settings::{Command, Settings};
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{Condition, Place, Role, Times, Unit, Variable};
 use std::collections::BTreeMap;
 
-/// A number or truth value that conditions read.
+/// Signal that conditions read: a number or a truth value.
 #[derive(Params, Clone, Debug)]
 pub struct Signal {
     /// Name of the input.
     pub name: String,
-    /// Unit of the number; unwritten: a truth value, for conditions such as `arrived > 0.5`.
+    /// Unit of the number. Default: a truth value, for conditions such as `arrived > 0.5`.
     pub unit: Option<String>,
-    /// Value where nothing drives it, as in a phase without its source, in SI; unwritten: it must be wired.
+    /// Value (SI) while the input is not connected, for example in a phase without its source. Default: the input must be connected.
     pub unwired: Option<f64>,
 }
 
@@ -29,26 +28,26 @@ pub struct Signal {
 pub struct Step {
     /// Name.
     pub name: String,
-    /// Condition on which it begins; unwritten: as soon as its turn comes.
+    /// Condition on which the step begins. Default: immediately after the previous step.
     pub when: Option<String>,
-    /// Longest wait for `when`, after which the step has failed; unwritten: for ever.
+    /// Maximum wait for `when`, after which the step fails. Default: no limit.
     #[param(unit = "s", range = 0.0..)]
     pub wait_max: Option<f64>,
-    /// Commands that it sets when it begins: `{ "radio": true, "level": "50 %" }`.
+    /// Commands that the step sets when it begins: `{ "radio": true, "level": "50 %" }`.
     #[param(default = Settings::default())]
     pub set: Settings,
-    /// Least time from beginning to end.
+    /// Minimum time from beginning to end.
     #[param(unit = "s", range = 0.0..)]
     pub duration: Option<f64>,
-    /// Condition on which it ends; unwritten: when `duration` is over.
+    /// Condition on which the step ends. Default: when `duration` is over.
     pub until: Option<String>,
-    /// Longest time from beginning to end, after which the step has failed; unwritten: for ever.
+    /// Maximum time from beginning to end, after which the step fails. Default: no limit.
     #[param(unit = "s", range = 0.0..)]
     pub time_out: Option<f64>,
-    /// Commands that it sets when it ends or fails.
+    /// Commands that the step sets when it ends or fails.
     #[param(default = Settings::default())]
     pub then: Settings,
-    /// What follows when it fails: `next`, `abort` (all commands to their `start`, the plan is over), or the name of a step.
+    /// Action after a failure: `next`, `abort` (all commands return to their `start` and the plan ends), or the name of a step.
     #[param(default = "next".to_string())]
     pub on_failure: String,
 }
@@ -56,23 +55,23 @@ pub struct Step {
 /// Signals, commands and steps.
 #[derive(Params, Clone, Debug)]
 pub struct PlanParams {
-    /// What conditions read: inputs.
+    /// Inputs that conditions read.
     #[param(default = Vec::new())]
     pub signals: Vec<Signal>,
-    /// What steps set: outputs.
+    /// Outputs that steps set.
     pub commands: Vec<Command>,
     /// The steps, in their order.
     pub steps: Vec<Step>,
 }
 
-/// Where a plan goes on.
+/// Continuation of a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Goes {
     To(usize),
     Aborts,
 }
 
-/// A step with its conditions compiled and its commands by their place.
+/// A step with compiled conditions and the indices of its commands.
 struct Compiled {
     when: Option<Condition>,
     until: Option<Condition>,
@@ -81,20 +80,20 @@ struct Compiled {
     on_failure: Goes,
 }
 
-/// A plan. Discrete state: the lanes of `FIXED`, then the commands.
+/// A plan. Discrete state: the slots of `FIXED`, then the commands.
 pub struct Plan {
     p: PlanParams,
     steps: Vec<Compiled>,
 }
 
-/// Discrete state ahead of the commands: name, unit, meaning.
+/// Discrete state before the commands: name, unit, meaning.
 const FIXED: [(&str, &str, &str); 7] = [
-    ("step", "1", "Steps that are over, which is the place of the present one."),
-    ("since", "s", "Time at which the present step began to wait, or began."),
-    ("begun", "1", "The present step has begun."),
+    ("step", "1", "Number of finished steps, which is the index of the current step."),
+    ("since", "s", "Time at which the current step began to wait, or began."),
+    ("begun", "1", "The current step has begun."),
     ("started", "1", "A sample has been taken."),
     ("aborted", "1", "The plan was aborted."),
-    ("failures", "1", "Steps that failed so far."),
+    ("failures", "1", "Number of failed steps."),
     ("failed_step", "1", "Number of the last step that failed, from 1; 0: none."),
 ];
 const STEP: usize = 0;
@@ -105,26 +104,26 @@ const ABORTED: usize = 4;
 const FAILURES: usize = 5;
 const FAILED: usize = 6;
 
-/// Outputs beside the commands and `running`: name, whether it is a truth value, unit, meaning.
+/// Outputs in addition to the commands and `running`: name, whether it is a truth value, unit, meaning.
 const OUTPUTS: [(&str, bool, &str, &str); 7] = [
     (
         "step",
         false,
         "1",
-        "Number of the present step, from 1; one more than there are when the plan is over.",
+        "Number of the current step, from 1; the number of steps plus 1 when the plan is over.",
     ),
-    ("elapsed", false, "s", "Time since the present step began to wait, or began."),
-    ("waiting", true, "", "The present step waits for its `when`."),
+    ("elapsed", false, "s", "Time since the current step began to wait, or began."),
+    ("waiting", true, "", "The current step waits for its `when`."),
     ("done", true, "", "All steps are over."),
     ("aborted", true, "", "The plan was aborted."),
-    ("failures", false, "1", "Steps that failed so far."),
+    ("failures", false, "1", "Number of failed steps."),
     ("failed_step", false, "1", "Number of the last step that failed, from 1; 0: none."),
 ];
 
-/// Names that mean something else in a condition.
+/// Names that are reserved in conditions.
 const WORDS: [&str; 7] = ["time", "phase_time", "elapsed", "and", "or", "not", "abs"];
 
-/// Times closer than this are one, s: sums of sample periods.
+/// Tolerance for the comparison of times, s, because times are sums of sample periods.
 const SAME: f64 = 1e-6;
 
 fn port(name: &str, unit: Option<&str>, doc: String) -> PortSpec {
@@ -132,23 +131,24 @@ fn port(name: &str, unit: Option<&str>, doc: String) -> PortSpec {
     PortSpec::named(name.to_string(), kind, 1).unit_of(unit.unwrap_or("").to_string()).doc_of(doc)
 }
 
-/// Names that are no names, or twice the same; `what` is the parameter at fault.
+/// Returns an error for invalid and duplicate names.
 fn check_names<'a>(all: impl Iterator<Item = (&'static str, &'a str)>) -> Result<(), BuildError> {
     let mut seen: Vec<&str> = Vec::new();
     for (param, name) in all {
         let letters = |c: char| c.is_alphanumeric() || c == '_';
         if !name.starts_with(char::is_alphabetic) || !name.chars().all(letters) {
             let help = "write a letter, then letters, digits and `_`";
-            return Err(BuildError::new(format!("`{name}` is no name")).help(help).at(param));
+            return Err(BuildError::new(format!("`{name}` is not a valid name"))
+                .help(help)
+                .at(param));
         }
         if WORDS.contains(&name) {
-            let fact = format!("`{name}` has another meaning in conditions");
-            return Err(BuildError::new(fact).help("take another name").at(param));
+            let fact = format!("`{name}` is reserved in conditions");
+            return Err(BuildError::new(fact).help("use another name").at(param));
         }
         if seen.contains(&name) {
-            let fact = format!("`{name}` is there twice");
-            let help =
-                "signals, commands and the outputs `step`, `waiting`, `done`, … share their names";
+            let fact = format!("`{name}` is defined twice");
+            let help = "signals, commands and the outputs `step`, `waiting`, `done`, … share one namespace";
             return Err(BuildError::new(fact).help(help).at(param));
         }
         seen.push(name);
@@ -161,7 +161,7 @@ fn unit_of(text: Option<&str>, param: &str) -> Result<Unit, BuildError> {
         .map_err(|e| BuildError::of(&e).help("write a unit such as `K` or `m/s`").at(param))
 }
 
-/// What conditions may read: the signals, and `elapsed` after them.
+/// Returns the variables of conditions: the signals, followed by `elapsed`.
 fn variables(signals: &[Signal]) -> BTreeMap<String, Variable> {
     let variable = |place: usize, unit: &str, doc: &'static str| Variable {
         place: Place::Signal(place as u32),
@@ -180,7 +180,7 @@ fn variables(signals: &[Signal]) -> BTreeMap<String, Variable> {
 }
 
 impl PlanParams {
-    /// A step, compiled; faults name it.
+    /// Compiles a step; errors contain its name.
     fn compile(
         &self,
         step: &Step,
@@ -198,23 +198,23 @@ impl PlanParams {
             };
             let read = text.as_ref().map(read).transpose().map_err(error)?;
             if read.as_ref().is_some_and(Condition::tests_phase_time) {
-                let fact = "`phase_time` is the time of a phase of the simulation, which a plan does not know";
+                let fact = "`phase_time` is the time of a phase of the simulation and is not available in a plan";
                 let help = "write `elapsed`: the time since the step began to wait, or began";
                 return Err(refuse(fact, help));
             }
             Ok(read)
         };
         if step.wait_max.is_some() && step.when.is_none() {
-            return Err(refuse("`wait_max` without `when`", "write `when`, or no `wait_max`"));
+            return Err(refuse("`wait_max` without `when`", "write `when`, or remove `wait_max`"));
         }
         if step.time_out.is_some() && step.until.is_none() {
-            let help = "write `until`, or no `time_out`: the step ends when `duration` is over";
+            let help = "write `until`, or remove `time_out`: the step ends when `duration` is over";
             return Err(refuse("`time_out` without `until`", help));
         }
         if let (Some(duration), Some(time_out)) = (step.duration, step.time_out)
             && time_out <= duration
         {
-            let fact = "it has no time between `duration` and `time_out`, and always fails";
+            let fact = "`time_out` is not longer than `duration`, so the step always fails";
             return Err(refuse(fact, "write a `time_out` longer than `duration`"));
         }
         let places = |s: &Settings| s.places(&self.commands).map_err(at);
@@ -225,7 +225,7 @@ impl PlanParams {
                 Some(k) => Goes::To(k),
                 None => {
                     let names: Vec<&str> = self.steps.iter().map(|s| s.name.as_str()).collect();
-                    let fact = format!("`on_failure` goes to `{name}`, which is no step");
+                    let fact = format!("`on_failure` names `{name}`, which is not a step");
                     let help = format!("write `next`, `abort`, or one of: {}", names.join(", "));
                     return Err(refuse(&fact, &help));
                 }
@@ -248,7 +248,7 @@ fn apply(settings: &[(usize, f64)], d: &mut [f64]) {
 }
 
 impl Plan {
-    /// Ends the present step and goes on to another.
+    /// Ends the current step and continues with another.
     fn leave(&self, k: usize, to: Goes, t: f64, d: &mut [f64]) {
         apply(&self.steps[k].then, d);
         (d[SINCE], d[BEGUN]) = (t, 0.0);
@@ -263,7 +263,7 @@ impl Plan {
         }
     }
 
-    /// One move of the present step: whether there was one.
+    /// Makes one transition of the current step. Returns whether there was one.
     fn advance(&self, t: f64, d: &mut [f64], u: &[f64]) -> bool {
         let k = d[STEP] as usize;
         let (Some(step), Some(compiled)) = (self.p.steps.get(k), self.steps.get(k)) else {
@@ -300,7 +300,7 @@ impl Plan {
     }
 }
 
-/// A plan of the day: steps with conditions, durations and time-outs that switch named commands, and what follows when one fails.
+/// Day plan: steps with conditions, durations and time-outs that switch named commands, with a continuation after failures.
 #[model("control.plan")]
 impl SizedModel for Plan {
     type Params = PlanParams;
@@ -335,7 +335,9 @@ impl SizedModel for Plan {
 
     fn build(p: PlanParams) -> Result<Self, BuildError> {
         if p.steps.is_empty() {
-            return Err(BuildError::new("there is no step").help("write one at least").at("steps"));
+            return Err(BuildError::new("`steps` is empty")
+                .help("write at least one step")
+                .at("steps"));
         }
         let signals = p.signals.iter().map(|s| ("signals", s.name.as_str()));
         let commands = p.commands.iter().map(|c| ("commands", c.name.as_str()));
@@ -348,9 +350,11 @@ impl SizedModel for Plan {
         for command in &p.commands {
             unit_of(command.unit.as_deref(), "commands")?;
             if command.unit.is_none() && command.start != 0.0 && command.start != 1.0 {
-                let fact =
-                    format!("`{}` starts at {}, and is a truth value", command.name, command.start);
-                let help = "write 0 or 1, or the unit of a number";
+                let fact = format!(
+                    "`{}` is a truth value and cannot start at {}",
+                    command.name, command.start
+                );
+                let help = "write 0 or 1, or add a `unit` for a number";
                 return Err(BuildError::new(fact).help(help).at("commands"));
             }
         }

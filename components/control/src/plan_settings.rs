@@ -1,4 +1,4 @@
-//! What a step of a plan sets: commands by name, each with a truth value or a quantity.
+//! Settings of a plan step: commands by name, each with a truth value or a quantity.
 
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{Located, Param, ParamSpec, ReadCx, Unit, Value, split_quantity};
@@ -8,7 +8,7 @@ use linkwork_runtime::{Located, Param, ParamSpec, ReadCx, Unit, Value, split_qua
 pub struct Command {
     /// Name of the output.
     pub name: String,
-    /// Unit of the number; unwritten: a truth value.
+    /// Unit of the number. Default: a truth value.
     pub unit: Option<String>,
     /// Value before a step sets it, and after the plan was aborted, in SI; a truth value is 0 or 1.
     #[param(default = 0.0)]

@@ -1,4 +1,4 @@
-//! The arm that a controller knows, or two: chains of a URDF file, and what their hands may hold.
+//! Embedded model of one or two arms that controllers use: chains of a URDF file, and the loads that the hands may hold.
 
 use linkwork_embedded::formats::{Description, ReadOptions, Root, Unphysical, read_text};
 use linkwork_embedded::multibody::{BodySpec, Hinge, Limits};
@@ -10,16 +10,17 @@ use linkwork_runtime::{Located, Param, ParamSpec, ReadCx, Value};
 use linkwork_spatial::{MassProperties, Mat3, Pose};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// What becomes of moments of inertia that no body has: files of many robots have some.
+/// Handling of moments of inertia that are not physical, which occur in the files of many robots.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InertiaCheck {
-    /// They are read, with a warning that names link and numbers.
+    /// Accepted, with a warning that names the link and the values.
     Warn,
-    /// They are refused.
+    /// Rejected with an error.
     Physical,
 }
 
-/// A robot description (URDF) as a parameter: the name of a file, or (name, text) with the text in place. Moments of inertia in it that no body has are a warning.
+/// Robot description (URDF) as a parameter: the name of a file, or (name, text) with the text in place. Moments of inertia that are not physical
+/// cause a warning.
 #[derive(Clone, Debug)]
 pub struct RobotFile {
     name: String,
@@ -27,16 +28,16 @@ pub struct RobotFile {
 }
 
 impl RobotFile {
-    /// From a text; it is read when a controller is made of it.
+    /// Creates a description from a text. The text is parsed when a controller is built from it.
     #[must_use]
     pub fn new(name: &str, text: &str) -> Self {
         Self { name: name.into(), text: text.into() }
     }
 
-    /// The description that it is, with its roots held so.
+    /// Parses the description; `root` states how its roots are attached.
     ///
     /// # Errors
-    /// What is wrong with it; moments that no body has where they are to be refused.
+    /// Returns an error for an invalid description, and for moments of inertia that are not physical if `check` is `Physical`.
     pub fn read(&self, root: Root, check: InertiaCheck) -> Result<Description, BuildError> {
         let unphysical = match check {
             InertiaCheck::Warn => Unphysical::Read,
@@ -47,7 +48,8 @@ impl RobotFile {
         read.map_err(|e| BuildError::new(e.to_string()).at("robot"))
     }
 
-    /// The same with a warning for what is read though no body has it. What cannot be read is told when a controller is made of it.
+    /// Returns the description after it has reported a warning for mass properties that are not physical. Parse errors are reported when a controller
+    /// is built from it.
     fn told(self, v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Self {
         if let Ok(d) = self.read(Root::AsWritten, InertiaCheck::Warn)
             && !d.doubtful.is_empty()
@@ -56,9 +58,9 @@ impl RobotFile {
             let (path, param, name, lines) =
                 (&cx.path, &spec.name, &self.name, lines.join("\n    "));
             let fact = format!(
-                "`{path}.{param}`: `{name}` has mass properties that no body has:\n    {lines}"
+                "`{path}.{param}`: `{name}` has mass properties that are not physical:\n    {lines}"
             );
-            let help = "correct the file; `inertia_check: Physical` refuses it";
+            let help = "correct the file; `inertia_check: Physical` makes this an error";
             cx.warn(v.origin, fact, Some(help.into()));
         }
         self
@@ -90,7 +92,7 @@ impl Param for RobotFile {
             }
             other => {
                 let (path, name, what) = (&cx.path, &spec.name, other.what());
-                let fact = format!("`{path}.{name}` is the name of a file, this is {what}");
+                let fact = format!("`{path}.{name}` must be the name of a file, not {what}");
                 cx.fault(v.origin, fact, Some(help.into()));
                 None
             }
@@ -104,15 +106,15 @@ impl Param for RobotFile {
     }
 }
 
-/// Something that the hand may hold, as the controller believes it to be.
+/// Load that a hand may hold, with the mass properties that the controller assumes.
 #[derive(Params, Clone, Debug)]
 pub struct Load {
-    /// Its name; moves say `holds: "name"`.
+    /// Name of the load, as in `holds: "name"` of a move.
     pub name: String,
     /// Mass.
     #[param(unit = "kg", range = 0.0..)]
     pub mass: f64,
-    /// Centre of mass, tip's axes from the tip's origin.
+    /// Centre of mass from the tip's origin, axes of the tip.
     #[param(unit = "m", default = Vec3::zeros())]
     pub com: Vec3,
     /// Moments of inertia about the centre of mass, along the tip's axes.
@@ -121,10 +123,10 @@ pub struct Load {
 }
 
 impl Load {
-    /// The place of the load that a move names.
+    /// Returns the index of the load that a move names.
     ///
     /// # Errors
-    /// A name that no load has.
+    /// Returns an error if no load has this name.
     pub fn find(
         loads: &[Load],
         name: Option<&str>,
@@ -134,72 +136,72 @@ impl Load {
         let found = loads.iter().position(|l| l.name == name);
         found.map(Some).ok_or_else(|| {
             let known: Vec<&str> = loads.iter().map(|l| l.name.as_str()).collect();
-            let fact = format!("move `{of_move}` holds `{name}`, which is no load");
+            let fact = format!("move `{of_move}` holds `{name}`, which is not a load");
             BuildError::new(fact).help(format!("loads: {}", known.join(", "))).at("moves")
         })
     }
 }
 
-/// One hand: where its chain ends, and the parameter that says so.
+/// One hand: the tip of its chain and the parameter that names it.
 #[derive(Clone, Copy, Debug)]
 pub struct Hand<'a> {
     /// Name of the parameter with the tip's link, for messages.
     pub at: &'static str,
     /// Link whose frame is the tip.
     pub tip: &'a str,
-    /// The tip's origin in that link's frame, m.
+    /// Origin of the tip in the frame of that link, m.
     pub tool: Vec3,
 }
 
-/// An arm, or several on one base: constant.
+/// One or two arms on one base; the data are constant during a run.
 #[derive(Debug)]
 pub struct Arm {
     /// The embedded model.
     pub model: Arc<RobotModel>,
-    /// The chains that move, hand by hand; no joint is in two of them.
+    /// Kinematic chain of each hand; chains do not share joints.
     pub chains: Vec<Part>,
-    /// Places in the model's β of all joints: hand by hand, base to tip.
+    /// Indices of all joints in the model's β: hand by hand, base to tip.
     pub dofs: Vec<usize>,
-    /// What hands may hold, in the order of the parameter.
+    /// Loads that hands may hold, in the order of the parameter.
     pub loads: Vec<Object>,
-    /// By place in β: least and greatest position (rad or m), greatest rate, greatest effort (N m or N).
+    /// Limits by index in β: minimum and maximum position (rad or m), maximum rate, maximum effort (N m or N).
     pub limits: Vec<Limits>,
     gravity: Vec3,
-    /// Memory that no call is using: any number of simulations share the arm, each call takes one.
+    /// Working memories that no call is using. Several simulations may share the arm; each call takes one memory.
     idle: Mutex<Vec<Memory>>,
 }
 
-/// What a call computes in.
+/// Working memory of a call.
 #[derive(Debug)]
 pub struct Memory {
-    /// An instance of the robot. What it holds is set by every call anew.
+    /// Instance of the robot. Every call sets the held loads.
     pub robot: Robot,
-    /// The operational space of its tips.
+    /// Operational space of the tips.
     pub task: TaskSpace,
-    /// The load of each hand now, with its pose there.
+    /// Current load of each hand, with its pose in the hand.
     held: [Option<(usize, Pose)>; HANDS_MAX],
-    /// Jacobians of the tips, each 6 × the joints of its chain.
+    /// Jacobians of the tips, each 6 × number of joints of its chain.
     pub J: [Vec<f64>; HANDS_MAX],
-    /// Positions, rates and forces (n).
+    /// Joint positions (n).
     pub q: Vec<f64>,
-    /// Rates.
+    /// Joint rates (n).
     pub v: Vec<f64>,
-    /// Forces.
+    /// Joint forces (n).
     pub tau: Vec<f64>,
     /// Mass matrix (n × n).
     pub M: Vec<f64>,
 }
 
-/// Hands of an [`Arm`] at most.
+/// Maximum number of hands of an [`Arm`].
 pub const HANDS_MAX: usize = 2;
-/// Joints of a chain at most.
+/// Maximum number of joints of a chain.
 pub const JOINTS_MAX: usize = 8;
 
 fn moves(hinge: &Hinge) -> bool {
     hinge.subhinges.iter().any(|s| s.kind.nv() > 0)
 }
 
-/// The moving bodies from a tip inboard to the base, base first; `None` for a tip that is not there.
+/// Returns the indices of the moving bodies between the base and a tip, base first; `None` if the tip does not exist.
 pub(crate) fn chain(spec: &ModelSpec, base: &str, tip: &str) -> Option<Vec<usize>> {
     let bodies = spec.mechanism.bodies();
     let mut moving = Vec::new();
@@ -215,10 +217,10 @@ pub(crate) fn chain(spec: &ModelSpec, base: &str, tip: &str) -> Option<Vec<usize
 }
 
 impl Arm {
-    /// The chains from link `base` to the tips of `hands` in a description.
+    /// Builds the chains from link `base` to the tips of `hands` in a description.
     ///
     /// # Errors
-    /// What is wrong with the file or the names; joints that are on no chain or on two; a load that is not physical.
+    /// Returns an error for an invalid file or unknown names, for joints that lie on no chain or on two chains, and for a load that is not physical.
     pub fn new(
         (file, check): (&RobotFile, InertiaCheck),
         base: &str,
@@ -242,7 +244,7 @@ impl Arm {
                 BodySpec::new(&*point, hand.tip)
                     .hinge_in_parent(Pose::new(Quat::identity(), hand.tool)),
             );
-            // A tip that is not there is told by its own name.
+            // For an unknown tip the error should name the link of the parameter, not the internal tool body.
             let last = if found.is_some() { &point } else { hand.tip };
             spec.parts.push(PartSpec::chain(&format!("hand {k}"), base, last));
         }
@@ -260,7 +262,7 @@ impl Arm {
             let own = model.dofs(part).map_err(|e| fault(&e, hand.at))?;
             if let Some(v) = own.iter().find(|v| dofs.contains(v)) {
                 let fact = format!("joint {v} of the robot carries both hands");
-                let help = "fix it in the file: each hand moves by joints of its own";
+                let help = "make this joint fixed in the file: the hands cannot share joints";
                 return Err(BuildError::new(fact).help(help).at(hand.at));
             }
             dofs.extend(own);
@@ -271,7 +273,7 @@ impl Arm {
             let tips: Vec<String> = hands.iter().map(|h| format!("`{}`", h.tip)).collect();
             let tips = tips.join(" or ");
             let fact = format!(
-                "{on} of the robot's {all} joints lie between `{base}` and {tips}: where the others are is not known"
+                "{on} of the robot's {all} joints lie between `{base}` and {tips}; the positions of the other joints are unknown"
             );
             let help = "name another base and tip, or fix the other joints in the file";
             return Err(BuildError::new(fact).help(help).at(hands[0].at));
@@ -279,14 +281,15 @@ impl Arm {
         for (part, hand) in chains.iter().zip(hands) {
             let joints = model.dofs(*part).map_err(|e| fault(&e, hand.at))?.len();
             if joints < 6 || model.nq() != model.nv() {
-                let fact =
-                    format!("a chain of {joints} joints cannot bring its tip to any pose near it");
-                let help = "six joints with one coordinate each are the least";
+                let fact = format!(
+                    "a chain of {joints} joints cannot control position and attitude of its tip"
+                );
+                let help = "a chain needs at least six joints with one coordinate each";
                 return Err(BuildError::new(fact).help(help).at(hand.at));
             }
             if joints > JOINTS_MAX {
-                let fact = format!("{joints} joints are too many for one chain");
-                return Err(BuildError::new(fact).help("eight at most").at(hand.at));
+                let fact = format!("a chain of {joints} joints is not supported");
+                return Err(BuildError::new(fact).help("at most eight joints").at(hand.at));
             }
         }
         let mut limits = vec![Limits::NONE; dofs.len()];
@@ -302,13 +305,13 @@ impl Arm {
         Ok(arm)
     }
 
-    /// Number of joints of all hands.
+    /// Returns the number of joints of all hands.
     #[must_use]
     pub fn joints(&self) -> usize {
         self.dofs.len()
     }
 
-    /// Number of joints of each hand.
+    /// Returns the number of joints of a hand.
     pub fn joints_of(&self, hand: usize) -> usize {
         self.model.dofs(self.chains[hand]).map_or(0, <[usize]>::len)
     }
@@ -325,8 +328,9 @@ impl Arm {
         Ok(Memory { robot, task, held: [None; HANDS_MAX], J, q, v, tau, M: vec![0.0; n * n] })
     }
 
-    /// Memory of a call, with these joints (angle and rate of each, hand by hand, base to tip), and what each hand holds, with its
-    /// pose there; both hands hold a load that both name. `None` for joints that are not finite. Bits do not depend on who used it before.
+    /// Returns working memory with the given joint state (angle and rate of each joint, hand by hand, base to tip) and the load of each hand with its
+    /// pose there. If both hands name one load, they hold it together. Returns `None` for non-finite joint values. Results do not depend on earlier
+    /// uses of the memory.
     pub fn at(&self, joints: &[f64], held: [Option<(usize, Pose)>; HANDS_MAX]) -> Option<Memory> {
         let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut m = match idle {
@@ -337,7 +341,7 @@ impl Arm {
             (m.q[*k], m.v[*k]) = (pair[0], pair[1]);
         }
         let set = m.robot.set_q(&m.q).is_ok() && m.v.iter().all(|v| v.is_finite());
-        // The second hand's grasp of an object follows its joints, so that it is taken anew.
+        // The grasp of the second hand depends on the joint positions, so an object in both hands must be attached again at each call.
         let twice = |held: &[Option<(usize, Pose)>; HANDS_MAX]| match held {
             [Some(a), Some(b)] => a.0 == b.0,
             _ => false,
@@ -369,7 +373,7 @@ impl Arm {
         None
     }
 
-    /// Pose of a hand's tip, and its velocity [ω; v] at its origin, base axes; `None` for rates that are no numbers.
+    /// Returns the pose of a hand's tip and its velocity [ω; v] at its origin, base axes; `None` for non-finite rates.
     pub fn tip(&self, m: &mut Memory, hand: usize) -> Option<(Pose, [f64; 6])> {
         let part = self.chains[hand];
         let X = m.robot.tip_pose(part).ok()?;
@@ -382,22 +386,22 @@ impl Arm {
         Some((X, V))
     }
 
-    /// Memory that a call needs no more.
+    /// Returns working memory to the pool after a call.
     pub fn give_back(&self, memory: Memory) {
         self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(memory);
     }
 }
 
-/// Inertias of rotors onto the joints.
+/// Adds the rotor inertias to the joints.
 fn rotors(spec: &mut ModelSpec, moving: &[usize], armature: &[f64]) -> Result<(), BuildError> {
     if !armature.is_empty() && armature.len() != moving.len() {
-        let fact = format!("{} numbers for {} joints", armature.len(), moving.len());
+        let fact = format!("`armature` has {} numbers for {} joints", armature.len(), moving.len());
         let help = "write one for each, base to tip";
         return Err(BuildError::new(fact).help(help).at("armature"));
     }
     if let Some(bad) = armature.iter().find(|a| !(a.is_finite() && **a >= 0.0)) {
-        let fact = format!("an inertia of {bad} kg m²");
-        return Err(BuildError::new(fact).help("0 or more").at("armature"));
+        let fact = format!("`armature` contains {bad} kg m²");
+        return Err(BuildError::new(fact).help("write values of 0 or more").at("armature"));
     }
     for (k, a) in moving.iter().zip(armature) {
         let hinge = &mut spec.mechanism.bodies_mut()[*k].hinge;

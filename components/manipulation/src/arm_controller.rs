@@ -1,17 +1,17 @@
-//! `manipulation.arm_controller`: carries out a programme of moves of an arm's tip, by an embedded model of the arm.
+//! `manipulation.arm_controller`: executes a sequence of moves of an arm's tip with an embedded model of the arm.
 //! ```text
-//! e = [log(R_r Rᵀ); p_r − p],  ė = V_r − J v                              base axes; r: the wanted pose (`moves`)
+//! e = [log(R_r Rᵀ); p_r − p],  ė = V_r − J v                              base axes; r: the commanded pose (`moves`)
 //! tracking     a = A_r + 2 ω ė + ω² e + Λ⁻¹ f
 //! compliant    a = A_r + Λ⁻¹ (K e + D ė + f),    D_ii = 2 √(K_ii/(Λ⁻¹)_ii)
-//! torque       τ = Jᵀ Λ (a − J̇ v) + C v + g       with what the hand holds; more than six joints: Nᵀ τ₀ beside it, τ₀ = −2 ω M_kk v_k
+//! torque       τ = Jᵀ Λ (a − J̇ v) + C v + g       with the held load; for more than six joints plus Nᵀ τ₀, τ₀ = −2 ω M_kk v_k
 //! ```
 //! Source: O. Khatib, IEEE J. Robotics and Automation 3 (1987) 43. ω is `bandwidth`, f the move's force and moment. Where the tip cannot
-//! move independently in six directions (a singular pose), the arm holds itself against gravity, damped, and `singular` says so.
+//! move independently in six directions (a singular pose), the arm compensates gravity and damps its joints, and the output `singular` is true.
 //!
-//! A compliant tip that is fed has no spring along `feed`: e is taken across it. A move ends when its time is over and the tip has
-//! arrived, or when it feels the touch or comes to the depth that it was to. When it does not arrive, feels nothing or does not come
-//! to its depth within `patience`, `failed` is set and the arm stays there. After the last move it holds its pose, and `done` is set.
-//! The work is looked at when a move begins: its moves go to where it is seen, with the noise `work_noise`.
+//! A compliant tip with `feed` has no spring along that direction: the component of e along `feed` is removed. A move ends when its duration is over
+//! and the tip has arrived, or when it reaches its `touch` force or its `depth`. If this does not happen within `patience` after the duration,
+//! `failed` is set and the arm holds its commanded pose. After the last move the arm holds its pose and `done` is set. The position of the work is
+//! observed, with the noise `work_noise`, when a move begins; moves in the frame of the work are shifted accordingly.
 
 use crate::arm::{Arm, Hand, InertiaCheck, Load, Memory, RobotFile};
 use crate::moves::{Move, Path, Reference};
@@ -20,12 +20,12 @@ use crate::tracking::{TrackingSample, norm};
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Pose;
 
-/// The robot, its programme, and how it is controlled.
+/// Parameters: the robot, its moves and the gains of the controller.
 #[derive(Params, Clone, Debug)]
 pub struct ArmParams {
-    /// Description of the robot as the controller believes it to be; masses and limits of its joints come from there.
+    /// Robot description that the controller uses. It supplies masses and joint limits and may differ from the simulated robot.
     pub robot: RobotFile,
-    /// Moments of inertia in it that no body has: `Warn` reads them with a warning, `Physical` refuses them.
+    /// Handling of moments of inertia that are not physical: `Warn` accepts them with a warning, `Physical` rejects them with an error.
     #[param(default = InertiaCheck::Warn)]
     pub inertia_check: InertiaCheck,
     /// Link that carries the arm, or `world`: the base.
@@ -33,51 +33,52 @@ pub struct ArmParams {
     pub base: String,
     /// Link whose frame is the tip.
     pub tip: String,
-    /// The tip's origin in that frame: a tool's point. Its axes are those of the link.
+    /// Origin of the tip (tool centre point) in the frame of that link. The tip has the axes of the link.
     #[param(unit = "m", default = Vec3::zeros())]
     pub tool: Vec3,
-    /// Inertia of each joint's rotor seen at the joint (gear² times its own), base to tip, which a URDF file cannot say; default: zeros.
+    /// Rotor inertia of each joint, reflected to the joint (gear² times rotor inertia), base to tip. URDF has no element for it. Default: zeros.
     #[param(unit = "kg m^2", default = Vec::new())]
     pub armature: Vec<f64>,
-    /// What is done, in turn.
+    /// Moves, in order.
     pub moves: Vec<Move>,
-    /// What the hand may hold.
+    /// Loads that the hand may hold.
     #[param(default = Vec::new())]
     pub loads: Vec<Load>,
-    /// Where the controller believes the work's origin to be, in the base.
+    /// Assumed position of the work's origin in the base.
     #[param(unit = "m", default = Vec3::zeros())]
     pub work_position: Vec3,
     /// Roll, pitch, yaw of the work in the base.
     #[param(unit = "rad", default = Vec3::zeros())]
     pub work_rpy: Vec3,
-    /// Standard deviation, on each axis, of where the work is seen about `work_position`: it is looked at anew when a move begins.
+    /// Standard deviation on each axis of the observed position of the work. A new observation is drawn when a move begins.
     #[param(unit = "m", default = 0.0, range = 0.0..)]
     pub work_noise: f64,
-    /// Acceleration of free fall that it believes, the base's axes. Default: from the simulation's gravity at the origin of W, for a base whose axes are those of W; without gravity, none.
+    /// Gravitational acceleration that the controller assumes, base axes. Default: the simulation's gravity at the origin of W, which is correct for
+    /// a base with the axes of W; zero without gravity.
     #[param(unit = "m/s^2")]
     pub gravity: Option<Vec3>,
     /// Gravity of the simulation.
     #[param(service)]
     pub field: Option<Handle<dyn Gravity>>,
-    /// Natural frequency with which errors go away when it tracks.
+    /// Natural frequency of the error dynamics while tracking.
     #[param(unit = "rad/s", default = 30.0, range = 1e-3..)]
     pub bandwidth: f64,
-    /// It has arrived when the tip is this near.
+    /// Position tolerance for arrival.
     #[param(unit = "m", default = 1e-3, range = 1e-9..)]
     pub tolerance: f64,
-    /// And turned no more than this.
+    /// Angle tolerance for arrival.
     #[param(unit = "rad", default = 5e-3, range = 1e-9..)]
     pub tolerance_angle: f64,
-    /// How long after the duration of a move the tip may take to arrive.
+    /// Time after the duration of a move within which the tip must arrive.
     #[param(unit = "s", default = 5.0, range = 0.0..)]
     pub patience: f64,
-    /// Positions of the joints at the start, base to tip: with them every move is followed before the run, and one that ends out of
-    /// reach, or on whose way a joint comes to its limits of position or rate, is refused. Default: nothing is looked at.
+    /// Joint positions at the start, base to tip. If given, every move is checked before the run: a move that ends out of reach or exceeds a position
+    /// or rate limit of a joint is an error. Default: no check.
     #[param(unit = "rad", default = Vec::new())]
     pub ready: Vec<f64>,
 }
 
-/// What a joint's encoder shows.
+/// Measurements of a joint encoder.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct JointIn {
     /// Angle.
@@ -88,7 +89,7 @@ pub struct JointIn {
     pub rate: f64,
 }
 
-/// What a joint's drive is told.
+/// Command to the drive of a joint.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct JointOut {
     /// Torque.
@@ -96,40 +97,40 @@ pub struct JointOut {
     pub torque: f64,
 }
 
-/// How it goes.
+/// Status of the controller.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ArmOut {
-    /// Which move is under way, from 0.
+    /// Index of the current move, from 0.
     #[port("1")]
     pub index: f64,
-    /// The gripper is to be closed.
+    /// Gripper command: closed.
     #[port("1")]
     pub grip: bool,
     /// All moves are done.
     #[port("1")]
     pub done: bool,
-    /// A move did not arrive, or not feel what it was to; the arm stays where it was to be.
+    /// A move did not arrive, or did not reach its `touch` force or `depth`. The arm holds the commanded pose.
     #[port("1")]
     pub failed: bool,
     /// The tip cannot move independently in six directions here.
     #[port("1")]
     pub singular: bool,
-    /// A torque was cut to what its joint can do.
+    /// A torque was limited to the effort limit of its joint.
     #[port("1")]
     pub limited: bool,
-    /// Distance of the tip from where it is to be.
+    /// Position error of the tip.
     #[port("m")]
     pub error: f64,
-    /// Angle between the tip and what it is to be.
+    /// Angle error of the tip.
     #[port("rad")]
     pub error_angle: f64,
     /// Force with which a compliant tip pushes: spring, damper and the move's own force; zero while it tracks.
     #[port("N")]
     pub push: f64,
-    /// The tip, by the embedded model, base axes.
+    /// Position of the tip from the embedded model, base axes.
     #[port("m")]
     pub tip: Vec3,
-    /// Where it is to be.
+    /// Commanded position of the tip, base axes.
     #[port("m")]
     pub wanted: Vec3,
 }
@@ -140,16 +141,16 @@ pub struct Progress {
     /// A first sample has been taken.
     #[port("1")]
     pub begun: bool,
-    /// The move under way.
+    /// Index of the current move.
     #[port("1")]
     pub index: f64,
-    /// Time since it began.
+    /// Time since the current move began.
     #[port("s")]
     pub elapsed: f64,
-    /// Where it began: position.
+    /// Commanded position of the tip at the start of the move.
     #[port("m")]
     pub position: Vec3,
-    /// Where it began: attitude.
+    /// Commanded attitude of the tip at the start of the move.
     #[port]
     pub rotation: Quat,
     /// All moves are done.
@@ -158,7 +159,7 @@ pub struct Progress {
     /// A move did not arrive.
     #[port("1")]
     pub failed: bool,
-    /// How far beside `work_position` the work was seen when the move began, base axes.
+    /// Observed offset of the work from `work_position` at the start of the move, base axes.
     #[port("m")]
     pub seen: Vec3,
 }
@@ -173,7 +174,7 @@ struct Step {
     arrive: bool,
 }
 
-/// An arm that carries out moves.
+/// Controller of one arm.
 pub struct ArmController {
     p: ArmParams,
     arm: Arm,
@@ -197,12 +198,12 @@ impl ArmController {
         &self.steps[(d.index as usize).min(self.steps.len() - 1)]
     }
 
-    /// Memory for joints, with what the hand holds.
+    /// Returns the working memory for a joint state with the held load.
     fn memory(&self, joints: &[f64], step: &Step) -> Option<Memory> {
         self.arm.at(joints, [step.load.map(|k| (k, Pose::identity())), None])
     }
 
-    /// The wanted pose, and how far the tip is from it; `None` for joints that are no numbers.
+    /// Returns the commanded pose and the tracking error of the tip, or `None` for non-finite joint values.
     fn now(&self, d: &Progress, m: &mut Memory) -> Option<TrackingSample> {
         let (X, V) = self.arm.tip(m, 0)?;
         let from = Pose::new(d.rotation, d.position);
@@ -214,7 +215,7 @@ impl ArmController {
         Some(TrackingSample::new(wanted, &X, &V))
     }
 
-    /// Torques into `m.tau`; returns the force that a compliant tip pushes with (N), or `None` in a singular pose.
+    /// Writes torques to `m.tau`. Returns the force of a compliant tip (N), or `None` in a singular pose.
     fn torques(&self, d: &Progress, m: &mut Memory, now: &TrackingSample) -> Option<f64> {
         let step = self.step(d);
         let Memory { robot, task, v, tau, q, M, .. } = m;
@@ -227,14 +228,14 @@ impl ArmController {
         }
         let redundant = v.len() > 6;
         if redundant {
-            // The room of q is free: the robot has its own copy.
+            // q serves as scratch memory here, because the robot has its own copy of the positions.
             damping(robot, w, v, M, q)?;
         }
         task.forces(robot, v, &a, redundant.then_some(&q[..]), tau).ok()?;
         Some(if step.stiffness.is_some() { norm(&f[3..]) } else { 0.0 })
     }
 
-    /// Holds the arm against gravity, damped.
+    /// Compensates gravity and damps the joints.
     fn hold(&self, m: &mut Memory) -> Option<()> {
         let Memory { robot, v, tau, q, M, .. } = m;
         damping(robot, self.p.bandwidth, v, M, q)?;
@@ -244,7 +245,7 @@ impl ArmController {
     }
 }
 
-/// −2 ω M_kk v_k into `out`; M (n × n) is room.
+/// Writes the damping torques −2 ω M_kk v_k to `out`; `M` (n × n) is scratch memory.
 pub(crate) fn damping(
     robot: &mut linkwork_embedded::Robot,
     w: f64,
@@ -260,13 +261,13 @@ pub(crate) fn damping(
     Some(())
 }
 
-/// Carries out moves of an arm's tip by an embedded model of the arm: tracking or compliant, with what the hand holds.
+/// Executes moves of an arm's tip with an embedded model of the arm. The tip tracks its path or is compliant; the held load is included.
 #[model("manipulation.arm_controller")]
 impl SizedModel for ArmController {
     type Params = ArmParams;
 
     fn ports(p: &ArmParams) -> SizedPorts {
-        // A description that makes no arm is refused when the part is built.
+        // `build` reports an error for a description without this arm.
         let joints = Self::arm(p).map_or(0, |arm| arm.joints());
         let group = |k: usize| format!("joints[{k}]");
         let inputs = (0..joints).flat_map(|k| PortSpec::group::<JointIn>(group(k), "Encoder"));
@@ -284,8 +285,8 @@ impl SizedModel for ArmController {
         p.gravity = Some(crate::believed(p.gravity, p.field.as_ref()));
         let arm = Self::arm(&p)?;
         if p.moves.is_empty() {
-            let help = "write one at least, such as (name: \"stay\", duration: \"1 s\")";
-            return Err(BuildError::new("there is no move").help(help).at("moves"));
+            let help = "write at least one, such as (name: \"stay\", duration: \"1 s\")";
+            return Err(BuildError::new("`moves` is empty").help(help).at("moves"));
         }
         let a = p.work_rpy;
         let work = Pose::new(Quat::from_euler_angles(a.x, a.y, a.z), p.work_position);
@@ -319,7 +320,7 @@ impl SizedModel for ArmController {
         let d = Progress::get(d);
         let step = self.step(&d);
         let n = self.arm.joints();
-        // Joints that are no numbers give torques that are none, at which the run stops.
+        // Non-finite joint values give NaN torques, which stop the run with an error.
         y.fill(f64::NAN);
         let Some(mut m) = self.memory(u, step) else { return };
         if let Some(now) = self.now(&d, &mut m) {
@@ -358,7 +359,7 @@ impl SizedModel for ArmController {
         let Some(mut m) = self.memory(u, step) else { return };
         if let Some(now) = self.now(&p, &mut m) {
             let mut X = now.wanted.X;
-            // What is fed stands where it got to.
+            // The next move begins where a fed tip actually stopped, not at its commanded position.
             let gone = step.path.feed.map(|n| -n.dot(&now.way()));
             if let (Some(n), Some(gone)) = (step.path.feed, gone) {
                 X.position += n * gone;
@@ -393,7 +394,7 @@ impl SizedModel for ArmController {
 }
 
 impl ArmController {
-    /// That every move can be followed within the limits of the joints, beginning at `ready`.
+    /// Checks that every move can be followed within the joint limits, beginning at `ready`.
     fn reachable(&self) -> Result<(), BuildError> {
         if self.p.ready.is_empty() {
             return Ok(());

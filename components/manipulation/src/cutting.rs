@@ -1,14 +1,14 @@
-//! `manipulation.cutting`: what a drill's bit feels while it drills into a plate.
+//! `manipulation.cutting`: forces on a drill bit and a plate during drilling.
 //! ```text
-//! δ = −n·(p − p_w)                    depth of the bit's point under the surface; n: z of the work's node
-//! F = k (δ − h)₊                      thrust between the bit's point and the bottom of the hole, while h < thickness
-//! f = 2 (F − F_c)₊ / (K D)            feed per turn (thrust of two lips, F = K D f/2, beyond the chisel edge's F_c)
+//! δ = −n·(p − p_w)                    depth of the bit's tip below the surface; n: z of the work's node
+//! F = k (δ − h)₊                      thrust between the bit's tip and the bottom of the hole, while h < thickness
+//! f = 2 (F − F_c)₊ / (K D)            feed per revolution (thrust of two lips, F = K D f/2, above the chisel edge's F_c)
 //! ḣ = f Ω/2π                          the hole grows
 //! M = K D² f/8                        torque of the lips
-//! side F_s = −k_s s − c_s ṡ           s: way of the bit across, from where it entered
+//! side F_s = −k_s s − c_s ṡ           s: lateral displacement of the bit from the point of entry
 //! ```
 //! Source of thrust and torque: M. C. Shaw, *Metal Cutting Principles*, 2nd ed., chapter on drilling, with the specific cutting force K.
-//! When the bit comes out at the far side thrust and torque go at once; the hole goes on guiding it.
+//! When the bit breaks through the far side, thrust and torque vanish at once; the hole continues to guide the bit.
 
 use linkwork_runtime::prelude::*;
 use std::f64::consts::TAU;
@@ -22,7 +22,7 @@ pub struct CuttingParams {
     /// Specific cutting force of the plate.
     #[param(unit = "Pa", range = 1.0..)]
     pub cutting_force: f64,
-    /// Thrust that the chisel edge takes before it cuts.
+    /// Thrust F_c of the chisel edge before the bit cuts.
     #[param(unit = "N", default = 0.0, range = 0.0..)]
     pub chisel: f64,
     /// Thickness of the plate.
@@ -42,7 +42,7 @@ pub struct CuttingParams {
 /// Bit, plate, spindle.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct CuttingIn {
-    /// The bit's point.
+    /// Tip of the bit.
     #[port(bind = "bit")]
     pub bit: NodeState,
     /// The plate: origin on its surface, z outwards.
@@ -56,10 +56,10 @@ pub struct CuttingIn {
 /// Loads and the hole.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct CuttingOut {
-    /// On the bit.
+    /// Wrench on the bit.
     #[port(bind = "bit")]
     pub on_bit: Wrench,
-    /// On the plate.
+    /// Wrench on the plate.
     #[port(bind = "work")]
     pub on_work: Wrench,
     /// Thrust along the bit.
@@ -68,13 +68,13 @@ pub struct CuttingOut {
     /// Torque of the lips.
     #[port("N m")]
     pub torque: f64,
-    /// Force across the bit.
+    /// Lateral force on the bit.
     #[port("N")]
     pub side: f64,
-    /// Depth of the bit's point under the surface; negative above.
+    /// Depth of the bit's tip below the surface; negative above.
     #[port("m")]
     pub depth: f64,
-    /// Rate at which the hole grows.
+    /// Rate at which the hole deepens.
     #[port("m/s")]
     pub feed: f64,
 }
@@ -82,18 +82,18 @@ pub struct CuttingOut {
 /// The hole.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Hole {
-    /// How deep it is.
+    /// Depth of the hole.
     #[port("m")]
     pub hole: f64,
 }
 
-/// Where it is.
+/// Position of the bit.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Place {
-    /// The bit is under the surface.
+    /// The bit is below the surface.
     #[port("1")]
     pub inside: bool,
-    /// Where it entered, work axes.
+    /// Point of entry, work axes.
     #[port("m")]
     pub entry: Vec3,
 }
@@ -101,15 +101,15 @@ pub struct Place {
 /// Surface crossed.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Crossed {
-    /// Depth of the bit's point, where it enters.
+    /// Depth of the bit's tip, for the event at which it enters.
     #[port("m", rising)]
     pub enters: f64,
-    /// Depth of the bit's point, where it leaves.
+    /// Depth of the bit's tip, for the event at which it leaves.
     #[port("m", falling)]
     pub leaves: f64,
 }
 
-/// The guard at which the bit enters, by its place in [`Crossed`].
+/// Index in [`Crossed`] of the guard at which the bit enters.
 const ENTERS: usize = 0;
 
 /// A bit that drills into a plate.
@@ -117,7 +117,7 @@ pub struct Cutting {
     p: CuttingParams,
 }
 
-/// HandMotion of the bit seen from the work's node, and its rate, work axes.
+/// Returns position and velocity of the bit relative to the work's node, work axes.
 fn seen(u: &CuttingIn) -> (Vec3, Vec3) {
     let R = u.work.rotation.inverse();
     let r = u.bit.position - u.work.position;
@@ -126,7 +126,7 @@ fn seen(u: &CuttingIn) -> (Vec3, Vec3) {
 }
 
 impl Cutting {
-    /// Thrust and feed per turn.
+    /// Returns thrust (N) and feed per revolution (m).
     fn lips(&self, depth: f64, hole: f64) -> (f64, f64) {
         let p = &self.p;
         if hole >= p.thickness {
@@ -137,7 +137,7 @@ impl Cutting {
     }
 }
 
-/// Thrust, torque and guidance of a drill's bit in a plate; the hole grows with the feed.
+/// Drilling: thrust, torque and guidance of a bit in a plate; the hole deepens with the feed.
 #[model("manipulation.cutting")]
 impl Model for Cutting {
     type Params = CuttingParams;
@@ -185,7 +185,7 @@ impl Model for Cutting {
     }
     fn handle_event(&self, fired: Fired<'_>, x: &Hole, d: &Place, u: &CuttingIn) -> (Hole, Place) {
         let at = seen(u).0;
-        // What comes back to a hole goes where the hole is.
+        // A bit that enters an existing hole keeps the entry point of that hole.
         let entry = if x.hole > 0.0 { d.entry } else { at };
         (*x, Place { inside: fired.rose(ENTERS), entry })
     }

@@ -1,18 +1,20 @@
-//! `manipulation.dual_arm_controller`: two arms of one robot, each with its own moves, or both with what they hold between them.
+//! `manipulation.dual_arm_controller`: controls two arms of one robot. Each arm follows its own moves, or both move an object that they hold between
+//! them.
 //! ```text
-//! O                   halfway between the tips; its pose in each hand, X_LO and X_RO, is found from the joints when both take hold
-//! apart               a as of `manipulation.arm_controller`, for the tips of both hands at once
-//! together            e, ė of O, from the mean of where both hands have it;  a_O = A_r + 2 ω ė + ω² e + Λ_O⁻¹ f, or compliant
+//! O                                     frame halfway between the tips; its pose in each hand, X_LO and X_RO, is computed from the joints at the moment of grasping
+//! apart               a as in `manipulation.arm_controller`, for the tips of both hands at once
+//! together            e, ė of O, from the mean of its poses in both hands; a_O = A_r + 2 ω ė + ω² e + Λ_O⁻¹ f, or compliant
 //!                     Λ_O = Gᵀ Λ G,  a_i = [α; a + α × r_i + ω × (ω × r_i)],  G_i = [1, 0; −r_i×, 1]       r_i: O to tip i
-//! torque              τ₀ = Jᵀ Λ (a − J̇ v) + C v + g                             with what the hands hold, all of it on the left
-//! shared              τ = τ₀ − Cᵀ λ,  min Σ (τ/limit)²                          λ: what the right hand does to the object
-//! squeeze             s = max(wanted, margin |t_i|/µ − n_i)                     n_i, t_i: of hand i's force along and across the line of the tips
+//! torque              τ₀ = Jᵀ Λ (a − J̇ v) + C v + g                             with the held loads; a shared load is attached to the left hand
+//! shared              τ = τ₀ − Cᵀ λ,  min Σ (τ/limit)²                          λ: wrench of the right hand on the object
+//! squeeze             s = max(wanted, margin |t_i|/µ − n_i)                     n_i, t_i: force of hand i along and across the line through the tips
 //! ```
-//! Sources: O. Khatib, IEEE J. Robotics and Automation 3 (1987) 43; the balance and the squeeze are those of `linkwork-embedded`.
-//! The grip is one of flat palms that press towards each other: moments are not looked at. What hands do to the object is known from the loads and
-//! the joints' torques, not measured.
+//! Sources: O. Khatib, IEEE J. Robotics and Automation 3 (1987) 43; load sharing and squeeze are computed by `linkwork-embedded`.
+//! The grip model is two flat palms that press towards each other; contact moments are neglected. The forces of the hands on the object are computed
+//! from the loads and the joint torques, not measured.
 //!
-//! Moves end, and fail, as those of one arm do, and the work is looked at as one arm does. In a singular pose both arms hold themselves against gravity, damped.
+//! Moves end and fail as in `manipulation.arm_controller`, and the work is observed in the same way. In a singular pose both arms compensate gravity
+//! and damp their joints.
 
 use crate::arm::{Arm, HANDS_MAX, Hand, Memory};
 use crate::arm_controller::{JointIn, JointOut, damping};
@@ -34,7 +36,7 @@ struct Step {
 }
 
 impl Step {
-    /// The touches that it waits for: of each hand, or of what both hold.
+    /// Returns the contact forces (N) that the move waits for: one of each hand, or one of the object in both hands.
     fn touches(&self) -> [Option<f64>; 2] {
         match &self.tracks {
             Tracks::Apart(t) => [t[0].touch, t[1].touch],
@@ -43,7 +45,7 @@ impl Step {
     }
 }
 
-/// Two arms that carry out moves.
+/// Controller of two arms.
 pub struct DualArmController {
     p: DualArmParams,
     arm: Arm,
@@ -52,7 +54,7 @@ pub struct DualArmController {
 
 type Tip = (Pose, [f64; 6]);
 
-/// What moves, at one sample. In a box it would be memory taken at each sample.
+/// Tracking errors at one sample. The variants are not boxed, because a box would allocate memory at each sample.
 #[allow(clippy::large_enum_variant)]
 enum Moving {
     Apart([TrackingSample; 2]),
@@ -60,7 +62,7 @@ enum Moving {
 }
 
 impl Moving {
-    /// Greatest distance, and greatest angle, from where it is to be.
+    /// Returns the largest position error (m) and the largest angle error (rad).
     fn errors(&self) -> [f64; 2] {
         let of = |now: &TrackingSample| [norm(&now.e[3..]), norm(&now.e[..3])];
         match self {
@@ -73,7 +75,7 @@ impl Moving {
     }
 }
 
-/// How both hands hold an object.
+/// State of the grip of both hands on an object.
 #[derive(Clone, Copy, Default)]
 struct Grip {
     squeeze: f64,
@@ -81,13 +83,13 @@ struct Grip {
     slipping: bool,
 }
 
-/// Halfway between two tips, with these axes, seen from each tip.
+/// Returns the frame halfway between two tips with the given axes, and its pose in each tip.
 fn found(tips: [Pose; 2], axes: Quat) -> (Pose, [Pose; 2]) {
     let O = Pose::new(axes, 0.5 * (tips[0].position + tips[1].position));
     (O, tips.map(|X| X.inverse() * O))
 }
 
-/// O and its velocity: the mean of where both hands have it.
+/// Returns the pose and velocity of O as the mean of both hands.
 fn mean(tips: &[Tip; 2], in_hands: &[Pose; 2]) -> Tip {
     let O = [0, 1].map(|k| tips[k].0 * in_hands[k]);
     let p = 0.5 * (O[0].position + O[1].position);
@@ -103,7 +105,7 @@ fn mean(tips: &[Tip; 2], in_hands: &[Pose; 2]) -> Tip {
     (X, V)
 }
 
-/// Velocities of a tip at `r` from O, by those of O.
+/// Returns the matrix that maps the velocity of O to the velocity of a tip at `r` from O.
 fn at(r: &Vec3) -> Matrix6<f64> {
     let mut G = Matrix6::identity();
     let cross = Matrix3::new(0.0, r.z, -r.y, -r.z, 0.0, r.x, r.y, -r.x, 0.0);
@@ -135,7 +137,7 @@ impl DualArmController {
         Some([self.arm.tip(m, 0)?, self.arm.tip(m, 1)?])
     }
 
-    /// Memory for joints, with what the hands hold, and O in both hands.
+    /// Returns the working memory for a joint state with the held loads, and the pose of O in both hands.
     fn memory(&self, joints: &[f64], d: &DualProgress) -> Option<(Memory, [Pose; 2])> {
         let mut in_hands = d.in_hands();
         let held: [Option<(usize, Pose)>; HANDS_MAX] = match &self.step(d).tracks {
@@ -155,7 +157,7 @@ impl DualArmController {
         Some((self.arm.at(joints, held)?, in_hands))
     }
 
-    /// What moves, and how far it is from where it is to be.
+    /// Returns the tracking errors of all that moves.
     fn moving(&self, d: &DualProgress, tips: &[Tip; 2], in_hands: &[Pose; 2]) -> Moving {
         let wanted = |track: &Track, from: Pose, X: Pose| match (d.begun, d.done || d.failed) {
             (false, _) => Reference::still(X),
@@ -174,8 +176,8 @@ impl DualArmController {
         }
     }
 
-    /// Accelerations of both tips into `a`; the pushes of what is compliant: of each hand, or of O in the first place.
-    /// `None` where the tips cannot move independently.
+    /// Writes the accelerations of both tips to `a`. Returns the wrenches of compliant motions: one for each hand, or the wrench at O as the first.
+    /// Returns `None` where the tips cannot move independently.
     fn accelerations(
         &self,
         step: &Step,
@@ -231,7 +233,7 @@ impl DualArmController {
         }
     }
 
-    /// Shares the load of what both hold, and presses it: changes `m.tau`.
+    /// Shares the load of the object between both hands and squeezes it: changes `m.tau`.
     fn grip(
         &self,
         step: &Step,
@@ -245,7 +247,7 @@ impl DualArmController {
         let (X, A) = (now.wanted.X, now.wanted.A);
         let com = X.rotation * self.p.loads[load].com;
         let a = A.linear + A.angular.cross(&com) - self.p.gravity.unwrap_or_default();
-        // Safe: as if all of the push went through the palms.
+        // Conservative: assumes that the whole compliance force passes through the palms.
         let net = a * self.p.loads[load].mass + Vec3::new(push[3], push[4], push[5]);
         let forces = [net - shared.second.force, shared.second.force];
         let [l, r] = [0, 1].map(|k| m.robot.tip_pose(self.arm.chains[k]).map(|X| X.position));
@@ -268,12 +270,12 @@ impl DualArmController {
             let press = n + squeeze;
             if press > 0.0 { t / press } else { f64::INFINITY }
         });
-        // A palm that does not press at all is told by `slipping`; the ratio stays a number.
+        // `slipping` reports a palm that does not press; the ratio is limited so that it stays finite.
         let friction = friction[0].max(friction[1]).min(1e3);
         Some(Grip { squeeze, friction, slipping: friction > p.friction })
     }
 
-    /// Torques into `m.tau`; `None` in a singular pose.
+    /// Writes torques to `m.tau`. Returns the largest compliance force (N) and the grip, or `None` in a singular pose.
     fn torques(
         &self,
         step: &Step,
@@ -285,7 +287,7 @@ impl DualArmController {
         let Memory { robot, task, v, tau, q, M, .. } = m;
         let redundant = v.len() > 12;
         if redundant {
-            // The room of q is free: the robot has its own copy.
+            // q serves as scratch memory here, because the robot has its own copy of the positions.
             damping(robot, self.p.bandwidth, v, M, q)?;
         }
         task.forces(robot, v, &a, redundant.then_some(&q[..]), tau).ok()?;
@@ -303,7 +305,7 @@ impl DualArmController {
         Some((push, grip))
     }
 
-    /// Holds both arms against gravity, damped.
+    /// Compensates gravity and damps the joints of both arms.
     fn hold(&self, step: &Step, m: &mut Memory) -> Option<()> {
         let Memory { robot, v, tau, q, M, .. } = m;
         damping(robot, self.p.bandwidth, v, M, q)?;
@@ -319,13 +321,14 @@ impl DualArmController {
     }
 }
 
-/// Carries out moves of two arms by an embedded model of the robot: each by itself, or both with what they hold between them, whose load they share and which they press as friction needs.
+/// Executes moves of two arms with an embedded model of the robot. Each arm moves separately, or both carry an object: they share its load by joint
+/// effort and squeeze it as much as friction requires.
 #[model("manipulation.dual_arm_controller")]
 impl SizedModel for DualArmController {
     type Params = DualArmParams;
 
     fn ports(p: &DualArmParams) -> SizedPorts {
-        // A description that makes no arms is refused when the part is built.
+        // `build` reports an error for a description without these arms.
         let joints = Self::arm(p).map_or([0; 2], |arm| [0, 1].map(|k| arm.joints_of(k)));
         let names = || {
             let of = |(side, n): (&'static str, usize)| (0..n).map(move |k| format!("{side}[{k}]"));
@@ -346,13 +349,13 @@ impl SizedModel for DualArmController {
         p.gravity = Some(crate::believed(p.gravity, p.field.as_ref()));
         let arm = Self::arm(&p)?;
         if let Some(k) = arm.limits.iter().position(|l| !(l.effort.is_finite() && l.effort > 0.0)) {
-            let fact = format!("joint {k} of the robot has no limit of its effort");
-            let help = "write `effort` in its `limit`: loads are shared by what each joint can do";
+            let fact = format!("joint {k} of the robot has no effort limit");
+            let help = "write `effort` in its `limit`: loads are shared in proportion to the effort limits";
             return Err(BuildError::new(fact).help(help).at("robot"));
         }
         if p.moves.is_empty() {
-            let help = "write one at least, such as (name: \"stay\", duration: \"1 s\")";
-            return Err(BuildError::new("there is no move").help(help).at("moves"));
+            let help = "write at least one, such as (name: \"stay\", duration: \"1 s\")";
+            return Err(BuildError::new("`moves` is empty").help(help).at("moves"));
         }
         let a = p.work_rpy;
         let work = Pose::new(Quat::from_euler_angles(a.x, a.y, a.z), p.work_position);
@@ -393,7 +396,7 @@ impl SizedModel for DualArmController {
     fn feedthrough(&self, d: &[f64], u: &[f64], y: &mut [f64]) {
         let d = DualProgress::get(d);
         let step = self.step(&d);
-        // Joints that are no numbers give torques that are none, at which the run stops.
+        // Non-finite joint values give NaN torques, which stop the run with an error.
         y.fill(f64::NAN);
         let Some((mut m, in_hands)) = self.memory(u, &d) else { return };
         let Some(tips) = self.tips(&mut m) else { return self.arm.give_back(m) };
@@ -482,7 +485,7 @@ impl SizedModel for DualArmController {
 }
 
 impl DualArmController {
-    /// Whether something compliant pushes harder than the touch that it waits for.
+    /// Returns whether a compliant motion pushes with more than the contact force that the move waits for.
     fn felt(&self, step: &Step, m: &mut Memory, (tips, moving): (&[Tip; 2], &Moving)) -> bool {
         let waits = step.touches();
         if waits == [None; 2] {
@@ -493,7 +496,7 @@ impl DualArmController {
         pushes.is_some_and(|f| (0..2).any(|k| waits[k].is_some_and(|most| norm(&f[k][3..]) > most)))
     }
 
-    /// That every move can be followed within the limits of the joints, beginning at `ready`.
+    /// Checks that every move can be followed within the joint limits, beginning at `ready`.
     fn reachable(&self) -> Result<(), BuildError> {
         if self.p.ready.is_empty() {
             return Ok(());

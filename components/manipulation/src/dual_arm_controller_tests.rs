@@ -276,5 +276,5 @@ fn what_two_arms_cannot_do_is_refused_before_the_run() {
     refused(p, &["right_tol", "right_tool"]);
     let mut p = one(still("a", 1.0));
     p.robot = RobotFile::new("weak.urdf", &urdf().replacen("effort=\"28\"", "effort=\"0\"", 1));
-    refused(p, &["no limit of its effort"]);
+    refused(p, &["no effort limit"]);
 }

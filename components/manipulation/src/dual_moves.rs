@@ -1,114 +1,117 @@
-//! Moves of two hands: each goes its own way, or both take along what they hold between them.
+//! Moves of two hands: each hand follows its own path, or both carry an object that they hold between them.
 
 use crate::arm::Load;
 use crate::moves::{Move, Path, Written};
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Pose;
 
-/// The way of a hand's tip, or of what both hold.
+/// Motion of the tip of one hand, or of the object that both hands hold.
 #[derive(Params, Clone, Debug)]
 pub struct HandMotion {
-    /// Where it is to be at the end; unwritten: where it is.
+    /// Target position at the end of the move. Default: the position at its start.
     #[param(unit = "m", default = None)]
     pub position: Option<Vec3>,
-    /// Roll, pitch, yaw at the end; unwritten: as it is. What both hands hold has the axes of the move's frame when they take hold of it.
+    /// Target roll, pitch, yaw at the end of the move. Default: the attitude at its start. An object in both hands has the axes of the move's `frame`
+    /// at the moment of grasping.
     #[param(unit = "rad", default = None)]
     pub rpy: Option<Vec3>,
-    /// Instead of a line: it turns by this angle about `axis` through `axis_point`.
+    /// Angle of an arc about `axis` through `axis_point`, instead of a line.
     #[param(unit = "rad", default = None)]
     pub turn: Option<f64>,
-    /// A point of that axis.
+    /// Point on the axis of the arc.
     #[param(unit = "m", default = Vec3::zeros())]
     pub axis_point: Vec3,
-    /// Direction of that axis.
+    /// Direction of the axis of the arc.
     #[param(default = Vec3::z())]
     pub axis: Vec3,
-    /// Force that it presses with beside what holds its pose.
+    /// Feedforward force that is added to the force that controls the pose.
     #[param(unit = "N", default = Vec3::zeros())]
     pub force: Vec3,
-    /// Moment that it turns with.
+    /// Feedforward moment.
     #[param(unit = "N m", default = Vec3::zeros())]
     pub moment: Vec3,
-    /// Stiffness, N/m and N m/rad: it gives way as a spring with its damper. Unwritten: it tracks its pose, whatever the force.
+    /// Stiffness in translation (N/m) and rotation (N m/rad) of a compliant motion: a spring with damper instead of tracking. Default: tracking of
+    /// the pose, whatever the contact force.
     #[param(default = None, range = 0.0..)]
     pub stiffness: Option<[f64; 2]>,
-    /// The move ends as soon as that spring, with its damper, pushes with more than this, and fails when nothing is felt; for a way
-    /// with `stiffness`.
+    /// The move ends as soon as the spring and damper push with more than this force. If the force is not reached within `patience`, the move fails.
+    /// Requires `stiffness`.
     #[param(unit = "N", default = None, range = 1e-6..)]
     pub touch: Option<f64>,
-    /// The load that is held; unwritten: none.
+    /// Name of the load that is held during the move. Default: none.
     #[param(default = None)]
     pub holds: Option<String>,
-    /// The gripper is told to be closed; both are while both hold one thing.
+    /// Gripper command: closed. While both hands hold one object, both grippers are commanded closed.
     #[param(default = false)]
     pub grip: bool,
 }
 
-/// One move. The move after it begins where the wanted poses stood when this one ended.
+/// One move of both hands. The next move begins at the commanded poses at the end of this one.
 #[derive(Params, Clone, Debug)]
 pub struct DualMove {
-    /// Its name, for messages.
+    /// Name of the move, for messages.
     pub name: String,
-    /// How long the motion takes; afterwards the tips stay at their ends until they have arrived.
+    /// Duration of the motion. Afterwards the commanded poses stay at the targets until the tips have arrived.
     #[param(unit = "s", range = 1e-3..=1e6)]
     pub duration: f64,
-    /// The left tip's way; unwritten: it stays, with its gripper open.
+    /// Motion of the left tip. Default: it stays, with its gripper open.
     #[param(default = None)]
     pub left: Option<HandMotion>,
-    /// The right tip's way; unwritten: it stays, with its gripper open.
+    /// Motion of the right tip. Default: it stays, with its gripper open.
     #[param(default = None)]
     pub right: Option<HandMotion>,
-    /// The way of what both hands hold between them: of the point halfway between the tips. `left` and `right` are unwritten then.
+    /// Motion of the object that both hands hold, at the point halfway between the tips. Excludes `left` and `right`.
     #[param(default = None)]
     pub both: Option<HandMotion>,
-    /// work: ways are written in the frame of the work; base: in that of the base.
+    /// Frame of positions, axes and forces: `work` is the frame of the work, `base` the frame of the arms' base.
     #[param(default = Written::Work)]
     pub frame: Written,
-    /// Force with which both hands press what they hold, at the least.
+    /// Minimum squeeze: the force with which both hands press the object.
     #[param(unit = "N", default = 0.0, range = 0.0..)]
     pub squeeze: f64,
-    /// The next move waits until the tips have arrived.
+    /// Whether the next move waits until the tips have arrived.
     #[param(default = true)]
     pub arrive: bool,
 }
 
-/// A way, ready to be evaluated.
+/// Motion of a hand or an object, ready to be evaluated.
 #[derive(Clone, Debug)]
 pub struct Track {
-    /// Where it goes.
+    /// Path.
     pub path: Path,
-    /// Stiffness of a way that gives way.
+    /// Stiffness of a compliant motion, N/m and N m/rad; `None`: tracking.
     pub stiffness: Option<[f64; 2]>,
-    /// Force that ends the move, N.
+    /// Contact force that ends the move, N.
     pub touch: Option<f64>,
-    /// What is held, by its place among the loads.
+    /// Index of the held load.
     pub load: Option<usize>,
-    /// The gripper is to be closed.
+    /// Gripper command: closed.
     pub grip: bool,
 }
 
 impl Track {
-    /// The same where the work is seen so far beside; see [`Path::seen`].
+    /// Returns the path shifted by the observed offset of the work (m, base axes); see [`Path::seen`].
     #[must_use]
     pub fn seen(&self, beside: &Vec3) -> Path {
         self.path.seen(beside)
     }
 }
 
-/// What moves in a move.
+/// The motions of a move.
 #[derive(Clone, Debug)]
 pub enum Tracks {
-    /// Each hand by itself: left, right.
+    /// Each hand separately: left, right.
     Apart(Box<[Track; 2]>),
-    /// What both hold; its axes when they take hold of it are those of the move's frame, base axes.
+    /// The object in both hands, and the rotation of its axes in the base at the moment of grasping (the axes of the move's frame).
     Together(Box<Track>, Quat),
 }
 
 impl Tracks {
-    /// From a move; `work` is the frame of the work in the base.
+    /// Prepares the motions of a move; `work` is the pose of the work in the base.
     ///
     /// # Errors
-    /// What [`Path::new`] refuses; `both` beside `left` or `right`, or without a load; a squeeze without `both`; one load in each hand.
+    /// Returns the errors of [`Path::new`], and an error if `both` is combined with `left` or `right` or has no load, if `squeeze` is set without
+    /// `both`, or if each hand holds the same load.
     pub fn new(m: &DualMove, work: &Pose, loads: &[Load]) -> Result<Self, BuildError> {
         let fault = |fact: &str, help: &str| {
             Err(BuildError::new(format!("move `{}`: {fact}", m.name)).help(help).at("moves"))
@@ -117,21 +120,24 @@ impl Tracks {
         if m.both.is_some() {
             if m.left.is_some() || m.right.is_some() {
                 let help = "write `both`, or `left` and `right`";
-                return fault("both hands move together, and one by itself", help);
+                return fault("`both` excludes `left` and `right`", help);
             }
             let both = track(&m.both)?;
             if both.load.is_none() {
-                return fault("both hands hold nothing", "write `holds`, the name of a load");
+                return fault("`both` has no load", "write `holds`, the name of a load");
             }
             let axes = if m.frame == Written::Work { work.rotation } else { Quat::identity() };
             return Ok(Tracks::Together(Box::new(both), axes));
         }
         if m.squeeze > 0.0 {
-            return fault("it squeezes, and no load is in both hands", "write `both`");
+            return fault("`squeeze` needs a load in both hands", "write `both`");
         }
         let (left, right) = (track(&m.left)?, track(&m.right)?);
         if left.load.is_some() && left.load == right.load {
-            return fault("each hand holds the same load", "write `both`, or one of the two");
+            return fault(
+                "`left` and `right` hold the same load",
+                "write `both`, or give the load to one hand only",
+            );
         }
         Ok(Tracks::Apart(Box::new([left, right])))
     }

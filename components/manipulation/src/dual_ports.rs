@@ -1,16 +1,16 @@
-//! What the controller of two arms is told, tells and remembers: parameters, outputs, state.
+//! Parameters, outputs and state of `manipulation.dual_arm_controller`.
 
 use crate::arm::{InertiaCheck, Load, RobotFile};
 use crate::dual_moves::DualMove;
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Pose;
 
-/// The robot, its programme, and how it is controlled.
+/// Parameters: the robot, its moves and the gains of the controller.
 #[derive(Params, Clone, Debug)]
 pub struct DualArmParams {
-    /// Description of the robot as the controller believes it to be; masses and limits of its joints come from there.
+    /// Robot description that the controller uses. It supplies masses and joint limits and may differ from the simulated robot.
     pub robot: RobotFile,
-    /// Moments of inertia in it that no body has: `Warn` reads them with a warning, `Physical` refuses them.
+    /// Handling of moments of inertia that are not physical: `Warn` accepts them with a warning, `Physical` rejects them with an error.
     #[param(default = InertiaCheck::Warn)]
     pub inertia_check: InertiaCheck,
     /// Link that carries both arms, or `world`: the base.
@@ -20,126 +20,128 @@ pub struct DualArmParams {
     pub left_tip: String,
     /// Link whose frame is the right tip.
     pub right_tip: String,
-    /// The left tip's origin in that frame: a palm's point.
+    /// Origin of the left tip in the frame of that link: a point of the palm.
     #[param(unit = "m", default = Vec3::zeros())]
     pub left_tool: Vec3,
-    /// The right tip's origin.
+    /// Origin of the right tip in the frame of its link.
     #[param(unit = "m", default = Vec3::zeros())]
     pub right_tool: Vec3,
-    /// Inertia of each joint's rotor seen at the joint, left arm then right, base to tip; default: zeros.
+    /// Rotor inertia of each joint, reflected to the joint (gear² times rotor inertia): left arm then right, base to tip. Default: zeros.
     #[param(unit = "kg m^2", default = Vec::new())]
     pub armature: Vec<f64>,
-    /// What is done, in turn.
+    /// Moves, in order.
     pub moves: Vec<DualMove>,
-    /// What hands may hold. Of what both hold, the centre of mass is from the point halfway between the tips, and its axes are those of the
-    /// move's frame when they take hold of it.
+    /// Loads that the hands may hold. For an object in both hands, `com` is measured from the point halfway between the tips, and its axes are the
+    /// axes of the move's frame at the moment of grasping.
     #[param(default = Vec::new())]
     pub loads: Vec<Load>,
-    /// Where the controller believes the work's origin to be, in the base.
+    /// Assumed position of the work's origin in the base.
     #[param(unit = "m", default = Vec3::zeros())]
     pub work_position: Vec3,
     /// Roll, pitch, yaw of the work in the base.
     #[param(unit = "rad", default = Vec3::zeros())]
     pub work_rpy: Vec3,
-    /// Standard deviation, on each axis, of where the work is seen about `work_position`: it is looked at anew when a move begins.
+    /// Standard deviation on each axis of the observed position of the work. A new observation is drawn when a move begins.
     #[param(unit = "m", default = 0.0, range = 0.0..)]
     pub work_noise: f64,
-    /// Acceleration of free fall that it believes, the base's axes. Default: from the simulation's gravity at the origin of W, for a base whose axes are those of W; without gravity, none.
+    /// Gravitational acceleration that the controller assumes, base axes. Default: the simulation's gravity at the origin of W, which is correct for
+    /// a base with the axes of W; zero without gravity.
     #[param(unit = "m/s^2")]
     pub gravity: Option<Vec3>,
     /// Gravity of the simulation.
     #[param(service)]
     pub field: Option<Handle<dyn Gravity>>,
-    /// Natural frequency with which errors go away when it tracks.
+    /// Natural frequency of the error dynamics while tracking.
     #[param(unit = "rad/s", default = 30.0, range = 1e-3..)]
     pub bandwidth: f64,
-    /// Friction between palms and what they hold, as the controller believes.
+    /// Friction coefficient between palms and object that the controller assumes.
     #[param(default = 0.6, range = 1e-3..)]
     pub friction: f64,
-    /// How many times the least force of friction grips the palms press with.
+    /// Safety factor on the minimum squeeze that friction requires.
     #[param(default = 1.3, range = 1.0..)]
     pub margin: f64,
-    /// Palms press with no more than this.
+    /// Maximum squeeze force.
     #[param(unit = "N", default = 300.0, range = 0.0..)]
     pub squeeze_max: f64,
-    /// It has arrived when each tip is this near.
+    /// Position tolerance of each tip for arrival.
     #[param(unit = "m", default = 1e-3, range = 1e-9..)]
     pub tolerance: f64,
-    /// And turned no more than this.
+    /// Angle tolerance of each tip for arrival.
     #[param(unit = "rad", default = 5e-3, range = 1e-9..)]
     pub tolerance_angle: f64,
-    /// How long after the duration of a move the tips may take to arrive.
+    /// Time after the duration of a move within which the tips must arrive.
     #[param(unit = "s", default = 5.0, range = 0.0..)]
     pub patience: f64,
-    /// Positions of the joints at the start, left arm then right, base to tip: with them every move is followed before the run, and one that
-    /// ends out of reach, or on whose way a joint comes to its limits of position or rate, is refused. Default: nothing is looked at.
+    /// Joint positions at the start, left arm then right, base to tip. If given, every move is checked before the run: a move that ends out of reach
+    /// or exceeds a position or rate limit of a joint is an error. Default: no check.
     #[param(unit = "rad", default = Vec::new())]
     pub ready: Vec<f64>,
 }
 
-/// How it goes.
+/// Status of the controller.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DualArmOut {
-    /// Which move is under way, from 0.
+    /// Index of the current move, from 0.
     #[port("1")]
     pub index: f64,
-    /// The left gripper is to be closed.
+    /// Left gripper command: closed.
     #[port("1")]
     pub grip_left: bool,
-    /// The right gripper is to be closed.
+    /// Right gripper command: closed.
     #[port("1")]
     pub grip_right: bool,
     /// All moves are done.
     #[port("1")]
     pub done: bool,
-    /// A move did not arrive, or not feel what it was to; the arms stay where they were to be.
+    /// A move did not arrive, or did not reach its `touch` force. The arms hold the commanded poses.
     #[port("1")]
     pub failed: bool,
     /// The tips cannot move independently here.
     #[port("1")]
     pub singular: bool,
-    /// A torque was cut to what its joint can do.
+    /// A torque was limited to the effort limit of its joint.
     #[port("1")]
     pub limited: bool,
-    /// The palms cannot press as hard as friction needs.
+    /// The palms cannot squeeze as hard as friction requires.
     #[port("1")]
     pub slipping: bool,
-    /// Distance from where it is to be: of the farther tip, or of what both hold.
+    /// Position error: the larger one of both tips, or that of the object in both hands.
     #[port("m")]
     pub error: f64,
-    /// Angle to what it is to be.
+    /// Angle error, likewise.
     #[port("rad")]
     pub error_angle: f64,
-    /// Force with which what is compliant pushes: spring, damper and the move's own force; zero while it tracks.
+    /// Force of a compliant motion: spring, damper and the feedforward force of the move; zero while tracking.
     #[port("N")]
     pub push: f64,
-    /// Force with which both palms press what they hold beside what shares its load.
+    /// Squeeze force of both palms, in addition to the forces that carry the load.
     #[port("N")]
     pub squeeze: f64,
-    /// Friction that the palms need, by the embedded model: the larger ratio of force across to force along the line of the tips.
+    /// Friction coefficient that the grip needs, from the embedded model: the larger ratio of the force across the line through the tips to the force
+    /// along it.
     #[port("1")]
     pub friction: f64,
-    /// Largest share of what a joint can do.
+    /// Largest ratio of a joint torque to its effort limit.
     #[port("1")]
     pub share: f64,
-    /// The left tip, by the embedded model, base axes.
+    /// Position of the left tip from the embedded model, base axes.
     #[port("m")]
     pub tip_left: Vec3,
-    /// The right tip.
+    /// Position of the right tip, likewise.
     #[port("m")]
     pub tip_right: Vec3,
 }
 
-/// Discrete state: poses in the base, and of what both hold in each hand.
+/// Discrete state: poses in the base, and poses of the object O in each hand.
 #[derive(State, Clone, Copy, Debug)]
 pub struct DualProgress {
     /// A first sample has been taken.
     #[port("1")]
     pub begun: bool,
-    /// Which move is under way.
+    /// Index of the current move.
     #[port("1")]
     pub index: f64,
-    /// Since its start.
+    /// Time since the start of the current move.
     #[port("s")]
     pub elapsed: f64,
     /// All moves are done.
@@ -148,37 +150,37 @@ pub struct DualProgress {
     /// A move did not arrive.
     #[port("1")]
     pub failed: bool,
-    /// Where the left tip's wanted position stood at the start of the move.
+    /// Commanded position of the left tip at the start of the move.
     #[port("m")]
     pub left: Vec3,
-    /// How it was turned.
+    /// Attitude of that frame at the start of the move.
     #[port("1")]
     pub left_rotation: Quat,
-    /// Where the right tip's wanted position stood.
+    /// Commanded position of the right tip at the start of the move.
     #[port("m")]
     pub right: Vec3,
-    /// How it was turned.
+    /// Attitude of that frame at the start of the move.
     #[port("1")]
     pub right_rotation: Quat,
-    /// Where O stood.
+    /// Commanded position of O at the start of the move.
     #[port("m")]
     pub both: Vec3,
-    /// How it was turned.
+    /// Attitude of that frame at the start of the move.
     #[port("1")]
     pub both_rotation: Quat,
-    /// O in the left hand.
+    /// Position of O in the left hand.
     #[port("m")]
     pub in_left: Vec3,
-    /// How it is turned there.
+    /// Attitude of O in that hand.
     #[port("1")]
     pub in_left_rotation: Quat,
-    /// O in the right hand.
+    /// Position of O in the right hand.
     #[port("m")]
     pub in_right: Vec3,
-    /// How it is turned there.
+    /// Attitude of O in that hand.
     #[port("1")]
     pub in_right_rotation: Quat,
-    /// How far beside `work_position` the work was seen when the move began, base axes.
+    /// Observed offset of the work from `work_position` at the start of the move, base axes.
     #[port("m")]
     pub seen: Vec3,
 }

@@ -1,6 +1,6 @@
 //! Moves of a tip: lines and arcs with minimum jerk.
 //! ```text
-//! share of the way      s(u) = 10 u³ − 15 u⁴ + 6 u⁵           u = t/T, 0 … 1: no rate, no acceleration at either end
+//! path parameter        s(u) = 10 u³ − 15 u⁴ + 6 u⁵           u = t/T, 0 … 1: no rate, no acceleration at either end
 //! line                  p = p₀ + s (p₁ − p₀)                   R = exp(s θ n) R₀,  θ n = log(R₁ R₀⁻¹)
 //! arc about (c, n)      p = c + exp(s θ n) (p₀ − c)            R = exp(s θ n) R₀
 //! ```
@@ -9,75 +9,77 @@
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::{Motion, Pose};
 
-/// In which frame a move is written.
+/// Frame in which a move is written.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Written {
-    /// In that of the work, where the controller believes it to stand.
+    /// Frame of the work, at the pose that the controller assumes.
     Work,
-    /// In that of the arm's base.
+    /// Frame of the arm's base.
     Base,
 }
 
-/// One move of the tip. The move after it begins where the wanted pose stood when this one ended.
+/// One move of the tip. The next move begins at the commanded pose at the end of this one.
 #[derive(Params, Clone, Debug)]
 pub struct Move {
-    /// Its name, for messages.
+    /// Name of the move, for messages.
     pub name: String,
-    /// How long the motion takes; afterwards the tip stays at its end until it has arrived.
+    /// Duration of the motion. Afterwards the commanded pose stays at the target until the tip has arrived.
     #[param(unit = "s", range = 1e-3..=1e6)]
     pub duration: f64,
-    /// Where the tip is to be at the end; unwritten: where it is.
+    /// Target position of the tip at the end of the move. Default: the position at its start.
     #[param(unit = "m", default = None)]
     pub position: Option<Vec3>,
-    /// Roll, pitch, yaw of the tip at the end; unwritten: as it is.
+    /// Target roll, pitch, yaw of the tip at the end of the move. Default: the attitude at its start.
     #[param(unit = "rad", default = None)]
     pub rpy: Option<Vec3>,
-    /// Instead of a line: the tip turns by this angle about `axis` through `axis_point`, as a hand with a door.
+    /// Angle of an arc about `axis` through `axis_point`, instead of a line; for example a hand that opens a door.
     #[param(unit = "rad", default = None)]
     pub turn: Option<f64>,
-    /// A point of that axis.
+    /// Point on the axis of the arc.
     #[param(unit = "m", default = Vec3::zeros())]
     pub axis_point: Vec3,
-    /// Direction of that axis.
+    /// Direction of the axis of the arc.
     #[param(default = Vec3::z())]
     pub axis: Vec3,
-    /// work: position, turn and force are written in the frame of the work; base: in that of the arm's base.
+    /// Frame of position, arc and force: `work` is the frame of the work, `base` the frame of the arm's base.
     #[param(default = Written::Work)]
     pub frame: Written,
-    /// Force that the tip presses with beside what holds its pose.
+    /// Feedforward force of the tip that is added to the force that controls the pose.
     #[param(unit = "N", default = Vec3::zeros())]
     pub force: Vec3,
-    /// Moment that it turns with.
+    /// Feedforward moment of the tip.
     #[param(unit = "N m", default = Vec3::zeros())]
     pub moment: Vec3,
-    /// Stiffness of the tip, N/m and N m/rad: it gives way as a spring with its damper. √(k/m) of the inertia m
-    /// that it moves, times the controller's sample, has to stay well below one. Unwritten: it tracks the pose, whatever the force.
+    /// Stiffness of a compliant tip in translation (N/m) and rotation (N m/rad): a spring with damper instead of tracking. For stability, √(k/m)
+    /// times the controller's sample period must be well below 1, where m is the moving inertia. Default: tracking of the pose, whatever the contact
+    /// force.
     #[param(default = None, range = 0.0..)]
     pub stiffness: Option<[f64; 2]>,
-    /// Direction along which the spring of a compliant tip does not act: there only `force` does, and the damper, as when something is
-    /// fed into its work. Unwritten: it acts along all.
+    /// Direction in which the spring of a compliant tip does not act. Only `force` and the damper act there, for example to feed a tool into the
+    /// work. Default: the spring acts in all directions.
     #[param(default = None)]
     pub feed: Option<Vec3>,
-    /// The move ends as soon as the tip has gone this far along `feed`, and fails when it does not come so far.
+    /// The move ends as soon as the tip has advanced by this distance along `feed`. If it does not within `patience`, the move fails.
     #[param(unit = "m", default = None, range = 1e-9..)]
     pub depth: Option<f64>,
-    /// The move ends as soon as that spring, with its damper, pushes with more than this, and fails when it feels nothing; for moves
-    /// with `stiffness`.
+    /// The move ends as soon as the spring and damper push with more than this force. If the force is not reached within `patience`, the move fails.
+    /// Requires `stiffness`.
     #[param(unit = "N", default = None, range = 1e-6..)]
     pub touch: Option<f64>,
-    /// The load that the hand holds during the move; unwritten: none.
+    /// Name of the load that the hand holds during the move. Default: none.
     #[param(default = None)]
     pub holds: Option<String>,
-    /// The gripper is told to be closed.
+    /// Gripper command: closed.
     #[param(default = false)]
     pub grip: bool,
-    /// The tip has to arrive before the next move; false: the duration alone counts, but for a `touch` or a `depth`.
+    /// Whether the tip must arrive before the next move begins. If false, the move ends after its duration, unless it waits for a `touch` or a
+    /// `depth`.
     #[param(default = true)]
     pub arrive: bool,
 }
 
 impl Move {
-    /// The tip stays where it is for so long (s), and holds nothing: what a file gives that names no more.
+    /// Returns a move in which the tip stays for `duration` (s) and holds nothing: all other parameters have their defaults.
     #[must_use]
     pub fn stay(name: &str, duration: f64) -> Self {
         Self {
@@ -102,14 +104,14 @@ impl Move {
     }
 }
 
-/// A wanted pose with its velocity and acceleration, base axes, at the tip's origin.
+/// Commanded pose with its velocity and acceleration, base axes, at the tip's origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reference {
     /// Pose of the tip in the base.
     pub X: Pose,
     /// Velocity.
     pub V: Motion,
-    /// Acceleration (of the origin as a point: not spatial).
+    /// Acceleration; the linear part is the acceleration of the origin as a material point, not the spatial one.
     pub A: Motion,
 }
 
@@ -121,20 +123,20 @@ pub struct Path {
     /// Angle, axis, point.
     arc: Option<(f64, Vec3, Vec3)>,
     duration: f64,
-    /// In which frame its places are written.
+    /// Frame in which the move is written.
     frame: Written,
-    /// What the tip pushes with: moment, force, base axes.
+    /// Feedforward moment (N m) and force (N) of the tip, base axes.
     pub push: [Vec3; 2],
-    /// Unit vector along which no spring acts, base axes.
+    /// Unit vector along which the spring does not act, base axes.
     pub feed: Option<Vec3>,
 }
 
 impl Path {
-    /// From a move; `work` is the frame of the work in the base.
+    /// Prepares the path of a move; `work` is the pose of the work in the base.
     ///
     /// # Errors
-    /// A turn beside an end, an axis or a feed without a direction, a touch or a feed without stiffness, a depth without feed, a
-    /// stiffness that is none.
+    /// Returns an error if `turn` is combined with `position` or `rpy`, if an axis or `feed` is zero, if `touch` or `feed` is set without
+    /// `stiffness`, if `depth` is set without `feed`, or if a stiffness is not positive and finite.
     pub fn new(m: &Move, work: &Pose) -> Result<Self, BuildError> {
         let fault = |fact: &str, help: &str, at: &str| {
             Err(BuildError::new(format!("move `{}`: {fact}", m.name)).help(help).at(at))
@@ -142,29 +144,33 @@ impl Path {
         let X = if m.frame == Written::Work { *work } else { Pose::identity() };
         if m.turn.is_some() && (m.position.is_some() || m.rpy.is_some()) {
             return fault(
-                "a turn has no other end",
+                "`turn` excludes `position` and `rpy`",
                 "write `turn`, or `position` and `rpy`",
                 "moves",
             );
         }
         if m.turn.is_some() && !(m.axis.norm() > 1e-9) {
-            return fault("the axis has no direction", "write e.g. axis: [0, 0, 1]", "moves");
+            return fault("`axis` is zero", "write for example axis: [0, 0, 1]", "moves");
         }
         if m.stiffness.is_some_and(|k| !k.iter().all(|k| *k > 0.0 && k.is_finite())) {
-            return fault("a stiffness is not positive", "write N/m and N m/rad above 0", "moves");
+            return fault(
+                "`stiffness` must be positive and finite",
+                "write N/m and N m/rad above 0",
+                "moves",
+            );
         }
         if m.touch.is_some() && m.stiffness.is_none() {
-            let fact = "it is to feel a touch, and is not compliant";
+            let fact = "`touch` needs a compliant move";
             return fault(fact, "write `stiffness`, too", "moves");
         }
         if m.feed.is_some() && m.stiffness.is_none() {
-            return fault("it is fed, and is not compliant", "write `stiffness`, too", "moves");
+            return fault("`feed` needs a compliant move", "write `stiffness`, too", "moves");
         }
         if m.feed.is_some_and(|n| !(n.norm() > 1e-9)) {
-            return fault("`feed` has no direction", "write e.g. feed: [1, 0, 0]", "moves");
+            return fault("`feed` is zero", "write for example feed: [1, 0, 0]", "moves");
         }
         if m.depth.is_some() && m.feed.is_none() {
-            return fault("it ends at a depth, and is not fed", "write `feed`, too", "moves");
+            return fault("`depth` needs `feed`", "write `feed`, too", "moves");
         }
         let rotation = m.rpy.map(|a| X.rotation * Quat::from_euler_angles(a.x, a.y, a.z));
         let arc = m.turn.map(|angle| {
@@ -181,8 +187,8 @@ impl Path {
         })
     }
 
-    /// The same where the work is seen so far beside where it was believed to be (m, base axes): what is written in its
-    /// frame goes along.
+    /// Returns a copy for a work that was observed at an offset from its assumed position (m, base axes). Paths in the frame of the work are shifted
+    /// by the offset; paths in the frame of the base are unchanged.
     #[must_use]
     pub fn seen(&self, beside: &Vec3) -> Self {
         let mut new = self.clone();
@@ -193,7 +199,7 @@ impl Path {
         new
     }
 
-    /// The wanted pose `t` s after the start at `from`.
+    /// Returns the commanded pose, velocity and acceleration `t` seconds after the start at pose `from`.
     #[must_use]
     pub fn at(&self, from: &Pose, t: f64) -> Reference {
         let T = self.duration;
@@ -219,14 +225,14 @@ impl Path {
         }
     }
 
-    /// How long the motion takes, s.
+    /// Returns the duration of the motion, s.
     #[must_use]
     pub fn duration(&self) -> f64 {
         self.duration
     }
 }
 
-/// The rotation vector of a turn, the short way round (at most π), rad.
+/// Returns the shortest rotation vector of a rotation (norm at most π), rad.
 #[must_use]
 pub fn short(R: Quat) -> Vec3 {
     let R = if R.w < 0.0 { Quat::new_unchecked(-R.into_inner()) } else { R };
@@ -291,7 +297,7 @@ mod tests {
         assert!((short(turned) - Vec3::z() * -1.2).norm() < 1e-12);
     }
 
-    /// What is seen beside where it was believed takes along what is written in its frame, and nothing else.
+    /// An observed offset of the work shifts moves in the frame of the work, and no others.
     #[test]
     fn what_is_seen_beside_takes_its_moves_along() {
         let (p, beside) = (Vec3::new(0.3, 0.2, 0.1), Vec3::new(1e-3, -2e-3, 3e-3));
@@ -311,7 +317,7 @@ mod tests {
         assert!((end(&nowhere) - start().position).norm() < 1e-15);
     }
 
-    /// A move that is written in the work's frame goes along with it.
+    /// A move in the frame of the work moves with the pose of the work.
     #[test]
     fn the_work_takes_its_moves_along() {
         let work = Pose::new(Quat::from_euler_angles(0.1, 0.2, 0.3), Vec3::new(1.0, 2.0, 3.0));
@@ -333,11 +339,11 @@ mod tests {
             let e = Path::new(&m, &Pose::identity()).err().unwrap();
             assert!(e.message.contains(word), "{e:?}");
         };
-        refused(Move { turn: Some(1.0), position: Some(Vec3::x()), ..plain("a") }, "no other end");
-        refused(Move { turn: Some(1.0), axis: Vec3::zeros(), ..plain("b") }, "no direction");
-        refused(Move { touch: Some(1.0), ..plain("c") }, "not compliant");
-        refused(Move { feed: Some(Vec3::x()), ..plain("e") }, "not compliant");
-        refused(Move { depth: Some(1e-3), ..plain("f") }, "not fed");
-        refused(Move { stiffness: Some([100.0, 0.0]), ..plain("d") }, "not positive");
+        refused(Move { turn: Some(1.0), position: Some(Vec3::x()), ..plain("a") }, "excludes");
+        refused(Move { turn: Some(1.0), axis: Vec3::zeros(), ..plain("b") }, "is zero");
+        refused(Move { touch: Some(1.0), ..plain("c") }, "compliant");
+        refused(Move { feed: Some(Vec3::x()), ..plain("e") }, "compliant");
+        refused(Move { depth: Some(1e-3), ..plain("f") }, "needs `feed`");
+        refused(Move { stiffness: Some([100.0, 0.0]), ..plain("d") }, "must be positive");
     }
 }

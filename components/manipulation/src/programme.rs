@@ -1,18 +1,18 @@
-//! A programme of moves: when one ends and the next begins, and whether joints can follow all of it.
+//! Sequence of moves: transitions from one move to the next, and the check before a run that the joints can follow all moves.
 
 use crate::arm::Arm;
 use linkwork_embedded::{Effort, Frame, Goal, Outcome, Robot, RobotError};
 use linkwork_runtime::prelude::{BuildError, Clock};
 use linkwork_spatial::{Pose, Vec3};
 
-/// Where a programme is.
+/// Progress of a sequence of moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// A first sample has been taken.
     pub begun: bool,
-    /// Which move is under way.
+    /// Index of the current move.
     pub index: f64,
-    /// Since its start, s.
+    /// Time since the start of the current move, s.
     pub elapsed: f64,
     /// All moves are done.
     pub done: bool,
@@ -20,26 +20,26 @@ pub struct Place {
     pub failed: bool,
 }
 
-/// What has come about of a move at a sample.
+/// State of the current move at a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MoveProgress {
-    /// How long its motion takes, s.
+    /// Duration of its motion, s.
     pub duration: f64,
-    /// All that moves is near where it is to be.
+    /// All tips are within the arrival tolerance.
     pub near: bool,
-    /// The move waits until it is.
+    /// The move ends only after arrival.
     pub arrive: bool,
-    /// The move ends by a touch or at a depth, not by its duration.
+    /// The move ends at a contact force or a depth, not after its duration.
     pub waits: bool,
-    /// A touch was felt, or a depth reached.
+    /// The contact force or the depth was reached.
     pub ended: bool,
 }
 
 impl Place {
-    /// One sample of `dt` s on, of so many moves; true when tips stand from now on where they are wanted at this sample:
-    /// at the start, and when a move has ended or failed.
+    /// Advances by one sample of `dt` (s) in a sequence of `moves` moves. Returns true if the commanded poses of this sample become the new start
+    /// poses: at the first sample, and when a move has ended or failed.
     pub fn sample(&mut self, met: &MoveProgress, moves: usize, patience: f64, dt: f64) -> bool {
-        // A rounding of sums of the sample is no time.
+        // The tolerance absorbs the round-off of the summed sample periods.
         let over = self.elapsed - met.duration + 1e-9 * dt;
         if !self.begun {
             (self.begun, self.elapsed) = (true, dt);
@@ -61,8 +61,8 @@ impl Place {
     }
 }
 
-/// Where the work is seen, beside where it is believed to stand (m, on each axis): white noise of a standard deviation, drawn from the clock's
-/// generator. A stand-in for a camera that looks at the work when a move begins.
+/// Returns the observed offset of the work from its assumed position (m): white noise with the given standard deviation on each axis, from the
+/// clock's generator. It stands for a camera that observes the work when a move begins.
 #[must_use]
 pub fn look(c: &Clock, sigma: f64) -> Vec3 {
     match sigma > 0.0 {
@@ -71,14 +71,14 @@ pub fn look(c: &Clock, sigma: f64) -> Vec3 {
     }
 }
 
-/// Places of a move's way that are looked at before the run.
+/// Number of points of a move that are checked before the run.
 const WAY: u32 = 50;
 
-/// Joints that follow a programme before the run.
+/// Checks before a run that the joints can follow a sequence of moves.
 pub struct Follower<'a> {
     arm: &'a Arm,
     robot: Robot,
-    /// Joints now, by place in β.
+    /// Current joint positions, by index in β.
     q: Vec<f64>,
     to: Vec<f64>,
 }
@@ -88,14 +88,14 @@ fn fault(e: &RobotError) -> BuildError {
 }
 
 impl<'a> Follower<'a> {
-    /// Beginning at joints `ready`, hand by hand, base to tip.
+    /// Creates a follower at the joint positions `ready`, hand by hand, base to tip.
     ///
     /// # Errors
-    /// Another number of joints; positions that are no numbers.
+    /// Returns an error if the number of positions is wrong or a position is not finite.
     pub fn new(arm: &'a Arm, ready: &[f64]) -> Result<Self, BuildError> {
         let n = arm.joints();
         if ready.len() != n {
-            let fact = format!("{} positions for {n} joints", ready.len());
+            let fact = format!("`ready` has {} positions for {n} joints", ready.len());
             return Err(BuildError::new(fact).help("write one for each, base to tip").at("ready"));
         }
         let mut q = vec![0.0; n];
@@ -106,19 +106,19 @@ impl<'a> Follower<'a> {
         Ok(Self { arm, robot, q, to })
     }
 
-    /// Where a hand's tip is.
+    /// Returns the pose of a hand's tip.
     ///
     /// # Errors
-    /// A hand that is not there.
+    /// Returns an error if the hand does not exist.
     pub fn tip(&mut self, hand: usize) -> Result<Pose, BuildError> {
         self.robot.set_q(&self.q).map_err(|e| fault(&e))?;
         self.robot.tip_pose(self.arm.chains[hand]).map_err(|e| fault(&e))
     }
 
-    /// That hands can go the way of a move; `way` gives the pose of each hand's tip at a time, `None` for one that stays.
+    /// Checks that the hands can follow a move. `way` returns the pose of a hand's tip at a time (s), or `None` for a hand that stays.
     ///
     /// # Errors
-    /// A move that ends out of reach, or on whose way a joint comes to its limits of position or rate.
+    /// Returns an error if the move ends out of reach or a joint exceeds its position or rate limit.
     pub fn follow(
         &mut self,
         name: &str,
@@ -141,7 +141,7 @@ impl<'a> Follower<'a> {
                 return refused(fact, "move the work, the arm's base, or the end of the move");
             }
         }
-        // On the way, from where the joints are.
+        // Follow the path in small steps from the current joint positions.
         let dt = duration / f64::from(WAY);
         for k in 1..=WAY {
             let t = f64::from(k) * dt;
@@ -153,16 +153,18 @@ impl<'a> Follower<'a> {
                 let fast = (0..self.q.len()).find(|j| rate(*j) > self.arm.limits[*j].rate);
                 if !met || fast.is_some() {
                     let why = fast.filter(|_| met).map_or_else(
-                        || "a joint comes to its limit".into(),
+                        || "a joint reaches its position limit".into(),
                         |j| {
                             let most = self.arm.limits[j].rate;
                             let rate = rate(j);
-                            format!("joint {j} would have to turn at {rate:.1} rad/s, its limit is {most:.2}")
+                            format!(
+                                "joint {j} would need {rate:.1} rad/s; its limit is {most:.2} rad/s"
+                            )
                         },
                     );
                     let fact =
                         format!("move `{name}` cannot be followed {t:.2} s after its start: {why}");
-                    let help = "the way leads near a singular pose or a limit: begin with other joints (`ready`), go round by a move in between, or take longer";
+                    let help = "the path passes near a singular pose or a limit: use other start positions (`ready`), add an intermediate move, or increase `duration`";
                     return refused(fact, help);
                 }
                 self.q.copy_from_slice(&self.to);
@@ -171,7 +173,7 @@ impl<'a> Follower<'a> {
         Ok(())
     }
 
-    /// Joints for a pose of a tip, from those in `to`.
+    /// Computes joint positions for a pose of a tip, starting from those in `to`.
     fn near(
         &mut self,
         hand: usize,

@@ -1,17 +1,18 @@
 //! `manipulation.shearing`: two blades on a pin that cut a round wire.
 //! ```text
-//! blades         origin on the pin, y along it, z along the edge; that of b is turned by φ about y
-//! s              lever of the wire: its place along the line halfway between both edges
+//! blades         origin on the pin, y along it, z along the edge; blade b is rotated by φ about y
+//! s              lever of the wire: its position along the bisector of both edges
 //! g = 2 s tan(φ/2)                     distance of the edges there
 //! F = k (2 R − g − h)₊                 while the wire is between the edges and h < 2 R: equal and opposite, across that line
-//! ḣ = (F − τ A(h))₊ / η                both edges go in: h, together
-//! A(h) = R² (θ − sin θ cos θ),  cos θ = h/R − 1        metal that is left
+//! ḣ = (F − τ A(h))₊ / η                h: penetration of both edges together
+//! A(h) = R² (θ − sin θ cos θ),  cos θ = h/R − 1        remaining section
 //! ```
-//! The wire is sheared: the force that it takes is its shear strength times what is left of its section, which is most at the start. Elastic blades and a viscous
-//! remainder keep it smooth; η is to be small against τ R over the rate of closing.
+//! The wire is sheared: its resistance is the shear strength times the remaining section, with the maximum at the start. Elastic blades and a viscous
+//! term keep the force smooth; η should be small compared with τ R divided by the closing rate.
 //!
-//! The wire lies along the pin. It gives way sideways: edge b moves it to edge a, so that nothing but the edges feels a force, and it does not slide along them. It is in the
-//! jaw when edge b comes to it from outside while it is on the inner side of edge a. The lever of the force holds for a jaw that is nearly closed.
+//! The wire lies along the pin. The wire yields sideways: edge b moves it to edge a, so that forces act only on the edges, and it does not slide
+//! along them. It is caught if edge b reaches it from outside while it is on the inner side of edge a. The lever of the force is valid for a nearly
+//! closed jaw.
 
 use linkwork_runtime::prelude::*;
 
@@ -27,13 +28,13 @@ pub struct ShearingParams {
     /// Length of the blades from the pin.
     #[param(unit = "m", range = 1e-6..)]
     pub blades: f64,
-    /// How far the wire gives way to an edge.
+    /// Distance by which the wire can yield to an edge.
     #[param(unit = "m", default = 5e-3, range = 0.0..)]
     pub sideways: f64,
     /// Stiffness of both edges with the wire's skin.
     #[param(unit = "N/m", default = 2e6, range = 1.0..)]
     pub stiffness: f64,
-    /// Force beyond that of shearing for each rate at which both edges go in.
+    /// Viscous force per penetration rate of both edges, in addition to the shearing force.
     #[param(unit = "N s/m", default = 1e3, range = 1e-3..)]
     pub viscosity: f64,
 }
@@ -44,33 +45,33 @@ pub struct ShearingIn {
     /// Blade a: origin on the pin, y along it, z along the edge.
     #[port(bind = "a")]
     pub a: NodeState,
-    /// Blade b, alike; turned by φ about y.
+    /// Blade b: like blade a, rotated by φ about y.
     #[port(bind = "b")]
     pub b: NodeState,
-    /// A point of the wire's axis, where it is cut.
+    /// Point of the wire's axis at the cut.
     #[port(bind = "wire")]
     pub wire: NodeState,
 }
 
-/// Loads and how far it is.
+/// Loads and progress.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ShearingOut {
-    /// On blade a.
+    /// Wrench on blade a.
     #[port(bind = "a")]
     pub on_a: Wrench,
-    /// On blade b.
+    /// Wrench on blade b.
     #[port(bind = "b")]
     pub on_b: Wrench,
     /// Force of each edge on the wire.
     #[port("N")]
     pub force: f64,
-    /// Share of the wire's thickness that is cut: 1 when it is two.
+    /// Cut fraction of the wire's thickness: 1 when it is cut through.
     #[port("1")]
     pub cut: f64,
-    /// How far the jaw is open: φ.
+    /// Opening angle φ of the jaw.
     #[port("rad")]
     pub opening: f64,
-    /// Rate at which both edges go in.
+    /// Penetration rate of both edges.
     #[port("m/s")]
     pub feed: f64,
 }
@@ -78,7 +79,7 @@ pub struct ShearingOut {
 /// The cut.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Depth {
-    /// How deep both edges are in the wire together.
+    /// Penetration of both edges together.
     #[port("m")]
     pub depth: f64,
 }
@@ -86,7 +87,7 @@ pub struct Depth {
 /// The wire in the jaw.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Caught {
-    /// The wire was in the jaw when edge b came to it.
+    /// The wire was in the jaw when edge b reached it.
     #[port("1")]
     pub caught: bool,
 }
@@ -94,15 +95,15 @@ pub struct Caught {
 /// Edge b and the wire.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Opened {
-    /// Their distance, where the wire is when nothing moves it, as the edge comes to it.
+    /// Distance of edge b from the undisturbed wire, for the event at which the edge reaches it.
     #[port("m", falling)]
     pub closes: f64,
-    /// Their distance, where the edge leaves the wire.
+    /// The same distance, for the event at which the edge leaves the wire.
     #[port("m", rising)]
     pub opens: f64,
 }
 
-/// The guard at which the edge comes to the wire, by its place in [`Opened`].
+/// Index in [`Opened`] of the guard at which the edge reaches the wire.
 const CLOSES: usize = 0;
 
 /// Blades that cut a wire.
@@ -113,12 +114,12 @@ pub struct Shearing {
 /// The jaw and the wire in it.
 struct Jaw {
     opening: f64,
-    /// Lever of the wire, and distances of its axis from both edges, inside the jaw, when nothing moves it.
+    /// Lever of the undisturbed wire, and distances of its axis from both edges, inside the jaw.
     lever: f64,
     from: [f64; 2],
-    /// Distance of the edges there.
+    /// Distance of the edges at that lever.
     gap: f64,
-    /// From edge a to edge b across that line, W; and along it.
+    /// Direction from edge a to edge b across the bisector, W; and direction along it.
     across: Vec3,
     along: Vec3,
 }
@@ -137,7 +138,7 @@ fn jaw(u: &ShearingIn) -> Jaw {
 }
 
 impl Shearing {
-    /// Section of the wire that is left, m².
+    /// Returns the remaining section of the wire, m².
     fn left(&self, depth: f64) -> f64 {
         let R = self.p.radius;
         let theta = (depth / R - 1.0).clamp(-1.0, 1.0).acos();
@@ -145,7 +146,7 @@ impl Shearing {
     }
 }
 
-/// Two blades on a pin shear a round wire: forces on the blades, and how far it is cut.
+/// Two blades on a pin that shear a round wire: forces on the blades and depth of the cut.
 #[model("manipulation.shearing")]
 impl Model for Shearing {
     type Params = ShearingParams;
@@ -180,7 +181,7 @@ impl Model for Shearing {
     }
     fn handle_event(&self, fired: Fired<'_>, x: &Depth, u: &ShearingIn) -> (Depth, Caught) {
         let jaw = jaw(u);
-        // An edge that opens lets it go, or goes by outside. At the start the edges may be in the wire.
+        // An opening edge releases the wire or passes it outside. At the start the edges may already be in the wire.
         let closing = fired.fell(CLOSES);
         let R = self.p.radius;
         let inside = jaw.from[0] > -R && jaw.from[0] < R + self.p.sideways;

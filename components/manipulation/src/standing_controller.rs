@@ -1,15 +1,17 @@
-//! `manipulation.standing_controller`: a legged machine stands up, stays, and sways, by inverse dynamics that its contacts permit.
+//! `manipulation.standing_controller`: a legged machine stands up, keeps its balance and sways. Torques come from inverse dynamics with contact
+//! forces within friction limits.
 //! ```text
-//! estimate     attitude and turn rate from a sensor; the feet stand still: the middle of the feet is the origin, the mean of their velocities zero
-//! wanted       c: centre of mass, up by a minimum jerk, then A sin(2π t/T) to the sides;   R: level, with the heading of the start
+//! estimate     attitude and angular velocity from a sensor; the feet are assumed at rest: their mean position is the origin, their mean velocity is zero
+//! command      c: centre of mass, minimum-jerk rise, then sway A sin(2π t/T);   R: level, with the heading of the start
 //!              a_c = A_r + 2 ω ė + ω² e,   α = ω² log(R_r Rᵀ) − 2 ω w
-//!              a_trunk ← a_trunk + a_c − a(a_trunk), four times from a_c − α × r − w × (w × r)      r: from the trunk's origin to c; a: of c, by all that moves
-//! legs         J_leg q̈ = −2 ω ẋ − J̇ v − J_trunk v̇_trunk           feet are to come to rest
-//! forces       τ' = M v̇ + C + g;  its rows of the trunk are what the feet have to give: B s = τ'_trunk
+//!              a_trunk ← a_trunk + a_c − a(a_trunk), four times from a_c − α × r − w × (w × r)      r: from the trunk's origin to c; a: of c, from all bodies
+//! legs         J_leg q̈ = −2 ω ẋ − J̇ v − J_trunk v̇_trunk           the feet come to rest
+//! forces       τ' = M v̇ + C + g;  the feet must supply its trunk rows: B s = τ'_trunk
 //!              s = argmin |W (B s − τ'_trunk)|² + ε |s|²,  0 ≤ s ≤ s_max       s: four edges of the friction pyramid of each foot, W = diag(1/ℓ, 1)
 //! torques      τ = τ'_joints − Jᵀ f
 //! ```
-//! The ground is level. Friction is that of a pyramid inside the cone. `bounded` of `linkwork-embedded` finds the minimum.
+//! The ground is assumed level. The friction cone is approximated by an inscribed pyramid. The bounded least-squares problem is solved by `bounded`
+//! of `linkwork-embedded`.
 
 use crate::arm_controller::{JointIn, JointOut};
 use crate::moves::{Move, Path, Written, short};
@@ -26,12 +28,12 @@ use linkwork_spatial::{Motion, Pose};
 use std::f64::consts::TAU;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Feet at most, and edges of the friction pyramid of each.
+/// Maximum number of feet, and number of edges of each friction pyramid.
 const FEET_MAX: usize = 8;
 const EDGES: usize = 4;
-/// Corrections of the trunk's acceleration.
+/// Number of fixed-point iterations for the acceleration of the trunk.
 const PASSES: usize = 4;
-/// Iterations for the forces, the change of a force (N) at which they end, ε over the mean diagonal, and ℓ (m).
+/// Iteration limit and convergence tolerance (N) of the contact forces, ε relative to the mean diagonal, and ℓ (m).
 const SWEEPS: Sweeps = Sweeps { most: 400, settled: 1e-7 };
 const WEIGHT: f64 = 1e-4;
 const LENGTH: f64 = 0.2;
@@ -40,26 +42,26 @@ const LENGTH: f64 = 0.2;
 #[derive(Debug)]
 struct Leg {
     chain: Part,
-    /// Places of its joints in β, trunk to foot.
+    /// Indices of its joints in β, trunk to foot.
     dofs: [usize; 3],
 }
 
-/// A legged machine: constant.
+/// Controller of a legged machine; its data are constant during a run.
 pub struct StandingController {
     p: StandingParams,
     model: Arc<RobotModel>,
     legs: Vec<Leg>,
-    /// First places of the trunk in q and β.
+    /// First indices of the trunk in q and β.
     trunk: (usize, usize),
-    /// Places of joints in q, by place in β.
+    /// Index in q of each joint, by its index in β.
     places: Vec<usize>,
     limits: Vec<Limits>,
     rise: Path,
-    /// Memory that no call is using.
+    /// Working memories that no call is using.
     idle: Mutex<Vec<Memory>>,
 }
 
-/// What a call computes in.
+/// Working memory of a call.
 struct Memory {
     robot: Robot,
     q: Vec<f64>,
@@ -67,14 +69,14 @@ struct Memory {
     vdot: Vec<f64>,
     tau: Vec<f64>,
     M: Vec<f64>,
-    /// Of each foot: 6 × nv.
+    /// Jacobian of each foot, 6 × nv.
     J: Vec<Vec<f64>>,
     bias: Vec<Motion>,
     normal: Vec<f64>,
     B: Vec<Vector6<f64>>,
 }
 
-/// Where the machine is, seen from the middle of its feet.
+/// Estimated pose of the machine relative to the mean position of its feet.
 struct Seen {
     R: Quat,
     /// Angular velocity, W.
@@ -91,23 +93,24 @@ fn legs_of(p: &StandingParams) -> Result<(Arc<RobotModel>, Vec<Leg>), BuildError
     let d = p.robot.read(Root::Free, p.inertia_check)?;
     let mut spec = ModelSpec::from_description(&d).map_err(|e| fault(&e, "robot"))?;
     if !(3..=FEET_MAX).contains(&p.feet.len()) {
-        let fact = format!("{} feet: a machine stands on 3 to {FEET_MAX}", p.feet.len());
+        let fact =
+            format!("{} feet are not supported: a machine stands on 3 to {FEET_MAX}", p.feet.len());
         return Err(BuildError::new(fact).help("write the links of its feet").at("feet"));
     }
     let joints = 3 * p.feet.len();
     if !p.armature.is_empty() && p.armature.len() != joints {
-        let fact = format!("{} numbers for {joints} joints", p.armature.len());
+        let fact = format!("`armature` has {} numbers for {joints} joints", p.armature.len());
         let help = "write one for each, leg by leg, trunk to foot";
         return Err(BuildError::new(fact).help(help).at("armature"));
     }
     if let Some(bad) = p.armature.iter().find(|a| !(a.is_finite() && **a >= 0.0)) {
-        let fact = format!("an inertia of {bad} kg m²");
-        return Err(BuildError::new(fact).help("0 or more").at("armature"));
+        let fact = format!("`armature` contains {bad} kg m²");
+        return Err(BuildError::new(fact).help("write values of 0 or more").at("armature"));
     }
     if let Some(mass) = p.trunk_mass {
         let trunk = spec.mechanism.bodies_mut().iter_mut().find(|b| b.name == p.trunk);
         let Some(trunk) = trunk.filter(|b| b.mass.mass > 0.0) else {
-            let fact = format!("`{}` is no link with a mass", p.trunk);
+            let fact = format!("`{}` is not a link with a mass", p.trunk);
             return Err(BuildError::new(fact).help("name the trunk's link").at("trunk"));
         };
         trunk.mass.inertia_com *= mass / trunk.mass.mass;
@@ -132,7 +135,9 @@ fn legs_of(p: &StandingParams) -> Result<(Arc<RobotModel>, Vec<Leg>), BuildError
         let own = model.dofs(chain).map_err(|e| fault(&e, "feet"))?;
         let dofs = <[usize; 3]>::try_from(own).map_err(|_| {
             let fact = format!("the leg to `{}` has {} joints", p.feet[k], own.len());
-            BuildError::new(fact).help("three for each leg, no joint in two legs").at("feet")
+            BuildError::new(fact)
+                .help("each leg needs three joints, and legs cannot share joints")
+                .at("feet")
         })?;
         legs.push(Leg { chain, dofs });
     }
@@ -181,7 +186,8 @@ impl StandingController {
         self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(memory);
     }
 
-    /// Sets the robot to what is seen, with the middle of its feet at the origin and at rest.
+    /// Sets the embedded model to the measured state, with the mean position of the feet at the origin and at rest. Returns `None` for non-finite
+    /// measurements.
     fn see(&self, m: &mut Memory, u: &[f64]) -> Option<Seen> {
         let joints = 6 * self.legs.len();
         let trunk = TrunkIn::get(&u[joints..]);
@@ -216,14 +222,14 @@ impl StandingController {
         }
         m.robot.mass_matrix(&mut m.M).ok()?;
         let (mass, com) = m.robot.center_of_mass();
-        // Rows of the trunk's own velocity: the momentum of all, in its axes.
+        // The trunk rows of the mass matrix give the total momentum in the axes of the trunk.
         let n = m.v.len();
         let row = |k: usize| (0..n).map(|j| m.M[(iv + 3 + k) * n + j] * m.v[j]).sum::<f64>();
         let velocity = R * Vec3::new(row(0), row(1), row(2)) / mass;
         Some(Seen { R, w: R * w, trunk: p, mass, com, velocity, feet })
     }
 
-    /// Where the centre of mass is to be, its velocity and its acceleration.
+    /// Returns the commanded position, velocity and acceleration of the centre of mass.
     fn wanted(&self, d: &Stand) -> [Vec3; 3] {
         let r = self.rise.at(&Pose::new(Quat::identity(), d.start), d.elapsed);
         let (mut c, mut v, mut a) = (r.X.position, r.V.linear, r.A.linear);
@@ -231,7 +237,7 @@ impl StandingController {
         if t > 0.0 {
             let axes = Quat::from_axis_angle(&Vec3::z_axis(), d.heading);
             let (w, u) = (TAU / self.p.sway_period, (t / self.p.sway_period).min(1.0));
-            // It grows by u² (3 − 2 u).
+            // The amplitude grows as u² (3 − 2 u).
             let T = self.p.sway_period;
             let [b, db, ddb] = match u < 1.0 {
                 true => [
@@ -250,7 +256,7 @@ impl StandingController {
         [c, v, a]
     }
 
-    /// Torques into `m.tau`, and what they are like; `None` where a leg is outstretched.
+    /// Writes torques to `m.tau` and returns the outputs, or `None` if a leg is fully extended (singular).
     fn torques(&self, d: &Stand, m: &mut Memory, seen: &Seen) -> Option<StandingOut> {
         let [c, v, a] = self.wanted(d);
         let w = self.p.bandwidth;
@@ -267,7 +273,7 @@ impl StandingController {
         let iv = self.trunk.1;
         for _ in 0..PASSES {
             self.accelerate(m, seen, (alpha, a_trunk))?;
-            // The trunk's rows are the rate of all momentum, less the weight, in its axes.
+            // The trunk rows are the rate of the total momentum minus the weight, in the axes of the trunk.
             let row = Vec3::new(m.tau[iv + 3], m.tau[iv + 4], m.tau[iv + 5]);
             a_trunk += a_com - (seen.R * row / seen.mass + self.p.gravity.unwrap_or_default());
         }
@@ -302,10 +308,10 @@ impl StandingController {
         })
     }
 
-    /// Accelerations of all into `m.vdot` for those of the trunk (angular, linear, W) over feet that come to rest, and forces for them into `m.tau`;
-    /// `None` where a leg is outstretched.
+    /// Computes all accelerations (`m.vdot`) from the trunk acceleration (angular, linear, W) for feet that come to rest, and the generalized forces
+    /// (`m.tau`). Returns `None` if a leg is fully extended.
     fn accelerate(&self, m: &mut Memory, seen: &Seen, (alpha, a): (Vec3, Vec3)) -> Option<()> {
-        // Rates of the trunk's velocity in its own axes.
+        // Derivatives of the trunk velocity in the axes of the trunk.
         let (iv, back) = (self.trunk.1, seen.R.inverse());
         let own = Vec3::new(m.v[iv + 3], m.v[iv + 4], m.v[iv + 5]);
         let (turning, moving) = (back * alpha, back * a - (back * seen.w).cross(&own));
@@ -318,7 +324,7 @@ impl StandingController {
             let rest = -2.0 * self.p.bandwidth * linear(J, &m.v);
             let wanted = rest - m.bias[k].linear - by_trunk;
             let own = Matrix3::from_fn(|i, j| J[(3 + i) * n + leg.dofs[j]]);
-            // A leg outstretched: its columns span no volume against their lengths.
+            // The leg is fully extended if the determinant is small compared with the product of the column norms.
             let size: f64 = own.column_iter().map(|c| c.norm()).product();
             if !(own.determinant().abs() > 1e-3 * size) {
                 return None;
@@ -329,7 +335,7 @@ impl StandingController {
         m.robot.feed_forward(&m.v, &m.vdot, &[], &mut m.tau).ok()
     }
 
-    /// Forces of the feet on the machine, W, that give the trunk its rows of `m.tau`.
+    /// Returns the contact forces on the feet (N, W) that supply the trunk rows of `m.tau`.
     fn forces(&self, m: &mut Memory) -> [Vec3; FEET_MAX] {
         let (iv, n) = (self.trunk.1, m.v.len());
         let edges = EDGES * self.legs.len();
@@ -355,7 +361,7 @@ impl StandingController {
         }
         (0..edges).for_each(|i| m.normal[i * edges + i] += WEIGHT * trace / edges as f64);
         let (mut right, mut s) = ([0.0; EDGES * FEET_MAX], [0.0; EDGES * FEET_MAX]);
-        // From the weight on all alike.
+        // Start the iteration with the weight shared equally by all edges.
         let start = wanted.fixed_rows::<3>(3).norm() / edges as f64;
         for k in 0..edges {
             (right[k], s[k]) = (m.B[k].dot(&wanted), start.min(self.p.force_max));
@@ -368,18 +374,18 @@ impl StandingController {
     }
 }
 
-/// Velocity of a foot's origin.
+/// Returns the velocity of a foot's origin, m/s.
 fn linear(J: &[f64], v: &[f64]) -> Vec3 {
     columns(J, v, 0..v.len())
 }
 
-/// Part of it by some of the rates.
+/// Returns the contribution of a range of rates to that velocity.
 fn columns(J: &[f64], v: &[f64], which: std::ops::Range<usize>) -> Vec3 {
     let n = v.len();
     Vec3::from_fn(|i, _| which.clone().map(|k| J[(3 + i) * n + k] * v[k]).sum::<f64>())
 }
 
-/// Distance of a point from the nearest edge of a polygon, seen from above; negative outside. The corners go around it.
+/// Returns the horizontal distance of a point from the nearest edge of a polygon, negative outside. The corners are in order around the polygon.
 fn inside(corners: &[Vec3], p: &Vec3) -> f64 {
     let n = corners.len();
     let next = |k: usize| corners[(k + 1) % n];
@@ -392,13 +398,14 @@ fn inside(corners: &[Vec3], p: &Vec3) -> f64 {
     edges.fold(f64::INFINITY, f64::min)
 }
 
-/// A legged machine stands up, keeps its centre of mass where it is to be, and sways: inverse dynamics by an embedded model, with forces of the feet within friction.
+/// Makes a legged machine stand up, hold its centre of mass and sway, by inverse dynamics of an embedded model with contact forces within friction
+/// limits.
 #[model("manipulation.standing_controller")]
 impl SizedModel for StandingController {
     type Params = StandingParams;
 
     fn ports(p: &StandingParams) -> SizedPorts {
-        // A description that makes no machine is refused when the part is built.
+        // `build` reports an error for a description without these legs.
         let joints = legs_of(p).map_or(0, |(_, legs)| 3 * legs.len());
         let group = |k: usize| format!("joints[{k}]");
         let inputs = (0..joints).flat_map(|k| PortSpec::group::<JointIn>(group(k), "Encoder"));
@@ -416,7 +423,7 @@ impl SizedModel for StandingController {
         p.gravity = Some(crate::believed(p.gravity, p.field.as_ref()));
         let (model, legs) = legs_of(&p)?;
         let free = || {
-            let fact = format!("`{}` is not the body that floats", p.trunk);
+            let fact = format!("`{}` is not the floating base", p.trunk);
             BuildError::new(fact).help("name the root link of the file").at("trunk")
         };
         let body = model.multibody().body(&p.trunk).ok_or_else(free)?;
@@ -443,7 +450,7 @@ impl SizedModel for StandingController {
 
     fn feedthrough(&self, d: &[f64], u: &[f64], y: &mut [f64]) {
         let mut d = Stand::get(d);
-        // Numbers that are none give torques that are none, at which the run stops.
+        // Non-finite inputs give NaN torques, which stop the run with an error.
         y.fill(f64::NAN);
         let Some(mut m) = self.take() else { return };
         if let Some(seen) = self.see(&mut m, u) {

@@ -1,51 +1,51 @@
-//! What the controller of a legged machine is told, sees, tells and remembers: parameters, inputs, outputs, state.
+//! Parameters, inputs, outputs and state of `manipulation.standing_controller`.
 
 use crate::arm::{InertiaCheck, RobotFile};
 use linkwork_runtime::prelude::*;
 
-/// The machine, and how it stands.
+/// Parameters: the machine and its stance.
 #[derive(Params, Clone, Debug)]
 pub struct StandingParams {
-    /// Description of the machine as the controller believes it to be; masses and limits of its joints come from there.
+    /// Robot description that the controller uses. It supplies masses and joint limits and may differ from the simulated machine.
     pub robot: RobotFile,
-    /// Moments of inertia in it that no body has: `Warn` reads them with a warning, `Physical` refuses them.
+    /// Handling of moments of inertia that are not physical: `Warn` accepts them with a warning, `Physical` rejects them with an error.
     #[param(default = InertiaCheck::Warn)]
     pub inertia_check: InertiaCheck,
-    /// Link of the trunk, which floats.
+    /// Link of the trunk: the floating base.
     pub trunk: String,
-    /// What the trunk is believed to weigh, its moments of inertia in proportion; default: what the description says.
+    /// Mass of the trunk that the controller assumes; its moments of inertia are scaled in proportion. Default: the mass in the description.
     #[param(unit = "kg", default = None, range = 1e-6..)]
     pub trunk_mass: Option<f64>,
     /// Links whose origins are the points of the feet, around the machine; each ends a leg of three joints.
     pub feet: Vec<String>,
-    /// Inertia of each joint's rotor seen at the joint, leg by leg, trunk to foot; default: zeros.
+    /// Rotor inertia of each joint, reflected to the joint (gear² times rotor inertia): leg by leg, trunk to foot. Default: zeros.
     #[param(unit = "kg m^2", default = Vec::new())]
     pub armature: Vec<f64>,
-    /// Centre of mass over the middle of the feet when it stands.
+    /// Height of the centre of mass over the mean position of the feet when standing.
     #[param(unit = "m", range = 1e-3..)]
     pub height: f64,
-    /// How long it takes to stand up.
+    /// Duration of standing up.
     #[param(unit = "s", default = 1.5, range = 1e-3..)]
     pub rise: f64,
-    /// How far the centre of mass sways to either side, axes of the heading.
+    /// Amplitude of the sway of the centre of mass, in axes of the heading at the start.
     #[param(unit = "m", default = Vec3::zeros())]
     pub sway: Vec3,
     /// Period of the sway.
     #[param(unit = "s", default = 1.5, range = 1e-2..)]
     pub sway_period: f64,
-    /// When it begins to sway, from the start; within a period it grows to its size.
+    /// Time after the start at which the sway begins. Its amplitude grows over one period.
     #[param(unit = "s", default = 4.0, range = 0.0..)]
     pub sway_from: f64,
-    /// Friction at the feet, as the controller believes.
+    /// Friction coefficient at the feet that the controller assumes.
     #[param(default = 0.6, range = 1e-3..)]
     pub friction: f64,
-    /// Greatest force on each edge of a foot's friction pyramid.
+    /// Maximum force along each edge of a foot's friction pyramid.
     #[param(unit = "N", default = 100.0, range = 1e-3..)]
     pub force_max: f64,
-    /// Natural frequency with which errors of the centre of mass and of the attitude go away.
+    /// Natural frequency of the error dynamics of centre of mass and attitude.
     #[param(unit = "rad/s", default = 12.0, range = 1e-3..)]
     pub bandwidth: f64,
-    /// Acceleration of free fall that it believes, W; default: from the simulation's gravity at the origin of W, none without it.
+    /// Gravitational acceleration that the controller assumes, W. Default: the simulation's gravity at the origin of W; zero without gravity.
     #[param(unit = "m/s^2")]
     pub gravity: Option<Vec3>,
     /// Gravity of the simulation.
@@ -53,51 +53,52 @@ pub struct StandingParams {
     pub field: Option<Handle<dyn Gravity>>,
 }
 
-/// What is seen of the trunk.
+/// Measurements of the trunk.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TrunkIn {
     /// Attitude: from the trunk's axes to W, z up.
     #[port("1")]
     pub rotation: Quat,
-    /// Turn rate, the trunk's axes.
+    /// Angular velocity, axes of the trunk.
     #[port("rad/s")]
     pub angular: Vec3,
 }
 
-/// How it goes.
+/// Status of the controller.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct StandingOut {
-    /// It has stood up and stands: its centre of mass is over its feet, above half of its height, and the trunk within half a radian of level.
+    /// The machine stands: the rise is over, the centre of mass is inside the polygon of the feet and above half of `height`, and the trunk is within
+    /// 0.5 rad of level.
     #[port("1")]
     pub stands: bool,
-    /// A leg is outstretched, or numbers are none: the joints are damped, and nothing else.
+    /// A leg is fully extended (singular) or an input is not finite. The controller then only damps the joints.
     #[port("1")]
     pub singular: bool,
-    /// A torque was cut to what its joint can do.
+    /// A torque was limited to the effort limit of its joint.
     #[port("1")]
     pub limited: bool,
-    /// Centre of mass from the middle of the feet, by the embedded model.
+    /// Centre of mass relative to the mean position of the feet, from the embedded model.
     #[port("m")]
     pub com: Vec3,
-    /// Distance from where it is to be.
+    /// Position error of the centre of mass.
     #[port("m")]
     pub error: f64,
-    /// Angle between the trunk's attitude and what it is to be.
+    /// Attitude error of the trunk.
     #[port("rad")]
     pub error_angle: f64,
-    /// How far inside the polygon of the feet the centre of mass is; negative outside.
+    /// Distance of the centre of mass from the nearest edge of the support polygon; negative outside.
     #[port("m")]
     pub inside: f64,
-    /// Friction that the feet are to use: the largest ratio of force along the ground to force on it.
+    /// Required friction coefficient: the largest ratio of tangential to normal force at a foot.
     #[port("1")]
     pub friction: f64,
-    /// Least force on the ground of a foot.
+    /// Smallest normal force at a foot.
     #[port("N")]
     pub press: f64,
-    /// What the feet cannot give of the force that is wanted.
+    /// Part of the required force that the feet cannot supply.
     #[port("N")]
     pub lack: f64,
-    /// Largest share of what a joint can do.
+    /// Largest ratio of a joint torque to its effort limit.
     #[port("1")]
     pub share: f64,
 }
@@ -108,13 +109,13 @@ pub struct Stand {
     /// A first sample has been taken.
     #[port("1")]
     pub begun: bool,
-    /// Since then.
+    /// Time since the first sample.
     #[port("s")]
     pub elapsed: f64,
     /// Heading at the start.
     #[port("rad")]
     pub heading: f64,
-    /// Centre of mass from the middle of the feet at the start.
+    /// Centre of mass relative to the mean position of the feet at the start.
     #[port("m")]
     pub start: Vec3,
 }

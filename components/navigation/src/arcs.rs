@@ -1,74 +1,74 @@
-//! Arcs that the rover could drive next, and how they are voted on.
+//! Candidate arcs of the rover and their votes.
 //! ```text
 //! arcs        curvature κ from −κ_max to κ_max in equal steps, forwards and backwards;  a turn on the spot to either side
 //! body        n discs on its axis that cover length × width: centres x_k = (k + ½) l/n − l/2, radius √((w/2)² + (l/2n)²)
-//! sweep       poses along an arc every `step`; at each the least goodness γ (0 … 1) under the n discs
-//! obstacles   least of 1 − (1 − γ)(1 − s/2l) over the sweep of length l: what is far counts half as much
-//! goal        e^(−detour/scale);  detour = way + V(end) + turning to the way from there + stopping for another kind of move − V(here);
-//!             where V(here) is infinite, the least V(end) stands for it
-//! vote        share · obstacles + (1 − share) · goal; 0 for an arc that is shut
-//! shut        a hazard or unknown ground nearer than `near`, or anywhere in a turn on the spot
+//! sweep       poses along an arc every `step`; at each the minimum goodness γ (0 … 1) under the n discs
+//! obstacles   minimum of 1 − (1 − γ)(1 − s/2l) over the sweep of length l: obstacles at its end count half
+//! goal        e^(−detour/scale);  detour = arc length + V(end) + turn to the path from there + cost of changing the kind of move − V(here);
+//!             if V(here) is infinite, the minimum V(end) replaces it
+//! vote        share · obstacles + (1 − share) · goal; 0 for a blocked arc
+//! blocked     a hazard or unknown ground nearer than `near`, or anywhere in a turn on the spot
 //! ```
 //! After Goldberg, Maimone, Matthies 2002 (votes of arcs for obstacles and goal), with values of the global planner for the goal as in
-//! Maimone et al. 2006. An arc ends where it comes to the first hazard or unknown ground beyond `near`, or as long as the goal is far. The arc that
-//! was chosen last is kept until another has more votes by `hysteresis`.
+//! Maimone et al. 2006. An arc ends at the first hazard or unknown ground beyond `near`, and is not longer than the distance of the goal. The last
+//! arc is kept until the vote of another exceeds it by `hysteresis`.
 //!
-//! A rover whose discs are in a hazard now (it has drifted into the margin) may leave it: an arc is not shut by hazards within
-//! `leave` of its beginning when there are none after that, up to `near` at least.
+//! A rover whose discs touch a hazard now (it has drifted into the margin) may leave it: hazards within `leave` of the start of an arc do not block
+//! it if there are none after that, at least up to `near`.
 
 use crate::assess::BEST;
 use crate::ground::{Ground, Sight};
 use serde::{Deserialize, Serialize};
 
-/// It does not stop for a smaller turn, rad.
+/// Smallest turn on the spot, rad: the rover does not stop for a smaller one.
 const TURN_LEAST: f64 = 0.1;
 
-/// How the rover moves and votes.
+/// Parameters of arcs and votes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arcs {
-    /// Arcs in each direction; odd, so that straight is one of them.
+    /// Number of arcs in each direction; odd, so that the straight line is one of them.
     pub count: usize,
-    /// Greatest curvature, 1/m.
+    /// Maximum curvature, 1/m.
     pub curvature_max: f64,
     /// Length of an arc, m.
     pub length: f64,
-    /// Distance of poses that are looked at, m.
+    /// Distance between the poses that are checked, m.
     pub step: f64,
-    /// So far ahead the ground has to be known and free, m.
+    /// Distance ahead within which the ground must be known and free, m.
     pub near: f64,
-    /// PathCost out of a hazard, m.
+    /// Distance within which the rover may leave a hazard, m.
     pub leave: f64,
-    /// Share of obstacles in a vote, 0 … 1.
+    /// Weight of obstacles in a vote, 0 … 1.
     pub share: f64,
     /// Detour (m) at which the vote of the goal is 1/e.
     pub scale: f64,
-    /// What a turn costs, m/rad.
+    /// Cost of a turn, m/rad.
     pub turn_cost: f64,
-    /// What it costs to stop and go on in another way: forwards, backwards, on the spot, m.
+    /// Cost of stopping to change between forwards, backwards and turning on the spot, m.
     pub stop_cost: f64,
-    /// What driving backwards costs, times that of driving forwards.
+    /// Cost of driving backwards, relative to driving forwards.
     pub back_cost: f64,
-    /// Votes by which another arc has to be better.
+    /// Amount by which the vote of another arc must exceed that of the last one.
     pub hysteresis: f64,
     /// The body.
     pub body: Body,
 }
 
-/// The rectangle around the rover about its pose, and the discs that cover it.
+/// Rectangle around the rover, centred on its pose, and the number of discs that cover it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Body {
     /// Length, m.
     pub length: f64,
     /// Width, m.
     pub width: f64,
-    /// Discs on its axis.
+    /// Number of discs on its axis.
     pub discs: usize,
 }
 
-/// x, y (m) and heading (rad) in W.
+/// Position x, y (m) and heading (rad) in W.
 pub type Place = [f64; 3];
 
-/// A thing to do next.
+/// Candidate move.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Move {
     /// Forwards on a circle of this curvature, to the left when positive, 1/m.
@@ -79,7 +79,7 @@ pub enum Move {
     Turn(f64),
 }
 
-/// What was found out about a move.
+/// Vote of a move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vote {
     /// The move.
@@ -88,36 +88,36 @@ pub struct Vote {
     pub obstacles: f64,
     /// Vote of the goal, 0 … 1.
     pub goal: f64,
-    /// The sum; 0 when it is shut.
+    /// Weighted sum; 0 if the move is blocked.
     pub total: f64,
 }
 
-/// Where the rover is to go.
+/// Where the rover should go.
 pub struct DriveRequest<'a> {
-    /// Cost to the goal from a point, m; ∞ where no way is.
+    /// Cost to the goal from a point, m; ∞ where there is no path.
     pub value: &'a dyn Fn([f64; 2]) -> f64,
-    /// Heading of the way from the rover's place, rad.
+    /// Heading of the path at the rover, rad.
     pub heading: f64,
     /// Distance of the goal, m: arcs are not longer.
     pub distance: f64,
-    /// What it does now.
+    /// Current move.
     pub last: Option<Move>,
 }
 
 impl Body {
-    /// Radius of the discs, m.
+    /// Returns the radius of the discs, m.
     #[must_use]
     pub fn radius(&self) -> f64 {
         (0.5 * self.width).hypot(0.5 * self.length / self.discs as f64)
     }
 
-    /// How far the outer discs are from the middle, m.
+    /// Returns the distance of the outer discs from the centre, m.
     #[must_use]
     pub fn offset(&self) -> f64 {
         0.5 * self.length * (1.0 - 1.0 / self.discs as f64)
     }
 
-    /// Middles of the discs at a place.
+    /// Returns the centres of the discs at a place, m.
     pub fn middles(&self, [x, y, heading]: Place) -> impl Iterator<Item = [f64; 2]> {
         let (s, c) = heading.sin_cos();
         let (each, length) = (self.length / self.discs as f64, self.length);
@@ -127,7 +127,7 @@ impl Body {
         })
     }
 
-    /// The least of what is known under the rover.
+    /// Returns the worst assessment under the rover.
     #[must_use]
     pub fn sight(&self, ground: &Ground, at: Place) -> Sight {
         let mut least = Some(BEST);
@@ -142,14 +142,14 @@ impl Body {
     }
 }
 
-/// An angle between −π and π.
+/// Wraps an angle to −π … π.
 #[must_use]
 pub fn wrapped(angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     angle - turn * (angle / turn).round()
 }
 
-/// Where a move of a length (m; rad of a turn) ends.
+/// Returns the place at the end of a move of length `s` (m; rad for a turn).
 #[must_use]
 pub fn end_of([x, y, heading]: Place, mv: Move, s: f64) -> Place {
     let (kappa, way) = match mv {
@@ -164,23 +164,23 @@ pub fn end_of([x, y, heading]: Place, mv: Move, s: f64) -> Place {
     [x + chord * cos, y + chord * sin, heading + 2.0 * half]
 }
 
-/// What a sweep came to.
+/// Result of a sweep.
 struct Sweep {
-    /// So far it is free and known, m or rad.
+    /// Length that is free and known, m or rad.
     open: f64,
     obstacles: f64,
 }
 
-/// Where a move ends.
+/// End of a move.
 struct End {
     sweep: Sweep,
     place: Place,
-    /// What it costs to the goal from there, m.
+    /// Cost to the goal from there, m.
     left: f64,
 }
 
 impl Arcs {
-    /// All moves, with their votes, in a fixed order: forwards and backwards from right to left, then the turn.
+    /// Returns all moves with their votes in a fixed order: forwards and backwards from right to left, then the turn.
     #[must_use]
     pub fn votes(&self, ground: &Ground, at: Place, wish: &DriveRequest) -> Vec<Vote> {
         let curvature = |k: usize| {
@@ -189,7 +189,7 @@ impl Arcs {
         };
         let forward = (0..self.count).map(|k| Move::Forward(curvature(k)));
         let backward = (0..self.count).map(|k| Move::Backward(curvature(k)));
-        // To the way by the shorter side, and by the other; not for little.
+        // Turn to the path by the shorter side and by the other side, unless the angle is small.
         let angle = wrapped(wish.heading - at[2]);
         let other = angle - std::f64::consts::TAU.copysign(angle);
         let turns = [Move::Turn(angle), Move::Turn(other)].into_iter();
@@ -199,14 +199,14 @@ impl Arcs {
             .chain(turns)
             .map(|mv| (mv, self.end(ground, at, wish, mv)))
             .collect();
-        // From a hazard, or out of what the planner looked at: from the best end.
+        // In a hazard or outside the planned region V(here) is infinite; use the best end instead.
         let here = (wish.value)([at[0], at[1]]);
         let ends = sweeps.iter().filter_map(|(_, end)| end.as_ref()).map(|end| end.left);
         let here = if here.is_finite() { here } else { ends.fold(here, f64::min) };
         sweeps.into_iter().map(|(mv, end)| self.vote(wish, mv, end, here)).collect()
     }
 
-    /// Where a move ends; `None` when it is shut.
+    /// Returns the end of a move; `None` if it is blocked.
     fn end(&self, ground: &Ground, at: Place, wish: &DriveRequest, mv: Move) -> Option<End> {
         let length = match mv {
             Move::Turn(angle) => angle.abs(),
@@ -217,12 +217,12 @@ impl Arcs {
         Some(End { left: (wish.value)([place[0], place[1]]), place, sweep })
     }
 
-    /// `here`: the cost to the goal that the end's is compared with, m.
+    /// Returns the vote of a move. `here`: cost to the goal with which the cost at the end is compared, m.
     fn vote(&self, wish: &DriveRequest, mv: Move, end: Option<End>, here: f64) -> Vote {
         let shut = Vote { mv, obstacles: 0.0, goal: 0.0, total: 0.0 };
         let Some(End { sweep, place, left }) = end else { return shut };
         if !left.is_finite() {
-            // No way leads on from there, or none from anywhere: then any way out counts.
+            // There is no path from the end. If there is none from anywhere, any free move counts.
             let total = if here.is_finite() { 0.0 } else { self.share * sweep.obstacles };
             return Vote { obstacles: sweep.obstacles, total, ..shut };
         }
@@ -245,7 +245,7 @@ impl Arcs {
         Vote { mv, obstacles: sweep.obstacles, goal, total }
     }
 
-    /// The angle between the heading at the end of an arc and the way downhill in V from there, rad.
+    /// Returns the angle between the heading at the end of an arc and the direction of steepest descent of V there, rad.
     fn way_from(&self, wish: &DriveRequest, [x, y, heading]: Place) -> f64 {
         let h = 2.0 * self.step;
         let at = |dx: f64, dy: f64| (wish.value)([x + dx, y + dy]);
@@ -257,16 +257,16 @@ impl Arcs {
             (false, false) => 0.0,
         };
         let (dx, dy) = (slope(at(-h, 0.0), at(h, 0.0)), slope(at(0.0, -h), at(0.0, h)));
-        // At the goal there is no way on.
+        // At the goal V has no descent direction.
         if here <= h || dx.hypot(dy) <= 0.0 {
             return 0.0;
         }
         wrapped((-dy).atan2(-dx) - heading).abs()
     }
 
-    /// Along a move; `None` when it is shut.
+    /// Checks the ground along a move; `None` if it is blocked.
     fn sweep(&self, ground: &Ground, at: Place, mv: Move, length: f64) -> Option<Sweep> {
-        // A turn is looked at by the way of the body's corners.
+        // A turn is checked in steps of the arc length of the body's corners.
         let (scale, near) = match mv {
             Move::Turn(_) => (1.0 / (0.5 * self.body.length.hypot(self.body.width)), length),
             _ => (1.0, self.near.min(length)),
@@ -297,7 +297,7 @@ impl Arcs {
         (open > 0.0 && !leaving).then_some(Sweep { open, obstacles })
     }
 
-    /// The move to make: that of most votes, or the last one while no other has more by `hysteresis`. `None`: every move is shut.
+    /// Chooses the move with the most votes, or the last one unless another exceeds it by `hysteresis`. Returns `None` if every move is blocked.
     #[must_use]
     pub fn choose(&self, votes: &[Vote], last: Option<Move>) -> Option<Vote> {
         let mut best: Option<Vote> = None;

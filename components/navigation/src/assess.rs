@@ -1,64 +1,63 @@
-//! How good the ground is for a rover, in the manner of GESTALT: tilt, roughness and step of the disc that it would stand on.
+//! Terrain assessment in the manner of GESTALT: tilt, roughness and step of the disc on which the rover would stand.
 //! ```text
-//! disc        cells whose middles are within r of the middle of the cell that is judged; all of its points by their moments
+//! disc        cells whose centres are within r of the centre of the assessed cell; its points enter by their moments
 //! plane       z = m_z + a (x − m_x) + b (y − m_y),   [S_xx S_xy; S_xy S_yy] [a; b] = [S_xz; S_yz]
 //! tilt        atan √(a² + b²)
 //! roughness   √((S_zz − a S_xz − b S_yz)/n) cos(tilt)                  RMS distance of the points from the plane
-//! step        max over the disc of D, less (|a| + |b|) w               D: greatest height less least height in a square of edge w
+//! step        max of D over the disc, minus (|a| + |b|) w               D: maximum minus minimum height in a square of edge w
 //! goodness    255 (1 − max(tilt/tilt_max, roughness/roughness_max, step/step_max)), rounded; 0 where that is negative: a hazard
-//! unknown     too small a part of the disc seen, or seen along a line only; where D alone is a hazard it is told all the same
+//! unknown     too small a part of the disc was observed, or only points along a line; if D alone is a hazard, it is reported as a hazard
 //! ```
 //! Goldberg, Maimone, Matthies, "Stereo vision and rover navigation software for planetary exploration", IEEE Aerospace Conference, 2002;
 //! Maimone, Biesiadecki, Tunstel, Cheng, Leger, "Surface navigation and mobility intelligence on the Mars Exploration Rovers", 2006: planes
-//! by sums of moments, the worst of three hazards in 0 … 255. How the three become numbers is this module's: all are linear, and the
-//! step is freed of the slope of its own plane.
+//! by sums of moments, the worst of three hazards in 0 … 255. The scaling of the three hazards is specific to this module: all are linear, and the
+//! slope of the fitted plane is subtracted from the step.
 //!
-//! Sums over discs are sums over rows of differences of running sums, greatest values those of runs of 1, 2, 4, … cells. Running sums
-//! are those of a block of tiles and what its discs reach beyond it: they begin at fixed places, so what is judged now and then is
-//! bit for bit what is judged at once.
-//! A point counts once, so what is near the camera, or faces it, weighs more in plane and roughness.
+//! Sums over discs are computed from prefix sums of rows, maxima from runs of 1, 2, 4, … cells. Prefix sums cover a block of tiles with its margin
+//! and begin at fixed cells, so an incremental assessment is bit-identical to a complete one. Every point has equal weight, so ground near the camera
+//! or facing it has more weight in plane and roughness.
 
 use crate::map::{Cell, TerrainMap};
 use crate::tiles::{Index, TILE, Tiles, Touched, middle_of, split};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Sums of a disc: points; x, y, z; xx, xy, yy, xz, yz, zz; seen cells.
+/// Number of sums of a disc: points; x, y, z; xx, xy, yy, xz, yz, zz; seen cells.
 const SUMS: usize = 11;
 /// Cells along the edge of a tile.
 const EDGE: usize = TILE as usize;
-/// Tiles of a block along x and y: long along y, where nothing is summed that is not needed.
+/// Tiles of a block along x and y: long along y, because rows that are not needed are skipped.
 const BLOCK: Index = [2, 8];
-/// Lines of cells that are judged together: their discs have most rows in common.
+/// Number of lines of cells that are assessed together: their discs share most rows.
 const TOGETHER: usize = 4;
-/// det S below this part of its diagonal's product: the points lie on a line.
+/// The points are treated as collinear if det S is below this fraction of the product of its diagonal.
 const LINE: f64 = 1e-4;
-/// No goodness is higher.
+/// Maximum goodness.
 pub const BEST: u8 = 255;
-/// Most cells from the middle of a disc to its edge.
+/// Maximum number of cells from the centre of a disc to its edge.
 pub const REACH_MAX: usize = 64;
 
-/// What a rover stands.
+/// Terrain limits of a rover.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// Radius of the disc, m.
     pub radius: f64,
-    /// Edge of the square in which steps are looked for, m: the diameter of a wheel or so.
+    /// Edge of the square in which steps are measured, m: about a wheel diameter.
     pub step_width: f64,
-    /// Tilt of a hazard, rad.
+    /// Tilt from which the ground is a hazard, rad.
     pub tilt: f64,
-    /// Roughness of a hazard, m.
+    /// Roughness from which the ground is a hazard, m.
     pub roughness: f64,
-    /// Step of a hazard, m.
+    /// Step from which the ground is a hazard, m.
     pub step: f64,
-    /// Least part of a disc's cells that has to be seen, 0 … 1.
+    /// Minimum fraction of a disc's cells that must be observed, 0 … 1.
     pub seen: f64,
 }
 
-/// Why a rover cannot be judged for.
+/// Error of terrain limits.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LimitsFault {
-    /// A number that makes no sense.
+    /// A value is out of its range.
     #[error("{what} is {value}\n  help: {help}")]
     Number {
         /// Which.
@@ -68,9 +67,9 @@ pub enum LimitsFault {
         /// What it must be.
         help: &'static str,
     },
-    /// A disc of too many cells.
+    /// The disc has too many cells.
     #[error(
-        "a disc of {radius} m has {cells} cells of {cell} m from its middle to its edge\n  help: {REACH_MAX} at most: make the cells larger"
+        "a disc of {radius} m has {cells} cells of {cell} m from its centre to its edge\n help: the maximum is {REACH_MAX}: make the cells larger"
     )]
     Cells {
         /// Radius, m.
@@ -83,26 +82,26 @@ pub enum LimitsFault {
 }
 
 impl Part {
-    /// The rectangle around both.
+    /// Returns the bounding rectangle of both.
     fn and(self, b: Part) -> Part {
         let around = |a: [usize; 2], b: [usize; 2]| [a[0].min(b[0]), a[1].max(b[1])];
         Part { x: around(self.x, b.x), y: around(self.y, b.y) }
     }
 }
 
-/// The ground as a rover on the middle of a cell would meet it.
+/// Assessment of the ground for a rover at the centre of a cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "(f32, f32, f32, u8, bool)", into = "(f32, f32, f32, u8, bool)")]
 pub struct Patch {
-    /// Angle of its plane to the horizontal, rad.
+    /// Angle between the fitted plane and the horizontal, rad.
     pub tilt: f32,
-    /// RMS distance of its points from the plane, m.
+    /// RMS distance of the points from the plane, m.
     pub roughness: f32,
-    /// Greatest step in it, m.
+    /// Largest step, m.
     pub step: f32,
-    /// 0 (a hazard) to 255; 0 where it is not known.
+    /// Goodness, 0 (a hazard) to 255; 0 where unknown.
     pub goodness: u8,
-    /// Enough of it was seen to tell.
+    /// Enough of the disc was observed for an assessment.
     pub known: bool,
 }
 
@@ -118,40 +117,40 @@ impl From<Patch> for (f32, f32, f32, u8, bool) {
     }
 }
 
-/// Judges ground.
+/// Assesses the ground.
 #[derive(Clone, Debug)]
 pub struct Assessor {
     cell: f64,
     limits: Limits,
     /// Cells from the middle of a disc to its edge.
     reach: usize,
-    /// For each row of the disc, from the lowest: cells from its middle to its end.
+    /// Half width in cells of each row of the disc, from the lowest row.
     half: Vec<usize>,
-    /// Cells of the disc.
+    /// Number of cells of the disc.
     count: f64,
-    /// Cells from the middle of a step's square to its edge.
+    /// Cells from the centre of a step's square to its edge.
     square: usize,
-    /// What a slope within the limits rises in that square at most, m.
+    /// Maximum rise of a slope within the limits over that square, m.
     slope_rise: f64,
 }
 
-/// Arrays over those rows of a block and its margin that are needed, from its first column to the last that is needed.
+/// Work arrays over the needed rows and columns of a block with its margin.
 #[derive(Clone, Debug, Default)]
 struct Work {
     /// Columns and rows; with the margin for the squares of steps as well.
     wide: usize,
     rows: usize,
     outer: usize,
-    /// For each row and each sum the running sums along the row, one more than it has cells.
+    /// Prefix sums along each row for each sum; one more entry than cells.
     running: Vec<f64>,
-    /// Level by level, for runs of 1, 2, 4, … cells: the greatest step in the run that begins there.
+    /// Largest step in the run that begins at each cell, for runs of 1, 2, 4, … cells.
     steps: Vec<f64>,
-    /// Cells with a margin for the squares of steps: least and greatest height, ∞ and −∞ where nothing was seen.
+    /// Cells with a margin for the squares of steps: minimum and maximum height, ∞ and −∞ where nothing was observed.
     low: Vec<f64>,
     high: Vec<f64>,
 }
 
-/// Cells that are to be judged, counted from the first of their block: least and greatest x and y, all included.
+/// Rectangle of cells to assess, relative to the first cell of their block: minimum and maximum x and y, inclusive.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     x: [usize; 2],
@@ -159,10 +158,10 @@ struct Part {
 }
 
 impl Assessor {
-    /// For cells with an edge of `cell` (m).
+    /// Creates an assessor for cells with an edge of `cell` (m).
     ///
     /// # Errors
-    /// Limits that no rover has; a disc of too many cells.
+    /// Returns an error for limits out of range and for a disc of too many cells.
     pub fn new(cell: f64, limits: Limits) -> Result<Self, LimitsFault> {
         let positive = |what, value: f64| match value > 0.0 && value.is_finite() {
             true => Ok(()),
@@ -170,17 +169,18 @@ impl Assessor {
                 Err(LimitsFault::Number { what, value, help: "it must be positive and finite" })
             }
         };
-        positive("the edge of a cell (m)", cell)?;
+        positive("the cell edge (m)", cell)?;
         positive("the radius of the disc (m)", limits.radius)?;
-        positive("the greatest tilt (rad)", limits.tilt)?;
-        positive("the greatest roughness (m)", limits.roughness)?;
-        positive("the greatest step (m)", limits.step)?;
+        positive("the tilt limit (rad)", limits.tilt)?;
+        positive("the roughness limit (m)", limits.roughness)?;
+        positive("the step limit (m)", limits.step)?;
         positive("the width of a step (m)", limits.step_width)?;
         if !(0.0..=1.0).contains(&limits.seen) {
-            let (what, help) = ("the part of a disc that has to be seen", "it is between 0 and 1");
+            let (what, help) =
+                ("the minimum observed fraction of a disc", "it must be between 0 and 1");
             return Err(LimitsFault::Number { what, value: limits.seen, help });
         }
-        // 0.3 m are three cells of 0.1 m.
+        // The factor absorbs round-off: 0.3 m must be three cells of 0.1 m.
         let reaches = limits.radius / cell * (1.0 + 1e-12);
         let widest = reaches.max(0.5 * limits.step_width / cell);
         if widest > REACH_MAX as f64 {
@@ -196,22 +196,22 @@ impl Assessor {
         Ok(Assessor { cell, limits, reach, half, count, square, slope_rise })
     }
 
-    /// Cells from the middle of one that is judged to the farthest that it depends on, along x or y.
+    /// Returns the distance, in cells along x or y, from an assessed cell to the farthest cell that affects it.
     #[must_use]
     pub fn depends_on(&self) -> i32 {
         (self.reach + self.square) as i32
     }
 
-    /// What it judges for.
+    /// Returns the terrain limits.
     #[must_use]
     pub fn limits(&self) -> &Limits {
         &self.limits
     }
 
-    /// Judges anew what depends on the cells that were touched.
+    /// Reassesses all cells that depend on the changed cells.
     pub fn refresh(&self, map: &TerrainMap, touched: &Touched, into: &mut Tiles<Patch>) {
         let far = self.depends_on();
-        // What is to be judged of each tile: one rectangle around all of it, in each block.
+        // For each tile, the bounding rectangle of the cells to assess, grouped by block.
         let mut blocks: BTreeMap<Index, BTreeMap<Index, Part>> = BTreeMap::new();
         for [i0, j0, i1, j1] in touched.rectangles() {
             let (low, high) = ([i0 - far, j0 - far], [i1 + far, j1 + far]);
@@ -239,7 +239,7 @@ impl Assessor {
         }
     }
 
-    /// Sums and steps for a part of a block; whether there is anything.
+    /// Computes sums and steps for a part of a block. Returns false if it has no observations.
     fn gather(&self, map: &TerrainMap, block: Index, part: Part, work: &mut Work) -> bool {
         let (reach, square) = (self.reach, self.square);
         let Work { wide, rows, outer, running, steps, low, high } = work;
@@ -252,7 +252,7 @@ impl Assessor {
             v.clear();
             v.resize(outer * tall, none);
         }
-        // The first of each row is 0, all others are written before they are read.
+        // The first entry of each row is 0; all others are written before they are read.
         running.resize(SUMS * rows * (wide + 1), 0.0);
         let margin = (reach + square) as i32;
         let first = [0, 1].map(|k| block[k] * BLOCK[k] * TILE - margin);
@@ -273,7 +273,7 @@ impl Assessor {
             running.iter_mut().step_by(stride).for_each(|v| *v = 0.0);
             let mut x = 0;
             while x < outer {
-                // As far as one tile goes.
+                // Process cells up to the end of one tile.
                 let i = first[0] + x as i32;
                 let (tile, place) = split([i, j]);
                 let count = (EDGE - i.rem_euclid(TILE) as usize).min(outer - x);
@@ -309,7 +309,7 @@ impl Assessor {
                 let (from, run) = (&done[level * level_size..], 1 << level);
                 for y in 0..rows {
                     let (row, next) = (&from[y * wide..][..wide], &mut next[y * wide..][..wide]);
-                    // Runs that would end beyond the row are not asked for.
+                    // Runs that would end beyond the row are not needed.
                     let count = wide.saturating_sub(run);
                     let (a, b) = (&row[..count], &row[wide - count..]);
                     for ((next, a), b) in next.iter_mut().zip(a).zip(b) {
@@ -321,7 +321,7 @@ impl Assessor {
         any
     }
 
-    /// Judges what is to be judged of a tile, where `all` was gathered of its block.
+    /// Assesses a part of a tile; `all` is the part of its block that was gathered.
     fn judge(&self, work: &Work, all: Part, at: Index, part: Part, into: &mut Tiles<Patch>) {
         let Work { wide, rows, running, steps, .. } = work;
         let (reach, wide, stride) = (self.reach, *wide, *wide + 1);
@@ -336,7 +336,7 @@ impl Assessor {
             for below in 0..lines - 1 + self.half.len() {
                 let row = y - all.y[0] + below;
                 let of_row = &running[row * SUMS * stride..][..SUMS * stride];
-                // Each row has its part in the discs of several lines.
+                // Each row contributes to the discs of several lines.
                 for line in 0..lines {
                     let half = below.checked_sub(line).and_then(|dy| self.half.get(dy));
                     let Some(half) = half.copied() else { continue };
@@ -361,7 +361,7 @@ impl Assessor {
                     let of_disc = std::array::from_fn(|k| sums[line][k][x]);
                     patches[x] = self.patch(&of_disc, steps_of[line][x]);
                 }
-                // A tile beside what was seen, of which nothing is known, is not kept.
+                // Tiles without any known cell are not stored.
                 let told = &patches[..count];
                 if into.tile(at).is_some() || told.iter().any(|p| *p != Patch::default()) {
                     let first = ((y + line) % EDGE) * EDGE + x0 % EDGE;
@@ -371,7 +371,7 @@ impl Assessor {
         }
     }
 
-    /// Of the sums of a disc and the greatest D in it.
+    /// Computes the assessment from the sums of a disc and the maximum D in it.
     fn patch(&self, sums: &[f64; SUMS], rise: f64) -> Patch {
         let [n, x, y, z, xx, xy, yy, xz, yz, zz, seen] = *sums;
         if n < 0.5 {
@@ -383,7 +383,7 @@ impl Assessor {
         let (xz, yz, zz) = (xz - x * mz, yz - y * mz, zz - z * mz);
         let det = xx * yy - xy * xy;
         let width = (2 * self.square) as f64 * self.cell;
-        // A rise that no slope within the limits makes.
+        // Part of the rise that a slope within the limits cannot explain.
         let wall = rise - self.slope_rise;
         let unknown = !(seen >= limits.seen * self.count && det > LINE * xx * yy);
         if unknown {
@@ -404,7 +404,7 @@ impl Assessor {
     }
 }
 
-/// The greater of two numbers, one instruction; heights are never NaN.
+/// Returns the greater of two numbers with one instruction; heights are never NaN.
 #[inline]
 fn high_of(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
@@ -415,7 +415,7 @@ fn low_of(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// Sums of a cell about another origin, which lies `−moved` from its own.
+/// Returns the sums of a cell about another origin, at `−moved` from its own.
 fn moments(cell: &Cell, moved: [f64; 3]) -> [f64; SUMS] {
     let n = cell.count;
     let [x, y, z] = [cell.mean.x + moved[0], cell.mean.y + moved[1], cell.mean.z + moved[2]];
@@ -435,7 +435,7 @@ fn moments(cell: &Cell, moved: [f64; 3]) -> [f64; SUMS] {
     ]
 }
 
-/// Rise in the square around each cell, 0 where nothing was seen: the first level of the steps.
+/// Computes the rise in the square around each cell, 0 where nothing was observed: the first level of the steps.
 fn rises(
     low: &mut [f64],
     high: &mut [f64],
@@ -444,7 +444,7 @@ fn rises(
     steps: &mut Vec<f64>,
 ) {
     let outer = wide + 2 * square;
-    // Along x, in place: what is written lies behind what is read.
+    // Along x, in place: writes stay behind reads.
     for (low, high) in low.chunks_exact_mut(outer).zip(high.chunks_exact_mut(outer)) {
         for x in 0..wide {
             let (mut least, mut most) = (low[x], high[x]);
@@ -457,7 +457,7 @@ fn rises(
     }
     steps.clear();
     steps.resize(wide * rows, 0.0);
-    // Along y, in place as well.
+    // Along y, also in place.
     for (y, steps) in steps.chunks_exact_mut(wide).enumerate() {
         let (least, low) = low[y * outer..].split_at_mut(outer);
         let (most, high) = high[y * outer..].split_at_mut(outer);

@@ -1,11 +1,11 @@
-//! `navigation.autonav`: sees the ground by a camera, and drives to its goals over what it finds good.
+//! `navigation.autonav`: drives a rover to its goals over traversable ground that its camera observes.
 //! ```text
-//! a new picture    its points → map → goodness → costs of the way                (`rover`)
-//! a sample         the way from here, votes of the arcs → speed and turn rate, from the next sample on
+//! a new picture    its points → map → goodness → costs of the planner            (`rover`)
+//! a sample         path from here, votes of the arcs → speed and turn rate, from the next sample on
 //! ```
-//! It takes the place of `control.waypoint_follower`: the same pose, the same commands. It reads the field of `pictures` that it
-//! binds, or the nearest: a camera whose ranges are known, or a pair that matches them. What a picture shows is where the camera truly
-//! was, or where the rover takes it to have been (`eye`, of `navigation.pose_estimator`).
+//! It replaces `control.waypoint_follower`: it has the same pose inputs and the same commands. It reads the field of `pictures` that it binds, or the
+//! nearest one: a camera with true ranges, or a stereo pair. Points of a picture are placed with the true pose of the camera, or with its estimated
+//! pose (`eye`, from `navigation.pose_estimator`).
 
 use crate::arcs::{Arcs, Body};
 use crate::assess::{Assessor, Limits};
@@ -20,7 +20,7 @@ use linkwork_runtime::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Goals, the rover's size, and what it holds good.
+/// Goals, size of the rover, and limits of traversable ground.
 #[derive(Params, Clone, Debug)]
 pub struct AutoNavParams {
     /// Goals, W, m; visited in turn.
@@ -34,46 +34,46 @@ pub struct AutoNavParams {
     /// Turn rate on the spot.
     #[param(unit = "rad/s", default = 0.12, range = 1e-4..)]
     pub spot_rate: f64,
-    /// Greatest curvature of an arc, 1/m.
+    /// Maximum curvature of an arc, 1/m.
     #[param(default = 0.4, range = 1e-3..=100.0)]
     pub curvature: f64,
-    /// Length of the rectangle around the rover, wheels included, about the pose that it is given.
+    /// Length of the rectangle around the rover, wheels included, centred on the input pose.
     #[param(unit = "m", range = 0.05..=10.0)]
     pub length: f64,
     /// Width of that rectangle.
     #[param(unit = "m", range = 0.05..=10.0)]
     pub width: f64,
-    /// Step of the ground that is a hazard: below what its wheels climb and its body clears. Default: three fifths of `wheel`.
+    /// Step height from which the ground is a hazard. It must be less than what the wheels climb and the body clears. Default: 0.6 `wheel`.
     #[param(unit = "m", range = 1e-3..)]
     pub step: Option<f64>,
-    /// Diameter of a wheel: steps are looked for over this length.
+    /// Wheel diameter: steps are measured over this length.
     #[param(unit = "m", range = 0.01..)]
     pub wheel: f64,
-    /// Tilt of the ground that is a hazard.
+    /// Tilt from which the ground is a hazard.
     #[param(unit = "rad", default = 0.436, range = 0.01..=1.5)]
     pub slope: f64,
-    /// Roughness of the ground (RMS about a plane) that is a hazard. Default: half of `wheel`.
+    /// Roughness (RMS distance from a plane) from which the ground is a hazard. Default: 0.5 `wheel`.
     #[param(unit = "m", range = 1e-3..)]
     pub roughness: Option<f64>,
     /// Edge of a cell of the map.
     #[param(unit = "m", default = 0.1, range = 0.03..=1.0)]
     pub cell: f64,
-    /// Points farther off are not taken.
+    /// Maximum range of points that are used.
     #[param(unit = "m", default = 9.0, range = 0.1..)]
     pub sight: f64,
-    /// A cell that has not been seen for longer begins anew when it is seen again; unwritten: never.
+    /// A map cell that was not observed for longer than this is reset at its next observation. Default: never.
     #[param(unit = "s", default = None, range = 0.0..)]
     pub memory: Option<f64>,
-    /// Where it starts, W: the ground there is taken as free, since its camera does not see it. Unwritten: none is.
+    /// Start position, W, m. The ground around it is assumed free, because the camera does not see it. Default: no such ground.
     #[param(default = None)]
     pub start: Option<[f64; 3]>,
     /// Radius of that ground.
     #[param(unit = "m", default = 3.0, range = 0.0..)]
     pub start_radius: f64,
-    /// Discs [x, y, radius] (m, W) that are not entered.
+    /// Keep-out discs [x, y, radius] (m, W).
     #[param(default = Vec::new())]
     pub keep_out: Vec<[f64; 3]>,
-    /// Least x and y, greatest x and y (m, W) of where its middle may be: what it knows of its map's ends. Unwritten: anywhere.
+    /// Keep-in rectangle of the rover's centre: minimum x and y, maximum x and y (m, W). Default: no limit.
     #[param(default = None)]
     pub keep_in: Option<[f64; 4]>,
     /// Tilt at which the rover stops.
@@ -82,15 +82,15 @@ pub struct AutoNavParams {
     /// Slip at which the rover stops (above 1: never).
     #[param(default = 2.0, range = 0.0..)]
     pub slip_max: f64,
-    /// So long it stands without a way or a move before it gives up.
+    /// Maximum waiting time without a path or an open move before the rover gives up.
     #[param(unit = "s", default = 20.0, range = 0.0..)]
     pub patience: f64,
-    /// So long it goes on without coming nearer to its goal along the way.
+    /// Maximum time without progress towards the goal along the path before the rover gives up.
     #[param(unit = "s", default = 400.0, range = 0.0..)]
     pub progress: f64,
 }
 
-/// Where the rover is.
+/// Pose of the rover.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct AutoNavIn {
     /// x in W.
@@ -108,16 +108,16 @@ pub struct AutoNavIn {
     /// Slip, 0 to 1.
     #[port("1", default = 0.0)]
     pub slip: f64,
-    /// Where its camera is by its own estimate, W, m.
+    /// Estimated position of the camera, W.
     #[port("m", default = Vec3::zeros())]
     pub eye: Vec3,
-    /// How its camera stands by its own estimate: lens (x right, y down, z ahead) to W.
+    /// Estimated attitude of the camera: lens (x right, y down, z ahead) to W.
     #[port(default = Quat::identity())]
     pub eye_attitude: Quat,
-    /// These are given: pictures are placed by them, at the sample of their instant or between two, else by the camera's true pose.
+    /// Whether pictures are placed with the estimated camera pose, interpolated to their instant. Otherwise the true camera pose is used.
     #[port("1", default = false)]
     pub eye_given: bool,
-    /// They are known by now: pictures of before that are left out.
+    /// Whether the estimated camera pose is valid. Pictures before that are ignored.
     #[port("1", default = true)]
     pub eye_known: bool,
 }
@@ -125,52 +125,52 @@ pub struct AutoNavIn {
 /// Drive command and progress.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct AutoNavOut {
-    /// Wanted forward speed.
+    /// Commanded forward speed.
     #[port("m/s")]
     pub speed: f64,
-    /// Wanted turn rate, to the left.
+    /// Commanded turn rate, to the left.
     #[port("rad/s")]
     pub turn_rate: f64,
-    /// Index of the goal that is driven to; how many there are, when all are reached.
+    /// Index of the current goal; the number of goals when all are reached.
     #[port("1")]
     pub goal: f64,
-    /// Distance to it, straight.
+    /// Straight-line distance to the current goal.
     #[port("m")]
     pub distance: f64,
     /// All goals are reached.
     #[port("1")]
     pub done: bool,
-    /// It has given up, or was stopped by a limit.
+    /// The rover has given up or was stopped by a limit.
     #[port("1")]
     pub stopped: bool,
-    /// It goes on no more: all goals are reached, or it has given up.
+    /// The drive is over: all goals are reached, or the rover has given up.
     #[port("1")]
     pub ended: bool,
-    /// How it goes: the place in `Status::ALL` (1 driving, 2 arrived, then why it gave up; 10: it began in an obstacle).
+    /// Status, the index in `Status::ALL`: 1 driving, 2 arrived, then the reasons for giving up (10: the rover started in an obstacle).
     #[port("1")]
     pub status: f64,
-    /// Pictures that were taken in.
+    /// Number of pictures that were processed.
     #[port("1")]
     pub pictures: f64,
-    /// Ground that was mapped.
+    /// Area of the mapped ground.
     #[port("m^2")]
     pub mapped: f64,
 }
 
-/// What it has seen and what it is doing.
+/// State of the navigation.
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub struct Mind {
     picture: View<Picture>,
     knowledge: Knowledge,
     memory: Memory,
-    /// The goal that is driven to.
+    /// Index of the current goal.
     goal: usize,
-    /// Number of the picture that was taken in last, and how many were.
+    /// Number of the last processed picture, and count of processed pictures.
     last: u64,
     taken: u64,
-    /// Time (s) and place of the camera by the rover's estimate, at the last two samples.
+    /// Time (s) and estimated pose of the camera at the last two samples.
     eyes: [Option<(f64, Pose3)>; 2],
-    /// Ground that was mapped, m²: the map is only gone through when it has grown.
+    /// Area of the mapped ground, m². It is recomputed only when the map has grown.
     mapped: f64,
     /// Speed and turn rate.
     command: [f64; 2],
@@ -179,12 +179,12 @@ pub struct Mind {
 }
 
 impl Mind {
-    /// The camera is here at a time (s), by the rover's estimate.
+    /// Records the estimated pose of the camera at a time (s).
     fn place_eye(&mut self, time: f64, eye: Pose3) {
         self.eyes = [self.eyes[1], Some((time, eye))];
     }
 
-    /// Where it was at a time (s): between the last two samples. A picture that is new is of no other time.
+    /// Returns the interpolated camera pose at a time (s) between the last two samples. New pictures always lie in that interval.
     fn eye(&self, time: f64) -> Option<Pose3> {
         let at = |(t, eye): &(f64, Pose3)| (*t == time).then_some(*eye);
         let [Some((t0, from)), Some((t1, to))] = &self.eyes else {
@@ -209,7 +209,7 @@ impl Store for Mind {
     }
 }
 
-/// The software: one for each goal.
+/// Navigation software: one rover configuration for each goal.
 pub struct AutoNav {
     /// Edge of a cell of the map, m.
     cell: f64,
@@ -217,7 +217,7 @@ pub struct AutoNav {
     rovers: Vec<Rover>,
 }
 
-/// Sees the ground by a camera, maps and judges it, plans to its goals by Field D*, and chooses arcs by their votes.
+/// Navigates a rover: maps and assesses the ground that its camera observes, plans paths to its goals by Field D*, and selects arcs by votes.
 #[model("navigation.autonav")]
 impl Model for AutoNav {
     type Params = AutoNavParams;
@@ -227,9 +227,9 @@ impl Model for AutoNav {
 
     fn build(p: AutoNavParams) -> Result<Self, BuildError> {
         if p.goals.is_empty() {
-            return Err(BuildError::new("there is no goal")
+            return Err(BuildError::new("`goals` is empty")
                 .at("goals")
-                .help("write e.g. [[40, 0]], in metres"));
+                .help("write for example [[40, 0]], in metres"));
         }
         if !p.goals.iter().flatten().all(|v| v.is_finite()) {
             return Err(BuildError::new("a goal is not finite").at("goals").help("in metres"));
@@ -237,20 +237,20 @@ impl Model for AutoNav {
         if let Some(disc) =
             p.keep_out.iter().find(|d| !(d[2] >= 0.0 && d.iter().all(|v| v.is_finite())))
         {
-            let fact = format!("{disc:?} is no disc");
+            let fact = format!("{disc:?} is not a disc");
             return Err(BuildError::new(fact)
                 .at("keep_out")
-                .help("write [x, y, radius] in metres, the radius from 0 up"));
+                .help("write [x, y, radius] in metres, with a radius of 0 or more"));
         }
         let anywhere = [f64::NEG_INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::INFINITY];
         let keep_in = p.keep_in.unwrap_or(anywhere);
         if !(keep_in[0] < keep_in[2] && keep_in[1] < keep_in[3]) {
-            let fact = format!("{keep_in:?} is no rectangle");
+            let fact = format!("{keep_in:?} is not a rectangle");
             return Err(BuildError::new(fact)
                 .at("keep_in")
-                .help("write [least x, least y, greatest x, greatest y] in metres"));
+                .help("write [minimum x, minimum y, maximum x, maximum y] in metres"));
         }
-        // Discs on the long axis that cover the rectangle: as many as it is longer than wide, and one.
+        // Number of discs on the long axis that cover the rectangle: the length-to-width ratio, rounded up, plus one.
         let discs = 1 + (p.length / p.width).ceil().clamp(1.0, 16.0) as usize;
         let body = Body { length: p.length, width: p.width, discs };
         let arcs = Arcs {
@@ -351,7 +351,7 @@ impl Model for AutoNav {
         if store.memory.status == Status::Arrived {
             store.goal += 1;
             if store.goal < self.rovers.len() {
-                // A way to the next; what was seen stays.
+                // The next goal needs a new planner; the map is kept.
                 store.knowledge.planner = None;
                 store.memory = Memory { status: Status::Driving, ..Memory::default() };
             }
@@ -374,7 +374,7 @@ mod tests {
         assert_eq!((mind.eye(1.0), mind.eye(0.9)), (Some(at(0.0, 0.0)), None));
         mind.place_eye(1.2, at(0.1, 0.04));
         mind.place_eye(1.4, at(0.3, -0.02));
-        // Before the last two and after them it is not known.
+        // The pose is unknown before and after the last two samples.
         assert_eq!((mind.eye(1.1), mind.eye(1.41)), (None, None));
         let eye = mind.eye(1.25).unwrap();
         let want = at(0.15, 0.025);

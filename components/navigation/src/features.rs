@@ -5,8 +5,8 @@
 //! search      the whole pixel of greatest normalised cross-correlation c with the patch, within a square about the guess; c ≥ `least`
 //! refined     Σ (a J(p + d) + b − I(p))² → least, over d, a, b by Gauss–Newton: exposure and shade may change
 //! ```
-//! Shi & Tomasi, "Good features to track", CVPR 1994; Lucas & Kanade, IJCAI 1981. Grey images; everything is a sum in a fixed order, so the
-//! same images give the same bits.
+//! Shi & Tomasi, "Good features to track", CVPR 1994; Lucas & Kanade, IJCAI 1981. Grey images; all sums have a fixed order, so the results for equal
+//! images are bit-identical.
 
 use linkwork_render::Image;
 use linkwork_spatial::nalgebra::{Matrix4, Vector4};

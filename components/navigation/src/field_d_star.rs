@@ -1,26 +1,26 @@
-//! Field D*: what it costs to drive to the goal from anywhere, on a grid of costs that changes as ground is seen.
+//! Field D*: cost to the goal from any point of a cost grid that changes as the ground is observed.
 //! ```text
-//! V(s)       least cost from a corner s of cells to the goal, in edges of a cell: cost of a cell × length in it
-//! on edges   V is linear between corners;  a way from s goes straight to a point of an edge opposite, or along an edge and then across
-//! rhs(s)     least of these over the eight edges around s; corners of the goal's cell: their straight way to the goal, too
-//! g(s)       V(s) as far as it is known. Corners with g ≠ rhs wait in order of min(g, rhs); the first is made right:
-//!            g > rhs:  g = rhs          g < rhs:  g = ∞          and its neighbours have their rhs computed anew
+//! V(s)             minimum cost from a cell corner s to the goal, in cell edges: cost of a cell × length in it
+//! on edges   V is linear between corners;  a path from s goes straight to a point of an opposite edge, or along an edge and then across
+//! rhs(s)         minimum of these over the eight edges around s; corners of the goal's cell: also the straight line to the goal
+//! g(s)             current value of V(s). Corners with g ≠ rhs are queued in order of min(g, rhs); the first is expanded:
+//!            g > rhs:  g = rhs          g < rhs:  g = ∞          and rhs of its neighbours is recomputed
 //! ```
 //! Ferguson & Stentz, "Field D*: an interpolation-based path planner and replanner", ISRR 2005, figures 4 and 5; replanning as in Koenig &
-//! Likhachev, "D* Lite", AAAI 2002. Other than there the order of what waits has no distance to the rover in it: the values are wanted all
-//! around the rover, for its arcs to be compared, and when it moves nothing has to be ordered anew. Everything that is nearer to the goal than
-//! the rover by more than `beyond` is right; what is farther may not have been looked at, and then counts as infinitely far.
+//! Likhachev, "D* Lite", AAAI 2002. Unlike there, the queue order has no heuristic distance to the rover, because values
+//! are needed all around the rover to compare its arcs; the queue then need not be reordered when the rover moves. Values are correct up to the
+//! rover's own cost plus `beyond`. Farther corners may be unexpanded; their cost is then infinite.
 //!
-//! Linear values on edges are too large for a field that is round about the goal: in the open a way costs up to 1 % too much.
-//! A way goes through a corner where two obstacles touch: obstacles are to be grown by the rover before.
+//! Linear interpolation on edges overestimates the cost in open terrain by up to 1 %. Paths may pass through a corner where two obstacles touch, so
+//! obstacles must be grown by the size of the rover first.
 
 use crate::tiles::{Index, cell_at};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
-/// Most cells of a region: values of all are kept, 40 bytes a cell.
+/// Maximum number of cells of a region; each takes 40 bytes.
 pub const CELLS_MAX: usize = 1 << 22;
-/// Nearer to an edge than this part of a cell is on it.
+/// A point within this fraction of a cell from an edge lies on the edge.
 const ON: f64 = 1e-9;
 
 /// A rectangle of cells.
@@ -28,18 +28,18 @@ const ON: f64 = 1e-9;
 pub struct Region {
     /// Edge of a cell, m.
     pub cell: f64,
-    /// The cell of least x and y.
+    /// The cell of minimum x and y.
     pub first: Index,
     /// Cells along x and y.
     pub size: [usize; 2],
 }
 
-/// Why there is no region.
+/// Error of a region.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RegionFault {
-    /// A corner that is no place, or too far off.
+    /// A corner is not finite or too far away.
     #[error(
-        "there is no region of cells of {cell} m from {from:?} to {to:?}\n  help: give finite corners in order, and a positive cell"
+        "the corners {from:?} and {to:?} with cells of {cell} m are not a valid region\n help: give finite corners in order and a positive cell size"
     )]
     Corners {
         /// Edge of a cell, m.
@@ -51,7 +51,7 @@ pub enum RegionFault {
     },
     /// Too many cells.
     #[error(
-        "a region of {x} by {y} cells is too large\n  help: {CELLS_MAX} at most: make it smaller, or the cells larger"
+        "a region of {x} by {y} cells is too large\n help: the maximum is {CELLS_MAX} cells: make the region smaller or the cells larger"
     )]
     Cells {
         /// Along x.
@@ -62,7 +62,7 @@ pub enum RegionFault {
 }
 
 impl Region {
-    /// All cells of which a part lies between two corners (m).
+    /// Creates the region of all cells that overlap the rectangle between two corners (m).
     ///
     /// # Errors
     /// [`RegionFault`].
@@ -80,14 +80,14 @@ impl Region {
         Ok(Region { cell, first, size: [x as usize, y as usize] })
     }
 
-    /// Its corners of least and greatest x and y, m.
+    /// Returns its corners of minimum and maximum x and y, m.
     #[must_use]
     pub fn corners(&self) -> [[f64; 2]; 2] {
         let corner = |k: usize, more: usize| (f64::from(self.first[k]) + more as f64) * self.cell;
         [[corner(0, 0), corner(1, 0)], [0, 1].map(|k| corner(k, self.size[k]))]
     }
 
-    /// The place of a cell in rows of x; `None` outside.
+    /// Returns the index of a cell, row by row along x; `None` outside.
     #[must_use]
     pub fn place(&self, [i, j]: Index) -> Option<usize> {
         let at = [i64::from(i) - i64::from(self.first[0]), i64::from(j) - i64::from(self.first[1])];
@@ -95,29 +95,29 @@ impl Region {
         inside.then(|| at[1] as usize * self.size[0] + at[0] as usize)
     }
 
-    /// A point (m) in edges of a cell from the region's corner; `None` outside.
+    /// Converts a point (m) to cell edges from the region's corner; `None` outside.
     fn inside(&self, p: [f64; 2]) -> Option<[f64; 2]> {
         let at = [0, 1].map(|k| p[k] / self.cell - f64::from(self.first[k]));
-        // Written so that NaN is outside.
+        // The comparisons are written so that NaN is outside.
         let inside = (0..2).all(|k| at[k] >= 0.0 && at[k] <= self.size[k] as f64);
         inside.then_some(at)
     }
 
-    /// Whether a point (m) is in it.
+    /// Returns whether a point (m) is inside.
     #[must_use]
     pub fn contains(&self, p: [f64; 2]) -> bool {
         self.inside(p).is_some()
     }
 }
 
-/// What is known of the way to the goal.
+/// Result of planning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PathCost {
-    /// There is one, of this cost: metres at a cost of 1.
+    /// A path exists, with this cost: metres at a cost of 1.
     Found(f64),
-    /// Obstacles shut the rover off from the goal.
+    /// Obstacles separate the rover from the goal.
     Closed,
-    /// The rover is in an obstacle. Values around it are right: they say where to go once it is out.
+    /// The rover is in an obstacle. Values around it are correct and show where to go once it is out.
     InObstacle,
     /// The goal is in an obstacle.
     GoalInObstacle,
@@ -129,17 +129,17 @@ pub enum PathCost {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Planner {
     region: Region,
-    /// In edges of a cell from the region's corner.
+    /// Goal in cell edges from the region's corner.
     goal: [f64; 2],
     cost: Vec<f64>,
     g: Vec<f64>,
     rhs: Vec<f64>,
-    /// What waits: the bits of min(g, rhs), which are ordered as the number is, and the corner.
+    /// Queue: the bits of min(g, rhs), which have the order of the number, and the corner.
     open: BTreeSet<(u64, u32)>,
 }
 
-/// The cost of a way from a corner to the edge between two neighbours that have the values g₁ (beside it) and g₂ (across the cell): c
-/// is the cost of their cell, b that of the cell on the other side of the edge to the first.
+/// Returns the cost from a corner through the edge between two neighbours with values g₁ (adjacent) and g₂ (diagonal). c is the cost of their cell, b
+/// the cost of the cell on the other side of the edge to the adjacent neighbour.
 fn across(c: f64, b: f64, g1: f64, g2: f64) -> f64 {
     if c.is_infinite() || g1 <= g2 {
         return c.min(b) + g1;
@@ -159,7 +159,7 @@ fn across(c: f64, b: f64, g1: f64, g2: f64) -> f64 {
     c * (1.0 + rest * rest).sqrt() + b * (1.0 - rest) + g2
 }
 
-/// The least c |p − q| + V(q) over an edge from a to b with values g_a and g_b: the total, q, and V(q).
+/// Minimizes c |p − q| + V(q) over an edge from a to b with values g_a and g_b. Returns the total, q and V(q).
 fn cross(c: f64, p: [f64; 2], a: [f64; 2], b: [f64; 2], ga: f64, gb: f64) -> (f64, [f64; 2], f64) {
     let e = [b[0] - a[0], b[1] - a[1]];
     let r = [p[0] - a[0], p[1] - a[1]];
@@ -192,13 +192,13 @@ fn cross(c: f64, p: [f64; 2], a: [f64; 2], b: [f64; 2], ga: f64, gb: f64) -> (f6
 }
 
 impl Planner {
-    /// Over a region, for a goal (m), every cell of which costs `cost`; `None` when the goal is outside the region.
+    /// Creates a planner over a region for a goal (m), with every cell at `cost`; `None` if the goal is outside the region.
     ///
     /// # Panics
-    /// When the cost is not positive.
+    /// Panics if the cost is not positive.
     #[must_use]
     pub fn new(region: Region, goal: [f64; 2], cost: f64) -> Option<Self> {
-        assert!(cost > 0.0, "costs are positive");
+        assert!(cost > 0.0, "costs must be positive");
         let goal = region.inside(goal)?;
         let [x, y] = region.size;
         let nodes = (x + 1) * (y + 1);
@@ -216,26 +216,26 @@ impl Planner {
         Some(planner)
     }
 
-    /// Where it plans.
+    /// Returns the region.
     #[must_use]
     pub fn region(&self) -> &Region {
         &self.region
     }
 
-    /// The cost of a cell; `None` outside.
+    /// Returns the cost of a cell; `None` outside.
     #[must_use]
     pub fn cost(&self, cell: Index) -> Option<f64> {
         self.region.place(cell).map(|k| self.cost[k])
     }
 
-    /// Gives cells new costs; those outside the region are left out. The values are right again after [`Planner::plan`].
+    /// Changes the costs of cells; cells outside the region are ignored. Values are valid again after [`Planner::plan`].
     ///
     /// # Panics
-    /// When a cost is not positive.
+    /// Panics if a cost is not positive.
     pub fn change(&mut self, cells: impl IntoIterator<Item = (Index, f64)>) {
         let mut nodes = BTreeSet::new();
         for (cell, cost) in cells {
-            assert!(cost > 0.0, "costs are positive");
+            assert!(cost > 0.0, "costs must be positive");
             let Some(place) = self.region.place(cell) else { continue };
             if self.cost[place].to_bits() != cost.to_bits() {
                 self.cost[place] = cost;
@@ -247,12 +247,12 @@ impl Planner {
         nodes.into_iter().for_each(|node| self.reconsider(node));
     }
 
-    /// Makes all values right that are not larger than that of the rover's place (m) and `beyond` (metres at a cost of 1).
+    /// Updates all values up to the value at the rover's position `from` (m) plus `beyond` (metres at a cost of 1).
     pub fn plan(&mut self, from: [f64; 2], beyond: f64) -> PathCost {
         let Some(p) = self.region.inside(from) else { return PathCost::Outside };
         let corners = self.corners(self.cell_of(p));
         let known = |s: &Self, n: usize| low(s.g[n], s.rhs[n]);
-        // The rover's own value is not larger than that of the nearest corner and the way to it.
+        // The rover's value is at most the value of the nearest corner plus the path to it.
         let own = Some(self.at(self.cell_of(p))).filter(|c| c.is_finite()).unwrap_or(0.0);
         let more = own * std::f64::consts::SQRT_2 + beyond / self.region.cell;
         while let Some((bits, node)) = self.open.first().copied() {
@@ -271,8 +271,8 @@ impl Planner {
         }
     }
 
-    /// What it costs to drive to the goal from a point (m): metres at a cost of 1; ∞ in an obstacle, outside, where no way is, and where
-    /// [`Planner::plan`] did not look.
+    /// Returns the cost to the goal from a point (m), in metres at a cost of 1. It is ∞ in an obstacle, outside the region, where no path exists, and
+    /// where [`Planner::plan`] has not expanded the corners.
     #[must_use]
     pub fn value(&self, p: [f64; 2]) -> f64 {
         let Some(p) = self.region.inside(p) else { return f64::INFINITY };
@@ -286,8 +286,8 @@ impl Planner {
         self.region.cell * sides.into_iter().fold(straight, low)
     }
 
-    /// The way from a point to the goal, m: corners of a polygon, the point first. Only its beginning, at most `count` corners, when
-    /// there are more; only the point when there is no way.
+    /// Returns the path from a point to the goal as a polyline, m, beginning with the point. It is truncated to `count` vertices. Without a path it
+    /// contains only the point.
     #[must_use]
     pub fn path(&self, from: [f64; 2], count: usize) -> Vec<[f64; 2]> {
         let mut out = vec![from];
@@ -306,7 +306,7 @@ impl Planner {
         out
     }
 
-    /// From a point to the next edge, the least way of those that come nearer to the goal than `value`.
+    /// Returns the cheapest step from a point to the next edge among those that reach a smaller value than `value`.
     fn step(&self, p: [f64; 2], value: f64) -> Option<([f64; 2], f64)> {
         let mut best: Option<(f64, [f64; 2], f64)> = None;
         let mut offer = |(total, q, left): (f64, [f64; 2], f64)| {
@@ -334,7 +334,7 @@ impl Planner {
         best.map(|(_, q, left)| (q, left))
     }
 
-    /// Straight to the goal, when it is in this cell.
+    /// Returns the cost of the straight line to the goal if it is in this cell.
     fn straight(&self, cell: [usize; 2], p: [f64; 2]) -> Option<f64> {
         let way = (p[0] - self.goal[0]).hypot(p[1] - self.goal[1]);
         (self.cell_of(self.goal) == cell).then(|| if way > 0.0 { self.at(cell) * way } else { 0.0 })
@@ -346,20 +346,20 @@ impl Planner {
         cross(c, p, place(a), place(b), self.g[a], self.g[b])
     }
 
-    /// The four edges of a cell, by their corners.
+    /// Returns the four edges of a cell as pairs of corners.
     fn sides(&self, cell: [usize; 2]) -> [[usize; 2]; 4] {
         let [a, b, c, d] = self.corners(cell);
         [[a, b], [b, d], [c, d], [a, c]]
     }
 
-    /// Corners of a cell: least x and y, then greater x, then greater y, then both.
+    /// Returns the corners of a cell: minimum x and y, then greater x, then greater y, then both.
     fn corners(&self, [i, j]: [usize; 2]) -> [usize; 4] {
         let wide = self.region.size[0] + 1;
         let n = j * wide + i;
         [n, n + 1, n + wide, n + wide + 1]
     }
 
-    /// The cell of a point inside, counted from the region's first.
+    /// Returns the cell of an inside point, relative to the region's first cell.
     fn cell_of(&self, p: [f64; 2]) -> [usize; 2] {
         [0, 1].map(|k| (p[k] as usize).min(self.region.size[k] - 1))
     }
@@ -368,7 +368,7 @@ impl Planner {
         self.cost[j * self.region.size[0] + i]
     }
 
-    /// The four cells around a corner, ∞ outside, from the one of greater x and y on against the clock; the corner's indices.
+    /// Returns the costs of the four cells around a corner, ∞ outside, counterclockwise from the cell of greater x and y; and the corner's indices.
     fn cells_around(&self, node: usize) -> ([f64; 4], [usize; 2]) {
         let wide = self.region.size[0] + 1;
         let at = [node % wide, node / wide];
@@ -382,10 +382,10 @@ impl Planner {
         ([[0, 0], [1, 0], [1, 1], [0, 1]].map(cell), at)
     }
 
-    /// Computes rhs of a corner, and whether it waits.
+    /// Recomputes rhs of a corner and updates its place in the queue.
     fn reconsider(&mut self, node: usize) {
         let (cells, [i, j]) = self.cells_around(node);
-        // Neighbours against the clock from that of greater x; the even ones are beside the corner.
+        // Neighbours counterclockwise from the one of greater x; even ones are adjacent, odd ones diagonal.
         const AROUND: [[isize; 2]; 8] =
             [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
         let [nx, ny] = self.region.size;
@@ -427,7 +427,7 @@ impl Planner {
         }
     }
 
-    /// Makes the first of those that wait right.
+    /// Expands the first corner of the queue.
     fn expand(&mut self, node: usize) {
         self.leave(node);
         let better = self.g[node] > self.rhs[node];
@@ -446,7 +446,7 @@ impl Planner {
     }
 }
 
-/// The lesser of two numbers that are not NaN.
+/// Returns the lesser of two numbers that are not NaN.
 #[inline]
 fn low(a: f64, b: f64) -> f64 {
     if b < a { b } else { a }

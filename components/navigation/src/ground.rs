@@ -1,4 +1,4 @@
-//! The ground as the rover is to take it: what was judged, and what its operators say of places.
+//! Ground for planning: the terrain assessment combined with keep-out and free discs of the operators.
 //! ```text
 //! keep-out     discs that no part of it may come into          hazards, grown by the radius that it is judged with
 //! free         discs that are known to be free                 unknown ground in them counts as best
@@ -10,7 +10,7 @@ use crate::tiles::{Index, Tiles, cell_at, middle_of};
 /// A disc: x, y, radius, m.
 pub type Disc = [f64; 3];
 
-/// What is known of a place.
+/// Assessment of a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sight {
     /// Too little was seen.
@@ -19,7 +19,7 @@ pub enum Sight {
     Known(u8),
 }
 
-/// What was judged, and what was said.
+/// Terrain assessment and discs of the operators.
 #[derive(Clone, Copy, Debug)]
 pub struct Ground<'a> {
     /// Edge of a cell, m.
@@ -30,7 +30,7 @@ pub struct Ground<'a> {
     pub keep_out: &'a [Disc],
     /// Discs that are known to be free.
     pub free: &'a [Disc],
-    /// Radius that keep-out discs grow by, m: that of the disc that the ground was judged with.
+    /// Margin of keep-out discs, m: the radius of the disc of the terrain assessment.
     pub radius: f64,
 }
 
@@ -39,7 +39,7 @@ fn within(discs: &[Disc], [x, y]: [f64; 2], more: f64) -> bool {
 }
 
 impl Ground<'_> {
-    /// What is known of a rover's disc on x, y (m). Places that are none are hazards.
+    /// Returns the assessment of a rover's disc at x, y (m). Places that are none are hazards.
     #[must_use]
     pub fn at(&self, p: [f64; 2]) -> Sight {
         match cell_at(self.cell, p) {
@@ -48,7 +48,7 @@ impl Ground<'_> {
         }
     }
 
-    /// The same of the middle of a cell.
+    /// Returns the assessment at the centre of a cell.
     #[must_use]
     pub fn of_cell(&self, cell: Index) -> Sight {
         self.seen(cell, middle_of(self.cell, cell))
@@ -79,7 +79,7 @@ mod tests {
         let ground =
             Ground { cell: 0.1, patches: &patches, keep_out: &keep_out, free: &free, radius: 0.3 };
         assert_eq!(ground.at([0.55, 0.05]), Sight::Known(90));
-        // A hazard that was seen is one in a free disc, too; what was not seen is free only there.
+        // Observed hazards count inside free discs, too; unobserved ground is free only there.
         assert_eq!(ground.of_cell([9, 0]), Sight::Known(0));
         assert_eq!(
             (ground.at([0.75, 0.05]), ground.at([1.5, 0.05])),

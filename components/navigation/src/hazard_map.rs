@@ -1,4 +1,4 @@
-//! What is to be seen of the navigation: the goodness of the ground in colours, and the way that is planned.
+//! Ground overlay of the navigation: goodness of the ground as colours, and the planned path.
 //! ```text
 //! red       a hazard: the middle of the rover is not to come there
 //! yellow to green    the better, the greener
@@ -50,7 +50,7 @@ fn color(sight: Sight) -> [u8; 4] {
 }
 
 impl HazardMap {
-    /// What a rover knows and plans. Cost: the tiles are shared; the way is followed once.
+    /// Returns the overlay of a rover's map and plan. Cost: the tiles are shared; the way is followed once.
     pub fn of(rover: &Rover, judge: &Assessor, k: &Knowledge, memory: &Memory) -> Self {
         let planner = k.planner.as_ref().filter(|_| memory.status.goes_on());
         let way = planner.map_or(Vec::new(), |planner| planner.path(memory.from, WAY));
@@ -130,7 +130,7 @@ mod tests {
         assert_eq!(of(&tiles[0], 6)[3], 0);
         // What its operators keep it from is a hazard, however good.
         assert_eq!(of(&tiles[1], 5), hazard);
-        // Only what has another colour is told again.
+        // Only tiles with changed colours are sent again.
         assert_eq!(map(&patches).tiles(Some(&first)), []);
         patches.tile_mut([-1, 0])[3].tilt = 0.1;
         assert_eq!(map(&patches).tiles(Some(&first)), []);

@@ -1,34 +1,34 @@
-//! A map of the ground that grows as it is seen: for each cell the moments of the points in it.
+//! Map of the observed ground: each cell stores the moments of its points.
 //! ```text
-//! a point p comes      n' = n + 1,  δ = p − m,  m' = m + δ/n',  S' = S + δ (p − m')ᵀ        S = Σ (p_k − m)(p_k − m)ᵀ
+//! new point p          n' = n + 1,  δ = p − m,  m' = m + δ/n',  S' = S + δ (p − m')ᵀ        S = Σ (p_k − m)(p_k − m)ᵀ
 //! ```
-//! Welford, "Note on a method for calculating corrected sums of squares and products", Technometrics 4, 1962. Moments are about the mean
-//! of the cell, and horizontal places are taken from the middle of the cell, so that nothing is lost far from the origin. The sums are
-//! those of the order in which points come; another order changes the last bits.
+//! Welford, "Note on a method for calculating corrected sums of squares and products", Technometrics 4, 1962. Moments are about the mean of the cell,
+//! and horizontal positions are relative to the centre of the cell, so that precision is not lost far from the origin. The order of the points
+//! affects the sums at round-off level.
 //!
-//! Points of a cell that has not been seen for longer than `memory` replace what it had: what an estimate of the pose that has drifted
-//! says now does not mix with what it said then. Memory grows with what was seen: 104 bytes a cell, 0.1 MB a tile of 32 by 32 cells.
+//! A cell that was not observed for longer than `memory` is reset at its next observation, so that points from a drifted pose estimate are not mixed
+//! with old ones. Memory use grows with the observed area: 104 bytes a cell, 0.1 MB a tile of 32 by 32 cells.
 
 use crate::tiles::{Index, Tiles, Touched, cell_at, middle_of, split};
 use linkwork_spatial::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// How ground is mapped.
+/// Parameters of the map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
     /// Edge of a cell, m.
     pub cell: f64,
-    /// A cell that has not been seen for longer begins anew when it is seen again, s; ∞: never.
+    /// Time after which an unobserved cell is reset at its next observation, s; ∞: never.
     pub memory: f64,
 }
 
-/// The points of one cell.
+/// Moments of the points of one cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "[f64; 13]", into = "[f64; 13]")]
 pub struct Cell {
-    /// How many points.
+    /// Number of points.
     pub count: f64,
-    /// Their mean, m: x and y from the middle of the cell, z in W.
+    /// Mean of the points, m: x and y from the centre of the cell, z in W.
     pub mean: Vec3,
     /// Sums of products of deviations from the mean: xx, xy, yy, xz, yz, zz, m².
     pub spread: [f64; 6],
@@ -36,7 +36,7 @@ pub struct Cell {
     pub low: f64,
     /// Greatest height, m.
     pub high: f64,
-    /// When it was last seen, s.
+    /// Time of the last observation, s.
     pub seen: f64,
 }
 
@@ -78,18 +78,18 @@ impl Cell {
     }
 }
 
-/// What was seen so far.
+/// All observed ground.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TerrainMap {
     /// The cells.
     pub cells: Tiles<Cell>,
-    /// The first height that was seen, m: sums of heights are taken from it.
+    /// First observed height, m: heights are summed relative to it.
     pub base: Option<f64>,
 }
 
 impl Grid {
-    /// Puts points (m, W) that were seen at `time` (s) into the map; says which cells they touched and how many points had no place
-    /// (not finite, or farther off than a billion cells).
+    /// Adds points (m, W) that were observed at `time` (s). Returns the changed cells and the number of rejected points (not finite, or farther away
+    /// than a billion cells).
     pub fn add(&self, map: &mut TerrainMap, points: &[Vec3], time: f64) -> (Touched, usize) {
         let (mut touched, mut lost) = (Touched::default(), 0);
         let mut rest = points;
@@ -99,7 +99,7 @@ impl Grid {
                 continue;
             };
             map.base.get_or_insert(first.z);
-            // Neighbouring pixels mostly see one tile: it is looked for once.
+            // Neighbouring pixels mostly fall into one tile, so keep it between points.
             let cells = map.cells.tile_mut(tile);
             let mut used = 0;
             for p in rest {

@@ -1,14 +1,14 @@
-//! `navigation.pose_estimator`: where the rover is, by wheels, gyroscopes, accelerometers, the Sun and what a camera sees pass by.
+//! `navigation.pose_estimator`: estimates the pose of a rover from wheel odometry, gyroscopes, accelerometers, the Sun and visual odometry.
 //! ```text
-//! a sample       the filter goes on from the last sample with the means of its rates and those of now          (`pose_filter`)
-//! a new picture  is of an instant since then: on to it, the motion since the last picture, and on           (`visual_odometry`)
-//! each `period`  the mean specific force is level; the Sun is where the ephemeris has it, when it is seen
-//! outputs        the estimate at the sample that comes, by the rates of this one
+//! a sample       the filter propagates from the last sample with the means of the rates of both samples   (`pose_filter`)
+//! a new picture  propagate to its instant, update with the motion since the last picture, propagate to the sample   (`visual_odometry`)
+//! each `period`  update with the mean specific force (level) and with the direction of the Sun, when it is visible
+//! outputs        the estimate predicted to the next sample with the rates of this one
 //! ```
-//! It takes the place of `sensors.pose`, and knows nothing of the true pose: it starts where it is told, and its height is counted from
-//! there. Accelerometers are mended by the wheels' change of velocity. Pictures are those of the field of `pictures` that it binds, with
-//! ranges, best of a pair (`sensors.camera` with a `baseline`); the camera's place on the body is a parameter. Without pictures it goes on by
-//! the rest. Read by `navigation.autonav`, whose pictures it places by `eye`.
+//! It replaces `sensors.pose` and does not use the true pose: it starts at the parameter `start`, and heights are relative to the start. The change
+//! of the wheel velocity is subtracted from the specific force. Pictures come from the field of `pictures` that it binds and need ranges, preferably
+//! of a stereo pair (`sensors.camera` with a `baseline`). The camera's pose on the body is a parameter. Without pictures the other sensors are used.
+//! `navigation.autonav` uses the output `eye` to place its pictures.
 
 use crate::features::Features;
 use crate::pose_filter::{Instruments, PoseFilter, Rates, Start};
@@ -19,7 +19,7 @@ use linkwork_runtime::prelude::*;
 use linkwork_spatial::Pose;
 use serde::{Deserialize, Serialize};
 
-/// Instruments, as they are believed to be.
+/// Parameters: initial pose and error models of the instruments.
 #[derive(Params, Clone, Debug)]
 pub struct PoseEstimatorParams {
     /// x, y (m, W) and heading (rad) at the start.
@@ -31,16 +31,16 @@ pub struct PoseEstimatorParams {
     /// Standard deviation of the heading at the start.
     #[param(unit = "rad", default = 0.005, range = 1e-6..)]
     pub start_heading: f64,
-    /// Height of the pose over the ground that the wheels roll on.
+    /// Height of the pose's origin above the ground under the wheels.
     #[param(unit = "m", default = 0.0, range = 0.0..)]
     pub height: f64,
-    /// The camera on the body: ahead, to the left, up.
+    /// Position of the camera on the body: ahead, to the left, up.
     #[param(unit = "m", default = [0.0, 0.0, 0.0])]
     pub eye: [f64; 3],
     /// Roll, pitch (down is positive) and yaw of the camera's mount on the body.
     #[param(unit = "rad", default = Vec3::zeros())]
     pub eye_rpy: Vec3,
-    /// Distance of the two cameras of its pair; default: its ranges are known.
+    /// Baseline of the stereo pair. Default: the camera has true ranges.
     #[param(unit = "m", default = None, range = 1e-4..)]
     pub baseline: Option<f64>,
     /// Standard deviation of a match, pixels.
@@ -49,28 +49,28 @@ pub struct PoseEstimatorParams {
     /// Standard deviation of a disparity, pixels.
     #[param(default = 0.3, range = 1e-4..)]
     pub disparity_sigma: f64,
-    /// Standard deviation of the scale of the camera's motions.
+    /// Standard deviation of the scale error of visual odometry.
     #[param(default = 0.01, range = 0.0..)]
     pub scale_sigma: f64,
     /// Standard deviation of a reading of the gyroscopes: N √f of white noise N (rad/√s) at f readings a second.
     #[param(unit = "rad/s", default = 3e-4, range = 1e-9..)]
     pub gyro_sigma: f64,
-    /// Standard deviation of their first bias.
+    /// Standard deviation of the gyroscope bias at the start.
     #[param(unit = "rad/s", default = 5e-6, range = 1e-12..)]
     pub gyro_bias: f64,
-    /// Random walk of their bias, rad/s/√s.
+    /// Random walk of the gyroscope bias, rad/s/√s.
     #[param(default = 1e-8, range = 0.0..)]
     pub gyro_walk: f64,
-    /// Random walk of the wheels' way ahead, aside and up, m/√m.
+    /// Random walk of the wheel odometry: ahead, sideways and up, m/√m.
     #[param(default = Vec3::new(0.05, 0.05, 0.1))]
     pub wheel_walk: Vec3,
     /// Standard deviation of the wheels' slip.
     #[param(default = 0.05, range = 0.0..)]
     pub slip_sigma: f64,
-    /// Time in which slip changes.
+    /// Time constant of slip.
     #[param(unit = "s", default = 20.0, range = 1e-3..)]
     pub slip_time: f64,
-    /// PathCost that a turn by one radian counts as.
+    /// Distance that a turn by one radian counts as in the random walk of the wheel odometry.
     #[param(unit = "m", default = 1.5, range = 0.0..)]
     pub reach: f64,
     /// Standard deviation of the direction of the mean specific force.
@@ -82,18 +82,18 @@ pub struct PoseEstimatorParams {
     /// Time between measurements of level and Sun.
     #[param(unit = "s", default = 1.0, range = 1e-3..)]
     pub period: f64,
-    /// χ² of six numbers beyond which a motion of the camera is left out.
+    /// χ² (six degrees of freedom) above which a camera motion is rejected.
     #[param(default = 40.0, range = 1.0..)]
     pub gate: f64,
-    /// The Sun, when it has a sun sensor.
+    /// The Sun; needed with a sun sensor.
     #[param(service)]
     pub sun: Option<Handle<dyn Sun>>,
-    /// The world: gyroscopes on a planet measure its rotation, too.
+    /// The world: gyroscopes on a planet also measure its rotation.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
 
-/// Readings.
+/// Sensor readings.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct PoseEstimatorIn {
     /// Turn rate of the gyroscopes, body.
@@ -102,13 +102,13 @@ pub struct PoseEstimatorIn {
     /// Specific force of the accelerometers, body.
     #[port("m/s^2")]
     pub force: Vec3,
-    /// Forward speed by the wheels.
+    /// Forward speed from the wheels.
     #[port("m/s")]
     pub speed: f64,
     /// Direction to the Sun, body.
     #[port("1", default = Vec3::zeros())]
     pub sun: Vec3,
-    /// The Sun is seen.
+    /// The Sun is visible.
     #[port("1", default = false)]
     pub sun_valid: bool,
 }
@@ -122,7 +122,7 @@ pub struct PoseEstimatorOut {
     /// y in W.
     #[port("m")]
     pub y: f64,
-    /// Height over the start.
+    /// Height relative to the start.
     #[port("m")]
     pub z: f64,
     /// Heading from x towards y.
@@ -140,33 +140,33 @@ pub struct PoseEstimatorOut {
     /// Covariance of x and y, of x and heading, of y and heading.
     #[port("1")]
     pub covariance: Vec3,
-    /// Slip of the wheels, as it is seen to be; 0 … 1 going ahead.
+    /// Estimated slip of the wheels; 0 … 1 when driving forward.
     #[port("1")]
     pub slip: f64,
-    /// Where its camera is, W, m.
+    /// Estimated position of the camera, W.
     #[port("m")]
     pub eye: Vec3,
-    /// How its camera stands: lens (x right, y down, z ahead) to W.
+    /// Estimated attitude of the camera: lens (x right, y down, z ahead) to W.
     #[port]
     pub eye_attitude: Quat,
-    /// The camera's pose is given: always.
+    /// An estimated camera pose is supplied; always true.
     #[port("1")]
     pub eye_given: bool,
-    /// That pose is known: from the second sample on, when the accelerometers have told what is level.
+    /// The camera pose is valid: from the second sample on, after the accelerometers have determined roll and pitch.
     #[port("1")]
     pub eye_known: bool,
-    /// Pictures whose motion was taken.
+    /// Number of pictures whose motion was used.
     #[port("1")]
     pub motions: f64,
-    /// Pictures without a motion: too little to be seen in them, or farther off than the gate.
+    /// Number of pictures without a usable motion: too few matches, or rejected by the gate.
     #[port("1")]
     pub lost: f64,
-    /// Matches that agreed in the last picture.
+    /// Number of matches that agreed in the last picture.
     #[port("1")]
     pub matches: f64,
 }
 
-/// What it carries from sample to sample.
+/// State from sample to sample.
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub struct Belief {
     picture: View<Picture>,
@@ -175,13 +175,13 @@ pub struct Belief {
     /// Rates of the last sample, and its time (s).
     rates: Rates,
     time: f64,
-    /// The estimate at the sample that comes.
+    /// Estimate predicted to the next sample.
     ahead: Pose,
-    /// Since when (s) the specific force is summed; R̂ f dt, and the velocity then, W.
+    /// Start time (s) of the sum of specific force; the sum R̂ f dt and the velocity at the start, W.
     since: f64,
     force: Vec3,
     velocity: Vec3,
-    /// Direction of the Sun that was taken last.
+    /// Direction of the Sun that was used last.
     sun: Vec3,
     motions: u64,
     lost: u64,
@@ -211,7 +211,7 @@ impl PoseEstimator {
         let (x, y) = (0.5 * picture.width as f64, 0.5 * picture.height as f64);
         let [a, b] = [[x - 0.5, y], [x + 0.5, y]].map(|p| picture.lens.ray(p));
         let angle = a?.direction.angle(&b?.direction);
-        // Known ranges are as good as their numbers.
+        // True ranges have only round-off errors.
         let depth = self.p.baseline.map_or(1e-4, |b| self.p.disparity_sigma * angle / b);
         let features =
             Features { spacing: 16, strength: 3.0, half_patch: 5, search: 5, least: 0.8 };
@@ -219,7 +219,7 @@ impl PoseEstimator {
         Some(VisualOdometry { features, pixel, inverse_depth: depth, tries: 60, fewest: 12 })
     }
 
-    /// The motion of the camera since the last picture, to the filter at this one's instant.
+    /// Updates the filter with the motion of the camera since the last picture, at the instant of the new picture.
     fn look(&self, c: &Clock, belief: &mut Belief, filter: &mut PoseFilter, new: &Picture) {
         let Some(odometry) = self.odometry(new) else { return };
         if let Some(old) = &belief.scenery {
@@ -235,7 +235,7 @@ impl PoseEstimator {
         filter.remember();
     }
 
-    /// Level and Sun.
+    /// Updates the filter with the mean specific force and the direction of the Sun.
     fn level_and_sun(
         &self,
         t: f64,
@@ -259,7 +259,7 @@ impl PoseEstimator {
         }
     }
 
-    /// At the first sample: level as the accelerometers say, where it was told to be.
+    /// Creates the filter at the first sample: roll and pitch from the accelerometers, position and heading from `start`.
     fn begin(&self, u: &PoseEstimatorIn) -> PoseFilter {
         let [x, y, heading] = self.p.start;
         let up = u.force.try_normalize(1e-6).unwrap_or(Vec3::z());
@@ -284,14 +284,14 @@ impl Model for PoseEstimator {
         let lens = Quat::from_basis_unchecked(&[-Vec3::y(), -Vec3::z(), Vec3::x()]);
         let eye = Pose::new(mount * lens, Vec3::from(p.eye));
         if !eye.is_finite() || !p.start.iter().all(|v| v.is_finite()) {
-            let fact = "start or eye is not finite";
+            let fact = "`start` or `eye` is not finite";
             return Err(BuildError::new(fact).at("start").help("in metres and radians"));
         }
         if !p.wheel_walk.iter().all(|w| *w > 0.0 && w.is_finite()) {
-            let fact = format!("{:?} is no random walk", p.wheel_walk.as_slice());
+            let fact = format!("`wheel_walk` is {:?}", p.wheel_walk.as_slice());
             return Err(BuildError::new(fact)
                 .at("wheel_walk")
-                .help("write three numbers above 0, in m/√m"));
+                .help("write three positive numbers, in m/√m"));
         }
         let instruments = Instruments {
             gyro: p.gyro_sigma,
@@ -363,7 +363,7 @@ impl Model for PoseEstimator {
         let last = store.scenery.as_ref().map_or(0, |s| s.picture.number);
         if let Some(new) = store.picture.get().filter(|p| p.number > 0 && p.number != last).cloned()
         {
-            // Of an instant since the last sample, or of that one.
+            // The picture was taken at the last sample or since then.
             let at = new.time.clamp(store.time, clock.t);
             filter.go(i, &rates, at - store.time);
             self.look(clock, store, &mut filter, &new);

@@ -1,27 +1,27 @@
-//! Pose of a rover from wheels, gyroscopes, accelerometers, the Sun and motions of its camera: an extended Kalman filter on errors.
+//! Pose of a rover from wheels, gyroscopes, accelerometers, the Sun and visual odometry: an error-state extended Kalman filter.
 //! ```text
-//! state       p, q (body to W), gyro bias b, slip s, scale error k of the camera's motions; p₀, q₀: the pose at the last picture
+//! state       p, q (body to W), gyro bias b, slip s, scale error k of visual odometry; p₀, q₀: the pose at the last picture
 //! errors      p = p̂ + δp,  q = exp(θ) q̂, both in W; likewise p₀, q₀
 //! between     ω = ω_m − b − Rᵀ Ω,  v = [(1 − s) u, 0, 0] + ω × [0, 0, h],  ṗ = R v,  q̇ = ½ q ω;   u: speed of the wheels, h above the ground
 //!             δṗ = −[R v]× θ − R x u δs + R n_v,   θ̇ = −Ω × θ − R δb + R n_ω,   ḃ = n_b,   ṡ = −s/τ + n_s
 //!             Ω: rotation of W in inertial space, which gyroscopes measure, too
 //! camera      t_m = (1 + k) R_C0ᵀ (c − c₀),  R_m = R_C0ᵀ R_C,   c = p + R e,  R_C = R R_BC                      stochastic cloning
 //! level       R̂ f − a, averaged, lies along z:   s ≈ z − θ × z         f: specific force, a: change of the wheels' velocity
-//! Sun         R̂ s_m ≈ n + n × θ                                         n: towards it, W
+//! Sun         R̂ s_m ≈ n + n × θ                                         n: direction to the Sun, W
 //! ```
-//! After Roumeliotis & Burdick, "Stochastic cloning", ICRA 2002, for motions between two times; Sola, "Quaternion kinematics for the
-//! error-state Kalman filter", 2017, for errors in W. Measurements come in one number at a time once their covariance is factored; a
-//! camera's motion that is farther off than its gate is left out. Noise of the wheels grows with the way: √m. Rates are means of two samples;
-//! what they may have done between them, Δω Δt/√12, is noise.
+//! After Roumeliotis & Burdick, "Stochastic cloning", ICRA 2002, for relative motions between two times; Sola, "Quaternion kinematics for the
+//! error-state Kalman filter", 2017, for errors in W. Measurements are whitened by their covariance and processed one scalar at a time. A camera
+//! motion whose χ² exceeds the gate is rejected. The variance of the wheel odometry grows with the distance travelled. Rates are means of two
+//! samples; their unknown change between samples, Δω Δt/√12, is treated as noise.
 
 use crate::visual_odometry::Motion;
 use linkwork_spatial::nalgebra::{Matrix6, Vector6};
 use linkwork_spatial::{Mat3, Pose, Quat, Vec3, skew};
 use serde::{Deserialize, Serialize};
 
-/// Errors of the state.
+/// Number of errors of the state.
 pub const ERRORS: usize = 17;
-/// Places of δp, θ, δb, δs, δk, δp₀, θ₀.
+/// Indices of δp, θ, δb, δs, δk, δp₀, θ₀.
 const P: usize = 0;
 const Q: usize = 3;
 const B: usize = 6;
@@ -33,28 +33,28 @@ const Q0: usize = 14;
 type Matrix = [[f64; ERRORS]; ERRORS];
 type Row = [f64; ERRORS];
 
-/// What the filter believes of its instruments.
+/// Error models of the instruments that the filter assumes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instruments {
     /// Standard deviation of a reading of the gyroscopes, rad/s.
     pub gyro: f64,
     /// Random walk of their bias, rad/s/√s.
     pub gyro_walk: f64,
-    /// Random walk of the wheels' way: ahead, aside, up, m/√m.
+    /// Random walk of the wheel odometry: ahead, sideways, up, m/√m.
     pub wheels: Vec3,
-    /// Standard deviation of slip, and how long it lasts (s).
+    /// Standard deviation of slip, and its time constant (s).
     pub slip: [f64; 2],
     /// Standard deviation of the direction of averaged accelerometers, rad.
     pub level: f64,
     /// Standard deviation of a sun sensor's direction, each of two axes, rad.
     pub sun: f64,
-    /// Distance of the wheels' middle of turning for their odometry: how much way a turn counts, m.
+    /// Distance that a turn by one radian counts as in the random walk of the wheel odometry, m.
     pub reach: f64,
-    /// Height of the pose over the ground that the wheels roll on, m.
+    /// Height of the pose's origin above the ground under the wheels, m.
     pub height: f64,
-    /// The camera on the body, X_BC.
+    /// Pose of the camera on the body, X_BC.
     pub eye: Pose,
-    /// χ² beyond which a camera's motion is left out.
+    /// χ² above which a camera motion is rejected.
     pub gate: f64,
     /// Ω: angular velocity of W in inertial space, W, rad/s.
     pub turning: Vec3,
@@ -71,40 +71,40 @@ pub struct Start {
     pub heading: f64,
     /// Bias of the gyroscopes, rad/s.
     pub bias: f64,
-    /// Scale error of the camera's motions.
+    /// Scale error of visual odometry.
     pub scale: f64,
 }
 
 /// The estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PoseFilter {
-    /// Body in W.
+    /// Pose of the body in W.
     pub pose: Pose,
-    /// Body in W at the last picture.
+    /// Pose of the body in W at the last picture.
     pub before: Pose,
     /// Bias of the gyroscopes, body, rad/s.
     pub bias: Vec3,
     /// Slip of the wheels.
     pub slip: f64,
-    /// Scale error of the camera's motions.
+    /// Scale error of visual odometry.
     pub scale: f64,
     /// Covariance of the errors.
     pub covariance: Matrix,
 }
 
-/// What is measured all the time.
+/// Measured rates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Rates {
-    /// Turn rate that the gyroscopes show, body, rad/s.
+    /// Angular velocity from the gyroscopes, body axes, rad/s.
     pub gyro: Vec3,
     /// Forward speed of the wheels, m/s.
     pub speed: f64,
-    /// Change of the turn rate within the time that these are the means of, body, rad/s.
+    /// Change of the angular velocity within the averaging interval, body axes, rad/s.
     pub change: Vec3,
 }
 
 impl Rates {
-    /// Their means between these and those of the next sample.
+    /// Returns the means of these rates and those of the next sample.
     #[must_use]
     pub fn until(&self, next: &Rates) -> Rates {
         let gyro = (self.gyro + next.gyro) * 0.5;
@@ -113,7 +113,7 @@ impl Rates {
 }
 
 impl PoseFilter {
-    /// At a pose.
+    /// Creates a filter at a pose, with the standard deviations `start` and an initial slip.
     #[must_use]
     pub fn new(pose: Pose, start: &Start, slip: f64) -> Self {
         let mut covariance = [[0.0; ERRORS]; ERRORS];
@@ -128,7 +128,7 @@ impl PoseFilter {
         out
     }
 
-    /// The pose of now is that of the last picture.
+    /// Stores the current pose as the pose of the last picture (stochastic cloning).
     pub fn remember(&mut self) {
         self.before = self.pose;
         for k in 0..6 {
@@ -144,12 +144,12 @@ impl PoseFilter {
         }
     }
 
-    /// Turn rate over W, body, rad/s.
+    /// Returns the angular velocity relative to W, body axes, rad/s.
     fn over_w(&self, i: &Instruments, rates: &Rates) -> Vec3 {
         rates.gyro - self.bias - self.pose.rotation.inverse() * i.turning
     }
 
-    /// Velocity (W, m/s) at these rates.
+    /// Returns the velocity at these rates, W, m/s.
     #[must_use]
     pub fn velocity(&self, i: &Instruments, rates: &Rates) -> Vec3 {
         let w = self.over_w(i, rates);
@@ -157,11 +157,11 @@ impl PoseFilter {
         self.pose.rotation * (along + w.cross(&Vec3::new(0.0, 0.0, i.height)))
     }
 
-    /// Where it is after a time (s), without the errors.
+    /// Predicts the pose after a time (s), without the covariance.
     #[must_use]
     pub fn ahead(&self, i: &Instruments, rates: &Rates, dt: f64) -> Pose {
         let w = self.over_w(i, rates);
-        // Along the heading of the middle of the step.
+        // Move along the heading at the middle of the step.
         let half = self.pose.rotation * Quat::from_scaled_axis(w * (0.5 * dt));
         let body = self.pose.rotation.inverse() * self.velocity(i, rates);
         let mut rotation = self.pose.rotation * Quat::from_scaled_axis(w * dt);
@@ -169,7 +169,7 @@ impl PoseFilter {
         Pose::new(rotation, self.pose.position + half * body * dt)
     }
 
-    /// Goes on by a time (s).
+    /// Propagates estimate and covariance by a time (s).
     pub fn go(&mut self, i: &Instruments, rates: &Rates, dt: f64) {
         if !(dt > 0.0) {
             return;
@@ -178,7 +178,7 @@ impl PoseFilter {
         let moved = self.velocity(i, rates) * dt;
         let next = self.ahead(i, rates, dt);
         let keep = (-dt / i.slip[1]).exp();
-        // Φ = 1 but for these blocks.
+        // Φ is the identity except for these blocks.
         let to_q = -skew(&moved);
         let to_b = R * -dt;
         let turned = skew(&i.turning) * -dt;
@@ -203,7 +203,7 @@ impl PoseFilter {
         let way = (rates.speed.abs() + i.reach * self.over_w(i, rates).norm()) * dt;
         let D = Mat3::from_diagonal(&(i.wheels.component_mul(&i.wheels) * way));
         let noise = R * D * R.transpose();
-        // A rate that jumps somewhere between two samples: a twelfth of its square.
+        // A rate that jumps at an unknown instant between two samples has the variance Δω²/12.
         let jump = rates.change.component_mul(&rates.change) / 12.0;
         let D = Mat3::from_diagonal(&(jump.add_scalar(i.gyro * i.gyro) * (dt * dt)));
         let turns = R * D * R.transpose();
@@ -219,13 +219,13 @@ impl PoseFilter {
         self.pose = next;
     }
 
-    /// The camera of now seen from that of the last picture, as it is believed to have moved.
+    /// Returns the estimated pose of the camera in its pose at the last picture.
     #[must_use]
     pub fn expected(&self, i: &Instruments) -> Pose {
         (self.before * i.eye).inverse() * (self.pose * i.eye)
     }
 
-    /// Takes in a motion of the camera since the last picture; whether it did.
+    /// Updates the filter with a camera motion since the last picture. Returns false if the gate rejected it.
     pub fn see(&mut self, i: &Instruments, motion: &Motion) -> bool {
         let (c0, c1) = (self.before * i.eye, self.pose * i.eye);
         let R0 = *c0.rotation.to_rotation_matrix().matrix();
@@ -249,7 +249,7 @@ impl PoseFilter {
             H[3 + k][Q + k] = 1.0;
             H[3 + k][Q0 + k] = -1.0;
         }
-        // The covariance in W.
+        // Rotate the covariance to W.
         let mut turned = Matrix6::zeros();
         turned.fixed_view_mut::<3, 3>(0, 0).copy_from(&R0);
         turned.fixed_view_mut::<3, 3>(3, 3).copy_from(&R0);
@@ -262,7 +262,7 @@ impl PoseFilter {
         if !(residual.dot(&spread.solve(&residual)) <= i.gate) {
             return false;
         }
-        // L⁻¹ H and L⁻¹ r: numbers without correlation, of variance 1.
+        // L⁻¹ H and L⁻¹ r: uncorrelated scalar measurements of variance 1.
         let (mut H, mut r) = (H, residual);
         for a in 0..6 {
             for b in 0..a {
@@ -278,7 +278,7 @@ impl PoseFilter {
         true
     }
 
-    /// Takes in the mean of R̂ f − a over a time, W, m/s².
+    /// Updates the filter with the mean of R̂ f − a over a time, W, m/s².
     pub fn level(&mut self, i: &Instruments, up: &Vec3) {
         let Some(s) = up.try_normalize(1e-6) else { return };
         let (mut x, mut y) = ([0.0; ERRORS], [0.0; ERRORS]);
@@ -286,7 +286,7 @@ impl PoseFilter {
         self.take(&[(x, s.x), (y, s.y)], i.level * i.level);
     }
 
-    /// Takes in the direction of the Sun, seen in the body, and its true one in W.
+    /// Updates the filter with the measured direction of the Sun (`seen`, body axes) and its ephemeris direction (`n`, W).
     pub fn sun(&mut self, i: &Instruments, seen: &Vec3, n: &Vec3) {
         let s = self.pose.rotation * seen;
         let other = if n.z.abs() < 0.9 { Vec3::z() } else { Vec3::x() };
@@ -300,7 +300,7 @@ impl PoseFilter {
         self.take(&rows, i.sun * i.sun);
     }
 
-    /// Numbers r = h δ + noise of one variance, one after another; the pose is mended at the end.
+    /// Processes scalar measurements r = h δ + noise of equal variance one after another, then corrects the pose.
     fn take(&mut self, numbers: &[(Row, f64)], variance: f64) {
         let mut delta = [0.0; ERRORS];
         for (h, r) in numbers {
@@ -330,7 +330,7 @@ impl PoseFilter {
         self.scale += delta[K];
     }
 
-    /// Covariance of x, y (m) and heading (rad).
+    /// Returns the covariance of x, y (m) and heading (rad).
     #[must_use]
     pub fn planar(&self) -> Mat3 {
         let at = [P, P + 1, Q + 2];

@@ -1,13 +1,13 @@
-//! What a rover does with what it sees: map, judge, plan, vote, drive, and give up with a reason.
+//! Navigation of a rover from observed points: mapping, terrain assessment, planning, arc votes, drive commands, and reasons for giving up.
 //! ```text
-//! picture     points in W, without those on its own body → map → goodness → costs of the planner's cells
-//! cost        1 + w (1 − goodness/255) of the worst cell inside; ∞ of a hazard; 1 + w u of unknown ground; three times as much where
-//!             the outer discs of the body would be in a hazard with some headings
-//! sample      plan from here; votes of the arcs; the move of most votes; speed and turn rate
-//! stops       tilt or slip beyond its limit: for good.  No way, or no move that is open, for longer than `patience`: for good
-//!             the cost to the goal has had no new least for `progress`: for good
+//! picture     points in W, except points on the rover itself → map → goodness → costs of the planner's cells
+//! cost        1 + w (1 − goodness/255) of the worst map cell inside; ∞ for a hazard; 1 + w u for unknown ground; three times as much where the outer discs
+//! of the body would touch a hazard at some headings
+//! sample      plan from here; votes of the arcs; the move with most votes; speed and turn rate
+//! stops             permanently, if tilt or slip exceeds its limit, if there is no path or no open move for longer than `patience`,
+//!             or if the cost to the goal has had no new minimum for `progress`
 //! ```
-//! While no move is open it stands. A rover that has stopped for good, or has arrived, stays so until it is started anew.
+//! The rover stands while no move is open. A rover that has stopped permanently or has arrived stays in that state until it is restarted.
 
 use crate::arcs::{Arcs, DriveRequest, Move, Place, Vote, end_of};
 use crate::assess::{Assessor, BEST, Patch};
@@ -19,61 +19,61 @@ use crate::trail::Trail;
 use linkwork_spatial::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// What it knows: large, and saved with the state. A copy shares tiles that do not change.
+/// Map and plans of the rover: large, and saved with the state. Copies share unchanged tiles.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Knowledge {
-    /// The ground that was seen.
+    /// Map of the observed ground.
     pub map: TerrainMap,
-    /// What was judged of it.
+    /// Terrain assessment of the map.
     pub patches: Tiles<Patch>,
-    /// The way to the goal; made at the first sample.
+    /// Planner of paths to the goal; created at the first sample.
     pub planner: Option<Planner>,
-    /// Where it has been.
+    /// Places that the rover has passed.
     pub trail: Trail,
-    /// Where it failed, W, m.
+    /// Places at which the rover failed to make progress, W, m.
     pub failed: Vec<[f64; 2]>,
-    /// Points that had no place in the map.
+    /// Number of points that were not finite or too far away for the map.
     pub lost: u64,
 }
 
 impl Knowledge {
-    /// Cells of which something is known.
+    /// Returns the number of map cells with observations.
     #[must_use]
     pub fn seen(&self) -> usize {
         self.map.cells.iter().flat_map(|(_, cells)| cells).filter(|c| c.count > 0.0).count()
     }
 }
 
-/// How it goes.
+/// Status of the drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {
-    /// It has seen nothing yet.
+    /// No picture has been processed yet.
     #[default]
     Blind,
-    /// It drives, or stands for as long as `patience` says.
+    /// The rover drives, or waits for a path for at most `patience`.
     Driving,
     /// The goal is reached.
     Arrived,
-    /// Its tilt is too large.
+    /// The tilt exceeded its limit.
     Tilted,
-    /// Its slip is too large.
+    /// The slip exceeded its limit.
     Slipping,
     /// The goal, or the rover, is outside the region.
     Outside,
     /// The goal is in an obstacle.
     GoalInObstacle,
-    /// Obstacles lie all around the rover, or the goal.
+    /// Obstacles enclose the rover or the goal: there is no path.
     NoWay,
-    /// There is a way, but every move is shut.
+    /// There is a path, but every move is blocked.
     NoMove,
-    /// It has not come nearer for too long.
+    /// The cost to the goal has not decreased for too long.
     NoProgress,
-    /// It stands in an obstacle where it began.
+    /// The rover started inside an obstacle.
     StartInObstacle,
 }
 
 impl Status {
-    /// All of them; the place in this list is the number at a port.
+    /// All states; the index in this list is the value at the port `status`.
     pub const ALL: [Status; 11] = [
         Status::Blind,
         Status::Driving,
@@ -88,37 +88,37 @@ impl Status {
         Status::StartInObstacle,
     ];
 
-    /// It goes on.
+    /// Returns whether the drive continues.
     #[must_use]
     pub fn goes_on(self) -> bool {
         matches!(self, Status::Blind | Status::Driving)
     }
 }
 
-/// What it remembers from sample to sample, beside its knowledge.
+/// State from sample to sample, in addition to [`Knowledge`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
-    /// How it goes.
+    /// Status of the drive.
     pub status: Status,
-    /// What it does.
+    /// Current move.
     pub doing: Option<Move>,
-    /// Since when it has stood for want of a way or a move, s.
+    /// Time since which the rover waits without a path or a move, s.
     pub stands_since: Option<f64>,
-    /// Least cost to the goal so far, as of the map of now (m), and when that was found (s).
+    /// Minimum cost to the goal so far, for the current map (m), and the time at which it was reached (s).
     pub nearest: Option<(f64, f64)>,
-    /// Cost to the goal, m; ∞ when there is none.
+    /// Cost to the goal, m; ∞ if there is no path.
     pub left: f64,
-    /// Where that was, m.
+    /// Position for which `left` was computed, m.
     pub from: [f64; 2],
-    /// When it last took note of a place that it failed at, s.
+    /// Time of the last recorded failure, s.
     pub failed_at: f64,
-    /// It goes back along its trail, at least until this many places of it are left.
+    /// If set, the rover drives back along its trail, at least until this number of places remains.
     pub back_to: Option<usize>,
-    /// Votes of the move.
+    /// Vote of the current move.
     pub vote: f64,
 }
 
-/// Where it is and how it stands.
+/// Pose and state of the rover.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// x, y (m), heading (rad) in W.
@@ -129,44 +129,44 @@ pub struct Pose {
     pub slip: f64,
 }
 
-/// Limits, speeds, costs.
+/// Parameters of the navigation: limits, speeds and costs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rover {
     /// The goal, W, m.
     pub goal: [f64; 2],
-    /// Distance at which it is reached, m.
+    /// Distance at which the goal is reached, m.
     pub tolerance: f64,
     /// Driving speed, m/s.
     pub speed: f64,
     /// Turn rate on the spot, rad/s.
     pub spot_rate: f64,
-    /// Tilt at which it stops, rad.
+    /// Tilt at which the rover stops, rad.
     pub tilt_max: f64,
-    /// Slip at which it stops.
+    /// Slip at which the rover stops.
     pub slip_max: f64,
-    /// So long it stands without a way or a move, s.
+    /// Maximum waiting time without a path or a move, s.
     pub patience: f64,
-    /// So long it may be without a new least cost to the goal, s.
+    /// Maximum time without a new minimum of the cost to the goal, s.
     pub progress: f64,
-    /// w: cost of the worst ground that is no hazard, less 1.
+    /// w: cost of the worst traversable ground, minus 1.
     pub weight: f64,
-    /// u: what of w unknown ground costs.
+    /// u: cost of unknown ground as a fraction of w.
     pub unknown: f64,
     /// Cells of the map along the edge of a cell of the planner.
     pub coarse: i32,
-    /// How far beyond rover and goal it plans at first, m.
+    /// Initial margin of the planning region around rover and goal, m.
     pub margin: f64,
-    /// Least x and y, greatest x and y (m) of where it may plan: its middle does not leave that. ±∞: anywhere.
+    /// Minimum x and y, maximum x and y (m) of the region that the rover's centre must not leave. ±∞: no limit.
     pub keep_in: [f64; 4],
-    /// Distance along the way to the point that a turn on the spot faces, m.
+    /// Distance along the path to the point that a turn on the spot faces, m.
     pub look_ahead: f64,
-    /// Points on the body are left out: this far around its rectangle, m.
+    /// Margin around the rover's rectangle in which points are ignored, because they lie on the rover itself, m.
     pub body_margin: f64,
-    /// Points farther off are left out, m.
+    /// Maximum range of points; farther points are ignored, m.
     pub sight: f64,
-    /// Discs that are not to be entered.
+    /// Discs that the rover must not enter.
     pub keep_out: Vec<Disc>,
-    /// Discs that are known to be free: that in which it starts, for a camera that does not see it.
+    /// Discs that are assumed free, such as the start area, which the camera does not see.
     pub free: Vec<Disc>,
     /// The map.
     pub grid: Grid,
@@ -174,19 +174,19 @@ pub struct Rover {
     pub arcs: Arcs,
 }
 
-/// Headings that are tried for a cell of the planner.
+/// Number of headings that are tested for a cell of the planner.
 const AROUND: usize = 12;
-/// A cell in which some of them are shut costs so many times as much.
+/// Cost factor of a cell in which some headings are blocked.
 const NARROW: f64 = 3.0;
-/// A cell costs so many times as much for each failure nearby.
+/// Cost factor of a cell for each failure nearby.
 const FAILED: f64 = 3.0;
-/// A cost to the goal that is less by so much counts as nearer, m.
+/// Minimum decrease of the cost to the goal that counts as progress, m.
 const NEARER: f64 = 0.1;
-/// The region's margin grows to so many times what it is at first.
+/// Maximum margin of the planning region, relative to its initial value.
 const GROWS: f64 = 4.0;
 
 impl Rover {
-    /// Takes in points (m, W) that were seen from a place at a time (s).
+    /// Adds points (m, W) that were observed from place `at` at a time (s).
     pub fn see(&self, judge: &Assessor, k: &mut Knowledge, points: &[Vec3], at: Place, time: f64) {
         let (sin, cos) = at[2].sin_cos();
         let half =
@@ -219,7 +219,7 @@ impl Rover {
         Ground { cell: self.grid.cell, patches, keep_out, free, radius: judge.limits().radius }
     }
 
-    /// Where the middles of the outer discs are from that of the body, with the headings that are tried, m.
+    /// Returns the offset of the outer discs from the body's centre for each tested heading, m.
     fn outer(&self) -> [[f64; 2]; AROUND] {
         let offset = self.arcs.body.offset();
         std::array::from_fn(|k| {
@@ -228,7 +228,7 @@ impl Rover {
         })
     }
 
-    /// Of a cell of the planner: the worst in it.
+    /// Returns the cost of a cell of the planner, from the worst map cell inside it.
     fn cost(
         &self,
         ground: &Ground,
@@ -246,7 +246,7 @@ impl Rover {
             };
             cost = cost.max(1.0 + self.weight * lack);
         }
-        // Here it fits through with some headings only.
+        // The rover fits through here at some headings only.
         let [x, y] = middle_of(self.grid.cell * f64::from(n), [i, j]);
         let shut = |[dx, dy]: &[f64; 2]| ground.at([x + dx, y + dy]) == Sight::Known(0);
         let narrow = outer.iter().any(shut);
@@ -255,13 +255,13 @@ impl Rover {
         cost * if narrow { NARROW } else { 1.0 } * FAILED.powi(failures)
     }
 
-    /// So far from a place that it failed at the ground costs more, m.
+    /// Returns the radius around a failure within which the ground costs more, m.
     fn failed_radius(&self) -> f64 {
         0.5 * self.arcs.body.width
     }
 
-    /// A planner around the rover, its goal, and the region of the one before; `None` when the goal has no place in one, or it would
-    /// be no larger.
+    /// Creates a planner whose region contains the rover, the goal and the previous region. Returns `None` if no region can contain the goal, or if
+    /// the region would not grow.
     fn planner(&self, k: &Knowledge, judge: &Assessor, from: [f64; 2]) -> Option<Planner> {
         let edge = self.grid.cell * f64::from(self.coarse);
         let (mut low, mut high) = (from, from);
@@ -290,14 +290,14 @@ impl Rover {
         Some(planner)
     }
 
-    /// The way from here, in a region that is large enough for it; `None` when the goal has no place in one.
+    /// Plans a path from here in a region that is large enough. Returns `None` if no region can contain the goal.
     fn way(&self, judge: &Assessor, k: &mut Knowledge, from: [f64; 2]) -> Option<PathCost> {
         let beyond = 2.0 * self.arcs.length * (1.0 + self.weight);
         loop {
             if let Some(planner) = &mut k.planner {
                 let way = planner.plan(from, beyond);
                 let [low, high] = planner.region().corners();
-                // So far the region reaches beyond rover and goal, where it reaches least and most.
+                // Smallest and largest margin of the region beyond rover and goal.
                 let over = |a: [f64; 2]| (0..2).flat_map(move |k| [a[k] - low[k], high[k] - a[k]]);
                 let least = over(from).fold(f64::INFINITY, f64::min);
                 let most = over(from).zip(over(self.goal)).map(|(a, b)| a.min(b));
@@ -308,14 +308,14 @@ impl Rover {
             }
             match (self.planner(k, judge, from), &mut k.planner) {
                 (Some(planner), _) => k.planner = Some(planner),
-                // Too many cells, or all that there are.
+                // The region cannot grow: it has the maximum number of cells, or it is complete.
                 (None, Some(planner)) => return Some(planner.plan(from, beyond)),
                 (None, None) => return None,
             }
         }
     }
 
-    /// Takes note that it failed where its way leads, and goes back: the farther the more often it failed around here.
+    /// Records a failure in the direction of the path and starts driving back. The distance grows with the number of failures around here.
     fn fail(&self, judge: &Assessor, k: &mut Knowledge, memory: &mut Memory, here: [f64; 2]) {
         let Some(planner) = &k.planner else { return };
         let length = self.arcs.body.length;
@@ -336,7 +336,7 @@ impl Rover {
         planner.change(cells.map(|c| (c, self.cost(&ground, &k.failed, &outer, c))));
     }
 
-    /// What to do at a time (s), and the speed (m/s) and turn rate (rad/s) for it. `sees`: there was a picture.
+    /// Decides on the move at a time (s) and returns its speed (m/s) and turn rate (rad/s). `sees`: a picture has been received.
     pub fn decide(
         &self,
         judge: &Assessor,
@@ -353,7 +353,7 @@ impl Rover {
         }
         memory.doing = memory.doing.filter(|_| sees);
         let distance = (x - self.goal[0]).hypot(y - self.goal[1]);
-        // Written so that NaN stops it.
+        // The comparisons are written so that NaN stops the rover.
         let stop = match () {
             () if !(pose.tilt.abs() <= self.tilt_max) => Some(Status::Tilted),
             () if !(pose.slip <= self.slip_max) => Some(Status::Slipping),
@@ -401,7 +401,7 @@ impl Rover {
         }
     }
 
-    /// The move of most votes; `None` when every one is shut or there is no way.
+    /// Returns the move with the most votes; `None` if every move is blocked or there is no path.
     fn open(
         &self,
         judge: &Assessor,
@@ -426,7 +426,7 @@ impl Rover {
         self.arcs.choose(&votes, last)
     }
 
-    /// The move back along the trail, when it is to make one; else it takes note of where it is.
+    /// Returns the move back along the trail while driving back; otherwise records the current place in the trail.
     #[allow(clippy::too_many_arguments)]
     fn back(
         &self,
@@ -447,7 +447,7 @@ impl Rover {
             Some(_) => {}
             None if open => k.trail.add(place),
             None if stands >= 0.25 * self.patience => {
-                // Whence a way leads on.
+                // Drive back to a place from which a path exists.
                 let some = match way {
                     PathCost::Found(_) | PathCost::InObstacle => !k.trail.is_empty(),
                     _ => way == PathCost::Closed && k.trail.places().any(|p| leads(k, p)),
@@ -466,7 +466,7 @@ impl Rover {
         mv
     }
 
-    /// Keeps the least cost to the goal, and takes note of where it failed when it had no new one for long.
+    /// Updates the minimum cost to the goal, and records a failure if it has not decreased for long.
     fn progress(
         &self,
         judge: &Assessor,
@@ -500,7 +500,7 @@ impl Rover {
         }
     }
 
-    /// The point of the way at a distance (m) from the rover.
+    /// Returns the point of the path at a distance (m) from the rover.
     fn ahead(&self, planner: &Planner, from: [f64; 2], distance: f64) -> [f64; 2] {
         let count = 4 + (4.0 * distance / planner.region().cell) as usize;
         let path = planner.path(from, count);
@@ -508,7 +508,7 @@ impl Rover {
         path.iter().find(far).or(path.last()).copied().unwrap_or(from)
     }
 
-    /// Where it will be after a time (s), when it does what it has chosen and slips nowhere.
+    /// Predicts the place after a time (s) for a move without slip.
     #[must_use]
     pub fn after(&self, at: Place, mv: Move, seconds: f64) -> Place {
         let rate = if matches!(mv, Move::Turn(_)) { self.spot_rate } else { self.speed };

@@ -5,7 +5,7 @@
 //!            axes, forwards or backwards as x says; a turn on the spot where it made one
 //! reached    within 0.3 m with the same heading to 0.15 rad
 //! ```
-//! What it has driven over it can drive over again, whatever was seen of it since: hazards close to it are not asked about.
+//! The rover can drive again over ground that it has driven over, so hazards close to the trail are not checked.
 
 use crate::arcs::{Move, Place, wrapped};
 use serde::{Deserialize, Serialize};
@@ -94,7 +94,7 @@ mod tests {
     use super::*;
     use crate::arcs::end_of;
 
-    /// Moves and their lengths, in steps; the places on the way.
+    /// Moves and their lengths, in steps; places along the path.
     fn driven(moves: &[(Move, f64)]) -> Vec<Place> {
         let mut at = [1.0, -2.0, 0.4];
         let mut out = vec![at];

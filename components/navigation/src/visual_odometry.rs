@@ -1,12 +1,13 @@
-//! How a camera moved from one picture to the next, from what both show: visual odometry.
+//! Visual odometry: motion of a camera from one picture to the next.
 //! ```text
 //! landmark    a corner of the old picture at x/z, y/z with its inverse depth 1/z                        z = [x/z, y/z, 1/z]
 //! match       the same patch in the new picture, and the inverse depth there
 //! residual    r = z₁ − π(R_01ᵀ (p₀ − t_01)),     Σ = D₁ + J R_01ᵀ G D₀ Gᵀ R_01 Jᵀ     G = ∂p₀/∂z₀, J = ∂π/∂p
-//! agreement   motions of three matches each (least squares of their points); that which most matches agree with, rᵀ Σ⁻¹ r < 9 χ²
+//! agreement     RANSAC: motions from three matches each (least squares of their points); the one with which most matches agree, rᵀ Σ⁻¹ r < 9 χ²
 //! motion      Σ rᵀ Σ⁻¹ r → least by Gauss–Newton over those, then over those within χ²;   P = s (Σ Aᵀ Σ⁻¹ A)⁻¹,  A = ∂r/∂(t, φ),  s = max(1, Σ rᵀ Σ⁻¹ r/(3 n − 6))
 //! ```
-//! D₁ = diag(σ², σ², σ_ρ²) and D₀ = diag(0, 0, σ_ρ²): a patch is where it was cut out, its match carries the error of both. σ_ρ = σ_d/(f B)
+//! D₁ = diag(σ², σ², σ_ρ²) and D₀ = diag(0, 0, σ_ρ²): the position of a patch in the old picture is taken as exact, and its match carries the error
+//! of both. σ_ρ = σ_d/(f B)
 //! of a pair with baseline B. Matthies & Shafer, "Error modeling in stereo navigation", 1987; Maimone, Cheng, Matthies, "Two years of
 //! visual odometry on the Mars Exploration Rovers", J. Field Robotics 24, 2007; Fischler & Bolles, 1981, for the agreement.
 //! True motion and estimate: R = exp(φ) R̂, t = t̂ + τ, both in the axes of the old camera; P is of (τ, φ), m and rad.
@@ -18,7 +19,7 @@ use linkwork_spatial::nalgebra::{Matrix3x6, Matrix6, Vector6};
 use linkwork_spatial::{Mat3, Pose, Quat, Vec3, skew};
 use serde::{Deserialize, Serialize};
 
-/// How motions are found.
+/// Parameters of visual odometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisualOdometry {
     /// Corners and matches.
@@ -27,13 +28,13 @@ pub struct VisualOdometry {
     pub pixel: f64,
     /// σ_ρ: standard deviation of an inverse depth, 1/m.
     pub inverse_depth: f64,
-    /// Motions of three matches that are tried.
+    /// Number of RANSAC trials, each from three matches.
     pub tries: u32,
-    /// Fewest matches that have to agree.
+    /// Minimum number of agreeing matches.
     pub fewest: usize,
 }
 
-/// A picture and what of it is looked for in the next.
+/// A picture and its corners, which are matched in the next one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scenery {
     /// The picture.
@@ -42,31 +43,31 @@ pub struct Scenery {
     pub corners: Vec<[usize; 2]>,
 }
 
-/// What is seen of a point: x/z and y/z of its ray, and its inverse depth 1/z, 1/m.
+/// Observation of a point: x/z and y/z of its ray, and its inverse depth 1/z, 1/m.
 pub type Seen = [f64; 3];
 
 /// A motion of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// The new camera seen from the old one.
+    /// Pose of the new camera in the old one.
     pub X_01: Pose,
     /// Covariance of (τ, φ).
     pub covariance: Matrix6<f64>,
-    /// Matches that agree.
+    /// Number of agreeing matches.
     pub agree: usize,
-    /// Matches.
+    /// Number of matches.
     pub matches: usize,
 }
 
-/// χ² of three numbers that one match of a hundred is beyond.
+/// 99 % quantile of χ² with three degrees of freedom.
 const BEYOND: f64 = 11.34;
-/// The same for motions of three matches, which are three times as far off.
+/// Threshold for motions from only three matches, whose errors are about three times larger.
 const LOOSE: f64 = 9.0 * BEYOND;
-/// Gauss–Newton steps.
+/// Number of Gauss–Newton steps.
 const STEPS: usize = 8;
-/// Rounds at most in which those that agree are chosen anew: three matches far off make a poor first motion.
+/// Maximum number of rounds in which the agreeing matches are selected again, because three distant matches give a poor first motion.
 const ROUNDS: usize = 10;
-/// Tangents of rays beyond this are not used.
+/// Maximum tangent of a ray.
 const WIDE: f64 = 3.0;
 
 fn point([a, b, rho]: &Seen) -> Vec3 {
@@ -77,21 +78,21 @@ fn seen(p: &Vec3) -> Option<Seen> {
     (p.z > 1e-3).then(|| [p.x / p.z, p.y / p.z, 1.0 / p.z])
 }
 
-/// x/z, y/z of the ray of a pixel.
+/// Returns x/z, y/z of the ray of a pixel.
 fn tangents(picture: &Picture, pixel: [f64; 2]) -> Option<[f64; 2]> {
     let d = picture.lens.ray(pixel)?.direction;
     let t = [d.x / d.z, d.y / d.z];
     (d.z > 0.0 && t.iter().all(|t| t.abs() < WIDE)).then_some(t)
 }
 
-/// Inverse depth at a whole pixel.
+/// Returns the inverse depth at a pixel, 1/m.
 fn inverse_depth(picture: &Picture, x: usize, y: usize) -> Option<f64> {
     let range = f64::from(*picture.range.get(y * picture.width + x)?);
     let d = picture.lens.ray([x as f64, y as f64])?.direction;
     (range > 0.0 && d.z > 0.0).then(|| 1.0 / (range * d.z))
 }
 
-/// Inverse depth between pixels; `None` where one of the four around has none or there is an edge.
+/// Returns the inverse depth interpolated between pixels, 1/m; `None` if one of the four neighbours has no depth or at a depth edge.
 fn inverse_depth_at(picture: &Picture, [x, y]: [f64; 2]) -> Option<f64> {
     if !(x >= 0.0 && y >= 0.0) {
         return None;
@@ -111,7 +112,7 @@ fn inverse_depth_at(picture: &Picture, [x, y]: [f64; 2]) -> Option<f64> {
 }
 
 impl VisualOdometry {
-    /// What of a grey picture is looked for in the next.
+    /// Detects the corners of a grey picture.
     #[must_use]
     pub fn scenery(&self, picture: &Picture) -> Scenery {
         let width = picture.width.max(1);
@@ -123,7 +124,7 @@ impl VisualOdometry {
         Scenery { picture: picture.clone(), corners }
     }
 
-    /// Pairs of what is seen of the same points, before and now; `guess`: the new camera seen from the old one.
+    /// Returns pairs of observations of the same points in the old and the new picture. `guess`: predicted pose of the new camera in the old one.
     #[must_use]
     pub fn matches(&self, old: &Scenery, new: &Picture, guess: &Pose) -> Vec<[Seen; 2]> {
         let to_new = guess.inverse();
@@ -142,7 +143,7 @@ impl VisualOdometry {
         old.corners.iter().filter_map(follow).collect()
     }
 
-    /// The residual of a match, its covariance, and its derivatives with (τ, φ); `None` behind the camera.
+    /// Returns the residual of a match, its covariance and its derivatives with respect to (τ, φ); `None` behind the camera.
     fn residual(&self, [z0, z1]: &[Seen; 2], X_01: &Pose) -> Option<(Vec3, Mat3, Matrix3x6<f64>)> {
         let (p0, R_10) = (point(z0), X_01.rotation.inverse());
         let from = p0 - X_01.position;
@@ -164,7 +165,7 @@ impl VisualOdometry {
         Some((r, sigma, A))
     }
 
-    /// rᵀ Σ⁻¹ r; ∞ behind the camera.
+    /// Returns the squared Mahalanobis distance rᵀ Σ⁻¹ r; ∞ behind the camera.
     fn distance(&self, pair: &[Seen; 2], X_01: &Pose) -> f64 {
         let Some((r, sigma, _)) = self.residual(pair, X_01) else { return f64::INFINITY };
         sigma.cholesky().map_or(f64::INFINITY, |c| r.dot(&c.solve(&r)))
@@ -174,7 +175,8 @@ impl VisualOdometry {
         (0..pairs.len()).filter(|k| self.distance(&pairs[*k], X_01) < beyond).collect()
     }
 
-    /// The motion that most matches agree with, from a guess of it. `key`: which three are tried. `None` when too few agree.
+    /// Returns the motion with which most matches agree, starting from a guess. `key` seeds the choice of the triples. Returns `None` if too few
+    /// matches agree.
     #[must_use]
     pub fn motion(&self, pairs: &[[Seen; 2]], guess: &Pose, key: u64) -> Option<Motion> {
         let n = pairs.len();
@@ -241,7 +243,7 @@ impl VisualOdometry {
     }
 }
 
-/// The motion that takes three points best to where they are seen now: Σ |p₀ − R p₁ − t|² → least. `None` when they lie on a line.
+/// Returns the rigid motion that minimizes Σ |p₀ − R p₁ − t|² over three points; `None` if they are collinear.
 fn rigid(pairs: [[Seen; 2]; 3]) -> Option<Pose> {
     let (a, b) = (pairs.map(|p| point(&p[0])), pairs.map(|p| point(&p[1])));
     let mean = |p: &[Vec3; 3]| (p[0] + p[1] + p[2]) / 3.0;
@@ -261,7 +263,7 @@ fn rigid(pairs: [[Seen; 2]; 3]) -> Option<Pose> {
     };
     let (A, B) = (axes(&a, &na), axes(&b, &nb));
     let start = Quat::from_basis_unchecked(&A) * Quat::from_basis_unchecked(&B).inverse();
-    // Within the plane by least squares: about its normal.
+    // Rotation within the plane, about its normal, by least squares.
     let (mut sin, mut cos) = (0.0, 0.0);
     for k in 0..3 {
         let (from, to) = (start * (b[k] - mb), a[k] - ma);

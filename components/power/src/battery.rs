@@ -26,7 +26,7 @@ pub struct BatteryParams {
     /// State of charge at the start.
     #[param(default = 1.0, range = 0.0..=1.0)]
     pub charge: f64,
-    /// Open-circuit voltage against the state of charge: rows of (charge, V), rising; unwritten: eight Li-ion cells.
+    /// Open-circuit voltage against the state of charge: rows of (charge, V), increasing. Default: eight Li-ion cells.
     #[param(default = vec![[0.0, 24.0], [0.1, 26.4], [0.2, 27.6], [0.4, 28.8], [0.6, 29.8], [0.8, 31.2], [0.9, 32.2], [1.0, 33.2]])]
     pub curve: Vec<[f64; 2]>,
     /// Internal resistance.
@@ -137,7 +137,7 @@ pub struct ChargeGuards {
     /// Charge over that at which it is empty.
     #[port("1", falling)]
     pub above_min: f64,
-    /// Charge over that of the restart.
+    /// Charge above the restart threshold.
     #[port("1", rising)]
     pub above_restart: f64,
     /// Charge over that at which it is full.

@@ -3,9 +3,8 @@
 //! on where T ≤ `on_below`, off where T ≥ `on_below` + `band`, between them as it was
 //! P = power while it is on, enabled and supplied (V ≥ `volts_min`), else 0;   i = P/V
 //! ```
-//! Switching is an event, located on the dense output of the integrator. A run that starts outside the two thresholds
-//! needs no event: too cold it heats, too warm it does not. The thermostat goes on to switch while the heater is disabled
-//! or has no supply; heat is given again as soon as it may be.
+//! Switching is an event, located on the dense output of the integrator. A run that starts outside the two thresholds needs no event: below it heats,
+//! above it does not. The thermostat continues to switch while the heater is disabled or has no supply; heating resumes when both are available.
 
 use linkwork_runtime::prelude::*;
 
@@ -15,16 +14,16 @@ pub struct HeaterParams {
     /// Power while it heats.
     #[param(unit = "W", range = 0.0..)]
     pub power: f64,
-    /// On where the temperature is at this or below it.
+    /// The heater switches on when the temperature is at or below this.
     #[param(unit = "K", range = 0.0..)]
     pub on_below: f64,
-    /// It switches off where the temperature has risen by this above `on_below`.
+    /// The heater switches off when the temperature has risen by this above `on_below`.
     #[param(unit = "K", default = 5.0, range = 1e-3..)]
     pub band: f64,
-    /// Voltage of the supply below which it does not heat. Above, a converter keeps its power.
+    /// Supply voltage below which the heater is off. Above it, a converter keeps the power constant.
     #[param(unit = "V", default = 1.0, range = 1e-3..)]
     pub volts_min: f64,
-    /// On at the start, when the temperature is between the two.
+    /// Whether the heater is on at the start, if the temperature is between the thresholds.
     #[param(default = false)]
     pub start: bool,
 }
@@ -35,7 +34,7 @@ pub struct HeaterIn {
     /// The thermal node that it heats and whose temperature its thermostat reads.
     #[port(connector)]
     pub node: Temperature,
-    /// It may heat: a command.
+    /// Command: heating is permitted.
     #[port("1", default = true)]
     pub enable: bool,
     /// Supply.
@@ -46,16 +45,16 @@ pub struct HeaterIn {
 /// Heat and load.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct HeaterOut {
-    /// Heat that it gives to the node.
+    /// Heat flow to the node.
     #[port(connector)]
     pub node: HeatFlow,
-    /// Electrical power taken, the same number.
+    /// Electrical power drawn; equal to the heat flow.
     #[port("W")]
     pub power: f64,
     /// Supply.
     #[port(connector)]
     pub supply: Current,
-    /// It heats.
+    /// The heater is heating.
     #[port("1")]
     pub on: bool,
 }
@@ -69,7 +68,7 @@ pub struct Thermostat {
     /// A threshold has been crossed since the start.
     #[port("1")]
     pub crossed: bool,
-    /// Times that a threshold has been crossed.
+    /// Number of threshold crossings.
     #[port("1")]
     pub switchings: f64,
 }
@@ -77,10 +76,10 @@ pub struct Thermostat {
 /// The thresholds.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermostatGuards {
-    /// Temperature over the lower threshold.
+    /// Temperature above the lower threshold.
     #[port("K", falling)]
     pub above_on: f64,
-    /// Temperature over the upper threshold.
+    /// Temperature above the upper threshold.
     #[port("K", rising)]
     pub above_off: f64,
 }

@@ -1,22 +1,22 @@
 //! `power.load`: an electrical load that is off, on standby or on, and browns out where its voltage is too low.
 //! ```text
 //! P₀ = level · power_on, or power_standby, or 0
-//! power      i = P₀/V                a regulated converter: less voltage, more current
+//! power      i = P₀/V                a regulated converter: current rises as voltage falls
 //! current    i = P₀/V_rated
 //! resistance i = P₀ V/V_rated²       a heater, a lamp
 //! P = V i,  Q = P · heat_share
 //! ```
-//! Where V falls through `volts_min` the load browns out: it takes nothing until V rises through `volts_min` + `margin`,
-//! then goes on as it is commanded. Both are events. A run that starts below `volts_min` starts browned out.
+//! When V falls through `volts_min` the load browns out: it draws no current until V rises through `volts_min` + `margin`, and then follows its
+//! commands again. Both are events. A run that starts below `volts_min` starts browned out.
 
 use linkwork_runtime::prelude::*;
 
-/// How the current follows the voltage.
+/// Dependence of the current on the voltage.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Law {
-    /// The same power at any voltage.
+    /// Constant power.
     Power,
-    /// The same current at any voltage.
+    /// Constant current.
     Current,
     /// Current in proportion to the voltage.
     Resistance,
@@ -25,25 +25,25 @@ pub enum Law {
 /// Power in each state, and voltages.
 #[derive(Params, Clone, Debug)]
 pub struct LoadParams {
-    /// Power when it is on.
+    /// Power when on.
     #[param(unit = "W", range = 0.0..)]
     pub power_on: f64,
     /// Power on standby.
     #[param(unit = "W", default = 0.0, range = 0.0..)]
     pub power_standby: f64,
-    /// How the current follows the voltage.
+    /// Dependence of the current on the voltage.
     #[param(default = Law::Power)]
     pub law: Law,
-    /// Voltage at which it takes these powers; `law: power` takes them at any.
+    /// Voltage at which the load draws these powers; with `law: power` it draws them at any voltage.
     #[param(unit = "V", default = 28.0, range = 0.1..)]
     pub volts_rated: f64,
-    /// Voltage below which it browns out.
+    /// Voltage below which the load browns out.
     #[param(unit = "V", default = 22.0, range = 0.1..)]
     pub volts_min: f64,
-    /// How far the voltage must rise above `volts_min` before it starts again.
+    /// Rise of the voltage above `volts_min` at which the load restarts.
     #[param(unit = "V", default = 1.0, range = 1e-3..)]
     pub margin: f64,
-    /// Share of the power that becomes heat in the load; a radio sends the rest away.
+    /// Fraction of the power that becomes heat in the load; a radio transmits the rest.
     #[param(default = 1.0, range = 0.0..=1.0)]
     pub heat_share: f64,
 }
@@ -54,18 +54,18 @@ pub struct LoadIn {
     /// Supply.
     #[port(connector)]
     pub supply: Voltage,
-    /// It is to be on; goes before `standby`.
+    /// Command: on. Takes precedence over `standby`.
     #[port("1", default = false)]
     pub on: bool,
-    /// It is to be on standby.
+    /// Command: standby.
     #[port("1", default = false)]
     pub standby: bool,
-    /// Share of `power_on` that it takes when it is on: below 0 counts as 0, above 1 as 1.
+    /// Fraction of `power_on` that the load draws when on; limited to 0 … 1.
     #[port("1", default = 1.0)]
     pub level: f64,
 }
 
-/// What it takes, and how it is.
+/// Power, heat and status.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct LoadOut {
     /// Supply.
@@ -77,13 +77,13 @@ pub struct LoadOut {
     /// Outlet of its heat, for the port of a thermal node. If it is not connected, the heat goes to the surroundings.
     #[port(connector)]
     pub case: HeatFlow,
-    /// Power that leaves it otherwise, such as the radio waves of a transmitter.
+    /// Power that leaves the load in another form, such as the radio waves of a transmitter.
     #[port("W", lost)]
     pub sent: f64,
-    /// It is on and has its voltage.
+    /// The load is on and supplied.
     #[port("1")]
     pub running: bool,
-    /// It has browned out.
+    /// The load has browned out.
     #[port("1")]
     pub browned_out: bool,
 }
@@ -91,24 +91,24 @@ pub struct LoadOut {
 /// Brown-outs.
 #[derive(State, Clone, Copy, Debug, PartialEq)]
 pub struct BrownOut {
-    /// It has browned out.
+    /// The load has browned out.
     #[port("1")]
     pub out: bool,
     /// A threshold has been crossed since the start.
     #[port("1")]
     pub crossed: bool,
-    /// Brown-outs so far.
+    /// Number of brown-outs.
     #[port("1")]
     pub count: f64,
 }
 
-/// The two voltages.
+/// Distances from the two voltage thresholds.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct LoadGuards {
-    /// Voltage over the least one.
+    /// Voltage above `volts_min`.
     #[port("V", falling)]
     pub above_min: f64,
-    /// Voltage over that of the restart.
+    /// Voltage above the restart voltage.
     #[port("V", rising)]
     pub above_restart: f64,
 }
@@ -118,7 +118,7 @@ pub struct Load {
     p: LoadParams,
 }
 
-/// Electrical load: off, standby, on or a level of it; current by its law; brown-out below a voltage, an event.
+/// Electrical load: off, on standby, or on at a level. It browns out below a voltage, which is an event.
 #[model("power.load")]
 impl Model for Load {
     type Params = LoadParams;
@@ -136,7 +136,7 @@ impl Model for Load {
         };
         let current = match p.law {
             _ if browned_out => 0.0,
-            // At the event the voltage may be that of what has just been cut off.
+            // At the event the voltage may drop to zero because the supply was cut off; the limit avoids a division by zero.
             Law::Power => wanted / u.supply.voltage.max(p.volts_min),
             Law::Current => wanted / p.volts_rated,
             Law::Resistance => wanted * u.supply.voltage / (p.volts_rated * p.volts_rated),

@@ -2,9 +2,8 @@
 //! ```text
 //! P_thermal = P₀ 2^(−(age + t)/T½)           P_el = η e^(−k (age + t)) P_thermal          Q = P_thermal − P_el, all where nothing is connected
 //! ```
-//! Fuel decays with the half-life of its isotope, and thermocouples wear: η is their efficiency when they were new and k
-//! the rate at which it falls. The efficiency is taken to be that of the hot and cold ends at work; it does not follow the
-//! temperature of the fins.
+//! Fuel decays with the half-life of its isotope, and thermocouples degrade: η is their efficiency when new and k its rate of decay. The efficiency
+//! is for nominal hot and cold temperatures; it does not depend on the temperature of the fins.
 
 use linkwork_runtime::prelude::*;
 
@@ -14,19 +13,19 @@ pub const PU238_HALF_LIFE: f64 = 87.7 * 365.25 * 86_400.0;
 /// Fuel and thermocouples.
 #[derive(Params, Clone, Debug)]
 pub struct RtgParams {
-    /// Thermal power of the fuel when it was new.
+    /// Thermal power of new fuel.
     #[param(unit = "W", range = 0.0..)]
     pub thermal_power: f64,
-    /// Time since then at the start.
+    /// Age of the fuel at the start.
     #[param(unit = "s", default = 0.0, range = 0.0..)]
     pub age: f64,
-    /// Half-life of the fuel; unwritten: that of plutonium-238, 87.7 years.
+    /// Half-life of the fuel. Default: plutonium-238, 87.7 years.
     #[param(unit = "s", default = PU238_HALF_LIFE, range = 1.0..)]
     pub half_life: f64,
-    /// Share of the thermal power that becomes electricity when the thermocouples are new.
+    /// Efficiency η of new thermocouples.
     #[param(default = 0.055, range = 0.0..=1.0)]
     pub efficiency: f64,
-    /// Rate k at which the efficiency falls.
+    /// Decay rate k of the efficiency.
     #[param(unit = "1/s", default = 0.0, range = 0.0..)]
     pub wear: f64,
 }
@@ -42,18 +41,18 @@ pub struct RtgOut {
     pub power: f64,
 }
 
-/// Voltage at which it feeds in.
+/// Voltage of the electrical output.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RtgIn {
-    /// Where it feeds in: a battery's `charger`, which takes all of its power.
+    /// Electrical output, for a battery's `charger`, which takes all of the power.
     #[port(connector)]
     pub output: OpenVoltage,
 }
 
-/// Current fed in.
+/// Current of the electrical output.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RtgFeed {
-    /// Where it feeds in: a battery's `charger`, which takes all of its power.
+    /// Electrical output, for a battery's `charger`, which takes all of the power.
     #[port(connector)]
     pub output: Current,
     /// Outlet of its waste heat, for the port of a thermal node. All of the thermal power is waste heat if `output` has no voltage.
@@ -67,7 +66,7 @@ pub struct Rtg {
 }
 
 impl Rtg {
-    /// Thermal and electrical power, W.
+    /// Returns thermal and electrical power, W.
     fn powers(&self, c: &Clock) -> [f64; 2] {
         let p = &self.p;
         let age = p.age + c.t;
@@ -76,7 +75,7 @@ impl Rtg {
     }
 }
 
-/// Radioisotope generator: fuel that decays with its half-life, thermocouples that wear, waste heat.
+/// Radioisotope thermoelectric generator: decaying fuel, degrading thermocouples, waste heat.
 #[model("power.rtg")]
 impl Model for Rtg {
     type Params = RtgParams;

@@ -1,13 +1,13 @@
 //! `power.solar_panel`: electrical power of a panel in sunlight, in space or under air with dust.
 //! ```text
-//! E        power of sunlight at the place, ν the visible part of the Sun's disc (see [`Sun::light`])
+//! E               solar irradiance at the panel, ν the visible fraction of the Sun's disc (see [`Sun::light`])
 //! beam     ν E e^(−τ/cos Z) max(0, cos i)                          Z: zenith angle, i: incidence
 //! diffuse  ν E cos Z (T(τ, Z) − e^(−τ/cos Z)) (1 + n · up)/2         sky seen by the tilted panel
-//! P = η A f_dust (s beam + diffuse)                                s: share of the panel that sees the sun
+//! P = η A f_dust (s beam + diffuse)                                s: sunlit fraction of the panel
 //! ```
-//! T is the share of the light that reaches the ground in all. `T = 1/(1 + 0.16 τ/cos Z)` is a two-stream form with an
-//! asymmetry typical of Martian dust: an engineering fit, not a table. With τ = 0 (Moon, space) only the beam is left. In the shadow of a
-//! body of the world and below the horizon there is neither.
+//! T is the total fraction of the light that reaches the ground. `T = 1/(1 + 0.16 τ/cos Z)` is a two-stream form with an
+//! asymmetry typical of Martian dust: an engineering fit, not a table. With τ = 0 (Moon, space) only the beam remains. Both are zero in the shadow of
+//! a body of the world and below the horizon.
 
 use linkwork_runtime::prelude::*;
 
@@ -17,16 +17,17 @@ pub struct SolarPanelParams {
     /// Area.
     #[param(unit = "m^2", range = 0.0..)]
     pub area: f64,
-    /// Share of the light that becomes electricity.
+    /// Efficiency: fraction of the light that becomes electricity.
     #[param(default = 0.27, range = 0.0..=1.0)]
     pub efficiency: f64,
-    /// Optical depth τ of the air: 0 in vacuum, 0.3 to 0.8 of the dust of Mars in clear seasons. Above 0 it needs ground: a site, or gravity on level ground.
+    /// Optical depth τ of the atmosphere: 0 in vacuum, 0.3 to 0.8 for dust on Mars in clear seasons. A value above 0 needs a vertical: a site, or
+    /// gravity on level ground.
     #[param(default = 0.0, range = 0.0..)]
     pub optical_depth: f64,
-    /// Share of the light that passes dust which stays on the panel; what comes and goes is `power.dust`.
+    /// Transmission of permanent dust on the panel; `power.dust` models variable dust.
     #[param(default = 1.0, range = 0.0..=1.0)]
     pub dust: f64,
-    /// The sun.
+    /// The Sun.
     #[param(service)]
     pub sun: Handle<dyn Sun>,
     /// The world, for the vertical.
@@ -43,13 +44,13 @@ pub struct SolarPanelIn {
     /// Panel: its z axis is the normal.
     #[port(bind = "panel")]
     pub panel: NodeState,
-    /// Where it feeds in: a battery's `charger`, which takes all of its power.
+    /// Electrical output, for a battery's `charger`, which takes all of the power.
     #[port(connector)]
     pub output: OpenVoltage,
-    /// Share of the light that passes dust: of `power.dust`.
+    /// Transmission of variable dust, from `power.dust`.
     #[port("1", default = 1.0)]
     pub passes: f64,
-    /// Share of its area that sees the sun: of `power.sunlit`. Light of the sky it does not change.
+    /// Sunlit fraction of the area, from `power.sunlit`. It does not affect diffuse light.
     #[port("1", default = 1.0)]
     pub sunlit: f64,
 }
@@ -60,10 +61,10 @@ pub struct SolarPanelOut {
     /// Electrical power.
     #[port("W")]
     pub power: f64,
-    /// Where it feeds in: a battery's `charger`, which takes all of its power.
+    /// Electrical output, for a battery's `charger`, which takes all of the power.
     #[port(connector)]
     pub output: Current,
-    /// Light on the panel, above its dust.
+    /// Irradiance on the panel, above the dust.
     #[port("W/m^2")]
     pub irradiance: f64,
     /// Cosine of the angle of incidence.
@@ -77,7 +78,7 @@ pub struct SolarPanel {
     vertical: Vertical,
 }
 
-/// Light (W/m²) on a panel of the unit normal `n` (W) with `up` at its place; of the Sun's beam the share `sunlit`.
+/// Returns the irradiance (W/m²) on a panel with unit normal `n` and local vertical `up`, both in W; the direct beam is multiplied by `sunlit`.
 pub fn irradiance(n: &Vec3, light: &Light, up: &Vec3, optical_depth: f64, sunlit: f64) -> f64 {
     let facing = n.dot(&light.direction).max(0.0) * light.visible * sunlit;
     if optical_depth == 0.0 {
@@ -103,13 +104,13 @@ impl Model for SolarPanel {
     fn build(p: SolarPanelParams) -> Result<Self, BuildError> {
         if p.optical_depth > 0.0 && p.world.as_ref().is_some_and(|w| w.axes() == Axes::Inertial) {
             let fact = format!(
-                "air of an optical depth of {} over it, and W is inertial: there is no ground",
+                "`optical_depth` is {}, but W is inertial, so there is no ground and no vertical",
                 p.optical_depth
             );
-            let help = "leave `optical_depth` out in space, or write a `site` in `world`";
+            let help = "remove `optical_depth` in space, or write a `site` in `world`";
             return Err(BuildError::new(fact).help(help).at("optical_depth"));
         }
-        // In vacuum the vertical does not matter.
+        // In vacuum the vertical is not used.
         let vertical = match Vertical::new(p.world.as_ref(), p.gravity.as_ref()) {
             Ok(vertical) => vertical,
             Err(e) if p.optical_depth > 0.0 => return Err(e.at("optical_depth")),

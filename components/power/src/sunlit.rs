@@ -1,25 +1,26 @@
-//! `power.sunlit`: which share of a panel sees the sun, behind hills, rocks, masts and its own vehicle.
+//! `power.sunlit`: sunlit fraction of a panel, with shadows of hills, rocks, masts and its own vehicle.
 //! ```text
-//! points in the middles of n × n equal parts of the panel, `clearance` over it
-//! share = those whose ray to the sun meets nothing within `range`, over n²
+//! points at the centres of n × n equal parts of the panel, `clearance` above it
+//! fraction = number of points whose ray to the Sun hits nothing within `range`, over n²
 //! ```
-//! 0 where the sun is behind the panel, or hidden by the horizon or a body of the world (see [`Sun::light`]). Rays meet the terrain, as triangles between the points of
-//! its grid, and the shapes of the bodies that `sees` names; the terrain ends at its edge. The sun is a point: shadows have
-//! sharp edges, and the share changes in steps of 1/n². Sampled: the shadow of a part that stands still moves slowly.
+//! The fraction is 0 if the Sun is behind the panel, or occulted by the horizon or a body of the world (see [`Sun::light`]). Rays are intersected
+//! with the terrain, as triangles between the nodes of its grid, and with the shapes of the bodies in `sees`; the terrain ends at its edge. The Sun
+//! is a point: shadows have sharp edges, and the fraction changes in steps of 1/n². The model is sampled, because the shadow of a body at rest moves
+//! slowly.
 
 use linkwork_render::{Look, Surroundings};
 use linkwork_runtime::Lane;
 use linkwork_runtime::prelude::*;
 
-/// The panel and what may stand in its light.
+/// The panel and the bodies that may cast shadows on it.
 #[derive(Params, Clone, Debug)]
 pub struct SunlitParams {
-    /// Extent of the panel along x and y of its node, which is at its middle, m.
+    /// Size of the panel along x and y of its node, which is at its centre, m.
     pub size: [f64; 2],
-    /// Points along each side.
+    /// Number of points along each side.
     #[param(default = 8, range = 1.0..=64.0)]
     pub points: u32,
-    /// Height of the points over the node: above the panel's own shape.
+    /// Height of the points above the node; it must be above the panel's own shape.
     #[param(unit = "m", default = 0.02, range = 0.0..)]
     pub clearance: f64,
     /// Length of the rays.
@@ -28,7 +29,7 @@ pub struct SunlitParams {
     /// Bodies that cast shadows, by patterns of their names; default: all.
     #[param(service)]
     pub sees: Scenery,
-    /// The ground, when there is one.
+    /// The ground (optional).
     #[param(service)]
     pub terrain: Option<Handle<dyn Terrain>>,
     /// The sun.
@@ -47,7 +48,7 @@ pub struct Sunlit {
 }
 
 impl Sunlit {
-    /// The points of the panel, W.
+    /// Returns the points of the panel, W.
     fn points(&self, panel: &NodeState) -> impl Iterator<Item = Vec3> {
         let (n, [length, width], up) = (self.points, self.size, self.clearance);
         let middle = move |k: u32| (f64::from(k) + 0.5) / f64::from(n) - 0.5;
@@ -59,18 +60,18 @@ impl Sunlit {
     }
 }
 
-/// Share of a solar panel that sees the sun, by rays against terrain and bodies; sampled.
+/// Sunlit fraction of a solar panel, by ray casting against terrain and bodies; sampled.
 #[model("power.sunlit")]
 impl SizedModel for Sunlit {
     type Params = SunlitParams;
 
     fn ports(p: &SunlitParams) -> SizedPorts {
         let mut panel = PortSpec::named("panel", PortKind::NodeState, <NodeState as Lane>::N)
-            .doc_of("The middle of the panel: its z axis is the normal.");
+            .doc_of("The centre of the panel: its z axis is the normal.");
         panel.bind = Some("panel".into());
         let share = PortSpec::named("share", PortKind::Numbers, 1)
             .unit_of("1")
-            .doc_of("Share of the panel that sees the sun: for `sunlit` of a solar panel.");
+            .doc_of("Sunlit fraction of the panel, for `sunlit` of a solar panel.");
         SizedPorts {
             feedthrough_inputs: std::iter::once(panel).chain(p.sees.ports()).collect(),
             feedthrough_outputs: vec![share],
@@ -100,7 +101,7 @@ impl SizedModel for Sunlit {
             return;
         }
         let Some(scene) = self.around.now(&u[<NodeState as Lane>::N..]) else {
-            // A pose that is none stops the run: its lanes are checked at every row.
+            // A non-finite pose gives a NaN output, which stops the run with an error.
             y[0] = f64::NAN;
             return;
         };

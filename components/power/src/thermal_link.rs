@@ -2,7 +2,7 @@
 //! ```text
 //! Q = G (T_a − T_b) + E σ (T_a⁴ − T_b⁴)           from a to b
 //! ```
-//! The same number leaves the one and comes to the other, so a network of links makes and loses no heat.
+//! The heat that leaves one node equals the heat that enters the other, so a network of links conserves heat.
 
 use crate::thermal_node::radiation;
 use linkwork_runtime::prelude::*;

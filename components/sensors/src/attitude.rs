@@ -27,7 +27,7 @@ pub struct AttitudeIn {
 /// Attitude.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct AttitudeOut {
-    /// From the node's axes to W.
+    /// Rotation from the node's axes to W.
     #[port("1")]
     pub rotation: Quat,
     /// Turn rate, the node's axes.

@@ -1,11 +1,12 @@
-//! `sensors.camera`: what a camera sees of the ground and of the bodies, one picture a sample, for those who read it.
+//! `sensors.camera`: camera that takes one picture of ground and bodies per sample, for models that read `pictures`.
 //! ```text
-//! picture   image (numbers of the detector) and range along the ray of each pixel
-//! range     that of what is there, or with a `baseline` that of two images, matched
-//! mount     x along the axis, y left, z up; the right camera of a pair stands at −y
+//! picture   image (detector counts) and range along the ray of each pixel
+//! range     true range, or with a `baseline` the range from stereo matching of two images
+//! mount     x along the axis, y left, z up; the right camera of a pair is at −y
 //! ```
-//! The equations are those of `linkwork_render`. A picture is of one instant, its sample, and is seen from the next row on. It sees
-//! every shape that the viewer shows, the camera's own body too: mount it where the view is free, or name in `sees` what it sees.
+//! The equations are those of `linkwork_render`. A picture is taken at one instant, its sample, and is available to readers from the next log row on.
+//! The camera sees every shape that the viewer shows, including the body that carries it: mount it with a free view, or select the visible bodies
+//! with `sees`.
 
 use linkwork_render::spatial::Pose;
 use linkwork_render::stereo::{Matcher, right_of};
@@ -16,13 +17,13 @@ use linkwork_render::{
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{AU, Lane};
 
-/// Lens, detector, and what there is to see.
+/// Lens, detector and scene.
 #[derive(Params, Clone, Debug)]
 pub struct CameraParams {
-    /// Pixels in a row.
+    /// Width of the image, pixels.
     #[param(default = 160, range = 1.0..=8192.0)]
     pub width: u32,
-    /// Rows.
+    /// Height of the image, pixels.
     #[param(default = 120, range = 1.0..=8192.0)]
     pub height: u32,
     /// Angle of view across the width.
@@ -34,52 +35,52 @@ pub struct CameraParams {
     /// Tangential distortion p₁, p₂.
     #[param(default = [0.0, 0.0])]
     pub tangential: [f64; 2],
-    /// Rays along each edge of a pixel: 1 is fast, more makes edges smooth.
+    /// Rays along each edge of a pixel: 1 is fast, larger values smooth edges.
     #[param(default = 1, range = 1.0..=16.0)]
     pub samples: u32,
-    /// Red, green and blue in each pixel instead of grey.
+    /// Whether pixels are red, green and blue instead of grey.
     #[param(default = false)]
     pub color: bool,
-    /// Bits of a number.
+    /// Bits per pixel value.
     #[param(default = 8, range = 8.0..=16.0)]
     pub bits: u32,
-    /// Exposure.
+    /// Exposure time.
     #[param(unit = "s", default = 0.02, range = 1e-9..)]
     pub exposure: f64,
-    /// Noise of photons and of reading.
+    /// Whether images have photon noise and read noise.
     #[param(default = true)]
     pub noise: bool,
-    /// Distance of the two cameras of a pair; default: one camera that knows how far things are.
+    /// Baseline of a stereo pair. Default: one camera with true ranges.
     #[param(unit = "m", default = None, range = 1e-4..)]
     pub baseline: Option<f64>,
-    /// Disparities that a pair looks at.
+    /// Number of disparities that the stereo matcher searches.
     #[param(default = 64, range = 3.0..=4096.0)]
     pub disparities: u32,
-    /// Ranges beyond are not found.
+    /// Maximum range.
     #[param(unit = "m", default = 100.0, range = 1e-3..=1e7)]
     pub reach: f64,
     /// Albedo of the ground: red, green, blue.
     #[param(default = [0.30, 0.19, 0.12], range = 0.0..=1.0)]
     pub albedo: [f64; 3],
-    /// Contrast of the ground's texture: the share by which its albedo changes.
+    /// Contrast of the ground texture: relative variation of its albedo.
     #[param(default = 0.35, range = 0.0..=1.0)]
     pub contrast: f64,
     /// Length of the coarsest grain of that texture.
     #[param(unit = "m", default = 0.15, range = 1e-6..)]
     pub grain: f64,
-    /// Bodies that are seen, by patterns of their names; default: all.
+    /// Patterns of the names of visible bodies. Default: all.
     #[param(service)]
     pub sees: Scenery,
-    /// The ground, when there is one.
+    /// The ground (optional).
     #[param(service)]
     pub terrain: Option<Handle<dyn Terrain>>,
-    /// The Sun, when there is one; else it stands high in the sky.
+    /// The Sun (optional). Default: a Sun high in the sky.
     #[param(service)]
     pub sun: Option<Handle<dyn Sun>>,
     /// The world: the sky is dark where W is inertial, or where the body has no air.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
-    /// The air, when there is one: it makes a sky over a body that is not the Earth or Mars.
+    /// The atmosphere (optional). It lights the sky of a body other than the Earth or Mars.
     #[param(service)]
     pub atmosphere: Option<Handle<dyn Atmosphere>>,
 }
@@ -93,11 +94,11 @@ pub struct CameraSensor {
     around: Surroundings,
 }
 
-/// Who writes to a camera: nobody.
+/// Writers of a camera: there are none.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Nothing {}
 
-/// The axes of a lens (x right, y down, z forward) in those of a mount.
+/// Returns the rotation from lens axes (x right, y down, z forward) to mount axes.
 fn lens_axes() -> Quat {
     Quat::from_basis_unchecked(&[-Vec3::y(), -Vec3::z(), Vec3::x()])
 }
@@ -108,12 +109,12 @@ impl CameraSensor {
         Pose::new(mount.rotation * lens_axes(), mount.position)
     }
 
-    /// The light at a time and place (W).
+    /// Returns the light at a time (s) and position (W).
     fn light(&self, t: f64, at: &Vec3) -> Light {
         let usual = Light::default();
         let Some(sun) = &self.p.sun else { return usual };
         let seen = sun.light(t, at);
-        // The default is of 1.52 AU.
+        // The default light is for 1.52 AU.
         let share = (1.52 * AU / seen.distance).powi(2);
         let air = self.p.atmosphere.is_some();
         let sky = self.p.world.as_ref().is_none_or(|w| {
@@ -129,7 +130,7 @@ impl CameraSensor {
         }
     }
 
-    /// The picture from a pose (X_WC), of shapes that have been moved.
+    /// Takes the picture from a pose (X_WC) of a scene whose shapes have been moved to their current poses.
     fn take(&self, c: &Clock, scene: &Scene, X_WC: Pose) -> Result<Picture, RenderError> {
         let [width, height] = self.camera.size();
         let frame = self.camera.look(scene, &X_WC, Want::Radiance, self.threads)?;
@@ -144,7 +145,7 @@ impl CameraSensor {
                     Want::Radiance,
                     self.threads,
                 )?;
-                // A key of its own: the noise of the two is not the same.
+                // A separate key makes the noise of the two cameras independent.
                 let right = self.detector.read(&right, c.key ^ 1, c.n)?;
                 let matcher =
                     Matcher { disparities: self.p.disparities as usize, ..Matcher::default() };
@@ -164,7 +165,7 @@ impl CameraSensor {
     }
 }
 
-/// The mean of the colours.
+/// Returns the mean of the colours.
 fn grey(image: &Image) -> Image {
     if image.channels == 1 {
         return image.clone();
@@ -175,7 +176,7 @@ fn grey(image: &Image) -> Image {
     Image { channels: 1, data, ..*image }
 }
 
-/// Camera: an image, and how far things are, for those who read `pictures`; sampled.
+/// Camera: image and range of each pixel, for models that read `pictures`; sampled.
 #[field("sensors.camera")]
 impl Field for CameraSensor {
     type Params = CameraParams;
@@ -188,10 +189,10 @@ impl Field for CameraSensor {
         let ideal = Brown::ideal(width, height, p.view);
         let plain = p.radial == [0.0; 3] && p.tangential == [0.0; 2];
         if p.baseline.is_some() && !plain {
-            let fact = "a pair is matched without distortion only";
+            let fact = "stereo matching does not support lens distortion";
             return Err(BuildError::new(fact)
                 .at("baseline")
-                .help("leave `radial` and `tangential` out, or `baseline`"));
+                .help("remove `radial` and `tangential`, or `baseline`"));
         }
         let lens = Lens::Brown(Brown { radial: p.radial, tangential: p.tangential, ..ideal });
         let camera = Camera::new(lens, width, height, p.samples as usize).map_err(at("width"))?;
@@ -206,7 +207,7 @@ impl Field for CameraSensor {
         };
         detector.check().map_err(at("exposure"))?;
         if let Some(baseline) = p.baseline {
-            // What cannot be matched is told before the first picture.
+            // Report parameters that stereo matching does not support before the first picture.
             let matcher = Matcher { disparities: p.disparities as usize, ..Matcher::default() };
             let blank =
                 Image { width, height, channels: 1, bits: p.bits, data: vec![0; width * height] };
@@ -243,7 +244,7 @@ impl Field for CameraSensor {
             scene.set_light(self.light(c.t, &pose.position));
             self.take(c, &scene, pose).ok()
         });
-        // A pose that is none has stopped the run before: its lanes are checked at every row.
+        // Poses are finite here: non-finite values have stopped the run before.
         if let Some(taken) = taken {
             *picture = taken;
         }

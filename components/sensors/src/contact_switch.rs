@@ -12,7 +12,7 @@ pub struct ContactSwitchParams {
     /// Force that closes it.
     #[param(unit = "N", default = 5.0, range = 1e-6..)]
     pub close: f64,
-    /// Force at which it opens again; half of `close` unless written.
+    /// Force at which the switch opens again. Default: half of `close`.
     #[param(default = None)]
     pub open: Option<f64>,
     /// How long a force must last before the switch follows it.

@@ -1,29 +1,30 @@
-//! `sensors.gnss`: a receiver of a satellite navigation system: position, velocity and clock from ranges to the satellites that it sees.
+//! `sensors.gnss`: satellite navigation receiver: position, velocity and clock from ranges to the visible satellites.
 //! ```text
 //! satellites  planes × per_plane on circles of radius a, n = √(μ/a³); plane i: node Ω + 2π i/planes; satellite j of it at the argument of latitude
-//!             2π j/per_plane + 2π phasing i/(planes per_plane) + n t      (Walker's pattern, inertial axes)
-//! seen        elevation over the horizon ≥ `mask`, the planet not in the way, within `cone` of z of the mount
-//! range       ρ = |s − p| + b + e + σ_ρ n₁       e' = φ e + σ_e √(1 − φ²) n₂, φ = e^(−Δt/τ): orbits, ionosphere, reflections
+//!             2π j/per_plane + 2π phasing i/(planes per_plane) + n t      (Walker constellation, inertial axes)
+//! visible     elevation above the horizon ≥ `mask`, not occulted by the planet, within `cone` of z of the mount
+//! range       ρ = |s − p| + b + e + σ_ρ n₁       e' = φ e + σ_e √(1 − φ²) n₂, φ = e^(−Δt/τ): orbits, ionosphere, multipath
 //! rate        ρ̇ = u·(v_s − v) + d + σ_v n₃       u: unit vector to the satellite
-//! clock       b' = b + d Δt + σ_b √Δt n₄ + σ_d √Δt³ (n₅/2 + n₆/√12),  d' = d + σ_d √Δt n₅       in m and m/s, told over c
+//! clock       b' = b + d Δt + σ_b √Δt n₄ + σ_d √Δt³ (n₅/2 + n₆/√12),  d' = d + σ_d √Δt n₅       in m and m/s; outputs divided by c
 //! fix         (p, b) = argmin Σ (ρ − |s − p| − b)²,  (v, d) by the same matrix;  PDOP = √tr of the part of (HᵀH)⁻¹ for p
 //! ```
-//! From four satellites on whose geometry gives a PDOP of no more than `pdop_max`; else there is no fix and all are zero. Ranges are of one instant: time on the way, relativity and
-//! what the air does by elevation are not in them, neither are the satellites' clocks. Where W is inertial, these axes are W's, turned by
-//! the shortest way so that z is the planet's pole at t = 0; where W is a site, they are the planet's as they stand at t = 0. Position and velocity are in W.
+//! A fix needs at least four satellites and a PDOP of at most `pdop_max`; otherwise all outputs are zero. Ranges are of one instant: light time,
+//! relativity, elevation-dependent atmospheric delay and satellite clock errors are not modelled. The inertial axes are the axes of an inertial W,
+//! rotated by the smallest rotation that makes z the planet's pole at t = 0; if W is a site, they are the axes of the planet at t = 0. Position and
+//! velocity are in W.
 
 use linkwork_runtime::SPEED_OF_LIGHT as LIGHT;
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::nalgebra::{Matrix4, Vector4};
 
-/// Planes, and satellites in a plane, at most; satellites at most.
+/// Maximum number of planes and of satellites in a plane; maximum number of satellites.
 const SIDE_MAX: u32 = 16;
 const SATELLITES_MAX: u32 = SIDE_MAX * SIDE_MAX;
-/// Lanes of noise before those of the satellites, and of each of these.
+/// Number of noise channels before those of the satellites, and number for each satellite.
 const OWN: u32 = 8;
 const EACH: u32 = 3;
 
-/// Constellation, receiver and errors; as it stands GPS of 24 satellites and a receiver of one frequency.
+/// Constellation, receiver and errors. Defaults: GPS with 24 satellites and a single-frequency receiver.
 #[derive(Params, Clone, Debug)]
 pub struct GnssParams {
     /// Orbital planes.
@@ -32,52 +33,52 @@ pub struct GnssParams {
     /// Satellites in a plane.
     #[param(default = 4, range = 1.0..=16.0)]
     pub per_plane: u32,
-    /// By how many times 2π/satellites a plane is ahead of the one before it.
+    /// Walker phasing: offset of a plane to the previous one in units of 2π/satellites.
     #[param(default = 1, range = 0.0..=256.0)]
     pub phasing: u32,
     /// Inclination.
     #[param(unit = "rad", default = 0.959_931_088_596_881_2, range = 0.0..=3.15)]
     pub inclination: f64,
-    /// Radius of the orbits a; unwritten, at the Earth: 26 560 km.
+    /// Radius a of the orbits. Default at the Earth: 26 560 km.
     #[param(unit = "m", range = 1.0..)]
     pub orbit_radius: Option<f64>,
     /// Right ascension Ω of the node of the first plane.
     #[param(unit = "rad", default = 0.0)]
     pub node: f64,
-    /// Least elevation over the horizontal; below zero for what flies high.
+    /// Elevation mask: minimum elevation above the horizontal; negative for high-flying vehicles.
     #[param(unit = "rad", default = 0.0873, range = -1.58..=1.58)]
     pub mask: f64,
-    /// Greatest angle from z of the mount at which the antenna receives.
+    /// Maximum angle from z of the mount at which the antenna receives.
     #[param(unit = "rad", default = std::f64::consts::PI, range = 0.0..=3.15)]
     pub cone: f64,
-    /// Standard deviation σ_ρ of a range, anew at each sample.
+    /// Standard deviation σ_ρ of the white noise of a range.
     #[param(unit = "m", default = 0.5, range = 0.0..)]
     pub range_sigma: f64,
-    /// Standard deviation σ_e of the error of a satellite's range that goes on.
+    /// Standard deviation σ_e of the time-correlated range error of each satellite.
     #[param(unit = "m", default = 1.5, range = 0.0..)]
     pub wander_sigma: f64,
-    /// Time constant τ of it.
+    /// Time constant τ of the time-correlated range error.
     #[param(unit = "s", default = 600.0, range = 1e-3..)]
     pub wander_time: f64,
-    /// Standard deviation σ_v of a range's rate.
+    /// Standard deviation σ_v of a range rate.
     #[param(unit = "m/s", default = 0.05, range = 0.0..)]
     pub rate_sigma: f64,
     /// Standard deviation of the clock's error at the start.
     #[param(unit = "s", default = 1e-6, range = 0.0..)]
     pub clock_start: f64,
-    /// Standard deviation of its drift at the start, s/s.
+    /// Standard deviation of the clock's drift at the start, s/s.
     #[param(default = 1e-8, range = 0.0..)]
     pub drift_start: f64,
-    /// White noise σ_b of its frequency, s/√s.
+    /// White noise σ_b of the clock's frequency, s/√s.
     #[param(default = 3e-10, range = 0.0..)]
     pub clock_white: f64,
-    /// Random walk σ_d of its frequency, s/s/√s.
+    /// Random walk σ_d of the clock's frequency, s/s/√s.
     #[param(default = 1e-11, range = 0.0..)]
     pub clock_walk: f64,
-    /// Greatest PDOP with which there is a fix.
+    /// Maximum PDOP for a fix.
     #[param(default = 20.0, range = 1.0..)]
     pub pdop_max: f64,
-    /// The world, around whose body the satellites are.
+    /// The world; the satellites orbit its body.
     #[param(service)]
     pub world: Handle<dyn World>,
 }
@@ -85,12 +86,12 @@ pub struct GnssParams {
 /// The antenna.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct GnssIn {
-    /// The antenna; z is the middle of what it receives from.
+    /// Antenna mount; z is the axis of the antenna.
     #[port(bind = "mount")]
     pub mount: NodeState,
 }
 
-/// What it tells.
+/// Outputs of the receiver.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct GnssOut {
     /// Position, W; 0 without a fix.
@@ -99,19 +100,19 @@ pub struct GnssOut {
     /// Velocity, W; 0 without a fix.
     #[port("m/s")]
     pub velocity: Vec3,
-    /// Error of its clock, as it finds it.
+    /// Estimated error of the receiver clock.
     #[port("s")]
     pub clock: f64,
-    /// Drift of its clock, as it finds it.
+    /// Estimated drift of the receiver clock, s/s.
     #[port("1")]
     pub drift: f64,
-    /// These are measurements.
+    /// There is a fix: the outputs are valid.
     #[port]
     pub fix: bool,
-    /// Satellites that it receives.
+    /// Number of received satellites.
     #[port("1")]
     pub satellites: f64,
-    /// Deviation of the position over that of a range; 0 without a fix.
+    /// Position dilution of precision: standard deviation of the position divided by that of a range; 0 without a fix.
     #[port("1")]
     pub pdop: f64,
 }
@@ -119,10 +120,10 @@ pub struct GnssOut {
 /// The clock.
 #[derive(State, Clone, Copy, Debug)]
 pub struct GnssClock {
-    /// Its error b.
+    /// Clock error b, times the speed of light.
     #[port("m")]
     pub bias: f64,
-    /// Its drift d.
+    /// Clock drift d, times the speed of light.
     #[port("m/s")]
     pub rate: f64,
     /// The first errors have been drawn.
@@ -130,14 +131,14 @@ pub struct GnssClock {
     pub drawn: bool,
 }
 
-/// Where something is and how it moves, inertial axes from the planet's centre.
+/// Position (m) and velocity (m/s) relative to the planet's centre, inertial axes.
 #[derive(Clone, Copy, Debug)]
 struct Moving {
     p: Vec3,
     v: Vec3,
 }
 
-/// A satellite that is received: its motion, and its range (m) and its rate (m/s) as they are measured.
+/// A received satellite: its motion, measured range (m) and measured range rate (m/s).
 #[derive(Clone, Copy, Debug)]
 struct Signal {
     satellite: Moving,
@@ -154,7 +155,7 @@ pub struct Gnss {
     mu: f64,
     /// Radius of the orbits, m.
     a: f64,
-    /// Radius of the body, which is in the way, m.
+    /// Radius of the occulting body, m.
     radius: f64,
     site: Option<Site>,
     /// Rotation from the axes of the orbits to inertial axes.
@@ -166,7 +167,7 @@ impl Gnss {
         self.p.planes * self.p.per_plane
     }
 
-    /// Satellite k at t (s).
+    /// Returns the motion of satellite `k` at time `t` (s).
     fn satellite(&self, k: u32, t: f64) -> Moving {
         let p = &self.p;
         let turn = std::f64::consts::TAU;
@@ -184,12 +185,12 @@ impl Gnss {
         }
     }
 
-    /// From the planet's axes to inertial ones.
+    /// Returns the rotation from the axes of the planet to inertial axes.
     fn turned(&self, site: &Site, t: f64) -> Quat {
         Quat::from_axis_angle(&Vec3::z_axis(), site.rate * t)
     }
 
-    /// A node in inertial axes.
+    /// Converts the motion of a node to inertial axes.
     fn inertial(&self, t: f64, node: &NodeState) -> Moving {
         let Some(site) = &self.site else { return Moving { p: node.position, v: node.velocity } };
         let turn = self.turned(site, t);
@@ -198,7 +199,7 @@ impl Gnss {
         Moving { p: turn * p, v: turn * v }
     }
 
-    /// Place and velocity in W of what moves in inertial axes.
+    /// Converts a motion in inertial axes to position and velocity in W.
     fn in_W(&self, t: f64, m: &Moving) -> (Vec3, Vec3) {
         let Some(site) = &self.site else { return (m.p, m.v) };
         let back = self.turned(site, t).inverse();
@@ -207,25 +208,25 @@ impl Gnss {
         (site.pose.inverse().transform_point(&p), site.from_planet_axes(&v))
     }
 
-    /// Elevation (rad) of a satellite over the horizontal at `p`.
+    /// Returns the elevation (rad) of a satellite above the horizontal at `p`.
     fn elevation(p: &Vec3, s: &Vec3) -> f64 {
         let (up, to) = (p.normalize(), (s - p).normalize());
         up.dot(&to).atan2(up.cross(&to).norm())
     }
 
-    /// Whether a satellite is received: over the mask, not behind the planet, within the cone about `axis`.
+    /// Returns whether a satellite is received: above the mask, not behind the planet, and within the cone about `axis`.
     fn seen(&self, own: &Vec3, axis: &Vec3, s: &Vec3) -> bool {
         let (p, to) = (&self.p, s - own);
         let along = -own.dot(&to) / to.norm_squared();
         let nearest = (own + to * along.clamp(0.0, 1.0)).norm();
-        // On the ground the way begins at the planet's surface.
+        // On the ground the line of sight begins at the planet's surface.
         let clear = along <= 0.0 || nearest >= self.radius;
         clear
             && Self::elevation(own, s) >= p.mask
             && axis.cross(&to).norm().atan2(axis.dot(&to)) <= p.cone
     }
 
-    /// Ranges and rates of what is received, with their errors.
+    /// Returns ranges and range rates of the received satellites, with errors.
     fn signals(
         &self,
         c: &Clock,
@@ -253,7 +254,7 @@ impl Gnss {
         }
     }
 
-    /// Clock and errors of the ranges at this sample: those of the state, or the first ones.
+    /// Returns clock and range errors at this sample: from the state, or newly drawn at the first sample.
     fn state(&self, c: &Clock, d: &[f64]) -> (GnssClock, [f64; SATELLITES_MAX as usize]) {
         let (own, each) = d.split_at(GnssClock::N);
         let mut clock = GnssClock::get(own);
@@ -270,8 +271,8 @@ impl Gnss {
         (clock, errors)
     }
 
-    /// How many satellites it receives, and the least-squares solution. The iteration begins where the antenna is: it ends at the same
-    /// place from anywhere near.
+    /// Returns the number of received satellites and the least-squares solution. The iteration starts at the true antenna position; it converges to
+    /// the same solution from any nearby point.
     fn fix(&self, c: &Clock, mount: &NodeState, d: &[f64]) -> (u32, Option<Solution>) {
         let own = self.inertial(c.t, mount);
         let axis =
@@ -315,10 +316,10 @@ impl Gnss {
     }
 }
 
-/// Steps of the iteration: from errors of a hundred metres the first leaves 0.2 mm, the second nothing.
+/// Number of Gauss–Newton steps: from an error of 100 m, 0.2 mm remain after the first step and only round-off after the second.
 const STEPS: u32 = 3;
 
-/// Place and velocity in inertial axes, clock (m, m/s), PDOP.
+/// Position and velocity in inertial axes, clock (m, m/s), PDOP.
 #[derive(Clone, Copy, Debug)]
 struct Solution {
     at: Moving,
@@ -327,7 +328,7 @@ struct Solution {
     pdop: f64,
 }
 
-/// Position, velocity and clock from ranges to navigation satellites over the horizon, with their errors; sampled.
+/// Satellite navigation receiver: position, velocity and clock from ranges to visible navigation satellites, with errors; sampled.
 #[model("sensors.gnss")]
 impl SizedModel for Gnss {
     type Params = GnssParams;
@@ -336,7 +337,7 @@ impl SizedModel for Gnss {
         let count = (p.planes.min(SIDE_MAX) * p.per_plane.min(SIDE_MAX)) as usize;
         let errors = PortSpec::named("error", PortKind::Numbers, count)
             .unit_of("m")
-            .doc_of("Error of each satellite's range that goes on, plane by plane.");
+            .doc_of("Time-correlated range error of each satellite, plane by plane.");
         SizedPorts {
             feedthrough_inputs: GnssIn::specs(),
             feedthrough_outputs: GnssOut::specs(),
@@ -353,17 +354,17 @@ impl SizedModel for Gnss {
         let Some(a) = p.orbit_radius.or((body == "earth").then_some(GPS)) else {
             let fact =
                 format!("there are no navigation satellites around `{body}`, the body of `world`");
-            let help = "remove the receiver, or write `orbit_radius` with `planes`, `per_plane` and `inclination` of satellites of your own";
+            let help = "remove the receiver, or write `orbit_radius` with `planes`, `per_plane` and `inclination` of a custom constellation";
             return wrong(fact, help, "orbit_radius");
         };
         if let Axes::Level(_) = p.world.axes() {
-            let fact = "its satellites are on orbits, and by `turning: false` of the world W does not turn under them";
+            let fact = "its satellites orbit, but with `turning: false` of the world W does not rotate under them";
             return Err(
                 BuildError::new(fact).help("remove `turning: false` from the `site` of `world`")
             );
         }
         let Some(mu) = p.world.mu() else {
-            let fact = "the gravity parameter of the world's body is not known";
+            let fact = "the gravitational parameter of the world's body is unknown";
             return Err(BuildError::new(fact).help("write `mu` in `world`"));
         };
         let (site, radius) = (p.world.axes().site(), p.world.radius());
@@ -371,7 +372,7 @@ impl SizedModel for Gnss {
             Some(_) => Vec3::z(),
             None => p.world.planet_axes(0.0) * Vec3::z(),
         };
-        // A pole along −z has no shortest way: any half turn will do.
+        // For a pole along −z the smallest rotation is not unique; use a half turn about x.
         let half = Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI);
         let pole = Quat::rotation_between(&Vec3::z(), &up).unwrap_or(half);
         Ok(Gnss { p, mu, a, radius, site, pole })
@@ -380,7 +381,7 @@ impl SizedModel for Gnss {
     fn feedthrough(&self, clock: &Clock, d: &[f64], u: &[f64], y: &mut [f64]) {
         let mount = GnssIn::get(u).mount;
         if !mount.position.iter().chain(mount.velocity.iter()).all(|x| x.is_finite()) {
-            // A pose that is none stops the run: its lanes are checked at every row.
+            // A non-finite pose gives NaN outputs, which stop the run with an error.
             y.fill(f64::NAN);
             return;
         }
@@ -423,13 +424,13 @@ impl SizedModel for Gnss {
         let (first, each) = d.split_at_mut(GnssClock::N);
         next.put(first);
         for (k, (e, old)) in each.iter_mut().zip(errors).enumerate() {
-            // Beside those of the ranges' first errors: the sample after.
+            // These noise channels differ from those of the initial errors.
             *e = phi * old + fresh * clock.normal(NEXT + k as u32);
         }
     }
 }
 
-/// First lane of the noise that goes into the next errors of the ranges.
+/// First noise channel of the updates of the range errors.
 const NEXT: u32 = OWN + EACH * SATELLITES_MAX;
 
 #[cfg(test)]

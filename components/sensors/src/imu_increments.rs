@@ -3,8 +3,8 @@
 //! Δθ = ∫ m_g dt,  Δv = ∫ m_a dt        over the sample that ends now; m_g, m_a: what the triads feel, sensor's frame, with all errors of `sensors.imu`
 //! n ~ N √Δt                            white noise of density N: random walk of the angle and of the velocity
 //! ```
-//! The integrals are states of the run's integrator, so that they hold what happens within a sample. Axis by axis they are no rotation:
-//! a turn that cones (∫ ω × ∫ω) and a force that turns along (sculling) are the software's to correct, as with a real unit:
+//! The integrals are states of the run's integrator, so that they hold what happens within a sample. The components of an increment are not a
+//! rotation vector. Navigation software must correct coning (∫ ω × ∫ω) and sculling (a force that rotates with the unit), as with a real unit:
 //! ```text
 //! two samples 1, 2:   θ = Δθ₁ + Δθ₂, v = Δv₁ + Δv₂
 //!                     turn θ + ⅔ Δθ₁ × Δθ₂

@@ -5,8 +5,8 @@
 //! pitch = atan2(−f_x, √(f_y² + f_z²)) turn about y; with x down positive
 //! reading = clamp(angle + offset + n, ±range)      n ~ N(0, σ²)
 //! ```
-//! At rest these are the angles of R = R_z R_y(pitch) R_x(roll). While the mount accelerates, the vertical that it feels
-//! is not that of gravity: 1 m/s² is 5.8° on Earth, 15° on Mars. Roll is not defined where x is vertical.
+//! At rest these are the angles of R = R_z R_y(pitch) R_x(roll). While the mount accelerates, the measured vertical differs from the direction of
+//! gravity: 1 m/s² is 5.8° on Earth, 15° on Mars. Roll is not defined where x is vertical.
 
 use linkwork_runtime::prelude::*;
 use std::f64::consts::PI;

@@ -1,11 +1,11 @@
-//! `sensors.lidar`: ranges to the ground along a fan of beams, as of a spinning or a flash lidar, or of one beam.
+//! `sensors.lidar`: ranges to the ground along a fan of beams, for a spinning lidar, a flash lidar or a single-beam range finder.
 //! ```text
-//! beams    columns × rows, in the middles of equal parts of the angles of view; x of the mount forward, y left, z up
+//! beams    columns × rows, at the centres of equal parts of the angles of view; x of the mount forward, y left, z up
 //! echo     e = ρ |n·d| (R/r)² ≥ 1 and near ≤ r ≤ far
-//! reading  r + σ n, to the next multiple of the resolution; 0 without an echo
+//! reading  r + σ n, rounded to a multiple of the resolution; 0 without an echo
 //! ```
-//! The equations are those of `linkwork_render::lidar`. It sees the terrain, rocks included, as triangles between the nodes of its
-//! grid, and the shapes of the bodies that `sees` names. All beams of a sample are of one instant.
+//! The equations are those of `linkwork_render::lidar`. The lidar sees the terrain including rocks, as triangles between the nodes of its grid, and
+//! the shapes of the bodies in `sees`. All beams of a sample are measured at one instant.
 
 use linkwork_render::lidar::{Lidar, middles, spinning};
 use linkwork_render::spatial::Pose;
@@ -16,31 +16,31 @@ use linkwork_runtime::prelude::*;
 /// Beams and their noise.
 #[derive(Params, Clone, Debug)]
 pub struct LidarParams {
-    /// Beams side by side.
+    /// Number of columns: beams side by side.
     #[param(default = 36, range = 1.0..=4096.0)]
     pub columns: u32,
-    /// Beams above each other.
+    /// Number of rows: beams above each other.
     #[param(default = 1, range = 1.0..=256.0)]
     pub rows: u32,
-    /// From which to which angle columns are spread, from x towards y.
+    /// Range of azimuth angles over which columns are spread, from x towards y.
     #[param(unit = "rad", default = [-std::f64::consts::PI, std::f64::consts::PI])]
     pub azimuth: [f64; 2],
-    /// From which to which angle rows are spread, upwards.
+    /// Range of elevation angles over which rows are spread, upwards.
     #[param(unit = "rad", default = [-0.4, 0.0])]
     pub elevation: [f64; 2],
-    /// Least range.
+    /// Minimum range.
     #[param(unit = "m", default = 0.2, range = 0.0..=1e6)]
     pub near: f64,
-    /// Width of the band of ranges that are told: the greatest is `near` and this.
+    /// Length of the measuring interval: the maximum range is `near` plus `depth`.
     #[param(unit = "m", default = 50.0, range = 1e-3..=1e6)]
     pub depth: f64,
-    /// Range at which a white surface that faces the beam is just found.
+    /// Range R at which a white surface that faces the beam is just detected.
     #[param(unit = "m", default = 200.0, range = 1e-3..)]
     pub reach: f64,
     /// Standard deviation of a range.
     #[param(unit = "m", default = 0.02, range = 0.0..)]
     pub sigma: f64,
-    /// Step of the numbers; 0: none.
+    /// Resolution of the reading; 0: no quantization.
     #[param(unit = "m", default = 0.0, range = 0.0..)]
     pub resolution: f64,
     /// Probability that an echo is lost.
@@ -49,25 +49,24 @@ pub struct LidarParams {
     /// Albedo of the ground.
     #[param(default = 0.2, range = 0.0..=1.0)]
     pub albedo: f64,
-    /// Bodies that are seen, by patterns of their names; unwritten: all. Leave out the one that carries the lidar when it is in
-    /// the way of beams.
+    /// Patterns of the names of visible bodies. Default: all. Exclude the body that carries the lidar if it would block beams.
     #[param(service)]
     pub sees: Scenery,
-    /// The ground, when there is one.
+    /// The ground (optional).
     #[param(service)]
     pub terrain: Option<Handle<dyn Terrain>>,
 }
 
-/// Most beams of a sample: each is a lane of its output.
+/// Maximum number of beams: each is a slot of the output.
 const BEAMS_MAX: u32 = 1 << 16;
 
-/// A lidar over the ground.
+/// A lidar.
 pub struct LidarSensor {
     lidar: Lidar,
     around: Surroundings,
 }
 
-/// Ranges to the ground along beams, with noise and losses; sampled.
+/// Lidar: ranges to ground and bodies along beams, with noise and lost echoes; sampled.
 #[model("sensors.lidar")]
 impl SizedModel for LidarSensor {
     type Params = LidarParams;
@@ -82,7 +81,7 @@ impl SizedModel for LidarSensor {
             .doc_of("Range of each beam, the rows of a column together; 0 without an echo.");
         let echoes = PortSpec::named("echoes", PortKind::Numbers, 1)
             .unit_of("1")
-            .doc_of("How many beams have an echo.");
+            .doc_of("Number of beams with an echo.");
         SizedPorts {
             feedthrough_inputs: std::iter::once(mount).chain(p.sees.ports()).collect(),
             feedthrough_outputs: vec![range, echoes],
@@ -93,18 +92,18 @@ impl SizedModel for LidarSensor {
 
     fn build(p: LidarParams) -> Result<Self, BuildError> {
         if p.columns.saturating_mul(p.rows) > BEAMS_MAX {
-            let fact = format!("{} × {} beams are too many", p.columns, p.rows);
+            let fact = format!("{} × {} beams are not supported", p.columns, p.rows);
             return Err(BuildError::new(fact)
                 .at("columns")
-                .help(format!("{BEAMS_MAX} at most: each is a variable of its own")));
+                .help(format!("the maximum is {BEAMS_MAX} beams: each is a separate variable")));
         }
         for (name, [from, to]) in [("azimuth", p.azimuth), ("elevation", p.elevation)] {
             let limit =
                 if name == "azimuth" { std::f64::consts::TAU } else { std::f64::consts::PI };
             if !(from <= to && to - from <= limit + 1e-9) {
-                let fact = format!("beams cannot be spread from {from} to {to} rad");
+                let fact = format!("`{name}` from {from} to {to} rad is not a valid range");
                 let help =
-                    "the smaller angle comes first; a whole turn at most, of elevation half of one";
+                    "write the smaller angle first; at most 2π for `azimuth` and π for `elevation`";
                 return Err(BuildError::new(fact).at(name).help(help));
             }
         }
@@ -126,7 +125,7 @@ impl SizedModel for LidarSensor {
         let mount = NodeState::get(u);
         let X_WS = Pose::new(mount.rotation, mount.position);
         let Some(scene) = self.around.now(&u[<NodeState as Lane>::N..]) else {
-            // A pose that is none stops the run: its lanes are checked at every row.
+            // A non-finite pose gives NaN outputs, which stop the run with an error.
             y.fill(f64::NAN);
             return;
         };
@@ -204,7 +203,7 @@ mod tests {
             ),
             color: [1.0; 3],
         };
-        // One beam along x, over ground that is far away; the ball comes to it and goes on.
+        // One beam along x, high above the ground; a ball crosses it.
         let p = LidarParams {
             columns: 1,
             rows: 1,

@@ -1,9 +1,9 @@
 //! `sensors.magnetometer`: the magnetic field in the axes of its mount, with the errors of a triad.
 //! ```text
-//! h = Rᵀ B + (what the vehicle's own currents make: `disturbance`)
-//! m = (1 + s) (h + μ × h) + b₀ + b + n       s: scale by axis, μ: misalignment, b₀: bias (hard iron) that is written
+//! h = Rᵀ B + (`disturbance`: field of the vehicle's own currents)
+//! m = (1 + s) (h + μ × h) + b₀ + b + n       s: scale by axis, μ: misalignment, b₀: known bias (hard iron)
 //! b: drawn once from its spread by the run's seed            n ~ N(0, σ²), anew for each axis and sample
-//! reading: cut off at ± `limit`, to the next multiple of the resolution
+//! reading: limited to ± `limit`, rounded to a multiple of the resolution
 //! ```
 
 use linkwork_runtime::prelude::*;
@@ -14,10 +14,10 @@ pub struct MagnetometerParams {
     /// Standard deviation of the noise of a sample.
     #[param(unit = "T", default = 1e-8, range = 0.0..)]
     pub sigma: f64,
-    /// Bias that is known, axes of the mount.
+    /// Known bias b₀, axes of the mount.
     #[param(unit = "T", default = Vec3::zeros())]
     pub bias: Vec3,
-    /// Standard deviation of the bias that is not.
+    /// Standard deviation of the unknown bias b.
     #[param(unit = "T", default = 1e-7, range = 0.0..)]
     pub bias_spread: f64,
     /// Scale error of each axis.
@@ -26,10 +26,10 @@ pub struct MagnetometerParams {
     /// Misalignment as a small rotation, axes of the mount.
     #[param(unit = "rad", default = Vec3::zeros())]
     pub misalignment: Vec3,
-    /// Greatest reading.
+    /// Maximum reading.
     #[param(unit = "T", default = 1e-4, range = 1e-12..)]
     pub limit: f64,
-    /// Step of the numbers; 0: none.
+    /// Resolution of the reading; 0: no quantization.
     #[param(unit = "T", default = 0.0, range = 0.0..)]
     pub resolution: f64,
 }
@@ -43,7 +43,7 @@ pub struct MagnetometerIn {
     /// Flux density, W.
     #[port("T")]
     pub field: Vec3,
-    /// What the vehicle itself adds, axes of the mount.
+    /// Field of the vehicle itself, axes of the mount.
     #[port("T", default = Vec3::zeros())]
     pub disturbance: Vec3,
 }
@@ -62,10 +62,10 @@ pub struct MagnetometerOut {
 /// Bias.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Biased {
-    /// The bias that is not known, in units of its spread.
+    /// Unknown bias, in units of its standard deviation.
     #[port("1")]
     pub first: Vec3,
-    /// It has been drawn.
+    /// The bias has been drawn.
     #[port]
     pub drawn: bool,
 }
@@ -76,7 +76,7 @@ pub struct Magnetometer {
 }
 
 impl Magnetometer {
-    /// The bias of this run, drawn at its first sample.
+    /// Returns the bias of this run, drawn at its first sample.
     fn drawn(c: &Clock, d: &Biased) -> Vec3 {
         if d.drawn { d.first } else { Vec3::new(c.normal(3), c.normal(4), c.normal(5)) }
     }

@@ -1,21 +1,22 @@
-//! `sensors.radar`: beams of a landing radar: slant range and speed along each, and what follows of them for the velocity.
+//! `sensors.radar`: landing radar: slant range and closing speed along each beam, and the velocity from all beams.
 //! ```text
 //! echo      near ≤ r ≤ near + depth, acos |n·d| ≤ `incidence_max`, and not lost (probability `drop_out`)
-//! range     r + (σ_r + κ r) n₁, to the next multiple of the resolution
-//! speed     d·(v − v_hit) + σ_v n₂, to the next multiple of its resolution: closing is positive
-//! velocity  (Σ d dᵀ)⁻¹ Σ d s over the beams with an echo: of the mount over what it sees, axes of the mount; from three beams on that do
-//!           not lie in a plane
+//! range     r + (σ_r + κ r) n₁, rounded to a multiple of the resolution
+//! speed     d·(v − v_hit) + σ_v n₂, rounded to a multiple of its resolution; positive when closing
+//! velocity  (Σ d dᵀ)⁻¹ Σ d s over the beams with an echo: velocity of the mount relative to the surface, axes of the mount; needs three
+//!           beams that are not coplanar
 //! ```
-//! d: the beam, n: the surface's normal. It sees the terrain service as triangles between the nodes of its grid, the shapes of the bodies that `sees` names, which move, and the
-//! sphere of `ground_radius` about the planet's centre: W is a site on the planet, or its centre is the origin of W and the sphere turns with it. The first of them counts. All beams of a sample are
-//! of one instant and without width: no leading edge of a footprint, no side lobes.
+//! d: the beam, n: the surface's normal. The radar sees the terrain service as triangles between the nodes of its grid, the (moving) shapes of the
+//! bodies in `sees`, and the sphere of `ground_radius` about the planet's centre. The sphere rotates with the planet if W is a site, or if the
+//! planet's centre is the origin of W. The nearest hit counts. All beams of a sample are measured at one instant and have no width: neither the
+//! leading edge of a footprint nor side lobes are modelled.
 
 use linkwork_render::{Look, Scene, Surroundings};
 use linkwork_runtime::Lane;
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 
-/// Beams of a radar at most.
+/// Maximum number of beams.
 const BEAMS_MAX: usize = 32;
 
 /// Beams, limits and noise.
@@ -23,68 +24,67 @@ const BEAMS_MAX: usize = 32;
 pub struct RadarParams {
     /// Directions of the beams, axes of the mount; an altimeter has one.
     pub beams: Vec<Vec3>,
-    /// Least range.
+    /// Minimum range.
     #[param(unit = "m", default = 1.0, range = 0.0..=1e6)]
     pub near: f64,
-    /// Width of the band of ranges that are told: the greatest is `near` and this.
+    /// Length of the measuring interval: the maximum range is `near` plus `depth`.
     #[param(unit = "m", default = 6000.0, range = 1e-3..=1e6)]
     pub depth: f64,
-    /// Greatest angle between a beam and the surface's normal at which enough comes back.
+    /// Maximum angle between a beam and the surface normal for an echo.
     #[param(unit = "rad", default = 1.0, range = 0.0..=1.571)]
     pub incidence_max: f64,
     /// Standard deviation σ_r of a range.
     #[param(unit = "m", default = 0.0, range = 0.0..)]
     pub range_sigma: f64,
-    /// Standard deviation of a range over the range, κ.
+    /// Standard deviation of a range relative to the range, κ.
     #[param(default = 0.01, range = 0.0..=1.0)]
     pub range_share: f64,
-    /// Step of the ranges; 0: none.
+    /// Resolution of ranges; 0: no quantization.
     #[param(unit = "m", default = 0.0, range = 0.0..)]
     pub range_resolution: f64,
     /// Standard deviation σ_v of a speed.
     #[param(unit = "m/s", default = 0.1, range = 0.0..)]
     pub speed_sigma: f64,
-    /// Step of the speeds; 0: none.
+    /// Resolution of speeds; 0: no quantization.
     #[param(unit = "m/s", default = 0.0, range = 0.0..)]
     pub speed_resolution: f64,
     /// Probability that an echo is lost.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub drop_out: f64,
-    /// Radius of a sphere about the planet's centre that is ground, too; default: none.
+    /// Radius of a sphere about the planet's centre that is additional ground. Default: none.
     #[param(unit = "m", range = 1.0..)]
     pub ground_radius: Option<f64>,
-    /// Bodies that are seen, by patterns of their names; default: all. Leave out the one that carries the radar when it is in
-    /// the way of beams.
+    /// Patterns of the names of visible bodies. Default: all. Exclude the body that carries the radar if it would block beams.
     #[param(service)]
     pub sees: Scenery,
-    /// The ground, when there is one.
+    /// The ground (optional).
     #[param(service)]
     pub terrain: Option<Handle<dyn Terrain>>,
-    /// The world, which knows where the planet is and how it turns.
+    /// The world (optional): position and rotation of the planet.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
 }
 
-/// What the beams together tell.
+/// Velocity from all beams.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RadarOut {
-    /// How many beams have an echo.
+    /// Number of beams with an echo.
     #[port("1")]
     pub echoes: f64,
-    /// Velocity of the mount over what it sees, axes of the mount; 0 without a fix.
+    /// Velocity of the mount relative to the surface, axes of the mount; 0 without a fix.
     #[port("m/s")]
     pub velocity: Vec3,
-    /// The velocity is a measurement.
+    /// The velocity is valid.
     #[port]
     pub fix: bool,
 }
 
-/// Where a beam meets something.
+/// Hit of a beam.
 struct Hit {
     range: f64,
     /// Cosine of the angle to the normal.
     facing: f64,
-    /// Velocity of what it meets, W.
+    /// Velocity of the surface at the hit, W, m/s.
     velocity: Vec3,
 }
 
@@ -96,17 +96,17 @@ pub struct Radar {
     site: Option<Site>,
     /// Angular velocity of the planet in W, rad/s.
     spin: Vec3,
-    /// For each shape that is seen the place of its body among the ports; none: the world.
+    /// For each visible shape the index of its body among the ports; `None`: the world.
     bodies: Vec<Option<usize>>,
 }
 
 impl Radar {
-    /// Where the sphere is met along `d` (unit) from `o`, both W.
+    /// Returns the hit of the sphere along `d` (unit) from `o`, both in W.
     fn sphere(&self, o: &Vec3, d: &Vec3) -> Option<Hit> {
         let radius = self.p.ground_radius?;
         let from = self.site.as_ref().map_or(*o, |s| s.relative_to_centre(o));
         let along = from.dot(d);
-        // (|o| − R)(|o| + R): exact near the ground.
+        // The factored form (|o| − R)(|o| + R) avoids cancellation near the ground.
         let over = (from.norm() - radius) * (from.norm() + radius);
         let root = along * along - over;
         if !(over >= 0.0 && along < 0.0 && root >= 0.0) {
@@ -118,10 +118,10 @@ impl Radar {
         Some(Hit { range, facing: place.dot(d).abs() / radius, velocity })
     }
 
-    /// The first thing along `d` from `o`, W; `bodies`: the lanes that bring where they are.
+    /// Returns the nearest hit along `d` from `o`, W; `bodies` are the input values with the poses of the bodies.
     fn first(&self, scene: &Scene, o: &Vec3, d: &Vec3, bodies: &[f64]) -> Option<Hit> {
         let met = scene.cast(o, d, self.p.near + self.p.depth).map(|hit| {
-            // Numbers in a mask: the k-th shape is k + 2.
+            // In object masks the k-th shape has the number k + 2.
             let shape = (hit.object as usize).checked_sub(2);
             let body = shape.and_then(|k| *self.bodies.get(k)?);
             let velocity = body.map_or_else(Vec3::zeros, |k| {
@@ -137,7 +137,7 @@ impl Radar {
         }
     }
 
-    /// Range and speed of beam `k`, with noise.
+    /// Returns range (m) and speed (m/s) of beam `k` with noise; `None` without an echo.
     fn measured(&self, c: &Clock, hit: &Hit, closing: f64, k: u32) -> Option<(f64, f64)> {
         let p = &self.p;
         let seen =
@@ -154,14 +154,14 @@ impl Radar {
     }
 }
 
-/// Slant ranges and speeds along beams to the ground and to bodies, and the velocity of them, with noise and losses; sampled.
+/// Landing radar: slant ranges and speeds along beams to ground and bodies, and the velocity from them, with noise and lost echoes; sampled.
 #[model("sensors.radar")]
 impl SizedModel for Radar {
     type Params = RadarParams;
 
     fn ports(p: &RadarParams) -> SizedPorts {
         let mut mount = PortSpec::named("mount", PortKind::NodeState, <NodeState as Lane>::N)
-            .doc_of("The antenna, in whose axes the beams are.");
+            .doc_of("The antenna; beams are in its axes.");
         mount.bind = Some("mount".into());
         let count = p.beams.len().min(BEAMS_MAX);
         let each = |name: &'static str, unit: &'static str, doc: &'static str| {
@@ -169,7 +169,7 @@ impl SizedModel for Radar {
         };
         let beams = [
             each("range", "m", "Slant range of each beam; 0 without an echo."),
-            each("speed", "m/s", "Speed towards what each beam meets; 0 without an echo."),
+            each("speed", "m/s", "Closing speed along each beam; 0 without an echo."),
             each("found", "1", "1 for a beam with an echo, else 0."),
         ];
         SizedPorts {
@@ -188,19 +188,19 @@ impl SizedModel for Radar {
             return wrong(
                 "beams",
                 format!("{n} beams"),
-                "1 to 32: an altimeter has one, e.g. beams: [[0, 0, -1]]",
+                "write 1 to 32 beams; for an altimeter, for example, beams: [[0, 0, -1]]",
             );
         }
         if let Some(k) = p.beams.iter().position(|d| !(d.norm() > 1e-9)) {
             let fact = format!("beam {k} has no direction");
-            return wrong("beams", fact, "write one of any length, e.g. [0.3, 0, -1]");
+            return wrong("beams", fact, "write a vector of any length, for example [0.3, 0, -1]");
         }
         if p.ground_radius.is_some() && p.world.is_none() {
-            let fact = "`ground_radius` is written, and the simulation has no `world` that says where the planet is";
+            let fact = "`ground_radius` needs a `world`, which locates the planet";
             return wrong(
                 "ground_radius",
                 fact.into(),
-                "write `world: (body: ..)` in the simulation, or leave `ground_radius` out",
+                "write `world: (body: ..)` in the simulation, or remove `ground_radius`",
             );
         }
         let site = p.world.as_ref().and_then(|w| w.axes().place());
@@ -216,7 +216,7 @@ impl SizedModel for Radar {
         let mount = NodeState::get(u);
         let moving = &u[<NodeState as Lane>::N..];
         let Some(scene) = self.around.now(moving) else {
-            // A pose that is none stops the run: its lanes are checked at every row.
+            // A non-finite pose gives NaN outputs, which stop the run with an error.
             y.fill(f64::NAN);
             return;
         };
@@ -235,7 +235,7 @@ impl SizedModel for Radar {
             right += beam * speed;
             echoes += 1.0;
         }
-        // Of unit vectors: 1e-6 is three beams within some milliradians of a plane.
+        // For unit vectors, 1e-6 corresponds to three beams within a few milliradians of a plane.
         let inverse = normal.try_inverse().filter(|_| normal.determinant() > 1e-6);
         let velocity = inverse.map_or_else(Vec3::zeros, |m| m * right);
         RadarOut { echoes, velocity, fix: inverse.is_some() }.put(&mut y[3 * n..]);
@@ -281,7 +281,7 @@ mod tests {
         RadarParams { ground_radius: Some(1.7374e6), world, ..params() }
     }
 
-    /// Range, speed and echo of each beam, and what they tell together.
+    /// Returns range, speed and echo of each beam, and the combined outputs.
     fn read(p: &RadarParams, n: u64, lanes: &[f64]) -> (Vec<[f64; 3]>, RadarOut) {
         let count = p.beams.len();
         let m = Radar::build(p.clone()).map_err(|e| e.message).unwrap();
@@ -330,7 +330,7 @@ mod tests {
         let state = NodeState { position: place, rotation, velocity, ..NodeState::identity() };
         let (each, all) = read(&moon(rate), 0, &lanes(&state));
         assert!((each[0][0] - height).abs() < 1e-6 && (each[0][1] - 25.0).abs() < 1e-9);
-        // Slant range of a beam at the angle a: the triangle of centre, craft and ground.
+        // Slant range of a beam at the angle a: the triangle of centre, vehicle and ground.
         let a = (1.0_f64 / 2.0).atan();
         let r = radius + height;
         let want = r * a.cos() - ((r * a.cos()).powi(2) - (r * r - radius * radius)).sqrt();
@@ -341,7 +341,7 @@ mod tests {
             "{}",
             all.velocity
         );
-        // Without its turning the speed would be that in inertial space.
+        // Without rotation of the planet the speed is the inertial one.
         let (still, _) = read(&moon(0.0), 0, &lanes(&state));
         assert!((still[1][1] - each[1][1]).abs() > 1.0);
     }
@@ -371,7 +371,7 @@ mod tests {
         u.extend(lanes(&rock));
         let (each, all) = read(&p, 0, &u);
         assert!((each[0][0] - 47.0).abs() < 1e-9 && (each[0][1] - 2.5).abs() < 1e-12, "{each:?}");
-        // One beam is no velocity.
+        // One beam does not determine the velocity.
         assert!(!all.fix && all.velocity == Vec3::zeros() && all.echoes == 1.0);
     }
 

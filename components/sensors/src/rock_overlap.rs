@@ -1,24 +1,24 @@
-//! `sensors.rock_overlap`: which rocks a machine has come over. Truth for those who judge how well it saw them, no instrument.
+//! `sensors.rock_overlap`: rocks that a machine has driven over. This is a true value for the evaluation of navigation software, not an instrument.
 //! ```text
 //! rectangle    l × w about a mount, level, its width along the mount's y axis as seen from above
-//! overlap      the nearest point of the rectangle is within D/2 of the rock's middle
-//! highest      greatest height of a rock that a rectangle has overlapped       touched: how many of those are higher than `clearance`
+//! overlap      the nearest point of the rectangle is within D/2 of the rock's centre
+//! highest      height of the highest rock that a rectangle has overlapped       touched: number of overlapped rocks that are higher than `clearance`
 //! ```
-//! Rocks are those that the terrain lists: `environment.generated_terrain` does; maps of files list none, and a rock there is ground like
-//! the rest. A wheel's axle is its y axis, so that its rectangle does not turn with it.
+//! The rocks are those that the terrain lists, as `environment.generated_terrain` does. Maps from files list none; a rock there is part of the
+//! ground. A wheel's axle is its y axis, so that its rectangle does not rotate with the wheel.
 
 use linkwork_runtime::Lane;
 use linkwork_runtime::prelude::*;
 
-/// Mounts at most.
+/// Maximum number of mounts.
 const MOUNTS_MAX: usize = 64;
 
-/// Rectangles and what they clear.
+/// Rectangles and their ground clearance.
 #[derive(Params, Clone, Debug)]
 pub struct RockOverlapParams {
     /// Length and width (m) of the rectangle about each mount: `mount1`, `mount2`, ….
     pub rectangles: Vec<[f64; 2]>,
-    /// Rocks that are higher are counted.
+    /// Ground clearance: higher rocks are counted.
     #[param(unit = "m", range = 0.0..)]
     pub clearance: f64,
     /// The ground.
@@ -26,13 +26,13 @@ pub struct RockOverlapParams {
     pub terrain: Handle<dyn Terrain>,
 }
 
-/// What was overlapped since the start.
+/// Overlaps since the start.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RockOverlapOut {
     /// Height of the highest rock; 0 before the first.
     #[port("m")]
     pub highest: f64,
-    /// How many rocks are higher than the clearance.
+    /// Number of overlapped rocks that are higher than the clearance.
     #[port("1")]
     pub touched: f64,
 }
@@ -46,7 +46,7 @@ pub struct RockOverlap {
 /// A rectangle about a mount, from above.
 struct Rectangle {
     middle: [f64; 2],
-    /// Direction of its width; `None` for an axle that stands up, which has none: its circle then.
+    /// Direction of its width; `None` for a vertical axle, for which a circle is used.
     across: Option<[f64; 2]>,
     size: [f64; 2],
 }
@@ -71,11 +71,11 @@ impl Rectangle {
     }
 }
 
-/// The highest rock that rectangles about nodes have come over, and how many that are too high; truth, no instrument.
+/// Highest rock that rectangles about nodes have passed over, and number of rocks above the clearance; a true value, not an instrument.
 #[model("sensors.rock_overlap")]
 impl SizedModel for RockOverlap {
     type Params = RockOverlapParams;
-    /// Rocks that were overlapped, by their numbers in the terrain's list, in order.
+    /// Sorted indices of the overlapped rocks in the terrain's list.
     type Store = Vec<usize>;
 
     fn ports(p: &RockOverlapParams) -> SizedPorts {
@@ -83,7 +83,7 @@ impl SizedModel for RockOverlap {
             let name = format!("mount{}", k + 1);
             let mut mount =
                 PortSpec::named(name.clone(), PortKind::NodeState, <NodeState as Lane>::N)
-                    .doc_of("The middle of a rectangle.");
+                    .doc_of("Centre of a rectangle.");
             mount.bind = Some(name.into());
             mount
         };
@@ -102,12 +102,12 @@ impl SizedModel for RockOverlap {
         if p.rectangles.is_empty() || p.rectangles.len() > MOUNTS_MAX {
             return wrong(
                 format!("{} rectangles", p.rectangles.len()),
-                "1 to 64, e.g. rectangles: [[2.8, 2.8]] with bind: { \"mount1\": \"node:…\" }",
+                "write 1 to 64, for example rectangles: [[2.8, 2.8]] with bind: { \"mount1\": \"node:…\" }",
             );
         }
         if let Some(r) = p.rectangles.iter().find(|r| !r.iter().all(|v| *v >= 0.0 && v.is_finite()))
         {
-            return wrong(format!("{r:?} is no rectangle"), "write [length, width] in metres");
+            return wrong(format!("{r:?} is not a rectangle"), "write [length, width] in metres");
         }
         let rocks = p.terrain.rocks();
         Ok(RockOverlap { p, rocks })
@@ -206,7 +206,7 @@ mod tests {
             RockOverlap::build(p).err().unwrap().message
         };
         assert!(refused(vec![]).contains("0 rectangles"));
-        assert!(refused(vec![[1.0, f64::NAN]]).contains("is no rectangle"));
-        assert!(refused(vec![[1.0, -1.0]]).contains("is no rectangle"));
+        assert!(refused(vec![[1.0, f64::NAN]]).contains("is not a rectangle"));
+        assert!(refused(vec![[1.0, -1.0]]).contains("is not a rectangle"));
     }
 }

@@ -1,17 +1,17 @@
-//! `sensors.solar_clock`: where the sun stands over a site, as elevation, azimuth and local true solar time.
+//! `sensors.solar_clock`: elevation and azimuth of the Sun at a site, and local true solar time.
 //! ```text
-//! sin e = s_z                          A = atan2(s_x, s_y), from north over east           s: towards the sun, W
+//! sin e = s_z                          A = atan2(s_x, s_y), from north over east           s: direction to the Sun, W
 //! H = atan2(−s_x, cos φ s_z − sin φ s_y)             hour angle at the latitude φ: 0 at noon, rising
 //! local time = 12 h + H · 24 h/2π
 //! ```
-//! s has x east, y north, z up of the site, whatever the heading of W. An hour of local time is a twenty-fourth of a solar day: on Mars 3699 s. It is a true value
-//! without noise, for plans and plots. At a pole, and where the sun does not move, there is no local time: H is what the
-//! formula gives.
+//! s has the axes x east, y north, z up of the site, independent of the heading of W. An hour of local time is a twenty-fourth of a solar day: 3699 s
+//! on Mars. The output is a true value without noise, for plans and plots. At a pole, or with a fixed Sun, local time has no meaning; the formula is
+//! still evaluated.
 
 use linkwork_runtime::prelude::*;
 use std::f64::consts::{PI, TAU};
 
-/// Place and sun.
+/// Site and Sun.
 #[derive(Params, Clone, Debug)]
 pub struct SolarClockParams {
     /// The sun.
@@ -22,19 +22,19 @@ pub struct SolarClockParams {
     pub world: Handle<dyn World>,
 }
 
-/// The sun over the site.
+/// Position of the Sun over the site.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct SolarClockOut {
-    /// Elevation of the sun over the horizontal.
+    /// Elevation of the Sun above the horizontal.
     #[port("rad")]
     pub elevation: f64,
     /// Azimuth of the sun, from north over east, −π to π.
     #[port("rad")]
     pub azimuth: f64,
-    /// Local true solar time since midnight in hours of a twenty-fourth of a solar day, each counted as 3600 s: 0 to 86400 s.
+    /// Local true solar time since midnight, 0 to 86400 s: each hour, a twenty-fourth of a solar day, counts as 3600 s.
     #[port("s")]
     pub local_time: f64,
-    /// The sun is over the horizontal.
+    /// The Sun is above the horizontal.
     #[port("1")]
     pub day: bool,
 }
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
     use std::sync::Arc;
 
-    /// A sun at a declination and hour angle (rad) over a latitude.
+    /// A Sun at a declination and hour angle (rad) over a latitude.
     struct At(f64, f64, f64);
     impl Sun for At {
         fn state(&self, _: f64) -> SunState {

@@ -3,7 +3,7 @@
 //! q_s = R_IW q exp(n)      n ~ N(0, σ²) about each axis of the node: x, y across the boresight z, and z about it
 //! fix                      |ω| ≤ rate_max: faster, stars are streaks; ω: inertial rate
 //! ```
-//! I has the axes of the catalogue of stars. W is I, or a site of a planet that turns in I: about its z, from `angle` on, with `turns: fixed`,
+//! I has the axes of the catalogue of stars. W is I, or a site of a planet that rotates in I: about its z, from `angle` on, with `turns: fixed`,
 //! and as in the ICRF with `turns: iau`. Planets, Moon and Sun in the field of view are not looked for.
 
 use linkwork_runtime::prelude::*;
@@ -36,7 +36,7 @@ pub struct StarTrackerOut {
     /// Attitude against the stars, node to I; without a fix the identity.
     #[port]
     pub attitude: Quat,
-    /// The same, node to W, for software that knows where its site is and what time it is; the same numbers where W is inertial.
+    /// Attitude from node axes to W, for software that knows its site and the time; equal to the other attitude where W is inertial.
     #[port]
     pub in_world: Quat,
     /// The attitude is a measurement.

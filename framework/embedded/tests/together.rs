@@ -33,7 +33,10 @@ fn torso() -> Arc<RobotModel> {
     m.body(BodySpec::new("head", "chest").hinge_in_parent(up(0.5)).hinge(pin(y, 1.0)));
     let parts = ["left", "right"].map(|p| PartSpec::chain(p, "chest", &format!("{p}5")));
     let mut parts = parts.to_vec();
-    parts.extend([PartSpec::chain("trunk", "world", "chest"), PartSpec::chain("neck", "chest", "head")]);
+    parts.extend([
+        PartSpec::chain("trunk", "world", "chest"),
+        PartSpec::chain("neck", "chest", "head"),
+    ]);
     parts.push(PartSpec::bodies("ends", &["left5", "right5"]));
     let mass = MassProperties::new(2.0, Vec3::zeros(), Mat3::identity() * 0.01);
     let objects = ["box", "bar"].map(|name| ObjectSpec { name: name.into(), mass }).to_vec();

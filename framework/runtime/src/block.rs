@@ -1,5 +1,5 @@
-//! What the scheduler calls: operations on flat lanes, with the wiring inside. Models, the
-//! mechanism, contact and foreign units are all blocks; the scheduler knows no other kind.
+//! Blocks: operations on flat arrays that the scheduler calls, including their wiring. Models, the mechanism, contact and foreign units are all
+//! blocks; the scheduler handles no other kind.
 use crate::account::OwnAccounts;
 use crate::error::BuildError;
 use crate::jacobian::{Jacobian, Operation};
@@ -13,10 +13,10 @@ use smallvec::SmallVec;
 use std::any::Any;
 use std::sync::Arc;
 
-/// What an evaluation is for.
+/// Purpose of an evaluation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Evaluation {
-    /// The work of a tick or an event: what is only to be seen is computed too.
+    /// Evaluation at a tick or an event: outputs that are only displayed are also computed.
     Tick,
     /// A stage of the integrator.
     Stage,
@@ -31,27 +31,26 @@ pub struct Now {
     pub dt: f64,
     /// Tick of the common base.
     pub tick: u64,
-    /// What it is for.
+    /// Purpose of the evaluation.
     pub evaluation: Evaluation,
-    /// Begin and end (s) of the step of a fixed method that it belongs to.
+    /// Start and end (s) of the enclosing step of a fixed-step method.
     pub span: Option<[f64; 2]>,
-    /// Number of this evaluation. All operations of one evaluation see one state, so a block may keep
-    /// work that follows from the state between two of them when their numbers are equal, and must not
-    /// otherwise. Inputs may differ: in an algebraic loop they do.
+    /// Number of this evaluation. All operations of one evaluation see the same state, so a block may cache results that depend only on the state as
+    /// long as the number is the same, and must discard them otherwise. Inputs may differ within an evaluation, as in an algebraic loop.
     pub number: u64,
 }
 
-/// Why an operation has no result.
+/// Error of an operation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
-    /// What is wrong.
+    /// Error message.
     pub message: String,
-    /// What to do about it.
+    /// Remedy.
     pub help: Option<String>,
 }
 
 impl Failure {
-    /// What an error says.
+    /// Creates a failure from the text of an error.
     pub fn of(error: &dyn std::fmt::Display) -> Box<Failure> {
         let (message, help) = crate::value::told(error);
         Box::new(Failure { message, help })
@@ -61,23 +60,23 @@ impl Failure {
 /// Result of an operation of a block.
 pub type Outcome = Result<(), Box<Failure>>;
 
-/// Indices of the lanes that feed an input struct, in lane order.
+/// Indices of the signals that feed an input struct, in order.
 pub type Indices = SmallVec<[u32; 8]>;
 
-/// Where a block finds and puts its lanes.
+/// Wiring of a block: positions of its signals and states.
 #[derive(Clone, Debug, Default)]
 pub struct Wiring {
-    /// Signal lane of each lane of the inputs.
+    /// Signal slot of each input value.
     pub u: Indices,
-    /// Signal lane of each lane of the feedthrough inputs.
+    /// Signal slot of each feedthrough input value.
     pub ud: Indices,
-    /// First signal lane of the outputs.
+    /// First signal slot of the outputs.
     pub ym: usize,
-    /// First signal lane of the feedthrough outputs.
+    /// First signal slot of the feedthrough outputs.
     pub yd: usize,
-    /// First lane of the continuous state.
+    /// First slot of the continuous state.
     pub x: usize,
-    /// First lane of the discrete state.
+    /// First slot of the discrete state.
     pub d: usize,
     /// Sample period in ticks; 0: continuous.
     pub period: u64,
@@ -87,18 +86,18 @@ pub struct Wiring {
     pub period_s: f64,
     /// Key of the noise.
     pub key: u64,
-    /// Its modes are not watched: its outputs change at rows and events only.
+    /// The modes of the part are not monitored: its outputs change only at rows and events.
     pub held: bool,
 }
 
-/// A wired model that a run owns. Parameters are shared; only the store is its own. Every operation
-/// is a function of its arguments and the store: what else a block keeps is work space.
+/// A wired model that a run owns. Parameters are shared between runs; the store is not. Every operation is a function of its arguments and the store;
+/// anything else in a block is scratch memory.
 pub trait Block: Send {
-    /// Outputs from state.
+    /// Computes the outputs that depend on state only.
     fn outputs(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome;
-    /// Outputs with feedthrough.
+    /// Computes the feedthrough outputs.
     fn feedthrough(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome;
-    /// Derivatives.
+    /// Computes the derivatives of the continuous state.
     fn derivatives(
         &mut self,
         now: &Now,
@@ -107,8 +106,8 @@ pub trait Block: Send {
         sig: &[f64],
         xdot: &mut [f64],
     ) -> Outcome;
-    /// Derivatives of an operation at (x, d, sig), where the block knows them better than differences do: it fills
-    /// the columns of `out` that it knows. Only stiff methods ask.
+    /// Fills the columns of the Jacobian `out` of an operation at (x, d, sig) for which the block has analytic derivatives; finite differences fill
+    /// the others. Called only by stiff methods.
     fn jacobian(
         &mut self,
         _operation: Operation,
@@ -118,9 +117,9 @@ pub trait Block: Send {
     ) -> Outcome {
         Ok(())
     }
-    /// Next discrete state, in place: other blocks read signals, never `d`.
+    /// Computes the next discrete state in place, which is safe because other blocks read signals, never `d`.
     fn update(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome;
-    /// Values of the guards.
+    /// Computes the values of the guards.
     fn guards(
         &mut self,
         _now: &Now,

@@ -18,8 +18,7 @@ type MakeService = fn(&Located, &Files, &mut ReadCx<'_>) -> Option<ServiceObject
 
 type Describe = fn(&Located, &Files) -> Option<Description>;
 
-/// A part that is made from a file as well as from parameters: a foreign unit. Its ports and states
-/// are those that the file says.
+/// A part that is created from a file and parameters: a foreign unit. The file defines its ports and states.
 pub trait Foreign: 'static {
     /// Name in the catalogue.
     const NAME: &'static str;
@@ -27,19 +26,17 @@ pub trait Foreign: 'static {
     const DOC: &'static str;
     /// Parameters.
     type Params: Params;
-    /// What is known of the instance, without starting anything; `None` when the file does not tell
-    /// (making it tells why).
+    /// Returns the description of the instance without starting it; `None` if the file cannot be read ([`Foreign::make`] reports the reason).
     fn describe(p: &Self::Params, files: &Files) -> Option<Description>;
-    /// Makes it; `None` with faults in `cx`, whose `files` find what the parameters name.
+    /// Creates the part; `None` with faults in `cx`, whose `files` resolve the named files.
     fn make(p: Self::Params, written: &Located, cx: &mut ReadCx<'_>) -> Option<Box<dyn Prototype>>;
 }
 
-/// Makes parts of one name for a program that has no Rust type for them: models of another language.
+/// Factory of parts without a Rust type: models in another language.
 pub trait Making: Send + Sync {
-    /// What is known of the instance with these parameters; `None` when they do not tell (making it
-    /// tells why).
+    /// Returns the description of the instance with these parameters; `None` if they are invalid ([`Making::make`] reports the reason).
     fn describe(&self, params: &Located) -> Option<Description>;
-    /// Makes it; `None` with faults in `cx`.
+    /// Creates the part; `None` with faults in `cx`.
     fn make(&self, params: &Located, cx: &mut ReadCx<'_>) -> Option<Box<dyn Prototype>>;
 }
 
@@ -63,7 +60,7 @@ pub trait PartType: 'static {
 /// One model or service.
 #[derive(Clone)]
 pub struct Entry {
-    /// What is known of it.
+    /// Description of the model or service.
     pub description: Arc<Description>,
     maker: Maker,
     /// The Rust type, when there is one.
@@ -86,7 +83,7 @@ fn built<T>(result: Result<T, BuildError>, params: &Located, cx: &mut ReadCx<'_>
 }
 
 impl Entry {
-    /// A model type.
+    /// Creates the entry of a model type.
     pub fn model<M: Model>() -> Entry {
         Entry {
             of: Some(TypeId::of::<M>()),
@@ -104,7 +101,7 @@ impl Entry {
         }
     }
 
-    /// A type of model whose ports follow from its parameters.
+    /// Creates the entry of a model type whose ports depend on its parameters.
     pub fn sized<M: SizedModel>() -> Entry {
         let description = Description {
             name: M::NAME.into(),
@@ -131,7 +128,7 @@ impl Entry {
         Entry { description, maker: Maker::Sized(make, describe), of }
     }
 
-    /// A type of field.
+    /// Creates the entry of a field type.
     pub fn field<F: Field>() -> Entry {
         Entry {
             of: Some(TypeId::of::<F>()),
@@ -147,7 +144,7 @@ impl Entry {
         }
     }
 
-    /// A type of part whose ports follow from a file.
+    /// Creates the entry of a part type whose ports are defined by a file.
     pub fn foreign<F: Foreign>() -> Entry {
         let description = Description {
             name: F::NAME.into(),
@@ -168,14 +165,13 @@ impl Entry {
         Entry { description, maker: Maker::Sized(make, describe), of }
     }
 
-    /// Parts that `making` makes; `description` says what is known before parameters are.
+    /// Creates the entry of parts from a factory; `description` applies before parameters are known.
     pub fn given(description: Description, making: Arc<dyn Making>) -> Entry {
         Entry { description: Arc::new(description), maker: Maker::Given(making), of: None }
     }
 
-    /// What is known of the instance with these parameters. Ports of a sized model, or of one that a
-    /// file describes, are known only when its parameters can be read (`None` else; reading them again
-    /// tells why).
+    /// Returns the description of the instance with these parameters. The ports of a sized model, or of one that a file describes, are known only if
+    /// its parameters can be read; otherwise returns `None`.
     pub fn describe(&self, params: &Located, files: &Files) -> Option<Arc<Description>> {
         match &self.maker {
             Maker::Sized(_, describe) => describe(params, files).map(Arc::new),
@@ -184,7 +180,7 @@ impl Entry {
         }
     }
 
-    /// A service type.
+    /// Creates the entry of a service type.
     pub fn service<S: Service>() -> Entry {
         Entry {
             of: Some(TypeId::of::<S>()),
@@ -202,7 +198,7 @@ impl Entry {
         }
     }
 
-    /// What it provides, when it is a service.
+    /// Returns the kind of service, or `None` for a model.
     pub fn service_kind(&self) -> Option<ServiceKind> {
         match self.maker {
             Maker::Model(_) | Maker::Sized(..) | Maker::Given(_) => None,
@@ -210,7 +206,7 @@ impl Entry {
         }
     }
 
-    /// Builds a model; `None` (with faults in `cx`) when the parameters are wrong or it is a service.
+    /// Builds a model; `None` with faults in `cx` if the parameters are invalid or the entry is a service.
     pub fn make_model(&self, params: &Located, cx: &mut ReadCx<'_>) -> Option<Box<dyn Prototype>> {
         match &self.maker {
             Maker::Model(make) | Maker::Sized(make, _) => make(&self.description, params, cx),
@@ -219,7 +215,7 @@ impl Entry {
         }
     }
 
-    /// Builds a service; `None` (with faults in `cx`) when the parameters are wrong or it is a model.
+    /// Builds a service; `None` with faults in `cx` if the parameters are invalid or the entry is a model.
     pub fn make_service(
         &self,
         params: &Located,
@@ -233,7 +229,7 @@ impl Entry {
     }
 }
 
-/// Models that were taken out, and what to write instead.
+/// Removed models and their replacements.
 const GONE: [(&str, &str); 1] = [(
     "environment.mars_sun",
     "use `environment.ephemeris_sun`, and write the date and the place in the simulation: world: (body: \"mars\", epoch: .., site: (latitude: .., longitude: ..))",
@@ -246,10 +242,10 @@ pub struct Catalogue {
 }
 
 impl Catalogue {
-    /// From the libraries' lists.
+    /// Creates a catalogue from the lists of libraries.
     ///
     /// # Panics
-    /// When two entries have one name: that is a mistake in the program.
+    /// Panics if two entries have the same name, which is a mistake in the program.
     pub fn new(libraries: impl IntoIterator<Item = Vec<Entry>>) -> Self {
         let mut entries = BTreeMap::new();
         for entry in libraries.into_iter().flatten() {
@@ -263,7 +259,7 @@ impl Catalogue {
     /// Adds one.
     ///
     /// # Errors
-    /// Its name, when there is one of that name.
+    /// Returns the name if an entry with that name exists.
     pub fn add(&mut self, entry: Entry) -> Result<(), String> {
         let name = entry.description.name.to_string();
         if self.entries.contains_key(&name) {
@@ -273,10 +269,10 @@ impl Catalogue {
         Ok(())
     }
 
-    /// Adds one, unless the very same type is there.
+    /// Adds an entry, unless the same type is there already.
     ///
     /// # Errors
-    /// Its name, when something else has that name.
+    /// The name, when another entry has it.
     pub fn include(&mut self, entry: Entry) -> Result<(), String> {
         match self.entries.get(&*entry.description.name) {
             Some(there) if there.of.is_some() && there.of == entry.of => Ok(()),
@@ -284,20 +280,20 @@ impl Catalogue {
         }
     }
 
-    /// All, by name.
+    /// Returns all entries by name.
     pub fn iter(&self) -> impl Iterator<Item = &Entry> {
         self.entries.values()
     }
 
-    /// One by its name.
+    /// Returns an entry by name.
     pub fn get(&self, name: &str) -> Option<&Entry> {
         self.entries.get(name)
     }
 
-    /// One, or the fault that says what there is.
+    /// Returns an entry by name, or a fault with suggestions.
     pub fn find(&self, name: &str, origin: crate::Origin, user: &str) -> Result<&Entry, Fault> {
         self.entries.get(name).ok_or_else(|| {
-            // A library of somebody's own is in a program of its own.
+            // A user's library is available only in the program that contains it.
             let library = |name: &str| name.split_once('.').map(|(library, _)| library.to_string());
             if let Some(own) = library(name)
                 && !self.entries.keys().any(|known| library(known).as_deref() == Some(&own))
@@ -322,7 +318,7 @@ impl Catalogue {
         })
     }
 
-    /// Names for one without its library (`dc_motor`), and models whose texts have a word (`parachute`).
+    /// Suggests full names for a name without its library (`dc_motor`), or models whose texts contain a word (`parachute`).
     fn meant(&self, name: &str) -> Option<String> {
         let short = |known: &&String| known.rsplit('.').next() == Some(name);
         let full: Vec<String> =
@@ -337,7 +333,7 @@ impl Catalogue {
         (!shown.is_empty()).then(|| format!("models for that word: {}{more}", shown.join(", ")))
     }
 
-    /// The models whose name, or whose description, has all words of a text: those with the words in their name first.
+    /// Returns the models whose name or description contains all words of a text; matches in the name come first.
     #[must_use]
     pub fn search(&self, text: &str) -> Vec<&Entry> {
         let words: Vec<String> = text.split_whitespace().map(str::to_lowercase).collect();

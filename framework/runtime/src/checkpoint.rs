@@ -17,8 +17,7 @@ const MAGIC: &[u8; 8] = b"LWCKPT03";
 /// The format before it knew of pins; the same without them.
 const MAGIC_02: &[u8; 8] = b"LWCKPT02";
 
-/// A state in memory, stores included. Make it once, fill it often: nothing is allocated when it is
-/// filled again, but for what in a store has grown.
+/// A state in memory, stores included. Create it once and fill it often: refilling allocates memory only for stores that have grown.
 #[derive(Default)]
 pub struct Snapshot {
     program: u64,
@@ -52,7 +51,7 @@ pub struct Checkpoint {
     pub lanes: Vec<u8>,
     /// Stores by path of the part.
     pub stores: BTreeMap<String, Vec<u8>>,
-    /// What is pinned, and to what (SI), by path.
+    /// Pinned variables and their values (SI), by path.
     #[serde(default)]
     pub pins: BTreeMap<String, f64>,
     /// The full resolved configuration, so that the run can be rebuilt.
@@ -309,7 +308,7 @@ impl Simulation {
         if let Some((path, value)) = self.bad_variable() {
             return Err(CheckpointError::Impossible { why: format!("`{path}` is {value}") });
         }
-        // What this run said of its own start is no matter of the state that it has now.
+        // Messages about the start of this run do not apply to the restored state.
         self.judge();
         Ok(())
     }
@@ -407,23 +406,24 @@ fn layout(plan: &Plan) -> Vec<String> {
     names
 }
 
-/// The file that a path leads to: a checkpoint takes a file's place, never that of a link or of what is no file.
+/// Resolves the file of a path: a checkpoint replaces only a regular file, never a link, folder, device or pipe.
 fn target(path: &Path) -> Result<PathBuf, &'static str> {
     match std::fs::canonicalize(path) {
         Ok(there) if there.is_file() => Ok(there),
         Ok(_) => Err("it is no file"),
         Err(_) if path.is_symlink() => Err("it is a link that leads nowhere"),
-        // Nothing is there, or its folder is not: writing tells.
+        // The file or its folder does not exist; writing reports an error if necessary.
         Err(_) => Ok(path.to_owned()),
     }
 }
 
 impl Checkpoint {
-    /// Writes it beside the target and renames, so that a full disk leaves the old one. Behind a symbolic link the target is the file that the link names; the
+    /// Writes a temporary file next to the target and renames it, so that a full disk does not destroy the old checkpoint. Behind a symbolic link the
+    /// target is the file that the link names; the
     /// link stays.
     ///
     /// # Errors
-    /// [`CheckpointError::Io`], also for what is there and is no file (a folder, a device, a pipe) and for a link that leads nowhere.
+    /// [`CheckpointError::Io`], also if the target exists and is not a regular file (a folder, a device, a pipe) or is a dangling link.
     pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
         let io = |source| CheckpointError::Io { path: path.display().to_string(), source };
         let own = target(path).map_err(|why| io(std::io::Error::other(why)))?;
@@ -448,7 +448,7 @@ impl Checkpoint {
         })
     }
 
-    /// As it stands in a file: a mark, a checksum, the contents.
+    /// Returns the contents of a checkpoint file: a magic number, a checksum, the data.
     ///
     /// # Errors
     /// Why it cannot be written down.

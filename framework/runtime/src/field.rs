@@ -1,10 +1,8 @@
-//! Fields: shared worlds that change (ruts, dust, a temperature field), and large data that one part makes and others
-//! read (what a camera has seen).
+//! Fields: shared worlds that change (ruts, dust, a temperature field), and large data that one part produces and others read (pictures of a camera).
 //!
-//! A field is a part with data of its own. Other parts *read* it as it was after the last row, through a
-//! [`View`] in their store, and *write* to it by outputs, their imprints. At its own ticks, after every
-//! other update of the row, the field takes its inputs and all imprints in path order, and changes its data. So no order
-//! of parts matters, and the data are saved, forked and replayed as any other state.
+//! A field is a part that owns data. Other parts *read* the data as of the last row through a [`View`] in their store, and *write* by outputs, their
+//! imprints. At its own ticks, after all other updates of the row, the field reads its inputs and all imprints in path order and updates its data.
+//! Therefore the result does not depend on the order of parts, and the data are saved, forked and replayed like any other state.
 use crate::block::{Block, Now, Outcome, Prototype, Wiring, copy_into};
 use crate::error::BuildError;
 use crate::model::{Description, Functions, Store, lanes};
@@ -19,7 +17,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::any::Any;
 use std::sync::Arc;
 
-/// Data that a field shows. Who reads them takes any field that shows data of this type.
+/// Data of a field. A reader accepts any field with data of this type.
 pub trait Shows: Serialize + DeserializeOwned + Clone + Send + Sync + 'static {
     /// Name of their kind: `ruts`, `picture`.
     const KIND: &'static str;
@@ -34,36 +32,36 @@ pub trait Field: Sized + Send + Sync + 'static {
     const NAME: &'static str;
     /// Documentation.
     const DOC: &'static str;
-    /// It shows something on the ground: it has `fn overlay`.
+    /// Whether the field has a ground overlay (`fn overlay`).
     const OVERLAY: bool = false;
     /// Parameters; constant during a run.
     type Params: Params;
-    /// What changes: saved with the state. A fork copies it when one of the two writes, so large data
-    /// should share what does not change (tiles behind `Arc`).
+    /// Variable data: saved with the state. A fork copies them when one of the two writes, so large data should share unchanged parts (tiles behind
+    /// `Arc`).
     type Data: Shows;
-    /// What one part does to it.
+    /// Imprint of one part.
     type Imprint: Lanes;
 
-    /// Makes the field.
+    /// Creates the field.
     ///
     /// # Errors
-    /// Why these parameters make none.
+    /// Returns an error for invalid parameters.
     fn build(p: Self::Params) -> Result<Self, BuildError>;
-    /// The data at the start.
+    /// Returns the data at the start.
     fn start(&self) -> Self::Data;
-    /// Inputs of its own; asked with `None` for what is known of every such field before one is made.
+    /// Returns the field's own inputs. `None` requests the inputs that all fields of this type have, before one is created.
     fn inputs(_built: Option<&Self>) -> Vec<PortSpec> {
         Vec::new()
     }
-    /// Takes what the parts did, in path order, and the lanes of its own inputs.
+    /// Updates the data from the imprints of the parts, in path order, and the values `u` of the field's own inputs.
     fn update(&self, c: &Clock, data: &mut Self::Data, imprints: &[Self::Imprint], u: &[f64]);
-    /// What it shows on the ground, for viewers and logs: a copy of what is to be drawn, cheap since it is made while the run waits.
+    /// Returns the ground overlay for viewers and logs: a copy of the data to draw. It must be cheap, because the run waits for it.
     fn overlay(&self, _data: &Self::Data) -> Option<SharedOverlay> {
         None
     }
 }
 
-/// The field with its data at one time.
+/// A field with its data at one instant.
 #[derive(Clone)]
 pub struct Seen<D> {
     field: Shown,
@@ -71,12 +69,12 @@ pub struct Seen<D> {
     pub data: D,
 }
 
-/// What a part sees of a field's data: nothing when the simulation has no such field. It belongs to a store, and is not
-/// saved with it: the field itself is.
+/// Read access of a part to the data of a field; empty if the simulation has no such field. It is part of a store but is not saved with it, because
+/// the field itself is saved.
 pub struct View<D: Shows>(Option<Arc<Seen<D>>>);
 
 impl<D: Shows> View<D> {
-    /// A view of a field with these data, for tests.
+    /// Creates a view of a field with given data, for tests.
     pub fn of<F: Field<Data = D>>(field: F, data: D) -> Self {
         View(Some(Arc::new(Seen { field: Arc::new(field), data })))
     }
@@ -85,12 +83,12 @@ impl<D: Shows> View<D> {
     pub fn get(&self) -> Option<&D> {
         self.0.as_ref().map(|seen| &seen.data)
     }
-    /// The data with the field, when it is of this type.
+    /// Returns the field and its data, if the field has this type.
     #[inline]
     pub fn with<F: Field<Data = D>>(&self) -> Option<(&F, &D)> {
         self.0.as_ref().and_then(|seen| Some((seen.field.downcast_ref::<F>()?, &seen.data)))
     }
-    /// Takes what is shown, or lets go of it; what shows no such data is not taken.
+    /// Sets or releases the viewed data; data of another type are ignored.
     pub fn see(&mut self, shown: Option<&Shown>) {
         self.0 = shown.and_then(|shown| shown.clone().downcast::<Seen<D>>().ok());
     }
@@ -123,7 +121,7 @@ impl<D: Shows> Store for View<D> {
     }
 }
 
-/// What is known of a field before it has writers.
+/// Returns the description of a field without writers.
 pub(crate) fn describe<F: Field>() -> Description {
     Description {
         name: F::NAME.into(),
@@ -181,7 +179,7 @@ impl<F: Field> Prototype for BuiltField<F> {
     }
 }
 
-/// Name of the field's port that takes a port of the k-th writer.
+/// Returns the name of the field's port that receives a port of the k-th writer.
 pub(crate) fn imprint_port(k: usize, port: &str) -> String {
     format!("imprints[{k}].{port}")
 }
@@ -192,7 +190,7 @@ struct WiredField<F: Field> {
     seen: Arc<Seen<F::Data>>,
     /// Work space.
     imprints: Vec<F::Imprint>,
-    /// Lanes of the field's own inputs.
+    /// Values of the field's own inputs.
     own: Vec<f64>,
 }
 
@@ -212,7 +210,7 @@ impl<F: Field> Block for WiredField<F> {
         self.imprints.clear();
         let each = written.chunks_exact(F::Imprint::N.max(1));
         self.imprints.extend(each.map(|lanes| F::Imprint::gather(sig, lanes)));
-        // Readers have let go: this copies only what a fork, a snapshot or a recorder holds too.
+        // Readers have released the data, so this copies only if a fork, snapshot or recorder still holds them.
         let data = &mut Arc::make_mut(&mut self.seen).data;
         self.field.update(&self.w.clock(now), data, &self.imprints, &self.own);
         Ok(())
@@ -236,7 +234,7 @@ impl<F: Field> Block for WiredField<F> {
     }
     fn take_store(&mut self, from: &dyn Any) {
         if let Some(seen) = from.downcast_ref::<Arc<Seen<F::Data>>>() {
-            // The parameters stay those of this plan: only the data go over.
+            // The field keeps the parameters of this plan; only the data are carried over.
             self.seen = match Arc::ptr_eq(&seen.field, &self.seen.field) {
                 true => seen.clone(),
                 false => Arc::new(Seen { field: self.field.clone(), data: seen.data.clone() }),

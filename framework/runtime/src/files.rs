@@ -1,4 +1,4 @@
-//! Files that a configuration names: where they are looked for, and fingerprints of what they hold.
+//! Files that a configuration names: search folders and fingerprints of contents.
 use crate::made::Made;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -7,57 +7,57 @@ use std::sync::Arc;
 /// Finds the files that a configuration names.
 #[derive(Clone, Debug, Default)]
 pub struct Files {
-    /// Folders tried in turn.
+    /// Folders, searched in order.
     pub folders: Vec<PathBuf>,
-    /// What was found: name and fingerprint of the content, shared by copies.
+    /// Files that were found: name and fingerprint of the content; shared by copies.
     pub(crate) found: Arc<std::sync::Mutex<BTreeMap<String, u64>>>,
     /// Services of earlier compilations, which this one may share.
     pub(crate) made: Option<Arc<Made>>,
-    /// Texts that a program carries with it, by name: for what no folder has.
+    /// Texts embedded in the program, by name; used if no folder has the file.
     embedded: Arc<BTreeMap<String, String>>,
 }
 
 impl Files {
-    /// Looked for in these folders, in turn.
+    /// Creates a finder that searches these folders in order.
     pub fn of(folders: Vec<PathBuf>) -> Files {
         Files { folders, ..Files::default() }
     }
 
-    /// With texts that the program carries with it, for names that no folder has.
+    /// Adds texts embedded in the program, for names that no folder has.
     #[must_use]
     pub fn with(self, embedded: Arc<BTreeMap<String, String>>) -> Files {
         Files { embedded, ..self }
     }
 
-    /// With services that compilations share which are given the same `made`.
+    /// Shares services between compilations with the same `made`.
     #[must_use]
     pub fn sharing(self, made: Arc<Made>) -> Files {
         Files { made: Some(made), ..self }
     }
 
-    /// The same folders, with a list of its own of what was found.
+    /// Returns a copy with the same folders and a separate list of found files.
     pub(crate) fn apart(&self) -> Files {
         Files { found: Arc::default(), ..self.clone() }
     }
 
-    /// These were found, too.
+    /// Adds found files.
     pub(crate) fn add(&self, prints: BTreeMap<String, u64>) {
         if let Ok(mut found) = self.found.lock() {
             found.extend(prints);
         }
     }
 
-    /// Names of the files whose content is part of the plan's hash.
+    /// Returns the names of the files whose content is part of the plan's hash.
     pub fn names(&self) -> Vec<String> {
         self.found.lock().map(|found| found.keys().cloned().collect()).unwrap_or_default()
     }
 
-    /// Fingerprints of the contents of those files, by name.
+    /// Returns the fingerprints of those files, by name.
     pub fn prints(&self) -> BTreeMap<String, u64> {
         self.found.lock().map(|found| found.clone()).unwrap_or_default()
     }
 
-    /// The same, with `folder` tried first.
+    /// Returns a copy that searches `folder` first.
     #[must_use]
     pub fn first(&self, folder: Option<&Path>) -> Files {
         let mut files = self.clone();
@@ -65,8 +65,7 @@ impl Files {
         files
     }
 
-    /// The first existing match, whose content becomes part of the plan's hash; the error lists the
-    /// folders tried.
+    /// Returns the first existing match, whose content becomes part of the plan's hash. The error lists the searched folders.
     pub fn resolve(&self, name: &str) -> Result<PathBuf, crate::BuildError> {
         let path = self.find(name)?;
         // A device or a pipe may never end.
@@ -80,11 +79,10 @@ impl Files {
         Ok(path)
     }
 
-    /// The text of that name: of the first existing file, which then is part of the plan's hash, else one that the program
-    /// carries with it.
+    /// Returns the text of the first existing file, which becomes part of the plan's hash, or else the embedded text of that name.
     ///
     /// # Errors
-    /// No such file (the folders that were tried), none that can be read as text.
+    /// Returns an error if there is no such file (with the searched folders) or it cannot be read as text.
     pub fn text(&self, name: &str) -> Result<String, crate::BuildError> {
         let path = match (self.resolve(name), self.embedded.get(name)) {
             (Ok(path), _) => path,
@@ -99,7 +97,7 @@ impl Files {
         std::fs::read_to_string(path).map_err(fault)
     }
 
-    /// The first existing match, only to be looked at; the error lists the folders tried.
+    /// Returns the first existing match without adding it to the plan's hash. The error lists the searched folders.
     pub fn find(&self, name: &str) -> Result<PathBuf, crate::BuildError> {
         let absolute = Path::new(name).is_absolute() && Path::new(name).exists();
         let path = match absolute {
@@ -115,17 +113,16 @@ impl Files {
     }
 }
 
-/// Bytes above which a file is known by samples of it.
+/// File size in bytes above which the fingerprint uses samples of the content.
 const WHOLE: u64 = 64 << 20;
 
-/// Bytes at the head of a large file that are known as a whole: formats that are read in pieces keep the checksums of their
-/// pieces there.
+/// Number of bytes at the head of a large file that are hashed completely, because tiled formats keep the checksums of their tiles there.
 const HEAD: u64 = 4 << 20;
 
-/// Hash of a file's length and content; of large files the head, and 64 pieces, evenly spread.
+/// Returns the hash of a file's length and content; for large files, of the head and 64 evenly spaced pieces.
 fn fingerprint(path: &Path) -> std::io::Result<u64> {
     use std::io::{Read, Seek, SeekFrom};
-    // Asked before it is opened: opening a pipe waits for who writes into it.
+    // Check before opening, because opening a pipe blocks until it has a writer.
     if !path.metadata()?.is_file() {
         return Ok(0);
     }

@@ -82,7 +82,7 @@ pub trait Model: Sized + Send + Sync + 'static {
     const NAME: &'static str;
     /// Documentation.
     const DOC: &'static str;
-    /// Functions it has.
+    /// Functions that the model has.
     const FUNCTIONS: Functions;
     /// It assumes that the axes of the world frame W are inertial: it is rejected where W is a [`Site`](crate::Site) of a planet.
     const INERTIAL: bool = false;
@@ -113,7 +113,7 @@ pub trait Model: Sized + Send + Sync + 'static {
     /// Guards: functions whose zero crossings are events.
     type Guards: Lanes;
 
-    /// Makes the model.
+    /// Creates the model.
     fn build(p: Self::Params) -> Result<Self, BuildError>;
     /// Returns the outputs that another part has to read, each with a warning that says what is lost where none does.
     fn must_be_read(&self) -> Vec<(&'static str, BuildError)> {
@@ -282,30 +282,30 @@ impl<'a> Fired<'a> {
         const ONE: [i8; 15] = [0, 0, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 0, 0];
         Fired(&ONE[7 - which..])
     }
-    /// Whether this guard is due.
+    /// Returns whether this guard is due.
     pub fn is_due(self, which: usize) -> bool {
         self.0.get(which).is_some_and(|way| *way != 0)
     }
-    /// Whether this guard is due and came from below zero.
+    /// Returns whether this guard is due and came from below zero.
     pub fn rose(self, which: usize) -> bool {
         self.0.get(which).is_some_and(|way| *way > 0)
     }
-    /// Whether this guard is due and came from above zero.
+    /// Returns whether this guard is due and came from above zero.
     pub fn fell(self, which: usize) -> bool {
         self.0.get(which).is_some_and(|way| *way < 0)
     }
 }
 
-/// Lanes of a body that turns freely: an explicit method steps its linear velocity in axes that do not turn.
+/// State slots of a freely rotating body: explicit methods integrate its linear velocity in non-rotating axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Turning {
-    /// First lane of its quaternion [x y z w], of body axes in those of its parent.
+    /// First slot of its quaternion [x y z w], body axes to parent axes.
     pub attitude: usize,
-    /// First lane of [ω; v]: angular (rad/s) and linear velocity (m/s) relative to its parent, body axes.
+    /// First slot of [ω; v]: angular (rad/s) and linear velocity (m/s) relative to its parent, body axes.
     pub velocity: usize,
 }
 
-/// What is known of a model or service: of its type before it is built, of the instance after.
+/// Description of a model or service: of the type before it is built, of the instance afterwards.
 #[derive(Clone, Debug, Default)]
 pub struct Description {
     /// Name in the catalogue.
@@ -330,23 +330,22 @@ pub struct Description {
     pub discrete: Vec<PortSpec>,
     /// Guards.
     pub guards: Vec<PortSpec>,
-    /// Lanes of the continuous state that the block itself brings onto their manifold after a step,
-    /// and moves along their velocities in semi-implicit Euler.
+    /// Continuous states that the block itself projects onto their manifold after a step, and that semi-implicit Euler advances by their velocities.
     pub positions: std::ops::Range<usize>,
-    /// Velocities among its continuous states in axes that turn with a body.
+    /// Velocities among its continuous states that are in rotating body axes.
     pub turning: Vec<Turning>,
-    /// Name of the kind of field that it reads.
+    /// Kind of the field that the model reads.
     pub reads: Option<Text>,
-    /// Of a field: the kind of what it shows.
+    /// For a field: kind of its data.
     pub shows: Option<Text>,
-    /// Of a field: the ports of what one part does to it.
+    /// For a field: ports of the imprint of one part.
     pub imprint: Vec<PortSpec>,
-    /// It takes W for inertial axes: see [`Model::INERTIAL`].
+    /// Whether it assumes inertial axes of W: see [`Model::INERTIAL`].
     pub inertial: bool,
 }
 
 impl Description {
-    /// Of a model type.
+    /// Creates the description of a model type.
     pub fn of<M: Model>() -> Self {
         Description {
             name: M::NAME.into(),
@@ -368,15 +367,15 @@ impl Description {
             inertial: M::INERTIAL,
         }
     }
-    /// All inputs, U first.
+    /// Returns all inputs; inputs without feedthrough come first.
     pub fn all_inputs(&self) -> impl Iterator<Item = &PortSpec> {
         self.inputs.iter().chain(&self.feedthrough_inputs)
     }
-    /// All outputs, those of the state first.
+    /// Returns all outputs; outputs of the state come first.
     pub fn all_outputs(&self) -> impl Iterator<Item = &PortSpec> {
         self.outputs.iter().chain(&self.feedthrough_outputs)
     }
-    /// The names that `bind` may use, each once.
+    /// Returns the names that `bind` may use, each once.
     pub fn bindings(&self) -> Vec<&str> {
         let mut names: Vec<&str> = Vec::new();
         for bind in self.all_inputs().chain(self.all_outputs()).filter_map(|p| p.bind.as_deref()) {
@@ -391,7 +390,7 @@ impl Description {
     }
 }
 
-/// Lanes of some ports.
+/// Returns the total number of values of some ports.
 pub(crate) fn lanes(ports: &[PortSpec]) -> usize {
     ports.iter().map(|p| p.lanes).sum()
 }

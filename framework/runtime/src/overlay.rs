@@ -1,21 +1,21 @@
-//! What parts show on the ground: how they changed it, colours draped over it, a way that they plan.
+//! Ground overlays of parts: height changes, colours draped over the ground, planned paths.
 //!
-//! Viewers and logs ask for it about once a second ([`OVERLAY_PERIOD`]). A part answers with an [`Overlay`]: a copy that shares memory
-//! with the part's own data. The consumer, in its own thread, makes of it the tiles that are not as they were. Nothing is asked, and
-//! nothing costs time, in a run without a log and a viewer; a part does not notice whether it was asked.
+//! Viewers and logs request overlays about once a second ([`OVERLAY_PERIOD`]). A part returns an [`Overlay`]: a copy that shares memory with the
+//! part's own data. The consumer computes the changed tiles in its own thread. Without a log and a viewer there are no requests and no cost. A
+//! request does not affect the part.
 use crate::time::Seconds;
 use std::any::Any;
 use std::sync::Arc;
 
-/// How often viewers and logs ask.
+/// Period of the requests by viewers and logs.
 pub const OVERLAY_PERIOD: Seconds = Seconds { num: 1, den: 1 };
 
-/// What a part shows on the ground at one instant (`fn overlay` of a [`Model`](crate::Model) or [`Field`](crate::Field)).
+/// Ground overlay of a part at one instant (`fn overlay` of a [`Model`](crate::Model) or [`Field`](crate::Field)).
 pub trait Overlay: Any + Send + Sync {
-    /// The tiles that are not as in `before`, an earlier overlay of the same part; without one all that show anything. A tile takes the
-    /// place of an earlier one with the same corner; all tiles of a part have the same size.
+    /// Returns the tiles that differ from `before`, an earlier overlay of the same part, or all tiles with content without one. A tile replaces an
+    /// earlier one with the same corner; all tiles of a part have the same size.
     fn tiles(&self, before: Option<&dyn Overlay>) -> Vec<OverlayTile>;
-    /// The way that it plans, x and y of its corners (m, W); empty: it plans none.
+    /// Returns the planned path: x and y of its vertices (m, W); empty for no path.
     fn way(&self) -> &[[f64; 2]] {
         &[]
     }
@@ -27,33 +27,33 @@ impl std::fmt::Debug for dyn Overlay {
     }
 }
 
-/// An overlay as it is handed on.
+/// Shared overlay.
 pub type SharedOverlay = Arc<dyn Overlay>;
 
 /// A grid of squares on the ground, each with a value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OverlayTile {
-    /// Least x and y of the first square (m, W).
+    /// Minimum x and y of the first square (m, W).
     pub corner: [f64; 2],
     /// Edge of a square (m).
     pub cell: f64,
-    /// Squares along x.
+    /// Number of squares along x.
     pub columns: usize,
-    /// What there is to see, rows of x one after the other.
+    /// Values, row by row along x.
     pub seen: OverlayValues,
 }
 
 /// Values of the squares of a tile.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OverlayValues {
-    /// By how much the ground is higher than the terrain says, at the middle of each square (m); linear between.
+    /// Height change relative to the terrain, at the centre of each square (m); linear between centres.
     Change(Vec<f32>),
-    /// Red, green, blue, and how much of the ground's own colour they hide: 0 (all is left) to 255.
+    /// Red, green, blue and opacity, 0 (transparent) to 255.
     Colors(Vec<[u8; 4]>),
 }
 
 impl OverlayValues {
-    /// How many there are.
+    /// Returns the number of values.
     #[must_use]
     pub fn len(&self) -> usize {
         match self {
@@ -62,13 +62,13 @@ impl OverlayValues {
         }
     }
 
-    /// Whether there are none.
+    /// Returns whether there are no values.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Whether they show nothing.
+    /// Returns whether all values are without effect.
     #[must_use]
     pub fn blank(&self) -> bool {
         match self {
@@ -78,7 +78,7 @@ impl OverlayValues {
     }
 }
 
-/// What is new in what parts show, for a consumer that remembers what it has told.
+/// Changes of overlays since the last query.
 #[derive(Default)]
 pub struct OverlayNews {
     before: Option<SharedOverlay>,
@@ -86,7 +86,7 @@ pub struct OverlayNews {
 }
 
 impl OverlayNews {
-    /// The tiles that are not as they were when this was asked last, and the way when it is another.
+    /// Returns the tiles that changed since the last call, and the path if it changed.
     pub fn of(&mut self, now: &SharedOverlay) -> (Vec<OverlayTile>, Option<&[[f64; 2]]>) {
         let tiles = now.tiles(self.before.as_deref());
         self.before = Some(now.clone());

@@ -1,4 +1,4 @@
-//! Parameters: reading them from located values with units, ranges and defaults; showing them back.
+//! Parameters: reading them from located values with units, ranges and defaults, and converting them back to values.
 use crate::files::Files;
 use crate::services::{Handle, Services};
 use crate::units::{Unit, split_quantity};
@@ -20,14 +20,14 @@ pub struct Range {
 }
 
 impl Range {
-    /// From a Rust range expression.
+    /// Creates a range from a Rust range expression.
     pub fn of(r: impl Into<Range>) -> Range {
         r.into()
     }
     fn holds(&self, x: f64) -> bool {
         x >= self.low && if self.open { x < self.high } else { x <= self.high }
     }
-    /// As text: `1e-3 ..`, `0 ..= 1`.
+    /// Returns the range as text: `1e-3 ..`, `0 ..= 1`.
     pub fn text(&self) -> String {
         let end = |x: f64| {
             let plain = x == 0.0 || (1e-3..1e6).contains(&x.abs());
@@ -68,18 +68,18 @@ impl From<StdRange<f64>> for Range {
     }
 }
 
-/// What is known of a parameter.
+/// Description of a parameter.
 #[derive(Clone, Debug)]
 pub struct ParamSpec {
     /// Name.
     pub name: &'static str,
-    /// Unit in which a bare number is taken (SI) and that a written unit must match.
+    /// SI unit of a number without a unit; a written unit must have the same dimension.
     pub unit: Option<&'static str>,
     /// Meaning.
     pub doc: &'static str,
     /// Allowed values.
     pub range: Option<Range>,
-    /// Value when not written; `None`: required.
+    /// Default value; `None`: required.
     pub default: Option<Value>,
     /// Kind of value.
     pub kind: String,
@@ -89,8 +89,8 @@ pub struct ParamSpec {
     pub service: bool,
 }
 
-/// What to write instead of a parameter that many models had before the simulation had a world. A name that has another meaning in
-/// other models (the radius of a wheel) is taken for a property of the planet only where the model takes the planet from the world.
+/// Returns the replacement of a parameter that many models had before `world` existed. A name that has another meaning in other models (the radius of
+/// a wheel) counts as a property of the planet only in models that use the world.
 fn moved(key: &str, specs: &[ParamSpec]) -> Option<String> {
     let world = <Handle<dyn World> as Param>::kind();
     let of_planet = specs.iter().any(|s| s.kind.starts_with(&world));
@@ -146,13 +146,13 @@ impl ParamsBuilder for NoParams {
 
 /// A struct of parameters (derive it).
 pub trait Params: Sized + Send + Sync + 'static {
-    /// Sets some of them, or all.
+    /// Sets parameters from Rust.
     type Builder: ParamsBuilder;
-    /// What there is to set.
+    /// Returns the parameters of the struct.
     fn specs() -> Vec<ParamSpec>;
-    /// Reads a map, gathering faults.
+    /// Reads a map and collects faults in `cx`.
     fn read_map(map: &Located, cx: &mut ReadCx<'_>) -> Option<Self>;
-    /// As a value that reads back the same.
+    /// Converts to a value from which reading returns an equal result.
     fn show_map(&self) -> Value;
 }
 
@@ -177,52 +177,52 @@ pub trait Param: Sized {
     fn fields() -> Vec<ParamSpec> {
         Vec::new()
     }
-    /// Reads it, gathering faults.
+    /// Reads a value and collects faults in `cx`.
     fn read(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Self>;
-    /// When nothing is written and there is no default.
+    /// Returns the value of an omitted parameter without a default.
     fn missing(_spec: &ParamSpec, _cx: &mut ReadCx<'_>) -> Option<Option<Self>> {
         None
     }
-    /// The one that there is, when it may be missing and is not written: a service.
+    /// Returns the available service for an omitted optional service parameter.
     fn if_there(_cx: &mut ReadCx<'_>) -> Option<Self> {
         None
     }
-    /// As a value that reads back the same.
+    /// Converts to a value from which reading returns an equal result.
     fn show(&self) -> Value;
 }
 
-/// What reading needs: the part's path, the services, the files, the place for faults.
+/// Context of reading: path of the part, services, files and collected faults.
 pub struct ReadCx<'a> {
     /// Path of the part, for messages.
     pub path: String,
     /// Services to bind.
     pub services: &'a Services,
-    /// Where the files are that parameters name.
+    /// Search folders of files that parameters name.
     pub files: Files,
-    /// The faults so far.
+    /// Collected faults.
     pub faults: Vec<Fault>,
     /// Paths of the services that were bound.
     pub(crate) asked: Vec<String>,
-    /// What is allowed and probably not meant: warnings of the plan.
+    /// Warnings about allowed but probably unintended values.
     pub warnings: Vec<Fault>,
-    /// Parameters that a misspelt name was meant for, with the place of their map: they are not missing as well.
+    /// Parameters for which a misspelt name was probably intended, with the origin of their map; they are not also reported as missing.
     meant: Vec<(Origin, String)>,
 }
 
 impl<'a> ReadCx<'a> {
-    /// A context for one part.
+    /// Creates a context for one part.
     pub fn new(path: impl Into<String>, services: &'a Services) -> Self {
         let (files, faults, warnings) = (Files::default(), Vec::new(), Vec::new());
         let (asked, meant) = (Vec::new(), Vec::new());
         ReadCx { path: path.into(), services, files, faults, asked, warnings, meant }
     }
 
-    /// A context in which parameters are only looked at: files that they name are found, and are no part of a plan.
+    /// Creates a context for inspection only: files are found but do not become part of a plan.
     pub(crate) fn looking(services: &'a Services, files: &Files) -> Self {
         ReadCx { files: files.apart(), ..ReadCx::new("", services) }
     }
 
-    /// The text of a file that a parameter names; why there is none is a fault at `origin`.
+    /// Returns the text of a file that a parameter names; records a fault at `origin` on failure.
     pub fn text(&mut self, name: &str, origin: Origin) -> Option<String> {
         match self.files.text(name) {
             Ok(text) => Some(text),
@@ -243,7 +243,7 @@ impl<'a> ReadCx<'a> {
         self.warnings.push(Fault { message, origin, help });
     }
 
-    /// Refuses keys that no parameter has.
+    /// Records faults for unknown keys.
     pub fn only_known(&mut self, map: &Located, specs: &[ParamSpec]) -> bool {
         let entries = match &map.value {
             Value::Map(entries) => entries,

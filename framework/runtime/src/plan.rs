@@ -22,7 +22,7 @@ pub struct Plan {
     pub sizes: Sizes,
     /// All operations, in order of evaluation.
     pub ops: Vec<Op>,
-    /// What is evaluated again at every stage of the integrator (indices into `ops`).
+    /// Operations that are evaluated at every stage of the integrator (indices into `ops`).
     pub stage_ops: Vec<u32>,
     /// All but the sampled operations: what follows at once from a change of state (indices into `ops`).
     pub continuous_ops: Vec<u32>,
@@ -53,29 +53,29 @@ pub struct Plan {
     pub stored: Vec<u32>,
     /// Fields and their readers.
     pub fields: Vec<FieldPlan>,
-    /// Blocks that advance by a method of their own.
+    /// Blocks with their own stepping method.
     pub steps: Vec<u32>,
     /// Blocks whose state lies on a manifold.
     pub manifold: Vec<u32>,
-    /// Blocks whose positions semi-implicit Euler moves: not those that advance by themselves.
+    /// Blocks whose positions semi-implicit Euler advances; blocks with their own stepping method are excluded.
     pub positioned: Vec<u32>,
     /// Lanes of x that semi-implicit Euler moves along their velocities.
     pub positions: Vec<Range<usize>>,
-    /// Bodies that turn freely, in lanes of x.
+    /// Freely rotating bodies, by their slots in x.
     pub turning: Vec<Turning>,
     /// Lanes of x without a derivative.
     pub still: Vec<Range<usize>>,
-    /// Lanes of x that blocks advance by themselves.
+    /// Slots of x that blocks advance with their own stepping method.
     pub stepped: Vec<Range<usize>>,
     /// Signal lanes that they write while they do.
     pub stepped_outputs: Vec<Range<usize>>,
-    /// Guards: those of parts in path order, then conditions of transitions in the order of the file.
+    /// Guards of parts in path order, followed by conditions of transitions in the order of the file.
     pub guards: Vec<GuardPlan>,
     /// Blocks with guards, and where their values go.
     pub guarded: Vec<Guarded>,
     /// Conditions, and where their values go.
     pub conditions: Vec<Watched>,
-    /// What is evaluated to know the guards (indices into `ops`).
+    /// Operations that the guards need (indices into `ops`).
     pub guard_ops: Vec<u32>,
     /// What signals follow from.
     pub(crate) flow: Flow,
@@ -284,7 +284,7 @@ pub struct Loop {
     pub tears: Vec<(u32, u32, f64)>,
     /// Signal lanes of its report (iterations, residual), then work space: a matrix and three vectors.
     pub work: u32,
-    /// A block whose input is sought, to name when there is no solution.
+    /// A block whose input is unknown, which the error names if there is no solution.
     pub block: u32,
     /// The wires that are solved for, as written.
     pub wires: Vec<String>,

@@ -37,7 +37,7 @@ pub enum PortKind {
     ContactLoad,
     /// Force and moment that a hinge transmits to its body.
     HingeLoad,
-    /// What the ground does to a wheel that slides over it slowly.
+    /// Traction of the ground on a slowly slipping wheel.
     Traction,
     /// Angle and rate of a hinge coordinate.
     HingeState,
@@ -53,7 +53,7 @@ pub enum PortKind {
     SurfaceVelocity,
 }
 
-/// What is known of a port or of a state field.
+/// Description of a port or of a state field.
 #[derive(Clone, Debug)]
 pub struct PortSpec {
     /// Name.
@@ -68,15 +68,15 @@ pub struct PortSpec {
     pub doc: Text,
     /// Value when nothing is wired; `None`: a wire is required.
     pub default: Option<Vec<f64>>,
-    /// Many wires may end here; they are summed in path order.
+    /// Several wires may end here; their values are summed in path order.
     pub sum: bool,
     /// Name of the binding (node or hinge) that serves this port.
     pub bind: Option<Text>,
-    /// Frame tag, checked against that of the other end when both are given.
+    /// Frame tag; it must equal the tag of the other end if both are given.
     pub frame: Option<Text>,
     /// The side from which a guard has to reach zero for an event.
     pub direction: Direction,
-    /// For a node of a wheel or rotor: the axis about which it is meant to turn, in the node's axes.
+    /// For a node of a wheel or rotor: its axis of rotation, in the node's axes.
     pub axle: Option<[f64; 3]>,
     /// The connector that the port belongs to: `supply` for `supply.voltage` and `supply.current`.
     pub connector: Option<Text>,
@@ -131,7 +131,7 @@ impl PortSpec {
         }
     }
 
-    /// The ports of a struct under a name of its own: `wheels[2].rate` for `rate` under `wheels[2]`. One wire joins
+    /// Returns the ports of a struct under a group name: `wheels[2].rate` for `rate` under `wheels[2]`. One wire joins
     /// all of them. `doc` says what the struct as a whole means.
     pub fn group<T: Lanes>(name: impl Into<Text>, doc: &str) -> Vec<PortSpec> {
         let name = name.into();
@@ -144,8 +144,8 @@ impl PortSpec {
         specs
     }
 
-    /// The ports of one direction of a connector. A connector is a group of inputs and outputs that belong together: a model names it in its struct
-    /// of inputs and in that of outputs. One `connect` statement joins all of its ports (`framework/runtime/src/compile/connectors.rs`).
+    /// The ports of one direction of a connector. A connector is a group of inputs and outputs that belong together: a model names it in both its
+    /// input struct and its output struct. One `connect` statement joins all of its ports (`framework/runtime/src/compile/connectors.rs`).
     pub fn connector<T: Lanes>(name: impl Into<Text>, doc: &str) -> Vec<PortSpec> {
         let name = name.into();
         let mut specs = PortSpec::group::<T>(name.clone(), doc);
@@ -153,42 +153,42 @@ impl PortSpec {
         specs
     }
 
-    /// With a unit.
+    /// Sets the unit.
     #[must_use]
     pub fn unit_of(mut self, unit: impl Into<Text>) -> Self {
         self.unit = unit.into();
         self
     }
 
-    /// With a meaning.
+    /// Sets the documentation.
     #[must_use]
     pub fn doc_of(mut self, doc: impl Into<Text>) -> Self {
         self.doc = doc.into();
         self
     }
 
-    /// Many wires may end here.
+    /// Permits several wires, whose values are summed.
     #[must_use]
     pub fn summed(mut self) -> Self {
         self.sum = true;
         self
     }
 
-    /// With a value when nothing is wired, the same on every lane.
+    /// Sets a default, the same for every value, for an input without a wire.
     #[must_use]
     pub fn or(mut self, value: f64) -> Self {
         self.default = Some(vec![value; self.lanes]);
         self
     }
 
-    /// A guard with a direction.
+    /// Sets the direction of a guard.
     #[must_use]
     pub fn when(mut self, direction: Direction) -> Self {
         self.direction = direction;
         self
     }
 
-    /// A node that is meant to turn about an axis of its own.
+    /// Sets the axis of rotation of a node.
     #[must_use]
     pub fn about(mut self, axle: [f64; 3]) -> Self {
         self.axle = Some(axle);
@@ -202,7 +202,7 @@ impl PortSpec {
         self
     }
 
-    /// The unit, parsed (composite kinds have none).
+    /// Returns the parsed unit; composite kinds have none.
     pub fn unit(&self) -> Unit {
         Unit::parse(&self.unit).unwrap_or(Unit::ONE)
     }
@@ -531,7 +531,7 @@ composite!(
     }
 );
 composite!(
-    /// What a body touches: the ground and other bodies, by contact or, where a machine moves by kinematics, under its wheels. W axes.
+    /// Contact load of a body: from the ground and other bodies, by contact or, for a machine with prescribed kinematics, under its wheels. W axes.
     ContactLoad, ContactLoad, 6, {
         /// Sum of the forces on the body (N).
         force: Vec3 = 0,
@@ -549,23 +549,23 @@ composite!(
     }
 );
 composite!(
-    /// What the ground does to a wheel of a quasi-static machine, about how it slides now. One model gives it for each wheel.
+    /// Traction of the ground on a wheel of a quasi-static machine, linearized at the current slip. One model gives it for each wheel.
     Traction, Traction, 11, {
         /// Force on the wheel where its rim does not slide, less the normal force, W axes (N).
         force: Vec3 = 0,
-        /// Moment beside that of the forces at its footing, W axes (N m).
+        /// Moment in addition to the moment of the forces at its contact point, W axes (N m).
         moment: Vec3 = 3,
         /// Force against sliding of its rim, ahead and to the side, along the ground (N s/m).
         resistance: [f64; 2] = 6,
         /// Greatest such force ahead and to the side, half axes of an ellipse (N).
         limit: [f64; 2] = 8,
-        /// How deep it stands in the ground, along its normal (m).
+        /// Depth of the wheel in the ground, along the ground normal (m).
         sinkage: f64 = 10
     }
 );
 composite!(
-    /// Mass that is added to a body while the run goes on (propellant, cargo): its moments about a node N
-    /// of the body, N axes. All that is added to one body is summed.
+    /// Mass that is added to a body during the run (propellant, cargo): its moments about a node N of the body, N axes. All that is added to one body
+    /// is summed.
     ///
     /// The mechanism moves as a body with these moments moves at each instant: what leaves it goes with
     /// the velocity of the place where it was, and so pushes nothing. A part that lets mass flow gives
@@ -580,7 +580,7 @@ composite!(
     }
 );
 composite!(
-    /// The body of a node N as the mechanism is made, without mass that wires add while the run goes on; N axes.
+    /// Mass properties of the body of a node N as specified, without mass that is added during the run; N axes.
     BodyMass, BodyMass, 10, {
         /// Mass (kg).
         mass: f64 = 0,

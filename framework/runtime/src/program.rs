@@ -1,5 +1,5 @@
-//! A program: phases, each a plan of its own, and the conditions on which a run goes from one to another.
-//! All are compiled before the first step, so that a mistake in the last is found at load.
+//! A program: phases, each with its own plan, and the conditions of transitions between them. All phases are compiled before the first step, so that
+//! errors in later phases are found when the program is loaded.
 use crate::catalogue::Catalogue;
 use crate::compile::{WatchedSpec, WhenSpec, Within, common_tick, compile_phase};
 use crate::condition::Condition;
@@ -23,23 +23,23 @@ pub struct PhaseSpec {
     pub name: String,
     /// The whole simulation as it is in this phase.
     pub spec: Spec,
-    /// Where to go from here, and when; of several that hold at one instant the first is taken.
+    /// Transitions from this phase. If the conditions of several become true at one instant, the first one is taken.
     pub transitions: Vec<TransitionSpec>,
-    /// Conditions that the run watches in every phase. All phases of a program have the same list.
+    /// Conditions that the run monitors in every phase. All phases of a program have the same list.
     pub watches: Vec<WatchSpec>,
-    /// Where it is written.
+    /// Position in the source file.
     pub origin: Origin,
 }
 
-/// A condition that the run watches: the instant from which it holds is located, and [`crate::Simulation::step_watched`] stops there.
-/// In a phase that does not have all of its variables, tests of those that are absent do not hold.
+/// A watched condition: the instant at which it becomes true is located, and [`crate::Simulation::step_watched`] stops there. In a phase that lacks
+/// some of its variables, tests of the absent variables are false.
 #[derive(Clone, Debug)]
 pub struct WatchSpec {
-    /// Its use, with which errors begin: `stop_when`.
+    /// Purpose of the condition, which prefixes its errors: `stop_when`.
     pub of: String,
     /// Condition over the variables of all phases.
     pub when: String,
-    /// Where it is written.
+    /// Position in the source file.
     pub origin: Origin,
 }
 
@@ -50,17 +50,17 @@ pub struct TransitionSpec {
     pub to: String,
     /// Condition over variables of the phase that is left.
     pub when: String,
-    /// Where it is written.
+    /// Position in the source file.
     pub origin: Origin,
 }
 
-/// A compiled program. The first phase is where a run begins.
+/// A compiled program. A run begins in the first phase.
 pub struct Program {
     /// Phases.
     pub phases: Vec<Phase>,
-    /// For each phase, the lane of each channel ([`Place::Channel`]).
+    /// For each phase, the place of each channel ([`Place::Channel`]).
     pub channels: Vec<Vec<Option<Place>>>,
-    /// For each transition from phase to phase: where the state goes.
+    /// For each pair of phases of a transition: mapping of the state.
     pub(crate) routes: BTreeMap<(u32, u32), Route>,
 }
 
@@ -72,16 +72,16 @@ pub struct Phase {
     pub plan: Arc<Plan>,
 }
 
-/// Where the times of phases are: `Phases.<phase>` is when it began last (s).
+/// Prefix of the start times of phases: `Phases.<phase>` is the latest start time of the phase (s).
 const PHASES: &str = "Phases";
 
 impl Program {
-    /// Hash over all plans.
+    /// Returns the hash of all plans.
     pub fn hash(&self) -> u64 {
         self.phases[0].plan.hash()
     }
 
-    /// A program that never changes.
+    /// Creates a program with a single phase.
     pub fn single(plan: Arc<Plan>) -> Program {
         Program {
             phases: vec![Phase { name: String::new(), plan }],
@@ -90,7 +90,7 @@ impl Program {
         }
     }
 
-    /// A program of these phases, by name. Their plans get the variables of all, and one hash.
+    /// Creates a program of named phases. Their plans receive the variables of all phases and one common hash.
     pub fn new(mut phases: Vec<(String, Plan)>) -> Program {
         if phases.len() == 1
             && let Some((name, plan)) = phases.pop()
@@ -123,8 +123,8 @@ impl Program {
     }
 }
 
-/// The variables of all phases, and the lane of each in each phase. Channels are numbered in the order
-/// of the lanes of the first phase that has them.
+/// Returns the variables of all phases, and the place of each variable in each phase. Channels are numbered in the order of places of the first phase
+/// that has them.
 fn channels(phases: &[(String, Plan)]) -> (BTreeMap<String, Variable>, Vec<Vec<Option<Place>>>) {
     let mut variables: BTreeMap<String, Variable> = BTreeMap::new();
     for (_, plan) in phases {
@@ -150,7 +150,7 @@ fn channels(phases: &[(String, Plan)]) -> (BTreeMap<String, Variable>, Vec<Vec<O
         }
         times.push((variables.len(), phase));
         let place = Place::Channel(variables.len() as u32);
-        let doc = "Time at which this phase began last; none before it has begun.";
+        let doc = "Latest start time of this phase; NaN before it has begun.";
         let began = Variable {
             place,
             role: Role::Output,
@@ -180,8 +180,7 @@ fn channels(phases: &[(String, Plan)]) -> (BTreeMap<String, Variable>, Vec<Vec<O
 /// Compiles all phases.
 ///
 /// # Errors
-/// Every fault of every phase, each once; transitions to phases that do not exist, phases that no
-/// transition reaches, transitions that contradict each other.
+/// Returns all faults of all phases, each once; also transitions to unknown phases, unreachable phases, and contradictory transitions.
 pub fn compile_program(
     phases: &[PhaseSpec],
     catalogue: &Catalogue,
@@ -229,7 +228,7 @@ pub fn compile_program(
     Ok(Program::new(compiled))
 }
 
-/// The phases whose world is not that of the first: time, places and axes go on from phase to phase.
+/// Returns faults of phases whose world differs from the first phase, because time, positions and axes continue across phases.
 fn another_world(phases: &[PhaseSpec], catalogue: &Catalogue) -> Vec<Fault> {
     let is_world = |model: &str| {
         let entry = catalogue.get(model);
@@ -255,7 +254,7 @@ fn another_world(phases: &[PhaseSpec], catalogue: &Catalogue) -> Vec<Fault> {
     wrong.collect()
 }
 
-/// Watched conditions that cannot be read over the variables of all phases, or in which nothing changes.
+/// Returns faults of watched conditions that cannot be parsed with the variables of all phases, or that are constant.
 fn unreadable(phases: &[PhaseSpec], compiled: &[(String, Plan)]) -> Vec<Fault> {
     let mut variables: BTreeMap<String, Variable> = BTreeMap::new();
     for (path, v) in compiled.iter().flat_map(|(_, plan)| plan.lanes.iter()) {
@@ -280,7 +279,7 @@ fn unreadable(phases: &[PhaseSpec], compiled: &[(String, Plan)]) -> Vec<Fault> {
     faults
 }
 
-/// Parts that would go from phase to phase, and have a store that cannot.
+/// Returns faults of parts that exist in several phases but whose store cannot be carried over.
 fn carried(phases: &[(String, Plan)]) -> Vec<Fault> {
     let mut faults: BTreeMap<&str, Fault> = BTreeMap::new();
     let mut seen: BTreeMap<&str, &str> = BTreeMap::new();
@@ -298,7 +297,7 @@ fn carried(phases: &[(String, Plan)]) -> Vec<Fault> {
     faults.into_values().collect()
 }
 
-/// The graph of phases.
+/// Checks the graph of phases.
 fn check(phases: &[PhaseSpec], names: &[&str]) -> Vec<Fault> {
     let mut faults = Vec::new();
     for phase in phases {

@@ -1,9 +1,8 @@
 //! Recorders: rows of chosen variables, copied at their own periods to a consumer in its own thread.
 //!
 //! A recorder reads the state and never writes it (rule 6 of ARCHITECTURE.md). The ring is bounded, so nothing grows
-//! (rule 12 of ARCHITECTURE.md). What a slow consumer costs is said where the recorder is started: a log makes the run
-//! wait and loses nothing; a viewer makes it wait a little in all, and then loses rows, which are
-//! counted.
+//! (rule 12 of ARCHITECTURE.md). The caller that starts a recorder chooses what happens with a slow consumer: a log makes the run wait and loses
+//! nothing; a viewer makes it wait for a limited total time and then loses rows, which are counted.
 use crate::rows::{Group, Kept, Rows, Sample, Sink};
 use crate::step::Simulation;
 use crate::time::nanoseconds;
@@ -12,18 +11,18 @@ use std::sync::mpsc::{
 };
 use std::time::Duration;
 
-/// What is done to a variable from outside of the simulation.
+/// Change of a variable from outside the simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// It is set, once.
+    /// The variable is set once.
     Set,
-    /// It is pinned: it keeps the value.
+    /// The variable is pinned: it keeps the value.
     Pin,
-    /// It is unpinned.
+    /// The variable is unpinned.
     Unpin,
 }
 
-/// A variable that was set, pinned or unpinned from outside of the simulation.
+/// Record of a variable that was set, pinned or unpinned from outside the simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SetRow {
     /// Tick of the common base.
@@ -32,57 +31,56 @@ pub struct SetRow {
     pub ns: u64,
     /// The variable.
     pub path: String,
-    /// What was done to it.
+    /// Kind of change.
     pub change: Change,
-    /// Its new value (SI); when it was unpinned, the value that it has then.
+    /// New value (SI); after unpinning, the value at that instant.
     pub value: f64,
 }
 
-/// What a recorder feeds, in its own thread.
+/// Consumer of a recorder, in its own thread.
 pub trait Consumer: Send {
     /// Takes a row.
     ///
     /// # Errors
-    /// A message; the recorder ends, the run is told at its next sample.
+    /// Returns a message; the recorder ends, and the run receives the error at its next sample.
     fn row(&mut self, row: &Sample) -> Result<(), String>;
-    /// Somebody set, pinned or unpinned a variable, at the tick whose rows come next.
+    /// Takes a change of a variable at the tick whose rows come next.
     ///
     /// # Errors
-    /// A message; the recorder ends.
+    /// Returns a message; the recorder ends.
     fn set(&mut self, _set: &SetRow) -> Result<(), String> {
         Ok(())
     }
-    /// Brings the rows so far to where a killed process leaves them ([`Recorder::flush`]).
+    /// Writes all rows so far to storage that survives a killed process ([`Recorder::flush`]).
     ///
     /// # Errors
-    /// A message; the recorder ends.
+    /// Returns a message; the recorder ends.
     fn flush(&mut self) -> Result<(), String> {
         Ok(())
     }
-    /// After the last row, also after a failed one.
+    /// Finishes after the last row, also after a failed one.
     ///
     /// # Errors
-    /// A message.
+    /// Returns a message.
     fn finish(&mut self) -> Result<(), String>;
 }
 
-/// What happens to rows that the consumer is too slow for.
+/// Behaviour when the consumer is too slow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Overflow {
     /// The run waits: every row arrives.
     Wait,
-    /// The run waits two seconds in all, for as long as the consumer takes nothing; then rows are
-    /// dropped and counted.
+    /// The run waits at most two seconds in total while the consumer takes nothing; then rows are dropped and counted.
     Drop,
 }
 
-/// A wait for a consumer that may drop rows, and how many of them there are in a run.
+/// Duration of one wait for a consumer that may drop rows, and the maximum number of waits in a run.
 const PATIENCE: (Duration, u32) = (Duration::from_millis(10), 200);
 
 enum Message {
     Row(Sample),
     Set(SetRow),
-    /// The answer goes back.
+    /// Flush; the result is sent back.
     Flush(SyncSender<Result<(), String>>),
 }
 
@@ -98,20 +96,19 @@ struct Channel {
     empty: Receiver<Sample>,
     done: Receiver<Result<(), String>>,
     overflow: Overflow,
-    /// Waits left.
+    /// Remaining waits.
     patience: u32,
     dropped: u64,
-    /// The process in which the consumer's thread is.
+    /// Process of the consumer's thread.
     process: u32,
 }
 
 impl Recorder {
-    /// Starts the consumer's thread; the run waits for it when it is slow. Rows begin at the
-    /// present tick when the run is at its start, and after it when the run was resumed (that row
-    /// is in the earlier log).
+    /// Starts the consumer's thread; the run waits if the consumer is slow. Rows begin at the current tick at the start of a run, and after it if the
+    /// run was resumed (that row is in the earlier log).
     ///
     /// # Errors
-    /// When the thread cannot be started; when more rows would wait for an event than may.
+    /// Returns an error if the thread cannot be started, or if more rows than permitted would wait for an event.
     pub fn start(
         sim: &Simulation,
         groups: Vec<Group>,
@@ -121,10 +118,10 @@ impl Recorder {
         Self::with(sim, groups, depth, Overflow::Wait, consumer)
     }
 
-    /// The same, and what to do when the consumer is slow.
+    /// Like [`Recorder::start`], with the behaviour for a slow consumer.
     ///
     /// # Errors
-    /// When the thread cannot be started; when more rows would wait for an event than may.
+    /// Returns an error if the thread cannot be started, or if more rows than permitted would wait for an event.
     pub fn with(
         sim: &Simulation,
         groups: Vec<Group>,
@@ -140,13 +137,13 @@ impl Recorder {
         let (full, rows) = sync_channel::<Message>(depth);
         let (back, empty) = sync_channel::<Sample>(depth);
         for _ in 0..depth {
-            // Fits: the channel holds `depth`.
+            // This cannot block, because the channel holds `depth` rows.
             let _ =
                 back.try_send(Sample { values: Vec::with_capacity(width), ..Sample::default() });
         }
         let (end, done) = sync_channel(1);
         std::thread::Builder::new().name("recorder".into()).spawn(move || {
-            // Nobody may be waiting any more: then nobody wants to know.
+            // The receiver may be gone; then the result is not needed.
             let _ = end.send(consume(consumer, &rows, &back));
         })?;
         let patience = PATIENCE.1;
@@ -156,42 +153,42 @@ impl Recorder {
         Ok(Recorder { groups, channel })
     }
 
-    /// Copies the rows that are due.
+    /// Copies the rows that are due to the consumer.
     ///
     /// # Errors
-    /// The consumer's message, once it has failed.
+    /// Returns the consumer's message after it has failed.
     pub fn sample(&mut self, sim: &Simulation) -> Result<(), String> {
         let channel = &mut self.channel;
         self.groups.iter_mut().try_for_each(|rows| rows.sample(sim, channel))
     }
 
-    /// What decides about rows to come, for a checkpoint of the present tick: [`Recorder::resume`] with it gives the rows that
-    /// this recorder would have given.
+    /// Returns the history that decides about future rows, for a checkpoint of the current tick. [`Recorder::resume`] with it yields the same rows as
+    /// this recorder.
     ///
     /// # Errors
-    /// A message, when it cannot be written down.
+    /// Returns a message if serialization fails.
     pub fn carry(&self) -> Result<Vec<u8>, String> {
         let kept: Vec<Kept> = self.groups.iter().map(Rows::keep).collect();
         rmp_serde::to_vec(&kept).map_err(|e| format!("the rows that wait: {e}"))
     }
 
-    /// Goes on where the recorder of an earlier run stood, of which `sim` was resumed and which had these groups, and perhaps others.
+    /// Continues from the recorder of an earlier run, from which `sim` was resumed and which had these groups and possibly others.
     ///
     /// # Errors
-    /// A message, when a group remembers rows that it lacks; those then begin after the present tick.
+    /// Returns a message if the history does not fit a group; its rows then begin after the current tick.
     pub fn resume(&mut self, carried: &[u8], sim: &Simulation) -> Result<(), String> {
         let bad = |e: String| format!("what the checkpoint remembers of the rows before it: {e}");
         let kept: Vec<Kept> = rmp_serde::from_slice(carried).map_err(|e| bad(e.to_string()))?;
         self.groups.iter_mut().try_for_each(|rows| rows.take(&kept, sim)).map_err(bad)
     }
 
-    /// The conditions that have not come to hold so far, of groups that have rows around events alone.
+    /// Returns the conditions that have never been true, of groups that record only around events.
     pub fn unmet(&self) -> Vec<String> {
         self.groups.iter().filter_map(Rows::unmet).map(String::from).collect()
     }
 
-    /// Tells the consumer that a variable was changed at the present tick, before its rows. Not told to a consumer that
-    /// may lose rows. A consumer that has failed says so at the next sample.
+    /// Sends a change of a variable at the current tick to the consumer, before the rows of that tick. A consumer that may lose rows does not receive
+    /// it. A failed consumer reports its error at the next sample.
     pub fn set(&mut self, sim: &Simulation, path: &str, change: Change, value: f64) {
         let here = !self.channel.is_elsewhere();
         if let (Overflow::Wait, Some(full), true) =
@@ -204,11 +201,11 @@ impl Recorder {
         }
     }
 
-    /// Waits until the consumer has brought all rows so far to where a killed process leaves
-    /// them. Nothing happens when rows may be dropped: nobody counts on such a consumer.
+    /// Waits until the consumer has written all rows so far to storage that survives a killed process. Does nothing for a consumer that may lose
+    /// rows.
     ///
     /// # Errors
-    /// The consumer's message.
+    /// Returns the consumer's message.
     pub fn flush(&mut self) -> Result<(), String> {
         if self.channel.overflow == Overflow::Drop {
             return Ok(());
@@ -221,35 +218,35 @@ impl Recorder {
             self.channel.full.as_ref().is_some_and(|f| f.send(Message::Flush(answer)).is_ok());
         match sent.then(|| answered.recv()) {
             Some(Ok(Ok(()))) => Ok(()),
-            // The thread has ended, or does so now: with the message that matters.
+            // The thread has ended or is ending; its own message is the relevant one.
             _ => self.channel.end(),
         }
     }
 
-    /// How many rows the consumer did not take.
+    /// Returns the number of dropped rows.
     pub fn dropped(&self) -> u64 {
         self.channel.dropped
     }
 
-    /// Waits for the consumer to take the last row and finish.
+    /// Waits until the consumer has taken the last row and finished.
     ///
     /// # Errors
-    /// The consumer's message.
+    /// Returns the consumer's message.
     pub fn finish(mut self) -> Result<(), String> {
         self.channel.end()
     }
 
-    /// The same, but no longer than this; then the consumer is left to itself.
+    /// Like [`Recorder::finish`], but waits at most `patience`; then the consumer thread is abandoned.
     ///
     /// # Errors
-    /// The consumer's message, or that it did not finish.
+    /// Returns the consumer's message, or an error if it did not finish in time.
     pub fn finish_within(mut self, patience: Duration) -> Result<(), String> {
         self.channel.full = None;
         match self.channel.done.recv_timeout(patience) {
             Ok(result) => result,
             Err(RecvTimeoutError::Disconnected) => Err(PANICKED.into()),
             Err(RecvTimeoutError::Timeout) => {
-                self.channel.overflow = Overflow::Drop; // Nobody waits for it when it is dropped.
+                self.channel.overflow = Overflow::Drop; // Dropping the recorder then does not wait.
                 Err(format!("it did not take its last rows within {} s", patience.as_secs_f64()))
             }
         }
@@ -288,8 +285,8 @@ impl Sink for Channel {
 
     fn send(&mut self, row: Sample) -> Result<(), String> {
         let Some(full) = &self.full else { return self.end() };
-        // There is room: as many rows go round as the channel holds. Only a flush can be
-        // in the way, and none is when rows may be dropped.
+        // The channel has room, because the number of circulating rows equals its capacity. Only a flush could occupy it, and there are no flushes if
+        // rows may be dropped.
         let sent = match self.overflow {
             Overflow::Wait => full.send(Message::Row(row)).is_ok(),
             Overflow::Drop => match full.try_send(Message::Row(row)) {
@@ -306,7 +303,7 @@ impl Sink for Channel {
 }
 
 impl Channel {
-    /// Whether this process was forked from that of the consumer's thread: nobody takes rows here.
+    /// Returns whether this process was forked from the process of the consumer's thread; then no thread takes rows here.
     fn is_elsewhere(&self) -> bool {
         std::process::id() != self.process
     }
@@ -356,7 +353,7 @@ fn consume(
             break;
         }
     }
-    // The first failure is the one that matters.
+    // Report the first failure.
     let finished = consumer.finish();
     result.and(finished)
 }

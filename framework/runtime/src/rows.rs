@@ -1,13 +1,13 @@
-//! Rows of a group: when they are due, and which of those go to the consumer.
+//! Samples of a recorder group: when they are due, and which of them are sent to the consumer.
 //!
 //! ```text
 //! due             the first tick at or after each multiple of the period
-//! around events   of these, from `before` ahead of the instant from which a condition holds to `after` behind it;
-//!                 until it is known, rows wait in a ring that holds `before`
-//! on change       of these, those of which a value is not that of the last row that went
+//! around events   of these, from `before` ahead of the instant at which a condition becomes true to `after` behind it; rows of the last `before` wait
+//! in a ring buffer
+//! on change       of these, rows with a value that differs from the last sent row
 //! ```
-//! A condition is looked at at every tick, at whatever rate rows are due. It is an event where it holds and did not at
-//! the tick before, and at the start of a run; not where a log begins later. A value that a phase has not makes it not hold.
+//! A condition is evaluated at every tick, independent of the rate of rows. It is an event where it is true and was false at the previous tick, and
+//! at the start of a run if it is true there, but not where a log begins later. A condition on a variable that the phase does not have is false.
 use crate::condition::Condition;
 use crate::noise;
 use crate::overlay::SharedOverlay;
@@ -35,45 +35,45 @@ pub struct Sample {
     pub ns: u64,
     /// Values, as the group lists them.
     pub values: Vec<f64>,
-    /// What the group's fields show, those that the phase has.
+    /// Data of the group's fields; `None` for fields that the phase does not have.
     pub shown: Vec<Option<Shown>>,
-    /// What the group's parts show on the ground, those that the phase has.
+    /// Ground overlays of the group's parts; `None` for parts that the phase does not have.
     pub overlays: Vec<Option<SharedOverlay>>,
 }
 
 impl Sample {
-    /// Lets go of what parts share with it: as long as a row has it, a part that changes copies.
+    /// Releases data shared with parts: while a row holds them, a part must copy its data to change them.
     pub(crate) fn let_go(&mut self) {
         self.shown.clear();
         self.overlays.clear();
     }
 }
 
-/// Windows of time around the instants from which a condition holds.
+/// Time windows around the instants at which a condition becomes true.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Around {
-    /// Over the variables of a program.
+    /// Condition over the variables of a program.
     pub when: Condition,
-    /// From so long ahead of it.
+    /// Duration of the window before the event.
     pub before: Seconds,
-    /// To so long behind it.
+    /// Duration of the window after the event.
     pub after: Seconds,
 }
 
 impl Around {
-    /// Bytes of rows that may wait for an event: they are part of checkpoints.
+    /// Maximum number of bytes of rows that wait for an event; they are part of checkpoints.
     pub const HELD_MAX: u128 = 16 << 20;
 
-    /// Bytes of rows of so many columns that wait for an event, at the most.
+    /// Returns the maximum number of bytes of waiting rows with `columns` columns.
     pub fn held(&self, period: Seconds, columns: usize) -> u128 {
         let row = std::mem::size_of::<Sample>() + 8 * columns;
         self.rows(period).saturating_mul(row as u128)
     }
 
-    /// That no more waits than may.
+    /// Checks that the waiting rows do not exceed [`Around::HELD_MAX`].
     ///
     /// # Errors
-    /// The fact and the remedy.
+    /// Returns the message and the remedy.
     pub fn check(&self, period: Seconds, columns: usize) -> Result<(), (String, String)> {
         let (held, mib) = (self.held(period, columns), |n: u128| n as f64 / f64::from(1 << 20));
         if held <= Self::HELD_MAX {
@@ -92,7 +92,7 @@ impl Around {
         Err((fact, help))
     }
 
-    /// The rows of `before`.
+    /// Returns the number of rows in `before`.
     fn rows(&self, period: Seconds) -> u128 {
         let n = u128::from(self.before.num) * u128::from(period.den);
         let d = u128::from(self.before.den) * u128::from(period.num);
@@ -100,57 +100,57 @@ impl Around {
     }
 }
 
-/// What a log is asked for: variables, and which rows of them.
+/// Logging rule: variables, and which of their rows are written.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rule {
     /// Paths of the variables.
     pub paths: Vec<String>,
     /// Period of the rows.
     pub period: Seconds,
-    /// Only rows of which a value has changed.
+    /// Only rows with a changed value.
     pub on_change: bool,
     /// Only rows around events.
     pub around: Option<Around>,
 }
 
-/// Variables that are read together.
+/// Variables that are sampled together.
 #[derive(Clone, Debug, Default)]
 pub struct Group {
     /// Period of the rows; a row is taken at the first tick at or after each multiple.
     pub period: Seconds,
-    /// What is read.
+    /// Places of the variables.
     pub places: Vec<Place>,
-    /// Continuous lanes that are read after that, for each phase: the coordinates of its mechanism.
+    /// For each phase, the slots of continuous states that follow: the coordinates of its mechanism.
     pub coordinates: Vec<std::ops::Range<usize>>,
-    /// Paths of the fields whose data go along. As long as a row is with its consumer, a field that changes is copied.
+    /// Paths of the fields whose data are included. While a consumer holds a row, a field copies its data to change them.
     pub shown: Vec<String>,
-    /// Paths of the parts whose overlays go along.
+    /// Paths of the parts whose overlays are included.
     pub overlays: Vec<String>,
-    /// Only rows of which a value is not that of the last row that went, to the bit (NaN is NaN); the first goes always.
+    /// Only rows with a value that is not bit-identical to the last sent row (NaN equals NaN). The first row is always sent.
     pub on_change: bool,
     /// Only rows around events.
     pub around: Option<Around>,
 }
 
 impl Group {
-    /// Numbers of a row, at the most.
+    /// Returns the maximum number of values of a row.
     pub(crate) fn width(&self) -> usize {
         let lanes = self.coordinates.iter().map(ExactSizeIterator::len).max().unwrap_or(0);
         self.places.len() + lanes
     }
 }
 
-/// Where rows go.
+/// Receiver of rows.
 pub trait Sink {
-    /// An empty row; `None` when this one is dropped.
+    /// Returns an empty row, or `None` if this row is to be dropped.
     ///
     /// # Errors
-    /// A message: no row goes any more.
+    /// Returns a message; no further rows are accepted.
     fn room(&mut self) -> Result<Option<Sample>, String>;
-    /// A row that was given by [`Sink::room`], filled.
+    /// Accepts a filled row that [`Sink::room`] returned.
     ///
     /// # Errors
-    /// A message: no row goes any more.
+    /// Returns a message; no further rows are accepted.
     fn send(&mut self, row: Sample) -> Result<(), String>;
 }
 
@@ -161,33 +161,33 @@ pub struct Rows {
     of: u64,
     number: u32,
     schedule: Schedule,
-    /// For each phase the blocks of its fields.
+    /// For each phase, the blocks of the fields.
     fields: Vec<Vec<Option<u32>>>,
-    /// For each phase the blocks of the parts with overlays.
+    /// For each phase, the blocks of the parts with overlays.
     overlays: Vec<Vec<Option<u32>>>,
     /// The tick that was sampled last.
     seen: Option<u64>,
-    /// The values of the row that went last, when they are compared.
+    /// Values of the last sent row, if they are compared.
     last: Option<Vec<f64>>,
     window: Option<Window>,
 }
 
-/// The present window, and what waits for the next.
+/// The current window, and the rows that wait for the next.
 struct Window {
     /// In ticks.
     before: u64,
     after: u64,
     /// Whether the condition held at the last tick.
     held: bool,
-    /// Whether it ever came to hold.
+    /// Whether the condition was ever true.
     met: bool,
-    /// The last tick of the present window.
+    /// Last tick of the current window.
     until: Option<u64>,
     ring: VecDeque<Sample>,
     spare: Vec<Sample>,
 }
 
-/// What of the past decides about rows to come: part of checkpoints.
+/// History that decides about future rows; part of checkpoints.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Kept {
     /// Hash of the group.
@@ -198,18 +198,17 @@ pub(crate) struct Kept {
     held: bool,
     met: bool,
     until: Option<u64>,
-    /// Of the rows that wait: tick, phase, how many numbers; then all numbers, as bytes.
+    /// Waiting rows: tick, phase, number of values; followed by all values as bytes.
     ring: Vec<(u64, u32, u32)>,
     #[serde(with = "crate::checkpoint::serde_bytes_vec")]
     values: Vec<u8>,
 }
 
 impl Rows {
-    /// From the present tick on when the run is at its start, and after it when the run was resumed: that row is in the
-    /// earlier log.
+    /// Starts at the current tick at the start of a run, and after it if the run was resumed, because that row is in the earlier log.
     ///
     /// # Errors
-    /// When more would wait for an event than [`Around::HELD_MAX`].
+    /// Returns an error if more than [`Around::HELD_MAX`] would wait for an event.
     pub fn new(sim: &Simulation, number: u32, group: Group) -> Result<Rows, String> {
         let (start, base) = (sim.state().tick, sim.plan().base);
         let schedule = match start {
@@ -219,7 +218,7 @@ impl Rows {
         Self::with(sim, number, group, schedule)
     }
 
-    /// From the present tick on, at whatever time that is.
+    /// Starts at the current tick, at any time.
     ///
     /// # Errors
     /// As [`Rows::new`].
@@ -247,7 +246,7 @@ impl Rows {
                 Some(Window {
                     before: base.ticks_in(around.before),
                     after: base.ticks_in(around.after),
-                    // What holds where a log begins is an event at the start of a run alone.
+                    // A condition that is true where a log begins is an event only at the start of a run.
                     held: sim.state().tick > 0 && holds(around, sim),
                     met: false,
                     until: None,
@@ -262,10 +261,10 @@ impl Rows {
         Ok(Rows { group, of, number, schedule, fields, overlays, seen, last, window })
     }
 
-    /// Gives the rows that go at the present tick. Seeing a tick again gives nothing.
+    /// Sends the rows of the current tick. A second call at the same tick sends nothing.
     ///
     /// # Errors
-    /// As those of `out`.
+    /// Returns the errors of `out`.
     #[inline]
     pub fn sample(&mut self, sim: &Simulation, out: &mut impl Sink) -> Result<(), String> {
         let tick = sim.state().tick;
@@ -304,7 +303,7 @@ impl Rows {
         }
         if done.is_ok() && self.schedule.is_due(tick) {
             window.forget(tick.saturating_sub(window.before));
-            // As many rows as there is room for are due within `before`.
+            // The ring buffer has room for all rows within `before`.
             let mut row = window.spare.pop().unwrap_or_default();
             self.fill(sim, &mut row);
             if window.until.is_some_and(|until| tick <= until) {
@@ -317,7 +316,7 @@ impl Rows {
         done
     }
 
-    /// A row of the window goes, unless it is as the last.
+    /// Sends a row of the window, unless it equals the last one.
     fn give(
         &mut self,
         mut row: Sample,
@@ -336,7 +335,7 @@ impl Rows {
         done
     }
 
-    /// Whether a row at the present tick would differ from the last.
+    /// Returns whether a row at the current tick would differ from the last one.
     fn changed(&self, sim: &Simulation) -> bool {
         let Some(last) = &self.last else { return true };
         let mut now = self.values(sim);
@@ -377,7 +376,7 @@ impl Rows {
         }
     }
 
-    /// The condition, when it did not come to hold so far.
+    /// Returns the condition if it has never been true.
     pub fn unmet(&self) -> Option<&str> {
         let around = self.group.around.as_ref()?;
         self.window.as_ref().is_some_and(|w| !w.met).then_some(&*around.when.text)
@@ -398,8 +397,7 @@ impl Rows {
         }
     }
 
-    /// Goes on where a checkpoint stood, whose tick `sim` has. The row of that tick is given when the run that wrote it
-    /// had not given it yet.
+    /// Continues from a checkpoint at the tick of `sim`. The row of that tick is sent if the run that wrote the checkpoint had not sent it.
     pub(crate) fn take(&mut self, kept: &[Kept], sim: &Simulation) -> Result<(), String> {
         let Some(kept) = kept.iter().find(|k| k.of == self.of) else {
             let remembers = self.group.on_change || self.window.is_some();
@@ -438,7 +436,7 @@ impl Rows {
 }
 
 impl Window {
-    /// Rows before a tick.
+    /// Discards rows before a tick.
     fn forget(&mut self, tick: u64) {
         while self.ring.front().is_some_and(|row| row.tick < tick) {
             self.spare.extend(self.ring.pop_front());
@@ -458,7 +456,7 @@ fn same(a: &[f64], b: &[f64]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| one(*a, *b))
 }
 
-/// For each phase the blocks of these parts.
+/// Returns the blocks of these parts for each phase.
 fn blocks(sim: &Simulation, paths: &[String]) -> Vec<Vec<Option<u32>>> {
     let of = |plan: &Plan| {
         let block = |path: &String| {

@@ -1,4 +1,4 @@
-//! What there is to see: the shapes of the bodies, for cameras and lidars.
+//! Visible scene: the shapes of the bodies, for cameras and lidars.
 use crate::pattern;
 use crate::ports::{Lane, NodeState, PortKind, PortSpec};
 use linkwork_collision::Seen;
@@ -38,7 +38,7 @@ pub struct Scenery {
     pub(crate) shapes: Arc<Vec<Sight>>,
     /// Full names of the bodies that move and have shapes, each once, in order.
     pub(crate) bodies: Arc<Vec<String>>,
-    /// For each shape the place of its body among them; `None`: the world.
+    /// For each shape the index of its body; `None`: the world.
     places: Arc<Vec<Option<usize>>>,
     /// Patterns as written; `None`: all.
     pub(crate) only: Option<Vec<String>>,
@@ -69,7 +69,7 @@ impl Scenery {
         &self.bodies
     }
 
-    /// The ports that bring where the bodies are, bound by themselves.
+    /// Returns the ports for the poses of the bodies; they are bound automatically.
     #[must_use]
     pub fn ports(&self) -> Vec<PortSpec> {
         let port = |(k, body): (usize, &String)| PortSpec {

@@ -14,14 +14,14 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// From `tick` on: due there when it is the first tick at or after a multiple.
+    /// Creates a schedule from `tick` on, which is itself due if it is the first tick at or after a multiple of the period.
     pub fn from(tick: u64, base: Seconds, period: Seconds) -> Schedule {
         // The last multiple before the tick is what came before it.
         let before = tick.checked_sub(1).map_or(0, |t| multiples(t, base, period) + 1);
         Schedule { period, base, next: tick_of(before, base, period) }
     }
 
-    /// After `tick`: what is due there is past.
+    /// Creates a schedule after `tick`, which itself is not due.
     pub fn after(tick: u64, base: Seconds, period: Seconds) -> Schedule {
         let next = tick_of(multiples(tick, base, period) + 1, base, period);
         Schedule { period, base, next }

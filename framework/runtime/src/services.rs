@@ -1,4 +1,4 @@
-//! Services: shared read-only surroundings (terrain, gravity, atmosphere, sun, and the world that they belong to) that models ask at points.
+//! Services: shared read-only surroundings (terrain, gravity, atmosphere, Sun, and the world that they belong to) that models query at points.
 //!
 //! W is the simulation's frame: inertial, or a [`Site`]: then z is up, x east, y north.
 use crate::scenery::Scenery;
@@ -22,7 +22,7 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// Height (m), ∂h/∂x and ∂h/∂y.
+    /// Returns height (m), ∂h/∂x and ∂h/∂y.
     pub fn relief(&self) -> [f64; 3] {
         [self.height, -self.normal.x / self.normal.z, -self.normal.y / self.normal.z]
     }
@@ -47,7 +47,7 @@ pub struct Soil {
     pub shear_modulus: f64,
     /// Maximum-stress angle θ_m = (a₀ + a₁ s) θ_f: a₀ (1).
     pub a0: f64,
-    /// The same: a₁ (1).
+    /// Coefficient a₁ of θ_m (1).
     pub a1: f64,
     /// Rear contact ratio λ (1).
     pub lambda: f64,
@@ -58,7 +58,7 @@ pub struct Soil {
 }
 
 impl Soil {
-    /// That of ground whose soil nobody has written: NaN in every field, so that it can give no number.
+    /// Soil of ground without a specified soil: NaN in every field, so that it cannot yield a finite force.
     pub const UNKNOWN: Soil = Soil {
         n: f64::NAN,
         n1: f64::NAN,
@@ -91,10 +91,10 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Whether it is a grid: cells, a height for each node, positive distances.
+    /// Checks that this is a valid grid: it has cells, a height for each node, and positive spacings.
     ///
     /// # Errors
-    /// The first that is wrong.
+    /// Returns the first violated condition.
     pub fn check(&self) -> Result<(), GridFault> {
         let (nx, ny) = (self.nx, self.ny);
         if nx >= 2 && ny >= 2 && nx.checked_mul(ny) != Some(self.heights.len()) {
@@ -121,12 +121,12 @@ pub struct Rock {
     pub height: f64,
 }
 
-/// Ground to drive on.
+/// Terrain.
 pub trait Terrain: Send + Sync {
-    /// Height and normal; `None` off the map or where there is no data.
+    /// Returns height and normal; `None` off the map or where there is no data.
     fn ground(&self, x: f64, y: f64) -> Option<Ground>;
-    /// Height (m), ∂h/∂x and ∂h/∂y at each of several points x, y (m), in one call; the height is NaN where `ground` has `None`. They
-    /// belong to the same surface: a service that has its gradient at hand saves the way over the normal.
+    /// Height (m), ∂h/∂x and ∂h/∂y at each of several points x, y (m), in one call; the height is NaN where `ground` returns `None`. The surface is
+    /// the same as in `ground`; a service with an analytic gradient can override this to avoid the conversion from the normal.
     fn relief(&self, at: &[[f64; 2]], out: &mut [[f64; 3]]) {
         for ([x, y], out) in at.iter().zip(out) {
             *out = self.ground(*x, *y).map_or([f64::NAN; 3], |g| g.relief());
@@ -134,21 +134,21 @@ pub trait Terrain: Send + Sync {
     }
     /// x_min, y_min, x_max, y_max (m).
     fn bounds(&self) -> [f64; 4];
-    /// The soil at a point; [`Soil::UNKNOWN`] where none is written.
+    /// Returns the soil at a point; [`Soil::UNKNOWN`] where none is specified.
     fn soil(&self, x: f64, y: f64) -> &Soil;
-    /// All soils of the map, so that a part can check each of them before the run. Default: the one in the middle of the map.
+    /// Returns all soils of the map, so that a part can check each of them before the run. Default: the soil at the centre of the map.
     fn soils(&self) -> Vec<Soil> {
         let [x0, y0, x1, y1] = self.bounds();
         vec![*self.soil(0.5 * (x0 + x1), 0.5 * (y0 + y1))]
     }
-    /// Whether the soil is known everywhere.
+    /// Returns whether the soil is known everywhere.
     fn has_soil(&self) -> bool {
         true
     }
     /// Checks that the soil is known, for a part that computes with it or with its friction.
     ///
     /// # Errors
-    /// No soil is written.
+    /// Returns an error if no soil is specified.
     fn needs_soil(&self) -> Result<(), crate::BuildError> {
         if self.has_soil() {
             return Ok(());
@@ -157,21 +157,21 @@ pub trait Terrain: Send + Sync {
         let help = "write `soil: (kind: DrySand)`, or another kind, at the terrain (`linkwork describe environment.flat` lists them)";
         Err(crate::BuildError::new(fact).help(help))
     }
-    /// Heights for display; of a large map every so many nodes.
+    /// Returns heights for display; large maps are thinned out.
     fn surface(&self) -> Surface;
-    /// All heights, for what computes with them: collision, cameras, lidar.
+    /// Returns all heights, for collision, cameras and lidar.
     ///
     /// # Errors
-    /// The map is too large to be held as a whole, and what to do about it.
+    /// Returns an error with a remedy if the map is too large for memory.
     fn nodes(&self) -> Result<Surface, crate::BuildError> {
         Ok(self.surface())
     }
-    /// What keeps it from answering at t (s): the first thing that went wrong since it was made, with the remedy. Where that was, there
-    /// is no ground; a run stops at the end of the step in which it happens.
+    /// Returns the first failure since the creation of the service (such as a damaged tile), with a remedy. There is no ground at that place, and a
+    /// run stops at the end of the step in which the failure occurs.
     fn failure(&self, _t: f64) -> Option<crate::BuildError> {
         None
     }
-    /// Whether p (m, W) lies beside the map and lower than the ground at the nearest place of its edge: nothing holds a part there.
+    /// Returns an error if p (m, W) is off the map and lower than the ground at the nearest point of its edge, because nothing supports a part there.
     fn out_of_range(&self, p: Vec3) -> Option<crate::BuildError> {
         let [x0, y0, x1, y1] = self.bounds();
         if (x0..=x1).contains(&p.x) && (y0..=y1).contains(&p.y) || !(x0 <= x1 && y0 <= y1) {
@@ -185,16 +185,16 @@ pub trait Terrain: Send + Sync {
             "the map reaches from ({x0:.1}, {y0:.1}) to ({x1:.1}, {y1:.1}) m, and there is no ground at ({:.1}, {:.1}) m, where the height is {:.3} m and that of its edge {edge:.3} m",
             p.x, p.y, p.z
         );
-        let help = "make the map larger, or end the run before (`stop_when`): beside it nothing is touched";
+        let help = "make the map larger, or end the run earlier (`stop_when`): there is no ground contact off the map";
         Some(crate::BuildError::new(fact).help(help))
     }
-    /// Rocks (already part of the heights).
+    /// Returns the rocks, which are already part of the heights.
     fn rocks(&self) -> Vec<Rock> {
         Vec::new()
     }
 }
 
-/// What rolls asks a terrain for several points in one call.
+/// Rolling contact queries several points of a terrain in one call.
 impl Relief for dyn Terrain + '_ {
     fn relief(&self, at: &[[f64; 2]], out: &mut [[f64; 3]]) {
         Terrain::relief(self, at, out);
@@ -203,37 +203,37 @@ impl Relief for dyn Terrain + '_ {
 
 /// A gravity field.
 pub trait Gravity: Send + Sync {
-    /// Acceleration (m/s²) at p (m), both in W.
+    /// Returns the acceleration (m/s²) at p (m), both in W.
     fn acceleration(&self, t: f64, p: Vec3) -> Vec3;
-    /// ∂a/∂p (1/s²) of [`Gravity::acceleration`] at p (m), both in W, for variational equations; symmetric. `None`: not known in
+    /// Returns the symmetric gradient ∂a/∂p (1/s²) of [`Gravity::acceleration`] at p (m), both in W, for variational equations; `None` if there is no
     /// closed form.
     fn gradient(&self, _t: f64, _p: Vec3) -> Option<Mat3> {
         None
     }
-    /// The field, when it is the same everywhere and always.
+    /// Returns the acceleration of a uniform, constant field; `None` for other fields.
     fn uniform(&self) -> Option<Vec3> {
         None
     }
-    /// Distance (m) over which the field near p (m, W) changes by about its own size; 0: not known. Bodies that are
-    /// locked together and small against it are asked for as a whole, others one by one.
+    /// Returns the distance (m) over which the field near p (m, W) changes by about its own magnitude; 0: unknown. The field is evaluated once for
+    /// bodies that are locked together and small compared with this distance, and for each body otherwise.
     fn scale(&self, _t: f64, _p: Vec3) -> f64 {
         0.0
     }
-    /// What keeps it from answering at simulated time t (s): the span that its data cover, and the remedy. A run stops at the last
-    /// row before, with numbers that hold.
+    /// Returns an error if the data do not cover the simulated time t (s), with the covered span and a remedy. A run stops at the last row before
+    /// that time, with valid results.
     fn failure(&self, _t: f64) -> Option<crate::BuildError> {
         None
     }
-    /// What it takes W for; in a site `acceleration` has the centrifugal part.
+    /// Returns the kind of axes that the field assumes for W; in a site `acceleration` includes the centrifugal acceleration.
     fn axes(&self) -> Axes {
         Axes::Any
     }
-    /// The site that W is, when it turns with a planet.
+    /// Returns the site of W, if W rotates with a planet.
     fn site(&self) -> Option<Site> {
         self.axes().site()
     }
-    /// Acceleration (m/s²) of a point in free fall at p (m) with velocity v (m/s), all in W: with Coriolis' part
-    /// where W turns.
+    /// Returns the acceleration (m/s²) of a point in free fall at p (m) with velocity v (m/s), all in W, including the Coriolis acceleration if W
+    /// rotates.
     fn free_fall(&self, t: f64, p: Vec3, v: Vec3) -> Vec3 {
         let a = self.acceleration(t, p);
         self.site().map_or(a, |s| a - s.omega().cross(&v) * 2.0)
@@ -257,37 +257,37 @@ pub struct Air {
 
 /// An atmosphere.
 pub trait Atmosphere: Send + Sync {
-    /// The air at p (m), W.
+    /// Returns the air at p (m), W.
     fn air(&self, t: f64, p: Vec3) -> Air;
-    /// Where its data end, when p (m, W) lies beyond, and whether the run [stops](crate::BuildError::stops) there. It is asked at each
-    /// row for the nodes of the parts that ask for air.
+    /// Returns an error if p (m, W) lies outside the range of its data, and whether the run [stops](crate::BuildError::stops) there. It is evaluated
+    /// at each row for the nodes of the parts that use the atmosphere.
     fn out_of_range(&self, _t: f64, _p: Vec3) -> Option<crate::BuildError> {
         None
     }
-    /// Dynamic viscosity (Pa s) of its gas at a temperature (K); none where it does not know its gas.
+    /// Returns the dynamic viscosity (Pa s) of the gas at a temperature (K); `None` if the gas is unknown.
     fn viscosity(&self, _temperature: f64) -> Option<f64> {
         None
     }
-    /// Height (m) of p (m, W) above the ellipsoid of its planet, not a number where there is none (near the planet's centre); none where
-    /// it does not know its planet, at any p.
+    /// Returns the height (m) of p (m, W) above the ellipsoid of the planet; NaN where it is undefined (near the planet's centre); `None` at every p
+    /// if the planet is unknown.
     fn altitude(&self, _t: f64, _p: Vec3) -> Option<f64> {
         None
     }
-    /// What keeps it from answering at simulated time t (s): the span that its data cover, and the remedy. A run stops at the last
-    /// row before, with numbers that hold.
+    /// Returns an error if the data do not cover the simulated time t (s), with the covered span and a remedy. A run stops at the last row before
+    /// that time, with valid results.
     fn failure(&self, _t: f64) -> Option<crate::BuildError> {
         None
     }
-    /// Constant k (kg^½/m) of Sutton and Graves for its gas: q = k √(ρ/r_n) V³; `None` where it is not known.
+    /// Returns the Sutton–Graves constant k (kg^½/m) of the gas: q = k √(ρ/r_n) V³; `None` if unknown.
     fn heating_constant(&self) -> Option<f64> {
         None
     }
 }
 
-/// Where the sun stands.
+/// Position of the Sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SunState {
-    /// Unit vector towards the sun, W.
+    /// Unit vector towards the Sun, W.
     pub direction: Vec3,
     /// Distance (AU).
     pub distance_au: f64,
@@ -296,23 +296,23 @@ pub struct SunState {
 /// Sunlight at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
-    /// Unit vector from the point to the middle of the Sun, W.
+    /// Unit vector from the point to the centre of the Sun, W.
     pub direction: Vec3,
     /// Distance to the Sun (m).
     pub distance: f64,
-    /// Power through an area that faces the Sun (W/m²), without shadow and air.
+    /// Irradiance on an area that faces the Sun (W/m²), without shadow and atmosphere.
     pub irradiance: f64,
-    /// Share of the Sun's disc that no body of the world and no horizon hides: 1 in the light, 0 in the umbra.
+    /// Fraction of the Sun's disc that is not occulted by a body of the world or the horizon: 1 in full light, 0 in the umbra.
     pub visible: f64,
-    /// Angle (rad) to the nearest outer edge of a penumbra: above zero in full light. It changes its sign where a body or the horizon begins to
-    /// hide the Sun.
+    /// Angle (rad) to the nearest outer edge of a penumbra: positive in full light. It changes sign where a body or the horizon begins to occult the
+    /// Sun.
     pub penumbra: f64,
-    /// Angle (rad) to the nearest edge of an umbra or antumbra: below zero inside.
+    /// Angle (rad) to the nearest edge of an umbra or antumbra: negative inside.
     pub umbra: f64,
 }
 
 impl Light {
-    /// Pressure on what absorbs the light (N/m²): E/c, without shadow.
+    /// Returns the radiation pressure on an absorbing surface (N/m²): E/c, without shadow.
     #[must_use]
     pub fn pressure(&self) -> f64 {
         self.irradiance / SPEED_OF_LIGHT
@@ -322,15 +322,15 @@ impl Light {
 /// Speed of light (m/s, exact).
 pub const SPEED_OF_LIGHT: f64 = 299_792_458.0;
 
-/// Power of sunlight at 1 AU (W/m²), nominal total solar irradiance of the IAU (2015, resolution B3).
+/// Solar irradiance at 1 AU (W/m²), nominal total solar irradiance of the IAU (2015, resolution B3).
 pub const SOLAR_CONSTANT: f64 = 1361.0;
 
-/// The sun.
+/// The Sun.
 pub trait Sun: Send + Sync {
-    /// Direction and distance at simulated time t (s), from the centre of the world's body; without one from the origin of W.
+    /// Returns direction and distance at simulated time t (s), from the centre of the world's body, or from the origin of W without a body.
     fn state(&self, t: f64) -> SunState;
-    /// The light at p (m, W) and t (s): what solar panels, sun sensors, radiation pressure, cameras and thermal nodes have in common. As
-    /// it stands: parallel light that nothing hides.
+    /// Returns the light at p (m, W) and t (s), which solar panels, sun sensors, radiation pressure, cameras and thermal nodes use. Default: parallel
+    /// light without occultation.
     fn light(&self, t: f64, _p: &Vec3) -> Light {
         let SunState { direction, distance_au } = self.state(t);
         let irradiance = SOLAR_CONSTANT / (distance_au * distance_au);
@@ -344,14 +344,14 @@ pub trait Sun: Send + Sync {
             umbra: edge,
         }
     }
-    /// What keeps it from answering at simulated time t (s): the span that its data cover, and the remedy. A run stops at the last
-    /// row before, with numbers that hold.
+    /// Returns an error if the data do not cover the simulated time t (s), with the covered span and a remedy. A run stops at the last row before
+    /// that time, with valid results.
     fn failure(&self, _t: f64) -> Option<crate::BuildError> {
         None
     }
 }
 
-/// What a service provides.
+/// Kind of a service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ServiceKind {
     /// [`Terrain`].
@@ -367,7 +367,7 @@ pub enum ServiceKind {
 }
 
 impl ServiceKind {
-    /// As a word.
+    /// Returns the kind as a word.
     pub fn text(self) -> &'static str {
         match self {
             ServiceKind::Terrain => "terrain",
@@ -395,7 +395,7 @@ pub enum ServiceObject {
 }
 
 impl ServiceObject {
-    /// What it provides.
+    /// Returns the kind of the service.
     pub fn kind(&self) -> ServiceKind {
         match self {
             ServiceObject::Terrain(_) => ServiceKind::Terrain,
@@ -406,7 +406,7 @@ impl ServiceObject {
         }
     }
 
-    /// What it says of a part at p (m, W) that lies beyond its data.
+    /// Returns an error if p (m, W) lies outside the range of its data.
     pub fn out_of_range(&self, t: f64, p: Vec3) -> Option<crate::BuildError> {
         match self {
             ServiceObject::Atmosphere(o) => o.out_of_range(t, p),
@@ -415,7 +415,7 @@ impl ServiceObject {
         }
     }
 
-    /// What keeps it from answering at t (s).
+    /// Returns an error if the service cannot answer at t (s).
     pub fn failure(&self, t: f64) -> Option<crate::BuildError> {
         match self {
             ServiceObject::Terrain(o) => o.failure(t),
@@ -429,9 +429,9 @@ impl ServiceObject {
 
 /// A trait that services provide.
 pub trait Provided: Send + Sync {
-    /// Which one.
+    /// Kind of the service.
     const KIND: ServiceKind;
-    /// The object as this trait.
+    /// Returns the object as this trait, if it has this kind.
     fn of(object: &ServiceObject) -> Option<Arc<Self>>;
 }
 
@@ -488,42 +488,42 @@ impl<T: ?Sized> std::fmt::Debug for Handle<T> {
 #[derive(Clone, Default)]
 pub struct Services {
     objects: BTreeMap<String, ServiceObject>,
-    /// Services that were refused: that one of them is missing is no further mistake.
+    /// Services with errors: their absence is not reported as a second error.
     pub(crate) failed: Vec<(String, ServiceKind)>,
-    /// What there is to see.
+    /// Visible scene.
     pub(crate) scenery: Scenery,
 }
 
 impl Services {
-    /// None yet, and this to see.
+    /// Creates an empty set of services with a visible scene.
     pub(crate) fn seeing(scenery: Scenery) -> Self {
         Services { scenery, ..Services::default() }
     }
 
-    /// Adds one.
+    /// Adds a service.
     pub fn add(&mut self, path: impl Into<String>, object: ServiceObject) {
         self.objects.insert(path.into(), object);
     }
 
-    /// The first that cannot answer at t (s), and why.
+    /// Returns the first service that cannot answer at t (s), and the reason.
     pub(crate) fn failure(&self, t: f64) -> Option<(&str, crate::BuildError)> {
         self.objects.iter().find_map(|(path, object)| Some((path.as_str(), object.failure(t)?)))
     }
 
-    /// Whether the one at `path` is there and cannot answer at t (s).
+    /// Returns whether the service at `path` exists and cannot answer at t (s).
     pub(crate) fn is_troubled(&self, path: &str, t: f64) -> bool {
         self.objects.get(path).is_some_and(|object| object.failure(t).is_some())
     }
 
-    /// All, by path.
+    /// Returns all services, by path.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &ServiceObject)> {
         self.objects.iter().map(|(p, o)| (p.as_str(), o))
     }
 
-    /// The one at `path`, or, if no path is written, the provider nearest to `user` in the tree.
+    /// Returns the service at `path`, or without a path the provider nearest to `user` in the tree.
     ///
     /// # Errors
-    /// Fact and remedy; `None` where the part that would be it was refused: that is told already.
+    /// Returns message and remedy, or `None` if the provider itself has an error that was already reported.
     pub fn find<T: ?Sized + Provided>(
         &self,
         path: Option<&str>,
@@ -536,7 +536,7 @@ impl Services {
         let mut refused = self.failed.iter().filter(|(_, kind)| *kind == T::KIND);
         match path {
             Some(path) => {
-                // As written, or relative to an enclosing assembly of the user.
+                // The path is absolute or relative to an enclosing assembly of the user.
                 let mut scope = user;
                 loop {
                     let full =

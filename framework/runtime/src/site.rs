@@ -5,8 +5,8 @@
 //! ω   = R_WP ẑ rate                       of W in inertial space, constant in W;  c: the planet's centre in W
 //! R_IW(t) = R_IP(0) R_z(rate t) R_PW      I: inertial axes at the planet's centre, those of stars and ephemerides
 //! ```
-//! Terrain, contact, hinges and velocities are those of the site, so that what stands on the ground has
-//! coordinates of metres and velocities of zero. A gravity service that lives in a site ([`Gravity::site`])
+//! Terrain, contact, hinges and velocities are relative to the site, so that objects at rest on the ground have coordinates of some metres and zero
+//! velocity. A gravity service that lives in a site ([`Gravity::site`])
 //! gives the centrifugal part with its field; the mechanism adds what depends on motion, for each body with its
 //! own velocity and spin, exactly.
 //!
@@ -14,7 +14,7 @@
 use crate::ports::NodeState;
 use linkwork_spatial::{Pose, Quat, Vec3};
 
-/// Where W is on its planet, and how fast that turns.
+/// Position of W on its planet, and the planet's rotation rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Site {
     /// `X_PW`: W in axes that are fixed to the planet, from its centre (m).
@@ -46,7 +46,7 @@ impl Site {
         if across.norm() > 1e-9 { across.normalize() } else { Vec3::x() }
     }
 
-    /// From the planet's centre to `p`, both in W, m.
+    /// Returns the vector from the planet's centre to `p`, both in W, m.
     #[must_use]
     pub fn relative_to_centre(&self, p: &Vec3) -> Vec3 {
         p + self.pose.rotation.inverse() * self.pose.position

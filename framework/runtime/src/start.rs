@@ -11,7 +11,7 @@ pub enum StartFrame {
     Icrf,
     /// Mean equator and equinox of J2000 (EME2000): a constant rotation of 23 mas from the ICRF.
     Eme2000,
-    /// Axes that turn with the body, as they stand at t = 0; velocities are relative to them.
+    /// Axes that rotate with the body, at their attitude at t = 0; velocities are relative to these rotating axes.
     Fixed,
     /// Those of the Earth with `turns: iau`.
     Itrf,
@@ -28,7 +28,7 @@ pub enum Anomaly {
     Mean(f64),
 }
 
-/// Position and velocity at the start, which the world turns into those of W.
+/// Position and velocity at the start, which the world transforms to W.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Start {
     /// Osculating elements about the body of the world in inertial axes.
@@ -50,7 +50,7 @@ pub enum Start {
     State {
         /// The axes.
         frame: StartFrame,
-        /// From the centre of the body.
+        /// Position relative to the centre of the body.
         position: Vec3,
         /// Velocity.
         velocity: Vec3,

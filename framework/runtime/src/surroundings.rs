@@ -19,7 +19,7 @@ pub enum Vertical {
 }
 
 impl Vertical {
-    /// From the world and gravity of a simulation.
+    /// Creates the surroundings from the world and gravity of a simulation.
     ///
     /// # Errors
     /// There is neither a body nor gravity: nothing says which way is up.

@@ -15,13 +15,13 @@ pub struct Unit {
     pub offset: f64,
 }
 
-/// Why a unit text was refused.
+/// Error of a unit text.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("`{text}` is not a unit: {why}")]
 pub struct UnitError {
     /// The text.
     pub text: String,
-    /// What is wrong with it.
+    /// Error message.
     pub why: String,
 }
 

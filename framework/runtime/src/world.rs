@@ -45,9 +45,9 @@ pub trait World: Send + Sync {
     fn planet_axes(&self, t: f64) -> Quat;
     /// Angular velocity (rad/s, W) of the body relative to W at t (s): zero where W stands on it.
     fn planet_rate(&self, t: f64) -> Vec3;
-    /// The place of p (m, W) at t (s); `None` near the centre, where there is no vertical.
+    /// Returns the geographic position of p (m, W) at t (s); `None` near the centre, where the vertical is undefined.
     fn geographic(&self, t: f64, p: Vec3) -> Option<Geographic>;
-    /// From the body's centre to `p` (m), both in W.
+    /// Returns the vector from the body's centre to `p` (m), both in W.
     fn relative_to_centre(&self, p: &Vec3) -> Vec3 {
         self.axes().place().map_or(*p, |s| s.relative_to_centre(p))
     }
@@ -83,7 +83,7 @@ pub struct PlainWorld {
 }
 
 impl PlainWorld {
-    /// A body whose axes are those of an inertial W at t = 0.
+    /// A body whose axes coincide with an inertial W at t = 0.
     #[must_use]
     pub fn inertial(mu: f64, radius: f64, rate: f64) -> Self {
         PlainWorld { mu, radius, rate, start: Quat::identity(), axes: Axes::Inertial }

@@ -90,11 +90,11 @@ fn goals_are_visited_in_turn() {
 #[test]
 fn what_cannot_be_is_refused() {
     for (set, fact) in [
-        ("Rover.waypoints=[]", "there is no goal"),
+        ("Rover.waypoints=[]", "`goals` is empty"),
         ("Rover.NavigationSoftware.AutoNav.cell=0.01", "0.03 ..= 1"),
-        ("Rover.NavigationSoftware.AutoNav.keep_out=[[0, 0, -1]]", "is no disc"),
+        ("Rover.NavigationSoftware.AutoNav.keep_out=[[0, 0, -1]]", "is not a disc"),
         ("Rover.navigation=blind", "navigation_blind.ron"),
-        ("Rover.NavigationSoftware.AutoNav.keep_in=[3, 0, 1, 1]", "is no rectangle"),
+        ("Rover.NavigationSoftware.AutoNav.keep_in=[3, 0, 1, 1]", "is not a rectangle"),
         ("Truth.Body.rectangles=[]", "0 rectangles"),
     ] {
         let told = common::repository("rover_navigation/sim.ron", &[set]).err().unwrap();

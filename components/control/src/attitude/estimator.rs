@@ -5,8 +5,8 @@
 //! at a star fix   δ = 2 vec(q⁻¹ q_s)    S = P_θθ + R    K = P [1 0]ᵀ S⁻¹    P ← (1 − K H) P (1 − K H)ᵀ + K R Kᵀ
 //!                 q ← q exp(K_θ δ)      b ← b + K_b δ
 //! ```
-//! q turns body to inertial axes: W, or those of the stars where W is a site; errors are small turns in body axes. A fix that is further off than `gate` standard
-//! deviations is left out and counted. N: angular random walk (rad/√s), K: rate random walk (rad/s/√s).
+//! q turns body to inertial axes: W, or those of the stars where W is a site; errors are small rotations in body axes. A fix that deviates by more
+//! than `gate` standard deviations is rejected and counted. N: angular random walk (rad/√s), K: rate random walk (rad/s/√s).
 
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::nalgebra::{SMatrix, SVector};
@@ -32,7 +32,7 @@ pub struct FilterParams {
     /// Standard deviation of the bias at the start.
     #[param(unit = "rad/s", default = 1e-4, range = 0.0..)]
     pub bias_start: f64,
-    /// Standard deviations beyond which a fix is left out; 0: none is.
+    /// Gate in standard deviations above which a fix is rejected; 0: no gate.
     #[param(default = 0.0, range = 0.0..)]
     pub gate: f64,
 }
@@ -40,10 +40,10 @@ pub struct FilterParams {
 /// Measurements.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FilterIn {
-    /// Rate that the gyro shows, body axes.
+    /// Rate measured by the gyro, body axes.
     #[port("rad/s")]
     pub gyro: Vec3,
-    /// Attitude that the star tracker shows, body to inertial axes.
+    /// Attitude measured by the star tracker, body to inertial axes.
     #[port]
     pub star: Quat,
     /// The star tracker has a fix at this sample.
@@ -66,7 +66,7 @@ pub struct FilterOut {
     /// Standard deviation of the attitude about each body axis.
     #[port("rad")]
     pub deviation: Vec3,
-    /// Fixes that were left out.
+    /// Number of rejected fixes.
     #[port("1")]
     pub rejected: f64,
 }
@@ -83,16 +83,16 @@ pub struct Estimate {
     /// Covariance of turn and bias, by columns.
     #[port("1")]
     pub covariance: [f64; 36],
-    /// Fixes that were left out.
+    /// Number of rejected fixes.
     #[port("1")]
     pub rejected: f64,
-    /// Samples so far.
+    /// Number of samples.
     #[port("1")]
     pub samples: f64,
-    /// Rate that the gyro showed at the last one, body axes.
+    /// Gyro rate at the last sample, body axes.
     #[port("rad/s")]
     pub gyro: Vec3,
-    /// Fixes that were taken.
+    /// Number of accepted fixes.
     #[port("1")]
     pub fixes: f64,
 }
@@ -103,14 +103,14 @@ pub struct AttitudeFilter {
 }
 
 impl AttitudeFilter {
-    /// The estimate at this sample: carried on from the last one, and mended by a fix.
+    /// Returns the estimate at this sample: propagated from the last one and corrected by a fix.
     fn step(&self, c: &Clock, d: &Estimate, u: &FilterIn) -> Estimate {
         let p = &self.p;
         let mut out = *d;
         let mut cov = M6::from_column_slice(&d.covariance);
         // At the first sample no time has passed.
         if d.samples > 0.5 {
-            // The gyro shows the rate of the instant: what passed in between is nearest to the mean of both ends.
+            // The gyro measures instantaneous rates; the mean of both ends approximates the rate in between.
             let w = (d.gyro + u.gyro) * 0.5 - d.bias;
             out.attitude = d.attitude * Quat::from_scaled_axis(w * c.dt);
             let mut phi = M6::identity();
@@ -122,7 +122,7 @@ impl AttitudeFilter {
             cov = phi * cov * phi.transpose() + M6::from_diagonal(&noise);
         }
         if u.fix && d.fixes < 0.5 {
-            // The first one says where the craft points, however far that is from the start.
+            // The first fix sets the attitude, however far it is from the initial value.
             out.attitude = u.star;
             cov.fixed_view_mut::<3, 6>(0, 0).fill(0.0);
             cov.fixed_view_mut::<6, 3>(0, 0).fill(0.0);
@@ -168,9 +168,11 @@ impl Model for AttitudeFilter {
     type DiscreteState = Estimate;
     fn build(p: FilterParams) -> Result<Self, BuildError> {
         if p.star.iter().any(|s| !(*s > 0.0)) {
-            return Err(BuildError::new("a star tracker without noise leaves nothing to estimate")
-                .help("write three standard deviations above 0")
-                .at("star"));
+            return Err(BuildError::new(
+                "the star tracker needs noise: a standard deviation is not positive",
+            )
+            .help("write three standard deviations above 0")
+            .at("star"));
         }
         Ok(AttitudeFilter { p })
     }

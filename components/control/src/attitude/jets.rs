@@ -1,36 +1,37 @@
-//! `control.jet_selection`: which jets of a set are open, so that together they give a force and a torque.
+//! `control.jet_selection`: selects the open thrusters of a set for a commanded force and torque.
 //! ```text
-//! B: a column b_k = (r × d T, d T) for each jet      w: torque and force that are wanted, and what is carried      body axes
-//! s = argmin ½ |W (B s − w)|² + λ Σ s_k,  0 ≤ s ≤ 1      m = B s: what jets can give of w, by as little as can be
-//! o = argmin ½ |W (B o − m)|² + μ Σ o_k |W b_k|²,  o_k = 0 or 1      open for one period; by exchange: the jet that lowers it the most opens or closes, until none does
-//! carried on: m − B o, and of w − m up to two fifths of a jet           W = diag(1/ℓ, 1), ℓ: the root mean square of |r|
+//! B: a column b_k = (r × d T, d T) for each jet      w: commanded torque and force, plus the carried remainder      body axes
+//! s = argmin ½ |W (B s − w)|² + λ Σ s_k,  0 ≤ s ≤ 1      m = B s: achievable part of w, with minimum propellant
+//! o = argmin ½ |W (B o − m)|² + μ Σ o_k |W b_k|²,  o_k = 0 or 1      open for one period; by exchange: open or close the jet that lowers the cost most, until none does
+//! carried over: m − B o, and up to two fifths of a jet of w − m           W = diag(1/ℓ, 1), ℓ: the root mean square of |r|
 //! ```
-//! The mean of what is given is what is wanted, though a jet is open for whole periods only: the period is the shortest pulse. What jets cannot give together is left out
-//! and not carried. λ is 1e-3 of the mean of |W b_k|², so that jets that work against each other are not used; μ is 1/20: a jet opens where that mends more than it costs, alone if one is enough.
-//! Cost: jets² for each iteration of `bounded` of `linkwork-embedded`, few more than jets that end between 0 and 1, and for each jet that opens.
+//! The mean wrench equals the command although a jet is open for whole periods only; the period is the minimum pulse. The part of the command that
+//! the jets cannot supply is discarded and not carried over. λ is 1e-3 of the mean of |W b_k|², which avoids opposing jets; μ is 1/20: a jet opens
+//! only if it reduces the residual by more than its cost. Each iteration of `bounded` of `linkwork-embedded` and each opened jet costs O(jets²); the
+//! number of iterations is slightly above the number of jets that end between 0 and 1.
 
 use linkwork_embedded::{Sweeps, bounded};
 use linkwork_runtime::prelude::*;
 
-/// Jets of a set at most.
+/// Maximum number of jets of a set.
 const JETS_MAX: usize = 32;
-/// When shares end.
+/// Iteration limit and convergence tolerance of the duty cycles.
 const SWEEPS: Sweeps = Sweeps { most: 300, settled: 1e-9 };
-/// λ over the mean diagonal, and what is added to the diagonal, so that one set of shares is the least.
+/// λ relative to the mean diagonal, and the term that is added to the diagonal so that the minimum is unique.
 const FUEL: f64 = 1e-3;
 const WEIGHT: f64 = 1e-8;
 /// μ.
 const OPENING: f64 = 0.05;
-/// Of what the minimum leaves over this much of a jet is carried.
+/// Maximum part of the residual w − m that is carried over, relative to a jet.
 const LEFT: f64 = 0.4;
 
 /// A jet.
 #[derive(Params, Clone, Debug)]
 pub struct Jet {
-    /// Where it acts, from the node, body axes.
+    /// Position from the node, body axes.
     #[param(unit = "m")]
     pub position: Vec3,
-    /// Direction of the force on the body, against the jet, body axes.
+    /// Direction of the force on the body (opposite to the exhaust), body axes.
     pub direction: Vec3,
     /// Thrust.
     #[param(unit = "N", range = 1e-9..)]
@@ -38,7 +39,7 @@ pub struct Jet {
 }
 
 impl Jet {
-    /// Torque and force of it, fully open.
+    /// Returns torque (N m) and force (N) of the fully open jet.
     pub(super) fn column(&self) -> Column {
         let force = self.direction.normalize() * self.thrust;
         let torque = self.position.cross(&force);
@@ -56,24 +57,24 @@ pub struct JetSelectionParams {
 /// Torque and force of a jet that is fully open.
 pub(super) type Column = [f64; 6];
 
-/// What is wanted; in the order of the lanes.
+/// Body and command, in the order of the input values.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Wanted {
-    /// The body; its node is the point that positions and torque are about.
+    /// The body; positions and torque refer to its node.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// Force that is wanted, W.
+    /// Commanded force, W.
     #[port("N", default = Vec3::zeros())]
     pub force: Vec3,
-    /// Torque that is wanted, body axes.
+    /// Commanded torque, body axes.
     #[port("N m", default = Vec3::zeros())]
     pub torque: Vec3,
 }
 
-/// What those that are open give.
+/// Force and torque of the open jets.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Given {
-    /// How many are open.
+    /// Number of open jets.
     #[port("1")]
     pub opened: f64,
     /// Torque, body axes.
@@ -84,13 +85,13 @@ pub struct Given {
     pub given_force: Vec3,
 }
 
-/// What was left of whole periods.
+/// Remainder that is carried to the next period.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Carried {
-    /// Torque that is still to be given for one period, body axes.
+    /// Carried torque over one period, body axes.
     #[port("N m")]
     pub torque: Vec3,
-    /// Force that is still to be given for one period, body axes.
+    /// Carried force over one period, body axes.
     #[port("N")]
     pub force: Vec3,
 }
@@ -98,7 +99,7 @@ pub struct Carried {
 /// A set of jets.
 pub struct JetSelection {
     columns: Vec<Column>,
-    /// (W B)ᵀ W B, and a little on its diagonal, by rows.
+    /// (W B)ᵀ W B with a small diagonal term, by rows.
     normal: Vec<f64>,
     /// Diagonal of W².
     weights: Column,
@@ -107,7 +108,7 @@ pub struct JetSelection {
 }
 
 impl JetSelection {
-    /// Shares of the jets for a torque and a force.
+    /// Returns the duty cycles of the jets for a torque and a force.
     fn shares(&self, w: &Column) -> [f64; JETS_MAX] {
         let n = self.columns.len();
         let mut right = [0.0; JETS_MAX];
@@ -123,16 +124,16 @@ impl JetSelection {
         (0..6).map(|i| a[i] * self.weights[i] * b[i]).sum()
     }
 
-    /// The jets that are to be open for a torque and a force.
+    /// Returns the jets to open for a torque and a force.
     fn opened(&self, wanted: &Column) -> [bool; JETS_MAX] {
         let n = self.columns.len();
         let mut open = [false; JETS_MAX];
-        // Slopes of the cost without those of opening.
+        // Gradient of the cost without the opening term.
         let mut slopes = [0.0; JETS_MAX];
         for (slope, column) in slopes.iter_mut().zip(&self.columns) {
             *slope = -self.dot(column, wanted);
         }
-        // Every exchange lowers the cost: no set comes twice. So many are more than it takes.
+        // Every exchange lowers the cost, so no set repeats. This limit is more than enough.
         for _ in 0..4 * n {
             let change = |k: usize| {
                 let (side, own) = (if open[k] { -1.0 } else { 1.0 }, self.normal[k * n + k]);
@@ -151,7 +152,7 @@ impl JetSelection {
         open
     }
 
-    /// Torque and force of jets with these shares.
+    /// Returns torque and force of the jets at given duty cycles.
     fn given(&self, shares: impl Fn(usize) -> f64) -> Column {
         let mut sum = [0.0; 6];
         for (k, column) in self.columns.iter().enumerate() {
@@ -163,7 +164,7 @@ impl JetSelection {
         sum
     }
 
-    /// Which jets are open, what they give, and what is carried on.
+    /// Returns the open jets, their torque and force, and the carried remainder.
     fn select(&self, d: &Carried, u: &Wanted) -> ([bool; JETS_MAX], Column, Carried) {
         let force = u.body.rotation.inverse() * u.force + d.force;
         let torque = u.torque + d.torque;
@@ -184,7 +185,7 @@ impl JetSelection {
     }
 }
 
-/// Which jets of a set are open in each period, for a force and a torque; what whole periods cannot give is carried on; sampled.
+/// Selects the open jets of a set in each period for a force and a torque; the quantization remainder is carried over; sampled.
 #[model("control.jet_selection")]
 impl SizedModel for JetSelection {
     type Params = JetSelectionParams;
@@ -206,11 +207,14 @@ impl SizedModel for JetSelection {
         let n = p.jets.len();
         let wrong = |fact: String, help: &str| Err(BuildError::new(fact).help(help).at("jets"));
         if n == 0 || n > JETS_MAX {
-            return wrong(format!("{n} jets"), "1 to 32 are a set: use several for more");
+            return wrong(
+                format!("{n} jets are not supported"),
+                "write 1 to 32 jets, or use several selections",
+            );
         }
         if let Some(k) = p.jets.iter().position(|j| !(j.direction.norm() > 1e-9)) {
-            let fact = format!("the direction of jet {k} has no length");
-            return wrong(fact, "write a direction, e.g. [0, 0, 1]");
+            let fact = format!("the direction of jet {k} is zero");
+            return wrong(fact, "write a direction, for example [0, 0, 1]");
         }
         let square = p.jets.iter().map(|j| j.position.norm_squared()).sum::<f64>() / n as f64;
         let turn = if square > 0.0 { 1.0 / square } else { 1.0 };

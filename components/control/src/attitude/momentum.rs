@@ -1,13 +1,13 @@
-//! `control.wheel_distribution`, `control.desaturation`: wheels that share a torque, and coils that empty them.
+//! `control.wheel_distribution`, `control.desaturation`: torque distribution to reaction wheels, and momentum dumping by magnetic torquers.
 //! ```text
-//! body torque M wanted → wheels u = −G⁺ M        G: spin axes as columns, G⁺ = Gᵀ (G Gᵀ)⁻¹: least torques
+//! commanded body torque M → wheels u = −G⁺ M        G: spin axes as columns, G⁺ = Gᵀ (G Gᵀ)⁻¹: minimum-norm torques
 //! momentum of the wheels h_w = G h                dipole d = −k (B × h_w)/|B|²: d × B = −k h_w across B
 //! ```
 
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 
-/// Wheels that a set has at most.
+/// Maximum number of wheels of a set.
 pub const WHEELS: usize = 6;
 
 /// Axes.
@@ -17,13 +17,13 @@ pub struct DistributionParams {
     pub axes: Vec<Vec3>,
 }
 
-/// What is wanted and what is there.
+/// Commanded torque and wheel momenta.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DistributionIn {
-    /// Torque on the body that is wanted, body axes.
+    /// Commanded torque on the body, body axes.
     #[port("N m")]
     pub torque: Vec3,
-    /// Momentum of each wheel about its axis; of wheels that are not there it is not read.
+    /// Momentum of each wheel about its axis; values beyond the number of wheels are ignored.
     #[port("N m s", default = [0.0; WHEELS])]
     pub momenta: [f64; WHEELS],
 }
@@ -46,7 +46,7 @@ pub struct WheelDistribution {
     shares: Vec<Vec3>,
 }
 
-/// Shares a torque among three to six wheels with the least torques, and sums their momentum.
+/// Distributes a torque to three to six wheels with minimum norm, and sums their momentum.
 #[model("control.wheel_distribution")]
 impl Model for WheelDistribution {
     type Params = DistributionParams;
@@ -56,17 +56,17 @@ impl Model for WheelDistribution {
         let wrong = |fact: String, help: &str| Err(BuildError::new(fact).help(help).at("axes"));
         if p.axes.len() > WHEELS {
             let fact = format!("{} wheels", p.axes.len());
-            return wrong(fact, "six at most: use two sets");
+            return wrong(fact, "the maximum is six wheels: use two sets");
         }
         if p.axes.iter().any(|a| !(a.norm() > 1e-9)) {
-            return wrong("an axis has no length".into(), "write a direction, e.g. [1, 0, 0]");
+            return wrong("an axis is zero".into(), "write a direction, for example [1, 0, 0]");
         }
         let axes: Vec<Vec3> = p.axes.iter().map(|a| a.normalize()).collect();
         let sum: Mat3 = axes.iter().map(|a| a * a.transpose()).sum();
         let inverse = sum.try_inverse().filter(|_| sum.determinant() > 1e-9);
         let Some(inverse) = inverse else {
-            let fact = "the axes lie in a plane: about its normal they give no torque".to_string();
-            return wrong(fact, "write three axes that do not");
+            let fact = "the axes lie in a plane: they give no torque about its normal".to_string();
+            return wrong(fact, "write three axes that are not coplanar");
         };
         let shares = axes.iter().map(|a| -(inverse * a)).collect();
         Ok(WheelDistribution { axes, shares })
@@ -81,13 +81,13 @@ impl Model for WheelDistribution {
     }
 }
 
-/// Gain of the coils.
+/// Gain and target momentum.
 #[derive(Params, Clone, Debug)]
 pub struct DesaturationParams {
     /// Gain k: across the field, momentum decays as e^(−k t).
     #[param(unit = "1/s", default = 1e-3, range = 0.0..)]
     pub gain: f64,
-    /// Momentum that the wheels should have, body axes.
+    /// Target momentum of the wheels, body axes.
     #[param(unit = "N m s", default = Vec3::zeros())]
     pub wanted: Vec3,
 }
@@ -116,7 +116,7 @@ pub struct Desaturation {
     p: DesaturationParams,
 }
 
-/// The dipole that takes momentum out of wheels across the magnetic field.
+/// Computes the dipole that removes wheel momentum perpendicular to the magnetic field.
 #[model("control.desaturation")]
 impl Model for Desaturation {
     type Params = DesaturationParams;
@@ -125,7 +125,7 @@ impl Model for Desaturation {
     fn feedthrough(&self, u: &DesaturationIn) -> DesaturationOut {
         let square = u.field.norm_squared();
         let excess = u.momentum - self.p.wanted;
-        // Without a field there is nothing to push against.
+        // Without a field there is no torque.
         let dipole = if square > 0.0 {
             u.field.cross(&excess) * (-self.p.gain / square)
         } else {

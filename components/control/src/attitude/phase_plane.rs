@@ -1,14 +1,14 @@
-//! `control.phase_plane`: jets about one axis, switched by lines in the plane of angle and rate.
+//! `control.phase_plane`: thrusters about one axis, switched by lines in the plane of angle and rate.
 //! ```text
 //! s = e + k ω        on towards zero when |s| > deadband, off when |s| < hysteresis · deadband
 //! a jet that is on stays on for `minimum` s at least: the minimum impulse bit
 //! limit cycle: one shortest pulse at each side, rate = M · minimum/(2 J)
 //! ```
-//! `control.pulse_width` gives the time that a jet is on within a period: |M|/M_jet · Δt, nothing below the minimum.
+//! `control.pulse_width` computes the on-time of a thruster within a period: |M|/M_jet · Δt, or zero if this is below the minimum.
 
 use linkwork_runtime::prelude::*;
 
-/// Lines of switching.
+/// Switching lines.
 #[derive(Params, Clone, Debug)]
 pub struct PhasePlaneParams {
     /// Half width of the deadband.
@@ -17,21 +17,21 @@ pub struct PhasePlaneParams {
     /// Weight k of the rate.
     #[param(unit = "s", default = 1.0, range = 0.0..)]
     pub rate_weight: f64,
-    /// Share of the deadband below which a jet goes off.
+    /// Fraction of the deadband below which a jet is switched off.
     #[param(default = 0.8, range = 0.0..=1.0)]
     pub hysteresis: f64,
-    /// Shortest time on.
+    /// Minimum on-time.
     #[param(unit = "s", default = 0.0, range = 0.0..)]
     pub minimum: f64,
 }
 
-/// Angle and rate.
+/// Errors of angle and rate.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct AxisIn {
-    /// Error of the angle.
+    /// Angle error.
     #[port("rad")]
     pub angle: f64,
-    /// Error of the rate.
+    /// Rate error.
     #[port("rad/s")]
     pub rate: f64,
 }
@@ -39,27 +39,27 @@ pub struct AxisIn {
 /// Jets.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Jets {
-    /// The jet that turns forwards: 1 on, 0 off.
+    /// Jet with positive torque: 1 on, 0 off.
     #[port("1")]
     pub forward: f64,
-    /// The jet that turns backwards.
+    /// Jet with negative torque: 1 on, 0 off.
     #[port("1")]
     pub backward: f64,
-    /// Pulses so far.
+    /// Number of pulses.
     #[port("1")]
     pub pulses: f64,
 }
 
-/// What is on.
+/// State of the jets.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Firing {
     /// 1 forwards, −1 backwards, 0 off.
     #[port("1")]
     pub jet: f64,
-    /// Since when.
+    /// Time since which it is on.
     #[port("s")]
     pub since: f64,
-    /// Pulses so far.
+    /// Number of pulses.
     #[port("1")]
     pub pulses: f64,
 }
@@ -88,7 +88,7 @@ impl PhasePlane {
     }
 }
 
-/// Jets about one axis by switching lines in the phase plane, with hysteresis and a shortest pulse; sampled.
+/// Phase-plane control of thrusters about one axis, with hysteresis and a minimum pulse; sampled.
 #[model("control.phase_plane")]
 impl Model for PhasePlane {
     type Params = PhasePlaneParams;
@@ -110,34 +110,34 @@ pub struct PulseWidthParams {
     /// Torque of the jet.
     #[param(unit = "N m", range = 1e-9..)]
     pub jet: f64,
-    /// Shortest pulse; a shorter one is left out.
+    /// Minimum pulse; shorter pulses are not fired.
     #[param(unit = "s", default = 0.0, range = 0.0..)]
     pub minimum: f64,
 }
 
-/// What is wanted.
+/// Command.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct PulseIn {
-    /// Torque that is wanted about the axis, mean of the period.
+    /// Commanded mean torque about the axis over the period.
     #[port("N m")]
     pub torque: f64,
 }
 
-/// Widths.
+/// Pulse widths.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct PulseOut {
-    /// Time on of the jet that turns forwards, in this period.
+    /// On-time of the forward jet in this period.
     #[port("s")]
     pub forward: f64,
-    /// Time on of the jet that turns backwards.
+    /// On-time of the backward jet in this period.
     #[port("s")]
     pub backward: f64,
 }
 
-/// What was left out.
+/// Impulse that was not fired.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Rest {
-    /// Impulse that was too small for a pulse, carried to the next period.
+    /// Impulse that was too small for a pulse and is carried to the next period.
     #[port("N m s")]
     pub impulse: f64,
 }
@@ -154,7 +154,7 @@ impl PulseWidth {
         let width = if width < self.p.minimum { 0.0 } else { width };
         let signed = width * wanted.signum();
         let left = wanted - signed * self.p.jet;
-        // What is beyond a whole period is not saved up.
+        // Impulse beyond a full period is discarded, so that it does not accumulate.
         if width >= c.dt {
             return (signed, 0.0);
         }
@@ -162,7 +162,7 @@ impl PulseWidth {
     }
 }
 
-/// Time on of two jets in each period, for a mean torque; what is too small for a pulse is carried on; sampled.
+/// Pulse-width modulation: on-times of two jets in each period for a mean torque; impulse that is too small for a pulse is carried over; sampled.
 #[model("control.pulse_width")]
 impl Model for PulseWidth {
     type Params = PulseWidthParams;
@@ -177,9 +177,10 @@ impl Model for PulseWidth {
         Rest { impulse: self.width(clock, d, u).1 }
     }
     fn startup_warnings(&self, clock: &Clock) -> Vec<BuildError> {
-        let fact = "the shortest pulse is longer than the period: no jet ever fires";
+        let fact = "the minimum pulse is longer than the sample period: no jet ever fires";
         let never = self.p.minimum > clock.dt;
-        let told = never.then(|| BuildError::new(fact).help("sample it less often").at("minimum"));
+        let told =
+            never.then(|| BuildError::new(fact).help("decrease the sample rate").at("minimum"));
         told.into_iter().collect()
     }
 }

@@ -1,4 +1,4 @@
-//! `control.pointing`: the torque that turns a body to an attitude, about one axis and no faster than allowed.
+//! `control.pointing`: torque that rotates a body to an attitude about one axis, within a rate limit.
 //! ```text
 //! e = 2 vec(q_T⁻¹ q), shorter way         e is cut off where ω² |e| = 2 ζ ω_n · rate_max: then it coasts at rate_max
 //! M = J (−ω_n² e − 2 ζ ω_n (ω − ω_T)) + ω × J ω          body axes, cut off at torque_max by axis

@@ -1,19 +1,20 @@
-//! `control.throttles`: the throttles of a set of engines that are fixed to a body, so that together they give a force and a torque.
+//! `control.throttles`: control allocation: throttles of a set of body-fixed engines for a commanded force and torque.
 //! ```text
-//! B: a column (r × d T, d T) for each engine      w: torque and force that are wanted      body axes
+//! B: a column (r × d T, d T) for each engine      w: commanded torque and force      body axes
 //! s = argmin |W (B s − w)|² + ε |s|²,  s_min ≤ s ≤ 1      W² = diag(weights of the torque/ℓ², weights of the force), ℓ: the root mean square of |r|
 //! ```
-//! An engine that is no part of the set (`off`) has throttle 0. What engines cannot give together is left out, so that it is least as the weights count it: with 0 for
-//! what need not be, such as the force across. `bounded` of `linkwork-embedded` finds the minimum; ε is 1e-6 of the mean diagonal of (W B)ᵀ W B. Cost: engines² for
-//! an iteration, of few more than engines that end between their ends.
+//! Engines in `off` have throttle 0. If the engines cannot supply the command, the weighted residual is minimized; give weight 0 to components that
+//! do not matter, such as the lateral force. The bounded least-squares problem is solved by `bounded` of `linkwork-embedded`; ε is 1e-6 of the mean
+//! diagonal of (W B)ᵀ W B. An iteration costs O(engines²); the number of iterations is slightly above the number of engines that end between their
+//! limits.
 
 use super::jets::Jet;
 use linkwork_embedded::{Sweeps, bounded};
 use linkwork_runtime::prelude::*;
 
-/// Engines of a set at most.
+/// Maximum number of engines of a set.
 const ENGINES_MAX: usize = 32;
-/// Iterations at most, the change of a throttle at which they end, and ε over the mean diagonal.
+/// Iteration limit, convergence tolerance of a throttle, and ε relative to the mean diagonal.
 const SWEEPS: Sweeps = Sweeps { most: 300, settled: 1e-7 };
 const WEIGHT: f64 = 1e-6;
 
@@ -22,10 +23,10 @@ const WEIGHT: f64 = 1e-6;
 pub struct ThrottlesParams {
     /// The engines with their thrust at full throttle, in the order of the output `throttle`.
     pub engines: Vec<Jet>,
-    /// Throttle s_min below which they do not burn.
+    /// Minimum throttle s_min of a burning engine.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub throttle_min: f64,
-    /// Engines that are off, counted from 0.
+    /// Indices of engines that are off, from 0.
     #[param(default = Vec::new())]
     pub off: Vec<u32>,
     /// Weights of the torque about x, y, z.
@@ -36,18 +37,18 @@ pub struct ThrottlesParams {
     pub force_weights: Vec3,
 }
 
-/// What is wanted.
+/// Command.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Wanted {
-    /// Force that is wanted, body axes.
+    /// Commanded force, body axes.
     #[port("N", default = Vec3::zeros())]
     pub force: Vec3,
-    /// Torque that is wanted about the point from which positions of the engines count, body axes.
+    /// Commanded torque about the origin of the engine positions, body axes.
     #[port("N m", default = Vec3::zeros())]
     pub torque: Vec3,
 }
 
-/// What they give in vacuum.
+/// Force and torque of the engines in vacuum.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Given {
     /// Torque, body axes.
@@ -61,9 +62,9 @@ pub struct Given {
 /// A set of engines.
 pub struct Throttles {
     columns: Vec<[f64; 6]>,
-    /// The engines that burn, by their place in the set.
+    /// Indices of the burning engines.
     on: Vec<usize>,
-    /// (W B)ᵀ W B + ε of those that burn, by rows.
+    /// (W B)ᵀ W B + ε of the burning engines, by rows.
     normal: Vec<f64>,
     /// Diagonal of W².
     weights: [f64; 6],
@@ -71,7 +72,7 @@ pub struct Throttles {
 }
 
 impl Throttles {
-    /// Throttles of all engines for a torque and a force.
+    /// Returns the throttles of all engines for a torque and a force.
     fn throttles(&self, w: &[f64; 6]) -> [f64; ENGINES_MAX] {
         let n = self.on.len();
         let mut right = [0.0; ENGINES_MAX];
@@ -86,7 +87,7 @@ impl Throttles {
     }
 }
 
-/// Throttles of engines that are fixed to a body, for a force and a torque; what they cannot give is left out by weights.
+/// Allocates throttles of body-fixed engines for a commanded force and torque; a residual is minimized by weights.
 #[model("control.throttles")]
 impl SizedModel for Throttles {
     type Params = ThrottlesParams;
@@ -108,25 +109,29 @@ impl SizedModel for Throttles {
         let wrong =
             |at: &str, fact: String, help: &str| Err(BuildError::new(fact).help(help).at(at));
         if n == 0 || n > ENGINES_MAX {
-            return wrong("engines", format!("{n} engines"), "1 to 32 are a set");
+            return wrong(
+                "engines",
+                format!("{n} engines are not supported"),
+                "write 1 to 32 engines",
+            );
         }
         if let Some(k) = p.engines.iter().position(|e| !(e.direction.norm() > 1e-9)) {
-            let fact = format!("the direction of engine {k} has no length");
-            return wrong("engines", fact, "write a direction, e.g. [0, 0, 1]");
+            let fact = format!("the direction of engine {k} is zero");
+            return wrong("engines", fact, "write a direction, for example [0, 0, 1]");
         }
         if let Some(k) = p.off.iter().find(|k| **k as usize >= n) {
-            let fact = format!("engine {k} is off, and there are {n}");
+            let fact = format!("`off` contains {k}, but there are {n} engines");
             return wrong("off", fact, "engines are counted from 0");
         }
         let on: Vec<usize> = (0..n).filter(|k| !p.off.contains(&(*k as u32))).collect();
         if on.is_empty() {
-            return wrong("off", "no engine burns".into(), "leave one out of `off`");
+            return wrong("off", "all engines are off".into(), "remove at least one from `off`");
         }
         for (at, weights) in
             [("torque_weights", p.torque_weights), ("force_weights", p.force_weights)]
         {
             if weights.iter().any(|w| !(*w >= 0.0)) {
-                return wrong(at, "a weight is below 0".into(), "write three that are 0 or more");
+                return wrong(at, "a weight is below 0".into(), "write three weights of 0 or more");
             }
         }
         let square = p.engines.iter().map(|e| e.position.norm_squared()).sum::<f64>() / n as f64;
@@ -139,8 +144,12 @@ impl SizedModel for Throttles {
         };
         let mean = on.iter().map(|k| dot(*k, *k)).sum::<f64>() / on.len() as f64;
         if !(mean > 0.0) {
-            let help = "write one above 0, e.g. force_weights: [0, 0, 1]";
-            return wrong("force_weights", "nothing that they give has a weight".into(), help);
+            let help = "write at least one weight above 0, for example force_weights: [0, 0, 1]";
+            return wrong(
+                "force_weights",
+                "all weighted components are zero for these engines".into(),
+                help,
+            );
         }
         let mut normal = Vec::with_capacity(on.len() * on.len());
         for i in &on {
@@ -211,7 +220,7 @@ mod tests {
             let (s, given) = at(&m, Vec3::z() * thrust, torque);
             assert!((given.given_force.z - thrust).abs() < 1e-4 * thrust, "{given:?}");
             assert!((given.given_torque - torque).norm() < 1e-4 * thrust, "{given:?}");
-            // What is told is what such engines give, seen from the models of engines: sum of forces at their places.
+            // The reported wrench agrees with the sum of the forces of the engine models at their positions.
             let (mut force, mut turn) = (Vec3::zeros(), Vec3::zeros());
             for (e, s) in engines().iter().zip(&s) {
                 let f = e.direction.normalize() * (3000.0 * s);

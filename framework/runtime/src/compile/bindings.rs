@@ -37,8 +37,7 @@ pub(super) fn own(parts: &[Part<'_>]) -> Vec<BindSpec> {
     parts.iter().flat_map(of).collect()
 }
 
-/// The host's part, and its wires. `absent`: parts that were not built (their faults are told), and
-/// services.
+/// The host's part, and its wires. `absent`: parts that were not built (their faults are already reported), and services.
 pub(super) fn bind(
     spec: &Spec,
     parts: &[Part<'_>],
@@ -63,8 +62,7 @@ pub(super) fn bind(
     spec.host.as_ref().map(|h| h.lower(&bound, services, out))
 }
 
-/// A part that drives a hinge and has inputs of its own, none of them wired: it does what it does with
-/// defaults, which is rarely meant.
+/// Warns of a part that drives a hinge and whose own inputs are all unwired: it then runs with default commands, which is rarely intended.
 pub(super) fn uncommanded(parts: &[Part<'_>], c: &Connections, warnings: &mut Vec<Fault>) {
     for (k, part) in parts.iter().enumerate() {
         let d = part.prototype.description();

@@ -54,7 +54,7 @@ pub(crate) struct Link {
 }
 
 impl Connections {
-    /// New signal lanes: the first of so many.
+    /// Allocates signal slots and returns the first one.
     pub(super) fn allocate(&mut self, n: usize) -> u32 {
         let lane = self.signals as u32;
         self.signals += n;

@@ -1,4 +1,4 @@
-//! Connectors: what a part draws passes to where its supply comes from.
+//! Connectors: the current that a part draws is passed to the source of its supply.
 //!
 //! A connector is a group of inputs and outputs of a part, such as a voltage that it sees and a current that it draws. Wires join the connectors of
 //! two parts in both directions or not at all: an input of a connector that comes from another connector requires that the

@@ -90,7 +90,7 @@ impl Delays<'_> {
                 let fact = format!("a delay of {samples} samples");
                 faults.push(fault(fact, "write a number of samples from 1 to 100000"));
             }
-            // An end that is not there is told with the wire itself.
+            // A missing end is reported with the wire itself.
             let (source, range) = output(&wire.from)
                 .unwrap_or_else(|| (PortSpec::named("y", PortKind::Numbers, 1), 0..1));
             let lanes = range.len();

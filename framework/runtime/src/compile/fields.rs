@@ -10,7 +10,7 @@ use crate::spec::Spec;
 use crate::value::{Fault, remedy};
 use std::collections::BTreeMap;
 
-/// What a part has to do with a field.
+/// Relation of a part to a field.
 struct Use {
     part: usize,
     field: usize,
@@ -39,7 +39,7 @@ impl Fields {
 }
 
 /// Joins parts to the fields that they bind, or else to the nearest of its kind.
-/// `absent`: parts that were not built; their faults are told.
+/// `absent`: parts that were not built; their faults are already reported.
 pub(super) fn join(
     spec: &Spec,
     parts: &mut [Part<'_>],

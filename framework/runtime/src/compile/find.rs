@@ -16,13 +16,13 @@ pub(super) struct Found<'a> {
     pub lane: usize,
 }
 
-/// A fault, or none when it would only follow from one that is told already.
+/// Returns a fault, or `None` if it would only follow from one that is already reported.
 pub(super) type Told = Option<Fault>;
 
 pub(super) struct Finder<'a, 'b> {
     parts: &'a [Part<'b>],
     index: BTreeMap<&'a str, usize>,
-    /// Parts without ports: services (true), and those whose own faults are told already (false).
+    /// Parts without ports: services (true), and parts whose own faults are already reported (false).
     absent: BTreeMap<&'a str, bool>,
     /// Inputs and then outputs of each part, both by name.
     ports: Vec<Found<'a>>,

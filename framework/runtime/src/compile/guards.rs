@@ -1,4 +1,4 @@
-//! Guards: those of parts in path order, then the conditions of transitions.
+//! Guards of parts in path order, followed by the conditions of transitions.
 use super::connections::Connections;
 use super::order::Order;
 use super::part::Part;
@@ -94,7 +94,7 @@ pub(super) fn guards(
         }
     }
     for (which, watched) in (0..).zip(watches) {
-        // What is wrong with it is reported with the variables of all phases.
+        // Its errors are reported with the variables of all phases.
         if let Ok(condition) = Condition::parse_partly(watched.when, variables)
             && (condition.timed() || condition.places().any(|p| !matches!(p, Place::Channel(_))))
         {

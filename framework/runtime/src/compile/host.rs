@@ -1,5 +1,5 @@
-//! What parts bind to. A host turns bindings into ordinary wires on ports of a part of its own, so
-//! that everything after this step knows parts and wires only.
+//! What parts bind to. A host converts bindings into ordinary wires on ports of its own part, so that later compilation steps handle only parts and
+//! wires.
 use crate::binding::BindSpec;
 use crate::block::Prototype;
 use crate::ports::PortSpec;
@@ -36,13 +36,13 @@ impl Clone for Box<dyn Host> {
     }
 }
 
-/// What comes of turning bindings into wires.
+/// Result of converting bindings into wires.
 pub struct Lowering<'a> {
     /// The wires.
     pub wires: Vec<HostWire>,
     /// Bindings that cannot be served.
     pub faults: &'a mut Vec<Fault>,
-    /// What is allowed and probably not meant.
+    /// Warnings about allowed but probably unintended bindings.
     pub warnings: &'a mut Vec<Fault>,
 }
 

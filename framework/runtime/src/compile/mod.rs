@@ -1,4 +1,4 @@
-//! From a flat specification to a plan. Every mistake is gathered; none hides another.
+//! Compilation of a flat specification into a plan. Every mistake is gathered; none hides another.
 //!
 //! ```text
 //! services → models (parameters) → lanes → wires and bindings → one driver per input →
@@ -53,7 +53,7 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
     compile_phase(spec, &Within::default(), catalogue, files)
 }
 
-/// What a phase has of its program.
+/// Data of the program that a phase uses.
 #[derive(Default)]
 pub(crate) struct Within<'a> {
     /// The conditions on which it is left.
@@ -337,7 +337,7 @@ fn build_models<'a>(
     parts
 }
 
-/// Faults without a place get that of the part.
+/// Faults without a source position receive the position of the part.
 fn located(mut faults: Vec<Fault>, part: &PartSpec) -> Vec<Fault> {
     for fault in &mut faults {
         if fault.origin == Origin::NONE {

@@ -22,7 +22,7 @@ pub(crate) struct Order {
     pub hybrid: BTreeSet<u32>,
     /// Algebraic loops.
     pub loops: Vec<Loop>,
-    /// Signal lanes that they need beside those of the connections.
+    /// Signal slots that they need in addition to those of the connections.
     pub work: usize,
     pub flow: Flow,
 }
@@ -134,8 +134,8 @@ pub(crate) fn order(parts: &[Part<'_>], c: &Connections) -> Result<Order, Vec<Fa
     Ok(Order { ops, variability, staged, derivs, hybrid, loops, work, flow })
 }
 
-/// Blocks with derivatives, and the continuous operations that an integrator needs again at a stage:
-/// those upstream of derivatives and of blocks that advance by themselves.
+/// Returns the blocks with derivatives, and the continuous operations that every integrator stage must evaluate: those upstream of derivatives and of
+/// blocks with their own stepping method.
 fn stage(
     directs: &[u32],
     depends: &[Vec<u32>],

@@ -1,4 +1,4 @@
-//! How the states are integrated, and which of their lanes follow rules of their own.
+//! Settings of the integration, and the states that follow special rules.
 use super::part::Part;
 use crate::model::{Description, Turning, lanes};
 use crate::pattern;
@@ -21,7 +21,7 @@ pub(super) fn lanes_of(
     all.filter(|r| !r.is_empty()).collect()
 }
 
-/// Bodies that turn freely, in lanes of the whole state.
+/// Returns freely rotating bodies, by their slots in the whole state.
 pub(super) fn turning(parts: &[Part<'_>]) -> Vec<Turning> {
     let all = parts.iter().flat_map(|p| {
         let x = p.wiring.x;
@@ -31,7 +31,7 @@ pub(super) fn turning(parts: &[Part<'_>]) -> Vec<Turning> {
     all.collect()
 }
 
-/// Signal lanes that blocks write while they advance by themselves.
+/// Returns the signal slots that blocks write in their own stepping method.
 pub(super) fn stepped_outputs(parts: &[Part<'_>]) -> Vec<Range<usize>> {
     let steps = parts.iter().filter(|p| p.prototype.description().functions.steps);
     let all = steps.map(|p| {

@@ -19,7 +19,7 @@ pub(super) fn close(
     c: &Connections,
 ) -> Result<(Vec<u32>, Vec<Loop>, usize), Vec<Fault>> {
     let n = flat.ops.len();
-    // From a sought lane to the lane that it is to equal.
+    // Map from an unknown signal to the signal that it must equal.
     let sent: BTreeMap<u32, u32> =
         (c.tears.iter()).flat_map(|t| (t.sought..).zip(t.sources.iter().copied())).collect();
     let component = components(flat, &sent);

@@ -1,4 +1,4 @@
-//! A wheel is bound to a node whose axle is meant to be that of the hinge it turns on.
+//! A wheel is bound to a node whose axle should coincide with the axis of its hinge.
 #![allow(non_snake_case)]
 use super::frame::Frame;
 use crate::compile::{Bound, Lowering};
@@ -45,7 +45,7 @@ pub(super) fn check(
                         "`{part}`: binding `{bind}`: the axle of `{label}` lies {angle:.0}° across the hinge of `{}`, on which it turns",
                         body.name()
                     );
-                    let help = "bind the body that turns with the wheel, or a node on it whose axis lies along its hinge";
+                    let help = "bind the body that rotates with the wheel, or a node on it whose axis lies along its hinge";
                     out.warnings.push(Fault::new(b.spec.origin, fact).help(help));
                 }
                 return;

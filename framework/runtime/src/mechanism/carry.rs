@@ -1,4 +1,4 @@
-//! The mechanism's state in a move between plans: poses and motion stay, momentum is booked.
+//! State of the mechanism in a transition between plans: poses and velocities are kept, and changes of momentum are recorded in the balance.
 use super::gaps::Gaps;
 use super::plan::MechanismPlan;
 use crate::block::{Carried, Failure, OldState};

@@ -31,7 +31,7 @@ impl MechanismBlock {
     /// Removes from a small change of the state the part that [`MechanismBlock::close`] would remove. Only near a loss of rank this part is large enough to matter.
     pub(super) fn close_change(&mut self, x: &[f64], change: &mut [f64]) -> Outcome {
         let steps = self.stepper.is_some() || self.rolls.is_some();
-        // The solver holds the last stage. Every attempt of a step evaluates its stages anew, so this leaves no trace in a resumed run.
+        // The solver holds the last stage. Every attempt of a step evaluates its stages again, so this does not affect a resumed run.
         let near = |s: &ConstrainedSolver| s.independence() < NEAR;
         if steps || !self.solver.as_ref().is_some_and(near) {
             return Ok(());

@@ -14,7 +14,7 @@
 //! coordinate that meets a usual stop at the speed v, pushed by an acceleration a, passes it by no more
 //! than 5 h v + 50 h² a while the inertia is m; with μ m, by √μ of the first and μ of the second. With
 //! semi-implicit Euler it may be a step's motion, h v, more. It comes back no faster than it went in.
-//! With contact the step is explicit in damping: it wants h d / m < 2. Prescribed coordinates feel
+//! With contact the step is explicit in damping and requires h d / m < 2. Prescribed coordinates feel
 //! none of these.
 use super::spec::MechanismSpec;
 use crate::value::Fault;
@@ -223,7 +223,7 @@ fn mobility(tree: &Tree, ws: &mut Workspace, first: usize) -> Option<Mat3> {
     Some(out).filter(|m| m.iter().all(|x| x.is_finite()))
 }
 
-/// The forces of a mechanism's hinges; what of them cannot act is a warning.
+/// Compiles the hinge forces of a mechanism; settings without effect are reported as warnings.
 pub(super) fn lower(spec: &MechanismSpec, tree: &Tree, warnings: &mut Vec<Fault>) -> JointForces {
     let (m, mut out) = (&*spec.multibody, JointForces::default());
     let smooth = spec.contact.is_none();

@@ -1,4 +1,4 @@
-//! Masses that change while the run goes on: a body's own inertia, and what wires add to it.
+//! Variable masses during a run: a body's own inertia, and inertia that is added through wires.
 use super::frame::Frame;
 use super::ports::MechanismPorts;
 use crate::ports::BodyMass;

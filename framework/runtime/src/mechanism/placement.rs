@@ -1,12 +1,11 @@
-//! Putting a machine gently on the ground: root height and attitude and the suspension's joints
-//! such that every wheel just touches.
+//! Placement of a machine on the ground: finds root height, attitude and suspension joints such that every wheel just touches.
 //!
 //! ```text
-//! unknowns  z, roll, pitch, chosen joints        residuals  least gap of the rim of each wheel
+//! unknowns  z, roll, pitch, chosen joints        residuals minimum gap of the rim of each wheel
 //! ```
-//! Loops and couplings are closed for each trial, so that chosen joints which they join adapt together.
-//! Damped least squares (Levenberg–Marquardt) with numerical derivatives. From there the machine settles under its own
-//! forces until it rests (`step::settle`), so that a run starts in static balance; done once, before a run.
+//! Loops and couplings are closed at each iteration, so that chosen joints in a loop or coupling adapt together.
+//! Damped least squares (Levenberg–Marquardt) with numerical derivatives. Afterwards the machine settles under its own forces until it is at rest
+//! (`step::settle`), so that a run starts in static equilibrium. This is done once, before a run.
 use crate::plan::Plan;
 use crate::services::Terrain;
 use crate::step::{Machine, settle};
@@ -17,7 +16,7 @@ use linkwork_solvers::{Projector, footing};
 use linkwork_spatial::nalgebra::{DMatrix, DVector};
 use linkwork_spatial::{Quat, Vec3};
 
-/// Where and how to put a machine down.
+/// Placement of a machine on the ground.
 #[derive(Clone, Debug)]
 pub struct Placement {
     /// The free root body.
@@ -32,13 +31,13 @@ pub struct Placement {
     pub joints: Vec<String>,
 }
 
-/// A machine cannot be put down.
+/// Error: a machine cannot be placed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("placing on terrain: {message}\n  help: {help}")]
 pub struct PlaceError {
-    /// What is wrong.
+    /// Error message.
     pub message: String,
-    /// What to do about it.
+    /// Remedy.
     pub help: String,
 }
 
@@ -46,7 +45,7 @@ fn error<T>(message: String, help: &str) -> Result<T, PlaceError> {
     Err(PlaceError { message, help: help.to_string() })
 }
 
-/// A machine where its wheels just touch; it has yet to settle.
+/// A machine whose wheels just touch the ground and which has not settled yet.
 #[derive(Clone, Debug)]
 #[must_use = "give it to `settle_placed`"]
 pub struct Placed {
@@ -54,16 +53,16 @@ pub struct Placed {
     pub gap: f64,
     body: String,
     joints: Vec<String>,
-    /// Rates of the machine, and of those of its joints that adapt in any case, in the order of the mechanism.
+    /// Indices of the rates of the machine, and of its joints that always adapt, in the order of the mechanism.
     own: Vec<usize>,
     adapting: Vec<usize>,
 }
 
-/// Changes the plan's initial coordinates: the wheels of a machine just touch. All machines of a plan are put down before they settle
-/// ([`settle_placed`]), so that none stands in the ground meanwhile.
+/// Changes the plan's initial coordinates so that the wheels of a machine just touch. All machines of a plan are placed before they settle
+/// ([`settle_placed`]), so that none penetrates the ground meanwhile.
 ///
 /// # Errors
-/// Unknown bodies, a root that is not free, ground missing under a wheel, no convergence, or a terrain that cannot answer.
+/// Returns an error for unknown bodies, a root that is not free, missing ground under a wheel, no convergence, or a failure of the terrain.
 pub fn place_on_terrain(
     plan: &mut Plan,
     terrain: &dyn Terrain,
@@ -101,7 +100,7 @@ fn put_down(plan: &mut Plan, terrain: &dyn Terrain, p: &Placement) -> Result<Pla
         );
     }
     let at = mb.get(root).q().start;
-    // The machine: the root and all that hangs on it.
+    // The machine: the root and its descendants.
     let mut own: Vec<usize> = mb.get(root).v().collect();
     for id in mb.body_ids() {
         let mut up = mb.get(id).parent();
@@ -154,7 +153,7 @@ fn put_down(plan: &mut Plan, terrain: &dyn Terrain, p: &Placement) -> Result<Pla
     let (mut solver, mut projector) = (mechanism.solver.clone(), Projector::new(&tree));
     let mut gaps = |u: &DVector<f64>, q: &mut Vec<f64>| -> Result<DVector<f64>, PlaceError> {
         set(u, q);
-        // Joints that loops and couplings join adapt together.
+        // Joints in loops and couplings adapt together.
         if let Some(solver) = &mut solver
             && let Err(e) = projector.positions(&tree, &mut ws, solver, &motions, q)
         {
@@ -216,7 +215,7 @@ fn put_down(plan: &mut Plan, terrain: &dyn Terrain, p: &Placement) -> Result<Pla
             }
         }
     }
-    // Nothing starts inside the ground.
+    // Lift the machine so that no wheel starts inside the ground.
     u[0] -= e.min().min(0.0);
     e = gaps(&u, &mut q)?;
     mechanism.q = q;
@@ -224,8 +223,8 @@ fn put_down(plan: &mut Plan, terrain: &dyn Terrain, p: &Placement) -> Result<Pla
     Ok(Placed { gap: e.amax(), body, joints, own, adapting })
 }
 
-/// Changes the plan's initial coordinates and what its parts start from: all placed machines are brought to static balance in one
-/// run. A machine that does not rest starts where its wheels touch, which is a warning of the plan at the given place.
+/// Brings all placed machines to static equilibrium in one run, and changes the plan's initial coordinates and initial states of parts accordingly. A
+/// machine that does not come to rest starts where its wheels touch, with a warning at the given source position.
 pub fn settle_placed(plan: &mut Plan, placed: &[(Origin, Placed)]) {
     let Some(mechanism) = plan.mechanism() else { return };
     let (mb, put, first) = (mechanism.multibody.clone(), mechanism.q.clone(), mechanism.x);
@@ -256,7 +255,7 @@ impl Placed {
                 "does not rest there",
                 "brake its wheels at the start, or put it where the ground holds it",
             ),
-            // What advances by impulses has no derivative to follow.
+            // A mechanism with contact by impulses has no derivative to integrate.
             false => (
                 "is not brought to rest before the run, since contact by impulses is on",
                 "let it settle in the first second of the run",
@@ -266,7 +265,8 @@ impl Placed {
         plan.warnings.push(Fault::new(origin, fact).help(help));
     }
 
-    /// Joints that were not to adapt and gave way: what holds them at work may not yet hold them at the start.
+    /// Warns of joints that moved although they were not listed to adapt, because the force that holds them during the run may be missing at the
+    /// start.
     fn warn_of_sagging(
         &self,
         plan: &mut Plan,
@@ -291,5 +291,5 @@ impl Placed {
     }
 }
 
-/// Motion of a joint while its machine settles (rad or m) from which it is told.
+/// Motion of a joint during settling (rad or m) above which a warning is reported.
 const SAGS: f64 = 0.05;

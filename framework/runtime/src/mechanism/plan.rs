@@ -29,7 +29,7 @@ pub struct MechanismPlan {
     pub gravity: Option<Arc<dyn Gravity>>,
     /// The field, when it is the same everywhere.
     pub uniform: Option<Vec3>,
-    /// Angular velocity of W in inertial space (rad/s, W) when W is a site of a planet that turns.
+    /// Angular velocity of W in inertial space (rad/s, W) if W is a site of a rotating planet.
     pub omega: Option<Vec3>,
     /// Coordinates at the start.
     pub q: Vec<f64>,
@@ -67,7 +67,7 @@ pub struct MechanismPlan {
     pub constraint_methods: Vec<ConstraintMethod>,
     /// Damping, friction and stops of hinges.
     pub(super) joints: JointForces,
-    /// What is read and written through wires.
+    /// Quantities that are read and written through wires.
     pub ports: MechanismPorts,
     /// Bodies that mass is added to.
     pub(super) varies: Vec<Varying>,

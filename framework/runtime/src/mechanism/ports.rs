@@ -8,7 +8,7 @@ use crate::value::{Fault, remedy};
 use linkwork_multibody::{BodyId, Coordinate, Multibody, Subhinge, SubhingeKind};
 use std::collections::BTreeSet;
 
-/// What is read from the mechanism and put into it, each list in the order of its lanes.
+/// Inputs and outputs of the mechanism, each list in the order of its signals.
 #[derive(Clone, Debug, Default)]
 pub struct MechanismPorts {
     /// Frames whose pose and velocity are read (13 lanes each).

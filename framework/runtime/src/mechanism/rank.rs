@@ -4,8 +4,8 @@
 //! mobility        free rates of the tree − rank of the rows of all loops and couplings, at the start
 //! contradiction   what others make of d̈ + ḋ + d in a row that they imply: more than 1e-6 (1 + Σ |β̇|)
 //! ```
-//! All constraints are rows for this, whatever their constraint method. The rank is that of one configuration: at a
-//! singular one, a linkage in line, it is less than elsewhere.
+//! All constraints are rows for this, whatever their constraint method. The rank is computed at one configuration; at a singular one, such as a
+//! stretched linkage, it is smaller than elsewhere.
 use super::plan::MechanismPlan;
 use crate::value::{Fault, Origin};
 use linkwork_dynamics::{Workspace, kinematics};
@@ -26,7 +26,7 @@ pub struct RankReport {
     /// Constraints of which rows repeat others: name (``loop `NAME` ``), such rows, all its rows. Which of
     /// several that repeat each other is named is not unique.
     pub redundant: Vec<(String, usize, usize)>,
-    /// Of these, those that hold only while prescribed motions agree with each other.
+    /// Names of redundant constraints that are satisfied only if the prescribed motions are consistent.
     pub over_prescribed: Vec<String>,
 }
 

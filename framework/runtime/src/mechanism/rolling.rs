@@ -1,8 +1,8 @@
-//! A mechanism whose machines move by kinematics: they roll over the ground as their wheels turn, and nothing has inertia. With the
-//! traction of their wheels they are quasi-static: all forces balance at each instant.
+//! A mechanism whose machines move by kinematics: they roll over the ground as their wheels turn, and nothing has inertia. If the wheel models supply
+//! traction, the motion is quasi-static: all forces balance at each instant.
 //!
-//! Axles and steering are prescribed hinges; what the wires bring to other hinges and nodes (springs, loads of an arm) counts for
-//! what the wheels carry, and moves nothing. Accelerations are means of the step.
+//! Axles and steering are prescribed hinges; forces from wires on other hinges and nodes (springs, loads of an arm) affect the wheel loads but cause
+//! no motion. Accelerations are means of the step.
 use super::block::{MechanismBlock, NEVER};
 use super::rolls::Rolls;
 use super::touch;
@@ -30,7 +30,7 @@ impl MechanismBlock {
         sig: &mut [f64],
     ) -> Outcome {
         let Rolls { rolling, terrain, still, hold, before, wheels, tractions } = rolls;
-        // What holds the machine at rest against gravity and what the wires bring.
+        // Forces that hold the machine in equilibrium against gravity and the forces from wires.
         self.at = NEVER;
         let q = &x[self.w.x..self.w.x + self.q.len()];
         kinematics(&self.tree, &mut self.ws, q, still);

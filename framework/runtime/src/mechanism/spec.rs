@@ -61,7 +61,7 @@ pub struct MechanismSpec {
     pub origins: BTreeMap<String, Origin>,
     /// Where bodies are written, by name.
     pub bodies: Arc<BTreeMap<String, Origin>>,
-    /// What of it is seen, for cameras and lidars.
+    /// Visible shapes, for cameras and lidars.
     pub scenery: Scenery,
     /// The step, s, from which the stiffness of usual stops follows; `None`: not known, and they do not act.
     pub step: Option<f64>,

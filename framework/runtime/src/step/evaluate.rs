@@ -1,4 +1,4 @@
-//! Evaluations: operations in their order, derivatives, and what an integrator sees of them.
+//! Evaluations: operations in order, derivatives, and the interface to integrators.
 use super::linear::Linear;
 use super::operation::run;
 use super::pinned::Pins;
@@ -10,7 +10,7 @@ use crate::plan::{Op, Plan};
 use linkwork_integrate::{At, System};
 use std::ops::Range;
 
-/// Operations by their indices, in order; each is followed by the pins on what it writes.
+/// Runs operations in order; after each one the pins on its outputs are applied.
 #[inline]
 pub(super) fn run_all(
     blocks: &mut [Box<dyn Block>],
@@ -33,7 +33,7 @@ pub(super) fn run_all(
     Ok(())
 }
 
-/// The state of every guard, and storage for their values; empty before they were looked at for the first time.
+/// The state of every guard, and storage for their values; empty before their first evaluation.
 pub(super) type Guards<'a> = (&'a [GuardState], &'a mut [f64]);
 
 /// Runs operations at a row or an event: before the outputs of a part with modes, its piece is taken from the levels, unless an
@@ -71,7 +71,7 @@ pub(super) fn run_all_now(
 }
 
 /// Returns whether an event decides which piece of a part holds: a guard of it is due, or has fired at this instant and stands at
-/// its zero but for round-off. There the levels say nothing.
+/// its zero but for round-off. There the levels are not meaningful.
 fn is_decided(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,
@@ -92,7 +92,7 @@ fn is_decided(
     Ok(states.iter().zip(values).any(|(g, value)| g.side == 0 && value.abs() <= g.slack))
 }
 
-/// Derivatives, when the signals are those of this state; zero where a state is pinned.
+/// Computes derivatives; the signals must belong to this state. Derivatives of pinned states are zero.
 #[inline]
 pub(super) fn derivatives(
     blocks: &mut [Box<dyn Block>],
@@ -114,7 +114,7 @@ pub(super) fn derivatives(
     Ok(())
 }
 
-/// Values of all guards, when the signals that they read are those of this state. `began`: when the phase began (s).
+/// Computes the values of all guards; the signals must belong to this state. `began`: start time of the phase (s).
 pub(super) fn guards(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,
@@ -129,7 +129,7 @@ pub(super) fn guards(
     }
     for c in &plan.conditions {
         let value = c.condition.value(times, x, d, sig);
-        // A variable that is absent or NaN: it does not hold.
+        // A condition on an absent or NaN variable is false.
         values[c.guard as usize] = if value.is_nan() { -1.0 } else { value };
     }
     Ok(())
@@ -142,27 +142,27 @@ pub(super) struct Running<'a> {
     pub d: &'a [f64],
     pub sig: &'a mut [f64],
     pub now: Now,
-    /// When the phase began (s).
+    /// Start time of the phase (s).
     pub began: f64,
-    /// What keeps its value.
+    /// Pinned variables.
     pub pins: Option<&'a Pins>,
-    /// Counts evaluations.
+    /// Counter of evaluations.
     pub number: &'a mut u64,
-    /// Storage for derivatives by the state, when the method wants them.
+    /// Storage for the Jacobian, if the method needs it.
     pub linear: Option<&'a mut Linear>,
     /// Its states are those [within a step](turning): storage for one in body axes. Without it they are in body axes themselves.
     pub stage: Option<&'a mut [f64]>,
 }
 
 impl Running<'_> {
-    /// The time of one more evaluation.
+    /// Returns the time of another evaluation.
     #[inline(always)]
     pub(super) fn next(&mut self, t: f64) -> Now {
         *self.number += 1;
         Now { t, evaluation: Evaluation::Stage, number: *self.number, ..self.now }
     }
 
-    /// Values of the guards at a state within a step.
+    /// Computes the values of the guards at a state within a step.
     pub fn guards_at(&mut self, t: f64, x: &[f64], values: &mut [f64]) -> Result<(), Stopped> {
         let now = self.next(t);
         let Running { plan, blocks, d, sig, pins, began, .. } = self;
@@ -194,7 +194,7 @@ impl System for Running<'_> {
     }
 
     fn jacobian(&mut self, t: f64, at: &At<'_>, out: &mut [f64]) -> Result<bool, Stopped> {
-        // By differences when something is pinned: they know of it.
+        // Use finite differences if variables are pinned, because analytic derivatives ignore pins.
         if self.pins.is_some() {
             return Ok(false);
         }
@@ -261,7 +261,7 @@ fn project_change(
     Ok(())
 }
 
-/// Every state back onto its manifold.
+/// Projects every state onto its manifold.
 pub(super) fn project(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,
@@ -277,7 +277,7 @@ pub(super) fn project(
     Ok(())
 }
 
-/// Blocks that advance by themselves, over `h` s.
+/// Advances blocks with their own stepping method by `h` (s).
 pub(super) fn advance(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,

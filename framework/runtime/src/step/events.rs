@@ -91,8 +91,8 @@ impl GuardState {
         }
     }
 
-    /// After a step of h s in which its value came to this. Where blocks advance by themselves, an event is located on their
-    /// interpolated motion, and the step that ends there comes somewhere else.
+    /// After a step of h s in which its value came to this. For blocks with their own stepping method, an event is located on their interpolated
+    /// motion, and the step that ends there reaches a slightly different state.
     fn moved(&mut self, end: f64, h: f64, plan: &Plan) {
         self.change = end - self.value;
         let least = if plan.steps.is_empty() { 1e-12 } else { 1e-3 };
@@ -271,7 +271,7 @@ impl Simulation {
             self.state.x = x;
             seen.map_err(StepFailure::System)
         } else {
-            // What advances by itself is at the row already.
+            // Blocks with their own stepping method are already at the row.
             self.look_at(plan, h, 1.0).map(|()| end.copy_from_slice(&self.work.middle))
         };
         let found = seen.and_then(|()| self.first_crossing(plan, h, &end));
@@ -375,7 +375,7 @@ impl Simulation {
         found: Crossing,
     ) -> Result<f64, StepFailure<Stopped>> {
         let theta = found.theta;
-        // What advances by itself is interpolated, and a jump is where it is.
+        // Blocks with their own stepping method are interpolated, and a jump stays where it is.
         if theta == 0.0 || plan.derivs.is_empty() {
             return Ok(theta);
         }

@@ -1,5 +1,5 @@
-//! From an instant towards the next row: steps of the integrator, and of blocks that advance by
-//! themselves. A guard that reaches its threshold within a step ends the step there.
+//! Advancing from an instant towards the next row: steps of the integrator, and of blocks with their own stepping method. A guard that reaches its
+//! threshold within a step ends the step there.
 use super::evaluate::{self, Running};
 use super::pinned::Pins;
 use super::simulation::Purpose;
@@ -178,7 +178,7 @@ impl Simulation {
         Ok(taken)
     }
 
-    /// Blocks that advance by themselves, over `length` s from the present instant.
+    /// Advances blocks with their own stepping method by `length` (s) from the current instant.
     fn advance(&mut self, plan: &Plan, length: f64) -> Result<(), Failure<Stopped>> {
         if length <= 0.0 {
             return Ok(());
@@ -208,7 +208,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Keeps the state at the start of a step with blocks that advance by themselves.
+    /// Saves the state at the start of a step with blocks that have their own stepping method.
     fn keep(&mut self, plan: &Plan) {
         self.work.before.copy_from(&self.state);
         for (&k, slot) in plan.steps.iter().zip(&mut self.work.stores) {
@@ -240,7 +240,7 @@ impl Simulation {
     }
 
     /// The state at θ of the last step, into `work.inside`: on its dense output while an event is looked for, by a step that ends
-    /// there when it is taken. Blocks that advance by themselves are interpolated, and do their step again when it is taken.
+    /// there when it is taken. Blocks with their own stepping method are interpolated, and repeat their step when it is accepted.
     pub(super) fn state_at(
         &mut self,
         plan: &Plan,

@@ -5,8 +5,8 @@
 //! tangents      ∂y/∂x = ∂f/∂x_k ∂x_k/∂x + ∂f/∂u ∂u/∂x
 //! solved loop   s(t, x) = t        ∂t/∂x = (1 − ∂s/∂t)⁻¹ ∂s/∂x, then the tangents of what depends on t
 //! ```
-//! ∂f is what the block says of itself (the mechanism's analytic derivatives), and else differences of that operation
-//! alone: a motor is evaluated again for its current, not the machine. Signals that no state moves are left out.
+//! ∂f comes from the block if it has analytic derivatives (the mechanism), otherwise from finite differences of that operation alone: for a motor's
+//! current only the motor is evaluated again, not the machine. Signals that do not depend on a state are omitted.
 use super::evaluate::{self, Running};
 use super::linear::Linear;
 use super::simulation::{RunError, Simulation};
@@ -17,11 +17,11 @@ use crate::plan::{Loop, Op};
 use linkwork_integrate::{At, System};
 use linkwork_spatial::nalgebra::DMatrix;
 
-/// Least size of a state in differences, where nothing is known of it.
+/// Minimum scale of a state in finite differences, used if its magnitude is unknown.
 const LEAST: f64 = 1e-3;
 
 impl Running<'_> {
-    /// ∂ẋ/∂x at (t, x), row by row. False when a loop has no unique solution near this one.
+    /// Computes ∂ẋ/∂x at (t, x), row by row. Returns false if an algebraic loop has no unique solution near this one.
     pub(super) fn linearise(
         &mut self,
         linear: &mut Linear,
@@ -53,7 +53,7 @@ impl Running<'_> {
         Ok(true)
     }
 
-    /// Tangents of what one operation writes.
+    /// Computes the tangents of the signals that one operation writes.
     fn propagate(
         &mut self,
         linear: &mut Linear,
@@ -88,7 +88,7 @@ impl Running<'_> {
         Ok(true)
     }
 
-    /// Tangents of a solved loop: first with the sought lanes as directions of their own.
+    /// Computes the tangents of a solved loop, first with the unknown signals as additional directions.
     fn close(
         &mut self,
         linear: &mut Linear,
@@ -128,7 +128,7 @@ impl Running<'_> {
         Ok(true)
     }
 
-    /// The Jacobian of one operation of block `k`: what the block knows, and differences for the rest.
+    /// Computes the Jacobian of one operation of block `k`: analytic columns from the block, finite differences for the others.
     fn slopes_of(
         &mut self,
         linear: &mut Linear,
@@ -162,7 +162,7 @@ impl Running<'_> {
         self.differences(linear, k, operation, now, at)
     }
 
-    /// Columns that the block left, by differences of the operation alone.
+    /// Computes the remaining columns by finite differences of this operation alone.
     fn differences(
         &mut self,
         linear: &mut Linear,
@@ -187,11 +187,10 @@ impl Running<'_> {
             if !left(linear, column) {
                 continue;
             }
-            // The signal, or the state, that is moved.
+            // The signal or state that is perturbed.
             let signal = column.checked_sub(nx).map(|c| linear.reads[c]);
             if let Some(lane) = signal {
-                // A signal that feeds two inputs moves both: its first column has the whole change. One that is not
-                // finite has no slope.
+                // A signal that feeds two inputs perturbs both, so its first column contains the whole change. A non-finite signal has no derivative.
                 let again = linear.reads[..column - nx].contains(&lane);
                 if again || !self.sig[lane].is_finite() {
                     linear.slopes.column(column);
@@ -216,13 +215,13 @@ impl Running<'_> {
                 Some(lane) => self.sig[lane] = old,
             }
         }
-        // As it was, what the block keeps for this evaluation included.
+        // Restore the state, including the cache of the block for this evaluation.
         self.once(linear, k, operation, now)?;
         self.sig[own.ym].copy_from_slice(&linear.before[..kept]);
         Ok(())
     }
 
-    /// One operation at the state in `linear`, as an evaluation of its own.
+    /// Runs one operation at the state in `linear`, as a separate evaluation.
     fn once(
         &mut self,
         linear: &mut Linear,
@@ -250,15 +249,14 @@ impl Running<'_> {
 }
 
 impl Simulation {
-    /// ẋ at a continuous state `x` ([`Sizes::x`](crate::Sizes) lanes) of the present instant, with the discrete states
-    /// as they are; 0 for what advances by a method of its own (a mechanism with contact by impulses). The run itself
-    /// stays as it is.
+    /// Returns ẋ at a continuous state `x` ([`Sizes::x`](crate::Sizes) values) at the current instant, with the current discrete states. Entries are
+    /// 0 for parts with their own stepping method (a mechanism with contact by impulses). The run is not changed.
     ///
     /// # Errors
-    /// What a part refuses there.
+    /// Returns the error of a part at that state.
     ///
     /// # Panics
-    /// When `x` has another number of lanes.
+    /// Panics if `x` has the wrong length.
     pub fn rates(&mut self, x: &[f64]) -> Result<Vec<f64>, RunError> {
         assert_eq!(x.len(), self.plan.sizes.x, "lanes of the continuous state");
         let mut rates = vec![0.0; x.len()];
@@ -266,13 +264,12 @@ impl Simulation {
         Ok(rates)
     }
 
-    /// A = ∂ẋ/∂x at the present state, n × n: the linear system near it, row and column by lane of x; names of the
-    /// lanes are those of the variables at [`Place::X`](crate::Place). Sampled parts hold still. Analytic where blocks
-    /// know their derivatives, by differences of single operations elsewhere. `None`: a loop that is solved has no
-    /// unique solution here, or a part advances by a method of its own (contact by impulses) and has no ẋ.
+    /// Returns A = ∂ẋ/∂x at the current state, n × n, in the order of x; variables at [`Place::X`](crate::Place) name the entries. Sampled parts are
+    /// held constant. Derivatives are analytic where blocks supply them, and finite differences of single operations elsewhere. Returns `None` if an
+    /// algebraic loop has no unique solution here, or if a part has its own stepping method (contact by impulses) and therefore no ẋ.
     ///
     /// # Errors
-    /// What a part refuses.
+    /// Returns the error of a part.
     pub fn state_matrix(&mut self) -> Result<Option<DMatrix<f64>>, RunError> {
         if !self.plan.steps.is_empty() {
             return Ok(None);
@@ -293,7 +290,7 @@ impl Simulation {
         Ok(regular.then(|| DMatrix::from_row_slice(n, n, &out)))
     }
 
-    /// Does something with the run as an integrator sees it, without pins, and leaves no trace.
+    /// Calls a function with the run as an integrator sees it, without pins, and restores the run afterwards.
     pub(super) fn beside(
         &mut self,
         work: impl FnOnce(&mut Running<'_>, f64) -> Result<(), Stopped>,

@@ -1,11 +1,11 @@
-//! A run: the state, and what advances it.
+//! A run: its state and the functions that advance it.
 //!
 //! ```text
 //! at a row:       operations due, in one topological order → updates due (all see the same signals)
 //! between rows:   the integrator steps; each stage evaluates the continuous operations
-//! at an event:    what a guard fires → the operations that follow → guards again, until none fires
+//! at an event:    handler of the fired guard → dependent operations → guards again, until none fires
 //! ```
-//! Between calls the state is always "after the work of an instant", so chunking leaves no trace.
+//! Between calls the state is always "after the work of an instant", so the results do not depend on how a run is divided into calls.
 mod bad;
 mod begin;
 mod evaluate;
@@ -52,30 +52,30 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use stopped::Stopped;
 
 impl Simulation {
-    /// What the field at a path shows at present; `None` when the phase has no such field, or one of other data.
-    /// As long as it is kept, the field copies its data when it changes them.
+    /// Returns the current data of the field at a path; `None` if the phase has no such field or its data have another type. While the result is
+    /// kept, the field copies its data to change them.
     pub fn seen<D: crate::field::Shows>(&self, path: &str) -> Option<Arc<crate::field::Seen<D>>> {
         let field = self.plan.fields.iter().find(|f| self.plan.block_path(f.block) == path)?;
         self.shown(field.block)?.downcast().ok()
     }
 
-    /// What the part at a path shows on the ground at present; `None` when the phase has no such part, or it shows nothing there.
+    /// Returns the current ground overlay of the part at a path; `None` if the phase has no such part or the part has no overlay.
     pub fn overlay(&self, path: &str) -> Option<crate::SharedOverlay> {
         let block = self.plan.parts.iter().position(|part| part.path == path)?;
         self.blocks.get(block)?.overlay()
     }
 
-    /// The same of a part by its place in the plan.
+    /// Returns the ground overlay of a part, by its index in the plan.
     pub(crate) fn overlay_of(&self, block: u32) -> Option<crate::SharedOverlay> {
         self.blocks.get(block as usize)?.overlay()
     }
 
-    /// What a field shows: that of a part, by its place in the plan.
+    /// Returns the data of a field, by its index in the plan.
     pub(crate) fn shown(&self, block: u32) -> Option<crate::shown::Shown> {
         self.blocks.get(block as usize)?.shown()
     }
 
-    /// One more evaluation at this instant.
+    /// Starts another evaluation at this instant.
     fn next(&mut self, evaluation: Evaluation) -> Now {
         self.work.number += 1;
         let (t, tick) = (self.time(), self.state.tick);
@@ -83,23 +83,23 @@ impl Simulation {
         Now { t, dt, tick, evaluation, span: None, number }
     }
 
-    /// The plan of the present phase.
+    /// Returns the plan of the current phase.
     pub fn plan(&self) -> &Arc<Plan> {
         &self.plan
     }
-    /// All phases.
+    /// Returns the program: all phases.
     pub fn program(&self) -> &Arc<Program> {
         &self.program
     }
-    /// Name of the present phase.
+    /// Returns the name of the current phase.
     pub fn phase(&self) -> &str {
         &self.program.phases[self.state.phase as usize].name
     }
-    /// The state.
+    /// Returns the state.
     pub fn state(&self) -> &State {
         &self.state
     }
-    /// Simulated time (s).
+    /// Returns the simulated time (s).
     pub fn time(&self) -> f64 {
         self.plan.base.times(self.state.tick) + self.state.since
     }
@@ -114,7 +114,7 @@ impl Simulation {
         }
         for &k in &work.fields {
             let FieldPlan { block, readers } = &plan.fields[k as usize];
-            // The readers let go, so that the field changes in place.
+            // Readers release the data so that the field can change them in place.
             readers.iter().for_each(|&r| self.blocks[r as usize].see(None));
             let outcome = self.blocks[*block as usize].update(now, x, d, sig);
             show(&mut self.blocks, &plan.fields[k as usize]);
@@ -131,10 +131,10 @@ impl Simulation {
         Ok(())
     }
 
-    /// Advances to the next row of the table, through all events on the way and at it.
+    /// Advances to the next row of the table, through all events before and at it.
     ///
     /// # Errors
-    /// The first bad variable, when a state is no number or ran away; a part that failed; a service that could not answer.
+    /// Returns the first bad variable if a state is not finite or has diverged, or the error of a part or a service.
     pub fn step(&mut self) -> Result<(), RunError> {
         let from = self.state.tick;
         // An event may move the run to another plan.
@@ -146,8 +146,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Advances to the next row, through all events on the way and at it; or to the first instant before it from which a
-    /// condition that the run watches holds, or at which it is interrupted.
+    /// Advances to the next row, through all events before and at it, or to an earlier instant at which a watched condition becomes true or the run
+    /// is interrupted.
     ///
     /// # Errors
     /// As [`Simulation::step`].
@@ -173,7 +173,7 @@ impl Simulation {
         }
         let from = self.state.tick;
         let mut stop = self.go_to_stop(plan)?;
-        // Between rows, or where events of this row are left; but not beyond a row whose last event has fired.
+        // Continue between rows, or while events of this row remain, but not beyond a row whose last event has fired.
         loop {
             if matches!(stop, Stop::Watched(_) | Stop::Interrupted) {
                 return Ok(stop);
@@ -214,7 +214,7 @@ impl Simulation {
         Ok(watched.map_or(Stop::Event, Stop::Watched))
     }
 
-    /// Whether every service answers until the next row.
+    /// Checks that every service covers the time until the next row.
     #[inline]
     fn covered(&self, plan: &Plan) -> Result<(), RunError> {
         let next = self.state.tick + plan.table[self.state.row as usize].gap;
@@ -224,10 +224,10 @@ impl Simulation {
         }
     }
 
-    /// Whether every service that is there in all phases answers at t (s): asked before a run that is to go on until then.
+    /// Checks before a run until `t` (s) that every service that exists in all phases covers that time.
     ///
     /// # Errors
-    /// The first that does not.
+    /// Returns the error of the first service that does not.
     pub fn answers_until(&self, t: f64) -> Result<(), RunError> {
         let mut phases = self.program.phases.iter().map(|phase| &phase.plan.services);
         let found = phases.next().and_then(|services| services.failure(t));
@@ -241,7 +241,7 @@ impl Simulation {
         }
     }
 
-    /// The work of the next row.
+    /// Does the work of the next row.
     #[inline]
     fn row(&mut self, plan: &Plan) -> Result<(), Stopped> {
         let row = &plan.table[self.state.row as usize];
@@ -261,11 +261,11 @@ impl Simulation {
         if plan.guards.is_empty() { Ok(()) } else { self.look(plan) }
     }
 
-    /// Whether all values are numbers, no state ran away and every service answered. Every step ends with this; before the
-    /// first step it finds what is bad from the start.
+    /// Checks that all values are finite, no state has diverged and every service answered. Every step ends with this check; call it before the first
+    /// step to find errors of the initial state.
     ///
     /// # Errors
-    /// The part that failed at tick 0, or that cannot begin here; the service that could not answer; the first bad variable.
+    /// Returns the error of a part that failed at tick 0 or cannot start here, of a service that could not answer, or the first bad variable.
     pub fn check(&self) -> Result<(), RunError> {
         if let Some(error) = &self.broken {
             return Err(RunError::clone(error));
@@ -327,26 +327,26 @@ impl Simulation {
                 plan = self.plan.clone();
             }
         }
-        // A run that was cut among the events of its last row.
+        // Finish the events of the last row if the run was saved between them.
         while self.state.since == 0.0 && self.is_due() {
             self.step_event()?;
         }
         Ok(())
     }
 
-    /// Whether a condition that the run watches holds at the present row, by its place among [`crate::PhaseSpec::watches`].
+    /// Returns whether a watched condition is true at the current row, by its index in [`crate::PhaseSpec::watches`].
     pub fn watched(&self, which: u32) -> bool {
         let fires = Fires::Watch { which };
         let guards = self.plan.guards.iter().zip(&self.state.guards);
         guards.into_iter().any(|(guard, state)| guard.fires == fires && state.value >= 0.0)
     }
 
-    /// Whether the run stands at a row of the table, with no event left there.
+    /// Returns whether the run is at a row of the table with no pending event.
     pub fn at_row(&self) -> bool {
         self.state.since == 0.0 && !self.is_due()
     }
 
-    /// Whether a condition over the variables of the program holds at present.
+    /// Returns whether a condition over the variables of the program is currently true.
     pub fn holds(&self, condition: &Condition) -> bool {
         let time = self.time();
         let times = Times { time, phase: time - self.state.began() };
@@ -364,17 +364,17 @@ impl Simulation {
         goal.saturating_sub(now) > (goal / 1_000_000_000).min(tick / 1000)
     }
 
-    /// A service that could not answer.
+    /// Returns the error of a service that could not answer.
     #[cold]
     fn untold(&self, path: &str, told: crate::BuildError) -> RunError {
         let message = format!("`{path}`: {}", told.message);
         RunError { time: self.time(), path: path.into(), message, help: told.help }
     }
 
-    /// The error of a block.
+    /// Returns the error of a block.
     #[cold]
     fn stopped(&self, stopped: Stopped) -> RunError {
-        // What a part fails for may be what a service did not answer.
+        // The cause of a part's failure may be a service that could not answer.
         if let Some((path, told)) = self.plan.services.failure(self.time()) {
             return self.untold(path, told);
         }
@@ -399,12 +399,12 @@ impl Simulation {
         Ok(())
     }
 
-    /// Transitions since this was asked last, the last 256 of them: time (s), what, and what went over.
+    /// Returns the transitions since the last call, at most the latest 256: time (s), description, and report of the carried state.
     pub fn take_moves(&mut self) -> Vec<(f64, String, MoveReport)> {
         std::mem::take(&mut self.moved)
     }
 
-    /// A copy that runs on by itself; plan and program are shared.
+    /// Returns an independent copy of the run; plan and program are shared.
     pub fn fork(&self) -> Simulation {
         let mut work = Work::new(&self.plan);
         work.number = self.work.number + 1;
@@ -434,7 +434,7 @@ impl Simulation {
         self.interrupt.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 
-    /// Makes no work of an earlier state hold for this one: after the state was replaced.
+    /// Invalidates all caches after the state was replaced.
     pub(crate) fn replaced(&mut self) {
         self.work.number += 1;
         for field in &self.plan.fields {
@@ -442,7 +442,7 @@ impl Simulation {
         }
     }
 
-    /// Goes to a phase with fresh blocks, for a state that is put in from outside.
+    /// Enters a phase with new blocks, for a state that is set from outside.
     pub(crate) fn enter(&mut self, phase: u32) {
         if phase != self.state.phase {
             self.plan = self.program.phases[phase as usize].plan.clone();
@@ -456,8 +456,8 @@ impl Simulation {
 }
 
 impl Simulation {
-    /// Looks at the clock at every operation of every part from now on, which costs a run some of its speed and none of
-    /// its bits. Forks of the run are not looked at.
+    /// Measures the time of every operation of every part from now on. This slows down the run but does not change its results. Forks of the run are
+    /// not profiled.
     pub fn profile(&mut self) -> Profile {
         if self.profile.is_none() {
             let profile = Profile::default();
@@ -468,7 +468,7 @@ impl Simulation {
         self.profile.clone().unwrap_or_default()
     }
 
-    /// New blocks for this run in another phase or program.
+    /// Creates new blocks for this run in another phase or program.
     pub(super) fn new_blocks(&self, plan: &Plan) -> Vec<Box<dyn Block>> {
         match &self.profile {
             Some(profile) => profile.blocks(plan),

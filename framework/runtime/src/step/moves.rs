@@ -1,5 +1,5 @@
-//! Moves between plans: the state goes over by path. What both plans have goes on; what only the new
-//! one has starts anew; the mechanism keeps poses and motion.
+//! Transitions between plans: state is carried over by path. Parts of both plans continue; parts of only the new plan start from their initial state;
+//! the mechanism keeps poses and velocities.
 use super::pins;
 use super::reports::MoveReport;
 use super::stopped::Stopped;
@@ -10,23 +10,23 @@ use crate::program::Program;
 use crate::route::Route;
 use std::sync::Arc;
 
-/// Reports of transitions that are kept until somebody asks.
+/// Maximum number of kept transition reports.
 const MOVES_KEPT: usize = 256;
 
 impl Simulation {
     /// Moves the run to another plan, at this instant. The program is then that plan alone.
     ///
     /// # Errors
-    /// A part that cannot go over; the run is then as it was.
+    /// Returns an error if the state of a part cannot be carried over; the run is then unchanged.
     pub fn move_to(&mut self, plan: Arc<Plan>) -> Result<MoveReport, RunError> {
         self.go_over_to(Arc::new(Program::single(plan)), 0)
     }
 
-    /// Moves the run to the phase of its own name in another program, at this instant. Where all parts go over and none is new, the
-    /// state goes on without a jump, and the integrator with the step that it proposed.
+    /// Moves the run to the phase of the same name in another program, at this instant. If all parts are carried over and none is new, the state
+    /// continues without a jump, and the integrator continues with its proposed step size.
     ///
     /// # Errors
-    /// No phase of that name; a part that cannot go over; the run is then as it was.
+    /// Returns an error if there is no phase of that name or the state of a part cannot be carried over; the run is then unchanged.
     pub fn move_to_program(&mut self, program: Arc<Program>) -> Result<MoveReport, RunError> {
         let name = self.phase();
         let Some(phase) = program.phases.iter().position(|p| p.name == name) else {
@@ -49,7 +49,7 @@ impl Simulation {
     fn go_over_to(&mut self, program: Arc<Program>, phase: u32) -> Result<MoveReport, RunError> {
         let plan = program.phases[phase as usize].plan.clone();
         let route = Route::new(&self.plan, &plan);
-        // Phases begin once, whatever their place in a program: their times go over by name.
+        // Start times of phases are carried over by name, because indices may differ between programs.
         let begun = |name: &str| {
             let k = self.program.phases.iter().position(|old| old.name == name);
             k.and_then(|k| self.state.entered.get(k)).copied().unwrap_or(f64::INFINITY)
@@ -77,7 +77,7 @@ impl Simulation {
             None => self.go_over(&plan, into, &Route::new(&self.plan, &plan))?,
         };
         self.hear_new(&plan, &report.new);
-        // Nobody may ever ask: the oldest go.
+        // Discard the oldest reports, because they may never be queried.
         if self.moved.len() >= MOVES_KEPT {
             self.moved.remove(0);
         }
@@ -139,7 +139,7 @@ impl Simulation {
         Ok(report)
     }
 
-    /// The state of one part.
+    /// Carries over the state of one part.
     fn carry(
         &self,
         plan: &Plan,
@@ -157,7 +157,7 @@ impl Simulation {
             .map_err(|failure| Stopped { block: j as u32, failure })
     }
 
-    /// Takes the new plan, and evaluates what is new or continuous at this instant.
+    /// Adopts the new plan and evaluates new and continuous parts at this instant.
     fn begin(
         &mut self,
         plan: &Arc<Plan>,
@@ -206,7 +206,7 @@ impl Simulation {
                 outcome.map_err(|failure| Stopped { block: k as u32, failure })?;
             }
         }
-        // New fields after them, as at a row.
+        // New fields are evaluated after them, as at a row.
         let mut changed = false;
         for field in &plan.fields {
             let (k, w) = (field.block as usize, &plan.parts[field.block as usize].wiring);
@@ -225,7 +225,7 @@ impl Simulation {
             let ops = &plan.continuous_ops;
             evaluate::run_all_now(&mut blocks, plan, ops, &now, (x, d, sig), pins, unseen())?;
         }
-        // A part that starts anew starts with new guards, also where another part had its path.
+        // A newly started part has new guards, even if another part had its path before.
         let goes_on = |guard: &GuardPlan| match guard.fires {
             Fires::Part { block, .. } => whole[block as usize],
             Fires::Transition { .. } | Fires::Watch { .. } => true,
@@ -237,8 +237,8 @@ impl Simulation {
         (self.plan, self.state, self.blocks, self.work) = (plan.clone(), state, blocks, work);
         self.arm()?;
         for ((new, old), guard) in self.state.guards.iter_mut().zip(old).zip(&plan.guards) {
-            // A guard of a part that continues: what is due stays due, unless the other plan has it elsewhere; what the other
-            // plan has beyond its threshold at once is due.
+            // Guards of a continuing part: due events stay due, unless the threshold differs in the new plan; a guard that is already beyond its
+            // threshold in the new plan is due.
             if let Some(old) = old {
                 (new.side, new.due, new.slack) = (old.side, old.due, old.slack);
                 new.see_now(new.value, guard);
@@ -248,7 +248,7 @@ impl Simulation {
     }
 }
 
-/// The same instant on the ticks of another plan: the last of its rows, and the time since.
+/// Converts the current instant to ticks of another plan: its last row and the time since.
 fn place_in_time(old: &State, from: &Plan, new: &mut State, to: &Plan) {
     // Exact: t = tick · base.
     let (a, b) = (from.base, to.base);
@@ -264,7 +264,7 @@ fn place_in_time(old: &State, from: &Plan, new: &mut State, to: &Plan) {
     new.row = row as u32;
     new.tick = ticks - (at - to.table[row].at);
     new.since = rest + b.times(ticks - new.tick);
-    // Rows of the new plan that lie between the tick and now have passed.
+    // Skip rows of the new plan between the tick and the current time.
     while new.since > 0.0 && new.since >= to.base.times(to.table[new.row as usize].gap) {
         let gap = to.table[new.row as usize].gap;
         new.since -= to.base.times(gap);

@@ -215,7 +215,7 @@ impl Simulation {
                 length,
                 purpose,
             };
-            // Parts that advance by themselves are at the row already.
+            // Parts with their own stepping method are already at the row.
             let whole = event.is_none() && (last || plan.steps.is_empty());
             let known = if all { start.len() } else { columns.often };
             if over.evaluate_end(whole) {

@@ -1,15 +1,14 @@
 //! Pins: variables that keep a value until they are unpinned, whatever the model does.
 //!
 //! ```text
-//! state              its derivative is zero at every stage; after steps, updates and events it has its value again
-//! input, no wire     nothing writes it
-//! output, sum        set again after each operation that writes it, before what follows from it is evaluated
+//! state              its derivative is zero at every stage; its value is restored after steps, updates and events
+//! input, no wire     no other writer exists
+//! output, sum               restored after each operation that writes it, before dependent operations are evaluated
 //! ```
-//! So every reader sees the pin, at every stage of the integrator and at every tick before its rows; the part that
-//! writes the variable, too, where it reads it (a machine integrates the accelerations that it shows).
-//! A part that takes its steps by itself, a machine with contact by impulses, moves on by numbers of its own: its
-//! states cannot be pinned, and what it shows (contact reports, accelerations) is pinned for readers alone.
-//! Without a pin a step costs one comparison more for each list of operations.
+//! Therefore every reader sees the pinned value, at every stage of the integrator and at every tick before its rows. This includes the part that
+//! writes the variable, if it also reads it (a machine integrates the accelerations that it outputs).
+//! A part with its own stepping method (a machine with contact by impulses) uses internal values: its states cannot be pinned, and pins of its
+//! outputs (contact reports, accelerations) affect only readers. Without pins, a step costs one additional comparison for each list of operations.
 use super::pinned::{Pins, Target};
 use super::{Simulation, VariableError};
 use crate::model::lanes;
@@ -19,7 +18,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Signal lanes that an operation writes.
+/// Returns the signal slots that an operation writes.
 fn writes(plan: &Plan, op: Op) -> Vec<Range<usize>> {
     match op {
         Op::Outputs(k) | Op::Feedthrough(k) => {
@@ -48,12 +47,12 @@ fn no<T>(message: String, help: impl Into<String>) -> Result<T, VariableError> {
     Err(VariableError { message, help: help.into() })
 }
 
-/// What there is to know of a plan before its variables are pinned.
+/// Information about a plan that pinning needs.
 struct Lanes<'a> {
     plan: &'a Plan,
-    /// The operation that writes each signal lane.
+    /// The operation that writes each signal slot.
     writer: Vec<Option<u32>>,
-    /// The part of each state, and whether it is held together with others.
+    /// The part of each state, and whether the state is coupled to others by a constraint (a rotation, a closed loop).
     states: Vec<(Option<u32>, bool)>,
 }
 
@@ -76,7 +75,7 @@ impl<'a> Lanes<'a> {
     }
 }
 
-/// Where a variable of a plan can be pinned; the message says why it cannot.
+/// Returns where a variable of a plan can be pinned, or an error with the reason why it cannot.
 fn target(lanes: &Lanes<'_>, (path, v): (&str, &Variable)) -> Result<Target, VariableError> {
     let plan = lanes.plan;
     let lane = match v.place {
@@ -131,7 +130,7 @@ fn target(lanes: &Lanes<'_>, (path, v): (&str, &Variable)) -> Result<Target, Var
             }
         }
         (_, Some((op, _))) => Ok(Target::Signal(lane as u32, Some(op))),
-        // Written while a part advances by itself, or a state that is shown as an output.
+        // The output is written by a part with its own stepping method, or it is a state that is shown as an output.
         (Role::Output, None) => Ok(Target::Signal(lane as u32, None)),
         (_, None) => no(
             format!("`{path}` cannot be pinned: a constant drives it"),
@@ -144,22 +143,20 @@ const ADVANCES: &str = "its part takes its steps by itself (a machine with conta
 const PRESCRIBE: &str = "prescribe the hinge and pin what prescribes it, or take compliant contact";
 
 impl Simulation {
-    /// Pins a variable: it has this value from the present instant on, until it is unpinned, for every reader,
-    /// whatever the model does. States (their derivative is then zero), inputs without a wire, outputs and sums
-    /// of a `sum` input can be pinned. A pin is part of the state: of checkpoints, snapshots and forks; it
-    /// goes over to other phases where they have the variable. Another value may be given later.
+    /// Pins a variable: every reader sees this value from the current instant on until it is unpinned, whatever the model computes. States (whose
+    /// derivative is then zero), inputs without a wire, outputs and sums of a `sum` input can be pinned. A pin is part of the state, of
+    /// checkpoints, snapshots and forks, and is carried over to phases that have the variable. The value may be changed later.
     ///
-    /// Linearisations are those of the model without pins.
+    /// Linearizations ignore pins.
     ///
     /// # Errors
-    /// No such variable; a value that is not finite; a variable that cannot be pinned: an input that a wire drives
-    /// (its source can), a number inside a solved loop, one of several that its part holds together. Nothing is
-    /// changed then.
+    /// Returns an error for an unknown variable, for a value that is not finite, and for a variable that cannot be pinned: an input with a wire (pin
+    /// its source), a signal inside a solved loop, or one of several coupled states. Nothing is changed then.
     pub fn pin(&mut self, path: &str, value: f64) -> Result<(), VariableError> {
         self.pin_all(&[(path.to_string(), value)])
     }
 
-    /// The same of several variables: all of it, or nothing.
+    /// Pins several variables: all of them or none.
     pub(super) fn pin_all(&mut self, all: &[(String, f64)]) -> Result<(), VariableError> {
         let mut values = self.pinned_values();
         let lanes = Lanes::of(&self.plan);
@@ -177,16 +174,16 @@ impl Simulation {
         self.state.pins.as_ref().map_or_else(BTreeMap::new, |p| p.values.clone())
     }
 
-    /// Lets a pinned variable go: states and inputs go on from the pinned value, outputs are again what the model
-    /// says; those of a sampled part at its next sample.
+    /// Unpins a variable: states and inputs continue from the pinned value, outputs follow the model again; outputs of a sampled part do so at its
+    /// next sample.
     ///
     /// # Errors
-    /// It is not pinned.
+    /// Returns an error if the variable is not pinned.
     pub fn unpin(&mut self, path: &str) -> Result<(), VariableError> {
         self.unpin_all(&[path])
     }
 
-    /// The same of several variables: all of it, or nothing.
+    /// Unpins several variables: all of them or none.
     pub(super) fn unpin_all(&mut self, all: &[&str]) -> Result<(), VariableError> {
         let mut values = self.pinned_values();
         for path in all {
@@ -203,17 +200,17 @@ impl Simulation {
         self.repin(values)
     }
 
-    /// What is pinned, and to what, by path.
+    /// Returns the pinned variables and values, by path.
     pub fn pins(&self) -> impl Iterator<Item = (&str, f64)> {
         self.state.pins.iter().flat_map(|pins| pins.values())
     }
 
-    /// The pinned value of a variable.
+    /// Returns the pinned value of a variable.
     pub(super) fn pinned(&self, path: &str) -> Option<f64> {
         self.state.pins.as_ref()?.values.get(path).map(|(value, _)| *value)
     }
 
-    /// These pins in place of the present ones. What cannot be evaluated with them changes nothing.
+    /// Replaces the current pins. If the model cannot be evaluated with them, nothing is changed.
     fn repin(&mut self, values: BTreeMap<String, (f64, Target)>) -> Result<(), VariableError> {
         let before = self.state.clone();
         self.state.pins = Pins::of(values);
@@ -227,7 +224,7 @@ impl Simulation {
         })
     }
 
-    /// Puts the pins of a checkpoint in force; its lanes hold their values already.
+    /// Restores the pins of a checkpoint; the states and signals already have their values.
     pub(crate) fn take_pins(&mut self, values: &BTreeMap<String, f64>) -> Result<(), String> {
         self.state.pins = None;
         let values = values.iter().map(|(path, value)| (path.as_str(), *value));
@@ -236,7 +233,7 @@ impl Simulation {
         gone.first().map_or(Ok(()), |(path, why)| Err(format!("the pin of `{path}`: {why}")))
     }
 
-    /// Every pinned lane to its value.
+    /// Sets every pinned slot to its value.
     pub(super) fn hold(&mut self) {
         if let Some(pins) = self.state.pins.clone() {
             let state = &mut self.state;
@@ -245,7 +242,7 @@ impl Simulation {
     }
 }
 
-/// Pins in the lanes of a plan, and those that it cannot have: path and why.
+/// Returns the pins of a plan, and the pins that it cannot have, with path and reason.
 pub(super) fn find<'a>(
     plan: &Plan,
     values: impl Iterator<Item = (&'a str, f64)>,

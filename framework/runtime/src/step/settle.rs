@@ -1,4 +1,4 @@
-//! A start at rest: a machine that was put down sinks into its ground until nothing moves any more.
+//! Start at rest: a placed machine settles on the ground until all its velocities vanish.
 //!
 //! ```text
 //! ẋ = f(x) at the first instant, sampled outputs held        v ← v/(1 + c h) after each step
@@ -8,7 +8,7 @@
 //! kept           coordinates, and the states of parts that have come to rest too (bristles, soil, brakes);
 //!                what still runs (charge, propellant) starts as it was
 //! ```
-//! The forces are the plan's own, so the balance is that of the run that follows.
+//! The forces are the plan's own, so the equilibrium is also an equilibrium of the run that follows.
 use super::evaluate::{self, Running};
 use super::stopped::Stopped;
 use super::{State, Work, initial, show};

@@ -1,4 +1,4 @@
-//! The data of a run.
+//! Data of a run.
 use super::linear::Linear;
 use super::observed::Columns;
 use super::profile::Profile;
@@ -14,7 +14,7 @@ use std::any::Any;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// A run that cannot go on. The state is that of the instant before, or of the bad row.
+/// Error that stops a run. The state is the one before the failed instant, or the one of the bad row.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
     "t = {time} s: {message}{}",
@@ -23,32 +23,32 @@ use std::sync::atomic::AtomicBool;
 pub struct RunError {
     /// Simulated time (s).
     pub time: f64,
-    /// The part or variable that it is about.
+    /// Path of the part or variable.
     pub path: String,
-    /// What happened.
+    /// Error message.
     pub message: String,
-    /// What to do about it.
+    /// Remedy.
     pub help: Option<String>,
 }
 
-/// A variable cannot be read or set.
+/// Error: a variable cannot be read or set.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{message}\n  help: {help}")]
 pub struct VariableError {
-    /// What is wrong.
+    /// Error message.
     pub message: String,
-    /// What to do about it.
+    /// Remedy.
     pub help: String,
 }
 
-/// Where a run stands after [`Simulation::step_event`].
+/// Position of a run after [`Simulation::step_event`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
     /// At a row of the table, with its work done.
     Row,
-    /// At an event, with what one part or transition fired done.
+    /// At an event, after the handler of one part or transition.
     Event,
-    /// At the instant from which this condition that the run watches holds: its place among [`crate::PhaseSpec::watches`].
+    /// At the instant at which a watched condition became true: its index in [`crate::PhaseSpec::watches`].
     Watched(u32),
     /// Between two rows, where [`Simulation::interrupt_by`] asked it to stop.
     Interrupted,
@@ -61,15 +61,15 @@ pub struct Simulation {
     pub(crate) state: State,
     pub(crate) blocks: Vec<Box<dyn Block>>,
     pub(super) work: Work,
-    /// Transitions since they were asked for last: time (s), what, and what went over.
+    /// Transitions since the last query: time (s), description, and report of the carried state.
     pub(super) moved: Vec<(f64, String, MoveReport)>,
-    /// What parts and services told.
+    /// Notices of parts and services.
     pub(super) notices: Notices,
-    /// Why the work of tick 0 could not be done, or what a part says that cannot begin here.
+    /// Error of the work of tick 0, or of a part that cannot start here.
     pub(super) broken: Option<Box<RunError>>,
-    /// Where its time goes, when that is asked for.
+    /// Profile, if requested.
     pub(super) profile: Option<Profile>,
-    /// Whose values over time somebody takes.
+    /// Observed variables, if any.
     pub(super) observed: Option<Box<Observed>>,
     /// Asks it to stop between two steps.
     pub(super) interrupt: Option<Arc<AtomicBool>>,

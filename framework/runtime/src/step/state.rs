@@ -3,7 +3,7 @@ use super::pinned::Pins;
 use linkwork_integrate::Memory;
 use std::sync::Arc;
 
-/// What is known of a guard between two looks at it.
+/// State of a guard between two evaluations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GuardState {
     /// Its value at this instant.
@@ -40,7 +40,7 @@ pub struct State {
     pub phase: u32,
     /// Lists when each phase of the program began last (s); infinite before it has begun.
     pub entered: Vec<f64>,
-    /// What the integrator remembers from step to step.
+    /// State of the integrator from step to step.
     pub memory: Memory,
     /// Continuous lanes.
     pub x: Vec<f64>,

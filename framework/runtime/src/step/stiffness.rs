@@ -34,7 +34,7 @@ fn cautious(a: f64, b: f64) -> f64 {
     }
 }
 
-/// What a step of h s makes of a small deviation.
+/// Returns the growth of a small deviation over a step of h (s).
 fn step_map(plan: &Plan, J: &DMatrix<f64>, h: f64) -> Option<DMatrix<f64>> {
     let n = J.nrows();
     let one = DMatrix::identity(n, n);
@@ -97,7 +97,7 @@ impl Simulation {
             return None;
         }
         let J = self.jacobian()?;
-        // What the system itself does in a second.
+        // Returns the growth rate of the system itself, 1/s.
         let short_step = h.min(0.25 / J.norm().max(1e-300));
         let own = growth(step_map(&plan, &J, short_step)?)?.0.ln() / short_step;
         let excess = |h: f64| {

@@ -1,18 +1,18 @@
-//! Steps of bodies that turn freely: their linear velocity in axes that do not turn.
+//! Integration of freely rotating bodies: their linear velocity is integrated in non-rotating axes.
 //!
 //! ```text
-//! state between steps   v: body axes, as dynamics has it       v̇ holds −ω × v, which goes round with the body
+//! state between steps   v: body axes, as in the dynamics v̇ contains −ω × v, which rotates with the body
 //! within a step         u = R v,   u̇ = R (v̇ + ω × v)           R of the quaternion by its direction: an exact change of variables
 //! ```
-//! In body axes the velocity of a craft in orbit, some km/s, turns with its attitude, and a step makes an error of that
-//! velocity times (ω h)⁵; in axes that do not turn only what forces do to it is left.
+//! In body axes the velocity of an orbiting spacecraft (several km/s) rotates with its attitude, which causes an integration error of that velocity
+//! times (ω h)⁵. In non-rotating axes the velocity changes only by forces.
 use crate::model::Turning;
 use crate::plan::Plan;
 use linkwork_integrate::Method;
 use linkwork_spatial::{Vec3, turned};
 
-/// The bodies whose velocities are stepped so: those of explicit methods. Methods that need derivatives by the state, and the semi-implicit one, which has
-/// a rule of its own for them, step velocities as they are.
+/// Returns the bodies whose velocities are transformed: all of them for explicit methods. Methods that need the Jacobian, and the semi-implicit
+/// method, which has a separate rule, integrate velocities in body axes.
 #[inline]
 pub(super) fn of(plan: &Plan) -> &[Turning] {
     match plan.integration.method {
@@ -34,13 +34,13 @@ impl Turning {
         [q[0], q[1], q[2], q[3]]
     }
 
-    /// R a, with the attitude in a state.
+    /// Returns R a, with the attitude in a state.
     #[inline(always)]
     fn out(&self, x: &[f64], a: Vec3) -> Vec3 {
         turned(&self.quaternion(x), &a)
     }
 
-    /// Rᵀ a.
+    /// Returns Rᵀ a.
     #[inline(always)]
     fn back(&self, x: &[f64], a: Vec3) -> Vec3 {
         let [i, j, k, w] = self.quaternion(x);
@@ -58,7 +58,7 @@ impl Turning {
     }
 }
 
-/// A state from body axes into those of a step.
+/// Transforms a state from body axes to the axes of a step.
 #[inline]
 pub(super) fn enter(turning: &[Turning], x: &mut [f64]) {
     for body in turning {
@@ -66,7 +66,7 @@ pub(super) fn enter(turning: &[Turning], x: &mut [f64]) {
     }
 }
 
-/// A state within a step into body axes.
+/// Transforms a state within a step to body axes.
 #[inline]
 pub(super) fn leave(turning: &[Turning], x: &mut [f64]) {
     for body in turning {
@@ -74,7 +74,7 @@ pub(super) fn leave(turning: &[Turning], x: &mut [f64]) {
     }
 }
 
-/// The derivative at `x`, both in body axes, into the axes of a step.
+/// Transforms the derivative at `x`, both in body axes, to the axes of a step.
 #[inline]
 pub(super) fn enter_rates(turning: &[Turning], x: &[f64], xdot: &mut [f64]) {
     for body in turning {
@@ -84,7 +84,7 @@ pub(super) fn enter_rates(turning: &[Turning], x: &[f64], xdot: &mut [f64]) {
 }
 
 impl Turning {
-    /// The rotation (rad, body axes) that a small change of the quaternion in `x` is.
+    /// Returns the rotation vector (rad, body axes) of a small change of the quaternion in `x`.
     fn rotation(&self, x: &[f64], change: &[f64]) -> Vec3 {
         let (q, d) = (self.quaternion(x), self.quaternion(change));
         let (a, s, b, t) = (vec3(&q, 0), q[3], vec3(&d, 0), d[3]);
@@ -108,7 +108,8 @@ pub(super) fn enter_change(turning: &[Turning], x: &[f64], change: &mut [f64]) {
     }
 }
 
-/// What a projection made of a state within a step: `own` is the same in body axes, projected. Velocities that it left alone keep their bits.
+/// Replaces a state within a step by its projection; `own` is the projected state in body axes. Velocities that the projection did not change stay
+/// bit-identical.
 #[inline]
 pub(super) fn enter_projected(turning: &[Turning], own: &mut [f64], x: &mut [f64]) {
     for body in turning {
@@ -119,12 +120,12 @@ pub(super) fn enter_projected(turning: &[Turning], own: &mut [f64], x: &mut [f64
     x.copy_from_slice(own);
 }
 
-/// The state that a step from `start` (body axes) came to, into body axes:
+/// Transforms the state at the end of a step from `start` (body axes) to body axes:
 /// ```text
 /// v₁ = R₁ᵀ R₀ v₀ + R₁ᵀ (u₁ − u₀)
 /// ```
-/// The velocity is turned by what the body has turned in the step, and not out and back by all of its attitude: that would be wrong by the same
-/// part of 10⁻¹⁶ in each step, which moved a craft in orbit by 0.04 mm in eight hours of steps of 20 s.
+/// The velocity is rotated by the rotation of the body within the step, not forth and back by its full attitude. The latter makes a systematic
+/// round-off error of about 10⁻¹⁶ in each step, which moved an orbiting spacecraft by 0.04 mm in eight hours with steps of 20 s.
 #[inline]
 pub(super) fn end(turning: &[Turning], start: &[f64], x: &mut [f64]) {
     for body in turning {
@@ -173,7 +174,7 @@ mod tests {
         assert_eq!(none, before, "a quaternion of no length turns nothing");
     }
 
-    /// A step that does nothing to a velocity changes it by nothing, whatever the attitude; one that turns and pushes it does both.
+    /// A step without forces leaves the velocity bit-identical at any attitude; a step with rotation and force applies both.
     #[test]
     fn a_step_ends_where_it_came_to() {
         let start = [0.2, -1.0, 1.4, 1.0, 0.3, -0.2, 0.1, 7000.0, -200.0, 30.0];
@@ -202,7 +203,7 @@ mod tests {
         let size = of(&x).sqrt();
         x[BODY.attitude..BODY.attitude + 4].iter_mut().for_each(|q| *q /= size);
         let mut change: Vec<f64> = (0..24).map(|k| 1e-7 * (f64::from(k) * 1.3).cos()).collect();
-        // A change of direction alone.
+        // Keep only the change of direction.
         let along: f64 = (0..4).map(|k| x[BODY.attitude + k] * change[BODY.attitude + k]).sum();
         (0..4).for_each(|k| change[BODY.attitude + k] -= along * x[BODY.attitude + k]);
         let moved: Vec<f64> = x.iter().zip(&change).map(|(x, d)| x + d).collect();
@@ -236,7 +237,7 @@ mod tests {
         assert!(((vec3(&y, 7) - u).norm() - 5.0).abs() < 1e-11);
     }
 
-    /// The rate is the derivative of what [`enter`] makes of the state, by differences.
+    /// The rate equals the derivative of the state after [`enter`], by finite differences.
     #[test]
     fn the_rate_is_the_derivative() {
         let x = vec![0.2, -1.0, 1.4, 1.0, 0.3, -0.2, 0.1, 7.0, -2.0, 3.0];

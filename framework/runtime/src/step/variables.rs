@@ -1,4 +1,4 @@
-//! Variables of a run by name: values that are read, set and changed.
+//! Variables of a run by name: reading, setting and pinning.
 use super::Simulation;
 use crate::plan::Plan;
 use crate::recorder::Change;
@@ -7,8 +7,7 @@ use crate::value::remedy;
 use crate::variable::{Place, Role, Variable};
 
 impl Simulation {
-    /// The value at a place found before ([`Simulation::variable`]); NaN in a phase that has no such
-    /// variable.
+    /// Returns the value at a place from [`Simulation::variable`]; NaN in a phase that has no such variable.
     #[inline]
     pub fn value(&self, place: Place) -> f64 {
         match place {
@@ -64,10 +63,10 @@ impl Simulation {
         })
     }
 
-    /// Sets a state or an input without a wire, by path. It acts from the present instant on.
+    /// Sets a state or an input without a wire, by path, with effect from the current instant on.
     ///
     /// # Errors
-    /// No such variable, a value that is not finite, a variable that something else drives, or one that is pinned.
+    /// Returns an error for an unknown variable, a value that is not finite, a variable that is driven by something else, and a pinned variable.
     /// Nothing is changed then.
     pub fn set(&mut self, path: &str, value: f64) -> Result<(), VariableError> {
         let v = self.here(path)?.clone();
@@ -103,7 +102,7 @@ impl Simulation {
         let plan = self.plan.clone();
         self.refresh().and_then(|()| self.look(&plan)).map_err(|stopped| {
             let e = self.stopped(stopped);
-            // As it was; that could be evaluated.
+            // Restore the earlier state, which could be evaluated.
             match v.place {
                 Place::X(k) => self.state.x[k as usize] = before,
                 Place::D(k) => self.state.d[k as usize] = before,
@@ -115,8 +114,8 @@ impl Simulation {
         })
     }
 
-    /// Sets, pins or unpins a variable ([`Simulation::set`], [`Simulation::pin`], [`Simulation::unpin`]): what a log
-    /// holds of it, done again. `value` says nothing when it is unpinned.
+    /// Sets, pins or unpins a variable ([`Simulation::set`], [`Simulation::pin`], [`Simulation::unpin`]): for replaying the changes in a log. `value`
+    /// is ignored when unpinning.
     ///
     /// # Errors
     /// As these.
@@ -128,10 +127,10 @@ impl Simulation {
         }
     }
 
-    /// The same of several variables, in this order: all of it, or nothing. What is pinned is made once for all.
+    /// Changes several variables in this order: all of them or none. Pins are applied once for all changes.
     ///
     /// # Errors
-    /// The first that is refused.
+    /// Returns the first error.
     pub fn change_all(
         &mut self,
         change: Change,
@@ -163,7 +162,7 @@ impl Plan {
         self.variables.get(path).ok_or_else(|| {
             let known: Vec<&str> = self.variables.keys().map(String::as_str).collect();
             let message = format!("there is no variable `{path}`");
-            // Loads of hinges are computed where a body asks for them.
+            // Hinge loads are computed only if a body requests them.
             let load = path.contains(".reaction_") || path.ends_with(".effort");
             let body = path.rsplit_once(".reaction_").or(path.rsplit_once('.')).map_or("", |p| p.0);
             if load && !known.iter().any(|k| k.starts_with(&format!("{body}.reaction_"))) {
