@@ -22,7 +22,7 @@ pub enum Root {
     Planar,
 }
 
-/// ConstraintMethod of mass properties that [`ReadOptions::inertia`] rejects; files of many robots contain some.
+/// Handling of mass properties that [`ReadOptions::inertia`] rejects; files of many robots contain some.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Unphysical {
     /// They are faults.
@@ -42,7 +42,7 @@ pub struct ReadOptions {
     pub root: Root,
     /// Check for unphysical inertias.
     pub inertia: InertiaCheck,
-    /// ConstraintMethod of unphysical inertias.
+    /// Handling of unphysical inertias.
     pub unphysical: Unphysical,
     /// Folders with packages, for `package://name/..` and `model://name/..`.
     pub package_paths: Vec<PathBuf>,
@@ -372,7 +372,7 @@ impl<'a> Cx<'a> {
             "mujoco" | "mujocoinclude" => Format::Mjcf,
             _ => Format::Sdf,
         };
-        self.ignored.extend(root.unread(Some(crate::tables::of(format))));
+        self.ignored.extend(root.unread(Some(crate::tables::of(format) as &dyn crate::xml::Names)));
         self.ignored.sort();
         self.ignored.dedup();
         d.ignored = self.ignored;

@@ -3,13 +3,25 @@
 //! No list of unsupported elements is necessary: elements that no reader requested are reported as ignored.
 
 use crate::error::{FaultKind, FileFault, FilePlace};
-use crate::tables::Table;
 use crate::{FormatError, Ignored};
 use std::cell::Cell;
 use std::rc::Rc;
 
 /// Deeper files are rejected, so that recursion is safe.
 pub(crate) const DEPTH: usize = 1000;
+
+/// The names of a format.
+pub(crate) trait Names {
+    /// Returns a note about an attribute that the format does not have.
+    fn strange_attribute(
+        &self,
+        parent: Option<&str>,
+        element: &str,
+        attribute: &str,
+    ) -> Option<String>;
+    /// Returns a note about an element that the format does not have inside `parent`.
+    fn strange_element(&self, parent: &Element, element: &str) -> Option<String>;
+}
 
 /// An attribute.
 #[derive(Clone)]
@@ -133,10 +145,10 @@ impl Element {
         }
     }
 
-    /// Returns all unread contents, outermost first. A note marks names that are not in the table of the format.
-    pub fn unread(&self, table: Option<&Table>) -> Vec<Ignored> {
+    /// Returns all unread contents, outermost first. A note marks names that the format does not have.
+    pub fn unread(&self, names: Option<&dyn Names>) -> Vec<Ignored> {
         let mut out = Vec::new();
-        self.collect_unread(None, &self.name, table, &mut out);
+        self.collect_unread(None, &self.name, names, &mut out);
         out
     }
 
@@ -144,7 +156,7 @@ impl Element {
         &self,
         parent: Option<&str>,
         path: &str,
-        table: Option<&Table>,
+        names: Option<&dyn Names>,
         out: &mut Vec<Ignored>,
     ) {
         let with = |fact: String, strange: Option<String>| match strange {
@@ -152,7 +164,7 @@ impl Element {
             None => fact,
         };
         for a in self.attributes.iter().filter(|a| !a.used.get()) {
-            let strange = table.and_then(|t| t.strange_attribute(parent, &self.name, &a.name));
+            let strange = names.and_then(|n| n.strange_attribute(parent, &self.name, &a.name));
             let fact = format!("attribute {}=\"{}\"", a.name, a.value);
             let mut entry = self.ignored(path, with(fact, strange));
             entry.line = a.line;
@@ -161,9 +173,9 @@ impl Element {
         for c in &self.children {
             let inner = format!("{path}/{}", c.label());
             if c.used.get() {
-                c.collect_unread(Some(&self.name), &inner, table, out);
+                c.collect_unread(Some(&self.name), &inner, names, out);
             } else {
-                let strange = table.and_then(|t| t.strange_element(self, &c.name));
+                let strange = names.and_then(|n| n.strange_element(self, &c.name));
                 out.push(c.ignored(inner, with(format!("element <{}>", c.name), strange)));
             }
         }

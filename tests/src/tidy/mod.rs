@@ -4,3 +4,4 @@ pub mod docs;
 pub mod layers;
 pub mod manifest;
 pub mod sources;
+pub mod words;

@@ -1,6 +1,7 @@
 //! The repository's rules, checked on this repository.
 use linkwork_tests::root;
-use linkwork_tests::tidy::{docs, layers, manifest, sources};
+use linkwork_tests::tidy::words::Kind;
+use linkwork_tests::tidy::{docs, layers, manifest, sources, words};
 use std::path::{Path, PathBuf};
 
 /// Test dependencies on higher layers, each with its reason.
@@ -10,6 +11,10 @@ const ALLOWED_UP: [(&str, &str); 2] = [
     // Optional, only for the features of third-party crates: the tested wheel uses what was compiled before.
     ("linkwork-python-module", "linkwork-features"),
 ];
+
+/// Number of phrases of `tidy::words` in the repository. Lower it when it falls.
+const PHRASES_MOST: [(Kind, usize); 3] =
+    [(Kind::Page, 95), (Kind::Documentation, 602), (Kind::Comment, 151)];
 
 const FOLDERS: [&str; 5] = ["framework", "components", "assemblies", "sims", "tests"];
 
@@ -246,5 +251,22 @@ fn both_licences_are_here() {
         let text = std::fs::read_to_string(root().join(name)).unwrap();
         assert!(text.contains(phrase), "{name}");
         assert!(text.contains("Linkwork contributors"), "{name} names no owner");
+    }
+}
+
+#[test]
+fn phrases_that_readers_have_to_translate_become_fewer() {
+    let texts: Vec<(String, String)> = (all_files().into_iter())
+        .filter(|(name, _)| name.ends_with(".rs") || name.ends_with(".md"))
+        .filter(|(name, _)| !name.ends_with("CHANGELOG.md"))
+        .filter_map(|(name, path)| Some((name, std::fs::read_to_string(path).ok()?)))
+        .collect();
+    assert!(texts.len() > 1000, "only {} files found", texts.len());
+    for (kind, most) in PHRASES_MOST {
+        let found: usize = texts.iter().map(|(name, text)| words::count(name, text, kind)).sum();
+        assert!(
+            found <= most,
+            "{kind:?}: {found} phrases of `tests/src/tidy/words.rs`, {most} before: use the words of `framework/STYLE.md`"
+        );
     }
 }

@@ -35,7 +35,7 @@ record! {
         prescribed: bool = flag().or(false),
         /// The constraint method.
         solve: ConstraintMethod = constraint_method().or(ConstraintMethod::Auto),
-        /// ConstraintMethod of a gap at the start: `AtOnce` closes it at once, `AsFound` keeps it, `Over(time)` closes it over a time.
+        /// Handling of a gap at the start: `AtOnce` closes it at once, `AsFound` keeps it, `Over(time)` closes it over a time.
         closing: Option<Closing> = ClosingKind.or(None),
         /// Initial values of the prescribed coordinates.
         initial: Option<Located> = raw(initial::schema).maybe(),

@@ -21,7 +21,7 @@ record! {
         parent: Option<Text> = text().maybe(),
         /// Their pose there.
         at: Pose = of::<Pose>().or(Pose::identity()),
-        /// ConstraintMethod of inertias that no rigid body can have: `Warn` reads them with a warning, `Physical` rejects them, `PositiveMoments` accepts
+        /// Handling of inertias that no rigid body can have: `Warn` reads them with a warning, `Physical` rejects them, `PositiveMoments` accepts
         /// published data with lumped rotors.
         inertia_check: ImportCheck = word(&[
             ("Warn", ImportCheck { inertia: InertiaCheck::Physical, unphysical: Unphysical::Read }),
@@ -59,7 +59,7 @@ pub(crate) enum Kept {
     Sensors,
 }
 
-/// ConstraintMethod of inertias in the file that no rigid body can have.
+/// Handling of inertias in the file that no rigid body can have.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct ImportCheck {
     pub inertia: InertiaCheck,

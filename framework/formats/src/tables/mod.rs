@@ -1,4 +1,4 @@
-//! Elements and attributes in the specifications of the formats, with their constraint method.
+//! Elements and attributes in the specifications of the formats, with their status.
 //!
 //! The tables are text files in this folder, in the form described in `mjcf.txt`. The readers mark each element and attribute that they read. The
 //! others are listed, and names that are not in the table are reported as not part of the format. Tests compare every line of the tables with the
@@ -8,12 +8,12 @@
 mod tests;
 
 use crate::Format;
-use crate::xml::Element;
+use crate::xml::{Element, Names};
 use linkwork_multibody::names::suggest;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-/// ConstraintMethod of an element or attribute.
+/// Status of an element or attribute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Status {
     /// Read, with its meaning in the format.
@@ -27,11 +27,11 @@ pub(crate) enum Status {
 /// A line of a table.
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
-    /// ConstraintMethod of the element itself.
+    /// Status of the element itself.
     pub status: Status,
     /// Whether the contents are treated like the element.
     pub whole: bool,
-    /// ConstraintMethod of each attribute, with a value for the test.
+    /// Status of each attribute, with a value for the test.
     pub attributes: BTreeMap<String, (Status, Option<String>)>,
 }
 
@@ -80,9 +80,11 @@ impl Table {
             None => self.rows.get((self.alias)(element)),
         }
     }
+}
 
-    /// Returns the message that an unread element is not part of the format, with the nearest name, or `None` if it is.
-    pub fn strange_element(&self, parent: &Element, element: &str) -> Option<String> {
+impl Names for Table {
+    /// The note has the nearest name.
+    fn strange_element(&self, parent: &Element, element: &str) -> Option<String> {
         // Names with a prefix are extensions of other programs, which formats permit.
         if element.contains(':') || self.row(Some(&parent.name), element).is_some() {
             return None;
@@ -96,13 +98,7 @@ impl Table {
         (known.count() > 0).then(|| format!("is not part of the format{near}"))
     }
 
-    /// Returns the message that an unread attribute is not part of the format.
-    pub fn strange_attribute(
-        &self,
-        parent: Option<&str>,
-        element: &str,
-        name: &str,
-    ) -> Option<String> {
+    fn strange_attribute(&self, parent: Option<&str>, element: &str, name: &str) -> Option<String> {
         let row = self.row(parent, element)?;
         if name.contains(':')
             || name.starts_with("xmlns")

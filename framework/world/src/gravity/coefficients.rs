@@ -13,7 +13,7 @@ use crate::error::{WorldError, number};
 /// poles.
 pub const DEGREE_MAX: usize = 360;
 
-/// ConstraintMethod of the permanent tide in C̄₂₀.
+/// Handling of the permanent tide in C̄₂₀.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TideSystem {
     /// The file does not specify it.
@@ -34,7 +34,7 @@ pub struct Coefficients {
     pub mu: f64,
     /// Reference radius R, m.
     pub radius: f64,
-    /// ConstraintMethod of the permanent tide.
+    /// Handling of the permanent tide.
     pub tide: TideSystem,
     degree: usize,
     order: usize,
