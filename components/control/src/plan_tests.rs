@@ -228,7 +228,7 @@ fn plans_that_cannot_be_are_refused_with_the_step() {
         e.message
     };
     let all = [
-        (told(|p| p.steps.clear()), "no step"),
+        (told(|p| p.steps.clear()), "`steps` is empty"),
         (told(|p| p.steps[0].when = Some("locale_time > 9 h".into())), "step `warm`: condition"),
         (told(|p| p.steps[0].until = Some("t > 3 m".into())), "different quantities"),
         (told(|p| p.steps[0].when = Some("phase_time > 3 s".into())), "`phase_time` is the time"),
@@ -241,16 +241,16 @@ fn plans_that_cannot_be_are_refused_with_the_step() {
             told(|p| p.steps[0].set = settings(&[("level", Value::Text("3 m".into()))])),
             "cannot be \"3 m\"",
         ),
-        (told(|p| p.steps[1].on_failure = "home".into()), "goes to `home`, which is no step"),
+        (told(|p| p.steps[1].on_failure = "home".into()), "names `home`, which is not a step"),
         (told(|p| p.steps[1].wait_max = Some(3.0)), "`wait_max` without `when`"),
         (told(|p| p.steps[2].time_out = Some(3.0)), "`time_out` without `until`"),
         (told(|p| p.steps[1].time_out = Some(300.0)), "always fails"),
-        (told(|p| p.steps[1].name = "warm".into()), "`warm` is there twice"),
-        (told(|p| p.commands[0].name = "done".into()), "`done` is there twice"),
-        (told(|p| p.signals[0].name = "time".into()), "another meaning"),
-        (told(|p| p.signals[0].name = "local time".into()), "`local time` is no name"),
+        (told(|p| p.steps[1].name = "warm".into()), "`warm` is defined twice"),
+        (told(|p| p.commands[0].name = "done".into()), "`done` is defined twice"),
+        (told(|p| p.signals[0].name = "time".into()), "is reserved in conditions"),
+        (told(|p| p.signals[0].name = "local time".into()), "`local time` is not a valid name"),
         (told(|p| p.signals[2].unit = Some("Q".into())), "`Q` is not a unit"),
-        (told(|p| p.commands[1].start = 0.5), "starts at 0.5"),
+        (told(|p| p.commands[1].start = 0.5), "cannot start at 0.5"),
     ];
     for (message, wanted) in all {
         assert!(message.contains(wanted), "{message}: {wanted}");

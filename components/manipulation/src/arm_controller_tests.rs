@@ -389,7 +389,7 @@ fn what_cannot_be_done_is_refused_before_the_run() {
     p.tool = Vec3::new(0.0, 0.0, 0.11);
     p.ready = [-30.0_f64, 0.0, 100.0, -10.0, 90.0, 0.0].map(f64::to_radians).to_vec();
     refused(p, &["through the wrist", "cannot be followed"]);
-    refused(params(Vec::new()), &["no move"]);
+    refused(params(Vec::new()), &["`moves` is empty"]);
     let other = Move { holds: Some("brik".into()), ..stay("carry", 1.0) };
     refused(params(vec![other]), &["carry", "brik"]);
     let mut p = params(vec![stay("a", 1.0)]);

@@ -251,15 +251,18 @@ fn what_two_arms_cannot_do_is_refused_before_the_run() {
         ..way()
     });
     refused(one(DualMove { both: apart, ..still("aside", 1.0) }), &["aside", "out of reach"]);
-    refused(one(DualMove { left: far, ..hold(1.0, 0.0) }), &["together", "by itself"]);
-    refused(one(DualMove { both: Some(way()), ..still("a", 1.0) }), &["hold nothing"]);
-    refused(one(DualMove { squeeze: 3.0, ..still("a", 1.0) }), &["squeezes", "no load"]);
+    refused(one(DualMove { left: far, ..hold(1.0, 0.0) }), &["`both` excludes `left` and `right`"]);
+    refused(one(DualMove { both: Some(way()), ..still("a", 1.0) }), &["`both` has no load"]);
+    refused(
+        one(DualMove { squeeze: 3.0, ..still("a", 1.0) }),
+        &["`squeeze` needs a load in both hands"],
+    );
     let brik = Some(HandMotion { holds: Some("brik".into()), ..way() });
-    refused(one(DualMove { left: brik, ..still("a", 1.0) }), &["brik", "no load"]);
+    refused(one(DualMove { left: brik, ..still("a", 1.0) }), &["brik", "not a load"]);
     let cup = Some(HandMotion { holds: Some("cup".into()), ..way() });
     let twice = DualMove { left: cup.clone(), right: cup, ..still("a", 1.0) };
     refused(one(twice), &["same load"]);
-    refused(params(Vec::new()), &["no move"]);
+    refused(params(Vec::new()), &["`moves` is empty"]);
     let fast = Some(HandMotion { position: Some(Vec3::new(0.3, 0.35, 0.3)), ..way() });
     refused(one(DualMove { left: fast, ..still("fast", 0.02) }), &["fast", "limit"]);
     let mut p = one(still("a", 1.0));

@@ -7,6 +7,7 @@ mod beam;
 mod closed_form;
 mod collide;
 mod control;
+mod couplings;
 mod force;
 mod golden;
 mod grip;

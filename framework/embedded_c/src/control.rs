@@ -127,7 +127,7 @@ impl Wishes {
         self.all.clear();
         let room = self.room;
         if count > room {
-            return Err(RobotError::NoRoom { what: "tasks", wanted: count, room }.into());
+            return Err(RobotError::NoRoom { what: "objectives", wanted: count, room }.into());
         }
         for k in 0..count {
             // SAFETY: the caller has `count` of them; they are read one by one, because `count` may be zero.

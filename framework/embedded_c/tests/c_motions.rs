@@ -146,7 +146,7 @@ fn ways_and_their_times() {
         two.refused(ask(&beyond, &how, o), LwStatus::OutsideLimits, "coordinate 1");
         two.refused(ask(&goal, &LwSearch { step: 0.0, ..how }, o), LwStatus::OutOfRange, "step");
         let w = way.as_mut_ptr();
-        two.refused(lw_planner_path(r, p, w, 13), LwStatus::Length, "`path`");
+        two.refused(lw_planner_path(r, p, w, 13), LwStatus::Length, "`way`");
         two.refused(lw_planner_new(r, LEFT, 1, &mut none), LwStatus::OutOfRange, "room");
         two.refused(
             lw_planner_new(r, LEFT, usize::MAX, &mut none),
@@ -348,7 +348,7 @@ fn transfers_within_limits_of_jerk() {
         two.refused(ask(from, &zero), LwStatus::OutOfRange, "jerk");
         // Limits of the previous call are not kept.
         let smooth = LwMotionLimits { jerk: null(), ..limits };
-        two.refused(ask(from, &smooth), LwStatus::OutOfRange, "jerk of what moves");
+        two.refused(ask(from, &smooth), LwStatus::OutOfRange, "jerk limit of a moving coordinate");
         let at = |time, n| lw_transfer_at(r, t, time, a, 13, b, c, n);
         two.refused(at(f64::INFINITY, 13), LwStatus::NotFinite, "time");
         two.refused(at(0.1, 12), LwStatus::Length, "`v`");

@@ -170,7 +170,7 @@ fn mistakes_are_told_with_place_fact_and_remedy() {
         (
             "<isStdAIAA/>",
             "<calculation><math><cn>1</cn></math></calculation>",
-            vec!["no input", "remove <isInput/>"],
+            vec!["not a computed variable", "remove <isInput/>"],
         ),
         ("minValue=\"-1\"", "minValue=\"31\"", vec!["`minValue`", "at most maxValue"]),
         (

@@ -299,7 +299,7 @@ fn names_that_lead_nowhere_and_rings_are_refused() {
     );
     has(
         "<link name=\"a\"/><joint name=\"j\" type=\"ball\"><parent>a</parent><child>a</child></joint>",
-        "joins `a` and `a`",
+        "connects `a` and `a`",
     );
     has(
         "<link name=\"a\"/><joint name=\"j\" type=\"ball\"><parent>a</parent><child>c</child></joint>",

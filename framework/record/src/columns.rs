@@ -206,7 +206,7 @@ mod tests {
             [bits(twice.clone()), bits(twice)]
         );
         for (title, fact) in
-            [("y", "not have a column"), ("why", "not contain numbers"), ("z", "gaps")]
+            [("y", "not have a column"), ("why", "not contain numbers"), ("z", "empty cells")]
         {
             assert!(parquet_numbers(&path, title).unwrap_err().contains(fact), "{title}");
         }

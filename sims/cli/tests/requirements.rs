@@ -86,7 +86,7 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
     );
     lab.write("c.ron", &half);
     let said = lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
-    let kept = format!("{} of 30 kept all", 30 - slow.len());
+    let kept = format!("{} of 30 satisfied all requirements", 30 - slow.len());
     assert!(
         said.out.contains("30 runs have ended already") && said.out.contains(&kept),
         "{}",

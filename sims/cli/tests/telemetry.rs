@@ -188,7 +188,7 @@ fn mistakes_are_told_with_their_place_and_nothing_is_written() {
     refused("[\"x\", \"ft\"]", "[\"note\", \"ft\"]", &["column `note` holds `row 2` in line 2"]);
     refused("axes: \"world\", x", "axes: \"wrold\", x", &["no axes `wrold`", "world"]);
     refused("axes: \"world\", x", "axes: \"planet\", x", &["the rotation of the planet", "rate"]);
-    refused("pitch: [\"theta\", \"deg\"], ", "", &["has no `pitch`"]);
+    refused("pitch: [\"theta\", \"deg\"], ", "", &["lacks `pitch`"]);
     refused(
         "[\"clock\", \"ms\"]",
         "[\"clock\", \"deg\"]",
@@ -197,7 +197,7 @@ fn mistakes_are_told_with_their_place_and_nothing_is_written() {
     refused("[\"climb\", \"km/h\"]", "[\"climb\", \"m\"]", &["`block.velocity.z` is in m/s"]);
     refused("block.velocity.z", "block.velocity.w", &["no variable `block.velocity.w`"]);
     refused("\"flown.csv\"", "\"nowhere.csv\"", &["nowhere.csv"]);
-    refused("table: ", "tabel: ", &["no field `tabel`", "has no `table`"]);
+    refused("table: ", "tabel: ", &["no field `tabel`", "lacks `table`"]);
     // Time that decreases.
     lab.write("flown.csv", &table().replace("12300,", "12100,"));
     refused("doc", "doc", &["does not increase from row 1 to row 2"]);

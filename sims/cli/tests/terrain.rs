@@ -87,7 +87,7 @@ fn what_is_no_map_is_refused_with_the_remedy_and_leaves_nothing() {
     lab.write("yard.ron", "{\"size\": [6, 4], \"spacing\": 0.5,\n \"sead\": 4}");
     lab.write("t.tiles", "LWTILES1 and no more");
     for (args, wanted) in [
-        (vec!["show", "none.asc"], vec!["none.asc", "name a map that is there"]),
+        (vec!["show", "none.asc"], vec!["none.asc", "name an existing map"]),
         (vec!["show", "t.tiles"], vec!["it ends within its head", "linkwork terrain convert"]),
         (vec!["show", "d.asc"], vec!["a degree is not a length", "--spacing 30", "gdalwarp"]),
         (vec!["show", "a.asc", "--spacing", "one"], vec!["`--spacing one`", "write --spacing 0.5"]),

@@ -4,8 +4,7 @@
 #[rustfmt::skip]
 const PHRASES: [&str; 30] = [
     "are refused", "are told", "beside", "bit for bit", "by itself", "by themselves", "go on",
-    "goes on", "has not", "have not", "is no", "is refused", "is told", "last digits", "lets
-    go", "of its own", "of their own", "refuses", "tells", "that of", "that which", "those of",
+    "goes on", "has not", "have not", "is no", "is refused", "is told", "last digits", "lets go", "of its own", "of their own", "refuses", "tells", "that of", "that which", "those of",
     "to be wished", "to the bit", "unless written", "unwritten", "was refused", "was told",
     "what is", "what it is",
 ];

@@ -114,7 +114,7 @@ fn a_flight_past_the_moon_is_the_same_about_the_earth_and_about_the_moon() {
         ),
         (
             text_with_fields(&field.replace("moon", "mars"), &file("earth.txt"), epoch),
-            "a field of `mars`",
+            "`fields` has an entry for `mars`",
         ),
         (
             text_with_fields(&field.replace("degree: 2", "degree: 3"), &file("earth.txt"), epoch),

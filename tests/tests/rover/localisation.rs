@@ -142,7 +142,7 @@ fn what_cannot_be_is_refused() {
     let start = format!("{ESTIMATOR}.start_heading=0");
     for (set, fact) in [
         (&["localisation=guess"][..], "localisation_guess.ron"),
-        (&[VISUAL, &walk], "no random walk"),
+        (&[VISUAL, &walk], "`wheel_walk` is [0"),
         (&[VISUAL, &start], "start_heading"),
         // Only `navigation.autonav` reads its estimate.
         (&[VISUAL, "Rover.navigation=waypoints"], "AutoNav"),

@@ -213,7 +213,11 @@ fn a_planet_that_is_none_of_the_list_has_its_air_from_columns() {
     };
     let with = |columns: Columns| TableAirParams { columns: Some(columns), ..full.clone() };
     let of = |gas: GasParams| TableAirParams { gas: Some(gas), ..full.clone() };
-    refused(TableAirParams { columns: None, ..full.clone() }, "columns", "no `columns`");
+    refused(
+        TableAirParams { columns: None, ..full.clone() },
+        "columns",
+        "needs `columns`, which is missing",
+    );
     let layout = TableLayout::MarsGram;
     refused(
         TableAirParams { layout, ..full.clone() },

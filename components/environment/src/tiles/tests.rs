@@ -105,7 +105,7 @@ fn rows_regions_overview_and_counts_are_those_of_the_array() {
     let told = tiles.region([x0, y0, x1 + 1.0, y1], 1 << 20).unwrap_err().to_string();
     assert!(told.contains("is not on the map") && told.contains("the map extends over"), "{told}");
     let told = tiles.region([x0, y0, x1, y1], 6649).unwrap_err().to_string();
-    assert!(told.contains("70 by 95 nodes") && told.contains("6649 at most"), "{told}");
+    assert!(told.contains("70 by 95 nodes") && told.contains("at most 6649 nodes"), "{told}");
     assert!(tiles.region([0.0, f64::NAN, 1.0, 14.0], 100).is_err());
     // A map that is larger than an overview.
     let wide =

@@ -165,7 +165,7 @@ mod tests {
         assert!(remarks(&bare).is_empty() && remarks(&params()).is_empty());
         let other = GravityGradientParams { products: Vec3::new(20.0, -15.0, 30.1), ..params() };
         let told = remarks(&other);
-        assert!(told.len() == 1 && told[0].message.contains("that of its body"), "{told:?}");
+        assert!(told.len() == 1 && told[0].message.contains("but its body has"), "{told:?}");
         let half = GravityGradientParams { inertia: None, ..params() };
         let e = GravityGradient::build(half).err().unwrap();
         assert!(e.param.as_deref() == Some("products") && e.help.is_some());

@@ -483,7 +483,7 @@ mod tests {
             gravity: Handle::new("gravity", gravity),
         });
         let e = built.err().unwrap();
-        assert!(e.message.contains("the ground is level") && e.help.is_some(), "{}", e.message);
+        assert!(e.message.contains("makes the ground level") && e.help.is_some(), "{}", e.message);
     }
 
     #[test]

@@ -203,7 +203,7 @@ pub(super) mod tests {
             StationKeeping::build(p)
         };
         let e = of(Axes::Level(site)).err().unwrap();
-        assert!(e.message.contains("the ground is level") && e.help.is_some());
+        assert!(e.message.contains("makes the ground level") && e.help.is_some());
         assert!(of(Axes::Site(site)).is_ok() && of(Axes::Inertial).is_ok());
     }
 

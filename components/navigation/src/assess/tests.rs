@@ -199,7 +199,7 @@ fn limits_that_no_rover_has_are_refused() {
     };
     assert!(refused(&|l| l.radius = 0.0).contains("radius of the disc"));
     assert!(refused(&|l| l.tilt = f64::NAN).contains("tilt"));
-    assert!(refused(&|l| l.step = -1.0).contains("step (m) is -1"));
+    assert!(refused(&|l| l.step = -1.0).contains("the step limit (m) is -1"));
     assert!(refused(&|l| l.roughness = f64::INFINITY).contains("roughness"));
     assert!(refused(&|l| l.seen = 1.5).contains("between 0 and 1"));
     assert!(refused(&|l| l.radius = 7.0).contains("make the cells larger"));

@@ -229,7 +229,7 @@ impl Reader {
         }
         if self.variables[k].role == Role::Input {
             let help = "remove <isInput/> or the formula";
-            self.bad(e, "", &id, "a variable that is not an input", help);
+            self.bad(e, "", &id, "a computed variable", help);
             return;
         }
         making[k] = Some(new);
