@@ -238,7 +238,7 @@ unsafe fn timed(two: &mut Two, way: &[f64]) {
 
         let kept = (q, v, vdot);
         let ask = |n, l, round, o| lw_timing_plan(r, t, w, n, l, round, o);
-        two.refused(ask(n - 1, l, 0.0, o), LwStatus::Length, "`path`");
+        two.refused(ask(n - 1, l, 0.0, o), LwStatus::Length, "`way`");
         two.refused(ask(0, l, 0.0, o), LwStatus::Length, "`path`");
         two.refused(ask(n, l, -1.0, o), LwStatus::OutOfRange, "round");
         two.refused(

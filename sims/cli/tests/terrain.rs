@@ -104,7 +104,7 @@ fn what_is_no_map_is_refused_with_the_remedy_and_leaves_nothing() {
         (vec!["make", "b.tif", "--set", "spacing=1e-3"], vec!["million nodes are too many"]),
         (
             vec!["make", "b.tif", "--set", "dunes={\"height\": 9, \"wavelength\": 10}"],
-            vec!["steeper than their lee side"],
+            vec!["steeper than `lee` allows"],
         ),
     ] {
         let said = lab.linkwork(&[&["terrain"], &args[..]].concat()).code(2);
