@@ -132,7 +132,7 @@ def test_frames_agree_with_the_state_and_compute_only_what_is_asked():
     for call, text in (
         (lambda: f.pose("m/n66"), "n66"),
         (lambda: f.pose("camra"), "camra"),
-        (lambda: f.add_fixed("camera"), "exists"),
+        (lambda: f.add_fixed("camera"), "there is already a frame"),
         (lambda: f.add_mechanism("m", m), "m"),
         (lambda: f.set_state("k", q), "did you mean|mechanisms: m"),
         (lambda: f.set_state("m", q[1:]), "`q` has"),

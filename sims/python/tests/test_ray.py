@@ -124,7 +124,7 @@ def test_examples_of_the_docstrings_run(tmp_path):
 def test_what_it_exports_is_documented():
     for name in linkwork.ray.__all__:
         text = inspect.getdoc(getattr(linkwork.ray, name))
-        assert ">>>" in text and "Raises LinkworkError" in text, name
+        assert ">>>" in text and "Raises\n------\nLinkworkError" in text, name
 
 
 def test_without_a_cluster_it_is_said_what_to_do(tmp_path):

@@ -479,7 +479,7 @@ impl Robot {
     /// >>> grips = press.grasp("l", "bar"), press.grasp("r", "bar")
     /// >>> press.add_hand_wrenches("bar", press.gravity_forces(), [[0, 0, 0, 20.0, 0, 0], [0, 0, 0, -5.0, 0, 0]]).round(9).tolist()
     /// [20.0, -5.0]
-    fn exert<'py>(
+    fn add_hand_wrenches<'py>(
         slf: &Bound<'py, Self>,
         object: &str,
         tau: Given<'_, 'py>,
