@@ -383,7 +383,7 @@ def test_two_materials_do_to_each_other_what_their_pair_says():
     assert slid["pair"] == pytest.approx(1.0 - 0.05 * G * 0.2, rel=1e-6)
     with pytest.raises(lw.LinkworkError, match="(?s)no collider has the material `bord`.*did you mean `board`"):
         lw.Contact(box, [shape, ground], pairs={("bord", "ice"): {"friction": 0.1}})
-    with pytest.raises(lw.LinkworkError, match="has no `frictoin`"):
+    with pytest.raises(lw.LinkworkError, match="unknown property `frictoin`"):
         lw.Contact(box, [shape, ground], pairs={("board", "ice"): {"frictoin": 0.1}})
     with pytest.raises(lw.LinkworkError, match="friction is -1"):
         lw.Contact(box, [shape, ground], pairs={("board", "ice"): {"friction": -1.0}})

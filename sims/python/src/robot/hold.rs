@@ -247,7 +247,7 @@ impl Robot {
     /// >>> robot.attach("cup", "cup")
     /// Traceback (most recent call last):
     /// linkwork.LinkworkError: `on` is 0
-    ///   help: attach it to an object that it does not carry
+    ///   help: attach it to an object that is not attached to it
     #[pyo3(signature = (object, on, body=None, at=None))]
     fn attach(
         slf: &Bound<'_, Self>,
