@@ -285,7 +285,7 @@ impl Robot {
     /// --------
     /// >>> robot.detach("cup")
     /// Traceback (most recent call last):
-    /// linkwork.LinkworkError: object 0 is attached to nothing
+    /// linkwork.LinkworkError: object 0 is not attached to another object
     ///   help: attach it first
     fn detach(slf: &Bound<'_, Self>, object: &str) -> PyResult<()> {
         let own = base(slf);
