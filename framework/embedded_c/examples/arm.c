@@ -1,4 +1,4 @@
-/* An arm reaches for a cup, finds a way elsewhere and its times, takes the cup, and asks what it weighs.
+/* An arm reaches for a cup, plans a collision-free path and its time parameterization, takes the cup, and asks what it weighs.
  *   cc -I include examples/arm.c liblinkwork_robot.a -lpthread -ldl -lm -o arm && ./arm examples
  */
 #include <linkwork/robot.h>
@@ -101,29 +101,29 @@ int main(int argc, char **argv) {
   LwManipulability able;
   ROBOT(lw_robot_manipulability(robot, arm, LW_ROWS_LINEAR, 0.0, &able, NULL, 0));
   print("manipulability", &able.w, 1);
-  const LwObjective up_wish = {
-      .kind = LW_WISH_TIP, .weight = 1.0, .motion = {0, 0, 0, 0, 0, 0.2}, .part = arm, .rows = LW_ROWS_LINEAR};
+  const LwObjective upwards = {
+      .kind = LW_OBJECTIVE_TIP, .weight = 1.0, .motion = {0, 0, 0, 0, 0, 0.2}, .part = arm, .rows = LW_ROWS_LINEAR};
   const LwGuard guard = {.least = 0.01, .part = arm};
   double rates[NV];
-  ROBOT(lw_rate_control_solve(robot, control, &up_wish, 1, 0.05, &guard, 1, rates, NV, NULL, 0));
+  ROBOT(lw_rate_control_solve(robot, control, &upwards, 1, 0.05, &guard, 1, rates, NV, NULL, 0));
   print("rates", rates, NV);
 
-  /* The cup stands beside the hand. A free way to another place, and where the arm is on it after 0.3 s. */
+  /* The cup stands beside the hand. Plan a collision-free path to another configuration, and evaluate its trajectory at 0.3 s. */
   const double home[NV] = {1.2, 0.4, -0.9}, most[NV] = {4.0, 4.0, 4.0};
-  double rows[ROWS * NV], on_the_way[3 * NV];
+  double rows[ROWS * NV], on_the_path[3 * NV];
   const LwPose beside = {{0.62, 0.25, 0.5}, {0.0, 0.0, 0.0, 1.0}};
   ROBOT(lw_robot_put(robot, cup, &beside));
-  LwPlan way;
-  ROBOT(lw_planner_plan(robot, planner, q, home, NV, NULL, SIZE_MAX, &way));
-  if (way.outcome != LW_PLAN_OUTCOME_FOUND || way.rows > ROWS) return 1;
-  ROBOT(lw_planner_path(robot, planner, rows, way.rows * NV));
+  LwPlan found;
+  ROBOT(lw_planner_plan(robot, planner, q, home, NV, NULL, SIZE_MAX, &found));
+  if (found.outcome != LW_PLAN_OUTCOME_FOUND || found.rows > ROWS) return 1;
+  ROBOT(lw_planner_path(robot, planner, rows, found.rows * NV));
   const LwMotionLimits limits = {.acceleration = most, .n = NV};
   LwTimed timed;
-  ROBOT(lw_timing_plan(robot, timing, rows, way.rows * NV, &limits, 0.0, &timed));
+  ROBOT(lw_timing_plan(robot, timing, rows, found.rows * NV, &limits, 0.0, &timed));
   if (!timed.found) return 1;
   print("duration", &timed.duration, 1);
-  ROBOT(lw_timing_at(robot, timing, 0.3, on_the_way, NV, on_the_way + NV, on_the_way + 2 * NV, NV));
-  print("on_the_way", on_the_way, 3 * NV);
+  ROBOT(lw_timing_at(robot, timing, 0.3, on_the_path, NV, on_the_path + NV, on_the_path + 2 * NV, NV));
+  print("on_the_path", on_the_path, 3 * NV);
 
   ROBOT(lw_robot_held_still(robot, NULL, 0, tau, NV));
   print("empty", tau, NV);

@@ -44,7 +44,7 @@ static void run(const std::string &folder) {
   const LwManipulability able = robot.manipulability(arm, LW_ROWS_LINEAR);
   print("manipulability", {&able.w, 1});
   RateControl control(robot, 1, 1);
-  const LwObjective up = tip_wish(0, arm, {0, 0, 0, 0, 0, 0.2}, LW_ROWS_LINEAR);
+  const LwObjective up = tip_objective(0, arm, {0, 0, 0, 0, 0, 0.2}, LW_ROWS_LINEAR);
   const LwGuard guard{0.01, arm};
   std::vector<double> rates(nv);
   control.solve(robot, {&up, 1}, 0.05, rates, {&guard, 1});
@@ -53,18 +53,18 @@ static void run(const std::string &folder) {
   robot.put(cup, LwPose{{0.62, 0.25, 0.5}, {0, 0, 0, 1}});
   Planner planner(robot, arm, 100);
   const LwPlan found = planner.plan(robot, q, std::vector{1.2, 0.4, -0.9});
-  if (found.outcome != LW_PLAN_OUTCOME_FOUND) throw std::runtime_error("no way");
-  std::vector<double> way(found.rows * nv), at(nv), v(nv), vdot(nv);
-  planner.path(robot, way);
+  if (found.outcome != LW_PLAN_OUTCOME_FOUND) throw std::runtime_error("no path");
+  std::vector<double> path(found.rows * nv), at(nv), v(nv), vdot(nv);
+  planner.path(robot, path);
   Timing timing(robot, 16, 640);
   const std::vector<double> most(nv, 4.0);
-  const LwTimed timed = timing.plan(robot, way, LwMotionLimits{nullptr, most.data(), nullptr, nullptr, nv});
+  const LwTimed timed = timing.plan(robot, path, LwMotionLimits{nullptr, most.data(), nullptr, nullptr, nv});
   if (!timed.found) throw std::runtime_error("no motion");
   print("duration", {&timed.duration, 1});
   timing.at(robot, 0.3, at, v, vdot);
   at.insert(at.end(), v.begin(), v.end());
   at.insert(at.end(), vdot.begin(), vdot.end());
-  print("on_the_way", at);
+  print("on_the_path", at);
 
   robot.held_still(tau);
   print("empty", tau);

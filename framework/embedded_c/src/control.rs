@@ -12,18 +12,18 @@ use linkwork_embedded::{
 };
 
 /// Task: motion of the tip of a chain, in the world.
-pub const LW_WISH_TIP: u32 = 0;
+pub const LW_OBJECTIVE_TIP: u32 = 0;
 /// Task: motion of the centre of mass of all moving bodies, including held objects.
-pub const LW_WISH_CENTER: u32 = 1;
+pub const LW_OBJECTIVE_CENTER: u32 = 1;
 /// Task: motion of all degrees of freedom.
-pub const LW_WISH_POSTURE: u32 = 2;
+pub const LW_OBJECTIVE_POSTURE: u32 = 2;
 
 /// One task: desired rates (`lw_rate_control_solve`) or desired accelerations (`lw_whole_body_solve`). Fields that its kind does not use are not
 /// read.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwObjective {
-    /// One of `LW_WISH_..`.
+    /// One of `LW_OBJECTIVE_..`.
     pub kind: u32,
     /// Priority level. Lower levels come first; tasks of the same level are met together in the least-squares sense.
     pub level: u32,
@@ -87,7 +87,7 @@ pub struct LwRateControl(Tool<Rates>);
 
 struct Rates {
     control: RateControl,
-    objectives: Wishes,
+    objectives: Objectives,
     guards: Vec<(Part, f64)>,
     chains: usize,
     residuals: Vec<f64>,
@@ -98,19 +98,19 @@ pub struct LwWholeBody(Tool<Body>);
 
 struct Body {
     body: WholeBody,
-    objectives: Wishes,
+    objectives: Objectives,
     touches: Vec<Touch>,
     room: usize,
     forces: Vec<Vec3>,
 }
 
 /// Tasks of a call. Postures refer to the caller's memory, so the list is filled again before each use.
-struct Wishes {
+struct Objectives {
     all: Vec<Objective<'static>>,
     room: usize,
 }
 
-impl Wishes {
+impl Objectives {
     fn new(room: usize) -> Self {
         Self { all: Vec::with_capacity(room), room }
     }
@@ -133,22 +133,22 @@ impl Wishes {
             // SAFETY: the caller has `count` of them; they are read one by one, because `count` may be zero.
             let w = unsafe { value("objectives", p.wrapping_add(k)) }?;
             let aim = match w.kind {
-                LW_WISH_TIP => {
+                LW_OBJECTIVE_TIP => {
                     let (part, rows) = (r.part(w.part)?, rows(w.rows, w.length)?);
                     Aim::Tip { part, motion: motion("motion", &w.motion)?, rows }
                 }
-                LW_WISH_CENTER => {
+                LW_OBJECTIVE_CENTER => {
                     let [_, _, _, x, y, z] = w.motion;
                     Aim::Center(vec3("motion", &[x, y, z])?)
                 }
-                LW_WISH_POSTURE => {
+                LW_OBJECTIVE_POSTURE => {
                     let (what, nv) = ("posture", r.model().nv());
                     disjoint(&[(what, w.posture, w.posture_count)], written)?;
                     // SAFETY: the caller provides the array for the duration of the call.
                     Aim::Posture(unsafe { numbers(what, w.posture, w.posture_count, nv) }?)
                 }
                 value => {
-                    let (what, help) = ("kind", "one of LW_WISH_..");
+                    let (what, help) = ("kind", "one of LW_OBJECTIVE_..");
                     return Err(Fault::Choice { what, value, help });
                 }
             };
@@ -180,7 +180,7 @@ pub unsafe extern "C" fn lw_rate_control_new(
                 (room("objectives", objectives, FEW)?, room("guards", guards, FEW)?);
             let rates = Rates {
                 control: RateControl::new(&r.robot, objectives, chains),
-                objectives: Wishes::new(objectives),
+                objectives: Objectives::new(objectives),
                 guards: Vec::with_capacity(chains),
                 chains,
                 residuals: vec![0.0; objectives],
@@ -267,7 +267,7 @@ pub unsafe extern "C" fn lw_whole_body_new(
                 (room("touches", touches, FEW)?, room("objectives", objectives, FEW)?);
             let body = Body {
                 body: WholeBody::new(&r.robot, touches, objectives),
-                objectives: Wishes::new(objectives),
+                objectives: Objectives::new(objectives),
                 touches: Vec::with_capacity(touches),
                 room: touches,
                 forces: vec![Vec3::zeros(); touches],

@@ -112,9 +112,9 @@ pub struct LwPlan {
 }
 
 impl LwPlan {
-    fn new(way: PlanOutcome, planner: &Planner) -> Self {
+    fn new(outcome: PlanOutcome, planner: &Planner) -> Self {
         let none = LwPair { a: 0, b: 0 };
-        let (outcome, pair) = match way {
+        let (outcome, pair) = match outcome {
             PlanOutcome::Found => (LwPlanOutcome::Found, none),
             PlanOutcome::BlockedStart { pair } => (LwPlanOutcome::BlockedStart, pair.into()),
             PlanOutcome::BlockedGoal { pair } => (LwPlanOutcome::BlockedGoal, pair.into()),
@@ -234,11 +234,11 @@ pub unsafe extern "C" fn lw_planner_plan(
             }
             let nq = r.model().nq();
             let (start, goal) = (numbers("start", start, n, nq)?, numbers("goal", goal, n, nq)?);
-            let mut way = planner.begin(&mut r.robot, start, goal, &how)?;
-            if way == PlanOutcome::Unfinished {
-                way = planner.resume(&mut r.robot, places)?;
+            let mut outcome = planner.begin(&mut r.robot, start, goal, &how)?;
+            if outcome == PlanOutcome::Unfinished {
+                outcome = planner.resume(&mut r.robot, places)?;
             }
-            out.set(LwPlan::new(way, &planner));
+            out.set(LwPlan::new(outcome, &planner));
             Ok(())
         })
     }
@@ -258,20 +258,20 @@ pub unsafe extern "C" fn lw_planner_resume(
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
             let mut planner = lend("planner", planner, |p| &p.0, r)?;
-            let way = planner.resume(&mut r.robot, places)?;
-            out.set(LwPlan::new(way, &planner));
+            let outcome = planner.resume(&mut r.robot, places)?;
+            out.set(LwPlan::new(outcome, &planner));
             Ok(())
         })
     }
 }
 
-/// Writes the path that was found last to `way`: configurations (nq numbers each) from the start to the goal, one after the other, between which all
+/// Writes the path that was found last to `path`: configurations (nq numbers each) from the start to the goal, one after the other, between which all
 /// coordinates move in proportion. `n`: nq times the `rows` of `LwPlan`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_planner_path(
     robot: *mut LwRobot,
     planner: *mut LwPlanner,
-    way: *mut f64,
+    path: *mut f64,
     n: usize,
 ) -> LwStatus {
     // SAFETY: guaranteed by the caller.
@@ -279,7 +279,7 @@ pub unsafe extern "C" fn lw_planner_path(
         alone(robot, LwRobot::parts, |r| {
             let planner = lend("planner", planner, |p| &p.0, r)?;
             let nq = r.model().nq();
-            let to = numbers_mut("way", way, n, nq * planner.path().len())?;
+            let to = numbers_mut("path", path, n, nq * planner.path().len())?;
             for (to, q) in to.chunks_exact_mut(nq.max(1)).zip(planner.path()) {
                 to.copy_from_slice(q);
             }

@@ -174,7 +174,7 @@ pub unsafe extern "C" fn lw_timing_free(timing: *mut LwTiming) {
     unsafe { edge::free(timing) }
 }
 
-/// Computes the fastest motion along a path from rest to rest within limits, and writes the result to `out`. `way` (`n` numbers) contains whole
+/// Computes the fastest motion along a path from rest to rest within limits, and writes the result to `out`. `path` (`n` numbers) contains whole
 /// configurations (nq numbers each) one after the other, as `lw_planner_path` writes them. With `round` = 0 the motion stops at each corner. Otherwise
 /// corners are rounded so that no point is farther than `round` from the path (Euclidean distance of coordinates, rad and m); call
 /// `lw_timing_path_free` afterwards. `limits`: NULL for those of the model; jerk limits are not considered. Held objects are included; the robot's
@@ -183,7 +183,7 @@ pub unsafe extern "C" fn lw_timing_free(timing: *mut LwTiming) {
 pub unsafe extern "C" fn lw_timing_plan(
     robot: *mut LwRobot,
     timing: *mut LwTiming,
-    way: *const f64,
+    path: *const f64,
     n: usize,
     limits: *const LwMotionLimits,
     round: f64,
@@ -197,9 +197,9 @@ pub unsafe extern "C" fn lw_timing_plan(
             let (timing, own) = &mut *timing;
             let nq = r.model().nq();
             let wanted = if nq == 0 { 0 } else { n.div_ceil(nq).saturating_mul(nq) };
-            let way = numbers("way", way, n, wanted)?;
+            let path = numbers("path", path, n, wanted)?;
             own.take(limits)?;
-            let told = match timing.plan(&mut r.robot, way, &own.asked, round)? {
+            let told = match timing.plan(&mut r.robot, path, &own.asked, round)? {
                 Timed::Found { duration } => {
                     LwTimed { duration, part: 0.0, share: 0.0, found: true }
                 }

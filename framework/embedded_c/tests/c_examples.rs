@@ -92,7 +92,7 @@ fn expected() -> String {
     print("duration", &[duration]);
     let (mut at, mut v, mut vdot) = ([0.0; 3], [0.0; 3], [0.0; 3]);
     timing.at(0.3, &mut at, &mut v, &mut vdot).unwrap();
-    print("on_the_way", &[at, v, vdot].concat());
+    print("on_the_path", &[at, v, vdot].concat());
     robot.held_still(&[], &mut tau).unwrap();
     print("empty", &tau);
     robot.grasp(arm, cup, Grasp::At(Pose::translation(0.1, 0.0, 0.0))).unwrap();

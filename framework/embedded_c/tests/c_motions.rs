@@ -146,7 +146,7 @@ fn ways_and_their_times() {
         two.refused(ask(&beyond, &how, o), LwStatus::OutsideLimits, "coordinate 1");
         two.refused(ask(&goal, &LwSearch { step: 0.0, ..how }, o), LwStatus::OutOfRange, "step");
         let w = way.as_mut_ptr();
-        two.refused(lw_planner_path(r, p, w, 13), LwStatus::Length, "`way`");
+        two.refused(lw_planner_path(r, p, w, 13), LwStatus::Length, "`path`");
         two.refused(lw_planner_new(r, LEFT, 1, &mut none), LwStatus::OutOfRange, "room");
         two.refused(
             lw_planner_new(r, LEFT, usize::MAX, &mut none),
@@ -238,7 +238,7 @@ unsafe fn timed(two: &mut Two, way: &[f64]) {
 
         let kept = (q, v, vdot);
         let ask = |n, l, round, o| lw_timing_plan(r, t, w, n, l, round, o);
-        two.refused(ask(n - 1, l, 0.0, o), LwStatus::Length, "`way`");
+        two.refused(ask(n - 1, l, 0.0, o), LwStatus::Length, "`path`");
         two.refused(ask(0, l, 0.0, o), LwStatus::Length, "`path`");
         two.refused(ask(n, l, -1.0, o), LwStatus::OutOfRange, "round");
         two.refused(

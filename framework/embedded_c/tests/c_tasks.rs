@@ -17,8 +17,8 @@ const NOWHERE: LwGoal = LwGoal {
     towards: [0.0; 3],
     within: 0.0,
 };
-const NO_WISH: LwObjective = LwObjective {
-    kind: LW_WISH_TIP,
+const NO_OBJECTIVE: LwObjective = LwObjective {
+    kind: LW_OBJECTIVE_TIP,
     level: 0,
     weight: 1.0,
     motion: [0.0; 6],
@@ -415,15 +415,15 @@ fn rates_for_wishes_within_guards() {
     let motion = [9.0, 9.0, 9.0, 0.02, 0.01, -0.03];
     let objectives = [
         LwObjective {
-            kind: LW_WISH_POSTURE,
+            kind: LW_OBJECTIVE_POSTURE,
             level: 4,
             weight: 0.5,
             posture: posture.as_ptr(),
             posture_count: 13,
-            ..NO_WISH
+            ..NO_OBJECTIVE
         },
-        LwObjective { level: 1, motion: TWIST, length: 0.3, ..NO_WISH },
-        LwObjective { kind: LW_WISH_CENTER, level: 2, motion, ..NO_WISH },
+        LwObjective { level: 1, motion: TWIST, length: 0.3, ..NO_OBJECTIVE },
+        LwObjective { kind: LW_OBJECTIVE_CENTER, level: 2, motion, ..NO_OBJECTIVE },
     ];
     let w = two.robot.manipulability(two.right, Rows::All { length: 1.0 }, None).unwrap().w;
     let guards = Guards { horizon: 0.05, manipulable: &[(two.right, 1.01 * w)] };
@@ -456,19 +456,35 @@ fn rates_for_wishes_within_guards() {
         two.refused(ask(&objectives, 0.05, &[guard], 12, 3), LwStatus::Length, "`v`");
         two.refused(ask(&objectives, 0.0, &[guard], 13, 3), LwStatus::OutOfRange, "horizon");
         two.refused(ask(&objectives, f64::NAN, &[guard], 13, 3), LwStatus::NotFinite, "horizon");
-        two.refused(ask(&[NO_WISH; 4], 0.05, &[], 13, 1), LwStatus::NoRoom, "4 objectives");
+        two.refused(ask(&[NO_OBJECTIVE; 4], 0.05, &[], 13, 1), LwStatus::NoRoom, "4 objectives");
         two.refused(ask(&objectives, 0.05, &[guard; 2], 13, 3), LwStatus::NoRoom, "2 guards");
         let lost = LwGuard { least: f64::NAN, ..guard };
         two.refused(ask(&objectives, 0.05, &[lost], 13, 3), LwStatus::NotFinite, "`least`");
         let lost = LwGuard { part: 9, ..guard };
         two.refused(ask(&objectives, 0.05, &[lost], 13, 3), LwStatus::Foreign, "");
-        two.refused(with(LwObjective { kind: 3, ..NO_WISH }), LwStatus::OutOfRange, "LW_WISH_");
-        two.refused(with(LwObjective { rows: 3, ..NO_WISH }), LwStatus::OutOfRange, "LW_ROWS_");
-        two.refused(with(LwObjective { part: 3, ..NO_WISH }), LwStatus::Foreign, "");
-        two.refused(with(LwObjective { weight: 0.0, ..NO_WISH }), LwStatus::OutOfRange, "weight");
-        two.refused(with(LwObjective { length: 0.0, ..NO_WISH }), LwStatus::OutOfRange, "length");
         two.refused(
-            with(LwObjective { motion: [f64::NAN; 6], ..NO_WISH }),
+            with(LwObjective { kind: 3, ..NO_OBJECTIVE }),
+            LwStatus::OutOfRange,
+            "LW_OBJECTIVE_",
+        );
+        two.refused(
+            with(LwObjective { rows: 3, ..NO_OBJECTIVE }),
+            LwStatus::OutOfRange,
+            "LW_ROWS_",
+        );
+        two.refused(with(LwObjective { part: 3, ..NO_OBJECTIVE }), LwStatus::Foreign, "");
+        two.refused(
+            with(LwObjective { weight: 0.0, ..NO_OBJECTIVE }),
+            LwStatus::OutOfRange,
+            "weight",
+        );
+        two.refused(
+            with(LwObjective { length: 0.0, ..NO_OBJECTIVE }),
+            LwStatus::OutOfRange,
+            "length",
+        );
+        two.refused(
+            with(LwObjective { motion: [f64::NAN; 6], ..NO_OBJECTIVE }),
             LwStatus::NotFinite,
             "`motion`",
         );
@@ -530,13 +546,13 @@ fn forces_for_wishes_with_contacts() {
         Objective::new(1, Aim::Posture(&VDOT)),
     ];
     let objectives = [
-        LwObjective { motion: TWIST, rows: LW_ROWS_LINEAR, ..NO_WISH },
+        LwObjective { motion: TWIST, rows: LW_ROWS_LINEAR, ..NO_OBJECTIVE },
         LwObjective {
-            kind: LW_WISH_POSTURE,
+            kind: LW_OBJECTIVE_POSTURE,
             level: 1,
             posture: VDOT.as_ptr(),
             posture_count: 13,
-            ..NO_WISH
+            ..NO_OBJECTIVE
         },
     ];
     let mut whole = WholeBody::new(&two.robot, 1, 2);

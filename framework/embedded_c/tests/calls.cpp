@@ -189,10 +189,10 @@ static void spaces(Case &c) {
   refused(LW_STATUS_LENGTH, [&] { space.forces(c.robot, c.v, twelve, Span<double>(tau).first(12)); });
   refused(LW_STATUS_LENGTH, [&] { space.forces(c.robot, c.v, Span<double>(twelve).first(6), tau); });
 
-  const std::array objectives{tip_wish(1, c.left, c.twist, LW_ROWS_LINEAR), center_wish(0, {0.02, 0.01, 0}),
-                          posture_wish(2, c.a)};
-  CHECK(objectives[0].kind == LW_WISH_TIP && objectives[0].part == c.left && objectives[0].motion[4] == c.twist[4]);
-  CHECK(objectives[1].kind == LW_WISH_CENTER && objectives[1].level == 0 && objectives[1].motion[3] == 0.02);
+  const std::array objectives{tip_objective(1, c.left, c.twist, LW_ROWS_LINEAR), center_objective(0, {0.02, 0.01, 0}),
+                          posture_objective(2, c.a)};
+  CHECK(objectives[0].kind == LW_OBJECTIVE_TIP && objectives[0].part == c.left && objectives[0].motion[4] == c.twist[4]);
+  CHECK(objectives[1].kind == LW_OBJECTIVE_CENTER && objectives[1].level == 0 && objectives[1].motion[3] == 0.02);
   CHECK(objectives[2].posture == c.a.data() && objectives[2].posture_count == 13);
   RateControl control(c.robot, 3, 1);
   const LwGuard guard{0.05, c.right};

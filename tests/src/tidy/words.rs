@@ -62,7 +62,7 @@ fn phrases(line: &str) -> usize {
             })
             .count()
     };
-    PHRASES.iter().map(|phrase| here(phrase)).sum()
+    PHRASES.iter().map(here).sum()
 }
 
 #[cfg(test)]

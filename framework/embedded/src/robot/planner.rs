@@ -79,7 +79,7 @@ pub struct Planner {
     /// Whole configurations: ends of a piece.
     ends: [Vec<f64>; 2],
     /// Whole configurations of the path.
-    way: Vec<f64>,
+    path: Vec<f64>,
     search: Search,
     /// State of the random numbers, number of samples so far, and the tree that grows next.
     state: u64,
@@ -135,7 +135,7 @@ impl Planner {
             to: vec![0.0; n],
             new: vec![0.0; n],
             ends: [vec![0.0; nq], vec![0.0; nq]],
-            way: Vec::with_capacity(2 * room * nq),
+            path: Vec::with_capacity(2 * room * nq),
             search: Search::default(),
             state: 0,
             drawn: 8 * room,
@@ -145,7 +145,7 @@ impl Planner {
 
     /// Returns the configurations (nq) of the last path, from start to goal. All coordinates move in proportion between two of them.
     pub fn path(&self) -> impl ExactSizeIterator<Item = &[f64]> {
-        self.way.chunks_exact(self.nq)
+        self.path.chunks_exact(self.nq)
     }
 
     /// Searches for a collision-free path of the chain from `start` to `goal` (nq each), which may differ only in the chain's coordinates. The
@@ -164,7 +164,7 @@ impl Planner {
     ) -> Result<PlanOutcome, RobotError> {
         match self.begin(robot, start, goal, search)? {
             PlanOutcome::Unfinished => self.resume(robot, usize::MAX),
-            way => Ok(way),
+            outcome => Ok(outcome),
         }
     }
 
@@ -181,7 +181,7 @@ impl Planner {
         search: &Search,
     ) -> Result<PlanOutcome, RobotError> {
         self.check(robot, start, goal, search)?;
-        self.way.clear();
+        self.path.clear();
         // Mark the search as ended, so that it cannot be continued unless it ends as unfinished.
         self.drawn = 8 * self.room;
         if let Some(pair) = robot.first_hit(start)? {
@@ -191,8 +191,8 @@ impl Planner {
             return Ok(PlanOutcome::BlockedGoal { pair });
         }
         if robot.path_free(start, goal, search.least)? == Path::Free {
-            self.way.extend_from_slice(start);
-            self.way.extend_from_slice(goal);
+            self.path.extend_from_slice(start);
+            self.path.extend_from_slice(goal);
             return Ok(PlanOutcome::Found);
         }
         for (tree, end) in self.trees.iter_mut().zip([start, goal]) {
@@ -320,50 +320,50 @@ impl Planner {
         let n = self.chain.len();
         // Coordinates outside the chain have the same values in all configurations.
         let rest = &self.ends[0];
-        let row = |way: &mut Vec<f64>, q: &[f64]| {
-            let from = way.len();
-            way.extend_from_slice(rest);
+        let row = |path: &mut Vec<f64>, q: &[f64]| {
+            let from = path.len();
+            path.extend_from_slice(rest);
             for (c, x) in self.chain.iter().zip(q) {
-                way[from + c.at] = *x;
+                path[from + c.at] = *x;
             }
         };
         let mut at = self.trees[0].parents.len() - 1;
         loop {
-            row(&mut self.way, &self.trees[0].q[n * at..n * (at + 1)]);
+            row(&mut self.path, &self.trees[0].q[n * at..n * (at + 1)]);
             if at == 0 {
                 break;
             }
             at = self.trees[0].parents[at];
         }
         // Reverse the path so that it begins at the start.
-        let rows = self.way.len() / self.nq;
+        let rows = self.path.len() / self.nq;
         for k in 0..rows / 2 {
-            let (a, b) = self.way.split_at_mut(self.nq * (rows - 1 - k));
+            let (a, b) = self.path.split_at_mut(self.nq * (rows - 1 - k));
             a[self.nq * k..self.nq * (k + 1)].swap_with_slice(&mut b[..self.nq]);
         }
         at = self.trees[1].parents.len() - 1;
         while at != 0 {
             at = self.trees[1].parents[at];
-            row(&mut self.way, &self.trees[1].q[n * at..n * (at + 1)]);
+            row(&mut self.path, &self.trees[1].q[n * at..n * (at + 1)]);
         }
     }
 
     /// Connects each configuration to the last one that can be reached by a straight path.
     fn cut_corners(&mut self, robot: &mut Robot, search: &Search) -> Result<(), RobotError> {
         let nq = self.nq;
-        let (mut kept, mut rows) = (0, self.way.len() / nq);
+        let (mut kept, mut rows) = (0, self.path.len() / nq);
         while kept + 2 < rows {
             let mut next = rows - 1;
             while next > kept + 1 {
-                let [a, b] = [kept, next].map(|k| &self.way[nq * k..nq * (k + 1)]);
+                let [a, b] = [kept, next].map(|k| &self.path[nq * k..nq * (k + 1)]);
                 if robot.path_free(a, b, search.least)? == Path::Free {
                     break;
                 }
                 next -= 1;
             }
-            self.way.copy_within(nq * next.., nq * (kept + 1));
+            self.path.copy_within(nq * next.., nq * (kept + 1));
             rows -= next - kept - 1;
-            self.way.truncate(nq * rows);
+            self.path.truncate(nq * rows);
             kept += 1;
         }
         Ok(())

@@ -93,13 +93,13 @@
 #define LW_ROWS_ANGULAR 2
 
 // Task: motion of the tip of a chain, in the world.
-#define LW_WISH_TIP 0
+#define LW_OBJECTIVE_TIP 0
 
 // Task: motion of the centre of mass of all moving bodies, including held objects.
-#define LW_WISH_CENTER 1
+#define LW_OBJECTIVE_CENTER 1
 
 // Task: motion of all degrees of freedom.
-#define LW_WISH_POSTURE 2
+#define LW_OBJECTIVE_POSTURE 2
 
 // The goal has a position.
 #define LW_GOAL_POSITION 1
@@ -339,7 +339,7 @@ typedef struct LwImpedance {
 // One task: desired rates (`lw_rate_control_solve`) or desired accelerations (`lw_whole_body_solve`). Fields that its kind does not use are not
 // read.
 typedef struct LwObjective {
-  // One of `LW_WISH_..`.
+  // One of `LW_OBJECTIVE_..`.
   uint32_t kind;
   // Priority level. Lower levels come first; tasks of the same level are met together in the least-squares sense.
   uint32_t level;
@@ -1724,11 +1724,11 @@ enum LwStatus lw_planner_resume(struct LwRobot *robot,
                                 size_t places,
                                 struct LwPlan *out);
 
-// Writes the path that was found last to `way`: configurations (nq numbers each) from the start to the goal, one after the other, between which all
+// Writes the path that was found last to `path`: configurations (nq numbers each) from the start to the goal, one after the other, between which all
 // coordinates move in proportion. `n`: nq times the `rows` of `LwPlan`.
 enum LwStatus lw_planner_path(struct LwRobot *robot,
                               struct LwPlanner *planner,
-                              double *way,
+                              double *path,
                               size_t n);
 
 // Creates the memory of `lw_timing_plan` for paths of up to `configurations` configurations (at least 2) in up to `sections` sections (at least 8
@@ -1742,14 +1742,14 @@ enum LwStatus lw_timing_new(struct LwRobot *robot,
 // Frees the memory; NULL has no effect.
 void lw_timing_free(struct LwTiming *timing);
 
-// Computes the fastest motion along a path from rest to rest within limits, and writes the result to `out`. `way` (`n` numbers) contains whole
+// Computes the fastest motion along a path from rest to rest within limits, and writes the result to `out`. `path` (`n` numbers) contains whole
 // configurations (nq numbers each) one after the other, as `lw_planner_path` writes them. With `round` = 0 the motion stops at each corner. Otherwise
 // corners are rounded so that no point is farther than `round` from the path (Euclidean distance of coordinates, rad and m); call
 // `lw_timing_path_free` afterwards. `limits`: NULL for those of the model; jerk limits are not considered. Held objects are included; the robot's
 // own q has no effect. If no motion keeps the limits, this is a result, not an error. A call that fails may discard the previous motion.
 enum LwStatus lw_timing_plan(struct LwRobot *robot,
                              struct LwTiming *timing,
-                             const double *way,
+                             const double *path,
                              size_t n,
                              const struct LwMotionLimits *limits,
                              double round,

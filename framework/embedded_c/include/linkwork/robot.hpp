@@ -169,10 +169,10 @@ inline LwPrefer near_given(std::size_t starts = 1) { return {0, 1, 0, 1, starts,
 inline LwPrefer manipulable(std::size_t starts = 1) { return {0, 0, 1, 1, starts, 400}; }
 
 // Tasks for rates or accelerations, with weight 1.
-inline LwObjective tip_wish(std::uint32_t level, std::uint32_t part, std::array<double, 6> motion,
+inline LwObjective tip_objective(std::uint32_t level, std::uint32_t part, std::array<double, 6> motion,
                        std::uint32_t rows = LW_ROWS_ALL, double length = 1) {
   LwObjective objective{};
-  objective.kind = LW_WISH_TIP;
+  objective.kind = LW_OBJECTIVE_TIP;
   objective.level = level;
   objective.weight = 1;
   for (std::size_t i = 0; i < 6; ++i) objective.motion[i] = motion[i];
@@ -181,15 +181,15 @@ inline LwObjective tip_wish(std::uint32_t level, std::uint32_t part, std::array<
   objective.rows = rows;
   return objective;
 }
-inline LwObjective center_wish(std::uint32_t level, std::array<double, 3> motion) {
-  LwObjective objective = tip_wish(level, 0, {0, 0, 0, motion[0], motion[1], motion[2]});
-  objective.kind = LW_WISH_CENTER;
+inline LwObjective center_objective(std::uint32_t level, std::array<double, 3> motion) {
+  LwObjective objective = tip_objective(level, 0, {0, 0, 0, motion[0], motion[1], motion[2]});
+  objective.kind = LW_OBJECTIVE_CENTER;
   return objective;
 }
 // The array is not copied: it must exist during the call.
-inline LwObjective posture_wish(std::uint32_t level, Span<const double> posture) {
-  LwObjective objective = tip_wish(level, 0, {});
-  objective.kind = LW_WISH_POSTURE;
+inline LwObjective posture_objective(std::uint32_t level, Span<const double> posture) {
+  LwObjective objective = tip_objective(level, 0, {});
+  objective.kind = LW_OBJECTIVE_POSTURE;
   objective.posture = posture.data();
   objective.posture_count = posture.size();
   return objective;
@@ -989,7 +989,7 @@ class Planner {
     robot.check(lw_planner_resume(robot.get(), get(), places, &out));
     return out;
   }
-  // `way`: nq numbers for each of its rows.
+  // `path`: nq numbers for each configuration.
   void path(Robot &robot, Span<double> path) {
     robot.check(lw_planner_path(robot.get(), get(), path.data(), path.size()));
   }
@@ -1007,11 +1007,11 @@ class Timing {
     robot.check(lw_timing_new(robot.get(), configurations, sections, &out));
     handle_.reset(out);
   }
-  LwTimed plan(Robot &robot, Span<const double> way, const std::optional<LwMotionLimits> &limits = std::nullopt,
+  LwTimed plan(Robot &robot, Span<const double> path, const std::optional<LwMotionLimits> &limits = std::nullopt,
                double round = 0) {
     LwTimed out;
     robot.check(
-        lw_timing_plan(robot.get(), get(), way.data(), way.size(), limits ? &*limits : nullptr, round, &out));
+        lw_timing_plan(robot.get(), get(), path.data(), path.size(), limits ? &*limits : nullptr, round, &out));
     return out;
   }
   void at(Robot &robot, double time, Span<double> q, Span<double> v, Span<double> vdot) {

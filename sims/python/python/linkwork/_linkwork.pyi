@@ -918,7 +918,7 @@ class Robot(Collisions):
     ) -> _Array: ...
     def time_parameterize(
         self,
-        way: ArrayLike,
+        path: ArrayLike,
         *,
         acceleration: ArrayLike | None = None,
         rate: ArrayLike | None = None,

@@ -164,7 +164,7 @@ impl Robot {
     ///
     /// Parameters
     /// ----------
-    /// way : array_like, shape (n, nq)
+    /// path : array_like, shape (n, nq)
     ///     The path, rad and m, such as the result of `plan`.
     /// acceleration : float or array_like, shape (nv,), optional
     ///     Acceleration limits, rad/s² and m/s² (default: none).
@@ -197,10 +197,10 @@ impl Robot {
     /// >>> robot.time_parameterize([[0, 0, 0], [0.5, 0.2, 0.1]], rate=1.0, acceleration=2.0, effort=0.1)  # doctest: +ELLIPSIS
     /// Traceback (most recent call last):
     /// linkwork.LinkworkError: no trajectory along the path satisfies the limits ...
-    #[pyo3(signature = (way, *, acceleration=None, rate=None, effort=None, round=0.0, sections=None))]
+    #[pyo3(signature = (path, *, acceleration=None, rate=None, effort=None, round=0.0, sections=None))]
     fn time_parameterize(
         slf: &Bound<'_, Self>,
-        way: Given<'_, '_>,
+        path: Given<'_, '_>,
         acceleration: Option<Given<'_, '_>>,
         rate: Option<Given<'_, '_>>,
         effort: Option<Given<'_, '_>>,
@@ -209,11 +209,11 @@ impl Robot {
     ) -> PyResult<Trajectory> {
         let own = base(slf);
         let (nq, nv) = (own.model.nq(), own.model.nv());
-        let input = Input::read(way, "way")?;
+        let input = Input::read(path, "path")?;
         let rows = match input.shape() {
             [rows, width] if *width == nq && *rows >= 1 => *rows,
             shape => {
-                let fact = format!("`way` has the shape {shape:?}");
+                let fact = format!("`path` has the shape {shape:?}");
                 return Err(refuse_with(fact, format!("give it the shape (n, {nq})")));
             }
         };

@@ -141,7 +141,7 @@ impl Timing {
         })
     }
 
-    /// Computes the fastest motion along `way` from rest to rest. `way` contains whole configurations one after the other (nq numbers each), such as
+    /// Computes the fastest motion along `path` from rest to rest. `path` contains whole configurations one after the other (nq numbers each), such as
     /// those of a [`Planner`](super::Planner). All coordinates move in proportion between two of them. With `round` = 0 the motion stops at each
     /// corner and follows the path exactly. Otherwise corners are rounded so that no point of the motion is farther than `round` from the path
     /// (Euclidean distance of coordinates, rad and m); call [`free`](Self::free) afterwards, because a rounded corner may touch something. The
@@ -154,21 +154,21 @@ impl Timing {
     pub fn plan(
         &mut self,
         robot: &mut Robot,
-        way: &[f64],
+        path: &[f64],
         limits: &MotionLimits,
         round: f64,
     ) -> Result<Timed, RobotError> {
-        self.check(robot, way, limits, round)?;
+        self.check(robot, path, limits, round)?;
         self.t.clear();
         self.sections.clear();
         let nq = self.nq;
-        self.own.copy_from_slice(&way[..nq]);
+        self.own.copy_from_slice(&path[..nq]);
         let moving = &self.moving;
         // Only hinges with one coordinate move; all other coordinates keep their values.
         let gather = |row: &'_ [f64], to: &mut Vec<f64>| to.extend(moving.iter().map(|m| row[m.0]));
         let mut rows = std::mem::take(&mut self.d1);
         rows.clear();
-        way.chunks_exact(nq).for_each(|row| gather(row, &mut rows));
+        path.chunks_exact(nq).for_each(|row| gather(row, &mut rows));
         let n = self.moving.len().max(1);
         self.geometry.make(rows.chunks_exact(n), round);
         rows.resize(self.moving.len() * LOOKS.len() * self.room, 0.0);
@@ -187,18 +187,18 @@ impl Timing {
     fn check(
         &self,
         robot: &Robot,
-        way: &[f64],
+        path: &[f64],
         limits: &MotionLimits,
         round: f64,
     ) -> Result<(), RobotError> {
         if robot.q.len() != self.nq || robot.tree.nv() != self.v.len() {
             return Err(RobotError::ForeignHandle);
         }
-        let rows = way.len() / self.nq.max(1);
+        let rows = path.len() / self.nq.max(1);
         if rows == 0 {
-            return Err(RobotError::Length { what: "path", got: way.len(), wanted: self.nq });
+            return Err(RobotError::Length { what: "path", got: path.len(), wanted: self.nq });
         }
-        numbers("way", way, rows * self.nq)?;
+        numbers("path", path, rows * self.nq)?;
         let room = self.geometry.pieces.capacity() / 2;
         if rows > room {
             return Err(RobotError::NoRoom { what: "configurations", wanted: rows, room });
@@ -208,11 +208,11 @@ impl Timing {
             let (what, value, help) = ("round", round, "a distance must not be negative");
             return Err(RobotError::OutOfRange { what, value, help });
         }
-        for (at, x) in way.iter().enumerate() {
+        for (at, x) in path.iter().enumerate() {
             let moves = self.moving.iter().any(|m| m.0 == at % self.nq);
-            if !moves && *x != way[at % self.nq] {
+            if !moves && *x != path[at % self.nq] {
                 let what = "change of a coordinate of a ball or free hinge along a path";
-                let (value, help) = (x - way[at % self.nq], "move only pins, sliders and screws");
+                let (value, help) = (x - path[at % self.nq], "move only pins, sliders and screws");
                 return Err(RobotError::OutOfRange { what, value, help });
             }
         }
