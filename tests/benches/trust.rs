@@ -3,7 +3,7 @@
 //!
 //! `cargo bench -p linkwork-tests --bench trust`; whole runs with a client: tests/benches/watcher.
 #![allow(missing_docs, clippy::disallowed_methods, clippy::unwrap_used)]
-use linkwork_live::{Ask, Client, Live, Said, Server, Ticket, VERSION};
+use linkwork_live::{Client, Live, ReplyKind, RequestKind, Server, Ticket, VERSION};
 use linkwork_runner::{Runner, Watch};
 use linkwork_runtime::{Checkpoint, Seconds, Simulation};
 use std::hint::black_box;
@@ -42,14 +42,14 @@ fn watched(sim: Simulation) {
     let (tell, told) = std::sync::mpsc::channel();
     let client = std::thread::spawn(move || {
         let mut client = Client::connect(&ticket).unwrap();
-        let said = client.ask(Ask::List { patterns: vec!["Rover.**".into()] }).unwrap();
-        let Said::Names { names } = said else { panic!("{said:?}") };
+        let said = client.ask(RequestKind::List { patterns: vec!["Rover.**".into()] }).unwrap();
+        let ReplyKind::Names { names } = said else { panic!("{said:?}") };
         let paths: Vec<String> = names.into_iter().map(|(path, _)| path).collect();
         tell.send(paths.len()).unwrap();
-        client.ask(Ask::Watch { paths, rate: 100.0 }).unwrap();
+        client.ask(RequestKind::Watch { paths, rate: 100.0 }).unwrap();
         let mut rows = 0;
         while let Ok(reply) = client.receive() {
-            rows += usize::from(matches!(reply.said, Said::Values { .. }));
+            rows += usize::from(matches!(reply.said, ReplyKind::Values { .. }));
         }
         rows
     });

@@ -38,7 +38,7 @@ pub enum Interpolation {
 
 /// Current piece of the profile.
 #[derive(State, Clone, Copy, Debug)]
-pub struct Held {
+pub struct ProfileState {
     /// Number of passed rows.
     #[port("1")]
     pub passed: f64,
@@ -110,17 +110,17 @@ struct Follower {
 
 impl Follower {
     /// Returns the piece of the state; `None` if the part joined the run after that piece ended.
-    fn held(&self, c: &Clock, d: &Held) -> Option<usize> {
+    fn held(&self, c: &Clock, d: &ProfileState) -> Option<usize> {
         let k = d.passed as usize;
         let (begin, end) = self.profile.ends(k);
         (c.t >= begin - c.dt && c.t <= end + c.dt).then_some(k)
     }
 
-    fn piece(&self, c: &Clock, d: &Held) -> usize {
+    fn piece(&self, c: &Clock, d: &ProfileState) -> usize {
         self.held(c, d).unwrap_or_else(|| self.profile.piece(c.t))
     }
 
-    fn motion(&self, c: &Clock, d: &Held) -> Motion {
+    fn motion(&self, c: &Clock, d: &ProfileState) -> Motion {
         self.profile.at(self.piece(c, d), c.t)
     }
 
@@ -129,7 +129,7 @@ impl Follower {
         m.acceleration + 2.0 * w * (m.rate - hinge.rate) + w * w * (m.position - hinge.angle)
     }
 
-    fn next_row(&self, c: &Clock, d: &Held) -> NextRow {
+    fn next_row(&self, c: &Clock, d: &ProfileState) -> NextRow {
         let k = self.piece(c, d);
         let end = self.profile.ends(k).1;
         let rest = if end.is_finite() { end - c.t } else { 1.0 };
@@ -137,18 +137,18 @@ impl Follower {
         NextRow { since_row: if self.held(c, d).is_none() { 1.0 } else { -rest } }
     }
 
-    fn passed(&self, c: &Clock, d: &Held) -> Held {
+    fn passed(&self, c: &Clock, d: &ProfileState) -> ProfileState {
         let k = self.piece(c, d);
         let end = self.profile.ends(k).1;
         // The event is located within 1 ps of the row, on either side.
-        Held { passed: (if c.t > end - 1e-9 { k + 1 } else { k }) as f64 }
+        ProfileState { passed: (if c.t > end - 1e-9 { k + 1 } else { k }) as f64 }
     }
 
     /// Returns a warning if the hinge does not start on the profile.
     fn remark(
         &self,
         c: &Clock,
-        d: &Held,
+        d: &ProfileState,
         hinge: &HingeState,
         (unit, field): (&str, &str),
     ) -> Vec<BuildError> {
@@ -240,17 +240,17 @@ macro_rules! trajectory {
             type Params = $params;
             type FeedthroughInputs = $in;
             type FeedthroughOutputs = $out;
-            type DiscreteState = Held;
+            type DiscreteState = ProfileState;
             type Guards = NextRow;
             fn build(p: $params) -> Result<Self, BuildError> {
                 let starts = (p.start, p.start_rate);
                 let profile = profile(&p.profile, (p.gives, p.between), starts, [$u0, $u1, $u2])?;
                 Ok($model { follower: Follower { profile, omega: p.natural_frequency } })
             }
-            fn init_d(&self) -> Held {
-                Held { passed: self.follower.profile.piece(0.0) as f64 }
+            fn init_d(&self) -> ProfileState {
+                ProfileState { passed: self.follower.profile.piece(0.0) as f64 }
             }
-            fn feedthrough(&self, clock: &Clock, d: &Held, u: &$in) -> $out {
+            fn feedthrough(&self, clock: &Clock, d: &ProfileState, u: &$in) -> $out {
                 let m = self.follower.motion(clock, d);
                 $out {
                     prescribed: HingeAccel(self.follower.acceleration(&m, &u.hinge)),
@@ -260,13 +260,13 @@ macro_rules! trajectory {
                     error: u.hinge.angle - m.position,
                 }
             }
-            fn guards(&self, clock: &Clock, d: &Held) -> NextRow {
+            fn guards(&self, clock: &Clock, d: &ProfileState) -> NextRow {
                 self.follower.next_row(clock, d)
             }
-            fn handle_event(&self, clock: &Clock, d: &Held) -> ((), Held) {
+            fn handle_event(&self, clock: &Clock, d: &ProfileState) -> ((), ProfileState) {
                 ((), self.follower.passed(clock, d))
             }
-            fn startup_warnings(&self, clock: &Clock, d: &Held, u: &$in) -> Vec<BuildError> {
+            fn startup_warnings(&self, clock: &Clock, d: &ProfileState, u: &$in) -> Vec<BuildError> {
                 self.follower.remark(clock, d, &u.hinge, ($u0, $field))
             }
         }

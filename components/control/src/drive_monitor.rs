@@ -48,7 +48,7 @@ pub struct MonitorIn {
     /// Heading from x towards y.
     #[port("rad", default = 0.0)]
     pub heading: f64,
-    /// Clears the stop. While true, nothing is checked.
+    /// Clears the stop. While it is true, no check is made.
     #[port("1", default = false)]
     pub clear: bool,
 }
@@ -92,7 +92,7 @@ pub struct MonitorOut {
     pub slip: f64,
 }
 
-/// State of the checks, followed by the time for which each wheel has not turned (s).
+/// State of the checks, followed by the time (s) since each wheel last turned.
 #[derive(State, Clone, Copy, Debug)]
 pub struct MonitorState {
     /// A wheel stalled.
@@ -169,7 +169,7 @@ impl SizedModel for DriveMonitor {
                 inputs.push(port.unit_of(unit).doc_of(doc).or(0.0));
             }
         }
-        let doc = "Time for which each wheel has not turned.";
+        let doc = "Time since each wheel last turned.";
         let mut discrete = MonitorState::specs();
         discrete.push(PortSpec::named("stood", PortKind::Numbers, n).unit_of("s").doc_of(doc));
         SizedPorts {
@@ -305,7 +305,7 @@ mod tests {
 
     #[test]
     fn slip_is_of_the_way_and_stops_it_beyond_its_limit() {
-        // Along a heading of 30 degrees, forwards and backwards; the rover's speed over that of its wheels.
+        // Along a heading of 30 degrees, forwards and backwards; the rover's speed divided by the wheels' speed.
         for (share, stops) in [(0.9, false), (0.55, false), (0.45, true), (-0.1, true)] {
             for speed in [0.2, -0.2] {
                 let (m, mut d) = (monitor(), [0.0; 12]);

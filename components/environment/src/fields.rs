@@ -3,7 +3,7 @@
 
 use crate::air::{Exponential, point_mass};
 use crate::gravity::relative_to_centre;
-use crate::light::Seen;
+use crate::light::SunView;
 use crate::planet_air::SutherlandParams;
 use crate::world::PlanetWorld;
 use crate::world::{around, gradient_around};
@@ -273,7 +273,7 @@ impl Sun for FixedSun {
         if let Some(world) = &self.world {
             return world.light(t, p, &sun);
         }
-        let mut seen = Seen::new(&(sun - p), SOLAR_CONSTANT);
+        let mut seen = SunView::new(&(sun - p), SOLAR_CONSTANT);
         if self.level {
             seen.horizon();
         }

@@ -11,7 +11,7 @@ use linkwork_world::planet::{AU, RADIUS_SUN};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// The Sun as seen from a point, and what was found to stand before it.
-pub(crate) struct Seen {
+pub(crate) struct SunView {
     /// From the point to the Sun (m, W).
     sun: Vec3,
     distance: f64,
@@ -23,13 +23,13 @@ pub(crate) struct Seen {
     before: Option<(Vec3, f64)>,
 }
 
-impl Seen {
+impl SunView {
     /// With nothing before it; `constant` is the power of sunlight at 1 AU (W/m²).
-    pub fn new(sun: &Vec3, constant: f64) -> Seen {
+    pub fn new(sun: &Vec3, constant: f64) -> SunView {
         let distance = sun.norm();
         let irradiance = constant * (AU / distance).powi(2);
         let (visible, penumbra, umbra) = (1.0, PI, PI);
-        Seen { sun: *sun, distance, irradiance, visible, penumbra, umbra, before: None }
+        SunView { sun: *sun, distance, irradiance, visible, penumbra, umbra, before: None }
     }
 
     /// A round body at `r` from the point (m, W) stands before it, or not.

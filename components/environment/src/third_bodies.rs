@@ -82,7 +82,7 @@ impl Orbit {
 }
 
 /// Position of a third body relative to the centre of the simulation.
-enum Way {
+enum Ephemeris {
     /// The centre is a planet.
     Course(Course),
     /// The centre is a small body: trajectory of the third body relative to the Sun (`None` for the Sun itself), and the orbit of the small body.
@@ -93,7 +93,7 @@ enum Way {
 pub(crate) struct Puller {
     /// Gravitational parameter, m³/s².
     pub mu: f64,
-    way: Way,
+    way: Ephemeris,
     /// Gravity field and rotation, if the body is not treated as a point mass.
     pub field: Option<(BodyField, Rotation)>,
 }
@@ -132,9 +132,9 @@ pub(crate) fn pullers(
         }
         let course = || heavens.course(body, "third_bodies");
         let way = match &own {
-            None => Way::Course(course()?),
-            Some(own) if body == Body::Sun => Way::Around(None, own.clone()),
-            Some(own) => Way::Around(Some(course()?), own.clone()),
+            None => Ephemeris::Course(course()?),
+            Some(own) if body == Body::Sun => Ephemeris::Around(None, own.clone()),
+            Some(own) => Ephemeris::Around(Some(course()?), own.clone()),
         };
         all.push(Puller { mu, way, field: None });
     }
@@ -150,8 +150,8 @@ impl Puller {
     /// Returns the vector from the planet's centre to the body at t (s), m, W; NaN outside the span of the ephemeris.
     pub fn towards(&self, site: Option<&Site>, t: f64) -> Vec3 {
         let s = match &self.way {
-            Way::Course(course) => course.at(t),
-            Way::Around(course, own) => {
+            Ephemeris::Course(course) => course.at(t),
+            Ephemeris::Around(course, own) => {
                 course.as_ref().map_or(Vec3::zeros(), |c| c.at(t)) - own.at(t)
             }
         };
@@ -189,8 +189,8 @@ impl Puller {
     /// Returns an error if the ephemeris does not cover t (s).
     pub fn failure(&self, t: f64) -> Option<BuildError> {
         match &self.way {
-            Way::Course(course) | Way::Around(Some(course), _) => course.failure(t),
-            Way::Around(None, _) => None,
+            Ephemeris::Course(course) | Ephemeris::Around(Some(course), _) => course.failure(t),
+            Ephemeris::Around(None, _) => None,
         }
     }
 }

@@ -158,7 +158,7 @@ pub struct Balloon {
 }
 
 /// Quantities derived from the state and the air.
-struct Now {
+struct EnvelopeState {
     air: Air,
     pull: Vec3,
     through: Vec3,
@@ -171,7 +171,7 @@ struct Now {
 }
 
 impl Balloon {
-    fn now(&self, c: &Clock, x: &Gas, u: &BalloonIn) -> Now {
+    fn now(&self, c: &Clock, x: &Gas, u: &BalloonIn) -> EnvelopeState {
         let p = &self.p;
         let air = gusty(&p.atmosphere, c.t, &u.envelope.position, &u.gust);
         let place = &u.envelope.position;
@@ -193,7 +193,7 @@ impl Balloon {
         let head = (air.density - density).max(0.0) * pull.norm() * diameter(volume);
         let flow = through(p.duct, over) + through(p.valve, over + head) * u.vent.clamp(0.0, 1.0);
         let through = u.envelope.velocity - air.wind;
-        Now { air, pull, through, temperature, free, volume, over, flow }
+        EnvelopeState { air, pull, through, temperature, free, volume, over, flow }
     }
 }
 

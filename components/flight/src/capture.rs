@@ -97,7 +97,7 @@ pub struct CaptureState {
 
 /// Dissipated energy.
 #[derive(State, Clone, Copy, Debug)]
-pub struct Taken {
+pub struct DissipatedEnergy {
     /// Energy dissipated by the dampers.
     #[port("J")]
     pub energy: f64,
@@ -167,7 +167,7 @@ impl Model for Capture {
     type FeedthroughInputs = CaptureIn;
     type Outputs = CaptureState;
     type FeedthroughOutputs = CaptureOut;
-    type State = Taken;
+    type State = DissipatedEnergy;
     type DiscreteState = Latches;
     type Guards = CaptureEdge;
     fn build(p: CaptureParams) -> Result<Self, BuildError> {
@@ -185,7 +185,7 @@ impl Model for Capture {
         }
         Ok(Capture { p })
     }
-    fn outputs(&self, x: &Taken, d: &Latches) -> CaptureState {
+    fn outputs(&self, x: &DissipatedEnergy, d: &Latches) -> CaptureState {
         CaptureState { caught: d.caught, taken: x.energy }
     }
     fn feedthrough(&self, d: &Latches, u: &CaptureIn) -> CaptureOut {
@@ -209,18 +209,18 @@ impl Model for Capture {
             settled,
         }
     }
-    fn derivatives(&self, d: &Latches, u: &CaptureIn) -> Taken {
+    fn derivatives(&self, d: &Latches, u: &CaptureIn) -> DissipatedEnergy {
         if !d.caught {
-            return Taken { energy: 0.0 };
+            return DissipatedEnergy { energy: 0.0 };
         }
         let (p, r) = (&self.p, relative(u));
         let linear = p.damping.component_mul(&r.speed).dot(&r.speed);
-        Taken { energy: linear + p.turn_damping.component_mul(&r.rate).dot(&r.rate) }
+        DissipatedEnergy { energy: linear + p.turn_damping.component_mul(&r.rate).dot(&r.rate) }
     }
     fn guards(&self, d: &Latches, u: &CaptureIn) -> CaptureEdge {
         CaptureEdge { within: if d.caught { -1.0 } else { self.within(&relative(u)) } }
     }
-    fn handle_event(&self, x: &Taken) -> (Taken, Latches) {
+    fn handle_event(&self, x: &DissipatedEnergy) -> (DissipatedEnergy, Latches) {
         (*x, Latches { caught: true })
     }
 }
@@ -291,7 +291,7 @@ mod tests {
     #[test]
     fn it_catches_within_all_limits_only() {
         let m = Capture::build(params()).unwrap();
-        let (x, d) = (Taken::zero(), Latches { caught: false });
+        let (x, d) = (DissipatedEnergy::zero(), Latches { caught: false });
         let within = |u: &CaptureIn| m.guards(&d, u).within;
         assert!(within(&ports()) > 0.0);
         assert_eq!(m.feedthrough(&d, &ports()).force, 0.0);

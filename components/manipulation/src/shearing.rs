@@ -94,7 +94,7 @@ pub struct Caught {
 
 /// Edge b and the wire.
 #[derive(Ports, Clone, Copy, Debug)]
-pub struct Opened {
+pub struct WireGaps {
     /// Distance of edge b from the undisturbed wire, for the event at which the edge reaches it.
     #[port("m", falling)]
     pub closes: f64,
@@ -103,7 +103,7 @@ pub struct Opened {
     pub opens: f64,
 }
 
-/// Index in [`Opened`] of the guard at which the edge reaches the wire.
+/// Index in [`WireGaps`] of the guard at which the edge reaches the wire.
 const CLOSES: usize = 0;
 
 /// Blades that cut a wire.
@@ -154,7 +154,7 @@ impl Model for Shearing {
     type FeedthroughOutputs = ShearingOut;
     type State = Depth;
     type DiscreteState = Caught;
-    type Guards = Opened;
+    type Guards = WireGaps;
     fn feedthrough(&self, x: &Depth, d: &Caught, u: &ShearingIn) -> ShearingOut {
         let (p, jaw) = (&self.p, jaw(u));
         let whole = d.caught && x.depth < 2.0 * p.radius;
@@ -175,9 +175,9 @@ impl Model for Shearing {
     fn derivatives(&self, y: &ShearingOut) -> Depth {
         Depth { depth: y.feed }
     }
-    fn guards(&self, u: &ShearingIn) -> Opened {
+    fn guards(&self, u: &ShearingIn) -> WireGaps {
         let gap = jaw(u).from[1] - self.p.radius;
-        Opened { closes: gap, opens: gap }
+        WireGaps { closes: gap, opens: gap }
     }
     fn handle_event(&self, fired: Fired<'_>, x: &Depth, u: &ShearingIn) -> (Depth, Caught) {
         let jaw = jaw(u);

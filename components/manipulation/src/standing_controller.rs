@@ -77,7 +77,7 @@ struct Memory {
 }
 
 /// Estimated pose of the machine relative to the mean position of its feet.
-struct Seen {
+struct StanceEstimate {
     R: Quat,
     /// Angular velocity, W.
     w: Vec3,
@@ -188,7 +188,7 @@ impl StandingController {
 
     /// Sets the embedded model to the measured state, with the mean position of the feet at the origin and at rest. Returns `None` for non-finite
     /// measurements.
-    fn see(&self, m: &mut Memory, u: &[f64]) -> Option<Seen> {
+    fn see(&self, m: &mut Memory, u: &[f64]) -> Option<StanceEstimate> {
         let joints = 6 * self.legs.len();
         let trunk = TrunkIn::get(&u[joints..]);
         let (iq, iv) = self.trunk;
@@ -226,7 +226,7 @@ impl StandingController {
         let n = m.v.len();
         let row = |k: usize| (0..n).map(|j| m.M[(iv + 3 + k) * n + j] * m.v[j]).sum::<f64>();
         let velocity = R * Vec3::new(row(0), row(1), row(2)) / mass;
-        Some(Seen { R, w: R * w, trunk: p, mass, com, velocity, feet })
+        Some(StanceEstimate { R, w: R * w, trunk: p, mass, com, velocity, feet })
     }
 
     /// Returns the commanded position, velocity and acceleration of the centre of mass.
@@ -257,7 +257,7 @@ impl StandingController {
     }
 
     /// Writes torques to `m.tau` and returns the outputs, or `None` if a leg is fully extended (singular).
-    fn torques(&self, d: &Stand, m: &mut Memory, seen: &Seen) -> Option<StandingOut> {
+    fn torques(&self, d: &Stand, m: &mut Memory, seen: &StanceEstimate) -> Option<StandingOut> {
         let [c, v, a] = self.wanted(d);
         let w = self.p.bandwidth;
         let (e, de) = (c - seen.com, v - seen.velocity);
@@ -310,7 +310,12 @@ impl StandingController {
 
     /// Computes all accelerations (`m.vdot`) from the trunk acceleration (angular, linear, W) for feet that come to rest, and the generalized forces
     /// (`m.tau`). Returns `None` if a leg is fully extended.
-    fn accelerate(&self, m: &mut Memory, seen: &Seen, (alpha, a): (Vec3, Vec3)) -> Option<()> {
+    fn accelerate(
+        &self,
+        m: &mut Memory,
+        seen: &StanceEstimate,
+        (alpha, a): (Vec3, Vec3),
+    ) -> Option<()> {
         // Derivatives of the trunk velocity in the axes of the trunk.
         let (iv, back) = (self.trunk.1, seen.R.inverse());
         let own = Vec3::new(m.v[iv + 3], m.v[iv + 4], m.v[iv + 5]);
@@ -501,7 +506,7 @@ impl SizedModel for StandingController {
     }
 }
 
-fn begin(seen: &Seen) -> Stand {
+fn begin(seen: &StanceEstimate) -> Stand {
     let forward = seen.R * Vec3::x();
     let heading = forward.y.atan2(forward.x);
     Stand { begun: true, elapsed: 0.0, heading, start: seen.com }

@@ -55,7 +55,7 @@ fn outputs(c: &StandingController, d: &Stand, u: &[f64]) -> (Vec<f64>, StandingO
 }
 
 /// Forces of the feet from torques that hold the machine still: τ = g − Jᵀ f, leg by leg; and where the feet and the centre of mass are.
-fn forces(c: &StandingController, u: &[f64], tau: &[f64]) -> ([Vec3; LEGS], Seen) {
+fn forces(c: &StandingController, u: &[f64], tau: &[f64]) -> ([Vec3; LEGS], StanceEstimate) {
     let mut m = c.take().unwrap();
     let seen = c.see(&mut m, u).unwrap();
     let n = m.v.len();

@@ -15,7 +15,7 @@ use crate::map::Grid;
 use crate::rover::{Knowledge, Memory, Pose, Rover, Status};
 use linkwork_render::Picture;
 use linkwork_render::spatial::{Pose as Pose3, Vec3};
-use linkwork_runtime::Shown;
+use linkwork_runtime::SharedField;
 use linkwork_runtime::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -204,7 +204,7 @@ impl Mind {
 
 impl Store for Mind {
     const READS: Option<&'static str> = <View<Picture> as Store>::READS;
-    fn see(&mut self, shown: Option<&Shown>) {
+    fn see(&mut self, shown: Option<&SharedField>) {
         self.picture.see(shown);
     }
 }

@@ -14,7 +14,7 @@ use crate::features::Features;
 use crate::pose_filter::{Instruments, PoseFilter, Rates, Start};
 use crate::visual_odometry::{Scenery, VisualOdometry};
 use linkwork_render::Picture;
-use linkwork_runtime::Shown;
+use linkwork_runtime::SharedField;
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Pose;
 use serde::{Deserialize, Serialize};
@@ -190,7 +190,7 @@ pub struct Belief {
 
 impl Store for Belief {
     const READS: Option<&'static str> = <View<Picture> as Store>::READS;
-    fn see(&mut self, shown: Option<&Shown>) {
+    fn see(&mut self, shown: Option<&SharedField>) {
         self.picture.see(shown);
     }
 }

@@ -44,7 +44,7 @@ pub struct Scenery {
 }
 
 /// Observation of a point: x/z and y/z of its ray, and its inverse depth 1/z, 1/m.
-pub type Seen = [f64; 3];
+pub type Observation = [f64; 3];
 
 /// A motion of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,11 +70,11 @@ const ROUNDS: usize = 10;
 /// Maximum tangent of a ray.
 const WIDE: f64 = 3.0;
 
-fn point([a, b, rho]: &Seen) -> Vec3 {
+fn point([a, b, rho]: &Observation) -> Vec3 {
     Vec3::new(*a, *b, 1.0) / *rho
 }
 
-fn seen(p: &Vec3) -> Option<Seen> {
+fn seen(p: &Vec3) -> Option<Observation> {
     (p.z > 1e-3).then(|| [p.x / p.z, p.y / p.z, 1.0 / p.z])
 }
 
@@ -126,7 +126,7 @@ impl VisualOdometry {
 
     /// Returns pairs of observations of the same points in the old and the new picture. `guess`: predicted pose of the new camera in the old one.
     #[must_use]
-    pub fn matches(&self, old: &Scenery, new: &Picture, guess: &Pose) -> Vec<[Seen; 2]> {
+    pub fn matches(&self, old: &Scenery, new: &Picture, guess: &Pose) -> Vec<[Observation; 2]> {
         let to_new = guess.inverse();
         let follow = |corner: &[usize; 2]| {
             let from = corner.map(|c| c as f64);
@@ -144,7 +144,11 @@ impl VisualOdometry {
     }
 
     /// Returns the residual of a match, its covariance and its derivatives with respect to (τ, φ); `None` behind the camera.
-    fn residual(&self, [z0, z1]: &[Seen; 2], X_01: &Pose) -> Option<(Vec3, Mat3, Matrix3x6<f64>)> {
+    fn residual(
+        &self,
+        [z0, z1]: &[Observation; 2],
+        X_01: &Pose,
+    ) -> Option<(Vec3, Mat3, Matrix3x6<f64>)> {
         let (p0, R_10) = (point(z0), X_01.rotation.inverse());
         let from = p0 - X_01.position;
         let p1 = R_10 * from;
@@ -166,19 +170,19 @@ impl VisualOdometry {
     }
 
     /// Returns the squared Mahalanobis distance rᵀ Σ⁻¹ r; ∞ behind the camera.
-    fn distance(&self, pair: &[Seen; 2], X_01: &Pose) -> f64 {
+    fn distance(&self, pair: &[Observation; 2], X_01: &Pose) -> f64 {
         let Some((r, sigma, _)) = self.residual(pair, X_01) else { return f64::INFINITY };
         sigma.cholesky().map_or(f64::INFINITY, |c| r.dot(&c.solve(&r)))
     }
 
-    fn agreeing(&self, pairs: &[[Seen; 2]], X_01: &Pose, beyond: f64) -> Vec<usize> {
+    fn agreeing(&self, pairs: &[[Observation; 2]], X_01: &Pose, beyond: f64) -> Vec<usize> {
         (0..pairs.len()).filter(|k| self.distance(&pairs[*k], X_01) < beyond).collect()
     }
 
     /// Returns the motion with which most matches agree, starting from a guess. `key` seeds the choice of the triples. Returns `None` if too few
     /// matches agree.
     #[must_use]
-    pub fn motion(&self, pairs: &[[Seen; 2]], guess: &Pose, key: u64) -> Option<Motion> {
+    pub fn motion(&self, pairs: &[[Observation; 2]], guess: &Pose, key: u64) -> Option<Motion> {
         let n = pairs.len();
         if n < self.fewest.max(3) {
             return None;
@@ -244,7 +248,7 @@ impl VisualOdometry {
 }
 
 /// Returns the rigid motion that minimizes Σ |p₀ − R p₁ − t|² over three points; `None` if they are collinear.
-fn rigid(pairs: [[Seen; 2]; 3]) -> Option<Pose> {
+fn rigid(pairs: [[Observation; 2]; 3]) -> Option<Pose> {
     let (a, b) = (pairs.map(|p| point(&p[0])), pairs.map(|p| point(&p[1])));
     let mean = |p: &[Vec3; 3]| (p[0] + p[1] + p[2]) / 3.0;
     let (ma, mb) = (mean(&a), mean(&b));

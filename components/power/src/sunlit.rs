@@ -140,9 +140,9 @@ mod tests {
             body: "world".into(),
             name: "wall".into(),
             pose: linkwork_spatial::Pose::translation(-3.0, 0.0, 0.5),
-            form: linkwork_render::collision::Seen::Shape(linkwork_render::collision::Shape::Box {
-                half: Vec3::new(0.01, 20.0, 0.5),
-            }),
+            form: linkwork_render::collision::VisualShape::Shape(
+                linkwork_render::collision::Shape::Box { half: Vec3::new(0.01, 20.0, 0.5) },
+            ),
             color: [1.0; 3],
         }])
     }

@@ -254,7 +254,7 @@ impl Field for CameraSensor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use linkwork_render::collision::{Seen, Shape};
+    use linkwork_render::collision::{Shape, VisualShape};
     use linkwork_runtime::Sight;
     use linkwork_runtime::testing::{self, Plane};
 
@@ -358,7 +358,7 @@ mod tests {
             body: body.into(),
             name: "ball".into(),
             pose: Pose::identity(),
-            form: Seen::Shape(Shape::Sphere { radius: 0.3 }),
+            form: VisualShape::Shape(Shape::Sphere { radius: 0.3 }),
             color: [1.0; 3],
         };
         let p = CameraParams { sees: Scenery::of(vec![ball("a"), ball("b")]), ..params() };
@@ -416,7 +416,7 @@ mod tests {
             body: "a".into(),
             name: "mesh".into(),
             pose: Pose::identity(),
-            form: Seen::File { file: "no/such.stl".into(), scale: Vec3::repeat(1.0) },
+            form: VisualShape::File { file: "no/such.stl".into(), scale: Vec3::repeat(1.0) },
             color: [1.0; 3],
         };
         assert_eq!(refused(CameraParams { sees: Scenery::of(vec![gone]), ..params() }), "sees");

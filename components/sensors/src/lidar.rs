@@ -198,7 +198,7 @@ mod tests {
             body: "ball".into(),
             name: "ball".into(),
             pose: Pose::identity(),
-            form: linkwork_render::collision::Seen::Shape(
+            form: linkwork_render::collision::VisualShape::Shape(
                 linkwork_render::collision::Shape::Sphere { radius: 0.5 },
             ),
             color: [1.0; 3],

@@ -348,10 +348,9 @@ mod tests {
 
     #[test]
     fn a_body_that_moves_is_met_with_its_own_velocity() {
-        let form =
-            linkwork_render::collision::Seen::Shape(linkwork_render::collision::Shape::Sphere {
-                radius: 3.0,
-            });
+        let form = linkwork_render::collision::VisualShape::Shape(
+            linkwork_render::collision::Shape::Sphere { radius: 3.0 },
+        );
         let pose = linkwork_render::spatial::Pose::identity();
         let sight = linkwork_runtime::Sight {
             body: "rock".into(),

@@ -40,7 +40,7 @@ fn a_folder_loads_and_its_resolved_text_needs_no_files() {
     assert_eq!(motor.folder.as_deref(), Some(library.path().join("parts").as_path()));
     let mesh = &first.shapes[1].shape;
     assert!(
-        matches!(mesh, linkwork_collision::Seen::File { file, .. } if file.ends_with("parts/wheel.stl")),
+        matches!(mesh, linkwork_collision::VisualShape::File { file, .. } if file.ends_with("parts/wheel.stl")),
         "{mesh:?}"
     );
 

@@ -4,7 +4,7 @@ use crate::splitmix::splitmix;
 use linkwork_assembly::form::AssemblyForm;
 use linkwork_assembly::machine::{apply_side_car, read_machine};
 use linkwork_assembly::*;
-use linkwork_collision::Seen;
+use linkwork_collision::VisualShape;
 use linkwork_formats::{
     Description, Geometry, Initial, ReadOptions, Root, ShapeRole, WheelRole, read_urdf,
 };
@@ -294,7 +294,9 @@ fn a_urdf_file_becomes_bodies_that_can_be_bound_and_overridden() {
         ("deck", "Rover/base")
     );
     assert_eq!(loaded.shapes[0].color, Some([1.0, 0.0, 0.0, 1.0]));
-    let Seen::File { file, scale } = &loaded.shapes[1].shape else { panic!("{:?}", loaded.shapes) };
+    let VisualShape::File { file, scale } = &loaded.shapes[1].shape else {
+        panic!("{:?}", loaded.shapes)
+    };
     assert!(Path::new(file).is_file() && *scale == Vec3::repeat(0.001), "{file}");
     let import = &loaded.imports[0];
     assert_eq!((import.path.as_str(), import.description.name.as_str()), ("Rover", "rover"));

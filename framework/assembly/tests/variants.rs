@@ -61,7 +61,8 @@ fn a_variant_is_the_same_assembly_with_other_defaults() {
 fn a_bar_is_a_box_from_a_point_to_another() {
     let loaded = loaded(r#"Assembly(like: "parts/base.ron")"#).unwrap_or_else(|e| panic!("{e}"));
     let bar = &loaded.shapes[0];
-    let linkwork_collision::Seen::Shape(linkwork_collision::Shape::Box { half }) = &bar.shape
+    let linkwork_collision::VisualShape::Shape(linkwork_collision::Shape::Box { half }) =
+        &bar.shape
     else {
         panic!("{:?}", bar.shape);
     };

@@ -48,7 +48,7 @@ pub struct Orders<'a> {
 }
 
 /// Message of a worker thread.
-enum Told {
+enum WorkerMessage {
     Outcome(Outcome),
     Error(CampaignError),
 }
@@ -84,13 +84,13 @@ pub fn execute(
         for message in told {
             let added = match message {
                 // No line is written after one that may be incomplete; these runs are repeated.
-                Told::Outcome(_) if error.is_some() => continue,
-                Told::Outcome(outcome) => {
+                WorkerMessage::Outcome(_) if error.is_some() => continue,
+                WorkerMessage::Outcome(outcome) => {
                     let known = folder.journal.outcomes.contains_key(&outcome.run);
                     shown.failed += u64::from(!known && !outcome.ended.is_orderly());
                     folder.add(outcome).map_err(CampaignError::from)
                 }
-                Told::Error(e) => Err(e),
+                WorkerMessage::Error(e) => Err(e),
             };
             if let Err(e) = added {
                 orders.stop.set();
@@ -117,7 +117,7 @@ fn work(
     folder: &Path,
     next: &AtomicU64,
     todo: &[u64],
-    tell: &Sender<Told>,
+    tell: &Sender<WorkerMessage>,
 ) {
     while let Some(&run) = todo.get(next.fetch_add(1, Ordering::Relaxed) as usize) {
         if orders.stop.is_set() {
@@ -125,9 +125,9 @@ fn work(
         }
         let means = Means { library: orders.library, folder: Some(folder), stop: &orders.stop };
         let message = match one(campaign, run, &means) {
-            Ok(Some(outcome)) => Told::Outcome(outcome),
+            Ok(Some(outcome)) => WorkerMessage::Outcome(outcome),
             Ok(None) => return,
-            Err(e) => Told::Error(e.into()),
+            Err(e) => WorkerMessage::Error(e.into()),
         };
         // The receiver is gone only after the end of the campaign.
         if tell.send(message).is_err() {

@@ -15,7 +15,7 @@ use crate::colliders::Colliders;
 use crate::core::{Core, Placed, over_ellipsoid};
 use crate::item::OUTSIDE;
 use crate::pairs::on_cylinder;
-use crate::query::{ContactPoint, Seen};
+use crate::query::{ContactPoint, PosedCollider};
 use crate::shape::Detail;
 use crate::solid::{Kind, Solid};
 use linkwork_multibody::spatial::{Pose, Vec3};
@@ -55,9 +55,9 @@ impl Colliders {
     /// Removes the contact points of a pair, from `from` on, at which the face of one of the two is covered.
     pub(crate) fn uncover(
         &self,
-        [a, b]: [&Seen; 2],
+        [a, b]: [&PosedCollider; 2],
         (detail, size): (Detail, f64),
-        seen: &[Seen],
+        seen: &[PosedCollider],
         (from, out): (usize, &mut Vec<ContactPoint>),
     ) {
         for (own, other, sign) in [(a, b, 1.0), (b, a, -1.0)] {

@@ -15,7 +15,7 @@ use crate::axis::{self, Nearest, Source};
 use crate::contact_points::{Point, Room};
 use crate::core::{Core, Placed, mix};
 use crate::manifold::inset;
-use crate::pairs::{Ask, pair};
+use crate::pairs::{PairQuery, pair};
 use crate::polish::polish;
 use crate::relief::{Disc, Relief};
 use crate::shape::Shape;
@@ -78,7 +78,7 @@ impl Discs {
         &self,
         (other, which, z): (&Solid, Rolls, f64),
         X_AB: &Pose,
-        ask: &Ask,
+        ask: &PairQuery,
         room: &mut Room,
     ) {
         let along = Pose::translation(0.0, 0.0, z);
@@ -106,8 +106,8 @@ impl Discs {
             let a = Placed::here(core);
             let (b, inner) = (Placed::at(disc, &X_disc), Placed::at(&self.inner, &X_disc));
             match deepest(&a, &b, &inner, limit, ask.size, room) {
-                Found::Far => return room.points.clear(),
-                Found::At(p) => {
+                DiscContact::Far => return room.points.clear(),
+                DiscContact::At(p) => {
                     room.points.clear();
                     let mut p = p;
                     p.pa += p.n * thick[0];
@@ -119,7 +119,7 @@ impl Discs {
                         p
                     });
                 }
-                Found::Flat => {}
+                DiscContact::Flat => {}
             }
         }
         match which {
@@ -136,7 +136,13 @@ impl Discs {
 
     /// Computes the contact points of the disc at `X_disc` on a ground, in the ground's frame and with it as the first collider. Returns false if the
     /// disc lies on its side. Patches with the same depth are weighted by their share.
-    fn on_ground(&self, ground: &impl Relief, X_disc: &Pose, ask: &Ask, room: &mut Room) -> bool {
+    fn on_ground(
+        &self,
+        ground: &impl Relief,
+        X_disc: &Pose,
+        ask: &PairQuery,
+        room: &mut Room,
+    ) -> bool {
         let axle = X_disc.rotation * Vec3::z();
         if axle.z.abs() > UPRIGHT {
             return false;
@@ -184,7 +190,7 @@ impl Discs {
 }
 
 /// Contact of a disc and a core.
-enum Found {
+enum DiscContact {
     /// The separation is above the limit.
     Far,
     /// One point.
@@ -201,13 +207,13 @@ fn deepest(
     limit: f64,
     size: f64,
     room: &mut Room,
-) -> Found {
-    let Some(axis) = axis::best(a, b, limit, 0.0) else { return Found::Far };
+) -> DiscContact {
+    let Some(axis) = axis::best(a, b, limit, 0.0) else { return DiscContact::Far };
     let axle: Vec3 = b.R.column(2).into_owned();
     let flat = |n: &Vec3| n.dot(&axle).abs() > ENDS;
     let at = |n: Vec3, sep: f64| {
         let pb = b.support(&-n);
-        Found::At(Point { pa: pb - n * sep, pb, n, gap: sep, name: 4 })
+        DiscContact::At(Point { pa: pb - n * sep, pb, n, gap: sep, name: 4 })
     };
     if axis.source == Source::Face
         && !flat(&axis.n)
@@ -227,8 +233,8 @@ fn deepest(
         }
     }
     match best {
-        (_, sep) if sep > limit => Found::Far,
-        (n, _) if flat(&n) => Found::Flat,
+        (_, sep) if sep > limit => DiscContact::Far,
+        (n, _) if flat(&n) => DiscContact::Flat,
         (n, sep) => at(n, sep),
     }
 }

@@ -106,6 +106,6 @@ pub use rules::{TERRAIN, groups, neighbours};
 pub use settings::{Hiding, SurfaceVelocities};
 pub use shape::{
     ColliderSpec, Detail, Material, Neighbours, Occupancy, OnTerrain, PairLaw, Resistance, Rules,
-    Seen, Shape, Varies, Visibility,
+    Shape, Varies, Visibility, VisualShape,
 };
 pub use solid::hull_surface;

@@ -18,7 +18,7 @@ use linkwork_multibody::spatial::{Pose, Vec3};
 
 /// Parameters of a query for one pair.
 #[derive(Clone, Copy)]
-pub(crate) struct Ask {
+pub(crate) struct PairQuery {
     /// Largest gap, after subtraction of the padding, m.
     pub margin: f64,
     /// Padding of the first and the second, m.
@@ -39,7 +39,7 @@ pub(crate) enum Want {
 }
 
 /// Computes the contact points of `a` at the origin and `b` at `X_AB` into `room.points`, including their radii and padding.
-pub(crate) fn pair(a: &Solid, b: &Solid, X_AB: &Pose, ask: &Ask, room: &mut Room) {
+pub(crate) fn pair(a: &Solid, b: &Solid, X_AB: &Pose, ask: &PairQuery, room: &mut Room) {
     room.points.clear();
     let round = |s: &Solid| if let Kind::Convex { round, .. } = &s.kind { *round } else { 0.0 };
     let thick = [round(a) + ask.padding[0], round(b) + ask.padding[1]];
@@ -70,8 +70,8 @@ fn rank(kind: &Kind) -> u8 {
     }
 }
 
-fn cores(a: &Solid, b: &Solid, X_AB: &Pose, limit: f64, ask: &Ask, room: &mut Room) {
-    let Ask { size, want, .. } = *ask;
+fn cores(a: &Solid, b: &Solid, X_AB: &Pose, limit: f64, ask: &PairQuery, room: &mut Room) {
+    let PairQuery { size, want, .. } = *ask;
     match (&a.kind, &b.kind) {
         (Kind::HalfSpace, Kind::Convex { core, .. }) => {
             half_space(&Placed::at(core, X_AB), limit, size, room);

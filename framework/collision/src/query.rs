@@ -7,7 +7,7 @@ use crate::core::mix;
 use crate::discs::Rolls;
 use crate::item::ColliderId;
 use crate::item::around;
-use crate::pairs::{Ask, Want, pair};
+use crate::pairs::{PairQuery, Want, pair};
 use crate::settings::Hiding;
 use crate::shape::{ColliderSpec, Detail, Material, Visibility};
 use crate::thin::thin;
@@ -85,7 +85,7 @@ pub struct Closest {
 
 /// A collider at its pose for this query.
 #[derive(Clone, Copy)]
-pub(crate) struct Seen {
+pub(crate) struct PosedCollider {
     pub pose: Pose,
     lo: Vec3,
     hi: Vec3,
@@ -95,7 +95,7 @@ pub(crate) struct Seen {
 
 /// Memory of queries. No content is used by later queries, so several runs may share it, and it may be discarded.
 pub struct Scratch {
-    seen: Vec<Seen>,
+    seen: Vec<PosedCollider>,
     order: Vec<(f64, u32)>,
     pairs: Vec<(u32, u32)>,
     room: Room,
@@ -115,7 +115,7 @@ impl Scratch {
     }
 }
 
-fn overlap(a: &Seen, b: &Seen) -> bool {
+fn overlap(a: &PosedCollider, b: &PosedCollider) -> bool {
     (0..3).all(|k| a.lo[k] <= b.hi[k] && b.lo[k] <= a.hi[k])
 }
 
@@ -170,7 +170,7 @@ impl Colliders {
             if pose.is_finite() {
                 let reach = query.reach.get(id.index()).copied().unwrap_or(0.0);
                 let (lo, hi) = around(solid, &pose, item.padding + query.margin / 2.0 + reach);
-                scratch.seen.push(Seen { pose, lo, hi, id: id.0, reach });
+                scratch.seen.push(PosedCollider { pose, lo, hi, id: id.0, reach });
             }
         }
     }
@@ -199,9 +199,16 @@ impl Colliders {
     }
 
     /// Computes the points of a pair in the frame of the first, reduced to few; for a cylinder with discs, the points of each disc.
-    fn touch(&self, a: &Seen, b: &Seen, detail: Detail, margin: f64, room: &mut Room) {
+    fn touch(
+        &self,
+        a: &PosedCollider,
+        b: &PosedCollider,
+        detail: Detail,
+        margin: f64,
+        room: &mut Room,
+    ) {
         let size = self.size(a.id, b.id, detail);
-        let of = |s: &Seen| self.items[s.id as usize].discs.as_ref();
+        let of = |s: &PosedCollider| self.items[s.id as usize].discs.as_ref();
         let (discs, which) = match (detail, of(a), of(b)) {
             (Detail::Fine, _, Some(discs)) => (discs, Rolls::Second),
             (Detail::Fine, Some(discs), None) => (discs, Rolls::First),
@@ -215,7 +222,7 @@ impl Colliders {
             return room.points.clear();
         };
         let (X_AB, padding) = (relative(a, b), [ia.padding, ib.padding]);
-        let ask = Ask { margin, padding, size, want: Want::All };
+        let ask = PairQuery { margin, padding, size, want: Want::All };
         let mut all = std::mem::take(&mut room.gathered);
         all.clear();
         for (k, z) in discs.places().iter().enumerate() {
@@ -230,8 +237,8 @@ impl Colliders {
     /// Computes the points of a pair in the frame of the first.
     fn points(
         &self,
-        a: &Seen,
-        b: &Seen,
+        a: &PosedCollider,
+        b: &PosedCollider,
         detail: Detail,
         (margin, want): (f64, Want),
         room: &mut Room,
@@ -239,7 +246,7 @@ impl Colliders {
         let (ia, ib) = (&self.items[a.id as usize], &self.items[b.id as usize]);
         let (Some(sa), Some(sb)) = (ia.solid(detail), ib.solid(detail)) else { return };
         let size = self.size(a.id, b.id, detail);
-        let ask = Ask { margin, padding: [ia.padding, ib.padding], size, want };
+        let ask = PairQuery { margin, padding: [ia.padding, ib.padding], size, want };
         pair(sa, sb, &relative(a, b), &ask, room);
     }
 
@@ -249,11 +256,11 @@ impl Colliders {
         of(i).min(of(j))
     }
 
-    fn report(&self, [a, b]: [&Seen; 2], points: &[Point], out: &mut Vec<ContactPoint>) {
+    fn report(&self, [a, b]: [&PosedCollider; 2], points: &[Point], out: &mut Vec<ContactPoint>) {
         let (ca, cb) = (ColliderId(a.id), ColliderId(b.id));
         let (body_a, body_b) = (self.body(ca), self.body(cb));
         let (R, at) = (a.pose.rotation.to_rotation_matrix(), a.pose.position);
-        let of = |s: &Seen, spec: &ColliderSpec, p: &Vec3| match &spec.varies {
+        let of = |s: &PosedCollider, spec: &ColliderSpec, p: &Vec3| match &spec.varies {
             Some(varies) => (varies.0)(&(s.pose.rotation.inverse() * (p - s.pose.position))),
             None => spec.material,
         };
@@ -303,15 +310,15 @@ impl Colliders {
             let item = &self.items[id.index()];
             let pose = poses(item.body) * item.pose;
             let (lo, hi) = around(item.solid(detail)?, &pose, item.padding);
-            pose.is_finite().then_some(Seen { pose, lo, hi, id: id.0, reach: 0.0 })
+            pose.is_finite().then_some(PosedCollider { pose, lo, hi, id: id.0, reach: 0.0 })
         };
         self.between(&see(a)?, &see(b)?, detail, f64::INFINITY, &mut scratch.room)
     }
 
     fn between(
         &self,
-        a: &Seen,
-        b: &Seen,
+        a: &PosedCollider,
+        b: &PosedCollider,
         detail: Detail,
         limit: f64,
         room: &mut Room,
@@ -389,19 +396,19 @@ impl Colliders {
 }
 
 /// Returns `X_AB`.
-fn relative(a: &Seen, b: &Seen) -> Pose {
+fn relative(a: &PosedCollider, b: &PosedCollider) -> Pose {
     let back = a.pose.rotation.inverse();
     Pose::new(back * b.pose.rotation, back * (b.pose.position - a.pose.position))
 }
 
 /// Returns a lower bound for the distance of two boxes, m.
-fn apart(a: &Seen, b: &Seen) -> f64 {
+fn apart(a: &PosedCollider, b: &PosedCollider) -> f64 {
     let gap = |k: usize| f64::max(0.0, f64::max(a.lo[k] - b.hi[k], b.lo[k] - a.hi[k]));
     Vec3::new(gap(0), gap(1), gap(2)).norm()
 }
 
 /// Returns the axis along which finite boxes are spread most.
-fn widest(seen: &[Seen]) -> usize {
+fn widest(seen: &[PosedCollider]) -> usize {
     let (mut sum, mut square, mut count) = (Vec3::zeros(), Vec3::zeros(), 0.0);
     let origin = seen.iter().map(|s| s.pose.position).next().unwrap_or_default();
     for s in seen.iter().filter(|s| s.lo.x.is_finite()) {

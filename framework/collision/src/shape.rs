@@ -95,7 +95,7 @@ pub enum Occupancy {
 
 /// A visual shape: a collision geometry, or a mesh file that only a viewer reads.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Seen {
+pub enum VisualShape {
     /// A geometry.
     Shape(Shape),
     /// A mesh file.

@@ -102,7 +102,7 @@ pub use momentum::{
     subtree_inertia,
 };
 pub use operators::{Operator, OperatorError, Operators};
-pub use prediction::{Drive, Known, Prediction};
+pub use prediction::{Drive, Prediction, StateEstimate};
 pub use regressor::{PARAMETERS, inertial_parameters, regressor};
 pub use topology::{Edit, Edited, Placement, TopologyError};
 pub use tree::Tree;

@@ -18,7 +18,7 @@ use linkwork_spatial::Vec3;
 
 /// A state and the covariance of its errors.
 #[derive(Debug)]
-pub struct Known<'a> {
+pub struct StateEstimate<'a> {
     /// Coordinates (nq).
     pub q: &'a mut [f64],
     /// Rates (nv).
@@ -103,7 +103,7 @@ impl Prediction {
         &mut self,
         tree: &Tree,
         ws: &mut Workspace,
-        state: Known<'_>,
+        state: StateEstimate<'_>,
         drive: Drive<'_>,
     ) -> Result<(), DynamicsError> {
         let (n, h) = (tree.nv(), drive.step);

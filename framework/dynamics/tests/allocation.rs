@@ -57,7 +57,7 @@ fn nothing_is_allocated_after_set_up() {
         compliance.compute(&tree, &mut ws, &mut L).unwrap();
         regressor(&tree, &ws, &mut Y);
         d.inverse_dynamics(&tree, &mut ws, &v, &vdot, &mut Dq, &mut Dv);
-        let state = Known { q: &mut known_q, v: &mut known_v, covariance: &mut P };
+        let state = StateEstimate { q: &mut known_q, v: &mut known_v, covariance: &mut P };
         let gravity = Vec3::new(0.0, 0.0, -9.81);
         let drive = Drive { tau: &given, vdot: &given, density: &density, gravity, step: 1e-3 };
         prediction.step(&tree, &mut ws, state, drive).unwrap();

@@ -35,7 +35,7 @@ impl Case {
             gravity: GRAVITY,
             step,
         };
-        let state = Known { q, v, covariance: P };
+        let state = StateEstimate { q, v, covariance: P };
         self.prediction.step(&self.tree, &mut self.ws, state, drive).unwrap();
     }
     /// Returns the state after a step.
@@ -253,7 +253,7 @@ fn what_is_known_exactly_stays_so_and_a_refusal_changes_nothing() {
     let mbs = b.build().unwrap();
     let tree = Tree::new(&mbs);
     let (mut q, mut v, mut P) = (vec![0.5], vec![0.25], vec![1.0, 0.0, 0.0, 1.0]);
-    let state = Known { q: &mut q, v: &mut v, covariance: &mut P };
+    let state = StateEstimate { q: &mut q, v: &mut v, covariance: &mut P };
     let drive = Drive { tau: &[0.0], vdot: &[0.0], density: &[1.0], gravity: GRAVITY, step: 0.1 };
     let told = Prediction::new(&tree).step(&tree, &mut Workspace::new(&tree), state, drive);
     assert!(matches!(told, Err(DynamicsError::Singular { .. })), "{told:?}");

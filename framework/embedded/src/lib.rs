@@ -105,7 +105,7 @@ pub use linkwork_collision::{
     ShapeFault, Visibility,
 };
 pub use linkwork_dynamics as dynamics;
-pub use linkwork_dynamics::Known;
+pub use linkwork_dynamics::StateEstimate;
 pub use linkwork_dynamics::inverse_kinematics::{Goal, Place, Pointing, Residual, Towards};
 pub use linkwork_formats as formats;
 pub use linkwork_multibody as multibody;

@@ -93,9 +93,9 @@ fn no_call_allocates_after_set_up() {
     let mut search = WholeBodyIk::new(&robot, 2).clone();
     let wrist = model.dofs(right).unwrap()[5];
     let counted = allocation_counter::measure(|| {
-        let state = Known { q: &mut ahead, v: &mut rates, covariance: &mut P };
+        let state = StateEstimate { q: &mut ahead, v: &mut rates, covariance: &mut P };
         robot.predict(&mut predictor, state, &v, &[], 1e-3).unwrap_err();
-        let state = Known { q: &mut ahead, v: &mut rates, covariance: &mut P };
+        let state = StateEstimate { q: &mut ahead, v: &mut rates, covariance: &mut P };
         robot.predict(&mut predictor, state, &v, &density, 1e-3).unwrap();
         black_box(predictor.transition()[0]);
         robot.set_q(&q).unwrap();
@@ -380,7 +380,7 @@ fn no_error_allocates() {
         no(space.inertia(&mut robot, &mut own[..1]).unwrap_err());
         no(space.forces(&mut robot, &v, &own[..1], None, &mut out).unwrap_err());
         no(space.impedance(&mut robot, &v, &[soft], None, &mut out).unwrap_err());
-        let known = Known { q: &mut ahead, v: &mut rates, covariance: &mut P };
+        let known = StateEstimate { q: &mut ahead, v: &mut rates, covariance: &mut P };
         no(robot.predict(&mut predictor, known, &v, &[], 1e-3).unwrap_err());
         no(control.solve(&mut robot, &objectives, &guards, &mut v, &mut J[..1]).unwrap_err());
         no(control.solve(&mut robot, &[nobody], &guards, &mut v, &mut J[..1]).unwrap_err());

@@ -120,7 +120,7 @@ fn joints_that_mimic_others_stay_coupled() {
     assert_eq!(told.unwrap_err(), opens("whole-body control"));
     let mut memory = Predictor::new(&robot);
     let (mut p, mut v, mut P) = (q.clone(), zero.clone(), vec![0.0; 4 * nv * nv]);
-    let state = dynamics::Known { q: &mut p, v: &mut v, covariance: &mut P };
+    let state = dynamics::StateEstimate { q: &mut p, v: &mut v, covariance: &mut P };
     let told = robot.predict(&mut memory, state, &zero, &[], 1e-3);
     assert_eq!(told.unwrap_err(), opens("prediction"));
     let mut transfer = Transfer::new(&robot);

@@ -525,7 +525,7 @@ fn a_prediction_knows_what_is_held_and_leaves_the_robot_where_it_is() {
         let (mut at, mut v) = (q.clone(), model.multibody().random_v(4));
         let mut P = vec![0.0; 4 * nv * nv];
         (0..2 * nv).for_each(|i| P[i * 2 * nv + i] = 1e-6);
-        let state = Known { q: &mut at, v: &mut v, covariance: &mut P };
+        let state = StateEstimate { q: &mut at, v: &mut v, covariance: &mut P };
         robot.predict(&mut predictor, state, &tau, &density, step).unwrap();
         (at, v, P)
     };
@@ -546,7 +546,7 @@ fn a_prediction_knows_what_is_held_and_leaves_the_robot_where_it_is() {
     let (mut at, mut v, mut P) = (q.clone(), vec![0.0; nv], vec![0.0; 4 * nv * nv]);
     let bad = vec![-1.0; nv];
     for (density, step) in [(&bad, 1e-3), (&density, -1.0), (&density, f64::NAN)] {
-        let state = Known { q: &mut at, v: &mut v, covariance: &mut P };
+        let state = StateEstimate { q: &mut at, v: &mut v, covariance: &mut P };
         let told = robot.predict(&mut predictor, state, &tau, density, step).unwrap_err();
         assert!(matches!(told, RobotError::OutOfRange { .. }), "{told}");
     }

@@ -5,7 +5,7 @@ use crate::robot::LwRobot;
 use crate::status::LwStatus;
 use crate::tool::{Tool, lend};
 use linkwork_embedded::spatial::Motion;
-use linkwork_embedded::{Known, Predictor, RobotError};
+use linkwork_embedded::{Predictor, RobotError, StateEstimate};
 
 /// The inertia of a rigid body.
 #[repr(C)]
@@ -180,7 +180,7 @@ pub unsafe extern "C" fn lw_predictor_step(
             let covariance = numbers_mut("covariance", covariance, size, 4 * own_v * own_v)?;
             let tau = numbers("tau", tau, nv, own_v)?;
             let density = numbers("density", density, nv, own_v)?;
-            let state = Known { q, v, covariance };
+            let state = StateEstimate { q, v, covariance };
             Ok(r.robot.predict(&mut memory, state, tau, density, step)?)
         })
     }

@@ -235,7 +235,7 @@ fn predictions_with_covariance() {
         let (t, d) = (tau.as_ptr(), density.as_ptr());
         for _ in 0..3 {
             quiet(|| lw_predictor_step(r, p, a, 13, b, 13, c, t, d, 0.01));
-            let state = Known { q: &mut theirs, v: &mut rates, covariance: &mut spread };
+            let state = StateEstimate { q: &mut theirs, v: &mut rates, covariance: &mut spread };
             two.robot.predict(&mut memory, state, &tau, &density, 0.01).unwrap();
         }
         same(&q, &theirs);

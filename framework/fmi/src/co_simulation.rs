@@ -10,8 +10,8 @@ use crate::kind::Kind;
 use crate::part::{Live, Part, describe, get_all};
 use crate::start::UnitParams;
 use linkwork_runtime::{
-    Block, Description, Failure, Fault, Files, Foreign, Located, Now, Origin, Outcome, Prototype,
-    ReadCx, Value, Wiring,
+    Block, Description, EvalTime, Failure, Fault, Files, Foreign, Located, Origin, Outcome,
+    Prototype, ReadCx, Value, Wiring,
 };
 use std::any::Any;
 use std::cell::RefCell;
@@ -91,20 +91,27 @@ struct Stepping {
 }
 
 impl Block for Stepping {
-    fn outputs(&mut self, now: &Now, _: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
+    fn outputs(&mut self, now: &EvalTime, _: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         let ym = self.w.ym;
         self.live.get_mut().with(now.t, |_, saved, _| {
             sig[ym..ym + saved.outputs.len()].copy_from_slice(&saved.outputs);
             Ok(())
         })
     }
-    fn feedthrough(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, _: &EvalTime, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
         Ok(())
     }
-    fn derivatives(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn derivatives(
+        &mut self,
+        _: &EvalTime,
+        _: &[f64],
+        _: &[f64],
+        _: &[f64],
+        _: &mut [f64],
+    ) -> Outcome {
         Ok(())
     }
-    fn update(&mut self, now: &Now, _: &[f64], _: &mut [f64], sig: &[f64]) -> Outcome {
+    fn update(&mut self, now: &EvalTime, _: &[f64], _: &mut [f64], sig: &[f64]) -> Outcome {
         self.u.clear();
         self.u.extend(self.w.u.iter().map(|lane| sig[*lane as usize]));
         let (u, h) = (&self.u, self.w.period_s);

@@ -3,7 +3,7 @@
 //! Inputs of the unit are unconnected inputs of the simulation; outputs are selected by patterns. Names are the paths of the simulation; numbers are
 //! in SI.
 use crate::archive::{platform, write_archive};
-use crate::provide::{Contents, Shown};
+use crate::provide::{Contents, UnitVariable};
 use linkwork_assembly::patterns::match_patterns;
 use linkwork_assembly::{Failure, Text};
 use linkwork_formats::escaped;
@@ -104,9 +104,9 @@ pub fn export(ready: Ready, what: &Export, out: &Path) -> Result<Exported, Failu
         .chain(outputs.iter().map(|p| (p, false)))
         .filter_map(|(p, input)| Some((p, sim.variable(p).ok()?, input)))
         .collect();
-    let shown: Vec<Shown> = variables
+    let shown: Vec<UnitVariable> = variables
         .iter()
-        .map(|(path, v, input)| Shown {
+        .map(|(path, v, input)| UnitVariable {
             path: (*path).clone(),
             input: *input,
             boolean: v.kind == PortKind::Bool,

@@ -16,7 +16,7 @@ use crate::part::{Live, Part, Saved, describe, get_all, settle};
 use crate::slot::Slot;
 use crate::start::UnitParams;
 use linkwork_runtime::{
-    Block, Description, Evaluation, Failure, Files, Fired, Foreign, Located, Now, Outcome,
+    Block, Description, EvalTime, Evaluation, Failure, Files, Fired, Foreign, Located, Outcome,
     Prototype, ReadCx, Value, Wiring,
 };
 use std::any::Any;
@@ -162,7 +162,7 @@ impl Continuous {
     /// Passes time, states and continuous inputs to the unit, then calls `f`.
     fn at<T>(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         x: &[f64],
         sig: &[f64],
         f: impl FnOnce(&mut Instance, &mut Saved, &Part, &[f64]) -> Result<T>,
@@ -179,7 +179,7 @@ impl Continuous {
 }
 
 impl Block for Continuous {
-    fn outputs(&mut self, now: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
+    fn outputs(&mut self, now: &EvalTime, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         let Continuous { live, w, work } = self;
         let x = if work.x.is_empty() { &[][..] } else { &x[w.x..w.x + work.x.len()] };
         live.get_mut().with(now.t, |unit, _, part| {
@@ -190,7 +190,7 @@ impl Block for Continuous {
             get_all(unit, slots, &mut sig[w.ym..w.ym + lanes])
         })
     }
-    fn feedthrough(&mut self, now: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, now: &EvalTime, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         let yd = self.w.yd;
         // Inputs first, because outputs are slots of the same signal array.
         let Continuous { live, w, work } = self;
@@ -215,7 +215,7 @@ impl Block for Continuous {
     }
     fn derivatives(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         x: &[f64],
         _: &[f64],
         sig: &[f64],
@@ -231,12 +231,12 @@ impl Block for Continuous {
             Ok(())
         })
     }
-    fn update(&mut self, _: &Now, _: &[f64], _: &mut [f64], _: &[f64]) -> Outcome {
+    fn update(&mut self, _: &EvalTime, _: &[f64], _: &mut [f64], _: &[f64]) -> Outcome {
         Ok(())
     }
     fn guards(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         x: &[f64],
         _: &[f64],
         sig: &[f64],
@@ -261,7 +261,7 @@ impl Block for Continuous {
     }
     fn handle_event(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         _: Fired<'_>,
         x: &mut [f64],
         _: &mut [f64],

@@ -24,7 +24,7 @@ pub type Logger = Option<unsafe extern "C" fn(*mut c_void, c_int, *const c_char,
 
 /// A variable of the unit.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Shown {
+pub(crate) struct UnitVariable {
     pub path: String,
     pub input: bool,
     pub boolean: bool,
@@ -35,7 +35,7 @@ pub(crate) struct Shown {
 pub(crate) struct Contents {
     pub token: String,
     pub hash: u64,
-    pub variables: Vec<Shown>,
+    pub variables: Vec<UnitVariable>,
 }
 
 impl Contents {
@@ -57,7 +57,7 @@ impl Contents {
             let mut words = line.splitn(3, ' ');
             let input = words.next()? == "input";
             let boolean = words.next()? == "boolean";
-            Some(Shown { path: words.next()?.to_string(), input, boolean })
+            Some(UnitVariable { path: words.next()?.to_string(), input, boolean })
         });
         Some(Contents { token, hash, variables: variables.collect::<Option<_>>()? })
     }
@@ -127,7 +127,8 @@ impl Provided {
     ) -> Answer<Provided> {
         let (program, contents) = open(folder, token, library)?;
         let sim = Simulation::of(program.clone());
-        let place = |v: &Shown| sim.variable(&v.path).map(|v| v.place).map_err(|e| e.to_string());
+        let place =
+            |v: &UnitVariable| sim.variable(&v.path).map(|v| v.place).map_err(|e| e.to_string());
         let places = contents.variables.iter().map(place).collect::<Answer<_>>()?;
         let step = sim.plan().step;
         let (start, stage) = (0.0, Stage::Instantiated);
@@ -225,12 +226,12 @@ impl Provided {
         (self.start, self.stage) = (0.0, Stage::Instantiated);
     }
 
-    fn state(&self) -> Answer<Kept> {
+    fn state(&self) -> Answer<SavedState> {
         let checkpoint = self.sim.checkpoint("").map_err(|e| e.to_string())?;
-        Ok(Kept { checkpoint, start: self.start, stepping: self.stage == Stage::Stepping })
+        Ok(SavedState { checkpoint, start: self.start, stepping: self.stage == Stage::Stepping })
     }
 
-    fn restore(&mut self, kept: &Kept) -> Answer<()> {
+    fn restore(&mut self, kept: &SavedState) -> Answer<()> {
         self.sim.restore(&kept.checkpoint).map_err(|e| e.to_string())?;
         self.start = kept.start;
         self.stage = if kept.stepping { Stage::Stepping } else { Stage::Initializing };
@@ -240,7 +241,7 @@ impl Provided {
 
 /// A saved state.
 #[derive(serde::Serialize, serde::Deserialize)]
-struct Kept {
+struct SavedState {
     checkpoint: Checkpoint,
     start: f64,
     stepping: bool,
@@ -457,7 +458,7 @@ pub unsafe fn get_state(instance: *mut c_void, state: *mut *mut c_void) -> c_int
         on(instance, |unit| {
             let kept = Box::new(unit.state()?);
             if !(*state).is_null() {
-                drop(Box::from_raw((*state).cast::<Kept>()));
+                drop(Box::from_raw((*state).cast::<SavedState>()));
             }
             *state = Box::into_raw(kept).cast();
             Ok(())
@@ -472,7 +473,7 @@ pub unsafe fn get_state(instance: *mut c_void, state: *mut *mut c_void) -> c_int
 pub unsafe fn set_state(instance: *mut c_void, state: *mut c_void) -> c_int {
     // SAFETY: by the contract.
     unsafe {
-        on(instance, |unit| match state.cast::<Kept>().as_ref() {
+        on(instance, |unit| match state.cast::<SavedState>().as_ref() {
             Some(kept) => unit.restore(kept),
             None => Err("the state is null".into()),
         })
@@ -488,7 +489,7 @@ pub unsafe fn free_state(instance: *mut c_void, state: *mut *mut c_void) -> c_in
     unsafe {
         on(instance, |_| {
             if !state.is_null() && !(*state).is_null() {
-                drop(Box::from_raw((*state).cast::<Kept>()));
+                drop(Box::from_raw((*state).cast::<SavedState>()));
                 *state = std::ptr::null_mut();
             }
             Ok(())
@@ -502,7 +503,7 @@ pub unsafe fn free_state(instance: *mut c_void, state: *mut *mut c_void) -> c_in
 /// `state` is one of this unit, or null.
 unsafe fn bytes(state: *mut c_void) -> Answer<Vec<u8>> {
     // SAFETY: by the contract.
-    let kept = unsafe { state.cast::<Kept>().as_ref() }.ok_or("the state is null")?;
+    let kept = unsafe { state.cast::<SavedState>().as_ref() }.ok_or("the state is null")?;
     rmp_serde::to_vec_named(kept).map_err(|e| e.to_string())
 }
 
@@ -560,7 +561,7 @@ pub unsafe fn deserialize(
     unsafe {
         on(instance, |_| {
             let bytes: &[u8] = if size == 0 { &[] } else { std::slice::from_raw_parts(from, size) };
-            let kept: Kept = rmp_serde::from_slice(bytes)
+            let kept: SavedState = rmp_serde::from_slice(bytes)
                 .map_err(|e| format!("these bytes are not a state of this unit: {e}"))?;
             state.write(Box::into_raw(Box::new(kept)).cast());
             Ok(())
@@ -584,7 +585,7 @@ mod tests {
 
     #[test]
     fn contents_come_back() {
-        let shown = |path: &str, input, boolean| Shown { path: path.into(), input, boolean };
+        let shown = |path: &str, input, boolean| UnitVariable { path: path.into(), input, boolean };
         let contents = Contents {
             token: "{x}".into(),
             hash: 0xfe,

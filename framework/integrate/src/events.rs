@@ -92,7 +92,7 @@ pub struct Crossing {
 
 /// Result of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found {
+pub struct EventSearch {
     /// The first crossing that counts.
     pub crossing: Option<Crossing>,
     /// The side to store: at the crossing, or at the end of the step.
@@ -137,7 +137,7 @@ pub fn first_crossing<E>(
     ends: [f64; 2],
     side: Side,
     search: &Search,
-) -> Result<Found, SearchError<E>> {
+) -> Result<EventSearch, SearchError<E>> {
     assert!(search.h > 0.0 && search.tolerance > 0.0, "step and tolerance above zero: {search:?}");
     let mut g = |theta: f64| point(theta, guard(theta).map_err(SearchError::Guard)?);
     let width = (search.tolerance / search.h).max(4.0 * f64::EPSILON);
@@ -146,11 +146,11 @@ pub fn first_crossing<E>(
     let points = &points[..count];
     let of = |p: Point| Side::of(p.value, search.direction);
     // The result for a crossing that began on side `from`, if it counts.
-    let at = |p: Point, from: Side| -> Option<Found> {
+    let at = |p: Point, from: Side| -> Option<EventSearch> {
         let way = if from == Side::Below { Direction::Rising } else { Direction::Falling };
         let crossing = Crossing { theta: p.theta, value: p.value, direction: way };
         (search.direction == Direction::Either || search.direction == way)
-            .then(|| Found { crossing: Some(crossing), side: of(p) })
+            .then(|| EventSearch { crossing: Some(crossing), side: of(p) })
     };
     let mut side = side;
     if !unknown
@@ -194,7 +194,7 @@ pub fn first_crossing<E>(
         }
         side = now;
     }
-    Ok(Found { crossing: None, side })
+    Ok(EventSearch { crossing: None, side })
 }
 
 /// Number of positions of one search: both ends, samples between, and the early ones.

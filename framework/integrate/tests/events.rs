@@ -1,9 +1,11 @@
 //! Location of events: crossings, directions, double crossings, touches, arming, errors.
-use linkwork_integrate::events::{Direction, Found, Search, SearchError, Side, first_crossing};
+use linkwork_integrate::events::{
+    Direction, EventSearch, Search, SearchError, Side, first_crossing,
+};
 use std::convert::Infallible;
 
 /// A search that counts its evaluations.
-fn search(g: impl Fn(f64) -> f64, side: Side, direction: Direction, h: f64) -> (Found, u32) {
+fn search(g: impl Fn(f64) -> f64, side: Side, direction: Direction, h: f64) -> (EventSearch, u32) {
     let mut calls = 0;
     let guard = |theta: f64| {
         assert!(theta > 0.0 && theta < 1.0, "asked at {theta}");
@@ -138,9 +140,9 @@ fn a_guard_that_has_fired_is_armed_when_it_has_left() {
     // Leaves zero upwards, like a ball that has just bounced. The sign of the round-off at the start does not matter.
     for off in [0.0, 1e-17, -1e-17] {
         let (found, _) = search(|x| x + off, Side::Unknown, Direction::Either, 1.0);
-        assert_eq!(found, Found { crossing: None, side: Side::Above });
+        assert_eq!(found, EventSearch { crossing: None, side: Side::Above });
         let (found, _) = search(|x| x + off, Side::Unknown, Direction::Rising, 1.0);
-        assert_eq!(found, Found { crossing: None, side: Side::Above });
+        assert_eq!(found, EventSearch { crossing: None, side: Side::Above });
     }
     // Leaves upwards and falls through later: late in the step, and long before its middle.
     for back in [0.8, 0.3, 0.01, 5e-4, 1e-5] {
@@ -150,7 +152,7 @@ fn a_guard_that_has_fired_is_armed_when_it_has_left() {
     }
     // Stays on zero.
     let (found, calls) = search(|_| 0.0, Side::Unknown, Direction::Either, 1.0);
-    assert_eq!((found, calls), (Found { crossing: None, side: Side::Below }, 7));
+    assert_eq!((found, calls), (EventSearch { crossing: None, side: Side::Below }, 7));
 }
 
 /// Zero belongs to the side on which a guard has reached its threshold, at the end of a step and inside it.
@@ -180,7 +182,7 @@ fn a_crossing_on_a_seam_is_found_once() {
     assert_eq!(first.crossing.map(|c| c.theta), Some(1.0));
     assert_eq!(first.side, Side::Above);
     let (second, _) = search(|x| x, Side::Unknown, Direction::Rising, 1.0);
-    assert_eq!(second, Found { crossing: None, side: Side::Above });
+    assert_eq!(second, EventSearch { crossing: None, side: Side::Above });
 }
 
 /// A guard that jumped over its zero between steps crosses at the start.
@@ -190,7 +192,7 @@ fn a_jump_crosses_at_the_start() {
     let crossing = found.crossing.unwrap();
     assert_eq!((crossing.theta, crossing.value, found.side), (0.0, 1.0, Side::Above));
     let (found, _) = search(|x| 1.0 + x, Side::Below, Direction::Falling, 1.0);
-    assert_eq!(found, Found { crossing: None, side: Side::Above });
+    assert_eq!(found, EventSearch { crossing: None, side: Side::Above });
 }
 
 #[test]

@@ -5,7 +5,7 @@
 //! ```
 //! Requests of one client are processed in their order. A changed variable is in the samples of its tick. The log contains the change before these
 //! samples, so a replay repeats it.
-use crate::protocol::{Amount, Ask, Reply, Request, Said};
+use crate::protocol::{Amount, Reply, ReplyKind, Request, RequestKind};
 use crate::server::{Guest, Row, Server};
 use linkwork_assembly::Text;
 use linkwork_assembly::patterns::match_patterns;
@@ -121,7 +121,7 @@ impl Live {
     fn answer_steps(&mut self, time: f64) {
         for client in &mut self.clients {
             if let Some(id) = client.stepping.take() {
-                client.answer(id, Said::Done { time });
+                client.answer(id, ReplyKind::Done { time });
             }
         }
     }
@@ -145,7 +145,7 @@ impl Live {
         for client in &mut self.clients {
             if let Some(id) = client.stepping.take() {
                 let (message, help) = (message.to_string(), help.to_string());
-                client.answer(id, Said::Refused { message, help });
+                client.answer(id, ReplyKind::Refused { message, help });
             }
         }
     }
@@ -171,33 +171,33 @@ impl Live {
         let Request { id, ask } = request;
         let time = runner.sim().time();
         let said = match ask {
-            Ask::Pause => {
+            RequestKind::Pause => {
                 self.overridden("pause");
                 (self.paused, self.steps) = (true, 0);
-                Ok(Said::Done { time })
+                Ok(ReplyKind::Done { time })
             }
-            Ask::Go => {
+            RequestKind::Go => {
                 self.overridden("go");
                 (self.paused, self.steps) = (false, 0);
-                Ok(Said::Done { time })
+                Ok(ReplyKind::Done { time })
             }
-            Ask::Step { steps } if steps <= MOST_STEPS => {
+            RequestKind::Step { steps } if steps <= MOST_STEPS => {
                 self.overridden("step");
                 (self.paused, self.steps) = (true, steps);
                 self.clients[k].stepping = Some(id);
                 return;
             }
-            Ask::Step { steps } => {
+            RequestKind::Step { steps } => {
                 no(format!("{steps} steps are too many"), format!("request at most {MOST_STEPS}"))
             }
-            Ask::Quit => {
+            RequestKind::Quit => {
                 runner.stop().set();
-                Ok(Said::Done { time })
+                Ok(ReplyKind::Done { time })
             }
-            Ask::Watch { paths, rate } => self.watch(k, id, &paths, rate, runner),
+            RequestKind::Watch { paths, rate } => self.watch(k, id, &paths, rate, runner),
             ask => answer(ask, runner),
         };
-        let said = said.unwrap_or_else(|No { message, help }| Said::Refused { message, help });
+        let said = said.unwrap_or_else(|No { message, help }| ReplyKind::Refused { message, help });
         self.clients[k].answer(id, said);
     }
 
@@ -208,7 +208,7 @@ impl Live {
         paths: &[String],
         rate: f64,
         runner: &Runner<W>,
-    ) -> Result<Said, No> {
+    ) -> Result<ReplyKind, No> {
         if !(SLOWEST..=FASTEST).contains(&rate) {
             let help = format!("give one from {SLOWEST} to {FASTEST} Hz");
             return no(format!("the rate is {rate} Hz"), help);
@@ -217,7 +217,7 @@ impl Live {
         let rows =
             Rows { id, places, period: Duration::from_secs_f64(1.0 / rate), next: now(), lost: 0 };
         self.clients[k].watch = (!rows.places.is_empty()).then_some(rows);
-        Ok(Said::Done { time: runner.sim().time() })
+        Ok(ReplyKind::Done { time: runner.sim().time() })
     }
 
     /// Sends the samples that are due at the present tick.
@@ -238,25 +238,25 @@ impl Live {
 
 impl Served {
     /// An answer that does not fit into the queue ends the connection, because the client does not read.
-    fn answer(&mut self, id: u64, said: Said) {
+    fn answer(&mut self, id: u64, said: ReplyKind) {
         self.gone |= !self.guest.send(&Reply { id, said });
     }
 }
 
 /// Answers requests other than pause and watch.
-fn answer<W: Watch>(ask: Ask, runner: &mut Runner<W>) -> Result<Said, No> {
+fn answer<W: Watch>(ask: RequestKind, runner: &mut Runner<W>) -> Result<ReplyKind, No> {
     match ask {
-        Ask::List { patterns } => list(&patterns, runner),
-        Ask::Get { paths } => Ok(row(&places(&paths, runner)?, 0, runner).said()),
-        Ask::Set { path, value } => change(runner, &path, Change::Set, Some(value)),
-        Ask::Pin { path, value } => change(runner, &path, Change::Pin, value),
-        Ask::Unpin { path } => change(runner, &path, Change::Unpin, None),
-        Ask::Pins => {
+        RequestKind::List { patterns } => list(&patterns, runner),
+        RequestKind::Get { paths } => Ok(row(&places(&paths, runner)?, 0, runner).said()),
+        RequestKind::Set { path, value } => change(runner, &path, Change::Set, Some(value)),
+        RequestKind::Pin { path, value } => change(runner, &path, Change::Pin, value),
+        RequestKind::Unpin { path } => change(runner, &path, Change::Unpin, None),
+        RequestKind::Pins => {
             let sim = runner.sim();
             let values = sim.pins().map(|(path, value)| (path.to_string(), value)).collect();
-            Ok(Said::Pins { time: sim.time(), values })
+            Ok(ReplyKind::Pins { time: sim.time(), values })
         }
-        Ask::Checkpoint => checkpoint(runner),
+        RequestKind::Checkpoint => checkpoint(runner),
         _ => no("hello is only allowed as the first message", "send hello once, at the start"),
     }
 }
@@ -266,7 +266,7 @@ fn change<W: Watch>(
     pattern: &str,
     change: Change,
     value: Option<Amount>,
-) -> Result<Said, No> {
+) -> Result<ReplyKind, No> {
     if pattern.len() > LONGEST_PATTERN {
         return no("the pattern is too long", format!("give at most {LONGEST_PATTERN} bytes"));
     }
@@ -274,7 +274,7 @@ fn change<W: Watch>(
     let values = runner
         .change(pattern, change, value.as_ref())
         .map_err(|e| No { message: e.message, help: e.help })?;
-    Ok(Said::Changed { time: runner.sim().time(), values })
+    Ok(ReplyKind::Changed { time: runner.sim().time(), values })
 }
 
 fn variable<'a, W: Watch>(path: &str, runner: &'a Runner<W>) -> Result<&'a Variable, No> {
@@ -291,7 +291,7 @@ fn row<W: Watch>(places: &[Place], lost: u64, runner: &Runner<W>) -> Row {
     Row { time: sim.time(), values, lost }
 }
 
-fn list<W: Watch>(patterns: &[String], runner: &Runner<W>) -> Result<Said, No> {
+fn list<W: Watch>(patterns: &[String], runner: &Runner<W>) -> Result<ReplyKind, No> {
     let long = patterns.iter().any(|p| p.len() > LONGEST_PATTERN);
     if patterns.len() > MOST_PATTERNS || long {
         let fact = "there are too many patterns, or a pattern is too long";
@@ -310,10 +310,10 @@ fn list<W: Watch>(patterns: &[String], runner: &Runner<W>) -> Result<Said, No> {
         No { message, help: help.unwrap_or_default() }
     })?;
     let one = |k: usize| (names[k].clone(), known[names[k]].unit.to_string());
-    Ok(Said::Names { names: found.into_iter().map(one).collect() })
+    Ok(ReplyKind::Names { names: found.into_iter().map(one).collect() })
 }
 
-fn checkpoint<W: Watch>(runner: &mut Runner<W>) -> Result<Said, No> {
+fn checkpoint<W: Watch>(runner: &mut Runner<W>) -> Result<ReplyKind, No> {
     let name = format!("checkpoint_{}.lwck", time_name(runner.sim().time()));
     let before = runner.saves().map_or(0, |s| s.failed);
     runner.save(&name);
@@ -322,7 +322,7 @@ fn checkpoint<W: Watch>(runner: &mut Runner<W>) -> Result<Said, No> {
     };
     match saves.written.last() {
         Some(file) if saves.failed == before => {
-            Ok(Said::Checkpoint { file: file.display().to_string() })
+            Ok(ReplyKind::Checkpoint { file: file.display().to_string() })
         }
         _ => no("the checkpoint cannot be written", "see the output of the run; free disk space"),
     }

@@ -1,7 +1,7 @@
 //! The client of the socket.
 use crate::protocol::{
-    Ask, FrameError, LONGEST_REPLY, LONGEST_REQUEST, Reply, Request, Said, VERSION, read_frame,
-    write_frame,
+    FrameError, LONGEST_REPLY, LONGEST_REQUEST, Reply, ReplyKind, Request, RequestKind, VERSION,
+    read_frame, write_frame,
 };
 use serde::{Deserialize, Serialize};
 use std::net::TcpStream;
@@ -100,7 +100,7 @@ impl Client {
         let socket = TcpStream::connect(&ticket.address).map_err(FrameError::from)?;
         socket.set_nodelay(true).map_err(FrameError::from)?;
         let mut client = Client { socket, last: 0 };
-        client.ask(Ask::Hello { version: VERSION, token: ticket.token.clone() })?;
+        client.ask(RequestKind::Hello { version: VERSION, token: ticket.token.clone() })?;
         Ok(client)
     }
 
@@ -108,7 +108,7 @@ impl Client {
     ///
     /// # Errors
     /// [`ClientError::Frame`].
-    pub fn send(&mut self, ask: Ask) -> Result<u64, ClientError> {
+    pub fn send(&mut self, ask: RequestKind) -> Result<u64, ClientError> {
         self.last += 1;
         let request = Request { id: self.last, ask };
         write_frame(&mut self.socket, &request, LONGEST_REQUEST)?;
@@ -127,13 +127,13 @@ impl Client {
     ///
     /// # Errors
     /// [`ClientError`].
-    pub fn ask(&mut self, ask: Ask) -> Result<Said, ClientError> {
+    pub fn ask(&mut self, ask: RequestKind) -> Result<ReplyKind, ClientError> {
         let id = self.send(ask)?;
         loop {
             let reply = self.receive()?;
             // A rejection without a number concerns the connection.
             match reply.said {
-                Said::Refused { message, help } if reply.id == id || reply.id == 0 => {
+                ReplyKind::Refused { message, help } if reply.id == id || reply.id == 0 => {
                     return Err(ClientError::Refused { message, help });
                 }
                 said if reply.id == id => return Ok(said),

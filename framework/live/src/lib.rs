@@ -17,7 +17,7 @@ mod server;
 pub use attend::Live;
 pub use client::{Client, ClientError, Ticket};
 pub use protocol::{
-    Amount, Ask, FrameError, LONGEST_REPLY, LONGEST_REQUEST, Reply, Request, Said, VERSION,
-    read_frame, write_frame,
+    Amount, FrameError, LONGEST_REPLY, LONGEST_REQUEST, Reply, ReplyKind, Request, RequestKind,
+    VERSION, read_frame, write_frame,
 };
 pub use server::{ServeError, Server};

@@ -17,13 +17,13 @@ pub struct Request {
     /// Number of the request, which every reply to it contains.
     pub id: u64,
     /// The request.
-    pub ask: Ask,
+    pub ask: RequestKind,
 }
 
 /// A request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Ask {
+pub enum RequestKind {
     /// The first message of a connection.
     Hello {
         /// [`VERSION`].
@@ -122,14 +122,14 @@ pub struct Reply {
     /// Number of the request.
     pub id: u64,
     /// The answer.
-    pub said: Said,
+    pub said: ReplyKind,
 }
 
 /// An answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Said {
-    /// Answer to [`Ask::Hello`].
+pub enum ReplyKind {
+    /// Answer to [`RequestKind::Hello`].
     Welcome {
         /// [`VERSION`].
         version: u32,
@@ -141,21 +141,21 @@ pub enum Said {
         /// Simulated time (s).
         time: f64,
     },
-    /// Answer to [`Ask::Set`], [`Ask::Pin`] and [`Ask::Unpin`]: the changed variables.
+    /// Answer to [`RequestKind::Set`], [`RequestKind::Pin`] and [`RequestKind::Unpin`]: the changed variables.
     Changed {
         /// Simulated time (s).
         time: f64,
         /// Path and value (SI).
         values: Vec<(String, f64)>,
     },
-    /// Answer to [`Ask::Pins`].
+    /// Answer to [`RequestKind::Pins`].
     Pins {
         /// Simulated time (s).
         time: f64,
         /// Path and value (SI).
         values: Vec<(String, f64)>,
     },
-    /// Answer to [`Ask::Get`], and each sample of [`Ask::Watch`].
+    /// Answer to [`RequestKind::Get`], and each sample of [`RequestKind::Watch`].
     Values {
         /// Simulated time (s).
         time: f64,
@@ -164,12 +164,12 @@ pub enum Said {
         /// Number of samples of this watch that were lost because the client was too slow.
         lost: u64,
     },
-    /// Answer to [`Ask::List`].
+    /// Answer to [`RequestKind::List`].
     Names {
         /// Path and unit.
         names: Vec<(String, String)>,
     },
-    /// Answer to [`Ask::Checkpoint`].
+    /// Answer to [`RequestKind::Checkpoint`].
     Checkpoint {
         /// The file that was written.
         file: String,

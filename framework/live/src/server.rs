@@ -7,8 +7,8 @@
 //! Both queues are bounded, that of replies in number and in bytes. A full queue of requests blocks that client's reader. A full queue of replies
 //! loses samples, which are counted; if an answer does not fit, the connection ends.
 use crate::protocol::{
-    Ask, FrameError, LONGEST_REPLY, LONGEST_REQUEST, Reply, Request, Said, VERSION, frame,
-    read_frame, write_frame,
+    FrameError, LONGEST_REPLY, LONGEST_REQUEST, Reply, ReplyKind, Request, RequestKind, VERSION,
+    frame, read_frame, write_frame,
 };
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
@@ -89,9 +89,9 @@ impl Row {
         25 * self.values.len() + 160
     }
 
-    pub(crate) fn said(&self) -> Said {
+    pub(crate) fn said(&self) -> ReplyKind {
         let values = self.values.iter().map(|x| Some(*x).filter(|x| x.is_finite())).collect();
-        Said::Values { time: self.time, values, lost: self.lost }
+        ReplyKind::Values { time: self.time, values, lost: self.lost }
     }
 }
 
@@ -179,7 +179,10 @@ impl Guest {
     pub fn send(&self, reply: &Reply) -> bool {
         let bytes = frame(reply, LONGEST_REPLY).or_else(|e| {
             let (message, help) = (e.to_string(), "request fewer variables".to_string());
-            frame(&Reply { id: reply.id, said: Said::Refused { message, help } }, LONGEST_REPLY)
+            frame(
+                &Reply { id: reply.id, said: ReplyKind::Refused { message, help } },
+                LONGEST_REPLY,
+            )
         });
         bytes.is_ok_and(|bytes| self.replies.push(Waiting::Frame(bytes)))
     }
@@ -315,12 +318,12 @@ impl Hall {
             false => Ok(id),
         });
         let begun = welcome.and_then(|id| {
-            let said = Said::Welcome { version: VERSION, simulation: self.simulation.clone() };
+            let said = ReplyKind::Welcome { version: VERSION, simulation: self.simulation.clone() };
             write_frame(&mut &*socket, &Reply { id, said }, LONGEST_REPLY)
                 .map_err(|e| (e.to_string(), "connect again".to_string()))
         });
         if let Err(refusal) = begun {
-            let said = Said::Refused { message: refusal.0, help: refusal.1 };
+            let said = ReplyKind::Refused { message: refusal.0, help: refusal.1 };
             let _ = write_frame(&mut &*socket, &Reply { id: 0, said }, LONGEST_REPLY);
             return;
         }
@@ -348,7 +351,7 @@ impl Hall {
                 Err(FrameError::Ended) => return,
                 Err(e) => {
                     let help = "see PROTOCOL.md; the connection is closed".to_string();
-                    let said = Said::Refused { message: e.to_string(), help };
+                    let said = ReplyKind::Refused { message: e.to_string(), help };
                     if let Ok(bytes) = frame(&Reply { id: 0, said }, LONGEST_REPLY) {
                         replies.push(Waiting::Frame(bytes));
                     }
@@ -367,7 +370,7 @@ impl Hall {
         let mut patient = Patient { socket, until: now() + PATIENCE };
         let first: Request = read_frame(&mut patient, LONGEST_HELLO)
             .map_err(|e| (e.to_string(), "send hello first".to_string()))?;
-        let Ask::Hello { version, token } = first.ask else {
+        let RequestKind::Hello { version, token } = first.ask else {
             return Err(words("the first message is not hello", "send hello first"));
         };
         if !same(token.as_bytes(), self.token.as_bytes()) {
@@ -434,7 +437,7 @@ mod tests {
         unwritten.write(&mut all);
         assert!(bytes.load(Ordering::SeqCst) == 0 && all.len() <= longest, "{}", all.len());
         let read: Reply = read_frame(&mut &all[..], LONGEST_REPLY).unwrap();
-        let Said::Values { values: read, lost, .. } = read.said else { panic!("{read:?}") };
+        let ReplyKind::Values { values: read, lost, .. } = read.said else { panic!("{read:?}") };
         assert_eq!((read.len(), lost), (1000, u64::MAX));
         for (read, sent) in read.iter().zip(&values) {
             assert_eq!(read.map(f64::to_bits), Some(sent.to_bits()).filter(|_| sent.is_finite()));

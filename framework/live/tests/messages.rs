@@ -7,21 +7,21 @@ use linkwork_live::*;
 fn requests() -> Vec<Request> {
     let paths = || vec!["bob.angle".to_string(), "Lag.y".into()];
     let asks = [
-        Ask::Hello { version: VERSION, token: "0123".into() },
-        Ask::List { patterns: vec!["**".into()] },
-        Ask::Get { paths: paths() },
-        Ask::Set { path: "bob.angle".into(), value: Amount::Number(-0.25) },
-        Ask::Set { path: "bob.angle".into(), value: Amount::Text("12 deg".into()) },
-        Ask::Pin { path: "bob.*".into(), value: Some(Amount::Number(0.5)) },
-        Ask::Pin { path: "bob.*".into(), value: None },
-        Ask::Unpin { path: "**".into() },
-        Ask::Pins,
-        Ask::Watch { paths: paths(), rate: 100.0 },
-        Ask::Pause,
-        Ask::Step { steps: 7 },
-        Ask::Go,
-        Ask::Checkpoint,
-        Ask::Quit,
+        RequestKind::Hello { version: VERSION, token: "0123".into() },
+        RequestKind::List { patterns: vec!["**".into()] },
+        RequestKind::Get { paths: paths() },
+        RequestKind::Set { path: "bob.angle".into(), value: Amount::Number(-0.25) },
+        RequestKind::Set { path: "bob.angle".into(), value: Amount::Text("12 deg".into()) },
+        RequestKind::Pin { path: "bob.*".into(), value: Some(Amount::Number(0.5)) },
+        RequestKind::Pin { path: "bob.*".into(), value: None },
+        RequestKind::Unpin { path: "**".into() },
+        RequestKind::Pins,
+        RequestKind::Watch { paths: paths(), rate: 100.0 },
+        RequestKind::Pause,
+        RequestKind::Step { steps: 7 },
+        RequestKind::Go,
+        RequestKind::Checkpoint,
+        RequestKind::Quit,
     ];
     asks.into_iter().zip(1..).map(|(ask, id)| Request { id, ask }).collect()
 }
@@ -136,7 +136,8 @@ fn a_length_that_is_claimed_takes_no_memory() {
     assert!(matches!(e, FrameError::Long { length: 0xffff_ffff, most: LONGEST_REQUEST }), "{e}");
     assert_eq!(endless.0, 4, "it read on");
     // And none is written.
-    let long = Request { id: 1, ask: Ask::Get { paths: vec!["x".repeat(LONGEST_REQUEST)] } };
+    let long =
+        Request { id: 1, ask: RequestKind::Get { paths: vec!["x".repeat(LONGEST_REQUEST)] } };
     let mut out = Vec::new();
     assert!(write_frame(&mut out, &long, LONGEST_REQUEST).is_err() && out.is_empty());
 }

@@ -1,7 +1,7 @@
 //! `linkwork attach`: the client of a run that was started with `--serve`.
 use crate::exit;
 use clap::Subcommand;
-use linkwork_live::{Amount, Ask, Client, ClientError, FrameError, Said, Ticket};
+use linkwork_live::{Amount, Client, ClientError, FrameError, ReplyKind, RequestKind, Ticket};
 use linkwork_runner::assignment;
 use linkwork_runtime::Value;
 use std::path::Path;
@@ -94,13 +94,13 @@ pub fn attach(folder: &Path, command: AttachCommand) -> u8 {
 }
 
 fn names(client: &mut Client, patterns: Vec<String>) -> Result<Vec<(String, String)>, ClientError> {
-    match client.ask(Ask::List { patterns })? {
-        Said::Names { names } => Ok(names),
+    match client.ask(RequestKind::List { patterns })? {
+        ReplyKind::Names { names } => Ok(names),
         other => Err(odd(&other)),
     }
 }
 
-fn odd(said: &Said) -> ClientError {
+fn odd(said: &ReplyKind) -> ClientError {
     let message = format!("unexpected answer of the run: {said:?}");
     ClientError::Refused { message, help: "use the same version of the program for both".into() }
 }
@@ -114,8 +114,8 @@ fn done(client: &mut Client, command: AttachCommand) -> Result<(), ClientError> 
         AttachCommand::Get { patterns } => {
             let names = names(client, patterns)?;
             let paths = names.iter().map(|(name, _)| name.clone()).collect();
-            let (time, values) = match client.ask(Ask::Get { paths })? {
-                Said::Values { time, values, .. } => (time, values),
+            let (time, values) = match client.ask(RequestKind::Get { paths })? {
+                ReplyKind::Values { time, values, .. } => (time, values),
                 other => return Err(odd(&other)),
             };
             say!("{:64} {time} s", "time");
@@ -129,7 +129,7 @@ fn done(client: &mut Client, command: AttachCommand) -> Result<(), ClientError> 
         }
         AttachCommand::Set { values } => {
             let asks = values.iter().map(|written| match assignment(written) {
-                (path, Some(value)) => Ok(Ask::Set { path, value: value.into() }),
+                (path, Some(value)) => Ok(RequestKind::Set { path, value: value.into() }),
                 (_, None) => {
                     let message = format!("`{written}` lacks a `=`");
                     Err(ClientError::Refused { message, help: "write PATH=VALUE".into() })
@@ -138,18 +138,21 @@ fn done(client: &mut Client, command: AttachCommand) -> Result<(), ClientError> 
             return asks.collect::<Result<Vec<_>, _>>().and_then(|asks| change(client, asks));
         }
         AttachCommand::Pin { values } => {
-            let pin = |(path, value): (String, Option<Value>)| Ask::Pin {
+            let pin = |(path, value): (String, Option<Value>)| RequestKind::Pin {
                 path,
                 value: value.map(Amount::from),
             };
             return change(client, values.iter().map(|v| pin(assignment(v))).collect());
         }
         AttachCommand::Unpin { paths } => {
-            return change(client, paths.into_iter().map(|path| Ask::Unpin { path }).collect());
+            return change(
+                client,
+                paths.into_iter().map(|path| RequestKind::Unpin { path }).collect(),
+            );
         }
         AttachCommand::Pins => {
-            match client.ask(Ask::Pins)? {
-                Said::Pins { time, values } => {
+            match client.ask(RequestKind::Pins)? {
+                ReplyKind::Pins { time, values } => {
                     say!("{:64} {time} s", "time");
                     values.iter().for_each(|(path, value)| say!("{path:64} {value}"));
                 }
@@ -157,15 +160,15 @@ fn done(client: &mut Client, command: AttachCommand) -> Result<(), ClientError> 
             }
             return Ok(());
         }
-        AttachCommand::Pause => Ask::Pause,
-        AttachCommand::Step { steps } => Ask::Step { steps },
-        AttachCommand::Go => Ask::Go,
-        AttachCommand::Checkpoint => Ask::Checkpoint,
-        AttachCommand::Quit => Ask::Quit,
+        AttachCommand::Pause => RequestKind::Pause,
+        AttachCommand::Step { steps } => RequestKind::Step { steps },
+        AttachCommand::Go => RequestKind::Go,
+        AttachCommand::Checkpoint => RequestKind::Checkpoint,
+        AttachCommand::Quit => RequestKind::Quit,
     };
     match client.ask(ask)? {
-        Said::Done { time } => say!("t = {time} s"),
-        Said::Checkpoint { file } => say!("{file}"),
+        ReplyKind::Done { time } => say!("t = {time} s"),
+        ReplyKind::Checkpoint { file } => say!("{file}"),
         other => return Err(odd(&other)),
     }
     Ok(())
@@ -183,7 +186,7 @@ fn watch(
 ) -> Result<(), ClientError> {
     let paths: Vec<String> = names(client, patterns)?.into_iter().map(|(name, _)| name).collect();
     say!("time {}", paths.join(" "));
-    let id = client.send(Ask::Watch { paths, rate })?;
+    let id = client.send(RequestKind::Watch { paths, rate })?;
     let mut lines = 0;
     while count != Some(lines) {
         let reply = match client.receive() {
@@ -192,12 +195,14 @@ fn watch(
             reply => reply?,
         };
         match reply.said {
-            Said::Values { time, values, .. } if reply.id == id => {
+            ReplyKind::Values { time, values, .. } if reply.id == id => {
                 let values: Vec<String> = values.into_iter().map(number).collect();
                 say!("{time} {}", values.join(" "));
                 lines += 1;
             }
-            Said::Refused { message, help } => return Err(ClientError::Refused { message, help }),
+            ReplyKind::Refused { message, help } => {
+                return Err(ClientError::Refused { message, help });
+            }
             _ => {}
         }
     }
@@ -205,10 +210,10 @@ fn watch(
 }
 
 /// Sends requests in this order, and prints what each has changed.
-fn change(client: &mut Client, asks: Vec<Ask>) -> Result<(), ClientError> {
+fn change(client: &mut Client, asks: Vec<RequestKind>) -> Result<(), ClientError> {
     for ask in asks {
         match client.ask(ask)? {
-            Said::Changed { time, values } => {
+            ReplyKind::Changed { time, values } => {
                 values.iter().for_each(|(path, value)| say!("{path} = {value} at t = {time} s"));
             }
             other => return Err(odd(&other)),

@@ -4,7 +4,7 @@ use crate::strands::{self, Places};
 use linkwork_assembly::form::{ArrowForm, ViewForm};
 use linkwork_assembly::patterns::{match_patterns, path_matches};
 use linkwork_assembly::{BodyShape, Loaded, Text};
-use linkwork_collision::{Seen, box_of_inertia};
+use linkwork_collision::{VisualShape, box_of_inertia};
 use linkwork_multibody::Body;
 use linkwork_runtime::{
     Fault, Located, Place, Plan, Program, Seconds, ServiceObject, Unit, Value, remedy,
@@ -124,7 +124,7 @@ fn boxes(plan: &Plan) -> Vec<Shape> {
             body: body.name().to_string(),
             name: "inertia".into(),
             pose,
-            form: Seen::Shape(form),
+            form: VisualShape::Shape(form),
             color: bytes(GREY),
             phases: Vec::new(),
         })

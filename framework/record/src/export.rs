@@ -134,7 +134,7 @@ impl Head {
         let mut file = ParquetFile::new(out, "log", like, about).map_err(write)?;
         let of: BTreeMap<&str, usize> =
             self.units.keys().enumerate().map(|(k, name)| (name.as_str(), k)).collect();
-        let mut held = Held { rows: BTreeMap::new(), width: titles.len() };
+        let mut held = RowBuffer { rows: BTreeMap::new(), width: titles.len() };
         let (mut rows, mut newest) = (0, 0);
         let end = walk_log::<ExportError>(log, |entry| {
             let Entry::Numbers { ns, values } = entry else { return Ok(()) };
@@ -169,12 +169,12 @@ impl Head {
 }
 
 /// Buffered rows, by their times (ns).
-struct Held {
+struct RowBuffer {
     rows: BTreeMap<u64, Vec<Option<f64>>>,
     width: usize,
 }
 
-impl Held {
+impl RowBuffer {
     /// Writes the rows before `until` (ns), or all rows; returns their number.
     fn give(
         &mut self,

@@ -3,7 +3,7 @@ use crate::ballast::Ballast;
 use foxglove::Encode;
 use foxglove::messages::{CompressedImage, Timestamp};
 use linkwork_render::Picture;
-use linkwork_runtime::{Group, Program, Sample, Seconds, Seen, Shows};
+use linkwork_runtime::{FieldSample, Group, Program, Sample, Seconds, Shows};
 use std::collections::BTreeMap;
 use std::io::BufWriter;
 
@@ -46,7 +46,7 @@ impl Camera {
     /// Writes the message of a sample with a new image.
     pub fn message(&mut self, row: &Sample, out: &mut Vec<u8>) -> Result<bool, String> {
         let shown = row.shown.iter().flatten().next();
-        let seen = shown.and_then(|shown| shown.downcast_ref::<Seen<Picture>>());
+        let seen = shown.and_then(|shown| shown.downcast_ref::<FieldSample<Picture>>());
         let Some(picture) = seen.map(|s| &s.data).filter(|p| p.number != self.number) else {
             return Ok(false);
         };

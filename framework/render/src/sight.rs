@@ -3,7 +3,7 @@
 use crate::detector::Image;
 use crate::error::RenderError;
 use crate::lens::Lens;
-use linkwork_collision::{Seen, Shape};
+use linkwork_collision::{Shape, VisualShape};
 use linkwork_runtime::Shows;
 use linkwork_spatial::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
@@ -59,10 +59,10 @@ impl Picture {
 ///
 /// # Errors
 /// A mesh that cannot be read, with its file.
-pub fn shape_of(seen: &Seen) -> Result<Shape, RenderError> {
+pub fn shape_of(seen: &VisualShape) -> Result<Shape, RenderError> {
     match seen {
-        Seen::Shape(shape) => Ok(shape.clone()),
-        Seen::File { file, scale } => {
+        VisualShape::Shape(shape) => Ok(shape.clone()),
+        VisualShape::File { file, scale } => {
             let fault = |fact: String| RenderError::File { file: file.clone(), fact };
             let corners = linkwork_formats::mesh_corners(Path::new(file)).map_err(fault)?;
             let vertices = corners.iter().map(|p| p.component_mul(scale)).collect();

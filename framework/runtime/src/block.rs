@@ -6,7 +6,7 @@ use crate::jacobian::{Jacobian, Operation};
 use crate::model::{Description, Fired, Model, Store};
 use crate::overlay::SharedOverlay;
 use crate::ports::{Lanes, Text};
-use crate::shown::Shown;
+use crate::shown::SharedField;
 use crate::time::Clock;
 use crate::value::Value;
 use smallvec::SmallVec;
@@ -24,7 +24,7 @@ pub enum Evaluation {
 
 /// The time of an evaluation.
 #[derive(Clone, Copy, Debug)]
-pub struct Now {
+pub struct EvalTime {
     /// Simulated time (s) of this evaluation.
     pub t: f64,
     /// Integration step (s).
@@ -94,13 +94,13 @@ pub struct Wiring {
 /// anything else in a block is scratch memory.
 pub trait Block: Send {
     /// Computes the outputs that depend on state only.
-    fn outputs(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome;
+    fn outputs(&mut self, now: &EvalTime, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome;
     /// Computes the feedthrough outputs.
-    fn feedthrough(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome;
+    fn feedthrough(&mut self, now: &EvalTime, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome;
     /// Computes the derivatives of the continuous state.
     fn derivatives(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         x: &[f64],
         d: &[f64],
         sig: &[f64],
@@ -111,18 +111,18 @@ pub trait Block: Send {
     fn jacobian(
         &mut self,
         _operation: Operation,
-        _now: &Now,
+        _now: &EvalTime,
         _at: (&[f64], &[f64], &[f64]),
         _out: &mut Jacobian,
     ) -> Outcome {
         Ok(())
     }
     /// Computes the next discrete state in place, which is safe because other blocks read signals, never `d`.
-    fn update(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome;
+    fn update(&mut self, now: &EvalTime, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome;
     /// Computes the values of the guards.
     fn guards(
         &mut self,
-        _now: &Now,
+        _now: &EvalTime,
         _x: &[f64],
         _d: &[f64],
         _sig: &[f64],
@@ -131,13 +131,13 @@ pub trait Block: Send {
         Ok(())
     }
     /// Discrete state that follows from the present levels, in place: [`Model::mode`].
-    fn mode(&mut self, _now: &Now, _x: &[f64], _d: &mut [f64], _sig: &[f64]) -> Outcome {
+    fn mode(&mut self, _now: &EvalTime, _x: &[f64], _d: &mut [f64], _sig: &[f64]) -> Outcome {
         Ok(())
     }
     /// State after guards reached zero.
     fn handle_event(
         &mut self,
-        _now: &Now,
+        _now: &EvalTime,
         _which: Fired<'_>,
         _x: &mut [f64],
         _d: &mut [f64],
@@ -148,7 +148,7 @@ pub trait Block: Send {
     /// What is allowed and probably not meant, seen at the start of a run.
     fn startup_warnings(
         &mut self,
-        _now: &Now,
+        _now: &EvalTime,
         _x: &[f64],
         _d: &[f64],
         _sig: &[f64],
@@ -158,7 +158,7 @@ pub trait Block: Send {
     /// Returns a warning about a guard that is due, before it fires; it may stop the run. One guard of `which` is due.
     fn runtime_warning(
         &mut self,
-        _now: &Now,
+        _now: &EvalTime,
         _which: Fired<'_>,
         _x: &[f64],
         _d: &[f64],
@@ -180,17 +180,17 @@ pub trait Block: Send {
     }
     /// A step of `h` s by a method of its own, before the other states are integrated. Outputs
     /// that no operation writes are written here.
-    fn advance(&mut self, _now: &Now, _h: f64, _x: &mut [f64], _sig: &mut [f64]) -> Outcome {
+    fn advance(&mut self, _now: &EvalTime, _h: f64, _x: &mut [f64], _sig: &mut [f64]) -> Outcome {
         Ok(())
     }
     /// Fills in what [`Prototype::accounts`] names, at the state of the last evaluation.
-    fn accounts(&mut self, _now: &Now, _x: &[f64], _sig: &[f64], _out: &mut [f64]) {}
+    fn accounts(&mut self, _now: &EvalTime, _x: &[f64], _sig: &[f64], _out: &mut [f64]) {}
     /// Returns a warning about the last step of [`Block::advance`]; each block warns once in a run.
     fn warns(&mut self) -> Option<BuildError> {
         None
     }
     /// Of a field: itself with its data, as its readers see it.
-    fn shown(&self) -> Option<Shown> {
+    fn shown(&self) -> Option<SharedField> {
         None
     }
     /// What it shows on the ground.
@@ -198,7 +198,7 @@ pub trait Block: Send {
         None
     }
     /// Takes the field that it reads, or lets go of it.
-    fn see(&mut self, _shown: Option<&Shown>) {}
+    fn see(&mut self, _shown: Option<&SharedField>) {}
     /// The store as bytes; empty when the model has none.
     ///
     /// # Errors
@@ -412,7 +412,7 @@ struct Wired<M: Model> {
 impl Wiring {
     /// The clock of a model with this wiring.
     #[inline(always)]
-    pub fn clock(&self, now: &Now) -> Clock {
+    pub fn clock(&self, now: &EvalTime) -> Clock {
         let since = now.tick.saturating_sub(self.offset);
         match since.checked_div(self.period) {
             None => Clock {
@@ -450,12 +450,12 @@ impl<M: Model> Wired<M> {
 }
 
 impl<M: Model> Block for Wired<M> {
-    fn outputs(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
+    fn outputs(&mut self, now: &EvalTime, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
         let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
         self.model.outputs(&c, &x, &d, &self.store).put(&mut sig[self.w.ym..]);
         Ok(())
     }
-    fn feedthrough(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, now: &EvalTime, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
         let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
         let ud = M::FeedthroughInputs::gather(sig, &self.w.ud);
         self.model.feedthrough(&c, &x, &d, &ud, &self.store).put(&mut sig[self.w.yd..]);
@@ -463,7 +463,7 @@ impl<M: Model> Block for Wired<M> {
     }
     fn derivatives(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         x: &[f64],
         d: &[f64],
         sig: &[f64],
@@ -480,7 +480,7 @@ impl<M: Model> Block for Wired<M> {
         rate.put(&mut xdot[self.w.x..]);
         Ok(())
     }
-    fn update(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
+    fn update(&mut self, now: &EvalTime, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
         let (c, x, old) = (self.w.clock(now), self.x(x), self.d(d));
         let (u, ud) = self.inputs(sig);
         let new = self.model.update(&c, &x, &old, &u, &ud, &mut self.store);
@@ -491,7 +491,7 @@ impl<M: Model> Block for Wired<M> {
     }
     fn guards(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         x: &[f64],
         d: &[f64],
         sig: &[f64],
@@ -502,7 +502,7 @@ impl<M: Model> Block for Wired<M> {
         self.model.guards(&c, &x, &d, &u, &ud, &self.store).put(values);
         Ok(())
     }
-    fn mode(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
+    fn mode(&mut self, now: &EvalTime, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
         let (c, x, old) = (self.w.clock(now), self.x(x), self.d(d));
         let ud = M::FeedthroughInputs::gather(sig, &self.w.ud);
         let new = self.model.mode(&c, &x, &old, &ud, &self.store);
@@ -513,7 +513,7 @@ impl<M: Model> Block for Wired<M> {
     }
     fn handle_event(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         which: Fired<'_>,
         x: &mut [f64],
         d: &mut [f64],
@@ -532,7 +532,7 @@ impl<M: Model> Block for Wired<M> {
     }
     fn startup_warnings(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         x: &[f64],
         d: &[f64],
         sig: &[f64],
@@ -543,7 +543,7 @@ impl<M: Model> Block for Wired<M> {
     }
     fn runtime_warning(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         which: Fired<'_>,
         x: &[f64],
         d: &[f64],
@@ -556,7 +556,7 @@ impl<M: Model> Block for Wired<M> {
     fn overlay(&self) -> Option<SharedOverlay> {
         self.model.overlay(&self.store)
     }
-    fn see(&mut self, shown: Option<&Shown>) {
+    fn see(&mut self, shown: Option<&SharedField>) {
         self.store.see(shown);
     }
     fn save_store(&self) -> Result<Vec<u8>, String> {

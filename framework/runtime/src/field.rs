@@ -3,13 +3,13 @@
 //! A field is a part that owns data. Other parts *read* the data as of the last row through a [`View`] in their store, and *write* by outputs, their
 //! imprints. At its own ticks, after all other updates of the row, the field reads its inputs and all imprints in path order and updates its data.
 //! Therefore the result does not depend on the order of parts, and the data are saved, forked and replayed like any other state.
-use crate::block::{Block, Now, Outcome, Prototype, Wiring, copy_into};
+use crate::block::{Block, EvalTime, Outcome, Prototype, Wiring, copy_into};
 use crate::error::BuildError;
 use crate::model::{Description, Functions, Store, lanes};
 use crate::overlay::SharedOverlay;
 use crate::params::Params;
 use crate::ports::{Lanes, PortSpec};
-use crate::shown::Shown;
+use crate::shown::SharedField;
 use crate::time::Clock;
 use crate::value::Value;
 use serde::de::DeserializeOwned;
@@ -63,20 +63,20 @@ pub trait Field: Sized + Send + Sync + 'static {
 
 /// A field with its data at one instant.
 #[derive(Clone)]
-pub struct Seen<D> {
-    field: Shown,
+pub struct FieldSample<D> {
+    field: SharedField,
     /// The data.
     pub data: D,
 }
 
 /// Read access of a part to the data of a field; empty if the simulation has no such field. It is part of a store but is not saved with it, because
 /// the field itself is saved.
-pub struct View<D: Shows>(Option<Arc<Seen<D>>>);
+pub struct View<D: Shows>(Option<Arc<FieldSample<D>>>);
 
 impl<D: Shows> View<D> {
     /// Creates a view of a field with given data, for tests.
     pub fn of<F: Field<Data = D>>(field: F, data: D) -> Self {
-        View(Some(Arc::new(Seen { field: Arc::new(field), data })))
+        View(Some(Arc::new(FieldSample { field: Arc::new(field), data })))
     }
     /// The data.
     #[inline]
@@ -89,8 +89,8 @@ impl<D: Shows> View<D> {
         self.0.as_ref().and_then(|seen| Some((seen.field.downcast_ref::<F>()?, &seen.data)))
     }
     /// Sets or releases the viewed data; data of another type are ignored.
-    pub fn see(&mut self, shown: Option<&Shown>) {
-        self.0 = shown.and_then(|shown| shown.clone().downcast::<Seen<D>>().ok());
+    pub fn see(&mut self, shown: Option<&SharedField>) {
+        self.0 = shown.and_then(|shown| shown.clone().downcast::<FieldSample<D>>().ok());
     }
 }
 
@@ -116,7 +116,7 @@ impl<'de, D: Shows> Deserialize<'de> for View<D> {
 }
 impl<D: Shows> Store for View<D> {
     const READS: Option<&'static str> = Some(D::KIND);
-    fn see(&mut self, shown: Option<&Shown>) {
+    fn see(&mut self, shown: Option<&SharedField>) {
         View::see(self, shown);
     }
 }
@@ -166,7 +166,7 @@ impl<F: Field> Prototype for BuiltField<F> {
         }
     }
     fn block(&self, w: Wiring) -> Box<dyn Block> {
-        let seen = Arc::new(Seen { field: self.field.clone(), data: self.field.start() });
+        let seen = Arc::new(FieldSample { field: self.field.clone(), data: self.field.start() });
         let own = lanes(&F::inputs(Some(&self.field)));
         let n = (w.u.len() - own).checked_div(F::Imprint::N).unwrap_or(0);
         Box::new(WiredField::<F> {
@@ -187,7 +187,7 @@ pub(crate) fn imprint_port(k: usize, port: &str) -> String {
 struct WiredField<F: Field> {
     w: Wiring,
     field: Arc<F>,
-    seen: Arc<Seen<F::Data>>,
+    seen: Arc<FieldSample<F::Data>>,
     /// Work space.
     imprints: Vec<F::Imprint>,
     /// Values of the field's own inputs.
@@ -195,16 +195,23 @@ struct WiredField<F: Field> {
 }
 
 impl<F: Field> Block for WiredField<F> {
-    fn outputs(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn outputs(&mut self, _: &EvalTime, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
         Ok(())
     }
-    fn feedthrough(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, _: &EvalTime, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
         Ok(())
     }
-    fn derivatives(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn derivatives(
+        &mut self,
+        _: &EvalTime,
+        _: &[f64],
+        _: &[f64],
+        _: &[f64],
+        _: &mut [f64],
+    ) -> Outcome {
         Ok(())
     }
-    fn update(&mut self, now: &Now, _: &[f64], _: &mut [f64], sig: &[f64]) -> Outcome {
+    fn update(&mut self, now: &EvalTime, _: &[f64], _: &mut [f64], sig: &[f64]) -> Outcome {
         let (own, written) = self.w.u.split_at(self.own.len());
         self.own.iter_mut().zip(own).for_each(|(u, lane)| *u = sig[*lane as usize]);
         self.imprints.clear();
@@ -215,7 +222,7 @@ impl<F: Field> Block for WiredField<F> {
         self.field.update(&self.w.clock(now), data, &self.imprints, &self.own);
         Ok(())
     }
-    fn shown(&self) -> Option<Shown> {
+    fn shown(&self) -> Option<SharedField> {
         Some(self.seen.clone())
     }
     fn overlay(&self) -> Option<SharedOverlay> {
@@ -226,18 +233,20 @@ impl<F: Field> Block for WiredField<F> {
     }
     fn load_store(&mut self, bytes: &[u8]) -> Result<(), String> {
         let data = rmp_serde::from_slice(bytes).map_err(|e| e.to_string())?;
-        self.seen = Arc::new(Seen { field: self.field.clone(), data });
+        self.seen = Arc::new(FieldSample { field: self.field.clone(), data });
         Ok(())
     }
     fn copy_store(&self, into: &mut Option<Box<dyn Any + Send>>) {
         copy_into(&self.seen, into);
     }
     fn take_store(&mut self, from: &dyn Any) {
-        if let Some(seen) = from.downcast_ref::<Arc<Seen<F::Data>>>() {
+        if let Some(seen) = from.downcast_ref::<Arc<FieldSample<F::Data>>>() {
             // The field keeps the parameters of this plan; only the data are carried over.
             self.seen = match Arc::ptr_eq(&seen.field, &self.seen.field) {
                 true => seen.clone(),
-                false => Arc::new(Seen { field: self.field.clone(), data: seen.data.clone() }),
+                false => {
+                    Arc::new(FieldSample { field: self.field.clone(), data: seen.data.clone() })
+                }
             };
         }
     }

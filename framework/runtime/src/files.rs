@@ -1,5 +1,5 @@
 //! Files that a configuration names: search folders and fingerprints of contents.
-use crate::made::Made;
+use crate::made::ServiceCache;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,7 +12,7 @@ pub struct Files {
     /// Files that were found: name and fingerprint of the content; shared by copies.
     pub(crate) found: Arc<std::sync::Mutex<BTreeMap<String, u64>>>,
     /// Services of earlier compilations, which this one may share.
-    pub(crate) made: Option<Arc<Made>>,
+    pub(crate) made: Option<Arc<ServiceCache>>,
     /// Texts embedded in the program, by name; used if no folder has the file.
     embedded: Arc<BTreeMap<String, String>>,
 }
@@ -31,7 +31,7 @@ impl Files {
 
     /// Shares services between compilations with the same `made`.
     #[must_use]
-    pub fn sharing(self, made: Arc<Made>) -> Files {
+    pub fn sharing(self, made: Arc<ServiceCache>) -> Files {
         Files { made: Some(made), ..self }
     }
 

@@ -58,18 +58,18 @@ mod world;
 pub use account::Account;
 pub use binding::{BindSpec, BindTarget};
 pub use block::{
-    Block, Carried, Evaluation, Failure, Indices, Named, Now, Outcome, Prototype, Wiring,
+    Block, Carried, EvalTime, Evaluation, Failure, Indices, Named, Outcome, Prototype, Wiring,
 };
 pub use catalogue::{Catalogue, Entry, Foreign, Making, PartType};
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile, known_variables};
 pub use condition::{Condition, ConditionError, Times};
 pub use error::BuildError;
-pub use field::{Field, Seen, Shows, View};
+pub use field::{Field, FieldSample, Shows, View};
 pub use files::Files;
 pub use jacobian::{Jacobian, Operation};
 pub use linkwork_multibody::names::{did_you_mean, nearest};
-pub use made::Made;
+pub use made::ServiceCache;
 pub use mechanism::{
     Closing, ContactSpec, Frame, KinematicSpec, MechanismPart, MechanismPlan, MechanismPorts,
     MechanismSpec, Passing, PlaceError, Placed, Placement, RankReport, place_on_terrain,
@@ -99,14 +99,14 @@ pub use services::{
     Air, Atmosphere, Gravity, Ground, Handle, Light, Provided, Rock, SOLAR_CONSTANT,
     SPEED_OF_LIGHT, ServiceKind, ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,
 };
-pub use shown::Shown;
+pub use shown::SharedField;
 pub use site::{Axes, Site};
 pub use sized::{SizedModel, SizedPorts};
 pub use spec::{Accuracy, Integrator, PartSpec, PortRef, Spec, WireSpec, WireTiming};
 pub use start::{Anomaly, BodyStart, Start, StartFrame, TwoLineSource};
 pub use step::{
-    GuardState, MoveReport, Notice, Observer, Profile, RunError, Simulation, Spent, State, Stop,
-    Stretch, VariableError, Wanted,
+    GuardState, MoveReport, Notice, Observer, ObserverRequest, Profile, RunError, Simulation,
+    Spent, State, Stop, Stretch, VariableError,
 };
 pub use surroundings::{Vertical, needs_level_ground};
 pub use time::{Clock, IntoSeconds, Seconds};

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 /// Services as they were made last, by the path of their part: one for each path is kept.
 #[derive(Default)]
-pub struct Made(Mutex<BTreeMap<String, One>>);
+pub struct ServiceCache(Mutex<BTreeMap<String, One>>);
 
 #[derive(Clone)]
 pub(crate) struct One {
@@ -16,13 +16,13 @@ pub(crate) struct One {
     pub object: ServiceObject,
 }
 
-impl Made {
+impl ServiceCache {
     pub(crate) fn with<R>(&self, f: impl FnOnce(&mut BTreeMap<String, One>) -> R) -> R {
         f(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
-impl std::fmt::Debug for Made {
+impl std::fmt::Debug for ServiceCache {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.with(|all| f.debug_set().entries(all.keys()).finish())
     }

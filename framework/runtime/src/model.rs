@@ -3,7 +3,7 @@ use crate::error::BuildError;
 use crate::overlay::SharedOverlay;
 use crate::params::{ParamSpec, Params};
 use crate::ports::{Lanes, PortSpec, Text};
-use crate::shown::{BINDING, Shown};
+use crate::shown::{BINDING, SharedField};
 use crate::time::Clock;
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -44,7 +44,7 @@ pub trait Store: Serialize + DeserializeOwned + Clone + Default + Send + Sync + 
     /// Kind of field that the view in it sees.
     const READS: Option<&'static str> = None;
     /// Hands the field to the view in it, or takes it away.
-    fn see(&mut self, _shown: Option<&Shown>) {}
+    fn see(&mut self, _shown: Option<&SharedField>) {}
 }
 impl Store for () {}
 impl<T: Serialize + DeserializeOwned + Clone + Send + Sync + 'static> Store for Vec<T> {}

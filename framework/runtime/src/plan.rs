@@ -92,7 +92,7 @@ pub struct Plan {
     /// Algebraic loops that are solved.
     pub loops: Vec<Loop>,
     /// Parts that ask services at their nodes.
-    pub asked: Vec<Asked>,
+    pub asked: Vec<ServiceQuery>,
     /// The start of a machine that was put down at rest; without one it is what the parts say.
     pub rest: Option<SettledStart>,
     /// What is allowed and probably not meant.
@@ -137,7 +137,7 @@ impl Flow {
 
 /// A part that asks a service at a node that is bound to it.
 #[derive(Clone)]
-pub struct Asked {
+pub struct ServiceQuery {
     /// Its block.
     pub part: u32,
     /// Path of the service.

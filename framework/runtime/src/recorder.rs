@@ -3,7 +3,7 @@
 //! A recorder reads the state and never writes it (rule 6 of ARCHITECTURE.md). The ring is bounded, so nothing grows
 //! (rule 12 of ARCHITECTURE.md). The caller that starts a recorder chooses what happens with a slow consumer: a log makes the run wait and loses
 //! nothing; a viewer makes it wait for a limited total time and then loses rows, which are counted.
-use crate::rows::{Group, Kept, Rows, Sample, Sink};
+use crate::rows::{Group, RowHistory, Rows, Sample, Sink};
 use crate::step::Simulation;
 use crate::time::nanoseconds;
 use std::sync::mpsc::{
@@ -168,7 +168,7 @@ impl Recorder {
     /// # Errors
     /// Returns a message if serialization fails.
     pub fn carry(&self) -> Result<Vec<u8>, String> {
-        let kept: Vec<Kept> = self.groups.iter().map(Rows::keep).collect();
+        let kept: Vec<RowHistory> = self.groups.iter().map(Rows::keep).collect();
         rmp_serde::to_vec(&kept).map_err(|e| format!("the rows that wait: {e}"))
     }
 
@@ -178,7 +178,8 @@ impl Recorder {
     /// Returns a message if the history does not fit a group; its rows then begin after the current tick.
     pub fn resume(&mut self, carried: &[u8], sim: &Simulation) -> Result<(), String> {
         let bad = |e: String| format!("what the checkpoint remembers of the rows before it: {e}");
-        let kept: Vec<Kept> = rmp_serde::from_slice(carried).map_err(|e| bad(e.to_string()))?;
+        let kept: Vec<RowHistory> =
+            rmp_serde::from_slice(carried).map_err(|e| bad(e.to_string()))?;
         self.groups.iter_mut().try_for_each(|rows| rows.take(&kept, sim)).map_err(bad)
     }
 

@@ -13,7 +13,7 @@ use crate::noise;
 use crate::overlay::SharedOverlay;
 use crate::plan::Plan;
 use crate::schedule::Schedule;
-use crate::shown::Shown;
+use crate::shown::SharedField;
 use crate::step::Simulation;
 use crate::time::{Seconds, nanoseconds};
 use crate::variable::Place;
@@ -36,7 +36,7 @@ pub struct Sample {
     /// Values, as the group lists them.
     pub values: Vec<f64>,
     /// Data of the group's fields; `None` for fields that the phase does not have.
-    pub shown: Vec<Option<Shown>>,
+    pub shown: Vec<Option<SharedField>>,
     /// Ground overlays of the group's parts; `None` for parts that the phase does not have.
     pub overlays: Vec<Option<SharedOverlay>>,
 }
@@ -189,7 +189,7 @@ struct Window {
 
 /// History that decides about future rows; part of checkpoints.
 #[derive(Serialize, Deserialize)]
-pub(crate) struct Kept {
+pub(crate) struct RowHistory {
     /// Hash of the group.
     pub of: u64,
     seen: Option<u64>,
@@ -382,10 +382,10 @@ impl Rows {
         self.window.as_ref().is_some_and(|w| !w.met).then_some(&*around.when.text)
     }
 
-    pub(crate) fn keep(&self) -> Kept {
+    pub(crate) fn keep(&self) -> RowHistory {
         let w = self.window.as_ref();
         let ring = || w.into_iter().flat_map(|w| &w.ring);
-        Kept {
+        RowHistory {
             of: self.of,
             seen: self.seen,
             last: self.last.as_ref().map(|l| l.iter().map(|x| x.to_bits()).collect()),
@@ -398,7 +398,7 @@ impl Rows {
     }
 
     /// Continues from a checkpoint at the tick of `sim`. The row of that tick is sent if the run that wrote the checkpoint had not sent it.
-    pub(crate) fn take(&mut self, kept: &[Kept], sim: &Simulation) -> Result<(), String> {
+    pub(crate) fn take(&mut self, kept: &[RowHistory], sim: &Simulation) -> Result<(), String> {
         let Some(kept) = kept.iter().find(|k| k.of == self.of) else {
             let remembers = self.group.on_change || self.window.is_some();
             return if remembers { Err("it is of other rules".into()) } else { Ok(()) };

@@ -1,7 +1,7 @@
 //! Visible scene: the shapes of the bodies, for cameras and lidars.
 use crate::pattern;
 use crate::ports::{Lane, NodeState, PortKind, PortSpec};
-use linkwork_collision::Seen;
+use linkwork_collision::VisualShape;
 use linkwork_spatial::Pose;
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ pub struct Sight {
     /// The shape's frame in the body.
     pub pose: Pose,
     /// What it is.
-    pub form: Seen,
+    pub form: VisualShape,
     /// Red, green, blue: 0 … 1.
     pub color: [f64; 3],
 }
@@ -118,7 +118,7 @@ mod tests {
             body: body.into(),
             name: name.into(),
             pose: Pose::translation(x, 0.0, 0.0),
-            form: Seen::Shape(Shape::Sphere { radius: 1.0 }),
+            form: VisualShape::Shape(Shape::Sphere { radius: 1.0 }),
             color: PLAIN,
         }
     }

@@ -1,11 +1,13 @@
 //! Models whose ports follow from their parameters: n wheels, n tanks, a table of thrusters. They read and write slices in the
 //! order of their ports.
-use crate::block::{Block, Now, Outcome, Prototype, Wiring, copy_into, read_store, store_bytes};
+use crate::block::{
+    Block, EvalTime, Outcome, Prototype, Wiring, copy_into, read_store, store_bytes,
+};
 use crate::error::BuildError;
 use crate::model::{Description, Fired, Functions, Store, lanes};
 use crate::params::Params;
 use crate::ports::{PortSpec, Text};
-use crate::shown::Shown;
+use crate::shown::SharedField;
 use crate::time::Clock;
 use crate::value::Value;
 use std::any::Any;
@@ -207,13 +209,13 @@ impl<M: SizedModel> WiredSized<M> {
 }
 
 impl<M: SizedModel> Block for WiredSized<M> {
-    fn outputs(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
+    fn outputs(&mut self, now: &EvalTime, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
         let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
         let y = &mut sig[self.w.ym..self.w.ym + self.sizes[2]];
         self.model.outputs(&c, x, d, &self.store, y);
         Ok(())
     }
-    fn feedthrough(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, now: &EvalTime, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
         self.gather(sig);
         let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
         let y = &mut sig[self.w.yd..self.w.yd + self.sizes[3]];
@@ -222,7 +224,7 @@ impl<M: SizedModel> Block for WiredSized<M> {
     }
     fn derivatives(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         x: &[f64],
         d: &[f64],
         sig: &[f64],
@@ -234,7 +236,7 @@ impl<M: SizedModel> Block for WiredSized<M> {
         self.model.derivatives(&c, x, d, &self.u, &self.store, rates);
         Ok(())
     }
-    fn update(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
+    fn update(&mut self, now: &EvalTime, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
         self.gather(sig);
         let (c, x) = (self.w.clock(now), self.x(x));
         let d = &mut d[self.w.d..self.w.d + self.sizes[1]];
@@ -243,7 +245,7 @@ impl<M: SizedModel> Block for WiredSized<M> {
     }
     fn guards(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         x: &[f64],
         d: &[f64],
         sig: &[f64],
@@ -256,7 +258,7 @@ impl<M: SizedModel> Block for WiredSized<M> {
     }
     fn handle_event(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         which: Fired<'_>,
         x: &mut [f64],
         d: &mut [f64],
@@ -269,7 +271,7 @@ impl<M: SizedModel> Block for WiredSized<M> {
         self.model.handle_event(&c, which, x, d, &self.u, &mut self.store);
         Ok(())
     }
-    fn see(&mut self, shown: Option<&Shown>) {
+    fn see(&mut self, shown: Option<&SharedField>) {
         self.store.see(shown);
     }
     fn save_store(&self) -> Result<Vec<u8>, String> {

@@ -72,7 +72,7 @@ fn a_changed_file_of_the_world_changes_what_depends_on_it() {
         part("y", "t.integrator", &[], None),
     ];
     let spec = spec(parts, &[]);
-    let made = Arc::new(Made::default());
+    let made = Arc::new(ServiceCache::default());
     let pull = |mu: &str| {
         std::fs::write(folder.join(name), mu).unwrap();
         let files = Files::of(vec![folder.clone()]).sharing(made.clone());

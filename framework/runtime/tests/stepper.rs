@@ -72,20 +72,27 @@ struct Stepping {
 }
 
 impl Block for Stepping {
-    fn outputs(&mut self, _: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
+    fn outputs(&mut self, _: &EvalTime, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         sig[self.w.ym] = x[self.w.x];
         Ok(())
     }
-    fn feedthrough(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, _: &EvalTime, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
         Ok(())
     }
-    fn derivatives(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn derivatives(
+        &mut self,
+        _: &EvalTime,
+        _: &[f64],
+        _: &[f64],
+        _: &[f64],
+        _: &mut [f64],
+    ) -> Outcome {
         Ok(())
     }
-    fn update(&mut self, _: &Now, _: &[f64], _: &mut [f64], _: &[f64]) -> Outcome {
+    fn update(&mut self, _: &EvalTime, _: &[f64], _: &mut [f64], _: &[f64]) -> Outcome {
         Ok(())
     }
-    fn advance(&mut self, _: &Now, h: f64, x: &mut [f64], sig: &mut [f64]) -> Outcome {
+    fn advance(&mut self, _: &EvalTime, h: f64, x: &mut [f64], sig: &mut [f64]) -> Outcome {
         let (push, h) = (sig[self.w.u[0] as usize], h / f64::from(PIECES));
         if push > 100.0 {
             let help = Some("push less".to_string());

@@ -44,10 +44,10 @@ const LOOSE: f64 = 1e-6;
 type Choice = fn(ConstraintId) -> ConstraintMethod;
 
 /// Constraint method of each loop; `None` is the fully augmented solver.
-type Way = Option<Choice>;
+type MethodChoice = Option<Choice>;
 
 /// Linkwork's methods: tree-augmented, embedded, every second loop embedded, automatic choice, fully augmented.
-const WAYS: [(&str, Way); 5] = [
+const WAYS: [(&str, MethodChoice); 5] = [
     ("TA", Some(|_| ConstraintMethod::Augment)),
     ("CE", Some(|_| ConstraintMethod::Embed)),
     (
@@ -175,7 +175,7 @@ fn row(case: &Case, peer: Option<&Path>) -> Measured {
     let own = answers[1..].iter().map(|a| difference(a, &answers[0])).fold(0.0, f64::max);
     // Alternate between Linkwork and Pinocchio, twice, because the clock rate of a busy machine drifts.
     let only = std::env::args().find_map(|a| a.strip_prefix("--way=").map(str::to_owned));
-    let timed = |name: &str, way: Way| match &only {
+    let timed = |name: &str, way: MethodChoice| match &only {
         Some(only) if only != name => f64::INFINITY,
         _ => time(&tree, &states, way),
     };
@@ -223,7 +223,7 @@ fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 type Solve<'t> = Box<dyn FnMut(&State, &mut [f64], &mut [f64]) + 't>;
 
 /// Returns a function from the forces of a state to its accelerations, kinematics included.
-fn solver(tree: &Tree, way: Way) -> Solve<'_> {
+fn solver(tree: &Tree, way: MethodChoice) -> Solve<'_> {
     let mut ws = Workspace::new(tree);
     ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
     match way {
@@ -244,7 +244,7 @@ fn solver(tree: &Tree, way: Way) -> Solve<'_> {
     }
 }
 
-fn accelerations(tree: &Tree, states: &[State], way: Way) -> Vec<Vec<f64>> {
+fn accelerations(tree: &Tree, states: &[State], way: MethodChoice) -> Vec<Vec<f64>> {
     let mut solve = solver(tree, way);
     let one = |s: &State| {
         let (mut tau, mut vdot) = (s.tau.clone(), vec![0.0; tree.nv()]);
@@ -268,7 +268,7 @@ fn rank(tree: &Tree, states: &[State]) -> usize {
 
 /// Returns the time of a call in nanoseconds: the best of several repeats, each over all states as often as fits.
 #[allow(clippy::disallowed_methods)] // A benchmark reads the clock.
-fn time(tree: &Tree, states: &[State], way: Way) -> f64 {
+fn time(tree: &Tree, states: &[State], way: MethodChoice) -> f64 {
     let mut solve = solver(tree, way);
     let mut taus: Vec<Vec<f64>> = states.iter().map(|s| s.tau.clone()).collect();
     let mut vdot = vec![0.0; tree.nv()];

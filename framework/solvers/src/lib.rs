@@ -37,5 +37,5 @@ pub use rolling::{
     Footing, Rolling, RollingError, RollingGround, RollingReport, Traction, Vehicle, WheelLoad,
     footing,
 };
-pub use start::{Kept, ROUNDED, StartError, close_start};
+pub use start::{FixedValues, ROUNDED, StartError, close_start};
 pub use stepper::{ContactSettings, ContactStepper, Impulse, JointLimits, StepError, StepReport};

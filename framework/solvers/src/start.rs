@@ -15,7 +15,7 @@ use linkwork_multibody::{ConstraintId, LoopMotion};
 
 /// Coordinates and rates of the initial state that are kept, by index in the rates.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Kept {
+pub struct FixedValues {
     /// Coordinates that keep their values. Coordinates of a free or ball hinge are indexed by its rates: rotation, then position.
     pub positions: Vec<bool>,
     /// Rates that keep their values.
@@ -56,7 +56,7 @@ pub const ROUNDED: f64 = 1e-3;
 pub fn close_start(
     tree: &Tree,
     motions: &[LoopMotion],
-    kept: &Kept,
+    kept: &FixedValues,
     q: &mut [f64],
     v: &mut [f64],
 ) -> Result<(), StartError> {

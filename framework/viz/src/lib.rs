@@ -5,6 +5,8 @@
 #[cfg(feature = "viewer")]
 mod batch;
 #[cfg(feature = "viewer")]
+mod external;
+#[cfg(feature = "viewer")]
 mod eye;
 #[cfg(feature = "viewer")]
 mod ground;
@@ -30,20 +32,18 @@ mod stream;
 #[cfg(feature = "viewer")]
 mod terrain;
 #[cfg(feature = "viewer")]
-mod told;
-#[cfg(feature = "viewer")]
 mod trail;
 #[cfg(feature = "viewer")]
 mod viewer;
 
 #[cfg(feature = "viewer")]
+pub use external::ExternalData;
+#[cfg(feature = "viewer")]
 pub use player::{NotShown, Player};
 #[cfg(feature = "viewer")]
-pub use read::{Shown, read_recording};
+pub use read::{RecordedSeries, read_recording};
 pub use scene::{Arrow, End, InUnit, Line, Marker, Panel, Planet, Plume, Scene, Shape};
 #[cfg(feature = "viewer")]
 pub use stream::VizError;
-#[cfg(feature = "viewer")]
-pub use told::Told;
 #[cfg(feature = "viewer")]
 pub use viewer::{View, Viewer};

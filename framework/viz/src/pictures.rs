@@ -2,7 +2,7 @@
 use crate::eye::Base;
 use crate::shapes::{entity, f3};
 use linkwork_render::{Image, Lens, Picture};
-use linkwork_runtime::{Program, Seen, Shown, Shows};
+use linkwork_runtime::{FieldSample, Program, SharedField, Shows};
 use re_sdk::{AsComponents, EntityPath};
 use re_sdk_types::archetypes::{self, Pinhole, Transform3D};
 use re_sdk_types::components::ViewCoordinates;
@@ -49,8 +49,9 @@ impl Eye {
     }
 
     /// Returns the new image of a camera, with its pose expressed in a base. The pose moves with the base until the next image.
-    pub fn look(&mut self, shown: &Shown, base: &Base) -> Vec<Sent> {
-        let Some(Seen { data: picture, .. }) = shown.downcast_ref::<Seen<Picture>>() else {
+    pub fn look(&mut self, shown: &SharedField, base: &Base) -> Vec<Sent> {
+        let Some(FieldSample { data: picture, .. }) = shown.downcast_ref::<FieldSample<Picture>>()
+        else {
             return Vec::new();
         };
         if picture.number == self.number || picture.image.data.is_empty() {

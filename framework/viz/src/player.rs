@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// A number, and the time (ns) of its sample.
-type Told = Option<(u64, f64)>;
+type LastValue = Option<(u64, f64)>;
 
 /// A value remains valid for this duration (ns) after its last sample, for lines and jets, because a log does not contain the start of a phase
 /// without their part.
@@ -27,7 +27,7 @@ pub struct Player {
     poses: Vec<Option<Pose>>,
     /// Columns of a variable; an arrow and a curve can use the same variable.
     columns: BTreeMap<String, Vec<usize>>,
-    values: Vec<Told>,
+    values: Vec<LastValue>,
     /// First column of each arrow.
     arrows: Vec<usize>,
     /// Column of each curve, and the time of its last sample (ns).

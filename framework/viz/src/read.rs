@@ -16,7 +16,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 /// Times (s) and values of one number of a recording.
-pub type Shown = (Vec<f64>, Vec<f64>);
+pub type RecordedSeries = (Vec<f64>, Vec<f64>);
 
 /// Components with at most this number of values per time are separate series. Larger ones, such as a mesh or a trail, become one number that changes
 /// when any of the values changes.
@@ -28,7 +28,7 @@ const LANES: usize = 8;
 ///
 /// # Errors
 /// The file cannot be read, is not a recording, or is truncated.
-pub fn read_recording(path: &Path) -> Result<BTreeMap<String, Shown>, VizError> {
+pub fn read_recording(path: &Path) -> Result<BTreeMap<String, RecordedSeries>, VizError> {
     let name = path.display();
     let fault = |e: String| VizError(format!("`{name}`: {e}"));
     // Opening a pipe would block.
@@ -52,7 +52,7 @@ pub fn read_recording(path: &Path) -> Result<BTreeMap<String, Shown>, VizError> 
     Ok(shown)
 }
 
-fn take(chunk: &Chunk, shown: &mut BTreeMap<String, Shown>) -> Result<(), Wrap> {
+fn take(chunk: &Chunk, shown: &mut BTreeMap<String, RecordedSeries>) -> Result<(), Wrap> {
     let times: Option<Vec<f64>> = (chunk.timelines().get(&TIMELINE.into()))
         .map(|column| column.times().map(|t: TimeInt| t.as_i64() as f64 / 1e9).collect());
     let entity = chunk.entity_path().to_string();

@@ -1,5 +1,5 @@
 //! Description of a scene: shapes on bodies, arrows, trails, frames, plots, markers.
-use linkwork_collision::Seen;
+use linkwork_collision::VisualShape;
 use linkwork_spatial::{Pose, Vec3};
 
 /// A shape on a body.
@@ -12,7 +12,7 @@ pub struct Shape {
     /// X_BS: the shape in the body.
     pub pose: Pose,
     /// The geometry.
-    pub form: Seen,
+    pub form: VisualShape,
     /// Red, green, blue, alpha: 0 to 255.
     pub color: [u8; 4],
     /// For each phase, whether the shape exists; empty: in all phases.

@@ -1,7 +1,7 @@
 //! Rerun archetypes of the shapes of bodies and grounds, which do not change during a run.
 use crate::scene::Shape;
 use crate::stream::Wrap;
-use linkwork_collision::{Seen, Shape as Geometry};
+use linkwork_collision::{Shape as Geometry, VisualShape};
 use linkwork_spatial::{Pose, Vec3};
 use re_sdk::{EntityPath, RecordingStream};
 
@@ -45,7 +45,7 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
     let [r, g, b, a] = shape.color;
     let color = re_sdk_types::components::Color::from_unmultiplied_rgba(r, g, b, a);
     match &shape.form {
-        Seen::Shape(Geometry::Box { half }) => {
+        VisualShape::Shape(Geometry::Box { half }) => {
             let boxes = re_sdk_types::archetypes::Boxes3D::from_half_sizes([f3(half)]);
             rec.log_with_static(
                 path.clone(),
@@ -53,7 +53,7 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
                 &boxes.with_fill_mode(fill).with_colors([color]),
             )?;
         }
-        Seen::Shape(form @ (Geometry::Sphere { .. } | Geometry::Ellipsoid { .. })) => {
+        VisualShape::Shape(form @ (Geometry::Sphere { .. } | Geometry::Ellipsoid { .. })) => {
             let half = match form {
                 Geometry::Ellipsoid { half } => f3(half),
                 Geometry::Sphere { radius } => [*radius as f32; 3],
@@ -66,7 +66,7 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
                 &ball.with_fill_mode(fill).with_colors([color]),
             )?;
         }
-        Seen::Shape(Geometry::Cylinder { radius, half_length }) => {
+        VisualShape::Shape(Geometry::Cylinder { radius, half_length }) => {
             let length = (2.0 * half_length) as f32;
             let body = re_sdk_types::archetypes::Cylinders3D::from_lengths_and_radii(
                 [length],
@@ -78,7 +78,7 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
                 &body.with_fill_mode(fill).with_colors([color]),
             )?;
         }
-        Seen::Shape(Geometry::Capsule { radius, half_length }) => {
+        VisualShape::Shape(Geometry::Capsule { radius, half_length }) => {
             let length = (2.0 * half_length) as f32;
             let body = re_sdk_types::archetypes::Capsules3D::from_lengths_and_radii(
                 [length],
@@ -91,7 +91,7 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
                 &body.with_fill_mode(fill).with_colors([color]),
             )?;
         }
-        Seen::File { .. } => {
+        VisualShape::File { .. } => {
             // Mesh files were checked when the simulation was loaded. A file that has changed since then is not shown and does not end the run.
             let Ok(Geometry::Mesh { vertices, triangles }) = linkwork_render::shape_of(&shape.form)
             else {
@@ -99,14 +99,14 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
             };
             rec.log_with_static(path.clone(), fixed, &mesh(vertices, triangles, shape.color))?;
         }
-        Seen::Shape(Geometry::PointCloud { points, .. }) => {
+        VisualShape::Shape(Geometry::PointCloud { points, .. }) => {
             let centres = points.iter().map(|p| [p[0] as f32, p[1] as f32, p[2] as f32]);
             let drawn = re_sdk_types::archetypes::Points3D::new(centres)
                 .with_radii(points.iter().map(|p| p[3] as f32))
                 .with_colors([color]);
             rec.log_with_static(path.clone(), fixed, &drawn)?;
         }
-        Seen::Shape(Geometry::VoxelMap { edge, occupied, .. }) => {
+        VisualShape::Shape(Geometry::VoxelMap { edge, occupied, .. }) => {
             let centres = occupied.iter().map(|c| c.map(|i| ((f64::from(i) + 0.5) * edge) as f32));
             let half = [(0.5 * edge) as f32; 3];
             let boxes = re_sdk_types::archetypes::Boxes3D::from_centers_and_half_sizes(
@@ -119,7 +119,7 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
                 &boxes.with_fill_mode(fill).with_colors([color]),
             )?;
         }
-        Seen::Shape(
+        VisualShape::Shape(
             form @ (Geometry::Mesh { .. }
             | Geometry::HalfSpace
             | Geometry::ConvexHull { .. }

@@ -2,7 +2,7 @@
 //! machine. A silent viewer does not block.
 #![cfg(feature = "viewer")]
 #![allow(clippy::unwrap_used)]
-use linkwork_collision::{Seen, Shape as Geometry};
+use linkwork_collision::{Shape as Geometry, VisualShape};
 use linkwork_dynamics::{Workspace, kinematics};
 use linkwork_multibody::{BodySpec, Builder, Hinge};
 use linkwork_runtime::*;
@@ -66,7 +66,7 @@ fn scene(plan: &Plan) -> Scene {
         body: body.into(),
         name: name.into(),
         pose: Pose::identity(),
-        form: Seen::Shape(form),
+        form: VisualShape::Shape(form),
         phases: Vec::new(),
         color: [200, 100, 50, 255],
     };
@@ -432,7 +432,11 @@ fn far_scene(follow: Option<&str>) -> Scene {
 }
 
 /// Returns three numbers of a recording at all times, `first` of them before.
-fn points(shown: &BTreeMap<String, linkwork_viz::Shown>, what: &str, first: usize) -> Vec<Vec3> {
+fn points(
+    shown: &BTreeMap<String, linkwork_viz::RecordedSeries>,
+    what: &str,
+    first: usize,
+) -> Vec<Vec3> {
     let lane = |k: usize| {
         let name = format!("{what}[{}]", first + k);
         &shown.get(&name).unwrap_or_else(|| panic!("`{name}`: {:#?}", shown.keys())).1

@@ -1,7 +1,7 @@
 //! Existing files are kept, forged files are rejected, unreadable files do not block; names in logs; metrics of forks.
 use crate::common;
 use common::{BASE, Lab, edited};
-use linkwork_live::{Ask, Client, Ticket};
+use linkwork_live::{Client, RequestKind, Ticket};
 use linkwork_record::{Log, LogSpec, log_begin, read_log};
 use linkwork_runtime::{Checkpoint, Consumer, Recorder, Sample, Seconds, Simulation};
 use std::net::TcpStream;
@@ -311,7 +311,7 @@ fn silent_connections_keep_no_client_out() {
     let full = Client::connect(&ticket).map(|_| ()).unwrap_err().to_string();
     assert!(full.contains("16 clients are connected"), "{full}");
     for client in &mut clients {
-        client.ask(Ask::Pause).unwrap();
+        client.ask(RequestKind::Pause).unwrap();
     }
     drop((silent, clients));
     common::killed(&mut child);

@@ -1,7 +1,7 @@
 //! The live socket: values set by clients are logged and reproduced bit for bit; bad clients change nothing.
 use crate::common;
 use common::{Lab, Said, edited, wait_for};
-use linkwork_live::{Amount, Ask, Client, ClientError, Said as Answer, Ticket, VERSION};
+use linkwork_live::{Amount, Client, ClientError, ReplyKind, RequestKind, Ticket, VERSION};
 use linkwork_record::read_log_contents;
 use linkwork_runtime::Change;
 use std::io::{Read, Write};
@@ -32,15 +32,15 @@ fn refused<T: std::fmt::Debug>(answer: Result<T, ClientError>, what: &str) {
     }
 }
 
-fn time(answer: Result<Answer, ClientError>) -> f64 {
+fn time(answer: Result<ReplyKind, ClientError>) -> f64 {
     match answer.unwrap() {
-        Answer::Done { time } => time,
+        ReplyKind::Done { time } => time,
         other => panic!("{other:?}"),
     }
 }
 
-fn set(client: &mut Client, path: &str, value: Amount) -> Result<Answer, ClientError> {
-    client.ask(Ask::Set { path: path.into(), value })
+fn set(client: &mut Client, path: &str, value: Amount) -> Result<ReplyKind, ClientError> {
+    client.ask(RequestKind::Set { path: path.into(), value })
 }
 
 #[test]
@@ -55,13 +55,15 @@ fn what_is_set_is_in_the_log_and_is_simulated_again() {
     }
     assert!(ticket.address.starts_with("127.0.0.1:"), "{ticket:?}");
     let mut client = Client::connect(&ticket).unwrap();
-    let paused = time(client.ask(Ask::Pause));
-    assert_eq!(time(client.ask(Ask::Pause)), paused, "it does not stand still");
+    let paused = time(client.ask(RequestKind::Pause));
+    assert_eq!(time(client.ask(RequestKind::Pause)), paused, "it does not stand still");
     set(&mut client, "bob.angle", Amount::Text("30 deg".into())).unwrap();
     set(&mut client, "bob.rate", Amount::Number(0.1 + 0.2)).unwrap();
     set(&mut client, "bob.rate", Amount::Number(1.0 / 3.0)).unwrap();
     let paths = vec!["bob.angle".to_string(), "bob.rate".into()];
-    let Answer::Values { values, .. } = client.ask(Ask::Get { paths }).unwrap() else { panic!() };
+    let ReplyKind::Values { values, .. } = client.ask(RequestKind::Get { paths }).unwrap() else {
+        panic!()
+    };
     let wanted = [30.0f64.to_radians(), 1.0 / 3.0];
     for (value, wanted) in values.into_iter().zip(wanted) {
         assert!((value.unwrap() - wanted).abs() < 1e-15);
@@ -76,47 +78,52 @@ fn what_is_set_is_in_the_log_and_is_simulated_again() {
     ] {
         refused(set(&mut client, path, value), why);
     }
-    refused(client.ask(Ask::Step { steps: u64::MAX }), "too many");
+    refused(client.ask(RequestKind::Step { steps: u64::MAX }), "too many");
     for rate in [2000.0, 0.0, 1e-20, 5e-324, -1.0] {
-        refused(client.ask(Ask::Watch { paths: vec![], rate }), "the rate is ");
+        refused(client.ask(RequestKind::Watch { paths: vec![], rate }), "the rate is ");
     }
-    refused(client.ask(Ask::List { patterns: vec!["*.".repeat(200)] }), "too long");
+    refused(client.ask(RequestKind::List { patterns: vec!["*.".repeat(200)] }), "too long");
     refused(
-        client.ask(Ask::Hello { version: VERSION, token: ticket.token.clone() }),
+        client.ask(RequestKind::Hello { version: VERSION, token: ticket.token.clone() }),
         "only allowed as the first message",
     );
     // Steps are answered when they are complete, and never exceeded.
-    let after = time(client.ask(Ask::Step { steps: 250 }));
+    let after = time(client.ask(RequestKind::Step { steps: 250 }));
     assert!((after - paused - 0.25).abs() < 1e-9, "{paused} → {after}");
-    assert_eq!(time(client.ask(Ask::Pause)), after);
-    let Answer::Checkpoint { file } = client.ask(Ask::Checkpoint).unwrap() else { panic!() };
+    assert_eq!(time(client.ask(RequestKind::Pause)), after);
+    let ReplyKind::Checkpoint { file } = client.ask(RequestKind::Checkpoint).unwrap() else {
+        panic!()
+    };
     // Another client stops the run in the middle of the steps.
-    let id = client.send(Ask::Step { steps: 1_000_000_000 }).unwrap();
+    let id = client.send(RequestKind::Step { steps: 1_000_000_000 }).unwrap();
     let mut other = Client::connect(&ticket).unwrap();
-    let now = |other: &mut Client| match other.ask(Ask::Get { paths: vec![] }).unwrap() {
-        Answer::Values { time, .. } => time,
+    let now = |other: &mut Client| match other.ask(RequestKind::Get { paths: vec![] }).unwrap() {
+        ReplyKind::Values { time, .. } => time,
         said => panic!("{said:?}"),
     };
     while now(&mut other) <= after {}
-    other.ask(Ask::Pause).unwrap();
+    other.ask(RequestKind::Pause).unwrap();
     let reply = client.receive().unwrap();
     match reply.said {
-        Answer::Refused { message, .. } => assert!(message.contains("`pause`") && reply.id == id),
+        ReplyKind::Refused { message, .. } => {
+            assert!(message.contains("`pause`") && reply.id == id)
+        }
         said => panic!("{said:?}"),
     }
     drop(other);
     set(&mut client, "bob.rate", Amount::Number(-2.0)).unwrap();
-    client.ask(Ask::Go).unwrap();
-    let id = client.send(Ask::Watch { paths: vec!["bob.angle".into()], rate: 100.0 }).unwrap();
+    client.ask(RequestKind::Go).unwrap();
+    let id =
+        client.send(RequestKind::Watch { paths: vec!["bob.angle".into()], rate: 100.0 }).unwrap();
     let mut rows = Vec::new();
     while rows.len() < 20 {
         let reply = client.receive().unwrap();
-        if let (true, Answer::Values { time, .. }) = (reply.id == id, reply.said) {
+        if let (true, ReplyKind::Values { time, .. }) = (reply.id == id, reply.said) {
             rows.push(time);
         }
     }
     assert!(rows.is_sorted() && rows[19] > rows[0] + 0.1, "{rows:?}");
-    client.ask(Ask::Quit).unwrap();
+    client.ask(RequestKind::Quit).unwrap();
     let said: Said = child.wait_with_output().unwrap().into();
     said.code(130);
     assert!(!lab.path("out/live.json").exists());
@@ -144,14 +151,18 @@ fn a_checkpoint_that_is_asked_for_takes_no_tick_of_the_metrics_away() {
     let lab = Lab::new();
     let (child, ticket) = served(&lab, "out", &["--realtime", "--until", "1000s"]);
     let mut client = Client::connect(&ticket).unwrap();
-    let paused = time(client.ask(Ask::Pause));
+    let paused = time(client.ask(RequestKind::Pause));
     // Only at this tick, it is so fast.
     set(&mut client, "bob.angle", Amount::Number(0.0)).unwrap();
     set(&mut client, "bob.rate", Amount::Number(50.0)).unwrap();
-    let Answer::Checkpoint { file } = client.ask(Ask::Checkpoint).unwrap() else { panic!() };
-    let after = time(client.ask(Ask::Step { steps: 20 }));
-    let Answer::Checkpoint { file: later } = client.ask(Ask::Checkpoint).unwrap() else { panic!() };
-    client.ask(Ask::Quit).unwrap();
+    let ReplyKind::Checkpoint { file } = client.ask(RequestKind::Checkpoint).unwrap() else {
+        panic!()
+    };
+    let after = time(client.ask(RequestKind::Step { steps: 20 }));
+    let ReplyKind::Checkpoint { file: later } = client.ask(RequestKind::Checkpoint).unwrap() else {
+        panic!()
+    };
+    client.ask(RequestKind::Quit).unwrap();
     let said: Said = child.wait_with_output().unwrap().into();
     said.code(130);
     for (file, out) in [(&file, "rest"), (&later, "later")] {
@@ -182,9 +193,9 @@ fn a_checkpoint_that_is_asked_for_takes_no_tick_of_the_metrics_away() {
     }
 }
 
-fn changed(answer: Result<Answer, ClientError>) -> Vec<(String, f64)> {
+fn changed(answer: Result<ReplyKind, ClientError>) -> Vec<(String, f64)> {
     match answer.unwrap() {
-        Answer::Changed { values, .. } | Answer::Pins { values, .. } => values,
+        ReplyKind::Changed { values, .. } | ReplyKind::Pins { values, .. } => values,
         other => panic!("{other:?}"),
     }
 }
@@ -194,14 +205,14 @@ fn what_is_pinned_stays_is_in_the_log_and_is_simulated_again() {
     let lab = Lab::new();
     let (child, ticket) = served(&lab, "out", &["--realtime", "--until", "1000s"]);
     let mut client = Client::connect(&ticket).unwrap();
-    client.ask(Ask::Pause).unwrap();
-    let pin = |path: &str, value| Ask::Pin { path: path.into(), value };
-    let unpin = |path: &str| Ask::Unpin { path: path.into() };
+    client.ask(RequestKind::Pause).unwrap();
+    let pin = |path: &str, value| RequestKind::Pin { path: path.into(), value };
+    let unpin = |path: &str| RequestKind::Unpin { path: path.into() };
     // A pattern pins all states and outputs that match, each at its present value.
     let names = changed(client.ask(pin("bob.*", None)));
     let paths: Vec<&str> = names.iter().map(|(path, _)| &**path).collect();
     assert_eq!(paths, ["bob.acceleration", "bob.angle", "bob.rate"]);
-    assert_eq!(changed(client.ask(Ask::Pins)), names);
+    assert_eq!(changed(client.ask(RequestKind::Pins)), names);
     refused(set(&mut client, "bob.rate", Amount::Number(1.0)), "is pinned to");
     assert_eq!(changed(client.ask(unpin("bob.*"))), names);
     refused(client.ask(unpin("**")), "does not match a pinned variable");
@@ -213,16 +224,19 @@ fn what_is_pinned_stays_is_in_the_log_and_is_simulated_again() {
     );
     refused(client.ask(pin("bob.*.x", None)), "matches no variable that can be pinned");
     refused(client.ask(pin("Lag.u", Some(Amount::Number(1.0)))), "it reads");
-    assert_eq!(changed(client.ask(Ask::Pins)), []);
+    assert_eq!(changed(client.ask(RequestKind::Pins)), []);
     changed(client.ask(pin("bob.angle", Some(Amount::Text("30 deg".into())))));
     changed(client.ask(pin("Lag.y", Some(Amount::Number(0.1 + 0.2)))));
-    let set_all = Ask::Set { path: "*.rate".into(), value: Amount::Text("10 deg/s".into()) };
+    let set_all =
+        RequestKind::Set { path: "*.rate".into(), value: Amount::Text("10 deg/s".into()) };
     assert_eq!(changed(client.ask(set_all)), [("bob.rate".to_string(), 10.0f64.to_radians())]);
-    let after = time(client.ask(Ask::Step { steps: 200 }));
-    let Answer::Checkpoint { file } = client.ask(Ask::Checkpoint).unwrap() else { panic!() };
+    let after = time(client.ask(RequestKind::Step { steps: 200 }));
+    let ReplyKind::Checkpoint { file } = client.ask(RequestKind::Checkpoint).unwrap() else {
+        panic!()
+    };
     changed(client.ask(unpin("bob.angle")));
-    client.ask(Ask::Step { steps: 100 }).unwrap();
-    client.ask(Ask::Quit).unwrap();
+    client.ask(RequestKind::Step { steps: 100 }).unwrap();
+    client.ask(RequestKind::Quit).unwrap();
     let said: Said = child.wait_with_output().unwrap().into();
     said.code(130);
 
@@ -321,8 +335,8 @@ fn bad_clients_neither_stop_nor_change_the_run() {
     slow.write_all(&[0xff, 0, 0, 0, b'{']).unwrap();
     // A client that sends requests and never reads, and one that floods.
     let mut deaf = Client::connect(&ticket).unwrap();
-    let all = || Ask::List { patterns: vec!["**".into()] };
-    deaf.send(Ask::Watch { paths: vec!["bob.angle".into(); 2000], rate: 1000.0 }).unwrap();
+    let all = || RequestKind::List { patterns: vec!["**".into()] };
+    deaf.send(RequestKind::Watch { paths: vec!["bob.angle".into(); 2000], rate: 1000.0 }).unwrap();
     let flood = std::thread::spawn({
         let ticket = ticket.clone();
         move || {
@@ -338,7 +352,7 @@ fn bad_clients_neither_stop_nor_change_the_run() {
     // A good client at the same time.
     let mut good = Client::connect(&ticket).unwrap();
     for _ in 0..10 {
-        good.ask(Ask::Get { paths: vec!["bob.angle".into()] }).unwrap();
+        good.ask(RequestKind::Get { paths: vec!["bob.angle".into()] }).unwrap();
         std::thread::sleep(Duration::from_millis(50));
     }
     let said: Said = child.wait_with_output().unwrap().into();

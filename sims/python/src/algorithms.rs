@@ -7,7 +7,7 @@ use crate::mechanism::Mechanism;
 use linkwork_dynamics::{self as dynamics, Ensemble};
 use pyo3::prelude::*;
 
-type Given<'a, 'py> = &'a Bound<'py, PyAny>;
+type ArrayLike<'a, 'py> = &'a Bound<'py, PyAny>;
 
 #[pymethods]
 impl Mechanism {
@@ -40,7 +40,7 @@ impl Mechanism {
     fn inverse_mass_matrix<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
         threads: usize,
     ) -> PyResult<Array<'py>> {
         let (c, nv) = (&*self.core, self.core.nv());
@@ -86,8 +86,8 @@ impl Mechanism {
     fn apply_inverse_mass<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
-        x: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
+        x: ArrayLike<'_, 'py>,
         threads: usize,
     ) -> PyResult<Array<'py>> {
         let (c, nv) = (&*self.core, self.core.nv());
@@ -131,9 +131,9 @@ impl Mechanism {
     fn node_jacobian<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
         frame: &str,
-        out: Option<Given<'_, 'py>>,
+        out: Option<ArrayLike<'_, 'py>>,
         threads: usize,
     ) -> PyResult<Array<'py>> {
         let (c, node) = (&*self.core, self.core.frame(frame)?);
@@ -184,8 +184,8 @@ impl Mechanism {
     fn node_jacobian_rate<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
-        v: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
+        v: ArrayLike<'_, 'py>,
         frame: &str,
         threads: usize,
     ) -> PyResult<Array<'py>> {
@@ -229,9 +229,9 @@ impl Mechanism {
     fn node_jacobian_transpose_product<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
         frame: &str,
-        wrench: Given<'_, 'py>,
+        wrench: ArrayLike<'_, 'py>,
         threads: usize,
     ) -> PyResult<Array<'py>> {
         let (c, node) = (&*self.core, self.core.frame(frame)?);
@@ -272,7 +272,7 @@ impl Mechanism {
     fn centroidal_matrix<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
         threads: usize,
     ) -> PyResult<Array<'py>> {
         let c = &*self.core;
@@ -320,8 +320,8 @@ impl Mechanism {
     fn centroidal_bias<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
-        v: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
+        v: ArrayLike<'_, 'py>,
         threads: usize,
     ) -> PyResult<Array<'py>> {
         let c = &*self.core;
@@ -362,7 +362,7 @@ impl Mechanism {
     fn com_jacobian<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
         threads: usize,
     ) -> PyResult<Array<'py>> {
         let c = &*self.core;
@@ -406,7 +406,7 @@ impl Mechanism {
     fn compliance<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
         frames: Vec<String>,
         threads: usize,
     ) -> PyResult<Array<'py>> {
@@ -458,8 +458,8 @@ impl Mechanism {
     fn kinetic_energy<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
-        v: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
+        v: ArrayLike<'_, 'py>,
         threads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
         let c = &*self.core;
@@ -498,7 +498,7 @@ impl Mechanism {
     fn potential_energy<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
         threads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
         let c = &*self.core;

@@ -603,15 +603,15 @@ impl Builder {
     }
 }
 
-type Given<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
+type ArrayLike<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
 /// Returns the specification of a body from (mass, centre of mass, inertia, inertia check) and the hinge frames on parent and body.
 pub fn body_spec(
     name: String,
     parent: &str,
     hinge: Option<&Hinge>,
-    (mass, com, inertia, inertia_check): (f64, Given<'_, '_>, Given<'_, '_>, &str),
-    (hinge_in_parent, hinge_in_body): (Given<'_, '_>, Given<'_, '_>),
+    (mass, com, inertia, inertia_check): (f64, ArrayLike<'_, '_>, ArrayLike<'_, '_>, &str),
+    (hinge_in_parent, hinge_in_body): (ArrayLike<'_, '_>, ArrayLike<'_, '_>),
 ) -> PyResult<BodySpec> {
     let com = com.map_or(Ok(Vec3::zeros()), |c| vec3(c, "com"))?;
     let inertia = inertia.map_or(Ok(Mat3::zeros()), |i| mat3(i, "inertia"))?;

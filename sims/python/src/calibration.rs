@@ -12,7 +12,7 @@ use linkwork_spatial::{MassProperties, Quat, Vec3};
 use pyo3::prelude::*;
 use std::sync::Arc;
 
-type Given<'a, 'py> = &'a Bound<'py, PyAny>;
+type ArrayLike<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// Which combinations of parameters measurements can determine.
 ///
@@ -219,7 +219,7 @@ fn names_of_inertia(core: &Core) -> Vec<String> {
 }
 
 /// Reads rows (n, width), or one row (width,).
-fn rows<'py>(given: Given<'_, 'py>, width: usize, what: &str) -> PyResult<(Input<'py>, usize)> {
+fn rows<'py>(given: ArrayLike<'_, 'py>, width: usize, what: &str) -> PyResult<(Input<'py>, usize)> {
     let input = Input::read(given, what)?;
     let n = match input.shape() {
         [w] if *w == width => 1,
@@ -327,10 +327,10 @@ impl Mechanism {
     fn fit_inertia(
         &self,
         py: Python<'_>,
-        q: Given<'_, '_>,
-        v: Given<'_, '_>,
-        vdot: Given<'_, '_>,
-        tau: Given<'_, '_>,
+        q: ArrayLike<'_, '_>,
+        v: ArrayLike<'_, '_>,
+        vdot: ArrayLike<'_, '_>,
+        tau: ArrayLike<'_, '_>,
         tolerance: f64,
     ) -> PyResult<Calibration> {
         let least = self::tolerance(tolerance)?;
@@ -423,8 +423,8 @@ impl Mechanism {
         &self,
         py: Python<'_>,
         node: &str,
-        q: Given<'_, '_>,
-        places: Given<'_, '_>,
+        q: ArrayLike<'_, '_>,
+        places: ArrayLike<'_, '_>,
         length: f64,
         tolerance: f64,
     ) -> PyResult<Calibration> {

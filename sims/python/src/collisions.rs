@@ -21,7 +21,7 @@ use std::sync::{Arc, Mutex};
 const PIECES: usize = 1000;
 const ROWS: usize = 1 << 15;
 
-type Given<'a, 'py> = &'a Bound<'py, PyAny>;
+type ArrayLike<'a, 'py> = &'a Bound<'py, PyAny>;
 type Pair = (String, String);
 
 /// Collision queries for a robot and its surroundings, at one configuration, at many, or along a straight path in joint space.
@@ -78,7 +78,7 @@ fn ends<'py>(py: Python<'py>, d: &Distance) -> PyResult<Array2<'py>> {
 }
 
 /// Reads cell indices (n, 3).
-fn cells(given: Given<'_, '_>) -> PyResult<Vec<[u32; 3]>> {
+fn cells(given: ArrayLike<'_, '_>) -> PyResult<Vec<[u32; 3]>> {
     let input = Input::read(given, "cells")?;
     if !matches!(*input.shape(), [_, 3]) && !input.slice().is_empty() {
         let fact = format!("`cells` has the shape {:?}", input.shape());
@@ -95,7 +95,7 @@ fn cells(given: Given<'_, '_>) -> PyResult<Vec<[u32; 3]>> {
 }
 
 /// Reads points (n, 4): x, y, z, radius.
-pub fn balls(given: Given<'_, '_>) -> PyResult<Vec<[f64; 4]>> {
+pub fn balls(given: ArrayLike<'_, '_>) -> PyResult<Vec<[f64; 4]>> {
     let input = Input::read(given, "points")?;
     if !matches!(*input.shape(), [_, 4]) && !input.slice().is_empty() {
         let fact = format!("`points` has the shape {:?}", input.shape());
@@ -105,7 +105,7 @@ pub fn balls(given: Given<'_, '_>) -> PyResult<Vec<[f64; 4]>> {
 }
 
 /// Reads the indices of the occupied cells of a collider.
-pub fn occupied(given: Option<Given<'_, '_>>) -> PyResult<Vec<[u32; 3]>> {
+pub fn occupied(given: Option<ArrayLike<'_, '_>>) -> PyResult<Vec<[u32; 3]>> {
     given.map_or(Ok(Vec::new()), cells)
 }
 
@@ -169,7 +169,7 @@ impl Collisions {
     }
 
     /// Reads a configuration (nq,) that satisfies loops and couplings.
-    fn at<'py>(&self, q: Given<'_, 'py>, what: &str) -> PyResult<Input<'py>> {
+    fn at<'py>(&self, q: ArrayLike<'_, 'py>, what: &str) -> PyResult<Input<'py>> {
         let q = self.core.configuration(q, what)?;
         closed(&self.core, q.slice()).map_err(|e| open(&self.core, &format!("`{what}`"), e))?;
         Ok(q)
@@ -282,7 +282,7 @@ impl Collisions {
     fn collides<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
         threads: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
         let input = Input::read(q, "q")?;
@@ -344,7 +344,7 @@ impl Collisions {
     /// --------
     /// >>> robot.first_hit([1.6])
     /// ('rod', 'seen')
-    fn first_hit(&self, q: Given<'_, '_>) -> PyResult<Option<Pair>> {
+    fn first_hit(&self, q: ArrayLike<'_, '_>) -> PyResult<Option<Pair>> {
         let q = self.at(q, "q")?;
         Ok(self.ask(|r| r.first_hit(q.slice()))?.map(|pair| self.names(pair)))
     }
@@ -370,7 +370,7 @@ impl Collisions {
     /// --------
     /// >>> robot.hits([0.0])
     /// []
-    fn hits(&self, q: Given<'_, '_>) -> PyResult<Vec<Pair>> {
+    fn hits(&self, q: ArrayLike<'_, '_>) -> PyResult<Vec<Pair>> {
         let q = self.at(q, "q")?;
         let mut out = Vec::new();
         self.ask(|r| r.hits(q.slice(), &mut out))?;
@@ -410,7 +410,7 @@ impl Collisions {
     fn clearance<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
         limit: f64,
     ) -> PyResult<Option<(f64, Pair, Array2<'py>)>> {
         let q = self.at(q, "q")?;
@@ -450,7 +450,7 @@ impl Collisions {
     fn distance<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
         a: &str,
         b: &str,
     ) -> PyResult<Option<(f64, Array2<'py>)>> {
@@ -490,7 +490,7 @@ impl Collisions {
     fn distances<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
         limit: f64,
     ) -> PyResult<Vec<(f64, Pair, Array2<'py>)>> {
         let q = self.at(q, "q")?;
@@ -570,8 +570,8 @@ impl Collisions {
     fn path(
         &self,
         py: Python<'_>,
-        start: Given<'_, '_>,
-        end: Given<'_, '_>,
+        start: ArrayLike<'_, '_>,
+        end: ArrayLike<'_, '_>,
         least: f64,
     ) -> PyResult<(&'static str, Option<f64>, Option<Pair>)> {
         if let [l, ..] = self.core.mbs.loops() {
@@ -739,7 +739,7 @@ impl Collisions {
     /// >>> robot.set_points("seen", [[0.5, 0.1, 0, 0.02], [0.6, 0.1, 0, 0.02]])
     /// >>> robot.count("seen")
     /// 2
-    fn set_points(&self, collider: &str, points: Given<'_, '_>) -> PyResult<()> {
+    fn set_points(&self, collider: &str, points: ArrayLike<'_, '_>) -> PyResult<()> {
         let (id, points) = (self.id(collider)?, balls(points)?);
         self.ask(|r| r.set_points(id, &points))
     }
@@ -768,7 +768,7 @@ impl Collisions {
     /// >>> mapped.count("grid")
     /// 2
     #[pyo3(signature = (collider, cells, *, occupied=true))]
-    fn set_cells(&self, collider: &str, cells: Given<'_, '_>, occupied: bool) -> PyResult<()> {
+    fn set_cells(&self, collider: &str, cells: ArrayLike<'_, '_>, occupied: bool) -> PyResult<()> {
         let (id, cells) = (self.id(collider)?, self::cells(cells)?);
         let to = if occupied { Occupancy::Occupied } else { Occupancy::Free };
         self.ask(|r| r.set_cells(id, &cells, to))

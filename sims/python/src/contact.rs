@@ -23,7 +23,7 @@ mod step;
 pub use collider::Collider;
 pub use step::ContactStep;
 
-type Given<'a, 'py> = &'a Bound<'py, PyAny>;
+type ArrayLike<'a, 'py> = &'a Bound<'py, PyAny>;
 
 #[pymethods]
 impl Mechanism {
@@ -302,10 +302,10 @@ impl Contact {
     #[pyo3(signature = (q, v, dt, tau=None, *, wrenches=None))]
     fn step(
         &self,
-        q: Given<'_, '_>,
-        v: Given<'_, '_>,
+        q: ArrayLike<'_, '_>,
+        v: ArrayLike<'_, '_>,
         dt: f64,
-        tau: Option<Given<'_, '_>>,
+        tau: Option<ArrayLike<'_, '_>>,
         wrenches: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<ContactStep> {
         let (py, core) = (q.py(), &*self.core);
@@ -389,11 +389,11 @@ impl Contact {
     fn simulate<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
-        v: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
+        v: ArrayLike<'_, 'py>,
         dt: f64,
         steps: usize,
-        torque: Option<Given<'_, 'py>>,
+        torque: Option<ArrayLike<'_, 'py>>,
         wrenches: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<(Array1<'py>, Array2<'py>, Array2<'py>)> {
         let (core, nq, nv) = (&*self.core, self.core.nq(), self.core.nv());

@@ -7,7 +7,7 @@ use linkwork_dynamics::{self as dynamics, Ensemble, ForwardDerivatives, PARAMETE
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyEllipsis, PySlice};
 
-type Given<'a, 'py> = &'a Bound<'py, PyAny>;
+type ArrayLike<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// Splits an array of several matrices into the individual matrices.
 fn parts<'py, const N: usize>(all: &Array<'py>) -> PyResult<[Array<'py>; N]> {
@@ -65,9 +65,9 @@ impl Mechanism {
     fn inverse_dynamics_derivatives<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
-        v: Given<'_, 'py>,
-        vdot: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
+        v: ArrayLike<'_, 'py>,
+        vdot: ArrayLike<'_, 'py>,
         wrenches: Option<&Bound<'py, PyDict>>,
         threads: usize,
     ) -> PyResult<(Array<'py>, Array<'py>)> {
@@ -138,10 +138,10 @@ impl Mechanism {
     fn forward_dynamics_derivatives<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
-        v: Given<'_, 'py>,
-        tau: Given<'_, 'py>,
-        prescribed: Option<Given<'_, 'py>>,
+        q: ArrayLike<'_, 'py>,
+        v: ArrayLike<'_, 'py>,
+        tau: ArrayLike<'_, 'py>,
+        prescribed: Option<ArrayLike<'_, 'py>>,
         wrenches: Option<&Bound<'py, PyDict>>,
         threads: usize,
     ) -> PyResult<(Array<'py>, Array<'py>, Array<'py>)> {
@@ -212,9 +212,9 @@ impl Mechanism {
     fn regressor<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
-        v: Given<'_, 'py>,
-        vdot: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
+        v: ArrayLike<'_, 'py>,
+        vdot: ArrayLike<'_, 'py>,
         threads: usize,
     ) -> PyResult<Array<'py>> {
         let (c, nv) = (&*self.core, self.core.nv());

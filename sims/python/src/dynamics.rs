@@ -6,7 +6,7 @@ use linkwork_dynamics::{self as dynamics, Ensemble};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-type Given<'a, 'py> = &'a Bound<'py, PyAny>;
+type ArrayLike<'a, 'py> = &'a Bound<'py, PyAny>;
 
 #[pymethods]
 impl Mechanism {
@@ -48,11 +48,11 @@ impl Mechanism {
     fn inverse_dynamics<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
-        v: Given<'_, 'py>,
-        vdot: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
+        v: ArrayLike<'_, 'py>,
+        vdot: ArrayLike<'_, 'py>,
         wrenches: Option<&Bound<'py, PyDict>>,
-        out: Option<Given<'_, 'py>>,
+        out: Option<ArrayLike<'_, 'py>>,
         threads: usize,
     ) -> PyResult<Array<'py>> {
         let (c, nv) = (&*self.core, self.core.nv());
@@ -113,12 +113,12 @@ impl Mechanism {
     fn forward_dynamics<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
-        v: Given<'_, 'py>,
-        tau: Given<'_, 'py>,
-        prescribed: Option<Given<'_, 'py>>,
+        q: ArrayLike<'_, 'py>,
+        v: ArrayLike<'_, 'py>,
+        tau: ArrayLike<'_, 'py>,
+        prescribed: Option<ArrayLike<'_, 'py>>,
         wrenches: Option<&Bound<'py, PyDict>>,
-        out: Option<Given<'_, 'py>>,
+        out: Option<ArrayLike<'_, 'py>>,
         threads: usize,
     ) -> PyResult<Array<'py>> {
         let (c, nv) = (&*self.core, self.core.nv());
@@ -190,10 +190,10 @@ impl Mechanism {
     fn mixed_dynamics<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
-        v: Given<'_, 'py>,
-        tau: Given<'_, 'py>,
-        vdot: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
+        v: ArrayLike<'_, 'py>,
+        tau: ArrayLike<'_, 'py>,
+        vdot: ArrayLike<'_, 'py>,
         wrenches: Option<&Bound<'py, PyDict>>,
         threads: usize,
     ) -> PyResult<(Array<'py>, Array<'py>)> {
@@ -246,8 +246,8 @@ impl Mechanism {
     fn bias_forces<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
-        v: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
+        v: ArrayLike<'_, 'py>,
         wrenches: Option<&Bound<'py, PyDict>>,
         threads: usize,
     ) -> PyResult<Array<'py>> {
@@ -285,8 +285,8 @@ impl Mechanism {
     fn mass_matrix<'py>(
         &self,
         py: Python<'py>,
-        q: Given<'_, 'py>,
-        out: Option<Given<'_, 'py>>,
+        q: ArrayLike<'_, 'py>,
+        out: Option<ArrayLike<'_, 'py>>,
         threads: usize,
     ) -> PyResult<Array<'py>> {
         let (c, nv) = (&*self.core, self.core.nv());

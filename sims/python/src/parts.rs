@@ -24,7 +24,7 @@ use crate::error::{is_own, refuse_with};
 use crate::values::object;
 use crate::values::pairs;
 use linkwork_runtime::{
-    Block, Description, Entry, Failure, Functions, Located, Making, Now, Outcome, PortKind,
+    Block, Description, Entry, EvalTime, Failure, Functions, Located, Making, Outcome, PortKind,
     PortSpec, Prototype, ReadCx, Unit, Value, Wiring, remedy,
 };
 use pyo3::prelude::*;
@@ -307,7 +307,7 @@ impl Prototype for Python_ {
         let class = Python::attach(|py| self.class.clone_ref(py));
         let class = Class { name: self.name.clone(), class };
         Box::new(Running {
-            made: Made::Not(Vec::new()),
+            made: PartObject::Not(Vec::new()),
             class,
             params: self.params.clone(),
             inputs,
@@ -326,14 +326,14 @@ fn unsaved(name: &str) -> String {
 }
 
 /// The object of a run.
-enum Made {
+enum PartObject {
     /// Not created yet; with the saved state to load.
     Not(Vec<u8>),
     Yes(Py<PyAny>),
 }
 
 struct Running {
-    made: Made,
+    made: PartObject,
     class: Class,
     params: Value,
     inputs: Vec<PortSpec>,
@@ -350,16 +350,16 @@ fn failure(message: String, help: &str) -> Box<Failure> {
 impl Running {
     /// Returns the object. It is created at the first call.
     fn object<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        if let Made::Not(saved) = &self.made {
+        if let PartObject::Not(saved) = &self.made {
             let made = self.class.object(py, &self.params)?;
             if !saved.is_empty() {
                 made.call_method1("load", (unpack(py, saved)?,))?;
             }
-            self.made = Made::Yes(made.unbind());
+            self.made = PartObject::Yes(made.unbind());
         }
         match &self.made {
-            Made::Yes(made) => Ok(made.bind(py).clone()),
-            Made::Not(_) => Err(refuse_with(
+            PartObject::Yes(made) => Ok(made.bind(py).clone()),
+            PartObject::Not(_) => Err(refuse_with(
                 "the object of a Python part is missing",
                 "report this as a bug in Linkwork",
             )),
@@ -442,8 +442,8 @@ impl Running {
             Saves::Not => return Err(unsaved(&self.class.name)),
         }
         match &self.made {
-            Made::Not(saved) => Ok(saved.clone()),
-            Made::Yes(object) => Python::attach(|py| {
+            PartObject::Not(saved) => Ok(saved.clone()),
+            PartObject::Yes(object) => Python::attach(|py| {
                 let packed = object.bind(py).call_method0("save").and_then(|v| pack(&v));
                 packed.map_err(|e| format!("`save` of `{}`: {}", self.class.name, told(py, &e)))
             }),
@@ -501,11 +501,11 @@ fn unpack<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<Bound<'py, PyAny>> {
 }
 
 impl Block for Running {
-    fn outputs(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn outputs(&mut self, _: &EvalTime, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
         Ok(())
     }
     /// Runs once per sample: sampled parts are not evaluated at stages of the integrator.
-    fn feedthrough(&mut self, now: &Now, _: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, now: &EvalTime, _: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         Python::attach(|py| {
             let before = INSIDE.replace(true);
             let outcome = self.call(py, now.t, sig);
@@ -513,17 +513,24 @@ impl Block for Running {
             outcome
         })
     }
-    fn derivatives(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn derivatives(
+        &mut self,
+        _: &EvalTime,
+        _: &[f64],
+        _: &[f64],
+        _: &[f64],
+        _: &mut [f64],
+    ) -> Outcome {
         Ok(())
     }
-    fn update(&mut self, _: &Now, _: &[f64], _: &mut [f64], _: &[f64]) -> Outcome {
+    fn update(&mut self, _: &EvalTime, _: &[f64], _: &mut [f64], _: &[f64]) -> Outcome {
         Ok(())
     }
     fn save_store(&self) -> Result<Vec<u8>, String> {
         self.saved()
     }
     fn load_store(&mut self, bytes: &[u8]) -> Result<(), String> {
-        self.made = Made::Not(bytes.to_vec());
+        self.made = PartObject::Not(bytes.to_vec());
         // Create the object now, so that an error in `load` is reported here and not at the next sample.
         Python::attach(|py| {
             self.object(py)
@@ -537,13 +544,13 @@ impl Block for Running {
     }
     fn take_store(&mut self, from: &dyn Any) {
         if let Some(saved) = from.downcast_ref::<Vec<u8>>() {
-            self.made = Made::Not(saved.clone());
+            self.made = PartObject::Not(saved.clone());
         }
     }
     fn fork(&self) -> Box<dyn Block> {
         let class = Python::attach(|py| self.class.class.clone_ref(py));
         Box::new(Running {
-            made: Made::Not(self.saved().unwrap_or_default()),
+            made: PartObject::Not(self.saved().unwrap_or_default()),
             class: Class { name: self.class.name.clone(), class },
             params: self.params.clone(),
             inputs: self.inputs.clone(),

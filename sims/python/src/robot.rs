@@ -27,13 +27,13 @@ mod together;
 pub use control::{WholeBodyForces, support_margin, support_polygon};
 pub use hold::Grip;
 pub use motion::Trajectory;
-use search::Asked;
 pub use search::InverseKinematicsSearch;
+use search::SearchArguments;
 
 /// Number of random samples between two checks for Ctrl-C.
 const DRAWS: usize = 50;
 
-type Given<'a, 'py> = &'a Bound<'py, PyAny>;
+type ArrayLike<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// The robot model that autonomy software embeds.
 ///
@@ -118,7 +118,7 @@ impl Collisions {
     }
 
     /// Returns the given configuration, or the robot's own.
-    fn q_or_own(&self, q: Option<Given<'_, '_>>) -> PyResult<Vec<f64>> {
+    fn q_or_own(&self, q: Option<ArrayLike<'_, '_>>) -> PyResult<Vec<f64>> {
         match q {
             Some(q) => Ok(vector(q, self.model.nq(), "q")?.slice().to_vec()),
             None => Ok(lock(&self.robot).q().to_vec()),
@@ -240,7 +240,7 @@ impl Robot {
     }
 
     #[setter]
-    fn set_q(slf: &Bound<'_, Self>, q: Given<'_, '_>) -> PyResult<()> {
+    fn set_q(slf: &Bound<'_, Self>, q: ArrayLike<'_, '_>) -> PyResult<()> {
         let own = base(slf);
         let q = vector(q, own.model.nq(), "q")?;
         own.ask(|r| r.set_q(q.slice()))
@@ -556,23 +556,23 @@ impl Robot {
     fn inverse_kinematics<'py>(
         slf: &Bound<'py, Self>,
         part: &str,
-        at: Option<Given<'_, 'py>>,
-        q: Option<Given<'_, 'py>>,
+        at: Option<ArrayLike<'_, 'py>>,
+        q: Option<ArrayLike<'_, 'py>>,
         in_base: bool,
         position_tolerance: f64,
         orientation_tolerance: f64,
         steps: usize,
         restarts: usize,
-        axis: Option<Given<'_, 'py>>,
-        along: Option<Given<'_, 'py>>,
-        look_at: Option<Given<'_, 'py>>,
+        axis: Option<ArrayLike<'_, 'py>>,
+        along: Option<ArrayLike<'_, 'py>>,
+        look_at: Option<ArrayLike<'_, 'py>>,
         within: f64,
-        plane: Option<Given<'_, 'py>>,
-        line: Option<Given<'_, 'py>>,
+        plane: Option<ArrayLike<'_, 'py>>,
+        line: Option<ArrayLike<'_, 'py>>,
     ) -> PyResult<Array1<'py>> {
         let parts = Parts { axis, along, look_at, within, plane, line };
         let tolerances = [position_tolerance, orientation_tolerance];
-        Asked { part, at, q, in_base, tolerances, steps, restarts, parts }.solve(slf)
+        SearchArguments { part, at, q, in_base, tolerances, steps, restarts, parts }.solve(slf)
     }
 
     /// Create the search of `inverse_kinematics` without running it. `InverseKinematicsSearch.advance` does the work in portions.
@@ -605,23 +605,23 @@ impl Robot {
     fn begin_inverse_kinematics<'py>(
         slf: &Bound<'py, Self>,
         part: &str,
-        at: Option<Given<'_, 'py>>,
-        q: Option<Given<'_, 'py>>,
+        at: Option<ArrayLike<'_, 'py>>,
+        q: Option<ArrayLike<'_, 'py>>,
         in_base: bool,
         position_tolerance: f64,
         orientation_tolerance: f64,
         steps: usize,
         restarts: usize,
-        axis: Option<Given<'_, 'py>>,
-        along: Option<Given<'_, 'py>>,
-        look_at: Option<Given<'_, 'py>>,
+        axis: Option<ArrayLike<'_, 'py>>,
+        along: Option<ArrayLike<'_, 'py>>,
+        look_at: Option<ArrayLike<'_, 'py>>,
         within: f64,
-        plane: Option<Given<'_, 'py>>,
-        line: Option<Given<'_, 'py>>,
+        plane: Option<ArrayLike<'_, 'py>>,
+        line: Option<ArrayLike<'_, 'py>>,
     ) -> PyResult<InverseKinematicsSearch> {
         let parts = Parts { axis, along, look_at, within, plane, line };
         let tolerances = [position_tolerance, orientation_tolerance];
-        Asked { part, at, q, in_base, tolerances, steps, restarts, parts }.search(slf)
+        SearchArguments { part, at, q, in_base, tolerances, steps, restarts, parts }.search(slf)
     }
 
     /// Compute the best of several configurations within the limits in which the tip of a chain meets a goal.
@@ -676,8 +676,8 @@ impl Robot {
     fn inverse_kinematics_best<'py>(
         slf: &Bound<'py, Self>,
         part: &str,
-        at: Option<Given<'_, 'py>>,
-        q: Option<Given<'_, 'py>>,
+        at: Option<ArrayLike<'_, 'py>>,
+        q: Option<ArrayLike<'_, 'py>>,
         centred: f64,
         near: f64,
         manipulable: f64,
@@ -685,12 +685,12 @@ impl Robot {
         starts: usize,
         improve: usize,
         in_base: bool,
-        axis: Option<Given<'_, 'py>>,
-        along: Option<Given<'_, 'py>>,
-        look_at: Option<Given<'_, 'py>>,
+        axis: Option<ArrayLike<'_, 'py>>,
+        along: Option<ArrayLike<'_, 'py>>,
+        look_at: Option<ArrayLike<'_, 'py>>,
         within: f64,
-        plane: Option<Given<'_, 'py>>,
-        line: Option<Given<'_, 'py>>,
+        plane: Option<ArrayLike<'_, 'py>>,
+        line: Option<ArrayLike<'_, 'py>>,
     ) -> PyResult<(Array1<'py>, f64)> {
         let (own, name) = (base(slf), part);
         let part = own.part(name)?;
@@ -765,8 +765,8 @@ impl Robot {
     fn inverse_kinematics_all<'py>(
         slf: &Bound<'py, Self>,
         part: &str,
-        at: Given<'_, 'py>,
-        q: Option<Given<'_, 'py>>,
+        at: ArrayLike<'_, 'py>,
+        q: Option<ArrayLike<'_, 'py>>,
         held: Option<usize>,
         in_base: bool,
     ) -> PyResult<Array2<'py>> {
@@ -806,7 +806,7 @@ impl Robot {
     /// --------
     /// >>> robot.is_valid([0.1, 0.2, 0.3]), robot.is_valid([4.0, 0, 0])
     /// (True, False)
-    fn is_valid(slf: &Bound<'_, Self>, q: Given<'_, '_>) -> PyResult<bool> {
+    fn is_valid(slf: &Bound<'_, Self>, q: ArrayLike<'_, '_>) -> PyResult<bool> {
         let own = base(slf);
         let q: Input<'_> = vector(q, own.model.nq(), "q")?;
         let mut within = q.slice().to_vec();
@@ -855,8 +855,8 @@ impl Robot {
     fn plan<'py>(
         slf: &Bound<'py, Self>,
         part: &str,
-        goal: Given<'_, 'py>,
-        start: Option<Given<'_, 'py>>,
+        goal: ArrayLike<'_, 'py>,
+        start: Option<ArrayLike<'_, 'py>>,
         #[pyo3(from_py_with = crate::values::seed)] seed: u64,
         step: f64,
         room: usize,

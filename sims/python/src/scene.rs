@@ -2,7 +2,9 @@
 use crate::array::{out1, out2};
 use crate::core::Core;
 use linkwork_assembly::BodyShape as Shown;
-use linkwork_collision::{Seen, Shape, Triangles, box_of_inertia, drawn_plane, drawn_surface};
+use linkwork_collision::{
+    Shape, Triangles, VisualShape, box_of_inertia, drawn_plane, drawn_surface,
+};
 use linkwork_formats::{BodyShape, Geometry, ShapeRole};
 use linkwork_multibody::Body;
 use linkwork_spatial::{Pose, Vec3};
@@ -61,8 +63,8 @@ fn of_simulation(s: &Shown) -> Drawn {
         pose: s.pose,
         color: s.color,
         form: match &s.shape {
-            Seen::Shape(shape) => of_shape(shape),
-            Seen::File { file, scale } => mesh_file(file, [scale.x, scale.y, scale.z]),
+            VisualShape::Shape(shape) => of_shape(shape),
+            VisualShape::File { file, scale } => mesh_file(file, [scale.x, scale.y, scale.z]),
         },
     }
 }

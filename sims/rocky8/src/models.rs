@@ -35,7 +35,7 @@ pub struct Out<'a> {
 
 /// A model of ours: its name, parameters, bindings, rate, and its ports by the makers' names.
 #[derive(Default)]
-struct Made {
+struct MappedModel {
     model: &'static str,
     params: String,
     bind: String,
@@ -141,14 +141,14 @@ impl<'a> Out<'a> {
         }
     }
 
-    fn made(&mut self, class: &str, name: &str, p: &Json, j: &Json) -> Result<Option<Made>> {
+    fn made(&mut self, class: &str, name: &str, p: &Json, j: &Json) -> Result<Option<MappedModel>> {
         let hinge = |bind: &str, body: &Body| format!("{bind:?}: \"hinge:R8Mbody/{}\"", body.name);
         Ok(Some(match class {
             "DCMotorVin" => {
                 let body = self.body(name, "_motor", j)?;
                 let (k, r) = (p.at("K_t")?.number()?, p.at("R")?.number()?);
                 p.at("damping")?.must_be(&json!(0.0))?;
-                Made {
+                MappedModel {
                     model: "actuators.dc_motor",
                     params: format!(
                         "\"resistance\": {r:?}, \"torque_constant\": {k:?}, \"gear\": {:?}",
@@ -161,13 +161,13 @@ impl<'a> Out<'a> {
                         ("power", "power"),
                         ("current", "current"),
                     ],
-                    ..Made::default()
+                    ..MappedModel::default()
                 }
             }
             "RoverPinEncoder" => {
                 let body = self.body(name, "_encoder", j)?;
                 p.at("polarity")?.must_be(&json!(1))?;
-                Made {
+                MappedModel {
                     model: "sensors.encoder",
                     params: format!("\"ticks\": \"$encoder_ticks\", \"gear\": {:?}", body.gear),
                     bind: hinge("shaft", body),
@@ -177,14 +177,14 @@ impl<'a> Out<'a> {
             }
             "GearedPinAngle" => {
                 let body = self.body(name, "_motor", j)?;
-                Made {
+                MappedModel {
                     model: "basics.hinge_trajectory",
                     params: format!(
                         "\"profile\": (file: \"$steering\", column: {:?}), \"between\": stops",
                         body.name
                     ),
                     bind: hinge("hinge", body),
-                    ..Made::default()
+                    ..MappedModel::default()
                 }
             }
             "CompliantTerzaghi" => {
@@ -198,13 +198,13 @@ impl<'a> Out<'a> {
                 }
                 let (r, w) = (p.at("wheel_radius")?.number()?, p.at("wheel_width")?.number()?);
                 self.wheels.insert(body.name.clone(), (r, w));
-                Made {
+                MappedModel {
                     model: "mobility.wheel_rigid",
                     params: format!(
                         "\"radius\": {r:?}, \"width\": {w:?}, \"stiffness\": {kn:?}, \"exponent\": {n:?}, \"dissipation\": {an:?}, \"tangential_stiffness\": {kt:?}, \"tangential_damping\": {at:?}, \"friction\": \"$friction\""
                     ),
                     bind: format!("\"hub\": \"node:R8Mbody/{}\"", body.name),
-                    ..Made::default()
+                    ..MappedModel::default()
                 }
             }
             "TerrainPenAnalytic" => {
@@ -227,14 +227,14 @@ impl<'a> Out<'a> {
                 let (lower, upper) =
                     (p.at("lower_bound")?.number()?, p.at("upper_bound")?.number()?);
                 let (k, alpha) = (p.at("k")?.number()?, p.at("alpha")?.number()?);
-                Made {
+                MappedModel {
                     model: "actuators.soft_stop",
                     params: format!(
                         "\"lower\": {lower:?}, \"upper\": {upper:?}, \"stiffness\": {k:?}, \"dissipation\": {:?}",
                         1.5 * alpha
                     ),
                     bind: hinge("shaft", body),
-                    ..Made::default()
+                    ..MappedModel::default()
                 }
             }
             "DiffConstraint" => {
@@ -252,11 +252,11 @@ impl<'a> Out<'a> {
                 }
                 return Ok(None);
             }
-            "NodePosAttitude" => Made {
+            "NodePosAttitude" => MappedModel {
                 model: "sensors.pose",
                 bind: "\"mount\": \"node:R8Mbody/chassis\"".into(),
                 rate: "10 Hz",
-                ..Made::default()
+                ..MappedModel::default()
             },
             "GeneralGravity" => {
                 self.left.push(

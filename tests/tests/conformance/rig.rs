@@ -1,7 +1,7 @@
 //! A model on a test bench: separate signals, smoothly varying inputs, Euler steps of 1 ms.
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{
-    Block, Description, Evaluation, Lane, Now, PortKind, PortSpec, Prototype, Wiring, noise,
+    Block, Description, EvalTime, Evaluation, Lane, PortKind, PortSpec, Prototype, Wiring, noise,
 };
 
 /// Ticks between the samples of a sampled model.
@@ -80,7 +80,8 @@ impl Rig {
     pub fn step(&mut self) {
         let t = STEP * self.tick as f64;
         let evaluation = Evaluation::Tick;
-        let now = Now { t, dt: STEP, tick: self.tick, evaluation, span: None, number: self.tick };
+        let now =
+            EvalTime { t, dt: STEP, tick: self.tick, evaluation, span: None, number: self.tick };
         let mut at = 0;
         for spec in self.description.inputs.iter().chain(&self.description.feedthrough_inputs) {
             move_input(spec, at, t, &mut self.sig[at..at + spec.lanes]);
@@ -119,7 +120,7 @@ impl Rig {
     }
 
     /// Fires guards that changed their sign since the last tick.
-    fn events(&mut self, now: &Now) {
+    fn events(&mut self, now: &EvalTime) {
         let (x, d, sig) = (&self.x, &self.d, &self.sig);
         for _ in 0..self.repeats {
             self.block.guards(now, x, d, sig, &mut self.values).unwrap();

@@ -186,9 +186,9 @@ const CASES: &[Case] = &[
         text: r#"world: (body: "earth", mu: 3.986004418e14),
         bodies: { "chief": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (position: [7e6, 0, 0], velocity: [0, 7546.053290107542, 0])),
             "deputy": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (position: [7000010, 0, 5], velocity: [0, 7546.042510031413, 0])) },
-        parts: { "Gravity": (model: "environment.point_mass_gravity"), "Seen": (model: "flight.station_keeping", params: { "mass": 1, "force_max": 0 }, bind: { "chief": "node:chief", "deputy": "node:deputy" }) },
+        parts: { "Gravity": (model: "environment.point_mass_gravity"), "VisualShape": (model: "flight.station_keeping", params: { "mass": 1, "force_max": 0 }, bind: { "chief": "node:chief", "deputy": "node:deputy" }) },
         step: "10 s", integrator: "verner_87", until: "5830 s",
-        metrics: { "vy": (of: "Seen.velocity.y", at: "time >= 0 s"), "x": (of: "Seen.position.x", at: "time >= 1457.129 s"), "y": (of: "Seen.position.y", at: "time >= 1457.129 s"), "z": (of: "Seen.position.z", at: "time >= 1457.129 s"), "far": (of: "Seen.position.y", take: "max_abs") }"#,
+        metrics: { "vy": (of: "VisualShape.velocity.y", at: "time >= 0 s"), "x": (of: "VisualShape.position.x", at: "time >= 1457.129 s"), "y": (of: "VisualShape.position.y", at: "time >= 1457.129 s"), "z": (of: "VisualShape.position.z", at: "time >= 1457.129 s"), "far": (of: "VisualShape.position.y", take: "max_abs") }"#,
         // n = sqrt(mu/r^3) = 1.0780076e-3 rad/s: v_y = -2 n x, and after a quarter of the orbit (0, -2 x, 0).
         want: &[
             ("vy", -0.021_560_15, 1e-7),

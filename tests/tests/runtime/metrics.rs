@@ -3,7 +3,9 @@
 use crate::common;
 use allocation_counter::measure;
 use linkwork_runner::{Metrics, prepare};
-use linkwork_runtime::{Integrator, Observer, Place, Seconds, Simulation, Stretch, Wanted};
+use linkwork_runtime::{
+    Integrator, Observer, ObserverRequest, Place, Seconds, Simulation, Stretch,
+};
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -278,7 +280,7 @@ fn an_observer_changes_nothing() {
             let mut sim = common::repository(&format!("{name}/sim.ron"), &[]).unwrap();
             if observed {
                 let places: Vec<Place> = sim.plan().variables.values().map(|v| v.place).collect();
-                let wanted = Wanted { places, ..Wanted::default() };
+                let wanted = ObserverRequest { places, ..ObserverRequest::default() };
                 sim.observe(&wanted, Box::new(Nosy { seen: 0.0, stretches: 0 }));
             }
             for _ in 0..150 {

@@ -59,7 +59,7 @@ pub(super) type Column = [f64; 6];
 
 /// Body and command, in the order of the input values.
 #[derive(Ports, Clone, Copy, Debug)]
-pub struct Wanted {
+pub struct WrenchCommand {
     /// The body; positions and torque refer to its node.
     #[port(bind = "body")]
     pub body: NodeState,
@@ -73,7 +73,7 @@ pub struct Wanted {
 
 /// Force and torque of the open jets.
 #[derive(Ports, Clone, Copy, Debug)]
-pub struct Given {
+pub struct JetWrench {
     /// Number of open jets.
     #[port("1")]
     pub opened: f64,
@@ -165,7 +165,7 @@ impl JetSelection {
     }
 
     /// Returns the open jets, their torque and force, and the carried remainder.
-    fn select(&self, d: &Carried, u: &Wanted) -> ([bool; JETS_MAX], Column, Carried) {
+    fn select(&self, d: &Carried, u: &WrenchCommand) -> ([bool; JETS_MAX], Column, Carried) {
         let force = u.body.rotation.inverse() * u.force + d.force;
         let torque = u.torque + d.torque;
         let wanted = [torque.x, torque.y, torque.z, force.x, force.y, force.z];
@@ -195,8 +195,8 @@ impl SizedModel for JetSelection {
             .unit_of("1")
             .doc_of("1 for a jet that is open in this period, else 0; in the order of the jets.");
         SizedPorts {
-            feedthrough_inputs: Wanted::specs(),
-            feedthrough_outputs: std::iter::once(open).chain(Given::specs()).collect(),
+            feedthrough_inputs: WrenchCommand::specs(),
+            feedthrough_outputs: std::iter::once(open).chain(JetWrench::specs()).collect(),
             discrete: Carried::specs(),
             sampled: true,
             ..SizedPorts::default()
@@ -232,19 +232,19 @@ impl SizedModel for JetSelection {
     }
 
     fn feedthrough(&self, d: &[f64], u: &[f64], y: &mut [f64]) {
-        let (open, given, _) = self.select(&Carried::get(d), &Wanted::get(u));
+        let (open, given, _) = self.select(&Carried::get(d), &WrenchCommand::get(u));
         let (jets, rest) = y.split_at_mut(self.columns.len());
         for (lane, open) in jets.iter_mut().zip(open) {
             *lane = f64::from(u8::from(open));
         }
         let [a, b, c, x, y, z] = given;
         let opened = jets.iter().sum();
-        Given { opened, given_torque: Vec3::new(a, b, c), given_force: Vec3::new(x, y, z) }
+        JetWrench { opened, given_torque: Vec3::new(a, b, c), given_force: Vec3::new(x, y, z) }
             .put(rest);
     }
 
     fn update(&self, d: &mut [f64], u: &[f64]) {
-        let (_, _, carried) = self.select(&Carried::get(d), &Wanted::get(u));
+        let (_, _, carried) = self.select(&Carried::get(d), &WrenchCommand::get(u));
         carried.put(d);
     }
 }
@@ -269,10 +269,10 @@ mod tests {
         JetSelection::build(JetSelectionParams { jets: jets() }).map_err(|e| e.message).unwrap()
     }
 
-    fn wanted(force: Vec3, torque: Vec3) -> Wanted {
+    fn wanted(force: Vec3, torque: Vec3) -> WrenchCommand {
         let rotation = Quat::from_scaled_axis(Vec3::new(0.3, -0.5, 0.9));
         let body = NodeState { rotation, ..NodeState::identity() };
-        Wanted { body, force: rotation * force, torque }
+        WrenchCommand { body, force: rotation * force, torque }
     }
 
     #[test]

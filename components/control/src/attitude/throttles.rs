@@ -39,7 +39,7 @@ pub struct ThrottlesParams {
 
 /// Command.
 #[derive(Ports, Clone, Copy, Debug)]
-pub struct Wanted {
+pub struct WrenchCommand {
     /// Commanded force, body axes.
     #[port("N", default = Vec3::zeros())]
     pub force: Vec3,
@@ -50,7 +50,7 @@ pub struct Wanted {
 
 /// Force and torque of the engines in vacuum.
 #[derive(Ports, Clone, Copy, Debug)]
-pub struct Given {
+pub struct EngineWrench {
     /// Torque, body axes.
     #[port("N m")]
     pub given_torque: Vec3,
@@ -98,8 +98,8 @@ impl SizedModel for Throttles {
                 .unit_of("1")
                 .doc_of("Throttle of each engine, 0 to 1; in the order of the engines.");
         SizedPorts {
-            feedthrough_inputs: Wanted::specs(),
-            feedthrough_outputs: std::iter::once(throttle).chain(Given::specs()).collect(),
+            feedthrough_inputs: WrenchCommand::specs(),
+            feedthrough_outputs: std::iter::once(throttle).chain(EngineWrench::specs()).collect(),
             ..SizedPorts::default()
         }
     }
@@ -160,13 +160,13 @@ impl SizedModel for Throttles {
     }
 
     fn feedthrough(&self, u: &[f64], y: &mut [f64]) {
-        let Wanted { force, torque } = Wanted::get(u);
+        let WrenchCommand { force, torque } = WrenchCommand::get(u);
         let s = self.throttles(&[torque.x, torque.y, torque.z, force.x, force.y, force.z]);
         let (lanes, rest) = y.split_at_mut(self.columns.len());
         lanes.copy_from_slice(&s[..self.columns.len()]);
         let sum = |i: usize| self.columns.iter().zip(s).map(|(c, s)| c[i] * s).sum::<f64>();
         let given_torque = Vec3::new(sum(0), sum(1), sum(2));
-        Given { given_torque, given_force: Vec3::new(sum(3), sum(4), sum(5)) }.put(rest);
+        EngineWrench { given_torque, given_force: Vec3::new(sum(3), sum(4), sum(5)) }.put(rest);
     }
 }
 
@@ -201,11 +201,11 @@ mod tests {
         Throttles::build(p).map_err(|e| e.message).unwrap()
     }
 
-    fn at(m: &Throttles, force: Vec3, torque: Vec3) -> (Vec<f64>, Given) {
-        let (mut u, mut y) = ([0.0; 6], vec![0.0; m.columns.len() + Given::N]);
-        Wanted { force, torque }.put(&mut u);
+    fn at(m: &Throttles, force: Vec3, torque: Vec3) -> (Vec<f64>, EngineWrench) {
+        let (mut u, mut y) = ([0.0; 6], vec![0.0; m.columns.len() + EngineWrench::N]);
+        WrenchCommand { force, torque }.put(&mut u);
         m.feedthrough(&u, &mut y);
-        let given = Given::get(&y[m.columns.len()..]);
+        let given = EngineWrench::get(&y[m.columns.len()..]);
         (y[..m.columns.len()].to_vec(), given)
     }
 

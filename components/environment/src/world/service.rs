@@ -3,7 +3,7 @@
 use super::body::Centre;
 use super::params::{Planet, WorldParams};
 use crate::ephemeris::{Course, Heavens};
-use crate::light::Seen;
+use crate::light::SunView;
 use linkwork_runtime::Start;
 use linkwork_runtime::prelude::*;
 use linkwork_world::planet::Geodetic;
@@ -164,7 +164,7 @@ impl Inner {
     pub fn light(&self, t: f64, p: &Vec3, sun: &Vec3) -> Light {
         let planet = &self.planet;
         let r = planet.site.map_or(*p, |s| s.relative_to_centre(p));
-        let mut seen = Seen::new(&(sun - r), self.params.solar_constant);
+        let mut seen = SunView::new(&(sun - r), self.params.solar_constant);
         match &planet.site {
             Some(_) if !planet.turning => seen.horizon(),
             // Near the origin of W the ground there counts: the sphere that touches it.

@@ -125,7 +125,7 @@ pub struct Heat {
 
 /// Flag of the table range.
 #[derive(State, Clone, Copy, Debug)]
-pub struct Left {
+pub struct TableExit {
     /// The flow has been outside the range of the coefficients.
     #[port]
     pub outside: bool,
@@ -145,7 +145,7 @@ pub struct Edge {
 
 impl Edge {
     /// Returns the guards for a flow that is `inside` by this fraction of the range; `was` states whether it has been outside.
-    pub(super) fn at(inside: f64, was: &Left) -> Edge {
+    pub(super) fn at(inside: f64, was: &TableExit) -> Edge {
         // A flow that begins exactly on the edge counts as inside; the guard `outside` detects a flow that leaves.
         Edge { outside: -inside, begins: if was.outside { -1.0 } else { -inside - BEGINS } }
     }
@@ -178,7 +178,7 @@ pub(super) fn leaves(
     outside: Outside,
     which: Fired<'_>,
     reach: impl FnOnce() -> String,
-    was: &Left,
+    was: &TableExit,
 ) -> Option<BuildError> {
     // With `clamp` only the first exit is reported; with `stop` every exit stops the run.
     let silent = was.outside && outside == Outside::Clamp;
@@ -282,7 +282,7 @@ impl Model for Axisymmetric {
     type Outputs = Passed;
     type FeedthroughOutputs = AxisymmetricOut;
     type State = Heat;
-    type DiscreteState = Left;
+    type DiscreteState = TableExit;
     type Guards = Edge;
     fn build(p: AxisymmetricParams) -> Result<Self, BuildError> {
         check_air_rate(&p.air_rate, p.world.as_ref(), "air_rate")?;
@@ -310,7 +310,7 @@ impl Model for Axisymmetric {
         let scales = Scales { area, length, reference, damping, heating_constant, nose_radius };
         Ok(Axisymmetric { p, scales, tables })
     }
-    fn outputs(&self, x: &Heat, d: &Left) -> Passed {
+    fn outputs(&self, x: &Heat, d: &TableExit) -> Passed {
         Passed { heat_load: x.load, outside: d.outside }
     }
     fn feedthrough(&self, clock: &Clock, u: &BodyIn) -> AxisymmetricOut {
@@ -321,18 +321,18 @@ impl Model for Axisymmetric {
     fn derivatives(&self, y: &AxisymmetricOut) -> Heat {
         Heat { load: y.heating }
     }
-    fn guards(&self, clock: &Clock, d: &Left, u: &BodyIn) -> Edge {
+    fn guards(&self, clock: &Clock, d: &TableExit, u: &BodyIn) -> Edge {
         Edge::at(self.air(clock.t, u).1, d)
     }
-    fn handle_event(&self, x: &Heat) -> (Heat, Left) {
+    fn handle_event(&self, x: &Heat) -> (Heat, TableExit) {
         // The flow leaves or enters the range, so it has been outside.
-        (*x, Left { outside: true })
+        (*x, TableExit { outside: true })
     }
     fn runtime_warning(
         &self,
         clock: &Clock,
         fired: Fired<'_>,
-        d: &Left,
+        d: &TableExit,
         u: &BodyIn,
     ) -> Option<BuildError> {
         leaves(self.p.outside, fired, || self.reach(&self.air(clock.t, u).0), d)
@@ -461,7 +461,7 @@ mod tests {
         assert_eq!(at(&capsule(Outside::Stop), v, Vec3::zeros()), clamped);
         let body = NodeState { velocity: v, ..NodeState::identity() };
         let u = BodyIn { body, gust: Vec3::zeros(), gust_rate: Vec3::zeros() };
-        let (c, x, d) = (Clock::at(0.0, 0.01, 0), Heat { load: 3.0 }, Left { outside: false });
+        let (c, x, d) = (Clock::at(0.0, 0.01, 0), Heat { load: 3.0 }, TableExit { outside: false });
         for (outside, stops) in [(Outside::Clamp, false), (Outside::Stop, true)] {
             let m = capsule(outside);
             assert!(m.guards(&c, &d, &u).outside > 0.0);

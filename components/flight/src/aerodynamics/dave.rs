@@ -14,7 +14,7 @@
 //! fails its own shots is refused. `set` replaces constants. Where a table ends it clamps, or the run stops.
 
 use super::air_data::{AirData, Outside, check_air_rate};
-use super::axisymmetric::{Edge, Left, leaves, remark};
+use super::axisymmetric::{Edge, TableExit, leaves, remark};
 use crate::mesh::{named_text, show_text};
 use linkwork_formats::daveml::{DaveModel, Role, read_dave, unit_text};
 use linkwork_runtime::prelude::*;
@@ -177,7 +177,7 @@ pub struct DaveOut {
 
 /// Whether the tables were left.
 #[derive(Ports, Clone, Copy, Debug)]
-pub struct Seen {
+pub struct TableFlag {
     /// The flow has been outside the tables.
     #[port]
     pub outside: bool,
@@ -405,9 +405,9 @@ fn reynolds(p: &DaveParams, k: usize, start: &[f64]) -> Result<(f64, f64), Build
 impl Model for DaveAerodynamics {
     type Params = DaveParams;
     type FeedthroughInputs = DaveIn;
-    type Outputs = Seen;
+    type Outputs = TableFlag;
     type FeedthroughOutputs = DaveOut;
-    type DiscreteState = Left;
+    type DiscreteState = TableExit;
     type Guards = Edge;
     fn build(p: DaveParams) -> Result<Self, BuildError> {
         check_air_rate(&p.air_rate, p.world.as_ref(), "air_rate")?;
@@ -517,8 +517,8 @@ impl Model for DaveAerodynamics {
         }
         Ok(DaveAerodynamics { p, flow, length, controls, results, stability, start })
     }
-    fn outputs(&self, d: &Left) -> Seen {
-        Seen { outside: d.outside }
+    fn outputs(&self, d: &TableExit) -> TableFlag {
+        TableFlag { outside: d.outside }
     }
     fn feedthrough(&self, clock: &Clock, u: &DaveIn) -> DaveOut {
         let a = self.air(clock.t, u);
@@ -548,18 +548,18 @@ impl Model for DaveAerodynamics {
             beta: a.beta(),
         }
     }
-    fn guards(&self, clock: &Clock, d: &Left, u: &DaveIn) -> Edge {
+    fn guards(&self, clock: &Clock, d: &TableExit, u: &DaveIn) -> Edge {
         Edge::at(self.inside(clock.t, u), d)
     }
-    fn handle_event(&self) -> ((), Left) {
+    fn handle_event(&self) -> ((), TableExit) {
         // It leaves the range or comes in: it has been outside.
-        ((), Left { outside: true })
+        ((), TableExit { outside: true })
     }
     fn runtime_warning(
         &self,
         clock: &Clock,
         fired: Fired<'_>,
-        d: &Left,
+        d: &TableExit,
         u: &DaveIn,
     ) -> Option<BuildError> {
         leaves(self.p.outside, fired, || self.reach(&self.air(clock.t, u)), d)

@@ -61,7 +61,7 @@ fn units_axes_and_controls_are_those_of_the_file() {
     let body = NodeState { velocity, ..NodeState::identity() };
     let u =
         DaveIn { body, controls: [0.0; CONTROLS], gust: Vec3::zeros(), gust_rate: Vec3::zeros() };
-    let (c, d) = (Clock::at(0.0, 0.01, 0), Left { outside: false });
+    let (c, d) = (Clock::at(0.0, 0.01, 0), TableExit { outside: false });
     assert!(m.guards(&c, &d, &u).outside > 0.0);
     let told = m.runtime_warning(&c, Fired::rising(LEAVES), &d, &u).unwrap();
     let words = "leaves the tables, those of wing.dml, at Mach 0.2941, α 28.65 deg, β 0.00 deg";

@@ -9,7 +9,7 @@
 //! selects whether the run stops. The model does not use the attitude of the body and exerts no moment. In vertical flight there is no lift.
 
 use super::air_data::{AirData, Outside, gusty, heating_constant};
-use super::axisymmetric::{Edge, Heat, Left, Passed, leaves, remark};
+use super::axisymmetric::{Edge, Heat, Passed, TableExit, leaves, remark};
 use crate::table::Curve;
 use linkwork_runtime::prelude::*;
 
@@ -143,7 +143,7 @@ impl Model for EntryAerodynamics {
     type Outputs = Passed;
     type FeedthroughOutputs = EntryOut;
     type State = Heat;
-    type DiscreteState = Left;
+    type DiscreteState = TableExit;
     type Guards = Edge;
     fn build(p: EntryParams) -> Result<Self, BuildError> {
         let (drag, ratio) =
@@ -159,7 +159,7 @@ impl Model for EntryAerodynamics {
         };
         Ok(EntryAerodynamics { p, drag, ratio, vertical, heating })
     }
-    fn outputs(&self, x: &Heat, d: &Left) -> Passed {
+    fn outputs(&self, x: &Heat, d: &TableExit) -> Passed {
         Passed { heat_load: x.load, outside: d.outside }
     }
     fn feedthrough(&self, clock: &Clock, u: &EntryIn) -> EntryOut {
@@ -186,18 +186,18 @@ impl Model for EntryAerodynamics {
     fn derivatives(&self, y: &EntryOut) -> Heat {
         Heat { load: y.heating }
     }
-    fn guards(&self, clock: &Clock, d: &Left, u: &EntryIn) -> Edge {
+    fn guards(&self, clock: &Clock, d: &TableExit, u: &EntryIn) -> Edge {
         Edge::at(self.inside(self.mach(clock.t, u)), d)
     }
-    fn handle_event(&self, x: &Heat) -> (Heat, Left) {
+    fn handle_event(&self, x: &Heat) -> (Heat, TableExit) {
         // The flow leaves or enters the range, so it has been outside.
-        (*x, Left { outside: true })
+        (*x, TableExit { outside: true })
     }
     fn runtime_warning(
         &self,
         clock: &Clock,
         fired: Fired<'_>,
-        d: &Left,
+        d: &TableExit,
         u: &EntryIn,
     ) -> Option<BuildError> {
         leaves(self.p.outside, fired, || self.reach(self.mach(clock.t, u)), d)

@@ -11,7 +11,7 @@
 
 use super::air_data::{AirData, Outside};
 use super::air_data::{check_air_rate, heating_constant};
-use super::axisymmetric::{AxisymmetricOut, BodyIn, Edge, Heat, LEAVES, Left, Passed, Scales};
+use super::axisymmetric::{AxisymmetricOut, BodyIn, Edge, Heat, LEAVES, Passed, Scales, TableExit};
 use super::sphere_cone::{SphereCone, base_pressure, pressure_max};
 use linkwork_runtime::prelude::*;
 use std::f64::consts::PI;
@@ -112,7 +112,7 @@ impl Model for SphereConeShell {
     type Outputs = Passed;
     type FeedthroughOutputs = AxisymmetricOut;
     type State = Heat;
-    type DiscreteState = Left;
+    type DiscreteState = TableExit;
     type Guards = Edge;
     fn build(p: SphereConeParams) -> Result<Self, BuildError> {
         check_air_rate(&p.air_rate, p.world.as_ref(), "air_rate")?;
@@ -128,7 +128,7 @@ impl Model for SphereConeShell {
         };
         Ok(SphereConeShell { p, shape, scales })
     }
-    fn outputs(&self, x: &Heat, d: &Left) -> Passed {
+    fn outputs(&self, x: &Heat, d: &TableExit) -> Passed {
         Passed { heat_load: x.load, outside: d.outside }
     }
     fn feedthrough(&self, clock: &Clock, u: &BodyIn) -> AxisymmetricOut {
@@ -144,18 +144,18 @@ impl Model for SphereConeShell {
     fn derivatives(&self, y: &AxisymmetricOut) -> Heat {
         Heat { load: y.heating }
     }
-    fn guards(&self, clock: &Clock, d: &Left, u: &BodyIn) -> Edge {
+    fn guards(&self, clock: &Clock, d: &TableExit, u: &BodyIn) -> Edge {
         Edge::at(self.air(clock.t, u).1, d)
     }
-    fn handle_event(&self, x: &Heat) -> (Heat, Left) {
+    fn handle_event(&self, x: &Heat) -> (Heat, TableExit) {
         // The flow leaves or enters the range, so it has been outside.
-        (*x, Left { outside: true })
+        (*x, TableExit { outside: true })
     }
     fn runtime_warning(
         &self,
         clock: &Clock,
         fired: Fired<'_>,
-        d: &Left,
+        d: &TableExit,
         u: &BodyIn,
     ) -> Option<BuildError> {
         // With `outside: stop` the run stops even if the flow has been outside before.
@@ -207,7 +207,7 @@ mod tests {
         SphereConeShell::build(p).unwrap()
     }
 
-    const STATE: (Heat, Left) = (Heat { load: 0.0 }, Left { outside: false });
+    const STATE: (Heat, TableExit) = (Heat { load: 0.0 }, TableExit { outside: false });
 
     fn inputs(alpha: f64, roll: f64, speed: f64, angular: Vec3) -> BodyIn {
         let across = Vec3::new(0.0, roll.sin(), roll.cos());

@@ -16,7 +16,7 @@ use linkwork_runtime::prelude::*;
 use linkwork_world::orbit::{ClohessyWiltshire, Relative};
 
 /// State of the deputy relative to the chief, in the chief's axes (m, m/s), and the linear gravity field.
-struct Seen {
+struct RelativeState {
     position: Vec3,
     velocity: Vec3,
     /// Rotation from the chief's axes to W.
@@ -25,11 +25,11 @@ struct Seen {
 }
 
 /// Returns `None` if the chief has no orbital motion, because its axes are then undefined.
-fn seen(site: Option<&Site>, u: &StationIn) -> Option<Seen> {
+fn seen(site: Option<&Site>, u: &StationIn) -> Option<RelativeState> {
     let (position, velocity, R, n) = relative(site, &u.chief, &u.deputy)?;
     // n² = μ/r³, with r = 1.
     let field = ClohessyWiltshire::new(n * n, 1.0).ok()?;
-    Some(Seen { position, velocity, R, field })
+    Some(RelativeState { position, velocity, R, field })
 }
 
 /// Parameters of a transfer.
@@ -80,7 +80,7 @@ pub struct TransferOut {
 
 /// State of a transfer.
 #[derive(State, Clone, Copy, Debug)]
-pub struct Taken {
+pub struct TransferState {
     /// Sum of the changes of velocity that were asked for.
     #[port("m/s")]
     pub dv: f64,
@@ -130,19 +130,19 @@ impl Model for Transfer {
     type FeedthroughInputs = StationIn;
     type Outputs = TransferCost;
     type FeedthroughOutputs = TransferOut;
-    type DiscreteState = Taken;
+    type DiscreteState = TransferState;
     fn build(p: TransferParams) -> Result<Self, BuildError> {
         let site = orbital(&p.world)?;
         Ok(Transfer { p, site })
     }
-    fn outputs(&self, d: &Taken) -> TransferCost {
+    fn outputs(&self, d: &TransferState) -> TransferCost {
         TransferCost { dv: d.dv }
     }
     fn feedthrough(&self, clock: &Clock, u: &StationIn) -> TransferOut {
         self.ask(clock, u)
     }
-    fn update(&self, clock: &Clock, d: &Taken, u: &StationIn) -> Taken {
-        Taken { dv: d.dv + self.ask(clock, u).force.norm() * clock.dt / self.p.mass }
+    fn update(&self, clock: &Clock, d: &TransferState, u: &StationIn) -> TransferState {
+        TransferState { dv: d.dv + self.ask(clock, u).force.norm() * clock.dt / self.p.mass }
     }
     fn startup_warnings(&self, clock: &Clock) -> Vec<BuildError> {
         super::powered_descent::past(self.p.arrival, self.p.freeze, clock.t)
@@ -319,7 +319,7 @@ mod tests {
         let (place, arrival) = (Vec3::new(10.0, -30.0, 5.0), 1944.0);
         let m = transfer(place, arrival, 0.002);
         let start = Vec3::new(200.0, -1500.0, 80.0);
-        let (mut d, mut held, mut calls) = (Taken { dv: 0.0 }, Vec3::zeros(), 0);
+        let (mut d, mut held, mut calls) = (TransferState { dv: 0.0 }, Vec3::zeros(), 0);
         let (r, _) =
             fly((start, Vec3::new(0.15, -0.5, -0.1)), arrival, 0.5, &mut |t, chief, deputy| {
                 let u = StationIn { chief: *chief, deputy: *deputy };

@@ -80,7 +80,7 @@ pub struct HazardMapOut {
 
 /// Map result, kept after the first sample.
 #[derive(State, Clone, Copy, Debug)]
-pub struct Found {
+pub struct SiteState {
     /// The map has been made.
     #[port]
     pub mapped: bool,
@@ -172,13 +172,13 @@ impl HazardMap {
     }
 
     /// Makes the map for the state of a lander and selects the landing site.
-    fn map(&self, c: &Clock, body: &NodeState) -> Found {
+    fn map(&self, c: &Clock, body: &NodeState) -> SiteState {
         let p = &self.p;
         let at = body.position + body.velocity * p.lead;
         let node = |x: f64| (x / p.spacing).round() * p.spacing;
         let middle = (node(at.x), node(at.y));
         let (half, _) = self.reach();
-        let mut best = Found {
+        let mut best = SiteState {
             mapped: true,
             found: false,
             aimed: false,
@@ -209,7 +209,7 @@ impl HazardMap {
     }
 
     /// Returns the stored result, or makes the map.
-    fn now(&self, c: &Clock, d: &Found, body: &NodeState) -> Found {
+    fn now(&self, c: &Clock, d: &SiteState, body: &NodeState) -> SiteState {
         if d.mapped { *d } else { self.map(c, body) }
     }
 }
@@ -220,7 +220,7 @@ impl Model for HazardMap {
     type Params = HazardMapParams;
     type FeedthroughInputs = HazardMapIn;
     type FeedthroughOutputs = HazardMapOut;
-    type DiscreteState = Found;
+    type DiscreteState = SiteState;
     fn build(p: HazardMapParams) -> Result<Self, BuildError> {
         let wrong =
             |at: &str, fact: String, help: &str| Err(BuildError::new(fact).help(help).at(at));
@@ -238,16 +238,17 @@ impl Model for HazardMap {
         }
         Ok(HazardMap { p })
     }
-    fn init_d(&self) -> Found {
+    fn init_d(&self) -> SiteState {
         let place = Vec3::zeros();
         let (mapped, found, aimed) = (false, false, false);
-        Found { mapped, found, aimed, place, slope: 0.0, roughness: 0.0, safe: 0.0 }
+        SiteState { mapped, found, aimed, place, slope: 0.0, roughness: 0.0, safe: 0.0 }
     }
-    fn feedthrough(&self, clock: &Clock, d: &Found, u: &HazardMapIn) -> HazardMapOut {
-        let Found { found, aimed, place, slope, roughness, safe, .. } = self.now(clock, d, &u.body);
+    fn feedthrough(&self, clock: &Clock, d: &SiteState, u: &HazardMapIn) -> HazardMapOut {
+        let SiteState { found, aimed, place, slope, roughness, safe, .. } =
+            self.now(clock, d, &u.body);
         HazardMapOut { place, found, aimed, slope, roughness, safe }
     }
-    fn update(&self, clock: &Clock, d: &Found, u: &HazardMapIn) -> Found {
+    fn update(&self, clock: &Clock, d: &SiteState, u: &HazardMapIn) -> SiteState {
         self.now(clock, d, &u.body)
     }
 }

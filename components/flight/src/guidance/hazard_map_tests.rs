@@ -39,7 +39,7 @@ fn lander(x: f64, y: f64) -> NodeState {
     NodeState { position: Vec3::new(x, y, 800.0), ..NodeState::identity() }
 }
 
-fn found(p: HazardMapParams, body: NodeState) -> Found {
+fn found(p: HazardMapParams, body: NodeState) -> SiteState {
     let m = HazardMap::build(p).map_err(|e| e.message).unwrap();
     m.map(&Clock::at(0.0, 0.1, 0), &body)
 }

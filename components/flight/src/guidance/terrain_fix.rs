@@ -113,13 +113,13 @@ struct Search {
 }
 
 /// Echo points on the ground for an estimated state. They are computed on the fly, so that no memory is allocated.
-struct Seen<'a> {
+struct EchoPoints<'a> {
     beams: &'a [Vec3],
     ranges: &'a [f64],
     estimate: &'a NodeState,
 }
 
-impl Seen<'_> {
+impl EchoPoints<'_> {
     fn places(&self) -> impl Iterator<Item = Vec3> + '_ {
         let place =
             |(d, r): (&Vec3, &f64)| self.estimate.position + self.estimate.rotation * (d * *r);
@@ -145,7 +145,7 @@ const STILL: f64 = 1e-9;
 
 impl TerrainFix {
     /// Returns J at a shift, the mean ē (m), and the number of echo points on the map.
-    fn cost(&self, seen: &Seen<'_>, s: [f64; 2]) -> (f64, f64, usize) {
+    fn cost(&self, seen: &EchoPoints<'_>, s: [f64; 2]) -> (f64, f64, usize) {
         // Residuals are relative to the first one, because heights may be large compared with their differences.
         let (mut all, mut n, mut sum, mut squares, mut first) = (0_usize, 0_usize, 0.0, 0.0, 0.0);
         for q in seen.places() {
@@ -168,14 +168,14 @@ impl TerrainFix {
     }
 
     /// Returns the cost of a lattice node; infinite if less than half of the echo points are on the map.
-    fn node_cost(&self, seen: &Seen<'_>, all: usize, node: [i32; 2]) -> f64 {
+    fn node_cost(&self, seen: &EchoPoints<'_>, all: usize, node: [i32; 2]) -> f64 {
         let (cost, _, n) = self.cost(seen, node.map(|k| f64::from(k) * self.p.step));
         if 2 * n < all { f64::INFINITY } else { cost }
     }
 
     /// Returns the best node of the lattice and its rival; `None` if for every shift less than half of the echo points are on the map. The least cost
     /// of each row is kept, so that only rows near the best node are evaluated again.
-    fn search(&self, seen: &Seen<'_>) -> Option<Search> {
+    fn search(&self, seen: &EchoPoints<'_>) -> Option<Search> {
         let (half, apart, all) = (self.p.steps as i32, self.p.apart as i32, seen.count());
         let mut least = [f64::INFINITY; ROWS_MAX];
         let (mut best, mut cost) = ([0; 2], f64::INFINITY);
@@ -208,7 +208,7 @@ impl TerrainFix {
     /// the number of points.
     fn normal(
         &self,
-        seen: &Seen<'_>,
+        seen: &EchoPoints<'_>,
         s: [f64; 2],
     ) -> (Matrix2<f64>, Vector2<f64>, Vector2<f64>, f64) {
         let on_map = || {
@@ -232,7 +232,7 @@ impl TerrainFix {
     }
 
     /// Refines a lattice node to the nearest minimum by Gauss-Newton steps, within one lattice step.
-    fn refine(&self, seen: &Seen<'_>, node: [f64; 2]) -> [f64; 2] {
+    fn refine(&self, seen: &EchoPoints<'_>, node: [f64; 2]) -> [f64; 2] {
         let mut s = node;
         let mut cost = self.cost(seen, s).0;
         for _ in 0..STEPS {
@@ -260,7 +260,7 @@ impl TerrainFix {
 
     /// Computes the fix for an estimated state and measured ranges (m).
     fn find(&self, estimate: &NodeState, ranges: &[f64]) -> TerrainFixOut {
-        let seen = Seen { beams: &self.beams, ranges, estimate };
+        let seen = EchoPoints { beams: &self.beams, ranges, estimate };
         let places = seen.count();
         let mut out = TerrainFixOut {
             position: estimate.position,

@@ -236,7 +236,7 @@ fn the_search_finds_best_and_rival_of_all_nodes_and_looks_once() {
         let m = TerrainFix::build(TerrainFixParams { apart, map: map_of_it, ..p }).unwrap();
         let seen = ranges(&m, Shape::Rows, &truth, 0.02, 7);
         let estimate = NodeState { position: truth.position + error, ..truth };
-        let seen = Seen { beams: &m.beams, ranges: &seen, estimate: &estimate };
+        let seen = EchoPoints { beams: &m.beams, ranges: &seen, estimate: &estimate };
         let all: Vec<([i32; 2], f64)> = (-15..=15)
             .flat_map(|i| (-15..=15).map(move |j| [i, j]))
             .map(|node| (node, m.node_cost(&seen, 128, node)))

@@ -158,7 +158,7 @@ impl CrushableLeg {
     }
 
     /// Computes contact forces and rates of the foot.
-    fn met(&self, x: &Crush, foot: &NodeState) -> Met {
+    fn met(&self, x: &Crush, foot: &NodeState) -> FootContact {
         let p = &self.p;
         let (sunk, normal) = self.sunk(foot);
         let depth = sunk - x.crushed - x.sinkage;
@@ -166,7 +166,7 @@ impl CrushableLeg {
             (p.side_stiffness.unwrap_or(p.stiffness), p.slip.unwrap_or(p.creep));
         if depth <= 0.0 {
             let aside = x.aside * (-stiffness / slip);
-            return Met {
+            return FootContact {
                 up: 0.0,
                 crushing: 0.0,
                 sinking: 0.0,
@@ -184,11 +184,11 @@ impl CrushableLeg {
         let pull = (x.aside - normal * x.aside.dot(&normal)) * stiffness + sliding * damping;
         let over = pull.norm() - p.friction * up;
         if over <= 0.0 {
-            return Met { up, crushing, sinking, along: -pull, aside: sliding, normal };
+            return FootContact { up, crushing, sinking, along: -pull, aside: sliding, normal };
         }
         let (slips, to) = (over / (slip + damping), pull / pull.norm());
         let along = to * -(p.friction * up + slip * slips);
-        Met { up, crushing, sinking, along, aside: sliding - to * slips, normal }
+        FootContact { up, crushing, sinking, along, aside: sliding - to * slips, normal }
     }
 
     /// Returns the bearing force (N) of the soil under a footpad with the given `sinkage` (m); `None` without a pad.
@@ -223,7 +223,7 @@ impl CrushableLeg {
 
 /// Contact of a foot: force along the normal (N), rates of crushing and sinking (m/s), force along the ground (N), rate of the tangential deflection
 /// (m/s), normal.
-struct Met {
+struct FootContact {
     up: f64,
     crushing: f64,
     sinking: f64,
@@ -268,11 +268,11 @@ impl Model for CrushableLeg {
         Stroke { crushed: x.crushed, taken: x.taken, sinkage: x.sinkage }
     }
     fn feedthrough(&self, x: &Crush, u: &LegIn) -> LegOut {
-        let Met { up, along, normal, .. } = self.met(x, &u.foot);
+        let FootContact { up, along, normal, .. } = self.met(x, &u.foot);
         LegOut { load: Wrench { moment: Vec3::zeros(), force: normal * up + along }, force: up }
     }
     fn derivatives(&self, x: &Crush, u: &LegIn) -> Crush {
-        let Met { up, crushing, sinking, aside, .. } = self.met(x, &u.foot);
+        let FootContact { up, crushing, sinking, aside, .. } = self.met(x, &u.foot);
         Crush { crushed: crushing, taken: up * crushing, sinkage: sinking, aside }
     }
     fn guards(&self, x: &Crush, u: &LegIn) -> Touch {

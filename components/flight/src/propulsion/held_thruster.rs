@@ -32,7 +32,7 @@ pub struct HeldThrusterParams {
 
 /// What it has done.
 #[derive(State, Clone, Copy, Debug)]
-pub struct Done {
+pub struct ImpulseState {
     /// Impulse so far.
     #[port("N s")]
     pub done: f64,
@@ -40,7 +40,7 @@ pub struct Done {
 
 /// What it has done.
 #[derive(Ports, Clone, Copy, Debug)]
-pub struct Given {
+pub struct ImpulseOut {
     /// Impulse so far, as in vacuum.
     #[port("N s")]
     pub impulse: f64,
@@ -63,14 +63,14 @@ impl HeldThruster {
 impl Model for HeldThruster {
     type Params = HeldThrusterParams;
     type FeedthroughInputs = ThrusterIn;
-    type Outputs = Given;
+    type Outputs = ImpulseOut;
     type FeedthroughOutputs = ThrusterOut;
-    type State = Done;
+    type State = ImpulseState;
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         crate::engine::needs_pressure(self.p.exit_area)
     }
-    fn outputs(&self, x: &Done) -> Given {
-        Given { impulse: x.done }
+    fn outputs(&self, x: &ImpulseState) -> ImpulseOut {
+        ImpulseOut { impulse: x.done }
     }
     fn feedthrough(&self, u: &ThrusterIn) -> ThrusterOut {
         let share = Self::share(u);
@@ -81,8 +81,8 @@ impl Model for HeldThruster {
             propellant: MassFlow { flow: share * self.p.thrust / (self.p.specific_impulse * G0) },
         }
     }
-    fn derivatives(&self, u: &ThrusterIn) -> Done {
-        Done { done: Self::share(u) * self.p.thrust }
+    fn derivatives(&self, u: &ThrusterIn) -> ImpulseState {
+        ImpulseState { done: Self::share(u) * self.p.thrust }
     }
 }
 
@@ -138,6 +138,6 @@ mod tests {
         );
         let off = held(5e-4).feedthrough(&ThrusterIn { command: 0.0, ..over });
         assert_eq!((off.force, off.load), (0.0, Wrench::zero()));
-        assert_eq!(m.outputs(&Done { done: 3.5 }).impulse, 3.5);
+        assert_eq!(m.outputs(&ImpulseState { done: 3.5 }).impulse, 3.5);
     }
 }

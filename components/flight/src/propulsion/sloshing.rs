@@ -108,14 +108,14 @@ mod tests {
 
     /// Motion of a node, for the momentum balance.
     #[derive(Ports, Clone, Copy, Debug)]
-    struct Seen {
+    struct NodeIn {
         /// The node.
         #[port(bind = "body")]
         body: NodeState,
     }
     /// Motion of a node as numbers.
     #[derive(Ports, Clone, Copy, Debug)]
-    struct Told {
+    struct NodeOut {
         /// Position, W.
         #[port("m")]
         p: Vec3,
@@ -137,15 +137,15 @@ mod tests {
     #[model("t.probe")]
     impl Model for Probe {
         type Params = ();
-        type FeedthroughInputs = Seen;
-        type FeedthroughOutputs = Told;
+        type FeedthroughInputs = NodeIn;
+        type FeedthroughOutputs = NodeOut;
         fn build(_: ()) -> Result<Self, BuildError> {
             Ok(Probe)
         }
-        fn feedthrough(&self, u: &Seen) -> Told {
+        fn feedthrough(&self, u: &NodeIn) -> NodeOut {
             let b = &u.body;
             let (x, z) = (b.rotation * Vec3::x(), b.rotation * Vec3::z());
-            Told { p: b.position, v: b.velocity, w: b.angular, x, z }
+            NodeOut { p: b.position, v: b.velocity, w: b.angular, x, z }
         }
     }
 

@@ -76,7 +76,7 @@ pub struct ThrusterOut {
 
 /// What it has done.
 #[derive(Ports, Clone, Copy, Debug)]
-pub struct Given {
+pub struct FiringRecord {
     /// Impulse so far, as in vacuum.
     #[port("N s")]
     pub impulse: f64,
@@ -191,7 +191,7 @@ impl Model for Thruster {
     const AVERAGES: bool = true;
     type Params = ThrusterParams;
     type FeedthroughInputs = ThrusterIn;
-    type Outputs = Given;
+    type Outputs = FiringRecord;
     type FeedthroughOutputs = ThrusterOut;
     type DiscreteState = Valve;
     type Guards = Switching;
@@ -210,8 +210,8 @@ impl Model for Thruster {
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         crate::engine::needs_pressure(self.p.exit_area)
     }
-    fn outputs(&self, clock: &Clock, d: &Valve) -> Given {
-        Given { impulse: self.now(clock.t, d).1, pulses: d.pulses }
+    fn outputs(&self, clock: &Clock, d: &Valve) -> FiringRecord {
+        FiringRecord { impulse: self.now(clock.t, d).1, pulses: d.pulses }
     }
     fn feedthrough(&self, clock: &Clock, d: &Valve, u: &ThrusterIn) -> ThrusterOut {
         let back = u.pressure * self.p.exit_area;

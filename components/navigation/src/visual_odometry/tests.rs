@@ -18,7 +18,7 @@ fn motion() -> Pose {
 }
 
 /// Matches of points 1 to 8 m away with the noise that the estimate is told, some of them wrong.
-fn made_up(vo: &VisualOdometry, n: u32, wrong: u32, trial: u64) -> Vec<[Seen; 2]> {
+fn made_up(vo: &VisualOdometry, n: u32, wrong: u32, trial: u64) -> Vec<[Observation; 2]> {
     let X_10 = motion().inverse();
     let noise = |k: u32, lane: u32| noise::normal(trial, u64::from(k), lane);
     let uniform = |k: u32, lane: u32| noise::uniform(trial, u64::from(k), 20 + lane);

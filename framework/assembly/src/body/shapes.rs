@@ -7,7 +7,7 @@ use crate::schema::read::{fields, list};
 use crate::schema::record::{Presence, Record, argument, of, record, variant_of};
 use crate::text::report::Cx;
 use crate::text::value::{Text, list as list_value, variant};
-use linkwork_collision::Seen;
+use linkwork_collision::VisualShape;
 use linkwork_runtime::{Located, Origin, Value};
 use linkwork_spatial::{Pose, Quat, Vec3};
 
@@ -19,7 +19,7 @@ pub struct BodyShape {
     /// The shape's frame in the body.
     pub pose: Pose,
     /// The geometry.
-    pub shape: Seen,
+    pub shape: VisualShape,
     /// Red, green, blue, opacity in 0 … 1.
     pub color: Option<[f64; 4]>,
     /// Name, unique on its body.
@@ -151,7 +151,7 @@ pub(crate) fn shapes(cx: &mut Cx, v: &Located, body: &str, at: &At<'_>) -> Shape
 /// Result of one entry of `shapes`.
 #[derive(Default)]
 struct Entry {
-    shown: Option<(Seen, Quat)>,
+    shown: Option<(VisualShape, Quat)>,
     collides: Option<((linkwork_collision::Shape, Quat), Surface)>,
 }
 

@@ -18,7 +18,7 @@ use crate::schema::record::{Presence, Record, argument, record, variant_name, va
 use crate::text::files::Home;
 use crate::text::report::Cx;
 use crate::text::value::{Text, variant};
-use linkwork_collision::{Seen, Shape};
+use linkwork_collision::{Shape, VisualShape};
 use linkwork_runtime::{Located, Value};
 use linkwork_spatial::{Mat3, Quat, Vec3};
 use std::path::Path;
@@ -210,7 +210,7 @@ fn corners() -> impl Kind<Of = [u32; 3]> {
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Use {
     /// Visual: mesh files are not read.
-    Seen,
+    Visual,
     /// Collision: mesh files are read.
     Collides,
 }
@@ -220,7 +220,7 @@ pub(crate) struct ShapeKind(Use);
 
 /// Returns the reader of a visual shape.
 pub(crate) fn seen() -> ShapeKind {
-    ShapeKind(Use::Seen)
+    ShapeKind(Use::Visual)
 }
 
 /// Returns the reader of a collision shape.
@@ -243,15 +243,15 @@ pub(crate) fn only_collides(v: &Located) -> bool {
 }
 
 impl Kind for ShapeKind {
-    type Of = (Seen, Quat);
-    fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<(Seen, Quat)> {
+    type Of = (VisualShape, Quat);
+    fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<(VisualShape, Quat)> {
         let known: &[&str] = if at.near.is_some() { &ALL } else { &SHOWN };
         read(cx, v, at, known, self.0)
     }
-    fn write(&self, (shape, _): &(Seen, Quat)) -> Value {
+    fn write(&self, (shape, _): &(VisualShape, Quat)) -> Value {
         match shape {
-            Seen::Shape(shape) => value(shape),
-            Seen::File { file, scale } => {
+            VisualShape::Shape(shape) => value(shape),
+            VisualShape::File { file, scale } => {
                 let mesh = Mesh {
                     file: Some(Text::new(file)),
                     scale: *scale,
@@ -274,8 +274,8 @@ impl Kind for Geometry {
     type Of = (Shape, Quat);
     fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<(Shape, Quat)> {
         match read(cx, v, at, self.0, self.1)? {
-            (Seen::Shape(shape), turn) => Some((shape, turn)),
-            (Seen::File { .. }, _) => None,
+            (VisualShape::Shape(shape), turn) => Some((shape, turn)),
+            (VisualShape::File { .. }, _) => None,
         }
     }
     fn write(&self, (shape, _): &(Shape, Quat)) -> Value {
@@ -309,7 +309,7 @@ fn read(
     at: &At<'_>,
     known: &[&str],
     what_for: Use,
-) -> Option<(Seen, Quat)> {
+) -> Option<(VisualShape, Quat)> {
     let (kind, inner) = variant_name(cx, v, &at.what, ("shape", "shapes", known))?;
     let at = At { origin: Some(v.origin), ..at.field(kind) };
     let shape = match kind {
@@ -320,7 +320,7 @@ fn read(
                 "Cylinder" => Shape::Cylinder { radius, half_length },
                 _ => Shape::Capsule { radius, half_length },
             };
-            return Some((Seen::Shape(shape), axis.map_or_else(Quat::identity, turned)));
+            return Some((VisualShape::Shape(shape), axis.map_or_else(Quat::identity, turned)));
         }
         "Box" => {
             let Block { size } = argument(cx, inner, &at, "size")?;
@@ -361,7 +361,7 @@ fn read(
             height_field(cx, field, inner, &at)?
         }
     };
-    Some((Seen::Shape(shape), Quat::identity()))
+    Some((VisualShape::Shape(shape), Quat::identity()))
 }
 
 /// Returns three lengths, each positive.
@@ -386,7 +386,7 @@ fn mesh_shape(
     inner: &Located,
     at: &At<'_>,
     what_for: Use,
-) -> Option<Seen> {
+) -> Option<VisualShape> {
     let here = at.origin.unwrap_or(inner.origin);
     if inner.get("vertices").is_some() || inner.get("triangles").is_some() {
         for (field, there) in
@@ -399,9 +399,9 @@ fn mesh_shape(
             }
         }
         let (vertices, triangles) = (mesh.vertices?, mesh.triangles?);
-        return Some(Seen::Shape(Shape::Mesh { vertices, triangles }));
+        return Some(VisualShape::Shape(Shape::Mesh { vertices, triangles }));
     }
-    if what_for == Use::Seen {
+    if what_for == Use::Visual {
         let Some(file) = mesh.file else {
             if inner.get("file").is_none() {
                 let message = format!("{} lacks `file`", at.what);
@@ -411,7 +411,7 @@ fn mesh_shape(
         };
         let (files, home) = at.near.or_else(|| nowhere(cx, at))?;
         return match files.data(&file.text, home) {
-            Some(file) => Some(Seen::File { file, scale: mesh.scale }),
+            Some(file) => Some(VisualShape::File { file, scale: mesh.scale }),
             None => missing(cx, &file, at),
         };
     }
@@ -419,7 +419,7 @@ fn mesh_shape(
     let vertices = file_corners(cx, mesh.file, mesh.scale, at, other)?;
     let count = vertices.len() as u32 / 3;
     let triangles = (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-    Some(Seen::Shape(Shape::Mesh { vertices, triangles }))
+    Some(VisualShape::Shape(Shape::Mesh { vertices, triangles }))
 }
 
 fn nowhere<T>(cx: &mut Cx, at: &At<'_>) -> Option<T> {

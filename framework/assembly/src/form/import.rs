@@ -37,20 +37,20 @@ record! {
         /// Whether the collision shapes of the file, and those in `contacts` of the companion file, collide.
         collide: bool = flag().or(false),
         /// Parts of the file that are omitted.
-        leave_out: Vec<Kept> = list_of(word(&[
-            ("couplings", Kept::Couplings),
-            ("loops", Kept::Loops),
-            ("wheels", Kept::Wheels),
-            ("actuators", Kept::Actuators),
-            ("tendons", Kept::Tendons),
-            ("sensors", Kept::Sensors),
+        leave_out: Vec<Optional> = list_of(word(&[
+            ("couplings", Optional::Couplings),
+            ("loops", Optional::Loops),
+            ("wheels", Optional::Wheels),
+            ("actuators", Optional::Actuators),
+            ("tendons", Optional::Tendons),
+            ("sensors", Optional::Sensors),
         ])).or(Vec::new()),
     }
 }
 
 /// Parts of a file that can be omitted.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Kept {
+pub(crate) enum Optional {
     Couplings,
     Loops,
     Wheels,

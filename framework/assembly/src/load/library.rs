@@ -6,7 +6,8 @@ use crate::text::patterns::misspelt;
 use crate::text::report::tidy;
 use crate::text::show::Failure;
 use linkwork_runtime::{
-    Catalogue, Entry, Fault, Files, Made, Origin, Plan, Program, Simulation, Sources, nearest,
+    Catalogue, Entry, Fault, Files, Origin, Plan, Program, ServiceCache, Simulation, Sources,
+    nearest,
 };
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -69,7 +70,7 @@ impl Ready {
 #[derive(Clone, Debug, Default)]
 pub struct Shared {
     parsed: Arc<Parsed>,
-    made: Arc<Made>,
+    made: Arc<ServiceCache>,
 }
 
 /// Returns the sim.ron of a folder, or the file itself.

@@ -30,13 +30,13 @@ use crate::text::show::Failure;
 use crate::text::value::{Text, empty_map, is_unknown, set, sort};
 use crate::wiring::parts::{binds, parts};
 use crate::wiring::wires::Wiring;
-use linkwork_collision::{Colliders, Seen};
+use linkwork_collision::{Colliders, VisualShape};
 use linkwork_formats::{mesh_corners, whole_text};
 use linkwork_runtime::{
     Catalogue, Fault, Faults, Integrator, Located, MechanismSpec, Origin, PhaseSpec, Program,
     Sources, Spec, Value, WatchSpec,
 };
-use linkwork_solvers::Kept;
+use linkwork_solvers::FixedValues;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -137,8 +137,8 @@ impl Loaded {
     fn unreadable_meshes(&self) -> Vec<Fault> {
         let mut seen = std::collections::BTreeSet::new();
         let files = self.shapes.iter().filter_map(|s| match &s.shape {
-            Seen::File { file, .. } => Some((&s.body, file)),
-            Seen::Shape(_) => None,
+            VisualShape::File { file, .. } => Some((&s.body, file)),
+            VisualShape::Shape(_) => None,
         });
         let unread = files.filter_map(|(body, file)| {
             let path = std::path::Path::new(file);
@@ -353,7 +353,7 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
         let mut spec = loaded.spec.clone();
         // When a later phase begins, the bodies keep their positions.
         if let (Some(mechanism), true) = (spec.mechanism_mut(), k > 0) {
-            mechanism.kept = Kept::default();
+            mechanism.kept = FixedValues::default();
         }
         PhaseSpec {
             name: name.clone(),

@@ -3,7 +3,7 @@ use crate::body::{modes::modes, solid};
 use crate::expand::instance::{Instance, ItemInst, ModelInst, Node};
 use crate::form::settings::may_change;
 use crate::form::wire::write_wire;
-use crate::mechanism::Told;
+use crate::mechanism::References;
 use crate::schema::kind::Kind;
 use crate::text::files::{Files, Home};
 use crate::text::print::document;
@@ -50,7 +50,7 @@ impl PartialEq for Resolved {
 
 struct Printer<'a> {
     files: &'a Files<'a>,
-    told: &'a Told,
+    told: &'a References,
     /// By part.
     binds: BTreeMap<&'a str, Vec<&'a BindSpec>>,
 }
@@ -65,7 +65,7 @@ pub(crate) fn value(
     files: &Files<'_>,
     settings: &Located,
     spec: &Spec,
-    told: &Told,
+    told: &References,
 ) -> Value {
     let mut p = Printer { files, told, binds: BTreeMap::new() };
     for bind in &spec.binds {

@@ -76,7 +76,7 @@ pub(crate) fn add(
 /// Parameters and bindings.
 type Fields = (Vec<(String, Located)>, Vec<(String, Located)>);
 /// Model, parameters and bindings.
-type Made = (&'static str, Vec<(String, Located)>, Vec<(String, Located)>);
+type ModelFields = (&'static str, Vec<(String, Located)>, Vec<(String, Located)>);
 
 fn part(model: &str, params: Vec<(String, Located)>, bind: Vec<(String, Located)>) -> PartForm {
     let kind = PartKind::Model {
@@ -146,7 +146,11 @@ fn frame(f: &DeviceFrame, names: &Names<'_>) -> Option<Located> {
     Some(text(format!("node:{}", at?)))
 }
 
-fn actuator(a: &Actuator, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> Option<Made> {
+fn actuator(
+    a: &Actuator,
+    specs: &BTreeMap<&str, &BodySpec>,
+    names: &Names<'_>,
+) -> Option<ModelFields> {
     let (mut params, bind) = length(&a.length, specs, names)?;
     push(&mut params, "gain", list(a.gain));
     push(&mut params, "bias", list(a.bias));
@@ -156,7 +160,7 @@ fn actuator(a: &Actuator, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) 
     Some(("actuators.general_actuator", params, bind))
 }
 
-fn tendon(t: &Tendon, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> Option<Made> {
+fn tendon(t: &Tendon, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> Option<ModelFields> {
     let (mut params, bind) = length(&t.length, specs, names)?;
     push(&mut params, "stiffness", Value::Number(t.stiffness));
     push(&mut params, "rest", list(t.rest));
@@ -169,7 +173,7 @@ fn tendon(t: &Tendon, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> O
     Some(("actuators.tendon", params, bind))
 }
 
-fn sensor(s: &Sensor, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> Option<Made> {
+fn sensor(s: &Sensor, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> Option<ModelFields> {
     let frame = |f: &DeviceFrame| Some(vec![("mount".to_owned(), frame(f, names)?)]);
     Some(match s {
         Sensor::Joint(at) => {

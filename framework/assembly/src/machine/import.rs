@@ -3,7 +3,7 @@
 //! The file's bodies become bodies of the assembly as if they were written there: parts can bind to them by name, and they can be overridden and used
 //! as parents. Its couplings and loops, and optionally its collision shapes, are imported, too. Its actuators, tendons and sensors become parts.
 use crate::form::assembly::{AssemblyForm, ItemForm};
-use crate::form::import::{ImportCheck, ImportForm, Kept};
+use crate::form::import::{ImportCheck, ImportForm, Optional};
 use crate::machine::convert::{self, Collide};
 use crate::machine::sidecar;
 use crate::schema::kind::At;
@@ -309,17 +309,17 @@ fn leave_out(import: &ImportForm, d: &mut Description) -> Vec<String> {
     let mut out = Vec::new();
     for kept in &import.leave_out {
         match kept {
-            Kept::Couplings => {
+            Optional::Couplings => {
                 out.extend(d.couplings.drain(..).map(|c| format!("coupling `{}`", c.name)));
             }
             // Omitted wheels are not reported: the assembly has its own parts for them.
-            Kept::Wheels => d.wheels.clear(),
-            Kept::Loops => out.extend(d.loops.drain(..).map(|l| format!("loop `{}`", l.name))),
-            Kept::Actuators | Kept::Tendons | Kept::Sensors => {
+            Optional::Wheels => d.wheels.clear(),
+            Optional::Loops => out.extend(d.loops.drain(..).map(|l| format!("loop `{}`", l.name))),
+            Optional::Actuators | Optional::Tendons | Optional::Sensors => {
                 let left = |x: &Device| match x.kind {
-                    DeviceKind::Actuator(_) => *kept == Kept::Actuators,
-                    DeviceKind::Tendon(_) => *kept == Kept::Tendons,
-                    DeviceKind::Sensor(_) => *kept == Kept::Sensors,
+                    DeviceKind::Actuator(_) => *kept == Optional::Actuators,
+                    DeviceKind::Tendon(_) => *kept == Optional::Tendons,
+                    DeviceKind::Sensor(_) => *kept == Optional::Sensors,
                     DeviceKind::GravityCompensation { .. } => false,
                 };
                 let gone = d.devices.iter().filter(|x| left(x));

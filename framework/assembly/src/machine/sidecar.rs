@@ -11,7 +11,7 @@ use crate::text::parse::parse;
 use crate::text::report::{Cx, tidy};
 use crate::text::show::Failure;
 use crate::text::value::Text;
-use linkwork_collision::{Seen, Shape};
+use linkwork_collision::{Shape, VisualShape};
 use linkwork_formats::{
     BodyShape, Coupling, Description, Geometry, HingeCoordinate, LoopClosure, ShapeRole, Term,
     Wheel, WheelRole,
@@ -291,15 +291,17 @@ fn contacts(cx: &mut Cx, key: &str, v: &Located, d: &mut Description) {
     let Some(link) = body(cx, cx.key(v), "`contacts`", key, d) else { return };
     for s in shapes(cx, v, key, &At::new(key)).shown {
         let geometry = match s.shape {
-            Seen::Shape(Shape::Cylinder { radius, half_length }) => {
+            VisualShape::Shape(Shape::Cylinder { radius, half_length }) => {
                 Geometry::Cylinder { radius, length: 2.0 * half_length }
             }
-            Seen::Shape(Shape::Capsule { radius, half_length }) => {
+            VisualShape::Shape(Shape::Capsule { radius, half_length }) => {
                 Geometry::Capsule { radius, length: 2.0 * half_length }
             }
-            Seen::Shape(Shape::Box { half }) => Geometry::Box { size: (2.0 * half).into() },
-            Seen::Shape(Shape::Sphere { radius }) => Geometry::Sphere { radius },
-            Seen::Shape(Shape::Ellipsoid { half }) => Geometry::Ellipsoid { radii: half.into() },
+            VisualShape::Shape(Shape::Box { half }) => Geometry::Box { size: (2.0 * half).into() },
+            VisualShape::Shape(Shape::Sphere { radius }) => Geometry::Sphere { radius },
+            VisualShape::Shape(Shape::Ellipsoid { half }) => {
+                Geometry::Ellipsoid { radii: half.into() }
+            }
             // Other shapes have already been rejected.
             _ => continue,
         };

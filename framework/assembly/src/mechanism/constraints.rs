@@ -135,7 +135,7 @@ fn motions(cx: &mut Cx, v: Option<&Located>, hinge: &Hinge, at: &At<'_>) -> Vec<
 }
 
 /// A coordinate with its subhinge, and its reference from the top level.
-struct Found {
+struct ResolvedCoordinate {
     at: HingeCoordinate,
     kind: SubhingeKind,
     reference: String,
@@ -148,11 +148,11 @@ fn find(
     scope: &str,
     bodies: &Bodies,
     (written, what): (&Text, &dyn Display),
-) -> Option<Found> {
+) -> Option<ResolvedCoordinate> {
     let (body, index, subhinge) = one_dof(cx, root, scope, bodies, (written, what))?;
     let kind = bodies.get(&body)?.0.hinge.subhinges[subhinge].kind;
     let reference = format!("/{body}[{index}]");
-    Some(Found { at: HingeCoordinate { body, subhinge }, kind, reference })
+    Some(ResolvedCoordinate { at: HingeCoordinate { body, subhinge }, kind, reference })
 }
 
 /// Returns the coupling, if all its coordinates could be resolved.
@@ -168,7 +168,7 @@ fn coupling(
     let form = CouplingForm::read(cx, &item.fields, &at)?;
     let (written, keeps_order) = form.terms(cx, &item.fields, &at)?;
     let count = written.len();
-    let mut terms: Vec<(Found, f64)> = Vec::new();
+    let mut terms: Vec<(ResolvedCoordinate, f64)> = Vec::new();
     for (of, factor) in written {
         let found = find(cx, root, &here.path, bodies, (&of, &at.what));
         terms.extend(found.map(|f| (f, factor)));

@@ -15,12 +15,12 @@ use crate::schema::kind::At;
 use crate::text::files::Files;
 use crate::text::report::Cx;
 use crate::text::value::{full_name, outer};
-use linkwork_collision::{ColliderSpec, Colliders, Seen, Shape};
+use linkwork_collision::{ColliderSpec, Colliders, Shape, VisualShape};
 use linkwork_multibody::{BodySpec, Builder, Loop, LoopMotion, Modes, Multibody};
 use linkwork_runtime::{
     BodyStart, ContactSpec, Located, MechanismSpec, Origin, PLAIN, Scenery, Sight,
 };
-use linkwork_solvers::Kept;
+use linkwork_solvers::FixedValues;
 use linkwork_spatial::Pose;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -35,12 +35,12 @@ pub(crate) struct Mechanism {
     /// Position of the first collider in the file.
     pub collides: Option<Origin>,
     /// Replacements for the resolved text.
-    pub told: Told,
+    pub told: References,
 }
 
 /// References from the top level, and geometry from files.
 #[derive(Default)]
-pub(crate) struct Told {
+pub(crate) struct References {
     /// Full name of each body → full reference of its parent; of each separate collider → that of its body.
     pub parents: BTreeMap<String, String>,
     /// Full name of each loop and coupling → its fields.
@@ -70,7 +70,7 @@ pub(crate) fn mechanism(
     root.walk(&mut instances);
     let before = cx.faults.len();
     let bodies = bodies(cx, root, &instances, files);
-    let (mut shapes, mut told) = (Vec::new(), Told::default());
+    let (mut shapes, mut told) = (Vec::new(), References::default());
     let mut builder = Builder::new();
     for (full, (body, scope)) in &bodies {
         let (parent, offset, reference) = parent(cx, root, &bodies, body, scope);
@@ -189,7 +189,7 @@ fn grounds(colliders: Option<&Colliders>, shapes: &[BodyShape]) -> Vec<BodyShape
     let shape = |c: &ColliderSpec| BodyShape {
         body: c.body.clone(),
         pose: c.pose,
-        shape: Seen::Shape(c.fine.clone()),
+        shape: VisualShape::Shape(c.fine.clone()),
         color: Some(GROUND),
         name: c.name.replace(['.', '/'], "_"),
     };
@@ -261,9 +261,9 @@ fn starts(cx: &mut Cx, bodies: &Bodies) -> Vec<BodyStart> {
     all
 }
 
-fn start(mb: &Multibody, bodies: &Bodies) -> (Vec<f64>, Vec<f64>, Kept) {
+fn start(mb: &Multibody, bodies: &Bodies) -> (Vec<f64>, Vec<f64>, FixedValues) {
     let (mut q, mut v) = (mb.neutral_q(), vec![0.0; mb.nv()]);
-    let mut kept = Kept { positions: vec![false; mb.nv()], rates: vec![false; mb.nv()] };
+    let mut kept = FixedValues { positions: vec![false; mb.nv()], rates: vec![false; mb.nv()] };
     for b in mb.bodies() {
         if let Some((body, _)) = bodies.get(b.name()) {
             q[b.q()].copy_from_slice(&body.q);

@@ -103,7 +103,7 @@ fn interpolate(cx: &mut Cx, env: &Env, text: &str, origin: Origin) -> String {
     out + rest
 }
 
-/// Returns a placeholder for an invalid value; its use does not cause further faults. See [`is_unknown`].
+/// Returns a marker for an invalid value; expressions that use it report no further faults. See [`is_unknown`].
 fn refused(key: &str, origin: Origin) -> Located {
     Located { value: Value::Text(format!("${key}")), origin }
 }

@@ -6,7 +6,7 @@ use crate::contact_points::least;
 use crate::core::Placed;
 use crate::item::ColliderId;
 use crate::near::{Near, near};
-use crate::pairs::{Ask, Want, pair};
+use crate::pairs::{PairQuery, Want, pair};
 use crate::query::{Closest, Distance};
 use crate::solid::{Kind, Solid};
 use linkwork_multibody::spatial::{Pose, Vec3, quat};
@@ -78,9 +78,9 @@ impl Probe {
         let thick = [self.thick(i), self.thick(j)];
         let places = (&self.places[i], &self.places[j]);
         match apart((a, b), places, thick, limit) {
-            Apart::By(distance) => return Some(distance),
-            Apart::Far => return None,
-            Apart::NotTold => {}
+            Separation::By(distance) => return Some(distance),
+            Separation::Far => return None,
+            Separation::NotTold => {}
         }
         let pose = |k: usize| Pose::new(quat(&self.places[k].R), self.places[k].p);
         let (pa, pb) = (pose(i), pose(j));
@@ -91,7 +91,13 @@ impl Probe {
         let start = if balls.is_finite() { balls.max(0.0) } else { 0.0 };
         let mut margin = (start + size).min(limit);
         loop {
-            pair(a, b, &X_AB, &Ask { margin, padding, size, want: Want::Least }, &mut self.room);
+            pair(
+                a,
+                b,
+                &X_AB,
+                &PairQuery { margin, padding, size, want: Want::Least },
+                &mut self.room,
+            );
             let low = least(&self.room.points);
             if let Some(p) = self.room.points.iter().find(|p| p.gap <= low) {
                 let (point_a, point_b) = (pa.transform_point(&p.pa), pa.transform_point(&p.pb));
@@ -106,7 +112,7 @@ impl Probe {
 }
 
 /// Result of the nearest points of two cores.
-enum Apart {
+enum Separation {
     /// Nearest points.
     By(Distance),
     /// The separation is above the limit.
@@ -122,24 +128,24 @@ fn apart(
     (pa, pb): (&Whereabouts, &Whereabouts),
     thick: [f64; 2],
     limit: f64,
-) -> Apart {
+) -> Separation {
     let (Kind::Convex { core: ca, round: ra }, Kind::Convex { core: cb, round: rb }) =
         (&a.kind, &b.kind)
     else {
-        return Apart::NotTold;
+        return Separation::NotTold;
     };
     let (size, thick) = (a.size.min(b.size), [ra + thick[0], rb + thick[1]]);
     let x = Placed { core: ca, R: pa.R, p: Vec3::zeros() };
     let y = Placed { core: cb, R: pb.R, p: pb.p - pa.p };
     let both = thick[0] + thick[1];
     match near(&x, &y, limit + both, &(pb.ball - pa.ball), size) {
-        Near::Far => Apart::Far,
-        Near::Unsure => Apart::NotTold,
+        Near::Far => Separation::Far,
+        Near::Unsure => Separation::NotTold,
         Near::Apart(gap) => {
             let (n, distance) = (gap.way * (1.0 / gap.d), gap.d - both);
             let point_a = pa.p + gap.pa + n * thick[0];
             let point_b = pa.p + gap.pa + gap.way - n * thick[1];
-            Apart::By(Distance { distance, point_a, point_b })
+            Separation::By(Distance { distance, point_a, point_b })
         }
     }
 }

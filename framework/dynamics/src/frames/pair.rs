@@ -4,7 +4,7 @@
 //! distant planet do not lose accuracy because of the distance.
 
 use super::edge::{Edge, Level, State};
-use super::relative::{self, Seen};
+use super::relative::{self, RelativeFrame};
 use super::{Counts, FrameId};
 use linkwork_spatial::{Motion, Pose};
 
@@ -12,7 +12,7 @@ use linkwork_spatial::{Motion, Pose};
 #[derive(Clone, Debug)]
 struct Step {
     frame: usize,
-    seen: Seen,
+    seen: RelativeFrame,
 }
 
 #[derive(Clone, Debug)]
@@ -67,7 +67,7 @@ impl Path {
         }
         let steps = |path: Vec<usize>| {
             let outward = path.into_iter().rev().skip(1);
-            outward.map(|frame| Step { frame, seen: Seen::default() }).collect()
+            outward.map(|frame| Step { frame, seen: RelativeFrame::default() }).collect()
         };
         (self.to_a, self.to_b) = (steps(a), steps(b));
         self.structure = structure;
@@ -101,7 +101,7 @@ impl Path {
         }
         self.computed[i] = now;
         for steps in [&mut self.to_a, &mut self.to_b] {
-            let mut before = Seen::default();
+            let mut before = RelativeFrame::default();
             for step in steps {
                 let edge = &mut edges[step.frame];
                 counts.edges[i] += u64::from(edge.refresh(level, states, now));
@@ -114,7 +114,7 @@ impl Path {
             }
         }
         counts.pairs[i] += 1;
-        let end = |steps: &[Step]| steps.last().map_or_else(Seen::default, |s| s.seen);
+        let end = |steps: &[Step]| steps.last().map_or_else(RelativeFrame::default, |s| s.seen);
         let (a, b) = (end(&self.to_a), end(&self.to_b));
         match level {
             Level::Pose => self.X = relative::pose(&a, &b),

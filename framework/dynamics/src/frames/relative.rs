@@ -18,7 +18,7 @@ use linkwork_spatial::{Motion, Pose, Vec3};
 
 /// A frame relative to the beginning of its path.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Seen {
+pub(super) struct RelativeFrame {
     pub X: Pose,
     /// Vector from the previous frame on the path, in the axes of the beginning.
     pub r: Vec3,
@@ -26,22 +26,22 @@ pub(super) struct Seen {
     pub A: Motion,
 }
 
-impl Seen {
+impl RelativeFrame {
     /// Computes the pose of the next frame outward.
-    pub fn pose(&self, X: &Pose, next: &mut Seen) {
+    pub fn pose(&self, X: &Pose, next: &mut RelativeFrame) {
         next.r = self.X.rotation * X.position;
         next.X = Pose::new(self.X.rotation * X.rotation, self.X.position + next.r);
     }
 
     /// Computes its velocity; poses are known.
-    pub fn velocity(&self, V: &Motion, next: &mut Seen) {
+    pub fn velocity(&self, V: &Motion, next: &mut RelativeFrame) {
         let (w, R) = (self.V.angular, &self.X.rotation);
         next.V.angular = w + R * V.angular;
         next.V.linear = self.V.linear + w.cross(&next.r) + R * V.linear;
     }
 
     /// Computes its acceleration; poses and velocities are known, `V` and `A` are those of the edge.
-    pub fn acceleration(&self, V: &Motion, A: &Motion, next: &mut Seen) {
+    pub fn acceleration(&self, V: &Motion, A: &Motion, next: &mut RelativeFrame) {
         let (w, R) = (self.V.angular, &self.X.rotation);
         next.A.angular = self.A.angular + R * A.angular + w.cross(&(R * V.angular));
         next.A.linear = self.A.linear
@@ -52,20 +52,20 @@ impl Seen {
 }
 
 /// Returns `X_AB`.
-pub(super) fn pose(a: &Seen, b: &Seen) -> Pose {
+pub(super) fn pose(a: &RelativeFrame, b: &RelativeFrame) -> Pose {
     let back = a.X.rotation.inverse();
     Pose::new(back * b.X.rotation, back * (b.X.position - a.X.position))
 }
 
 /// Returns the velocity of B relative to A, axes of A.
-pub(super) fn velocity(a: &Seen, b: &Seen) -> Motion {
+pub(super) fn velocity(a: &RelativeFrame, b: &RelativeFrame) -> Motion {
     let (w, d) = (a.V.angular, b.X.position - a.X.position);
     let linear = b.V.linear - a.V.linear - w.cross(&d);
     Motion::new(b.V.angular - w, linear).rotate(&a.X.rotation.inverse())
 }
 
 /// Returns the acceleration of B relative to A, axes of A.
-pub(super) fn acceleration(a: &Seen, b: &Seen) -> Motion {
+pub(super) fn acceleration(a: &RelativeFrame, b: &RelativeFrame) -> Motion {
     let (w, d) = (a.V.angular, b.X.position - a.X.position);
     let d_dot = b.V.linear - a.V.linear;
     let angular = b.A.angular - a.A.angular - w.cross(&b.V.angular);

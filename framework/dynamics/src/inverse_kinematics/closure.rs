@@ -34,7 +34,7 @@ pub enum Closure {
 
 /// A frame on a link, and its goal relative to another frame or the world.
 #[derive(Clone, Debug)]
-pub(super) struct Asked {
+pub(super) struct FrameGoal {
     pub end: OnLink,
     pub from: Option<OnLink>,
     pub goal: super::Goal,
@@ -48,7 +48,7 @@ pub(super) enum More {
     Screw { axis: Vec3, reference: Vec3, pitch: f64 },
 }
 
-impl Asked {
+impl FrameGoal {
     pub fn of(tree: &Tree, t: &Target) -> Self {
         let from = t.relative_to.map(|n| tree.node(n).clone());
         Self { end: tree.node(t.node).clone(), from, goal: t.goal, more: None }
@@ -126,17 +126,17 @@ fn goal_of(l: &Loop, motions: &[f64]) -> super::Goal {
 
 /// The closures of a tree itself.
 #[derive(Clone, Debug)]
-pub(super) struct Own {
-    pub loops: Vec<Asked>,
+pub(super) struct TreeClosures {
+    pub loops: Vec<FrameGoal>,
     pub rows: usize,
 }
 
-impl Own {
+impl TreeClosures {
     pub fn new(tree: &Tree) -> Self {
         let mbs = tree.multibody();
         let loops = mbs.loops().iter().zip(&tree.anchors);
-        let loops: Vec<Asked> = loops.map(|(l, ends)| Asked::of_loop(ends, l)).collect();
-        let rows = loops.iter().map(Asked::rows).sum::<usize>() + mbs.couplings().len();
+        let loops: Vec<FrameGoal> = loops.map(|(l, ends)| FrameGoal::of_loop(ends, l)).collect();
+        let rows = loops.iter().map(FrameGoal::rows).sum::<usize>() + mbs.couplings().len();
         Self { loops, rows }
     }
 

@@ -40,8 +40,8 @@ pub use closure::Closure;
 pub use improve::Improved;
 pub use search::Progress;
 pub use target::{
-    Effort, Found, Goal, InverseKinematicsError, Nearest, Place, Pointing, RateTarget, Residual,
-    Target, Towards,
+    Effort, Goal, InverseKinematicsError, Nearest, Place, Pointing, RateTarget, Residual,
+    SearchStatistics, Target, Towards,
 };
 
 use crate::kinematics::check;
@@ -89,9 +89,9 @@ pub struct InverseKinematics {
     turns: Vec<bool>,
     targets: Vec<Target>,
     /// The mechanism's loops and couplings.
-    own: closure::Own,
+    own: closure::TreeClosures,
     /// All goals: targets, the mechanism's loops, given closures. The rows of couplings come after theirs.
-    asked: Vec<closure::Asked>,
+    asked: Vec<closure::FrameGoal>,
     /// Residual of each closure, and the weight of 1 m and 1 rad of it.
     closed: Vec<Residual>,
     closing: f64,
@@ -161,7 +161,7 @@ impl InverseKinematics {
             residuals: Vec::new(),
             turns,
             targets: Vec::new(),
-            own: closure::Own::new(tree),
+            own: closure::TreeClosures::new(tree),
             asked: Vec::new(),
             closed: Vec::new(),
             closing: 1.0,

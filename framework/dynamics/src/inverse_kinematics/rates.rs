@@ -85,7 +85,7 @@ impl InverseKinematics {
         let (nv, mut row, loops) = (v.len(), first, &self.own.loops);
         let size = v.iter().fold(1.0_f64, |m, v| m.max(v.abs()));
         for (k, c) in tree.multibody().constraints().enumerate() {
-            let rows = loops.get(k).map_or(1, super::closure::Asked::rows);
+            let rows = loops.get(k).map_or(1, super::closure::FrameGoal::rows);
             let of = |r: usize| -> f64 {
                 self.J[r * nv..(r + 1) * nv].iter().zip(v).map(|(J, v)| J * v).sum()
             };

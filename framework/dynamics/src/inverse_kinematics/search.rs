@@ -18,9 +18,10 @@
 //! ```
 
 use super::beyond::beyond;
-use super::closure::{Asked, WEIGHT};
+use super::closure::{FrameGoal, WEIGHT};
 use super::{
-    Effort, Found, Goal, InverseKinematics, InverseKinematicsError, Place, Residual, Target,
+    Effort, Goal, InverseKinematics, InverseKinematicsError, Place, Residual, SearchStatistics,
+    Target,
 };
 use super::{check_nodes, check_state};
 use crate::tree::Tree;
@@ -44,13 +45,13 @@ const NEAR: f64 = 1e-7;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// All targets are met.
-    Met(Found),
+    Met(SearchStatistics),
     /// No start led to the targets: this is the nearest configuration of all, with all closures closed.
-    Nearest(Found),
+    Nearest(SearchStatistics),
     /// The closures cannot be closed from any start: this is the smallest closure error.
-    Open(Found),
+    Open(SearchStatistics),
     /// The search is not finished.
-    Unfinished(Found),
+    Unfinished(SearchStatistics),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -117,8 +118,8 @@ impl Search {
         beyond: false,
     };
 
-    fn found(&self) -> Found {
-        Found {
+    fn found(&self) -> SearchStatistics {
+        SearchStatistics {
             iterations: self.iterations,
             restarts: self.best_restart,
             kinematics: self.kinematics,
@@ -206,15 +207,15 @@ impl InverseKinematics {
         self.targets.clear();
         self.targets.extend_from_slice(targets);
         self.asked.clear();
-        self.asked.extend(targets.iter().map(|t| Asked::of(tree, t)));
+        self.asked.extend(targets.iter().map(|t| FrameGoal::of(tree, t)));
         self.asked.extend(self.own.loops.iter().cloned());
-        self.asked.extend(closures.iter().map(|t| Asked::of(tree, t)));
+        self.asked.extend(closures.iter().map(|t| FrameGoal::of(tree, t)));
         self.closed.clear();
         let count = closures.len() + self.own.count(tree);
         self.closed.resize(count, Residual::default());
         self.weigh_closures();
         let couplings = tree.multibody().couplings().len();
-        self.rows = self.asked.iter().map(Asked::rows).sum::<usize>() + couplings;
+        self.rows = self.asked.iter().map(FrameGoal::rows).sum::<usize>() + couplings;
         self.room_again();
         self.shift.clear();
         self.shift.resize(self.rows, 0.0);
@@ -490,7 +491,7 @@ impl InverseKinematics {
 
     /// Starts another round: updates the multipliers from the closures' errors at `now`, where they were evaluated.
     fn multiply(&mut self, tree: &Tree) {
-        let first: usize = self.asked[..self.targets.len()].iter().map(Asked::rows).sum();
+        let first: usize = self.asked[..self.targets.len()].iter().map(FrameGoal::rows).sum();
         // The errors include the previous multipliers.
         self.shift[first..].copy_from_slice(&self.e[first..self.rows]);
         self.multiplied = true;

@@ -1,9 +1,9 @@
 //! A complete solve; errors, Jacobians and limits at a configuration.
 
-use super::closure::Asked;
+use super::closure::FrameGoal;
 use super::{
-    Closure, Found, InverseKinematics, InverseKinematicsError, Nearest, Place, Progress, Residual,
-    Target, Towards, log, of_size,
+    Closure, InverseKinematics, InverseKinematicsError, Nearest, Place, Progress, Residual,
+    SearchStatistics, Target, Towards, log, of_size,
 };
 use crate::kinematics::poses;
 use crate::tree::Tree;
@@ -25,7 +25,7 @@ impl InverseKinematics {
         tree: &Tree,
         targets: &[Target],
         q: &mut [f64],
-    ) -> Result<Found, InverseKinematicsError> {
+    ) -> Result<SearchStatistics, InverseKinematicsError> {
         self.begin(tree, targets, q)?;
         match self.advance(tree, usize::MAX, q) {
             Progress::Met(found) => Ok(found),
@@ -104,7 +104,7 @@ impl InverseKinematics {
     }
 
     /// Computes the rows of J of one frame from `row` on; its Jacobian is written to the memory `J_node` from index `J_node` on.
-    pub(super) fn rows_of(&mut self, tree: &Tree, a: &Asked, mut row: usize, J_node: usize) {
+    pub(super) fn rows_of(&mut self, tree: &Tree, a: &FrameGoal, mut row: usize, J_node: usize) {
         let (nv, asked) = (tree.nv(), &a.goal);
         let (R, p) = self.frame(a.from.as_ref());
         let (R1, p1) = self.frame(Some(&a.end));

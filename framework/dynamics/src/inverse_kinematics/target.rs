@@ -309,7 +309,7 @@ impl Default for Effort {
 
 /// Statistics of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Found {
+pub struct SearchStatistics {
     /// Total number of steps, including those of failed starts.
     pub iterations: usize,
     /// Index of the start that led to the result; 0 is the given one.

@@ -43,7 +43,7 @@ pub fn carry(
     check_state("the new mechanism", (start.0, new.nq()), (start.1, new.nv()))?;
     let (mut q, mut v) = (start.0.to_vec(), start.1.to_vec());
     let (mut changed, mut added) = (Vec::new(), Vec::new());
-    let mut seen = Seen { old, state, frames: None };
+    let mut seen = PreviousState { old, state, frames: None };
     for id in new.body_ids() {
         let body = new.get(id);
         let Some(from) = old.body(body.name()) else {
@@ -125,13 +125,13 @@ fn same_hinge((old, a): (&Multibody, BodyId), (new, b): (&Multibody, BodyId)) ->
 }
 
 /// The old mechanism, which is evaluated where a hinge has changed.
-struct Seen<'a> {
+struct PreviousState<'a> {
     old: &'a Multibody,
     state: (&'a [f64], &'a [f64]),
     frames: Option<Scene>,
 }
 
-impl Seen<'_> {
+impl PreviousState<'_> {
     /// Returns coordinates and rates of the new hinge of a body that existed as `from`.
     fn hinge(
         &mut self,

@@ -56,12 +56,12 @@ pub struct ClosedForm {
 
 /// Solutions found so far, as angles of the six hinges.
 #[derive(Default)]
-struct Found {
+struct Solutions {
     all: [[f64; 6]; ClosedForm::MOST],
     count: usize,
 }
 
-impl Found {
+impl Solutions {
     fn add(&mut self, q: [f64; 6]) {
         if let Some(place) = self.all.get_mut(self.count) {
             *place = q;
@@ -179,7 +179,7 @@ impl ClosedForm {
         });
         let place = |i: usize| i + usize::from(self.held.is_some_and(|k| i >= k));
         let near: [f64; 6] = std::array::from_fn(|i| angle(place(i)));
-        let mut raw = Found::default();
+        let mut raw = Solutions::default();
         if self.form.reversed {
             let mut back = near;
             back.reverse();
@@ -188,7 +188,7 @@ impl ClosedForm {
         } else {
             candidates(&ready, self.form.kind, X, &near, &mut raw);
         }
-        let mut kept = Found::default();
+        let mut kept = Solutions::default();
         for q in raw.iter() {
             let Some(mut q) = refined(&arm, X, *q) else { continue };
             let inside = (0..6).all(|i| match nearest(q[i], near[i], &self.hinges[place(i)].2) {
@@ -238,7 +238,7 @@ impl ClosedForm {
     }
 }
 
-/// Placeholder until the form of an arm is determined.
+/// Value before the form of an arm is determined.
 const NONE: Form = Form { kind: Kind::Parallel, reversed: false };
 
 impl RobotModel {
@@ -294,14 +294,14 @@ fn refined(arm: &Arm, X: &Pose, mut q: [f64; 6]) -> Option<[f64; 6]> {
 }
 
 /// Computes candidates for an arm whose points lie where the form requires them.
-fn candidates(arm: &Arm, kind: Kind, X: &Pose, near: &[f64; 6], out: &mut Found) {
+fn candidates(arm: &Arm, kind: Kind, X: &Pose, near: &[f64; 6], out: &mut Solutions) {
     match kind {
         Kind::Wrist(first) => wrist(arm, first, X, near, out),
         Kind::Parallel => parallel(arm, X, near, out),
     }
 }
 
-fn wrist(arm: &Arm, first: First, X: &Pose, near: &[f64; 6], out: &mut Found) {
+fn wrist(arm: &Arm, first: First, X: &Pose, near: &[f64; 6], out: &mut Solutions) {
     let Arm { h, p, tip } = arm;
     let R = X.rotation * tip.rotation.inverse();
     let at = X.position - R * (tip.position - p[3]);
@@ -365,7 +365,7 @@ fn wrist(arm: &Arm, first: First, X: &Pose, near: &[f64; 6], out: &mut Found) {
     }
 }
 
-fn parallel(arm: &Arm, X: &Pose, near: &[f64; 6], out: &mut Found) {
+fn parallel(arm: &Arm, X: &Pose, near: &[f64; 6], out: &mut Solutions) {
     let Arm { h, p, tip } = arm;
     let R = X.rotation * tip.rotation.inverse();
     let to = X.position - R * (tip.position - p[4]) - p[0];

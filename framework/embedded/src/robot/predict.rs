@@ -2,7 +2,7 @@
 
 use super::{Robot, numbers};
 use crate::error::RobotError;
-use linkwork_dynamics::{Drive, DynamicsError, Known, Prediction};
+use linkwork_dynamics::{Drive, DynamicsError, Prediction, StateEstimate};
 
 /// Memory for [`Robot::predict`].
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ impl Robot {
     pub fn predict(
         &mut self,
         memory: &mut Predictor,
-        state: Known<'_>,
+        state: StateEstimate<'_>,
         tau: &[f64],
         density: &[f64],
         step: f64,

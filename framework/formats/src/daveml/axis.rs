@@ -2,7 +2,7 @@
 
 /// Interpolation along one independent variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Way {
+pub(super) enum Interpolation {
     Linear,
     Nearest,
     Floor,
@@ -16,7 +16,7 @@ pub(super) struct Axis {
     pub variable: usize,
     /// Increasing breakpoints, at least one.
     pub points: Vec<f64>,
-    pub way: Way,
+    pub way: Interpolation,
     /// Whether to extrapolate below the first and above the last breakpoint.
     pub beyond: [bool; 2],
     /// `min`, `max`: the variable is first clamped to these limits.
@@ -41,10 +41,10 @@ impl Axis {
         let k = p.partition_point(|b| *b <= u).clamp(1, p.len() - 1) - 1;
         let f = (u - p[k]) / (p[k + 1] - p[k]);
         let f = match self.way {
-            Way::Linear => f,
-            Way::Nearest => f64::from(u8::from(f >= 0.5)),
-            Way::Floor => f64::from(u8::from(f >= 1.0)),
-            Way::Ceiling => f64::from(u8::from(f > 0.0)),
+            Interpolation::Linear => f,
+            Interpolation::Nearest => f64::from(u8::from(f >= 0.5)),
+            Interpolation::Floor => f64::from(u8::from(f >= 1.0)),
+            Interpolation::Ceiling => f64::from(u8::from(f > 0.0)),
         };
         (k, f, inside)
     }

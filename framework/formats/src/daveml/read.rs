@@ -1,6 +1,6 @@
 //! Reads the elements of a DAVE-ML file into a [`DaveModel`] and collects mistakes.
 
-use super::axis::{Axis, Way};
+use super::axis::{Axis, Interpolation};
 use super::mathml::{Expression, Formulas};
 use super::scattered::Scattered;
 use super::table::{DIMENSIONS, Function, Grid};
@@ -317,10 +317,10 @@ impl Reader {
             }
         };
         let way = match e.attr("interpolate").unwrap_or("linear") {
-            "linear" => Way::Linear,
-            "discrete" => Way::Nearest,
-            "floor" => Way::Floor,
-            "ceiling" => Way::Ceiling,
+            "linear" => Interpolation::Linear,
+            "discrete" => Interpolation::Nearest,
+            "floor" => Interpolation::Floor,
+            "ceiling" => Interpolation::Ceiling,
             other => {
                 let help = "write linear, discrete, floor or ceiling; resample a spline finely";
                 self.bad(e, "interpolate", other, "a supported interpolation", help);
@@ -474,7 +474,7 @@ impl Reader {
             })
             .ok()?;
         for (r, axis) in &axes {
-            if axis.way != Way::Linear || axis.beyond != [false; 2] {
+            if axis.way != Interpolation::Linear || axis.beyond != [false; 2] {
                 let kind = FaultKind::Unsupported {
                     what: format!(
                         "<{}>: without a grid a table of two variables is linear, and ends at its hull",

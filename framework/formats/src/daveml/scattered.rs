@@ -164,12 +164,18 @@ impl Scattered {
 
 #[cfg(test)]
 mod tests {
-    use super::super::axis::Way;
+    use super::super::axis::Interpolation;
     use super::*;
 
     fn axis(variable: usize) -> Axis {
         let limits = [f64::NEG_INFINITY, f64::INFINITY];
-        Axis { variable, points: Vec::new(), way: Way::Linear, beyond: [false; 2], limits }
+        Axis {
+            variable,
+            points: Vec::new(),
+            way: Interpolation::Linear,
+            beyond: [false; 2],
+            limits,
+        }
     }
 
     fn of(rows: &[[f64; 3]]) -> Result<Scattered, [&'static str; 2]> {

@@ -5,7 +5,7 @@ use linkwork_runtime::doc::first_sentence;
 use linkwork_runtime::{Fires, Plan, PortSpec, Via};
 use serde::Serialize;
 
-/// The page; `DATA` is the placeholder for the data.
+/// The page; the program replaces `DATA` by the graph's data.
 const PAGE: &str = include_str!("page.html");
 
 #[derive(Serialize)]

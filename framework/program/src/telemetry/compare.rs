@@ -3,7 +3,7 @@ use std::fmt;
 
 /// Differences of one quantity: magnitudes.
 #[derive(Clone, Debug, Default)]
-pub struct Apart {
+pub struct DifferenceStatistics {
     /// Instants.
     pub count: u64,
     /// Number of differences at rows of the table.
@@ -13,7 +13,7 @@ pub struct Apart {
     last: (f64, f64),
 }
 
-impl Apart {
+impl DifferenceStatistics {
     /// Adds a magnitude at a time (s), in increasing order.
     pub fn take(&mut self, t: f64, size: f64, row: bool) {
         self.count += 1;
@@ -28,11 +28,11 @@ impl Apart {
 }
 
 /// Differences for printing: name, unit, and the SI value of the unit.
-pub struct Shown<'a>(pub &'a str, pub &'a str, pub f64, pub &'a Apart);
+pub struct PrintedDifference<'a>(pub &'a str, pub &'a str, pub f64, pub &'a DifferenceStatistics);
 
-impl fmt::Display for Shown<'_> {
+impl fmt::Display for PrintedDifference<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Shown(what, unit, scale, a) = *self;
+        let PrintedDifference(what, unit, scale, a) = *self;
         let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
         let rms = (a.squares / a.count as f64).sqrt();
         write!(
@@ -58,18 +58,20 @@ mod tests {
 
     #[test]
     fn most_rms_and_last_are_those_of_the_sizes() {
-        let mut a = Apart::default();
+        let mut a = DifferenceStatistics::default();
         for (t, x) in [(0.0, 3.0), (1.0, 4.0), (2.0, 0.0), (3.0, 12.0), (4.0, 0.0)] {
             a.take(t, x, t > 2.5);
         }
         assert_eq!((a.count, a.rows, a.most, a.last), (5, 2, (12.0, 3.0), (0.0, 4.0)));
-        let text = Shown("x", "ft", 0.5, &a).to_string();
+        let text = PrintedDifference("x", "ft", 0.5, &a).to_string();
         let wanted = "x: at most 2.4000e1 ft apart at 3 s, rms 1.1628e1 ft, 0.0000e0 ft at 4 s";
         assert_eq!(text, wanted);
-        let mut late = Apart::default();
+        let mut late = DifferenceStatistics::default();
         late.take(30.000_000_000_000_004, 1.0, true);
-        assert!(Shown("x", "", 1.0, &late).to_string().ends_with("at 30 s"));
+        assert!(PrintedDifference("x", "", 1.0, &late).to_string().ends_with("at 30 s"));
         a.take(5.0, f64::NAN, false);
-        assert!(Shown("x", "", 1.0, &a).to_string().contains("at most NaN apart at 5 s"));
+        assert!(
+            PrintedDifference("x", "", 1.0, &a).to_string().contains("at most NaN apart at 5 s")
+        );
     }
 }

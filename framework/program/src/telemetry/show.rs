@@ -1,5 +1,5 @@
 //! A table in the view of a simulation: alone, or together with a log.
-use super::compare::{Apart, Shown};
+use super::compare::{DifferenceStatistics, PrintedDifference};
 use super::form::Telemetry;
 use super::track::{Curve, Track, Tracks};
 use crate::load::{self, Ready};
@@ -9,7 +9,7 @@ use linkwork_dynamics::{Workspace, kinematics};
 use linkwork_multibody::Multibody;
 use linkwork_runtime::{Fault, Plan, Program, Seconds, ServiceObject, Site, Unit, remedy};
 use linkwork_spatial::{Pose, Quat};
-use linkwork_viz::{InUnit, Panel, Player, Scene, Shape, Told, View, VizError};
+use linkwork_viz::{ExternalData, InUnit, Panel, Player, Scene, Shape, View, VizError};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -127,13 +127,13 @@ const DEGREE: InUnit = InUnit { offset: 0.0, factor: 180.0 / std::f64::consts::P
 pub struct Beside {
     tracks: Tracks,
     /// Additional bodies and panels of the view.
-    pub told: Told,
+    pub told: ExternalData,
     /// For each body and each curve, whether the log has instants at rows of the table. Differences are then computed only at rows, because values
     /// between rows are interpolated.
     at_rows: [Vec<bool>; 2],
     /// Differences for each body (position and attitude) and each curve, at all instants and at rows.
-    bodies: Vec<[Apart; 2]>,
-    curves: Vec<[Apart; 2]>,
+    bodies: Vec<[DifferenceStatistics; 2]>,
+    curves: Vec<[DifferenceStatistics; 2]>,
 }
 
 /// Adds flight data to the view of a log with poses at `instants` (ns). The scene gets their shapes.
@@ -148,7 +148,7 @@ pub fn beside(
     let tracks = read(telemetry, program)?;
     let names: Vec<&str> = tracks.bodies.iter().map(|b| b.body.as_str()).collect();
     let start = Start::of(&program.phases[0].plan, &names);
-    let mut told = Told::default();
+    let mut told = ExternalData::default();
     for track in &tracks.bodies {
         let name = flown(&track.body);
         scene.shapes.extend(ghosts(scene, &start, &track.body));
@@ -313,9 +313,12 @@ impl Beside {
                 "instants of the log, between rows of the table"
             };
             say!("{}: {n} {how}", track.body);
-            say!("    {}", Shown("position", "m", 1.0, position));
+            say!("    {}", PrintedDifference("position", "m", 1.0, position));
             if attitude.count > 0 {
-                say!("    {}", Shown("attitude", "deg", 1.0_f64.to_radians(), attitude));
+                say!(
+                    "    {}",
+                    PrintedDifference("attitude", "deg", 1.0_f64.to_radians(), attitude)
+                );
             }
         }
         for (curve, [all, rows]) in self.tracks.curves.iter().zip(&self.curves) {
@@ -328,7 +331,7 @@ impl Beside {
                     curve.title
                 );
             } else {
-                say!("{}", Shown(&curve.title, &curve.text, curve.unit.scale, apart));
+                say!("{}", PrintedDifference(&curve.title, &curve.text, curve.unit.scale, apart));
             }
         }
     }
@@ -385,9 +388,9 @@ fn draw(
 ) -> Result<(), VizError> {
     let names: Vec<&str> = tracks.bodies.iter().map(|b| b.body.as_str()).collect();
     let start = Start::of(&program.phases[0].plan, &names);
-    let told = Told {
+    let told = ExternalData {
         panels: tracks.curves.iter().flat_map(|c| panels(c, false)).collect(),
-        ..Told::default()
+        ..ExternalData::default()
     };
     let (view, _) = View::new(program, scene, period)?;
     let mut player = Player::open(view.with(&told), out)?;

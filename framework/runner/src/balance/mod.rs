@@ -13,7 +13,7 @@ mod report;
 pub use report::{Balances, Part, Report};
 
 use linkwork_runtime::balance::{Kind, PartTerms, Quantity, terms};
-use linkwork_runtime::{Account, Place, Program, Stretch, Wanted};
+use linkwork_runtime::{Account, ObserverRequest, Place, Program, Stretch};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -49,7 +49,7 @@ struct Stock {
 
 /// A balance term that a block integrates itself.
 #[derive(Clone, Debug)]
-struct Own {
+struct BlockTerm {
     part: usize,
     quantity: Quantity,
     account: Account,
@@ -78,7 +78,7 @@ pub struct Balance {
     flows: Vec<Flow>,
     products: Vec<Product>,
     stocks: Vec<Stock>,
-    own: Vec<Own>,
+    own: Vec<BlockTerm>,
     places: Vec<Place>,
     accounts: Vec<(String, usize)>,
     sums: Sums,
@@ -139,7 +139,7 @@ impl Balance {
             }
             if !part.own.known.is_empty() {
                 all.accounts.push((part.part.clone(), part.own.known.len()));
-                all.own.extend(part.own.known.iter().map(|own| Own {
+                all.own.extend(part.own.known.iter().map(|own| BlockTerm {
                     part: k,
                     quantity: own.quantity,
                     account: own.account,
@@ -177,7 +177,7 @@ impl Balance {
     }
 
     /// Adds the variables that it observes.
-    pub(crate) fn want(&mut self, wanted: &mut Wanted) {
+    pub(crate) fn want(&mut self, wanted: &mut ObserverRequest) {
         self.first = wanted.places.len() + wanted.sparing.len();
         wanted.sparing.extend(&self.places);
         self.first_own = self.first + self.places.len();

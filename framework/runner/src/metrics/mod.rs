@@ -9,7 +9,8 @@ use crate::balance::{Balance, Saved};
 use crate::conditions::condition;
 use linkwork_assembly::form::{Metric, MetricOf, Take};
 use linkwork_runtime::{
-    Condition, Fault, Observer, Place, Plan, PortKind, Simulation, Stretch, Times, Unit, Wanted,
+    Condition, Fault, Observer, ObserverRequest, Place, Plan, PortKind, Simulation, Stretch, Times,
+    Unit,
 };
 use serde::{Deserialize, Serialize};
 use statistics::{Span, Statistics, Wants, crossing};
@@ -84,7 +85,7 @@ struct First {
 
 /// The state of all metrics in a checkpoint, by the keys of their series.
 #[derive(Serialize, Deserialize)]
-struct Kept {
+struct SavedMetrics {
     series: Vec<(String, Statistics)>,
     firsts: Vec<(String, Option<(f64, f64)>)>,
     balance: Option<Saved>,
@@ -215,7 +216,8 @@ impl Metrics {
         if self.list.is_empty() && self.balance.is_none() {
             return;
         }
-        let mut wanted = Wanted { places: self.places.clone(), ..Wanted::default() };
+        let mut wanted =
+            ObserverRequest { places: self.places.clone(), ..ObserverRequest::default() };
         if let Some(balance) = &mut self.balance {
             balance.want(&mut wanted);
         }
@@ -233,7 +235,7 @@ impl Metrics {
     /// # Errors
     /// A message, if the state cannot be serialized.
     pub fn save(&self) -> Result<Vec<u8>, String> {
-        let kept = Kept {
+        let kept = SavedMetrics {
             series: self.series.iter().map(|s| (s.key.clone(), s.statistics.clone())).collect(),
             firsts: self.firsts.iter().map(|f| (f.key.clone(), f.found)).collect(),
             balance: self.balance.as_ref().map(Balance::save),
@@ -246,7 +248,7 @@ impl Metrics {
     /// # Errors
     /// The saved state cannot be read.
     pub fn restore(&mut self, saved: &[u8]) -> Result<(), String> {
-        let kept: Kept = rmp_serde::from_slice(saved)
+        let kept: SavedMetrics = rmp_serde::from_slice(saved)
             .map_err(|e| format!("the metrics of the checkpoint cannot be read: {e}"))?;
         for (key, mut statistics) in kept.series {
             if let Some(own) = self.series.iter_mut().find(|s| s.key == key) {

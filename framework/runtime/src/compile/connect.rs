@@ -1,7 +1,7 @@
 //! Wires: every input lane gets one source lane; reductions get many.
 use super::arrivals::Arrivals;
 use super::connections::{Connections, Link, Tear};
-use super::find::{Finder, Found};
+use super::find::{Finder, FoundPort};
 use super::host::{End, HostWire};
 use super::order::Order;
 use super::part::Part;
@@ -166,7 +166,7 @@ impl<'w> Connector<'_, '_, 'w> {
     fn tear(
         &mut self,
         wire: &WireSpec,
-        (dst, at): (Found<'_>, usize),
+        (dst, at): (FoundPort<'_>, usize),
         (sent, n): (u32, usize),
         tolerance: f64,
     ) -> Result<u32, Vec<Fault>> {

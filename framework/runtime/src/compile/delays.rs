@@ -1,6 +1,6 @@
 //! Wires with a delay: each is a sampled part between its two ends, with its own lanes and state.
 use super::part::Part;
-use crate::block::{Block, Now, Outcome, Prototype, Wiring};
+use crate::block::{Block, EvalTime, Outcome, Prototype, Wiring};
 use crate::model::{Description, Functions};
 use crate::ports::{PortKind, PortSpec};
 use crate::spec::{PartSpec, PortRef, Spec, WireSpec, WireTiming};
@@ -167,28 +167,35 @@ impl Prototype for Delay {
     }
     fn block(&self, wiring: Wiring) -> Box<dyn Block> {
         let n = self.description.discrete[0].lanes;
-        Box::new(Held { w: wiring, lanes: self.lanes, n })
+        Box::new(DelayLine { w: wiring, lanes: self.lanes, n })
     }
 }
 
-struct Held {
+struct DelayLine {
     w: Wiring,
     lanes: usize,
     n: usize,
 }
 
-impl Block for Held {
-    fn outputs(&mut self, _: &Now, _: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
+impl Block for DelayLine {
+    fn outputs(&mut self, _: &EvalTime, _: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
         sig[self.w.ym..self.w.ym + self.lanes].copy_from_slice(&d[self.w.d..self.w.d + self.lanes]);
         Ok(())
     }
-    fn feedthrough(&mut self, _: &Now, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, _: &EvalTime, _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
         Ok(())
     }
-    fn derivatives(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64], _: &mut [f64]) -> Outcome {
+    fn derivatives(
+        &mut self,
+        _: &EvalTime,
+        _: &[f64],
+        _: &[f64],
+        _: &[f64],
+        _: &mut [f64],
+    ) -> Outcome {
         Ok(())
     }
-    fn update(&mut self, _: &Now, _: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
+    fn update(&mut self, _: &EvalTime, _: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
         let held = &mut d[self.w.d..self.w.d + self.n];
         held.copy_within(self.lanes.., 0);
         let last = self.n - self.lanes;
@@ -204,6 +211,6 @@ impl Block for Held {
         Ok(())
     }
     fn fork(&self) -> Box<dyn Block> {
-        Box::new(Held { w: self.w.clone(), lanes: self.lanes, n: self.n })
+        Box::new(DelayLine { w: self.w.clone(), lanes: self.lanes, n: self.n })
     }
 }

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 /// One port of a part, found.
 #[derive(Clone, Copy)]
-pub(super) struct Found<'a> {
+pub(super) struct FoundPort<'a> {
     pub part: usize,
     pub spec: &'a PortSpec,
     /// First lane: of the signals for outputs, of all inputs (feedthrough inputs last) for inputs.
@@ -17,7 +17,7 @@ pub(super) struct Found<'a> {
 }
 
 /// Returns a fault, or `None` if it would only follow from one that is already reported.
-pub(super) type Told = Option<Fault>;
+pub(super) type NewFault = Option<Fault>;
 
 pub(super) struct Finder<'a, 'b> {
     parts: &'a [Part<'b>],
@@ -25,7 +25,7 @@ pub(super) struct Finder<'a, 'b> {
     /// Parts without ports: services (true), and parts whose own faults are already reported (false).
     absent: BTreeMap<&'a str, bool>,
     /// Inputs and then outputs of each part, both by name.
-    ports: Vec<Found<'a>>,
+    ports: Vec<FoundPort<'a>>,
     /// Where they begin in `ports`: inputs and outputs of the first part, of the second, …; one more at the end.
     begins: Vec<usize>,
 }
@@ -41,7 +41,7 @@ impl<'a, 'b> Finder<'a, 'b> {
                 let lanes = |lane: &mut usize, spec: &'a PortSpec| {
                     let at = *lane;
                     *lane += spec.lanes;
-                    Some(Found { part, spec, lane: at })
+                    Some(FoundPort { part, spec, lane: at })
                 };
                 ports.extend(side(d, output).scan(first, lanes));
                 ports[begin..].sort_by(|a, b| a.spec.name.cmp(&b.spec.name));
@@ -58,7 +58,7 @@ impl<'a, 'b> Finder<'a, 'b> {
     }
 
     /// A port of a part by its whole name.
-    pub fn port(&self, part: usize, name: &str, output: bool) -> Option<Found<'a>> {
+    pub fn port(&self, part: usize, name: &str, output: bool) -> Option<FoundPort<'a>> {
         let side = 2 * part + usize::from(output);
         let ports = &self.ports[self.begins[side]..self.begins[side + 1]];
         let at = ports.partition_point(|p| &*p.spec.name < name);
@@ -72,7 +72,7 @@ impl<'a, 'b> Finder<'a, 'b> {
         end: &'e PortRef,
         wire: &str,
         origin: Origin,
-    ) -> Result<(usize, Cow<'e, str>), Told> {
+    ) -> Result<(usize, Cow<'e, str>), NewFault> {
         let mut part = end.part.as_str();
         loop {
             if let Some(k) = self.part(part) {
@@ -111,7 +111,7 @@ impl<'a, 'b> Finder<'a, 'b> {
         output: bool,
         wire: &str,
         origin: Origin,
-    ) -> Result<(Found<'a>, usize, usize), Told> {
+    ) -> Result<(FoundPort<'a>, usize, usize), NewFault> {
         let (k, port) = self.split(end, wire, origin)?;
         let path = &self.parts[k].spec.path;
         // The name of a port may have dots itself (`wheels[2].rate`): the longest name that fits.

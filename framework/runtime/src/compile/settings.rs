@@ -2,7 +2,7 @@
 use super::part::Part;
 use crate::model::{Description, Turning, lanes};
 use crate::pattern;
-use crate::plan::{Asked, Integration};
+use crate::plan::{Integration, ServiceQuery};
 use crate::ports::PortKind;
 use crate::services::{ServiceKind, ServiceObject, Services};
 use crate::spec::Spec;
@@ -42,7 +42,7 @@ pub(super) fn stepped_outputs(parts: &[Part<'_>]) -> Vec<Range<usize>> {
 }
 
 /// Parts that ask a service of places at the nodes that are bound to them: air, ground.
-pub(super) fn asked(parts: &[Part<'_>], services: &Services) -> Vec<Asked> {
+pub(super) fn asked(parts: &[Part<'_>], services: &Services) -> Vec<ServiceQuery> {
     let mut all = Vec::new();
     for (k, part) in parts.iter().enumerate() {
         let of_places = |object: &&ServiceObject| {
@@ -57,7 +57,7 @@ pub(super) fn asked(parts: &[Part<'_>], services: &Services) -> Vec<Asked> {
                 let mut lane = 0;
                 for port in ports {
                     if port.kind == PortKind::NodeState {
-                        all.push(Asked {
+                        all.push(ServiceQuery {
                             part: k as u32,
                             service: service.to_string(),
                             object: object.clone(),

@@ -14,7 +14,7 @@ use super::block::{MechanismBlock, NEVER};
 use super::frame::Frame;
 use super::plan::MechanismPlan;
 use crate::account::{Account, OwnAccount, OwnAccounts, Quantity};
-use crate::block::Now;
+use crate::block::EvalTime;
 use linkwork_dynamics::{center_of_mass, kinetic_energy};
 use linkwork_spatial::Vec3;
 
@@ -42,7 +42,7 @@ pub(super) fn of(plan: &MechanismPlan) -> OwnAccounts {
 
 impl MechanismBlock {
     /// The numbers of [`of`] at the state of the last evaluation.
-    pub(super) fn count(&mut self, now: &Now, x: &[f64], sig: &[f64], out: &mut [f64]) {
+    pub(super) fn count(&mut self, now: &EvalTime, x: &[f64], sig: &[f64], out: &mut [f64]) {
         let evaluated = self.at != NEVER;
         let plan = self.plan.clone();
         let steps = plan.contact.is_some() || plan.rolling.is_some();

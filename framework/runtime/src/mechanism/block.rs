@@ -4,7 +4,7 @@ use super::frame::Frame;
 use super::plan::MechanismPlan;
 use super::rolls::Rolls;
 use super::touch;
-use crate::block::{Block, Evaluation, Failure, Now, Outcome, Wiring, copy_into};
+use crate::block::{Block, EvalTime, Evaluation, Failure, Outcome, Wiring, copy_into};
 use crate::error::BuildError;
 use crate::jacobian::{Jacobian, Operation};
 use crate::ports::{Lane, NodeState};
@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 /// An impulse of the last contacts: what the mechanism remembers from step to step.
 #[derive(Clone, Serialize, Deserialize)]
-struct Kept {
+struct ContactMemory {
     pair: (u32, u32),
     feature: u64,
     impulse: [f64; 3],
@@ -55,7 +55,7 @@ pub(super) struct MechanismBlock {
     /// Sums of normal forces by body.
     pub(super) weights: Vec<f64>,
     /// The store: impulses of the last contacts.
-    kept: Vec<Kept>,
+    kept: Vec<ContactMemory>,
     /// A contact step that was not solved to its tolerance, until the run hears of it once.
     unsolved: Option<StepReport>,
     unsolved_told: bool,
@@ -140,7 +140,7 @@ impl MechanismBlock {
     }
 
     /// Kinematics of this evaluation, once.
-    pub(super) fn kinematics(&mut self, now: &Now, x: &[f64]) {
+    pub(super) fn kinematics(&mut self, now: &EvalTime, x: &[f64]) {
         if self.at != now.number {
             let (q, v) = self.split(x);
             kinematics(&self.tree, &mut self.ws, q, v);
@@ -180,7 +180,7 @@ impl MechanismBlock {
 
     /// Masses, gravity, hinges' own forces and what the wires bring: forces into the work space, torques and prescribed
     /// accelerations into `tau` and `vdot`, loop motions; rates of bristles into `rates`.
-    pub(super) fn forces(&mut self, now: &Now, x: &[f64], sig: &[f64]) -> Outcome {
+    pub(super) fn forces(&mut self, now: &EvalTime, x: &[f64], sig: &[f64]) -> Outcome {
         if !self.plan.varies.is_empty() {
             self.masses(sig)?;
         }
@@ -326,7 +326,7 @@ impl MechanismBlock {
 }
 
 impl Block for MechanismBlock {
-    fn outputs(&mut self, now: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
+    fn outputs(&mut self, now: &EvalTime, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         self.kinematics(now, x);
         let plan = &*self.plan;
         let mut lane = self.w.ym;
@@ -368,7 +368,7 @@ impl Block for MechanismBlock {
         Ok(())
     }
 
-    fn feedthrough(&mut self, now: &Now, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, now: &EvalTime, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
         self.kinematics(now, x);
         self.forces(now, x, sig)?;
         let (rates, nv) = (self.w.yd + self.vdot.len(), self.vdot.len());
@@ -419,7 +419,7 @@ impl Block for MechanismBlock {
 
     fn derivatives(
         &mut self,
-        _: &Now,
+        _: &EvalTime,
         x: &[f64],
         _: &[f64],
         sig: &[f64],
@@ -455,7 +455,7 @@ impl Block for MechanismBlock {
     fn jacobian(
         &mut self,
         operation: Operation,
-        now: &Now,
+        now: &EvalTime,
         (x, _, sig): (&[f64], &[f64], &[f64]),
         out: &mut Jacobian,
     ) -> Outcome {
@@ -472,7 +472,7 @@ impl Block for MechanismBlock {
         }
     }
 
-    fn update(&mut self, _: &Now, _: &[f64], _: &mut [f64], _: &[f64]) -> Outcome {
+    fn update(&mut self, _: &EvalTime, _: &[f64], _: &mut [f64], _: &[f64]) -> Outcome {
         Ok(())
     }
 
@@ -497,7 +497,7 @@ impl Block for MechanismBlock {
         Ok(())
     }
 
-    fn advance(&mut self, now: &Now, h: f64, x: &mut [f64], sig: &mut [f64]) -> Outcome {
+    fn advance(&mut self, now: &EvalTime, h: f64, x: &mut [f64], sig: &mut [f64]) -> Outcome {
         if self.rolls.is_some() {
             return self.roll(now, h, x, sig);
         }
@@ -514,7 +514,7 @@ impl Block for MechanismBlock {
             .step(&self.tree, ws, h, (q, v), motions, None, tau, vdot)
             .map_err(|e| Failure::of(&e))?;
         self.kept.clear();
-        self.kept.extend(stepper.warm().iter().map(|i| Kept {
+        self.kept.extend(stepper.warm().iter().map(|i| ContactMemory {
             pair: i.pair,
             feature: i.feature,
             impulse: i.impulse.into(),
@@ -556,7 +556,13 @@ impl Block for MechanismBlock {
         Ok(())
     }
 
-    fn startup_warnings(&mut self, _: &Now, _: &[f64], _: &[f64], _: &[f64]) -> Vec<BuildError> {
+    fn startup_warnings(
+        &mut self,
+        _: &EvalTime,
+        _: &[f64],
+        _: &[f64],
+        _: &[f64],
+    ) -> Vec<BuildError> {
         let over = self.plan.rank().map(|r| r.over_prescribed).unwrap_or_default();
         if over.is_empty() {
             return Vec::new();
@@ -569,7 +575,7 @@ impl Block for MechanismBlock {
         vec![BuildError::new(fact).help(help)]
     }
 
-    fn accounts(&mut self, now: &Now, x: &[f64], sig: &[f64], out: &mut [f64]) {
+    fn accounts(&mut self, now: &EvalTime, x: &[f64], sig: &[f64], out: &mut [f64]) {
         self.count(now, x, sig, out);
     }
 
@@ -593,7 +599,8 @@ impl Block for MechanismBlock {
     }
     fn load_store(&mut self, bytes: &[u8]) -> Result<(), String> {
         if self.stepper.is_some() {
-            let kept: Vec<Kept> = rmp_serde::from_slice(bytes).map_err(|e| e.to_string())?;
+            let kept: Vec<ContactMemory> =
+                rmp_serde::from_slice(bytes).map_err(|e| e.to_string())?;
             self.take_store(&kept);
         }
         Ok(())
@@ -604,13 +611,17 @@ impl Block for MechanismBlock {
         }
     }
     fn take_store(&mut self, from: &dyn Any) {
-        let (Some(stepper), Some(kept)) = (&mut self.stepper, from.downcast_ref::<Vec<Kept>>())
+        let (Some(stepper), Some(kept)) =
+            (&mut self.stepper, from.downcast_ref::<Vec<ContactMemory>>())
         else {
             return;
         };
         self.kept.clone_from(kept);
-        let back =
-            |k: &Kept| Impulse { pair: k.pair, feature: k.feature, impulse: k.impulse.into() };
+        let back = |k: &ContactMemory| Impulse {
+            pair: k.pair,
+            feature: k.feature,
+            impulse: k.impulse.into(),
+        };
         stepper.set_warm(&kept.iter().map(back).collect::<Vec<_>>());
     }
     fn fork(&self) -> Box<dyn Block> {

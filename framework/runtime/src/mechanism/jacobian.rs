@@ -12,7 +12,7 @@
 use super::block::MechanismBlock;
 use super::forward_jacobian::ForwardJacobian;
 use super::frame::Frame;
-use crate::block::{Failure, Now, Outcome};
+use crate::block::{EvalTime, Failure, Outcome};
 use crate::jacobian::Jacobian;
 use crate::ports::{Lane, VehicleMass};
 use linkwork_dynamics::{ForwardDerivatives, body_jacobian, node_jacobian};
@@ -38,7 +38,7 @@ impl MechanismBlock {
 
     /// Hinge states are states; velocities of frames are linear in v. Poses and velocities by q are left to
     /// differences where frames are read.
-    pub(super) fn output_jacobian(&mut self, now: &Now, x: &[f64], out: &mut Jacobian) {
+    pub(super) fn output_jacobian(&mut self, now: &EvalTime, x: &[f64], out: &mut Jacobian) {
         self.kinematics(now, x);
         let plan = self.plan.clone();
         let ports = &plan.ports;
@@ -100,7 +100,7 @@ impl MechanismBlock {
     /// ∂v̇ by the block's states, and by torques and wrenches.
     pub(super) fn feedthrough_jacobian(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         x: &[f64],
         sig: &[f64],
         out: &mut Jacobian,

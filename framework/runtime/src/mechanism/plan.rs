@@ -12,7 +12,7 @@ use crate::value::Origin;
 use linkwork_collision::{ColliderId, Colliders};
 use linkwork_dynamics::Tree;
 use linkwork_multibody::{BodyId, LoopMotion, Multibody};
-use linkwork_solvers::{CompliantLaws, ConstrainedSolver, ConstraintMethod, Kept};
+use linkwork_solvers::{CompliantLaws, ConstrainedSolver, ConstraintMethod, FixedValues};
 use linkwork_spatial::Vec3;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
@@ -36,7 +36,7 @@ pub struct MechanismPlan {
     /// Velocities at the start.
     pub v: Vec<f64>,
     /// Coordinates and velocities that keep their values where loops and couplings are closed.
-    pub(super) kept: Kept,
+    pub(super) kept: FixedValues,
     /// Prescribed subhinges and gaps of loops at the start.
     pub loop_motions: Vec<LoopMotion>,
     /// Loops that do not close at once.

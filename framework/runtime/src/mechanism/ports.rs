@@ -56,10 +56,10 @@ enum Target {
 }
 
 /// Names of the ports that are there.
-type Known = BTreeSet<String>;
+type PortNames = BTreeSet<String>;
 
 /// A place in a list, added when the port of that name is not there yet.
-fn add<T>(known: &mut Known, list: &mut Vec<T>, item: T, name: String) -> String {
+fn add<T>(known: &mut PortNames, list: &mut Vec<T>, item: T, name: String) -> String {
     if !known.contains(&name) {
         known.insert(name.clone());
         list.push(item);
@@ -70,7 +70,7 @@ fn add<T>(known: &mut Known, list: &mut Vec<T>, item: T, name: String) -> String
 /// Serves bindings: ports and wires.
 pub(super) fn lower(mb: &Multibody, bound: &[Bound<'_>], out: &mut Lowering<'_>) -> MechanismPorts {
     let prescribed = mb.prescribed();
-    let (mut ports, mut known) = (MechanismPorts::default(), Known::new());
+    let (mut ports, mut known) = (MechanismPorts::default(), PortNames::new());
     for b in bound {
         let (part, bind, origin) = (&b.spec.part, &b.spec.bind, b.spec.origin);
         let ball = |p: &PortSpec| matches!(p.kind, PortKind::BallState | PortKind::BallTorque);
@@ -192,7 +192,7 @@ impl MechanismPorts {
         mb: &Multibody,
         port: &PortSpec,
         at: &Target,
-        known: &mut Known,
+        known: &mut PortNames,
     ) -> Result<String, &'static str> {
         Ok(match (port.kind, at) {
             (PortKind::NodeState, Target::Node(f)) => {

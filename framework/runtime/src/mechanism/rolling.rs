@@ -6,7 +6,7 @@
 use super::block::{MechanismBlock, NEVER};
 use super::rolls::Rolls;
 use super::touch;
-use crate::block::{Failure, Now, Outcome};
+use crate::block::{EvalTime, Failure, Outcome};
 use crate::ports::{self, Lane};
 use linkwork_dynamics::{inverse_dynamics_given_kinematics, kinematics};
 use linkwork_solvers::{PairLoad, Traction};
@@ -14,7 +14,13 @@ use linkwork_spatial::Vec3;
 
 impl MechanismBlock {
     /// A step of `h` s.
-    pub(super) fn roll(&mut self, now: &Now, h: f64, x: &mut [f64], sig: &mut [f64]) -> Outcome {
+    pub(super) fn roll(
+        &mut self,
+        now: &EvalTime,
+        h: f64,
+        x: &mut [f64],
+        sig: &mut [f64],
+    ) -> Outcome {
         let Some(mut rolls) = self.rolls.take() else { return Ok(()) };
         let done = self.roll_with(&mut rolls, now, h, x, sig);
         self.rolls = Some(rolls);
@@ -24,7 +30,7 @@ impl MechanismBlock {
     fn roll_with(
         &mut self,
         rolls: &mut Rolls,
-        now: &Now,
+        now: &EvalTime,
         h: f64,
         x: &mut [f64],
         sig: &mut [f64],

@@ -9,8 +9,8 @@ use linkwork_collision::Colliders;
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::{LoopMotion, Multibody};
 use linkwork_solvers::{
-    CompliantLaws, ConstrainedSolver, ConstraintMethod, ContactSettings, Kept, Rolling, StartError,
-    Vehicle, close_start,
+    CompliantLaws, ConstrainedSolver, ConstraintMethod, ContactSettings, FixedValues, Rolling,
+    StartError, Vehicle, close_start,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -28,7 +28,7 @@ pub struct MechanismSpec {
     pub v: Vec<f64>,
     /// Coordinates and velocities that keep their values where loops and couplings are closed at the start; the others follow. None as it
     /// stands: q and v then only select the closed start that is near.
-    pub kept: Kept,
+    pub kept: FixedValues,
     /// Free bodies that start on an orbit, in named axes or over the ground: the world computes position and velocity, which replace the numbers in `q` and `v`.
     pub starts: Vec<BodyStart>,
     /// Path of the gravity service; `None`: the only one, or no gravity when there is none.
@@ -82,7 +82,7 @@ impl MechanismSpec {
             multibody,
             q,
             v,
-            kept: Kept::default(),
+            kept: FixedValues::default(),
             starts: Vec::new(),
             gravity: None,
             terrain: None,

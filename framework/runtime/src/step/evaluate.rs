@@ -4,7 +4,7 @@ use super::operation::run;
 use super::pinned::Pins;
 use super::stopped::{Stopped, of};
 use super::{GuardState, turning};
-use crate::block::{Block, Evaluation, Now, Outcome};
+use crate::block::{Block, EvalTime, Evaluation, Outcome};
 use crate::condition::Times;
 use crate::plan::{Op, Plan};
 use linkwork_integrate::{At, System};
@@ -16,7 +16,7 @@ pub(super) fn run_all(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,
     ops: &[u32],
-    now: &Now,
+    now: &EvalTime,
     (x, d, sig): (&[f64], &[f64], &mut [f64]),
     pins: Option<&Pins>,
 ) -> Result<(), Stopped> {
@@ -43,7 +43,7 @@ pub(super) fn run_all_now(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,
     ops: &[u32],
-    now: &Now,
+    now: &EvalTime,
     (x, d, sig): (&[f64], &mut [f64], &mut [f64]),
     pins: Option<&Pins>,
     (guards, values): Guards<'_>,
@@ -75,7 +75,7 @@ pub(super) fn run_all_now(
 fn is_decided(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,
-    (block, now): (u32, &Now),
+    (block, now): (u32, &EvalTime),
     (x, d, sig): (&[f64], &[f64], &[f64]),
     (guards, values): Guards<'_>,
 ) -> Result<bool, Stopped> {
@@ -97,7 +97,7 @@ fn is_decided(
 pub(super) fn derivatives(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,
-    now: &Now,
+    now: &EvalTime,
     (x, d, sig): (&[f64], &[f64], &[f64]),
     pins: Option<&Pins>,
     xdot: &mut [f64],
@@ -118,7 +118,7 @@ pub(super) fn derivatives(
 pub(super) fn guards(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,
-    (now, began): (&Now, f64),
+    (now, began): (&EvalTime, f64),
     (x, d, sig): (&[f64], &[f64], &[f64]),
     values: &mut [f64],
 ) -> Result<(), Stopped> {
@@ -141,7 +141,7 @@ pub(super) struct Running<'a> {
     pub blocks: &'a mut [Box<dyn Block>],
     pub d: &'a [f64],
     pub sig: &'a mut [f64],
-    pub now: Now,
+    pub now: EvalTime,
     /// Start time of the phase (s).
     pub began: f64,
     /// Pinned variables.
@@ -157,9 +157,9 @@ pub(super) struct Running<'a> {
 impl Running<'_> {
     /// Returns the time of another evaluation.
     #[inline(always)]
-    pub(super) fn next(&mut self, t: f64) -> Now {
+    pub(super) fn next(&mut self, t: f64) -> EvalTime {
         *self.number += 1;
-        Now { t, evaluation: Evaluation::Stage, number: *self.number, ..self.now }
+        EvalTime { t, evaluation: Evaluation::Stage, number: *self.number, ..self.now }
     }
 
     /// Computes the values of the guards at a state within a step.
@@ -281,7 +281,7 @@ pub(super) fn project(
 pub(super) fn advance(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,
-    now: &Now,
+    now: &EvalTime,
     h: f64,
     (x, sig): (&mut [f64], &mut [f64]),
     pins: Option<&Pins>,

@@ -13,7 +13,7 @@ use super::evaluate::{self, Running};
 use super::simulation::Purpose;
 use super::stopped::Stopped;
 use super::{GuardState, Simulation, State};
-use crate::block::{Evaluation, Failure, Now};
+use crate::block::{EvalTime, Evaluation, Failure};
 use crate::model::Fired;
 use crate::plan::{Fires, GuardPlan, Plan};
 use linkwork_integrate::Failure as StepFailure;
@@ -293,7 +293,7 @@ impl Simulation {
         x: &[f64],
         values: &mut [f64],
     ) -> Result<(), Stopped> {
-        let now = Now {
+        let now = EvalTime {
             t,
             dt: plan.step.seconds(),
             tick: self.state.tick,

@@ -6,7 +6,7 @@ use super::simulation::Purpose;
 use super::stopped::Stopped;
 use super::{RunError, Simulation, State, Stop};
 use super::{observe, turning};
-use crate::block::{Evaluation, Now};
+use crate::block::{EvalTime, Evaluation};
 use crate::plan::Plan;
 use crate::value::{Fault, Origin};
 use crate::variable::Place;
@@ -120,7 +120,7 @@ impl Simulation {
         known: bool,
     ) -> Result<(f64, bool), Failure<Stopped>> {
         let t = self.time();
-        let now = Now {
+        let now = EvalTime {
             t,
             dt: plan.step.seconds(),
             tick: self.state.tick,
@@ -187,7 +187,7 @@ impl Simulation {
             self.keep(plan);
         }
         self.work.advanced = (self.state.since, length);
-        let now = Now {
+        let now = EvalTime {
             t: self.time(),
             dt: plan.step.seconds(),
             tick: self.state.tick,
@@ -249,7 +249,7 @@ impl Simulation {
         purpose: Purpose,
     ) -> Result<(), Failure<Stopped>> {
         let (t, part) = (self.time(), if purpose == Purpose::Look { 1.0 } else { theta });
-        let now = Now {
+        let now = EvalTime {
             t,
             dt: plan.step.seconds(),
             tick: self.state.tick,
@@ -300,7 +300,7 @@ impl Simulation {
         work.number += 1;
         let span =
             plan.averages.then_some([t - state.since + from, t - state.since + from + so_far]);
-        let now = Now { evaluation: Evaluation::Tick, span, number: work.number, ..now };
+        let now = EvalTime { evaluation: Evaluation::Tick, span, number: work.number, ..now };
         let State { x, d, sig, pins, .. } = &mut work.before;
         let pins = pins.as_deref();
         evaluate::run_all(blocks, plan, &plan.continuous_ops, &now, (x, d, sig), pins)

@@ -10,7 +10,7 @@ pub(super) const SOUGHT: f64 = 1e-3;
 
 /// Lanes of a block that are its own.
 #[derive(Clone, Debug)]
-pub(super) struct Own {
+pub(super) struct BlockSlots {
     pub(super) x: Range<usize>,
     pub(super) ym: Range<usize>,
     pub(super) yd: Range<usize>,
@@ -18,7 +18,7 @@ pub(super) struct Own {
     pub(super) after_moore: bool,
 }
 
-impl Own {
+impl BlockSlots {
     pub(super) fn writes(&self, operation: Operation) -> Range<usize> {
         match operation {
             Operation::Outputs => self.ym.clone(),
@@ -37,7 +37,7 @@ pub(crate) struct Linear {
     /// How many of them.
     pub(super) count: Vec<u32>,
     pub(super) slopes: Jacobian,
-    pub(super) own: Vec<Own>,
+    pub(super) own: Vec<BlockSlots>,
     /// Signals that the operation at work reads, in the order of its columns.
     pub(super) reads: Vec<usize>,
     pub(super) x: Vec<f64>,
@@ -69,12 +69,12 @@ impl Linear {
 
     pub fn new(plan: &Plan) -> Self {
         let n = plan.sizes.x;
-        let own: Vec<Own> = (plan.parts.iter())
+        let own: Vec<BlockSlots> = (plan.parts.iter())
             .map(|p| {
                 let (w, d) = (&p.wiring, p.prototype.description());
                 let ym = crate::model::lanes(&d.outputs);
                 let yd = crate::model::lanes(&d.feedthrough_outputs);
-                Own {
+                BlockSlots {
                     x: w.x..w.x + p.lanes().x,
                     ym: w.ym..w.ym + ym,
                     yd: w.yd..w.yd + yd,
@@ -83,7 +83,7 @@ impl Linear {
                 }
             })
             .collect();
-        let most = |of: &dyn Fn(&Own) -> usize| own.iter().map(of).max().unwrap_or(0);
+        let most = |of: &dyn Fn(&BlockSlots) -> usize| own.iter().map(of).max().unwrap_or(0);
         let columns = (plan.parts.iter().zip(&own))
             .map(|(p, o)| o.x.len() + p.wiring.u.len() + p.wiring.ud.len() + o.yd.len())
             .max()

@@ -11,7 +11,7 @@ use super::evaluate::{self, Running};
 use super::linear::Linear;
 use super::simulation::{RunError, Simulation};
 use super::stopped::Stopped;
-use crate::block::{Evaluation, Now};
+use crate::block::{EvalTime, Evaluation};
 use crate::jacobian::Operation;
 use crate::plan::{Loop, Op};
 use linkwork_integrate::{At, System};
@@ -58,7 +58,7 @@ impl Running<'_> {
         &mut self,
         linear: &mut Linear,
         op: Op,
-        now: &Now,
+        now: &EvalTime,
         at: &At<'_>,
     ) -> Result<bool, Stopped> {
         let (k, operation) = match op {
@@ -93,7 +93,7 @@ impl Running<'_> {
         &mut self,
         linear: &mut Linear,
         l: &Loop,
-        now: &Now,
+        now: &EvalTime,
         at: &At<'_>,
     ) -> Result<bool, Stopped> {
         let n = at.x.len();
@@ -134,7 +134,7 @@ impl Running<'_> {
         linear: &mut Linear,
         k: u32,
         operation: Operation,
-        now: &Now,
+        now: &EvalTime,
         at: &At<'_>,
     ) -> Result<(), Stopped> {
         let plan = self.plan;
@@ -168,7 +168,7 @@ impl Running<'_> {
         linear: &mut Linear,
         k: u32,
         operation: Operation,
-        now: &Now,
+        now: &EvalTime,
         at: &At<'_>,
     ) -> Result<(), Stopped> {
         let own = linear.own[k as usize].clone();
@@ -227,7 +227,7 @@ impl Running<'_> {
         linear: &mut Linear,
         k: u32,
         operation: Operation,
-        now: &Now,
+        now: &EvalTime,
     ) -> Result<(), Stopped> {
         let now = &self.next(now.t);
         let (block, d) = (&mut self.blocks[k as usize], self.d);

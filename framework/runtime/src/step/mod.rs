@@ -33,7 +33,7 @@ mod turning;
 mod variables;
 
 use crate::plan::blocks_of;
-pub use observed::Wanted;
+pub use observed::ObserverRequest;
 pub use profile::{Profile, Spent};
 pub use reports::{MoveReport, Notice};
 pub(crate) use settle::{Machine, settle};
@@ -41,7 +41,7 @@ pub use simulation::{Observer, RunError, Simulation, Stop, Stretch, VariableErro
 pub(crate) use simulation::{Work, initial, show};
 pub use state::{GuardState, State};
 
-use crate::block::{Block, Evaluation, Now};
+use crate::block::{Block, EvalTime, Evaluation};
 use crate::condition::{Condition, Times};
 use crate::plan::{FieldPlan, Fires, Plan};
 use crate::program::Program;
@@ -54,7 +54,10 @@ use stopped::Stopped;
 impl Simulation {
     /// Returns the current data of the field at a path; `None` if the phase has no such field or its data have another type. While the result is
     /// kept, the field copies its data to change them.
-    pub fn seen<D: crate::field::Shows>(&self, path: &str) -> Option<Arc<crate::field::Seen<D>>> {
+    pub fn seen<D: crate::field::Shows>(
+        &self,
+        path: &str,
+    ) -> Option<Arc<crate::field::FieldSample<D>>> {
         let field = self.plan.fields.iter().find(|f| self.plan.block_path(f.block) == path)?;
         self.shown(field.block)?.downcast().ok()
     }
@@ -71,16 +74,16 @@ impl Simulation {
     }
 
     /// Returns the data of a field, by its index in the plan.
-    pub(crate) fn shown(&self, block: u32) -> Option<crate::shown::Shown> {
+    pub(crate) fn shown(&self, block: u32) -> Option<crate::shown::SharedField> {
         self.blocks.get(block as usize)?.shown()
     }
 
     /// Starts another evaluation at this instant.
-    fn next(&mut self, evaluation: Evaluation) -> Now {
+    fn next(&mut self, evaluation: Evaluation) -> EvalTime {
         self.work.number += 1;
         let (t, tick) = (self.time(), self.state.tick);
         let (dt, number) = (self.plan.step.seconds(), self.work.number);
-        Now { t, dt, tick, evaluation, span: None, number }
+        EvalTime { t, dt, tick, evaluation, span: None, number }
     }
 
     /// Returns the plan of the current phase.
@@ -104,7 +107,7 @@ impl Simulation {
         self.plan.base.times(self.state.tick) + self.state.since
     }
 
-    fn updates(&mut self, plan: &Plan, now: &Now) -> Result<(), Stopped> {
+    fn updates(&mut self, plan: &Plan, now: &EvalTime) -> Result<(), Stopped> {
         let work = &plan.works[plan.table[self.state.row as usize].work as usize];
         let State { x, d, sig, pins, guards, .. } = &mut self.state;
         let pins = pins.as_deref();

@@ -4,7 +4,7 @@ use super::pins;
 use super::reports::MoveReport;
 use super::stopped::Stopped;
 use super::{GuardState, RunError, Simulation, State, Work, evaluate, initial, show};
-use crate::block::{Carried, Evaluation, Failure, Now, OldState};
+use crate::block::{Carried, EvalTime, Evaluation, Failure, OldState};
 use crate::plan::{Fires, GuardPlan, Op, Plan};
 use crate::program::Program;
 use crate::route::Route;
@@ -167,7 +167,7 @@ impl Simulation {
     ) -> Result<(), Stopped> {
         let mut work = Work::new(plan);
         work.number = self.work.number + 1;
-        let now = Now {
+        let now = EvalTime {
             t: plan.base.times(state.tick) + state.since,
             dt: plan.step.seconds(),
             tick: state.tick,

@@ -7,15 +7,15 @@
 //! end         the values right before the instant at which it ends: sampled parts have not been updated there yet
 //! inside      the dense output of the step; up to an event a step that ends at the place asked for
 //! ```
-//! Variables that are observed sparingly ([`Wanted::sparing`]) and the accounts of blocks cost no evaluation in fixed steps: their values are those at rows
+//! Variables that are observed sparingly ([`ObserverRequest::sparing`]) and the accounts of blocks cost no evaluation in fixed steps: their values are those at rows
 //! and events.
 //! Observing a run does not change it: the signals are restored before `observe_step` returns.
 use super::evaluate;
-use super::observed::{Columns, Lane, Wanted};
+use super::observed::{Columns, Lane, ObserverRequest};
 use super::simulation::Purpose;
 use super::simulation::{Observed, Observer, Stretch};
 use super::{Simulation, State};
-use crate::block::{Evaluation, Now};
+use crate::block::{EvalTime, Evaluation};
 use crate::condition::Times;
 use crate::plan::Plan;
 use linkwork_integrate::Method;
@@ -117,7 +117,7 @@ impl Stretch<'_> {
         sim.work.number += 1;
         let (tick, number) = (sim.state.tick, sim.work.number);
         let dt = self.plan.step.seconds();
-        let now = Now { t, dt, tick, evaluation: Evaluation::Stage, span: None, number };
+        let now = EvalTime { t, dt, tick, evaluation: Evaluation::Stage, span: None, number };
         let State { d, sig, pins, .. } = &mut sim.state;
         let lanes = (x, &d[..], &mut sig[..]);
         evaluate::run_all(&mut sim.blocks, self.plan, ops, &now, lanes, pins.as_deref()).is_ok()
@@ -127,7 +127,7 @@ impl Stretch<'_> {
 impl Simulation {
     /// Passes the values of these variables over time to an observer, from the present instant on. A simulation has one
     /// observer; a second replaces the first. Forks have none.
-    pub fn observe(&mut self, wanted: &Wanted, observer: Box<dyn Observer>) {
+    pub fn observe(&mut self, wanted: &ObserverRequest, observer: Box<dyn Observer>) {
         let phases = self.program.phases.iter().zip(&self.program.channels);
         let phases = phases.map(|(phase, channels)| Columns::of(&phase.plan, wanted, channels));
         let most = self.program.phases.iter().map(|p| p.plan.sizes.sig).max().unwrap_or(0);
@@ -161,7 +161,7 @@ impl Simulation {
         let t = Times { time, phase: time - self.state.began() };
         let (tick, number) = (self.state.tick, self.work.number);
         let dt = self.plan.step.seconds();
-        let now = Now { t: time, dt, tick, evaluation: Evaluation::Tick, span: None, number };
+        let now = EvalTime { t: time, dt, tick, evaluation: Evaluation::Tick, span: None, number };
         if let Some(observed) = &mut self.observed {
             let State { x, d, sig, phase, entered, .. } = &self.state;
             let Observed { phases, observer, start, .. } = &mut **observed;

@@ -4,7 +4,7 @@ use crate::variable::Place;
 
 /// The variables that an observer takes; the values that it gets are in this order.
 #[derive(Clone, Debug, Default)]
-pub struct Wanted {
+pub struct ObserverRequest {
     /// At the ends of every step, and inside.
     pub places: Vec<Place>,
     /// At rows and events; at other ends of steps, and inside, where steps are adaptive.
@@ -13,7 +13,7 @@ pub struct Wanted {
     pub accounts: Vec<(String, usize)>,
 }
 
-impl Wanted {
+impl ObserverRequest {
     /// Returns the number of values.
     pub fn width(&self) -> usize {
         let accounts: usize = self.accounts.iter().map(|(_, n)| n).sum();
@@ -63,7 +63,7 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    pub(super) fn of(plan: &Plan, wanted: &Wanted, channels: &[Option<Place>]) -> Columns {
+    pub(super) fn of(plan: &Plan, wanted: &ObserverRequest, channels: &[Option<Place>]) -> Columns {
         let own = |place: &Place| match *place {
             Place::Channel(k) => channels[k as usize],
             place => Some(place),

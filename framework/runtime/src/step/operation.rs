@@ -6,7 +6,7 @@
 //! It starts from the values of the last solution, which are part of the state. A loop of linear parts takes
 //! one step, or two where differences are not exact enough.
 use super::stopped::{Stopped, of};
-use crate::block::{Block, Failure, Now};
+use crate::block::{Block, EvalTime, Failure};
 use crate::plan::{Loop, Op, Plan};
 
 /// Newton steps before it is given up.
@@ -20,7 +20,7 @@ fn solve(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,
     l: &Loop,
-    now: &Now,
+    now: &EvalTime,
     (x, d, sig): Lanes<'_>,
 ) -> Result<(), Stopped> {
     let n = l.tears.len();
@@ -139,7 +139,7 @@ pub(super) fn run(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,
     op: Op,
-    now: &Now,
+    now: &EvalTime,
     x: &[f64],
     d: &[f64],
     sig: &mut [f64],

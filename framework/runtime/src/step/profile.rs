@@ -1,13 +1,13 @@
 //! Where the time of a run goes. A run that is not profiled has its blocks as they are; one that is has each of them
 //! in a block that looks at the clock before and after, and changes nothing else.
 use super::blocks_of;
-use crate::block::{Block, Now, Outcome};
+use crate::block::{Block, EvalTime, Outcome};
 use crate::error::BuildError;
 use crate::jacobian::{Jacobian, Operation};
 use crate::model::Fired;
 use crate::overlay::SharedOverlay;
 use crate::plan::Plan;
-use crate::shown::Shown;
+use crate::shown::SharedField;
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -123,15 +123,15 @@ impl Timed {
 }
 
 impl Block for Timed {
-    fn outputs(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
+    fn outputs(&mut self, now: &EvalTime, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
         self.clock(0, |b| b.outputs(now, x, d, sig))
     }
-    fn feedthrough(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, now: &EvalTime, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
         self.clock(1, |b| b.feedthrough(now, x, d, sig))
     }
     fn derivatives(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         x: &[f64],
         d: &[f64],
         sig: &[f64],
@@ -139,12 +139,12 @@ impl Block for Timed {
     ) -> Outcome {
         self.clock(2, |b| b.derivatives(now, x, d, sig, xdot))
     }
-    fn update(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
+    fn update(&mut self, now: &EvalTime, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
         self.clock(3, |b| b.update(now, x, d, sig))
     }
     fn guards(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         x: &[f64],
         d: &[f64],
         sig: &[f64],
@@ -154,7 +154,7 @@ impl Block for Timed {
     }
     fn handle_event(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         which: Fired<'_>,
         x: &mut [f64],
         d: &mut [f64],
@@ -162,7 +162,7 @@ impl Block for Timed {
     ) -> Outcome {
         self.clock(5, |b| b.handle_event(now, which, x, d, sig))
     }
-    fn mode(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
+    fn mode(&mut self, now: &EvalTime, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
         self.clock(10, |b| b.mode(now, x, d, sig))
     }
     fn project(&mut self, x: &mut [f64]) -> Outcome {
@@ -174,13 +174,13 @@ impl Block for Timed {
     fn retract(&mut self, x: &mut [f64], h: f64) -> Outcome {
         self.clock(7, |b| b.retract(x, h))
     }
-    fn advance(&mut self, now: &Now, h: f64, x: &mut [f64], sig: &mut [f64]) -> Outcome {
+    fn advance(&mut self, now: &EvalTime, h: f64, x: &mut [f64], sig: &mut [f64]) -> Outcome {
         self.clock(8, |b| b.advance(now, h, x, sig))
     }
     fn jacobian(
         &mut self,
         operation: Operation,
-        now: &Now,
+        now: &EvalTime,
         at: (&[f64], &[f64], &[f64]),
         out: &mut Jacobian,
     ) -> Outcome {
@@ -188,7 +188,7 @@ impl Block for Timed {
     }
     fn startup_warnings(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         x: &[f64],
         d: &[f64],
         sig: &[f64],
@@ -197,7 +197,7 @@ impl Block for Timed {
     }
     fn runtime_warning(
         &mut self,
-        now: &Now,
+        now: &EvalTime,
         which: Fired<'_>,
         x: &[f64],
         d: &[f64],
@@ -208,13 +208,13 @@ impl Block for Timed {
     fn warns(&mut self) -> Option<BuildError> {
         self.inner.warns()
     }
-    fn shown(&self) -> Option<Shown> {
+    fn shown(&self) -> Option<SharedField> {
         self.inner.shown()
     }
     fn overlay(&self) -> Option<SharedOverlay> {
         self.inner.overlay()
     }
-    fn see(&mut self, shown: Option<&Shown>) {
+    fn see(&mut self, shown: Option<&SharedField>) {
         self.inner.see(shown);
     }
     fn save_store(&self) -> Result<Vec<u8>, String> {

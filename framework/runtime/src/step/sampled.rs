@@ -19,7 +19,7 @@ use super::evaluate;
 use super::stiffness::{STATES_MAX, growth, round_down};
 use super::stopped::Stopped;
 use super::{Simulation, State};
-use crate::block::{Block, Evaluation, Now};
+use crate::block::{Block, EvalTime, Evaluation};
 use crate::model::lanes;
 use crate::plan::{Op, Plan};
 use crate::ports::PortKind;
@@ -318,7 +318,7 @@ enum Role {
 /// The state around which sampled parts are differentiated.
 struct Scratch<'a> {
     blocks: &'a mut [Box<dyn Block>],
-    now: Now,
+    now: EvalTime,
     x: &'a [f64],
     d: Vec<f64>,
     sig: Vec<f64>,

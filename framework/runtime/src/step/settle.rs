@@ -12,7 +12,7 @@
 use super::evaluate::{self, Running};
 use super::stopped::Stopped;
 use super::{State, Work, initial, show};
-use crate::block::{Evaluation, Now};
+use crate::block::{EvalTime, Evaluation};
 use crate::plan::blocks_of;
 use crate::plan::{Plan, SettledStart};
 use linkwork_integrate::System;
@@ -20,13 +20,13 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 /// A run of which some velocities stay zero.
-struct Held<'a> {
+struct HeldRun<'a> {
     run: Running<'a>,
     /// Their lanes.
     held: Vec<usize>,
 }
 
-impl System for Held<'_> {
+impl System for HeldRun<'_> {
     type Error = Stopped;
     fn derivatives(&mut self, t: f64, x: &[f64], xdot: &mut [f64]) -> Result<(), Stopped> {
         self.run.derivatives(t, x, xdot)?;
@@ -151,7 +151,7 @@ fn greatest(x: &[f64], lanes: &[usize]) -> f64 {
 fn relax(plan: &Plan, v: &Range<usize>, free: &[&[usize]], h: f64) -> Option<End> {
     let (mut blocks, mut state, mut work) = (blocks_of(plan), initial(plan), Work::new(plan));
     plan.fields.iter().for_each(|field| show(&mut blocks, field));
-    let now = Now {
+    let now = EvalTime {
         t: plan.base.times(state.tick),
         dt: plan.step.seconds(),
         tick: state.tick,
@@ -173,7 +173,7 @@ fn relax(plan: &Plan, v: &Range<usize>, free: &[&[usize]], h: f64) -> Option<End
     let run = Running { plan, blocks, d, sig, now, began, pins, number, linear, stage };
     let moving: BTreeSet<usize> = free.iter().flat_map(|f| f.iter().copied()).collect();
     let held: Vec<usize> = v.clone().filter(|k| !moving.contains(k)).collect();
-    let mut system = Held { run, held: held.clone() };
+    let mut system = HeldRun { run, held: held.clone() };
     let x = &mut state.x;
     held.iter().for_each(|&k| x[k] = 0.0);
     let mut speed = vec![f64::INFINITY; free.len()];

@@ -1,5 +1,5 @@
 //! `Collider`: a collision shape on a body.
-use super::Given;
+use super::ArrayLike;
 use crate::array::{Input, fixed, pose, vec3};
 use crate::collisions::balls;
 use crate::error::refuse_with;
@@ -32,7 +32,7 @@ impl Collider {
     fn made(
         (name, body): (&str, &str),
         shape: Shape,
-        at: Option<Given<'_, '_>>,
+        at: Option<ArrayLike<'_, '_>>,
         (friction, restitution): (f64, f64),
     ) -> PyResult<Self> {
         let mut spec = ColliderSpec::new(name, body, shape).at(pose(at, "at")?);
@@ -76,7 +76,7 @@ impl Collider {
         name: &str,
         body: &str,
         radius: f64,
-        at: Option<Given<'_, '_>>,
+        at: Option<ArrayLike<'_, '_>>,
         friction: f64,
         restitution: f64,
     ) -> PyResult<Self> {
@@ -114,8 +114,8 @@ impl Collider {
     fn cuboid(
         name: &str,
         body: &str,
-        size: Given<'_, '_>,
-        at: Option<Given<'_, '_>>,
+        size: ArrayLike<'_, '_>,
+        at: Option<ArrayLike<'_, '_>>,
         friction: f64,
         restitution: f64,
     ) -> PyResult<Self> {
@@ -154,8 +154,8 @@ impl Collider {
     fn ellipsoid(
         name: &str,
         body: &str,
-        radii: Given<'_, '_>,
-        at: Option<Given<'_, '_>>,
+        radii: ArrayLike<'_, '_>,
+        at: Option<ArrayLike<'_, '_>>,
         friction: f64,
         restitution: f64,
     ) -> PyResult<Self> {
@@ -198,7 +198,7 @@ impl Collider {
         body: &str,
         radius: f64,
         length: f64,
-        at: Option<Given<'_, '_>>,
+        at: Option<ArrayLike<'_, '_>>,
         friction: f64,
         restitution: f64,
     ) -> PyResult<Self> {
@@ -239,7 +239,7 @@ impl Collider {
         body: &str,
         radius: f64,
         length: f64,
-        at: Option<Given<'_, '_>>,
+        at: Option<ArrayLike<'_, '_>>,
         friction: f64,
         restitution: f64,
     ) -> PyResult<Self> {
@@ -276,7 +276,7 @@ impl Collider {
     fn half_space(
         name: &str,
         body: &str,
-        at: Option<Given<'_, '_>>,
+        at: Option<ArrayLike<'_, '_>>,
         friction: f64,
         restitution: f64,
     ) -> PyResult<Self> {
@@ -314,8 +314,8 @@ impl Collider {
     fn hull(
         name: &str,
         body: &str,
-        points: Given<'_, '_>,
-        at: Option<Given<'_, '_>>,
+        points: ArrayLike<'_, '_>,
+        at: Option<ArrayLike<'_, '_>>,
         friction: f64,
         restitution: f64,
     ) -> PyResult<Self> {
@@ -356,9 +356,9 @@ impl Collider {
     fn mesh(
         name: &str,
         body: &str,
-        vertices: Given<'_, '_>,
+        vertices: ArrayLike<'_, '_>,
         triangles: Vec<[u32; 3]>,
-        at: Option<Given<'_, '_>>,
+        at: Option<ArrayLike<'_, '_>>,
         friction: f64,
         restitution: f64,
     ) -> PyResult<Self> {
@@ -398,10 +398,10 @@ impl Collider {
     #[pyo3(signature = (name, heights, spacing, body="world", *, at=None, friction=0.5, restitution=0.0))]
     fn terrain(
         name: &str,
-        heights: Given<'_, '_>,
-        spacing: Given<'_, '_>,
+        heights: ArrayLike<'_, '_>,
+        spacing: ArrayLike<'_, '_>,
         body: &str,
-        at: Option<Given<'_, '_>>,
+        at: Option<ArrayLike<'_, '_>>,
         friction: f64,
         restitution: f64,
     ) -> PyResult<Self> {
@@ -449,9 +449,9 @@ impl Collider {
     fn point_cloud(
         name: &str,
         body: &str,
-        points: Option<Given<'_, '_>>,
+        points: Option<ArrayLike<'_, '_>>,
         room: usize,
-        at: Option<Given<'_, '_>>,
+        at: Option<ArrayLike<'_, '_>>,
         friction: f64,
         restitution: f64,
     ) -> PyResult<Self> {
@@ -496,8 +496,8 @@ impl Collider {
         body: &str,
         cells: [usize; 3],
         edge: f64,
-        occupied: Option<Given<'_, '_>>,
-        at: Option<Given<'_, '_>>,
+        occupied: Option<ArrayLike<'_, '_>>,
+        at: Option<ArrayLike<'_, '_>>,
         friction: f64,
         restitution: f64,
     ) -> PyResult<Self> {
@@ -648,7 +648,7 @@ impl Collider {
 }
 
 /// Reads points (n, 3).
-fn places(given: Given<'_, '_>, what: &str) -> PyResult<Vec<Vec3>> {
+fn places(given: ArrayLike<'_, '_>, what: &str) -> PyResult<Vec<Vec3>> {
     let input = Input::read(given, what)?;
     match *input.shape() {
         [_, 3] => Ok(input.slice().chunks_exact(3).map(Vec3::from_column_slice).collect()),

@@ -1,5 +1,5 @@
 //! Control: rates and forces for tasks in order of priority, impedance; momentum and composite inertias with grasped objects.
-use super::{Given, Robot, base};
+use super::{ArrayLike, Robot, base};
 use crate::array::{Array1, Array2, Input, checked1, out_force, out1, out2, pose, vec3, vector};
 use crate::collisions::Collisions;
 use crate::core::lock;
@@ -251,7 +251,7 @@ impl Robot {
     fn joint_rates<'py>(
         slf: &Bound<'py, Self>,
         part: &str,
-        twist: Given<'_, 'py>,
+        twist: ArrayLike<'_, 'py>,
     ) -> PyResult<(Array1<'py>, (f64, f64))> {
         let own = base(slf);
         let part = own.part(part)?;
@@ -300,10 +300,10 @@ impl Robot {
     #[pyo3(signature = (v, levels, *, touches=None, effort=None, length=1.0))]
     fn whole_body<'py>(
         slf: &Bound<'py, Self>,
-        v: Given<'_, 'py>,
+        v: ArrayLike<'_, 'py>,
         levels: Vec<Bound<'py, PyAny>>,
         touches: Option<Vec<Bound<'py, PyAny>>>,
-        effort: Option<Given<'_, 'py>>,
+        effort: Option<ArrayLike<'_, 'py>>,
         length: f64,
     ) -> PyResult<WholeBodyForces> {
         let own = base(slf);
@@ -394,8 +394,8 @@ impl Robot {
     fn impedance<'py>(
         slf: &Bound<'py, Self>,
         springs: &Bound<'py, PyDict>,
-        v: Given<'_, 'py>,
-        rest: Option<Given<'_, 'py>>,
+        v: ArrayLike<'_, 'py>,
+        rest: Option<ArrayLike<'_, 'py>>,
     ) -> PyResult<Array1<'py>> {
         let own = base(slf);
         let nv = own.model.nv();
@@ -489,7 +489,7 @@ impl Robot {
     /// --------
     /// >>> robot.momentum([0.1, 0.2, 0.3]).shape
     /// (6,)
-    fn momentum<'py>(slf: &Bound<'py, Self>, v: Given<'_, 'py>) -> PyResult<Array1<'py>> {
+    fn momentum<'py>(slf: &Bound<'py, Self>, v: ArrayLike<'_, 'py>) -> PyResult<Array1<'py>> {
         let own = base(slf);
         let v = vector(v, own.model.nv(), "v")?;
         out_force(slf.py(), &own.ask(|r| r.momentum(v.slice()))?)
@@ -516,7 +516,7 @@ impl Robot {
 }
 
 /// Reads points in a plane (n, 2), m.
-fn plane(given: Given<'_, '_>, what: &str) -> PyResult<Vec<[f64; 2]>> {
+fn plane(given: ArrayLike<'_, '_>, what: &str) -> PyResult<Vec<[f64; 2]>> {
     let input = Input::read(given, what)?;
     if !matches!(input.shape(), [_, 2]) && !input.slice().is_empty() {
         let fact = format!("`{what}` has the shape {:?}", input.shape());
@@ -547,7 +547,7 @@ fn plane(given: Given<'_, '_>, what: &str) -> PyResult<Vec<[f64; 2]>> {
 /// >>> linkwork.support_polygon([[0, 0], [1, 0], [0.5, 0.2], [1, 1], [0, 1]]).tolist()
 /// [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
 #[pyfunction]
-pub fn support_polygon<'py>(py: Python<'py>, points: Given<'_, 'py>) -> PyResult<Array2<'py>> {
+pub fn support_polygon<'py>(py: Python<'py>, points: ArrayLike<'_, 'py>) -> PyResult<Array2<'py>> {
     let mut points = plane(points, "points")?;
     let mut hull = vec![[0.0; 2]; points.len() + 1];
     let n = polygon(&mut points, &mut hull);
@@ -578,7 +578,7 @@ pub fn support_polygon<'py>(py: Python<'py>, points: Given<'_, 'py>) -> PyResult
 /// >>> linkwork.support_margin([[0, 0], [1, 0], [1, 1], [0, 1]], [0.5, 0.2])
 /// 0.2
 #[pyfunction]
-pub fn support_margin(polygon: Given<'_, '_>, point: Given<'_, '_>) -> PyResult<f64> {
+pub fn support_margin(polygon: ArrayLike<'_, '_>, point: ArrayLike<'_, '_>) -> PyResult<f64> {
     let hull = plane(polygon, "polygon")?;
     if hull.is_empty() {
         return Err(refuse("`polygon` has no corners\n  help: give points that touch the ground"));

@@ -1,5 +1,5 @@
 //! Forces of a robot: with grasped objects, of two hands, in operational space.
-use super::{Given, Robot, base};
+use super::{ArrayLike, Robot, base};
 use crate::array::{Array1, Array2, Input, checked1, out_force, out_vec3, out2, vector, wrench};
 use crate::collisions::Collisions;
 use crate::core::lock;
@@ -7,7 +7,7 @@ use crate::error::{refuse, refuse_with};
 use crate::mechanism::choice;
 use crate::values::pairs;
 use linkwork_embedded::{
-    Balance, Friction, HandWeights, Known, Object, Predictor, Push, TaskSpace,
+    Balance, Friction, HandWeights, Object, Predictor, Push, StateEstimate, TaskSpace,
 };
 use linkwork_spatial::{Force, Motion};
 use pyo3::prelude::*;
@@ -46,7 +46,7 @@ impl Collisions {
 }
 
 /// Reads the wrenches (2, 6) of two hands.
-fn of_two_hands(wrenches: Given<'_, '_>) -> PyResult<[Force; 2]> {
+fn of_two_hands(wrenches: ArrayLike<'_, '_>) -> PyResult<[Force; 2]> {
     let input = Input::read(wrenches, "wrenches")?;
     let (&[2, 6], [a, b, c, x, y, z, d, e, f, u, v, w]) = (input.shape(), input.slice()) else {
         let fact = format!("`wrenches` has the shape {:?}", input.shape());
@@ -105,8 +105,8 @@ impl Robot {
     #[pyo3(signature = (v, a, pushes=None))]
     fn feed_forward<'py>(
         slf: &Bound<'py, Self>,
-        v: Given<'_, 'py>,
-        a: Given<'_, 'py>,
+        v: ArrayLike<'_, 'py>,
+        a: ArrayLike<'_, 'py>,
         pushes: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Array1<'py>> {
         let own = base(slf);
@@ -146,7 +146,7 @@ impl Robot {
     /// ((3,), (1, 6))
     fn bias<'py>(
         slf: &Bound<'py, Self>,
-        v: Given<'_, 'py>,
+        v: ArrayLike<'_, 'py>,
         parts: Vec<String>,
     ) -> PyResult<(Array1<'py>, Array2<'py>)> {
         let (py, own) = (slf.py(), base(slf));
@@ -200,12 +200,12 @@ impl Robot {
     #[pyo3(signature = (q, v, tau, dt, covariance, *, density=None))]
     fn predict<'py>(
         slf: &Bound<'py, Self>,
-        q: Given<'_, 'py>,
-        v: Given<'_, 'py>,
-        tau: Given<'_, 'py>,
+        q: ArrayLike<'_, 'py>,
+        v: ArrayLike<'_, 'py>,
+        tau: ArrayLike<'_, 'py>,
         dt: f64,
-        covariance: Given<'_, 'py>,
-        density: Option<Given<'_, 'py>>,
+        covariance: ArrayLike<'_, 'py>,
+        density: Option<ArrayLike<'_, 'py>>,
     ) -> PyResult<(Array1<'py>, Array1<'py>, Array2<'py>)> {
         let own = base(slf);
         let (nq, nv) = (own.model.nq(), own.model.nv());
@@ -222,7 +222,7 @@ impl Robot {
         let density = density.map(|d| vector(d, nv, "density")).transpose()?;
         let density = density.as_ref().map_or(&none[..], |d| d.slice());
         own.ask(|r| {
-            let state = Known { q: &mut q, v: &mut v, covariance: &mut P };
+            let state = StateEstimate { q: &mut q, v: &mut v, covariance: &mut P };
             r.predict(&mut Predictor::new(r), state, tau.slice(), density, dt)
         })?;
         let py = slf.py();
@@ -262,7 +262,7 @@ impl Robot {
     fn balance<'py>(
         slf: &Bound<'py, Self>,
         object: &str,
-        tau: Given<'_, 'py>,
+        tau: ArrayLike<'_, 'py>,
         by: &str,
     ) -> PyResult<(Array1<'py>, f64)> {
         let own = base(slf);
@@ -349,10 +349,10 @@ impl Robot {
     fn feed_forward_with_object<'py>(
         slf: &Bound<'py, Self>,
         object: &str,
-        v: Given<'_, 'py>,
-        a: Given<'_, 'py>,
-        rates: Given<'_, 'py>,
-        accelerations: Given<'_, 'py>,
+        v: ArrayLike<'_, 'py>,
+        a: ArrayLike<'_, 'py>,
+        rates: ArrayLike<'_, 'py>,
+        accelerations: ArrayLike<'_, 'py>,
         pushes: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<(Array1<'py>, Array1<'py>)> {
         let (py, own) = (slf.py(), base(slf));
@@ -439,7 +439,7 @@ impl Robot {
     fn squeeze<'py>(
         slf: &Bound<'py, Self>,
         object: &str,
-        tau: Given<'_, 'py>,
+        tau: ArrayLike<'_, 'py>,
         force: f64,
     ) -> PyResult<(Array1<'py>, Array2<'py>)> {
         let (py, own) = (slf.py(), base(slf));
@@ -482,8 +482,8 @@ impl Robot {
     fn add_hand_wrenches<'py>(
         slf: &Bound<'py, Self>,
         object: &str,
-        tau: Given<'_, 'py>,
-        wrenches: Given<'_, 'py>,
+        tau: ArrayLike<'_, 'py>,
+        wrenches: ArrayLike<'_, 'py>,
     ) -> PyResult<Array1<'py>> {
         let (py, own) = (slf.py(), base(slf));
         let what = own.object(object)?;
@@ -536,7 +536,7 @@ impl Robot {
     fn split_hand_wrenches<'py>(
         slf: &Bound<'py, Self>,
         object: &str,
-        wrenches: Given<'_, 'py>,
+        wrenches: ArrayLike<'_, 'py>,
         hands: (f64, f64),
         moment: f64,
     ) -> PyResult<(Array2<'py>, Array2<'py>, Array1<'py>)> {
@@ -590,7 +590,7 @@ impl Robot {
     fn grip<'py>(
         slf: &Bound<'py, Self>,
         object: &str,
-        wrenches: Given<'_, 'py>,
+        wrenches: ArrayLike<'_, 'py>,
         friction: [([f64; 3], f64, f64, f64); 2],
     ) -> PyResult<(Array2<'py>, f64)> {
         let (py, own) = (slf.py(), base(slf));
@@ -671,9 +671,9 @@ impl Robot {
     fn task_forces<'py>(
         slf: &Bound<'py, Self>,
         parts: Vec<String>,
-        v: Given<'_, 'py>,
-        a: Given<'_, 'py>,
-        rest: Option<Given<'_, 'py>>,
+        v: ArrayLike<'_, 'py>,
+        a: ArrayLike<'_, 'py>,
+        rest: Option<ArrayLike<'_, 'py>>,
     ) -> PyResult<Array1<'py>> {
         let (own, nv) = (base(slf), base(slf).model.nv());
         let mut space = own.task_space(&parts)?;

@@ -1,5 +1,5 @@
 //! Grasped objects, rigid or with joints.
-use super::{Given, Robot, base};
+use super::{ArrayLike, Robot, base};
 use crate::array::{Array1, Array2, mat3, out_pose, out1, out2, pose, vec3, vector};
 use crate::error::{refuse_with, unless_own};
 use crate::mechanism::Mechanism;
@@ -29,7 +29,7 @@ pub struct Grip {
 }
 
 /// Adds an object to a model: mass properties, or a separate mechanism.
-pub(super) fn object(name: String, given: Given<'_, '_>, spec: &mut ModelSpec) -> PyResult<()> {
+pub(super) fn object(name: String, given: ArrayLike<'_, '_>, spec: &mut ModelSpec) -> PyResult<()> {
     if let Ok(mechanism) = given.cast::<Mechanism>() {
         return jointed(name, &mechanism.get().core.mbs, spec);
     }
@@ -130,7 +130,7 @@ impl Robot {
         slf: &Bound<'_, Self>,
         hand: String,
         object: String,
-        at: Option<Given<'_, '_>>,
+        at: Option<ArrayLike<'_, '_>>,
     ) -> PyResult<Grip> {
         let own = base(slf);
         let (part, what) = (own.part(&hand)?, own.object(&object)?);
@@ -168,7 +168,7 @@ impl Robot {
         slf: &Bound<'_, Self>,
         hand: &str,
         object: &str,
-        at: Given<'_, '_>,
+        at: ArrayLike<'_, '_>,
     ) -> PyResult<()> {
         let own = base(slf);
         let (part, what, X) = (own.part(hand)?, own.object(object)?, pose(Some(at), "at")?);
@@ -254,7 +254,7 @@ impl Robot {
         object: &str,
         on: &str,
         body: Option<&str>,
-        at: Option<Given<'_, '_>>,
+        at: Option<ArrayLike<'_, '_>>,
     ) -> PyResult<()> {
         let own = base(slf);
         let (what, carrier) = (own.object(object)?, own.object(on)?);
@@ -339,7 +339,7 @@ impl Robot {
     /// Examples
     /// --------
     /// >>> robot.put("cup", [0.5, 0, 0.2])
-    fn put(slf: &Bound<'_, Self>, object: &str, at: Given<'_, '_>) -> PyResult<()> {
+    fn put(slf: &Bound<'_, Self>, object: &str, at: ArrayLike<'_, '_>) -> PyResult<()> {
         let own = base(slf);
         let (what, X) = (own.object(object)?, pose(Some(at), "at")?);
         own.ask(|r| r.put(what, X))
@@ -454,7 +454,7 @@ impl Robot {
     /// ...     fitter.set_object_q("pliers", [0.4])
     /// ...     fitter.object_body_pose("pliers", "jaw")[:2, 0].round(6).tolist()
     /// [0.921061, 0.389418]
-    fn set_object_q(slf: &Bound<'_, Self>, object: &str, q: Given<'_, '_>) -> PyResult<()> {
+    fn set_object_q(slf: &Bound<'_, Self>, object: &str, q: ArrayLike<'_, '_>) -> PyResult<()> {
         let own = base(slf);
         let what = own.object(object)?;
         let n = own.ask(|r| r.object_q(what).map(<[f64]>::len))?;

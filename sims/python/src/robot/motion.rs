@@ -1,5 +1,5 @@
 //! Trajectories: time parameterization of paths within limits of velocity, acceleration and effort; transfers within limits of jerk.
-use super::{Given, Robot, base};
+use super::{ArrayLike, Robot, base};
 use crate::array::{Array, Input, out, out1, vector};
 use crate::collisions::Collisions;
 use crate::core::lock;
@@ -79,7 +79,7 @@ impl Trajectory {
     fn at<'py>(
         &self,
         py: Python<'py>,
-        t: Given<'_, 'py>,
+        t: ArrayLike<'_, 'py>,
     ) -> PyResult<(Array<'py>, Array<'py>, Array<'py>)> {
         let input = Input::read(t, "t")?;
         let (nq, nv) = (self.nq, self.nv);
@@ -119,7 +119,7 @@ impl Trajectory {
 
 impl Collisions {
     /// Reads a limit of each degree of freedom: one number for all, or (nv,). Infinite limits are allowed.
-    fn limit(&self, given: Option<Given<'_, '_>>, what: &str, to: &mut [f64]) -> PyResult<()> {
+    fn limit(&self, given: Option<ArrayLike<'_, '_>>, what: &str, to: &mut [f64]) -> PyResult<()> {
         let Some(given) = given else { return Ok(()) };
         let wrong = || {
             let help = format!("give one number, or ({},); math.inf where there is none", to.len());
@@ -141,10 +141,10 @@ impl Collisions {
 
     fn limits(
         &self,
-        rate: Option<Given<'_, '_>>,
-        acceleration: Option<Given<'_, '_>>,
-        jerk: Option<Given<'_, '_>>,
-        effort: Option<Given<'_, '_>>,
+        rate: Option<ArrayLike<'_, '_>>,
+        acceleration: Option<ArrayLike<'_, '_>>,
+        jerk: Option<ArrayLike<'_, '_>>,
+        effort: Option<ArrayLike<'_, '_>>,
     ) -> PyResult<MotionLimits> {
         let mut limits = MotionLimits::of(&self.model);
         self.limit(rate, "rate", &mut limits.rate)?;
@@ -200,10 +200,10 @@ impl Robot {
     #[pyo3(signature = (path, *, acceleration=None, rate=None, effort=None, round=0.0, sections=None))]
     fn time_parameterize(
         slf: &Bound<'_, Self>,
-        path: Given<'_, '_>,
-        acceleration: Option<Given<'_, '_>>,
-        rate: Option<Given<'_, '_>>,
-        effort: Option<Given<'_, '_>>,
+        path: ArrayLike<'_, '_>,
+        acceleration: Option<ArrayLike<'_, '_>>,
+        rate: Option<ArrayLike<'_, '_>>,
+        effort: Option<ArrayLike<'_, '_>>,
         round: f64,
         sections: Option<usize>,
     ) -> PyResult<Trajectory> {
@@ -309,19 +309,19 @@ impl Robot {
     #[pyo3(signature = (goal, *, start=None, v=None, a=None, goal_v=None, goal_a=None, rate=None, acceleration, jerk))]
     fn transfer(
         slf: &Bound<'_, Self>,
-        goal: Given<'_, '_>,
-        start: Option<Given<'_, '_>>,
-        v: Option<Given<'_, '_>>,
-        a: Option<Given<'_, '_>>,
-        goal_v: Option<Given<'_, '_>>,
-        goal_a: Option<Given<'_, '_>>,
-        rate: Option<Given<'_, '_>>,
-        acceleration: Given<'_, '_>,
-        jerk: Given<'_, '_>,
+        goal: ArrayLike<'_, '_>,
+        start: Option<ArrayLike<'_, '_>>,
+        v: Option<ArrayLike<'_, '_>>,
+        a: Option<ArrayLike<'_, '_>>,
+        goal_v: Option<ArrayLike<'_, '_>>,
+        goal_a: Option<ArrayLike<'_, '_>>,
+        rate: Option<ArrayLike<'_, '_>>,
+        acceleration: ArrayLike<'_, '_>,
+        jerk: ArrayLike<'_, '_>,
     ) -> PyResult<Trajectory> {
         let own = base(slf);
         let (nq, nv) = (own.model.nq(), own.model.nv());
-        let rates = |x: Option<Given<'_, '_>>, what: &str| match x {
+        let rates = |x: Option<ArrayLike<'_, '_>>, what: &str| match x {
             Some(x) => Ok(vector(x, nv, what)?.slice().to_vec()),
             None => Ok::<_, PyErr>(vec![0.0; nv]),
         };

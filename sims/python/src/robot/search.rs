@@ -1,5 +1,5 @@
 //! Inverse kinematics of `Robot`: a complete search, and a search that runs in portions.
-use super::{Given, Robot, above_zero, base, frame};
+use super::{ArrayLike, Robot, above_zero, base, frame};
 use crate::array::{Array1, out1};
 use crate::core::lock;
 use crate::error::{refuse, refuse_with};
@@ -40,7 +40,7 @@ pub struct InverseKinematicsSearch {
 
 struct State {
     of: Of,
-    now: Now,
+    now: SearchState,
 }
 
 /// What is searched: one chain, or several tips.
@@ -51,7 +51,7 @@ enum Of {
 
 /// The present state of a search.
 #[derive(Clone)]
-pub(super) struct Now {
+pub(super) struct SearchState {
     pub q: Vec<f64>,
     pub answer: Answer,
     /// Residual of each goal.
@@ -60,7 +60,7 @@ pub(super) struct Now {
     pub open: Option<RobotError>,
 }
 
-impl Now {
+impl SearchState {
     pub fn of(q: Vec<f64>, answer: Answer) -> Self {
         Self { q, answer, residuals: vec![answer.residual], open: None }
     }
@@ -95,8 +95,8 @@ impl Now {
 }
 
 /// Returns the solution, or the error with the nearest configuration. `name` begins the message.
-pub(super) fn ended<'py>(py: Python<'py>, name: &str, now: Now) -> PyResult<Array1<'py>> {
-    let Now { q, answer, open, .. } = now;
+pub(super) fn ended<'py>(py: Python<'py>, name: &str, now: SearchState) -> PyResult<Array1<'py>> {
+    let SearchState { q, answer, open, .. } = now;
     let q = out1(py, q);
     let (p, R) = (answer.residual.position, answer.residual.orientation);
     let error = match (answer.outcome, open) {
@@ -269,12 +269,12 @@ impl InverseKinematicsSearch {
 
 impl InverseKinematicsSearch {
     /// Creates a search for several tips.
-    pub(super) fn whole(name: String, search: WholeBodyIk, now: Now) -> Self {
+    pub(super) fn whole(name: String, search: WholeBodyIk, now: SearchState) -> Self {
         Self { name, state: Mutex::new(State { of: Of::Whole(Box::new(search)), now }) }
     }
 
     /// Returns the present state. The interpreter's lock is released during the wait, because another thread that runs the search may need it.
-    pub(super) fn now(&self, py: Python<'_>) -> Now {
+    pub(super) fn now(&self, py: Python<'_>) -> SearchState {
         py.detach(|| lock(&self.state).now.clone())
     }
 
@@ -317,10 +317,10 @@ fn tip(part: &str) -> String {
 }
 
 /// Arguments of a search.
-pub(super) struct Asked<'a, 'py> {
+pub(super) struct SearchArguments<'a, 'py> {
     pub part: &'a str,
-    pub at: Option<Given<'a, 'py>>,
-    pub q: Option<Given<'a, 'py>>,
+    pub at: Option<ArrayLike<'a, 'py>>,
+    pub q: Option<ArrayLike<'a, 'py>>,
     pub in_base: bool,
     /// Tolerances, m and rad.
     pub tolerances: [f64; 2],
@@ -329,13 +329,13 @@ pub(super) struct Asked<'a, 'py> {
     pub parts: Parts<'a, 'py>,
 }
 
-impl Asked<'_, '_> {
+impl SearchArguments<'_, '_> {
     /// Runs the first evaluations. Returns the state, and the search if it has not ended.
     fn begin(
         self,
         slf: &Bound<'_, Robot>,
         kinematics: usize,
-    ) -> PyResult<(Now, Option<InverseKinematicsSearch>)> {
+    ) -> PyResult<(SearchState, Option<InverseKinematicsSearch>)> {
         let (own, name) = (base(slf), tip(self.part));
         let part = own.part(self.part)?;
         let goal = self.parts.goal(self.at, "at")?;
@@ -354,7 +354,7 @@ impl Asked<'_, '_> {
                 Ok((answer, (answer.outcome == Outcome::Unfinished).then(|| r.clone())))
             })
         })?;
-        let now = Now::of(q, answer);
+        let now = SearchState::of(q, answer);
         let rest = robot.map(|robot| {
             let state = State { of: Of::Chain(Box::new(robot), part), now: now.clone() };
             InverseKinematicsSearch { name, state: Mutex::new(state) }

@@ -1,6 +1,6 @@
 //! Inverse kinematics of several tips of `Robot` at once.
-use super::search::{InverseKinematicsSearch, Now, ended};
-use super::{Given, Robot, above_zero, base};
+use super::search::{InverseKinematicsSearch, SearchState, ended};
+use super::{ArrayLike, Robot, above_zero, base};
 use crate::array::{Array1, out1};
 use crate::collisions::Collisions;
 use crate::core::lock;
@@ -12,7 +12,7 @@ use linkwork_embedded::{
 use pyo3::prelude::*;
 
 /// Arguments of a search, and the search.
-struct Asked {
+struct WholeBodySearch {
     /// The beginning of messages.
     name: String,
     goals: Vec<TipGoal>,
@@ -23,11 +23,11 @@ struct Asked {
 impl Collisions {
     fn ask_together(
         &self,
-        targets: Given<'_, '_>,
-        q: Option<Given<'_, '_>>,
+        targets: ArrayLike<'_, '_>,
+        q: Option<ArrayLike<'_, '_>>,
         in_base: Option<Vec<String>>,
         keep: Option<Vec<String>>,
-    ) -> PyResult<Asked> {
+    ) -> PyResult<WholeBodySearch> {
         let (mut goals, mut names) = (Vec::new(), Vec::new());
         let in_base = in_base.unwrap_or_default();
         for name in &in_base {
@@ -66,7 +66,7 @@ impl Collisions {
                 search.keep(&dofs).map_err(refuse)?;
             }
         }
-        Ok(Asked { name, goals, search, q: self.q_or_own(q)? })
+        Ok(WholeBodySearch { name, goals, search, q: self.q_or_own(q)? })
     }
 }
 
@@ -76,13 +76,13 @@ fn effort_of(tolerances: [f64; 2], steps: usize, restarts: usize) -> PyResult<Ef
     Ok(Effort { tolerances, steps, restarts, kinematics: 0 })
 }
 
-impl Asked {
+impl WholeBodySearch {
     /// Creates the search without running it.
     fn begin(mut self, own: &Collisions, effort: &Effort) -> PyResult<InverseKinematicsSearch> {
         self.search.begin(&lock(&own.robot), &self.goals, effort, &self.q).map_err(refuse)?;
         let residual = Residual { position: 0.0, orientation: 0.0 };
         let answer = Answer { outcome: Outcome::Unfinished, residual, kinematics: 0, restart: 0 };
-        let now = Now::of(self.q, answer);
+        let now = SearchState::of(self.q, answer);
         Ok(InverseKinematicsSearch::whole(self.name, self.search, now))
     }
 }
@@ -143,8 +143,8 @@ impl Robot {
     #[allow(clippy::too_many_arguments)]
     fn inverse_kinematics_together<'py>(
         slf: &Bound<'py, Self>,
-        targets: Given<'_, 'py>,
-        q: Option<Given<'_, 'py>>,
+        targets: ArrayLike<'_, 'py>,
+        q: Option<ArrayLike<'_, 'py>>,
         in_base: Option<Vec<String>>,
         keep: Option<Vec<String>>,
         position_tolerance: f64,
@@ -194,8 +194,8 @@ impl Robot {
     #[allow(clippy::too_many_arguments)]
     fn begin_inverse_kinematics_together<'py>(
         slf: &Bound<'py, Self>,
-        targets: Given<'_, 'py>,
-        q: Option<Given<'_, 'py>>,
+        targets: ArrayLike<'_, 'py>,
+        q: Option<ArrayLike<'_, 'py>>,
         in_base: Option<Vec<String>>,
         keep: Option<Vec<String>>,
         position_tolerance: f64,
@@ -242,8 +242,8 @@ impl Robot {
     #[allow(clippy::too_many_arguments)]
     fn inverse_kinematics_together_best<'py>(
         slf: &Bound<'py, Self>,
-        targets: Given<'_, 'py>,
-        q: Option<Given<'_, 'py>>,
+        targets: ArrayLike<'_, 'py>,
+        q: Option<ArrayLike<'_, 'py>>,
         centred: f64,
         near: f64,
         manipulable: f64,
@@ -257,7 +257,8 @@ impl Robot {
         super::count_of("starts", starts)?;
         super::count_of("improve", improve)?;
         let prefer = Prefer { centred, near, manipulable, length, starts, steps: improve };
-        let Asked { goals, mut search, mut q, .. } = own.ask_together(targets, q, in_base, keep)?;
+        let WholeBodySearch { goals, mut search, mut q, .. } =
+            own.ask_together(targets, q, in_base, keep)?;
         let mut robot = lock(&own.robot).clone();
         let found =
             py.detach(|| search.best(&mut robot, &goals, &prefer, &Effort::default(), &mut q));

@@ -40,7 +40,7 @@ pub struct FoundWheel {
 
 /// A detected vehicle.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
+pub struct DetectedVehicle {
     /// The root body.
     pub root: String,
     /// Mass of all bodies (kg).
@@ -159,7 +159,7 @@ fn round(points: impl Iterator<Item = Vec3> + Clone, axis: &Vec3) -> Option<([f6
 pub fn vehicle(
     d: &Description,
     corners: &dyn Fn(&std::path::Path) -> Option<Vec<Vec3>>,
-) -> Result<Found, (String, String)> {
+) -> Result<DetectedVehicle, (String, String)> {
     let bodies = d.builder.bodies();
     let roots: Vec<&BodySpec> = bodies.iter().filter(|b| b.parent == "world").collect();
     let [root] = roots[..] else {
@@ -298,5 +298,5 @@ pub fn vehicle(
         let help = "couple the joints in a companion file: SideCar(couplings: { \"differential\": (terms: { \"left_joint\": 1, \"right_joint\": 1 }, constant: 0) }); or fix them in the file";
         return Err((fact, help.into()));
     }
-    Ok(Found { root: root.name.clone(), mass, wheels, suspension, differential, others })
+    Ok(DetectedVehicle { root: root.name.clone(), mass, wheels, suspension, differential, others })
 }

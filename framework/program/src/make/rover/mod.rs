@@ -16,7 +16,7 @@ mod find;
 
 use super::{Refusal, filled, folder_with, wrong};
 use crate::program::program;
-use find::{Found, FoundWheel};
+use find::{DetectedVehicle, FoundWheel};
 use linkwork_formats::{Description, Geometry, ReadOptions, Root, ShapeRole};
 use linkwork_spatial::{Quat, Vec3};
 use std::fmt::Write;
@@ -106,7 +106,7 @@ fn shown_of(d: &Description, body: &str) -> bool {
 }
 
 /// Returns visual shapes for a body whose own shapes cannot be shown: its collision shapes, or a box between the wheels.
-fn hull(d: &Description, found: &Found) -> String {
+fn hull(d: &Description, found: &DetectedVehicle) -> String {
     let mut shapes = Vec::new();
     for s in d.shapes.iter().filter(|s| s.body == found.root && s.role == ShapeRole::Collision) {
         let shape = match &s.geometry {
@@ -196,7 +196,7 @@ pub(super) fn rover(folder: &Path, file: &Path) -> Result<Vec<PathBuf>, Refusal>
 fn words(
     name: &str,
     (shown, path): (&str, &str),
-    found: &Found,
+    found: &DetectedVehicle,
     d: &Description,
 ) -> Vec<(&'static str, String)> {
     let driven: Vec<&FoundWheel> = found.wheels.iter().filter(|w| w.driven).collect();

@@ -10,7 +10,7 @@ use re_sdk::EntityPath;
 
 /// Bodies and curves in addition to those of a simulation.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Told {
+pub struct ExternalData {
     /// Names of the bodies, which must differ from those of the simulation. Each has a trail. Shapes on them are among the shapes of the scene.
     pub bodies: Vec<String>,
     /// Panels of curves. The variables of the series are the names of the external values.
@@ -20,7 +20,7 @@ pub struct Told {
 impl View {
     /// Returns the view with additional bodies and curves.
     #[must_use]
-    pub fn with(mut self, told: &Told) -> View {
+    pub fn with(mut self, told: &ExternalData) -> View {
         // Bodies come before nodes.
         let first = self.bodies.len();
         for (k, name) in told.bodies.iter().enumerate() {
