@@ -1,6 +1,6 @@
-//! Made terrain: fractal relief, craters and rocks from a seed.
+//! Generated terrain: fractal relief, craters and rocks from a seed.
 //! ```text
-//! relief   h = Σ_k λ_kᴴ noise(p/λ_k),  λ_k = λ_0 2^(−k), scaled to the wanted RMS   (H: Hurst exponent)
+//! relief   h = Σ_k λ_kᴴ noise(p/λ_k),  λ_k = λ_0 2^(−k), scaled to the requested RMS   (H: Hurst exponent)
 //! crater   bowl  z = −(d − e) + d (ρ/R)²      ρ < R;  d = 0.2 D, rim e = 0.04 D above the ground
 //!          rim   z = e (R/ρ)³ fade(ρ)         R ≤ ρ < 2.5 R
 //!          N(> D) ∝ D⁻²
@@ -8,8 +8,8 @@
 //!          N(> D) = ∫_D^∞ 4 k q e^(−q D')/(π D'²) dD'    rocks per m²
 //! height   H/D = ½ √((1 − b)/b)   b ≥ ½,   1 − b   b < ½          of a ball buried to the share b of its height
 //! ```
-//! D is what is seen at the ground, as rocks are counted: half buried a rock is half as high as wide. It is stamped into the grid
-//! as a cap of its ball and kept in the list. The grid can only show rocks wider than about four cells with their shape.
+//! D is the visible diameter at ground level, by which rocks are counted: a rock that is buried to one half is half as high as wide. Each rock is
+//! added to the heights as a spherical cap and listed. The grid resolves the shape of rocks that are wider than about four cells.
 //! Order: relief, craters (large ones first), slope, dunes, forms, rocks.
 
 use crate::craters::{Degraded, Surface, crater_profile};
@@ -32,10 +32,10 @@ pub struct MadeRock {
     pub height: f64,
 }
 
-/// What to make; lengths in m.
+/// Parameters of generated terrain; lengths in m.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recipe {
-    /// Seed of everything.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// Extent along x and y; the map is centred on the origin.
     pub size: [f64; 2],
@@ -53,13 +53,13 @@ pub struct Recipe {
     pub craters: u32,
     /// Smallest and largest crater diameter.
     pub crater_diameters: [f64; 2],
-    /// Age of the surface, which has craters of the Moon's law for it (Gyr; 0: none of these).
+    /// Age of the surface (Gyr): adds craters by the Moon's size-frequency law for this age; 0: none.
     pub crater_age: f64,
-    /// How fast they degrade (m²/Myr for a diameter of 1 km).
+    /// Diffusivity by which craters degrade (m²/Myr for a diameter of 1 km).
     pub crater_diffusivity: f64,
     /// Dunes.
     pub dunes: Option<Dunes>,
-    /// Forms, each on those before it.
+    /// Landforms, each applied to the result of the previous ones.
     pub landforms: Vec<Landform>,
     /// Golombek's k: fraction of the ground covered by rocks (0: no rocks).
     pub rock_cover: f64,
@@ -71,7 +71,7 @@ pub struct Recipe {
     pub clear: Vec<[f64; 3]>,
 }
 
-/// The craters of the law that a recipe has, and the table of their profiles; none without an age.
+/// Returns the craters of the size-frequency law for a recipe's age, and the table of their profiles; `None` without an age.
 pub fn aged(recipe: &Recipe) -> Option<(Surface, Degraded)> {
     let [wide, long] = recipe.size;
     let surface = Surface {
@@ -83,13 +83,13 @@ pub fn aged(recipe: &Recipe) -> Option<(Surface, Degraded)> {
     (recipe.crater_age > 0.0).then(|| (surface, Degraded::new()))
 }
 
-/// Makes the terrain. Cost: about 10 noise values a node plus the stamps.
+/// Generates the terrain. Cost: about 10 noise values per node, plus craters and rocks.
 pub fn make(recipe: &Recipe) -> Result<(HeightField, Vec<MadeRock>), GridFault> {
     let s = recipe.spacing;
     let nodes = |length: f64| (length / s).round().max(0.0) as usize + 1;
     let (nx, ny) = (nodes(recipe.size[0]), nodes(recipe.size[1]));
     let origin = [-0.5 * (nx as f64 - 1.0) * s, -0.5 * (ny as f64 - 1.0) * s];
-    let mut field = HeightField::new(origin, [s, s], nx, ny, vec![0.0; nx * ny])?;
+    let mut field = HeightField::level(origin, [s, s], nx, ny)?;
     if recipe.relief > 0.0 {
         raise_relief(&mut field, recipe);
     }
@@ -108,7 +108,9 @@ pub fn make(recipe: &Recipe) -> Result<(HeightField, Vec<MadeRock>), GridFault> 
         }
     }
     let [sx, sy] = recipe.slope;
-    field.map(|x, y, h| h + sx * x + sy * y);
+    if [sx, sy] != [0.0; 2] {
+        field.map(|x, y, h| h + sx * x + sy * y);
+    }
     if let Some(dunes) = &recipe.dunes {
         dunes.raise(&mut field, recipe.seed);
     }
@@ -130,7 +132,7 @@ fn raise_relief(field: &mut HeightField, recipe: &Recipe) {
         length *= 0.5;
     }
     let seed = mix(recipe.seed ^ 0x5265_6c69_6566);
-    // Each octave is turned by another angle, so that no grid direction shows.
+    // Each octave is rotated by another angle, so that no direction of the grid is visible.
     let octaves: Vec<Octave> = octaves
         .iter()
         .enumerate()
@@ -178,7 +180,7 @@ fn craters(recipe: &Recipe, field: &HeightField) -> Vec<[f64; 3]> {
             out.push([x, y, d]);
         }
     }
-    // Large ones first: young small craters lie in old large ones.
+    // Large craters come first: small young craters lie in large old ones.
     out.sort_by(|a, b| b[2].total_cmp(&a[2]));
     out
 }
@@ -187,12 +189,12 @@ fn dig(field: &mut HeightField, [x, y, d]: [f64; 3]) {
     field.map_around(x, y, 1.25 * d, |rho, h| h + crater_profile(d, rho));
 }
 
-/// Fraction of the ground covered by rocks wider than `d` (m) for a total cover `k`.
+/// Returns the fraction of the ground covered by rocks wider than `d` (m) for a total cover `k`.
 pub fn rock_cover_above(k: f64, d: f64) -> f64 {
     k * (-(1.79 + 0.152 / k) * d).exp()
 }
 
-/// Rocks wider than `d` (m) on a square metre, up to `d_max` (m), for a total cover `k`.
+/// Returns the number of rocks per square metre wider than `d` (m), up to `d_max` (m), for a total cover `k`.
 pub fn rocks_above(k: f64, d: f64, d_max: f64) -> f64 {
     let q = 1.79 + 0.152 / k;
     let density = |d: f64| 4.0 * k * q * (-q * d).exp() / (std::f64::consts::PI * d * d);
@@ -208,7 +210,7 @@ pub fn rocks_above(k: f64, d: f64, d_max: f64) -> f64 {
     (f(0) + inner + f(n)) * h / 3.0
 }
 
-/// How many rocks between two diameters (m) a ground of this size (m) gets, on the average; none for no cover.
+/// Returns the expected number of rocks between two diameters (m) on a map of this size (m); 0 for a cover of 0.
 pub fn rocks_wanted(k: f64, [low, high]: [f64; 2], [wide, long]: [f64; 2]) -> f64 {
     match k > 0.0 && high > low && low > 0.0 {
         true => rocks_above(k, low, high) * wide * long,
@@ -224,14 +226,14 @@ fn rocks(recipe: &Recipe, field: &HeightField) -> Vec<MadeRock> {
     }
     let [x0, y0, x1, y1] = field.bounds();
     let area = (x1 - x0) * (y1 - y0);
-    // Table of N(> D) against ln D, read backwards.
+    // Table of N(> D) over ln D, which is inverted.
     let steps = 256;
     let diameter = |i: usize| low * (high / low).powf(i as f64 / steps as f64);
     let table: Vec<f64> =
         (0..steps).map(|i| rocks_above(k, diameter(i), high)).chain([0.0]).collect();
     let count = (table[0] * area).round() as usize;
     let mut random = Random::new(recipe.seed, 3);
-    // Of its own, so that how deep rocks lie does not move them.
+    // Burial has a separate stream, so that it does not change the places of the rocks.
     let mut buried = Random::new(recipe.seed, 4);
     let [least, most] = recipe.rock_burial;
     let mut out = vec![];
@@ -250,7 +252,7 @@ fn rocks(recipe: &Recipe, field: &HeightField) -> Vec<MadeRock> {
     out
 }
 
-/// Height of a rock over the diameter that is seen, when the share `b` of its height is buried.
+/// Returns the height of a rock divided by its visible diameter if the share `b` of its height is buried.
 pub fn height_of(b: f64) -> f64 {
     if b == 0.5 {
         0.5
@@ -265,7 +267,7 @@ fn stamp(field: &mut HeightField, rock: &MadeRock) {
     let (radius, height) = (0.5 * rock.diameter, rock.height);
     field.map_around(rock.x, rock.y, radius, |rho, h| {
         if height >= radius {
-            // The widest place is above the ground; below it the grid has an upright side.
+            // The widest part is above the ground; below it the grid has a vertical side.
             return h + (height - radius) + radius * (1.0 - (rho / radius).powi(2)).max(0.0).sqrt();
         }
         let ball = (radius * radius + height * height) / (2.0 * height);
@@ -395,7 +397,7 @@ mod tests {
                 assert_eq!((a.x, a.y, a.diameter), (b.x, b.y, b.diameter));
                 assert!((a.height / a.diameter - ratio).abs() < 1e-12, "{burial}");
             }
-            // One by itself: its top, and its volume as a cap, π h (3 a² + h²)/6, under an upright side where it is high.
+            // An isolated rock: its top, and its volume as a cap, π h (3 a² + h²)/6, above a cylinder if it is higher than its radius.
             let alone = |r: &&MadeRock| {
                 let near = |o: &MadeRock| {
                     (o.x - r.x).hypot(o.y - r.y) < 0.5 * (o.diameter + r.diameter) + 0.3

@@ -1,4 +1,4 @@
-//! A grid of heights in memory, with the smooth surface of a [`Lattice`] through its nodes: what terrains are made of and edited in.
+//! A grid of heights in memory, with the smooth surface of a [`Lattice`] through its nodes. Terrains are stored and edited as such grids.
 
 use linkwork_collision::relief::{GridFault, Lattice};
 use linkwork_formats::heights::Heights;
@@ -16,7 +16,7 @@ pub struct HeightField {
 }
 
 impl HeightField {
-    /// A grid with its south-west node at `origin` (m), nodes `spacing` apart (m) and `nx` by `ny` heights
+    /// Creates a grid with its south-west node at `origin` (m), the node spacing `spacing` (m) and `nx` by `ny` heights
     /// (m, x fastest, southern row first, NaN for no data).
     ///
     /// # Errors
@@ -34,7 +34,21 @@ impl HeightField {
         Ok(HeightField { grid, heights: surface.heights, datum: 0.0 })
     }
 
-    /// The heights that a file has, above the datum of the file.
+    /// Creates a level grid of height 0. The memory of its heights is not touched before they are written, so each page is mapped once.
+    ///
+    /// # Errors
+    /// [`GridFault`].
+    pub fn level(
+        origin: [f64; 2],
+        spacing: [f64; 2],
+        nx: usize,
+        ny: usize,
+    ) -> Result<HeightField, GridFault> {
+        let grid = Lattice::new(origin, spacing, nx, ny)?;
+        Ok(HeightField { grid, heights: vec![0.0; nx * ny], datum: 0.0 })
+    }
+
+    /// Creates the grid of a file, with heights above the file's datum.
     ///
     /// # Errors
     /// [`GridFault`].
@@ -43,43 +57,43 @@ impl HeightField {
         Ok(HeightField { datum, ..HeightField::new(origin, spacing, nx, ny, heights)? })
     }
 
-    /// Height above which all heights of the field are given (m): not 0 for files with heights far from zero
+    /// Returns the datum to which all heights refer (m): not 0 for files with heights far from zero
     /// ([`Heights::datum`]).
     pub fn datum(&self) -> f64 {
         self.datum
     }
 
-    /// Where its nodes are.
+    /// Returns the positions of the nodes.
     pub fn grid(&self) -> &Lattice {
         &self.grid
     }
 
-    /// x, y of the south-west node, m.
+    /// Returns x, y of the south-west node, m.
     pub fn origin(&self) -> [f64; 2] {
         self.grid.origin()
     }
 
-    /// Distance of nodes along x and y, m.
+    /// Returns the node spacing along x and y, m.
     pub fn spacing(&self) -> [f64; 2] {
         self.grid.spacing()
     }
 
-    /// Nodes along x and y.
+    /// Returns the numbers of nodes along x and y.
     pub fn size(&self) -> [usize; 2] {
         self.grid.size()
     }
 
-    /// Heights above the datum, m; x fastest, southern row first, NaN for no data.
+    /// Returns the heights above the datum, m; x fastest, southern row first, NaN for no data.
     pub fn heights(&self) -> &[f32] {
         &self.heights
     }
 
-    /// x_min, y_min, x_max, y_max, m.
+    /// Returns x_min, y_min, x_max, y_max, m.
     pub fn bounds(&self) -> [f64; 4] {
         self.grid.bounds()
     }
 
-    /// Same heights moved so that the middle of the map is at x = y = 0.
+    /// Moves the map so that its centre is at x = y = 0.
     pub fn centred(mut self) -> HeightField {
         self.grid = self.grid.centred();
         self
@@ -158,17 +172,18 @@ impl HeightField {
         }
     }
 
-    /// Height (m) and unit normal at x, y (m); `None` off the map and where there is no data.
+    /// Returns height (m) and unit normal at x, y (m); `None` outside the map and where it has no data.
     #[inline]
     pub fn ground(&self, x: f64, y: f64) -> Option<(f64, Vec3)> {
         let nodes = self.nodes();
         self.grid.surface(self.grid.cell(x, y)?, |i, j| nodes.four(i, j), |i, j| nodes.one(i, j))
     }
 
-    /// Height (m), ∂h/∂x and ∂h/∂y at each of several points x, y (m); the height is NaN off the map and where there is no data.
+    /// Writes height (m), ∂h/∂x and ∂h/∂y at each of several points x, y (m) to `out`. The height is NaN outside the map and where it has no
+    /// data.
     pub fn relief(&self, at: &[[f64; 2]], out: &mut [[f64; 3]]) {
         let all = self.nodes();
-        // Points together, as those under a wheel are, share a window: rows of the map are pages apart.
+        // Points near each other, such as the points under a wheel, share a window: rows of the map are pages apart in memory.
         let mut window = [0.0; WINDOW * WINDOW];
         let nodes = self.window(at, &mut window).unwrap_or(all);
         for ([x, y], out) in at.iter().zip(out) {
@@ -181,7 +196,7 @@ impl HeightField {
         }
     }
 
-    /// The nodes that points ask for, copied; `None` where that is not worth it, or too many.
+    /// Copies the nodes that the points need; `None` if there are too many nodes, or too few points for a copy to pay off.
     #[inline]
     fn window<'a>(
         &self,
@@ -220,21 +235,21 @@ impl HeightField {
     }
 }
 
-/// Nodes along the edge of a window: 0.95 m on a grid of 5 cm.
+/// Number of nodes along the edge of a window: 0.95 m on a grid of 5 cm.
 const WINDOW: usize = 20;
-/// Points for which one is copied.
+/// Least number of points for which a window is copied.
 const WINDOW_WORTH: usize = 9;
 
-/// Nodes by column and row of the grid, from one of them on.
+/// Nodes of a rectangle of the grid, by column and row of the grid.
 #[derive(Clone, Copy)]
 pub(crate) struct Window<'a> {
-    /// Column of the first, in the grid.
+    /// Column of its first node in the grid.
     pub i: usize,
-    /// Its row.
+    /// Row of its first node in the grid.
     pub j: usize,
-    /// Nodes in a row of these.
+    /// Number of nodes in a row.
     pub nx: usize,
-    /// Row by row (m).
+    /// Heights row by row (m).
     pub heights: &'a [f32],
 }
 

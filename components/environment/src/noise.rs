@@ -14,16 +14,17 @@ pub(crate) struct Cell {
     seed: u64,
     /// cos and sin at (0, 0), (1, 0), (0, 1), (1, 1).
     gradients: [[f64; 2]; 4],
-    /// Cache, indexed by the low bits of the hash of a lattice point: the hash, and cos and sin of the gradient there.
-    known: Vec<(u64, [f64; 2])>,
+    /// Cache, indexed by the low bits of the column and row of a lattice point, so that neighbours are neighbours in memory: column and row, and cos
+    /// and sin of the gradient there.
+    known: Vec<([i64; 2], [f64; 2])>,
 }
 
-/// Size of the cache, a power of two. It holds more than two rows of the finest lattice over a map of 2000 nodes.
-const KNOWN: usize = 1 << 14;
+/// Lattice points of the cache along each axis, a power of two.
+const SIDE: usize = 1 << 7;
 
 impl Cell {
     pub(crate) fn new(seed: u64) -> Cell {
-        let known = vec![(0, turned(0)); KNOWN];
+        let known = vec![([i64::MIN; 2], [0.0; 2]); SIDE * SIDE];
         Cell { at: [f64::NAN; 2], seed, gradients: [[0.0; 2]; 4], known }
     }
 
@@ -37,12 +38,12 @@ impl Cell {
             if (a == 0.0 || a == 1.0) && (b == 0.0 || b == 1.0) {
                 return before[a as usize + 2 * b as usize];
             }
-            let key = (i as i64 as u64).wrapping_mul(0x8da6_b343)
-                ^ (j as i64 as u64).wrapping_mul(0xd816_3841_0000_0001);
-            let hash = mix(key ^ self.seed);
-            let known = &mut self.known[hash as usize % KNOWN];
-            if known.0 != hash {
-                *known = (hash, turned(hash));
+            let (column, row) = (i as i64, j as i64);
+            let known = &mut self.known[row as usize % SIDE * SIDE + column as usize % SIDE];
+            if known.0 != [column, row] {
+                let key = (column as u64).wrapping_mul(0x8da6_b343)
+                    ^ (row as u64).wrapping_mul(0xd816_3841_0000_0001);
+                *known = ([column, row], turned(mix(key ^ self.seed)));
             }
             known.1
         });
