@@ -30,7 +30,7 @@ fn the_examples_of_the_page_load() {
     run(&boom.spec, 0.002);
     let examples = &examples[3..];
     let beside = options.clone().embed("rover.urdf", rover).embed("car.ron", examples[2]);
-    let text = examples[1].replace("root: Free", "root: Free, sidecar: \"car.ron\"");
+    let text = examples[1].replace("root: Free", "root: Free, companion: \"car.ron\"");
     let rover = load_text("FORMAT.md", &text, &beside).unwrap_or_else(|f| panic!("{f}"));
     let said = &rover.imports[0].description;
     assert_eq!((said.couplings.len(), said.loops.len(), said.wheels.len()), (1, 1, 1));

@@ -1,5 +1,5 @@
 //! The corpus and the findings of fuzzing do not cause a panic in the loader and the reader of companion files.
-use linkwork_assembly::machine::apply_side_car;
+use linkwork_assembly::machine::apply_companion;
 use linkwork_assembly::{Options, load_text};
 use linkwork_formats::{ReadOptions, read_urdf};
 use linkwork_runtime::Catalogue;
@@ -18,10 +18,10 @@ fn corpus_and_crashes_are_replayed() {
             let bytes = std::fs::read(file.expect("entry").path()).expect("a file");
             let text = String::from_utf8_lossy(&bytes);
             read += 1;
-            if text.contains("SideCar") {
+            if text.contains("Companion") {
                 let mut d = read_urdf(rover, &ReadOptions::default()).expect("sound");
-                if apply_side_car("fuzz.ron", &text, &mut d).is_ok() {
-                    d.builder.build().expect("a side-car leaves the mechanism sound");
+                if apply_companion("fuzz.ron", &text, &mut d).is_ok() {
+                    d.builder.build().expect("a companion file leaves the mechanism sound");
                     accepted += 1;
                 }
             } else {

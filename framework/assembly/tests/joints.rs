@@ -83,7 +83,7 @@ fn a_urdf_limit_is_not_passed_and_its_friction_is_told() {
 }
 
 #[test]
-fn sdf_mjcf_and_side_cars_keep_damping_and_friction() {
+fn sdf_mjcf_and_companion_files_keep_damping_and_friction() {
     let mjcf = r#"<mujoco><worldbody><body name="b"><joint name="j" axis="0 0 1" damping="0.3" frictionloss="0.2" stiffness="2"/>
       <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
       <body name="c"><joint name="k" type="ball" damping="0.4" frictionloss="0.1"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body>
@@ -101,9 +101,9 @@ fn sdf_mjcf_and_side_cars_keep_damping_and_friction() {
     assert_eq!((s.damping, s.friction.force), (0.3, 0.2));
     assert!(l.imports[0].left_out.is_empty());
 
-    let car = "SideCar(joints: { \"axle\": (damping: \"2 N m s/rad\", friction: (force: 0.5, rate: 0.1), stop: (stiffness: 900)) })";
+    let car = "Companion(joints: { \"axle\": (damping: \"2 N m s/rad\", friction: (force: 0.5, rate: 0.1), stop: (stiffness: 900)) })";
     let urdf = WHEEL.replace("LIMIT", "1").replace("FRICTION", "0");
-    let text = "Simulation(import: (file: \"r.urdf\", sidecar: \"r.ron\"))";
+    let text = "Simulation(import: (file: \"r.urdf\", companion: \"r.ron\"))";
     let l = loaded(text, &[("r.urdf", &urdf), ("r.ron", car)]);
     let s = first(&l, "wheel");
     assert_eq!((s.damping, s.friction), (2.0, Friction { force: 0.5, rate: 0.1 }));
@@ -129,7 +129,7 @@ fn friction_with_smooth_contact_is_that_of_hinges() {
     let l = loaded(&text(&format!("compliant: true, {dry}"), ""), &[]);
     let (_, warnings) = run(&l, 0.01);
     assert!(warnings.len() == 1 && warnings[0].message.contains("friction of 0.3"), "{warnings:?}");
-    // With impulses it is a row, and `dry` has priority over the body's.
+    // Friction is a row if contact is solved by impulses, and `dry` has priority over the body's value.
     let l = loaded(&text(dry, "friction: 9, initial: (rate: 1)"), &[]);
     let ([_, v], warnings) = run(&l, 1.0);
     assert!(warnings.is_empty() && (v - 0.7).abs() < 1e-6, "{v}");

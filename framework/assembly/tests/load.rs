@@ -55,7 +55,7 @@ fn the_mechanism_has_the_numbers_of_the_files() {
     let mb = &m.multibody;
     let wheel = mb.get(mb.body("Rover.Hardware.Wheel1/wheel").unwrap());
     assert_eq!(mb.get(wheel.parent().unwrap()).name(), "Rover/chassis");
-    // Mount on a node: the pose of the node, then that of the axle.
+    // Mount on a node: the pose of the node is applied, then the pose of the axle.
     let p = wheel.hinge_in_parent().position;
     assert_eq!([p.x, p.y, p.z], [0.5, 0.5, -0.125]);
     assert_eq!(wheel.inertia().mass(), 10.0);

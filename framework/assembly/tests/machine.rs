@@ -2,7 +2,7 @@
 use crate::common::*;
 use crate::splitmix::splitmix;
 use linkwork_assembly::form::AssemblyForm;
-use linkwork_assembly::machine::{apply_side_car, read_machine};
+use linkwork_assembly::machine::{apply_companion, read_machine};
 use linkwork_assembly::*;
 use linkwork_collision::VisualShape;
 use linkwork_formats::{
@@ -469,7 +469,7 @@ fn shapes_of_the_world_and_of_mujoco_collide() {
     assert_eq!(digest(&again.spec), digest(&loaded.spec));
 }
 
-const SIDE_CAR: &str = r#"SideCar(
+const COMPANION: &str = r#"Companion(
     joints: { "left_joint": (armature: "2 g m^2", gear: 50, limits: (lower: "-10 deg", upper: "10 deg", effort: "3 N m"), damping: 0.5) },
     couplings: { "differential": (terms: { "left_joint": 1, "right_joint": 1 }, constant: "90 deg") },
     loops: { "rod": (a: (body: "left", position: [0, 0, "10 cm"]), b: (body: "right"), hinge: Ball) },
@@ -479,9 +479,9 @@ const SIDE_CAR: &str = r#"SideCar(
 )"#;
 
 #[test]
-fn a_side_car_says_what_urdf_cannot() {
+fn a_companion_file_adds_what_urdf_cannot_express() {
     let mut d = read_urdf(ROVER, &ReadOptions::default()).unwrap();
-    apply_side_car("rover.linkwork.ron", SIDE_CAR, &mut d).unwrap_or_else(|f| panic!("{f}"));
+    apply_companion("rover.linkwork.ron", COMPANION, &mut d).unwrap_or_else(|f| panic!("{f}"));
     let mbs = d.builder.build().unwrap();
     let s = mbs.get(mbs.body("left").unwrap()).subhinges()[0].subhinge;
     assert_eq!((s.armature, s.gear, s.reflected_inertia()), (0.002, 50.0, 5.0));
@@ -499,9 +499,9 @@ fn a_side_car_says_what_urdf_cannot() {
 }
 
 #[test]
-fn a_side_car_beside_the_file_is_found() {
+fn a_companion_file_next_to_the_file_is_found() {
     let dir = folder();
-    std::fs::write(dir.path().join("urdf/rover.linkwork.ron"), SIDE_CAR).unwrap();
+    std::fs::write(dir.path().join("urdf/rover.linkwork.ron"), COMPANION).unwrap();
     let d = read_machine(dir.path().join("urdf/rover.urdf"), &ReadOptions::default()).unwrap();
     assert_eq!(d.loops.len(), 1);
     let text = "Simulation(import: (file: \"urdf/rover.urdf\", collide: true))";
@@ -515,16 +515,16 @@ fn a_side_car_beside_the_file_is_found() {
     assert_eq!(loaded.shapes.len(), 2, "they are not shown");
     assert_eq!(mbs.get(mbs.body("left").unwrap()).subhinges()[0].subhinge.gear, 50.0);
     assert!(mbs.node("base/imu").is_some());
-    std::fs::write(dir.path().join("other.ron"), "SideCar(nodes: { \"x\": (body: \"left\") })")
+    std::fs::write(dir.path().join("other.ron"), "Companion(nodes: { \"x\": (body: \"left\") })")
         .unwrap();
-    let text = "Simulation(import: (file: \"urdf/rover.urdf\", sidecar: \"other.ron\"))";
+    let text = "Simulation(import: (file: \"urdf/rover.urdf\", companion: \"other.ron\"))";
     let loaded = load(dir.path(), "sim.ron", text).unwrap_or_else(|f| panic!("{f}"));
     assert!(mechanism(&loaded).node("left/x").is_some());
 }
 
 #[test]
-fn a_side_car_with_names_that_lead_nowhere_is_refused_all_at_once() {
-    let text = r#"SideCar(
+fn unknown_names_in_a_companion_file_are_reported_together() {
+    let text = r#"Companion(
     joints: { "left_jont": (gear: 2), "right_joint": (gear: 0, armature: -1, limits: (lower: 1, upper: 0), gaer: 1) },
     couplings: { "a": (terms: { "right_jiont": 1 }), "b": (constant: 1), "c": (terms: { "left_joint": "1 m" }) },
     loops: { "l": (a: (body: "lfet")), },
@@ -534,7 +534,7 @@ fn a_side_car_with_names_that_lead_nowhere_is_refused_all_at_once() {
     extra: 1,
 )"#;
     let mut d = read_urdf(ROVER, &ReadOptions::default()).unwrap();
-    let error = apply_side_car("s.ron", text, &mut d).err().unwrap().to_string();
+    let error = apply_companion("s.ron", text, &mut d).err().unwrap().to_string();
     for part in [
         "no joint `left_jont`",
         "`left_joint`",
@@ -563,8 +563,13 @@ fn a_side_car_with_names_that_lead_nowhere_is_refused_all_at_once() {
     {
         assert!(error.contains(part), "not there: {part}\n{error}");
     }
-    let error = apply_side_car("s.ron", "Assembly()", &mut d).err().unwrap().to_string();
-    assert!(error.contains("begin the file with `SideCar(`"), "{error}");
+    let error = apply_companion("s.ron", "Assembly()", &mut d).err().unwrap().to_string();
+    assert!(error.contains("begin the file with `Companion(`"), "{error}");
+    let error = apply_companion("s.ron", "SideCar()", &mut d).err().unwrap().to_string();
+    assert!(error.contains("`SideCar` was renamed\n"), "{error}");
+    let text = "Simulation(import: (file: \"urdf/rover.urdf\", sidecar: \"other.ron\"))";
+    let error = load(folder().path(), "sim.ron", text).err().unwrap().to_string();
+    assert!(error.contains("`sidecar` was renamed: write `companion`"), "{error}");
 }
 
 #[test]

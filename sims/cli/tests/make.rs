@@ -51,7 +51,7 @@ fn a_new_library_is_a_whole_workspace() {
         signs.into_iter().all(|l| l.starts_with('"') && l.matches('@').count() == 1),
         "{manifest}"
     );
-    // The Python files of the package are exactly those of Linkwork.
+    // The Python files of the package are exactly Linkwork's.
     let theirs = root().join("sims/python/python/linkwork");
     let own = folder.join("python/windmill");
     let sources = names(&theirs)
@@ -264,7 +264,7 @@ fn wheels_steering_and_suspension_are_found() {
     // A companion file names them instead; one of them is idle.
     let wheel = |name: &str, more: &str| format!("\"{name}\": (radius: 0.1, width: 0.06{more}), ");
     let side = ["fl", "rl", "fr"].map(|w| wheel(w, "")).concat() + &wheel("rr", ", role: Idle");
-    lab.write("scout.linkwork.ron", &format!("SideCar(wheels: {{ {side} }})"));
+    lab.write("scout.linkwork.ron", &format!("Companion(wheels: {{ {side} }})"));
     let (readme, checked, _) = made_rover(&lab, "three", &lab.path("scout.urdf"));
     assert!(readme.contains("| `rr` | 0.1 m, 0.06 m | [-0.4, -0.4, -0.1] | no | – |"), "{readme}");
     assert!(!checked.contains("wheel `"), "{checked}");

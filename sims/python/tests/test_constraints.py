@@ -278,7 +278,7 @@ def linkage_files(folder):
     )
     (folder / "bar.urdf").write_text(f'<robot name="bar"><link name="base"/>{links}{joints}</robot>')
     side = '"knee": (a: (body: "rod", position: [0.3, 0, 0]), b: (body: "rocker", position: [0.1, 0, 0]), hinge: Ball)'
-    (folder / "bar.linkwork.ron").write_text(f"SideCar(loops: {{ {side} }})")
+    (folder / "bar.linkwork.ron").write_text(f"Companion(loops: {{ {side} }})")
     body = '"{}": (parent: "{}", at: (position: [{}, 0, 0]), hinge: Pin([0, 0, 1]), mass: 1, com: [0.1, 0, 0], inertia: [0.01, 0.01, 0.01])'
     bodies = ", ".join(body.format(name, parents[name], x) for name, x in at.items())
     loop = '"knee": (a: "rod", at_a: (position: [0.3, 0, 0]), b: "rocker", at_b: (position: [0.1, 0, 0]), hinge: Ball)'

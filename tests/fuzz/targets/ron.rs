@@ -1,9 +1,9 @@
-//! The loader of RON assemblies and the reader of side-cars must not panic.
+//! The loader of RON assemblies and the reader of companion files must not panic.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
 use linkwork_assembly::{Options, load_text};
-use linkwork_assembly::machine::apply_side_car;
+use linkwork_assembly::machine::apply_companion;
 use linkwork_formats::{ReadOptions, read_urdf};
 use linkwork_runtime::Catalogue;
 
@@ -11,11 +11,11 @@ use linkwork_runtime::Catalogue;
 const ROVER: &str = include_str!("../corpus/rover.urdf");
 
 fuzz_target!(|text: &str| {
-    if text.contains("SideCar") {
+    if text.contains("Companion") {
         if let Ok(mut d) = read_urdf(ROVER, &ReadOptions::default())
-            && apply_side_car("fuzz.ron", text, &mut d).is_ok()
+            && apply_companion("fuzz.ron", text, &mut d).is_ok()
         {
-            assert!(d.builder.build().is_ok(), "a side-car spoiled the mechanism");
+            assert!(d.builder.build().is_ok(), "a companion file spoiled the mechanism");
         }
         return;
     }

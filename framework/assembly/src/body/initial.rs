@@ -231,7 +231,7 @@ pub(crate) fn kept(v: Option<&Located>, hinge: &Hinge) -> [Vec<bool>; 2] {
         return [vec![false; nv], vec![false; nv]];
     }
     match hinge.subhinges.as_slice() {
-        // The rates of a free body are those of its rotation, then of its position.
+        // A free body's rates are its angular velocity, then its linear velocity.
         [s] if matches!(s.kind, SubhingeKind::Free) => {
             let of = |turn: &str, way: &str| [[is(turn); 3], [is(way); 3]].concat();
             [of("rotation", "position"), of("angular", "velocity")]

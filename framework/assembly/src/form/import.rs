@@ -33,7 +33,7 @@ record! {
         /// Folders for `package://` and `model://` names.
         packages: Vec<Text> = list_of(text()).or(Vec::new()),
         /// The companion file (default: `rover.linkwork.ron` for `rover.urdf`).
-        sidecar: Option<Text> = text().maybe(),
+        companion: Option<Text> = text().maybe(),
         /// Whether the collision shapes of the file, and those in `contacts` of the companion file, collide.
         collide: bool = flag().or(false),
         /// Parts of the file that are omitted.

@@ -2,11 +2,11 @@
 use crate::expand::variant::VariantForm;
 use crate::form::assembly::AssemblyFields;
 use crate::form::settings;
-use crate::machine::sidecar;
+use crate::machine::companion;
 use crate::schema::describe::{Parameters, Schema, document};
 use crate::schema::record::Record;
 
-/// Returns the JSON Schema (draft 2020-12) of the files that this crate reads: `Simulation(..)`, `Assembly(..)`, `SideCar(..)`, for JSON as serde
+/// Returns the JSON Schema (draft 2020-12) of the files that this crate reads: `Simulation(..)`, `Assembly(..)`, `Companion(..)`, for JSON as serde
 /// would write their RON: `(a: 1)` is an object, `Name` is `"Name"`, `Name(x)` is `{ "Name": x }`. Units of numbers are in the descriptions; the
 /// catalogue describes the parameters of models.
 #[must_use]
@@ -18,9 +18,13 @@ pub fn schema() -> serde_json::Value {
             "Assembly",
             Box::new(Schema::Any(vec![AssemblyFields::describe(), VariantForm::describe()])),
         ),
-        sidecar::schema(),
+        companion::schema(),
     ];
-    document("Linkwork simulation, assembly or side-car", &Schema::Any(files), Parameters::Allowed)
+    document(
+        "Linkwork simulation, assembly or companion file",
+        &Schema::Any(files),
+        Parameters::Allowed,
+    )
 }
 
 #[cfg(test)]

@@ -433,7 +433,7 @@ fn single(
     if kind == "Assembly" {
         let (home, own) = files.of_fields(cx, &mut inner, name, &home)?;
         let part_name = own.name.clone().unwrap_or_else(|| camel(name));
-        // Without a simulation, an assembly is attached to the world.
+        // An assembly without a simulation is attached to the world.
         let mounts = own.mounts.keys().map(|m| (m.clone(), Value::Text("world".into()).into()));
         let mounts: Located = Value::Map(mounts.collect()).into();
         files.own = Some((name.to_string(), home, own));
@@ -634,7 +634,7 @@ fn assemble(
         binds,
         host: mechanism.spec.map(|mut m| {
             if kinematic.is_some() {
-                // Without contact, machines follow their rolling wheels.
+                // Machines without contact follow their rolling wheels.
                 (m.contact, m.compliant) = (None, None);
             }
             m.kinematic = kinematic;

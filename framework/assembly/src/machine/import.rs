@@ -4,8 +4,8 @@
 //! as parents. Its couplings and loops, and optionally its collision shapes, are imported, too. Its actuators, tendons and sensors become parts.
 use crate::form::assembly::{AssemblyForm, ItemForm};
 use crate::form::import::{ImportCheck, ImportForm, Optional};
+use crate::machine::companion;
 use crate::machine::convert::{self, Collide};
-use crate::machine::sidecar;
 use crate::schema::kind::At;
 use crate::schema::record::Record;
 use crate::text::files::{Files, Home};
@@ -102,7 +102,7 @@ pub fn read_machine(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Des
     let read = linkwork_formats::read_file(path, options);
     if let Ok(mut d) = read.map_err(|e| faults(&mut cx, Origin::NONE, e)) {
         if let Some(beside) = beside(path).filter(|p| p.is_file()) {
-            side_car(&mut cx, Origin::NONE, &beside, &mut d);
+            read_companion(&mut cx, Origin::NONE, &beside, &mut d);
         }
         if cx.faults.is_empty() {
             return Ok(d);
@@ -121,9 +121,9 @@ fn faults(cx: &mut Cx, origin: Origin, error: FormatError) {
     cx.explained(origin, "", error.faults);
 }
 
-fn side_car(cx: &mut Cx, origin: Origin, path: &Path, d: &mut Description) {
+fn read_companion(cx: &mut Cx, origin: Origin, path: &Path, d: &mut Description) {
     match linkwork_formats::whole_text(path) {
-        Ok(text) => sidecar::read(cx, &path.display().to_string(), &text, d),
+        Ok(text) => companion::read(cx, &path.display().to_string(), &text, d),
         Err(e) => cx.fault(
             origin,
             format!("`{}` cannot be read: {e}", path.display()),
@@ -222,11 +222,11 @@ fn read(
         }
     };
     let before = cx.faults.len();
-    match (&form.sidecar, &found) {
-        (Some(name), _) => named_side_car(cx, files, name, home, &mut d),
+    match (&form.companion, &found) {
+        (Some(name), _) => read_named_companion(cx, files, name, home, &mut d),
         (None, Home::Folder(_)) => {
             if let Some(path) = beside(Path::new(&key)).filter(|p| p.is_file()) {
-                side_car(cx, file.origin, &path, &mut d);
+                read_companion(cx, file.origin, &path, &mut d);
             }
         }
         (None, Home::Embedded(_)) => {}
@@ -259,12 +259,18 @@ fn read(
     Some((Import { path, file, description: d, left_out, bodies, origin }, made))
 }
 
-fn named_side_car(cx: &mut Cx, files: &Files<'_>, name: &Text, home: &Home, d: &mut Description) {
+fn read_named_companion(
+    cx: &mut Cx,
+    files: &Files<'_>,
+    name: &Text,
+    home: &Home,
+    d: &mut Description,
+) {
     match files.find(&name.text, home) {
-        Ok((key, Home::Folder(_))) => side_car(cx, name.origin, Path::new(&key), d),
+        Ok((key, Home::Folder(_))) => read_companion(cx, name.origin, Path::new(&key), d),
         Ok((key, Home::Embedded(_))) => {
             let text = files.embedded.get(&key).cloned().unwrap_or_default();
-            sidecar::read(cx, &key, &text, d);
+            companion::read(cx, &key, &text, d);
         }
         Err(tried) => {
             let message = format!("`import`: there is no companion file `{}`", name.text);

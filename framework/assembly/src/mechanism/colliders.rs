@@ -67,7 +67,7 @@ fn one(
     out.references.insert(full.into(), found.reference);
     if let Some((shape, turn)) = shown {
         let pose = frame * Pose::rotation(turn);
-        // Names of shapes are unique on their body; those of colliders must be unique everywhere.
+        // Names of shapes are unique on their body; names of colliders must be unique everywhere.
         let (body, color, name) = (found.body.clone(), form.color, full.into());
         out.shapes.push(BodyShape { body, pose, shape, color, name });
     }

@@ -46,6 +46,17 @@ pub enum Schema {
     Named(&'static str, fn() -> Schema),
 }
 
+impl Schema {
+    /// Returns whether values of this schema are records with a field of this name.
+    pub(crate) fn has_field(&self, name: &str) -> bool {
+        match self {
+            Schema::Any(all) => all.iter().any(|schema| schema.has_field(name)),
+            Schema::Record(_, fields) => fields().iter().any(|field| field.name == name),
+            _ => false,
+        }
+    }
+}
+
 /// A field of a record.
 #[derive(Clone)]
 pub struct Field {

@@ -145,7 +145,7 @@ impl Kind for Number {
         self.in_range(cx, v, at, x)
     }
     fn write(&self, x: &f64) -> Value {
-        // An absent field stands for infinity. NaN is written, so that the reader refuses it.
+        // An absent field stands for infinity. NaN is written, so that the reader rejects it.
         if x.is_infinite() { Value::Null } else { Value::Number(*x) }
     }
     fn describe(&self) -> Schema {

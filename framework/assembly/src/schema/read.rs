@@ -1,14 +1,27 @@
 //! Reading of typed values: units, ranges and lists; each mistake with its position.
+use crate::schema::describe::Field;
 use crate::text::report::Cx;
 use crate::text::value::{Text, is_unknown};
 use linkwork_runtime::{Located, Origin, Seconds, Unit, Value, remedy, split_quantity};
 use std::fmt::Display;
 
 /// Fields that had another name, and their present name.
-const RENAMED: [(&str, &str); 2] = [("figures", "metrics"), ("figure", "metric")];
+const RENAMED: [(&str, &str); 3] =
+    [("figures", "metrics"), ("figure", "metric"), ("sidecar", "companion")];
 
 /// Adds faults for values that are not maps and for unknown fields. `what` names the owner: "body `wheel`".
 pub(crate) fn fields(cx: &mut Cx, v: &Located, what: impl Display, known: &[&str]) -> bool {
+    record_fields(cx, v, what, known, Vec::new)
+}
+
+/// Checks the fields like [`fields`]. For an unknown field that one of the record's fields contains, the remedy names that field.
+pub(crate) fn record_fields(
+    cx: &mut Cx,
+    v: &Located,
+    what: impl Display,
+    known: &[&str],
+    all: impl Fn() -> Vec<Field>,
+) -> bool {
     let entries = match &v.value {
         Value::Map(entries) => entries,
         Value::Null => return true,
@@ -26,9 +39,13 @@ pub(crate) fn fields(cx: &mut Cx, v: &Located, what: impl Display, known: &[&str
         if !known.contains(&key.as_str()) {
             let message = format!("{what} has no field `{key}`");
             let renamed = RENAMED.iter().find(|(old, new)| old == key && known.contains(new));
+            let within = || all().into_iter().find(|f| f.schema.has_field(key));
             let help = match renamed {
                 Some((old, new)) => format!("`{old}` was renamed: write `{new}`"),
-                None => remedy(key, "fields", known),
+                None => match within() {
+                    Some(field) => format!("write `{}: ({key}: ..)`", field.name),
+                    None => remedy(key, "fields", known),
+                },
             };
             cx.fault(cx.key(value), message, help);
         }

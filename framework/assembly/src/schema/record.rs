@@ -1,7 +1,7 @@
 //! Records of the file format: [`record!`] declares a record once and generates its reader, its writer and its description.
 use crate::schema::describe::{Field, Schema};
 use crate::schema::kind::{At, Kind};
-use crate::schema::read::fields;
+use crate::schema::read::record_fields;
 use crate::text::report::Cx;
 use linkwork_runtime::{Located, Origin, Value, remedy};
 use std::fmt::Display;
@@ -23,7 +23,7 @@ pub(crate) trait Record: Sized {
 
     /// Reads the record, and rejects unknown fields.
     fn read(cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<Self> {
-        if !fields(cx, v, &at.what, &Self::names()) {
+        if !record_fields(cx, v, &at.what, &Self::names(), Self::fields) {
             return None;
         }
         Self::read_fields(cx, v, at)

@@ -38,7 +38,7 @@ fn is_read(name: &str, text: &str) -> bool {
         return false;
     };
     assert!(faults.is_empty(), "{name}: {faults:?}\n{text}");
-    // With a line break, since `ron` wants one after a comment at the end.
+    // The text ends with a line break, because `ron` requires one after a comment at the end.
     let other = ron::from_str::<&ron::value::RawValue>(&format!("{text}\n")).map(|_| ());
     assert!(other.is_ok(), "{name}: {other:?}\n{text}");
     let shown = value.value.to_string();

@@ -373,7 +373,7 @@ impl<'t> Reader<'t> {
         }
         let value = if word { self.word()?.value } else { self.quoted()? };
         match value {
-            // The place of a key is that of the text between its quotes.
+            // The place of a key is the place of the text between its quotes.
             Value::Text(key) if !word => {
                 let origin = self.origin(start);
                 Ok((key, Origin { start: origin.start + 1, end: origin.end - 1, ..origin }))

@@ -37,7 +37,7 @@ pub(crate) fn parts(cx: &mut Cx, root: &Instance) -> Vec<PartSpec> {
                 model_origin: m.model.origin,
                 params: Located {
                     value: m.params.value.clone(),
-                    // Without parameters, faults about them refer to the part.
+                    // Faults about missing parameters refer to the part.
                     origin: match m.params.origin {
                         Origin::NONE => m.origin,
                         origin => origin,

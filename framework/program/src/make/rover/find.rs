@@ -225,7 +225,7 @@ pub fn vehicle(
                 _ => "there are not two wheels",
             }
         );
-        let help = "define the wheels in a companion file: SideCar(wheels: { \"link\": (radius: \"10 cm\", width: \"5 cm\") })";
+        let help = "define the wheels in a companion file: Companion(wheels: { \"link\": (radius: \"10 cm\", width: \"5 cm\") })";
         return Err((fact, help.into()));
     }
     let radius = wheels[0].size[0];
@@ -288,14 +288,14 @@ pub fn vehicle(
         if suspension.is_empty() {
             let fact = format!("it would tip over: it has {n} wheels, but it needs three");
             let help = "define its other supports, such as casters, as wheels without a drive in a companion file: \
-                        SideCar(wheels: { \"caster\": (radius: \"3 cm\", width: \"2 cm\", role: Idle) })";
+                        Companion(wheels: { \"caster\": (radius: \"3 cm\", width: \"2 cm\", role: Idle) })";
             return Err((fact, help.into()));
         }
         let fact = format!(
             "{n} wheels and {couplings} couplings do not determine its pose on the ground with {} joints between wheels and body ({joints})",
             suspension.len(),
         );
-        let help = "couple the joints in a companion file: SideCar(couplings: { \"differential\": (terms: { \"left_joint\": 1, \"right_joint\": 1 }, constant: 0) }); or fix them in the file";
+        let help = "couple the joints in a companion file: Companion(couplings: { \"differential\": (terms: { \"left_joint\": 1, \"right_joint\": 1 }, constant: 0) }); or fix them in the file";
         return Err((fact, help.into()));
     }
     Ok(DetectedVehicle { root: root.name.clone(), mass, wheels, suspension, differential, others })

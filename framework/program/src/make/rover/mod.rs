@@ -208,7 +208,7 @@ fn words(
     let of_file = |get: fn(&FoundWheel) -> Option<f64>| {
         driven.iter().map(|w| get(w)).reduce(|a, b| Some(a?.min(b?))).flatten()
     };
-    // A machine without a suspension may rest on two wheels. With a suspension, a wheel on a rock also carries the share of its neighbour.
+    // A machine without a suspension may rest on two wheels. A wheel on a rock also carries the share of its neighbour if there is a suspension.
     let worst = if found.suspension.is_empty() {
         (2.0 * load).max(0.5 * found.mass * G)
     } else {
@@ -282,7 +282,7 @@ fn words(
         more += "            ],\n        ),\n";
         outer_wires += "\n        \"Software.Ackermann.wheels[*].steer -> Steering[*].angle_cmd\",";
     }
-    // Without `contact`, dry friction acts only in its smooth form.
+    // Dry friction acts only in its smooth form without `contact`.
     let rubs = d.joints.iter().filter(|j| j.friction > 0.0 && !found.others.contains(&j.body));
     for joint in rubs {
         let (body, force) = (imported(&joint.body), n(joint.friction));

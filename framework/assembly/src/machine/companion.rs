@@ -22,7 +22,7 @@ use linkwork_spatial::{Pose, Vec3};
 use std::fmt::Display;
 
 record! {
-    struct SideCar: "side-car" {
+    struct Companion: "companion file" {
         /// Documentation.
         doc: Option<Text> = text().maybe(),
         /// Joint → additional properties of its coordinate.
@@ -40,7 +40,7 @@ record! {
     }
 }
 record! {
-    struct CouplingForm: "coupling of a side-car" {
+    struct CouplingForm: "coupling of a companion file" {
         /// Documentation.
         doc: Option<Text> = text().maybe(),
         /// Joint → factor.
@@ -50,7 +50,7 @@ record! {
     }
 }
 record! {
-    struct LoopForm: "loop of a side-car" {
+    struct LoopForm: "loop of a companion file" {
         /// Documentation.
         doc: Option<Text> = text().maybe(),
         /// One end.
@@ -88,14 +88,14 @@ record! {
 
 /// Returns the schema of companion files.
 pub(crate) fn schema() -> Schema {
-    Schema::Variant("SideCar", Box::new(SideCar::describe()))
+    Schema::Variant("Companion", Box::new(Companion::describe()))
 }
 
-/// Reads a `SideCar(..)` text and adds its data to a description.
+/// Reads a `Companion(..)` text and adds its data to a description.
 ///
 /// # Errors
 /// All mistakes; the description must not be used after an error.
-pub fn apply_side_car(name: &str, text: &str, d: &mut Description) -> Result<(), Failure> {
+pub fn apply_companion(name: &str, text: &str, d: &mut Description) -> Result<(), Failure> {
     let mut cx = Cx::default();
     read(&mut cx, name, text, d);
     if cx.faults.is_empty() {
@@ -104,19 +104,24 @@ pub fn apply_side_car(name: &str, text: &str, d: &mut Description) -> Result<(),
     Err(Failure { faults: tidy(cx.faults), sources: cx.sources })
 }
 
-/// Like [`apply_side_car`], with faults added to those of a load.
+/// Like [`apply_companion`], with faults added to those of a load.
 pub(crate) fn read(cx: &mut Cx, name: &str, text: &str, d: &mut Description) {
     let file = cx.sources.add(name, text);
     let Some(v) = parse(cx, file) else { return };
     let inner = match &v.value {
-        Value::Variant(kind, inner) if kind == "SideCar" => &**inner,
+        Value::Variant(kind, inner) if kind == "Companion" => &**inner,
+        Value::Variant(kind, _) if kind == "SideCar" => {
+            let help = "begin the file with `Companion(`";
+            cx.fault(v.origin, format!("`{name}`: `SideCar` was renamed"), help);
+            return;
+        }
         _ => {
-            let help = "begin the file with `SideCar(`";
+            let help = "begin the file with `Companion(`";
             cx.fault(v.origin, format!("`{name}` is not a companion file"), help);
             return;
         }
     };
-    fields(cx, inner, "the side-car", &SideCar::names());
+    fields(cx, inner, "the companion file", &Companion::names());
     let empty: Located = Value::Null.into();
     let of = |field: &str| inner.get(field).unwrap_or(&empty);
     for (key, v) in table(cx, of("joints"), "`joints`") {
