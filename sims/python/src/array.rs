@@ -52,7 +52,7 @@ impl<'py> Input<'py> {
         let direct = given.cast_exact::<PyUntypedArray>().ok();
         let direct = direct.and_then(|_| given.cast::<PyArrayDyn<f64>>().ok());
         let direct = direct.filter(|a| a.is_c_contiguous());
-        // For few numbers, a copy is faster than borrowing the array.
+        // A copy is faster than borrowing the array if it has few numbers.
         let few = direct.filter(|a| a.len() <= FEW);
         if let Some((array, numbers)) = few.and_then(|a| Some((a, a.to_vec().ok()?))) {
             return Self::checked(numbers, array, what);
@@ -78,7 +78,7 @@ impl<'py> Input<'py> {
         }
         let input =
             Self { numbers, dimensions, two, sizes, memory: memory(array), of: PhantomData };
-        // The message is that of the Rust function.
+        // The Rust function provides the message.
         checked::finite(what, input.slice()).map_err(|e| refuse(e.to_string()))?;
         Ok(input)
     }

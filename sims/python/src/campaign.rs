@@ -399,7 +399,7 @@ impl Campaign {
             },
             |p| tell(py, progress.as_ref(), &p),
         );
-        // The results of the runs so far are written even if the campaign cannot continue.
+        // The results of the finished runs are written even if the campaign cannot continue.
         let written = self.written(&folder, threads);
         ended.or_raise()?.map_err(refuse)?;
         written

@@ -1,8 +1,9 @@
 //! `Edit`: a mechanism in motion whose structure can be changed; `Report`: momentum and energy before and after a change.
 use crate::array::{Array1, Input, out_force, out_vec3, out1, pose, vector};
-use crate::builder::{Hinge, body_spec};
+use crate::builder::body_spec;
 use crate::core::{Core, lock};
 use crate::error::refuse;
+use crate::hinge::Hinge;
 use crate::mechanism::Mechanism;
 use linkwork_dynamics::{self as dynamics, Placement, TopologyError};
 use linkwork_spatial::Vec3;
@@ -283,7 +284,7 @@ impl Edit {
             (hinge_in_parent, hinge_in_body),
         )?;
         let (q, v) = (numbers(q, "q")?, numbers(v, "v")?);
-        let q = q.unwrap_or_else(|| crate::builder::neutral(&spec.hinge));
+        let q = q.unwrap_or_else(|| crate::hinge::neutral(&spec.hinge));
         let v = v.unwrap_or_else(|| vec![0.0; spec.hinge.nv()]);
         self.with(|e| e.add(spec, &q, &v))
     }

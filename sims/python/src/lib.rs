@@ -8,7 +8,7 @@
 //! | `array` | conversion of numpy arrays; all checks of shapes and NaN are here |
 //! | `error` | `LinkworkError` |
 //! | `core` | shared data of a mechanism and its states |
-//! | `builder`, `mechanism`, `dynamics`, `state` | `Builder`, `Mechanism`, `State` |
+//! | `hinge`, `builder`, `mechanism`, `subgraph`, `dynamics`, `state` | `Hinge`, `Builder`, `Mechanism`, `Subgraph`, `State` |
 //! | `constraints` | loops and couplings of a `Mechanism` |
 //! | `contact` | `Collider`, `Contact`: contact of the bodies of a `Mechanism` |
 //! | `collisions` | `Collisions`: collision queries of a robot with itself and with obstacles |
@@ -52,6 +52,7 @@ mod error;
 mod files;
 mod formats;
 mod frames;
+mod hinge;
 mod inverse_kinematics;
 mod log;
 mod mechanism;
@@ -69,6 +70,7 @@ mod show;
 mod simulate;
 mod simulation;
 mod state;
+mod subgraph;
 mod values;
 
 pub use files::library;

@@ -1,11 +1,12 @@
 //! `Mechanism`: structure and coordinates. Its algorithms are in `dynamics.rs`.
 use crate::array::{Array1, Input, checked1, out_vec3, out1, vec3, vector};
-use crate::builder::Subhinge;
 use crate::core::{Core, GRAVITY};
 use crate::error::{refuse, refuse_with};
 use crate::files::Couplings;
+use crate::hinge::Subhinge;
 use crate::show;
 use crate::state::State;
+use crate::subgraph::Subgraph;
 use linkwork_formats::{ReadOptions, Root, Unphysical};
 use linkwork_multibody::{BodyId, Coordinate, Limits};
 use linkwork_runtime::remedy;
@@ -762,71 +763,6 @@ impl Mechanism {
     }
     fn _repr_html_(&self) -> String {
         show::mechanism(&self.core.mbs, self.core.description.as_ref())
-    }
-}
-
-/// Some bodies of a mechanism as a separate mechanism, and how its coordinates correspond to those of the original.
-///
-/// Examples
-/// --------
-/// >>> pin = linkwork.Hinge.pin([0, 1, 0])
-/// >>> arm = linkwork.Builder().body("upper", "world", pin, mass=2).body("lower", "upper", pin, mass=1).body("hand", "lower", pin, mass=0.5).build()
-/// >>> part = arm.subgraph(["lower", "hand"])
-/// >>> part.mechanism.bodies
-/// ['lower', 'hand']
-#[pyclass(frozen, weakref, module = "linkwork")]
-pub struct Subgraph {
-    core: Arc<Core>,
-    base: Option<String>,
-    q: Vec<usize>,
-    v: Vec<usize>,
-}
-
-#[pymethods]
-impl Subgraph {
-    /// The chosen bodies as a mechanism. Its world is the frame of `base`.
-    ///
-    /// Examples
-    /// --------
-    /// >>> part.mechanism.total_mass
-    /// 1.5
-    #[getter]
-    fn mechanism(&self) -> Mechanism {
-        Mechanism { core: self.core.clone() }
-    }
-    /// The body of the original mechanism that carries the chosen bodies; None for the world.
-    ///
-    /// Examples
-    /// --------
-    /// >>> part.base
-    /// 'upper'
-    #[getter]
-    fn base(&self) -> Option<&str> {
-        self.base.as_deref()
-    }
-    /// Index into the original q for each entry of the subgraph's q: `part_q = whole_q[part.q]`.
-    ///
-    /// Examples
-    /// --------
-    /// >>> np.array([0.1, 0.2, 0.3])[part.q].tolist()
-    /// [0.2, 0.3]
-    #[getter]
-    fn q(&self) -> Vec<usize> {
-        self.q.clone()
-    }
-    /// Index into the original v for each entry of the subgraph's v.
-    ///
-    /// Examples
-    /// --------
-    /// >>> part.v
-    /// [1, 2]
-    #[getter]
-    fn v(&self) -> Vec<usize> {
-        self.v.clone()
-    }
-    fn __repr__(&self) -> String {
-        let bodies = self.core.mbs.bodies().len();
-        format!("Subgraph({bodies} bodies on {})", self.base.as_deref().unwrap_or("world"))
     }
 }
 

@@ -1,5 +1,5 @@
 //! The package: its models, and the module that contains its classes.
-use crate::builder::{Builder, Hinge, Subhinge};
+use crate::builder::Builder;
 use crate::calibration::{Calibration, Identifiable};
 use crate::campaign::{Campaign, Gathering, Outcome, Results};
 use crate::collisions::Collisions;
@@ -8,14 +8,16 @@ use crate::contact::{Collider, Contact, ContactStep};
 use crate::edit::{Edit, Report};
 use crate::error::LinkworkError;
 use crate::frames::Frames;
+use crate::hinge::{Hinge, Subhinge};
 use crate::inverse_kinematics::{RateTarget, Target};
 use crate::log::{Log, Series};
-use crate::mechanism::{Mechanism, Subgraph};
+use crate::mechanism::Mechanism;
 use crate::modes::Modes;
 use crate::operators::{Operator, Operators};
 use crate::robot::{Grip, InverseKinematicsSearch, Robot, Trajectory, WholeBodyForces};
 use crate::simulation::Simulation;
 use crate::state::State;
+use crate::subgraph::Subgraph;
 use crate::values::Variable;
 use linkwork_runner::Library;
 use pyo3::prelude::*;

@@ -1,6 +1,6 @@
 //! Representations of a `Mechanism` and a `Simulation`: lines of text, and HTML tables for notebooks. Names in tables are escaped, so HTML in a file
 //! is shown as text.
-use crate::builder::kind_name;
+use crate::hinge::kind_name;
 use linkwork_formats::{Description, escaped};
 use linkwork_multibody::{Body, BodyId, Modes, Multibody};
 use linkwork_runtime::{Plan, Seconds};

@@ -458,7 +458,7 @@ impl Robot {
         let own = base(slf);
         let what = own.object(object)?;
         let n = own.ask(|r| r.object_q(what).map(<[f64]>::len))?;
-        // For a rigid object, the model's message is more specific than a wrong length.
+        // The model's message about a rigid object is more specific than a wrong length.
         let q = if n == 0 { Vec::new() } else { vector(q, n, "q")?.slice().to_vec() };
         own.ask(|r| r.set_object_q(what, &q))
     }
