@@ -203,11 +203,16 @@ fn balances(all: &Balances) {
         let share = 100.0 * left.abs() / carried;
         let unit = report.unit;
         let checked = report.parts.values().any(|part| part.residual.is_some());
-        let left = match checked {
-            true => format!("{} {unit} left ({share:.2} %)", number(left)),
-            false => "nothing to check".to_string(),
-        };
-        say!("balance of {name}: up to {} {unit} carried by a part, {left}", number(carried));
+        let largest = number(carried);
+        match checked {
+            true => say!(
+                "balance of {name}: residual {} {unit} ({share:.2} % of {largest} {unit}, the largest amount of one part)",
+                number(left)
+            ),
+            false => say!(
+                "balance of {name}: not checked, because terms are not counted; the largest amount of one part is {largest} {unit}"
+            ),
+        }
         // Amounts at round-off level are omitted.
         let counts = |amount: f64| amount.abs() > 1e-12 * carried;
         for (kind, amount) in report.totals.iter().filter(|(_, amount)| counts(**amount)) {
