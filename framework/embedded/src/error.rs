@@ -144,7 +144,7 @@ pub enum RobotError {
         part: usize,
     },
     /// A search that was not begun cannot be continued.
-    #[error("part {part} has no search to continue\n  help: begin one with `reach`")]
+    #[error("part {part} has no search to continue\n  help: begin one with `inverse_kinematics`")]
     NoSearch {
         /// Index of the part.
         part: usize,
@@ -152,7 +152,7 @@ pub enum RobotError {
     /// A chain without a supported closed form of its inverse kinematics.
     #[error(
         "part {part} has no closed form: {why}\n  help: chains of six or seven hinges have one if the last or first three axes intersect in a point (and two \
-         neighbours of the others intersect or are parallel) or three axes in the middle are parallel; `reach` works for every chain"
+         neighbours of the others intersect or are parallel) or three axes in the middle are parallel; `inverse_kinematics` works for every chain"
     )]
     NoClosedForm {
         /// Index of the part.

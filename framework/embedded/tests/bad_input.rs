@@ -134,7 +134,7 @@ fn padding_with_which_all_touch_always() {
     }
     robot.pad(hand, 30.0).unwrap();
     robot.pad(hand, 0.0).unwrap();
-    // The paddings of both colliders add up, including those of the model.
+    // The paddings of both colliders add up, including the padding of the model.
     robot.look_at(hand, upper, None).unwrap();
     robot.pad(upper, 0.5).unwrap();
     assert!(matches!(told(robot.pad(hand, 0.41)), RobotError::NeverFree { .. }));

@@ -242,7 +242,7 @@ fn arms_of_the_reference_are_solved_at_every_pose_of_theirs() {
 fn seven_hinges_with_one_held_at_its_value() {
     let model = panda();
     let dofs = model.dofs(model.part("arm").unwrap()).unwrap().to_vec();
-    // By default the last hinge is fixed: the other six have a shoulder whose axes meet in a point, and axes 5 and 6 meet.
+    // The last hinge is fixed by default: the other six have a shoulder whose axes meet in a point, and axes 5 and 6 meet.
     let mut case = Case::new(model.clone(), None);
     assert_eq!(case.closed.held(), Some(dofs[6]));
     let mut rng = Rng(5);
@@ -371,7 +371,10 @@ fn what_has_no_closed_form_and_what_is_no_goal_is_refused() {
     {
         let model = arm(&axes[..n], v(1.0, 1.0, 1.0), TURN);
         let e = model.closed_form(model.part("arm").unwrap(), None).unwrap_err();
-        assert!(e.to_string().contains(why) && e.to_string().contains("`reach`"), "{e}");
+        assert!(
+            e.to_string().contains(why) && e.to_string().contains("`inverse_kinematics`"),
+            "{e}"
+        );
     }
     let mut b = Builder::new();
     b.body(BodySpec::new("a", "world").hinge(Hinge::ball()));

@@ -94,7 +94,7 @@ fn joints_that_mimic_others_stay_coupled() {
     let b =
         tree.inverse_kinematics(part, &goal, Frame::World, &Effort::default(), &mut same).unwrap();
     assert_eq!((a, &alone), (b, &same));
-    // Other calls that would open it return an error; kinematics and forces are those of the tree.
+    // Other calls that would open it return an error; kinematics and forces are computed for the tree.
     let nv = model.nv();
     let zero = vec![0.0; nv];
     let twist = spatial::Motion::zero();

@@ -107,7 +107,7 @@ fn forces_are_those_of_the_whole() {
         let (rv, ra) = ((&v[..nv], &vdot[..nv]), (&v[nv..], &vdot[nv..]));
         robot.feed_forward_with_object(rv, tool, ra, &[], &mut tau, &mut forces).unwrap();
         worst = worst.max(difference(&merged(&[&tau[..], &forces].concat()), &theirs));
-        // With its joints at rest, all calls give the same result.
+        // All calls give the same result if its joints are at rest.
         let still = [&v[..nv], &[0.0; 3]].concat();
         let rest = [&vdot[..nv], &[0.0; 3]].concat();
         inverse_dynamics(&tree, &mut ws, &merged(&q), &merged(&still), &merged(&rest), &mut theirs);
@@ -375,7 +375,7 @@ fn filters_follow_and_bodies_collide_where_they_are() {
         "at {:?}",
         robot.distance(&q, id("end"), id("hand"))
     );
-    // Along the path they move with the hand, with their joints at rest: the end hits a bolt next to the arm's swing.
+    // The linkage moves along the path with the hand, with its joints at rest: the end hits a bolt next to the arm's swing.
     robot.set_object_q(pliers, &[0.0, 0.0]).unwrap();
     robot.put(bolt, Pose::translation(0.0, 1.6, 0.0)).unwrap();
     let path = robot.path_free(&[0.0; 3], &[3.0, 0.0, 0.0], 1e-3).unwrap();

@@ -107,7 +107,7 @@ fn colliders_of_parts_and_objects_are_padded_and_coarse_together() {
     let after = [gap(&mut robot, first, last), gap(&mut robot, first, scene)];
     assert!((before[0] - after[0] - 0.02).abs() < 1e-9, "{before:?} {after:?}");
     assert!((before[1] - after[1] - 0.01).abs() < 1e-9, "{before:?} {after:?}");
-    // With this padding, second neighbours always touch, so it is rejected and all stay unchanged.
+    // Second neighbours always touch at this padding, so it is rejected and all paddings stay unchanged.
     let no = robot.pad_all(&own, 5.0).unwrap_err();
     assert!(matches!(no, RobotError::NeverFree { .. }), "{no}");
     assert_eq!(gap(&mut robot, first, last), after[0]);
@@ -145,7 +145,7 @@ fn one_collider_may_be_coarse() {
     assert!(hits(&mut robot).is_empty());
     robot.set_detail_of(near, Detail::Coarse).unwrap();
     assert_eq!(hits(&mut robot), [(cube.min(near), cube.max(near))]);
-    // Without a coarse shape nothing changes. A clone has the same setting.
+    // The results do not change without a coarse shape. A clone has the same setting.
     robot.set_detail_of(cube, Detail::Coarse).unwrap();
     assert_eq!(hits(&mut robot.clone()).len(), 1);
     robot.set_detail(Detail::Coarse);

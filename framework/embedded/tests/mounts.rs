@@ -261,7 +261,7 @@ fn collisions_are_where_it_is() {
             .map(|r| r.distance(&q, id("chip"), id("a1")).unwrap().unwrap().distance);
         assert!((ours - theirs).abs() < 1e-14, "{ours} {theirs}");
     }
-    // Along a path, the sphere in the world finds it exactly as if the hand held the chip directly.
+    // The sphere in the world finds the chip along a path exactly as if the hand held it directly.
     let (qa, qb, middle) = ([0.0; 3], [1.2, 0.0, 0.0], [0.6, 0.0, 0.0]);
     robot.set_q(&middle).unwrap();
     let X_TC = robot.tip_pose(arm).unwrap().inverse() * robot.object_pose(chip).unwrap();

@@ -136,7 +136,7 @@ fn they_are_met_as_their_balls_and_cells_would_be() {
         for robot in [&mut live, &mut brute] {
             let object = robot.model().object("thing").unwrap();
             match k {
-                // From here on it is held; with padding; the cloud is hidden; one link ignores the map.
+                // The cloud is now held; then it has padding; then it is hidden; then one link ignores the map.
                 100 => {
                     robot.grasp(part, object, Grasp::At(Pose::translation(0.3, 0.0, 0.1))).unwrap()
                 }
@@ -177,7 +177,7 @@ fn they_are_met_as_their_balls_and_cells_would_be() {
                     assert_eq!(s, t);
                     paths[1] += 1;
                 }
-                // Bounding spheres of whole clouds are larger than those of their spheres; all other results are equal.
+                // The bounding sphere of a whole cloud is larger than its spheres; all other results are equal.
                 (Path::Undecided { .. }, Path::Undecided { .. }) => {}
                 (a, b) => panic!("{k}: {a:?} {b:?}"),
             }
@@ -207,7 +207,7 @@ fn what_one_instance_sees_is_its_own_and_goes_with_clones() {
         assert!(!before.collides(&q).unwrap());
     }
     assert!(hits > 10);
-    // Freed points leave no trace.
+    // The results after freeing the points equal the results before adding them.
     twin.set_points(cloud, &[]).unwrap();
     twin.set_cells(map, &seen.cells, Occupancy::Free).unwrap();
     robot.set_points(cloud, &[]).unwrap();

@@ -114,8 +114,8 @@ fn out_of_reach_is_answered_with_the_nearest() {
                 .inverse_kinematics(arm, &goal, Frame::Base, &Effort::default(), &mut q)
                 .unwrap();
             assert_eq!(answer.outcome, Outcome::Nearest);
-            // Link lengths prove that every start fails, so only a quarter of the starts is used (otherwise some 640 evaluations). With four times as
-            // many, the usual number, the result is hardly nearer.
+            // Link lengths prove that every start fails, so only a quarter of the starts is used (otherwise some 640 evaluations). The result with
+            // four times as many starts, the usual number, is hardly better.
             assert!(answer.kinematics < 350, "{}", answer.kinematics);
             let whole = Effort { restarts: 4 * Effort::default().restarts, ..Effort::default() };
             let mut other = vec![0.0; model.nq()];

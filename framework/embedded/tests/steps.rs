@@ -277,7 +277,7 @@ fn key_and_door() {
         r.set_q(&turned).unwrap();
         r.set_object_q(frame, &theta(0.0, 0.5 * std::f64::consts::PI)).unwrap();
     });
-    // The shape of the door belongs to an object, so its distances are listed with those of robot and world.
+    // The shape of the door belongs to an object, so its distances are listed together with the distances between robot and world.
     s.step("open", &moves, |r| {
         r.set_q(&opened).unwrap();
         let door = -30.0_f64.to_radians();
@@ -353,7 +353,7 @@ fn drill_hole() {
     // Distances of a pair of two objects count for the battery, whose name comes first.
     let takes = [&load[..], &["driver:", "battery: distances"]].concat();
     s.step("grasp the driver", &takes, |r| r.grasp(left, driver, Grasp::At(X)).unwrap());
-    // From now on it is rigid with the driver, so their pair is ignored.
+    // The battery is rigid with the driver from now on, so their pair is ignored.
     let takes = [&load[..], &["battery:", "driver: pairs"]].concat();
     s.step("attach the battery", &takes, |r| {
         r.attach(battery, driver, None, Grasp::At(X_battery)).unwrap()
@@ -503,7 +503,7 @@ fn cut_wire() {
     let begin = answers(&s.robot);
     s.first = begin;
     let load = ["left: forces", "left: inertia"];
-    // Pairs and distances of the second handle, which belongs to the object, are listed with those of robot and world.
+    // Pairs and distances of the second handle, which belongs to the object, are listed together with the pairs of robot and world.
     let takes = ["handle_a:", "robot and world: pairs", "robot and world: distances"];
     let takes = [&load[..], &takes].concat();
     s.step("grasp handle a", &takes, |r| r.grasp(left, tool, Grasp::At(X)).unwrap());
@@ -602,7 +602,7 @@ fn push_button() {
         let ahead = spatial::Motion::new(Vec3::zeros(), Vec3::x());
         r.rates(left, &ahead, &mut v).unwrap();
     });
-    // From 50 mm in front of it, move by the free distance until it is zero; `clearance` guards.
+    // The hand starts 50 mm in front of it and moves by the free distance until that is zero; `clearance` guards.
     let X = s.robot.tip_pose(left).unwrap();
     let before = |x: f64| Pose::new(X.rotation, X.position - Vec3::x() * x);
     let to = |r: &mut Robot, X: Pose| {
@@ -636,7 +636,7 @@ fn push_button() {
     assert!((way - 0.05).abs() < 1e-9, "{way}");
     assert!((s.robot.tip_pose(left).unwrap().position - face).norm() < 1e-9);
     assert_eq!(s.robot.q(), touch, "its face, and the way back to it from there is none");
-    // Without permission, pressing hits the button and nothing else.
+    // Pressing without permission hits the button and nothing else.
     let hits = |r: &Robot, q: &[f64]| {
         let mut out = Vec::new();
         r.clone().hits(q, &mut out).unwrap();

@@ -514,7 +514,7 @@ fn push_button() {
         meets(&mut robot, left, &at(pose), &task.q("q_touch"));
     }
     let of = |k: &str| b[k].as_f64().unwrap();
-    // With the tip on the face the button moves along: its depth, and the spring's force with friction on the way in.
+    // The button moves along with the tip on its face: its depth, and the spring's force with friction while it is pressed.
     let axis = vec3(&b["axis"]);
     let pressed = |x: f64, robot: &mut Robot| {
         let mut q = task.q("q_touch");

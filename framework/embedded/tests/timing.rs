@@ -81,7 +81,7 @@ fn a_slider_takes_the_time_of_the_closed_forms() {
     let known = (2.0 * d * (1.0 / rise + 1.0 / fall)).sqrt();
     let lift = plan(&up, &[0.0, d], &limits(&up, none, none, force));
     assert!((0.0..1e-4).contains(&(lift / known - 1.0)), "{lift} {known}");
-    // With a stop at each corner, the duration is the sum of those of the pieces.
+    // The duration with a stop at each corner is the sum of the durations of the pieces.
     let there = plan(&flat, &[0.0, 1.0, 0.4], &limits(&flat, none, a, none));
     let known = 2.0 * (1.0 / a).sqrt() + 2.0 * (0.6 / a).sqrt();
     assert!((0.0..1e-5).contains(&(there / known - 1.0)), "{there} {known}");

@@ -98,7 +98,7 @@ fn a_search_in_portions_finds_the_same_to_the_bit() {
         assert!(portions > 1, "{portions} portions say nothing");
         assert_eq!(told, PlanOutcome::Found);
         assert!(whole.path().eq(cut.path()), "seed {seed}");
-        // There is no search to continue.
+        // The planner has no search to continue.
         assert_eq!(cut.resume(&mut other, 1).unwrap(), PlanOutcome::NotFound);
     }
 }
@@ -228,7 +228,7 @@ fn nothing_tears_an_object_from_a_hand() {
     };
     let mut planner = Planner::new(&robot, right, 100).unwrap();
     robot.grasp(left, bar, Grasp::Here).unwrap();
-    // With one hand on the object, the other arm is free to move.
+    // The other arm is free to move if only one hand holds the object.
     robot.path_free(&q, &turned("right"), 1e-2).unwrap();
     robot.grasp(right, bar, Grasp::Here).unwrap();
     let closure = Closure::Hands { object: 0 };

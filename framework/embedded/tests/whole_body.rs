@@ -203,7 +203,7 @@ fn contacts_hold_while_it_moves_and_wishes_come_in_order() {
     for f in &found.forces {
         assert!(f.x.hypot(f.y) <= 0.7 * f.z + 1e-9, "{f}");
     }
-    // With reversed priorities, the posture is nearer and the centre of mass misses its goal.
+    // The posture is nearer and the centre of mass misses its goal if the priorities are reversed.
     let turned = [Objective::new(0, Aim::Posture(&posture)), Objective::new(1, Aim::Center(asked))];
     let other = solve(&mut robot, &v, &touches, &turned, &effort);
     let far = |f: &Found| f.vdot.iter().zip(&posture).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
@@ -255,8 +255,8 @@ fn what_cannot_be_is_told() {
     let (v, still, all) = (vec![0.0; model.nv()], vec![0.0; model.nv()], touches(&model, 0.6));
     let objectives = [Objective::new(0, Aim::Posture(&still))];
     let (_, weak) = efforts(&model, 2.0);
-    // If only contacts are requested, the rest may fall and nothing is missing. With the feet on the ground and a task to keep the trunk in place,
-    // the joints saturate.
+    // If only contacts are requested, the rest may fall and nothing is missing. The joints saturate if the feet are on the ground and a task keeps
+    // the trunk in place.
     let found = solve(&mut robot, &v, &all, &objectives, &weak);
     let most = |f: &Found, e: &[f64]| {
         f.tau.iter().zip(e).filter(|x| *x.1 > 0.0).map(|(t, e)| t.abs() / e).fold(0.0, f64::max)
@@ -264,7 +264,7 @@ fn what_cannot_be_is_told() {
     assert!(most(&found, &weak) <= 1.0 + found.told.shortfall + 1e-9);
     assert!(keeps_the_equations(&mut robot, &v, &all, &found) < 1e-6);
     assert!(difference(&found.vdot, &still) > 0.1, "2 N m do not carry it");
-    // With at most 1 N on each foot the trunk falls, as its acceleration shows.
+    // The trunk falls with at most 1 N on each foot, as its acceleration shows.
     let soft: Vec<Touch> = all.iter().map(|t| Touch { most: 1.0, ..*t }).collect();
     let (_, strong) = efforts(&model, 500.0);
     let found = solve(&mut robot, &v, &soft, &objectives, &strong);

@@ -148,7 +148,7 @@ pub unsafe extern "C" fn lw_robot_path_free(
             let out = Out::new("out", out)?;
             let nq = r.model().nq();
             let (qa, qb) = (numbers("qa", qa, n, nq)?, numbers("qb", qb, n, nq)?);
-            // With zero pieces the call only checks the arguments.
+            // A call with zero pieces only checks the arguments.
             let mut progress = PathProgress::default();
             r.robot.path_free_on(qa, qb, least, &mut progress, 0)?;
             let [a, b] = &mut r.swept.ends;

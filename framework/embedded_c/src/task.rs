@@ -127,7 +127,7 @@ pub unsafe extern "C" fn lw_robot_manipulability(
 /// Computes rates of a chain at the robot's q for which its tip moves with `twist` as closely as possible, and writes them to the chain's entries of
 /// `v` (`n` = nv; the others do not change). `twist` has 6 numbers: angular, rad/s, then linear, m/s; at the tip's origin, world axes, relative to
 /// the chain's base. Of all such rates the smallest are chosen, within rate limits, and not outward at a limit of a coordinate. Writes the residual
-/// to `missing` (2 numbers, rad/s and m/s; may be NULL). For several tasks, and guards, use `lw_rate_control_solve`.
+/// to `residual` (2 numbers, rad/s and m/s; may be NULL). For several tasks, and guards, use `lw_rate_control_solve`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_rates(
     robot: *mut LwRobot,
@@ -135,20 +135,20 @@ pub unsafe extern "C" fn lw_robot_rates(
     twist: *const f64,
     v: *mut f64,
     n: usize,
-    missing: *mut f64,
+    residual: *mut f64,
 ) -> LwStatus {
     // SAFETY: guaranteed by the caller.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let part = r.part(part)?;
             let twist = motion("twist", &value("twist", twist.cast::<[f64; 6]>())?)?;
-            let missing = missing.cast::<[f64; 2]>();
-            let missing =
-                if missing.is_null() { None } else { Some(Out::new("missing", missing)?) };
+            let residual = residual.cast::<[f64; 2]>();
+            let residual =
+                if residual.is_null() { None } else { Some(Out::new("residual", residual)?) };
             let v = numbers_mut("v", v, n, r.model().nv())?;
             let left = r.robot.rates(part, &twist, v)?;
-            if let Some(missing) = missing {
-                missing.set([left.orientation, left.position]);
+            if let Some(residual) = residual {
+                residual.set([left.orientation, left.position]);
             }
             Ok(())
         })

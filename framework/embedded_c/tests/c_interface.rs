@@ -84,7 +84,7 @@ fn said(call: impl Fn(*mut c_char, usize, *mut usize) -> LwStatus) -> String {
     let mut wanted = 0;
     assert_eq!(call(null_mut(), 0, &mut wanted), LwStatus::Length);
     let mut short = vec![7; wanted];
-    // With one byte less, the call writes the beginning, a zero, and nothing beyond.
+    // The call with one byte less writes the beginning, a zero, and nothing beyond.
     if wanted > 1 {
         assert_eq!(call(short.as_mut_ptr(), wanted - 1, null_mut()), LwStatus::Length);
         assert_eq!((short[wanted - 2], short[wanted - 1]), (0, 7));
@@ -321,7 +321,11 @@ fn mistakes_are_codes_with_messages() {
         robot(reach(&goal(LW_GOAL_ORIENTATION, 1.0), default, a), OutOfRange, &["quaternion", "2"]);
         robot(reach(&goal(LW_GOAL_POSITION, 0.0), default, a), OutOfRange, &["weight"]);
         robot(reach(&goal(LW_GOAL_POSITION, 1.0), &effort, a), OutOfRange, &["tolerance"]);
-        robot(lw_robot_resume_inverse_kinematics(r, 0, 5, p, 3, a), NoSearch, &["`reach`"]);
+        robot(
+            lw_robot_resume_inverse_kinematics(r, 0, 5, p, 3, a),
+            NoSearch,
+            &["`inverse_kinematics`"],
+        );
         p.write(3.5);
         let outside = reach(&goal(LW_GOAL_POSITION, 1.0), default, a);
         robot(outside, OutsideLimits, &["coordinate 0 starts at 3.5", "-3 … 3"]);

@@ -86,30 +86,30 @@ fn manipulability_and_rates() {
         quiet(|| lw_robot_base_pose(two.r, LEFT, &mut base));
         same_pose(&base, &two.robot.base_pose(two.left).unwrap());
 
-        let (mut v, mut missing) = (V, [9.0; 2]);
+        let (mut v, mut residual) = (V, [9.0; 2]);
         let p = v.as_mut_ptr();
         // Faster than its limits allow.
         for fast in [1.0, 40.0] {
             let twist = TWIST.map(|x| fast * x);
-            quiet(|| lw_robot_rates(two.r, LEFT, twist.as_ptr(), p, 13, missing.as_mut_ptr()));
+            quiet(|| lw_robot_rates(two.r, LEFT, twist.as_ptr(), p, 13, residual.as_mut_ptr()));
             let mut rust = V;
             let left = two.robot.rates(two.left, &six(&twist), &mut rust).unwrap();
             same(&v, &rust);
-            assert_eq!(bits(&missing), bits(&[left.orientation, left.position]));
+            assert_eq!(bits(&residual), bits(&[left.orientation, left.position]));
             v = V;
         }
-        assert!(missing[0] > 0.1 && missing[1] > 0.1, "{missing:?}");
+        assert!(residual[0] > 0.1 && residual[1] > 0.1, "{residual:?}");
         let twist = TWIST.as_ptr();
         quiet(|| lw_robot_rates(two.r, LEFT, twist, p, 13, null_mut()));
         let ask =
-            |twist: *const f64, p, n, missing| lw_robot_rates(two.r, LEFT, twist, p, n, missing);
+            |twist: *const f64, p, n, residual| lw_robot_rates(two.r, LEFT, twist, p, n, residual);
         let nan = [f64::NAN; 6];
         let kept = v;
         two.refused(ask(nan.as_ptr(), p, 13, null_mut()), LwStatus::NotFinite, "`twist`");
         two.refused(ask(twist, p, 12, null_mut()), LwStatus::Length, "`v`");
         let odd = p.cast::<u8>().add(1).cast::<f64>();
         two.refused(ask(twist, odd, 13, null_mut()), LwStatus::Misaligned, "`v`");
-        two.refused(ask(twist, p, 13, odd), LwStatus::Misaligned, "`missing`");
+        two.refused(ask(twist, p, 13, odd), LwStatus::Misaligned, "`residual`");
         all_null(&[
             ask(null(), p, 13, null_mut()),
             ask(twist, null_mut(), 13, null_mut()),

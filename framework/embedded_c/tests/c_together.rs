@@ -108,7 +108,7 @@ fn several_tips_at_once() {
         assert!(two.model.dofs(two.right).unwrap().iter().all(|d| q[*d] == Q[*d]));
         quiet(|| lw_whole_body_ik_release(r, s, RIGHT));
         search.release(two.model.dofs(two.right).unwrap()).unwrap();
-        // Both hands on the beam: the nearest solution keeps them there; if everything except one wrist is kept, nothing can.
+        // Both hands are on the beam: the nearest solution keeps them there; no solution does if everything except one wrist is kept.
         for hand in [LEFT, RIGHT] {
             assert_eq!(lw_robot_grasp(r, hand, two.beam.index() as u32, null()), LwStatus::Ok);
         }

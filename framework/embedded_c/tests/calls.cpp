@@ -102,9 +102,9 @@ static void tips(Case &c) {
   DO(lw_robot_manipulability(c.r, c.left, LW_ROWS_ALL, 1, &m, nullptr, 0));
   CHECK(same(m, c.robot.manipulability(c.left)));
   Numbers x(13), y(13);
-  std::array<double, 2> missing;
-  DO(lw_robot_rates(c.r, c.left, c.twist.data(), x.data(), 13, missing.data()));
-  CHECK(same(missing, c.robot.rates(c.left, c.twist, y)) && same(x, y));
+  std::array<double, 2> residual;
+  DO(lw_robot_rates(c.r, c.left, c.twist.data(), x.data(), 13, residual.data()));
+  CHECK(same(residual, c.robot.rates(c.left, c.twist, y)) && same(x, y));
 
   // Goals say in C++ what their numbers say in C.
   const LwPose at{{0.6, 0.3, 0.5}, {0, 0, 0, 1}};

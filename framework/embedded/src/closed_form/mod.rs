@@ -344,7 +344,7 @@ fn wrist(arm: &Arm, first: First, X: &Pose, near: &[f64; 6], out: &mut Solutions
         }
         First::Meet23 => {
             let (to, first) = (at - p[0], p[1] - p[0]);
-            // The length |R₁ᵀ to − first| is that of the remaining link.
+            // The length |R₁ᵀ to − first| equals the length of the remaining link.
             for q1 in distance(&-h[0], &to, &-first, fore.norm(), near[0]).iter() {
                 let left = turned_back(&h[0], q1, &to) - first;
                 for [q2, q3] in through_both((&h[1], &h[2]), (&fore, &left), [near[1], near[2]]) {

@@ -184,7 +184,7 @@ impl Robot {
         let (first, second) = self.hands(object)?;
         let p_O = self.object_pose(object)?.position;
         let l = [self.tip_pose(first)?.position - p_O, self.tip_pose(second)?.position - p_O];
-        // For moments about O, the grasp matrix of a hand is G_i = φ(O, tip). W_i⁻¹ is diagonal.
+        // The grasp matrix of a hand for moments about O is G_i = φ(O, tip). W_i⁻¹ is diagonal.
         let mut net = Force::zero();
         let mut A = Matrix6::zeros();
         for i in 0..2 {

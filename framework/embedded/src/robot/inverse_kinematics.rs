@@ -250,7 +250,7 @@ impl Robot {
         let whole = goal.place == Place::Point;
         let (Some(position), Some(orientation), true) = (goal.position, goal.orientation, whole)
         else {
-            let help = "a closed form needs a position and an orientation; `reach` also supports goals with only one of them";
+            let help = "a closed form needs a position and an orientation; `inverse_kinematics` also supports goals with only one of them";
             return Err(RobotError::OutOfRange { what: "parts of the goal", value: 1.0, help });
         };
         let Some(memory) = self.chains[closed.part().index()].as_mut() else {

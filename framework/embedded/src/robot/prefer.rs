@@ -76,12 +76,12 @@ pub struct Best {
 }
 
 impl Robot {
-    /// Like [`reach`](Self::inverse_kinematics), but from several starts, and each solution is improved among the configurations that meet the goal.
-    /// `effort.restarts` has no effect. `effort.kinematics` bounds the sum of all evaluations. If no start leads to the goal, `q` is the nearest
-    /// configuration of the last start.
+    /// Like [`inverse_kinematics`](Self::inverse_kinematics), but searches from several starts, and improves each solution among the configurations
+    /// that meet the goal. `effort.restarts` has no effect. `effort.kinematics` bounds the sum of all evaluations. If no start leads to the goal, `q`
+    /// is the nearest configuration of the last start.
     ///
     /// # Errors
-    /// Like [`reach`](Self::inverse_kinematics); [`RobotError::OutOfRange`] for weights that are negative or all zero.
+    /// Like [`inverse_kinematics`](Self::inverse_kinematics); [`RobotError::OutOfRange`] for weights that are negative or all zero.
     pub fn inverse_kinematics_best(
         &mut self,
         part: Part,

@@ -148,7 +148,7 @@ impl TaskSpace {
             numbers("rest", rest, nv)?;
         }
         self.factor(robot)?;
-        // Compute C + g. With β̇ = 0 the acceleration of a tip is J̇ β.
+        // Compute C + g. The acceleration of a tip at β̇ = 0 is J̇ β.
         robot.forces(Some(v), None, &[], tau)?;
         for (i, tip) in self.tips.iter().enumerate() {
             let bias = six(&robot.ws.node_acceleration(&robot.tree, *tip));

@@ -293,13 +293,13 @@ impl WholeBodyIk {
         RobotError::DoesNotClose { closure, position, orientation }
     }
 
-    /// Like [`reach`](Self::solve), but starts from several configurations and improves each solution among the configurations that meet all goals
+    /// Like [`solve`](Self::solve), but starts from several configurations and improves each solution among the configurations that meet all goals
     /// with everything closed: near the middle of the limits, near the given q, and far from singular configurations of the goals' chains.
     /// `effort.restarts` has no effect. `effort.kinematics` bounds the sum of all evaluations. If no start leads to a solution, `q` is the nearest
     /// configuration of the last start.
     ///
     /// # Errors
-    /// Like [`reach`](Self::solve), for the last start; [`RobotError::OutOfRange`] for weights that are negative or all zero.
+    /// Like [`solve`](Self::solve), for the last start; [`RobotError::OutOfRange`] for weights that are negative or all zero.
     pub fn best(
         &mut self,
         robot: &mut Robot,

@@ -1094,13 +1094,13 @@ enum LwStatus lw_robot_manipulability(struct LwRobot *robot,
 // Computes rates of a chain at the robot's q for which its tip moves with `twist` as closely as possible, and writes them to the chain's entries of
 // `v` (`n` = nv; the others do not change). `twist` has 6 numbers: angular, rad/s, then linear, m/s; at the tip's origin, world axes, relative to
 // the chain's base. Of all such rates the smallest are chosen, within rate limits, and not outward at a limit of a coordinate. Writes the residual
-// to `missing` (2 numbers, rad/s and m/s; may be NULL). For several tasks, and guards, use `lw_rate_control_solve`.
+// to `residual` (2 numbers, rad/s and m/s; may be NULL). For several tasks, and guards, use `lw_rate_control_solve`.
 enum LwStatus lw_robot_rates(struct LwRobot *robot,
                              uint32_t part,
                              const double *twist,
                              double *v,
                              size_t n,
-                             double *missing);
+                             double *residual);
 
 // Creates the operational space of the tips of chains (`count` of them, at least one), in this order, and writes it to `out`; free it with
 // `lw_task_space_free`. It works with every robot of the same model. It has six rows for each tip: angular, then linear, of the tip's origin, world

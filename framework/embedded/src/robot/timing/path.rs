@@ -81,7 +81,7 @@ impl Geometry {
                 }
             }
             let straight = length - used - h;
-            // Where two adjacent corners use a whole straight piece, there is no straight piece between them.
+            // Two adjacent corners that use a whole straight piece leave no straight piece between them.
             if straight > 1e-12 * length {
                 let stop = h == 0.0 && (after.is_none() || bend > 1e-9);
                 self.pieces.push(Piece { s, length: straight, stop });
