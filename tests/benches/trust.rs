@@ -53,7 +53,7 @@ fn watched(sim: Simulation) {
         }
         rows
     });
-    // As in a run: some milliseconds of steps, then pending requests are served.
+    // The bench works like a run: some milliseconds of steps, then pending requests are served.
     let (mut numbers, mut spent, mut began) = (0, Duration::ZERO, None);
     let begin = Instant::now();
     while begin.elapsed() < Duration::from_secs(8) {

@@ -263,7 +263,7 @@ mod tests {
         assert!(at(12.0, 2.4).shaft_torque.abs() < 1e-12);
         assert!((at(12.0, 0.0).power - 72.0).abs() < 1e-12);
         assert_eq!(at(1000.0, 0.0).current, 10.0);
-        // Before it has moved, nothing has slid in the gear.
+        // The bristle of the gear is not deflected before the motor moves.
         assert!((at(12.0, 0.0).shaft_torque - 30.0).abs() < 1e-12);
     }
 

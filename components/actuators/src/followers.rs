@@ -217,7 +217,7 @@ mod tests {
         let driven = model.feedthrough(&c, &told(1.0, false, 1.0, -8.0));
         assert_eq!(driven.power, 3.0 - 4.0);
         assert!((driven.supply.current * 28.0 + 1.0).abs() < 1e-15);
-        // Without a supply both stand for every command.
+        // Motion and power are zero for every command if there is no supply.
         let supply = Voltage { voltage: 0.0 };
         let u = RateFollowerIn { supply, ..told(1.0, false, 0.2, 8.0) };
         let dark = model.feedthrough(&c, &u);

@@ -246,7 +246,7 @@ mod tests {
 
     #[test]
     fn the_brakes_are_on_while_no_wheel_is_to_turn() {
-        // Outputs by name: what the brake of the third wheel, which does not steer, is told.
+        // Outputs by name: the brake command of the third wheel, which does not steer.
         let ports = Ackermann::ports(&params()).outputs;
         let at = |name: &str| ports.iter().position(|p| p.name == name).unwrap();
         assert_eq!((ports.len(), at("wheels[1].steer")), (17, 5));

@@ -305,7 +305,7 @@ mod tests {
 
     #[test]
     fn slip_is_of_the_way_and_stops_it_beyond_its_limit() {
-        // Along a heading of 30 degrees, forwards and backwards; the rover's speed divided by the wheels' speed.
+        // The rover drives forwards and backwards along a heading of 30 degrees; its speed is divided by the speed of the wheels.
         for (share, stops) in [(0.9, false), (0.55, false), (0.45, true), (-0.1, true)] {
             for speed in [0.2, -0.2] {
                 let (m, mut d) = (monitor(), [0.0; 12]);

@@ -155,7 +155,7 @@ fn a_step_lasts_its_duration_though_its_condition_holds_at_once() {
 fn what_takes_too_long_fails_and_goes_where_it_is_told() {
     let lost: At = |t| [40_000.0 + t, 0.0, 280.0];
     let run = Run::of(&day(), 400, lost);
-    // From 0 s on for an hour; then to sleep, without talking.
+    // The rover drives for an hour from 0 s on; then it sleeps, without the step `talk`.
     assert_eq!(run.when("drive", 0.0, 100.0), Some(3610.0));
     assert_eq!((run.when("failures", 1.0, 0.0), run.last("failed_step")), (Some(3610.0), 2.0));
     assert_eq!(run.when("running.talk", 1.0, 0.0), None);
@@ -169,7 +169,7 @@ fn what_takes_too_long_fails_and_goes_where_it_is_told() {
     let run = Run::of(&p, 500, lost);
     assert_eq!((run.last("aborted"), run.last("done"), run.last("level")), (1.0, 1.0, 0.1));
     assert_eq!((run.last("heater"), run.last("drive"), run.last("step")), (1.0, 0.0, 5.0));
-    // The same again: an hour each time.
+    // The same steps again take an hour each time.
     p.steps[1].on_failure = "drive".into();
     let run = Run::of(&p, 1100, lost);
     assert_eq!((run.last("failures"), run.last("running.drive")), (3.0, 1.0));

@@ -65,7 +65,7 @@ impl Degraded {
         let dt = 0.25 * STEP * STEP;
         let (mut tau, mut next) = (0.0, 1e-3);
         while depth(&h) > FORGOTTEN * fresh {
-            // What flows through the outer edge of each ring, over its volume: nothing is lost.
+            // Each ring changes by the flow through its edges divided by its area, so that the volume is conserved.
             let mut inflow = 0.0;
             for i in 0..END {
                 let edge = (i + 1) as f64 * STEP;
@@ -269,7 +269,7 @@ mod tests {
             let depth = |h: &[f64]| h.iter().copied().fold(f64::MIN, f64::max) - h[0];
             assert!(depth(&pair[1]) < depth(&pair[0]));
         }
-        // Nothing has come to the end of the table.
+        // The profile is still zero at the end of the table.
         assert!(d.profiles[d.profiles.len() - 1][END - 1].abs() < 1e-4);
         assert!((d.height(0.3, 0.0) - crater_profile(2.0, 0.3)).abs() < 1e-3);
         println!("forgotten at tau {}", d.last());

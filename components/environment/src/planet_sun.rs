@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn the_sun_is_where_the_calendar_says() {
-        // The March equinox of 2020: 20 March, 03:50 UTC; the true equinox is 0.28° from that of J2000.
+        // The March equinox of 2020 is on 20 March, 03:50 UTC; the true equinox is 0.28° from the equinox of J2000.
         let s = at(Centre::Earth, "2020-03-20 03:50:00 UTC").state(0.0);
         assert!((s.direction - Vec3::x()).norm() < 0.006 && (s.distance_au - 0.996).abs() < 1e-3);
         // A quarter of a year later, beyond the end of the table, the Sun is 23.4° north.
@@ -116,7 +116,7 @@ mod tests {
             // The sundial algorithm has an error of 0.2 mrad in the hour angle (3 s), and includes light time and aberration, 0.1 mrad.
             assert!((s.direction - dial).norm() < 6e-4, "{t} s: {} {dial}", s.direction);
             (highest, lowest) = (highest.max(s.direction.z), lowest.min(s.direction.z));
-            // Below the horizon there is no sunlight, hence no radiation pressure and no panel power.
+            // Sunlight is zero below the horizon, hence also radiation pressure and panel power.
             let light = site.light(t, &Vec3::zeros());
             assert!((light.visible > 0.5) == (s.direction.z > 0.0), "{t} s: {light:?}");
         }

@@ -206,7 +206,7 @@ mod tests {
         let mu = G * 2000.0 * 200.0_f64.powi(3);
         let far = Vec3::new(3e4, -2e4, 1e4);
         let want = -far * (mu / far.norm().powi(3));
-        // The field of a cube differs from that of a point mass by the fourth power of size over distance.
+        // The field of a cube and the field of a point mass differ by the fourth power of size over distance.
         assert!((body.acceleration(0.0, far) - want).norm() < 1e-8 * want.norm());
         // A rotation by 90° maps a cube onto itself, a rotation by 45° does not.
         let (near, quarter) = (Vec3::new(150.0, 20.0, 30.0), std::f64::consts::FRAC_PI_2 / 1e-3);

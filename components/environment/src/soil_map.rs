@@ -194,7 +194,7 @@ fn cells(
     let path = files.resolve(&raster.file).map_err(at)?;
     let fault = |e: String| at(BuildError::of(&format!("`{}`: {e}", raster.file)));
     let bytes = linkwork_formats::whole_file(&path).map_err(fault)?;
-    // Its place is that of the bounds, and grey values are numbers.
+    // The bounds define its place, and grey values are numbers.
     let options = HeightsOptions { spacing: Some([1.0; 2]), range: [0.0, 255.0] };
     let none = &mut |_: &str| Err("a raster of soils is one file".to_string());
     let read =

@@ -127,7 +127,7 @@ pub fn heights_of(
     let bytes = linkwork_formats::whole_file(&path).map_err(|e| fault(&e).at("file"))?;
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
     let mut beside = |other: &str| {
-        // A label says the name of a file beside it, not where on the disk one may look.
+        // A label may name a file in its own folder only, and no other path.
         if other.contains(['/', '\\']) || other == ".." {
             return Err("a label names a file in its own folder".to_string());
         }

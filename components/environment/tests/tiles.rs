@@ -25,7 +25,7 @@ fn mutations_are_read_or_told() {
     mutate::survives(&[seed], 1500, |bytes| {
         std::fs::write(&path, bytes).unwrap();
         let Ok(tiles) = Tiles::open(&path, 2) else { return false };
-        // What is not told is as it was.
+        // Heights that are not reported as damaged are unchanged.
         let [x0, y0, x1, y1] = field.bounds();
         for k in 0..50 {
             let f = f64::from(k) / 49.0;
@@ -121,7 +121,7 @@ fn ten_thousand_million_nodes_open_at_once_and_take_bounded_memory() {
     let after = mutate::most_memory();
     println!("opened in {opened:?}, {} tiles kept, memory {before:?} to {after:?}", tiles.kept());
     assert_eq!((tiles.kept(), every, overview.nx), (256, step, shown));
-    // Of the middle of a tile: its own formula. Node (300, 1000) is the 45th and the 233rd of its tile, with the one before.
+    // The middle of a tile follows the tile's formula. Node (300, 1000) is the 45th and the 233rd of its tile, with the one before.
     let (h, _) = tiles.ground(300.0, 1000.0).unwrap();
     assert!((h - f64::from((45.0_f32 * 0.1).sin() + 233.0 * 1e-3)).abs() < 1e-6, "{h}");
     assert!(opened.as_secs_f64() < 0.5, "{opened:?}");

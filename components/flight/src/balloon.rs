@@ -419,7 +419,7 @@ mod tests {
         let full = balloon(BalloonParams { volume: 100.0, ..m.p.clone() });
         let rate = slope(&full, 20.0, 0.0, &[0.0, 3.0, 4.0, 205.0]);
         assert_eq!(rate[3], 0.0);
-        // With heat transfer the gas approaches the temperature of the air.
+        // The gas approaches the temperature of the air if heat is transferred.
         let warm = balloon(BalloonParams {
             heat: Some(HeatParams { transfer: 50.0, temperature: T }),
             ..m.p.clone()

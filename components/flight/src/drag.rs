@@ -140,7 +140,7 @@ mod tests {
         let y =
             at(&drag(Vec3::zeros()), Vec3::new(0.0, 0.0, 40_000.0), Vec3::new(6000.0, 0.0, 0.0));
         let want = 1.9027e-4 * (y.density / 0.66).sqrt() * 6000f64.powi(3);
-        // Of a dense gas but for the share by which the energy of the stream bounds it.
+        // Heating follows the law of a dense gas, except for the bound by the energy of the stream.
         let ratio = want / (0.5 * y.density * 6000f64.powi(3));
         let bounded = want / (1.0 + ratio * ratio).sqrt();
         assert!(
@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn steep_entry_follows_allen_and_eggers() {
-        // FLIGHT.md: a straight line at 14.06° without gravity, over flat ground, from where there is no air:
+        // FLIGHT.md: a straight line at 14.06° over flat ground, starting above the atmosphere, without gravity:
         // V = V_E exp(−ρ₀ H e^(−h/H)/(2 β sin γ)), the peak at h* = 29686.864 m, V* = 4405.839 m/s, 21.6610 g_E.
         let (ve, gamma, beta) = (7264.0, 14.06f64.to_radians(), 63.0);
         let mass = beta * 1.6 * 5.5;

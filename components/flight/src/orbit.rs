@@ -114,7 +114,7 @@ impl Model for Orbit {
     fn feedthrough(&self, clock: &Clock, u: &OrbitIn) -> OrbitOut {
         let (mu, radius) = (self.mu, self.radius);
         let (r, v) = inertial(self.site.as_ref(), &u.body);
-        // Along the planet's axes at t = 0.
+        // The components are along the planet's axes at t = 0.
         let turn = self.site.map_or(self.to_equator, |s| {
             Quat::from_scaled_axis(Vec3::z() * (s.rate * clock.t)) * s.pose.rotation
         });
@@ -194,7 +194,7 @@ mod tests {
             let of = Elements::with_axis(a, e, 0.9, 2.1, 0.7, anomaly).unwrap();
             let s = of.state(MU);
             let y = at(&orbit(None), 0.0, s.position, s.velocity);
-            // The same state relative to a site 700 s later, after the planet has rotated.
+            // This is the state relative to a site 700 s later, after the planet has rotated.
             let pose = linkwork_spatial::Pose::new(
                 Quat::from_euler_angles(0.3, -0.8, 1.1),
                 Vec3::new(3e6, -4e6, 3.9e6),

@@ -244,7 +244,7 @@ impl Arm {
                 BodySpec::new(&*point, hand.tip)
                     .hinge_in_parent(Pose::new(Quat::identity(), hand.tool)),
             );
-            // For an unknown tip the error should name the link of the parameter, not the internal tool body.
+            // The error for an unknown tip should name the link of the parameter, not the internal tool body.
             let last = if found.is_some() { &point } else { hand.tip };
             spec.parts.push(PartSpec::chain(&format!("hand {k}"), base, last));
         }

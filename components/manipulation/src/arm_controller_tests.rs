@@ -141,7 +141,7 @@ fn it_follows_a_line_and_an_arc_closely_and_ends_there() {
         plant.sample();
         worst = worst.max(plant.out().error);
     }
-    // What is left is the hold of torques over samples of 2 ms: it falls with the sample.
+    // The remaining error comes from torques that are held over samples of 2 ms: it decreases with the sample time.
     assert!(worst < 2e-3, "{worst}");
     assert!(plant.out().index == 1.0 && !plant.out().done);
     plant.run(1.5);
@@ -304,7 +304,7 @@ fn the_work_is_looked_at_when_a_move_begins() {
         for n in 0..10_000 {
             let clock = Clock::at(0.002 * n as f64, 0.002, n);
             let before = Progress::get(&d);
-            // The arm stands still: moves that need not arrive go on all the same.
+            // The arm does not move: moves that need not arrive continue nevertheless.
             c.update(&clock, &mut d, &u);
             let now = Progress::get(&d);
             if now.index > before.index {

@@ -183,7 +183,7 @@ fn two_hands_carry_what_they_hold_and_press_as_friction_needs() {
         println!("{squeeze} {friction}: press {press:?}, across {across:?}, {out:?}");
         assert!((needs[0].max(needs[1]) - out.friction).abs() < 1e-9, "{needs:?}");
         assert!(out.squeeze >= squeeze - 1e-9 && !out.slipping && !out.limited && !out.singular);
-        // The margin is kept, and no more than it where nothing else is asked for.
+        // The margin is kept exactly if no other grip force is commanded.
         let kept = friction / out.friction;
         assert!(kept > 1.3 - 1e-9, "{kept}");
         assert!(squeeze > 0.0 || kept < 1.3 + 1e-9, "{kept}");

@@ -49,7 +49,7 @@ mod tests {
     use super::*;
 
     fn shown(tiles: Tiles<f32, 4>) -> Changed<f32, 4> {
-        // What a cell shows depends on where it is: 0.5 m cells with their middles at whole multiples of that.
+        // The content of a cell depends on its place: cells of 0.5 m have their centres at whole multiples of 0.5 m.
         let change = |cell: &f32, [x, y]: [f64; 2]| cell * (1.0 + x + 10.0 * y) as f32;
         Changed { tiles, cell: 0.5, middle: 0.0, change: Box::new(change) }
     }
@@ -69,11 +69,11 @@ mod tests {
         // Cell (1, 2) has its middle at (0.5, 1).
         assert_eq!((values[2 * 4 + 1], values.len(), all[1].columns), (11.5, 16, 4));
         assert_eq!(values.iter().filter(|v| **v != 0.0).count(), 1);
-        // The same again: nothing is new. Written with what it had, a tile is a copy and shows nothing new.
+        // The second call reports no changes. Written with what it had, a tile is a copy and shows nothing new.
         assert_eq!(shown(tiles.clone()).tiles(Some(&first)), []);
         *tiles.get_mut(1, 2) = 1.0;
         assert_eq!(shown(tiles.clone()).tiles(Some(&first)), []);
-        // What has gone is told, too.
+        // Removed cells are reported, too.
         *tiles.get_mut(-1, 0) = 0.0;
         let news = shown(tiles).tiles(Some(&first));
         assert_eq!((news.len(), news[0].corner), (1, [-2.25, -0.25]));

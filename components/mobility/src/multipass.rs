@@ -153,7 +153,7 @@ mod tests {
         assert!(z2 - rut.depth() < 0.5 * z1);
         // The rut deepens little and ever less.
         assert!(z2 - z1 < 0.3 * z1 && z3 - z2 <= z2 - z1 + 1e-9);
-        // A heavier wheel goes on where the first curve goes on.
+        // A heavier wheel sinks deeper, along the curve of the first pass.
         let (heavy, ..) = roll(300.0, 0.1, &rut);
         let (fresh, ..) = roll(300.0, 0.1, &Rut::default());
         assert!(heavy > z1 && (heavy / fresh - 1.0).abs() < 0.25, "{heavy} {fresh}");

@@ -124,7 +124,7 @@ fn the_rut_is_the_sinkage_less_the_rebound() {
         assert!((left.sinkage / z - 1.0).abs() < 2e-3, "{left:?} {z}");
         assert!((depth / (z - rebound) - 1.0).abs() < 2e-3, "{depth} {}", z - rebound);
     }
-    // Beside the track the ground is as it was.
+    // The ground next to the track is unchanged.
     assert_eq!(grid().at(&tracks, 1.0, 0.3), Rut::default());
     assert_eq!(grid().at(&tracks, -1.0, 0.0), Rut::default());
 }
@@ -139,7 +139,7 @@ fn each_pass_sinks_less() {
     }
     println!("sinkage, rut, pull, load of each pass: {sinkages:?}");
     let [a, b, c] = [0, 1, 2].map(|k| sinkages[k]);
-    // It has rolled so far that what is behind it, its own print, has no weight.
+    // The wheel has rolled far enough that its own print behind it has no weight.
     assert!(a.1 < 1e-9, "{sinkages:?}");
     // Measured: the second pass deepens it by 18 % of the first, the third by 0.2 %.
     let (deeper, again) = (b.0 - a.0, c.0 - b.0);
@@ -159,7 +159,7 @@ fn the_second_of_two_wheels_in_tandem_runs_in_the_rut_of_the_first() {
     let behind = grid().at(&tracks, rigs[0].p.x - 0.5, 0.0).depth();
     assert!((rear.rut / behind - 1.0).abs() < 0.01, "{} {behind}", rear.rut);
     assert!(rear.sinkage - rear.rut < 0.5 * front.sinkage);
-    // Beside it, on a track of its own, it does not.
+    // The rear wheel on a separate track rolls on fresh ground.
     let mut tracks = Tracks::default();
     let mut rigs = [Rig::at(1.1, 1.0, Vec3::x()), Rig::at(0.0, 0.0, Vec3::x())];
     let loads = drive(&mut rigs, &mut tracks, PACE.0, PACE.1, 15_000);

@@ -222,7 +222,7 @@ impl Arcs {
         let shut = Vote { mv, obstacles: 0.0, goal: 0.0, total: 0.0 };
         let Some(End { sweep, place, left }) = end else { return shut };
         if !left.is_finite() {
-            // There is no path from the end. If there is none from anywhere, any free move counts.
+            // No path starts at the end. If there is none from anywhere, any free move counts.
             let total = if here.is_finite() { 0.0 } else { self.share * sweep.obstacles };
             return Vote { obstacles: sweep.obstacles, total, ..shut };
         }

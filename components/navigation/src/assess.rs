@@ -211,7 +211,7 @@ impl Assessor {
     /// Reassesses all cells that depend on the changed cells.
     pub fn refresh(&self, map: &TerrainMap, touched: &Touched, into: &mut Tiles<Patch>) {
         let far = self.depends_on();
-        // For each tile, the bounding rectangle of the cells to assess, grouped by block.
+        // The bounding rectangle of the cells to assess in each tile, grouped by block.
         let mut blocks: BTreeMap<Index, BTreeMap<Index, Part>> = BTreeMap::new();
         for [i0, j0, i1, j1] in touched.rectangles() {
             let (low, high) = ([i0 - far, j0 - far], [i1 + far, j1 + far]);
@@ -444,7 +444,7 @@ fn rises(
     steps: &mut Vec<f64>,
 ) {
     let outer = wide + 2 * square;
-    // Along x, in place: writes stay behind reads.
+    // This pass runs along x in place: writes stay behind reads.
     for (low, high) in low.chunks_exact_mut(outer).zip(high.chunks_exact_mut(outer)) {
         for x in 0..wide {
             let (mut least, mut most) = (low[x], high[x]);

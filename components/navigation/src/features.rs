@@ -260,7 +260,7 @@ mod tests {
         let corner = FEATURES.corners(&from, |_| true)[10];
         let at = corner.map(|c| c as f64);
         assert!(FEATURES.follow(&from, corner, &flat, at).is_none());
-        // Twenty pixels away there is nothing within four of the guess, and none beside the image.
+        // The image is shifted by twenty pixels, so no match is within four pixels of the guess; a guess outside the image has none.
         let far = image([20.0, 17.0], 1.0, 0.0);
         let near = |p: Option<[f64; 2]>| p.is_some_and(|p| (p[0] - at[0] - 20.0).abs() < 1.0);
         assert!(!near(FEATURES.follow(&from, corner, &far, at)));

@@ -158,13 +158,13 @@ mod tests {
             assert!(on(&h, &d, 200.0) && !on(&h, &d, 300.0));
             assert_eq!(on(&h, &d, 255.0), start);
         }
-        // Heated from below through the lower threshold it goes on to the upper one.
+        // A heater that is warmed through its lower threshold continues up to the upper one.
         let h = heater(false);
         let d = fire(&h, &h.init_d(), 0);
         assert!(d.closed && on(&h, &d, 255.0));
         let d = fire(&h, &d, 1);
         assert!(!d.closed && !on(&h, &d, 255.0) && d.switchings == 2.0, "{d:?}");
-        // A crossing that changes nothing is no switching.
+        // A crossing without a change does not count as switching.
         assert_eq!(fire(&h, &d, 1), d);
     }
 

@@ -236,7 +236,7 @@ mod tests {
         assert!(out.out && out.count == 1.0);
         let y = at(&l, &out, on(23.0));
         assert!(y.browned_out && !y.running && y.supply.current == 0.0 && y.case.heat == 0.0);
-        // Falling again before it has started is no second one.
+        // A second fall before it has started does not count.
         assert_eq!(fire(&out, 0), out);
         let again = fire(&out, 1);
         assert!(at(&l, &again, on(24.0)).running && again.count == 1.0);

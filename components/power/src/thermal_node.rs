@@ -210,7 +210,7 @@ mod tests {
         let taken = 150.0 + 0.4 * 0.7 * 300.0;
         let rest = (taken / (0.8 * 0.7 * STEFAN_BOLTZMANN) + 160f64.powi(4)).powf(0.25);
         assert!(rate(&p, rest, 150.0, u).abs() < 1e-12, "{rest} K");
-        // Beside it, back to it at the rate C/(4 ε A σ T³).
+        // The temperature returns to equilibrium with the time constant C/(4 ε A σ T³).
         let lag = 2e4 / (4.0 * 0.8 * 0.7 * STEFAN_BOLTZMANN * rest.powi(3));
         let slope = (rate(&p, rest + 1e-3, 150.0, u) - rate(&p, rest - 1e-3, 150.0, u)) / 2e-3;
         assert!((slope * lag + 1.0).abs() < 1e-7, "{}", slope * lag);

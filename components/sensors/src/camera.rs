@@ -375,7 +375,7 @@ mod tests {
         let mean = first.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
         let f = 32.0 / 0.5_f64.tan();
         assert!((mean.0 - (31.5 - f / 5.0)).abs() < 0.5 && (mean.1 - 23.5).abs() < 0.5, "{mean:?}");
-        // As large as it must look: π (f r/z)², to a pixel of its rim.
+        // The area is as large as expected, π (f r/z)², to a pixel of its rim.
         let area = std::f64::consts::PI * (f * 0.3 / 5.0).powi(2);
         assert!((n - area).abs() < 0.15 * area, "{n} {area}");
     }

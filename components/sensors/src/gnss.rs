@@ -372,7 +372,7 @@ impl SizedModel for Gnss {
             Some(_) => Vec3::z(),
             None => p.world.planet_axes(0.0) * Vec3::z(),
         };
-        // For a pole along −z the smallest rotation is not unique; use a half turn about x.
+        // The smallest rotation is not unique for a pole along −z; use a half turn about x.
         let half = Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI);
         let pole = Quat::rotation_between(&Vec3::z(), &up).unwrap_or(half);
         Ok(Gnss { p, mu, a, radius, site, pole })
@@ -424,7 +424,7 @@ impl SizedModel for Gnss {
         let (first, each) = d.split_at_mut(GnssClock::N);
         next.put(first);
         for (k, (e, old)) in each.iter_mut().zip(errors).enumerate() {
-            // These noise channels differ from those of the initial errors.
+            // These noise channels differ from the channels of the initial errors.
             *e = phi * old + fresh * clock.normal(NEXT + k as u32);
         }
     }

@@ -101,7 +101,7 @@ fn without_errors_it_tells_where_it_is_how_it_moves_and_its_clock() {
             assert!((y.drift * LIGHT - clock.rate).abs() < 1e-9 && clock.rate != 0.0);
             m.update(&c, &mut d);
         }
-        // A clock without noise goes on as it drifts.
+        // A clock without noise continues with its drift.
         let (c, end) = (Clock::at(0.0, 1.0, 0), GnssClock::get(&d));
         let (first, _) = m.state(&c, &start(&m));
         assert!((end.bias / (first.bias + first.rate * 80_000.0) - 1.0).abs() < 1e-12);
@@ -116,7 +116,7 @@ fn errors_are_those_of_the_geometry() {
     let mount = NodeState { position, ..NodeState::identity() };
     let (count, mut place, mut speed, mut pdop) = (4000, 0.0, 0.0, 0.0);
     for n in 0..count {
-        // The clock of the sky stands still.
+        // The clock of the satellites does not advance.
         let y = read(&m, &Clock::at(1000.0, 1.0, n), &start(&m), &mount);
         place += (y.position - position).norm_squared() / count as f64;
         speed += y.velocity.norm_squared() / count as f64;
@@ -146,7 +146,7 @@ fn satellites_are_seen_as_the_geometry_says() {
     let (sin, cos) = 55f64.to_radians().sin_cos();
     let want = ((2.656e7 * sin - RADIUS) / (2.656e7 * cos)).atan();
     assert!((highest - want).abs() < 1e-4 && (want.to_degrees() - 45.3).abs() < 0.1, "{highest}");
-    // From 700 km the planet hides what is within asin(R/r) of its middle, and a satellite beyond it.
+    // At a height of 700 km the planet hides satellites behind it, within asin(R/r) of its centre.
     let low = receiver(GnssParams { mask: -1.571, ..quiet(None) });
     let own = Vec3::x() * (RADIUS + 7e5);
     let limb = (RADIUS / own.norm()).asin();

@@ -479,7 +479,7 @@ pub(crate) mod tests {
             let got = allan(&y, cluster);
             assert!((got / flat - 1.0).abs() < 0.08, "{cluster} s: {got} {flat}");
         }
-        // From the first sample on: over many seeds it is as wide as later.
+        // The spread over many seeds is as wide at the first sample as later.
         let c =
             |key: u64, n: u64| Clock { t: n as f64, dt: 1.0, n, key, sampled: false, span: None };
         let spread = |samples: u64| {

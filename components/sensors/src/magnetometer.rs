@@ -188,7 +188,7 @@ mod tests {
             // Four standard errors of a variance.
             assert!((ratio - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{k}: {ratio}");
         }
-        // The bias does not go away in the mean, and is that of the first sample.
+        // The bias does not average out, and equals the bias of the first sample.
         assert!(mean.norm() > 1e-7 && mean.amax() < 5e-6, "{mean}");
         let first = series(MagnetometerParams { bias_spread: 1e-6, ..params() }, Vec3::zeros(), 9);
         assert!(first.iter().all(|y| y.measured == first[0].measured));

@@ -235,7 +235,7 @@ impl SizedModel for Radar {
             right += beam * speed;
             echoes += 1.0;
         }
-        // For unit vectors, 1e-6 corresponds to three beams within a few milliradians of a plane.
+        // A limit of 1e-6 for unit vectors corresponds to three beams within a few milliradians of a plane.
         let inverse = normal.try_inverse().filter(|_| normal.determinant() > 1e-6);
         let velocity = inverse.map_or_else(Vec3::zeros, |m| m * right);
         RadarOut { echoes, velocity, fix: inverse.is_some() }.put(&mut y[3 * n..]);
@@ -341,7 +341,7 @@ mod tests {
             "{}",
             all.velocity
         );
-        // Without rotation of the planet the speed is the inertial one.
+        // The speed is the inertial one if the planet does not rotate.
         let (still, _) = read(&moon(0.0), 0, &lanes(&state));
         assert!((still[1][1] - each[1][1]).abs() > 1.0);
     }

@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn edges_and_corners_of_a_rectangle_that_is_turned() {
-        // 2 m × 1 m, heading 30°: a rock of 0.6 m beside an edge, before an end, off a corner.
+        // 2 m × 1 m, heading 30°: a rock of 0.6 m next to an edge, in front of an end, off a corner.
         let (s, c) = 30f64.to_radians().sin_cos();
         let place =
             |ahead: f64, left: f64| [5.0 + c * ahead - s * left, 3.0 + s * ahead + c * left];

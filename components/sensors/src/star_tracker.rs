@@ -129,7 +129,7 @@ mod tests {
         assert!(a.fix && b.fix && (turned - pole * 0.45).norm() < 1e-12, "{turned}");
         assert!(a.attitude.angle_to(&(start * pose.rotation * q)) < 1e-12);
         assert!(a.in_world == q && b.in_world == q);
-        // What counts is the inertial rate: what stands still among the stars has a fix, what turns with the planet and faster has none.
+        // The inertial rate counts: a body at rest relative to the stars has a fix, a body that rotates with the planet or faster has none.
         let omega = site.omega();
         assert!(read(&p, 0, omega * -2.0, q).fix && !read(&p, 0, omega * 0.5, q).fix);
     }

@@ -158,7 +158,7 @@ mod tests {
         let m = rows(&[&[1.0, 0.9, -0.9], &[0.9, 1.0, 0.9], &[-0.9, 0.9, 1.0]]);
         let e = factor(&m, 3).unwrap_err();
         assert!(matches!(e, CorrelationError::Indefinite { row: 3, .. }), "{e}");
-        // The same, with the second determined by the first.
+        // The same matrix, with the second parameter determined by the first.
         let m = rows(&[&[1.0, 1.0, 0.5], &[1.0, 1.0, -0.5], &[0.5, -0.5, 1.0]]);
         let e = factor(&m, 3).unwrap_err();
         assert!(matches!(e, CorrelationError::Indefinite { row: 3, .. }), "{e}");

@@ -292,7 +292,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let first = keep(folder.path(), 0, &[0.0, 0.5, 1.0], &[1.0, 2.0, 3.0]);
         let other = keep(folder.path(), 4, &[0.0, 0.5], &[3.0, f64::NAN]);
-        // The history of run 2 is missing, and that of run 3 has changed.
+        // The history of run 2 is missing, and the history of run 3 has changed.
         keep(folder.path(), 3, &[0.0], &[9.0]);
         let kept = [(0, first), (2, first), (3, first), (4, other)];
         let (bands, whole) = bands(folder.path(), &retained(), &kept, 2).unwrap();

@@ -253,7 +253,7 @@ fn set_up(campaign: &Campaign, run: u64, means: &Means<'_>) -> Result<Set, LoadE
         LoadError::Refused(linkwork_assembly::Failure { faults, sources })
     })?;
     let Prepared { metrics, stop_when, groups, .. } = prepared;
-    // Without a folder, the history is not needed.
+    // The history is not needed if no folder is given.
     let retained = campaign.retained().filter(|_| means.folder.is_some());
     let history = match retained.map(|kept| History::new(kept, ready.plan())) {
         None => None,
@@ -272,7 +272,7 @@ fn set_up(campaign: &Campaign, run: u64, means: &Means<'_>) -> Result<Set, LoadE
     let sim = Simulation::of(Arc::new(ready.program));
     let goal = Goal { until, stop_when, ..Goal::default() };
     let mut runner = Runner::new(sim, Watched { history });
-    // Without a checkpoint there is no state to restore, so this cannot fail.
+    // This cannot fail: no checkpoint exists, so no state is restored.
     let _ = runner.metric(metrics, None);
     Ok(Set { runner, goal, groups, configuration: ready.loaded.resolved, limited })
 }
@@ -383,7 +383,7 @@ fn keep(
         }
         set.runner.new_save_failures()
     };
-    // If a part cannot save its state, there is no checkpoint, and the cause states this.
+    // A part that cannot save its state prevents the checkpoint, and the cause states this.
     if let Some(why) = failures.first() {
         no_checkpoint(&folder, &why.to_string())?;
     }

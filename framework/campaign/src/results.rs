@@ -129,7 +129,7 @@ impl Results {
             ),
             ("why".to_string(), Column::Text(outcomes.iter().map(|o| o.why.clone()).collect())),
             ("time [s]".to_string(), Column::Number(outcomes.iter().map(|o| o.time).collect())),
-            // As texts, because readers round integers above 2⁵³.
+            // Integers are written as texts, because readers round integers above 2⁵³.
             (
                 "seed".to_string(),
                 Column::Text(outcomes.iter().map(|o| o.seed.to_string()).collect()),

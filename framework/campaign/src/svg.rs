@@ -49,7 +49,7 @@ impl Axis {
             (low, high) = (0.0, 1.0);
         }
         if low == 0.0 && high == 0.0 {
-            // Without values, the range is arbitrary.
+            // The range is arbitrary if there are no values.
             (low, high) = (-1.0, 1.0);
         }
         // Half of the difference, because the difference can overflow.

@@ -18,7 +18,7 @@ fn campaign_files_are_read_or_refused() {
             Ok(_) => true,
             Err(failure) => {
                 assert!(!failure.faults.is_empty(), "refused without a fault");
-                // With its positions, which may be anywhere in the text.
+                // The positions, which may be anywhere in the text, are included.
                 assert!(!failure.to_string().is_empty());
                 false
             }

@@ -84,7 +84,7 @@ pub fn box_of_inertia(mass: &MassProperties) -> Option<(Pose, Shape)> {
     if !(mass.mass > 0.0) {
         return None;
     }
-    // For edges a, b, c the principal moments are I_a = m (b² + c²) / 12.
+    // The principal moments of a box with edges a, b, c are I_a = m (b² + c²) / 12.
     let principal = mass.inertia_com.symmetric_eigen();
     let moments = principal.eigenvalues;
     let squares = moments.map(|m| 6.0 / mass.mass * (moments.sum() - 2.0 * m));

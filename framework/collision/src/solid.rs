@@ -35,7 +35,7 @@ impl Most {
                         let longest = p.faces.iter().map(|f| f.len as usize).max();
                         most.corners = most.corners.max(longest.unwrap_or(0));
                     }
-                    // The number of edge products of two different solids is not larger than that of the larger one with itself.
+                    // Two different solids have at most as many edge products as the larger one has with itself.
                     most.searched |= !complete(core, core);
                 }
                 Kind::Surface(s) => most.triangles = most.triangles.max(s.count()),

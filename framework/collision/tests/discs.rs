@@ -45,7 +45,7 @@ impl Rig {
 fn every_disc_touches_face_edge_and_wall_where_geometry_says() {
     let mut rig = Rig::new(DISCS, Rig::block());
     for k in 0..=400 {
-        // Along the top, around the edge, down the wall: always 2 mm deep.
+        // The disc goes along the top, around the edge and down the wall, and is always 2 mm deep.
         let s = f64::from(k) / 100.0;
         let d = R - 0.002;
         let (hub, n) = if s < 1.0 {

@@ -150,7 +150,7 @@ fn distances_are_proven_from_both_sides() {
                 };
                 let mut Y = Pose::new(X.rotation * turn, X.position + rng.vec());
                 if k % 3 == 2 {
-                    // Along the line of centres until they are about 1e-4 apart.
+                    // The shapes move along the line of centres until they are about 1e-4 apart.
                     let n = (Y.position - X.position).normalize();
                     let back = |X: &Pose, n: Vec3| X.rotation.inverse() * n;
                     let reach = support(a, &back(&X, n)) + support(b, &back(&Y, -n));

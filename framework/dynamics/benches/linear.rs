@@ -124,7 +124,7 @@ fn chain(n: usize, mut run: impl FnMut(&'static str, &mut dyn FnMut(usize))) {
         forward_dynamics(&tree, &mut ws, &q, &v, &mut tau, &mut vdot).expect("regular");
         black_box(&vdot);
     });
-    // For longer chains the dense solution loses accuracy.
+    // The dense solution loses accuracy for longer chains.
     let size = out.amax();
     let off = out.iter().zip(&vdot).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(

@@ -158,7 +158,7 @@ impl<L: Lane> Derivatives<L> {
             let (a, ext) = (pair(|m| &m.a), pair(|m| &m.f_ext));
             let p = C.apply(v);
             let f = C.apply(a) + v.cross_force(p);
-            // Values for the other dofs of a link are overwritten by those of its last one.
+            // Values for the other dofs of a link are overwritten by the values of its last one.
             *out = Outboard { C, B: coriolis(&C, v), F: p.f, f: f - ext };
         }
     }

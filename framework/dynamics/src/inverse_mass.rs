@@ -146,7 +146,7 @@ fn gather<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
             let mut F = stored.scaled(keep);
             let others = stored.scaled(one - keep);
             let sweeps = w.sweeps[run.clone()].iter().zip(&w.D_inv[run.clone()]);
-            // Columns are nonzero only inboard of their own dof.
+            // A column is nonzero only for the dofs inboard of its dof.
             let active = run.len().min((b + 1) * L::PACK - run.start);
             for (i, ((S, G), D_inv)) in run.clone().zip(sweeps).take(active).rev() {
                 let unit = if b == i / L::PACK { L::unit(i) } else { L::Block::default() };
@@ -170,7 +170,7 @@ fn scatter<L: Lane>(tree: &Tree, w: &mut Work<L>, out: &mut [L]) {
             p => Some(dofs.level[p as usize - 1] as usize),
         };
         let here = dofs.level[run.start] as usize;
-        // Nothing is outboard of a run at the end of a branch.
+        // A run at the end of a branch has no outboard dofs.
         let leaf = own == run.end;
         for i in run.clone() {
             out[i * n + own..(i + 1) * n].fill(L::default());

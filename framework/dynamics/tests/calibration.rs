@@ -96,7 +96,7 @@ fn a_pendulum_tells_three_numbers() {
     assert_eq!(told.base, [1, 3, 7]);
     assert_eq!(told.alone(), [1, 3, 7]);
     assert_eq!(told.without_influence(), [0, 2, 4, 5, 6, 8, 9]);
-    // Without gravity, only the moment is identifiable.
+    // Only the moment is identifiable without gravity.
     let W = structural_regressor(&Tree::new(&mbs), Vec3::zeros(), 1).unwrap();
     assert_eq!(Identifiable::of(&W, 1e-8).base, [7]);
 }

@@ -142,9 +142,8 @@ fn double_pendulum_of_rigid_bodies() {
 
 #[test]
 fn a_free_symmetric_top_precesses_about_its_angular_momentum() {
-    // Moments J, J, J3 about the axis e. With L the angular momentum in the world, from
-    // ω = L/J + (1 − J3/J) ω3 e:
-    //   R(t) = turn(L, |L| t/J) R(0) turn(e, κ t),   κ = (1 − J3/J) ω3
+    // Moments J, J, J3 about the axis e. L is the angular momentum in the world; ω = L/J + (1 − J3/J) ω3 e: R(t) = turn(L, |L| t/J) R(0) turn(e, κ
+    // t),   κ = (1 − J3/J) ω3
     //   ω(t) = turn(e, −κ t) ω(0)                    in the body: ω3 stays
     let (J, J3, time) = (0.8, 0.3, 3.0);
     let mut r = Rng(5);
@@ -425,7 +424,7 @@ fn a_screw_under_torque_and_weight() {
         s.forward(&[q], &[u], &mut [T], &mut vdot);
         close(&vdot, &[(T + nut.weight(q)) / nut.inertia()], 1e-12, "acceleration");
 
-        // Without weight the motion is q + u t + T/N t²/2, and the nut advances by s a q.
+        // The motion without weight is q + u t + T/N t²/2, and the nut advances by s a q.
         s.gravity = Vec3::zeros();
         let (time, mut x, mut v) = (2.0, [q], [u]);
         s.run(&mut x, &mut v, &[T], time, 7);

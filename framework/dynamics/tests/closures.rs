@@ -142,7 +142,7 @@ fn a_loop_that_cannot_close_is_an_error_with_the_least_gap() {
     assert!((residual.position - 0.2).abs() < 1e-9, "{residual:?}");
     assert_eq!((&nearest.q, ik.open().unwrap().1), (&q, *residual));
     assert!(error.to_string().starts_with("loop `bar` does not close"), "{error}");
-    // With a kept crank, the closure cannot be satisfied at these rates.
+    // The closure cannot be satisfied at these rates if the crank is kept.
     let mbs = four_bar(LINKS, Hinge::pin(Vec3::z()).limits(Limits::position(0.5, 0.5)));
     let tree = Tree::new(&mbs);
     let mut ik = InverseKinematics::new(&tree);
@@ -224,7 +224,7 @@ fn loops_of_all_hinges_close_and_not_the_wrong_way_round() {
                 assert!((R - turn).norm() < 1e-8);
             }
             (met, steps) = (met + 1, steps + found.iterations);
-            // The Jacobian is that of the errors, so convergence near the solution is quadratic.
+            // The Jacobian belongs to the errors, so convergence near the solution is quadratic.
             let mut next: Vec<f64> =
                 q.iter().zip(mbs.random_v(seed)).map(|(q, v)| q + 1e-3 * v).collect();
             if next.iter().all(|x| x.abs() < 2.9) {
@@ -390,7 +390,7 @@ fn given_closures_are_kept_before_targets() {
         (once, q, ik.residuals()),
         (again.advance(&tree, 0, &mut p), p.clone(), again.residuals())
     );
-    // Errors of closures are like those of targets.
+    // Errors of closures are defined like errors of targets.
     let nothing = Target::new(right, Goal::NOTHING);
     let told = ik.begin_closed(&tree, &targets, &[nothing], &p).unwrap_err().to_string();
     assert!(told.starts_with("closure 0: neither"), "{told}");

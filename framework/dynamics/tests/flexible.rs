@@ -352,7 +352,7 @@ fn forces_at_rest_are_gradients_of_potential_and_elastic_energy() {
             })
             .collect();
         close(&gradient, &tau, 1e-8, &format!("seed {seed}"));
-        // The same gravity as a field, evaluated at each station, and as a force on each.
+        // Gravity acts as a field, evaluated at each station, and as an equal force on each.
         kinematics(&c.tree, &mut c.ws, &c.q, &c.v);
         c.ws.clear_forces();
         c.ws.apply_gravity(&c.tree, &mut |_| G);

@@ -181,7 +181,7 @@ fn turning_beam(gamma: f64) -> f64 {
 
 #[test]
 fn a_turning_beam_stiffens_as_the_differential_equation_says() {
-    // Without rotation: λ of the cantilever.
+    // The frequency without rotation follows from λ of the cantilever.
     assert!((turning_beam(1e-6) - 1.875_104_f64.powi(2)).abs() < 1e-5);
     let (beam, n) = (kane(), 6);
     let unit = (14_000.0_f64 / (1.2 * 1e4)).sqrt();
@@ -334,7 +334,7 @@ fn momentum_of_a_flexible_satellite_stays() {
 
 #[test]
 fn a_stiff_satellite_moves_as_a_rigid_one() {
-    // With s times the stiffness, deflections and their effects decrease as 1/s.
+    // Deflections and their effects decrease as 1/s with s times the stiffness.
     let rigid = {
         let mut b = Builder::from(&satellite());
         for body in b.bodies_mut() {

@@ -281,7 +281,7 @@ fn only_what_is_asked_and_out_of_date_is_computed() {
         frames.velocity(pair);
     }
     assert_eq!(counted(&frames), ([path; 3], [1; 3]), "a repeated question");
-    // With other rates, configuration terms are not recomputed.
+    // Configuration terms are not recomputed for other rates.
     frames.set_v(m, &mbs.random_v(5)).unwrap();
     frames.velocity(pair);
     assert_eq!(counted(&frames), ([path, 2 * path, path], [1, 2, 1]));

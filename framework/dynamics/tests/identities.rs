@@ -157,7 +157,7 @@ fn floating_tree_composite_inertia_is_the_root_block_of_the_mass_matrix() {
         let body = tree.multibody().get(root);
         let mut M = vec![0.0; nv * nv];
         mass_matrix(tree, &mut c.ws, &mut M);
-        // The free hinge's rates are those of the hinge frame in its own axes.
+        // The free hinge's rates are the velocity of the hinge frame in its own axes.
         let X_WJ = c.ws.body_pose(tree, root) * body.hinge_in_body();
         let I: RigidInertia = subtree_inertia(tree, &c.ws, root)
             .shift_to_parent(&-(X_WJ.position - c.ws.body_pose(tree, root).position))

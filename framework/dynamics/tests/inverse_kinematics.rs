@@ -329,7 +329,7 @@ fn rates_are_least_squares_of_least_norm_within_limits() {
         // The round-off of JᵀJ + δ 1 is 1e-8 in directions that move nothing.
         assert!(beside <= 1e-7 * (1.0 + x.norm()), "seed {seed}: {beside:e}");
 
-        // With rate limits: no feasible neighbour is better.
+        // No feasible neighbour is better if rates are limited.
         let tight = Limits { rate: 0.2, ..Limits::position(-1.0, 1.0) };
         let mbs = limited(&mbs, tight);
         let tree = Tree::new(&mbs);

@@ -138,7 +138,7 @@ fn within_its_cone_an_axis_may_stay() {
     let target = Target::new(tip, Goal::pointing(Pointing::along(Vec3::z(), near).within(0.25)));
     ik.solve(&tree, &[target], &mut q).unwrap();
     assert_eq!(q, q0, "it is there already");
-    // From outside, it comes to the edge of the cone, and no farther.
+    // A start outside the cone ends at its edge, and no farther.
     let target = Target::new(tip, Goal::pointing(Pointing::along(Vec3::z(), near).within(0.1)));
     ik.solve(&tree, &[target], &mut q).unwrap();
     let angle = (pose_of(&tree, &q, tip).rotation * Vec3::z()).angle(&near);

@@ -616,7 +616,7 @@ fn mistakes_are_refused_and_change_nothing() {
     f.detach(root, "world").unwrap();
     f.reroot(root).unwrap();
 
-    // Nothing can move, so the impact cannot be solved.
+    // No body can move, so the impact cannot be solved.
     let dust = BodySpec::new("dust", "world")
         .hinge(Hinge::pin(Vec3::x()))
         .mass(MassProperties::massless());

@@ -150,7 +150,7 @@ fn a_state_goes_over_with_poses_motion_and_momentum() {
     }
     let report = back.report.unwrap();
     assert!(report.energy_after < report.energy_before);
-    // From another configuration the weld cannot be closed; the error states the distance.
+    // The weld cannot be closed from another configuration; the error states the distance.
     let mut moved = away.q.clone();
     moved[tool.q().start] += 0.5;
     let far = carry(&free, (&moved, &away.v), &old, (&old.neutral_q(), &vec![0.0; old.nv()]));

@@ -167,7 +167,7 @@ pub(crate) fn platform(version: FmiVersion) -> String {
 /// The file cannot be written; a name occurs twice.
 pub fn write_archive(path: &Path, entries: &[(&str, &[u8])]) -> std::io::Result<()> {
     let mut zip = zip::ZipWriter::new(std::io::BufWriter::new(File::create(path)?));
-    // Without a modification time, so that the bytes depend only on the contents.
+    // Modification times are omitted, so that the bytes depend only on the contents.
     let options = zip::write::SimpleFileOptions::default()
         .last_modified_time(zip::DateTime::default())
         .unix_permissions(0o644);

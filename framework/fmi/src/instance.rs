@@ -653,7 +653,7 @@ impl Drop for Instance {
             };
             let mut fatal = false;
             if self.stage == Stage::Initialized {
-                // SAFETY: a living instance that was initialized and has not failed.
+                // SAFETY: a living instance that was initialized and did not fail.
                 fatal = unsafe { terminate(self.raw) } >= 4;
             }
             if !fatal {

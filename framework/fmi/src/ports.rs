@@ -107,7 +107,7 @@ pub(crate) fn ports(
         kind == Kind::ModelExchange
             && !(v.kind.is_float() && v.variability == Variability::Continuous)
     };
-    // For each output, the names of inputs with feedthrough that may change between events.
+    // The names of inputs with feedthrough that may change between events, for each output.
     let mut direct: BTreeSet<&str> = BTreeSet::new();
     let mut sees = |k: usize| -> bool {
         if kind == Kind::CoSimulation {

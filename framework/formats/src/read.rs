@@ -406,7 +406,7 @@ fn nearest(
         return Some((mass, "used unchanged"));
     }
     let mut moments = mass.inertia_com.symmetric_eigen();
-    // Rounding errors of a zero inertia are those of a point.
+    // Rounding errors of a zero inertia are treated as the zero inertia of a point.
     let point = moments.eigenvalues.amax() < POINT * mass.mass;
     if !(moments.eigenvalues.max() > 0.0 || point) {
         return None;

@@ -75,7 +75,7 @@ fn tables_and_formulas_give_what_they_say() {
         (v.units.as_str(), v.sign.as_str(), v.role, v.standard),
         ("deg", "ANU", Role::Input, true)
     );
-    // Without a value and a formula it is an input, even if it is not marked as one.
+    // A variable without a value and a formula is an input, even if it is not marked as one.
     assert_eq!(m.variables[m.find("MACH").unwrap()].role, Role::Input);
     assert_eq!(m.variables[m.find("K").unwrap()].role, Role::Constant);
     // Corners, the middle, and outside: clamped in alpha, extrapolated only upwards in Mach.

@@ -322,7 +322,7 @@ fn images_of_pds3_have_their_heights_in_every_type() {
         let shifted = [vec![7; 200], bytes.clone()].concat();
         let h = read("x.lbl", second.as_bytes(), &shifted).unwrap();
         is_made(kind, &h, true, 0.0);
-        // The file name is that of the image, and its label is in the same folder.
+        // The file name is the name of the image, and its label is in the same folder.
         let whole = label("^IMAGE = \"X.IMG\"", kind, bits, &more);
         is_made(kind, &read("x.img", &bytes, whole.as_bytes()).unwrap(), true, 0.0);
     }
@@ -478,7 +478,7 @@ fn published_files_are_read() {
         let grey = HeightsOptions { range: [0.0, 255.0], ..grey };
         let h = read_heights("bump.bmp", &bytes, &grey, &mut |_| Err(String::new())).unwrap();
         assert_eq!((h.nx, h.ny), (64, 64));
-        // As in GDAL, where rows are counted from the north.
+        // Rows are counted from the north, as in GDAL.
         assert_eq!(h.heights.iter().sum::<f32>(), 217_104.0);
         for (i, row, grey) in [(20, 10, 42.0), (10, 20, 22.0), (33, 40, 171.0), (33, 28, 245.0)] {
             assert_eq!(value(&h, i, 63 - row), grey, "{i} {row}");

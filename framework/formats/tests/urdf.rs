@@ -333,7 +333,7 @@ fn meshes_are_found_and_missing_ones_reported() {
         .collect();
     assert_eq!(found, [true, true, false]);
     assert_eq!((d.ignored.len(), d.ignored[0].line), (1, 4), "{:?}", d.ignored);
-    // For a text without a file, only the listed folders are searched.
+    // Only the listed folders are searched for a text without a file.
     let options = ReadOptions { package_paths: vec![dir.path().into()], ..ReadOptions::default() };
     let d = read_text(&text, &options).unwrap();
     assert_eq!(d.ignored.len(), 2, "{:?}", d.ignored);

@@ -128,7 +128,7 @@ fn slopes_at_the_ends_are_f() {
         for i in 0..2 {
             let start = (dense.lane(e, i) - dense.lane(0.0, i)) / (e * h);
             let end = (dense.lane(1.0, i) - dense.lane(1.0 - e, i)) / (e * h);
-            // The step's own error is at most 1e-9 here, and that of the difference quotients 1e-7.
+            // The step's own error is at most 1e-9 here, and the error of the difference quotients 1e-7.
             assert!((start - first[i]).abs() < 1e-5, "{}: {start} {}", method.name(), first[i]);
             assert!((end - last[i]).abs() < 1e-5, "{}: {end} {}", method.name(), last[i]);
         }

@@ -267,7 +267,7 @@ fn what_is_not_finite_is_refused_with_its_lane() {
         let mut integrator = Integrator::new(named(name), 3);
         let fault = integrator.step_fixed(&mut system, 4.0, 0.1, &mut x, None).unwrap_err();
         assert_eq!(x, [1.0, 2.0, 3.0], "{name}");
-        // With the first stage given, which uses the shorter code path.
+        // The first stage is given, which selects the shorter code path.
         let mut system = Brittle { left: 0, refuse: false };
         let again = integrator.step_fixed(&mut system, 4.0, 0.1, &mut x, Some(&[-1.0, -2.0, -3.0]));
         assert!(matches!(again.unwrap_err(), Failure::NotFinite { .. }), "{name}");

@@ -170,7 +170,7 @@ fn what_comes_to_rest_on_zero_has_reached_it() {
                 theta(g, direction, 1.0).unwrap_or_else(|| panic!("{direction:?} at {end}"));
             assert!((found - end).abs() < 2e-9, "{direction:?} at {end}: {found}");
         }
-        // An indicator of FMI that increases to zero has not crossed it.
+        // An FMI indicator that increases to zero does not count as crossed.
         assert_eq!(theta(rising, Direction::Either, 1.0), None);
     }
 }

@@ -130,8 +130,8 @@ fn plate_frequencies_are_those_of_the_tables() {
     let strip = Plate { width: 0.02, poisson: 0.3, attach: vec![], ..plate };
     let w = omegas(&strip.modes(1).unwrap())[0];
     let beam = (1.875_104_f64 / 0.8).powi(2) * (7e10_f64 * 4e-6 / 12.0 / 2700.0).sqrt();
-    // Measured 7.3e-3 above: polynomials hardly resolve the short zone in which the clamped edge prevents the strip from curling. Without any curling
-    // it would be 48e-3.
+    // Measured 7.3e-3 above: polynomials hardly resolve the short zone in which the clamped edge prevents the strip from curling. The value without
+    // any curling would be 48e-3.
     near(w, beam, 1e-2, "strip");
 }
 
@@ -362,6 +362,6 @@ fn generators_refuse_what_is_no_beam_or_plate() {
     assert!(faults.contains(&GeneratorFault::OffPlate { at: [2.0, 0.0] }));
     let none = Modes::default().validate().unwrap_err();
     assert_eq!(none, [ModesFault::NoStations]);
-    // Without modes but with mass: a rigid body in slices.
+    // A body with mass and without modes is a rigid body in slices.
     beam(Ends::ClampedFree).modes(BeamModes::default()).unwrap().validate().unwrap();
 }

@@ -271,7 +271,7 @@ fn what_is_held_together_is_told() {
     }
     let at = |body: &str| HingeCoordinate { body: body.into(), subhinge: 0 };
     b.coupling(Coupling::differential("differential", at("rocker_r"), at("rocker_l")));
-    // From wheel to wheel, over the rockers: wheel_l is prescribed and therefore independent.
+    // The path leads from wheel to wheel over the rockers: wheel_l is prescribed and therefore independent.
     b.loop_closure(LoopClosure {
         name: "axle".into(),
         body_a: "wheel_r".into(),

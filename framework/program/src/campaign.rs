@@ -85,7 +85,7 @@ pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
         show(&bar, p);
     });
     bar.finish_and_clear();
-    // The results so far are written even if the campaign cannot continue.
+    // The results are written even if the campaign cannot continue.
     let (results, written) = folder.write(&campaign, orders.threads);
     if !options.quiet {
         let files = written.as_deref().unwrap_or_default();

@@ -72,7 +72,7 @@ impl Picture {
         self.next = t + self.every;
         if let Some((x, y, points)) = &mut self.map {
             let (x, y) = (sim.value(*x), sim.value(*y));
-            // In phases without the body, there is no point.
+            // The point is missing in phases without the body.
             if !x.is_nan() && !y.is_nan() {
                 points.add(x, y);
             }

@@ -182,7 +182,7 @@ fn compare(
     let recorder = Recorder::start(&sim, groups, 64, Box::new(verify));
     let mut recorder = recorder.map_err(|e| e.to_string())?;
     if let Some(start) = start {
-        // Without an entry, the run did not have a log.
+        // The run did not have a log if there is no entry.
         let _ = recorders::resume(&mut recorder, start, &sim);
     }
     let outcome = step_to(&mut sim, &mut recorder, sets, last, beyond);

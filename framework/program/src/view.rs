@@ -249,7 +249,7 @@ mod drawn {
     const MOST: usize = 5;
 
     fn not_shown(missing: &NotShown) {
-        // For a table, the message names the table instead of the log.
+        // The message about a table names the table instead of the log.
         let of_log = |name: &&String| !name.starts_with(telemetry::FLOWN);
         let variables: Vec<String> = missing.variables.iter().filter(of_log).cloned().collect();
         let list = |names: &[String]| {

@@ -64,7 +64,7 @@ pub fn report(failure: &Failure) -> u8 {
         (true, true) => Look::Drawn,
         (true, false) => Look::Coloured,
     };
-    // The drawing contains its own escape sequences, so those of the file are removed before.
+    // The drawing contains escape sequences; the sequences of the file are removed before.
     let mut failure = harmless(failure);
     let more = failure.faults.len().saturating_sub(MOST);
     failure.faults.truncate(MOST);

@@ -159,7 +159,7 @@ impl Matcher {
         for (p, out) in out.iter_mut().enumerate() {
             let (x, d) = (p % width, best(&|d| cost(p, d)));
             let least = cost(p, d);
-            // At an end of the disparity range there is no parabola, because the minimum may lie outside.
+            // The parabola is undefined at an end of the disparity range, because the minimum may lie outside.
             if least == u16::MAX
                 || d == 0
                 || d + 1 == self.disparities

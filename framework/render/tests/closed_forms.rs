@@ -194,7 +194,7 @@ fn a_pole_and_a_ball_throw_their_shadows_where_the_sun_says() {
         if dark(away.x * m, away.y * m) { a = m } else { b = m }
     }
     assert!((a - length - r).abs() < 1e-5, "{a} {length}");
-    // As wide as the pole.
+    // The image is as wide as the pole.
     let side = Vec3::new(-away.y, away.x, 0.0);
     for off in [-1.01, -0.99, 0.99, 1.01] {
         let p = away * (0.5 * length) + side * (off * r);
@@ -329,7 +329,7 @@ fn what_cannot_be_rendered_is_refused_with_the_reason() {
         text(scene.add("d", &ball, Look::plain([1.5; 3]), Pose::identity()).unwrap_err())
             .contains("albedo")
     );
-    // A rejected object leaves no trace; one that was added is rejected until the scene is settled.
+    // A rejected object does not change the scene; an object that was moved is an error until the scene is settled.
     let far = scene.add("far", &ball, plain, Pose::translation(0.0, 0.0, -50.0)).unwrap();
     scene.settle();
     scene.set_pose(far, Pose::translation(0.0, 0.0, -60.0)).unwrap();

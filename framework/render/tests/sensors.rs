@@ -44,7 +44,7 @@ fn photons_and_reading_have_their_variances() {
             "{level}: {variance} {want}"
         );
     }
-    // Without noise, exact; beyond full well, saturated; half the exposure time gives half the number.
+    // The number is exact without noise, saturated beyond full well, and half as large for half the exposure time.
     let quiet = Detector { noise: Noise::Off, dark_current: 0.0, ..Detector::default() };
     let one = |d: &Detector, level: f32| d.read(&grey(level, 1), 0, 0).unwrap().data[0];
     assert_eq!(one(&quiet, 130.0), 4095);

@@ -136,7 +136,7 @@ impl Pace {
     /// Sleeps until the tick of simulated time `t` (s) is due, or until the run is to stop.
     pub fn wait(&mut self, t: f64, stop: &Stop) {
         let due = (t - self.begin) / self.factor;
-        // There is no tick before the first.
+        // The first tick has no predecessor.
         if !(due > 0.0) {
             return;
         }

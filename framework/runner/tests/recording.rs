@@ -26,7 +26,7 @@ fn it_holds_the_values_at_each_multiple_of_its_period() {
     for (k, (t, x)) in log.t().iter().zip(&log["mass.displacement"]).enumerate() {
         assert_eq!(*t, k as f64 / 50.0);
         assert!((x - (10.0 * t).cos()).abs() < 1e-8, "{t} {x}");
-        // A run that nobody records has the same bits.
+        // A run without recorders gives bit-identical results.
         other.run_until(*t).unwrap();
         assert_eq!(other.get("mass.displacement").unwrap(), *x);
         assert_eq!(other.get("mass.speed").unwrap(), log["mass.speed"][k]);
@@ -43,7 +43,7 @@ fn several_calls_give_the_rows_of_one() {
         many.run_until(&mut parts, t).unwrap();
     }
     assert_eq!((one.t(), &one["mass.displacement"]), (many.t(), &many["mass.displacement"]));
-    // From the middle of a run on, at the next multiple of the period.
+    // A recorder that is added in the middle of a run starts at the next multiple of the period.
     let mut late = Recording::new(&parts, ["mass.displacement"], 0.2).unwrap();
     late.run_until(&mut parts, 1.0).unwrap();
     assert_eq!(late.t(), [0.6, 0.8, 1.0]);

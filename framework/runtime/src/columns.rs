@@ -106,7 +106,7 @@ impl Columns {
             None if self.decimal_comma => text.replacen(',', ".", 1).parse().ok(),
             parsed => parsed,
         };
-        // What is not finite is no number, and is told as the text that it is.
+        // A value that is not finite is written as text, not as a number.
         let value = match (number.filter(|x| x.is_finite()), &self.headings[k].1, text) {
             (Some(x), None, _) => Value::Number(x),
             (Some(x), Some(unit), _) => Value::Text(format!("{x:?} {unit}")),

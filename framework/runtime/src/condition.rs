@@ -132,7 +132,7 @@ impl Condition {
             Place::X(k) => x[k as usize],
             Place::D(k) => d[k as usize],
             Place::Signal(k) => sig[k as usize],
-            // Conditions of phases are read over the lanes of their own plan.
+            // Conditions of phases are read over the lanes of the phase's plan.
             Place::Channel(_) | Place::Phase(_) => f64::NAN,
         })
     }
@@ -171,7 +171,7 @@ impl Condition {
                         Code::Subtract => a - b,
                         Code::Multiply => a * b,
                         Code::Divide => a / b,
-                        // What is not known does not hold: `and` is not the other side alone.
+                        // A condition with an unknown value does not hold: `and` is not the other side alone.
                         Code::Least if a.is_nan() => a,
                         Code::Least if b.is_nan() => b,
                         Code::Least => a.min(b),

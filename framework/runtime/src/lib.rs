@@ -2,7 +2,7 @@
 //!
 //! A simulation is compiled from a flat [`Spec`] into a `Plan` (shared, constant) and run as a
 //! `Simulation` (everything that changes). Order comes from the wires; see `compile`.
-// Mathematical functions with the same bits on every machine: they are called by their names in C.
+// Mathematical functions that are bit-identical on every machine: they are called by their names in C.
 extern crate linkwork_maths as _;
 extern crate self as linkwork_runtime;
 

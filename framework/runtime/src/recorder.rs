@@ -286,7 +286,7 @@ impl Sink for Channel {
 
     fn send(&mut self, row: Sample) -> Result<(), String> {
         let Some(full) = &self.full else { return self.end() };
-        // The channel has room, because the number of circulating rows equals its capacity. Only a flush could occupy it, and there are no flushes if
+        // The channel has room, because the number of circulating rows equals its capacity. Only a flush could occupy it, and flushes do not occur if
         // rows may be dropped.
         let sent = match self.overflow {
             Overflow::Wait => full.send(Message::Row(row)).is_ok(),

@@ -223,7 +223,7 @@ fn split_equals_straight_and_forks_do_not_know_of_each_other() {
                     sim.restore(&checkpoint).unwrap();
                 }
                 1 => {
-                    // What is done from here leaves no trace in the other.
+                    // Changes from here on do not affect the other simulation.
                     let mut other = sim.fork();
                     other.set("a.state.at", 0.1).unwrap();
                     other.run_until(seconds(0.1 * f64::from(k) + 0.5)).unwrap();
@@ -293,7 +293,7 @@ fn the_nearest_field_is_read_unless_one_is_bound() {
         .map(|f| f.readers.iter().map(|&r| &*plan.parts[r as usize].path).collect())
         .collect();
     assert_eq!(readers, [vec![], vec!["eye", "north.walker", "south.walker"]]);
-    // From inside `south` its name is enough.
+    // The name alone is enough inside `south`.
     s.binds.push(bind("south.walker", "sand"));
     assert_eq!(compiled(&s).fields, plan.fields);
 

@@ -93,7 +93,7 @@ fn a_small_swing_decays_as_its_closed_form() {
         assert!(q.is_finite());
         worst = worst.max((q - exact).abs());
     }
-    // Measured: 1.2e-13; the sine leaves swing³. Without damping the difference is 1e-4.
+    // Measured: 1.2e-13; the sine leaves swing³. The difference without damping is 1e-4.
     assert!(worst < 1e-12, "{worst:e}");
 }
 
@@ -213,7 +213,7 @@ fn a_written_stop_has_its_stiffness_and_contact_its_own() {
     let sag = MASS * GRAVITY * ARM * q.cos() / 400.0;
     assert!((q - 0.3 - sag).abs() < 1e-4 * sag, "{q} {sag}");
     let deepest = track(&flag(hinge, Contact::On), 2000).iter().map(|x| x[1]).fold(0.0, f64::max);
-    // With contact the limit is a row, which leaves 1e-4 alone.
+    // The limit is a row with contact, which leaves a rest of 1e-4.
     assert!(deepest > 0.29 && deepest < 0.3 + 2e-4, "{deepest}");
 }
 

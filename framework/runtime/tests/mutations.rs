@@ -36,14 +36,14 @@ fn checkpoints_are_taken_or_refused() {
     seeds.extend(mutate::kept("checkpoint"));
     let (mut taken, mut stepped) = (0, 0);
     mutate::survives(&seeds, 6000, |bytes| {
-        // As it is, its checksum finds it out; an untouched one is as sound as before.
+        // The checksum detects the mutated checkpoint; an unchanged one is still valid.
         let plain = Checkpoint::from_bytes(bytes).is_ok();
         assert!(!plain || seeds.iter().any(|s| s == bytes), "a mutation is not noticed");
         let Ok(checkpoint) = Checkpoint::from_bytes(&sealed(bytes.to_vec())) else { return false };
         let mut run = machine();
         if run.restore(&checkpoint).is_ok() {
             taken += 1;
-            // Whatever the numbers are: steps end, or say what is bad.
+            // Steps end or report a fault, whatever the numbers are.
             stepped += u32::from((0..3).all(|_| run.step().is_ok()));
         }
         true

@@ -55,7 +55,7 @@ fn a_pinned_state_stands_still_at_every_stage_of_every_method() {
         // What follows from it is the integral of a constant.
         close(sim.get("v.state.x").unwrap(), v - 0.25);
         close(sim.get("reader.state.x").unwrap(), reader + 2.0 * 0.25);
-        // Let go, it goes on from there.
+        // The variable continues from there after its release.
         let (x, v) = (0.25, sim.get("v.state.x").unwrap());
         sim.unpin("x.state.x").unwrap();
         sim.run_until(seconds(1.51)).unwrap();

@@ -140,7 +140,7 @@ fn a_guard_that_stops_the_run_ends_it_at_its_instant_with_the_words_of_the_part(
         again.restore(&sim.checkpoint("").unwrap()).unwrap();
         assert_eq!(again.run_until(seconds(2.0)).unwrap_err(), error);
         assert_eq!((again.state(), again.hash()), (sim.state(), sim.hash()));
-        // Split runs stop at the same bits.
+        // Split runs stop bit-identically.
         let mut cut = Simulation::new(plan.clone());
         cut.run_until(seconds(0.3)).unwrap();
         let mut rest = Simulation::new(plan.clone());

@@ -363,7 +363,7 @@ fn press(
     let toward = if bent > 0.0 { (v.dot(&z) + rho2 * w * theta) / bent } else { 0.0 };
     let pull = gives_way(bent, toward, limit / k.bristle_stiffness).min(1.0 / k.relaxation);
     let (z_dot, theta_dot) = (v - z * pull, w - theta * pull);
-    // As the normal turns (over an edge), keep the deflection perpendicular to it.
+    // The deflection stays perpendicular to the normal when that rotates (over an edge).
     let follows = z_dot - off / RELAX;
     let mut F = -(z * k.bristle_stiffness + z_dot * k.bristle_damping);
     let mut T = -rho2 * (k.bristle_stiffness * theta + k.bristle_damping * theta_dot);

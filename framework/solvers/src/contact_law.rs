@@ -90,7 +90,7 @@ mod tests {
             z -= 1e-5 * gives_way(z, 0.0, longest) * z;
         }
         assert!((z / longest - 1.0).abs() < 1e-3, "{z}");
-        // With a limit of zero, the deflection decays to zero.
+        // The deflection decays to zero if the limit is zero.
         assert!((gives_way(1.0, 0.0, 0.0) - 1.0 / RELAX).abs() < 1e-12);
     }
 

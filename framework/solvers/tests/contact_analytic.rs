@@ -222,7 +222,7 @@ fn compliance_takes_its_share() {
         assert!(report.converged, "{method:?} {report:?}");
         near(&[l[0][0]], &[2.0 / (2.25 + 0.75)], 1e-12);
     }
-    // The same compliance as a separate degree of freedom, with friction.
+    // An equal compliance as a separate degree of freedom, with friction.
     let soft = {
         let mut c = random(9, 12, 4, 9, coulomb);
         c.r = vec![[0.3, 0.2, 0.2, 0.0]; 4];

@@ -185,7 +185,7 @@ fn prescribed_hinges_against_a_loop() {
             let text = error.to_string();
             assert!(text.starts_with("loop `close`") && text.contains("\n  help: "), "{text}");
         }
-        // If the prescribed motion agrees with the loop, there is no contradiction.
+        // The loop is consistent if the prescribed motion agrees with it.
         let mut input = Input::at(&OPEN, &[0.0; 3]);
         input.contradiction_max = 1e-9;
         for (name, o) in solve(&mbs, &input) {
@@ -237,7 +237,7 @@ fn loops_that_hold_nothing() {
         assert_eq!(a.redundant, want, "{name}");
         assert!(a.report.contradiction < 1e-12, "{name}: {a:?}");
     }
-    // With an offset they cannot close. Dynamics has no row to detect this, but positions report it.
+    // The loops cannot close with an offset. Dynamics has no row to detect this, but positions report it.
     b.loops_mut()[1].frame_b = unit * unit;
     let mbs = b.build().unwrap();
     let tree = Tree::new(&mbs);

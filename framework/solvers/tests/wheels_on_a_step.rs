@@ -293,7 +293,7 @@ fn the_rover_climbs_a_step_when_friction_suffices() {
             }
             NAMES.map(|w| a.run.pose(w).position.z > STEP + 0.9 * R)
         };
-        // Four fifths of the friction of the front wheel, six fifths, and six fifths of that of the rear wheel.
+        // Four fifths of the friction of the front wheel; six fifths; six fifths of the friction of the rear wheel.
         assert_eq!(climb(0.8 * KNOWN[0]), [false; 3]);
         assert!(climb(1.2 * KNOWN[0])[0]);
         assert_eq!(climb(1.2 * KNOWN[2]), [true; 3]);

@@ -55,7 +55,7 @@ impl RrdFile {
         let options = EncodingOptions::PROTOBUF_COMPRESSED;
         let version = re_sdk::build_info().version;
         let mut encoder = Encoder::new_eager(version, options, BufWriter::new(file))?;
-        // Without the index at the end, which would be kept in memory and grow with the run.
+        // The index at the end is omitted, because it would be kept in memory and grow with the run.
         encoder.do_not_emit_footer();
         let file = RrdFile(Arc::new(Mutex::new(Inner { encoder, name, error: None })));
         let sink = file.clone();

@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn what_is_near_stays_fine_and_what_is_far_goes() {
         let mut trail = Trail::new(0, "body", false, &Base::World);
-        // From a distance of 4000 km to a stop, then 30 m at walking speed.
+        // The body comes from a distance of 4000 km to a stop, then moves 30 m at walking speed.
         let mut far = 4e6;
         while far > 0.06 {
             trail.add(&Vec3::new(far, 0.0, 0.0), 0);

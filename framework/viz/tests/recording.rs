@@ -526,7 +526,7 @@ fn far_from_the_origin_what_is_beside_the_followed_body_is_told_beside_it() {
     let path = folder.path().join("run.rrd");
     recorded_scene(&plan, &far_scene(Some("craft")), &path);
     beside_is_beside(&path, 301);
-    // Without a followed body, everything is in W.
+    // All poses are in W without a followed body.
     recorded_scene(&plan, &far_scene(None), &path);
     let (parents, entities) = frames_of(&path);
     let root = |child: &str| [child.to_string(), "tf#/".to_string()];

@@ -186,7 +186,7 @@ fn gram_tables_are_read() {
     near(air.temperature, 214.2, 1e-9, "T");
     relative(air.sound_speed, (1.29f64 * 188.92 * 214.2).sqrt(), 1e-12, "a");
     relative(air.pressure, 1.223e-2 * 188.92 * 214.2, 1e-12, "p");
-    // Beyond the end, with the slope of the last half kilometre.
+    // The table continues beyond its end with the gradient of the last half kilometre.
     let fall = mars.at(200_000.0).density / mars.at(199_500.0).density;
     relative(mars.at(200_500.0).density / mars.at(200_000.0).density, fall, 1e-12, "goes on");
     near(mars.at(300_000.0).temperature, 168.9, 1e-9, "T stays");

@@ -277,7 +277,7 @@ fn torque_of_the_gradient() {
     let p = Vec3::new(3e6, -5e6, 4e6);
     let golden = Vec3::new(-0.0005239084965177083, -0.0004907625748529336, -0.00022052184617788614);
     near3(&torque(398600441800000.0, &I, &p), &golden, 1e-18, "torque");
-    // The same torque from forces on six masses with this inertia, here with a constant gradient.
+    // Forces on six masses with this inertia give the same torque, here with a constant gradient.
     let H = point_mass_gradient(398600441800000.0, &p);
     let second = Mat3::identity() * (I.trace() / 2.0) - I;
     let moment = |j: usize, k: usize| (0..3).map(|i| second[(j, i)] * H[(k, i)]).sum::<f64>();

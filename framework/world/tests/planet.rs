@@ -366,7 +366,7 @@ fn tables_of_the_earths_orientation_are_read() {
     near(p.excess_of_day, 1.08e-3, 0.1e-3, "excess of the day");
     let p = table.at(&Epoch::utc(2008, 12, 31, 23, 59, 59.0).unwrap());
     near(p.dut1, -0.59284, 5e-6, "UT1 − UTC before the leap second");
-    // Without bulletin B, bulletin A is used.
+    // Bulletin A is used if there is no bulletin B.
     let a: String = FINALS.lines().map(|l| format!("{}\n", l[..134].trim_end())).collect();
     let p =
         EarthOrientation::read("a", &a).unwrap().at(&Epoch::utc(2009, 1, 1, 0, 0, 0.0).unwrap());
@@ -530,7 +530,7 @@ fn mars_and_the_moon_of_the_iau() {
             // Multiples of 350° in degrees: 3e-12 of round-off on both sides.
             near33(&matrix(&spin.R_IP.inverse()), &mat3(&case[key]), 8e-12, key);
         }
-        // The same day, with an epoch two thousand days earlier plus time.
+        // The day is equal, with an epoch two thousand days earlier plus time.
         for (a, b) in [
             (
                 IauRotation::moon((d, 0.0)).at(0.0),

@@ -484,7 +484,7 @@ fn no_ground_under_a_wheel() {
     };
     let flat = [0.0; 21 * 21];
     put(&flat);
-    // The map is beside the simulation file, wherever the command is run.
+    // The map is in the folder of the simulation file, wherever the command is run.
     lab.run("machine", "flat", &[]).code(0);
     // Rows run from north to south: y from 10 to -10.
     let mut hole = flat;

@@ -116,7 +116,7 @@ fn threads_kills_and_stops_leave_no_trace() {
     lab.linkwork(&["campaign", "c.ron", "--out", "killed"]).code(0);
     assert_eq!(tables(&lab, "killed"), wanted, "{kills} kills leave a trace");
     assert_eq!(lines(), 61, "a run was made twice, or lost");
-    // The same command again runs nothing, and writes the same.
+    // A repeated command runs no simulation, and writes equal files.
     std::fs::remove_file(lab.path("killed/results.csv")).unwrap();
     let said = lab.linkwork(&["campaign", "c.ron", "--out", "killed"]).code(0);
     assert!(said.out.contains("60 runs have ended already"), "{}", said.out);
@@ -357,7 +357,7 @@ fn column_of_journal(lab: &Lab) -> Vec<(u64, String)> {
 #[test]
 fn a_run_that_never_ends_is_ended() {
     let lab = lab();
-    // By simulated time, when the simulation does not limit it.
+    // The progress is measured by simulated time if the simulation does not limit it.
     lab.write(
         "endless.ron",
         &edited(&[

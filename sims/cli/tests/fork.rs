@@ -35,7 +35,7 @@ fn a_fork_that_changes_nothing_is_the_run() {
 fn a_changed_parameter_acts_from_the_checkpoint_on_as_in_a_phase() {
     let lab = lab();
     fork(&lab, "fork", &["--set", "Friction.damping=0.8"]).code(0);
-    // The same as a change of phase in one run.
+    // The result equals a change of phase in one run.
     let phases = "phases: { \"a\": (to: { \"b\": \"time > 0.5 s\" }), \
                   \"b\": (parts: { \"Friction\": (params: { \"damping\": 0.8 }) }) },\n    start: \"a\", until: \"1 s\"";
     lab.write("phases.ron", &edited(&[("until: \"1 s\"", phases)]));

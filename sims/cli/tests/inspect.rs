@@ -251,7 +251,7 @@ fn every_assembly_is_right() {
                 let said = said.code(2).tells(&["Converter.input` is not connected", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
             } else if path.ends_with("parts/navigation_autonav.ron") {
-                // Alone, its camera is attached to a node of the world, which has none.
+                // The assembly alone fails: its camera is attached to a node of the world, and the world is empty.
                 let said =
                     said.code(2).tells(&["the world has neither nodes nor hinges", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
@@ -273,7 +273,7 @@ fn every_assembly_is_right() {
                 .iter()
                 .any(|p| path.to_string_lossy().contains(p))
             {
-                // Alone, it requires two hinges of the world, which has none.
+                // The assembly alone fails: it requires two hinges of the world, and the world is empty.
                 let said =
                     said.code(2).tells(&["the world has neither nodes nor hinges", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), 2, "{}", said.err);

@@ -49,7 +49,7 @@ fn a_run_that_is_resumed_into_its_folder_leaves_its_log() {
     lab.linkwork(&fork).code(2).tells(&told);
     assert_eq!(std::fs::read(lab.path("r/run.mcap")).unwrap(), before);
     assert_eq!(log_begin(&lab.path("r/run.mcap")).unwrap(), Some(0.0));
-    // Without a log, into its own folder, and into that folder again.
+    // A run may be resumed into its own folder without a log, and into another folder several times.
     lab.resume(from, "r", &["--until", "2s", "--no-log"]).code(0);
     assert_eq!(std::fs::read(lab.path("r/run.mcap")).unwrap(), before);
     lab.resume(from, "rest", &["--until", "2s"]).code(0);
@@ -210,7 +210,7 @@ fn diff_sees_poses_and_configurations() {
     for wanted in ["pose of bob.rotation.y", "the configuration", "against"] {
         assert!(said.contains(wanted), "{wanted}: {said}");
     }
-    // With a tolerance, only the numbers are compared, and the configuration is named.
+    // Only the numbers are compared if a tolerance is given, and the configuration is named.
     let loose = ["diff", "a/run.mcap", "b/run.mcap", "--abs", "1"];
     lab.linkwork(&loose).code(0).tells(&["the configurations differ in line"]);
     let said =

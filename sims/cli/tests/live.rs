@@ -177,7 +177,7 @@ fn a_checkpoint_that_is_asked_for_takes_no_tick_of_the_metrics_away() {
         let metrics = &lab.summary(out)["metrics"];
         assert_eq!(metrics["largest speed"][0].as_f64(), Some(50.0), "{out}: {metrics}");
     }
-    // Each instant counts once: the means of the run and of its continuation are those of rows at intervals of 1 ms. Until the instant at which it
+    // Each instant counts once: the means of the run and its continuation equal the means of rows at intervals of 1 ms. Until the instant at which it
     // was set, the variable keeps its previous value.
     let ramps = |y: &[f64]| y.windows(2).map(|y| 0.5e-3 * (y[0] + y[1])).sum::<f64>();
     let before = log("out").series["bob.rate"].clone();
@@ -283,7 +283,7 @@ fn a_run_begins_pinned_and_a_cut_leaves_no_trace() {
     let two = ["out/checkpoint_0.4.lwck", "two/checkpoint_0.4.lwck"];
     let said = lab.linkwork(&["diff", two[0], two[1]]).code(1);
     assert!(said.out.contains("pin of bob.rate: only in the second"), "{}", said.out);
-    // Nothing is written before the whole command is valid.
+    // The file is not written before the whole command is valid.
     for (pin, why) in [
         ("Lag.u=1", "it reads"),
         ("bob.angel=1", "no variable"),

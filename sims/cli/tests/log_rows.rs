@@ -125,7 +125,7 @@ fn on_change_a_row_is_written_when_a_value_is_not_that_of_the_last() {
     same(&few, &expected, "few");
     assert_eq!(few["Ball.impacts"].y[..3], [0.0, 1.0, 2.0]);
     verified(&lab, "few");
-    // The same in a window: its first row is written when it differs from the last row of the window before.
+    // A window with `on_change`: its first row is written when it differs from the last row of the window before.
     let both = r#"[(channels: ["Ball.impacts"], on_change: true, around: (when: "Ball.height < 1 cm", before: "20 ms", after: "30 ms"))]"#;
     let both = run(&lab, "both", &ball(both), &[]);
     assert_eq!(both["Ball.impacts"].y[..3], [0.0, 1.0, 2.0]);
@@ -275,7 +275,7 @@ fn what_cannot_be_meant_is_refused_and_what_does_not_happen_is_told() {
     );
     lab.write("bad.ron", &ball(r#"[(channels: ["Ball.**"], on_change: "yes")]"#));
     lab.run("bad.ron", "bad", &[]).code(2).tells(&["on_change", "help: "]);
-    // Without the event, the log has no rows, and a message says this.
+    // The log has no rows if the event does not occur, and a message says this.
     let never = NEAR.replace("< 1 cm", "> 2 m");
     lab.write("never.ron", &ball(&never));
     let told = lab.run("never.ron", "never", &[]).code(0);

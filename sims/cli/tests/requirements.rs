@@ -75,7 +75,7 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
         page.contains("0 of 30 runs satisfied all requirements")
             && page.contains("it hardly swings")
     );
-    // The same runs without requirements; those of the first folder get other requirements without a run.
+    // The runs of the second folder have no requirements; the first folder gets other requirements without a run.
     assert_eq!(column(&lab, "plain", "state"), column(&lab, "out", "state"));
     assert!(!lab.path("plain/requirements.csv").exists());
     let half = FILE.replace("runs: 60", "runs: 30").replace(

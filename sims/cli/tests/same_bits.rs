@@ -19,7 +19,7 @@ fn a_resumed_rover_is_the_same_rover() {
     rover(&lab, "half", &["--until", "12s", "--checkpoint-every", "5s"]);
     assert!(lab.path("half/checkpoint_5.lwck").exists());
     std::fs::copy(lab.path("half/checkpoint_10.lwck"), far.path("at10.lwck")).unwrap();
-    // Another folder, without that of the simulation: the checkpoint contains everything that it needs.
+    // The run continues in another folder without the simulation's folder: the checkpoint contains everything that it needs.
     far.resume("at10.lwck", "rest", &["--until", "20s", "--checkpoint-every", "5s"]).code(0);
     assert_eq!(far.hash("rest"), whole);
     // A resumed run of a resumed run.
@@ -156,7 +156,7 @@ fn differences_are_named() {
         diff(file, "c", &["--abs", "1e-2"]).code(0);
         diff(file, "c", &["--rel", "1e-9"]).code(1);
     }
-    // By pattern: the last match applies, and a pattern without a match is a mistake.
+    // The last matching pattern applies, and a pattern without a match is a mistake.
     let log = |more: &[&str]| diff("run.mcap", "c", more);
     log(&["--tol", "Gain.*=1e-2", "--tol", "Lag.**=0,1e-2"]).code(0);
     let other = log(&["--tol", "**=1e-2", "--tol", "Lag.*=0"]).code(1).out;

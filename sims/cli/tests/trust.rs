@@ -47,7 +47,7 @@ fn checkpoints_of_another_run_are_put_aside() {
         names(&lab.path(folder)).into_iter().filter(|n| n.ends_with("lwck")).collect()
     };
     assert_eq!(saved("out"), found);
-    // The same run again: the checkpoints contain equal bits, and stay.
+    // A repeated run gives bit-identical checkpoints, which are kept.
     let old = std::fs::read(lab.path("out/checkpoint_0.5.lwck")).unwrap();
     assert!(!lab.run("sim.ron", "out", &[]).code(0).err.contains("note:"));
     assert_eq!(saved("out"), found);
@@ -161,7 +161,7 @@ fn after_kill_9_the_log_reaches_the_last_checkpoint() {
     assert!(last >= 1.2, "the checkpoint is at 1.2 s, the log ends at {last} s");
     let left = names(&lab.path("out"));
     assert!(left.iter().all(|n| n == "run.mcap" || n.ends_with(".lwck")), "{left:?}");
-    // The rows are equal to those of a complete run.
+    // The rows are equal to the rows of a complete run.
     lab.run("sim.ron", "whole", &["--until", "3s"]).code(0);
     let whole = read_log_contents(&lab.path("whole/run.mcap")).unwrap();
     for (name, s) in &log.series {
@@ -408,7 +408,7 @@ fn kills_at_random_instants_of_a_rover_leave_no_trace() {
         [&["run", rover, "--out", out][..], args, &QUIET].concat()
     }
     lab.linkwork(&run(&rover, "whole", &args)).code(0);
-    // From its first step to its last; before that, it loads.
+    // The process is killed between its first and last step; before the first step it loads.
     let steps = Duration::from_secs_f64(lab.summary("whole")["wall_time"].as_f64().unwrap());
     let (hash, whole) = (lab.hash("whole"), read_log(&lab.path("whole/run.mcap")).unwrap());
     let (wanted, mut done, mut dice) = (kills(3), 0, Dice(14));
@@ -432,7 +432,7 @@ fn kills_at_random_instants_of_a_rover_leave_no_trace() {
                 "lwck" => {
                     let time = Checkpoint::read(&path).unwrap_or_else(|e| panic!("{e}")).time;
                     checkpoints += 1;
-                    // From the checkpoint at the end, nothing remains to simulate.
+                    // The checkpoint at the end leaves no time to simulate.
                     if time < 4.0 && newest.as_ref().is_none_or(|n| n.0 < time) {
                         newest = Some((time, format!("killed/{name}")));
                     }

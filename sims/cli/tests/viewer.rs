@@ -162,7 +162,7 @@ fn a_recording_from_a_log_goes_through_phases_and_from_a_cut_log_as_far_as_that_
     let args = ["run", &staging, "--out", "out", "--until", "12s", "--checkpoint-every", "2s"];
     lab.linkwork(&args).code(0);
     lab.linkwork(&["view", "out/run.mcap", "--out", "view.rrd"]).code(0);
-    // Curves have the rows of the log, poses those of the view.
+    // Curves have the rows of the log, poses have the rows of the view.
     // A log does not contain phases: only the recording of the run colours paths by phase.
     let both = ["out/run.rrd", "view.rrd"];
     let [run, view] = both.map(|f| linkwork_viz::read_recording(&lab.path(f)).unwrap());
@@ -270,7 +270,7 @@ fn a_line_is_bright_while_it_pulls_and_a_jet_as_long_as_its_thrust() {
     let slack = t.iter().zip(&alpha).filter(|(t, _)| **t < 0.34).all(|(_, a)| *a == 61);
     assert!(slack && alpha[7] == 204 && alpha.contains(&61), "{alpha:?}");
     let jet = |k: usize| &shown[&format!("/plumes/block_nozzle Arrows3D:vectors[{k}]")].1;
-    // Against the z axis of the nozzle, which is the x axis of the block.
+    // The force is opposite to the z axis of the nozzle, which is the x axis of the block.
     assert!((jet(0)[0] + 0.5 * 0.999).abs() < 1e-6 && jet(2)[0].abs() < 1e-6, "{:?}", jet(0));
 }
 

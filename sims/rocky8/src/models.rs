@@ -80,7 +80,7 @@ impl<'a> Out<'a> {
             self.tree(&inner, depth + 2)?;
             self.path.pop();
             if self.parts.len() == begin {
-                // Nothing of it has a counterpart.
+                // The subsystem is omitted if none of its devices has a counterpart.
                 self.parts.truncate(before);
             } else {
                 let _ = writeln!(self.parts, "{indent}    }},\n{indent}),");

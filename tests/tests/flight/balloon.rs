@@ -47,7 +47,7 @@ fn a_balloon_floats_where_it_displaces_its_mass_and_comes_down_and_rises() {
     assert!(sim.get("Ballast.propellant").unwrap() == 0.0);
     let east = sim.get("Ground.offset.x").unwrap();
     assert!((east / 1e3 - 259.0).abs() < 0.5, "{east}");
-    // As in the README: s and m of each phase.
+    // The README lists s and m of each phase.
     let want = [
         (0.0, 500.0),
         (1277.3, 5922.7),

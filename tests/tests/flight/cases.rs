@@ -175,7 +175,7 @@ fn a_descent_ends_at_its_arrival() {
     let mut sim = scene(&text(20.0), &[]).unwrap();
     sim.run_until(seconds(19.95)).unwrap();
     assert!(sim.get("V.thrust").unwrap() > 100.0);
-    // Without further samples it falls from the arrival on.
+    // The body falls from the arrival on if there are no further samples.
     sim.run_until(seconds(20.0)).unwrap();
     let v0 = velocity(&sim, "c");
     sim.run_until(seconds(20.05)).unwrap();

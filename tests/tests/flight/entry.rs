@@ -69,7 +69,7 @@ fn a_capsule_is_guided_by_its_navigation_to_where_its_parachute_opens() {
     tilt.below(4.0, "error of the attitude, deviations");
     trim.below(0.35, "angle of attack from its trim of −16°, deg");
     slip.below(1.0, "sideslip, deg");
-    // From the position where range control ends; the axes of the target, 14 km away, agree with W to a few mrad.
+    // The start is where range control ends; the axes of the target, 14 km away, agree with W to a few mrad.
     let miss = (get(&sim, "Ground.offset") - aim()).xy();
     let told = miss + errors(&sim)[0].xy();
     println!(

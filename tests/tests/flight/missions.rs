@@ -224,7 +224,7 @@ fn momentum_with_wheels(sim: &Simulation) -> Vec3 {
 
 #[test]
 fn four_wheels_turn_a_craft_and_keep_its_momentum() {
-    // Without external torques the sum is constant, independent of wheels, friction and software.
+    // The sum is constant without external torques, independent of wheels, friction and software.
     let free = ["coils=0", "disturbance=[0, 0, 0]"];
     let mut sim = common::repository("attitude/sim.ron", &free).unwrap();
     let start = momentum_with_wheels(&sim);
@@ -235,10 +235,10 @@ fn four_wheels_turn_a_craft_and_keep_its_momentum() {
     }
     assert!(sim.get("Wheel1.speed").unwrap().abs() < 628.0);
     kept.below(1e-9, "attitude, momentum of craft and wheels, relative");
-    // With them it changes by the integral of the torques: a dipole is held for a second, so the midpoint rule applies.
+    // The sum changes by the integral of external torques: a dipole is held for a second, so the midpoint rule applies.
     let mut sim = common::repository("attitude/sim.ron", &[]).unwrap();
     let (start, mut sum) = (momentum_with_wheels(&sim), Vec3::zeros());
-    // As in the README: rpm of the wheels, and the steady angle while they spin fast.
+    // The README gives the rpm of the wheels, and the steady angle while they spin fast.
     let wheels = |sim: &Simulation| {
         [1, 2, 3, 4]
             .map(|k| sim.get(&format!("Wheel{k}.speed")).unwrap() * 30.0 / std::f64::consts::PI)
@@ -501,7 +501,7 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     assert_eq!(hinges.split(", ").count(), 15, "{hinges}");
     books_are_kept(&moves);
     snapshots.push(Snapshot::of(&sim));
-    // From the start of any phase, and from instants in between, a new instance continues bit-identical to the next.
+    // A new instance that starts with any phase, or between phases, continues bit-identically to the next phase.
     let mut again = common::repository("mars_edl/sim.ron", &COARSE).unwrap();
     for pair in snapshots.windows(2) {
         again.restore(&pair[0].kept).unwrap();

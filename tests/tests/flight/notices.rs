@@ -110,7 +110,7 @@ fn air_beyond_its_data_is_told_once_or_stops_the_run() {
             ],
         );
     }
-    // With `continue`, continuing is expected, so nothing is reported.
+    // The user expects the run to continue with `continue`, so no message is printed.
     let mut sim = scene(&text("\"outside\": continue"), &[]).unwrap();
     sim.run_until(seconds(100.0)).unwrap();
     assert!(told(&mut sim).is_empty());

@@ -25,7 +25,7 @@ fn beside(sim: &Simulation, chief: &str, deputy: &str) -> (Vec3, Vec3) {
 fn a_deputy_comes_to_its_place_and_is_held_there() {
     let mut sim = repository("formation/sim.ron", &[]).unwrap();
     let (start, drift) = beside(&sim, "chief", "deputy");
-    // As the file describes: 200 m above, 1500 m behind, 80 m to the side.
+    // The file describes the start: 200 m above, 1500 m behind, 80 m to the side.
     assert!((start - Vec3::new(200.0, -1500.0, 80.0)).norm() < 1e-6, "{start}");
     assert!((drift - Vec3::new(0.15, -0.5, -0.1)).norm() < 1e-6, "{drift}");
     sim.run_until(seconds(1944.0)).unwrap();

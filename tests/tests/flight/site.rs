@@ -441,7 +441,7 @@ fn a_world_that_contradicts_itself_or_its_parts_is_refused() {
     let phases = text.replacen("until:", "start: \"a\", phases: { \"a\": (to: {\"b\": \"time > 0.5 s\"}), \"b\": (world: (body: \"moon\")) }, until:", 1);
     let e = scene(&phases, &[]).err().unwrap();
     assert!(e.contains("`world` cannot change during a run"), "{e}");
-    // Without gravity the rotation would have no effect.
+    // The rotation would have no effect without gravity.
     let e = scene(&text.replacen("until:", "gravity: \"none\", until:", 1), &[]).err().unwrap();
     assert!(e.contains("leave `gravity` out"), "{e}");
     // A model whose equations are valid only in inertial axes.

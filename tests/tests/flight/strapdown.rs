@@ -78,7 +78,7 @@ fn increments_bring_back_attitude_and_velocity_of_a_body_that_tumbles() {
     println!("50 Hz: {slow:?}, 100 Hz: {fast:?}");
     let [plain, corrected] = slow;
     assert!(corrected[0] < 1e-3 * plain[0] && corrected[1] < 2e-3 * plain[1]);
-    // Without corrections attitude is of second order and velocity of first; with them of fourth and third.
+    // Attitude is of second order and velocity of first order without corrections; with them, of fourth and third order.
     for (k, j, least, most) in
         [(0, 0, 3.5, 4.5), (0, 1, 1.8, 2.2), (1, 0, 12.0, 20.0), (1, 1, 7.0, 9.0)]
     {

@@ -21,7 +21,7 @@ fn a_thruster_sees_every_pulse_whatever_the_step() {
         );
         let mut sim = scene(&text, &[]).unwrap();
         sim.run_until(seconds(4.0)).unwrap();
-        // Open from 1/12 s to 5/12 s of each second, 50 ms later; the last pulse has not quite decayed.
+        // The valve is open from 1/12 s to 5/12 s of each second, 50 ms later; the last pulse is still decaying.
         let (w, rise, fall) = (1.0 / 3.0_f64, 0.04_f64, 0.08_f64);
         let reached = 1.0 - (-w / rise).exp();
         let left = fall * reached * (-(1.0 - 5.0 / 12.0 - 0.05) / fall).exp();

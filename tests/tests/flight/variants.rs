@@ -144,7 +144,7 @@ fn a_tank_that_blows_down_is_dry_when_the_closed_form_says() {
     );
     assert!((dry / want - 1.0).abs() < 1e-6, "{dry} {want}");
     assert!((pressure / (24.0 * ullage / (ullage + 40.0 / density)) - 1.0).abs() < 1e-9);
-    // Without spin the off-axis engine would tip it over; the coning loss is negligible.
+    // The off-axis engine would tip it over without spin; the coning loss is negligible.
     assert!(v.z < gained && v.z > 0.999 * gained && v.xy().norm() < 0.02 * gained, "{v}");
 }
 

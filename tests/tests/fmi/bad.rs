@@ -141,7 +141,7 @@ fn units_that_fail_on_the_way() {
             ("me", 3, vec!["Spring", "NaN"]),
             ("me", 5, vec!["`Spring`", "fatal"]),
         ];
-        // In 2.0 a model-exchange FMU is asked after each step, in 3.0 a co-simulation FMU returns it.
+        // The importer of FMI 2.0 queries a model-exchange FMU after each step; in 3.0, a co-simulation FMU returns it.
         cases.push((
             if version == 2 { "me" } else { "cs" },
             6,

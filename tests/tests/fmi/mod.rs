@@ -93,7 +93,7 @@ fn co_simulation_comes_nearer_with_the_communication_step() {
             assert!((ratio - 2.0).abs() < 0.1, "{errors:?}");
         }
         assert!(errors[3] < 1e-3, "{errors:?}");
-        // Without inputs only the FMU's own solver has an error: fourth order with 10 ms / 4.
+        // Only the FMU's own solver has an error without inputs: fourth order with 10 ms / 4.
         let alone =
             r#"model: "fmi.co_simulation", rate: "10 ms", params: { "file": "spring.fmu" }"#;
         let mut sim = bench.sim(&spring(alone, "10 ms", "")).unwrap();
@@ -149,7 +149,7 @@ fn a_ball_bounces_like_the_native_one() {
         assert!(worst < 1e-10, "{worst}");
         assert!((lamp.unwrap() - 0.26).abs() < 1e-11, "{lamp:?}");
 
-        // With its own solver: equal at the communication points.
+        // The values with its own solver are equal at the communication points.
         let text = ball(
             r#"model: "fmi.co_simulation", rate: "50 ms", params: { "file": "ball.fmu" }"#,
             "",

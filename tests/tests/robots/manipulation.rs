@@ -120,7 +120,7 @@ fn the_key_turns_and_the_door_opens() {
         let mut sim = load("key_and_door/sim.ron", &[&believed]);
         let (mut most, mut turned, mut early) = (0.0_f64, 0.0_f64, 0.0_f64);
         work(&mut sim, 20.0, |s| {
-            // From where the key enters the displaced lock: the loop closes over a time.
+            // The start is where the key enters the displaced lock: the loop closes over a time.
             if get(s, "Arm.Controller.index") > 1.5 {
                 most = most.max(get(s, "Arm.Controller.push"));
             }

@@ -196,7 +196,7 @@ fn led(length: f64, wheel: &str, part: &str) -> Vec<[f64; 2]> {
 
 #[test]
 fn by_its_shape_alone_a_wheel_meets_the_ground_as_by_its_model() {
-    // The model's three discs are the middles of strips of its width; those of a shape span its whole width.
+    // The model's three discs are the middles of strips of its width; the discs of a shape span its whole width.
     let (width, strip) = (0.4, 0.4 / 3.0);
     let shape = led(2.0 * strip, "(discs: 3, friction: 0.7)", "");
     let model = led(

@@ -87,7 +87,7 @@ fn cuts_leave_no_trace_and_it_stands_still_when_it_is_told() {
     }
     run(&mut cut, 12.0);
     assert_eq!(straight.hash(), cut.hash());
-    // Without remaining waypoints it does not creep.
+    // The rover does not creep without remaining waypoints.
     let mut parked =
         common::scene(ROVER, &["Rover.speed=0.001", "Rover.waypoints=[[-16, -20]]"]).unwrap();
     run(&mut parked, 1.0);

@@ -105,7 +105,7 @@ fn without_its_camera_it_is_further_off_and_says_so() {
 
 #[test]
 fn it_begins_where_it_is_told_and_maps_from_there() {
-    // With an error of two metres its map is shifted, and its goal is reached relative to its estimate.
+    // The map is shifted by an error of two metres, and the goal is reached relative to the rover's estimate.
     let moved = format!("{ESTIMATOR}.start=[-38, 1, 0]");
     let mut sim = rover(&[&KINEMATICS[..], &[VISUAL, &moved]].concat());
     run(&mut sim, 12.0);

@@ -96,7 +96,7 @@ fn parked_it_does_not_creep() {
                     "slope {slope}: later {later} m/s"
                 );
             }
-            // With manually set brakes it used to roll 60 to 94 mm.
+            // The rover used to roll 60 to 94 mm with manually set brakes.
             assert!(went < 1e-3, "soil {soil} slope {slope}: {went} m from the start");
         }
     }
@@ -147,7 +147,7 @@ fn what_does_not_rest_where_it_is_put_down_is_told() {
     let sim = on_slope(40.0, false);
     let warning = told(&sim).unwrap();
     assert!(warning.message.contains("chassis") && warning.help.is_some(), "{warning:?}");
-    // Without brakes the wheels are locked while it settles: it starts in balance and then rolls away.
+    // The wheels are locked while a rover without brakes settles: it starts in balance and then rolls away.
     let brakes =
         [1, 2, 3, 4, 5, 6].map(|k| format!("Rover.Hardware.Wheels.Wheel{k}.Motor.brake=0"));
     let mut sim = made(25.0, false, "", &brakes.each_ref().map(String::as_str));
@@ -399,8 +399,8 @@ fn the_equations_are_those_of_the_reference() {
 
 #[test]
 fn axle_loads_are_those_of_statics() {
-    // With locked wheels the distribution of traction depends on the settling history, so the measured traction of the bogies' wheels enters the
-    // equations.
+    // The distribution of traction depends on the settling history if the wheels are locked, so the measured traction of the bogies' wheels enters
+    // the equations.
     for slope in [0.0, 10.0, 20.0, 30.0, -10.0, -20.0, -30.0] {
         let mut sim = on_slope(slope, false);
         run(&mut sim, 8);
@@ -500,8 +500,8 @@ fn the_rockers_turn_by_equal_and_opposite_angles() {
 
 #[test]
 fn coupling_and_spring_drive_the_same_traverse() {
-    // The spring deflects by its moment divided by its stiffness. The moment is at most that of the chassis behind the rockers' axis plus the wheels'
-    // contribution; the coupling does not deflect. The effect on the rover's position has the same size.
+    // The spring deflects by its moment divided by its stiffness. The moment is at most the moment of the chassis behind the rockers' axis plus the
+    // wheels' contribution; the coupling does not deflect. The effect on the rover's position has the same size.
     let mut exact = common::traverse(&[]).unwrap();
     let mut elastic = common::traverse(&["Rover.differential=spring"]).unwrap();
     let (mut gives, mut apart, mut angles) = (0.0_f64, 0.0_f64, 0.0_f64);

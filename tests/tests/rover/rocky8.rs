@@ -277,7 +277,7 @@ fn it_turns_in_place_with_its_wheels_as_prescribed() {
     let sim = run("rocky8/turn.ron", &[], 34.0);
     let [x, y, heading] = ["x", "y", "heading"].map(|n| get(&sim, &format!("{POSE}.{n}")));
     println!("x {x}, y {y}, heading {} deg", heading.to_degrees());
-    // A quarter turn to the left; wide wheels that turn in place slip slightly.
+    // A turn in place by 90° to the left; wide wheels slip slightly.
     assert!((heading.to_degrees() - 90.0).abs() < 1.0 && x.hypot(y) < 3e-3);
     assert!((heading - get(&sim, "Odometry.heading")).to_degrees().abs() < 0.5);
 }

@@ -66,7 +66,7 @@ fn split_equals_straight_with_ruts() {
     for k in 1..=6 {
         run(&mut sim, 20 * k);
         let saved = sim.checkpoint("").unwrap();
-        // Actions from here on leave no trace.
+        // Actions from here on are undone.
         let mut other = sim.fork();
         run(&mut other, 20 * k + 10);
         sim = driving("on");

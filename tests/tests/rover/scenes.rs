@@ -32,7 +32,7 @@ fn climb(set: &[&str], longest: f64) -> [f64; 2] {
 fn with_friction_enough_it_climbs_a_step_as_high_as_a_wheels_radius_and_without_it_stalls() {
     let [x, z] = climb(&[], 90.0);
     assert!(x > 4.0 && (z - 1.0).abs() < 0.01, "({x}, {z})");
-    // With less friction than the front wheels need it stands in front of the step, with rotating wheels.
+    // The rover stops at the step with rotating wheels if friction is less than the front wheels need.
     let [x, z] = climb(&["friction=0.6"], 40.0);
     assert!(x < 0.7 && z < 0.85, "({x}, {z})");
 }

@@ -12,7 +12,7 @@ fn the_counter_counts() {
 fn stepping_allocates_nothing() {
     for integrator in [Integrator::Rk4, Integrator::SemiImplicitEuler] {
         let mut sim = Simulation::new(zoo::plan(&zoo::system(integrator, 3)));
-        // From the first step on, for a whole hyperperiod (1 s) and more.
+        // Allocations are counted from the first step on, for a whole hyperperiod (1 s) and more.
         let counts = measure(|| {
             for _ in 0..700 {
                 sim.step().unwrap();

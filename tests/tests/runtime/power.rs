@@ -244,7 +244,7 @@ fn a_battery_that_runs_flat_cuts_its_loads_off_and_takes_them_on_again() {
         (0.0, 0.0, 0.0)
     );
     assert!(get(&sim, "Battery.charge").abs() < 1e-9);
-    // With 50 W the battery is back at a twentieth of its charge, and everything works again; the supplied power exceeds the load.
+    // The battery is back at a twentieth of its charge with 50 W, and everything works again; the supplied power exceeds the load.
     let mut back = f64::NAN;
     while get(&sim, "Battery.empty") > 0.5 {
         sim.step_event().unwrap();

@@ -122,7 +122,7 @@ fn what_lies_beside_the_profile_goes_away_as_stated() {
         let want = 0.2 * (1.0 + 3.0 * t) * (-3.0 * t).exp();
         assert!((off.get("Motion.error").unwrap() - want).abs() < 1e-10);
     }
-    // Without feedback the error stays.
+    // The error stays without feedback.
     let free = profile.replace("3 rad/s", "0 rad/s");
     let mut off = sim(&table(&free, "angle: 0.2", r#"step: "1 ms""#));
     off.run_until(seconds(2.0)).unwrap();

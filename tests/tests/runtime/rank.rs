@@ -61,7 +61,7 @@ fn rank_and_mobility_are_those_of_the_linkage() {
     let r = r.plan().mechanism().unwrap().rank().unwrap();
     assert_eq!((r.free, r.prescribed, r.rows, r.rank, r.mobility()), (16, 6, 1, 1, 15));
     assert!(r.redundant.is_empty());
-    // Nothing to report without constraints.
+    // A mechanism without constraints has no reports.
     let free = common::scene(&four_bar("", "", ""), &[]).unwrap();
     assert_eq!(free.plan().mechanism().unwrap().rank(), None);
 }

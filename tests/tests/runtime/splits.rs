@@ -257,7 +257,7 @@ fn a_move_to_the_same_plan_leaves_no_trace() {
         .into_iter()
         .filter(|file| !file.ends_with("double_wishbone/flexible.ron"))
         .map(|file| (file.display().to_string(), load(&file)))
-        // A manual move leaves the phases of a file, so there is no comparison.
+        // Programs with several phases are skipped: a manual transition does not follow the phases of the file.
         .filter(|(_, ready)| ready.program.phases.len() == 1)
         .collect();
     let ready = library().text("slope.ron", slope).map_err(|f| f.render(false)).unwrap();

@@ -254,7 +254,7 @@ fn an_integrator_that_contact_replaces_is_told() {
         "{told}"
     );
     assert!(told.contains("write `compliant: true` in `contact`"), "{told}");
-    // What is not written is not replaced, that one is what contact does, and smooth forces are integrated.
+    // An `integrator` that the file does not write is not replaced, the stated one equals contact's, and smooth forces are integrated.
     assert!(warnings(&box_on_floor("", "")).is_empty());
     assert!(warnings(&box_on_floor("", "integrator: \"semi_implicit_euler\"")).is_empty());
     assert!(warnings(&box_on_floor("compliant: true", "integrator: \"rk4\"")).is_empty());

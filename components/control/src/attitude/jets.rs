@@ -296,7 +296,7 @@ mod tests {
             let off = Vec3::new(sum[3], sum[4], sum[5]) - force;
             let turned = Vec3::new(sum[0], sum[1], sum[2]) - torque;
             println!("{off} {turned}");
-            // What is carried at the end is less than two jets for one of these periods.
+            // The remainder at the end is less than the impulse of two jets in one of these periods.
             assert!(off.norm() < 6e-4 && turned.norm() < 9e-4, "{off} {turned}");
         }
     }

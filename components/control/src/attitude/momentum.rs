@@ -125,7 +125,7 @@ impl Model for Desaturation {
     fn feedthrough(&self, u: &DesaturationIn) -> DesaturationOut {
         let square = u.field.norm_squared();
         let excess = u.momentum - self.p.wanted;
-        // Without a field there is no torque.
+        // The torque is zero without a field.
         let dipole = if square > 0.0 {
             u.field.cross(&excess) * (-self.p.gain / square)
         } else {

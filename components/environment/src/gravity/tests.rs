@@ -186,7 +186,7 @@ fn third_bodies_pull_and_raise_tides_alike_over_a_site() {
         let pulls = here.thirds(t, p).sum::<Vec3>() + here.tide(t, p);
         let want = there.thirds(t, P).sum::<Vec3>() + there.tide(t, P);
         assert!((R * pulls - want).norm() < 1e-10 * want.norm(), "{pulls} {want}");
-        // The whole, with the centrifugal part taken off; the pole is that of the start.
+        // The total acceleration without the centrifugal part agrees; the pole keeps its direction at the start.
         let whole = R * (here.acceleration(t, p) - site.centrifugal(&p));
         assert!((whole - there.acceleration(t, P)).norm() < 1e-9, "{t} s");
         assert!((here.scale(t, p) / there.scale(t, P) - 1.0).abs() < 1e-12);
@@ -271,7 +271,7 @@ fn mistakes_have_place_fact_and_remedy() {
     let sun = HarmonicsParams { third_bodies: vec![Third::Sun], ..params() };
     let e = built(&sun, FIELD).err().unwrap();
     assert!(e.message.contains("a third body needs an epoch"), "{}", e.message);
-    // The field of one body is not that of another, nor of another gravity parameter.
+    // The field of one body differs from the field of another body and of another gravity parameter.
     for (world, words) in [
         (WorldParams::of(Centre::Moon), "`body` of `world` is `moon`"),
         (WorldParams { mu: Some(3.986e14), ..earth() }, "`mu` of `world`"),
@@ -353,7 +353,7 @@ fn the_permanent_tide_is_there_once() {
     // A rigid body keeps its deformation.
     let rigid = with(free, Some(Permanent::ZeroTide), 0.0);
     assert_eq!(rigid, with(free, None, 0.0));
-    // The file says it by itself.
+    // The file states it itself.
     let gfc = "earth_gravity_constant 3.986004415e14\nradius 6378136.3\nmax_degree 2\ntide_system zero_tide\nend_of_head\ngfc 2 0 -4.8416e-4 0\n";
     let read = |text: &str| {
         let format = FieldFormat::Icgem;
@@ -382,7 +382,7 @@ fn fields_of_the_moon_are_in_principal_axes() {
     let arcsec = std::f64::consts::PI / 648_000.0;
     let (sin, cos) = (78.56 * arcsec).sin_cos();
     let R = handle(moon.clone()).planet_axes(0.0);
-    // What pulls aside where the pole is: nothing, and 3 J₂ (R/r)² of the weight for each radian beside it.
+    // Acceleration perpendicular to the radius: zero at the pole, and 3 J₂ (R/r)² of the weight per radian of distance from it.
     let aside = |axes, pole: Vec3| {
         let p = R * pole * 1.838e6;
         let a = at(axes, &gfc("")).acceleration(0.0, p);

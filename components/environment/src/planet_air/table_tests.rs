@@ -98,7 +98,7 @@ fn each_row_of_the_reference_files_is_reproduced() {
             let end = point(radius, if out < low { low } else { high });
             let [held, edge] = [point(radius, out), end].map(|p| of(Outside::Clamp).air(0.0, p));
             assert!((held.density / edge.density - 1.0).abs() < 1e-9, "{file} {out}");
-            // Half a row further on it has gone on by half of a row's factor, and more than that it has not.
+            // The density half a row beyond the edge has changed by the factor of half a row inside.
             let on = air.air(0.0, point(radius, out));
             let inwards = air.air(0.0, end * 2.0 - point(radius, out));
             let (there, back) = (on.density / edge.density, inwards.density / edge.density);

@@ -130,7 +130,7 @@ fn season_and_dust_choose_the_air_of_mars() {
         assert!((a.density / density - 1.0).abs() < 1e-9, "{} for {density}", a.density);
         assert!((a.temperature - kelvin).abs() < 1e-6, "{} for {kelvin}", a.temperature);
     };
-    // A table itself; half of the way from one to the next; across the new year, a quarter of the way.
+    // The day of a table; the middle between two tables; a quarter of the interval that contains the new year.
     near(air(20.0, 0.1, 0.0), 0.02, 220.0);
     near(air(380.0, 1.1, 10_000.0), 0.01 * 0.1f64.sqrt(), 230.0);
     near(air(110.0, 0.1, 0.0), (0.02f64 * 0.008).sqrt(), 210.0);

@@ -59,7 +59,7 @@ impl Cache {
         let oldest = || self.slots.iter().enumerate().min_by_key(|(_, s)| s.used).map(|(k, _)| k);
         let (at, mut heights) = match oldest() {
             Some(at) if self.slots.len() >= self.most => {
-                // Whether it is read or not, what was there is gone.
+                // The previous tile of the slot is lost even if the new one cannot be read.
                 let slot = &mut self.slots[at];
                 // Nowhere already, after a tile that could not be read.
                 if let Some(place) = self.places.get_mut(slot.tile) {

@@ -62,7 +62,7 @@ fn answers_are_those_of_one_array_bit_for_bit_in_any_order_with_any_cache() {
             }
             assert!(tiles.kept() <= most && tiles.failure().is_none());
         }
-        // With the same heights and another place and scale.
+        // The terrain has the same heights at another place and with another scale.
         let centred = Tiles::open(&path, 2).unwrap().centred().scaled(0.3, 1.5);
         let mut other = field.clone().centred();
         other.map(|_, _, h| (h - 0.3) * 1.5);

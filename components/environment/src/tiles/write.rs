@@ -50,7 +50,7 @@ pub fn write_tiles(path: &Path, rows: &mut dyn HeightRows, tile: usize) -> Resul
     let written = write_to(part, rows, tile)
         .and_then(|()| std::fs::rename(part, path).map_err(TileError::system("writing")));
     if written.is_err() {
-        // What is left of it is of no use; that it cannot be removed is no further fault.
+        // The incomplete file is useless; failing to remove it is not reported as another fault.
         let _ = std::fs::remove_file(part);
     }
     written

@@ -263,7 +263,7 @@ mod tests {
         let (sin, cos) = 0.4_f64.sin_cos();
         let want = Vec3::new(30.0 * cos - 20.0 * sin, -30.0 * sin - 20.0 * cos, 5.0);
         assert!((v1 - want).norm() < 1e-9, "{v1} {want}");
-        // The same state, given in inertial axes.
+        // The state is equal to the one given in inertial axes.
         for start in [
             Start::State { frame: StartFrame::Icrf, position: r, velocity: v },
             Start::State {

@@ -43,7 +43,7 @@ fn the_iau_rotation_is_the_bodys_own() {
         let sine = (spin.R_IP * Vec3::z()).dot(&point) / point.norm();
         assert!((place.unwrap().latitude.sin() - sine).abs() < 0.005);
     }
-    // The pole of Mars leans by 37° from that of the Earth.
+    // The pole of Mars is inclined by 37° to the pole of the Earth.
     let p = WorldParams { turns: Some(Turning::Iau), epoch, ..WorldParams::of(Centre::Mars) };
     let pole = p.planet(&Files::default()).unwrap().rotation.at(0.0).R_IP * Vec3::z();
     assert!((pole.z - 52.88_f64.to_radians().sin()).abs() < 1e-3, "{pole}");
@@ -70,7 +70,7 @@ fn a_site_stands_among_the_stars_where_its_planet_has_it() {
         let site = p.planet(&Files::default()).unwrap().site.unwrap();
         assert_eq!(site.rate, rate.unwrap_or(0.0));
     }
-    // By the IAU its pole and rate are those of the start: what the pole, tides and libration do in a day is left out.
+    // With `Iau`, pole and rate are constant: the changes by precession, tides and libration within a day are left out.
     let epoch = Some("2026-11-02 00:00:00 UTC".to_string());
     for (body, day) in [(Centre::Mars, 3e-8), (Centre::Earth, 7e-7), (Centre::Moon, 2e-4)] {
         let p = WorldParams {

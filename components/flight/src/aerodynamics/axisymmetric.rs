@@ -180,7 +180,7 @@ pub(super) fn leaves(
     reach: impl FnOnce() -> String,
     was: &TableExit,
 ) -> Option<BuildError> {
-    // With `clamp` only the first exit is reported; with `stop` every exit stops the run.
+    // The setting `clamp` reports only the first exit; with `stop` every exit stops the run.
     let silent = was.outside && outside == Outside::Clamp;
     (which.rose(LEAVES) && !silent).then(|| beyond(outside, "leaves the tables,", reach))
 }

@@ -165,7 +165,7 @@ mod tests {
             m.feedthrough(&u, &mut y);
             y
         };
-        // With half of the first stage's propellant, the mean of 353250 and 150750.
+        // The value for half of the first stage's propellant is the mean of 353250 and 150750.
         assert_eq!(run(Vec::new(), [0.0, 90_000.0, 0.0]), [0.5, 1.0, 252_000.0]);
         assert_eq!(run(Vec::new(), [1.0, 180_000.0, 60_000.0]), [0.0, 0.25, 43_875.0]);
         let other = || vec![Replacement { variable: "ignite1".into(), value: 151_750.0 }];

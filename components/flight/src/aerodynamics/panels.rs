@@ -379,7 +379,7 @@ mod tests {
             };
             let (coarse, fine) = (error(&coarse), error(&fine));
             assert!(coarse < 2e-2 && fine < 1e-3, "{alpha}: {coarse:e} {fine:e}");
-            // With facets four times smaller the error is a sixteenth, apart from higher-order terms.
+            // The error with facets four times smaller is a sixteenth, apart from higher-order terms.
             assert!((12.0..20.0).contains(&(coarse / fine)), "{alpha}: {coarse:e} {fine:e}");
         }
     }

@@ -158,7 +158,7 @@ impl Model for SphereConeShell {
         d: &TableExit,
         u: &BodyIn,
     ) -> Option<BuildError> {
-        // With `outside: stop` the run stops even if the flow has been outside before.
+        // The setting `outside: stop` stops the run even if the flow has been outside before.
         let silent = d.outside && self.p.outside == Outside::Clamp;
         (fired.rose(LEAVES) && !silent).then(|| self.beyond("goes on", &self.air(clock.t, u).0))
     }
@@ -271,7 +271,7 @@ mod tests {
         let want = -0.030_821 * without.dynamic_pressure * PI * RADIUS * RADIUS;
         assert!((pull - Vec3::x() * want).norm() < 1e-9 * want.abs(), "{pull}");
         assert!((at(&based, &u).load.moment - without.load.moment).norm() < 1e-9);
-        // The heat flux is that of a nose of half the base radius.
+        // The heat flux equals the flux at a nose of half the base radius.
         let heat = 1.9027e-4 * (0.02f64 / (0.5 * RADIUS)).sqrt() * 1250f64.powi(3);
         let free = 0.5 * 0.02 * without.airspeed.powi(3);
         let bounded = heat / (1.0 + (heat / free).powi(2)).sqrt();

@@ -206,7 +206,7 @@ mod tests {
         let m = BankControl::build(BankControlParams { torque_max: 50.0, ..params() }).unwrap();
         let y = at(&m, capsule(0.0), 2.0);
         assert!(y.torque.amax() == 50.0 && (y.error - 2.0).abs() < 1e-12, "{}", y.torque);
-        // With the nose along the velocity there is no lift, and only the rates are damped.
+        // The lift is zero while the nose is along the velocity, so only the rates are damped.
         let mut body = capsule(0.0);
         body.rotation = Quat::rotation_between(&Vec3::x(), &body.velocity).unwrap();
         assert_eq!(at(&m, body, 1.0).torque, Vec3::zeros());

@@ -79,7 +79,7 @@ impl Model for ThrustVectorControl {
         let d = to_body * (u.command / size);
         let across = Vec3::z().cross(&d);
         let (sine, error) = (across.norm(), across.norm().atan2(d.z));
-        // For a direction opposite to z the rotation axis is undefined; x is chosen.
+        // The rotation axis is undefined for a direction opposite to z; x is chosen.
         let e = match (sine > 0.0, d.z < 0.0) {
             (true, _) => across * (error / sine),
             (false, true) => Vec3::x() * error,

@@ -395,8 +395,7 @@ mod tests {
             y.force / 100.0
         });
         println!("{worst} m from the closed form");
-        // The law uses the linear field only, so the residual is of second order in 150 m over the radius. ---- *# Sum of the changes of velocity
-        // that were asked for. => Sum of the commanded velocity changes.
+        // The law uses the linear field only, so the residual is of second order in 150 m over the radius.
         assert!(worst < 1e-3, "{worst}");
         assert!((v + (r - place).normalize() * (0.05 + 0.01 * (r - place).norm())).norm() < 1e-4);
     }

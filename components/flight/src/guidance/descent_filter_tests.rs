@@ -144,7 +144,7 @@ fn fly_over(
             rate: Flown::rate(flown.t) + spin + gyro + three(row, 50) * (p.gyro_white / h.sqrt()),
             force: Flown::force(flown.t) + accel + three(row, 53) * (p.accel_white / h.sqrt()),
         };
-        // What the beams tell, from the truth: that is the filter's own model with no error.
+        // The beams are computed from the truth, with the filter's model and without errors.
         let truth = Navigated {
             position: mount.position,
             velocity: mount.velocity,

@@ -228,7 +228,7 @@ mod tests {
         let (v, u) = (vehicle(), 0.5);
         let rows = v.reference(START, u, 450.0, 0.05).unwrap();
         let height = end_height(u);
-        // From a point on the way, disturbed in height (drag), path angle (rise) and lift.
+        // The start is a point of the reference, disturbed in height (drag), path angle (rise) and lift.
         let k = 1200;
         let mut x = START;
         for _ in 0..k {

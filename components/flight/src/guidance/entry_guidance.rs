@@ -437,7 +437,7 @@ mod tests {
             assert!(along.abs() < 6000.0 && across.abs() < 2500.0 && reversals >= 1.0);
             shortest = shortest.max(short);
         }
-        // For targets out of reach, too far or too near, full lift up or down is commanded, and `short` reports it.
+        // The command is full lift up or down if the target is too far or too near to be reached, and `short` reports it.
         for (far, down) in [(200e3, 1.0), (-200e3, -1.0)] {
             let (along, _, d) = miss(1.0, (far, 0.0), true);
             println!(
@@ -476,7 +476,7 @@ mod tests {
             let took = arrived.unwrap();
             assert!(took < least + 3.0 * dt, "{took} s, {least} at least");
         }
-        // Without an acceleration limit only the rate is limited.
+        // Only the rate is limited if the acceleration has no limit.
         assert_eq!(follow(0.01, 0.0, (0.35, f64::INFINITY), 0.25), 0.01);
         assert_eq!(follow(-9.0, 0.35, (0.35, f64::INFINITY), 0.25), -0.35 * 0.25);
     }

@@ -239,7 +239,7 @@ mod tests {
         println!("ignition at {lit:?} m, {} samples, {} kg", held.len(), mass);
         assert!((v + Vec3::z()).norm() < 0.01, "{v}");
         let first = held[0].0;
-        // With sampled commands the deceleration is not exactly constant, so N may differ near the end, where it changes fast.
+        // The deceleration is not exactly constant for sampled commands, so N may differ near the end, where it changes fast.
         assert!(held.iter().filter(|h| h.1 > 20.0).all(|h| (h.0 / first - 1.0).abs() < 0.02));
         assert!(lit.unwrap() < 8900.0 && held.len() > 200);
     }

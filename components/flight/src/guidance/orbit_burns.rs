@@ -494,7 +494,8 @@ mod tests {
         let (r, v) = circular(7e6, 0.5);
         let (r1, v1, t, spent) = fly(&m, r, v, 1.0);
         assert!((spent - dv.norm()).abs() < 1e-3, "{spent}");
-        // The energy equals that of an impulse at the middle of the burn, except for the curvature of the trajectory (20 s of 5829 s, squared).
+        // The energy equals the energy after an impulse at the middle of the burn, except for the curvature of the trajectory (20 s of 5829 s,
+        // squared).
         let energy = |r: &Vec3, v: &Vec3| 0.5 * v.norm_squared() - MU / r.norm();
         let speed = (MU / 7e6f64).sqrt();
         let want = -20.0 * speed + 0.5 * dv.norm_squared();

@@ -165,7 +165,7 @@ fn what_may_be_a_false_match_is_told() {
     told(at(&fix(Shape::Even, 0.1), Shape::Even, small), 2.0);
     // Position along furrows is not observable.
     told(at(&fix(Shape::Furrows, 0.1), Shape::Furrows, small), 2.0);
-    // With a pattern that repeats within the search, the rival fits as well as the match.
+    // A pattern that repeats within the search fits the rival as well as the match.
     let y = at(&fix(Shape::Tiles, 0.1), Shape::Tiles, small);
     assert!(y.misfit < 1.0, "{}", y.misfit);
     told(y, 3.0);

@@ -214,7 +214,7 @@ mod tests {
         let m = law(1.0, Vec3::x(), None);
         let y = at(&m, body(), Vec3::zeros());
         assert_eq!((y.target, y.thrust, y.limited), (body().rotation, Vec3::zeros(), false));
-        // For a force along `forward`, x stays as close as possible to its present direction.
+        // The axis x stays as close as possible to its present direction if the force is along `forward`.
         let m = law(3.1, Vec3::x(), None);
         let y = at(&m, body(), Vec3::x() * 9.0);
         let x = body().rotation * Vec3::x();

@@ -355,7 +355,7 @@ mod tests {
             let y = m.feedthrough(&x, &u);
             (y.load.force, m.derivatives(&x, &u).aside)
         };
-        // With a normal force of 1000 N the foot sticks up to 500 N, a deflection of 5 µm.
+        // The foot sticks up to 500 N, a deflection of 5 µm, at a normal force of 1000 N.
         let to = Vec3::new(0.6, 0.8, 0.0);
         let (force, rate) = at(&m, to * 4e-6, to * 0.3, -1e-5);
         assert!((force - Vec3::new(-240.0, -320.0, 1000.0)).norm() < 1e-9 && rate == to * 0.3);

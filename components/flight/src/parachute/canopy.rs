@@ -299,7 +299,7 @@ impl Model for Canopy {
             let next = self.next_stage(d).unwrap_or(f64::INFINITY).min(end);
             if next.is_finite() { clock.t - next } else { -1.0 }
         };
-        // When all is told the air is not asked again; what is to stop stops, whatever was told before.
+        // After all reports the air is not evaluated again; a setting that stops the run stops it after earlier reports, too.
         let silent = d.outside && self.p.outside != Outside::Stop;
         let told = silent || (d.stage < 0.5 && self.p.packed == 0.0);
         let inside = if told { 1.0 } else { self.inside(self.mach(clock.t, u), d) };
@@ -584,7 +584,7 @@ mod tests {
         );
         let gone = m.handle_event(&at(5.0), Fired::falling(INSIDE), &open, &fast).1;
         assert!(gone.outside && inside(&gone, &fast) == 1.0 && gone.stage == 1.0);
-        // It goes on with the last row, as does a step that is tried beyond; what is said stops the run or does not.
+        // The drag continues with the last row, also in a trial step beyond it; the setting decides if the run stops.
         let drag = |m: &Canopy| m.feedthrough(&at(5.0), &open, &fast).load.force;
         assert!(
             (drag(&m).norm()

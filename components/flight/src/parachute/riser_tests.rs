@@ -96,7 +96,7 @@ fn its_rate_is_that_of_its_length_and_damping_only_takes() {
         let rate = (after(h) - after(-h)) / (2.0 * h);
         assert!((rate - y.rate).abs() < 1e-8 * (1.0 + rate.abs()), "{place}: {rate} {}", y.rate);
         assert!((y.tension - (5e3 * y.extension + 700.0 * y.rate)).abs() < 1e-8);
-        // What it does to both: the energy that it stores, and what the damper takes.
+        // The power on both ends equals the rate of the stored energy plus the power of the damper.
         let power = y.on_body.force.dot(&u.body.velocity)
             + y.on_body.moment.dot(&u.body.angular)
             + y.on_canopy.force.dot(&u.canopy.velocity);
@@ -113,7 +113,7 @@ fn three_legs_make_a_point_over_the_body_and_share_its_load() {
     assert!((y.extension - (13.0 - 0.4 - high - 10.0)).abs() < 1e-12, "{}", y.extension);
     assert!((y.leg_tension / y.tension - 2.0 / high / 3.0).abs() < 1e-12);
     assert!(y.on_body.moment.norm() < 1e-9 * y.tension && y.angle < 1e-12);
-    // As long as all three are taut it is a line to that point.
+    // The three legs act like a line to that point while all of them are taut.
     let u = ends(Vec3::new(1.0, -0.7, 13.0));
     let (y, body) = (at(&m, &u), &u.body);
     let line = u.canopy.position - body.position - body.rotation * Vec3::z() * (0.4 + high);

@@ -243,7 +243,7 @@ mod tests {
         // Pressure does what the height of its column does.
         let u = FeedLineIn { pressure_a: 800.0 * 5.0 * 0.6, ..input(0.4, 0.4) };
         assert!((flow(&m, &u) / wanted - 1.0).abs() < 1e-14);
-        // Without a jump where the root becomes straight.
+        // The flow is continuous where the root is replaced by a straight line.
         let at = |p: f64| flow(&m, &FeedLineIn { pressure_a: p, ..input(0.4, 0.4) });
         assert!((at(1.0 + 1e-9) - at(1.0 - 1e-9)).abs() < 1e-9 && at(0.0) == 0.0);
         assert!((at(0.5) + at(-0.0) - 0.5 * at(1.0)).abs() < 1e-15);

@@ -114,7 +114,7 @@ mod tests {
             assert!((given - want).abs() <= 1e-15 && (y.force * sample - want).abs() <= 1e-15);
             assert!((y.propellant.flow * sample * 220.0 * G0 - want).abs() <= 1e-15);
             assert!((y.load.force - rotation * Vec3::z() * y.force).norm() < 1e-14);
-            // Without propellant there is nothing of it.
+            // Force and flow are zero without propellant.
             let u = ThrusterIn { propellant: Propellant { available: false }, ..u };
             let y = m.feedthrough(&u);
             let dx = m.derivatives(&u);

@@ -89,7 +89,7 @@ mod tests {
 
     #[test]
     fn shallow_and_deep_liquids_have_their_limits() {
-        // Deep: ω² = k a/R, and m₁ is that of a layer; shallow: m₁/m → 2/(k² − 1) = 0.837.
+        // Deep: ω² = k a/R, and m₁ is the mass of a layer; shallow: m₁/m → 2/(k² − 1) = 0.837.
         let deep = Slosh { radius: 1.0, height: 20.0, mass: 1.0 };
         assert!((deep.frequency(9.81).powi(2) - K * 9.81).abs() < 1e-12);
         assert!((deep.swinging() - 2.0 / (K * 20.0 * (K * K - 1.0))).abs() < 1e-12);

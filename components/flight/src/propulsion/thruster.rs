@@ -316,7 +316,7 @@ mod tests {
             propellant: Propellant { available: true },
             pressure: 0.0,
         };
-        // Where the guard is found the command may be just ½: which guard it is tells the direction.
+        // The command may be exactly ½ at the instant of the guard: the guard's index determines the direction.
         let edge = u(0.5);
         let at = |t: f64| Clock::at(t, 0.001, 0);
         let fire = |t: f64, which: usize, d: &Valve| m.handle_event(&at(t), one(which), d, &edge).1;

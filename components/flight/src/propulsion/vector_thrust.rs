@@ -137,7 +137,7 @@ mod tests {
                 && ground.propellant.flow == vacuum.propellant.flow
         );
         assert!((ground.load.force - command * 0.16).norm() < 1e-9);
-        // What a lag leaves of a force that is commanded to nothing does not pull backwards.
+        // The rest of a lagging force after a command of zero does not pull backwards.
         let weak = at(Vec3::z() * 1e-3, 1e5);
         assert!(
             weak.thrust == 0.0 && weak.load.force == Vec3::zeros() && weak.propellant.flow > 0.0

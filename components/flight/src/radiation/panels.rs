@@ -270,7 +270,7 @@ mod tests {
         let y = at(&m, Vec3::new(7e6, 0.0, 0.0), turn);
         assert!((y.load.force - golden).norm() < 1e-13 * golden.norm(), "{:?}", y.load.force);
         assert!((y.load.moment - arm.cross(&golden)).norm() < 1e-12 * golden.norm());
-        // There is no force on the back side and in the shadow.
+        // The force on the back side and in the shadow is zero.
         let m = model(vec![panel(4.0, -Vec3::x(), arm)], 0.0, 0.0).unwrap();
         assert_eq!(at(&m, Vec3::new(0.0, 7e6, 0.0), Quat::identity()).load.force, Vec3::zeros());
         let m = model(vec![panel(4.0, Vec3::x(), arm)], 0.0, 0.0).unwrap();

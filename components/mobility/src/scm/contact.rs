@@ -206,7 +206,7 @@ impl Law {
         if over <= 0.0 {
             return (tau, called);
         }
-        // What is not elastic; both together have the modulus K where the soil begins to shear.
+        // The plastic part; elastic and plastic parts together have the modulus K where the soil begins to shear.
         let slid = over / stiffness;
         let modulus = self.shear * (1.0 - 1.0 / unloading.max(1.0 + 1e-3));
         let called = called + (called - 1.0) * (-slid / modulus).exp_m1();

@@ -31,7 +31,7 @@ fn pressure_follows_bekker_there_and_wong_back() {
     let grown = law.press(&mut node, 0.02, &WONG);
     let rebound = law.virgin(0.02) / (5.03e8 * 0.02);
     assert!((grown - (0.02 - rebound)).abs() < 1e-8, "{grown}");
-    // Stiff below the deepest press, without a jump above it, nothing in the rut.
+    // The soil is stiff below the deepest press, continuous above it, and without force in the rut.
     assert!((law.pressure(&node, 0.02) / law.virgin(0.02) - 1.0).abs() < 1e-5);
     assert!((law.pressure(&node, 0.02 + 1e-6) / law.virgin(0.02) - 1.0).abs() < 1e-3);
     let half = law.pressure(&node, 0.02 - 0.5 * rebound);
@@ -48,7 +48,7 @@ fn slip_softens_what_was_pressed_without_it() {
     assert!(spun.pressure(&node, 0.02) < 0.5 * still.pressure(&node, 0.02));
     let grown = spun.press(&mut node, 0.02, &WONG);
     assert!(grown > 0.0 && grown < 0.001, "{grown}");
-    // Without slip again it is as soft as it was made.
+    // The soil is as soft as at the start if it is pressed without slip again.
     assert!((still.pressure(&node, 0.02) / spun.virgin(0.02) - 1.0).abs() < 1e-5);
 }
 
@@ -108,7 +108,7 @@ fn what_is_stored_under_one_pressure_is_given_back_under_another() {
     go(&law, &mut node, Vec3::x() * 0.05, 5000.0);
     let elastic = stress(&node).norm() / (20.0 * law.strength(5000.0) / law.shear);
     go(&law, &mut node, -Vec3::x() * elastic, 5000.0);
-    // From no stress a third of what is elastic forth, the pressure to a half, and back.
+    // The soil is sheared by a third of the elastic range from zero stress; the pressure falls to a half; the shear is reversed.
     go(&law, &mut node, Vec3::x() * (elastic / 3.0), 5000.0);
     let stored = stress(&node).norm();
     go(&law, &mut node, Vec3::zeros(), 2500.0);

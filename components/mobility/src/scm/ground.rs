@@ -156,7 +156,7 @@ impl ScmGround {
         let r = self.region;
         let low = [0, 1].map(|k| (bounds[k].max(r[k]) / self.cell).ceil());
         let high = [2, 3].map(|k| (bounds[k].min(r[k]) / self.cell).floor());
-        // Written so that NaN and what is far off is no node.
+        // The comparison is negated so that NaN and distant places are outside.
         let some = (0..2).all(|k| low[k].abs() < 1e9 && high[k].abs() < 1e9 && low[k] <= high[k]);
         some.then(|| (low.map(|v| v as i32), high.map(|v| v as i32)))
     }

@@ -214,7 +214,7 @@ fn a_driven_wheel_pulls_as_the_stress_integral_says() {
         assert!((fx - want[0]).abs() < 0.02 * want[1], "{fx} {want:?}");
         assert!(fy.abs() < 1e-6 * fz, "{fy}");
     }
-    // Without slip it is the wheel of Wong and Reece, which counts the way over the rim: at rest both are one.
+    // Without slip the law is that of Wong and Reece, which counts displacement along the rim: both agree at rest.
     let mut w = golden_wheel();
     w.soil = Soil { a0: 0.0, a1: 0.0, lambda: 0.0, ..lunar() };
     (w.rim.radius, w.rim.width) = (0.25, 0.4);
@@ -262,7 +262,7 @@ fn what_is_displaced_and_heaped_is_kept() {
     let off = (heaped + waiting) / displaced - 1.0;
     println!("{:.3} l heaped of {:.3} l, off by {off:e}", 1e3 * heaped, 1e3 * displaced);
     assert!(heaped > 0.5 * displaced && off.abs() < 1e-4, "{heaped} + {waiting} of {displaced}");
-    // It lies beside the wheel's way, and nowhere steeper than it may.
+    // The heap lies next to the wheel's track, and is nowhere steeper than its limit.
     let highest = led.data.nodes.cells().map(|(_, n)| n.heap).fold(0.0_f32, f32::max);
     assert!(highest > 1e-3, "{highest}");
     for ([i, j], n) in led.data.nodes.cells().filter(|(_, n)| n.heap > 1e-3) {

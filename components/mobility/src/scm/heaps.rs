@@ -152,7 +152,7 @@ impl Window {
         for (at, node) in self.nodes.iter().enumerate() {
             let [i, j] = self.index(at);
             let was = data.nodes.get(i, j);
-            // What was asked of the terrain is kept, too.
+            // A node whose height was queried in the meantime is kept, too.
             if was.is_none_or(|was| !was.known() || was.heap != node.heap) {
                 let (tile, k) = Nodes::split(i, j);
                 data.nodes.tile_mut(tile)[k] = *node;

@@ -104,7 +104,7 @@ fn free_ground_is_crossed_straight_and_a_goal_behind_is_turned_to() {
     assert!(kappa > 0.1);
     let Some(Move::Turn(angle)) = chosen(&free, [-6.0, 1.0]) else { panic!("no turn") };
     assert!((angle - 1.0_f64.atan2(-6.0)).abs() < 1e-12);
-    // All that is best has all votes of obstacles; straight to the goal those of the goal.
+    // The best arc has all votes of the obstacles; the arc straight to the goal has all votes of the goal.
     let arcs = arcs();
     let votes = votes(&arcs, &free, [6.0, 0.0]);
     assert_eq!(votes.len(), 22);
@@ -134,7 +134,7 @@ fn votes_of_a_mirrored_ground_are_mirrored() {
 
 #[test]
 fn a_rock_ahead_shuts_the_arcs_that_meet_it_near_and_costs_those_that_meet_it_far() {
-    // Goodness is that of a disc: the hazard is grown already. The front disc is 0.4 m ahead of the middle.
+    // Goodness is evaluated for a disc: the hazard is enlarged already. The front disc is 0.4 m ahead of the middle.
     let rock = |at: [f64; 2]| {
         patches(move |[x, y]| Some(if (x - at[0]).hypot(y - at[1]) < 0.5 { 0 } else { BEST }))
     };
@@ -178,7 +178,7 @@ fn a_rover_leaves_a_hazard_by_the_short_way_only() {
     // In the rim of a hazard that lies ahead: 0.2 m deep with the front disc.
     let ahead = patches(|[x, _]| Some(if x > 0.2 { 0 } else { BEST }));
     assert!(matches!(chosen(&ahead, [6.0, 0.0]), Some(Move::Backward(_))));
-    // Deep in it there is no way out.
+    // The rover cannot leave from deep inside the hazard.
     let deep = patches(|[x, _]| Some(if x > -0.5 { 0 } else { BEST }));
     assert_eq!(chosen(&deep, [6.0, 0.0]), None);
 }
@@ -198,7 +198,7 @@ fn the_last_move_is_kept_until_another_is_better_by_the_hysteresis() {
     assert_eq!(after(None), Move::Turn(-5.5));
     assert_eq!(after(Some(Move::Forward(0.1))), Move::Forward(0.1));
     assert_eq!(after(Some(Move::Forward(0.0))), Move::Turn(-5.5));
-    // A turn goes on to its side, whatever angle is left.
+    // A turn continues to its side, whatever angle is left.
     assert_eq!(arcs.choose(&votes[..4], Some(Move::Turn(-5.0))).unwrap().mv, Move::Turn(-5.5));
     // One that is shut is not kept.
     assert_eq!(after(Some(Move::Backward(0.0))), Move::Turn(-5.5));

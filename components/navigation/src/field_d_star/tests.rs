@@ -109,7 +109,7 @@ fn fixed_point(p: &Planner) -> Vec<f64> {
                 }
                 for [a, b] in p.sides(cell) {
                     let (pa, pb) = (place(a), place(b));
-                    // From the corner along its edge for x, then straight to the edge opposite.
+                    // The path follows the edge from the corner for x, then goes straight to the opposite edge.
                     for s in 0..=40 {
                         let t = f64::from(s) / 40.0;
                         let q = [pa[0] + t * (pb[0] - pa[0]), pa[1] + t * (pb[1] - pa[1])];
@@ -165,7 +165,7 @@ fn after_any_changes_it_is_what_a_new_planner_finds() {
             let grid = dijkstra(&p);
             let farther = |(g, d): (&f64, &f64)| !(*g <= d * (1.0 + 1e-12));
             assert!(!all.g.iter().zip(&grid).any(farther));
-            // Right already within what was asked for.
+            // The cost is right within the requested tolerance.
             let limit = from_value(way) / r.cell + 3.0 / r.cell;
             assert!(p.g.iter().zip(&all.g).all(|(a, b)| a == b || *b > limit));
         }
@@ -188,7 +188,7 @@ fn values_are_those_of_trying_all_points_of_edges() {
         p.plan(goal, f64::INFINITY);
         let want = fixed_point(&p);
         for (k, (g, w)) in p.g.iter().zip(&want).enumerate() {
-            // Points tried are at most 1/80 of an edge off, and a way along an edge and then across is not tried.
+            // The sampled points are at most 1/80 of an edge off, and a path along an edge and then across is not sampled.
             assert!(g == w || (g - w < 1e-9 && w - g < 2e-2 * w), "{k}: {g} {w}");
         }
     }

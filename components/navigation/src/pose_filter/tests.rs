@@ -76,7 +76,7 @@ fn drive(trial: u64, seconds: f64, with: With) -> Drive {
         let gyro = felt + bias + three(n, 0) * i.gyro;
         let rates = Rates { gyro, speed, change: Vec3::zeros() };
         filter.go(&i, &rates, DT);
-        // The truth goes on by the same rule.
+        // The truth follows the same rule.
         let body = Vec3::new((1.0 - slip) * speed, 0.0, 0.0) + w.cross(&Vec3::z()) * i.height;
         let grown = (speed.abs() + i.reach * w.norm()) * DT;
         let half = truth.rotation * Quat::from_scaled_axis(w * (0.5 * DT));
@@ -178,7 +178,7 @@ fn a_motion_that_cannot_be_is_left_out_and_changes_nothing() {
     assert!(!filter.see(&i, &motion(Pose::translation(0.0, 0.0, 3.0))));
     assert_eq!(filter, kept);
     assert!(filter.see(&i, &motion(filter.expected(&i))));
-    // Nothing to mend, and less doubt.
+    // The estimate does not change, and its covariance decreases.
     assert!((filter.pose.position - kept.pose.position).norm() < 1e-12);
     assert!(filter.covariance[P][P] < 0.1 * kept.covariance[P][P] + 4.1e-4);
     let none = Matrix6::zeros();

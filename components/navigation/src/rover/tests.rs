@@ -130,7 +130,8 @@ fn it_drives_around_a_wall_that_it_comes_to_see() {
 
 #[test]
 fn a_long_way_around_is_progress_and_the_region_grows_with_it() {
-    // The wall reaches 8 m beyond the region that it begins with. Along it it comes no nearer to the goal for longer than `progress`.
+    // The wall reaches 8 m beyond the region that it begins with. The rover comes no nearer to the goal for longer than `progress` on its way along
+    // the wall.
     let wall = |x: f64, y: f64| if (4.0..4.6).contains(&x) && y.abs() < 14.0 { 0.6 } else { 0.0 };
     let rover = Rover { progress: 120.0, ..rover([8.0, 0.0]) };
     let mut run = Run::new();
@@ -162,7 +163,7 @@ fn from_hazards_that_it_sees_late_it_goes_back_where_it_came_from() {
     run.go(&rover, 0, 30, &|_, _| 0.0);
     let [x, y, _] = run.at;
     assert!(run.memory.status == Status::Driving && x > 2.0, "{:?}", run.at);
-    // Rocks beside its front, one to either side: its discs are deep in hazards, its rectangle is clear of them.
+    // One rock is next to each side of its front: its discs overlap hazards, its rectangle does not.
     let rock = move |px: f64, py: f64| {
         let beside = (py - y).abs() > 0.62 && (py - y).abs() < 1.0;
         if beside && (x - 0.2..x + 0.6).contains(&px) { 0.5 } else { 0.0 }
@@ -262,7 +263,7 @@ fn tilt_slip_and_want_of_progress_stop_it_for_good() {
         assert_eq!(decide(&calm, 1.0), [0.0; 2]);
         assert_eq!(memory.status, status);
     }
-    // It is told to drive and does not come forward.
+    // The rover is commanded to drive and does not move forward.
     let (mut k, mut memory) = (Knowledge::default(), Memory::default());
     rover.see(&judge, &mut k, &flat, calm.place, 0.0);
     let mut when = None;

@@ -64,7 +64,7 @@ fn on_rim(
     size: f64,
 ) -> Option<Gap> {
     let centre = a.p + top * h;
-    // From the centre of the end towards the other core: θ = 0.
+    // θ = 0 points from the centre of the end towards the other core.
     let out = axis.pa + axis.way - centre;
     let across = out - top * top.dot(&out);
     let length = across.norm();

@@ -94,7 +94,7 @@ pub(super) fn segment_cylinder(a: &Placed, h: f64, b: &Placed, r: f64, height: f
         let e = Vec3::new(x.x * part, x.y * part, beyond(x.z, height));
         let across = x.x * u.y - x.y * u.x;
         let turn = across * across;
-        // Beside the cylinder: ρ'² + (1 − r/s) × the square of the tangential part of u; above it: u_z².
+        // Next to the cylinder: ρ'² + (1 − r/s) × the square of the tangential part of u; above it: u_z².
         let beside = if s > r {
             let out = x.x * u.x + x.y * u.y;
             (out * out + part * turn) / (s * s)

@@ -160,7 +160,7 @@ impl Wheel {
         let (n, turned) = (m * cos + t * sin, t * cos - m * sin);
         let w = n - self.z * self.z.dot(&n);
         let l = w.norm();
-        // Along the axis there is no unique lowest point: NaN makes the search fail.
+        // The lowest point along the axis is not unique: NaN makes the search fail.
         let u = if l > 1e-4 { w / l } else { Vec3::repeat(f64::NAN) };
         let p = self.c + self.z * (self.h * end) - u * self.r;
         let d = p - v;

@@ -115,7 +115,7 @@ pub fn calibrate_kinematics(
         }
     }
     let diverged = CalibrationError::Diverged { steps: STEPS, change };
-    // With noise, poorly identified parameters keep changing at round-off level.
+    // Poorly identified parameters keep changing at round-off level if the data is noisy.
     let (found, steps): (Fit, usize) = last.filter(|_| change < 1e-6).ok_or(diverged)?;
     let names = way.into_iter().map(Some).chain([None]);
     Ok(KinematicFit {

@@ -62,7 +62,7 @@ impl InverseKinematics {
                 v[i] = 0.0;
             }
         }
-        // Each iteration reduces the sum of squares, so no set of fixed coordinates occurs twice; the bound is a safeguard against round-off.
+        // Each iteration reduces the residual, so no set of fixed coordinates occurs twice; the bound is a safeguard against round-off.
         for _ in 0..=6 * nv {
             self.before.copy_from_slice(v);
             self.least_squares(targets, rows, v);

@@ -420,7 +420,7 @@ impl InverseKinematics {
                 if self.is_closed() {
                     self.search.stage = Stage::Nearest;
                 } else {
-                    // From here on a different minimum is searched for.
+                    // The search for a different minimum begins here.
                     self.search.least = f64::NEG_INFINITY;
                     self.multiply(tree);
                 }

@@ -233,7 +233,7 @@ impl Units {
         if let Some(flex) = tree.flexible.as_deref()
             && agg.links[0] as usize > tree.links.len()
         {
-            // For stations all modes are free, and X is the unit matrix.
+            // All modes are free for stations, and X is the unit matrix.
             for (place, slot) in agg.links.iter().enumerate() {
                 let at = flex.station(*slot as usize).map_or(0, |s| flex.stations[s].column);
                 m.H[place * size..(place + 1) * size].copy_from_slice(&w.bend.S[at..at + size]);

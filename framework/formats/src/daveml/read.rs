@@ -674,7 +674,7 @@ impl Reader {
             }
         };
         let value = self.need_child(e, "signalValue").and_then(|c| parse(self, c))?;
-        // Without a tolerance: the precision of printed numbers.
+        // The default tolerance is the precision of printed numbers.
         let tolerance = match e.child("tol") {
             Some(c) => parse(self, c)?.abs(),
             None => 1e-9 * value.abs().max(1e-3),

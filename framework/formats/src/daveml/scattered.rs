@@ -72,7 +72,7 @@ impl Scattered {
             let Ok(handle) = triangulation.insert(Point2::new(x[0], x[1])) else {
                 return Err(["points too close to each other", "remove some of them"]);
             };
-            // Of equal points, only the first is used.
+            // Only the first of equal points is used.
             match values.get(handle.index()) {
                 None => {
                     points.push(x);

@@ -242,7 +242,7 @@ impl<'e> Values<'e> {
         let number = |cx: &mut Cx<'_>, name: &str| cx.number(e, name, what);
         let kind = e.name.as_str();
         if kind != "general" {
-            // The force law of one kind is not a default for another: use that of an outer class.
+            // The force law of one kind is not a default for another: use the law of an outer class.
             let fits = |l: &Self| match l.kind {
                 "general" => kind == "damper" || !l.gain_affine,
                 other => other == kind,

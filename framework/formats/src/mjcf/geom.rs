@@ -34,7 +34,7 @@ impl<'e> Mj<'e> {
             }
             (None, FromGeoms::Never) => (body, MassProperties::massless()),
             (given, _) => match (given, self.mass_of_geoms(cx, inside, what)) {
-                // As in MuJoCo, `inertiafromgeom` does not replace an inertial of a body without geoms.
+                // MuJoCo's rule: `inertiafromgeom` does not replace an inertial of a body without geoms.
                 (Some(i), none) if none == MassProperties::massless() => {
                     (i.e, self.inertial(cx, i, what))
                 }

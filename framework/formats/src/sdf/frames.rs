@@ -270,7 +270,7 @@ impl<'e> Frames<'e> {
     ) -> Option<Pose> {
         let frame = &self.all[key];
         let Some(name) = &frame.placement else { return Some(frame.pose) };
-        // From the placement frame to the model, which is an ancestor of every frame inside.
+        // The pose leads from the placement frame to the model, which is an ancestor of every frame inside.
         let mut at = self.find(cx, name)?;
         let mut X = Pose::identity();
         while at != key {

@@ -249,7 +249,7 @@ impl Beside {
             let numbers = [("x", d.x), ("y", d.y), ("z", d.z), ("distance", d.norm())];
             told.extend(numbers.map(|(label, x)| (format!("{name}.{label}"), x)));
             if let Some(rotation) = sample.rotation {
-                // By the sine, because the cosine of a small angle loses precision.
+                // The angle is computed by the sine, because the cosine of a small angle loses precision.
                 let angle =
                     2.0 * (simulated.rotation.inverse() * rotation).imag().norm().min(1.0).asin();
                 apart[1].take(t, angle, sample.row);

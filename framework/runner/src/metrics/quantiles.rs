@@ -83,7 +83,7 @@ impl Quantiles {
             }
         }
         self.values.truncate(kept + 1);
-        // With very uneven weights little can be merged; then each value is merged with its neighbour.
+        // Very uneven weights allow few merges; then each value is merged with its neighbour.
         if self.values.len() > ROOM / 2 {
             let n = self.values.len();
             for k in 0..n.div_ceil(2) {

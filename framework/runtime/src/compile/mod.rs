@@ -385,7 +385,7 @@ fn identity(
         timing.rows.len()
     );
     let mut after = String::new();
-    // Services: what was asked of them, and the content of the files that they read.
+    // Services: the queries, and the content of the files that they read.
     let serving: BTreeSet<&str> = services.iter().map(|(path, _)| path).collect();
     for part in spec.parts.iter().filter(|p| serving.contains(p.path.as_str())) {
         after += &format!("{} {} {}\n", part.path, part.model, part.params.value);

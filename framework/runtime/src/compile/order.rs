@@ -80,7 +80,7 @@ pub(crate) fn order(parts: &[Part<'_>], c: &Connections) -> Result<Order, Vec<Fa
     };
     let Flat { ops, mut producer, depends, .. } = flat;
 
-    // Renumber in order of evaluation; what is inside a loop has the place of the loop.
+    // The operations are numbered in order of evaluation; operations inside a loop have the place of the loop.
     let mut place = vec![NONE; ops.len()];
     for (new, &old) in sequence.iter().enumerate() {
         place[old as usize] = new as u32;

@@ -79,7 +79,7 @@ pub(super) fn close(
             }
         }
     }
-    // What follows from a member follows from its loop; what a member follows from, so does its loop.
+    // Operations that follow a member follow its loop; operations that precede a member precede its loop.
     let mut depends = vec![BTreeSet::new(); flat.ops.len()];
     for k in 0..n {
         let of_tears = flat.reads[k].iter().filter(|l| sent.contains_key(l));

@@ -154,7 +154,7 @@ impl MechanismBlock {
             }
             input += 1;
         }
-        // Along the columns of N, which are orthogonal: N⁺ = Nᵀ / |N_k|².
+        // The derivative is taken along the columns of N, which are orthogonal: N⁺ = Nᵀ / |N_k|².
         (0..nq).for_each(|j| out.column(j).fill(0.0));
         for k in 0..nv {
             s.unit[k] = 1.0;

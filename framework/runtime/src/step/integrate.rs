@@ -65,7 +65,7 @@ impl Simulation {
             if steps == MANY {
                 self.tell_many(h);
             }
-            // What advances by itself is at the row already.
+            // Blocks that advance their own states have reached the row already: a plan with such blocks is not interrupted here.
             if plan.steps.is_empty() && self.is_interrupted() {
                 let settled = self.refresh().map_err(Failure::System);
                 settled.map_err(|failure| self.failed(failure))?;
@@ -310,7 +310,7 @@ impl Simulation {
         for lanes in &plan.stepped {
             work.inside[lanes.clone()].copy_from_slice(&x[lanes.clone()]);
         }
-        // What the step itself reports.
+        // The reports of the step itself.
         for lanes in &plan.stepped_outputs {
             state.sig[lanes.clone()].copy_from_slice(&sig[lanes.clone()]);
         }

@@ -229,7 +229,7 @@ impl Simulation {
         if *disturbed {
             self.state.sig.copy_from_slice(signals);
         }
-        // The next stretch begins here when there is no row or event between the two.
+        // The next stretch begins here if no row or event is between the two.
         std::mem::swap(start, end);
         self.observed = Some(observed);
     }

@@ -83,7 +83,7 @@ fn solve(
             break;
         }
     }
-    // Work space is no state: what is left in it must not tell runs apart, or be infinite.
+    // Workspace does not belong to the state: its content must not distinguish runs, or be infinite.
     sig[matrix..matrix + n * n + 3 * n].fill(0.0);
     (sig[report], sig[report + 1]) = (steps as f64, if miss.is_finite() { miss } else { 1e300 });
     if miss <= 1.0 {

@@ -34,7 +34,7 @@ pub(crate) struct Notices {
 impl Notices {
     /// Once for each `name`.
     pub(super) fn add(&mut self, name: &str, time: f64, fault: Fault) {
-        // Nobody may ever ask: what comes then is not kept.
+        // A program may never read the reports, so at most `KEPT` of them are stored.
         if self.told.insert(name.to_string()) && self.kept.len() < KEPT {
             self.kept.push((time, fault));
         }

@@ -58,7 +58,7 @@ pub(super) fn air(c: &Coefficients, moment: &Moment, z: f64) -> Upper {
     let (g, radius) = moment.gravity();
     let earth = Earth { g, radius };
     let joint = pdl[1][15];
-    // As in the authors' code, variations that do not matter below the joint are left out there.
+    // Variations that do not matter below the joint are left out there, as in the authors' code.
     let vary = |above: bool, p: &[f64; 150]| if above { 1.0 + moment.upper(p) } else { 1.0 };
     let exosphere = ptm[0] * c.pt[0] * vary(z > joint, &c.pt);
     let gradient = ptm[3] * c.ps[0] * vary(z > NODES[3], &c.ps);

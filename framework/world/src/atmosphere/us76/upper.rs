@@ -226,7 +226,7 @@ impl Profile {
         let k = ((z - Z7) as usize).min(COUNT - 1);
         let x = 3.0 * (z - Z7 - k as f64);
         let value = |d: &[f64; 4]| d[0] + x * (d[1] + (x - 1.0) * (d[2] + (x - 2.0) * d[3]));
-        // Beyond the table, continue linearly with the slope of the last kilometre.
+        // The table continues linearly beyond its end, with the gradient of the last kilometre.
         let line = |d: &[f64; 4]| {
             let end = d[0] + 3.0 * (d[1] + 2.0 * (d[2] + d[3]));
             end + (end - d[0]) * (x / 3.0 - 1.0)

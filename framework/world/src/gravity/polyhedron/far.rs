@@ -60,7 +60,7 @@ impl Moments {
         if d < self.from {
             return None;
         }
-        // With n = r/d each degree has one power of 1/d, so that overflow is impossible.
+        // Each degree has one power of 1/d with n = r/d, so that overflow is impossible.
         let n = r / d;
         let (i, one, nn) = (1.0 / d, Mat3::identity(), n * n.transpose());
         let (i3, i4) = (i * i * i, i * i * i * i);

@@ -285,7 +285,7 @@ KERNEL_DATE = @2020-JAN-01
             ),
         ];
         for (body, et, rows, omega) in cases {
-            // From the date itself, and from another epoch.
+            // The angle is computed from the date itself, and from another epoch.
             for start in [0.0, 500.0] {
                 let spin = pck.rotation(body, (start, 0.0)).unwrap().at(et - start * 86_400.0);
                 let R = spin.R_IP.to_rotation_matrix().into_inner();
