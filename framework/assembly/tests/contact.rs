@@ -363,7 +363,7 @@ fn self_collision_is_a_flag_and_not_contradicted_inside() {
         "self_collision: true,",
         "self_collision: false,",
         &[
-            "`One`: `self_collision` is true, and that of `simulation` around it false",
+            "`One`: `self_collision` is true, but it is false in `simulation`, which contains it",
             "`collide` of `contact` lists pairs that collide nevertheless",
         ],
     );

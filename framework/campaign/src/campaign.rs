@@ -238,7 +238,7 @@ impl Campaign {
             Some(b) if b.unit.is_empty() => Ok(b.number),
             Some(b) => in_unit(b.number, &b.unit, unit, false).ok_or_else(|| {
                 let fact = format!(
-                    "the unit of the metric is {}, that of the bound {}",
+                    "the unit of the metric is {}, but the unit of the bound is {}",
                     shown(unit),
                     b.unit
                 );

@@ -214,7 +214,7 @@ pub(crate) fn bands(
             let mut columns = again(*one, &titles)?;
             if columns.remove(0).iter().zip(&all).any(|(a, b)| a != b) {
                 return Err(format!(
-                    "`{}`: its samples are at other times than those of other runs",
+                    "`{}`: its sample times differ from the sample times of other runs",
                     file(campaign, one.0).display()
                 ));
             }

@@ -244,7 +244,7 @@ impl Live {
             || (saved.outputs.len() == sizes(&self.part.ports.outputs[0])
                 && saved.held.len() == self.part.ports.input_lanes());
         if !fits {
-            return Err("its ports differ from those of this unit".into());
+            return Err("its ports differ from the ports of this unit".into());
         }
         self.take(Ok(saved));
         if self.now.began.is_some() {

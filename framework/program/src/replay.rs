@@ -266,7 +266,7 @@ pub fn verify(file: &Path) -> u8 {
     let plan = format!("{:016x}", ready.plan().hash());
     if about.get("plan").is_some_and(|logged| *logged != plan) {
         tell!(
-            "warning: the plan differs from that of the log ({} then, {plan} now): a file that it reads has changed, or this \
+            "warning: the plan differs from the plan of the log ({} then, {plan} now): a file that it reads has changed, or this \
              program has another version",
             about["plan"]
         );

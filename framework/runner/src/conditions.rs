@@ -9,7 +9,7 @@ pub(crate) fn condition(plan: &Plan, text: &Text, of: &str) -> Result<Condition,
     let when =
         Condition::parse(&text.text, &plan.variables).map_err(|e| fault(e.to_string(), &e.help))?;
     if !when.timed() && when.places().next().is_none() {
-        let fact = format!("condition `{}`: nothing in it ever changes", text.text);
+        let fact = format!("condition `{}`: its value never changes", text.text);
         return Err(fault(fact, "test a state, an output that varies, or `time`"));
     }
     Ok(when)

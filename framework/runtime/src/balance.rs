@@ -95,7 +95,7 @@ pub fn terms(program: &Program) -> Vec<PartTerms> {
         let (terms, silent) = of_part(&part.path, part.prototype.description());
         let mut own = part.prototype.accounts();
         if own.receives_work && program.phases.len() > 1 {
-            own.unknown.push("what comes and goes with phases".to_string());
+            own.unknown.push("parts and bodies that phases add or remove".to_string());
         }
         let (path, origin) = (part.path.clone(), part.origin);
         if !terms.is_empty() || !silent.is_empty() || own != OwnAccounts::default() {

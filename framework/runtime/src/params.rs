@@ -107,7 +107,7 @@ fn moved(key: &str, specs: &[ParamSpec]) -> Option<String> {
         _ => return None,
     };
     Some(format!(
-        "it is stated once, for the whole simulation: write `world: ({field})` beside `parts`"
+        "it is stated once, for the whole simulation: write `world: ({field})` next to `parts`"
     ))
 }
 

@@ -266,7 +266,7 @@ fn unreadable(phases: &[PhaseSpec], compiled: &[(String, Plan)]) -> Vec<Fault> {
         let said = match read {
             Err(e) => Some((e.message, e.help)),
             Ok(when) if !when.timed() && when.places().next().is_none() => Some((
-                format!("condition `{}`: nothing in it ever changes", watch.when),
+                format!("condition `{}`: its value never changes", watch.when),
                 "test a state, an output that varies, or `time`".to_string(),
             )),
             Ok(_) => None,
@@ -317,7 +317,10 @@ fn check(phases: &[PhaseSpec], names: &[&str]) -> Vec<Fault> {
                     "phase `{}`: `{}` leads to `{}` and to `{}`",
                     phase.name, t.when, other.to, t.to
                 );
-                faults.push(Fault::new(t.origin, fact).help("remove one, or tell them apart"));
+                faults.push(
+                    Fault::new(t.origin, fact)
+                        .help("remove one, or give them different conditions"),
+                );
             }
             seen.push(t);
         }

@@ -177,7 +177,7 @@ impl Recorder {
     /// # Errors
     /// Returns a message if the history does not fit a group; its rows then begin after the current tick.
     pub fn resume(&mut self, carried: &[u8], sim: &Simulation) -> Result<(), String> {
-        let bad = |e: String| format!("what the checkpoint remembers of the rows before it: {e}");
+        let bad = |e: String| format!("the recorded rows in the checkpoint: {e}");
         let kept: Vec<RowHistory> =
             rmp_serde::from_slice(carried).map_err(|e| bad(e.to_string()))?;
         self.groups.iter_mut().try_for_each(|rows| rows.take(&kept, sim)).map_err(bad)

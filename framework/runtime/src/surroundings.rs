@@ -83,13 +83,13 @@ impl Services {
         all.extend(self.iter().filter(of_gravity).filter(|(_, o)| o.axes() != Axes::Site(site)).map(
             |(path, _)| {
                 let fact = format!(
-                    "has no centrifugal and Coriolis forces, and by `{first}` W is a site that turns with its planet"
+                    "has no centrifugal and Coriolis forces, but W is a site of a rotating planet according to `{first}`"
                 );
                 (path.to_string(), fact, help.to_string())
             },
         ));
         if !self.iter().any(|one| of_gravity(&one)) {
-            let fact = "W is a site that turns with its planet, and there is no gravity with the forces of that";
+            let fact = "W is a site of a rotating planet, but no gravity includes the forces of its rotation";
             all.push((first.to_string(), fact.to_string(), help.to_string()));
         }
         all

@@ -302,7 +302,7 @@ fn the_nearest_field_is_read_unless_one_is_bound() {
     assert!(told.contains("`eye`: there is no field of sand `east.sand`"), "{told}");
     s.binds[0] = BindSpec { target: BindTarget::Node("rock".into()), ..bind("eye", "") };
     let told = text(&s);
-    assert!(told.contains("`eye` binds `field` to what is no field"), "{told}");
+    assert!(told.contains("`eye` binds `field` to an item that is not a field"), "{told}");
 }
 
 #[test]

@@ -265,7 +265,7 @@ fn what_cannot_be_meant_is_refused_and_what_does_not_happen_is_told() {
     said("when: \"Ball.hight < 1 cm\"", &["there is no variable `Ball.hight`", "Ball.height"]);
     said("when: \"Ball.height < 1 s\"", &["different quantities"]);
     said("when: \"Ball.height\"", &["a test is missing"]);
-    said("when: \"1 < 2\"", &["nothing in it ever changes"]);
+    said("when: \"1 < 2\"", &["its value never changes"]);
     said("before: \"1 s\"", &["`when`"]);
     said("when: \"Ball.height < 1 cm\", befor: \"1 s\"", &["`befor`", "before"]);
     said("when: \"Ball.height < 1 cm\", before: \"-1 s\"", &["before"]);

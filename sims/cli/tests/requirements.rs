@@ -99,7 +99,7 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
         ),
         (
             "\"a\": (metric: \"largest speed\", most: \"1 kg\")",
-            vec!["the unit of the metric is rad/s, that of the bound kg"],
+            vec!["the unit of the metric is rad/s, but the unit of the bound is kg"],
         ),
         ("\"a\": (metric: \"largest speed\")", vec!["`a` lacks a bound", "least, most or both"]),
         ("\"a\": (most: 1)", vec!["`a` lacks a `metric`"]),

@@ -213,11 +213,10 @@ impl<'a> Out<'a> {
                 let same = self.wheel(&wheel)
                     == Some((p.at("radius")?.number()?, p.at("width")?.number()?));
                 if !same {
-                    return p.error("radius and width are not those of the wheel's contact");
+                    return p.error("radius and width differ from the wheel's contact");
                 }
                 self.left.push(
-                    "TerrainPenAnalytic: its ports (the ground is asked by the contact itself)"
-                        .into(),
+                    "TerrainPenAnalytic: its ports (the contact queries the ground itself)".into(),
                 );
                 return Ok(None);
             }

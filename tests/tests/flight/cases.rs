@@ -426,7 +426,7 @@ fn a_craft_starts_by_its_elements() {
             "elements: (semi_major_axis: 7e6), position: [7e6, 0, 0]".to_string(),
             "specified twice",
         ),
-        (earth, "state: (frame: itrf, position: [7e6, 0, 0])".to_string(), "turns by the IAU"),
+        (earth, "state: (frame: itrf, position: [7e6, 0, 0])".to_string(), "`turns: iau`"),
         (earth, "elements: (semi_major_axis: 7e6, eccentricity: 1.5)".to_string(), "eccentricity"),
         (earth, "elements: (eccentricity: 0.5)".to_string(), "semi_major_axis"),
         ("", orbit.to_string(), "has no `world`"),

@@ -443,7 +443,7 @@ fn a_world_that_contradicts_itself_or_its_parts_is_refused() {
     assert!(e.contains("`world` cannot change during a run"), "{e}");
     // The rotation would have no effect without gravity.
     let e = scene(&text.replacen("until:", "gravity: \"none\", until:", 1), &[]).err().unwrap();
-    assert!(e.contains("leave `gravity` out"), "{e}");
+    assert!(e.contains("remove `gravity"), "{e}");
     // A model whose equations are valid only in inertial axes.
     let part = "parts: { \"Drift\": (model: \"test.inertial_only\"),";
     let own = vec![Entry::model::<InertialOnly>()];

@@ -232,10 +232,10 @@ pub(super) fn unpack(
     planes.clear();
     planes.resize(4 * n, 0);
     let mut from = flate2::read::ZlibDecoder::new(packed);
-    let wrong = |_| TileError::damaged("what is packed there cannot be unpacked");
+    let wrong = |_| TileError::damaged("its compressed data is invalid");
     from.read_exact(planes).map_err(wrong)?;
     if from.read(&mut [0]).map_err(wrong)? != 0 {
-        return Err(TileError::damaged("more is packed there than its nodes"));
+        return Err(TileError::damaged("its compressed data contains more than its nodes"));
     }
     for (k, h) in heights.iter_mut().enumerate() {
         *h = f32::from_le_bytes([planes[k], planes[n + k], planes[2 * n + k], planes[3 * n + k]]);

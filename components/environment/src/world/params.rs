@@ -205,7 +205,7 @@ impl WorldParams {
     pub(crate) fn rotation(&self, files: &Files) -> Result<Rotation, BuildError> {
         let turns = self.turning();
         if self.orientation.is_some() && (turns, self.body) != (Turning::Iau, Centre::Earth) {
-            let fact = "`orientation` is written, but this is no Earth that turns by the IAU";
+            let fact = "`orientation` requires the Earth with `turns: iau`";
             let help = "remove `orientation`, or write `body: earth` and `turns: iau`";
             return Err(BuildError::new(fact).help(help));
         }

@@ -230,7 +230,7 @@ impl World for PlanetWorld {
     }
 }
 
-/// The body around which a simulation is, with its constants, its rotation and the date, and what W is. Written as `world: (body: ..)` beside `parts`.
+/// The body around which a simulation is, with its constants, its rotation and the date, and what W is. Written as `world: (body: ..)` next to `parts`.
 #[service("environment.world", World)]
 impl Service for PlanetWorld {
     type Params = WorldParams;

@@ -78,7 +78,7 @@ impl Inner {
             "the Earth"
         };
         let fact = format!(
-            "`frame: {name}` needs {of} that turns by the IAU (`turns: iau`), which this world does not have"
+            "`frame: {name}` requires {of} with `turns: iau`, which this world does not have"
         );
         let help = "write `epoch` in `world` (with `body: earth` for itrf and teme), or `frame: inertial` or `fixed`";
         Err(BuildError::new(fact).help(help))
@@ -290,7 +290,7 @@ mod tests {
         let plain = handle(WorldParams::of(Centre::Earth));
         for frame in [StartFrame::Icrf, StartFrame::Itrf, StartFrame::Teme] {
             let e = plain.start(&of(frame)).err().unwrap();
-            assert!(e.message.contains("turns by the IAU") && e.help.is_some(), "{}", e.message);
+            assert!(e.message.contains("`turns: iau`") && e.help.is_some(), "{}", e.message);
         }
         let mars = WorldParams { body: Centre::Mars, ..earth() };
         assert!(handle(mars.clone()).start(&of(StartFrame::Teme)).is_err());

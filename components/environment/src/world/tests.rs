@@ -130,8 +130,8 @@ fn the_earth_turns_by_a_table() {
         assert!(e.message.contains(fact) && e.help.is_some(), "{}", e.message);
     };
     refused(WorldParams { dut1: 0.1, ..p.clone() }, "`dut1` or `pole` is written in addition");
-    refused(WorldParams { turns: Some(Turning::Fixed), ..p.clone() }, "no Earth that turns");
-    refused(WorldParams { body: Centre::Mars, ..p.clone() }, "no Earth that turns");
+    refused(WorldParams { turns: Some(Turning::Fixed), ..p.clone() }, "requires the Earth");
+    refused(WorldParams { body: Centre::Mars, ..p.clone() }, "requires the Earth");
     refused(WorldParams { span: 1e6, ..p.clone() }, "covers 2012-03-14");
     let early = Some("2011-03-15 00:00:00 UTC".to_string());
     refused(WorldParams { epoch: early, ..p.clone() }, "but 2011-03-15");

@@ -145,7 +145,10 @@ impl Descent {
             return wrong("thrust and throttle give no range", "write 0 < low < high and a thrust");
         }
         if !(self.glide >= 0.0 && self.glide < 1.57 && self.cant >= 0.0 && self.cant < 1.5) {
-            return wrong("the glide slope or the cant is no acute angle", "write angles in rad");
+            return wrong(
+                "the glide slope or the cant is not an acute angle",
+                "write angles in rad",
+            );
         }
         Ok(())
     }

@@ -61,7 +61,7 @@ impl Frame {
                 Axes::Site(site) => Kind::Site(site),
                 // Gravity of a body without a world comes from another library; the rotation of the body is not known.
                 Axes::Inertial => {
-                    let fact = "gravity is that of a body at the origin of W, but the simulation has no `world` that defines the rotation of the body";
+                    let fact = "the gravity belongs to a body at the origin of W, but the simulation has no `world` that defines the rotation of the body";
                     let help = "write `world: (body: ..)` in the simulation";
                     return Err(BuildError::new(fact).help(help));
                 }

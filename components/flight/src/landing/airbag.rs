@@ -211,7 +211,7 @@ impl Model for Airbag {
         let Some(vent) = p.vent else { return Vec::new() };
         let fact = match () {
             () if p.pressure - p.ambient >= vent => {
-                "the pressure at the start is above that of the vent: the vent opens at once"
+                "the initial pressure is above the opening pressure of the vent: the vent opens at once"
             }
             () if p.vent_area <= 0.0 => "the vent has no area: nothing leaves when it opens",
             () => return Vec::new(),

@@ -41,7 +41,7 @@ pub(crate) fn variant(
         };
         if decl.unit.is_some() || decl.range_written.is_some() {
             let message = format!("parameter `{key}`: a variant can only change the default");
-            let help = format!("remove `unit` and `range`: they are those of `{base_key}`");
+            let help = format!("remove `unit` and `range`: `{base_key}` defines them");
             cx.fault(decl.origin, message, help);
         }
         decl.unit.clone_from(&of_base.unit);

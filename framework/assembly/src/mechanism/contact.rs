@@ -247,7 +247,8 @@ fn apart(cx: &mut Cx, instances: &[&Instance], bodies: &Bodies) -> Vec<Vec<Strin
             (Some(false), None) => machines.push(here),
             (Some(true), Some(outer)) => {
                 let outer = if outer.path.is_empty() { "simulation" } else { &outer.path };
-                let fact = format!("{} is true, and that of `{outer}` around it false", at.what);
+                let fact =
+                    format!("{} is true, but it is false in `{outer}`, which contains it", at.what);
                 let help = "remove one of them; `collide` of `contact` lists pairs that collide nevertheless";
                 cx.fault(written.origin, fact, help);
             }

@@ -64,7 +64,7 @@ pub(super) fn campaign() -> Vec<Field> {
         ),
         or(
             "noise",
-            "Own: each run has its own noise seed. Same: all runs have that of the simulation's file.",
+            "Own: each run has its own noise seed. Same: all runs have the seed of the simulation's file.",
             Schema::Words(vec!["Own", "Same"]),
             word("Own"),
         ),

@@ -352,8 +352,7 @@ impl Reader {
             entries.sort_by(|a, b| a.0.cmp(&b.0));
             for (path, v) in entries {
                 if path == "seed" {
-                    let help =
-                        "noise: Own gives each run its own seed, noise: Same uses that of the file";
+                    let help = "noise: Own gives each run its own seed, noise: Same uses the seed of the file";
                     self.fault(v.origin, "the seed of the noise cannot be set".into(), help);
                     continue;
                 }

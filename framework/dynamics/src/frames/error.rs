@@ -54,7 +54,7 @@ pub enum FramesError {
     },
     /// A state of the wrong length.
     #[error(
-        "mechanism `{mechanism}`: `{what}` has {got} numbers, expected {want}\n  help: the order is that of its `Multibody`"
+        "mechanism `{mechanism}`: `{what}` has {got} numbers, expected {want}\n  help: use the order of its `Multibody`"
     )]
     Length {
         /// The mechanism.

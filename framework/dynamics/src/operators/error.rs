@@ -81,7 +81,7 @@ pub enum OperatorError {
     },
     /// An expression that consists only of `I` has no size and therefore no matrix.
     #[error(
-        "`{operator}` has no size of its own\n  help: multiply it by, or add it to, an operator that has one"
+        "the size of `{operator}` is not defined\n  help: multiply it by, or add it to, an operator with a size"
     )]
     NoSize {
         /// The expression.

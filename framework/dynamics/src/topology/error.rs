@@ -46,7 +46,7 @@ pub enum TopologyError {
     },
     /// A state of the wrong length.
     #[error(
-        "{place}: `{what}` has {got} numbers, expected {want}\n  help: the order is that of the hinge, or of the `Multibody`"
+        "{place}: `{what}` has {got} numbers, expected {want}\n  help: use the order of the hinge, or of the `Multibody`"
     )]
     Length {
         /// Owner of the state.

@@ -69,7 +69,7 @@ impl Frames {
             && (site.rate - rate).abs() > SAME_RATE
         {
             let fact = format!(
-                "`planet` rotates at {rate} rad/s, but that of the simulation at {}",
+                "`planet` rotates at {rate} rad/s, but the simulation's planet at {}",
                 site.rate
             );
             faults.push(Fault::new(place, fact).help("write the rate of the simulation"));
@@ -234,7 +234,7 @@ mod tests {
         let site = Site { pose: Pose::identity(), rate: 7e-5, start: Quat::identity() };
         let all = told("planet: (radius: 1e6, rate: 8e-5),", Some(site));
         assert!(
-            all.contains("rotates at 0.00008 rad/s, but that of the simulation at 0.00007"),
+            all.contains("rotates at 0.00008 rad/s, but the simulation's planet at 0.00007"),
             "{all}"
         );
     }

@@ -138,7 +138,7 @@ fn find(
             }
         }
         Some((b, _)) => {
-            let fact = format!("`{path}` binds `{BINDING}` to what is no field");
+            let fact = format!("`{path}` binds `{BINDING}` to an item that is not a field");
             return Err(Fault::new(b.origin, fact).help(remedy("", "fields", &paths)));
         }
         None => {

@@ -141,7 +141,7 @@ fn condition(
         Place::Channel(_) | Place::Phase(_) => false,
     };
     if !condition.timed() && !condition.places().any(moves) {
-        let fact = format!("condition `{}`: nothing in it ever changes", when.when);
+        let fact = format!("condition `{}`: its value never changes", when.when);
         let help = "test a state, an output that varies, or `time`";
         return Err(Fault::new(when.origin, fact).help(help));
     }

@@ -380,9 +380,8 @@ impl MechanismSpec {
             };
             let mut with_it = self.multibody.subtree(id).filter(fixed);
             if with_it.all(|b| of(b).mass_properties().mass == 0.0) {
-                let fact = format!("`{}` is free and has no mass of its own", body.name());
-                let help =
-                    "write its `mass` and `inertia`: as it is, the bodies on its hinges carry it";
+                let fact = format!("`{}` is free and has no mass", body.name());
+                let help = "write its `mass` and `inertia`; without them the bodies on its hinges carry it";
                 out.warnings.push(Fault::new(self.origin, fact).help(help));
             }
         }
@@ -397,9 +396,9 @@ impl MechanismSpec {
         if self.gravity.as_deref() == Some("none") {
             if let Some(site) = services.in_a_site() {
                 let fact = format!(
-                    "`gravity` is \"none\", and `{site}` takes W for a site of a planet that turns"
+                    "`gravity` is \"none\", but `{site}` treats W as a site of a rotating planet"
                 );
-                let help = "leave `gravity` out: what the turning does comes with it";
+                let help = "remove `gravity: \"none\"`: gravity includes the forces of the planet's rotation";
                 out.faults.push(Fault::new(self.origin, fact).help(help));
             }
             return None;

@@ -261,7 +261,7 @@ impl Placed {
                 "let it settle in the first second of the run",
             ),
         };
-        let fact = format!("`{}` was put down where its wheels touch and {what}", self.body);
+        let fact = format!("`{}` was placed where its wheels touch and {what}", self.body);
         plan.warnings.push(Fault::new(origin, fact).help(help));
     }
 

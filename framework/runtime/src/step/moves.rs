@@ -34,7 +34,9 @@ impl Simulation {
             return Err(RunError {
                 time: self.time(),
                 path: name.to_string(),
-                message: format!("it is in phase `{name}`, which the other simulation has not"),
+                message: format!(
+                    "it is in phase `{name}`, which the other simulation does not have"
+                ),
                 help: Some(format!("the other has {}", known.join(", "))),
             });
         };

@@ -89,7 +89,7 @@ fn target(lanes: &Lanes<'_>, (path, v): (&str, &Variable)) -> Result<Target, Var
                     format!(
                         "`{path}` cannot be pinned: its part holds it together with other numbers (a rotation, a closed loop)"
                     ),
-                    "pin a rate that is not so held, or prescribe the hinge and pin what prescribes it",
+                    "pin a rate without this constraint, or prescribe the hinge and pin the variable that prescribes it",
                 ),
             };
         }
@@ -115,14 +115,12 @@ fn target(lanes: &Lanes<'_>, (path, v): (&str, &Variable)) -> Result<Target, Var
             let source = plan.lanes.iter().find(|(_, w)| is(w));
             match source {
                 Some((source, _)) => no(
-                    format!(
-                        "`{path}` cannot be pinned: it has no number of its own, it reads `{source}`"
-                    ),
-                    format!("pin `{source}`: all its readers then see that"),
+                    format!("`{path}` cannot be pinned, because it only reads `{source}`"),
+                    format!("pin `{source}`: all its readers then receive the pinned value"),
                 ),
                 None => no(
                     format!(
-                        "`{path}` cannot be pinned: it has no number of its own, it is bound to `{}`",
+                        "`{path}` cannot be pinned, because it is bound to `{}`",
                         plan.parts[*k as usize].path
                     ),
                     "pin a coordinate or a rate of a body, or an output of the part that reads it",
@@ -139,8 +137,9 @@ fn target(lanes: &Lanes<'_>, (path, v): (&str, &Variable)) -> Result<Target, Var
     }
 }
 
-const ADVANCES: &str = "its part takes its steps by itself (a machine with contact by impulses), and moves on by numbers of its own";
-const PRESCRIBE: &str = "prescribe the hinge and pin what prescribes it, or take compliant contact";
+const ADVANCES: &str = "its part integrates its own states (a machine with contact by impulses)";
+const PRESCRIBE: &str =
+    "prescribe the hinge and pin the variable that prescribes it, or use compliant contact";
 
 impl Simulation {
     /// Pins a variable: every reader sees this value from the current instant on until it is unpinned, whatever the model computes. States (whose

@@ -344,8 +344,8 @@ fn words(
     let leave = if d.wheels.is_empty() { "" } else { ", leave_out: [\"wheels\"]" };
     let chosen = match (of_file(|w| w.rate), of_file(|w| w.torque)) {
         (Some(_), Some(_)) => " (the limits of its joints)",
-        (Some(_), None) => " (the rate is that of its joints)",
-        (None, Some(_)) => " (the torque is that of its joints)",
+        (Some(_), None) => " (the rate of its joints)",
+        (None, Some(_)) => " (the torque of its joints)",
         (None, None) => "",
     };
     let way = [[1.0, 0.0], [1.7, 0.7], [1.0, 1.4], [0.0, 1.0]];
