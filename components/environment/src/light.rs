@@ -3,7 +3,7 @@
 //! ν = 1 − Σ (1 − ν_k)      ν_k: visible part of the disc past body k alone (conical shadow; Montenbruck & Gill, 3.4.2)
 //! E = S (AU/d)²            S at 1 AU, d from the point to the Sun
 //! ```
-//! Where two bodies stand in front of each other the one that hides more counts. Bodies are round and have no air.
+//! If two bodies overlap as seen from the point, only the one that hides more of the Sun counts. Bodies are round and have no air.
 
 use linkwork_runtime::prelude::*;
 use linkwork_world::eclipse::Discs;

@@ -93,7 +93,7 @@ impl MarsTime {
     }
 
     /// Unit vector towards the sun in the site's frame (x east, y north, z up) at a geodetic latitude and an east
-    /// longitude (deg). The sun is far away: its direction has the planetocentric declination, whatever the latitude.
+    /// longitude (deg). The Sun is far away, so its direction has the planetocentric declination at every latitude.
     pub fn sun_direction(&self, latitude_deg: f64, longitude_deg: f64) -> Vec3 {
         let (sin_lat, cos_lat) = latitude_deg.to_radians().sin_cos();
         let sin_dec = 0.42565 * self.solar_longitude_deg.to_radians().sin();

@@ -112,7 +112,7 @@ pub(crate) fn levelled(level: bool, datum: f64) -> Result<(), BuildError> {
 /// The heights of a file, and of the file that it names, which become part of the plan's hash.
 ///
 /// # Errors
-/// No such file; one that is refused, with the remedy, at the parameter that has it.
+/// The file does not exist or is rejected; the error names the parameter and the remedy.
 pub fn heights_of(
     name: &str,
     options: &HeightsOptions,

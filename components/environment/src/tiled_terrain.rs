@@ -41,7 +41,7 @@ pub struct TiledParams {
 /// Most nodes of a region.
 const REGION_MAX: usize = 16_000_000;
 
-/// A map of which tiles are read as they are asked for.
+/// A map whose tiles are read when they are queried.
 pub struct TiledTerrain {
     tiles: Tiles,
     overview: Surface,

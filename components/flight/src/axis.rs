@@ -2,7 +2,7 @@
 
 use linkwork_runtime::prelude::*;
 
-/// The parameter `axis` as a unit vector; `example`: what may be written.
+/// Returns the parameter `axis` as a unit vector; `example` is a valid value for the message.
 ///
 /// # Errors
 /// It has no length.

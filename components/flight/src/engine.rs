@@ -63,7 +63,7 @@ pub struct EngineIn {
     /// The nozzle.
     #[port(bind = "nozzle")]
     pub nozzle: NodeState,
-    /// Throttle: 0 off, 1 full; what is outside is cut off.
+    /// Throttle: 0 off, 1 full; values outside are clamped.
     #[port("1")]
     pub throttle: f64,
     /// Where the propellant comes from.

@@ -52,7 +52,7 @@ pub struct LetGo {
     pub over: bool,
 }
 
-/// The same as an output.
+/// The release as an output.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Over {
     /// It has let go.

@@ -1,9 +1,9 @@
-//! `manipulation.finger`: a finger that closes the handle of a tool while a gripper is told to be closed.
+//! `manipulation.finger`: a finger that closes the handle of a tool while the gripper command is closed.
 //! ```text
 //! Ḟ = (F_grip − F)/T,   F_grip: `force` while `grip`, else 0
 //! τ = −F ℓ                            on the pin of the handle, which opens with a growing angle
 //! ```
-//! The finger and the pin belong to one hand: what it presses with stays in the hand, and the arm feels none of it.
+//! The finger and the pin belong to one hand: the finger's force is internal to the hand, and the arm does not feel it.
 
 use linkwork_runtime::prelude::*;
 
@@ -53,7 +53,7 @@ pub struct Finger {
     p: FingerParams,
 }
 
-/// A finger that closes a tool's handle with a force when the gripper is told to.
+/// A finger that closes a tool's handle with a force when the gripper is commanded to close.
 #[model("manipulation.finger")]
 impl Model for Finger {
     type Params = FingerParams;

@@ -1,8 +1,8 @@
 //! Component library: manipulation. Robot arms, alone or two together, that carry out moves by a model of themselves; legs that stand by one;
 //! tools that cut.
 //!
-//! The model that a controller embeds is read from the same URDF file from which the simulated machine is made, but it is an
-//! instance of its own: what the simulated machine weighs, or where its work stands, may differ from what the controller believes.
+//! The model that a controller embeds is read from the URDF file of the simulated machine, but it is a separate instance: masses and the place of the
+//! work can differ from the simulated machine's values.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "manipulation.arm_controller"`):
 //! ```

@@ -98,7 +98,7 @@ pub struct WireGaps {
     /// Distance of edge b from the undisturbed wire, for the event at which the edge reaches it.
     #[port("m", falling)]
     pub closes: f64,
-    /// The same distance, for the event at which the edge leaves the wire.
+    /// This distance again, for the event at which the edge leaves the wire.
     #[port("m", rising)]
     pub opens: f64,
 }
@@ -222,7 +222,7 @@ mod tests {
         ShearingIn { a: node(pin, R), b, wire }
     }
 
-    /// The same with the wire at the lever s, in the middle.
+    /// Returns the inputs with the wire at the lever s, in the middle.
     fn jaw_at(opening: f64, s: f64) -> ShearingIn {
         let (sin, cos) = (0.5 * opening).sin_cos();
         at(opening, s * sin, s * cos, 0.0)
@@ -233,7 +233,7 @@ mod tests {
         copper().feedthrough(&Depth { depth }, &d, u)
     }
 
-    /// What the edges do to each other through the wire adds up to nothing, and opens the jaw at the lever of the wire.
+    /// The forces of the edges on each other through the wire add up to zero, and open the jaw at the lever of the wire.
     #[test]
     fn edges_are_pressed_apart_alike() {
         let opening = 2.0 * (1.4e-3_f64 / 0.02).atan();
@@ -280,7 +280,7 @@ mod tests {
         assert!(y.force > 50.0 && y.force < 150e6 * PI * 1.5e-3 * 1.5e-3 && y.feed == 0.0);
     }
 
-    /// What is in the jaw when it closes is cut, and nothing else.
+    /// Only a wire that is in the jaw when it closes is cut.
     #[test]
     fn only_what_is_between_the_edges_is_caught() {
         let m = copper();

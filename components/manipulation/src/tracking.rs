@@ -1,10 +1,10 @@
-//! What a frame is to accelerate with so that it follows its reference: tracking, or giving way as a spring.
+//! Commanded acceleration of a frame: tracking of its reference, or compliance like a spring.
 //! ```text
 //! e = [log(R_r Rᵀ); p_r − p],  ė = V_r − V                                base axes; r: the reference
 //! tracking     a = A_r + 2 ω ė + ω² e + Λ⁻¹ f
 //! compliant    a = A_r + Λ⁻¹ (K e + D ė + f),    D_ii = 2 √(K_ii/(Λ⁻¹)_ii)
 //! ```
-//! What is fed has no spring along its feed: e is taken across it.
+//! A feed motion has no spring along its direction: e is measured perpendicular to it.
 
 use crate::moves::{Path, Reference, short};
 use linkwork_spatial::{Motion, Pose, Vec3};

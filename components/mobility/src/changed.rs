@@ -1,4 +1,4 @@
-//! What is to be seen of ground that was pressed: ruts and heaps, as an overlay for viewers and logs.
+//! Pressed ground for viewers and logs: ruts and heaps as an overlay.
 use crate::tiles::Tiles;
 use linkwork_runtime::prelude::*;
 use std::any::Any;

@@ -31,7 +31,7 @@ pub struct FootParams {
     /// Diameter of a round sole; length of a rectangular one along the node's x axis.
     #[param(unit = "m", range = 1e-3..)]
     pub length: f64,
-    /// Width of a rectangular sole along the node's y axis, m; unwritten: its length.
+    /// Width of a rectangular sole along the node's y axis, m; default: its length.
     #[param(default = None)]
     pub width: Option<f64>,
     /// Damping time of the shear; it moves the soil by a twentieth of its shear modulus at most.

@@ -17,9 +17,9 @@
 //! (Wong's k_u), and forgotten as the wheel rolls on to new ground.
 //!
 //! Ground with a past (`ruts`) is read where the wheel comes to it: a cell beyond the ends of the arc, ahead with the weight
-//! (1 + m)/2 and behind with (1 − m)/2, at the middles of the discs. The wheel stands in the mean of these states over
-//! its whole width, and then z counts from the bottom of the rut, z_u and the print from the first surface. What it
-//! presses itself lies under the arc, so that no wheel climbs out of its own print.
+//! (1 + m)/2 and behind with (1 − m)/2, at the middles of the discs. The sinkage of the wheel is measured from the mean of these states over its
+//! whole width: z counts from the bottom of the rut, z_u and the print from the first surface. The soil that the wheel presses itself lies under the
+//! arc, so that a wheel does not climb out of its own print.
 
 use crate::multipass::Rut;
 use crate::rigid_contact::Hub;

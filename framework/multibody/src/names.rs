@@ -1,8 +1,9 @@
 //! Misspelt names: finds the nearest known name and makes the suggestion for a message.
 
 /// Returns the known name most similar to a misspelt one, if it is similar enough. In names with dots, the last part counts for a third. One wrong
-/// letter or two swapped letters are similar enough in a name of three letters or more.
+/// letter or two swapped letters are similar enough in a name of three letters or more. `a[2]` is another name of `a.z`.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let indexed = component(name);
     known
         .into_iter()
         .map(|k| {
@@ -10,12 +11,22 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
             let tail = |s: &str| s.rsplit('.').next().unwrap_or(s).to_owned();
             let whole = strsim::jaro_winkler(&a, &b);
             let tail = strsim::jaro_winkler(&tail(&a), &tail(&b));
-            let slip = name.chars().count() > 2 && strsim::osa_distance(name, k) == 1;
+            let slip = indexed.as_deref() == Some(k)
+                || indexed.is_none()
+                    && name.chars().count() > 2
+                    && strsim::osa_distance(name, k) == 1;
             (slip, 0.7 * whole + 0.3 * tail, k)
         })
         .filter(|(slip, like, _)| *slip || *like > 0.75)
         .min_by(|a, b| b.0.cmp(&a.0).then(b.1.total_cmp(&a.1)).then(a.2.cmp(b.2)))
         .map(|(_, _, k)| k)
+}
+
+/// Returns the name of a component that is written with an index: `a.z` for `a[2]`.
+fn component(name: &str) -> Option<String> {
+    let (vector, index) = name.strip_suffix(']')?.rsplit_once('[')?;
+    let axis = ["x", "y", "z", "w"].get(index.parse::<usize>().ok()?)?;
+    Some(format!("{vector}.{axis}"))
 }
 
 /// Returns the nearest name as a question.
@@ -56,6 +67,19 @@ mod tests {
             assert_eq!(nearest(said, known), meant, "{said}");
         }
         assert_eq!(nearest("x", []), None);
+    }
+
+    #[test]
+    fn an_index_is_a_component() {
+        let known = ["bob.angular.x", "bob.angular.y", "bob.angular.z", "bob.angular.w", "bob[7]"];
+        for (written, meant) in [
+            ("bob.angular[0]", "bob.angular.x"),
+            ("bob.angular[2]", "bob.angular.z"),
+            ("bob.angular[3]", "bob.angular.w"),
+            ("bob[8]", "bob[7]"),
+        ] {
+            assert_eq!(nearest(written, known), Some(meant), "{written}");
+        }
     }
 
     /// Among equally near names, the alphabetically first is returned, independent of their order. A single typing error has priority over general

@@ -59,7 +59,7 @@ pub struct Times {
 /// The place of a variable that a phase does not have.
 const ABSENT: Place = Place::Channel(u32::MAX);
 
-/// Deepest stack of an evaluation; deeper conditions are refused.
+/// Deepest stack of an evaluation; deeper conditions are rejected.
 const DEPTH: usize = 16;
 /// Most brackets, signs and `not` within each other.
 const NESTED: usize = 64;

@@ -10,7 +10,7 @@ pub struct BuildError {
     pub help: Option<String>,
     /// The parameter at fault, when it is one.
     pub param: Option<String>,
-    /// Said of a run: it stops there. Else it is told once, and the run goes on.
+    /// Said of a run: it stops there. True if the fault stops a run; otherwise it is reported once, and the run continues.
     pub stops: bool,
 }
 
@@ -19,7 +19,7 @@ impl BuildError {
     pub fn new(message: impl Into<String>) -> Self {
         BuildError { message: message.into(), help: None, param: None, stops: false }
     }
-    /// What an error of another crate says.
+    /// Converts an error of another crate.
     pub fn of(error: &dyn std::fmt::Display) -> Self {
         let (message, help) = crate::value::told(error);
         BuildError { message, help, param: None, stops: false }

@@ -1,4 +1,4 @@
-//! What a plan is, in one number: equal plans can exchange states.
+//! The hash of a plan: plans with equal hashes can exchange states.
 use crate::noise;
 use crate::plan::Plan;
 use std::fmt::Write;

@@ -48,7 +48,7 @@ impl Jacobian {
         self.values.resize(rows * self.wanted.len(), 0.0);
     }
 
-    /// Whether a column is asked for: the others read what does not change with any state.
+    /// Returns true if a column is requested: the other columns do not depend on any state.
     #[must_use]
     pub fn wanted(&self, column: usize) -> bool {
         self.wanted[column]

@@ -115,7 +115,7 @@ pub use value::{Fault, Faults, IntoValue, Located, Origin, Sources, Value, remed
 pub use variable::{Place, Role, Variable};
 pub use world::{Geographic, PlainWorld, World};
 
-/// What a library of models needs in scope.
+/// Items that a library of models needs in scope.
 pub mod prelude {
     pub use crate::connectors::{
         Current, Currents, HeatFlow, HeatFlows, MassFlow, MassFlows, OpenVoltage, Propellant,

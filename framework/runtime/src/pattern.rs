@@ -1,7 +1,7 @@
 //! Patterns over paths of variables: `*` stands for one segment or a piece of one, `**` for any
 //! number of segments. Dots and slashes both end a segment, so `Rover.**` takes the bodies of `Rover` too.
 
-/// Whether a pattern matches a whole path. O(pattern × path), whatever the stars.
+/// Whether a pattern matches a whole path. O(pattern × path) for any number of stars.
 pub fn path_matches(pattern: &str, path: &str) -> bool {
     // Most paths differ from a pattern before its first star.
     let star = pattern.find('*').unwrap_or(pattern.len());

@@ -93,9 +93,9 @@ pub struct Plan {
     pub loops: Vec<Loop>,
     /// Parts that ask services at their nodes.
     pub asked: Vec<ServiceQuery>,
-    /// The start of a machine that was put down at rest; without one it is what the parts say.
+    /// The start of a machine that was placed at rest; without it, the parts define the start.
     pub rest: Option<SettledStart>,
-    /// What is allowed and probably not meant.
+    /// Settings that are allowed but probably not intended.
     pub warnings: Vec<Fault>,
     /// What its hash is made of.
     pub(crate) identity: Identity,
@@ -391,7 +391,7 @@ impl Plan {
     }
 }
 
-/// What goes into the hash and does not stand in the plan otherwise, and the hash once somebody has asked for it.
+/// Content of the hash that the plan does not contain otherwise, and the hash after it was requested.
 #[derive(Debug, Default)]
 pub(crate) struct Identity {
     /// Sizes, settings and timing.

@@ -67,7 +67,7 @@ impl Param for Scenery {
     fn missing(_: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Option<Self>> {
         Some(Some(cx.services.scenery.clone()))
     }
-    /// The patterns; of unwritten ones that which takes all.
+    /// Returns the patterns; without any, the pattern that matches everything.
     fn show(&self) -> Value {
         self.only.clone().unwrap_or_else(|| vec!["**".into()]).show()
     }

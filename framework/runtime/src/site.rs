@@ -91,7 +91,7 @@ pub enum Axes {
     Any,
     /// Inertial axes with a planet at the origin.
     Inertial,
-    /// A site that turns with its planet.
+    /// A site that rotates with its planet.
     Site(Site),
     /// A place on a planet whose rotation is left out of the dynamics: level ground, z up.
     Level(Site),

@@ -112,7 +112,7 @@ pub trait SizedModel: Sized + Send + Sync + 'static {
     }
 }
 
-/// What is known of the instance with these parameters.
+/// Returns the description of the instance with these parameters.
 pub(crate) fn describe<M: SizedModel>(p: &M::Params) -> Description {
     let ports = M::ports(p);
     Description {

@@ -43,7 +43,7 @@ pub fn gravity(
     Handle::new("gravity", Arc::new(Of(acceleration)) as Arc<dyn Gravity>)
 }
 
-/// The same gravity everywhere, along −z (m/s²). It reports that it is uniform.
+/// Returns uniform gravity along −z (m/s²). It reports that it is uniform.
 pub fn uniform_gravity(g: f64) -> Handle<dyn Gravity> {
     struct Down(f64);
     impl Gravity for Down {
@@ -76,7 +76,7 @@ pub fn still_air(density: f64) -> Handle<dyn Atmosphere> {
     air(move |_, _| Air { density, ..AIR })
 }
 
-/// A Sun that stands still: a vector towards it, of any length, and its distance (AU). Nothing hides its light.
+/// Returns a Sun that does not move: a vector towards it, of any length, and its distance (AU). Nothing hides its light.
 pub fn sun(towards: Vec3, distance_au: f64) -> Handle<dyn Sun> {
     struct Still(SunState);
     impl Sun for Still {

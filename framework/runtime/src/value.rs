@@ -1,4 +1,4 @@
-//! Located values: what a configuration file holds, each piece with the place it was written.
+//! Located values: the contents of a configuration file, with the place of each value.
 use linkwork_multibody::names::did_you_mean;
 use linkwork_spatial::Vec3;
 use std::fmt;
@@ -118,7 +118,7 @@ impl Located {
         }
     }
 
-    /// The same, to be changed.
+    /// Returns the value of a key for a change.
     pub fn get_mut(&mut self, key: &str) -> Option<&mut Located> {
         match &mut self.value {
             Value::Map(entries) => entries.iter_mut().find(|(k, _)| k == key).map(|(_, v)| v),

@@ -12,7 +12,7 @@ pub type Result<T> = std::result::Result<T, String>;
 pub struct Json {
     value: Rc<Value>,
     place: String,
-    /// Keys of this map that were asked for.
+    /// Keys of this map that were read.
     asked: Rc<RefCell<BTreeSet<String>>>,
 }
 

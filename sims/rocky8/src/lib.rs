@@ -5,9 +5,8 @@
 //! models      class by class (`models`); a class that is not in that table is an error
 //! signals     become exports, element by element: Wheel_rate[2] is `Wheel_rate_2`
 //! ```
-//! What of bodies and of models' parameters has no counterpart is listed at the head of the file: each field that
-//! nobody asked for. Shapes are made for the eye: wheels by radius and width, other bodies as rods from hinge to
-//! hinge, the chassis as the solid box of its mass and inertia.
+//! Fields of bodies and of models' parameters without a counterpart are listed at the head of the file: all fields that were not read. Shapes are
+//! made for the eye: wheels by radius and width, other bodies as rods from hinge to hinge, the chassis as the solid box of its mass and inertia.
 mod bodies;
 mod json;
 mod models;

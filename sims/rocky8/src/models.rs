@@ -17,7 +17,7 @@ use serde_json::json;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// What comes of the tree.
+/// Result of the conversion of the tree.
 pub struct Out<'a> {
     bodies: &'a [Body],
     /// Text of `parts`.

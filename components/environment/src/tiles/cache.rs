@@ -1,15 +1,15 @@
-//! Tiles in memory: those that were asked for last.
+//! Tiles in memory: the most recently used ones.
 
 /// A tile's heights in memory.
 struct Slot {
     tile: usize,
-    /// When it was asked for last.
+    /// Counter value at its last use.
     used: u64,
     heights: Vec<f32>,
 }
 
-/// A number of tiles, of which the one that was not asked for the longest gives way to a new one. What is in it changes
-/// how long an answer takes, and no answer.
+/// A number of tiles, of which the one that was not asked for the longest gives way to a new one. Its content affects how long a query takes, but not
+/// the result.
 pub(super) struct Cache {
     slots: Vec<Slot>,
     most: usize,
@@ -22,7 +22,7 @@ pub(super) struct Cache {
 const NOWHERE: u32 = u32::MAX;
 
 impl Cache {
-    /// Of at most so many of `tiles` tiles, one at least.
+    /// Creates a cache of at most this many of `tiles` tiles, at least one.
     pub fn new(most: usize, tiles: usize) -> Cache {
         let most = most.clamp(1, NOWHERE as usize - 1);
         Cache { slots: Vec::new(), most, places: vec![NOWHERE; tiles], now: 0, last: 0 }

@@ -23,7 +23,7 @@ pub(super) struct Piece {
     pub crc: u32,
 }
 
-/// What a file says of itself.
+/// Contents of the header of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Head {
     pub grid: Lattice,

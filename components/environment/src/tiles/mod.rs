@@ -1,4 +1,4 @@
-//! Heights in tiles (`.tiles`): a file of a terrain of any size, of which tiles are read when they are asked for.
+//! Heights in tiles (`.tiles`): a file for a terrain of any size, whose tiles are read when they are queried.
 //! ```text
 //! head      "LWTILES2", nodes, cells of a tile's edge, spacing, origin, overview, least and greatest height, datum, checksums
 //! index     for each tile: byte, length, checksum (CRC-32) of what is there; length 0: no data in the whole tile

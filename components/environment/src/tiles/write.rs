@@ -56,7 +56,7 @@ pub fn write_tiles(path: &Path, rows: &mut dyn HeightRows, tile: usize) -> Resul
     written
 }
 
-/// What is put down as tiles are written.
+/// Output file of the writer, with the current position.
 struct Out {
     file: BufWriter<File>,
     at: u64,

@@ -10,8 +10,8 @@
 //! moment   q S (b C_l, c̄ C_m, b C_n) about the node, body axes
 //! S, c̄, b  referenceWingArea, referenceWingChord, referenceWingSpan of the file
 //! ```
-//! The file's units are converted to SI. Its static shots are run when it is loaded, and a file that
-//! fails its own shots is refused. `set` replaces constants. Where a table ends it clamps, or the run stops.
+//! The file's units are converted to SI. Its static shots are evaluated when it is loaded, and a file that fails its own shots is rejected. `set`
+//! replaces constants. Where a table ends it clamps, or the run stops.
 
 use super::air_data::{AirData, Outside, check_air_rate};
 use super::axisymmetric::{Edge, TableExit, leaves, remark};
@@ -115,7 +115,7 @@ pub struct DaveParams {
     /// How the air turns with its planet, W, for the body rates: the rate of the `world`; zero: rates against W.
     #[param(unit = "rad/s", default = Vec3::zeros())]
     pub air_rate: Vec3,
-    /// Length of the file's Reynolds number; unwritten: its referenceWingChord.
+    /// Length of the file's Reynolds number; default: its referenceWingChord.
     #[param(unit = "m")]
     pub reynolds_length: Option<f64>,
     /// What happens where the tables end: clamp, stop.
@@ -183,7 +183,7 @@ pub struct TableFlag {
     pub outside: bool,
 }
 
-/// What of the flow goes into the file.
+/// Flow quantities that can be inputs of the file.
 const FLOW: [(&[&str], &str); 12] = [
     (&["trueAirspeed"], "m/s"),
     (&["angleOfAttack"], "rad"),
@@ -319,7 +319,7 @@ impl DaveAerodynamics {
     }
 }
 
-/// Inputs that the flow gives, and the length of the Reynolds number (m). What stands in `controls` does not come from the flow.
+/// Inputs that the flow gives, and the length of the Reynolds number (m). Variables in `controls` do not come from the flow.
 fn flow(p: &DaveParams, start: &[f64]) -> Result<([Place; FLOW.len()], f64), BuildError> {
     let m = &p.model.model;
     let (mut flow, mut length) = ([None; FLOW.len()], 1.0);

@@ -10,7 +10,7 @@ pub struct RateDampingParams {
     /// Moment over rate about x, y, z of the node.
     #[param(unit = "N m s/rad")]
     pub damping: Vec3,
-    /// Rate of the axes against which the body turns, W: the rate of the air of the `world`, or zero.
+    /// Angular velocity of the axes to which the body's rate refers, W: the rate of the air of the `world`, or zero.
     #[param(unit = "rad/s", default = Vec3::zeros())]
     pub against: Vec3,
     /// The world, with whose body the air turns.

@@ -30,7 +30,7 @@ pub(crate) mod tests {
         (site, PlainWorld::of_site(4.3e13, 3.3e6, site).handle())
     }
 
-    /// A node that turns in W at `omega` (rad/s, W), at t.
+    /// Returns a node that rotates in W at `omega` (rad/s, W), at time t.
     pub fn turning_node(omega: &Vec3, t: f64) -> NodeState {
         let rotation = Quat::from_scaled_axis(omega * t) * Quat::from_euler_angles(0.2, 0.5, -1.0);
         NodeState { rotation, angular: *omega, ..NodeState::identity() }

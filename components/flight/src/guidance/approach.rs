@@ -81,7 +81,7 @@ pub struct TransferOut {
 /// State of a transfer.
 #[derive(State, Clone, Copy, Debug)]
 pub struct TransferState {
-    /// Sum of the changes of velocity that were asked for.
+    /// Sum of the commanded velocity changes.
     #[port("m/s")]
     pub dv: f64,
 }

@@ -134,7 +134,7 @@ pub struct TangentOut {
     /// Burn time that is left.
     #[port("s")]
     pub to_go: f64,
-    /// The law has no solution: the last steering goes on.
+    /// The law has no solution, and the last steering continues.
     #[port]
     pub lost: bool,
 }

@@ -26,7 +26,7 @@ pub struct AirbagParams {
     /// Ambient pressure p_a.
     #[param(unit = "Pa", default = 0.0, range = 0.0..)]
     pub ambient: f64,
-    /// Overpressure at which the vent opens for good; unwritten: no vent.
+    /// Overpressure at which the vent opens for good; default: no vent.
     #[param(unit = "Pa", range = 0.0..)]
     pub vent: Option<f64>,
     /// Area of the vent times its discharge coefficient.

@@ -345,8 +345,8 @@ mod tests {
         assert_eq!(at(0.1, -0.05), 0.0);
     }
 
-    /// Below μ F the foot is held by a spring; above, it slips with a force μ F against its motion. A lander at rest stays on a slope. In the air the
-    /// deflection decays.
+    /// A spring holds the foot below μ F; above, the foot slips with a friction force μ F against its motion. A lander at rest stays on a slope. In
+    /// the air the deflection decays.
     #[test]
     fn friction_holds_up_to_its_limit_and_slips_beyond() {
         let mut m = leg(vec![Stage { stroke: 0.05, force: 2000.0 }]);

@@ -164,7 +164,7 @@ pub struct NextChange {
     pub inside: f64,
 }
 
-/// Guards by their places in [`NextChange`]; those after the first change nothing but what is told.
+/// Guards by their places in [`NextChange`]; guards after the first one only trigger reports.
 const SINCE: usize = 0;
 const COMMAND: usize = 1;
 const INSIDE: usize = 2;

@@ -4,7 +4,7 @@
 //! burnt so far   ∫ T_curve dt/(I_sp g₀)
 //! ```
 //! For steps of fixed methods T is the mean of max(0, …) over the step.
-//! It burns to the end of its curve, whatever is commanded. Ignition, every row of the curve and the end
+//! It burns to the end of its curve for every command. Ignition, every row of the curve and the end
 //! are events. Its flow goes to a `flight.propellant_tank` or to whatever else has its mass.
 
 use crate::table::Curve;

@@ -29,13 +29,13 @@ pub struct ThrusterParams {
     /// Dead time from the command to open until the valve opens.
     #[param(unit = "s", default = 0.0, range = 0.0..)]
     pub dead_time: f64,
-    /// Dead time from the command to close; unwritten: the same.
+    /// Dead time from the command to close; default: equal to `dead_time`.
     #[param(unit = "s", range = 0.0..)]
     pub dead_time_off: Option<f64>,
     /// Time constant of the rise.
     #[param(unit = "s", default = 0.005, range = 1e-6..)]
     pub rise: f64,
-    /// Time constant of the fall; unwritten: the same.
+    /// Time constant of the fall; default: equal to `rise`.
     #[param(unit = "s", range = 1e-6..)]
     pub fall: Option<f64>,
     /// Area of the nozzle's exit, on which the ambient pressure acts.

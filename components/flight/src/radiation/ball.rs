@@ -67,7 +67,7 @@ impl Model for RadiationPressure {
     fn guards(&self, clock: &Clock, u: &RadiationIn) -> Edges {
         Edges::of(&self.p.sun.light(clock.t, &u.body.position))
     }
-    /// Nothing is remembered: the integrator begins anew behind the edge, and that is all.
+    /// The event has no state: the integrator only restarts behind the edge of the shadow.
     fn handle_event(&self) -> ((), ()) {
         ((), ())
     }

@@ -187,8 +187,8 @@ impl Law {
         unloading * self.strength(p.max(f64::from(node.pressed[1]))) / self.shear
     }
 
-    /// Shear stress (Pa) of a node, and the share of its strength that was called on, after the body went on by `step` (m) along a
-    /// face of the normal `n` under the pressure `p` (Pa).
+    /// Returns the shear stress (Pa) of a node and its mobilised share of strength, after the body moved by `step` (m) along a face of the normal `n`
+    /// under the pressure `p` (Pa).
     #[inline]
     pub fn sheared(
         &self,

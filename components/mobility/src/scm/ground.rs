@@ -23,7 +23,7 @@ pub struct ScmGroundParams {
     /// Distance of nodes.
     #[param(unit = "m", default = 0.025, range = 0.002..=1.0)]
     pub cell: f64,
-    /// x_min, y_min, x_max, y_max (m) of the ground that gives way; unwritten: the whole terrain. Outside it carries nothing.
+    /// x_min, y_min, x_max, y_max (m) of the deformable ground; default: the whole terrain. Outside it carries nothing.
     #[param(default = None)]
     pub region: Option<[f64; 4]>,
     /// Stiffness of pressed soil without its growth with depth, N/m³.
@@ -46,7 +46,7 @@ pub struct ScmGroundParams {
     pub terrain: Handle<dyn Terrain>,
 }
 
-/// What presses, as the ground is told it. A radius and length of zero: nothing does.
+/// A body that presses the ground. A radius and length of zero: nothing does.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Imprint {
     /// Middle of the wheel or of the sole, W.

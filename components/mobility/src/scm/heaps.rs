@@ -3,8 +3,8 @@
 //! ring       nodes up to two beside those that are pressed; ahead and at the sides, not behind where the body comes from
 //! sliding    between neighbours a, b:  |S_a − S_b| > δ tan(repose):  heap moves by a quarter of what is too much, five times
 //! ```
-//! S is the surface without load. What moves is taken at one node and put on the other as one number, so that volume is kept. Soil waits
-//! until it makes a layer on the ring that is worth the work. Slopes that the ground had from the start do not slide.
+//! S is the surface without load. The moved volume is subtracted at one node and added at another as one number, so that the total is conserved. Soil
+//! waits until it makes a layer on the ring that is worth the work. Slopes that the ground had from the start do not slide.
 
 use crate::scm::contact::Node;
 use crate::scm::ground::{Nodes, ScmGround, Touched};

@@ -8,7 +8,7 @@ use crate::time::Seconds;
 use crate::value::{Fault, Origin};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Rows beyond which the rates are refused: they have no small common period.
+/// Largest number of rows; rates with more rows are rejected, because they have no small common period.
 const ROWS_MAX: u64 = 1 << 20;
 
 /// Checks the rates and gives each sampled part its period and offset in ticks.

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::sync::Arc;
 
-/// An impulse of the last contacts: what the mechanism remembers from step to step.
+/// An impulse of the last contacts, which the mechanism keeps from step to step.
 #[derive(Clone, Serialize, Deserialize)]
 struct ContactMemory {
     pair: (u32, u32),

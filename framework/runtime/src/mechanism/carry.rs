@@ -53,8 +53,8 @@ pub(super) fn carry(
     Ok(Carried::State(notes))
 }
 
-/// The new bodies with the inertias that those of the old names have now: what a new part adds is not known
-/// before the move.
+/// Returns the new bodies with the present inertias of the old bodies with the same names: the contribution of a new part is unknown before the
+/// transition.
 fn inherit<'a>(
     before: &Multibody,
     old: &MechanismPlan,

@@ -59,7 +59,7 @@ impl Spec {
         let host: &dyn Any = &**self.host.as_ref()?;
         host.downcast_ref()
     }
-    /// The same, to change it.
+    /// Returns the specification for a change.
     pub fn mechanism_mut(&mut self) -> Option<&mut MechanismSpec> {
         let host: &mut dyn Any = &mut **self.host.as_mut()?;
         host.downcast_mut()
@@ -86,7 +86,7 @@ impl Plan {
             prototype.downcast_ref::<MechanismPart>().map(|m| &m.plan)
         })
     }
-    /// The same, to change how it starts, while no run uses the plan.
+    /// Returns the plan of the mechanism for a change of its start, while no run uses the plan.
     pub fn mechanism_mut(&mut self) -> Option<&mut MechanismPlan> {
         self.parts.iter_mut().find_map(|p| {
             let prototype: &mut dyn Any = &mut *p.prototype;

@@ -41,7 +41,7 @@ pub(super) fn names(m: &MechanismPlan, w: &Wiring) -> Vec<Named> {
     all
 }
 
-/// The path with which that of a report begins: the body's of whose contact it tells, else the mechanism's.
+/// Returns the path with which the path of a report begins: the body whose contact it describes, or else the mechanism.
 fn owner<'a>(m: &'a MechanismPlan, path: &str) -> &'a str {
     let begins = |name: &str| path.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
     let bodies = m.multibody.bodies().iter().map(Body::name).filter(|name| begins(name));

@@ -39,7 +39,7 @@ pub struct MechanismSpec {
     pub ground_friction: Option<f64>,
     /// How each loop and coupling is treated, by name; `Auto` where nothing is said.
     pub constraint_methods: BTreeMap<String, ConstraintMethod>,
-    /// Prescribed subhinges of loops at the start. Gaps are found, whatever stands in their places.
+    /// Prescribed subhinges of loops at the start. Gaps are found independently of these entries.
     pub motions: Vec<LoopMotion>,
     /// How loops with gaps close, by name; as found where nothing is said.
     pub closings: BTreeMap<String, Closing>,

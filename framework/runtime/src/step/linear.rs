@@ -42,7 +42,7 @@ pub(crate) struct Linear {
     pub(super) reads: Vec<usize>,
     pub(super) x: Vec<f64>,
     pub(super) xdot: Vec<f64>,
-    /// What an operation wrote at the state itself.
+    /// Values that an operation wrote at the state itself.
     pub(super) before: Vec<f64>,
     /// The tangent at work, and its columns that may not be zero.
     pub(super) row: Vec<f64>,

@@ -1,5 +1,4 @@
-//! What parts and services tell in the middle of a run. What is allowed and probably not meant is told once, and the run goes on;
-//! what stops it is its error, with the same words: at a guard before that fires, at the start of a run or a phase before a step.
+//! What parts and services tell in the middle of a run. Reports of parts and services during a run.
 use super::reports::Notice;
 use super::stopped::Stopped;
 use super::{RunError, Simulation};
@@ -11,8 +10,8 @@ use crate::value::Fault;
 use linkwork_spatial::Vec3;
 
 impl Simulation {
-    /// What was told since this was asked last: a parachute that is commanded twice, air that is asked for beyond its table.
-    /// At most 256 are kept; a run that is restored, or a fork, tells again.
+    /// Returns the reports since the last call: a parachute that is commanded twice, air that is evaluated beyond its table.
+    /// At most 256 are kept; a run that is restored, or a fork, reports again.
     pub fn take_notices(&mut self) -> Vec<Notice> {
         std::mem::take(&mut self.notices.kept)
     }
@@ -125,7 +124,7 @@ impl Simulation {
     }
 }
 
-/// What a part says that stops the run.
+/// Converts a fault of a part that stops the run.
 #[cold]
 fn stop(block: u32, told: BuildError) -> Stopped {
     Stopped { block, failure: Box::new(Failure { message: told.message, help: told.help }) }

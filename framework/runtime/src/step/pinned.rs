@@ -2,7 +2,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What is pinned, by path, and where that is in the lanes of a plan.
+/// The pins by path, and their places in the slots of a plan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Pins {
     pub(super) values: BTreeMap<String, (f64, Target)>,
@@ -49,7 +49,7 @@ impl Pins {
         }
     }
 
-    /// What an operation has just written to its values.
+    /// Overwrites the pinned values among those that an operation has just written.
     pub fn after(&self, op: u32, sig: &mut [f64]) {
         let first = self.written.partition_point(|w| w.0 < op);
         for &(_, k, value) in self.written[first..].iter().take_while(|w| w.0 == op) {
@@ -57,7 +57,7 @@ impl Pins {
         }
     }
 
-    /// What is pinned, and to what, by path.
+    /// Returns path and value of each pin.
     pub fn values(&self) -> impl Iterator<Item = (&str, f64)> {
         self.values.iter().map(|(path, (value, _))| (path.as_str(), *value))
     }

@@ -1,4 +1,4 @@
-//! Pins: variables that keep a value until they are unpinned, whatever the model does.
+//! Pins: variables that keep a value until they are unpinned, independent of the model.
 //!
 //! ```text
 //! state              its derivative is zero at every stage; its value is restored after steps, updates and events

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-/// What a part did with the time that it took.
+/// Time that a part spent in one of its operations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spent {
     /// Path of the part.
@@ -62,7 +62,7 @@ impl Profile {
         parts.entry(part.to_string()).or_default().clone()
     }
 
-    /// What was called, what took longest first. Loops that are solved and what they solve are in their parts.
+    /// Returns the operations, the most expensive first. Loops that are solved and what they solve are in their parts.
     pub fn spent(&self) -> Vec<Spent> {
         let parts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let mut all = Vec::new();

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 /// What a move did.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MoveReport {
-    /// Paths of parts that went on.
+    /// Paths of parts that kept their state.
     pub kept: Vec<String>,
     /// Paths of parts that started anew.
     pub new: Vec<String>,
@@ -23,7 +23,7 @@ pub(super) const KEPT: usize = 256;
 /// A notice: simulated time (s), and what there is to be said, with the place of the part in its file.
 pub type Notice = (f64, Fault);
 
-/// What was told, and what nobody has asked for yet.
+/// Reports that were made, and those that were not taken yet.
 #[derive(Default)]
 pub(crate) struct Notices {
     pub(super) kept: Vec<Notice>,

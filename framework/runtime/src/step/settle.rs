@@ -58,7 +58,7 @@ const LONGEST: f64 = 20.0;
 const REST: [f64; 2] = [1e-7, 1e-4];
 /// Steps of the plan are divided by these until one is short enough.
 const FINER: [f64; 3] = [1.0, 4.0, 16.0];
-/// What moves as fast as this long ago goes on moving, s.
+/// A machine that is not slower than this long ago does not come to rest, s.
 const SLOWS: f64 = 2.0;
 
 /// A machine to be brought to rest, by lanes of its velocities.

@@ -102,7 +102,7 @@ pub(crate) struct Work {
     pub(super) tiny: u32,
     /// The guard that fired last.
     pub(super) last: Option<u32>,
-    /// Of `Plan::asked`: which have nothing to tell any more.
+    /// Marks the entries of `Plan::asked` that have nothing more to report.
     pub(super) silent: Vec<bool>,
 }
 
@@ -162,7 +162,7 @@ pub(crate) fn initial(plan: &Plan) -> State {
     state
 }
 
-/// What a state within a step is for.
+/// Purpose of a state within a step.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Purpose {
     /// To look at the guards there.
