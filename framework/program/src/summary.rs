@@ -142,7 +142,7 @@ pub fn print(s: &Summary) {
     };
     say!("{}: {how} at t = {:.3} s", s.simulation, s.time);
     say!(
-        "  {:.2} s of wall time, {} times real time on average; state {}",
+        "  {:.2} s of wall time after loading, {} times real time on average; state {}",
         s.wall_time,
         factor(s.real_time_factor),
         s.state_hash
