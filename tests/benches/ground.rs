@@ -77,7 +77,7 @@ fn main() {
         normal_damping: 4.0,
         unloading_stiffness: 3e5,
     };
-    let state = SoilState { xi_x: 0.01, xi_y: 0.001, pressed: 0.0, rolled: 1.0 };
+    let state = SoilState { xi_x: 0.01, xi_y: 0.001, pressed: 0.0, rolled: 1.0, rolling: 0.1 };
     let hub = |k: f64| Hub {
         position: Vec3::new(1e-6 * k, 0.0, 0.235),
         axle: Vec3::y(),

@@ -105,6 +105,21 @@ pub struct WheelForces {
     pub mz: f64,
 }
 
+impl WheelForces {
+    /// Returns the mean of these forces with the given weight (0 to 1) and of others.
+    pub fn mixed(&self, other: &WheelForces, weight: f64) -> WheelForces {
+        let mix = |a: f64, b: f64| weight * a + (1.0 - weight) * b;
+        WheelForces {
+            fx: mix(self.fx, other.fx),
+            fy: mix(self.fy, other.fy),
+            fz: mix(self.fz, other.fz),
+            torque: mix(self.torque, other.torque),
+            mx: mix(self.mx, other.mx),
+            mz: mix(self.mz, other.mz),
+        }
+    }
+}
+
 /// A rim on a soil.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelSoil {

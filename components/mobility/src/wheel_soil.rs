@@ -41,7 +41,7 @@ pub struct WheelSoilParams {
     /// Damping time of the shear deflection.
     #[param(unit = "s", default = 0.02, range = 0.0..)]
     pub shear_damping: f64,
-    /// Ratio of the shear stiffness on unloading to that on loading.
+    /// Ratio of the stiffness on unloading to that on loading, of shear and of the rolling resistance.
     #[param(default = 20.0, range = 1.0..=1000.0)]
     pub shear_unloading: f64,
     /// Normal damping: the load grows by this fraction for each m/s of approach.
@@ -118,6 +118,9 @@ pub struct SoilOut {
     /// Rate of the footprint's shape.
     #[port("1/s")]
     pub rolled_rate: f64,
+    /// Rate of the deflection by which the soil resists rolling.
+    #[port("m/s")]
+    pub rolling_rate: f64,
 }
 
 /// State of the soil under the wheel.
@@ -135,6 +138,9 @@ pub struct SoilLanes {
     /// Shape of the footprint: 0 after vertical loading, ±1 in rolling.
     #[port("1")]
     pub rolled: f64,
+    /// Deflection by which the soil resists rolling.
+    #[port("m")]
+    pub rolling: f64,
 }
 
 impl SoilLanes {
@@ -144,6 +150,7 @@ impl SoilLanes {
             xi_y: self.shear_y,
             pressed: self.pressed,
             rolled: self.rolled,
+            rolling: self.rolling,
         }
     }
 }
@@ -244,6 +251,7 @@ impl Model for WheelSoilModel {
             shear_y_rate: rate.xi_y,
             pressed_rate: rate.pressed,
             rolled_rate: rate.rolled,
+            rolling_rate: rate.rolling,
         }
     }
     fn derivatives(&self, y: &SoilOut) -> SoilLanes {
@@ -252,6 +260,7 @@ impl Model for WheelSoilModel {
             shear_y: y.shear_y_rate,
             pressed: y.pressed_rate,
             rolled: y.rolled_rate,
+            rolling: y.rolling_rate,
         }
     }
     fn startup_warnings(
@@ -304,6 +313,7 @@ mod tests {
             shear_y: 0.0,
             pressed: 0.02,
             rolled: 1.0,
+            rolling: length / 20.0,
         };
         let y = model.feedthrough(&Clock::at(0.0, 1e-3, 0), &x, &WheelIn { hub }, &View::default());
         assert!((y.normal_force - 99.967897801).abs() < 1e-8, "{y:?}");
@@ -311,5 +321,6 @@ mod tests {
         assert!((y.load.moment.y + 6.353369400).abs() < 1e-8);
         let rate = model.derivatives(&y);
         assert!(rate.shear_x.abs() < 1e-12 && rate.rolled.abs() < 1e-12);
+        assert!(rate.rolling.abs() < 1e-12);
     }
 }

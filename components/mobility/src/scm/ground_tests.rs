@@ -223,6 +223,81 @@ fn a_driven_wheel_pulls_as_the_stress_integral_says() {
     assert!((load / wong.fz - 1.0).abs() < 0.01 && (torque / wong.torque - 1.0).abs() < 0.06);
 }
 
+/// A wheel of 1 kg m² on an axle without a drive; it carries 150 kg under Martian gravity, or is towed at a speed (m/s).
+struct Free {
+    led: Led,
+    at: Vec3,
+    v: Vec3,
+    spin: f64,
+}
+
+impl Free {
+    fn new(cell: f64, stiffness: f64) -> Free {
+        let p = ScmGroundParams { stiffness, ..params(cell, level(lunar())) };
+        let damping = Damping { shear: 0.02, normal: 4.0 };
+        let led = Led { damping, ..Led::of(p, lunar()) };
+        Free { led, at: Vec3::new(0.0, 0.0, 0.245), v: Vec3::zeros(), spin: 0.0 }
+    }
+
+    fn step(&mut self, towed: Option<f64>) -> GroundLoad {
+        let dt = 1e-3;
+        self.v.x = towed.unwrap_or(self.v.x);
+        let p = self.led.wheel(self.at.x, 0.25 - self.at.z, self.v, self.spin);
+        let load = self.led.step(&p, 0.0, dt);
+        self.v += (load.force / 150.0 - Vec3::z() * 3.72) * dt;
+        self.v.x = towed.unwrap_or(self.v.x);
+        self.spin += load.moment.y * dt;
+        self.at += self.v * dt;
+        load
+    }
+}
+
+/// Towed, it turns at a small negative slip without torque. It is resisted by the work of compaction, b k z²/2 for each metre, and by some shear.
+#[test]
+fn a_towed_wheel_turns_without_torque() {
+    let mut free = Free::new(0.0125, 2e10);
+    free.spin = 0.4;
+    let (mut sum, mut count) = ([0.0; 4], 0.0);
+    for k in 0..12_000 {
+        let load = free.step(Some(0.1));
+        if k >= 6000 {
+            let slip = 1.0 - 0.1 / (0.25 * free.spin);
+            for (s, x) in sum.iter_mut().zip([load.force.x, load.moment.y, slip, 0.25 - free.at.z])
+            {
+                *s += x;
+            }
+            count += 1.0;
+        }
+    }
+    let [pull, torque, slip, z] = sum.map(|s| s / count);
+    // Work of compaction for each metre; the rest is sheared.
+    let compacted = 0.4 * (1400.0 / 0.4 + 8.2e5) * z * z / 2.0;
+    println!(
+        "towed: {pull:.2} N, {torque:.4} N m, slip {slip:.5}; compaction alone {compacted:.2} N"
+    );
+    assert!(torque.abs() < 0.05 && slip < 0.0 && slip > -0.05, "{torque} {slip}");
+    assert!(-pull > compacted && -pull < 1.2 * compacted, "{pull} {compacted}");
+}
+
+#[test]
+fn a_free_wheel_rolls_out_and_rests() {
+    let mut free = Free::new(0.025, 5.03e8);
+    for _ in 0..1000 {
+        free.step(Some(0.0));
+    }
+    (free.v.x, free.spin) = (0.2, 0.8);
+    for _ in 0..15_000 {
+        free.step(None);
+    }
+    let at = free.at.x;
+    for _ in 0..10_000 {
+        free.step(None);
+    }
+    let crept = (free.at.x - at).abs();
+    println!("rolled out {at} m, then {crept:e} m in 10 s, now {:e} m/s", free.v.x);
+    assert!(at > 0.02 && crept < 1e-5, "{at} {crept}");
+}
+
 #[test]
 fn a_second_pass_sinks_less_and_costs_less() {
     let soil = slick();
