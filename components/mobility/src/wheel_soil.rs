@@ -3,6 +3,7 @@
 //! The soil's constants come from the terrain under the hub. With a `mobility.ruts` field in the simulation, the wheel runs in the ruts of earlier
 //! passes and leaves its own rut. Without it, every wheel runs on undisturbed ground.
 
+use crate::grousers::{self, Grousers};
 use crate::rigid_contact::Hub;
 use crate::ruts::{Ruts, Tracks};
 use crate::soil_contact::{SoilContact, SoilState};
@@ -32,6 +33,9 @@ pub struct WheelSoilParams {
     /// Height of the grousers.
     #[param(unit = "m", default = 0.0, range = 0.0..)]
     pub grouser_height: f64,
+    /// Number of grousers around the wheel.
+    #[param(default = 0, range = 0.0..=720.0)]
+    pub grouser_count: u32,
     /// Fraction of the grouser height that is added to the shear radius.
     #[param(default = 1.0, range = 0.0..=1.0)]
     pub grouser_share: f64,
@@ -166,8 +170,15 @@ impl WheelSoilModel {
     }
 
     /// Returns the contact model at a time (s) on a soil.
-    pub(crate) fn contact(&self, soil: &Soil, t: f64, hub: &Hub) -> SoilContact {
+    /// `spoke` points from the axle to one of its grousers (unit, W).
+    pub(crate) fn contact(&self, soil: &Soil, t: f64, hub: &Hub, spoke: Vec3) -> SoilContact {
         let p = &self.p;
+        let bars = Grousers {
+            count: p.grouser_count,
+            height: p.grouser_height,
+            tips: p.radius + p.grouser_height,
+            phase: 0.0,
+        };
         let radius = p.radius + p.grouser_share * p.grouser_height;
         let k = [0.0, soil.shear_modulus];
         SoilContact {
@@ -181,6 +192,7 @@ impl WheelSoilModel {
             shear_unloading: p.shear_unloading,
             normal_damping: p.normal_damping,
             unloading_stiffness: p.unloading_stiffness,
+            grousers: (bars.count > 0).then_some((bars, spoke)),
         }
     }
 
@@ -193,6 +205,7 @@ impl WheelSoilModel {
             sinkage: Sinkage::Bekker,
             gravity: 0.0,
             approach: None,
+            grousers: None,
         }
     }
 
@@ -212,6 +225,7 @@ impl Model for WheelSoilModel {
     type State = SoilLanes;
     fn build(p: WheelSoilParams) -> Result<Self, BuildError> {
         p.terrain.needs_soil()?;
+        grousers::check(p.grouser_height, p.grouser_count, p.radius)?;
         let soils = p.terrain.soils();
         let model = WheelSoilModel { p };
         soils.iter().try_for_each(|soil| model.steady(soil).check())?;
@@ -228,7 +242,7 @@ impl Model for WheelSoilModel {
         let hub = hub_of(&u.hub);
         let soil = self.soil(&hub);
         let ground = &*self.p.terrain;
-        let contact = self.contact(soil, clock.t, &hub);
+        let contact = self.contact(soil, clock.t, &hub, u.hub.rotation * Vec3::x());
         let past = store.with::<Ruts>().map(|(store, tracks)| store.past(tracks));
         let (load, rate) = contact.evaluate(soil, &hub, &x.state(), ground, past);
         SoilOut {
@@ -291,6 +305,7 @@ mod tests {
                 radius: 0.14,
                 width: 0.1,
                 grouser_height: 0.01,
+                grouser_count: 0,
                 grouser_share: 1.0,
                 shear: ShearLaw::Isotropic,
                 shear_damping: 0.02,
