@@ -18,7 +18,7 @@ use linkwork_runtime::prelude::*;
 pub struct AckermannParams {
     /// The wheels, in the order of the outputs.
     pub wheels: Vec<WheelPlace>,
-    /// Wheel radius.
+    /// Radius of all wheels for which `wheels` does not state a radius.
     #[param(unit = "m", range = 1e-3..)]
     pub radius: f64,
     /// Maximum steering angle.
@@ -183,7 +183,8 @@ impl SizedModel for Ackermann {
         let change = p.acceleration * clock.dt / p.radius;
         // All wheel speeds change in proportion, so that the wheels never work against each other.
         let needed =
-            rate.iter().enumerate().map(|(i, r)| missing(i, *r).abs()).fold(0.0_f64, f64::max);
+            |(i, r): (usize, &f64)| missing(i, *r).abs() * (self.layout.radius(i) / p.radius);
+        let needed = rate.iter().enumerate().map(needed).fold(0.0_f64, f64::max);
         let share = if needed > change { change / needed } else { 1.0 };
         for (i, rate) in rate.iter_mut().enumerate() {
             *rate += share * missing(i, *rate);

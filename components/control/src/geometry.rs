@@ -1,8 +1,8 @@
 //! Steering geometry of a rover with any number of wheels: steering angles and wheel rates.
 //! ```text
 //! velocity of wheel i    w = (v − ω y_i, ω (x_i − x₀))          x₀: the axis about which the rover turns
-//! steered                δ = atan2(w_y, w_x), folded into −90° … 90° with the sign of the speed;   rate = ±|w|/r
-//! not steered            δ = 0, rate = w_x/r
+//! steered                δ = atan2(w_y, w_x), folded into −90° … 90° with the sign of the speed;   rate = ±|w|/r_i
+//! not steered            δ = 0, rate = w_x/r_i
 //! turning circle ρ = v/ω:  δ = atan2(x_i − x₀, ρ − y_i),  |w|/v = √((x_i − x₀)² + (ρ − y_i)²)/|ρ|
 //! least squares  w_i cos δ_i = v_x − ω y_i,  w_i sin δ_i = v_y + ω x_i       2 n equations, 3 unknowns
 //! ```
@@ -28,6 +28,9 @@ pub struct WheelPlace {
     /// Whether it steers.
     #[param(default = true)]
     pub steered: bool,
+    /// Radius, if it differs from the radius of the other wheels.
+    #[param(unit = "m", range = 1e-3..)]
+    pub radius: Option<f64>,
 }
 
 /// Command to a wheel drive.
@@ -41,16 +44,16 @@ pub struct Drive {
     pub brake: bool,
 }
 
-/// Positions and radius of the wheels.
+/// Positions and radii of the wheels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
     wheels: Vec<WheelPlace>,
-    radius: f64,
+    radii: Vec<f64>,
     axis: f64,
 }
 
 impl Layout {
-    /// Creates the layout of wheels with one radius (m).
+    /// Creates the layout of wheels; `radius` (m) applies to wheels that do not state a radius.
     ///
     /// # Errors
     /// Returns an error for no wheel or too many wheels.
@@ -67,7 +70,8 @@ impl Layout {
             (!x.is_empty()).then(|| x.iter().sum::<f64>() / x.len() as f64)
         };
         let axis = mean(&|w| !w.steered).or(mean(&|_| true)).unwrap_or(0.0);
-        Ok(Layout { wheels: wheels.to_vec(), radius, axis })
+        let radii = wheels.iter().map(|w| w.radius.unwrap_or(radius)).collect();
+        Ok(Layout { wheels: wheels.to_vec(), radii, axis })
     }
 
     /// Returns the number of wheels.
@@ -80,6 +84,11 @@ impl Layout {
         &self.wheels
     }
 
+    /// Returns the radius of wheel `i`, m.
+    pub fn radius(&self, i: usize) -> f64 {
+        self.radii[i]
+    }
+
     /// x of the axis about which the rover turns, m: the mean of the wheels that do not steer, of all when all do.
     pub fn axis(&self) -> f64 {
         self.axis
@@ -88,13 +97,13 @@ impl Layout {
     /// Steering angle (rad, to the left) and rate (rad/s) of wheel `i` for a speed `v` (m/s, forward) of the point
     /// on the axis and a turn rate (rad/s, left), not both zero.
     pub fn command(&self, i: usize, v: f64, turn: f64) -> [f64; 2] {
-        let WheelPlace { position: [x, y], steered } = self.wheels[i];
+        let WheelPlace { position: [x, y], steered, .. } = self.wheels[i];
         let (wx, wy) = (v - turn * y, turn * (x - self.axis));
         if !steered {
-            return [0.0, wx / self.radius];
+            return [0.0, wx / self.radii[i]];
         }
         let forward = if wx < 0.0 { -1.0 } else { 1.0 };
-        [(forward * wy).atan2(forward * wx), forward * wx.hypot(wy) / self.radius]
+        [(forward * wy).atan2(forward * wx), forward * wx.hypot(wy) / self.radii[i]]
     }
 
     /// Returns the smallest |ρ| (m) at which no wheel steers beyond `limit` (rad) and none turns backwards.
@@ -113,9 +122,9 @@ impl Layout {
         let (mut n, mut sy, mut s2) = (0.0, 0.0, 0.0);
         let (mut across, mut sx) = (0.0, 0.0);
         let (mut bx, mut by, mut bw) = (0.0, 0.0, 0.0);
-        for (i, WheelPlace { position: [x, y], steered }) in self.wheels.iter().enumerate() {
+        for (i, WheelPlace { position: [x, y], steered, .. }) in self.wheels.iter().enumerate() {
             let [steer, rate] = measured(i);
-            let speed = rate * self.radius;
+            let speed = rate * self.radii[i];
             let (sin, cos) = steer.sin_cos();
             let u = speed * cos;
             n += 1.0;
@@ -152,7 +161,8 @@ pub(crate) mod tests {
     use super::*;
 
     pub(crate) fn places(wheels: &[([f64; 2], bool)]) -> Vec<WheelPlace> {
-        wheels.iter().map(|&(position, steered)| WheelPlace { position, steered }).collect()
+        let place = |&(position, steered): &_| WheelPlace { position, steered, radius: None };
+        wheels.iter().map(place).collect()
     }
 
     /// Wheels of the public Curiosity model.
@@ -246,6 +256,25 @@ pub(crate) mod tests {
         let heap = layout(&places(&[([1.0, 1.0], true); 6]));
         assert!(heap.twist(|_| [0.0, 1.0]).is_none());
         assert!(Layout::new(&[], 0.2).is_err());
+    }
+
+    /// A tricycle: its front wheel steers and has three times the radius of the rear wheels. Rim speeds follow from the distances to the centre of
+    /// the circle for all radii.
+    #[test]
+    fn each_wheel_turns_at_its_rim_speed_over_its_own_radius() {
+        let mut wheels = places(&[([0.9, 0.0], true), ([0.0, 0.3], false), ([0.0, -0.3], false)]);
+        wheels[0].radius = Some(0.3);
+        let l = Layout::new(&wheels, 0.1).unwrap();
+        let rho = 1.2;
+        let c = commands(&l, 0.6, 0.6 / rho);
+        // Distances to the centre: √(0.9² + 1.2²) = 1.5 m, 0.9 m, 1.5 m; speeds in the ratio of the distances to 1.2 m.
+        for (command, rate) in c.iter().zip([0.75 / 0.3, 0.45 / 0.1, 0.75 / 0.1]) {
+            assert!((command[1] - rate).abs() < 1e-12, "{c:?}");
+        }
+        let twist = l.twist(|i| c[i]).unwrap();
+        for (found, want) in twist.iter().zip([0.6, 0.0, 0.5]) {
+            assert!((found - want).abs() < 1e-12, "{twist:?}");
+        }
     }
 
     #[test]

@@ -13,7 +13,7 @@ use linkwork_runtime::prelude::*;
 pub struct OdometryParams {
     /// The wheels, in the order of the inputs.
     pub wheels: Vec<WheelPlace>,
-    /// Wheel radius.
+    /// Radius of all wheels for which `wheels` does not state a radius.
     #[param(unit = "m", range = 1e-3..)]
     pub radius: f64,
     /// x, y (m) and heading (rad) at the start.

@@ -30,6 +30,7 @@ fn contact() -> SoilContact {
         shear_unloading: 20.0,
         normal_damping: 4.0,
         unloading_stiffness: 3e5,
+        grousers: None,
     }
 }
 
@@ -69,6 +70,7 @@ impl Rig {
         self.state.xi_y += rate.xi_y * DT;
         self.state.pressed += rate.pressed * DT;
         self.state.rolled += rate.rolled * DT;
+        self.state.rolling += rate.rolling * DT;
         self.fall += (load.force.z / MASS - GRAVITY) * DT;
         self.p += (self.heading * speed + Vec3::z() * self.fall) * DT;
         load
@@ -225,6 +227,7 @@ fn pressing_and_lifting_and_rolling_to_and_fro_only_costs_work() {
                 state.xi_y += rate.xi_y * DT;
                 state.pressed += rate.pressed * DT;
                 state.rolled += rate.rolled * DT;
+                state.rolling += rate.rolling * DT;
                 sum += load.power * DT;
                 if k % 20 == 0 {
                     grid.press(&mut tracks, &print(&load));

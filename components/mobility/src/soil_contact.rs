@@ -4,6 +4,8 @@
 //!             ρ = ρ₀ max(1, |ξ|/K),  w = (u − v_x, −v_y),  u = r ω,  L = r (θ_f − θ_r)/2
 //! slip        s = (ξ_x + T (u − v_x))/L,   v_y/u = −(ξ_y − T v_y)/L
 //! rolling     ṁ = (w − m |w|)/L,  w = (u + v_x)/2         |m|: share of the rolling shape, sign: front
+//! direction   η̇ = w − |w| η/δ,  δ = L/ρ₀,  d = clamp(1.25 (η + T w)/δ, −1, 1)
+//!             forces ½ (1 + d) F(forwards) + ½ (1 − d) F(backwards)
 //! normal      N = F_z(z) − k_u (z_u − z)₊, times (1 + d ż)₊
 //! press       ż_u = (z − z_u)₊/τ − 8 (z_u − z)₊ |w|/L
 //! ```
@@ -12,7 +14,9 @@
 //! it. Sheared back it unloads ρ times as stiffly as it was loaded, so of the work of shearing it gives back 1/ρ₀ at most:
 //! over any closed path at rest Σ F·dx is a loss. The footprint of a wheel set down is symmetric
 //! (m = 0) and takes the rolling shape over half its length; no force depends on the sign of a small
-//! speed, which would shake a parked wheel. `z` is the penetration into the undeformed
+//! speed, which would shake a parked wheel. The rolling resistance turns round within δ, over which the soil is elastic: it returns about 1/ρ₀ of the work that
+//! it takes over the length L, and holds a free wheel on a slope. Otherwise a wheel without a drive would swing in its footprint instead of coming to
+//! rest. `z` is the penetration into the undeformed
 //! surface along its normal, `z_u` the deepest press under the wheel: unloading is stiff
 //! (Wong's k_u), and forgotten as the wheel rolls on to new ground.
 //!
@@ -21,6 +25,7 @@
 //! whole width: z counts from the bottom of the rut, z_u and the print from the first surface. The soil that the wheel presses itself lies under the
 //! arc, so that a wheel does not climb out of its own print.
 
+use crate::grousers::Grousers;
 use crate::multipass::Rut;
 use crate::rigid_contact::Hub;
 use crate::ruts::Past;
@@ -40,12 +45,15 @@ pub struct SoilContact {
     pub gravity: f64,
     /// Damping time of the shear deflection `T`, s.
     pub shear_damping: f64,
-    /// How much stiffer the soil is sheared back than forth, ρ₀ ≥ 1.
+    /// How much stiffer the soil is sheared back than forth, and how much shorter the path is on which rolling resistance turns round than half the
+    /// footprint, ρ₀ ≥ 1.
     pub shear_unloading: f64,
     /// Normal damping `d`, s/m.
     pub normal_damping: f64,
     /// Unloading stiffness `k_u`, N/m.
     pub unloading_stiffness: f64,
+    /// Grousers, and the direction from the axle to one of them, unit, W.
+    pub grousers: Option<(Grousers, Vec3)>,
 }
 
 /// State of the soil under one wheel.
@@ -59,6 +67,8 @@ pub struct SoilState {
     pub pressed: f64,
     /// Shape of the footprint: 0 set down, 1 rolled forwards, −1 rolled backwards.
     pub rolled: f64,
+    /// Deflection by which the soil resists rolling elastically, m.
+    pub rolling: f64,
 }
 
 /// Load of the soil on the wheel; vectors in W.
@@ -96,6 +106,8 @@ const FOLLOW: f64 = 0.005;
 const FORGET: f64 = 8.0;
 /// Deflections over L at which sliding starts and is complete.
 const SLIDE: [f64; 2] = [1.5, 3.0];
+/// Deflection at which rolling resistance is complete, over the one that it approaches, inverse: complete rolling needs one direction only.
+const TURNS: f64 = 1.25;
 /// Least contact half length as a fraction of the radius.
 const LENGTH_MIN: f64 = 0.05;
 
@@ -208,7 +220,17 @@ impl SoilContact {
             sinkage: Sinkage::Bekker,
             gravity: self.gravity,
             approach: None,
+            grousers: None,
         }
+    }
+
+    /// The stress model with the grousers at their present angles: `ahead` is the rolling direction of the wheel, `normal` the normal of the ground.
+    pub(crate) fn stresses_at(&self, soil: &Soil, ahead: &Vec3, normal: &Vec3) -> WheelSoil {
+        let grousers = self.grousers.map(|(grousers, spoke)| Grousers {
+            phase: spoke.dot(ahead).atan2(-spoke.dot(normal)),
+            ..grousers
+        });
+        WheelSoil { grousers, ..self.stresses(soil) }
     }
 
     /// State of the ground that a wheel of the shape `m` comes to.
@@ -234,26 +256,59 @@ impl SoilContact {
         past.grid.mean_at(past.tracks, points)
     }
 
-    fn load_of(&self, f: &Footprint, soil: &Soil, hub: &Hub, state: &SoilState) -> SoilLoad {
-        let m = state.rolled.clamp(-1.0, 1.0);
-        let side = if m < 0.0 { -1.0 } else { 1.0 };
+    /// Deflection at which rolling resistance is complete, m.
+    fn elastic(&self, f: &Footprint) -> f64 {
+        f.length / self.shear_unloading
+    }
+
+    /// Motion as the stresses see it, for a wheel that rolls to one side: 1 forwards, −1 backwards.
+    fn motion(f: &Footprint, state: &SoilState, side: f64) -> Motion {
         let s = side * (state.xi_x + f.damping * f.slide[0]) / f.length;
         let lateral = -(state.xi_y + f.damping * f.slide[1]) / f.length;
         let beta = lateral.atan2((1.0 - s).abs().max(1e-6));
-        let motion = Motion { slip: s, lateral, rolling: m.abs(), beta };
+        Motion { slip: s, lateral, rolling: state.rolled.abs().min(1.0), beta }
+    }
+
+    /// Forces in the contact frame of a wheel that rolls to one side.
+    fn forces(
+        &self,
+        (f, soil): (&Footprint, &Soil),
+        state: &SoilState,
+        side: f64,
+    ) -> (WheelForces, Motion) {
+        let motion = Self::motion(f, state, side);
+        let model = self.stresses_at(soil, &(f.ex * side), &f.normal);
+        let there = model.forces_in(f.z, &motion, &f.rut);
+        let turned = WheelForces {
+            fx: side * there.fx,
+            torque: side * there.torque,
+            mz: side * there.mz,
+            ..there
+        };
+        (turned, motion)
+    }
+
+    fn load_of(&self, f: &Footprint, soil: &Soil, hub: &Hub, state: &SoilState) -> SoilLoad {
+        let turned = TURNS * (state.rolling + self.shear_damping * f.travel) / self.elastic(f);
+        let direction = turned.clamp(-1.0, 1.0);
+        let side = if direction < 0.0 { -1.0 } else { 1.0 };
+        let (mut loaded, motion) = self.forces((f, soil), state, side);
+        if direction.abs() < 1.0 {
+            let (other, _) = self.forces((f, soil), state, -side);
+            loaded = loaded.mixed(&other, 0.5 * (1.0 + direction.abs()));
+        }
         let model = self.stresses(soil);
-        let loaded = model.forces_in(f.z, &motion, &f.rut);
         let unloaded = self.unloading_stiffness * (state.pressed - f.first).max(0.0);
         let damped = (1.0 + self.normal_damping * f.approach).max(0.0);
         let carried = (loaded.fz - unloaded).max(0.0) * damped;
         let share = if loaded.fz > 0.0 { carried / loaded.fz } else { 0.0 };
         let local = WheelForces {
-            fx: side * share * loaded.fx,
+            fx: share * loaded.fx,
             fy: share * loaded.fy,
             fz: carried,
-            torque: side * share * loaded.torque,
+            torque: share * loaded.torque,
             mx: share * loaded.mx + (f.point - hub.position).dot(&f.ey) * carried,
-            mz: side * share * loaded.mz,
+            mz: share * loaded.mz,
         };
         let force = f.ex * local.fx + f.ey * local.fy + f.normal * local.fz;
         let moment = f.ex * local.mx - hub.axle * local.torque + f.normal * local.mz;
@@ -267,7 +322,7 @@ impl SoilContact {
             heading: f.ex,
             press: model.press(&motion),
             slip: side * motion.slip_scale(),
-            slip_angle: beta,
+            slip_angle: motion.beta,
             point: f.point,
             power: -force.dot(&hub.velocity) - moment.dot(&hub.angular),
         }
@@ -290,6 +345,7 @@ impl SoilContact {
             pressed: (f.first - state.pressed).max(0.0) / FOLLOW
                 - (state.pressed - f.first).max(0.0) * FORGET * f.travel.abs() / f.length,
             rolled: (f.travel - m * f.travel.abs()) / f.length,
+            rolling: f.travel - f.travel.abs() * state.rolling / self.elastic(f),
         };
         slide_beyond(state, &mut rate, f.length);
         rate
@@ -303,6 +359,7 @@ fn spring_back(state: &SoilState) -> SoilState {
         xi_y: -state.xi_y / FOLLOW,
         pressed: -state.pressed / FOLLOW,
         rolled: -state.rolled / FOLLOW,
+        rolling: -state.rolling / FOLLOW,
     }
 }
 

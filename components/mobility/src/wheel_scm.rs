@@ -3,8 +3,9 @@
 //! The soil's constants come from the terrain under the hub. The slip that counts for the soil is softened below 1 cm/s, so that no
 //! force depends on the sign of a small speed.
 
+use crate::grousers::{self, Grousers};
 use crate::rigid_contact::Hub;
-use crate::scm::contact::{Damping, GroundLoad, Law};
+use crate::scm::contact::{Bars, Damping, GroundLoad, Law};
 use crate::scm::ground::{Imprint, ScmGround, Touched};
 use crate::scm::shape::{Form, Presser};
 use crate::terramechanics::presses_back;
@@ -23,6 +24,9 @@ pub struct WheelScmParams {
     /// Height of the grousers.
     #[param(unit = "m", default = 0.0, range = 0.0..)]
     pub grouser_height: f64,
+    /// Number of grousers around the wheel.
+    #[param(default = 0, range = 0.0..=720.0)]
+    pub grouser_count: u32,
     /// Share of the grousers' height that belongs to the shear radius.
     #[param(default = 1.0, range = 0.0..=1.0)]
     pub grouser_share: f64,
@@ -35,6 +39,9 @@ pub struct WheelScmParams {
     /// The ground.
     #[param(service)]
     pub terrain: Handle<dyn Terrain>,
+    /// Gravity, for the weight of the soil that grousers push.
+    #[param(service)]
+    pub gravity: Handle<dyn Gravity>,
 }
 
 /// What the ground does, and the print.
@@ -154,6 +161,24 @@ impl WheelScm {
     fn shear_radius(&self) -> f64 {
         self.p.radius + self.p.grouser_share * self.p.grouser_height
     }
+
+    /// Returns the grousers on a soil at a time (s), if the wheel has any.
+    fn bars(&self, t: f64, hub: &NodeState, soil: &Soil) -> Option<Bars> {
+        let p = &self.p;
+        let grousers = Grousers {
+            count: p.grouser_count,
+            height: p.grouser_height,
+            tips: p.radius + p.grouser_height,
+            phase: 0.0,
+        };
+        (p.grouser_count > 0).then(|| Bars {
+            grousers,
+            spoke: hub.rotation * Vec3::x(),
+            face: [p.width, self.shear_radius()],
+            soil: *soil,
+            gamma: soil.density * p.gravity.acceleration(t, hub.position).norm(),
+        })
+    }
 }
 
 /// Wheel on deformable ground: pressure, shear, rut and heaps of each node under its rim. It needs a `mobility.scm_ground`.
@@ -162,6 +187,7 @@ impl Model for WheelScm {
     type Params = WheelScmParams;
     fn build(p: WheelScmParams) -> Result<Self, BuildError> {
         p.terrain.needs_soil()?;
+        grousers::check(p.grouser_height, p.grouser_count, p.radius)?;
         let soils = p.terrain.soils();
         soils.iter().try_for_each(|soil| presses_back(soil, p.width, "width"))?;
         Ok(WheelScm { p })
@@ -176,7 +202,9 @@ impl Model for WheelScm {
         let (hub, at) = (&presser.hub, presser.hub.position);
         let up = p.terrain.ground(at.x, at.y).map_or_else(Vec3::z, |g| g.normal);
         let slip = soft_slip(hub, radius, &up);
-        let law = Law::of(p.terrain.soil(at.x, at.y), presser.narrow(), slip);
+        let soil = p.terrain.soil(at.x, at.y);
+        let bars = self.bars(clock.t, &u.hub, soil);
+        let law = Law { bars, ..Law::of(soil, presser.narrow(), slip) };
         let damping = Damping { shear: p.shear_damping, normal: p.normal_damping };
         let load = match store.with::<ScmGround>() {
             Some((field, data)) => field.load(data, &presser, &law, &damping, clock.t),
@@ -209,10 +237,12 @@ mod tests {
             radius: 0.25,
             width: 0.4,
             grouser_height: 0.0,
+            grouser_count: 0,
             grouser_share: 1.0,
             shear_damping: 0.02,
             normal_damping: 4.0,
             terrain: plane(0.0),
+            gravity: crate::wheel_rigid::tests::gravity(9.81),
         };
         let mut hub = NodeState::identity();
         hub.position.z = 0.24;

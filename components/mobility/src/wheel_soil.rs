@@ -3,6 +3,7 @@
 //! The soil's constants come from the terrain under the hub. With a `mobility.ruts` field in the simulation, the wheel runs in the ruts of earlier
 //! passes and leaves its own rut. Without it, every wheel runs on undisturbed ground.
 
+use crate::grousers::{self, Grousers};
 use crate::rigid_contact::Hub;
 use crate::ruts::{Ruts, Tracks};
 use crate::soil_contact::{SoilContact, SoilState};
@@ -32,6 +33,9 @@ pub struct WheelSoilParams {
     /// Height of the grousers.
     #[param(unit = "m", default = 0.0, range = 0.0..)]
     pub grouser_height: f64,
+    /// Number of grousers around the wheel.
+    #[param(default = 0, range = 0.0..=720.0)]
+    pub grouser_count: u32,
     /// Fraction of the grouser height that is added to the shear radius.
     #[param(default = 1.0, range = 0.0..=1.0)]
     pub grouser_share: f64,
@@ -41,7 +45,7 @@ pub struct WheelSoilParams {
     /// Damping time of the shear deflection.
     #[param(unit = "s", default = 0.02, range = 0.0..)]
     pub shear_damping: f64,
-    /// Ratio of the shear stiffness on unloading to that on loading.
+    /// Ratio of the stiffness on unloading to that on loading, of shear and of the rolling resistance.
     #[param(default = 20.0, range = 1.0..=1000.0)]
     pub shear_unloading: f64,
     /// Normal damping: the load grows by this fraction for each m/s of approach.
@@ -118,6 +122,9 @@ pub struct SoilOut {
     /// Rate of the footprint's shape.
     #[port("1/s")]
     pub rolled_rate: f64,
+    /// Rate of the deflection by which the soil resists rolling.
+    #[port("m/s")]
+    pub rolling_rate: f64,
 }
 
 /// State of the soil under the wheel.
@@ -135,6 +142,9 @@ pub struct SoilLanes {
     /// Shape of the footprint: 0 after vertical loading, ±1 in rolling.
     #[port("1")]
     pub rolled: f64,
+    /// Deflection by which the soil resists rolling.
+    #[port("m")]
+    pub rolling: f64,
 }
 
 impl SoilLanes {
@@ -144,6 +154,7 @@ impl SoilLanes {
             xi_y: self.shear_y,
             pressed: self.pressed,
             rolled: self.rolled,
+            rolling: self.rolling,
         }
     }
 }
@@ -159,8 +170,15 @@ impl WheelSoilModel {
     }
 
     /// Returns the contact model at a time (s) on a soil.
-    pub(crate) fn contact(&self, soil: &Soil, t: f64, hub: &Hub) -> SoilContact {
+    /// `spoke` points from the axle to one of its grousers (unit, W).
+    pub(crate) fn contact(&self, soil: &Soil, t: f64, hub: &Hub, spoke: Vec3) -> SoilContact {
         let p = &self.p;
+        let bars = Grousers {
+            count: p.grouser_count,
+            height: p.grouser_height,
+            tips: p.radius + p.grouser_height,
+            phase: 0.0,
+        };
         let radius = p.radius + p.grouser_share * p.grouser_height;
         let k = [0.0, soil.shear_modulus];
         SoilContact {
@@ -174,6 +192,7 @@ impl WheelSoilModel {
             shear_unloading: p.shear_unloading,
             normal_damping: p.normal_damping,
             unloading_stiffness: p.unloading_stiffness,
+            grousers: (bars.count > 0).then_some((bars, spoke)),
         }
     }
 
@@ -186,6 +205,7 @@ impl WheelSoilModel {
             sinkage: Sinkage::Bekker,
             gravity: 0.0,
             approach: None,
+            grousers: None,
         }
     }
 
@@ -205,6 +225,7 @@ impl Model for WheelSoilModel {
     type State = SoilLanes;
     fn build(p: WheelSoilParams) -> Result<Self, BuildError> {
         p.terrain.needs_soil()?;
+        grousers::check(p.grouser_height, p.grouser_count, p.radius)?;
         let soils = p.terrain.soils();
         let model = WheelSoilModel { p };
         soils.iter().try_for_each(|soil| model.steady(soil).check())?;
@@ -221,7 +242,7 @@ impl Model for WheelSoilModel {
         let hub = hub_of(&u.hub);
         let soil = self.soil(&hub);
         let ground = &*self.p.terrain;
-        let contact = self.contact(soil, clock.t, &hub);
+        let contact = self.contact(soil, clock.t, &hub, u.hub.rotation * Vec3::x());
         let past = store.with::<Ruts>().map(|(store, tracks)| store.past(tracks));
         let (load, rate) = contact.evaluate(soil, &hub, &x.state(), ground, past);
         SoilOut {
@@ -244,6 +265,7 @@ impl Model for WheelSoilModel {
             shear_y_rate: rate.xi_y,
             pressed_rate: rate.pressed,
             rolled_rate: rate.rolled,
+            rolling_rate: rate.rolling,
         }
     }
     fn derivatives(&self, y: &SoilOut) -> SoilLanes {
@@ -252,6 +274,7 @@ impl Model for WheelSoilModel {
             shear_y: y.shear_y_rate,
             pressed: y.pressed_rate,
             rolled: y.rolled_rate,
+            rolling: y.rolling_rate,
         }
     }
     fn startup_warnings(
@@ -282,6 +305,7 @@ mod tests {
                 radius: 0.14,
                 width: 0.1,
                 grouser_height: 0.01,
+                grouser_count: 0,
                 grouser_share: 1.0,
                 shear: ShearLaw::Isotropic,
                 shear_damping: 0.02,
@@ -304,6 +328,7 @@ mod tests {
             shear_y: 0.0,
             pressed: 0.02,
             rolled: 1.0,
+            rolling: length / 20.0,
         };
         let y = model.feedthrough(&Clock::at(0.0, 1e-3, 0), &x, &WheelIn { hub }, &View::default());
         assert!((y.normal_force - 99.967897801).abs() < 1e-8, "{y:?}");
@@ -311,5 +336,6 @@ mod tests {
         assert!((y.load.moment.y + 6.353369400).abs() < 1e-8);
         let rate = model.derivatives(&y);
         assert!(rate.shear_x.abs() < 1e-12 && rate.rolled.abs() < 1e-12);
+        assert!(rate.rolling.abs() < 1e-12);
     }
 }

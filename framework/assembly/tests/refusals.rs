@@ -496,13 +496,15 @@ fn numbers_of_place_and_view_have_units_and_are_never_zero_by_mistake() {
          view: (eye: [\"10 cm\", 0, 1], rate: \"20 Hz\", arrows: [(at: \"a\", along: \"b\", scale: 0.5)]))"
     ));
     let (place_form, view) = (&ok.simulation.place[0], ok.simulation.view.unwrap());
-    assert_eq!((place_form.radius, place_form.heading), (0.25, std::f64::consts::FRAC_PI_2));
+    assert_eq!(place_form.radius, [0.25]);
+    assert_eq!(place_form.heading, std::f64::consts::FRAC_PI_2);
     assert_eq!((view.eye.unwrap().x, view.arrows[0].scale), (0.1, 0.5));
     for (fields, fact) in [
         ("place: (PLACE, heading: \"north\")", "`heading`: `north` is not a quantity\n"),
         ("place: (PLACE, heading: \"1 m\")", "`1 m` is in m, but rad is wanted"),
         ("place: (body: \"b\", at: [0, 0], wheels: [], radius: \"0.25 kg\")", "`0.25 kg` is in kg"),
         ("place: (body: \"b\", at: [0, 0], wheels: [], radius: 0)", "`radius` is 0 m\n"),
+        ("place: (body: \"b\", at: [0, 0], wheels: [], radius: [0.1, 0])", "item 2 is 0 m\n"),
         (
             "place: (body: \"b\", at: [0], wheels: [], radius: 1)",
             "`at` must have 2 numbers, but it has 1",

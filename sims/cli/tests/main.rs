@@ -15,6 +15,7 @@ mod log_rows;
 mod make;
 mod replay;
 mod requirements;
+mod rovers;
 mod run_time;
 mod same_bits;
 #[path = "../../../tests/common/splitmix.rs"]

@@ -302,9 +302,7 @@ fn what_is_no_rover_is_refused() {
     lab.write("two.urdf", &format!("<robot name=\"two\">{two}</robot>"));
     let told = lab.linkwork(&["new", "rover", "two", "--from", "two.urdf"]).code(2).err;
     assert!(
-        told.contains("2 wheels")
-            && told.contains("casters")
-            && !told.contains("couple the joints"),
+        told.contains("2 wheels") && told.contains("caster") && !told.contains("couple the joints"),
         "{told}"
     );
     // Only one remedy, that for the position.

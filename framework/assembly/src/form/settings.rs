@@ -2,8 +2,8 @@
 use crate::form::assembly;
 use crate::schema::describe::{Field, Schema};
 use crate::schema::kind::{
-    At, Kind, color, flag, list_of, mapped, number, numbers, period, raw, short, table_of, text,
-    texts, unit, vector, word,
+    At, Kind, color, flag, list_of, mapped, number, numbers, one_or_list, period, raw, short,
+    table_of, text, texts, unit, vector, word,
 };
 use crate::schema::record::{Presence, Record, of, record};
 use crate::text::print::inline;
@@ -168,8 +168,8 @@ record! {
         heading: f64 = number("rad").turn().or(0.0),
         /// Wheels on the ground, by patterns; each axle is its body's y axis.
         wheels: Vec<Text> = texts().need("write `wheels: [\"Rover.Hardware.Wheels.*/wheel\"]`"),
-        /// Radius of the wheels (m).
-        radius: f64 = number("m").positive().need("write `radius: \"0.25 m\"`"),
+        /// Radius of the wheels (m): one for all, or a list with one for each entry of `wheels`.
+        radius: Vec<f64> = radii().need("write `radius: \"0.25 m\"`, or a list with one radius for each entry of `wheels`"),
         /// Bodies whose hinges adapt to the ground, by patterns.
         joints: Vec<Text> = texts().or(Vec::new()),
         /// Motion: by forces, kinematic, or quasi-static.
@@ -314,6 +314,15 @@ record! {
         /// The phase in which a run begins.
         start: Option<Text> = text().maybe(),
     }
+}
+
+/// Reads one radius, or a list of radii.
+fn radii() -> impl Kind<Of = Vec<f64>> {
+    let only = |all: &Vec<f64>| if let [one] = all[..] { Some(one) } else { None };
+    one_or_list(
+        mapped(number("m").positive(), |one| vec![one], only),
+        list_of(number("m").positive()),
+    )
 }
 
 /// Reads one machine, or a list of machines.

@@ -43,6 +43,39 @@ fn expand(mb: &Multibody, patterns: &[Text]) -> Result<Vec<String>, Fault> {
     Ok(out)
 }
 
+/// Returns the wheels of a machine with their radii (m).
+///
+/// # Errors
+/// A pattern without a match, a number of radii that is neither one nor the number of patterns, a wheel with two radii.
+fn wheels_of(mb: &Multibody, place: &PlacementForm) -> Result<Vec<(String, f64)>, Fault> {
+    let (patterns, radii) = (&place.wheels, &place.radius);
+    if radii.len() != 1 && radii.len() != patterns.len() {
+        let (found, expected) = (radii.len(), patterns.len());
+        let message =
+            format!("`place`: `radius` has {found} values, but `wheels` has {expected} entries");
+        let help = "write one radius for all wheels, or one for each entry of `wheels`";
+        return Err(Fault::new(place.origin, message).help(help));
+    }
+    let mut wheels: Vec<(String, f64)> = Vec::new();
+    for (k, pattern) in patterns.iter().enumerate() {
+        let radius = if radii.len() == 1 { radii[0] } else { radii[k] };
+        for name in expand(mb, std::slice::from_ref(pattern))? {
+            match wheels.iter().find(|(known, _)| *known == name) {
+                Some((_, other)) if *other != radius => {
+                    let message = format!(
+                        "`place`: two entries of `wheels` match `{name}`, with the radii {other} m and {radius} m"
+                    );
+                    let help = "write patterns that match each wheel once";
+                    return Err(Fault::new(pattern.origin, message).help(help));
+                }
+                Some(_) => {}
+                None => wheels.push((name, radius)),
+            }
+        }
+    }
+    Ok(wheels)
+}
+
 /// Returns the machines that move without inertia according to `place`: kinematic or quasi-static.
 ///
 /// # Errors
@@ -74,11 +107,11 @@ pub(super) fn kinematic(
             let message = format!("`place`: there is no body `{name}`");
             return Err(Fault::new(origin, message).help(remedy(name, "bodies", &names)));
         };
-        let wheels = expand(mb, &place.wheels)?;
+        let wheels = wheels_of(mb, place)?;
         let joints = expand(mb, &place.joints)?;
         vehicles.push(Vehicle {
             root,
-            wheels: wheels.iter().filter_map(|w| Some((find(w)?, place.radius))).collect(),
+            wheels: wheels.iter().filter_map(|(w, r)| Some((find(w)?, *r))).collect(),
             joints: joints.iter().filter_map(|j| find(j)).collect(),
         });
     }
@@ -103,7 +136,7 @@ fn touching(plan: &mut Plan, place: &PlacementForm) -> Result<Placed, Fault> {
         body: place.body.text.clone(),
         at: place.at,
         heading: place.heading,
-        wheels: expand(&mb, &place.wheels)?.into_iter().map(|w| (w, place.radius)).collect(),
+        wheels: wheels_of(&mb, place)?,
         joints: expand(&mb, &place.joints)?,
     };
     place_on_terrain(plan, &*handle, &p)

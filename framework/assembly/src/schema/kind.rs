@@ -440,6 +440,32 @@ impl<A: Kind, B: Kind<Of = A::Of>> Kind for Short<A, B> {
     }
 }
 
+/// One of two forms, the second if the value is a list: `0.2`, or `[0.2, 0.3]`.
+pub(crate) struct OneOrList<A, B>(A, B);
+
+pub(crate) fn one_or_list<A: Kind, B: Kind<Of = A::Of>>(one: A, list: B) -> OneOrList<A, B> {
+    OneOrList(one, list)
+}
+
+impl<A: Kind, B: Kind<Of = A::Of>> Kind for OneOrList<A, B> {
+    type Of = A::Of;
+    fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<A::Of> {
+        match v.value {
+            Value::List(_) => self.1.read(cx, v, at),
+            _ => self.0.read(cx, v, at),
+        }
+    }
+    fn write(&self, x: &A::Of) -> Value {
+        match self.0.write(x) {
+            Value::Null => self.1.write(x),
+            one => one,
+        }
+    }
+    fn describe(&self) -> Schema {
+        Schema::Any(vec![self.0.describe(), self.1.describe()])
+    }
+}
+
 /// A kind converted to another type; values without this form are not written.
 pub(crate) struct Mapped<K: Kind, T>(K, fn(K::Of) -> T, fn(&T) -> Option<K::Of>);
 

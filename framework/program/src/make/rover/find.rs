@@ -1,14 +1,16 @@
 //! Detection of wheels, steering and suspension of a machine.
 //!
 //! ```text
-//! wheel        a body on one pin without limits and with a level axis, with a cylinder or a round mesh about that axis
+//! wheel        a body on one pin without limits and with a level axis, with a cylinder, a sphere or a round mesh about that axis
 //! steering     a pin with an upright axis that carries one wheel
+//! swivel       an upright pin without limits whose axis does not pass over its wheel: a caster, whose wheel has no drive
+//! support      a small shape fixed to the body that reaches down to the ground of the wheels, if these cannot carry the body: a ball caster
 //! suspension   any other pin between a wheel and the root
 //! differential between a left and a right rocker on the root, if wheels and couplings do not determine the pitch of the body
 //! ```
 //! The machine is in the pose of its file, with all joints at zero; x is forward, z up. A companion file can define the wheels, their sizes, which of
 //! them are idle, and their steering.
-use linkwork_formats::{Description, Geometry, ShapeRole, WheelRole};
+use linkwork_formats::{BodyShape, Description, Geometry, ShapeRole, WheelRole};
 use linkwork_multibody::{BodySpec, Coupling, SubhingeKind};
 use linkwork_spatial::{Pose, Vec3};
 use std::collections::BTreeMap;
@@ -32,6 +34,12 @@ pub struct FoundWheel {
     pub driven: bool,
     /// The body that steers it, and whether its steering axis points up.
     pub steering: Option<(String, bool)>,
+    /// Largest steering angle to both sides, if its hinge has limits, rad.
+    pub steer_max: Option<f64>,
+    /// The body of the free upright pin of a caster.
+    pub swivel: Option<String>,
+    /// Friction with which it slides over the ground, if it is a fixed support and not a wheel.
+    pub slides: Option<f64>,
     /// Limits of its hinge, if the file has them: largest rate (rad/s).
     pub rate: Option<f64>,
     /// Largest torque (N m).
@@ -59,6 +67,12 @@ pub struct DetectedVehicle {
 /// Largest sine of the angle between a wheel's axis and the horizontal plane. It is also used for the smallest angle of a steering axis.
 const LEVEL: f64 = 0.35;
 const UPRIGHT: f64 = 0.9;
+/// Distance between the axis of a swivel and the centre of its wheel, as a fraction of the radius.
+const TRAIL: f64 = 0.1;
+/// A fixed support reaches down to the ground of the wheels up to this fraction of their radius, and is smaller than they are.
+const REACH: f64 = 0.25;
+/// Friction of a fixed support whose file does not state it: a ball caster on its bearing.
+const BALL: f64 = 0.1;
 /// A mesh is round if its extents across the axis differ by at most this fraction.
 const ROUND: f64 = 0.12;
 
@@ -98,7 +112,12 @@ fn unlimited(b: &BodySpec) -> bool {
     b.hinge.subhinges.iter().all(|s| s.limits.lower < -6.0 && s.limits.upper > 6.0)
 }
 
-/// Returns radius, width and centre of the rotating shape about an axis of a body: of a cylinder, or of a readable mesh.
+/// Whether a pin turns by half a revolution to both sides, like the swivel of a caster.
+fn swings(b: &BodySpec) -> bool {
+    b.hinge.subhinges.iter().all(|s| s.limits.lower < -3.1 && s.limits.upper > 3.1)
+}
+
+/// Returns radius, width and centre of the rotating shape about an axis of a body: of a cylinder, a sphere, or a readable mesh.
 fn measured(
     d: &Description,
     body: &str,
@@ -113,6 +132,10 @@ fn measured(
                     if (s.pose.rotation * Vec3::z()).dot(axis).abs() > 0.99 =>
                 {
                     found.push(([*radius, *length], s.pose.position));
+                }
+                // A ball touches the ground in a point: the wheel in its place is narrow.
+                Geometry::Sphere { radius } => {
+                    found.push(([*radius, 0.5 * radius], s.pose.position));
                 }
                 Geometry::Mesh { path: Some(path), scale, .. } => {
                     let scale = Vec3::from(*scale);
@@ -152,10 +175,119 @@ fn round(points: impl Iterator<Item = Vec3> + Clone, axis: &Vec3) -> Option<([f6
     good.then(|| ([0.25 * (a + b), size(along)], centre))
 }
 
+/// Returns the corners of the box around a shape in the axes of the root, or `None` for shapes without a size.
+fn extent(
+    shape: &BodyShape,
+    body: &Pose,
+    corners: &dyn Fn(&std::path::Path) -> Option<Vec<Vec3>>,
+) -> Option<[Vec3; 2]> {
+    let pose = *body * shape.pose;
+    let around = |half: Vec3| {
+        let m = pose.rotation.to_rotation_matrix().into_inner().abs();
+        let half = m * half;
+        [pose.position - half, pose.position + half]
+    };
+    Some(match &shape.geometry {
+        Geometry::Box { size } => around(Vec3::from(*size) * 0.5),
+        Geometry::Sphere { radius } => {
+            let half = Vec3::repeat(*radius);
+            [pose.position - half, pose.position + half]
+        }
+        Geometry::Cylinder { radius, length } => around(Vec3::new(*radius, *radius, 0.5 * length)),
+        Geometry::Capsule { radius, length } => {
+            around(Vec3::new(*radius, *radius, 0.5 * length + radius))
+        }
+        Geometry::Ellipsoid { radii } => around(Vec3::from(*radii)),
+        Geometry::Mesh { path: Some(path), scale, .. } => {
+            let scale = Vec3::from(*scale);
+            let points = corners(path)?;
+            let mut all = points.iter().map(|p| pose.transform_point(&p.component_mul(&scale)));
+            let first = all.next()?;
+            let (low, high) =
+                all.fold((first, first), |(low, high), p| (low.inf(&p), high.sup(&p)));
+            [low, high]
+        }
+        Geometry::Plane { .. } | Geometry::Mesh { .. } => return None,
+    })
+}
+
+/// Returns the fixed supports of a body whose wheels alone cannot carry it: one for each body, the shape that is nearest to the ground. `ground` is the
+/// height of the ground under the wheels, `radius` their radius.
+fn supports(
+    d: &Description,
+    root: &str,
+    poses: &BTreeMap<String, Pose>,
+    corners: &dyn Fn(&std::path::Path) -> Option<Vec<Vec3>>,
+    (ground, radius): (f64, f64),
+) -> Vec<FoundWheel> {
+    let bodies = d.builder.bodies();
+    let fixed = |name: &str| {
+        let chain = std::iter::successors(bodies.iter().find(|b| b.name == name), |b| {
+            bodies.iter().find(|p| p.name == b.parent)
+        });
+        chain.take_while(|b| b.name != root).all(|b| b.hinge.subhinges.is_empty())
+    };
+    let mut found: BTreeMap<[i64; 2], (f64, FoundWheel)> = BTreeMap::new();
+    for role in [ShapeRole::Contact, ShapeRole::Collision, ShapeRole::Visual] {
+        for s in d.shapes.iter().filter(|s| s.role == role && fixed(&s.body)) {
+            let Some(pose) = poses.get(&s.body) else { continue };
+            let Some([low, high]) = extent(s, pose, corners) else { continue };
+            let (size, off) = (high - low, (low.z - ground).abs());
+            if off > REACH * radius || size.max() > 2.0 * radius || !(size.z > 0.0) {
+                continue;
+            }
+            let place = (low + high) * 0.5;
+            let r = 0.5 * size.z;
+            let support = FoundWheel {
+                body: s.body.clone(),
+                size: [r, (0.5 * size.y).min(r)],
+                centre: pose.inverse().transform_point(&place),
+                axle: pose.rotation.inverse() * Vec3::y(),
+                forwards: true,
+                place,
+                driven: false,
+                steering: None,
+                steer_max: None,
+                swivel: None,
+                slides: Some(s.surface.friction.unwrap_or(BALL)),
+                rate: None,
+                torque: None,
+            };
+            // Shapes of one support, such as its visual and its collision shape, are at the same place.
+            let cell = [place.x, place.y].map(|x| (x / radius).round() as i64);
+            let nearer = found.get(&cell).is_none_or(|(other, _)| off < *other);
+            if nearer {
+                found.insert(cell, (off, support));
+            }
+        }
+        if !found.is_empty() {
+            break;
+        }
+    }
+    found.into_values().map(|(_, support)| support).collect()
+}
+
+/// Returns by how much a point is outside of the convex hull of others (m); not positive inside.
+fn outside(hull: &[[f64; 2]], p: [f64; 2]) -> f64 {
+    let mut most = f64::NEG_INFINITY;
+    for a in hull {
+        for b in hull {
+            let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+            let length = dx.hypot(dy);
+            let right = |q: &[f64; 2]| ((q[0] - a[0]) * dy - (q[1] - a[1]) * dx) / length;
+            // The line from a to b is an edge if no point is on its right.
+            if length > 1e-9 && hull.iter().all(|q| right(q) < 1e-9) {
+                most = most.max(right(&p));
+            }
+        }
+    }
+    most
+}
+
 /// Detects a vehicle in a description.
 ///
 /// # Errors
-/// Fact and remedy: no wheels, wheels of different sizes, several roots.
+/// Fact and remedy: no wheels, wheels that do not carry the machine, several roots.
 pub fn vehicle(
     d: &Description,
     corners: &dyn Fn(&std::path::Path) -> Option<Vec<Vec3>>,
@@ -207,6 +339,9 @@ pub fn vehicle(
             place: pose.transform_point(&centre),
             driven: named.is_none_or(|w| w.role == WheelRole::Driven),
             steering,
+            steer_max: None,
+            swivel: None,
+            slides: None,
             rate: known(limits.rate),
             torque: known(limits.effort),
         });
@@ -216,6 +351,28 @@ pub fn vehicle(
         wheels.iter().filter_map(|w| Some(w.steering.as_ref()?.0.clone())).collect();
     for w in &mut wheels {
         w.steering.take_if(|(s, _)| shared.iter().filter(|o| *o == s).count() > 1);
+    }
+    // A caster: its upright pin turns freely, because its wheel trails behind the axis. The companion file has priority.
+    for w in &mut wheels {
+        let by_file = d.wheels.iter().find(|f| f.body == w.body);
+        if by_file.is_some_and(|f| f.role == WheelRole::Driven || f.steering.is_some()) {
+            continue;
+        }
+        let Some((name, _)) = &w.steering else { continue };
+        let Some(pin_of) = body(name).filter(|b| swings(b)) else { continue };
+        let pose = poses[name];
+        let axis = pose.rotation * pin(pin_of).unwrap_or_else(Vec3::z);
+        let arm = w.place - pose.transform_point(&pin_of.hinge_in_body.position);
+        if (arm - axis * arm.dot(&axis)).norm() > TRAIL * w.size[0] {
+            w.swivel = w.steering.take().map(|(name, _)| name);
+            w.driven = false;
+        }
+    }
+    for w in &mut wheels {
+        let yoke = w.steering.as_ref().and_then(|(name, _)| body(name));
+        let limits = yoke.and_then(|b| b.hinge.subhinges.first()).map(|s| s.limits);
+        let most = limits.map(|l| l.upper.min(-l.lower));
+        w.steer_max = most.filter(|a| *a > 0.0 && *a < std::f64::consts::FRAC_PI_2);
     }
     if wheels.iter().filter(|w| w.driven).count() < 2 {
         let fact = format!(
@@ -228,14 +385,11 @@ pub fn vehicle(
         let help = "define the wheels in a companion file: Companion(wheels: { \"link\": (radius: \"10 cm\", width: \"5 cm\") })";
         return Err((fact, help.into()));
     }
-    let radius = wheels[0].size[0];
-    if let Some(other) = wheels.iter().find(|w| (w.size[0] - radius).abs() > 0.05 * radius) {
-        let fact = format!(
-            "the wheels have different sizes: {radius} m (`{}`) and {} m (`{}`)",
-            wheels[0].body, other.size[0], other.body
-        );
-        let help = "define wheels of one radius in a companion file; you can add others to the created rover";
-        return Err((fact, help.into()));
+    let radius = wheels.iter().map(|w| w.size[0]).fold(0.0, f64::max);
+    if wheels.len() < 3 && d.loops.is_empty() {
+        let bottom = |w: &FoundWheel| w.place.z - w.size[0];
+        let ground = wheels.iter().map(bottom).fold(f64::INFINITY, f64::min);
+        wheels.extend(supports(d, &root.name, &poses, corners, (ground, radius)));
     }
     let rows = |w: &FoundWheel| (-(w.place.x / radius).round() as i64, w.place.y < 0.0);
     wheels.sort_by_key(rows);
@@ -250,8 +404,9 @@ pub fn vehicle(
                 .any(|p| p.name == name)
         })
     };
+    let swivels = |name: &str| wheels.iter().any(|w| w.swivel.as_deref() == Some(name));
     for b in bodies.iter().filter(|b| b.name != root.name && !b.hinge.subhinges.is_empty()) {
-        if wheels.iter().any(|w| w.body == b.name) || steers(&b.name) {
+        if wheels.iter().any(|w| w.body == b.name) || steers(&b.name) || swivels(&b.name) {
             continue;
         }
         match pin(b).is_some() && carries(&b.name) {
@@ -286,16 +441,38 @@ pub fn vehicle(
     if 3 + suspension.len() > known + usize::from(differential.is_some()) {
         let (n, joints) = (wheels.len(), suspension.join(", "));
         if suspension.is_empty() {
-            let fact = format!("it would tip over: it has {n} wheels, but it needs three");
-            let help = "define its other supports, such as casters, as wheels without a drive in a companion file: \
-                        Companion(wheels: { \"caster\": (radius: \"3 cm\", width: \"2 cm\", role: Idle) })";
-            return Err((fact, help.into()));
+            let fact = format!(
+                "it would tip over: it has {n} wheels and no fixed shape that reaches the ground, such as the ball of a caster, but it needs three supports"
+            );
+            let help = format!(
+                "give its other support a collision shape whose lower end is within {:.3} m of the ground and which is smaller than {:.3} m, on a fixed joint; \
+                 or define a caster that turns on a joint as a wheel without a drive in a companion file: \
+                 Companion(wheels: {{ \"caster\": (radius: \"3 cm\", width: \"2 cm\", role: Idle) }})",
+                REACH * radius,
+                2.0 * radius
+            );
+            return Err((fact, help));
         }
         let fact = format!(
             "{n} wheels and {couplings} couplings do not determine its pose on the ground with {} joints between wheels and body ({joints})",
             suspension.len(),
         );
         let help = "couple the joints in a companion file: Companion(couplings: { \"differential\": (terms: { \"left_joint\": 1, \"right_joint\": 1 }, constant: 0) }); or fix them in the file";
+        return Err((fact, help.into()));
+    }
+    let com: Vec3 = bodies
+        .iter()
+        .filter_map(|b| Some(poses.get(&b.name)?.transform_point(&b.mass.com) * b.mass.mass))
+        .sum::<Vec3>()
+        / mass;
+    let contacts: Vec<[f64; 2]> = wheels.iter().map(|w| [w.place.x, w.place.y]).collect();
+    let beyond = outside(&contacts, [com.x, com.y]);
+    if beyond > 0.0 {
+        let fact = format!(
+            "it would tip over: its centre of mass [{:.4}, {:.4}] m (x, y) is {beyond:.4} m outside of the polygon of its wheels and supports",
+            com.x, com.y
+        );
+        let help = "correct the positions in `inertial`, or add the missing support: a caster, or a small collision shape that reaches the ground";
         return Err((fact, help.into()));
     }
     Ok(DetectedVehicle { root: root.name.clone(), mass, wheels, suspension, differential, others })

@@ -9,16 +9,19 @@
 //! rotor                  1/50 of the machine's mass at the rim, shared by the wheels; the time constant of the motor is at least 20 ms
 //! gain of the rate loop  half of the gain at which a wheel in the air reaches its rate within one sample, at most 2:
 //!                        min(2, a/(2 (1 − a))), a = e^(−h/T), T = J ω₀/τ₀ for the rotor J, sample h = 10 ms; unstable at (1 + a)/(1 − a)
+//! steering               within 95 % of the limits of the file; a rover that cannot turn on the spot within them drives circles instead
 //! brake                  holds the wheel like a spring on which the rotor would oscillate with 200 rad/s
 //! joint friction         as in the file, as tanh of the rate over 0.05 rad/s; over a larger rate if the step would be too long for it
 //! ```
 mod find;
+mod sizes;
 
 use super::{Refusal, filled, folder_with, wrong};
 use crate::program::program;
 use find::{DetectedVehicle, FoundWheel};
 use linkwork_formats::{Description, Geometry, ReadOptions, Root, ShapeRole};
 use linkwork_spatial::{Quat, Vec3};
+use sizes::Sizes;
 use std::fmt::Write;
 use std::path::{Component, Path, PathBuf};
 
@@ -28,6 +31,10 @@ const G: f64 = 9.81;
 const STEP: f64 = 1e-3;
 /// Friction for which drives are sized.
 const FRICTION: f64 = 0.9;
+/// Share of the range of a steering hinge that is used, because its servo overshoots.
+const STEER_SHARE: f64 = 0.95;
+/// Friction between wheels and ground.
+const RUBBER: f64 = 0.7;
 /// Sample period of the rate control in `parts/wheel_drive.ron`, s.
 const SAMPLE: f64 = 0.01;
 /// Largest gain of the rate control, in units of the motor's own constant; larger gains do not help.
@@ -192,6 +199,38 @@ pub(super) fn rover(folder: &Path, file: &Path) -> Result<Vec<PathBuf>, Refusal>
     folder_with(folder, &files)
 }
 
+/// Circles that a vehicle can drive within the limits of its steering.
+struct TurningCircle {
+    /// Radius of the smallest circle of the point on the axis about which it turns, m; zero without limits.
+    radius: f64,
+    /// Whether it can turn on the spot.
+    on_the_spot: bool,
+    /// The steering angle that all steered wheels reach, if it is limited, rad.
+    steer_max: Option<f64>,
+}
+
+/// Returns the circles that a vehicle can drive; the geometry agrees with `control.ackermann`.
+fn turning_circle(driven: &[&FoundWheel]) -> TurningCircle {
+    let limit = driven.iter().filter_map(|w| w.steer_max).reduce(f64::min);
+    let Some(limit) = limit.map(|a| STEER_SHARE * a) else {
+        return TurningCircle { radius: 0.0, on_the_spot: true, steer_max: None };
+    };
+    let fixed: Vec<f64> =
+        driven.iter().filter(|w| w.steering.is_none()).map(|w| w.place.x).collect();
+    let all: Vec<f64> = driven.iter().map(|w| w.place.x).collect();
+    let of = if fixed.is_empty() { &all } else { &fixed };
+    let axis = of.iter().sum::<f64>() / of.len() as f64;
+    let steered = || {
+        let all = driven.iter().filter(|w| w.steering.is_some());
+        all.map(|w| [(w.place.x - axis).abs(), w.place.y.abs()])
+    };
+    TurningCircle {
+        radius: steered().map(|[x, y]| y + x / limit.tan()).fold(0.0, f64::max),
+        on_the_spot: steered().all(|[x, y]| x.atan2(y) <= limit),
+        steer_max: Some(limit),
+    }
+}
+
 /// Returns the replacements of the templates.
 fn words(
     name: &str,
@@ -205,6 +244,9 @@ fn words(
         driven.iter().copied().filter(|w| w.steering.is_some()).collect();
     let ([radius, width], count) = (driven[0].size, found.wheels.len() as f64);
     let load = found.mass * G / count;
+    let sizes = Sizes::of(found);
+    // The drives have one range of rates, so the smallest wheel limits the speed.
+    let least = driven.iter().map(|w| w.size[0]).fold(f64::INFINITY, f64::min);
     let of_file = |get: fn(&FoundWheel) -> Option<f64>| {
         driven.iter().map(|w| get(w)).reduce(|a, b| Some(a?.min(b?))).flatten()
     };
@@ -214,8 +256,9 @@ fn words(
     } else {
         2.0 * load
     };
-    let torque = of_file(|w| w.torque).unwrap_or(FRICTION * worst * radius);
-    let rate = of_file(|w| w.rate).unwrap_or(4.0 / radius.sqrt());
+    let largest = driven.iter().map(|w| w.size[0]).fold(0.0, f64::max);
+    let torque = of_file(|w| w.torque).unwrap_or(FRICTION * worst * largest);
+    let rate = of_file(|w| w.rate).unwrap_or(4.0 / least.sqrt());
     let stiffness = load / (0.005 * radius);
     let sideways = 0.5 * stiffness;
     // Dimensions of the course scale with the distance of the wheels.
@@ -224,19 +267,24 @@ fn words(
         all.clone().fold(f64::NEG_INFINITY, f64::max) - all.fold(f64::INFINITY, f64::min)
     };
     let length = span(|w| w.place.x).max(span(|w| w.place.y)).max(2.0 * radius);
-    let leg = (6.0 * length).max(1.5);
+    let circle = turning_circle(&driven);
+    let leg = (6.0 * length).max(1.5).max(4.0 * circle.radius);
     let rate_max = 0.85 * rate;
-    let speed_max = 0.8 * rate_max * radius;
+    let speed_max = 0.8 * rate_max * least;
     let speed = 0.5 * speed_max;
     let place = |w: &FoundWheel| {
         let steered = if w.steering.is_some() { "" } else { ", steered: false" };
-        format!("(position: {}{steered})", list(&[w.place.x, w.place.y]))
+        let own = match sizes.radius(w) {
+            r if r == radius => String::new(),
+            r => format!(", radius: {}", n(r)),
+        };
+        format!("(position: {}{steered}{own})", list(&[w.place.x, w.place.y]))
     };
     let places = format!("[{}]", driven.iter().map(|w| place(w)).collect::<Vec<_>>().join(", "));
     let mut wheels = String::new();
     let mut overrides = String::new();
     let rotor =
-        (0.02 * found.mass * radius * radius / driven.len() as f64).max(0.02 * torque / rate);
+        (0.02 * found.mass * largest * largest / driven.len() as f64).max(0.02 * torque / rate);
     let element = |w: &FoundWheel, direction: &str| {
         let body = imported(&w.body);
         let visible = match shown_of(d, &w.body) {
@@ -247,9 +295,10 @@ fn words(
             }
         };
         format!(
-            "                (mounts: {{ \"wheel\": \"{body}\" }}, params: {{ \"centre\": {}, \"turn\": {}{direction}{visible} }}),\n",
+            "                (mounts: {{ \"wheel\": \"{body}\" }}, params: {{ \"centre\": {}, \"turn\": {}{direction}{visible}{} }}),\n",
             list(w.centre.as_slice()),
             quaternion(turn(&w.axle)),
+            sizes.parameter(w),
         )
     };
     for w in &driven {
@@ -303,7 +352,12 @@ fn words(
         "| wheel | radius, width | centre | drives | steered by |\n|---|---|---|---|---|\n",
     );
     for w in &found.wheels {
-        let steering = w.steering.as_ref().map_or("–", |s| s.0.as_str());
+        let steering = match (&w.steering, &w.swivel, w.slides) {
+            (Some((body, _)), ..) => body.clone(),
+            (_, Some(body), _) => format!("turns freely on `{body}`"),
+            (.., Some(friction)) => format!("slides with friction {}", n(friction)),
+            _ => "–".to_string(),
+        };
         let drives = if w.driven { "yes" } else { "no" };
         let _ = writeln!(
             table,
@@ -314,6 +368,20 @@ fn words(
             list(w.place.as_slice())
         );
     }
+    let common = format!(
+        "\"stiffness\": {}, \"tangential_stiffness\": {}, \"tangential_damping\": {}",
+        n(stiffness),
+        n(sideways),
+        n(0.28 * (sideways * load / G).sqrt())
+    );
+    let [placed, placed_radius] = sizes.placed(found);
+    let spot = match circle.on_the_spot {
+        true => format!("\"spot_rate\": {}", n((speed / length).min(0.8))),
+        // No heading error is as large as that: it always drives a circle.
+        false => "\"spot_angle\": 3.2".to_string(),
+    };
+    let steer_max =
+        circle.steer_max.map_or(String::new(), |a| format!(", \"steer_max\": {}", n(a)));
     let steering_supply = if steered.is_empty() { "" } else { "\"Steering[*].supply\", " };
     let names =
         |all: &[String]| all.iter().map(|s| format!("`{s}`")).collect::<Vec<_>>().join(", ");
@@ -365,15 +433,16 @@ fn words(
         ("radius", n(radius)),
         ("width", n(width)),
         ("load", n(load)),
-        ("stiffness", n(stiffness)),
-        ("tangential_stiffness", n(sideways)),
-        ("tangential_damping", n(0.28 * (sideways * load / G).sqrt())),
+        ("friction", n(RUBBER)),
+        ("more_contacts", sizes.parameters(&common)),
+        ("common", common),
         ("overrides", overrides),
         ("differential", differential),
         ("hull", if shown_of(d, &found.root) { String::new() } else { hull(d, found) }),
-        ("look_ahead", n(1.2 * length)),
-        ("tolerance", n(0.5 * length)),
-        ("spot_rate", n((speed / length).min(0.8))),
+        ("look_ahead", n((1.2 * length).max(1.5 * circle.radius))),
+        ("tolerance", n((0.5 * length).max(0.75 * circle.radius))),
+        ("spot", spot),
+        ("steer_max", steer_max),
         ("places", places),
         ("rate_max", n(rate_max)),
         ("acceleration", n((2.0 * speed_max).min(1.0))),
@@ -395,10 +464,11 @@ fn words(
         ("outer_wires", outer_wires),
         ("steering_supply", steering_supply.to_string()),
         ("size", n((6.0 * leg).ceil())),
-        ("spacing", n((0.5 * radius).clamp(0.02, 0.2))),
-        ("relief", n(0.3 * radius)),
+        ("spacing", n((0.5 * least).clamp(0.02, 0.2))),
+        ("relief", n(0.3 * least)),
         ("wavelength", n(6.0 * length)),
-        ("idle_hubs", if idle.is_empty() { "" } else { ", \"Rover.Idle*/hub\"" }.to_string()),
+        ("placed", placed),
+        ("placed_radius", placed_radius),
         ("joints", joints),
         ("eye", [-2.5, -3.0, 1.6].map(|k| n(k * length)).join(", ")),
         ("arrow", n(0.8 * length / (4.0 * load))),
