@@ -5,6 +5,7 @@ use crate::error::ColliderFault;
 use crate::shape::{ColliderSpec, Neighbours, OnTerrain, PairLaw, Rules};
 use linkwork_multibody::Multibody;
 use linkwork_multibody::names::nearest;
+use std::collections::BTreeSet;
 
 /// The name of the world.
 pub(crate) const WORLD: &str = "world";
@@ -144,9 +145,11 @@ pub(crate) fn table(
     let place = |name: &str| {
         if name == WORLD { Some(world) } else { multibody.body(name).map(|b| b.index()) }
     };
-    let mut joined = joined(multibody, &group);
     let loops = rules.joined.iter().filter_map(|[a, b]| Some((group[place(a)?], group[place(b)?])));
-    joined.extend(loops);
+    // In both orders, because the loop below looks up each pair of colliders.
+    let joined: BTreeSet<(usize, usize)> = (joined(multibody, &group).into_iter().chain(loops))
+        .flat_map(|(p, q)| [(p, q), (q, p)])
+        .collect();
     // The `apart` lists to which each collider belongs.
     let apart: Vec<Vec<usize>> = (specs.iter())
         .map(|s| {
@@ -167,9 +170,8 @@ pub(crate) fn table(
                 list.iter().any(|[p, q]| (is(a, p) && is(b, q)) || (is(a, q) && is(b, p)))
             };
             let ground = [a, b].iter().any(|s| s.name == TERRAIN && s.body == WORLD);
-            let neighbours = rules.neighbours == Neighbours::Pass
-                && !ground
-                && joined.iter().any(|(p, q)| (*p, *q) == (ga, gb) || (*q, *p) == (ga, gb));
+            let neighbours =
+                rules.neighbours == Neighbours::Pass && !ground && joined.contains(&(ga, gb));
             let pass = neighbours || apart[i].iter().any(|machine| apart[j].contains(machine));
             let pass = pass && !listed(&rules.collide);
             let passes = ground && [a, b].iter().any(|s| s.terrain == OnTerrain::Pass);

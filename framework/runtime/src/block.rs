@@ -174,6 +174,20 @@ pub trait Block: Send {
     fn project(&mut self, _x: &mut [f64]) -> Outcome {
         Ok(())
     }
+    /// Brings states up to date that are constant within a step, at a state from which the run continues: a row, an event, the end of a step. The
+    /// operations have been evaluated there if `now` is their evaluation. Returns whether it changed a state that they depend on. Called only if
+    /// [`Prototype::rearranges`].
+    ///
+    /// # Errors
+    /// The run cannot go on from this state.
+    fn rearrange(
+        &mut self,
+        _now: &EvalTime,
+        _x: &mut [f64],
+        _d: &mut [f64],
+    ) -> Result<bool, Box<Failure>> {
+        Ok(false)
+    }
     /// Semi-implicit Euler: [`Description::positions`] to `h` s later along the velocities in `x`.
     fn retract(&mut self, _x: &mut [f64], _h: f64) -> Outcome {
         Ok(())
@@ -264,6 +278,10 @@ pub trait Prototype: Any + Send + Sync {
     }
     /// Of a field: the parts that write to it, in path order; its inputs follow from them.
     fn written_by(&mut self, _writers: &[&str]) {}
+    /// Whether its block changes states between steps: [`Block::rearrange`].
+    fn rearranges(&self) -> bool {
+        false
+    }
     /// Outputs that another part has to take up, each with what is lost where none does.
     fn must_be_read(&self) -> Vec<(&'static str, BuildError)> {
         Vec::new()

@@ -57,6 +57,8 @@ pub struct Plan {
     pub steps: Vec<u32>,
     /// Blocks whose state lies on a manifold.
     pub manifold: Vec<u32>,
+    /// Blocks that change states between steps.
+    pub rearranged: Vec<u32>,
     /// Blocks whose positions semi-implicit Euler advances; blocks with their own stepping method are excluded.
     pub positioned: Vec<u32>,
     /// Lanes of x that semi-implicit Euler moves along their velocities.

@@ -16,6 +16,7 @@
 //!
 //! If the normal turns, the component of z along n relaxes. Bristles without contact relax too. Forces are continuous where depth and normals are.
 
+use crate::bristles::{self, BRISTLE, Bristles, TooManyTouch};
 use crate::contact_law::{RELAX, gives_way, normal_force};
 use linkwork_collision::{
     ColliderId, Colliders, ContactPoint, Query, Resistance, Scratch, SurfaceVelocities,
@@ -23,14 +24,12 @@ use linkwork_collision::{
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::BodyId;
 use linkwork_spatial::{Force, Motion, Pose, Vec3};
+use std::fmt;
 use std::sync::Arc;
 use thiserror::Error;
 
 /// ε: scale of relative rotation at which rolling and spinning friction saturate, rad/s.
 const RISES: f64 = 0.05;
-
-/// Number of states per pair.
-pub const BRISTLE: usize = 4;
 
 /// Constants of compliant contact, except friction, which belongs to the colliders.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,21 +97,52 @@ impl CompliantSettings {
 }
 
 /// Constants of all pairs, and of the pairs with their own contact law.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Default, PartialEq)]
 pub struct CompliantLaws {
     /// Constants of pairs without a law.
     pub usual: CompliantSettings,
     /// Constants of each of [`Rules::laws`](linkwork_collision::Rules::laws); missing ones use the default.
     pub of_laws: Vec<CompliantSettings>,
+    /// Greatest number of pairs that touch at the same time; `None`: six for each collider, and at least 256. Where fewer pairs may meet, each has
+    /// its own bristle, and this has no effect.
+    pub touching_max: Option<u32>,
+}
+
+/// Omits a usual limit, because the text is part of the hash of a plan.
+impl fmt::Debug for CompliantLaws {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { usual, of_laws, touching_max } = self;
+        let mut out = f.debug_struct("CompliantLaws");
+        out.field("usual", usual).field("of_laws", of_laws);
+        if let Some(limit) = touching_max {
+            out.field("touching_max", limit);
+        }
+        out.finish()
+    }
 }
 
 impl From<CompliantSettings> for CompliantLaws {
     fn from(usual: CompliantSettings) -> Self {
-        Self { usual, of_laws: Vec::new() }
+        Self { usual, of_laws: Vec::new(), touching_max: None }
     }
 }
 
 impl CompliantLaws {
+    /// Returns the constants of a pair.
+    pub(crate) fn of(
+        &self,
+        colliders: &Colliders,
+        (a, b): (ColliderId, ColliderId),
+    ) -> CompliantSettings {
+        let own = colliders.law(a, b).and_then(|k| self.of_laws.get(k));
+        *own.unwrap_or(&self.usual)
+    }
+
+    fn of_pair(&self, colliders: &Colliders, (a, b): (u32, u32)) -> CompliantSettings {
+        let id = |k: u32| colliders.ids().nth(k as usize);
+        id(a).zip(id(b)).map_or(self.usual, |ids| self.of(colliders, ids))
+    }
+
     /// # Errors
     /// The first invalid constant.
     pub fn check(&self) -> Result<(), CompliantError> {
@@ -137,16 +167,19 @@ pub struct PairLoad {
     pub surface_power: f64,
 }
 
-/// Forces of compliant contact for one mechanism. It has workspace but no state: the caller keeps the bristles, [`BRISTLE`] numbers per pair.
+/// Forces of compliant contact for one mechanism. It has workspace but no state: the caller keeps the bristles, and where pairs share them, the table
+/// of pairs.
 pub struct CompliantContact {
     /// Velocities of surfaces relative to their bodies. You may change them between calls.
     pub surfaces: SurfaceVelocities,
     colliders: Arc<Colliders>,
-    /// Pairs that can collide, ascending, with their constants.
-    pairs: Vec<((u32, u32), CompliantSettings)>,
+    laws: CompliantLaws,
+    bristles: Bristles,
     scratch: Scratch,
     points: Vec<ContactPoint>,
     loads: Vec<PairLoad>,
+    /// Memory for the pairs that touch.
+    touching: Vec<(u32, u32)>,
 }
 
 /// Sums over the points of a pair.
@@ -170,23 +203,24 @@ impl CompliantContact {
     ) -> Result<Self, CompliantError> {
         let laws = laws.into();
         laws.check()?;
-        let of = |(a, b)| colliders.law(a, b).and_then(|k| laws.of_laws.get(k)).copied();
-        let index = |(a, b): (ColliderId, ColliderId)| (a.index() as u32, b.index() as u32);
-        let pair = |ids| (index(ids), of(ids).unwrap_or(laws.usual));
         Ok(Self {
-            pairs: pairs(&colliders).map(pair).collect(),
+            bristles: Bristles::new(&colliders, &laws),
             scratch: Scratch::new(&colliders),
             surfaces: colliders.surface_velocities(),
             points: Vec::new(),
             loads: Vec::new(),
+            touching: Vec::new(),
             colliders,
+            laws,
         })
     }
 
-    /// Returns the number of states that the colliders need.
+    /// Returns the number of states that the colliders need, [`BRISTLE`] for each bristle, and the length of the table of pairs: 0 where each pair has
+    /// its own bristle, otherwise one entry for each bristle.
     #[must_use]
-    pub fn states(colliders: &Colliders) -> usize {
-        BRISTLE * pairs(colliders).count()
+    pub fn states(colliders: &Colliders, laws: &CompliantLaws) -> (usize, usize) {
+        let (count, shared) = bristles::count(colliders, laws);
+        (BRISTLE * count, if shared { count } else { 0 })
     }
 
     /// Returns the contact points of the last call.
@@ -202,35 +236,69 @@ impl CompliantContact {
     }
 
     /// Adds the forces at the state of the last [`kinematics`](linkwork_dynamics::kinematics()) to the workspace. `bristles` is the state (m, m, m,
-    /// rad per pair; world axes). Writes its derivative to `rates`.
-    pub fn apply(&mut self, tree: &Tree, ws: &mut Workspace, bristles: &[f64], rates: &mut [f64]) {
-        let poses = |b: Option<BodyId>| b.map_or_else(Pose::identity, |b| ws.body_pose(tree, b));
-        let query = Query::margin(0.0);
-        self.colliders.contacts(&mut self.scratch, &query, poses, &mut self.points);
+    /// rad per bristle; world axes), `table` the table of pairs, both with the lengths of [`CompliantContact::states`]. Writes the derivative of
+    /// `bristles` to `rates`.
+    pub fn apply(
+        &mut self,
+        tree: &Tree,
+        ws: &mut Workspace,
+        (bristles, table): (&[f64], &[f64]),
+        rates: &mut [f64],
+    ) {
+        self.find(tree, ws);
         self.loads.clear();
-        let surfaces = Some(&self.surfaces).filter(|s| s.any());
-        let mut at = 0;
-        let states = bristles.chunks_exact(BRISTLE).zip(rates.chunks_exact_mut(BRISTLE));
-        for ((pair, settings), (state, rate)) in self.pairs.iter().zip(states) {
-            let key = |p: &ContactPoint| (p.a.index() as u32, p.b.index() as u32);
-            let from = at;
-            while self.points.get(at).is_some_and(|p| key(p) == *pair) {
-                at += 1;
-            }
-            let touching = &self.points[from..at];
-            if touching.is_empty() && state.iter().all(|x| *x == 0.0) {
-                // Most pairs of many machines are far apart. The rate has the sign of a relaxing bristle.
-                rate.iter_mut().zip(state).for_each(|(rate, x)| *rate = -x);
-                continue;
-            }
+        let Self { surfaces, colliders, laws, points, loads, .. } = self;
+        let surfaces = Some(&*surfaces).filter(|s| s.any());
+        let of = |pair| laws.of_pair(colliders, pair);
+        self.bristles.begin(table, of);
+        // Bristles of pairs that are apart relax.
+        for (rate, z) in rates.iter_mut().zip(bristles) {
+            *rate = -z / RELAX;
+        }
+        for touching in points.chunk_by(|p, q| (p.a, p.b) == (q.a, q.b)) {
+            let (settings, bristle) = self.bristles.of(key(&touching[0]), of);
+            let own = bristle.map(|k| BRISTLE * k..BRISTLE * (k + 1));
+            let state = own.clone().map_or(&[0.0; BRISTLE][..], |own| &bristles[own]);
             let z = Vec3::new(state[0], state[1], state[2]);
-            let extra = Surfaces::of(&self.colliders, surfaces, tree, ws, touching);
-            let ((z_dot, spin), load) = press(settings, &extra, tree, ws, touching, z, state[3]);
-            self.loads.extend(load);
-            rate[..3].copy_from_slice(z_dot.as_slice());
-            rate[3] = spin;
+            let extra = Surfaces::of(colliders, surfaces, tree, ws, touching);
+            let ((z_dot, spin), load) = press(&settings, &extra, tree, ws, touching, z, state[3]);
+            loads.extend(load);
+            if let Some(own) = own {
+                let rate = &mut rates[own];
+                rate[..3].copy_from_slice(z_dot.as_slice());
+                rate[3] = spin;
+            }
         }
     }
+
+    /// Finds the contact points at the state of the last [`kinematics`](linkwork_dynamics::kinematics()), as [`CompliantContact::apply`] does.
+    pub fn find(&mut self, tree: &Tree, ws: &Workspace) {
+        let poses = |b: Option<BodyId>| b.map_or_else(Pose::identity, |b| ws.body_pose(tree, b));
+        self.colliders.contacts(&mut self.scratch, &Query::margin(0.0), poses, &mut self.points);
+    }
+
+    /// Brings the table of pairs up to date, at the boundary of a step and the state of the last [`CompliantContact::apply`] or
+    /// [`CompliantContact::find`]: enters the pairs that touch, removes those whose bristle has relaxed, and sets the deflections of free bristles to
+    /// zero. Returns whether a deflection changed, so that rates and forces have to be computed again.
+    ///
+    /// # Errors
+    /// [`TooManyTouch`].
+    pub fn assign(
+        &mut self,
+        bristles: &mut [f64],
+        table: &mut [f64],
+    ) -> Result<bool, TooManyTouch> {
+        self.touching.clear();
+        self.touching.extend(self.points.chunk_by(|p, q| key(p) == key(q)).map(|p| key(&p[0])));
+        let (laws, colliders) = (&self.laws, &self.colliders);
+        self.bristles.begin(table, |pair| laws.of_pair(colliders, pair));
+        self.bristles.assign(&self.touching, bristles, table)
+    }
+}
+
+/// Returns the pair of a contact point.
+fn key(p: &ContactPoint) -> (u32, u32) {
+    (p.a.index() as u32, p.b.index() as u32)
 }
 
 /// Rolling and spinning resistance of a pair of surfaces, and their own motion.
@@ -273,15 +341,6 @@ impl Surfaces {
         -N * (across * (rolling * part(across.norm_squared()))
             + n * (spinning * about * part(about * about)))
     }
-}
-
-/// Returns the pairs of colliders that can collide, ascending.
-fn pairs(colliders: &Colliders) -> impl Iterator<Item = (ColliderId, ColliderId)> + '_ {
-    let ids = colliders.ids();
-    ids.flat_map(move |a| {
-        let others = colliders.ids().skip(a.index() + 1);
-        others.filter(move |b| colliders.meet(a, *b)).map(move |b| (a, b))
-    })
 }
 
 fn velocity(tree: &Tree, ws: &Workspace, body: Option<BodyId>, at: &Vec3) -> Motion {

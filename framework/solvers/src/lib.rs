@@ -14,6 +14,7 @@
 //! The first four are one [`ConstrainedSolver`] with a different [`ConstraintMethod`] of each constraint.
 #![allow(non_snake_case)]
 
+mod bristles;
 mod compliant;
 mod constrained;
 pub mod contact;
@@ -26,9 +27,8 @@ mod skyline;
 mod start;
 mod stepper;
 
-pub use compliant::{
-    BRISTLE, CompliantContact, CompliantError, CompliantLaws, CompliantSettings, PairLoad,
-};
+pub use bristles::{BRISTLE, TooManyTouch};
+pub use compliant::{CompliantContact, CompliantError, CompliantLaws, CompliantSettings, PairLoad};
 pub use constrained::{ConstrainedSolver, NEAR, Redundant, Report, SolverError, Stabilisation};
 pub use fully_augmented::{FullyAugmentedError, FullyAugmentedSolver};
 pub use linkwork_dynamics::units::ConstraintMethod;

@@ -22,7 +22,8 @@ impl Smooth {
         let colliders = Arc::new(
             Colliders::new(scene.colliders.clone(), scene.rules.clone(), &run.mbs).unwrap(),
         );
-        let states = CompliantContact::states(&colliders);
+        let (states, table) = CompliantContact::states(&colliders, &settings.into());
+        assert_eq!(table, 0);
         let x: Vec<f64> =
             run.q.iter().chain(&run.v).copied().chain(std::iter::repeat_n(0.0, states)).collect();
         let contact = CompliantContact::new(colliders, settings).unwrap();
@@ -41,7 +42,7 @@ impl Smooth {
             run.ws.apply_uniform_gravity(run.gravity);
             let (qdot, rest) = xdot.split_at_mut(nq);
             let (vdot, rates) = rest.split_at_mut(nv);
-            contact.apply(&run.tree, &mut run.ws, bristles, rates);
+            contact.apply(&run.tree, &mut run.ws, (bristles, &[]), rates);
             let mut tau = vec![0.0; nv];
             forward_dynamics_given_kinematics(&run.tree, &mut run.ws, &mut tau, vdot).unwrap();
             run.mbs.qdot(q, v, qdot);

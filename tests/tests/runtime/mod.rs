@@ -9,6 +9,7 @@ mod corners;
 mod determinism;
 mod jumps;
 mod linear;
+mod many_machines;
 mod masses;
 mod metrics;
 mod power;

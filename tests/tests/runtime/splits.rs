@@ -34,7 +34,7 @@ fn gather(folder: &Path, out: &mut Vec<PathBuf>) {
 }
 
 /// Every integrator with steps of the sampling size, and those with an error estimate also with adaptive steps.
-fn methods() -> Vec<(Integrator, bool)> {
+pub(super) fn methods() -> Vec<(Integrator, bool)> {
     let each = Integrator::ALL.iter().flat_map(|&(_, integrator)| {
         let adaptive = integrator.method().error_order() > 0;
         [Some((integrator, false)), adaptive.then_some((integrator, true))]
@@ -63,7 +63,7 @@ fn load(file: &Path) -> Ready {
 
 /// Returns the same program with another method, from the same start, so that compiling and settling once is enough. Adaptive steps use a tolerance
 /// of 1e-9, the default of files.
-fn integrate(program: &mut Arc<Program>, (integrator, adaptive): (Integrator, bool)) {
+pub(super) fn integrate(program: &mut Arc<Program>, (integrator, adaptive): (Integrator, bool)) {
     let method = integrator.method();
     for phase in &mut Arc::get_mut(program).unwrap().phases {
         let plan = Arc::get_mut(&mut phase.plan).unwrap();
@@ -87,20 +87,20 @@ impl Dice {
 }
 
 /// Result of a run: its hash, or the reason why it stopped.
-type Ended = Result<u64, String>;
+pub(super) type Ended = Result<u64, String>;
 
 fn ended(sim: &Simulation, result: Result<(), linkwork_runtime::RunError>) -> Ended {
     result.map(|()| sim.hash()).map_err(|e| e.to_string())
 }
 
-fn straight(program: &Arc<Program>, end: Seconds) -> Ended {
+pub(super) fn straight(program: &Arc<Program>, end: Seconds) -> Ended {
     let mut sim = Simulation::of(program.clone());
     let result = sim.run_until(end);
     ended(&sim, result)
 }
 
 /// Runs it again, interrupted at random instants: samples, and events between and at them.
-fn cut(program: &Arc<Program>, end: Seconds, seed: u64) -> Ended {
+pub(super) fn cut(program: &Arc<Program>, end: Seconds, seed: u64) -> Ended {
     let (mut sim, mut dice) = (Simulation::of(program.clone()), Dice(seed));
     let mut snapshot = Default::default();
     while sim.before(end) {

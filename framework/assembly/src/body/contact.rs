@@ -17,6 +17,8 @@ record! {
     pub(crate) struct ContactForm: "contact" {
         /// Compliant contact instead of impulses: `true`, or its parameters.
         compliant: Option<CompliantSettings> = compliant().or(None),
+        /// Greatest number of pairs of colliders that touch at the same time, for compliant contact (default: six for each collider, and at least 256).
+        touching_max: Option<u32> = whole::<u32>(1, 100_000_000).maybe(),
         /// Path of the terrain with which bodies collide; `"none"`: no terrain (default: the only terrain of the simulation).
         terrain: Option<Text> = text().maybe(),
         /// Largest gap that is included in the contact problem.

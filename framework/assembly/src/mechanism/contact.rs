@@ -104,6 +104,12 @@ pub(crate) fn read(
         apart,
         laws: laws(cx, v, &form, (colliders, complete)),
     };
+    if let (None, Some(limit)) = (form.compliant, form.touching_max) {
+        let origin = v.get("touching_max").map_or(v.origin, |t| t.origin);
+        let fact = format!("`contact`: `touching_max` is {limit}, without compliant contact");
+        let help = "write `compliant: true`, or remove it: contact by impulses has no limit";
+        cx.fault(origin, fact, help);
+    }
     let pair_forces = scope.pairs(cx, v, &form.pair_forces, "pair_forces");
     let pair_forces = of_bodies(cx, v, bodies, colliders, complete, pair_forces);
     let mut out = Contact {
@@ -117,6 +123,7 @@ pub(crate) fn read(
         compliant: form.compliant.map(|usual| CompliantLaws {
             usual,
             of_laws: form.pairs.iter().map(|p| p.over(usual)).collect(),
+            touching_max: form.touching_max,
         }),
         terrain: form.terrain.map(|t| t.text),
         ground_friction: v.get("friction").map(|_| form.friction),

@@ -150,6 +150,7 @@ pub(crate) fn compile_phase(
     let averages = parts.iter().any(|p| p.prototype.description().functions.averages);
     let stored = with(&|p| p.prototype.stored());
     let steps = with(&|p| p.prototype.description().functions.steps);
+    let rearranged = with(&|p| p.prototype.rearranges());
     let positioned = with(&|p| !p.prototype.description().positions.is_empty());
     let moved = with(&|p| {
         let d = p.prototype.description();
@@ -173,6 +174,7 @@ pub(crate) fn compile_phase(
         stepped_outputs: settings::stepped_outputs(&parts),
         steps,
         manifold: moved,
+        rearranged,
         positioned,
         guards: watch.guards,
         guarded: watch.guarded,

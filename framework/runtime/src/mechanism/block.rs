@@ -42,6 +42,8 @@ pub(super) struct MechanismBlock {
     pub(super) projector: Projector,
     pub(super) stepper: Option<ContactStepper>,
     pub(super) compliant: Option<CompliantContact>,
+    /// Number of the evaluation that the contact points of `compliant` belong to.
+    found: u64,
     pub(super) rolls: Option<Rolls>,
     pub(super) tau: Vec<f64>,
     pub(super) vdot: Vec<f64>,
@@ -93,6 +95,7 @@ impl MechanismBlock {
             projector: Projector::new(&plan.tree),
             stepper: plan.stepper(),
             compliant: plan.compliant_contact(),
+            found: NEVER,
             rolls: Rolls::of(&plan),
             tau: vec![0.0; nv],
             vdot: vec![0.0; nv],
@@ -368,15 +371,17 @@ impl Block for MechanismBlock {
         Ok(())
     }
 
-    fn feedthrough(&mut self, now: &EvalTime, x: &[f64], _: &[f64], sig: &mut [f64]) -> Outcome {
+    fn feedthrough(&mut self, now: &EvalTime, x: &[f64], d: &[f64], sig: &mut [f64]) -> Outcome {
         self.kinematics(now, x);
         self.forces(now, x, sig)?;
         let (rates, nv) = (self.w.yd + self.vdot.len(), self.vdot.len());
         let (at, bristles) = (self.bristle_lanes(), self.plan.bristles());
         if let Some(compliant) = &mut self.compliant {
-            let state = &x[at..at + bristles];
+            let pairs = &d[self.w.d..self.w.d + self.plan.bristle_pairs()];
+            let state = (&x[at..at + bristles], pairs);
             let out = &mut sig[rates..rates + bristles];
             compliant.apply(&self.tree, &mut self.ws, state, out);
+            self.found = now.number;
         }
         let (q, v) = self.split(x);
         let tree = &self.tree;
@@ -486,6 +491,23 @@ impl Block for MechanismBlock {
 
     fn project_change(&mut self, x: &[f64], change: &mut [f64]) -> Outcome {
         self.close_change(x, change)
+    }
+
+    fn rearrange(
+        &mut self,
+        now: &EvalTime,
+        x: &mut [f64],
+        d: &mut [f64],
+    ) -> Result<bool, Box<Failure>> {
+        self.kinematics(now, x);
+        let (at, bristles) = (self.bristle_lanes(), self.plan.bristles());
+        let Some(compliant) = &mut self.compliant else { return Ok(false) };
+        if self.found != now.number {
+            compliant.find(&self.tree, &self.ws);
+            self.found = now.number;
+        }
+        let pairs = &mut d[self.w.d..self.w.d + self.plan.bristle_pairs()];
+        compliant.assign(&mut x[at..at + bristles], pairs).map_err(|e| Failure::of(&e))
     }
 
     fn retract(&mut self, x: &mut [f64], h: f64) -> Outcome {

@@ -13,11 +13,12 @@ pub(super) fn carry(
     new: &MechanismPlan,
     old: &MechanismPlan,
     old_state: OldState<'_>,
-    to: &mut [f64],
+    (to, pairs): (&mut [f64], &mut [f64]),
 ) -> Result<Carried, Box<Failure>> {
     let from = old_state.x;
     if old.fingerprint() == new.fingerprint() {
         to.copy_from_slice(from);
+        pairs.copy_from_slice(old_state.d);
         return Ok(Carried::Whole);
     }
     let before = old.present(old_state.sig)?;

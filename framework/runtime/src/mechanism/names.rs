@@ -4,6 +4,7 @@ use crate::block::{Named, Wiring};
 use crate::variable::{Place, Role};
 use linkwork_multibody::BodyId;
 use linkwork_multibody::{Body, SubhingeKind};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 pub(super) fn names(m: &MechanismPlan, w: &Wiring) -> Vec<Named> {
@@ -13,10 +14,11 @@ pub(super) fn names(m: &MechanismPlan, w: &Wiring) -> Vec<Named> {
         coordinates(&mut all, m, w, body);
         modes(&mut all, m, w, body);
     }
+    let bodies: BTreeSet<&str> = m.multibody.bodies().iter().map(Body::name).collect();
     let first = w.yd + m.multibody.nv() + m.bristles();
     for (lane, (name, unit, doc)) in (first..).zip(m.reports()) {
         all.push(Named {
-            part: owner(m, &name).into(),
+            part: owner(&bodies, &name).unwrap_or(&m.path).into(),
             path: name,
             place: Place::Signal(lane as u32),
             role: Role::Output,
@@ -38,14 +40,17 @@ pub(super) fn names(m: &MechanismPlan, w: &Wiring) -> Vec<Named> {
         let doc = "Bristle of a pair of colliders: deflection (m, world), turn (rad).";
         all.push(state(format!("{}.contact.bristle[{i}]", m.path), first + i, doc));
     }
+    for i in 0..m.bristle_pairs() {
+        let doc = "Pair of colliders a < b of n (in the order of their names) that bristle 4 i to 4 i + 3 belongs to: 1 + a n + b; 0: none.";
+        let path = format!("{}.contact.bristle_pair[{i}]", m.path);
+        all.push(Named { place: Place::D((w.d + i) as u32), ..state(path, 0, doc) });
+    }
     all
 }
 
-/// Returns the path with which the path of a report begins: the body whose contact it describes, or else the mechanism.
-fn owner<'a>(m: &'a MechanismPlan, path: &str) -> &'a str {
-    let begins = |name: &str| path.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
-    let bodies = m.multibody.bodies().iter().map(Body::name).filter(|name| begins(name));
-    bodies.max_by_key(|name| name.len()).unwrap_or(&m.path)
+/// Returns the body with whose name the path of a report begins; of several the longest name.
+fn owner<'a>(bodies: &BTreeSet<&'a str>, path: &str) -> Option<&'a str> {
+    path.rmatch_indices('.').find_map(|(at, _)| bodies.get(&path[..at]).copied())
 }
 
 /// Name and unit.

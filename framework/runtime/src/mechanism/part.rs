@@ -67,7 +67,10 @@ impl MechanismPart {
             solver: MechanismPlan::solver(&tree, &constraint_methods),
             contact,
             compliant: spec.compliant.clone(),
-            bristles: spec.compliant.as_ref().map_or(0, |c| CompliantContact::states(&c.0)),
+            bristles: spec
+                .compliant
+                .as_ref()
+                .map_or((0, 0), |(colliders, laws)| CompliantContact::states(colliders, laws)),
             touched: spec.touched(),
             belts: touch::belts(&ports.surfaces, spec.colliders()),
             pairs: spec.pairs(),
@@ -117,6 +120,9 @@ impl Prototype for MechanismPart {
     fn block(&self, wiring: Wiring) -> Box<dyn Block> {
         Box::new(MechanismBlock::new(self.plan.clone(), wiring))
     }
+    fn rearranges(&self) -> bool {
+        self.plan.bristle_pairs() > 0
+    }
     fn held_together(&self) -> Vec<bool> {
         let (q, v) = self.plan.multibody.held_together();
         [q, v].concat()
@@ -150,16 +156,21 @@ impl Prototype for MechanismPart {
     ) -> Result<Carried, Box<Failure>> {
         let any: &dyn Any = old;
         match any.downcast_ref::<MechanismPart>() {
-            Some(old) => super::carry::carry(&self.plan, &old.plan, from, to.0),
+            Some(old) => super::carry::carry(&self.plan, &old.plan, from, to),
             None => Ok(Carried::New),
         }
     }
 }
 
 impl MechanismPlan {
-    /// Lanes of compliant contact.
+    /// Lanes of the bristles of compliant contact.
     pub(super) fn bristles(&self) -> usize {
-        self.bristles
+        self.bristles.0
+    }
+
+    /// Discrete lanes: the pair of each bristle, where pairs share bristles.
+    pub(super) fn bristle_pairs(&self) -> usize {
+        self.bristles.1
     }
 
     /// Lanes of x: q, v, then u and u̇ of each loop motion, then bristles.
@@ -197,6 +208,9 @@ impl MechanismPlan {
         };
         let numbers = |name: &'static str, n| PortSpec::named(name, PortKind::Numbers, n);
         d.continuous.push(numbers("coordinates", self.lanes()));
+        if self.bristle_pairs() > 0 {
+            d.discrete.push(numbers("bristle_pair", self.bristle_pairs()));
+        }
         d.feedthrough_outputs.push(numbers("acceleration", self.multibody.nv()));
         d.feedthrough_outputs.push(numbers("bristle_rate", self.bristles()));
         d.feedthrough_outputs.push(numbers("report", self.reports().len()));

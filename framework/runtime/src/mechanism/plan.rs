@@ -49,8 +49,8 @@ pub struct MechanismPlan {
     pub compliant: Option<(Arc<Colliders>, CompliantLaws)>,
     /// What moves by kinematics.
     pub(super) rolling: Option<RollingOn>,
-    /// Lanes of compliant contact.
-    pub(super) bristles: usize,
+    /// Lanes of the bristles of compliant contact, and of the table of pairs that share them.
+    pub(super) bristles: (usize, usize),
     /// Bodies with a collider, or that roll.
     pub(super) touched: Vec<BodyId>,
     /// Colliders of each body whose surface velocity comes from a part, in the order of the ports.

@@ -62,6 +62,7 @@ impl Simulation {
         let all: Vec<u32> = (0..plan.ops.len() as u32).collect();
         let unseen = (&[][..], &mut [][..]);
         evaluate::run_all_now(&mut self.blocks, &plan, &all, &now, (x, d, sig), None, unseen)?;
+        self.rearrange(&plan, now)?;
         self.arm()?;
         let fired = self.first_events();
         if let Ok(true) = fired {

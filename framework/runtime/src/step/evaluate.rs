@@ -277,6 +277,25 @@ pub(super) fn project(
     Ok(())
 }
 
+/// Brings states up to date that are constant within a step. Returns whether the operations have to be evaluated again.
+pub(super) fn rearrange(
+    blocks: &mut [Box<dyn Block>],
+    plan: &Plan,
+    now: &EvalTime,
+    (x, d): (&mut [f64], &mut [f64]),
+    pins: Option<&Pins>,
+) -> Result<bool, Stopped> {
+    let mut changed = false;
+    for &k in &plan.rearranged {
+        changed |= blocks[k as usize].rearrange(now, x, d).map_err(of(k))?;
+    }
+    if let Some(pins) = pins.filter(|_| !plan.rearranged.is_empty()) {
+        pins.states(x);
+        pins.discrete(d);
+    }
+    Ok(changed)
+}
+
 /// Advances blocks with their own stepping method by `h` (s).
 pub(super) fn advance(
     blocks: &mut [Box<dyn Block>],

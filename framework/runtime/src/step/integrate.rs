@@ -34,14 +34,14 @@ impl Simulation {
             self.hear_steps(plan);
         }
         // k₁ of the first step comes from the signals of this instant, unless parts give averages over the step.
-        let mut known = !plan.averages;
+        let (mut known, mut anew) = (!plan.averages, plan.averages);
         let mut steps = 0_u32;
         loop {
             let rest = gap - self.state.since;
             if rest <= 0.0 {
                 return Ok(Stop::Row);
             }
-            let result = self.one_step(plan, rest, known);
+            let result = self.one_step(plan, rest, (known, anew));
             let (h, end) = result.map_err(|failure| self.failed(failure))?;
             let event = match plan.located {
                 false => None,
@@ -61,6 +61,7 @@ impl Simulation {
             self.state.since += h;
             self.state.micro = 0;
             known = false;
+            anew = self.rearrange_within(plan).map_err(|stopped| self.stopped(stopped))?;
             steps += 1;
             if steps == MANY {
                 self.tell_many(h);
@@ -111,13 +112,27 @@ impl Simulation {
         self.notices.add("many steps", time, Fault::new(Origin::NONE, message).help(help));
     }
 
-    /// One step of at most `rest` s; gives its length, and whether it ends at the row.
+    /// At the end of a step between rows: brings states up to date that are constant within a step. Returns whether the derivatives at its end are to be
+    /// computed anew.
+    #[inline]
+    fn rearrange_within(&mut self, plan: &Plan) -> Result<bool, Stopped> {
+        if plan.rearranged.is_empty() {
+            return Ok(plan.averages);
+        }
+        let now = self.next(Evaluation::Stage);
+        let State { x, d, pins, .. } = &mut self.state;
+        let changed = evaluate::rearrange(&mut self.blocks, plan, &now, (x, d), pins.as_deref())?;
+        Ok(changed || plan.averages)
+    }
+
+    /// One step of at most `rest` s; gives its length, and whether it ends at the row. `known`: the signals belong to its start; `anew`: the last
+    /// step has no derivatives for it.
     #[inline]
     fn one_step(
         &mut self,
         plan: &Plan,
         rest: f64,
-        known: bool,
+        (known, anew): (bool, bool),
     ) -> Result<(f64, bool), Failure<Stopped>> {
         let t = self.time();
         let now = EvalTime {
@@ -137,8 +152,8 @@ impl Simulation {
         let pins = pins.as_deref();
         let turns = !turning::of(plan).is_empty();
         let k1 = match known {
-            // The last step had other averages.
-            false if plan.averages => None,
+            // The last step had other averages, or a state has changed since.
+            false if anew => None,
             false => work.integrator.end_derivatives().map(|k| work.xdot.copy_from_slice(k)),
             true => {
                 let derived =
@@ -235,7 +250,8 @@ impl Simulation {
         let State { x, d, sig, pins, .. } = &mut self.state;
         let (ops, lanes) = (&plan.continuous_ops, (&x[..], &d[..], &mut sig[..]));
         evaluate::run_all(&mut self.blocks, plan, ops, &now, lanes, pins.as_deref())
-            .and_then(|()| self.look(plan))
+            .and_then(|()| self.rearrange(plan, now))
+            .and_then(|_| self.look(plan))
             .map_err(Failure::System)
     }
 

@@ -134,6 +134,26 @@ impl Simulation {
         Ok(())
     }
 
+    /// Brings states up to date that are constant within a step, at the instant `now` whose operations have been evaluated, and evaluates them
+    /// again if they depend on what changed. Returns the last evaluation.
+    #[inline]
+    fn rearrange(&mut self, plan: &Plan, now: EvalTime) -> Result<EvalTime, Stopped> {
+        if plan.rearranged.is_empty() {
+            return Ok(now);
+        }
+        let State { x, d, pins, .. } = &mut self.state;
+        let (blocks, pins) = (&mut self.blocks, pins.as_deref());
+        if !evaluate::rearrange(blocks, plan, &now, (x, d), pins)? {
+            return Ok(now);
+        }
+        let now = self.next(Evaluation::Tick);
+        let State { x, d, sig, pins, guards, .. } = &mut self.state;
+        let lanes = (&x[..], &mut d[..], &mut sig[..]);
+        let (ops, guards) = (&plan.continuous_ops, (&guards[..], &mut self.work.middle[..]));
+        evaluate::run_all_now(&mut self.blocks, plan, ops, &now, lanes, pins.as_deref(), guards)?;
+        Ok(now)
+    }
+
     /// Advances to the next row of the table, through all events before and at it.
     ///
     /// # Errors
@@ -260,6 +280,7 @@ impl Simulation {
         let lanes = (&x[..], &mut d[..], &mut sig[..]);
         let (pins, guards) = (pins.as_deref(), (&guards[..], &mut self.work.middle[..]));
         evaluate::run_all_now(&mut self.blocks, plan, &work.ops, &now, lanes, pins, guards)?;
+        let now = self.rearrange(plan, now)?;
         self.updates(plan, &now)?;
         if plan.guards.is_empty() { Ok(()) } else { self.look(plan) }
     }

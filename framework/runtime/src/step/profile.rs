@@ -1,7 +1,7 @@
 //! Where the time of a run goes. A run that is not profiled has its blocks as they are; one that is has each of them
 //! in a block that looks at the clock before and after, and changes nothing else.
 use super::blocks_of;
-use crate::block::{Block, EvalTime, Outcome};
+use crate::block::{Block, EvalTime, Failure, Outcome};
 use crate::error::BuildError;
 use crate::jacobian::{Jacobian, Operation};
 use crate::model::Fired;
@@ -170,6 +170,14 @@ impl Block for Timed {
     }
     fn project_change(&mut self, x: &[f64], change: &mut [f64]) -> Outcome {
         self.clock(6, |b| b.project_change(x, change))
+    }
+    fn rearrange(
+        &mut self,
+        now: &EvalTime,
+        x: &mut [f64],
+        d: &mut [f64],
+    ) -> Result<bool, Box<Failure>> {
+        self.clock(6, |b| b.rearrange(now, x, d))
     }
     fn retract(&mut self, x: &mut [f64], h: f64) -> Outcome {
         self.clock(7, |b| b.retract(x, h))

@@ -12,7 +12,7 @@
 use super::evaluate::{self, Running};
 use super::stopped::Stopped;
 use super::{State, Work, initial, show};
-use crate::block::{EvalTime, Evaluation};
+use crate::block::{Block, EvalTime, Evaluation};
 use crate::plan::blocks_of;
 use crate::plan::{Plan, SettledStart};
 use linkwork_integrate::System;
@@ -23,7 +23,20 @@ use std::ops::Range;
 struct HeldRun<'a> {
     run: Running<'a>,
     /// Their lanes.
-    held: Vec<usize>,
+    held: &'a [usize],
+}
+
+fn held_run<'a>(
+    plan: &'a Plan,
+    blocks: &'a mut [Box<dyn Block>],
+    (d, sig): (&'a [f64], &'a mut [f64]),
+    now: EvalTime,
+    (number, held): (&'a mut u64, &'a [usize]),
+) -> HeldRun<'a> {
+    let (linear, stage) = (None, None);
+    let (began, pins) = (0.0, None);
+    let run = Running { plan, blocks, d, sig, now, began, pins, number, linear, stage };
+    HeldRun { run, held }
 }
 
 impl System for HeldRun<'_> {
@@ -166,15 +179,11 @@ fn relax(plan: &Plan, v: &Range<usize>, free: &[&[usize]], h: f64) -> Option<End
         return None;
     }
     let Work { integrator, xdot, .. } = &mut work;
-    let (blocks, number) = (&mut blocks[..], &mut 1);
-    let (d, sig) = (&state.d, &mut state.sig);
-    let (linear, stage) = (None, None);
-    let (began, pins) = (0.0, None);
-    let run = Running { plan, blocks, d, sig, now, began, pins, number, linear, stage };
+    let mut number = 1;
     let moving: BTreeSet<usize> = free.iter().flat_map(|f| f.iter().copied()).collect();
-    let held: Vec<usize> = v.clone().filter(|k| !moving.contains(k)).collect();
-    let mut system = HeldRun { run, held: held.clone() };
-    let x = &mut state.x;
+    let first: Vec<usize> = v.clone().filter(|k| !moving.contains(k)).collect();
+    let mut held = first.clone();
+    let State { x, d, sig, .. } = &mut state;
     held.iter().for_each(|&k| x[k] = 0.0);
     let mut speed = vec![f64::INFINITY; free.len()];
     let mut before = speed.clone();
@@ -183,6 +192,8 @@ fn relax(plan: &Plan, v: &Range<usize>, free: &[&[usize]], h: f64) -> Option<End
     let mut left: Vec<usize> = (0..free.len()).filter(|m| !free[*m].is_empty()).collect();
     let (steps, look) = ((LONGEST / h) as u64, (SLOWS / h) as u64);
     for k in 1..=steps {
+        let number = &mut number;
+        let mut system = held_run(plan, &mut blocks, (d, sig), now, (number, &held));
         integrator.step_fixed(&mut system, now.t, h, x, None).ok()?;
         x[v.clone()].iter_mut().for_each(|v| *v /= 1.0 + DAMPING * h);
         let looks = k.is_multiple_of(look.max(1));
@@ -196,10 +207,13 @@ fn relax(plan: &Plan, v: &Range<usize>, free: &[&[usize]], h: f64) -> Option<End
                 before[m] = speed[m];
             }
             if moves[m] || speed[m] < REST[0] {
-                system.held.extend(free[m]);
+                held.extend(free[m]);
                 free[m].iter().for_each(|&k| x[k] = 0.0);
             }
         }
+        *number += 1;
+        let at_end = EvalTime { number: *number, ..now };
+        evaluate::rearrange(&mut blocks, plan, &at_end, (x, d), None).ok()?;
         left.retain(|&m| !moves[m] && speed[m] >= REST[0]);
         if left.is_empty() {
             break;
@@ -210,7 +224,7 @@ fn relax(plan: &Plan, v: &Range<usize>, free: &[&[usize]], h: f64) -> Option<End
         return Some(End { rest: None, moves });
     }
     x[v.clone()].fill(0.0);
-    system.held = held;
+    let mut system = held_run(plan, &mut blocks, (d, sig), now, (&mut number, &first));
     system.derivatives(now.t, x, xdot).ok()?;
     Some(End { rest: Some((state.x, std::mem::take(xdot))), moves })
 }
