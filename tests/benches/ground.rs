@@ -64,6 +64,7 @@ fn main() {
             sinkage: Sinkage::Bekker,
             gravity: 9.81,
             approach: None,
+            grousers: None,
         };
         let ns = best(20_000, |k| w.forces(0.02 + 1e-8 * k, &Motion::rolling(0.2, 1e-6 * k)).fx);
         println!("wheel on soil, exponent {exponent:3}:       {ns:8.1} ns");
@@ -76,6 +77,7 @@ fn main() {
         shear_unloading: 20.0,
         normal_damping: 4.0,
         unloading_stiffness: 3e5,
+        grousers: None,
     };
     let state = SoilState { xi_x: 0.01, xi_y: 0.001, pressed: 0.0, rolled: 1.0, rolling: 0.1 };
     let hub = |k: f64| Hub {

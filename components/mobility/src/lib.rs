@@ -11,6 +11,7 @@
 
 mod changed;
 pub mod foot;
+pub mod grousers;
 pub mod multipass;
 pub mod quadrature;
 pub mod quasi_static;

@@ -30,6 +30,7 @@ fn contact() -> SoilContact {
         shear_unloading: 20.0,
         normal_damping: 4.0,
         unloading_stiffness: 3e5,
+        grousers: None,
     }
 }
 

@@ -25,6 +25,7 @@
 //! its whole width, and then z counts from the bottom of the rut, z_u and the print from the first surface. What it
 //! presses itself lies under the arc, so that no wheel climbs out of its own print.
 
+use crate::grousers::Grousers;
 use crate::multipass::Rut;
 use crate::rigid_contact::Hub;
 use crate::ruts::Past;
@@ -51,6 +52,8 @@ pub struct SoilContact {
     pub normal_damping: f64,
     /// Unloading stiffness `k_u`, N/m.
     pub unloading_stiffness: f64,
+    /// Grousers, and the direction from the axle to one of them, unit, W.
+    pub grousers: Option<(Grousers, Vec3)>,
 }
 
 /// State of the soil under one wheel.
@@ -217,7 +220,17 @@ impl SoilContact {
             sinkage: Sinkage::Bekker,
             gravity: self.gravity,
             approach: None,
+            grousers: None,
         }
+    }
+
+    /// The stress model with the grousers at their present angles: `ahead` is the rolling direction of the wheel, `normal` the normal of the ground.
+    pub(crate) fn stresses_at(&self, soil: &Soil, ahead: &Vec3, normal: &Vec3) -> WheelSoil {
+        let grousers = self.grousers.map(|(grousers, spoke)| Grousers {
+            phase: spoke.dot(ahead).atan2(-spoke.dot(normal)),
+            ..grousers
+        });
+        WheelSoil { grousers, ..self.stresses(soil) }
     }
 
     /// State of the ground that a wheel of the shape `m` comes to.
@@ -264,7 +277,7 @@ impl SoilContact {
         side: f64,
     ) -> (WheelForces, Motion) {
         let motion = Self::motion(f, state, side);
-        let model = self.stresses(soil);
+        let model = self.stresses_at(soil, &(f.ex * side), &f.normal);
         let there = model.forces_in(f.z, &motion, &f.rut);
         let turned = WheelForces {
             fx: side * there.fx,

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::test_soils::*;
+use std::f64::consts::TAU;
 
 fn contact() -> SoilContact {
     SoilContact {
@@ -12,6 +13,7 @@ fn contact() -> SoilContact {
         shear_unloading: 20.0,
         normal_damping: 4.0,
         unloading_stiffness: 3e5,
+        grousers: None,
     }
 }
 
@@ -69,6 +71,7 @@ fn steady_rolling_gives_the_textbook_forces() {
             sinkage: Sinkage::Bekker,
             gravity: 3.72,
             approach: None,
+            grousers: None,
         };
         let m = Motion::rolling(s, beta);
         let z = model.sinkage_under(MASS * GRAVITY, &m).unwrap();
@@ -321,4 +324,51 @@ fn a_free_wheel_holds_up_to_its_rolling_resistance() {
         println!("{degrees}°: {speed:e} m/s");
         assert_eq!(speed < 1e-6, holds, "{degrees}°: {speed} m/s");
     }
+}
+
+/// A wheel with 24 grousers that turns at 0.4 rad/s pulls with an oscillation at 24 · 0.4/2π Hz; forwards and backwards alike.
+#[test]
+fn the_pull_oscillates_as_the_grousers_pass() {
+    let grousers = Grousers { count: 24, height: 0.015, tips: 0.265, phase: 0.0 };
+    let drive = |spin: f64| {
+        let (mut state, mut pulls, dt) = (SoilState::default(), Vec::new(), 1e-3);
+        let period = TAU / 24.0 / spin.abs() / dt;
+        for k in 0..(30.0 * period) as usize {
+            let (sin, cos) = (spin * dt * k as f64).sin_cos();
+            let wheel = Wheel { radius: 0.265, width: 0.4 };
+            let spoke = Vec3::new(cos, 0.0, -sin);
+            let contact = SoilContact { wheel, grousers: Some((grousers, spoke)), ..contact() };
+            let hub = Hub {
+                position: Vec3::new(0.0, 0.0, 0.245),
+                axle: Vec3::y(),
+                velocity: Vec3::x() * (0.6 * 0.265 * spin),
+                angular: Vec3::y() * spin,
+            };
+            let level = |_: f64, _: f64| Some((0.0, Vec3::z()));
+            let (load, rate) = contact.evaluate(&lunar(), &hub, &state, &level, None);
+            state.xi_x += rate.xi_x * dt;
+            state.pressed += rate.pressed * dt;
+            state.rolled += rate.rolled * dt;
+            state.rolling += rate.rolling * dt;
+            if k >= (20.0 * period) as usize {
+                pulls.push(load.local.fx);
+            }
+        }
+        [0.0, 0.5, 1.0, 1.5].map(|times: f64| {
+            let turn = TAU * times / period;
+            let part =
+                |(k, x): (usize, &f64)| [x * (turn * k as f64).cos(), x * (turn * k as f64).sin()];
+            let [c, s] = pulls
+                .iter()
+                .enumerate()
+                .map(part)
+                .fold([0.0; 2], |a, x| [a[0] + x[0], a[1] + x[1]]);
+            c.hypot(s) / pulls.len() as f64
+        })
+    };
+    let (ahead, back) = (drive(0.4), drive(-0.4));
+    println!("mean, half, once, one and a half of the frequency: {ahead:.4?} N");
+    assert!(ahead[2] > 0.1 && ahead[1] < 0.2 * ahead[2] && ahead[3] < 0.2 * ahead[2], "{ahead:?}");
+    assert!((ahead[0] / back[0] - 1.0).abs() < 1e-3, "{ahead:?} {back:?}");
+    assert!((ahead[2] / back[2] - 1.0).abs() < 0.05, "{ahead:?} {back:?}");
 }

@@ -12,12 +12,15 @@
 //! R_b = D₁ (c h + D₂ ρ g h²/2),  h = r (cos θ − cos θ_f)
 //! M_x = r² b ∫ τ_y cos θ dθ + (r − z/2) F_bulldozing                 M_z = r² b ∫ τ_y sin θ dθ
 //! ```
+//! `grousers` adds the forces of grousers to these.
+//!
 //! Contact frame: x where the wheel heads, y its axle, z out of the ground; forces on the wheel.
 //! θ runs from the bottom towards the front. `m` is 1 for a wheel that rolls and 0 for one at
 //! rest, whose stress is symmetric; with `m = 1`, `ℓ = sin θ_f − sin θ` and `q = θ_f − θ`: the
 //! published model. Integrals: Gauss-Legendre, 8 nodes to each smooth piece. For `n` that is not
 //! an integer the end of the arc is a power singularity and the error about 1e-5.
 
+use crate::grousers::Grousers;
 use crate::multipass::{Rut, Unloading};
 use crate::quadrature::{NODES, WEIGHTS};
 use linkwork_runtime::prelude::{BuildError, Soil};
@@ -135,6 +138,8 @@ pub struct WheelSoil {
     pub gravity: f64,
     /// Angle of approach of bulldozing, rad; `None`: 45° − φ/2.
     pub approach: Option<f64>,
+    /// Grousers; `None`: a smooth wheel.
+    pub grousers: Option<Grousers>,
 }
 
 /// Greatest fraction of the entry angle at which the normal stress may peak.
@@ -296,13 +301,48 @@ impl WheelSoil {
         }
         let (r, b) = (self.rim.radius, self.rim.width);
         let bulldozing = self.bulldozing(arc, motion.beta);
-        WheelForces {
+        let mut forces = WheelForces {
             fx: r * b * sum.x,
             fy: r * b * sum.y - bulldozing,
             fz: r * b * sum.z,
             torque: r * r * b * sum.t,
             mx: r * r * b * sum.mx - bulldozing * (r - 0.5 * z),
             mz: r * r * b * sum.mz,
+        };
+        if let Some(grousers) = &self.grousers {
+            match self.shear {
+                Shear::Isotropic => self.push(grousers, arc, &mut forces, Arc::shear_isotropic),
+                Shear::Independent { .. } => {
+                    self.push(grousers, arc, &mut forces, Arc::shear_independent);
+                }
+            }
+        }
+        forces
+    }
+
+    /// Adds the forces of the grousers that are in the ground.
+    fn push(
+        &self,
+        grousers: &Grousers,
+        a: &Arc,
+        forces: &mut WheelForces,
+        shear: impl Fn(&Arc, f64, f64, f64, f64) -> [f64; 2],
+    ) {
+        let gamma = self.soil.density * self.gravity;
+        for theta in grousers.between(a.rear, a.front) {
+            let (sin, cos) = theta.sin_cos();
+            let equivalent = if theta >= a.middle { cos } else { a.equivalent(theta).cos() };
+            let sigma = a.sigma(equivalent);
+            let depth = a.r * (equivalent - a.cos_front);
+            let limit = grousers.limit(&self.soil, gamma, [self.rim.width, a.r], [depth, sigma]);
+            let strength = a.c + sigma * a.tan_phi;
+            if strength <= 0.0 {
+                continue;
+            }
+            let force = limit * shear(a, theta, sin, cos, sigma)[0] / strength;
+            forces.fx += force * cos;
+            forces.fz += force * sin;
+            forces.torque += a.r * force;
         }
     }
 

@@ -74,6 +74,7 @@ fn ishigami_case_matches_an_independent_code() {
         sinkage: Sinkage::Bekker,
         gravity: 9.81,
         approach: None,
+        grousers: None,
     };
     let turned =
         [(0.1, 2.713, 27.356), (0.3, 10.463, 23.406), (0.5, 16.571, 18.567), (0.7, 21.337, 12.722)];

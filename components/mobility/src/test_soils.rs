@@ -12,6 +12,7 @@ pub(crate) fn golden_wheel() -> WheelSoil {
         sinkage: Sinkage::Bekker,
         gravity: 9.81,
         approach: None,
+        grousers: None,
     }
 }
 

@@ -3,8 +3,9 @@
 //! The soil's constants come from the terrain under the hub. The slip that counts for the soil is softened below 1 cm/s, so that no
 //! force depends on the sign of a small speed.
 
+use crate::grousers::{self, GrouserParams};
 use crate::rigid_contact::Hub;
-use crate::scm::contact::{Damping, GroundLoad, Law};
+use crate::scm::contact::{Bars, Damping, GroundLoad, Law};
 use crate::scm::ground::{Imprint, ScmGround, Touched};
 use crate::scm::shape::{Form, Presser};
 use crate::terramechanics::presses_back;
@@ -20,12 +21,8 @@ pub struct WheelScmParams {
     /// Width along the axle.
     #[param(unit = "m", range = 1e-3..)]
     pub width: f64,
-    /// Height of the grousers.
-    #[param(unit = "m", default = 0.0, range = 0.0..)]
-    pub grouser_height: f64,
-    /// Share of the grousers' height that belongs to the shear radius.
-    #[param(default = 1.0, range = 0.0..=1.0)]
-    pub grouser_share: f64,
+    /// Grousers; a smooth wheel does not have any.
+    pub grousers: Option<GrouserParams>,
     /// Damping time of the shear; it moves the soil by a twentieth of its shear modulus at most.
     #[param(unit = "s", default = 0.02, range = 0.0..)]
     pub shear_damping: f64,
@@ -35,6 +32,9 @@ pub struct WheelScmParams {
     /// The ground.
     #[param(service)]
     pub terrain: Handle<dyn Terrain>,
+    /// Gravity, for the weight of the soil that grousers push.
+    #[param(service)]
+    pub gravity: Handle<dyn Gravity>,
 }
 
 /// What the ground does, and the print.
@@ -152,7 +152,19 @@ pub(crate) fn without_ground(ground: &View<Touched>) -> Vec<BuildError> {
 impl WheelScm {
     /// Radius at which the soil is sheared, m.
     fn shear_radius(&self) -> f64 {
-        self.p.radius + self.p.grouser_share * self.p.grouser_height
+        grousers::shear_radius(self.p.radius, &self.p.grousers)
+    }
+
+    /// Returns the grousers on a soil at a time (s), if the wheel has any.
+    fn bars(&self, t: f64, hub: &NodeState, soil: &Soil) -> Option<Bars> {
+        let p = &self.p;
+        p.grousers.map(|g| Bars {
+            grousers: g.on(p.radius),
+            spoke: hub.rotation * Vec3::x(),
+            face: [p.width, self.shear_radius()],
+            soil: *soil,
+            gamma: soil.density * p.gravity.acceleration(t, hub.position).norm(),
+        })
     }
 }
 
@@ -162,6 +174,7 @@ impl Model for WheelScm {
     type Params = WheelScmParams;
     fn build(p: WheelScmParams) -> Result<Self, BuildError> {
         p.terrain.needs_soil()?;
+        grousers::check(p.radius, &p.grousers)?;
         let soils = p.terrain.soils();
         soils.iter().try_for_each(|soil| presses_back(soil, p.width, "width"))?;
         Ok(WheelScm { p })
@@ -176,7 +189,9 @@ impl Model for WheelScm {
         let (hub, at) = (&presser.hub, presser.hub.position);
         let up = p.terrain.ground(at.x, at.y).map_or_else(Vec3::z, |g| g.normal);
         let slip = soft_slip(hub, radius, &up);
-        let law = Law::of(p.terrain.soil(at.x, at.y), presser.narrow(), slip);
+        let soil = p.terrain.soil(at.x, at.y);
+        let bars = self.bars(clock.t, &u.hub, soil);
+        let law = Law { bars, ..Law::of(soil, presser.narrow(), slip) };
         let damping = Damping { shear: p.shear_damping, normal: p.normal_damping };
         let load = match store.with::<ScmGround>() {
             Some((field, data)) => field.load(data, &presser, &law, &damping, clock.t),
@@ -208,11 +223,11 @@ mod tests {
         let p = WheelScmParams {
             radius: 0.25,
             width: 0.4,
-            grouser_height: 0.0,
-            grouser_share: 1.0,
+            grousers: None,
             shear_damping: 0.02,
             normal_damping: 4.0,
             terrain: plane(0.0),
+            gravity: crate::wheel_rigid::tests::gravity(9.81),
         };
         let mut hub = NodeState::identity();
         hub.position.z = 0.24;

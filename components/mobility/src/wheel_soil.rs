@@ -3,6 +3,7 @@
 //! The soil's constants come from the terrain under the hub. With a `mobility.ruts` field in the simulation, the wheel runs in the ruts of earlier
 //! passes and leaves its own rut. Without it, every wheel runs on undisturbed ground.
 
+use crate::grousers::{self, GrouserParams};
 use crate::rigid_contact::Hub;
 use crate::ruts::{Ruts, Tracks};
 use crate::soil_contact::{SoilContact, SoilState};
@@ -29,12 +30,8 @@ pub struct WheelSoilParams {
     /// Width along the axle.
     #[param(unit = "m", range = 1e-3..)]
     pub width: f64,
-    /// Height of the grousers.
-    #[param(unit = "m", default = 0.0, range = 0.0..)]
-    pub grouser_height: f64,
-    /// Fraction of the grouser height that is added to the shear radius.
-    #[param(default = 1.0, range = 0.0..=1.0)]
-    pub grouser_share: f64,
+    /// Grousers; a smooth wheel does not have any.
+    pub grousers: Option<GrouserParams>,
     /// Shear law: isotropic, independent.
     #[param(default = ShearLaw::Isotropic)]
     pub shear: ShearLaw,
@@ -166,9 +163,10 @@ impl WheelSoilModel {
     }
 
     /// Returns the contact model at a time (s) on a soil.
-    pub(crate) fn contact(&self, soil: &Soil, t: f64, hub: &Hub) -> SoilContact {
+    /// `spoke` points from the axle to one of its grousers (unit, W).
+    pub(crate) fn contact(&self, soil: &Soil, t: f64, hub: &Hub, spoke: Vec3) -> SoilContact {
         let p = &self.p;
-        let radius = p.radius + p.grouser_share * p.grouser_height;
+        let radius = grousers::shear_radius(p.radius, &p.grousers);
         let k = [0.0, soil.shear_modulus];
         SoilContact {
             wheel: Wheel { radius, width: p.width },
@@ -181,6 +179,7 @@ impl WheelSoilModel {
             shear_unloading: p.shear_unloading,
             normal_damping: p.normal_damping,
             unloading_stiffness: p.unloading_stiffness,
+            grousers: p.grousers.map(|g| (g.on(p.radius), spoke)),
         }
     }
 
@@ -193,6 +192,7 @@ impl WheelSoilModel {
             sinkage: Sinkage::Bekker,
             gravity: 0.0,
             approach: None,
+            grousers: None,
         }
     }
 
@@ -212,6 +212,7 @@ impl Model for WheelSoilModel {
     type State = SoilLanes;
     fn build(p: WheelSoilParams) -> Result<Self, BuildError> {
         p.terrain.needs_soil()?;
+        grousers::check(p.radius, &p.grousers)?;
         let soils = p.terrain.soils();
         let model = WheelSoilModel { p };
         soils.iter().try_for_each(|soil| model.steady(soil).check())?;
@@ -228,7 +229,7 @@ impl Model for WheelSoilModel {
         let hub = hub_of(&u.hub);
         let soil = self.soil(&hub);
         let ground = &*self.p.terrain;
-        let contact = self.contact(soil, clock.t, &hub);
+        let contact = self.contact(soil, clock.t, &hub, u.hub.rotation * Vec3::x());
         let past = store.with::<Ruts>().map(|(store, tracks)| store.past(tracks));
         let (load, rate) = contact.evaluate(soil, &hub, &x.state(), ground, past);
         SoilOut {
@@ -288,10 +289,9 @@ mod tests {
     fn model_carries_the_load_of_the_stress_integral() {
         let model = WheelSoilModel {
             p: WheelSoilParams {
-                radius: 0.14,
+                radius: 0.15,
                 width: 0.1,
-                grouser_height: 0.01,
-                grouser_share: 1.0,
+                grousers: None,
                 shear: ShearLaw::Isotropic,
                 shear_damping: 0.02,
                 shear_unloading: 20.0,

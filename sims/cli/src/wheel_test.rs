@@ -121,6 +121,7 @@ fn read(options: &ArgMatches) -> Result<(Rig, WheelSoil), Vec<Fault>> {
         sinkage: Sinkage::Bekker,
         gravity: rig.gravity,
         approach: None,
+        grousers: None,
     };
     wheel.check().map_err(told)?;
     Ok((rig, wheel))

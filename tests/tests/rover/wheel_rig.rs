@@ -20,6 +20,7 @@ fn the_rig_measures_the_curves_of_the_stress_integrals() {
             sinkage: Sinkage::Bekker,
             gravity: 3.72076,
             approach: None,
+            grousers: None,
         };
         let load = 150.5 * 3.72076;
         let (mut worst, mut last) = ([0.0_f64; 3], -1.0);

@@ -15,6 +15,7 @@ fn wheel(kind: SoilKind) -> WheelSoil {
         sinkage: Sinkage::Bekker,
         gravity: 3.72,
         approach: None,
+        grousers: None,
     }
 }
 

@@ -113,9 +113,11 @@ impl Model for WheelSoilQuasiStatic {
         let (p, force) = (self.model.params(), u.load.force);
         let wheel = Sliding::of(u, p.radius, &*p.terrain);
         let constants = self.model.soil(&wheel.hub);
-        let contact = self.model.contact(constants, clock.t, &wheel.hub);
-        let soil = contact.stresses(constants);
         let (forwards, load, scale) = (wheel.direction(), wheel.carries, wheel.scale);
+        let spoke = u.hub.rotation * Vec3::x();
+        let contact = self.model.contact(constants, clock.t, &wheel.hub, spoke);
+        let ahead = wheel.axes[0] * forwards;
+        let soil = contact.stresses_at(constants, &ahead, &wheel.normal);
         let travel = 0.5 * (wheel.rim + wheel.speed);
         let rolling = (travel.abs() / ROLLING).min(1.0);
         // Sliding in the direction of travel, at least so large that differences of the law exceed round-off.
@@ -194,8 +196,7 @@ mod tests {
         let p = WheelSoilParams {
             radius: 0.25,
             width: 0.4,
-            grouser_height: 0.0,
-            grouser_share: 1.0,
+            grousers: None,
             shear: ShearLaw::Isotropic,
             shear_damping: 0.02,
             shear_unloading: 20.0,
@@ -223,7 +224,7 @@ mod tests {
     fn steady(s: f64, beta: f64) -> (f64, WheelForces) {
         let (model, soil) = (wheel(), crate::test_soils::lunar());
         let hub = crate::wheel_rigid::hub_of(&NodeState::identity());
-        let stresses = model.model.contact(&soil, 0.0, &hub).stresses(&soil);
+        let stresses = model.model.contact(&soil, 0.0, &hub, Vec3::x()).stresses(&soil);
         let motion = Motion::rolling(s, beta);
         let z = stresses.sinkage_under(400.0, &motion).unwrap();
         (z, stresses.forces(z, &motion))

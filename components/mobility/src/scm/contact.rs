@@ -1,5 +1,6 @@
 //! Forces of deformable ground on a body: the sum over the nodes under it, and what a node becomes.
 
+use crate::grousers::Grousers;
 use crate::multipass::{Rut, Unloading};
 use crate::scm::shape::{Presser, Under};
 use linkwork_runtime::prelude::Soil;
@@ -102,6 +103,44 @@ pub struct Law {
     pub tan_phi: f64,
     /// Shear modulus K, m.
     pub shear: f64,
+    /// Grousers of the face.
+    pub bars: Option<Bars>,
+}
+
+/// Grousers of a rim on nodes: the force of each is shared by the nodes within one cell of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bars {
+    /// The grousers; `phase` has no effect.
+    pub grousers: Grousers,
+    /// Direction from the axle to one of them, unit, W.
+    pub spoke: Vec3,
+    /// Width and shear radius of the rim, m.
+    pub face: [f64; 2],
+    /// The soil.
+    pub soil: Soil,
+    /// Specific weight of the soil, N/m³.
+    pub gamma: f64,
+}
+
+impl Bars {
+    /// Returns the factor by which the grousers increase the shear stress along the heading at `d` (m, from the axle) at a depth (m) under the
+    /// pressure `p` (Pa), for nodes `cell` (m) apart.
+    fn factor(&self, d: &Vec3, axle: &Vec3, depth: f64, p: f64, cell: f64) -> f64 {
+        let [b, r] = self.face;
+        let apart = std::f64::consts::TAU / f64::from(self.grousers.count);
+        let angle = axle.dot(&self.spoke.cross(d)).atan2(self.spoke.dot(d));
+        let off = (angle - (angle / apart).round() * apart).abs();
+        // A ramp over one cell on both sides of the bar, so that the shares of the nodes next to it add up to one.
+        let reach = cell / r;
+        let share =
+            if 2.0 * reach >= apart { 1.0 } else { (1.0 - off / reach).max(0.0) * apart / reach };
+        if share <= 0.0 {
+            return 0.0;
+        }
+        let strength = b * apart * r * (self.soil.cohesion + p * self.soil.friction_angle.tan());
+        let limit = self.grousers.limit(&self.soil, self.gamma, self.face, [depth, p]);
+        if strength > 0.0 { share * limit / strength } else { 0.0 }
+    }
 }
 
 /// Constants of the contact.
@@ -125,6 +164,7 @@ impl Law {
             cohesion: soil.cohesion,
             tan_phi: soil.friction_angle.tan(),
             shear: soil.shear_modulus,
+            bars: None,
         }
     }
 
@@ -300,6 +340,15 @@ impl<'a> Sum<'a> {
         let tau = tau + damped * (left / (left + damped.norm()).max(1e-300));
         let area = under.share * self.cell * self.cell
             / (base.normal.z * n.dot(&base.normal).max(FACE_MIN));
+        let tau = match &self.law.bars {
+            None => tau,
+            Some(bars) => {
+                let axle = &hub.axle;
+                let ahead = axle.cross(&n).try_normalize(1e-9).unwrap_or_else(Vec3::zeros);
+                let more = bars.factor(&d, axle, sinkage, p, self.cell);
+                tau + ahead * (ahead.dot(&tau) * more)
+            }
+        };
         let force = (n * p - tau) * area;
         let load = &mut self.load;
         load.force += force;

@@ -1,6 +1,8 @@
 //! Deformable ground against closed forms, itself on finer grids, and what must be kept: weight, volume, energy, symmetry.
 
 use super::*;
+use crate::grousers::Grousers;
+use crate::scm::contact::Bars;
 use crate::scm::contact::Damping;
 use crate::terramechanics::Motion;
 use crate::test_soils::{golden_wheel, lunar};
@@ -221,6 +223,62 @@ fn a_driven_wheel_pulls_as_the_stress_integral_says() {
     let wong = w.forces(0.02, &Motion::rolling(0.0, 0.0));
     let [_, load, torque] = integral(&soil, 0.25, 0.4, 0.02, 0.0);
     assert!((load / wong.fz - 1.0).abs() < 0.01 && (torque / wong.torque - 1.0).abs() < 0.06);
+}
+
+/// Twelve grousers on a rim of 25 cm: their mean pull and torque are the force of one bar, integrated along the arc with the shear of the closed form
+/// of the smooth wheel. The pull oscillates with their distance.
+#[test]
+fn grousers_add_the_integral_of_their_force() {
+    let (soil, z, slip, v, dt, b) = (lunar(), 0.03, 0.4, 0.1, 0.0025, 0.4);
+    let grousers = Grousers { count: 12, height: 0.02, tips: 0.25, phase: 0.0 };
+    let (face, gamma) = ([b, 0.25], soil.density * 3.71);
+    let apart = std::f64::consts::TAU / 12.0;
+    let (law, front) = (Law::of(&soil, b, 0.0), (1.0 - z / 0.25_f64).acos());
+    let (mut want, n) = ([0.0; 2], 4000);
+    for k in 0..n {
+        let th = front * (f64::from(k) + 0.5) / f64::from(n);
+        let depth = 0.25 * (th.cos() - front.cos());
+        let j = (front.sin() - th.sin()) / (1.0 - slip)
+            - 0.5 * (front - th)
+            - 0.25 * ((2.0 * front).sin() - (2.0 * th).sin());
+        let mobilised = 1.0 - (-0.25 * j / law.shear).exp();
+        let force = grousers.limit(&soil, gamma, face, [depth, law.virgin(depth)]) * mobilised;
+        let share = front / f64::from(n) / apart;
+        want = [want[0] + force * th.cos() * share, want[1] + 0.25 * force * share];
+    }
+    let stiff = ScmGroundParams { stiffness: 2e10, ..params(0.0125, level(soil)) };
+    let mut led = Led::of(stiff, soil);
+    let rate = v / (1.0 - slip) / 0.25;
+    let period = apart / rate / dt;
+    let (from, to) = ((3.0 * period) as usize, (9.0 * period) as usize);
+    let (mut more, mut pulls) = ([0.0; 2], Vec::new());
+    for k in 0..to {
+        let p = led.wheel(v * dt * k as f64, z, Vec3::new(v, 0.0, 0.0), rate);
+        let (sin, cos) = (rate * dt * k as f64).sin_cos();
+        let spoke = Vec3::new(cos, 0.0, -sin);
+        let bars = Some(Bars { grousers, spoke, face, soil, gamma });
+        let with = led.g.load(&led.data, &p, &Law { bars, ..law }, &NONE, led.t);
+        let without = led.step(&p, slip, dt);
+        if k >= from {
+            pulls.push(with.force.x - without.force.x);
+            more[0] += (with.force.x - without.force.x) / (to - from) as f64;
+            more[1] -= (with.moment.y - without.moment.y) / (to - from) as f64;
+        }
+    }
+    println!("grousers add {more:.3?} N, N m; one bar integrated {want:.3?}");
+    assert!(want[0] > 10.0 && (more[0] / want[0] - 1.0).abs() < 0.05, "{more:?} {want:?}");
+    assert!((more[1] / want[1] - 1.0).abs() < 0.05, "{more:?} {want:?}");
+    // The part of that pull at the frequency of the grousers, and at one and a half times this frequency.
+    let at = |times: f64| {
+        let turn = std::f64::consts::TAU * times / period;
+        let part = |k: usize, x: f64| [x * (turn * k as f64).cos(), x * (turn * k as f64).sin()];
+        let sum = pulls.iter().enumerate().map(|(k, x)| part(k, *x));
+        let [c, s] = sum.fold([0.0; 2], |a, x| [a[0] + x[0], a[1] + x[1]]);
+        2.0 * c.hypot(s) / pulls.len() as f64
+    };
+    let [once, between] = [1.0, 1.5].map(at);
+    println!("oscillation {once:.3} N, between {between:.3} N");
+    assert!(once > 0.5 && between < 0.3 * once, "{once} {between}");
 }
 
 /// A wheel of 1 kg m² on an axle without a drive; it carries 150 kg under Martian gravity, or is towed at a speed (m/s).
