@@ -11,7 +11,7 @@
 //! where it enters or leaves. The sum over the bars that are in the ground oscillates with the period Δ of the wheel's angle ψ. F_k acts where and in
 //! the direction in which the rim shears the soil, so it takes work from the wheel, as the shear stress does.
 
-use linkwork_runtime::prelude::{BuildError, Soil};
+use linkwork_runtime::prelude::*;
 use std::f64::consts::{FRAC_PI_4, TAU};
 
 /// Grousers of a wheel.
@@ -27,25 +27,42 @@ pub struct Grousers {
     pub phase: f64,
 }
 
-/// Largest number of grousers around a wheel.
-pub const GROUSERS_MAX: u32 = 720;
+/// Grousers of a wheel, as a parameter.
+#[derive(Params, Clone, Copy, Debug, PartialEq)]
+pub struct GrouserParams {
+    /// Number around the wheel.
+    #[param(range = 1.0..=720.0)]
+    pub count: u32,
+    /// Height over the rim.
+    #[param(unit = "m", range = 1e-5..)]
+    pub height: f64,
+    /// Fraction of the height that is added to the shear radius.
+    #[param(default = 1.0, range = 0.0..=1.0)]
+    pub share: f64,
+}
 
-/// Checks height (m) and number of the grousers of a rim (m).
+impl GrouserParams {
+    /// Returns the grousers on a rim (m).
+    pub fn on(&self, rim: f64) -> Grousers {
+        let GrouserParams { count, height, .. } = *self;
+        Grousers { count, height, tips: rim + height, phase: 0.0 }
+    }
+}
+
+/// Returns the radius at which the soil is sheared by a rim (m) with these grousers, m.
+pub fn shear_radius(rim: f64, grousers: &Option<GrouserParams>) -> f64 {
+    rim + grousers.map_or(0.0, |g| g.share * g.height)
+}
+
+/// Checks the height of the grousers of a rim (m).
 ///
 /// # Errors
-/// Returns an error if one of them is zero and the other is not, or if the height exceeds the radius.
-pub fn check(height: f64, count: u32, radius: f64) -> Result<(), BuildError> {
-    if (height > 0.0) != (count > 0) {
-        let (fact, param) = match count {
-            0 => (format!("grousers {height} m high have no number"), "grouser_count"),
-            _ => (format!("{count} grousers have no height"), "grouser_height"),
-        };
-        let help = "write `grouser_height` and `grouser_count`, or neither for a smooth wheel";
-        return Err(BuildError::new(fact).at(param).help(help));
-    }
-    if height > radius {
-        let fact = format!("grousers {height} m high are higher than the radius of {radius} m");
-        return Err(BuildError::new(fact).at("grouser_height").help("write a height in m"));
+/// Returns an error if the height exceeds the radius.
+pub fn check(rim: f64, grousers: &Option<GrouserParams>) -> Result<(), BuildError> {
+    let Some(GrouserParams { height, .. }) = *grousers else { return Ok(()) };
+    if height > rim {
+        let fact = format!("grousers {height} m high are higher than the radius of {rim} m");
+        return Err(BuildError::new(fact).at("grousers").help("write a height in m"));
     }
     Ok(())
 }
@@ -57,7 +74,7 @@ pub fn passive(soil: &Soil, gamma: f64, [b, h]: [f64; 2], sigma: f64) -> f64 {
     b * h * (0.5 * gamma * h * n + sigma * n + 2.0 * soil.cohesion * n.sqrt())
 }
 
-/// Strength (Pa) of the soil below and beside the block between two bars, over the area at the tips.
+/// Strength (Pa) of the soil below the block between two bars and at its sides, over the area at the tips.
 pub fn block(soil: &Soil, [b, h]: [f64; 2], sigma: f64) -> f64 {
     let sides = if h > 0.0 { 0.64 * (h / b) * (b / h).atan() } else { 0.0 };
     soil.cohesion * (1.0 + 2.0 * h / b) + sigma * soil.friction_angle.tan() * (1.0 + sides)

@@ -3,7 +3,7 @@
 //! The soil's constants come from the terrain under the hub. The slip that counts for the soil is softened below 1 cm/s, so that no
 //! force depends on the sign of a small speed.
 
-use crate::grousers::{self, Grousers};
+use crate::grousers::{self, GrouserParams};
 use crate::rigid_contact::Hub;
 use crate::scm::contact::{Bars, Damping, GroundLoad, Law};
 use crate::scm::ground::{Imprint, ScmGround, Touched};
@@ -21,15 +21,8 @@ pub struct WheelScmParams {
     /// Width along the axle.
     #[param(unit = "m", range = 1e-3..)]
     pub width: f64,
-    /// Height of the grousers.
-    #[param(unit = "m", default = 0.0, range = 0.0..)]
-    pub grouser_height: f64,
-    /// Number of grousers around the wheel.
-    #[param(default = 0, range = 0.0..=720.0)]
-    pub grouser_count: u32,
-    /// Share of the grousers' height that belongs to the shear radius.
-    #[param(default = 1.0, range = 0.0..=1.0)]
-    pub grouser_share: f64,
+    /// Grousers; a smooth wheel does not have any.
+    pub grousers: Option<GrouserParams>,
     /// Damping time of the shear; it moves the soil by a twentieth of its shear modulus at most.
     #[param(unit = "s", default = 0.02, range = 0.0..)]
     pub shear_damping: f64,
@@ -159,20 +152,14 @@ pub(crate) fn without_ground(ground: &View<Touched>) -> Vec<BuildError> {
 impl WheelScm {
     /// Radius at which the soil is sheared, m.
     fn shear_radius(&self) -> f64 {
-        self.p.radius + self.p.grouser_share * self.p.grouser_height
+        grousers::shear_radius(self.p.radius, &self.p.grousers)
     }
 
     /// Returns the grousers on a soil at a time (s), if the wheel has any.
     fn bars(&self, t: f64, hub: &NodeState, soil: &Soil) -> Option<Bars> {
         let p = &self.p;
-        let grousers = Grousers {
-            count: p.grouser_count,
-            height: p.grouser_height,
-            tips: p.radius + p.grouser_height,
-            phase: 0.0,
-        };
-        (p.grouser_count > 0).then(|| Bars {
-            grousers,
+        p.grousers.map(|g| Bars {
+            grousers: g.on(p.radius),
             spoke: hub.rotation * Vec3::x(),
             face: [p.width, self.shear_radius()],
             soil: *soil,
@@ -187,7 +174,7 @@ impl Model for WheelScm {
     type Params = WheelScmParams;
     fn build(p: WheelScmParams) -> Result<Self, BuildError> {
         p.terrain.needs_soil()?;
-        grousers::check(p.grouser_height, p.grouser_count, p.radius)?;
+        grousers::check(p.radius, &p.grousers)?;
         let soils = p.terrain.soils();
         soils.iter().try_for_each(|soil| presses_back(soil, p.width, "width"))?;
         Ok(WheelScm { p })
@@ -236,9 +223,7 @@ mod tests {
         let p = WheelScmParams {
             radius: 0.25,
             width: 0.4,
-            grouser_height: 0.0,
-            grouser_count: 0,
-            grouser_share: 1.0,
+            grousers: None,
             shear_damping: 0.02,
             normal_damping: 4.0,
             terrain: plane(0.0),

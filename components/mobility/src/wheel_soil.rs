@@ -3,7 +3,7 @@
 //! The soil's constants come from the terrain under the hub. With a `mobility.ruts` field in the simulation, the wheel runs in the ruts of earlier
 //! passes and leaves its own rut. Without it, every wheel runs on undisturbed ground.
 
-use crate::grousers::{self, Grousers};
+use crate::grousers::{self, GrouserParams};
 use crate::rigid_contact::Hub;
 use crate::ruts::{Ruts, Tracks};
 use crate::soil_contact::{SoilContact, SoilState};
@@ -30,15 +30,8 @@ pub struct WheelSoilParams {
     /// Width along the axle.
     #[param(unit = "m", range = 1e-3..)]
     pub width: f64,
-    /// Height of the grousers.
-    #[param(unit = "m", default = 0.0, range = 0.0..)]
-    pub grouser_height: f64,
-    /// Number of grousers around the wheel.
-    #[param(default = 0, range = 0.0..=720.0)]
-    pub grouser_count: u32,
-    /// Fraction of the grouser height that is added to the shear radius.
-    #[param(default = 1.0, range = 0.0..=1.0)]
-    pub grouser_share: f64,
+    /// Grousers; a smooth wheel does not have any.
+    pub grousers: Option<GrouserParams>,
     /// Shear law: isotropic, independent.
     #[param(default = ShearLaw::Isotropic)]
     pub shear: ShearLaw,
@@ -173,13 +166,7 @@ impl WheelSoilModel {
     /// `spoke` points from the axle to one of its grousers (unit, W).
     pub(crate) fn contact(&self, soil: &Soil, t: f64, hub: &Hub, spoke: Vec3) -> SoilContact {
         let p = &self.p;
-        let bars = Grousers {
-            count: p.grouser_count,
-            height: p.grouser_height,
-            tips: p.radius + p.grouser_height,
-            phase: 0.0,
-        };
-        let radius = p.radius + p.grouser_share * p.grouser_height;
+        let radius = grousers::shear_radius(p.radius, &p.grousers);
         let k = [0.0, soil.shear_modulus];
         SoilContact {
             wheel: Wheel { radius, width: p.width },
@@ -192,7 +179,7 @@ impl WheelSoilModel {
             shear_unloading: p.shear_unloading,
             normal_damping: p.normal_damping,
             unloading_stiffness: p.unloading_stiffness,
-            grousers: (bars.count > 0).then_some((bars, spoke)),
+            grousers: p.grousers.map(|g| (g.on(p.radius), spoke)),
         }
     }
 
@@ -225,7 +212,7 @@ impl Model for WheelSoilModel {
     type State = SoilLanes;
     fn build(p: WheelSoilParams) -> Result<Self, BuildError> {
         p.terrain.needs_soil()?;
-        grousers::check(p.grouser_height, p.grouser_count, p.radius)?;
+        grousers::check(p.radius, &p.grousers)?;
         let soils = p.terrain.soils();
         let model = WheelSoilModel { p };
         soils.iter().try_for_each(|soil| model.steady(soil).check())?;
@@ -302,11 +289,9 @@ mod tests {
     fn model_carries_the_load_of_the_stress_integral() {
         let model = WheelSoilModel {
             p: WheelSoilParams {
-                radius: 0.14,
+                radius: 0.15,
                 width: 0.1,
-                grouser_height: 0.01,
-                grouser_count: 0,
-                grouser_share: 1.0,
+                grousers: None,
                 shear: ShearLaw::Isotropic,
                 shear_damping: 0.02,
                 shear_unloading: 20.0,

@@ -233,6 +233,22 @@ fn a_tricycle_with_a_large_front_wheel_drives_circles() {
     );
 }
 
+/// A front caster that swivels does not carry a mass behind the axle: the ball at the rear does, and is found as well.
+#[test]
+fn a_ball_carries_what_a_swivel_does_not() {
+    let lab = Lab::new();
+    let ball = shape(r#"xyz="0 0.001 0""#, r#"sphere radius="0.005""#);
+    let mut t = burger(&ball).replace("</robot>", "");
+    t += &joint("continuous", "base_link", "swivel", r#"xyz="0.09 0 0.02""#, "0 0 1");
+    t += &link("swivel", 0.01, "0 0 0", 1e-5, "");
+    t += &joint("continuous", "swivel", "front_wheel", r#"xyz="-0.015 0 -0.02""#, "0 1 0");
+    t += &link("front_wheel", 0.01, "0 0 0", 1e-6, &tyre(0.01, 0.01));
+    let rover = made(&lab, "both", &(t + "</robot>"), &[]);
+    assert!(rover.readme.contains("| no | turns freely on `swivel` |"), "{}", rover.readme);
+    assert!(rover.readme.contains("| no | slides with friction 0.1 |"), "{}", rover.readme);
+    assert!(!rover.checked.contains("does not rest"), "{}", rover.checked);
+}
+
 /// Machines that fall over: without a third support, and with the centre of mass ahead of the axle.
 #[test]
 fn machines_that_tip_over_are_rejected() {

@@ -196,9 +196,7 @@ mod tests {
         let p = WheelSoilParams {
             radius: 0.25,
             width: 0.4,
-            grouser_height: 0.0,
-            grouser_count: 0,
-            grouser_share: 1.0,
+            grousers: None,
             shear: ShearLaw::Isotropic,
             shear_damping: 0.02,
             shear_unloading: 20.0,

@@ -225,7 +225,7 @@ fn a_driven_wheel_pulls_as_the_stress_integral_says() {
     assert!((load / wong.fz - 1.0).abs() < 0.01 && (torque / wong.torque - 1.0).abs() < 0.06);
 }
 
-/// Twelve grousers on a rim of 25 cm: the mean of their pull and torque is that of one bar, integrated along the arc with the shear of the closed form
+/// Twelve grousers on a rim of 25 cm: their mean pull and torque are the force of one bar, integrated along the arc with the shear of the closed form
 /// of the smooth wheel. The pull oscillates with their distance.
 #[test]
 fn grousers_add_the_integral_of_their_force() {

@@ -386,7 +386,19 @@ pub fn vehicle(
         return Err((fact, help.into()));
     }
     let radius = wheels.iter().map(|w| w.size[0]).fold(0.0, f64::max);
-    if wheels.len() < 3 && d.loops.is_empty() {
+    let mass: f64 = bodies.iter().map(|b| b.mass.mass).sum();
+    if !(mass > 0.0) {
+        let fact = "none of its links has a mass".to_string();
+        return Err((fact, "write `inertial` into its links".into()));
+    }
+    let moment =
+        |b: &BodySpec| Some(poses.get(&b.name)?.transform_point(&b.mass.com) * b.mass.mass);
+    let com = bodies.iter().filter_map(moment).sum::<Vec3>() / mass;
+    let beyond = |wheels: &[FoundWheel]| {
+        let contacts: Vec<[f64; 2]> = wheels.iter().map(|w| [w.place.x, w.place.y]).collect();
+        outside(&contacts, [com.x, com.y])
+    };
+    if (wheels.len() < 3 && d.loops.is_empty()) || beyond(&wheels) > 0.0 {
         let bottom = |w: &FoundWheel| w.place.z - w.size[0];
         let ground = wheels.iter().map(bottom).fold(f64::INFINITY, f64::min);
         wheels.extend(supports(d, &root.name, &poses, corners, (ground, radius)));
@@ -413,11 +425,6 @@ pub fn vehicle(
             true => suspension.push(b.name.clone()),
             false => others.push(b.name.clone()),
         }
-    }
-    let mass = bodies.iter().map(|b| b.mass.mass).sum();
-    if !(mass > 0.0) {
-        let fact = "none of its links has a mass".to_string();
-        return Err((fact, "write `inertial` into its links".into()));
     }
     // Wheels and couplings must determine height, roll, pitch and the suspension.
     let coupled = |c: &&Coupling| c.terms.iter().any(|t| suspension.contains(&t.coordinate.body));
@@ -460,13 +467,7 @@ pub fn vehicle(
         let help = "couple the joints in a companion file: Companion(couplings: { \"differential\": (terms: { \"left_joint\": 1, \"right_joint\": 1 }, constant: 0) }); or fix them in the file";
         return Err((fact, help.into()));
     }
-    let com: Vec3 = bodies
-        .iter()
-        .filter_map(|b| Some(poses.get(&b.name)?.transform_point(&b.mass.com) * b.mass.mass))
-        .sum::<Vec3>()
-        / mass;
-    let contacts: Vec<[f64; 2]> = wheels.iter().map(|w| [w.place.x, w.place.y]).collect();
-    let beyond = outside(&contacts, [com.x, com.y]);
+    let beyond = beyond(&wheels);
     if beyond > 0.0 {
         let fact = format!(
             "it would tip over: its centre of mass [{:.4}, {:.4}] m (x, y) is {beyond:.4} m outside of the polygon of its wheels and supports",
