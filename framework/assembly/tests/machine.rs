@@ -178,7 +178,7 @@ fn constrain(r: &mut Rng, b: &mut Builder) {
         let same = |a: &Term, b: &Term| a.coordinate == b.coordinate;
         terms.dedup_by(|a, b| same(a, b));
         if (1..terms.len()).all(|k| terms[..k].iter().all(|t| !same(t, &terms[k]))) {
-            b.coupling(Coupling { name: format!("M/c{i}"), terms, constant: r.signed() });
+            b.coupling(Coupling::linear(format!("M/c{i}"), terms, r.signed()));
         }
     }
 }

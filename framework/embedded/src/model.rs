@@ -509,18 +509,17 @@ impl RobotModel {
         }
     }
 
-    /// Returns an error if a straight path opens a loop or a coupling. Linear couplings that are satisfied at both ends are satisfied between them.
+    /// Returns an error if a straight path opens a loop or a coupling. A linear coupling that is satisfied at both ends is satisfied between
+    /// them; a coupling with higher powers is not, if its coordinates move.
     pub(crate) fn opens_between(&self, qa: &[f64], qb: &[f64]) -> Result<(), RobotError> {
         let what = "a straight path";
         let multibody = self.multibody();
         for (closure, dofs) in &self.closures {
             if let Closure::Coupling { index } = *closure {
                 let c = &multibody.couplings()[index];
-                let error = |q: &[f64]| {
-                    let sum: f64 = c.terms.iter().map(|(at, _, factor)| factor * q[*at]).sum();
-                    (sum - c.coupling.constant).abs()
-                };
-                if error(qa) <= 1e-6 && error(qb) <= 1e-6 {
+                let still = c.terms.iter().all(|(at, ..)| qa[*at] == qb[*at]);
+                let closed = |q: &[f64]| c.error(q).abs() <= 1e-6;
+                if (c.is_linear() || still) && closed(qa) && closed(qb) {
                     continue;
                 }
                 return Err(RobotError::OpensClosure { what, closure: *closure });

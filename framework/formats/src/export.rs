@@ -188,7 +188,7 @@ impl<'d> Writer<'d> {
 
     /// Returns q_a = ratio q_b + offset for a coupling with two terms.
     fn mimic(&self, c: &Coupling) -> Option<(String, (String, f64, f64))> {
-        let [a, b] = &c.terms[..] else { return None };
+        let ([a, b], []) = (&c.terms[..], &c.powers[..]) else { return None };
         let name = |h: &HingeCoordinate| self.names.get(&(h.body.clone(), h.subhinge)).cloned();
         let (ratio, offset) = (-b.factor / a.factor, c.constant / a.factor);
         let sound = ratio.is_finite() && offset.is_finite();

@@ -7,7 +7,7 @@ use crate::mechanism::{Body, Multibody, Node, Parts, SubhingeRange};
 use crate::modes::Modes;
 use crate::names::nearest;
 use crate::{
-    BodyId, Coordinate, Coupling, Hinge, HingeCoordinate, LoopClosure, NodeId, SubhingeKind,
+    BodyId, Coordinate, Coupling, Hinge, HingeCoordinate, LoopClosure, NodeId, SubhingeKind, Term,
 };
 use linkwork_spatial::{MassProperties, Pose, RigidInertia};
 use serde::{Deserialize, Serialize};
@@ -287,12 +287,23 @@ impl Builder {
         }
         for c in &self.couplings {
             let what = || format!("coupling `{}`", c.name);
-            let finite = c.terms.iter().all(|t| t.factor.is_finite()) && c.constant.is_finite();
+            let higher = || c.powers.iter().flat_map(|p| p.factors);
+            let finite = c.terms.iter().map(|t| t.factor).chain(higher()).all(f64::is_finite)
+                && c.constant.is_finite();
             if !finite {
                 more.push(MechanismFault::NotFinite { place: format!("{}, its factors", what()) });
             }
-            if finite && c.terms.iter().all(|t| t.factor == 0.0) {
+            if finite && c.terms.iter().map(|t| t.factor).chain(higher()).all(|x| x == 0.0) {
                 more.push(MechanismFault::EmptyCoupling { name: c.name.clone() });
+            }
+            for (i, p) in c.powers.iter().enumerate() {
+                let HingeCoordinate { body, subhinge } = p.coordinate.clone();
+                let name = c.name.clone();
+                if !c.terms.iter().any(|t| t.coordinate == p.coordinate) {
+                    more.push(MechanismFault::PowersWithoutTerm { name, body, subhinge });
+                } else if c.powers[..i].iter().any(|o| o.coordinate == p.coordinate) {
+                    more.push(MechanismFault::CoordinateTwice { name, body, subhinge });
+                }
             }
             for (i, t) in c.terms.iter().enumerate() {
                 let at = &t.coordinate;
@@ -445,10 +456,19 @@ impl Builder {
         };
         let mut couplings: Vec<Coupled> = (self.couplings.iter())
             .map(|c| {
-                let used = c.terms.iter().filter(|t| t.factor != 0.0);
-                let places: Vec<_> = used.map(|t| (place(&t.coordinate), t.factor)).collect();
+                let higher = |t: &Term| {
+                    let own = c.powers.iter().find(|p| p.coordinate == t.coordinate);
+                    own.map_or([0.0; 3], |p| p.factors)
+                };
+                let used: Vec<&Term> =
+                    (c.terms.iter()).filter(|t| t.factor != 0.0 || higher(t) != [0.0; 3]).collect();
+                let places: Vec<_> =
+                    used.iter().map(|t| (place(&t.coordinate), t.factor)).collect();
+                let powers: Vec<[f64; 3]> = used.iter().map(|t| higher(t)).collect();
+                let linear = powers.iter().all(|p| *p == [0.0; 3]);
                 Coupled {
                     coupling: c.clone(),
+                    powers: if linear { Vec::new() } else { powers },
                     terms: places.iter().map(|((_, q, v), c)| (*q, *v, *c)).collect(),
                     bodies: places.iter().map(|((b, ..), _)| *b).collect(),
                 }

@@ -1,4 +1,4 @@
-//! Constraints: hinges that close loops, and linear relations between hinge coordinates.
+//! Constraints: hinges that close loops, and relations between hinge coordinates.
 //!
 //! A loop closure is a hinge between two frames that the tree does not connect. Motions that it permits stay free; each other motion gives one scalar
 //! equation. With p from A's origin to B's, and vectors a fixed in A and b in B:
@@ -7,7 +7,7 @@
 //! across   a · b − cos = 0                two directions keep their angle
 //! turn     angle(A → B about n) − u = 0   a prescribed pin
 //! screw    n · p − pitch · angle = 0
-//! coupling Σ cᵢ qᵢ − c₀ = 0
+//! coupling Σ (cᵢ qᵢ + aᵢ qᵢ² + bᵢ qᵢ³ + dᵢ qᵢ⁴) − c₀ = 0
 //! ```
 //! In a loop with gaps ([`Builder::gaps`](crate::Builder::gaps)), each equation d = 0 becomes d = g with its own g, which the caller sets: the offset
 //! between the ends.
@@ -35,18 +35,36 @@ pub struct Term {
     pub factor: f64,
 }
 
-/// A linear relation between coordinates: Σ cᵢ qᵢ = c₀.
+/// Higher powers of a coordinate in a coupling: a q² + b q³ + d q⁴.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Powers {
+    /// The coordinate q.
+    pub coordinate: HingeCoordinate,
+    /// The factors of q², q³ and q⁴.
+    pub factors: [f64; 3],
+}
+
+/// A relation between coordinates: Σ cᵢ qᵢ = c₀, and with `powers` a sum of polynomials of one coordinate each.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Coupling {
     /// Its name.
     pub name: String,
-    /// The terms, at least one.
+    /// The terms, at least one. Each coordinate in `powers` has a term, whose factor may be 0.
     pub terms: Vec<Term>,
     /// The right side c₀.
     pub constant: f64,
+    /// Higher powers; empty for a linear relation.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub powers: Vec<Powers>,
 }
 
 impl Coupling {
+    /// Returns Σ cᵢ qᵢ = c₀.
+    #[must_use]
+    pub fn linear(name: impl Into<String>, terms: Vec<Term>, constant: f64) -> Self {
+        Self { name: name.into(), terms, constant, powers: Vec::new() }
+    }
+
     /// Returns q_a = ratio q_b + offset, written as q_a − ratio q_b = offset.
     #[must_use]
     pub fn mimic(
@@ -58,7 +76,7 @@ impl Coupling {
     ) -> Self {
         let terms =
             vec![Term { coordinate: a, factor: 1.0 }, Term { coordinate: b, factor: -ratio }];
-        Self { name: name.into(), terms, constant: offset }
+        Self::linear(name, terms, offset)
     }
 
     /// Returns q_a + q_b = 0, for example the differential between the rockers of a rover.
@@ -157,10 +175,61 @@ pub struct Loop {
 pub struct Coupled {
     /// Its description.
     pub coupling: Coupling,
-    /// Terms: index in q, index in β, factor.
+    /// Terms: index in q, index in β, factor of q.
     pub terms: Vec<(usize, usize, f64)>,
+    /// Factors of q², q³ and q⁴ of each term; empty for a linear relation.
+    pub powers: Vec<[f64; 3]>,
     /// Bodies of the coordinates, in the order of the terms.
     pub bodies: Vec<BodyId>,
+}
+
+impl Coupled {
+    /// Returns g(q): the left side of the relation minus its constant.
+    #[must_use]
+    pub fn error(&self, q: &[f64]) -> f64 {
+        let sum: f64 = self.terms.iter().map(|(at, _, c)| c * q[*at]).sum();
+        let higher = self.higher().map(|((at, ..), [a, b, d])| {
+            let x = q[*at];
+            x * x * (a + x * (b + x * d))
+        });
+        let error = sum - self.coupling.constant;
+        higher.fold(error, |sum, x| sum + x)
+    }
+
+    /// Returns ∂g/∂q of a term.
+    #[must_use]
+    pub fn factor(&self, term: usize, q: &[f64]) -> f64 {
+        let (at, _, c) = self.terms[term];
+        let Some([a, b, d]) = self.powers.get(term) else { return c };
+        let x = q[at];
+        c + x * (2.0 * a + x * (3.0 * b + x * (4.0 * d)))
+    }
+
+    /// Returns ġ.
+    #[must_use]
+    pub fn rate(&self, q: &[f64], v: &[f64]) -> f64 {
+        self.terms.iter().enumerate().map(|(k, (_, at, _))| self.factor(k, q) * v[*at]).sum()
+    }
+
+    /// Returns the part of g̈ that does not depend on accelerations: Σ ∂²g/∂q² v².
+    #[must_use]
+    pub fn bias(&self, q: &[f64], v: &[f64]) -> f64 {
+        let bent = self.higher().map(|((at, rate, _), [a, b, d])| {
+            let (x, v) = (q[*at], v[*rate]);
+            (2.0 * a + x * (6.0 * b + x * (12.0 * d))) * v * v
+        });
+        bent.sum()
+    }
+
+    /// Returns whether the relation is linear.
+    #[must_use]
+    pub fn is_linear(&self) -> bool {
+        self.powers.is_empty()
+    }
+
+    fn higher(&self) -> impl Iterator<Item = (&(usize, usize, f64), &[f64; 3])> {
+        self.terms.iter().zip(&self.powers)
+    }
 }
 
 /// Identifies a constraint: loops come first, then couplings, each kind by name.

@@ -243,8 +243,9 @@ impl Multibody {
         }
         let prescribed = self.prescribed();
         for c in self.couplings() {
-            for &(at, rate, factor) in &c.terms {
-                if factor != 0.0 && !prescribed[rate] {
+            // The builder omits terms whose factors are all zero.
+            for &(at, rate, _) in &c.terms {
+                if !prescribed[rate] {
                     (q[at], v[rate]) = (true, true);
                 }
             }

@@ -212,6 +212,18 @@ pub enum MechanismFault {
         /// The subhinge it names.
         subhinge: usize,
     },
+    /// A coordinate has higher powers, but no term.
+    #[error(
+        "coupling `{name}`: subhinge {subhinge} of `{body}` has higher powers and no term\n  help: add a term; its factor may be 0"
+    )]
+    PowersWithoutTerm {
+        /// The coupling.
+        name: String,
+        /// The body.
+        body: String,
+        /// The subhinge.
+        subhinge: usize,
+    },
     /// A coordinate appears in two terms.
     #[error(
         "coupling `{name}`: subhinge {subhinge} of `{body}` appears twice\n  help: add the factors"

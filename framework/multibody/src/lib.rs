@@ -47,7 +47,7 @@ pub use ball::BallLimits;
 pub use builder::{BodySpec, Builder, NodeSpec};
 pub use constraint::{
     Anchor, ConstraintId, Coupled, Coupling, HingeCoordinate, Loop, LoopClosure, LoopFault,
-    LoopMotion, LoopRow, Term,
+    LoopMotion, LoopRow, Powers, Term,
 };
 pub use coordinates::{straight, uniform};
 pub use error::{BuildError, MechanismFault};

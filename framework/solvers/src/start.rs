@@ -106,9 +106,8 @@ impl Start<'_> {
             });
         }
         for c in tree.multibody().couplings() {
-            let sum: f64 = c.terms.iter().map(|(iq, _, c)| c * q[*iq]).sum();
-            d.push(sum - c.coupling.constant);
-            rate.push(c.terms.iter().map(|(_, iv, c)| c * v[*iv]).sum());
+            d.push(c.error(q));
+            rate.push(c.rate(q, v));
         }
         (d, rate)
     }

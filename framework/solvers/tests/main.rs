@@ -10,6 +10,7 @@ mod contact_agreement;
 mod contact_analytic;
 mod contact_refusals;
 mod contact_scenes;
+mod curved_couplings;
 #[path = "../../dynamics/tests/support/mod.rs"]
 mod dynamics_support;
 mod flexible_loops;

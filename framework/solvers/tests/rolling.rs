@@ -69,7 +69,7 @@ fn rover() -> Multibody {
     }
     let terms =
         ["rocker_l", "rocker_r"].map(|body| Term { coordinate: coordinate(body), factor: 1.0 });
-    b.coupling(Coupling { name: "differential".into(), terms: terms.to_vec(), constant: 0.0 });
+    b.coupling(Coupling::linear("differential", terms.to_vec(), 0.0));
     b.build().unwrap()
 }
 

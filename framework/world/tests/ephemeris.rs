@@ -286,9 +286,9 @@ fn damaged_kernels_are_refused() {
     };
     assert!(fault(&with(88, b"VAX-GFLT")).contains("neither LTL-IEEE nor BIG-IEEE"));
     assert!(fault(&with(8, &5i32.to_le_bytes())).contains("ND, NI are not 2, 6"));
-    let told = fault(&with(1024 + 24 + 28, &17i32.to_le_bytes()));
+    let told = fault(&with(1024 + 24 + 28, &10i32.to_le_bytes()));
     assert!(
-        told.contains("no segment of a type that is read; it has body 301 by type 17 in axes 1"),
+        told.contains("no segment of a type that is read; it has body 301 by type 10 in axes 1"),
         "{told}"
     );
     assert!(fault(&with(1024 + 24 + 24, &17i32.to_le_bytes())).contains("no segment of a type"));

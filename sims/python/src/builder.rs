@@ -218,7 +218,7 @@ impl Builder {
             Ok(Term { coordinate, factor: factor.extract()? })
         };
         let terms = crate::values::pairs(terms).into_iter().map(term).collect::<PyResult<_>>()?;
-        crate::core::lock(&slf.get().parts).coupling(Coupling { name, terms, constant });
+        crate::core::lock(&slf.get().parts).coupling(Coupling::linear(name, terms, constant));
         Ok(slf)
     }
 

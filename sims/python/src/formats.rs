@@ -77,6 +77,11 @@ impl Mechanism {
     /// c : ndarray, shape (k,)
     ///     Constants.
     ///
+    /// Raises
+    /// ------
+    /// LinkworkError
+    ///     If a coupling has higher powers of a coordinate.
+    ///
     /// Examples
     /// --------
     /// >>> C, c = arm.couplings()
@@ -85,6 +90,12 @@ impl Mechanism {
     fn couplings<'py>(&self, py: Python<'py>) -> PyResult<(Array2<'py>, Array1<'py>)> {
         let (description, nq) = (self.description(), self.core.nq());
         let all = &description.couplings;
+        if let Some(curved) = all.iter().find(|c| !c.powers.is_empty()) {
+            return Err(refuse(format!(
+                "the coupling `{}` has higher powers, so the couplings are not a linear system\n  help: use `close` and `constrained_dynamics`, which support it",
+                curved.name
+            )));
+        }
         let mut rows = vec![0.0; all.len() * nq];
         for (k, coupling) in all.iter().enumerate() {
             for term in &coupling.terms {

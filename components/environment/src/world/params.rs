@@ -71,7 +71,7 @@ pub struct WorldParams {
     /// Date of t = 0, such as 2012-08-06 05:17:57 UTC (or TAI, TT, TDB).
     #[param(default = None)]
     pub epoch: Option<String>,
-    /// SPK kernel (.bsp, such as de440.bsp of NAIF, or one of a small body or spacecraft: types 1, 2, 3, 8, 9, 12, 13, 21) for the positions of Sun,
+    /// SPK kernel (.bsp, such as de440.bsp of NAIF, or one of a small body or spacecraft: types 1, 2, 3, 5, 8, 9, 12, 13, 17, 21) for the positions of Sun,
     /// Moon and planets; default: series for 1900 to 2100 (Sun, Earth, Moon, some km) and ellipses for 1800 to 2050 (planets, 27″ for Mars).
     #[param(default = None)]
     pub kernel: Option<String>,

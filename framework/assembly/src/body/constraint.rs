@@ -2,13 +2,13 @@
 //!
 //! ```text
 //! loop       frame of B in frame of A moves as its hinge permits;   frame = node · at
-//! coupling   Σ factor · coordinate = constant;                      mimic: a − ratio · of = offset
+//! coupling   Σ factor · coordinate + Σ powers = constant;             mimic: a − ratio · of = offset
 //! ```
 use crate::body::hinge::hinge;
 use crate::body::initial;
 use crate::schema::describe::Schema;
 use crate::schema::kind::{
-    At, Kind, drive_number, flag, list_of, number, raw, table_of, text, word,
+    At, Kind, drive_number, flag, list_of, number, numbers, raw, table_of, text, word,
 };
 use crate::schema::record::{Presence, of, record};
 use crate::text::report::Cx;
@@ -44,12 +44,14 @@ record! {
     }
 }
 record! {
-    /// A linear relation between hinge coordinates.
+    /// A relation between hinge coordinates.
     pub(crate) struct CouplingForm: "coupling" {
         /// Coordinate → factor, or a list that keeps its order.
         terms: Option<Terms> = TermsKind.maybe(),
         /// Value of the sum of factor · coordinate.
         constant: Option<Located> = raw(|| drive_number("rad", "m").describe()).maybe(),
+        /// Coordinate → factors of its square, cube and fourth power, which are added to the sum.
+        powers: Vec<(Text, [f64; 3])> = table_of(numbers::<3>("")).or(Vec::new()),
         /// Short form: the coordinate that follows another.
         mimic: Option<Text> = text().maybe(),
         /// The coordinate that it follows.
@@ -165,8 +167,9 @@ impl CouplingForm {
         let origin = at.origin.unwrap_or(v.origin);
         let short = ["mimic", "of", "ratio", "offset"].into_iter().find(|f| v.get(f).is_some());
         if let Some(odd) = short {
-            if v.get("terms").or(v.get("constant")).is_some() {
-                let message = format!("{} has both `terms` and `{odd}`", at.what);
+            let other = ["terms", "constant", "powers"].into_iter().find(|f| v.get(f).is_some());
+            if let Some(other) = other {
+                let message = format!("{} has both `{other}` and `{odd}`", at.what);
                 let help = "write (terms: {..}, constant: ..) or (mimic: .., of: ..)";
                 cx.fault(origin, message, help);
                 return None;

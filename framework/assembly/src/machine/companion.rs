@@ -250,7 +250,7 @@ fn coupling(cx: &mut Cx, key: &str, v: &Located, d: &Description) -> Option<Coup
         _ => number(""),
     };
     let constant = form.constant.and_then(|c| unit.read(cx, &c, &at.field("constant")));
-    Some(Coupling { name: key.into(), terms, constant: constant.unwrap_or(0.0) })
+    Some(Coupling::linear(key, terms, constant.unwrap_or(0.0)))
 }
 
 fn is_slider(d: &Description, at: &HingeCoordinate) -> bool {

@@ -10,7 +10,7 @@ use linkwork_formats::{
     BodyShape, CollisionClasses, CollisionMeshes, Description, Filter, Geometry, Initial,
     ShapeRole, Term, mesh_corners,
 };
-use linkwork_multibody::{BodySpec, NodeSpec, SubhingeKind};
+use linkwork_multibody::{BodySpec, NodeSpec, Powers, SubhingeKind};
 use linkwork_runtime::{Located, Origin, Value};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -76,7 +76,9 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
         if let Some(i) = initial.get(spec.name.as_str()) {
             // The reference configuration of the file. Where the machine has closed loops, it is approximate, so that it follows explicit values.
             let free = spec.hinge.subhinges.iter().any(|s| s.kind == SubhingeKind::Free);
-            let closed = !d.builder.loops().is_empty() || !d.builder.couplings().is_empty();
+            let loops = d.builder.loops().iter().chain(&d.loops).count();
+            let couplings = d.builder.couplings().iter().chain(&d.couplings).count();
+            let closed = loops + couplings > 0;
             push(&mut out, "initial", initial::value(&spec.hinge, &i.q, closed && !free));
         }
         assembly.bodies.insert(local, item(out));
@@ -198,6 +200,12 @@ fn on_world(
     assembly: &mut AssemblyForm,
     left_out: &mut Vec<String>,
 ) {
+        if !c.powers.is_empty() {
+            let one = |p: &Powers| {
+                (devices::coordinate(&p.coordinate, &specs, bodies), list(p.factors).into())
+            };
+            push(&mut out, "powers", Value::Map(c.powers.iter().map(one).collect()));
+        }
     let shapes = d.shapes.iter().enumerate();
     for (k, s) in shapes.filter(|(_, s)| s.body == "world" && s.role != ShapeRole::Visual) {
         let surface = groups.of(k);

@@ -14,8 +14,8 @@ use crate::schema::record::Record;
 use crate::text::report::Cx;
 use crate::text::value::{Text, full_name, set};
 use linkwork_multibody::{
-    Builder, Coordinate, Coupling, Hinge, HingeCoordinate, LoopClosure, LoopMotion, Subhinge,
-    SubhingeKind, Term,
+    Builder, Coordinate, Coupling, Hinge, HingeCoordinate, LoopClosure, LoopMotion, Powers,
+    Subhinge, SubhingeKind, Term,
 };
 use linkwork_runtime::{Closing, Located, Origin, Value};
 use linkwork_solvers::ConstraintMethod;
@@ -180,6 +180,7 @@ fn coupling(
         // Sorted, because the order of a map must not affect the result.
         terms.sort_by_key(|t| (t.0.at.body.clone(), t.0.at.subhinge));
     }
+    let powers = powers(cx, (root, here, bodies), (&form, item), (&terms, &at))?;
     let sliders = terms.iter().map(|t| slides(&t.0.kind)).collect::<Vec<_>>();
     let constant = form.constant(cx, &sliders, &at)?;
     let resolved = CouplingForm {
@@ -187,6 +188,7 @@ fn coupling(
             terms.iter().map(|(f, factor)| (Text::new(&*f.reference), *factor)).collect(),
         )),
         constant: Some(Value::Number(constant).into()),
+        powers: powers.iter().map(|(f, p)| (Text::new(&*f.reference), *p)).collect(),
         solve: form.solve,
         mimic: None,
         of: None,
@@ -197,5 +199,40 @@ fn coupling(
     out.resolved.insert(full.into(), resolved.write().into());
     out.constraint_methods.insert(full.into(), form.solve);
     let terms = terms.into_iter().map(|(f, factor)| Term { coordinate: f.at, factor }).collect();
-    Some(Coupling { name: full.into(), terms, constant })
+    let powers =
+        powers.into_iter().map(|(f, factors)| Powers { coordinate: f.at, factors }).collect();
+    Some(Coupling { name: full.into(), terms, constant, powers })
+}
+
+/// Returns the higher powers of a coupling, each of a coordinate of its terms.
+fn powers(
+    cx: &mut Cx,
+    (root, here, bodies): (&Instance, &Instance, &Bodies),
+    (form, item): (&CouplingForm, &ItemInst),
+    (terms, at): (&[(ResolvedCoordinate, f64)], &At<'_>),
+) -> Option<Vec<(ResolvedCoordinate, [f64; 3])>> {
+    let mut out: Vec<(ResolvedCoordinate, [f64; 3])> = Vec::new();
+    for (of, factors) in &form.powers {
+        let found = find(cx, root, &here.path, bodies, (of, &at.what))?;
+        if !terms.iter().any(|(t, _)| t.at == found.at) {
+            let message = format!("{}: `powers` has `{}`, which has no term", at.what, of.text);
+            cx.fault(of.origin, message, "add it to `terms`; its factor may be 0");
+            return None;
+        }
+        if out.iter().any(|(o, _)| o.at == found.at) {
+            let message = format!("{}: `powers` has `{}` twice", at.what, of.text);
+            cx.fault(of.origin, message, "write each coordinate once");
+            return None;
+        }
+        out.push((found, *factors));
+    }
+    if !out.is_empty() && form.solve == ConstraintMethod::Embed {
+        let place = item.fields.get("solve").map_or(item.origin, |v| v.origin);
+        let message = format!("{}: a coupling with `powers` cannot be embedded", at.what);
+        cx.fault(place, message, "leave out `solve`, or write `solve: Augment`");
+        return None;
+    }
+    // Sorted, because the order of a map must not affect the result.
+    out.sort_by_key(|(f, _)| (f.at.body.clone(), f.at.subhinge));
+    Some(out)
 }

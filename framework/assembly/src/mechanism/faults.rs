@@ -46,6 +46,7 @@ pub(crate) fn fault_origin(
         | MechanismFault::LoopOnItself { name, .. }
         | MechanismFault::EmptyCoupling { name }
         | MechanismFault::NoCoordinate { name, .. }
+        | MechanismFault::PowersWithoutTerm { name, .. }
         | MechanismFault::CoordinateTwice { name, .. } => constraint(name),
         MechanismFault::Cycle { path } => body(path.first()?).map(|b| b.parent.origin),
         MechanismFault::Duplicate { what, name, .. } | MechanismFault::BadName { what, name } => {

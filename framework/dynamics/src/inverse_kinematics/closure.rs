@@ -224,8 +224,7 @@ impl InverseKinematics {
     pub(super) fn coupling_errors(&mut self, tree: &Tree, q: &[f64], mut row: usize) -> usize {
         let first = self.asked.len() - self.targets.len();
         for (k, c) in tree.multibody().couplings().iter().enumerate() {
-            let sum: f64 = c.terms.iter().map(|(at, _, factor)| factor * q[*at]).sum();
-            let d = c.coupling.constant - sum;
+            let d = -c.error(q);
             self.e[row] = self.closing * d;
             // Its unit is the unit of its first coordinate.
             let (body, which) = (c.bodies.first(), c.coupling.terms.first());
@@ -242,13 +241,13 @@ impl InverseKinematics {
     }
 
     /// Writes the rows of J of couplings.
-    pub(super) fn coupling_rows(&mut self, tree: &Tree, mut row: usize, weight: f64) {
+    pub(super) fn coupling_rows(&mut self, tree: &Tree, q: &[f64], mut row: usize, weight: f64) {
         let nv = tree.nv();
         for c in tree.multibody().couplings() {
             let J = &mut self.J[row * nv..(row + 1) * nv];
             J.fill(0.0);
-            for (_, at, factor) in &c.terms {
-                J[*at] += weight * factor;
+            for (k, (_, at, _)) in c.terms.iter().enumerate() {
+                J[*at] += weight * c.factor(k, q);
             }
             row += 1;
         }

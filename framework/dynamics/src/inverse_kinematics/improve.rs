@@ -94,7 +94,7 @@ impl InverseKinematics {
     /// Computes the step h into `step`, cut at limits; returns false when there is none.
     fn toward(&mut self, tree: &Tree, slope: &[f64], scale: &[f64], s: f64, q: &[f64]) -> bool {
         let (rows, nv) = (self.rows, tree.nv());
-        self.linearise(tree);
+        self.linearise(tree, q);
         self.free.clear();
         self.free.extend((0..nv).filter(|i| self.moves[*i]));
         // Each coordinate is fixed at most once.

@@ -55,7 +55,7 @@ impl InverseKinematics {
         self.disturbed = true;
         poses(tree, &mut self.ws, q);
         self.rate_rows(tree, targets);
-        self.closure_rows(tree, targets, asked);
+        self.closure_rows(tree, q, targets, asked);
         for i in 0..nv {
             self.held[i] = !self.moves[i];
             if self.moves[i] {
@@ -119,7 +119,7 @@ impl InverseKinematics {
     }
 
     /// Writes the rows of the mechanism's closures from `row` on, with a weight larger than that of any target.
-    fn closure_rows(&mut self, tree: &Tree, targets: &[RateTarget], mut row: usize) {
+    fn closure_rows(&mut self, tree: &Tree, q: &[f64], targets: &[RateTarget], mut row: usize) {
         let weights = targets.iter().flat_map(|t| [t.linear_weight, t.angular_weight]);
         let most = weights.fold(0.0, f64::max);
         let weight = WEIGHT * if most > 0.0 { most } else { 1.0 };
@@ -133,7 +133,7 @@ impl InverseKinematics {
         self.own.loops = loops;
         let nv = tree.nv();
         self.J[first * nv..row * nv].iter_mut().for_each(|x| *x *= weight);
-        self.coupling_rows(tree, row, weight);
+        self.coupling_rows(tree, q, row, weight);
     }
 
     /// Shifts the closures' rows by their residuals; returns whether any was not zero.

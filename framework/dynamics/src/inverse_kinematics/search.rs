@@ -334,7 +334,9 @@ impl InverseKinematics {
             if self.search.steps >= self.effort.iterations {
                 return self.end_start(tree);
             }
-            self.linearise(tree);
+            let now = std::mem::take(&mut self.now);
+            self.linearise(tree, &now);
+            self.now = now;
             self.gradient_of(rows, nv);
             let now = std::mem::take(&mut self.now);
             self.choose_free(&now);

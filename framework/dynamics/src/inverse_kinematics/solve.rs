@@ -87,8 +87,8 @@ impl InverseKinematics {
         0.5 * self.e[..row].iter().map(|e| e * e).sum::<f64>()
     }
 
-    /// Computes J at the configuration of the last accepted `evaluate`.
-    pub(super) fn linearise(&mut self, tree: &Tree) {
+    /// Computes J at q, the configuration of the last accepted `evaluate`.
+    pub(super) fn linearise(&mut self, tree: &Tree, q: &[f64]) {
         let (nv, mut row) = (tree.nv(), 0);
         let all = std::mem::take(&mut self.asked);
         for (i, a) in all.iter().enumerate() {
@@ -100,7 +100,7 @@ impl InverseKinematics {
             row += a.rows();
         }
         self.asked = all;
-        self.coupling_rows(tree, row, self.closing);
+        self.coupling_rows(tree, q, row, self.closing);
     }
 
     /// Computes the rows of J of one frame from `row` on; its Jacobian is written to the memory `J_node` from index `J_node` on.

@@ -216,7 +216,9 @@ impl Edit {
         }
         for mut c in added.couplings {
             c.name = named(&c.name);
-            c.terms.iter_mut().for_each(|t| t.coordinate.body = named(&t.coordinate.body));
+            let terms = c.terms.iter_mut().map(|t| &mut t.coordinate);
+            let powers = c.powers.iter_mut().map(|p| &mut p.coordinate);
+            terms.chain(powers).for_each(|at| at.body = named(&at.body));
             parts.couplings.push(c);
         }
         self.commit(&parts, &about, &names.iter().map(String::as_str).collect::<Vec<_>>())

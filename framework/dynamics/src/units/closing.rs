@@ -122,10 +122,7 @@ impl Units {
                     }
                     ConstraintId::Coupling(i) => {
                         let c = &tree.multibody().couplings()[*i as usize];
-                        let error: f64 = c.terms.iter().map(|(iq, _, c)| c * q[*iq]).sum();
-                        let rate: f64 = c.terms.iter().map(|(_, iv, c)| c * v[*iv]).sum();
-                        let error = error - c.coupling.constant;
-                        put(0, if level == Level::Rate { rate } else { error });
+                        put(0, if level == Level::Rate { c.rate(q, v) } else { c.error(q) });
                     }
                 }
                 row += tree.multibody().rows(*c);
@@ -181,11 +178,7 @@ impl Units {
                 let blocks = closure.blocks.iter().map(|block| block.rows(&ends, motions));
                 blocks.fold(0.0, greatest)
             }
-            ConstraintId::Coupling(i) => {
-                let c = &tree.multibody().couplings()[i as usize];
-                let sum: f64 = c.terms.iter().map(|(iq, _, c)| c * q[*iq]).sum();
-                (sum - c.coupling.constant).abs()
-            }
+            ConstraintId::Coupling(i) => tree.multibody().couplings()[i as usize].error(q).abs(),
         }
     }
 }

@@ -154,7 +154,9 @@ impl Units {
                 t => {
                     let members = members(c);
                     let bends = |slot: &u32| *slot as usize > tree.links.len();
-                    if members.iter().any(bends) {
+                    // The rates that an aggregate eliminates have constant factors in its couplings.
+                    let curved = matches!(c, ConstraintId::Coupling(i) if !mbs.couplings()[i as usize].is_linear());
+                    if curved || members.iter().any(bends) {
                         augmented.push(c);
                     } else {
                         wanted.push((c, t, members));

@@ -64,15 +64,13 @@ impl RowSet {
             ConstraintId::Coupling(i) => {
                 let coupling = &tree.multibody().couplings()[i as usize];
                 let mut row = RowGroup { n: 1, ..RowGroup::default() };
-                row.error[0] = -coupling.coupling.constant;
+                row.error[0] = coupling.error(q);
+                row.rate[0] = coupling.rate(q, v);
+                row.bias[0] = coupling.bias(q, v);
                 self.ends.clear();
                 self.terms.clear();
-                for ((slot, _, _), (iq, iv, c)) in
-                    units.couplings[i as usize].iter().zip(&coupling.terms)
-                {
-                    row.error[0] += c * q[*iq];
-                    row.rate[0] += c * v[*iv];
-                    self.term(*slot, *iv as u32, *c);
+                for (k, (slot, v, _)) in units.couplings[i as usize].iter().enumerate() {
+                    self.term(*slot, *v, coupling.factor(k, q));
                 }
                 self.walk(units, uw, row);
             }

@@ -3,8 +3,8 @@
 //! ```text
 //! connect   the anchor is one point of both bodies         → loop with a ball
 //! weld      X_12 is constant                                → loop with a locked hinge
-//! joint     y − y₀ = a₀ + a₁ (x − x₀)                       → y − a₁ x = a₀ + y₀ − a₁ x₀
-//! tendon    the same for fixed tendons L = Σ cᵢ qᵢ
+//! joint     y − y₀ = Σ aₖ (x − x₀)ᵏ, k = 0 … 4              → y − Σ pₖ xᵏ = p₀, with p from the binomial theorem
+//! tendon    the same for fixed tendons L = Σ cᵢ qᵢ; higher powers if x has one joint
 //! ```
 //! Subscript 0 is the reference configuration, at which the frames of a loop coincide.
 
@@ -15,7 +15,7 @@ use crate::error::FilePlace;
 use crate::read::Cx;
 use crate::xml::Element;
 use crate::{Coupling, Description, LoopClosure, Term};
-use linkwork_multibody::Hinge;
+use linkwork_multibody::{Hinge, Powers};
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Pose, Quat, Vec3};
 
@@ -84,19 +84,37 @@ impl<'e> Mj<'e> {
             }
             None => vec![0.0, 1.0],
         };
-        if x.is_some() && a.iter().skip(2).any(|c| *c != 0.0) {
-            e.touch_all();
-            cx.ignored.push(e.ignored(what, "a polynomial of higher degree than one"));
-            return None;
-        }
-        let mut terms = y.terms;
-        let mut constant = a[0] + y.reference;
-        if let Some(x) = x {
-            let slope = a.get(1).copied().unwrap_or(1.0);
+        let (mut terms, mut constant) = (y.terms, a[0] + y.reference);
+        let Some(x) = x else { return Some(Coupling::linear(name, terms, constant)) };
+        let slope = a.get(1).copied().unwrap_or(1.0);
+        let bent = a.iter().skip(2).any(|c| *c != 0.0);
+        let (mut linear, mut powers) = (slope, Vec::new());
+        if bent {
+            let [t] = &x.terms[..] else {
+                e.touch_all();
+                let note = "a polynomial of higher degree than one in a tendon over several joints";
+                cx.ignored.push(e.ignored(what, note));
+                return None;
+            };
+            let all =
+                std::array::from_fn(
+                    |k| if k == 1 { slope } else { a.get(k).copied().unwrap_or(0.0) },
+                );
+            let [p0, p1, p2, p3, p4] = shifted(all, t.factor, x.reference);
+            (constant, linear) = (p0 + y.reference, p1 / t.factor);
+            let factors = [-p2, -p3, -p4];
+            powers.push(Powers { coordinate: t.coordinate.clone(), factors });
+        } else {
             constant -= slope * x.reference;
-            terms.extend(x.terms.into_iter().map(|t| Term { factor: -slope * t.factor, ..t }));
         }
-        Some(Coupling { name, terms, constant })
+        for t in x.terms {
+            let factor = -linear * t.factor;
+            match terms.iter_mut().find(|own| own.coordinate == t.coordinate) {
+                Some(own) => own.factor += factor,
+                None => terms.push(Term { factor, ..t }),
+            }
+        }
+        Some(Coupling { name, terms, constant, powers })
     }
 
     fn closure(
@@ -168,4 +186,16 @@ impl<'e> Mj<'e> {
         }
         Some(Pose::new(Quat::new_normalize(raw / size), Vec3::new(px, py, pz)))
     }
+}
+
+/// Returns the coefficients of Σ aₖ (f q − r)ᵏ as a polynomial of q.
+fn shifted(a: [f64; 5], f: f64, r: f64) -> [f64; 5] {
+    // Horner's scheme: multiply by (f q − r), then add the next coefficient.
+    let mut p = [0.0; 5];
+    for c in a.into_iter().rev() {
+        for k in (0..5).rev() {
+            p[k] = -r * p[k] + if k > 0 { f * p[k - 1] } else { c };
+        }
+    }
+    p
 }

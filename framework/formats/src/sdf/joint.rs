@@ -268,11 +268,7 @@ impl<'e> Sdf<'e> {
                 continue;
             };
             one.factor *= ratio;
-            d.couplings.push(Coupling {
-                name: j.name.clone(),
-                terms: vec![two, one],
-                constant: 0.0,
-            });
+            d.couplings.push(Coupling::linear(&j.name, vec![two, one], 0.0));
         }
     }
 

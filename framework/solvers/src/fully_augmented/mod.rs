@@ -78,8 +78,8 @@ pub struct FullyAugmentedSolver {
     groups: Vec<Group>,
     of: Vec<Option<usize>>,
     joints: Vec<Joint>,
-    /// Terms of couplings: index of the joint, index within it, factor.
-    couplings: Vec<Vec<(usize, usize, f64)>>,
+    /// Terms of couplings: index of the joint, index within it.
+    couplings: Vec<Vec<(usize, usize)>>,
     blocks: Vec<Block>,
     /// Pairs of blocks that share groups, with their ends there.
     meets: Vec<(usize, usize, usize, usize)>,
@@ -119,11 +119,11 @@ impl FullyAugmentedSolver {
             })
             .collect();
         // Groups are in the order of bodies, and each has one joint.
-        let term = |(_, v, c): &(usize, usize, f64)| {
+        let term = |(_, v, _): &(usize, usize, f64)| {
             let k = joints.partition_point(|j| j.v + j.roles.len() <= *v);
-            (k, *v - joints[k].v, *c)
+            (k, *v - joints[k].v)
         };
-        let couplings: Vec<Vec<(usize, usize, f64)>> =
+        let couplings: Vec<Vec<(usize, usize)>> =
             mbs.couplings().iter().map(|c| c.terms.iter().map(term).collect()).collect();
         for (k, ..) in couplings.iter().flatten() {
             joints[*k].coupled = true;
@@ -429,7 +429,7 @@ fn blocks(
     mbs: &Multibody,
     of: &[Option<usize>],
     joints: &[Joint],
-    couplings: &[Vec<(usize, usize, f64)>],
+    couplings: &[Vec<(usize, usize)>],
 ) -> Vec<Block> {
     let block = |rows: usize, of: Owner, groups: Vec<usize>| {
         let mut ends: Vec<(usize, [V6; 6])> = Vec::new();

@@ -98,10 +98,11 @@ impl FullyAugmentedSolver {
         let block = &mut self.blocks[b];
         block.ends.iter_mut().for_each(|e| e.1 = [V6::zeros(); 6]);
         let mut rhs = 0.0;
-        for (k, at, c) in &self.couplings[i] {
+        let coupling = &mbs.couplings()[i];
+        for (term, (k, at)) in self.couplings[i].iter().enumerate() {
             let j = &self.joints[*k];
             let mut unit = [0.0; 6];
-            unit[*at] = *c;
+            unit[*at] = coupling.factor(term, q);
             // H⁺* e: a wrench that does work only on this coordinate.
             let w = j.all.wrench(&unit);
             rhs += w.dot(&j.b);
@@ -114,9 +115,8 @@ impl FullyAugmentedSolver {
                 end.into_iter().for_each(|e| e.1[0] += w);
             }
         }
-        let c = &mbs.couplings()[i];
-        let error = c.terms.iter().map(|(at, _, f)| f * q[*at]).sum::<f64>() - c.coupling.constant;
-        let rate: f64 = c.terms.iter().map(|(_, at, f)| f * v[*at]).sum();
+        let (error, rate) = (coupling.error(q), coupling.rate(q, v));
+        rhs -= coupling.bias(q, v);
         let (damping, stiffness) = constants(self.stabilisation);
         block.rhs[0] = rhs - damping * rate - stiffness * error;
         report.error = greater(report.error, error.abs());

@@ -177,6 +177,13 @@ impl Rolling {
                         factors[2 * DRIVE + k] += factor;
                     }
                 }
+                let own = c.terms.iter().any(|(_, v, _)| joints.contains(v));
+                if own && !c.is_linear() {
+                    return Err(RollingError::Unknown {
+                        what: format!("the coupling `{}`, which is not linear", c.coupling.name),
+                        help: "write a linear coupling, or simulate the machine with forces",
+                    });
+                }
                 if factors.iter().any(|f| *f != 0.0) {
                     let constant = c.coupling.constant;
                     couplings.push(CouplingRow {

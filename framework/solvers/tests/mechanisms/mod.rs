@@ -60,11 +60,8 @@ pub fn looped(seed: u64, shape: Shape, loops: usize) -> (Multibody, Vec<f64>) {
         let j = (i + 1 + r.below(single.len() - 1)) % single.len();
         let (a, c) = (r.signed(), r.signed());
         let term = |i: usize, factor| Term { coordinate: single[i].0.clone(), factor };
-        b.coupling(Coupling {
-            name: "gear".into(),
-            terms: vec![term(i, a), term(j, c)],
-            constant: a * q[single[i].1] + c * q[single[j].1],
-        });
+        let constant = a * q[single[i].1] + c * q[single[j].1];
+        b.coupling(Coupling::linear("gear", vec![term(i, a), term(j, c)], constant));
     }
     (b.build().unwrap_or_else(|e| panic!("seed {seed}: {e}")), q)
 }

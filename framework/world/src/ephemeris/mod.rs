@@ -11,6 +11,7 @@
 //! Axes are those of the ICRF (mean equator of J2000 for the low-precision ones, 0.02″ off). `tdb` is in days past J2000 in two parts, as from
 //! [`crate::planet::Epoch::tdb_days`]. [`Ephemeris`] is the interface for kernels ([`Spk`]); [`Sampled`] makes any source fast for one simulation.
 
+mod conics;
 mod differences;
 mod kepler;
 mod low;

@@ -1,5 +1,5 @@
 //! NAIF's SPK kernels in DAF files: Chebyshev polynomials (types 2 and 3, such as DE440), states with Lagrange or Hermite interpolation (8, 9, 12,
-//! 13: spacecraft) and difference lines (1, 21: small bodies of Horizons).
+//! 13: spacecraft), difference lines (1, 21: small bodies of Horizons), and orbits about one centre (5, 17).
 //!
 //! NAIF, *DAF Required Reading* and *SPK Required Reading*:
 //! ```text
@@ -8,10 +8,11 @@
 //!                          target, centre, frame, type, first and last address (of 8 bytes, from 1)
 //! segment of type 2, 3     records of (middle, half length, coefficients of x, y, z[, ẋ, ẏ, ż]);
 //!                          at the end: first time, length of a record's interval, record size, count
-//! other types              `states`, `differences`
+//! other types              `states`, `differences`, `conics`
 //! ```
 //! Files use kilometres, this crate metres. The whole file is read at once; queries do not allocate.
 
+use super::conics::{Discrete, Equinoctial};
 use super::differences::Differences;
 use super::states::States;
 use super::{Body, Ephemeris, date, seconds};
@@ -42,6 +43,10 @@ enum Records {
     States(States),
     /// Types 1 and 21.
     Differences(Differences),
+    /// Type 5.
+    Discrete(Discrete),
+    /// Type 17.
+    Equinoctial(Equinoctial),
 }
 
 /// Chebyshev polynomials over intervals of equal length (s).
@@ -147,7 +152,7 @@ impl Spk {
             record = b.double(at)? as usize;
         }
         if segments.is_empty() {
-            let help = "types 1, 2, 3, 8, 9, 12, 13 and 21 in J2000 axes are supported; NAIF's `spkmerge` or Horizons write them";
+            let help = "types 1, 2, 3, 5, 8, 9, 12, 13, 17 and 21 in J2000 axes are supported; NAIF's `spkmerge` or Horizons write them";
             let fact = format!("no segment of a type that is read; it has {}", told(&unread));
             return Err(wrong(file, fact, help));
         }
@@ -299,7 +304,7 @@ fn segment(b: &Bytes, at: usize) -> Result<Result<SpkSegment, [i32; 3]>, WorldEr
     let (target, centre) = (b.int(at + 16)?, b.int(at + 20)?);
     let (axes, kind) = (b.int(at + 24)?, b.int(at + 28)?);
     // Only J2000 axes are supported; others would need a rotation.
-    if axes != 1 || !matches!(kind, 1 | 2 | 3 | 8 | 9 | 12 | 13 | 21) {
+    if axes != 1 || !matches!(kind, 1 | 2 | 3 | 5 | 8 | 9 | 12 | 13 | 17 | 21) {
         return Ok(Err([target, axes, kind]));
     }
     let (first, last) = (b.index(at + 32, "an address")?, b.index(at + 36, "an address")?);
@@ -312,6 +317,8 @@ fn segment(b: &Bytes, at: usize) -> Result<Result<SpkSegment, [i32; 3]>, WorldEr
     let records = match kind {
         2 | 3 => Chebyshev::read(words, kind).map(Records::Chebyshev),
         8 | 9 | 12 | 13 => States::read(words, kind).map(Records::States),
+        5 => Discrete::read(&words).map(Records::Discrete),
+        17 => Equinoctial::read(&words).map(Records::Equinoctial),
         _ => Differences::read(words, kind).map(Records::Differences),
     };
     match records {
@@ -327,6 +334,8 @@ impl SpkSegment {
             Records::Chebyshev(records) => records.at(et),
             Records::States(records) => records.at(et),
             Records::Differences(records) => records.at(et),
+            Records::Discrete(records) => records.at(et),
+            Records::Equinoctial(records) => records.at(et),
         };
         PointMotion { position: position * 1000.0, velocity: velocity * 1000.0 }
     }
