@@ -188,6 +188,12 @@ fn couplings(
         };
         let mut out = Vec::new();
         push(&mut out, "terms", written);
+        if !c.powers.is_empty() {
+            let one = |p: &Powers| {
+                (devices::coordinate(&p.coordinate, &specs, bodies), list(p.factors).into())
+            };
+            push(&mut out, "powers", Value::Map(c.powers.iter().map(one).collect()));
+        }
         push(&mut out, "constant", Value::Number(c.constant));
         assembly.couplings.insert(own_name(name, &c.name, taken), item(out));
     }
@@ -200,12 +206,6 @@ fn on_world(
     assembly: &mut AssemblyForm,
     left_out: &mut Vec<String>,
 ) {
-        if !c.powers.is_empty() {
-            let one = |p: &Powers| {
-                (devices::coordinate(&p.coordinate, &specs, bodies), list(p.factors).into())
-            };
-            push(&mut out, "powers", Value::Map(c.powers.iter().map(one).collect()));
-        }
     let shapes = d.shapes.iter().enumerate();
     for (k, s) in shapes.filter(|(_, s)| s.body == "world" && s.role != ShapeRole::Visual) {
         let surface = groups.of(k);
