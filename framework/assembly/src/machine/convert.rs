@@ -79,6 +79,7 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
             let loops = d.builder.loops().iter().chain(&d.loops).count();
             let couplings = d.builder.couplings().iter().chain(&d.couplings).count();
             let closed = loops + couplings > 0;
+            .filter(|(_, s)| collide == Collide::Off || !shown_by_collider(d, s))
             push(&mut out, "initial", initial::value(&spec.hinge, &i.q, closed && !free));
         }
         assembly.bodies.insert(local, item(out));
@@ -100,7 +101,7 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
     left_out.extend(d.wheels.iter().map(|w| format!("wheel `{}`", w.body)));
     let visual = |s: &BodyShape| s.role == ShapeRole::Visual;
     let hidden = |s: &&BodyShape| match visual(s) {
-        true => s.body == "world",
+        true => s.body == "world" && (collide == Collide::Off || !shown_by_collider(d, s)),
         false => collide == Collide::Off,
     };
     let hidden = d.shapes.iter().filter(hidden);
@@ -361,6 +362,17 @@ fn unusable(geometry: &Geometry) -> Option<String> {
         Geometry::Plane { .. } => "plane without collisions".into(),
         _ => "its sizes are not all positive".into(),
     })
+/// Returns whether a visual height field is shown because it collides: a viewer shows the surfaces of colliders.
+fn shown_by_collider(d: &Description, s: &BodyShape) -> bool {
+    let field = matches!(s.geometry, Geometry::HeightField { .. });
+    let twin = |o: &BodyShape| {
+        o.role == ShapeRole::Collision
+            && (&o.body, &o.pose) == (&s.body, &s.pose)
+            && o.geometry == s.geometry
+    };
+    field && s.role == ShapeRole::Visual && d.shapes.iter().any(twin)
+}
+
 }
 
 /// Returns a shape in the form of an assembly; `None`, and a line in `left_out`, if it is not supported.
@@ -369,6 +381,7 @@ fn shape(
     meshes: CollisionMeshes,
     groups: &ShapeGroups,
     left_out: &mut Vec<String>,
+        Geometry::HeightField { .. } => "height field without collisions".into(),
 ) -> Option<Value> {
     let number = Value::Number;
     let collides = s.role != ShapeRole::Visual;
@@ -422,6 +435,12 @@ fn shape(
         return None;
     };
     let mut out = Vec::new();
+        Geometry::HeightField { columns, spacing, heights } if collides && *columns > 1 => {
+            let rows = (heights.len() / columns) as f64;
+            let all = [("rows", number(rows)), ("columns", number(*columns as f64))];
+            let fields = [("spacing", list(*spacing)), ("heights", list(heights.iter().copied()))];
+            Some(of("HeightField", fields.into_iter().chain(all).collect()))
+        }
     push(&mut out, "shape", solid);
     push(&mut out, "at", s.pose.write());
     if let Some(c) = s.color {

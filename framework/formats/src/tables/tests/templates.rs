@@ -64,7 +64,7 @@ pub(super) const MJCF: &[Template] = &[
     ),
     (
         "default/geom",
-        r#"<mujoco><default><geom @ type="capsule" size="0.1 0.2"/></default><asset><material name="a" rgba="1 0 0 1"/><mesh name="b" face="0 2 1 0 1 3 0 3 2 1 2 3" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset><worldbody><body><joint/><geom/></body></worldbody></mujoco>"#,
+        r#"<mujoco><default><geom @ type="capsule" size="0.1 0.2"/></default><asset><material name="a" rgba="1 0 0 1"/><mesh name="b" face="0 2 1 0 1 3 0 3 2 1 2 3" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/><hfield name="k" nrow="2" ncol="2" size="1 1 1 1"/></asset><worldbody><body><joint/><geom/></body></worldbody></mujoco>"#,
     ),
     (
         "default/site",
@@ -77,6 +77,10 @@ pub(super) const MJCF: &[Template] = &[
     (
         "asset/mesh",
         r#"<mujoco><default><default class="c"/></default><asset><mesh @ name="b" face="0 2 1 0 1 3 0 3 2 1 2 3" vertex="0 0 0 1 0 0 0 1 0 0 0 1">#</mesh></asset><worldbody><body><joint/><geom type="mesh" mesh="b"/></body></worldbody></mujoco>"#,
+    ),
+    (
+        "asset/hfield",
+        r#"<mujoco><asset><hfield @ name="k" nrow="3" ncol="4" size="1 1 1 1" elevation="0 1 2 3 4 5 6 7 8 9 10 11"/></asset><worldbody><geom type="hfield" hfield="k"/><body><joint/><geom size="1"/></body></worldbody></mujoco>"#,
     ),
     (
         "asset/material",
@@ -116,7 +120,7 @@ pub(super) const MJCF: &[Template] = &[
     ),
     (
         "body/geom",
-        r#"<mujoco><default><default class="c"><geom density="3"/></default></default><asset><material name="a" rgba="1 0 0 1"/><mesh name="b" face="0 2 1 0 1 3 0 3 2 1 2 3" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset><worldbody><body><joint/><geom size="1"/><geom @ type="box" size="0.1 0.2 0.3">#</geom></body></worldbody></mujoco>"#,
+        r#"<mujoco><default><default class="c"><geom density="3"/></default></default><asset><material name="a" rgba="1 0 0 1"/><mesh name="b" face="0 2 1 0 1 3 0 3 2 1 2 3" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/><hfield name="k" nrow="2" ncol="2" size="1 1 1 1"/></asset><worldbody><body><joint/><geom size="1"/><geom @ type="box" size="0.1 0.2 0.3">#</geom></body></worldbody></mujoco>"#,
     ),
     (
         "body/site",
@@ -244,6 +248,7 @@ pub(super) const SILENT: &[&str] = &[
     "actuator/position ctrllimited",
     "actuator/position forcelimited",
     "actuator/velocity ctrllimited",
+    "asset/hfield name",
     "actuator/velocity forcelimited",
     "actuator/damper ctrllimited",
     "actuator/damper forcelimited",
@@ -302,6 +307,11 @@ pub(super) const WITH: &[(&str, &str)] = &[
     ("default/motor ctrllimited", r#"ctrlrange="-1 1""#),
     ("default/motor forcelimited", r#"forcerange="-1 1""#),
     ("default/position ctrllimited", r#"ctrlrange="-1 1""#),
+    ("body/geom hfield", r#"type="hfield""#),
+    ("default/geom hfield", r#"type="hfield""#),
+    ("asset/hfield elevation", r#"nrow="2" ncol="2""#),
+    ("asset/hfield nrow", r#"ncol="2" elevation="0 1 2 5""#),
+    ("asset/hfield ncol", r#"nrow="2" elevation="0 1 2 5""#),
     ("default/position forcelimited", r#"forcerange="-1 1""#),
     ("default/velocity ctrllimited", r#"ctrlrange="-1 1""#),
     ("default/velocity forcelimited", r#"forcerange="-1 1""#),
