@@ -7,8 +7,8 @@ use crate::schema::record::Record;
 use crate::text::value::{list, map, plain, push, variant};
 use linkwork_collision::hull_surface;
 use linkwork_formats::{
-    BodyShape, CollisionClasses, CollisionMeshes, Description, Filter, Geometry, Initial,
-    ShapeRole, Term, mesh_corners,
+    BodyShape, CollisionClasses, CollisionMeshes, Description, DeviceKind, Filter, Geometry,
+    Initial, Sensor, ShapeRole, Term, mesh_corners,
 };
 use linkwork_multibody::{BodySpec, NodeSpec, Powers, SubhingeKind};
 use linkwork_runtime::{Located, Origin, Value};
@@ -57,6 +57,13 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
     let initial: BTreeMap<&str, &Initial> =
         d.initial.iter().map(|i| (i.body.as_str(), i)).collect();
     let mut places: BTreeMap<String, String> = BTreeMap::new(); // of nodes
+    // A body whose load is measured stays a separate body, even if its hinge is locked.
+    let measured: BTreeSet<&str> = (d.devices.iter())
+        .filter_map(|device| match &device.kind {
+            DeviceKind::Sensor(Sensor::HingeLoad { body, .. }) => Some(body.as_str()),
+            _ => None,
+        })
+        .collect();
     for spec in d.builder.bodies() {
         let local = bodies[&spec.name].clone();
         let mut out = body_fields(spec, &bodies);
@@ -66,9 +73,13 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
             places.insert(n.name.clone(), format!("{local}/{key}"));
         }
         push(&mut out, "nodes", Value::Map(nodes));
+        if measured.contains(spec.name.as_str()) {
+            push(&mut out, "reaction", Value::Bool(true));
+        }
         let shapes: Vec<Located> = (shapes_of.get(spec.name.as_str()).into_iter().flatten())
             .map(|k| (*k, &d.shapes[*k]))
             .filter(|(_, s)| s.role == ShapeRole::Visual || collide == Collide::On)
+            .filter(|(_, s)| collide == Collide::Off || !shown_by_collider(d, s))
             .filter_map(|(k, s)| shape(s, d.collision_meshes, &groups.of(k), &mut left_out))
             .map(Located::from)
             .collect();
@@ -79,7 +90,6 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
             let loops = d.builder.loops().iter().chain(&d.loops).count();
             let couplings = d.builder.couplings().iter().chain(&d.couplings).count();
             let closed = loops + couplings > 0;
-            .filter(|(_, s)| collide == Collide::Off || !shown_by_collider(d, s))
             push(&mut out, "initial", initial::value(&spec.hinge, &i.q, closed && !free));
         }
         assembly.bodies.insert(local, item(out));
@@ -190,6 +200,12 @@ fn couplings(
         let mut out = Vec::new();
         push(&mut out, "terms", written);
         push(&mut out, "constant", Value::Number(c.constant));
+        if !c.powers.is_empty() {
+            let one = |p: &Powers| {
+                (devices::coordinate(&p.coordinate, &specs, bodies), list(p.factors).into())
+            };
+            push(&mut out, "powers", Value::Map(c.powers.iter().map(one).collect()));
+        }
         assembly.couplings.insert(own_name(name, &c.name, taken), item(out));
     }
 }
@@ -201,12 +217,6 @@ fn on_world(
     assembly: &mut AssemblyForm,
     left_out: &mut Vec<String>,
 ) {
-        if !c.powers.is_empty() {
-            let one = |p: &Powers| {
-                (devices::coordinate(&p.coordinate, &specs, bodies), list(p.factors).into())
-            };
-            push(&mut out, "powers", Value::Map(c.powers.iter().map(one).collect()));
-        }
     let shapes = d.shapes.iter().enumerate();
     for (k, s) in shapes.filter(|(_, s)| s.body == "world" && s.role != ShapeRole::Visual) {
         let surface = groups.of(k);
@@ -352,16 +362,6 @@ fn nodes(spec: &BodySpec, local: &str, name: &str, all: &[&NodeSpec]) -> Vec<(St
     out
 }
 
-/// Returns why a shape cannot be converted; `None` for a mesh whose file does not exist.
-fn unusable(geometry: &Geometry) -> Option<String> {
-    Some(match geometry {
-        Geometry::Mesh { path: None, .. } => return None,
-        Geometry::Mesh { file, scale, .. } => {
-            format!("mesh `{file}` with the scale {scale:?}, which mirrors or flattens it")
-        }
-        Geometry::Plane { .. } => "plane without collisions".into(),
-        _ => "its sizes are not all positive".into(),
-    })
 /// Returns whether a visual height field is shown because it collides: a viewer shows the surfaces of colliders.
 fn shown_by_collider(d: &Description, s: &BodyShape) -> bool {
     let field = matches!(s.geometry, Geometry::HeightField { .. });
@@ -373,6 +373,17 @@ fn shown_by_collider(d: &Description, s: &BodyShape) -> bool {
     field && s.role == ShapeRole::Visual && d.shapes.iter().any(twin)
 }
 
+/// Returns why a shape cannot be converted; `None` for a mesh whose file does not exist.
+fn unusable(geometry: &Geometry) -> Option<String> {
+    Some(match geometry {
+        Geometry::Mesh { path: None, .. } => return None,
+        Geometry::Mesh { file, scale, .. } => {
+            format!("mesh `{file}` with the scale {scale:?}, which mirrors or flattens it")
+        }
+        Geometry::Plane { .. } => "plane without collisions".into(),
+        Geometry::HeightField { .. } => "height field without collisions".into(),
+        _ => "its sizes are not all positive".into(),
+    })
 }
 
 /// Returns a shape in the form of an assembly; `None`, and a line in `left_out`, if it is not supported.
@@ -381,7 +392,6 @@ fn shape(
     meshes: CollisionMeshes,
     groups: &ShapeGroups,
     left_out: &mut Vec<String>,
-        Geometry::HeightField { .. } => "height field without collisions".into(),
 ) -> Option<Value> {
     let number = Value::Number;
     let collides = s.role != ShapeRole::Visual;
@@ -425,6 +435,12 @@ fn shape(
             Some(of(kind, vec![("file", file), ("scale", scale)]))
         }
         Geometry::Plane { .. } if collides => Some(variant("HalfSpace", Value::Null)),
+        Geometry::HeightField { columns, spacing, heights } if collides && *columns > 1 => {
+            let rows = (heights.len() / columns) as f64;
+            let all = [("rows", number(rows)), ("columns", number(*columns as f64))];
+            let fields = [("spacing", list(*spacing)), ("heights", list(heights.iter().copied()))];
+            Some(of("HeightField", fields.into_iter().chain(all).collect()))
+        }
         _ => None,
     };
     let Some(solid) = solid else {
@@ -435,12 +451,6 @@ fn shape(
         return None;
     };
     let mut out = Vec::new();
-        Geometry::HeightField { columns, spacing, heights } if collides && *columns > 1 => {
-            let rows = (heights.len() / columns) as f64;
-            let all = [("rows", number(rows)), ("columns", number(*columns as f64))];
-            let fields = [("spacing", list(*spacing)), ("heights", list(heights.iter().copied()))];
-            Some(of("HeightField", fields.into_iter().chain(all).collect()))
-        }
     push(&mut out, "shape", solid);
     push(&mut out, "at", s.pose.write());
     if let Some(c) = s.color {

@@ -62,9 +62,9 @@ pub fn read_mjcf(text: &str, options: &ReadOptions) -> Result<Description, Forma
     mj.spring_dampers(&mut cx, &mut d);
     mj.contacts(&mut cx, &root, &mut d);
     mj.keyframes(&mut cx, &root, &mut d);
-    let lengths = mj.tendons(&mut cx, &root, &mut d);
+    let mut lengths = mj.tendons(&mut cx, &root, &mut d);
     mj.equalities(&mut cx, &root, &lengths, &mut d);
-    mj.actuators(&mut cx, &root, &lengths, &mut d);
+    mj.actuators(&mut cx, &root, &mut lengths, &mut d);
     mj.sensors(&mut cx, &root, &lengths, &mut d);
     mj.gravity_compensation(&mut cx, &mut d);
     let place = |body: &str| mj.elements.get(body).map(|e| (*e, format!("mujoco/{}", e.label())));
