@@ -54,7 +54,7 @@ pub struct TendonOut {
 
 impl TendonParams {
     fn transmission(&self) -> Transmission<'_> {
-        Transmission { factors: &self.factors, sites: self.sites }
+        Transmission { factors: &self.factors, sites: self.sites, wrench: None }
     }
 }
 

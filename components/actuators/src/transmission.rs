@@ -1,8 +1,12 @@
-//! Transmissions of actuators and tendons: a weighted sum of joint coordinates, or a line that is stretched over sites.
+//! Transmissions of actuators and tendons: a weighted sum of joint coordinates, a line that is stretched over sites, or a wrench on a site.
 //! ```text
 //! joints    l = Σ cᵢ qᵢ,               l̇ = Σ cᵢ q̇ᵢ,                        τᵢ = cᵢ f
 //! line      l = c Σ |pₖ₊₁ − pₖ|,       l̇ = c Σ uₖ · (vₖ₊₁ − vₖ),            Fₖ = c f (uₖ₋₁ − uₖ)
+//! wrench    l̇ = g_f · Rᵀ v + g_m · Rᵀ ω,        l = g_f · Rᵀ p + g_m · θ,         F = f R g_f, M = f R g_m
 //! ```
+//! A wrench g = (g_f, g_m) acts on site 1. If there is a second site, R is the rotation of that site, p and θ (a rotation vector in its axes) are the
+//! pose of site 1 in it, v and ω are the velocity relative to it, and the opposite wrench acts on it at the same point. Otherwise R is the rotation of
+//! site 1, v and ω are its velocity, and l = 0.
 //! uₖ points from site k to the next, and is 0 where two sites are in one place. Virtual work: f l̇ = Σ τᵢ q̇ᵢ, or Σ Fₖ · vₖ.
 
 use linkwork_runtime::Lane;
@@ -17,10 +21,11 @@ const SITE: usize = <NodeState as Lane>::N;
 /// Lanes of the load of a site.
 const LOAD: usize = <Wrench as Lane>::N;
 
-/// A transmission: with `sites` above 0 a line, whose only factor is its gear.
+/// A transmission: with `sites` above 0 a line, whose only factor is its gear, or a wrench.
 pub(crate) struct Transmission<'a> {
     pub factors: &'a [f64],
     pub sites: u32,
+    pub wrench: Option<[f64; 6]>,
 }
 
 impl Transmission<'_> {
@@ -56,6 +61,9 @@ impl Transmission<'_> {
 
     /// Length and rate; `u` has the states of the joints or sites.
     pub fn motion(&self, u: &[f64]) -> [f64; 2] {
+        if let Some(gear) = self.wrench {
+            return relative(gear, u);
+        }
         if self.sites == 0 {
             let states = u.chunks_exact(JOINT).map(HingeState::get);
             let all = self.factors.iter().zip(states);
@@ -73,6 +81,9 @@ impl Transmission<'_> {
             return;
         }
         y.fill(0.0);
+        if let Some(gear) = self.wrench {
+            return wrenches(gear, u, force, y);
+        }
         let force = self.factors[0] * force;
         for (k, (_, direction, _)) in segments(u).enumerate() {
             for (site, sign) in [(k, -force), (k + 1, force)] {
@@ -95,6 +106,20 @@ impl Transmission<'_> {
             let help = "write one for each of 1 to 256 joints, factors: [1] with bind: { \"joint1\": \"hinge:..\" }; with `sites` one alone";
             return wrong(format!("{n} factors"), help, "factors");
         }
+        if let Some(gear) = self.wrench {
+            if !gear.iter().all(|c| c.is_finite()) {
+                return wrong(
+                    "a number of the wrench is not finite".into(),
+                    "write numbers",
+                    "wrench",
+                );
+            }
+            if !(1..=2).contains(&self.sites) {
+                let help = "write sites: 1, or 2 for a wrench between two sites";
+                return wrong(format!("a wrench on {} sites", self.sites), help, "sites");
+            }
+            return Ok(());
+        }
         if self.sites == 1 || self.sites as usize > MOST {
             let help =
                 "write 2 to 256, with bind: { \"site1\": \"node:..\", \"site2\": \"node:..\" }";
@@ -104,6 +129,49 @@ impl Transmission<'_> {
             return wrong("a factor is not finite".into(), "write numbers", "factors");
         }
         Ok(())
+    }
+}
+
+/// The two parts of a gear, in the axes of the world, and the reference site, if there is one.
+fn turned(gear: [f64; 6], u: &[f64]) -> (NodeState, Option<NodeState>, [Vec3; 2]) {
+    let mut sites = u.chunks_exact(SITE).map(NodeState::get);
+    let site = sites.next().unwrap_or_else(NodeState::identity);
+    let reference = sites.next();
+    let axes = reference.as_ref().unwrap_or(&site).rotation;
+    let [fx, fy, fz, mx, my, mz] = gear;
+    (site, reference, [axes * Vec3::new(fx, fy, fz), axes * Vec3::new(mx, my, mz)])
+}
+
+/// Length and rate along a wrench.
+fn relative(gear: [f64; 6], u: &[f64]) -> [f64; 2] {
+    let (site, reference, [force, moment]) = turned(gear, u);
+    let Some(r) = reference else {
+        return [0.0, force.dot(&site.velocity) + moment.dot(&site.angular)];
+    };
+    let arm = site.position - r.position;
+    let turn = r.rotation * (r.rotation.inverse() * site.rotation).scaled_axis();
+    let velocity = site.velocity - r.velocity - r.angular.cross(&arm);
+    [
+        force.dot(&arm) + moment.dot(&turn),
+        force.dot(&velocity) + moment.dot(&(site.angular - r.angular)),
+    ]
+}
+
+/// Loads of a wrench on its site, and of the opposite one on the reference site.
+fn wrenches(gear: [f64; 6], u: &[f64], by: f64, y: &mut [f64]) {
+    let (site, reference, [force, moment]) = turned(gear, u);
+    let (force, moment) = (force * by, moment * by);
+    let mut loads = y.chunks_exact_mut(LOAD);
+    if let Some(own) = loads.next() {
+        let mut load = Wrench::get(own);
+        (load.force, load.moment) = (force, moment);
+        load.put(own);
+    }
+    if let (Some(own), Some(r)) = (loads.next(), reference) {
+        let mut load = Wrench::get(own);
+        load.force = -force;
+        load.moment = -moment - (site.position - r.position).cross(&force);
+        load.put(own);
     }
 }
 
@@ -136,7 +204,7 @@ mod tests {
 
     #[test]
     fn forces_of_a_line_do_its_work_and_add_up_to_nothing() {
-        let line = Transmission { factors: &[1.5], sites: 3 };
+        let line = Transmission { factors: &[1.5], sites: 3, wrench: None };
         assert!(line.check().is_ok());
         let mut u = vec![0.0; 3 * SITE];
         let places = [[0.0, 0.0, 0.0], [0.3, 0.4, 0.0], [0.3, 0.4, 1.2]];
@@ -157,7 +225,7 @@ mod tests {
         // The first site is pushed away from the second by a force that lengthens the line.
         assert!((loads[0].force - Vec3::new(-0.6, -0.8, 0.0) * 3.0).norm() < 1e-14);
         for (factors, sites) in [(&[1.0, 2.0][..], 2), (&[1.0], 1), (&[], 2), (&[f64::NAN], 0)] {
-            assert!(Transmission { factors, sites }.check().is_err());
+            assert!(Transmission { factors, sites, wrench: None }.check().is_err());
         }
     }
 }

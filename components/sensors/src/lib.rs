@@ -17,6 +17,7 @@ pub mod current;
 pub mod encoder;
 pub mod force_torque;
 pub mod gnss;
+pub mod hinge_load;
 pub mod imu;
 pub mod imu_increments;
 pub mod inclinometer;
@@ -47,6 +48,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<current::Current>(),
         Entry::model::<encoder::Encoder>(),
         Entry::model::<force_torque::ForceTorque>(),
+        Entry::model::<hinge_load::HingeLoadSensor>(),
         Entry::sized::<gnss::Gnss>(),
         Entry::model::<imu::Imu>(),
         Entry::model::<imu_increments::ImuIncrements>(),

@@ -599,6 +599,12 @@ fn solid(g: &Geometry) -> Result<Shape, String> {
             Shape::Capsule { radius, half_length: 0.5 * length }
         }
         Geometry::Plane { size: [0.0, 0.0] } => Shape::HalfSpace,
+        Geometry::HeightField { columns, spacing, ref heights } => Shape::HeightField {
+            x: columns,
+            y: heights.len() / columns.max(1),
+            spacing,
+            heights: heights.as_slice().into(),
+        },
         Geometry::Mesh { ref file, ref path, scale } => {
             let path = path.as_deref().ok_or_else(|| format!("`{file}` is not found"))?;
             let corners = mesh_corners(path).map_err(|e| format!("`{file}`: {e}"))?;

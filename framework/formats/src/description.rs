@@ -143,7 +143,7 @@ pub enum ShapeRole {
     Contact,
 }
 
-/// A solid, a plane or a mesh; lengths in m.
+/// A solid, a plane, a height field or a mesh; lengths in m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Geometry {
     /// Centred; full lengths along x, y, z.
@@ -179,6 +179,15 @@ pub enum Geometry {
     Plane {
         /// Full lengths along x and y; 0 is infinite.
         size: [f64; 2],
+    },
+    /// A surface over a grid that is centred at x = y = 0.
+    HeightField {
+        /// Number of points along x.
+        columns: usize,
+        /// Distance of neighbouring points along x and y.
+        spacing: [f64; 2],
+        /// Heights z: rows from low y to high y, each along x.
+        heights: Vec<f64>,
     },
     /// A mesh file.
     Mesh {

@@ -1,12 +1,13 @@
 //! Devices of a file: actuators and sensors on a mechanism. They become parts of an assembly.
 //!
 //! ```text
-//! length   l = Σ cᵢ qᵢ, torque on joint i: cᵢ f;   or that of a line over sites, times a gear
-//! actuator                   f = (g₀ + g₁ l + g₂ l̇) u + b₀ + b₁ l + b₂ l̇
+//! length   l = Σ cᵢ qᵢ, torque on joint i: cᵢ f;   or that of a line over sites, times a gear;   or a wrench on a site
+//! actuator                   f = (g₀ + g₁ l + g₂ l̇) w + b₀ + b₁ l + b₂ l̇,    w = u, or ẇ = u, or ẇ = (u − w) / T
 //! tendon                     f = −k (l − r) − d l̇, and soft limits
 //! ```
 
 use linkwork_multibody::{HingeCoordinate, Term};
+use linkwork_spatial::Pose;
 use serde::{Deserialize, Serialize};
 
 /// An actuator or sensor of the file.
@@ -48,6 +49,15 @@ pub enum Length {
         /// The sites from the first to the last.
         sites: Vec<DeviceFrame>,
     },
+    /// A wrench on a site, for each unit of force.
+    Wrench {
+        /// Force and moment, in the axes of the reference site, or of the site itself.
+        gear: [f64; 6],
+        /// The site.
+        site: DeviceFrame,
+        /// The site on which the opposite wrench acts.
+        reference: Option<DeviceFrame>,
+    },
 }
 
 impl Length {
@@ -60,11 +70,23 @@ impl Length {
                 Self::Joints(terms.into_iter().map(geared).collect())
             }
             Self::Line { gear, sites } => Self::Line { gear: gear * by, sites },
+            Self::Wrench { gear, site, reference } => {
+                Self::Wrench { gear: gear.map(|g| g * by), site, reference }
+            }
         }
     }
 }
 
-/// A force that is affine in control, length and rate.
+/// How the activation w of an actuator follows its control u.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Activation {
+    /// T of ẇ = (u − w) / T, s; `None`: ẇ = u.
+    pub time_constant: Option<f64>,
+    /// Bounds of w.
+    pub range: Option<[f64; 2]>,
+}
+
+/// A force that is affine in control or activation, length and rate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Actuator {
     /// The length along which it acts.
@@ -73,6 +95,8 @@ pub struct Actuator {
     pub gain: [f64; 3],
     /// b: force at zero control.
     pub bias: [f64; 3],
+    /// The activation; `None`: the force follows the control at once.
+    pub activation: Option<Activation>,
     /// Bounds of the control.
     pub control: Option<[f64; 2]>,
     /// Bounds of the force.
@@ -105,6 +129,13 @@ pub enum Sensor {
     Motion(DeviceFrame),
     /// Specific force at a frame.
     SpecificForce(DeviceFrame),
+    /// Force and moment that the parent exerts on a body through its hinge.
+    HingeLoad {
+        /// The body.
+        body: String,
+        /// Frame of the reading in the frame of the hinge on the body.
+        frame: Pose,
+    },
     /// An output of another device.
     Of {
         /// The device.

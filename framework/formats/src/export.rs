@@ -443,7 +443,9 @@ fn shape(s: &BodyShape) -> Option<String> {
             let scale = three(&Vec3::from(*scale));
             format!("<mesh filename=\"{}\" scale=\"{scale}\"/>", escaped(file))
         }
-        Geometry::Ellipsoid { .. } | Geometry::Plane { .. } => return None,
+        Geometry::Ellipsoid { .. } | Geometry::Plane { .. } | Geometry::HeightField { .. } => {
+            return None;
+        }
     };
     let name = match s.name.is_empty() {
         true => String::new(),

@@ -65,7 +65,7 @@ pub use description::{
     BodyShape, CollisionClasses, CollisionMeshes, Description, Filter, Geometry, Ignored, Initial,
     Joint, ShapeRole, Surface, Wheel, WheelRole,
 };
-pub use device::{Actuator, Device, DeviceFrame, DeviceKind, Length, Sensor, Tendon};
+pub use device::{Activation, Actuator, Device, DeviceFrame, DeviceKind, Length, Sensor, Tendon};
 pub use error::{FaultKind, FileFault, FilePlace, FormatError};
 pub use export::{ExportError, ExportFault, UrdfText, write_urdf};
 pub use linkwork_multibody as multibody;

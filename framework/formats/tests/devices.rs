@@ -109,19 +109,18 @@ fn devices_that_are_not_read_are_named() {
     let text = r#"<mujoco><worldbody><site name="fixed"/><body name="a"><joint name="p"/><geom size="1"/><site name="s"/></body>
         <body name="b"><joint name="ball" type="ball"/><geom size="1"/></body></worldbody>
         <tendon><spatial name="line"><site site="s"/><pulley divisor="2"/><site site="fixed"/></spatial></tendon>
-        <actuator><intvelocity name="i" joint="p"/><motor name="pull" tendon="line"/><motor name="turn" joint="ball" gear="1 0 0"/><motor name="jet" site="s"/>
-        <general name="slow" joint="p" dyntype="filter"/><position name="lag" joint="p" timeconst="0.1"/></actuator>
+        <actuator><muscle name="i" joint="p"/><motor name="pull" tendon="line"/><motor name="turn" joint="ball" gear="1 0 0"/><general name="jet" body="a"/>
+        <general name="slow" joint="p" dyntype="muscle"/></actuator>
         <sensor><actuatorfrc name="f" actuator="pull"/><touch name="t" site="s"/><gyro name="g" site="s"/><gyro name="h" site="fixed"/><framepos objtype="body" objname="a"/></sensor></mujoco>"#;
     let d = read(text);
     let listed: Vec<String> = d.ignored.iter().map(ToString::to_string).collect();
     for part in [
-        "intvelocity",
+        "muscle",
         "a spatial tendon with a <pulley>",
         "its tendon `line` is not supported",
         "it acts on a ball or free joint",
-        "an actuator on a site",
+        "an actuator on a body",
         "`dyntype`",
-        "`timeconst`",
         "a sensor of the actuator `pull`, which is not supported",
         "touch",
         "site of the world, which does not move",
@@ -153,5 +152,112 @@ fn devices_that_lead_nowhere_are_refused() {
         "refers to the site `s`",
     ] {
         assert!(error.contains(part), "{part}\n{error}");
+    }
+}
+
+const SITES: &str = r#"<mujoco><worldbody><body name="base"><joint name="x"/><geom size="0.1"/><site name="hub"/>
+<body name="link" pos="0 0 1"><joint name="y" ref="20"/><geom size="0.1"/><site name="tip" pos="0.1 0 0" euler="0 0 90"/></body></body>
+<body name="cart"><joint name="z" type="slide"/><geom size="0.1"/><site name="aside"/></body></worldbody>"#;
+
+/// MuJoCo moves only the joints between the two bodies, which is not an opposite wrench if `refsite` is on another branch.
+#[test]
+fn an_actuator_on_a_site_needs_a_reference_that_carries_it() {
+    let on = |more: &str| {
+        read(&format!(
+            r#"{SITES}<actuator><general name="a" site="tip" gear="1 2 3" {more}/></actuator></mujoco>"#
+        ))
+    };
+    let tip = || DeviceFrame::Node("tip".into());
+    let gear = [1.0, 2.0, 3.0, 0.0, 0.0, 0.0];
+    for (more, reference) in [("", None), (r#"refsite="hub""#, Some("hub"))] {
+        let reference = reference.map(|r: &str| DeviceFrame::Node(r.into()));
+        let want = Length::Wrench { gear, site: tip(), reference };
+        assert_eq!(actuator(&on(more), "a").length, want);
+    }
+    let d = on(r#"refsite="aside""#);
+    assert!(d.devices.is_empty());
+    let listed = "`cart` does not carry the body of `tip`";
+    assert!(d.ignored.iter().any(|i| i.what.contains(listed)), "{:?}", d.ignored);
+}
+
+/// MuJoCo 4.0 rejects `actrange` without an activation, too.
+#[test]
+fn activations_have_their_time_constant_and_range() {
+    let text = |attributes: &str| format!(r#"{SITES}<actuator>{attributes}</actuator></mujoco>"#);
+    for (element, time_constant, range) in [
+        (
+            r#"<general name="a" joint="x" dyntype="filter" dynprm="0.4" actrange="-1 2"/>"#,
+            Some(0.4),
+            Some([-1.0, 2.0]),
+        ),
+        (r#"<general name="a" joint="x" dyntype="filterexact"/>"#, Some(1.0), None),
+        (
+            r#"<general name="a" joint="x" dyntype="integrator" actlimited="false" actrange="-1 2"/>"#,
+            None,
+            None,
+        ),
+        (r#"<position name="a" joint="x" timeconst="0.2"/>"#, Some(0.2), None),
+        (r#"<cylinder name="a" joint="x" timeconst="0.3"/>"#, Some(0.3), None),
+        (r#"<intvelocity name="a" joint="x" actrange="-1 2"/>"#, None, Some([-1.0, 2.0])),
+    ] {
+        let own = actuator(&read(&text(element)), "a").activation.unwrap();
+        assert_eq!((own.time_constant, own.range), (time_constant, range), "{element}");
+    }
+    for (element, message) in [
+        (r#"<motor name="a" joint="x"/><general joint="x" actrange="-1 1"/>"#, "no activation"),
+        (r#"<intvelocity joint="x"/>"#, "`actrange` is `0 0`, not a range"),
+        (r#"<cylinder joint="x" timeconst="-1"/>"#, "a positive time constant"),
+    ] {
+        let found = read_mjcf(&text(element), &ReadOptions::default()).unwrap_err().to_string();
+        assert!(found.contains(message), "{found}");
+    }
+    let d = read(&text(r#"<general joint="x" dyntype="muscle"/>"#));
+    assert!(d.ignored.iter().any(|i| i.what.contains("`dyntype` is not none")), "{:?}", d.ignored);
+}
+
+/// y − y₀ = Σ aₖ (x − x₀)ᵏ, here with x as a tendon of one joint, too.
+#[test]
+fn polynomials_are_expanded_about_zero_and_those_of_several_joints_listed() {
+    let tendons = r#"<tendon><fixed name="one"><joint joint="y" coef="2"/></fixed><fixed name="two"><joint joint="x" coef="1"/><joint joint="z" coef="1"/></fixed></tendon>"#;
+    let with = |law: &str| read(&format!("{SITES}{tendons}<equality>{law}</equality></mujoco>"));
+    let r = 20f64.to_radians();
+    let a = [0.1, 0.5, -0.3, 0.2, 0.7];
+    for (law, scale) in [
+        (r#"<joint joint1="x" joint2="y" polycoef="0.1 0.5 -0.3 0.2 0.7"/>"#, 1.0),
+        (r#"<tendon tendon1="two" tendon2="one" polycoef="0.1 0.5 -0.3 0.2 0.7"/>"#, 2.0),
+    ] {
+        let d = with(law);
+        let mut builder = d.builder.clone();
+        builder.couplings_mut().extend(d.couplings.clone());
+        let mbs = builder.build().unwrap();
+        let at = |body: &str| mbs.get(mbs.body(body).unwrap()).q().start;
+        let mut q = mbs.neutral_q();
+        (q[at("base")], q[at("link")]) = (0.4, 1.3);
+        let s: f64 = scale * (1.3 - r);
+        let p = a.iter().rev().fold(0.0, |sum, c| sum * s + c);
+        assert!((mbs.couplings()[0].error(&q) - (0.4 - p)).abs() < 1e-13, "{law}");
+    }
+    let d = with(r#"<tendon tendon1="one" tendon2="two" polycoef="0 1 2"/>"#);
+    assert!(d.couplings.is_empty());
+    assert!(d.ignored.iter().any(|i| i.what.contains("in a tendon over several joints")));
+}
+
+/// The load of a hinge is read in the frame of the site.
+#[test]
+fn sensors_of_force_and_torque_are_loads_of_the_hinge_of_their_body() {
+    let d = read(&format!(
+        r#"{SITES}<sensor><force name="f" site="tip"/><torque name="t" site="tip"/></sensor></mujoco>"#
+    ));
+    for name in ["f", "t"] {
+        let device = d.devices.iter().find(|x| x.name == name).unwrap();
+        let DeviceKind::Sensor(Sensor::HingeLoad { body, frame }) = &device.kind else {
+            panic!("{device:?}")
+        };
+        assert_eq!(body, "link");
+        // The frame of the hinge on the body is turned by `ref`, against the body.
+        let (p, turn) = (frame.position, frame.rotation.angle());
+        let r = 20f64.to_radians();
+        assert!((p.x - 0.1 * r.cos()).abs() < 1e-15 && (p.y + 0.1 * r.sin()).abs() < 1e-15, "{p}");
+        assert!((turn - 70f64.to_radians()).abs() < 1e-12, "{turn}");
     }
 }

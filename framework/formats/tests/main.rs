@@ -7,6 +7,7 @@ mod devices;
 mod export;
 mod fuzz;
 mod growth;
+mod height_fields;
 mod heights;
 mod heights_written;
 mod mjcf;

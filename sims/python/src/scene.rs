@@ -86,6 +86,15 @@ fn of_geometry(g: &Geometry) -> Form {
         Geometry::Cylinder { radius, length } => Form::Solid("cylinder", vec![*radius, *length]),
         Geometry::Capsule { radius, length } => Form::Solid("capsule", vec![*radius, *length]),
         Geometry::Plane { size: [x, y] } => Form::Surface(drawn_plane([*x, *y])),
+        Geometry::HeightField { columns, spacing, heights } => {
+            let shape = Shape::HeightField {
+                x: *columns,
+                y: heights.len() / columns.max(&1),
+                spacing: *spacing,
+                heights: heights.as_slice().into(),
+            };
+            of_shape(&shape)
+        }
         Geometry::Mesh { file, path, scale } => {
             let found = path.as_ref().map_or(file.clone(), |p| p.display().to_string());
             mesh_file(&found, *scale)

@@ -10,5 +10,6 @@ mod impacts;
 mod loads;
 mod machines;
 mod manipulation;
+mod mjcf_elements;
 mod pages;
 mod starts;

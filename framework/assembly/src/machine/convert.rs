@@ -7,8 +7,8 @@ use crate::schema::record::Record;
 use crate::text::value::{list, map, plain, push, variant};
 use linkwork_collision::hull_surface;
 use linkwork_formats::{
-    BodyShape, CollisionClasses, CollisionMeshes, Description, Filter, Geometry, Initial,
-    ShapeRole, Term, mesh_corners,
+    BodyShape, CollisionClasses, CollisionMeshes, Description, DeviceKind, Filter, Geometry,
+    Initial, Sensor, ShapeRole, Term, mesh_corners,
 };
 use linkwork_multibody::{BodySpec, NodeSpec, Powers, SubhingeKind};
 use linkwork_runtime::{Located, Origin, Value};
@@ -57,6 +57,13 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
     let initial: BTreeMap<&str, &Initial> =
         d.initial.iter().map(|i| (i.body.as_str(), i)).collect();
     let mut places: BTreeMap<String, String> = BTreeMap::new(); // of nodes
+    // A body whose load is measured stays a separate body, even if its hinge is locked.
+    let measured: BTreeSet<&str> = (d.devices.iter())
+        .filter_map(|device| match &device.kind {
+            DeviceKind::Sensor(Sensor::HingeLoad { body, .. }) => Some(body.as_str()),
+            _ => None,
+        })
+        .collect();
     for spec in d.builder.bodies() {
         let local = bodies[&spec.name].clone();
         let mut out = body_fields(spec, &bodies);
@@ -66,9 +73,13 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
             places.insert(n.name.clone(), format!("{local}/{key}"));
         }
         push(&mut out, "nodes", Value::Map(nodes));
+        if measured.contains(spec.name.as_str()) {
+            push(&mut out, "reaction", Value::Bool(true));
+        }
         let shapes: Vec<Located> = (shapes_of.get(spec.name.as_str()).into_iter().flatten())
             .map(|k| (*k, &d.shapes[*k]))
             .filter(|(_, s)| s.role == ShapeRole::Visual || collide == Collide::On)
+            .filter(|(_, s)| collide == Collide::Off || !shown_by_collider(d, s))
             .filter_map(|(k, s)| shape(s, d.collision_meshes, &groups.of(k), &mut left_out))
             .map(Located::from)
             .collect();
@@ -100,7 +111,7 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
     left_out.extend(d.wheels.iter().map(|w| format!("wheel `{}`", w.body)));
     let visual = |s: &BodyShape| s.role == ShapeRole::Visual;
     let hidden = |s: &&BodyShape| match visual(s) {
-        true => s.body == "world",
+        true => s.body == "world" && (collide == Collide::Off || !shown_by_collider(d, s)),
         false => collide == Collide::Off,
     };
     let hidden = d.shapes.iter().filter(hidden);
@@ -195,6 +206,12 @@ fn couplings(
             push(&mut out, "powers", Value::Map(c.powers.iter().map(one).collect()));
         }
         push(&mut out, "constant", Value::Number(c.constant));
+        if !c.powers.is_empty() {
+            let one = |p: &Powers| {
+                (devices::coordinate(&p.coordinate, &specs, bodies), list(p.factors).into())
+            };
+            push(&mut out, "powers", Value::Map(c.powers.iter().map(one).collect()));
+        }
         assembly.couplings.insert(own_name(name, &c.name, taken), item(out));
     }
 }
@@ -351,6 +368,17 @@ fn nodes(spec: &BodySpec, local: &str, name: &str, all: &[&NodeSpec]) -> Vec<(St
     out
 }
 
+/// Returns whether a visual height field is shown because it collides: a viewer shows the surfaces of colliders.
+fn shown_by_collider(d: &Description, s: &BodyShape) -> bool {
+    let field = matches!(s.geometry, Geometry::HeightField { .. });
+    let twin = |o: &BodyShape| {
+        o.role == ShapeRole::Collision
+            && (&o.body, &o.pose) == (&s.body, &s.pose)
+            && o.geometry == s.geometry
+    };
+    field && s.role == ShapeRole::Visual && d.shapes.iter().any(twin)
+}
+
 /// Returns why a shape cannot be converted; `None` for a mesh whose file does not exist.
 fn unusable(geometry: &Geometry) -> Option<String> {
     Some(match geometry {
@@ -359,6 +387,7 @@ fn unusable(geometry: &Geometry) -> Option<String> {
             format!("mesh `{file}` with the scale {scale:?}, which mirrors or flattens it")
         }
         Geometry::Plane { .. } => "plane without collisions".into(),
+        Geometry::HeightField { .. } => "height field without collisions".into(),
         _ => "its sizes are not all positive".into(),
     })
 }
@@ -412,6 +441,12 @@ fn shape(
             Some(of(kind, vec![("file", file), ("scale", scale)]))
         }
         Geometry::Plane { .. } if collides => Some(variant("HalfSpace", Value::Null)),
+        Geometry::HeightField { columns, spacing, heights } if collides && *columns > 1 => {
+            let rows = (heights.len() / columns) as f64;
+            let all = [("rows", number(rows)), ("columns", number(*columns as f64))];
+            let fields = [("spacing", list(*spacing)), ("heights", list(heights.iter().copied()))];
+            Some(of("HeightField", fields.into_iter().chain(all).collect()))
+        }
         _ => None,
     };
     let Some(solid) = solid else {

@@ -133,6 +133,14 @@ fn length(l: &Length, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> O
                 bind.push((format!("site{}", k + 1), frame(site, names)?));
             }
         }
+        Length::Wrench { gear, site, reference } => {
+            push(&mut params, "wrench", list(*gear));
+            let sites = std::iter::once(site).chain(reference);
+            push(&mut params, "sites", Value::Number(sites.clone().count() as f64));
+            for (k, site) in sites.enumerate() {
+                bind.push((format!("site{}", k + 1), frame(site, names)?));
+            }
+        }
     }
     Some((params, bind))
 }
@@ -154,6 +162,13 @@ fn actuator(
     let (mut params, bind) = length(&a.length, specs, names)?;
     push(&mut params, "gain", list(a.gain));
     push(&mut params, "bias", list(a.bias));
+    if let Some(w) = a.activation {
+        match w.time_constant {
+            Some(time) => push(&mut params, "time_constant", Value::Number(time)),
+            None => push(&mut params, "integrates", Value::Bool(true)),
+        }
+        push(&mut params, "activation_range", w.range.map_or(Value::Null, list));
+    }
     for (key, range) in [("control_range", a.control), ("force_range", a.force)] {
         push(&mut params, key, range.map_or(Value::Null, list));
     }
@@ -183,6 +198,13 @@ fn sensor(s: &Sensor, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> O
         }
         Sensor::Motion(f) => ("sensors.motion", Vec::new(), frame(f)?),
         Sensor::SpecificForce(f) => ("sensors.specific_force", Vec::new(), frame(f)?),
+        Sensor::HingeLoad { body, frame } => {
+            let mut params = Vec::new();
+            push(&mut params, "position", list(frame.position.iter().copied()));
+            push(&mut params, "attitude", list(frame.rotation.coords.iter().copied()));
+            let tool = format!("node:{}", names.bodies.get(body)?);
+            ("sensors.hinge_load", params, vec![("tool".to_owned(), text(tool))])
+        }
         Sensor::Of { .. } => return None,
     })
 }

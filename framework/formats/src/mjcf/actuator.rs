@@ -1,12 +1,15 @@
-//! Actuators of an MJCF file: forces that are affine in control, length and rate, on joints and on tendons.
+//! Actuators of an MJCF file: forces that are affine in control or activation, length and rate, on joints, on tendons and on sites.
 //!
 //! ```text
-//! f = (g₀ + g₁ l + g₂ l̇) u + b₀ + b₁ l + b₂ l̇            l = gear · (q, or the length of the tendon)
-//! motor      g = (1, 0, 0)      b = 0
-//! position   g = (kp, 0, 0)     b = (0, −kp, −kv)
-//! velocity   g = (kv, 0, 0)     b = (0, 0, −kv)
-//! damper     g = (0, 0, −kv)    b = 0
+//! f = (g₀ + g₁ l + g₂ l̇) w + b₀ + b₁ l + b₂ l̇            l = gear · (q, or the length of the tendon, or a pose of a site)
+//! motor         g = (1, 0, 0)      b = 0
+//! position      g = (kp, 0, 0)     b = (0, −kp, −kv)     w = u, or ẇ = (u − w) / timeconst
+//! velocity      g = (kv, 0, 0)     b = (0, 0, −kv)
+//! intvelocity   g = (kp, 0, 0)     b = (0, −kp, −kv)     ẇ = u
+//! damper        g = (0, 0, −kv)    b = 0
+//! cylinder      g = (area, 0, 0)   b = bias              ẇ = (u − w) / timeconst
 //! ```
+//! w = u where nothing else is written. The wrench of an actuator on a site has the axes of `refsite`, on which the opposite wrench acts.
 //! All kinds share one set of default values, which each element of a class, and then the actuator, overwrites; the force law of one kind is not a
 //! default for another, except that of `general`. A positive b₂ of a position servo is a damping ratio ζ: b₂ = −2 ζ √(kp m), with m = 1 / (J M⁻¹ Jᵀ),
 //! J = dl/dν, at the reference configuration.
@@ -14,9 +17,10 @@
 use super::defaults::{ACTUATORS, MAIN};
 use super::tendon::Lengths;
 use super::{Mj, word};
+use crate::error::FaultKind;
 use crate::read::Cx;
 use crate::xml::Element;
-use crate::{Actuator, Description, Device, DeviceKind, Length, Term};
+use crate::{Activation, Actuator, Description, Device, DeviceKind, Length, Term};
 use std::collections::BTreeMap;
 
 /// Values of an actuator.
@@ -28,13 +32,25 @@ struct Values<'e> {
     gain: [f64; 3],
     bias_affine: bool,
     bias: [f64; 3],
-    gear: f64,
+    gear: [f64; 6],
+    dynamics: Dynamics,
+    /// The time constant of a filter, s.
+    time: f64,
     control: ([f64; 2], Option<bool>),
     force: ([f64; 2], Option<bool>),
+    activation: ([f64; 2], Option<bool>),
     /// Ratio of the control range to the range of the joint; 0: the control has its own range.
     inherit: f64,
     /// The reason why it is not supported.
     beyond: Option<&'e str>,
+}
+
+/// How the activation follows the control.
+#[derive(Clone, Copy, PartialEq)]
+enum Dynamics {
+    None,
+    Integrator,
+    Filter,
 }
 
 impl Default for Values<'_> {
@@ -45,9 +61,12 @@ impl Default for Values<'_> {
             gain: [1.0, 0.0, 0.0],
             bias_affine: false,
             bias: [0.0; 3],
-            gear: 1.0,
+            gear: [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            dynamics: Dynamics::None,
+            time: 1.0,
             control: ([0.0; 2], None),
             force: ([0.0; 2], None),
+            activation: ([0.0; 2], None),
             inherit: 0.0,
             beyond: None,
         }
@@ -59,12 +78,7 @@ const TRANSMISSIONS: [(&str, Option<&str>); 6] = [
     ("joint", None),
     ("jointinparent", None),
     ("tendon", None),
-    (
-        "site",
-        Some(
-            "`site`: an actuator on a site; use a wrench on a node, such as `flight.vector_thrust`",
-        ),
-    ),
+    ("site", None),
     ("cranksite", Some("`cranksite`: an actuator with a crank; model the crank as a loop")),
     ("body", Some("`body`: an actuator on a body")),
 ];
@@ -75,7 +89,7 @@ impl<'e> Mj<'e> {
         &self,
         cx: &mut Cx<'_>,
         root: &'e Element,
-        lengths: &Lengths<'e>,
+        lengths: &mut Lengths<'e>,
         d: &mut Description,
     ) {
         let mut count = 0;
@@ -94,7 +108,7 @@ impl<'e> Mj<'e> {
                 levels.push(values.clone());
             }
             values.write(cx, e, &what, &levels);
-            match self.acts_on(cx, e, &what, lengths, &values) {
+            match self.acts_on(cx, e, &what, lengths, &values, d) {
                 Ok(Some(length)) => {
                     let actuator = self.actuator(cx, (e, &what), &values, length, lengths, d);
                     d.devices.push(Device { name, kind: DeviceKind::Actuator(actuator) });
@@ -116,8 +130,9 @@ impl<'e> Mj<'e> {
         cx: &mut Cx<'_>,
         e: &'e Element,
         what: &str,
-        lengths: &Lengths<'e>,
+        lengths: &mut Lengths<'e>,
         values: &Values<'e>,
+        d: &mut Description,
     ) -> Result<Option<Length>, String> {
         let on = TRANSMISSIONS.iter().filter_map(|(k, not)| Some((*k, e.attr(k)?, *not)));
         let Some((key, target, not)) = on.last() else {
@@ -126,6 +141,9 @@ impl<'e> Mj<'e> {
         };
         if let Some(why) = not.or(values.beyond) {
             return Err(why.into());
+        }
+        if key == "site" {
+            return self.on_site(cx, e, (target, what), lengths, values, d);
         }
         if key != "tendon" {
             return match self.joints.get(target) {
@@ -148,6 +166,37 @@ impl<'e> Mj<'e> {
         }
     }
 
+    /// Returns the wrench of an actuator on a site.
+    fn on_site(
+        &self,
+        cx: &mut Cx<'_>,
+        e: &'e Element,
+        (site, what): (&'e str, &str),
+        lengths: &mut Lengths<'e>,
+        values: &Values<'e>,
+        d: &mut Description,
+    ) -> Result<Option<Length>, String> {
+        let gear = values.gear;
+        let body = self.sites.get(site).map(|s| s.body.as_str());
+        let on = self.device_frame(cx, (e.place_of("site"), site), what, lengths, d);
+        let Some(on) = on else { return Ok(None) };
+        let Some(name) = e.attr("refsite") else {
+            return Ok(Some(Length::Wrench { gear, site: on, reference: None }));
+        };
+        let reference = self.device_frame(cx, (e.place_of("refsite"), name), what, lengths, d);
+        let Some(reference) = reference else { return Ok(None) };
+        // MuJoCo moves only the joints beyond the last common body: this is an opposite wrench only if `refsite` is on that body.
+        let base = self.sites.get(name).map_or("world", |s| s.body.as_str());
+        let inboard = base == "world"
+            || body
+                .zip(self.elements.get(base))
+                .is_some_and(|(b, e)| holds_body(e, self.elements.get(b).copied()));
+        if !inboard {
+            return Err(format!("`refsite`: `{base}` does not carry the body of `{site}`"));
+        }
+        Ok(Some(Length::Wrench { gear, site: on, reference: Some(reference) }))
+    }
+
     fn actuator(
         &self,
         cx: &mut Cx<'_>,
@@ -159,7 +208,10 @@ impl<'e> Mj<'e> {
     ) -> Actuator {
         let servo = !values.gain_affine && values.bias_affine && values.bias[1] == -values.gain[0];
         let limits = (servo && values.inherit > 0.0).then(|| bounds(&length, d)).flatten();
-        let length = length.geared(values.gear);
+        let length = match length {
+            Length::Wrench { .. } => length,
+            _ => length.geared(values.gear[0]),
+        };
         let mut range = |key: &str, (pair, limited): ([f64; 2], Option<bool>)| {
             let holds = limited.unwrap_or(self.settings.autolimits && pair != [0.0; 2]);
             if holds && !(pair[0] < pair[1]) {
@@ -172,10 +224,35 @@ impl<'e> Mj<'e> {
         };
         let mut control = range("ctrlrange", values.control);
         let force = range("forcerange", values.force);
+        let inherited = limits.is_some() && values.dynamics == Dynamics::Integrator;
+        let unused = inherited || values.dynamics == Dynamics::None;
+        let own = if unused { ([0.0; 2], None) } else { values.activation };
+        let mut active = range("actrange", own);
         if let Some([lower, upper]) = limits {
             let (middle, half) = (0.5 * (lower + upper), 0.5 * values.inherit * (upper - lower));
-            control = Some([middle - half, middle + half]);
+            let target = if inherited { &mut active } else { &mut control };
+            *target = Some([middle - half, middle + half]);
         }
+        let bounded = values.activation.0 != [0.0; 2] && values.activation.1 != Some(false);
+        if bounded && values.dynamics == Dynamics::None {
+            let [lower, upper] = values.activation.0;
+            let what = format!("{what} has actrange {lower} {upper} and no activation");
+            let help = "write dyntype, or leave actrange out".to_owned();
+            cx.fault(e.place(), FaultKind::Unsupported { what, help });
+        }
+        let time_constant = match values.dynamics {
+            Dynamics::None => None,
+            Dynamics::Integrator => Some(None),
+            Dynamics::Filter if values.time > 0.0 => Some(Some(values.time)),
+            Dynamics::Filter => {
+                let (expected, help) =
+                    ("a positive time constant", "write timeconst or dynprm in s");
+                cx.bad(e.place(), what, &values.time.to_string(), expected, help);
+                None
+            }
+        };
+        let activation =
+            time_constant.map(|time_constant| Activation { time_constant, range: active });
         let zero = [0.0; 3];
         let mut bias = if values.bias_affine { values.bias } else { zero };
         let gain = match values.gain_affine {
@@ -192,7 +269,7 @@ impl<'e> Mj<'e> {
                 }
             }
         }
-        Actuator { length, gain, bias, control, force }
+        Actuator { length, gain, bias, activation, control, force }
     }
 
     /// `actuatorfrcrange` of a joint limits the sum of all actuators: for a single one that acts on nothing else, it is its force range.
@@ -252,6 +329,7 @@ impl<'e> Values<'e> {
                 (self.gain_affine, self.gain) = (outer.gain_affine, outer.gain);
                 (self.bias_affine, self.bias) = (outer.bias_affine, outer.bias);
                 self.beyond = outer.beyond;
+                (self.dynamics, self.time) = (outer.dynamics, outer.time);
             }
         }
         self.kind = kind;
@@ -259,30 +337,45 @@ impl<'e> Values<'e> {
             "motor" => {
                 (self.gain_affine, self.gain) = (false, [1.0, 0.0, 0.0]);
                 (self.bias_affine, self.bias) = (false, [0.0; 3]);
-                self.beyond = None;
+                (self.dynamics, self.beyond) = (Dynamics::None, None);
             }
-            "position" => {
+            "position" | "intvelocity" => {
                 let kp = number(cx, "kp").unwrap_or(self.gain[0]);
                 (self.gain_affine, self.gain[0]) = (false, kp);
                 (self.bias_affine, self.bias) = (true, [0.0, -kp, self.bias[2]]);
                 self.bias[2] = number(cx, "kv").map_or(self.bias[2], |kv| -kv);
                 self.bias[2] = number(cx, "dampratio").unwrap_or(self.bias[2]);
-                if let Some(time) = number(cx, "timeconst") {
-                    self.beyond = (time != 0.0).then_some("its `timeconst` is an activation state");
+                if kind == "intvelocity" {
+                    (self.dynamics, self.activation.1) = (Dynamics::Integrator, Some(true));
+                } else if let Some(time) = number(cx, "timeconst") {
+                    let filters = time != 0.0;
+                    self.dynamics = if filters { Dynamics::Filter } else { Dynamics::None };
+                    self.time = if filters { time } else { self.time };
                 }
             }
             "velocity" => {
                 let kv = number(cx, "kv").unwrap_or(self.gain[0]);
                 (self.gain_affine, self.gain) = (false, [kv, 0.0, 0.0]);
                 (self.bias_affine, self.bias) = (true, [0.0, 0.0, -kv]);
-                self.beyond = None;
+                (self.dynamics, self.beyond) = (Dynamics::None, None);
             }
             "damper" => {
                 let own = if self.gain_affine { -self.gain[2] } else { 0.0 };
                 let kv = number(cx, "kv").unwrap_or(own);
                 (self.gain_affine, self.gain) = (true, [0.0, 0.0, -kv]);
                 (self.bias_affine, self.bias) = (false, [0.0; 3]);
-                self.beyond = None;
+                (self.dynamics, self.beyond) = (Dynamics::None, None);
+            }
+            "cylinder" => {
+                let area = number(cx, "area");
+                let diameter = number(cx, "diameter");
+                let round = diameter.map(|d| 0.25 * std::f64::consts::PI * d * d);
+                let area = round.or(area).unwrap_or(self.gain[0]);
+                (self.gain_affine, self.gain) = (false, [area, 0.0, 0.0]);
+                let bias = cx.numbers::<3>(e, "bias", what).unwrap_or(self.bias);
+                (self.bias_affine, self.bias) = (true, bias);
+                self.time = number(cx, "timeconst").unwrap_or(self.time);
+                (self.dynamics, self.beyond) = (Dynamics::Filter, None);
             }
             _ => self.general(cx, e, what),
         }
@@ -290,13 +383,14 @@ impl<'e> Values<'e> {
         let list = |cx: &mut Cx<'_>, name: &str, most| {
             cx.parse_list(e.place_of(name), e.attr(name)?, &format!("{what}: `{name}`"), 1..=most)
         };
-        if let Some(gear) = list(cx, "gear", 6) {
-            self.gear = gear[0];
+        for (own, x) in self.gear.iter_mut().zip(list(cx, "gear", 6).unwrap_or_default()) {
+            *own = x;
         }
         let auto = [("true", Some(true)), ("false", Some(false)), ("auto", None)];
         for (pair, key, limited) in [
             (&mut self.control, "ctrlrange", "ctrllimited"),
             (&mut self.force, "forcerange", "forcelimited"),
+            (&mut self.activation, "actrange", "actlimited"),
         ] {
             pair.0 = cx.numbers::<2>(e, key, what).unwrap_or(pair.0);
             if let Some(text) = e.attr(limited) {
@@ -327,11 +421,24 @@ impl<'e> Values<'e> {
             };
         }
         if let Some(kind) = e.attr("dyntype") {
-            self.beyond = if kind == "none" {
-                self.beyond
-            } else {
-                Some("its `dyntype` is an activation state")
-            };
+            let known = [
+                ("none", Dynamics::None),
+                ("integrator", Dynamics::Integrator),
+                ("filter", Dynamics::Filter),
+                ("filterexact", Dynamics::Filter),
+            ];
+            match known.iter().find(|(name, _)| *name == kind) {
+                Some((_, dynamics)) => self.dynamics = *dynamics,
+                None => {
+                    self.beyond =
+                        Some("its `dyntype` is not none, integrator, filter or filterexact")
+                }
+            }
+        }
+        if let Some(text) = e.attr("dynprm") {
+            let list =
+                cx.parse_list(e.place_of("dynprm"), text, &format!("{what}: `dynprm`"), 1..=10);
+            self.time = list.and_then(|l| l.first().copied()).unwrap_or(self.time);
         }
         for (own, key) in [(&mut self.gain, "gainprm"), (&mut self.bias, "biasprm")] {
             let Some(text) = e.attr(key) else { continue };
@@ -339,6 +446,11 @@ impl<'e> Values<'e> {
             own.iter_mut().zip(list.unwrap_or_default()).for_each(|(own, x)| *own = x);
         }
     }
+}
+
+/// Returns whether a body contains another, or is the same.
+fn holds_body(e: &Element, other: Option<&Element>) -> bool {
+    other.is_some_and(|o| std::ptr::eq(e, o)) || e.children.iter().any(|c| holds_body(c, other))
 }
 
 /// Returns the limits of the joint of a length, if it has any.

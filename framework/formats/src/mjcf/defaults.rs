@@ -15,7 +15,8 @@ pub(super) const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "euler", "xyaxe
 pub(super) const MAIN: &str = "main";
 
 /// Supported elements of actuators.
-pub(super) const ACTUATORS: [&str; 5] = ["general", "motor", "position", "velocity", "damper"];
+pub(super) const ACTUATORS: [&str; 7] =
+    ["general", "motor", "position", "velocity", "damper", "intvelocity", "cylinder"];
 
 /// Supported elements of a class, besides actuators.
 const READ: [&str; 6] = ["joint", "geom", "site", "mesh", "equality", "tendon"];

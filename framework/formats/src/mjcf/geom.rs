@@ -135,7 +135,10 @@ impl<'e> Mj<'e> {
             let pose = i.pose * self.pose(cx, at, what);
             return Some((pose, self.mesh_mass(cx, &mesh, i.e, what)?));
         }
-        let (pose, geometry) = self.solid(cx, i, what)?;
+        let (pose, geometry) = match self.kind(i, at).0 {
+            "hfield" => (i.pose * self.pose(cx, at, what), self.height_field_box(cx, at, what)?),
+            _ => self.solid(cx, i, what)?,
+        };
         let shell = self.flag(cx, at, "shellinertia", what) == Some(true);
         let (volume, moments) = match shell {
             true => thin(&geometry),
@@ -207,12 +210,16 @@ impl<'e> Mj<'e> {
             let (own, geometry) = self.mesh_geometry(cx, &mesh, what)?;
             return Some((pose * own, geometry));
         }
+        if kind == "hfield" {
+            let pose = i.pose * self.pose(cx, at, what);
+            return Some((pose, self.height_field(cx, at, what)?));
+        }
         let needed = match kind {
             "sphere" => 1,
             "capsule" | "cylinder" => 2,
             "box" | "ellipsoid" => 3,
             "plane" => 0,
-            "hfield" | "sdf" => return None,
+            "sdf" => return None,
             other => {
                 let types = [
                     "plane",
@@ -309,11 +316,13 @@ pub(crate) fn solid(geometry: &Geometry) -> Option<(f64, Vec3)> {
                 + ms * (0.4 * r * r + 0.25 * l * l + 0.375 * r * l);
             (vc + vs, Vec3::new(x, x, mc * 0.5 * r * r + ms * 0.4 * r * r))
         }
-        Geometry::Plane { .. } | Geometry::Mesh { .. } => return None,
+        Geometry::Plane { .. } | Geometry::Mesh { .. } | Geometry::HeightField { .. } => {
+            return None;
+        }
     })
 }
 
-/// Returns the area (m²) and moments of inertia for 1 kg about the centre (m²) of a thin shell; `None` for planes and meshes.
+/// Returns the area (m²) and moments of inertia for 1 kg about the centre (m²) of a thin shell; `None` for surfaces.
 fn thin(geometry: &Geometry) -> Option<(f64, Vec3)> {
     Some(match *geometry {
         Geometry::Sphere { radius: r } => (4.0 * PI * r * r, Vec3::repeat(r * r * 2.0 / 3.0)),
@@ -355,6 +364,8 @@ fn thin(geometry: &Geometry) -> Option<(f64, Vec3)> {
                 |x: f64, y: f64| (x * x + y * y) / 5.0 + 2.0 * a * b * c * (x + y) / (5.0 * faces);
             (area, Vec3::new(moment(b, c), moment(a, c), moment(a, b)))
         }
-        Geometry::Plane { .. } | Geometry::Mesh { .. } => return None,
+        Geometry::Plane { .. } | Geometry::Mesh { .. } | Geometry::HeightField { .. } => {
+            return None;
+        }
     })
 }

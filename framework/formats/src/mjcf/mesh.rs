@@ -95,8 +95,8 @@ impl<'e> Mj<'e> {
         Some((pose, Geometry::Mesh { file, path, scale: m.scale }))
     }
 
-    /// Returns the name of the file, with the folder of meshes.
-    fn mesh_file(&self, asset: &Element) -> Option<String> {
+    /// Returns the name of the file of a mesh or height field, with the folder of meshes.
+    pub(super) fn mesh_file(&self, asset: &Element) -> Option<String> {
         let mut file = asset.attr("file").filter(|f| !f.is_empty())?;
         if self.settings.strip_path {
             file = file.rsplit(['/', '\\']).next().unwrap_or(file);

@@ -13,6 +13,7 @@ mod collide;
 mod defaults;
 mod equality;
 mod geom;
+mod hfield;
 mod include;
 mod inside;
 mod keyframe;
@@ -61,9 +62,9 @@ pub fn read_mjcf(text: &str, options: &ReadOptions) -> Result<Description, Forma
     mj.spring_dampers(&mut cx, &mut d);
     mj.contacts(&mut cx, &root, &mut d);
     mj.keyframes(&mut cx, &root, &mut d);
-    let lengths = mj.tendons(&mut cx, &root, &mut d);
+    let mut lengths = mj.tendons(&mut cx, &root, &mut d);
     mj.equalities(&mut cx, &root, &lengths, &mut d);
-    mj.actuators(&mut cx, &root, &lengths, &mut d);
+    mj.actuators(&mut cx, &root, &mut lengths, &mut d);
     mj.sensors(&mut cx, &root, &lengths, &mut d);
     mj.gravity_compensation(&mut cx, &mut d);
     let place = |body: &str| mj.elements.get(body).map(|e| (*e, format!("mujoco/{}", e.label())));
@@ -77,6 +78,7 @@ struct Mj<'e> {
     classes: Classes<'e>,
     materials: BTreeMap<&'e str, &'e Element>,
     meshes: BTreeMap<String, &'e Element>,
+    height_fields: BTreeMap<String, &'e Element>,
     /// Bodies by name: element, and `X_WB` at the reference configuration.
     elements: BTreeMap<String, &'e Element>,
     poses: BTreeMap<String, Pose>,
@@ -142,6 +144,7 @@ impl<'e> Mj<'e> {
             classes: Classes::read(cx, root),
             materials: BTreeMap::new(),
             meshes: BTreeMap::new(),
+            height_fields: BTreeMap::new(),
             elements: BTreeMap::new(),
             poses: BTreeMap::from([("world".to_owned(), Pose::identity())]),
             sites: BTreeMap::new(),
@@ -161,6 +164,7 @@ impl<'e> Mj<'e> {
                 }
             }
             mj.find_meshes(asset);
+            mj.find_height_fields(asset);
         }
         mj
     }

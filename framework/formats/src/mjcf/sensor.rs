@@ -4,6 +4,7 @@
 //! jointpos, jointvel                                         a joint
 //! gyro, velocimeter, framepos, framequat, framelinvel        the motion of a frame
 //! accelerometer                                              specific force at a frame
+//! force, torque                                              load of the hinge of the body of a site
 //! tendonpos, tendonvel, actuatorpos, actuatorvel, actuatorfrc    outputs of other devices
 //! ```
 //! Readings are exact, as in MuJoCo, where `noise` is only information.
@@ -16,7 +17,9 @@ use crate::{Description, Device, DeviceFrame, DeviceKind, Sensor};
 use std::collections::BTreeSet;
 
 /// Sensors of joints and frames.
-const OWN: [&str; 8] = [
+const OWN: [&str; 10] = [
+    "force",
+    "torque",
     "jointpos",
     "jointvel",
     "gyro",
@@ -64,6 +67,7 @@ impl<'e> Mj<'e> {
             let sensor = match kind {
                 "jointpos" | "jointvel" => self.joint_sensor(cx, e, &what, lengths),
                 "gyro" | "velocimeter" => self.at_site(cx, e, &what).map(Sensor::Motion),
+                "force" | "torque" => self.load_at_site(cx, e, &what, d),
                 "accelerometer" => self.at_site(cx, e, &what).map(Sensor::SpecificForce),
                 "framepos" | "framequat" | "framelinvel" => self.frame_sensor(cx, e, &what),
                 _ => {
@@ -106,6 +110,23 @@ impl<'e> Mj<'e> {
         e.touch();
         let site = cx.required(e, "site", what)?;
         self.site_frame(cx, e, "site", site, what)
+    }
+
+    /// Returns the load of the hinge of a site's body: what its parent exerts on it.
+    fn load_at_site(
+        &self,
+        cx: &mut Cx<'_>,
+        e: &'e Element,
+        what: &str,
+        d: &Description,
+    ) -> Option<Sensor> {
+        e.touch();
+        let name = cx.required(e, "site", what)?;
+        self.site_frame(cx, e, "site", name, what)?;
+        let site = self.sites.get(name)?;
+        let spec = d.builder.bodies().iter().find(|b| b.name == site.body)?;
+        let frame = spec.hinge_in_body.inverse() * site.pose;
+        Some(Sensor::HingeLoad { body: site.body.clone(), frame })
     }
 
     /// Returns the frame of a site of a body; `None` after a fault or a note.

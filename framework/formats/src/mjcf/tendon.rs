@@ -15,8 +15,8 @@ use crate::read::Cx;
 use crate::xml::Element;
 use crate::{Description, Device, DeviceFrame, DeviceKind, Length, Tendon, Term};
 use linkwork_multibody::{BodyId, BodySpec, HingeCoordinate, Multibody};
-use linkwork_spatial::Vec3;
 use linkwork_spatial::nalgebra::{Cholesky, DVector};
+use linkwork_spatial::{Pose, Vec3};
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -82,24 +82,28 @@ impl Lengths<'_> {
     }
 }
 
-/// Returns the body of a site and its position in the world.
-fn place(
-    f: &DeviceFrame,
-    mbs: &Multibody,
-    poses: &[linkwork_spatial::Pose],
-) -> Option<(BodyId, Vec3)> {
+/// Returns the body of a site and its pose in the world.
+fn frame(f: &DeviceFrame, mbs: &Multibody, poses: &[Pose]) -> Option<(BodyId, Pose)> {
     match f {
-        DeviceFrame::Body(b) => mbs.body(b).map(|b| (b, poses[b.index()].position)),
+        DeviceFrame::Body(b) => mbs.body(b).map(|b| (b, poses[b.index()])),
         DeviceFrame::Node(n) => {
             let node = mbs.get_node(mbs.node(n)?);
-            Some((node.body(), poses[node.body().index()].transform_point(&node.pose().position)))
+            Some((node.body(), poses[node.body().index()] * node.pose()))
         }
     }
+}
+
+/// Returns the body of a site and its position in the world.
+fn place(f: &DeviceFrame, mbs: &Multibody, poses: &[Pose]) -> Option<(BodyId, Vec3)> {
+    frame(f, mbs, poses).map(|(body, pose)| (body, pose.position))
 }
 
 /// Returns dl/dν at the configuration of `moving`.
 fn jacobian(length: &Length, mbs: &Multibody, moving: &Moving) -> Option<DVector<f64>> {
     let mut J = DVector::zeros(moving.M.nrows());
+    let column = |k: usize, first: usize| -> Vec3 {
+        moving.columns.fixed_view::<3, 1>(first, k).into_owned()
+    };
     match length {
         Length::Joints(terms) => {
             for t in terms {
@@ -116,10 +120,26 @@ fn jacobian(length: &Length, mbs: &Multibody, moving: &Moving) -> Option<DVector
                 let direction = if step.norm() > 0.0 { step.normalize() } else { step };
                 for (sign, (body, p)) in [(-gear, pair[0]), (*gear, pair[1])] {
                     for k in mbs.ancestors(body).flat_map(|a| mbs.get(a).v()) {
-                        let w: Vec3 = moving.columns.fixed_view::<3, 1>(0, k).into_owned();
-                        let v: Vec3 = moving.columns.fixed_view::<3, 1>(3, k).into_owned();
+                        let (w, v) = (column(k, 0), column(k, 3));
                         J[k] += sign * direction.dot(&(v + w.cross(&p)));
                     }
+                }
+            }
+        }
+        Length::Wrench { gear: [fx, fy, fz, mx, my, mz], site, reference } => {
+            let (body, pose) = frame(site, mbs, &moving.poses)?;
+            let base = match reference {
+                Some(f) => Some(frame(f, mbs, &moving.poses)?),
+                None => None,
+            };
+            let axes = base.map_or(pose, |b| b.1).rotation;
+            let (force, moment) =
+                (axes * Vec3::new(*fx, *fy, *fz), axes * Vec3::new(*mx, *my, *mz));
+            let ends = [Some((body, 1.0)), base.map(|(b, _)| (b, -1.0))];
+            for (body, sign) in ends.into_iter().flatten() {
+                for k in mbs.ancestors(body).flat_map(|a| mbs.get(a).v()) {
+                    let (w, v) = (column(k, 0), column(k, 3));
+                    J[k] += sign * (force.dot(&(v + w.cross(&pose.position))) + moment.dot(&w));
                 }
             }
         }
@@ -222,31 +242,44 @@ impl<'e> Mj<'e> {
         let mut sites = Vec::new();
         for s in e.all("site") {
             let name = cx.required(s, "site", what)?;
-            let Some(site) = self.sites.get(name) else {
-                let names = self.sites.keys().copied();
-                cx.unknown(s.place_of("site"), what, "site", name, names);
-                return None;
-            };
-            if site.body != "world" {
-                sites.push(DeviceFrame::Node(name.into()));
-                continue;
-            }
-            let body = lengths.anchors.entry(name).or_insert_with(|| {
-                let mut body = name.to_owned();
-                while self.elements.contains_key(&body) {
-                    body.push('_');
-                }
-                let anchor = BodySpec::new(&body, "world").hinge_in_parent(site.pose);
-                d.builder.body(anchor);
-                body
-            });
-            sites.push(DeviceFrame::Body(body.clone()));
+            sites.push(self.device_frame(cx, (s.place_of("site"), name), what, lengths, d)?);
         }
         if sites.len() < 2 {
             cx.missing(e, what, "two sites", "write <site site=\"..\"/> at least twice");
             return None;
         }
         Some(sites)
+    }
+
+    /// Returns the frame of a site for a device; a site of the world becomes a body. `None` after a fault.
+    pub(super) fn device_frame(
+        &self,
+        cx: &mut Cx<'_>,
+        (place, name): (FilePlace, &'e str),
+        what: &str,
+        lengths: &mut Lengths<'e>,
+        d: &mut Description,
+    ) -> Option<DeviceFrame> {
+        let Some(site) = self.sites.get(name) else {
+            cx.unknown(place, what, "site", name, self.sites.keys().copied());
+            return None;
+        };
+        if site.body != "world" {
+            return Some(DeviceFrame::Node(name.into()));
+        }
+        let moving = &mut lengths.moving;
+        let body = lengths.anchors.entry(name).or_insert_with(|| {
+            // The mechanism gets one more body.
+            *moving = OnceCell::new();
+            let mut body = name.to_owned();
+            while self.elements.contains_key(&body) {
+                body.push('_');
+            }
+            let anchor = BodySpec::new(&body, "world").hinge_in_parent(site.pose);
+            d.builder.body(anchor);
+            body
+        });
+        Some(DeviceFrame::Body(body.clone()))
     }
 
     /// Reads spring, damper and limits of a tendon.

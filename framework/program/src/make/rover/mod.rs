@@ -106,7 +106,7 @@ fn shown_of(d: &Description, body: &str) -> bool {
         Geometry::Mesh { path, .. } => {
             path.as_deref().is_some_and(|p| linkwork_assembly::machine::mesh_corners(p).is_ok())
         }
-        Geometry::Plane { .. } => false,
+        Geometry::Plane { .. } | Geometry::HeightField { .. } => false,
         _ => true,
     };
     d.shapes.iter().any(|s| s.body == body && s.role == ShapeRole::Visual && seen(&s.geometry))
