@@ -199,12 +199,6 @@ fn couplings(
         };
         let mut out = Vec::new();
         push(&mut out, "terms", written);
-        if !c.powers.is_empty() {
-            let one = |p: &Powers| {
-                (devices::coordinate(&p.coordinate, &specs, bodies), list(p.factors).into())
-            };
-            push(&mut out, "powers", Value::Map(c.powers.iter().map(one).collect()));
-        }
         push(&mut out, "constant", Value::Number(c.constant));
         if !c.powers.is_empty() {
             let one = |p: &Powers| {
