@@ -31,7 +31,7 @@ const RELAXED: f64 = 1e-24;
 /// More pairs touch than there are bristles.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
-    "compliant contact: {touching} pairs of colliders touch at the same time, and there are bristles for {bristles}\n  help: write `touching_max: {wanted}` in `contact`; each pair adds {BRISTLE} states", 
+    "compliant contact: {touching} pairs of colliders touch at the same time, and there are bristles for {bristles}\n  help: write `touching_max: {wanted}` in `contact`; each pair adds {BRISTLE} states",
     wanted = touching + touching / 2
 )]
 pub struct TooManyTouch {
@@ -307,7 +307,7 @@ mod tests {
         let (used, changed) = step(&mut all, &[(0, 3)], (&mut x, &mut table));
         assert_eq!((used[0].is_some(), changed), (true, Ok(false)));
         assert_eq!(pairs(&all, &table).iter().flatten().count(), 3);
-        // No bristle is free. The pair has none in the evaluation, and gets the bristle of (0, 1) afterwards.
+        // No bristle is free. The pair uses no bristle in the evaluation, and gets the bristle of (0, 1) afterwards.
         let (used, changed) = step(&mut all, &[(0, 3), (7, 8)], (&mut x, &mut table));
         assert_eq!((used[1], changed), (None, Ok(true)));
         let mut now: Vec<_> = pairs(&all, &table).into_iter().flatten().collect();
