@@ -211,6 +211,14 @@ fn activations_have_their_time_constant_and_range() {
         let found = read_mjcf(&text(element), &ReadOptions::default()).unwrap_err().to_string();
         assert!(found.contains(message), "{found}");
     }
+    // The activation of `filterexact` is a default for a position servo, that of the others is not.
+    for (kind, time) in [("filterexact", Some(0.4)), ("filter", None), ("integrator", None)] {
+        let default =
+            format!(r#"<mujoco><default><general dyntype="{kind}" dynprm="0.4"/></default>"#);
+        let d = read(&text(r#"<position name="a" joint="x"/>"#).replace("<mujoco>", &default));
+        assert_eq!(actuator(&d, "a").activation.and_then(|w| w.time_constant), time, "{kind}");
+        assert_eq!(actuator(&d, "a").activation.is_some(), time.is_some(), "{kind}");
+    }
     let d = read(&text(r#"<general joint="x" dyntype="muscle"/>"#));
     assert!(d.ignored.iter().any(|i| i.what.contains("`dyntype` is not none")), "{:?}", d.ignored);
 }

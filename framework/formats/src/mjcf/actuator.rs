@@ -50,7 +50,10 @@ struct Values<'e> {
 enum Dynamics {
     None,
     Integrator,
+    /// `filter`.
     Filter,
+    /// `filterexact`, which is the same equation.
+    FilterExact,
 }
 
 impl Default for Values<'_> {
@@ -243,8 +246,8 @@ impl<'e> Mj<'e> {
         let time_constant = match values.dynamics {
             Dynamics::None => None,
             Dynamics::Integrator => Some(None),
-            Dynamics::Filter if values.time > 0.0 => Some(Some(values.time)),
-            Dynamics::Filter => {
+            _ if values.time > 0.0 => Some(Some(values.time)),
+            _ => {
                 let (expected, help) =
                     ("a positive time constant", "write timeconst or dynprm in s");
                 cx.bad(e.place(), what, &values.time.to_string(), expected, help);
@@ -337,9 +340,13 @@ impl<'e> Values<'e> {
             "motor" => {
                 (self.gain_affine, self.gain) = (false, [1.0, 0.0, 0.0]);
                 (self.bias_affine, self.bias) = (false, [0.0; 3]);
-                (self.dynamics, self.beyond) = (Dynamics::None, None);
+                (self.dynamics, self.time, self.beyond) = (Dynamics::None, 1.0, None);
             }
             "position" | "intvelocity" => {
+                // As in MuJoCo, only the activation that `timeconst` makes is a default for a position servo.
+                if self.dynamics != Dynamics::FilterExact {
+                    (self.dynamics, self.time) = (Dynamics::None, 1.0);
+                }
                 let kp = number(cx, "kp").unwrap_or(self.gain[0]);
                 (self.gain_affine, self.gain[0]) = (false, kp);
                 (self.bias_affine, self.bias) = (true, [0.0, -kp, self.bias[2]]);
@@ -349,7 +356,7 @@ impl<'e> Values<'e> {
                     (self.dynamics, self.activation.1) = (Dynamics::Integrator, Some(true));
                 } else if let Some(time) = number(cx, "timeconst") {
                     let filters = time != 0.0;
-                    self.dynamics = if filters { Dynamics::Filter } else { Dynamics::None };
+                    self.dynamics = if filters { Dynamics::FilterExact } else { Dynamics::None };
                     self.time = if filters { time } else { self.time };
                 }
             }
@@ -357,14 +364,14 @@ impl<'e> Values<'e> {
                 let kv = number(cx, "kv").unwrap_or(self.gain[0]);
                 (self.gain_affine, self.gain) = (false, [kv, 0.0, 0.0]);
                 (self.bias_affine, self.bias) = (true, [0.0, 0.0, -kv]);
-                (self.dynamics, self.beyond) = (Dynamics::None, None);
+                (self.dynamics, self.time, self.beyond) = (Dynamics::None, 1.0, None);
             }
             "damper" => {
                 let own = if self.gain_affine { -self.gain[2] } else { 0.0 };
                 let kv = number(cx, "kv").unwrap_or(own);
                 (self.gain_affine, self.gain) = (true, [0.0, 0.0, -kv]);
                 (self.bias_affine, self.bias) = (false, [0.0; 3]);
-                (self.dynamics, self.beyond) = (Dynamics::None, None);
+                (self.dynamics, self.time, self.beyond) = (Dynamics::None, 1.0, None);
             }
             "cylinder" => {
                 let area = number(cx, "area");
@@ -425,7 +432,7 @@ impl<'e> Values<'e> {
                 ("none", Dynamics::None),
                 ("integrator", Dynamics::Integrator),
                 ("filter", Dynamics::Filter),
-                ("filterexact", Dynamics::Filter),
+                ("filterexact", Dynamics::FilterExact),
             ];
             match known.iter().find(|(name, _)| *name == kind) {
                 Some((_, dynamics)) => self.dynamics = *dynamics,
