@@ -207,7 +207,9 @@ fn extent(
                 all.fold((first, first), |(low, high), p| (low.inf(&p), high.sup(&p)));
             [low, high]
         }
-        Geometry::Plane { .. } | Geometry::Mesh { .. } => return None,
+        Geometry::Plane { .. } | Geometry::Mesh { .. } | Geometry::HeightField { .. } => {
+            return None;
+        }
     })
 }
 
