@@ -60,8 +60,8 @@ fn the_mean_is_the_integral_of_the_force_of_one_bar() {
     let (z, s, b, h, count) = (0.02, 0.4, 0.1, 0.01, 9_u32);
     let motion = Motion::rolling(s, 0.0);
     let soil = lunar();
-    let (r, tan) = (0.16, soil.friction_angle.tan());
-    let front = (1.0 - z / r as f64).acos();
+    let (r, tan): (f64, f64) = (0.16, soil.friction_angle.tan());
+    let front = (1.0 - z / r).acos();
     let (rear, middle) = (-(1.0 - soil.lambda * z / r).acos(), (soil.a0 + soil.a1 * s) * front);
     let apart = TAU / f64::from(count);
     let n = ((45.0 + 16.5_f64).to_radians()).tan().powi(2);
