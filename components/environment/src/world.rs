@@ -12,9 +12,10 @@
 //! p_P = X_PW p      a = R_WP g(p_P) − ω × (ω × (p − c))      v_air = R_WP R_PE w
 //! R_IW = R_IP(0) R_z(rate t) R_PW       directions of stars, the Sun and third bodies
 //! ```
-//! A site turns about one axis at one rate. A site rotates about one axis at a constant rate. With `turning: false` the site is level ground:
-//! centrifugal and Coriolis accelerations are left out, and only the directions of the Sun
-//! and the stars turn.
+//! A site rotates about one axis at a constant rate. With `turns: iau` these are the pole and the rate at t = 0; the true ones deviate from them by
+//! 3e-8 rad (Mars), 7e-7 rad (the Earth) and 2e-4 rad (the Moon, because of its libration) within a day.
+//! With `turning: false` the site is level ground: centrifugal and Coriolis accelerations are left out, and only the directions of the Sun
+//! and the stars rotate.
 //!
 //! Gravity parameters: the Earth with its air by the IERS Conventions (2010), Mars and the Moon by JPL.
 

@@ -1,4 +1,5 @@
-//! What parts and services tell in the middle of a run. Reports of parts and services during a run.
+//! Reports of parts and services during a run. A setting that is allowed but probably not intended is reported once, and the run continues. A fault
+//! that stops the run becomes its error, with the same message: at a guard before `handle_event`, at the start of a run or phase before a step.
 use super::reports::Notice;
 use super::stopped::Stopped;
 use super::{RunError, Simulation};
