@@ -264,7 +264,12 @@ impl<'e> Mj<'e> {
         };
         if servo && bias[2] > 0.0 {
             match lengths.inertia(&length, d) {
-                Some(mass) => bias[2] *= -2.0 * (gain[0] * mass).sqrt(),
+                Some(mass) if gain[0] >= 0.0 => bias[2] *= -2.0 * (gain[0] * mass).sqrt(),
+                Some(_) => {
+                    let note = "attribute dampratio: a servo with a negative stiffness has none";
+                    cx.ignored.push(e.ignored(what, note));
+                    bias[2] = 0.0;
+                }
                 None => {
                     let note = "attribute dampratio: the mass matrix cannot be inverted";
                     cx.ignored.push(e.ignored(what, note));

@@ -87,7 +87,7 @@ impl<'e> Mj<'e> {
         let (asset, [x, y, z, _]) = self.height_field_of(cx, at, what)?;
         let own = format!("<{}>", asset.label());
         let field = match asset.attr("file").filter(|f| !f.is_empty()) {
-            Some(_) => self.from_file(cx, asset, &own, what)?,
+            Some(_) => self.file_heights(cx, asset, &own, what)?,
             None => written(cx, asset, &own)?,
         };
         let note = "its sides and its base do not collide: only its surface does";
@@ -98,7 +98,13 @@ impl<'e> Mj<'e> {
         Some(Geometry::HeightField { columns: field.columns, spacing, heights })
     }
 
-    fn from_file(&self, cx: &mut Cx<'_>, asset: &Element, own: &str, geom: &str) -> Option<Field> {
+    fn file_heights(
+        &self,
+        cx: &mut Cx<'_>,
+        asset: &Element,
+        own: &str,
+        geom: &str,
+    ) -> Option<Field> {
         let file = self.mesh_file(asset)?;
         for unused in ["nrow", "ncol", "elevation"] {
             if asset.attr(unused).is_some() {
@@ -223,7 +229,7 @@ fn of_binary(bytes: &[u8]) -> Result<Field, String> {
     let count = |w: &[u8; 4]| usize::try_from(i32::from_le_bytes(*w)).unwrap_or(0);
     let (rows, columns) = (count(rows), count(columns));
     let heights: Vec<f32> = heights.iter().map(|w| f32::from_le_bytes(*w)).collect();
-    if bytes.len() % 4 != 0 || rows.checked_mul(columns) != Some(heights.len()) {
+    if !bytes.len().is_multiple_of(4) || rows.checked_mul(columns) != Some(heights.len()) {
         return Err(format!(
             "its header has {rows} by {columns} points, and it has {} heights",
             heights.len()
