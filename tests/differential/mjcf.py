@@ -17,6 +17,7 @@ REJECTED = ["is not supported", "a free joint must be the only joint", "lacks <w
 class Maker:
     def __init__(self, r):
         self.r, self.bodies, self.joints, self.geoms, self.sites = r, [], [], [], []
+        self.body_sites, self.fields = [], 0
         self.classes = [None]
         self.radian = r.random() < 0.3
 
@@ -85,6 +86,9 @@ class Maker:
     def geom(self):
         name = f"g{len(self.geoms)}"
         kind = self.r.choice(["sphere", "capsule", "cylinder", "box", "ellipsoid", "mesh"])
+        if self.r.random() < 0.06:
+            self.geoms.append(name)
+            return f'<geom name="{name}" type="hfield" hfield="hill"{self.klass()}{self.geom_attributes().replace(chr(32) + "shellinertia=" + chr(34) + "true" + chr(34), "")}{self.pose()}/>'
         out = f'<geom name="{name}" type="{kind}"' + self.klass() + self.geom_attributes()
         if kind == "mesh":
             self.geoms.append(name)
@@ -126,7 +130,14 @@ class Maker:
             out += self.positive(0.5, "kp", 9) + self.positive(0.4, self.r.choice(["kv", "dampratio"]))
         if kind in ("velocity", "damper"):
             out += self.positive(0.6, "kv")
+        if kind == "position":
+            out += self.positive(0.2, "timeconst")
+        if kind == "intvelocity":
+            out += ' actrange="-0.5 0.7"' + self.positive(0.5, "kp", 9) + self.positive(0.4, self.r.choice(["kv", "dampratio"]))
+        if kind == "cylinder":
+            out += self.positive(0.5, self.r.choice(["area", "diameter"])) + self.positive(0.5, "timeconst") + self.maybe(0.5, f' bias="{self.v(3)}"')
         if kind == "general":
+            out += self.maybe(0.3, self.dynamics())
             out += self.maybe(0.5, f' gaintype="{self.r.choice(["fixed", "affine"])}"') + self.maybe(0.6, f' gainprm="{self.v(3, 4)}"')
             out += self.maybe(0.5, f' biastype="{self.r.choice(["none", "affine"])}"') + self.maybe(0.6, f' biasprm="{self.v(3, 4)}"')
         return out
@@ -149,7 +160,29 @@ class Maker:
             kind = self.r.choice(["motor", "position", "velocity", "damper", "general"])
             on = f'tendon="{self.r.choice(tendons)}"' if tendons and self.r.random() < 0.3 else f'joint="{self.r.choice(scalar)}"'
             out += f'<{kind} name="a{k}" {on}{self.klass()}{self.actuator_attributes(kind)}/>'
-        return out + "</actuator>"
+        for k in range(self.r.randrange(0, 2)):
+            kind = self.r.choice(["intvelocity", "cylinder"])
+            out += f'<{kind} name="w{k}" joint="{self.r.choice(scalar)}"{self.klass()}{self.actuator_attributes(kind)}/>'
+        if self.body_sites and self.r.random() < 0.5:
+            on = f'site="{self.r.choice(self.body_sites)}" gear="{self.v(6)}"'
+            on += self.maybe(0.5, f' refsite="{self.r.choice(self.sites)}"')
+            out += f'<general name="thrust" {on}{self.klass()}{self.maybe(0.5, self.dynamics())}/>'
+        return out + "</actuator>" + self.couplings(scalar)
+
+    def dynamics(self):
+        """The activation of a general actuator."""
+        kind = self.r.choice(["none", "integrator", "filter", "filterexact"])
+        out = f' dyntype="{kind}" dynprm="{self.r.uniform(0.01, 2):.4g}"'
+        return out + (self.range("actrange") if kind != "none" else "")
+
+    def couplings(self, scalar):
+        """Equalities of joints, with polynomials up to the fourth degree."""
+        out = "<equality>"
+        for k in range(self.r.randrange(0, 3) if len(scalar) > 1 else 0):
+            y, x = self.r.sample(scalar, 2)
+            second = self.maybe(0.8, f' joint2="{x}"')
+            out += f'<joint name="law{k}" joint1="{y}"{second} polycoef="{self.v(self.r.randrange(1, 6))}"/>'
+        return out + "</equality>"
 
     def body(self, depth):
         name = f"b{len(self.bodies)}"
@@ -183,6 +216,7 @@ class Maker:
         if self.r.random() < 0.4:
             out += f'<site name="s{len(self.sites)}"{self.pose()}/>'
             self.sites.append(f"s{len(self.sites)}")
+            self.body_sites.append(self.sites[-1])
         if depth < 3:
             for _ in range(self.r.choice([0, 1, 1, 2])):
                 if len(self.bodies) < 9:
@@ -200,7 +234,7 @@ class Maker:
         if self.r.random() < 0.3:
             out += f"<tendon{self.tendon_attributes()}/>"
         if self.r.random() < 0.4:
-            kind = self.r.choice(["motor", "position", "velocity", "general"])
+            kind = self.r.choice(["motor", "position", "velocity", "general", "intvelocity", "cylinder"])
             out += f"<{kind}{self.actuator_attributes(kind)}/>"
         if depth < 2:
             for _ in range(self.r.randrange(0, 3)):
@@ -221,7 +255,11 @@ class Maker:
         filling = r.choice(["", ' inertia="exact"', ' inertia="shell"', ' inertia="convex"'])
         out += f'<asset><mesh name="tetra"{filling} vertex="0 0 0 1 0 0 0 1 0 0 0 1" face="0 2 1 0 1 3 0 3 2 1 2 3"/>'
         out += f'<mesh name="wedge"{filling} scale="{r.uniform(0.2, 2):.3g} 1 1" refpos="{self.v(3)}" vertex="0 0 0 1 0 0 0 1 0 0 0 2 1 0 2 0 1 2" face="0 2 1 3 4 5 0 1 4 0 4 3 1 2 5 1 5 4 2 0 3 2 3 5"/>'
-        out += f'<mesh name="cloud" vertex="{self.v(3 * r.randrange(8, 30))}"/></asset>'
+        out += f'<mesh name="cloud" vertex="{self.v(3 * r.randrange(8, 30))}"/>'
+        rows, columns = r.randrange(2, 6), r.randrange(2, 6)
+        heights = self.maybe(0.9, f' elevation="{self.v(rows * columns)}"')
+        sizes = " ".join(f"{r.uniform(0.1, 2):.4g}" for _ in range(4))
+        out += f'<hfield name="hill" nrow="{rows}" ncol="{columns}" size="{sizes}"{heights}/></asset>'
         world = "".join(self.body(0) for _ in range(r.randrange(1, 3)))
         if r.random() < 0.2:
             name = f"j{len(self.joints)}"
@@ -274,7 +312,8 @@ def against(m, file, text):
     kinds = {0: (7, 6), 1: (4, 3), 2: (1, 1), 3: (1, 1)}
     names = [m.joint(i).name for i in range(m.njnt)]
     rng = np.random.default_rng(m.nv)
-    states, expected = [], []
+    states, expected, laws = [], [], []
+    m.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     m.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
     for k in range(2):
         q = m.qpos0.copy() if k == 0 else rng.normal(size=m.nq)
@@ -297,6 +336,7 @@ def against(m, file, text):
                 "gravity": list(m.opt.gravity),
             }
         )
+        laws.append(equalities(m, data))
         expected.append((M, data.qfrc_bias.copy(), data.xpos.copy(), data.xmat.copy().reshape(-1, 3, 3)))
     answer = LINKWORK.ask(file, states)
     if "error" in answer:
@@ -306,7 +346,52 @@ def against(m, file, text):
     five = "shellinertia" in text and "ellipsoid" in text
     # MuJoCo keeps vertices of meshes as 32 bit numbers.
     tolerance = 1e-4 if five else 1e-6 if ' mesh="' in text else 1e-8
-    return bodies(m, answer, tolerance) or joints(m, answer, tolerance) or contacts(m, answer) or dynamics(m, answer, expected, tolerance) or devices(m, data, answer, tolerance)
+    return bodies(m, answer, tolerance) or joints(m, answer, tolerance) or contacts(m, answer) or dynamics(m, answer, expected, tolerance) or couplings(m, answer, laws, tolerance) or height_fields(m, answer) or devices(m, data, answer, tolerance)
+
+
+def equalities(m, data):
+    """Error and derivatives of each equality of joints, from the rows of MuJoCo's constraints."""
+    out = {}
+    for row in range(data.nefc):
+        if data.efc_type[row] != int(mujoco.mjtConstraint.mjCNSTR_EQUALITY):
+            continue
+        i = int(data.efc_id[row])
+        if m.eq_type[i] == int(mujoco.mjtEq.mjEQ_JOINT):
+            J = np.ravel(data.efc_J)[row * m.nv : (row + 1) * m.nv]
+            scalar = [k for k in range(m.njnt) if m.jnt_type[k] >= 2]
+            out[m.eq(i).name] = (data.efc_pos[row], {m.joint(k).name: J[m.jnt_dofadr[k]] for k in scalar})
+    return out
+
+
+def couplings(m, answer, laws, tolerance):
+    for state, law in zip(answer["states"], laws):
+        if "missing" in state:
+            continue  # joints without names
+        if set(state["couplings"]) != set(law):
+            return f"couplings: {sorted(state['couplings'])} {sorted(law)}"
+        for name, (error, factors) in law.items():
+            own = state["couplings"][name]
+            if differs(own["error"], error, tolerance):
+                return f"coupling error: {name} {own['error']} {error}"
+            for joint, factor in factors.items():
+                if differs(own["factors"].get(joint, 0.0), factor, tolerance):
+                    return f"coupling factor: {name} {joint} {own['factors'].get(joint)} {factor}"
+    return None
+
+
+def height_fields(m, answer):
+    """Heights of the fields of geoms that collide; MuJoCo keeps them as 32 bit numbers."""
+    found = {f["name"]: f for f in answer["height_fields"]}
+    for i in range(m.ngeom):
+        if int(m.geom_type[i]) != int(mujoco.mjtGeom.mjGEOM_HFIELD) or m.geom(i).name not in found:
+            continue
+        f, k = found[m.geom(i).name], int(m.geom_dataid[i])
+        rows, columns, size = int(m.hfield_nrow[k]), int(m.hfield_ncol[k]), m.hfield_size[k]
+        heights = m.hfield_data[m.hfield_adr[k] :][: rows * columns] * size[2]
+        spacing = [2 * size[0] / (columns - 1), 2 * size[1] / (rows - 1)]
+        if f["columns"] != columns or differs(f["spacing"], spacing) or differs(f["heights"], heights, 1e-7):
+            return f"height field: {m.geom(i).name} {f} {heights}"
+    return None
 
 
 def bodies(m, answer, tolerance):
@@ -371,9 +456,9 @@ def joints(m, answer, tolerance):
 
 
 def contacts(m, answer):
-    # Meshes without a file and height fields do not collide here, with a warning.
-    odd = (int(mujoco.mjtGeom.mjGEOM_MESH), int(mujoco.mjtGeom.mjGEOM_HFIELD))
-    odd = {m.geom(i).name for i in range(m.ngeom) if int(m.geom_type[i]) in odd}
+    # Meshes without a file do not collide here, with a warning.
+    mesh = int(mujoco.mjtGeom.mjGEOM_MESH)
+    odd = {m.geom(i).name for i in range(m.ngeom) if int(m.geom_type[i]) == mesh}
     ours = {tuple(sorted(p)) for p in answer["contacts"] if not odd & set(p)}
     excluded = {int(s) for s in m.exclude_signature}
     pairs = {tuple(sorted((m.geom(a).name, m.geom(b).name))) for a, b in zip(m.pair_geom1, m.pair_geom2)}
@@ -411,15 +496,44 @@ def dynamics(m, answer, expected, tolerance):
     return None
 
 
+def along_wrench(m, data, gear, site, reference=None):
+    """Length and rate of a wrench on a site, from MuJoCo's poses and Jacobians of sites."""
+
+    def frame(i):
+        linear, angular = np.zeros((3, m.nv)), np.zeros((3, m.nv))
+        mujoco.mj_jacSite(m, data, linear, angular, i)
+        return data.site_xmat[i].reshape(3, 3), data.site_xpos[i], linear @ data.qvel, angular @ data.qvel
+
+    R, p, v, w = frame(site)
+    if reference is None:
+        return np.array([0.0, gear[:3] @ R.T @ v + gear[3:] @ R.T @ w])
+    R0, p0, v0, w0 = frame(reference)
+    quat, turn = np.zeros(4), np.zeros(3)
+    mujoco.mju_mat2Quat(quat, (R0.T @ R).ravel())
+    mujoco.mju_quat2Vel(turn, quat, 1)
+    speed = R0.T @ (v - v0 - np.cross(w0, p - p0))
+    return np.array([gear[:3] @ R0.T @ (p - p0) + gear[3:] @ turn, gear[:3] @ speed + gear[3:] @ R0.T @ (w - w0)])
+
+
 def devices(m, data, answer, tolerance):
     """Forces of actuators, tendons and `gravcomp` at the last state, with random controls."""
     places = {(j["body"], j["subhinge"]): j["name"] for j in answer["joints"] if j["count"]}
     found = {d["name"]: d["kind"] for d in answer["devices"]}
     data.ctrl[:] = np.random.default_rng(m.nu).normal(size=m.nu) * 2
+    if m.na:
+        data.act[:] = np.random.default_rng(m.na).normal(size=m.na)
     mujoco.mj_forward(m, data)
 
-    def length(of, tendon):
+    def length(of, tendon, trn=()):
         total = np.zeros(2)
+        if "Wrench" in of:
+            gear, name = np.array(of["Wrench"]["gear"]), next(iter(of["Wrench"]["site"].values()))
+            reference = of["Wrench"]["reference"]
+            theirs = [m.site(int(k)).name for k in trn if k >= 0]
+            own = [name] + ([next(iter(reference.values()))] if reference else [])
+            if own != theirs:
+                return np.full(2, np.nan)
+            return along_wrench(m, data, gear, *(m.site(n).id for n in own))
         if "Line" in of:
             # The sites are compared, and the length follows from them.
             sites = [next(iter(s.values())) for s in of["Line"]["sites"]]
@@ -436,13 +550,28 @@ def devices(m, data, answer, tolerance):
     for i in range(m.nu):
         name = m.actuator(i).name
         if name not in found:
+            if any("does not carry the body of" in line and f"`{name}`" in line for line in answer["ignored"]):
+                continue
             return f"actuator missing: {name}"
         a = found[name]["Actuator"]
-        l, v = length(a["length"], m.actuator_trnid[i, 0])
+        l, v = length(a["length"], m.actuator_trnid[i, 0], m.actuator_trnid[i])
         if differs([l, v], [data.actuator_length[i], data.actuator_velocity[i]], tolerance):
             return f"actuator length: {name} {l} {v} {data.actuator_length[i]} {data.actuator_velocity[i]}"
-        affine = lambda c: c[0] + c[1] * l + c[2] * v
-        force = affine(a["gain"]) * bound(data.ctrl[i], a["control"]) + affine(a["bias"])
+        affine = lambda c: np.dot(np.array(c, float), [1.0, l, v])
+        w = bound(data.ctrl[i], a["control"])
+        if (a["activation"] is None) != (m.actuator_dyntype[i] == 0):
+            return f"activation: {name} {a['activation']} {m.actuator_dyntype[i]}"
+        if a["activation"] is not None:
+            # The rate of the activation, then the force with the activation of the state.
+            time, own = a["activation"]["time_constant"], data.act[m.actuator_actadr[i]]
+            rate = w if time is None else (w - own) / time
+            if differs(rate, data.act_dot[m.actuator_actadr[i]], tolerance):
+                return f"activation rate: {name} {rate} {data.act_dot[m.actuator_actadr[i]]}"
+            bounds = list(m.actuator_actrange[i]) if m.actuator_actlimited[i] else None
+            if (bounds is None) != (a["activation"]["range"] is None) or (bounds and differs(a["activation"]["range"], bounds)):
+                return f"activation range: {name} {a['activation']['range']} {bounds}"
+            w = own
+        force = affine(a["gain"]) * w + affine(a["bias"])
         limits = m.actuator_forcerange[i] if m.actuator_forcelimited[i] else None
         # `actuatorfrcrange` of the joint is part of the bounds here; in MuJoCo it bounds the joint.
         own = bound(force, a["force"])

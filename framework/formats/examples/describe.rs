@@ -10,7 +10,7 @@ use linkwork_dynamics::{Tree, Workspace, inverse_dynamics, kinematics, mass_matr
 use linkwork_formats::multibody::{Multibody, SubhingeKind};
 use linkwork_formats::spatial::nalgebra::{DMatrix, DVector};
 use linkwork_formats::spatial::{Pose, Quat, Vec3};
-use linkwork_formats::{Description, ReadOptions, ShapeRole, read_file};
+use linkwork_formats::{Description, Geometry, ReadOptions, ShapeRole, read_file};
 use serde_json::{Value, json};
 use std::io::BufRead;
 
@@ -30,7 +30,9 @@ fn main() {
 }
 
 fn described(d: &Description, request: &Value) -> Value {
-    let mbs = d.builder.build().unwrap();
+    let mut builder = d.builder.clone();
+    builder.couplings_mut().extend(d.couplings.iter().cloned());
+    let mbs = builder.build().unwrap();
     let states = request["states"].as_array().into_iter().flatten();
     let states: Vec<Value> = states.map(|s| state(d, &mbs, s)).collect();
     let notes = |list: &[linkwork_formats::Ignored]| -> Vec<String> {
@@ -44,6 +46,7 @@ fn described(d: &Description, request: &Value) -> Value {
         "loops": d.loops.len(),
         "visuals": d.shapes.iter().filter(|s| s.role == ShapeRole::Visual).count(),
         "contacts": contacts(d, &mbs),
+        "height_fields": height_fields(d),
         "ignored": notes(&d.ignored),
         "doubtful": notes(&d.doubtful),
         "states": states,
@@ -109,6 +112,36 @@ fn contacts(d: &Description, mbs: &Multibody) -> Vec<[String; 2]> {
     out
 }
 
+/// Returns the heights of each named height field of the collision shapes, with its spacing.
+fn height_fields(d: &Description) -> Vec<Value> {
+    let named = d.shapes.iter().filter(|s| s.role == ShapeRole::Collision);
+    let field = |s: &linkwork_formats::BodyShape| match &s.geometry {
+        Geometry::HeightField { columns, spacing, heights } => Some(json!({
+            "name": s.name, "columns": columns, "spacing": spacing, "heights": heights,
+        })),
+        _ => None,
+    };
+    named.filter_map(field).collect()
+}
+
+/// Returns the error of each coupling and its derivative with respect to the coordinates of joints.
+fn couplings(d: &Description, mbs: &Multibody, q: &[f64]) -> Value {
+    let joint = |v: usize| {
+        let holds = |j: &&linkwork_formats::Joint| {
+            let chain = mbs.get(mbs.body(&j.body).unwrap()).subhinges();
+            j.count == 1 && chain[j.subhinge].v.start == v
+        };
+        d.joints.iter().find(holds).map_or_else(String::new, |j| j.name.clone())
+    };
+    let one = |c: &linkwork_formats::multibody::Coupled| {
+        let factors: serde_json::Map<String, Value> = (c.terms.iter().enumerate())
+            .map(|(k, (_, v, _))| (joint(*v), json!(c.factor(k, q))))
+            .collect();
+        (c.coupling.name.clone(), json!({ "error": c.error(q), "factors": factors }))
+    };
+    Value::Object(mbs.couplings().iter().map(one).collect())
+}
+
 fn numbers(v: &Value) -> Vec<f64> {
     v.as_array().map(|a| a.iter().filter_map(Value::as_f64).collect()).unwrap_or_default()
 }
@@ -162,7 +195,8 @@ fn state(d: &Description, mbs: &Multibody, s: &Value) -> Value {
     };
     let poses: serde_json::Map<String, Value> =
         mbs.bodies().iter().zip(&poses).map(|(b, X)| (b.name().to_owned(), pose(X))).collect();
-    json!({ "M": M.as_slice(), "bias": bias.as_slice(), "poses": poses, "q": q })
+    json!({ "M": M.as_slice(), "bias": bias.as_slice(), "poses": poses, "q": q,
+        "couplings": couplings(d, mbs, &q) })
 }
 
 fn one(

@@ -211,7 +211,7 @@ fn activations_have_their_time_constant_and_range() {
         let found = read_mjcf(&text(element), &ReadOptions::default()).unwrap_err().to_string();
         assert!(found.contains(message), "{found}");
     }
-    // The activation of `filterexact` is a default for a position servo, that of the others is not.
+    // A position servo takes the activation of `filterexact` from its class, and no other activation.
     for (kind, time) in [("filterexact", Some(0.4)), ("filter", None), ("integrator", None)] {
         let default =
             format!(r#"<mujoco><default><general dyntype="{kind}" dynprm="0.4"/></default>"#);

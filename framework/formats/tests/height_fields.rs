@@ -109,7 +109,7 @@ fn images_and_binary_files_have_the_heights_of_mujoco() {
     assert!(short.contains("2 by 3 points, and it has 5 heights"), "{short}");
     let kind = with_file("c.bin", &binary, r#"content_type="image/jpeg""#).unwrap_err();
     assert!(kind.contains("image/vnd.mujoco.hfield"), "{kind}");
-    // Heights of the file replace those of the element.
+    // The heights of the file replace the attributes of the element.
     let d = with_file("a.png", &eight, r#"nrow="3""#).unwrap();
     assert!(d.ignored.iter().any(|i| i.what.contains("nrow")), "{:?}", d.ignored);
 }

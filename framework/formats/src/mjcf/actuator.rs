@@ -264,7 +264,12 @@ impl<'e> Mj<'e> {
         };
         if servo && bias[2] > 0.0 {
             match lengths.inertia(&length, d) {
-                Some(mass) => bias[2] *= -2.0 * (gain[0] * mass).sqrt(),
+                Some(mass) if gain[0] >= 0.0 => bias[2] *= -2.0 * (gain[0] * mass).sqrt(),
+                Some(_) => {
+                    let note = "attribute dampratio: the stiffness is negative";
+                    cx.ignored.push(e.ignored(what, note));
+                    bias[2] = 0.0;
+                }
                 None => {
                     let note = "attribute dampratio: the mass matrix cannot be inverted";
                     cx.ignored.push(e.ignored(what, note));
@@ -343,7 +348,7 @@ impl<'e> Values<'e> {
                 (self.dynamics, self.time, self.beyond) = (Dynamics::None, 1.0, None);
             }
             "position" | "intvelocity" => {
-                // As in MuJoCo, only the activation that `timeconst` makes is a default for a position servo.
+                // A position servo takes only the activation of `filterexact` from its class, as in MuJoCo.
                 if self.dynamics != Dynamics::FilterExact {
                     (self.dynamics, self.time) = (Dynamics::None, 1.0);
                 }

@@ -87,7 +87,7 @@ impl<'e> Mj<'e> {
         let (asset, [x, y, z, _]) = self.height_field_of(cx, at, what)?;
         let own = format!("<{}>", asset.label());
         let field = match asset.attr("file").filter(|f| !f.is_empty()) {
-            Some(_) => self.read_field(cx, asset, &own, what)?,
+            Some(_) => self.file_heights(cx, asset, &own, what)?,
             None => written(cx, asset, &own)?,
         };
         let note = "its sides and its base do not collide: only its surface does";
@@ -98,7 +98,13 @@ impl<'e> Mj<'e> {
         Some(Geometry::HeightField { columns: field.columns, spacing, heights })
     }
 
-    fn read_field(&self, cx: &mut Cx<'_>, asset: &Element, own: &str, geom: &str) -> Option<Field> {
+    fn file_heights(
+        &self,
+        cx: &mut Cx<'_>,
+        asset: &Element,
+        own: &str,
+        geom: &str,
+    ) -> Option<Field> {
         let file = self.mesh_file(asset)?;
         for unused in ["nrow", "ncol", "elevation"] {
             if asset.attr(unused).is_some() {
