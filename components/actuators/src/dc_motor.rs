@@ -135,7 +135,7 @@ impl DcMotor {
             return self.voltage(u);
         }
         let held = p.resistance * current + p.torque_constant * p.gear * u.shaft.rate;
-        // Towards the limit from within it is the voltage of the electronics.
+        // If the commanded voltage would bring the current back below its limit, it applies; otherwise the electronics hold the current at the limit.
         if current > 0.0 { self.voltage(u).min(held) } else { self.voltage(u).max(held) }
     }
 
@@ -280,7 +280,7 @@ mod tests {
                 let heat = 2.0 * y.current * y.current;
                 let gear = (drive - y.shaft_torque) * rate;
                 assert!(gear >= 0.0 && lost >= heat - 1e-9, "{volts} {rate}: {lost} {heat} {gear}");
-                // Also at the limit of the current, where the bridge lowers the voltage.
+                // The balance also holds at the current limit, where the electronics reduce the voltage.
                 assert!((lost - heat - gear).abs() < 1e-9, "{volts} {rate}");
                 assert!((y.supply.current * 1000.0 - y.power).abs() < 1e-9 && y.case.heat == heat);
             }

@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn steep_entry_follows_allen_and_eggers() {
-        // FLIGHT.md: a straight line at 14.06° over flat ground, starting above the atmosphere, without gravity:
+        // Allen and Eggers: a straight line at 14.06° over flat ground, starting above the atmosphere, without gravity:
         // V = V_E exp(−ρ₀ H e^(−h/H)/(2 β sin γ)), the peak at h* = 29686.864 m, V* = 4405.839 m/s, 21.6610 g_E.
         let (ve, gamma, beta) = (7264.0, 14.06f64.to_radians(), 63.0);
         let mass = beta * 1.6 * 5.5;

@@ -6,8 +6,8 @@
 //! ```
 //! Both forces act along one line, so momentum and angular momentum of the pair stay as they were. The
 //! energy ½ k stroke² goes into the two bodies when the spring starts fully compressed and c = 0. The
-//! instant at which it lets go is an event, so that no step runs over the corner in the force. A start with s < 0 is an error: no
-//! spring is pressed further than its stroke, and this one would hold more than ½ k stroke².
+//! instant at which it lets go is an event, so that no step runs over the corner in the force. A start with s < 0 is an error, because the spring
+//! would be compressed beyond its stroke and store more energy than ½ k stroke².
 
 use linkwork_runtime::prelude::*;
 

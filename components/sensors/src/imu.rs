@@ -467,7 +467,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// EDL.md: σ² = (2 ln 2/π) B², whatever the cluster.
+    /// Reference: σ² = (2 ln 2/π) B², whatever the cluster.
     #[test]
     fn instability_has_a_flat_allan_deviation() {
         let b = 3e-5;

@@ -235,7 +235,7 @@ fn any_mechanism_comes_back_from_its_ron_bit_for_bit() {
         assert_eq!(mechanism(&loaded), &mbs, "seed {seed}");
         // Comparison of floats treats −0 as 0; the texts show the bits.
         assert_eq!(format!("{:?}", mechanism(&loaded)), format!("{mbs:?}"), "seed {seed}");
-        // Again from the text that does not need other files.
+        // Load the mechanism again from the resolved text, which refers to no other file.
         let again = load_text("r.ron", &loaded.resolved, &Options::new(&catalogue)).unwrap();
         assert_eq!(mechanism(&again), &mbs, "seed {seed}, resolved");
     }
@@ -508,7 +508,7 @@ fn a_companion_file_next_to_the_file_is_found() {
     let loaded = load(dir.path(), "sim.ron", text).unwrap_or_else(|f| panic!("{f}"));
     let mbs = mechanism(&loaded);
     assert_eq!((mbs.loops()[0].closure.name.as_str(), mbs.couplings().len()), ("rod", 1));
-    // The collision shape of the file, and the contact of the companion file.
+    // Two colliders are expected: the collision shape of the URDF file and the contact sphere of the companion file.
     let colliders = loaded.colliders.as_ref().unwrap();
     let names: Vec<_> = colliders.ids().map(|c| colliders.spec(c).name.as_str()).collect();
     assert_eq!(names, ["base/shape3", "left/shape1"]);

@@ -84,7 +84,7 @@ fn said(call: impl Fn(*mut c_char, usize, *mut usize) -> LwStatus) -> String {
     let mut wanted = 0;
     assert_eq!(call(null_mut(), 0, &mut wanted), LwStatus::Length);
     let mut short = vec![7; wanted];
-    // The call with one byte less writes the beginning, a zero, and nothing beyond.
+    // If the buffer is one byte too short, the call writes the truncated text and a terminating zero, and nothing beyond the buffer.
     if wanted > 1 {
         assert_eq!(call(short.as_mut_ptr(), wanted - 1, null_mut()), LwStatus::Length);
         assert_eq!((short[wanted - 2], short[wanted - 1]), (0, 7));

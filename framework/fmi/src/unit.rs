@@ -99,7 +99,7 @@ impl Unit {
         format!("{}{}", folder.display(), std::path::MAIN_SEPARATOR)
     }
 
-    /// Returns the folder of the resources in the form of FMI 2.0: a URI.
+    /// Returns the resource folder as a URI, the form that FMI 2.0 requires.
     pub fn resources_uri(&self) -> String {
         let path = self.folder.path().join("resources").display().to_string().replace('\\', "/");
         let path = path.trim_start_matches('/');

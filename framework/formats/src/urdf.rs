@@ -414,7 +414,7 @@ fn limits(cx: &mut Cx<'_>, joint: &Element, what: &str, position: Position) -> L
     }
     if !(lower <= upper) || lower == f64::INFINITY || upper == f64::NEG_INFINITY {
         let text = format!("{lower} .. {upper}");
-        cx.bad(e.place(), &what, &text, "a range", "lower must be below upper");
+        cx.bad(e.place(), &what, &text, "a range", "lower must not exceed upper");
         return Limits::NONE;
     }
     Limits { lower, upper, rate, effort }

@@ -193,7 +193,7 @@ impl Multibody {
         &self.couplings
     }
 
-    /// Returns every constraint: loops, then couplings, each kind by name.
+    /// Returns all constraints: first the loops, then the couplings, each sorted by name.
     pub fn constraints(&self) -> impl Iterator<Item = ConstraintId> + use<> {
         let loops = (0..self.loops.len() as u32).map(ConstraintId::Loop);
         loops.chain((0..self.couplings.len() as u32).map(ConstraintId::Coupling))

@@ -17,7 +17,7 @@ use linkwork_spatial::Vec3;
 /// Cells along the edge of a leaf.
 const LEAF: usize = 4;
 
-/// A grid of heights with its tree. x east, y north, z up.
+/// A grid of heights with its tree of minimum and maximum heights. The axes are x east, y north, z up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightMap {
     origin: [f64; 2],

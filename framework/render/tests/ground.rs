@@ -126,7 +126,7 @@ fn rays_along_the_lines_of_the_grid_and_straight_down_find_no_crack() {
             assert!(hit.is_some(), "{p:?}");
         }
     }
-    // The ray goes from above every line to below the ground: such a ray always hits.
+    // Rays in the vertical plane of a grid line, from above the terrain to below it, must always hit.
     for k in 0..2000 {
         let line = (k % (N[0] - 2) + 1) as f64 * SPACING[0] - half[0];
         let (a, b) = (random.between(-5.5, 5.5), random.between(-5.5, 5.5));

@@ -6,7 +6,7 @@ use linkwork_world::planet::{Epoch, Geodetic};
 use linkwork_world::spatial::Vec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// EDL.md c and quick_golden.json, us76. The reference integrates with 20 m trapezoids. The one that begins at 100 km, where M steps from 28.96 to
+/// Reference data quick_golden.json, us76. The reference integrates with 20 m trapezoids. The one that begins at 100 km, where M steps from 28.96 to
 /// 28.01, counts half of the step twice, an error of 5e-5 of the density above. With smaller steps the same program converges to our numbers (next
 /// test).
 #[test]
@@ -257,7 +257,7 @@ fn simple_models() {
     near(dynamic_pressure(10.0, &air), 60.0, 1e-12, "q");
 }
 
-/// EDL.md c and quick_golden.json, msis: NRL's own Fortran in single precision, to its precision of 1e-6.
+/// Reference data quick_golden.json, msis: NRL's own Fortran in single precision, to its precision of 1e-6.
 #[test]
 fn msis_gives_the_golden_numbers() {
     let epoch = Epoch::parse("2012-08-06 05:17:00 UTC").unwrap();
@@ -351,7 +351,7 @@ fn five(random: &mut Random) -> [f64; 5] {
     std::array::from_fn(|_| random.normal())
 }
 
-/// EDL.md c: L 533.4, V 150, τ 0.5: R_u 0.86883, R_v 0.80775. Impulse responses to the noise give the correlation without sampling: R(τ) = Σ over
+/// Reference: L 533.4, V 150, τ 0.5: R_u 0.86883, R_v 0.80775. Impulse responses to the noise give the correlation without sampling: R(τ) = Σ over
 /// past steps.
 #[test]
 fn gusts_have_the_correlation_of_dryden() {

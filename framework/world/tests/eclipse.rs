@@ -14,7 +14,7 @@ fn seen(x: f64, y: f64, z: f64) -> f64 {
     visible_fraction(&Vec3::new(x, y, z), &SUN, R, R_SUN)
 }
 
-/// EDL.md j; quick_golden.json, eclipse_conical.
+/// Reference data quick_golden.json, eclipse_conical.
 #[test]
 fn shadow_gives_the_golden_numbers() {
     near(seen(-7e6, 6.37e6, 0.0), 0.33741836, 5e-9, "(−7e6, 6.37e6, 0)");
@@ -83,7 +83,7 @@ fn the_overlap_is_an_area() {
     }
 }
 
-/// EDL.md j; quick_golden.json, srp_plate.
+/// Reference data quick_golden.json, srp_plate.
 #[test]
 fn sunlight_presses_as_golden() {
     let n = Vec3::new(0.4f64.cos(), 0.4f64.sin(), 0.0);

@@ -12,7 +12,7 @@ fn arcsec(a: &Vec3, b: &Vec3) -> f64 {
     a.cross(b).norm().atan2(a.dot(b)) / ARCSEC
 }
 
-/// EDL.md a: DE440 at d = 4601.2211458333.
+/// Reference: DE440 at d = 4601.2211458333.
 #[test]
 fn errors_against_de440_are_as_told() {
     let d = (4601.2211458333, 0.0);
@@ -25,7 +25,7 @@ fn errors_against_de440_are_as_told() {
     assert!((15.0..75.0).contains(&arcsec(&moon_low(d), &moon_de)));
 }
 
-/// Returns λ = 282.9400° + M + 6892″ sin M + 72″ sin 2M, M = 357.5256° + 35999.049° T (EDL.md a), in the equator of J2000, m.
+/// Returns λ = 282.9400° + M + 6892″ sin M + 72″ sin 2M, M = 357.5256° + 35999.049° T, in the equator of J2000, m.
 fn printed_sun(days: f64) -> Vec3 {
     let T = days / 36525.0;
     let M = (357.5256 + 35999.049 * T).to_radians();

@@ -50,7 +50,7 @@ fn potential_by_angles(field: &Coefficients, p: &Vec3) -> f64 {
     field.mu / r * sum
 }
 
-/// EDL.md b: GGM03S 20 × 20, checked there with 40 digits.
+/// Reference: GGM03S 20 × 20, checked there with 40 digits.
 #[test]
 fn ggm03s_gives_the_golden_numbers() {
     let Some(field) = ggm03s(20) else { return };
@@ -210,7 +210,7 @@ fn energy_is_kept_at_the_order_of_the_integrator() {
     assert!(coarse < 1e-5 && coarse / fine > 12.0, "{coarse:e}, {fine:e}");
 }
 
-/// EDL.md b; quick_golden.json, third_body.
+/// Reference data quick_golden.json, third_body.
 #[test]
 fn third_body_is_exact_where_differences_are_not() {
     let r = Vec3::new(6778137.0, 1200000.0, -900000.0);
@@ -218,7 +218,7 @@ fn third_body_is_exact_where_differences_are_not() {
     let exact = Vec3::new(1.0477508278232455e-06, 1.2728961134523447e-07, 2.9703381763644265e-07);
     let mu = 4902800118000.0;
     let a = third_body(mu, &r, &s);
-    // EDL.md b: 2e-22.
+    // The reference agrees to 2e-22.
     assert!((a - exact).norm() < 2.5e-22, "Battin: {:e}", (a - exact).norm());
     let plain = indirect(mu, &(s - r)) - indirect(mu, &s);
     assert!((plain - exact).norm() < 1e-19, "the plain difference is the same thing: {plain:?}");

@@ -13,7 +13,7 @@ fn ned(epoch: &str, lat: f64, lon: f64, h: f64) -> Vec3 {
     Vec3::new(b.y, b.x, -b.z) * 1e9
 }
 
-/// EDL.md j and quick_golden.json (ppigrf): measured 2e-4 nT at the years of the table, because ppigrf rounds the polar radius to metres, and 0.006
+/// Reference data quick_golden.json (ppigrf): measured 2e-4 nT at the years of the table, because ppigrf rounds the polar radius to metres, and 0.006
 /// nT between them, where it counts days and IAGA's program counts years of 365 or 366.
 #[test]
 fn igrf_gives_the_golden_numbers() {

@@ -63,7 +63,7 @@ fn a_sphere_dropped_on_the_ellipsoid() {
         }
         let (gravity, _, air, place, relative_wind) = at(t, &s.position, &s.velocity);
         let what = |name: &str| format!("{name} at {t} s");
-        // FLIGHT.md: 0.02 ft, 0.002 ft/s, 1e-3 degrees.
+        // Tolerances: 0.02 ft, 0.002 ft/s, 1e-3 degrees.
         let (p, v) = (vector(row, "eiPosition_ft"), vector(row, "eiVelocity_ft_s"));
         near3(&(s.position / FOOT), &p, 0.02, &what("position"));
         near3(&(s.velocity / FOOT), &v, 0.002, &what("velocity"));

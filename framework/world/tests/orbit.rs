@@ -126,7 +126,7 @@ fn with_a_simple_earth_sun_and_moon() {
     check(&c, variant, [1e-14; 5]);
 }
 
-/// FLIGHT.md: over 17480 s at 7000 km, 20 × 20, steps of 10 s have the same accuracy about a rotating planet as about a fixed one, because the
+/// Requirement: over 17480 s at 7000 km, 20 × 20, steps of 10 s have the same accuracy about a rotating planet as about a fixed one, because the
 /// rotation is evaluated at every stage: 0.05 m.
 #[test]
 fn a_turning_planet_costs_no_accuracy() {

@@ -197,7 +197,7 @@ fn wrong_epochs_are_refused() {
     assert!(Epoch::utc(2012, 2, 3, 0, 0, f64::NAN).is_err());
 }
 
-/// EDL.md a: SOFA's own example.
+/// Reference: SOFA's own example.
 #[test]
 fn the_earth_of_sofas_example() {
     let epoch = Epoch::parse("2007-04-05 12:00:00 UTC").unwrap();
@@ -507,7 +507,7 @@ fn the_earth_turns_once_in_a_sidereal_day() {
     relative(earth.at(0.0).omega_I.norm() - slow, 7.292115e-5 * 0.003 / 86400.0, 1e-3, "ω");
 }
 
-/// EDL.md a: d = 4601.2211458333, Mars row 1; both planets at two dates in quick_golden.json.
+/// Reference: d = 4601.2211458333, Mars row 1; both planets at two dates in quick_golden.json.
 #[test]
 fn mars_and_the_moon_of_the_iau() {
     let d = 4601.2211458333;

@@ -20,7 +20,7 @@ const CUBE: &str = "# side 1, centre at the origin; quads\nv -0.5 -0.5 -0.5\nv 0
     v -0.5 -0.5 0.5\nv 0.5 -0.5 0.5\nv 0.5 0.5 0.5\nv -0.5 0.5 0.5\nvn 0 0 1\n\
     f 1 4 3 2\nf 5/1/1 6/2/1 7/3/1 8/4/1\nf 1 2 6 5\nf 2 3 7 6\nf -6 -5 -1 -2\nf 4 1 5 8\n";
 
-/// EDL.md b: unit cube, Gρ = 1, at (1, 2, 3).
+/// Reference: unit cube, Gρ = 1, at (1, 2, 3).
 #[test]
 fn the_cube_gives_the_golden_numbers() {
     let cube = from_obj("cube.obj", CUBE, 1.0, 1.0).unwrap();
@@ -32,7 +32,7 @@ fn the_cube_gives_the_golden_numbers() {
     near3(&g.acceleration, &a, 5e-16, "a");
 }
 
-/// EDL.md b (cubature) and quick_golden.json, polyhedron_tetrahedron_G_rho_1.
+/// Cubature, and reference data quick_golden.json, polyhedron_tetrahedron_G_rho_1.
 #[test]
 fn the_tetrahedron_gives_the_golden_numbers() {
     let t = tetrahedron();

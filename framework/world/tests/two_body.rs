@@ -171,7 +171,7 @@ fn wrong_orbits_are_refused() {
     assert!(ClohessyWiltshire::new(MU, 0.0).unwrap_err().to_string().contains("radius"));
 }
 
-/// EDL.md k; quick_golden.json, cw.
+/// Reference data quick_golden.json, cw.
 #[test]
 fn clohessy_wiltshire_gives_the_golden_numbers() {
     let cw = ClohessyWiltshire::new(3.986004418e14, 7e6).unwrap();

@@ -234,7 +234,7 @@ fn nasas_trajectory_beside_ours() {
     let position = number(&said.out, "position: at most ");
     let attitude = number(&said.out, "attitude: at most ");
     println!("{}", said.out);
-    // FLIGHT.md: 0.02 ft and 1e-3 deg; 04 itself is within 4e-5 deg of the mean of 04 and 05.
+    // Tolerances: 0.02 ft and 1e-3 deg; 04 itself is within 4e-5 deg of the mean of 04 and 05.
     assert!(position < 0.02 * 0.3048, "{}", said.out);
     assert!(attitude < 1e-3 && attitude > 0.0, "{}", said.out);
     // Also at rows of the table: a straight line between two rows differs by 0.4 deg/s from the brick.

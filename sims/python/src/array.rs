@@ -294,8 +294,8 @@ pub fn out<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResult<
     }
 }
 
-/// Like [`out`], but writes into the caller's array `to` if there is one, and returns it. The array must be a writable, C-contiguous float64 array of
-/// the result's shape, whose memory does not overlap the arguments (`read`: address ranges).
+/// Like [`out`], but writes into the caller's array `to` if there is one, and returns it. The array must be writable, C-contiguous, float64, of the
+/// result's shape, and must not overlap the memory of the arguments (`read`: their address ranges).
 pub fn out_into<'py>(
     py: Python<'py>,
     values: Vec<f64>,

@@ -228,7 +228,7 @@ pub fn ensemble<'py>(
     ensemble_into(py, core, rows, threads, each, None, f)
 }
 
-/// Like [`ensemble`], with the first result in the caller's array if there is one.
+/// Like [`ensemble`], but writes the first result into the caller's array if one is given.
 pub fn ensemble_into<'py>(
     py: Python<'py>,
     core: &Core,

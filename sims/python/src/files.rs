@@ -227,7 +227,7 @@ pub fn simulation(
     library_with(models)?.file(path, set, seed).map_err(|f| f.to_string())
 }
 
-/// Like [`simulation`], from a text that needs no other file: the configuration in a checkpoint.
+/// Like [`simulation`], but reads a self-contained text, such as the configuration in a checkpoint.
 pub fn simulation_text(name: &str, text: &str, models: Vec<Entry>) -> Result<Ready, String> {
     library_with(models)?.text(name, text).map_err(|f| f.to_string())
 }

@@ -74,8 +74,8 @@ impl Running {
         self.remembered = carried.map(|carried| (checkpoint.tick, carried));
     }
 
-    /// Adds a recorder from the present tick on. It records the pinned variables. If the run was resumed and the recorder has the rules of the
-    /// recording that was active then, it continues that recording.
+    /// Adds a recorder from the present tick on. It records the pinned variables. If the run was resumed, and the recorder has the same rules as the
+    /// recording that was active at the checkpoint, it continues that recording.
     pub fn record(&mut self, mut recorder: Recorder) {
         let sim = self.runner.sim();
         let pins: Vec<(String, f64)> = sim.pins().map(|(p, y)| (p.to_string(), y)).collect();

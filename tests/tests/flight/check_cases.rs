@@ -255,7 +255,7 @@ fn brick(earth: &Earth, air_rate: Vec3, damping: f64) -> Vec<Brick> {
     along
 }
 
-/// Compares the simulation with the second integration every second. FLIGHT.md requires 1e-6 deg for case 2; the best agreement of JSBSim is 4e-4
+/// Compares the simulation with the second integration every second. The requirement is 1e-6 deg for case 2; the best agreement of JSBSim is 4e-4
 /// deg.
 fn beside(what: &str, sim: &mut Simulation, along: &[Brick]) {
     let [mut p, mut v, mut q, mut w] = [Worst(0.0); 4];
@@ -297,7 +297,7 @@ fn nesc_3_a_tumbling_brick_with_damping() {
         assert!(rate < 0.9 * 37.0, "{rate} deg/s");
         ends.push(rotation(&sim, "brick"));
     }
-    // FLIGHT.md: for this reason simulators 05 and 04 differ by 0.09 deg in Euler angles; as one rotation 0.099.
+    // The two damping conventions differ by 0.099° as one rotation. This explains why simulators 05 and 04 of NASA differ by 0.09° in Euler angles.
     let apart = ends[0].angle_to(&ends[2]).to_degrees();
     println!("the two conventions: {apart:.4} deg");
     assert!((apart - 0.099).abs() < 0.0005, "{apart}");

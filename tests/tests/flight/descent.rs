@@ -520,7 +520,7 @@ fn fuel_optimal_powered_descent() {
     third.below(0.5, "position beside ECOS, m");
 }
 
-/// The two modes in which a payload swings under a fixed canopy: EDL.md e, `inflation::wrist_modes`. The simulation starts in each mode separately.
+/// The two modes in which a payload swings under a fixed canopy: `inflation::wrist_modes`. The simulation starts in each mode separately.
 /// At the small amplitude of 1e-4 rad, it returns after the period of the closed form.
 #[test]
 fn a_payload_on_a_riser_swings_in_its_two_modes() {

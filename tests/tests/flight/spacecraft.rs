@@ -334,7 +334,7 @@ fn a_stack_of_three_comes_apart() {
     late.below(1e-9, "three bodies, releases of the springs, s");
 }
 
-/// EDL.md h: four springs of 1800 N/m, 0.15 m, between 1200 and 385 kg.
+/// Reference: four springs of 1800 N/m, 0.15 m, between 1200 and 385 kg.
 #[test]
 fn four_springs_part_two_bodies_with_the_speeds_of_the_closed_form() {
     let at = [[1, 1], [1, -1], [-1, 1], [-1, -1]];

@@ -47,7 +47,7 @@ fn a_long_craft_librates_about_the_vertical_with_the_period_of_the_closed_form()
     }
 }
 
-/// IGRF-14 at (60° N, 30° W, 500 km) on 2025-01-01 (EDL.md j, ppigrf: north 11941.127, east −2695.961, down 40152.011 nT), for a spacecraft in
+/// IGRF-14 at (60° N, 30° W, 500 km) on 2025-01-01 (ppigrf: north 11941.127, east −2695.961, down 40152.011 nT), for a spacecraft in
 /// inertial axes and from a site there; also compared with a dipole.
 #[test]
 fn a_craft_is_in_the_reference_field_alike_in_inertial_axes_and_from_a_site() {

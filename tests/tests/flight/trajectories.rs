@@ -73,10 +73,10 @@ fn jeod_run_2_with_attitude() {
     turned.below(1e-9, "attitude after 8 h, deg");
 }
 
-/// FLIGHT.md: Open Space Toolkit's scenario 001-a. Orekit and GMAT differ by 0.024 m.
+/// Reference: Open Space Toolkit's scenario 001-a. Orekit and GMAT differ by 0.024 m.
 #[test]
 fn orekit_and_gmat_for_a_day() {
-    // FLIGHT.md allows 0.05 m from Orekit.
+    // The tolerance is 0.05 m from Orekit.
     a_day_beside("orbit/ostk-001-a-orekit.csv", 1.0, [0.0095, 1e-5]);
     a_day_beside("orbit/ostk-001-a-gmat.csv", 1000.0, [0.03, 3e-5]);
 }
@@ -276,7 +276,7 @@ fn full_force_for_six_hours() {
             sim.time()
         );
     }
-    // FLIGHT.md allows 0.05 m; the reference is accurate to 1.8 mm.
+    // The tolerance is 0.05 m; the reference is accurate to 1.8 mm.
     position.below(2e-3, "all forces, position over 6 h, m");
     velocity.below(2e-6, "all forces, velocity over 6 h, m/s");
 }
@@ -330,7 +330,7 @@ fn check_case(number: u8, name: &str, path: &str, [rate, speed]: [&str; 2], limi
     let Some(a) = Case::read(&format!("{folder}_04.csv")) else { return };
     let Some(b) = Case::read(&format!("{folder}_05_10hz.csv")) else { return };
     assert!(a.rows.len() == 301 && b.rows.len() == 301);
-    // FLIGHT.md: 0.02 ft, 0.002 ft/s, 1e-3°. The two rates differ by 1e-11 rad/s × 2e7 ft = 4.1e-4 ft/s.
+    // Tolerances: 0.02 ft, 0.002 ft/s, 1e-3°. The two rates differ by 1e-11 rad/s × 2e7 ft = 4.1e-4 ft/s.
     beside(number, path, (WORKBOOK_RATE, &[]), (&a, &b), [0.02, 0.002, 1e-3, 1e-3]);
     let rate = format!("{rate}={SIMULATOR_RATE:?}");
     let speed = format!("{speed}=[0, {:?}, 0]", SIMULATOR_RATE * 6_387_281.0);

@@ -89,7 +89,7 @@ fn a_gravity_turn_comes_down_upright_on_the_moon() {
     assert!(crushed > 0.05 && crushed < 0.26 && speed < 1e-6, "{crushed} {speed}");
 }
 
-/// EDL.md g: a pulse of two jets changes the rate by M t/J. In the limit cycle the spacecraft drifts across the deadband between two pulses, one way
+/// Reference: a pulse of two jets changes the rate by M t/J. In the limit cycle the spacecraft drifts across the deadband between two pulses, one way
 /// with one rate and back with the rest of this change.
 #[test]
 fn jets_on_the_lines_of_a_phase_plane_fall_into_their_limit_cycle() {
@@ -155,7 +155,7 @@ fn a_tank_that_blows_down_is_dry_when_the_closed_form_says() {
 fn a_cube_in_low_orbit_is_braked_as_free_molecules_do() {
     let mut sim = repository("earth_orbit/panels.ron", &[]).unwrap();
     let number = |sim: &linkwork_runtime::Simulation, name: &str| sim.get(name).unwrap();
-    // EDL.md c: the standard atmosphere at 300 km.
+    // Reference: the standard atmosphere at 300 km.
     let (density, r0, z) = (1.915_68e-11_f64, 6356.766_f64, 300.0_f64);
     let temperature = 1000.0 - 640.0 * (-0.018_75 * (z - 120.0) * (r0 + 120.0) / (r0 + z)).exp();
     let (radius, face, mass) = (6_678_137.0_f64, 0.1, 20.0);

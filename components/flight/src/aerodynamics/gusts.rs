@@ -273,7 +273,7 @@ mod tests {
 
     #[test]
     fn correlations_are_those_of_the_spectra() {
-        // EDL.md: L 533.4 m, V 150 m/s, 0.5 s: 0.86883 and 0.80775.
+        // Reference: L 533.4 m, V 150 m/s, 0.5 s: 0.86883 and 0.80775.
         let m = gusts(Some((Vec3::repeat(533.4), Vec3::new(1.0, 2.0, 3.0))));
         let (dt, lag) = (0.1, 5);
         let rows = series(&m, 400_000, dt, &flying(f64::NAN));

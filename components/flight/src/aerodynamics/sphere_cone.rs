@@ -147,14 +147,14 @@ mod tests {
 
     #[test]
     fn a_stagnation_point_behind_a_strong_shock() {
-        // EDL.md d, evaluated apart with more digits. It prints 1.8768 for γ 1.29, where its own formula gives 1.876969.
+        // Reference formula, evaluated separately with more digits: 1.876969 for γ = 1.29.
         assert!((pressure_max(1.4) - 1.839_371_051_130_667).abs() < 1e-14);
         assert!((pressure_max(1.29) - 1.876_968_671_833_093).abs() < 1e-14);
         // γ → 1: the shock lies on the body, Newton's own 2.
         assert!((pressure_max(1.000001) - 2.0).abs() < 1e-4);
     }
 
-    /// EDL.md d, evaluated apart in exact fractions; and the crude −1/M², which it is near where flight is.
+    /// Reference formula, evaluated separately in exact fractions; −1/M² approximates it at flight speeds.
     #[test]
     fn the_base_is_sucked_back() {
         for (mach, wanted) in [(1.0, -0.391_245), (2.0, -0.224_397_5), (5.0, -0.030_821)] {

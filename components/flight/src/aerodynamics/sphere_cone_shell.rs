@@ -176,7 +176,7 @@ mod tests {
 
     const RADIUS: f64 = 2.25;
 
-    /// The shell of EDL.md's table: 70 deg, bluntness 0.5, C_p,max 2, the node 0.3 base radii behind the nose.
+    /// The shell of the reference table: 70 deg, bluntness 0.5, C_p,max 2, the node 0.3 base radii behind the nose.
     fn params() -> SphereConeParams {
         SphereConeParams {
             half_angle: 70f64.to_radians(),
@@ -236,7 +236,7 @@ mod tests {
         [-f.x, -f.dot(&across), moment.dot(&nose_up), -f.dot(&drag), f.dot(&lift)]
     }
 
-    /// Agrees with table d of EDL.md to all printed digits; the moment is computed at the nose and shifted to the node.
+    /// Agrees with the reference table to all printed digits; the moment is computed at the nose and shifted to the node.
     #[test]
     fn the_table_of_the_seventy_degree_cone() {
         let m = shell(params());

@@ -350,7 +350,7 @@ mod tests {
         }
     }
 
-    /// North, east, down (nT) of the cases of EDL.md, j (ppigrf), through the model, for an Earth with a tilted pole.
+    /// North, east, down (nT) of the reference cases (ppigrf), through the model, for an Earth with a tilted pole.
     #[test]
     fn the_reference_field_has_the_golden_numbers() {
         use linkwork_world::planet::{Ellipsoid, Geodetic};

@@ -380,7 +380,7 @@ mod tests {
         }
     }
 
-    /// The example of Açıkmeşe and Ploen, above the ground: EDL.md f has 390.43 kg in 74 s. Ever more intervals go to
+    /// The example of Açıkmeşe and Ploen, above the ground: the reference has 390.43 kg in 74 s. Ever more intervals go to
     /// 390.4417 kg here, 0.012 kg above that; with 9.807 m/s² for g₀, of which we only suppose that it was taken
     /// there, it is 390.43 kg to its digits.
     #[test]

@@ -178,7 +178,7 @@ mod tests {
         }
     }
 
-    /// EDL.md: V̇ = −T/m + g cos ψ, ψ̇ = −g sin ψ/V, integrated by a Runge-Kutta method until the speed is 1e-5 of its initial value.
+    /// Reference: V̇ = −T/m + g cos ψ, ψ̇ = −g sin ψ/V, integrated by a Runge-Kutta method until the speed is 1e-5 of its initial value.
     fn fall(speed: f64, psi: f64, n: f64) -> f64 {
         let g = 1.62;
         let rate = |[v, a, _]: [f64; 3]| [g * (a.cos() - n), -g * a.sin() / v, v * a.cos()];

@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn shocks_are_those_of_the_closed_form_and_of_an_integration() {
-        // C_D S of MSL: 0.65 of a disk of 21.35 m. Golden numbers computed elsewhere, and integrated there.
+        // C_D S of MSL's parachute: C_D = 0.65, S is the area of a disk of 21.35 m diameter. Golden numbers computed elsewhere, and integrated there.
         for (m, cds, rho, v, tf, n, a, tau, peak, end, infinite, factor) in [
             (
                 2920.0,
@@ -169,7 +169,7 @@ mod tests {
                 (f.peak(), tau),
                 (f.force_at(f.peak()), peak),
                 (f.speed_at(1.0), end),
-                // A mass so great that it does not slow down; the shock factor X₁ (EDL.md e) is of its force.
+                // A mass so great that it does not slow down; the shock factor X₁ is of its force.
                 (FiniteMass { mass: 1e30, ..f }.force_at(1.0), infinite),
                 (f.force_at(f.peak()) / FiniteMass { mass: 1e30, ..f }.force_at(1.0), factor),
             ] {

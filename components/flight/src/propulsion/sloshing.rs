@@ -283,7 +283,7 @@ mod tests {
         })
     }
 
-    /// EDL.md g: ω² = 1.841 (a/R) tanh(1.841 h/R) at three fill levels, measured by the phase of the motion; both lateral axes agree.
+    /// Reference: ω² = 1.841 (a/R) tanh(1.841 h/R) at three fill levels, measured by the phase of the motion; both lateral axes agree.
     #[test]
     fn its_frequency_is_that_of_the_formula_at_three_fills() {
         for propellant in [20.0, 120.0, 600.0] {

@@ -168,7 +168,7 @@ impl Law {
         }
     }
 
-    /// Pressure (Pa) on ground that nothing has pressed.
+    /// Returns the pressure (Pa) at sinkage `z` (m) on virgin soil, which no wheel has compacted.
     #[inline]
     pub fn virgin(&self, z: f64) -> f64 {
         if self.n == 1.0 { self.k * z.max(0.0) } else { self.k * z.max(0.0).powf(self.n) }

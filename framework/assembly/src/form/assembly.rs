@@ -197,7 +197,7 @@ record! {
         mounts: Option<Located> = raw(anything).maybe(),
         /// Deep parameters by path.
         overrides: Option<Located> = raw(anything).maybe(),
-        /// Only its bodies, in one rigid piece on another body.
+        /// If set, only the bodies of the part exist, as one rigid piece attached to another body.
         stowed: Option<Located> = raw(StowedForm::describe).maybe(),
         /// Elements of an array, each with its differences.
         array: Option<Located> = raw(|| Schema::List(Box::new(anything()), None)).maybe(),

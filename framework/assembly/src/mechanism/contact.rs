@@ -26,7 +26,7 @@ const DEFAULT: &str = "default";
 /// `contact` with resolved names.
 #[derive(Default)]
 pub(crate) struct Contact {
-    /// `None`: it is not written, so there is no contact.
+    /// `None`: the field `contact` is absent, so there is no contact.
     pub settings: Option<ContactSettings>,
     /// Compliant contact instead of impulses.
     pub compliant: Option<CompliantLaws>,

@@ -53,7 +53,7 @@ pub(crate) enum Near {
 const NEARLY: f64 = 1e-6;
 /// Relative to the size of the pair: largest difference between the distance and the value that its normal proves.
 const PROOF: f64 = 1e-12;
-/// Like [`PROOF`], after a second iteration; only for cylinders.
+/// Like [`PROOF`], but for the retry with a refined normal, which is needed only for cylinders.
 const ENOUGH: f64 = 3e-9;
 
 /// Computes the nearest points of two cores within `limit` (m). `start` is roughly the direction from A to B, of any length; `size` is a length of

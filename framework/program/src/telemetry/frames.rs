@@ -180,7 +180,8 @@ mod tests {
         let t = (quarter - 0.5) / 0.01;
         let p = frames.position(&body.position, t, [0.0, 0.0, 10.0]);
         near(&p, &Vec3::new(0.0, 1010.0, 0.0));
-        // Yaw 90° points east, which is −x there; its right is south, its down is the centre.
+        // At this position a yaw of 90° points east, which is −x of W; the right side of the body points south (−z), and its down axis to the centre
+        // of the planet (−y).
         let attitude = body.attitude.as_ref().unwrap();
         let yaw = Quat::from_euler_angles(0.0, 0.0, quarter);
         let r = frames.attitude(body, attitude, (t, &p, yaw)).unwrap();

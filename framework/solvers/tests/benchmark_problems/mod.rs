@@ -422,7 +422,7 @@ pub fn a05() -> Problem {
     let cube = MassProperties::new(3.0, Vec3::zeros(), Mat3::identity() * 0.005);
     b.body(BodySpec::new("slider", "shaft").hinge(Hinge::slider(z)).mass(cube));
     for (name, side) in [("east", 1.0), ("west", -1.0)] {
-        // Rotated so that both swing outward with increasing angle, from straight down.
+        // Turn the hinge frame of the west rod by 180°, so that both rods hang straight down at angle 0 and swing outward with increasing angle.
         let out = Pose::new(
             linkwork_dynamics::spatial::Quat::from_axis_angle(
                 &Vec3::z_axis(),

@@ -89,7 +89,7 @@ impl WholeBodySearch {
 
 #[pymethods]
 impl Robot {
-    /// Compute a configuration within the limits in which several tips meet their goals at once.
+    /// Compute a configuration within the joint limits that brings several tips to their goals at the same time.
     ///
     /// Everything that carries the tips moves, for example a torso with both arms. An object that two hands hold stays in both hands; its loop need
     /// not be closed at the start. Without targets, the function closes such loops. The robot's own q does not change.

@@ -231,7 +231,7 @@ fn turning_circle(driven: &[&FoundWheel]) -> TurningCircle {
     }
 }
 
-/// Returns the replacements of the templates.
+/// Returns the placeholders of the templates with the text that replaces each of them.
 fn words(
     name: &str,
     (shown, path): (&str, &str),
