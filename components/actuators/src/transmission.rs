@@ -107,6 +107,10 @@ impl Transmission<'_> {
             return wrong(format!("{n} factors"), help, "factors");
         }
         if let Some(gear) = self.wrench {
+            if self.factors != [1.0] {
+                let help = "write factors: [1], and multiply the numbers of `wrench` instead";
+                return wrong("`factors` do not act on a `wrench`".to_string(), help, "factors");
+            }
             if !gear.iter().all(|c| c.is_finite()) {
                 return wrong(
                     "a number of the wrench is not finite".into(),

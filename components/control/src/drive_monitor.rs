@@ -14,7 +14,7 @@ use linkwork_runtime::prelude::*;
 /// Wheels and limits.
 #[derive(Params, Clone, Debug)]
 pub struct DriveMonitorParams {
-    /// The wheels, in the order of the inputs; their positions are not used here.
+    /// The wheels, in the order of the inputs; their positions and radii are not used here.
     pub wheels: Vec<WheelPlace>,
     /// Torque at which a drive is at its limit.
     #[param(unit = "N m", default = 1e9, range = 0.0..)]

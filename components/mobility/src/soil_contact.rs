@@ -345,7 +345,11 @@ impl SoilContact {
             pressed: (f.first - state.pressed).max(0.0) / FOLLOW
                 - (state.pressed - f.first).max(0.0) * FORGET * f.travel.abs() / f.length,
             rolled: (f.travel - m * f.travel.abs()) / f.length,
-            rolling: f.travel - f.travel.abs() * state.rolling / self.elastic(f),
+            rolling: {
+                let turn = f.travel.abs() / self.elastic(f);
+                // Slower than one step of an explicit method, however fast the wheel rolls.
+                (f.travel - turn * state.rolling) / (1.0 + turn * FOLLOW)
+            },
         };
         slide_beyond(state, &mut rate, f.length);
         rate

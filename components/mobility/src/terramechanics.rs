@@ -431,7 +431,8 @@ impl WheelSoil {
         sum * sin_beta
     }
 
-    /// The sinkage (m) that carries `load` (N): bracketed secants on the monotone `F_z(z)`, in logarithms.
+    /// The sinkage (m) that carries `load` (N): bracketed secants on `F_z(z)`, in logarithms. `F_z(z)` is monotone without grousers; with them the
+    /// bracket still contains a solution.
     /// `None` when the wheel cannot carry the load even when sunk to 1.5 radii.
     pub fn sinkage_under(&self, load: f64, motion: &Motion) -> Option<f64> {
         self.sinkage_in(load, motion, &Rut::default())

@@ -52,10 +52,14 @@ impl Model for HingeLoadSensor {
     type FeedthroughOutputs = HingeLoadOut;
     fn build(p: HingeLoadParams) -> Result<Self, BuildError> {
         let square: f64 = p.attitude.iter().map(|x| x * x).sum();
-        if !((square - 1.0).abs() < 1e-6 && p.position.iter().all(|x| x.is_finite())) {
+        if !((square - 1.0).abs() < 1e-6) {
             let fact = format!("the length of the quaternion is {}", square.sqrt());
-            let help = "write a unit quaternion x, y, z, w and a finite position";
+            let help = "write a unit quaternion x, y, z, w";
             return Err(BuildError::new(fact).help(help).at("attitude"));
+        }
+        if !p.position.iter().all(|x| x.is_finite()) {
+            let fact = format!("the position is {:?} m", p.position);
+            return Err(BuildError::new(fact).help("write finite numbers").at("position"));
         }
         let [x, y, z, w] = p.attitude;
         let turn = Quat::new_normalize(Quaternion::new(w, x, y, z));

@@ -161,9 +161,8 @@ fn a_field_of_the_wrong_record_is_found_in_the_right_one() {
     refused(
         &sim("bodies: { \"c\": (parent: \"world\", at: (rpy: [0, 0, 0], wide: 1)) }"),
         &[
-            "`at` has no field `rpy`\n  --> sim.ron:2:41\n  help: write `rotation: (rpy: ..)`",
-            "`at` has no field `wide`\n",
-            "+  help: fields: position, rotation",
+            "`at` has no field `rpy`\n  --> sim.ron:2:39\n  help: write `rotation: (rpy: ..)`",
+            "`at` has no field `wide`\n  --> sim.ron:2:55\n  help: fields: position, rotation",
         ],
     );
 }

@@ -312,7 +312,7 @@ mod tests {
         let first = keep(folder.path(), 0, &[0.0, 0.5], &[1.0, 2.0]);
         let other = keep(folder.path(), 1, &[0.0, 0.4], &[1.0, 2.0]);
         let e = bands(folder.path(), &retained(), &[(0, first), (1, other)], 1).unwrap_err();
-        assert!(e.contains("run_1.parquet") && e.contains("other times"), "{e}");
+        assert!(e.contains("run_1.parquet") && e.contains("sample times differ"), "{e}");
     }
 
     #[test]

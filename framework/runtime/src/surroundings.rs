@@ -220,7 +220,7 @@ mod tests {
         let mut services = Services::default();
         let world = Arc::new(PlainWorld::of_site(4.9e12, 1.7e6, site()));
         services.add("world", ServiceObject::World(world));
-        assert!(services.at_odds()[0].1.contains("there is no gravity"));
+        assert!(services.at_odds()[0].1.contains("no gravity includes"));
         services.add("G", ServiceObject::Gravity(Arc::new(Uniform(Vec3::z()))));
         let [(path, fact, help)] = &services.at_odds()[..] else { panic!() };
         assert!(path == "G" && fact.contains("Coriolis") && help.contains("turning: false"));

@@ -178,8 +178,8 @@ fn what_cannot_be_pinned_is_refused_and_changes_nothing() {
         assert!(e.message.contains(fact) && e.help.contains(help), "{e}");
         assert_eq!((sim.hash(), sim.pins().count()), (before, 0));
     };
-    no("gain.u", 1.0, "it reads `x.y`", "pin `x.y`");
-    no("total.u", 1.0, "it reads `sum.y`", "pin `sum.y`");
+    no("gain.u", 1.0, "it only reads `x.y`", "pin `x.y`");
+    no("total.u", 1.0, "it only reads `sum.y`", "pin `sum.y`");
     no("x.z", 1.0, "no variable `x.z`", "x.y");
     no("x.y", f64::NAN, "NaN", "finite");
     no("x.y", f64::INFINITY, "inf", "finite");
@@ -316,7 +316,7 @@ fn pins_go_over_to_a_phase_that_has_the_variable_and_others_are_told() {
     assert_eq!([sim.get("slow.y").unwrap(), sim.get("x.y").unwrap()], [-1.0, 2.0]);
     let moves = sim.take_moves();
     let told = &moves[0].2.unpinned;
-    assert!(told[0].0 == "free.u" && told[0].1.contains("it reads `x.y`"), "{told:?}");
+    assert!(told[0].0 == "free.u" && told[0].1.contains("it only reads `x.y`"), "{told:?}");
     assert!(told[1].0 == "gain.y" && told[1].1.contains("not there"), "{told:?}");
     assert_eq!(told.len(), 2);
     // Cut anywhere, in either phase.

@@ -4,7 +4,7 @@
 //! ```text
 //! f = k δᵖ (1 + d δ̇), never pulling                                 N = Σ f,  c = Σ f p / N
 //! ```
-//! Each pair of colliders has one bristle z (m, perpendicular to the mean normal) and one rotation θ (rad) about the normal. v is the slip velocity
+//! Each touching pair of colliders has one bristle (see `bristles`) with the deflection z (m, perpendicular to the mean normal) and one rotation θ (rad) about the normal. v is the slip velocity
 //! at c, ω the spin, ρ the radius of gyration of the pressure:
 //! ```text
 //! |z|² and v·z of the law: |z|² + ρ² θ²  and  v·z + ρ² ω θ;  z_max = μ N / k_t

@@ -224,7 +224,7 @@ fn what_is_pinned_stays_is_in_the_log_and_is_simulated_again() {
         "a different quantity than deg",
     );
     refused(client.ask(pin("bob.*.x", None)), "matches no variable that can be pinned");
-    refused(client.ask(pin("Lag.u", Some(Amount::Number(1.0)))), "it reads");
+    refused(client.ask(pin("Lag.u", Some(Amount::Number(1.0)))), "it only reads");
     assert_eq!(changed(client.ask(RequestKind::Pins)), []);
     changed(client.ask(pin("bob.angle", Some(Amount::Text("30 deg".into())))));
     changed(client.ask(pin("Lag.y", Some(Amount::Number(0.1 + 0.2)))));
@@ -286,7 +286,7 @@ fn a_run_begins_pinned_and_a_cut_leaves_no_trace() {
     assert!(said.out.contains("pin of bob.rate: only in the second"), "{}", said.out);
     // The file is not written before the whole command is valid.
     for (pin, why) in [
-        ("Lag.u=1", "it reads"),
+        ("Lag.u=1", "it only reads"),
         ("bob.angel=1", "no variable"),
         ("bob.angle=much", "not a quantity"),
         ("bob.angle=nan", "NaN"),

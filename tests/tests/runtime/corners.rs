@@ -32,6 +32,7 @@ const SMOOTH: &[&str] = &[
     "power.thermal_boundary",
     "power.thermal_link",
     "power.thermal_node",
+    "sensors.hinge_load",
     "sensors.joint_motion",
     "sensors.mass_properties",
     "sensors.motion",

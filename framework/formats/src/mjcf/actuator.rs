@@ -211,6 +211,10 @@ impl<'e> Mj<'e> {
     ) -> Actuator {
         let servo = !values.gain_affine && values.bias_affine && values.bias[1] == -values.gain[0];
         let limits = (servo && values.inherit > 0.0).then(|| bounds(&length, d)).flatten();
+        if values.inherit > 0.0 && limits.is_none() {
+            let note = "attribute inheritrange: it requires a servo on one joint with limits";
+            cx.ignored.push(e.ignored(what, note));
+        }
         let length = match length {
             Length::Wrench { .. } => length,
             _ => length.geared(values.gear[0]),
@@ -467,8 +471,9 @@ fn holds_body(e: &Element, other: Option<&Element>) -> bool {
 
 /// Returns the limits of the joint of a length, if it has any.
 fn bounds(length: &Length, d: &Description) -> Option<[f64; 2]> {
+    // The length of a tendon is not a coordinate, so the limits of its joints are not its limits.
     let Length::Joints(terms) = length else { return None };
-    let at = &terms.first()?.coordinate;
+    let [Term { coordinate: at, factor: 1.0 }] = &terms[..] else { return None };
     let body = d.builder.bodies().iter().find(|b| b.name == at.body)?;
     let limits = body.hinge.subhinges.get(at.subhinge)?.limits;
     (limits.lower.is_finite() && limits.upper.is_finite()).then_some([limits.lower, limits.upper])

@@ -101,7 +101,8 @@ impl<'e> Mj<'e> {
                     |k| if k == 1 { slope } else { a.get(k).copied().unwrap_or(0.0) },
                 );
             let [p0, p1, p2, p3, p4] = shifted(all, t.factor, x.reference);
-            (constant, linear) = (p0 + y.reference, p1 / t.factor);
+            linear = if t.factor == 0.0 { 0.0 } else { p1 / t.factor };
+            constant = p0 + y.reference;
             let factors = [-p2, -p3, -p4];
             powers.push(Powers { coordinate: t.coordinate.clone(), factors });
         } else {

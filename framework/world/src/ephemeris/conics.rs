@@ -31,9 +31,9 @@ impl Discrete {
     /// Reads the words of a segment. The error is the fact.
     pub(super) fn read(words: &[f64]) -> Result<Self, String> {
         let (count, mu) = (words[words.len() - 1] as usize, words[words.len() - 2]);
-        let rest = count + count.saturating_sub(1) / 100 + 2;
-        if count == 0 || count.checked_mul(6).and_then(|n| n.checked_add(rest)) != Some(words.len())
-        {
+        let epochs = count.saturating_sub(1) / 100;
+        let length = count.checked_mul(7).and_then(|n| n.checked_add(epochs + 2));
+        if count == 0 || length != Some(words.len()) {
             return Err(format!("{count} states do not match its length"));
         }
         if !(mu > 0.0 && mu.is_finite()) {

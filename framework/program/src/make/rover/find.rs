@@ -67,8 +67,10 @@ pub struct DetectedVehicle {
 /// Largest sine of the angle between a wheel's axis and the horizontal plane. It is also used for the smallest angle of a steering axis.
 const LEVEL: f64 = 0.35;
 const UPRIGHT: f64 = 0.9;
-/// Distance between the axis of a swivel and the centre of its wheel, as a fraction of the radius.
+/// Distance of the centre of a wheel ahead of or behind the axis of its swivel, as a fraction of the radius.
 const TRAIL: f64 = 0.1;
+/// Distance of the centre of mass from the polygon of the supports, as a fraction of the radius, that is round-off.
+const ROUND_OFF: f64 = 1e-6;
 /// A fixed support reaches down to the ground of the wheels up to this fraction of their radius, and is smaller than they are.
 const REACH: f64 = 0.25;
 /// Friction of a fixed support whose file does not state it: a ball caster on its bearing.
@@ -365,7 +367,9 @@ pub fn vehicle(
         let pose = poses[name];
         let axis = pose.rotation * pin(pin_of).unwrap_or_else(Vec3::z);
         let arm = w.place - pose.transform_point(&pin_of.hinge_in_body.position);
-        if (arm - axis * arm.dot(&axis)).norm() > TRAIL * w.size[0] {
+        // A wheel beside its pin is steered by it; only one that is ahead of or behind it turns the pin by itself.
+        let rolling = axis.cross(&(poses[&w.body].rotation * w.axle));
+        if arm.dot(&rolling).abs() > TRAIL * w.size[0] {
             w.swivel = w.steering.take().map(|(name, _)| name);
             w.driven = false;
         }
@@ -374,11 +378,17 @@ pub fn vehicle(
         let yoke = w.steering.as_ref().and_then(|(name, _)| body(name));
         let limits = yoke.and_then(|b| b.hinge.subhinges.first()).map(|s| s.limits);
         let most = limits.map(|l| l.upper.min(-l.lower));
+        if let (Some(a), Some((name, _))) = (most, &w.steering)
+            && !(a > 0.0)
+        {
+            let fact = format!("the steering joint of `{name}` turns to one side only");
+            return Err((fact, "write limits on both sides of zero".into()));
+        }
         w.steer_max = most.filter(|a| *a > 0.0 && *a < std::f64::consts::FRAC_PI_2);
     }
     if wheels.iter().filter(|w| w.driven).count() < 2 {
         let fact = format!(
-            "{} with a drive: a wheel is a body on one joint without limits and with a level axis, with a cylinder or a round STL mesh about that axis",
+            "{} with a drive: a wheel is a body on one joint without limits and with a level axis, with a cylinder, a sphere or a round mesh about that axis",
             match wheels.len() {
                 0 => "there is no wheel",
                 _ => "there are not two wheels",
@@ -400,7 +410,7 @@ pub fn vehicle(
         let contacts: Vec<[f64; 2]> = wheels.iter().map(|w| [w.place.x, w.place.y]).collect();
         outside(&contacts, [com.x, com.y])
     };
-    if (wheels.len() < 3 && d.loops.is_empty()) || beyond(&wheels) > 0.0 {
+    if (wheels.len() < 3 && d.loops.is_empty()) || beyond(&wheels) > ROUND_OFF * radius {
         let bottom = |w: &FoundWheel| w.place.z - w.size[0];
         let ground = wheels.iter().map(bottom).fold(f64::INFINITY, f64::min);
         wheels.extend(supports(d, &root.name, &poses, corners, (ground, radius)));
@@ -470,7 +480,7 @@ pub fn vehicle(
         return Err((fact, help.into()));
     }
     let beyond = beyond(&wheels);
-    if beyond > 0.0 {
+    if beyond > ROUND_OFF * radius {
         let fact = format!(
             "it would tip over: its centre of mass [{:.4}, {:.4}] m (x, y) is {beyond:.4} m outside of the polygon of its wheels and supports",
             com.x, com.y
