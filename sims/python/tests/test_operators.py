@@ -115,7 +115,7 @@ def test_mistakes_name_both_operands():
         o.H * m.operators(q).Phi
     with pytest.raises(lw.LinkworkError, match="no inverse of low order"):
         o.K.inv()
-    with pytest.raises(lw.LinkworkError, match="no size of its own"):
+    with pytest.raises(lw.LinkworkError, match="the size of `I` is not defined"):
         o.I.dense()
     with pytest.raises(lw.LinkworkError, match="NaN"):
         o.M * np.full(6 * o.links, np.nan)
