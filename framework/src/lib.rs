@@ -29,7 +29,7 @@
 //! | `wheel_on_ground` | terrain and contact; the speed against the balance of angular momentum |
 //! | `orbit` | a world, an integrator with step size control; the period against Kepler |
 //! | `arm_inverse_kinematics` | the robot model that autonomy software embeds; angles against their closed form |
-//! | `own_model` | a model of your own; the period against its closed form |
+//! | `own_model` | a user-defined model; compares the period with its closed form |
 //!
 //! # Where to look
 //! [`prelude`] has what most programs need: build or load a simulation, run it, record variables. [`model::prelude`] has what

@@ -24,7 +24,7 @@
 //! * A tiled terrain keeps 256 tiles in memory (`kept`), about 70 MB; the number does not affect results. Bodies with colliders, cameras and lidars
 //!   need all heights at once: they use the `region` of the terrain, and return an error without it. A tile that is damaged or cannot be read stops
 //!   the run with a message that contains its position.
-//! * Where a map has no data, and beyond its edge, there is no ground: wheels and bodies fall, and `place` returns an error.
+//! * The ground ends where a map has no data, and at its edge: wheels and bodies fall there, and `place` returns an error.
 #![allow(non_snake_case)]
 
 pub mod air;

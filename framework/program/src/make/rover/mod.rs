@@ -231,7 +231,7 @@ fn turning_circle(driven: &[&FoundWheel]) -> TurningCircle {
     }
 }
 
-/// Returns the placeholders of the templates with the text that replaces each of them.
+/// Returns the names that the templates contain between `@` signs, each with the text that replaces it.
 fn words(
     name: &str,
     (shown, path): (&str, &str),
