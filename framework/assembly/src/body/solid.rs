@@ -12,7 +12,7 @@
 //! ```
 use crate::schema::describe::Schema;
 use crate::schema::kind::{
-    At, Kind, direction, list_of, mapped, number, numbers, text, vector, whole,
+    At, Kind, direction, list_of, mapped, number, numbers, one_or_list, text, vector, whole,
 };
 use crate::schema::record::{Presence, Record, argument, record, variant_name, variant_of};
 use crate::text::files::Home;
@@ -128,34 +128,11 @@ const ALL: [&str; 11] = [
 ];
 
 fn scale() -> impl Kind<Of = Vec3> {
-    one_or_all(mapped(number(""), Vec3::repeat, |_| None), vector(""))
+    one_or_list(mapped(number(""), Vec3::repeat, |_| None), vector(""))
 }
 
 fn spacing() -> impl Kind<Of = [f64; 2]> {
-    one_or_all(mapped(number("m"), |s| [s, s], |_| None), numbers::<2>("m"))
-}
-
-/// Reads one number, or a list of numbers.
-struct OneOrAll<A, B>(A, B);
-
-fn one_or_all<A: Kind, B: Kind<Of = A::Of>>(one: A, all: B) -> OneOrAll<A, B> {
-    OneOrAll(one, all)
-}
-
-impl<A: Kind, B: Kind<Of = A::Of>> Kind for OneOrAll<A, B> {
-    type Of = A::Of;
-    fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<A::Of> {
-        match v.value {
-            Value::List(_) => self.1.read(cx, v, at),
-            _ => self.0.read(cx, v, at),
-        }
-    }
-    fn write(&self, x: &A::Of) -> Value {
-        self.1.write(x)
-    }
-    fn describe(&self) -> Schema {
-        Schema::Any(vec![self.0.describe(), self.1.describe()])
-    }
+    one_or_list(mapped(number("m"), |s| [s, s], |_| None), numbers::<2>("m"))
 }
 
 /// Reads rows of numbers, or one list of all numbers.
