@@ -10,6 +10,7 @@ mod growth;
 mod height_fields;
 mod heights;
 mod heights_written;
+mod mesh_files;
 mod mjcf;
 #[path = "support/raster.rs"]
 mod raster;

@@ -163,6 +163,9 @@ fn faces(list: &Element) -> Result<Option<Vec<Vec<usize>>>, String> {
         return Ok(None);
     }
     let Some(vertex) = input(list, "VERTEX") else { return Ok(None) };
+    if list.child("ph").is_some() {
+        return Err("polygons with holes (<ph>) are not supported".into());
+    }
     let place = |i: &Element| i.attr("offset").map_or(Ok(0), |o| o.parse::<usize>());
     let places: Result<Vec<usize>, _> = list.all("input").map(place).collect();
     let places = places.map_err(|_| "an offset is not a number".to_string())?;
@@ -202,6 +205,9 @@ fn faces(list: &Element) -> Result<Option<Vec<Vec<usize>>>, String> {
 
 /// Returns a transformation of a node, or the identity for other elements.
 fn transform(e: &Element) -> Result<Matrix4<f64>, String> {
+    if ["lookat", "skew"].contains(&e.name.as_str()) {
+        return Err(format!("the transformation <{}> of a node is not supported", e.name));
+    }
     let kinds = [("matrix", 16), ("translate", 3), ("rotate", 4), ("scale", 3)];
     let Some((_, count)) = kinds.iter().find(|(name, _)| *name == e.name) else {
         return Ok(Matrix4::identity());

@@ -21,7 +21,8 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Vec<Vec3>, String> {
     if !version.starts_with("2.") {
         return Err(format!("its glTF version is {version}, not 2"));
     }
-    if let Some(extension) = list(&json["extensionsRequired"]).first() {
+    let required = list(&json["extensionsRequired"]).iter().filter_map(Value::as_str);
+    if let Some(extension) = required.into_iter().find(|name| !keeps_shape(name)) {
         return Err(format!("it requires the extension {extension}, which is not supported"));
     }
     let buffers = list(&json["buffers"]).iter().map(|b| buffer(b, chunk, path));
@@ -36,6 +37,13 @@ pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Vec<Vec3>, String> {
         return Err("it has no triangles".into());
     }
     Ok(file.out.iter().map(|p| Vec3::new(p.x, -p.z, p.y)).collect())
+}
+
+/// Returns whether positions and indices can be read without knowing an extension: it concerns materials or textures, or the types of positions that
+/// `File::points` reads.
+fn keeps_shape(extension: &str) -> bool {
+    let looks = ["KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_"];
+    extension == "KHR_mesh_quantization" || looks.iter().any(|start| extension.starts_with(start))
 }
 
 fn list(v: &Value) -> &[Value] {
@@ -75,7 +83,9 @@ fn buffer(b: &Value, chunk: Option<&[u8]>, path: &Path) -> Result<Vec<u8>, Strin
             base64(data).ok_or("a data URI is not base64".into())
         }
         Some(uri) => {
-            let name = Path::new(uri);
+            let decoded =
+                unescaped(uri).ok_or_else(|| format!("its buffer `{uri}` is not a URI"))?;
+            let name = Path::new(&decoded);
             let plain = name.components().all(|c| matches!(c, std::path::Component::Normal(_)));
             if !plain {
                 return Err(format!("its buffer `{uri}` is not in the folder of the file"));
@@ -84,6 +94,22 @@ fn buffer(b: &Value, chunk: Option<&[u8]>, path: &Path) -> Result<Vec<u8>, Strin
             crate::whole_file(&beside).map_err(|e| format!("`{uri}`: {e}"))
         }
     }
+}
+
+/// Decodes `%20` and the like in a URI.
+fn unescaped(uri: &str) -> Option<String> {
+    let (mut out, mut rest) = (Vec::with_capacity(uri.len()), uri.as_bytes());
+    while let Some((first, behind)) = rest.split_first() {
+        rest = behind;
+        if *first != b'%' {
+            out.push(*first);
+            continue;
+        }
+        let digits = std::str::from_utf8(rest.get(..2)?).ok()?;
+        out.push(u8::from_str_radix(digits, 16).ok()?);
+        rest = &rest[2..];
+    }
+    String::from_utf8(out).ok()
 }
 
 fn base64(text: &str) -> Option<Vec<u8>> {
@@ -170,44 +196,103 @@ impl<'j> File<'j> {
         Ok(())
     }
 
-    /// Returns the bytes of each entry of an accessor.
-    fn entries(&self, accessor: &Value, size: usize) -> Result<Vec<&[u8]>, String> {
-        if !accessor["sparse"].is_null() {
-            return Err("sparse accessors are not supported".into());
-        }
-        let view = self.at("bufferViews", &accessor["bufferView"])?;
-        let whole = |v: &Value| v.as_u64().unwrap_or(0) as usize;
+    /// Returns the bytes of `count` entries of `size` bytes in a view, from an offset.
+    fn part(
+        &self,
+        view: &Value,
+        offset: &Value,
+        count: usize,
+        size: usize,
+    ) -> Result<Vec<&[u8]>, String> {
+        let view = self.at("bufferViews", view)?;
         let buffer = self.buffers.get(whole(&view["buffer"])).ok_or("a buffer does not exist")?;
         let stride = view["byteStride"].as_u64().map_or(size, |s| s as usize).max(1);
-        let start = whole(&view["byteOffset"]).saturating_add(whole(&accessor["byteOffset"]));
+        let start = whole(&view["byteOffset"]).saturating_add(whole(offset));
         let entry = |k: usize| {
             let at = k.checked_mul(stride)?.checked_add(start)?;
             buffer.get(at..at.checked_add(size)?)
         };
-        let all: Option<Vec<&[u8]>> = (0..whole(&accessor["count"])).map(entry).collect();
+        let all: Option<Vec<&[u8]>> = (0..count).map(entry).collect();
         all.ok_or("an accessor is longer than its buffer".into())
+    }
+
+    /// Returns the bytes of each entry of an accessor. The entries of a sparse accessor replace those of its view, or zeros.
+    fn entries(&self, accessor: &Value, size: usize) -> Result<Vec<&[u8]>, String> {
+        const ZEROS: [u8; 12] = [0; 12];
+        let count = whole(&accessor["count"]);
+        let sparse = &accessor["sparse"];
+        let mut all = match (&accessor["bufferView"], sparse.is_null()) {
+            (Value::Null, false) if count <= CORNERS => vec![&ZEROS[..size]; count],
+            (view, _) => self.part(view, &accessor["byteOffset"], count, size)?,
+        };
+        if sparse.is_null() {
+            return Ok(all);
+        }
+        let (places, values) = (&sparse["indices"], &sparse["values"]);
+        let replaced = whole(&sparse["count"]);
+        let width = index_size(places)?;
+        let places = self.part(&places["bufferView"], &places["byteOffset"], replaced, width)?;
+        let values = self.part(&values["bufferView"], &values["byteOffset"], replaced, size)?;
+        for (place, value) in places.into_iter().zip(values) {
+            *all.get_mut(integer(place))
+                .ok_or("a sparse accessor has an index beyond its end")? = value;
+        }
+        Ok(all)
     }
 
     fn points(&self, index: &Value) -> Result<Vec<Vec3>, String> {
         let accessor = self.at("accessors", index)?;
-        if accessor["componentType"] != 5126 || accessor["type"] != "VEC3" {
-            return Err("positions must be three 32-bit floats".into());
+        let wrong = || "positions must be three numbers of 8, 16 or 32 bits".to_string();
+        // Integers are quantized positions (KHR_mesh_quantization); normalized ones are fractions of the largest.
+        let (size, largest) = match accessor["componentType"].as_u64() {
+            Some(5120) => (1, 127.0),
+            Some(5121) => (1, 255.0),
+            Some(5122) => (2, 32_767.0),
+            Some(5123) => (2, 65_535.0),
+            Some(5126) => (4, 1.0),
+            _ => return Err(wrong()),
+        };
+        if accessor["type"] != "VEC3" {
+            return Err(wrong());
         }
-        let number = |b: &[u8]| b.try_into().map_or(f64::NAN, |b| f64::from(f32::from_le_bytes(b)));
-        let point = |b: &[u8]| Vec3::new(number(&b[..4]), number(&b[4..8]), number(&b[8..12]));
-        Ok(self.entries(accessor, 12)?.into_iter().map(point).collect())
+        let signed = [5120, 5122].iter().any(|kind| accessor["componentType"] == *kind);
+        let number = |b: &[u8]| match b {
+            [a] if signed => f64::from(i8::from_le_bytes([*a])),
+            [a, b] if signed => f64::from(i16::from_le_bytes([*a, *b])),
+            [a, b, c, d] => f64::from(f32::from_le_bytes([*a, *b, *c, *d])),
+            _ => integer(b) as f64,
+        };
+        let fraction = accessor["normalized"] == true;
+        let scaled = |x: f64| if fraction { (x / largest).max(-1.0) } else { x };
+        let point = |b: &[u8]| {
+            Vec3::from_iterator(b.chunks_exact(size).map(|component| scaled(number(component))))
+        };
+        Ok(self.entries(accessor, 3 * size)?.into_iter().map(point).collect())
     }
 
     fn indices(&self, index: &Value) -> Result<Vec<usize>, String> {
         let accessor = self.at("accessors", index)?;
-        let size = match accessor["componentType"].as_u64() {
-            Some(5121) => 1,
-            Some(5123) => 2,
-            Some(5125) => 4,
-            other => return Err(format!("indices of the type {other:?} are not supported")),
-        };
-        let number = |b: &[u8]| b.iter().rev().fold(0_usize, |n, b| n << 8 | usize::from(*b));
-        Ok(self.entries(accessor, size)?.into_iter().map(number).collect())
+        let size = index_size(accessor)?;
+        Ok(self.entries(accessor, size)?.into_iter().map(integer).collect())
+    }
+}
+
+fn whole(v: &Value) -> usize {
+    v.as_u64().unwrap_or(0) as usize
+}
+
+/// Reads an unsigned integer, the lowest byte first.
+fn integer(bytes: &[u8]) -> usize {
+    bytes.iter().rev().fold(0_usize, |n, b| n << 8 | usize::from(*b))
+}
+
+/// Returns the number of bytes of an index.
+fn index_size(accessor: &Value) -> Result<usize, String> {
+    match accessor["componentType"].as_u64() {
+        Some(5121) => Ok(1),
+        Some(5123) => Ok(2),
+        Some(5125) => Ok(4),
+        other => Err(format!("indices of the type {other:?} are not supported")),
     }
 }
 

@@ -7,9 +7,20 @@ use linkwork_spatial::Vec3;
 /// The fault of the file.
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
     let count = bytes.get(80..84).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
-    // A binary file contains its length; `solid` at the start is not reliable.
-    let corners = match count {
-        Some(n) if bytes.len() as u64 == 84 + 50 * u64::from(n) => binary(&bytes[84..]),
+    let length = count.map(|n| 84 + 50 * u64::from(n));
+    let size = bytes.len() as u64;
+    // A binary file contains its length. The word `solid` at its start does not distinguish it: many programs write it there, too.
+    let corners = match length {
+        Some(length) if length == size => binary(&bytes[84..]),
+        _ if has_facets(bytes) => text(bytes)?,
+        Some(length) if length < size => with_attributes(&bytes[84..], (length - 84) as usize / 50),
+        Some(length) if size > 84 && !bytes.starts_with(b"solid") => {
+            let triangles = (length - 84) / 50;
+            return Err(format!(
+                "it ends after {} of {triangles} triangles, or it is not an STL file",
+                (size - 84) / 50
+            ));
+        }
         _ => text(bytes)?,
     };
     if corners.is_empty() {
@@ -25,16 +36,43 @@ fn binary(triangles: &[u8]) -> Vec<Vec3> {
     triangles.chunks_exact(50).flat_map(|t| t[12..48].chunks_exact(12).map(corner)).collect()
 }
 
+/// Returns the corners of a file that is longer than its triangles. The two bytes behind a triangle are the number of bytes of its attributes, which
+/// follow, if all lengths add up to the file; otherwise the other bytes follow the last triangle, as some programs write them.
+fn with_attributes(bytes: &[u8], count: usize) -> Vec<Vec3> {
+    let (mut at, mut places) = (0, Vec::new());
+    while places.len() < count {
+        let Some(&[low, high]) = bytes.get(at + 48..at + 50).and_then(|b| b.first_chunk()) else {
+            return binary(&bytes[..50 * count]);
+        };
+        places.push(at);
+        at += 50 + usize::from(u16::from_le_bytes([low, high]));
+    }
+    match at == bytes.len() {
+        true => places.into_iter().flat_map(|at| binary(&bytes[at..at + 50])).collect(),
+        false => binary(&bytes[..50 * count]),
+    }
+}
+
+/// Returns whether a file is a text STL: the word `solid` at the start, and the word `facet` after it.
+fn has_facets(bytes: &[u8]) -> bool {
+    let start = bytes.trim_ascii_start();
+    let solid = start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    // Names are short; a binary file has triangles there.
+    let head = &start[..start.len().min(1000)];
+    solid && head.windows(5).any(|word| word.eq_ignore_ascii_case(b"facet"))
+}
+
 fn text(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
-    let wrong = || "it is neither a binary STL nor a text STL".to_string();
-    let text = std::str::from_utf8(bytes).map_err(|_| wrong())?;
-    if !text.trim_start().starts_with("solid") {
-        return Err(wrong());
+    // The name of the solid may have any encoding.
+    let text = String::from_utf8_lossy(bytes);
+    let solid = text.trim_start().get(..5).is_some_and(|w| w.eq_ignore_ascii_case("solid"));
+    if !solid {
+        return Err("it is neither a binary STL nor a text STL".to_string());
     }
     let mut out = Vec::new();
     for (k, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();
-        if words.next() != Some("vertex") {
+        if !words.next().is_some_and(|word| word.eq_ignore_ascii_case("vertex")) {
             continue;
         }
         let numbers: Vec<f64> = words.map_while(|w| w.parse().ok()).collect();
@@ -69,7 +107,37 @@ mod tests {
         }
         bytes.extend([0, 0]);
         assert_eq!(read(&bytes), Ok(want));
-        assert!(read(&bytes[..100]).is_err_and(|e| e.contains("neither")));
+        assert!(read(&bytes[..100]).is_err_and(|e| e.contains("no triangles")));
+    }
+
+    /// Public reports: OldMeshes.jl #56 (names), slic3r #2971 and numpy-stl #154 (capitals), simplnx PR 1696 (attributes and bytes behind triangles).
+    #[test]
+    fn names_capitals_and_bytes_behind_the_triangles_are_read() {
+        let want = read(TEXT.as_bytes());
+        assert_eq!(read(TEXT.to_uppercase().as_bytes()), want);
+        let mut latin = b"solid Geh\xe4use".to_vec();
+        latin.extend(&TEXT.as_bytes()[7..]);
+        assert_eq!(read(&latin), want);
+        let corner = |x: f32| [x, 0.0, 1.0].map(f32::to_le_bytes).concat();
+        let mut bytes = vec![b'x'; 80];
+        bytes.extend(1u32.to_le_bytes());
+        bytes.extend([corner(9.0), corner(1.0), corner(2.0), corner(3.0)].concat());
+        bytes.extend([0, 0]);
+        let triangle = [1.0, 2.0, 3.0].map(|x| Vec3::new(x, 0.0, 1.0)).to_vec();
+        assert_eq!(read(&bytes), Ok(triangle.clone()));
+        bytes.extend(b"made by a scanner");
+        assert_eq!(read(&bytes), Ok(triangle.clone()));
+        bytes[80] = 7;
+        assert!(read(&bytes).is_err_and(|e| e.contains("after 1 of 7 triangles")));
+        // Two triangles; three bytes of attributes follow the first one.
+        let mut bytes = vec![b'x'; 80];
+        bytes.extend(2u32.to_le_bytes());
+        for count in [3u16, 0] {
+            bytes.extend([corner(9.0), corner(1.0), corner(2.0), corner(3.0)].concat());
+            bytes.extend(count.to_le_bytes());
+            bytes.extend(vec![7; count.into()]);
+        }
+        assert_eq!(read(&bytes), Ok([triangle.clone(), triangle].concat()));
     }
 
     #[test]
