@@ -22,7 +22,14 @@ pub enum OpenMap {
     /// Tile file, read on demand.
     Tiles(Box<Tiles>),
     /// GeoTIFF, read row by row on demand.
-    Rows(Box<GeoTiff<BufReader<File>>>, Lattice),
+    Rows {
+        /// The open file.
+        open: Box<GeoTiff<BufReader<File>>>,
+        /// Its nodes.
+        grid: Lattice,
+        /// Its name, for messages.
+        name: String,
+    },
 }
 
 fn ending(path: &Path) -> String {
@@ -58,7 +65,7 @@ pub fn open_map(path: &Path, options: &HeightsOptions) -> Result<OpenMap, BuildE
             let [nx, ny] = open.size();
             let grid =
                 Lattice::new(open.origin(), open.spacing(), nx, ny).map_err(|e| fault(&e))?;
-            Ok(OpenMap::Rows(Box::new(open), grid))
+            Ok(OpenMap::Rows { open: Box::new(open), grid, name })
         }
         _ => {
             let files = Files::of(vec![path.parent().unwrap_or(Path::new("")).into()]);
@@ -74,7 +81,7 @@ impl HeightRows for OpenMap {
         match self {
             OpenMap::Whole(field) => *field.grid(),
             OpenMap::Tiles(tiles) => *tiles.grid(),
-            OpenMap::Rows(_, grid) => *grid,
+            OpenMap::Rows { grid, .. } => *grid,
         }
     }
 
@@ -82,7 +89,7 @@ impl HeightRows for OpenMap {
         match self {
             OpenMap::Whole(field) => field.datum(),
             OpenMap::Tiles(tiles) => tiles.datum(),
-            OpenMap::Rows(open, _) => open.datum(),
+            OpenMap::Rows { open, .. } => open.datum(),
         }
     }
 
@@ -90,8 +97,8 @@ impl HeightRows for OpenMap {
         match self {
             OpenMap::Whole(field) => (&*field).row(j, row),
             OpenMap::Tiles(tiles) => (&**tiles).row(j, row),
-            OpenMap::Rows(open, _) => {
-                open.row(j, row).map_err(|e| TileError::Source(e.to_string()))
+            OpenMap::Rows { open, name, .. } => {
+                open.row(j, row).map_err(|e| TileError::Source(format!("`{name}`: {e}")))
             }
         }
     }
@@ -103,8 +110,8 @@ impl OpenMap {
     /// # Errors
     /// A GeoTIFF of more than 64 million nodes.
     pub fn anywhere(self) -> Result<OpenMap, BuildError> {
-        let OpenMap::Rows(open, _) = self else { return Ok(self) };
-        let told = |e: &dyn std::fmt::Display| BuildError::of(e);
+        let OpenMap::Rows { open, name, .. } = self else { return Ok(self) };
+        let told = |e: &dyn std::fmt::Display| BuildError::of(&format!("`{name}`: {e}"));
         let read = open.heights().map_err(|e| told(&e))?;
         HeightField::of_file(read).map(OpenMap::Whole).map_err(|e| told(&e))
     }
@@ -116,7 +123,7 @@ impl OpenMap {
                 let h = tiles.ground(x, y).map(|g| g.0);
                 tiles.failure().map_or(Ok(h), |e| Err(e.clone()))
             }
-            OpenMap::Rows(..) => Err(TileError::Source("rows have an order".into())),
+            OpenMap::Rows { .. } => Err(TileError::Source("rows have an order".into())),
         }
     }
 }
@@ -218,19 +225,28 @@ pub fn write_map(
 ) -> Result<Option<[f32; 2]>, BuildError> {
     let name = path.display().to_string();
     let fault = |e: &dyn std::fmt::Display| BuildError::of(&format!("`{name}`: {e}"));
+    // A fault of the map that is read names its own file.
+    let tiles_fault = |e: TileError| match e {
+        TileError::Source(_) => BuildError::of(&e),
+        _ => fault(&e),
+    };
+    let write_fault = |e: std::io::Error| match e.downcast::<TileError>() {
+        Ok(e) => tiles_fault(e),
+        Err(e) => fault(&e),
+    };
     match ending(path).as_str() {
-        "tiles" => write_tiles(path, rows, tile).map(|()| None).map_err(|e| fault(&e)),
-        "tif" | "tiff" => whole(path, rows, write_geotiff).map(|()| None).map_err(|e| fault(&e)),
-        "asc" => whole(path, rows, write_ascii).map(|()| None).map_err(|e| fault(&e)),
+        "tiles" => write_tiles(path, rows, tile).map(|()| None).map_err(tiles_fault),
+        "tif" | "tiff" => whole(path, rows, write_geotiff).map(|()| None).map_err(write_fault),
+        "asc" => whole(path, rows, write_ascii).map(|()| None).map_err(write_fault),
         "png" => {
             let [nx, ny] = rows.grid().size();
             if nx as u64 * ny as u64 > linkwork_formats::heights::NODES_MAX {
                 let fact = format!("{nx} by {ny} nodes are too many for an image");
                 return Err(fault(&fact).help("write a GeoTIFF or tiles, or resample it first"));
             }
-            let survey = survey(rows, 2).map_err(|e| fault(&e))?;
+            let survey = survey(rows, 2).map_err(tiles_fault)?;
             let range = survey.range;
-            whole(path, rows, |out, map| write_png(out, map, range)).map_err(|e| fault(&e))?;
+            whole(path, rows, |out, map| write_png(out, map, range)).map_err(write_fault)?;
             Ok(Some(range))
         }
         _ => Err(fault(&"maps are not written in this format").help(format!("endings: {WRITTEN}"))),
@@ -432,5 +448,26 @@ mod tests {
         let square = 0.5f32.sqrt();
         assert!((of(square, -square) - 1.0).abs() < 1e-6);
         assert!(of(-square, square) < 1e-6 && of(0.2, 0.0) > of(-0.2, 0.0));
+    }
+
+    /// A map that cannot be read is named, and not the file to which it would be written.
+    #[test]
+    fn a_message_names_the_file_that_has_the_fault() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let heights: Vec<f32> = (0..64 * 64).map(|k| (k as f32 * 0.7).sin()).collect();
+        let field = HeightField::new([0.0; 2], [1.0; 2], 64, 64, heights).unwrap();
+        write_map(&path("whole.tif"), &mut &field, 16).unwrap();
+        let bytes = std::fs::read(path("whole.tif")).unwrap();
+        // The strips come last in the file.
+        std::fs::write(path("cut.tif"), &bytes[..bytes.len() - 100]).unwrap();
+        for target in ["out.asc", "out.tif", "out.png", "out.tiles"] {
+            let mut map = open_map(&path("cut.tif"), &HeightsOptions::default()).unwrap();
+            let e = write_map(&path(target), &mut map, 16).unwrap_err();
+            assert!(e.message.contains("cut.tif"), "{target}: {}", e.message);
+            assert!(!e.message.contains(target), "{target}: {}", e.message);
+        }
+        let e = write_map(&path("none/out.tif"), &mut &field, 16).unwrap_err();
+        assert!(e.message.contains("out.tif"), "{}", e.message);
     }
 }

@@ -161,15 +161,21 @@ fn compressions_are_read_or_named_with_the_command_that_helps() {
 
 #[test]
 fn grids_and_points_as_text_are_the_same_heights() {
-    for name in ["grid.asc", "grid.xyz"] {
-        let h = file(name, &HeightsOptions::default()).unwrap();
-        // The list of points contains the no-data value as a height.
-        is_made(name, &h, name == "grid.asc", if name == "grid.asc" { 0.0 } else { 1e6 });
-        assert_eq!((h.spacing, h.origin), ([2.5, 4.0], [1001.25, 1886.0]), "{name}");
-    }
-    let points = file("grid.xyz", &HeightsOptions::default()).unwrap();
-    let wrong = (0..NX * NY).filter(|k| points.heights[*k] != made(k % NX, NY - 1 - k / NX));
-    assert_eq!(wrong.collect::<Vec<_>>(), [(NY - 1 - 3) * NX + 5]);
+    let h = file("grid.asc", &HeightsOptions::default()).unwrap();
+    is_made("grid.asc", &h, true, 0.0);
+    assert_eq!((h.spacing, h.origin), ([2.5, 4.0], [1001.25, 1886.0]));
+    // GDAL writes the no-data value of the hole into the list of points, which does not declare it.
+    let told = file("grid.xyz", &HeightsOptions::default()).unwrap_err().to_string();
+    assert!(told.contains("-9999") && told.contains("leave the points out"), "{told}");
+    let text = std::fs::read_to_string(data().join("grid.xyz")).unwrap();
+    let without: String =
+        text.lines().filter(|l| !l.contains("-9999")).map(|l| format!("{l}\n")).collect();
+    let points = read_heights("p.xyz", without.as_bytes(), &HeightsOptions::default(), &mut |_| {
+        Err("there is none".into())
+    });
+    let points = points.unwrap();
+    is_made("grid.xyz", &points, true, 0.0);
+    assert_eq!((points.spacing, points.origin), (h.spacing, h.origin));
 }
 
 #[test]
@@ -484,4 +490,74 @@ fn published_files_are_read() {
             assert_eq!(value(&h, i, 63 - row), grey, "{i} {row}");
         }
     }
+}
+
+/// An ASCII grid of 3 by 2 nodes.
+fn grid(header: &str, heights: &str) -> Result<Heights, HeightsError> {
+    let text = format!("ncols 3\nnrows 2\n{header}\n{heights}\n");
+    linkwork_formats::heights::read_heights(
+        "case.asc",
+        text.as_bytes(),
+        &HeightsOptions::default(),
+        &mut |_| Err("there is none".into()),
+    )
+}
+
+/// Public reports: gemgis #220 (the corner before the cell size), AvaFrame #425 (`dx` and `dy`), Leaflet.CanvasLayer.Field #17 (`xllcenter`),
+/// landlab PR 60 (the northern row first), gdal #9666 (a grid that begins with `nan`).
+#[test]
+fn headers_of_ascii_grids_are_read_in_every_form() {
+    let heights = "1 2 3\n4 5 6";
+    let own = |h: &Heights| (h.spacing, h.origin, h.heights.clone());
+    let want = ([10.0, 10.0], [105.0, 205.0], vec![4.0, 5.0, 6.0, 1.0, 2.0, 3.0]);
+    for header in [
+        "xllcorner 100\nyllcorner 200\ncellsize 10",
+        "cellsize 10\nXLLCENTER 105\nYLLCENTER 205\nNODATA_value -9999",
+        "dx 10\ndy 10\nyllcorner 200\nxllcorner 100",
+    ] {
+        assert_eq!(own(&grid(header, heights).unwrap()), want, "{header}");
+    }
+    let holes = grid("cellsize 10", "nan nan 3\nNaN 5 6").unwrap();
+    let gone: Vec<bool> = holes.heights.iter().map(|h| h.is_nan()).collect();
+    assert_eq!(gone, [true, false, false, true, true, false]);
+}
+
+/// topodroid #175: a mark of missing data that differs from the declared one in its last digits; and marks that nobody declared.
+#[test]
+fn undeclared_marks_of_missing_data_are_not_heights() {
+    let told = |header: &str, heights: &str| grid(header, heights).map_err(|e| e.to_string());
+    let float = "cellsize 10\nNODATA_value -3.4028230607370965251e+38";
+    let message = told(float, "1 2 -3.40282e38\n4 5 6").unwrap_err();
+    assert!(message.contains("more than 100 km apart"), "{message}");
+    let message = told("cellsize 10", "1 2 -9999\n-9999 5 6").unwrap_err();
+    assert!(
+        message.contains("the height -9999 m, a usual mark of missing data, occurs 2 times"),
+        "{message}"
+    );
+    assert!(message.contains("lowest other height is 1.0 m"), "{message}");
+    let message = told("cellsize 10", "-32768 1830 1840\n1850 1860 1870").unwrap_err();
+    assert!(message.contains("-32768 m, a usual mark"), "{message}");
+    // The floor of a deep basin, and holes that are declared.
+    told("cellsize 10", "-9999 -9990 -9980\n-8000 -7000 -6000").unwrap();
+    told("cellsize 10\nnodata_value -9999", "1 2 -9999\n-9999 5 6").unwrap();
+    // Radii of the Moon are relative to a datum.
+    told("cellsize 10", "1737400 1737401 1737402\n1738000 1736000 1737000").unwrap();
+}
+
+/// The decoder of the crate `tiff` rejects one of its tiles (`heights/geotiff/lzw.rs`); GDAL wrote the file and reads it.
+#[test]
+fn tiles_that_end_where_the_width_of_codes_changes_are_read() {
+    let h = file("i16_tiles_lzw_end.tif", &HeightsOptions::default()).unwrap();
+    for (k, height) in h.heights.iter().enumerate() {
+        let (i, r) = (k % NX, NY - 1 - k / NX);
+        assert_eq!(*height, ((66 * i * i + 31 * r * r + 14 * i * r) % 997) as f32, "{i}, {r}");
+    }
+    // A tile that is cut is still an error, with both sizes.
+    let mut bytes = std::fs::read(data().join("i16_tiles_lzw_end.tif")).unwrap();
+    let size = bytes.len();
+    bytes.truncate(size - 40);
+    let told = read_heights("cut.tif", &bytes, &HeightsOptions::default(), &mut |_| {
+        Err("there is none".into())
+    });
+    assert!(told.is_err_and(|e| e.to_string().contains("of 512 bytes")));
 }

@@ -12,10 +12,11 @@
 //! GDAL), and the special pixels of ISIS. The no-data text is compared as a number in f64 and in f32, because files contain values such as
 //! −3.4028234663852886e+38 that a strict conversion changes.
 
+mod lzw;
 mod mask;
 mod place;
 
-use super::{Heights, HeightsError, HeightsOptions, bounded, datum, text, units};
+use super::{Heights, HeightsError, HeightsOptions, bounded, datum, marks, text, units};
 use crate::xml::{Declarations, parse_with};
 use std::io::{Read, Seek};
 use tiff::ColorType;
@@ -48,6 +49,8 @@ pub struct GeoTiff<R: Read + Seek> {
     mask: Option<Vec<u8>>,
     /// Whether samples are floating-point numbers.
     real: bool,
+    /// Whether strips or tiles are compressed by LZW.
+    lzw: bool,
     chunk: [usize; 2],
     /// Stored bytes of each chunk.
     stored: Vec<u64>,
@@ -92,6 +95,7 @@ impl<R: Read + Seek> GeoTiff<R> {
         let unit = if unit.is_nan() { frame.height_unit } else { unit };
         let (stored, plain) = stored(&mut decoder)?;
         let mask = mask::read(&mut decoder, [nx, ny], bytes)?;
+        let lzw = decoder.find_tag_unsigned(Tag::Compression)? == Some(lzw::LZW);
         let (cw, ch) = decoder.chunk_dimensions();
         if cw == 0 || ch == 0 {
             return Err(HeightsError::content(
@@ -111,6 +115,7 @@ impl<R: Read + Seek> GeoTiff<R> {
             datum: 0.0,
             mask,
             real,
+            lzw,
             chunk: [cw as usize, ch as usize],
             stored,
             plain,
@@ -192,6 +197,7 @@ impl<R: Read + Seek> GeoTiff<R> {
         if !self.bands.iter().any(|(b, _)| *b == band) {
             let room = if self.bands.len() > 1 { self.bands.remove(0).1 } else { Vec::new() };
             let read = self.band(band, room)?;
+            marks::check(&read, self.datum)?;
             self.bands.push((band, read));
         }
         let heights = self.bands.iter().find(|(b, _)| *b == band).map(|(_, h)| h);
@@ -215,13 +221,8 @@ impl<R: Read + Seek> GeoTiff<R> {
             };
             let columns = cw.min(self.nx - c * cw);
             // A chunk with zero bytes is not stored.
-            let samples = if bytes == 0 { None } else { Some(self.chunk(index, bytes, lines)?) };
-            if let Some(found) =
-                samples.as_ref().map(Numbers::len).filter(|n| *n != columns * lines)
-            {
-                let what = format!("{found} samples in a tile of {}", columns * lines);
-                return Err(HeightsError::Pixels { what });
-            }
+            let size = [columns, lines];
+            let samples = if bytes == 0 { None } else { Some(self.chunk(index, bytes, size)?) };
             if room.is_empty() {
                 room.resize(self.nx * lines, 0.0);
             }
@@ -230,7 +231,7 @@ impl<R: Read + Seek> GeoTiff<R> {
                 let to = &mut room[k * self.nx + c * cw..][..columns];
                 for (i, out) in to.iter_mut().enumerate() {
                     let value = match &samples {
-                        Some(samples) => samples.at(k * columns + i),
+                        Some(samples) => samples.at(k, i),
                         None => self.missing.unwrap_or(0.0),
                     };
                     *out = self.height(value, first + i);
@@ -240,8 +241,13 @@ impl<R: Read + Seek> GeoTiff<R> {
         Ok(room)
     }
 
-    /// Returns the samples of a chunk with the given number of stored bytes.
-    fn chunk(&mut self, index: usize, bytes: u64, lines: usize) -> Result<Numbers, HeightsError> {
+    /// Returns the samples of a chunk with the given number of stored bytes, of which `columns` by `lines` are inside the map.
+    fn chunk(
+        &mut self,
+        index: usize,
+        bytes: u64,
+        [columns, lines]: [usize; 2],
+    ) -> Result<Numbers, HeightsError> {
         if let Some(size) = self.plain {
             let tile = self.decoder.get_chunk_type() == ChunkType::Tile;
             let [cw, ch] = self.chunk;
@@ -251,7 +257,20 @@ impl<R: Read + Seek> GeoTiff<R> {
                 return Err(HeightsError::content(fact, "use the complete file"));
             }
         }
-        Ok(Numbers(self.decoder.read_chunk(u32::try_from(index).unwrap_or(u32::MAX))?))
+        let read = match self.decoder.read_chunk(u32::try_from(index).unwrap_or(u32::MAX)) {
+            Ok(samples) => Numbers { samples, columns },
+            Err(_) if self.lzw => {
+                let (samples, columns) = lzw::samples(&mut self.decoder, index, bytes, lines)?;
+                Numbers { samples, columns }
+            }
+            Err(e) => return Err(e.into()),
+        };
+        // A tile at an edge may have more samples than the map.
+        if read.len() < read.columns * lines || read.columns < columns {
+            let what = format!("{} samples in a tile of {}", read.len(), columns * lines);
+            return Err(HeightsError::Pixels { what });
+        }
+        Ok(read)
     }
 
     /// Returns the height of a sample above the datum (m), NaN without data.
@@ -275,12 +294,16 @@ const SPECIAL_REAL: f64 = 3.402_822_6e38;
 /// Largest special pixel of ISIS in 16-bit integers whose null is −32768.
 const SPECIAL_INTEGER: f64 = -32753.0;
 
-/// Decoded samples.
-struct Numbers(DecodingResult);
+/// Decoded samples, row after row.
+struct Numbers {
+    samples: DecodingResult,
+    /// Number of samples of a row.
+    columns: usize,
+}
 
 impl Numbers {
     fn len(&self) -> usize {
-        match &self.0 {
+        match &self.samples {
             DecodingResult::U8(v) => v.len(),
             DecodingResult::U16(v) => v.len(),
             DecodingResult::U32(v) => v.len(),
@@ -295,8 +318,9 @@ impl Numbers {
         }
     }
 
-    fn at(&self, k: usize) -> f64 {
-        match &self.0 {
+    fn at(&self, line: usize, column: usize) -> f64 {
+        let k = line * self.columns + column;
+        match &self.samples {
             DecodingResult::U8(v) => v[k].into(),
             DecodingResult::U16(v) => v[k].into(),
             DecodingResult::U32(v) => v[k].into(),

@@ -27,6 +27,7 @@ mod degrees;
 mod epsg;
 mod geotiff;
 mod grey;
+mod marks;
 mod pds3;
 mod pds4;
 mod samples;
@@ -75,7 +76,9 @@ impl Default for HeightsOptions {
 #[derive(Debug, thiserror::Error)]
 pub enum HeightsError {
     /// The TIFF cannot be decoded.
-    #[error("not a readable TIFF: {0}")]
+    #[error(
+        "not a readable TIFF: {0}\n  help: write the file again with another compression: `gdal_translate -co COMPRESS=DEFLATE`"
+    )]
     Tiff(#[from] tiff::TiffError),
     /// The PNG cannot be decoded.
     #[error("not a readable PNG: {0}")]
@@ -236,6 +239,7 @@ pub fn read_heights(
             "mark missing data with the no-data value of the file, or scale the heights",
         ));
     }
+    marks::check(&read.heights, read.datum)?;
     Ok(read)
 }
 

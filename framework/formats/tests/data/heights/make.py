@@ -94,3 +94,9 @@ with rasterio.open("f32_degrees_mars.tif", "w", driver="GTiff", width=NX, height
 # Compressions.
 write("f32_zstd.tif", "float32", heights, -9999.0, compress="zstd", **tiles)
 write("f32_lerc.tif", "float32", heights, -9999.0, compress="lerc")
+
+# A tile ends where the width of the codes changes: the end code has another width than the decoder of the crate `tiff` expects.
+codes = ((66 * i * i + 31 * r * r + 14 * i * r) % 997).astype("int16")
+with rasterio.open("i16_tiles_lzw_end.tif", "w", driver="GTiff", width=NX, height=NY, count=1, dtype="int16", compress="lzw",
+                   transform=from_origin(0, NY, 1, 1), **tiles) as f:
+    f.write(codes, 1)
