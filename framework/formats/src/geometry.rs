@@ -3,6 +3,7 @@
 use crate::read::Cx;
 use crate::xml::Element;
 use crate::{Geometry, mesh};
+use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Pose, Quat, Vec3};
 
 /// Reads a length that must not be negative.
@@ -75,11 +76,27 @@ pub(crate) fn mesh_file(
     Geometry::Mesh { file: file.into(), path, scale }
 }
 
-/// Reads `xyz` and `rpy` of a URDF `<origin>`; without it, returns the identity.
+/// Reads `xyz` and `rpy` or `quat_xyzw` of a URDF `<origin>`; without it, returns the identity.
 pub(crate) fn urdf_origin(cx: &mut Cx<'_>, e: &Element, what: &str) -> Pose {
     let Some(o) = e.child("origin") else { return Pose::identity() };
     let what = format!("{what}: <origin>");
     let p = cx.numbers::<3>(o, "xyz", &what).unwrap_or_default();
-    let [r, p_, y] = cx.numbers::<3>(o, "rpy", &what).unwrap_or_default();
-    Pose::new(Quat::from_euler_angles(r, p_, y), Vec3::from(p))
+    let angles = cx.numbers::<3>(o, "rpy", &what);
+    let Some([x, y, z, w]) = cx.numbers::<4>(o, "quat_xyzw", &what) else {
+        let [r, p_, y] = angles.unwrap_or_default();
+        return Pose::new(Quat::from_euler_angles(r, p_, y), Vec3::from(p));
+    };
+    let text = o.attr("quat_xyzw").unwrap_or_default();
+    let place = o.place_of("quat_xyzw");
+    if angles.is_some() {
+        cx.bad(place, &what, text, "the only orientation", "write either rpy or quat_xyzw");
+        return Pose::identity();
+    }
+    match Quat::try_new(Quaternion::new(w, x, y, z), 1e-12) {
+        Some(turn) => Pose::new(turn, Vec3::from(p)),
+        None => {
+            cx.bad(place, &what, text, "a quaternion", "write x y z w, for example 0 0 0 1");
+            Pose::identity()
+        }
+    }
 }

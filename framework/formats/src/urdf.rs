@@ -37,7 +37,7 @@ pub fn read_urdf(text: &str, options: &ReadOptions) -> Result<Description, Forma
         return cx.finish(&root, Description::default());
     }
     let mut d = Description::default();
-    root.attr("version");
+    version(&mut cx, &root);
     d.name = root.attr("name").unwrap_or_default().to_owned();
     let mut reader =
         Urdf { links: BTreeMap::new(), movers: BTreeMap::new(), colors: colors(&mut cx, &root) };
@@ -49,6 +49,29 @@ pub fn read_urdf(text: &str, options: &ReadOptions) -> Result<Description, Forma
     let place = |body: &str| reader.links.get(body).map(|e| (*e, format!("robot/{}", e.label())));
     report_massless(&mut cx, &d.builder, place);
     cx.finish(&root, d)
+}
+
+/// Checks the version: 1.0, 1.1 or 1.2. Quaternions belong to 1.1; a reader of 1.0 ignores them.
+fn version(cx: &mut Cx<'_>, root: &Element) {
+    let version = root.attr("version").unwrap_or("1.0");
+    if !["1.0", "1.1", "1.2"].contains(&version) {
+        let (what, place) = ("<robot>: `version`", root.place_of("version"));
+        cx.bad(place, what, version, "a supported version", "one of: 1.0, 1.1, 1.2");
+    }
+    if version == "1.0" {
+        refuse_quaternions(cx, root);
+    }
+}
+
+fn refuse_quaternions(cx: &mut Cx<'_>, e: &Element) {
+    for c in &e.children {
+        if c.name == "origin" && c.attributes.iter().any(|a| a.name == "quat_xyzw") {
+            let what = format!("<{}>: <origin>: an attribute", e.name);
+            let help = "write <robot version=\"1.1\"> or rpy";
+            cx.bad(c.place_of("quat_xyzw"), &what, "quat_xyzw", "part of version 1.0", help);
+        }
+        refuse_quaternions(cx, c);
+    }
 }
 
 /// The joint of a child link.

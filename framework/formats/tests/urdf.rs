@@ -371,3 +371,34 @@ fn limits_that_are_none_are_none() {
         assert_eq!(refused(&text(limit)).faults.len(), 1, "{limit}");
     }
 }
+
+/// URDF 1.1 has quaternions, as `liburdfdom_model` 6.0 reads them; it ignores them in files of version 1.0, which is an error here.
+#[test]
+fn quaternions_belong_to_version_1_1() {
+    let robot = |version: &str, origin: &str| {
+        format!(
+            r#"<robot{version}><link name="a"/><link name="b"/><joint name="j" type="fixed"><parent link="a"/><child link="b"/><origin xyz="1 2 3" {origin}/></joint></robot>"#
+        )
+    };
+    let new = r#" version="1.1""#;
+    // A quarter turn about z, also by a quaternion that is not of unit length.
+    for origin in [r#"rpy="0 0 1.5707963267948966""#, r#"quat_xyzw="0 0 2 2""#] {
+        let d = read_urdf(&robot(new, origin), &ReadOptions::default()).unwrap();
+        let mbs = d.builder.build().unwrap();
+        let pose = mbs.get(mbs.body("b").unwrap()).hinge_in_parent();
+        let turn = Quat::from_axis_angle(&Vec3::z_axis(), std::f64::consts::FRAC_PI_2);
+        assert!(pose.rotation.angle_to(&turn) < 1e-7, "{origin}");
+        assert_eq!(pose.position, Vec3::new(1.0, 2.0, 3.0));
+    }
+    let told = |text: &str| refused(text).to_string();
+    let both = told(&robot(new, r#"rpy="0 0 1" quat_xyzw="0 0 0 1""#));
+    assert!(both.contains("the only orientation"), "{both}");
+    let zero = told(&robot(new, r#"quat_xyzw="0 0 0 0""#));
+    assert!(zero.contains("not a quaternion"), "{zero}");
+    for version in ["", r#" version="1.0""#] {
+        let old = told(&robot(version, r#"quat_xyzw="0 0 0 1""#));
+        assert!(old.contains("not part of version 1.0") && old.contains("1.1"), "{old}");
+    }
+    let future = told(&robot(r#" version="2.0""#, ""));
+    assert!(future.contains("not a supported version"), "{future}");
+}

@@ -9,13 +9,13 @@ use templates::{MJCF, SILENT, Template, WITH};
 
 macro_rules! INERTIAL {
     ($a:expr, $b:expr, $c:expr) => {
-        concat!(r#"<robot><link name="a"/><link name="b"><inertial>"#, $a, $b, $c, r#"</inertial></link><joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>"#)
+        concat!(r#"<robot version="1.1"><link name="a"/><link name="b"><inertial>"#, $a, $b, $c, r#"</inertial></link><joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>"#)
     };
 }
 macro_rules! SHAPE {
     ($a:expr) => {
         concat!(
-            r#"<robot><link name="a"><collision><geometry>"#,
+            r#"<robot version="1.1"><link name="a"><collision><geometry>"#,
             $a,
             r#"</geometry></collision></link></robot>"#
         )
@@ -23,7 +23,7 @@ macro_rules! SHAPE {
 }
 macro_rules! JOINT {
     ($attributes:expr, $inside:expr) => {
-        concat!(r#"<robot><link name="a"/><link name="b"/><link name="c"/><link name="d"/><joint name="i" type="continuous"><parent link="a"/><child link="c"/></joint><joint name="k" type="continuous"><parent link="a"/><child link="d"/></joint><joint "#, $attributes, r#" name="n" type="revolute"><parent link="a"/><child link="b"/>"#, $inside, "</joint></robot>")
+        concat!(r#"<robot version="1.1"><link name="a"/><link name="b"/><link name="c"/><link name="d"/><joint name="i" type="continuous"><parent link="a"/><child link="c"/></joint><joint name="k" type="continuous"><parent link="a"/><child link="d"/></joint><joint "#, $attributes, r#" name="n" type="revolute"><parent link="a"/><child link="b"/>"#, $inside, "</joint></robot>")
     };
 }
 
@@ -35,11 +35,11 @@ const URDF: &[Template] = &[
     ),
     (
         "material/color",
-        r#"<robot><link name="a"><visual><geometry><sphere radius="1"/></geometry><material><color @/></material></visual></link></robot>"#,
+        r#"<robot version="1.1"><link name="a"><visual><geometry><sphere radius="1"/></geometry><material><color @/></material></visual></link></robot>"#,
     ),
     (
         "robot/link",
-        r#"<robot><link @ name="a"><visual><geometry><sphere radius="1"/></geometry></visual>#</link></robot>"#,
+        r#"<robot version="1.1"><link @ name="a"><visual><geometry><sphere radius="1"/></geometry></visual>#</link></robot>"#,
     ),
     (
         "inertial/origin",
@@ -67,19 +67,19 @@ const URDF: &[Template] = &[
     ),
     (
         "link/visual",
-        r#"<robot><link name="a"><visual @><geometry><sphere radius="1"/></geometry>#</visual></link></robot>"#,
+        r#"<robot version="1.1"><link name="a"><visual @><geometry><sphere radius="1"/></geometry>#</visual></link></robot>"#,
     ),
     (
         "link/collision",
-        r#"<robot><link name="a"><collision @><geometry><sphere radius="1"/></geometry>#</collision></link></robot>"#,
+        r#"<robot version="1.1"><link name="a"><collision @><geometry><sphere radius="1"/></geometry>#</collision></link></robot>"#,
     ),
     (
         "visual/origin",
-        r#"<robot><link name="a"><visual><origin @/><geometry><sphere radius="1"/></geometry></visual></link></robot>"#,
+        r#"<robot version="1.1"><link name="a"><visual><origin @/><geometry><sphere radius="1"/></geometry></visual></link></robot>"#,
     ),
     (
         "collision/origin",
-        r#"<robot><link name="a"><collision><origin @/><geometry><sphere radius="1"/></geometry></collision></link></robot>"#,
+        r#"<robot version="1.1"><link name="a"><collision><origin @/><geometry><sphere radius="1"/></geometry></collision></link></robot>"#,
     ),
     (
         "visual/material",
@@ -102,7 +102,7 @@ const URDF: &[Template] = &[
     ("joint/mimic", JOINT!("", r#"<mimic @ joint="k"/>"#)),
     (
         "robot/gazebo",
-        r#"<robot><link name="l"><collision><geometry><sphere radius="1"/></geometry></collision></link><gazebo @><mu1>0.4</mu1></gazebo></robot>"#,
+        r#"<robot version="1.1"><link name="l"><collision><geometry><sphere radius="1"/></geometry></collision></link><gazebo @><mu1>0.4</mu1></gazebo></robot>"#,
     ),
 ];
 
@@ -293,7 +293,7 @@ fn what_no_specification_has_is_named_with_its_place_and_the_nearest() {
             "element <gem> is not part of the format; did you mean `geom`?",
         ),
         (
-            r#"<robot><link name="a"><inertail/></link></robot>"#,
+            r#"<robot version="1.1"><link name="a"><inertail/></link></robot>"#,
             "inertail",
             "element <inertail> is not part of the format; did you mean `inertial`?",
         ),
@@ -309,7 +309,7 @@ fn what_no_specification_has_is_named_with_its_place_and_the_nearest() {
         assert!(found, "{what}: {:?}", d.ignored);
     }
     // Names of other programs have a prefix, and are listed without these words.
-    let text = r#"<robot><link name="a" drake:x="1"/></robot>"#;
+    let text = r#"<robot version="1.1"><link name="a" drake:x="1"/></robot>"#;
     let d = read(text).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(d.ignored[0].what, "attribute drake:x=\"1\"");
 }
