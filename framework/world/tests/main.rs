@@ -11,6 +11,7 @@ mod gravity_files;
 mod kernel;
 mod kernels;
 mod magnetic;
+mod messages;
 mod nesc;
 mod orbit;
 mod planet;

@@ -76,9 +76,18 @@ impl Inner {
 
 /// The axes of a segment.
 fn axes(file: &str, segment: &Segment) -> Result<StartFrame, BuildError> {
-    Ok(match segment.frame.as_str() {
-        "ICRF" | "GCRF" => StartFrame::Icrf,
-        "EME2000" => StartFrame::Eme2000,
+    let frame = match segment.frame.as_str() {
+        "ICRF" | "GCRF" => return Ok(StartFrame::Icrf),
+        "EME2000" => return Ok(StartFrame::Eme2000),
+        frame => frame,
+    };
+    if let Some(epoch) = &segment.frame_epoch {
+        let fact = format!(
+            "`{file}`: the axes are those of {frame} at {epoch} (`REF_FRAME_EPOCH`), which is not read"
+        );
+        return Err(BuildError::new(fact).help("convert it to ICRF, GCRF or EME2000"));
+    }
+    Ok(match frame {
         "TEME" => StartFrame::Teme,
         frame if frame.starts_with("ITRF") => StartFrame::Itrf,
         frame => {

@@ -2,6 +2,8 @@
 //! ```text
 //! between rows   Hermite's polynomial of degree 2n − 1 through positions and velocities of the n nearest rows
 //! ```
+//! Rows outside `USEABLE_START_TIME` and `USEABLE_STOP_TIME` only support the interpolation. `INTERPOLATION` and its degree are recommendations and are
+//! not used.
 
 use crate::error::WorldError;
 use crate::planet::{Epoch, PointMotion};
@@ -18,7 +20,13 @@ pub struct Segment {
     pub centre: String,
     /// `REF_FRAME`, in capitals.
     pub frame: String,
+    /// `REF_FRAME_EPOCH`, if there is one: the axes are those of the frame at this epoch.
+    pub frame_epoch: Option<String>,
     rows: Vec<(Epoch, PointMotion)>,
+    /// `USEABLE_START_TIME` and `USEABLE_STOP_TIME`, as written, and their lines.
+    useable_text: [Option<(usize, String)>; 2],
+    /// The same as epochs.
+    useable: [Option<Epoch>; 2],
     /// Line of `META_START`.
     line: usize,
 }
@@ -94,7 +102,18 @@ impl Reader<'_> {
                 self.part = Part::Meta;
                 self.scale.clear();
                 let [object, centre, frame] = std::array::from_fn(|_| String::new());
-                self.all.push(Segment { object, centre, frame, rows: Vec::new(), line: n });
+                let (frame_epoch, useable_text, useable) = (None, [None, None], [None, None]);
+                let (rows, line) = (Vec::new(), n);
+                self.all.push(Segment {
+                    object,
+                    centre,
+                    frame,
+                    frame_epoch,
+                    rows,
+                    useable_text,
+                    useable,
+                    line,
+                });
             }
             (Part::Meta, "META_STOP") => self.described(n)?,
             (Part::Rows, "COVARIANCE_START") => self.part = Part::Covariance,
@@ -120,6 +139,9 @@ impl Reader<'_> {
             "OBJECT_NAME" => segment.object = value.to_string(),
             "CENTER_NAME" => segment.centre = value.to_uppercase(),
             "REF_FRAME" => segment.frame = value.to_uppercase(),
+            "REF_FRAME_EPOCH" => segment.frame_epoch = Some(value.to_string()),
+            "USEABLE_START_TIME" => segment.useable_text[0] = Some((n, value.to_string())),
+            "USEABLE_STOP_TIME" => segment.useable_text[1] = Some((n, value.to_string())),
             "TIME_SYSTEM" => self.scale = value.to_uppercase(),
             _ => {}
         }
@@ -147,7 +169,23 @@ impl Reader<'_> {
             let fact = format!("`TIME_SYSTEM = {}` is not supported", self.scale);
             return Err(self.wrong(n, fact, "write the epochs in UTC, TAI, TT, TDB or GPS"));
         }
+        // The time system may be written after the epochs.
+        let texts = s.useable_text.clone();
+        for (k, text) in texts.into_iter().enumerate() {
+            let Some((line, text)) = text else { continue };
+            let at = self.epoch(line, &text, "write an epoch such as 2026-01-31T12:00:00")?;
+            if let Some(s) = self.all.last_mut() {
+                s.useable[k] = Some(at);
+            }
+        }
         Ok(())
+    }
+
+    /// Converts a time of the segment.
+    fn epoch(&self, n: usize, text: &str, help: &'static str) -> Result<Epoch, WorldError> {
+        let scale = if self.scale == "GPS" { "GPST" } else { &self.scale };
+        Epoch::parse(&format!("{} {scale}", calendar(text)))
+            .map_err(|e| self.wrong(n, e.to_string(), help))
     }
 
     fn row(&mut self, n: usize, line: &str) -> Result<(), WorldError> {
@@ -163,9 +201,7 @@ impl Reader<'_> {
             let fact = format!("this row has {} numbers after its epoch", numbers.len());
             return Err(self.wrong(n, fact, HELP));
         }
-        let scale = if self.scale == "GPS" { "GPST" } else { &self.scale };
-        let at = Epoch::parse(&format!("{} {scale}", calendar(at)))
-            .map_err(|e| self.wrong(n, e.to_string(), HELP))?;
+        let at = self.epoch(n, at, HELP)?;
         let state = PointMotion {
             position: Vec3::new(numbers[0], numbers[1], numbers[2]) * 1e3,
             velocity: Vec3::new(numbers[3], numbers[4], numbers[5]) * 1e3,
@@ -185,7 +221,9 @@ impl Reader<'_> {
 }
 
 /// Converts `2004-097T..` to `2004-04-06T..`; the day of the year starts at 1.
+/// A `Z` at the end stands for UTC, which `TIME_SYSTEM` states.
 fn calendar(text: &str) -> String {
+    let text = text.strip_suffix('Z').unwrap_or(text);
     let Some((date, time)) = text.split_once('T') else { return text.to_string() };
     let Some((year, day)) = date.split_once('-') else { return text.to_string() };
     let (Ok(y), Ok(mut day), 3) = (year.parse::<u32>(), day.parse::<u32>(), day.len()) else {
@@ -203,13 +241,16 @@ fn calendar(text: &str) -> String {
 }
 
 impl Segment {
-    /// Returns the first and last epoch.
+    /// Returns the first and last epoch at which the states may be used; `None` if they are in the wrong order.
     #[must_use]
     pub fn covers(&self) -> Option<(Epoch, Epoch)> {
-        Some((self.rows.first()?.0, self.rows.last()?.0))
+        let (first, last) = (self.rows.first()?.0, self.rows.last()?.0);
+        let first = self.useable[0].filter(|at| *at > first).unwrap_or(first);
+        let last = self.useable[1].filter(|at| *at < last).unwrap_or(last);
+        (first <= last).then_some((first, last))
     }
 
-    /// Returns position (m) and velocity (m/s) at an epoch in the segment's frame; `None` outside its rows.
+    /// Returns position (m) and velocity (m/s) at an epoch in the segment's frame; `None` outside of [`Segment::covers`].
     #[must_use]
     pub fn state(&self, at: &Epoch) -> Option<PointMotion> {
         let (first, last) = self.covers()?;

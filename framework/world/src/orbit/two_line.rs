@@ -16,6 +16,9 @@ pub struct TwoLine {
     constants: Constants,
 }
 
+/// Radius of the Earth of WGS 72, km. Below it, a satellite has decayed: SGP4 computes a path through the Earth without an error.
+const RADIUS: f64 = 6378.135;
+
 /// Maximum number of days from their epoch within which elements are used. After a month, the error for a low satellite is hundreds of kilometres.
 const LIMIT: f64 = 30.0;
 
@@ -100,6 +103,11 @@ impl TwoLine {
             let fact = format!("SGP4 cannot compute the position of {}: {e}", self.called());
             WorldError::Uncovered { fact, help: "use elements closer to the epoch of the world" }
         })?;
+        if Vec3::from(state.position).norm() < RADIUS {
+            let fact = format!("{} is inside the Earth at {at}", self.called());
+            let help = "the elements are wrong, or the satellite has decayed: use elements closer to the epoch of the world";
+            return Err(WorldError::Uncovered { fact, help });
+        }
         Ok(PointMotion {
             position: Vec3::from(state.position) * 1e3,
             velocity: Vec3::from(state.velocity) * 1e3,
