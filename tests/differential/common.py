@@ -1,5 +1,6 @@
 """What the three comparisons share: asking Linkwork, comparing numbers, shrinking a file that differs."""
 
+import functools
 import json
 import os
 import pathlib
@@ -13,35 +14,52 @@ import numpy as np
 HERE = pathlib.Path(__file__).parent
 ROOT = HERE.parent.parent
 
+# Comparisons other than of robot files, and their modules.
+OTHERS = {name: "world" for name in ["gravity", "kernel", "earth", "air", "magnetic", "elements"]}
+OTHERS |= {name: "maps" for name in ["meshes", "maps"]}
 
-def program():
-    """Path of the example `describe` of linkwork-formats; built if the variable DESCRIBE does not name it."""
-    if "DESCRIBE" in os.environ:
-        return os.environ["DESCRIBE"]
-    subprocess.run(
-        ["cargo", "build", "--locked", "-p", "linkwork-formats", "--example", "describe"], cwd=ROOT, check=True
-    )
+
+def program(name, package):
+    """Path of an example of a package; built if the variable with its name in capitals does not name it."""
+    if name.upper() in os.environ:
+        return os.environ[name.upper()]
+    subprocess.run(["cargo", "build", "--locked", "-p", package, "--example", name], cwd=ROOT, check=True)
     target = os.environ.get("CARGO_TARGET_DIR", ROOT / "target")
-    return str(pathlib.Path(target) / "debug" / "examples" / "describe")
+    return str(pathlib.Path(target) / "debug" / "examples" / name)
 
 
 class Linkwork:
-    """The example `describe` as a process that answers one file after another."""
+    """An example as a process that answers one line after another."""
 
-    def __init__(self):
+    def __init__(self, name="describe", package="linkwork-formats"):
+        self.name, self.package = name, package
         self.process = subprocess.Popen(
-            [program()], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=HERE
+            [program(name, package)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=HERE
         )
 
-    def ask(self, file, states=(), packages=()):
-        request = {"file": str(file), "states": list(states), "packages": [str(p) for p in packages]}
+    def ask_json(self, request):
         self.process.stdin.write(json.dumps(request) + "\n")
         self.process.stdin.flush()
         line = self.process.stdout.readline()
         if not line:
-            self.__init__()
+            self.__init__(self.name, self.package)
             return {"error": "the reader ended (panic)", "panic": True}
         return json.loads(line)
+
+    def ask(self, file, states=(), packages=()):
+        return self.ask_json({"file": str(file), "states": list(states), "packages": [str(p) for p in packages]})
+
+
+@functools.cache
+def answer():
+    """The example `answer` of linkwork-world."""
+    return Linkwork("answer", "linkwork-world")
+
+
+@functools.cache
+def describe():
+    """The example `describe` of linkwork-formats."""
+    return Linkwork()
 
 
 def differs(a, b, tolerance=1e-9):
@@ -130,4 +148,19 @@ def run(name, make, compare, count, seed, keep):
             (keep / f"{name}_{seed}_{number}.{ending}").write_text(small)
             print(f"{name} {number}: {compare(small)}\n{small}\n", flush=True)
     print(f"{name}: {seen} files compared, {skipped} rejected by the reference, differences: {kinds or 'none'}")
+    return sum(kinds.values())
+
+
+def run_cases(name, case, count, seed):
+    """Asks `count` random questions; `case` returns what differs. Returns how many differ."""
+    kinds = {}
+    for number in range(count):
+        result = case(random.Random(f"{name} {seed} {number}"))
+        if result is None:
+            continue
+        kind = kind_of(result)
+        kinds[kind] = kinds.get(kind, 0) + 1
+        if kinds[kind] <= 3:
+            print(f"{name} {number}: {result}", flush=True)
+    print(f"{name}: {count} cases compared, differences: {kinds or 'none'}", flush=True)
     return sum(kinds.values())

@@ -4,19 +4,30 @@
 //! of them. A state contains the coordinates and rates of joints by name, in MuJoCo's convention: quaternions with w first; for a free joint the
 //! position, the quaternion, the velocity in the axes of the world and the angular velocity in the axes of the body. The mass matrix and the bias use
 //! the same rates.
+//!
+//! `{"mesh": ".."}` is answered with the corners of the triangles of a mesh file, `{"map": ".."}` with the nodes of a map of heights.
 #![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_dynamics::{Tree, Workspace, inverse_dynamics, kinematics, mass_matrix};
+use linkwork_formats::heights::{HeightsOptions, read_heights};
 use linkwork_formats::multibody::{Multibody, SubhingeKind};
 use linkwork_formats::spatial::nalgebra::{DMatrix, DVector};
 use linkwork_formats::spatial::{Pose, Quat, Vec3};
-use linkwork_formats::{Description, Geometry, ReadOptions, ShapeRole, read_file};
+use linkwork_formats::{Description, Geometry, ReadOptions, ShapeRole, mesh_corners, read_file};
 use serde_json::{Value, json};
 use std::io::BufRead;
 
 fn main() {
     for line in std::io::stdin().lock().lines() {
         let request: Value = serde_json::from_str(&line.unwrap()).unwrap();
+        if let Some(file) = request["mesh"].as_str() {
+            println!("{}", mesh(file));
+            continue;
+        }
+        if let Some(file) = request["map"].as_str() {
+            println!("{}", map(file));
+            continue;
+        }
         let file = request["file"].as_str().unwrap();
         let packages = request["packages"].as_array().into_iter().flatten();
         let package_paths = packages.filter_map(Value::as_str).map(Into::into).collect();
@@ -26,6 +37,32 @@ fn main() {
             Err(e) => json!({ "error": e.to_string() }),
         };
         println!("{out}");
+    }
+}
+
+fn mesh(file: &str) -> Value {
+    match mesh_corners(file.as_ref()) {
+        Ok(corners) => {
+            json!({ "corners": corners.iter().map(|p| p.as_slice()).collect::<Vec<_>>() })
+        }
+        Err(e) => json!({ "error": e }),
+    }
+}
+
+/// The nodes of a map; a node without data is null.
+fn map(file: &str) -> Value {
+    let bytes = std::fs::read(file).unwrap();
+    let folder = std::path::Path::new(file).parent().unwrap();
+    let mut beside = |name: &str| std::fs::read(folder.join(name)).map_err(|e| e.to_string());
+    match read_heights(file, &bytes, &HeightsOptions::default(), &mut beside) {
+        Ok(h) => {
+            let height = |x: &f32| (!x.is_nan()).then(|| f64::from(*x) + h.datum);
+            json!({
+                "size": [h.nx, h.ny], "spacing": h.spacing, "origin": h.origin,
+                "heights": h.heights.iter().map(height).collect::<Vec<_>>(),
+            })
+        }
+        Err(e) => json!({ "error": e.to_string() }),
     }
 }
 
