@@ -11,7 +11,7 @@
 //! | compliant ([`CompliantContact`]) | forces of penetration and bristles | only its states |
 //! | rolling ([`Rolling`]) | wheels that roll on the ground, no forces | planar motion of vehicles, their attitude on the ground |
 //!
-//! The first four are one [`ConstrainedSolver`] with a different [`ConstraintMethod`] of each constraint.
+//! The first four use the same [`ConstrainedSolver`]; they differ in the [`ConstraintMethod`] of each constraint.
 #![allow(non_snake_case)]
 
 mod bristles;
