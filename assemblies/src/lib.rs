@@ -1,12 +1,12 @@
-//! RON assemblies that ship with Linkwork, embedded: `rovers/…`, `arms/…`, `legs/…`, `parts/…`, `flight/…`, `worlds/…`;
-//! and every model that they can name.
+//! The RON assemblies of Linkwork, embedded in the crate (`rovers/…`, `arms/…`, `legs/…`, `parts/…`, `flight/…`, `worlds/…`),
+//! and the catalogue of all models that they use.
 //!
 //! | rover | wheels | class |
 //! |---|---|---|
-//! | `rovers/rocker_bogie.ron` | 6, of which 4 steer, on rockers and bogies | Curiosity, by its defaults |
-//! | `rovers/mer.ron`, `rovers/sojourner.ron` | the same | the same assembly with other numbers: Spirit and Opportunity; Sojourner |
-//! | `rovers/four_wheeler.ron` | 4, all steer, on arms that servos move | VIPER |
-//! | `rovers/eight_wheeler.ron` | 8, none steers, on sprung arms | Lunokhod |
+//! | `rovers/rocker_bogie.ron` | 6, of which 4 steer, on rockers and bogies | Curiosity, with the default parameters |
+//! | `rovers/mer.ron`, `rovers/sojourner.ron` | 6, of which 4 steer, on rockers and bogies | Spirit and Opportunity; Sojourner (`rovers/rocker_bogie.ron` with other parameters) |
+//! | `rovers/four_wheeler.ron` | 4, which all steer, on suspension arms that servos move | VIPER |
+//! | `rovers/eight_wheeler.ron` | 8, without steering, on sprung arms | Lunokhod |
 //!
 //! ```
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {

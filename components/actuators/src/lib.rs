@@ -1,8 +1,8 @@
-//! Component library: actuators. DC motors with gear, friction and brake; drives of torque, servos of rate and position; springs,
-//! dampers, stops and differentials on hinges; drives of ball hinges and belts; tendons and actuators on joints, sums of joints and
-//! lines over sites; balancers of weight; struts and bushings between bodies; followers that prescribe a hinge.
+//! Component library of actuators: DC motors with gear, friction and brake; torque drives, rate and position servos; springs,
+//! dampers, stops and differentials on hinges; drives of ball hinges and belts; general actuators and tendons as in MuJoCo;
+//! gravity compensation; struts and bushings between bodies; followers that prescribe the motion of a hinge.
 //!
-//! A program takes it by its catalogue, and a file names its models (`model: "actuators.dc_motor"`):
+//! A program adds the library with its catalogue; a file then uses a model by its name (`model: "actuators.dc_motor"`):
 //! ```
 //! let catalogue = linkwork_runtime::Catalogue::new([linkwork_actuators::catalogue()]);
 //! assert!(catalogue.get("actuators.dc_motor").is_some());

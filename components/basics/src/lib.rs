@@ -1,7 +1,7 @@
-//! Component library: basics. Signals, arithmetic, filters, profiles, holds and delays, meters of energy and
-//! path.
+//! Component library of basic models: signal sources, arithmetic, filters, profiles, holds and delays, integrators of energy and
+//! path length.
 //!
-//! A program takes it by its catalogue, and a file names its models (`model: "basics.lag"`):
+//! A program adds the library with its catalogue; a file then uses a model by its name (`model: "basics.lag"`):
 //! ```
 //! let catalogue = linkwork_runtime::Catalogue::new([linkwork_basics::catalogue()]);
 //! assert!(catalogue.get("basics.lag").is_some());

@@ -1,7 +1,7 @@
-//! Component library: control. Steering, waypoint following, hinge controllers, odometry, attitude, sets of jets,
-//! plans of the day.
+//! Component library of control software: steering, waypoint following, hinge controllers, odometry, attitude control, jet selection,
+//! plans of activities.
 //!
-//! A program takes it by its catalogue, and a file names its models (`model: "control.pointing"`):
+//! A program adds the library with its catalogue; a file then uses a model by its name (`model: "control.pointing"`):
 //! ```
 //! let catalogue = linkwork_runtime::Catalogue::new([linkwork_control::catalogue()]);
 //! assert!(catalogue.get("control.pointing").is_some());

@@ -1,6 +1,6 @@
-//! Component library: environment. Terrain, gravity, atmosphere and Sun as services that other parts query.
+//! Component library of environments: terrain, gravity, atmosphere and Sun, as services that other parts query.
 //!
-//! A program includes the library by its catalogue, and a file names its models (`model: "environment.mars_air"`):
+//! A program adds the library with its catalogue; a file then uses a model by its name (`model: "environment.mars_air"`):
 //! ```
 //! let catalogue = linkwork_runtime::Catalogue::new([linkwork_environment::catalogue()]);
 //! assert!(catalogue.get("environment.mars_air").is_some());
@@ -9,7 +9,7 @@
 //! ## Ground from files
 //! `environment.height_field` holds a map in memory, of at most 64 million nodes: GeoTIFF, ESRI ASCII grids, points on a
 //! grid, grey PNG and BMP, images of PDS3 and PDS4. `environment.tiled_terrain` reads a map of any size from a tile file during the run.
-//! `linkwork terrain` shows and makes such files:
+//! `linkwork terrain` shows and generates such files:
 //! ```text
 //! linkwork terrain show crater.tif --picture crater.png       size, heights, histogram, picture
 //! linkwork terrain convert crater.tif crater.tiles            .tif and .tiles may be larger than memory

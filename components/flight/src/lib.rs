@@ -1,8 +1,8 @@
-//! Component library: flight. Aerodynamics by tables, files, shapes and meshes, engines and thrusters, tanks and slosh, light on
-//! panels and meshes, parachutes, balloons, airbags and legs, reaction wheels, gyros and torquers, guidance of ascent, orbit,
-//! entry and landing.
+//! Component library for flight: aerodynamics from tables, files, shapes and meshes; engines, thrusters, tanks and slosh; radiation
+//! pressure on panels and meshes; parachutes, balloons, airbags and landing legs; reaction wheels, control moment gyros and magnetic
+//! torquers; guidance for ascent, orbit, entry and landing.
 //!
-//! A program takes it by its catalogue, and a file names its models (`model: "flight.engine"`):
+//! A program adds the library with its catalogue; a file then uses a model by its name (`model: "flight.engine"`):
 //! ```
 //! let catalogue = linkwork_runtime::Catalogue::new([linkwork_flight::catalogue()]);
 //! assert!(catalogue.get("flight.engine").is_some());

@@ -1,10 +1,9 @@
-//! Component library: manipulation. Robot arms, alone or two together, that carry out moves by a model of themselves; legs that stand by one;
-//! tools that cut.
+//! Component library for manipulation: controllers of one or two robot arms, a controller of a standing legged machine, and cutting tools.
 //!
-//! The model that a controller embeds is read from the URDF file of the simulated machine, but it is a separate instance: masses and the place of the
-//! work can differ from the simulated machine's values.
+//! A controller embeds a model of its robot. This model is read from the URDF file of the simulated machine, but it is a separate instance: its
+//! masses and the assumed pose of the workpiece may differ from the simulation.
 //!
-//! A program takes it by its catalogue, and a file names its models (`model: "manipulation.arm_controller"`):
+//! A program adds the library with its catalogue; a file then uses a model by its name (`model: "manipulation.arm_controller"`):
 //! ```
 //! let catalogue = linkwork_runtime::Catalogue::new([linkwork_manipulation::catalogue()]);
 //! assert!(catalogue.get("manipulation.arm_controller").is_some());

@@ -1,9 +1,12 @@
-//! Component library: mobility. Wheels and feet on rigid and on soft ground.
+//! Component library for mobility: wheels and feet on rigid ground and on soil.
 //!
-//! The physics (stresses, contacts, geometry) are plain functions of plain data; `wheel_rigid` and
-//! `wheel_soil` make them models; `wheel_scm` and `foot` press ground that deforms node by node (`scm`);
-//! `wheel_rolling` is for machines that move by kinematics, `quasi_static` for those whose forces balance at each instant.
-//! A program takes it by its catalogue, and a file names its models (`model: "mobility.wheel_soil"`):
+//! * `wheel_rigid` and `wheel_soil` are models of wheels on rigid ground and on soil (terramechanics).
+//! * `wheel_scm` and `foot` press ground that deforms node by node (`scm`).
+//! * `wheel_rolling` is for machines that move by kinematics, `quasi_static` for machines whose forces are in equilibrium at each instant.
+//!
+//! Stresses, contacts and geometry are plain functions of plain data.
+//!
+//! A program adds the library with its catalogue; a file then uses a model by its name (`model: "mobility.wheel_soil"`):
 //! ```
 //! let catalogue = linkwork_runtime::Catalogue::new([linkwork_mobility::catalogue()]);
 //! assert!(catalogue.get("mobility.wheel_soil").is_some());

@@ -1,21 +1,22 @@
-//! Component library: navigation. Software that sees the ground, judges it, plans on it and drives, and that finds out where it is.
+//! Component library for rover navigation: software that maps and assesses the ground, plans paths, drives, and estimates the pose of the rover.
 //! ```text
-//! tiles.rs     squares of cells that are made when they are touched
-//! map.rs       points → moments of each cell                        TerrainMap
-//! assess.rs    moments → tilt, roughness, step → goodness            Assessor
-//! ground.rs    goodness, keep-out and free discs                     Ground
-//! field_d_star.rs  costs → what it costs to the goal from anywhere     Planner
-//! arcs.rs      goodness and that cost → votes of arcs               Arcs
-//! trail.rs     where it has been → the move back along it            Trail
-//! rover.rs     all of it, sample by sample                          Rover
-//! hazard_map.rs  goodness and plan → what viewers and logs show       HazardMap
-//! autonav.rs   the same as a part that reads a camera               navigation.autonav
-//! features.rs  corners of images, and where they are in the next       Features
-//! visual_odometry.rs  two pictures → how the camera moved              VisualOdometry
-//! pose_filter.rs  wheels, gyroscopes, Sun, motions → pose, covariance  PoseFilter
-//! pose_estimator.rs  both as a part                                   navigation.pose_estimator
+//! tiles.rs            square tiles of cells, which are allocated at first use
+//! map.rs              points → moments of each cell                            TerrainMap
+//! assess.rs           moments → tilt, roughness, step → goodness               Assessor
+//! ground.rs           goodness, keep-out areas and free discs                  Ground
+//! field_d_star.rs     cost of cells → cost to the goal from any point          Planner
+//! arcs.rs             goodness and cost to the goal → votes for arcs           Arcs
+//! trail.rs            path so far → move back along it                         Trail
+//! rover.rs            all steps of the navigation, sample by sample            Rover
+//! hazard_map.rs       goodness and planned path → overlay of viewers and logs  HazardMap
+//! autonav.rs          the navigation as a part that reads a camera             navigation.autonav
+//! features.rs         corners of images, tracked to the next image             Features
+//! visual_odometry.rs  two image pairs → motion of the camera                   VisualOdometry
+//! pose_filter.rs      wheels, gyroscopes, Sun, motions → pose, covariance      PoseFilter
+//! pose_estimator.rs   visual odometry and filter as a part                     navigation.pose_estimator
 //! ```
-//! A program takes it by its catalogue, and a file names its models (`model: "navigation.autonav"`):
+//!
+//! A program adds the library with its catalogue; a file then uses a model by its name (`model: "navigation.autonav"`):
 //! ```
 //! let catalogue = linkwork_runtime::Catalogue::new([linkwork_navigation::catalogue()]);
 //! assert!(catalogue.get("navigation.autonav").is_some());

@@ -1,7 +1,7 @@
-//! Component library: power and heat. Batteries with a curve of open-circuit voltage, solar panels with dust and shadow,
-//! radioisotope generators, loads that brown out; networks of thermal nodes and links, heaters with thermostats.
+//! Component library for power and heat: batteries with a curve of open-circuit voltage, solar panels with dust and shadow,
+//! radioisotope generators, loads that switch off at low voltage; networks of thermal nodes and links, heaters with thermostats.
 //!
-//! A program takes it by its catalogue, and a file names its models (`model: "power.battery"`):
+//! A program adds the library with its catalogue; a file then uses a model by its name (`model: "power.battery"`):
 //! ```
 //! let catalogue = linkwork_runtime::Catalogue::new([linkwork_power::catalogue()]);
 //! assert!(catalogue.get("power.battery").is_some());

@@ -1,8 +1,8 @@
-//! Component library: sensors. Encoders, inertial units, attitudes, poses and motions of nodes, motions of joints, cameras, lidar,
-//! radar, star trackers, sun sensors, magnetometers, receivers of satellite navigation, solar clocks, forces at a mount, currents,
-//! rocks that were come over; noise follows from the seed.
+//! Component library of sensors: encoders, inertial units, attitude, pose and motion of nodes, motion of joints, cameras, lidar,
+//! radar, star trackers, sun sensors, magnetometers, receivers of satellite navigation, solar clocks, force-torque sensors, current
+//! sensors, and a detector of rocks under a rover. The seed of the run determines the noise.
 //!
-//! A program takes it by its catalogue, and a file names its models (`model: "sensors.imu"`):
+//! A program adds the library with its catalogue; a file then uses a model by its name (`model: "sensors.imu"`):
 //! ```
 //! let catalogue = linkwork_runtime::Catalogue::new([linkwork_sensors::catalogue()]);
 //! assert!(catalogue.get("sensors.imu").is_some());

@@ -1,4 +1,4 @@
-//! Campaigns: many runs of one simulation, with values drawn from distributions.
+//! Campaigns: many runs of one simulation, with parameters that are sampled from distributions.
 //!
 //! ```text
 //! file → draws of run r → load → one loop (linkwork_runner) → metrics → journal → tables, statistics, report
@@ -8,14 +8,14 @@
 //!
 //! | module | content |
 //! |---|---|
-//! | `form` | the parsed file; every mistake with its position |
+//! | `form` | the parsed campaign file; every error is reported with its position in the file |
 //! | `distribution`, `correlation`, `sampling` | quantile functions, factorization of a correlation matrix, numbers in (0, 1) |
 //! | `campaign` | the configuration of each run |
-//! | `one` | one run: its number → its outcome, and the files of a failure |
+//! | `one` | one run, from its number to its result, and the files of a failed run |
 //! | `execute` | threads |
 //! | `histories` | retained time histories, and percentile bands over time |
 //! | `folder` | the folder of a campaign: journal, failures, tables, report |
-//! | `outcome`, `journal` | how a run ended; the file that survives a killed process |
+//! | `outcome`, `journal` | the result of a run; the file that records finished runs, also if the process is killed |
 //! | `statistics`, `results` | summaries, rank correlations, ellipses; CSV and Parquet |
 //! | `svg`, `report` | the report |
 mod campaign;

@@ -1,5 +1,5 @@
-//! Scatter and gather sweeps: kinematics, inverse and forward dynamics, matrices and derivatives. Based on these: frames, operators, topology,
-//! inverse kinematics, ensembles.
+//! Recursive dynamics by scatter and gather sweeps: kinematics, inverse and forward dynamics, matrices and derivatives. Frames, operators, topology,
+//! inverse kinematics and ensembles are based on them.
 //!
 //! A [`Tree`] is a mechanism prepared for the kernels; a [`Workspace`] is their memory. The sequence of calls for one integrator stage is:
 //! ```text

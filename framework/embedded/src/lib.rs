@@ -6,8 +6,8 @@
 //! ```
 //! Names are looked up once, in the model; the handles ([`Part`], [`Object`]) are `Copy`. No call allocates after [`Robot::new`], including calls
 //! that return errors. The two exceptions are lists that are too short for a result, and a `Transfer` whose profile fails by round-off, because
-//! rsruckig then formats a text. No call depends on earlier calls of the instance: equal inputs give bit-identical results. There is no clock, no
-//! thread and no log inside.
+//! rsruckig then formats a text. No call depends on earlier calls of the instance: equal inputs give bit-identical results. The crate uses no
+//! clock, no thread and no log.
 //!
 //! Files with mass properties that no rigid body can have are read; `RobotModel::doubtful` returns warnings with link and numbers (with
 //! `Unphysical::Refused` such files are errors).
@@ -28,7 +28,7 @@
 //! [`support_polygon`] computes where a robot stands stably.
 //!
 //! Angular part first, world axes, SI units and radians throughout. Columns are the degrees of freedom of the mechanism in canonical order
-//! ([`RobotModel::coordinate`] returns a joint's), or those of a part in the same order.
+//! ([`RobotModel::coordinate`] returns a joint's), or the degrees of freedom of a part in the same order.
 //!
 //! # Speed
 //! Measured against other libraries in the same run, on an AMD EPYC. All rows, other days and definitions: `framework/embedded/BENCHES.md`

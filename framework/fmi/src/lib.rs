@@ -9,11 +9,11 @@
 //! ```
 //! | module | content |
 //! |---|---|
-//! | `archive` | the zip file, which is not trusted |
-//! | `abi` | the C functions of both versions |
+//! | `archive` | reading of the zip file, with checks because it is not trusted |
+//! | `abi` | the C functions of FMI 2.0 and 3.0 |
 //! | `unit` | description and shared library |
 //! | `log` | messages of a unit |
-//! | `instance` | a live instance: one set of safe operations for both versions |
+//! | `instance` | an instance of a unit: one set of safe operations for both versions |
 //! | `ports`, `slot`, `start` | ports and start values from the description |
 //! | `part` | common parts of both kinds of units; the unit's state as bytes |
 //! | `co_simulation`, `model_exchange` | the parts |

@@ -1,9 +1,9 @@
-//! Mechanisms from the files of other programs: URDF, MJCF and SDF; and URDF export.
+//! Reads mechanisms from files of other programs (URDF, MJCF and SDF) and writes URDF files.
 //!
-//! Every reader returns a [`Description`]: bodies, hinges and nodes that can be [built](linkwork_multibody::Builder::build), shapes, couplings, loop
+//! Every reader returns a [`Description`]: bodies, hinges and nodes in a [`Builder`](linkwork_multibody::Builder), shapes, couplings, loop
 //! closures, and a list of all unused contents of the file. All mistakes are reported together, each with its file, line and column.
 //!
-//! 1. `xml`: text → elements with places, which remember whether they were read.
+//! 1. `xml`: text → elements with their positions, each with a mark that states whether it was read.
 //! 2. `urdf`, `mjcf`, `sdf`: elements → [`Description`].
 //! 3. Elements that were never read become [`Description::ignored`]. `tables` lists every element and attribute of the three formats as read,
 //!    rejected, or ignored with a warning; a name without an entry is reported as not part of the format.

@@ -1,4 +1,4 @@
-//! A socket of a running simulation: watch, read and set variables, pause, step, checkpoint.
+//! A socket through which clients watch, read and set variables of a running simulation, pause it, step it, and save checkpoints.
 //!
 //! Messages are typed and do not contain code (`framework/live/PROTOCOL.md`). Threads of the server read and write sockets. The run processes
 //! requests only between two ticks, so a client that stalls, floods or sends garbage affects only its own samples.

@@ -1,7 +1,7 @@
-//! A command line for a model library. [`Program`] contains its name, its models and its additional tools. The commands are functions of this crate:
-//! loading, running with recorders, inspecting, comparing.
+//! The command line for a model library. [`Program`] contains the name of the program, its models and its additional commands. The functions of this
+//! crate implement the commands: loading, running with recorders, inspecting, comparing.
 //!
-//! `linkwork_runner` makes the runs; this crate adds options, files, a progress bar and messages. It does not contain models: `sims/cli` builds the
+//! `linkwork_runner` executes the runs; this crate adds options, files, a progress bar and messages. It does not contain models: `sims/cli` builds the
 //! program `linkwork` from it, and your own model library builds its program in the same way.
 #[macro_use]
 pub mod voice;

@@ -1,4 +1,4 @@
-//! Logs: MCAP with protobuf on every channel, reading and comparison of logs, plots, tables as Parquet, and tables of other programs.
+//! Writes logs (MCAP with protobuf on every channel), reads and compares them, and makes plots and Parquet tables. Reads tables of other programs.
 mod ballast;
 mod columns;
 mod export;

@@ -1,10 +1,10 @@
-//! Library for complete runs: load → compile → place → recorders → run → stop.
+//! Complete runs of simulations: load → compile → place → recorders → run → stop.
 //!
-//! The command line and the Python package are thin programs on top of it, so runs are identical in both. There is one time loop, [`Runner::go`]:
+//! The command line and the Python package use this crate, so runs are identical in both. There is one time loop, [`Runner::go`]:
 //! ```text
 //! at each tick:   calls due → watcher → samples of the recorders → checkpoint due → stop? → step
 //! ```
-//! A sample therefore contains what a call has set, and a checkpoint follows the samples of its tick. Only the step and the calls change the state
+//! A sample therefore contains the values that a call has set, and a checkpoint is written after the samples of its tick. Only the step and the calls change the state
 //! (rule 6 of ARCHITECTURE.md).
 //!
 //! | module | content |
@@ -13,7 +13,7 @@
 //! | `recording` | variables of a run over time, in memory |
 //! | `run` | the time loop, with its recorders |
 //! | `change` | set and pin variables during the run |
-//! | `saves` | when checkpoints are written, their names, their additional content |
+//! | `saves` | times, names and additional contents of checkpoints |
 //! | `folder` | the output folder of a run: one run at a time, without interference from earlier runs |
 //! | `balance` | balances of energy, mass and charge, integrated during a run |
 //! | `metrics` | metrics of a simulation, with constant memory |

@@ -1,7 +1,7 @@
-//! Models, ports, wires, plan, clock, state, checkpoints.
+//! Runtime of simulations: models, ports, wires, plan, clock, state, checkpoints.
 //!
 //! A simulation is compiled from a flat [`Spec`] into a `Plan` (shared, constant) and run as a
-//! `Simulation` (everything that changes). Order comes from the wires; see `compile`.
+//! `Simulation` (all data that change). The wires determine the order of evaluation; see `compile`.
 // Mathematical functions that are bit-identical on every machine: they are called by their names in C.
 extern crate linkwork_maths as _;
 extern crate self as linkwork_runtime;

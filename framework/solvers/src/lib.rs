@@ -1,17 +1,17 @@
-//! Solvers of constrained motion on top of the recursive dynamics, and contact.
+//! Solvers for constrained motion and contact, based on the recursive dynamics.
 //!
 //! | solver | constraints | unknowns |
 //! |---|---|---|
 //! | tree | none | β̇ |
 //! | tree-augmented | rows in addition to the tree | λ of every row, dense over rows that share unknowns |
 //! | constraint embedding | loops become aggregates of the tree | β̇ only |
-//! | both | each loop by rule or by choice | λ of the remaining rows |
+//! | both | each loop by `solve: Auto` or by the user's choice | λ of the remaining rows |
 //! | fully augmented ([`FullyAugmentedSolver`]) | hinges and all others as rows of free bodies | λ of all, sparse |
 //! | non-smooth ([`ContactStepper`]) | all of the above, and contacts, limits, dry friction | impulses of a step |
 //! | compliant ([`CompliantContact`]) | forces of penetration and bristles | only its states |
 //! | rolling ([`Rolling`]) | wheels that roll on the ground, no forces | planar motion of vehicles, their attitude on the ground |
 //!
-//! The first four are one [`ConstrainedSolver`] with a different [`ConstraintMethod`] of each constraint.
+//! The first four use the same [`ConstrainedSolver`]; they differ in the [`ConstraintMethod`] of each constraint.
 #![allow(non_snake_case)]
 
 mod bristles;

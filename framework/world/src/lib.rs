@@ -1,6 +1,6 @@
 //! Planetary environment: shape, rotation, time, gravity, atmosphere, light, and ephemerides.
 //!
-//! This crate has pure functions and constant data. Units are SI and radians. Frames are as in `framework/NOTATION.md`: `p_AB` points from A to B in
+//! This crate contains pure functions and constant data. Units are SI and radians. Frames are as in `framework/NOTATION.md`: `p_AB` points from A to B in
 //! A, and `R_AB` takes coordinates in B to coordinates in A. Frames of this crate:
 //! ```text
 //! I    inertial, axes of the ICRF (GCRS about the Earth), origin at the planet's centre

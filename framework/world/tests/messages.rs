@@ -1,4 +1,4 @@
-//! Two-line elements and ephemeris messages that public reports are about (`tests/hunt/orbits.md`). Expected states: python-sgp4 2.25 with WGS 72.
+//! Two-line elements and ephemeris messages that public reports are about (`tests/hunt/orbits.md`). Expected states: python-sgp4 2.27 with WGS 72.
 
 use linkwork_spatial::Vec3;
 use linkwork_world::orbit::{TwoLine, read_oem};

@@ -1,4 +1,4 @@
-//! The program `linkwork`: the commands of `linkwork_program` and its own, with all models and assemblies of the component libraries.
+//! The program `linkwork`: the commands of `linkwork_program` and some additional ones, with all models and assemblies of the component libraries.
 pub mod terrain;
 pub mod wheel_test;
 

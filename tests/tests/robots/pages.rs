@@ -92,7 +92,7 @@ fn dual_arm_carry_says_what_it_does() {
     let of = [
         ("largest squeeze", "squeeze with at most # N"),
         ("friction that the palms need", "that they need a friction of #,"),
-        ("largest share of what a joint can do", "largest share of what a joint can do is # ("),
+        ("largest share of what a joint can do", "it reaches # of its effort limit"),
         ("force on the beam at the end", "with its weight, # N"),
         ("height of the beam at the end", "its middle # mm high"),
     ];
@@ -104,7 +104,10 @@ fn tyre_change_says_what_it_does() {
     let of = [
         ("largest squeeze", "squeeze with at most # N"),
         ("friction that the palms need", "The controller reports a required friction of #;"),
-        ("largest share of what a joint can do", "largest share of what a joint can do is #;"),
+        (
+            "largest share of what a joint can do",
+            "The most loaded joint reaches # of its effort limit",
+        ),
         ("largest force on the hub", "the hub is pushed with # N at the touch"),
         ("nut 1 beside its stud", "first nut ends # mm beside"),
         ("nut 1 before its stud", "beside its stud and # mm before"),
