@@ -209,9 +209,15 @@ fn balances(all: &Balances) {
                 "balance of {name}: residual {} {unit} ({share:.2} % of {largest} {unit}, the largest amount of one part)",
                 number(left)
             ),
-            false => say!(
-                "balance of {name}: not checked, because terms are not counted; the largest amount of one part is {largest} {unit}"
-            ),
+            false => {
+                let why = match report.not_counted.is_empty() {
+                    true => "nothing to check, because all parts only pass it on",
+                    false => "not checked, because terms are not counted",
+                };
+                say!(
+                    "balance of {name}: {why}; the largest amount of one part is {largest} {unit}"
+                );
+            }
         }
         // Amounts at round-off level are omitted.
         let counts = |amount: f64| amount.abs() > 1e-12 * carried;
