@@ -8,8 +8,8 @@
 //! Programs that contain `linkwork-runtime` use these functions without calling them by path. A shared library must be linked with
 //! `-Bsymbolic`; otherwise its calls are bound to the C library of the process that loads it.
 //!
-//! Accuracy: below 1 ulp of glibc's for sin, cos, tan, exp, log, pow, atan2, hypot, below 2 ulp for tanh. Time, against glibc 2.36
-//! with FMA: sin and cos half, atan2 and hypot three quarters, exp and tanh 1.3 times, pow three times.
+//! Accuracy: below 1 ulp of glibc's for sin, cos, tan, exp, log, pow, atan2, hypot, below 2 ulp for tanh. Compared
+//! with glibc 2.36 with FMA, sin and cos take half the time, atan2 and hypot three quarters, exp and tanh 1.3 times and pow three times the time.
 //!
 //! This applies to Linux. Other systems use the functions of their C library.
 //! ```

@@ -6,7 +6,7 @@
 //! | tree-augmented | rows in addition to the tree | λ of every row, dense over rows that share unknowns |
 //! | constraint embedding | loops become aggregates of the tree | β̇ only |
 //! | both | each loop by `solve: Auto` or by the user's choice | λ of the remaining rows |
-//! | fully augmented ([`FullyAugmentedSolver`]) | hinges and all others as rows of free bodies | λ of all, sparse |
+//! | fully augmented ([`FullyAugmentedSolver`]) | each body is free; hinges and all other constraints are rows | λ of all, sparse |
 //! | non-smooth ([`ContactStepper`]) | all of the above, and contacts, limits, dry friction | impulses of a step |
 //! | compliant ([`CompliantContact`]) | forces of penetration and bristles | only its states |
 //! | rolling ([`Rolling`]) | wheels that roll on the ground, no forces | planar motion of vehicles, their attitude on the ground |
