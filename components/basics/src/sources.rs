@@ -104,7 +104,7 @@ pub struct Step {
     p: StepParams,
 }
 
-/// One value before a time, another from it on; the jump is an event.
+/// One value before a given time and another from that time on. The jump is an event.
 #[model("basics.step")]
 impl Model for Step {
     const MODES: bool = true;

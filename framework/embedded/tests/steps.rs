@@ -406,7 +406,7 @@ fn change_tyre() {
     s.step("reach", &reach, |r| r.set_q(&q).unwrap());
     let load = ["left: forces", "left: inertia", "tyre:"];
     s.step("left hand", &load, |r| r.grasp(left, tyre, Grasp::At(X[0])).unwrap());
-    // The second hand does not carry anything in the tree: it closes a loop and adds ignored pairs.
+    // The grasp of the second hand does not attach the tyre to the tree: it closes a loop and adds pairs that collision checks ignore.
     let closes = ["tyre: hands", "tyre: pairs", "tyre: distances"];
     s.step("right hand", &closes, |r| r.grasp(right, tyre, Grasp::At(X[1])).unwrap());
     s.step("carry, press", &[], |r| {

@@ -145,7 +145,7 @@ pub fn first_crossing<E>(
     let (points, count) = sample(&mut g, ends, search.samples, unknown)?;
     let points = &points[..count];
     let of = |p: Point| Side::of(p.value, search.direction);
-    // The result for a crossing that began on side `from`, if it counts.
+    // Returns the result for a crossing from side `from`, if crossings in this direction are searched for.
     let at = |p: Point, from: Side| -> Option<EventSearch> {
         let way = if from == Side::Below { Direction::Rising } else { Direction::Falling };
         let crossing = Crossing { theta: p.theta, value: p.value, direction: way };

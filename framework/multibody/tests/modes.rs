@@ -122,7 +122,7 @@ fn plate_frequencies_are_those_of_the_tables() {
     // Barton 1951, upper bounds by a shorter series, for ν = 0.3.
     let table = [3.492, 8.525, 21.43, 27.33, 31.11, 54.44];
     for (w, want) in omegas(&modes).iter().zip(table) {
-        // Measured 0.2 to 0.7 % below.
+        // Measured: 0.2 to 0.7 % below Barton's upper bounds.
         near(w / unit, want, 8e-3, "plate");
         assert!(w / unit < want * 1.0001, "a longer series lowers frequencies");
     }

@@ -45,7 +45,12 @@ pub fn print(profile: &Profile, wall: f64) {
         let (seconds, calls) = (more.iter().map(|s| s.seconds).sum(), more.iter().map(|s| s.calls));
         line(seconds, &calls.sum::<u64>().to_string(), "", &format!("{} more", more.len()));
     }
-    line(rest, "", "", "integrator, sums, solved loops, samples, metrics; and reading the clock:");
+    line(
+        rest,
+        "",
+        "",
+        "everything else: integrator, sums, solved loops, samples, metrics, and reading the clock",
+    );
     line(clock, "", "", "  of which about this for reading the clock");
 }
 

@@ -296,7 +296,7 @@ impl CompliantContact {
     }
 }
 
-/// Returns the pair of a contact point.
+/// Returns the indices of the two colliders of a contact point, the key of their pair.
 fn key(p: &ContactPoint) -> (u32, u32) {
     (p.a.index() as u32, p.b.index() as u32)
 }

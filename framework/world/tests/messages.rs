@@ -43,7 +43,7 @@ fn lines_with_unusual_fields_are_read() {
             "2016-02-02T12:00:00",
             [3894.679656347738, -3268.4002380556212, -4557.309101320406],
         ),
-        // pypredict #59: class C, fields of the set and the revolution that are nearly empty.
+        // pypredict #59: classification C; the fields of the element set number and of the revolution number are mostly blank.
         (
             [
                 "1 70335C 23054AL  23105.34038169 -.00032587  00000+0 -14314-2 0    01",

@@ -87,7 +87,7 @@ fn what_is_set_is_in_the_log_and_is_simulated_again() {
         client.ask(RequestKind::Hello { version: VERSION, token: ticket.token.clone() }),
         "only allowed as the first message",
     );
-    // Steps are answered when they are complete, and never exceeded.
+    // A request for steps is answered after its last step, and the run does not go further.
     let after = time(client.ask(RequestKind::Step { steps: 250 }));
     assert!((after - paused - 0.25).abs() < 1e-9, "{paused} → {after}");
     assert_eq!(time(client.ask(RequestKind::Pause)), after);

@@ -241,7 +241,7 @@ fn a_rover_that_bends_drives_the_circle_of_its_joint() {
 )"#;
     let mut sim = common::scene(text, &[]).unwrap();
     until(&mut sim, 20.0);
-    // ρ = v/ω = 2 m for the front axle; the joint is at 0.65 m behind it.
+    // ρ = v/ω = 2 m for the front axle; the joint is 0.65 m behind that axle.
     let bend = get(&sim, "Rover.Hardware.Chassis/joint.angle");
     let wanted = -2.0 * (0.65_f64 / 2.0).atan();
     let at = |sim: &Simulation, wheel: usize| {

@@ -165,7 +165,9 @@ impl Head {
         let mut read = Head::new(grid, u32_at(&head, 24) as usize)
             .map_err(|e| TileError::damaged(e.to_string()))?;
         if u32_at(&head, 28) as usize != read.step {
-            return Err(TileError::damaged("its overview has another step than its size asks for"));
+            return Err(TileError::damaged(
+                "the step of its overview does not match the size of its grid",
+            ));
         }
         let piece = |bytes: &[u8], at: usize| Piece {
             start: u64_at(bytes, at),

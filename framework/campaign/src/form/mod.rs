@@ -496,7 +496,7 @@ impl Reader {
     }
 
     fn scatter(&mut self, v: &Located) -> Vec<(String, String, Origin)> {
-        let help = "write scatter: [(\"first\", \"second\")] with metrics or drawn paths";
+        let help = "write scatter: [(\"first\", \"second\")] with names of metrics or paths of sampled parameters";
         let Value::List(items) = &v.value else {
             self.fault(v.origin, format!("`scatter` holds {}", v.value.what()), help);
             return Vec::new();
