@@ -1,5 +1,6 @@
 //! Detection of machines that have left the ground of their map. Beyond its edge, and where it does not have data, no ground supports them. The run
 //! continues, and a warning is printed once per body.
+use linkwork_plant::PlanExt;
 use linkwork_runtime::{Place, Plan, ServiceObject, Simulation};
 use linkwork_spatial::Vec3;
 

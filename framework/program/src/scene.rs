@@ -6,6 +6,7 @@ use linkwork_assembly::patterns::{match_patterns, path_matches};
 use linkwork_assembly::{BodyShape, Loaded, Text};
 use linkwork_collision::{VisualShape, box_of_inertia};
 use linkwork_multibody::Body;
+use linkwork_plant::PlanExt;
 use linkwork_runtime::{
     Fault, Located, Place, Plan, Program, Seconds, ServiceObject, Unit, Value, remedy,
 };
@@ -340,7 +341,8 @@ pub fn position(plan: &Plan, body: &str) -> Option<[Place; 3]> {
 mod tests {
     use super::*;
     use linkwork_multibody::{BodySpec, Builder, Hinge};
-    use linkwork_runtime::{Catalogue, Entry, Files, MechanismSpec, Spec, compile};
+    use linkwork_plant::{MechanismSpec, SpecExt};
+    use linkwork_runtime::{Catalogue, Entry, Files, Spec, compile};
     use linkwork_spatial::{MassProperties, Mat3};
     use std::sync::Arc;
 

@@ -232,11 +232,8 @@ pub trait Block: Send {
     fn fork(&self) -> Box<dyn Block>;
 }
 
-/// A store into a slot, without allocating when the slot has one already.
-pub(crate) fn copy_into<T: Clone + Send + 'static>(
-    store: &T,
-    into: &mut Option<Box<dyn Any + Send>>,
-) {
+/// Copies a store into the slot of [`Block::copy_store`]. Allocates memory only if the slot holds no store of this type yet.
+pub fn copy_store<T: Clone + Send + 'static>(store: &T, into: &mut Option<Box<dyn Any + Send>>) {
     match into.as_mut().and_then(|slot| slot.downcast_mut::<T>()) {
         Some(old) => old.clone_from(store),
         None => *into = Some(Box::new(store.clone())),
@@ -585,7 +582,7 @@ impl<M: Model> Block for Wired<M> {
     }
     fn copy_store(&self, into: &mut Option<Box<dyn Any + Send>>) {
         if std::mem::size_of::<M::Store>() > 0 {
-            copy_into(&self.store, into);
+            copy_store(&self.store, into);
         }
     }
     fn take_store(&mut self, from: &dyn Any) {

@@ -3,7 +3,7 @@
 //! A field is a part that owns data. Other parts *read* the data as of the last row through a [`View`] in their store, and *write* by outputs, their
 //! imprints. At its own ticks, after all other updates of the row, the field reads its inputs and all imprints in path order and updates its data.
 //! Therefore the result does not depend on the order of parts, and the data are saved, forked and replayed like any other state.
-use crate::block::{Block, EvalTime, Outcome, Prototype, Wiring, copy_into};
+use crate::block::{Block, EvalTime, Outcome, Prototype, Wiring, copy_store};
 use crate::error::BuildError;
 use crate::model::{Description, Functions, Store, lanes};
 use crate::overlay::SharedOverlay;
@@ -237,7 +237,7 @@ impl<F: Field> Block for WiredField<F> {
         Ok(())
     }
     fn copy_store(&self, into: &mut Option<Box<dyn Any + Send>>) {
-        copy_into(&self.seen, into);
+        copy_store(&self.seen, into);
     }
     fn take_store(&mut self, from: &dyn Any) {
         if let Some(seen) = from.downcast_ref::<Arc<FieldSample<F::Data>>>() {

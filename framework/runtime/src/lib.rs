@@ -20,10 +20,10 @@ pub mod doc;
 mod error;
 mod field;
 mod files;
+pub mod host;
 mod identity;
 mod jacobian;
 mod made;
-mod mechanism;
 mod model;
 pub mod noise;
 mod overlay;
@@ -70,11 +70,6 @@ pub use files::Files;
 pub use jacobian::{Jacobian, Operation};
 pub use linkwork_multibody::names::{did_you_mean, nearest};
 pub use made::ServiceCache;
-pub use mechanism::{
-    Closing, ContactSpec, Frame, KinematicSpec, MechanismPart, MechanismPlan, MechanismPorts,
-    MechanismSpec, Passing, PlaceError, Placed, Placement, RankReport, place_on_terrain,
-    settle_placed,
-};
 pub use model::{Description, Fired, Functions, Model, Store};
 pub use overlay::{
     OVERLAY_PERIOD, Overlay, OverlayNews, OverlayTile, OverlayValues, SharedOverlay,

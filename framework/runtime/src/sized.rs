@@ -1,7 +1,7 @@
 //! Models whose ports follow from their parameters: n wheels, n tanks, a table of thrusters. They read and write slices in the
 //! order of their ports.
 use crate::block::{
-    Block, EvalTime, Outcome, Prototype, Wiring, copy_into, read_store, store_bytes,
+    Block, EvalTime, Outcome, Prototype, Wiring, copy_store, read_store, store_bytes,
 };
 use crate::error::BuildError;
 use crate::model::{Description, Fired, Functions, Store, lanes};
@@ -282,7 +282,7 @@ impl<M: SizedModel> Block for WiredSized<M> {
     }
     fn copy_store(&self, into: &mut Option<Box<dyn Any + Send>>) {
         if std::mem::size_of::<M::Store>() > 0 {
-            copy_into(&self.store, into);
+            copy_store(&self.store, into);
         }
     }
     fn take_store(&mut self, from: &dyn Any) {

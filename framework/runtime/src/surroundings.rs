@@ -65,7 +65,7 @@ impl Services {
     }
 
     /// Path of the world, or of a gravity without one, by which W turns with a planet.
-    pub(crate) fn in_a_site(&self) -> Option<String> {
+    pub fn in_a_site(&self) -> Option<String> {
         let mut found = self.iter().filter(|(_, o)| o.axes().site().is_some());
         found.next().map(|(path, _)| path.to_string())
     }

@@ -3,12 +3,9 @@
 
 mod algebraic;
 mod common;
-mod constraints;
 mod events;
 mod fields;
 mod instants;
-mod joints;
-mod mechanism;
 mod model_macro;
 mod outputs_in_derivatives;
 mod pins;

@@ -11,6 +11,7 @@ use crate::stream::{self, RrdFile, VizError, Wrap};
 use crate::trail::{Trail, color};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_multibody::{BodyId, NodeId};
+use linkwork_plant::{PlanExt, ProgramExt};
 use linkwork_runtime::{
     Consumer, Group, OVERLAY_PERIOD, Program, Sample, Seconds, ServiceObject, Surface,
 };

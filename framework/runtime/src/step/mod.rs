@@ -36,7 +36,7 @@ use crate::plan::blocks_of;
 pub use observed::ObserverRequest;
 pub use profile::{Profile, Spent};
 pub use reports::{MoveReport, Notice};
-pub(crate) use settle::{Machine, settle};
+pub use settle::{SettleGroup, settle};
 pub use simulation::{Observer, RunError, Simulation, Stop, Stretch, VariableError};
 pub(crate) use simulation::{Work, initial, show};
 pub use state::{GuardState, State};
