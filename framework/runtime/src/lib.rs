@@ -68,7 +68,7 @@ pub use error::BuildError;
 pub use field::{Field, FieldSample, Shows, View};
 pub use files::Files;
 pub use jacobian::{Jacobian, Operation};
-pub use linkwork_multibody::names::{did_you_mean, nearest};
+pub use linkwork_names::{did_you_mean, nearest};
 pub use made::ServiceCache;
 pub use model::{Description, Fired, Functions, Model, Store};
 pub use overlay::{

@@ -4,7 +4,7 @@ use crate::services::{Handle, Services};
 use crate::units::{Unit, split_quantity};
 use crate::value::{Fault, IntoValue, Located, Origin, Value, remedy};
 use crate::world::World;
-use linkwork_multibody::names::nearest;
+use linkwork_names::nearest;
 use linkwork_spatial::Vec3;
 use std::ops::{Range as StdRange, RangeFrom, RangeInclusive, RangeTo, RangeToInclusive};
 

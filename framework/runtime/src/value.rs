@@ -1,5 +1,5 @@
 //! Located values: the contents of a configuration file, with the place of each value.
-use linkwork_multibody::names::did_you_mean;
+use linkwork_names::did_you_mean;
 use linkwork_spatial::Vec3;
 use std::fmt;
 use std::panic::Location;

@@ -71,9 +71,10 @@ fn unquoted(text: &str) -> String {
 }
 
 /// Floors, in tenths so that the façade finds its place above the floors that it re-exports.
-const FLOORS: [(&str, u32); 25] = [
+const FLOORS: [(&str, u32); 26] = [
     ("framework/derive", 0),
     ("framework/maths", 0),
+    ("framework/names", 0),
     ("framework/spatial", 10),
     ("framework/multibody", 20),
     ("framework/world", 20),

@@ -1,4 +1,8 @@
-//! Misspelt names: finds the nearest known name and makes the suggestion for a message.
+//! Suggestions for misspelt names: the nearest known name as a question, or the list of known names.
+//!
+//! ```
+//! assert_eq!(linkwork_names::did_you_mean("raduis", ["radius", "mass"]).as_deref(), Some("did you mean `radius`?"));
+//! ```
 
 /// Returns the known name most similar to a misspelt one, if it is similar enough. In names with dots, the last part counts for a third. One wrong
 /// letter or two swapped letters are similar enough in a name of three letters or more. `a[2]` is another name of `a.z`.
