@@ -1,13 +1,13 @@
 //! Settings of the integration, and the states that follow special rules.
 use super::part::Part;
-use crate::model::{Description, Turning, lanes};
-use crate::pattern;
-use crate::plan::{Integration, ServiceQuery};
-use crate::ports::PortKind;
-use crate::services::{ServiceKind, ServiceObject, Services};
-use crate::spec::Spec;
-use crate::value::{Fault, Origin};
-use crate::variable::{Place, Variable};
+use crate::author::model::{Description, Turning, lanes};
+use crate::author::pattern;
+use crate::author::ports::PortKind;
+use crate::author::services::{ServiceKind, ServiceObject, Services};
+use crate::author::value::{Fault, Origin};
+use crate::author::variable::{Place, Variable};
+use crate::plan::compiled::{Integration, ServiceQuery};
+use crate::plan::spec::Spec;
 use linkwork_integrate::{Control, Limits, Norm, Tolerances};
 use std::collections::BTreeMap;
 use std::ops::Range;

@@ -10,11 +10,12 @@
 //! ```
 //! The forces are the plan's own, so the equilibrium is also an equilibrium of the run that follows.
 use super::evaluate::{self, Running};
+use super::simulation::{Work, initial, show};
+use super::state::State;
 use super::stopped::Stopped;
-use super::{State, Work, initial, show};
-use crate::block::{Block, EvalTime, Evaluation};
-use crate::plan::blocks_of;
-use crate::plan::{Plan, SettledStart};
+use crate::author::block::{Block, EvalTime, Evaluation};
+use crate::plan::compiled::blocks_of;
+use crate::plan::compiled::{Plan, SettledStart};
 use linkwork_integrate::System;
 use std::collections::BTreeSet;
 use std::ops::Range;
